@@ -1,0 +1,139 @@
+//! Everything about a drone's behaviour that can be chosen, in one `Copy` struct.
+
+use core::fmt;
+
+use chain::launch::LaunchConfig;
+use chain::policy::PolicyConfig;
+use chain::retreat::RetreatConfig;
+use tunnel_nav::NavConfig;
+use units::{Db, Duration, Metres, MetresPerSecond};
+
+/// The agent's constants.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AgentConfig {
+    /// Filter and movement policy.
+    pub policy: PolicyConfig,
+    /// When a waiting relay takes off.
+    pub launch: LaunchConfig,
+    /// Backing up and waiting for a lost neighbour.
+    pub retreat: RetreatConfig,
+    /// Centring and wall following.
+    pub nav: NavConfig,
+    /// Heights, speeds and time limits of a flight.
+    pub flight: FlightConfig,
+}
+
+impl AgentConfig {
+    /// What is flashed unless somebody chooses otherwise.
+    pub const DEFAULT: Self = Self {
+        policy: PolicyConfig::DEFAULT,
+        launch: LaunchConfig::WHEN_SETTLED,
+        retreat: RetreatConfig::DEFAULT,
+        nav: NavConfig::DEFAULT,
+        flight: FlightConfig::DEFAULT,
+    };
+
+    /// Whether the parts fit together. Each is sound by itself; what can go wrong is between them.
+    ///
+    /// # Errors
+    /// [`ConfigError::LaunchBehindRetreat`].
+    pub fn check(&self) -> Result<(), ConfigError> {
+        if self.launch.limit - self.retreat.limit < ConfigError::LEAST_MARGIN {
+            return Err(ConfigError::LaunchBehindRetreat);
+        }
+        Ok(())
+    }
+}
+
+impl Default for AgentConfig {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+/// How a configuration can contradict itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum ConfigError {
+    /// The head would back up before its links become weak enough to call for the next relay:
+    /// the chain could never grow. The launch limit must be at least
+    /// [`LEAST_MARGIN`](Self::LEAST_MARGIN) stronger than the retreat limit.
+    LaunchBehindRetreat,
+}
+
+impl ConfigError {
+    /// The margin below which a noisy chain locks up, measured by simulation.
+    pub const LEAST_MARGIN: Db = Db(1.0);
+}
+
+impl fmt::Display for ConfigError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::LaunchBehindRetreat => write!(
+                f,
+                "the launch limit must be at least {} stronger than the retreat limit, \
+                 or the head backs up before a relay is called",
+                Self::LEAST_MARGIN
+            ),
+        }
+    }
+}
+
+impl core::error::Error for ConfigError {}
+
+/// Heights, speeds and time limits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FlightConfig {
+    /// Flying height. DEFAULT_HEIGHT of the authors' firmware.
+    pub height: Metres,
+    /// Rate of climb and descent. TAKE_OFF_VELOCITY of the authors' firmware.
+    pub climb: MetresPerSecond,
+    /// After reaching its height a drone settles for this long. Authors' firmware, 1 s.
+    pub settle: Duration,
+    /// A take-off or a landing that is not over after this long is given up.
+    pub patience: Duration,
+    /// The head stops when it has had no new order for this long. Orders come 5 times a second
+    /// and one packet in five is lost on each hop.
+    pub pilot_timeout: Duration,
+    /// Speed of the way home.
+    pub return_speed: MetresPerSecond,
+    /// A drone is home within this distance of where it took off.
+    pub home: Metres,
+}
+
+impl FlightConfig {
+    /// The authors' heights and speeds; 1 s of patience with the pilot is five orders missed.
+    pub const DEFAULT: Self = Self {
+        height: Metres(0.3),
+        climb: MetresPerSecond(0.2),
+        settle: Duration::from_secs(1),
+        patience: Duration::from_secs(10),
+        pilot_timeout: Duration::from_secs(1),
+        return_speed: MetresPerSecond(0.2),
+        home: Metres(0.3),
+    };
+
+    /// Below this a drone stands on its legs: the down-looking ranger's smallest reading is 4 cm.
+    pub(crate) const GROUND: Metres = Metres(0.05);
+
+    /// Where the height set-point of a take-off begins (authors' firmware).
+    const FIRST_HEIGHT: Metres = Metres(0.1);
+
+    /// The height to hold `elapsed` after the beginning of a take-off.
+    pub(crate) fn climbing(&self, elapsed: Duration) -> Metres {
+        let ramp = Self::FIRST_HEIGHT + self.climb * elapsed;
+        Metres(ramp.0.min(self.height.0))
+    }
+
+    /// The height to hold `elapsed` after the beginning of a landing.
+    pub(crate) fn descending(&self, elapsed: Duration) -> Metres {
+        let ramp = self.height - self.climb * elapsed;
+        Metres(ramp.0.max(0.0))
+    }
+
+    /// Whether a drone that climbs has arrived: within a tenth of its height, which covers the
+    /// ranger's noise.
+    pub(crate) fn is_up(&self, height: Option<Metres>) -> bool {
+        height.is_some_and(|h| h.0 >= 0.9 * self.height.0)
+    }
+}

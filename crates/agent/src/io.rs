@@ -1,0 +1,108 @@
+//! What goes into a step of the agent, and what comes out.
+
+use chain::neighbours::{Heard, Neighbour};
+use chain::report::{Order, Report};
+use tunnel_nav::{Diagonals, Walls};
+use units::{Dbm, Metres, MetresPerSecond, NodeId, RadiansPerSecond};
+
+use crate::State;
+
+/// What a node is in the chain.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Role {
+    /// The explorer at the far end, flown by the operator.
+    Head,
+    /// One of the drones between.
+    Relay,
+    /// The operator's end, on the ground.
+    Base,
+}
+
+/// A velocity over ground in body axes, as the optic flow measures it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BodyVelocity {
+    /// Along x.
+    pub forward: MetresPerSecond,
+    /// Along y.
+    pub lateral: MetresPerSecond,
+}
+
+/// Everything that happened since the last step.
+#[derive(Clone, Copy, Debug)]
+pub struct Inputs<'a> {
+    /// The four side beams.
+    pub ranges: Diagonals,
+    /// Velocity over ground; `None` while the flow sensor sees nothing it trusts.
+    pub velocity: Option<BodyVelocity>,
+    /// Height over ground; `None` while it is not measured.
+    pub height: Option<Metres>,
+    /// Reports received, in order of arrival.
+    pub heard: &'a [Heard],
+    /// An order that came in other than through a report: the operator's, at the base.
+    pub order: Option<Order>,
+    /// The motors must stop now: the red switch, a tumble.
+    pub emergency: bool,
+}
+
+/// What the flight controller is asked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Setpoint {
+    /// Motors off.
+    Off,
+    /// Hold these.
+    Fly {
+        /// Velocity along x.
+        forward: MetresPerSecond,
+        /// Velocity along y.
+        lateral: MetresPerSecond,
+        /// Counter-clockwise.
+        yaw_rate: RadiansPerSecond,
+        /// Over ground.
+        height: Metres,
+    },
+}
+
+/// One of the drone's two links, as it sees it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LinkView {
+    /// The neighbour at the other end.
+    pub peer: NodeId,
+    /// Its last packet.
+    pub raw: Dbm,
+    /// The filtered strength.
+    pub rssi: Dbm,
+}
+
+impl LinkView {
+    pub(crate) fn of(neighbour: &Neighbour) -> Self {
+        Self { peer: neighbour.report.from, raw: neighbour.raw, rssi: neighbour.rssi() }
+    }
+}
+
+/// What the drone thinks: for logs, displays and tests, never for control.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Status {
+    /// What it is doing.
+    pub state: State,
+    /// The link towards the head.
+    pub front: Option<LinkView>,
+    /// The link towards the base.
+    pub back: Option<LinkView>,
+    /// Its way along the tunnel since take-off.
+    pub odometer: Metres,
+    /// The walls that it steers by.
+    pub walls: Walls,
+}
+
+/// What a step decided.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Outputs {
+    /// For the flight controller.
+    pub setpoint: Setpoint,
+    /// For everyone in earshot.
+    pub report: Report,
+    /// For whoever watches.
+    pub status: Status,
+}

@@ -1,0 +1,334 @@
+//! The drone's mind: one state machine that turns what was sensed and heard into a set-point and
+//! what to say.
+//!
+//! The firmware, the simulator and the replay of recorded flights all run exactly this type, five
+//! times a second. It is sans-I/O: [`Agent::step`] is handed the time and everything that happened
+//! since the last call, and returns what to do. It owns no clock, no radio and no random number,
+//! never allocates and never panics; the same inputs give the same outputs, bit for bit.
+//!
+//! Head, relay and base are [`Role`]s of it. What a drone is doing is its [`State`]:
+//!
+//! ```text
+//!          order             its turn           high enough
+//!   Idle ─────────▶ Armed ─────────▶ TakingOff ─────────▶ Leading (head)
+//!    ▲                                                    Relaying (relay)
+//!    │ order: wait                           front lost ⇅      ⇅ back weak or lost
+//!   Landed ◀──────── Landing ◀──────── Reconnecting       BackingUp
+//!             touched down    order, home, bound reached
+//!
+//!   Stopped: from anywhere, by order or emergency; for good.
+//! ```
+#![no_std]
+
+mod config;
+mod io;
+mod state;
+
+pub use config::{AgentConfig, ConfigError, FlightConfig};
+pub use io::{BodyVelocity, Inputs, LinkView, Outputs, Role, Setpoint, Status};
+pub use state::{LandReason, State};
+
+use chain::launch::LaunchWatch;
+use chain::neighbours::{Neighbour, Neighbours};
+use chain::report::{LinkSpan, Order, Phase, Report, Task};
+use tunnel_nav::{Walls, steer};
+use units::{Duration, Instant, Metres, MetresPerSecond, NodeId, RadiansPerSecond};
+
+use state::Situation;
+
+/// One drone's mind.
+#[derive(Clone, Debug)]
+pub struct Agent {
+    id: NodeId,
+    role: Role,
+    state: State,
+    neighbours: Neighbours,
+    launch: LaunchWatch,
+    order: Option<Heeded>,
+    odometer: Metres,
+    last_step: Option<Instant>,
+    sequence: u16,
+}
+
+/// The newest order, and when it came in.
+#[derive(Clone, Copy, Debug)]
+struct Heeded {
+    order: Order,
+    at: Instant,
+}
+
+/// A step longer than this is a clock that jumped, not a drone that flew so long unattended:
+/// the most that one step may move the estimates on.
+const LONGEST_STEP: Duration = Duration::from_secs(1);
+
+impl Agent {
+    /// A drone on the ground that has heard nothing.
+    #[must_use]
+    pub const fn new(id: NodeId, role: Role) -> Self {
+        Self {
+            id,
+            role,
+            state: State::Idle,
+            neighbours: Neighbours::new(),
+            launch: LaunchWatch::new(),
+            order: None,
+            odometer: Metres::ZERO,
+            last_step: None,
+            sequence: 0,
+        }
+    }
+
+    /// A relay already at its place in the air: for studies that begin in mid-mission.
+    #[must_use]
+    pub const fn new_linked(id: NodeId, role: Role) -> Self {
+        let mut agent = Self::new(id, role);
+        agent.state = match role {
+            Role::Head => State::Leading { retreat_after: Instant::ZERO },
+            Role::Relay => State::Relaying { retreat_after: Instant::ZERO },
+            Role::Base => State::Idle,
+        };
+        agent
+    }
+
+    /// What the drone is doing.
+    #[must_use]
+    pub const fn state(&self) -> State {
+        self.state
+    }
+
+    /// One round. `now` must not run backwards; a step it calls negative counts as none.
+    pub fn step(&mut self, config: &AgentConfig, now: Instant, inputs: &Inputs<'_>) -> Outputs {
+        let dt = self.last_step.map_or(Duration::ZERO, |last| now.since(last)).min(LONGEST_STEP);
+        self.last_step = Some(now);
+        self.listen(config, now, dt, inputs);
+
+        let situation = self.situation(config, now, inputs);
+        let next = self.state.next(config, self.role, &situation);
+        if matches!(next, State::TakingOff { .. }) && !matches!(self.state, State::TakingOff { .. })
+        {
+            self.odometer = Metres::ZERO;
+        }
+        self.state = next;
+        self.outputs(config, now, inputs)
+    }
+
+    /// Motion, packets and orders since the last step.
+    fn listen(&mut self, config: &AgentConfig, now: Instant, dt: Duration, inputs: &Inputs<'_>) {
+        let velocity = self.along_tunnel(inputs);
+        self.odometer += velocity * dt;
+        let smoothing = &config.policy.smoothing;
+        self.neighbours.predict(self.id, velocity, dt, smoothing);
+        for heard in inputs.heard {
+            let lost_after = config.retreat.lost_after;
+            self.neighbours.hear(self.id, now, heard, smoothing, lost_after);
+            self.heed(now, heard.report.order);
+        }
+        self.heed(now, inputs.order);
+    }
+
+    /// Keeps the newest of all orders.
+    fn heed(&mut self, now: Instant, order: Option<Order>) {
+        let Some(order) = order else { return };
+        if self.order.is_none_or(|known| order.is_newer_than(&known.order)) {
+            self.order = Some(Heeded { order, at: now });
+        }
+    }
+
+    /// The drone's velocity along the tunnel: its nose points along it, so the body's own forward
+    /// velocity. Without flow it is taken to stand still, and on the ground it does.
+    fn along_tunnel(&self, inputs: &Inputs<'_>) -> MetresPerSecond {
+        match inputs.velocity {
+            Some(velocity) if self.state.is_airborne() && velocity.forward.0.is_finite() => {
+                velocity.forward
+            }
+            _ => MetresPerSecond::ZERO,
+        }
+    }
+
+    fn front(&self, config: &AgentConfig, now: Instant) -> Option<&Neighbour> {
+        self.neighbours.front(self.id, now, config.retreat.lost_after)
+    }
+
+    fn back(&self, config: &AgentConfig, now: Instant) -> Option<&Neighbour> {
+        self.neighbours.back(self.id, now, config.retreat.lost_after)
+    }
+
+    /// Everything a transition depends on.
+    fn situation(&mut self, config: &AgentConfig, now: Instant, inputs: &Inputs<'_>) -> Situation {
+        let front = self.front(config, now).copied();
+        let back = self.back(config, now).copied();
+        let (lower_waits, lower_linked) = self
+            .neighbours
+            .heard(now, config.retreat.lost_after)
+            .filter(|n| n.report.from < self.id)
+            .fold((false, false), |(waits, linked), n| {
+                let phase = n.report.phase;
+                (
+                    waits || matches!(phase, Phase::Waiting | Phase::Transit),
+                    linked || phase == Phase::Linked,
+                )
+            });
+        let launch = match self.state {
+            State::Armed { since } if now.since(since) >= config.launch.arm_delay => {
+                let ahead = front.and_then(|n| n.report.links);
+                self.launch.step(now, &config.launch, front.map(|n| n.rssi()), ahead)
+            }
+            _ => {
+                self.launch = LaunchWatch::new();
+                false
+            }
+        };
+        Situation {
+            now,
+            task: self.order.map(|heeded| heeded.order.task),
+            emergency: inputs.emergency,
+            front: front.map(|n| n.rssi()),
+            back: back.map(|n| n.rssi()),
+            back_is_base: back.is_some_and(|n| n.report.phase == Phase::Base),
+            height: inputs.height,
+            odometer: self.odometer,
+            my_turn: !lower_waits,
+            chain_flies: lower_linked,
+            launch,
+        }
+    }
+
+    fn outputs(&mut self, config: &AgentConfig, now: Instant, inputs: &Inputs<'_>) -> Outputs {
+        let front = self.front(config, now).map(LinkView::of);
+        let back = self.back(config, now).map(LinkView::of);
+        let (setpoint, walls) = self.setpoint(config, now, inputs, front, back);
+        let ahead = self.front(config, now).and_then(|n| n.report.links);
+        let report = Report {
+            from: self.id,
+            sequence: self.sequence,
+            phase: self.phase(),
+            velocity: self.along_tunnel(inputs),
+            odometer: self.odometer,
+            links: front.map(|link| LinkSpan::extended(ahead, link.rssi)),
+            order: self.order.map(|heeded| heeded.order),
+        };
+        self.sequence = self.sequence.wrapping_add(1);
+        let status = Status { state: self.state, front, back, odometer: self.odometer, walls };
+        Outputs { setpoint, report, status }
+    }
+
+    fn phase(&self) -> Phase {
+        if self.role == Role::Base {
+            return Phase::Base;
+        }
+        match self.state {
+            State::Idle | State::Armed { .. } => Phase::Waiting,
+            State::TakingOff { .. } => Phase::Transit,
+            State::Leading { .. }
+            | State::Relaying { .. }
+            | State::Reconnecting { .. }
+            | State::BackingUp { .. } => Phase::Linked,
+            State::Landing { .. } | State::Landed { .. } | State::Stopped => Phase::Out,
+        }
+    }
+
+    fn setpoint(
+        &self,
+        config: &AgentConfig,
+        now: Instant,
+        inputs: &Inputs<'_>,
+        front: Option<LinkView>,
+        back: Option<LinkView>,
+    ) -> (Setpoint, Walls) {
+        let flight = &config.flight;
+        let (speed, height) = match self.state {
+            State::Idle | State::Armed { .. } | State::Landed { .. } | State::Stopped => {
+                return (Setpoint::Off, Walls::Neither);
+            }
+            State::TakingOff { since } => {
+                (MetresPerSecond::ZERO, flight.climbing(now.since(since)))
+            }
+            State::Landing { since, .. } => {
+                (MetresPerSecond::ZERO, flight.descending(now.since(since)))
+            }
+            State::Leading { .. } => (self.leading_speed(config, now), flight.height),
+            State::Relaying { .. } => (self.relaying_speed(config, front, back), flight.height),
+            State::Reconnecting { since, from } => {
+                let speed = reconnecting_speed(config, now.since(since), self.odometer - from, back);
+                (speed, flight.height)
+            }
+            State::BackingUp { .. } => (-config.retreat.speed, flight.height),
+        };
+        let command = steer(&config.nav, &inputs.ranges, speed);
+        let setpoint = Setpoint::Fly {
+            forward: command.forward,
+            lateral: command.lateral,
+            yaw_rate: command.yaw_rate,
+            height,
+        };
+        (setpoint, command.walls)
+    }
+
+    /// The pilot's stick while it is alive, or the way home.
+    fn leading_speed(&self, config: &AgentConfig, now: Instant) -> MetresPerSecond {
+        let Some(Heeded { order, at }) = self.order else {
+            return MetresPerSecond::ZERO;
+        };
+        match order.task {
+            Task::Explore(speed) if now.since(at) <= config.flight.pilot_timeout => {
+                speed.limited_to(config.policy.max_speed)
+            }
+            Task::Return => -config.flight.return_speed,
+            Task::Explore(_) | Task::Wait | Task::Land | Task::Stop => MetresPerSecond::ZERO,
+        }
+    }
+
+    /// Algorithm 1; a relay that is called home and has nobody in front any more flies home.
+    fn relaying_speed(
+        &self,
+        config: &AgentConfig,
+        front: Option<LinkView>,
+        back: Option<LinkView>,
+    ) -> MetresPerSecond {
+        match (front, back) {
+            (Some(front), Some(back)) => config.policy.velocity(front.rssi, back.rssi),
+            (None, _) if matches!(self.order, Some(h) if h.order.task == Task::Return) => {
+                -config.flight.return_speed
+            }
+            _ => MetresPerSecond::ZERO,
+        }
+    }
+}
+
+/// With the front neighbour lost, a relay advances while its own back link can spare it, and
+/// waits where that, or the bound on its advance, ends. Half of all relays that only hover are
+/// found after 20 s, of those that advance after 12 s (the book, "Lost neighbours").
+fn reconnecting_speed(
+    config: &AgentConfig,
+    waited: Duration,
+    advanced: Metres,
+    back: Option<LinkView>,
+) -> MetresPerSecond {
+    let retreat = &config.retreat;
+    let spare = !retreat.wanted(back.map(|link| link.rssi), true);
+    if spare && waited <= retreat.max_time && advanced < retreat.max_distance {
+        retreat.speed
+    } else {
+        MetresPerSecond::ZERO
+    }
+}
+
+/// Level and still, for callers that need a set-point before the first step.
+impl Default for Setpoint {
+    fn default() -> Self {
+        Self::Off
+    }
+}
+
+impl Setpoint {
+    /// Hovering at `height`.
+    #[must_use]
+    pub const fn hover(height: Metres) -> Self {
+        Self::Fly {
+            forward: MetresPerSecond::ZERO,
+            lateral: MetresPerSecond::ZERO,
+            yaw_rate: RadiansPerSecond::ZERO,
+            height,
+        }
+    }
+}

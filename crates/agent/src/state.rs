@@ -1,0 +1,282 @@
+//! What a drone is doing, and the one function that moves it from one state to the next.
+
+use chain::report::Task;
+use units::{Dbm, Instant, Metres};
+
+use crate::{AgentConfig, FlightConfig, Role};
+
+/// What a drone is doing. The base stays [`Idle`](Self::Idle): its part is to speak and listen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum State {
+    /// On the ground, not asked for.
+    Idle,
+    /// On the ground, next to fly.
+    Armed {
+        /// Since when.
+        since: Instant,
+    },
+    /// Climbing to its height and settling there.
+    TakingOff {
+        /// Since when.
+        since: Instant,
+    },
+    /// The head: flies as the pilot says.
+    Leading {
+        /// A weak link sends it back from then on.
+        retreat_after: Instant,
+    },
+    /// A relay: makes its two links equal.
+    Relaying {
+        /// A weak link sends it back from then on.
+        retreat_after: Instant,
+    },
+    /// A relay that no longer hears anyone in front.
+    Reconnecting {
+        /// Since when.
+        since: Instant,
+        /// The odometer then.
+        from: Metres,
+    },
+    /// Flying back towards a neighbour that it hears too weakly, or not at all.
+    BackingUp {
+        /// Since when.
+        since: Instant,
+        /// The odometer then.
+        from: Metres,
+    },
+    /// Coming down where it is.
+    Landing {
+        /// Since when.
+        since: Instant,
+        /// Why.
+        why: LandReason,
+    },
+    /// On the ground, out of the mission until told to wait for the next.
+    Landed {
+        /// Why.
+        why: LandReason,
+    },
+    /// Motors off for good.
+    Stopped,
+}
+
+/// Why a drone came down.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum LandReason {
+    /// The operator said so.
+    Ordered,
+    /// It is where it took off, and was called home.
+    Home,
+    /// It never reached its height.
+    TakeOffFailed,
+    /// The base's side stayed silent over the whole of a retreat.
+    LinkLost,
+}
+
+/// All that a transition depends on.
+pub(crate) struct Situation {
+    pub(crate) now: Instant,
+    pub(crate) task: Option<Task>,
+    pub(crate) emergency: bool,
+    /// The filtered strength of the front link, if there is one.
+    pub(crate) front: Option<Dbm>,
+    /// The filtered strength of the back link, if there is one.
+    pub(crate) back: Option<Dbm>,
+    pub(crate) back_is_base: bool,
+    pub(crate) height: Option<Metres>,
+    pub(crate) odometer: Metres,
+    /// No smaller number is still waiting or climbing.
+    pub(crate) my_turn: bool,
+    /// A smaller number is a flying link of the chain.
+    pub(crate) chain_flies: bool,
+    /// The launch policy calls for a relay.
+    pub(crate) launch: bool,
+}
+
+impl State {
+    /// Whether the motors turn.
+    #[must_use]
+    pub const fn is_airborne(&self) -> bool {
+        match self {
+            Self::TakingOff { .. }
+            | Self::Leading { .. }
+            | Self::Relaying { .. }
+            | Self::Reconnecting { .. }
+            | Self::BackingUp { .. }
+            | Self::Landing { .. } => true,
+            Self::Idle | Self::Armed { .. } | Self::Landed { .. } | Self::Stopped => false,
+        }
+    }
+
+    /// The state's name, without its data.
+    #[must_use]
+    pub const fn name(&self) -> &'static str {
+        match self {
+            Self::Idle => "idle",
+            Self::Armed { .. } => "armed",
+            Self::TakingOff { .. } => "taking-off",
+            Self::Leading { .. } => "leading",
+            Self::Relaying { .. } => "relaying",
+            Self::Reconnecting { .. } => "reconnecting",
+            Self::BackingUp { .. } => "backing-up",
+            Self::Landing { .. } => "landing",
+            Self::Landed { .. } => "landed",
+            Self::Stopped => "stopped",
+        }
+    }
+
+    /// The transition function. Orders and emergencies come first, in that order of weight; then
+    /// each state has its own arm.
+    pub(crate) fn next(self, config: &AgentConfig, role: Role, at: &Situation) -> Self {
+        let stop = at.emergency || at.task == Some(Task::Stop);
+        if stop || self == Self::Stopped {
+            return Self::Stopped;
+        }
+        if role == Role::Base {
+            return Self::Idle;
+        }
+        match self {
+            Self::Stopped => Self::Stopped,
+            Self::Idle => idle(role, at),
+            Self::Armed { since } => armed(since, role, at),
+            Self::TakingOff { since } => taking_off(since, config, role, at),
+            Self::Leading { retreat_after } => leading(retreat_after, config, at),
+            Self::Relaying { retreat_after } => relaying(retreat_after, config, at),
+            Self::Reconnecting { since, from } => reconnecting(since, from, config, at),
+            Self::BackingUp { since, from } => backing_up(since, from, config, role, at),
+            Self::Landing { since, why } => landing(since, why, config, at),
+            Self::Landed { why } => match at.task {
+                Some(Task::Wait) => Self::Idle,
+                _ => Self::Landed { why },
+            },
+        }
+    }
+}
+
+fn explores(at: &Situation) -> bool {
+    matches!(at.task, Some(Task::Explore(_)))
+}
+
+fn idle(role: Role, at: &Situation) -> State {
+    let called = match role {
+        Role::Head => true,
+        Role::Relay => at.my_turn && at.chain_flies,
+        Role::Base => false,
+    };
+    if explores(at) && called { State::Armed { since: at.now } } else { State::Idle }
+}
+
+fn armed(since: Instant, role: Role, at: &Situation) -> State {
+    let launch = role == Role::Head || at.launch;
+    if !explores(at) || (role == Role::Relay && !at.my_turn) {
+        State::Idle
+    } else if launch {
+        State::TakingOff { since: at.now }
+    } else {
+        State::Armed { since }
+    }
+}
+
+fn taking_off(since: Instant, config: &AgentConfig, role: Role, at: &Situation) -> State {
+    let flight = &config.flight;
+    let elapsed = at.now.since(since);
+    let climb_time = flight.height.0 / flight.climb.0;
+    let settled = elapsed.as_secs_f32() >= climb_time + flight.settle.as_secs_f32();
+    if at.task == Some(Task::Land) {
+        State::Landing { since: at.now, why: LandReason::Ordered }
+    } else if settled && flight.is_up(at.height) {
+        on_duty(role, at.now)
+    } else if elapsed > flight.patience {
+        State::Landing { since: at.now, why: LandReason::TakeOffFailed }
+    } else {
+        State::TakingOff { since }
+    }
+}
+
+/// Head or relay at its work, free to retreat from `retreat_after` on.
+fn on_duty(role: Role, retreat_after: Instant) -> State {
+    match role {
+        Role::Head => State::Leading { retreat_after },
+        Role::Relay | Role::Base => State::Relaying { retreat_after },
+    }
+}
+
+/// What ends every duty: an order to land, or having come home when called.
+fn dismissed(config: &AgentConfig, at: &Situation) -> Option<State> {
+    let why = match at.task {
+        Some(Task::Land) => LandReason::Ordered,
+        Some(Task::Return) if at.back_is_base && at.odometer <= config.flight.home => {
+            LandReason::Home
+        }
+        _ => return None,
+    };
+    Some(State::Landing { since: at.now, why })
+}
+
+fn leading(retreat_after: Instant, config: &AgentConfig, at: &Situation) -> State {
+    if let Some(landing) = dismissed(config, at) {
+        landing
+    } else if at.now >= retreat_after && config.retreat.wanted(at.back, false) {
+        State::BackingUp { since: at.now, from: at.odometer }
+    } else {
+        State::Leading { retreat_after }
+    }
+}
+
+fn relaying(retreat_after: Instant, config: &AgentConfig, at: &Situation) -> State {
+    if let Some(landing) = dismissed(config, at) {
+        landing
+    } else if at.now >= retreat_after && config.retreat.wanted(at.back, false) {
+        State::BackingUp { since: at.now, from: at.odometer }
+    } else if at.front.is_none() && at.task != Some(Task::Return) {
+        State::Reconnecting { since: at.now, from: at.odometer }
+    } else {
+        State::Relaying { retreat_after }
+    }
+}
+
+fn reconnecting(since: Instant, from: Metres, config: &AgentConfig, at: &Situation) -> State {
+    if let Some(landing) = dismissed(config, at) {
+        landing
+    } else if config.retreat.wanted(at.back, false) {
+        State::BackingUp { since: at.now, from: at.odometer }
+    } else if at.front.is_some() || at.task == Some(Task::Return) {
+        State::Relaying { retreat_after: at.now }
+    } else {
+        State::Reconnecting { since, from }
+    }
+}
+
+fn backing_up(
+    since: Instant,
+    from: Metres,
+    config: &AgentConfig,
+    role: Role,
+    at: &Situation,
+) -> State {
+    let retreat = &config.retreat;
+    let spent = at.now.since(since) >= retreat.max_time
+        || (from - at.odometer) >= retreat.max_distance;
+    if let Some(landing) = dismissed(config, at) {
+        landing
+    } else if !retreat.wanted(at.back, true) {
+        on_duty(role, at.now)
+    } else if !spent {
+        State::BackingUp { since, from }
+    } else if at.back.is_some() {
+        on_duty(role, at.now + retreat.rest)
+    } else {
+        State::Landing { since: at.now, why: LandReason::LinkLost }
+    }
+}
+
+fn landing(since: Instant, why: LandReason, config: &AgentConfig, at: &Situation) -> State {
+    let down = at.height.is_some_and(|h| h <= FlightConfig::GROUND);
+    if down || at.now.since(since) > config.flight.patience {
+        State::Landed { why }
+    } else {
+        State::Landing { since, why }
+    }
+}

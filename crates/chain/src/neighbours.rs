@@ -1,0 +1,141 @@
+//! Who is in front, who is behind: the chain as one drone hears it.
+//!
+//! The order is given by [`NodeId`], so it needs no negotiation: a drone's front neighbour is the
+//! nearest smaller number that is heard and is a link of the chain, its back neighbour the nearest
+//! larger one. A neighbour that falls silent is skipped as soon as it counts as lost, so where the
+//! next one can be heard the chain closes over the gap by itself.
+
+use heapless::Vec;
+use units::{Dbm, Duration, Instant, MetresPerSecond, NodeId};
+
+use crate::filter::{LinkFilter, Smoothing};
+use crate::report::{Report, newer};
+
+/// The most others that one drone keeps track of. With itself that is a chain of 16, the number
+/// of identities in the authors' firmware.
+pub const MAX_NEIGHBOURS: usize = 15;
+
+/// A report as it was received.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Heard {
+    /// What was said.
+    pub report: Report,
+    /// How strongly it came in.
+    pub rssi: Dbm,
+}
+
+/// One other drone.
+#[derive(Clone, Copy, Debug)]
+pub struct Neighbour {
+    /// The last thing it said.
+    pub report: Report,
+    /// The strength of its last packet.
+    pub raw: Dbm,
+    heard_at: Instant,
+    filter: LinkFilter,
+}
+
+impl Neighbour {
+    /// The filtered strength of the link to it.
+    #[must_use]
+    pub fn rssi(&self) -> Dbm {
+        self.filter.rssi().unwrap_or(self.raw)
+    }
+}
+
+/// Everyone who has been heard.
+#[derive(Clone, Debug, Default)]
+pub struct Neighbours {
+    all: Vec<Neighbour, MAX_NEIGHBOURS>,
+}
+
+impl Neighbours {
+    /// Nobody.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { all: Vec::new() }
+    }
+
+    /// Moves every link on by `dt`, in which this drone flew at `own_velocity` along the tunnel
+    /// and the others at what they last reported.
+    pub fn predict(
+        &mut self,
+        me: NodeId,
+        own_velocity: MetresPerSecond,
+        dt: Duration,
+        smoothing: &Smoothing,
+    ) {
+        for neighbour in &mut self.all {
+            let theirs = neighbour.report.velocity;
+            let separating = if neighbour.report.from < me {
+                theirs - own_velocity
+            } else {
+                own_velocity - theirs
+            };
+            neighbour.filter.predict(smoothing, separating, dt);
+        }
+    }
+
+    /// Takes in one packet. A drone's own echo, and a report older than the last one of its
+    /// sender, change nothing; when the table is full, who was silent longest makes room.
+    pub fn hear(
+        &mut self,
+        me: NodeId,
+        now: Instant,
+        heard: &Heard,
+        smoothing: &Smoothing,
+        lost_after: Duration,
+    ) {
+        let Heard { report, rssi } = *heard;
+        if report.from == me {
+            return;
+        }
+        if let Some(known) = self.all.iter_mut().find(|n| n.report.from == report.from) {
+            let was_lost = now.since(known.heard_at) > lost_after;
+            if !was_lost && !newer(report.sequence, known.report.sequence) {
+                return;
+            }
+            if was_lost {
+                known.filter.reset();
+            }
+            known.filter.update(smoothing, rssi);
+            known.report = report;
+            known.raw = rssi;
+            known.heard_at = now;
+            return;
+        }
+        let mut filter = LinkFilter::new();
+        filter.update(smoothing, rssi);
+        let newcomer = Neighbour { report, raw: rssi, heard_at: now, filter };
+        if let Err(newcomer) = self.all.push(newcomer)
+            && let Some(oldest) = self.all.iter_mut().min_by_key(|n| n.heard_at)
+        {
+            *oldest = newcomer;
+        }
+    }
+
+    /// The nearest link of the chain towards the head, or `None` while none is heard.
+    #[must_use]
+    pub fn front(&self, me: NodeId, now: Instant, lost_after: Duration) -> Option<&Neighbour> {
+        self.links(now, lost_after)
+            .filter(|n| n.report.from < me)
+            .max_by_key(|n| n.report.from)
+    }
+
+    /// The nearest link of the chain towards the base, or `None` while none is heard.
+    #[must_use]
+    pub fn back(&self, me: NodeId, now: Instant, lost_after: Duration) -> Option<&Neighbour> {
+        self.links(now, lost_after)
+            .filter(|n| n.report.from > me)
+            .min_by_key(|n| n.report.from)
+    }
+
+    /// Everyone heard within the last `lost_after`, link or not.
+    pub fn heard(&self, now: Instant, lost_after: Duration) -> impl Iterator<Item = &Neighbour> {
+        self.all.iter().filter(move |n| now.since(n.heard_at) <= lost_after)
+    }
+
+    fn links(&self, now: Instant, lost_after: Duration) -> impl Iterator<Item = &Neighbour> {
+        self.heard(now, lost_after).filter(|n| n.report.phase.is_link())
+    }
+}

@@ -1,0 +1,119 @@
+//! What every drone says of itself at each round, and nothing more: 5 times a second, to whoever
+//! hears it.
+//!
+//! A report also passes two things along the chain, hop by hop: the operator's latest order, out
+//! from the base, and the span of link strengths, in from the head.
+
+use units::{Dbm, Metres, MetresPerSecond, NodeId};
+
+/// Everything one drone tells its neighbours in one round.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Report {
+    /// Who speaks.
+    pub from: NodeId,
+    /// Counts the sender's reports, wrapping.
+    pub sequence: u16,
+    /// Where the sender is in its mission.
+    pub phase: Phase,
+    /// The sender's velocity along the tunnel, positive towards the head, by its optic flow.
+    pub velocity: MetresPerSecond,
+    /// The sender's way along the tunnel since take-off, positive towards the head.
+    pub odometer: Metres,
+    /// The links from the head down to the sender, or `None` where it knows of none: the head
+    /// itself, and a drone that hears nobody in front.
+    pub links: Option<LinkSpan>,
+    /// The latest order of the operator that has reached the sender.
+    pub order: Option<Order>,
+}
+
+/// A drone's part in the chain, as far as its neighbours need to know it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Phase {
+    /// On the ground at the base, free to be launched.
+    Waiting,
+    /// Between the ground and its place: in the air, not yet a link of the chain.
+    Transit,
+    /// Flying as head or relay: a link of the chain.
+    Linked,
+    /// The operator's end of the chain, on the ground for good.
+    Base,
+    /// On the ground and out of the mission.
+    Out,
+}
+
+impl Phase {
+    /// Whether neighbours measure themselves against this drone.
+    #[must_use]
+    pub const fn is_link(self) -> bool {
+        matches!(self, Self::Linked | Self::Base)
+    }
+}
+
+/// The weakest and the strongest of a run of links: what a launch policy must know of the whole
+/// chain, in a size that does not grow with it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct LinkSpan {
+    /// The weakest link of the run.
+    pub weakest: Dbm,
+    /// The strongest link of the run.
+    pub strongest: Dbm,
+}
+
+impl LinkSpan {
+    /// The run `ahead`, if any, lengthened by one link.
+    #[must_use]
+    pub fn extended(ahead: Option<Self>, link: Dbm) -> Self {
+        match ahead {
+            None => Self { weakest: link, strongest: link },
+            Some(run) => Self {
+                weakest: Dbm(run.weakest.0.min(link.0)),
+                strongest: Dbm(run.strongest.0.max(link.0)),
+            },
+        }
+    }
+}
+
+/// What the operator wants, numbered so that the newest wins wherever two meet.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Order {
+    /// Grows by one with every order of the operator, wrapping. A pilot's stick is a new order
+    /// each time it is read, so an order that stops growing is a pilot who is not heard.
+    pub sequence: u16,
+    /// The order.
+    pub task: Task,
+}
+
+impl Order {
+    /// Whether this order was given after `other`: within half the circle of sequence numbers.
+    #[must_use]
+    pub const fn is_newer_than(&self, other: &Self) -> bool {
+        newer(self.sequence, other.sequence)
+    }
+}
+
+/// What a mission can be told.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Task {
+    /// Stay on the ground; a drone that has landed is free to fly again.
+    Wait,
+    /// Fly: the head at this speed along the tunnel, the relays between it and the base.
+    Explore(MetresPerSecond),
+    /// Come home: the head flies back, each relay lands where it took off.
+    Return,
+    /// Land where you are.
+    Land,
+    /// Stop the motors now and stay off. Latches until reboot.
+    Stop,
+}
+
+/// Whether `a` comes after `b` on the circle of 16-bit sequence numbers.
+#[must_use]
+pub(crate) const fn newer(a: u16, b: u16) -> bool {
+    let ahead = a.wrapping_sub(b);
+    ahead != 0 && ahead < 0x8000
+}

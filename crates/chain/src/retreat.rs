@@ -1,0 +1,56 @@
+//! When a drone backs up, section IV-D: "all UAVs move automatically backwards while the
+//! connection to its predecessor is too weak or lost".
+//!
+//! The predecessor is the neighbour towards the base. A retreat is bounded twice, in time and in
+//! distance: the optic flow that measures the distance may be blind in the dark.
+
+use units::{Db, Dbm, Duration, Metres, MetresPerSecond};
+
+/// The constants of backing up and of waiting for a lost neighbour.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RetreatConfig {
+    /// A back link weaker than this sends a drone back. RSSI_DANGER of the authors' firmware.
+    pub limit: Dbm,
+    /// It is good again when it is this much stronger than the limit.
+    pub hysteresis: Db,
+    /// A neighbour that was silent for longer is lost. With one packet in five lost at 5 Hz, 1 s
+    /// of silence happens by chance every 13 minutes on each link, 2 s about once a month.
+    pub lost_after: Duration,
+    /// Speed of the retreat. DEFAULT_SPEED of the authors' firmware.
+    pub speed: MetresPerSecond,
+    /// The retreat ends after this long,
+    pub max_time: Duration,
+    /// or after this far, whichever is first.
+    pub max_distance: Metres,
+    /// After a retreat that did not mend a link which is weak but alive, the drone carries on for
+    /// this long before it tries again.
+    pub rest: Duration,
+}
+
+impl RetreatConfig {
+    /// Limits from the authors' firmware (`tunnel_config.h`). The bounds are half a minute and
+    /// the longest hop that a 2.4 GHz link makes round one corner, about 6 m at 0.2 m/s.
+    pub const DEFAULT: Self = Self {
+        limit: Dbm(-65.0),
+        hysteresis: Db(2.0),
+        lost_after: Duration::from_secs(2),
+        speed: MetresPerSecond(0.2),
+        max_time: Duration::from_secs(30),
+        max_distance: Metres(6.0),
+        rest: Duration::from_secs(10),
+    };
+
+    /// Whether a back link of this strength calls for a retreat; `backing` says that one is under
+    /// way. No link at all always does.
+    #[must_use]
+    pub fn wanted(&self, back: Option<Dbm>, backing: bool) -> bool {
+        let limit = if backing { self.limit + self.hysteresis } else { self.limit };
+        back.is_none_or(|rssi| rssi < limit)
+    }
+}
+
+impl Default for RetreatConfig {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}

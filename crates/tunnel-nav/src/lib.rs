@@ -1,0 +1,34 @@
+//! Staying in the middle of the tunnel with four diagonal ranges, section IV-E of the paper.
+//!
+//! While the chain decides only *how fast along the tunnel*, this crate turns that speed into body
+//! velocities and a yaw rate that keep the drone off the walls and pointing along the tunnel. It
+//! has no memory: the same ranges and the same speed give the same command.
+//!
+//! ```text
+//!        x forward           NW, NE, SW, SE: beams at ±45° and ±135° from the nose.
+//!     NW   ↑   NE            The multi-ranger deck looks along the drone's own axes; the drone
+//!       ╲  │  ╱              flies yawed by 45° and `src/` turns the frame, as the authors' did.
+//!  y ←── drone
+//!       ╱     ╲
+//!     SW       SE
+//! ```
+//!
+//! # Modes
+//! Each side has a wall while its two beams agree to within 40 %; a side that opens has none.
+//!
+//! | walls | command |
+//! |---|---|
+//! | both | equation (17): centre between the leading beams, align with both walls |
+//! | one | equation (18), mirrored for the right side: follow it at a set distance |
+//! | none | turn away from the nearer leading beam, to the preferred side where both are equal |
+//!
+//! The paper writes its equations for a drone that flies forward. A relay flies backward half of
+//! the time; then the rear beams lead. The equations are mirrored front to back, which leaves the
+//! yaw law as it is and centres by the two beams that look where the drone is going.
+#![no_std]
+
+mod ranges;
+mod steer;
+
+pub use ranges::{Diagonals, Range};
+pub use steer::{NavCommand, NavConfig, Side, Walls, steer};

@@ -1,0 +1,30 @@
+//! The newtypes that meet at every API of the house.
+//!
+//! A quantity crosses a function boundary in its own type and becomes a plain `f32` inside the
+//! maths: `link.rssi.0`. Everything is SI but signal strength, which is in decibels:
+//!
+//! | type | unit | sign |
+//! |---|---|---|
+//! | [`Dbm`] | dBm | received power: negative, larger is better |
+//! | [`Db`] | dB | a ratio of powers; a path loss is positive, larger is worse |
+//! | [`Metres`], [`MetresPerSecond`] | m, m/s | body axes: x forward, y left, z up |
+//! | [`Radians`], [`RadiansPerSecond`] | rad, rad/s | yaw counter-clockwise seen from above |
+//! | [`Instant`], [`Duration`] | µs | since boot; never runs backwards |
+//!
+//! ```
+//! use units::{Db, Dbm, Duration, Instant, Metres, MetresPerSecond};
+//!
+//! assert_eq!(Dbm(-57.0) - Dbm(-60.0), Db(3.0));
+//! assert_eq!(MetresPerSecond(0.4) * Duration::from_millis(500), Metres(0.2));
+//! // A clock that went backwards reads as no time at all, never as an underflow.
+//! assert_eq!(Instant::from_millis(5).since(Instant::from_millis(9)), Duration::ZERO);
+//! ```
+#![no_std]
+
+mod quantity;
+mod time;
+
+pub use quantity::{
+    Db, DbPerMetre, Dbm, Metres, MetresPerSecond, NodeId, Radians, RadiansPerSecond,
+};
+pub use time::{Duration, Instant};

@@ -1,0 +1,220 @@
+//! Physical quantities as tuple structs over `f32`, and the few products and differences of them
+//! that mean something.
+
+use core::fmt;
+use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
+
+use crate::Duration;
+
+/// Declares a quantity whose values can be added to each other and scaled.
+macro_rules! linear_quantity {
+    ($(#[$doc:meta])* $name:ident, $unit:literal) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]
+        #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+        pub struct $name(pub f32);
+
+        impl $name {
+            /// Nothing of it.
+            pub const ZERO: Self = Self(0.0);
+
+            /// The same amount without its sign.
+            #[must_use]
+            pub const fn abs(self) -> Self {
+                Self(self.0.abs())
+            }
+
+            /// The amount, no larger than `limit` either way; a negative `limit` counts as zero,
+            /// and what is not a number becomes zero.
+            #[must_use]
+            pub const fn limited_to(self, limit: Self) -> Self {
+                let limit = limit.0.max(0.0);
+                if self.0.is_nan() { Self(0.0) } else { Self(self.0.max(-limit).min(limit)) }
+            }
+        }
+
+        impl Add for $name {
+            type Output = Self;
+            fn add(self, other: Self) -> Self {
+                Self(self.0 + other.0)
+            }
+        }
+
+        impl AddAssign for $name {
+            fn add_assign(&mut self, other: Self) {
+                self.0 += other.0;
+            }
+        }
+
+        impl Sub for $name {
+            type Output = Self;
+            fn sub(self, other: Self) -> Self {
+                Self(self.0 - other.0)
+            }
+        }
+
+        impl SubAssign for $name {
+            fn sub_assign(&mut self, other: Self) {
+                self.0 -= other.0;
+            }
+        }
+
+        impl Neg for $name {
+            type Output = Self;
+            fn neg(self) -> Self {
+                Self(-self.0)
+            }
+        }
+
+        impl Mul<f32> for $name {
+            type Output = Self;
+            fn mul(self, factor: f32) -> Self {
+                Self(self.0 * factor)
+            }
+        }
+
+        impl Div<f32> for $name {
+            type Output = Self;
+            fn div(self, divisor: f32) -> Self {
+                Self(self.0 / divisor)
+            }
+        }
+
+        impl fmt::Display for $name {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                fmt::Display::fmt(&self.0, f)?;
+                f.write_str($unit)
+            }
+        }
+    };
+}
+
+linear_quantity! {
+    /// A ratio of powers in decibels. As a path loss it is positive and larger is worse.
+    Db, " dB"
+}
+linear_quantity! {
+    /// How fast a path loss grows with distance.
+    DbPerMetre, " dB/m"
+}
+linear_quantity! {
+    /// A length or a position, in metres.
+    Metres, " m"
+}
+linear_quantity! {
+    /// A speed, in metres per second.
+    MetresPerSecond, " m/s"
+}
+linear_quantity! {
+    /// An angle, in radians, counter-clockwise.
+    Radians, " rad"
+}
+linear_quantity! {
+    /// A turn rate, in radians per second, counter-clockwise.
+    RadiansPerSecond, " rad/s"
+}
+
+/// Received power in dBm: a negative number, larger is better. Two of them differ by [`Db`].
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Dbm(pub f32);
+
+impl Dbm {
+    /// The loss on the way of something sent at 0 dBm: −RSSI, the number that the U-Chain paper
+    /// and its authors' firmware calculate with.
+    #[must_use]
+    pub const fn loss(self) -> Db {
+        Db(-self.0)
+    }
+
+    /// What arrives of 0 dBm after `loss`.
+    #[must_use]
+    pub const fn after_loss(loss: Db) -> Self {
+        Self(-loss.0)
+    }
+}
+
+impl Sub for Dbm {
+    type Output = Db;
+    fn sub(self, other: Self) -> Db {
+        Db(self.0 - other.0)
+    }
+}
+
+impl Sub<Db> for Dbm {
+    type Output = Self;
+    fn sub(self, loss: Db) -> Self {
+        Self(self.0 - loss.0)
+    }
+}
+
+impl Add<Db> for Dbm {
+    type Output = Self;
+    fn add(self, gain: Db) -> Self {
+        Self(self.0 + gain.0)
+    }
+}
+
+impl fmt::Display for Dbm {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(&self.0, f)?;
+        f.write_str(" dBm")
+    }
+}
+
+impl Mul<Metres> for DbPerMetre {
+    type Output = Db;
+    fn mul(self, distance: Metres) -> Db {
+        Db(self.0 * distance.0)
+    }
+}
+
+impl Mul<Duration> for MetresPerSecond {
+    type Output = Metres;
+    fn mul(self, time: Duration) -> Metres {
+        Metres(self.0 * time.as_secs_f32())
+    }
+}
+
+impl Mul<Duration> for RadiansPerSecond {
+    type Output = Radians;
+    fn mul(self, time: Duration) -> Radians {
+        Radians(self.0 * time.as_secs_f32())
+    }
+}
+
+/// A drone's place in the launch order: 0 is the head, the base has the largest number of its
+/// chain, and of two flying nodes the one with the smaller number is nearer to the head.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct NodeId(pub u8);
+
+impl NodeId {
+    /// The piloted explorer.
+    pub const HEAD: Self = Self(0);
+}
+
+impl fmt::Display for NodeId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(&self.0, f)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_limit_holds_for_any_bits() {
+        let limit = MetresPerSecond(0.4);
+        assert_eq!(MetresPerSecond(f32::NAN).limited_to(limit), MetresPerSecond(0.0));
+        assert_eq!(MetresPerSecond(f32::NEG_INFINITY).limited_to(limit), MetresPerSecond(-0.4));
+        assert_eq!(MetresPerSecond(0.1).limited_to(MetresPerSecond(-1.0)), MetresPerSecond(0.0));
+    }
+
+    #[test]
+    fn loss_and_received_power_mirror_each_other() {
+        assert_eq!(Dbm::after_loss(Dbm(-63.0).loss()), Dbm(-63.0));
+        assert_eq!(Dbm(-60.0) - Db(3.0), Dbm(-63.0));
+    }
+}
