@@ -3,7 +3,7 @@
 use chain::neighbours::{Heard, Neighbour};
 use chain::report::{Order, Report};
 use tunnel_nav::{Diagonals, Walls};
-use units::{Dbm, Metres, MetresPerSecond, NodeId, RadiansPerSecond};
+use units::{Dbm, Metres, MetresPerSecond, NodeId, Radians, RadiansPerSecond};
 
 use crate::State;
 
@@ -35,6 +35,9 @@ pub struct Inputs<'a> {
     pub ranges: Diagonals,
     /// Velocity over ground; `None` while the flow sensor sees nothing it trusts.
     pub velocity: Option<BodyVelocity>,
+    /// Heading by gyro, from any origin, within half a turn, drifting slowly; `None` while there
+    /// is none.
+    pub heading: Option<Radians>,
     /// Height over ground; `None` while it is not measured.
     pub height: Option<Metres>,
     /// Reports received, in order of arrival.

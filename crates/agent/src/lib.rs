@@ -31,7 +31,7 @@ pub use state::{LandReason, State};
 use chain::launch::LaunchWatch;
 use chain::neighbours::{Neighbour, Neighbours};
 use chain::report::{LinkSpan, Order, Phase, Report, Task};
-use tunnel_nav::{Walls, steer};
+use tunnel_nav::{Bearings, Navigator, Walls};
 use units::{Duration, Instant, Metres, MetresPerSecond, NodeId, RadiansPerSecond};
 
 use state::Situation;
@@ -44,6 +44,7 @@ pub struct Agent {
     state: State,
     neighbours: Neighbours,
     launch: LaunchWatch,
+    navigator: Navigator,
     order: Option<Heeded>,
     odometer: Metres,
     last_step: Option<Instant>,
@@ -71,6 +72,7 @@ impl Agent {
             state: State::Idle,
             neighbours: Neighbours::new(),
             launch: LaunchWatch::new(),
+            navigator: Navigator::new(),
             order: None,
             odometer: Metres::ZERO,
             last_step: None,
@@ -78,13 +80,15 @@ impl Agent {
         }
     }
 
-    /// A relay already at its place in the air: for studies that begin in mid-mission.
+    /// A drone already at its place in the air, with two seconds to hear its neighbours: for
+    /// studies that begin in mid-mission.
     #[must_use]
     pub const fn new_linked(id: NodeId, role: Role) -> Self {
         let mut agent = Self::new(id, role);
+        let patient_until = Instant::from_millis(2_000);
         agent.state = match role {
-            Role::Head => State::Leading { retreat_after: Instant::ZERO },
-            Role::Relay => State::Relaying { retreat_after: Instant::ZERO },
+            Role::Head => State::Leading { patient_until },
+            Role::Relay => State::Relaying { patient_until },
             Role::Base => State::Idle,
         };
         agent
@@ -196,7 +200,23 @@ impl Agent {
     fn outputs(&mut self, config: &AgentConfig, now: Instant, inputs: &Inputs<'_>) -> Outputs {
         let front = self.front(config, now).map(LinkView::of);
         let back = self.back(config, now).map(LinkView::of);
-        let (setpoint, walls) = self.setpoint(config, now, inputs, front, back);
+        let (setpoint, walls) = match self.wish(config, now, front, back) {
+            Wish::Rest => {
+                self.navigator = Navigator::new();
+                (Setpoint::Off, Walls::Neither)
+            }
+            Wish::Fly { speed, height } => {
+                let bearings = Bearings { way: self.odometer, heading: inputs.heading };
+                let command = self.navigator.step(&config.nav, &inputs.ranges, speed, &bearings);
+                let setpoint = Setpoint::Fly {
+                    forward: command.forward,
+                    lateral: command.lateral,
+                    yaw_rate: command.yaw_rate,
+                    height,
+                };
+                (setpoint, command.walls)
+            }
+        };
         let ahead = self.front(config, now).and_then(|n| n.report.links);
         let report = Report {
             from: self.id,
@@ -227,18 +247,18 @@ impl Agent {
         }
     }
 
-    fn setpoint(
+    /// How fast along the tunnel, and how high.
+    fn wish(
         &self,
         config: &AgentConfig,
         now: Instant,
-        inputs: &Inputs<'_>,
         front: Option<LinkView>,
         back: Option<LinkView>,
-    ) -> (Setpoint, Walls) {
+    ) -> Wish {
         let flight = &config.flight;
         let (speed, height) = match self.state {
             State::Idle | State::Armed { .. } | State::Landed { .. } | State::Stopped => {
-                return (Setpoint::Off, Walls::Neither);
+                return Wish::Rest;
             }
             State::TakingOff { since } => {
                 (MetresPerSecond::ZERO, flight.climbing(now.since(since)))
@@ -249,19 +269,12 @@ impl Agent {
             State::Leading { .. } => (self.leading_speed(config, now), flight.height),
             State::Relaying { .. } => (self.relaying_speed(config, front, back), flight.height),
             State::Reconnecting { since, from } => {
-                let speed = reconnecting_speed(config, now.since(since), self.odometer - from, back);
-                (speed, flight.height)
+                let waited = now.since(since);
+                (reconnecting_speed(config, waited, self.odometer - from, back), flight.height)
             }
             State::BackingUp { .. } => (-config.retreat.speed, flight.height),
         };
-        let command = steer(&config.nav, &inputs.ranges, speed);
-        let setpoint = Setpoint::Fly {
-            forward: command.forward,
-            lateral: command.lateral,
-            yaw_rate: command.yaw_rate,
-            height,
-        };
-        (setpoint, command.walls)
+        Wish::Fly { speed, height }
     }
 
     /// The pilot's stick while it is alive, or the way home.
@@ -293,6 +306,14 @@ impl Agent {
             _ => MetresPerSecond::ZERO,
         }
     }
+}
+
+/// What a state wants before the walls have their say.
+enum Wish {
+    /// Motors off.
+    Rest,
+    /// Along the tunnel at this speed and height.
+    Fly { speed: MetresPerSecond, height: Metres },
 }
 
 /// With the front neighbour lost, a relay advances while its own back link can spare it, and

@@ -23,13 +23,13 @@ pub enum State {
     },
     /// The head: flies as the pilot says.
     Leading {
-        /// A weak link sends it back from then on.
-        retreat_after: Instant,
+        /// Until then it bears a weak or missing link.
+        patient_until: Instant,
     },
     /// A relay: makes its two links equal.
     Relaying {
-        /// A weak link sends it back from then on.
-        retreat_after: Instant,
+        /// Until then it bears a weak or missing link.
+        patient_until: Instant,
     },
     /// A relay that no longer hears anyone in front.
     Reconnecting {
@@ -142,8 +142,8 @@ impl State {
             Self::Idle => idle(role, at),
             Self::Armed { since } => armed(since, role, at),
             Self::TakingOff { since } => taking_off(since, config, role, at),
-            Self::Leading { retreat_after } => leading(retreat_after, config, at),
-            Self::Relaying { retreat_after } => relaying(retreat_after, config, at),
+            Self::Leading { patient_until } => leading(patient_until, config, at),
+            Self::Relaying { patient_until } => relaying(patient_until, config, at),
             Self::Reconnecting { since, from } => reconnecting(since, from, config, at),
             Self::BackingUp { since, from } => backing_up(since, from, config, role, at),
             Self::Landing { since, why } => landing(since, why, config, at),
@@ -195,11 +195,11 @@ fn taking_off(since: Instant, config: &AgentConfig, role: Role, at: &Situation) 
     }
 }
 
-/// Head or relay at its work, free to retreat from `retreat_after` on.
-fn on_duty(role: Role, retreat_after: Instant) -> State {
+/// Head or relay at its work, bearing with its links until `patient_until`.
+fn on_duty(role: Role, patient_until: Instant) -> State {
     match role {
-        Role::Head => State::Leading { retreat_after },
-        Role::Relay | Role::Base => State::Relaying { retreat_after },
+        Role::Head => State::Leading { patient_until },
+        Role::Relay | Role::Base => State::Relaying { patient_until },
     }
 }
 
@@ -215,25 +215,25 @@ fn dismissed(config: &AgentConfig, at: &Situation) -> Option<State> {
     Some(State::Landing { since: at.now, why })
 }
 
-fn leading(retreat_after: Instant, config: &AgentConfig, at: &Situation) -> State {
+fn leading(patient_until: Instant, config: &AgentConfig, at: &Situation) -> State {
     if let Some(landing) = dismissed(config, at) {
         landing
-    } else if at.now >= retreat_after && config.retreat.wanted(at.back, false) {
+    } else if at.now >= patient_until && config.retreat.wanted(at.back, false) {
         State::BackingUp { since: at.now, from: at.odometer }
     } else {
-        State::Leading { retreat_after }
+        State::Leading { patient_until }
     }
 }
 
-fn relaying(retreat_after: Instant, config: &AgentConfig, at: &Situation) -> State {
+fn relaying(patient_until: Instant, config: &AgentConfig, at: &Situation) -> State {
     if let Some(landing) = dismissed(config, at) {
         landing
-    } else if at.now >= retreat_after && config.retreat.wanted(at.back, false) {
+    } else if at.now >= patient_until && config.retreat.wanted(at.back, false) {
         State::BackingUp { since: at.now, from: at.odometer }
-    } else if at.front.is_none() && at.task != Some(Task::Return) {
+    } else if at.now >= patient_until && at.front.is_none() && at.task != Some(Task::Return) {
         State::Reconnecting { since: at.now, from: at.odometer }
     } else {
-        State::Relaying { retreat_after }
+        State::Relaying { patient_until }
     }
 }
 
@@ -243,7 +243,7 @@ fn reconnecting(since: Instant, from: Metres, config: &AgentConfig, at: &Situati
     } else if config.retreat.wanted(at.back, false) {
         State::BackingUp { since: at.now, from: at.odometer }
     } else if at.front.is_some() || at.task == Some(Task::Return) {
-        State::Relaying { retreat_after: at.now }
+        State::Relaying { patient_until: at.now }
     } else {
         State::Reconnecting { since, from }
     }

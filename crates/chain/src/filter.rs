@@ -19,10 +19,10 @@
 //! let smoothing = PolicyConfig::K.smoothing;
 //! let mut link = LinkFilter::new();
 //! assert_eq!(link.rssi(), None); // nothing heard yet
-//! link.update(&smoothing, Dbm(-20.0));
+//! link.update(&smoothing, Dbm(-60.0));
 //! // Separating at 0.5 m/s: without a single packet the link is known to have become weaker.
 //! link.predict(&smoothing, MetresPerSecond(0.5), Duration::from_secs(1));
-//! assert!(link.rssi().unwrap() < Dbm(-20.0));
+//! assert!(link.rssi().unwrap() < Dbm(-60.0));
 //! ```
 
 use units::{Db, DbPerMetre, Dbm, Duration, Metres, MetresPerSecond};
@@ -52,6 +52,15 @@ impl Slope {
     const NEAREST: Metres = Metres(0.3);
     /// Farther than this one hop of a 2.4 GHz link does not reach underground.
     const FARTHEST: Metres = Metres(30.0);
+
+    /// The same law for radios that lose this much over the first metre.
+    #[must_use]
+    pub(crate) const fn for_loss_at_1m(self, loss_at_1m: Db) -> Self {
+        match self {
+            Self::LogDistance { exponent, .. } => Self::LogDistance { exponent, loss_at_1m },
+            Self::Constant(_) => self,
+        }
+    }
 
     /// The slope where the loss is `loss`, in dB/m, always positive.
     #[must_use]

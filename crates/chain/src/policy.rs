@@ -63,9 +63,11 @@ pub struct PolicyConfig {
     pub max_speed: MetresPerSecond,
 }
 
-/// The log-distance law with the exponent halfway between the 2 of air and the 4 of one wall:
-/// what a drone can assume of equation (19) without knowing the walls.
-const PAPER_SLOPE: Slope = Slope::LogDistance { exponent: 3.0, loss_at_1m: Db(0.0) };
+/// The log-distance law with the exponent halfway between the 2 of air and the 4 of one wall: what
+/// a drone can assume of equation (19) without knowing the walls. The first metre costs 40 dB at
+/// 2.4 GHz (free space, 20·log₁₀(4π/λ)); the paper's equation leaves it out, which shifts every
+/// link by the same amount and moves nothing.
+const PAPER_SLOPE: Slope = Slope::LogDistance { exponent: 3.0, loss_at_1m: Db(40.0) };
 
 /// Equation (11) to the letter: a third of the imbalance per round of 0.2 s.
 const PAPER_LAW: SpeedLaw =
@@ -117,6 +119,19 @@ impl PolicyConfig {
         law: SpeedLaw::Proportional { gain: 0.4, slope: PAPER_SLOPE, of: SlopeOf::SteeperLink },
         ..Self::K
     };
+
+    /// The same policy for radios that lose this much over the first metre.
+    #[must_use]
+    pub fn for_loss_at_1m(mut self, loss_at_1m: Db) -> Self {
+        if let Smoothing::Kalman(kalman) = &mut self.smoothing {
+            kalman.slope = kalman.slope.for_loss_at_1m(loss_at_1m);
+        }
+        match &mut self.law {
+            SpeedLaw::Proportional { slope, .. } => *slope = slope.for_loss_at_1m(loss_at_1m),
+            SpeedLaw::BangBang { too_near, .. } => *too_near = Dbm::after_loss(loss_at_1m),
+        }
+        self
+    }
 
     /// Algorithm 1: the forward velocity of a relay whose links to the front and back neighbours
     /// have these strengths.

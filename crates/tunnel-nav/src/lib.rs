@@ -1,8 +1,8 @@
 //! Staying in the middle of the tunnel with four diagonal ranges, section IV-E of the paper.
 //!
 //! While the chain decides only *how fast along the tunnel*, this crate turns that speed into body
-//! velocities and a yaw rate that keep the drone off the walls and pointing along the tunnel. It
-//! has no memory: the same ranges and the same speed give the same command.
+//! velocities and a yaw rate that keep the drone off the walls and pointing along the tunnel. What it
+//! remembers is which walls it has, and which way the nose pointed along the last metres of way.
 //!
 //! ```text
 //!        x forward           NW, NE, SW, SE: beams at ±45° and ±135° from the nose.
@@ -20,7 +20,7 @@
 //! |---|---|
 //! | both | equation (17): centre between the leading beams, align with both walls |
 //! | one | equation (18), mirrored for the right side: follow it at a set distance |
-//! | none | turn away from the nearer leading beam, to the preferred side where both are equal |
+//! | none | go straight; turn away from what is ahead, to the preferred side in doubt |
 //!
 //! The paper writes its equations for a drone that flies forward. A relay flies backward half of
 //! the time; then the rear beams lead. The equations are mirrored front to back, which leaves the
@@ -29,6 +29,8 @@
 
 mod ranges;
 mod steer;
+mod trail;
+mod wall;
 
 pub use ranges::{Diagonals, Range};
-pub use steer::{NavCommand, NavConfig, Side, Walls, steer};
+pub use steer::{Bearings, NavCommand, NavConfig, Navigator, Side, Walls};

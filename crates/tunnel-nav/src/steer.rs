@@ -1,7 +1,9 @@
 //! From four ranges and a speed along the tunnel to a command for the body.
 
-use units::{Metres, MetresPerSecond, RadiansPerSecond};
+use units::{Metres, MetresPerSecond, Radians, RadiansPerSecond};
 
+use crate::trail::Trail;
+use crate::wall::{Beams, Track};
 use crate::{Diagonals, Range};
 
 /// Left or right of the drone.
@@ -34,10 +36,16 @@ pub struct NavConfig {
     pub lateral_gain: f32,
     /// C_r of equations (17) and (18), in (rad/s)/m.
     pub yaw_gain: f32,
-    /// Two beams of a side that differ by more than this part of their mean see no wall: 40 %
-    /// "after calibration tests" (section IV-E).
+    /// A side whose beams differ by more than this part of their mean has no wall: 40 % "after
+    /// calibration tests" (section IV-E).
     pub ratio: f32,
-    /// D of equation (18): how far along its beam a single wall is kept.
+    /// A wall that was lost beside another is believed again after its beams have agreed, to
+    /// within half the ratio, over this part of their length of way.
+    pub confirm: f32,
+    /// D of equation (18), the least of it: how far along its beam a single wall is kept. Where
+    /// the drone was centred between two walls before, it keeps the distance that it had then, as
+    /// the authors' firmware does: a drone that hugs the outer wall of a bend sees the wall ahead
+    /// too late to turn.
     pub wall_distance: Metres,
     /// The range that stands for "nothing seen" in the maths: the ranger's reach, 2 m (V-B).
     pub reach: Metres,
@@ -62,6 +70,7 @@ impl NavConfig {
         lateral_gain: 0.6,
         yaw_gain: 0.5,
         ratio: 0.4,
+        confirm: 0.5,
         wall_distance: Metres(0.5),
         reach: Metres(2.0),
         slow_below: Metres(0.45),
@@ -96,27 +105,132 @@ pub struct NavCommand {
 /// Speeds below this are hovering: neither end of the drone leads.
 const HOVERING: f32 = 0.05;
 
-/// One iteration of the centring policy: what to fly, to go along the tunnel at `speed` (negative:
-/// tail first) with these ranges.
-#[must_use]
-pub fn steer(config: &NavConfig, ranges: &Diagonals, speed: MetresPerSecond) -> NavCommand {
-    let ahead = one_way(config, ranges);
-    let astern = one_way(config, &ranges.seen_backwards());
-    let leading = if speed.0 < 0.0 { &astern } else { &ahead };
+/// The nose is turned to where the trail says, against the walls, when it is farther off than
+/// this: walls 45° apart look alike in a bend, a heading error in a gallery stays below 20°.
+const ASTRAY: f32 = 0.45;
+/// How fast, in 1/s.
+const TRAIL_GAIN: f32 = 1.5;
 
-    // 1 when flying nose first, 0 when tail first, between the two when hovering.
-    let nose_leads = (0.5 + 0.5 * speed.0 / HOVERING).clamp(0.0, 1.0);
-    let blend = |nose: f32, tail: f32| nose_leads * nose + (1.0 - nose_leads) * tail;
+/// Where the drone is by its own sensors: how far it has come, and where its nose points.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Bearings {
+    /// Way along the tunnel since take-off, by optic flow.
+    pub way: Metres,
+    /// Heading by gyro, from any origin, within half a turn, drifting slowly; `None` while there
+    /// is none.
+    pub heading: Option<Radians>,
+}
 
-    let push = push_away(config, ranges);
-    let lateral = blend(ahead.lateral, astern.lateral) + push.lateral;
-    // Mirroring front to back turns counter-clockwise into clockwise.
-    let yaw_rate = blend(ahead.yaw_rate, -astern.yaw_rate);
-    NavCommand {
-        forward: MetresPerSecond(speed.0 * leading.pace + push.forward),
-        lateral: MetresPerSecond(lateral).limited_to(config.max_lateral),
-        yaw_rate: RadiansPerSecond(yaw_rate).limited_to(config.max_yaw_rate),
-        walls: leading.walls,
+/// The centring policy with what it remembers: which walls it has, and the trail.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Navigator {
+    left: Track,
+    right: Track,
+    /// The length of the beams when there were two walls, in metres.
+    centred: f32,
+    trail: Trail,
+    way: Metres,
+}
+
+impl Navigator {
+    /// A drone that has seen nothing.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            left: Track::Unknown,
+            right: Track::Unknown,
+            centred: 0.0,
+            trail: Trail::new(),
+            way: Metres::ZERO,
+        }
+    }
+
+    /// One iteration: what to fly, to go along the tunnel at `speed` (negative: tail first) with
+    /// these ranges, being there.
+    pub fn step(
+        &mut self,
+        config: &NavConfig,
+        ranges: &Diagonals,
+        speed: MetresPerSecond,
+        bearings: &Bearings,
+    ) -> NavCommand {
+        let moved = bearings.way - self.way;
+        self.way = bearings.way;
+        self.look(config, ranges, moved);
+        let astray = self.astray(bearings, speed);
+        let ahead = self.one_way(config, ranges);
+        let astern = self.one_way(config, &ranges.seen_backwards());
+        let leading = if speed.0 < 0.0 { &astern } else { &ahead };
+
+        // 1 when flying nose first, 0 when tail first, between the two when hovering.
+        let nose_leads = (0.5 + 0.5 * speed.0 / HOVERING).clamp(0.0, 1.0);
+        let blend = |nose: f32, tail: f32| nose_leads * nose + (1.0 - nose_leads) * tail;
+
+        let push = push_away(config, ranges);
+        let lateral = blend(ahead.lateral, astern.lateral) + push.lateral;
+        // Mirroring front to back turns counter-clockwise into clockwise.
+        let yaw_rate = match astray {
+            Some(off) => TRAIL_GAIN * off.0,
+            None => blend(ahead.yaw_rate, -astern.yaw_rate),
+        };
+        NavCommand {
+            forward: MetresPerSecond(speed.0 * leading.pace + push.forward),
+            lateral: MetresPerSecond(lateral).limited_to(config.max_lateral),
+            yaw_rate: RadiansPerSecond(yaw_rate).limited_to(config.max_yaw_rate),
+            walls: leading.walls,
+        }
+    }
+
+    /// How far the nose is off the trail, where that is too far for the walls to mend.
+    fn astray(&mut self, bearings: &Bearings, speed: MetresPerSecond) -> Option<Radians> {
+        let heading = bearings.heading.filter(|heading| heading.0.is_finite())?;
+        self.trail.record(bearings.way, heading);
+        let off = self.trail.off(bearings.way, speed.0 >= 0.0, heading)?;
+        (off.0.abs() > ASTRAY && speed.0.abs() > HOVERING).then_some(off)
+    }
+
+    /// Which walls there are now.
+    fn look(&mut self, config: &NavConfig, ranges: &Diagonals, moved: Metres) {
+        let (left, right) = (Beams::new(ranges.nw, ranges.sw), Beams::new(ranges.ne, ranges.se));
+        let (had_left, had_right) = (self.left.is_seen(), self.right.is_seen());
+        self.left = self.left.next(config, left, moved, had_right, self.centred);
+        self.right = self.right.next(config, right, moved, had_left, self.centred);
+        match (self.left, self.right) {
+            (Track::Seen { length: left }, Track::Seen { length: right }) => {
+                self.centred = 0.5 * (left + right);
+            }
+            // Never between two walls yet: keep to where the one is.
+            (Track::Seen { length }, _) | (_, Track::Seen { length }) if self.centred == 0.0 => {
+                self.centred = length;
+            }
+            _ => {}
+        }
+    }
+
+    fn one_way(&self, config: &NavConfig, ranges: &Diagonals) -> OneWay {
+        let (c_l, c_r) = (config.lateral_gain, config.yaw_gain);
+        let left = self.left.wall(Beams::new(ranges.nw, ranges.sw));
+        let right = self.right.wall(Beams::new(ranges.ne, ranges.se));
+        let keep = self.centred.clamp(config.wall_distance.0, WIDEST * config.reach.0);
+        // What the beam over the lost wall sees nearer than the wall that is kept is ahead.
+        let ahead = |beam: Range| c_r * (keep - nearest(beam)).max(0.0);
+        let (lateral, yaw_rate, walls) = match (left, right) {
+            // Equation (17).
+            (Some(l), Some(r)) => {
+                (c_l * (l.front - r.front), c_r * (l.excess() - r.excess()), Walls::Both)
+            }
+            // Equation (18), and its mirror image.
+            (Some(l), None) => {
+                let yaw_rate = 2.0 * c_r * l.excess() - ahead(ranges.ne);
+                (c_l * (l.front - keep), yaw_rate, Walls::One(Side::Left))
+            }
+            (None, Some(r)) => {
+                let yaw_rate = -2.0 * c_r * r.excess() + ahead(ranges.nw);
+                (c_l * (keep - r.front), yaw_rate, Walls::One(Side::Right))
+            }
+            (None, None) => (0.0, turn_to_open(config, ranges), Walls::Neither),
+        };
+        OneWay { lateral, yaw_rate, pace: pace(config, ranges), walls }
     }
 }
 
@@ -129,72 +243,29 @@ struct OneWay {
     walls: Walls,
 }
 
-fn one_way(config: &NavConfig, ranges: &Diagonals) -> OneWay {
-    let (c_l, c_r) = (config.lateral_gain, config.yaw_gain);
-    let left = wall(config, ranges.nw, ranges.sw);
-    let right = wall(config, ranges.ne, ranges.se);
-    let (lateral, yaw_rate, walls) = match (left, right) {
-        // Equation (17).
-        (Some(l), Some(r)) => {
-            (c_l * (l.front - r.front), c_r * (l.excess() - r.excess()), Walls::Both)
-        }
-        // Equation (18), and its mirror image.
-        (Some(l), None) => (
-            c_l * (l.front - config.wall_distance.0),
-            2.0 * c_r * l.excess(),
-            Walls::One(Side::Left),
-        ),
-        (None, Some(r)) => (
-            c_l * (config.wall_distance.0 - r.front),
-            -2.0 * c_r * r.excess(),
-            Walls::One(Side::Right),
-        ),
-        (None, None) => (0.0, turn_to_open(config, ranges), Walls::Neither),
-    };
-    OneWay { lateral, yaw_rate, pace: pace(config, ranges), walls }
-}
-
-/// A side on which both beams see the same wall, in metres along the beams.
-struct Wall {
-    front: f32,
-    rear: f32,
-}
-
-impl Wall {
-    /// How much farther the wall is in front: positive when the nose points away from it.
-    fn excess(&self) -> f32 {
-        self.front - self.rear
-    }
-}
-
-/// The 40 % ratio test.
-fn wall(config: &NavConfig, front: Range, rear: Range) -> Option<Wall> {
-    let (Range::At(Metres(front)), Range::At(Metres(rear))) = (front, rear) else {
-        return None;
-    };
-    let mean = 0.5 * (front + rear);
-    ((front - rear).abs() <= config.ratio * mean).then_some(Wall { front, rear })
-}
-
-/// With no wall to follow: towards the longer of the two leading beams, or the preferred side
-/// where something is ahead on both.
+/// With no wall to follow and something ahead: towards the longer of the two leading beams, or
+/// the preferred side where they are alike.
 fn turn_to_open(config: &NavConfig, ranges: &Diagonals) -> f32 {
-    let length = |beam: Range| match beam {
-        Range::At(d) => d.0.min(config.reach.0),
-        Range::Clear | Range::Invalid => config.reach.0,
-    };
+    let length = |beam: Range| nearest(beam).min(config.reach.0);
     let (left, right) = (length(ranges.nw), length(ranges.ne));
-    let difference = left - right;
-    let blocked = left.max(right) < config.reach.0;
-    if blocked && difference.abs() < 0.2 * (left + right) {
-        let turn = config.max_yaw_rate.0;
-        return match config.prefer {
-            Side::Left => turn,
-            Side::Right => -turn,
-        };
+    if left.min(right) > TURN_BELOW * config.wall_distance.0 {
+        return 0.0;
     }
-    2.0 * config.yaw_gain * difference
+    let turn = config.max_yaw_rate.0;
+    let to_left = if (left - right).abs() < 0.1 * (left + right) {
+        config.prefer == Side::Left
+    } else {
+        left > right
+    };
+    if to_left { turn } else { -turn }
 }
+
+/// With no wall at its side a drone turns away from what is ahead nearer than this many times the
+/// distance at which it would follow it.
+const TURN_BELOW: f32 = 1.6;
+
+/// A single wall is kept no farther than this part of what the ranger sees.
+const WIDEST: f32 = 0.6;
 
 /// Slows down for what the leading beams see.
 fn pace(config: &NavConfig, ranges: &Diagonals) -> f32 {

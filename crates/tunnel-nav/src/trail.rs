@@ -1,0 +1,135 @@
+//! Which way the nose pointed along the last few metres of way.
+//!
+//! In the middle of a right-angle bend all four beams are equal whichever of the two galleries the
+//! drone is aligned with: the ranges of one moment cannot tell forward from sideways. But a relay
+//! that hovers in a bend came from somewhere, and its gyro remembers. The trail holds the heading
+//! at each 0.2 m of way; where the drone is about to fly over a stretch again with its nose well
+//! off, it turns to what it had there.
+
+use units::{Metres, Radians};
+
+/// Length of way that one heading stands for.
+const BIN: f32 = 0.2;
+/// Number of headings kept: 6.4 m of way, more than a relay wanders about its place.
+const BINS: usize = 32;
+/// How far ahead along the way the trail is read.
+const LOOK_AHEAD: f32 = 0.3;
+/// A heading is taken over into a known stretch while it is within this of what is known there:
+/// drift of the gyro follows, a lost drone does not spoil the memory.
+const SAME: f32 = 0.5;
+/// The part of a new heading that is taken over.
+const FOLLOW: f32 = 0.1;
+
+/// One stretch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Stretch {
+    bin: i32,
+    heading: f32,
+}
+
+/// The memory.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Trail {
+    stretches: [Option<Stretch>; BINS],
+}
+
+impl Default for Trail {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Trail {
+    pub(crate) const fn new() -> Self {
+        Self { stretches: [None; BINS] }
+    }
+
+    /// Here, after this way, the nose points there.
+    pub(crate) fn record(&mut self, way: Metres, heading: Radians) {
+        let bin = bin_of(way.0);
+        let Some(slot) = self.stretches.get_mut(slot_of(bin)) else { return };
+        match slot {
+            Some(known) if known.bin == bin => {
+                let off = wrapped(heading.0 - known.heading);
+                if off.abs() < SAME {
+                    known.heading += FOLLOW * off;
+                }
+            }
+            _ => *slot = Some(Stretch { bin, heading: heading.0 }),
+        }
+    }
+
+    /// How far the nose is off what it was a little further on in this direction, if the drone
+    /// has been there: positive when it must turn counter-clockwise.
+    pub(crate) fn off(&self, way: Metres, forward: bool, heading: Radians) -> Option<Radians> {
+        let ahead = if forward { way.0 + LOOK_AHEAD } else { way.0 - LOOK_AHEAD };
+        let bin = bin_of(ahead);
+        let known = (*self.stretches.get(slot_of(bin))?)?;
+        (known.bin == bin).then(|| Radians(wrapped(known.heading - heading.0)))
+    }
+}
+
+fn bin_of(way: f32) -> i32 {
+    // Towards minus infinity; `as` saturates and turns what is not a number into zero.
+    let bin = (way / BIN) as i32;
+    if way < 0.0 { bin.saturating_sub(1) } else { bin }
+}
+
+fn slot_of(bin: i32) -> usize {
+    bin.rem_euclid(BINS as i32) as usize
+}
+
+/// The same angle within half a turn, for the difference of two headings that are each within
+/// half a turn of zero. By comparison: a remainder would link 2 kB of library code.
+fn wrapped(angle: f32) -> f32 {
+    use core::f32::consts::{PI, TAU};
+    if angle > PI {
+        angle - TAU
+    } else if angle < -PI {
+        angle + TAU
+    } else {
+        angle
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_stretch_is_known_once_flown_and_forgotten_far_away() {
+        let mut trail = Trail::new();
+        assert_eq!(trail.off(Metres(0.0), true, Radians(0.0)), None);
+        trail.record(Metres(0.3), Radians(1.5));
+        let off = trail.off(Metres(0.0), true, Radians(0.2)).unwrap();
+        assert!((off.0 - 1.3).abs() < 1e-6);
+        assert_eq!(trail.off(Metres(0.0), false, Radians(0.2)), None);
+        // 6.4 m on, another stretch takes its place in memory.
+        trail.record(Metres(6.7), Radians(0.0));
+        assert_eq!(trail.off(Metres(0.0), true, Radians(0.2)), None);
+    }
+
+    #[test]
+    fn a_lost_drone_does_not_spoil_the_memory() {
+        let mut trail = Trail::new();
+        trail.record(Metres(-0.1), Radians(0.0));
+        for _ in 0..100 {
+            trail.record(Metres(-0.1), Radians(2.0));
+        }
+        assert_eq!(trail.off(Metres(-0.4), true, Radians(0.0)), Some(Radians(0.0)));
+        for _ in 0..100 {
+            trail.record(Metres(-0.1), Radians(0.3)); // the gyro drifts
+        }
+        let off = trail.off(Metres(-0.4), true, Radians(0.3)).unwrap();
+        assert!(off.0.abs() < 0.01);
+    }
+
+    #[test]
+    fn any_bits_are_borne() {
+        let mut trail = Trail::new();
+        for way in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, -f32::MAX] {
+            trail.record(Metres(way), Radians(way));
+            let _ = trail.off(Metres(way), false, Radians(way));
+        }
+    }
+}

@@ -1,0 +1,127 @@
+//! Whether there is a wall on one side.
+//!
+//! The paper's ratio test looks at one moment: two beams that differ by more than 40 % see no
+//! wall. At a right-angle bend that is not enough. Past the inner corner the front beam comes back
+//! from the *far* wall, for a while at just the length that a straight wall would give, and a
+//! drone that centres on it is drawn into the corner, where all four beams are equal and nothing
+//! tells forward from sideways. So a wall that opened stays lost, while the other side still has
+//! one, until its beams have agreed over some way; and a front beam that becomes *shorter* is not
+//! a wall lost but a wall ahead, to be turned away from.
+
+use units::Metres;
+
+use crate::{NavConfig, Range};
+
+/// The two beams of one side.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Beams {
+    front: Range,
+    rear: Range,
+}
+
+/// A wall that both beams see, in metres along them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Wall {
+    pub(crate) front: f32,
+    pub(crate) rear: f32,
+}
+
+impl Wall {
+    /// How much farther the wall is in front: positive when the nose points away from it.
+    pub(crate) fn excess(&self) -> f32 {
+        self.front - self.rear
+    }
+
+    fn mean(&self) -> f32 {
+        0.5 * (self.front + self.rear)
+    }
+
+    /// The ratio test of section IV-E.
+    fn agrees(&self, ratio: f32) -> bool {
+        self.excess().abs() <= ratio * self.mean()
+    }
+}
+
+impl Beams {
+    pub(crate) fn new(front: Range, rear: Range) -> Self {
+        Self { front, rear }
+    }
+
+    fn wall(&self) -> Option<Wall> {
+        match (self.front, self.rear) {
+            (Range::At(front), Range::At(rear)) => Some(Wall { front: front.0, rear: rear.0 }),
+            _ => None,
+        }
+    }
+}
+
+/// A wall whose beams are longer than this many times the usual is another gallery's.
+const SAME_GALLERY: f32 = 1.3;
+
+/// What is known of one side.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) enum Track {
+    /// Nothing yet.
+    #[default]
+    Unknown,
+    /// There is a wall.
+    Seen {
+        /// The length of its beams when they last agreed, in metres.
+        length: f32,
+    },
+    /// There was one.
+    Lost {
+        /// Way flown, forward positive, since its beams agree again; `None` while they do not.
+        agreed: Option<f32>,
+    },
+}
+
+impl Track {
+    pub(crate) const fn is_seen(&self) -> bool {
+        matches!(self, Self::Seen { .. })
+    }
+
+    /// The wall to steer by.
+    pub(crate) fn wall(&self, beams: Beams) -> Option<Wall> {
+        if self.is_seen() { beams.wall() } else { None }
+    }
+
+    /// What is known after one more look; `other_seen` says whether the other side has a wall to
+    /// go on with, `usual` how long the beams are in this gallery.
+    pub(crate) fn next(
+        self,
+        config: &NavConfig,
+        beams: Beams,
+        moved: Metres,
+        other_seen: bool,
+        usual: f32,
+    ) -> Self {
+        let Some(wall) = beams.wall() else {
+            return Self::Lost { agreed: None };
+        };
+        let agrees = wall.agrees(config.ratio);
+        match self {
+            Self::Seen { .. } if agrees => Self::Seen { length: wall.mean() },
+            // Neither beam has opened: one of them has come nearer.
+            Self::Seen { length }
+                if wall.front.max(wall.rear) <= (1.0 + config.ratio) * length =>
+            {
+                Self::Seen { length }
+            }
+            // With no wall left, the first that could be one of this gallery's will do.
+            Self::Lost { .. } if agrees && !other_seen && wall.mean() <= SAME_GALLERY * usual => {
+                Self::Seen { length: wall.mean() }
+            }
+            Self::Unknown if agrees => Self::Seen { length: wall.mean() },
+            Self::Lost { agreed } if wall.agrees(0.5 * config.ratio) => {
+                let way = agreed.map_or(0.0, |way| way + moved.0);
+                if way.abs() >= config.confirm * wall.mean() {
+                    Self::Seen { length: wall.mean() }
+                } else {
+                    Self::Lost { agreed: Some(way) }
+                }
+            }
+            Self::Unknown | Self::Seen { .. } | Self::Lost { .. } => Self::Lost { agreed: None },
+        }
+    }
+}

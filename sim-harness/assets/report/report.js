@@ -1,0 +1,391 @@
+"use strict";
+// Plays the mission whose data stands in this page. No library, no network.
+(() => {
+  const SVG = "http://www.w3.org/2000/svg";
+  const data = JSON.parse(document.getElementById("data").textContent);
+  const $ = (id) => document.getElementById(id);
+
+  // Every column is told as differences; null is "nothing known" and changes nothing.
+  const whole = (column, unit) => {
+    let sum = 0;
+    return column.map((step) => (step === null ? null : (sum += step) * unit));
+  };
+  const times = whole(data.times, 1e-3);
+  const last = times.length - 1;
+  // These two would drown in the dark: the style sheet has a shade for each scheme.
+  const SHADES = { "#52606d": "var(--wall)", "#0072b2": "var(--blue)" };
+  const nodes = data.nodes.map((node) => ({
+    ...node,
+    colour: SHADES[node.colour] ?? node.colour,
+    x: whole(node.x, 1e-3), y: whole(node.y, 1e-3), z: whole(node.z, 1e-3),
+    yaw: whole(node.yaw, 1e-3), way: whole(node.way, 1e-3), speed: whole(node.speed, 1e-3),
+    state: whole(node.state, 1), ranges: node.ranges.map((r) => whole(r, 1e-3)),
+    front: link(node.front), back: link(node.back),
+  }));
+  function link(l) {
+    return { peer: whole(l.peer, 1), raw: whole(l.raw, 0.1), filtered: whole(l.filtered, 0.1), truth: whole(l.truth, 0.1) };
+  }
+  if (last < 0) return;
+
+  const make = (parent, tag, attributes = {}) => {
+    const element = document.createElementNS(SVG, tag);
+    for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
+    return parent.appendChild(element);
+  };
+  const fixed = (value, digits) => (value === null ? "–" : value.toFixed(digits).replace("-", "−"));
+
+  // ---- what each state looks like in the strips
+  const KINDS = [
+    { name: "on the ground", colour: "var(--axis)", states: ["idle", "armed", "landed"] },
+    { name: "taking off, landing", colour: "#56b4e9", states: ["taking-off", "landing"] },
+    { name: "in the chain", colour: "#009e73", states: ["leading", "relaying"] },
+    { name: "looking for its front", colour: "#e69f00", states: ["reconnecting"] },
+    { name: "backing up", colour: "#d55e00", states: ["backing-up"] },
+    { name: "stopped", colour: "var(--ink)", states: ["stopped"] },
+  ];
+  const OTHER = { name: "other", colour: "#cc79a7", states: [] };
+  const kindOf = (name) => KINDS.find((kind) => kind.states.includes(name)) ?? OTHER;
+  const grounded = (node, i) => kindOf(data.states[node.state[i]]) === KINDS[0];
+
+  // ---- links
+  const SPARE = 15; // dB above the launch limit where a link counts as strong
+  const limit = data.limit ?? -85; // without a limit, about where packets begin to be lost
+  const WEAK = [213, 94, 0], STRONG = [0, 115, 179];
+  const strength = (dbm) => {
+    const share = Math.min(1, Math.max(0, (dbm - limit) / SPARE));
+    return `rgb(${WEAK.map((w, c) => Math.round(w + (STRONG[c] - w) * share)).join(" ")})`;
+  };
+  // A node's link towards the head: as it knew it, or as the one at the other end did.
+  const towardsHead = (index, i) => {
+    const own = nodes[index].front;
+    if (own.peer[i] !== null) return { peer: own.peer[i], raw: own.raw[i], filtered: own.filtered[i], truth: own.truth[i] };
+    for (let ahead = index - 1; ahead >= 0; ahead--) {
+      const back = nodes[ahead].back;
+      if (back.peer[i] === index) return { peer: ahead, raw: back.raw[i], filtered: back.filtered[i], truth: back.truth[i] };
+    }
+    return null;
+  };
+
+  // ---- the map
+  const map = $("map");
+  const world = bounds();
+  let view = { ...world };
+  map.style.aspectRatio = `${world.width} / ${world.height}`;
+  const layers = Object.fromEntries(["plan", "trails", "beams", "links", "bodies", "names", "scale"].map((name) => [name, make(map, "g")]));
+  for (const outline of data.outlines) {
+    const points = outline.points.map(([x, y]) => `${x},${-y}`).join(" ");
+    make(layers.plan, "polygon", { points, class: outline.free ? "floor" : "floor pillar" });
+  }
+  make(layers.plan, "polyline", { class: "centre", points: data.centre.map(([x, y]) => `${x},${-y}`).join(" ") });
+  const marks = nodes.map((node) => {
+    const body = make(layers.bodies, "g", {});
+    const shape = node.role === "base" ? "M-6-6H6V6H-6Z" : "M9.5 0 -6.5 6.5 -3 0 -6.5-6.5Z";
+    make(body, "path", { d: shape, class: "body", style: `fill:${node.colour}` });
+    const name = make(layers.names, "text", { class: "name", style: `fill:${node.colour}` });
+    make(name, "tspan", { x: 0 }).textContent = node.name;
+    const doing = make(name, "tspan", { x: 0, dy: 13 });
+    return {
+      body, name, doing,
+      trail: make(layers.trails, "polyline", { class: "trail", style: `stroke:${node.colour}` }),
+      beams: node.ranges.map(() => make(layers.beams, "line", { class: "beam" })),
+      link: make(layers.links, "line", { class: "link" }),
+    };
+  });
+  const scaleBar = make(layers.scale, "path", { class: "scale" });
+  const scaleText = make(layers.scale, "text", { class: "scale-text" });
+
+  function bounds() {
+    const xs = [], ys = [];
+    for (const outline of data.outlines) for (const [x, y] of outline.points) { xs.push(x); ys.push(-y); }
+    for (const node of nodes) for (let i = 0; i <= last; i++) if (node.x[i] !== null) { xs.push(node.x[i]); ys.push(-node.y[i]); }
+    const least = (all) => all.reduce((a, b) => Math.min(a, b), Infinity);
+    const most = (all) => all.reduce((a, b) => Math.max(a, b), -Infinity);
+    if (!xs.length) return { x: 0, y: 0, width: 1, height: 1 };
+    const width = Math.max(1, most(xs) - least(xs));
+    // Room for names above and the scale below, whatever the size on the screen.
+    const [side, end] = [0.02 * width, 0.06 * width];
+    return { x: least(xs) - side, y: least(ys) - end, width: width + 2 * side, height: most(ys) - least(ys) + 2 * end };
+  }
+  // Metres to a pixel of the screen.
+  const metresPerPixel = () => Math.max(view.width / Math.max(1, map.clientWidth), view.height / Math.max(1, map.clientHeight));
+
+  function drawScale() {
+    const unit = metresPerPixel();
+    const wanted = 90 * unit;
+    const power = 10 ** Math.floor(Math.log10(wanted));
+    const metres = [5, 2, 1].find((f) => f * power <= wanted) * power;
+    const left = view.x + view.width / 2 - (map.clientWidth / 2 - 8) * unit;
+    const bottom = view.y + view.height / 2 + (map.clientHeight / 2 - 8) * unit;
+    scaleBar.setAttribute("d", `M0-4V0H${metres / unit}V-4`);
+    scaleText.setAttribute("x", metres / unit + 7);
+    scaleText.textContent = `${metres} m`;
+    layers.scale.setAttribute("transform", `translate(${left} ${bottom}) scale(${unit})`);
+  }
+  function show() {
+    map.setAttribute("viewBox", `${view.x} ${view.y} ${view.width} ${view.height}`);
+    drawScale();
+    render();
+  }
+  function zoom(factor, at = { x: view.x + view.width / 2, y: view.y + view.height / 2 }) {
+    const width = Math.min(world.width * 1.5, Math.max(1.5, view.width * factor));
+    const by = width / view.width;
+    view = { x: at.x - (at.x - view.x) * by, y: at.y - (at.y - view.y) * by, width, height: view.height * by };
+    show();
+  }
+  const place = (event) => new DOMPoint(event.clientX, event.clientY).matrixTransform(map.getScreenCTM().inverse());
+
+  // ---- one moment
+  let now = 0;
+  const TRAIL = 150; // frames: half a minute
+  function render() {
+    const unit = metresPerPixel();
+    nodes.forEach((node, index) => {
+      const mark = marks[index];
+      const [x, y] = [node.x[now], -node.y[now]];
+      const degrees = node.role === "base" ? 0 : (-node.yaw[now] * 180) / Math.PI;
+      mark.body.setAttribute("transform", `translate(${x} ${y}) rotate(${degrees}) scale(${unit})`);
+      mark.body.setAttribute("class", grounded(node, now) ? "grounded" : "");
+      const waiting = grounded(node, now) && node.role === "relay";
+      mark.name.style.display = waiting ? "none" : "";
+      mark.name.setAttribute("transform", `translate(${x} ${y - 26 * unit}) scale(${unit})`);
+      mark.doing.textContent = node.role === "base" ? "" : data.states[node.state[now]];
+      const trail = [];
+      for (let i = Math.max(0, now - TRAIL); i <= now; i++) trail.push(`${node.x[i]},${-node.y[i]}`);
+      mark.trail.setAttribute("points", trail.join(" "));
+      mark.beams.forEach((line, beam) => {
+        const range = node.ranges[beam][now];
+        line.style.display = range === null ? "none" : "";
+        if (range === null) return;
+        const angle = node.yaw[now] + BEAMS[beam];
+        line.setAttribute("x1", x); line.setAttribute("y1", y);
+        line.setAttribute("x2", x + range * Math.cos(angle)); line.setAttribute("y2", y - range * Math.sin(angle));
+      });
+      const link = towardsHead(index, now);
+      mark.link.style.display = link ? "" : "none";
+      if (link) {
+        const peer = nodes[link.peer];
+        mark.link.setAttribute("x1", x); mark.link.setAttribute("y1", y);
+        mark.link.setAttribute("x2", peer.x[now]); mark.link.setAttribute("y2", -peer.y[now]);
+        mark.link.setAttribute("stroke", strength(link.filtered));
+      }
+      fillRow(rows[index], node);
+    });
+    const t = times[now];
+    $("clock").textContent = `${t.toFixed(1)} s`;
+    slider.value = now;
+    slider.setAttribute("aria-valuetext", `${t.toFixed(1)} seconds`);
+    for (const cursor of cursors) cursor(t);
+  }
+  // NW, NE, SW, SE of a nose that points north, counter-clockwise from it.
+  const BEAMS = [0.25, -0.25, 0.75, -0.75].map((half) => half * Math.PI);
+
+  // ---- the table
+  const rows = nodes.map((node) => {
+    const row = $("nodes").tBodies[0].insertRow();
+    const head = document.createElement("th");
+    head.scope = "row";
+    const swatch = document.createElement("span");
+    swatch.className = "swatch";
+    swatch.style.background = node.colour;
+    head.append(swatch, node.name);
+    row.append(head);
+    const cell = (number) => { const c = row.insertCell(); if (number) c.className = "number"; return c; };
+    return { doing: cell(false), way: cell(true), speed: cell(true), front: cell(true), back: cell(true) };
+  });
+  function fillRow(row, node) {
+    row.doing.textContent = node.role === "base" ? "base" : data.states[node.state[now]];
+    row.way.textContent = fixed(node.way[now], 2);
+    row.speed.textContent = fixed(node.speed[now], 2);
+    for (const side of ["front", "back"]) {
+      const dbm = node[side].filtered[now];
+      row[side].textContent = dbm === null ? "–" : fixed(dbm, 1);
+      row[side].classList.toggle("weak", dbm !== null && data.limit !== null && dbm < data.limit);
+      row[side].title = dbm === null ? "" : `to ${nodes[node[side].peer[now]].name}; received ${fixed(node[side].raw[now], 0)}, true ${fixed(node[side].truth[now], 1)} dBm`;
+    }
+  }
+  $("strength-weak").textContent = `${fixed(limit, 0)} dBm`;
+  $("strength-strong").textContent = `${fixed(limit + SPARE, 0)} dBm`;
+
+  // ---- time
+  const slider = $("time");
+  slider.max = last;
+  const cursors = [];
+  const frameAt = (t) => {
+    let low = 0, high = last;
+    while (low < high) {
+      const middle = (low + high + 1) >> 1;
+      if (times[middle] <= t + 1e-9) low = middle; else high = middle - 1;
+    }
+    return low;
+  };
+  const go = (frame) => { now = Math.min(last, Math.max(0, frame)); render(); };
+  let playing = false, clock = 0, stamp = 0;
+  function play(on) {
+    playing = on;
+    if (on && now === last) now = 0;
+    clock = times[now];
+    stamp = performance.now();
+    $("play").setAttribute("aria-label", on ? "Pause" : "Play");
+    $("play-icon").setAttribute("d", on ? "M3.5 2.5h3.4v11H3.5zM9.1 2.5h3.4v11H9.1z" : "M4 2.5v11l9.5-5.5z");
+    if (on) requestAnimationFrame(tick);
+  }
+  function tick(at) {
+    if (!playing) return;
+    // A tab that slept must not leap.
+    clock += Math.min(0.1, Math.max(0, (at - stamp) / 1000)) * Number($("speed").value);
+    stamp = at;
+    const next = frameAt(clock);
+    if (next !== now) go(next);
+    if (now === last) play(false); else requestAnimationFrame(tick);
+  }
+  $("play").addEventListener("click", () => play(!playing));
+  slider.addEventListener("input", () => { go(Number(slider.value)); clock = times[now]; });
+  const seek = (t) => { go(frameAt(t)); clock = times[now]; };
+  document.addEventListener("keydown", (event) => {
+    if (event.target.closest("select") || event.ctrlKey || event.metaKey || event.altKey) return;
+    const far = frameAt(times[now] + 10) - now || 1;
+    const jumps = { ArrowRight: event.shiftKey ? far : 1, ArrowLeft: event.shiftKey ? -far : -1, Home: -Infinity, End: Infinity };
+    if (event.key === " " && !event.target.closest("button")) play(!playing);
+    else if (event.key in jumps) { go(now + jumps[event.key]); clock = times[now]; }
+    else return;
+    event.preventDefault();
+  });
+
+  // ---- strips of states
+  const seen = new Set();
+  nodes.filter((node) => node.role !== "base").forEach((node) => {
+    const name = document.createElement("span");
+    name.textContent = node.name;
+    const strip = document.createElementNS(SVG, "svg");
+    strip.setAttribute("viewBox", "0 0 1000 10");
+    strip.setAttribute("preserveAspectRatio", "none");
+    strip.setAttribute("role", "img");
+    strip.setAttribute("aria-label", `What ${node.name} was doing over time`);
+    const span = times[last] - times[0] || 1;
+    const at = (i) => ((times[Math.min(i, last)] - times[0]) / span) * 1000;
+    for (let from = 0, i = 1; i <= last + 1; i++) {
+      if (i <= last && node.state[i] === node.state[from]) continue;
+      const state = data.states[node.state[from]];
+      seen.add(kindOf(state));
+      make(strip, "rect", { x: at(from), y: 0, width: Math.max(1, at(i) - at(from)), height: 10, style: `fill:${kindOf(state).colour}` });
+      from = i;
+    }
+    const line = make(strip, "line", { y1: 0, y2: 10, stroke: "var(--ink)", "stroke-width": 2, "vector-effect": "non-scaling-stroke" });
+    cursors.push((t) => { const x = ((t - times[0]) / span) * 1000; line.setAttribute("x1", x); line.setAttribute("x2", x); });
+    const timeOf = (event) => { const box = strip.getBoundingClientRect(); return times[0] + ((event.clientX - box.left) / box.width) * span; };
+    scrub(strip, timeOf, (t) => `${node.name}, ${t.toFixed(1)} s: ${data.states[node.state[frameAt(t)]]}`);
+    $("strips").append(name, strip);
+  });
+  for (const kind of [...KINDS, OTHER].filter((kind) => seen.has(kind))) {
+    const item = document.createElement("span"), box = document.createElement("i");
+    box.style.background = kind.colour;
+    item.append(box, kind.name);
+    $("state-legend").append(item);
+  }
+
+  // ---- charts: a cursor over each plot, values under the pointer, a click goes there
+  const positionsAt = (t) => {
+    const i = frameAt(t);
+    return [`${times[i].toFixed(1)} s`, ...nodes.map((node) => `${node.name}: ${fixed(node.way[i], 2)} m`)].join("\n");
+  };
+  const linked = nodes.map((_, index) => index).filter((index) => index > 0 && times.some((_, i) => towardsHead(index, i)));
+  const linkAt = (index) => (t) => {
+    const i = frameAt(t), link = towardsHead(index, i);
+    const title = `${times[i].toFixed(1)} s, ${nodes[index].name}`;
+    if (!link) return `${title}: no link towards the head`;
+    return `${title} – ${nodes[link.peer].name}\nreceived ${fixed(link.raw, 0)} dBm\nfiltered ${fixed(link.filtered, 1)} dBm\ntrue ${fixed(link.truth, 1)} dBm`;
+  };
+  const UNITS = 10; // of a picture to one of its pixels
+  function chart(picture, frames, words) {
+    const svg = picture.querySelector("svg");
+    if (!svg) return;
+    const time = (frame, x) => frame.from + ((x - frame.left) / (frame.right - frame.left)) * (frame.to - frame.from);
+    for (const frame of frames) {
+      const line = make(svg, "line", { class: "cursor", y1: frame.top * UNITS, y2: frame.bottom * UNITS });
+      cursors.push((t) => {
+        const x = (frame.left + ((t - frame.from) / (frame.to - frame.from)) * (frame.right - frame.left)) * UNITS;
+        line.setAttribute("x1", x); line.setAttribute("x2", x);
+      });
+    }
+    const under = (event) => {
+      const p = new DOMPoint(event.clientX, event.clientY).matrixTransform(svg.getScreenCTM().inverse());
+      const [x, y] = [p.x / UNITS, p.y / UNITS];
+      const index = frames.findIndex((f) => x >= f.left - 8 && x <= f.right + 8 && y >= f.top - 4 && y <= f.bottom + 4);
+      return index < 0 ? null : { index, t: Math.min(frames[index].to, Math.max(frames[index].from, time(frames[index], x))) };
+    };
+    scrub(svg, (event) => under(event)?.t ?? null, (t, event) => { const at = under(event); return at && words[at.index] ? words[at.index](t) : ""; });
+  }
+  const tip = $("tip");
+  function tell(text, event) {
+    tip.hidden = !text;
+    if (!text) return;
+    tip.textContent = text;
+    const { width, height } = tip.getBoundingClientRect();
+    tip.style.left = `${Math.max(4, Math.min(event.clientX + 14, innerWidth - width - 8))}px`;
+    tip.style.top = `${Math.max(4, Math.min(event.clientY + 14, innerHeight - height - 8))}px`;
+  }
+  function scrub(element, timeOf, words) {
+    let held = false;
+    element.addEventListener("pointerdown", (event) => {
+      const t = timeOf(event);
+      if (t === null || event.button !== 0) return;
+      held = true;
+      element.setPointerCapture(event.pointerId);
+      seek(t);
+    });
+    element.addEventListener("pointermove", (event) => {
+      const t = timeOf(event);
+      if (held && t !== null) seek(t);
+      tell(t === null ? "" : words(t, event), event);
+    });
+    for (const end of ["pointerup", "pointercancel"]) element.addEventListener(end, () => { held = false; });
+    element.addEventListener("pointerleave", () => tell(""));
+  }
+  chart($("positions"), data.frames.positions, data.frames.positions.map(() => positionsAt));
+  chart($("links"), data.frames.links, linked.map(linkAt));
+
+  // ---- the map under the pointer
+  marks.forEach((mark, index) => {
+    const node = nodes[index];
+    const words = () => {
+      const lines = [`${node.name}: ${data.states[node.state[now]]}`, `x ${fixed(node.x[now], 2)}, y ${fixed(node.y[now], 2)}, height ${fixed(node.z[now], 2)} m`, `${fixed(node.way[now], 2)} m along the tunnel`];
+      for (const [side, link] of [["front", node.front], ["back", node.back]]) {
+        if (link.peer[now] !== null) lines.push(`${side}: ${nodes[link.peer[now]].name}, ${fixed(link.filtered[now], 1)} dBm`);
+      }
+      const beams = node.ranges.map((r) => fixed(r[now], 2));
+      if (beams.some((b) => b !== "–")) lines.push(`beams NW ${beams[0]}, NE ${beams[1]}, SW ${beams[2]}, SE ${beams[3]} m`);
+      return lines.join("\n");
+    };
+    mark.body.addEventListener("pointermove", (event) => tell(words(), event));
+    mark.body.addEventListener("pointerleave", () => tell(""));
+  });
+  let grip = null;
+  map.addEventListener("pointerdown", (event) => {
+    if (event.button !== 0) return;
+    grip = place(event);
+    map.setPointerCapture(event.pointerId);
+    map.classList.add("dragging");
+  });
+  map.addEventListener("pointermove", (event) => {
+    if (!grip) return;
+    const p = place(event);
+    view = { ...view, x: view.x + grip.x - p.x, y: view.y + grip.y - p.y };
+    show();
+  });
+  for (const end of ["pointerup", "pointercancel"]) map.addEventListener(end, () => { grip = null; map.classList.remove("dragging"); });
+  map.addEventListener("wheel", (event) => {
+    // Without a key the wheel scrolls the page, as everywhere.
+    if (!event.ctrlKey && !event.metaKey) return;
+    event.preventDefault();
+    zoom(event.deltaY > 0 ? 1.2 : 1 / 1.2, place(event));
+  }, { passive: false });
+  $("zoom-in").addEventListener("click", () => zoom(1 / 1.5));
+  $("zoom-out").addEventListener("click", () => zoom(1.5));
+  $("zoom-fit").addEventListener("click", () => { view = { ...world }; show(); });
+  new ResizeObserver(show).observe(map);
+
+  // report.html#t=120 opens at that second.
+  const asked = /^#t=([\d.]+)$/.exec(location.hash);
+  now = asked ? frameAt(Number(asked[1])) : 0;
+  show();
+})();

@@ -1,0 +1,156 @@
+//! `trace.csv`: one row for each drone and frame, for spreadsheets, pandas and R.
+//!
+//! The columns are documented in the book, "What a run leaves behind". A field is empty where
+//! there was nothing to know: no link, no measurement. Numbers are rounded to a fixed count of
+//! decimals, well below anything that means something, so that files compare byte for byte.
+
+use std::io::{self, Write};
+
+use agent::Role;
+
+use crate::trace::{DroneFrame, LinkFrame, Node, Trace};
+
+const HEADER: [&str; 24] = [
+    "time_s",
+    "node",
+    "role",
+    "state",
+    "x_m",
+    "y_m",
+    "z_m",
+    "yaw_rad",
+    "abscissa_m",
+    "forward_m_s",
+    "left_m_s",
+    "yaw_rate_rad_s",
+    "range_nw_m",
+    "range_ne_m",
+    "range_sw_m",
+    "range_se_m",
+    "front_peer",
+    "front_raw_dbm",
+    "front_filtered_dbm",
+    "front_true_dbm",
+    "back_peer",
+    "back_raw_dbm",
+    "back_filtered_dbm",
+    "back_true_dbm",
+];
+
+/// Writes the whole mission, frame by frame, head first, base last.
+///
+/// # Errors
+/// Whatever `out` reports.
+pub fn write(trace: &Trace, out: impl Write) -> io::Result<()> {
+    let mut csv = ::csv::Writer::from_writer(out);
+    csv.write_record(HEADER)?;
+    for frame in &trace.frames {
+        let time = seconds(frame.time_us);
+        for (node, drone) in trace.nodes.iter().zip(&frame.drones) {
+            csv.write_record(row(&time, node, drone))?;
+        }
+    }
+    csv.flush()
+}
+
+fn row(time: &str, node: &Node, drone: &DroneFrame) -> Vec<String> {
+    let mut row = vec![
+        time.to_owned(),
+        node.id.to_string(),
+        role_name(node.role).to_owned(),
+        drone.state.name().to_owned(),
+    ];
+    row.extend(drone.position.map(|metres| number(metres, 4)));
+    row.extend([number(drone.yaw, 4), number(drone.abscissa, 4)]);
+    row.extend(drone.commanded.map(|speed| number(speed, 4)));
+    row.push(number(drone.yaw_rate, 4));
+    row.extend(drone.ranges.map(|metres| number(metres, 3)));
+    row.extend(link(drone.front.as_ref()));
+    row.extend(link(drone.back.as_ref()));
+    row
+}
+
+fn link(link: Option<&LinkFrame>) -> [String; 4] {
+    link.map_or_else(Default::default, |link| {
+        [
+            link.peer.to_string(),
+            number(link.raw.0, 2),
+            number(link.filtered.0, 2),
+            number(link.truth.0, 2),
+        ]
+    })
+}
+
+/// A role as every output file spells it.
+pub(super) const fn role_name(role: Role) -> &'static str {
+    match role {
+        Role::Head => "head",
+        Role::Relay => "relay",
+        Role::Base => "base",
+    }
+}
+
+/// Seconds with all six decimals: exact, where a float would not be.
+fn seconds(micros: u64) -> String {
+    format!("{}.{:06}", micros / 1_000_000, micros % 1_000_000)
+}
+
+/// A number of fixed decimals; nothing for what is not a number, `inf` for what has no end, and
+/// never `-0.000`, which says no more than `0.000` but differs from it.
+fn number(value: f32, decimals: usize) -> String {
+    if value.is_nan() {
+        return String::new();
+    }
+    let text = format!("{value:.decimals$}");
+    match text.strip_prefix('-') {
+        Some(positive) if positive.bytes().all(|c| c == b'0' || c == b'.') => positive.to_owned(),
+        _ => text,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::output::synthetic;
+
+    fn written(trace: &Trace) -> String {
+        let mut bytes = Vec::new();
+        write(trace, &mut bytes).unwrap();
+        String::from_utf8(bytes).unwrap()
+    }
+
+    #[test]
+    fn there_is_one_full_row_for_each_drone_and_frame() {
+        let trace = synthetic::mission();
+        let text = written(&trace);
+        let mut reader = ::csv::Reader::from_reader(text.as_bytes());
+        assert_eq!(reader.headers().unwrap().len(), HEADER.len());
+        let rows = reader.records().map(Result::unwrap).count();
+        assert_eq!(rows, trace.frames.len() * trace.nodes.len());
+    }
+
+    #[test]
+    fn what_is_not_known_is_an_empty_field() {
+        let mut trace = synthetic::mission();
+        trace.frames.truncate(1);
+        trace.frames[0].time_us = 1_200_001;
+        trace.nodes.truncate(1);
+        trace.frames[0].drones.truncate(1);
+        trace.frames[0].drones[0] = DroneFrame {
+            position: [1.0, -0.000_01, 0.5],
+            yaw: 0.25,
+            abscissa: 3.0,
+            commanded: [0.2, -0.1],
+            yaw_rate: 0.0,
+            ranges: [f32::INFINITY, f32::NAN, 1.2341, 0.5],
+            state: agent::State::Idle,
+            front: None,
+            back: None,
+        };
+        let text = written(&trace);
+        let row = text.lines().nth(1).unwrap();
+        let expected = "1.200001,0,head,idle,1.0000,0.0000,0.5000,0.2500,3.0000,0.2000,-0.1000,\
+                        0.0000,inf,,1.234,0.500,,,,,,,,";
+        assert_eq!(row, expected);
+    }
+}

@@ -1,0 +1,297 @@
+//! `trace.mcap`: the mission for Foxglove and Rerun.
+//!
+//! Foxglove draws `SceneUpdate`s and knows every well-known schema; Rerun draws point clouds,
+//! transforms and logs of the same family, and plots any number in any protobuf message. So
+//! places are told twice, as a scene and as points, and everything else once. The book's chapter
+//! "What a run leaves behind" lists topics and fields.
+//!
+//! Times are those of the mission: it begins at 0, the first of January 1970. The file holds no
+//! other clock and no counter from outside, so one trace makes one file.
+
+mod scene;
+mod schema;
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::io::{Seek, Write};
+
+use ::mcap::records::{MessageHeader, Metadata};
+use ::mcap::write::{WriteOptions, Writer};
+use ::mcap::{Compression, McapError};
+use foxglove::Encode;
+use foxglove::messages::Timestamp;
+use prost::Message;
+
+use crate::trace::{Frame, Trace};
+use schema::{DroneState, Link};
+
+/// The frame of reference of the floor plan.
+const MAP_FRAME: &str = "map";
+
+/// A mission could not be written as MCAP: almost always because the disk is full.
+#[derive(Debug)]
+pub struct WriteError(McapError);
+
+impl fmt::Display for WriteError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "writing MCAP: {}", self.0)
+    }
+}
+
+impl std::error::Error for WriteError {}
+
+impl From<McapError> for WriteError {
+    fn from(error: McapError) -> Self {
+        Self(error)
+    }
+}
+
+impl From<WriteError> for std::io::Error {
+    fn from(error: WriteError) -> Self {
+        match error.0 {
+            McapError::Io(error) => error,
+            other => Self::other(other),
+        }
+    }
+}
+
+/// Writes the whole mission.
+///
+/// # Errors
+/// See [`WriteError`].
+pub fn write(trace: &Trace, out: impl Write + Seek) -> Result<(), WriteError> {
+    let mut recording = Recording::new(out)?;
+    recording.describe(trace)?;
+    let drones = (0..trace.nodes.len())
+        .map(|index| DroneTopics::new(&mut recording, index, trace))
+        .collect::<Result<Vec<_>, _>>()?;
+    let shared = SharedTopics::new(&mut recording)?;
+    let start = Moment { micros: trace.frames.first().map_or(0, |frame| frame.time_us) };
+    recording.put(shared.map, start, &scene::map(&trace.floor_plan, start))?;
+    recording.put(shared.walls, start, &scene::walls(&trace.floor_plan, start))?;
+    let mut before: Option<&Frame> = None;
+    for frame in &trace.frames {
+        write_frame(&mut recording, trace, frame, before, &shared, &drones)?;
+        before = Some(frame);
+    }
+    recording.writer.finish()?;
+    Ok(())
+}
+
+fn write_frame<W: Write + Seek>(
+    recording: &mut Recording<W>,
+    trace: &Trace,
+    frame: &Frame,
+    before: Option<&Frame>,
+    shared: &SharedTopics,
+    drones: &[DroneTopics],
+) -> Result<(), WriteError> {
+    let now = Moment { micros: frame.time_us };
+    recording.put(shared.transforms, now, &scene::transforms(trace, frame, now))?;
+    recording.put(shared.drones, now, &scene::drones(trace, frame, now))?;
+    recording.put(shared.points, now, &scene::points(trace, frame, now))?;
+    for change in scene::state_changes(trace, frame, before, now) {
+        recording.put(shared.log, now, &change)?;
+    }
+    for (topics, drone) in drones.iter().zip(&frame.drones) {
+        recording.put(topics.state, now, &DroneState::from(drone))?;
+        for (topic, link) in [(topics.front, &drone.front), (topics.back, &drone.back)] {
+            if let Some(link) = link {
+                recording.put(topic, now, &Link::from(link))?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// A time of the mission.
+#[derive(Clone, Copy)]
+struct Moment {
+    /// Since its start.
+    micros: u64,
+}
+
+impl Moment {
+    fn nanos(self) -> u64 {
+        self.micros.saturating_mul(1000)
+    }
+
+    fn timestamp(self) -> Timestamp {
+        // A mission of 136 years is cut off here.
+        let seconds = u32::try_from(self.micros / 1_000_000).unwrap_or(u32::MAX);
+        Timestamp::new(seconds, (self.micros % 1_000_000) as u32 * 1000)
+    }
+}
+
+/// A channel of the file.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Topic(u16);
+
+/// Topics that speak of everyone.
+#[derive(Clone, Copy)]
+struct SharedTopics {
+    map: Topic,
+    walls: Topic,
+    transforms: Topic,
+    drones: Topic,
+    points: Topic,
+    log: Topic,
+}
+
+impl SharedTopics {
+    fn new<W: Write + Seek>(recording: &mut Recording<W>) -> Result<Self, WriteError> {
+        use foxglove::messages::{FrameTransforms, Log, PointCloud, SceneUpdate};
+        Ok(Self {
+            map: recording.topic::<SceneUpdate>("/map")?,
+            walls: recording.topic::<PointCloud>("/map/walls")?,
+            transforms: recording.topic::<FrameTransforms>("/tf")?,
+            drones: recording.topic::<SceneUpdate>("/drones")?,
+            points: recording.topic::<PointCloud>("/drones/points")?,
+            log: recording.topic::<Log>("/log")?,
+        })
+    }
+}
+
+/// Topics of one drone.
+#[derive(Clone, Copy)]
+struct DroneTopics {
+    state: Topic,
+    front: Topic,
+    back: Topic,
+}
+
+impl DroneTopics {
+    fn new<W: Write + Seek>(
+        recording: &mut Recording<W>,
+        index: usize,
+        trace: &Trace,
+    ) -> Result<Self, WriteError> {
+        let id = trace.nodes.get(index).map_or_else(String::new, |node| node.id.to_string());
+        Ok(Self {
+            state: recording.topic::<DroneState>(&format!("/drone/{id}/state"))?,
+            front: recording.topic::<Link>(&format!("/drone/{id}/link/front"))?,
+            back: recording.topic::<Link>(&format!("/drone/{id}/link/back"))?,
+        })
+    }
+}
+
+/// The file being written.
+struct Recording<W: Write + Seek> {
+    writer: Writer<W>,
+    /// Messages so far.
+    counts: BTreeMap<Topic, u32>,
+}
+
+impl<W: Write + Seek> Recording<W> {
+    fn new(out: W) -> Result<Self, WriteError> {
+        let writer = WriteOptions::new()
+            .library("uchain")
+            .compression(Some(Compression::Zstd))
+            // On several threads zstd's output depends on how many there are.
+            .compression_threads(0)
+            .create(out)?;
+        Ok(Self { writer, counts: BTreeMap::new() })
+    }
+
+    /// What it is a record of.
+    fn describe(&mut self, trace: &Trace) -> Result<(), WriteError> {
+        let metadata = BTreeMap::from([
+            ("scenario".to_owned(), trace.scenario.clone()),
+            ("seed".to_owned(), trace.seed.to_string()),
+            ("launch_limit_dbm".to_owned(), trace.launch_limit.0.to_string()),
+        ]);
+        self.writer.write_metadata(&Metadata { name: "mission".to_owned(), metadata })?;
+        Ok(())
+    }
+
+    fn topic<M: Encode>(&mut self, name: &str) -> Result<Topic, WriteError> {
+        let schema = match M::get_schema() {
+            Some(schema) => self.writer.add_schema(&schema.name, &schema.encoding, &schema.data)?,
+            None => 0,
+        };
+        let encoding = M::get_message_encoding();
+        let channel = self.writer.add_channel(schema, name, &encoding, &BTreeMap::new())?;
+        Ok(Topic(channel))
+    }
+
+    fn put(&mut self, topic: Topic, at: Moment, message: &impl Message) -> Result<(), WriteError> {
+        let count = self.counts.entry(topic).or_default();
+        let header = MessageHeader {
+            channel_id: topic.0,
+            sequence: *count,
+            log_time: at.nanos(),
+            publish_time: at.nanos(),
+        };
+        *count = count.wrapping_add(1);
+        self.writer.write_to_known_channel(&header, &message.encode_to_vec())?;
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Cursor;
+
+    use ::mcap::MessageStream;
+
+    use super::*;
+    use crate::output::synthetic;
+    use crate::trace::LinkFrame;
+
+    fn written(trace: &Trace) -> Vec<u8> {
+        let mut out = Cursor::new(Vec::new());
+        write(trace, &mut out).unwrap();
+        out.into_inner()
+    }
+
+    #[test]
+    fn everything_reads_back() {
+        let trace = synthetic::mission();
+        let file = written(&trace);
+        let mut counts: BTreeMap<String, usize> = BTreeMap::new();
+        let mut last = 0;
+        for message in MessageStream::new(&file).unwrap() {
+            let message = message.unwrap();
+            assert!(message.log_time >= last);
+            last = message.log_time;
+            assert_eq!(message.channel.schema.as_ref().unwrap().encoding, "protobuf");
+            *counts.entry(message.channel.topic.clone()).or_default() += 1;
+        }
+        assert_eq!(last, trace.frames.last().unwrap().time_us * 1000);
+        assert_eq!((counts["/map"], counts["/map/walls"]), (1, 1));
+        for topic in ["/tf", "/drones", "/drones/points", "/drone/0/state", "/drone/4/state"] {
+            assert_eq!(counts[topic], trace.frames.len(), "{topic}");
+        }
+        let links = trace.frames.iter().filter(|frame| frame.drones[1].front.is_some()).count();
+        assert_eq!(counts["/drone/1/link/front"], links);
+        assert!(!counts.contains_key("/drone/0/link/front"));
+    }
+
+    #[test]
+    fn a_link_keeps_its_numbers_even_where_they_are_zero() {
+        let mut trace = synthetic::mission();
+        trace.frames.truncate(1);
+        let link = LinkFrame {
+            peer: units::NodeId(0),
+            raw: units::Dbm(0.0),
+            filtered: units::Dbm(-61.5),
+            truth: units::Dbm(-62.25),
+        };
+        trace.frames[0].drones[1].front = Some(link);
+        let file = written(&trace);
+        let message = MessageStream::new(&file)
+            .unwrap()
+            .map(Result::unwrap)
+            .find(|message| message.channel.topic == "/drone/1/link/front")
+            .unwrap();
+        // Field 1 is a varint, 2 to 4 are floats: all four are on the wire.
+        assert_eq!(message.data.len(), 2 + 3 * 5);
+        assert_eq!(Link::decode(&*message.data).unwrap(), Link::from(&link));
+    }
+
+    #[test]
+    fn one_trace_makes_one_file() {
+        let trace = synthetic::mission();
+        assert!(written(&trace) == written(&trace));
+    }
+}

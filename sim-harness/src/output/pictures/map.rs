@@ -1,0 +1,309 @@
+//! The floor plan, who flew where, and where they ended.
+
+use geo::{Contains, Coord, LineString, Polygon as GeoPolygon};
+use plotters::element::{Circle, PathElement, Polygon};
+use plotters::style::{Color, RGBColor};
+
+use super::PictureError;
+use super::axes::{filled, stroke};
+use super::sheet::{Area, Drawn, Fault, Look, Picture, headed, px, size_of, text_width, write};
+use super::style::{AXIS, FLOOR, INK, PAPER, QUIET, WALL, node_colour, node_name};
+use super::ticks::round_step;
+use crate::trace::{DroneFrame, FloorPlan, Point, Trace};
+
+/// The picture of a run.
+pub(super) fn picture(trace: &Trace) -> Result<Picture, PictureError> {
+    let title = format!("Map: {}", trace.scenario);
+    let (low, high) = bounds(trace);
+    let aspect = (high[1] - low[1] + 2.0) / (high[0] - low[0] + 2.0);
+    let height = (f64::from(aspect) * 912.0 + 118.0).clamp(260.0, 1100.0).round();
+    Picture::draw((960.0, height), &title, |sheet| {
+        let subtitle = "Ways flown, and where each node was at the end";
+        let body = headed(sheet, &title, subtitle)?;
+        panel(&body, trace, "")
+    })
+}
+
+/// The map, as large as the area lets it be.
+pub(super) fn panel(area: &Area<'_>, trace: &Trace, title: &str) -> Drawn {
+    write(area, title, (0.0, 10.0), Look::HEADING)?;
+    let top = if title.is_empty() { 0.0 } else { 22.0 };
+    let view = View::fitting(bounds(trace), size_of(area), top);
+    floor(area, &view, &trace.floor_plan)?;
+    let mut obstacles = Obstacles::new(&view, trace);
+    let last = trace.frames.last().map_or(&[][..], |frame| &frame.drones);
+    let marks = last.iter().filter_map(|drone| view.of(drone));
+    obstacles.taken.extend(marks.map(|(x, y)| (x - 5.0, y - 5.0, x + 5.0, y + 5.0)));
+    for index in (0..trace.nodes.len()).rev() {
+        trajectory(area, &view, trace, index)?;
+    }
+    for index in 0..trace.nodes.len() {
+        end(area, &view, trace, index, &mut obstacles)?;
+    }
+    scale_bar(area, &view)?;
+    Ok(Vec::new())
+}
+
+/// From metres to pixels: the same scale both ways, north up.
+struct View {
+    /// Pixels to a metre.
+    scale: f64,
+    /// Pixel of the point (0, 0).
+    origin: (f64, f64),
+}
+
+/// Room around the map for labels, in pixels; and below it for the scale bar.
+const MARGIN: f64 = 14.0;
+const FOOT: f64 = 30.0;
+
+impl View {
+    fn fitting((low, high): (Point, Point), (width, height): (f64, f64), top: f64) -> Self {
+        let span = |i: usize| f64::from(high[i] - low[i]).max(1e-3);
+        let (room_x, room_y) = (width - 2.0 * MARGIN, height - top - FOOT - MARGIN);
+        let scale = (room_x / span(0)).min(room_y / span(1)).max(1e-6);
+        let middle = |i: usize| f64::from(high[i] + low[i]) / 2.0;
+        let origin = (
+            width / 2.0 - middle(0) * scale,
+            top + (height - top - FOOT) / 2.0 + middle(1) * scale,
+        );
+        Self { scale, origin }
+    }
+
+    fn pixel(&self, [x, y]: Point) -> (f64, f64) {
+        (self.origin.0 + f64::from(x) * self.scale, self.origin.1 - f64::from(y) * self.scale)
+    }
+
+    /// Where a drone is, if that is anywhere.
+    fn of(&self, drone: &DroneFrame) -> Option<(f64, f64)> {
+        let [x, y, _] = drone.position;
+        (x.is_finite() && y.is_finite()).then(|| self.pixel([x, y]))
+    }
+
+    fn unit(&self, point: Point) -> (i32, i32) {
+        let (x, y) = self.pixel(point);
+        (px(x), px(y))
+    }
+}
+
+/// The smallest rectangle around everything.
+fn bounds(trace: &Trace) -> (Point, Point) {
+    let plan = &trace.floor_plan;
+    let fixed = plan.outlines.iter().flatten().chain(&plan.centre_line).copied();
+    let flown = trace
+        .frames
+        .iter()
+        .flat_map(|frame| &frame.drones)
+        .map(|drone| [drone.position[0], drone.position[1]]);
+    fixed
+        .chain(flown)
+        .filter(|p| p[0].is_finite() && p[1].is_finite())
+        .fold(None, |seen: Option<(Point, Point)>, p| {
+            let (low, high) = seen.unwrap_or((p, p));
+            Some(([low[0].min(p[0]), low[1].min(p[1])], [high[0].max(p[0]), high[1].max(p[1])]))
+        })
+        .unwrap_or(([0.0, 0.0], [1.0, 1.0]))
+}
+
+fn floor(area: &Area<'_>, view: &View, plan: &FloorPlan) -> Result<(), Fault> {
+    for (outline, is_free) in nested(&plan.outlines) {
+        let corners: Vec<_> = outline.iter().map(|p| view.unit(*p)).collect();
+        let fill = if is_free { FLOOR } else { PAPER };
+        area.draw(&Polygon::new(corners.clone(), filled(&fill)))?;
+        let closed: Vec<_> = corners.iter().chain(corners.first()).copied().collect();
+        area.draw(&PathElement::new(closed, stroke(&WALL, 1.4)))?;
+    }
+    for dash in dashes(plan.centre_line.iter().map(|p| view.pixel(*p))) {
+        area.draw(&PathElement::new(dash, stroke(&AXIS, 0.9)))?;
+    }
+    Ok(())
+}
+
+/// The outlines from the outside in, and whether free space begins within each.
+pub(in crate::output) fn nested(outlines: &[Vec<Point>]) -> Vec<(&[Point], bool)> {
+    let polygons: Vec<GeoPolygon<f32>> = outlines.iter().map(|o| polygon(o)).collect();
+    let mut all: Vec<(usize, &[Point])> = outlines
+        .iter()
+        .enumerate()
+        .filter_map(|(own, outline)| {
+            let [x, y] = *outline.first()?;
+            let around = polygons
+                .iter()
+                .enumerate()
+                .filter(|(other, polygon)| *other != own && polygon.contains(&Coord { x, y }));
+            Some((around.count(), outline.as_slice()))
+        })
+        .collect();
+    all.sort_by_key(|(depth, _)| *depth);
+    all.into_iter().map(|(depth, outline)| (outline, depth % 2 == 0)).collect()
+}
+
+fn polygon(outline: &[Point]) -> GeoPolygon<f32> {
+    let ring: LineString<f32> = outline.iter().map(|[x, y]| Coord { x: *x, y: *y }).collect();
+    GeoPolygon::new(ring, Vec::new())
+}
+
+/// A path cut into dashes of 6 pixels with gaps of 5.
+fn dashes(path: impl Iterator<Item = (f64, f64)>) -> Vec<Vec<(i32, i32)>> {
+    const LENGTHS: [f64; 2] = [6.0, 5.0];
+    let points: Vec<_> = path.collect();
+    let mut dashes = Vec::new();
+    let (mut phase, mut left) = (0, LENGTHS[0]);
+    let mut dash: Vec<(f64, f64)> = points.first().copied().into_iter().collect();
+    for (from, to) in points.iter().zip(points.iter().skip(1)) {
+        let (dx, dy) = (to.0 - from.0, to.1 - from.1);
+        let length = libm::hypot(dx, dy);
+        let mut gone = 0.0;
+        while length.is_finite() && gone + left < length {
+            gone += left;
+            let point = (from.0 + dx * gone / length, from.1 + dy * gone / length);
+            if phase == 0 {
+                dash.push(point);
+                dashes.push(std::mem::take(&mut dash));
+            } else {
+                dash = vec![point];
+            }
+            phase = 1 - phase;
+            left = if phase == 0 { LENGTHS[0] } else { LENGTHS[1] };
+        }
+        left -= length - gone;
+        if phase == 0 {
+            dash.push(*to);
+        }
+    }
+    dashes.push(dash);
+    let units = |dash: Vec<(f64, f64)>| dash.into_iter().map(|(x, y)| (px(x), px(y))).collect();
+    dashes.into_iter().filter(|dash| dash.len() > 1).map(units).collect()
+}
+
+fn trajectory(area: &Area<'_>, view: &View, trace: &Trace, index: usize) -> Result<(), Fault> {
+    let Some(node) = trace.nodes.get(index) else { return Ok(()) };
+    let mut path: Vec<(i32, i32)> = Vec::new();
+    let drones = trace.frames.iter().filter_map(|frame| frame.drones.get(index));
+    for at in drones.filter_map(|drone| view.of(drone)).map(|(x, y)| (px(x), px(y))) {
+        // Half a pixel: less is hovering, and only makes the file larger.
+        let moved = |last: &(i32, i32)| (last.0 - at.0).abs() + (last.1 - at.1).abs() >= 5;
+        if path.last().is_none_or(moved) {
+            path.push(at);
+        }
+    }
+    let colour = node_colour(node).mix(0.85);
+    if path.len() > 1 { area.draw(&PathElement::new(path, stroke(&colour, 1.5))) } else { Ok(()) }
+}
+
+/// What labels had better not cover.
+struct Obstacles {
+    /// Points of walls and ways, in pixels: each costs a little.
+    ink: Vec<(f64, f64)>,
+    /// Marks and labels, left, top, right, bottom in pixels: each costs a lot.
+    taken: Vec<(f64, f64, f64, f64)>,
+}
+
+impl Obstacles {
+    fn new(view: &View, trace: &Trace) -> Self {
+        let closed = trace.floor_plan.outlines.iter().flat_map(|outline| {
+            outline.iter().zip(outline.iter().cycle().skip(1)).map(|(a, b)| (*a, *b))
+        });
+        let walls = closed.flat_map(|(a, b)| between(view.pixel(a), view.pixel(b)));
+        let ways = trace.frames.iter().step_by(5).flat_map(|frame| &frame.drones);
+        let ways = ways.filter_map(|drone| view.of(drone));
+        Self { ink: walls.chain(ways).collect(), taken: Vec::new() }
+    }
+
+    fn cost(&self, (left, top, right, bottom): (f64, f64, f64, f64)) -> usize {
+        let covers = |(x, y): &&(f64, f64)| left < *x && *x < right && top < *y && *y < bottom;
+        let clashes =
+            self.taken.iter().filter(|t| left < t.2 && t.0 < right && top < t.3 && t.1 < bottom);
+        self.ink.iter().filter(covers).count() + 1000 * clashes.count()
+    }
+}
+
+/// Points three pixels apart on the way from one to another.
+fn between(from: (f64, f64), to: (f64, f64)) -> Vec<(f64, f64)> {
+    let (dx, dy) = (to.0 - from.0, to.1 - from.1);
+    let steps = (libm::hypot(dx, dy) / 3.0).clamp(1.0, 2000.0) as usize;
+    (0..steps)
+        .map(|n| n as f64 / steps as f64)
+        .map(|t| (from.0 + dx * t, from.1 + dy * t))
+        .collect()
+}
+
+/// A node's last place, with its name where it hides least.
+fn end(
+    area: &Area<'_>,
+    view: &View,
+    trace: &Trace,
+    index: usize,
+    obstacles: &mut Obstacles,
+) -> Result<(), Fault> {
+    let last = trace.frames.last().and_then(|frame| frame.drones.get(index));
+    let (Some(node), Some(drone)) = (trace.nodes.get(index), last) else { return Ok(()) };
+    let Some((x, y)) = view.of(drone) else { return Ok(()) };
+    let colour = node_colour(node);
+    let place = (px(x), px(y));
+    area.draw(&Circle::new(place, px(5.5), filled(&PAPER)))?;
+    area.draw(&Circle::new(place, px(4.2), filled(&colour)))?;
+    label(area, &node_name(node), (x, y), colour, obstacles)
+}
+
+fn label(
+    area: &Area<'_>,
+    name: &str,
+    (x, y): (f64, f64),
+    colour: RGBColor,
+    obstacles: &mut Obstacles,
+) -> Result<(), Fault> {
+    let look = Look { bold: true, ..Look::LABEL.centred().coloured(colour) };
+    let half = text_width(name, look) / 2.0;
+    let (width, height) = size_of(area);
+    let boxed = |(cx, cy): (f64, f64)| (cx - half, cy - 7.0, cx + half, cy + 7.0);
+    let around = [14.0, 24.0, 34.0].into_iter().flat_map(|far| {
+        let beside = half + far - 6.0;
+        [(0.0, -far), (0.0, far), (beside, 0.0), (-beside, 0.0), (beside, -far), (-beside, -far)]
+    });
+    let inside = |(cx, cy): &(f64, f64)| {
+        cx - half > 0.0 && cy - 7.0 > 0.0 && cx + half < width && cy + 7.0 < height
+    };
+    let best = around
+        .map(|(dx, dy)| (x + dx, y + dy))
+        .filter(inside)
+        .min_by_key(|centre| obstacles.cost(boxed(*centre)))
+        .unwrap_or((x, y - 14.0));
+    obstacles.taken.push(boxed(best));
+    write(area, name, best, look)
+}
+
+fn scale_bar(area: &Area<'_>, view: &View) -> Result<(), Fault> {
+    let (width, height) = size_of(area);
+    let (metres, decimals) = round_step((width / 9.0).min(90.0) / view.scale);
+    let (left, y) = (MARGIN, height - 10.0);
+    let right = left + metres * view.scale;
+    let bar = [(left, y - 4.0), (left, y), (right, y), (right, y - 4.0)];
+    let bar: Vec<_> = bar.into_iter().map(|(x, y)| (px(x), px(y))).collect();
+    area.draw(&PathElement::new(bar, stroke(&INK, 1.0)))?;
+    write(
+        area,
+        &format!("{metres:.decimals$} m"),
+        (right + 8.0, y - 2.0),
+        Look::LABEL.coloured(QUIET),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pillars_are_told_from_boundaries() {
+        let square = |r: f32| vec![[-r, -r], [r, -r], [r, r], [-r, r]];
+        let outlines = [square(1.0), square(5.0), square(3.0)];
+        let found: Vec<_> = nested(&outlines).iter().map(|(o, free)| (o[2][0], *free)).collect();
+        assert_eq!(found, [(5.0, true), (3.0, false), (1.0, true)]);
+    }
+
+    #[test]
+    fn dashes_go_around_corners() {
+        let cut = dashes([(0.0, 0.0), (4.0, 0.0), (4.0, 20.0)].into_iter());
+        assert_eq!(cut[0], [(0, 0), (40, 0), (40, 20)]);
+        assert_eq!(cut[1], [(40, 70), (40, 130)]);
+    }
+}

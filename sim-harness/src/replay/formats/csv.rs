@@ -1,0 +1,68 @@
+//! Our own log: a header, then one row per packet.
+//!
+//! `time_s`, `link` and `rssi_dbm` must be there; `velocity_mps` may be: the rate at which the two
+//! ends separated since the link's previous row. Other columns are let be. The book's chapter
+//! "Replay" has the whole of it.
+
+use std::path::Path;
+
+use units::MetresPerSecond;
+
+use super::table::{Row, Table};
+use super::{instant, number, received};
+use crate::input_error::InputError;
+use crate::replay::recording::{Anomaly, Clock, Recorder, Recording};
+
+const NAMES: [&str; 4] = ["time_s", "link", "rssi_dbm", "velocity_mps"];
+const REQUIRED: usize = 3;
+
+/// Faster than any multirotor; a value beyond it is in another unit.
+const FASTEST: f64 = 50.0;
+
+pub(super) fn is_header(row: &str) -> bool {
+    NAMES.iter().take(REQUIRED).all(|name| {
+        row.split(',').any(|cell| {
+            cell.trim_matches(|c: char| c.is_whitespace() || c == '"' || c == '\u{feff}')
+                .eq_ignore_ascii_case(name)
+        })
+    })
+}
+
+pub(super) fn parse(bytes: &[u8], file: &Path) -> Result<Recording, InputError> {
+    let mut recorder = Recorder::default();
+    let mut clock = Clock::default();
+    for row in Table::open(bytes, file, NAMES, REQUIRED)? {
+        recorder.row();
+        record(&mut recorder, &mut clock, row);
+    }
+    Ok(recorder.finish())
+}
+
+fn record(recorder: &mut Recorder, clock: &mut Clock, row: Row<{ NAMES.len() }>) {
+    let Row { line, fields: [time, link, rssi, velocity], whole } = row;
+    let link = link.filter(|link| !link.is_empty());
+    let (Some(time), Some(link), Some(rssi), true) = (time, link, rssi, whole) else {
+        return recorder.anomaly(Anomaly::RowLength, line);
+    };
+    // A cell left empty is a speed that was not measured, not a wrong one.
+    let velocity = velocity.filter(|cell| !cell.is_empty());
+    let (Some(time), Some(rssi), Some(speed)) = (
+        number(&time).and_then(instant),
+        number(&rssi),
+        velocity.map_or(Some(None), |cell| number(&cell).map(Some)),
+    ) else {
+        return recorder.anomaly(Anomaly::NotANumber, line);
+    };
+    let Some(rssi) = received(rssi) else {
+        return recorder.anomaly(Anomaly::ImpossibleRssi, line);
+    };
+    if !recorder.clock_is_sound(clock, time, line) {
+        return;
+    }
+    let separating = speed.filter(|speed| speed.abs() <= FASTEST);
+    if separating != speed {
+        recorder.anomaly(Anomaly::ImpossibleMotion, line);
+    }
+    let link = recorder.link(&link);
+    recorder.sample(line, time, link, rssi, separating.map(|v| MetresPerSecond(v as f32)));
+}

@@ -1,0 +1,268 @@
+//! The log formats: how to tell them apart, and the one way in to all of their parsers.
+//!
+//! Every parser takes any bytes. A row that is wrong in itself is an [`Anomaly`]; a file that is
+//! not what it claims to be is an [`InputError`].
+//!
+//! [`Anomaly`]: super::recording::Anomaly
+
+mod ble_robot;
+mod csv;
+mod mitll;
+mod table;
+mod tetam;
+mod uchain_flight;
+
+use std::fmt;
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use clap::ValueEnum;
+use serde::Serialize;
+use units::{Dbm, Instant, Metres};
+
+use super::recording::Recording;
+use crate::input_error::InputError;
+
+/// A kind of log.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Format {
+    /// A flight of the U-Chain authors: `t,r0,r1,…,` with losses in whole dB, 0 = never heard.
+    UchainFlight,
+    /// A position-annotated BLE track of the TETAM set.
+    Tetam,
+    /// The raw packets of the BLE and UWB anchors round a robot.
+    BleRobot,
+    /// A still link of the MITLL set, as received by an nRF52.
+    Mitll,
+    /// Our own: `time_s, link, rssi_dbm, velocity_mps`.
+    Csv,
+}
+
+impl Format {
+    /// What one row of it looks like, for an error message.
+    const fn row(self) -> &'static str {
+        match self {
+            Self::UchainFlight => "a row of a U-Chain flight (time, then one loss per link)",
+            Self::Tetam => "a row of a TETAM track (16 comma-separated fields)",
+            Self::BleRobot => "a row of a BLE robot log (7 or more tab-separated integers)",
+            Self::Mitll => "a row of a MITLL log (Frame, Time, Source, DeviceName, RSSI, …)",
+            Self::Csv => "a row of time_s, link and rssi_dbm",
+        }
+    }
+
+    fn parse(self, bytes: &[u8], file: &Path) -> Result<Recording, InputError> {
+        match self {
+            Self::UchainFlight => Ok(uchain_flight::parse(bytes)),
+            Self::Tetam => Ok(tetam::parse(bytes, &tetam::receivers_of(file)?)),
+            Self::BleRobot => {
+                Ok(ble_robot::parse(bytes, &ble_robot::surroundings_of(file, bytes)?))
+            }
+            Self::Mitll => mitll::parse(bytes, file),
+            Self::Csv => csv::parse(bytes, file),
+        }
+    }
+
+    /// How to tell its rows, where it has no header to be told by.
+    const fn rows_told_by(self) -> Option<fn(&str) -> bool> {
+        match self {
+            Self::UchainFlight => Some(uchain_flight::is_row),
+            Self::Tetam => Some(tetam::is_row),
+            Self::BleRobot => Some(ble_robot::is_row),
+            Self::Mitll | Self::Csv => None,
+        }
+    }
+
+    /// Which format a file is in, from its first rows.
+    fn told_from(bytes: &[u8]) -> Option<Self> {
+        let rows = first_rows(bytes);
+        let (_, header) = rows.first()?;
+        if csv::is_header(header) {
+            return Some(Self::Csv);
+        }
+        if mitll::is_header(header) {
+            return Some(Self::Mitll);
+        }
+        [Self::Tetam, Self::BleRobot, Self::UchainFlight]
+            .into_iter()
+            .find(|format| format.first_stranger(&rows).is_none())
+    }
+
+    /// The first row that is not of this format, where most of these are not.
+    fn first_stranger(self, rows: &[(usize, String)]) -> Option<usize> {
+        let is_row = self.rows_told_by()?;
+        let mut strangers = rows.iter().filter(|(_, row)| !is_row(row)).map(|(line, _)| *line);
+        let first = strangers.next()?;
+        ((1 + strangers.count()) * 2 > rows.len()).then_some(first)
+    }
+}
+
+impl fmt::Display for Format {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::UchainFlight => "uchain-flight",
+            Self::Tetam => "tetam",
+            Self::BleRobot => "ble-robot",
+            Self::Mitll => "mitll",
+            Self::Csv => "csv",
+        })
+    }
+}
+
+/// As much of a file as its format is told from.
+const SNIFFED: usize = 16 * 1024;
+
+/// The rows that a format is told from. A last one that may have been cut short is left out.
+fn first_rows(bytes: &[u8]) -> Vec<(usize, String)> {
+    let start = bytes
+        .get(..SNIFFED)
+        .map_or(bytes, |start| start.rsplitn(2, |byte| *byte == b'\n').nth(1).unwrap_or(start));
+    lines(start).take(20).collect()
+}
+
+/// The largest file that is read, so that a wrong path cannot fill the memory: days of flight.
+const LARGEST: u64 = 256 * 1024 * 1024;
+
+/// Reads and checks a log, in the format given or the one that its content shows.
+pub(super) fn read(file: &Path, format: Option<Format>) -> Result<(Format, Recording), InputError> {
+    let bytes = read_bytes(file)?;
+    if bytes.iter().all(u8::is_ascii_whitespace) {
+        return Err(
+            InputError::new("the file is empty", "give a log with at least one row").in_file(file)
+        );
+    }
+    let format = format.or_else(|| Format::told_from(&bytes)).ok_or_else(|| {
+        InputError::new(
+            "this is in none of the known log formats",
+            "name one with --format uchain-flight|tetam|ble-robot|mitll|csv",
+        )
+        .in_file(file)
+    })?;
+    // Before a file that belongs to it is missed, or a large one is read to its end.
+    if let Some(line) = format.first_stranger(&first_rows(&bytes)) {
+        return Err(not_the_format(format, line, file));
+    }
+    let recording = format.parse(&bytes, file)?;
+    check(format, recording, file).map(|recording| (format, recording))
+}
+
+fn check(format: Format, recording: Recording, file: &Path) -> Result<Recording, InputError> {
+    if let Some(line) = recording.mostly_malformed() {
+        return Err(not_the_format(format, line, file));
+    }
+    if recording.samples.is_empty() {
+        return Err(InputError::new(
+            format!("none of its {} rows holds a usable sample", recording.rows),
+            format!("each row must be {}", format.row()),
+        )
+        .in_file(file));
+    }
+    Ok(recording)
+}
+
+fn not_the_format(format: Format, line: usize, file: &Path) -> InputError {
+    InputError::new(
+        format!("this is not {}, and neither are most other rows", format.row()),
+        "check --format, or leave it out to have it told from the content",
+    )
+    .at_line(file, line)
+}
+
+fn read_bytes(file: &Path) -> Result<Vec<u8>, InputError> {
+    read_companion(file, "check the path and its permissions")
+}
+
+/// The bytes of a file that belongs to a log; `remedy` says where it should be.
+fn read_companion(file: &Path, remedy: &str) -> Result<Vec<u8>, InputError> {
+    let unreadable = |error: std::io::Error| {
+        InputError::new(format!("cannot be read: {error}"), remedy).in_file(file)
+    };
+    let mut bytes = Vec::new();
+    let opened = File::open(file).map_err(unreadable)?;
+    opened.take(LARGEST + 1).read_to_end(&mut bytes).map_err(unreadable)?;
+    if bytes.len() as u64 > LARGEST {
+        return Err(
+            InputError::new("is larger than 256 MiB", "cut the log into parts").in_file(file)
+        );
+    }
+    Ok(bytes)
+}
+
+/// The lines of a text that are not empty, with their numbers; the first is 1. Bytes that are not
+/// text are replaced, so that a row of them fails as a row and not as a file.
+fn lines(bytes: &[u8]) -> impl Iterator<Item = (usize, String)> {
+    bytes
+        .split(|byte| *byte == b'\n')
+        .enumerate()
+        .map(|(index, line)| {
+            (index + 1, String::from_utf8_lossy(line.trim_ascii_end()).into_owned())
+        })
+        .filter(|(_, line)| !line.trim().is_empty())
+}
+
+/// A number, and not one of the floats that are none.
+fn number(field: &str) -> Option<f64> {
+    field.trim().parse().ok().filter(|number: &f64| number.is_finite())
+}
+
+/// Seconds since boot or since 1970; the year 5138 is as far as they go.
+fn instant(seconds: f64) -> Option<Instant> {
+    (0.0..1e11).contains(&seconds).then(|| Instant::from_micros((seconds * 1e6).round() as u64))
+}
+
+/// A strength that a receiver can read. Under −120 dBm there is less signal than thermal noise in
+/// a channel of 1 MHz (−114 dBm); 0 dBm is all that most of these transmitters send, and what
+/// several logs write for "not measured".
+fn received(dbm: f64) -> Option<Dbm> {
+    (-120.0..0.0).contains(&dbm).then_some(Dbm(dbm as f32))
+}
+
+/// x, y, z in metres.
+type Position = [f64; 3];
+
+fn distance(a: &Position, b: &Position) -> Metres {
+    let squares = a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum();
+    Metres(libm::sqrt(squares) as f32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_format_is_told_from_the_content() {
+        let cases: [(&str, Option<Format>); 8] = [
+            ("time_s,link,rssi_dbm\n0,a,-50\n", Some(Format::Csv)),
+            ("Frame,Time,Source,DeviceName,RSSI\n", Some(Format::Mitll)),
+            ("1.5,aa,bb,-60,1,2,3,1,0,0,0,1,0,0,0,1\n", Some(Format::Tetam)),
+            ("1628\t4\t1\t19\t1\t0\t0\n", Some(Format::BleRobot)),
+            ("0.4,52,47,\n0.8,52,\n", Some(Format::UchainFlight)),
+            ("1,2\nnot a number,3\nat all,4\n", None),
+            ("\u{89}PNG\r\n\u{1a}\n", None),
+            ("", None),
+        ];
+        for (text, format) in cases {
+            assert_eq!(Format::told_from(text.as_bytes()), format, "{text:?}");
+        }
+    }
+
+    #[test]
+    fn what_no_receiver_reads_is_no_strength() {
+        assert_eq!(received(-57.0), Some(Dbm(-57.0)));
+        for wrong in [102.0, 0.0, -121.0, f64::NAN, f64::NEG_INFINITY] {
+            assert_eq!(received(wrong), None, "{wrong}");
+        }
+    }
+
+    #[test]
+    fn a_time_that_cannot_be_counted_is_none() {
+        assert_eq!(
+            instant(1_581_252_411.243_835),
+            Some(Instant::from_micros(1_581_252_411_243_835))
+        );
+        for wrong in [-0.1, 1e11, f64::NAN] {
+            assert_eq!(instant(wrong), None, "{wrong}");
+        }
+    }
+}

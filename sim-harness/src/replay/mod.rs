@@ -1,0 +1,83 @@
+//! Recorded RSSI through the on-board code.
+//!
+//! Simulated noise is white and its law is known, recorded noise is neither. A replay gives the
+//! packets of a log to the very [`LinkFilter`](chain::filter::LinkFilter) that flies and says how
+//! well the next packet was foreseen, with and without the motion that the log knows of. The
+//! U-Chain authors' own flights hold no raw packets; for those it says what the movement and the
+//! launch policies would have done.
+//!
+//! | file | holds |
+//! |---|---|
+//! | `formats/` | one parser per kind of log: any bytes in, checked samples out |
+//! | `recording` | those samples, and what was wrong with the other rows |
+//! | `prediction` | the four predictors and their scores |
+//! | `flight` | the policies over a recorded flight |
+//! | `summary` | all of it as a table, as JSON and as a CSV of every sample |
+//!
+//! The book's chapter "Replay" defines every number.
+
+mod flight;
+mod formats;
+mod prediction;
+mod recording;
+mod summary;
+
+use std::path::PathBuf;
+
+use chain::filter::Kalman;
+use clap::ValueEnum;
+
+pub use flight::{Commands, Equality, Policy};
+pub use formats::Format;
+pub use prediction::{Prediction, REAL_LINK, Score};
+pub use recording::{Anomalies, Anomaly};
+pub use summary::{FileReport, LinkReport, ReplaySummary};
+
+use crate::input_error::InputError;
+
+/// How to replay.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ReplayOptions {
+    /// The kind of every log; `None` has each told from its content.
+    pub format: Option<Format>,
+    /// The movement policy to run over flights; `None` runs them all.
+    pub policy: Option<Policy>,
+    /// The constants of the filters.
+    pub kalman: Kalman,
+}
+
+impl Default for ReplayOptions {
+    fn default() -> Self {
+        Self { format: None, policy: None, kalman: REAL_LINK }
+    }
+}
+
+/// Replays every file.
+///
+/// # Errors
+/// A file that cannot be read, or is not a log of the kind that it should be. Single rows that are
+/// wrong are no error: the summary counts them.
+pub fn replay(files: &[PathBuf], options: &ReplayOptions) -> Result<ReplaySummary, InputError> {
+    if files.is_empty() {
+        return Err(InputError::new("no log was given", "name at least one: uchain replay LOG…"));
+    }
+    let policies = match &options.policy {
+        Some(policy) => std::slice::from_ref(policy),
+        None => Policy::value_variants(),
+    };
+    let mut summary = ReplaySummary::default();
+    for file in files {
+        let (format, recording) = formats::read(file, options.format)?;
+        summary.add(match format {
+            Format::UchainFlight => {
+                let flight = flight::analyse(&recording, policies);
+                FileReport::of_flight(file, recording, flight)
+            }
+            Format::Tetam | Format::BleRobot | Format::Mitll | Format::Csv => {
+                let foresights = prediction::foresee_all(&recording, options.kalman);
+                FileReport::of_packets(file, format, recording, foresights)
+            }
+        });
+    }
+    Ok(summary)
+}

@@ -1,0 +1,317 @@
+//! A log after parsing: checked samples, and an account of what was wrong with the rest.
+
+use std::collections::BTreeMap;
+
+use agent::AgentConfig;
+use serde::Serialize;
+use units::{Dbm, Duration, Instant, Metres, MetresPerSecond};
+
+/// What can be wrong with a row that is no reason to refuse its file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Anomaly {
+    /// The row has too few or too many fields, or nothing in one that it needs. Skipped.
+    RowLength,
+    /// A field that must be a number is not one. Skipped.
+    NotANumber,
+    /// An RSSI that no receiver reads: 0 dBm and above, or under −120 dBm. Skipped.
+    ImpossibleRssi,
+    /// A speed that nothing in these logs reaches. The sample counts, the speed as unknown.
+    ImpossibleMotion,
+    /// A receiver whose position is not known. Its samples count, their speeds as unknown.
+    UnknownReceiver,
+    /// In a flight log, a link that has a value in other rows and none in this one. The links
+    /// that have one count.
+    MissingLink,
+    /// The clock is behind an earlier row's, by no more than a link's silence. Skipped.
+    ClockBackwards,
+    /// The clock fell back by more than that: a new recording begins. Every filter starts anew.
+    ClockRestart,
+    /// A link was silent for longer than `lost_after`. Its filter starts anew with this row.
+    Gap,
+}
+
+impl Anomaly {
+    /// The name that reports use.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::RowLength => "row-length",
+            Self::NotANumber => "not-a-number",
+            Self::ImpossibleRssi => "impossible-rssi",
+            Self::ImpossibleMotion => "impossible-motion",
+            Self::UnknownReceiver => "unknown-receiver",
+            Self::MissingLink => "missing-link",
+            Self::ClockBackwards => "clock-backwards",
+            Self::ClockRestart => "clock-restart",
+            Self::Gap => "gap",
+        }
+    }
+
+    /// Whether such a row was not of the format at all. A file of mostly these is refused.
+    const fn is_malformed(self) -> bool {
+        matches!(self, Self::RowLength | Self::NotANumber)
+    }
+}
+
+/// The lines of a file that had each kind of anomaly; the first line is 1.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Anomalies {
+    lines: BTreeMap<Anomaly, Vec<usize>>,
+}
+
+impl Anomalies {
+    fn add(&mut self, kind: Anomaly, line: usize) {
+        let lines = self.lines.entry(kind).or_default();
+        // A row can hold many packets that are wrong in the same way.
+        if lines.last() != Some(&line) {
+            lines.push(line);
+        }
+    }
+
+    /// The lines that had this, in order.
+    #[must_use]
+    pub fn of(&self, kind: Anomaly) -> &[usize] {
+        self.lines.get(&kind).map_or(&[], Vec::as_slice)
+    }
+
+    /// Every kind that was met.
+    pub fn iter(&self) -> impl Iterator<Item = (Anomaly, &[usize])> {
+        self.lines.iter().map(|(kind, lines)| (*kind, lines.as_slice()))
+    }
+
+    fn malformed(&self) -> (usize, Option<usize>) {
+        let bad = || self.iter().filter(|(kind, _)| kind.is_malformed());
+        (
+            bad().map(|(_, lines)| lines.len()).sum(),
+            bad().filter_map(|(_, lines)| lines.first()).min().copied(),
+        )
+    }
+}
+
+impl Serialize for Anomalies {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        #[derive(Serialize)]
+        struct Lines<'a> {
+            count: usize,
+            lines: &'a [usize],
+        }
+        serializer.collect_map(
+            self.iter().map(|(kind, lines)| (kind.name(), Lines { count: lines.len(), lines })),
+        )
+    }
+}
+
+/// One packet as it was received.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Sample {
+    pub(super) line: usize,
+    pub(super) time: Instant,
+    /// Index into [`Recording::links`].
+    pub(super) link: usize,
+    pub(super) rssi: Dbm,
+    /// How fast the two ends separated since the link's previous packet; `None` where the log does
+    /// not tell.
+    pub(super) separating: Option<MetresPerSecond>,
+    /// Nothing that was known of the link before holds: it is the link's first packet, the clock
+    /// restarted, or the link was silent for longer than on-board code waits.
+    pub(super) restarts: bool,
+}
+
+/// A checked file of samples.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Recording {
+    /// Rows that were not empty, header excluded.
+    pub(super) rows: usize,
+    pub(super) links: Vec<String>,
+    pub(super) samples: Vec<Sample>,
+    pub(super) anomalies: Anomalies,
+}
+
+impl Recording {
+    /// The first row that is not of the format, where most rows are not.
+    pub(super) fn mostly_malformed(&self) -> Option<usize> {
+        let (malformed, first) = self.anomalies.malformed();
+        first.filter(|_| malformed * 2 > self.rows)
+    }
+}
+
+/// A neighbour that was silent for longer is lost on board, and its filter forgets.
+pub(super) const LOST_AFTER: Duration = AgentConfig::DEFAULT.retreat.lost_after;
+
+/// Builds a [`Recording`]: what every parser writes into, and where clocks and gaps are judged.
+#[derive(Debug, Default)]
+pub(super) struct Recorder {
+    recording: Recording,
+    index: BTreeMap<String, usize>,
+    /// When each link was last heard, since the clock last restarted.
+    heard: Vec<Option<Instant>>,
+}
+
+impl Recorder {
+    pub(super) fn row(&mut self) {
+        self.recording.rows += 1;
+    }
+
+    pub(super) fn anomaly(&mut self, kind: Anomaly, line: usize) {
+        self.recording.anomalies.add(kind, line);
+    }
+
+    /// Judges a row's time by the clock that it was taken with. Whether the row counts.
+    pub(super) fn clock_is_sound(&mut self, clock: &mut Clock, now: Instant, line: usize) -> bool {
+        match clock.read(now) {
+            Reading::Onward => true,
+            Reading::Behind => {
+                self.anomaly(Anomaly::ClockBackwards, line);
+                false
+            }
+            Reading::Restarted => {
+                self.anomaly(Anomaly::ClockRestart, line);
+                self.heard.fill(None);
+                true
+            }
+        }
+    }
+
+    /// The link of this name, so that a sample need not look it up.
+    pub(super) fn link(&mut self, name: &str) -> usize {
+        if let Some(&known) = self.index.get(name) {
+            return known;
+        }
+        let link = self.recording.links.len();
+        self.index.insert(name.to_owned(), link);
+        self.recording.links.push(name.to_owned());
+        self.heard.push(None);
+        link
+    }
+
+    pub(super) fn sample(
+        &mut self,
+        line: usize,
+        time: Instant,
+        link: usize,
+        rssi: Dbm,
+        separating: Option<MetresPerSecond>,
+    ) {
+        let Some(heard) = self.heard.get_mut(link) else { return };
+        let before = heard.replace(time);
+        if before.is_some_and(|before| time < before) {
+            *heard = before;
+            return self.anomaly(Anomaly::ClockBackwards, line);
+        }
+        let silence = before.map(|before| time.since(before));
+        let gap = silence.is_some_and(|silence| silence > LOST_AFTER);
+        if gap {
+            self.anomaly(Anomaly::Gap, line);
+        }
+        let restarts = gap || silence.is_none();
+        let sample = Sample { line, time, link, rssi, separating, restarts };
+        self.recording.samples.push(sample);
+    }
+
+    pub(super) fn finish(self) -> Recording {
+        self.recording
+    }
+}
+
+/// One clock of a log. Its rows are in order of time, or something is wrong with them.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Clock {
+    latest: Option<Instant>,
+}
+
+enum Reading {
+    Onward,
+    Behind,
+    Restarted,
+}
+
+impl Clock {
+    fn read(&mut self, now: Instant) -> Reading {
+        let behind = self.latest.map_or(Duration::ZERO, |latest| latest.since(now));
+        // A row a little late was overtaken by others. When time is far behind, the clock is what
+        // changed, and to wait for it to catch up would throw the rest of the file away.
+        let reading = match behind {
+            Duration::ZERO => Reading::Onward,
+            late if late <= LOST_AFTER => return Reading::Behind,
+            _ => Reading::Restarted,
+        };
+        self.latest = Some(now);
+        reading
+    }
+}
+
+/// How fast two ends separate, from their distance at each packet: what a drone knows of its own
+/// motion at that moment, and nothing of what comes after.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct RadialSpeed {
+    since: Option<(Instant, Metres)>,
+    speed: MetresPerSecond,
+}
+
+impl RadialSpeed {
+    /// Positions are annotated every 30 to 500 ms, while packets on different channels arrive
+    /// 2 ms apart: over a shorter time than this a step of the annotation is not a speed.
+    const SHORTEST: Duration = Duration::from_millis(100);
+
+    /// The distance is `distance` now. The mean speed since the packet before this one.
+    pub(super) fn at(&mut self, now: Instant, distance: Metres) -> MetresPerSecond {
+        let Some((then, before)) = self.since else {
+            self.since = Some((now, distance));
+            return self.speed;
+        };
+        let span = now.since(then);
+        if now < then {
+            *self = Self { since: Some((now, distance)), ..Self::default() };
+        } else if span >= Self::SHORTEST {
+            self.speed = MetresPerSecond((distance - before).0 / span.as_secs_f32());
+            self.since = Some((now, distance));
+        }
+        self.speed
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(ms: u64) -> Instant {
+        Instant::from_millis(ms)
+    }
+
+    #[test]
+    fn a_late_row_is_skipped_and_a_restarted_clock_is_followed() {
+        let (mut recorder, mut clock) = (Recorder::default(), Clock::default());
+        let sound: Vec<bool> = [9_000, 8_999, 9_100, 50, 250]
+            .into_iter()
+            .enumerate()
+            .map(|(i, ms)| recorder.clock_is_sound(&mut clock, at(ms), i + 1))
+            .collect();
+        assert_eq!(sound, [true, false, true, true, true]);
+        let anomalies = recorder.finish().anomalies;
+        assert_eq!(anomalies.of(Anomaly::ClockBackwards), [2]);
+        assert_eq!(anomalies.of(Anomaly::ClockRestart), [4]);
+    }
+
+    #[test]
+    fn a_gap_restarts_its_own_link_only() {
+        let mut recorder = Recorder::default();
+        let (a, b) = (recorder.link("a"), recorder.link("b"));
+        for (line, ms, link) in [(1, 0, a), (2, 1_000, b), (3, 2_001, a), (4, 2_900, b)] {
+            recorder.sample(line, at(ms), link, Dbm(-60.0), None);
+        }
+        let recording = recorder.finish();
+        let restarts: Vec<bool> = recording.samples.iter().map(|s| s.restarts).collect();
+        assert_eq!(restarts, [true, true, true, false]);
+        assert_eq!(recording.anomalies.of(Anomaly::Gap), [3]);
+    }
+
+    #[test]
+    fn a_repeated_position_is_rest_and_a_step_within_milliseconds_is_no_speed() {
+        let mut radial = RadialSpeed::default();
+        assert_eq!(radial.at(at(0), Metres(1.0)), MetresPerSecond::ZERO);
+        assert_eq!(radial.at(at(500), Metres(1.0)), MetresPerSecond::ZERO);
+        assert_eq!(radial.at(at(502), Metres(1.25)), MetresPerSecond::ZERO);
+        assert_eq!(radial.at(at(1_000), Metres(1.25)), MetresPerSecond(0.5));
+    }
+}

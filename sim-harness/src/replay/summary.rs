@@ -1,0 +1,388 @@
+//! What a replay found, in three forms: a table to read, JSON to compute with, and every sample
+//! as CSV.
+
+use std::fmt;
+use std::io;
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::flight::{Commands, Equality, Flight};
+use super::formats::Format;
+use super::prediction::{Foresights, Prediction, Score, Tally};
+use super::recording::{Anomalies, Recording, Sample};
+
+/// What a replay found in all of its files.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct ReplaySummary {
+    /// One for each file, in the order given.
+    pub files: Vec<FileReport>,
+    /// Over the packets of all files; `None` where no file has any that could be predicted.
+    pub all: Option<Prediction>,
+    #[serde(skip)]
+    tally: Tally,
+}
+
+/// What a replay found in one file.
+#[derive(Clone, Debug, Serialize)]
+pub struct FileReport {
+    /// The file, as it was named.
+    pub file: String,
+    /// What kind of log it is.
+    pub format: Format,
+    /// How many rows it has, empty ones and a header left out.
+    pub rows: usize,
+    /// In how many of them at least one packet counted.
+    pub used: usize,
+    /// How many packets counted.
+    pub packets: usize,
+    /// What was wrong with the others.
+    pub anomalies: Anomalies,
+    /// How well the next packet was foreseen; `None` for a flight, whose packets are not raw.
+    pub prediction: Option<Prediction>,
+    /// The same for each link.
+    pub links: Vec<LinkReport>,
+    /// What the movement policies would have told each relay; `None` for all but flights.
+    pub policy: Option<Vec<Commands>>,
+    /// When the launch policy that is flashed by default would have called for a relay: seconds,
+    /// by the log's clock.
+    pub launches_s: Vec<f64>,
+    /// When the one of the paper's experiments would have.
+    pub launches_at_once_s: Vec<f64>,
+    /// How equal the links were; `None` for all but flights.
+    pub equality: Option<Equality>,
+    #[serde(skip)]
+    series: Series,
+    #[serde(skip)]
+    tally: Option<Tally>,
+}
+
+/// What a replay found on one link.
+#[derive(Clone, Debug, Serialize)]
+pub struct LinkReport {
+    /// The link's name in the log.
+    pub link: String,
+    /// How many of its packets counted.
+    pub packets: usize,
+    /// Their mean, in dBm; `None` without any.
+    pub mean_dbm: Option<f64>,
+    /// How well they were foreseen.
+    pub prediction: Option<Prediction>,
+}
+
+/// Every packet of a file and, except in flights, what was expected of it.
+#[derive(Clone, Debug, Default)]
+struct Series {
+    samples: Vec<Sample>,
+    foresights: Vec<Foresights>,
+}
+
+impl FileReport {
+    pub(super) fn of_flight(file: &Path, recording: Recording, flight: Flight) -> Self {
+        Self {
+            policy: Some(flight.commands),
+            launches_s: flight.launches,
+            launches_at_once_s: flight.launches_at_once,
+            equality: Some(flight.equality),
+            ..Self::new(file, Format::UchainFlight, recording, Vec::new())
+        }
+    }
+
+    pub(super) fn of_packets(
+        file: &Path,
+        format: Format,
+        recording: Recording,
+        foresights: Vec<Foresights>,
+    ) -> Self {
+        let knows_motion = recording.samples.iter().any(|sample| sample.separating.is_some());
+        let tally = Tally::of(&foresights, knows_motion);
+        Self {
+            prediction: tally.prediction(),
+            tally: Some(tally),
+            ..Self::new(file, format, recording, foresights)
+        }
+    }
+
+    fn new(file: &Path, format: Format, recording: Recording, foresights: Vec<Foresights>) -> Self {
+        let Recording { rows, links, samples, anomalies } = recording;
+        Self {
+            file: file.display().to_string(),
+            format,
+            rows,
+            used: samples.chunk_by(|a, b| a.line == b.line).count(),
+            packets: samples.len(),
+            anomalies,
+            prediction: None,
+            links: link_reports(&links, &samples, &foresights),
+            policy: None,
+            launches_s: Vec::new(),
+            launches_at_once_s: Vec::new(),
+            equality: None,
+            series: Series { samples, foresights },
+            tally: None,
+        }
+    }
+}
+
+fn link_reports(
+    links: &[String],
+    samples: &[Sample],
+    foresights: &[Foresights],
+) -> Vec<LinkReport> {
+    // One pass, however many links there are.
+    let mut of_link: Vec<(usize, f64, Vec<&Foresights>, bool)> =
+        vec![(0, 0.0, Vec::new(), false); links.len()];
+    for (index, sample) in samples.iter().enumerate() {
+        let Some((packets, sum, foreseen, knows_motion)) = of_link.get_mut(sample.link) else {
+            continue;
+        };
+        *packets += 1;
+        *sum += f64::from(sample.rssi.0);
+        *knows_motion |= sample.separating.is_some();
+        foreseen.extend(foresights.get(index));
+    }
+    links
+        .iter()
+        .zip(of_link)
+        .map(|(link, (packets, sum, foreseen, knows_motion))| LinkReport {
+            link: link.clone(),
+            packets,
+            mean_dbm: (packets > 0).then(|| sum / packets as f64),
+            prediction: Tally::of(foreseen, knows_motion).prediction(),
+        })
+        .collect()
+}
+
+impl ReplaySummary {
+    pub(super) fn add(&mut self, report: FileReport) {
+        if let Some(tally) = &report.tally {
+            self.tally.merge(tally);
+            self.all = self.tally.prediction();
+        }
+        self.files.push(report);
+    }
+
+    /// Writes one row of CSV per packet: where and when it was received, how strongly, what each
+    /// predictor expected and by how much it was wrong (received less expected). What is not known
+    /// is left empty.
+    ///
+    /// # Errors
+    /// What `out` returns.
+    pub fn write_series(&self, out: &mut dyn io::Write) -> io::Result<()> {
+        let mut writer = csv::Writer::from_writer(out);
+        writer.write_record([
+            "file",
+            "line",
+            "time_s",
+            "link",
+            "rssi_dbm",
+            "velocity_mps",
+            "last_dbm",
+            "average_dbm",
+            "kalman_still_dbm",
+            "kalman_dbm",
+            "last_error_db",
+            "average_error_db",
+            "kalman_still_error_db",
+            "kalman_error_db",
+        ])?;
+        for report in &self.files {
+            let Series { samples, foresights } = &report.series;
+            for (index, sample) in samples.iter().enumerate() {
+                let foresights = foresights.get(index).copied().unwrap_or_default();
+                writer.write_record(report.series_row(sample, &foresights))?;
+            }
+        }
+        writer.flush()
+    }
+}
+
+impl FileReport {
+    fn series_row(&self, sample: &Sample, foresights: &Foresights) -> Vec<String> {
+        let micros = sample.time.as_micros();
+        let link = self.links.get(sample.link).map_or("", |report| &report.link);
+        let mut row = vec![
+            self.file.clone(),
+            sample.line.to_string(),
+            format!("{}.{:06}", micros / 1_000_000, micros % 1_000_000),
+            link.to_owned(),
+            sample.rssi.0.to_string(),
+            sample.separating.map_or_else(String::new, |speed| format!("{:.3}", speed.0)),
+        ];
+        let told = |value: Option<f64>| value.map_or_else(String::new, |v| format!("{v:.3}"));
+        row.extend(foresights.iter().map(|f| told(f.map(|f| f64::from(f.expected.0)))));
+        row.extend(foresights.iter().map(|f| told(f.map(|f| f.residual))));
+        row
+    }
+}
+
+/// How many line numbers of one kind of anomaly the table names.
+const LINES_SHOWN: usize = 5;
+
+/// How many links the table has rows for.
+const LINKS_SHOWN: usize = 12;
+
+impl fmt::Display for ReplaySummary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (index, report) in self.files.iter().enumerate() {
+            if index > 0 {
+                writeln!(f)?;
+            }
+            write!(f, "{report}")?;
+        }
+        match &self.all {
+            Some(all) if self.files.len() > 1 => {
+                writeln!(f, "\nall files")?;
+                write_prediction(f, all)
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+impl fmt::Display for FileReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{}", self.file)?;
+        writeln!(
+            f,
+            "  {}: {} of {} rows used, {} packets on {} links",
+            self.format,
+            self.used,
+            self.rows,
+            self.packets,
+            self.links.len()
+        )?;
+        for (kind, lines) in self.anomalies.iter() {
+            write_anomaly(f, kind.name(), lines)?;
+        }
+        if let Some(prediction) = &self.prediction {
+            write_prediction(f, prediction)?;
+            write_links(f, &self.links)?;
+        }
+        if let Some(equality) = &self.equality {
+            write_equality(f, equality, &self.links)?;
+            write_launches(f, "settled", &self.launches_s)?;
+            write_launches(f, "at once", &self.launches_at_once_s)?;
+        }
+        self.policy.as_ref().map_or(Ok(()), |commands| write_commands(f, commands))
+    }
+}
+
+fn write_anomaly(f: &mut fmt::Formatter<'_>, kind: &str, lines: &[usize]) -> fmt::Result {
+    let shown: Vec<String> = lines.iter().take(LINES_SHOWN).map(usize::to_string).collect();
+    let more = if lines.len() > LINES_SHOWN { ", …" } else { "" };
+    let line = if lines.len() == 1 { "line" } else { "lines" };
+    writeln!(f, "  {kind:<18}{:>6}  ({line} {}{more})", lines.len(), shown.join(", "))
+}
+
+fn write_prediction(f: &mut fmt::Formatter<'_>, prediction: &Prediction) -> fmt::Result {
+    let Prediction { samples, last, average, kalman_still, kalman } = prediction;
+    writeln!(
+        f,
+        "\n  next packet ({samples} predicted)   RMSE dB   log-likelihood   same variance"
+    )?;
+    let pad = 27 + samples.to_string().len();
+    let mut row = |name: &str, score: &Score| {
+        writeln!(
+            f,
+            "  {name:<pad$}{:>7.3}{:>17.4}{:>16.4}",
+            score.rmse_db, score.log_likelihood, score.log_likelihood_seen,
+        )
+    };
+    row("last sample", last)?;
+    row("average 0.27", average)?;
+    row("filter, still", kalman_still)?;
+    match kalman {
+        Some(kalman) => row("filter, velocity", kalman),
+        None => writeln!(f, "  filter, velocity: the log has no motion"),
+    }
+}
+
+fn write_links(f: &mut fmt::Formatter<'_>, links: &[LinkReport]) -> fmt::Result {
+    let mut predicted: Vec<(&LinkReport, &Prediction)> =
+        links.iter().filter_map(|link| Some((link, link.prediction.as_ref()?))).collect();
+    if predicted.len() < 2 {
+        return Ok(());
+    }
+    // The sort is stable: links with as many packets stay in the log's order.
+    predicted.sort_by_key(|(link, _)| std::cmp::Reverse(link.packets));
+    writeln!(
+        f,
+        "\n  {:<20}{:>9}{:>10}{:>9}{:>9}{:>9}{:>10}",
+        "RMSE dB of link", "packets", "mean dBm", "last", "average", "still", "velocity"
+    )?;
+    for (link, prediction) in predicted.iter().take(LINKS_SHOWN) {
+        let Prediction { last, average, kalman_still, kalman, .. } = prediction;
+        write!(f, "  {:<20}{:>9}", link.link, link.packets)?;
+        write!(f, "{:>10.1}", link.mean_dbm.unwrap_or(f64::NAN))?;
+        write!(f, "{:>9.2}{:>9.2}", last.rmse_db, average.rmse_db)?;
+        write!(f, "{:>9.2}", kalman_still.rmse_db)?;
+        match kalman {
+            Some(kalman) => writeln!(f, "{:>10.2}", kalman.rmse_db)?,
+            None => writeln!(f, "{:>10}", "–")?,
+        }
+    }
+    match links.len().saturating_sub(predicted.len().min(LINKS_SHOWN)) {
+        0 => Ok(()),
+        more => writeln!(f, "  and {more} more, all of them with --json"),
+    }
+}
+
+fn write_equality(
+    f: &mut fmt::Formatter<'_>,
+    equality: &Equality,
+    links: &[LinkReport],
+) -> fmt::Result {
+    write!(f, "\n  mean dBm          ")?;
+    for (link, mean) in links.iter().zip(&equality.means_dbm) {
+        match mean {
+            Some(mean) => write!(f, "  {} {mean:.1}", link.link)?,
+            None => write!(f, "  {} never heard", link.link)?,
+        }
+    }
+    writeln!(
+        f,
+        "\n  adjacent links      within 3 dB {:.0} %, within 5 dB {:.0} % (of {} pairs)",
+        100.0 * equality.within_3_db,
+        100.0 * equality.within_5_db,
+        equality.pairs
+    )
+}
+
+fn write_launches(f: &mut fmt::Formatter<'_>, when: &str, launches: &[f64]) -> fmt::Result {
+    let times: Vec<String> = launches.iter().map(|time| format!("{time:.2}")).collect();
+    let times = if times.is_empty() { "never".to_owned() } else { times.join(", ") + " s" };
+    writeln!(f, "  {:<20}{times}", format!("launch {when}"))
+}
+
+fn write_commands(f: &mut fmt::Formatter<'_>, commands: &[Commands]) -> fmt::Result {
+    if commands.is_empty() {
+        return writeln!(f, "\n  one link and no relay: no policy to run");
+    }
+    writeln!(
+        f,
+        "\n  {:<10}{:>5}{:>7}{:>10}{:>8}{:>8}{:>10}{:>8}{:>13}",
+        "policy", "relay", "rows", "forward", "hover", "back", "mean m/s", "turns", "as authors"
+    )?;
+    for told in commands {
+        if told.rows == 0 {
+            let (policy, relay) = (told.policy.name(), told.relay);
+            writeln!(f, "  {policy:<10}{relay:>5}{:>7}  never had both of its links", 0)?;
+            continue;
+        }
+        writeln!(
+            f,
+            "  {:<10}{:>5}{:>7}{:>8.0} %{:>6.0} %{:>6.0} %{:>10.3}{:>8}{:>11.0} %",
+            told.policy.name(),
+            told.relay,
+            told.rows,
+            100.0 * told.forward,
+            100.0 * told.hover,
+            100.0 * told.back,
+            told.mean_speed_mps,
+            told.sign_changes,
+            100.0 * told.agrees_with_authors
+        )?;
+    }
+    Ok(())
+}

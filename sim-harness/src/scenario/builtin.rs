@@ -1,0 +1,54 @@
+//! The scenarios that come with the program: the files of `sim-harness/scenarios/`, compiled in.
+
+use std::path::Path;
+
+use super::{Scenario, file};
+use crate::input_error::InputError;
+
+macro_rules! files {
+    ($($name:literal),* $(,)?) => {
+        /// Name and text of each.
+        const FILES: &[(&str, &str)] = &[
+            $(($name, include_str!(concat!("../../scenarios/", $name, ".toml")))),*
+        ];
+    };
+}
+
+files![
+    "demo",
+    "straight",
+    "paper-z10",
+    "paper-u10",
+    "paper-wave10",
+    "s-turns-5",
+    "zigzag-5",
+    "winding-5",
+    "s-turns-5-step",
+    "zigzag-5-step",
+    "winding-5-step",
+    "t-junction",
+    "t-opening",
+    "room",
+    "turns",
+];
+
+/// The scenario that `run` flies when it is given none.
+pub const DEMONSTRATION: &str = "demo";
+
+/// All names.
+pub fn names() -> impl Iterator<Item = &'static str> {
+    FILES.iter().map(|(name, _)| *name)
+}
+
+/// The built-in scenario of that name.
+#[must_use]
+pub fn find(name: &str) -> Option<Result<Scenario, InputError>> {
+    let (name, text) = FILES.iter().find(|(known, _)| *known == name)?;
+    Some(file::parse(Path::new(&format!("{name}.toml")), text))
+}
+
+/// The text of the built-in scenario of that name, to begin one's own with.
+#[must_use]
+pub fn text(name: &str) -> Option<&'static str> {
+    FILES.iter().find(|(known, _)| *known == name).map(|(_, text)| *text)
+}

@@ -1,0 +1,146 @@
+//! What a mission is: where, who, how long, and what the operator does.
+//!
+//! A scenario is a TOML file ([`file`] reads and checks it; the book's chapter "Scenarios" has
+//! every key). The built-in ones are files of the same kind, compiled in ([`builtin`]).
+
+pub mod builtin;
+mod file;
+
+use std::path::Path;
+
+use agent::AgentConfig;
+use chain::report::Task;
+use radio_model::{PathLoss, Reception};
+
+use crate::input_error::InputError;
+use crate::vehicle::VehicleSpec;
+use crate::world::Tunnel;
+use crate::world::layout::Layout;
+
+/// How closely the vehicle is simulated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fidelity {
+    /// A velocity-limited first-order point on the floor plan.
+    Policy,
+}
+
+/// A checked scenario: everything in it is within its bounds and fits together.
+#[derive(Clone, Debug)]
+pub struct Scenario {
+    /// The file's name without its ending.
+    pub name: String,
+    /// One line that says what it is for.
+    pub title: String,
+    /// How long it lasts.
+    pub duration_us: u64,
+    /// How closely the vehicle is simulated.
+    pub fidelity: Fidelity,
+    /// The floor plan.
+    pub layout: Layout,
+    /// Large-scale loss.
+    pub path_loss: PathLoss,
+    /// What befalls a packet.
+    pub reception: Reception,
+    /// How long a packet is on its way.
+    pub latency_us: u64,
+    /// The bodies.
+    pub vehicle: VehicleSpec,
+    /// How many relays there are beside head and base.
+    pub relays: usize,
+    /// Where everybody starts.
+    pub start: Start,
+    /// The constants of the on-board code.
+    pub agent: AgentConfig,
+    /// The name of the movement policy in [`agent`](Self::agent).
+    pub policy: String,
+    /// What the operator does, in order of time.
+    pub pilot: Vec<PilotStep>,
+}
+
+/// Where everybody starts.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Start {
+    /// On the ground at the base, in a row.
+    Mouth,
+    /// In the air: the head at this abscissa, the relays anywhere between it and the base.
+    Random {
+        /// In metres.
+        head: f32,
+    },
+    /// In the air at these abscissae, head first.
+    Placed(Vec<f32>),
+}
+
+impl Start {
+    /// Distance between drones that stand in a row at the mouth, in metres: twice what their
+    /// guards need.
+    pub const SPACING: f32 = 0.35;
+    /// The least distance between drones at random places, in metres.
+    pub const APART: f32 = 0.5;
+}
+
+/// One thing that the operator does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PilotStep {
+    /// From when on.
+    pub at_us: u64,
+    /// What.
+    pub task: Task,
+}
+
+impl Scenario {
+    /// Reads and checks a scenario file.
+    ///
+    /// # Errors
+    /// [`InputError`] with file and line, for anything that is not exactly right.
+    pub fn read(path: &Path) -> Result<Self, InputError> {
+        let text = std::fs::read_to_string(path).map_err(|error| {
+            InputError::new(format!("cannot read the scenario ({error})"), "give a readable file")
+                .in_file(path)
+        })?;
+        file::parse(path, &text)
+    }
+
+    /// The built-in scenario of that name, or the file at that path.
+    ///
+    /// # Errors
+    /// [`InputError`] where it is neither, or the file is wrong.
+    pub fn open(name_or_path: &str) -> Result<Self, InputError> {
+        if let Some(scenario) = builtin::find(name_or_path) {
+            return scenario;
+        }
+        let path = Path::new(name_or_path);
+        if path.is_file() {
+            return Self::read(path);
+        }
+        let names: Vec<_> = builtin::names().collect();
+        Err(InputError::new(
+            format!("there is no scenario and no file called \"{name_or_path}\""),
+            format!("give a TOML file or one of {}", names.join(", ")),
+        ))
+    }
+
+    /// Digs the tunnel. The layout was checked when the scenario was read.
+    #[must_use]
+    pub(crate) fn tunnel(&self) -> Tunnel {
+        Tunnel::dig(&self.layout).expect("a checked scenario has a layout that can be built")
+    }
+
+    /// The same scenario with another of the named movement policies; `None` for a name that is
+    /// not known.
+    #[must_use]
+    pub fn with_policy(&self, name: &str) -> Option<Self> {
+        let policy = file::policy_named(name)?.for_loss_at_1m(self.path_loss.loss_at_1m);
+        let agent = AgentConfig { policy, ..self.agent };
+        Some(Self { policy: name.to_owned(), agent, ..self.clone() })
+    }
+
+    /// How long it lasts, in seconds.
+    #[must_use]
+    pub fn duration_s(&self) -> f32 {
+        self.duration_us as f32 * 1e-6
+    }
+}
+
+/// The names of the movement policies, as scenarios and benchmarks call them.
+pub const POLICIES: [&str; 5] = ["t0", "t5", "k", "authors", "default"];

@@ -1,0 +1,245 @@
+//! A drone's body at policy level: a disc on the floor plan that follows velocity commands with a
+//! lag, measures its own motion with an error, and does not go through walls.
+
+use agent::{BodyVelocity, Setpoint};
+use tunnel_nav::{Diagonals, Range};
+use units::{Metres, MetresPerSecond};
+
+use crate::random::Stream;
+use crate::trace::Point;
+use crate::world::Tunnel;
+
+/// The vehicle's constants, the same for all drones of a mission.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VehicleSpec {
+    /// Time constant of the response to a velocity command, s.
+    pub lag: f32,
+    /// Standard deviation of one flow velocity (the mean over a round), m/s.
+    pub flow_noise: f32,
+    /// Standard deviation, over drones, of the factor by which a flow sensor is wrong.
+    pub flow_scale_error: f32,
+    /// Half the drone's width with its guards, m.
+    pub radius: f32,
+    /// How far a side ranger sees, m.
+    pub reach: f32,
+    /// Standard deviation of one range, m.
+    pub range_noise: f32,
+}
+
+impl VehicleSpec {
+    /// Lag and flow errors from the studies behind the book's "Chain control" chapter; 0.08 m is
+    /// a Crazyflie with propeller guards; 2 m is the reach of section V-B.
+    pub const DEFAULT: Self = Self {
+        lag: 0.3,
+        flow_noise: 0.02,
+        flow_scale_error: 0.03,
+        radius: 0.08,
+        reach: 2.0,
+        range_noise: 0.0,
+    };
+
+    /// Time constant of the yaw-rate response, s: the attitude loop is faster than the velocity
+    /// loop.
+    const YAW_LAG: f32 = 0.1;
+    /// Fastest climb and descent, m/s.
+    const CLIMB: f32 = 0.4;
+}
+
+/// Length of a physics step in microseconds.
+pub const STEP_US: u64 = 20_000;
+const STEP_S: f32 = STEP_US as f32 * 1e-6;
+
+/// What of a first-order response happens in one physics step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Response {
+    velocity: f32,
+    yaw: f32,
+}
+
+impl Response {
+    pub(crate) fn new(spec: &VehicleSpec) -> Self {
+        let part = |lag: f32| if lag > 0.0 { -libm::expm1f(-STEP_S / lag) } else { 1.0 };
+        Self { velocity: part(spec.lag), yaw: part(VehicleSpec::YAW_LAG) }
+    }
+}
+
+/// One drone's body.
+#[derive(Clone, Debug)]
+pub struct Body {
+    position: Point,
+    height: f32,
+    /// Unit vector along the nose.
+    nose: [f32; 2],
+    /// Body axes: forward, left.
+    velocity: [f32; 2],
+    yaw_rate: f32,
+    setpoint: Setpoint,
+    abscissa: f32,
+    /// Way in body axes since the flow was last read.
+    moved: [f32; 2],
+    flow_scale: f32,
+    touching: bool,
+    contacts: u32,
+}
+
+impl Body {
+    /// A body at rest at this place of the centre-line, nose towards the far end.
+    pub(crate) fn at(
+        tunnel: &Tunnel,
+        abscissa: f32,
+        height: f32,
+        spec: &VehicleSpec,
+        random: &mut Stream,
+    ) -> Self {
+        let (position, nose) = tunnel.centre_line().at(abscissa);
+        Self {
+            position,
+            height,
+            nose,
+            velocity: [0.0; 2],
+            yaw_rate: 0.0,
+            setpoint: Setpoint::Off,
+            abscissa,
+            moved: [0.0; 2],
+            flow_scale: 1.0 + spec.flow_scale_error * random.normal(),
+            touching: false,
+            contacts: 0,
+        }
+    }
+
+    /// Where it is on the floor plan.
+    #[must_use]
+    pub const fn position(&self) -> Point {
+        self.position
+    }
+
+    /// Height above the ground, m.
+    #[must_use]
+    pub const fn height(&self) -> f32 {
+        self.height
+    }
+
+    /// Heading, counter-clockwise from east.
+    #[must_use]
+    pub fn yaw(&self) -> f32 {
+        libm::atan2f(self.nose[1], self.nose[0])
+    }
+
+    /// Its way along the centre-line, m.
+    #[must_use]
+    pub const fn abscissa(&self) -> f32 {
+        self.abscissa
+    }
+
+    /// How often it has touched a wall.
+    #[must_use]
+    pub const fn contacts(&self) -> u32 {
+        self.contacts
+    }
+
+    /// What it was last told.
+    #[must_use]
+    pub const fn setpoint(&self) -> Setpoint {
+        self.setpoint
+    }
+
+    pub(crate) fn command(&mut self, setpoint: Setpoint) {
+        self.setpoint = setpoint;
+    }
+
+    /// One physics step. The response to a command is first order and solved exactly; a command
+    /// to stop the motors stops the body where it is, as a floor plan has no falling.
+    pub(crate) fn advance(&mut self, tunnel: &Tunnel, spec: &VehicleSpec, response: Response) {
+        let (wanted, wanted_yaw, wanted_height) = match self.setpoint {
+            Setpoint::Off => {
+                self.velocity = [0.0; 2];
+                self.yaw_rate = 0.0;
+                self.height = 0.0;
+                return;
+            }
+            Setpoint::Fly { forward, lateral, yaw_rate, height } => {
+                ([forward.0, lateral.0], yaw_rate.0, height.0)
+            }
+        };
+        let step = VehicleSpec::CLIMB * STEP_S;
+        self.height += (wanted_height - self.height).clamp(-step, step);
+
+        let before = self.velocity;
+        for (is, wanted) in self.velocity.iter_mut().zip(wanted) {
+            *is += response.velocity * (wanted - *is);
+        }
+        self.yaw_rate += response.yaw * (wanted_yaw - self.yaw_rate);
+        let way = [0, 1].map(|axis| 0.5 * (before[axis] + self.velocity[axis]) * STEP_S);
+        self.moved = [self.moved[0] + way[0], self.moved[1] + way[1]];
+
+        let [nx, ny] = self.nose;
+        self.position[0] += nx * way[0] - ny * way[1];
+        self.position[1] += ny * way[0] + nx * way[1];
+        self.turn(self.yaw_rate * STEP_S);
+        self.collide(tunnel, spec.radius);
+    }
+
+    /// Turns the nose by a small angle: second order and normalised, good to 1e-6 rad at 2 rad/s.
+    fn turn(&mut self, angle: f32) {
+        let (cos, sin) = (1.0 - 0.5 * angle * angle, angle);
+        let [x, y] = self.nose;
+        let turned = [x * cos - y * sin, x * sin + y * cos];
+        let scale = 1.0 / (turned[0] * turned[0] + turned[1] * turned[1]).sqrt();
+        self.nose = turned.map(|c| c * scale);
+    }
+
+    fn collide(&mut self, tunnel: &Tunnel, radius: f32) {
+        match tunnel.bump(self.position, radius) {
+            Some(free) => {
+                self.position = free;
+                self.contacts += u32::from(!self.touching);
+                self.touching = true;
+            }
+            None => self.touching = false,
+        }
+    }
+
+    /// Finds its place along the centre-line anew.
+    pub(crate) fn locate(&mut self, tunnel: &Tunnel) {
+        self.abscissa = tunnel.centre_line().project(self.position, self.abscissa);
+    }
+
+    /// The optic flow: mean velocity since it was last read, `elapsed` seconds ago.
+    pub(crate) fn read_flow(
+        &mut self,
+        elapsed: f32,
+        spec: &VehicleSpec,
+        random: &mut Stream,
+    ) -> BodyVelocity {
+        let moved = std::mem::replace(&mut self.moved, [0.0; 2]);
+        let mut axis = |way: f32| {
+            MetresPerSecond(way / elapsed * self.flow_scale + spec.flow_noise * random.normal())
+        };
+        BodyVelocity { forward: axis(moved[0]), lateral: axis(moved[1]) }
+    }
+
+    /// The four side beams.
+    pub(crate) fn read_ranges(
+        &self,
+        tunnel: &Tunnel,
+        spec: &VehicleSpec,
+        random: &mut Stream,
+    ) -> Diagonals {
+        let [x, y] = self.nose;
+        let half = core::f32::consts::FRAC_1_SQRT_2;
+        let mut beam = |forward: f32, left: f32| {
+            let direction = [(x * forward - y * left) * half, (y * forward + x * left) * half];
+            let mut distance = tunnel.range(self.position, direction, spec.reach);
+            if spec.range_noise > 0.0 {
+                distance = (distance + spec.range_noise * random.normal()).max(0.01);
+            }
+            Range::measured(Metres(distance), Metres(spec.reach))
+        };
+        Diagonals {
+            nw: beam(1.0, 1.0),
+            ne: beam(1.0, -1.0),
+            sw: beam(-1.0, 1.0),
+            se: beam(-1.0, -1.0),
+        }
+    }
+}

@@ -1,0 +1,181 @@
+//! From centre-lines, widths and rooms to the outlines of the free space.
+//!
+//! Only sums, products and square roots: the outlines are the same bits on every machine.
+
+use std::fmt;
+
+use geo::{Coord, LineString, MultiPolygon, Polygon, unary_union};
+
+use crate::trace::Point;
+
+/// A corridor: a centre-line and the distance between its walls.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Corridor {
+    /// At least two points.
+    pub centre_line: Vec<Point>,
+    /// Wall to wall, in metres.
+    pub width: f32,
+}
+
+/// A rectangle of free space with sides along x and y.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Room {
+    /// Its middle.
+    pub centre: Point,
+    /// Its extent along x and y, in metres.
+    pub size: [f32; 2],
+}
+
+/// Everything that is not rock.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Layout {
+    /// The main corridor: the base stands at the beginning of its centre-line.
+    pub main: Corridor,
+    /// Side galleries.
+    pub branches: Vec<Corridor>,
+    /// Wide places.
+    pub rooms: Vec<Room>,
+}
+
+/// A layout that cannot be built.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum GeometryError {
+    /// A centre-line with fewer than two points.
+    TooShort,
+    /// Two successive points of a centre-line in the same place; the number of the second.
+    Repeated(usize),
+    /// A bend that its inner wall cannot follow: the number of the piece of centre-line.
+    TooSharp(usize),
+    /// A wall would touch a drone that flies in the middle.
+    TooNarrow,
+    /// A number that is not finite, or a room without extent.
+    NotANumber,
+}
+
+impl fmt::Display for GeometryError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::TooShort => write!(f, "a centre-line has fewer than two points"),
+            Self::Repeated(n) => write!(f, "points {} and {} are the same", n - 1, n),
+            Self::TooSharp(n) => {
+                write!(f, "the piece after point {n} is too short for the bends at its ends")
+            }
+            Self::TooNarrow => write!(f, "the corridor is narrower than {LEAST_WIDTH} m"),
+            Self::NotANumber => write!(f, "a coordinate or a size is not a positive finite number"),
+        }
+    }
+}
+
+/// The narrowest corridor: a Crazyflie is 0.16 m wide over its guards and needs as much again on
+/// each side for its sensors' and its flow's errors.
+pub const LEAST_WIDTH: f32 = 0.5;
+
+/// The outlines of the free space: closed loops, the last point not repeated.
+///
+/// # Errors
+/// [`GeometryError`] where a corridor has no walls that could be built.
+pub fn outlines(layout: &Layout) -> Result<Vec<Vec<Point>>, GeometryError> {
+    let mut pieces = corridor_pieces(&layout.main)?;
+    for branch in &layout.branches {
+        pieces.extend(corridor_pieces(branch)?);
+    }
+    for room in &layout.rooms {
+        pieces.push(room_piece(room)?);
+    }
+    let union: MultiPolygon<f64> = unary_union(&pieces);
+    let loops = union.into_iter().flat_map(|polygon| {
+        let (outer, holes) = polygon.into_inner();
+        std::iter::once(outer).chain(holes)
+    });
+    Ok(loops.map(|ring| open_ring(&ring)).filter(|ring| ring.len() >= 3).collect())
+}
+
+/// A ring without the repetition of its first point.
+fn open_ring(ring: &LineString<f64>) -> Vec<Point> {
+    let mut points: Vec<Point> = ring.coords().map(|c| [c.x as f32, c.y as f32]).collect();
+    points.pop();
+    points.dedup();
+    points
+}
+
+fn room_piece(room: &Room) -> Result<Polygon<f64>, GeometryError> {
+    let sound = room.size.iter().all(|&s| s.is_finite() && s > 0.0)
+        && room.centre.iter().all(|c| c.is_finite());
+    if !sound {
+        return Err(GeometryError::NotANumber);
+    }
+    let [x, y] = room.centre.map(f64::from);
+    let [w, h] = room.size.map(|s| f64::from(s) / 2.0);
+    Ok(polygon(&[[x - w, y - h], [x + w, y - h], [x + w, y + h], [x - w, y + h]]))
+}
+
+/// One quadrilateral for each piece of the centre-line, meeting at the mitres of the bends.
+fn corridor_pieces(corridor: &Corridor) -> Result<Vec<Polygon<f64>>, GeometryError> {
+    if !corridor.width.is_finite() || corridor.centre_line.iter().flatten().any(|c| !c.is_finite())
+    {
+        return Err(GeometryError::NotANumber);
+    }
+    if corridor.width < LEAST_WIDTH {
+        return Err(GeometryError::TooNarrow);
+    }
+    let points: Vec<[f64; 2]> =
+        corridor.centre_line.iter().map(|p| p.map(f64::from)).collect();
+    let directions = directions(&points)?;
+    let half = f64::from(corridor.width) / 2.0;
+    let edges = mitres(&points, &directions, half);
+
+    let mut pieces = Vec::with_capacity(directions.len());
+    for (n, (pair, direction)) in edges.windows(2).zip(&directions).enumerate() {
+        let [(left_a, right_a), (left_b, right_b)] = [pair[0], pair[1]];
+        let forward = |a: [f64; 2], b: [f64; 2]| {
+            (b[0] - a[0]) * direction[0] + (b[1] - a[1]) * direction[1] > 1e-6
+        };
+        if !(forward(left_a, left_b) && forward(right_a, right_b)) {
+            return Err(GeometryError::TooSharp(n));
+        }
+        pieces.push(polygon(&[right_a, right_b, left_b, left_a]));
+    }
+    Ok(pieces)
+}
+
+fn polygon(corners: &[[f64; 2]]) -> Polygon<f64> {
+    let ring = corners.iter().map(|&[x, y]| Coord { x, y }).collect();
+    Polygon::new(LineString::new(ring), Vec::new())
+}
+
+fn directions(points: &[[f64; 2]]) -> Result<Vec<[f64; 2]>, GeometryError> {
+    if points.len() < 2 {
+        return Err(GeometryError::TooShort);
+    }
+    let direction = |(n, pair): (usize, &[[f64; 2]])| {
+        let (dx, dy) = (pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]);
+        let length = (dx * dx + dy * dy).sqrt();
+        if length < 1e-6 {
+            return Err(GeometryError::Repeated(n + 1));
+        }
+        Ok([dx / length, dy / length])
+    };
+    points.windows(2).enumerate().map(direction).collect()
+}
+
+/// The wall points left and right of each point of the centre-line: at the ends the corridor goes
+/// on straight for half its width, so that base and head do not stand with their backs to a wall.
+fn mitres(
+    points: &[[f64; 2]],
+    directions: &[[f64; 2]],
+    half: f64,
+) -> Vec<([f64; 2], [f64; 2])> {
+    let last = points.len() - 1;
+    let edge = |n: usize, point: &[f64; 2]| {
+        let before = directions[n.saturating_sub(1)];
+        let after = directions[n.min(last - 1)];
+        // Half the width over the cosine of half the bend, along the mitre.
+        let mitre = [before[0] + after[0], before[1] + after[1]];
+        let scale = 2.0 * half / (mitre[0] * mitre[0] + mitre[1] * mitre[1]).max(1e-9);
+        let side = [-mitre[1] * scale, mitre[0] * scale];
+        let cap = if n == 0 { -half } else if n == last { half } else { 0.0 };
+        let end = [point[0] + cap * after[0], point[1] + cap * after[1]];
+        ([end[0] + side[0], end[1] + side[1]], [end[0] - side[0], end[1] - side[1]])
+    };
+    points.iter().enumerate().map(|(n, point)| edge(n, point)).collect()
+}

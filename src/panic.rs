@@ -1,0 +1,224 @@
+//! When nothing else works any more: stop the motors, leave a reason, reset.
+//!
+//! The reason goes to a corner of memory that no start-up code clears (`memory.x`), and the next
+//! boot logs it: nothing is logged from here, because the fault may have happened in the middle of
+//! the logger. A magic number and a checksum tell a reason from what power-up leaves in a RAM.
+//!
+//! What comes here: panics, faults, interrupts that nobody handles, and [`give_up`].
+
+use core::panic::PanicInfo;
+use core::sync::atomic::{AtomicU32, Ordering};
+
+use cortex_m::peripheral::SCB;
+use cortex_m_rt::{ExceptionFrame, exception};
+use heapless::String;
+
+use crate::motors;
+
+/// What was going on.
+#[derive(Clone, Copy, PartialEq, Eq, defmt::Format)]
+enum Kind {
+    /// A panic; `detail` is the line and the column, the text the file and the message.
+    Panic,
+    /// A fault; `detail` is PC, LR, CFSR and BFAR (Armv7-M Architecture Reference Manual, B3.2).
+    HardFault,
+    /// An interrupt without a handler; `detail` is its number.
+    Interrupt,
+    /// [`give_up`]; the text says why.
+    GivenUp,
+}
+
+impl Kind {
+    const fn code(self) -> u32 {
+        match self {
+            Self::Panic => 1,
+            Self::HardFault => 2,
+            Self::Interrupt => 3,
+            Self::GivenUp => 4,
+        }
+    }
+
+    const fn from_code(code: u32) -> Option<Self> {
+        match code {
+            1 => Some(Self::Panic),
+            2 => Some(Self::HardFault),
+            3 => Some(Self::Interrupt),
+            4 => Some(Self::GivenUp),
+            _ => None,
+        }
+    }
+}
+
+/// Bytes of text that are kept.
+const TEXT: usize = 96;
+/// Bytes of a file's path that are kept: its end, which is what tells.
+const FILE: usize = 48;
+/// Numbers that are kept.
+const DETAIL: usize = 4;
+
+/// A reason, as the boot after it reads it.
+pub(crate) struct LastWords {
+    kind: Kind,
+    detail: [u32; DETAIL],
+    text: String<TEXT>,
+}
+
+impl LastWords {
+    const fn new(kind: Kind, detail: [u32; DETAIL]) -> Self {
+        Self { kind, detail, text: String::new() }
+    }
+
+    /// As much of `more` as there is room for.
+    fn say(&mut self, more: &str) {
+        let room = TEXT.saturating_sub(self.text.len());
+        let fits = more.get(..more.floor_char_boundary(room)).unwrap_or_default();
+        // It has just been cut to fit.
+        let _ = self.text.push_str(fits);
+    }
+
+    /// Tells whoever watches.
+    pub(crate) fn log(&self) {
+        let [a, b, c, d] = self.detail;
+        let text = self.text.as_str();
+        match self.kind {
+            Kind::Panic => defmt::error!("last run: panic at {=u32}:{=u32} of {=str}", a, b, text),
+            Kind::HardFault => defmt::error!(
+                "last run: hard fault, pc {=u32:#010x} lr {=u32:#010x} cfsr {=u32:#010x} bfar {=u32:#010x}",
+                a,
+                b,
+                c,
+                d
+            ),
+            Kind::Interrupt => defmt::error!("last run: interrupt {=u32} has no handler", a),
+            Kind::GivenUp => defmt::error!("last run: {=str}", text),
+        }
+    }
+}
+
+/// "What went wrong?" in hexadecimal speech; with the checksum, one start in 2⁶⁴ from scrambled
+/// memory would report a fault that never was.
+const MAGIC: u32 = 0x0BAD_F11E;
+
+/// Where the reason lies: plain words, so that every content is a valid one.
+struct Grave {
+    magic: AtomicU32,
+    checksum: AtomicU32,
+    kind: AtomicU32,
+    detail: [AtomicU32; DETAIL],
+    length: AtomicU32,
+    text: [AtomicU32; TEXT / 4],
+}
+
+#[expect(unsafe_code, reason = "naming a section of the linker script is unsafe as such")]
+// `used` keeps the compiler from believing that the memory begins with the value written here.
+#[used]
+// SAFETY: the section is reserved by memory.x, in memory; and as nothing writes this value there,
+// the static holds whatever bits it held before the reset, all of which are valid for its type.
+#[unsafe(link_section = ".outlives_reset.last_words")]
+static GRAVE: Grave = Grave {
+    magic: AtomicU32::new(0),
+    checksum: AtomicU32::new(0),
+    kind: AtomicU32::new(0),
+    detail: [const { AtomicU32::new(0) }; DETAIL],
+    length: AtomicU32::new(0),
+    text: [const { AtomicU32::new(0) }; TEXT / 4],
+};
+
+impl Grave {
+    fn write(&self, words: &LastWords) {
+        self.magic.store(0, Ordering::SeqCst);
+        self.kind.store(words.kind.code(), Ordering::SeqCst);
+        for (cell, value) in self.detail.iter().zip(words.detail) {
+            cell.store(value, Ordering::SeqCst);
+        }
+        self.length.store(words.text.len() as u32, Ordering::SeqCst);
+        let mut bytes = words.text.bytes();
+        for cell in &self.text {
+            let mut next = || bytes.next().unwrap_or(0);
+            cell.store(u32::from_le_bytes([next(), next(), next(), next()]), Ordering::SeqCst);
+        }
+        self.checksum.store(self.sum(), Ordering::SeqCst);
+        self.magic.store(MAGIC, Ordering::SeqCst);
+    }
+
+    /// The reason, once: a second boot does not report it again.
+    fn take(&self) -> Option<LastWords> {
+        let magic = self.magic.swap(0, Ordering::SeqCst);
+        if magic != MAGIC || self.checksum.load(Ordering::SeqCst) != self.sum() {
+            return None;
+        }
+        let kind = Kind::from_code(self.kind.load(Ordering::SeqCst))?;
+        let mut words = LastWords::new(kind, [0; DETAIL]);
+        for (value, cell) in words.detail.iter_mut().zip(&self.detail) {
+            *value = cell.load(Ordering::SeqCst);
+        }
+        let bytes = self.text.iter().flat_map(|cell| cell.load(Ordering::SeqCst).to_le_bytes());
+        let mut text = heapless::Vec::<u8, TEXT>::new();
+        text.extend(bytes.take(self.length.load(Ordering::SeqCst) as usize));
+        words.say(core::str::from_utf8(&text).unwrap_or_default());
+        Some(words)
+    }
+
+    /// FNV-1a, by words instead of bytes.
+    fn sum(&self) -> u32 {
+        let cells = [&self.kind, &self.length];
+        cells.into_iter().chain(&self.detail).chain(&self.text).fold(0x811C_9DC5, |hash, cell| {
+            (hash ^ cell.load(Ordering::SeqCst)).wrapping_mul(0x0100_0193)
+        })
+    }
+}
+
+/// Why the last run ended, if it ended here.
+pub(crate) fn take_last_words() -> Option<LastWords> {
+    GRAVE.take()
+}
+
+/// Motors off, reason written, reset. In this order: it may all go wrong again on the way.
+fn end(words: &LastWords) -> ! {
+    cortex_m::interrupt::disable();
+    motors::stop();
+    GRAVE.write(words);
+    SCB::sys_reset()
+}
+
+/// Ends a run that cannot go on, for a reason that is not a panic.
+pub(crate) fn give_up(why: &str) -> ! {
+    let mut words = LastWords::new(Kind::GivenUp, [0; DETAIL]);
+    words.say(why);
+    end(&words)
+}
+
+#[panic_handler]
+fn panicked(info: &PanicInfo<'_>) -> ! {
+    // Before anything else: what follows is safe code, but so was what panicked.
+    cortex_m::interrupt::disable();
+    motors::stop();
+    let mut words = LastWords::new(Kind::Panic, [0; DETAIL]);
+    if let Some(location) = info.location() {
+        words.detail = [location.line(), location.column(), 0, 0];
+        let file = location.file();
+        let tail = file.ceil_char_boundary(file.len().saturating_sub(FILE));
+        words.say(file.get(tail..).unwrap_or_default());
+    }
+    // A message with values in it would have to be formatted, which costs kilobytes of flash.
+    if let Some(message) = info.message().as_str() {
+        words.say(": ");
+        words.say(message);
+    }
+    end(&words)
+}
+
+#[exception]
+#[allow(unsafe_code, reason = "cortex-m-rt asks for `unsafe fn`; two registers of the core")]
+unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
+    motors::stop();
+    // SAFETY: two registers of the core, read without a side effect.
+    let (cfsr, bfar) = unsafe { ((*SCB::PTR).cfsr.read(), (*SCB::PTR).bfar.read()) };
+    end(&LastWords::new(Kind::HardFault, [frame.pc(), frame.lr(), cfsr, bfar]))
+}
+
+#[exception]
+#[allow(unsafe_code, reason = "cortex-m-rt asks for `unsafe fn`")]
+unsafe fn DefaultHandler(number: i16) -> ! {
+    end(&LastWords::new(Kind::Interrupt, [number as u32, 0, 0, 0]))
+}
