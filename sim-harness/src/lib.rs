@@ -1,10 +1,33 @@
-//! The world the drones fly in when there are none.
+//! The world the drones fly in when there are none, and the `uchain` command.
+//!
+//! The on-board code of `crates/` flies here unchanged: [`mission`] moves time, bodies and packets
+//! around the very [`agent::Agent`] that the firmware runs.
+//!
+//! | module | what it holds |
+//! |---|---|
+//! | [`scenario`] | what a mission is: the TOML files, checked |
+//! | [`world`] | walls, beams, radio, and the best chain that could be |
+//! | [`vehicle`] | a drone's body at policy level |
+//! | [`mission`] | one mission, step by step |
+//! | [`trace`] | the record of a mission |
+//! | [`metrics`] | how good it was |
+//! | [`campaign`] | many seeds on all cores |
+//! | [`figures`] | the paper's figure 3 |
+//! | [`bench`] | the named benchmarks |
+//! | [`replay`] | recorded RSSI through the on-board code |
+//! | [`output`] | files and pictures |
+//! | [`cli`] | the command line |
+
+pub mod bench;
+pub mod campaign;
+pub mod cli;
+pub mod figures;
 pub mod input_error;
-pub mod output;
-pub mod replay;
 pub mod metrics;
 pub mod mission;
+pub mod output;
 pub mod random;
+pub mod replay;
 pub mod scenario;
 pub mod trace;
 pub mod vehicle;

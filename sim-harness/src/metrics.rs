@@ -268,7 +268,7 @@ pub struct RunMetrics {
 
 /// The first moment from which on 95 % of all samples are within the threshold, in seconds from
 /// the start; infinite if there is none with at least 10 s to follow.
-fn converged_at(values: impl DoubleEndedIterator<Item = f32>, threshold: f32) -> f32 {
+pub(crate) fn converged_at(values: impl DoubleEndedIterator<Item = f32>, threshold: f32) -> f32 {
     let least = (LEAST_REST_S / ROUND_S) as usize;
     let (mut within, mut seen) = (0_usize, 0_usize);
     let mut first = None;

@@ -32,7 +32,7 @@ use chain::launch::LaunchWatch;
 use chain::neighbours::{Neighbour, Neighbours};
 use chain::report::{LinkSpan, Order, Phase, Report, Task};
 use tunnel_nav::{Bearings, Navigator, Walls};
-use units::{Duration, Instant, Metres, MetresPerSecond, NodeId, RadiansPerSecond};
+use units::{Dbm, Duration, Instant, Metres, MetresPerSecond, NodeId, RadiansPerSecond};
 
 use state::Situation;
 
@@ -47,6 +47,8 @@ pub struct Agent {
     navigator: Navigator,
     order: Option<Heeded>,
     odometer: Metres,
+    /// The strength of the base where this drone took off.
+    home_rssi: Option<Dbm>,
     last_step: Option<Instant>,
     sequence: u16,
 }
@@ -75,6 +77,7 @@ impl Agent {
             navigator: Navigator::new(),
             order: None,
             odometer: Metres::ZERO,
+            home_rssi: None,
             last_step: None,
             sequence: 0,
         }
@@ -111,6 +114,9 @@ impl Agent {
         if matches!(next, State::TakingOff { .. }) && !matches!(self.state, State::TakingOff { .. })
         {
             self.odometer = Metres::ZERO;
+        }
+        if matches!(next, State::TakingOff { .. }) {
+            self.home_rssi = situation.base;
         }
         self.state = next;
         self.outputs(config, now, inputs)
@@ -188,7 +194,8 @@ impl Agent {
             emergency: inputs.emergency,
             front: front.map(|n| n.rssi()),
             back: back.map(|n| n.rssi()),
-            back_is_base: back.is_some_and(|n| n.report.phase == Phase::Base),
+            base: back.filter(|n| n.report.phase == Phase::Base).map(|n| n.rssi()),
+            home_rssi: self.home_rssi,
             height: inputs.height,
             odometer: self.odometer,
             my_turn: !lower_waits,
@@ -266,7 +273,7 @@ impl Agent {
             State::Landing { since, .. } => {
                 (MetresPerSecond::ZERO, flight.descending(now.since(since)))
             }
-            State::Leading { .. } => (self.leading_speed(config, now), flight.height),
+            State::Leading { .. } => (self.leading_speed(config, now, back), flight.height),
             State::Relaying { .. } => (self.relaying_speed(config, front, back), flight.height),
             State::Reconnecting { since, from } => {
                 let waited = now.since(since);
@@ -277,14 +284,21 @@ impl Agent {
         Wish::Fly { speed, height }
     }
 
-    /// The pilot's stick while it is alive, or the way home.
-    fn leading_speed(&self, config: &AgentConfig, now: Instant) -> MetresPerSecond {
+    /// The pilot's stick while it is alive and the link can spare it, or the way home.
+    fn leading_speed(
+        &self,
+        config: &AgentConfig,
+        now: Instant,
+        back: Option<LinkView>,
+    ) -> MetresPerSecond {
         let Some(Heeded { order, at }) = self.order else {
             return MetresPerSecond::ZERO;
         };
         match order.task {
             Task::Explore(speed) if now.since(at) <= config.flight.pilot_timeout => {
-                speed.limited_to(config.policy.max_speed)
+                let speed = speed.limited_to(config.policy.max_speed);
+                let freedom = config.retreat.freedom(back.map(|link| link.rssi));
+                if speed.0 > 0.0 { speed * freedom } else { speed }
             }
             Task::Return => -config.flight.return_speed,
             Task::Explore(_) | Task::Wait | Task::Land | Task::Stop => MetresPerSecond::ZERO,
@@ -326,7 +340,7 @@ fn reconnecting_speed(
     back: Option<LinkView>,
 ) -> MetresPerSecond {
     let retreat = &config.retreat;
-    let spare = !retreat.wanted(back.map(|link| link.rssi), true);
+    let spare = !retreat.wanted(None, back.map(|link| link.rssi), true);
     if spare && waited <= retreat.max_time && advanced < retreat.max_distance {
         retreat.speed
     } else {

@@ -84,7 +84,10 @@ pub(crate) struct Situation {
     pub(crate) front: Option<Dbm>,
     /// The filtered strength of the back link, if there is one.
     pub(crate) back: Option<Dbm>,
-    pub(crate) back_is_base: bool,
+    /// The same, where the base is that neighbour.
+    pub(crate) base: Option<Dbm>,
+    /// The strength of the base where the drone took off.
+    pub(crate) home_rssi: Option<Dbm>,
     pub(crate) height: Option<Metres>,
     pub(crate) odometer: Metres,
     /// No smaller number is still waiting or climbing.
@@ -207,18 +210,23 @@ fn on_duty(role: Role, patient_until: Instant) -> State {
 fn dismissed(config: &AgentConfig, at: &Situation) -> Option<State> {
     let why = match at.task {
         Some(Task::Land) => LandReason::Ordered,
-        Some(Task::Return) if at.back_is_base && at.odometer <= config.flight.home => {
-            LandReason::Home
-        }
+        Some(Task::Return) if is_home(config, at) => LandReason::Home,
         _ => return None,
     };
     Some(State::Landing { since: at.now, why })
 }
 
+/// Next to the base, and where it took off by odometer or by signal: ways flown round bends
+/// differ out and back, and the base is nowhere stronger than at home.
+fn is_home(config: &AgentConfig, at: &Situation) -> bool {
+    let Some(base) = at.base else { return false };
+    at.odometer <= config.flight.home || at.home_rssi.is_some_and(|home| base >= home)
+}
+
 fn leading(patient_until: Instant, config: &AgentConfig, at: &Situation) -> State {
     if let Some(landing) = dismissed(config, at) {
         landing
-    } else if at.now >= patient_until && config.retreat.wanted(at.back, false) {
+    } else if at.now >= patient_until && config.retreat.wanted(at.front, at.back, false) {
         State::BackingUp { since: at.now, from: at.odometer }
     } else {
         State::Leading { patient_until }
@@ -228,7 +236,7 @@ fn leading(patient_until: Instant, config: &AgentConfig, at: &Situation) -> Stat
 fn relaying(patient_until: Instant, config: &AgentConfig, at: &Situation) -> State {
     if let Some(landing) = dismissed(config, at) {
         landing
-    } else if at.now >= patient_until && config.retreat.wanted(at.back, false) {
+    } else if at.now >= patient_until && config.retreat.wanted(at.front, at.back, false) {
         State::BackingUp { since: at.now, from: at.odometer }
     } else if at.now >= patient_until && at.front.is_none() && at.task != Some(Task::Return) {
         State::Reconnecting { since: at.now, from: at.odometer }
@@ -240,7 +248,7 @@ fn relaying(patient_until: Instant, config: &AgentConfig, at: &Situation) -> Sta
 fn reconnecting(since: Instant, from: Metres, config: &AgentConfig, at: &Situation) -> State {
     if let Some(landing) = dismissed(config, at) {
         landing
-    } else if config.retreat.wanted(at.back, false) {
+    } else if config.retreat.wanted(at.front, at.back, false) {
         State::BackingUp { since: at.now, from: at.odometer }
     } else if at.front.is_some() || at.task == Some(Task::Return) {
         State::Relaying { patient_until: at.now }
@@ -261,7 +269,7 @@ fn backing_up(
         || (from - at.odometer) >= retreat.max_distance;
     if let Some(landing) = dismissed(config, at) {
         landing
-    } else if !retreat.wanted(at.back, true) {
+    } else if !retreat.wanted(at.front, at.back, true) {
         on_duty(role, at.now)
     } else if !spent {
         State::BackingUp { since, from }

@@ -21,6 +21,10 @@ pub struct LaunchConfig {
     pub settled: Option<Db>,
     /// Both must have been so for this long.
     pub hold: Duration,
+    /// After the last link has been too weak for this long, a relay is launched though the chain
+    /// never settled: behind a corner its links may stay unequal whatever the relays do, and a
+    /// head that waits for a relay that waits for the chain would wait for ever.
+    pub patience: Duration,
     /// How long after the drone before it has become a link a relay may follow at the earliest:
     /// TUNNEL_ARM_DELAY of the authors' firmware, 3 s, in which the new link is still forming.
     pub arm_delay: Duration,
@@ -33,25 +37,32 @@ impl LaunchConfig {
         limit: Dbm(-60.0),
         settled: None,
         hold: Duration::ZERO,
+        patience: Duration::ZERO,
         arm_delay: Duration::from_secs(3),
     };
 
-    /// The paper's text: the chain has been equal to within 4 dB, and too weak, for 2 s.
-    pub const WHEN_SETTLED: Self =
-        Self { settled: Some(Db(4.0)), hold: Duration::from_secs(2), ..Self::AT_ONCE };
+    /// The paper's text: the chain has been equal to within 4 dB, and too weak, for 2 s. A chain
+    /// that did not settle in 10 s, the time a relay needs for 4 m, will not.
+    pub const WHEN_SETTLED: Self = Self {
+        settled: Some(Db(4.0)),
+        hold: Duration::from_secs(2),
+        patience: Duration::from_secs(10),
+        ..Self::AT_ONCE
+    };
 }
 
 /// Watches the last link of the chain from the base's end of it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LaunchWatch {
-    wanted_since: Option<Instant>,
+    weak_since: Option<Instant>,
+    settled_since: Option<Instant>,
 }
 
 impl LaunchWatch {
     /// A watch that has seen nothing.
     #[must_use]
     pub const fn new() -> Self {
-        Self { wanted_since: None }
+        Self { weak_since: None, settled_since: None }
     }
 
     /// Whether a relay should take off now. `last_link` is the strength of the link between the
@@ -64,20 +75,66 @@ impl LaunchWatch {
         last_link: Option<Dbm>,
         ahead: Option<LinkSpan>,
     ) -> bool {
-        let wanted = match last_link {
-            None => true,
-            Some(link) => {
+        let weak = last_link.is_none_or(|link| link < config.limit);
+        let settled = weak
+            && last_link.is_none_or(|link| {
                 let chain = LinkSpan::extended(ahead, link);
-                let settled =
-                    config.settled.is_none_or(|most| chain.strongest - chain.weakest < most);
-                link < config.limit && settled
+                config.settled.is_none_or(|most| chain.strongest - chain.weakest < most)
+            });
+        let for_long = |since: &mut Option<Instant>, holds: bool, long| {
+            if !holds {
+                *since = None;
+                return false;
             }
+            now.since(*since.get_or_insert(now)) >= long
         };
-        if !wanted {
-            self.wanted_since = None;
-            return false;
+        let waited = for_long(&mut self.weak_since, weak, config.patience);
+        let held = for_long(&mut self.settled_since, settled, config.hold);
+        waited || held
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WEAK: Option<Dbm> = Some(Dbm(-61.0));
+    const GOOD: Option<Dbm> = Some(Dbm(-59.0));
+
+    fn span(weakest: f32, strongest: f32) -> Option<LinkSpan> {
+        Some(LinkSpan { weakest: Dbm(weakest), strongest: Dbm(strongest) })
+    }
+
+    /// The second at which a watch that sees the same at 5 Hz launches, of 20.
+    fn launches(config: &LaunchConfig, link: Option<Dbm>, ahead: Option<LinkSpan>) -> Option<u64> {
+        let mut watch = LaunchWatch::new();
+        let mut at = (0..100).map(|n| n * 200);
+        at.find(|&ms| watch.step(Instant::from_millis(ms), config, link, ahead)).map(|ms| ms / 1000)
+    }
+
+    #[test]
+    fn at_once_looks_at_the_last_link_alone() {
+        assert_eq!(launches(&LaunchConfig::AT_ONCE, WEAK, span(-80.0, -40.0)), Some(0));
+        assert_eq!(launches(&LaunchConfig::AT_ONCE, GOOD, span(-80.0, -40.0)), None);
+    }
+
+    #[test]
+    fn a_settled_chain_is_held_for_two_seconds_an_unsettled_one_for_ten() {
+        let config = &LaunchConfig::WHEN_SETTLED;
+        assert_eq!(launches(config, WEAK, span(-62.0, -60.0)), Some(2));
+        assert_eq!(launches(config, WEAK, span(-62.0, -50.0)), Some(10));
+        assert_eq!(launches(config, GOOD, span(-62.0, -60.0)), None);
+        // Nobody in the air is heard.
+        assert_eq!(launches(config, None, None), Some(2));
+    }
+
+    #[test]
+    fn one_good_packet_begins_the_hold_anew() {
+        let config = &LaunchConfig::WHEN_SETTLED;
+        let mut watch = LaunchWatch::new();
+        for ms in (0..60_000).step_by(200) {
+            let link = if ms % 1_800 == 0 { GOOD } else { WEAK };
+            assert!(!watch.step(Instant::from_millis(ms), config, link, None));
         }
-        let since = *self.wanted_since.get_or_insert(now);
-        now.since(since) >= config.hold
     }
 }

@@ -3,6 +3,10 @@
 //!
 //! The predecessor is the neighbour towards the base. A retreat is bounded twice, in time and in
 //! distance: the optic flow that measures the distance may be blind in the dark.
+//!
+//! A relay retreats from a weak link only while that is the weaker one of its two. Where the front
+//! link is weaker still, it is the drone in front that has to come back; a relay that backed away
+//! from it would swing between the two rules, by more than a metre round a corner.
 
 use units::{Db, Dbm, Duration, Metres, MetresPerSecond};
 
@@ -13,6 +17,9 @@ pub struct RetreatConfig {
     pub limit: Dbm,
     /// It is good again when it is this much stronger than the limit.
     pub hysteresis: Db,
+    /// Over this much above the limit the head's pilot loses the power to fly on: the head comes
+    /// to a stop before it has to turn back.
+    pub ease: Db,
     /// A neighbour that was silent for longer is lost. With one packet in five lost at 5 Hz, 1 s
     /// of silence happens by chance every 13 minutes on each link, 2 s about once a month.
     pub lost_after: Duration,
@@ -33,6 +40,7 @@ impl RetreatConfig {
     pub const DEFAULT: Self = Self {
         limit: Dbm(-65.0),
         hysteresis: Db(2.0),
+        ease: Db(4.0),
         lost_after: Duration::from_secs(2),
         speed: MetresPerSecond(0.2),
         max_time: Duration::from_secs(30),
@@ -40,12 +48,26 @@ impl RetreatConfig {
         rest: Duration::from_secs(10),
     };
 
-    /// Whether a back link of this strength calls for a retreat; `backing` says that one is under
-    /// way. No link at all always does.
+    /// Whether these links call for a retreat; `backing` says that one is under way. A back link
+    /// that is lost always does; a weak one does unless the front link is weaker.
     #[must_use]
-    pub fn wanted(&self, back: Option<Dbm>, backing: bool) -> bool {
+    pub fn wanted(&self, front: Option<Dbm>, back: Option<Dbm>, backing: bool) -> bool {
         let limit = if backing { self.limit + self.hysteresis } else { self.limit };
-        back.is_none_or(|rssi| rssi < limit)
+        back.is_none_or(|back| back < limit && front.is_none_or(|front| back <= front))
+    }
+
+    /// The part of the pilot's forward speed that the head still flies, 1 to 0, with a back link
+    /// of this strength.
+    #[must_use]
+    pub fn freedom(&self, back: Option<Dbm>) -> f32 {
+        let spare = back.map_or(0.0, |back| (back - self.limit).0);
+        if self.ease.0 > 0.0 {
+            (spare / self.ease.0).clamp(0.0, 1.0)
+        } else if spare > 0.0 {
+            1.0
+        } else {
+            0.0
+        }
     }
 }
 

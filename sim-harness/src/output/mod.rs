@@ -4,8 +4,6 @@
 //! mission gives the same bytes, wherever and whenever it is written.
 
 pub mod csv;
-#[cfg(test)]
-mod look;
 pub mod mcap;
 pub mod pictures;
 pub mod report;
@@ -13,4 +11,4 @@ pub mod report;
 mod synthetic;
 mod write;
 
-pub use write::{OutputError, put_picture, write_all};
+pub use write::{OutputError, put, put_json, put_picture, write_all};

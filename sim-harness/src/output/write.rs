@@ -54,9 +54,8 @@ pub fn write_all(
     summary: &serde_json::Value,
 ) -> Result<Vec<PathBuf>, OutputError> {
     let page = report::html(trace, summary)?;
-    fs::create_dir_all(dir).map_err(|error| unusable(dir, &error))?;
     let mut written = vec![
-        put(dir, "summary.json", |out| writeln!(out, "{summary:#}"))?,
+        put_json(dir, "summary.json", summary)?,
         put(dir, "trace.csv", |out| csv::write(trace, out))?,
         put(dir, "trace.mcap", |out| Ok(mcap::write(trace, out)?))?,
         put(dir, "report.html", |out| out.write_all(page.as_bytes()))?,
@@ -83,14 +82,34 @@ pub fn put_picture(dir: &Path, name: &str, picture: &Picture) -> Result<[PathBuf
     ])
 }
 
-/// Writes one file: under a name of its own first, so that who reads it never sees half of it.
-fn put(
+/// Writes a value as indented JSON, whole or not at all; the directory is created if need be.
+///
+/// # Errors
+/// As [`put`].
+pub fn put_json(
+    dir: &Path,
+    name: &str,
+    value: &impl serde::Serialize,
+) -> Result<PathBuf, InputError> {
+    put(dir, name, |out| {
+        serde_json::to_writer_pretty(&mut *out, value)?;
+        out.write_all(b"\n")
+    })
+}
+
+/// Writes one file into a directory, which is created if need be: under a name of its own first, so that who reads
+/// it never sees half of it. Returns its path.
+///
+/// # Errors
+/// If the file cannot be created or filled.
+pub fn put(
     dir: &Path,
     name: &str,
     fill: impl FnOnce(&mut io::BufWriter<File>) -> io::Result<()>,
 ) -> Result<PathBuf, InputError> {
     let path = dir.join(name);
     let unfinished = dir.join(format!(".{name}.unfinished"));
+    fs::create_dir_all(dir).map_err(|error| unusable(dir, &error))?;
     let written = File::create(&unfinished).and_then(|file| {
         let mut out = io::BufWriter::new(file);
         fill(&mut out)?;

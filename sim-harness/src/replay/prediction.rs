@@ -20,10 +20,10 @@ use super::recording::{Recording, Sample};
 /// still links had no say. The book's chapter "Replay" has the numbers.
 pub const REAL_LINK: Kalman = Kalman {
     // The exponent is between air and one wall, the first metre is free space at 2.4 GHz. On the
-    // two tracks a constant 1 dB/m does as well, and any steeper law worse.
+    // two tracks a constant 1 dB/m does as well, 2 dB/m worse.
     slope: Slope::LogDistance { exponent: 3.0, loss_at_1m: Db(40.0) },
-    // Twelve times what the on-board filter allows for: a link at rest fades too, as people and
-    // doors move.
+    // Twelve times what the on-board filter allows for: real links fade slowly for more reasons
+    // than their length.
     process_variance: 3.0,
     // Between 0 and 1 the likelihood changes by less than 0.0003: the data do not tell.
     motion_doubt: 0.5,

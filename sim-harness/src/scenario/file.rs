@@ -147,6 +147,7 @@ struct LaunchTable {
     settled_db: Option<At<f32>>,
     at_once: Option<bool>,
     hold_s: Option<At<f32>>,
+    patience_s: Option<At<f32>>,
     arm_delay_s: Option<At<f32>>,
 }
 
@@ -538,6 +539,12 @@ impl Reader<'_> {
         }
         let minute = 0.0..=60.0;
         launch.hold = self.span_of(table.hold_s.as_ref(), "hold_s", minute.clone(), launch.hold)?;
+        launch.patience = self.span_of(
+            table.patience_s.as_ref(),
+            "patience_s",
+            minute.clone(),
+            launch.patience,
+        )?;
         launch.arm_delay =
             self.span_of(table.arm_delay_s.as_ref(), "arm_delay_s", minute, launch.arm_delay)?;
         Ok(())

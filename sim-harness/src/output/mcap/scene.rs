@@ -11,7 +11,7 @@ use foxglove::messages::{
 };
 
 use super::{MAP_FRAME, Moment};
-use crate::output::pictures::{node_name, node_rgb};
+use crate::output::pictures::{launch_limit, node_name, node_rgb};
 use crate::trace::{DroneFrame, FloorPlan, Frame, Node, Point, Trace};
 
 const WALL: Color = Color { r: 0.5, g: 0.56, b: 0.62, a: 1.0 };
@@ -206,12 +206,14 @@ fn beams(drone: &DroneFrame) -> Option<LinePrimitive> {
 
 /// Each link towards the head, blue where it has 15 dB to spare, vermilion at the launch limit.
 fn links(trace: &Trace, frame: &Frame) -> Vec<LinePrimitive> {
-    const SPARE: f32 = 15.0;
+    const SPARE: f64 = 15.0;
+    // Without a limit, about where packets begin to be lost.
+    let limit = launch_limit(trace).unwrap_or(-85.0);
     let line = |drone: &DroneFrame| {
         let link = drone.front.as_ref()?;
         let peer = trace.nodes.iter().position(|node| node.id == link.peer)?;
         let other = frame.drones.get(peer)?;
-        let share = f64::from((link.filtered - trace.launch_limit).0 / SPARE).clamp(0.0, 1.0);
+        let share = ((f64::from(link.filtered.0) - limit) / SPARE).clamp(0.0, 1.0);
         let mix = |weak: f64, strong: f64| weak + (strong - weak) * share;
         let colour = Color { r: mix(0.84, 0.0), g: mix(0.37, 0.45), b: mix(0.0, 0.70), a: 0.9 };
         let ends = [drone.position, other.position];

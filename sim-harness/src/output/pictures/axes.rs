@@ -6,6 +6,7 @@ use plotters::element::{Circle, PathElement};
 use plotters::prelude::SVGBackend;
 use plotters::style::{Color, RGBColor, ShapeStyle, TRANSPARENT};
 
+use super::dashes;
 use super::sheet::{Area, Fault, Look, PlotFrame, px, size_of, text_width, upx, write};
 use super::style::{AXIS, GRID, QUIET};
 use super::ticks::Axis;
@@ -38,7 +39,7 @@ pub(super) fn filled(colour: &impl Color) -> ShapeStyle {
     ShapeStyle { color: colour.to_rgba(), filled: true, stroke_width: 0 }
 }
 
-const TOP: f64 = 26.0;
+const TOP: f64 = 30.0;
 const LEFT: f64 = 40.0;
 const BOTTOM: f64 = 40.0;
 const BOTTOM_BARE: f64 = 10.0;
@@ -93,41 +94,20 @@ impl<'a> Chart<'a> {
         Ok(())
     }
 
-    /// A dashed line; dashes are counted along x, so that steep parts stay lines.
+    /// The same, dashed.
     pub(super) fn dashes(
-        &mut self,
+        &self,
         points: impl IntoIterator<Item = (f64, f64)>,
         style: ShapeStyle,
     ) -> Result<(), Fault> {
-        let dashed: Vec<_> = self
-            .fine(points)
-            .into_iter()
-            .map(|p| {
-                let dash = (self.pixel(p).0 / DASH).floor().rem_euclid(2.0) < 0.5;
-                if dash { p } else { (p.0, f64::NAN) }
-            })
-            .collect();
-        self.line(dashed, style)
-    }
-
-    /// The same line with points no more than a pixel apart along x.
-    fn fine(&self, points: impl IntoIterator<Item = (f64, f64)>) -> Vec<(f64, f64)> {
-        let mut fine: Vec<(f64, f64)> = Vec::new();
-        for point in points {
-            if let Some(&last) = fine.last()
-                && (last.1 + point.1).is_finite()
-            {
-                let pixels = (self.pixel(point).0 - self.pixel(last).0).abs().ceil().min(4000.0);
-                let between = (1..pixels as usize).map(|n| n as f64 / pixels);
-                fine.extend(
-                    between.map(|t| {
-                        (last.0 + (point.0 - last.0) * t, last.1 + (point.1 - last.1) * t)
-                    }),
-                );
+        for run in runs(points) {
+            let path: Vec<_> = run.into_iter().map(|p| self.pixel(p)).collect();
+            for dash in dashes::cut(&path, DASH, GAP) {
+                let dash: Vec<_> = dash.into_iter().map(|(x, y)| (px(x), px(y))).collect();
+                self.area.draw(&PathElement::new(dash, style))?;
             }
-            fine.push(point);
         }
-        fine
+        Ok(())
     }
 
     /// Dots.
@@ -198,6 +178,7 @@ impl<'a> Chart<'a> {
 
 /// Pixels of a dash, and of the gap after it.
 const DASH: f64 = 4.0;
+const GAP: f64 = 3.0;
 
 fn write_titles(area: &Area<'_>, frame: &Frame<'_>) -> Result<(), Fault> {
     write(area, frame.title, (0.0, 10.0), Look::HEADING)?;

@@ -3,6 +3,7 @@
 
 use super::PictureError;
 use super::boxes::{self, BoxChart};
+use super::series::launch_limit;
 use super::sheet::{Area, Drawn, Fault, Look, Picture, headed, part, size_of, write};
 use super::{links, map, positions};
 use crate::trace::Trace;
@@ -45,7 +46,7 @@ pub struct Variant<'a> {
 const WIDTH: f64 = 1440.0;
 const MAP: f64 = 190.0;
 const POSITIONS: f64 = 210.0;
-const LINK: f64 = 88.0;
+const LINK: f64 = 92.0;
 const BOXES: f64 = 340.0;
 const GUTTER: f64 = 28.0;
 
@@ -58,7 +59,8 @@ pub(super) fn picture(figure: &Figure3<'_>) -> Result<Picture, PictureError> {
     let height = 78.0 + KEY + top + middle + BOXES + 2.0 * GUTTER + 8.0;
     Picture::draw((WIDTH, height), figure.title, |sheet| {
         let body = headed(sheet, figure.title, figure.subtitle)?;
-        links::key(&body)?;
+        let limited = corridors.iter().chain(&variants).any(|t| launch_limit(t).is_some());
+        links::key(&body, limited)?;
         let (width, _) = size_of(&body);
         let mut from = KEY;
         corridor_row(&part(&body, (0.0, from), (width, top)), &figure.corridors)?;

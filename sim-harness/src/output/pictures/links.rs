@@ -5,7 +5,7 @@ use plotters::style::Color;
 use super::PictureError;
 use super::axes::{Chart, Frame, filled, stroke};
 use super::positions::LABELS;
-use super::series::{LinkSeries, links, time_span};
+use super::series::{LinkSeries, launch_limit, links, time_span};
 use super::sheet::{
     Area, Drawn, Fault, Look, Picture, PlotFrame, headed, part, px, size_of, text_width, write,
 };
@@ -26,9 +26,9 @@ pub(super) fn picture(trace: &Trace) -> Result<Picture, PictureError> {
     let size = (if columns == 2 { 1280.0 } else { 960.0 }, rows as f64 * PANEL + 126.0);
     let title = format!("Links: {}", trace.scenario);
     Picture::draw(size, &title, |sheet| {
-        let subtitle = "Strength of each link of the chain, as its end nearer to the base hears it";
+        let subtitle = "How strongly each node hears the next in front of it, towards the head";
         let body = headed(sheet, &title, subtitle)?;
-        key(&body)?;
+        key(&body, launch_limit(trace).is_some())?;
         let (width, height) = size_of(&body);
         let below = part(&body, (0.0, 22.0), (width, height - 22.0));
         let right = if columns == 1 { LABELS } else { 16.0 };
@@ -53,14 +53,14 @@ fn stacked(
         write(area, "There was no link.", middle, Look::LABEL.centred())?;
         return Ok(Vec::new());
     }
-    let limit = f64::from(trace.launch_limit.0);
+    let limit = launch_limit(trace);
     let rows = all.len().div_ceil(columns);
     // The bottom row is taller by its axis' numbers and name.
     let foot = 30.0;
     let each = (height - foot) / rows as f64;
     let breadth = width / columns as f64;
     let ticks = if each > 110.0 { 5 } else { 3 };
-    let y = Axis::covering(all.iter().flat_map(LinkSeries::values).chain([limit]), ticks);
+    let y = Axis::covering(all.iter().flat_map(LinkSeries::values).chain(limit), ticks);
     let mut frames = Vec::new();
     for (index, link) in all.iter().enumerate() {
         let (row, column) = (index % rows, index / rows);
@@ -89,8 +89,9 @@ fn panel(
     let (width, _) = size_of(area);
     let x = Axis::exact(from, to, if width > 380.0 { 8 } else { 4 });
     let mut chart = Chart::new(area, frame, &x, y)?;
-    let limit = f64::from(trace.launch_limit.0);
-    chart.line([(from, limit), (to, limit)], stroke(&LIMIT, 0.9))?;
+    if let Some(limit) = launch_limit(trace) {
+        chart.line([(from, limit), (to, limit)], stroke(&LIMIT, 0.9))?;
+    }
     chart.dots(link.dots(), 1.2, filled(&RAW.mix(0.7)))?;
     chart.line(link.line(|s| s.filtered), stroke(&FILTERED, 1.8))?;
     chart.dashes(link.line(|s| s.truth), stroke(&TRUTH, 1.1))?;
@@ -108,19 +109,21 @@ fn name_peers(area: &Area<'_>, chart: &Chart<'_>, link: &LinkSeries) -> Result<(
     let ends = starts.iter().skip(1).copied().chain([end]);
     for (((_, name), from), to) in link.peers.iter().zip(&starts).zip(ends) {
         if text_width(name, Look::LABEL) + 6.0 < to - from {
-            write(area, name, (from + 4.0, top - 5.0), Look::LABEL)?;
+            write(area, name, (from + 4.0, top - 7.0), Look::LABEL)?;
         }
     }
     Ok(())
 }
 
 /// What dots and lines mean, in one row.
-pub(super) fn key(area: &Area<'_>) -> Result<(), Fault> {
+pub(super) fn key(area: &Area<'_>, with_limit: bool) -> Result<(), Fault> {
     use plotters::element::{Circle, PathElement};
     let rule = |x: f64, from: f64, to: f64| vec![(px(x + from), px(6.0)), (px(x + to), px(6.0))];
     let mut x = 0.0;
-    for (index, text) in
-        ["received", "filtered on board", "true", "launch limit"].into_iter().enumerate()
+    for (index, text) in ["received", "filtered on board", "true", "launch limit"]
+        .into_iter()
+        .enumerate()
+        .take(if with_limit { 4 } else { 3 })
     {
         match index {
             0 => {

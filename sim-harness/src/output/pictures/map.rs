@@ -6,20 +6,27 @@ use plotters::style::{Color, RGBColor};
 
 use super::PictureError;
 use super::axes::{filled, stroke};
+use super::dashes;
 use super::sheet::{Area, Drawn, Fault, Look, Picture, headed, px, size_of, text_width, write};
 use super::style::{AXIS, FLOOR, INK, PAPER, QUIET, WALL, node_colour, node_name};
 use super::ticks::round_step;
-use crate::trace::{DroneFrame, FloorPlan, Point, Trace};
+use crate::trace::{DroneFrame, FloorPlan, Frame, Point, Trace};
 
 /// The picture of a run.
 pub(super) fn picture(trace: &Trace) -> Result<Picture, PictureError> {
     let title = format!("Map: {}", trace.scenario);
     let (low, high) = bounds(trace);
     let aspect = (high[1] - low[1] + 2.0) / (high[0] - low[0] + 2.0);
-    let height = (f64::from(aspect) * 912.0 + 118.0).clamp(260.0, 1100.0).round();
+    let height = (f64::from(aspect) * 912.0 + 118.0).clamp(260.0, 840.0).round();
     Picture::draw((960.0, height), &title, |sheet| {
-        let subtitle = "Ways flown, and where each node was at the end";
-        let body = headed(sheet, &title, subtitle)?;
+        let subtitle = match farthest(trace) {
+            Some(frame) => format!(
+                "Ways flown; rings: when the head was farthest, at {} s; dots: at the end",
+                frame.time_us / 1_000_000
+            ),
+            None => "Ways flown, and where each node was at the end".to_owned(),
+        };
+        let body = headed(sheet, &title, &subtitle)?;
         panel(&body, trace, "")
     })
 }
@@ -30,16 +37,16 @@ pub(super) fn panel(area: &Area<'_>, trace: &Trace, title: &str) -> Drawn {
     let top = if title.is_empty() { 0.0 } else { 22.0 };
     let view = View::fitting(bounds(trace), size_of(area), top);
     floor(area, &view, &trace.floor_plan)?;
-    let mut obstacles = Obstacles::new(&view, trace);
-    let last = trace.frames.last().map_or(&[][..], |frame| &frame.drones);
-    let marks = last.iter().filter_map(|drone| view.of(drone));
-    obstacles.taken.extend(marks.map(|(x, y)| (x - 5.0, y - 5.0, x + 5.0, y + 5.0)));
     for index in (0..trace.nodes.len()).rev() {
         trajectory(area, &view, trace, index)?;
     }
-    for index in 0..trace.nodes.len() {
-        end(area, &view, trace, index, &mut obstacles)?;
+    let far = farthest(trace);
+    if far.is_some() {
+        marks(area, &view, trace, trace.frames.last(), Mark::Dot)?;
     }
+    let shown = far.or(trace.frames.last());
+    marks(area, &view, trace, shown, if far.is_some() { Mark::Ring } else { Mark::Dot })?;
+    names(area, &view, trace, shown)?;
     scale_bar(area, &view)?;
     Ok(Vec::new())
 }
@@ -112,7 +119,9 @@ fn floor(area: &Area<'_>, view: &View, plan: &FloorPlan) -> Result<(), Fault> {
         let closed: Vec<_> = corners.iter().chain(corners.first()).copied().collect();
         area.draw(&PathElement::new(closed, stroke(&WALL, 1.4)))?;
     }
-    for dash in dashes(plan.centre_line.iter().map(|p| view.pixel(*p))) {
+    let centre: Vec<_> = plan.centre_line.iter().map(|p| view.pixel(*p)).collect();
+    for dash in dashes::cut(&centre, 6.0, 5.0) {
+        let dash: Vec<_> = dash.into_iter().map(|(x, y)| (px(x), px(y))).collect();
         area.draw(&PathElement::new(dash, stroke(&AXIS, 0.9)))?;
     }
     Ok(())
@@ -140,39 +149,6 @@ pub(in crate::output) fn nested(outlines: &[Vec<Point>]) -> Vec<(&[Point], bool)
 fn polygon(outline: &[Point]) -> GeoPolygon<f32> {
     let ring: LineString<f32> = outline.iter().map(|[x, y]| Coord { x: *x, y: *y }).collect();
     GeoPolygon::new(ring, Vec::new())
-}
-
-/// A path cut into dashes of 6 pixels with gaps of 5.
-fn dashes(path: impl Iterator<Item = (f64, f64)>) -> Vec<Vec<(i32, i32)>> {
-    const LENGTHS: [f64; 2] = [6.0, 5.0];
-    let points: Vec<_> = path.collect();
-    let mut dashes = Vec::new();
-    let (mut phase, mut left) = (0, LENGTHS[0]);
-    let mut dash: Vec<(f64, f64)> = points.first().copied().into_iter().collect();
-    for (from, to) in points.iter().zip(points.iter().skip(1)) {
-        let (dx, dy) = (to.0 - from.0, to.1 - from.1);
-        let length = libm::hypot(dx, dy);
-        let mut gone = 0.0;
-        while length.is_finite() && gone + left < length {
-            gone += left;
-            let point = (from.0 + dx * gone / length, from.1 + dy * gone / length);
-            if phase == 0 {
-                dash.push(point);
-                dashes.push(std::mem::take(&mut dash));
-            } else {
-                dash = vec![point];
-            }
-            phase = 1 - phase;
-            left = if phase == 0 { LENGTHS[0] } else { LENGTHS[1] };
-        }
-        left -= length - gone;
-        if phase == 0 {
-            dash.push(*to);
-        }
-    }
-    dashes.push(dash);
-    let units = |dash: Vec<(f64, f64)>| dash.into_iter().map(|(x, y)| (px(x), px(y))).collect();
-    dashes.into_iter().filter(|dash| dash.len() > 1).map(units).collect()
 }
 
 fn trajectory(area: &Area<'_>, view: &View, trace: &Trace, index: usize) -> Result<(), Fault> {
@@ -227,22 +203,56 @@ fn between(from: (f64, f64), to: (f64, f64)) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// A node's last place, with its name where it hides least.
-fn end(
+/// The moment when the head was farthest in, if it came back from there by a metre or more: then
+/// the end of the mission shows less of the chain than that moment.
+fn farthest(trace: &Trace) -> Option<&Frame> {
+    let way = |frame: &Frame| frame.drones.first().map_or(f32::NAN, |drone| drone.abscissa);
+    let reached = |frame: &&Frame| way(frame).is_finite();
+    let far = trace.frames.iter().filter(reached).max_by(|a, b| way(a).total_cmp(&way(b)))?;
+    let end = trace.frames.last()?;
+    (way(far) - way(end) >= 1.0).then_some(far)
+}
+
+/// How a place is marked.
+#[derive(Clone, Copy)]
+enum Mark {
+    Dot,
+    Ring,
+}
+
+/// Everyone's place at one moment.
+fn marks(
     area: &Area<'_>,
     view: &View,
     trace: &Trace,
-    index: usize,
-    obstacles: &mut Obstacles,
+    frame: Option<&Frame>,
+    mark: Mark,
 ) -> Result<(), Fault> {
-    let last = trace.frames.last().and_then(|frame| frame.drones.get(index));
-    let (Some(node), Some(drone)) = (trace.nodes.get(index), last) else { return Ok(()) };
-    let Some((x, y)) = view.of(drone) else { return Ok(()) };
-    let colour = node_colour(node);
-    let place = (px(x), px(y));
-    area.draw(&Circle::new(place, px(5.5), filled(&PAPER)))?;
-    area.draw(&Circle::new(place, px(4.2), filled(&colour)))?;
-    label(area, &node_name(node), (x, y), colour, obstacles)
+    let drones = frame.map_or(&[][..], |frame| &frame.drones);
+    for (node, drone) in trace.nodes.iter().zip(drones).rev() {
+        let Some((x, y)) = view.of(drone) else { continue };
+        let (place, colour) = ((px(x), px(y)), node_colour(node));
+        area.draw(&Circle::new(place, px(5.5), filled(&PAPER)))?;
+        area.draw(&Circle::new(place, px(4.2), filled(&colour)))?;
+        if let Mark::Ring = mark {
+            area.draw(&Circle::new(place, px(2.2), filled(&PAPER)))?;
+        }
+    }
+    Ok(())
+}
+
+/// Everyone's name, where it hides least.
+fn names(area: &Area<'_>, view: &View, trace: &Trace, frame: Option<&Frame>) -> Result<(), Fault> {
+    let drones = frame.map_or(&[][..], |frame| &frame.drones);
+    let mut obstacles = Obstacles::new(view, trace);
+    let places = drones.iter().filter_map(|drone| view.of(drone));
+    obstacles.taken.extend(places.map(|(x, y)| (x - 5.0, y - 5.0, x + 5.0, y + 5.0)));
+    for (node, drone) in trace.nodes.iter().zip(drones) {
+        if let Some(place) = view.of(drone) {
+            label(area, &node_name(node), place, node_colour(node), &mut obstacles)?;
+        }
+    }
+    Ok(())
 }
 
 fn label(
@@ -301,9 +311,11 @@ mod tests {
     }
 
     #[test]
-    fn dashes_go_around_corners() {
-        let cut = dashes([(0.0, 0.0), (4.0, 0.0), (4.0, 20.0)].into_iter());
-        assert_eq!(cut[0], [(0, 0), (40, 0), (40, 20)]);
-        assert_eq!(cut[1], [(40, 70), (40, 130)]);
+    fn a_head_that_came_back_is_shown_where_it_was_farthest() {
+        let mut trace = crate::output::synthetic::mission();
+        assert_eq!(farthest(&trace), None);
+        let far = trace.frames[1200].clone();
+        trace.frames.push(trace.frames[100].clone());
+        assert_eq!(farthest(&trace).map(|f| f.drones[0].abscissa), Some(far.drones[0].abscissa));
     }
 }

@@ -11,6 +11,7 @@
 
 mod axes;
 mod boxes;
+mod dashes;
 mod figure3;
 mod links;
 mod map;
@@ -26,6 +27,7 @@ use std::fmt;
 pub use boxes::{BoxChart, BoxGroup, BoxPlotData};
 pub use figure3::{Corridor, Figure3, Variant};
 pub(super) use map::nested;
+pub(super) use series::launch_limit;
 pub(super) use sheet::escaped;
 pub use sheet::{Picture, PlotFrame};
 pub(super) use style::{node_name, node_rgb};

@@ -33,7 +33,12 @@ pub(super) struct Sample {
 impl LinkSeries {
     /// Points of a line.
     pub(super) fn line(&self, value: impl Fn(&Sample) -> f64) -> Vec<(f64, f64)> {
-        thinned(&self.samples, MOST_POINTS).map(|s| (s.time, value(s))).collect()
+        let step = self.samples.len().div_ceil(MOST_POINTS).max(1);
+        // Whatever is left out, a break of the line is not.
+        let kept = self.samples.iter().enumerate().filter(|(index, sample)| {
+            index.is_multiple_of(step) || index + 1 == self.samples.len() || sample.raw.is_nan()
+        });
+        kept.map(|(_, s)| (s.time, value(s))).collect()
     }
 
     /// Single packets.
@@ -120,7 +125,18 @@ pub(super) fn abscissa(trace: &Trace, node: usize) -> Vec<(f64, f64)> {
 /// First and last moment of the mission, in s.
 pub(super) fn time_span(trace: &Trace) -> (f64, f64) {
     let at = |frame: Option<&Frame>| frame.map_or(0.0, |frame| seconds(frame.time_us));
-    (at(trace.frames.first()), at(trace.frames.last()))
+    let (from, to) = (at(trace.frames.first()), at(trace.frames.last()));
+    // A first frame shortly after 0 is the beginning.
+    (if from < 0.05 * to { 0.0 } else { from }, to)
+}
+
+/// The launch limit, unless it is a way of saying that there is none.
+pub(in crate::output) fn launch_limit(trace: &Trace) -> Option<f64> {
+    /// Weaker than the most sensitive radio of this kind hears (−103 dBm at 125 kbit/s: nRF52840
+    /// product specification, first page).
+    const INAUDIBLE: f32 = -110.0;
+    let limit = trace.launch_limit.0;
+    (limit.is_finite() && limit > INAUDIBLE).then_some(f64::from(limit))
 }
 
 fn seconds(micros: u64) -> f64 {

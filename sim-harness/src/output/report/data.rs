@@ -6,7 +6,7 @@
 use serde_json::{Value, json};
 
 use crate::output::csv::role_name;
-use crate::output::pictures::{PlotFrame, nested, node_name, node_rgb};
+use crate::output::pictures::{PlotFrame, launch_limit, nested, node_name, node_rgb};
 use crate::trace::{DroneFrame, LinkFrame, Point, Trace};
 
 /// The JSON text, safe within a `<script>` element.
@@ -18,7 +18,7 @@ pub(super) fn json(trace: &Trace, positions: &[PlotFrame], links: &[PlotFrame]) 
         .into_iter()
         .map(|(outline, free)| json!({ "free": free, "points": points(outline) }));
     let data = json!({
-        "limit": f64::from(trace.launch_limit.0),
+        "limit": launch_limit(trace),
         "times": column(trace.frames.iter().map(|f| i64::try_from(f.time_us / 1000).ok())),
         "outlines": outlines.collect::<Vec<_>>(),
         "centre": points(&trace.floor_plan.centre_line),

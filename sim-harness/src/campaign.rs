@@ -1,0 +1,140 @@
+//! Many seeded missions on all cores, and what can be said of them with what confidence.
+//!
+//! Seeds are consecutive from the first one on; results are collected in the order of the seeds,
+//! so a campaign's figures do not depend on the number of threads.
+
+use rayon::prelude::*;
+use serde_json::{Map, Value, json};
+use stats_ci::{Confidence, proportion, quantile};
+
+use crate::metrics::{Reference, RunMetrics, measure};
+use crate::mission::World;
+use crate::scenario::Scenario;
+
+/// The figures of every run, in the order of the seeds.
+#[must_use]
+pub fn fly(
+    scenario: &Scenario,
+    world: &World,
+    reference: &Reference,
+    first_seed: u64,
+    runs: usize,
+    after_each: impl Fn() + Sync,
+) -> Vec<RunMetrics> {
+    (0..runs as u64)
+        .into_par_iter()
+        .map(|n| {
+            let metrics = measure(scenario, world, reference, first_seed.wrapping_add(n));
+            after_each();
+            metrics
+        })
+        .collect()
+}
+
+/// A figure with its 95 % confidence interval. What is not finite is `null` in JSON.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimate {
+    /// The figure.
+    pub value: f64,
+    /// Between these it truly lies, 19 times in 20.
+    pub interval: Option<(f64, f64)>,
+}
+
+impl Estimate {
+    fn json(&self) -> Value {
+        let (low, high) = self.interval.map_or((None, None), |(l, h)| (finite(l), finite(h)));
+        json!({ "value": finite(self.value), "low": low, "high": high })
+    }
+}
+
+fn finite(value: f64) -> Option<f64> {
+    value.is_finite().then_some(value)
+}
+
+/// The part of the runs for which `holds`, with its Wilson interval.
+#[must_use]
+pub fn fraction(runs: &[RunMetrics], holds: impl Fn(&RunMetrics) -> bool) -> Estimate {
+    let hits = runs.iter().filter(|run| holds(run)).count();
+    let interval = proportion::ci_wilson(Confidence::new(0.95), runs.len(), hits).ok();
+    let bounds = interval.and_then(|i| Some((*i.left()?, *i.right()?)));
+    Estimate { value: hits as f64 / runs.len().max(1) as f64, interval: bounds }
+}
+
+/// The mean over the runs, with the normal interval of its standard error.
+#[must_use]
+pub fn mean(runs: &[RunMetrics], of: impl Fn(&RunMetrics) -> f32) -> Estimate {
+    let values: Vec<f64> = runs.iter().map(|run| f64::from(of(run))).collect();
+    let count = values.len().max(1) as f64;
+    let middle = values.iter().sum::<f64>() / count;
+    let spread = values.iter().map(|v| (v - middle).powi(2)).sum::<f64>();
+    let error = (spread / (count - 1.0).max(1.0) / count).sqrt();
+    Estimate { value: middle, interval: Some((middle - 1.96 * error, middle + 1.96 * error)) }
+}
+
+/// The q-quantile over *all* runs: one that never got there counts as infinite.
+#[must_use]
+pub fn quantile_of(runs: &[RunMetrics], q: f64, of: impl Fn(&RunMetrics) -> f32) -> Estimate {
+    let mut values: Vec<f64> = runs.iter().map(|run| f64::from(of(run))).collect();
+    values.sort_by(f64::total_cmp);
+    let place = ((values.len().max(1) - 1) as f64 * q).round() as usize;
+    let value = values.get(place).copied().unwrap_or(f64::NAN);
+    let indices = quantile::ci_indices(Confidence::new(0.95), values.len(), q).ok();
+    let at = |index: Option<&usize>| index.and_then(|n| values.get(*n)).copied();
+    let interval = indices.and_then(|i| Some((at(i.left())?, at(i.right())?)));
+    Estimate { value, interval }
+}
+
+/// A named figure of a campaign.
+pub struct Figure {
+    /// Its name, unit included.
+    pub name: &'static str,
+    /// What it came to.
+    pub estimate: Estimate,
+}
+
+/// All figures of a campaign that its scenario has: those that need a head which starts in the
+/// air are left out where it does not.
+#[must_use]
+pub fn figures(runs: &[RunMetrics]) -> Vec<Figure> {
+    let figure = |name, estimate| Figure { name, estimate };
+    let median = |of: fn(&RunMetrics) -> f32| quantile_of(runs, 0.5, of);
+    let p95 = |of: fn(&RunMetrics) -> f32| quantile_of(runs, 0.95, of);
+    let all = vec![
+        figure("c3", fraction(runs, |r| r.t3_s.is_finite())),
+        figure("c1", fraction(runs, |r| r.t1_s.is_finite())),
+        figure("c_gap1", fraction(runs, |r| r.t_gap1_s.is_finite())),
+        figure("t3_median_s", median(|r| r.t3_s)),
+        figure("t3_p95_s", p95(|r| r.t3_s)),
+        figure("t_gap1_median_s", median(|r| r.t_gap1_s)),
+        figure("bound_s", median(|r| r.bound_s)),
+        figure("gap_db", mean(runs, |r| r.gap_db)),
+        figure("difference_db", mean(runs, |r| r.difference_db)),
+        figure("position_sd_m", mean(runs, |r| r.position_sd_m)),
+        figure("path_m", mean(runs, |r| r.path_m)),
+        figure("launched", mean(runs, |r| r.launched as f32)),
+        figure("needed", mean(runs, |r| r.needed as f32)),
+        figure("excess", mean(runs, |r| excess(r) as f32)),
+        figure("false_launch", fraction(runs, |r| excess(r) > 0)),
+        figure("under_launch", fraction(runs, |r| excess(r) < 0)),
+        figure("violation", mean(runs, |r| r.violation)),
+        figure("peak_excess_db", mean(runs, |r| r.peak_excess_db)),
+        figure("farthest_m", mean(runs, |r| r.farthest_m)),
+        figure("wall_contact", fraction(runs, |r| r.wall_contacts > 0)),
+        figure("drone_contact", fraction(runs, |r| r.drone_contacts > 0)),
+        figure("order_lost", fraction(runs, |r| r.order_lost > 0)),
+    ];
+    all.into_iter().filter(|figure| !figure.estimate.value.is_nan()).collect()
+}
+
+/// Relays that flew beyond those that were needed.
+#[must_use]
+pub fn excess(run: &RunMetrics) -> i64 {
+    run.launched as i64 - run.needed as i64
+}
+
+/// The figures as a JSON object by name.
+#[must_use]
+pub fn json(figures: &[Figure]) -> Value {
+    let entries = figures.iter().map(|f| (f.name.to_owned(), f.estimate.json()));
+    Value::Object(entries.collect::<Map<_, _>>())
+}

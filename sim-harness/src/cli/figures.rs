@@ -1,0 +1,86 @@
+//! `uchain figures`: the paper's figure 3.
+
+use std::fmt::Write;
+
+use clap::Args;
+
+use super::progress::Progress;
+use super::{Common, Trouble, Verdict, runs};
+use crate::campaign::Figure;
+use crate::figures::{Figures, make, missions};
+use crate::output;
+use crate::output::pictures::box_plots;
+
+#[derive(Args)]
+pub(super) struct FiguresArgs {
+    /// Missions for each box plot; the paper has 30
+    #[arg(long, default_value_t = 30, value_name = "N")]
+    runs: usize,
+    #[command(flatten)]
+    common: Common,
+}
+
+pub(super) fn run(args: &FiguresArgs) -> Result<Verdict, Trouble> {
+    let count = runs(args.runs)?;
+    let seed = args.common.seed;
+    let progress = Progress::new(missions(count) as u64, args.common.quiet);
+    progress.say("missions");
+    let figures = make(count, seed, || progress.step())?;
+    drop(progress);
+    let summary = figures.json(count, seed);
+    args.common.print(&table(&figures, count), &summary);
+    if let Some(dir) = &args.common.out {
+        let mut written = vec![output::put_json(dir, "summary.json", &summary)?];
+        let pictures = [
+            ("figure-3", figures.picture(count)?),
+            ("figure-3e", box_plots(&figures.convergence_chart())?),
+            ("figure-3f", box_plots(&figures.variance_chart())?),
+        ];
+        for (name, picture) in &pictures {
+            written.extend(output::put_picture(dir, name, picture)?);
+        }
+        args.common.wrote(&written);
+    }
+    Ok(Verdict::Good)
+}
+
+fn table(figures: &Figures, count: usize) -> String {
+    let mut text = format!("The paper's figure 3, {count} missions for each row\n");
+    let mut part = |heading: &str, of: fn(&crate::figures::Cell) -> Vec<Figure>| {
+        let mut names = None;
+        for cell in &figures.cells {
+            let row = of(cell);
+            // Writing to a string cannot fail.
+            if names.is_none() {
+                let _ = write!(text, "\n{heading}\n\n  {:13} {:8}", "corridor", "policy");
+                for figure in &row {
+                    let _ = write!(text, " {:>w$}", figure.name, w = width(figure.name));
+                }
+                text.push('\n');
+                names = Some(());
+            }
+            let _ = write!(text, "  {:13} {:8}", cell.scenario, cell.policy);
+            for Figure { name, estimate } in &row {
+                let w = width(name);
+                let _ = if estimate.value.is_finite() {
+                    write!(text, " {:>w$.3}", estimate.value)
+                } else {
+                    write!(text, " {:>w$}", "never")
+                };
+            }
+            text.push('\n');
+        }
+    };
+    part("A to C: relays anywhere, the head at rest", crate::figures::Cell::convergence_figures);
+    part("D to F: exploration, the head at 0.2 m/s for 50 s", crate::figures::Cell::exploration_figures);
+    text.push_str("\nThe paper's claims\n\n");
+    for claim in figures.claims() {
+        let verdict = if claim.holds { "holds" } else { "does not hold" };
+        let _ = writeln!(text, "  {}: {}\n    {verdict}: {}", claim.panel, claim.claim, claim.found);
+    }
+    text
+}
+
+fn width(name: &str) -> usize {
+    name.len().max(7)
+}

@@ -1,0 +1,47 @@
+//! A progress bar: on a terminal, and only once a task has taken a second.
+
+use std::io::IsTerminal;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+/// Counts what is done; cheap and safe to call from many threads.
+pub(super) struct Progress {
+    bar: ProgressBar,
+    since: Instant,
+    shown: AtomicBool,
+    wanted: bool,
+}
+
+impl Progress {
+    pub(super) fn new(total: u64, quiet: bool) -> Self {
+        let bar = ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::hidden());
+        let style = ProgressStyle::with_template("{wide_bar} {pos}/{len} {msg} {eta} left");
+        if let Ok(style) = style {
+            bar.set_style(style);
+        }
+        let wanted = !quiet && std::io::stderr().is_terminal();
+        Self { bar, since: Instant::now(), shown: AtomicBool::new(false), wanted }
+    }
+
+    /// One more is done.
+    pub(super) fn step(&self) {
+        self.bar.inc(1);
+        let late = self.since.elapsed() > Duration::from_secs(1);
+        if self.wanted && late && !self.shown.swap(true, Ordering::Relaxed) {
+            self.bar.set_draw_target(ProgressDrawTarget::stderr());
+        }
+    }
+
+    /// What is being done now.
+    pub(super) fn say(&self, what: &str) {
+        self.bar.set_message(what.to_owned());
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}
