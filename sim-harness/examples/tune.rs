@@ -5,12 +5,12 @@ use units::*;
 fn main() {
     let runs = 40u64;
     let names: Vec<String> = std::env::args().skip(1).collect();
-    for (gain, q, doubt) in [(0.4, 0.25, 0.0), (0.1, 0.02, 0.6), (0.15, 0.02, 0.6), (0.2, 0.02, 0.6), (0.15, 0.02, 1.0), (0.2, 0.05, 1.0)] {
-        println!("k {gain} q {q} doubt {doubt}: ");
+    for (gain, q, doubt, follow) in [(0.1, 0.02, 0.6, 0.8),(0.1, 0.02, 0.6, 1.0),(0.12, 0.02, 0.6, 0.9),(0.15, 0.02, 0.6, 0.8)] {
+        println!("k {gain} q {q} doubt {doubt} follow {follow}: ");
         for name in &names {
             let mut s = Scenario::open(name).unwrap();
             let slope = Slope::LogDistance { exponent: 3.0, loss_at_1m: Db(40.0) };
-            s.agent.policy = PolicyConfig { smoothing: Smoothing::Kalman(Kalman { slope, process_variance: q, motion_doubt: doubt, measurement_variance: 3.0 }), tolerance: Db(0.0), law: SpeedLaw::Proportional { gain, slope, of: SlopeOf::SteeperLink }, max_speed: MetresPerSecond(0.4) };
+            s.agent.policy = PolicyConfig { smoothing: Smoothing::Kalman(Kalman { slope, process_variance: q, motion_doubt: doubt, measurement_variance: 3.0 }), law: SpeedLaw::Proportional { gain, slope, of: SlopeOf::SteeperLink, follow }, ..PolicyConfig::DEFAULT };
             let w = World::of(&s); let rf = Reference::of(&s, &w);
             let mut v: Vec<RunMetrics> = (0..runs).map(|seed| measure(&s, &w, &rf, seed)).collect();
             v.sort_by(|a, b| a.t3_s.total_cmp(&b.t3_s));

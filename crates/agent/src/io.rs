@@ -1,7 +1,8 @@
 //! What goes into a step of the agent, and what comes out.
 
 use chain::neighbours::{Heard, Neighbour};
-use chain::report::{Order, Report};
+use chain::policy::LinkEnd;
+use chain::report::{Order, Phase, Report};
 use tunnel_nav::{Diagonals, Walls};
 use units::{Dbm, Metres, MetresPerSecond, NodeId, Radians, RadiansPerSecond};
 
@@ -76,11 +77,25 @@ pub struct LinkView {
     pub raw: Dbm,
     /// The filtered strength.
     pub rssi: Dbm,
+    /// How fast it said it flies along the tunnel.
+    pub velocity: MetresPerSecond,
+    /// Whether it is the base.
+    pub is_base: bool,
 }
 
 impl LinkView {
     pub(crate) fn of(neighbour: &Neighbour) -> Self {
-        Self { peer: neighbour.report.from, raw: neighbour.raw, rssi: neighbour.rssi() }
+        Self {
+            peer: neighbour.report.from,
+            raw: neighbour.raw,
+            rssi: neighbour.rssi(),
+            velocity: neighbour.report.velocity,
+            is_base: neighbour.report.phase == Phase::Base,
+        }
+    }
+
+    pub(crate) const fn end(&self) -> LinkEnd {
+        LinkEnd { rssi: self.rssi, velocity: self.velocity }
     }
 }
 

@@ -297,10 +297,13 @@ impl Agent {
         match order.task {
             Task::Explore(speed) if now.since(at) <= config.flight.pilot_timeout => {
                 let speed = speed.limited_to(config.policy.max_speed);
-                let freedom = config.retreat.freedom(back.map(|link| link.rssi));
-                if speed.0 > 0.0 { speed * freedom } else { speed }
+                if speed.0 >= 0.0 {
+                    speed * config.retreat.freedom(back.map(|link| link.rssi))
+                } else {
+                    behind_clear(config, back, speed)
+                }
             }
-            Task::Return => -config.flight.return_speed,
+            Task::Return => homeward(config, back),
             Task::Explore(_) | Task::Wait | Task::Land | Task::Stop => MetresPerSecond::ZERO,
         }
     }
@@ -312,14 +315,38 @@ impl Agent {
         front: Option<LinkView>,
         back: Option<LinkView>,
     ) -> MetresPerSecond {
+        let called_home = matches!(self.order, Some(h) if h.order.task == Task::Return);
         match (front, back) {
-            (Some(front), Some(back)) => config.policy.velocity(front.rssi, back.rssi),
-            (None, _) if matches!(self.order, Some(h) if h.order.task == Task::Return) => {
-                -config.flight.return_speed
+            (None, _) if called_home => homeward(config, back),
+            // The base is not to be kept clear of by who goes home to it.
+            (_, Some(back)) if called_home && back.is_base && is_too_near(config, back) => {
+                homeward(config, Some(back))
             }
+            (Some(front), Some(back)) => config.policy.velocity(front.end(), back.end()),
             _ => MetresPerSecond::ZERO,
         }
     }
+}
+
+/// Flying home, but not into the next drone that has not landed yet.
+fn homeward(config: &AgentConfig, back: Option<LinkView>) -> MetresPerSecond {
+    behind_clear(config, back, -config.flight.return_speed)
+}
+
+/// `speed`, a backward one, unless a drone is too near behind.
+fn behind_clear(
+    config: &AgentConfig,
+    back: Option<LinkView>,
+    speed: MetresPerSecond,
+) -> MetresPerSecond {
+    match back {
+        Some(back) if !back.is_base && is_too_near(config, back) => MetresPerSecond::ZERO,
+        _ => speed,
+    }
+}
+
+fn is_too_near(config: &AgentConfig, link: LinkView) -> bool {
+    config.policy.is_too_near(link.rssi)
 }
 
 /// What a state wants before the walls have their say.

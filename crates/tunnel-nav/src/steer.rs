@@ -2,6 +2,7 @@
 
 use units::{Metres, MetresPerSecond, Radians, RadiansPerSecond};
 
+use crate::rounding::Rounding;
 use crate::trail::Trail;
 use crate::wall::{Beams, Track};
 use crate::{Diagonals, Range};
@@ -109,7 +110,9 @@ const HOVERING: f32 = 0.05;
 /// this: walls 45° apart look alike in a bend, a heading error in a gallery stays below 20°.
 const ASTRAY: f32 = 0.45;
 /// How fast, in 1/s.
-const TRAIL_GAIN: f32 = 1.5;
+const TURN_GAIN: f32 = 1.5;
+/// While its nose is a radian or more off, a drone flies only this part of its speed.
+const LEAST_PACE: f32 = 0.3;
 
 /// Where the drone is by its own sensors: how far it has come, and where its nose points.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -129,6 +132,7 @@ pub struct Navigator {
     /// The length of the beams when there were two walls, in metres.
     centred: f32,
     trail: Trail,
+    rounding: Rounding,
     way: Metres,
 }
 
@@ -141,6 +145,7 @@ impl Navigator {
             right: Track::Unknown,
             centred: 0.0,
             trail: Trail::new(),
+            rounding: Rounding::Beside,
             way: Metres::ZERO,
         }
     }
@@ -157,7 +162,7 @@ impl Navigator {
         let moved = bearings.way - self.way;
         self.way = bearings.way;
         self.look(config, ranges, moved);
-        let astray = self.astray(bearings, speed);
+        let turn = self.turn(config, ranges, bearings, speed);
         let ahead = self.one_way(config, ranges);
         let astern = self.one_way(config, &ranges.seen_backwards());
         let leading = if speed.0 < 0.0 { &astern } else { &ahead };
@@ -169,24 +174,43 @@ impl Navigator {
         let push = push_away(config, ranges);
         let lateral = blend(ahead.lateral, astern.lateral) + push.lateral;
         // Mirroring front to back turns counter-clockwise into clockwise.
-        let yaw_rate = match astray {
-            Some(off) => TRAIL_GAIN * off.0,
-            None => blend(ahead.yaw_rate, -astern.yaw_rate),
+        let (yaw_rate, pace) = match turn {
+            Some(turn) => (TURN_GAIN * turn.0, leading.pace * (1.0 - turn.0.abs()).max(LEAST_PACE)),
+            None => (blend(ahead.yaw_rate, -astern.yaw_rate), leading.pace),
         };
         NavCommand {
-            forward: MetresPerSecond(speed.0 * leading.pace + push.forward),
+            forward: MetresPerSecond(speed.0 * pace + push.forward),
             lateral: MetresPerSecond(lateral).limited_to(config.max_lateral),
             yaw_rate: RadiansPerSecond(yaw_rate).limited_to(config.max_yaw_rate),
             walls: leading.walls,
         }
     }
 
-    /// How far the nose is off the trail, where that is too far for the walls to mend.
-    fn astray(&mut self, bearings: &Bearings, speed: MetresPerSecond) -> Option<Radians> {
-        let heading = bearings.heading.filter(|heading| heading.0.is_finite())?;
+    /// What there is to turn for another reason than the walls: a trail that the nose is too far
+    /// off for the walls to mend, or else the end of a wall to be rounded.
+    fn turn(
+        &mut self,
+        config: &NavConfig,
+        ranges: &Diagonals,
+        bearings: &Bearings,
+        speed: MetresPerSecond,
+    ) -> Option<Radians> {
+        let heading = bearings.heading.filter(|heading| heading.0.is_finite());
+        let moving = speed.0.abs() > HOVERING;
+        let beside = self.left.is_seen() || self.right.is_seen();
+        let usual = self.centred.clamp(config.wall_distance.0, WIDEST * config.reach.0);
+        let (front, rear) = match config.prefer {
+            Side::Left => (ranges.nw, ranges.sw),
+            Side::Right => (ranges.ne, ranges.se),
+        };
+        let open = nearest(front).min(nearest(rear)) > (1.0 + config.ratio) * usual;
+        self.rounding = self.rounding.next(config, beside, open && moving, heading, speed);
+        let heading = heading?;
         self.trail.record(bearings.way, heading);
-        let off = self.trail.off(bearings.way, speed.0 >= 0.0, heading)?;
-        (off.0.abs() > ASTRAY && speed.0.abs() > HOVERING).then_some(off)
+        let off = self.trail.off(bearings.way, speed.0 >= 0.0, heading);
+        let astray = off.filter(|off| off.0.abs() > ASTRAY);
+        let rounding = self.rounding.left_to_turn(Some(heading)).filter(|_| off.is_none());
+        astray.or(rounding).filter(|_| moving)
     }
 
     /// Which walls there are now.

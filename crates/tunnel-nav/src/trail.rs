@@ -79,9 +79,9 @@ fn slot_of(bin: i32) -> usize {
     bin.rem_euclid(BINS as i32) as usize
 }
 
-/// The same angle within half a turn, for the difference of two headings that are each within
-/// half a turn of zero. By comparison: a remainder would link 2 kB of library code.
-fn wrapped(angle: f32) -> f32 {
+/// The same angle within half a turn, for angles within one and a half turns of zero, such as the
+/// difference of two headings. By comparison: a remainder would link 2 kB of library code.
+pub(crate) fn wrapped(angle: f32) -> f32 {
     use core::f32::consts::{PI, TAU};
     if angle > PI {
         angle - TAU

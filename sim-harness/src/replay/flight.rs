@@ -5,7 +5,7 @@
 //! would have been given.
 
 use chain::launch::{LaunchConfig, LaunchWatch};
-use chain::policy::PolicyConfig;
+use chain::policy::{LinkEnd, PolicyConfig};
 use chain::report::LinkSpan;
 use clap::ValueEnum;
 use serde::Serialize;
@@ -143,12 +143,12 @@ fn commands(recording: &Recording, policy: Policy, relay: usize) -> Commands {
     let (mut counts, mut agreed, mut speed, mut turns) = ([0usize; 3], 0, 0.0, 0);
     let mut heading = 0;
     for (front, back) in rows(recording).filter_map(|row| row.pair(relay - 1)) {
-        let velocity = config.velocity(front, back);
+        let velocity = config.velocity(LinkEnd::still(front), LinkEnd::still(back));
         let way = direction(velocity);
         if let Some(count) = counts.get_mut((way + 1) as usize) {
             *count += 1;
         }
-        agreed += usize::from(way == direction(PolicyConfig::AUTHORS.velocity(front, back)));
+        agreed += usize::from(way == direction(PolicyConfig::AUTHORS.velocity(LinkEnd::still(front), LinkEnd::still(back))));
         speed += f64::from(velocity.abs().0);
         turns += usize::from(way * heading < 0);
         heading = if way == 0 { heading } else { way };

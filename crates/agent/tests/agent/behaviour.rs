@@ -1,0 +1,333 @@
+//! What a mission depends on, story by story.
+
+use agent::{LandReason, Role, Setpoint, State};
+use chain::report::{Order, Phase, Task};
+use units::{Duration, Instant, Metres, MetresPerSecond, NodeId};
+
+use super::rig::{BASE, CONFIG, EXPLORE, ROUND, Rig, Scene, flown, heard};
+
+fn air() -> Scene {
+    Scene::quiet().order(EXPLORE).at_height(Some(0.3))
+}
+
+#[test]
+fn stop_latches() {
+    for role in [Role::Head, Role::Relay] {
+        let mut rig = Rig::on_duty(role);
+        let outputs = rig.step(&air().order(Task::Stop));
+        assert_eq!(outputs.setpoint, Setpoint::Off, "in the same step");
+        assert_eq!(outputs.report.phase, Phase::Out);
+        for task in [Task::Wait, EXPLORE, Task::Return, Task::Land, Task::Wait, EXPLORE] {
+            let outputs = rig.during(15.0, &Scene::quiet().order(task));
+            assert_eq!(outputs.status.state, State::Stopped);
+            assert_eq!(outputs.setpoint, Setpoint::Off);
+        }
+    }
+}
+
+#[test]
+fn an_emergency_stops_for_good_though_it_passes() {
+    for role in [Role::Head, Role::Relay, Role::Base] {
+        let mut rig = Rig::new(role);
+        rig.step(&Scene::quiet().emergency());
+        let outputs = rig.during(15.0, &Scene::quiet().order(EXPLORE));
+        assert_eq!((outputs.status.state, outputs.setpoint), (State::Stopped, Setpoint::Off));
+    }
+}
+
+/// The base keeps speaking as the base, whatever happens to it: the chain hangs on it.
+#[test]
+fn the_base_passes_orders_on_and_never_flies() {
+    let mut rig = Rig::new(Role::Base);
+    for task in [Task::Wait, EXPLORE, Task::Return, Task::Land] {
+        let outputs = rig.during(2.0, &Scene::quiet().without(BASE).order(task));
+        assert_eq!(outputs.setpoint, Setpoint::Off);
+        assert_eq!(outputs.report.phase, Phase::Base);
+        assert_eq!(outputs.report.order.map(|order| order.task), Some(task));
+    }
+}
+
+/// Orders come hop by hop in reports; the newest wins, whoever brings it.
+#[test]
+fn the_newest_order_wins_over_any_way() {
+    let mut rig = Rig::on_duty(Role::Relay);
+    let last = rig.step(&air()).report.order.unwrap().sequence;
+    let told = |rig: &mut Rig, sequence: u16, task| {
+        let mut packet = heard(1, sequence, Phase::Waiting, -50.0);
+        packet.report.order = Some(Order { sequence, task });
+        let inputs = agent::Inputs {
+            ranges: super::rig::gallery(),
+            velocity: None,
+            heading: None,
+            height: Some(Metres(0.3)),
+            heard: &[packet],
+            order: None,
+            emergency: false,
+        };
+        rig.now = rig.now + Duration::from_millis(ROUND);
+        rig.agent.step(&CONFIG, rig.now, &inputs)
+    };
+    let outputs = told(&mut rig, last.wrapping_sub(1), Task::Stop);
+    assert_ne!(outputs.status.state, State::Stopped, "an older order is no order");
+    let outputs = told(&mut rig, last, Task::Stop);
+    assert_ne!(outputs.status.state, State::Stopped, "the same number is the same order");
+    let outputs = told(&mut rig, last.wrapping_add(1), Task::Land);
+    assert_eq!(outputs.status.state.name(), "landing");
+    assert_eq!(outputs.report.order.unwrap().sequence, last.wrapping_add(1), "and is passed on");
+}
+
+#[test]
+fn the_head_flies_as_the_pilot_says_and_stops_a_second_after_the_last_word() {
+    let mut rig = Rig::on_duty(Role::Head);
+    let good = air().without(0).link(BASE, -50.0);
+    assert_eq!(flown(rig.step(&good).setpoint), Some((0.2, 0.3)));
+    let faster = good.clone().order(Task::Explore(MetresPerSecond(3.0)));
+    assert_eq!(flown(rig.step(&faster).setpoint), Some((0.4, 0.3)), "but no faster than it may");
+    rig.step(&good);
+    let silent = Scene { task: None, ..good.clone() };
+    for round in 1..=10 {
+        let (speed, height) = flown(rig.step(&silent).setpoint).unwrap();
+        let expected = if round <= 5 { 0.2 } else { 0.0 };
+        assert_eq!((speed, height), (expected, 0.3), "{round} rounds after the last order");
+    }
+    assert_eq!(flown(rig.step(&good).setpoint), Some((0.2, 0.3)), "the pilot is back");
+}
+
+/// A weaker link takes the speed from the head before it has to turn back.
+#[test]
+fn the_head_slows_down_before_its_link_breaks() {
+    let mut last = f32::INFINITY;
+    let speeds = [-50.0, -60.5, -62.0, -63.0, -64.0, -65.0].map(|rssi| {
+        let mut rig = Rig::on_duty(Role::Head);
+        let (speed, _) = flown(rig.step(&air().link(BASE, rssi)).setpoint).unwrap();
+        assert!(speed <= last && speed >= 0.0, "{speed} at {rssi} dBm");
+        last = speed;
+        speed
+    });
+    assert_eq!((speeds[0], speeds[5]), (0.2, 0.0));
+    let backward = Task::Explore(MetresPerSecond(-0.2));
+    let mut rig = Rig::on_duty(Role::Head);
+    let (speed, _) = flown(rig.step(&air().link(BASE, -65.0).order(backward)).setpoint).unwrap();
+    assert_eq!(speed, -0.2, "home is always free");
+}
+
+/// Flies back at the retreat's speed until it ends, and says for how long and how far.
+fn retreat(rig: &mut Rig, scene: &Scene, flow: Option<f32>) -> (f32, f32) {
+    rig.until("backing-up", scene);
+    let (since, from) = match rig.state() {
+        State::BackingUp { since, from } => (since, from),
+        other => panic!("{other:?}"),
+    };
+    for _ in 0..1_000 {
+        let outputs = rig.step(&scene.clone().flow(flow));
+        if outputs.status.state.name() != "backing-up" {
+            let way = from - outputs.status.odometer;
+            return (rig.now.since(since).as_secs_f32(), way.0);
+        }
+        assert_eq!(flown(outputs.setpoint), Some((-CONFIG.retreat.speed.0, 0.3)));
+    }
+    panic!("a retreat without end");
+}
+
+#[test]
+fn a_retreat_is_bounded_in_time_and_in_distance() {
+    let bounds = &CONFIG.retreat;
+    for role in [Role::Head, Role::Relay] {
+        for gone in [true, false] {
+            let scene = if gone { air().without(BASE) } else { air().link(BASE, -70.0) };
+            let scene = scene.link(0, -52.0);
+            // The flow sees nothing: time.
+            let (seconds, way) = retreat(&mut Rig::on_duty(role), &scene, None);
+            assert!((seconds - bounds.max_time.as_secs_f32()).abs() < 0.21, "{seconds} s");
+            assert_eq!(way, 0.0);
+            // It flies faster than it was told: distance.
+            let mut rig = Rig::on_duty(role);
+            let (seconds, way) = retreat(&mut rig, &scene, Some(-0.4));
+            let metres = bounds.max_distance.0;
+            assert!(way >= metres && way < metres + 0.1, "{way} m");
+            assert!(seconds < 16.0, "{seconds} s");
+            if gone {
+                let why = LandReason::LinkLost;
+                assert!(matches!(rig.state(), State::Landing { why: is, .. } if is == why));
+            } else {
+                // Weak but alive: it bears with it for a while, then tries again.
+                assert!(matches!(rig.state(), State::Leading { .. } | State::Relaying { .. }));
+                let rest = bounds.rest.as_secs_f32();
+                rig.during(rest - 0.4, &scene);
+                assert!(matches!(rig.state(), State::Leading { .. } | State::Relaying { .. }));
+                rig.during(0.6, &scene);
+                assert_eq!(rig.state().name(), "backing-up");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_retreat_ends_where_the_link_is_good_again_by_its_hysteresis() {
+    for role in [Role::Head, Role::Relay] {
+        let mut rig = Rig::on_duty(role);
+        rig.until("backing-up", &air().link(BASE, -66.0));
+        rig.during(2.0, &air().link(BASE, -64.0));
+        assert_eq!(rig.state().name(), "backing-up", "above the limit is not enough");
+        rig.step(&air().link(BASE, -62.0));
+        assert!(matches!(rig.state(), State::Leading { .. } | State::Relaying { .. }));
+    }
+}
+
+#[test]
+fn a_relay_without_a_front_advances_while_its_back_link_can_spare_it_and_within_bounds() {
+    let alone = air().without(0).link(BASE, -50.0);
+    let mut rig = Rig::on_duty(Role::Relay);
+    rig.until("reconnecting", &alone);
+    let speed = CONFIG.retreat.speed.0;
+    assert_eq!(flown(rig.step(&alone).setpoint), Some((speed, 0.3)));
+    // Nearly too weak for a retreat: waits.
+    let strained = alone.clone().link(BASE, -64.0);
+    assert_eq!(flown(rig.step(&strained).setpoint), Some((0.0, 0.3)));
+    // Blind: by time.
+    let mut blind = rig.clone();
+    blind.during(30.0, &alone.clone().flow(None));
+    assert_eq!(flown(blind.step(&alone).setpoint), Some((0.0, 0.3)));
+    assert_eq!(blind.state().name(), "reconnecting", "and waits where it is");
+    // By distance.
+    rig.during(15.4, &alone.clone().flow(Some(0.4)));
+    assert_eq!(flown(rig.step(&alone).setpoint), Some((0.0, 0.3)));
+    // Found.
+    rig.step(&air());
+    assert_eq!(rig.state().name(), "relaying");
+}
+
+#[test]
+fn a_drone_lands_on_order_and_can_fly_again() {
+    for role in [Role::Head, Role::Relay] {
+        let mut rig = Rig::on_duty(role);
+        let mut height = 0.3;
+        let outputs = rig.step(&air().order(Task::Land));
+        assert_eq!(flown(outputs.setpoint), Some((0.0, 0.3)));
+        assert_eq!(outputs.report.phase, Phase::Out);
+        while let Some((speed, wanted)) = {
+            let scene = air().order(Task::Land).at_height(Some(height));
+            flown(rig.step(&scene).setpoint)
+        } {
+            assert!(speed == 0.0 && wanted <= height, "comes down where it is");
+            height = wanted;
+        }
+        assert_eq!(rig.state(), State::Landed { why: LandReason::Ordered });
+        let down = Scene::quiet();
+        rig.during(5.0, &down.clone().order(EXPLORE));
+        assert_eq!(rig.state().name(), "landed", "until it was told to wait");
+        rig.step(&down.clone().order(Task::Wait));
+        assert_eq!(rig.state(), State::Idle);
+        rig.until("taking-off", &down.order(EXPLORE).link(0, -62.0));
+    }
+}
+
+/// A landing whose ground is never seen ends all the same, with the motors off.
+#[test]
+fn a_landing_that_sees_no_ground_ends() {
+    let mut rig = Rig::on_duty(Role::Head);
+    let blind = air().order(Task::Land).at_height(None);
+    rig.during(10.0, &blind);
+    assert_eq!(rig.state().name(), "landing");
+    let outputs = rig.during(0.6, &blind);
+    assert_eq!(outputs.setpoint, Setpoint::Off);
+    assert_eq!(rig.state(), State::Landed { why: LandReason::Ordered });
+}
+
+#[test]
+fn a_take_off_that_fails_is_given_up_and_makes_room_for_the_next() {
+    for height in [None, Some(0.0), Some(0.2)] {
+        let mut rig = Rig::new(Role::Relay);
+        let called = Scene::quiet().order(EXPLORE).link(0, -62.0).at_height(height);
+        rig.until("taking-off", &called);
+        assert_eq!(rig.step(&called).report.phase, Phase::Transit);
+        rig.during(9.6, &called);
+        assert_eq!(rig.state().name(), "taking-off");
+        rig.during(0.4, &called);
+        assert!(matches!(rig.state(), State::Landing { why: LandReason::TakeOffFailed, .. }));
+        assert_eq!(rig.step(&called).report.phase, Phase::Out);
+        rig.during(11.0, &called);
+        assert_eq!(rig.state(), State::Landed { why: LandReason::TakeOffFailed });
+    }
+}
+
+/// A take-off climbs to its height in a ramp and hovers until it is a link.
+#[test]
+fn a_take_off_is_a_ramp() {
+    let mut rig = Rig::new(Role::Head);
+    let called = Scene::quiet().order(EXPLORE);
+    rig.until("taking-off", &called);
+    let mut before = 0.0;
+    for _ in 0..12 {
+        let (speed, height) = flown(rig.step(&called).setpoint).unwrap();
+        assert_eq!(speed, 0.0);
+        assert!(height >= before && height - before <= 0.15 && height <= 0.3, "{height}");
+        before = height;
+    }
+    assert_eq!(before, 0.3);
+    rig.step_after(400, &called.at_height(Some(0.3)));
+    assert_eq!(rig.state().name(), "leading");
+}
+
+/// One at a time, in the order of their numbers: a relay waits for who stands before it.
+#[test]
+fn relays_take_off_one_by_one() {
+    let weak = Scene::quiet().order(EXPLORE).link(0, -80.0);
+    for before in [Phase::Waiting, Phase::Transit] {
+        let mut rig = Rig::new(Role::Relay);
+        rig.during(30.0, &weak.clone().also(1, before, -50.0));
+        assert_eq!(rig.state(), State::Idle, "1 is {before:?}");
+        // It has become the last link of the chain, and is good.
+        rig.during(30.0, &weak.clone().also(1, Phase::Linked, -50.0));
+        assert_eq!(rig.state().name(), "armed");
+        rig.step(&weak.clone().also(1, Phase::Linked, -61.0));
+        assert_eq!(rig.state().name(), "taking-off");
+    }
+    // One that is out of the mission is not waited for.
+    let mut rig = Rig::new(Role::Relay);
+    rig.during(10.0, &weak.also(1, Phase::Out, -50.0));
+    assert_eq!(rig.state().name(), "taking-off");
+}
+
+#[test]
+fn a_relay_called_home_lands_at_the_base() {
+    let home = air().order(Task::Return).link(BASE, -52.0);
+    let mut rig = Rig::on_duty(Role::Relay);
+    rig.during(5.0, &home);
+    assert_eq!(rig.state().name(), "relaying", "the head is still out");
+    let alone = home.without(0);
+    rig.during(2.4, &alone);
+    let outputs = rig.step(&alone);
+    assert_eq!(flown(outputs.setpoint), Some((-CONFIG.flight.return_speed.0, 0.3)));
+    rig.during(1.0, &alone.flow(Some(-0.2)));
+    assert!(matches!(rig.state(), State::Landing { why: LandReason::Home, .. }));
+}
+
+/// What a drone says is what it is: its number, its phase, a count that grows by one.
+#[test]
+fn a_report_says_who_and_what() {
+    let mut rig = Rig::on_duty(Role::Relay);
+    let first = rig.step(&air().flow(Some(0.1))).report;
+    assert_eq!((first.from, first.phase), (NodeId(2), Phase::Linked));
+    assert_eq!(first.velocity, MetresPerSecond(0.1));
+    let second = rig.step(&air().flow(Some(0.1))).report;
+    assert_eq!(second.sequence, first.sequence.wrapping_add(1));
+    let way = second.odometer - first.odometer;
+    assert!((way - Metres(0.02)).abs() < Metres(1e-5), "{way}");
+    let span = second.links.unwrap();
+    assert_eq!((span.weakest.0, span.strongest.0), (-52.0, -52.0));
+    // With nobody in front it knows of no links.
+    assert_eq!(rig.during(2.4, &air().without(0)).report.links, None);
+}
+
+/// A clock that jumps a day moves no odometer by a day's way.
+#[test]
+fn a_jump_of_the_clock_is_a_second_at_most() {
+    let mut rig = Rig::on_duty(Role::Relay);
+    let before = rig.step(&air()).status.odometer;
+    let after = rig.step_after(86_400_000, &air().flow(Some(0.4))).status.odometer;
+    assert!((after - before).abs() <= Metres(0.4 + 1e-4), "{before} to {after}");
+    rig.now = Instant::from_millis(5);
+    let back = rig.step_after(0, &air().flow(Some(0.4))).status.odometer;
+    assert_eq!(back, after, "backwards is no time at all");
+}

@@ -1,0 +1,13 @@
+//! The drone's mind through its one door, [`agent::Agent::step`], with scripted inputs.
+//!
+//! * [`state_table`]: every state in every situation, as a golden table.
+//! * [`behaviour`]: what a mission depends on, story by story.
+//! * [`any_inputs`]: packet storms, bad clocks and numbers of any bits.
+//!
+//! All of it flies with the paper's T0, whose raw signal makes one packet count at once; what the
+//! tuned policies do is tested where they are.
+
+mod any_inputs;
+mod behaviour;
+mod rig;
+mod state_table;

@@ -1,0 +1,109 @@
+//! The same scenario and seed give the same bytes: twice in one process, on one thread and on two,
+//! in a debug build and in a release build, on any machine.
+//!
+//! It covers the whole stack: tunnel, beams, radio, random streams, agents, and both trace
+//! formats. Anything that reads a clock, iterates a hash map, or takes a sine from the platform
+//! shows up here.
+
+use std::io::Cursor;
+use std::path::Path;
+
+use rayon::ThreadPoolBuilder;
+use rayon::prelude::*;
+use sim_harness::campaign::fly;
+use sim_harness::metrics::Reference;
+use sim_harness::mission::{Mission, World};
+use sim_harness::output::{csv, mcap};
+use sim_harness::scenario::Scenario;
+use sim_harness::trace::Trace;
+
+fn short() -> Scenario {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/scenarios/short.toml");
+    Scenario::read(&file).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn fly_one(scenario: &Scenario, world: &World, seed: u64) -> Trace {
+    let mut mission = Mission::new(scenario, world, seed);
+    let mut trace = mission.begin_trace(seed);
+    while !mission.is_over() {
+        mission.round();
+        trace.frames.push(mission.frame());
+    }
+    trace
+}
+
+/// What `--out` writes of it.
+fn bytes(trace: &Trace) -> (Vec<u8>, Vec<u8>) {
+    let (mut table, mut recording) = (Vec::new(), Cursor::new(Vec::new()));
+    csv::write(trace, &mut table).unwrap();
+    mcap::write(trace, &mut recording).unwrap();
+    (table, recording.into_inner())
+}
+
+/// FNV-1a, 64 bits.
+fn fnv1a(bytes: &[u8]) -> u64 {
+    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
+        (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3)
+    })
+}
+
+#[test]
+fn the_hash_is_fnv1a() {
+    // Test vectors of the IETF draft "The FNV Non-Cryptographic Hash Algorithm".
+    assert_eq!(fnv1a(b""), 0xcbf2_9ce4_8422_2325);
+    assert_eq!(fnv1a(b"a"), 0xaf63_dc4c_8601_ec8c);
+    assert_eq!(fnv1a(b"foobar"), 0x8594_4171_f739_67e8);
+}
+
+#[test]
+fn a_mission_flown_twice_leaves_the_same_bytes() {
+    let scenario = short();
+    let once = bytes(&fly_one(&scenario, &World::of(&scenario), 7));
+    let again = bytes(&fly_one(&scenario, &World::of(&scenario), 7));
+    assert!(once.0 == again.0, "trace.csv differs");
+    assert!(once.1 == again.1, "trace.mcap differs");
+    let other = bytes(&fly_one(&scenario, &World::of(&scenario), 8));
+    assert!(once.0 != other.0, "the seed does nothing");
+}
+
+#[test]
+fn the_number_of_threads_changes_no_byte() {
+    let scenario = short();
+    let world = World::of(&scenario);
+    let reference = Reference::of(&scenario, &world);
+    let with_threads = |threads| {
+        let pool = ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let traces: Vec<_> = (0..6_u64)
+                .into_par_iter()
+                .map(|seed| bytes(&fly_one(&scenario, &world, seed)))
+                .collect();
+            let figures = fly(&scenario, &world, &reference, 1, 6, || ());
+            (traces, format!("{figures:?}"))
+        })
+    };
+    let (alone, alone_figures) = with_threads(1);
+    let (two, two_figures) = with_threads(2);
+    for (seed, (one, other)) in alone.iter().zip(&two).enumerate() {
+        assert!(one.0 == other.0, "trace.csv of seed {seed} differs");
+        assert!(one.1 == other.1, "trace.mcap of seed {seed} differs");
+    }
+    assert_eq!(alone_figures, two_figures);
+}
+
+/// The committed hash: a debug build, a release build and another machine all compare themselves
+/// to it. It changes with any change to what is flown; the golden file says how to mint it anew.
+#[test]
+fn the_trace_is_the_committed_one() {
+    let scenario = short();
+    let (table, _) = bytes(&fly_one(&scenario, &World::of(&scenario), 1));
+    let is = format!("{:016x}", fnv1a(&table));
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden/trace.hash");
+    let text = std::fs::read_to_string(&file).unwrap();
+    let golden = text.lines().find(|line| !line.starts_with('#')).unwrap_or_default();
+    assert_eq!(
+        is, golden,
+        "trace.csv of tests/scenarios/short.toml with seed 1 is another; if it was meant to \
+         change, put {is} into tests/golden/trace.hash and say why in the commit"
+    );
+}
