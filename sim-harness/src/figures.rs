@@ -80,11 +80,7 @@ pub struct Claim {
 ///
 /// # Errors
 /// None, as long as the built-in scenarios are sound.
-pub fn make(
-    runs: usize,
-    seed: u64,
-    after_each: impl Fn() + Sync,
-) -> Result<Figures, InputError> {
+pub fn make(runs: usize, seed: u64, after_each: impl Fn() + Sync) -> Result<Figures, InputError> {
     let mut made = Figures { cells: Vec::new(), resting: Vec::new(), exploring: Vec::new() };
     for (n, (name, _)) in CORRIDORS.into_iter().enumerate() {
         let exploring = Scenario::open(name)?;
@@ -199,8 +195,17 @@ impl Cell {
     #[must_use]
     pub fn convergence_figures(&self) -> Vec<Figure> {
         let wanted = [
-            "c3", "c1", "c_gap1", "t3_median_s", "t3_p95_s", "t_gap1_median_s", "bound_s",
-            "gap_db", "difference_db", "position_sd_m", "path_m",
+            "c3",
+            "c1",
+            "c_gap1",
+            "t3_median_s",
+            "t3_p95_s",
+            "t_gap1_median_s",
+            "bound_s",
+            "gap_db",
+            "difference_db",
+            "position_sd_m",
+            "path_m",
         ];
         figures(&self.convergence).into_iter().filter(|f| wanted.contains(&f.name)).collect()
     }
@@ -212,8 +217,15 @@ impl Cell {
         let settled = self.as_runs(|e| e.settled_s);
         let variance = self.as_runs(|e| e.variance_m2);
         let wanted = [
-            "launched", "needed", "excess", "false_launch", "under_launch", "violation",
-            "peak_excess_db", "farthest_m", "gap_db",
+            "launched",
+            "needed",
+            "excess",
+            "false_launch",
+            "under_launch",
+            "violation",
+            "peak_excess_db",
+            "farthest_m",
+            "gap_db",
         ];
         let mut all = vec![
             Figure { name: "settled", estimate: fraction(&settled, |r| r.t3_s.is_finite()) },
@@ -261,12 +273,8 @@ impl Figures {
     /// The paper's claims about figure 3.
     #[must_use]
     pub fn claims(&self) -> Vec<Claim> {
-        let claim = |panel, claim, (holds, found): (bool, String)| Claim {
-            claim,
-            panel,
-            holds,
-            found,
-        };
+        let claim =
+            |panel, claim, (holds, found): (bool, String)| Claim { claim, panel, holds, found };
         let named = |cell: &Cell, name: &str, exploration: bool| {
             let all =
                 if exploration { cell.exploration_figures() } else { cell.convergence_figures() };

@@ -290,12 +290,7 @@ fn mean(values: impl Iterator<Item = f32>) -> f32 {
 
 /// Flies a whole mission without keeping more of it than its figures.
 #[must_use]
-pub fn measure(
-    scenario: &Scenario,
-    world: &World,
-    reference: &Reference,
-    seed: u64,
-) -> RunMetrics {
+pub fn measure(scenario: &Scenario, world: &World, reference: &Reference, seed: u64) -> RunMetrics {
     let mut mission = Mission::new(scenario, world, seed);
     let mut watch = Watch::new(scenario, world, reference);
     while !mission.is_over() {

@@ -184,9 +184,8 @@ impl<'a> Mission<'a> {
         }
         let inputs = Inputs {
             ranges: member.ranges,
-            velocity: flies.then(|| {
-                member.body.read_flow(ROUND_US as f32 * 1e-6, spec, &mut member.random)
-            }),
+            velocity: flies
+                .then(|| member.body.read_flow(ROUND_US as f32 * 1e-6, spec, &mut member.random)),
             heading: flies.then(|| Radians(member.body.yaw())),
             height: flies.then(|| Metres(member.body.height())),
             heard: &self.unpacked,

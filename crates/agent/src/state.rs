@@ -265,8 +265,8 @@ fn backing_up(
     at: &Situation,
 ) -> State {
     let retreat = &config.retreat;
-    let spent = at.now.since(since) >= retreat.max_time
-        || (from - at.odometer) >= retreat.max_distance;
+    let spent =
+        at.now.since(since) >= retreat.max_time || (from - at.odometer) >= retreat.max_distance;
     if let Some(landing) = dismissed(config, at) {
         landing
     } else if !retreat.wanted(at.front, at.back, true) {

@@ -69,8 +69,7 @@ impl Slope {
             Self::Constant(slope) => slope,
             Self::LogDistance { exponent, loss_at_1m } => {
                 let decades = (loss.0 - loss_at_1m.0) / (10.0 * exponent);
-                let distance =
-                    libm::expf(decades * LN_10).clamp(Self::NEAREST.0, Self::FARTHEST.0);
+                let distance = libm::expf(decades * LN_10).clamp(Self::NEAREST.0, Self::FARTHEST.0);
                 DbPerMetre(10.0 * exponent / (LN_10 * distance))
             }
         }

@@ -117,17 +117,13 @@ impl Neighbours {
     /// The nearest link of the chain towards the head, or `None` while none is heard.
     #[must_use]
     pub fn front(&self, me: NodeId, now: Instant, lost_after: Duration) -> Option<&Neighbour> {
-        self.links(now, lost_after)
-            .filter(|n| n.report.from < me)
-            .max_by_key(|n| n.report.from)
+        self.links(now, lost_after).filter(|n| n.report.from < me).max_by_key(|n| n.report.from)
     }
 
     /// The nearest link of the chain towards the base, or `None` while none is heard.
     #[must_use]
     pub fn back(&self, me: NodeId, now: Instant, lost_after: Duration) -> Option<&Neighbour> {
-        self.links(now, lost_after)
-            .filter(|n| n.report.from > me)
-            .min_by_key(|n| n.report.from)
+        self.links(now, lost_after).filter(|n| n.report.from > me).min_by_key(|n| n.report.from)
     }
 
     /// Everyone heard within the last `lost_after`, link or not.

@@ -215,8 +215,8 @@ impl PolicyConfig {
             SpeedLaw::BangBang { speed } => MetresPerSecond(speed.0.copysign(imbalance.0)),
             SpeedLaw::Proportional { gain, slope, of, follow } => {
                 let (g_f, g_b) = (slope.at(front.rssi.loss()), slope.at(back.rssi.loss()));
-                let carried = (g_f.0 * front.velocity.0 + g_b.0 * back.velocity.0)
-                    / (g_f.0 + g_b.0);
+                let carried =
+                    (g_f.0 * front.velocity.0 + g_b.0 * back.velocity.0) / (g_f.0 + g_b.0);
                 let steepness = slope_of(of, front.rssi, back.rssi, g_f, g_b);
                 let correction = if balanced { 0.0 } else { gain * imbalance.0 / steepness.0 };
                 // Hovering neighbours tremble, and must not be trembled after.

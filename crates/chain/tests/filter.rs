@@ -44,8 +44,8 @@ struct Round {
 
 fn rounds() -> impl Strategy<Value = Vec<Round>> {
     let packet = prop::option::weighted(0.8, -100.0f32..-30.0);
-    let round = (-0.8f32..0.8, packet)
-        .prop_map(|(separating, packet)| Round { separating, packet });
+    let round =
+        (-0.8f32..0.8, packet).prop_map(|(separating, packet)| Round { separating, packet });
     prop::collection::vec(round, 1..200)
 }
 

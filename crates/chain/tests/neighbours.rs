@@ -202,10 +202,8 @@ fn a_full_table_forgets_who_was_silent_longest() {
         hear(&mut neighbours, from, if from == 3 { 0 } else { 100 });
     }
     hear(&mut neighbours, 77, 200);
-    let mut known: Vec<_> = neighbours
-        .heard(Instant::from_millis(200), LOST_AFTER)
-        .map(|n| n.report.from.0)
-        .collect();
+    let mut known: Vec<_> =
+        neighbours.heard(Instant::from_millis(200), LOST_AFTER).map(|n| n.report.from.0).collect();
     known.sort_unstable();
     let mut expected: Vec<_> = (0..MAX_NEIGHBOURS as u8).filter(|&n| n != 3).collect();
     expected.push(77);
@@ -254,7 +252,10 @@ fn events() -> impl Strategy<Value = Vec<Event>> {
     ]);
     let packet = (0u8..=MAX_NEIGHBOURS as u8, 0u16..20, phase, -95i8..-30)
         .prop_map(|(from, seq, phase, rssi)| Event::Packet(heard(from, seq, phase, rssi.into())));
-    prop::collection::vec(prop_oneof![4 => packet, 1 => (0u64..2_500).prop_map(Event::Pause)], 0..300)
+    prop::collection::vec(
+        prop_oneof![4 => packet, 1 => (0u64..2_500).prop_map(Event::Pause)],
+        0..300,
+    )
 }
 
 /// The same rules over a map of all that was ever heard.

@@ -33,7 +33,7 @@ const DONE: f32 = 0.15;
 
 impl Rounding {
     /// What it is after one more look. `beside` says whether any wall is seen, `open` whether both
-    /// beams of the preferred hand look into the open.
+    /// beams of the preferred hand look into the open and the drone is on its way.
     pub(crate) fn next(
         self,
         config: &NavConfig,

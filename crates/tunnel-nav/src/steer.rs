@@ -111,6 +111,9 @@ const HOVERING: f32 = 0.05;
 const ASTRAY: f32 = 0.45;
 /// How fast, in 1/s.
 const TURN_GAIN: f32 = 1.5;
+/// A drone that has flown this far one way, in metres, is on its way somewhere: only then does it
+/// round the end of a wall. A relay that dithers about its place does not.
+const UNDER_WAY: f32 = 0.5;
 /// While its nose is a radian or more off, a drone flies only this part of its speed.
 const LEAST_PACE: f32 = 0.3;
 
@@ -134,6 +137,8 @@ pub struct Navigator {
     trail: Trail,
     rounding: Rounding,
     way: Metres,
+    /// Way since the drone last changed its direction.
+    run: Metres,
 }
 
 impl Navigator {
@@ -147,6 +152,7 @@ impl Navigator {
             trail: Trail::new(),
             rounding: Rounding::Beside,
             way: Metres::ZERO,
+            run: Metres::ZERO,
         }
     }
 
@@ -161,6 +167,7 @@ impl Navigator {
     ) -> NavCommand {
         let moved = bearings.way - self.way;
         self.way = bearings.way;
+        self.run = if moved.0 * self.run.0 < 0.0 { moved } else { self.run + moved };
         self.look(config, ranges, moved);
         let turn = self.turn(config, ranges, bearings, speed);
         let ahead = self.one_way(config, ranges);
@@ -204,7 +211,8 @@ impl Navigator {
             Side::Right => (ranges.ne, ranges.se),
         };
         let open = nearest(front).min(nearest(rear)) > (1.0 + config.ratio) * usual;
-        self.rounding = self.rounding.next(config, beside, open && moving, heading, speed);
+        let under_way = self.run.0.abs() >= UNDER_WAY && (self.run.0 >= 0.0) == (speed.0 >= 0.0);
+        self.rounding = self.rounding.next(config, beside, open && under_way, heading, speed);
         let heading = heading?;
         self.trail.record(bearings.way, heading);
         let off = self.trail.off(bearings.way, speed.0 >= 0.0, heading);

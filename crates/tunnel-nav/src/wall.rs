@@ -103,9 +103,7 @@ impl Track {
         match self {
             Self::Seen { .. } if agrees => Self::Seen { length: wall.mean() },
             // Neither beam has opened: one of them has come nearer.
-            Self::Seen { length }
-                if wall.front.max(wall.rear) <= (1.0 + config.ratio) * length =>
-            {
+            Self::Seen { length } if wall.front.max(wall.rear) <= (1.0 + config.ratio) * length => {
                 Self::Seen { length }
             }
             // With no wall left, the first that could be one of this gallery's will do.

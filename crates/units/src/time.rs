@@ -45,11 +45,7 @@ impl Duration {
     pub const fn as_secs_f32(self) -> f32 {
         // A `u64` converts through a slow routine on the Cortex-M4, and every span that the maths
         // uses fits 32 bits (71 minutes).
-        if self.0 <= u32::MAX as u64 {
-            self.0 as u32 as f32 * 1e-6
-        } else {
-            self.0 as f32 * 1e-6
-        }
+        if self.0 <= u32::MAX as u64 { self.0 as u32 as f32 * 1e-6 } else { self.0 as f32 * 1e-6 }
     }
 }
 

@@ -10,14 +10,8 @@ use crate::mission::World;
 use crate::scenario::{POLICIES, Scenario};
 
 /// The corridors, with a continuous radio and with walls counted as equation (19) prints it.
-pub const SCENARIOS: [&str; 6] = [
-    "s-turns-5",
-    "zigzag-5",
-    "winding-5",
-    "s-turns-5-step",
-    "zigzag-5-step",
-    "winding-5-step",
-];
+pub const SCENARIOS: [&str; 6] =
+    ["s-turns-5", "zigzag-5", "winding-5", "s-turns-5-step", "zigzag-5-step", "winding-5-step"];
 
 /// One scenario under one policy.
 #[derive(Clone, Debug, PartialEq)]
@@ -53,11 +47,7 @@ impl Row {
 ///
 /// # Errors
 /// None, as long as the built-in scenarios are sound.
-pub fn run(
-    runs: usize,
-    seed: u64,
-    after_each: impl Fn() + Sync,
-) -> Result<Vec<Row>, InputError> {
+pub fn run(runs: usize, seed: u64, after_each: impl Fn() + Sync) -> Result<Vec<Row>, InputError> {
     let mut rows = Vec::new();
     for name in SCENARIOS {
         let plain = Scenario::open(name)?;

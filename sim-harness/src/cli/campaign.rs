@@ -56,9 +56,8 @@ pub(super) fn run(args: &CampaignArgs) -> Result<Verdict, Trouble> {
         ];
         args.common.wrote(&written);
     }
-    let broken = all.iter().any(|run| {
-        run.wall_contacts > 0 || run.drone_contacts > 0 || run.order_lost > 0
-    });
+    let broken =
+        all.iter().any(|run| run.wall_contacts > 0 || run.drone_contacts > 0 || run.order_lost > 0);
     Ok(if broken { Verdict::Failed } else { Verdict::Good })
 }
 

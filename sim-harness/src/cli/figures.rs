@@ -72,11 +72,15 @@ fn table(figures: &Figures, count: usize) -> String {
         }
     };
     part("A to C: relays anywhere, the head at rest", crate::figures::Cell::convergence_figures);
-    part("D to F: exploration, the head at 0.2 m/s for 50 s", crate::figures::Cell::exploration_figures);
+    part(
+        "D to F: exploration, the head at 0.2 m/s for 50 s",
+        crate::figures::Cell::exploration_figures,
+    );
     text.push_str("\nThe paper's claims\n\n");
     for claim in figures.claims() {
         let verdict = if claim.holds { "holds" } else { "does not hold" };
-        let _ = writeln!(text, "  {}: {}\n    {verdict}: {}", claim.panel, claim.claim, claim.found);
+        let _ =
+            writeln!(text, "  {}: {}\n    {verdict}: {}", claim.panel, claim.claim, claim.found);
     }
     text
 }

@@ -128,9 +128,8 @@ fn summary(
     metrics: &RunMetrics,
     failures: &[String],
 ) -> Value {
-    let drones: Vec<_> = last_states(trace)
-        .map(|(id, state)| json!({ "id": id, "state": state.name() }))
-        .collect();
+    let drones: Vec<_> =
+        last_states(trace).map(|(id, state)| json!({ "id": id, "state": state.name() })).collect();
     json!({
         "scenario": scenario.name,
         "title": scenario.title,

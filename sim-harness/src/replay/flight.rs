@@ -148,7 +148,11 @@ fn commands(recording: &Recording, policy: Policy, relay: usize) -> Commands {
         if let Some(count) = counts.get_mut((way + 1) as usize) {
             *count += 1;
         }
-        agreed += usize::from(way == direction(PolicyConfig::AUTHORS.velocity(LinkEnd::still(front), LinkEnd::still(back))));
+        agreed += usize::from(
+            way == direction(
+                PolicyConfig::AUTHORS.velocity(LinkEnd::still(front), LinkEnd::still(back)),
+            ),
+        );
         speed += f64::from(velocity.abs().0);
         turns += usize::from(way * heading < 0);
         heading = if way == 0 { heading } else { way };

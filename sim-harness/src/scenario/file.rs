@@ -286,9 +286,8 @@ impl Reader<'_> {
         range: RangeInclusive<f32>,
         default: Duration,
     ) -> Result<Duration, InputError> {
-        value.map_or(Ok(default), |value| {
-            Ok(Duration::from_micros(self.micros(value, key, range)?))
-        })
+        value
+            .map_or(Ok(default), |value| Ok(Duration::from_micros(self.micros(value, key, range)?)))
     }
 
     fn layout(&self, tunnel: &At<TunnelTable>) -> Result<Layout, InputError> {
@@ -409,7 +408,12 @@ impl Reader<'_> {
         };
         Ok(VehicleSpec {
             lag: number(&table.lag_s, "lag_s", 0.0..=5.0, usual.lag)?,
-            flow_noise: number(&table.flow_noise_mps, "flow_noise_mps", 0.0..=5.0, usual.flow_noise)?,
+            flow_noise: number(
+                &table.flow_noise_mps,
+                "flow_noise_mps",
+                0.0..=5.0,
+                usual.flow_noise,
+            )?,
             flow_scale_error: number(
                 &table.flow_scale_error,
                 "flow_scale_error",
@@ -539,12 +543,8 @@ impl Reader<'_> {
         }
         let minute = 0.0..=60.0;
         launch.hold = self.span_of(table.hold_s.as_ref(), "hold_s", minute.clone(), launch.hold)?;
-        launch.patience = self.span_of(
-            table.patience_s.as_ref(),
-            "patience_s",
-            minute.clone(),
-            launch.patience,
-        )?;
+        launch.patience =
+            self.span_of(table.patience_s.as_ref(), "patience_s", minute.clone(), launch.patience)?;
         launch.arm_delay =
             self.span_of(table.arm_delay_s.as_ref(), "arm_delay_s", minute, launch.arm_delay)?;
         Ok(())
@@ -560,12 +560,8 @@ impl Reader<'_> {
             0.01..=1.0,
             retreat.speed.0,
         )?);
-        retreat.max_time = self.span_of(
-            table.max_time_s.as_ref(),
-            "max_time_s",
-            0.0..=600.0,
-            retreat.max_time,
-        )?;
+        retreat.max_time =
+            self.span_of(table.max_time_s.as_ref(), "max_time_s", 0.0..=600.0, retreat.max_time)?;
         retreat.max_distance = Metres(self.or(
             table.max_distance_m.as_ref(),
             "max_distance_m",

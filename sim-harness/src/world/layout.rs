@@ -118,8 +118,7 @@ fn corridor_pieces(corridor: &Corridor) -> Result<Vec<Polygon<f64>>, GeometryErr
     if corridor.width < LEAST_WIDTH {
         return Err(GeometryError::TooNarrow);
     }
-    let points: Vec<[f64; 2]> =
-        corridor.centre_line.iter().map(|p| p.map(f64::from)).collect();
+    let points: Vec<[f64; 2]> = corridor.centre_line.iter().map(|p| p.map(f64::from)).collect();
     let directions = directions(&points)?;
     let half = f64::from(corridor.width) / 2.0;
     let edges = mitres(&points, &directions, half);
@@ -160,11 +159,7 @@ fn directions(points: &[[f64; 2]]) -> Result<Vec<[f64; 2]>, GeometryError> {
 
 /// The wall points left and right of each point of the centre-line: at the ends the corridor goes
 /// on straight for half its width, so that base and head do not stand with their backs to a wall.
-fn mitres(
-    points: &[[f64; 2]],
-    directions: &[[f64; 2]],
-    half: f64,
-) -> Vec<([f64; 2], [f64; 2])> {
+fn mitres(points: &[[f64; 2]], directions: &[[f64; 2]], half: f64) -> Vec<([f64; 2], [f64; 2])> {
     let last = points.len() - 1;
     let edge = |n: usize, point: &[f64; 2]| {
         let before = directions[n.saturating_sub(1)];
@@ -173,7 +168,13 @@ fn mitres(
         let mitre = [before[0] + after[0], before[1] + after[1]];
         let scale = 2.0 * half / (mitre[0] * mitre[0] + mitre[1] * mitre[1]).max(1e-9);
         let side = [-mitre[1] * scale, mitre[0] * scale];
-        let cap = if n == 0 { -half } else if n == last { half } else { 0.0 };
+        let cap = if n == 0 {
+            -half
+        } else if n == last {
+            half
+        } else {
+            0.0
+        };
         let end = [point[0] + cap * after[0], point[1] + cap * after[1]];
         ([end[0] + side[0], end[1] + side[1]], [end[0] - side[0], end[1] - side[1]])
     };

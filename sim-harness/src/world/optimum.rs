@@ -5,7 +5,7 @@
 //! monotone or not. The solution is then refined ten times, each time on a grid a fifth as wide
 //! around the last.
 
-use units::{Db, Dbm};
+use units::Db;
 
 use super::Radio;
 
@@ -102,12 +102,4 @@ fn solve(radio: &Radio, places: &[Vec<f32>]) -> Optimum {
     positions.push(places[0][at]);
     positions.reverse();
     Optimum { positions, worst: Db(worst.first().copied().unwrap_or(f32::INFINITY)) }
-}
-
-/// The strength of each link of a chain with nodes at these abscissae, base first.
-pub(crate) fn link_strengths<'a>(
-    radio: &'a Radio,
-    positions: &'a [f32],
-) -> impl Iterator<Item = Dbm> + 'a {
-    positions.windows(2).map(|pair| radio.strength(pair[0], pair[1]))
 }

@@ -142,8 +142,8 @@ impl ClearanceGrid {
         let mut cells = Vec::with_capacity(columns * rows);
         for row in 0..rows {
             for column in 0..columns {
-                let middle = bounds.mins
-                    + Vector::new(column as f32 + 0.5, row as f32 + 0.5) * Self::CELL;
+                let middle =
+                    bounds.mins + Vector::new(column as f32 + 0.5, row as f32 + 0.5) * Self::CELL;
                 let wall = walls.project_local_point(middle, false).point;
                 cells.push((middle - wall).length() - slack);
             }

@@ -299,7 +299,7 @@ fn a_relay_called_home_lands_at_the_base() {
     rig.during(2.4, &alone);
     let outputs = rig.step(&alone);
     assert_eq!(flown(outputs.setpoint), Some((-CONFIG.flight.return_speed.0, 0.3)));
-    rig.during(1.0, &alone.flow(Some(-0.2)));
+    rig.during(1.2, &alone.flow(Some(-0.2)));
     assert!(matches!(rig.state(), State::Landing { why: LandReason::Home, .. }));
 }
 

@@ -17,11 +17,8 @@ pub(crate) const BASE: u8 = 3;
 /// The order that starts a mission.
 pub(crate) const EXPLORE: Task = Task::Explore(MetresPerSecond(0.2));
 
-pub(crate) const CONFIG: AgentConfig = AgentConfig {
-    policy: PolicyConfig::T0,
-    launch: LaunchConfig::AT_ONCE,
-    ..AgentConfig::DEFAULT
-};
+pub(crate) const CONFIG: AgentConfig =
+    AgentConfig { policy: PolicyConfig::T0, launch: LaunchConfig::AT_ONCE, ..AgentConfig::DEFAULT };
 
 /// What the drone meets in the rounds to come.
 #[derive(Clone, Debug)]
@@ -122,10 +119,8 @@ impl Rig {
             .iter()
             .map(|&(from, phase, rssi)| heard(from, self.sequence, phase, rssi))
             .collect();
-        let along = |v| BodyVelocity {
-            forward: MetresPerSecond(v),
-            lateral: MetresPerSecond::ZERO,
-        };
+        let along =
+            |v| BodyVelocity { forward: MetresPerSecond(v), lateral: MetresPerSecond::ZERO };
         let inputs = Inputs {
             ranges: gallery(),
             velocity: scene.flow.map(along),

@@ -126,11 +126,7 @@ const SITUATIONS: [Situation; 24] = [
 
 /// Head and base as well heard as can be.
 fn good(scene: Scene) -> Scene {
-    scene
-        .without(0)
-        .without(BASE)
-        .also(0, Phase::Linked, -52.0)
-        .also(BASE, Phase::Base, -52.0)
+    scene.without(0).without(BASE).also(0, Phase::Linked, -52.0).also(BASE, Phase::Base, -52.0)
 }
 
 fn named(state: State) -> String {
@@ -147,8 +143,7 @@ fn named(state: State) -> String {
 }
 
 fn table(role: Role) -> String {
-    let columns: Vec<_> =
-        STATES.iter().filter(|name| in_state(role, name).is_some()).collect();
+    let columns: Vec<_> = STATES.iter().filter(|name| in_state(role, name).is_some()).collect();
     let mut text = format!("{role:?}\n{:32}", "");
     for name in &columns {
         let _ = write!(text, "| {name:19}");

@@ -1,0 +1,217 @@
+//! The `uchain` command as a user meets it: what it prints, with which exit status, and what it
+//! leaves on the disk.
+//!
+//! The transcripts are `tests/cmd/*.trycmd` at the root of the repository; where the command was
+//! meant to change, `TRYCMD=overwrite cargo test -p sim-harness --test cli` writes them anew (and
+//! what was elided with `[..]` must be elided again).
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+const UCHAIN: &str = env!("CARGO_BIN_EXE_uchain");
+
+#[test]
+fn the_transcripts_are_what_is_printed() {
+    trycmd::TestCases::new()
+        .register_bin("uchain", Path::new(UCHAIN))
+        .env("COLUMNS", "100")
+        .case("../tests/cmd/*.trycmd");
+}
+
+fn scenarios() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/scenarios")
+}
+
+fn uchain(args: &[&str]) -> Output {
+    Command::new(UCHAIN).args(args).output().unwrap()
+}
+
+/// A folder of this test's own that is not there yet.
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cli").join(name);
+    let _ = fs::remove_dir_all(&folder);
+    folder
+}
+
+/// The names of the files in a folder, sorted.
+fn files(folder: &Path) -> Vec<String> {
+    let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name());
+    let mut names: Vec<_> = entries.map(|name| name.into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+/// Refused as bad input is: exit status 2, nothing on standard output, and one line on standard
+/// error that has all of `parts`. Returns the line.
+fn refused(output: &Output, parts: &[&str]) -> String {
+    let complaint = String::from_utf8(output.stderr.clone()).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{complaint}");
+    assert!(output.stdout.is_empty(), "{complaint}");
+    assert_eq!(complaint.lines().count(), 1, "{complaint}");
+    assert!(complaint.starts_with("uchain: ") && complaint.ends_with('\n'), "{complaint}");
+    for part in parts {
+        assert!(complaint.contains(part), "no {part:?} in {complaint}");
+    }
+    complaint
+}
+
+/// For each file in `tests/scenarios/bad`, of each verb that reads one: file, line and remedy, and
+/// nothing is written.
+#[test]
+fn a_bad_scenario_is_refused_in_one_line_and_nothing_is_written() {
+    let folder = folder("refused");
+    let out = folder.to_str().unwrap();
+    let bad = scenarios().join("bad");
+    for name in files(&bad) {
+        let file = bad.join(&name);
+        let file = file.to_str().unwrap();
+        for args in [
+            &["run", file, "--out", out][..],
+            &["run", file, "--json", "--quiet", "--out", out],
+            &["campaign", file, "--runs", "2", "--out", out],
+        ] {
+            let complaint = refused(&uchain(args), &[&format!("{file}:"), "; "]);
+            let line = complaint
+                .split(&format!("{file}:"))
+                .nth(1)
+                .and_then(|rest| rest.split(':').next())
+                .and_then(|line| line.parse::<usize>().ok());
+            let most = fs::read_to_string(file).unwrap().lines().count().max(1);
+            assert!(line.is_some_and(|line| (1..=most).contains(&line)), "{complaint}");
+        }
+    }
+    assert!(!folder.exists(), "something was written");
+}
+
+/// What is no text, or cannot be read at all.
+#[test]
+fn what_is_no_scenario_at_all_is_refused_in_one_line() {
+    let folder = folder("no-scenario");
+    fs::create_dir_all(folder.join("directory.toml")).unwrap();
+    let noise: Vec<u8> = (0..4_096_u32).map(|n| (n.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
+    fs::write(folder.join("noise.toml"), noise).unwrap();
+    fs::write(folder.join("zeros.toml"), [0; 512]).unwrap();
+    let out = folder.join("out");
+    for name in ["noise.toml", "zeros.toml", "directory.toml", "missing.toml"] {
+        let file = folder.join(name);
+        let args = ["run", file.to_str().unwrap(), "--out", out.to_str().unwrap()];
+        refused(&uchain(&args), &[name, "; "]);
+        assert!(!out.exists(), "{name}: something was written");
+    }
+}
+
+#[test]
+fn out_writes_exactly_the_files_that_it_lists() {
+    let folder = folder("run");
+    let file = scenarios().join("short.toml");
+    let output =
+        uchain(&["run", file.to_str().unwrap(), "--out", folder.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let found = files(&folder);
+    assert_eq!(
+        found,
+        [
+            "links.png",
+            "links.svg",
+            "map.png",
+            "map.svg",
+            "positions.png",
+            "positions.svg",
+            "report.html",
+            "summary.json",
+            "trace.csv",
+            "trace.mcap",
+        ]
+    );
+    let said = String::from_utf8(output.stdout).unwrap();
+    let mut listed: Vec<_> = said
+        .lines()
+        .filter_map(|line| line.strip_prefix("wrote "))
+        .map(|path| Path::new(path).file_name().unwrap().to_str().unwrap().to_owned())
+        .collect();
+    listed.sort();
+    assert_eq!(listed, found);
+
+    // One row for each of four members and each of a hundred rounds.
+    let table = fs::read_to_string(folder.join("trace.csv")).unwrap();
+    assert_eq!(table.lines().count(), 1 + 4 * 100);
+    let summary: serde_json::Value =
+        serde_json::from_slice(&fs::read(folder.join("summary.json")).unwrap()).unwrap();
+    assert_eq!((&summary["scenario"], &summary["seed"]), (&"short".into(), &1.into()));
+    assert_eq!(summary["version"], env!("CARGO_PKG_VERSION"));
+}
+
+/// The same command twice leaves the same bytes in every file, and `--json` prints what
+/// `summary.json` holds.
+#[test]
+fn the_same_command_leaves_the_same_bytes() {
+    let file = scenarios().join("out-of-reach.toml");
+    let file = file.to_str().unwrap();
+    let folders = [folder("once"), folder("again")];
+    let printed = folders.each_ref().map(|folder| {
+        let out = folder.to_str().unwrap();
+        let output = uchain(&["run", file, "--seed", "9", "--json", "--out", out]);
+        assert_eq!(output.status.code(), Some(1), "a mission that fails writes all the same");
+        output.stdout
+    });
+    assert_eq!(printed[0], printed[1]);
+    for name in files(&folders[0]) {
+        let [once, again] = folders.each_ref().map(|folder| fs::read(folder.join(&name)).unwrap());
+        assert!(once == again, "{name} differs");
+    }
+    let value = |bytes: &[u8]| serde_json::from_slice::<serde_json::Value>(bytes).unwrap();
+    let summary = fs::read(folders[0].join("summary.json")).unwrap();
+    assert_eq!(value(&printed[0]), value(&summary));
+}
+
+#[test]
+fn a_campaign_leaves_its_summary_and_every_run() {
+    let folder = folder("campaign");
+    let file = scenarios().join("short.toml");
+    let out = folder.to_str().unwrap();
+    let output = uchain(&["campaign", file.to_str().unwrap(), "--runs", "3", "--json", "--out", out]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(output.stderr.is_empty());
+    let printed: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(printed["runs"], 3);
+    assert!(printed["metrics"]["gap_db"]["value"].is_number());
+    assert_eq!(files(&folder), ["runs.json", "summary.json"]);
+    let runs: serde_json::Value =
+        serde_json::from_slice(&fs::read(folder.join("runs.json")).unwrap()).unwrap();
+    assert_eq!(runs.as_array().map(Vec::len), Some(3));
+}
+
+/// `--quiet` says nothing, and `--out` somewhere impossible is the user's to mend.
+#[test]
+fn quiet_is_quiet_and_an_impossible_place_is_refused() {
+    let file = scenarios().join("short.toml");
+    let file = file.to_str().unwrap();
+    let output = uchain(&["run", file, "--quiet"]);
+    assert_eq!(output.status.code(), Some(0));
+    assert!(output.stdout.is_empty() && output.stderr.is_empty());
+    let output = uchain(&["run", file, "--quiet", "--out", &format!("{file}/out")]);
+    refused(&output, &["--out"]);
+}
+
+/// What `--show` prints is a scenario of its own.
+#[test]
+fn a_shown_scenario_can_be_flown() {
+    let folder = folder("shown");
+    fs::create_dir_all(&folder).unwrap();
+    for name in ["straight", "paper-wave10", "t-junction"] {
+        let shown = uchain(&["run", name, "--show"]);
+        assert_eq!(shown.status.code(), Some(0));
+        let text = String::from_utf8(shown.stdout).unwrap();
+        // A shorter one: this is about the file, not the flight.
+        let short: String = text
+            .lines()
+            .map(|line| if line.starts_with("duration_s") { "duration_s = 1.0" } else { line })
+            .flat_map(|line| [line, "\n"])
+            .collect();
+        let file = folder.join(format!("{name}.toml"));
+        fs::write(&file, short).unwrap();
+        let flown = uchain(&["run", file.to_str().unwrap(), "--quiet"]);
+        assert_eq!(flown.status.code(), Some(0), "{name}");
+    }
+}
