@@ -114,8 +114,11 @@ fn the_full_scenario_and_every_built_in_one_are_read() {
 fn a_misspelt_key_is_refused_at_its_line() {
     for (n, line) in FULL.lines().enumerate().filter(|(_, line)| line.contains(" = ")) {
         let misspelt = line.replacen(" = ", "_ = ", 1);
-        let text: Vec<_> =
-            FULL.lines().enumerate().map(|(m, line)| if m == n { &misspelt } else { line }).collect();
+        let text: Vec<_> = FULL
+            .lines()
+            .enumerate()
+            .map(|(m, line)| if m == n { &misspelt } else { line })
+            .collect();
         let error = read("misspelt.toml", text.join("\n")).unwrap_err().to_string();
         let place = format!("misspelt.toml:{}: ", n + 1);
         assert!(error.contains(&place) && error.contains("unknown field"), "{line}: {error}");
@@ -177,6 +180,11 @@ proptest! {
             well_told("damaged.toml", &error)?;
         }
     }
+
+}
+
+proptest! {
+    #![proptest_config(cases(64))]
 
     /// Any tunnel of up to six points on a floor plan of 40 m: dug, or refused.
     #[test]

@@ -5,7 +5,7 @@
 
 use rayon::prelude::*;
 use serde_json::{Map, Value, json};
-use stats_ci::{Confidence, proportion, quantile};
+use stats_ci::{Confidence, quantile};
 
 use crate::metrics::{Reference, RunMetrics, measure};
 use crate::mission::World;
@@ -51,14 +51,22 @@ fn finite(value: f64) -> Option<f64> {
     value.is_finite().then_some(value)
 }
 
-/// The part of the runs for which `holds`, with its Wilson interval.
+/// The part of the runs for which `holds`, with its Wilson score interval, which says something
+/// also where none or all of the runs hold.
 #[must_use]
 pub fn fraction(runs: &[RunMetrics], holds: impl Fn(&RunMetrics) -> bool) -> Estimate {
-    let hits = runs.iter().filter(|run| holds(run)).count();
-    let interval = proportion::ci_wilson(Confidence::new(0.95), runs.len(), hits).ok();
-    let bounds = interval.and_then(|i| Some((*i.left()?, *i.right()?)));
-    Estimate { value: hits as f64 / runs.len().max(1) as f64, interval: bounds }
+    let count = runs.len().max(1) as f64;
+    let value = runs.iter().filter(|run| holds(run)).count() as f64 / count;
+    let z2 = Z * Z;
+    let middle = (value + z2 / (2.0 * count)) / (1.0 + z2 / count);
+    let spread = Z * (value * (1.0 - value) / count + z2 / (4.0 * count * count)).sqrt();
+    let half = spread / (1.0 + z2 / count);
+    let interval = Some(((middle - half).max(0.0), (middle + half).min(1.0)));
+    Estimate { value, interval }
 }
+
+/// Standard deviations on each side of the middle that hold 95 % of a normal distribution.
+const Z: f64 = 1.96;
 
 /// The mean over the runs, with the normal interval of its standard error.
 #[must_use]
@@ -68,7 +76,7 @@ pub fn mean(runs: &[RunMetrics], of: impl Fn(&RunMetrics) -> f32) -> Estimate {
     let middle = values.iter().sum::<f64>() / count;
     let spread = values.iter().map(|v| (v - middle).powi(2)).sum::<f64>();
     let error = (spread / (count - 1.0).max(1.0) / count).sqrt();
-    Estimate { value: middle, interval: Some((middle - 1.96 * error, middle + 1.96 * error)) }
+    Estimate { value: middle, interval: Some((middle - Z * error, middle + Z * error)) }
 }
 
 /// The q-quantile over *all* runs: one that never got there counts as infinite.
@@ -99,6 +107,11 @@ pub fn figures(runs: &[RunMetrics]) -> Vec<Figure> {
     let figure = |name, estimate| Figure { name, estimate };
     let median = |of: fn(&RunMetrics) -> f32| quantile_of(runs, 0.5, of);
     let p95 = |of: fn(&RunMetrics) -> f32| quantile_of(runs, 0.95, of);
+    // Where nobody is launched, nobody is launched falsely.
+    let launches = |holds: fn(&RunMetrics) -> bool| match runs.first() {
+        Some(run) if !run.launched.is_nan() => fraction(runs, holds),
+        _ => Estimate { value: f64::NAN, interval: None },
+    };
     let all = vec![
         figure("c3", fraction(runs, |r| r.t3_s.is_finite())),
         figure("c1", fraction(runs, |r| r.t1_s.is_finite())),
@@ -111,11 +124,11 @@ pub fn figures(runs: &[RunMetrics]) -> Vec<Figure> {
         figure("difference_db", mean(runs, |r| r.difference_db)),
         figure("position_sd_m", mean(runs, |r| r.position_sd_m)),
         figure("path_m", mean(runs, |r| r.path_m)),
-        figure("launched", mean(runs, |r| r.launched as f32)),
-        figure("needed", mean(runs, |r| r.needed as f32)),
-        figure("excess", mean(runs, |r| excess(r) as f32)),
-        figure("false_launch", fraction(runs, |r| excess(r) > 0)),
-        figure("under_launch", fraction(runs, |r| excess(r) < 0)),
+        figure("launched", mean(runs, |r| r.launched)),
+        figure("needed", mean(runs, |r| r.needed)),
+        figure("excess", mean(runs, excess)),
+        figure("false_launch", launches(|r| excess(r) > 0.0)),
+        figure("under_launch", launches(|r| excess(r) < 0.0)),
         figure("violation", mean(runs, |r| r.violation)),
         figure("peak_excess_db", mean(runs, |r| r.peak_excess_db)),
         figure("farthest_m", mean(runs, |r| r.farthest_m)),
@@ -128,8 +141,8 @@ pub fn figures(runs: &[RunMetrics]) -> Vec<Figure> {
 
 /// Relays that flew beyond those that were needed.
 #[must_use]
-pub fn excess(run: &RunMetrics) -> i64 {
-    run.launched as i64 - run.needed as i64
+pub fn excess(run: &RunMetrics) -> f32 {
+    run.launched - run.needed
 }
 
 /// The figures as a JSON object by name.

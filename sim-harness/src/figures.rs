@@ -20,7 +20,7 @@ use crate::trace::Trace;
 
 /// The three corridors.
 pub const CORRIDORS: [(&str, &str); 3] =
-    [("paper-z10", "A: Z"), ("paper-u10", "B: U"), ("paper-wave10", "C: winding")];
+    [("paper-z10", "Z"), ("paper-u10", "U"), ("paper-wave10", "winding")];
 /// The paper's variants, and the policy that is flashed.
 pub const VARIANTS: [&str; 4] = ["t0", "t5", "k", "default"];
 
@@ -50,7 +50,8 @@ pub struct Explored {
     pub metrics: RunMetrics,
     /// Seconds from the head's stop until the first three links were equal to 3 dB to stay.
     pub settled_s: f32,
-    /// Variance of the positions of the first two relays after that, or at the end, m².
+    /// Variance of the positions of the first two relays over the second half of the time after
+    /// the head's stop, m².
     pub variance_m2: f32,
 }
 
@@ -154,7 +155,8 @@ fn explore(scenario: &Scenario, world: &World, reference: &Reference, seed: u64)
         watch.look(&mission);
         if mission.time_us() as f32 * 1e-6 >= HEAD_STOPS_S {
             mission.chain(&mut chain);
-            differences.push(first_three(&chain, world));
+            let since_stop = mission.time_us() as f32 * 1e-6 - HEAD_STOPS_S;
+            differences.push((since_stop, first_three(&chain, world)));
             let relay = |n| mission.bodies().nth(n).map_or(f32::NAN, |body| body.abscissa());
             positions.push([relay(1), relay(2)]);
         }
@@ -386,7 +388,7 @@ impl Figures {
     #[must_use]
     pub fn convergence_chart(&self) -> BoxChart {
         BoxChart {
-            title: "E: links equal after the head's stop".into(),
+            title: "Links equal after the head's stop".into(),
             value_name: "Time to 3 dB, s".into(),
             infinite_name: "never".into(),
             groups: self.groups(|explored| explored.settled_s),
@@ -397,7 +399,7 @@ impl Figures {
     #[must_use]
     pub fn variance_chart(&self) -> BoxChart {
         BoxChart {
-            title: "F: how much the relays still move".into(),
+            title: "How much the relays still move".into(),
             value_name: "Position variance, m\u{b2}".into(),
             infinite_name: "never".into(),
             groups: self.groups(|explored| explored.variance_m2),
@@ -416,10 +418,7 @@ impl Figures {
         };
         CORRIDORS
             .iter()
-            .map(|(scenario, name)| BoxGroup {
-                label: name.split_once(": ").map_or(*name, |(_, shape)| shape).into(),
-                series: series(scenario),
-            })
+            .map(|(scenario, name)| BoxGroup { label: (*name).into(), series: series(scenario) })
             .collect()
     }
 }

@@ -23,8 +23,10 @@ pub struct Reference {
     /// The optimum for the scenario's own number of links with the head where it starts, for
     /// scenarios that begin in the air.
     fixed: Option<Optimum>,
-    /// Loss of the weakest link of the best chain, by links − 1 and head position in 0.1 m.
+    /// Loss of the weakest link of the best chain, by links − 1 and by head position in equal
+    /// steps from the base to the far end.
     table: Vec<Vec<units::Db>>,
+    length: f32,
 }
 
 impl Reference {
@@ -41,6 +43,7 @@ impl Reference {
         Self {
             fixed: head.map(|head| best_chain(&world.radio, links, head)),
             table: best_chains(&world.radio, links, length),
+            length,
         }
     }
 
@@ -50,8 +53,9 @@ impl Reference {
         let Some(row) = links.checked_sub(1).and_then(|n| self.table.get(n)) else {
             return f32::INFINITY;
         };
-        let place = (head.max(0.0) / 0.1 + 0.5) as usize;
-        row.get(place.min(row.len().saturating_sub(1))).map_or(f32::INFINITY, |db| db.0)
+        let last = row.len().saturating_sub(1);
+        let place = (head / self.length * last as f32 + 0.5).clamp(0.0, last as f32);
+        row.get(place as usize).map_or(f32::INFINITY, |db| db.0)
     }
 
     /// The least number of links whose best chain to a head at `head` has no link weaker than
@@ -66,6 +70,8 @@ impl Reference {
 /// One sample of the chain.
 #[derive(Clone, Copy, Debug)]
 struct Sample {
+    /// When, s.
+    time: f32,
     /// D: the largest difference between adjacent links, dB.
     difference: f32,
     /// The loss of the weakest link, dB.
@@ -80,6 +86,8 @@ pub struct Watch<'a> {
     world: &'a World,
     reference: &'a Reference,
     samples: Vec<Sample>,
+    /// The abscissae of all members at the end of the first round.
+    start: Vec<f32>,
     /// The abscissae of all members, sample-major.
     positions: Vec<f32>,
     members: usize,
@@ -99,6 +107,7 @@ impl<'a> Watch<'a> {
             world,
             reference,
             samples: Vec::new(),
+            start: Vec::new(),
             positions: Vec::new(),
             members: scenario.relays + 2,
             chain: Vec::new(),
@@ -109,46 +118,48 @@ impl<'a> Watch<'a> {
         }
     }
 
-    /// Takes one sample, at the end of a round.
+    /// Takes one sample, at the end of a round. While the head is not a link of the chain, before
+    /// take-off and after landing, there is no chain to be sampled.
     pub fn look(&mut self, mission: &Mission<'_>) {
         let mut chain = std::mem::take(&mut self.chain);
         mission.chain(&mut chain);
-        self.positions.extend(mission.bodies().map(|body| body.abscissa()));
+        if self.start.is_empty() {
+            self.start.extend(mission.bodies().map(|body| body.abscissa()));
+        }
         if chain.windows(2).any(|pair| pair[1].1 < pair[0].1) {
             self.order_lost += 1;
         }
-        let sample = self.sample(&chain);
-        self.samples.push(sample);
+        if let Some(&(NodeId::HEAD, head)) = chain.last()
+            && chain.len() > 1
+        {
+            let sample = self.sample(mission, &chain, head);
+            self.samples.push(sample);
+            self.positions.extend(mission.bodies().map(|body| body.abscissa()));
+        }
         self.chain = chain;
     }
 
-    fn sample(&mut self, chain: &[(NodeId, f32)]) -> Sample {
-        let mut sample = Sample { difference: 0.0, worst: f32::NEG_INFINITY, gap: 0.0 };
-        let mut last: Option<f32> = None;
-        for pair in chain.windows(2) {
-            let loss = self.world.radio.strength(pair[0].1, pair[1].1).loss().0;
-            sample.worst = sample.worst.max(loss);
-            if let Some(last) = last {
-                sample.difference = sample.difference.max((loss - last).abs());
-            }
-            last = Some(loss);
+    fn sample(&mut self, mission: &Mission<'_>, chain: &[(NodeId, f32)], head: f32) -> Sample {
+        let losses =
+            chain.windows(2).map(|pair| self.world.radio.strength(pair[0].1, pair[1].1).loss().0);
+        let (mut worst, mut difference) = (f32::NEG_INFINITY, 0.0_f32);
+        let mut before: Option<f32> = None;
+        for loss in losses {
+            worst = worst.max(loss);
+            difference = difference.max(before.map_or(0.0, |before| (loss - before).abs()));
+            before = Some(loss);
         }
-        let links = chain.len().saturating_sub(1);
-        if let Some(&(NodeId::HEAD, head)) = chain.last()
-            && links > 0
-        {
-            let best = match &self.reference.fixed {
-                Some(fixed) if links == self.scenario.relays + 1 => fixed.worst.0,
-                _ => self.reference.worst(links, head),
-            };
-            sample.gap = sample.worst - best;
-            self.most_links = self.most_links.max(links);
-            self.farthest = self.farthest.max(head);
-            let limit = self.scenario.agent.launch.limit.loss().0;
-            let needed = self.reference.least_links(limit, head);
-            self.needed_links = self.needed_links.max(needed);
-        }
-        sample
+        let links = chain.len() - 1;
+        let best = match &self.reference.fixed {
+            Some(fixed) if links == self.scenario.relays + 1 => fixed.worst.0,
+            _ => self.reference.worst(links, head),
+        };
+        self.most_links = self.most_links.max(links);
+        self.farthest = self.farthest.max(head);
+        let limit = self.scenario.agent.launch.limit.loss().0;
+        self.needed_links = self.needed_links.max(self.reference.least_links(limit, head));
+        let time = mission.time_us() as f32 * 1e-6;
+        Sample { time, difference, worst, gap: worst - best }
     }
 
     /// The verdict.
@@ -156,10 +167,14 @@ impl<'a> Watch<'a> {
     pub fn verdict(&self, mission: &Mission<'_>) -> RunMetrics {
         let limit = self.scenario.agent.launch.limit.loss().0;
         let converged = |value: fn(&Sample) -> f32, threshold| {
-            converged_at(self.samples.iter().map(value), threshold)
+            converged_at(self.samples.iter().map(|sample| (sample.time, value(sample))), threshold)
         };
         let steady = self.steady();
         let over = self.samples.iter().filter(|s| s.worst > limit + 0.5).count();
+        let excess = self.samples.iter().map(|s| s.worst - limit).fold(f32::NEG_INFINITY, f32::max);
+        // Where everybody is in the air from the start, nobody is launched.
+        let launches = matches!(self.scenario.start, Start::Mouth);
+        let of_launches = |value: f32| if launches { value } else { f32::NAN };
         RunMetrics {
             t3_s: converged(|s| s.difference, 3.0),
             t1_s: converged(|s| s.difference, 1.0),
@@ -169,14 +184,10 @@ impl<'a> Watch<'a> {
             position_sd_m: self.position_sd(),
             path_m: self.path(),
             bound_s: self.bound(),
-            launched: self.most_links.saturating_sub(1),
-            needed: self.needed_links.saturating_sub(1),
-            violation: over as f32 / self.samples.len().max(1) as f32,
-            peak_excess_db: self
-                .samples
-                .iter()
-                .map(|s| s.worst - limit)
-                .fold(f32::NEG_INFINITY, f32::max),
+            launched: of_launches(self.most_links.saturating_sub(1) as f32),
+            needed: of_launches(self.needed_links.saturating_sub(1) as f32),
+            violation: of_launches(over as f32 / self.samples.len().max(1) as f32),
+            peak_excess_db: of_launches(excess),
             farthest_m: self.farthest,
             order_lost: self.order_lost,
             wall_contacts: mission.wall_contacts(),
@@ -223,7 +234,7 @@ impl<'a> Watch<'a> {
         let speed = self.scenario.agent.policy.max_speed.0;
         // The optimum lists the base first, a frame lists it last.
         let best = fixed.positions.iter().rev();
-        let first = self.positions.iter().take(self.members);
+        let first = self.start.iter();
         best.zip(first).map(|(best, first)| (best - first).abs() / speed).fold(0.0, f32::max)
     }
 }
@@ -249,9 +260,9 @@ pub struct RunMetrics {
     /// The time that no policy can beat.
     pub bound_s: f32,
     /// The most relays that flew at once.
-    pub launched: usize,
+    pub launched: f32,
     /// The most that were needed at once.
-    pub needed: usize,
+    pub needed: f32,
     /// The part of the time in which a link was over 0.5 dB weaker than the launch limit.
     pub violation: f32,
     /// The weakest link there was, over the launch limit.
@@ -266,21 +277,24 @@ pub struct RunMetrics {
     pub drone_contacts: u32,
 }
 
-/// The first moment from which on 95 % of all samples are within the threshold, in seconds from
-/// the start; infinite if there is none with at least 10 s to follow.
-pub(crate) fn converged_at(values: impl DoubleEndedIterator<Item = f32>, threshold: f32) -> f32 {
+/// The first moment from which on 95 % of all samples are within the threshold; infinite if there
+/// is none with at least 10 s to follow. Samples are pairs of a time and a value.
+pub(crate) fn converged_at(
+    samples: impl DoubleEndedIterator<Item = (f32, f32)>,
+    threshold: f32,
+) -> f32 {
     let least = (LEAST_REST_S / ROUND_S) as usize;
     let (mut within, mut seen) = (0_usize, 0_usize);
-    let mut first = None;
-    for value in values.rev() {
+    let mut first = f32::INFINITY;
+    for (time, value) in samples.rev() {
         seen += 1;
         let is_within = value <= threshold;
         within += usize::from(is_within);
         if is_within && seen >= least && within as f32 >= SUSTAINED * seen as f32 {
-            first = Some(seen);
+            first = time;
         }
     }
-    first.map_or(f32::INFINITY, |from_end| (seen - from_end) as f32 * ROUND_S)
+    first
 }
 
 fn mean(values: impl Iterator<Item = f32>) -> f32 {

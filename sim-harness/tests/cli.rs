@@ -46,7 +46,7 @@ fn files(folder: &Path) -> Vec<String> {
 /// error that has all of `parts`. Returns the line.
 fn refused(output: &Output, parts: &[&str]) -> String {
     let complaint = String::from_utf8(output.stderr.clone()).unwrap();
-    assert_eq!(output.status.code(), Some(2), "{complaint}");
+    assert_eq!(output.status.code(), Some(2), "{parts:?}: {complaint}");
     assert!(output.stdout.is_empty(), "{complaint}");
     assert_eq!(complaint.lines().count(), 1, "{complaint}");
     assert!(complaint.starts_with("uchain: ") && complaint.ends_with('\n'), "{complaint}");
@@ -89,7 +89,8 @@ fn a_bad_scenario_is_refused_in_one_line_and_nothing_is_written() {
 fn what_is_no_scenario_at_all_is_refused_in_one_line() {
     let folder = folder("no-scenario");
     fs::create_dir_all(folder.join("directory.toml")).unwrap();
-    let noise: Vec<u8> = (0..4_096_u32).map(|n| (n.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
+    let noise: Vec<u8> =
+        (0..4_096_u32).map(|n| (n.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
     fs::write(folder.join("noise.toml"), noise).unwrap();
     fs::write(folder.join("zeros.toml"), [0; 512]).unwrap();
     let out = folder.join("out");
@@ -105,8 +106,7 @@ fn what_is_no_scenario_at_all_is_refused_in_one_line() {
 fn out_writes_exactly_the_files_that_it_lists() {
     let folder = folder("run");
     let file = scenarios().join("short.toml");
-    let output =
-        uchain(&["run", file.to_str().unwrap(), "--out", folder.to_str().unwrap()]);
+    let output = uchain(&["run", file.to_str().unwrap(), "--out", folder.to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     let found = files(&folder);
     assert_eq!(
@@ -170,7 +170,8 @@ fn a_campaign_leaves_its_summary_and_every_run() {
     let folder = folder("campaign");
     let file = scenarios().join("short.toml");
     let out = folder.to_str().unwrap();
-    let output = uchain(&["campaign", file.to_str().unwrap(), "--runs", "3", "--json", "--out", out]);
+    let output =
+        uchain(&["campaign", file.to_str().unwrap(), "--runs", "3", "--json", "--out", out]);
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     assert!(output.stderr.is_empty());
     let printed: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();

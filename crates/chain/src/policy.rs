@@ -9,8 +9,8 @@
 //! with g the slope of a link in dB/m and κ in 1/s: within 1/κ seconds one drone's move alone
 //! would take the whole of e from one link. Equation (11) asks for e/3 *per round*; at 5 Hz that
 //! is κ = (1/3)/0.2 s = 1.67 1/s. With the 0.3 s lag of a real vehicle and a packet's delay this
-//! gain oscillates even without noise (the chain's fastest mode has gain 4κ), so the default is a
-//! tenth of it.
+//! gain oscillates even without noise (the chain's fastest mode has gain 4κ), so the default is
+//! less than a tenth of it.
 
 use units::{Db, DbPerMetre, Dbm, MetresPerSecond};
 
@@ -110,8 +110,8 @@ const PAPER_LAW: SpeedLaw = SpeedLaw::Proportional {
 /// MAX_SPEED of the authors' firmware (`tunnel_config.h`).
 const MAX_SPEED: MetresPerSecond = MetresPerSecond(0.4);
 
-/// Neighbours' motion below this is not followed: with the default gain, the noise of the filter
-/// alone makes a relay move by 0.04 m/s.
+/// Neighbours' motion below this is not followed: it is as fast as the noise of its own filter
+/// makes a relay move, measured in the corridors of the `chain` benchmark.
 const TREMBLE: MetresPerSecond = MetresPerSecond(0.06);
 
 impl PolicyConfig {

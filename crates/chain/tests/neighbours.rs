@@ -305,7 +305,7 @@ proptest! {
                 }
             }
             table.at(now);
-            let front = model.links(now).filter(|&(from, _)| from < ME.0).next_back();
+            let front = model.links(now).rfind(|&(from, _)| from < ME.0);
             let back = model.links(now).find(|&(from, _)| from > ME.0);
             prop_assert_eq!(table.front(), front.map(|link| link.0));
             prop_assert_eq!(table.back(), back.map(|link| link.0));

@@ -20,7 +20,7 @@
 //! |---|---|
 //! | both | equation (17): centre between the leading beams, align with both walls |
 //! | one | equation (18), mirrored for the right side: follow it at a set distance |
-//! | none | a right angle towards the preferred hand, then straight on; away from what is ahead |
+//! | none | straight on; away from what is ahead, slowly, to the preferred side in doubt |
 //!
 //! The paper writes its equations for a drone that flies forward. A relay flies backward half of
 //! the time; then the rear beams lead. The equations are mirrored front to back, which leaves the
@@ -28,7 +28,6 @@
 #![no_std]
 
 mod ranges;
-mod rounding;
 mod steer;
 mod trail;
 mod wall;

@@ -2,7 +2,6 @@
 
 use units::{Metres, MetresPerSecond, Radians, RadiansPerSecond};
 
-use crate::rounding::Rounding;
 use crate::trail::Trail;
 use crate::wall::{Beams, Track};
 use crate::{Diagonals, Range};
@@ -110,11 +109,9 @@ const HOVERING: f32 = 0.05;
 /// this: walls 45° apart look alike in a bend, a heading error in a gallery stays below 20°.
 const ASTRAY: f32 = 0.45;
 /// How fast, in 1/s.
-const TURN_GAIN: f32 = 1.5;
-/// A drone that has flown this far one way, in metres, is on its way somewhere: only then does it
-/// round the end of a wall. A relay that dithers about its place does not.
-const UNDER_WAY: f32 = 0.5;
-/// While its nose is a radian or more off, a drone flies only this part of its speed.
+const TRAIL_GAIN: f32 = 1.5;
+/// While its nose is a radian or more off the trail, and while it turns away from what is ahead,
+/// a drone flies only this part of its speed.
 const LEAST_PACE: f32 = 0.3;
 
 /// Where the drone is by its own sensors: how far it has come, and where its nose points.
@@ -135,10 +132,7 @@ pub struct Navigator {
     /// The length of the beams when there were two walls, in metres.
     centred: f32,
     trail: Trail,
-    rounding: Rounding,
     way: Metres,
-    /// Way since the drone last changed its direction.
-    run: Metres,
 }
 
 impl Navigator {
@@ -150,9 +144,7 @@ impl Navigator {
             right: Track::Unknown,
             centred: 0.0,
             trail: Trail::new(),
-            rounding: Rounding::Beside,
             way: Metres::ZERO,
-            run: Metres::ZERO,
         }
     }
 
@@ -167,9 +159,8 @@ impl Navigator {
     ) -> NavCommand {
         let moved = bearings.way - self.way;
         self.way = bearings.way;
-        self.run = if moved.0 * self.run.0 < 0.0 { moved } else { self.run + moved };
         self.look(config, ranges, moved);
-        let turn = self.turn(config, ranges, bearings, speed);
+        let astray = self.astray(bearings, speed);
         let ahead = self.one_way(config, ranges);
         let astern = self.one_way(config, &ranges.seen_backwards());
         let leading = if speed.0 < 0.0 { &astern } else { &ahead };
@@ -181,8 +172,8 @@ impl Navigator {
         let push = push_away(config, ranges);
         let lateral = blend(ahead.lateral, astern.lateral) + push.lateral;
         // Mirroring front to back turns counter-clockwise into clockwise.
-        let (yaw_rate, pace) = match turn {
-            Some(turn) => (TURN_GAIN * turn.0, leading.pace * (1.0 - turn.0.abs()).max(LEAST_PACE)),
+        let (yaw_rate, pace) = match astray {
+            Some(off) => (TRAIL_GAIN * off.0, leading.pace * (1.0 - off.0.abs()).max(LEAST_PACE)),
             None => (blend(ahead.yaw_rate, -astern.yaw_rate), leading.pace),
         };
         NavCommand {
@@ -193,32 +184,12 @@ impl Navigator {
         }
     }
 
-    /// What there is to turn for another reason than the walls: a trail that the nose is too far
-    /// off for the walls to mend, or else the end of a wall to be rounded.
-    fn turn(
-        &mut self,
-        config: &NavConfig,
-        ranges: &Diagonals,
-        bearings: &Bearings,
-        speed: MetresPerSecond,
-    ) -> Option<Radians> {
-        let heading = bearings.heading.filter(|heading| heading.0.is_finite());
-        let moving = speed.0.abs() > HOVERING;
-        let beside = self.left.is_seen() || self.right.is_seen();
-        let usual = self.centred.clamp(config.wall_distance.0, WIDEST * config.reach.0);
-        let (front, rear) = match config.prefer {
-            Side::Left => (ranges.nw, ranges.sw),
-            Side::Right => (ranges.ne, ranges.se),
-        };
-        let open = nearest(front).min(nearest(rear)) > (1.0 + config.ratio) * usual;
-        let under_way = self.run.0.abs() >= UNDER_WAY && (self.run.0 >= 0.0) == (speed.0 >= 0.0);
-        self.rounding = self.rounding.next(config, beside, open && under_way, heading, speed);
-        let heading = heading?;
+    /// How far the nose is off the trail, where that is too far for the walls to mend.
+    fn astray(&mut self, bearings: &Bearings, speed: MetresPerSecond) -> Option<Radians> {
+        let heading = bearings.heading.filter(|heading| heading.0.is_finite())?;
         self.trail.record(bearings.way, heading);
-        let off = self.trail.off(bearings.way, speed.0 >= 0.0, heading);
-        let astray = off.filter(|off| off.0.abs() > ASTRAY);
-        let rounding = self.rounding.left_to_turn(Some(heading)).filter(|_| off.is_none());
-        astray.or(rounding).filter(|_| moving)
+        let off = self.trail.off(bearings.way, speed.0 >= 0.0, heading)?;
+        (off.0.abs() > ASTRAY && speed.0.abs() > HOVERING).then_some(off)
     }
 
     /// Which walls there are now.
@@ -262,7 +233,9 @@ impl Navigator {
             }
             (None, None) => (0.0, turn_to_open(config, ranges), Walls::Neither),
         };
-        OneWay { lateral, yaw_rate, pace: pace(config, ranges), walls }
+        let turns_away = walls == Walls::Neither && yaw_rate != 0.0;
+        let most = if turns_away { LEAST_PACE } else { 1.0 };
+        OneWay { lateral, yaw_rate, pace: pace(config, ranges).min(most), walls }
     }
 }
 

@@ -1,4 +1,4 @@
-//! Which way the nose pointed along the last few metres of way.
+//! Which way the nose pointed along the last metres of way.
 //!
 //! In the middle of a right-angle bend all four beams are equal whichever of the two galleries the
 //! drone is aligned with: the ranges of one moment cannot tell forward from sideways. But a relay
@@ -10,8 +10,9 @@ use units::{Metres, Radians};
 
 /// Length of way that one heading stands for.
 const BIN: f32 = 0.2;
-/// Number of headings kept: 6.4 m of way, more than a relay wanders about its place.
-const BINS: usize = 32;
+/// Number of headings kept: 25.6 m of way. A relay needs a few metres of it to hover in a bend; a
+/// drone that comes home past a junction needs all of the way since then.
+const BINS: usize = 128;
 /// How far ahead along the way the trail is read.
 const LOOK_AHEAD: f32 = 0.3;
 /// A heading is taken over into a known stretch while it is within this of what is known there:
@@ -104,8 +105,8 @@ mod tests {
         let off = trail.off(Metres(0.0), true, Radians(0.2)).unwrap();
         assert!((off.0 - 1.3).abs() < 1e-6);
         assert_eq!(trail.off(Metres(0.0), false, Radians(0.2)), None);
-        // 6.4 m on, another stretch takes its place in memory.
-        trail.record(Metres(6.7), Radians(0.0));
+        // 25.6 m on, another stretch takes its place in memory.
+        trail.record(Metres(25.9), Radians(0.0));
         assert_eq!(trail.off(Metres(0.0), true, Radians(0.2)), None);
     }
 

@@ -103,7 +103,11 @@ fn a_range_is_checked_at_the_door() {
 /// Ahead of a wall the drone slows down, stops, and is pushed away from what is nearer still.
 #[test]
 fn what_is_near_stops_and_pushes() {
-    let ahead = |d: f32| first_look(&beams(at(d), at(d), at(0.8), at(0.8)), 0.4).forward.0;
+    // A little more room astern, and a wall on either hand by the ratio test.
+    let ahead = |d: f32| {
+        let astern = at(d + 0.05);
+        first_look(&beams(at(d), at(d), astern, astern), 0.4).forward.0
+    };
     assert_near(ahead(CONFIG.slow_below.0 + 0.01), 0.4);
     let halfway = 0.5 * (CONFIG.slow_below.0 + CONFIG.danger.0);
     assert_near(ahead(halfway), 0.2);

@@ -78,7 +78,9 @@ fn chain_bench(args: &BenchArgs) -> Result<(String, Value), Trouble> {
     progress.say("missions");
     let rows = chain::run(count, args.common.seed, || progress.step())?;
     drop(progress);
-    let mut table = format!("chain: {count} missions a row; no policy can beat bound_s\n\n");
+    let mut table = format!(
+        "chain: {count} missions a row; bound_s: the way to the best chain at full speed\n\n"
+    );
     let mut heading = format!("  {:16} {:8}", "scenario", "policy");
     for name in chain::FIGURES {
         // Writing to a string cannot fail.

@@ -56,9 +56,21 @@ pub(super) fn run(args: &CampaignArgs) -> Result<Verdict, Trouble> {
         ];
         args.common.wrote(&written);
     }
-    let broken =
-        all.iter().any(|run| run.wall_contacts > 0 || run.drone_contacts > 0 || run.order_lost > 0);
-    Ok(if broken { Verdict::Failed } else { Verdict::Good })
+    let broken: Vec<_> = (0_u64..)
+        .zip(&all)
+        .filter(|(_, run)| run.wall_contacts + run.drone_contacts + run.order_lost > 0)
+        .map(|(n, _)| seed.wrapping_add(n).to_string())
+        .collect();
+    if broken.is_empty() {
+        return Ok(Verdict::Good);
+    }
+    let seeds = broken.iter().take(10).cloned().collect::<Vec<_>>().join(", ");
+    eprintln!(
+        "uchain: {}: {} of {count} missions touched something or lost their order, seeds {seeds}",
+        scenario.name,
+        broken.len()
+    );
+    Ok(Verdict::Failed)
 }
 
 fn table(heading: &str, figures: &[Figure]) -> String {

@@ -48,10 +48,10 @@ struct Common {
     /// Seed of everything random; runs of a campaign take it and the numbers after it
     #[arg(long, default_value_t = 1, value_name = "N")]
     seed: u64,
-    /// Write summary, traces and pictures into this directory
+    /// Write everything there is to keep into this directory
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// No progress bar and no table, only complaints
+    /// No progress bar and no table; complaints go to standard error all the same
     #[arg(long)]
     quiet: bool,
     /// Print the summary as JSON on standard output
@@ -168,6 +168,7 @@ fn usage(error: &clap::Error) -> ExitCode {
         .map(str::trim)
         .take_while(|line| !line.starts_with("Usage:"))
         .filter(|line| !line.is_empty())
+        .filter(|line| !line.starts_with("For more information") && !line.starts_with("tip:"))
         .collect();
     let what = lines.join(" ");
     eprintln!("uchain: {}; see uchain --help", what.trim_start_matches("error: "));

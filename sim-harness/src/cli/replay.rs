@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::{Common, Trouble, Verdict};
 use crate::output;
-use crate::replay::{Format, ReplayOptions, replay};
+use crate::replay::{Format, Policy, ReplayOptions, replay};
 
 #[derive(Args)]
 pub(super) struct ReplayArgs {
@@ -16,12 +16,16 @@ pub(super) struct ReplayArgs {
     /// What they are; told from their content where left out
     #[arg(long, value_enum)]
     format: Option<Format>,
+    /// Over recorded flights, run this movement policy alone
+    #[arg(long, value_enum)]
+    policy: Option<Policy>,
     #[command(flatten)]
     common: Common,
 }
 
 pub(super) fn run(args: &ReplayArgs) -> Result<Verdict, Trouble> {
-    let options = ReplayOptions { format: args.format, ..ReplayOptions::default() };
+    let options =
+        ReplayOptions { format: args.format, policy: args.policy, ..ReplayOptions::default() };
     let summary = replay(&args.logs, &options)?;
     let value = serde_json::to_value(&summary)
         .map_err(|error| Trouble::Internal(format!("the summary cannot be written ({error})")))?;

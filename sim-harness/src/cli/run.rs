@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use agent::{LandReason, State};
+use chain::report::Task;
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 
@@ -47,9 +48,12 @@ pub(super) fn run(args: &RunArgs) -> Result<Verdict, Trouble> {
     let scenario = scenario(&args.scenario, args.policy.as_deref())?;
     let seed = args.common.seed;
     let (trace, metrics) = fly(&scenario, seed, args.common.quiet);
-    let failures = failures(&trace, &metrics);
+    let failures = failures(&scenario, &trace, &metrics);
     let summary = summary(&scenario, seed, &trace, &metrics, &failures);
-    args.common.print(&table(&scenario, seed, &trace, &metrics, &failures), &summary);
+    args.common.print(&table(&scenario, seed, &trace, &metrics), &summary);
+    for failure in &failures {
+        eprintln!("uchain: {}, seed {seed}: {failure}", scenario.name);
+    }
     if let Some(dir) = &args.common.out {
         args.common.wrote(&output::write_all(dir, &trace, &summary)?);
     }
@@ -89,7 +93,8 @@ pub(super) fn fly(scenario: &Scenario, seed: u64, quiet: bool) -> (Trace, RunMet
 }
 
 /// What went wrong, in words; nothing for a mission that succeeded.
-fn failures(trace: &Trace, metrics: &RunMetrics) -> Vec<String> {
+fn failures(scenario: &Scenario, trace: &Trace, metrics: &RunMetrics) -> Vec<String> {
+    let ordered = scenario.pilot.last().map(|step| step.task);
     let mut failures = Vec::new();
     let mut count = |n: u32, what: &str| {
         if n > 0 {
@@ -100,7 +105,9 @@ fn failures(trace: &Trace, metrics: &RunMetrics) -> Vec<String> {
     count(metrics.drone_contacts, "touches between drones");
     count(metrics.order_lost, "rounds in which the order of the chain was lost");
     for (node, state) in last_states(trace) {
+        let called_home = matches!(ordered, Some(Task::Return | Task::Land));
         let lost = match state {
+            state if called_home && state.is_airborne() => Some("was called down and still flies"),
             State::Landing { why, .. } | State::Landed { why } => match why {
                 LandReason::LinkLost => Some("landed because it lost the base"),
                 LandReason::TakeOffFailed => Some("landed because it never reached its height"),
@@ -163,8 +170,8 @@ pub(super) fn metrics_json(m: &RunMetrics) -> Value {
         "position_sd_m": number(m.position_sd_m),
         "path_m": number(m.path_m),
         "bound_s": number(m.bound_s),
-        "launched": m.launched,
-        "needed": m.needed,
+        "launched": number(m.launched),
+        "needed": number(m.needed),
         "violation": number(m.violation),
         "peak_excess_db": number(m.peak_excess_db),
         "farthest_m": number(m.farthest_m),
@@ -174,13 +181,7 @@ pub(super) fn metrics_json(m: &RunMetrics) -> Value {
     })
 }
 
-fn table(
-    scenario: &Scenario,
-    seed: u64,
-    trace: &Trace,
-    m: &RunMetrics,
-    failures: &[String],
-) -> String {
+fn table(scenario: &Scenario, seed: u64, trace: &Trace, m: &RunMetrics) -> String {
     let mut text = String::new();
     // Writing to a string cannot fail.
     let _ = writeln!(text, "{}: {}", scenario.name, scenario.title);
@@ -191,15 +192,19 @@ fn table(
         scenario.policy,
         m.farthest_m
     );
-    let _ = writeln!(
-        text,
-        "  relays flown          {} ({} needed by the best chain)",
-        m.launched, m.needed
-    );
+    if m.launched.is_finite() {
+        let _ = writeln!(
+            text,
+            "  relays flown          {} ({} needed by the best chain)",
+            m.launched, m.needed
+        );
+    }
     let _ = writeln!(text, "  links equal to 3 dB   {}", since(m.t3_s));
-    let _ = writeln!(text, "  end: difference       {:.2} dB", m.difference_db);
-    let _ = writeln!(text, "  end: to best chain    {:.2} dB", m.gap_db);
-    let _ = writeln!(text, "  link below limit      {:.1} % of the time", 100.0 * m.violation);
+    let _ = writeln!(text, "  last minute: links differ by {:.2} dB at most,", m.difference_db);
+    let _ = writeln!(text, "               weakest {:.2} dB below the best chain's", m.gap_db);
+    if m.violation.is_finite() {
+        let _ = writeln!(text, "  link below limit      {:.1} % of the time", 100.0 * m.violation);
+    }
     let _ = writeln!(
         text,
         "  touches               {} of walls, {} of drones",
@@ -208,9 +213,6 @@ fn table(
     let states: Vec<_> =
         last_states(trace).map(|(id, state)| format!("{id} {}", state.name())).collect();
     let _ = writeln!(text, "  at the end            {}", states.join(", "));
-    for failure in failures {
-        let _ = writeln!(text, "  FAILED: {failure}");
-    }
     text
 }
 

@@ -200,7 +200,8 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Scenario, InputError> {
     let vehicle = reader.vehicle(&file.vehicle)?;
     let (path_loss, reception, latency_us) = reader.radio(&file.radio)?;
     let name = path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
-    let (policy, agent) = reader.agent(&file, path_loss.loss_at_1m, &vehicle)?;
+    let (policy, assumed_loss_at_1m, agent) =
+        reader.agent(&file, path_loss.loss_at_1m, &vehicle)?;
     Ok(Scenario {
         name,
         title: file.title.as_ref().clone(),
@@ -216,6 +217,7 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Scenario, InputError> {
         relays,
         start: reader.start(&file.drones, relays, length)?,
         agent,
+        assumed_loss_at_1m,
         policy,
         pilot: reader.pilot(&file.pilot)?,
     })
@@ -495,12 +497,11 @@ impl Reader<'_> {
         file: &File,
         loss_at_1m: Db,
         vehicle: &VehicleSpec,
-    ) -> Result<(String, AgentConfig), InputError> {
+    ) -> Result<(String, Db, AgentConfig), InputError> {
         let mut agent = AgentConfig::DEFAULT;
         let table = &file.policy;
         let name = table.name.as_ref().map_or("default", |name| name.as_ref().as_str());
-        let known = policy_named(name);
-        let (Some(policy), _) = (known, ()) else {
+        let Some(policy) = policy_named(name) else {
             let at = table.name.as_ref();
             let error = InputError::new(
                 format!("there is no policy \"{name}\""),
@@ -518,7 +519,7 @@ impl Reader<'_> {
         self.launch(&file.launch, &mut agent)?;
         self.retreat(&file.retreat, &mut agent)?;
         agent.check().map_err(|ConfigError::LaunchBehindRetreat| self.contradiction(file))?;
-        Ok((name.to_owned(), agent))
+        Ok((name.to_owned(), Db(assumed), agent))
     }
 
     fn contradiction(&self, file: &File) -> InputError {

@@ -51,6 +51,8 @@ pub struct Scenario {
     pub start: Start,
     /// The constants of the on-board code.
     pub agent: AgentConfig,
+    /// What the drones believe their radios lose over the first metre.
+    pub assumed_loss_at_1m: units::Db,
     /// The name of the movement policy in [`agent`](Self::agent).
     pub policy: String,
     /// What the operator does, in order of time.
@@ -95,7 +97,7 @@ impl Scenario {
     /// [`InputError`] with file and line, for anything that is not exactly right.
     pub fn read(path: &Path) -> Result<Self, InputError> {
         let text = std::fs::read_to_string(path).map_err(|error| {
-            InputError::new(format!("cannot read the scenario ({error})"), "give a readable file")
+            InputError::new(format!("cannot read the scenario ({error})"), "give a TOML text file")
                 .in_file(path)
         })?;
         file::parse(path, &text)
@@ -110,7 +112,7 @@ impl Scenario {
             return scenario;
         }
         let path = Path::new(name_or_path);
-        if path.is_file() {
+        if path.exists() {
             return Self::read(path);
         }
         let names: Vec<_> = builtin::names().collect();
@@ -130,7 +132,7 @@ impl Scenario {
     /// not known.
     #[must_use]
     pub fn with_policy(&self, name: &str) -> Option<Self> {
-        let policy = file::policy_named(name)?.for_loss_at_1m(self.path_loss.loss_at_1m);
+        let policy = file::policy_named(name)?.for_loss_at_1m(self.assumed_loss_at_1m);
         let agent = AgentConfig { policy, ..self.agent };
         Some(Self { policy: name.to_owned(), agent, ..self.clone() })
     }
