@@ -155,7 +155,7 @@ fn explore(scenario: &Scenario, world: &World, reference: &Reference, seed: u64)
         watch.look(&mission);
         if mission.time_us() as f32 * 1e-6 >= HEAD_STOPS_S {
             mission.chain(&mut chain);
-            let since_stop = mission.time_us() as f32 * 1e-6 - HEAD_STOPS_S;
+            let since_stop = (mission.time_us() as f64 * 1e-6) as f32 - HEAD_STOPS_S;
             differences.push((since_stop, first_three(&chain, world)));
             let relay = |n| mission.bodies().nth(n).map_or(f32::NAN, |body| body.abscissa());
             positions.push([relay(1), relay(2)]);

@@ -54,8 +54,10 @@ impl Reference {
             return f32::INFINITY;
         };
         let last = row.len().saturating_sub(1);
-        let place = (head / self.length * last as f32 + 0.5).clamp(0.0, last as f32);
-        row.get(place as usize).map_or(f32::INFINITY, |db| db.0)
+        let place = (head / self.length * last as f32).clamp(0.0, last as f32);
+        let at = |n: usize| row.get(n.min(last)).map_or(f32::INFINITY, |db| db.0);
+        let (near, far) = (at(place as usize), at(place as usize + 1));
+        near + (place - place.floor()) * (far - near)
     }
 
     /// The least number of links whose best chain to a head at `head` has no link weaker than
@@ -158,7 +160,7 @@ impl<'a> Watch<'a> {
         self.farthest = self.farthest.max(head);
         let limit = self.scenario.agent.launch.limit.loss().0;
         self.needed_links = self.needed_links.max(self.reference.least_links(limit, head));
-        let time = mission.time_us() as f32 * 1e-6;
+        let time = (mission.time_us() as f64 * 1e-6) as f32;
         Sample { time, difference, worst, gap: worst - best }
     }
 

@@ -27,6 +27,10 @@
 
 use units::{Db, DbPerMetre, Dbm, Duration, Metres, MetresPerSecond};
 
+/// No two drones separate faster than this: what a neighbour claims beyond it is an error, and
+/// must not make the estimate overflow.
+const FASTEST: MetresPerSecond = MetresPerSecond(10.0);
+
 /// ln 10.
 const LN_10: f32 = core::f32::consts::LN_10;
 
@@ -139,10 +143,10 @@ impl LinkFilter {
         let (Smoothing::Kalman(kalman), Some(estimate)) = (smoothing, &mut self.estimate) else {
             return;
         };
-        let separated = separating * dt;
-        if !separated.0.is_finite() {
+        if !separating.0.is_finite() {
             return;
         }
+        let separated = separating.limited_to(FASTEST) * dt;
         let change = (kalman.slope.at(Db(estimate.loss)) * separated).0;
         let doubt = kalman.motion_doubt * change;
         estimate.loss += change;

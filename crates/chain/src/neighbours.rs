@@ -76,8 +76,8 @@ impl Neighbours {
         }
     }
 
-    /// Takes in one packet. A drone's own echo, and a report older than the last one of its
-    /// sender, change nothing; when the table is full, who was silent longest makes room.
+    /// Takes in one packet. A drone's own echo, a packet without a strength, and a report older
+    /// than the last one of its sender change nothing; when the table is full, who was silent longest makes room.
     pub fn hear(
         &mut self,
         me: NodeId,
@@ -87,7 +87,7 @@ impl Neighbours {
         lost_after: Duration,
     ) {
         let Heard { report, rssi } = *heard;
-        if report.from == me {
+        if report.from == me || !rssi.0.is_finite() {
             return;
         }
         if let Some(known) = self.all.iter_mut().find(|n| n.report.from == report.from) {

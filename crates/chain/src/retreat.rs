@@ -61,8 +61,9 @@ impl RetreatConfig {
     #[must_use]
     pub fn freedom(&self, back: Option<Dbm>) -> f32 {
         let spare = back.map_or(0.0, |back| (back - self.limit).0);
-        if self.ease.0 > 0.0 {
-            (spare / self.ease.0).clamp(0.0, 1.0)
+        // Written so that what is not a number leaves no freedom.
+        if self.ease.0 > 0.0 && spare > 0.0 {
+            (spare / self.ease.0).min(1.0)
         } else if spare > 0.0 {
             1.0
         } else {

@@ -30,6 +30,17 @@ impl Range {
     }
 }
 
+impl Range {
+    /// The distance to something, in metres; `None` where nothing is seen, or the number given is
+    /// none that a distance can be.
+    pub(crate) fn length(self) -> Option<f32> {
+        match self {
+            Self::At(distance) if distance.0 > 0.0 && distance.0.is_finite() => Some(distance.0),
+            Self::At(_) | Self::Clear | Self::Invalid => None,
+        }
+    }
+}
+
 /// The four beams, named by where they look with the nose to the north.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

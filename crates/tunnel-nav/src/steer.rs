@@ -279,10 +279,7 @@ fn pace(config: &NavConfig, ranges: &Diagonals) -> f32 {
 }
 
 fn nearest(beam: Range) -> f32 {
-    match beam {
-        Range::At(d) => d.0,
-        Range::Clear | Range::Invalid => f32::INFINITY,
-    }
+    beam.length().unwrap_or(f32::INFINITY)
 }
 
 /// A velocity away from everything inside the danger distance.

@@ -48,10 +48,7 @@ impl Beams {
     }
 
     fn wall(&self) -> Option<Wall> {
-        match (self.front, self.rear) {
-            (Range::At(front), Range::At(rear)) => Some(Wall { front: front.0, rear: rear.0 }),
-            _ => None,
-        }
+        Some(Wall { front: self.front.length()?, rear: self.rear.length()? })
     }
 }
 

@@ -18,11 +18,30 @@ use super::{Fidelity, PilotStep, Scenario, Start};
 use crate::input_error::InputError;
 use crate::trace::Point;
 use crate::vehicle::VehicleSpec;
-use crate::world::layout::{Corridor, GeometryError, LEAST_WIDTH, Layout, Room};
-use crate::world::{CentreLine, Tunnel};
+use crate::world::CentreLine;
+use crate::world::layout::{Corridor, GeometryError, LEAST_WIDTH, Layout, Room, outlines};
 
 /// A value with its place in the file.
 type At<T> = Spanned<T>;
+
+/// Two numbers, no more and no fewer.
+#[derive(Clone, Copy, Deserialize)]
+#[serde(try_from = "Vec<f32>")]
+struct Pair([f32; 2]);
+
+impl TryFrom<Vec<f32>> for Pair {
+    type Error = String;
+
+    fn try_from(numbers: Vec<f32>) -> Result<Self, String> {
+        <[f32; 2]>::try_from(numbers)
+            .map(Self)
+            .map_err(|numbers| format!("expected two numbers, found {}", numbers.len()))
+    }
+}
+
+fn points(pairs: &[Pair]) -> Vec<Point> {
+    pairs.iter().map(|pair| pair.0).collect()
+}
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -56,7 +75,7 @@ enum FidelityKey {
 #[serde(deny_unknown_fields)]
 struct TunnelTable {
     width_m: At<f32>,
-    centre_line_m: Option<At<Vec<Point>>>,
+    centre_line_m: Option<At<Vec<Pair>>>,
     winding: Option<At<WindingTable>>,
     #[serde(default)]
     branch: Vec<At<BranchTable>>,
@@ -76,14 +95,14 @@ struct WindingTable {
 #[serde(deny_unknown_fields)]
 struct BranchTable {
     width_m: f32,
-    centre_line_m: Vec<Point>,
+    centre_line_m: Vec<Pair>,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RoomTable {
-    centre_m: Point,
-    size_m: [f32; 2],
+    centre_m: Pair,
+    size_m: Pair,
 }
 
 #[derive(Default, Deserialize)]
@@ -296,7 +315,7 @@ impl Reader<'_> {
         let table = tunnel.as_ref();
         let width = self.number(&table.width_m, "width_m", LEAST_WIDTH..=50.0)?;
         let centre_line = match (&table.centre_line_m, &table.winding) {
-            (Some(points), None) => points.as_ref().clone(),
+            (Some(pairs), None) => points(pairs.as_ref()),
             (None, Some(winding)) => self.winding(winding.as_ref())?,
             _ => {
                 return Err(self.wrong(
@@ -315,23 +334,24 @@ impl Reader<'_> {
         self.diggable(&layout, place)?;
         for branch in &table.branch {
             let BranchTable { width_m, centre_line_m } = branch.as_ref();
-            let corridor = Corridor { centre_line: centre_line_m.clone(), width: *width_m };
+            let corridor = Corridor { centre_line: points(centre_line_m), width: *width_m };
             layout.branches.push(corridor);
             self.diggable(&layout, branch.span().start)?;
         }
         for room in &table.room {
-            let RoomTable { centre_m, size_m } = *room.as_ref();
-            layout.rooms.push(Room { centre: centre_m, size: size_m });
+            let RoomTable { centre_m, size_m } = room.as_ref();
+            layout.rooms.push(Room { centre: centre_m.0, size: size_m.0 });
             self.diggable(&layout, room.span().start)?;
         }
         Ok(layout)
     }
 
     fn diggable(&self, layout: &Layout, byte: usize) -> Result<(), InputError> {
-        let error = match Tunnel::dig(layout) {
-            Ok(tunnel) if tunnel.centre_line().length() <= Self::LONGEST => return Ok(()),
-            Ok(tunnel) => {
-                let wrong = format!("the tunnel is {} m long", tunnel.centre_line().length());
+        let length = CentreLine::new(layout.main.centre_line.clone()).length();
+        let error = match outlines(layout) {
+            Ok(_) if length <= Self::LONGEST => return Ok(()),
+            Ok(_) => {
+                let wrong = format!("the tunnel is {length} m long");
                 InputError::new(wrong, format!("make it at most {} m", Self::LONGEST))
             }
             Err(error) => {
@@ -340,6 +360,7 @@ impl Reader<'_> {
                     GeometryError::Repeated(_) => "remove one of them",
                     GeometryError::TooSharp(_) => "make the corridor narrower or the bend wider",
                     GeometryError::TooNarrow => "make it wider",
+                    GeometryError::TooLarge => "keep within that of the origin",
                     GeometryError::NotANumber => "give finite coordinates and positive sizes",
                 };
                 InputError::new(format!("impossible geometry: {error}"), remedy)

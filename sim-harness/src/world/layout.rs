@@ -50,6 +50,8 @@ pub enum GeometryError {
     TooNarrow,
     /// A number that is not finite, or a room without extent.
     NotANumber,
+    /// A coordinate or a size beyond [`FARTHEST`].
+    TooLarge,
 }
 
 impl fmt::Display for GeometryError {
@@ -61,6 +63,7 @@ impl fmt::Display for GeometryError {
                 write!(f, "the piece after point {n} is too short for the bends at its ends")
             }
             Self::TooNarrow => write!(f, "the corridor is narrower than {LEAST_WIDTH} m"),
+            Self::TooLarge => write!(f, "a coordinate or a size is over {FARTHEST} m"),
             Self::NotANumber => write!(f, "a coordinate or a size is not a positive finite number"),
         }
     }
@@ -69,6 +72,23 @@ impl fmt::Display for GeometryError {
 /// The narrowest corridor: a Crazyflie is 0.16 m wide over its guards and needs as much again on
 /// each side for its sensors' and its flow's errors.
 pub const LEAST_WIDTH: f32 = 0.5;
+
+/// No coordinate is farther from the origin and nothing larger than this, in metres: beyond it an
+/// `f32` no longer holds a tenth of a millimetre.
+pub const FARTHEST: f32 = 500.0;
+
+/// Numbers that a floor plan can be drawn from.
+fn sound<'a>(numbers: impl IntoIterator<Item = &'a f32>) -> Result<(), GeometryError> {
+    for number in numbers {
+        if !number.is_finite() {
+            return Err(GeometryError::NotANumber);
+        }
+        if number.abs() > FARTHEST {
+            return Err(GeometryError::TooLarge);
+        }
+    }
+    Ok(())
+}
 
 /// The outlines of the free space: closed loops, the last point not repeated.
 ///
@@ -99,9 +119,8 @@ fn open_ring(ring: &LineString<f64>) -> Vec<Point> {
 }
 
 fn room_piece(room: &Room) -> Result<Polygon<f64>, GeometryError> {
-    let sound = room.size.iter().all(|&s| s.is_finite() && s > 0.0)
-        && room.centre.iter().all(|c| c.is_finite());
-    if !sound {
+    sound(room.centre.iter().chain(&room.size))?;
+    if room.size.iter().any(|&s| s <= 0.0) {
         return Err(GeometryError::NotANumber);
     }
     let [x, y] = room.centre.map(f64::from);
@@ -109,17 +128,24 @@ fn room_piece(room: &Room) -> Result<Polygon<f64>, GeometryError> {
     Ok(polygon(&[[x - w, y - h], [x + w, y - h], [x + w, y + h], [x - w, y + h]]))
 }
 
+/// Cosine of the sharpest bend, 150°: beyond it the mitre of the outer wall is longer than four
+/// widths, and a gallery that turns straight back has no mitre at all.
+const SHARPEST: f64 = -0.866;
+
 /// One quadrilateral for each piece of the centre-line, meeting at the mitres of the bends.
 fn corridor_pieces(corridor: &Corridor) -> Result<Vec<Polygon<f64>>, GeometryError> {
-    if !corridor.width.is_finite() || corridor.centre_line.iter().flatten().any(|c| !c.is_finite())
-    {
-        return Err(GeometryError::NotANumber);
-    }
+    sound(corridor.centre_line.iter().flatten().chain([&corridor.width]))?;
     if corridor.width < LEAST_WIDTH {
         return Err(GeometryError::TooNarrow);
     }
     let points: Vec<[f64; 2]> = corridor.centre_line.iter().map(|p| p.map(f64::from)).collect();
     let directions = directions(&points)?;
+    for (n, pair) in directions.windows(2).enumerate() {
+        let [before, after] = [pair[0], pair[1]];
+        if before[0] * after[0] + before[1] * after[1] < SHARPEST {
+            return Err(GeometryError::TooSharp(n));
+        }
+    }
     let half = f64::from(corridor.width) / 2.0;
     let edges = mitres(&points, &directions, half);
 

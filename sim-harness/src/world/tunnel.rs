@@ -123,37 +123,42 @@ fn crossing(a: Point, b: Point, edge: &[Point; 2]) -> Option<f32> {
 /// nearly every physics step that nothing is near.
 struct ClearanceGrid {
     origin: Point,
+    /// Cells in a metre: looked up in every physics step, a product is cheaper than a quotient.
+    per_metre: f32,
     columns: usize,
     rows: usize,
     cells: Vec<f32>,
 }
 
 impl ClearanceGrid {
-    /// Edge of a cell in metres.
+    /// Edge of the smallest cell in metres.
     const CELL: f32 = 0.1;
+    /// About how many cells there are at most; a larger floor plan has larger cells.
+    const MOST_CELLS: f32 = 500_000.0;
 
     fn new(walls: &Polyline) -> Self {
         let bounds = walls.local_aabb();
         let extent = bounds.maxs - bounds.mins;
-        let columns = (extent.x / Self::CELL) as usize + 1;
-        let rows = (extent.y / Self::CELL) as usize + 1;
+        let cell = Self::CELL.max((extent.x * extent.y / Self::MOST_CELLS).sqrt());
+        let columns = (extent.x / cell) as usize + 1;
+        let rows = (extent.y / cell) as usize + 1;
         // From the middle of a cell to its corner.
-        let slack = Self::CELL * core::f32::consts::FRAC_1_SQRT_2;
+        let slack = cell * core::f32::consts::FRAC_1_SQRT_2;
         let mut cells = Vec::with_capacity(columns * rows);
         for row in 0..rows {
             for column in 0..columns {
                 let middle =
-                    bounds.mins + Vector::new(column as f32 + 0.5, row as f32 + 0.5) * Self::CELL;
+                    bounds.mins + Vector::new(column as f32 + 0.5, row as f32 + 0.5) * cell;
                 let wall = walls.project_local_point(middle, false).point;
                 cells.push((middle - wall).length() - slack);
             }
         }
-        Self { origin: [bounds.mins.x, bounds.mins.y], columns, rows, cells }
+        Self { origin: [bounds.mins.x, bounds.mins.y], per_metre: 1.0 / cell, columns, rows, cells }
     }
 
     fn at_least(&self, at: Point) -> f32 {
-        let column = (at[0] - self.origin[0]) / Self::CELL;
-        let row = (at[1] - self.origin[1]) / Self::CELL;
+        let column = (at[0] - self.origin[0]) * self.per_metre;
+        let row = (at[1] - self.origin[1]) * self.per_metre;
         if column < 0.0 || row < 0.0 {
             return f32::NEG_INFINITY;
         }
