@@ -151,8 +151,16 @@ fn never(
     if text_width(&whole, look) < slot {
         return write(column, &whole, (x, TOP - 10.0), look);
     }
+    // Where even the count has no room beside its neighbours, the part in a hundred has.
+    let count = if text_width(&count, look) < slot { count } else { percent(infinite, of) };
     write(column, &count, (x, TOP - 18.0), look)?;
     write(column, &words, (x, TOP - 7.0), look)
+}
+
+/// `69 %`; a part that is there but would round to nothing keeps a decimal.
+fn percent(part: usize, of: usize) -> String {
+    let percent = 100.0 * part as f64 / of.max(1) as f64;
+    if percent < 1.0 { format!("{percent:.1} %") } else { format!("{percent:.0} %") }
 }
 
 fn draw_box(
