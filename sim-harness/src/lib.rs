@@ -13,7 +13,7 @@
 //! | [`metrics`] | how good it was |
 //! | [`campaign`] | many seeds on all cores |
 //! | [`figures`] | the paper's figure 3 |
-//! | [`bench`] | the named benchmarks |
+//! | [`mod@bench`] | the named benchmarks |
 //! | [`replay`] | recorded RSSI through the on-board code |
 //! | [`output`] | files and pictures |
 //! | [`cli`] | the command line |

@@ -12,12 +12,14 @@
 //! | `recording` | those samples, and what was wrong with the other rows |
 //! | `prediction` | the four predictors and their scores |
 //! | `flight` | the policies over a recorded flight |
+//! | `mind` | the whole agent over a recorded flight |
 //! | `summary` | all of it as a table, as JSON and as a CSV of every sample |
 //!
 //! The book's chapter "Replay" defines every number.
 
 mod flight;
 mod formats;
+mod mind;
 mod prediction;
 mod recording;
 mod summary;
@@ -29,6 +31,7 @@ use clap::ValueEnum;
 
 pub use flight::{Commands, Equality, Policy};
 pub use formats::Format;
+pub use mind::MindReport;
 pub use prediction::{Prediction, REAL_LINK, Score};
 pub use recording::{Anomalies, Anomaly};
 pub use summary::{FileReport, LinkReport, ReplaySummary};
@@ -71,7 +74,8 @@ pub fn replay(files: &[PathBuf], options: &ReplayOptions) -> Result<ReplaySummar
         summary.add(match format {
             Format::UchainFlight => {
                 let flight = flight::analyse(&recording, policies);
-                FileReport::of_flight(file, recording, flight)
+                let minds = mind::minds(&recording);
+                FileReport::of_flight(file, recording, flight, minds)
             }
             Format::Tetam | Format::BleRobot | Format::Mitll | Format::Csv => {
                 let foresights = prediction::foresee_all(&recording, options.kalman);

@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use super::flight::{Commands, Equality, Flight};
 use super::formats::Format;
+use super::mind::MindReport;
 use super::prediction::{Foresights, Prediction, Score, Tally};
 use super::recording::{Anomalies, Recording, Sample};
 
@@ -49,6 +50,9 @@ pub struct FileReport {
     pub launches_s: Vec<f64>,
     /// When the one of the paper's experiments would have.
     pub launches_at_once_s: Vec<f64>,
+    /// What the whole on-board mind of each relay would have done; empty where the log is not a
+    /// flight.
+    pub minds: Vec<MindReport>,
     /// How equal the links were; `None` for all but flights.
     pub equality: Option<Equality>,
     #[serde(skip)]
@@ -78,11 +82,17 @@ struct Series {
 }
 
 impl FileReport {
-    pub(super) fn of_flight(file: &Path, recording: Recording, flight: Flight) -> Self {
+    pub(super) fn of_flight(
+        file: &Path,
+        recording: Recording,
+        flight: Flight,
+        minds: Vec<MindReport>,
+    ) -> Self {
         Self {
             policy: Some(flight.commands),
             launches_s: flight.launches,
             launches_at_once_s: flight.launches_at_once,
+            minds,
             equality: Some(flight.equality),
             ..Self::new(file, Format::UchainFlight, recording, Vec::new())
         }
@@ -117,6 +127,7 @@ impl FileReport {
             policy: None,
             launches_s: Vec::new(),
             launches_at_once_s: Vec::new(),
+            minds: Vec::new(),
             equality: None,
             series: Series { samples, foresights },
             tally: None,
@@ -263,6 +274,20 @@ impl fmt::Display for FileReport {
             write_equality(f, equality, &self.links)?;
             write_launches(f, "settled", &self.launches_s)?;
             write_launches(f, "at once", &self.launches_at_once_s)?;
+            for mind in &self.minds {
+                write!(
+                    f,
+                    "    agent, relay {}: relaying {:.0} %, reconnecting {:.0} %, backing up {:.0} %",
+                    mind.relay,
+                    100.0 * mind.relaying,
+                    100.0 * mind.reconnecting,
+                    100.0 * mind.backing_up
+                )?;
+                match mind.landed_s {
+                    Some(landed) => writeln!(f, ", landed at {landed:.1} s")?,
+                    None => writeln!(f)?,
+                }
+            }
         }
         self.policy.as_ref().map_or(Ok(()), |commands| write_commands(f, commands))
     }

@@ -1,6 +1,6 @@
 //! What a mission is: where, who, how long, and what the operator does.
 //!
-//! A scenario is a TOML file ([`file`] reads and checks it; the book's chapter "Scenarios" has
+//! A scenario is a TOML file (`file` reads and checks it; the book's chapter "Scenarios" has
 //! every key). The built-in ones are files of the same kind, compiled in ([`builtin`]).
 
 pub mod builtin;

@@ -57,7 +57,7 @@ impl CentreLine {
         ([a[0] + along * direction[0], a[1] + along * direction[1]], direction)
     }
 
-    /// The abscissa of the point of the line nearest to `point`, within [`WINDOW_M`] of `near`.
+    /// The abscissa of the point of the line nearest to `point`, within 1.5 m of `near`.
     #[must_use]
     pub fn project(&self, point: Point, near: f32) -> f32 {
         let first = self.abscissae.partition_point(|&a| a < near - WINDOW_M).saturating_sub(1);

@@ -1,0 +1,114 @@
+//! The whole on-board mind over a recorded flight: for each relay the very `agent::Agent` that
+//! flies, hearing the strengths that the log holds.
+//!
+//! A log has no reports, so the neighbours say the least that a link of the chain says, and the
+//! base says that it is the base. The operator has them explore. The logged strengths were
+//! filtered on board already, so the agent takes them as they are.
+
+use agent::{Agent, AgentConfig, Inputs, Role, State};
+use chain::filter::Smoothing;
+use chain::neighbours::Heard;
+use chain::policy::PolicyConfig;
+use chain::report::{Order, Phase, Report, Task};
+use serde::Serialize;
+use tunnel_nav::Diagonals;
+use units::{Metres, MetresPerSecond, NodeId};
+
+use super::recording::{Recording, Sample};
+
+/// What the mind of one relay would have done: parts of the rows, 0 to 1.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct MindReport {
+    /// The relay's number; the head is 0.
+    pub relay: usize,
+    /// Rows of the log.
+    pub rows: usize,
+    /// Making its links equal.
+    pub relaying: f64,
+    /// Waiting for, or looking for, the drone in front.
+    pub reconnecting: f64,
+    /// Flying back towards the base's side.
+    pub backing_up: f64,
+    /// Seconds into the log at which it gave up and landed.
+    pub landed_s: Option<f64>,
+}
+
+/// The minds of all relays of the flight.
+pub(super) fn minds(recording: &Recording) -> Vec<MindReport> {
+    (1..recording.links.len()).map(|relay| mind(recording, relay)).collect()
+}
+
+fn mind(recording: &Recording, relay: usize) -> MindReport {
+    let policy = PolicyConfig { smoothing: Smoothing::Raw, ..PolicyConfig::DEFAULT };
+    let config = AgentConfig { policy, ..AgentConfig::DEFAULT };
+    // A chain of more than 256 drones does not come out of a checked flight.
+    let mut agent = Agent::new_linked(number(relay), Role::Relay);
+    let mut report = MindReport { relay, ..MindReport::default() };
+    let (mut relaying, mut reconnecting, mut backing_up) = (0_usize, 0_usize, 0_usize);
+    for (n, row) in recording.samples.chunk_by(|a, b| a.line == b.line).enumerate() {
+        let Some(now) = row.first().map(|sample| sample.time) else { continue };
+        let sequence = n as u16;
+        let last = recording.links.len();
+        let heard: Vec<Heard> =
+            row.iter().filter_map(|sample| heard(sample, relay, last, sequence)).collect();
+        let order = Order { sequence, task: Task::Explore(MetresPerSecond::ZERO) };
+        let outputs = agent.step(
+            &config,
+            now,
+            &Inputs {
+                ranges: Diagonals::default(),
+                velocity: None,
+                heading: None,
+                height: Some(Metres(config.flight.height.0)),
+                heard: &heard,
+                order: Some(order),
+                emergency: false,
+            },
+        );
+        report.rows += 1;
+        match outputs.status.state {
+            State::Relaying { .. } => relaying += 1,
+            State::Reconnecting { .. } => reconnecting += 1,
+            State::BackingUp { .. } => backing_up += 1,
+            State::Landing { .. } | State::Landed { .. } => {
+                report.landed_s.get_or_insert(now.as_micros() as f64 / 1e6);
+            }
+            State::Idle
+            | State::Armed { .. }
+            | State::TakingOff { .. }
+            | State::Leading { .. }
+            | State::Stopped => {}
+        }
+    }
+    let part =
+        |count: usize| if report.rows == 0 { 0.0 } else { count as f64 / report.rows as f64 };
+    MindReport {
+        relaying: part(relaying),
+        reconnecting: part(reconnecting),
+        backing_up: part(backing_up),
+        ..report
+    }
+}
+
+/// What this relay hears of one sample: link n joins drones n and n + 1.
+fn heard(sample: &Sample, relay: usize, last: usize, sequence: u16) -> Option<Heard> {
+    let from = match sample.link {
+        link if link + 1 == relay => link,
+        link if link == relay => link + 1,
+        _ => return None,
+    };
+    let report = Report {
+        from: number(from),
+        sequence,
+        phase: if from == last { Phase::Base } else { Phase::Linked },
+        velocity: MetresPerSecond::ZERO,
+        odometer: Metres::ZERO,
+        links: None,
+        order: None,
+    };
+    Some(Heard { report, rssi: sample.rssi })
+}
+
+fn number(drone: usize) -> NodeId {
+    NodeId(u8::try_from(drone).unwrap_or(u8::MAX))
+}
