@@ -22,16 +22,6 @@ fn short() -> Scenario {
     Scenario::read(&file).unwrap_or_else(|error| panic!("{error}"))
 }
 
-fn fly_one(scenario: &Scenario, world: &World, seed: u64) -> Trace {
-    let mut mission = Mission::new(scenario, world, seed);
-    let mut trace = mission.begin_trace(seed);
-    while !mission.is_over() {
-        mission.round();
-        trace.frames.push(mission.frame());
-    }
-    trace
-}
-
 /// What `--out` writes of it.
 fn bytes(trace: &Trace) -> (Vec<u8>, Vec<u8>) {
     let (mut table, mut recording) = (Vec::new(), Cursor::new(Vec::new()));
@@ -58,11 +48,11 @@ fn the_hash_is_fnv1a() {
 #[test]
 fn a_mission_flown_twice_leaves_the_same_bytes() {
     let scenario = short();
-    let once = bytes(&fly_one(&scenario, &World::of(&scenario), 7));
-    let again = bytes(&fly_one(&scenario, &World::of(&scenario), 7));
+    let once = bytes(&Mission::record(&scenario, &World::of(&scenario), 7));
+    let again = bytes(&Mission::record(&scenario, &World::of(&scenario), 7));
     assert!(once.0 == again.0, "trace.csv differs");
     assert!(once.1 == again.1, "trace.mcap differs");
-    let other = bytes(&fly_one(&scenario, &World::of(&scenario), 8));
+    let other = bytes(&Mission::record(&scenario, &World::of(&scenario), 8));
     assert!(once.0 != other.0, "the seed does nothing");
 }
 
@@ -76,7 +66,7 @@ fn the_number_of_threads_changes_no_byte() {
         pool.install(|| {
             let traces: Vec<_> = (0..6_u64)
                 .into_par_iter()
-                .map(|seed| bytes(&fly_one(&scenario, &world, seed)))
+                .map(|seed| bytes(&Mission::record(&scenario, &world, seed)))
                 .collect();
             let figures = fly(&scenario, &world, &reference, 1, 6, || ());
             (traces, format!("{figures:?}"))
@@ -96,7 +86,7 @@ fn the_number_of_threads_changes_no_byte() {
 #[test]
 fn the_trace_is_the_committed_one() {
     let scenario = short();
-    let (table, _) = bytes(&fly_one(&scenario, &World::of(&scenario), 1));
+    let (table, _) = bytes(&Mission::record(&scenario, &World::of(&scenario), 1));
     let is = format!("{:016x}", fnv1a(&table));
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden/trace.hash");
     let text = std::fs::read_to_string(&file).unwrap();

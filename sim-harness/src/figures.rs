@@ -105,10 +105,10 @@ pub fn make(runs: usize, seed: u64, after_each: impl Fn() + Sync) -> Result<Figu
                 })
                 .collect();
             if policy == "k" {
-                made.resting.push(record(&rester, &world, seed));
+                made.resting.push(Mission::record(&rester, &world, seed));
             }
             if n == 0 && policy != "default" {
-                made.exploring.push(record(&explorer, &world, seed));
+                made.exploring.push(Mission::record(&explorer, &world, seed));
             }
             made.cells.push(Cell { scenario: name, policy, convergence, exploration });
         }
@@ -132,16 +132,6 @@ fn at_rest(exploring: &Scenario) -> Scenario {
         duration_us: 180_000_000,
         ..exploring.clone()
     }
-}
-
-fn record(scenario: &Scenario, world: &World, seed: u64) -> Trace {
-    let mut mission = Mission::new(scenario, world, seed);
-    let mut trace = mission.begin_trace(seed);
-    while !mission.is_over() {
-        mission.round();
-        trace.frames.push(mission.frame());
-    }
-    trace
 }
 
 fn explore(scenario: &Scenario, world: &World, reference: &Reference, seed: u64) -> Explored {

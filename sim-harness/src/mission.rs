@@ -252,6 +252,18 @@ impl<'a> Mission<'a> {
         }
     }
 
+    /// Flies a whole mission and returns its record.
+    #[must_use]
+    pub fn record(scenario: &'a Scenario, world: &'a World, seed: u64) -> Trace {
+        let mut mission = Self::new(scenario, world, seed);
+        let mut trace = mission.begin_trace(seed);
+        while !mission.is_over() {
+            mission.round();
+            trace.frames.push(mission.frame());
+        }
+        trace
+    }
+
     /// An empty record of this mission.
     #[must_use]
     pub fn begin_trace(&self, seed: u64) -> Trace {
