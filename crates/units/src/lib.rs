@@ -9,6 +9,8 @@
 //! | [`Db`] | dB | a ratio of powers; a path loss is positive, larger is worse |
 //! | [`Metres`], [`MetresPerSecond`] | m, m/s | body axes: x forward, y left, z up |
 //! | [`Radians`], [`RadiansPerSecond`] | rad, rad/s | yaw counter-clockwise seen from above |
+//! | [`AngularVelocity`], [`Acceleration`] | rad/s, m/s² | along the board's axes |
+//! | [`Volts`] | V | |
 //! | [`Instant`], [`Duration`] | µs | since boot; never runs backwards |
 //!
 //! ```
@@ -23,8 +25,10 @@
 
 mod quantity;
 mod time;
+mod triad;
 
 pub use quantity::{
-    Db, DbPerMetre, Dbm, Metres, MetresPerSecond, NodeId, Radians, RadiansPerSecond,
+    Db, DbPerMetre, Dbm, Metres, MetresPerSecond, NodeId, Radians, RadiansPerSecond, Volts,
 };
 pub use time::{Duration, Instant};
+pub use triad::{Acceleration, AngularVelocity};

@@ -114,6 +114,11 @@ linear_quantity! {
     RadiansPerSecond, " rad/s"
 }
 
+linear_quantity! {
+    /// A voltage, in volts.
+    Volts, " V"
+}
+
 /// Received power in dBm: a negative number, larger is better. Two of them differ by [`Db`].
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

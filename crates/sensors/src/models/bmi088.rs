@@ -1,0 +1,276 @@
+//! A BMI088: two dies with registers of their own, the accelerometer asleep after its reset.
+
+use units::{Acceleration, AngularVelocity};
+
+use super::{Fault, I2cModel, peek, poke, quantised};
+use crate::bmi088::{ACCEL, GYRO};
+
+/// Registers of either die.
+const FILE: usize = 0x80;
+/// Standard gravity in m/s².
+const G: f32 = 9.806_65;
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Die {
+    Gyro,
+    Accel,
+}
+
+/// One die.
+struct Half {
+    die: Die,
+    registers: [u8; FILE],
+    pointer: Option<u8>,
+    /// µs until it answers again after a reset.
+    booting: u32,
+    /// µs since the last sample.
+    since_sample: u32,
+    /// What it measures now.
+    truth: [f32; 3],
+}
+
+impl Half {
+    const fn new(die: Die) -> Self {
+        let (registers, pointer) = ([0; FILE], None);
+        Self { die, registers, pointer, booting: 0, since_sample: 0, truth: [0.0; 3] }
+    }
+
+    /// Values after a reset (data sheet BST-BMI088-DS001).
+    fn reset(&mut self, id: u8, booting: u32) {
+        self.registers = [0; FILE];
+        self.booting = booting;
+        self.since_sample = 0;
+        poke(&mut self.registers, 0x00, &[id]);
+        match self.die {
+            Die::Gyro => {
+                poke(&mut self.registers, 0x10, &[0x80]);
+                poke(&mut self.registers, 0x16, &[0x0F]);
+            }
+            Die::Accel => {
+                poke(&mut self.registers, 0x40, &[0xA8, 0x01]);
+                poke(&mut self.registers, 0x7C, &[0x03, 0x00]);
+            }
+        }
+    }
+
+    const fn address(&self) -> u8 {
+        match self.die {
+            Die::Gyro => GYRO,
+            Die::Accel => ACCEL,
+        }
+    }
+
+    /// µs between samples; `None` while it sleeps.
+    fn sample_period(&self) -> Option<u32> {
+        match self.die {
+            Die::Gyro if peek(&self.registers, 0x11) != 0 => None,
+            Die::Gyro => Some(match peek(&self.registers, 0x10) & 0x07 {
+                0 | 1 => 500,
+                2 => 1_000,
+                3 => 2_500,
+                4 | 6 => 5_000,
+                _ => 10_000,
+            }),
+            Die::Accel if peek(&self.registers, 0x7D) != 0x04 => None,
+            Die::Accel if peek(&self.registers, 0x7C) != 0x00 => None,
+            Die::Accel => {
+                let rate = u32::from(peek(&self.registers, 0x40) & 0x0F).clamp(5, 12);
+                // 12.5 Hz at 5, doubled with each step up.
+                Some(80_000 >> (rate - 5))
+            }
+        }
+    }
+
+    /// What one step means, in rad/s or m/s².
+    fn step(&self) -> f32 {
+        match self.die {
+            Die::Gyro => {
+                let range = 2000.0 / f32::from(1_u16 << (peek(&self.registers, 0x0F) & 0x07));
+                range / 32768.0 * (core::f32::consts::PI / 180.0)
+            }
+            Die::Accel => {
+                let range = 3.0 * f32::from(1_u16 << (peek(&self.registers, 0x41) & 0x03));
+                range / 32768.0 * G
+            }
+        }
+    }
+
+    fn advance(&mut self, micros: u32) {
+        self.booting = self.booting.saturating_sub(micros);
+        let Some(period) = self.sample_period() else { return };
+        self.since_sample = self.since_sample.saturating_add(micros);
+        if self.since_sample >= period {
+            self.since_sample %= period;
+            self.sample();
+        }
+    }
+
+    fn sample(&mut self) {
+        let step = self.step();
+        let (data, status) = match self.die {
+            Die::Gyro => (0x02, 0x0A),
+            Die::Accel => (0x12, 0x03),
+        };
+        for (axis, value) in self.truth.into_iter().enumerate() {
+            let raw = quantised(value, step).to_le_bytes();
+            poke(&mut self.registers, data + 2 * axis, &raw);
+        }
+        // The gyroscope tells of its samples only when asked to.
+        if self.die == Die::Accel || peek(&self.registers, 0x15) & 0x80 != 0 {
+            poke(&mut self.registers, status, &[0x80]);
+        }
+    }
+
+    fn write(&mut self, byte: u8) {
+        let Some(at) = self.pointer else {
+            self.pointer = Some(byte);
+            return;
+        };
+        let id = peek(&self.registers, 0x00);
+        match (self.die, at, byte) {
+            (Die::Gyro, 0x14, 0xB6) => self.reset(id, 30_000),
+            (Die::Accel, 0x7E, 0xB6) => self.reset(id, 1_000),
+            (Die::Gyro, 0x10, _) => poke(&mut self.registers, at.into(), &[byte | 0x80]),
+            _ => poke(&mut self.registers, at.into(), &[byte]),
+        }
+        self.pointer = Some(at.wrapping_add(1));
+    }
+
+    fn read(&mut self) -> u8 {
+        let at = self.pointer.unwrap_or(0);
+        self.pointer = Some(at.wrapping_add(1));
+        let byte = peek(&self.registers, at.into());
+        let (first, status) = match self.die {
+            Die::Gyro => (0x02, 0x0A),
+            Die::Accel => (0x12, 0x03),
+        };
+        if at == first {
+            poke(&mut self.registers, status, &[0x00]);
+        }
+        byte
+    }
+}
+
+/// The model.
+pub struct Bmi088Model {
+    /// What is wrong with the gyroscope.
+    pub gyro_fault: Fault,
+    /// What is wrong with the accelerometer.
+    pub accel_fault: Fault,
+    gyro: Half,
+    accel: Half,
+    selected: Option<Die>,
+}
+
+impl Bmi088Model {
+    /// As after switching on, lying still and level.
+    #[must_use]
+    pub fn new() -> Self {
+        let mut model = Self {
+            gyro_fault: Fault::None,
+            accel_fault: Fault::None,
+            gyro: Half::new(Die::Gyro),
+            accel: Half::new(Die::Accel),
+            selected: None,
+        };
+        model.accel.truth = [0.0, 0.0, G];
+        model.set_ids(0x0F, 0x1E);
+        model
+    }
+
+    /// The supply dips: both dies forget their configuration.
+    pub fn reset(&mut self) {
+        self.reset_gyro();
+        self.reset_accel();
+    }
+
+    /// The gyroscope alone forgets its configuration.
+    pub fn reset_gyro(&mut self) {
+        let id = peek(&self.gyro.registers, 0);
+        self.gyro.reset(id, 0);
+    }
+
+    /// The accelerometer alone forgets its configuration.
+    pub fn reset_accel(&mut self) {
+        let id = peek(&self.accel.registers, 0);
+        self.accel.reset(id, 0);
+    }
+
+    /// Lets the dies call themselves so, and resets them.
+    pub fn set_ids(&mut self, gyro: u8, accel: u8) {
+        self.gyro.reset(gyro, 0);
+        self.accel.reset(accel, 0);
+    }
+
+    /// What there is to measure from now on.
+    pub fn set(&mut self, gyro: AngularVelocity, accel: Acceleration) {
+        self.gyro.truth = gyro.0;
+        self.accel.truth = accel.0;
+    }
+
+    /// A register of the gyroscope.
+    #[must_use]
+    pub fn gyro_register(&self, register: u8) -> u8 {
+        peek(&self.gyro.registers, register.into())
+    }
+
+    /// A register of the accelerometer.
+    #[must_use]
+    pub fn accel_register(&self, register: u8) -> u8 {
+        peek(&self.accel.registers, register.into())
+    }
+
+    /// The die that takes part in the transaction, with what is wrong with it.
+    const fn selected(&mut self) -> Option<(&mut Half, &mut Fault)> {
+        match self.selected {
+            Some(Die::Gyro) => Some((&mut self.gyro, &mut self.gyro_fault)),
+            Some(Die::Accel) => Some((&mut self.accel, &mut self.accel_fault)),
+            None => None,
+        }
+    }
+}
+
+impl Default for Bmi088Model {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl I2cModel for Bmi088Model {
+    fn start(&mut self, address: u8, read: bool) -> bool {
+        self.selected = [Die::Gyro, Die::Accel].into_iter().find(|die| match die {
+            Die::Gyro => self.gyro.address() == address,
+            Die::Accel => self.accel.address() == address,
+        });
+        let Some((half, fault)) = self.selected() else { return false };
+        if !read {
+            half.pointer = None;
+        }
+        half.booting == 0 && fault.acknowledges()
+    }
+
+    fn write(&mut self, byte: u8) -> bool {
+        let Some((half, fault)) = self.selected() else { return false };
+        if !fault.acknowledges() {
+            return false;
+        }
+        half.write(byte);
+        true
+    }
+
+    fn read(&mut self) -> u8 {
+        match self.selected() {
+            Some((half, fault)) => fault.read(half.read()),
+            None => 0xFF,
+        }
+    }
+
+    fn stop(&mut self) {
+        self.selected = None;
+    }
+
+    fn advance(&mut self, micros: u32) {
+        self.gyro.advance(micros);
+        self.accel.advance(micros);
+    }
+}

@@ -1,0 +1,247 @@
+//! A VL53L1x: its reset line, its boot, its changeable address, and measurements that take as long
+//! as the timeouts in its registers say.
+
+use core::cell::Cell;
+
+use units::Metres;
+
+use super::{Fault, I2cModel, peek, poke};
+use crate::expander::Lines;
+use crate::vl53l1x::DEFAULT_ADDRESS;
+
+/// Registers up to the identification.
+const FILE: usize = 0x0112;
+/// From reset to the first answer, in µs (data sheet, t_BOOT).
+const BOOT_US: u32 = 1_200;
+/// The oscillator's calibration: ticks of the period register in a millisecond.
+const OSCILLATOR: u16 = 800;
+/// One tick of the laser's clock in ns, times the 2304 of a macro period: what ST's API calculates
+/// for the usual oscillator of 11.8 MHz.
+const MACRO_TICK_NS: u64 = 3_051;
+/// What a measurement takes beside the two timeouts, in µs.
+const OVERHEAD_US: u64 = 4_500;
+
+/// What can be wrong with this sensor beside a [`Fault`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Vl53l1xFault {
+    /// Nothing.
+    #[default]
+    None,
+    /// Its firmware never starts.
+    NeverBoots,
+    /// It never has a result.
+    NeverReady,
+    /// It says that it has results, and they are always the same.
+    Frozen,
+    /// Every measurement ends with this code of the device.
+    Status(u8),
+}
+
+/// The model.
+pub struct Vl53l1xModel<'a> {
+    /// What is wrong with its bus.
+    pub fault: Fault,
+    /// What is wrong with its ranging.
+    pub ranging_fault: Vl53l1xFault,
+    /// What it sees.
+    pub distance: Metres,
+    /// The σ that it reports.
+    pub sigma: Metres,
+    /// What it calls itself.
+    pub model_id: u16,
+    reset_line: Option<(&'a Cell<u8>, Lines)>,
+    was_off: bool,
+    registers: [u8; FILE],
+    pointer: Pointer,
+    booting: u32,
+    until_result: Option<u32>,
+    stream: Option<u8>,
+    results: u32,
+}
+
+#[derive(Clone, Copy)]
+enum Pointer {
+    Unset,
+    High(u8),
+    At(u16),
+}
+
+impl<'a> Vl53l1xModel<'a> {
+    /// A sensor that has just been switched on. With a line, it is in reset while that is low.
+    #[must_use]
+    pub fn new(reset_line: Option<(&'a Cell<u8>, Lines)>) -> Self {
+        let mut model = Self {
+            fault: Fault::None,
+            ranging_fault: Vl53l1xFault::None,
+            distance: Metres(1.0),
+            sigma: Metres(0.003),
+            model_id: 0xEACC,
+            reset_line,
+            was_off: false,
+            registers: [0; FILE],
+            pointer: Pointer::Unset,
+            booting: 0,
+            until_result: None,
+            stream: None,
+            results: 0,
+        };
+        model.reset();
+        model
+    }
+
+    /// The supply dips: it is back at its default address and does not range.
+    pub fn reset(&mut self) {
+        self.registers = [0; FILE];
+        poke(&mut self.registers, 0x0001, &[DEFAULT_ADDRESS]);
+        poke(&mut self.registers, 0x0030, &[0x11, 0x01]);
+        poke(&mut self.registers, 0x00DE, &OSCILLATOR.to_be_bytes());
+        poke(&mut self.registers, 0x010F, &self.model_id.to_be_bytes());
+        self.booting = BOOT_US;
+        self.until_result = None;
+    }
+
+    /// The address that it answers at.
+    #[must_use]
+    pub fn address(&self) -> u8 {
+        peek(&self.registers, 0x0001) & 0x7F
+    }
+
+    /// A register.
+    #[must_use]
+    pub fn register(&self, register: u16) -> u8 {
+        peek(&self.registers, register.into())
+    }
+
+    /// How many measurements it has made since it was switched on.
+    #[must_use]
+    pub const fn results(&self) -> u32 {
+        self.results
+    }
+
+    /// µs from one result to the next: the period, or the measurement if that takes longer.
+    #[must_use]
+    pub fn result_period(&self) -> u32 {
+        let word = |at: usize| (peek(&self.registers, at), peek(&self.registers, at + 1));
+        let phase = |timeout: usize, vcsel: usize| {
+            let (exponent, mantissa) = word(timeout);
+            let macro_periods = (u64::from(mantissa) << (exponent & 0x0F)) + 1;
+            let ticks = (u64::from(peek(&self.registers, vcsel)) + 1) * 2;
+            macro_periods * ticks * MACRO_TICK_NS / 1_000
+        };
+        let measuring = phase(0x005E, 0x0060) + phase(0x0061, 0x0063) + OVERHEAD_US;
+        let ((p3, p2), (p1, p0)) = (word(0x006C), word(0x006E));
+        let period = u64::from(u32::from_be_bytes([p3, p2, p1, p0])) * 1_000_000
+            / (u64::from(OSCILLATOR) * 1_075);
+        u32::try_from(measuring.max(period)).unwrap_or(u32::MAX)
+    }
+
+    /// Without supply, or held in reset, it forgets everything.
+    fn is_off(&mut self) -> bool {
+        let held = self.reset_line.is_some_and(|(lines, own)| lines.get() & own.bits() == 0);
+        let off = held || self.fault == Fault::Absent;
+        if off != self.was_off {
+            self.reset();
+            self.was_off = off;
+        }
+        off
+    }
+
+    fn finish_measurement(&mut self) {
+        if self.ranging_fault == Vl53l1xFault::NeverReady {
+            return;
+        }
+        poke(&mut self.registers, 0x0031, &[0x03]);
+        if self.ranging_fault == Vl53l1xFault::Frozen {
+            return;
+        }
+        self.results = self.results.saturating_add(1);
+        // Counts from zero on, and after 255 from 128 on.
+        let stream = self.stream.map_or(0, |last| last.checked_add(1).unwrap_or(128));
+        self.stream = Some(stream);
+        let status = match self.ranging_fault {
+            Vl53l1xFault::Status(code) => code,
+            _ if self.distance.0 > 4.0 => 4,
+            _ => 9,
+        };
+        let word = |value: f32| ((value + 0.5) as u16).to_be_bytes();
+        poke(&mut self.registers, 0x0089, &[status, 0, stream]);
+        poke(&mut self.registers, 0x0090, &word(0.25 * 128.0));
+        poke(&mut self.registers, 0x0092, &word(self.sigma.0 * 4e3));
+        poke(&mut self.registers, 0x0096, &word(self.distance.0 * 1e3));
+        poke(&mut self.registers, 0x0098, &word(8.0 * 128.0));
+    }
+
+    fn write_register(&mut self, at: u16, byte: u8) {
+        match at {
+            0x0086 => {
+                if byte & 0x01 != 0 {
+                    poke(&mut self.registers, 0x0031, &[0x02]);
+                }
+            }
+            0x0087 => {
+                poke(&mut self.registers, at.into(), &[byte]);
+                if byte & 0x40 != 0 {
+                    self.stream = None;
+                    self.until_result = Some(self.result_period());
+                } else {
+                    self.until_result = None;
+                }
+            }
+            _ => poke(&mut self.registers, at.into(), &[byte]),
+        }
+    }
+}
+
+impl I2cModel for Vl53l1xModel<'_> {
+    fn start(&mut self, address: u8, read: bool) -> bool {
+        if self.is_off() || self.booting > 0 || address != self.address() {
+            return false;
+        }
+        if !read {
+            self.pointer = Pointer::Unset;
+        }
+        self.fault.acknowledges()
+    }
+
+    fn write(&mut self, byte: u8) -> bool {
+        if !self.fault.acknowledges() {
+            return false;
+        }
+        self.pointer = match self.pointer {
+            Pointer::Unset => Pointer::High(byte),
+            Pointer::High(high) => Pointer::At(u16::from_be_bytes([high, byte])),
+            Pointer::At(at) => {
+                self.write_register(at, byte);
+                Pointer::At(at.wrapping_add(1))
+            }
+        };
+        true
+    }
+
+    fn read(&mut self) -> u8 {
+        let Pointer::At(at) = self.pointer else { return 0xFF };
+        self.pointer = Pointer::At(at.wrapping_add(1));
+        let byte = match at {
+            0x00E5 if self.ranging_fault == Vl53l1xFault::NeverBoots => 0x00,
+            0x00E5 => 0x03,
+            _ => peek(&self.registers, at.into()),
+        };
+        self.fault.read(byte)
+    }
+
+    fn stop(&mut self) {}
+
+    fn advance(&mut self, micros: u32) {
+        if self.is_off() {
+            return;
+        }
+        self.booting = self.booting.saturating_sub(micros);
+        let Some(left) = self.until_result else { return };
+        self.until_result = Some(left.saturating_sub(micros));
+        if left > micros {
+            return;
+        }
+        self.until_result = Some(self.result_period().saturating_sub(micros - left));
+        self.finish_measurement();
+    }
+}

@@ -1,0 +1,235 @@
+//! How far a sensor looks, how long and how often, and what that is in its registers.
+
+use units::Duration;
+
+/// The two presets of ST's Ultra Lite Driver.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum DistanceMode {
+    /// Up to 1.3 m, hardly disturbed by sunlight.
+    Short,
+    /// Up to 4 m in the dark.
+    Long,
+}
+
+/// How one sensor ranges.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Config {
+    /// How far.
+    pub mode: DistanceMode,
+    /// Time for one measurement. 20 to 500 ms, in [`DistanceMode::Short`] from 15 ms on.
+    pub budget: Duration,
+    /// Time from one measurement to the next, at least the budget (UM2510), at most a minute. With
+    /// both alike the next measurement begins as soon as the last is over.
+    pub period: Duration,
+}
+
+impl Config {
+    /// The ranger that looks down: 25 ms, 40 a second, as crazyflie-firmware's `zranger2.c` has
+    /// it. (There with a preset for middle distances, which the Ultra Lite Driver has not. ST would
+    /// rather have 33 ms for long distances, but gives timeouts down to 20 ms.)
+    pub const DOWN: Self = Self {
+        mode: DistanceMode::Long,
+        budget: Duration::from_millis(25),
+        period: Duration::from_millis(25),
+    };
+
+    /// The rangers that look sideways and up: 33 ms, 30 a second, the shortest budget that ST
+    /// recommends for all distances (UM2356). The data sheet's reach in the dark, 3.6 m on white
+    /// and 1.7 m on 17 % grey, is that of 100 ms, of which 80 are spent ranging; here it is 19, and σ
+    /// about twice as large.
+    pub const SIDE: Self = Self {
+        mode: DistanceMode::Long,
+        budget: Duration::from_millis(33),
+        period: Duration::from_millis(33),
+    };
+
+    const LONGEST_PERIOD: Duration = Duration::from_secs(60);
+
+    /// What the mode, budget and period are in the registers of a sensor whose oscillator was
+    /// calibrated to `oscillator`; `None` for what it cannot do.
+    pub(super) fn registers(&self, oscillator: u16) -> Option<Registers> {
+        if self.period < self.budget || self.period > Self::LONGEST_PERIOD {
+            return None;
+        }
+        let (timeout_a, timeout_b) = timeouts(self.mode, self.budget)?;
+        Some(Registers {
+            preset: Preset::of(self.mode),
+            timeout_a,
+            timeout_b,
+            period: period_word(self.period, oscillator),
+        })
+    }
+}
+
+/// The registers that depend on a [`Config`].
+#[derive(Clone, Copy)]
+pub(super) struct Registers {
+    pub(super) preset: Preset,
+    pub(super) timeout_a: u16,
+    pub(super) timeout_b: u16,
+    pub(super) period: u32,
+}
+
+/// The registers of a distance mode (`VL53L1X_SetDistanceMode`).
+#[derive(Clone, Copy)]
+pub(super) struct Preset {
+    pub(super) phasecal_timeout: u8,
+    pub(super) vcsel_period_a: u8,
+    pub(super) vcsel_period_b: u8,
+    pub(super) valid_phase_high: u8,
+    pub(super) window: u16,
+    pub(super) initial_phase: u16,
+}
+
+impl Preset {
+    const fn of(mode: DistanceMode) -> Self {
+        match mode {
+            DistanceMode::Short => Self {
+                phasecal_timeout: 0x14,
+                vcsel_period_a: 0x07,
+                vcsel_period_b: 0x05,
+                valid_phase_high: 0x38,
+                window: 0x0705,
+                initial_phase: 0x0606,
+            },
+            DistanceMode::Long => Self {
+                phasecal_timeout: 0x0A,
+                vcsel_period_a: 0x0F,
+                vcsel_period_b: 0x0D,
+                valid_phase_high: 0xB8,
+                window: 0x0F0D,
+                initial_phase: 0x0E0E,
+            },
+        }
+    }
+}
+
+/// A budget in ms and its two timeouts, as the registers have them.
+type Row = (u32, u16, u16);
+
+/// `VL53L1X_SetTimingBudgetInMs`, short distances.
+const SHORT: [Row; 7] = [
+    (15, 0x001D, 0x0027),
+    (20, 0x0051, 0x006E),
+    (33, 0x00D6, 0x006E),
+    (50, 0x01AE, 0x01E8),
+    (100, 0x02E1, 0x0388),
+    (200, 0x03E1, 0x0496),
+    (500, 0x0591, 0x05C1),
+];
+
+/// `VL53L1X_SetTimingBudgetInMs`, long distances.
+const LONG: [Row; 6] = [
+    (20, 0x001E, 0x0022),
+    (33, 0x0060, 0x006E),
+    (50, 0x00AD, 0x00C6),
+    (100, 0x01CC, 0x01EA),
+    (200, 0x02D9, 0x02F8),
+    (500, 0x048F, 0x04A4),
+];
+
+/// The timeouts of a budget: ST's where ST gives them. Between two of ST's budgets the timeouts
+/// are interpolated, which keeps the time that ST leaves for everything but ranging between what
+/// it is at the one and at the other.
+fn timeouts(mode: DistanceMode, budget: Duration) -> Option<(u16, u16)> {
+    let table: &[Row] = match mode {
+        DistanceMode::Short => &SHORT,
+        DistanceMode::Long => &LONG,
+    };
+    let micros = u32::try_from(budget.as_micros()).ok()?;
+    table.windows(2).find_map(|pair| match pair {
+        [low, high] => between(micros, *low, *high),
+        _ => None,
+    })
+}
+
+fn between(micros: u32, low: Row, high: Row) -> Option<(u16, u16)> {
+    let (from, to) = (low.0 * 1_000, high.0 * 1_000);
+    if !(from..=to).contains(&micros) {
+        return None;
+    }
+    let at = |low: u16, high: u16| {
+        let (low, high) = (macro_periods(low), macro_periods(high));
+        let part = (high.saturating_sub(low) * (micros - from)).checked_div(to - from)?;
+        Some(encode(low + part))
+    };
+    Some((at(low.1, high.1)?, at(low.2, high.2)?))
+}
+
+/// A timeout in macro periods: (low byte · 2^high byte) + 1.
+const fn macro_periods(word: u16) -> u32 {
+    (((word & 0xFF) as u32) << ((word >> 8) & 0x0F)) + 1
+}
+
+/// The longest timeout of that form that is not longer than `periods`.
+fn encode(periods: u32) -> u16 {
+    let value = periods.saturating_sub(1);
+    let exponent = (u32::BITS - value.leading_zeros()).saturating_sub(8);
+    ((exponent as u16) << 8) | (value >> exponent) as u16
+}
+
+/// SYSTEM__INTERMEASUREMENT_PERIOD: the low ten bits of the oscillator's calibration are its ticks
+/// in a millisecond, and 1.075 is ST's correction (`VL53L1X_SetInterMeasurementInMs`).
+fn period_word(period: Duration, oscillator: u16) -> u32 {
+    let ticks = u64::from(oscillator & 0x03FF);
+    let word = ticks * period.as_micros() * 1_075 / 1_000_000;
+    u32::try_from(word).unwrap_or(u32::MAX)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_published_budget_has_the_published_timeouts() {
+        for (mode, table) in [(DistanceMode::Short, &SHORT[..]), (DistanceMode::Long, &LONG[..])] {
+            for (ms, a, b) in table {
+                let budget = Duration::from_millis(u64::from(*ms));
+                assert_eq!(timeouts(mode, budget), Some((*a, *b)), "{mode:?}, {ms} ms");
+            }
+        }
+    }
+
+    #[test]
+    fn a_longer_budget_never_has_a_shorter_timeout() {
+        for mode in [DistanceMode::Short, DistanceMode::Long] {
+            let mut before = (0, 0);
+            for micros in (20_000..=500_000).step_by(250) {
+                let (a, b) = timeouts(mode, Duration::from_micros(micros)).unwrap();
+                let now = (macro_periods(a), macro_periods(b));
+                assert!(now.0 >= before.0 && now.1 >= before.1, "{mode:?} at {micros} us");
+                before = now;
+            }
+        }
+    }
+
+    #[test]
+    fn what_st_gives_no_timeouts_for_is_refused() {
+        for (mode, micros) in [
+            (DistanceMode::Short, 14_999),
+            (DistanceMode::Long, 19_999),
+            (DistanceMode::Short, 500_001),
+            (DistanceMode::Long, u64::MAX),
+            (DistanceMode::Long, 0),
+        ] {
+            assert_eq!(timeouts(mode, Duration::from_micros(micros)), None, "{mode:?} {micros}");
+        }
+    }
+
+    #[test]
+    fn encoding_loses_less_than_one_part_in_128_and_never_lengthens() {
+        for periods in (1..70_000).step_by(7) {
+            let kept = macro_periods(encode(periods));
+            assert!(kept <= periods && periods - kept <= periods / 128, "{kept} of {periods}");
+        }
+    }
+
+    #[test]
+    fn a_period_is_sts_number_of_ticks() {
+        // 100 ms with 0x03FF ticks: (uint32_t)(1023 * 100 * 1.075).
+        assert_eq!(period_word(Duration::from_millis(100), 0xFFFF), 109_972);
+        assert_eq!(period_word(Duration::from_millis(33), 800), 28_380);
+    }
+}

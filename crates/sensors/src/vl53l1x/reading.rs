@@ -1,0 +1,182 @@
+//! What a measurement gave.
+
+use core::fmt;
+
+use units::Metres;
+
+/// How a measurement went. A distance means something only where [`RangeStatus::is_valid`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum RangeStatus {
+    /// A target, measured and checked.
+    Valid,
+    /// The first measurement after a start, which cannot yet be told from a target further off
+    /// that reads as a near one.
+    Unchecked,
+    /// σ above the limit: too little light came back.
+    SigmaFail,
+    /// Hardly any light came back: no target within reach.
+    SignalFail,
+    /// A target nearer than the sensor can tell.
+    MinRangeClipped,
+    /// The phase is out of bounds: nothing within reach, or something beyond it.
+    OutOfBounds,
+    /// The laser or its supervision failed. The device's own code.
+    Hardware(u8),
+    /// A target beyond reach that reads as a near one.
+    WrapTarget,
+    /// No more light than what the cover reflects.
+    Crosstalk,
+    /// The first interrupt of a series; there is no measurement.
+    Synchronisation,
+    /// Two targets that could not be told apart.
+    MergedPulse,
+    /// A target, with too little signal to measure.
+    LackOfSignal,
+    /// A target below the smallest distance.
+    MinRangeFail,
+    /// A code that ST does not name.
+    Other(u8),
+}
+
+impl RangeStatus {
+    /// From RESULT__RANGE_STATUS and the stream count: the table of `VL53L1X_GetRangeStatus`,
+    /// with the hardware's failures as ST's full API tells them apart. A complete range with a
+    /// stream count of zero has not been checked (the same API).
+    pub(super) const fn from_registers(status: u8, stream: u8) -> Self {
+        match status & 0x1F {
+            9 if stream == 0 => Self::Unchecked,
+            9 => Self::Valid,
+            code @ (1 | 2 | 3 | 17) => Self::Hardware(code),
+            4 => Self::SignalFail,
+            5 => Self::OutOfBounds,
+            6 => Self::SigmaFail,
+            7 => Self::WrapTarget,
+            8 => Self::MinRangeClipped,
+            12 => Self::Crosstalk,
+            13 => Self::MinRangeFail,
+            18 => Self::Synchronisation,
+            19 => Self::Unchecked,
+            22 => Self::MergedPulse,
+            23 => Self::LackOfSignal,
+            code => Self::Other(code),
+        }
+    }
+
+    /// Whether the distance is one to fly by.
+    #[must_use]
+    pub const fn is_valid(self) -> bool {
+        matches!(self, Self::Valid)
+    }
+}
+
+/// Photons counted, in millions a second.
+#[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct CountRate(pub f32);
+
+impl CountRate {
+    /// From a register with 7 binary places.
+    fn from_register(raw: [u8; 2]) -> Self {
+        Self(f32::from(u16::from_be_bytes(raw)) / 128.0)
+    }
+}
+
+impl fmt::Display for CountRate {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(&self.0, f)?;
+        f.write_str(" Mcps")
+    }
+}
+
+/// One measurement.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Reading {
+    /// How far. To be believed only if the status says so: see [`Reading::range`].
+    pub distance: Metres,
+    /// The sensor's own estimate of the standard deviation.
+    pub sigma: Metres,
+    /// How it went.
+    pub status: RangeStatus,
+    /// What came back of the sensor's light.
+    pub signal: CountRate,
+    /// The light that was there anyway.
+    pub ambient: CountRate,
+    /// Counts measurements: two readings with the same number are the same measurement, and a
+    /// number that stands still is a sensor that does.
+    pub stream: u8,
+}
+
+impl Reading {
+    /// The 17 bytes from RESULT__RANGE_STATUS on.
+    pub(super) fn from_registers(result: [u8; 17]) -> Self {
+        let [status, _, stream, _, _, _, _, a1, a0, g1, g0, _, _, d1, d0, s1, s0] = result;
+        Self {
+            distance: Metres(f32::from(u16::from_be_bytes([d1, d0])) * 1e-3),
+            // In quarters of a millimetre.
+            sigma: Metres(f32::from(u16::from_be_bytes([g1, g0])) * 0.25e-3),
+            status: RangeStatus::from_registers(status, stream),
+            signal: CountRate::from_register([s1, s0]),
+            ambient: CountRate::from_register([a1, a0]),
+            stream,
+        }
+    }
+
+    /// The distance, if it is one to fly by.
+    #[must_use]
+    pub const fn range(&self) -> Option<Metres> {
+        if self.status.is_valid() { Some(self.distance) } else { None }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `status_rtn` of ST's driver, in the words of UM2510.
+    #[test]
+    fn every_code_of_the_device_has_its_name() {
+        let named = [
+            (4, RangeStatus::SignalFail),
+            (5, RangeStatus::OutOfBounds),
+            (6, RangeStatus::SigmaFail),
+            (7, RangeStatus::WrapTarget),
+            (8, RangeStatus::MinRangeClipped),
+            (9, RangeStatus::Valid),
+            (12, RangeStatus::Crosstalk),
+            (13, RangeStatus::MinRangeFail),
+            (18, RangeStatus::Synchronisation),
+            (19, RangeStatus::Unchecked),
+            (22, RangeStatus::MergedPulse),
+            (23, RangeStatus::LackOfSignal),
+        ];
+        for code in 0..32 {
+            let is = RangeStatus::from_registers(code, 1);
+            let should = match named.iter().find(|(named, _)| *named == code) {
+                Some((_, status)) => *status,
+                None if [1, 2, 3, 17].contains(&code) => RangeStatus::Hardware(code),
+                None => RangeStatus::Other(code),
+            };
+            assert_eq!(is, should, "{code}");
+            assert_eq!(is.is_valid(), code == 9);
+            // The upper bits are flags.
+            assert_eq!(RangeStatus::from_registers(code | 0xE0, 1), is);
+        }
+        assert_eq!(RangeStatus::from_registers(9, 0), RangeStatus::Unchecked);
+    }
+
+    #[test]
+    fn a_result_is_read_from_its_places() {
+        let reading = Reading::from_registers([
+            0x09, 0xFF, 0x21, 0xFF, 0xFF, 0xFF, 0xFF, 0x00, 0x40, 0x00, 0x0A, 0xFF, 0xFF, 0x04,
+            0xD2, 0x01, 0x80,
+        ]);
+        assert_eq!(reading.stream, 0x21);
+        assert!((reading.distance.0 - 1.234).abs() < 1e-6);
+        assert!((reading.sigma.0 - 0.0025).abs() < 1e-7);
+        assert_eq!(reading.ambient, CountRate(0.5));
+        assert_eq!(reading.signal, CountRate(3.0));
+        assert_eq!(reading.range(), Some(reading.distance));
+    }
+}

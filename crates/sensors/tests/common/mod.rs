@@ -1,0 +1,208 @@
+//! What the drivers' tests share: an executor for futures that never wait, a bus that writes down
+//! what passes, and the two decks as models.
+#![allow(dead_code)] // Each test takes what it needs.
+
+use std::cell::{Cell, RefCell};
+use std::fmt::Write as _;
+use std::future::Future;
+use std::pin::pin;
+use std::task::{Context, Poll, Waker};
+
+use embedded_hal::i2c::{ErrorKind, ErrorType, Operation};
+use embedded_hal_async::i2c::I2c;
+use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
+use sensors::expander::Lines;
+use sensors::models::{ExpanderModel, I2cModel, ModelBus, ModelDelay, Vl53l1xModel, Wires};
+use sensors::multi_ranger::Beam;
+use units::Metres;
+
+/// Runs a future over models, which are always ready: their time is not ours.
+pub(crate) fn block_on<F: Future>(future: F) -> F::Output {
+    let mut future = pin!(future);
+    match future.as_mut().poll(&mut Context::from_waker(Waker::noop())) {
+        Poll::Ready(output) => output,
+        Poll::Pending => panic!("a model made its driver wait"),
+    }
+}
+
+pub(crate) fn seeded() -> ProptestConfig {
+    ProptestConfig {
+        rng_seed: RngSeed::Fixed(1),
+        failure_persistence: None,
+        cases: 64,
+        ..Default::default()
+    }
+}
+
+/// A bus that writes every transaction down: `18 w 7e b6` is a write, `18 w 00 r 1e` a write and a
+/// read, and `!` ends one that failed. It can put its own bytes in place of what is read.
+pub(crate) struct Recorder<I2C> {
+    bus: I2C,
+    pub(crate) log: String,
+    pub(crate) instead: Option<(u8, Vec<u8>, u8)>,
+}
+
+impl<I2C> Recorder<I2C> {
+    pub(crate) fn new(bus: I2C) -> Self {
+        Self { bus, log: String::new(), instead: None }
+    }
+
+    /// The writes alone, which are what configures a device.
+    pub(crate) fn writes(&self) -> String {
+        self.log
+            .lines()
+            .filter(|line| !line.contains(" r"))
+            .map(|line| format!("{line}\n"))
+            .collect()
+    }
+}
+
+impl<I2C: ErrorType> ErrorType for Recorder<I2C> {
+    type Error = I2C::Error;
+}
+
+impl<I2C: I2c<Error = ErrorKind>> I2c for Recorder<I2C> {
+    async fn transaction(
+        &mut self,
+        address: u8,
+        operations: &mut [Operation<'_>],
+    ) -> Result<(), ErrorKind> {
+        let outcome = self.bus.transaction(address, operations).await;
+        let mut written = Vec::new();
+        write!(self.log, "{address:02x}").unwrap();
+        for operation in operations {
+            let (sign, bytes) = match operation {
+                Operation::Write(bytes) => {
+                    written = bytes.to_vec();
+                    ("w", written.clone())
+                }
+                Operation::Read(bytes) => {
+                    if let Some((of, register, byte)) = &self.instead
+                        && *of == address
+                        && *register == written
+                    {
+                        bytes.fill(*byte);
+                    }
+                    ("r", bytes.to_vec())
+                }
+            };
+            write!(self.log, " {sign}").unwrap();
+            for byte in bytes {
+                write!(self.log, " {byte:02x}").unwrap();
+            }
+        }
+        self.log.push_str(if outcome.is_ok() { "\n" } else { " !\n" });
+        outcome
+    }
+}
+
+/// A loose contact: it sits on the bus as a device that never answers, and resets a ranger when its
+/// time has come, in the middle of a transaction if need be.
+pub(crate) struct LooseContact<'a> {
+    rangers: [&'a RefCell<Vl53l1xModel<'a>>; 6],
+    due: Option<(u32, usize)>,
+}
+
+impl LooseContact<'_> {
+    pub(crate) fn strike(&mut self, ranger: usize, after_micros: u32) {
+        self.due = Some((after_micros, ranger));
+    }
+}
+
+impl I2cModel for LooseContact<'_> {
+    fn start(&mut self, _address: u8, _read: bool) -> bool {
+        false
+    }
+
+    fn write(&mut self, _byte: u8) -> bool {
+        false
+    }
+
+    fn read(&mut self) -> u8 {
+        0xFF
+    }
+
+    fn stop(&mut self) {}
+
+    fn advance(&mut self, micros: u32) {
+        match self.due {
+            Some((left, ranger)) if left <= micros => {
+                self.rangers[ranger].borrow_mut().reset();
+                self.due = None;
+            }
+            Some((left, ranger)) => self.due = Some((left - micros, ranger)),
+            None => {}
+        }
+    }
+}
+
+/// Both decks, every ranger looking at a distance that is its own.
+pub(crate) struct Decks<'a> {
+    pub(crate) wires: &'a Wires<'a>,
+    pub(crate) lines: &'a Cell<u8>,
+    pub(crate) expander: &'a RefCell<ExpanderModel<'a>>,
+    pub(crate) contact: &'a RefCell<LooseContact<'a>>,
+    rangers: [&'a RefCell<Vl53l1xModel<'a>>; 6],
+}
+
+impl<'a> Decks<'a> {
+    pub(crate) fn bus(&self) -> ModelBus<'a> {
+        ModelBus::new(self.wires)
+    }
+
+    pub(crate) fn delay(&self) -> ModelDelay<'a> {
+        ModelDelay::new(self.wires)
+    }
+
+    pub(crate) fn ranger(&self, beam: Beam) -> &'a RefCell<Vl53l1xModel<'a>> {
+        self.rangers[index(beam)]
+    }
+}
+
+fn index(beam: Beam) -> usize {
+    Beam::ALL.iter().position(|other| *other == beam).unwrap()
+}
+
+/// How far it is where a beam looks.
+pub(crate) fn wall(beam: Beam) -> Metres {
+    Metres(0.5 + 0.25 * index(beam) as f32)
+}
+
+/// Runs a test with both decks switched on and booted. The reset lines float high, which is the
+/// worse case: all six rangers are at 0x29.
+pub(crate) fn with_decks<R>(test: impl FnOnce(&Decks<'_>) -> R) -> R {
+    let lines = Cell::new(0);
+    let expander = RefCell::new(ExpanderModel::new(&lines, 0xFF));
+    let ranger = |beam| {
+        let line = match beam {
+            Beam::Down => None,
+            Beam::Front => Some(Lines::FRONT),
+            Beam::Back => Some(Lines::BACK),
+            Beam::Up => Some(Lines::UP),
+            Beam::Left => Some(Lines::LEFT),
+            Beam::Right => Some(Lines::RIGHT),
+        };
+        let mut model = Vl53l1xModel::new(line.map(|line| (&lines, line)));
+        model.distance = wall(beam);
+        RefCell::new(model)
+    };
+    let [down, front, back, up, left, right] = Beam::ALL.map(ranger);
+    let rangers = [&down, &front, &back, &up, &left, &right];
+    let contact = RefCell::new(LooseContact { rangers, due: None });
+    let devices: [&RefCell<dyn I2cModel + '_>; 8] =
+        [&expander, &down, &front, &back, &up, &left, &right, &contact];
+    let wires = Wires::new(&devices);
+    wires.advance(5_000);
+    test(&Decks { wires: &wires, lines: &lines, expander: &expander, contact: &contact, rangers })
+}
+
+/// Runs a test with one ranger just switched on.
+pub(crate) fn with_ranger<R>(
+    test: impl FnOnce(ModelBus<'_>, ModelDelay<'_>, &RefCell<Vl53l1xModel<'_>>, &Wires<'_>) -> R,
+) -> R {
+    let model = RefCell::new(Vl53l1xModel::new(None));
+    let devices: [&RefCell<dyn I2cModel + '_>; 1] = [&model];
+    let wires = Wires::new(&devices);
+    test(ModelBus::new(&wires), ModelDelay::new(&wires), &model, &wires)
+}
