@@ -1,0 +1,18 @@
+//! Every byte that leaves or enters a drone: parse → checked value → emit.
+//!
+//! | module | the bytes |
+//! |---|---|
+//! | [`syslink`] | the serial line between the flight processor and the radio chip |
+//! | [`report`] | what a drone tells its neighbours, on the air |
+//! | [`settings`] | what a drone remembers, in the EEPROM |
+//! | [`radio`] | channel, data rate, address and power, which the first and the last share |
+//!
+//! Any bytes may come in: a parser returns a value that has been checked, or an error. Any value
+//! may go out: what an encoder accepts, the parser on the other side accepts too. All numbers are
+//! little-endian.
+#![no_std]
+
+pub mod radio;
+pub mod report;
+pub mod settings;
+pub mod syslink;

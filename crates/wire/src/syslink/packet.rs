@@ -1,0 +1,296 @@
+//! What frames mean: their types, and what each must carry.
+
+use core::fmt;
+
+use units::{Dbm, Volts};
+
+use super::frame::{self, Frame};
+use crate::radio::{Address, Channel, Datarate, TxPower};
+
+/// The most data of one P2P packet (`P2P_MAX_DATA_SIZE`).
+pub const MAX_P2P: usize = 60;
+
+/// The most bytes of a raw packet that the radio chip sends: it wants less than `SYSLINK_MTU`
+/// (crazyflie2-nrf-firmware, `main.c`).
+pub const MAX_RAW: usize = frame::MAX_DATA - 1;
+
+/// Types, from `interface/syslink.h` of crazyflie2-nrf-firmware.
+mod kind {
+    pub(super) const RAW: u8 = 0x00;
+    pub(super) const CHANNEL: u8 = 0x01;
+    pub(super) const DATARATE: u8 = 0x02;
+    pub(super) const RSSI: u8 = 0x04;
+    pub(super) const ADDRESS: u8 = 0x05;
+    pub(super) const POWER: u8 = 0x07;
+    pub(super) const P2P_BROADCAST: u8 = 0x0A;
+    pub(super) const RADIO_READY: u8 = 0x0B;
+    pub(super) const SWITCH_OFF: u8 = 0x11;
+    pub(super) const BATTERY_STATE: u8 = 0x13;
+    pub(super) const BATTERY_AUTOUPDATE: u8 = 0x14;
+    pub(super) const SHUTDOWN_REQUEST: u8 = 0x15;
+    pub(super) const SHUTDOWN_ACK: u8 = 0x16;
+    pub(super) const LED_ON: u8 = 0x17;
+    pub(super) const LED_OFF: u8 = 0x18;
+    pub(super) const NRF_VERSION: u8 = 0x30;
+}
+
+/// A P2P port: what a packet between drones is about, 0 to 15.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Port(u8);
+
+impl Port {
+    /// Port `number`, if there is one: it has four bits on the air.
+    #[must_use]
+    pub const fn new(number: u8) -> Option<Self> {
+        if number < 16 { Some(Self(number)) } else { None }
+    }
+
+    /// The number.
+    #[must_use]
+    pub const fn number(self) -> u8 {
+        self.0
+    }
+}
+
+/// The battery, as the radio chip measures it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Battery {
+    /// It is being charged.
+    pub charging: bool,
+    /// USB power is there.
+    pub usb: bool,
+    /// The charger could charge.
+    pub can_charge: bool,
+    /// Its voltage.
+    pub voltage: Volts,
+    /// The charger's current, in mA.
+    pub charge_milliamperes: f32,
+    /// The radio chip's temperature in °C, from builds that send it.
+    pub celsius: Option<f32>,
+}
+
+/// From the radio chip.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Incoming<'a> {
+    /// A packet of the ground station's, as it was on the air; one may be sent in return.
+    Raw(&'a [u8]),
+    /// The channel has been set.
+    Channel(Channel),
+    /// The data rate has been set.
+    Datarate(Datarate),
+    /// The address has been set.
+    Address(Address),
+    /// The transmit power has been set.
+    Power(TxPower),
+    /// How strong the last packet was, no matter whose; `None` before the first.
+    Rssi(Option<Dbm>),
+    /// Another drone's packet.
+    P2pBroadcast {
+        /// What it is about.
+        port: Port,
+        /// How strong it came in.
+        rssi: Dbm,
+        /// At most [`MAX_P2P`] bytes.
+        data: &'a [u8],
+    },
+    /// The battery.
+    Battery(Battery),
+    /// The button was pressed: answer with [`Outgoing::ShutdownAck`], or power goes in a second.
+    ShutdownRequest,
+    /// The firmware's version, as text, without the zero at its end.
+    NrfVersion(&'a [u8]),
+    /// A type that nothing here knows.
+    Unknown(u8),
+}
+
+/// A frame of this type came with data that its type does not allow.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Malformed(pub u8);
+
+impl fmt::Display for Malformed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "malformed syslink frame of type {:#04x}", self.0)
+    }
+}
+
+impl core::error::Error for Malformed {}
+
+impl<'a> Incoming<'a> {
+    /// What the frame means.
+    ///
+    /// # Errors
+    /// [`Malformed`] when its data has not the length or the values of its type.
+    pub fn parse(frame: &Frame<'a>) -> Result<Self, Malformed> {
+        let data = frame.data;
+        match frame.kind {
+            kind::RAW => Some(Self::Raw(data)),
+            kind::CHANNEL => one(data).and_then(Channel::new).map(Self::Channel),
+            kind::DATARATE => one(data).and_then(Datarate::from_code).map(Self::Datarate),
+            kind::ADDRESS => {
+                data.try_into().ok().map(|bytes| Self::Address(Address::from_le_bytes(bytes)))
+            }
+            kind::POWER => {
+                one(data).and_then(|byte| TxPower::from_code(byte as i8)).map(Self::Power)
+            }
+            kind::RSSI => {
+                one(data).and_then(rssi).map(|is| Self::Rssi((is.0 != 0.0).then_some(is)))
+            }
+            kind::P2P_BROADCAST => p2p(data),
+            kind::BATTERY_STATE => battery(data).map(Self::Battery),
+            kind::SHUTDOWN_REQUEST => Some(Self::ShutdownRequest),
+            kind::NRF_VERSION => Some(Self::NrfVersion(until_zero(data))),
+            other => Some(Self::Unknown(other)),
+        }
+        .ok_or(Malformed(frame.kind))
+    }
+}
+
+fn one(data: &[u8]) -> Option<u8> {
+    match data {
+        [byte] => Some(*byte),
+        _ => None,
+    }
+}
+
+/// The chip's sample has seven bits and leaves out the sign (nRF51 reference manual, RSSISAMPLE).
+fn rssi(sample: u8) -> Option<Dbm> {
+    (sample < 128).then_some(Dbm(-f32::from(sample)))
+}
+
+fn p2p(data: &[u8]) -> Option<Incoming<'_>> {
+    let [port, sample, data @ ..] = data else { return None };
+    if data.len() > MAX_P2P {
+        return None;
+    }
+    Some(Incoming::P2pBroadcast { port: Port::new(*port)?, rssi: rssi(*sample)?, data })
+}
+
+fn battery(data: &[u8]) -> Option<Battery> {
+    let (flags, numbers) = data.split_first()?;
+    let (voltage, numbers) = float(numbers)?;
+    let (charge_milliamperes, numbers) = float(numbers)?;
+    let celsius = match numbers {
+        [] => None,
+        numbers => match float(numbers)? {
+            (celsius, []) => Some(celsius),
+            _ => return None,
+        },
+    };
+    Some(Battery {
+        charging: flags & 1 != 0,
+        usb: flags & 2 != 0,
+        can_charge: flags & 4 != 0,
+        voltage: Volts(voltage),
+        charge_milliamperes,
+        celsius,
+    })
+}
+
+/// The number at the beginning, if it is one, and what follows.
+fn float(bytes: &[u8]) -> Option<(f32, &[u8])> {
+    let (number, rest) = bytes.split_first_chunk()?;
+    let number = f32::from_le_bytes(*number);
+    number.is_finite().then_some((number, rest))
+}
+
+fn until_zero(text: &[u8]) -> &[u8] {
+    text.split(|byte| *byte == 0).next().unwrap_or_default()
+}
+
+/// To the radio chip.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Outgoing<'a> {
+    /// A packet for the ground station, 1 to [`MAX_RAW`] bytes: one for each that came from there.
+    Raw(&'a [u8]),
+    /// Set the channel.
+    Channel(Channel),
+    /// Set the data rate.
+    Datarate(Datarate),
+    /// Set the address.
+    Address(Address),
+    /// Set the transmit power.
+    Power(TxPower),
+    /// Send this to every drone that hears it, now.
+    P2pBroadcast {
+        /// What it is about.
+        port: Port,
+        /// At most [`MAX_P2P`] bytes.
+        data: &'a [u8],
+    },
+    /// The radio is set: begin to listen.
+    RadioReady,
+    /// Report battery and signal strength from now on.
+    BatteryAutoupdate,
+    /// All is saved: power may go.
+    ShutdownAck,
+    /// Light the radio chip's LED.
+    LedOn,
+    /// Put it out.
+    LedOff,
+    /// Switch everything off.
+    SwitchOff,
+    /// Tell the firmware's version.
+    NrfVersion,
+}
+
+/// Why a packet could not be written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum EncodeError {
+    /// It has no data, or more than its type carries.
+    Length,
+    /// The buffer has less room than the frame needs; [`MAX_FRAME`](frame::MAX_FRAME) is enough
+    /// for any.
+    NoRoom,
+}
+
+impl fmt::Display for EncodeError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Length => "no data, or more than the packet carries",
+            Self::NoRoom => "the frame does not fit the buffer",
+        })
+    }
+}
+
+impl core::error::Error for EncodeError {}
+
+impl Outgoing<'_> {
+    /// Writes the frame to the beginning of `out` and returns its length.
+    ///
+    /// # Errors
+    /// [`EncodeError`]; `out` is then as it was.
+    pub fn encode(&self, out: &mut [u8]) -> Result<usize, EncodeError> {
+        let carried = match self {
+            Self::Raw(data) => (1..=MAX_RAW).contains(&data.len()),
+            Self::P2pBroadcast { data, .. } => data.len() <= MAX_P2P,
+            _ => true,
+        };
+        if !carried {
+            return Err(EncodeError::Length);
+        }
+        match self {
+            Self::Raw(data) => frame::write(kind::RAW, data, &[], out),
+            Self::Channel(channel) => frame::write(kind::CHANNEL, &[channel.number()], &[], out),
+            Self::Datarate(rate) => frame::write(kind::DATARATE, &[rate.code()], &[], out),
+            Self::Address(address) => frame::write(kind::ADDRESS, &address.to_le_bytes(), &[], out),
+            Self::Power(power) => frame::write(kind::POWER, &power.code().to_le_bytes(), &[], out),
+            Self::P2pBroadcast { port, data } => {
+                frame::write(kind::P2P_BROADCAST, &[port.number()], data, out)
+            }
+            Self::RadioReady => frame::write(kind::RADIO_READY, &[], &[], out),
+            Self::BatteryAutoupdate => frame::write(kind::BATTERY_AUTOUPDATE, &[], &[], out),
+            Self::ShutdownAck => frame::write(kind::SHUTDOWN_ACK, &[], &[], out),
+            Self::LedOn => frame::write(kind::LED_ON, &[], &[], out),
+            Self::LedOff => frame::write(kind::LED_OFF, &[], &[], out),
+            Self::SwitchOff => frame::write(kind::SWITCH_OFF, &[], &[], out),
+            Self::NrfVersion => frame::write(kind::NRF_VERSION, &[], &[], out),
+        }
+        .ok_or(EncodeError::NoRoom)
+    }
+}
