@@ -99,6 +99,12 @@ pub struct FlightConfig {
     pub return_speed: MetresPerSecond,
     /// A drone is home within this distance of where it took off.
     pub home: Metres,
+    /// What is kept for the way home beside the time that it takes: waiting for those behind,
+    /// and the landing.
+    pub reserve: Duration,
+    /// A drone whose battery lasts for less is not launched: it would have to call the chain home
+    /// soon after.
+    pub least_endurance: Duration,
 }
 
 impl FlightConfig {
@@ -111,7 +117,15 @@ impl FlightConfig {
         pilot_timeout: Duration::from_secs(1),
         return_speed: MetresPerSecond(0.2),
         home: Metres(0.3),
+        reserve: Duration::from_secs(20),
+        least_endurance: Duration::from_secs(90),
     };
+
+    /// The endurance in seconds below which a drone turns back whose way home takes `way`
+    /// seconds: half as much again, for bends and for standing in a queue.
+    pub(crate) fn turns_back_below(&self, way: f32) -> f32 {
+        1.5 * way + self.reserve.as_secs_f32()
+    }
 
     /// Below this a drone stands on its legs: the down-looking ranger's smallest reading is 4 cm.
     pub(crate) const GROUND: Metres = Metres(0.05);
@@ -129,6 +143,12 @@ impl FlightConfig {
     pub(crate) fn descending(&self, elapsed: Duration) -> Metres {
         let ramp = self.height - self.climb * elapsed;
         Metres(ramp.0.max(0.0))
+    }
+
+    /// Whether a drone is high enough for its side beams to see walls: a ranger's cone of 27°
+    /// meets the floor 0.8 m off from 0.2 m up, two thirds of the flying height.
+    pub(crate) fn sees_walls(&self, height: Option<Metres>) -> bool {
+        height.is_some_and(|h| h.0 >= 0.66 * self.height.0)
     }
 
     /// Whether a drone that climbs has arrived: within a tenth of its height, which covers the

@@ -3,8 +3,9 @@
 use chain::neighbours::{Heard, Neighbour};
 use chain::policy::LinkEnd;
 use chain::report::{Order, Phase, Report};
+use flight::Cause;
 use tunnel_nav::{Diagonals, Walls};
-use units::{Dbm, Metres, MetresPerSecond, NodeId, Radians, RadiansPerSecond};
+use units::{Dbm, Duration, Metres, MetresPerSecond, NodeId, Radians, RadiansPerSecond};
 
 use crate::State;
 
@@ -45,8 +46,29 @@ pub struct Inputs<'a> {
     pub heard: &'a [Heard],
     /// An order that came in other than through a report: the operator's, at the base.
     pub order: Option<Order>,
-    /// The motors must stop now: the red switch, a tumble.
+    /// What the flight code says of the machine.
+    pub fitness: Fitness,
+    /// How long the battery still carries the drone; `None` while that is not known.
+    pub endurance: Option<Duration>,
+    /// The motors must stop now: the red switch.
     pub emergency: bool,
+}
+
+/// How far the machine is fit to do what the agent wants.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Fitness {
+    /// It flies, or would.
+    #[default]
+    Fit,
+    /// On the ground, and would not take off.
+    Unfit,
+    /// Coming down by itself.
+    Landing(Cause),
+    /// It came down by itself and is on the ground.
+    Landed(Cause),
+    /// Its motors are off until the next boot.
+    Stopped,
 }
 
 /// What the flight controller is asked for.
@@ -66,6 +88,8 @@ pub enum Setpoint {
         /// Over ground.
         height: Metres,
     },
+    /// Motors off now, and for good.
+    Stop,
 }
 
 /// One of the drone's two links, as it sees it.

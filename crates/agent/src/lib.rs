@@ -20,12 +20,14 @@
 //! ```
 #![no_std]
 
+pub mod air;
 mod config;
 mod io;
+pub mod mounting;
 mod state;
 
 pub use config::{AgentConfig, ConfigError, FlightConfig};
-pub use io::{BodyVelocity, Inputs, LinkView, Outputs, Role, Setpoint, Status};
+pub use io::{BodyVelocity, Fitness, Inputs, LinkView, Outputs, Role, Setpoint, Status};
 pub use state::{LandReason, State};
 
 use chain::launch::LaunchWatch;
@@ -46,6 +48,10 @@ pub struct Agent {
     launch: LaunchWatch,
     navigator: Navigator,
     order: Option<Heeded>,
+    /// Somebody in the chain must come home.
+    recalled: bool,
+    /// Whether it would take off.
+    fit: bool,
     odometer: Metres,
     /// The strength of the base where this drone took off.
     home_rssi: Option<Dbm>,
@@ -76,6 +82,8 @@ impl Agent {
             launch: LaunchWatch::new(),
             navigator: Navigator::new(),
             order: None,
+            recalled: false,
+            fit: true,
             odometer: Metres::ZERO,
             home_rssi: None,
             last_step: None,
@@ -132,8 +140,37 @@ impl Agent {
             let lost_after = config.retreat.lost_after;
             self.neighbours.hear(self.id, now, heard, smoothing, lost_after);
             self.heed(now, heard.report.order);
+            self.recalled |= heard.report.recall;
         }
         self.heed(now, inputs.order);
+        let lasts = |left| left >= config.flight.least_endurance;
+        self.fit = inputs.fitness == Fitness::Fit && inputs.endurance.is_none_or(lasts);
+        self.recalled |= self.state.is_airborne() && self.must_turn_back(config, inputs);
+        if self.told() == Some(Task::Wait) {
+            self.recalled = false;
+        }
+    }
+
+    /// Whether the battery has what the way home takes, and little more.
+    fn must_turn_back(&self, config: &AgentConfig, inputs: &Inputs<'_>) -> bool {
+        let way = self.odometer.0.max(0.0) / config.flight.return_speed.0;
+        inputs
+            .endurance
+            .is_some_and(|left| left.as_secs_f32() < config.flight.turns_back_below(way))
+    }
+
+    /// The operator's latest word.
+    fn told(&self) -> Option<Task> {
+        self.order.map(|heeded| heeded.order.task)
+    }
+
+    /// What is to be done: the operator's latest word, but exploring ends for everybody when one
+    /// of the chain must come home.
+    fn task(&self) -> Option<Task> {
+        match self.told() {
+            Some(Task::Explore(_)) if self.recalled => Some(Task::Return),
+            told => told,
+        }
     }
 
     /// Keeps the newest of all orders.
@@ -190,7 +227,9 @@ impl Agent {
         };
         Situation {
             now,
-            task: self.order.map(|heeded| heeded.order.task),
+            task: self.task(),
+            fit: self.fit,
+            fitness: inputs.fitness,
             emergency: inputs.emergency,
             front: front.map(|n| n.rssi()),
             back: back.map(|n| n.rssi()),
@@ -211,6 +250,12 @@ impl Agent {
             Wish::Rest => {
                 self.navigator = Navigator::new();
                 (Setpoint::Off, Walls::Neither)
+            }
+            Wish::Stop => (Setpoint::Stop, Walls::Neither),
+            // Low above the floor the side beams see the floor.
+            Wish::Fly { height, .. } if self.is_low(config, inputs.height) => {
+                self.navigator = Navigator::new();
+                (Setpoint::hover(height), Walls::Neither)
             }
             Wish::Fly { speed, height } => {
                 let bearings = Bearings { way: self.odometer, heading: inputs.heading };
@@ -233,10 +278,17 @@ impl Agent {
             odometer: self.odometer,
             links: front.map(|link| LinkSpan::extended(ahead, link.rssi)),
             order: self.order.map(|heeded| heeded.order),
+            recall: self.recalled,
         };
         self.sequence = self.sequence.wrapping_add(1);
         let status = Status { state: self.state, front, back, odometer: self.odometer, walls };
         Outputs { setpoint, report, status }
+    }
+
+    /// On the way up or down, and not near its height.
+    fn is_low(&self, config: &AgentConfig, height: Option<Metres>) -> bool {
+        matches!(self.state, State::TakingOff { .. } | State::Landing { .. })
+            && !config.flight.sees_walls(height)
     }
 
     fn phase(&self) -> Phase {
@@ -244,6 +296,7 @@ impl Agent {
             return Phase::Base;
         }
         match self.state {
+            State::Idle | State::Armed { .. } if !self.fit => Phase::Out,
             State::Idle | State::Armed { .. } => Phase::Waiting,
             State::TakingOff { .. } => Phase::Transit,
             State::Leading { .. }
@@ -264,9 +317,8 @@ impl Agent {
     ) -> Wish {
         let flight = &config.flight;
         let (speed, height) = match self.state {
-            State::Idle | State::Armed { .. } | State::Landed { .. } | State::Stopped => {
-                return Wish::Rest;
-            }
+            State::Idle | State::Armed { .. } | State::Landed { .. } => return Wish::Rest,
+            State::Stopped => return Wish::Stop,
             State::TakingOff { since } => {
                 (MetresPerSecond::ZERO, flight.climbing(now.since(since)))
             }
@@ -291,10 +343,10 @@ impl Agent {
         now: Instant,
         back: Option<LinkView>,
     ) -> MetresPerSecond {
-        let Some(Heeded { order, at }) = self.order else {
+        let (Some(task), Some(Heeded { at, .. })) = (self.task(), self.order) else {
             return MetresPerSecond::ZERO;
         };
-        match order.task {
+        match task {
             Task::Explore(speed) if now.since(at) <= config.flight.pilot_timeout => {
                 let speed = speed.limited_to(config.policy.max_speed);
                 if speed.0 >= 0.0 {
@@ -315,7 +367,7 @@ impl Agent {
         front: Option<LinkView>,
         back: Option<LinkView>,
     ) -> MetresPerSecond {
-        let called_home = matches!(self.order, Some(h) if h.order.task == Task::Return);
+        let called_home = self.task() == Some(Task::Return);
         match (front, back) {
             (None, _) if called_home => homeward(config, back),
             // The base is not to be kept clear of by who goes home to it.
@@ -353,6 +405,8 @@ fn is_too_near(config: &AgentConfig, link: LinkView) -> bool {
 enum Wish {
     /// Motors off.
     Rest,
+    /// Motors off for good.
+    Stop,
     /// Along the tunnel at this speed and height.
     Fly { speed: MetresPerSecond, height: Metres },
 }

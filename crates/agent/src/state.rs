@@ -1,9 +1,10 @@
 //! What a drone is doing, and the one function that moves it from one state to the next.
 
 use chain::report::Task;
+use flight::Cause;
 use units::{Dbm, Instant, Metres};
 
-use crate::{AgentConfig, FlightConfig, Role};
+use crate::{AgentConfig, Fitness, FlightConfig, Role};
 
 /// What a drone is doing. The base stays [`Idle`](Self::Idle): its part is to speak and listen.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -73,12 +74,17 @@ pub enum LandReason {
     TakeOffFailed,
     /// The base's side stayed silent over the whole of a retreat.
     LinkLost,
+    /// The flight code brought it down.
+    Unfit(Cause),
 }
 
 /// All that a transition depends on.
 pub(crate) struct Situation {
     pub(crate) now: Instant,
     pub(crate) task: Option<Task>,
+    /// It would take off.
+    pub(crate) fit: bool,
+    pub(crate) fitness: Fitness,
     pub(crate) emergency: bool,
     /// The filtered strength of the front link, if there is one.
     pub(crate) front: Option<Dbm>,
@@ -134,11 +140,14 @@ impl State {
     /// each state has its own arm.
     pub(crate) fn next(self, config: &AgentConfig, role: Role, at: &Situation) -> Self {
         let stop = at.emergency || at.task == Some(Task::Stop);
-        if stop || self == Self::Stopped {
+        if stop || at.fitness == Fitness::Stopped || self == Self::Stopped {
             return Self::Stopped;
         }
         if role == Role::Base {
             return Self::Idle;
+        }
+        if let Some(down) = self.brought_down(at) {
+            return down;
         }
         match self {
             Self::Stopped => Self::Stopped,
@@ -158,6 +167,23 @@ impl State {
     }
 }
 
+impl State {
+    /// What the flight code has decided over the agent's head.
+    fn brought_down(self, at: &Situation) -> Option<Self> {
+        match at.fitness {
+            Fitness::Landed(why) if self.is_airborne() => {
+                Some(Self::Landed { why: LandReason::Unfit(why) })
+            }
+            Fitness::Landing(why)
+                if self.is_airborne() && !matches!(self, Self::Landing { .. }) =>
+            {
+                Some(Self::Landing { since: at.now, why: LandReason::Unfit(why) })
+            }
+            _ => None,
+        }
+    }
+}
+
 fn explores(at: &Situation) -> bool {
     matches!(at.task, Some(Task::Explore(_)))
 }
@@ -168,12 +194,12 @@ fn idle(role: Role, at: &Situation) -> State {
         Role::Relay => at.my_turn && at.chain_flies,
         Role::Base => false,
     };
-    if explores(at) && called { State::Armed { since: at.now } } else { State::Idle }
+    if explores(at) && called && at.fit { State::Armed { since: at.now } } else { State::Idle }
 }
 
 fn armed(since: Instant, role: Role, at: &Situation) -> State {
     let launch = role == Role::Head || at.launch;
-    if !explores(at) || (role == Role::Relay && !at.my_turn) {
+    if !explores(at) || !at.fit || (role == Role::Relay && !at.my_turn) {
         State::Idle
     } else if launch {
         State::TakingOff { since: at.now }

@@ -25,6 +25,9 @@ pub struct Report {
     pub links: Option<LinkSpan>,
     /// The latest order of the operator that has reached the sender.
     pub order: Option<Order>,
+    /// Somebody in the chain must come home, and so everybody does: no drone passes another in a
+    /// tunnel.
+    pub recall: bool,
 }
 
 /// A drone's part in the chain, as far as its neighbours need to know it.

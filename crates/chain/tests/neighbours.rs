@@ -22,6 +22,7 @@ fn heard(from: u8, sequence: u16, phase: Phase, rssi: f32) -> Heard {
         odometer: Metres::ZERO,
         links: None,
         order: None,
+        recall: false,
     };
     Heard { report, rssi: Dbm(rssi) }
 }

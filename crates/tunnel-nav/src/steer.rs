@@ -110,6 +110,14 @@ const HOVERING: f32 = 0.05;
 const ASTRAY: f32 = 0.45;
 /// How fast, in 1/s.
 const TRAIL_GAIN: f32 = 1.5;
+/// Less than this part of its speed is left to a drone that stands before a wall.
+const BLOCKED: f32 = 0.2;
+/// One iteration, s: the 5 Hz of section V-B.
+const ROUND: f32 = 0.2;
+/// A wall that is passed in so many iterations was a corner.
+const PATIENCE: u8 = 5;
+/// The most that trail and odometer are apart, m: four right angles make 1.5.
+const MOST_SLIP: f32 = 2.0;
 /// While its nose is a radian or more off the trail, and while it turns away from what is ahead,
 /// a drone flies only this part of its speed.
 const LEAST_PACE: f32 = 0.3;
@@ -133,6 +141,11 @@ pub struct Navigator {
     centred: f32,
     trail: Trail,
     way: Metres,
+    /// How far the trail is ahead of the odometer: a way flown round a bend is not as long out as
+    /// back, and a drone that stands before a wall on a known way is already at the bend.
+    slip: Metres,
+    /// For how many iterations it has stood so.
+    blocked: u8,
 }
 
 impl Navigator {
@@ -145,6 +158,8 @@ impl Navigator {
             centred: 0.0,
             trail: Trail::new(),
             way: Metres::ZERO,
+            slip: Metres::ZERO,
+            blocked: 0,
         }
     }
 
@@ -160,20 +175,38 @@ impl Navigator {
         let moved = bearings.way - self.way;
         self.way = bearings.way;
         self.look(config, ranges, moved);
-        let astray = self.astray(bearings, speed);
+        let bearings = &Bearings { way: bearings.way + self.slip, ..*bearings };
+        let off = self.off_trail(bearings, speed);
         let ahead = self.one_way(config, ranges);
         let astern = self.one_way(config, &ranges.seen_backwards());
         let leading = if speed.0 < 0.0 { &astern } else { &ahead };
+        if off.is_some() && leading.nearness < BLOCKED {
+            self.blocked = self.blocked.saturating_add(1);
+        } else {
+            self.blocked = 0;
+        }
+        if self.blocked > PATIENCE {
+            let slip = self.slip.0 + speed.0 * ROUND;
+            self.slip = Metres(slip.clamp(-MOST_SLIP, MOST_SLIP));
+        }
 
         // 1 when flying nose first, 0 when tail first, between the two when hovering.
         let nose_leads = (0.5 + 0.5 * speed.0 / HOVERING).clamp(0.0, 1.0);
         let blend = |nose: f32, tail: f32| nose_leads * nose + (1.0 - nose_leads) * tail;
 
         let push = push_away(config, ranges);
-        let lateral = blend(ahead.lateral, astern.lateral) + push.lateral;
+        let mut lateral = blend(ahead.lateral, astern.lateral) + push.lateral;
+        // Without walls the way is found by the trail alone, and what is ahead is passed: turning
+        // away from it would lead off the trail, and that back to it, for ever.
+        let by_trail = off.filter(|off| off.abs() > ASTRAY || leading.walls == Walls::Neither);
         // Mirroring front to back turns counter-clockwise into clockwise.
-        let (yaw_rate, pace) = match astray {
-            Some(off) => (TRAIL_GAIN * off.0, leading.pace * (1.0 - off.0.abs()).max(LEAST_PACE)),
+        let (yaw_rate, pace) = match by_trail {
+            Some(off) => {
+                if leading.walls == Walls::Neither {
+                    lateral += leading.sidestep;
+                }
+                (TRAIL_GAIN * off, leading.nearness * (1.0 - off.abs()).max(LEAST_PACE))
+            }
             None => (blend(ahead.yaw_rate, -astern.yaw_rate), leading.pace),
         };
         NavCommand {
@@ -184,12 +217,14 @@ impl Navigator {
         }
     }
 
-    /// How far the nose is off the trail, where that is too far for the walls to mend.
-    fn astray(&mut self, bearings: &Bearings, speed: MetresPerSecond) -> Option<Radians> {
+    /// How far the nose of a drone on its way somewhere is off the trail, in radians, where there
+    /// is one.
+    fn off_trail(&mut self, bearings: &Bearings, speed: MetresPerSecond) -> Option<f32> {
         let heading = bearings.heading.filter(|heading| heading.0.is_finite())?;
-        self.trail.record(bearings.way, heading);
+        let by_walls = self.left.is_seen() || self.right.is_seen();
+        self.trail.record(bearings.way, heading, by_walls);
         let off = self.trail.off(bearings.way, speed.0 >= 0.0, heading)?;
-        (off.0.abs() > ASTRAY && speed.0.abs() > HOVERING).then_some(off)
+        (speed.0.abs() > HOVERING).then_some(off.0)
     }
 
     /// Which walls there are now.
@@ -214,7 +249,7 @@ impl Navigator {
         let (c_l, c_r) = (config.lateral_gain, config.yaw_gain);
         let left = self.left.wall(Beams::new(ranges.nw, ranges.sw));
         let right = self.right.wall(Beams::new(ranges.ne, ranges.se));
-        let keep = self.centred.clamp(config.wall_distance.0, WIDEST * config.reach.0);
+        let keep = self.centred.max(config.wall_distance.0).min(WIDEST * config.reach.0);
         // What the beam over the lost wall sees nearer than the wall that is kept is ahead.
         let ahead = |beam: Range| c_r * (keep - nearest(beam)).max(0.0);
         let (lateral, yaw_rate, walls) = match (left, right) {
@@ -235,7 +270,16 @@ impl Navigator {
         };
         let turns_away = walls == Walls::Neither && yaw_rate != 0.0;
         let most = if turns_away { LEAST_PACE } else { 1.0 };
-        OneWay { lateral, yaw_rate, pace: pace(config, ranges).min(most), walls }
+        let nearness = pace(config, ranges);
+        let within = |beam: Range| nearest(beam).min(keep);
+        OneWay {
+            lateral,
+            yaw_rate,
+            sidestep: c_l * (within(ranges.nw) - within(ranges.ne)),
+            nearness,
+            pace: nearness.min(most),
+            walls,
+        }
     }
 }
 
@@ -243,7 +287,11 @@ impl Navigator {
 struct OneWay {
     lateral: f32,
     yaw_rate: f32,
-    /// The part of the speed that is safe, 0 to 1.
+    /// The sideways velocity that passes what the leading beams see.
+    sidestep: f32,
+    /// The part of the speed that is safe for what they see, 0 to 1,
+    nearness: f32,
+    /// and for a drone that turns away from it.
     pace: f32,
     walls: Walls,
 }
@@ -274,6 +322,10 @@ const WIDEST: f32 = 0.6;
 
 /// Slows down for what the leading beams see.
 fn pace(config: &NavConfig, ranges: &Diagonals) -> f32 {
+    if (ranges.nw, ranges.ne) == (Range::Invalid, Range::Invalid) {
+        // It flies nowhere blind.
+        return 0.0;
+    }
     let nearest = nearest(ranges.nw).min(nearest(ranges.ne));
     ((nearest - config.danger.0) / (config.slow_below.0 - config.danger.0)).clamp(0.0, 1.0)
 }

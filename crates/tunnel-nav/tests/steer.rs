@@ -75,11 +75,22 @@ fn a_wall_needs_both_its_beams() {
         let command = first_look(&beams(blind, at(0.8), at(0.8), at(0.8)), 0.2);
         assert_eq!(command.walls, Walls::One(Side::Right), "{blind:?}");
     }
-    for blind in [Range::Invalid, Range::Clear] {
-        let command = first_look(&beams(blind, blind, blind, blind), 0.3);
-        assert_eq!(command.walls, Walls::Neither);
-        assert_eq!((command.lateral.0, command.yaw_rate.0), (0.0, 0.0));
-        assert_near(command.forward.0, 0.3);
+    let clear = Range::Clear;
+    let command = first_look(&beams(clear, clear, clear, clear), 0.3);
+    assert_eq!(command.walls, Walls::Neither);
+    assert_eq!((command.lateral.0, command.yaw_rate.0), (0.0, 0.0));
+    assert_near(command.forward.0, 0.3);
+}
+
+/// Nothing seen is open ground; nothing measured may be a wall.
+#[test]
+fn a_drone_does_not_fly_where_it_is_blind() {
+    let (blind, seen) = (Range::Invalid, at(1.2));
+    for (speed, front_blind, rear_blind) in [(0.3, 0.0, 0.3), (-0.3, -0.3, 0.0)] {
+        let front = first_look(&beams(blind, blind, seen, seen), speed);
+        let rear = first_look(&beams(seen, seen, blind, blind), speed);
+        assert_near(front.forward.0, front_blind);
+        assert_near(rear.forward.0, rear_blind);
     }
 }
 

@@ -1,7 +1,7 @@
 //! Packet storms, bad clocks and numbers of any bits: no panic, and no set-point that is not
 //! finite and within its limits. A packet's content is a claim of somebody else's.
 
-use agent::{Agent, AgentConfig, BodyVelocity, Inputs, Outputs, Role, Setpoint, State};
+use agent::{Agent, AgentConfig, BodyVelocity, Fitness, Inputs, Outputs, Role, Setpoint, State};
 use chain::neighbours::Heard;
 use chain::policy::PolicyConfig;
 use chain::report::{LinkSpan, Order, Phase, Report, Task};
@@ -99,6 +99,7 @@ fn packet() -> impl Strategy<Value = Heard> {
                     strongest: Dbm(strongest),
                 }),
                 order,
+                recall: false,
             };
             Heard { report, rssi: Dbm(rssi) }
         })
@@ -167,6 +168,8 @@ fn play(agent: &mut Agent, config: &AgentConfig, rounds: &[Round]) -> Result<(),
             height: round.height.map(Metres),
             heard: &round.heard,
             order: round.order,
+            fitness: Fitness::Fit,
+            endurance: None,
             emergency: false,
         };
         let outputs = agent.step(config, now, &inputs);
@@ -210,10 +213,12 @@ proptest! {
             height: None,
             heard: &[],
             order: None,
+            fitness: Fitness::Fit,
+            endurance: None,
             emergency: true,
         };
         let outputs = agent.step(&config, Instant::ZERO, &stop);
-        prop_assert_eq!(outputs.setpoint, Setpoint::Off);
+        prop_assert_eq!(outputs.setpoint, Setpoint::Stop);
         let _ = play(&mut agent, &config, &after);
         prop_assert_eq!(agent.state(), State::Stopped);
     }
@@ -249,6 +254,8 @@ fn a_packet_storm_passes() {
         height: Some(Metres(0.3)),
         heard: &storm,
         order: Some(Order { sequence: 20, task: EXPLORE }),
+        fitness: Fitness::Fit,
+        endurance: None,
         emergency: false,
     };
     rig.now = rig.now + units::Duration::from_millis(200);
@@ -308,6 +315,8 @@ fn an_absurd_claim_of_a_neighbour_passes() {
             height: Some(Metres(0.3)),
             heard: &[packet],
             order: Some(Order { sequence: n, task: EXPLORE }),
+            fitness: Fitness::Fit,
+            endurance: None,
             emergency: false,
         };
         let outputs = agent.step(&config, Instant::from_millis(200 * u64::from(n)), &inputs);

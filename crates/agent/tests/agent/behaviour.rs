@@ -15,12 +15,12 @@ fn stop_latches() {
     for role in [Role::Head, Role::Relay] {
         let mut rig = Rig::on_duty(role);
         let outputs = rig.step(&air().order(Task::Stop));
-        assert_eq!(outputs.setpoint, Setpoint::Off, "in the same step");
+        assert_eq!(outputs.setpoint, Setpoint::Stop, "in the same step");
         assert_eq!(outputs.report.phase, Phase::Out);
         for task in [Task::Wait, EXPLORE, Task::Return, Task::Land, Task::Wait, EXPLORE] {
             let outputs = rig.during(15.0, &Scene::quiet().order(task));
             assert_eq!(outputs.status.state, State::Stopped);
-            assert_eq!(outputs.setpoint, Setpoint::Off);
+            assert_eq!(outputs.setpoint, Setpoint::Stop);
         }
     }
 }
@@ -31,7 +31,7 @@ fn an_emergency_stops_for_good_though_it_passes() {
         let mut rig = Rig::new(role);
         rig.step(&Scene::quiet().emergency());
         let outputs = rig.during(15.0, &Scene::quiet().order(EXPLORE));
-        assert_eq!((outputs.status.state, outputs.setpoint), (State::Stopped, Setpoint::Off));
+        assert_eq!((outputs.status.state, outputs.setpoint), (State::Stopped, Setpoint::Stop));
     }
 }
 
@@ -62,6 +62,8 @@ fn the_newest_order_wins_over_any_way() {
             height: Some(Metres(0.3)),
             heard: &[packet],
             order: None,
+            fitness: agent::Fitness::Fit,
+            endurance: None,
             emergency: false,
         };
         rig.now = rig.now + Duration::from_millis(ROUND);
@@ -330,4 +332,70 @@ fn a_jump_of_the_clock_is_a_second_at_most() {
     rig.now = Instant::from_millis(5);
     let back = rig.step_after(0, &air().flow(Some(0.4))).status.odometer;
     assert_eq!(back, after, "backwards is no time at all");
+}
+
+/// No drone passes another in a tunnel: when one has to go home, all do.
+#[test]
+fn a_battery_that_is_needed_for_the_way_home_calls_the_chain_home() {
+    let mut rig = Rig::on_duty(Role::Relay);
+    let lasts = rig.step(&air().endurance(60));
+    assert!(!lasts.report.recall, "half a metre from home a minute is plenty");
+    let outputs = rig.step(&air().endurance(20));
+    assert!(outputs.report.recall);
+    let outputs = rig.step(&air().endurance(60));
+    assert!(outputs.report.recall, "a battery that recovers without load is no fuller");
+    let alone = air().without(0).endurance(20);
+    let outputs = rig.during(3.0, &alone);
+    assert!(flown(outputs.setpoint).is_some_and(|(speed, _)| speed < 0.0), "homeward");
+}
+
+#[test]
+fn a_recall_that_is_heard_is_obeyed_and_passed_on_until_the_next_mission() {
+    for role in [Role::Head, Role::Relay, Role::Base] {
+        let mut rig = Rig::new(role);
+        let mut packet = heard(1, 1, Phase::Linked, -50.0);
+        packet.report.recall = true;
+        let inputs = agent::Inputs {
+            ranges: super::rig::gallery(),
+            velocity: None,
+            heading: None,
+            height: Some(Metres(0.3)),
+            heard: &[packet],
+            order: None,
+            fitness: agent::Fitness::Fit,
+            endurance: None,
+            emergency: false,
+        };
+        let outputs = rig.agent.step(&CONFIG, rig.now, &inputs);
+        assert!(outputs.report.recall);
+        let outputs = rig.during(20.0, &Scene::quiet().order(EXPLORE));
+        assert!(outputs.report.recall && !outputs.status.state.is_airborne(), "{outputs:?}");
+        let outputs = rig.step(&Scene::quiet().order(Task::Wait));
+        assert!(!outputs.report.recall);
+    }
+}
+
+/// Else those behind it in the order would wait for it for ever.
+#[test]
+fn a_drone_that_cannot_take_off_is_passed_over() {
+    let mut rig = Rig::new(Role::Relay);
+    let unfit = Scene::quiet().order(EXPLORE).fitness(agent::Fitness::Unfit);
+    let outputs = rig.during(5.0, &unfit);
+    assert_eq!((outputs.status.state, outputs.report.phase), (State::Idle, Phase::Out));
+    let outputs = rig.during(1.0, &Scene::quiet().order(EXPLORE));
+    assert_eq!(outputs.report.phase, Phase::Waiting);
+}
+
+#[test]
+fn what_the_flight_code_decides_is_obeyed_and_said() {
+    let mut rig = Rig::on_duty(Role::Relay);
+    let landing = air().fitness(agent::Fitness::Landing(flight::Cause::NoFlow));
+    let outputs = rig.step(&landing);
+    let why = LandReason::Unfit(flight::Cause::NoFlow);
+    assert!(matches!(outputs.status.state, State::Landing { why: said, .. } if said == why));
+    assert_eq!(outputs.report.phase, Phase::Out, "the chain closes over it at once");
+    let landed = air().fitness(agent::Fitness::Landed(flight::Cause::NoFlow));
+    let outputs = rig.step(&landed);
+    assert_eq!(outputs.status.state, State::Landed { why });
+    assert_eq!(outputs.setpoint, Setpoint::Off);
 }

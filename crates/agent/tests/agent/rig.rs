@@ -1,6 +1,6 @@
 //! A drone on the bench: an agent with a clock, and a world that is said in a few words.
 
-use agent::{Agent, AgentConfig, BodyVelocity, Inputs, Outputs, Role, Setpoint, State};
+use agent::{Agent, AgentConfig, BodyVelocity, Fitness, Inputs, Outputs, Role, Setpoint, State};
 use chain::launch::LaunchConfig;
 use chain::neighbours::Heard;
 use chain::policy::PolicyConfig;
@@ -31,6 +31,9 @@ pub(crate) struct Scene {
     pub(crate) height: Option<f32>,
     /// What the flow says, m/s.
     pub(crate) flow: Option<f32>,
+    pub(crate) fitness: Fitness,
+    /// Seconds left in the battery.
+    pub(crate) endurance: Option<u64>,
     pub(crate) emergency: bool,
 }
 
@@ -42,6 +45,8 @@ impl Scene {
             heard: vec![(0, Phase::Linked, -52.0), (BASE, Phase::Base, -52.0)],
             height: Some(0.0),
             flow: Some(0.0),
+            fitness: Fitness::Fit,
+            endurance: None,
             emergency: false,
         }
     }
@@ -78,6 +83,17 @@ impl Scene {
 
     pub(crate) fn flow(mut self, flow: Option<f32>) -> Self {
         self.flow = flow;
+        self
+    }
+
+    pub(crate) fn fitness(mut self, fitness: Fitness) -> Self {
+        self.fitness = fitness;
+        self
+    }
+
+    /// The battery lasts for so many seconds.
+    pub(crate) fn endurance(mut self, seconds: u64) -> Self {
+        self.endurance = Some(seconds);
         self
     }
 
@@ -128,6 +144,8 @@ impl Rig {
             height: scene.height.map(Metres),
             heard: &heard,
             order: scene.task.map(|task| Order { sequence: self.sequence, task }),
+            fitness: scene.fitness,
+            endurance: scene.endurance.map(Duration::from_secs),
             emergency: scene.emergency,
         };
         self.agent.step(&CONFIG, self.now, &inputs)
@@ -183,6 +201,7 @@ pub(crate) fn heard(from: u8, sequence: u16, phase: Phase, rssi: f32) -> Heard {
         odometer: Metres::ZERO,
         links: None,
         order: None,
+        recall: false,
     };
     Heard { report, rssi: Dbm(rssi) }
 }
@@ -196,7 +215,7 @@ pub(crate) fn gallery() -> Diagonals {
 /// Forward speed and height of a set-point, or `None` with the motors off.
 pub(crate) fn flown(setpoint: Setpoint) -> Option<(f32, f32)> {
     match setpoint {
-        Setpoint::Off => None,
+        Setpoint::Off | Setpoint::Stop => None,
         Setpoint::Fly { forward, height, .. } => Some((forward.0, height.0)),
     }
 }

@@ -9,8 +9,9 @@
 
 use std::fmt::Write;
 
-use agent::{LandReason, Role, State};
+use agent::{Fitness, LandReason, Role, State};
 use chain::report::{Phase, Task};
+use flight::Cause;
 
 use super::rig::{BASE, EXPLORE, Rig, Scene};
 
@@ -95,7 +96,7 @@ fn in_state(role: Role, name: &str) -> Option<(Rig, Scene)> {
 /// The situations: a name, how long after the last step, and what becomes of the scene.
 type Situation = (&'static str, u64, fn(Scene) -> Scene);
 
-const SITUATIONS: [Situation; 24] = [
+const SITUATIONS: [Situation; 30] = [
     ("nothing new", 2_200, |s| s),
     ("order: wait", 2_200, |s| s.order(Task::Wait)),
     ("order: explore", 2_200, |s| s.order(EXPLORE)),
@@ -120,6 +121,12 @@ const SITUATIONS: [Situation; 24] = [
     ("height not measured", 2_200, |s| s.at_height(None)),
     ("12 s later", 12_000, |s| s),
     ("12 s later, height not measured", 12_000, |s| s.at_height(None)),
+    ("not fit to take off", 2_200, |s| s.fitness(Fitness::Unfit)),
+    ("brought down", 2_200, |s| s.fitness(Fitness::Landing(Cause::NoFlow))),
+    ("brought down, on the ground", 2_200, |s| s.fitness(Fitness::Landed(Cause::NoFlow))),
+    ("motors off until reboot", 2_200, |s| s.fitness(Fitness::Stopped)),
+    ("battery for the way home", 2_200, |s| s.endurance(15)),
+    ("the same, base as at home", 2_200, |s| s.endurance(15).link(BASE, -50.0)),
     ("31 s later, back weak", 31_000, |s| good(s).link(BASE, -70.0)),
     ("31 s later, back lost", 31_000, |s| good(s).without(BASE)),
 ];
@@ -136,6 +143,7 @@ fn named(state: State) -> String {
             LandReason::Home => " (home)",
             LandReason::TakeOffFailed => " (take-off)",
             LandReason::LinkLost => " (link)",
+            LandReason::Unfit(_) => " (unfit)",
         },
         _ => "",
     };
