@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use serde_json::{Map, Value, json};
 use stats_ci::{Confidence, quantile};
 
+use crate::craft::record::FlightMetrics;
 use crate::metrics::{Reference, RunMetrics, measure};
 use crate::mission::World;
 use crate::scenario::Scenario;
@@ -135,8 +136,19 @@ pub fn figures(runs: &[RunMetrics]) -> Vec<Figure> {
         figure("wall_contact", fraction(runs, |r| r.wall_contacts > 0)),
         figure("drone_contact", fraction(runs, |r| r.drone_contacts > 0)),
         figure("order_lost", fraction(runs, |r| r.order_lost > 0)),
+        figure("hold_spread_db", mean(runs, |r| r.hold_spread_db)),
+        figure("max_tilt_deg", flown(runs, |f| f.max_tilt_deg)),
+        figure("max_rate_dps", flown(runs, |f| f.max_rate_dps)),
+        figure("velocity_error_mps", flown(runs, |f| f.velocity_error_mps)),
+        figure("min_battery_v", flown(runs, |f| f.min_battery_v)),
+        figure("brought_down", flown(runs, |f| (f.ends.iter().skip(1).sum::<u32>()) as f32)),
     ];
     all.into_iter().filter(|figure| !figure.estimate.value.is_nan()).collect()
+}
+
+/// The mean of what only the flight level has.
+fn flown(runs: &[RunMetrics], of: impl Fn(&FlightMetrics) -> f32) -> Estimate {
+    mean(runs, |run| run.flight.as_ref().map_or(f32::NAN, &of))
 }
 
 /// Relays that flew beyond those that were needed.

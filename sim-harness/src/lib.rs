@@ -8,6 +8,8 @@
 //! | [`scenario`] | what a mission is: the TOML files, checked |
 //! | [`world`] | walls, beams, radio, and the best chain that could be |
 //! | [`vehicle`] | a drone's body at policy level |
+//! | [`craft`] | a drone at flight level, with the flight code in the loop |
+//! | [`drone`] | either of them, as a mission sees it |
 //! | [`mission`] | one mission, step by step |
 //! | [`trace`] | the record of a mission |
 //! | [`metrics`] | how good it was |
@@ -21,6 +23,8 @@
 pub mod bench;
 pub mod campaign;
 pub mod cli;
+pub mod craft;
+pub mod drone;
 pub mod figures;
 pub mod input_error;
 pub mod metrics;

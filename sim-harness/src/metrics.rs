@@ -5,6 +5,7 @@
 
 use units::NodeId;
 
+use crate::craft::record::FlightMetrics;
 use crate::mission::{Mission, ROUND_US, World};
 use crate::scenario::{Scenario, Start};
 use crate::world::{Optimum, best_chain, best_chains};
@@ -82,6 +83,57 @@ struct Sample {
     gap: f32,
 }
 
+/// The part of a hold, at its end, over which links are averaged.
+const HOLD_END: f64 = 0.3;
+
+/// The links' losses at the end of the hold.
+struct Hold {
+    from_us: u64,
+    until_us: u64,
+    /// Sums over the samples, in the order of the chain.
+    sums: Vec<f64>,
+    samples: u32,
+    /// The number of links changed.
+    broken: bool,
+}
+
+impl Hold {
+    fn of(scenario: &Scenario) -> Option<Self> {
+        let (from, until) = scenario.hold()?;
+        let end = ((until - from) as f64 * HOLD_END) as u64;
+        let from_us = until - end;
+        Some(Self { from_us, until_us: until, sums: Vec::new(), samples: 0, broken: false })
+    }
+
+    fn look(&mut self, now_us: u64, losses: impl Iterator<Item = f32>) {
+        if now_us <= self.from_us || now_us > self.until_us {
+            return;
+        }
+        let mut links = 0;
+        for (n, loss) in losses.enumerate() {
+            if self.samples == 0 {
+                self.sums.push(0.0);
+            }
+            if let Some(sum) = self.sums.get_mut(n) {
+                *sum += f64::from(loss);
+            }
+            links = n + 1;
+        }
+        self.broken |= links != self.sums.len();
+        self.samples += 1;
+    }
+
+    /// The largest difference between the mean losses of any two links.
+    fn spread(&self) -> f32 {
+        if self.broken || self.samples == 0 {
+            return f32::NAN;
+        }
+        let most = self.sums.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let least = self.sums.iter().copied().fold(f64::INFINITY, f64::min);
+        ((most - least) / f64::from(self.samples)) as f32
+    }
+}
+
 /// Watches one mission.
 pub struct Watch<'a> {
     scenario: &'a Scenario,
@@ -98,6 +150,7 @@ pub struct Watch<'a> {
     most_links: usize,
     needed_links: usize,
     farthest: f32,
+    hold: Option<Hold>,
 }
 
 impl<'a> Watch<'a> {
@@ -117,6 +170,7 @@ impl<'a> Watch<'a> {
             most_links: 0,
             needed_links: 0,
             farthest: 0.0,
+            hold: Hold::of(scenario),
         }
     }
 
@@ -135,6 +189,12 @@ impl<'a> Watch<'a> {
             && chain.len() > 1
         {
             let sample = self.sample(mission, &chain, head);
+            if let Some(hold) = &mut self.hold {
+                let strength = |pair: &[(NodeId, f32)]| {
+                    self.world.radio.strength(pair[0].1, pair[1].1).loss().0
+                };
+                hold.look(mission.time_us(), chain.windows(2).map(strength));
+            }
             self.samples.push(sample);
             self.positions.extend(mission.bodies().map(|body| body.abscissa()));
         }
@@ -194,6 +254,10 @@ impl<'a> Watch<'a> {
             order_lost: self.order_lost,
             wall_contacts: mission.wall_contacts(),
             drone_contacts: mission.drone_contacts(),
+            hold_spread_db: self.hold.as_ref().map_or(f32::NAN, Hold::spread),
+            flight: FlightMetrics::of(
+                mission.bodies().filter_map(|body| Some(body.craft()?.record())),
+            ),
         }
     }
 
@@ -277,6 +341,11 @@ pub struct RunMetrics {
     pub wall_contacts: u32,
     /// Touches between flying drones.
     pub drone_contacts: u32,
+    /// The largest difference between any two links, each averaged over the last 30 % of the
+    /// operator's longest hold, dB.
+    pub hold_spread_db: f32,
+    /// What the flights were like; at flight level.
+    pub flight: Option<FlightMetrics>,
 }
 
 /// The first moment from which on 95 % of all samples are within the threshold; infinite if there

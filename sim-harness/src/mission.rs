@@ -1,6 +1,7 @@
-//! One mission at policy level: the on-board agents, their bodies, and the packets between them.
+//! One mission: the on-board agents, their bodies, and the packets between them.
 //!
-//! Time moves in physics steps of 20 ms. Every drone has its own phase of the 5 Hz loop: in the
+//! Time moves in physics steps of 20 ms; at flight level each drone takes them a millisecond at a
+//! time. Every drone has its own phase of the 5 Hz loop: in the
 //! step where its turn comes it reads its sensors and its mailbox, runs [`Agent::step`], and
 //! broadcasts its report. The same scenario and seed give the same mission, bit for bit.
 
@@ -9,10 +10,13 @@ use chain::neighbours::Heard;
 use chain::report::{Order, Task};
 use radio_model::Draws;
 use tunnel_nav::{Diagonals, Range};
-use units::{Instant, Metres, NodeId, Radians};
+use units::{Instant, Metres, NodeId};
 
+use crate::craft::faults::Failing;
+use crate::craft::{Craft, Surroundings};
+use crate::drone::{Drone, Flown, Senses};
 use crate::random::{Purpose, Stream};
-use crate::scenario::{Scenario, Start};
+use crate::scenario::{Fidelity, Scenario, Start};
 use crate::trace::{DroneFrame, Frame, LinkFrame, Node, Trace};
 use crate::vehicle::{Body, Response, STEP_US};
 use crate::world::{Radio, Tunnel};
@@ -35,7 +39,7 @@ impl World {
     #[must_use]
     pub fn of(scenario: &Scenario) -> Self {
         let tunnel = scenario.tunnel();
-        let radio = Radio::survey(&tunnel, scenario.path_loss);
+        let radio = Radio::survey(&tunnel, scenario.path_loss, scenario.walls);
         Self { tunnel, radio }
     }
 }
@@ -44,7 +48,7 @@ impl World {
 struct Member {
     agent: Agent,
     role: Role,
-    body: Body,
+    body: Drone,
     random: Stream,
     /// In which physics step of a round its turn comes.
     phase: u64,
@@ -110,9 +114,9 @@ impl<'a> Mission<'a> {
                     self.tick(n);
                 }
             }
+            let around = surroundings(self.scenario, self.world);
             for member in &mut self.members {
-                let spec = &self.scenario.vehicle;
-                member.body.advance(&self.world.tunnel, spec, self.response);
+                member.body.advance(around, self.response);
             }
             if phase % 2 == 0 {
                 self.count_drone_contacts();
@@ -134,8 +138,15 @@ impl<'a> Mission<'a> {
     }
 
     /// The bodies, head first, base last.
-    pub fn bodies(&self) -> impl Iterator<Item = &Body> {
+    pub fn bodies(&self) -> impl Iterator<Item = &Drone> {
         self.members.iter().map(|member| &member.body)
+    }
+
+    /// Makes something go wrong with one of the drones, at flight level.
+    pub fn sabotage(&mut self, member: usize, failing: Failing, random: &mut Stream) {
+        if let Some(craft) = self.members.get_mut(member).and_then(|m| m.body.craft_mut()) {
+            craft.sabotage(failing, random);
+        }
     }
 
     /// The agents, head first, base last.
@@ -179,17 +190,22 @@ impl<'a> Mission<'a> {
         let arrived = member.mailbox.partition_point(|parcel| parcel.arrives_us <= now_us);
         self.unpacked.extend(member.mailbox.drain(..arrived).map(|parcel| parcel.heard));
 
-        if flies {
-            member.ranges = member.body.read_ranges(&self.world.tunnel, spec, &mut member.random);
-        }
+        let senses = if flies {
+            let elapsed = ROUND_US as f32 * 1e-6;
+            member.body.sense(elapsed, &self.world.tunnel, spec, &mut member.random)
+        } else {
+            Senses::NONE
+        };
+        member.ranges = senses.ranges;
         let inputs = Inputs {
-            ranges: member.ranges,
-            velocity: flies
-                .then(|| member.body.read_flow(ROUND_US as f32 * 1e-6, spec, &mut member.random)),
-            heading: flies.then(|| Radians(member.body.yaw())),
-            height: flies.then(|| Metres(member.body.height())),
+            ranges: senses.ranges,
+            velocity: senses.velocity,
+            heading: senses.heading,
+            height: senses.height,
             heard: &self.unpacked,
             order,
+            fitness: senses.fitness,
+            endurance: senses.endurance,
             emergency: false,
         };
         let outputs = member.agent.step(&scenario.agent, Instant::from_micros(now_us), &inputs);
@@ -218,7 +234,8 @@ impl<'a> Mission<'a> {
             let draws = Draws { luck: stream.uniform(), normal: stream.normal() };
             let there = self.members[to].body.abscissa();
             let strength = self.world.radio.strength(here, there);
-            if let Some(rssi) = reception.receive(strength, draws) {
+            let silenced = [from, to].iter().any(|&n| is_silenced(&self.members[n]));
+            if let Some(rssi) = reception.receive(strength, draws).filter(|_| !silenced) {
                 let heard = Heard { report: outputs.report, rssi };
                 let arrives_us = now_us + self.scenario.latency_us;
                 self.members[to].mailbox.push(Parcel { arrives_us, heard });
@@ -293,7 +310,7 @@ impl<'a> Mission<'a> {
         let body = &member.body;
         let [x, y] = body.position();
         let (commanded, yaw_rate) = match body.setpoint() {
-            Setpoint::Off => ([0.0; 2], 0.0),
+            Setpoint::Off | Setpoint::Stop => ([0.0; 2], 0.0),
             Setpoint::Fly { forward, lateral, yaw_rate, .. } => {
                 ([forward.0, lateral.0], yaw_rate.0)
             }
@@ -326,6 +343,36 @@ fn metres(range: Range) -> f32 {
         Range::At(distance) => distance.0,
         Range::Clear => f32::INFINITY,
         Range::Invalid => f32::NAN,
+    }
+}
+
+fn is_silenced(member: &Member) -> bool {
+    member.body.craft().is_some_and(Craft::is_silenced)
+}
+
+/// What drones of this scenario fly among.
+pub(crate) const fn surroundings<'a>(scenario: &'a Scenario, world: &'a World) -> Surroundings<'a> {
+    Surroundings { tunnel: &world.tunnel, ground: scenario.ground, vehicle: &scenario.vehicle }
+}
+
+/// A craft on the ground or in the air at this place of the centre-line.
+fn flown(
+    scenario: &Scenario,
+    world: &World,
+    place: f32,
+    flying: bool,
+    height: Metres,
+    random: Stream,
+) -> Flown {
+    let (at, nose) = world.tunnel.centre_line().at(place);
+    let spread = scenario.vehicle.flow_scale_error;
+    let config = flight::FlightConfig::CRAZYFLIE_2_1;
+    let craft = Craft::standing(config, at, nose, scenario.charge, spread, random);
+    if flying {
+        let craft = craft.hovering(height, surroundings(scenario, world));
+        Flown::at(craft, place, Setpoint::hover(height))
+    } else {
+        Flown::at(craft, place, Setpoint::Off)
     }
 }
 
@@ -386,10 +433,19 @@ fn member(
     let mut random = Stream::new(seed, Purpose::Drone(id.0));
     let flying = role != Role::Base && !matches!(scenario.start, Start::Mouth);
     let height = if flying { scenario.agent.flight.height } else { Metres::ZERO };
-    let mut body = Body::at(&world.tunnel, place, height.0, &scenario.vehicle, &mut random);
-    if flying {
-        body.command(Setpoint::hover(height));
-    }
+    let body = match (scenario.fidelity, role) {
+        (Fidelity::Flight, Role::Head | Role::Relay) => {
+            let random = Stream::new(seed, Purpose::Craft(id.0));
+            Drone::Craft(Box::new(flown(scenario, world, place, flying, height, random)))
+        }
+        (Fidelity::Policy, _) | (Fidelity::Flight, Role::Base) => {
+            let mut body = Body::at(&world.tunnel, place, height.0, &scenario.vehicle, &mut random);
+            if flying {
+                body.command(Setpoint::hover(height));
+            }
+            Drone::Point(body)
+        }
+    };
     Member {
         agent: if flying { Agent::new_linked(id, role) } else { Agent::new(id, role) },
         role,

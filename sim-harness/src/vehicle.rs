@@ -151,7 +151,7 @@ impl Body {
     /// to stop the motors stops the body where it is, as a floor plan has no falling.
     pub(crate) fn advance(&mut self, tunnel: &Tunnel, spec: &VehicleSpec, response: Response) {
         let (wanted, wanted_yaw, wanted_height) = match self.setpoint {
-            Setpoint::Off => {
+            Setpoint::Off | Setpoint::Stop => {
                 self.velocity = [0.0; 2];
                 self.yaw_rate = 0.0;
                 self.height = 0.0;

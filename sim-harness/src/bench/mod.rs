@@ -3,7 +3,11 @@
 //! | name | what it measures |
 //! |---|---|
 //! | [`chain`] | how well and how fast each movement policy makes links equal |
-//! | [`throughput`] | drone-rounds per second on one core and on all |
+//! | [`throughput`] | how fast the simulation is, at both fidelities |
+//! | [`faults`] | what becomes of a drone when something goes wrong |
+//! | [`estimator`] | whether the state estimator knows itself |
 
 pub mod chain;
+pub mod estimator;
+pub mod faults;
 pub mod throughput;

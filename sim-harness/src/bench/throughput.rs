@@ -1,14 +1,20 @@
-//! Drone-rounds per second: one drone, one round of 0.2 s with its four beams, its filters, its
-//! packets and ten physics steps. The base, which does not fly, is not counted.
+//! How fast it all is.
+//!
+//! Policy level, in drone-rounds per second: one drone, one round of 0.2 s with its four beams,
+//! its filters, its packets and ten physics steps. The base, which does not fly, is not counted.
+//!
+//! Flight level, in drone-steps per second: one drone, one millisecond with its sensors, its
+//! estimator, its controllers and its body, in the same mission. And the rigid body alone.
 
 use std::time::Instant;
 
 use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
 
+use crate::craft::body::{BodySpec, Drive, RigidBody};
 use crate::input_error::InputError;
 use crate::mission::{Mission, ROUND_US, World};
-use crate::scenario::Scenario;
+use crate::scenario::{Fidelity, Scenario};
 
 /// What is flown.
 pub const SCENARIO: &str = "s-turns-5";
@@ -17,6 +23,76 @@ pub const AIM: f64 = 1_000_000.0;
 /// How many times each number of threads is measured; the best counts, as the others were
 /// disturbed.
 const TRIES: usize = 3;
+
+/// The aim for the rigid body alone, in steps per second on one core,
+pub const RIGID_AIM: f64 = 3_000_000.0;
+/// and at flight level, in drone-steps per second on one core.
+pub const FLIGHT_AIM: f64 = 300_000.0;
+/// How long the mission at flight level is, in microseconds.
+const FLIGHT_US: u64 = 20_000_000;
+
+/// Steps of a millisecond per second on one core.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Steps {
+    /// The rigid body alone.
+    pub rigid: f64,
+    /// Whole drones at flight level.
+    pub flight: f64,
+}
+
+/// Measures one core.
+///
+/// # Errors
+/// Where no thread can be had.
+pub fn steps() -> Result<Steps, InputError> {
+    let pool = pool(1)?;
+    let scenario = Scenario::open(SCENARIO)?.at(Fidelity::Flight);
+    let scenario = Scenario { duration_us: FLIGHT_US, ..scenario };
+    let world = World::of(&scenario);
+    let best = |measure: &dyn Fn() -> f64| (0..TRIES).map(|_| measure()).fold(0.0, f64::max);
+    Ok(Steps { rigid: best(&rigid), flight: pool.install(|| best(&|| flown(&scenario, &world))) })
+}
+
+/// A body that hovers, with a little of everything.
+fn rigid() -> f64 {
+    const STEPS: u32 = 3_000_000;
+    let airframe = flight::Airframe::CRAZYFLIE_2_1;
+    let spec = BodySpec::of(&airframe);
+    let mut body = RigidBody::standing([0.0, 0.0], [1.0, 0.0]);
+    let drive = std::hint::black_box(Drive {
+        thrust: [airframe.hover_thrust(); 4],
+        spin: 7_700.0,
+        wind: [0.0; 3],
+    });
+    let begun = Instant::now();
+    for n in 0..STEPS {
+        // Anew every second: what nobody disturbs comes to rest, in numbers too small for speed.
+        if n.is_multiple_of(1_000) {
+            body.launch([0.0, 0.0, 1.0], [0.1, 0.0, 0.0], [0.01, 0.02, 0.3]);
+        }
+        body.advance(&spec, &drive);
+    }
+    std::hint::black_box(body.position());
+    f64::from(STEPS) / begun.elapsed().as_secs_f64()
+}
+
+/// A whole mission, the prelude not counted.
+fn flown(scenario: &Scenario, world: &World) -> f64 {
+    let mut mission = Mission::new(scenario, world, 1);
+    let begun = Instant::now();
+    while !mission.is_over() {
+        mission.round();
+    }
+    std::hint::black_box(mission.wall_contacts());
+    let steps = (scenario.duration_us / 1_000) as f64 * (scenario.relays + 1) as f64;
+    steps / begun.elapsed().as_secs_f64()
+}
+
+fn pool(threads: usize) -> Result<rayon::ThreadPool, InputError> {
+    ThreadPoolBuilder::new().num_threads(threads).build().map_err(|error| {
+        InputError::new(format!("cannot start {threads} threads ({error})"), "free some")
+    })
+}
 
 /// One measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,9 +115,7 @@ pub fn run(runs_per_thread: usize) -> Result<Vec<Throughput>, InputError> {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let mut measured: Vec<Throughput> = Vec::new();
     for threads in if cores > 1 { vec![1, cores] } else { vec![1] } {
-        let pool = ThreadPoolBuilder::new().num_threads(threads).build().map_err(|error| {
-            InputError::new(format!("cannot start {threads} threads ({error})"), "free some")
-        })?;
+        let pool = pool(threads)?;
         let missions = runs_per_thread * threads;
         let rate = (0..TRIES)
             .map(|_| pool.install(|| measure(&scenario, &world, missions)))

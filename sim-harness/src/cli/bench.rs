@@ -7,7 +7,8 @@ use serde_json::{Value, json};
 
 use super::progress::Progress;
 use super::{Common, Trouble, Verdict, runs};
-use crate::bench::{chain, throughput};
+use crate::bench::{chain, estimator, faults, throughput};
+use crate::input_error::InputError;
 use crate::output;
 use crate::scenario::POLICIES;
 
@@ -19,6 +20,9 @@ pub(super) struct BenchArgs {
     /// Missions for each row of a benchmark
     #[arg(long, value_name = "N")]
     runs: Option<usize>,
+    /// Of the faults, only those with this in their name
+    #[arg(long, value_name = "TEXT", default_value = "")]
+    only: String,
     #[command(flatten)]
     common: Common,
 }
@@ -27,8 +31,12 @@ pub(super) struct BenchArgs {
 enum Name {
     /// How well and how fast each movement policy makes links equal
     Chain,
-    /// Drone-rounds per second on one core and on all
+    /// Drone-rounds and drone-steps per second
     Throughput,
+    /// What becomes of a drone when something goes wrong
+    Faults,
+    /// Whether the state estimator knows itself
+    Estimator,
 }
 
 impl Name {
@@ -36,6 +44,8 @@ impl Name {
         match self {
             Self::Chain => "chain.json",
             Self::Throughput => "throughput.json",
+            Self::Faults => "faults.json",
+            Self::Estimator => "estimator.json",
         }
     }
 }
@@ -48,6 +58,8 @@ pub(super) fn run(args: &BenchArgs) -> Result<Verdict, Trouble> {
         let (table, value) = match name {
             Name::Chain => chain_bench(args)?,
             Name::Throughput => throughput_bench(args)?,
+            Name::Faults => faults_bench(args)?,
+            Name::Estimator => estimator_bench(args)?,
         };
         tables.push_str(&table);
         values.push(value);
@@ -115,7 +127,14 @@ fn throughput_bench(args: &BenchArgs) -> Result<(String, Value), Trouble> {
             row.threads, row.drone_rounds_per_s, row.scaling
         );
     }
-    let value = rows
+    let steps = throughput::steps()?;
+    for (rate, what, aim) in [
+        (steps.flight, "drone-steps/s at flight level", throughput::FLIGHT_AIM),
+        (steps.rigid, "steps/s of the rigid body alone", throughput::RIGID_AIM),
+    ] {
+        let _ = writeln!(table, "  1 threads {rate:>12.0} {what}, aim {aim:.0}");
+    }
+    let mut value: Vec<Value> = rows
         .iter()
         .map(|row| {
             json!({
@@ -128,5 +147,98 @@ fn throughput_bench(args: &BenchArgs) -> Result<(String, Value), Trouble> {
             })
         })
         .collect();
-    Ok((table, value))
+    value.push(json!({
+        "scenario": throughput::SCENARIO,
+        "fidelity": "flight",
+        "threads": 1,
+        "drone_steps_per_s": steps.flight.round(),
+        "aim_one_core": throughput::FLIGHT_AIM,
+    }));
+    value.push(json!({
+        "what": "rigid body alone",
+        "threads": 1,
+        "steps_per_s": steps.rigid.round(),
+        "aim_one_core": throughput::RIGID_AIM,
+    }));
+    Ok((table, Value::Array(value)))
+}
+
+fn faults_bench(args: &BenchArgs) -> Result<(String, Value), Trouble> {
+    let count = runs(args.runs.unwrap_or(100))?;
+    let wanted = |case: &faults::Case| case.name.contains(&args.only);
+    let total = faults::cases().iter().filter(|case| wanted(case)).count() * count;
+    if total == 0 {
+        let wrong = format!("no fault has \"{}\" in its name", args.only);
+        let remedy = "leave --only out to see all their names";
+        return Err(InputError::new(wrong, remedy).into());
+    }
+    let progress = Progress::new(total as u64, args.common.quiet);
+    progress.say("flights");
+    let rows = faults::run(count, args.common.seed, wanted, || progress.step())?;
+    drop(progress);
+    let mut table = format!(
+        "faults: {count} flights a row; a safe landing is slower than {} m/s\n\n  {:6} {:30} \
+         {:>8} {:>6} {:>12} {:>6} {:>6} {:>6}  causes\n",
+        faults::SAFE_IMPACT,
+        "place",
+        "fault",
+        "survived",
+        "landed",
+        "uncontrolled",
+        "walls",
+        "m/s",
+        "tilt",
+    );
+    for row in &rows {
+        let causes: Vec<_> =
+            row.causes.iter().map(|(name, count)| format!("{count} {name}")).collect();
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            table,
+            "  {:6} {:30} {:>8} {:>6} {:>12} {:>6} {:>6.2} {:>6.0}  {}",
+            row.place.name(),
+            row.fault,
+            row.survived,
+            row.landed_safely,
+            row.uncontrolled,
+            row.wall_contacts,
+            row.max_impact_mps,
+            row.max_tilt_deg,
+            causes.join(", ")
+        );
+    }
+    Ok((table, rows.iter().map(faults::Row::json).collect()))
+}
+
+fn estimator_bench(args: &BenchArgs) -> Result<(String, Value), Trouble> {
+    let count = runs(args.runs.unwrap_or(1_000))?;
+    let progress = Progress::new(count as u64, args.common.quiet);
+    progress.say("flights");
+    let report = estimator::run(count, args.common.seed, || progress.step());
+    drop(progress);
+    let mut table = format!("estimator: {count} flights of 10 s\n\n");
+    for s in &report.sensors {
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            table,
+            "  {:8} mean NIS {:.3} (of {} {:.3} to {:.3}); {:.1} % of instants within, {:.1} % of \
+             readings below the 95 % quantile; {} rejected, {} unusable of {}",
+            s.sensor,
+            s.mean_nis,
+            s.degrees,
+            s.interval.0,
+            s.interval.1,
+            100.0 * s.instants_within,
+            100.0 * s.below_95,
+            s.rejected,
+            s.unusable,
+            s.readings + s.unusable,
+        );
+    }
+    let _ = writeln!(
+        table,
+        "  errors   velocity {:.4} m/s, height {:.4} m, tilt {:.3}°",
+        report.velocity_mps, report.height_m, report.tilt_deg
+    );
+    Ok((table, report.json()))
 }

@@ -6,7 +6,7 @@ use clap::Args;
 use serde_json::json;
 
 use super::progress::Progress;
-use super::{Common, Trouble, Verdict, runs, scenario};
+use super::{Common, FidelityArg, Trouble, Verdict, runs, scenario};
 use crate::campaign::{Figure, figures, fly, json as figures_json};
 use crate::metrics::Reference;
 use crate::mission::World;
@@ -22,12 +22,15 @@ pub(super) struct CampaignArgs {
     /// Fly with this movement policy instead of the scenario's: t0, t5, k, authors or default
     #[arg(long, value_name = "NAME")]
     policy: Option<String>,
+    /// How closely the vehicle is simulated
+    #[arg(long, value_enum)]
+    fidelity: Option<FidelityArg>,
     #[command(flatten)]
     common: Common,
 }
 
 pub(super) fn run(args: &CampaignArgs) -> Result<Verdict, Trouble> {
-    let scenario = scenario(&args.scenario, args.policy.as_deref())?;
+    let scenario = scenario(&args.scenario, args.policy.as_deref(), args.fidelity)?;
     let count = runs(args.runs)?;
     let world = World::of(&scenario);
     let reference = Reference::of(&scenario, &world);
@@ -40,7 +43,7 @@ pub(super) fn run(args: &CampaignArgs) -> Result<Verdict, Trouble> {
     let summary = json!({
         "scenario": scenario.name,
         "policy": scenario.policy,
-        "fidelity": "policy",
+        "fidelity": scenario.fidelity.name(),
         "seed": seed,
         "runs": count,
         "version": env!("CARGO_PKG_VERSION"),

@@ -14,11 +14,11 @@ mod run;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::input_error::InputError;
 use crate::output::OutputError;
-use crate::scenario::{POLICIES, Scenario};
+use crate::scenario::{Fidelity, POLICIES, Scenario};
 
 /// U-Chain: relay drones that keep a team connected underground, in simulation and replay.
 #[derive(Parser)]
@@ -175,9 +175,27 @@ fn usage(error: &clap::Error) -> ExitCode {
     ExitCode::from(2)
 }
 
-/// A scenario, with another policy where one was asked for.
-fn scenario(name: &str, policy: Option<&str>) -> Result<Scenario, InputError> {
-    let scenario = Scenario::open(name)?;
+/// How closely the vehicle is simulated.
+#[derive(Clone, Copy, ValueEnum)]
+enum FidelityArg {
+    /// A velocity-limited first-order point on the floor plan
+    Policy,
+    /// A rigid body with motors, battery and sensors, and the flight code in the loop
+    Flight,
+}
+
+/// A scenario, with another policy and another fidelity where they were asked for.
+fn scenario(
+    name: &str,
+    policy: Option<&str>,
+    fidelity: Option<FidelityArg>,
+) -> Result<Scenario, InputError> {
+    let mut scenario = Scenario::open(name)?;
+    match fidelity {
+        None => {}
+        Some(FidelityArg::Policy) => scenario.fidelity = Fidelity::Policy,
+        Some(FidelityArg::Flight) => scenario.fidelity = Fidelity::Flight,
+    }
     match policy {
         None => Ok(scenario),
         Some(policy) => scenario.with_policy(policy).ok_or_else(|| {

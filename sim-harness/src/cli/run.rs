@@ -4,11 +4,12 @@ use std::fmt::Write;
 
 use agent::{LandReason, State};
 use chain::report::Task;
-use clap::{Args, ValueEnum};
+use clap::Args;
 use serde_json::{Value, json};
 
 use super::progress::Progress;
-use super::{Common, Trouble, Verdict, scenario};
+use super::{Common, FidelityArg, Trouble, Verdict, scenario};
+use crate::craft::record::FlightMetrics;
 use crate::metrics::{Reference, RunMetrics, Watch};
 use crate::mission::{Mission, ROUND_US, World};
 use crate::output;
@@ -33,19 +34,11 @@ pub(super) struct RunArgs {
     common: Common,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
-enum FidelityArg {
-    /// A velocity-limited first-order point on the floor plan
-    Policy,
-}
-
 pub(super) fn run(args: &RunArgs) -> Result<Verdict, Trouble> {
     if args.show {
         return show(&args.scenario);
     }
-    // The one fidelity there is needs no choice; the option is checked by `clap`.
-    let (None | Some(FidelityArg::Policy)) = args.fidelity;
-    let scenario = scenario(&args.scenario, args.policy.as_deref())?;
+    let scenario = scenario(&args.scenario, args.policy.as_deref(), args.fidelity)?;
     let seed = args.common.seed;
     let (trace, metrics) = fly(&scenario, seed, args.common.quiet);
     let failures = failures(&scenario, &trace, &metrics);
@@ -104,6 +97,9 @@ fn failures(scenario: &Scenario, trace: &Trace, metrics: &RunMetrics) -> Vec<Str
     count(metrics.wall_contacts, "touches of a wall");
     count(metrics.drone_contacts, "touches between drones");
     count(metrics.order_lost, "rounds in which the order of the chain was lost");
+    for criterion in criteria(scenario, metrics).iter().filter(|criterion| !criterion.met()) {
+        failures.push(format!("{} is not {}", criterion.name, criterion.bound_text()));
+    }
     for (node, state) in last_states(trace) {
         let called_home = matches!(ordered, Some(Task::Return | Task::Land));
         let lost = match state {
@@ -111,6 +107,7 @@ fn failures(scenario: &Scenario, trace: &Trace, metrics: &RunMetrics) -> Vec<Str
             State::Landing { why, .. } | State::Landed { why } => match why {
                 LandReason::LinkLost => Some("landed because it lost the base"),
                 LandReason::TakeOffFailed => Some("landed because it never reached its height"),
+                LandReason::Unfit(_) => Some("was brought down by a fault"),
                 LandReason::Ordered | LandReason::Home => None,
             },
             State::Reconnecting { .. } => Some("hears nobody in front at the end"),
@@ -121,6 +118,49 @@ fn failures(scenario: &Scenario, trace: &Trace, metrics: &RunMetrics) -> Vec<Str
         }
     }
     failures
+}
+
+/// One of the bounds that a scenario sets, and what came of it.
+struct Criterion {
+    name: &'static str,
+    /// Whether the bound is the most, and not the least.
+    most: bool,
+    bound: f32,
+    value: f32,
+}
+
+impl Criterion {
+    /// What is not a number meets nothing.
+    fn met(&self) -> bool {
+        if self.most { self.value <= self.bound } else { self.value >= self.bound }
+    }
+
+    fn bound_text(&self) -> String {
+        let which = if self.most { "most" } else { "least" };
+        format!("at {which} {}, but {}", self.bound, self.value)
+    }
+
+    fn json(&self) -> Value {
+        let which = if self.most { "most" } else { "least" };
+        json!({ which: number(self.bound), "value": number(self.value), "met": self.met() })
+    }
+}
+
+fn criteria(scenario: &Scenario, metrics: &RunMetrics) -> Vec<Criterion> {
+    let asked = &scenario.criteria;
+    let tilt = metrics.flight.as_ref().map(|flight| flight.max_tilt_deg);
+    // At policy level nothing tilts.
+    let tilt_asked = asked.tilt_deg.filter(|_| tilt.is_some());
+    let rows = [
+        ("hold_spread_db", true, asked.hold_spread_db, metrics.hold_spread_db),
+        ("max_tilt_deg", true, tilt_asked, tilt.unwrap_or(f32::NAN)),
+        ("launched", false, asked.launched.map(|n| n as f32), metrics.launched),
+    ];
+    rows.into_iter()
+        .filter_map(|(name, most, bound, value)| {
+            Some(Criterion { name, most, bound: bound?, value })
+        })
+        .collect()
 }
 
 fn last_states(trace: &Trace) -> impl Iterator<Item = (u8, State)> {
@@ -137,31 +177,61 @@ fn summary(
 ) -> Value {
     let drones: Vec<_> =
         last_states(trace).map(|(id, state)| json!({ "id": id, "state": state.name() })).collect();
-    json!({
+    let criteria: serde_json::Map<_, _> = criteria(scenario, metrics)
+        .iter()
+        .map(|criterion| (criterion.name.to_owned(), criterion.json()))
+        .collect();
+    let mut summary = json!({
         "scenario": scenario.name,
         "title": scenario.title,
         "seed": seed,
         "version": env!("CARGO_PKG_VERSION"),
-        "fidelity": "policy",
+        "fidelity": scenario.fidelity.name(),
         "policy": scenario.policy,
         "duration_s": scenario.duration_s(),
         "success": failures.is_empty(),
         "failures": failures,
         "metrics": metrics_json(metrics),
         "drones": drones,
+    });
+    if let Some(summary) = summary.as_object_mut() {
+        if !criteria.is_empty() {
+            summary.insert("criteria".into(), Value::Object(criteria));
+        }
+        if let Some(flight) = &metrics.flight {
+            summary.insert("flight".into(), flight_json(flight));
+        }
+    }
+    summary
+}
+
+/// What the flights were like.
+fn flight_json(flight: &FlightMetrics) -> Value {
+    let ends: serde_json::Map<_, _> =
+        flight.ends().map(|(name, count)| (name.to_owned(), json!(count))).collect();
+    json!({
+        "max_tilt_deg": number(flight.max_tilt_deg),
+        "max_rate_dps": number(flight.max_rate_dps),
+        "velocity_error_mps": number(flight.velocity_error_mps),
+        "min_battery_v": number(flight.min_battery_v),
+        "take_offs": flight.take_offs,
+        "landings": flight.landings,
+        "ends": ends,
     })
+}
+
+/// Through text, so that 0.1 stays 0.1 and not the double nearest to a float; what is not finite
+/// is `null`.
+fn number(value: f32) -> Value {
+    if !value.is_finite() {
+        return Value::Null;
+    }
+    serde_json::from_str(&format!("{value}")).unwrap_or(Value::Null)
 }
 
 /// Every metric by name; what never came or does not apply is `null`.
 pub(super) fn metrics_json(m: &RunMetrics) -> Value {
-    // Through text, so that 0.1 stays 0.1 and not the double nearest to a float.
-    let number = |value: f32| -> Value {
-        if !value.is_finite() {
-            return Value::Null;
-        }
-        serde_json::from_str(&format!("{value}")).unwrap_or(Value::Null)
-    };
-    json!({
+    let mut metrics = json!({
         "t3_s": number(m.t3_s),
         "t1_s": number(m.t1_s),
         "t_gap1_s": number(m.t_gap1_s),
@@ -178,7 +248,13 @@ pub(super) fn metrics_json(m: &RunMetrics) -> Value {
         "order_lost": m.order_lost,
         "wall_contacts": m.wall_contacts,
         "drone_contacts": m.drone_contacts,
-    })
+    });
+    if let Some(metrics) = metrics.as_object_mut()
+        && m.hold_spread_db.is_finite()
+    {
+        metrics.insert("hold_spread_db".into(), number(m.hold_spread_db));
+    }
+    metrics
 }
 
 fn table(scenario: &Scenario, seed: u64, trace: &Trace, m: &RunMetrics) -> String {
@@ -210,6 +286,18 @@ fn table(scenario: &Scenario, seed: u64, trace: &Trace, m: &RunMetrics) -> Strin
         "  touches               {} of walls, {} of drones",
         m.wall_contacts, m.drone_contacts
     );
+    if let Some(flight) = &m.flight {
+        let _ = writeln!(
+            text,
+            "  flight                {} take-offs, {} landings; tilt to {:.0}°, velocity known to \
+             {:.3} m/s, battery down to {:.2} V",
+            flight.take_offs,
+            flight.landings,
+            flight.max_tilt_deg,
+            flight.velocity_error_mps,
+            flight.min_battery_v
+        );
+    }
     let states: Vec<_> =
         last_states(trace).map(|(id, state)| format!("{id} {}", state.name())).collect();
     let _ = writeln!(text, "  at the end            {}", states.join(", "));

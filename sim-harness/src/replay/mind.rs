@@ -5,7 +5,7 @@
 //! base says that it is the base. The operator has them explore. The logged strengths were
 //! filtered on board already, so the agent takes them as they are.
 
-use agent::{Agent, AgentConfig, Inputs, Role, State};
+use agent::{Agent, AgentConfig, Fitness, Inputs, Role, State};
 use chain::filter::Smoothing;
 use chain::neighbours::Heard;
 use chain::policy::PolicyConfig;
@@ -62,6 +62,8 @@ fn mind(recording: &Recording, relay: usize) -> MindReport {
                 height: Some(Metres(config.flight.height.0)),
                 heard: &heard,
                 order: Some(order),
+                fitness: Fitness::Fit,
+                endurance: None,
                 emergency: false,
             },
         );
@@ -105,6 +107,7 @@ fn heard(sample: &Sample, relay: usize, last: usize, sequence: u16) -> Option<He
         odometer: Metres::ZERO,
         links: None,
         order: None,
+        recall: false,
     };
     Some(Heard { report, rssi: sample.rssi })
 }

@@ -30,6 +30,8 @@ files![
     "t-opening",
     "room",
     "turns",
+    "paper-circuit",
+    "relay-pair",
 ];
 
 /// The scenario that `run` flies when it is given none.

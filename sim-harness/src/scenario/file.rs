@@ -14,12 +14,13 @@ use serde::Deserialize;
 use toml::Spanned;
 use units::{Db, Dbm, Duration, Metres, MetresPerSecond};
 
-use super::{Fidelity, PilotStep, Scenario, Start};
+use super::{Criteria, Fidelity, PilotStep, Scenario, Start};
+use crate::craft::flow::Ground;
 use crate::input_error::InputError;
 use crate::trace::Point;
 use crate::vehicle::VehicleSpec;
-use crate::world::CentreLine;
 use crate::world::layout::{Corridor, GeometryError, LEAST_WIDTH, Layout, Room, outlines};
+use crate::world::{CentreLine, Walls};
 
 /// A value with its place in the file.
 type At<T> = Spanned<T>;
@@ -63,12 +64,32 @@ struct File {
     retreat: RetreatTable,
     #[serde(default)]
     pilot: Vec<At<PilotTable>>,
+    #[serde(default)]
+    ground: GroundTable,
+    #[serde(default)]
+    criteria: CriteriaTable,
 }
 
 #[derive(Deserialize)]
 #[serde(rename_all = "kebab-case")]
 enum FidelityKey {
     Policy,
+    Flight,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct GroundTable {
+    light: Option<At<f32>>,
+    texture: Option<At<f32>>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct CriteriaTable {
+    hold_spread_db: Option<At<f32>>,
+    tilt_deg: Option<At<f32>>,
+    launched: Option<At<f32>>,
 }
 
 #[derive(Deserialize)]
@@ -109,6 +130,7 @@ struct RoomTable {
 #[serde(deny_unknown_fields)]
 struct RadioTable {
     attenuation: Option<AttenuationKey>,
+    walls: Option<WallsKey>,
     loss_at_1m_db: Option<At<f32>>,
     noise_variance_db2: Option<At<f32>>,
     resolution_db: Option<At<f32>>,
@@ -124,9 +146,17 @@ enum AttenuationKey {
     RockDepth,
 }
 
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum WallsKey {
+    Rock,
+    Paper,
+}
+
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct VehicleTable {
+    charge: Option<At<f32>>,
     lag_s: Option<At<f32>>,
     flow_noise_mps: Option<At<f32>>,
     flow_scale_error: Option<At<f32>>,
@@ -227,18 +257,26 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Scenario, InputError> {
         duration_us: reader.micros(&file.duration_s, "duration_s", 0.2..=86_400.0)?,
         fidelity: match file.fidelity {
             None | Some(FidelityKey::Policy) => Fidelity::Policy,
+            Some(FidelityKey::Flight) => Fidelity::Flight,
         },
         layout,
         path_loss,
         reception,
+        walls: match file.radio.walls {
+            None | Some(WallsKey::Rock) => Walls::Rock,
+            Some(WallsKey::Paper) => Walls::Paper,
+        },
         latency_us,
         vehicle,
+        ground: reader.ground(&file.ground)?,
+        charge: reader.or(file.vehicle.charge.as_ref(), "charge", 0.0..=1.0, 1.0)?,
         relays,
         start: reader.start(&file.drones, relays, length)?,
         agent,
         assumed_loss_at_1m,
         policy,
         pilot: reader.pilot(&file.pilot)?,
+        criteria: reader.criteria(&file.criteria)?,
     })
 }
 
@@ -451,6 +489,26 @@ impl Reader<'_> {
                 0.0..=1.0,
                 usual.range_noise,
             )?,
+        })
+    }
+
+    fn ground(&self, table: &GroundTable) -> Result<Ground, InputError> {
+        let part = |value: &Option<At<f32>>, key| self.or(value.as_ref(), key, 0.0..=1.0, 1.0);
+        Ok(Ground {
+            light: part(&table.light, "light")?,
+            texture: part(&table.texture, "texture")?,
+        })
+    }
+
+    fn criteria(&self, table: &CriteriaTable) -> Result<Criteria, InputError> {
+        let bound = |value: &Option<At<f32>>, key, range| {
+            value.as_ref().map(|value| self.number(value, key, range)).transpose()
+        };
+        let most = Self::MOST_RELAYS as f32;
+        Ok(Criteria {
+            hold_spread_db: bound(&table.hold_spread_db, "hold_spread_db", 0.0..=100.0)?,
+            tilt_deg: bound(&table.tilt_deg, "tilt_deg", 0.0..=180.0)?,
+            launched: bound(&table.launched, "launched", 0.0..=most)?.map(|n| n as u32),
         })
     }
 

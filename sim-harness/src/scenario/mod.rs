@@ -12,16 +12,30 @@ use agent::AgentConfig;
 use chain::report::Task;
 use radio_model::{PathLoss, Reception};
 
+use crate::craft::flow::Ground;
 use crate::input_error::InputError;
 use crate::vehicle::VehicleSpec;
-use crate::world::Tunnel;
 use crate::world::layout::Layout;
+use crate::world::{Tunnel, Walls};
 
 /// How closely the vehicle is simulated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fidelity {
     /// A velocity-limited first-order point on the floor plan.
     Policy,
+    /// A rigid body with motors, battery and sensors, and the flight code in the loop.
+    Flight,
+}
+
+impl Fidelity {
+    /// What files and the command line call it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Policy => "policy",
+            Self::Flight => "flight",
+        }
+    }
 }
 
 /// A checked scenario: everything in it is within its bounds and fits together.
@@ -39,12 +53,18 @@ pub struct Scenario {
     pub layout: Layout,
     /// Large-scale loss.
     pub path_loss: PathLoss,
+    /// What the walls are to it.
+    pub walls: Walls,
     /// What befalls a packet.
     pub reception: Reception,
     /// How long a packet is on its way.
     pub latency_us: u64,
     /// The bodies.
     pub vehicle: VehicleSpec,
+    /// What the floor looks like to a flow sensor; at flight level.
+    pub ground: Ground,
+    /// How full the batteries are, 0 to 1; at flight level.
+    pub charge: f32,
     /// How many relays there are beside head and base.
     pub relays: usize,
     /// Where everybody starts.
@@ -57,6 +77,19 @@ pub struct Scenario {
     pub policy: String,
     /// What the operator does, in order of time.
     pub pilot: Vec<PilotStep>,
+    /// What a mission must keep to, beside what every mission must.
+    pub criteria: Criteria,
+}
+
+/// Bounds that a scenario sets. What is not set is not asked.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Criteria {
+    /// The most that the links of the chain differ at the end of the hold, dB.
+    pub hold_spread_db: Option<f32>,
+    /// The largest tilt in the air, degrees.
+    pub tilt_deg: Option<f32>,
+    /// How many relays must have flown.
+    pub launched: Option<u32>,
 }
 
 /// Where everybody starts.
@@ -135,6 +168,25 @@ impl Scenario {
         let policy = file::policy_named(name)?.for_loss_at_1m(self.assumed_loss_at_1m);
         let agent = AgentConfig { policy, ..self.agent };
         Some(Self { policy: name.to_owned(), agent, ..self.clone() })
+    }
+
+    /// The same scenario, simulated as closely as this.
+    #[must_use]
+    pub fn at(&self, fidelity: Fidelity) -> Self {
+        Self { fidelity, ..self.clone() }
+    }
+
+    /// From when until when the operator has the head stand still after having it explore: the
+    /// longest such time, in microseconds.
+    #[must_use]
+    pub fn hold(&self) -> Option<(u64, u64)> {
+        let ends = self.pilot.iter().skip(1).map(|step| step.at_us).chain([self.duration_us]);
+        let still = Task::Explore(units::MetresPerSecond::ZERO);
+        let holds = self.pilot.iter().zip(ends).skip(1).filter(|(step, _)| step.task == still);
+        holds
+            .map(|(step, end)| (step.at_us, end.min(self.duration_us)))
+            .filter(|(from, until)| from < until)
+            .max_by_key(|(from, until)| until - from)
     }
 
     /// How long it lasts, in seconds.

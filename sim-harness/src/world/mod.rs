@@ -11,5 +11,5 @@ mod tunnel;
 
 pub use centre_line::CentreLine;
 pub use optimum::{Optimum, best_chain, best_chains};
-pub use radio::Radio;
+pub use radio::{Radio, Walls};
 pub use tunnel::Tunnel;

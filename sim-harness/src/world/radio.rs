@@ -5,15 +5,30 @@
 //! places, 0.1 m apart; between them a continuous model is interpolated, a wall count is taken
 //! from the nearest pair. What is tabulated is the exponent, not the loss: the logarithm is steep
 //! and exact.
+//!
+//! Between walls of paper it is simpler: nothing stands in the way, and the distance is the
+//! straight line.
 
-use radio_model::{Attenuation, PathLoss};
+use radio_model::{Attenuation, Obstruction, PathLoss};
 use units::{Dbm, Metres};
 
-use super::Tunnel;
+use super::{CentreLine, Tunnel};
+
+/// What the walls are to the radio.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Walls {
+    /// Waves go round by the tunnel, and through with a loss.
+    #[default]
+    Rock,
+    /// Waves go straight through, as in the circuit of section V-B.
+    Paper,
+}
 
 /// The radio in one tunnel.
 pub struct Radio {
     law: PathLoss,
+    /// The line on which places are, where its walls are paper.
+    straight: Option<CentreLine>,
     /// α for the pair (row, column), rows and columns 0.1 m apart from abscissa 0.
     exponents: Vec<f32>,
     places: usize,
@@ -25,11 +40,15 @@ impl Radio {
 
     /// Surveys the tunnel.
     #[must_use]
-    pub fn survey(tunnel: &Tunnel, law: PathLoss) -> Self {
+    pub fn survey(tunnel: &Tunnel, law: PathLoss, walls: Walls) -> Self {
         let line = tunnel.centre_line();
+        if walls == Walls::Paper {
+            let straight = Some(line.clone());
+            return Self { law, straight, exponents: Vec::new(), places: 0 };
+        }
         let places = (line.length() / Self::STEP) as usize + 2;
         let points: Vec<_> = (0..places).map(|n| line.at(n as f32 * Self::STEP).0).collect();
-        let mut exponents = vec![law.exponent(radio_model::Obstruction::NONE); places * places];
+        let mut exponents = vec![law.exponent(Obstruction::NONE); places * places];
         for row in 0..places {
             for column in 0..row {
                 let alpha = law.exponent(tunnel.obstruction(points[row], points[column]));
@@ -37,12 +56,16 @@ impl Radio {
                 exponents[column * places + row] = alpha;
             }
         }
-        Self { law, exponents, places }
+        Self { law, straight: None, exponents, places }
     }
 
     /// The strength of a link between the abscissae `a` and `b` in metres, without noise.
     #[must_use]
     pub fn strength(&self, a: f32, b: f32) -> Dbm {
+        if let Some(line) = &self.straight {
+            let distance = Metres(super::centre_line::distance(line.at(a).0, line.at(b).0));
+            return Dbm::after_loss(self.law.loss(distance, Obstruction::NONE));
+        }
         let distance = Metres((a - b).abs());
         Dbm::after_loss(self.law.loss_with_exponent(distance, self.exponent(a, b)))
     }

@@ -65,6 +65,16 @@ impl Tunnel {
         self.walls.cast_local_ray(&ray, reach, false).unwrap_or(f32::INFINITY)
     }
 
+    /// The same, with the cosine of the angle between the beam and the wall's normal; `None` where
+    /// there is no wall within `reach`.
+    #[must_use]
+    pub fn strike(&self, at: Point, direction: [f32; 2], reach: f32) -> Option<(f32, f32)> {
+        let ray = Ray::new(Vector::new(at[0], at[1]), Vector::new(direction[0], direction[1]));
+        let hit = self.walls.cast_local_ray_and_get_normal(&ray, reach, false)?;
+        let slant = direction[0] * hit.normal.x + direction[1] * hit.normal.y;
+        Some((hit.time_of_impact, slant.abs()))
+    }
+
     /// Where a disc of this radius at `at` is stopped by the walls: the nearest place where it
     /// fits, or `None` where it does not touch any.
     #[must_use]

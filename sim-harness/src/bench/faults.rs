@@ -1,0 +1,390 @@
+//! What becomes of a drone when something goes wrong: every sensor lost, frozen and lying, for
+//! 0.2 s, 2 s and for good, and what else can happen ([`crate::craft::faults`] has what each means).
+//!
+//! Two places: *hover*, one drone over the middle of a room of 3 m by 3 m, told to stand still at
+//! 0.3 m; and *tunnel*, head and relay at work (scenario `relay-pair`), one of which, as the seed
+//! decides, has the fault. The fault begins between 2 and 6 s after the beginning; the run ends
+//! 14 s later, which is time for the slowest landing.
+//!
+//! A run ends in one of three ways:
+//!
+//! * **survived**: it still flies under control, following its set-points: the flight code says
+//!   that it is flying, it is within 30° of upright and between 0.1 m and 0.7 m high where it is to
+//!   be at 0.3 m (a ranger that reads half makes 0.6 m of that, and nothing on board can tell); in
+//!   the tunnel its agent is in the air as well.
+//! * **landed safely**: it met the floor at less than [`SAFE_IMPACT`] and within 30° of upright, is
+//!   upright on the floor with its motors off, and a cause is known: the flight code's, or the
+//!   agent's where that told it to land.
+//! * **uncontrolled**: everything else. There must be none.
+
+use agent::State;
+use flight::{Mode, Setpoint};
+use rayon::prelude::*;
+use serde_json::{Map, Value, json};
+use units::{Metres, MetresPerSecond, RadiansPerSecond};
+
+use crate::craft::faults::{Failing, Fault, Manner, Sensor};
+use crate::craft::flow::Ground;
+use crate::craft::{Craft, Surroundings};
+use crate::input_error::InputError;
+use crate::mission::{Mission, World};
+use crate::random::{Purpose, Stream};
+use crate::scenario::Scenario;
+use crate::vehicle::VehicleSpec;
+use crate::world::Tunnel;
+use crate::world::layout::{Corridor, Layout};
+
+/// Faster than this on the floor is a crash, m/s: a fall from 11 cm, 37 mJ of 33 g. A number of
+/// ours: less than the third of a metre from which drones of this size are dropped by hand without
+/// harm, and three times the fastest descent that is ever asked for.
+pub const SAFE_IMPACT: f32 = 1.5;
+/// Cosine of the largest tilt of a drone under control, and of one that sets down: 30°.
+const UPRIGHT: f32 = 0.866_025;
+/// Height in the room, m: the agent's.
+const HEIGHT: f32 = 0.3;
+/// Between these a drone under control flies, m.
+const HEIGHTS: std::ops::RangeInclusive<f32> = 0.1..=0.7;
+/// A run lasts so long after the fault has begun, ms.
+const AFTER_MS: u64 = 14_000;
+/// When a fault begins, ms.
+const ONSET_MS: (u64, u64) = (2_000, 6_000);
+/// The scenario of the tunnel.
+pub const SCENARIO: &str = "relay-pair";
+/// At most so many seeds of uncontrolled runs are listed.
+const LISTED: usize = 5;
+
+/// For how long a fault lasts, ms.
+const SPANS: [(u64, &str); 3] = [(200, "0.2 s"), (2_000, "2 s"), (u64::MAX, "for good")];
+
+/// Where.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// Alone in a room.
+    Hover,
+    /// In a chain.
+    Tunnel,
+}
+
+impl Place {
+    /// What the table calls it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Hover => "hover",
+            Self::Tunnel => "tunnel",
+        }
+    }
+}
+
+/// One row of the benchmark.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Case {
+    /// What the table calls the fault.
+    pub name: String,
+    /// Where.
+    pub place: Place,
+    fault: Fault,
+    lasts_ms: u64,
+}
+
+/// All of them.
+#[must_use]
+pub fn cases() -> Vec<Case> {
+    let mut faults: Vec<(String, Fault, u64)> = Vec::new();
+    for sensor in Sensor::ALL {
+        for manner in Manner::ALL {
+            for (lasts, span) in SPANS {
+                let name = format!("{} {} {span}", sensor.name(), manner.name());
+                faults.push((name, Fault::Sensor(sensor, manner), lasts));
+            }
+        }
+    }
+    for (lasts, span) in SPANS {
+        faults.push((format!("dark floor {span}"), Fault::DarkGround, lasts));
+        faults.push((format!("radio silence {span}"), Fault::RadioSilence, lasts));
+        faults.push((format!("tick jitter {span}"), Fault::TickJitter, lasts));
+    }
+    let for_good = u64::MAX;
+    faults.push(("motor at 70 %".into(), Fault::WeakMotor(0.7), for_good));
+    faults.push(("battery at its end".into(), Fault::LowBattery(0.04), for_good));
+    faults.push(("gust of 1 m/s for 2 s".into(), Fault::Gust(1.0), 2_000));
+    let at = |place| {
+        let case = move |(name, fault, lasts_ms): &(String, Fault, u64)| Case {
+            name: name.clone(),
+            place,
+            fault: *fault,
+            lasts_ms: *lasts_ms,
+        };
+        faults.iter().map(case)
+    };
+    at(Place::Hover).chain(at(Place::Tunnel)).collect()
+}
+
+/// How one run ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Ending {
+    Survived,
+    LandedSafely,
+    Uncontrolled,
+}
+
+/// One run.
+#[derive(Clone, Copy, Debug)]
+struct Run {
+    ending: Ending,
+    /// What the flight code, or the agent, says of it.
+    cause: &'static str,
+    wall_contacts: u32,
+    /// How fast it met the floor, m/s.
+    impact: f32,
+    tilt_deg: f32,
+}
+
+/// One row.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// The fault.
+    pub fault: String,
+    /// Where.
+    pub place: Place,
+    /// How many runs.
+    pub runs: usize,
+    /// Still flew under control at the end.
+    pub survived: usize,
+    /// Came down well, with a cause.
+    pub landed_safely: usize,
+    /// Neither.
+    pub uncontrolled: usize,
+    /// Touches of a wall, in all runs.
+    pub wall_contacts: u32,
+    /// The hardest landing, m/s; nothing where there was none.
+    pub max_impact_mps: f32,
+    /// The largest tilt in the air since the run began, degrees.
+    pub max_tilt_deg: f32,
+    /// How runs ended that did not survive, by cause.
+    pub causes: Vec<(&'static str, usize)>,
+    /// Seeds of uncontrolled runs, to fly them again.
+    pub uncontrolled_seeds: Vec<u64>,
+}
+
+impl Row {
+    /// The row as one JSON object.
+    #[must_use]
+    pub fn json(&self) -> Value {
+        let causes: Map<_, _> =
+            self.causes.iter().map(|(name, count)| ((*name).to_owned(), json!(count))).collect();
+        json!({
+            "fault": self.fault,
+            "place": self.place.name(),
+            "runs": self.runs,
+            "survived": self.survived,
+            "landed_safely": self.landed_safely,
+            "uncontrolled": self.uncontrolled,
+            "wall_contacts": self.wall_contacts,
+            "max_impact_mps": (f64::from(self.max_impact_mps) * 1e3).round() / 1e3,
+            "max_tilt_deg": (f64::from(self.max_tilt_deg) * 10.0).round() / 10.0,
+            "causes": causes,
+            "uncontrolled_seeds": self.uncontrolled_seeds,
+        })
+    }
+}
+
+/// Where it all happens, built once.
+pub struct Places {
+    room: Tunnel,
+    vehicle: VehicleSpec,
+    scenario: Scenario,
+    world: World,
+}
+
+impl Places {
+    /// Builds room and tunnel.
+    ///
+    /// # Errors
+    /// None, as long as the built-in scenario is sound.
+    pub fn new() -> Result<Self, InputError> {
+        let scenario = Scenario::open(SCENARIO)?;
+        let world = World::of(&scenario);
+        Ok(Self { room: room(), vehicle: VehicleSpec::DEFAULT, scenario, world })
+    }
+
+    /// Flies one case with `runs` seeds from `seed` on.
+    #[must_use]
+    pub fn run(&self, case: &Case, runs: usize, seed: u64, after_each: impl Fn() + Sync) -> Row {
+        let seeds = (0..runs as u64).into_par_iter().map(|n| seed.wrapping_add(n));
+        let all: Vec<(u64, Run)> = seeds
+            .map(|seed| {
+                let run = match case.place {
+                    Place::Hover => self.hover(case, seed),
+                    Place::Tunnel => self.tunnel(case, seed),
+                };
+                after_each();
+                (seed, run)
+            })
+            .collect();
+        row(case, &all)
+    }
+
+    fn around(&self) -> Surroundings<'_> {
+        Surroundings { tunnel: &self.room, ground: Ground::GOOD, vehicle: &self.vehicle }
+    }
+
+    fn hover(&self, case: &Case, seed: u64) -> Run {
+        let mut random = Stream::new(seed, Purpose::Fault(0));
+        let spread = self.vehicle.flow_scale_error;
+        let mut craft = Craft::standing(
+            flight::FlightConfig::CRAZYFLIE_2_1,
+            [0.0, 0.0],
+            [1.0, 0.0],
+            1.0,
+            spread,
+            Stream::new(seed, Purpose::Craft(0)),
+        )
+        .hovering(Metres(HEIGHT), self.around());
+        let failing = failing(case, &mut random);
+        craft.sabotage(failing, &mut random);
+        for now_ms in 0..failing.from_ms + AFTER_MS {
+            if now_ms.is_multiple_of(200) && !craft.is_silenced() {
+                craft.command(stand_still());
+            }
+            craft.advance(self.around());
+        }
+        judge(&craft, None)
+    }
+
+    fn tunnel(&self, case: &Case, seed: u64) -> Run {
+        let mut random = Stream::new(seed, Purpose::Fault(1));
+        let victim = (random.uniform() * (self.scenario.relays + 1) as f32) as usize;
+        let mut mission = Mission::new(&self.scenario, &self.world, seed);
+        let failing = failing(case, &mut random);
+        mission.sabotage(victim, failing, &mut random);
+        while mission.time_us() < (failing.from_ms + AFTER_MS) * 1_000 {
+            mission.round();
+        }
+        let agent = mission.agents().nth(victim).map(|agent| agent.state());
+        let craft = mission.bodies().nth(victim).and_then(|drone| drone.craft());
+        match craft {
+            Some(craft) => judge(craft, agent),
+            None => unreachable!("head and relays have crafts at flight level"),
+        }
+    }
+}
+
+/// Flies all cases that `wanted` picks.
+///
+/// # Errors
+/// None, as long as the built-in scenario is sound.
+pub fn run(
+    runs: usize,
+    seed: u64,
+    wanted: impl Fn(&Case) -> bool,
+    after_each: impl Fn() + Sync,
+) -> Result<Vec<Row>, InputError> {
+    let places = Places::new()?;
+    let chosen = cases().into_iter().filter(wanted);
+    Ok(chosen.map(|case| places.run(&case, runs, seed, &after_each)).collect())
+}
+
+/// A room of 3 m by 3 m around the origin.
+fn room() -> Tunnel {
+    let main = Corridor { centre_line: vec![[-0.05, 0.0], [0.05, 0.0]], width: 3.0 };
+    let layout = Layout { main, branches: Vec::new(), rooms: Vec::new() };
+    Tunnel::dig(&layout).expect("a room is a layout that can be built")
+}
+
+fn stand_still() -> Setpoint {
+    Setpoint::Fly {
+        forward: MetresPerSecond::ZERO,
+        lateral: MetresPerSecond::ZERO,
+        yaw_rate: RadiansPerSecond::ZERO,
+        height: Metres(HEIGHT),
+    }
+}
+
+fn failing(case: &Case, random: &mut Stream) -> Failing {
+    let (first, last) = ONSET_MS;
+    let from_ms = first + (random.uniform() * (last - first) as f32) as u64;
+    Failing { fault: case.fault, from_ms, until_ms: from_ms.saturating_add(case.lasts_ms) }
+}
+
+/// What became of it. `agent` is what its mind was doing, if it had one.
+fn judge(craft: &Craft, agent: Option<State>) -> Run {
+    let (body, record, outputs) = (craft.body(), craft.record(), craft.outputs());
+    let upright = body.uprightness() >= UPRIGHT;
+    let flies = matches!(outputs.status.mode, Mode::Flying { .. })
+        && record.is_airborne()
+        && upright
+        && HEIGHTS.contains(&body.height())
+        && agent.is_none_or(|state| state.is_airborne());
+    let gently =
+        record.touchdown().is_some_and(|down| down.speed <= SAFE_IMPACT && down.upright >= UPRIGHT);
+    let off = outputs.duties.0.iter().all(|duty| *duty == 0.0);
+    let told = match agent {
+        Some(State::Landing { .. } | State::Landed { .. }) => true,
+        Some(_) | None => false,
+    };
+    let cause = match outputs.status.mode {
+        Mode::Flying { .. } => "flying",
+        Mode::Landing { .. } => "landing",
+        Mode::Grounded { .. } => "told",
+        Mode::Landed { why } => crate::craft::record::End::Landed(why).name(),
+        Mode::Stopped { why } => crate::craft::record::End::Stopped(why).name(),
+    };
+    let named = match outputs.status.mode {
+        Mode::Landed { .. } | Mode::Stopped { .. } => true,
+        // A drone whose flight code landed it is told to switch off by its agent, which keeps the
+        // cause.
+        Mode::Grounded { .. } => told,
+        Mode::Flying { .. } | Mode::Landing { .. } => false,
+    };
+    let landed = gently && off && named && upright && body.is_on_floor();
+    Run {
+        ending: if flies {
+            Ending::Survived
+        } else if landed {
+            Ending::LandedSafely
+        } else {
+            Ending::Uncontrolled
+        },
+        cause: last_end(craft).unwrap_or(cause),
+        wall_contacts: craft.contacts(),
+        impact: record.touchdown().map_or(0.0, |down| down.speed),
+        tilt_deg: record.most_tilt_deg(),
+    }
+}
+
+/// How the flight code last ended a flight of its own accord, if it did.
+fn last_end(craft: &Craft) -> Option<&'static str> {
+    craft.record().ends().last().map(|end| end.name())
+}
+
+fn row(case: &Case, runs: &[(u64, Run)]) -> Row {
+    let count = |ending| runs.iter().filter(|(_, run)| run.ending == ending).count();
+    let mut causes: Vec<(&'static str, usize)> = Vec::new();
+    for (_, run) in runs.iter().filter(|(_, run)| run.ending != Ending::Survived) {
+        match causes.iter_mut().find(|(name, _)| *name == run.cause) {
+            Some((_, count)) => *count += 1,
+            None => causes.push((run.cause, 1)),
+        }
+    }
+    causes.sort_by_key(|(name, count)| (std::cmp::Reverse(*count), *name));
+    let most = |of: fn(&Run) -> f32| runs.iter().map(|(_, run)| of(run)).fold(0.0, f32::max);
+    Row {
+        fault: case.name.clone(),
+        place: case.place,
+        runs: runs.len(),
+        survived: count(Ending::Survived),
+        landed_safely: count(Ending::LandedSafely),
+        uncontrolled: count(Ending::Uncontrolled),
+        wall_contacts: runs.iter().map(|(_, run)| run.wall_contacts).sum(),
+        max_impact_mps: most(|run| run.impact),
+        max_tilt_deg: most(|run| run.tilt_deg),
+        causes,
+        uncontrolled_seeds: runs
+            .iter()
+            .filter(|(_, run)| run.ending == Ending::Uncontrolled)
+            .map(|(seed, _)| *seed)
+            .take(LISTED)
+            .collect(),
+    }
+}

@@ -1,0 +1,66 @@
+//! The battery: a voltage that falls with the charge that was taken and sags with the current.
+
+use super::body::STEP;
+
+/// Charge of a full battery, A s: 250 mAh, the one that comes with a Crazyflie 2.1.
+const CAPACITY: f64 = 0.25 * 3600.0;
+/// Open-circuit voltage at 0, 10, … 100 % of the charge: `bat671723HS25C` of `pm_stm32f4.c` in
+/// crazyflie-firmware, which is this battery's, and 4.2 V when full.
+const OPEN: [f32; 11] = [3.00, 3.78, 3.83, 3.87, 3.89, 3.92, 3.96, 4.00, 4.04, 4.10, 4.20];
+/// Internal resistance, wiring included, Ω: 4.01 V at 0.24 A and 3.67 V at 2.11 A
+/// (wiki.bitcraze.io, "Investigations: thrust").
+const RESISTANCE: f32 = 0.18;
+/// What board, radio and decks take, A; and what the motors take per thrust, A/N. The same
+/// measurements, over eight thrusts.
+const IDLE: f32 = 0.24;
+const CURRENT_PER_THRUST: f32 = 6.65;
+
+/// One battery.
+#[derive(Clone, Debug)]
+pub struct Battery {
+    /// The part of its charge that is left. Steps of 3e-6 of the whole do not add up in an `f32`.
+    charge: f64,
+    volts: f32,
+}
+
+impl Battery {
+    /// With this part of its charge, 0 to 1.
+    #[must_use]
+    pub fn with_charge(charge: f32) -> Self {
+        let mut battery = Self { charge: f64::from(charge.clamp(0.0, 1.0)), volts: 0.0 };
+        battery.volts = battery.open() - RESISTANCE * IDLE;
+        battery
+    }
+
+    /// The part of its charge that is left.
+    #[must_use]
+    pub const fn charge(&self) -> f32 {
+        self.charge as f32
+    }
+
+    /// At its terminals, under load, V.
+    #[must_use]
+    pub const fn volts(&self) -> f32 {
+        self.volts
+    }
+
+    /// Takes out what is not this part of a full charge.
+    pub fn drain_to(&mut self, charge: f32) {
+        self.charge = self.charge.min(f64::from(charge));
+    }
+
+    /// One millisecond under motors that lift `lift` newtons.
+    pub fn advance(&mut self, lift: f32) {
+        let current = IDLE + CURRENT_PER_THRUST * lift;
+        self.charge = (self.charge - f64::from(current * STEP) / CAPACITY).max(0.0);
+        self.volts = (self.open() - RESISTANCE * current).max(0.0);
+    }
+
+    /// Without load.
+    fn open(&self) -> f32 {
+        let place = self.charge as f32 * (OPEN.len() - 1) as f32;
+        let below = (place as usize).min(OPEN.len() - 2);
+        let (low, high) = (OPEN[below], OPEN[below + 1]);
+        low + (place - below as f32) * (high - low)
+    }
+}

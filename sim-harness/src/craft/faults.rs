@@ -1,0 +1,263 @@
+//! What can go wrong with a drone, and when.
+//!
+//! | sensor | lost | frozen | lying |
+//! |---|---|---|---|
+//! | gyroscope | no sample | the last sample again and again | +1 rad/s about one axis |
+//! | accelerometer | no sample | the last sample again and again | +2 m/s² along one axis |
+//! | IMU | both of these | both of these | both of these |
+//! | flow | no reading | its last reading | counts doubled, or 10 counts more along one axis: 0.6 m/s at 0.3 m |
+//! | down ranger | no reading | its last reading, stream count and all | 1 m too far, or half |
+//! | side rangers | no reading | their last readings | 1 m too far, or half |
+//! | battery | no reading | its last reading | 4.2 V |
+//!
+//! Which axis, which of two lies and which motor, the seed decides.
+
+use sensors::pmw3901::Motion;
+use sensors::vl53l1x::Reading;
+use units::{Acceleration, AngularVelocity, Metres, Volts};
+
+use super::body::Vector;
+use crate::random::Stream;
+
+/// A sensor, or one half of the IMU.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sensor {
+    /// Gyroscope and accelerometer together.
+    Imu,
+    /// The gyroscope alone.
+    Gyro,
+    /// The accelerometer alone.
+    Accel,
+    /// The optic flow.
+    Flow,
+    /// The ranger that looks down.
+    Down,
+    /// One of the side rangers.
+    OneSide,
+    /// All four.
+    AllSides,
+    /// The voltage at the battery.
+    Battery,
+}
+
+impl Sensor {
+    /// All of them.
+    pub const ALL: [Self; 8] = [
+        Self::Imu,
+        Self::Gyro,
+        Self::Accel,
+        Self::Flow,
+        Self::Down,
+        Self::OneSide,
+        Self::AllSides,
+        Self::Battery,
+    ];
+
+    /// What a table calls it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Imu => "imu",
+            Self::Gyro => "gyro",
+            Self::Accel => "accel",
+            Self::Flow => "flow",
+            Self::Down => "down-ranger",
+            Self::OneSide => "side-ranger",
+            Self::AllSides => "side-rangers",
+            Self::Battery => "battery-reading",
+        }
+    }
+}
+
+/// How a sensor fails.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Manner {
+    /// It says nothing.
+    Lost,
+    /// It says what it said last.
+    Frozen,
+    /// It says something else.
+    Lying,
+}
+
+impl Manner {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Lost, Self::Frozen, Self::Lying];
+
+    /// What a table calls it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Lost => "lost",
+            Self::Frozen => "frozen",
+            Self::Lying => "lying",
+        }
+    }
+}
+
+/// What goes wrong.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Fault {
+    /// A sensor.
+    Sensor(Sensor, Manner),
+    /// One motor gives this part of its thrust from now on.
+    WeakMotor(f32),
+    /// The battery has this part of its charge left.
+    LowBattery(f32),
+    /// The air moves at this speed, m/s.
+    Gust(f32),
+    /// The lights go out.
+    DarkGround,
+    /// The drone neither hears nor is heard. Who gives it set-points sees to it.
+    RadioSilence,
+    /// Steps of the flight code come 0.2 to 5 ms late.
+    TickJitter,
+}
+
+/// A fault and its time, in milliseconds since the drone was switched on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Failing {
+    /// What.
+    pub fault: Fault,
+    /// From then on
+    pub from_ms: u64,
+    /// and until then.
+    pub until_ms: u64,
+}
+
+impl Failing {
+    /// Whether it does so now.
+    #[must_use]
+    pub const fn is_on(&self, now_ms: u64) -> bool {
+        self.from_ms <= now_ms && now_ms < self.until_ms
+    }
+}
+
+/// One drone's fault, with what it needs to be played out.
+#[derive(Clone, Debug)]
+pub struct Saboteur {
+    failing: Failing,
+    /// Which axis, side or motor.
+    pub(super) which: usize,
+    /// Which of two lies.
+    second: bool,
+    gyro: Option<AngularVelocity>,
+    accel: Option<Acceleration>,
+    flow: Option<Motion>,
+    down: Option<Reading>,
+    sides: [Option<Reading>; 4],
+    battery: Option<Volts>,
+    struck: bool,
+}
+
+impl Saboteur {
+    /// Chooses what is left to choose.
+    #[must_use]
+    pub fn new(failing: Failing, random: &mut Stream) -> Self {
+        Self {
+            failing,
+            which: (random.uniform() * 4.0) as usize,
+            second: random.uniform() < 0.5,
+            gyro: None,
+            accel: None,
+            flow: None,
+            down: None,
+            sides: [None; 4],
+            battery: None,
+            struck: false,
+        }
+    }
+
+    /// True once.
+    pub(super) const fn strikes_now(&mut self) -> bool {
+        !std::mem::replace(&mut self.struck, true)
+    }
+
+    /// What goes wrong now, if anything does.
+    pub(super) fn fault(&self, now_ms: u64) -> Option<Fault> {
+        self.failing.is_on(now_ms).then_some(self.failing.fault)
+    }
+
+    fn on(&self, now_ms: u64, sensors: &[Sensor]) -> Option<(Sensor, Manner)> {
+        match self.fault(now_ms)? {
+            Fault::Sensor(sensor, manner) if sensors.contains(&sensor) => Some((sensor, manner)),
+            _ => None,
+        }
+    }
+
+    pub(super) fn gyro(&mut self, now_ms: u64, rates: AngularVelocity) -> Option<AngularVelocity> {
+        let fails = self.on(now_ms, &[Sensor::Imu, Sensor::Gyro]);
+        let mut lie = rates;
+        add(&mut lie.0, self.which, 1.0);
+        said(fails, &mut self.gyro, rates, lie)
+    }
+
+    pub(super) fn accel(&mut self, now_ms: u64, force: Acceleration) -> Option<Acceleration> {
+        let fails = self.on(now_ms, &[Sensor::Imu, Sensor::Accel]);
+        let mut lie = force;
+        add(&mut lie.0, self.which, 2.0);
+        said(fails, &mut self.accel, force, lie)
+    }
+
+    pub(super) fn flow(&mut self, now_ms: u64, reading: Motion) -> Option<Motion> {
+        let fails = self.on(now_ms, &[Sensor::Flow]);
+        let (x, y) = match (self.second, self.which % 2) {
+            (true, _) => (reading.x.saturating_mul(2), reading.y.saturating_mul(2)),
+            (false, 0) => (reading.x.saturating_add(10), reading.y),
+            (false, _) => (reading.x, reading.y.saturating_add(10)),
+        };
+        let moved = (x, y) != (0, 0);
+        let lie = Motion { x, y, moved, flags: if moved { 0xB0 } else { 0x30 }, ..reading };
+        said(fails, &mut self.flow, reading, lie)
+    }
+
+    pub(super) fn down(&mut self, now_ms: u64, reading: Reading) -> Option<Reading> {
+        let fails = self.on(now_ms, &[Sensor::Down]);
+        let lie = self.wrong_range(reading);
+        said(fails, &mut self.down, reading, lie)
+    }
+
+    pub(super) fn side(&mut self, now_ms: u64, side: usize, reading: Reading) -> Option<Reading> {
+        let fails = self
+            .on(now_ms, &[Sensor::OneSide, Sensor::AllSides])
+            .filter(|(sensor, _)| *sensor == Sensor::AllSides || side == self.which);
+        let lie = self.wrong_range(reading);
+        let Some(last) = self.sides.get_mut(side) else { return Some(reading) };
+        said(fails, last, reading, lie)
+    }
+
+    pub(super) fn battery(&mut self, now_ms: u64, volts: Volts) -> Option<Volts> {
+        let fails = self.on(now_ms, &[Sensor::Battery]);
+        said(fails, &mut self.battery, volts, Volts(4.2))
+    }
+
+    fn wrong_range(&self, reading: Reading) -> Reading {
+        let is = reading.distance.0;
+        let distance = Metres(if self.second { 0.5 * is } else { is + 1.0 });
+        Reading { distance, ..reading }
+    }
+}
+
+/// What a sensor says, and what it will say when it freezes.
+fn said<T: Copy>(
+    fails: Option<(Sensor, Manner)>,
+    last: &mut Option<T>,
+    truth: T,
+    lie: T,
+) -> Option<T> {
+    match fails.map(|(_, manner)| manner) {
+        None => {
+            *last = Some(truth);
+            Some(truth)
+        }
+        Some(Manner::Lost) => None,
+        Some(Manner::Frozen) => *last,
+        Some(Manner::Lying) => Some(lie),
+    }
+}
+
+fn add(to: &mut Vector, axis: usize, amount: f32) {
+    if let Some(value) = to.get_mut(axis % 3) {
+        *value += amount;
+    }
+}

@@ -1,0 +1,423 @@
+//! One drone at flight level: everything between motor duties and sensor readings, and the very
+//! [`flight::Flight`] that the firmware runs in the loop, a thousand times a second.
+//!
+//! | module | what it holds |
+//! |---|---|
+//! | [`body`] | the rigid body, its air and its floor |
+//! | [`motors`], [`battery`] | what drives it |
+//! | [`imu`], [`flow`], [`rangers`] | what it senses with |
+//! | [`faults`] | what can go wrong |
+//! | [`record`] | what it went through |
+//!
+//! A craft has a clock of its own, which starts when it is switched on: a mission that begins in
+//! the air begins some seconds later ([`Craft::hovering`]).
+
+pub mod battery;
+pub mod body;
+pub mod faults;
+pub mod flow;
+pub mod imu;
+pub mod motors;
+pub mod rangers;
+pub mod record;
+
+use agent::mounting::{self, Beams};
+use flight::{Airframe, Command, Flight, FlightConfig, Mode, Outputs, Sensed, Setpoint};
+use sensors::vl53l1x::Reading;
+use tunnel_nav::Diagonals;
+use units::{Acceleration, AngularVelocity, Instant, Metres, MetresPerSecond, Volts};
+
+use crate::random::Stream;
+use crate::trace::Point;
+use crate::vehicle::VehicleSpec;
+use crate::world::Tunnel;
+
+use battery::Battery;
+use body::{BodySpec, Drive, RigidBody, STEP};
+use faults::{Failing, Fault, Saboteur};
+use flow::{Flow, Ground};
+use imu::Imu;
+use motors::Motors;
+use rangers::Ranger;
+use record::Record;
+
+/// What a craft needs to know of where it flies.
+#[derive(Clone, Copy)]
+pub struct Surroundings<'a> {
+    /// The walls.
+    pub tunnel: &'a Tunnel,
+    /// What the floor looks like.
+    pub ground: Ground,
+    /// The vehicle's outer measures.
+    pub vehicle: &'a VehicleSpec,
+}
+
+/// The flow sensor and the down ranger above the feet, m: the Flow deck hangs under the board.
+const DECK_ABOVE_FEET: f32 = 0.01;
+/// The side rangers above the centre of mass, m: the Multi-ranger deck sits on the board. Standing
+/// on the floor they see it in the lower edge of their cones, at a quarter of a metre.
+const BEAMS_ABOVE_CENTRE: f32 = 0.012;
+/// Where the side beams look in the board's axes: front, right, back, left.
+const BEAMS: [[f32; 2]; 4] = [[1.0, 0.0], [0.0, -1.0], [-1.0, 0.0], [0.0, 1.0]];
+/// Milliseconds between two readings of each side beam, of the down beam and of the battery
+/// (100 a second from the radio chip).
+const SIDE_PERIOD_MS: u64 = 33;
+const DOWN_PERIOD_MS: u64 = 25;
+const BATTERY_PERIOD_MS: u64 = 10;
+/// A drone that slides along a wall leaves it for a moment at a time, ms.
+const SAME_TOUCH_MS: u16 = 200;
+/// A set-point is given five times a second.
+const COMMAND_PERIOD_MS: u64 = 200;
+/// Spread of the mass over drones, as a part of it: batteries differ by half a gram.
+const MASS_SPREAD: f32 = 0.015;
+
+/// One drone.
+#[derive(Clone)]
+pub struct Craft {
+    config: FlightConfig,
+    /// The machine as it is, which differs a little from the one in the configuration.
+    airframe: Airframe,
+    spec: BodySpec,
+    body: RigidBody,
+    motors: Motors,
+    battery: Battery,
+    imu: Imu,
+    flow: Flow,
+    down: Ranger,
+    sides: [Ranger; 4],
+    ranges: [Option<Reading>; 4],
+    flight: Flight,
+    command: Command,
+    outputs: Outputs,
+    /// What came in since the flight code last ran.
+    sensed: Sensed,
+    random: Stream,
+    saboteur: Option<Saboteur>,
+    now_ms: u64,
+    /// When the flight code runs next, if it is late.
+    due_us: u64,
+    /// When it was switched on, by the mission's clock, is this long before its beginning.
+    head_start_ms: u64,
+    /// How long the wall that it last touched still counts as the same, ms.
+    touching_ms: u16,
+    contacts: u32,
+    record: Record,
+}
+
+impl Craft {
+    /// Just switched on, standing here, nose along the unit vector `nose`.
+    #[must_use]
+    pub fn standing(
+        config: FlightConfig,
+        at: Point,
+        nose: [f32; 2],
+        charge: f32,
+        flow_scale_error: f32,
+        mut random: Stream,
+    ) -> Self {
+        let mass = config.airframe.mass * (1.0 + MASS_SPREAD * random.gauss());
+        let airframe = Airframe { mass, ..config.airframe };
+        // The board's front is an eighth of a turn to the left of the nose.
+        let half = core::f32::consts::FRAC_1_SQRT_2;
+        let front = [(nose[0] - nose[1]) * half, (nose[0] + nose[1]) * half];
+        let imu = Imu::new(&mut random);
+        let motors = Motors::drawn(&mut random);
+        let flow = Flow::new(1.0 + flow_scale_error * random.gauss());
+        let down = Ranger::new(&mut random);
+        let sides = std::array::from_fn(|_| Ranger::new(&mut random));
+        let mut flight = Flight::new();
+        let outputs = flight.step(&config, Instant::ZERO, &Sensed::default(), &Command::default());
+        Self {
+            config,
+            airframe,
+            spec: BodySpec::of(&airframe),
+            body: RigidBody::standing(at, front),
+            motors,
+            battery: Battery::with_charge(charge),
+            imu,
+            flow,
+            down,
+            sides,
+            ranges: [None; 4],
+            flight,
+            command: Command::default(),
+            outputs,
+            sensed: Sensed::default(),
+            random,
+            saboteur: None,
+            now_ms: 0,
+            due_us: 0,
+            head_start_ms: 0,
+            touching_ms: 0,
+            contacts: 0,
+            record: Record::new(),
+        }
+    }
+
+    /// The longest that a craft may take to get up before a mission that begins in the air.
+    const LONGEST_PRELUDE_MS: u64 = 15_000;
+    /// How long it then hovers before the mission begins.
+    const SETTLE_MS: u64 = 1_500;
+
+    /// The same, up in the air: for missions that begin there. It has been switched on where it
+    /// is, has calibrated itself, taken off and settled at `height` by the same code as ever, and
+    /// then the mission's clock starts. What it went through before does not count.
+    #[must_use]
+    pub fn hovering(mut self, height: Metres, around: Surroundings<'_>) -> Self {
+        let mut settled = 0;
+        while settled < Self::SETTLE_MS && self.now_ms < Self::LONGEST_PRELUDE_MS {
+            if self.now_ms.is_multiple_of(COMMAND_PERIOD_MS) {
+                self.command(hover(height));
+            }
+            self.advance(around);
+            let high = (self.body.height() - height.0).abs() < 0.05;
+            let up = matches!(self.outputs.status.mode, Mode::Flying { .. }) && high;
+            settled = if up { settled + 1 } else { 0 };
+        }
+        self.head_start_ms = self.now_ms;
+        self.record = Record::begun_flying(self.outputs.status.mode);
+        self.contacts = 0;
+        self
+    }
+
+    /// Makes something go wrong; times count from the mission's beginning.
+    pub fn sabotage(&mut self, failing: Failing, random: &mut Stream) {
+        let failing = Failing {
+            from_ms: failing.from_ms.saturating_add(self.head_start_ms),
+            until_ms: failing.until_ms.saturating_add(self.head_start_ms),
+            ..failing
+        };
+        self.saboteur = Some(Saboteur::new(failing, random));
+    }
+
+    /// What goes wrong now, if anything does.
+    #[must_use]
+    pub fn fault(&self) -> Option<Fault> {
+        self.saboteur.as_ref().and_then(|saboteur| saboteur.fault(self.now_ms))
+    }
+
+    /// Whether it can neither hear nor be heard.
+    #[must_use]
+    pub fn is_silenced(&self) -> bool {
+        self.fault() == Some(Fault::RadioSilence)
+    }
+
+    /// Its own time since it was switched on.
+    #[must_use]
+    pub const fn now(&self) -> Instant {
+        Instant::from_millis(self.now_ms)
+    }
+
+    /// Gives it a set-point in the board's axes.
+    pub fn command(&mut self, setpoint: Setpoint) {
+        self.command = Command { setpoint, given: self.now() };
+    }
+
+    /// One millisecond.
+    pub fn advance(&mut self, around: Surroundings<'_>) {
+        self.now_ms += 1;
+        let fault = self.fault();
+        self.sense(around, fault);
+        self.think(fault);
+        self.befall(fault);
+
+        self.motors.advance(&self.airframe, self.outputs.duties, self.battery.volts());
+        self.battery.advance(self.motors.lift());
+        let wind = match (fault, &self.saboteur) {
+            (Some(Fault::Gust(speed)), Some(saboteur)) => gust(speed, saboteur.which),
+            _ => [0.0; 3],
+        };
+        let drive = Drive { thrust: self.motors.thrust(), spin: self.motors.spin(), wind };
+        self.body.advance(&self.spec, &drive);
+        self.collide(around);
+        self.record.look(self.now_ms, &self.body, &self.outputs.status, self.battery.volts());
+    }
+
+    /// Reads what the sensors have ready.
+    fn sense(&mut self, around: Surroundings<'_>, fault: Option<Fault>) {
+        let now = self.now_ms;
+        let body = &self.body;
+        let upright = body.uprightness();
+        let height = body.height() + DECK_ABOVE_FEET;
+        let random = &mut self.random;
+
+        let hovering = 4.0 * self.config.airframe.hover_thrust();
+        let shaking = self.motors.lift() / hovering;
+        let (gyro, accel) = self.imu.sample(body.rates(), body.specific_force(), shaking, random);
+        let (gyro, accel) = (AngularVelocity(gyro), Acceleration(accel));
+        let mut saboteur = self.saboteur.as_mut();
+        let (gyro, accel) = match &mut saboteur {
+            None => (Some(gyro), Some(accel)),
+            Some(saboteur) => (saboteur.gyro(now, gyro), saboteur.accel(now, accel)),
+        };
+        self.sensed.gyro = gyro.or(self.sensed.gyro);
+        self.sensed.accel = accel.or(self.sensed.accel);
+
+        self.flow.watch(body.velocity_body(), body.rates(), upright, height, STEP);
+        if now.is_multiple_of(Flow::PERIOD_MS) {
+            let ground =
+                if fault == Some(Fault::DarkGround) { Ground::DARK } else { around.ground };
+            let reading = self.flow.read(ground, height, random);
+            let reading = match &mut saboteur {
+                None => Some(reading),
+                Some(saboteur) => saboteur.flow(now, reading),
+            };
+            self.sensed.flow = reading.or(self.sensed.flow);
+        }
+        if now % DOWN_PERIOD_MS == 3 {
+            let reading = self.down.look_down(height, upright, random);
+            let reading = match &mut saboteur {
+                None => Some(reading),
+                Some(saboteur) => saboteur.down(now, reading),
+            };
+            self.sensed.down = reading.or(self.sensed.down);
+        }
+        if now % BATTERY_PERIOD_MS == 5 {
+            let volts = Volts(self.battery.volts());
+            let volts = match &mut saboteur {
+                None => Some(volts),
+                Some(saboteur) => saboteur.battery(now, volts),
+            };
+            self.sensed.battery = volts.or(self.sensed.battery);
+        }
+        // One after the other, an eighth of their period apart.
+        let phase = now % SIDE_PERIOD_MS;
+        if phase.is_multiple_of(8) && phase < 32 {
+            let side = (phase / 8) as usize;
+            let [x, y, z] = body.position();
+            let up = body.rotation()[2][2] * BEAMS_ABOVE_CENTRE;
+            let reading = self.sides[side].look_along(
+                around.tunnel,
+                [x, y, z + up],
+                body.rotation(),
+                BEAMS[side],
+                random,
+            );
+            let reading = match &mut saboteur {
+                None => Some(reading),
+                Some(saboteur) => saboteur.side(now, side, reading),
+            };
+            self.ranges[side] = reading;
+        }
+    }
+
+    /// Runs the flight code, if it is its time.
+    fn think(&mut self, fault: Option<Fault>) {
+        let now_us = self.now_ms * 1_000;
+        let at_us = if fault == Some(Fault::TickJitter) {
+            if now_us < self.due_us {
+                return;
+            }
+            let at_us = now_us - 1_000 + self.due_us % 1_000;
+            let late = 200 + (4_800.0 * self.random.uniform()) as u64;
+            self.due_us = at_us + 1_000 + late;
+            at_us
+        } else {
+            now_us
+        };
+        let sensed = std::mem::take(&mut self.sensed);
+        let now = Instant::from_micros(at_us);
+        self.outputs = self.flight.step(&self.config, now, &sensed, &self.command);
+    }
+
+    /// What happens once, when it happens.
+    fn befall(&mut self, fault: Option<Fault>) {
+        let Some(saboteur) = &mut self.saboteur else { return };
+        match fault {
+            Some(Fault::WeakMotor(part)) if saboteur.strikes_now() => {
+                self.motors.weaken(saboteur.which, part);
+            }
+            Some(Fault::LowBattery(charge)) => self.battery.drain_to(charge),
+            _ => {}
+        }
+    }
+
+    fn collide(&mut self, around: Surroundings<'_>) {
+        let [x, y, _] = self.body.position();
+        match around.tunnel.bump([x, y], around.vehicle.radius) {
+            Some(free) => {
+                self.body.stop_at(free);
+                self.contacts += u32::from(self.touching_ms == 0);
+                self.touching_ms = SAME_TOUCH_MS;
+            }
+            None => self.touching_ms = self.touching_ms.saturating_sub(1),
+        }
+    }
+
+    /// The body.
+    #[must_use]
+    pub const fn body(&self) -> &RigidBody {
+        &self.body
+    }
+
+    /// The battery.
+    #[must_use]
+    pub const fn battery(&self) -> &Battery {
+        &self.battery
+    }
+
+    /// What the flight code last decided.
+    #[must_use]
+    pub const fn outputs(&self) -> &Outputs {
+        &self.outputs
+    }
+
+    /// What it went through.
+    #[must_use]
+    pub const fn record(&self) -> &Record {
+        &self.record
+    }
+
+    /// The flight code itself, for whoever looks into it.
+    #[must_use]
+    pub const fn flight(&self) -> &Flight {
+        &self.flight
+    }
+
+    /// The down ranger above the floor, m: the height that the flight code flies by.
+    #[must_use]
+    pub const fn height_of_deck(&self) -> f32 {
+        self.body.height() + DECK_ABOVE_FEET
+    }
+
+    /// The four side beams, as the agent gets them.
+    #[must_use]
+    pub fn diagonals(&self, reach: Metres) -> Diagonals {
+        let [front, right, back, left] =
+            self.ranges.each_ref().map(|reading| mounting::side_beam(reading.as_ref(), reach));
+        Beams { front, right, back, left }.diagonals()
+    }
+
+    /// How often it has touched a wall.
+    #[must_use]
+    pub const fn contacts(&self) -> u32 {
+        self.contacts
+    }
+
+    /// Where its nose points on the floor plan: a unit vector.
+    #[must_use]
+    pub fn nose(&self) -> [f32; 2] {
+        let rotation = self.body.rotation();
+        let [x, y] = [rotation[0][0] - rotation[0][1], rotation[1][0] - rotation[1][1]];
+        let length = libm::sqrtf(x * x + y * y);
+        if length > 1e-3 { [x / length, y / length] } else { [1.0, 0.0] }
+    }
+}
+
+/// Level hover at this height.
+fn hover(height: Metres) -> Setpoint {
+    Setpoint::Fly {
+        forward: MetresPerSecond::ZERO,
+        lateral: MetresPerSecond::ZERO,
+        yaw_rate: units::RadiansPerSecond::ZERO,
+        height,
+    }
+}
+
+/// A wind from one of four sides.
+fn gust(speed: f32, side: usize) -> body::Vector {
+    [[speed, 0.0, 0.0], [0.0, speed, 0.0], [-speed, 0.0, 0.0], [0.0, -speed, 0.0]]
+        .get(side)
+        .copied()
+        .unwrap_or([speed, 0.0, 0.0])
+}
