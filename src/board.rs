@@ -1,48 +1,25 @@
-//! Clocks and pins of the Crazyflie 2.1.
+//! The board that this firmware is built for, chosen by a feature of the package.
+//!
+//! | feature | board | |
+//! |---|---|---|
+//! | `crazyflie-2-1` | Crazyflie 2.1 with its first propellers | `board/crazyflie_2_1.rs` |
+//! | `crazyflie-2-1-plus` | the same with the propellers of the 2.1+ | `board/crazyflie_2_1.rs` |
+//!
+//! Another board is another module with the same names in it: [`init`], which takes the chip's
+//! peripherals apart into parts; [`motor`], what `motors.rs` must know of its pins and timers;
+//! [`FLIGHT`], what flies; and the interrupt of the control executor. The tasks know parts, not
+//! boards. A Bolt differs in its inertial sensor's bus (SPI2 instead of I2C3), its fourth motor's
+//! pin and the signal its speed controllers take, so in those three.
 
-use embassy_stm32::Config;
-use embassy_stm32::gpio::{Level, Output, Speed};
-use embassy_stm32::rcc::{
-    AHBPrescaler, APBPrescaler, Hse, HseMode, Pll, PllMul, PllPDiv, PllPreDiv, PllQDiv, PllSource,
-    Sysclk,
+#[cfg(any(
+    all(feature = "crazyflie-2-1", feature = "crazyflie-2-1-plus"),
+    not(any(feature = "crazyflie-2-1", feature = "crazyflie-2-1-plus")),
+))]
+compile_error!("choose exactly one board: feature crazyflie-2-1 or crazyflie-2-1-plus");
+
+mod crazyflie_2_1;
+
+pub(crate) use crazyflie_2_1::{
+    CONTROL, DeckParts, Edge, FLIGHT, FlowParts, ImuParts, Lamps, RadioParts, crystal_starts, init,
+    motor,
 };
-use embassy_stm32::time::Hertz;
-
-/// What the rest of the firmware is handed of the board.
-pub(crate) struct Board {
-    /// The blue LED on the left: PD2, lit when high (crazyflie-firmware, `led.h`).
-    pub(crate) lamp: Output<'static>,
-    /// The red LED on the left: PC0, lit when low (crazyflie-firmware, `led.h`).
-    pub(crate) fault_lamp: Output<'static>,
-}
-
-/// Sets the clocks and hands out the pins. To be called once; a second call is a panic in
-/// embassy-stm32.
-pub(crate) fn init() -> Board {
-    let p = embassy_stm32::init(clocks());
-    Board {
-        lamp: Output::new(p.PD2, Level::Low, Speed::Low),
-        fault_lamp: Output::new(p.PC0, Level::High, Speed::Low),
-    }
-}
-
-/// 168 MHz from the 8 MHz crystal: 8 / 8 · 336 / 2. AHB runs at 168, APB1 at 42, APB2 at 84 and
-/// USB at 48 MHz (crazyflie-firmware, `system_stm32f4xx.c`). The wait states of the flash follow.
-fn clocks() -> Config {
-    let mut config = Config::default();
-    let rcc = &mut config.rcc;
-    rcc.hse = Some(Hse { freq: Hertz(8_000_000), mode: HseMode::Oscillator });
-    rcc.pll_src = PllSource::HSE;
-    rcc.pll = Some(Pll {
-        prediv: PllPreDiv::DIV8,
-        mul: PllMul::MUL336,
-        divp: Some(PllPDiv::DIV2),
-        divq: Some(PllQDiv::DIV7),
-        divr: None,
-    });
-    rcc.sys = Sysclk::PLL1_P;
-    rcc.ahb_pre = AHBPrescaler::DIV1;
-    rcc.apb1_pre = APBPrescaler::DIV4;
-    rcc.apb2_pre = APBPrescaler::DIV2;
-    config
-}

@@ -4,23 +4,26 @@
 //! boot logs it: nothing is logged from here, because the fault may have happened in the middle of
 //! the logger. A magic number and a checksum tell a reason from what power-up leaves in a RAM.
 //!
-//! What comes here: panics, faults, interrupts that nobody handles, and [`give_up`].
+//! What comes here: panics, faults ([`crate::fault`]), interrupts that nobody handles, and
+//! [`give_up`].
 
 use core::panic::PanicInfo;
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use cortex_m::peripheral::SCB;
-use cortex_m_rt::{ExceptionFrame, exception};
+use cortex_m_rt::exception;
 use heapless::String;
 
-use crate::motors;
+use crate::{board, motors, stack};
 
 /// What was going on.
 #[derive(Clone, Copy, PartialEq, Eq, defmt::Format)]
 enum Kind {
-    /// A panic; `detail` is the line and the column, the text the file and the message.
+    /// A panic; `detail` is the line, the column and the exception that was being handled, the
+    /// text the file and the message.
     Panic,
-    /// A fault; `detail` is PC, LR, CFSR and BFAR (Armv7-M Architecture Reference Manual, B3.2).
+    /// A fault; `detail` is PC, LR, CFSR, BFAR (Armv7-M Architecture Reference Manual, B3.2), the
+    /// exception that was being handled, and the stack pointer.
     HardFault,
     /// An interrupt without a handler; `detail` is its number.
     Interrupt,
@@ -54,7 +57,7 @@ const TEXT: usize = 96;
 /// Bytes of a file's path that are kept: its end, which is what tells.
 const FILE: usize = 48;
 /// Numbers that are kept.
-const DETAIL: usize = 4;
+const DETAIL: usize = 6;
 
 /// A reason, as the boot after it reads it.
 pub(crate) struct LastWords {
@@ -78,20 +81,40 @@ impl LastWords {
 
     /// Tells whoever watches.
     pub(crate) fn log(&self) {
-        let [a, b, c, d] = self.detail;
+        let [a, b, c, d, e, f] = self.detail;
         let text = self.text.as_str();
         match self.kind {
-            Kind::Panic => defmt::error!("last run: panic at {=u32}:{=u32} of {=str}", a, b, text),
+            Kind::Panic => defmt::error!(
+                "last run: panic at {=u32}:{=u32} of {=str}, in {=str}",
+                a,
+                b,
+                text,
+                place(c)
+            ),
             Kind::HardFault => defmt::error!(
-                "last run: hard fault, pc {=u32:#010x} lr {=u32:#010x} cfsr {=u32:#010x} bfar {=u32:#010x}",
+                "last run: hard fault{=str}, pc {=u32:#010x} lr {=u32:#010x} cfsr {=u32:#010x} bfar {=u32:#010x} sp {=u32:#010x}, in {=str}",
+                if stack::holds_frame(f) { "" } else { " by stack overflow" },
                 a,
                 b,
                 c,
-                d
+                d,
+                f,
+                place(e)
             ),
             Kind::Interrupt => defmt::error!("last run: interrupt {=u32} has no handler", a),
             Kind::GivenUp => defmt::error!("last run: {=str}", text),
         }
+    }
+}
+
+/// What was running, by the number of the exception that was being handled.
+fn place(exception: u32) -> &'static str {
+    /// Exceptions of the core come before the chip's interrupts.
+    const CORE: u32 = 16;
+    match exception {
+        0 => "a task of the thread",
+        n if n == CORE + board::CONTROL as u32 => "the control executor",
+        _ => "an interrupt handler",
     }
 }
 
@@ -181,6 +204,11 @@ fn end(words: &LastWords) -> ! {
     SCB::sys_reset()
 }
 
+/// Ends a run in a hard fault: `detail` as [`Kind::HardFault`] has it.
+pub(crate) fn end_by_fault(detail: [u32; DETAIL]) -> ! {
+    end(&LastWords::new(Kind::HardFault, detail))
+}
+
 /// Ends a run that cannot go on, for a reason that is not a panic.
 pub(crate) fn give_up(why: &str) -> ! {
     let mut words = LastWords::new(Kind::GivenUp, [0; DETAIL]);
@@ -195,7 +223,7 @@ fn panicked(info: &PanicInfo<'_>) -> ! {
     motors::stop();
     let mut words = LastWords::new(Kind::Panic, [0; DETAIL]);
     if let Some(location) = info.location() {
-        words.detail = [location.line(), location.column(), 0, 0];
+        words.detail = [location.line(), location.column(), exception_now(), 0, 0, 0];
         let file = location.file();
         let tail = file.ceil_char_boundary(file.len().saturating_sub(FILE));
         words.say(file.get(tail..).unwrap_or_default());
@@ -208,17 +236,16 @@ fn panicked(info: &PanicInfo<'_>) -> ! {
     end(&words)
 }
 
-#[exception]
-#[allow(unsafe_code, reason = "cortex-m-rt asks for `unsafe fn`; two registers of the core")]
-unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
-    motors::stop();
-    // SAFETY: two registers of the core, read without a side effect.
-    let (cfsr, bfar) = unsafe { ((*SCB::PTR).cfsr.read(), (*SCB::PTR).bfar.read()) };
-    end(&LastWords::new(Kind::HardFault, [frame.pc(), frame.lr(), cfsr, bfar]))
+/// The number of the exception that is being handled, 0 for none.
+fn exception_now() -> u32 {
+    #[expect(unsafe_code, reason = "a register of the core")]
+    // SAFETY: reading it has no side effect.
+    let icsr = unsafe { (*SCB::PTR).icsr.read() };
+    icsr & 0x1FF
 }
 
 #[exception]
 #[allow(unsafe_code, reason = "cortex-m-rt asks for `unsafe fn`")]
 unsafe fn DefaultHandler(number: i16) -> ! {
-    end(&LastWords::new(Kind::Interrupt, [number as u32, 0, 0, 0]))
+    end(&LastWords::new(Kind::Interrupt, [number as u32, 0, 0, 0, 0, 0]))
 }

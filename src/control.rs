@@ -1,0 +1,127 @@
+//! The control loop: a thousand times a second from the sensors to the motors.
+//!
+//! It waits for one thing, the gyroscope's next sample, and for that no longer than
+//! [`PATIENCE`]: without a sample it steps all the same, so that the flight code can land on what
+//! it has. Everything else it takes as it finds it. It feeds the watchdog.
+
+use core::cell::Cell;
+
+use cortex_m::peripheral::DWT;
+use embassy_sync::blocking_mutex::Mutex;
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_time::{Duration, with_timeout};
+use flight::{Command, Flight, Outputs, Sensed, Status};
+use static_cell::StaticCell;
+use units::Instant;
+
+use crate::board::FLIGHT;
+use crate::latest::Latest;
+use crate::motors::Motors;
+use crate::{clock, flow, health, imu, mind, panic, radio, rangers, reset};
+
+/// What the flight code knew in its last step; `None` before the first.
+pub(crate) static STATUS: Latest<Option<Status>> = Latest::new(None);
+
+/// Two samples missed.
+const PATIENCE: Duration = Duration::from_millis(2);
+
+/// Everything from sensors to motors of one drone, too large for a stack.
+static FLYER: StaticCell<Flight> = StaticCell::new();
+
+/// The one flight code; `None` when it has been given out already.
+pub(crate) fn new_flight() -> Option<&'static mut Flight> {
+    FLYER.try_init_with(Flight::new)
+}
+
+/// Whether the drone is in the air, or so nearly that a reset would be a fall.
+pub(crate) fn is_airborne() -> bool {
+    STATUS.get().is_some_and(|status| status.mode.is_airborne())
+}
+
+/// The task, on the control executor.
+#[embassy_executor::task]
+pub(crate) async fn run(flight: &'static mut Flight, mut motors: Motors) -> ! {
+    let mut last = DWT::cycle_count();
+    loop {
+        let gyro = with_timeout(PATIENCE, imu::RATES.wait()).await.ok();
+        let begin = DWT::cycle_count();
+        let sensed = Sensed {
+            gyro,
+            accel: imu::FORCE.take(),
+            flow: flow::MOTION.take(),
+            down: rangers::DOWN.take(),
+            battery: radio::VOLTAGE.take(),
+        };
+        let outputs = step(flight, clock::now(), &sensed, &command());
+        motors.set(outputs.duties);
+        STATUS.set(Some(outputs.status));
+        watch_over(&outputs.status);
+        time(begin.wrapping_sub(last), DWT::cycle_count().wrapping_sub(begin));
+        last = begin;
+    }
+}
+
+/// One step. Kept whole, with everything that it calls and nothing else, so that `.ci/sizes` can
+/// weigh it.
+#[inline(never)]
+fn step(flight: &mut Flight, now: Instant, sensed: &Sensed, command: &Command) -> Outputs {
+    flight.step(&FLIGHT, now, sensed, command)
+}
+
+/// What the mind wants, but on the ground the power button comes first.
+fn command() -> Command {
+    if radio::is_shutting_down() && !is_airborne() {
+        Command { setpoint: flight::Setpoint::Stop, given: clock::now() }
+    } else {
+        mind::COMMAND.get()
+    }
+}
+
+/// Feeds the watchdog, unless a task has fallen silent and the drone is on the ground.
+fn watch_over(status: &Status) {
+    if !status.mode.is_airborne()
+        && let Some(task) = health::silent()
+    {
+        panic::give_up(task.last_words());
+    }
+    reset::feed_watchdog();
+}
+
+/// How the loop kept its time, in µs.
+#[derive(Clone, Copy)]
+pub(crate) struct Timing {
+    pub(crate) longest_step: u32,
+    pub(crate) shortest_period: u32,
+    pub(crate) longest_period: u32,
+}
+
+impl Timing {
+    const NONE: Self = Self { longest_step: 0, shortest_period: u32::MAX, longest_period: 0 };
+}
+
+/// Since it was last asked for, in cycles.
+static TIMING: Mutex<CriticalSectionRawMutex, Cell<Timing>> = Mutex::new(Cell::new(Timing::NONE));
+
+fn time(period: u32, step: u32) {
+    TIMING.lock(|timing| {
+        let so_far = timing.get();
+        timing.set(Timing {
+            longest_step: so_far.longest_step.max(step),
+            shortest_period: so_far.shortest_period.min(period),
+            longest_period: so_far.longest_period.max(period),
+        });
+    });
+}
+
+/// How the loop has kept its time since this was last asked.
+pub(crate) fn take_timing() -> Timing {
+    /// At 168 MHz.
+    const CYCLES: u32 = 168;
+    let Timing { longest_step, shortest_period, longest_period } =
+        TIMING.lock(|timing| timing.replace(Timing::NONE));
+    Timing {
+        longest_step: longest_step / CYCLES,
+        shortest_period: shortest_period / CYCLES,
+        longest_period: longest_period / CYCLES,
+    }
+}

@@ -1,0 +1,94 @@
+//! Why the chip started, and the watchdog that makes it start again.
+//!
+//! The watchdog is independent: it has an oscillator of its own, and once started nothing stops it
+//! but a reset. Only the control task feeds it ([`crate::control`]), so it bites when the control
+//! executor no longer runs, for whatever reason; what the other tasks owe is in [`crate::health`].
+
+use embassy_stm32::pac::iwdg::vals::{Key, Pr};
+use embassy_stm32::pac::{DBGMCU, FLASH, IWDG, RCC};
+
+/// What reset the chip.
+#[derive(Clone, Copy, PartialEq, Eq, defmt::Format)]
+pub(crate) enum Cause {
+    /// It was switched on.
+    PowerOn,
+    /// The supply dipped below the brown-out level.
+    BrownOut,
+    /// The watchdog was not fed.
+    Watchdog,
+    /// The firmware said so: [`crate::panic`], or the bootloader.
+    Software,
+    /// The reset pin: a probe, or the radio chip.
+    Pin,
+    /// Something that this firmware has never set up.
+    Other,
+}
+
+impl Cause {
+    /// Whether nobody wanted it.
+    pub(crate) const fn is_fault(self) -> bool {
+        matches!(self, Self::BrownOut | Self::Watchdog)
+    }
+}
+
+/// What reset the chip, read once: the flags are cleared for the next time.
+pub(crate) fn take_cause() -> Cause {
+    let flags = RCC.csr().read();
+    RCC.csr().modify(|w| w.set_rmvf(true));
+    // Each reset pulls the pin low as well, and power-on raises the brown-out flag too (RM0090,
+    // RCC_CSR), so the order tells.
+    if flags.wdgrstf() {
+        Cause::Watchdog
+    } else if flags.sftrstf() {
+        Cause::Software
+    } else if flags.porrstf() {
+        Cause::PowerOn
+    } else if flags.borrstf() {
+        Cause::BrownOut
+    } else if flags.padrstf() {
+        Cause::Pin
+    } else {
+        Cause::Other
+    }
+}
+
+/// The supply in mV below which the chip holds itself in reset, as its option bytes say. Read, and
+/// never written: a wrong option byte locks a chip for good.
+pub(crate) fn brown_out_millivolts() -> u16 {
+    // STM32F405 data sheet, "Embedded reset and power control block": V_BOR, typical, falling edge;
+    // without it the power-down reset's.
+    match FLASH.optcr().read().bor_lev() {
+        0 => 2_850,
+        1 => 2_550,
+        2 => 2_230,
+        _ => 1_680,
+    }
+}
+
+/// Turns of the loop that waits for the watchdog's registers, in its own oscillator's clock: five
+/// periods of 32 kHz or less, 160 µs; a turn takes 0.1 µs or more.
+const TURNS: u32 = 10_000;
+
+/// Starts the watchdog: fed within 189 periods of 1 kHz, or it bites. Its oscillator runs at 17 to
+/// 47 kHz (STM32F405 data sheet, LSI), so that is 129 to 356 ms. The values are those of
+/// crazyflie-firmware's `watchdog.h`.
+///
+/// While a probe has halted the processor it stands still, and so does the time. The motors do not.
+pub(crate) fn start_watchdog() {
+    DBGMCU.apb1fzr().modify(|w| {
+        w.set_iwdg(true);
+        w.set_tim5(true);
+    });
+    IWDG.kr().write(|w| w.set_key(Key::START));
+    IWDG.kr().write(|w| w.set_key(Key::ENABLE));
+    IWDG.pr().write(|w| w.set_pr(Pr::DIVIDE_BY32));
+    IWDG.rlr().write(|w| w.set_rl(188));
+    // Feeding it earlier would load the old value: 4096 periods of 8 kHz, which is 512 ms.
+    let _ = (0..TURNS).any(|_| !IWDG.sr().read().pvu() && !IWDG.sr().read().rvu());
+    feed_watchdog();
+}
+
+/// Puts the watchdog off.
+pub(crate) fn feed_watchdog() {
+    IWDG.kr().write(|w| w.set_key(Key::RESET));
+}

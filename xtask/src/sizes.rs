@@ -1,0 +1,263 @@
+//! The table of what the firmware takes, its budgets, and what must not be in it.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+use crate::elf::Elf;
+use crate::graph::Program;
+use crate::inlining::Inlining;
+use crate::panics::{self, Verdict};
+use crate::rules::{self, Panics, Stack};
+use crate::{Result, disassembly, image, stack};
+
+/// A sixth of the flash, so that all that is still to come has room. Bytes.
+const FLASH_BUDGET: u32 = 160_000;
+/// Half of the RAM, worst-case stack included. Bytes.
+const RAM_BUDGET: u32 = 64_000;
+
+/// One round of the agent, kept whole for this (`src/mind.rs`),
+const CHAIN_STEP: &str = "uchain_firmware::mind::step";
+/// and one of the flight code (`src/control.rs`).
+const CONTROL_STEP: &str = "uchain_firmware::control::step";
+/// The agent (`src/mind.rs`),
+const AGENT: &str = "uchain_firmware::mind::AGENT";
+/// and the flight code (`src/control.rs`).
+const FLYER: &str = "uchain_firmware::control::FLYER";
+
+/// Prints the table; false when a budget or a rule is broken.
+pub(crate) fn report(path: &Path, bytes: &[u8]) -> Result<bool> {
+    let in_file = |why: String| format!("{}: {why}", path.display());
+    let elf = Elf::parse(bytes).map_err(in_file)?;
+    let panic_rules: Panics = rules::read("panics.toml", include_str!("../panics.toml"))?;
+    let stack_rules: Stack = rules::read("stack.toml", include_str!("../stack.toml"))?;
+    let program = Program::new(&elf, disassembly::of(path)?);
+    let inlining = Inlining::of(path)?;
+    let chain = |at: u32, name: &str| inlining.chain(at, name);
+    let stack = stack::measure(&elf, &program, &chain, &stack_rules).map_err(in_file)?;
+
+    let mut table = Table::default();
+    table.memory(&elf, stack.worst);
+    table.step("a chain step", &program, CHAIN_STEP);
+    table.step("a control step", &program, CONTROL_STEP);
+    table.stack(&stack);
+    table.panics(&panics::find(&program, &stack.reached, &inlining, &panic_rules));
+    table.forbidden(&program);
+    for (file, idle) in [("panics.toml", panics::idle(&panic_rules)), ("stack.toml", stack.idle)] {
+        for rule in idle {
+            println!("  unused in {file}: {rule}");
+        }
+    }
+    for wrong in &table.wrong {
+        println!("  NOT ALLOWED: {wrong}");
+    }
+    Ok(table.wrong.is_empty())
+}
+
+/// What has been printed, and what was wrong with it.
+#[derive(Default)]
+struct Table {
+    wrong: Vec<String>,
+}
+
+impl Table {
+    fn row(&mut self, what: &str, bytes: u32, budget: Option<u32>) {
+        match budget {
+            None => println!("  {what:<52} {bytes:>8}"),
+            Some(budget) => {
+                let percent = u64::from(bytes) * 100 / u64::from(budget.max(1));
+                println!("  {what:<52} {bytes:>8} {budget:>8} {percent:>4} %");
+                if bytes > budget {
+                    self.wrong.push(format!("{what} is over its budget"));
+                }
+            }
+        }
+    }
+
+    fn memory(&mut self, elf: &Elf, worst_stack: u32) {
+        println!("  {:<52} {:>8} {:>8}", "", "bytes", "budget");
+        let sum = |range: &std::ops::Range<u32>| {
+            let inside = elf.sections.iter().filter(|section| range.contains(&section.address));
+            inside.map(|section| section.size).sum::<u32>()
+        };
+        // Initial values lie in flash too.
+        let data = elf.sections.iter().filter(|section| section.name == ".data");
+        let flash = sum(&(0x0800_0000..0x1000_0000)) + data.map(|data| data.size).sum::<u32>();
+        let ram = sum(&image::RAM);
+        self.row("flash", flash, Some(FLASH_BUDGET));
+        self.row("RAM, static", ram, None);
+        self.row("RAM, with the worst case of the stack", ram + worst_stack, Some(RAM_BUDGET));
+        self.row("CCM", sum(&(0x1000_0000..0x2000_0000)), None);
+        for (what, name) in [("agent", AGENT), ("flight code", FLYER)] {
+            match elf.static_named(name) {
+                Some(part) => {
+                    self.row(&format!("the {what}, in RAM (part of the above)"), part.size, None);
+                }
+                None => self.wrong.push(format!("{name} is not to be found")),
+            }
+        }
+    }
+
+    /// The code of a step: what can be reached from it by direct calls.
+    fn step(&mut self, what: &str, program: &Program, name: &str) {
+        let edges = program.direct_calls();
+        let reached = edges.reach(program.named(name));
+        if reached.is_empty() {
+            self.wrong.push(format!("{name} is not to be found"));
+        }
+        let mut parts: Vec<_> = reached.iter().map(|i| &program.functions[*i]).collect();
+        parts.sort_by_key(|function| std::cmp::Reverse(function.size));
+        let total = parts.iter().map(|function| function.size).sum();
+        self.row(&format!("{what}, code (part of the flash)"), total, None);
+        for part in parts {
+            self.row(&format!("  {}", shortened(&part.name, 50)), part.size, None);
+        }
+        let panics = panics::handler(program).is_some_and(|handler| reached.contains(&handler));
+        let hidden = reached
+            .iter()
+            .flat_map(|i| program.functions[*i].flow.iter().flat_map(|flow| &flow.calls))
+            .filter(|call| call.to == crate::flow::Target::Unknown)
+            .count();
+        if panics {
+            self.wrong.push(format!("{what} can panic"));
+        }
+        if hidden > 0 {
+            self.wrong.push(format!("{what} calls through {hidden} pointers"));
+        }
+    }
+
+    fn stack(&mut self, stack: &stack::Table) {
+        self.row("stack, worst case", stack.worst, Some(stack.room));
+        for row in &stack.rows {
+            self.row(&format!("  {}", row.what), row.bytes, None);
+            for (name, bytes) in &row.way {
+                println!("    {bytes:>6}  {}", shortened(name, 90));
+            }
+        }
+        self.row("  exception frames between them", stack.frames, None);
+        for (row, room) in &stack.elsewhere {
+            self.row(&shortened(&row.what, 50), row.bytes, Some(*room));
+            for (name, bytes) in &row.way {
+                println!("    {bytes:>6}  {}", shortened(name, 90));
+            }
+        }
+        self.wrong.extend(stack.complaints.iter().cloned());
+    }
+
+    fn panics(&mut self, findings: &[panics::Finding]) {
+        println!("  calls of panics, by who wrote them:");
+        // A function is inlined in many places, and many have one reason.
+        let mut excused = BTreeMap::<&str, BTreeMap<&str, u32>>::new();
+        for finding in findings {
+            match &finding.verdict {
+                Verdict::Allowed { why } => {
+                    let of_why = excused.entry(why).or_default();
+                    *of_why.entry(&finding.function).or_default() += finding.calls;
+                }
+                Verdict::Generated { why } => {
+                    let of_why = excused.entry(why).or_default();
+                    *of_why.entry("(by the compiler)").or_default() += finding.calls;
+                }
+                Verdict::Ours => self.panic(finding, "and is ours"),
+                Verdict::Unlisted => self.panic(finding, "and is in no list of panics.toml"),
+            }
+        }
+        for (why, functions) in excused {
+            for (function, calls) in functions {
+                println!("  {calls:>6}  {}", shortened(function, 90));
+            }
+            println!("            {why}");
+        }
+    }
+
+    fn panic(&mut self, finding: &panics::Finding, why: &str) {
+        println!("  {:>6}  {}  NOT ALLOWED", finding.calls, shortened(&finding.function, 90));
+        let within = finding.within.as_ref().map(|name| format!(", in {name},"));
+        let panics: Vec<&str> = finding.panics.iter().map(String::as_str).collect();
+        self.wrong.push(format!(
+            "{}{} calls {}, {why}",
+            finding.function,
+            within.unwrap_or_default(),
+            panics.join(", ")
+        ));
+    }
+
+    fn forbidden(&mut self, program: &Program) {
+        let edges = program.direct_calls();
+        let mut forbid = |what: &str, is_one: fn(&str) -> bool| {
+            let name = |i: usize| program.functions[i].name.as_str();
+            let found: BTreeSet<usize> =
+                (0..program.functions.len()).filter(|i| is_one(name(*i))).collect();
+            let calls = |i: &usize| edges.0[*i].iter().any(|edge| found.contains(&edge.to));
+            let callers = (0..program.functions.len()).filter(|i| calls(i) && !found.contains(i));
+            let (found, callers): (Vec<&str>, Vec<&str>) =
+                (found.iter().map(|i| name(*i)).collect(), callers.map(name).collect());
+            println!("  {what}: {}", if found.is_empty() { "no" } else { "YES" });
+            if !found.is_empty() {
+                let (found, callers) = (found.join(", "), callers.join(", "));
+                self.wrong.push(format!("{what}: {found}, called by {callers}"));
+            }
+        };
+        forbid("double precision", is_double);
+        forbid("an allocator", is_allocator);
+    }
+}
+
+/// Whether this is a routine for 64-bit floating point, which the processor has no unit for
+/// (Run-time ABI for the Arm Architecture, 5.1; libgcc's names).
+fn is_double(name: &str) -> bool {
+    let to_double = name.strip_prefix("__aeabi_").is_some_and(|rest| {
+        rest.ends_with("2d") || rest.starts_with('d') && !rest.starts_with("div")
+    });
+    let converts = ["__fix", "__float", "__extend", "__trunc"];
+    let libgcc = name.starts_with("__") && (name.ends_with("df2") || name.ends_with("df3"))
+        || converts.iter().any(|prefix| name.starts_with(prefix)) && name.contains("df");
+    to_double || libgcc
+}
+
+fn is_allocator(name: &str) -> bool {
+    ["__rust_alloc", "__rust_realloc", "__rdl_alloc", "__rg_alloc"]
+        .iter()
+        .any(|allocator| name.ends_with(allocator))
+}
+
+/// The beginning and the end of a long name.
+fn shortened(name: &str, most: usize) -> String {
+    let letters: Vec<char> = name.chars().collect();
+    if letters.len() <= most {
+        return name.to_owned();
+    }
+    let half = (most - 1) / 2;
+    let (begin, end) = (&letters[..half], &letters[letters.len() - half..]);
+    begin.iter().chain(&['…']).chain(end).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn double_precision_is_told_from_the_rest() {
+        for name in [
+            "__aeabi_dadd",
+            "__aeabi_f2d",
+            "__aeabi_ul2d",
+            "__muldf3",
+            "__ltdf2",
+            "__truncdfsf2",
+            "__extendsfdf2",
+            "__fixdfsi",
+            "__aeabi_d2iz",
+        ] {
+            assert!(is_double(name), "{name}");
+        }
+        for name in ["__aeabi_ul2f", "__aeabi_memcpy", "__mulsf3", "__aeabi_div0", "main"] {
+            assert!(!is_double(name), "{name}");
+        }
+    }
+
+    #[test]
+    fn a_long_name_keeps_both_ends() {
+        assert_eq!(shortened("abcdefghij", 7), "abc…hij");
+        assert_eq!(shortened("abc", 7), "abc");
+    }
+}
