@@ -74,6 +74,8 @@ const MOST_DOWN_REPEATS: u16 = 8;
 /// Below this height the flow sensor sees nothing sharply, m (PMW3901 data sheet: from 80 mm on),
 /// and that it does not is no fault of it.
 const TOO_LOW_TO_SEE: f32 = 0.1;
+/// A height that is not older than this is being measured: four readings of the ranger.
+const HEIGHT_IS_FRESH: Duration = Duration::from_millis(100);
 /// The shortest and the longest step that the maths is done with, in microseconds. A longer one
 /// is a processor that stood still.
 const STEP_US: (u64, u64) = (200, 20_000);
@@ -211,6 +213,10 @@ impl Flight {
             &config.estimator
         };
         self.estimator.predict(trust, dt, self.gyro.rates(), force);
+        let [_, height_at] = self.measured;
+        if now.since(height_at) < HEIGHT_IS_FRESH && self.accel.is_sound(&config.accel) {
+            self.estimator.weigh_gravity(trust, dt, force);
+        }
 
         self.verdicts = Verdicts::default();
         let [velocity_at, height_at] = &mut self.measured;

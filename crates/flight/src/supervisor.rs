@@ -202,7 +202,7 @@ impl SupervisorConfig {
         most_trim: 0.9,
         overload_for: Duration::from_millis(1_000),
         blow: 4.0,
-        most_blows: 20.0,
+        most_blows: 12.0,
         floor_blow: 8.0,
         floor_expected: 0.12,
         descent: 0.3,

@@ -58,6 +58,8 @@ pub struct InertialConfig {
     pub drag: f32,
     /// The part of the drag that may be otherwise, one standard deviation.
     pub drag_doubt: f32,
+    /// Over this time gravity is weighed in the air, s.
+    pub gravity_time: f32,
     /// For how long the filter remembers a horizontal velocity, s.
     pub velocity_memory: f32,
 }
@@ -68,11 +70,14 @@ impl InertialConfig {
     /// * Gyroscope's density 0.014 °/s/√Hz (BMI088 data sheet, BST-BMI088-DS001).
     /// * Residual 0.075 °/s: 0.015 °/s/K (same, TCO) over the 5 K that the board warms by after it
     ///   was calibrated.
-    /// * Accelerometer's density 0.5 m/s² per sample of 1 ms, all of it the propellers':
-    ///   `procNoiseAcc_xy` of crazyflie-firmware's `kalman_core_params_defaults.h`. The sensor's own
-    ///   is a tenth of that, 160 µg/√Hz in x and y, 190 in z (data sheet).
+    /// * Accelerometer's density 0.32 m/s² per sample of 1 ms, all of it the propellers': with it
+    ///   the simulator's innovations are as large as claimed (`uchain bench estimator`). The
+    ///   vendor's filter takes 0.5 (`procNoiseAcc_xy`, `kalman_core_params_defaults.h`); the
+    ///   sensor's own is a fifth, 160 µg/√Hz in x and y, 190 in z (data sheet).
     /// * Residual 0.05 m/s²: 0.2 mg/K (data sheet, TCO) over 10 K is 0.02, and 20 mg across the
     ///   board (data sheet, zero-g offset) at a tilt of 12° are 0.04.
+    /// * Gravity is weighed over 5 s: a climb of 0.3 m moves it by 1 cm/s², and what is left of the
+    ///   accelerometer's error makes 1 cm/s in a landing of a second.
     /// * Drag: 9.18·10⁻⁷ N s²/m per rad/s of the four propellers together (Förster, "System
     ///   identification of the Crazyflie 2.0", 2015), 8,000 rad/s, 33 g. Half of it may be otherwise:
     ///   that was a bare Crazyflie, and one of them.
@@ -87,6 +92,7 @@ impl InertialConfig {
         climb_memory: 0.2,
         drag: 0.22,
         drag_doubt: 0.5,
+        gravity_time: 5.0,
         velocity_memory: 0.25,
     };
 }

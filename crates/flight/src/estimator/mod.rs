@@ -135,6 +135,16 @@ impl Estimator {
         self.turn_to(self.quaternion.times(Quaternion::from_turn(turn)));
     }
 
+    /// In the air while the height is measured, once per step of `dt` seconds: a drone that neither
+    /// rises nor falls for good feels gravity on the average, so that what its accelerometer makes
+    /// of it is learnt, for the time when nothing else tells rising from falling. `accel` is the
+    /// specific force in m/s².
+    pub fn weigh_gravity(&mut self, config: &EstimatorConfig, dt: f32, accel: [f32; 3]) {
+        let [_, _, up] = self.rotation.to_world(limited(accel, MOST_ACCEL));
+        let part = (dt / config.inertial.gravity_time).max(0.0).min(1.0);
+        self.gravity = plausible_gravity(self.gravity + part * (up - self.gravity));
+    }
+
     /// On the ground with the motors off, once per step of 1 ms: nothing moves, the height is
     /// zero, and the specific force shows the vertical. x, y and yaw stay.
     pub fn rest(&mut self, config: &EstimatorConfig, accel: [f32; 3]) {
