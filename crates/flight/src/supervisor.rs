@@ -179,13 +179,14 @@ pub struct SupervisorConfig {
 impl SupervisorConfig {
     /// Watchdogs, and tumbling and falling in outline: crazyflie-firmware, `supervisor.c`. It
     /// switches the motors off where set-points fail for 2 s; we land. Gyroscope: predicted rates
-    /// are good for a quarter of a second (`crates/flight/src/gyro.rs`; the book's table of
-    /// faults). Lost velocity: a tilt that is wrong
-    /// by 0.5° makes 6 cm/s in 0.7 s, and a ranger that contradicts the estimate is believed after
-    /// at most 0.4 s. A trim of 90 % is a motor at about half its thrust.
-    /// A wall that is bumped into is felt for some milliseconds, one that is scraped along for
-    /// some in each ten; vibration stays below half of what counts as a blow. A drone that sets
-    /// down at 0.2 m/s on its stiff legs feels twice what counts as the floor's. A floor that bears 7 % of the weight is felt before the accelerometer is doubted for it.
+    /// are good for a quarter of a second (the book's table of faults). Lost velocity: a tilt that
+    /// is wrong by 0.5° makes 6 cm/s in 0.7 s, and a ranger that contradicts the estimate is
+    /// believed after at most 0.4 s. A trim of 90 % is a motor at about half its thrust.
+    ///
+    /// Blows and pushes are numbers of ours, tuned in the simulator (`uchain bench faults`): a wall
+    /// that is bumped into is felt for some milliseconds, one that is scraped along for some in
+    /// each ten, and a floor that bears 7 % of the weight before the accelerometer is doubted for
+    /// it.
     pub const DEFAULT: Self = Self {
         level_out_after: Duration::from_millis(500),
         give_up_after: Duration::from_secs(2),
