@@ -1,0 +1,149 @@
+//! What drones say to each other: one message in each P2P packet, at most 60 bytes.
+//!
+//! A packet is a [`Header`] in clear, a body of at most [`MAX_BODY`] bytes and a tag of [`TAG`]
+//! bytes. This module lays out header and bodies; what keeps them secret and whole is
+//! `crates/airlink`.
+//!
+//! | kind | body | bytes |
+//! |---|---|---|
+//! | 1 | [`Beacon`] | 3 |
+//! | 2 | [`Report`] | 20, and 4 for each [`Heard`] |
+//! | 3 | [`Capsule`] with a [`Task`] in it | 19 |
+//! | 4 | [`Capsule`] with [`Telemetry`] in it | 29 |
+//! | 5 | [`Membership`] | 1 or 4 |
+//!
+//! A number is rounded to the nearest step, and what is beyond the type becomes its largest or
+//! smallest value. What is not a number cannot be said: it becomes zero where there must be a
+//! number, and none where there may be none. A node whose number is not below [`NODES`] has no name
+//! on the air: it is left out of what may leave it out, and is [`NODES`] − 1 elsewhere.
+//!
+//! Each message has exactly one encoding; anything else is an [`Error`], so that a bit that a later
+//! version gives a meaning is not taken for something else by this one.
+
+mod beacon;
+mod capsule;
+mod header;
+mod membership;
+mod report;
+mod steps;
+
+use core::fmt;
+
+pub use beacon::Beacon;
+pub use capsule::{Capsule, ORDER, TELEMETRY, Task, Telemetry};
+pub use header::{Counter, Epoch, HEADER, Header, Kind, Wave};
+pub use membership::Membership;
+pub use report::{HEARD, Heard, Links, Phase, Report, Sum};
+
+use crate::syslink::MAX_P2P;
+
+/// The P2P port that all of it goes through. The vendor's examples have 0, its token ring 15
+/// (crazyflie-firmware, `docs/functional-areas/p2p_api.md` and `src/modules/src/p2pDTR`).
+pub const PORT: u8 = 11;
+
+/// Bytes of the tag at the end of every packet.
+pub const TAG: usize = 8;
+
+/// The most bytes of a body.
+pub const MAX_BODY: usize = MAX_P2P - HEADER - TAG;
+
+/// How many nodes a chain can have: a number is four bits on the air.
+pub const NODES: usize = 16;
+
+/// One of the things that are said.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Message {
+    /// I am here.
+    Beacon(Beacon),
+    /// How I fly, and how I hear the others.
+    Report(Report),
+    /// From the base to one node, passed on by those between.
+    Command(Capsule<ORDER>),
+    /// From one node to the base, passed on by those between.
+    Telemetry(Capsule<TELEMETRY>),
+    /// Somebody comes, goes, or may not.
+    Membership(Membership),
+}
+
+impl Message {
+    /// What its header must say that it is.
+    #[must_use]
+    pub const fn kind(&self) -> Kind {
+        match self {
+            Self::Beacon(_) => Kind::Beacon,
+            Self::Report(_) => Kind::Report,
+            Self::Command(_) => Kind::Command,
+            Self::Telemetry(_) => Kind::Telemetry,
+            Self::Membership(_) => Kind::Membership,
+        }
+    }
+
+    /// Writes the body to the beginning of `out` and returns its length.
+    pub fn encode(&self, out: &mut [u8; MAX_BODY]) -> usize {
+        match self {
+            Self::Beacon(beacon) => fill(out, beacon.encode()),
+            Self::Report(report) => fill(out, report.encode()),
+            Self::Command(capsule) => fill(out, capsule.encode()),
+            Self::Telemetry(capsule) => fill(out, capsule.encode()),
+            Self::Membership(membership) => fill(out, membership.encode()),
+        }
+    }
+
+    /// The message of this kind that the whole of `body` is.
+    ///
+    /// # Errors
+    /// [`Error::Length`], [`Error::Code`] or [`Error::Reserved`].
+    pub fn decode(kind: Kind, body: &[u8]) -> Result<Self, Error> {
+        match kind {
+            Kind::Beacon => Beacon::decode(body).map(Self::Beacon),
+            Kind::Report => Report::decode(body).map(Self::Report),
+            Kind::Command => Capsule::decode(body).map(Self::Command),
+            Kind::Telemetry => Capsule::decode(body).map(Self::Telemetry),
+            Kind::Membership => Membership::decode(body).map(Self::Membership),
+        }
+    }
+}
+
+/// Copies what there is room for, and says how much that was.
+fn fill(out: &mut [u8], bytes: impl IntoIterator<Item = u8>) -> usize {
+    out.iter_mut().zip(bytes).fold(0, |length, (place, byte)| {
+        *place = byte;
+        length + 1
+    })
+}
+
+/// The whole of `bytes`, if there are `N`.
+fn exactly<const N: usize>(bytes: &[u8]) -> Result<[u8; N], Error> {
+    bytes.try_into().map_err(|_| Error::Length(bytes.len()))
+}
+
+/// Why bytes are no message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Error {
+    /// Of this version nothing is known.
+    Version(u8),
+    /// There is no such kind of message.
+    Kind(u8),
+    /// There are too few or too many bytes.
+    Length(usize),
+    /// A code that stands for nothing.
+    Code(u8),
+    /// Bits are set that have no meaning, or numbers contradict each other.
+    Reserved,
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Version(version) => write!(f, "a packet of the unknown version {version}"),
+            Self::Kind(kind) => write!(f, "a packet of the unknown kind {kind}"),
+            Self::Length(bytes) => write!(f, "{bytes} bytes, which are too few or too many"),
+            Self::Code(code) => write!(f, "a message with the unknown code {code:#04x}"),
+            Self::Reserved => f.write_str("a message with bits that have no meaning"),
+        }
+    }
+}
+
+impl core::error::Error for Error {}

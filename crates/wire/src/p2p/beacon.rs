@@ -1,0 +1,46 @@
+//! Who is there: once at boot and once a second.
+
+use units::Volts;
+
+use super::{Error, exactly, steps};
+use crate::settings::Role;
+
+/// Who is there, in 3 bytes.
+///
+/// | byte | type | field | what | unit |
+/// |---|---|---|---|---|
+/// | 0 | `u8` | `role` | 0 head, 1 relay, 2 base | |
+/// | 1 | `u8` | `state` | what it is doing | |
+/// | 2 | `u8` | `battery` | 0 none | 20 mV |
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Beacon {
+    /// What the sender is.
+    pub role: Role,
+    /// What it is doing: `agent::State::code`.
+    pub state: u8,
+    /// Its battery, to 20 mV; `None` where it has none or does not know.
+    pub battery: Option<Volts>,
+}
+
+impl Beacon {
+    pub(super) fn encode(&self) -> [u8; 3] {
+        let role = match self.role {
+            Role::Head => 0,
+            Role::Relay => 1,
+            Role::Base => 2,
+        };
+        [role, self.state, steps::voltage(self.battery)]
+    }
+
+    pub(super) fn decode(body: &[u8]) -> Result<Self, Error> {
+        let [role, state, battery] = exactly(body)?;
+        let role = match role {
+            0 => Role::Head,
+            1 => Role::Relay,
+            2 => Role::Base,
+            _ => return Err(Error::Code(role)),
+        };
+        Ok(Self { role, state, battery: steps::of_voltage(battery) })
+    }
+}

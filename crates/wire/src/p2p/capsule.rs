@@ -1,0 +1,252 @@
+//! What travels end to end, between the base and one node, sealed for those two alone.
+
+use heapless::Vec;
+use units::{Dbm, Duration, Metres, MetresPerSecond, NodeId, Volts};
+
+use super::{Counter, Error, MAX_BODY, TAG, exactly, steps};
+
+/// Bytes of an order in clear.
+pub const ORDER: usize = 4;
+/// Bytes of telemetry in clear.
+pub const TELEMETRY: usize = 14;
+
+/// Bytes of node and counter.
+const OPEN: usize = 7;
+
+const _: () = assert!(OPEN + TELEMETRY + TAG <= MAX_BODY && ORDER <= TELEMETRY, "it is one packet");
+
+/// A sealed message on its way: 15 bytes and the `N` of the message.
+///
+/// | byte | type | field | what | unit |
+/// |---|---|---|---|---|
+/// | 0 | `u8` | `node` | the end that is not the base, 0 to 15 | |
+/// | 1 | `u24` | `count` | counts what its writer has sealed since it was switched on | |
+/// | 4 | `u24` | `epoch` | counts how often the writer was switched on, from 1 | |
+/// | 7 | `N` bytes | `sealed` | the message, encrypted | |
+/// | 7 + `N` | 8 bytes | `tag` | its tag | |
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Capsule<const N: usize> {
+    /// The end that is not the base: where a command goes, where telemetry comes from.
+    pub node: NodeId,
+    /// The number that whoever sealed it gave it.
+    pub counter: Counter,
+    /// The message, encrypted.
+    pub sealed: [u8; N],
+    /// Its tag.
+    pub tag: [u8; TAG],
+}
+
+impl<const N: usize> Capsule<N> {
+    pub(super) fn encode(&self) -> Vec<u8, MAX_BODY> {
+        let open = core::iter::once(steps::nearest_name(self.node)).chain(self.counter.to_bytes());
+        open.chain(self.sealed).chain(self.tag).take(MAX_BODY).collect()
+    }
+
+    pub(super) fn decode(body: &[u8]) -> Result<Self, Error> {
+        let short = || Error::Length(body.len());
+        let (&[node, c0, c1, c2, c3, c4, c5], rest) =
+            body.split_first_chunk::<OPEN>().ok_or_else(short)?;
+        let (&sealed, tag) = rest.split_first_chunk().ok_or_else(short)?;
+        let tag = tag.try_into().map_err(|_| short())?;
+        let node = steps::of_name(node)?;
+        let counter = Counter::from_bytes([c0, c1, c2, c3, c4, c5]).ok_or(Error::Reserved)?;
+        Ok(Self { node, counter, sealed, tag })
+    }
+}
+
+/// What a mission can be told: the text of a command, in 4 bytes.
+///
+/// | byte | type | field | what | unit |
+/// |---|---|---|---|---|
+/// | 0 | `u8` | `task` | 1 wait, 2 explore, 3 return, 4 land, 5 stop | |
+/// | 1 | `i16` | `speed` | along the tunnel, 0 but for 2 | 1 mm/s |
+/// | 3 | `u8` | zero | | |
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Task {
+    /// Stay on the ground.
+    Wait,
+    /// Fly, the head at this speed along the tunnel.
+    Explore(MetresPerSecond),
+    /// Come home.
+    Return,
+    /// Land where you are.
+    Land,
+    /// Stop the motors now.
+    Stop,
+}
+
+/// Steps of a quantity in one of its unit.
+mod per {
+    pub(super) const SPEED: f32 = 1000.0;
+    pub(super) const WAY: f32 = 10.0;
+    pub(super) const VELOCITY: f32 = 100.0;
+    pub(super) const HEIGHT: f32 = 50.0;
+}
+
+/// A step of the endurance, in µs.
+const ENDURANCE_STEP: u64 = 4_000_000;
+
+/// A byte that stands for no number.
+const NONE: u8 = u8::MAX;
+
+/// There is a neighbour.
+const THERE: u8 = 1 << 4;
+
+impl Task {
+    /// The order's bytes, in clear.
+    #[must_use]
+    pub fn encode(&self) -> [u8; ORDER] {
+        let (code, speed) = match self {
+            Self::Wait => (1, 0),
+            Self::Explore(speed) => (2, steps::short(speed.0 * per::SPEED)),
+            Self::Return => (3, 0),
+            Self::Land => (4, 0),
+            Self::Stop => (5, 0),
+        };
+        let [s0, s1] = speed.to_le_bytes();
+        [code, s0, s1, 0]
+    }
+
+    /// The order that these bytes are.
+    ///
+    /// # Errors
+    /// [`Error::Length`], [`Error::Code`] or [`Error::Reserved`].
+    pub fn decode(bytes: &[u8]) -> Result<Self, Error> {
+        let [code, s0, s1, zero] = exactly::<ORDER>(bytes)?;
+        let speed = i16::from_le_bytes([s0, s1]);
+        let task = match code {
+            1 => Self::Wait,
+            2 => Self::Explore(MetresPerSecond(f32::from(speed) / per::SPEED)),
+            3 => Self::Return,
+            4 => Self::Land,
+            5 => Self::Stop,
+            _ => return Err(Error::Code(code)),
+        };
+        match (task, speed, zero) {
+            (Self::Explore(_), _, 0) | (_, 0, 0) => Ok(task),
+            _ => Err(Error::Reserved),
+        }
+    }
+}
+
+/// What a node tells the base of itself, in 14 bytes.
+///
+/// | byte | type | field | what | unit |
+/// |---|---|---|---|---|
+/// | 0 | `u8` | `state` | what it is doing | |
+/// | 1 | `u8` | `fault` | what is wrong with it, 0 nothing | |
+/// | 2 | `u8` | `battery` | 0 none | 20 mV |
+/// | 3 | `u8` | `endurance` | how long the battery still carries it, 255 none | 4 s |
+/// | 4 | bits 0–3 | `front_node` | who is in front, 0 to 15 | |
+/// | 4 | bit 4 | `front` | 0 nobody, 1 somebody | |
+/// | 4 | bits 5–7 | zero | | |
+/// | 5 | `u8` | `front_link` | how weak the link to it is | −1 dBm |
+/// | 6 | bits 0–3 | `back_node` | who is behind, 0 to 15 | |
+/// | 6 | bit 4 | `back` | 0 nobody, 1 somebody | |
+/// | 6 | bits 5–7 | zero | | |
+/// | 7 | `u8` | `back_link` | how weak the link to it is | −1 dBm |
+/// | 8 | `i16` | `odometer` | way along the tunnel | 0.1 m |
+/// | 10 | `i8` | `velocity` | along the tunnel | 1 cm/s |
+/// | 11 | `u8` | `height` | 255 none | 2 cm |
+/// | 12 | `u16` | `heeded` | the low half of the last obeyed command's count, or 0 | |
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Telemetry {
+    /// What it is doing: `agent::State::code`.
+    pub state: u8,
+    /// What is wrong with it, 0 for nothing.
+    pub fault: u8,
+    /// Its battery, to 20 mV.
+    pub battery: Option<Volts>,
+    /// How long the battery still carries it, to 4 s, at most 1016 s.
+    pub endurance: Option<Duration>,
+    /// Who is in front, and how strong that link is.
+    pub front: Option<(NodeId, Dbm)>,
+    /// Who is behind, and how strong that link is.
+    pub back: Option<(NodeId, Dbm)>,
+    /// Its way along the tunnel, to 0.1 m.
+    pub odometer: Metres,
+    /// Its velocity along the tunnel, to 1 cm/s.
+    pub velocity: MetresPerSecond,
+    /// Its height, to 2 cm, at most 5.08 m: the ranger that measures it sees 4 m.
+    pub height: Option<Metres>,
+    /// The last 16 bits of the count of the last command that it obeyed, or zero.
+    pub heeded: u16,
+}
+
+impl Telemetry {
+    /// The telemetry's bytes, in clear.
+    #[must_use]
+    pub fn encode(&self) -> [u8; TELEMETRY] {
+        let [front, front_link] = neighbour(self.front);
+        let [back, back_link] = neighbour(self.back);
+        let [o0, o1] = steps::short(self.odometer.0 * per::WAY).to_le_bytes();
+        let velocity = self.velocity.0 * per::VELOCITY;
+        let [velocity] =
+            (steps::within(velocity, i8::MIN.into(), i8::MAX.into()) as i8).to_le_bytes();
+        let height =
+            self.height.and_then(|height| steps::number(height.0)).map_or(NONE, |height| {
+                steps::within(height * per::HEIGHT, 0, i32::from(NONE) - 1) as u8
+            });
+        let [h0, h1] = self.heeded.to_le_bytes();
+        [
+            self.state,
+            self.fault,
+            steps::voltage(self.battery),
+            self.endurance.map_or(NONE, endurance),
+            front,
+            front_link,
+            back,
+            back_link,
+            o0,
+            o1,
+            velocity,
+            height,
+            h0,
+            h1,
+        ]
+    }
+
+    /// The telemetry that these bytes are.
+    ///
+    /// # Errors
+    /// [`Error::Length`] or [`Error::Reserved`].
+    pub fn decode(bytes: &[u8]) -> Result<Self, Error> {
+        let [state, fault, battery, endurance, f0, f1, b0, b1, o0, o1, velocity, height, h0, h1] =
+            exactly::<TELEMETRY>(bytes)?;
+        Ok(Self {
+            state,
+            fault,
+            battery: steps::of_voltage(battery),
+            endurance: (endurance != NONE)
+                .then(|| Duration::from_micros(u64::from(endurance) * ENDURANCE_STEP)),
+            front: of_neighbour([f0, f1])?,
+            back: of_neighbour([b0, b1])?,
+            odometer: Metres(f32::from(i16::from_le_bytes([o0, o1])) / per::WAY),
+            velocity: MetresPerSecond(f32::from(i8::from_le_bytes([velocity])) / per::VELOCITY),
+            height: (height != NONE).then(|| Metres(f32::from(height) / per::HEIGHT)),
+            heeded: u16::from_le_bytes([h0, h1]),
+        })
+    }
+}
+
+fn endurance(endurance: Duration) -> u8 {
+    let steps = endurance.as_micros().saturating_add(ENDURANCE_STEP / 2) / ENDURANCE_STEP;
+    steps.min(u64::from(NONE) - 1) as u8
+}
+
+/// A neighbour and its link. One without a name on the air is none.
+fn neighbour(neighbour: Option<(NodeId, Dbm)>) -> [u8; 2] {
+    let named = neighbour.and_then(|(node, link)| Some((steps::name(node)?, link)));
+    named.map_or([0, 0], |(name, link)| [THERE | name, steps::weakness(link)])
+}
+
+fn of_neighbour([who, link]: [u8; 2]) -> Result<Option<(NodeId, Dbm)>, Error> {
+    match (who & THERE != 0, who & !THERE, link) {
+        (true, name, link) => Ok(Some((steps::of_name(name)?, steps::of_weakness(link)))),
+        (false, 0, 0) => Ok(None),
+        (false, ..) => Err(Error::Reserved),
+    }
+}

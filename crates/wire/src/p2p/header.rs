@@ -1,0 +1,225 @@
+//! The first 8 bytes of every packet, in clear: who speaks, and the number that is never used
+//! twice.
+
+use units::NodeId;
+
+use super::{Error, exactly, steps};
+
+/// Bytes of a header.
+pub const HEADER: usize = 8;
+
+/// What a message is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Kind {
+    /// [`Beacon`](super::Beacon).
+    Beacon,
+    /// [`Report`](super::Report).
+    Report,
+    /// A [`Capsule`](super::Capsule) with a [`Task`](super::Task) in it.
+    Command,
+    /// A [`Capsule`](super::Capsule) with [`Telemetry`](super::Telemetry) in it.
+    Telemetry,
+    /// [`Membership`](super::Membership).
+    Membership,
+}
+
+impl Kind {
+    /// All of them.
+    pub const ALL: [Self; 5] =
+        [Self::Beacon, Self::Report, Self::Command, Self::Telemetry, Self::Membership];
+
+    const fn code(self) -> u8 {
+        match self {
+            Self::Beacon => 1,
+            Self::Report => 2,
+            Self::Command => 3,
+            Self::Telemetry => 4,
+            Self::Membership => 5,
+        }
+    }
+
+    const fn from_code(code: u8) -> Option<Self> {
+        match code {
+            1 => Some(Self::Beacon),
+            2 => Some(Self::Report),
+            3 => Some(Self::Command),
+            4 => Some(Self::Telemetry),
+            5 => Some(Self::Membership),
+            _ => None,
+        }
+    }
+}
+
+/// Which of a sender's two turns in a frame a packet was sent in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Wave {
+    /// From the base to the head.
+    Outward,
+    /// From the head to the base.
+    Inward,
+}
+
+/// How often a node has been switched on: 24 bits, never the same twice, never zero.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Epoch(u32);
+
+impl Epoch {
+    /// That of a node that has never been switched on before.
+    pub const FIRST: Self = Self(1);
+
+    /// Epoch `number`, if there is one: 1 to 2²⁴ − 1.
+    #[must_use]
+    pub const fn new(number: u32) -> Option<Self> {
+        if number != 0 && number <= LOW { Some(Self(number)) } else { None }
+    }
+
+    /// Its number.
+    #[must_use]
+    pub const fn get(self) -> u32 {
+        self.0
+    }
+
+    /// The one after it; `None` after 16 million.
+    #[must_use]
+    pub const fn next(self) -> Option<Self> {
+        Self::new(self.0 + 1)
+    }
+
+    /// Its last 16 bits, by which a peer says which epoch it hears.
+    #[must_use]
+    pub const fn low16(self) -> u16 {
+        self.0 as u16
+    }
+}
+
+/// The number of a packet: 24 bits of [`Epoch`] above 24 bits that count within it. A later packet
+/// of the same node has the larger one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Counter(u64);
+
+/// 24 bits.
+const LOW: u32 = (1 << 24) - 1;
+
+impl Counter {
+    /// The packet `count` of `epoch`, if it has one: 0 to 2²⁴ − 1.
+    #[must_use]
+    pub const fn new(epoch: Epoch, count: u32) -> Option<Self> {
+        if count <= LOW { Some(Self((epoch.0 as u64) << 24 | count as u64)) } else { None }
+    }
+
+    /// The sender's epoch.
+    #[must_use]
+    pub const fn epoch(self) -> Epoch {
+        Epoch((self.0 >> 24) as u32)
+    }
+
+    /// Which packet of that epoch.
+    #[must_use]
+    pub const fn count(self) -> u32 {
+        self.0 as u32 & LOW
+    }
+
+    /// The one after it in the same epoch; `None` when that is used up.
+    #[must_use]
+    pub const fn next(self) -> Option<Self> {
+        Self::new(self.epoch(), self.count() + 1)
+    }
+
+    /// Its last 16 bits, by which telemetry says which command was obeyed.
+    #[must_use]
+    pub const fn low16(self) -> u16 {
+        self.0 as u16
+    }
+
+    /// Its bytes: the count and then the epoch, each in three, the lowest first.
+    #[must_use]
+    pub const fn to_bytes(self) -> [u8; 6] {
+        let [b0, b1, b2, b3, b4, b5, ..] = self.0.to_le_bytes();
+        [b0, b1, b2, b3, b4, b5]
+    }
+
+    /// The counter of these bytes; `None` where their epoch is zero.
+    #[must_use]
+    pub const fn from_bytes([b0, b1, b2, b3, b4, b5]: [u8; 6]) -> Option<Self> {
+        let counter = Self(u64::from_le_bytes([b0, b1, b2, b3, b4, b5, 0, 0]));
+        if counter.epoch().0 != 0 { Some(counter) } else { None }
+    }
+}
+
+/// The first bytes of a packet.
+///
+/// | byte | type | field | what | unit |
+/// |---|---|---|---|---|
+/// | 0 | bits 0–3 | `kind` | 1 beacon, 2 report, 3 command, 4 telemetry, 5 membership | |
+/// | 0 | bits 4–7 | `version` | 1 | |
+/// | 1 | bits 0–3 | `from` | the sender, 0 the head to 15 | |
+/// | 1 | bit 4 | `wave` | 0 outward, 1 inward | |
+/// | 1 | bits 5–6 | `place` | which packet of that turn, 0 to 3 | |
+/// | 1 | bit 7 | zero | | |
+/// | 2 | `u24` | `count` | counts the sender's packets since it was switched on | |
+/// | 5 | `u24` | `epoch` | counts how often it was switched on, from 1 | |
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Header {
+    /// What the body is.
+    pub kind: Kind,
+    /// Who sends it (not: who wrote what is passed on in it).
+    pub from: NodeId,
+    /// In which of its turns.
+    pub wave: Wave,
+    /// As which packet of that turn, 0 to 3.
+    pub place: u8,
+    /// The packet's number.
+    pub counter: Counter,
+}
+
+const VERSION: u8 = 1;
+const INWARD: u8 = 1 << 4;
+const PLACE_SHIFT: u8 = 5;
+const LAST_PLACE: u8 = 3;
+const ZERO: u8 = 1 << 7;
+
+impl Header {
+    /// The header's bytes. A place beyond the last is the last.
+    #[must_use]
+    pub fn encode(&self) -> [u8; HEADER] {
+        let wave = match self.wave {
+            Wave::Outward => 0,
+            Wave::Inward => INWARD,
+        };
+        let place = self.place.min(LAST_PLACE) << PLACE_SHIFT;
+        let [c0, c1, c2, c3, c4, c5] = self.counter.to_bytes();
+        let sender = steps::nearest_name(self.from) | wave | place;
+        [VERSION << 4 | self.kind.code(), sender, c0, c1, c2, c3, c4, c5]
+    }
+
+    /// The header that a packet begins with, and the rest of the packet: body and tag.
+    ///
+    /// # Errors
+    /// [`Error`].
+    pub fn decode(packet: &[u8]) -> Result<(Self, &[u8]), Error> {
+        let &first = packet.first().ok_or(Error::Length(0))?;
+        // Before all else, which a later version may have elsewhere.
+        if first >> 4 != VERSION {
+            return Err(Error::Version(first >> 4));
+        }
+        let kind = Kind::from_code(first & 0xF).ok_or(Error::Kind(first & 0xF))?;
+        let (header, rest) = packet.split_at_checked(HEADER).ok_or(Error::Length(packet.len()))?;
+        let [_, sender, c0, c1, c2, c3, c4, c5] = exactly(header)?;
+        if sender & ZERO != 0 {
+            return Err(Error::Reserved);
+        }
+        let header = Self {
+            kind,
+            from: NodeId(sender & 0xF),
+            wave: if sender & INWARD != 0 { Wave::Inward } else { Wave::Outward },
+            place: sender >> PLACE_SHIFT,
+            counter: Counter::from_bytes([c0, c1, c2, c3, c4, c5]).ok_or(Error::Reserved)?,
+        };
+        Ok((header, rest))
+    }
+}

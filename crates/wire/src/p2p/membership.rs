@@ -1,0 +1,63 @@
+//! Who comes, goes, or may not.
+
+use heapless::Vec;
+use units::NodeId;
+
+use super::{Error, exactly, steps};
+
+/// A change in who belongs to the chain, in 1 byte or, where somebody is refused, 4.
+///
+/// | byte | type | field | what | unit |
+/// |---|---|---|---|---|
+/// | 0 | `u8` | `change` | 1 join, 2 leave, 3 refused | |
+/// | 1 | `u8` | `node` | who is refused, 0 to 15 | |
+/// | 2 | `u16` | `epoch` | the low half of its epoch | |
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Membership {
+    /// The sender would like to speak.
+    Join,
+    /// The sender will not speak again.
+    Leave,
+    /// Somebody may not speak: its number is the sender's.
+    Refused {
+        /// The number that it goes by.
+        node: NodeId,
+        /// The last 16 bits of its epoch, which tell it from another of that number.
+        epoch: u16,
+    },
+}
+
+mod code {
+    pub(super) const JOIN: u8 = 1;
+    pub(super) const LEAVE: u8 = 2;
+    pub(super) const REFUSED: u8 = 3;
+}
+
+impl Membership {
+    pub(super) fn encode(&self) -> Vec<u8, 4> {
+        match *self {
+            Self::Join => Vec::from_iter([code::JOIN]),
+            Self::Leave => Vec::from_iter([code::LEAVE]),
+            Self::Refused { node, epoch } => {
+                let [e0, e1] = epoch.to_le_bytes();
+                Vec::from_iter([code::REFUSED, steps::nearest_name(node), e0, e1])
+            }
+        }
+    }
+
+    pub(super) fn decode(body: &[u8]) -> Result<Self, Error> {
+        let (&code, rest) = body.split_first().ok_or(Error::Length(0))?;
+        match code {
+            code::JOIN | code::LEAVE if !rest.is_empty() => Err(Error::Length(body.len())),
+            code::JOIN => Ok(Self::Join),
+            code::LEAVE => Ok(Self::Leave),
+            code::REFUSED => {
+                let [_, node, e0, e1] = exactly(body)?;
+                let epoch = u16::from_le_bytes([e0, e1]);
+                Ok(Self::Refused { node: steps::of_name(node)?, epoch })
+            }
+            _ => Err(Error::Code(code)),
+        }
+    }
+}

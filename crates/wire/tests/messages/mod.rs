@@ -1,0 +1,202 @@
+//! Messages to test with: any of them, of numbers as they fly or of any bits.
+#![allow(dead_code, unreachable_pub, missing_docs)]
+
+use proptest::prelude::*;
+use units::{Dbm, Duration, Metres, MetresPerSecond, NodeId, Volts};
+use wire::p2p::{
+    Beacon, Capsule, Counter, Epoch, HEARD, Header, Heard, Kind, Links, Membership, Message, Phase,
+    Report, Sum, TAG, Task, Telemetry, Wave,
+};
+use wire::settings::Role;
+
+/// A report of which nothing is worth saying.
+pub const SILENT: Report = Report {
+    phase: Phase::Waiting,
+    recall: false,
+    velocity: MetresPerSecond(0.0),
+    odometer: Metres(0.0),
+    links: None,
+    front: None,
+    back: None,
+    sums: [None; 2],
+    heard: heapless::Vec::new(),
+};
+
+/// Where the numbers of a message come from.
+#[derive(Clone, Copy)]
+pub enum Numbers {
+    /// In the range of their type.
+    Flying,
+    /// Any bits, and often those of no number.
+    Wild,
+}
+
+impl Numbers {
+    fn of(self, range: std::ops::Range<f32>) -> BoxedStrategy<f32> {
+        let none = prop::sample::select(&[f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -0.0, 1e30]);
+        match self {
+            Self::Flying => range.boxed(),
+            Self::Wild => {
+                prop_oneof![2 => range, 2 => any::<u32>().prop_map(f32::from_bits), 1 => none]
+                    .boxed()
+            }
+        }
+    }
+
+    fn powers(self) -> BoxedStrategy<Dbm> {
+        self.of(-127.0..0.0).prop_map(Dbm).boxed()
+    }
+
+    fn nodes(self) -> BoxedStrategy<NodeId> {
+        match self {
+            Self::Flying => (0_u8..16).prop_map(NodeId).boxed(),
+            Self::Wild => any::<u8>().prop_map(NodeId).boxed(),
+        }
+    }
+
+    fn voltages(self) -> BoxedStrategy<Option<Volts>> {
+        prop::option::of(self.of(0.02..5.1).prop_map(Volts)).boxed()
+    }
+
+    fn speeds(self) -> BoxedStrategy<MetresPerSecond> {
+        self.of(-32.0..32.0).prop_map(MetresPerSecond).boxed()
+    }
+}
+
+pub fn counters() -> impl Strategy<Value = Counter> {
+    (1_u32..1 << 24, 0_u32..1 << 24)
+        .prop_map(|(epoch, count)| Counter::new(Epoch::new(epoch).unwrap(), count).unwrap())
+}
+
+pub fn headers(numbers: Numbers) -> impl Strategy<Value = Header> {
+    let wave = prop::sample::select(&[Wave::Outward, Wave::Inward]);
+    (prop::sample::select(&Kind::ALL), numbers.nodes(), wave, 0_u8..4, counters())
+        .prop_map(|(kind, from, wave, place, counter)| Header { kind, from, wave, place, counter })
+}
+
+pub fn beacons(numbers: Numbers) -> impl Strategy<Value = Beacon> {
+    let role = prop::sample::select(&[Role::Head, Role::Relay, Role::Base]);
+    (role, any::<u8>(), numbers.voltages()).prop_map(|(role, state, battery)| Beacon {
+        role,
+        state,
+        battery,
+    })
+}
+
+fn links(numbers: Numbers) -> impl Strategy<Value = Option<Links>> {
+    let links = (numbers.powers(), numbers.powers()).prop_map(move |(a, b)| match numbers {
+        Numbers::Flying if a > b => Links { weakest: b, strongest: a },
+        _ => Links { weakest: a, strongest: b },
+    });
+    prop::option::of(links)
+}
+
+fn phases() -> impl Strategy<Value = Phase> {
+    prop::sample::select(&[Phase::Waiting, Phase::Transit, Phase::Linked, Phase::Base, Phase::Out])
+}
+
+fn sums(numbers: Numbers) -> impl Strategy<Value = [Option<Sum>; 2]> {
+    let links = match numbers {
+        Numbers::Flying => (1_u8..16).boxed(),
+        Numbers::Wild => any::<u8>().boxed(),
+    };
+    let sum = (numbers.of(0.0..1023.9), links).prop_map(|(total, links)| Sum { total, links });
+    prop::array::uniform2(prop::option::of(sum))
+}
+
+pub fn heard(numbers: Numbers) -> impl Strategy<Value = Heard> {
+    (numbers.nodes(), numbers.powers(), any::<u16>()).prop_map(|(node, rssi, epoch)| Heard {
+        node,
+        rssi,
+        epoch,
+    })
+}
+
+fn all_heard(numbers: Numbers) -> impl Strategy<Value = heapless::Vec<Heard, HEARD>> {
+    prop::collection::vec(heard(numbers), 0..=HEARD).prop_map(move |all| {
+        let mut different = heapless::Vec::<Heard, HEARD>::new();
+        for heard in all {
+            let twice = different.iter().any(|other| other.node == heard.node);
+            if matches!(numbers, Numbers::Wild) || !twice {
+                different.push(heard).unwrap();
+            }
+        }
+        different
+    })
+}
+
+pub fn reports(numbers: Numbers) -> impl Strategy<Value = Report> {
+    let flown = (numbers.speeds(), numbers.of(-65_000.0..65_000.0).prop_map(Metres));
+    let own = prop::option::of(numbers.powers());
+    let heard = all_heard(numbers);
+    (phases(), any::<bool>(), flown, links(numbers), (own.clone(), own), sums(numbers), heard)
+        .prop_map(|(phase, recall, (velocity, odometer), links, (front, back), sums, heard)| {
+            Report { phase, recall, velocity, odometer, links, front, back, sums, heard }
+        })
+}
+
+pub fn capsules<const N: usize>(numbers: Numbers) -> impl Strategy<Value = Capsule<N>> {
+    (numbers.nodes(), counters(), any::<[u8; N]>(), any::<[u8; TAG]>())
+        .prop_map(|(node, counter, sealed, tag)| Capsule { node, counter, sealed, tag })
+}
+
+pub fn memberships(numbers: Numbers) -> impl Strategy<Value = Membership> {
+    prop_oneof![
+        Just(Membership::Join),
+        Just(Membership::Leave),
+        (numbers.nodes(), any::<u16>())
+            .prop_map(|(node, epoch)| Membership::Refused { node, epoch }),
+    ]
+}
+
+pub fn messages(numbers: Numbers) -> impl Strategy<Value = Message> {
+    prop_oneof![
+        beacons(numbers).prop_map(Message::Beacon),
+        reports(numbers).prop_map(Message::Report),
+        capsules(numbers).prop_map(Message::Command),
+        capsules(numbers).prop_map(Message::Telemetry),
+        memberships(numbers).prop_map(Message::Membership),
+    ]
+}
+
+pub fn tasks(numbers: Numbers) -> impl Strategy<Value = Task> {
+    prop_oneof![
+        Just(Task::Wait),
+        numbers.speeds().prop_map(Task::Explore),
+        Just(Task::Return),
+        Just(Task::Land),
+        Just(Task::Stop),
+    ]
+}
+
+pub fn telemetry(numbers: Numbers) -> impl Strategy<Value = Telemetry> {
+    let endurance = match numbers {
+        Numbers::Flying => (0_u64..1_016_000_000).boxed(),
+        Numbers::Wild => any::<u64>().boxed(),
+    };
+    let neighbour = prop::option::of((numbers.nodes(), numbers.powers()));
+    (
+        any::<(u8, u8, u16)>(),
+        numbers.voltages(),
+        prop::option::of(endurance.prop_map(Duration::from_micros)),
+        (neighbour.clone(), neighbour),
+        numbers.of(-3270.0..3270.0),
+        numbers.of(-1.27..1.27),
+        prop::option::of(numbers.of(0.0..5.07).prop_map(Metres)),
+    )
+        .prop_map(|(bytes, battery, endurance, (front, back), odometer, velocity, height)| {
+            let (state, fault, heeded) = bytes;
+            Telemetry {
+                state,
+                fault,
+                battery,
+                endurance,
+                front,
+                back,
+                odometer: Metres(odometer),
+                velocity: MetresPerSecond(velocity),
+                height,
+                heeded,
+            }
+        })
+}

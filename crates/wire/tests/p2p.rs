@@ -1,0 +1,552 @@
+//! What is on the air: the bytes of each message, that they and it say the same, and that nothing
+//! else is taken.
+
+mod messages;
+
+use messages::Numbers::{Flying, Wild};
+use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
+use units::{Dbm, Duration, Metres, MetresPerSecond, NodeId, Volts};
+use wire::p2p::{
+    Beacon, Capsule, Counter, Epoch, Error, HEADER, HEARD, Header, Heard, Kind, Links, MAX_BODY,
+    Membership, Message, ORDER, Phase, Report, Sum, TAG, TELEMETRY, Task, Telemetry, Wave,
+};
+use wire::settings::Role;
+
+fn seeded() -> ProptestConfig {
+    ProptestConfig { rng_seed: RngSeed::Fixed(1), failure_persistence: None, ..Default::default() }
+}
+
+fn encoded(message: &Message) -> Vec<u8> {
+    let mut out = [0xA5; MAX_BODY];
+    let length = message.encode(&mut out);
+    assert!(out[length..].iter().all(|byte| *byte == 0xA5), "what follows is left alone");
+    out[..length].to_vec()
+}
+
+fn counter() -> Counter {
+    Counter::new(Epoch::new(0x00_0102).unwrap(), 0x0A_0B0C).unwrap()
+}
+
+fn report() -> Report {
+    let heard = [(2, -57.0, 0x0102), (4, -83.0, 0xFFEE)].map(|(node, rssi, epoch)| Heard {
+        node: NodeId(node),
+        rssi: Dbm(rssi),
+        epoch,
+    });
+    Report {
+        phase: Phase::Linked,
+        recall: true,
+        velocity: MetresPerSecond(-0.25),
+        odometer: Metres(-12.5),
+        links: Some(Links { weakest: Dbm(-71.25), strongest: Dbm(-58.0) }),
+        front: Some(Dbm(-60.5)),
+        back: None,
+        sums: [Some(Sum { total: 3.5, links: 2 }), None],
+        heard: heapless::Vec::from_iter(heard),
+    }
+}
+
+fn telemetry() -> Telemetry {
+    Telemetry {
+        state: 7,
+        fault: 1,
+        battery: Some(Volts(3.7)),
+        endurance: Some(Duration::from_secs(240)),
+        front: Some((NodeId(2), Dbm(-57.0))),
+        back: None,
+        odometer: Metres(-12.5),
+        velocity: MetresPerSecond(-0.25),
+        height: Some(Metres(0.5)),
+        heeded: 0x0B0C,
+    }
+}
+
+const REFUSED: Membership = Membership::Refused { node: NodeId(9), epoch: 0x0102 };
+
+/// By the tables in the types' documentation.
+#[test]
+fn the_bytes_are_those_of_the_tables() {
+    let beacon = Beacon { role: Role::Relay, state: 7, battery: Some(Volts(3.7)) };
+    let command =
+        Capsule { node: NodeId(5), counter: counter(), sealed: [0x5E; 4], tag: [0x7A; 8] };
+    let sealed =
+        Capsule { node: NodeId(5), counter: counter(), sealed: [0x5E; 14], tag: [0x7A; 8] };
+    let capsule = |length: usize| {
+        [&[5, 0x0C, 0x0B, 0x0A, 0x02, 0x01, 0x00][..], &vec![0x5E; length], &[0x7A; 8]].concat()
+    };
+    let reported = vec![
+        0b0011_1010, // front, links, recall, linked
+        0x06,
+        0xFF, // -250 mm/s
+        0xC0,
+        0xF9,
+        0xFF, // -1600/128 m
+        0xE3,
+        0xFE, // -285 quarters
+        0x18,
+        0xFF, // -232 quarters
+        0x0E,
+        0xFF, // -242 quarters
+        0,
+        0, // no link towards the base
+        224,
+        0,
+        2, // 3.5 over two links
+        0,
+        0,
+        0, // nothing known
+        2,
+        57,
+        0x02,
+        0x01, // the one
+        4,
+        83,
+        0xEE,
+        0xFF, // the other
+    ];
+    let table = [
+        (Message::Beacon(beacon), vec![1, 7, 185]),
+        (Message::Report(report()), reported),
+        (Message::Command(command), capsule(4)),
+        (Message::Telemetry(sealed), capsule(14)),
+        (Message::Membership(Membership::Join), vec![1]),
+        (Message::Membership(Membership::Leave), vec![2]),
+        (Message::Membership(REFUSED), vec![3, 9, 0x02, 0x01]),
+    ];
+    for (message, bytes) in table {
+        assert_eq!(encoded(&message), bytes, "{message:?}");
+        assert_eq!(Message::decode(message.kind(), &bytes), Ok(message));
+    }
+}
+
+#[test]
+fn the_bytes_of_a_header_are_those_of_the_table() {
+    let header = Header {
+        kind: Kind::Report,
+        from: NodeId(3),
+        wave: Wave::Inward,
+        place: 2,
+        counter: counter(),
+    };
+    let bytes = [0x12, 0b0101_0011, 0x0C, 0x0B, 0x0A, 0x02, 0x01, 0x00];
+    assert_eq!(header.encode(), bytes);
+    let packet = [&bytes[..], &[1, 2, 3]].concat();
+    assert_eq!(Header::decode(&packet), Ok((header, &packet[HEADER..])));
+}
+
+#[test]
+fn the_bytes_of_what_is_sealed_are_those_of_the_tables() {
+    let explore = Task::Explore(MetresPerSecond(0.4));
+    assert_eq!(explore.encode(), [2, 0x90, 0x01, 0]);
+    let codes = [(Task::Wait, 1), (Task::Return, 3), (Task::Land, 4), (Task::Stop, 5)];
+    for (task, code) in codes {
+        assert_eq!(task.encode(), [code, 0, 0, 0]);
+    }
+    let told = [7, 1, 185, 60, 0x12, 57, 0, 0, 0x83, 0xFF, 0xE7, 25, 0x0C, 0x0B];
+    assert_eq!(telemetry().encode(), told);
+    assert_eq!(Telemetry::decode(&told), Ok(telemetry()));
+}
+
+proptest! {
+    #![proptest_config(seeded())]
+
+    /// What has been on the air once goes and comes unchanged from then on.
+    #[test]
+    fn whole_steps_go_and_come_unchanged(
+        message in messages::messages(Flying),
+        task in messages::tasks(Flying),
+        telemetry in messages::telemetry(Flying),
+    ) {
+        let message = Message::decode(message.kind(), &encoded(&message)).unwrap();
+        prop_assert_eq!(Message::decode(message.kind(), &encoded(&message)), Ok(message));
+        let task = Task::decode(&task.encode()).unwrap();
+        prop_assert_eq!(Task::decode(&task.encode()), Ok(task));
+        let telemetry = Telemetry::decode(&telemetry.encode()).unwrap();
+        prop_assert_eq!(Telemetry::decode(&telemetry.encode()), Ok(telemetry));
+    }
+
+    #[test]
+    fn what_has_no_steps_goes_and_comes_unchanged(
+        header in messages::headers(Flying),
+        order in messages::capsules::<ORDER>(Flying),
+        telemetry in messages::capsules::<TELEMETRY>(Flying),
+        membership in messages::memberships(Flying),
+    ) {
+        let bytes = header.encode();
+        prop_assert_eq!(Header::decode(&bytes), Ok((header, &[][..])));
+        let messages =
+            [Message::Command(order), Message::Telemetry(telemetry), Message::Membership(membership)];
+        for message in messages {
+            prop_assert_eq!(Message::decode(message.kind(), &encoded(&message)), Ok(message));
+        }
+    }
+
+    #[test]
+    fn numbers_of_a_report_move_by_half_a_step(report in messages::reports(Flying)) {
+        let bytes = encoded(&Message::Report(report.clone()));
+        let Ok(Message::Report(back)) = Message::decode(Kind::Report, &bytes) else { panic!() };
+        near(back.velocity.0, report.velocity.0, 0.000_5)?;
+        near(back.odometer.0, report.odometer.0, 1.0 / 256.0)?;
+        near_too(back.front.map(|is| is.0), report.front.map(|is| is.0), 0.125)?;
+        near_too(back.back.map(|is| is.0), report.back.map(|is| is.0), 0.125)?;
+        for end in [|links: Links| links.weakest.0, |links: Links| links.strongest.0] {
+            near_too(back.links.map(end), report.links.map(end), 0.125)?;
+        }
+        for (back, sum) in back.sums.into_iter().zip(report.sums) {
+            near_too(back.map(|sum| sum.total), sum.map(|sum| sum.total), 1.0 / 128.0)?;
+            prop_assert_eq!(back.map(|sum| sum.links), sum.map(|sum| sum.links));
+        }
+        prop_assert_eq!(back.heard.len(), report.heard.len());
+        for (back, heard) in back.heard.iter().zip(&report.heard) {
+            near(back.rssi.0, heard.rssi.0, 0.5)?;
+            prop_assert_eq!((back.node, back.epoch), (heard.node, heard.epoch));
+        }
+        prop_assert_eq!((back.phase, back.recall), (report.phase, report.recall));
+    }
+
+    #[test]
+    fn numbers_of_telemetry_move_by_half_a_step(telemetry in messages::telemetry(Flying)) {
+        let back = Telemetry::decode(&telemetry.encode()).unwrap();
+        near_too(back.battery.map(|is| is.0), telemetry.battery.map(|is| is.0), 0.01)?;
+        let seconds = |time: Option<Duration>| time.map(Duration::as_secs_f32);
+        near_too(seconds(back.endurance), seconds(telemetry.endurance), 2.0)?;
+        let ends = [(back.front, telemetry.front), (back.back, telemetry.back)];
+        for (back, link) in ends {
+            near_too(back.map(|(_, link)| link.0), link.map(|(_, link)| link.0), 0.5)?;
+            prop_assert_eq!(back.map(|(node, _)| node), link.map(|(node, _)| node));
+        }
+        near(back.odometer.0, telemetry.odometer.0, 0.05)?;
+        near(back.velocity.0, telemetry.velocity.0, 0.005)?;
+        near_too(back.height.map(|is| is.0), telemetry.height.map(|is| is.0), 0.01)?;
+        let rest = |of: &Telemetry| (of.state, of.fault, of.heeded);
+        prop_assert_eq!(rest(&back), rest(&telemetry));
+    }
+
+    #[test]
+    fn the_speed_of_a_task_moves_by_half_a_step(task in messages::tasks(Flying)) {
+        match (task, Task::decode(&task.encode()).unwrap()) {
+            (Task::Explore(speed), Task::Explore(back)) => near(back.0, speed.0, 0.000_5)?,
+            (task, back) => prop_assert_eq!(back, task),
+        }
+    }
+
+    #[test]
+    fn a_battery_moves_by_half_a_step(beacon in messages::beacons(Flying)) {
+        let bytes = encoded(&Message::Beacon(beacon));
+        let Ok(Message::Beacon(back)) = Message::decode(Kind::Beacon, &bytes) else { panic!() };
+        near_too(back.battery.map(|is| is.0), beacon.battery.map(|is| is.0), 0.01)?;
+        prop_assert_eq!((back.role, back.state), (beacon.role, beacon.state));
+    }
+
+    /// Whatever its numbers are, what is sent is taken, and says numbers.
+    #[test]
+    fn every_message_can_be_sent(
+        message in messages::messages(Wild),
+        header in messages::headers(Wild),
+        task in messages::tasks(Wild),
+        telemetry in messages::telemetry(Wild),
+    ) {
+        let back = Message::decode(message.kind(), &encoded(&message)).unwrap();
+        prop_assert!(finite(&back));
+        prop_assert!(Header::decode(&header.encode()).is_ok());
+        let back = (Task::decode(&task.encode()).unwrap(), Telemetry::decode(&telemetry.encode()).unwrap());
+        prop_assert!(finite(&back));
+    }
+
+    #[test]
+    fn any_bytes_are_a_message_or_an_error(
+        kind in prop::sample::select(&Kind::ALL), bytes in prop::collection::vec(any::<u8>(), 0..70),
+    ) {
+        taken(kind, &bytes);
+    }
+
+    /// One message, one encoding: whatever is taken is what would have been sent.
+    #[test]
+    fn what_is_taken_would_be_sent_the_same(
+        message in messages::messages(Flying),
+        header in messages::headers(Flying),
+        telemetry in messages::telemetry(Flying),
+        task in messages::tasks(Flying),
+        at in any::<prop::sample::Index>(),
+        bits in 1_u8..,
+    ) {
+        for bits in [0, bits] {
+            let mut bytes = encoded(&message);
+            let at_byte = at.index(bytes.len());
+            bytes[at_byte] ^= bits;
+            taken(message.kind(), &bytes);
+            let mut bytes = header.encode();
+            bytes[at.index(HEADER)] ^= bits;
+            taken(Kind::Beacon, &bytes);
+            let mut bytes = telemetry.encode();
+            bytes[at.index(TELEMETRY)] ^= bits;
+            taken(Kind::Beacon, &bytes);
+            let mut bytes = task.encode();
+            bytes[at.index(ORDER)] ^= bits;
+            taken(Kind::Beacon, &bytes);
+        }
+    }
+
+    /// Of every length that a message has not.
+    #[test]
+    fn a_byte_too_many_or_too_few_is_refused(message in messages::messages(Flying)) {
+        let bytes = encoded(&message);
+        for length in 0..=MAX_BODY + 16 {
+            let mut other = bytes.clone();
+            other.resize(length, 0);
+            if length == bytes.len() || (message.kind() == Kind::Report && other.len().is_multiple_of(4)) {
+                continue;
+            }
+            prop_assert_eq!(Message::decode(message.kind(), &other), Err(Error::Length(length)));
+        }
+    }
+
+    #[test]
+    fn counters_count_within_their_epoch(counter in messages::counters()) {
+        prop_assert_eq!(Counter::from_bytes(counter.to_bytes()), Some(counter));
+        prop_assert_eq!(Counter::new(counter.epoch(), counter.count()), Some(counter));
+        prop_assert_eq!(u32::from(counter.low16()), counter.count() & 0xFFFF);
+        prop_assert_eq!(u32::from(counter.epoch().low16()), counter.epoch().get() & 0xFFFF);
+        if let Some(next) = counter.next() {
+            prop_assert!(next > counter && next.epoch() == counter.epoch());
+            prop_assert_eq!(next.count(), counter.count() + 1);
+        }
+        if let Some(epoch) = counter.epoch().next() {
+            prop_assert!(Counter::new(epoch, 0).unwrap() > counter);
+        }
+    }
+}
+
+fn finite(message: &impl std::fmt::Debug) -> bool {
+    let text = format!("{message:?}");
+    !text.contains("NaN") && !text.contains("inf")
+}
+
+/// To `half` a step, and a little: steps are rounded to an f32 too.
+fn near(back: f32, was: f32, half: f32) -> Result<(), TestCaseError> {
+    prop_assert!((back - was).abs() <= half * 1.02 + was.abs() * 1e-7, "{back} of {was}");
+    Ok(())
+}
+
+fn near_too(back: Option<f32>, was: Option<f32>, half: f32) -> Result<(), TestCaseError> {
+    match (back, was) {
+        (Some(back), Some(was)) => near(back, was, half),
+        (back, was) => {
+            prop_assert_eq!(back, was);
+            Ok(())
+        }
+    }
+}
+
+/// If these bytes are anything, they are what would have been sent for it.
+fn taken(kind: Kind, bytes: &[u8]) {
+    if let Ok(message) = Message::decode(kind, bytes) {
+        assert_eq!(encoded(&message), bytes, "{message:?}");
+    }
+    if let Ok((header, rest)) = Header::decode(bytes) {
+        assert_eq!([&header.encode()[..], rest].concat(), bytes, "{header:?}");
+    }
+    if let Ok(task) = Task::decode(bytes) {
+        assert_eq!(task.encode(), bytes, "{task:?}");
+    }
+    if let Ok(telemetry) = Telemetry::decode(bytes) {
+        assert_eq!(telemetry.encode(), bytes, "{telemetry:?}");
+    }
+}
+
+/// No step is lost on the way through an f32.
+#[test]
+fn every_step_goes_and_comes() {
+    let silent = encoded(&Message::Report(messages::SILENT));
+    for step in i16::MIN..=i16::MAX {
+        let [low, high] = step.to_le_bytes();
+        taken(Kind::Report, &[2, low, high, 0]);
+        let mut report = silent.clone();
+        for at in [1, 3, 10, 14] {
+            report[at..at + 2].copy_from_slice(&[low, high]);
+        }
+        report[0] = 1 << 5;
+        report[5] = low ^ high;
+        report[16] = 1;
+        taken(Kind::Report, &report);
+        let steps = [0, 0, low, high, 0, 0, 0, 0, low, high, low, high, 0, 0];
+        assert!(Telemetry::decode(&steps).is_ok());
+        taken(Kind::Beacon, &steps);
+        assert!(Message::decode(Kind::Report, &report).is_ok());
+    }
+}
+
+/// Every single bit that is zero in all messages, and every number that its flag denies.
+#[test]
+fn bits_without_a_meaning_are_refused() {
+    let flipped = |bytes: &[u8], bit: usize| {
+        let mut bytes = bytes.to_vec();
+        bytes[bit / 8] ^= 1 << (bit % 8);
+        bytes
+    };
+    let reserved = |message: &Message, bits: &mut dyn Iterator<Item = usize>| {
+        let bytes = encoded(message);
+        for bit in bits {
+            let refused = Message::decode(message.kind(), &flipped(&bytes, bit));
+            assert_eq!(refused, Err(Error::Reserved), "bit {bit} of {message:?}");
+        }
+    };
+    let silent = Message::Report(messages::SILENT);
+    // The zero bit, then links, front, back and sums that are not there: a sum's links alone are
+    // one of nothing, its total alone is one of no links, and more than 15 links are none.
+    let numbers = (8 * 6..8 * 16).chain([8 * 16 + 4]).chain(8 * 17..8 * 19).chain([8 * 19 + 4]);
+    reserved(&silent, &mut [7].into_iter().chain(numbers));
+    let sum = Some(Sum { total: 1.0, links: 2 });
+    let summed = Message::Report(Report { sums: [sum; 2], ..messages::SILENT });
+    reserved(&summed, &mut (4..8).map(|bit| 8 * 16 + bit).chain((4..8).map(|bit| 8 * 19 + bit)));
+    reserved(&Message::Report(report()), &mut (4..8).flat_map(|bit| [8 * 20 + bit, 8 * 24 + bit]));
+    reserved(&Message::Membership(REFUSED), &mut (8 + 4..16));
+    let (node, counter) = (NodeId(5), counter());
+    let command = Capsule { node, counter, sealed: [0x5E; 4], tag: [0; TAG] };
+    let sealed = Capsule { node, counter, sealed: [0x5E; 14], tag: [0; TAG] };
+    reserved(&Message::Command(command), &mut (4..8));
+    reserved(&Message::Telemetry(sealed), &mut (4..8));
+
+    let header =
+        Header { kind: Kind::Beacon, from: node, wave: Wave::Outward, place: 0, counter }.encode();
+    assert_eq!(Header::decode(&flipped(&header, 15)), Err(Error::Reserved));
+    for task in [Task::Wait, Task::Return, Task::Land, Task::Stop] {
+        for bit in 8..32 {
+            assert_eq!(Task::decode(&flipped(&task.encode(), bit)), Err(Error::Reserved));
+        }
+    }
+    let explore = Task::Explore(MetresPerSecond(0.4)).encode();
+    for bit in 24..32 {
+        assert_eq!(Task::decode(&flipped(&explore, bit)), Err(Error::Reserved));
+    }
+    let lonely = Telemetry { front: None, back: None, ..telemetry() }.encode();
+    let of_nobody = (32..64).filter(|bit| ![32 + 4, 48 + 4].contains(bit));
+    for bit in of_nobody {
+        assert_eq!(Telemetry::decode(&flipped(&lonely, bit)), Err(Error::Reserved), "bit {bit}");
+    }
+    let told = Telemetry { back: Some((NodeId(9), Dbm(-70.0))), ..telemetry() }.encode();
+    for bit in (37..40).chain(53..56) {
+        assert_eq!(Telemetry::decode(&flipped(&told, bit)), Err(Error::Reserved), "bit {bit}");
+    }
+}
+
+#[test]
+fn what_is_no_message_says_why() {
+    let with = |message: &Message, at: usize, byte: u8| {
+        let mut bytes = encoded(message);
+        bytes[at] = byte;
+        Message::decode(message.kind(), &bytes)
+    };
+    let beacon = Message::Beacon(Beacon { role: Role::Head, state: 0, battery: None });
+    let told = Message::Report(report());
+    let refused = Message::Membership(REFUSED);
+    let join = Message::Membership(Membership::Join);
+    let command = Message::Command(Capsule {
+        node: NodeId(5),
+        counter: counter(),
+        sealed: [0; 4],
+        tag: [0; TAG],
+    });
+    let mut no_epoch = encoded(&command);
+    no_epoch[4..7].fill(0);
+    let table = [
+        ("no such role", with(&beacon, 0, 3), Error::Code(3)),
+        ("no such phase", with(&told, 0, 0b0000_0101), Error::Code(5)),
+        ("no such change", with(&join, 0, 0), Error::Code(0)),
+        ("nor that", with(&join, 0, 4), Error::Code(4)),
+        ("a refusal of nobody", with(&join, 0, 3), Error::Length(1)),
+        ("a join of somebody", with(&refused, 0, 1), Error::Length(4)),
+        ("the weakest the strongest", with(&told, 7, 0xFF), Error::Reserved),
+        ("heard twice", with(&told, 24, 2), Error::Reserved),
+        ("never switched on", Message::decode(Kind::Command, &no_epoch), Error::Reserved),
+    ];
+    for (what, decoded, error) in table {
+        assert_eq!(decoded, Err(error), "{what}");
+    }
+    let header = [
+        ("nothing", vec![], Error::Length(0)),
+        ("another version of another length", vec![0x22], Error::Version(2)),
+        ("no such kind", vec![0x16], Error::Kind(6)),
+        ("nor that", vec![0x10], Error::Kind(0)),
+        ("short", vec![0x11, 0, 0, 0, 0, 1, 0], Error::Length(7)),
+        ("never switched on", vec![0x11, 0, 0, 0, 0, 0, 0, 0], Error::Reserved),
+    ];
+    for (what, bytes, error) in header {
+        assert_eq!(Header::decode(&bytes), Err(error), "{what}");
+    }
+    assert_eq!(Task::decode(&[0; 4]), Err(Error::Code(0)));
+    assert_eq!(Task::decode(&[6, 0, 0, 0]), Err(Error::Code(6)));
+    assert_eq!(Task::decode(&[1, 0, 0]), Err(Error::Length(3)));
+    assert_eq!(Telemetry::decode(&[0; 15]), Err(Error::Length(15)));
+}
+
+#[test]
+fn what_cannot_be_said_is_left_out() {
+    let nan = Dbm(f32::NAN);
+    let heard = [(16, Dbm(-60.0)), (3, nan), (3, Dbm(-60.0)), (4, Dbm(7.0))]
+        .map(|(node, rssi)| Heard { node: NodeId(node), rssi, epoch: 1 });
+    let report = Report {
+        velocity: MetresPerSecond(f32::NAN),
+        odometer: Metres(f32::INFINITY),
+        links: Some(Links { weakest: Dbm(-50.0), strongest: Dbm(-60.0) }),
+        front: Some(nan),
+        sums: [Some(Sum { total: f32::NAN, links: 1 }), Some(Sum { total: -1.0, links: 200 })],
+        heard: heapless::Vec::from_iter(heard),
+        ..messages::SILENT
+    };
+    let bytes = encoded(&Message::Report(report));
+    let left = [(3, -255.0), (4, 0.0)].map(|(node, rssi)| Heard {
+        node: NodeId(node),
+        rssi: Dbm(rssi),
+        epoch: 1,
+    });
+    let said = Report {
+        odometer: Metres(((1 << 23) - 1) as f32 / 128.0),
+        sums: [None, Some(Sum { total: 0.0, links: 15 })],
+        heard: heapless::Vec::from_iter(left),
+        ..messages::SILENT
+    };
+    assert_eq!(Message::decode(Kind::Report, &bytes), Ok(Message::Report(said)));
+
+    let low = Telemetry {
+        battery: Some(Volts(-1.0)),
+        endurance: Some(Duration::MAX),
+        front: Some((NodeId(16), Dbm(-60.0))),
+        back: Some((NodeId(15), Dbm(-300.0))),
+        height: Some(Metres(9.0)),
+        ..telemetry()
+    };
+    let said = Telemetry {
+        battery: Some(Volts(0.02)),
+        endurance: Some(Duration::from_secs(1016)),
+        front: None,
+        back: Some((NodeId(15), Dbm(-255.0))),
+        height: Some(Metres(5.08)),
+        ..low
+    };
+    assert_eq!(Telemetry::decode(&low.encode()), Ok(said));
+}
+
+#[test]
+fn the_longest_report_fits() {
+    let one = |node| Heard { node: NodeId(node), rssi: Dbm(-60.0), epoch: 1 };
+    let heard = (0..HEARD as u8).map(one).collect();
+    let bytes = encoded(&Message::Report(Report { heard, ..report() }));
+    assert_eq!(bytes.len(), 20 + 4 * HEARD);
+    let one_more = [&bytes[..], &[15, 60, 1, 0]].concat();
+    assert_eq!(Message::decode(Kind::Report, &one_more), Err(Error::Length(40)));
+}
+
+#[test]
+fn epochs_and_counts_end() {
+    assert_eq!(Epoch::new(0), None);
+    assert_eq!(Epoch::new(1), Some(Epoch::FIRST));
+    assert_eq!(Epoch::new(1 << 24), None);
+    let last = Epoch::new((1 << 24) - 1).unwrap();
+    assert_eq!(last.next(), None);
+    assert_eq!(Counter::new(last, 1 << 24), None);
+    assert_eq!(Counter::new(last, (1 << 24) - 1).unwrap().next(), None);
+    assert_eq!(Counter::from_bytes([1, 0, 0, 0, 0, 0]), None);
+    assert_eq!(Epoch::FIRST.next().map(Epoch::get), Some(2));
+}
