@@ -5,7 +5,9 @@
 //! |---|---|
 //! | 0 | the vendor's configuration block, read by [`VendorConfig::decode`], never written |
 //! | 0x200 | [`Slot::A`] |
+//! | 0x240, 0x280 | [`keys`] and [`epoch`], slot A |
 //! | 0x300 | [`Slot::B`] |
+//! | 0x340, 0x380 | [`keys`] and [`epoch`], slot B |
 //! | 0x400 | the vendor's persistent parameters, left alone |
 //!
 //! A record takes 36 bytes:
@@ -35,6 +37,8 @@
 //! settings from before, and the torn record is told from a whole one by its CRC: one in 2³² of
 //! arbitrary contents would pass.
 
+pub mod epoch;
+pub mod keys;
 mod vendor;
 
 use core::fmt;
@@ -85,6 +89,25 @@ pub enum Role {
     Relay,
     /// The operator's end.
     Base,
+}
+
+impl Role {
+    pub(crate) const fn code(self) -> u8 {
+        match self {
+            Self::Head => 0,
+            Self::Relay => 1,
+            Self::Base => 2,
+        }
+    }
+
+    pub(crate) const fn from_code(code: u8) -> Option<Self> {
+        match code {
+            0 => Some(Self::Head),
+            1 => Some(Self::Relay),
+            2 => Some(Self::Base),
+            _ => None,
+        }
+    }
 }
 
 /// How the radio is set.
@@ -161,11 +184,7 @@ impl Settings {
         let [p0, p1, p2, p3] = trim.pitch.0.to_le_bytes();
         let [r0, r1, r2, r3] = trim.roll.0.to_le_bytes();
         let [h0, h1, h2, h3] = height.0.to_le_bytes();
-        let role = match self.role {
-            Role::Head => 0,
-            Role::Relay => 1,
-            Role::Base => 2,
-        };
+        let role = self.role.code();
         let channel = self.radio.channel.number();
         let datarate = self.radio.datarate.code();
         let [power] = self.radio.power.code().to_le_bytes();
@@ -243,12 +262,7 @@ impl Settings {
         };
         let settings = Self {
             node: NodeId(node),
-            role: match role {
-                0 => Role::Head,
-                1 => Role::Relay,
-                2 => Role::Base,
-                _ => return Err(Error::Value),
-            },
+            role: Role::from_code(role).ok_or(Error::Value)?,
             radio: Radio {
                 channel: Channel::new(channel).ok_or(Error::Value)?,
                 datarate: Datarate::from_code(datarate).ok_or(Error::Value)?,
@@ -348,14 +362,16 @@ pub struct Chosen {
 /// The newer of the records in the two slots; `None` when neither is one.
 #[must_use]
 pub fn newest(a: &[u8], b: &[u8]) -> Option<Chosen> {
-    let read = |bytes, slot| {
-        let (settings, sequence) = Settings::decode(bytes).ok()?;
-        Some(Chosen { settings, slot, sequence })
-    };
-    match (read(a, Slot::A), read(b, Slot::B)) {
-        (Some(a), Some(b)) if is_newer(b.sequence, a.sequence) => Some(b),
-        (Some(a), _) => Some(a),
-        (None, b) => b,
+    let (settings, sequence, slot) = newer(Settings::decode(a).ok(), Settings::decode(b).ok())?;
+    Some(Chosen { settings, slot, sequence })
+}
+
+/// The newer of what two slots hold, each with its sequence number, and where it is.
+fn newer<T>(a: Option<(T, u32)>, b: Option<(T, u32)>) -> Option<(T, u32, Slot)> {
+    match (a, b) {
+        (Some((_, old)), Some((b, new))) if is_newer(new, old) => Some((b, new, Slot::B)),
+        (Some((a, sequence)), _) => Some((a, sequence, Slot::A)),
+        (None, b) => b.map(|(b, sequence)| (b, sequence, Slot::B)),
     }
 }
 

@@ -55,6 +55,9 @@ fn sent_by_radio(packet: &Incoming<'_>) -> Vec<u8> {
         Incoming::Address(Address([a, b, c, d, e])) => frame(0x05, &[*e, *d, *c, *b, *a]),
         Incoming::Power(power) => frame(0x07, &[power.dbm().0 as i8 as u8]),
         Incoming::Rssi(rssi) => frame(0x04, &[rssi.map_or(0, |rssi| -rssi.0 as u8)]),
+        Incoming::P2p { port, rssi, data } => {
+            frame(0x08, &[&[port.number(), -rssi.0 as u8], *data].concat())
+        }
         Incoming::P2pBroadcast { port, rssi, data } => {
             frame(0x0A, &[&[port.number(), -rssi.0 as u8], *data].concat())
         }
@@ -144,6 +147,7 @@ fn incoming(pick: u8, data: &[u8], parts: Parts) -> Incoming<'_> {
         7 => Incoming::Battery(parts.battery),
         8 => Incoming::ShutdownRequest,
         9 => Incoming::NrfVersion(p2p.split(|byte| *byte == 0).next().unwrap()),
+        10 => Incoming::P2p { port: parts.port, rssi, data: p2p },
         _ => Incoming::Unknown(0xF0),
     }
 }
@@ -223,7 +227,7 @@ proptest! {
 
     #[test]
     fn what_the_radio_chip_says_is_understood(
-        pick in 0_u8..11, data in bytes(MAX_DATA), parts in parts(),
+        pick in 0_u8..12, data in bytes(MAX_DATA), parts in parts(),
     ) {
         let packet = incoming(pick, &data, parts);
         parsed(&sent_by_radio(&packet), |understood| assert_eq!(understood, Ok(packet)));
@@ -352,7 +356,7 @@ fn a_long_false_start_delays_what_it_hides_and_no_more() {
 fn data_that_a_type_does_not_allow_is_malformed() {
     let nan = f32::NAN.to_le_bytes();
     let long = [0; 2 + MAX_P2P + 1];
-    let cases: [(u8, &[u8]); 16] = [
+    let cases: [(u8, &[u8]); 20] = [
         (0x01, &[]),
         (0x01, &[126]),
         (0x01, &[80, 0]),
@@ -362,6 +366,10 @@ fn data_that_a_type_does_not_allow_is_malformed() {
         (0x05, &[0xE7; 4]),
         (0x05, &[0xE7; 6]),
         (0x07, &[1]),
+        (0x08, &[]),
+        (0x08, &[0]),
+        (0x08, &[0, 128]),
+        (0x08, &long),
         (0x0A, &[]),
         (0x0A, &[0]),
         (0x0A, &[16, 40]),

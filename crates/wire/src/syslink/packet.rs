@@ -22,6 +22,7 @@ mod kind {
     pub(super) const RSSI: u8 = 0x04;
     pub(super) const ADDRESS: u8 = 0x05;
     pub(super) const POWER: u8 = 0x07;
+    pub(super) const P2P: u8 = 0x08;
     pub(super) const P2P_BROADCAST: u8 = 0x0A;
     pub(super) const RADIO_READY: u8 = 0x0B;
     pub(super) const SWITCH_OFF: u8 = 0x11;
@@ -96,6 +97,15 @@ pub enum Incoming<'a> {
         /// At most [`MAX_P2P`] bytes.
         data: &'a [u8],
     },
+    /// A packet laid out like another drone's, for this one alone: a ground station can send it.
+    P2p {
+        /// What it is about.
+        port: Port,
+        /// How strong it came in.
+        rssi: Dbm,
+        /// At most [`MAX_P2P`] bytes.
+        data: &'a [u8],
+    },
     /// The battery.
     Battery(Battery),
     /// The button was pressed: answer with [`Outgoing::ShutdownAck`], or power goes in a second.
@@ -139,7 +149,10 @@ impl<'a> Incoming<'a> {
             kind::RSSI => {
                 one(data).and_then(rssi).map(|is| Self::Rssi((is.0 != 0.0).then_some(is)))
             }
-            kind::P2P_BROADCAST => p2p(data),
+            kind::P2P => p2p(data).map(|(port, rssi, data)| Self::P2p { port, rssi, data }),
+            kind::P2P_BROADCAST => {
+                p2p(data).map(|(port, rssi, data)| Self::P2pBroadcast { port, rssi, data })
+            }
             kind::BATTERY_STATE => battery(data).map(Self::Battery),
             kind::SHUTDOWN_REQUEST => Some(Self::ShutdownRequest),
             kind::NRF_VERSION => Some(Self::NrfVersion(until_zero(data))),
@@ -161,12 +174,12 @@ fn rssi(sample: u8) -> Option<Dbm> {
     (sample < 128).then_some(Dbm(-f32::from(sample)))
 }
 
-fn p2p(data: &[u8]) -> Option<Incoming<'_>> {
+fn p2p(data: &[u8]) -> Option<(Port, Dbm, &[u8])> {
     let [port, sample, data @ ..] = data else { return None };
     if data.len() > MAX_P2P {
         return None;
     }
-    Some(Incoming::P2pBroadcast { port: Port::new(*port)?, rssi: rssi(*sample)?, data })
+    Some((Port::new(*port)?, rssi(*sample)?, data))
 }
 
 fn battery(data: &[u8]) -> Option<Battery> {
