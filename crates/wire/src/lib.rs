@@ -5,7 +5,6 @@
 //! | [`syslink`] | the serial line between the flight processor and the radio chip |
 //! | [`p2p`] | what drones say to each other, on the air |
 //! | [`crtp`] | what a ground station and a drone say to each other |
-//! | [`report`] | the same without a seal, as it was before |
 //! | [`settings`] | what a drone remembers, in the EEPROM |
 //! | [`radio`] | channel, data rate, address and power, which the first and the last share |
 //!
@@ -17,6 +16,5 @@
 pub mod crtp;
 pub mod p2p;
 pub mod radio;
-pub mod report;
 pub mod settings;
 pub mod syslink;
