@@ -1,0 +1,51 @@
+//! The services that cfclient and cflib expect of a Crazyflie: the log, the parameters, the
+//! console, the supervisor, and set-points from whoever may give them.
+//!
+//! [`Server`] is the door. Each packet that comes in goes to [`Server::receive`], which may give an
+//! [`Event`] for the rest of the drone to act on; whenever a packet may be sent, [`Server::poll`]
+//! says which. What is shown is taken from a [`Snapshot`], what can be set is in [`Parameters`].
+//! It owns no clock and no line, never allocates and never panics.
+//!
+//! ```
+//! use crtp::{Access, Parameters, Server, Snapshot};
+//! use units::Instant;
+//!
+//! let mut server = Server::new();
+//! let mut parameters = Parameters::DEFAULT;
+//! // "Who are you?"
+//! server.receive(Instant::ZERO, &[0xFD, 0], Access::Read, &mut parameters);
+//! let answer = server.poll(Instant::ZERO, &Snapshot::DEFAULT, &parameters).unwrap();
+//! assert_eq!(&answer.bytes()[1..19], b"Bitcraze Crazyflie");
+//! ```
+//!
+//! # Two kinds of line
+//! Over UDP the drone speaks when it likes: after each packet that came in, and at
+//! [`Server::due`], poll until there is nothing more. Over the radio it may send one packet for
+//! each that comes in: poll once for each, and send nothing, or [`Packet::NULL`], when nothing is
+//! due. Both may be mixed.
+//!
+//! | module | its part |
+//! |---|---|
+//! | `server` | who answers what |
+//! | `blocks` | log blocks: what is in them, and when they are due |
+//! | `console` | text on its way out |
+//! | `variables` | the table of what can be logged |
+//! | `parameters` | the table of what can be set |
+//! | `snapshot` | what the first table is filled from |
+//! | `table` | what the two have in common |
+#![no_std]
+
+mod blocks;
+mod console;
+mod parameters;
+mod server;
+mod snapshot;
+mod table;
+mod variables;
+
+pub use parameters::{About, OperatorTask, ParameterId, Parameters, parameters};
+pub use server::{Access, Counters, Event, Server, Setpoint};
+pub use snapshot::{Link, LinkState, Node, Power, Radio, Ranges, Snapshot};
+pub use table::Documented;
+pub use variables::variables;
+pub use wire::crtp::Packet;

@@ -1,0 +1,87 @@
+//! What the table of log variables and that of parameters have in common: rows, and a number that
+//! changes whenever one of them does.
+
+use wire::crtp::{LogType, Value};
+
+/// How a row's value is read from an `S`; its type is that of the number read.
+pub(crate) enum Get<S> {
+    U8(fn(&S) -> u8),
+    U16(fn(&S) -> u16),
+    U32(fn(&S) -> u32),
+    I8(fn(&S) -> i8),
+    I16(fn(&S) -> i16),
+    F32(fn(&S) -> f32),
+}
+
+impl<S> Get<S> {
+    pub(crate) fn value(&self, from: &S) -> Value {
+        match self {
+            Self::U8(get) => Value::U8(get(from)),
+            Self::U16(get) => Value::U16(get(from)),
+            Self::U32(get) => Value::U32(get(from)),
+            Self::I8(get) => Value::I8(get(from)),
+            Self::I16(get) => Value::I16(get(from)),
+            Self::F32(get) => Value::F32(get(from)),
+        }
+    }
+
+    pub(crate) const fn kind(&self) -> LogType {
+        match self {
+            Self::U8(_) => LogType::U8,
+            Self::U16(_) => LogType::U16,
+            Self::U32(_) => LogType::U32,
+            Self::I8(_) => LogType::I8,
+            Self::I16(_) => LogType::I16,
+            Self::F32(_) => LogType::F32,
+        }
+    }
+}
+
+/// A row as the book has it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Documented {
+    /// The first half of its name,
+    pub group: &'static str,
+    /// and the second.
+    pub name: &'static str,
+    /// Its type, as clients name it.
+    pub kind: &'static str,
+    /// What can be done with it: `ro` or `rw`.
+    pub access: &'static str,
+    /// In what it is counted, where it is counted in something.
+    pub unit: &'static str,
+    /// What it means.
+    pub meaning: &'static str,
+}
+
+/// CRC-32 as in Ethernet and zip, over a row more.
+pub(crate) const fn crc_of_row(crc: u32, kind: u8, group: &str, name: &str) -> u32 {
+    let crc = crc_of(crc, &[kind]);
+    let crc = crc_of(crc_of(crc, group.as_bytes()), &[0]);
+    crc_of(crc_of(crc, name.as_bytes()), &[0])
+}
+
+const fn crc_of(crc: u32, mut bytes: &[u8]) -> u32 {
+    let mut crc = !crc;
+    while let [byte, rest @ ..] = bytes {
+        crc ^= *byte as u32;
+        let mut bit = 0;
+        while bit < 8 {
+            crc = (crc >> 1) ^ (0xEDB8_8320 & (crc & 1).wrapping_neg());
+            bit += 1;
+        }
+        bytes = rest;
+    }
+    !crc
+}
+
+#[cfg(test)]
+mod tests {
+    use super::crc_of;
+
+    #[test]
+    fn the_crc_is_that_of_the_check_string_in_one_piece_and_in_two() {
+        assert_eq!(crc_of(0, b"123456789"), 0xCBF4_3926);
+        assert_eq!(crc_of(crc_of(0, b"1234"), b"56789"), 0xCBF4_3926);
+    }
+}
