@@ -61,6 +61,7 @@ noise_variance_db2 = 3.0
 resolution_db = 1.0
 packet_loss = 0.2
 latency_s = 0.02
+polling_hz = 100.0
 sensitivity_dbm = -95.0
 [vehicle]
 lag_s = 0.3

@@ -2,12 +2,12 @@
 
 use agent::{BodyVelocity, Fitness, Setpoint, mounting};
 use tunnel_nav::Diagonals;
-use units::{Duration, Metres, Radians};
+use units::{Duration, Metres, Radians, Volts};
 
 use crate::craft::{Craft, Surroundings};
 use crate::random::Stream;
 use crate::trace::Point;
-use crate::vehicle::{Body, Response, STEP_US, VehicleSpec};
+use crate::vehicle::{Body, Response, VehicleSpec};
 use crate::world::Tunnel;
 
 /// What the agent is told of the machine.
@@ -23,6 +23,8 @@ pub struct Senses {
     pub height: Option<Metres>,
     /// How far it is fit to fly.
     pub fitness: Fitness,
+    /// The battery at its terminals.
+    pub battery: Option<Volts>,
     /// How long the battery still carries it.
     pub endurance: Option<Duration>,
 }
@@ -40,6 +42,7 @@ impl Senses {
         heading: None,
         height: None,
         fitness: Fitness::Fit,
+        battery: None,
         endurance: None,
     };
 }
@@ -66,9 +69,6 @@ impl Flown {
         Self { craft, setpoint, abscissa }
     }
 }
-
-/// Milliseconds in a physics step of the mission.
-const STEP_MS: u64 = STEP_US / 1_000;
 
 impl Drone {
     /// Where it is on the floor plan.
@@ -160,11 +160,11 @@ impl Drone {
         }
     }
 
-    /// One physics step of the mission: one of the point, twenty of the craft.
+    /// One physics step: 20 ms of the point, a millisecond of the craft.
     pub(crate) fn advance(&mut self, around: Surroundings<'_>, response: Response) {
         match self {
             Self::Point(body) => body.advance(around.tunnel, around.vehicle, response),
-            Self::Craft(flown) => (0..STEP_MS).for_each(|_| flown.craft.advance(around)),
+            Self::Craft(flown) => flown.craft.advance(around),
         }
     }
 
@@ -194,6 +194,7 @@ impl Drone {
                 heading: Some(Radians(body.yaw())),
                 height: Some(Metres(body.height())),
                 fitness: Fitness::Fit,
+                battery: None,
                 endurance: None,
             },
             Self::Craft(flown) => {
@@ -204,6 +205,7 @@ impl Drone {
                     heading: Some(mounting::heading(status.attitude.yaw)),
                     height: status.height,
                     fitness: mounting::fitness(status.mode),
+                    battery: Some(status.battery.volts),
                     endurance: status.battery.endurance,
                 }
             }

@@ -10,6 +10,7 @@
 //! | [`vehicle`] | a drone's body at policy level |
 //! | [`craft`] | a drone at flight level, with the flight code in the loop |
 //! | [`drone`] | either of them, as a mission sees it |
+//! | [`medium`] | the air between the radios, packet by packet |
 //! | [`mission`] | one mission, step by step |
 //! | [`trace`] | the record of a mission |
 //! | [`metrics`] | how good it was |
@@ -18,6 +19,8 @@
 //! | [`mod@bench`] | the named benchmarks |
 //! | [`replay`] | recorded RSSI through the on-board code |
 //! | [`output`] | files and pictures |
+//! | [`serve`] | drones that cflib and cfclient connect to |
+//! | [`keys`] | the keys of a fleet, and the pages that bring them to its drones |
 //! | [`cli`] | the command line |
 
 pub mod bench;
@@ -27,12 +30,15 @@ pub mod craft;
 pub mod drone;
 pub mod figures;
 pub mod input_error;
+pub mod keys;
+pub mod medium;
 pub mod metrics;
 pub mod mission;
 pub mod output;
 pub mod random;
 pub mod replay;
 pub mod scenario;
+pub mod serve;
 pub mod trace;
 pub mod vehicle;
 pub mod world;

@@ -6,7 +6,7 @@
 use units::NodeId;
 
 use crate::craft::record::FlightMetrics;
-use crate::mission::{Mission, ROUND_US, World};
+use crate::mission::{Mission, ROUND_US, RadioMetrics, World};
 use crate::scenario::{Scenario, Start};
 use crate::world::{Optimum, best_chain, best_chains};
 
@@ -255,6 +255,7 @@ impl<'a> Watch<'a> {
             wall_contacts: mission.wall_contacts(),
             drone_contacts: mission.drone_contacts(),
             hold_spread_db: self.hold.as_ref().map_or(f32::NAN, Hold::spread),
+            radio: mission.radio(),
             flight: FlightMetrics::of(
                 mission.bodies().filter_map(|body| Some(body.craft()?.record())),
             ),
@@ -344,6 +345,8 @@ pub struct RunMetrics {
     /// The largest difference between any two links, each averaged over the last 30 % of the
     /// operator's longest hold, dB.
     pub hold_spread_db: f32,
+    /// What the radio did.
+    pub radio: RadioMetrics,
     /// What the flights were like; at flight level.
     pub flight: Option<FlightMetrics>,
 }

@@ -1,30 +1,51 @@
 //! One mission: the on-board agents, their bodies, and the packets between them.
 //!
-//! Time moves in physics steps of 20 ms; at flight level each drone takes them a millisecond at a
-//! time. Every drone has its own phase of the 5 Hz loop: in the
-//! step where its turn comes it reads its sensors and its mailbox, runs [`Agent::step`], and
-//! broadcasts its report. The same scenario and seed give the same mission, bit for bit.
+//! Time moves in physics steps of 20 ms at policy level, of a millisecond at flight level; the
+//! packets on the air have the very microsecond. Every member has its own phase of the 5 Hz loop:
+//! in the step where its turn comes it reads its sensors and its mailbox, runs [`Agent::step`], and
+//! hands its report to its radio link, which sends it in its slot. The same scenario and seed give
+//! the same mission, bit for bit, in however small steps it is flown.
+//!
+//! The operator is the scenario's pilot, or, in a live mission, whoever calls [`Mission::order`].
 
-use agent::{Agent, Inputs, Outputs, Role, Setpoint};
+mod intruders;
+mod log;
+mod member;
+mod seal;
+mod station;
+
+use agent::{Agent, Inputs, Outputs, Role, Setpoint, air};
 use chain::neighbours::Heard;
-use chain::report::{Order, Task};
-use radio_model::Draws;
-use tunnel_nav::{Diagonals, Range};
-use units::{Instant, Metres, NodeId};
+use chain::report::Task;
+use tunnel_nav::Range;
+use units::{Dbm, Instant, NodeId};
+use wire::p2p::Telemetry;
+use wire::syslink::MAX_P2P;
 
+use crate::craft::Surroundings;
 use crate::craft::faults::Failing;
-use crate::craft::{Craft, Surroundings};
-use crate::drone::{Drone, Flown, Senses};
+use crate::drone::{Drone, Senses};
+use crate::medium::{Ether, Medium};
 use crate::random::{Purpose, Stream};
-use crate::scenario::{Fidelity, Scenario, Start};
+use crate::scenario::{Fidelity, Scenario};
 use crate::trace::{DroneFrame, Frame, LinkFrame, Node, Trace};
-use crate::vehicle::{Body, Response, STEP_US};
+use crate::vehicle::{Response, STEP_US};
 use crate::world::{Radio, Tunnel};
+
+use intruders::Intruders;
+pub use intruders::Overheard;
+use log::OrderLog;
+pub use log::RadioMetrics;
+use member::{Member, Parcel, member, places};
+use seal::Cipher;
+use station::News;
 
 /// Physics steps in one round of the 5 Hz loop.
 const STEPS_PER_ROUND: u64 = 10;
 /// Length of a round, in microseconds.
 pub const ROUND_US: u64 = STEPS_PER_ROUND * STEP_US;
+/// Length of a step of a craft, in microseconds.
+const CRAFT_STEP_US: u64 = 1_000;
 
 /// The surroundings of a mission, shared by all that fly in them.
 pub struct World {
@@ -44,24 +65,45 @@ impl World {
     }
 }
 
-/// One member of the chain.
-struct Member {
-    agent: Agent,
-    role: Role,
-    body: Drone,
-    random: Stream,
-    /// In which physics step of a round its turn comes.
-    phase: u64,
-    outputs: Option<Outputs>,
-    ranges: Diagonals,
-    mailbox: Vec<Parcel>,
+/// Who says what is to be done.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Operator {
+    /// The scenario's pilot.
+    Script,
+    /// Somebody outside, whose last word this is.
+    Live(Task),
 }
 
-/// A packet on its way.
+/// What the base last heard of a node.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Told {
+    /// When, by the mission's clock.
+    pub at_us: u64,
+    /// What.
+    pub telemetry: Telemetry,
+}
+
+/// A look at one member.
 #[derive(Clone, Copy)]
-struct Parcel {
-    arrives_us: u64,
-    heard: Heard,
+pub struct View<'a> {
+    /// Its number.
+    pub id: NodeId,
+    /// Its part.
+    pub role: Role,
+    /// Its body; at flight level with a [`craft`](Drone::craft), unless it is the base.
+    pub body: &'a Drone,
+    /// Its mind.
+    pub agent: &'a Agent,
+    /// What its mind last put out; `None` before its first turn.
+    pub outputs: Option<&'a Outputs>,
+    /// What its mind last sensed.
+    pub senses: &'a Senses,
+    /// What its radio link is doing.
+    pub link: airlink::Status,
+    /// What its radio link sent, took and refused.
+    pub counters: airlink::Counters,
+    /// The last 16 bits of the count of the last order that reached it; zero for none.
+    pub heeded: u16,
 }
 
 /// A mission under way.
@@ -69,14 +111,18 @@ pub struct Mission<'a> {
     scenario: &'a Scenario,
     world: &'a World,
     members: Vec<Member>,
-    /// One stream per directed link, sender-major.
-    links: Vec<Stream>,
+    medium: Medium,
+    strengths: Strengths,
     response: Response,
-    step: u64,
-    order_sequence: u16,
+    operator: Operator,
+    now_us: u64,
     drone_contacts: u32,
     touching: Vec<(usize, usize)>,
+    /// What the base has heard of everybody.
+    told: Vec<Option<Told>>,
+    orders: OrderLog,
     unpacked: Vec<Heard>,
+    intruders: Option<Intruders>,
 }
 
 impl<'a> Mission<'a> {
@@ -86,42 +132,68 @@ impl<'a> Mission<'a> {
         let mut start = Stream::new(seed, Purpose::Start);
         let places = places(scenario, &mut start);
         let count = places.len();
-        let members = places
+        let members: Vec<_> = places
             .into_iter()
             .enumerate()
             .map(|(n, place)| member(scenario, world, seed, &mut start, n, count, place))
             .collect();
-        let link = |n: usize| Purpose::Link((n / count) as u8, (n % count) as u8);
         Self {
             scenario,
             world,
+            medium: Medium::new(scenario.medium(), count, seed),
+            strengths: Strengths::new(count),
+            told: vec![None; count],
             members,
-            links: (0..count * count).map(|n| Stream::new(seed, link(n))).collect(),
             response: Response::new(&scenario.vehicle),
-            step: 0,
-            order_sequence: 0,
+            operator: Operator::Script,
+            now_us: 0,
             drone_contacts: 0,
             touching: Vec::new(),
+            orders: OrderLog::default(),
             unpacked: Vec::new(),
+            intruders: None,
         }
+    }
+
+    /// The same without the scenario's pilot: everybody waits for [`order`](Self::order).
+    #[must_use]
+    pub fn live(scenario: &'a Scenario, world: &'a World, seed: u64) -> Self {
+        Self { operator: Operator::Live(Task::Wait), ..Self::new(scenario, world, seed) }
+    }
+
+    /// In a live mission: the operator's word at the base, which holds until the next.
+    pub fn order(&mut self, task: Task) {
+        let word = Operator::Live(task);
+        if self.operator == Operator::Script || self.operator == word {
+            return;
+        }
+        self.operator = word;
+        self.give_order(self.now_us);
     }
 
     /// Flies for one round, 0.2 s.
     pub fn round(&mut self) {
-        for phase in 0..STEPS_PER_ROUND {
-            for n in 0..self.members.len() {
-                if self.members[n].phase == phase {
-                    self.tick(n);
-                }
+        self.advance(ROUND_US);
+    }
+
+    /// Flies for so many microseconds.
+    pub fn advance(&mut self, us: u64) {
+        let until_us = self.now_us + us;
+        let quantum_us = match self.scenario.fidelity {
+            Fidelity::Policy => STEP_US,
+            Fidelity::Flight => CRAFT_STEP_US,
+        };
+        while self.now_us < until_us {
+            if self.now_us.is_multiple_of(STEP_US) {
+                self.take_turns();
             }
-            let around = surroundings(self.scenario, self.world);
-            for member in &mut self.members {
-                member.body.advance(around, self.response);
+            let next_us = (self.now_us / quantum_us + 1) * quantum_us;
+            let step_us = next_us.min(until_us);
+            self.carry_packets(step_us);
+            self.now_us = step_us;
+            if step_us == next_us {
+                self.move_bodies();
             }
-            if phase % 2 == 0 {
-                self.count_drone_contacts();
-            }
-            self.step += 1;
         }
     }
 
@@ -134,7 +206,7 @@ impl<'a> Mission<'a> {
     /// Microseconds since the start.
     #[must_use]
     pub const fn time_us(&self) -> u64 {
-        self.step * STEP_US
+        self.now_us
     }
 
     /// The bodies, head first, base last.
@@ -152,6 +224,42 @@ impl<'a> Mission<'a> {
     /// The agents, head first, base last.
     pub fn agents(&self) -> impl Iterator<Item = &Agent> {
         self.members.iter().map(|member| &member.agent)
+    }
+
+    /// How many members there are, base included.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.members.len()
+    }
+
+    /// A look at one member, head first, base last.
+    #[must_use]
+    pub fn view(&self, member: usize) -> Option<View<'_>> {
+        let found = self.members.get(member)?;
+        Some(View {
+            id: NodeId(member as u8),
+            role: found.role,
+            body: &found.body,
+            agent: &found.agent,
+            outputs: found.outputs.as_ref(),
+            senses: &found.senses,
+            link: found.station.status(),
+            counters: found.station.counters(),
+            heeded: found.station.heeded().map_or(0, |counter| counter.low16()),
+        })
+    }
+
+    /// What the base last heard of a member, and when.
+    #[must_use]
+    pub fn told(&self, member: usize) -> Option<Told> {
+        self.told.get(member).copied().flatten()
+    }
+
+    /// What has become of all packets.
+    #[must_use]
+    pub fn radio(&self) -> RadioMetrics {
+        let sealed = Cipher::is_sealed(self.scenario.fidelity);
+        RadioMetrics::of(sealed, self.medium.tally(), self.now_us, &self.orders)
     }
 
     /// The abscissae of the links of the chain as it is now, base first, head last: the base, and
@@ -176,27 +284,46 @@ impl<'a> Mission<'a> {
         self.drone_contacts
     }
 
+    /// The turns of those whose turn it is in this physics step.
+    fn take_turns(&mut self) {
+        let phase = self.now_us / STEP_US % STEPS_PER_ROUND;
+        for n in 0..self.members.len() {
+            if self.members[n].phase == phase {
+                self.tick(n);
+            }
+        }
+    }
+
     /// One turn of one member's 5 Hz loop.
     fn tick(&mut self, n: usize) {
-        let now_us = self.time_us();
+        let now_us = self.now_us;
         let scenario = self.scenario;
         let spec = &scenario.vehicle;
-        let order = self.operators_order(n, now_us);
         let member = &mut self.members[n];
         member.body.locate(&self.world.tunnel);
+        self.strengths.moved(n, member.body.abscissa());
         let flies = member.role != Role::Base;
 
         self.unpacked.clear();
-        let arrived = member.mailbox.partition_point(|parcel| parcel.arrives_us <= now_us);
-        self.unpacked.extend(member.mailbox.drain(..arrived).map(|parcel| parcel.heard));
+        let mut order = None;
+        while let Some(parcel) = member.mailbox.pop_front_if(|p| p.arrives_us <= now_us) {
+            match parcel.news {
+                News::Heard(heard) => self.unpacked.push(heard),
+                News::Order(task) => order = Some(task),
+                News::Telemetry(..) => {}
+            }
+        }
 
-        let senses = if flies {
+        member.senses = if flies {
             let elapsed = ROUND_US as f32 * 1e-6;
             member.body.sense(elapsed, &self.world.tunnel, spec, &mut member.random)
         } else {
             Senses::NONE
         };
-        member.ranges = senses.ranges;
+        if !flies {
+            order = Some(operators_word(scenario, self.operator, now_us));
+        }
+        let senses = &self.members[n].senses;
         let inputs = Inputs {
             ranges: senses.ranges,
             velocity: senses.velocity,
@@ -208,38 +335,110 @@ impl<'a> Mission<'a> {
             endurance: senses.endurance,
             emergency: false,
         };
+        let machine = air::Machine {
+            fitness: senses.fitness,
+            battery: senses.battery,
+            endurance: senses.endurance,
+            height: senses.height,
+            heeded: None,
+        };
+        let member = &mut self.members[n];
         let outputs = member.agent.step(&scenario.agent, Instant::from_micros(now_us), &inputs);
         member.body.command(outputs.setpoint);
         member.outputs = Some(outputs);
-        self.broadcast(n, now_us, &outputs);
-    }
-
-    /// What the operator's stick says, read anew at every turn of the base.
-    fn operators_order(&mut self, n: usize, now_us: u64) -> Option<Order> {
-        if self.members[n].role != Role::Base {
-            return None;
+        member.station.say(now_us, &outputs, member.role, &machine);
+        if !flies {
+            self.give_order(now_us);
         }
-        let current = self.scenario.pilot.iter().take_while(|step| step.at_us <= now_us).last();
-        self.order_sequence = self.order_sequence.wrapping_add(1);
-        let task = current.map_or(Task::Wait, |step| step.task);
-        Some(Order { sequence: self.order_sequence, task })
     }
 
-    fn broadcast(&mut self, from: usize, now_us: u64, outputs: &Outputs) {
-        let count = self.members.len();
-        let here = self.members[from].body.abscissa();
-        let reception = &self.scenario.reception;
-        for to in (0..count).filter(|&to| to != from) {
-            let stream = &mut self.links[from * count + to];
-            let draws = Draws { luck: stream.uniform(), normal: stream.normal() };
-            let there = self.members[to].body.abscissa();
-            let strength = self.world.radio.strength(here, there);
-            let silenced = [from, to].iter().any(|&n| is_silenced(&self.members[n]));
-            if let Some(rssi) = reception.receive(strength, draws).filter(|_| !silenced) {
-                let heard = Heard { report: outputs.report, rssi };
-                let arrives_us = now_us + self.scenario.latency_us;
-                self.members[to].mailbox.push(Parcel { arrives_us, heard });
+    /// The operator's stick is read at every turn of the base, and the base's link told.
+    fn give_order(&mut self, now_us: u64) {
+        let task = operators_word(self.scenario, self.operator, now_us);
+        if let Some(base) = self.members.last_mut() {
+            self.orders.given(now_us);
+            base.station.order(now_us, task);
+        }
+    }
+
+    /// All that is on the air before `until_us`.
+    fn carry_packets(&mut self, until_us: u64) {
+        loop {
+            let arrival_us = self.medium.next().unwrap_or(u64::MAX);
+            let speaker = self.members.iter().enumerate().min_by_key(|(_, m)| m.station.due_us());
+            let Some((n, due_us)) = speaker.map(|(n, m)| (n, m.station.due_us())) else { return };
+            if arrival_us.min(due_us) >= until_us {
+                return;
             }
+            if arrival_us <= due_us {
+                self.receive();
+            } else {
+                self.transmit(n, due_us);
+            }
+        }
+    }
+
+    fn transmit(&mut self, n: usize, now_us: u64) {
+        let mut packet = [0; MAX_P2P];
+        let member = &mut self.members[n];
+        let Some(length) = member.station.transmit(now_us, &mut packet) else { return };
+        if member.is_silenced() {
+            return;
+        }
+        let data = packet.get(..length).unwrap_or_default();
+        if member.role == Role::Base {
+            self.orders.sent(data);
+        }
+        self.medium.send(n, now_us, data);
+    }
+
+    /// The packet that arrives next, at all who hear it.
+    fn receive(&mut self) {
+        let Self { medium, members, strengths, world, told, orders, scenario, intruders, .. } =
+            self;
+        let count = members.len();
+        let mut ether = Tube { members, strengths, radio: &world.radio };
+        let Some(arrival) = medium.arrive(&mut ether) else { return };
+        let now_us = arrival.at_us;
+        for receipt in arrival.heard {
+            let Some(member) = members.get_mut(receipt.by) else {
+                if let Some(intruders) = intruders.as_mut().filter(|_| receipt.by == count) {
+                    intruders.overhear(now_us, arrival.data);
+                }
+                continue;
+            };
+            let taken = member.station.counters().taken.total();
+            let news = member.station.receive(now_us, receipt.rssi, arrival.data);
+            if arrival.from >= count && member.station.counters().taken.total() != taken {
+                intruders.as_mut().map(Intruders::accept);
+            }
+            let Some(news) = news else { continue };
+            match news {
+                News::Telemetry(from, telemetry) => {
+                    if let Some(told) = told.get_mut(usize::from(from.0)) {
+                        *told = Some(Told { at_us: now_us, telemetry });
+                    }
+                }
+                News::Order(_) if member.role == Role::Head => {
+                    if let Some(counter) = member.station.heeded() {
+                        orders.delivered(now_us, counter);
+                    }
+                }
+                _ => {}
+            }
+            let arrives_us = now_us + scenario.latency_us;
+            member.mailbox.push_back(Parcel { arrives_us, news });
+        }
+    }
+
+    /// One physics step of everybody.
+    fn move_bodies(&mut self) {
+        let around = surroundings(self.scenario, self.world);
+        for member in &mut self.members {
+            member.body.advance(around, self.response);
+        }
+        if self.now_us.is_multiple_of(2 * STEP_US) {
+            self.count_drone_contacts();
         }
     }
 
@@ -323,7 +522,7 @@ impl<'a> Mission<'a> {
             })
         };
         let status = member.outputs.map(|outputs| outputs.status);
-        let beams = &member.ranges;
+        let beams = &member.senses.ranges;
         DroneFrame {
             position: [x, y, body.height()],
             yaw: body.yaw(),
@@ -338,6 +537,62 @@ impl<'a> Mission<'a> {
     }
 }
 
+/// What the operator wants now.
+fn operators_word(scenario: &Scenario, operator: Operator, now_us: u64) -> Task {
+    match operator {
+        Operator::Live(task) => task,
+        Operator::Script => scenario
+            .pilot
+            .iter()
+            .take_while(|step| step.at_us <= now_us)
+            .last()
+            .map_or(Task::Wait, |step| step.task),
+    }
+}
+
+/// The links' strengths, which change only when somebody has moved.
+struct Strengths {
+    count: usize,
+    places: Vec<f32>,
+    /// By sender and receiver: their places, and the strength between them.
+    known: Vec<(f32, f32, Dbm)>,
+}
+
+impl Strengths {
+    fn new(count: usize) -> Self {
+        let unknown = (f32::NAN, f32::NAN, Dbm(f32::NEG_INFINITY));
+        Self { count, places: vec![0.0; count], known: vec![unknown; count * count] }
+    }
+
+    fn moved(&mut self, n: usize, abscissa: f32) {
+        self.places[n] = abscissa;
+    }
+
+    fn between(&mut self, radio: &Radio, from: usize, to: usize) -> Dbm {
+        let (here, there) = (self.places[from], self.places[to]);
+        let known = &mut self.known[from * self.count + to];
+        if known.0 != here || known.1 != there {
+            *known = (here, there, radio.strength(here, there));
+        }
+        known.2
+    }
+}
+
+/// The tunnel as the air sees it.
+struct Tube<'a> {
+    members: &'a [Member],
+    strengths: &'a mut Strengths,
+    radio: &'a Radio,
+}
+
+impl Ether for Tube<'_> {
+    fn strength(&mut self, from: usize, to: usize) -> Option<Dbm> {
+        // What a silenced sender sends never comes here.
+        let silenced = self.members.get(to).is_some_and(Member::is_silenced);
+        (!silenced).then(|| self.strengths.between(self.radio, from, to))
+    }
+}
+
 fn metres(range: Range) -> f32 {
     match range {
         Range::At(distance) => distance.0,
@@ -346,114 +601,7 @@ fn metres(range: Range) -> f32 {
     }
 }
 
-fn is_silenced(member: &Member) -> bool {
-    member.body.craft().is_some_and(Craft::is_silenced)
-}
-
 /// What drones of this scenario fly among.
 pub(crate) const fn surroundings<'a>(scenario: &'a Scenario, world: &'a World) -> Surroundings<'a> {
     Surroundings { tunnel: &world.tunnel, ground: scenario.ground, vehicle: &scenario.vehicle }
-}
-
-/// A craft on the ground or in the air at this place of the centre-line.
-fn flown(
-    scenario: &Scenario,
-    world: &World,
-    place: f32,
-    flying: bool,
-    height: Metres,
-    random: Stream,
-) -> Flown {
-    let (at, nose) = world.tunnel.centre_line().at(place);
-    let spread = scenario.vehicle.flow_scale_error;
-    let config = flight::FlightConfig::CRAZYFLIE_2_1;
-    let craft = Craft::standing(config, at, nose, scenario.charge, spread, random);
-    if flying {
-        let craft = craft.hovering(height, surroundings(scenario, world));
-        Flown::at(craft, place, Setpoint::hover(height))
-    } else {
-        Flown::at(craft, place, Setpoint::Off)
-    }
-}
-
-/// Where everybody starts, head first, base last.
-fn places(scenario: &Scenario, start: &mut Stream) -> Vec<f32> {
-    let relays = scenario.relays;
-    let mut places = Vec::with_capacity(relays + 2);
-    match &scenario.start {
-        Start::Mouth => {
-            // In a row in front of the base, in the order in which they will fly.
-            places.extend((0..=relays).map(|n| Start::SPACING * (relays + 1 - n) as f32));
-        }
-        Start::Random { head } => {
-            let mut drawn = draw_apart(relays, *head, start);
-            drawn.sort_by(f32::total_cmp);
-            places.push(*head);
-            places.extend(drawn.into_iter().rev());
-        }
-        Start::Placed(at) => places.extend(at),
-    }
-    places.push(0.0);
-    places
-}
-
-/// `count` places between the base and `head`, uniform but for keeping apart from each other.
-fn draw_apart(count: usize, head: f32, start: &mut Stream) -> Vec<f32> {
-    let mut drawn: Vec<f32> = Vec::with_capacity(count);
-    // A scenario has room for three times as many, so a dozen tries place each of them; the
-    // bound is for the reader.
-    for _ in 0..10_000 {
-        if drawn.len() == count {
-            break;
-        }
-        let place = head * start.uniform();
-        let apart = |other: f32| (place - other).abs() >= Start::APART;
-        if apart(0.0) && apart(head) && drawn.iter().all(|&other| apart(other)) {
-            drawn.push(place);
-        }
-    }
-    drawn
-}
-
-fn member(
-    scenario: &Scenario,
-    world: &World,
-    seed: u64,
-    start: &mut Stream,
-    n: usize,
-    count: usize,
-    place: f32,
-) -> Member {
-    let role = match n {
-        0 => Role::Head,
-        _ if n + 1 == count => Role::Base,
-        _ => Role::Relay,
-    };
-    let id = NodeId(n as u8);
-    let mut random = Stream::new(seed, Purpose::Drone(id.0));
-    let flying = role != Role::Base && !matches!(scenario.start, Start::Mouth);
-    let height = if flying { scenario.agent.flight.height } else { Metres::ZERO };
-    let body = match (scenario.fidelity, role) {
-        (Fidelity::Flight, Role::Head | Role::Relay) => {
-            let random = Stream::new(seed, Purpose::Craft(id.0));
-            Drone::Craft(Box::new(flown(scenario, world, place, flying, height, random)))
-        }
-        (Fidelity::Policy, _) | (Fidelity::Flight, Role::Base) => {
-            let mut body = Body::at(&world.tunnel, place, height.0, &scenario.vehicle, &mut random);
-            if flying {
-                body.command(Setpoint::hover(height));
-            }
-            Drone::Point(body)
-        }
-    };
-    Member {
-        agent: if flying { Agent::new_linked(id, role) } else { Agent::new(id, role) },
-        role,
-        body,
-        random,
-        phase: ((start.uniform() * STEPS_PER_ROUND as f32) as u64).min(STEPS_PER_ROUND - 1),
-        outputs: None,
-        ranges: Diagonals::default(),
-        mailbox: Vec::new(),
-    }
 }

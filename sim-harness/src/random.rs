@@ -21,8 +21,14 @@ pub enum Purpose {
     Craft(u8),
     /// What goes wrong with one drone, and when.
     Fault(u8),
+    /// What somebody else on the air does.
+    Intruder,
     /// The packets from one drone to another.
     Link(u8, u8),
+    /// One drone's clock, and how often it has been switched on.
+    Radio(u8),
+    /// The keys of the fleet.
+    Keys,
 }
 
 impl Purpose {
@@ -33,6 +39,9 @@ impl Purpose {
             Self::Link(from, to) => 0x2_0000 | u64::from(from) << 8 | u64::from(to),
             Self::Craft(id) => 0x3_0000 | u64::from(id),
             Self::Fault(id) => 0x4_0000 | u64::from(id),
+            Self::Intruder => 0x7_0000,
+            Self::Radio(id) => 0x5_0000 | u64::from(id),
+            Self::Keys => 0x6_0000,
         }
     }
 }
@@ -59,6 +68,16 @@ impl Stream {
     /// Uniform in [0, 1), a multiple of 2⁻²⁴.
     pub fn uniform(&mut self) -> f32 {
         (self.generator.next_u32() >> 8) as f32 * (1.0 / 16_777_216.0)
+    }
+
+    /// Any bytes.
+    pub fn bytes<const N: usize>(&mut self) -> [u8; N] {
+        std::array::from_fn(|_| self.generator.next_u32() as u8)
+    }
+
+    /// A whole number below `limit`, which is not zero.
+    pub fn below(&mut self, limit: u32) -> u32 {
+        ((u64::from(self.generator.next_u32()) * u64::from(limit)) >> 32) as u32
     }
 
     /// Standard normal.

@@ -1,101 +1,241 @@
-//! Reports as the mind knows them, and as they are on the air.
+//! What the mind knows, and what is on the air: reports, orders and telemetry, there and back.
 
-use chain::report::{LinkSpan, Order, Phase, Report, Task};
-use wire::report as air;
+use chain::neighbours::Heard;
+use chain::report::{LinkSpan, Phase, Report, Task};
+use units::{Dbm, Duration, Metres, NodeId, Volts};
+use wire::p2p;
 
-/// As it is broadcast.
+use crate::{Fitness, LandReason, LinkView, Outputs, State};
+
+/// This round's report, as it is handed to the radio link, which adds who is heard.
 #[must_use]
-pub fn to_air(report: &Report) -> air::Report {
-    air::Report {
-        from: report.from,
-        sequence: report.sequence,
-        phase: match report.phase {
-            Phase::Waiting => air::Phase::Waiting,
-            Phase::Transit => air::Phase::Transit,
-            Phase::Linked => air::Phase::Linked,
-            Phase::Base => air::Phase::Base,
-            Phase::Out => air::Phase::Out,
-        },
+pub fn report_to_air(outputs: &Outputs) -> p2p::Report {
+    let Outputs { report, status, .. } = outputs;
+    let strength = |link: &Option<LinkView>| link.as_ref().map(|link| link.rssi);
+    p2p::Report {
+        phase: phase_to_air(report.phase),
+        recall: report.recall,
         velocity: report.velocity,
         odometer: report.odometer,
         links: report
             .links
-            .map(|span| air::Links { weakest: span.weakest, strongest: span.strongest }),
-        order: report.order.map(|order| air::Order {
-            sequence: order.sequence,
-            task: match order.task {
-                Task::Wait => air::Task::Wait,
-                Task::Explore(speed) => air::Task::Explore(speed),
-                Task::Return => air::Task::Return,
-                Task::Land => air::Task::Land,
-                Task::Stop => air::Task::Stop,
-            },
-        }),
-        recall: report.recall,
+            .map(|span| p2p::Links { weakest: span.weakest, strongest: span.strongest }),
+        front: strength(&status.front),
+        back: strength(&status.back),
+        sums: [None; 2],
+        heard: heapless::Vec::new(),
     }
 }
 
-/// As it was heard.
+/// A report that the radio link has delivered: whose it is and where it stands among the sender's
+/// reports is in the packet's header.
 #[must_use]
-pub fn from_air(report: &air::Report) -> Report {
-    Report {
-        from: report.from,
-        sequence: report.sequence,
-        phase: match report.phase {
-            air::Phase::Waiting => Phase::Waiting,
-            air::Phase::Transit => Phase::Transit,
-            air::Phase::Linked => Phase::Linked,
-            air::Phase::Base => Phase::Base,
-            air::Phase::Out => Phase::Out,
-        },
+pub fn report_from_air(
+    from: NodeId,
+    counter: p2p::Counter,
+    report: &p2p::Report,
+    rssi: Dbm,
+) -> Heard {
+    let report = Report {
+        from,
+        sequence: counter.low16(),
+        phase: phase_from_air(report.phase),
         velocity: report.velocity,
         odometer: report.odometer,
         links: report
             .links
             .map(|span| LinkSpan { weakest: span.weakest, strongest: span.strongest }),
-        order: report.order.map(|order| Order {
-            sequence: order.sequence,
-            task: match order.task {
-                air::Task::Wait => Task::Wait,
-                air::Task::Explore(speed) => Task::Explore(speed),
-                air::Task::Return => Task::Return,
-                air::Task::Land => Task::Land,
-                air::Task::Stop => Task::Stop,
-            },
-        }),
         recall: report.recall,
+    };
+    Heard { report, rssi }
+}
+
+const fn phase_to_air(phase: Phase) -> p2p::Phase {
+    match phase {
+        Phase::Waiting => p2p::Phase::Waiting,
+        Phase::Transit => p2p::Phase::Transit,
+        Phase::Linked => p2p::Phase::Linked,
+        Phase::Base => p2p::Phase::Base,
+        Phase::Out => p2p::Phase::Out,
+    }
+}
+
+const fn phase_from_air(phase: p2p::Phase) -> Phase {
+    match phase {
+        p2p::Phase::Waiting => Phase::Waiting,
+        p2p::Phase::Transit => Phase::Transit,
+        p2p::Phase::Linked => Phase::Linked,
+        p2p::Phase::Base => Phase::Base,
+        p2p::Phase::Out => Phase::Out,
+    }
+}
+
+/// An order, as it is handed to the radio link at the base.
+#[must_use]
+pub const fn task_to_air(task: Task) -> p2p::Task {
+    match task {
+        Task::Wait => p2p::Task::Wait,
+        Task::Explore(speed) => p2p::Task::Explore(speed),
+        Task::Return => p2p::Task::Return,
+        Task::Land => p2p::Task::Land,
+        Task::Stop => p2p::Task::Stop,
+    }
+}
+
+/// An order that the radio link has delivered.
+#[must_use]
+pub const fn task_from_air(task: p2p::Task) -> Task {
+    match task {
+        p2p::Task::Wait => Task::Wait,
+        p2p::Task::Explore(speed) => Task::Explore(speed),
+        p2p::Task::Return => Task::Return,
+        p2p::Task::Land => Task::Land,
+        p2p::Task::Stop => Task::Stop,
+    }
+}
+
+/// What telemetry tells of the machine, beside what the mind put out.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Machine {
+    /// What the flight code says of it.
+    pub fitness: Fitness,
+    /// The battery's voltage, where it is measured.
+    pub battery: Option<Volts>,
+    /// How long the battery still carries it, where that is known.
+    pub endurance: Option<Duration>,
+    /// Its height over ground, where it is measured.
+    pub height: Option<Metres>,
+    /// The number of the last order that the link delivered.
+    pub heeded: Option<p2p::Counter>,
+}
+
+/// What a node tells the base of itself.
+#[must_use]
+pub fn telemetry(outputs: &Outputs, machine: &Machine) -> p2p::Telemetry {
+    let Outputs { report, status, .. } = outputs;
+    let link = |link: &Option<LinkView>| link.as_ref().map(|link| (link.peer, link.rssi));
+    p2p::Telemetry {
+        state: status.state.code(),
+        fault: fault(status.state, machine.fitness),
+        battery: machine.battery,
+        endurance: machine.endurance,
+        front: link(&status.front),
+        back: link(&status.back),
+        odometer: status.odometer,
+        velocity: report.velocity,
+        height: machine.height,
+        heeded: machine.heeded.map_or(0, |counter| counter.low16()),
+    }
+}
+
+/// What is wrong, in one byte: 0 nothing; 1 unfit to take off; 2 motors off until the next boot;
+/// 3 lost the base's side; 4 never reached its height; from 16 on the flight code's
+/// [`Cause`](flight::Cause), in its order.
+#[must_use]
+pub const fn fault(state: State, fitness: Fitness) -> u8 {
+    let why = match state {
+        State::Landing { why, .. } | State::Landed { why } => Some(why),
+        _ => None,
+    };
+    match (fitness, why) {
+        (Fitness::Stopped, _) => 2,
+        (Fitness::Landing(cause) | Fitness::Landed(cause), _)
+        | (_, Some(LandReason::Unfit(cause))) => cause_code(cause),
+        (_, Some(LandReason::LinkLost)) => 3,
+        (_, Some(LandReason::TakeOffFailed)) => 4,
+        (Fitness::Unfit, _) => 1,
+        (Fitness::Fit, _) => 0,
+    }
+}
+
+const fn cause_code(cause: flight::Cause) -> u8 {
+    16 + match cause {
+        flight::Cause::NoSetpoint => 0,
+        flight::Cause::NoImu => 1,
+        flight::Cause::NoFlow => 2,
+        flight::Cause::NoHeight => 3,
+        flight::Cause::Battery => 4,
+        flight::Cause::Overload => 5,
+        flight::Cause::Blocked => 6,
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use units::{Dbm, Metres, MetresPerSecond, NodeId};
+    use crate::{Setpoint, Status};
+    use tunnel_nav::Walls;
+    use units::{Instant, MetresPerSecond};
 
-    #[test]
-    fn every_phase_and_task_comes_back_as_it_went() {
-        let phases = [Phase::Waiting, Phase::Transit, Phase::Linked, Phase::Base, Phase::Out];
-        let tasks = [
-            Task::Wait,
-            Task::Explore(MetresPerSecond(0.25)),
-            Task::Return,
-            Task::Land,
-            Task::Stop,
-        ];
-        for (n, (phase, task)) in phases.into_iter().zip(tasks).enumerate() {
-            let report = Report {
-                from: NodeId(n as u8),
-                sequence: 513,
+    fn outputs(phase: Phase, links: Option<LinkSpan>) -> Outputs {
+        let link = |peer, rssi| LinkView {
+            peer: NodeId(peer),
+            raw: Dbm(-50.0),
+            rssi: Dbm(rssi),
+            velocity: MetresPerSecond::ZERO,
+            is_base: false,
+        };
+        Outputs {
+            setpoint: Setpoint::Off,
+            report: Report {
+                from: NodeId(2),
+                sequence: 9,
                 phase,
                 velocity: MetresPerSecond(-0.125),
                 odometer: Metres(3.5),
-                links: (n % 2 == 0)
-                    .then_some(LinkSpan { weakest: Dbm(-63.25), strongest: Dbm(-51.5) }),
-                order: (n > 0).then_some(Order { sequence: 9, task }),
-                recall: n == 3,
-            };
-            let heard = air::Report::decode(&to_air(&report).encode()).unwrap();
-            assert_eq!(from_air(&heard), report);
+                links,
+                recall: phase == Phase::Linked,
+            },
+            status: Status {
+                state: State::Relaying { patient_until: Instant::ZERO },
+                front: Some(link(1, -63.0)),
+                back: Some(link(3, -51.0)),
+                odometer: Metres(3.5),
+                walls: Walls::Neither,
+            },
         }
+    }
+
+    #[test]
+    fn every_phase_comes_back_as_it_went() {
+        let phases = [Phase::Waiting, Phase::Transit, Phase::Linked, Phase::Base, Phase::Out];
+        for (n, phase) in phases.into_iter().enumerate() {
+            let links =
+                (n % 2 == 0).then_some(LinkSpan { weakest: Dbm(-63.25), strongest: Dbm(-51.5) });
+            let outputs = outputs(phase, links);
+            let message = p2p::Message::Report(report_to_air(&outputs));
+            let mut body = [0; p2p::MAX_BODY];
+            let length = message.encode(&mut body);
+            let heard = p2p::Message::decode(message.kind(), &body[..length]).unwrap();
+            let p2p::Message::Report(heard) = heard else { panic!("{heard:?}") };
+            let counter = p2p::Counter::new(p2p::Epoch::FIRST, 9).unwrap();
+            let heard = report_from_air(NodeId(2), counter, &heard, Dbm(-60.0));
+            assert_eq!(heard.report, outputs.report);
+            assert_eq!(heard.rssi, Dbm(-60.0));
+        }
+    }
+
+    #[test]
+    fn every_order_comes_back_as_it_went() {
+        let speed = MetresPerSecond(0.25);
+        for task in [Task::Wait, Task::Explore(speed), Task::Return, Task::Land, Task::Stop] {
+            assert_eq!(task_from_air(task_to_air(task)), task);
+        }
+    }
+
+    #[test]
+    fn telemetry_says_what_is_wrong() {
+        let fit = outputs(Phase::Linked, None);
+        let machine = Machine { battery: Some(Volts(3.8)), ..Machine::default() };
+        let told = telemetry(&fit, &machine);
+        assert_eq!((told.state, told.fault, told.heeded), (4, 0, 0));
+        assert_eq!(told.front, Some((NodeId(1), Dbm(-63.0))));
+        let cause = flight::Cause::NoFlow;
+        let landing = State::Landing { since: Instant::ZERO, why: LandReason::Unfit(cause) };
+        assert_eq!(fault(landing, Fitness::Landing(cause)), 18);
+        assert_eq!(fault(State::Landed { why: LandReason::LinkLost }, Fitness::Fit), 3);
+        assert_eq!(fault(State::Idle, Fitness::Unfit), 1);
+        assert_eq!(fault(State::Stopped, Fitness::Stopped), 2);
+        assert_eq!(fault(State::Landed { why: LandReason::Home }, Fitness::Fit), 0);
     }
 }

@@ -92,8 +92,8 @@ pub struct FlightConfig {
     pub settle: Duration,
     /// A take-off or a landing that is not over after this long is given up.
     pub patience: Duration,
-    /// The head stops when it has had no new order for this long. Orders come 5 times a second
-    /// and one packet in five is lost on each hop.
+    /// The head stops when it has had no order for this long. Orders to the head are given 5
+    /// times a second, and one packet in five is lost on each hop.
     pub pilot_timeout: Duration,
     /// Speed of the way home.
     pub return_speed: MetresPerSecond,

@@ -2,7 +2,7 @@
 
 use chain::neighbours::{Heard, Neighbour};
 use chain::policy::LinkEnd;
-use chain::report::{Order, Phase, Report};
+use chain::report::{Phase, Report, Task};
 use flight::Cause;
 use tunnel_nav::{Diagonals, Walls};
 use units::{Dbm, Duration, Metres, MetresPerSecond, NodeId, Radians, RadiansPerSecond};
@@ -44,8 +44,10 @@ pub struct Inputs<'a> {
     pub height: Option<Metres>,
     /// Reports received, in order of arrival.
     pub heard: &'a [Heard],
-    /// An order that came in other than through a report: the operator's, at the base.
-    pub order: Option<Order>,
+    /// The operator's newest order, where one came in: at the base from the operator, elsewhere
+    /// from the radio link, which sees to it that it is authentic and newer than the last. A
+    /// pilot's stick comes in anew each time that it is read, though it says the same.
+    pub order: Option<Task>,
     /// What the flight code says of the machine.
     pub fitness: Fitness,
     /// How long the battery still carries the drone; `None` while that is not known.

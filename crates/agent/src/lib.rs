@@ -32,7 +32,7 @@ pub use state::{LandReason, State};
 
 use chain::launch::LaunchWatch;
 use chain::neighbours::{Neighbour, Neighbours};
-use chain::report::{LinkSpan, Order, Phase, Report, Task};
+use chain::report::{LinkSpan, Phase, Report, Task};
 use tunnel_nav::{Bearings, Navigator, Walls};
 use units::{Dbm, Duration, Instant, Metres, MetresPerSecond, NodeId, RadiansPerSecond};
 
@@ -47,7 +47,7 @@ pub struct Agent {
     neighbours: Neighbours,
     launch: LaunchWatch,
     navigator: Navigator,
-    order: Option<Heeded>,
+    heeded: Option<Heeded>,
     /// Somebody in the chain must come home.
     recalled: bool,
     /// Whether it would take off.
@@ -59,10 +59,10 @@ pub struct Agent {
     sequence: u16,
 }
 
-/// The newest order, and when it came in.
+/// The operator's latest word, and when it was last said.
 #[derive(Clone, Copy, Debug)]
 struct Heeded {
-    order: Order,
+    task: Task,
     at: Instant,
 }
 
@@ -81,7 +81,7 @@ impl Agent {
             neighbours: Neighbours::new(),
             launch: LaunchWatch::new(),
             navigator: Navigator::new(),
-            order: None,
+            heeded: None,
             recalled: false,
             fit: true,
             odometer: Metres::ZERO,
@@ -139,10 +139,11 @@ impl Agent {
         for heard in inputs.heard {
             let lost_after = config.retreat.lost_after;
             self.neighbours.hear(self.id, now, heard, smoothing, lost_after);
-            self.heed(now, heard.report.order);
             self.recalled |= heard.report.recall;
         }
-        self.heed(now, inputs.order);
+        if let Some(task) = inputs.order {
+            self.heeded = Some(Heeded { task, at: now });
+        }
         let lasts = |left| left >= config.flight.least_endurance;
         self.fit = inputs.fitness == Fitness::Fit && inputs.endurance.is_none_or(lasts);
         self.recalled |= self.state.is_airborne() && self.must_turn_back(config, inputs);
@@ -161,7 +162,7 @@ impl Agent {
 
     /// The operator's latest word.
     fn told(&self) -> Option<Task> {
-        self.order.map(|heeded| heeded.order.task)
+        self.heeded.map(|heeded| heeded.task)
     }
 
     /// What is to be done: the operator's latest word, but exploring ends for everybody when one
@@ -170,14 +171,6 @@ impl Agent {
         match self.told() {
             Some(Task::Explore(_)) if self.recalled => Some(Task::Return),
             told => told,
-        }
-    }
-
-    /// Keeps the newest of all orders.
-    fn heed(&mut self, now: Instant, order: Option<Order>) {
-        let Some(order) = order else { return };
-        if self.order.is_none_or(|known| order.is_newer_than(&known.order)) {
-            self.order = Some(Heeded { order, at: now });
         }
     }
 
@@ -277,7 +270,6 @@ impl Agent {
             velocity: self.along_tunnel(inputs),
             odometer: self.odometer,
             links: front.map(|link| LinkSpan::extended(ahead, link.rssi)),
-            order: self.order.map(|heeded| heeded.order),
             recall: self.recalled,
         };
         self.sequence = self.sequence.wrapping_add(1);
@@ -343,7 +335,7 @@ impl Agent {
         now: Instant,
         back: Option<LinkView>,
     ) -> MetresPerSecond {
-        let (Some(task), Some(Heeded { at, .. })) = (self.task(), self.order) else {
+        let (Some(task), Some(Heeded { at, .. })) = (self.task(), self.heeded) else {
             return MetresPerSecond::ZERO;
         };
         match task {

@@ -136,6 +136,23 @@ impl State {
         }
     }
 
+    /// The state's number on the air, without its data.
+    #[must_use]
+    pub const fn code(&self) -> u8 {
+        match self {
+            Self::Idle => 0,
+            Self::Armed { .. } => 1,
+            Self::TakingOff { .. } => 2,
+            Self::Leading { .. } => 3,
+            Self::Relaying { .. } => 4,
+            Self::Reconnecting { .. } => 5,
+            Self::BackingUp { .. } => 6,
+            Self::Landing { .. } => 7,
+            Self::Landed { .. } => 8,
+            Self::Stopped => 9,
+        }
+    }
+
     /// The transition function. Orders and emergencies come first, in that order of weight; then
     /// each state has its own arm.
     pub(crate) fn next(self, config: &AgentConfig, role: Role, at: &Situation) -> Self {

@@ -1,8 +1,8 @@
 //! What every drone says of itself at each round, and nothing more: 5 times a second, to whoever
 //! hears it.
 //!
-//! A report also passes two things along the chain, hop by hop: the operator's latest order, out
-//! from the base, and the span of link strengths, in from the head.
+//! A report also passes one thing along the chain, hop by hop: the span of link strengths, in from
+//! the head. What the operator wants goes from end to end, apart from reports: a [`Task`].
 
 use units::{Dbm, Metres, MetresPerSecond, NodeId};
 
@@ -12,7 +12,8 @@ use units::{Dbm, Metres, MetresPerSecond, NodeId};
 pub struct Report {
     /// Who speaks.
     pub from: NodeId,
-    /// Counts the sender's reports, wrapping.
+    /// Grows with every report of the sender, wrapping: the last bits of the number that the radio
+    /// link gave the packet.
     pub sequence: u16,
     /// Where the sender is in its mission.
     pub phase: Phase,
@@ -23,8 +24,6 @@ pub struct Report {
     /// The links from the head down to the sender, or `None` where it knows of none: the head
     /// itself, and a drone that hears nobody in front.
     pub links: Option<LinkSpan>,
-    /// The latest order of the operator that has reached the sender.
-    pub order: Option<Order>,
     /// Somebody in the chain must come home, and so everybody does: no drone passes another in a
     /// tunnel.
     pub recall: bool,
@@ -76,25 +75,6 @@ impl LinkSpan {
                 strongest: Dbm(run.strongest.0.max(link.0)),
             },
         }
-    }
-}
-
-/// What the operator wants, numbered so that the newest wins wherever two meet.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Order {
-    /// Grows by one with every order of the operator, wrapping. A pilot's stick is a new order
-    /// each time it is read, so an order that stops growing is a pilot who is not heard.
-    pub sequence: u16,
-    /// The order.
-    pub task: Task,
-}
-
-impl Order {
-    /// Whether this order was given after `other`: within half the circle of sequence numbers.
-    #[must_use]
-    pub const fn is_newer_than(&self, other: &Self) -> bool {
-        newer(self.sequence, other.sequence)
     }
 }
 

@@ -3,7 +3,7 @@
 //! code.)
 
 use chain::launch::{LaunchConfig, LaunchWatch};
-use chain::report::{LinkSpan, Order, Task};
+use chain::report::LinkSpan;
 use chain::retreat::RetreatConfig;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -114,17 +114,6 @@ proptest! {
         let least = links.iter().copied().fold(f32::INFINITY, f32::min);
         let most = links.iter().copied().fold(f32::NEG_INFINITY, f32::max);
         prop_assert_eq!(told, Some(LinkSpan { weakest: Dbm(least), strongest: Dbm(most) }));
-    }
-
-    /// Of any two orders at most one is the newer; an order is never newer than itself, and the
-    /// next 32767 are newer than it.
-    #[test]
-    fn orders_stand_on_a_circle(a in any::<u16>(), b in any::<u16>(), ahead in 1u16..0x8000) {
-        let order = |sequence| Order { sequence, task: Task::Wait };
-        prop_assert!(!(order(a).is_newer_than(&order(b)) && order(b).is_newer_than(&order(a))));
-        prop_assert!(!order(a).is_newer_than(&order(a)));
-        prop_assert!(order(a.wrapping_add(ahead)).is_newer_than(&order(a)));
-        prop_assert!(!order(a).is_newer_than(&order(a.wrapping_add(ahead))));
     }
 
     /// The part of the pilot's speed that the head keeps is a part, whatever the link reads, and

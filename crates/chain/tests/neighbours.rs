@@ -21,7 +21,6 @@ fn heard(from: u8, sequence: u16, phase: Phase, rssi: f32) -> Heard {
         velocity: MetresPerSecond::ZERO,
         odometer: Metres::ZERO,
         links: None,
-        order: None,
         recall: false,
     };
     Heard { report, rssi: Dbm(rssi) }

@@ -11,7 +11,7 @@ use super::progress::Progress;
 use super::{Common, FidelityArg, Trouble, Verdict, scenario};
 use crate::craft::record::FlightMetrics;
 use crate::metrics::{Reference, RunMetrics, Watch};
-use crate::mission::{Mission, ROUND_US, World};
+use crate::mission::{Mission, ROUND_US, RadioMetrics, World};
 use crate::output;
 use crate::scenario::{Scenario, builtin};
 use crate::trace::Trace;
@@ -192,6 +192,7 @@ fn summary(
         "success": failures.is_empty(),
         "failures": failures,
         "metrics": metrics_json(metrics),
+        "radio": radio_json(&metrics.radio),
         "drones": drones,
     });
     if let Some(summary) = summary.as_object_mut() {
@@ -203,6 +204,27 @@ fn summary(
         }
     }
     summary
+}
+
+/// What the radio did.
+fn radio_json(radio: &RadioMetrics) -> Value {
+    let packets = &radio.packets;
+    json!({
+        "sealed": radio.sealed,
+        "air_time": number(radio.air_time),
+        "packets_sent": packets.sent,
+        "packets_heard": packets.heard,
+        "packets_lost": {
+            "weak": packets.weak,
+            "chance": packets.chance,
+            "collision": packets.collisions,
+            "deaf": packets.deaf,
+            "cut": packets.cut,
+        },
+        "orders_heard": radio.orders,
+        "pilot_delay_p50_s": number(radio.pilot_delay_p50_s),
+        "pilot_delay_p95_s": number(radio.pilot_delay_p95_s),
+    })
 }
 
 /// What the flights were like.

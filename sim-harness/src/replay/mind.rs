@@ -9,7 +9,7 @@ use agent::{Agent, AgentConfig, Fitness, Inputs, Role, State};
 use chain::filter::Smoothing;
 use chain::neighbours::Heard;
 use chain::policy::PolicyConfig;
-use chain::report::{Order, Phase, Report, Task};
+use chain::report::{Phase, Report, Task};
 use serde::Serialize;
 use tunnel_nav::Diagonals;
 use units::{Metres, MetresPerSecond, NodeId};
@@ -51,7 +51,6 @@ fn mind(recording: &Recording, relay: usize) -> MindReport {
         let last = recording.links.len();
         let heard: Vec<Heard> =
             row.iter().filter_map(|sample| heard(sample, relay, last, sequence)).collect();
-        let order = Order { sequence, task: Task::Explore(MetresPerSecond::ZERO) };
         let outputs = agent.step(
             &config,
             now,
@@ -61,7 +60,7 @@ fn mind(recording: &Recording, relay: usize) -> MindReport {
                 heading: None,
                 height: Some(Metres(config.flight.height.0)),
                 heard: &heard,
-                order: Some(order),
+                order: Some(Task::Explore(MetresPerSecond::ZERO)),
                 fitness: Fitness::Fit,
                 endurance: None,
                 emergency: false,
@@ -106,7 +105,6 @@ fn heard(sample: &Sample, relay: usize, last: usize, sequence: u16) -> Option<He
         velocity: MetresPerSecond::ZERO,
         odometer: Metres::ZERO,
         links: None,
-        order: None,
         recall: false,
     };
     Some(Heard { report, rssi: sample.rssi })

@@ -136,6 +136,7 @@ struct RadioTable {
     resolution_db: Option<At<f32>>,
     packet_loss: Option<At<f32>>,
     latency_s: Option<At<f32>>,
+    polling_hz: Option<At<f32>>,
     sensitivity_dbm: Option<At<f32>>,
 }
 
@@ -247,7 +248,7 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Scenario, InputError> {
     let length = CentreLine::new(layout.main.centre_line.clone()).length();
     let relays = reader.count(&file.drones.as_ref().relays)?;
     let vehicle = reader.vehicle(&file.vehicle)?;
-    let (path_loss, reception, latency_us) = reader.radio(&file.radio)?;
+    let (path_loss, reception) = reader.radio(&file.radio)?;
     let name = path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
     let (policy, assumed_loss_at_1m, agent) =
         reader.agent(&file, path_loss.loss_at_1m, &vehicle)?;
@@ -266,7 +267,12 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Scenario, InputError> {
             None | Some(WallsKey::Rock) => Walls::Rock,
             Some(WallsKey::Paper) => Walls::Paper,
         },
-        latency_us,
+        datarate: wire::radio::Datarate::Mbit2,
+        polling_hz: reader.or(file.radio.polling_hz.as_ref(), "polling_hz", 0.0..=500.0, 0.0)?,
+        latency_us: match &file.radio.latency_s {
+            Some(value) => reader.micros(value, "latency_s", 0.0..=10.0)?,
+            None => 0,
+        },
         vehicle,
         ground: reader.ground(&file.ground)?,
         charge: reader.or(file.vehicle.charge.as_ref(), "charge", 0.0..=1.0, 1.0)?,
@@ -422,7 +428,7 @@ impl Reader<'_> {
         Ok((0..=count).map(point).collect())
     }
 
-    fn radio(&self, table: &RadioTable) -> Result<(PathLoss, Reception, u64), InputError> {
+    fn radio(&self, table: &RadioTable) -> Result<(PathLoss, Reception), InputError> {
         let paper = Reception::PAPER;
         let number = |value: &Option<At<f32>>, key, range, default| {
             self.or(value.as_ref(), key, range, default)
@@ -455,11 +461,7 @@ impl Reader<'_> {
                 paper.sensitivity.0,
             )?),
         };
-        let latency = match &table.latency_s {
-            Some(value) => self.micros(value, "latency_s", 0.0..=10.0)?,
-            None => 20_000,
-        };
-        Ok((path_loss, reception, latency))
+        Ok((path_loss, reception))
     }
 
     fn vehicle(&self, table: &VehicleTable) -> Result<VehicleSpec, InputError> {

@@ -11,9 +11,11 @@ use std::path::Path;
 use agent::AgentConfig;
 use chain::report::Task;
 use radio_model::{PathLoss, Reception};
+use wire::radio::Datarate;
 
 use crate::craft::flow::Ground;
 use crate::input_error::InputError;
+use crate::medium::{MediumConfig, Polling};
 use crate::vehicle::VehicleSpec;
 use crate::world::layout::Layout;
 use crate::world::{Tunnel, Walls};
@@ -57,7 +59,11 @@ pub struct Scenario {
     pub walls: Walls,
     /// What befalls a packet.
     pub reception: Reception,
-    /// How long a packet is on its way.
+    /// The rate at which the drones speak.
+    pub datarate: Datarate,
+    /// How often a second the operator's dongle asks the base for news; zero for no dongle.
+    pub polling_hz: f32,
+    /// How long a packet lies with its receiver, beside the time that it is on its way.
     pub latency_us: u64,
     /// The bodies.
     pub vehicle: VehicleSpec,
@@ -159,6 +165,15 @@ impl Scenario {
     #[must_use]
     pub(crate) fn tunnel(&self) -> Tunnel {
         Tunnel::dig(&self.layout).expect("a checked scenario has a layout that can be built")
+    }
+
+    /// What the air is like.
+    #[must_use]
+    pub(crate) fn medium(&self) -> MediumConfig {
+        let base = self.relays + 1;
+        let polling = (self.polling_hz > 0.0)
+            .then(|| Polling { period_us: (1e6 / self.polling_hz) as u64, ..Polling::of(base) });
+        MediumConfig { datarate: self.datarate, polling, ..MediumConfig::of(self.reception) }
     }
 
     /// The same scenario with another of the named movement policies; `None` for a name that is

@@ -4,7 +4,7 @@
 use agent::{Agent, AgentConfig, BodyVelocity, Fitness, Inputs, Outputs, Role, Setpoint, State};
 use chain::neighbours::Heard;
 use chain::policy::PolicyConfig;
-use chain::report::{LinkSpan, Order, Phase, Report, Task};
+use chain::report::{LinkSpan, Phase, Report, Task};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use tunnel_nav::{Diagonals, Range};
@@ -65,11 +65,8 @@ fn task() -> impl Strategy<Value = Task> {
     ]
 }
 
-fn order() -> impl Strategy<Value = Option<Order>> {
-    prop::option::weighted(
-        0.5,
-        (0u16..300, task()).prop_map(|(sequence, task)| Order { sequence, task }),
-    )
+fn order() -> impl Strategy<Value = Option<Task>> {
+    prop::option::weighted(0.5, task())
 }
 
 fn packet() -> impl Strategy<Value = Heard> {
@@ -84,10 +81,10 @@ fn packet() -> impl Strategy<Value = Heard> {
     let sender = prop_oneof![4 => 0u8..5, 1 => any::<u8>()];
     let links = prop::option::of((number(-90.0..-40.0), number(-90.0..-40.0)));
     (
-        (sender, any::<u16>(), phase, order(), links),
+        (sender, any::<u16>(), phase, any::<bool>(), links),
         (number(-90.0..-30.0), number(-0.5..0.5), number(-10.0..30.0)),
     )
-        .prop_map(|((from, sequence, phase, order, links), (rssi, velocity, odometer))| {
+        .prop_map(|((from, sequence, phase, recall, links), (rssi, velocity, odometer))| {
             let report = Report {
                 from: NodeId(from),
                 sequence,
@@ -98,8 +95,7 @@ fn packet() -> impl Strategy<Value = Heard> {
                     weakest: Dbm(weakest),
                     strongest: Dbm(strongest),
                 }),
-                order,
-                recall: false,
+                recall,
             };
             Heard { report, rssi: Dbm(rssi) }
         })
@@ -114,7 +110,7 @@ struct Round {
     heading: Option<f32>,
     height: Option<f32>,
     heard: Vec<Heard>,
-    order: Option<Order>,
+    order: Option<Task>,
 }
 
 /// What the clock does: mostly 0.2 s, sometimes a pause, sometimes anything at all.
@@ -253,7 +249,7 @@ fn a_packet_storm_passes() {
         heading: None,
         height: Some(Metres(0.3)),
         heard: &storm,
-        order: Some(Order { sequence: 20, task: EXPLORE }),
+        order: Some(EXPLORE),
         fitness: Fitness::Fit,
         endurance: None,
         emergency: false,
@@ -314,7 +310,7 @@ fn an_absurd_claim_of_a_neighbour_passes() {
             heading: None,
             height: Some(Metres(0.3)),
             heard: &[packet],
-            order: Some(Order { sequence: n, task: EXPLORE }),
+            order: Some(EXPLORE),
             fitness: Fitness::Fit,
             endurance: None,
             emergency: false,

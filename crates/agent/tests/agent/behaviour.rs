@@ -1,10 +1,10 @@
 //! What a mission depends on, story by story.
 
 use agent::{LandReason, Role, Setpoint, State};
-use chain::report::{Order, Phase, Task};
-use units::{Duration, Instant, Metres, MetresPerSecond, NodeId};
+use chain::report::{Phase, Task};
+use units::{Instant, Metres, MetresPerSecond, NodeId};
 
-use super::rig::{BASE, CONFIG, EXPLORE, ROUND, Rig, Scene, flown, heard};
+use super::rig::{BASE, CONFIG, EXPLORE, Rig, Scene, flown, heard};
 
 fn air() -> Scene {
     Scene::quiet().order(EXPLORE).at_height(Some(0.3))
@@ -37,45 +37,29 @@ fn an_emergency_stops_for_good_though_it_passes() {
 
 /// The base keeps speaking as the base, whatever happens to it: the chain hangs on it.
 #[test]
-fn the_base_passes_orders_on_and_never_flies() {
+fn the_base_never_flies() {
     let mut rig = Rig::new(Role::Base);
     for task in [Task::Wait, EXPLORE, Task::Return, Task::Land] {
         let outputs = rig.during(2.0, &Scene::quiet().without(BASE).order(task));
         assert_eq!(outputs.setpoint, Setpoint::Off);
         assert_eq!(outputs.report.phase, Phase::Base);
-        assert_eq!(outputs.report.order.map(|order| order.task), Some(task));
     }
 }
 
-/// Orders come hop by hop in reports; the newest wins, whoever brings it.
+/// What was ordered last holds, for as long as nothing else is ordered; reports order nothing.
 #[test]
-fn the_newest_order_wins_over_any_way() {
+fn the_last_order_holds_until_the_next() {
     let mut rig = Rig::on_duty(Role::Relay);
-    let last = rig.step(&air()).report.order.unwrap().sequence;
-    let told = |rig: &mut Rig, sequence: u16, task| {
-        let mut packet = heard(1, sequence, Phase::Waiting, -50.0);
-        packet.report.order = Some(Order { sequence, task });
-        let inputs = agent::Inputs {
-            ranges: super::rig::gallery(),
-            velocity: None,
-            heading: None,
-            height: Some(Metres(0.3)),
-            heard: &[packet],
-            order: None,
-            fitness: agent::Fitness::Fit,
-            endurance: None,
-            emergency: false,
-        };
-        rig.now = rig.now + Duration::from_millis(ROUND);
-        rig.agent.step(&CONFIG, rig.now, &inputs)
-    };
-    let outputs = told(&mut rig, last.wrapping_sub(1), Task::Stop);
-    assert_ne!(outputs.status.state, State::Stopped, "an older order is no order");
-    let outputs = told(&mut rig, last, Task::Stop);
-    assert_ne!(outputs.status.state, State::Stopped, "the same number is the same order");
-    let outputs = told(&mut rig, last.wrapping_add(1), Task::Land);
-    assert_eq!(outputs.status.state.name(), "landing");
-    assert_eq!(outputs.report.order.unwrap().sequence, last.wrapping_add(1), "and is passed on");
+    let silent = Scene { task: None, ..air() };
+    rig.during(60.0, &silent);
+    assert_eq!(rig.state().name(), "relaying");
+    rig.step(&air().order(Task::Return));
+    let outputs = rig.during(2.4, &silent.clone().without(0));
+    let home = -CONFIG.flight.return_speed.0;
+    assert_eq!(flown(outputs.setpoint), Some((home, 0.3)), "long after the only word of it");
+    rig.step(&air().order(EXPLORE));
+    rig.step(&air().order(Task::Land));
+    assert_eq!(rig.state().name(), "landing");
 }
 
 #[test]

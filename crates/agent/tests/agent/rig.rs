@@ -4,7 +4,7 @@ use agent::{Agent, AgentConfig, BodyVelocity, Fitness, Inputs, Outputs, Role, Se
 use chain::launch::LaunchConfig;
 use chain::neighbours::Heard;
 use chain::policy::PolicyConfig;
-use chain::report::{Order, Phase, Report, Task};
+use chain::report::{Phase, Report, Task};
 use tunnel_nav::{Diagonals, Range};
 use units::{Dbm, Duration, Instant, Metres, MetresPerSecond, NodeId};
 
@@ -118,7 +118,7 @@ impl Rig {
             Role::Relay => RELAY,
             Role::Base => NodeId(BASE),
         };
-        // The operator's numbers wrap during the story.
+        // The numbers of reports wrap during the story.
         Self { agent: Agent::new(id, role), now: Instant::from_millis(1_000), sequence: 65_530 }
     }
 
@@ -143,7 +143,7 @@ impl Rig {
             heading: None,
             height: scene.height.map(Metres),
             heard: &heard,
-            order: scene.task.map(|task| Order { sequence: self.sequence, task }),
+            order: scene.task,
             fitness: scene.fitness,
             endurance: scene.endurance.map(Duration::from_secs),
             emergency: scene.emergency,
@@ -200,7 +200,6 @@ pub(crate) fn heard(from: u8, sequence: u16, phase: Phase, rssi: f32) -> Heard {
         velocity: MetresPerSecond::ZERO,
         odometer: Metres::ZERO,
         links: None,
-        order: None,
         recall: false,
     };
     Heard { report, rssi: Dbm(rssi) }

@@ -1,0 +1,323 @@
+//! The air between radios: who hears which bytes, how strongly, and when.
+//!
+//! Sans-I/O like the rest: whoever owns the stations hands in what they send ([`Medium::send`]),
+//! asks when the next packet arrives ([`Medium::next`]), and takes it ([`Medium::arrive`]) with
+//! everybody who heard it. How strong a link is, an [`Ether`] says, so a mission with its tunnel
+//! and a bench with a table of losses use the same air.
+//!
+//! A packet goes over its sender's serial line, on the air, and over the receivers' serial lines
+//! ([`timing`]). A radio does one thing at a time: while it sends, and while it turns round, it
+//! hears nothing. Of two packets at once a receiver hears the one that is stronger by
+//! [`MediumConfig::capture`], or neither; of more than two, the strongest counts against the
+//! rest one by one. What is then left is lost by chance, or heard with noise
+//! ([`radio_model::Reception`]), drawn from the stream of that directed link.
+//!
+//! Nothing is heard of who is not on the air, but anybody may be: an attacker is a station like
+//! the others, at a place that its `Ether` knows, whose bytes nobody checks
+//! ([`Medium::inject`], [`Medium::jam`]).
+
+mod polling;
+mod tally;
+pub mod timing;
+
+use radio_model::{Draws, Reception};
+use units::{Db, Dbm};
+use wire::radio::Datarate;
+use wire::syslink::MAX_P2P;
+
+use crate::random::{Purpose, Stream};
+
+pub use polling::Polling;
+pub use tally::{Loss, Tally};
+
+/// How strongly stations hear each other.
+pub trait Ether {
+    /// The strength of `from`'s signal at `to`, without noise; `None` where one of them is dead.
+    fn strength(&mut self, from: usize, to: usize) -> Option<Dbm>;
+}
+
+impl<F: FnMut(usize, usize) -> Option<Dbm>> Ether for F {
+    fn strength(&mut self, from: usize, to: usize) -> Option<Dbm> {
+        self(from, to)
+    }
+}
+
+/// What air and radios are like.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MediumConfig {
+    /// The rate at which everybody speaks.
+    pub datarate: Datarate,
+    /// Noise, chance and sensitivity.
+    pub reception: Reception,
+    /// A packet is heard through another that is weaker by this much. 12 dB is the co-channel
+    /// ratio C/I of Nordic's receivers at 2 Mbit/s for a bit error rate of 0.1 % (nRF24L01
+    /// product specification, table 10; "with 5 dB or 0 dB the signal would be completely
+    /// blocked", Nordic's support says of it).
+    pub capture: Db,
+    /// The operator's dongle, if one is at work.
+    pub polling: Option<Polling>,
+}
+
+impl MediumConfig {
+    /// At the drones' default rate, with nobody polling.
+    #[must_use]
+    pub const fn of(reception: Reception) -> Self {
+        Self { datarate: Datarate::Mbit2, reception, capture: Db(12.0), polling: None }
+    }
+}
+
+/// Somebody who heard a packet.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Receipt {
+    /// Which station.
+    pub by: usize,
+    /// The strength that its radio reports.
+    pub rssi: Dbm,
+}
+
+/// A packet that has come to the processors of those who heard it.
+#[derive(Debug)]
+pub struct Arrival<'a> {
+    /// When.
+    pub at_us: u64,
+    /// Who sent it.
+    pub from: usize,
+    /// Its bytes.
+    pub data: &'a [u8],
+    /// By whom it was heard, in the order of their numbers.
+    pub heard: &'a [Receipt],
+}
+
+/// Something on the air.
+#[derive(Clone, Copy)]
+struct Transmission {
+    from: usize,
+    start_us: u64,
+    end_us: u64,
+    arrives_us: u64,
+    /// A packet, that nobody has heard yet.
+    waits: bool,
+    cut: bool,
+    length: usize,
+    data: [u8; MAX_P2P],
+}
+
+impl Transmission {
+    const fn overlaps(&self, from_us: u64, until_us: u64) -> bool {
+        self.start_us < until_us && from_us < self.end_us
+    }
+}
+
+/// The air.
+pub struct Medium {
+    config: MediumConfig,
+    stations: usize,
+    /// One stream per directed link, sender-major.
+    links: Vec<Stream>,
+    /// When the serial line of each station is free again.
+    line_free_us: Vec<u64>,
+    /// What has not arrived yet, and what it met on its way.
+    on_air: Vec<Transmission>,
+    /// The packet that is arriving, and who hears it.
+    arriving: [u8; MAX_P2P],
+    heard: Vec<Receipt>,
+    tally: Tally,
+}
+
+impl Medium {
+    /// Silence, between so many stations.
+    #[must_use]
+    pub fn new(config: MediumConfig, stations: usize, seed: u64) -> Self {
+        let link = |n: usize| Purpose::Link((n / stations) as u8, (n % stations) as u8);
+        Self {
+            config,
+            stations,
+            links: (0..stations * stations).map(|n| Stream::new(seed, link(n))).collect(),
+            line_free_us: vec![0; stations],
+            on_air: Vec::new(),
+            arriving: [0; MAX_P2P],
+            heard: Vec::with_capacity(stations),
+            tally: Tally::default(),
+        }
+    }
+
+    /// A processor hands this to its radio. What is longer than a P2P packet is cut off.
+    pub fn send(&mut self, from: usize, now_us: u64, data: &[u8]) {
+        let Some(free_us) = self.line_free_us.get_mut(from) else { return };
+        let over_us = now_us.max(*free_us) + timing::line_out_us(data.len().min(MAX_P2P));
+        *free_us = over_us;
+        self.inject(from, over_us + timing::TURN_US, data);
+    }
+
+    /// These bytes go on the air at `start_us`, which is now or later.
+    pub fn inject(&mut self, from: usize, start_us: u64, data: &[u8]) {
+        let data = &data[..data.len().min(MAX_P2P)];
+        let end_us = start_us + timing::air_us(self.config.datarate, data.len());
+        for own in self.on_air.iter_mut().filter(|other| other.from == from && other.waits) {
+            if own.overlaps(start_us, end_us) {
+                own.cut = true;
+                own.end_us = start_us;
+            }
+        }
+        let mut bytes = [0; MAX_P2P];
+        bytes[..data.len()].copy_from_slice(data);
+        self.on_air.push(Transmission {
+            from,
+            start_us,
+            end_us,
+            arrives_us: end_us + timing::line_in_us(data.len()),
+            waits: true,
+            cut: false,
+            length: data.len(),
+            data: bytes,
+        });
+        self.tally.sent += 1;
+        self.tally.bytes += data.len() as u64;
+        self.tally.air_us += end_us - start_us;
+    }
+
+    /// A carrier without a packet: nobody hears anything through it that is not much stronger.
+    pub fn jam(&mut self, from: usize, start_us: u64, until_us: u64) {
+        self.on_air.push(Transmission {
+            from,
+            start_us,
+            end_us: until_us,
+            arrives_us: until_us,
+            waits: false,
+            cut: false,
+            length: 0,
+            data: [0; MAX_P2P],
+        });
+    }
+
+    /// When the next packet arrives, of those that are on their way.
+    #[must_use]
+    pub fn next(&self) -> Option<u64> {
+        self.on_air.iter().filter(|on| on.waits).map(|on| on.arrives_us).min()
+    }
+
+    /// What became of everything so far.
+    #[must_use]
+    pub const fn tally(&self) -> &Tally {
+        &self.tally
+    }
+
+    /// Takes the packet that arrives next. All that was sent before it arrived must have been
+    /// handed in.
+    pub fn arrive(&mut self, ether: &mut impl Ether) -> Option<Arrival<'_>> {
+        let (at, packet) = self
+            .on_air
+            .iter()
+            .enumerate()
+            .filter(|(_, on)| on.waits)
+            .min_by_key(|(_, on)| on.arrives_us)
+            .map(|(at, on)| (at, *on))?;
+        self.heard.clear();
+        for to in (0..self.stations).filter(|&to| to != packet.from) {
+            match self.reception(&packet, at, to, ether) {
+                Ok(rssi) => {
+                    self.tally.heard += 1;
+                    self.heard.push(Receipt { by: to, rssi });
+                }
+                Err(loss) => self.tally.lose(loss),
+            }
+        }
+        self.on_air[at].waits = false;
+        self.forget(packet.arrives_us);
+        self.arriving = packet.data;
+        Some(Arrival {
+            at_us: packet.arrives_us,
+            from: packet.from,
+            data: &self.arriving[..packet.length],
+            heard: &self.heard,
+        })
+    }
+
+    /// What becomes of one packet at one receiver.
+    fn reception(
+        &mut self,
+        packet: &Transmission,
+        at: usize,
+        to: usize,
+        ether: &mut impl Ether,
+    ) -> Result<Dbm, Loss> {
+        let strength = ether
+            .strength(packet.from, to)
+            .filter(|&strength| self.config.reception.reaches(strength))
+            .ok_or(Loss::Weak)?;
+        if packet.cut {
+            return Err(Loss::Cut);
+        }
+        if self.on_air.len() > 1 {
+            self.contest(packet, at, to, strength, ether)?;
+        }
+        if let Some(polling) = self.config.polling {
+            self.bear(polling, packet, to, strength, ether)?;
+        }
+        let stream = &mut self.links[packet.from * self.stations + to];
+        let luck = stream.uniform();
+        if luck < self.config.reception.loss_rate {
+            return Err(Loss::Chance);
+        }
+        let draws = Draws { luck, normal: stream.gauss() };
+        self.config.reception.receive(strength, draws).ok_or(Loss::Chance)
+    }
+
+    /// Against all else that is on the air.
+    fn contest(
+        &self,
+        packet: &Transmission,
+        at: usize,
+        to: usize,
+        strength: Dbm,
+        ether: &mut impl Ether,
+    ) -> Result<(), Loss> {
+        let Transmission { start_us, end_us, .. } = *packet;
+        for (_, other) in self.on_air.iter().enumerate().filter(|(n, _)| *n != at) {
+            // A radio that sends is deaf while it turns round as well.
+            let deaf_until = end_us + timing::TURN_US;
+            if other.from == to
+                && other.overlaps(start_us.saturating_sub(timing::TURN_US), deaf_until)
+            {
+                return Err(Loss::Deaf);
+            }
+            if other.from == to || !other.overlaps(start_us, end_us) {
+                continue;
+            }
+            let against = ether.strength(other.from, to);
+            if against.is_some_and(|against| strength - against < self.config.capture) {
+                return Err(Loss::Collision);
+            }
+        }
+        Ok(())
+    }
+
+    /// Against the operator's dongle, and the base's answers to it.
+    fn bear(
+        &self,
+        polling: Polling,
+        packet: &Transmission,
+        to: usize,
+        strength: Dbm,
+        ether: &mut impl Ether,
+    ) -> Result<(), Loss> {
+        if !polling.overlaps(self.config.datarate, packet.start_us, packet.end_us) {
+            return Ok(());
+        }
+        if to == polling.station {
+            return Err(Loss::Deaf);
+        }
+        let against = ether.strength(polling.station, to);
+        if against.is_some_and(|against| strength - against < self.config.capture) {
+            return Err(Loss::Collision);
+        }
+        Ok(())
+    }
+
+    /// What was over before anything that has yet to arrive began is no longer of interest.
+    fn forget(&mut self, now_us: u64) {
+        let waiting = self.on_air.iter().filter(|on| on.waits).map(|on| on.start_us);
+        let first_us = waiting.fold(now_us, u64::min).saturating_sub(timing::TURN_US);
+        self.on_air.retain(|on| on.waits || on.end_us > first_us);
+    }
+}

@@ -1,0 +1,85 @@
+//! Somebody with radios of his own beside the chain: what he hears, what he sends, and what any
+//! drone takes of it.
+
+use std::collections::VecDeque;
+
+use super::{Mission, Strengths, World};
+use crate::medium::Medium;
+use crate::scenario::Scenario;
+
+/// A packet that he has heard.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Overheard {
+    /// When, by the mission's clock.
+    pub at_us: u64,
+    /// Its bytes.
+    pub data: Vec<u8>,
+}
+
+/// The most packets that are remembered, the newest.
+const REMEMBERED: usize = 4_096;
+
+/// His radios are the stations after the last member; the first of them listens.
+#[derive(Default)]
+pub(super) struct Intruders {
+    overheard: VecDeque<Overheard>,
+    sent: u64,
+    accepted: u64,
+}
+
+impl Intruders {
+    pub(super) fn overhear(&mut self, at_us: u64, data: &[u8]) {
+        if self.overheard.len() == REMEMBERED {
+            self.overheard.pop_front();
+        }
+        self.overheard.push_back(Overheard { at_us, data: data.to_vec() });
+    }
+
+    pub(super) const fn accept(&mut self) {
+        self.accepted += 1;
+    }
+}
+
+impl<'a> Mission<'a> {
+    /// A mission with somebody's radios at these abscissae, in metres.
+    #[must_use]
+    pub fn besieged(scenario: &'a Scenario, world: &'a World, seed: u64, at: &[f32]) -> Self {
+        let mut mission = Self::new(scenario, world, seed);
+        let members = mission.members.len();
+        let stations = members + at.len();
+        mission.medium = Medium::new(scenario.medium(), stations, seed);
+        mission.strengths = Strengths::new(stations);
+        for (n, abscissa) in at.iter().enumerate() {
+            mission.strengths.moved(members + n, *abscissa);
+        }
+        mission.intruders = Some(Intruders::default());
+        mission
+    }
+
+    /// One of his radios will send these bytes, `in_us` from now.
+    pub fn intrude(&mut self, radio: usize, in_us: u64, data: &[u8]) {
+        if let Some(intruders) = &mut self.intruders {
+            intruders.sent += 1;
+            self.medium.inject(self.members.len() + radio, self.now_us + in_us, data);
+        }
+    }
+
+    /// The packets that he has heard, the oldest first.
+    pub fn overheard(&self) -> impl ExactSizeIterator<Item = &Overheard> {
+        const NOTHING: &VecDeque<Overheard> = &VecDeque::new();
+        let heard = self.intruders.as_ref().map_or(NOTHING, |intruders| &intruders.overheard);
+        heard.iter()
+    }
+
+    /// How many packets he has sent.
+    #[must_use]
+    pub fn intruded(&self) -> u64 {
+        self.intruders.as_ref().map_or(0, |intruders| intruders.sent)
+    }
+
+    /// How often any member took one of his packets for one of the chain's.
+    #[must_use]
+    pub fn accepted(&self) -> u64 {
+        self.intruders.as_ref().map_or(0, |intruders| intruders.accepted)
+    }
+}

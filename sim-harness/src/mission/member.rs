@@ -1,0 +1,151 @@
+//! Who takes part in a mission: where everybody starts, in what body, with what mind and radio.
+
+use std::collections::VecDeque;
+
+use agent::{Agent, Outputs, Role, Setpoint};
+use airlink::Identity;
+use units::{Metres, NodeId};
+
+use super::seal::Cipher;
+use super::station::{News, Station, role_on_air};
+use super::{STEPS_PER_ROUND, World, surroundings};
+use crate::craft::Craft;
+use crate::drone::{Drone, Flown, Senses};
+use crate::random::{Purpose, Stream};
+use crate::scenario::{Fidelity, Scenario, Start};
+use crate::vehicle::Body;
+
+/// One member of the chain.
+pub(super) struct Member {
+    pub(super) agent: Agent,
+    pub(super) role: Role,
+    pub(super) body: Drone,
+    pub(super) station: Station,
+    pub(super) random: Stream,
+    /// In which physics step of a round its turn comes.
+    pub(super) phase: u64,
+    pub(super) outputs: Option<Outputs>,
+    pub(super) senses: Senses,
+    pub(super) mailbox: VecDeque<Parcel>,
+}
+
+/// What the link brought and the mind has not taken yet.
+#[derive(Clone, Copy)]
+pub(super) struct Parcel {
+    pub(super) arrives_us: u64,
+    pub(super) news: News,
+}
+
+impl Member {
+    /// Whether it can neither hear nor be heard.
+    pub(super) fn is_silenced(&self) -> bool {
+        self.body.craft().is_some_and(Craft::is_silenced)
+    }
+}
+
+/// A craft on the ground or in the air at this place of the centre-line.
+fn flown(
+    scenario: &Scenario,
+    world: &World,
+    place: f32,
+    flying: bool,
+    height: Metres,
+    random: Stream,
+) -> Flown {
+    let (at, nose) = world.tunnel.centre_line().at(place);
+    let spread = scenario.vehicle.flow_scale_error;
+    let config = flight::FlightConfig::CRAZYFLIE_2_1;
+    let craft = Craft::standing(config, at, nose, scenario.charge, spread, random);
+    if flying {
+        let craft = craft.hovering(height, surroundings(scenario, world));
+        Flown::at(craft, place, Setpoint::hover(height))
+    } else {
+        Flown::at(craft, place, Setpoint::Off)
+    }
+}
+
+/// Where everybody starts, head first, base last.
+pub(super) fn places(scenario: &Scenario, start: &mut Stream) -> Vec<f32> {
+    let relays = scenario.relays;
+    let mut places = Vec::with_capacity(relays + 2);
+    match &scenario.start {
+        Start::Mouth => {
+            // In a row in front of the base, in the order in which they will fly.
+            places.extend((0..=relays).map(|n| Start::SPACING * (relays + 1 - n) as f32));
+        }
+        Start::Random { head } => {
+            let mut drawn = draw_apart(relays, *head, start);
+            drawn.sort_by(f32::total_cmp);
+            places.push(*head);
+            places.extend(drawn.into_iter().rev());
+        }
+        Start::Placed(at) => places.extend(at),
+    }
+    places.push(0.0);
+    places
+}
+
+/// `count` places between the base and `head`, uniform but for keeping apart from each other.
+fn draw_apart(count: usize, head: f32, start: &mut Stream) -> Vec<f32> {
+    let mut drawn: Vec<f32> = Vec::with_capacity(count);
+    // A scenario has room for three times as many, so a dozen tries place each of them; the
+    // bound is for the reader.
+    for _ in 0..10_000 {
+        if drawn.len() == count {
+            break;
+        }
+        let place = head * start.uniform();
+        let apart = |other: f32| (place - other).abs() >= Start::APART;
+        if apart(0.0) && apart(head) && drawn.iter().all(|&other| apart(other)) {
+            drawn.push(place);
+        }
+    }
+    drawn
+}
+
+pub(super) fn member(
+    scenario: &Scenario,
+    world: &World,
+    seed: u64,
+    start: &mut Stream,
+    n: usize,
+    count: usize,
+    place: f32,
+) -> Member {
+    let role = match n {
+        0 => Role::Head,
+        _ if n + 1 == count => Role::Base,
+        _ => Role::Relay,
+    };
+    let id = NodeId(n as u8);
+    let mut random = Stream::new(seed, Purpose::Drone(id.0));
+    let flying = role != Role::Base && !matches!(scenario.start, Start::Mouth);
+    let height = if flying { scenario.agent.flight.height } else { Metres::ZERO };
+    let body = match (scenario.fidelity, role) {
+        (Fidelity::Flight, Role::Head | Role::Relay) => {
+            let random = Stream::new(seed, Purpose::Craft(id.0));
+            Drone::Craft(Box::new(flown(scenario, world, place, flying, height, random)))
+        }
+        (Fidelity::Policy, _) | (Fidelity::Flight, Role::Base) => {
+            let mut body = Body::at(&world.tunnel, place, height.0, &scenario.vehicle, &mut random);
+            if flying {
+                body.command(Setpoint::hover(height));
+            }
+            Drone::Point(body)
+        }
+    };
+    let identity = Identity { node: id, role: role_on_air(role) };
+    let cipher = Cipher::of(scenario.fidelity, seed, id, role == Role::Base);
+    let station = Station::new(identity, cipher, scenario.datarate, seed);
+    Member {
+        agent: if flying { Agent::new_linked(id, role) } else { Agent::new(id, role) },
+        role,
+        body,
+        station,
+        random,
+        phase: ((start.uniform() * STEPS_PER_ROUND as f32) as u64).min(STEPS_PER_ROUND - 1),
+        outputs: None,
+        senses: Senses::NONE,
+        mailbox: VecDeque::new(),
+    }
+}
