@@ -10,9 +10,9 @@ use cortex_m::peripheral::DWT;
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_time::{Duration, with_timeout};
-use flight::{Command, Flight, Outputs, Sensed, Status};
+use flight::{Command, Duties, Flight, Outputs, Sensed, Status};
 use static_cell::StaticCell;
-use units::Instant;
+use units::{Acceleration, AngularVelocity, Instant};
 
 use crate::board::FLIGHT;
 use crate::latest::Latest;
@@ -21,6 +21,20 @@ use crate::{clock, flow, health, imu, mind, panic, radio, rangers, reset};
 
 /// What the flight code knew in its last step; `None` before the first.
 pub(crate) static STATUS: Latest<Option<Status>> = Latest::new(None);
+
+/// What it felt and did in its last step, for whoever looks.
+#[derive(Clone, Copy)]
+pub(crate) struct Felt {
+    pub(crate) gyro: AngularVelocity,
+    pub(crate) accel: Acceleration,
+    pub(crate) duties: Duties,
+}
+
+pub(crate) static FELT: Latest<Felt> = Latest::new(Felt {
+    gyro: AngularVelocity([0.0; 3]),
+    accel: Acceleration([0.0; 3]),
+    duties: Duties::OFF,
+});
 
 /// Two samples missed.
 const PATIENCE: Duration = Duration::from_millis(2);
@@ -42,6 +56,7 @@ pub(crate) fn is_airborne() -> bool {
 #[embassy_executor::task]
 pub(crate) async fn run(flight: &'static mut Flight, mut motors: Motors) -> ! {
     let mut last = DWT::cycle_count();
+    let mut felt = FELT.get();
     loop {
         let gyro = with_timeout(PATIENCE, imu::RATES.wait()).await.ok();
         let begin = DWT::cycle_count();
@@ -55,6 +70,12 @@ pub(crate) async fn run(flight: &'static mut Flight, mut motors: Motors) -> ! {
         let outputs = step(flight, clock::now(), &sensed, &command());
         motors.set(outputs.duties);
         STATUS.set(Some(outputs.status));
+        felt = Felt {
+            gyro: sensed.gyro.unwrap_or(felt.gyro),
+            accel: sensed.accel.unwrap_or(felt.accel),
+            duties: outputs.duties,
+        };
+        FELT.set(felt);
         watch_over(&outputs.status);
         time(begin.wrapping_sub(last), DWT::cycle_count().wrapping_sub(begin));
         last = begin;

@@ -18,6 +18,19 @@ use crate::latest::Latest;
 /// What was counted since the control loop took it last.
 pub(crate) static MOTION: Latest<Option<Motion>> = Latest::new(None);
 
+/// The last count, for whoever looks.
+static LATEST: Latest<Option<Motion>> = Latest::new(None);
+
+/// What was counted last; `None` until the sensor has been there.
+pub(crate) fn latest() -> Option<Motion> {
+    LATEST.get()
+}
+
+/// Whether the sensor has been there since boot.
+pub(crate) fn is_there() -> bool {
+    LATEST.get().is_some()
+}
+
 /// Readings that failed.
 pub(crate) static ERRORS: Tally = Tally::new();
 
@@ -55,6 +68,7 @@ async fn read(sensor: &mut Sensor<'_>, trust: &mut Health) {
     match with_timeout(READ_LIMIT, sensor.read_motion(&mut Delay)).await {
         Ok(Ok(motion)) => {
             MOTION.set(Some(motion));
+            LATEST.set(Some(motion));
             trust.good(clock::now());
         }
         Ok(Err(_)) | Err(_) => {

@@ -9,7 +9,8 @@ use core::sync::atomic::{AtomicU32, Ordering};
 
 use embassy_time::{Duration, Ticker};
 
-use crate::store::Choice;
+use crate::link::Link;
+use crate::store::{Choice, KeysState};
 use crate::{control, flow, imu, mind, radio, rangers, stack, store};
 
 /// The tasks that owe a sign of life. The control task owes none: it is who looks.
@@ -171,7 +172,7 @@ pub(crate) fn start_cycle_counter() {
 
 /// The task: once a second, what there is to say.
 #[embassy_executor::task]
-pub(crate) async fn run() -> ! {
+pub(crate) async fn run(link: &'static Link) -> ! {
     let mut ticker = Ticker::every(Duration::from_secs(1));
     loop {
         ticker.next().await;
@@ -203,6 +204,13 @@ pub(crate) async fn run() -> ! {
         match store::choice() {
             Choice::Unread => defmt::info!("settings: not read yet"),
             Choice::Settled { from, .. } => defmt::debug!("settings: {}", from),
+        }
+        match (store::keys_state(), link.status(), link.counters()) {
+            (KeysState::Held { .. }, Some(status), Some(counters)) => {
+                defmt::info!("link: {}", status);
+                defmt::debug!("{}", counters);
+            }
+            (state, ..) => defmt::info!("link: shut, keys: {}", state),
         }
     }
 }

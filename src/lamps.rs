@@ -3,9 +3,9 @@
 //! | LED | tells |
 //! |---|---|
 //! | blue, left | what the mind is doing |
-//! | green, right | whether it may fly, and if not, why |
+//! | green, right | whether it may fly, and speak, and if not, why |
 //! | red, right | battery and charger |
-//! | green, left | reports of other drones, as they come in |
+//! | green, left | reports of the chain, as they come in |
 //! | red, left | faults |
 //!
 //! A LED repeats a frame of two seconds as long as nothing changes: flashes or gaps to be counted,
@@ -16,10 +16,12 @@ use agent::State;
 use embassy_stm32::gpio::{Level, Output};
 use embassy_time::{Duration, Ticker};
 use flight::{Mode, NotReady};
+use wire::settings::Role;
 
 use crate::board::Lamps;
 use crate::health::{self, Task};
-use crate::{clock, control, mind, radio, rangers};
+use crate::link::{Link, Standing};
+use crate::{clock, control, mind, radio, rangers, store};
 
 /// Two seconds in 32 slots, the first in the highest bit; a one is lit.
 type Frame = u32;
@@ -29,7 +31,7 @@ const SLOT: Duration = Duration::from_micros(62_500);
 
 /// The task. `fault`: the last run ended in one.
 #[embassy_executor::task]
-pub(crate) async fn run(lamps: Lamps, fault: bool) -> ! {
+pub(crate) async fn run(lamps: Lamps, fault: bool, link: &'static Link) -> ! {
     let mut blue_left = Lamp::new(lamps.blue_left, Level::High);
     let mut green_left = Lamp::new(lamps.green_left, Level::Low);
     let mut red_left = Lamp::new(lamps.red_left, Level::Low);
@@ -43,8 +45,7 @@ pub(crate) async fn run(lamps: Lamps, fault: bool) -> ! {
         let state = mind::latest().map_or(State::Idle, |outputs| outputs.status.state);
         let mode = control::STATUS.get().map(|status| status.mode);
         blue_left.step(of_mind(state));
-        let sees_walls = rangers::all_sides(clock::now());
-        green_right.step(mode.map_or(DARK, |mode| of_flight(mode, sees_walls)));
+        green_right.step(mode.map_or(DARK, |mode| of_readiness(mode, link.standing())));
         red_right.step(of_battery());
         red_left.step(of_faults(mode, fault));
         let news = radio::HEARD.get();
@@ -90,6 +91,9 @@ const FLASH_4: Frame = 0b1000_1000_1000_1000_0000_0000_0000_0000;
 const FLASH_5: Frame = 0b1000_1000_1000_1000_1000_0000_0000_0000;
 const FLASH_6: Frame = 0b1000_1000_1000_1000_1000_1000_0000_0000;
 const FLASH_7: Frame = 0b1000_1000_1000_1000_1000_1000_1000_0000;
+const LONG_1: Frame = 0b1111_1111_1111_0000_1000_0000_0000_0000;
+const LONG_2: Frame = 0b1111_1111_1111_0000_1000_1000_0000_0000;
+const LONG_3: Frame = 0b1111_1111_1111_0000_1000_1000_1000_0000;
 const GAP_1: Frame = 0b0011_1111_1111_1111_1111_1111_1111_1111;
 const GAP_2: Frame = 0b0011_0011_1111_1111_1111_1111_1111_1111;
 const GAP_3: Frame = 0b0011_0011_0011_1111_1111_1111_1111_1111;
@@ -113,10 +117,13 @@ fn of_mind(state: State) -> Frame {
     }
 }
 
-fn of_flight(mode: Mode, sees_walls: bool) -> Frame {
+/// Of the base it is only asked whether it may speak.
+fn of_readiness(mode: Mode, standing: Standing) -> Frame {
+    let is_base = store::settings().is_some_and(|settings| settings.role == Role::Base);
     match mode {
-        Mode::Grounded { waits_for: None } if !sees_walls => FLASH_7,
-        Mode::Grounded { waits_for: None } => GAP_1,
+        Mode::Grounded { .. } if is_base => of_standing(standing),
+        Mode::Grounded { waits_for: None } if !rangers::all_sides(clock::now()) => FLASH_7,
+        Mode::Grounded { waits_for: None } => of_standing(standing),
         Mode::Grounded { waits_for: Some(reason) } => match reason {
             NotReady::Calibrating => FAST,
             NotReady::NoImu => FLASH_1,
@@ -130,6 +137,15 @@ fn of_flight(mode: Mode, sees_walls: bool) -> Frame {
         Mode::Landing { .. } => SLOW,
         Mode::Landed { .. } => HALF,
         Mode::Stopped { .. } => DARK,
+    }
+}
+
+fn of_standing(standing: Standing) -> Frame {
+    match standing {
+        Standing::Fine => GAP_1,
+        Standing::NoKeys => LONG_1,
+        Standing::Shut => LONG_2,
+        Standing::Out => LONG_3,
     }
 }
 

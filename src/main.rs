@@ -15,8 +15,11 @@
 //! | [`flow`] | the task that reads the optic flow, 100 Hz |
 //! | [`rangers`] | the task that reads the rangers |
 //! | [`radio`] | the tasks that talk to the radio chip |
+//! | [`link`] | the drone's end of the chain's link, which they share with the mind |
+//! | [`desk`] | what cfclient and cflib talk to |
 //! | [`mind`] | the task that runs `agent::Agent`, 5 Hz |
-//! | [`store`] | the task that keeps the settings in the EEPROM |
+//! | [`store`] | the task that keeps settings, keys and epochs in the EEPROM |
+//! | [`page`] | the page in flash through which keys come in |
 //! | [`lamps`] | the task that shows on the LEDs what goes on |
 //! | [`health`] | signs of life, and the task that says how it all does, 1 Hz |
 //! | [`reset`] | why the chip started, and the watchdog |
@@ -40,14 +43,17 @@ mod board;
 mod bus;
 mod clock;
 mod control;
+mod desk;
 mod fault;
 mod flow;
 mod health;
 mod imu;
 mod lamps;
 mod latest;
+mod link;
 mod mind;
 mod motors;
+mod page;
 mod panic;
 mod radio;
 mod rangers;
@@ -62,7 +68,9 @@ use embassy_sync::mutex::Mutex;
 use static_cell::StaticCell;
 
 use board::{DeckParts, FlowParts, ImuParts, Lamps, RadioParts};
+use desk::Desk;
 use imu::ImuBus;
+use link::Link;
 use motors::Motors;
 use rangers::DeckBus;
 
@@ -73,6 +81,8 @@ static THREAD: StaticCell<Executor> = StaticCell::new();
 
 static IMU_BUS: StaticCell<ImuBus> = StaticCell::new();
 static DECK_BUS: StaticCell<DeckBus> = StaticCell::new();
+static LINK: StaticCell<Link> = StaticCell::new();
+static DESK: StaticCell<Desk> = StaticCell::new();
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
@@ -116,7 +126,9 @@ fn start_control(imu: ImuParts) {
     spawner.spawn(granted(imu::accel(bus)));
 }
 
-/// Starts all the rest.
+/// Starts all the rest. A function of its own, so that what it needs of the stack is given back
+/// before the first task runs.
+#[inline(never)]
 fn start(
     spawner: Spawner,
     lamps: Lamps,
@@ -129,14 +141,19 @@ fn start(
         panic::give_up("the decks' bus was made twice");
     };
     let decks: &'static DeckBus = decks;
-    spawner.spawn(granted(store::run(decks)));
-    spawner.spawn(granted(radio::receive(radio.receive)));
-    spawner.spawn(granted(radio::transmit(radio.transmit, radio.wait)));
+    let (Some(link), Some(desk)) = (LINK.try_init_with(Link::new), DESK.try_init_with(Desk::new))
+    else {
+        panic::give_up("the link was made twice");
+    };
+    let link: &'static Link = link;
+    spawner.spawn(granted(store::run(decks, link)));
+    spawner.spawn(granted(radio::receive(radio.receive, link, desk)));
+    spawner.spawn(granted(radio::transmit(radio.transmit, radio.wait, link)));
     spawner.spawn(granted(flow::run(flow)));
     spawner.spawn(granted(rangers::run(decks)));
-    spawner.spawn(granted(mind::run()));
-    spawner.spawn(granted(lamps::run(lamps, fault)));
-    spawner.spawn(granted(health::run()));
+    spawner.spawn(granted(mind::run(link)));
+    spawner.spawn(granted(lamps::run(lamps, fault, link)));
+    spawner.spawn(granted(health::run(link)));
 }
 
 /// Each task is started once, so that none is refused unless memory is corrupt.

@@ -1,12 +1,18 @@
 //! The chain loop: five times a second the agent is told what happened and says what to do.
 //!
-//! Its set-point is left for the control loop to take ([`COMMAND`]), its report goes to the radio,
-//! and what it thinks is left for whoever looks ([`latest`]). It waits for nothing but its tick.
+//! Its set-point is left for the control loop to take ([`COMMAND`]), its report, and what the base
+//! is to know of it, go to the link, and what it thinks is left for whoever looks ([`latest`]). It
+//! waits for nothing but its tick.
+//!
+//! A drone whose link is shut, or that was refused by the chain, does not take off: nobody could
+//! order it down again. The base never does.
 
 use core::mem::discriminant;
 
+use agent::air::{self, Machine};
 use agent::{Agent, AgentConfig, Fitness, Inputs, Outputs, Role, State, mounting};
 use chain::neighbours::Heard;
+use chain::report::Task as Order;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_time::{Duration, Ticker};
@@ -14,11 +20,13 @@ use flight::{Command, Mode};
 use heapless::Vec;
 use static_cell::StaticCell;
 use units::Instant;
+use wire::p2p::Beacon;
 use wire::settings::{self, Settings};
 
 use crate::health::{self, Tally, Task};
 use crate::latest::Latest;
-use crate::{clock, control, panic, radio, rangers, store};
+use crate::link::{Link, Standing};
+use crate::{clock, control, panic, rangers, store};
 
 /// One round: 5 Hz, the rate of the reports (`crates/agent`).
 const ROUND: Duration = Duration::from_millis(200);
@@ -40,6 +48,9 @@ static HEARD: Channel<CriticalSectionRawMutex, Heard, MAILBOX> = Channel::new();
 /// Reports that were dropped because the mailbox was full.
 pub(crate) static MAILBOX_FULL: Tally = Tally::new();
 
+/// The order that the agent is to hear of next.
+static ORDER: Latest<Option<Order>> = Latest::new(None);
+
 /// What the agent decided last, or `None` before its first round.
 pub(crate) fn latest() -> Option<Outputs> {
     LATEST.get()
@@ -54,9 +65,17 @@ pub(crate) fn hear(heard: Heard) {
     let _ = HEARD.try_send(heard);
 }
 
+/// Orders something. A newer order goes before one that the agent has not heard of yet, except
+/// before one to stop.
+pub(crate) fn order(task: Order) {
+    if ORDER.get() != Some(Order::Stop) {
+        ORDER.set(Some(task));
+    }
+}
+
 /// The task.
 #[embassy_executor::task]
-pub(crate) async fn run() -> ! {
+pub(crate) async fn run(link: &'static Link) -> ! {
     let mut ticker = Ticker::every(ROUND);
     let settings = loop {
         ticker.next().await;
@@ -66,12 +85,13 @@ pub(crate) async fn run() -> ! {
         }
     };
     let (agent, config) = wake(&settings);
+    let me = Me { config, role: settings.role, link };
     defmt::info!("node {=u8}, {}", settings.node.0, settings.role);
     let mut state = agent.state();
     loop {
         ticker.next().await;
         health::sign(Task::Mind);
-        let outputs = round(agent, &config);
+        let outputs = round(agent, &me);
         log_change(state, &outputs);
         state = outputs.status.state;
     }
@@ -94,8 +114,15 @@ fn wake(settings: &Settings) -> (&'static mut Agent, AgentConfig) {
     (agent, config)
 }
 
+/// What does not change from round to round.
+struct Me {
+    config: AgentConfig,
+    role: settings::Role,
+    link: &'static Link,
+}
+
 /// One round: listen, think, speak.
-fn round(agent: &mut Agent, config: &AgentConfig) -> Outputs {
+fn round(agent: &mut Agent, me: &Me) -> Outputs {
     let mut heard = Vec::<Heard, MAILBOX>::new();
     // One more than there is room for would stay in the mailbox.
     while !heard.is_full()
@@ -104,34 +131,64 @@ fn round(agent: &mut Agent, config: &AgentConfig) -> Outputs {
         let _ = heard.push(report);
     }
     let now = clock::now();
-    let outputs = step(agent, config, now, &inputs(now, &heard));
-    COMMAND.set(Command { setpoint: mounting::to_board(outputs.setpoint), given: now });
-    radio::REPORT.signal(outputs.report);
+    let inputs = inputs(now, &heard, me.link);
+    let outputs = step(agent, &me.config, now, &inputs);
+    let setpoint = match me.role {
+        settings::Role::Base => flight::Setpoint::Off,
+        settings::Role::Head | settings::Role::Relay => mounting::to_board(outputs.setpoint),
+    };
+    COMMAND.set(Command { setpoint, given: now });
+    speak(me, &outputs, &inputs);
     LATEST.set(Some(outputs));
     outputs
 }
 
-/// What the drone senses and hears. Before the first step of the control loop it senses nothing.
-fn inputs(now: Instant, heard: &[Heard]) -> Inputs<'_> {
+/// Tells the others by the link.
+fn speak(me: &Me, outputs: &Outputs, inputs: &Inputs<'_>) {
     let status = control::STATUS.get();
+    let battery = status.map(|status| status.battery.volts).filter(|volts| volts.0 > 0.0);
+    let machine = Machine {
+        fitness: inputs.fitness,
+        battery,
+        endurance: inputs.endurance,
+        height: inputs.height,
+        // The link fills it in.
+        heeded: None,
+    };
+    me.link.tell(|end| {
+        end.beacon(Beacon { role: me.role, state: outputs.status.state.code(), battery });
+        end.report(air::report_to_air(outputs));
+        if me.role != settings::Role::Base {
+            end.telemeter(air::telemetry(outputs, &machine));
+        }
+    });
+}
+
+/// What the drone senses and hears. Before the first step of the control loop it senses nothing.
+fn inputs<'a>(now: Instant, heard: &'a [Heard], link: &Link) -> Inputs<'a> {
+    let status = control::STATUS.get();
+    let standing = link.standing();
+    let fitness = |status: flight::Status| fitness(status.mode, now, standing);
     Inputs {
         ranges: rangers::sides(now).diagonals(),
         velocity: status.and_then(|status| status.velocity).map(mounting::from_board),
         heading: status.map(|status| mounting::heading(status.attitude.yaw)),
         height: status.and_then(|status| status.height),
         heard,
-        order: None,
-        fitness: status.map_or(Fitness::Unfit, |status| fitness(status.mode, now)),
+        order: ORDER.take(),
+        fitness: status.map_or(Fitness::Unfit, fitness),
         endurance: status.and_then(|status| status.battery.endurance),
         emergency: false,
     }
 }
 
 /// To the navigator a beam that says nothing is one that sees nothing, so a drone that misses one
-/// does not take off.
-fn fitness(mode: Mode, now: Instant) -> Fitness {
+/// does not take off; nor one that nobody would hear.
+fn fitness(mode: Mode, now: Instant, standing: Standing) -> Fitness {
     match mode {
-        Mode::Grounded { .. } if !rangers::all_sides(now) => Fitness::Unfit,
+        Mode::Grounded { .. } if standing != Standing::Fine || !rangers::all_sides(now) => {
+            Fitness::Unfit
+        }
         mode => mounting::fitness(mode),
     }
 }

@@ -1,36 +1,48 @@
-//! The radio chip, at the other end of a serial line: reports in and out, battery, power button.
+//! The radio chip, at the other end of a serial line: the chain's packets and the operator's in and
+//! out, battery, power button.
 //!
 //! The chip is silent until it has received a good frame, and deaf to the air until it is told
 //! that its radio is set, so [`transmit`] tells it everything at boot, and again when the line has
-//! been dead for a while: then the chip was reset, and has forgotten. The first report that goes
-//! out ends the chip's Bluetooth mode (crazyflie2-nrf-firmware, `main.c`).
+//! been dead for a while: then the chip was reset, and has forgotten. Nothing goes on the air
+//! before it has answered.
 //!
-//! Reports are P2P broadcasts on port [`PORT`]. Two drones whose rounds began at the same time
-//! would talk over each other for ever, so each report waits a moment that differs from report to
-//! report and from drone to drone.
+//! The chain's packets are P2P packets on port [`PORT`]. What is in them, who may say it and when is
+//! decided in `crates/airlink`; here they are sent at the moment that it names, or not at all: a
+//! packet that the chip does not take at once would talk into somebody else's turn.
+//!
+//! A drone without keys sends no such packet, not even an empty one. The chip begins in Bluetooth
+//! mode, which the first packet ends that it receives or sends by its own protocol
+//! (crazyflie2-nrf-firmware, `main.c`): so the first drone that speaks ends it for itself and for
+//! whoever hears it, and a drone without keys has to hear nobody but a Crazyradio.
+//!
+//! The operator's packets are the vendor's protocol, CRTP, which [`crate::desk`] answers: for each
+//! that comes in, one may go out.
 
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
-use chain::neighbours::Heard;
-use chain::report::Report;
-use embassy_futures::select::{Either, select};
+use agent::air;
+use airlink::{Airlink, Event};
+use embassy_futures::select::{Either4, select4};
 use embassy_futures::yield_now;
 use embassy_stm32::mode::Async;
 use embassy_stm32::usart::{RingBufferedUartRx, UartTx};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
-use embassy_time::{Duration, Timer, with_timeout};
-use units::Volts;
-use wire::report as air;
+use embassy_time::{Duration, Instant, Timer, with_timeout};
+use units::{Dbm, Volts};
+use wire::crtp::Packet;
 use wire::settings::Settings;
-use wire::syslink::{Battery, Decoder, Frame, Incoming, MAX_FRAME, Outgoing, Port};
+use wire::syslink::{Battery, Decoder, Frame, Incoming, MAX_FRAME, MAX_P2P, Outgoing, Port};
 
 use crate::board::Edge;
+use crate::desk::Desk;
 use crate::health::{self, Tally, Task};
 use crate::latest::Latest;
-use crate::{control, mind, store};
+use crate::link::Link;
+use crate::{clock, control, mind, store};
 
-/// Where the chain's reports are. 15 is the port of the vendor's token ring, 0 that of its
+/// Where the chain's packets are. 15 is the port of the vendor's token ring, 0 that of its
 /// example.
 const PORT: u8 = 11;
 
@@ -38,8 +50,8 @@ const PORT: u8 = 11;
 pub(crate) static VOLTAGE: Latest<Option<Volts>> = Latest::new(None);
 /// Battery and charger.
 pub(crate) static BATTERY: Latest<Option<Battery>> = Latest::new(None);
-/// The report to be sent next. A newer one replaces it.
-pub(crate) static REPORT: Signal<CriticalSectionRawMutex, Report> = Signal::new();
+/// How strong the last packet was that the chip received, no matter whose.
+pub(crate) static RSSI: Latest<Option<Dbm>> = Latest::new(None);
 
 /// Reports of others that came in.
 pub(crate) static HEARD: Tally = Tally::new();
@@ -47,6 +59,9 @@ pub(crate) static HEARD: Tally = Tally::new();
 pub(crate) static ERRORS: Tally = Tally::new();
 /// Frames that the chip did not take in time.
 pub(crate) static DROPPED: Tally = Tally::new();
+
+/// Answers to the operator: one for each packet that came from there, so there are never many.
+static ANSWERS: Channel<CriticalSectionRawMutex, Packet, 4> = Channel::new();
 
 /// The power button was pressed.
 static BUTTON: Signal<CriticalSectionRawMutex, ()> = Signal::new();
@@ -65,17 +80,25 @@ const SILENCE: Duration = Duration::from_secs(1);
 const WRITE_LIMIT: Duration = Duration::from_millis(5);
 /// The chip empties its buffer of 128 bytes in a few ms.
 const HOLD_LIMIT: Duration = Duration::from_millis(20);
-/// For the store to finish a write: two pages at 5 ms.
-const FLUSH_LIMIT: Duration = Duration::from_millis(60);
-/// Rounds of the sending task without a frame from the chip, after which it is told everything
-/// again: with five reports a second, a second.
-const SILENT_ROUNDS: u8 = 5;
+/// A packet of the chain's that the chip does not take within this time would be late for its turn.
+const LATE: Duration = Duration::from_micros(300);
+/// An answer of 31 bytes takes 0.4 ms of the line; it is not begun when it would delay a packet of
+/// the chain's.
+const ANSWER: Duration = Duration::from_millis(1);
+/// For the store to finish a write, two pages at 5 ms, and for a turn to come: a frame is 100 ms.
+const FLUSH_LIMIT: Duration = Duration::from_millis(110);
 /// The sending task's longest round.
 const ROUND: Duration = Duration::from_millis(250);
+/// The shortest one after a turn in which nothing was sent.
+const PAUSE: Duration = Duration::from_millis(1);
 
 /// The receiving task.
 #[embassy_executor::task]
-pub(crate) async fn receive(mut line: RingBufferedUartRx<'static>) -> ! {
+pub(crate) async fn receive(
+    mut line: RingBufferedUartRx<'static>,
+    link: &'static Link,
+    desk: &'static mut Desk,
+) -> ! {
     let mut decoder = Decoder::new();
     let mut bytes = [0; 128];
     loop {
@@ -86,7 +109,7 @@ pub(crate) async fn receive(mut line: RingBufferedUartRx<'static>) -> ! {
                 let bad = decoder.counters().bad_checksums;
                 while let Some(frame) = decoder.next(&mut rest) {
                     FRAMES.fetch_add(1, Ordering::Relaxed);
-                    take(&frame);
+                    take(&frame, link, desk);
                 }
                 if decoder.counters().bad_checksums != bad {
                     ERRORS.count();
@@ -99,25 +122,31 @@ pub(crate) async fn receive(mut line: RingBufferedUartRx<'static>) -> ! {
             }
             Err(_) => {}
         }
+        desk.look(clock::now(), link);
     }
 }
 
 /// Passes on what came in.
-fn take(frame: &Frame<'_>) {
+fn take(frame: &Frame<'_>, link: &Link, desk: &mut Desk) {
     match Incoming::parse(frame) {
-        Ok(Incoming::P2pBroadcast { port, rssi, data }) if port.number() == PORT => {
-            match air::Report::decode(data) {
-                Ok(report) => {
-                    HEARD.count();
-                    mind::hear(Heard { report: agent::air::from_air(&report), rssi });
-                }
-                Err(_) => ERRORS.count(),
+        Ok(Incoming::P2pBroadcast { port, rssi, data } | Incoming::P2p { port, rssi, data })
+            if port.number() == PORT =>
+        {
+            if let Some(event) = link.tell(|end| end.receive(clock::now(), rssi, data)).flatten() {
+                pass_on(event, desk);
+            }
+        }
+        Ok(Incoming::Raw(packet)) => {
+            if let Some(answer) = desk.answer(clock::now(), packet, link) {
+                // Where there is no room, the chip has not asked for the ones before.
+                let _ = ANSWERS.try_send(answer);
             }
         }
         Ok(Incoming::Battery(battery)) => {
             VOLTAGE.set(Some(battery.voltage));
             BATTERY.set(Some(battery));
         }
+        Ok(Incoming::Rssi(rssi)) => RSSI.set(rssi),
         Ok(Incoming::ShutdownRequest) => {
             SHUTS_DOWN.store(true, Ordering::Relaxed);
             BUTTON.signal(());
@@ -127,39 +156,97 @@ fn take(frame: &Frame<'_>) {
     }
 }
 
-/// The sending task.
-#[embassy_executor::task]
-pub(crate) async fn transmit(mut line: UartTx<'static, Async>, mut hold: Edge) -> ! {
-    let mut out = Out { line: &mut line, hold: &mut hold };
-    let mut frames = FRAMES.load(Ordering::Relaxed);
-    // Rounds without a frame from the chip since it was last told; none before it was.
-    let mut silent = None;
-    loop {
-        health::sign(Task::Transmit);
-        if silent.is_none_or(|rounds: u8| rounds >= SILENT_ROUNDS)
-            && let Some(settings) = store::settings()
-        {
-            out.introduce(&settings).await;
-            silent = Some(0);
+/// Whoever it is for hears of it.
+fn pass_on(event: Event, desk: &mut Desk) {
+    match event {
+        Event::Report { from, counter, report, rssi } => {
+            HEARD.count();
+            mind::hear(air::report_from_air(from, counter, &report, rssi));
         }
-        match with_timeout(ROUND, select(REPORT.wait(), BUTTON.wait())).await {
-            Ok(Either::First(report)) => {
-                Timer::after(jitter(&report)).await;
-                out.report(&report).await;
-            }
-            Ok(Either::Second(())) => out.let_go().await,
-            Err(_) => {}
+        Event::Order { task, .. } => {
+            desk.heed();
+            mind::order(air::task_from_air(task));
         }
-        let now = FRAMES.load(Ordering::Relaxed);
-        silent = silent.map(|rounds| if now == frames { rounds.saturating_add(1) } else { 0 });
-        frames = now;
+        Event::Telemetry { from, telemetry, .. } => desk.hear(clock::now(), from, telemetry),
+        Event::Beacon { .. } | Event::Membership { .. } => {}
     }
 }
 
-/// Up to 16 ms, by a multiplicative hash of number and sequence (Knuth, TAOCP 3, 6.4: 2³²/φ).
-fn jitter(report: &Report) -> Duration {
-    let key = (u32::from(report.from.0) << 16) | u32::from(report.sequence);
-    Duration::from_micros((key.wrapping_mul(0x9E37_79B9) >> 18).into())
+/// The sending task.
+#[embassy_executor::task]
+pub(crate) async fn transmit(
+    mut line: UartTx<'static, Async>,
+    mut hold: Edge,
+    link: &'static Link,
+) -> ! {
+    let mut out = Out { line: &mut line, hold: &mut hold };
+    let mut chip = Chip::new();
+    loop {
+        health::sign(Task::Transmit);
+        if chip.is_to_be_told(Instant::now())
+            && let Some(settings) = store::settings()
+        {
+            out.introduce(&settings).await;
+            chip.told(Instant::now());
+        }
+        let due = if chip.answers { link.due().map(at) } else { None };
+        let wake = (Instant::now() + ROUND).min(due.unwrap_or(Instant::MAX));
+        match select4(Timer::at(wake), link.news(), ANSWERS.receive(), BUTTON.wait()).await {
+            Either4::First(()) if due.is_some_and(|due| due <= Instant::now()) => {
+                out.speak(link).await;
+            }
+            Either4::First(()) | Either4::Second(()) => {}
+            Either4::Third(answer) => {
+                if let Some(due) = due
+                    && due < Instant::now() + ANSWER
+                {
+                    Timer::at(due).await;
+                    out.speak(link).await;
+                }
+                out.send(&Outgoing::Raw(answer.bytes())).await;
+            }
+            Either4::Fourth(()) => out.let_go(link).await,
+        }
+    }
+}
+
+/// A moment, as the executor counts it.
+fn at(moment: units::Instant) -> Instant {
+    Instant::from_micros(moment.as_micros())
+}
+
+/// What is known of the chip.
+struct Chip {
+    /// Frames that it had sent when this was last looked at,
+    frames: u32,
+    /// and when that was not the number before; `None` before it was told anything.
+    last: Option<Instant>,
+    /// It has sent something since it was told everything.
+    answers: bool,
+}
+
+impl Chip {
+    fn new() -> Self {
+        Self { frames: FRAMES.load(Ordering::Relaxed), last: None, answers: false }
+    }
+
+    /// Whether it is new, or has been silent for so long that it must have forgotten everything.
+    fn is_to_be_told(&mut self, now: Instant) -> bool {
+        let frames = FRAMES.load(Ordering::Relaxed);
+        let Some(last) = &mut self.last else { return true };
+        if frames != self.frames {
+            self.frames = frames;
+            *last = now;
+            self.answers = true;
+        }
+        now.saturating_duration_since(*last) >= SILENCE
+    }
+
+    fn told(&mut self, now: Instant) {
+        self.frames = FRAMES.load(Ordering::Relaxed);
+        self.last = Some(now);
+        self.answers = false;
+    }
 }
 
 /// The line to the chip.
@@ -186,18 +273,36 @@ impl Out<'_> {
         }
     }
 
-    async fn report(&mut self, report: &Report) {
-        let Some(port) = Port::new(PORT) else { return };
-        let data = agent::air::to_air(report).encode();
-        self.send(&Outgoing::P2pBroadcast { port, data: &data }).await;
+    /// Sends what the link has to say now. Where the chip does not take it, nothing is asked of
+    /// the link, which says it in its next turn.
+    async fn speak(&mut self, link: &Link) {
+        let (Some(port), Ok(())) =
+            (Port::new(PORT), with_timeout(LATE, self.hold.wait_for_low()).await)
+        else {
+            DROPPED.count();
+            Timer::after(PAUSE).await;
+            return;
+        };
+        let mut packet = [0; MAX_P2P];
+        let length = link.with(|end| end.transmit(clock::now(), &mut packet)).flatten();
+        match length.and_then(|length| packet.get(..length)) {
+            Some(data) => self.send(&Outgoing::P2pBroadcast { port, data }).await,
+            None => Timer::after(PAUSE).await,
+        }
     }
 
-    /// Power may go as soon as the motors stand and nothing is being written. A drone in the air
-    /// does not answer; the chip will then take the power away by itself after a second.
-    async fn let_go(&mut self) {
-        let began = embassy_time::Instant::now();
-        while !store::is_idle() && began.elapsed() < FLUSH_LIMIT {
-            Timer::after_millis(1).await;
+    /// Power may go as soon as the motors stand and nothing is being written; where one of its
+    /// turns comes by then, the drone says goodbye to the chain. A drone in the air does not answer;
+    /// the chip will then take the power away by itself after a second.
+    async fn let_go(&mut self, link: &Link) {
+        let until = Instant::now() + FLUSH_LIMIT;
+        let leaves = !control::is_airborne() && link.with(Airlink::leave).is_some();
+        while Instant::now() < until {
+            match link.due().map(at).filter(|_| leaves) {
+                Some(due) if due <= Instant::now() => self.speak(link).await,
+                None if store::is_idle() => break,
+                Some(_) | None => Timer::after(PAUSE).await,
+            }
         }
         if !control::is_airborne() {
             self.send(&Outgoing::ShutdownAck).await;

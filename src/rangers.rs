@@ -4,14 +4,17 @@
 //! decks there are is found out at boot, and holds until the next one: of a deck that is missing
 //! then, the other's rangers do not depend.
 
+use core::sync::atomic::{AtomicBool, Ordering};
+
 use agent::AgentConfig;
 use agent::mounting::{self, Beams};
+use crtp::Ranges;
 use embassy_embedded_hal::shared_bus::asynch::i2c::I2cDevice;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::mutex::Mutex;
 use embassy_time::{Duration, Timer};
 use sensors::multi_ranger::{Beam, BeamState, DeckProbe, MultiRanger, RangerConfig, Sweep};
-use sensors::vl53l1x::Reading;
+use sensors::vl53l1x::{RangeStatus, Reading};
 use units::{Instant, Metres};
 
 use crate::bus::Bus;
@@ -27,8 +30,11 @@ pub(crate) type Share = I2cDevice<'static, NoopRawMutex, Bus>;
 /// The height, until the control loop takes it.
 pub(crate) static DOWN: Latest<Option<Reading>> = Latest::new(None);
 
-/// The latest reading of each side.
-static SIDES: Latest<Sides> = Latest::new(Sides([None; 4]));
+/// The latest reading of each.
+static SEEN: Latest<Seen> = Latest::new(Seen([None; 6]));
+
+/// There is a Multi-ranger deck.
+static DECK: AtomicBool = AtomicBool::new(false);
 
 /// Transactions that failed.
 static ERRORS: Tally = Tally::new();
@@ -45,25 +51,54 @@ const BELIEVED_FOR: units::Duration = units::Duration::from_millis(100);
 /// Farther than this nobody steers by a side beam.
 const REACH: Metres = AgentConfig::DEFAULT.nav.reach;
 
-/// Front, right, back and left.
+/// In the order of [`Beam::ALL`].
 #[derive(Clone, Copy)]
-struct Sides([Option<(Reading, Instant)>; 4]);
+struct Seen([Option<(Reading, Instant)>; 6]);
+
+impl Seen {
+    /// What is believed of a beam now.
+    fn of(&self, beam: Beam, now: Instant) -> Option<Reading> {
+        let (_, latest) = Beam::ALL.into_iter().zip(self.0).find(|(other, _)| *other == beam)?;
+        latest.filter(|(_, at)| now.since(*at) <= BELIEVED_FOR).map(|(reading, _)| reading)
+    }
+}
 
 const SIDE_BEAMS: [Beam; 4] = [Beam::Front, Beam::Right, Beam::Back, Beam::Left];
 
 /// What the four side beams say now.
 pub(crate) fn sides(now: Instant) -> Beams {
-    let [front, right, back, left] = SIDES.get().0.map(|latest| {
-        let believed = latest.filter(|(_, at)| now.since(*at) <= BELIEVED_FOR);
-        mounting::side_beam(believed.as_ref().map(|(reading, _)| reading), REACH)
-    });
+    let seen = SEEN.get();
+    let [front, right, back, left] =
+        SIDE_BEAMS.map(|beam| mounting::side_beam(seen.of(beam, now).as_ref(), REACH));
     Beams { front, right, back, left }
 }
 
 /// Whether each of the four is there: it says something, whatever it sees.
 pub(crate) fn all_sides(now: Instant) -> bool {
-    let is_fresh = |(_, at): (Reading, Instant)| now.since(at) <= BELIEVED_FOR;
-    SIDES.get().0.into_iter().all(|latest| latest.is_some_and(is_fresh))
+    let seen = SEEN.get();
+    SIDE_BEAMS.into_iter().all(|beam| seen.of(beam, now).is_some())
+}
+
+/// What all six have measured, for whoever looks.
+pub(crate) fn seen(now: Instant) -> Ranges {
+    let seen = SEEN.get();
+    let distance = |beam| {
+        let reading = seen.of(beam, now)?;
+        (reading.status == RangeStatus::Valid).then_some(reading.distance)
+    };
+    Ranges {
+        front: distance(Beam::Front),
+        back: distance(Beam::Back),
+        left: distance(Beam::Left),
+        right: distance(Beam::Right),
+        up: distance(Beam::Up),
+        down: distance(Beam::Down),
+    }
+}
+
+/// Whether there is a Multi-ranger deck.
+pub(crate) fn are_there() -> bool {
+    DECK.load(Ordering::Relaxed)
 }
 
 /// Transactions that failed since boot.
@@ -103,6 +138,7 @@ async fn decks(bus: &'static DeckBus) -> RangerConfig {
             } else if config.sides.is_none() {
                 defmt::warn!("no Multi-ranger deck");
             }
+            DECK.store(config.sides.is_some(), Ordering::Relaxed);
             break config;
         }
         Timer::after(PROBE_ROUND).await;
@@ -113,12 +149,12 @@ fn publish(sweep: &Sweep) {
     if let Some(down) = sweep.of(Beam::Down) {
         DOWN.set(Some(down));
     }
-    let mut sides = SIDES.get();
+    let mut seen = SEEN.get();
     let now = clock::now();
-    for (beam, place) in SIDE_BEAMS.into_iter().zip(&mut sides.0) {
+    for (beam, place) in Beam::ALL.into_iter().zip(&mut seen.0) {
         if let Some(reading) = sweep.of(beam) {
             *place = Some((reading, now));
         }
     }
-    SIDES.set(sides);
+    SEEN.set(seen);
 }

@@ -8,8 +8,8 @@ use object::read::elf::{FileHeader, ProgramHeader};
 
 use crate::Result;
 
-/// Flash behind the bootloader (`memory.x`).
-pub(crate) const FLASH: Range<u32> = 0x0800_4000..0x0810_0000;
+/// Flash between the bootloader and the page for keys (`memory.x`).
+pub(crate) const FLASH: Range<u32> = 0x0800_4000..0x080E_0000;
 
 /// Main memory (`memory.x`).
 pub(crate) const RAM: Range<u32> = 0x2000_0000..0x2002_0000;

@@ -10,8 +10,9 @@ use crate::panics::{self, Verdict};
 use crate::rules::{self, Panics, Stack};
 use crate::{Result, disassembly, image, stack};
 
-/// A sixth of the flash, so that all that is still to come has room. Bytes.
-const FLASH_BUDGET: u32 = 160_000;
+/// Less than a quarter of the flash, so that all that is still to come has room. Bytes. It was
+/// 160,000 before the link (29 kB with its cipher) and the vendor's protocol (27 kB) came in.
+const FLASH_BUDGET: u32 = 200_000;
 /// Half of the RAM, worst-case stack included. Bytes.
 const RAM_BUDGET: u32 = 64_000;
 
