@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use super::progress::Progress;
 use super::{Common, Trouble, Verdict, runs};
-use crate::bench::{chain, estimator, faults, throughput};
+use crate::bench::{attacks, chain, estimator, faults, link, throughput};
 use crate::input_error::InputError;
 use crate::output;
 use crate::scenario::POLICIES;
@@ -37,6 +37,10 @@ enum Name {
     Faults,
     /// Whether the state estimator knows itself
     Estimator,
+    /// How orders and telemetry get through a chain
+    Link,
+    /// What a chain takes from somebody who has no key
+    Attacks,
 }
 
 impl Name {
@@ -46,6 +50,8 @@ impl Name {
             Self::Throughput => "throughput.json",
             Self::Faults => "faults.json",
             Self::Estimator => "estimator.json",
+            Self::Link => "link.json",
+            Self::Attacks => "attacks.json",
         }
     }
 }
@@ -60,6 +66,8 @@ pub(super) fn run(args: &BenchArgs) -> Result<Verdict, Trouble> {
             Name::Throughput => throughput_bench(args)?,
             Name::Faults => faults_bench(args)?,
             Name::Estimator => estimator_bench(args)?,
+            Name::Link => link_bench(args)?,
+            Name::Attacks => attacks_bench(args)?,
         };
         tables.push_str(&table);
         values.push(value);
@@ -241,4 +249,68 @@ fn estimator_bench(args: &BenchArgs) -> Result<(String, Value), Trouble> {
         report.velocity_mps, report.height_m, report.tilt_deg
     );
     Ok((table, report.json()))
+}
+
+fn link_bench(args: &BenchArgs) -> Result<(String, Value), Trouble> {
+    let count = runs(args.runs.unwrap_or(10))?;
+    let total = link::DRONES.count() * link::LOSSES.len() * count;
+    let progress = Progress::new(total as u64, args.common.quiet);
+    progress.say("chains");
+    let rows = link::run(count, args.common.seed, || progress.step());
+    drop(progress);
+    let mut table = format!(
+        "link: {count} times 60 s a row; aim: 95 of 100 orders through {} hops at 20 % loss within \
+         {} s\n\n  {:>6} {:>5} {:>10} {:>10} {:>9} {:>12} {:>6}\n",
+        link::AIM_HOPS,
+        link::AIM_S,
+        "drones",
+        "loss",
+        "offered/s",
+        "delivered",
+        "pilot, s",
+        "telemetry, s",
+        "air",
+    );
+    let seconds = |value: Option<f32>| {
+        value.map_or_else(|| "never".to_owned(), |value| format!("{value:.3}"))
+    };
+    for row in &rows {
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            table,
+            "  {:>6} {:>5.2} {:>10.1} {:>10.3} {:>9} {:>12} {:>6.3}",
+            row.drones,
+            row.loss,
+            row.offered_per_s,
+            row.delivered,
+            seconds(row.pilot_delay_p95_s),
+            seconds(row.telemetry_delay_p95_s),
+            row.air_time_fraction,
+        );
+    }
+    Ok((table, rows.iter().map(link::Row::json).collect()))
+}
+
+fn attacks_bench(args: &BenchArgs) -> Result<(String, Value), Trouble> {
+    let count = runs(args.runs.unwrap_or(10))?;
+    let progress = Progress::new((attacks::COUNT * count) as u64, args.common.quiet);
+    progress.say("missions");
+    let rows = attacks::run(count, args.common.seed, || progress.step())?;
+    drop(progress);
+    let mut table = format!(
+        "attacks: {}, flight level, {count} missions a row\n\n  {:40} {:>8} {:>8}  effect\n",
+        attacks::SCENARIO,
+        "attack",
+        "packets",
+        "accepted",
+    );
+    for row in &rows {
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            table,
+            "  {:40} {:>8} {:>8}  {}",
+            row.attack, row.packets, row.accepted, row.effect
+        );
+    }
+    Ok((table, rows.iter().map(attacks::Row::json).collect()))
 }

@@ -7,9 +7,11 @@
 mod bench;
 mod campaign;
 mod figures;
+mod keys;
 mod progress;
 mod replay;
 mod run;
+mod serve;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -38,6 +40,10 @@ enum Verb {
     Figures(figures::FiguresArgs),
     /// Run recorded RSSI through the on-board code
     Replay(replay::ReplayArgs),
+    /// Put every drone of a scenario on a UDP port, for cfclient and cflib
+    Serve(serve::ServeArgs),
+    /// Make the keys of a fleet and provision its drones with them
+    Keys(keys::KeysArgs),
     /// Run the named benchmarks; without a name, all of them
     Bench(bench::BenchArgs),
 }
@@ -135,6 +141,8 @@ pub fn main() -> ExitCode {
         Verb::Campaign(args) => campaign::run(&args),
         Verb::Figures(args) => figures::run(&args),
         Verb::Replay(args) => replay::run(&args),
+        Verb::Serve(args) => serve::run(&args),
+        Verb::Keys(args) => keys::run(&args),
         Verb::Bench(args) => bench::run(&args),
     };
     match done {

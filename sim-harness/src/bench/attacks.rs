@@ -1,0 +1,300 @@
+//! Whole missions at flight level with somebody beside the chain who has radios of his own, the
+//! vendor's firmware, and has heard every packet from the beginning, but no key.
+//!
+//! The mission is `relay-pair`, flown longer: a head that explores, its relay, and the base.
+
+use agent::State;
+use rayon::prelude::*;
+use serde_json::{Value, json};
+use wire::p2p::{HEADER, MAX_BODY, TAG};
+use wire::radio::Datarate;
+use wire::syslink::MAX_P2P;
+
+use crate::input_error::InputError;
+use crate::medium::timing;
+use crate::mission::{Mission, ROUND_US, World};
+use crate::random::{Purpose, Stream};
+use crate::scenario::{Fidelity, Scenario};
+
+/// The scenario's name.
+pub const SCENARIO: &str = "relay-pair";
+/// How long it is flown, µs.
+const SPAN_US: u64 = 20_000_000;
+/// Packets a second of an attack that is no flood: as many as a chain of three sends itself.
+const RATE: u64 = 50;
+/// A flood offers the air so many times what it can carry.
+const FLOOD: usize = 10;
+/// A recording is at least so old, µs.
+const OLD_US: u64 = 2_000_000;
+/// Halfway between base and relay at the beginning, m.
+const NEAR: f32 = 1.0;
+/// Far beyond the end of the tunnel, m: what comes from there is more than 12 dB weaker than the
+/// links that the chain flies by.
+const FAR: f32 = 200.0;
+
+/// How many attacks there are.
+pub const COUNT: usize = Attack::ALL.len();
+
+/// What is tried.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Attack {
+    /// Nothing: what the others are measured against.
+    None,
+    /// Packets of every kind, from every number, with counters to come and bytes of chance.
+    Forged,
+    /// What was heard at least [`OLD_US`] before, again.
+    Replayed,
+    /// What was heard last, again at once: from a drone that had missed it, it is the first that
+    /// is heard of it, and not to be told from a better way through the rock.
+    Repeated,
+    /// What was heard, with bytes missing at the end.
+    Truncated,
+    /// What was heard, with one to three bits changed.
+    BitFlipped,
+    /// What was heard, as if another had sent it, with that one's next numbers.
+    WrongSender,
+    /// Ten radios in the middle of the chain that send without a pause, forged packets all.
+    Flood,
+    /// The same, from where they are much weaker than the links of the chain.
+    FloodFromAfar,
+}
+
+impl Attack {
+    const ALL: [Self; 9] = [
+        Self::None,
+        Self::Forged,
+        Self::Replayed,
+        Self::Repeated,
+        Self::Truncated,
+        Self::BitFlipped,
+        Self::WrongSender,
+        Self::Flood,
+        Self::FloodFromAfar,
+    ];
+
+    const fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Forged => "forged",
+            Self::Replayed => "replayed",
+            Self::Repeated => "repeated at once",
+            Self::Truncated => "truncated",
+            Self::BitFlipped => "bit-flipped",
+            Self::WrongSender => "wrong sender",
+            Self::Flood => "flood, 10 times the air, in the middle",
+            Self::FloodFromAfar => "flood, 10 times the air, from afar",
+        }
+    }
+
+    const fn radios(self) -> usize {
+        match self {
+            Self::Flood | Self::FloodFromAfar => FLOOD,
+            _ => 1,
+        }
+    }
+
+    const fn place(self) -> f32 {
+        match self {
+            Self::FloodFromAfar => FAR,
+            _ => NEAR,
+        }
+    }
+}
+
+/// What came of one attack.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// Its name.
+    pub attack: &'static str,
+    /// How many packets were sent at the chain, in all missions.
+    pub packets: u64,
+    /// How often a drone took one for the chain's.
+    pub accepted: u64,
+    /// What the chain did, in how many of the missions.
+    pub effect: String,
+}
+
+impl Row {
+    /// As one object.
+    #[must_use]
+    pub fn json(&self) -> Value {
+        json!({
+            "attack": self.attack,
+            "packets": self.packets,
+            "accepted": self.accepted,
+            "effect": self.effect,
+        })
+    }
+}
+
+/// Every attack on `runs` missions, with seeds from `seed` on.
+///
+/// # Errors
+/// [`InputError`] if the built-in scenario cannot be read.
+pub fn run(runs: usize, seed: u64, after_each: impl Fn() + Sync) -> Result<Vec<Row>, InputError> {
+    let mut scenario = Scenario::open(SCENARIO)?.at(Fidelity::Flight);
+    scenario.duration_us = SPAN_US;
+    let world = World::of(&scenario);
+    let rows = Attack::ALL.into_par_iter().map(|attack| {
+        let ends: Vec<End> = (0..runs as u64)
+            .map(|n| {
+                let end = fly(&scenario, &world, attack, seed.wrapping_add(n));
+                after_each();
+                end
+            })
+            .collect();
+        row(attack, &ends)
+    });
+    Ok(rows.collect())
+}
+
+/// How one mission ended.
+struct End {
+    packets: u64,
+    accepted: u64,
+    /// Head and relay are in the air and at their work, and hear each other and the base.
+    holds: bool,
+    /// Orders that reached the head.
+    orders: u32,
+    /// How long each drone was without the neighbours that it had, s.
+    deaf_s: f32,
+    states: Vec<&'static str>,
+}
+
+fn row(attack: Attack, ends: &[End]) -> Row {
+    let holds = ends.iter().filter(|end| end.holds).count();
+    let orders: u32 = ends.iter().map(|end| end.orders).sum();
+    let mean_orders = f64::from(orders) / ends.len().max(1) as f64;
+    let deaf_s = ends.iter().map(|end| end.deaf_s).fold(0.0, f32::max);
+    let mut effect = format!(
+        "chain holds in {holds} of {}; {mean_orders:.0} orders reach the head; a link missed for \
+         {deaf_s:.1} s at most",
+        ends.len()
+    );
+    if let Some(end) = ends.iter().find(|end| !end.holds) {
+        effect += &format!("; else it ends {}", end.states.join(", "));
+    }
+    Row {
+        attack: attack.name(),
+        packets: ends.iter().map(|end| end.packets).sum(),
+        accepted: ends.iter().map(|end| end.accepted).sum(),
+        effect,
+    }
+}
+
+fn fly(scenario: &Scenario, world: &World, attack: Attack, seed: u64) -> End {
+    let places = vec![attack.place(); attack.radios()];
+    let mut mission = Mission::besieged(scenario, world, seed, &places);
+    let mut random = Stream::new(seed, Purpose::Intruder);
+    let mut missed = vec![0_u32; mission.count()];
+    while !mission.is_over() {
+        attack_for_a_round(&mut mission, attack, &mut random);
+        mission.round();
+        for (n, missed) in missed.iter_mut().enumerate() {
+            *missed += u32::from(!has_neighbours(&mission, n));
+        }
+    }
+    let states: Vec<_> = mission.agents().map(agent::Agent::state).collect();
+    let flies = |n: usize, state: &State| match state {
+        State::Leading { .. } => n == 0,
+        State::Relaying { .. } => n > 0,
+        _ => false,
+    };
+    let drones = states.len() - 1;
+    let at_work = states.iter().enumerate().take(drones).all(|(n, state)| flies(n, state));
+    let hear = (0..mission.count()).all(|n| has_neighbours(&mission, n));
+    End {
+        packets: mission.intruded(),
+        accepted: mission.accepted(),
+        holds: at_work && hear,
+        orders: mission.radio().orders,
+        deaf_s: missed.iter().max().map_or(0.0, |&n| n as f32 * ROUND_US as f32 * 1e-6),
+        states: states.iter().map(|state| state.name()).collect(),
+    }
+}
+
+/// Whether a member hears whom it should: the head one behind, the base one in front, others both.
+fn has_neighbours(mission: &Mission<'_>, n: usize) -> bool {
+    let Some(status) = mission.view(n).and_then(|view| view.outputs).map(|out| out.status) else {
+        return false;
+    };
+    let front = n == 0 || status.front.is_some();
+    let back = n + 1 == mission.count() || status.back.is_some();
+    front && back
+}
+
+/// What he sends in the coming round.
+fn attack_for_a_round(mission: &mut Mission<'_>, attack: Attack, random: &mut Stream) {
+    match attack {
+        Attack::None => {}
+        Attack::Flood | Attack::FloodFromAfar => {
+            let each_us = timing::air_us(Datarate::Mbit2, MAX_P2P);
+            for radio in 0..FLOOD {
+                // Out of step with each other, as nobody keeps ten radios in step.
+                let mut at_us = random.below(each_us as u32).into();
+                while at_us < ROUND_US {
+                    mission.intrude(radio, at_us, &forged(mission.count(), random));
+                    at_us += each_us;
+                }
+            }
+        }
+        _ => {
+            for _ in 0..RATE * ROUND_US / 1_000_000 {
+                let Some(packet) = made(mission, attack, random) else { continue };
+                mission.intrude(0, random.below(ROUND_US as u32).into(), &packet);
+            }
+        }
+    }
+}
+
+/// One packet of an attack; none while there is nothing to make it from.
+fn made(mission: &Mission<'_>, attack: Attack, random: &mut Stream) -> Option<Vec<u8>> {
+    if attack == Attack::Forged {
+        return Some(forged(mission.count(), random));
+    }
+    let old_us = mission.time_us().saturating_sub(OLD_US);
+    let known = match attack {
+        Attack::Replayed => mission.overheard().take_while(|heard| heard.at_us < old_us).count(),
+        _ => mission.overheard().len(),
+    };
+    // Half of them the newest of these, half of them any.
+    let which = match random.below(2) {
+        _ if attack == Attack::Repeated => known.checked_sub(1)?,
+        0 => known.checked_sub(1)?,
+        _ => random.below(u32::try_from(known).ok().filter(|&n| n > 0)?) as usize,
+    };
+    let mut packet = mission.overheard().nth(which)?.data.clone();
+    match attack {
+        Attack::Truncated => packet.truncate(random.below(packet.len() as u32) as usize),
+        Attack::BitFlipped => {
+            // One to three, next to each other, so that none is changed back.
+            let (first, count) = (random.below(8 * packet.len() as u32 - 2), 1 + random.below(3));
+            for bit in first..first + count {
+                packet[bit as usize / 8] ^= 1 << (bit % 8);
+            }
+        }
+        Attack::WrongSender => {
+            let from = random.below(mission.count() as u32) as u8;
+            packet[1] = (packet[1] & 0xF0) | from;
+            let count = u32::from_le_bytes([packet[2], packet[3], packet[4], 0]);
+            let later = (count + 1 + random.below(100)).to_le_bytes();
+            packet[2..5].copy_from_slice(&later[..3]);
+        }
+        _ => {}
+    }
+    Some(packet)
+}
+
+/// A packet whose header is right and whose rest is chance.
+fn forged(members: usize, random: &mut Stream) -> Vec<u8> {
+    let kind = 1 + random.below(5) as u8;
+    let from = random.below(members as u32) as u8;
+    let length = HEADER + 1 + random.below(MAX_BODY as u32) as usize + TAG;
+    let mut packet: Vec<u8> = (0..length).map(|_| random.below(256) as u8).collect();
+    packet[0] = 0x10 | kind;
+    packet[1] = from | ((random.below(2) as u8) << 4);
+    // An epoch that the node may well have.
+    packet[6] &= 0x0F;
+    packet[7] = 0;
+    packet
+}

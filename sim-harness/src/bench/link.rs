@@ -1,0 +1,302 @@
+//! How the radio link does by itself: chains of 2 to 15 drones and a base, standing still, each
+//! of which hears the next and nobody else, so that a lost packet is lost and there is no way
+//! round anybody.
+//!
+//! Everybody reports five times a second and sends its telemetry home; the operator's stick is
+//! read five times a second and says something else each time. The base is polled by a dongle a
+//! hundred times a second ([`Polling`]), which keeps to nobody's turns.
+
+use airlink::{Event, LinkConfig};
+use heapless::Vec as Few;
+use radio_model::Reception;
+use rayon::prelude::*;
+use serde_json::{Value, json};
+use units::{Dbm, Metres, MetresPerSecond, NodeId};
+use wire::p2p::{Phase, Report, Task, Telemetry};
+
+use super::net::{End, Fleet, Net, next_only};
+use crate::medium::{Medium, MediumConfig, Polling};
+use crate::random::{Purpose, Stream};
+
+/// How many drones the chains have.
+pub const DRONES: std::ops::RangeInclusive<u8> = 2..=15;
+/// The part of all packets that is lost on each link.
+pub const LOSSES: [f32; 4] = [0.0, 0.2, 0.5, 0.7];
+/// A pilot's order is to reach the head within this, s, 95 of 100 times, through
+/// [`AIM_HOPS`] hops at a loss of 20 %: what the pilot of a vehicle takes for immediate enough to
+/// steer by at walking pace.
+pub const AIM_S: f32 = 0.5;
+/// See [`AIM_S`].
+pub const AIM_HOPS: u8 = 8;
+
+/// A round of everybody's mind, µs.
+const ROUND_US: u64 = 200_000;
+/// Before this, µs, nothing counts: everybody gets in.
+const SETTLE_US: u64 = 10_000_000;
+/// And then so long.
+const SPAN_US: u64 = 60_000_000;
+/// What was given in the last moments may still be on its way.
+const TAIL_US: u64 = 5_000_000;
+
+/// One chain at one loss.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// How many drones, the base not counted: as many hops from base to head.
+    pub drones: u8,
+    /// The part of all packets that is lost on each link.
+    pub loss: f32,
+    /// Messages a second that are to go through the chain: orders to the head, telemetry of all.
+    pub offered_per_s: f64,
+    /// The part of them that arrived.
+    pub delivered: f64,
+    /// From the stick to the head's mind, or until a later order got there, s: what 95 of 100 do
+    /// not exceed. `None` where so many never did.
+    pub pilot_delay_p95_s: Option<f32>,
+    /// From a drone's mind to the base, s, of the telemetry that arrived.
+    pub telemetry_delay_p95_s: Option<f32>,
+    /// The part of the time that the chain's packets are on the air.
+    pub air_time_fraction: f64,
+}
+
+impl Row {
+    /// As one object.
+    #[must_use]
+    pub fn json(&self) -> Value {
+        let round = |value: f64| (value * 1e4).round() / 1e4;
+        let seconds = |value: Option<f32>| value.map(|value| round(f64::from(value)));
+        json!({
+            "drones": self.drones,
+            "loss": round(f64::from(self.loss)),
+            "offered_per_s": round(self.offered_per_s),
+            "delivered": round(self.delivered),
+            "pilot_delay_p95_s": seconds(self.pilot_delay_p95_s),
+            "telemetry_delay_p95_s": seconds(self.telemetry_delay_p95_s),
+            "air_time_fraction": round(self.air_time_fraction),
+        })
+    }
+}
+
+/// All chains at all losses, each with `runs` seeds from `seed` on.
+#[must_use]
+pub fn run(runs: usize, seed: u64, after_each: impl Fn() + Sync) -> Vec<Row> {
+    let cases: Vec<_> = DRONES.flat_map(|drones| LOSSES.map(|loss| (drones, loss))).collect();
+    cases
+        .into_par_iter()
+        .map(|(drones, loss)| {
+            let mut sum = Seen::default();
+            for n in 0..runs as u64 {
+                sum.add(chain(drones, loss, seed.wrapping_add(n)));
+                after_each();
+            }
+            sum.row(drones, loss)
+        })
+        .collect()
+}
+
+/// What one or more runs showed.
+#[derive(Default)]
+struct Seen {
+    runs: u32,
+    orders: u32,
+    orders_heeded: u32,
+    telemetry_offered: f64,
+    telemetry: u32,
+    /// µs; `u64::MAX` where nothing came any more.
+    pilot_us: Vec<u64>,
+    telemetry_us: Vec<u64>,
+    air_us: u64,
+}
+
+impl Seen {
+    fn add(&mut self, other: Self) {
+        self.runs += 1;
+        self.orders += other.orders;
+        self.orders_heeded += other.orders_heeded;
+        self.telemetry_offered += other.telemetry_offered;
+        self.telemetry += other.telemetry;
+        self.pilot_us.extend(other.pilot_us);
+        self.telemetry_us.extend(other.telemetry_us);
+        self.air_us += other.air_us;
+    }
+
+    fn row(mut self, drones: u8, loss: f32) -> Row {
+        let seconds = f64::from(self.runs) * SPAN_US as f64 * 1e-6;
+        let offered = f64::from(self.orders) + self.telemetry_offered;
+        Row {
+            drones,
+            loss,
+            offered_per_s: offered / seconds,
+            delivered: f64::from(self.orders_heeded + self.telemetry) / offered,
+            pilot_delay_p95_s: p95(&mut self.pilot_us),
+            telemetry_delay_p95_s: p95(&mut self.telemetry_us),
+            air_time_fraction: self.air_us as f64 * 1e-6 / seconds,
+        }
+    }
+}
+
+/// What 95 of 100 do not exceed, s.
+fn p95(all_us: &mut [u64]) -> Option<f32> {
+    all_us.sort_unstable();
+    let at = (0.95 * all_us.len() as f64).ceil() as usize;
+    let value = *all_us.get(at.checked_sub(1)?)?;
+    (value < u64::MAX).then_some(value as f32 * 1e-6)
+}
+
+/// The speed that the stick says in round `n`: another one in each of a thousand rounds.
+fn stick(n: u64) -> MetresPerSecond {
+    MetresPerSecond((n % 1_000) as f32 * 1e-3)
+}
+
+/// One chain, once.
+fn chain(drones: u8, loss: f32, seed: u64) -> Seen {
+    let fleet = Fleet::of(seed);
+    let mut random = Stream::new(seed, Purpose::Start);
+    let stations = usize::from(drones) + 1;
+    let base = usize::from(drones);
+    let config = MediumConfig {
+        polling: Some(Polling::of(base)),
+        ..MediumConfig::of(Reception { loss_rate: loss, ..Reception::PAPER })
+    };
+    let mut net = Net {
+        ends: (0..=drones).map(|n| End::new(&fleet, n, drones, &mut random)).collect(),
+        medium: Medium::new(config, stations, seed),
+    };
+    let turns: Vec<u64> =
+        (0..stations).map(|_| (random.uniform() * ROUND_US as f32) as u64).collect();
+    let mut log = Log::new(stations);
+    let mut air_before = 0;
+    let (counts_from, counts_until) = (SETTLE_US, SETTLE_US + SPAN_US);
+    let mut order: Vec<usize> = (0..stations).collect();
+    order.sort_by_key(|&n| turns[n]);
+    for round in 0..(counts_until + TAIL_US) / ROUND_US {
+        for &n in &order {
+            let now_us = round * ROUND_US + turns[n];
+            net.run(now_us, &mut next_only, |by, at_us, event| log.took(by, at_us, event));
+            think(&mut net.ends[n], n, base, now_us, round);
+            log.thought(n, base, now_us);
+        }
+        if (round + 1) * ROUND_US == counts_from {
+            air_before = net.medium.tally().air_us;
+        }
+        if (round + 1) * ROUND_US == counts_until {
+            log.air_us = net.medium.tally().air_us - air_before;
+        }
+    }
+    log.seen(drones, counts_from, counts_until)
+}
+
+/// What everybody's mind gives its link in a round.
+fn think(end: &mut End, n: usize, base: usize, now_us: u64, round: u64) {
+    let now = end.clock(now_us);
+    end.link.report(Report {
+        phase: if n == base { Phase::Base } else { Phase::Linked },
+        recall: false,
+        velocity: MetresPerSecond::ZERO,
+        odometer: Metres::ZERO,
+        links: None,
+        front: Some(Dbm(-60.0)),
+        back: Some(Dbm(-60.0)),
+        sums: [None; 2],
+        heard: Few::new(),
+    });
+    if n == base {
+        end.link.order(now, Task::Explore(stick(round)));
+    } else {
+        end.link.telemeter(Telemetry {
+            state: 0,
+            fault: 0,
+            battery: None,
+            endurance: None,
+            front: None,
+            back: None,
+            // What tells one from another: whole steps of the telemetry's odometer.
+            odometer: Metres(round as f32 * 0.1),
+            velocity: MetresPerSecond::ZERO,
+            height: None,
+            heeded: 0,
+        });
+    }
+    end.look(now_us);
+}
+
+/// When everything was given and when it arrived.
+struct Log {
+    /// When the stick of each round was read.
+    given_us: Vec<u64>,
+    /// When it came to the head, if it did.
+    heeded_us: Vec<Option<u64>>,
+    /// When each drone handed over the telemetry of each round.
+    told_us: Vec<Vec<u64>>,
+    /// When telemetry was handed over and how long it took.
+    arrived: Vec<(u64, u64)>,
+    air_us: u64,
+}
+
+impl Log {
+    fn new(stations: usize) -> Self {
+        Self {
+            given_us: Vec::new(),
+            heeded_us: Vec::new(),
+            told_us: vec![Vec::new(); stations],
+            arrived: Vec::new(),
+            air_us: 0,
+        }
+    }
+
+    fn thought(&mut self, n: usize, base: usize, now_us: u64) {
+        if n == base {
+            self.given_us.push(now_us);
+            self.heeded_us.push(None);
+        } else {
+            self.told_us[n].push(now_us);
+        }
+    }
+
+    fn took(&mut self, by: usize, at_us: u64, event: Event) {
+        match event {
+            Event::Order { task: Task::Explore(speed), .. } if by == 0 => {
+                let said = (0..self.given_us.len())
+                    .rev()
+                    .find(|&n| (stick(n as u64).0 - speed.0).abs() < 0.5e-3);
+                if let Some(n) = said {
+                    self.heeded_us[n].get_or_insert(at_us);
+                }
+            }
+            Event::Telemetry { from: NodeId(from), telemetry, .. } => {
+                let round = (telemetry.odometer.0 * 10.0).round() as usize;
+                let told = self.told_us[usize::from(from)].get(round);
+                if let Some(&told_us) = told {
+                    self.arrived.push((told_us, at_us - told_us));
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn seen(self, drones: u8, from_us: u64, until_us: u64) -> Seen {
+        let counts = |at_us: u64| (from_us..until_us).contains(&at_us);
+        let config = LinkConfig::DEFAULT;
+        let a_second = 1.0 / f64::from(config.telemetry_every.as_secs_f32());
+        let head_a_second = 1.0 / f64::from(config.head_telemetry_every.as_secs_f32());
+        let offered = a_second * f64::from(drones - 1) + head_a_second;
+        let mut seen = Seen {
+            telemetry_offered: offered * SPAN_US as f64 * 1e-6,
+            air_us: self.air_us,
+            ..Seen::default()
+        };
+        // From the last to the first: an order is also answered by any later one.
+        let mut next_us = u64::MAX;
+        for (given_us, heeded_us) in self.given_us.iter().zip(&self.heeded_us).rev() {
+            next_us = heeded_us.map_or(next_us, |at_us| at_us.min(next_us));
+            if counts(*given_us) {
+                seen.orders += 1;
+                seen.orders_heeded += u32::from(heeded_us.is_some());
+                seen.pilot_us.push(if next_us == u64::MAX { next_us } else { next_us - given_us });
+            }
+        }
+        let arrived = self.arrived.iter().filter(|(told_us, _)| counts(*told_us));
+        seen.telemetry_us = arrived.map(|(_, delay_us)| *delay_us).collect();
+        seen.telemetry = seen.telemetry_us.len() as u32;
+        seen
+    }
+}

@@ -1,0 +1,273 @@
+//! `uchain keys`: the keys of a fleet.
+
+use std::fmt::Write;
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand, ValueEnum};
+use serde_json::{Value, json};
+use units::NodeId;
+use wire::settings::Role;
+
+use super::{Trouble, Verdict, put};
+use crate::keys::{self, Drone, Fleet, Provisioned, Request, role_name};
+
+#[derive(Args)]
+pub(super) struct KeysArgs {
+    #[command(subcommand)]
+    verb: KeysVerb,
+}
+
+#[derive(Subcommand)]
+enum KeysVerb {
+    /// Make a fleet: a file with a new secret, which all its keys follow from
+    New(NewArgs),
+    /// Make the page that gives one drone its number and its keys
+    Provision(ProvisionArgs),
+    /// Tell what a fleet file holds, but for the keys
+    Show(ShowArgs),
+    /// Begin the next generation of keys, so that a drone that is lost or stolen is shut out
+    Rekey(RekeyArgs),
+}
+
+#[derive(Args)]
+struct NewArgs {
+    /// The fleet file to make
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+    /// The generation to begin with
+    #[arg(long, default_value_t = 1, value_name = "N")]
+    generation: u8,
+    #[command(flatten)]
+    print: Print,
+}
+
+#[derive(Args)]
+struct ProvisionArgs {
+    /// The fleet file
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+    /// The drone's number, 0 to 15
+    #[arg(long, value_name = "N")]
+    node: u8,
+    /// What the drone is; where it is left out, 0 is the head, 15 the base, any other a relay
+    #[arg(long, value_enum)]
+    role: Option<RoleArg>,
+    /// Let cfclient fly the head through this drone, which must be the base
+    #[arg(long)]
+    allow_cfclient: bool,
+    /// The page to write
+    #[arg(long, value_name = "FILE.bin")]
+    out: PathBuf,
+    #[command(flatten)]
+    print: Print,
+}
+
+#[derive(Args)]
+struct ShowArgs {
+    /// The fleet file
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+    #[command(flatten)]
+    print: Print,
+}
+
+#[derive(Args)]
+struct RekeyArgs {
+    /// The fleet file
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+    /// A drone that gets no new keys; may be given several times
+    #[arg(long, value_name = "N")]
+    without: Vec<u8>,
+    #[command(flatten)]
+    print: Print,
+}
+
+/// How the result is told.
+#[derive(Args)]
+struct Print {
+    /// Print nothing; complaints go to standard error all the same
+    #[arg(long)]
+    quiet: bool,
+    /// Print the result as JSON on standard output
+    #[arg(long)]
+    json: bool,
+}
+
+impl Print {
+    fn print(&self, text: &str, value: &Value) {
+        if self.json {
+            put(&format!("{value:#}\n"));
+        } else if !self.quiet {
+            put(text);
+        }
+    }
+}
+
+/// What a drone is in the chain.
+#[derive(Clone, Copy, ValueEnum)]
+enum RoleArg {
+    /// The explorer at the far end
+    Head,
+    /// One of the drones between
+    Relay,
+    /// The operator's end
+    Base,
+}
+
+impl From<RoleArg> for Role {
+    fn from(role: RoleArg) -> Self {
+        match role {
+            RoleArg::Head => Self::Head,
+            RoleArg::Relay => Self::Relay,
+            RoleArg::Base => Self::Base,
+        }
+    }
+}
+
+pub(super) fn run(args: &KeysArgs) -> Result<Verdict, Trouble> {
+    match &args.verb {
+        KeysVerb::New(args) => new(args),
+        KeysVerb::Provision(args) => provision(args),
+        KeysVerb::Show(args) => show(args),
+        KeysVerb::Rekey(args) => rekey(args),
+    }
+}
+
+fn new(args: &NewArgs) -> Result<Verdict, Trouble> {
+    let fleet = keys::create(&args.file, args.generation)?;
+    let text = format!(
+        "fleet {}: generation {}, no drone yet\nwrote {}; whoever can read it can fly the fleet\n",
+        fleet.name(),
+        fleet.generation(),
+        args.file.display()
+    );
+    args.print.print(&text, &fleet_json(&fleet));
+    Ok(Verdict::Good)
+}
+
+fn provision(args: &ProvisionArgs) -> Result<Verdict, Trouble> {
+    let request = Request {
+        node: NodeId(args.node),
+        role: args.role.map(Role::from),
+        may_fly: args.allow_cfclient,
+    };
+    let made = keys::provision(&args.file, &request, &args.out)?;
+    args.print.print(&provisioned_text(&made), &provisioned_json(&made));
+    Ok(Verdict::Good)
+}
+
+fn provisioned_text(made: &Provisioned) -> String {
+    let Drone { role, may_fly, generation, issue } = made.drone;
+    let [probe, usb] = made.commands();
+    let cfclient = if may_fly { ", cfclient may fly the head through it" } else { "" };
+    let replaces = if made.replaces {
+        "If it was another drone that had this number: that one must stay switched off until it has \
+         keys of its own.\n"
+    } else {
+        ""
+    };
+    format!(
+        "fleet {}: node {}, {}, generation {generation}, issue {issue}{cfclient}\n\
+         wrote {}; load it into one drone, once, by cable, and delete it\n\n\
+         With a probe:\n  {probe}\n\
+         By USB, the drone in DFU mode (battery unplugged; hold the button while you plug the cable \
+         in, for\n5 s, until the blue light blinks once a second):\n  {usb}\n\
+         Then switch it off and on, with its battery in: it takes its keys and wipes the page.\n{replaces}",
+        made.fleet.name(),
+        made.node.0,
+        role_name(role),
+        made.page.display(),
+    )
+}
+
+fn provisioned_json(made: &Provisioned) -> Value {
+    let [probe, usb] = made.commands();
+    let mut value = json!({ "fleet": made.fleet.name() });
+    if let (Some(value), Value::Object(drone)) =
+        (value.as_object_mut(), drone_json(&made.fleet, made.node.0, &made.drone))
+    {
+        value.extend(drone);
+        value.insert("replaces".into(), json!(made.replaces));
+        value.insert("page".into(), json!(made.page.display().to_string()));
+        value.insert("load".into(), json!({ "probe": probe, "usb": usb }));
+    }
+    value
+}
+
+fn show(args: &ShowArgs) -> Result<Verdict, Trouble> {
+    let fleet = keys::open(&args.file)?;
+    args.print.print(&fleet_text(&fleet), &fleet_json(&fleet));
+    Ok(Verdict::Good)
+}
+
+fn fleet_text(fleet: &Fleet) -> String {
+    let mut text = format!(
+        "fleet {}: generation {}, {} of {} issues given out\n",
+        fleet.name(),
+        fleet.generation(),
+        fleet.issued(),
+        keys::issues()
+    );
+    if fleet.drones().is_empty() {
+        return text + "  no drone yet\n";
+    }
+    text += "  node  role   cfclient  generation  issue\n";
+    for (node, drone) in fleet.drones() {
+        let Drone { role, may_fly, generation, issue } = drone;
+        let may_fly = if *may_fly { "yes" } else { "no" };
+        let stale = if *generation == fleet.generation() { "" } else { "  provision it anew" };
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            text,
+            "  {node:>4}  {:5}  {may_fly:8}  {generation:>10}  {:>5}{stale}",
+            role_name(*role),
+            issue.get()
+        );
+    }
+    text
+}
+
+fn fleet_json(fleet: &Fleet) -> Value {
+    let drones: Vec<_> =
+        fleet.drones().iter().map(|(node, drone)| drone_json(fleet, *node, drone)).collect();
+    json!({
+        "fleet": fleet.name(),
+        "generation": fleet.generation(),
+        "issued": fleet.issued(),
+        "issues": keys::issues(),
+        "drones": drones,
+    })
+}
+
+fn drone_json(fleet: &Fleet, node: u8, drone: &Drone) -> Value {
+    json!({
+        "node": node,
+        "role": role_name(drone.role),
+        "cfclient": drone.may_fly,
+        "generation": drone.generation,
+        "issue": drone.issue.get(),
+        "stale": drone.generation != fleet.generation(),
+    })
+}
+
+fn rekey(args: &RekeyArgs) -> Result<Verdict, Trouble> {
+    let without: Vec<_> = args.without.iter().copied().map(NodeId).collect();
+    let fleet = keys::rekey(&args.file, &without)?;
+    let stale: Vec<_> = fleet.stale().iter().map(u8::to_string).collect();
+    let anew = if stale.is_empty() {
+        "no drone has keys yet\n".to_owned()
+    } else {
+        format!(
+            "provision anew: {}; who has the old keys and who has the new do not hear each other\n",
+            stale.join(", ")
+        )
+    };
+    let text = format!("fleet {}: generation {}\n{anew}", fleet.name(), fleet.generation());
+    let mut value = fleet_json(&fleet);
+    if let Some(value) = value.as_object_mut() {
+        value.insert("provision_anew".into(), json!(fleet.stale()));
+    }
+    args.print.print(&text, &value);
+    Ok(Verdict::Good)
+}

@@ -1,0 +1,165 @@
+//! `uchain serve`: drones that cflib and cfclient connect to.
+
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::net::Ipv4Addr;
+
+use clap::Args;
+use serde_json::{Value, json};
+use units::Duration;
+
+use super::run::metrics_json;
+use super::{Common, FidelityArg, Trouble, Verdict, scenario};
+use crate::input_error::InputError;
+use crate::metrics::{Reference, RunMetrics};
+use crate::mission::World;
+use crate::output;
+use crate::scenario::{Scenario, builtin};
+use crate::serve::{self, FIRST_PORT, Live, Ports, Tally, stop};
+
+#[derive(Args)]
+pub(super) struct ServeArgs {
+    /// A built-in scenario's name or a scenario file; its pilot stays at home
+    #[arg(default_value = builtin::DEMONSTRATION)]
+    scenario: String,
+    /// Simulated seconds per second
+    #[arg(long, default_value_t = 1.0, value_name = "FACTOR")]
+    speed: f64,
+    /// UDP port of the head; relays and base have those after it. 0: any that are free
+    #[arg(long, default_value_t = FIRST_PORT, value_name = "N")]
+    port: u16,
+    /// The IPv4 address to listen on; 0.0.0.0 for all of this machine's
+    #[arg(long, default_value_t = Ipv4Addr::LOCALHOST, value_name = "ADDRESS")]
+    host: Ipv4Addr,
+    /// End after so many simulated seconds, and not only at Ctrl-C
+    #[arg(long, value_name = "SECONDS")]
+    duration: Option<f64>,
+    /// Fly with this movement policy instead of the scenario's: t0, t5, k, authors or default
+    #[arg(long, value_name = "NAME")]
+    policy: Option<String>,
+    /// How closely the vehicle is simulated
+    #[arg(long, value_enum)]
+    fidelity: Option<FidelityArg>,
+    #[command(flatten)]
+    common: Common,
+}
+
+pub(super) fn run(args: &ServeArgs) -> Result<Verdict, Trouble> {
+    let scenario = scenario(&args.scenario, args.policy.as_deref(), args.fidelity)?;
+    let speed = within("--speed", args.speed, 0.01, 1_000.0)?;
+    let duration = match args.duration {
+        None => None,
+        Some(seconds) => Some(within("--duration", seconds, 0.01, 1e6)?),
+    };
+    let duration = duration.map(|seconds| Duration::from_micros((seconds * 1e6) as u64));
+    let ports = Ports::open(args.host, args.port, scenario.relays + 2)?;
+    let world = World::of(&scenario);
+    let reference = Reference::of(&scenario, &world);
+    let keep = args.common.out.is_some();
+    let live = Live::new(&scenario, &world, &reference, args.common.seed, keep);
+    let asked = stop::on_interrupt();
+    announce(&args.common, &scenario, &ports);
+    let complain = || {
+        eprintln!("uchain: this machine cannot keep up with --speed {speed}; time goes slower");
+    };
+    let (live, tally) = serve::serve(live, ports, speed, duration, asked, complain);
+    finish(args, &scenario, &live, tally)
+}
+
+fn within(option: &str, value: f64, least: f64, most: f64) -> Result<f64, InputError> {
+    if (least..=most).contains(&value) {
+        return Ok(value);
+    }
+    Err(InputError::new(
+        format!("{option} {value} is out of range"),
+        format!("give {least} to {most}"),
+    ))
+}
+
+/// One line with the addresses, once clients may come.
+fn announce(common: &Common, scenario: &Scenario, ports: &Ports) {
+    let mut line = format!("serving {}: ", scenario.name);
+    let last = ports.addresses().len().saturating_sub(1);
+    for (n, address) in ports.addresses().iter().enumerate() {
+        // Writing to a string cannot fail.
+        let _ = match n {
+            0 => write!(line, "udp://{address} (head)"),
+            n if n == last => write!(line, ", :{} (base)", address.port()),
+            _ => write!(line, ", :{}", address.port()),
+        };
+    }
+    line.push_str("; Ctrl-C ends it\n");
+    if common.json {
+        eprint!("{line}");
+    } else if !common.quiet {
+        super::put(&line);
+        let _ = std::io::stdout().flush();
+    }
+}
+
+/// What was live, the way it was asked for.
+fn finish(
+    args: &ServeArgs,
+    scenario: &Scenario,
+    live: &Live<'_>,
+    tally: Tally,
+) -> Result<Verdict, Trouble> {
+    let metrics = live.metrics();
+    let summary = summary(args, scenario, live, &metrics, tally);
+    args.common.print(&table(scenario, live, &metrics, tally), &summary);
+    if let Some(dir) = &args.common.out {
+        args.common.wrote(&output::write_all(dir, live.trace(), &summary)?);
+    }
+    Ok(Verdict::Good)
+}
+
+fn seconds(live: &Live<'_>) -> f64 {
+    live.time_us() as f64 / 1e6
+}
+
+fn summary(
+    args: &ServeArgs,
+    scenario: &Scenario,
+    live: &Live<'_>,
+    metrics: &RunMetrics,
+    tally: Tally,
+) -> Value {
+    let drones: Vec<_> =
+        live.states().map(|(id, state)| json!({ "id": id.0, "state": state.name() })).collect();
+    json!({
+        "scenario": scenario.name,
+        "title": scenario.title,
+        "seed": args.common.seed,
+        "version": env!("CARGO_PKG_VERSION"),
+        "fidelity": scenario.fidelity.name(),
+        "policy": scenario.policy,
+        "duration_s": seconds(live),
+        "served": {
+            "received": tally.received,
+            "sent": tally.sent,
+            "orders": tally.orders,
+        },
+        "metrics": metrics_json(metrics),
+        "drones": drones,
+    })
+}
+
+fn table(scenario: &Scenario, live: &Live<'_>, m: &RunMetrics, tally: Tally) -> String {
+    let Tally { received, sent, orders } = tally;
+    let mut text = String::new();
+    // Writing to a string cannot fail.
+    let _ = writeln!(text, "{}: {}", scenario.name, scenario.title);
+    let _ = writeln!(text, "  served for            {:.1} s of simulated time", seconds(live));
+    let _ = writeln!(text, "  packets               {received} received, {sent} sent");
+    let _ = writeln!(text, "  orders                {orders}");
+    let _ = writeln!(text, "  head reached          {:.1} m", m.farthest_m);
+    let _ = writeln!(
+        text,
+        "  touches               {} of walls, {} of drones",
+        m.wall_contacts, m.drone_contacts
+    );
+    let states: Vec<_> =
+        live.states().map(|(id, state)| format!("{} {}", id.0, state.name())).collect();
+    let _ = writeln!(text, "  at the end            {}", states.join(", "));
+    text
+}

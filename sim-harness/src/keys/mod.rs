@@ -1,0 +1,176 @@
+//! The keys of a fleet: the file that they all come from, and the pages that drones are provisioned
+//! with.
+//!
+//! A [`Fleet`] is a file that holds the fleet's secret and which number was given to which drone.
+//! Everything else follows from the secret ([`airlink::keys`]), so a page is made, loaded into its
+//! drone and deleted.
+//!
+//! Two things must never happen, whatever is interrupted, and by whatever: that two pages have the
+//! same [`Issue`] (their drones would use the same nonces), and that half a file lies where a whole
+//! one is looked for. So the fleet file says that an issue is given before its page is there, and is
+//! on the disk by then; each file is written under another name first; and one command at a time
+//! works on a fleet.
+
+mod disk;
+mod fleet;
+
+use std::path::{Path, PathBuf};
+
+use units::NodeId;
+use wire::settings::Role;
+use wire::settings::epoch::Issue;
+use wire::settings::keys::PAGE_ADDRESS;
+
+use self::disk::{Disk, Draft, Lock, Real};
+pub(crate) use self::fleet::role_name;
+pub use self::fleet::{Drone, Fleet};
+use crate::input_error::InputError;
+
+/// What a page is to be made for.
+#[derive(Clone, Copy, Debug)]
+pub struct Request {
+    /// For whom.
+    pub node: NodeId,
+    /// What it is; by its number where this is left out: 0 is the head, 15 the base.
+    pub role: Option<Role>,
+    /// Whether cfclient may fly the head through it.
+    pub may_fly: bool,
+}
+
+/// A page that was made.
+#[derive(Clone, Debug)]
+pub struct Provisioned {
+    /// The fleet as it is now.
+    pub fleet: Fleet,
+    /// For whom.
+    pub node: NodeId,
+    /// What the fleet knows of it.
+    pub drone: Drone,
+    /// Whether another drone may have keys of this number and generation.
+    pub replaces: bool,
+    /// Where the page is.
+    pub page: PathBuf,
+}
+
+impl Provisioned {
+    /// The two commands that bring the page into a drone: with a probe, and by USB.
+    ///
+    /// `dfu-util`'s `:leave` is not among its options on purpose: it would start what lies at this
+    /// address, and that is keys.
+    #[must_use]
+    pub fn commands(&self) -> [String; 2] {
+        let (address, page) = (format!("0x{PAGE_ADDRESS:08X}"), quoted(&self.page));
+        [
+            format!(
+                "probe-rs download --chip STM32F405RGTx --binary-format bin --base-address \
+                 {address} {page}"
+            ),
+            format!("dfu-util -d 0483:df11 -a 0 -s {address} -D {page}"),
+        ]
+    }
+}
+
+/// A path as a shell takes it.
+fn quoted(path: &Path) -> String {
+    let text = path.display().to_string();
+    let plain = |c: char| c.is_ascii_alphanumeric() || "/._-+,=:@%".contains(c);
+    if text.chars().all(plain) { text } else { format!("'{}'", text.replace('\'', r"'\''")) }
+}
+
+/// Makes a fleet with a secret of the operating system's random source, and its file.
+///
+/// # Errors
+/// If there is such a file already, it cannot be written, or there is nothing random to be had.
+pub fn create(path: &Path, generation: u8) -> Result<Fleet, InputError> {
+    if generation == 0 {
+        return Err(InputError::new("--generation 0 is out of range", "give 1 to 255"));
+    }
+    let _lock = Lock::of(path)?;
+    let disk = &mut Real;
+    if disk.exists(path) {
+        return Err(InputError::new(
+            "there is something here already, and a fleet file is never overwritten",
+            "give another name, or move it away",
+        )
+        .in_file(path));
+    }
+    let mut secret = [0; 16];
+    getrandom::fill(&mut secret).map_err(|error| {
+        InputError::new(
+            format!("the operating system gives no random bytes ({error})"),
+            "try again later, or on another machine",
+        )
+    })?;
+    let fleet = Fleet::new(secret, generation);
+    disk::replace(disk, path, fleet.text().as_bytes())?;
+    Ok(fleet)
+}
+
+/// Reads a fleet file.
+///
+/// # Errors
+/// If it cannot be read, others can read it, too, or it is no fleet.
+pub fn open(path: &Path) -> Result<Fleet, InputError> {
+    Fleet::parse(path, &disk::read_private(path)?)
+}
+
+/// Gives out an issue and writes its page to `out`.
+///
+/// # Errors
+/// If the fleet cannot be read or written, has no number left, or there is something at `out`.
+pub fn provision(path: &Path, request: &Request, out: &Path) -> Result<Provisioned, InputError> {
+    let path = &disk::followed(path)?;
+    let _lock = Lock::of(path)?;
+    provision_on(&mut Real, path, open(path)?, request, out)
+}
+
+fn provision_on(
+    disk: &mut impl Disk,
+    path: &Path,
+    mut fleet: Fleet,
+    request: &Request,
+    out: &Path,
+) -> Result<Provisioned, InputError> {
+    let Request { node, role, may_fly } = *request;
+    let before = fleet.drones().get(&node.0);
+    let replaces = before.is_some_and(|drone| drone.generation == fleet.generation());
+    let (drone, record) = fleet.give_out(node, role, may_fly).map_err(|e| e.in_file(path))?;
+    if disk.exists(out) {
+        return Err(InputError::new(
+            "there is something here already, and a page is never overwritten",
+            "give --out another name, or delete it if its drone has it",
+        )
+        .in_file(out));
+    }
+    // First, so that a place where nothing can be written costs no issue.
+    let draft = Draft::begin(disk, out)?;
+    if let Err(error) = disk::replace(disk, path, fleet.text().as_bytes()) {
+        draft.abandon(disk);
+        return Err(error);
+    }
+    draft.finish(disk, &record)?;
+    Ok(Provisioned { fleet, node, drone, replaces, page: out.to_owned() })
+}
+
+/// Begins the fleet's next generation, without the drones of these numbers. Returns the fleet as it
+/// is now.
+///
+/// # Errors
+/// If the fleet cannot be read or written, has no such drone, or no generation left.
+pub fn rekey(path: &Path, without: &[NodeId]) -> Result<Fleet, InputError> {
+    let path = &disk::followed(path)?;
+    let _lock = Lock::of(path)?;
+    let mut fleet = open(path)?;
+    fleet.rekey(without).map_err(|error| error.in_file(path))?;
+    disk::replace(&mut Real, path, fleet.text().as_bytes())?;
+    Ok(fleet)
+}
+
+/// How many issues a fleet has.
+#[must_use]
+pub const fn issues() -> u8 {
+    Issue::LAST.get()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,91 @@
+//! Drones that cflib and cfclient connect to: each has a UDP port of its own, with one CRTP packet
+//! in each datagram, and simulated time follows the clock on the wall.
+//!
+//! Whatever is ordered at any of the ports is the operator's word, which stands at the base: it
+//! goes out to the chain over the simulated radio, hop by hop, as it does underground.
+//!
+//! ```text
+//!   cflib ──UDP──▶ ports ──▶ chain: a CRTP server per drone ──▶ desk ──order──▶ world
+//!     ▲                        │                                                  │
+//!     └──────── UDP ───────────┴──────────────────── snapshot ────────────────────┘
+//! ```
+//! Only [`Ports`] and the pace know of sockets and of the clock; the rest is as deterministic as
+//! any other run.
+
+mod chain;
+mod desk;
+mod live;
+
+mod pace;
+mod ports;
+pub mod stop;
+#[cfg(test)]
+mod tests;
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use ::chain::report::Task;
+use crtp::{Parameters, Snapshot};
+use units::{Duration, Instant};
+
+use self::chain::Chain;
+pub use self::chain::Tally;
+pub use self::live::Live;
+use self::pace::Pace;
+pub use self::ports::{FIRST_PORT, Ports};
+
+/// A step of simulated time: log blocks come at multiples of it, and cflib's periods are.
+pub const STEP: Duration = Duration::from_millis(10);
+
+/// What is served: drones, head first, base last.
+pub trait World {
+    /// Simulated time.
+    fn now(&self) -> Instant;
+    /// One [`STEP`] on.
+    fn advance(&mut self);
+    /// How many drones there are.
+    fn members(&self) -> usize;
+    /// What a drone's parameters are when it boots.
+    fn parameters(&self, member: usize) -> Parameters;
+    /// What there is to be logged of a drone.
+    fn snapshot(&self, member: usize) -> Snapshot;
+    /// What the operator orders at the base, told at every step.
+    fn order(&mut self, task: Task);
+}
+
+/// Serves a world until its time is up, or `stop` is set.
+///
+/// `complain` is told, once, if the machine cannot keep up with `speed`: simulated time goes
+/// slower then, and nothing is left out.
+pub fn serve<W: World>(
+    world: W,
+    ports: Ports,
+    speed: f64,
+    duration: Option<Duration>,
+    stop: &AtomicBool,
+    mut complain: impl FnMut(),
+) -> (W, Tally) {
+    let mut chain = Chain::new(world);
+    let mut out = |member: usize, to, packet: &[u8]| ports.send(member, to, packet);
+    let began = chain.now();
+    let mut pace = Pace::new(speed, std::time::Instant::now(), began.as_micros());
+    while !stop.load(Ordering::Relaxed)
+        && duration.is_none_or(|duration| chain.now().since(began) < duration)
+    {
+        let due = pace.due((chain.now() + STEP).as_micros());
+        let mut late = 0;
+        // Once it is time, what has come already; a client that never pauses does not stop time.
+        while late < ports::WAITING
+            && let Some(datagram) = ports.next(due)
+        {
+            chain.receive(datagram.member, datagram.from, datagram.bytes(), &mut out);
+            late += usize::from(std::time::Instant::now() >= due);
+        }
+        chain.step(&mut out);
+        if pace.reached(chain.now().as_micros(), std::time::Instant::now()) {
+            complain();
+        }
+    }
+    let tally = chain.tally();
+    (chain.into_world(), tally)
+}

@@ -1,0 +1,280 @@
+//! The served chain through real sockets of the loopback and through none, with a world that does
+//! nothing but keep time and remember what it was told.
+
+use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4, UdpSocket};
+use std::sync::atomic::AtomicBool;
+use std::thread;
+
+use agent::State;
+use crtp::ParameterId;
+use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
+use units::MetresPerSecond;
+
+use super::*;
+use crate::metrics::Reference;
+use crate::scenario::Scenario;
+
+/// As many drones as asked for; their state is "idle", their odometer the time in seconds.
+struct Clockwork {
+    now: Instant,
+    members: usize,
+    orders: Vec<(u64, Task)>,
+}
+
+impl Clockwork {
+    fn new(members: usize) -> Self {
+        Self { now: Instant::ZERO, members, orders: Vec::new() }
+    }
+}
+
+impl World for Clockwork {
+    fn now(&self) -> Instant {
+        self.now
+    }
+
+    fn advance(&mut self) {
+        self.now = self.now + STEP;
+    }
+
+    fn members(&self) -> usize {
+        self.members
+    }
+
+    fn parameters(&self, _member: usize) -> Parameters {
+        Parameters::DEFAULT
+    }
+
+    fn snapshot(&self, _member: usize) -> Snapshot {
+        Snapshot { taken: self.now, state: Some(State::Idle), ..Snapshot::DEFAULT }
+    }
+
+    fn order(&mut self, task: Task) {
+        if self.orders.last().is_none_or(|(_, last)| *last != task) {
+            self.orders.push((self.now.as_micros() / 1_000, task));
+        }
+    }
+}
+
+/// With the two bits set that are always set on the air.
+const ECHO: [u8; 3] = [0xFC, 1, 2];
+const LOG_RESET: [u8; 2] = [0x51, 5];
+/// Block 7 with the first variable, a float, and its start at 100 Hz.
+const LOG_CREATE: [u8; 6] = [0x51, 6, 7, 7, 0, 0];
+const LOG_START: [u8; 4] = [0x51, 3, 7, 1];
+const STOP: [u8; 2] = [0x70, 0];
+const E_STOP: [u8; 2] = [0x91, 3];
+
+fn hover(forward: f32) -> Vec<u8> {
+    let mut packet = vec![0x70, 10];
+    for value in [forward, 0.0, 0.0, 0.4] {
+        packet.extend(value.to_le_bytes());
+    }
+    packet
+}
+
+fn set(id: ParameterId, value: &[u8]) -> Vec<u8> {
+    [&[0x22], &id.row().to_le_bytes()[..], value].concat()
+}
+
+fn client(port: u16) -> SocketAddr {
+    SocketAddrV4::new(Ipv4Addr::LOCALHOST, port).into()
+}
+
+/// Drives a chain without sockets: what is said, at whose port, at which step.
+fn said<W: World>(
+    world: W,
+    steps: u64,
+    said: &[(u64, usize, Vec<u8>)],
+) -> (W, Vec<(usize, Vec<u8>)>) {
+    let mut chain = Chain::new(world);
+    let mut sent = Vec::new();
+    let mut out = |member, _, packet: &[u8]| sent.push((member, packet.to_vec()));
+    for step in 0..steps {
+        for (_, member, packet) in said.iter().filter(|(at, ..)| *at == step) {
+            chain.receive(*member, client(1), packet, &mut out);
+        }
+        chain.step(&mut out);
+    }
+    (chain.into_world(), sent)
+}
+
+fn orders(steps: u64, packets: &[(u64, usize, Vec<u8>)]) -> Vec<(u64, Task)> {
+    said(Clockwork::new(5), steps, packets).0.orders
+}
+
+const fn explore(speed: f32) -> Task {
+    Task::Explore(MetresPerSecond(speed))
+}
+
+#[test]
+fn what_is_said_at_any_port_is_the_operators_word() {
+    for member in 0..5 {
+        let orders = orders(100, &[(10, member, hover(0.25)), (30, 4 - member, STOP.to_vec())]);
+        assert_eq!(orders, [(100, explore(0.25)), (300, Task::Land)]);
+    }
+}
+
+#[test]
+fn a_set_point_is_a_word_for_half_a_second() {
+    let orders = orders(200, &[(0, 0, hover(0.25)), (100, 0, hover(-0.25))]);
+    let halt = explore(0.0);
+    assert_eq!(orders, [(0, explore(0.25)), (510, halt), (1_000, explore(-0.25)), (1_510, halt)]);
+}
+
+#[test]
+fn parameters_order_and_are_the_same_at_every_port() {
+    let speed = set(ParameterId::SPEED, &0.125_f32.to_le_bytes());
+    let faster = set(ParameterId::SPEED, &0.25_f32.to_le_bytes());
+    let task = |code| set(ParameterId::TASK, &[code]);
+    let read = [&[0x2D], &ParameterId::TASK.row().to_le_bytes()[..]].concat();
+    let (world, sent) = said(
+        Clockwork::new(3),
+        100,
+        &[
+            (0, 0, speed),
+            (1, 1, task(1)),
+            (2, 2, faster),
+            (3, 2, task(2)),
+            (4, 0, task(9)),
+            (5, 1, read.clone()),
+        ],
+    );
+    assert_eq!(world.orders, [(10, explore(0.125)), (20, explore(0.25)), (30, Task::Return)]);
+    let answer = [&read[..], &[0, 2]].concat();
+    assert_eq!(sent.last(), Some(&(1, answer)));
+}
+
+#[test]
+fn an_emergency_stop_is_the_last_order() {
+    let orders = orders(100, &[(0, 2, E_STOP.to_vec()), (1, 0, hover(0.25))]);
+    assert_eq!(orders, [(0, Task::Stop)]);
+}
+
+#[test]
+fn a_scan_is_answered_and_takes_the_drone_from_nobody() {
+    let mut chain = Chain::new(Clockwork::new(2));
+    let mut sent = Vec::new();
+    let mut out = |member, to, packet: &[u8]| sent.push((member, to, packet.to_vec()));
+    chain.receive(1, client(1), &LOG_RESET, &mut out);
+    chain.receive(1, client(1), &LOG_CREATE, &mut out);
+    chain.receive(1, client(1), &LOG_START, &mut out);
+    chain.receive(1, client(2), &[0xFF], &mut out);
+    chain.step(&mut out);
+    chain.receive(1, client(2), &ECHO, &mut out);
+    chain.step(&mut out);
+    let to: Vec<_> = sent.iter().map(|(_, to, _)| to.port()).collect();
+    assert_eq!(to, [1, 1, 1, 2, 1, 2, 2]);
+    assert_eq!(sent[3], (1, client(2), vec![0xFF]));
+    assert_eq!(sent[5].2, ECHO);
+}
+
+#[test]
+fn what_is_no_packet_or_at_no_drone_does_nothing() {
+    let (world, sent) = said(
+        Clockwork::new(1),
+        10,
+        &[(0, 7, ECHO.to_vec()), (0, 0, Vec::new()), (0, 0, vec![0; 64])],
+    );
+    assert!(sent.is_empty() && world.orders.is_empty());
+}
+
+/// A mission at policy level, half a minute of it flown by hover set-points.
+fn flight(seed: u64) -> Vec<(usize, Vec<u8>)> {
+    let scenario = Scenario::open("demo").unwrap();
+    let world = crate::mission::World::of(&scenario);
+    let reference = Reference::of(&scenario, &world);
+    let live = Live::new(&scenario, &world, &reference, seed, false);
+    let mut packets: Vec<_> = [LOG_RESET.to_vec(), LOG_CREATE.to_vec(), LOG_START.to_vec()]
+        .into_iter()
+        .map(|packet| (0, 0, packet))
+        .collect();
+    // uchain.backRaw at the head: what is random in it.
+    let variable = crtp::variables()
+        .position(|variable| (variable.group, variable.name) == ("uchain", "backRaw"))
+        .unwrap();
+    packets[1].2[4..].copy_from_slice(&(variable as u16).to_le_bytes());
+    packets.extend((0..300).map(|n| (10 * n, 0, hover(0.3))));
+    said(live, 3_000, &packets).1
+}
+
+#[test]
+fn the_same_datagrams_at_the_same_simulated_times_make_the_same_run() {
+    let once = flight(1);
+    assert_eq!(once.len(), 3 + 3_000);
+    assert!(once == flight(1), "the same run differs");
+    assert!(once != flight(2), "the seed does nothing");
+}
+
+#[test]
+fn a_client_gets_every_row_of_its_log_at_whatever_speed() {
+    for speed in [1.0, 10.0, 1_000.0] {
+        let ports = Ports::open(Ipv4Addr::LOCALHOST, 0, 3).unwrap();
+        let socket = UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
+        socket.connect(ports.addresses()[1]).unwrap();
+        let stop = AtomicBool::new(false);
+        let rows = thread::scope(|scope| {
+            let stop = &stop;
+            let served = scope.spawn(move || {
+                serve(Clockwork::new(3), ports, speed, None, stop, || {});
+            });
+            for packet in [&LOG_RESET[..], &LOG_CREATE, &LOG_START] {
+                socket.send(packet).unwrap();
+            }
+            let mut rows = Vec::new();
+            let mut packet = [0; 31];
+            while rows.len() < 60 {
+                let length = socket.recv(&mut packet).unwrap();
+                if let [header, 7, a, b, c, ..] = packet[..length]
+                    && header & 0xF3 == 0x52
+                {
+                    rows.push(u32::from_le_bytes([a, b, c, 0]));
+                }
+            }
+            stop.store(true, std::sync::atomic::Ordering::Relaxed);
+            served.join().unwrap();
+            rows
+        });
+        assert!(rows.windows(2).all(|pair| pair[1] - pair[0] == 10), "{rows:?}");
+    }
+}
+
+#[test]
+fn a_client_that_never_pauses_does_not_stop_time() {
+    let ports = Ports::open(Ipv4Addr::LOCALHOST, 0, 1).unwrap();
+    let to = ports.addresses()[0];
+    let stop = AtomicBool::new(false);
+    thread::scope(|scope| {
+        scope.spawn(|| {
+            let socket = UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
+            while !stop.load(Ordering::Relaxed) {
+                let _ = socket.send_to(&ECHO, to);
+            }
+        });
+        let minute = Some(Duration::from_secs(60));
+        let (world, _) = serve(Clockwork::new(1), ports, 1e6, minute, &stop, || {});
+        stop.store(true, Ordering::Relaxed);
+        assert_eq!(world.now(), Instant::from_millis(60_000));
+    });
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig {
+        cases: 256,
+        rng_seed: RngSeed::Fixed(1),
+        failure_persistence: None,
+        ..ProptestConfig::default()
+    })]
+
+    /// Whatever anybody sends, time goes on and nothing falls over.
+    #[test]
+    fn any_datagrams_at_any_ports_are_survived(
+        packets in prop::collection::vec(
+            (0_u64..50, 0_usize..4, prop::collection::vec(any::<u8>(), 0..40)),
+            0..60,
+        )
+    ) {
+        let (world, _) = said(Clockwork::new(3), 60, &packets);
+        prop_assert_eq!(world.now(), Instant::from_millis(600));
+    }
+}

@@ -1,0 +1,183 @@
+//! `uchain serve` to the clients that it is for: the unmodified cflib of `tests/serve/
+//! requirements.txt` connects to simulated drones, logs, sets parameters and flies the head.
+//!
+//! It needs python3, and the first time the Python package index; where either is missing the
+//! tests say so and pass, unless `UCHAIN_REQUIRE_CFLIB=1`.
+
+use std::fs::{self, File};
+use std::net::{Ipv4Addr, UdpSocket};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+
+use sim_harness::metrics::{Reference, RunMetrics};
+use sim_harness::mission::World;
+use sim_harness::scenario::{Fidelity, Scenario};
+use sim_harness::serve::{self, FIRST_PORT, Live, Ports};
+
+const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/serve");
+
+/// The ports of cflib's scan, on a loopback address of this test's own where there are many, so
+/// that nothing else that runs here is met.
+fn host(test: u8) -> Ipv4Addr {
+    if !cfg!(target_os = "linux") {
+        return Ipv4Addr::LOCALHOST;
+    }
+    let [high, low] = (std::process::id() as u16).to_be_bytes();
+    Ipv4Addr::new(127, 64 | (test << 4) | (high >> 4), high, low.max(1))
+}
+
+/// The interpreter of a virtual environment with cflib, made once.
+fn python() -> Option<&'static Path> {
+    static PYTHON: OnceLock<Option<PathBuf>> = OnceLock::new();
+    let python = PYTHON.get_or_init(|| match environment() {
+        Ok(python) => Some(python),
+        Err(why) if std::env::var_os("UCHAIN_REQUIRE_CFLIB").is_some_and(|is| is == "1") => {
+            panic!("UCHAIN_REQUIRE_CFLIB is set, but {why}")
+        }
+        Err(why) => {
+            eprintln!("skipped, because {why}");
+            None
+        }
+    });
+    python.as_deref()
+}
+
+fn environment() -> Result<PathBuf, String> {
+    let wanted = Path::new(FOLDER).join("requirements.txt");
+    let wanted = fs::read_to_string(wanted).unwrap();
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cflib");
+    fs::create_dir_all(&folder).unwrap();
+    // Another run of the tests may be making it.
+    let lock = File::create(folder.join("lock")).unwrap();
+    lock.lock().unwrap();
+    let environment = folder.join("venv");
+    let python = if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" };
+    let python = environment.join(python);
+    let made = environment.join("made-of.txt");
+    if fs::read_to_string(&made).is_ok_and(|is| is == wanted) {
+        return Ok(python);
+    }
+    let system = if cfg!(windows) { "python" } else { "python3" };
+    run(Command::new(system).args(["-m", "venv", "--clear"]).arg(&environment))?;
+    run(Command::new(&python)
+        .args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-input"])
+        .args(["--no-deps", "--require-hashes", "--only-binary", ":all:", "--requirement"])
+        .arg(Path::new(FOLDER).join("requirements.txt")))?;
+    fs::write(made, wanted).unwrap();
+    Ok(python)
+}
+
+fn run(command: &mut Command) -> Result<(), String> {
+    let output = match command.output() {
+        Ok(output) => output,
+        Err(error) => return Err(format!("{command:?} cannot be run: {error}")),
+    };
+    if output.status.success() {
+        return Ok(());
+    }
+    Err(format!("{command:?} failed: {}", said(&output)))
+}
+
+fn said(output: &Output) -> String {
+    [&output.stdout, &output.stderr].map(|text| String::from_utf8_lossy(text)).join("\n")
+}
+
+/// Serves a scenario while a part of `drive.py` is run against it; what came of the mission.
+fn drive(
+    scenario: &Scenario,
+    speed: f64,
+    host: Ipv4Addr,
+    python: &Path,
+    arguments: &[&str],
+) -> (RunMetrics, Vec<&'static str>) {
+    let world = World::of(scenario);
+    let reference = Reference::of(scenario, &world);
+    let ports = Ports::open(host, FIRST_PORT, scenario.relays + 2).unwrap();
+    let done = AtomicBool::new(false);
+    let (live, output) = thread::scope(|scope| {
+        let (world, reference, stop) = (&world, &reference, &done);
+        let served = scope.spawn(move || {
+            let live = Live::new(scenario, world, reference, 1, false);
+            let complain = || eprintln!("this machine does not reach --speed {speed}");
+            serve::serve(live, ports, speed, None, stop, complain).0
+        });
+        let (part, rest) = arguments.split_first().unwrap();
+        let output = Command::new(python)
+            .arg(Path::new(FOLDER).join("drive.py"))
+            .args([part, &*host.to_string(), &FIRST_PORT.to_string()])
+            .arg((scenario.relays + 2).to_string())
+            .args(rest)
+            .output();
+        done.store(true, Ordering::Relaxed);
+        (served.join().unwrap(), output.unwrap())
+    });
+    println!("{}", said(&output));
+    assert!(output.status.success(), "{arguments:?} failed");
+    let states = live.states().map(|(_, state)| state.name()).collect();
+    (live.metrics(), states)
+}
+
+fn demonstration() -> Scenario {
+    Scenario::open("demo").unwrap_or_else(|error| panic!("{error}"))
+}
+
+#[test]
+fn cflib_finds_a_drone_reads_its_tables_logs_at_100_hz_and_sets_its_parameters() {
+    let Some(python) = python() else { return };
+    drive(&demonstration().at(Fidelity::Flight), 1.0, host(0), python, &["look"]);
+}
+
+/// How far the demonstration's own pilot gets at flight level with seed 1, in metres: the summary
+/// of `cargo sim run demo --fidelity flight`.
+const PILOT_REACHES: f32 = 22.9;
+
+#[test]
+fn cflib_flies_the_head_down_the_tunnel_and_back_while_relays_follow() {
+    let Some(python) = python() else { return };
+    // What the head believes of its way is off by its flow sensor's scale: some more is asked for.
+    let far = (0.95 * PILOT_REACHES).to_string();
+    let scenario = demonstration().at(Fidelity::Flight);
+    let (metrics, states) = drive(&scenario, 6.0, host(1), python, &["fly", &far]);
+    assert!(metrics.farthest_m >= 0.9 * PILOT_REACHES, "only {} m", metrics.farthest_m);
+    assert!(metrics.launched >= 2.0, "only {} relays flew", metrics.launched);
+    let (base, drones) = states.split_last().unwrap();
+    assert!(drones.iter().all(|state| ["idle", "landed"].contains(state)), "{states:?}");
+    assert_eq!((drones[0], *base), ("landed", "idle"));
+}
+
+/// The script that the book shows is the one that is run here.
+#[test]
+fn the_books_script_is_the_tested_one() {
+    let root = env!("CARGO_MANIFEST_DIR");
+    let script = fs::read_to_string(format!("{FOLDER}/fly.py")).unwrap();
+    let page = fs::read_to_string(format!("{root}/docs/src/serve.md")).unwrap();
+    let shown = page.split("```python\n").nth(1).and_then(|rest| rest.split("```").next());
+    assert_eq!(shown, Some(&*script), "put tests/serve/fly.py into docs/src/serve.md");
+}
+
+#[test]
+fn a_port_that_is_in_use_and_a_host_that_is_elsewhere_are_refused_with_a_remedy() {
+    let taken = UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
+    let port = taken.local_addr().unwrap().port();
+    let refused = |host, first, count| Ports::open(host, first, count).err().unwrap().to_string();
+    assert_eq!(
+        refused(Ipv4Addr::LOCALHOST, port, 1),
+        format!(
+            "UDP port 127.0.0.1:{port} is in use; end the program that has it, or give another \
+             --port"
+        )
+    );
+    // Of TEST-NET-1, which nobody has (RFC 5737).
+    assert_eq!(
+        refused(Ipv4Addr::new(192, 0, 2, 1), FIRST_PORT, 1),
+        "192.0.2.1 is no address of this machine; give --host one that is, or 0.0.0.0 for all of \
+         them"
+    );
+    assert_eq!(
+        refused(Ipv4Addr::LOCALHOST, u16::MAX, 2),
+        "there are no 2 ports from 65535 on; give a smaller --port"
+    );
+}

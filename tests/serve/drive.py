@@ -1,0 +1,187 @@
+"""What tests/serve.rs has an unmodified cflib do to a served chain: `drive.py PART HOST PORT COUNT`.
+
+Nothing here is timed: every wait is for something to happen, and one generous limit ends the whole
+with a trace of where it stood. The script to learn from is fly.py.
+"""
+import faulthandler
+import math
+import os
+import subprocess
+import sys
+import tempfile
+import threading
+import traceback
+
+PART, HOST, PORT, COUNT = sys.argv[1], sys.argv[2], int(sys.argv[3]), int(sys.argv[4])
+LIMIT_S = 300
+os.environ["SCAN_ADDRESS"] = HOST
+
+import cflib.crtp  # noqa: E402
+from cflib.crazyflie import Crazyflie  # noqa: E402
+from cflib.crazyflie.log import LogConfig  # noqa: E402
+from cflib.crazyflie.syncCrazyflie import SyncCrazyflie  # noqa: E402
+
+URIS = [f"udp://{HOST}:{PORT + n}" for n in range(COUNT)]
+IDLE, RELAYING, LANDED = 0, 4, 8
+
+
+def scan():
+    """Every drone of the chain is found, and nothing else."""
+    found = [uri for uri, _ in cflib.crtp.scan_interfaces() if uri.startswith("udp://")]
+    assert found == URIS, found
+
+
+def names(toc):
+    return {f"{group}.{name}" for group in toc for name in toc[group]}
+
+
+def tables(cf):
+    """Both tables arrive whole, with what cfclient looks for and what the chain adds."""
+    logs, params = names(cf.log.toc.toc), names(cf.param.toc.toc)
+    for name in ("stabilizer.roll", "stateEstimate.x", "range.front", "pm.vbat", "uchain.state"):
+        assert name in logs, f"no log variable {name}"
+    for name in ("uchain.task", "uchain.speed", "uchain.height"):
+        assert name in params, f"no parameter {name}"
+    for name in params:
+        assert cf.param.get_value(name) is not None, f"{name} has no value"
+    print(f"{len(logs)} log variables, {len(params)} parameters")
+
+
+FIRST = ("stateEstimate.x", "stateEstimate.y", "stateEstimate.z", "stateEstimate.vx", "pm.vbat")
+SECOND = ("stabilizer.roll", "stabilizer.pitch", "stabilizer.yaw", "range.front", "uchain.state")
+
+
+def logs(cf, seconds):
+    """Ten variables at 100 Hz: every time stamp is 10 ms after the one before."""
+    wanted = seconds * 100 + 1
+    enough = [threading.Event(), threading.Event()]
+    stamps = [[], []]
+
+    def take(block):
+        def taken(stamp, row, _):
+            assert all(math.isfinite(value) for value in row.values()), row
+            stamps[block].append(stamp)
+            if len(stamps[block]) >= wanted:
+                enough[block].set()
+        return taken
+
+    configs = []
+    for block, variables in enumerate((FIRST, SECOND)):
+        config = LogConfig(f"block {block}", period_in_ms=10)
+        for variable in variables:
+            config.add_variable(variable)
+        cf.log.add_config(config)
+        config.data_received_cb.add_callback(take(block))
+        configs.append(config)
+    for config in configs:
+        config.start()
+    for event in enough:
+        event.wait()
+    for config in configs:
+        config.stop()
+        config.delete()
+    for block in stamps:
+        steps = {(after - before) % 2**24 for before, after in zip(block, block[1:])}
+        assert steps == {10}, f"time stamps step by {sorted(steps)} ms"
+    print(f"{len(stamps[0])} and {len(stamps[1])} rows of 5 variables, all 10 ms apart")
+
+
+def set_and_read(cf, name, value):
+    """Sets a parameter and asks the drone for it anew."""
+    read = threading.Event()
+    cf.param.add_update_callback(group=name.split(".")[0], name=name.split(".")[1],
+                                 cb=lambda _, now: close(now, value) and read.set())
+    cf.param.set_value(name, value)
+    read.wait()
+    read.clear()
+    cf.param.request_param_update(name)
+    read.wait()
+    assert close(cf.param.get_value(name), value)
+
+
+def close(text, value):
+    return abs(float(text) - value) < 1e-6
+
+
+def parameters(cf):
+    """What is set is what is read; what is to be read only cannot be set."""
+    set_and_read(cf, "uchain.speed", 0.125)
+    set_and_read(cf, "uchain.height", 0.5)
+    set_and_read(cf, "uchain.task", 0)
+    try:
+        cf.param.set_value("uchain.node", 3)
+    except AttributeError:
+        return
+    raise AssertionError("uchain.node was set")
+
+
+def look():
+    scan()
+    with SyncCrazyflie(URIS[0], cf=Crazyflie()) as scf:
+        scf.wait_for_params()
+        tables(scf.cf)
+        parameters(scf.cf)
+        logs(scf.cf, 30)
+        scan()  # Somebody else looks round; nobody is thrown out.
+        logs(scf.cf, 1)
+    # A drone remembers what it was set to, whoever comes next.
+    with SyncCrazyflie(URIS[0], cf=Crazyflie()) as scf:
+        scf.wait_for_params()
+        assert close(scf.cf.param.get_value("uchain.speed"), 0.125)
+
+
+class Watched:
+    """A drone that is connected to for what it does."""
+
+    def __init__(self, uri):
+        self.seen, self.now, self.changed = set(), None, threading.Condition()
+        self.scf = SyncCrazyflie(uri, cf=Crazyflie())
+        self.scf.open_link()
+        config = LogConfig("watched", period_in_ms=100)
+        config.add_variable("uchain.state")
+        self.scf.cf.log.add_config(config)
+        config.data_received_cb.add_callback(self.look)
+        config.start()
+
+    def look(self, _, row, __):
+        with self.changed:
+            self.now = row["uchain.state"]
+            self.seen.add(self.now)
+            self.changed.notify_all()
+
+    def wait_for(self, states):
+        with self.changed:
+            self.changed.wait_for(lambda: self.now in states)
+
+    def close(self):
+        self.scf.close_link()
+
+
+def fly():
+    """fly.py has the head, down the tunnel and back, while every other drone is watched."""
+    far = sys.argv[5]
+    others = [Watched(uri) for uri in URIS[1:]]
+    script = os.path.join(os.path.dirname(os.path.abspath(__file__)), "fly.py")
+    with tempfile.TemporaryDirectory() as folder:  # for the script's cache
+        subprocess.run([sys.executable, script, URIS[0], far], check=True, cwd=folder)
+    relays, base = others[:-1], others[-1]
+    for relay in relays:
+        relay.wait_for({IDLE, LANDED})
+    flew = [relay for relay in relays if RELAYING in relay.seen]
+    assert len(flew) >= 2, [sorted(relay.seen) for relay in relays]
+    assert all(relay.now == LANDED for relay in flew), [relay.now for relay in flew]
+    assert base.seen == {IDLE}, base.seen
+    print(f"{len(flew)} relays flew and landed")
+    for other in others:
+        other.close()
+
+
+faulthandler.dump_traceback_later(LIMIT_S, exit=True)
+cflib.crtp.init_drivers()
+try:
+    {"look": look, "fly": fly}[PART]()
+except BaseException:
+    traceback.print_exc()
+    sys.stdout.flush()
+    # Connections that are still open would keep the interpreter waiting.
+    os._exit(1)
