@@ -86,6 +86,12 @@ impl Attack {
         }
     }
 
+    /// Whether nothing of it may be taken: a packet that was lost and comes after all, in order, is
+    /// not to be told from one that the air brought.
+    const fn is_refused(self) -> bool {
+        !matches!(self, Self::Repeated)
+    }
+
     const fn radios(self) -> usize {
         match self {
             Self::Flood | Self::FloodFromAfar => FLOOD,
@@ -146,6 +152,20 @@ pub fn run(runs: usize, seed: u64, after_each: impl Fn() + Sync) -> Result<Vec<R
         row(attack, &ends)
     });
     Ok(rows.collect())
+}
+
+/// What was taken and should not have been.
+#[must_use]
+pub fn missed(rows: &[Row]) -> Vec<String> {
+    let taken = |row: &&Row| row.accepted > 0;
+    let refused = |row: &&Row| {
+        Attack::ALL.iter().any(|attack| attack.name() == row.attack && attack.is_refused())
+    };
+    rows.iter()
+        .filter(taken)
+        .filter(refused)
+        .map(|row| format!("{}: {} packets were taken for the chain's", row.attack, row.accepted))
+        .collect()
 }
 
 /// How one mission ended.

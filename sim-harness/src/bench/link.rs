@@ -28,6 +28,7 @@ pub const LOSSES: [f32; 4] = [0.0, 0.2, 0.5, 0.7];
 pub const AIM_S: f32 = 0.5;
 /// See [`AIM_S`].
 pub const AIM_HOPS: u8 = 8;
+const AIM_LOSS: f32 = 0.2;
 
 /// A round of everybody's mind, µs.
 const ROUND_US: u64 = 200_000;
@@ -91,6 +92,18 @@ pub fn run(runs: usize, seed: u64, after_each: impl Fn() + Sync) -> Vec<Row> {
             sum.row(drones, loss)
         })
         .collect()
+}
+
+/// Where the aim was not reached.
+#[must_use]
+pub fn missed(rows: &[Row]) -> Option<String> {
+    let aimed = rows.iter().find(|row| row.drones == AIM_HOPS && row.loss == AIM_LOSS)?;
+    let delay_s = aimed.pilot_delay_p95_s.unwrap_or(f32::INFINITY);
+    (delay_s > AIM_S).then(|| {
+        format!(
+            "orders take {delay_s} s through {AIM_HOPS} hops at a loss of {AIM_LOSS}, not {AIM_S} s"
+        )
+    })
 }
 
 /// What one or more runs showed.

@@ -60,14 +60,15 @@ pub(super) fn run(args: &BenchArgs) -> Result<Verdict, Trouble> {
     let names = args.name.map_or_else(|| Name::value_variants().to_vec(), |name| vec![name]);
     let mut values = Vec::new();
     let mut tables = String::new();
+    let mut missed = Vec::new();
     for name in &names {
         let (table, value) = match name {
             Name::Chain => chain_bench(args)?,
             Name::Throughput => throughput_bench(args)?,
             Name::Faults => faults_bench(args)?,
             Name::Estimator => estimator_bench(args)?,
-            Name::Link => link_bench(args)?,
-            Name::Attacks => attacks_bench(args)?,
+            Name::Link => link_bench(args, &mut missed)?,
+            Name::Attacks => attacks_bench(args, &mut missed)?,
         };
         tables.push_str(&table);
         values.push(value);
@@ -88,7 +89,10 @@ pub(super) fn run(args: &BenchArgs) -> Result<Verdict, Trouble> {
             written.map(|(name, value)| output::put_json(dir, name.file(), value)).collect();
         args.common.wrote(&written?);
     }
-    Ok(Verdict::Good)
+    for what in &missed {
+        eprintln!("uchain: {what}");
+    }
+    Ok(if missed.is_empty() { Verdict::Good } else { Verdict::Failed })
 }
 
 fn chain_bench(args: &BenchArgs) -> Result<(String, Value), Trouble> {
@@ -251,12 +255,14 @@ fn estimator_bench(args: &BenchArgs) -> Result<(String, Value), Trouble> {
     Ok((table, report.json()))
 }
 
-fn link_bench(args: &BenchArgs) -> Result<(String, Value), Trouble> {
+/// `missed` takes what was aimed at and not reached.
+fn link_bench(args: &BenchArgs, missed: &mut Vec<String>) -> Result<(String, Value), Trouble> {
     let count = runs(args.runs.unwrap_or(10))?;
     let total = link::DRONES.count() * link::LOSSES.len() * count;
     let progress = Progress::new(total as u64, args.common.quiet);
     progress.say("chains");
     let rows = link::run(count, args.common.seed, || progress.step());
+    missed.extend(link::missed(&rows));
     drop(progress);
     let mut table = format!(
         "link: {count} times 60 s a row; aim: 95 of 100 orders through {} hops at 20 % loss within \
@@ -291,11 +297,13 @@ fn link_bench(args: &BenchArgs) -> Result<(String, Value), Trouble> {
     Ok((table, rows.iter().map(link::Row::json).collect()))
 }
 
-fn attacks_bench(args: &BenchArgs) -> Result<(String, Value), Trouble> {
+/// `missed` takes what a drone should not have taken.
+fn attacks_bench(args: &BenchArgs, missed: &mut Vec<String>) -> Result<(String, Value), Trouble> {
     let count = runs(args.runs.unwrap_or(10))?;
     let progress = Progress::new((attacks::COUNT * count) as u64, args.common.quiet);
     progress.say("missions");
     let rows = attacks::run(count, args.common.seed, || progress.step())?;
+    missed.extend(attacks::missed(&rows));
     drop(progress);
     let mut table = format!(
         "attacks: {}, flight level, {count} missions a row\n\n  {:40} {:>8} {:>8}  effect\n",
