@@ -43,7 +43,7 @@ type End = RefCell<Airlink<Sealed>>;
 /// Too large for a stack; here the linker accounts for it.
 static END: StaticCell<End> = StaticCell::new();
 
-/// The link: shut until [`store`](crate::store) has the keys and an epoch to use them in.
+/// The link: shut until [`crate::store`] has the keys and an epoch to use them in.
 pub(crate) struct Link {
     end: Cell<Option<&'static End>>,
     news: Signal<NoopRawMutex, ()>,
