@@ -49,10 +49,9 @@ pub struct MediumConfig {
     pub datarate: Datarate,
     /// Noise, chance and sensitivity.
     pub reception: Reception,
-    /// A packet is heard through another that is weaker by this much. 12 dB is the co-channel
-    /// ratio C/I of Nordic's receivers at 2 Mbit/s for a bit error rate of 0.1 % (nRF24L01
-    /// product specification, table 10; "with 5 dB or 0 dB the signal would be completely
-    /// blocked", Nordic's support says of it).
+    /// A packet is heard through another that is weaker by this much. 12 dB is what Nordic's
+    /// support names as the co-channel ratio of the nRF24L01 at 2 Mbit/s; the nRF51, whose radio
+    /// descends from it, may differ by a few dB.
     pub capture: Db,
     /// The operator's dongle, if one is at work.
     pub polling: Option<Polling>,
