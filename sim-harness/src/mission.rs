@@ -407,11 +407,17 @@ impl<'a> Mission<'a> {
                 }
                 continue;
             };
-            let taken = member.station.counters().taken.total();
-            let news = member.station.receive(now_us, receipt.rssi, arrival.data);
-            if arrival.from >= count && member.station.counters().taken.total() != taken {
-                intruders.as_mut().map(Intruders::accept);
-            }
+            let news = match intruders.as_mut().filter(|_| arrival.from >= count) {
+                None => member.station.receive(now_us, receipt.rssi, arrival.data),
+                Some(intruders) => {
+                    let taken = member.station.counters().taken;
+                    let news = member.station.receive(now_us, receipt.rssi, arrival.data);
+                    if member.station.counters().taken != taken {
+                        intruders.accept();
+                    }
+                    news
+                }
+            };
             let Some(news) = news else { continue };
             match news {
                 News::Telemetry(from, telemetry) => {

@@ -2,15 +2,15 @@
 //! check of its target. See `fuzz/README.md`.
 
 #[path = "../../../fuzz/src/wire/mod.rs"]
-#[allow(unreachable_pub)]
+#[allow(unreachable_pub, reason = "public in the fuzz package, which it belongs to")]
 mod wire_checks;
 
 #[path = "../../../fuzz/src/airlink.rs"]
-#[allow(unreachable_pub)]
+#[allow(unreachable_pub, reason = "public in the fuzz package, which it belongs to")]
 mod airlink_check;
 
 #[path = "../../../fuzz/src/crtp.rs"]
-#[allow(unreachable_pub)]
+#[allow(unreachable_pub, reason = "public in the fuzz package, which it belongs to")]
 mod crtp_check;
 
 use std::fs;
