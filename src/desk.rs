@@ -172,6 +172,7 @@ impl Desk {
         if let Some(height) = settings.height {
             self.parameters.height = height;
         }
+        self.parameters.set_limits(settings.limits);
     }
 
     /// Does what a client may have done.
@@ -179,6 +180,9 @@ impl Desk {
         let task = match event {
             Event::ParameterSet(ParameterId::HEIGHT) => {
                 return store::keep_height(self.parameters.height);
+            }
+            Event::ParameterSet(ParameterId::LAUNCH_LIMIT | ParameterId::RETREAT_LIMIT) => {
+                return store::keep_limits(self.parameters.limits());
             }
             Event::ParameterSet(ParameterId::TASK) => match self.parameters.order() {
                 Task::Explore(_) => return self.explore(now, link),

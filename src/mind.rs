@@ -111,6 +111,11 @@ fn wake(settings: &Settings) -> (&'static mut Agent, AgentConfig) {
     if let Some(height) = settings.height {
         config.flight.height = height;
     }
+    let limited = config.with_limits(settings.limits.launch, settings.limits.retreat);
+    match limited.check() {
+        Ok(()) => config = limited,
+        Err(why) => defmt::error!("the limits that were set are not used: {}", why),
+    }
     (agent, config)
 }
 

@@ -31,7 +31,7 @@ use wire::p2p::Epoch;
 use wire::settings::epoch::{self, Provisioned};
 use wire::settings::keys::{self, KeysRecord};
 use wire::settings::{
-    Chosen, LENGTH, Role, Settings, Slot, Trim, VENDOR_LENGTH, VendorConfig, Write, newest,
+    Chosen, LENGTH, Limits, Role, Settings, Slot, Trim, VENDOR_LENGTH, VendorConfig, Write, newest,
 };
 
 use crate::health::{self, Task};
@@ -91,8 +91,10 @@ pub(crate) enum Why {
 static CHOICE: Latest<Choice> = Latest::new(Choice::Unread);
 static KEYS: Latest<KeysState> = Latest::new(KeysState::Unread);
 
-/// The flying height that was wished for, until it is taken up.
+/// The flying height that was wished for, until it is taken up,
 static HEIGHT: Latest<Option<Metres>> = Latest::new(None);
+/// and the limits.
+static LIMITS: Latest<Option<Limits>> = Latest::new(None);
 
 /// A write has begun and is not over.
 static WRITES: AtomicBool = AtomicBool::new(false);
@@ -118,6 +120,11 @@ pub(crate) fn keys_state() -> KeysState {
 /// From the next boot on the drone flies at `height`.
 pub(crate) fn keep_height(height: Metres) {
     HEIGHT.set(Some(height));
+}
+
+/// From the next boot on these limits hold.
+pub(crate) fn keep_limits(limits: Limits) {
+    LIMITS.set(Some(limits));
 }
 
 /// Whether power may go.
@@ -191,8 +198,10 @@ pub(crate) async fn run(bus: &'static DeckBus, link: &'static Link) -> ! {
     let mut tries = TRIES;
     loop {
         health::sign(Task::Store);
-        if let Some(height) = HEIGHT.take() {
-            settings.height = Some(height);
+        let (height, limits) = (HEIGHT.take(), LIMITS.take());
+        if height.is_some() || limits.is_some() {
+            settings.height = height.or(settings.height);
+            settings.limits = limits.unwrap_or(settings.limits);
             CHOICE.set(Choice::Settled { settings, from });
             (unsaved, tries) = (Some(settings), TRIES);
         }

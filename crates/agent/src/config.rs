@@ -6,7 +6,7 @@ use chain::launch::LaunchConfig;
 use chain::policy::PolicyConfig;
 use chain::retreat::RetreatConfig;
 use tunnel_nav::NavConfig;
-use units::{Db, Duration, Metres, MetresPerSecond};
+use units::{Db, Dbm, Duration, Metres, MetresPerSecond};
 
 /// The agent's constants.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,6 +32,18 @@ impl AgentConfig {
         nav: NavConfig::DEFAULT,
         flight: FlightConfig::DEFAULT,
     };
+
+    /// The same with other limits for links; `None` leaves one as it is.
+    #[must_use]
+    pub const fn with_limits(mut self, launch: Option<Dbm>, retreat: Option<Dbm>) -> Self {
+        if let Some(limit) = launch {
+            self.launch.limit = limit;
+        }
+        if let Some(limit) = retreat {
+            self.retreat.limit = limit;
+        }
+        self
+    }
 
     /// Whether the parts fit together. Each is sound by itself; what can go wrong is between them.
     ///

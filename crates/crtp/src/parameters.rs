@@ -1,9 +1,10 @@
 //! What can be set, and what is told of the drone itself.
 
-use units::{Metres, MetresPerSecond, NodeId};
+use agent::AgentConfig;
+use units::{Dbm, Metres, MetresPerSecond, NodeId};
 use wire::crtp::{LogType, ParamType, Value};
 use wire::p2p::Task;
-use wire::settings::{Role, Settings};
+use wire::settings::{Limits, Role, Settings};
 
 use crate::table::{Documented, Get, crc_of_row};
 
@@ -16,6 +17,10 @@ pub struct Parameters {
     pub speed: MetresPerSecond,
     /// At which height this drone flies.
     pub height: Metres,
+    /// A last link weaker than this calls for the next relay.
+    pub launch_limit: Dbm,
+    /// A back link weaker than this sends this drone back.
+    pub retreat_limit: Dbm,
     /// What nobody can set.
     pub about: About,
 }
@@ -45,11 +50,13 @@ pub struct About {
 
 impl Parameters {
     /// Before anybody has set anything: nothing is ordered. The speed is that of the demonstration's
-    /// pilot, the height that of `agent::FlightConfig`.
+    /// pilot, height and limits are those of `agent::AgentConfig`.
     pub const DEFAULT: Self = Self {
         task: OperatorTask::Wait,
         speed: MetresPerSecond(0.2),
         height: agent::FlightConfig::DEFAULT.height,
+        launch_limit: AgentConfig::DEFAULT.launch.limit,
+        retreat_limit: AgentConfig::DEFAULT.retreat.limit,
         about: About {
             node: Settings::DEFAULT.node,
             role: Settings::DEFAULT.role,
@@ -71,6 +78,18 @@ impl Parameters {
     /// The largest, m: on a dark floor the ranger that looks down sees 1.7 m (VL53L1X data sheet,
     /// 17 % grey, in the dark), and less where there is light.
     const MAX_HEIGHT: f32 = 1.0;
+
+    /// The limits, to be kept.
+    #[must_use]
+    pub const fn limits(&self) -> Limits {
+        Limits { launch: Some(self.launch_limit), retreat: Some(self.retreat_limit) }
+    }
+
+    /// Takes over the limits that were kept.
+    pub fn set_limits(&mut self, limits: Limits) {
+        self.launch_limit = limits.launch.unwrap_or(Self::DEFAULT.launch_limit);
+        self.retreat_limit = limits.retreat.unwrap_or(Self::DEFAULT.retreat_limit);
+    }
 
     /// The operator's order.
     #[must_use]
@@ -134,6 +153,10 @@ impl ParameterId {
     pub const SPEED: Self = Self::of("uchain", "speed");
     /// `uchain.height`
     pub const HEIGHT: Self = Self::of("uchain", "height");
+    /// `uchain.launchLimit`
+    pub const LAUNCH_LIMIT: Self = Self::of("uchain", "launchLimit");
+    /// `uchain.retreatLimit`
+    pub const RETREAT_LIMIT: Self = Self::of("uchain", "retreatLimit");
 
     pub(crate) const fn new(row: u16) -> Self {
         Self(row)
@@ -278,6 +301,10 @@ table! {
             => |p| p.speed.0, set_speed;
         "height": F32 "m" "at which this drone flies from its next boot on, 0.2 to 1; in the simulator the scenario's is flown"
             => |p| p.height.0, set_height;
+        "launchLimit": F32 "dBm" "a last link weaker than this calls for the next relay, −96 to −20, at least 1 dB above retreatLimit; from the next boot on; in the simulator the scenario's holds"
+            => |p| p.launch_limit.0, set_launch_limit;
+        "retreatLimit": F32 "dBm" "a back link weaker than this sends this drone back; likewise"
+            => |p| p.retreat_limit.0, set_retreat_limit;
         "node": U8 "" "its place in the chain: 0 head, 1 to 15" => |p| p.about.node.0;
         "role": U8 "" "its part in the chain: 0 head, 1 relay, 2 base" => |p| role_code(p.about.role);
     }
@@ -343,6 +370,27 @@ fn set_height(of: &mut Parameters, value: Value) -> bool {
     let good = within(height, Parameters::MIN_HEIGHT, Parameters::MAX_HEIGHT);
     if good {
         of.height = Metres(height);
+    }
+    good
+}
+
+fn set_launch_limit(of: &mut Parameters, value: Value) -> bool {
+    let Value::F32(limit) = value else { return false };
+    set_limits(of, Dbm(limit), of.retreat_limit)
+}
+
+fn set_retreat_limit(of: &mut Parameters, value: Value) -> bool {
+    let Value::F32(limit) = value else { return false };
+    set_limits(of, of.launch_limit, Dbm(limit))
+}
+
+/// Each must be a limit, and the two must fit each other.
+fn set_limits(of: &mut Parameters, launch: Dbm, retreat: Dbm) -> bool {
+    let [weakest, strongest] = Limits::RANGE;
+    let good = [launch, retreat].iter().all(|limit| within(limit.0, weakest.0, strongest.0))
+        && AgentConfig::DEFAULT.with_limits(Some(launch), Some(retreat)).check().is_ok();
+    if good {
+        (of.launch_limit, of.retreat_limit) = (launch, retreat);
     }
     good
 }

@@ -22,7 +22,10 @@ fn packets() -> impl Strategy<Value = Vec<u8>> {
     let small = (any::<u8>(), prop::collection::vec(0_u8..4, 0..12))
         .prop_map(|(header, data)| [vec![header], data].concat());
     let bytes = prop::collection::vec(any::<u8>(), 0..40);
-    let by_name = (prop::sample::select(&["task", "speed", "height", "node"]), any::<[u8; 5]>())
+    let by_name = (
+        prop::sample::select(&["task", "speed", "height", "launchLimit", "retreatLimit", "node"]),
+        any::<[u8; 5]>(),
+    )
         .prop_map(|(name, [a, b, c, d, kind])| {
             let kind = if kind < 128 { 8 } else { 6 };
             [b"\x2F\0uchain\0", name.as_bytes(), &[0, kind, a, b, c, d]].concat()
@@ -49,8 +52,10 @@ proptest! {
         }
         // What waits is bounded: 16 answers, 512 bytes of text, and each of 16 blocks once.
         prop_assert!(line.all().len() <= 16 + 18 + 16);
-        let Parameters { speed, height, .. } = line.parameters;
+        let Parameters { speed, height, launch_limit, retreat_limit, .. } = line.parameters;
         prop_assert!(speed.0.abs() <= 0.4 && (0.2..=1.0).contains(&height.0));
+        prop_assert!(retreat_limit.0 >= -96.0 && launch_limit.0 <= -20.0);
+        prop_assert!(launch_limit.0 - retreat_limit.0 >= 1.0);
     }
 
     #[test]

@@ -5,7 +5,7 @@ mod common;
 use common::{Line, port};
 use crtp::{Access, Event, OperatorTask, ParameterId, Setpoint};
 use flight::{Mode, StopCause};
-use units::{Instant, Metres, MetresPerSecond, NodeId, Volts};
+use units::{Dbm, Instant, Metres, MetresPerSecond, NodeId, Volts};
 
 /// What cflib does on connect, in its order (`cflib/crazyflie/__init__.py`).
 #[test]
@@ -130,6 +130,21 @@ fn an_operator_gives_orders() {
 }
 
 /// The numbers of C's `errno.h` that the vendor's firmware gives (`param_logic.c`).
+#[test]
+fn limits_that_contradict_each_other_are_not_set() {
+    let mut line = Line::new();
+    let mut set = |name: &str, limit: f32| {
+        let [a, b] = line.id_of(port::PARAM_TABLE, name);
+        line.send(port::PARAM_WRITE, &[&[a, b][..], &limit.to_le_bytes()].concat());
+        line.next().unwrap();
+        (line.parameters.launch_limit, line.parameters.retreat_limit)
+    };
+    assert_eq!(set("uchain.launchLimit", -66.0), (Dbm(-60.0), Dbm(-65.0)));
+    assert_eq!(set("uchain.retreatLimit", -70.0), (Dbm(-60.0), Dbm(-70.0)));
+    assert_eq!(set("uchain.launchLimit", -66.0), (Dbm(-66.0), Dbm(-70.0)));
+    assert_eq!(set("uchain.launchLimit", f32::NAN), (Dbm(-66.0), Dbm(-70.0)));
+}
+
 #[test]
 fn who_knows_no_table_sets_by_name() {
     let mut line = Line::new();

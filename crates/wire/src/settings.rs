@@ -10,12 +10,12 @@
 //! | 0x340, 0x380 | [`keys`] and [`epoch`], slot B |
 //! | 0x400 | the vendor's persistent parameters, left alone |
 //!
-//! A record takes 36 bytes:
+//! A record takes 44 bytes:
 //!
 //! | byte | type | what | unit |
 //! |---|---|---|---|
 //! | 0 | 4 bytes | `UCHN` | |
-//! | 4 | `u8` | version, 1 | |
+//! | 4 | `u8` | version, 2 | |
 //! | 5 | `u32` | sequence number: the newer of two records has the larger one | |
 //! | 9 | `u8` | who the drone is | |
 //! | 10 | `u8` | role: 0 head, 1 relay, 2 base | |
@@ -27,7 +27,11 @@
 //! | 20 | `f32` | trim in pitch | rad |
 //! | 24 | `f32` | trim in roll | rad |
 //! | 28 | `f32` | flying height, or zero | m |
-//! | 32 | `u32` | CRC-32 of all that comes before | |
+//! | 32 | `f32` | the link weaker than which a relay is launched, or zero | dBm |
+//! | 36 | `f32` | the link weaker than which a drone backs up, or zero | dBm |
+//! | 40 | `u32` | CRC-32 of all that comes before | |
+//!
+//! Version 1 had no limits: its CRC comes at 32. It is read, and never written.
 //!
 //! # Reading and writing
 //! At boot the caller reads [`LENGTH`] bytes of each slot and asks [`newest`]. To change something
@@ -43,17 +47,24 @@ mod vendor;
 
 use core::fmt;
 
-use units::{Metres, NodeId, Radians};
+use units::{Dbm, Metres, NodeId, Radians};
 
 use crate::radio::{Address, Channel, Datarate, TxPower};
 
 pub use vendor::{VENDOR_LENGTH, VendorConfig, VendorError};
 
 /// Bytes of a record.
-pub const LENGTH: usize = 36;
+pub const LENGTH: usize = 44;
+
+/// Of these, what versions 1 and 2 have in common.
+const COMMON: usize = 32;
+/// What version 2 has of its own.
+const LIMITS: usize = LENGTH - 4 - COMMON;
 
 const MAGIC: [u8; 4] = *b"UCHN";
-const VERSION: u8 = 1;
+const VERSION: u8 = 2;
+/// The one without limits.
+const VERSION_1: u8 = 1;
 
 /// The largest trim that is one: the boards of a batch differ by a degree or two, and 20° is no
 /// trim but another mounting.
@@ -77,6 +88,59 @@ pub struct Settings {
     pub trim: Trim,
     /// At which height it flies; `None` for the agent's default.
     pub height: Option<Metres>,
+    /// How weak links may become.
+    pub limits: Limits,
+}
+
+/// How weak links may become; `None` for the agent's default. All drones of a chain should have the
+/// same. That the two fit each other is the agent's to check.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Limits {
+    /// A last link weaker than this calls for the next relay.
+    pub launch: Option<Dbm>,
+    /// A back link weaker than this sends a drone back.
+    pub retreat: Option<Dbm>,
+}
+
+impl Limits {
+    /// The agent's own.
+    pub const DEFAULT: Self = Self { launch: None, retreat: None };
+
+    /// The weakest and the strongest that make sense: below, the nRF51 receives nothing (its
+    /// product specification, sensitivity at 250 kbit/s); above, two drones are within a hand's
+    /// breadth.
+    pub const RANGE: [Dbm; 2] = [Dbm(-96.0), Dbm(-20.0)];
+
+    fn encode(self) -> Result<[u8; LIMITS], Error> {
+        let [l0, l1, l2, l3] = Self::put(self.launch)?;
+        let [r0, r1, r2, r3] = Self::put(self.retreat)?;
+        Ok([l0, l1, l2, l3, r0, r1, r2, r3])
+    }
+
+    fn decode([l0, l1, l2, l3, r0, r1, r2, r3]: [u8; LIMITS]) -> Result<Self, Error> {
+        let (launch, retreat) = (Self::get([l0, l1, l2, l3])?, Self::get([r0, r1, r2, r3])?);
+        Ok(Self { launch, retreat })
+    }
+
+    fn put(limit: Option<Dbm>) -> Result<[u8; 4], Error> {
+        match limit {
+            None => Ok([0; 4]),
+            Some(limit) => Ok(Self::checked(limit)?.0.to_le_bytes()),
+        }
+    }
+
+    fn get(bytes: [u8; 4]) -> Result<Option<Dbm>, Error> {
+        match bytes {
+            [0, 0, 0, 0] => Ok(None),
+            bytes => Self::checked(Dbm(f32::from_le_bytes(bytes))).map(Some),
+        }
+    }
+
+    fn checked(limit: Dbm) -> Result<Dbm, Error> {
+        let [weakest, strongest] = Self::RANGE;
+        if limit >= weakest && limit <= strongest { Ok(limit) } else { Err(Error::Value) }
+    }
 }
 
 /// What a node is in the chain.
@@ -155,6 +219,7 @@ impl Settings {
         },
         trim: Trim { pitch: Radians::ZERO, roll: Radians::ZERO },
         height: None,
+        limits: Limits::DEFAULT,
     };
 
     /// These settings, but with what the vendor's tools have set.
@@ -170,7 +235,7 @@ impl Settings {
     /// The record's bytes.
     ///
     /// # Errors
-    /// [`Error::Value`] when a trim or the height is out of range: what could not be read back is
+    /// [`Error::Value`] when a trim, the height or a limit is out of range: what could not be read back is
     /// not written.
     pub fn encode(&self, sequence: u32) -> Result<[u8; LENGTH], Error> {
         let trim = self.trim.check().ok_or(Error::Value)?;
@@ -189,14 +254,17 @@ impl Settings {
         let datarate = self.radio.datarate.code();
         let [power] = self.radio.power.code().to_le_bytes();
         let node = self.node.0;
-        let body: [u8; LENGTH - 4] = [
+        let common: [u8; COMMON] = [
             m0, m1, m2, m3, VERSION, s0, s1, s2, s3, node, role, channel, datarate, a0, a1, a2, a3,
             a4, power, 0, p0, p1, p2, p3, r0, r1, r2, r3, h0, h1, h2, h3,
         ];
         let mut record = [0; LENGTH];
-        let bytes = body.into_iter().chain(crc32(&body).to_le_bytes());
-        for (place, byte) in record.iter_mut().zip(bytes) {
-            *place = byte;
+        let limits = self.limits.encode()?;
+        if let Some((body, crc)) = record.split_last_chunk_mut::<4>() {
+            for (place, byte) in body.iter_mut().zip(common.into_iter().chain(limits)) {
+                *place = byte;
+            }
+            *crc = crc32(body).to_le_bytes();
         }
         Ok(record)
     }
@@ -206,9 +274,7 @@ impl Settings {
     /// # Errors
     /// [`Error`].
     pub fn decode(bytes: &[u8]) -> Result<(Self, u32), Error> {
-        let (record, _) = bytes.split_first_chunk::<LENGTH>().ok_or(Error::Short)?;
-        let (body, crc) = record.split_last_chunk::<4>().ok_or(Error::Short)?;
-        let body: &[u8; LENGTH - 4] = body.try_into().map_err(|_| Error::Short)?;
+        let (common, rest) = bytes.split_first_chunk::<COMMON>().ok_or(Error::Short)?;
         let [
             m0,
             m1,
@@ -242,15 +308,24 @@ impl Settings {
             h1,
             h2,
             h3,
-        ] = *body;
+        ] = *common;
         if [m0, m1, m2, m3] != MAGIC {
             return Err(Error::Magic);
         }
         // Before the CRC, which a later version may have elsewhere.
-        if version != VERSION {
-            return Err(Error::Version(version));
-        }
-        if u32::from_le_bytes(*crc) != crc32(body) {
+        let (limits, crc, length) = match version {
+            VERSION_1 => {
+                let (crc, _) = rest.split_first_chunk::<4>().ok_or(Error::Short)?;
+                ([0; LIMITS], crc, COMMON)
+            }
+            VERSION => {
+                let (limits, rest) = rest.split_first_chunk::<LIMITS>().ok_or(Error::Short)?;
+                let (crc, _) = rest.split_first_chunk::<4>().ok_or(Error::Short)?;
+                (*limits, crc, COMMON + LIMITS)
+            }
+            version => return Err(Error::Version(version)),
+        };
+        if u32::from_le_bytes(*crc) != crc32(bytes.get(..length).ok_or(Error::Short)?) {
             return Err(Error::Crc);
         }
         if reserved != 0 {
@@ -274,6 +349,7 @@ impl Settings {
                 [0, 0, 0, 0] => None,
                 bytes => Some(checked_height(Metres(f32::from_le_bytes(bytes)))?),
             },
+            limits: Limits::decode(limits)?,
         };
         Ok((settings, u32::from_le_bytes([s0, s1, s2, s3])))
     }
@@ -293,7 +369,7 @@ fn checked_height(height: Metres) -> Result<Metres, Error> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Error {
-    /// There are less than [`LENGTH`] bytes.
+    /// There are less bytes than a record of its version has.
     Short,
     /// It does not begin like a record: the slot was never written.
     Magic,

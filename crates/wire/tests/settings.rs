@@ -3,10 +3,10 @@
 
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use units::{Metres, NodeId, Radians};
+use units::{Dbm, Metres, NodeId, Radians};
 use wire::radio::{Address, Channel, Datarate, TxPower};
 use wire::settings::{
-    Chosen, Error, LENGTH, Radio, Role, Settings, Slot, Trim, VENDOR_LENGTH, VendorConfig,
+    Chosen, Error, LENGTH, Limits, Radio, Role, Settings, Slot, Trim, VENDOR_LENGTH, VendorConfig,
     VendorError, Write, newest,
 };
 
@@ -25,24 +25,44 @@ const GOLDEN: Settings = Settings {
     },
     trim: Trim { pitch: Radians(0.015625), roll: Radians(-0.03125) },
     height: Some(Metres(0.5)),
+    limits: Limits { launch: Some(Dbm(-52.0)), retreat: None },
 };
 
 /// By the table in the module's documentation; the CRC by Python's `zlib.crc32`.
 const GOLDEN_BYTES: [u8; LENGTH] = [
-    b'U', b'C', b'H', b'N', 1, // version
+    b'U', b'C', b'H', b'N', 2, // version
     0x07, 0x00, 0x00, 0x00, // sequence
     4, 1, // node, relay
     93, 1, 0x04, 0xE7, 0xE7, 0xE7, 0xE7, 0xFC, 0, // channel, 1 Mbit/s, address, -4 dBm
     0x00, 0x00, 0x80, 0x3C, // 2^-6 rad
     0x00, 0x00, 0x00, 0xBD, // -2^-5 rad
     0x00, 0x00, 0x00, 0x3F, // 0.5 m
-    0xDE, 0x34, 0x72, 0xA6,
+    0x00, 0x00, 0x50, 0xC2, // -52 dBm
+    0x00, 0x00, 0x00, 0x00, // the agent's own
+    0x48, 0x34, 0xAF, 0x68,
+];
+
+/// The same as version 1 has it, without limits.
+const VERSION_1_BYTES: [u8; 36] = [
+    b'U', b'C', b'H', b'N', 1, 0x07, 0x00, 0x00, 0x00, 4, 1, 93, 1, 0x04, 0xE7, 0xE7, 0xE7, 0xE7,
+    0xFC, 0, 0x00, 0x00, 0x80, 0x3C, 0x00, 0x00, 0x00, 0xBD, 0x00, 0x00, 0x00, 0x3F, 0xDE, 0x34,
+    0x72, 0xA6,
 ];
 
 #[test]
 fn the_bytes_are_those_of_the_table() {
     assert_eq!(GOLDEN.encode(7), Ok(GOLDEN_BYTES));
     assert_eq!(Settings::decode(&GOLDEN_BYTES), Ok((GOLDEN, 7)));
+}
+
+#[test]
+fn a_record_from_before_there_were_limits_is_read() {
+    let settings = Settings { limits: Limits::DEFAULT, ..GOLDEN };
+    assert_eq!(Settings::decode(&VERSION_1_BYTES), Ok((settings, 7)));
+    let newer = GOLDEN.encode(8).unwrap();
+    let chosen = newest(&VERSION_1_BYTES, &newer).map(|chosen| chosen.settings);
+    assert_eq!(chosen, Some(GOLDEN));
+    assert_eq!(Settings::decode(&VERSION_1_BYTES[..35]), Err(Error::Short));
 }
 
 fn settings() -> impl Strategy<Value = Settings> {
@@ -59,9 +79,18 @@ fn settings() -> impl Strategy<Value = Settings> {
     let trim = (-0.35f32..0.35, -0.35f32..0.35)
         .prop_map(|(pitch, roll)| Trim { pitch: Radians(pitch), roll: Radians(roll) });
     let height = prop::option::of((0.01f32..4.0).prop_map(Metres));
-    (any::<u8>(), role, radio, trim, height).prop_map(|(node, role, radio, trim, height)| {
-        Settings { node: NodeId(node), role, radio, trim, height }
-    })
+    let limit = || prop::option::of((-96.0f32..=-20.0).prop_map(Dbm));
+    let limits = (limit(), limit()).prop_map(|(launch, retreat)| Limits { launch, retreat });
+    (any::<u8>(), role, radio, trim, height, limits).prop_map(
+        |(node, role, radio, trim, height, limits)| Settings {
+            node: NodeId(node),
+            role,
+            radio,
+            trim,
+            height,
+            limits,
+        },
+    )
 }
 
 /// An EEPROM that loses power in the middle of a write.
@@ -219,6 +248,8 @@ fn what_could_not_be_read_back_is_not_written() {
         Settings { height: Some(Metres(f32::INFINITY)), ..GOLDEN },
         Settings { height: Some(Metres::ZERO), ..GOLDEN },
         Settings { height: Some(Metres(-0.3)), ..GOLDEN },
+        Settings { limits: Limits { launch: Some(Dbm(0.0)), retreat: None }, ..GOLDEN },
+        Settings { limits: Limits { launch: None, retreat: Some(Dbm(f32::NAN)) }, ..GOLDEN },
     ] {
         assert_eq!(settings.encode(1), Err(Error::Value), "{settings:?}");
         assert_eq!(Write::after(None, &settings), Err(Error::Value));
@@ -234,7 +265,7 @@ fn what_is_no_record_says_why() {
     };
     assert_eq!(Settings::decode(&GOLDEN_BYTES[..LENGTH - 1]), Err(Error::Short));
     assert_eq!(Settings::decode(&[0xFF; LENGTH]), Err(Error::Magic));
-    assert_eq!(Settings::decode(&with(4, 2)), Err(Error::Version(2)));
+    assert_eq!(Settings::decode(&with(4, 3)), Err(Error::Version(3)));
     assert_eq!(Settings::decode(&with(9, 5)), Err(Error::Crc));
 }
 

@@ -47,6 +47,7 @@ struct Station {
 enum Notice {
     Sideways,
     Height,
+    Limits,
 }
 
 impl Notice {
@@ -54,6 +55,7 @@ impl Notice {
         match self {
             Self::Sideways => "Of a hover set-point only vx is flown: the chain steers itself.",
             Self::Height => "The height is kept, but the scenario's is flown.",
+            Self::Limits => "The limits are kept, but the scenario's hold.",
         }
     }
 }
@@ -165,6 +167,9 @@ impl<W: World> Chain<W> {
             ParameterId::TASK => self.desk.order(order),
             ParameterId::SPEED if task == OperatorTask::Explore => self.desk.change_speed(speed),
             ParameterId::HEIGHT => self.notice(member, Notice::Height),
+            ParameterId::LAUNCH_LIMIT | ParameterId::RETREAT_LIMIT => {
+                self.notice(member, Notice::Limits);
+            }
             _ => {}
         }
         // There is one desk, whichever port it is looked at through.

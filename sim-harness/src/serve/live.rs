@@ -7,7 +7,7 @@ use airlink::{Counters, Refused, Standing};
 use chain::report::Task;
 use crtp::{About, Link, LinkState, Node, Parameters, Ranges, Snapshot};
 use tunnel_nav::{Diagonals, Range};
-use units::{Acceleration, AngularVelocity, Instant, Metres, NodeId, Radians};
+use units::{Acceleration, AngularVelocity, Dbm, Instant, Metres, NodeId, Radians};
 use wire::settings::Role;
 
 use super::{STEP, World};
@@ -25,6 +25,8 @@ pub struct Live<'a> {
     keep: bool,
     orders: Vec<Orders>,
     height: Metres,
+    /// At which a relay is launched, and at which a drone turns back.
+    limits: [Dbm; 2],
     reach: Metres,
 }
 
@@ -57,6 +59,7 @@ impl<'a> Live<'a> {
         Self {
             orders: vec![Orders::default(); mission.count()],
             height: scenario.agent.flight.height,
+            limits: [scenario.agent.launch.limit, scenario.agent.retreat.limit],
             reach: Metres(scenario.vehicle.reach),
             watch: Watch::new(scenario, world, reference),
             mission,
@@ -186,6 +189,8 @@ impl World for Live<'_> {
         let flies = role != Role::Base;
         Parameters {
             height: self.height,
+            launch_limit: self.limits[0],
+            retreat_limit: self.limits[1],
             about: About {
                 node: NodeId(member as u8),
                 role,
