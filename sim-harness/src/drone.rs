@@ -160,6 +160,21 @@ impl Drone {
         }
     }
 
+    /// Somebody else flies it from now on.
+    pub(crate) fn hand_over(&mut self) {
+        if let Self::Craft(flown) = self {
+            flown.craft.fly_from_outside();
+        }
+    }
+
+    /// Somebody else has told it so.
+    pub(crate) fn note(&mut self, setpoint: Setpoint) {
+        match self {
+            Self::Point(body) => body.command(setpoint),
+            Self::Craft(flown) => flown.setpoint = setpoint,
+        }
+    }
+
     /// One physics step: 20 ms of the point, a millisecond of the craft.
     pub(crate) fn advance(&mut self, around: Surroundings<'_>, response: Response) {
         match self {

@@ -10,6 +10,7 @@
 //! | [`vehicle`] | a drone's body at policy level |
 //! | [`craft`] | a drone at flight level, with the flight code in the loop |
 //! | [`drone`] | either of them, as a mission sees it |
+//! | [`emulated`] | a drone whose firmware runs in an emulator |
 //! | [`medium`] | the air between the radios, packet by packet |
 //! | [`mission`] | one mission, step by step |
 //! | [`trace`] | the record of a mission |
@@ -28,6 +29,7 @@ pub mod campaign;
 pub mod cli;
 pub mod craft;
 pub mod drone;
+pub mod emulated;
 pub mod figures;
 pub mod input_error;
 pub mod keys;

@@ -8,37 +8,40 @@
 //!
 //! The operator is the scenario's pilot, or, in a live mission, whoever calls [`Mission::order`].
 
+mod air;
 mod intruders;
 mod log;
 mod member;
 mod seal;
 mod station;
 
-use agent::{Agent, Inputs, Outputs, Role, Setpoint, air};
+use agent::{Inputs, Outputs, Role, Setpoint, State};
 use chain::neighbours::Heard;
 use chain::report::Task;
 use tunnel_nav::Range;
-use units::{Dbm, Instant, NodeId};
+use units::{Instant, NodeId};
+use virtual_crazyflie::board::nrf51::RAMP_UP;
 use wire::p2p::Telemetry;
-use wire::syslink::MAX_P2P;
 
 use crate::craft::Surroundings;
 use crate::craft::faults::Failing;
 use crate::drone::{Drone, Senses};
-use crate::medium::{Ether, Medium};
+use crate::emulated::{Emulated, Halted};
+use crate::medium::{Arrives, Medium, MediumConfig};
 use crate::random::{Purpose, Stream};
 use crate::scenario::{Fidelity, Scenario};
 use crate::trace::{DroneFrame, Frame, LinkFrame, Node, Trace};
 use crate::vehicle::{Response, STEP_US};
 use crate::world::{Radio, Tunnel};
 
+use air::Strengths;
 use intruders::Intruders;
 pub use intruders::Overheard;
 use log::OrderLog;
 pub use log::RadioMetrics;
-use member::{Member, Parcel, member, places};
+use member::{Member, Mind, member, places};
 use seal::Cipher;
-use station::News;
+use station::{News, Station};
 
 /// Physics steps in one round of the 5 Hz loop.
 const STEPS_PER_ROUND: u64 = 10;
@@ -46,6 +49,14 @@ const STEPS_PER_ROUND: u64 = 10;
 pub const ROUND_US: u64 = STEPS_PER_ROUND * STEP_US;
 /// Length of a step of a craft, in microseconds.
 const CRAFT_STEP_US: u64 = 1_000;
+/// How far emulated drones run before they hear of each other. No packet that one of them sends
+/// meanwhile is on the air by then, so that nobody hears anything late, and whatever disturbs a
+/// packet is known when that arrives.
+const EMULATED_STEP_US: u64 = 100;
+const _: () = {
+    assert!(EMULATED_STEP_US * 1_000 < RAMP_UP);
+    assert!(CRAFT_STEP_US.is_multiple_of(EMULATED_STEP_US));
+};
 
 /// The surroundings of a mission, shared by all that fly in them.
 pub struct World {
@@ -92,16 +103,13 @@ pub struct View<'a> {
     pub role: Role,
     /// Its body; at flight level with a [`craft`](Drone::craft), unless it is the base.
     pub body: &'a Drone,
-    /// Its mind.
-    pub agent: &'a Agent,
     /// What its mind last put out; `None` before its first turn.
     pub outputs: Option<&'a Outputs>,
     /// What its mind last sensed.
     pub senses: &'a Senses,
-    /// What its radio link is doing.
-    pub link: airlink::Status,
-    /// What its radio link sent, took and refused.
-    pub counters: airlink::Counters,
+    /// What its radio link is doing, and what it sent, took and refused; `None` where the link is
+    /// in an emulator.
+    pub link: Option<(airlink::Status, airlink::Counters)>,
     /// The last 16 bits of the count of the last order that reached it; zero for none.
     pub heeded: u16,
 }
@@ -123,6 +131,8 @@ pub struct Mission<'a> {
     orders: OrderLog,
     unpacked: Vec<Heard>,
     intruders: Option<Intruders>,
+    /// Why the mission cannot go on.
+    halted: Option<Halted>,
 }
 
 impl<'a> Mission<'a> {
@@ -152,7 +162,43 @@ impl<'a> Mission<'a> {
             orders: OrderLog::default(),
             unpacked: Vec::new(),
             intruders: None,
+            halted: None,
         }
+    }
+
+    /// The same with these drones in an emulator, in place of those of their numbers.
+    #[must_use]
+    pub fn emulated(
+        scenario: &'a Scenario,
+        world: &'a World,
+        seed: u64,
+        drones: Vec<Emulated>,
+    ) -> Self {
+        let mut mission = Self::new(scenario, world, seed);
+        let config = MediumConfig { arrives: Arrives::AtAntenna, ..scenario.medium() };
+        mission.medium = Medium::new(config, mission.members.len(), seed);
+        for drone in drones {
+            if let Some(member) = mission.members.get_mut(usize::from(drone.node().0)) {
+                member.emulate(drone);
+            }
+        }
+        mission
+    }
+
+    /// Whether any drone is in an emulator.
+    fn is_emulated(&self) -> bool {
+        self.medium.arrives() == Arrives::AtAntenna
+    }
+
+    /// A drone that is in an emulator.
+    #[must_use]
+    pub fn emulated_drone(&self, member: usize) -> Option<&Emulated> {
+        self.members.get(member)?.mind.emulated()
+    }
+
+    /// The same, to make something go wrong with it, or to watch it.
+    pub fn emulated_drone_mut(&mut self, member: usize) -> Option<&mut Emulated> {
+        self.members.get_mut(member)?.mind.emulated_mut()
     }
 
     /// The same without the scenario's pilot: everybody waits for [`order`](Self::order).
@@ -179,28 +225,39 @@ impl<'a> Mission<'a> {
     /// Flies for so many microseconds.
     pub fn advance(&mut self, us: u64) {
         let until_us = self.now_us + us;
+        let is_emulated = self.is_emulated();
         let quantum_us = match self.scenario.fidelity {
+            _ if is_emulated => EMULATED_STEP_US,
             Fidelity::Policy => STEP_US,
             Fidelity::Flight => CRAFT_STEP_US,
         };
-        while self.now_us < until_us {
+        while self.now_us < until_us && self.halted.is_none() {
             if self.now_us.is_multiple_of(STEP_US) {
                 self.take_turns();
             }
             let next_us = (self.now_us / quantum_us + 1) * quantum_us;
             let step_us = next_us.min(until_us);
             self.carry_packets(step_us);
+            if is_emulated {
+                self.emulate(step_us);
+            }
             self.now_us = step_us;
-            if step_us == next_us {
+            if step_us == next_us && (!is_emulated || step_us.is_multiple_of(CRAFT_STEP_US)) {
                 self.move_bodies();
             }
         }
     }
 
-    /// Whether the scenario's time is up.
+    /// Whether the scenario's time is up, or it cannot go on.
     #[must_use]
     pub fn is_over(&self) -> bool {
-        self.time_us() >= self.scenario.duration_us
+        self.halted.is_some() || self.time_us() >= self.scenario.duration_us
+    }
+
+    /// Why it cannot go on: an emulated drone does what the emulator does not know.
+    #[must_use]
+    pub const fn halted(&self) -> Option<&Halted> {
+        self.halted.as_ref()
     }
 
     /// Microseconds since the start.
@@ -221,9 +278,9 @@ impl<'a> Mission<'a> {
         }
     }
 
-    /// The agents, head first, base last.
-    pub fn agents(&self) -> impl Iterator<Item = &Agent> {
-        self.members.iter().map(|member| &member.agent)
+    /// What everybody's mind is doing, head first, base last.
+    pub fn states(&self) -> impl Iterator<Item = State> {
+        self.members.iter().map(Member::state)
     }
 
     /// How many members there are, base included.
@@ -236,16 +293,15 @@ impl<'a> Mission<'a> {
     #[must_use]
     pub fn view(&self, member: usize) -> Option<View<'_>> {
         let found = self.members.get(member)?;
+        let station = found.mind.hosted().map(|hosted| &hosted.station);
         Some(View {
             id: NodeId(member as u8),
             role: found.role,
             body: &found.body,
-            agent: &found.agent,
             outputs: found.outputs.as_ref(),
             senses: &found.senses,
-            link: found.station.status(),
-            counters: found.station.counters(),
-            heeded: found.station.heeded().map_or(0, |counter| counter.low16()),
+            link: station.map(|station| (station.status(), station.counters())),
+            heeded: station.and_then(Station::heeded).map_or(0, |counter| counter.low16()),
         })
     }
 
@@ -296,34 +352,49 @@ impl<'a> Mission<'a> {
 
     /// One turn of one member's 5 Hz loop.
     fn tick(&mut self, n: usize) {
-        let now_us = self.now_us;
-        let scenario = self.scenario;
-        let spec = &scenario.vehicle;
         let member = &mut self.members[n];
         member.body.locate(&self.world.tunnel);
         self.strengths.moved(n, member.body.abscissa());
         let flies = member.role != Role::Base;
+        member.senses = if flies {
+            let (elapsed, spec) = (ROUND_US as f32 * 1e-6, &self.scenario.vehicle);
+            member.body.sense(elapsed, &self.world.tunnel, spec, &mut member.random)
+        } else {
+            Senses::NONE
+        };
+        match &mut member.mind {
+            Mind::Hosted(_) => self.think(n),
+            Mind::Emulated(emulated) => {
+                member.outputs = emulated.outputs();
+                if let Some(outputs) = member.outputs {
+                    member.body.note(outputs.setpoint);
+                }
+            }
+        }
+        if !flies {
+            self.give_order(self.now_us);
+        }
+    }
 
+    /// What the agent of a member on the host makes of its turn.
+    fn think(&mut self, n: usize) {
+        let now_us = self.now_us;
+        let scenario = self.scenario;
+        let member = &mut self.members[n];
+        let Mind::Hosted(hosted) = &mut member.mind else { return };
         self.unpacked.clear();
         let mut order = None;
-        while let Some(parcel) = member.mailbox.pop_front_if(|p| p.arrives_us <= now_us) {
+        while let Some(parcel) = hosted.mailbox.pop_front_if(|p| p.arrives_us <= now_us) {
             match parcel.news {
                 News::Heard(heard) => self.unpacked.push(heard),
                 News::Order(task) => order = Some(task),
                 News::Telemetry(..) => {}
             }
         }
-
-        member.senses = if flies {
-            let elapsed = ROUND_US as f32 * 1e-6;
-            member.body.sense(elapsed, &self.world.tunnel, spec, &mut member.random)
-        } else {
-            Senses::NONE
-        };
-        if !flies {
+        if member.role == Role::Base {
             order = Some(operators_word(scenario, self.operator, now_us));
         }
-        let senses = &self.members[n].senses;
+        let senses = &member.senses;
         let inputs = Inputs {
             ranges: senses.ranges,
             velocity: senses.velocity,
@@ -335,105 +406,25 @@ impl<'a> Mission<'a> {
             endurance: senses.endurance,
             emergency: false,
         };
-        let machine = air::Machine {
+        let machine = agent::air::Machine {
             fitness: senses.fitness,
             battery: senses.battery,
             endurance: senses.endurance,
             height: senses.height,
             heeded: None,
         };
-        let member = &mut self.members[n];
-        let outputs = member.agent.step(&scenario.agent, Instant::from_micros(now_us), &inputs);
+        let outputs = hosted.agent.step(&scenario.agent, Instant::from_micros(now_us), &inputs);
         member.body.command(outputs.setpoint);
         member.outputs = Some(outputs);
-        member.station.say(now_us, &outputs, member.role, &machine);
-        if !flies {
-            self.give_order(now_us);
-        }
+        hosted.station.say(now_us, &outputs, member.role, &machine);
     }
 
     /// The operator's stick is read at every turn of the base, and the base's link told.
     fn give_order(&mut self, now_us: u64) {
         let task = operators_word(self.scenario, self.operator, now_us);
-        if let Some(base) = self.members.last_mut() {
+        if let Some(Member { mind: Mind::Hosted(base), .. }) = self.members.last_mut() {
             self.orders.given(now_us);
             base.station.order(now_us, task);
-        }
-    }
-
-    /// All that is on the air before `until_us`.
-    fn carry_packets(&mut self, until_us: u64) {
-        loop {
-            let arrival_us = self.medium.next().unwrap_or(u64::MAX);
-            let speaker = self.members.iter().enumerate().min_by_key(|(_, m)| m.station.due_us());
-            let Some((n, due_us)) = speaker.map(|(n, m)| (n, m.station.due_us())) else { return };
-            if arrival_us.min(due_us) >= until_us {
-                return;
-            }
-            if arrival_us <= due_us {
-                self.receive();
-            } else {
-                self.transmit(n, due_us);
-            }
-        }
-    }
-
-    fn transmit(&mut self, n: usize, now_us: u64) {
-        let mut packet = [0; MAX_P2P];
-        let member = &mut self.members[n];
-        let Some(length) = member.station.transmit(now_us, &mut packet) else { return };
-        if member.is_silenced() {
-            return;
-        }
-        let data = packet.get(..length).unwrap_or_default();
-        if member.role == Role::Base {
-            self.orders.sent(data);
-        }
-        self.medium.send(n, now_us, data);
-    }
-
-    /// The packet that arrives next, at all who hear it.
-    fn receive(&mut self) {
-        let Self { medium, members, strengths, world, told, orders, scenario, intruders, .. } =
-            self;
-        let count = members.len();
-        let mut ether = Tube { members, strengths, radio: &world.radio };
-        let Some(arrival) = medium.arrive(&mut ether) else { return };
-        let now_us = arrival.at_us;
-        for receipt in arrival.heard {
-            let Some(member) = members.get_mut(receipt.by) else {
-                if let Some(intruders) = intruders.as_mut().filter(|_| receipt.by == count) {
-                    intruders.overhear(now_us, arrival.data);
-                }
-                continue;
-            };
-            let news = match intruders.as_mut().filter(|_| arrival.from >= count) {
-                None => member.station.receive(now_us, receipt.rssi, arrival.data),
-                Some(intruders) => {
-                    let taken = member.station.counters().taken;
-                    let news = member.station.receive(now_us, receipt.rssi, arrival.data);
-                    if member.station.counters().taken != taken {
-                        intruders.accept();
-                    }
-                    news
-                }
-            };
-            let Some(news) = news else { continue };
-            match news {
-                News::Telemetry(from, telemetry) => {
-                    if let Some(told) = told.get_mut(usize::from(from.0)) {
-                        *told = Some(Told { at_us: now_us, telemetry });
-                    }
-                }
-                News::Order(_) if member.role == Role::Head => {
-                    if let Some(counter) = member.station.heeded() {
-                        orders.delivered(now_us, counter);
-                    }
-                }
-                _ => {}
-            }
-            let arrives_us = now_us + scenario.latency_us;
-            member.mailbox.push_back(Parcel { arrives_us, news });
         }
     }
 
@@ -441,7 +432,14 @@ impl<'a> Mission<'a> {
     fn move_bodies(&mut self) {
         let around = surroundings(self.scenario, self.world);
         for member in &mut self.members {
-            member.body.advance(around, self.response);
+            match &mut member.mind {
+                Mind::Hosted(_) => member.body.advance(around, self.response),
+                Mind::Emulated(emulated) => {
+                    if let Some(craft) = member.body.craft_mut() {
+                        emulated.fly(craft, around);
+                    }
+                }
+            }
         }
         if self.now_us.is_multiple_of(2 * STEP_US) {
             self.count_drone_contacts();
@@ -536,7 +534,7 @@ impl<'a> Mission<'a> {
             commanded,
             yaw_rate,
             ranges: [beams.nw, beams.ne, beams.sw, beams.se].map(metres),
-            state: member.agent.state(),
+            state: member.state(),
             front: link(status.and_then(|status| status.front)),
             back: link(status.and_then(|status| status.back)),
         }
@@ -553,49 +551,6 @@ fn operators_word(scenario: &Scenario, operator: Operator, now_us: u64) -> Task 
             .take_while(|step| step.at_us <= now_us)
             .last()
             .map_or(Task::Wait, |step| step.task),
-    }
-}
-
-/// The links' strengths, which change only when somebody has moved.
-struct Strengths {
-    count: usize,
-    places: Vec<f32>,
-    /// By sender and receiver: their places, and the strength between them.
-    known: Vec<(f32, f32, Dbm)>,
-}
-
-impl Strengths {
-    fn new(count: usize) -> Self {
-        let unknown = (f32::NAN, f32::NAN, Dbm(f32::NEG_INFINITY));
-        Self { count, places: vec![0.0; count], known: vec![unknown; count * count] }
-    }
-
-    fn moved(&mut self, n: usize, abscissa: f32) {
-        self.places[n] = abscissa;
-    }
-
-    fn between(&mut self, radio: &Radio, from: usize, to: usize) -> Dbm {
-        let (here, there) = (self.places[from], self.places[to]);
-        let known = &mut self.known[from * self.count + to];
-        if known.0 != here || known.1 != there {
-            *known = (here, there, radio.strength(here, there));
-        }
-        known.2
-    }
-}
-
-/// The tunnel as the air sees it.
-struct Tube<'a> {
-    members: &'a [Member],
-    strengths: &'a mut Strengths,
-    radio: &'a Radio,
-}
-
-impl Ether for Tube<'_> {
-    fn strength(&mut self, from: usize, to: usize) -> Option<Dbm> {
-        // What a silenced sender sends never comes here.
-        let silenced = self.members.get(to).is_some_and(Member::is_silenced);
-        (!silenced).then(|| self.strengths.between(self.radio, from, to))
     }
 }
 

@@ -223,6 +223,7 @@ pub(crate) fn crystal_starts() -> bool {
 /// embassy-stm32.
 pub(crate) fn init() -> Parts {
     let p = embassy_stm32::init(clocks());
+    cache_flash();
     set_priorities();
 
     let mut fast = i2c::Config::default();
@@ -264,6 +265,15 @@ pub(crate) fn init() -> Parts {
             wait: ExtiInput::new(p.PA4, p.EXTI4, Pull::Up, Irqs),
         },
     }
+}
+
+/// Switches on the caches of the flash, as crazyflie-firmware does (`system_stm32f4xx.c`). Without
+/// them each fetch waits for five cycles, and embassy, which sets these five, leaves them off.
+fn cache_flash() {
+    pac::FLASH.acr().modify(|w| {
+        w.set_icen(true);
+        w.set_dcen(true);
+    });
 }
 
 /// Before any of them is enabled by a driver.

@@ -12,6 +12,7 @@ use crate::State;
 /// What a node is in the chain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Role {
     /// The explorer at the far end, flown by the operator.
     Head,
@@ -23,6 +24,7 @@ pub enum Role {
 
 /// A velocity over ground in body axes, as the optic flow measures it.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct BodyVelocity {
     /// Along x.
     pub forward: MetresPerSecond,
@@ -59,6 +61,7 @@ pub struct Inputs<'a> {
 /// How far the machine is fit to do what the agent wants.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Fitness {
     /// It flies, or would.
     #[default]
@@ -76,6 +79,7 @@ pub enum Fitness {
 /// What the flight controller is asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Setpoint {
     /// Motors off.
     Off,
@@ -96,6 +100,7 @@ pub enum Setpoint {
 
 /// One of the drone's two links, as it sees it.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct LinkView {
     /// The neighbour at the other end.
     pub peer: NodeId,
@@ -127,6 +132,7 @@ impl LinkView {
 
 /// What the drone thinks: for logs, displays and tests, never for control.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Status {
     /// What it is doing.
     pub state: State,
@@ -142,6 +148,7 @@ pub struct Status {
 
 /// What a step decided.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Outputs {
     /// For the flight controller.
     pub setpoint: Setpoint,

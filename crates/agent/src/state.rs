@@ -9,6 +9,7 @@ use crate::{AgentConfig, Fitness, FlightConfig, Role};
 /// What a drone is doing. The base stays [`Idle`](Self::Idle): its part is to speak and listen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum State {
     /// On the ground, not asked for.
     Idle,
@@ -65,6 +66,7 @@ pub enum State {
 /// Why a drone came down.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum LandReason {
     /// The operator said so.
     Ordered,

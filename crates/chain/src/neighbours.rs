@@ -17,6 +17,7 @@ pub const MAX_NEIGHBOURS: usize = 15;
 
 /// A report as it was received.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Heard {
     /// What was said.
     pub report: Report,

@@ -9,6 +9,7 @@ use units::{Dbm, Metres, MetresPerSecond, NodeId};
 /// Everything one drone tells its neighbours in one round.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Report {
     /// Who speaks.
     pub from: NodeId,
@@ -32,6 +33,7 @@ pub struct Report {
 /// A drone's part in the chain, as far as its neighbours need to know it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Phase {
     /// On the ground at the base, free to be launched.
     Waiting,
@@ -57,6 +59,7 @@ impl Phase {
 /// chain, in a size that does not grow with it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct LinkSpan {
     /// The weakest link of the run.
     pub weakest: Dbm,
@@ -81,6 +84,7 @@ impl LinkSpan {
 /// What a mission can be told.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Task {
     /// Stay on the ground; a drone that has landed is free to fly again.
     Wait,

@@ -79,6 +79,7 @@ pub struct Outputs {
 /// What the flight code knows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Status {
     /// What it is doing, and why.
     pub mode: Mode,
@@ -96,6 +97,7 @@ pub struct Status {
 /// yaw counter-clockwise from where it was switched on.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Attitude {
     /// About x.
     pub roll: Radians,
@@ -108,6 +110,7 @@ pub struct Attitude {
 /// The battery as the drone sees it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Battery {
     /// At its terminals, smoothed.
     pub volts: Volts,

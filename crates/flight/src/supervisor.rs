@@ -20,6 +20,7 @@ use crate::io::Setpoint;
 /// What the flight code is doing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Mode {
     /// On the ground, motors off.
     Grounded {
@@ -65,6 +66,7 @@ impl Mode {
 /// Why a drone on the ground would not take off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum NotReady {
     /// No inertial sensor.
     NoImu,
@@ -85,6 +87,7 @@ pub enum NotReady {
 /// Why a flight was ended by a landing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Cause {
     /// Nobody said for too long what to do.
     NoSetpoint,
@@ -105,6 +108,7 @@ pub enum Cause {
 /// Why the motors were stopped for good.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum StopCause {
     /// Somebody said so.
     Ordered,

@@ -52,6 +52,8 @@ fn bringing_the_gyroscope_up_is_this_conversation() {
 69 w 0f r 00
 69 w 10 r 82
 69 w 0a r 00
+69 w 0a r 00
+69 w 0a r 00
 69 w 0a r 80
 ";
         assert_eq!(bus.log, expected);
@@ -353,4 +355,42 @@ proptest! {
             Ok(())
         })?;
     }
+}
+
+#[test]
+fn a_sample_that_comes_between_the_bytes_of_an_axis_does_not_tear_it_apart() {
+    let mut model = Bmi088Model::new();
+    model.set(AngularVelocity([1.0, 0.0, 0.0]), Acceleration([0.0; 3]));
+    model.advance(1_000);
+    assert!(model.start(0x69, false) && model.write(0x02) && model.start(0x69, true));
+    let low = model.read();
+    model.set(AngularVelocity([-1.0, 0.0, 0.0]), Acceleration([0.0; 3]));
+    model.advance(1_000);
+    let step = 2000.0_f32.to_radians() / 32768.0;
+    let raw = i16::from_le_bytes([low, model.read()]);
+    assert!((f32::from(raw) * step - 1.0).abs() < step);
+}
+
+#[test]
+fn data_ready_is_on_the_pin_when_it_was_led_there_with_the_polarity_asked_for() {
+    let mut model = Bmi088Model::new();
+    let set = |model: &mut Bmi088Model, register, value| {
+        assert!(model.start(0x69, false) && model.write(register) && model.write(value));
+    };
+    model.advance(500);
+    assert_eq!((model.int3(), model.int3_changes_in()), (Some(false), None), "nobody asked");
+    for (register, value) in [(0x10, 0x02), (0x16, 0x0D), (0x18, 0x01), (0x15, 0x80)] {
+        set(&mut model, register, value);
+    }
+    model.advance(1_000);
+    let pulse = model.int3_changes_in().unwrap();
+    assert_eq!((model.int3(), pulse <= 400), (Some(true), true));
+    set(&mut model, 0x16, 0x0F);
+    assert_eq!(model.int3(), None, "an open drain lets go of the line");
+    model.advance(pulse);
+    assert_eq!((model.int3(), model.gyro_register(0x0A)), (Some(false), 0x00));
+    set(&mut model, 0x16, 0x0D);
+    assert_eq!(model.int3(), Some(false));
+    set(&mut model, 0x16, 0x0C);
+    assert_eq!(model.int3(), Some(true), "active low");
 }

@@ -5,6 +5,7 @@ mod common;
 
 use std::cell::RefCell;
 use std::collections::HashMap;
+use std::sync::atomic::{AtomicU8, Ordering};
 
 use common::{Decks, block_on, seeded, wall, with_decks};
 use proptest::prelude::*;
@@ -291,7 +292,7 @@ fn nobody_is_moved_while_an_expander_answers_that_was_not_there_at_boot() {
 
 #[test]
 fn the_flow_deck_alone_needs_no_expander() {
-    let down = RefCell::new(Vl53l1xModel::new(None));
+    let down = RefCell::new(Vl53l1xModel::alone());
     let devices: [&RefCell<dyn I2cModel + '_>; 1] = [&down];
     let wires = Wires::new(&devices);
     let mut rangers =
@@ -339,7 +340,7 @@ fn nobody_leaves_its_reset_while_the_ground_is_lost() {
         decks.ranger(Beam::Down).borrow_mut().fault = Fault::Absent;
         let mut rangers = rangers(decks);
         run(decks, &mut rangers, 3_000);
-        assert_eq!(decks.lines.get() & Lines::ALL.bits(), 0);
+        assert_eq!(decks.lines.load(Ordering::Relaxed) & Lines::ALL.bits(), 0);
         assert!(rangers.is_settled());
         decks.ranger(Beam::Down).borrow_mut().fault = Fault::None;
         run(decks, &mut rangers, 2_500);
@@ -354,15 +355,15 @@ fn a_beam_that_the_configuration_does_without_is_left_in_reset() {
         let mut rangers = MultiRanger::new(decks.bus(), config, decks.wires.now());
         run(decks, &mut rangers, 600);
         assert_eq!(rangers.state(Beam::Up), BeamState::Unused);
-        assert_eq!(decks.lines.get() & Lines::UP.bits(), 0);
+        assert_eq!(decks.lines.load(Ordering::Relaxed) & Lines::UP.bits(), 0);
         assert!(rangers.is_settled());
     });
 }
 
 #[test]
 fn a_stranger_at_the_default_address_keeps_the_sides_down_until_it_is_gone() {
-    let lines = std::cell::Cell::new(0);
-    let stranger = RefCell::new(Vl53l1xModel::new(None));
+    let lines = AtomicU8::new(0);
+    let stranger = RefCell::new(Vl53l1xModel::alone());
     let front = RefCell::new(Vl53l1xModel::new(Some((&lines, Lines::FRONT))));
     let expander = RefCell::new(ExpanderModel::new(&lines, 0xFF));
     let devices: [&RefCell<dyn I2cModel + '_>; 3] = [&expander, &stranger, &front];
@@ -447,7 +448,7 @@ fn the_expander_is_driven_levels_first_and_read_back() {
         block_on(Expander::new(&mut bus).drive(Lines::FRONT | Lines::LEFT)).unwrap();
         let expected = "20 w 01 50\n20 w 03 a8\n20 w 01 r 50\n20 w 03 r a8\n";
         assert_eq!(bus.log, expected);
-        assert_eq!(decks.lines.get() & Lines::ALL.bits(), 0x50);
+        assert_eq!(decks.lines.load(Ordering::Relaxed) & Lines::ALL.bits(), 0x50);
         decks.expander.borrow_mut().fault = Fault::Stuck(0x00);
         let outcome = block_on(Expander::new(decks.bus()).drive(Lines::UP));
         assert_eq!(outcome, Err(Error::NotKept { register: 0x01 }));

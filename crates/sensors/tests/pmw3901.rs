@@ -10,7 +10,7 @@ use embedded_hal::spi::{ErrorKind, ErrorType, Operation};
 use embedded_hal_async::spi::SpiDevice;
 use proptest::prelude::*;
 use sensors::Error;
-use sensors::models::{Fault, ModelDelay, ModelSpi, Pmw3901Model, Wires};
+use sensors::models::{Fault, ModelDelay, ModelSpi, Pmw3901Model, SpiModel, Wires};
 use sensors::pmw3901::Pmw3901;
 
 fn with_flow<R>(
@@ -193,4 +193,24 @@ proptest! {
             Ok(())
         })?;
     }
+}
+
+#[test]
+fn counts_can_be_read_one_register_at_a_time_and_are_frozen_by_the_first() {
+    let mut model = Pmw3901Model::new();
+    model.push(0x0102, -2);
+    let mut read = |register| {
+        model.select();
+        model.advance(50_000);
+        model.transfer(register);
+        model.advance(50_000);
+        let byte = model.transfer(0);
+        model.deselect();
+        if register == 0x02 {
+            model.push(5, 5);
+        }
+        byte
+    };
+    assert_eq!([0x02, 0x03, 0x04, 0x05, 0x06].map(&mut read), [0xB0, 0x02, 0x01, 0xFE, 0xFF]);
+    assert_eq!([0x02, 0x03].map(&mut read), [0xB0, 0x05]);
 }

@@ -203,8 +203,7 @@ fn what_the_sensor_cannot_do_is_refused_before_it_is_written() {
 
 #[test]
 fn an_address_is_changed_once_and_only_to_one_that_is_free() {
-    let (one, other) =
-        (RefCell::new(Vl53l1xModel::new(None)), RefCell::new(Vl53l1xModel::new(None)));
+    let (one, other) = (RefCell::new(Vl53l1xModel::alone()), RefCell::new(Vl53l1xModel::alone()));
     let devices: [&RefCell<dyn I2cModel + '_>; 2] = [&one, &other];
     let wires = Wires::new(&devices);
     let mut delay = ModelDelay::new(&wires);

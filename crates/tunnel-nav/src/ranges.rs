@@ -5,6 +5,7 @@ use units::Metres;
 /// One beam.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Range {
     /// Something at this distance.
     At(Metres),
@@ -44,6 +45,7 @@ impl Range {
 /// The four beams, named by where they look with the nose to the north.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Diagonals {
     /// Front left.
     pub nw: Range,

@@ -9,6 +9,7 @@ use crate::{Diagonals, Range};
 /// Left or right of the drone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Side {
     /// y > 0.
     Left,
@@ -19,6 +20,7 @@ pub enum Side {
 /// Which walls the command was made from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Walls {
     /// Centred between two.
     Both,

@@ -12,6 +12,7 @@ macro_rules! linear_quantity {
         $(#[$doc])*
         #[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]
         #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+        #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
         pub struct $name(pub f32);
 
         impl $name {
@@ -122,6 +123,7 @@ linear_quantity! {
 /// Received power in dBm: a negative number, larger is better. Two of them differ by [`Db`].
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Dbm(pub f32);
 
 impl Dbm {
@@ -192,6 +194,7 @@ impl Mul<Duration> for RadiansPerSecond {
 /// chain, and of two flying nodes the one with the smaller number is nearer to the head.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct NodeId(pub u8);
 
 impl NodeId {

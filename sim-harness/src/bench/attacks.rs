@@ -214,7 +214,7 @@ fn fly(scenario: &Scenario, world: &World, attack: Attack, seed: u64) -> End {
             *missed += u32::from(!has_neighbours(&mission, n));
         }
     }
-    let states: Vec<_> = mission.agents().map(agent::Agent::state).collect();
+    let states: Vec<_> = mission.states().collect();
     let flies = |n: usize, state: &State| match state {
         State::Leading { .. } => n == 0,
         State::Relaying { .. } => n > 0,

@@ -187,7 +187,8 @@ fn fly(room: &Tunnel, seed: u64) -> Flown {
             craft.command(drawn(seed, &mut pilot));
         }
         craft.advance(around);
-        let verdicts = craft.flight().verdicts();
+        let Some(flight) = craft.flight() else { break };
+        let verdicts = flight.verdicts();
         note(verdicts.flow, &mut flown, 0, now_ms / FLOW_EVERY);
         note(verdicts.down, &mut flown, 1, now_ms / DOWN_EVERY);
         compare(&craft, &mut flown.error2);
@@ -232,7 +233,8 @@ fn note(verdict: Option<Verdict>, flown: &mut Flown, sensor: usize, instant: u64
 }
 
 fn compare(craft: &Craft, errors: &mut Errors) {
-    let (body, estimator) = (craft.body(), craft.flight().estimator());
+    let Some(flight) = craft.flight() else { return };
+    let (body, estimator) = (craft.body(), flight.estimator());
     let truth = body.velocity_body();
     let is = estimator.velocity();
     errors.velocity += square(is[0] - truth[0]) + square(is[1] - truth[1]);

@@ -261,7 +261,7 @@ impl Places {
         while mission.time_us() < (failing.from_ms + AFTER_MS) * 1_000 {
             mission.round();
         }
-        let agent = mission.agents().nth(victim).map(|agent| agent.state());
+        let agent = mission.states().nth(victim);
         let craft = mission.bodies().nth(victim).and_then(|drone| drone.craft());
         match craft {
             Some(craft) => judge(craft, agent),

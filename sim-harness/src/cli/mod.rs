@@ -6,6 +6,7 @@
 
 mod bench;
 mod campaign;
+mod emulated;
 mod figures;
 mod keys;
 mod progress;

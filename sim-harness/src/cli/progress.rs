@@ -34,6 +34,11 @@ impl Progress {
         }
     }
 
+    /// A line on standard error, above the bar.
+    pub(super) fn aside(&self, line: &str) {
+        self.bar.suspend(|| eprintln!("{line}"));
+    }
+
     /// What is being done now.
     pub(super) fn say(&self, what: &str) {
         self.bar.set_message(what.to_owned());

@@ -1,15 +1,18 @@
 //! `uchain run`: one mission.
 
 use std::fmt::Write;
+use std::path::PathBuf;
 
 use agent::{LandReason, State};
 use chain::report::Task;
-use clap::Args;
+use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 
+use super::emulated::{Aftermath, Fleet};
 use super::progress::Progress;
 use super::{Common, FidelityArg, Trouble, Verdict, scenario};
 use crate::craft::record::FlightMetrics;
+use crate::input_error::InputError;
 use crate::metrics::{Reference, RunMetrics, Watch};
 use crate::mission::{Mission, ROUND_US, RadioMetrics, World};
 use crate::output;
@@ -26,7 +29,24 @@ pub(super) struct RunArgs {
     policy: Option<String>,
     /// How closely the vehicle is simulated
     #[arg(long, value_enum)]
-    fidelity: Option<FidelityArg>,
+    pub(super) fidelity: Option<FidelityArg>,
+    /// What flies the drones: the crates, called by the simulator, or the firmware's ELF on an
+    /// emulated Crazyflie, at flight level
+    #[arg(long, value_enum, default_value_t = VehicleArg::Host)]
+    pub(super) vehicle: VehicleArg,
+    /// The ELF that virtual drones run: what `cargo fw` has built, if none is named
+    #[arg(long, value_name = "FILE")]
+    pub(super) elf: Option<PathBuf>,
+    /// Let only these drones be virtual, by their numbers: 0 is the head
+    #[arg(long, value_name = "N", value_delimiter = ',')]
+    pub(super) virtual_drones: Vec<u8>,
+    /// Let a GDB take hold of a virtual drone, the first one or that of number NODE; all time
+    /// stands still while it does
+    #[arg(long, value_name = "[NODE:]PORT")]
+    pub(super) gdb: Option<String>,
+    /// Print what virtual drones log, on standard error
+    #[arg(long)]
+    pub(super) log: bool,
     /// Print the built-in scenario's file, to begin one's own with, and fly nothing
     #[arg(long)]
     show: bool,
@@ -34,21 +54,38 @@ pub(super) struct RunArgs {
     common: Common,
 }
 
+/// What flies the drones.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum VehicleArg {
+    /// The crates of the firmware, called by the simulator
+    Host,
+    /// The firmware's ELF, on an emulated Crazyflie
+    Virtual,
+}
+
 pub(super) fn run(args: &RunArgs) -> Result<Verdict, Trouble> {
     if args.show {
         return show(&args.scenario);
     }
-    let scenario = scenario(&args.scenario, args.policy.as_deref(), args.fidelity)?;
+    let mut scenario = scenario(&args.scenario, args.policy.as_deref(), args.fidelity)?;
+    let fleet = Fleet::of(args, &mut scenario)?;
     let seed = args.common.seed;
-    let (trace, metrics) = fly(&scenario, seed, args.common.quiet);
-    let failures = failures(&scenario, &trace, &metrics);
-    let summary = summary(&scenario, seed, &trace, &metrics, &failures);
-    args.common.print(&table(&scenario, seed, &trace, &metrics), &summary);
+    let (trace, metrics, aftermath) = fly(&scenario, seed, args.common.quiet, fleet.as_ref())?;
+    let mut failures = failures(&scenario, &trace, &metrics);
+    failures.extend(aftermath.failures());
+    let mut summary = summary(&scenario, seed, &trace, &metrics, &failures);
+    if let (Some(summary), false) = (summary.as_object_mut(), aftermath.is_empty()) {
+        summary.insert("virtual".into(), aftermath.json());
+    }
+    let table = table(&scenario, seed, &trace, &metrics) + &aftermath.table();
+    args.common.print(&table, &summary);
     for failure in &failures {
         eprintln!("uchain: {}, seed {seed}: {failure}", scenario.name);
     }
     if let Some(dir) = &args.common.out {
-        args.common.wrote(&output::write_all(dir, &trace, &summary)?);
+        let mut written = output::write_all(dir, &trace, &summary)?;
+        written.extend(aftermath.write(dir)?);
+        args.common.wrote(&written);
     }
     Ok(if failures.is_empty() { Verdict::Good } else { Verdict::Failed })
 }
@@ -60,7 +97,7 @@ fn show(name: &str) -> Result<Verdict, Trouble> {
     }
     // Says which names there are.
     Scenario::open(name)?;
-    Err(crate::input_error::InputError::new(
+    Err(InputError::new(
         format!("\"{name}\" is not a built-in scenario"),
         "--show prints built-in ones",
     )
@@ -68,21 +105,33 @@ fn show(name: &str) -> Result<Verdict, Trouble> {
 }
 
 /// Flies a mission with its record and its figures.
-pub(super) fn fly(scenario: &Scenario, seed: u64, quiet: bool) -> (Trace, RunMetrics) {
+fn fly(
+    scenario: &Scenario,
+    seed: u64,
+    quiet: bool,
+    fleet: Option<&Fleet>,
+) -> Result<(Trace, RunMetrics, Aftermath), InputError> {
     let world = World::of(scenario);
     let reference = Reference::of(scenario, &world);
     let progress = Progress::new(scenario.duration_us / ROUND_US, quiet);
     progress.say("rounds");
-    let mut mission = Mission::new(scenario, &world, seed);
+    let mut mission = match fleet {
+        None => Mission::new(scenario, &world, seed),
+        Some(fleet) => fleet.mission(scenario, &world, seed)?,
+    };
     let mut watch = Watch::new(scenario, &world, &reference);
     let mut trace = mission.begin_trace(seed);
     while !mission.is_over() {
         mission.round();
         watch.look(&mission);
         trace.frames.push(mission.frame());
+        if let Some(fleet) = fleet {
+            fleet.say(&mut mission, |line| progress.aside(line));
+        }
         progress.step();
     }
-    (trace, watch.verdict(&mission))
+    let metrics = watch.verdict(&mission);
+    Ok((trace, metrics, Aftermath::of(&mission)))
 }
 
 /// What went wrong, in words; nothing for a mission that succeeded.

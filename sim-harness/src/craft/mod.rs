@@ -8,6 +8,7 @@
 //! | [`imu`], [`flow`], [`rangers`] | what it senses with |
 //! | [`faults`] | what can go wrong |
 //! | [`record`] | what it went through |
+//! | [`outside`] | flown by somebody else: by the firmware in an emulator |
 //!
 //! A craft has a clock of its own, which starts when it is switched on: a mission that begins in
 //! the air begins some seconds later ([`Craft::hovering`]).
@@ -18,11 +19,13 @@ pub mod faults;
 pub mod flow;
 pub mod imu;
 pub mod motors;
+pub(crate) mod outside;
 pub mod rangers;
 pub mod record;
 
 use agent::mounting::{self, Beams};
 use flight::{Airframe, Command, Flight, FlightConfig, Mode, Outputs, Sensed, Setpoint};
+use sensors::pmw3901::Motion;
 use sensors::vl53l1x::Reading;
 use tunnel_nav::Diagonals;
 use units::{Acceleration, AngularVelocity, Instant, Metres, MetresPerSecond, Volts};
@@ -86,7 +89,8 @@ pub struct Craft {
     down: Ranger,
     sides: [Ranger; 4],
     ranges: [Option<Reading>; 4],
-    flight: Flight,
+    /// `None` where the firmware itself flies it, in an emulator ([`outside`]).
+    flight: Option<Flight>,
     command: Command,
     outputs: Outputs,
     /// What came in since the flight code last ran.
@@ -139,7 +143,7 @@ impl Craft {
             down,
             sides,
             ranges: [None; 4],
-            flight,
+            flight: Some(flight),
             command: Command::default(),
             outputs,
             sensed: Sensed::default(),
@@ -219,8 +223,12 @@ impl Craft {
         let fault = self.fault();
         self.sense(around, fault);
         self.think(fault);
-        self.befall(fault);
+        self.move_on(around, fault);
+    }
 
+    /// What a millisecond does to the body.
+    fn move_on(&mut self, around: Surroundings<'_>, fault: Option<Fault>) {
+        self.befall(fault);
         self.motors.advance(&self.airframe, self.outputs.duties, self.battery.volts());
         self.battery.advance(self.motors.lift());
         let wind = match (fault, &self.saboteur) {
@@ -236,69 +244,85 @@ impl Craft {
     /// Reads what the sensors have ready.
     fn sense(&mut self, around: Surroundings<'_>, fault: Option<Fault>) {
         let now = self.now_ms;
-        let body = &self.body;
-        let upright = body.uprightness();
-        let height = body.height() + DECK_ABOVE_FEET;
-        let random = &mut self.random;
-
-        let hovering = 4.0 * self.config.airframe.hover_thrust();
-        let shaking = self.motors.lift() / hovering;
-        let (gyro, accel) = self.imu.sample(body.rates(), body.specific_force(), shaking, random);
-        let (gyro, accel) = (AngularVelocity(gyro), Acceleration(accel));
-        let mut saboteur = self.saboteur.as_mut();
-        let (gyro, accel) = match &mut saboteur {
-            None => (Some(gyro), Some(accel)),
-            Some(saboteur) => (saboteur.gyro(now, gyro), saboteur.accel(now, accel)),
-        };
+        let (gyro, accel) = self.sense_inertia();
         self.sensed.gyro = gyro.or(self.sensed.gyro);
         self.sensed.accel = accel.or(self.sensed.accel);
-
-        self.flow.watch(body.velocity_body(), body.rates(), upright, height, STEP);
+        self.watch_ground();
         if now.is_multiple_of(Flow::PERIOD_MS) {
-            let ground =
-                if fault == Some(Fault::DarkGround) { Ground::DARK } else { around.ground };
-            let reading = self.flow.read(ground, height, random);
-            let reading = match &mut saboteur {
-                None => Some(reading),
-                Some(saboteur) => saboteur.flow(now, reading),
-            };
-            self.sensed.flow = reading.or(self.sensed.flow);
+            self.sensed.flow = self.sense_flow(around, fault).or(self.sensed.flow);
         }
         if now % DOWN_PERIOD_MS == 3 {
-            let reading = self.down.look_down(height, upright, random);
-            let reading = match &mut saboteur {
-                None => Some(reading),
-                Some(saboteur) => saboteur.down(now, reading),
-            };
-            self.sensed.down = reading.or(self.sensed.down);
+            self.sensed.down = self.sense_down().or(self.sensed.down);
         }
         if now % BATTERY_PERIOD_MS == 5 {
-            let volts = Volts(self.battery.volts());
-            let volts = match &mut saboteur {
-                None => Some(volts),
-                Some(saboteur) => saboteur.battery(now, volts),
-            };
-            self.sensed.battery = volts.or(self.sensed.battery);
+            self.sensed.battery = self.sense_battery().or(self.sensed.battery);
         }
         // One after the other, an eighth of their period apart.
         let phase = now % SIDE_PERIOD_MS;
         if phase.is_multiple_of(8) && phase < 32 {
-            let side = (phase / 8) as usize;
-            let [x, y, z] = body.position();
-            let up = body.rotation()[2][2] * BEAMS_ABOVE_CENTRE;
-            let reading = self.sides[side].look_along(
-                around.tunnel,
-                [x, y, z + up],
-                body.rotation(),
-                BEAMS[side],
-                random,
-            );
-            let reading = match &mut saboteur {
-                None => Some(reading),
-                Some(saboteur) => saboteur.side(now, side, reading),
-            };
-            self.ranges[side] = reading;
+            self.sense_side(around, (phase / 8) as usize);
         }
+    }
+
+    fn sense_inertia(&mut self) -> (Option<AngularVelocity>, Option<Acceleration>) {
+        let hovering = 4.0 * self.config.airframe.hover_thrust();
+        let shaking = self.motors.lift() / hovering;
+        let (rates, force) = (self.body.rates(), self.body.specific_force());
+        let (gyro, accel) = self.imu.sample(rates, force, shaking, &mut self.random);
+        let (gyro, accel) = (AngularVelocity(gyro), Acceleration(accel));
+        match &mut self.saboteur {
+            None => (Some(gyro), Some(accel)),
+            Some(saboteur) => {
+                (saboteur.gyro(self.now_ms, gyro), saboteur.accel(self.now_ms, accel))
+            }
+        }
+    }
+
+    /// Shows the flow sensor another millisecond of the ground.
+    fn watch_ground(&mut self) {
+        let (body, height) = (&self.body, self.height_of_deck());
+        self.flow.watch(body.velocity_body(), body.rates(), body.uprightness(), height, STEP);
+    }
+
+    fn sense_flow(&mut self, around: Surroundings<'_>, fault: Option<Fault>) -> Option<Motion> {
+        let ground = if fault == Some(Fault::DarkGround) { Ground::DARK } else { around.ground };
+        let height = self.height_of_deck();
+        let reading = self.flow.read(ground, height, &mut self.random);
+        match &mut self.saboteur {
+            None => Some(reading),
+            Some(saboteur) => saboteur.flow(self.now_ms, reading),
+        }
+    }
+
+    fn sense_down(&mut self) -> Option<Reading> {
+        let (height, upright) = (self.height_of_deck(), self.body.uprightness());
+        let reading = self.down.look_down(height, upright, &mut self.random);
+        match &mut self.saboteur {
+            None => Some(reading),
+            Some(saboteur) => saboteur.down(self.now_ms, reading),
+        }
+    }
+
+    fn sense_battery(&mut self) -> Option<Volts> {
+        let volts = Volts(self.battery.volts());
+        match &mut self.saboteur {
+            None => Some(volts),
+            Some(saboteur) => saboteur.battery(self.now_ms, volts),
+        }
+    }
+
+    fn sense_side(&mut self, around: Surroundings<'_>, side: usize) {
+        let body = &self.body;
+        let [x, y, z] = body.position();
+        let up = body.rotation()[2][2] * BEAMS_ABOVE_CENTRE;
+        let (place, beam) = ([x, y, z + up], BEAMS[side]);
+        let random = &mut self.random;
+        let reading = &mut self.sides[side];
+        let reading = reading.look_along(around.tunnel, place, body.rotation(), beam, random);
+        self.ranges[side] = match &mut self.saboteur {
+            None => Some(reading),
+            Some(saboteur) => saboteur.side(self.now_ms, side, reading),
+        };
     }
 
     /// Runs the flight code, if it is its time.
@@ -317,7 +341,9 @@ impl Craft {
         };
         let sensed = std::mem::take(&mut self.sensed);
         let now = Instant::from_micros(at_us);
-        self.outputs = self.flight.step(&self.config, now, &sensed, &self.command);
+        if let Some(flight) = &mut self.flight {
+            self.outputs = flight.step(&self.config, now, &sensed, &self.command);
+        }
     }
 
     /// What happens once, when it happens.
@@ -368,10 +394,10 @@ impl Craft {
         &self.record
     }
 
-    /// The flight code itself, for whoever looks into it.
+    /// The flight code itself, for whoever looks into it; `None` where an emulator has it.
     #[must_use]
-    pub const fn flight(&self) -> &Flight {
-        &self.flight
+    pub const fn flight(&self) -> Option<&Flight> {
+        self.flight.as_ref()
     }
 
     /// The down ranger above the floor, m: the height that the flight code flies by.

@@ -55,13 +55,32 @@ pub struct MediumConfig {
     pub capture: Db,
     /// The operator's dongle, if one is at work.
     pub polling: Option<Polling>,
+    /// Where packets arrive.
+    pub arrives: Arrives,
+}
+
+/// Where a packet arrives.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Arrives {
+    /// At the processor: behind the receiver's serial line.
+    #[default]
+    AtProcessor,
+    /// At the antenna, as soon as it is off the air: whoever owns the stations has their serial
+    /// lines.
+    AtAntenna,
 }
 
 impl MediumConfig {
     /// At the drones' default rate, with nobody polling.
     #[must_use]
     pub const fn of(reception: Reception) -> Self {
-        Self { datarate: Datarate::Mbit2, reception, capture: Db(12.0), polling: None }
+        Self {
+            datarate: Datarate::Mbit2,
+            reception,
+            capture: Db(12.0),
+            polling: None,
+            arrives: Arrives::AtProcessor,
+        }
     }
 }
 
@@ -74,7 +93,7 @@ pub struct Receipt {
     pub rssi: Dbm,
 }
 
-/// A packet that has come to the processors of those who heard it.
+/// A packet that has come to those who heard it.
 #[derive(Debug)]
 pub struct Arrival<'a> {
     /// When.
@@ -140,6 +159,12 @@ impl Medium {
         }
     }
 
+    /// Where packets arrive.
+    #[must_use]
+    pub const fn arrives(&self) -> Arrives {
+        self.config.arrives
+    }
+
     /// A processor hands this to its radio. What is longer than a P2P packet is cut off.
     pub fn send(&mut self, from: usize, now_us: u64, data: &[u8]) {
         let Some(free_us) = self.line_free_us.get_mut(from) else { return };
@@ -164,7 +189,10 @@ impl Medium {
             from,
             start_us,
             end_us,
-            arrives_us: end_us + timing::line_in_us(data.len()),
+            arrives_us: match self.config.arrives {
+                Arrives::AtProcessor => end_us + timing::line_in_us(data.len()),
+                Arrives::AtAntenna => end_us,
+            },
             waits: true,
             cut: false,
             length: data.len(),

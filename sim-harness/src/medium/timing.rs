@@ -19,7 +19,7 @@ const AIR_HEAD: u64 = 2;
 const AIR_BITS: u64 = 8 * (1 + 5 + 2) + 9;
 /// The radio turns round between receiving and sending in this time: nRF51822 product
 /// specification, 8.5 (130 µs to transmit, 130 µs to receive).
-pub(super) const TURN_US: u64 = 130;
+pub(crate) const TURN_US: u64 = 130;
 
 /// Bits per millisecond.
 const fn rate(datarate: Datarate) -> u64 {
@@ -36,7 +36,7 @@ pub(super) const fn line_out_us(data: usize) -> u64 {
 }
 
 /// Microseconds from the receiver's radio to its processor.
-pub(super) const fn line_in_us(data: usize) -> u64 {
+pub(crate) const fn line_in_us(data: usize) -> u64 {
     LINE_US_PER_BYTE * (FRAME_IN + data as u64)
 }
 

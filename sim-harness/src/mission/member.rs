@@ -2,31 +2,87 @@
 
 use std::collections::VecDeque;
 
-use agent::{Agent, Outputs, Role, Setpoint};
+use agent::{Agent, Outputs, Role, Setpoint, State};
 use airlink::Identity;
-use units::{Metres, NodeId};
+use units::{Dbm, Metres, NodeId};
+use wire::syslink::MAX_P2P;
 
 use super::seal::Cipher;
 use super::station::{News, Station, role_on_air};
 use super::{STEPS_PER_ROUND, World, surroundings};
 use crate::craft::Craft;
 use crate::drone::{Drone, Flown, Senses};
+use crate::emulated::Emulated;
 use crate::random::{Purpose, Stream};
 use crate::scenario::{Fidelity, Scenario, Start};
 use crate::vehicle::Body;
 
 /// One member of the chain.
 pub(super) struct Member {
-    pub(super) agent: Agent,
+    pub(super) mind: Mind,
     pub(super) role: Role,
     pub(super) body: Drone,
-    pub(super) station: Station,
     pub(super) random: Stream,
     /// In which physics step of a round its turn comes.
     pub(super) phase: u64,
     pub(super) outputs: Option<Outputs>,
     pub(super) senses: Senses,
+}
+
+/// What thinks and speaks for a member.
+pub(super) enum Mind {
+    /// The crates, called from here.
+    Hosted(Box<Hosted>),
+    /// The firmware's ELF, in an emulator.
+    Emulated(Box<Emulated>),
+}
+
+/// An agent and a radio link on the host.
+pub(super) struct Hosted {
+    pub(super) agent: Agent,
+    pub(super) station: Station,
     pub(super) mailbox: VecDeque<Parcel>,
+    /// Packets on their way from its radio to its processor.
+    pub(super) line: Vec<OnLine>,
+}
+
+/// A packet on the serial line of somebody who has heard it.
+pub(super) struct OnLine {
+    pub(super) at_us: u64,
+    pub(super) rssi: Dbm,
+    pub(super) length: usize,
+    pub(super) data: [u8; MAX_P2P],
+}
+
+impl Mind {
+    /// When it next has something to send, as far as that is known before it does so.
+    pub(super) fn due_us(&self) -> u64 {
+        match self {
+            Self::Hosted(hosted) => hosted.station.due_us(),
+            Self::Emulated(_) => u64::MAX,
+        }
+    }
+
+    pub(super) fn hosted(&self) -> Option<&Hosted> {
+        match self {
+            Self::Hosted(hosted) => Some(hosted),
+            Self::Emulated(_) => None,
+        }
+    }
+
+    pub(super) fn emulated(&self) -> Option<&Emulated> {
+        match self {
+            Self::Hosted(_) => None,
+            Self::Emulated(emulated) => Some(emulated),
+        }
+    }
+
+    pub(super) fn emulated_mut(&mut self) -> Option<&mut Emulated> {
+        match self {
+            Self::Hosted(_) => None,
+            Self::Emulated(emulated) => Some(emulated),
+        }
+    }
 }
 
 /// What the link brought and the mind has not taken yet.
@@ -37,6 +93,20 @@ pub(super) struct Parcel {
 }
 
 impl Member {
+    /// What its mind is doing.
+    pub(super) fn state(&self) -> State {
+        match &self.mind {
+            Mind::Hosted(hosted) => hosted.agent.state(),
+            Mind::Emulated(_) => self.outputs.map_or(State::Idle, |outputs| outputs.status.state),
+        }
+    }
+
+    /// Its body is flown by the firmware from now on.
+    pub(super) fn emulate(&mut self, emulated: Emulated) {
+        self.mind = Mind::Emulated(Box::new(emulated));
+        self.body.hand_over();
+    }
+
     /// Whether it can neither hear nor be heard.
     pub(super) fn is_silenced(&self) -> bool {
         self.body.craft().is_some_and(Craft::is_silenced)
@@ -137,15 +207,19 @@ pub(super) fn member(
     let identity = Identity { node: id, role: role_on_air(role) };
     let cipher = Cipher::of(scenario.fidelity, seed, id, role == Role::Base);
     let station = Station::new(identity, cipher, scenario.datarate, seed);
-    Member {
+    let hosted = Hosted {
         agent: if flying { Agent::new_linked(id, role) } else { Agent::new(id, role) },
+        station,
+        mailbox: VecDeque::new(),
+        line: Vec::new(),
+    };
+    Member {
+        mind: Mind::Hosted(Box::new(hosted)),
         role,
         body,
-        station,
         random,
         phase: ((start.uniform() * STEPS_PER_ROUND as f32) as u64).min(STEPS_PER_ROUND - 1),
         outputs: None,
         senses: Senses::NONE,
-        mailbox: VecDeque::new(),
     }
 }

@@ -11,4 +11,4 @@ pub mod report;
 mod synthetic;
 mod write;
 
-pub use write::{OutputError, put, put_json, put_picture, write_all};
+pub use write::{OutputError, put, put_json, put_picture, put_text, write_all};

@@ -97,6 +97,14 @@ pub fn put_json(
     })
 }
 
+/// Writes a text into a directory.
+///
+/// # Errors
+/// If the file cannot be created or filled.
+pub fn put_text(dir: &Path, name: &str, text: &str) -> Result<PathBuf, InputError> {
+    put(dir, name, |out| out.write_all(text.as_bytes()))
+}
+
 /// Writes one file into a directory, which is created if need be: under a name of its own first, so that who reads
 /// it never sees half of it. Returns its path.
 ///

@@ -32,6 +32,7 @@ files![
     "turns",
     "paper-circuit",
     "relay-pair",
+    "short-hop",
 ];
 
 /// The scenario that `run` flies when it is given none.

@@ -88,15 +88,16 @@ impl<'a> Live<'a> {
 
     /// What everybody is doing, head first, base last.
     pub fn states(&self) -> impl Iterator<Item = (NodeId, State)> {
-        (0..).map(NodeId).zip(self.mission.agents().map(|agent| agent.state()))
+        (0..).map(NodeId).zip(self.mission.states())
     }
 }
 
 impl Live<'_> {
     fn link(&self, member: usize, view: &View<'_>) -> Link {
-        let Counters { taken, refused, sent, .. } = view.counters;
+        let Some((status, counters)) = view.link else { return Link::SILENT };
+        let Counters { taken, refused, sent, .. } = counters;
         Link {
-            state: match view.link.standing {
+            state: match status.standing {
                 Standing::Listening => LinkState::Listening,
                 Standing::Member => LinkState::Member,
                 Standing::Refused => LinkState::Refused,

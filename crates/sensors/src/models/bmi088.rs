@@ -1,4 +1,5 @@
-//! A BMI088: two dies with registers of their own, the accelerometer asleep after its reset.
+//! A BMI088: two dies with registers of their own, the accelerometer asleep after its reset, and
+//! the gyroscope's "data ready" on a pin.
 
 use units::{Acceleration, AngularVelocity};
 
@@ -9,6 +10,9 @@ use crate::bmi088::{ACCEL, GYRO};
 const FILE: usize = 0x80;
 /// Standard gravity in m/s².
 const G: f32 = 9.806_65;
+
+/// How long the gyroscope's "data ready" lasts in µs (data sheet, GYRO_INT_STAT_1: 280 to 400).
+const PULSE_US: u32 = 300;
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Die {
@@ -25,14 +29,54 @@ struct Half {
     booting: u32,
     /// µs since the last sample.
     since_sample: u32,
+    /// µs for which the latest sample is still called new.
+    pulse: u32,
+    /// The upper byte that belongs to the lower one read last: a sample that comes between the two
+    /// does not tear them apart (data sheet, "Rate data").
+    locked: Option<u8>,
     /// What it measures now.
     truth: [f32; 3],
+    /// The noise of its samples.
+    noise: Noise,
+}
+
+/// Noise in whole steps, from a sequence of its own.
+struct Noise {
+    state: u32,
+    steps: u8,
+}
+
+impl Noise {
+    /// The next, at most `steps` either way: the difference of two numbers that are equally likely.
+    fn next(&mut self) -> f32 {
+        if self.steps == 0 {
+            return 0.0;
+        }
+        let mut draw = || {
+            // Xorshift (Marsaglia 2003).
+            self.state ^= self.state << 13;
+            self.state ^= self.state >> 17;
+            self.state ^= self.state << 5;
+            (self.state >> 8) % (u32::from(self.steps) + 1)
+        };
+        let (up, down) = (draw(), draw());
+        up as f32 - down as f32
+    }
 }
 
 impl Half {
     const fn new(die: Die) -> Self {
-        let (registers, pointer) = ([0; FILE], None);
-        Self { die, registers, pointer, booting: 0, since_sample: 0, truth: [0.0; 3] }
+        Self {
+            die,
+            registers: [0; FILE],
+            pointer: None,
+            booting: 0,
+            since_sample: 0,
+            pulse: 0,
+            locked: None,
+            truth: [0.0; 3],
+            noise: Noise { state: 1, steps: 0 },
+        }
     }
 
     /// Values after a reset (data sheet BST-BMI088-DS001).
@@ -40,6 +84,7 @@ impl Half {
         self.registers = [0; FILE];
         self.booting = booting;
         self.since_sample = 0;
+        (self.pulse, self.locked) = (0, None);
         poke(&mut self.registers, 0x00, &[id]);
         match self.die {
             Die::Gyro => {
@@ -97,12 +142,22 @@ impl Half {
 
     fn advance(&mut self, micros: u32) {
         self.booting = self.booting.saturating_sub(micros);
+        self.pulse = self.pulse.saturating_sub(micros);
         let Some(period) = self.sample_period() else { return };
         self.since_sample = self.since_sample.saturating_add(micros);
         if self.since_sample >= period {
             self.since_sample %= period;
             self.sample();
+            self.pulse = PULSE_US.saturating_sub(self.since_sample);
         }
+        if self.die == Die::Gyro && self.pulse == 0 {
+            poke(&mut self.registers, 0x0A, &[0x00]);
+        }
+    }
+
+    /// Whether it tells of its samples on the pin INT3 (GYRO_INT_CTRL, INT3_INT4_IO_MAP).
+    fn tells_int3(&self) -> bool {
+        peek(&self.registers, 0x15) & 0x80 != 0 && peek(&self.registers, 0x18) & 0x01 != 0
     }
 
     fn sample(&mut self) {
@@ -112,7 +167,8 @@ impl Half {
             Die::Accel => (0x12, 0x03),
         };
         for (axis, value) in self.truth.into_iter().enumerate() {
-            let raw = quantised(value, step).to_le_bytes();
+            let noise = self.noise.next() * step;
+            let raw = quantised(value + noise, step).to_le_bytes();
             poke(&mut self.registers, data + 2 * axis, &raw);
         }
         // The gyroscope tells of its samples only when asked to.
@@ -140,14 +196,21 @@ impl Half {
         let at = self.pointer.unwrap_or(0);
         self.pointer = Some(at.wrapping_add(1));
         let byte = peek(&self.registers, at.into());
-        let (first, status) = match self.die {
-            Die::Gyro => (0x02, 0x0A),
-            Die::Accel => (0x12, 0x03),
+        let first = match self.die {
+            Die::Gyro => 0x02,
+            Die::Accel => 0x12,
         };
-        if at == first {
-            poke(&mut self.registers, status, &[0x00]);
+        if self.die == Die::Accel && at == first {
+            poke(&mut self.registers, 0x03, &[0x00]);
         }
-        byte
+        match at.checked_sub(first) {
+            Some(0 | 2 | 4) => {
+                self.locked = Some(peek(&self.registers, usize::from(at) + 1));
+                byte
+            }
+            Some(1 | 3 | 5) => self.locked.take().unwrap_or(byte),
+            _ => byte,
+        }
     }
 }
 
@@ -206,6 +269,35 @@ impl Bmi088Model {
     pub fn set(&mut self, gyro: AngularVelocity, accel: Acceleration) {
         self.gyro.truth = gyro.0;
         self.accel.truth = accel.0;
+    }
+
+    /// Noise on every sample from now on, at most so many steps either way. Without it
+    /// samples of what does not change are equal to the last bit, as a real die's never are.
+    pub fn set_noise(&mut self, seed: u32, gyro_steps: u8, accel_steps: u8) {
+        self.gyro.noise = Noise { state: seed.max(1), steps: gyro_steps };
+        self.accel.noise = Noise { state: (!seed).max(1), steps: accel_steps };
+    }
+
+    /// The level of the pin INT3: true is high, and `None` is an open drain that is let go
+    /// (INT3_INT4_IO_CONF).
+    #[must_use]
+    pub fn int3(&self) -> Option<bool> {
+        let configuration = self.gyro_register(0x16);
+        let active_high = configuration & 0x01 != 0;
+        let high = active_high == (self.gyro.tells_int3() && self.gyro.pulse > 0);
+        let open_drain = configuration & 0x02 != 0;
+        if open_drain && high { None } else { Some(high) }
+    }
+
+    /// µs until INT3 changes by itself; `None` where it does not.
+    #[must_use]
+    pub fn int3_changes_in(&self) -> Option<u32> {
+        if !self.gyro.tells_int3() {
+            return None;
+        }
+        let period = self.gyro.sample_period()?;
+        let next_sample = period.saturating_sub(self.gyro.since_sample);
+        Some(if self.gyro.pulse > 0 { self.gyro.pulse.min(next_sample) } else { next_sample })
     }
 
     /// A register of the gyroscope.

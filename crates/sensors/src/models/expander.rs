@@ -1,38 +1,47 @@
 //! A PCA9534 whose eight lines other models can watch.
 
-use core::cell::Cell;
+use core::ops::Deref;
+use core::sync::atomic::{AtomicU8, Ordering};
 
 use super::{Fault, I2cModel};
 use crate::expander::ADDRESS;
 
-/// The model. Its lines are a [`Cell`] outside it, so that other models see them.
-pub struct ExpanderModel<'a> {
+/// The model. Its lines are an atomic outside it, borrowed or shared, so that other models see
+/// them.
+pub struct ExpanderModel<L> {
     /// What is wrong with it.
     pub fault: Fault,
-    lines: &'a Cell<u8>,
+    lines: L,
     floating: u8,
     output: u8,
     direction: u8,
     command: Option<u8>,
 }
 
-impl<'a> ExpanderModel<'a> {
+impl<L: Deref<Target = AtomicU8>> ExpanderModel<L> {
     /// As after its reset: every line an input, at the level that `floating` gives it.
     #[must_use]
-    pub fn new(lines: &'a Cell<u8>, floating: u8) -> Self {
-        lines.set(floating);
+    pub fn new(lines: L, floating: u8) -> Self {
+        lines.store(floating, Ordering::Relaxed);
         let (output, direction) = (0xFF, 0xFF);
         Self { fault: Fault::None, lines, floating, output, direction, command: None }
     }
 
     /// Its supply dips: all lines float again.
     pub fn reset(&mut self) {
-        *self = Self { fault: self.fault, ..Self::new(self.lines, self.floating) };
+        (self.output, self.direction, self.command) = (0xFF, 0xFF, None);
+        self.drive();
+    }
+
+    /// Puts the lines where the registers want them.
+    fn drive(&self) {
+        let lines = (self.output & !self.direction) | (self.floating & self.direction);
+        self.lines.store(lines, Ordering::Relaxed);
     }
 
     fn register(&self) -> u8 {
         match self.command {
-            Some(0) => self.lines.get(),
+            Some(0) => self.lines.load(Ordering::Relaxed),
             Some(1) => self.output,
             Some(3) => self.direction,
             _ => 0,
@@ -40,7 +49,7 @@ impl<'a> ExpanderModel<'a> {
     }
 }
 
-impl I2cModel for ExpanderModel<'_> {
+impl<L: Deref<Target = AtomicU8>> I2cModel for ExpanderModel<L> {
     fn start(&mut self, address: u8, read: bool) -> bool {
         if !read {
             self.command = None;
@@ -58,7 +67,7 @@ impl I2cModel for ExpanderModel<'_> {
             Some(3) => self.direction = byte,
             Some(_) => {}
         }
-        self.lines.set((self.output & !self.direction) | (self.floating & self.direction));
+        self.drive();
         true
     }
 

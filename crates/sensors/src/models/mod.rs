@@ -60,6 +60,13 @@ pub enum Fault {
     Absent,
     /// It acknowledges this many more bytes and addresses, and then nothing.
     NackAfter(u32),
+    /// Of so many bytes and addresses it does not acknowledge the last, over and over.
+    NackEvery {
+        /// How many.
+        every: u32,
+        /// How many it has acknowledged since the last that it did not.
+        done: u32,
+    },
     /// Whatever is read from it is this byte.
     Stuck(u8),
 }
@@ -74,6 +81,11 @@ impl Fault {
                 *left -= 1;
                 true
             }
+            Self::NackEvery { every, done } => {
+                let acknowledges = *done + 1 < *every;
+                *done = if acknowledges { *done + 1 } else { 0 };
+                acknowledges
+            }
         }
     }
 
@@ -81,7 +93,7 @@ impl Fault {
     const fn read(self, byte: u8) -> u8 {
         match self {
             Self::Stuck(stuck) => stuck,
-            Self::None | Self::Absent | Self::NackAfter(_) => byte,
+            _ => byte,
         }
     }
 }

@@ -29,6 +29,12 @@ pub struct Pmw3901Model {
     pub squal: u8,
     /// Exposure.
     pub shutter: u16,
+    /// Mean brightness of the image,
+    pub raw_sum: u8,
+    /// its brightest pixel,
+    pub raw_max: u8,
+    /// and its darkest.
+    pub raw_min: u8,
     banks: [[u8; FILE]; BANKS],
     id: [u8; 2],
     counts: [i16; 2],
@@ -47,6 +53,9 @@ impl Pmw3901Model {
             fault: Fault::None,
             squal: 80,
             shutter: 1_200,
+            raw_sum: 120,
+            raw_max: 200,
+            raw_min: 40,
             banks: [[0; FILE]; BANKS],
             id: [0x49, 0xB6],
             counts: [0; 2],
@@ -56,6 +65,13 @@ impl Pmw3901Model {
             rest: 0,
             violations: 0,
         }
+    }
+
+    /// The supply dips: it forgets its configuration, and what it has counted.
+    pub fn reset(&mut self) {
+        self.banks = [[0; FILE]; BANKS];
+        self.counts = [0; 2];
+        self.phase = Phase::Done;
     }
 
     /// Lets it call itself so.
@@ -120,11 +136,18 @@ impl Pmw3901Model {
         }
     }
 
-    fn read_register(&self, register: u8) -> u8 {
+    fn read_register(&mut self, register: u8) -> u8 {
         let [id, inverse] = self.id;
         match (self.bank(), register) {
             (0, 0x00) => id,
             (0, 0x5F) => inverse,
+            // Reading the motion register freezes the counts, which lie behind it in another order
+            // than a burst's (data sheet, Motion).
+            (0, 0x02) => {
+                self.latch();
+                peek(&self.burst, 0)
+            }
+            (0, 0x03..=0x06) => peek(&self.burst, usize::from(register) - 1),
             (bank, _) => self.register(bank, register),
         }
     }
@@ -137,7 +160,8 @@ impl Pmw3901Model {
         let ([x0, x1], [y0, y1]) = (x.to_le_bytes(), y.to_le_bytes());
         let [s1, s0] = self.shutter.to_be_bytes();
         let motion = if moved { 0xB0 } else { 0x30 };
-        self.burst = [motion, 0xBF, x0, x1, y0, y1, squal, 120, 200, 40, s1, s0];
+        let (sum, max, min) = (self.raw_sum, self.raw_max, self.raw_min);
+        self.burst = [motion, 0xBF, x0, x1, y0, y1, squal, sum, max, min, s1, s0];
     }
 }
 

@@ -1,13 +1,14 @@
 //! A VL53L1x: its reset line, its boot, its changeable address, and measurements that take as long
 //! as the timeouts in its registers say.
 
-use core::cell::Cell;
+use core::ops::Deref;
+use core::sync::atomic::{AtomicU8, Ordering};
 
 use units::Metres;
 
 use super::{Fault, I2cModel, peek, poke};
 use crate::expander::Lines;
-use crate::vl53l1x::DEFAULT_ADDRESS;
+use crate::vl53l1x::{CountRate, DEFAULT_ADDRESS};
 
 /// Registers up to the identification.
 const FILE: usize = 0x0112;
@@ -38,7 +39,7 @@ pub enum Vl53l1xFault {
 }
 
 /// The model.
-pub struct Vl53l1xModel<'a> {
+pub struct Vl53l1xModel<L> {
     /// What is wrong with its bus.
     pub fault: Fault,
     /// What is wrong with its ranging.
@@ -47,9 +48,15 @@ pub struct Vl53l1xModel<'a> {
     pub distance: Metres,
     /// The σ that it reports.
     pub sigma: Metres,
+    /// How a measurement ends, in the device's own code; `None` leaves it to the distance.
+    pub status: Option<u8>,
+    /// What comes back of its light.
+    pub signal: CountRate,
+    /// The light that is there anyway.
+    pub ambient: CountRate,
     /// What it calls itself.
     pub model_id: u16,
-    reset_line: Option<(&'a Cell<u8>, Lines)>,
+    reset_line: Option<(L, Lines)>,
     was_off: bool,
     registers: [u8; FILE],
     pointer: Pointer,
@@ -66,15 +73,26 @@ enum Pointer {
     At(u16),
 }
 
-impl<'a> Vl53l1xModel<'a> {
+impl Vl53l1xModel<&'static AtomicU8> {
+    /// A sensor that has just been switched on, and whose reset line nobody holds.
+    #[must_use]
+    pub fn alone() -> Self {
+        Self::new(None)
+    }
+}
+
+impl<L: Deref<Target = AtomicU8>> Vl53l1xModel<L> {
     /// A sensor that has just been switched on. With a line, it is in reset while that is low.
     #[must_use]
-    pub fn new(reset_line: Option<(&'a Cell<u8>, Lines)>) -> Self {
+    pub fn new(reset_line: Option<(L, Lines)>) -> Self {
         let mut model = Self {
             fault: Fault::None,
             ranging_fault: Vl53l1xFault::None,
             distance: Metres(1.0),
             sigma: Metres(0.003),
+            status: None,
+            signal: CountRate(8.0),
+            ambient: CountRate(0.25),
             model_id: 0xEACC,
             reset_line,
             was_off: false,
@@ -118,6 +136,12 @@ impl<'a> Vl53l1xModel<'a> {
         self.results
     }
 
+    /// µs until the measurement that is under way is over, if one is.
+    #[must_use]
+    pub const fn until_result(&self) -> Option<u32> {
+        self.until_result
+    }
+
     /// µs from one result to the next: the period, or the measurement if that takes longer.
     #[must_use]
     pub fn result_period(&self) -> u32 {
@@ -137,7 +161,10 @@ impl<'a> Vl53l1xModel<'a> {
 
     /// Without supply, or held in reset, it forgets everything.
     fn is_off(&mut self) -> bool {
-        let held = self.reset_line.is_some_and(|(lines, own)| lines.get() & own.bits() == 0);
+        let held = self
+            .reset_line
+            .as_ref()
+            .is_some_and(|(lines, own)| lines.load(Ordering::Relaxed) & own.bits() == 0);
         let off = held || self.fault == Fault::Absent;
         if off != self.was_off {
             self.reset();
@@ -160,15 +187,14 @@ impl<'a> Vl53l1xModel<'a> {
         self.stream = Some(stream);
         let status = match self.ranging_fault {
             Vl53l1xFault::Status(code) => code,
-            _ if self.distance.0 > 4.0 => 4,
-            _ => 9,
+            _ => self.status.unwrap_or(if self.distance.0 > 4.0 { 4 } else { 9 }),
         };
         let word = |value: f32| ((value + 0.5) as u16).to_be_bytes();
         poke(&mut self.registers, 0x0089, &[status, 0, stream]);
-        poke(&mut self.registers, 0x0090, &word(0.25 * 128.0));
+        poke(&mut self.registers, 0x0090, &word(self.ambient.0 * 128.0));
         poke(&mut self.registers, 0x0092, &word(self.sigma.0 * 4e3));
         poke(&mut self.registers, 0x0096, &word(self.distance.0 * 1e3));
-        poke(&mut self.registers, 0x0098, &word(8.0 * 128.0));
+        poke(&mut self.registers, 0x0098, &word(self.signal.0 * 128.0));
     }
 
     fn write_register(&mut self, at: u16, byte: u8) {
@@ -192,7 +218,7 @@ impl<'a> Vl53l1xModel<'a> {
     }
 }
 
-impl I2cModel for Vl53l1xModel<'_> {
+impl<L: Deref<Target = AtomicU8>> I2cModel for Vl53l1xModel<L> {
     fn start(&mut self, address: u8, read: bool) -> bool {
         if self.is_off() || self.booting > 0 || address != self.address() {
             return false;
@@ -236,12 +262,13 @@ impl I2cModel for Vl53l1xModel<'_> {
             return;
         }
         self.booting = self.booting.saturating_sub(micros);
-        let Some(left) = self.until_result else { return };
-        self.until_result = Some(left.saturating_sub(micros));
-        if left > micros {
-            return;
+        let Some(mut left) = self.until_result else { return };
+        let mut micros = micros;
+        while left <= micros {
+            micros -= left;
+            self.finish_measurement();
+            left = self.result_period();
         }
-        self.until_result = Some(self.result_period().saturating_sub(micros - left));
-        self.finish_measurement();
+        self.until_result = Some(left - micros);
     }
 }

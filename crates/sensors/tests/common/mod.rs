@@ -2,10 +2,11 @@
 //! what passes, and the two decks as models.
 #![allow(dead_code)] // Each test takes what it needs.
 
-use std::cell::{Cell, RefCell};
+use std::cell::RefCell;
 use std::fmt::Write as _;
 use std::future::Future;
 use std::pin::pin;
+use std::sync::atomic::AtomicU8;
 use std::task::{Context, Poll, Waker};
 
 use embedded_hal::i2c::{ErrorKind, ErrorType, Operation};
@@ -100,7 +101,7 @@ impl<I2C: I2c<Error = ErrorKind>> I2c for Recorder<I2C> {
 /// A loose contact: it sits on the bus as a device that never answers, and resets a ranger when its
 /// time has come, in the middle of a transaction if need be.
 pub(crate) struct LooseContact<'a> {
-    rangers: [&'a RefCell<Vl53l1xModel<'a>>; 6],
+    rangers: [&'a RefCell<Vl53l1xModel<&'a AtomicU8>>; 6],
     due: Option<(u32, usize)>,
 }
 
@@ -140,10 +141,10 @@ impl I2cModel for LooseContact<'_> {
 /// Both decks, every ranger looking at a distance that is its own.
 pub(crate) struct Decks<'a> {
     pub(crate) wires: &'a Wires<'a>,
-    pub(crate) lines: &'a Cell<u8>,
-    pub(crate) expander: &'a RefCell<ExpanderModel<'a>>,
+    pub(crate) lines: &'a AtomicU8,
+    pub(crate) expander: &'a RefCell<ExpanderModel<&'a AtomicU8>>,
     pub(crate) contact: &'a RefCell<LooseContact<'a>>,
-    rangers: [&'a RefCell<Vl53l1xModel<'a>>; 6],
+    rangers: [&'a RefCell<Vl53l1xModel<&'a AtomicU8>>; 6],
 }
 
 impl<'a> Decks<'a> {
@@ -155,7 +156,7 @@ impl<'a> Decks<'a> {
         ModelDelay::new(self.wires)
     }
 
-    pub(crate) fn ranger(&self, beam: Beam) -> &'a RefCell<Vl53l1xModel<'a>> {
+    pub(crate) fn ranger(&self, beam: Beam) -> &'a RefCell<Vl53l1xModel<&'a AtomicU8>> {
         self.rangers[index(beam)]
     }
 }
@@ -172,7 +173,7 @@ pub(crate) fn wall(beam: Beam) -> Metres {
 /// Runs a test with both decks switched on and booted. The reset lines float high, which is the
 /// worse case: all six rangers are at 0x29.
 pub(crate) fn with_decks<R>(test: impl FnOnce(&Decks<'_>) -> R) -> R {
-    let lines = Cell::new(0);
+    let lines = AtomicU8::new(0);
     let expander = RefCell::new(ExpanderModel::new(&lines, 0xFF));
     let ranger = |beam| {
         let line = match beam {
@@ -199,9 +200,9 @@ pub(crate) fn with_decks<R>(test: impl FnOnce(&Decks<'_>) -> R) -> R {
 
 /// Runs a test with one ranger just switched on.
 pub(crate) fn with_ranger<R>(
-    test: impl FnOnce(ModelBus<'_>, ModelDelay<'_>, &RefCell<Vl53l1xModel<'_>>, &Wires<'_>) -> R,
+    test: impl FnOnce(ModelBus<'_>, ModelDelay<'_>, &RefCell<Vl53l1xModel<&AtomicU8>>, &Wires<'_>) -> R,
 ) -> R {
-    let model = RefCell::new(Vl53l1xModel::new(None));
+    let model = RefCell::new(Vl53l1xModel::alone());
     let devices: [&RefCell<dyn I2cModel + '_>; 1] = [&model];
     let wires = Wires::new(&devices);
     test(ModelBus::new(&wires), ModelDelay::new(&wires), &model, &wires)

@@ -1,0 +1,249 @@
+//! Drones that run the firmware's ELF, as the command line asks for them and tells of them.
+
+use std::fmt::Write;
+use std::net::TcpListener;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use serde_json::{Value, json};
+use units::NodeId;
+use virtual_crazyflie::log::{LogLine, Messages};
+use virtual_crazyflie::profile::{Durations, Report};
+
+use super::FidelityArg;
+use super::run::{RunArgs, VehicleArg};
+use crate::emulated::{self, Emulated, Firmware};
+use crate::input_error::InputError;
+use crate::mission::{Mission, World};
+use crate::output;
+use crate::scenario::{Fidelity, Scenario};
+
+/// The virtual drones of a mission.
+pub(super) struct Fleet {
+    firmware: Firmware,
+    /// `None` where the firmware logs nothing that could be read.
+    messages: Option<Arc<Messages>>,
+    nodes: Vec<NodeId>,
+    /// Which of them a GDB may take hold of, and where it connects.
+    gdb: Option<(NodeId, u16)>,
+    /// Whether what they log is printed.
+    prints_log: bool,
+}
+
+impl Fleet {
+    /// Those that were asked for; the scenario is flown at flight level then.
+    pub(super) fn of(args: &RunArgs, scenario: &mut Scenario) -> Result<Option<Self>, InputError> {
+        if args.vehicle == VehicleArg::Host {
+            let asked = args.elf.is_some() || args.gdb.is_some() || args.log;
+            if asked || !args.virtual_drones.is_empty() {
+                let wrong = "--elf, --gdb, --log and --virtual-drones are for virtual drones";
+                return Err(InputError::new(wrong, "add --vehicle virtual"));
+            }
+            return Ok(None);
+        }
+        if matches!(args.fidelity, Some(FidelityArg::Policy)) {
+            let wrong = "virtual drones have bodies, which --fidelity policy has not";
+            return Err(InputError::new(wrong, "leave --fidelity out"));
+        }
+        scenario.fidelity = Fidelity::Flight;
+        if let Some(what) = emulated::unfit(scenario) {
+            let wrong = format!("the scenario has what the firmware does not fly with: {what}");
+            return Err(InputError::new(wrong, "fly it without --vehicle virtual"));
+        }
+        let nodes = nodes(&args.virtual_drones, scenario)?;
+        let gdb = args.gdb.as_deref().map(|text| gdb(text, &nodes)).transpose()?;
+        let elf = args.elf.as_deref().unwrap_or(Path::new(Firmware::DEFAULT));
+        let firmware = Firmware::open(elf)?;
+        let messages = Messages::of(firmware.image()).ok().map(Arc::new);
+        if args.log && messages.is_none() {
+            let wrong = "the firmware logs nothing that could be read";
+            return Err(InputError::new(wrong, "leave --log out").in_file(elf));
+        }
+        Ok(Some(Self { firmware, messages, nodes, gdb, prints_log: args.log }))
+    }
+
+    /// The mission, with these drones in it, watched.
+    pub(super) fn mission<'a>(
+        &self,
+        scenario: &'a Scenario,
+        world: &'a World,
+        seed: u64,
+    ) -> Result<Mission<'a>, InputError> {
+        let drones = self.nodes.iter().map(|node| self.drone(scenario, *node, seed));
+        Ok(Mission::emulated(scenario, world, seed, drones.collect::<Result<_, _>>()?))
+    }
+
+    fn drone(&self, scenario: &Scenario, node: NodeId, seed: u64) -> Result<Emulated, InputError> {
+        let mut drone = Emulated::new(scenario, &self.firmware, node, seed);
+        if let Some(messages) = &self.messages {
+            drone.read_log(messages);
+        }
+        let Some((_, port)) = self.gdb.filter(|(held, _)| *held == node) else {
+            drone.profile();
+            return Ok(drone);
+        };
+        let failed =
+            |why| InputError::new(format!("--gdb {port}: {why}"), "give a port that is free");
+        let listener = TcpListener::bind(("127.0.0.1", port)).map_err(failed)?;
+        eprintln!("uchain: drone {} waits for `target remote :{port}`", node.0);
+        drone.debug(listener).map_err(failed)
+    }
+
+    /// Prints what was logged since this was last called, if it is to be printed.
+    pub(super) fn say(&self, mission: &mut Mission<'_>, mut print: impl FnMut(&str)) {
+        if !self.prints_log {
+            return;
+        }
+        for node in &self.nodes {
+            let Some(drone) = mission.emulated_drone_mut(node.0.into()) else { continue };
+            for line in drone.new_lines() {
+                print(&said(*node, line));
+            }
+        }
+    }
+}
+
+fn said(node: NodeId, line: &LogLine) -> String {
+    format!("{} {line}", node.0)
+}
+
+/// All drones of the scenario, or those that were named.
+fn nodes(named: &[u8], scenario: &Scenario) -> Result<Vec<NodeId>, InputError> {
+    let last = scenario.relays as u8;
+    if let Some(wrong) = named.iter().find(|node| **node > last) {
+        let wrong = format!("--virtual-drones {wrong}: there is no such drone");
+        return Err(InputError::new(wrong, format!("give numbers from 0, the head, to {last}")));
+    }
+    let all: Vec<u8> = (0..=last).collect();
+    let chosen = if named.is_empty() { &all } else { named };
+    Ok(chosen.iter().copied().map(NodeId).collect())
+}
+
+/// Whom a GDB may take hold of, and at which port.
+fn gdb(text: &str, nodes: &[NodeId]) -> Result<(NodeId, u16), InputError> {
+    let (node, port) = match text.split_once(':') {
+        Some((node, port)) => (node.parse().ok().map(NodeId), port),
+        None => (nodes.first().copied(), text),
+    };
+    match (node.filter(|node| nodes.contains(node)), port.parse()) {
+        (Some(node), Ok(port)) => Ok((node, port)),
+        (None, Ok(_)) => {
+            let wrong = format!("--gdb {text}: there is no such virtual drone");
+            Err(InputError::new(wrong, "name one that is virtual"))
+        }
+        (_, Err(_)) => {
+            let wrong = format!("--gdb {text}: {port} is no port");
+            Err(InputError::new(wrong, "give a number from 1 to 65535"))
+        }
+    }
+}
+
+/// What became of the virtual drones.
+pub(super) struct Aftermath {
+    drones: Vec<Drone>,
+    failures: Vec<String>,
+}
+
+/// One of them.
+struct Drone {
+    node: NodeId,
+    account: Option<Report>,
+    log: Vec<String>,
+    state_hash: u64,
+}
+
+impl Aftermath {
+    pub(super) fn of(mission: &Mission<'_>) -> Self {
+        let mut failures: Vec<_> = mission.halted().map(ToString::to_string).into_iter().collect();
+        let mut drones = Vec::new();
+        for member in 0..mission.count() {
+            let Some(drone) = mission.emulated_drone(member) else { continue };
+            let machine = drone.machine();
+            for reset in machine.resets().iter().skip(1) {
+                let (at, cause) = (reset.at as f64 * 1e-9, reset.cause);
+                failures.push(format!("virtual drone {member} was reset at {at:.3} s: {cause}"));
+            }
+            for report in machine.fault_reports() {
+                failures.push(format!("virtual drone {member}: {report}"));
+            }
+            let node = NodeId(member as u8);
+            drones.push(Drone {
+                node,
+                account: drone.account(),
+                log: drone.log().iter().map(|line| said(node, line)).collect(),
+                state_hash: machine.state_hash(),
+            });
+        }
+        Self { drones, failures }
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.drones.is_empty()
+    }
+
+    /// What went wrong, in words.
+    pub(super) fn failures(&self) -> impl Iterator<Item = String> {
+        self.failures.iter().cloned()
+    }
+
+    /// Where each processor's time went.
+    pub(super) fn table(&self) -> String {
+        let mut text = String::new();
+        for drone in &self.drones {
+            // Writing to a string cannot fail.
+            let _ =
+                write!(text, "\nvirtual drone {}, state {:016x}", drone.node.0, drone.state_hash);
+            if let Some(account) = &drone.account {
+                let _ = write!(text, ": {account}");
+            }
+            text.push('\n');
+        }
+        text
+    }
+
+    pub(super) fn json(&self) -> Value {
+        self.drones.iter().map(Drone::json).collect()
+    }
+
+    /// Each drone's log, as a file.
+    pub(super) fn write(&self, dir: &Path) -> Result<Vec<PathBuf>, InputError> {
+        let logs = self.drones.iter().filter(|drone| !drone.log.is_empty());
+        logs.map(|drone| {
+            let name = format!("firmware-{}.log", drone.node.0);
+            output::put_text(dir, &name, &(drone.log.join("\n") + "\n"))
+        })
+        .collect()
+    }
+}
+
+impl Drone {
+    fn json(&self) -> Value {
+        let mut drone = json!({
+            "id": self.node.0,
+            "state_hash": format!("{:016x}", self.state_hash),
+        });
+        if let (Some(drone), Some(account)) = (drone.as_object_mut(), &self.account) {
+            drone.insert("cpu_load".into(), json!(rounded(account.load, 4)));
+            let stack = account.stack.and_then(|stack| stack.by_paint);
+            drone.insert("stack_high_water_bytes".into(), json!(stack));
+            drone.insert("tasks".into(), account.tasks.iter().map(task_json).collect());
+        }
+        drone
+    }
+}
+
+fn task_json(task: &virtual_crazyflie::profile::TaskLoad) -> Value {
+    json!({
+        "name": task.name,
+        "polls": task.own.count,
+        "cpu_load": rounded(task.share, 5),
+        "poll_us_p50": rounded(task.whole.p50, 1),
+        "poll_us_max": rounded(task.whole.max, 1),
+        "latency_us_max": task.latency.map(|Durations { max, .. }| rounded(max, 1)),
+    })
+}
+
+fn rounded(value: f64, digits: i32) -> f64 {
+    let scale = 10_f64.powi(digits);
+    (value * scale).round() / scale
+}

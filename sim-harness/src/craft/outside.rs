@@ -1,0 +1,72 @@
+//! A craft that somebody else flies: the firmware, in an emulator with its own sensors' registers.
+//!
+//! Every millisecond has two halves: what there is to measure ([`Craft::observe`]), and, after
+//! whoever flies it has made of that what it wants, what its motors do ([`Craft::obey`]).
+
+use flight::{Duties, Outputs, Status};
+use sensors::pmw3901::Motion;
+use sensors::vl53l1x::Reading;
+use units::{Acceleration, AngularVelocity, Volts};
+
+use super::{Craft, Surroundings};
+
+/// Which rangers are about to finish a measurement: rays are only cast for those.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Wants {
+    pub(crate) down: bool,
+    /// Front, right, back, left.
+    pub(crate) sides: [bool; 4],
+}
+
+/// What there is to measure.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Observed {
+    pub(crate) gyro: Option<AngularVelocity>,
+    pub(crate) accel: Option<Acceleration>,
+    /// What the ground has moved in this millisecond.
+    pub(crate) flow: Option<Motion>,
+    pub(crate) down: Option<Reading>,
+    pub(crate) sides: [Option<Reading>; 4],
+    pub(crate) volts: Option<Volts>,
+}
+
+impl Craft {
+    /// It has no flight code of its own any more.
+    pub(crate) fn fly_from_outside(&mut self) {
+        self.flight = None;
+    }
+
+    /// The first half of a millisecond.
+    pub(crate) fn observe(&mut self, around: Surroundings<'_>, wants: Wants) -> Observed {
+        self.now_ms += 1;
+        let fault = self.fault();
+        let (gyro, accel) = self.sense_inertia();
+        self.watch_ground();
+        let flow = if self.now_ms.is_multiple_of(super::Flow::PERIOD_MS) {
+            self.sense_flow(around, fault)
+        } else {
+            None
+        };
+        let down = if wants.down { self.sense_down() } else { None };
+        let mut sides = [None; 4];
+        for (side, reading) in sides.iter_mut().enumerate() {
+            if wants.sides[side] {
+                self.sense_side(around, side);
+                *reading = self.ranges[side];
+            }
+        }
+        Observed { gyro, accel, flow, down, sides, volts: self.sense_battery() }
+    }
+
+    /// The second half: the motors run so, and whoever flies it believes this.
+    pub(crate) fn obey(
+        &mut self,
+        around: Surroundings<'_>,
+        duties: Duties,
+        status: Option<Status>,
+    ) {
+        let status = status.unwrap_or(self.outputs.status);
+        self.outputs = Outputs { duties, status };
+        self.move_on(around, self.fault());
+    }
+}

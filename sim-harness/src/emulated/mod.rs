@@ -1,0 +1,332 @@
+//! Drones that run the firmware's ELF, in the same world as all others.
+//!
+//! An emulated drone has the body of one at flight level, without its flight code: what there is to
+//! measure goes into the registers of its emulated sensors, what its motors do comes from the pins
+//! of its emulated timers, and its packets go over the emulated radio chip. What it thinks is read
+//! from its memory, by the ELF's own debug information, for the record alone.
+//!
+//! | module | what it holds |
+//! |---|---|
+//! | [`firmware`](Firmware) | an ELF, and where in it a drone's thoughts lie |
+//! | [`decisions`] | what the firmware's agent was told and what it decided, step by step |
+//! | [`provision`] | what a drone is given before its first flight: keys and settings |
+//! | [`watch`] | what it logs, and where its processor's time goes |
+
+pub mod decisions;
+mod firmware;
+mod provision;
+mod watch;
+
+use std::fmt;
+use std::io;
+use std::net::TcpListener;
+use std::sync::Arc;
+
+use agent::Outputs;
+use flight::{Duties, Status};
+use sensors::multi_ranger::Beam;
+use sensors::pmw3901::Motion;
+use sensors::vl53l1x::Reading;
+use units::{Acceleration, AngularVelocity, Dbm, NodeId};
+use virtual_crazyflie::board::nrf51::RAMP_UP;
+use virtual_crazyflie::board::{Config, Crazyflie, Flow, Sight};
+use virtual_crazyflie::gdb::Debugger;
+use virtual_crazyflie::log::{LogLine, Messages};
+use virtual_crazyflie::machine::{Halt, Machine, MachineConfig};
+use virtual_crazyflie::profile::Report;
+use virtual_crazyflie::soc::{Pin, PinOutput};
+use wire::p2p::{self, Counter};
+
+use crate::craft::outside::{Observed, Wants};
+use crate::craft::{Craft, Surroundings};
+use crate::random::{Purpose, Stream};
+use crate::scenario::Scenario;
+
+pub use firmware::Firmware;
+pub use provision::unfit;
+pub use watch::{AGENT_STEP, CONTROL_STEP};
+
+use provision::provision;
+use watch::Watch;
+
+/// Nanoseconds in a microsecond, and in the millisecond of a craft's step.
+const US: u64 = 1_000;
+const MS: u64 = 1_000_000;
+/// Drones are switched on within so many µs of each other.
+const SWITCHED_ON_WITHIN_US: f32 = 200_000.0;
+
+/// The motors' pins, in the order of [`Duties`] (crazyflie-firmware, `motors_def.c`).
+const MOTORS: [Pin; 4] = [Pin::new('A', 1), Pin::new('B', 11), Pin::new('A', 15), Pin::new('B', 9)];
+/// The side rangers in the order of a craft's beams.
+const SIDES: [Beam; 4] = [Beam::Front, Beam::Right, Beam::Back, Beam::Left];
+
+/// Why a mission with emulated drones cannot go on.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Halted {
+    /// Which drone.
+    pub node: NodeId,
+    /// What happened.
+    pub halt: Halt,
+}
+
+impl fmt::Display for Halted {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "virtual drone {} {}", self.node.0, self.halt)
+    }
+}
+
+impl std::error::Error for Halted {}
+
+/// Who runs the machine.
+enum Core {
+    /// The mission.
+    Free(Box<Machine<Crazyflie>>),
+    /// Somebody at a GDB, who may hold it.
+    Debugged(Box<Debugger<Machine<Crazyflie>>>),
+}
+
+impl Core {
+    fn machine(&self) -> &Machine<Crazyflie> {
+        match self {
+            Self::Free(machine) => machine,
+            Self::Debugged(debugger) => debugger.machine(),
+        }
+    }
+
+    fn machine_mut(&mut self) -> &mut Machine<Crazyflie> {
+        match self {
+            Self::Free(machine) => machine,
+            Self::Debugged(debugger) => debugger.machine_mut(),
+        }
+    }
+}
+
+/// One emulated drone.
+pub struct Emulated {
+    node: NodeId,
+    core: Core,
+    watch: Watch,
+    firmware: Firmware,
+    /// When it is switched on, by the mission's clock.
+    on_us: u64,
+    heeded: Option<Counter>,
+}
+
+impl Emulated {
+    /// A drone of this scenario, provisioned and switched off.
+    #[must_use]
+    pub fn new(scenario: &Scenario, firmware: &Firmware, node: NodeId, seed: u64) -> Self {
+        Self::on(scenario, firmware, node, seed, MachineConfig::default())
+    }
+
+    /// The same on a machine of another kind.
+    #[must_use]
+    pub fn on(
+        scenario: &Scenario,
+        firmware: &Firmware,
+        node: NodeId,
+        seed: u64,
+        config: MachineConfig,
+    ) -> Self {
+        let mut random = Stream::new(seed, Purpose::Radio(node.0));
+        let provisions = provision(scenario, node, seed);
+        let board = Crazyflie::new(&Config { eeprom: provisions.eeprom, ..Config::default() });
+        let mut machine = firmware.machine(board, config);
+        machine.memory_mut().program(wire::settings::keys::PAGE_ADDRESS, &provisions.page);
+        let on_us = (random.uniform() * SWITCHED_ON_WITHIN_US) as u64;
+        let watch = Watch::none(&machine);
+        let core = Core::Free(Box::new(machine));
+        Self { node, core, watch, firmware: firmware.clone(), on_us, heeded: None }
+    }
+
+    /// The machine, to look at.
+    #[must_use]
+    pub fn machine(&self) -> &Machine<Crazyflie> {
+        self.core.machine()
+    }
+
+    /// The machine, to make something go wrong with it.
+    pub fn machine_mut(&mut self) -> &mut Machine<Crazyflie> {
+        self.core.machine_mut()
+    }
+
+    /// Its number.
+    #[must_use]
+    pub const fn node(&self) -> NodeId {
+        self.node
+    }
+
+    /// From now on, keeps what it logs.
+    pub fn read_log(&mut self, messages: &Arc<Messages>) {
+        self.watch.read_log(messages);
+    }
+
+    /// What it has logged.
+    #[must_use]
+    pub fn log(&self) -> &[LogLine] {
+        self.watch.lines()
+    }
+
+    /// What it has logged since this was last called.
+    pub fn new_lines(&mut self) -> &[LogLine] {
+        self.watch.new_lines()
+    }
+
+    /// From now on, keeps account of its processor's time.
+    pub fn profile(&mut self) {
+        self.watch.profile(self.core.machine_mut());
+    }
+
+    /// Begins the account anew.
+    pub fn restart_profile(&mut self) {
+        self.watch.restart(self.core.machine());
+    }
+
+    /// Where its processor's time went; `None` where nobody kept account.
+    #[must_use]
+    pub fn account(&self) -> Option<Report> {
+        self.watch.report(self.core.machine())
+    }
+
+    /// Hands it to a GDB, and waits until one has come.
+    ///
+    /// # Errors
+    /// When none can.
+    pub fn debug(self, listener: TcpListener) -> io::Result<Self> {
+        let machine = match self.core {
+            Core::Free(machine) => *machine,
+            Core::Debugged(debugger) => debugger.into_machine(),
+        };
+        let mut debugger = Debugger::new(machine, listener, None)?;
+        debugger.wait_for_gdb()?;
+        Ok(Self { core: Core::Debugged(Box::new(debugger)), ..self })
+    }
+
+    /// What it runs.
+    #[must_use]
+    pub const fn firmware(&self) -> &Firmware {
+        &self.firmware
+    }
+
+    /// Runs up to a moment of its own clock, in ns, in no world at all; whether the control loop
+    /// runs by then.
+    pub fn has_booted_by(&mut self, nanos: u64) -> bool {
+        self.core.machine_mut().run_until(nanos).is_ok() && self.status().is_some()
+    }
+
+    /// A moment of the mission by the drone's own clock, in ns.
+    #[must_use]
+    pub const fn nanos(&self, mission_us: u64) -> u64 {
+        mission_us.saturating_sub(self.on_us) * US
+    }
+
+    /// Runs up to this moment of the mission.
+    pub(crate) fn run_until(&mut self, mission_us: u64) -> Result<(), Halted> {
+        let until = self.nanos(mission_us);
+        let ran = match &mut self.core {
+            Core::Free(machine) => machine.run_until(until),
+            Core::Debugged(debugger) => debugger.run_until(until),
+        };
+        self.watch.look(self.core.machine_mut());
+        ran.map_err(|halt| Halted { node: self.node, halt })
+    }
+
+    /// What its radio has sent since this was last asked, with the moment at which each packet
+    /// goes on the air.
+    pub(crate) fn take_sent(&mut self, mut take: impl FnMut(u64, Vec<u8>)) {
+        for sent in self.core.machine_mut().board_mut().take_packets() {
+            let on_air_us = self.on_us + (sent.at + RAMP_UP).div_ceil(US);
+            if sent.port == p2p::PORT {
+                take(on_air_us, sent.data);
+            }
+        }
+    }
+
+    /// A packet of the chain has come off the air.
+    pub(crate) fn hear(&mut self, mission_us: u64, rssi: Dbm, data: &[u8]) {
+        let at = self.nanos(mission_us);
+        self.core.machine_mut().board_mut().hear(at, p2p::PORT, data, rssi);
+    }
+
+    /// The number of the last order that came in, if it is another than when this was last asked.
+    pub(crate) fn newly_heeded(&mut self) -> Option<Counter> {
+        let heeded = self.firmware.heeded(self.core.machine().memory());
+        if heeded == self.heeded {
+            return None;
+        }
+        self.heeded = heeded;
+        heeded
+    }
+
+    /// What its agent last decided.
+    pub(crate) fn outputs(&self) -> Option<Outputs> {
+        self.firmware.thoughts(self.core.machine().memory())
+    }
+
+    /// A millisecond of its body: its motors turn as they are driven, and there is something new
+    /// to measure.
+    pub(crate) fn fly(&mut self, craft: &mut Craft, around: Surroundings<'_>) {
+        let wants = self.wants();
+        let observed = craft.observe(around, wants);
+        self.show(&observed);
+        craft.obey(around, self.duties(), self.status());
+    }
+
+    fn status(&self) -> Option<Status> {
+        self.firmware.status(self.core.machine().memory())
+    }
+
+    /// Which rangers end a measurement within the next millisecond.
+    fn wants(&mut self) -> Wants {
+        let board = self.core.machine_mut().board_mut();
+        let mut wants = |beam| board.wants_range(beam, MS + MS / 4);
+        Wants { down: wants(Beam::Down), sides: SIDES.map(&mut wants) }
+    }
+
+    fn show(&mut self, observed: &Observed) {
+        let board = self.core.machine_mut().board_mut();
+        if let (Some(gyro), Some(accel)) = (observed.gyro, observed.accel) {
+            let (AngularVelocity(_), Acceleration(_)) = (gyro, accel);
+            board.set_inertia(gyro, accel);
+        }
+        if let Some(motion) = &observed.flow {
+            board.push_flow(ground(motion));
+        }
+        let sides = SIDES.into_iter().zip(&observed.sides);
+        for (beam, reading) in sides.chain([(Beam::Down, &observed.down)]) {
+            if let Some(reading) = reading {
+                board.set_range(beam, sight(reading));
+            }
+        }
+        if let Some(volts) = observed.volts {
+            board.set_battery(volts, false, false);
+        }
+    }
+
+    fn duties(&self) -> Duties {
+        Duties(MOTORS.map(|pin| match self.core.machine().output(pin) {
+            PinOutput::Pwm { duty, .. } => duty,
+            PinOutput::High => 1.0,
+            // A gate that nobody drives floats; the board's resistor pulls it low.
+            PinOutput::Low | PinOutput::Input | PinOutput::Alternate(_) => 0.0,
+        }))
+    }
+}
+
+/// As the chip's own axes have it.
+fn ground(motion: &Motion) -> Flow {
+    Flow {
+        dx: motion.y.saturating_neg(),
+        dy: motion.x.saturating_neg(),
+        squal: motion.squal,
+        shutter: motion.shutter,
+        raw_sum: motion.raw_sum,
+        raw_max: motion.raw_max,
+        raw_min: motion.raw_min,
+    }
+}
+
+fn sight(reading: &Reading) -> Sight {
+    let Reading { distance, sigma, status, signal, ambient, .. } = *reading;
+    Sight { distance, sigma, status, signal, ambient }
+}

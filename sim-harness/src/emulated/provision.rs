@@ -1,0 +1,86 @@
+//! What a drone is given before its first flight: keys, as `uchain keys provision` makes them, and
+//! settings.
+
+use agent::AgentConfig;
+use airlink::keys::{FleetSecret, node as node_key};
+use units::{Dbm, NodeId};
+use wire::settings::epoch::Issue;
+use wire::settings::keys::{KeysRecord, Secret};
+use wire::settings::{Limits, Radio, Role, Settings, Slot};
+
+use crate::random::{Purpose, Stream};
+use crate::scenario::Scenario;
+
+/// What a drone is switched on with.
+pub(super) struct Provisions {
+    /// The page that the firmware takes over at its first boot.
+    pub(super) page: Vec<u8>,
+    /// The EEPROM from its first byte.
+    pub(super) eeprom: Vec<u8>,
+}
+
+/// The keys are those that the seed makes for the drones of the host.
+pub(super) fn provision(scenario: &Scenario, node: NodeId, seed: u64) -> Provisions {
+    const GENERATION: u8 = 1;
+    let secret = FleetSecret::from_bytes(Stream::new(seed, Purpose::Keys).bytes());
+    let role = if node == NodeId(0) { Role::Head } else { Role::Relay };
+    let keys = KeysRecord {
+        fleet: 1,
+        generation: GENERATION,
+        issue: Issue::new(1 + node.0).expect("a chain has fewer members than a fleet has issues"),
+        node,
+        role,
+        may_fly: false,
+        group: Secret::new(*secret.group(GENERATION).expose()),
+        own: Secret::new(*node_key(&secret.base(GENERATION), node).expose()),
+    };
+    let page = keys.encode(0).expect("a relay's or a head's record contradicts itself in nothing");
+    let record = settings(scenario, node, role).encode(1);
+    let record = record.expect("the scenario was looked at before");
+    let mut eeprom = vec![0xFF; usize::from(Slot::A.address())];
+    eeprom.extend(record);
+    Provisions { page: page.to_vec(), eeprom }
+}
+
+fn settings(scenario: &Scenario, node: NodeId, role: Role) -> Settings {
+    let agent = &scenario.agent;
+    let default = AgentConfig::DEFAULT;
+    let changed = |is: Dbm, default: Dbm| (is != default).then_some(is);
+    Settings {
+        node,
+        role,
+        radio: Radio { datarate: scenario.datarate, ..Settings::DEFAULT.radio },
+        height: (agent.flight.height != default.flight.height).then_some(agent.flight.height),
+        limits: Limits {
+            launch: changed(agent.launch.limit, default.launch.limit),
+            retreat: changed(agent.retreat.limit, default.retreat.limit),
+        },
+        ..Settings::DEFAULT
+    }
+}
+
+/// Why the firmware cannot fly this scenario, if it cannot: what it has compiled in is not what the
+/// scenario asks for.
+#[must_use]
+pub fn unfit(scenario: &Scenario) -> Option<&'static str> {
+    let agent = &scenario.agent;
+    let default =
+        AgentConfig::DEFAULT.with_limits(Some(agent.launch.limit), Some(agent.retreat.limit));
+    let range = Limits::RANGE;
+    let kept = |limit: Dbm| limit >= range[0] && limit <= range[1];
+    if agent.policy != default.policy {
+        Some("another movement policy, or another loss over the first metre")
+    } else if agent.launch != default.launch {
+        Some("another launch policy: only launch.limit_dbm can be set on a drone")
+    } else if agent.retreat != default.retreat {
+        Some("another retreat: only retreat.limit_dbm can be set on a drone")
+    } else if !kept(agent.launch.limit) || !kept(agent.retreat.limit) {
+        Some("a limit that no drone keeps")
+    } else if agent.nav != default.nav {
+        Some("side rangers with another reach")
+    } else if !matches!(scenario.start, crate::scenario::Start::Mouth) {
+        Some("drones that begin in the air")
+    } else {
+        None
+    }
+}

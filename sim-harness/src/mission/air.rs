@@ -1,0 +1,243 @@
+//! What the members of a mission say to each other, and how it gets from one to the other.
+//!
+//! Links on the host ask for their turns; the radio chips of emulated drones send when their
+//! firmware has told them to. With emulated drones, packets arrive at everybody's antenna, and a
+//! link on the host has its serial line behind that, as an emulated one has by itself.
+
+use agent::Role;
+use rayon::prelude::*;
+use units::Dbm;
+use wire::syslink::MAX_P2P;
+
+use super::log::OrderLog;
+use super::member::{Hosted, Member, Mind, OnLine, Parcel};
+use super::station::News;
+use super::{Mission, Told};
+use crate::medium::{Arrives, Ether, timing};
+use crate::world::Radio;
+
+/// What happens next on the air.
+enum Next {
+    /// A packet arrives.
+    Arrival,
+    /// One that has arrived comes out of this member's serial line.
+    Line(usize, usize),
+    /// This member has something to say.
+    Speech(usize),
+}
+
+impl Mission<'_> {
+    /// All that is on the air before `until_us`.
+    pub(super) fn carry_packets(&mut self, until_us: u64) {
+        while let Some((at_us, next)) = self.next_on_air()
+            && at_us < until_us
+        {
+            match next {
+                Next::Arrival => self.receive(),
+                Next::Line(n, place) => self.take_from_line(n, place),
+                Next::Speech(n) => self.transmit(n, at_us),
+            }
+        }
+    }
+
+    /// Of what happens at the same moment, arrivals are first.
+    fn next_on_air(&self) -> Option<(u64, Next)> {
+        let arrival = self.medium.next().map(|at_us| (at_us, Next::Arrival));
+        let speech = self.members.iter().enumerate().min_by_key(|(_, m)| m.mind.due_us());
+        let speech = speech.map(|(n, member)| (member.mind.due_us(), Next::Speech(n)));
+        let lines = self.members.iter().enumerate().filter_map(|(n, member)| {
+            let line = &member.mind.hosted()?.line;
+            let (place, first) = line.iter().enumerate().min_by_key(|(_, on)| on.at_us)?;
+            Some((first.at_us, Next::Line(n, place)))
+        });
+        let line = lines.min_by_key(|(at_us, _)| *at_us);
+        arrival.into_iter().chain(line).chain(speech).min_by_key(|(at_us, _)| *at_us)
+    }
+
+    fn transmit(&mut self, n: usize, now_us: u64) {
+        let mut packet = [0; MAX_P2P];
+        let member = &mut self.members[n];
+        let silenced = member.is_silenced();
+        let Mind::Hosted(hosted) = &mut member.mind else { return };
+        let Some(length) = hosted.station.transmit(now_us, &mut packet) else { return };
+        if silenced {
+            return;
+        }
+        let data = packet.get(..length).unwrap_or_default();
+        if member.role == Role::Base {
+            self.orders.sent(data);
+        }
+        self.medium.send(n, now_us, data);
+    }
+
+    /// The packet that arrives next, at all who hear it.
+    fn receive(&mut self) {
+        let Self { medium, members, strengths, world, told, orders, scenario, intruders, .. } =
+            self;
+        let arrives = medium.arrives();
+        let count = members.len();
+        let mut ether = Tube { members, strengths, radio: &world.radio };
+        let Some(arrival) = medium.arrive(&mut ether) else { return };
+        let now_us = arrival.at_us;
+        for receipt in arrival.heard {
+            let Some(member) = members.get_mut(receipt.by) else {
+                if let Some(intruders) = intruders.as_mut().filter(|_| receipt.by == count) {
+                    intruders.overhear(now_us, arrival.data);
+                }
+                continue;
+            };
+            let role = member.role;
+            let hosted = match &mut member.mind {
+                Mind::Emulated(emulated) => {
+                    emulated.hear(now_us, receipt.rssi, arrival.data);
+                    continue;
+                }
+                Mind::Hosted(hosted) => hosted,
+            };
+            if arrives == Arrives::AtAntenna {
+                hosted.line.push(OnLine::new(now_us, receipt.rssi, arrival.data));
+                continue;
+            }
+            let taken = hosted.station.counters().taken;
+            deliver(hosted, role, (now_us, receipt.rssi, arrival.data), told, orders)
+                .hand_over(hosted, now_us + scenario.latency_us);
+            if let Some(intruders) = intruders.as_mut().filter(|_| arrival.from >= count)
+                && hosted.station.counters().taken != taken
+            {
+                intruders.accept();
+            }
+        }
+    }
+
+    fn take_from_line(&mut self, n: usize, place: usize) {
+        let Self { members, told, orders, scenario, .. } = self;
+        let Some(Member { role, mind: Mind::Hosted(hosted), .. }) = members.get_mut(n) else {
+            return;
+        };
+        let OnLine { at_us, rssi, length, data } = hosted.line.swap_remove(place);
+        deliver(hosted, *role, (at_us, rssi, &data[..length]), told, orders)
+            .hand_over(hosted, at_us + scenario.latency_us);
+    }
+
+    /// Lets the emulated drones run up to this moment, and takes what their radio chips send.
+    pub(super) fn emulate(&mut self, until_us: u64) {
+        let drones = self.members.iter_mut().filter_map(|member| member.mind.emulated_mut());
+        let mut drones: Vec<_> = drones.collect();
+        let ran = match drones.as_mut_slice() {
+            // Alone there is nobody to share a processor with.
+            [alone] => alone.run_until(until_us),
+            several => several.par_iter_mut().try_for_each(|drone| drone.run_until(until_us)),
+        };
+        if let Err(halt) = ran {
+            self.halted.get_or_insert(halt);
+        }
+        let mut sent = Vec::new();
+        for (n, member) in self.members.iter_mut().enumerate() {
+            let silenced = member.is_silenced();
+            let role = member.role;
+            let Mind::Emulated(emulated) = &mut member.mind else { continue };
+            emulated.take_sent(|on_air_us, data| {
+                if !silenced {
+                    sent.push((on_air_us, n, data));
+                }
+            });
+            if role == Role::Head
+                && let Some(counter) = emulated.newly_heeded()
+            {
+                self.orders.delivered(until_us, counter);
+            }
+        }
+        sent.sort_by_key(|(on_air_us, n, _)| (*on_air_us, *n));
+        for (on_air_us, n, data) in sent {
+            self.medium.inject(n, on_air_us, &data);
+        }
+    }
+}
+
+impl OnLine {
+    fn new(on_air_until_us: u64, rssi: Dbm, bytes: &[u8]) -> Self {
+        let length = bytes.len().min(MAX_P2P);
+        let mut data = [0; MAX_P2P];
+        data[..length].copy_from_slice(&bytes[..length]);
+        Self { at_us: on_air_until_us + timing::line_in_us(length), rssi, length, data }
+    }
+}
+
+/// What a link on the host has made of a packet.
+struct Delivered(Option<News>);
+
+impl Delivered {
+    fn hand_over(self, hosted: &mut Hosted, arrives_us: u64) {
+        if let Some(news) = self.0 {
+            hosted.mailbox.push_back(Parcel { arrives_us, news });
+        }
+    }
+}
+
+/// A packet comes to the processor of a member on the host.
+fn deliver(
+    hosted: &mut Hosted,
+    role: Role,
+    (now_us, rssi, data): (u64, Dbm, &[u8]),
+    told: &mut [Option<Told>],
+    orders: &mut OrderLog,
+) -> Delivered {
+    let news = hosted.station.receive(now_us, rssi, data);
+    match news {
+        Some(News::Telemetry(from, telemetry)) => {
+            if let Some(told) = told.get_mut(usize::from(from.0)) {
+                *told = Some(Told { at_us: now_us, telemetry });
+            }
+        }
+        Some(News::Order(_)) if role == Role::Head => {
+            if let Some(counter) = hosted.station.heeded() {
+                orders.delivered(now_us, counter);
+            }
+        }
+        _ => {}
+    }
+    Delivered(news)
+}
+
+/// The links' strengths, which change only when somebody has moved.
+pub(super) struct Strengths {
+    count: usize,
+    places: Vec<f32>,
+    /// By sender and receiver: their places, and the strength between them.
+    known: Vec<(f32, f32, Dbm)>,
+}
+
+impl Strengths {
+    pub(super) fn new(count: usize) -> Self {
+        let unknown = (f32::NAN, f32::NAN, Dbm(f32::NEG_INFINITY));
+        Self { count, places: vec![0.0; count], known: vec![unknown; count * count] }
+    }
+
+    pub(super) fn moved(&mut self, n: usize, abscissa: f32) {
+        self.places[n] = abscissa;
+    }
+
+    fn between(&mut self, radio: &Radio, from: usize, to: usize) -> Dbm {
+        let (here, there) = (self.places[from], self.places[to]);
+        let known = &mut self.known[from * self.count + to];
+        if known.0 != here || known.1 != there {
+            *known = (here, there, radio.strength(here, there));
+        }
+        known.2
+    }
+}
+
+/// The tunnel as the air sees it.
+struct Tube<'a> {
+    members: &'a [Member],
+    strengths: &'a mut Strengths,
+    radio: &'a Radio,
+}
+
+impl Ether for Tube<'_> {
+    fn strength(&mut self, from: usize, to: usize) -> Option<Dbm> {
+        // What a silenced sender sends never comes here.
+        let silenced = self.members.get(to).is_some_and(Member::is_silenced);
+        (!silenced).then(|| self.strengths.between(self.radio, from, to))
+    }
+}

@@ -1,0 +1,131 @@
+//! What the radio chip does when the flight processor, or somebody on the air, tells it to
+//! (crazyflie2-nrf-firmware, `main.c`: `handleSyslinkEvents`, `handleRadioCmd`,
+//! `handleBootloaderCmd`).
+
+use super::frame::{MTU, kind};
+use super::power::Shutdown;
+use super::{Counters, Datarate, MAX_P2P, Nrf51, Sent};
+
+impl Nrf51 {
+    /// A frame of the flight processor's.
+    pub(super) fn handle(&mut self, kind: u8, data: &[u8]) {
+        match (kind, data) {
+            (kind::RAW, _) if data.len() < MTU => self.leave_for_ground(data.to_vec()),
+            (kind::CHANNEL, [channel]) => {
+                self.state.radio.tuning.channel = *channel;
+                self.state.told[0] = true;
+                self.say(kind, data);
+            }
+            (kind::DATARATE, [code]) => {
+                self.set_datarate(*code);
+                self.state.told[2] = true;
+                self.say(kind, data);
+            }
+            (kind::CARRIER, [on]) => {
+                self.state.radio.carrier = *on != 0;
+                self.say(kind, data);
+            }
+            (kind::ADDRESS, &[a, b, c, d, e]) => {
+                self.state.radio.tuning.address = [a, b, c, d, e];
+                self.state.told[1] = true;
+                self.say(kind, data);
+            }
+            (kind::POWER, [power]) => {
+                self.state.radio.set_power(power.cast_signed());
+                self.say(kind, data);
+            }
+            (kind::P2P_BROADCAST, [port, data @ ..]) if data.len() <= MAX_P2P => {
+                self.broadcast(*port, data);
+            }
+            (kind::READY, _) => {
+                self.state.radio.ready = true;
+                self.say(kind, &[]);
+            }
+            (kind::SWITCH_OFF | kind::PROCESSOR_OFF, _) => self.switch_off(true),
+            (kind::AUTOUPDATE, _) => self.state.reports = true,
+            (kind::SHUTDOWN_ACK, _) => {
+                if let Shutdown::Asked { .. } = self.state.shutdown {
+                    self.switch_off(true);
+                }
+            }
+            (kind::LED_ON, _) => self.led = true,
+            (kind::LED_OFF, _) => self.led = false,
+            (kind::VERSION, _) => {
+                let mut text = self.version.clone().into_bytes();
+                text.truncate(MTU - 1);
+                text.push(0);
+                self.say(kind, &text);
+            }
+            (kind::PROBE, _) => self.answer_probe(),
+            _ => {
+                self.state.counters.not_understood += 1;
+                self.state.counters.last_not_understood = Some(kind);
+            }
+        }
+    }
+
+    /// What a test of the board asks for.
+    fn answer_probe(&mut self) {
+        let [channel, address, rate] = self.state.told;
+        let Counters { bad_first_sums, bad_second_sums, dropped_bytes, broken_bytes, .. } =
+            self.counters();
+        // The framing error is the only one that there is here (nRF51 reference manual, ERRORSRC).
+        let error = if broken_bytes == 0 { 0 } else { 4 };
+        let data = [
+            channel.into(),
+            address.into(),
+            rate.into(),
+            dropped_bytes as u8,
+            error,
+            broken_bytes as u8,
+            bad_first_sums as u8,
+            bad_second_sums as u8,
+        ];
+        self.say(kind::PROBE, &data);
+    }
+
+    /// A code that is none leaves the rate as it is.
+    const fn set_datarate(&mut self, code: u8) {
+        self.state.radio.tuning.datarate = match code {
+            0 => Datarate::K250,
+            1 => Datarate::M1,
+            2 => Datarate::M2,
+            _ => self.state.radio.tuning.datarate,
+        };
+    }
+
+    fn leave_for_ground(&mut self, data: Vec<u8>) {
+        if !self.state.radio.queue(data) {
+            self.state.counters.refused += 1;
+        }
+    }
+
+    /// Without a queue, and whatever the radio is doing (`esbSendP2PPacket`).
+    fn broadcast(&mut self, port: u8, data: &[u8]) {
+        self.state.bluetooth = false;
+        self.state.radio.send(self.clock, data.len());
+        self.sent.push(Sent {
+            at: self.clock,
+            port: port & 0x0F,
+            data: data.to_vec(),
+            tuning: self.state.radio.tuning,
+        });
+    }
+
+    /// What can be ordered from the air.
+    pub(super) fn obey(&mut self, data: &[u8]) {
+        match *data {
+            [_, 0x03, 1, channel, ..] => self.state.radio.tuning.channel = channel,
+            [_, 0x03, 2, code, ..] => self.set_datarate(code),
+            [_, 0xFE, 0x01, ..] => self.switch_off(false),
+            [_, 0xFE, 0x04, ..] => {
+                let mut answer = vec![0xFF, 0xFE, 0x04];
+                answer.extend_from_slice(&self.battery.volts.to_le_bytes());
+                self.leave_for_ground(answer);
+            }
+            [_, 0xFE, 0x05, ..] => self.led = true,
+            [_, 0xFE, 0x06, ..] => self.led = false,
+            _ => self.state.counters.commands += 1,
+        }
+    }
+}

@@ -1,0 +1,89 @@
+//! The door between the core and everything that is not memory.
+//!
+//! The core keeps the time, in its own cycles, and asks: a load or a store at an address where no
+//! memory is goes to the [`Bus`]. The other way round the bus has interrupt lines, which the core
+//! samples after each access and whenever the bus has let something happen by itself.
+
+use crate::memory::Memory;
+
+/// How much is loaded or stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Width {
+    /// 8 bits.
+    Byte,
+    /// 16 bits.
+    Half,
+    /// 32 bits.
+    Word,
+}
+
+impl Width {
+    /// In bytes.
+    #[must_use]
+    pub const fn bytes(self) -> u32 {
+        match self {
+            Self::Byte => 1,
+            Self::Half => 2,
+            Self::Word => 4,
+        }
+    }
+}
+
+/// Why an access came to nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Refused {
+    /// The chip answers it with a bus error: there is nothing at this address.
+    Fault,
+    /// The chip would answer, but this emulator does not know how: it must stop, loudly.
+    Unmodelled {
+        /// The peripheral and register, or what was wanted of it.
+        what: &'static str,
+    },
+}
+
+/// Everything that is not the core and not plain memory. Addresses of the private peripheral bus
+/// (0xE000_0000 and on) never come here: they are the core's own.
+pub trait Bus {
+    /// A load at cycle `now`.
+    ///
+    /// # Errors
+    /// Where there is nothing, or nothing that is known.
+    fn load(
+        &mut self,
+        memory: &mut Memory,
+        now: u64,
+        address: u32,
+        width: Width,
+    ) -> Result<u32, Refused>;
+
+    /// A store at cycle `now`. Stores to flash come here too.
+    ///
+    /// # Errors
+    /// Where there is nothing, or nothing that is known.
+    fn store(
+        &mut self,
+        memory: &mut Memory,
+        now: u64,
+        address: u32,
+        width: Width,
+        value: u32,
+    ) -> Result<(), Refused>;
+
+    /// The cycle at which something will happen by itself; `u64::MAX` for never. It may change
+    /// with every access.
+    fn due(&self) -> u64;
+
+    /// Everything happens that is due at cycle `now`.
+    fn advance(&mut self, memory: &mut Memory, now: u64);
+
+    /// The levels of the interrupt lines, one bit each.
+    fn lines(&self) -> u128;
+
+    /// How many wait states the flash is set to (FLASH_ACR.LATENCY).
+    fn flash_wait_states(&self) -> u8 {
+        0
+    }
+
+    /// Whether the chip is held in reset by something outside the core: a watchdog.
+    fn resets(&self) -> bool;
+}

@@ -1,0 +1,558 @@
+//! A decoded instruction: what is done, with which registers, and what is known beforehand.
+//!
+//! Whatever depends on the instruction's own address is computed when it is decoded: literals,
+//! targets of branches, the address of a table. No operand is R15 any more when it is executed.
+
+use crate::bus::Width;
+
+use super::dsp::{Lanes, Prefix};
+
+/// One instruction. What the fields mean to each [`Kind`] is said there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Op {
+    pub(super) kind: Kind,
+    /// Sets no flags within an IT block, though it does outside.
+    pub(super) quiet_in_it: bool,
+    /// Comes from another line of flash than the one before it in the program.
+    pub(super) new_line: bool,
+    /// In bytes: 2 or 4.
+    pub(super) len: u8,
+    /// Cycles, without what only turns out when it is executed.
+    pub(super) cycles: u8,
+    pub(super) d: u8,
+    pub(super) n: u8,
+    pub(super) m: u8,
+    pub(super) a: u8,
+    pub(super) imm: u32,
+}
+
+/// How a register is shifted. The amount is `a`: for LSR and ASR 1 to 32, for ROR 1 to 31.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Shift {
+    Lsl,
+    Lsr,
+    Asr,
+    Ror,
+    Rrx,
+}
+
+/// What a load makes of the bits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Load {
+    Word,
+    Half,
+    Byte,
+    SignedHalf,
+    SignedByte,
+}
+
+impl Load {
+    pub(super) const fn width(self) -> Width {
+        match self {
+            Self::Word => Width::Word,
+            Self::Half | Self::SignedHalf => Width::Half,
+            Self::Byte | Self::SignedByte => Width::Byte,
+        }
+    }
+
+    #[inline(always)]
+    pub(super) const fn extend(self, value: u32) -> u32 {
+        match self {
+            Self::SignedHalf => value as i16 as u32,
+            Self::SignedByte => value as i8 as u32,
+            _ => value,
+        }
+    }
+}
+
+/// Where a load into PC or SP finds its address.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Mode {
+    /// Rn + imm.
+    Offset,
+    /// Rn + (Rm << a).
+    Register,
+    /// Rn + imm, which Rn becomes.
+    Pre,
+    /// Rn, which becomes Rn + imm.
+    Post,
+    /// imm.
+    Literal,
+}
+
+/// What the stack pointer is set to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum ToSp {
+    /// Rm.
+    Mov,
+    /// Rn + (Rm << a).
+    Add,
+    /// Rn - (Rm << a).
+    Sub,
+    /// Rn + imm.
+    AddImm,
+    /// Rn - imm.
+    SubImm,
+}
+
+/// Extensions of a register that is rotated right by `a` first; Rn is added where it is not 15.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Extend {
+    SignedByte,
+    SignedHalf,
+    SignedBytes16,
+    UnsignedByte,
+    UnsignedHalf,
+    UnsignedBytes16,
+}
+
+/// Multiplications of the DSP extension, on Rn, Rm and, where they accumulate, Ra.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Multiply {
+    /// SMULxy: top halves of n and m.
+    Halves(bool, bool),
+    /// SMLAxy.
+    AccumulateHalves(bool, bool),
+    /// SMULWy.
+    Wide(bool),
+    /// SMLAWy.
+    AccumulateWide(bool),
+    /// SMUAD, SMLAD; with the halves of m exchanged.
+    DualAdd(bool),
+    /// SMUSD, SMLSD.
+    DualSub(bool),
+    /// SMMUL, SMMLA; rounded.
+    Most(bool),
+    /// SMMLS.
+    MostSub(bool),
+    /// USAD8, USADA8.
+    Differences,
+}
+
+/// Multiplications into RdHi (`a`) and RdLo (`d`).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Long {
+    Unsigned,
+    Signed,
+    AccumulateUnsigned,
+    AccumulateSigned,
+    /// UMAAL.
+    AccumulateTwice,
+    /// SMLALxy.
+    Halves(bool, bool),
+    /// SMLALD, with X.
+    DualAdd(bool),
+    /// SMLSLD, with X.
+    DualSub(bool),
+}
+
+/// Saturating additions: Rd, Rm, Rn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Saturating {
+    Add,
+    Sub,
+    DoubleAdd,
+    DoubleSub,
+}
+
+/// Floating-point operations of Sd (`d`), Sn and Sm whose result is a number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Accumulate {
+    Nmla,
+    Nmls,
+    Fma,
+    Fms,
+    Fnma,
+    Fnms,
+}
+
+/// What is done. Unless said otherwise an instruction works on Rd, Rn and `imm` (`Imm`), Rm (`Reg`)
+/// or a shifted Rm (`Shifted`); one whose name ends in `S` sets the flags.
+///
+/// Logical instructions with an immediate keep in `a` what the carry becomes: 2 for what it was.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    // Arithmetic and logic.
+    AddImm,
+    AddImmS,
+    SubImm,
+    SubImmS,
+    RsbImm,
+    RsbImmS,
+    /// SBC too, of the inverted immediate.
+    AdcImm,
+    AdcImmS,
+    CmpImm,
+    CmnImm,
+    /// BIC too.
+    AndImm,
+    AndImmS,
+    /// ORN too.
+    OrrImm,
+    OrrImmS,
+    EorImm,
+    EorImmS,
+    /// MVN too.
+    MovImm,
+    MovImmS,
+    TstImm,
+    TeqImm,
+    /// Sets the upper half.
+    Movt,
+
+    AddReg,
+    AddRegS,
+    SubReg,
+    SubRegS,
+    AdcReg,
+    AdcRegS,
+    SbcReg,
+    SbcRegS,
+    RsbReg,
+    RsbRegS,
+    CmpReg,
+    CmnReg,
+    AndReg,
+    AndRegS,
+    BicReg,
+    BicRegS,
+    OrrReg,
+    OrrRegS,
+    OrnReg,
+    OrnRegS,
+    EorReg,
+    EorRegS,
+    MovReg,
+    MovRegS,
+    MvnReg,
+    MvnRegS,
+    TstReg,
+    TeqReg,
+
+    AddShifted(Shift),
+    AddShiftedS(Shift),
+    SubShifted(Shift),
+    SubShiftedS(Shift),
+    AdcShifted(Shift),
+    AdcShiftedS(Shift),
+    SbcShifted(Shift),
+    SbcShiftedS(Shift),
+    RsbShifted(Shift),
+    RsbShiftedS(Shift),
+    CmpShifted(Shift),
+    CmnShifted(Shift),
+    AndShifted(Shift),
+    AndShiftedS(Shift),
+    BicShifted(Shift),
+    BicShiftedS(Shift),
+    OrrShifted(Shift),
+    OrrShiftedS(Shift),
+    OrnShifted(Shift),
+    OrnShiftedS(Shift),
+    EorShifted(Shift),
+    EorShiftedS(Shift),
+    MvnShifted(Shift),
+    MvnShiftedS(Shift),
+    TstShifted(Shift),
+    TeqShifted(Shift),
+
+    /// Shifts by an immediate (`a`): of Rm.
+    LslImm,
+    LslImmS,
+    LsrImm,
+    LsrImmS,
+    AsrImm,
+    AsrImmS,
+    RorImm,
+    RorImmS,
+    Rrx,
+    RrxS,
+    /// Shifts of Rn by Rm.
+    LslReg,
+    LslRegS,
+    LsrReg,
+    LsrRegS,
+    AsrReg,
+    AsrRegS,
+    RorReg,
+    RorRegS,
+    /// What SP becomes has its low bits cleared.
+    ToSp(ToSp),
+    /// The same, and the flags are set. Not [`ToSp::Mov`].
+    ToSpS(ToSp),
+
+    // Multiplication and division.
+    Mul,
+    MulS,
+    Mla,
+    Mls,
+    Long(Long),
+    Multiply(Multiply),
+    Sdiv,
+    Udiv,
+
+    // Bits, extensions, saturation.
+    /// Lowest bit `a`, mask (not shifted) `imm`.
+    Bfi,
+    Bfc,
+    Ubfx,
+    Sbfx,
+    Clz,
+    Rbit,
+    Rev,
+    Rev16,
+    Revsh,
+    Sxtb,
+    Sxth,
+    Uxtb,
+    Uxth,
+    Extend(Extend),
+    /// To `imm` bits, of Rn shifted.
+    Ssat(Shift),
+    Usat(Shift),
+    Ssat16,
+    Usat16,
+    Saturating(Saturating),
+    Parallel(Prefix, Lanes),
+    Sel,
+    /// Rm is shifted by `a`: to the left; to the right, 1 to 32.
+    Pkhbt,
+    Pkhtb,
+
+    // Loads and stores: Rd and [Rn + imm] or [Rn + (Rm << a)].
+    LdrImm,
+    LdrReg,
+    /// From the address `imm`.
+    LdrLiteral,
+    LdrbImm,
+    LdrbReg,
+    LdrhImm,
+    LdrhReg,
+    LdrsbImm,
+    LdrsbReg,
+    LdrshImm,
+    LdrshReg,
+    StrImm,
+    StrReg,
+    StrbImm,
+    StrbReg,
+    StrhImm,
+    StrhReg,
+    LoadLiteral(Load),
+    /// Rn becomes Rn + imm, which is the address, too.
+    LoadPre(Load),
+    /// Rn becomes Rn + imm, which is not yet the address.
+    LoadPost(Load),
+    StorePre(Width),
+    StorePost(Width),
+    /// LDRT and its like.
+    LoadUnprivileged(Load),
+    StoreUnprivileged(Width),
+    LoadPc(Mode),
+    LoadSp(Mode),
+    /// Rd and Ra.
+    Ldrd(Mode),
+    Strd(Mode),
+    /// Registers `imm` from Rn on; Rn becomes the end if `a`.
+    LdmIa,
+    StmIa,
+    /// Registers `imm` up to Rn.
+    LdmDb,
+    StmDb,
+    /// Registers `imm`, PC not among them.
+    Push,
+    Pop,
+    /// PC among them.
+    PopPc,
+    Ldrex,
+    LdrexNarrow(Width),
+    /// Status in Rd, value in Ra.
+    Strex,
+    StrexNarrow(Width),
+    Clrex,
+
+    // Branches, to `imm` or Rm.
+    B,
+    Beq,
+    Bne,
+    Bcs,
+    Bcc,
+    Bmi,
+    Bpl,
+    Bvs,
+    Bvc,
+    Bhi,
+    Bls,
+    Bge,
+    Blt,
+    Bgt,
+    Ble,
+    Bl,
+    Blx,
+    Bx,
+    Cbz,
+    Cbnz,
+    /// The table is at Rn, or where Rn is 15 at `imm`; its bytes count from the next instruction.
+    Tbb,
+    Tbh,
+    /// MOV to PC.
+    MovPc,
+    /// ADD to PC, of which `imm` is the value.
+    AddPc,
+    /// ITSTATE is `imm`.
+    It,
+
+    // Floating point: Sd, Sn, Sm.
+    Vadd,
+    Vsub,
+    Vmul,
+    Vnmul,
+    Vdiv,
+    Vmla,
+    Vmls,
+    Accumulate(Accumulate),
+    Vsqrt,
+    Vabs,
+    Vneg,
+    Vmov,
+    /// Bits `imm`.
+    VmovImm,
+    /// With Sm; signalling.
+    Vcmp(bool),
+    /// With zero.
+    VcmpZero(bool),
+    /// Signed, towards zero.
+    VcvtToInt(bool, bool),
+    /// Signed.
+    VcvtFromInt(bool),
+    /// Of `imm` bits, `a` of them behind the point; signed.
+    VcvtToFixed(bool),
+    VcvtFromFixed(bool),
+    /// The top half of Sm; of Sd.
+    VcvtFromHalf(bool),
+    VcvtToHalf(bool),
+    /// Rd from Sn; Sn from Rd.
+    VmovToCore,
+    VmovFromCore,
+    /// Rd and Ra from Sm and the next; Sm and the next from Rd and Ra.
+    VmovToCores,
+    VmovFromCores,
+    /// Rd; 15 for the flags.
+    Vmrs,
+    Vmsr,
+    Vldr,
+    Vstr,
+    VldrLiteral,
+    /// Two registers.
+    VldrDouble,
+    VstrDouble,
+    VldrDoubleLiteral,
+    /// `a` registers from Sd on. Rn, and what is done to it: nothing, the end after, the start before.
+    Vldm(Multiple),
+    Vstm(Multiple),
+
+    // The system.
+    Nop,
+    /// DMB, DSB, ISB.
+    Barrier,
+    Wfe,
+    Wfi,
+    Sev,
+    /// Number `imm`.
+    Svc,
+    Bkpt,
+    /// Special register `imm`.
+    Mrs,
+    /// Special register `imm`, mask `a`.
+    Msr,
+    /// Enables; PRIMASK; FAULTMASK.
+    Cps(bool, bool, bool),
+
+    // What is no instruction of this core.
+    Undefined,
+    /// An instruction of a coprocessor that is not there.
+    NoCoprocessor,
+    /// An encoding whose effect the manual leaves open. Nobody means it.
+    Unpredictable,
+    /// Not part of the program, or not all of it.
+    Outside,
+    /// No instruction: what comes next stands at the place `imm` in the program.
+    Goto,
+    /// The run loop stops here; the program knows what it stands for.
+    Trap,
+}
+
+/// How VLDM and VSTM use their base.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Multiple {
+    /// From Rn on.
+    From,
+    /// From Rn on, and Rn becomes the end.
+    FromAndUpdate,
+    /// Up to Rn, and Rn becomes the start.
+    UpToAndUpdate,
+}
+
+impl Op {
+    /// An instruction without operands.
+    pub(super) const fn new(kind: Kind, len: u8) -> Self {
+        Self {
+            kind,
+            quiet_in_it: false,
+            new_line: true,
+            len,
+            cycles: 1,
+            d: 0,
+            n: 0,
+            m: 0,
+            a: 0,
+            imm: 0,
+        }
+    }
+
+    /// What comes next is elsewhere.
+    pub(super) const fn goto(place: u32) -> Self {
+        Self { imm: place, ..Self::new(Kind::Goto, 0) }
+    }
+
+    /// Something else in the same place.
+    pub(super) const fn as_kind(self, kind: Kind) -> Self {
+        Self { kind, ..self }
+    }
+
+    /// The same instruction within an IT block.
+    #[inline(always)]
+    pub(super) const fn in_it(self) -> Self {
+        if self.quiet_in_it { self.as_kind(self.kind.quiet()) } else { self }
+    }
+}
+
+impl Kind {
+    /// What sets flags in a 16-bit encoding, without doing so.
+    const fn quiet(self) -> Self {
+        match self {
+            Self::AddImmS => Self::AddImm,
+            Self::SubImmS => Self::SubImm,
+            Self::RsbImmS => Self::RsbImm,
+            Self::MovImmS => Self::MovImm,
+            Self::AddRegS => Self::AddReg,
+            Self::SubRegS => Self::SubReg,
+            Self::AdcRegS => Self::AdcReg,
+            Self::SbcRegS => Self::SbcReg,
+            Self::AndRegS => Self::AndReg,
+            Self::BicRegS => Self::BicReg,
+            Self::OrrRegS => Self::OrrReg,
+            Self::EorRegS => Self::EorReg,
+            Self::MvnRegS => Self::MvnReg,
+            Self::LslImmS => Self::LslImm,
+            Self::LsrImmS => Self::LsrImm,
+            Self::AsrImmS => Self::AsrImm,
+            Self::LslRegS => Self::LslReg,
+            Self::LsrRegS => Self::LsrReg,
+            Self::AsrRegS => Self::AsrReg,
+            Self::RorRegS => Self::RorReg,
+            Self::MulS => Self::Mul,
+            other => other,
+        }
+    }
+}

@@ -1,0 +1,419 @@
+//! An ELF: what is flashed, and what its addresses are called.
+
+mod backtrace;
+mod lines;
+mod symbols;
+
+use std::fmt;
+use std::ops::Range;
+use std::sync::Arc;
+
+use object::elf::{FileHeader32, PT_LOAD};
+use object::read::elf::{ElfFile32, FileHeader as _, ProgramHeader as _};
+use object::{Endianness, Object, ObjectSection};
+
+use crate::memory::map;
+
+pub use backtrace::{Backtrace, Frame, State};
+use lines::{Lines, shortened};
+pub use lines::{Source, SourceFrame};
+use symbols::Symbols;
+pub use symbols::{Function, Symbol};
+
+/// Why a file cannot be flashed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum ImageError {
+    /// It is not an ELF file, or a damaged one.
+    NotElf(String),
+    /// It is one for another machine.
+    NotArm,
+    /// None of it lies in flash.
+    NothingToLoad,
+    /// A part of it is to be loaded where there is no flash.
+    OutsideFlash {
+        /// Where it begins.
+        address: u32,
+        /// How long it is.
+        size: u32,
+    },
+    /// Two parts of it share an address.
+    Overlap {
+        /// The first one.
+        address: u32,
+    },
+    /// There is no vector table to start from.
+    NoVectorTable,
+    /// A vector table that no core could start from.
+    BadVectorTable {
+        /// Where it lies.
+        address: u32,
+        /// The initial stack pointer that it gives.
+        stack: u32,
+        /// The reset handler that it gives.
+        reset: u32,
+    },
+}
+
+impl fmt::Display for ImageError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotElf(why) => write!(f, "not an ELF file: {why}"),
+            Self::NotArm => write!(f, "not a little-endian 32-bit ARM executable"),
+            Self::NothingToLoad => write!(f, "there is nothing in it to load into flash"),
+            Self::OutsideFlash { address, size } => write!(
+                f,
+                "{size} bytes at {address:#010x} do not lie in flash, which is {:#010x} to {:#010x}",
+                map::FLASH,
+                map::FLASH + map::FLASH_SIZE - 1
+            ),
+            Self::Overlap { address } => write!(f, "two segments lie at {address:#010x}"),
+            Self::NoVectorTable => write!(f, "it has no vector table"),
+            Self::BadVectorTable { address, stack, reset } => write!(
+                f,
+                "no vector table at {address:#010x}: stack pointer {stack:#010x}, reset handler \
+                 {reset:#010x}"
+            ),
+        }
+    }
+}
+
+impl std::error::Error for ImageError {}
+
+/// How much memory an image takes, in bytes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Sizes {
+    /// Flash: code, constants and the initial values of variables.
+    pub flash: u32,
+    /// SRAM that is taken for good; the stack is not.
+    pub ram: u32,
+    /// Core-coupled memory.
+    pub ccm: u32,
+}
+
+/// A stretch of what is flashed.
+#[derive(Clone, Debug)]
+struct Segment {
+    address: u32,
+    /// Where in the file.
+    bytes: Range<usize>,
+}
+
+/// An executable for the chip, parsed. It may be shared by any number of machines.
+pub struct Image {
+    file: Arc<[u8]>,
+    segments: Vec<Segment>,
+    vector_table: u32,
+    entry: u32,
+    sizes: Sizes,
+    symbols: Symbols,
+    lines: Lines,
+}
+
+impl fmt::Debug for Image {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Image")
+            .field("segments", &self.segments)
+            .field("vector_table", &format_args!("{:#010x}", self.vector_table))
+            .field("sizes", &self.sizes)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Image {
+    /// An image of an ELF file's contents.
+    ///
+    /// # Errors
+    /// If the chip could not be started with it.
+    pub fn parse(bytes: Vec<u8>) -> Result<Self, ImageError> {
+        let file: Arc<[u8]> = bytes.into();
+        let broken = |why: object::Error| ImageError::NotElf(why.to_string());
+        let header = FileHeader32::<Endianness>::parse(&*file).map_err(|why| {
+            // A good ELF of 64 bits is no damaged one.
+            if file.starts_with(b"\x7fELF\x02") { ImageError::NotArm } else { broken(why) }
+        })?;
+        let endian = header.endian().map_err(broken)?;
+        if endian != Endianness::Little
+            || header.e_machine(endian) != object::elf::EM_ARM
+            || header.e_type(endian) != object::elf::ET_EXEC
+        {
+            return Err(ImageError::NotArm);
+        }
+        let segments = segments(&file, header, endian)?;
+        let elf: ElfFile32<'_> = ElfFile32::parse(&*file).map_err(broken)?;
+        let symbols = Symbols::of(&elf);
+        let mut image = Self {
+            segments,
+            vector_table: 0,
+            entry: header.e_entry(endian),
+            sizes: sizes(&elf),
+            symbols,
+            lines: Lines::of(&elf, &file),
+            file: file.clone(),
+        };
+        image.vector_table = image.find_vector_table(&elf)?;
+        Ok(image)
+    }
+
+    /// What is to be written to flash: address and bytes of each piece, in order.
+    pub fn segments(&self) -> impl Iterator<Item = (u32, &[u8])> {
+        self.segments.iter().map(|segment| (segment.address, &self.file[segment.bytes.clone()]))
+    }
+
+    /// What lies in flash from the first byte to the last, with the address of the first; gaps are
+    /// as erased.
+    #[must_use]
+    pub fn flat(&self) -> (u32, Vec<u8>) {
+        let start = self.segments.first().map_or(map::FLASH, |segment| segment.address);
+        let mut flat = Vec::new();
+        for (address, bytes) in self.segments() {
+            flat.resize((address - start) as usize, 0xFF);
+            flat.extend_from_slice(bytes);
+        }
+        (start, flat)
+    }
+
+    /// Where the vector table lies.
+    #[must_use]
+    pub fn vector_table(&self) -> u32 {
+        self.vector_table
+    }
+
+    /// Where execution begins, by the file's header.
+    #[must_use]
+    pub fn entry(&self) -> u32 {
+        self.entry & !1
+    }
+
+    /// What it takes of the memories.
+    #[must_use]
+    pub fn sizes(&self) -> Sizes {
+        self.sizes
+    }
+
+    /// The file itself.
+    #[must_use]
+    pub fn file(&self) -> &[u8] {
+        &self.file
+    }
+
+    /// The word that is flashed at an address.
+    #[must_use]
+    pub fn word(&self, address: u32) -> Option<u32> {
+        let (start, bytes) = self.segments().take_while(|(start, _)| *start <= address).last()?;
+        let offset = (address - start) as usize;
+        let word = bytes.get(offset..offset.checked_add(4)?)?;
+        Some(u32::from_le_bytes(word.try_into().ok()?))
+    }
+
+    /// What an address is called: the function or variable that it lies in.
+    #[must_use]
+    pub fn symbol_at(&self, address: u32) -> Option<Symbol<'_>> {
+        self.symbols.at(address)
+    }
+
+    /// An address in words: `control::step+0x1c`, or the bare number.
+    #[must_use]
+    pub fn name_of(&self, address: u32) -> String {
+        match self.symbol_at(address) {
+            None => format!("{address:#010x}"),
+            Some(Symbol { name, offset: 0, .. }) => name.to_owned(),
+            Some(Symbol { name, offset, .. }) => format!("{name}+{offset:#x}"),
+        }
+    }
+
+    /// All functions that exist by themselves, by address. What was inlined everywhere does not.
+    #[must_use]
+    pub fn functions(&self) -> &[Function] {
+        self.symbols.functions()
+    }
+
+    /// The function of this name, as it is written in Rust: `uchain_firmware::control::step`.
+    #[must_use]
+    pub fn find(&self, name: &str) -> Option<&Function> {
+        self.symbols.function(name)
+    }
+
+    /// The address of a variable, or of a label that a linker script has made.
+    #[must_use]
+    pub fn address_of(&self, name: &str) -> Option<u32> {
+        self.symbols.address_of(name)
+    }
+
+    /// The memory that is meant for the stack, if the linker script says so (`_stack_end` and
+    /// `_stack_start`, as in cortex-m-rt).
+    #[must_use]
+    pub fn stack(&self) -> Option<Range<u32>> {
+        let stack = self.address_of("_stack_end")?..self.address_of("_stack_start")?;
+        (stack.start < stack.end).then_some(stack)
+    }
+
+    /// Whether an address in flash holds an instruction and not data among the code (AAELF32,
+    /// "Mapping symbols").
+    #[must_use]
+    pub fn is_code(&self, address: u32) -> bool {
+        self.symbols.is_code(address)
+    }
+
+    /// Every instruction in flash: its address, and its one or two halfwords, of which the second
+    /// is 0 where there is none.
+    pub fn instructions(&self) -> impl Iterator<Item = (u32, u16, u16)> {
+        self.instructions_from(0)
+    }
+
+    /// The same, from an address on at which one begins.
+    pub(crate) fn instructions_from(&self, start: u32) -> impl Iterator<Item = (u32, u16, u16)> {
+        self.symbols.code().filter(move |code| code.end > start).flat_map(move |code| {
+            Instructions { image: self, code: code.start.max(start)..code.end }
+        })
+    }
+
+    /// Where in the source an address comes from: the innermost of the functions that were inlined
+    /// there.
+    #[must_use]
+    pub fn source(&self, address: u32) -> Option<Source> {
+        self.source_frames(address).into_iter().find_map(|frame| frame.source)
+    }
+
+    /// The functions that an address belongs to, the innermost first; the last is the one that
+    /// was compiled, the others were inlined into it. Empty without debug information.
+    #[must_use]
+    pub fn source_frames(&self, address: u32) -> Vec<SourceFrame> {
+        self.source_frames_of(&[address & !1]).pop().unwrap_or_default()
+    }
+
+    /// The same for many addresses, in one go.
+    pub(crate) fn source_frames_of(&self, addresses: &[u32]) -> Vec<Vec<SourceFrame>> {
+        self.lines.frames(addresses)
+    }
+
+    /// A path of the source as in [`Source`], as a whole path is written in the image.
+    pub(crate) fn shortened_paths(&self) -> impl Fn(&str) -> String + use<> {
+        let directories = self.lines.directories();
+        move |path| {
+            let inside = directories.iter().filter(|directory| path.starts_with(*directory));
+            shortened(path, inside.max_by_key(|directory| directory.len()).map(String::as_str))
+        }
+    }
+
+    /// How far into a structure a member lies, by the debug information.
+    pub(crate) fn member_offset(&self, structure: &str, member: &str) -> Option<u32> {
+        self.lines.member_offset(structure, member)
+    }
+
+    /// Who called whom, from registers and what lies on the stack.
+    #[must_use]
+    pub fn backtrace(&self, state: &State, load: &dyn Fn(u32) -> Option<u32>) -> Backtrace {
+        backtrace::walk(self, state, load)
+    }
+
+    fn find_vector_table(&self, elf: &ElfFile32<'_>) -> Result<u32, ImageError> {
+        let by_section = elf.section_by_name(".vector_table").map(|table| table.address() as u32);
+        let by_symbol = || self.address_of("__RESET_VECTOR").map(|reset| reset.wrapping_sub(4));
+        let address = by_section.or_else(by_symbol).ok_or(ImageError::NoVectorTable)?;
+        let (Some(stack), Some(reset)) =
+            (self.word(address), address.checked_add(4).and_then(|reset| self.word(reset)))
+        else {
+            return Err(ImageError::NoVectorTable);
+        };
+        // A stack is 8-byte aligned (AAPCS32) and grows down from its end; code is Thumb.
+        let inside = |base, size| stack > base && stack <= base + size;
+        let stack_is_good =
+            stack % 8 == 0 && (inside(map::RAM, map::RAM_SIZE) || inside(map::CCM, map::CCM_SIZE));
+        if stack_is_good && reset % 2 == 1 && self.word(reset & !3).is_some() {
+            Ok(address)
+        } else {
+            Err(ImageError::BadVectorTable { address, stack, reset })
+        }
+    }
+}
+
+/// The program headers that have something to load, by physical address, which for the initial
+/// values of variables is not where they are used.
+fn segments(
+    file: &[u8],
+    header: &FileHeader32<Endianness>,
+    endian: Endianness,
+) -> Result<Vec<Segment>, ImageError> {
+    let headers =
+        header.program_headers(endian, file).map_err(|why| ImageError::NotElf(why.to_string()))?;
+    let mut segments = Vec::new();
+    for header in headers {
+        let size = header.p_filesz(endian);
+        if header.p_type(endian) != PT_LOAD || size == 0 {
+            continue;
+        }
+        let address = header.p_paddr(endian);
+        let start = header.p_offset(endian) as usize;
+        let bytes = start..start + size as usize;
+        if file.get(bytes.clone()).is_none() {
+            return Err(ImageError::NotElf("a segment lies outside the file".into()));
+        }
+        let offset = address.wrapping_sub(map::FLASH);
+        if offset.checked_add(size).is_none_or(|end| end > map::FLASH_SIZE) {
+            return Err(ImageError::OutsideFlash { address, size });
+        }
+        segments.push(Segment { address, bytes });
+    }
+    segments.sort_by_key(|segment| segment.address);
+    if segments.is_empty() {
+        return Err(ImageError::NothingToLoad);
+    }
+    for pair in segments.windows(2) {
+        if pair[0].address as usize + pair[0].bytes.len() > pair[1].address as usize {
+            return Err(ImageError::Overlap { address: pair[1].address });
+        }
+    }
+    Ok(segments)
+}
+
+fn sizes(elf: &ElfFile32<'_>) -> Sizes {
+    let mut sizes = Sizes::default();
+    for section in elf.sections() {
+        // What is not in memory, as debug information, has no address.
+        if section.address() == 0 {
+            continue;
+        }
+        let (address, size) = (section.address() as u32, section.size() as u32);
+        match address {
+            0x0800_0000..=0x0FFF_FFFF => sizes.flash += size,
+            0x1000_0000..=0x1FFF_FFFF => sizes.ccm += size,
+            0x2000_0000..=0x2FFF_FFFF => sizes.ram += size,
+            _ => {}
+        }
+        // Initial values lie in flash too.
+        if section.name() == Ok(".data") {
+            sizes.flash += size;
+        }
+    }
+    sizes
+}
+
+/// Of a stretch of code, instruction by instruction.
+struct Instructions<'a> {
+    image: &'a Image,
+    code: Range<u32>,
+}
+
+impl Instructions<'_> {
+    fn half(&self, address: u32) -> Option<u16> {
+        let word = self.image.word(address & !3)?;
+        Some(if address & 2 == 0 { word as u16 } else { (word >> 16) as u16 })
+    }
+}
+
+impl Iterator for Instructions<'_> {
+    type Item = (u32, u16, u16);
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let at = self.code.start;
+        if at >= self.code.end {
+            return None;
+        }
+        let first = self.half(at)?;
+        // DDI 0403, A5.1: these begin a 32-bit instruction.
+        let wide = matches!(first >> 11, 0b11101..=0b11111);
+        let second = if wide { self.half(at + 2)? } else { 0 };
+        self.code.start = at + if wide { 4 } else { 2 };
+        Some((at, first, second))
+    }
+}

@@ -1,0 +1,231 @@
+//! Which task has the processor, how long, and how late.
+//!
+//! The firmware is not told and not changed: the emulator looks on at a few addresses where a task
+//! is polled and returns, where an interrupt begins and ends, and where a task is woken. What
+//! stands between two such moments is charged to whoever had the processor. The profile is as good
+//! as the core's count of cycles: see there.
+//!
+//! | module | what it holds |
+//! |---|---|
+//! | `sites` | which addresses these are, found in the image |
+//! | `account` | who is charged |
+//! | `names` | how tasks and interrupts are called |
+//! | `report` | what comes out |
+
+mod account;
+mod names;
+mod report;
+mod sites;
+
+use std::collections::HashMap;
+use std::ops::Range;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use crate::bus::Width;
+use crate::cpu::Cpu;
+use crate::image::Image;
+use crate::machine::Observer;
+use crate::memory::Memory;
+
+use account::{Account, What};
+pub use report::{Durations, InterruptLoad, Report, StackUse, TaskLoad, WatchedTime};
+use sites::{Site, Sites};
+
+/// What cortex-m-rt paints an unused stack with (`paint-stack`).
+const PAINT: u32 = 0xCCCC_CCCC;
+
+/// Why a function cannot be watched.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NoSuchFunction(String);
+
+impl std::fmt::Display for NoSuchFunction {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "the image has no function {} of its own: it may have been inlined", self.0)
+    }
+}
+
+impl std::error::Error for NoSuchFunction {}
+
+/// What the core is at, at a trap.
+#[derive(Clone, Copy, Debug, Default)]
+struct Moment {
+    registers: [u32; 16],
+    exception: u16,
+    cycles: u64,
+    slept: u64,
+}
+
+impl Moment {
+    fn of(cpu: &Cpu) -> Self {
+        Self {
+            registers: std::array::from_fn(|n| cpu.register(n)),
+            exception: (cpu.xpsr() & 0x1FF) as u16,
+            cycles: cpu.cycles(),
+            slept: cpu.slept(),
+        }
+    }
+}
+
+/// A profile in the making.
+///
+/// Whoever drives the machine has it stop at [`traps`](Self::traps) and call it there.
+#[derive(Debug)]
+pub struct Profile {
+    sites: Sites,
+    account: Account,
+    watched: Vec<String>,
+    /// When each task that waits to be polled was woken, by the address of its header.
+    woken: HashMap<u32, u64>,
+    stack: Option<Range<u32>>,
+    lowest: u32,
+}
+
+impl Profile {
+    /// Of a machine that runs this image.
+    #[must_use]
+    pub fn new(image: &Image) -> Self {
+        let sites = Sites::find(image);
+        let account = Account::new(sites.tasks().len());
+        Self {
+            sites,
+            account,
+            watched: vec![],
+            woken: HashMap::new(),
+            stack: image.stack(),
+            lowest: u32::MAX,
+        }
+    }
+
+    /// Measures a function too, by its name in Rust: `uchain_firmware::control::step`. To be called
+    /// before [`traps`](Self::traps).
+    ///
+    /// # Errors
+    /// If there is no such function that exists by itself.
+    pub fn watch(&mut self, image: &Image, name: &str) -> Result<(), NoSuchFunction> {
+        let function = image.find(name).ok_or_else(|| NoSuchFunction(name.to_owned()))?;
+        self.sites.watch(image, function, self.watched.len());
+        self.watched.push(name.to_owned());
+        self.account.watch();
+        Ok(())
+    }
+
+    /// The addresses at which it has to be called.
+    pub fn traps(&self) -> impl Iterator<Item = u32> {
+        self.sites.addresses()
+    }
+
+    /// Forgets all that was measured, and begins anew: behind the start-up, for instance.
+    pub fn restart(&mut self, cpu: &Cpu) {
+        let now = Moment::of(cpu);
+        self.account.restart(&now);
+        self.lowest = u32::MAX;
+    }
+
+    /// What has been measured, up to now. `core_hz` is the core's clock.
+    #[must_use]
+    pub fn report(&mut self, cpu: &Cpu, memory: &Memory, core_hz: u32) -> Report {
+        self.account.charge(&Moment::of(cpu));
+        let stack = self.stack.clone().map(|stack| self.stack_use(memory, stack));
+        self.told(core_hz, stack)
+    }
+
+    fn told(&self, core_hz: u32, stack: Option<StackUse>) -> Report {
+        let (sites, account) = (&self.sites, &self.account);
+        Report::new(account, sites.tasks(), &self.watched, sites.knows_wakes(), core_hz, stack)
+    }
+
+    fn stack_use(&self, memory: &Memory, stack: Range<u32>) -> StackUse {
+        let size = stack.end - stack.start;
+        let unpainted = memory.bytes(stack.start, size).map(|bytes| {
+            let words = bytes.as_chunks::<4>().0.iter();
+            let painted = words.take_while(|word| u32::from_le_bytes(**word) == PAINT).count();
+            size - 4 * painted as u32
+        });
+        StackUse {
+            size,
+            // One that reaches to the very end was hardly painted.
+            by_paint: unpainted.filter(|used| *used < size),
+            seen: stack.contains(&self.lowest).then(|| stack.end - self.lowest),
+        }
+    }
+
+    fn at(&mut self, now: &Moment, load: &dyn Fn(u32, Width) -> Option<u32>) {
+        let pc = now.registers[15];
+        self.account.charge(now);
+        let sp = now.registers[13];
+        if self.stack.as_ref().is_some_and(|stack| stack.contains(&sp)) {
+            self.lowest = self.lowest.min(sp);
+        }
+        // The list is short, and taking it apart from the rest would cost more than this.
+        for index in 0..self.sites.at(pc).len() {
+            let site = self.sites.at(pc)[index];
+            self.site(site, now, load);
+        }
+    }
+
+    fn site(&mut self, site: Site, now: &Moment, load: &dyn Fn(u32, Width) -> Option<u32>) {
+        match site {
+            Site::Reset => {
+                self.account.reset();
+                self.woken.clear();
+            }
+            Site::Handler => self.account.enter(now),
+            Site::HandlerReturn(place) => {
+                let target = match place {
+                    sites::Target::Register(n) => Some(now.registers[usize::from(n & 15)]),
+                    sites::Target::Stack(offset) => {
+                        load(now.registers[13].wrapping_add(offset.into()), Width::Word)
+                    }
+                };
+                if now.exception != 0 && target.is_some_and(|target| target >= 0xFFFF_FF00) {
+                    self.account.leave(now);
+                }
+            }
+            // Seen a second time, when an exception came in before the first instruction.
+            Site::Poll(task) if self.account.has_begun(now, What::Poll(task)) => {}
+            Site::Watched(index) if self.account.has_begun(now, What::Watched(index)) => {}
+            Site::Poll(task) => {
+                let woken = self.woken.remove(&now.registers[0]);
+                self.account.polled(now, task, woken);
+            }
+            Site::PollReturn => self.account.poll_returned(now),
+            Site::Wake { register, offset } => {
+                let queued = now.registers[usize::from(register & 15)];
+                if load(queued, Width::Byte) == Some(0) {
+                    self.woken.entry(queued.wrapping_sub(offset)).or_insert(now.cycles);
+                }
+            }
+            Site::Watched(index) => self.account.begin(now, What::Watched(index)),
+            Site::WatchedReturn => self.account.returned(now),
+        }
+    }
+
+    #[cfg(test)]
+    fn of_sites(sites: Sites) -> Self {
+        let account = Account::new(sites.tasks().len());
+        Self {
+            sites,
+            account,
+            watched: vec![],
+            woken: HashMap::new(),
+            stack: None,
+            lowest: u32::MAX,
+        }
+    }
+}
+
+impl Observer for Profile {
+    fn trap(&mut self, cpu: &Cpu, memory: &Memory) {
+        self.at(&Moment::of(cpu), &|address, width| memory.load(address, width));
+    }
+}
+
+/// For whoever hands the profile to a machine and still wants to look at it.
+impl Observer for Arc<Mutex<Profile>> {
+    fn trap(&mut self, cpu: &Cpu, memory: &Memory) {
+        self.lock().unwrap_or_else(PoisonError::into_inner).trap(cpu, memory);
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,351 @@
+//! The peripherals of an STM32F405 that a Crazyflie's firmware uses.
+//!
+//! | module | what it holds |
+//! |---|---|
+//! | `wiring` | the door to the board |
+//! | `context` | the shape of a peripheral, and what it is told |
+//! | `map` | which peripheral is at which address |
+//! | `clocks` | cycles and nanoseconds |
+//! | `rcc`, `pwr`, `flash`, `iwdg`, `rtc`, `dbgmcu` | clocks, resets and what keeps the chip going |
+//! | `gpio`, `exti`, `timer` | pins, their edges, timers |
+//! | `i2c`, `spi`, `usart`, `dma` | serial buses, and who carries their bytes |
+//! | `units` | the peripherals together, without DMA, which reaches them |
+//!
+//! [`Soc`] is what the core sees of all this: a [`Bus`].
+
+mod clocks;
+mod context;
+mod dbgmcu;
+mod dma;
+mod exti;
+mod flash;
+mod gpio;
+mod i2c;
+mod iwdg;
+mod map;
+mod pwr;
+mod rcc;
+mod rtc;
+mod spi;
+mod timer;
+mod units;
+mod usart;
+mod wiring;
+
+use crate::bus::{Bus, Refused, Width};
+use crate::memory::{Memory, map as memory_map};
+use context::{Reach, Request, Transfers};
+use dma::Dma;
+use map::{Place, Unit};
+pub use rcc::ResetCause;
+use units::Units;
+pub use wiring::{Board, I2cBus, Level, Nanos, Pin, SpiBus, UartBus, UartByte};
+
+/// What of a chip differs from the next, and what its firmware cannot change.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SocConfig {
+    /// What the internal oscillator really does, in Hz: 16 MHz to within 1 % at room temperature.
+    pub hsi_hz: u32,
+    /// The crystal, in Hz; none when it is broken.
+    pub hse_hz: Option<u32>,
+    /// What the watchdog's oscillator really does, in Hz: 17 to 47 kHz.
+    pub lsi_hz: u32,
+    /// The supply, in mV.
+    pub supply_millivolts: u32,
+    /// The option bytes, as FLASH_OPTCR shows them.
+    pub option_bytes: u32,
+    /// The number that no other chip has.
+    pub unique_id: [u32; 3],
+}
+
+impl Default for SocConfig {
+    fn default() -> Self {
+        Self {
+            hsi_hz: 16_000_000,
+            hse_hz: Some(8_000_000),
+            lsi_hz: 32_000,
+            supply_millivolts: 3_000,
+            option_bytes: 0x0FFF_AAED,
+            unique_id: [0x0031_0027, 0x3436_5102, 0x3832_3539],
+        }
+    }
+}
+
+/// What a pin does, as a motor or a lamp sees it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PinOutput {
+    /// Nothing: an input, an open drain that is let go, or a timer's channel that is not enabled.
+    Input,
+    /// Low.
+    Low,
+    /// High.
+    High,
+    /// High for a part of the time.
+    Pwm {
+        /// Which part, 0 to 1.
+        duty: f32,
+        /// How often a second.
+        hz: f32,
+    },
+    /// Another peripheral's, by alternate function.
+    Alternate(u8),
+}
+
+/// The chip without its core and memories.
+pub struct Soc<B> {
+    units: Units<B>,
+    dma: [Dma; 2],
+    due: u64,
+    lines: u128,
+}
+
+impl<B: Board> Soc<B> {
+    /// As after power-up.
+    pub fn new(board: B, config: SocConfig) -> Self {
+        let mut soc = Self {
+            units: Units::new(board, config),
+            dma: [Dma::new(0), Dma::new(1)],
+            due: 0,
+            lines: 0,
+        };
+        soc.reset(0, ResetCause::PowerOn);
+        soc
+    }
+
+    /// What is wired to it.
+    pub const fn board(&self) -> &B {
+        &self.units.board
+    }
+
+    /// What is wired to it, to be changed. [`Self::touch`] comes afterwards.
+    pub const fn board_mut(&mut self) -> &mut B {
+        &mut self.units.board
+    }
+
+    /// The board may be another than before: what it does next, and its pins, are looked at again.
+    pub fn touch(&mut self, now: u64) {
+        self.units.touch(now);
+        self.plan();
+    }
+
+    /// The moment of a cycle that is not before the last access.
+    pub fn nanos(&self, cycle: u64) -> Nanos {
+        self.units.clocks.nanos(cycle)
+    }
+
+    /// The first cycle that is not before a moment.
+    pub fn cycle(&self, nanos: Nanos) -> u64 {
+        self.units.clocks.cycle(nanos)
+    }
+
+    /// What the core is clocked with, in Hz.
+    pub fn core_hz(&self) -> f64 {
+        self.units.clocks.hclk().as_f64()
+    }
+
+    /// Cycles of the core that one on each peripheral bus takes: APB1 and APB2.
+    pub const fn bus_dividers(&self) -> (u64, u64) {
+        (self.units.clocks.apb1(), self.units.clocks.apb2())
+    }
+
+    /// What is not modelled and came up without an access of the core.
+    pub const fn trouble(&self) -> Option<&'static str> {
+        self.units.trouble
+    }
+
+    /// Whether the watchdog has bitten.
+    pub const fn watchdog_bites(&self) -> bool {
+        self.units.bitten
+    }
+
+    /// When the watchdog will bite if nobody feeds it; none if it does not run.
+    pub fn watchdog_due(&self) -> Option<Nanos> {
+        self.units.watchdog_due()
+    }
+
+    /// Whether something has changed since this was last asked: the core's frequency, so that a
+    /// moment is another cycle, what makes the flash faster, or whether the core counts in sleep.
+    pub const fn take_change(&mut self) -> bool {
+        std::mem::replace(&mut self.units.changed, false)
+    }
+
+    /// Whether the core's cycle counter goes on while it sleeps (DBGMCU_CR, DBG_SLEEP).
+    pub const fn counts_in_sleep(&self) -> bool {
+        self.units.counts_in_sleep()
+    }
+
+    /// Prefetch, instruction cache, data cache (FLASH_ACR).
+    pub const fn flash_accelerator(&self) -> (bool, bool, bool) {
+        self.units.flash.accelerator()
+    }
+
+    /// Stores to this stretch of flash are refused, because code that is known beforehand lies there.
+    pub const fn protect(&mut self, code: std::ops::Range<u32>) {
+        self.units.code = code;
+    }
+
+    /// What a pin does at a cycle that is not before the last access.
+    pub fn output(&self, pin: Pin, now: u64) -> PinOutput {
+        self.units.output(pin, now)
+    }
+
+    /// The chip is reset at `now`; what outlives that stays.
+    pub fn reset(&mut self, now: u64, cause: ResetCause) {
+        for dma in &mut self.dma {
+            dma.reset();
+        }
+        self.units.reset(now, cause);
+        self.plan();
+    }
+
+    /// Everything that tells one state from another, as it is at `now`.
+    pub fn words(&self, now: u64) -> Vec<u32> {
+        self.units.words(now)
+    }
+
+    /// Bytes move, and what follows from their being moved happens.
+    fn transfer(&mut self, now: u64, memory: &mut Memory) {
+        // What a timer does is nothing to DMA.
+        if !self.units.stale {
+            return;
+        }
+        // A transfer may be what another waits for; each controller does what there is time for.
+        while self.dma.iter_mut().enumerate().any(|(index, dma)| {
+            let mut reach = DmaReach { units: &mut self.units, now };
+            reach.units.rcc.is_clocked(rcc::Domain::Ahb1, 21 + index as u32)
+                && dma.advance(now, memory, &mut reach)
+        }) {}
+    }
+
+    /// When to be called next, and who interrupts.
+    fn plan(&mut self) {
+        let [one, two] = &self.dma;
+        let (due, lines) = self.units.plan();
+        self.due = due.min(one.due()).min(two.due());
+        self.lines = lines | dma_lines(one.lines(), two.lines());
+    }
+}
+
+/// The interrupts of DMA1's and DMA2's streams, by the NVIC's numbers.
+fn dma_lines(one: u8, two: u8) -> u128 {
+    if one | two == 0 {
+        return 0;
+    }
+    let (one, two) = (u128::from(one), u128::from(two));
+    (one & 0x7F) << 11 | (one >> 7) << 47 | (two & 0x1F) << 56 | (two >> 5) << 68
+}
+
+/// The chip as DMA sees it.
+struct DmaReach<'a, B> {
+    units: &'a mut Units<B>,
+    now: u64,
+}
+
+impl<B: Board> Reach for DmaReach<'_, B> {
+    fn requests(&self, request: Request) -> bool {
+        self.units.requests(request)
+    }
+
+    fn load(&mut self, address: u32, width: Width) -> Result<u32, Refused> {
+        self.units.load(self.now, address, width)
+    }
+
+    fn store(&mut self, address: u32, width: Width, value: u32) -> Result<(), Refused> {
+        self.units.store(self.now, address, width, value)
+    }
+
+    fn one_left(&mut self, request: Request) {
+        self.units.one_left(request);
+    }
+
+    fn complain(&mut self, what: &'static str) {
+        self.units.trouble.get_or_insert(what);
+    }
+}
+
+/// The DMA controller at an address, and the register in it; whether its gate is open is checked.
+fn dma_register<B: Board>(units: &Units<B>, address: u32) -> Result<Option<(usize, u32)>, Refused> {
+    let Place::Unit(unit @ Unit::Dma(index)) = map::locate(address) else { return Ok(None) };
+    units.is_reachable(unit)?;
+    Ok(Some((index, address & 0x3FC)))
+}
+
+impl<B: Board> Bus for Soc<B> {
+    fn load(
+        &mut self,
+        memory: &mut Memory,
+        now: u64,
+        address: u32,
+        width: Width,
+    ) -> Result<u32, Refused> {
+        let value = match dma_register(&self.units, address)? {
+            Some((index, offset)) => {
+                self.units.stale = true;
+                units::narrow(self.dma[index].read(offset, now)?, address, width)
+            }
+            None => self.units.load(now, address, width)?,
+        };
+        self.transfer(now, memory);
+        self.plan();
+        Ok(value)
+    }
+
+    fn store(
+        &mut self,
+        memory: &mut Memory,
+        now: u64,
+        address: u32,
+        width: Width,
+        value: u32,
+    ) -> Result<(), Refused> {
+        if let Some((index, offset)) = dma_register(&self.units, address)? {
+            if width != Width::Word {
+                return Err(Refused::Unmodelled { what: "DMA: a store of less than a word" });
+            }
+            self.units.stale = true;
+            self.dma[index].write(offset, value, now)?;
+        } else if is_flash(address) {
+            self.units.store_flash(now, address, width, value, memory)?;
+        } else if map::locate(address) == Place::Unit(Unit::Flash) {
+            self.units.write_flash(now, address, width, value, memory)?;
+        } else {
+            self.units.store(now, address, width, value)?;
+            for index in 0..2 {
+                if self.units.rcc.is_held(rcc::Domain::Ahb1, 21 + index) {
+                    self.dma[index as usize].reset();
+                }
+            }
+        }
+        self.transfer(now, memory);
+        self.plan();
+        Ok(())
+    }
+
+    fn due(&self) -> u64 {
+        self.due
+    }
+
+    fn advance(&mut self, memory: &mut Memory, now: u64) {
+        self.units.advance(now);
+        self.transfer(now, memory);
+        self.plan();
+    }
+
+    fn lines(&self) -> u128 {
+        self.lines
+    }
+
+    fn flash_wait_states(&self) -> u8 {
+        self.units.flash.wait_states()
+    }
+
+    /// Besides, whoever runs the core has to look when there is trouble, or [`Self::take_change`].
+    fn resets(&self) -> bool {
+        self.units.bitten || self.units.trouble.is_some() || self.units.changed
+    }
+}
+
+const fn is_flash(address: u32) -> bool {
+    address < memory_map::FLASH_SIZE
+        || address.wrapping_sub(memory_map::FLASH) < memory_map::FLASH_SIZE
+}

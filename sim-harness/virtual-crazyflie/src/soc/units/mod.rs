@@ -1,0 +1,465 @@
+//! The peripherals together, and what one does to another: RCC clocks and resets them, pins are
+//! watched by EXTI, timers drive pins.
+
+/// A peripheral, with the context of `self`.
+macro_rules! with {
+    ($self:ident, $now:expr, $method:ident($unit:expr $(, $argument:expr)*)) => {
+        $unit.$method($($argument,)* &mut Context {
+            now: $now,
+            clocks: &$self.clocks,
+            board: &mut $self.board,
+            pins: &$self.pins,
+        })
+    };
+}
+
+mod time;
+
+use crate::bus::{Refused, Width};
+use crate::memory::Memory;
+use crate::soc::clocks::Clocks;
+use crate::soc::context::{Context, Peripheral};
+use crate::soc::dbgmcu::Dbgmcu;
+use crate::soc::exti::{Exti, Syscfg};
+use crate::soc::flash::Flash;
+use crate::soc::gpio::Pins;
+use crate::soc::i2c::I2c;
+use crate::soc::iwdg::Iwdg;
+use crate::soc::map::{self, Place, TIMERS, Unit};
+use crate::soc::pwr::Pwr;
+use crate::soc::rcc::{Domain, Oscillators, Rcc, ResetCause};
+use crate::soc::rtc::Rtc;
+use crate::soc::spi::Spi;
+use crate::soc::timer::{Shape, Timer};
+use crate::soc::usart::Usart;
+use crate::soc::{Board, I2cBus, Nanos, SocConfig, SpiBus, UartBus};
+
+/// All but DMA.
+pub(in crate::soc) struct Units<B> {
+    pub(in crate::soc) board: B,
+    pub(in crate::soc) clocks: Clocks,
+    pub(in crate::soc) rcc: Rcc,
+    pub(in crate::soc) flash: Flash,
+    pub(in crate::soc) trouble: Option<&'static str>,
+    /// The watchdog has bitten.
+    pub(in crate::soc) bitten: bool,
+    /// Something has changed that whoever runs the core has to know: see
+    /// [`take_change`](crate::soc::Soc::take_change).
+    pub(in crate::soc) changed: bool,
+    /// Flash that must not change.
+    pub(in crate::soc) code: std::ops::Range<u32>,
+    config: SocConfig,
+    pins: Pins,
+    exti: Exti,
+    syscfg: Syscfg,
+    pwr: Pwr,
+    iwdg: Iwdg,
+    rtc: Rtc,
+    dbgmcu: Dbgmcu,
+    timers: [Timer; TIMERS.len()],
+    i2c: [I2c; 3],
+    spi1: Spi,
+    usart6: Usart,
+    /// What happens by itself in nanoseconds, next, and at which cycle: see [`Self::absolute`].
+    planned: (Nanos, u64),
+    /// When each timer is due, and its interrupt line, as of its last change.
+    timers_due: [u64; TIMERS.len()],
+    timers_lines: [u128; TIMERS.len()],
+    /// When everything else is due, and its lines; stale when something but a timer has been
+    /// accessed since.
+    others: (u64, u128),
+    pub(in crate::soc) stale: bool,
+    /// The cycle that the board has been brought to.
+    caught_up: Option<u64>,
+}
+
+impl<B: Board> Units<B> {
+    pub(in crate::soc) fn new(board: B, config: SocConfig) -> Self {
+        let rcc = Rcc::new(Oscillators { hsi: config.hsi_hz, hse: config.hse_hz });
+        Self {
+            board,
+            clocks: Clocks::new(crate::soc::clocks::Frequency::hertz(config.hsi_hz)),
+            rcc,
+            flash: Flash::new(config.supply_millivolts, config.option_bytes),
+            trouble: None,
+            bitten: false,
+            changed: false,
+            code: 0..0,
+            config,
+            pins: Pins::new(),
+            exti: Exti::default(),
+            syscfg: Syscfg::default(),
+            pwr: Pwr::new(),
+            iwdg: Iwdg::new(config.lsi_hz),
+            rtc: Rtc::default(),
+            dbgmcu: Dbgmcu::default(),
+            timers: std::array::from_fn(|index| {
+                let map::TimerPlace { channels, bits, interrupt, .. } = TIMERS[index];
+                Timer::new(Shape { channels, bits, interrupt })
+            }),
+            i2c: [I2cBus::I2c1, I2cBus::I2c2, I2cBus::I2c3].map(I2c::new),
+            spi1: Spi::new(SpiBus::Spi1),
+            usart6: Usart::new(UartBus::Usart6),
+            planned: (Nanos::MAX, u64::MAX),
+            timers_due: [u64::MAX; TIMERS.len()],
+            timers_lines: [0; TIMERS.len()],
+            others: (u64::MAX, 0),
+            stale: true,
+            caught_up: None,
+        }
+    }
+
+    /// Everything but the backup domain and the debugger's registers begins anew.
+    pub(in crate::soc) fn reset(&mut self, now: u64, cause: ResetCause) {
+        self.stale = true;
+        self.rcc.reset(cause);
+        self.pins.reset_all(&mut self.board);
+        self.exti.reset();
+        self.syscfg.reset();
+        self.pwr = Pwr::new();
+        self.flash.reset();
+        self.iwdg.reset();
+        if cause == ResetCause::PowerOn {
+            self.rtc = Rtc::default();
+            self.dbgmcu = Dbgmcu::default();
+        }
+        for index in 0..TIMERS.len() {
+            self.timers[index].reset(now);
+            self.note_timer(index);
+        }
+        for i2c in &mut self.i2c {
+            Peripheral::<B>::reset(i2c);
+        }
+        Peripheral::<B>::reset(&mut self.spi1);
+        Peripheral::<B>::reset(&mut self.usart6);
+        (self.trouble, self.bitten) = (None, false);
+        self.clock(now);
+    }
+
+    /// Whether a peripheral answers: its clock is on, and it is not held in reset. The chip would
+    /// read zero and ignore what is stored, which is never what anybody wants.
+    pub(in crate::soc) fn is_reachable(&self, unit: Unit) -> Result<(), Refused> {
+        let Some((domain, bit)) = unit.gate() else { return Ok(()) };
+        if !self.rcc.is_clocked(domain, bit) {
+            return Err(Refused::Unmodelled { what: unit.stopped() });
+        }
+        if self.rcc.is_held(domain, bit) {
+            return Err(Refused::Unmodelled { what: unit.held() });
+        }
+        Ok(())
+    }
+
+    /// The peripheral at an address, if it answers.
+    fn unit(&self, address: u32) -> Result<Unit, Refused> {
+        match map::locate(address) {
+            Place::Unit(unit) => self.is_reachable(unit).map(|()| unit),
+            Place::Known(what) => Err(Refused::Unmodelled { what }),
+            Place::Nothing => Err(Refused::Fault),
+        }
+    }
+
+    pub(in crate::soc) fn load(
+        &mut self,
+        now: u64,
+        address: u32,
+        width: Width,
+    ) -> Result<u32, Refused> {
+        if address >> 16 == 0x1FFF {
+            return self.engraved(address, width);
+        }
+        let unit = self.unit(address)?;
+        Ok(narrow(self.read(unit, address & 0x3FC, now)?, address, width))
+    }
+
+    pub(in crate::soc) fn store(
+        &mut self,
+        now: u64,
+        address: u32,
+        width: Width,
+        value: u32,
+    ) -> Result<(), Refused> {
+        let unit = self.unit(address)?;
+        let value = self.widen(unit, now, address, width, value)?;
+        self.write(unit, address & 0x3FC, value, now)
+    }
+
+    /// What the bus makes of a narrow store.
+    fn widen(
+        &mut self,
+        unit: Unit,
+        now: u64,
+        address: u32,
+        width: Width,
+        value: u32,
+    ) -> Result<u32, Refused> {
+        let (repeated, mask) = match width {
+            Width::Word => return Ok(value),
+            Width::Half => ((value & 0xFFFF) * 0x0001_0001, 0xFFFF << (8 * (address & 2))),
+            Width::Byte => ((value & 0xFF) * 0x0101_0101, 0xFF << (8 * (address & 3))),
+        };
+        let offset = address & 0x3FC;
+        match unit {
+            unit if unit.is_behind_bridge() => Ok(repeated),
+            // Zeros do nothing in GPIO_BSRR.
+            Unit::Gpio(_) if offset == 0x18 => Ok(repeated & mask),
+            Unit::Gpio(_) if offset == 0x1C => {
+                Err(Refused::Unmodelled { what: "GPIO_LCKR: a store of less than a word" })
+            }
+            unit => Ok(self.read(unit, offset, now)? & !mask | repeated & mask),
+        }
+    }
+
+    /// What was written into the chip when it was made (RM0090, "Device electronic signature").
+    fn engraved(&self, address: u32, width: Width) -> Result<u32, Refused> {
+        let word = match address & !3 {
+            // One-time programmable bytes and their locks, never used.
+            0x1FFF_7800..0x1FFF_7A10 => u32::MAX,
+            0x1FFF_7A10 => self.config.unique_id[0],
+            0x1FFF_7A14 => self.config.unique_id[1],
+            0x1FFF_7A18 => self.config.unique_id[2],
+            // The flash's size in KiB, in the upper half.
+            0x1FFF_7A20 => 1024 << 16 | 0xFFFF,
+            0x1FFF_C000 => self.flash.option_bytes()[0],
+            0x1FFF_C008 => self.flash.option_bytes()[1],
+            0x1FFF_7A1C..0x1FFF_8000 => {
+                return Err(Refused::Unmodelled { what: "the factory's calibration values" });
+            }
+            0x1FFF_0000..0x1FFF_7800 => {
+                return Err(Refused::Unmodelled { what: "ST's bootloader" });
+            }
+            _ => return Err(Refused::Fault),
+        };
+        Ok(narrow(word, address, width))
+    }
+
+    fn read(&mut self, unit: Unit, offset: u32, now: u64) -> Result<u32, Refused> {
+        self.stale |= !matches!(unit, Unit::Timer(_));
+        let nanos = self.clocks.nanos(now);
+        if unit.sees_board() {
+            self.catch_up(now);
+        }
+        match unit {
+            Unit::Timer(index) => {
+                let value = self.timers[index].read(offset, now);
+                self.note_timer(index);
+                value
+            }
+            Unit::I2c(index) => with!(self, now, read(self.i2c[index], offset)),
+            Unit::Spi1 => with!(self, now, read(self.spi1, offset)),
+            Unit::Usart6 => with!(self, now, read(self.usart6, offset)),
+            Unit::Gpio(port) => self.pins.read(port, offset, &self.board),
+            Unit::Syscfg => self.syscfg.read(offset),
+            Unit::Exti => self.exti.read(offset),
+            Unit::Pwr => self.pwr.read(offset),
+            Unit::Rcc => {
+                if self.rcc.settle(nanos) {
+                    self.clock(now);
+                }
+                self.rcc.read(offset, nanos, self.iwdg.is_started())
+            }
+            Unit::Flash => self.flash.read(offset, nanos),
+            Unit::Iwdg => self.iwdg.read(offset, nanos),
+            Unit::Rtc => self.rtc.read(offset),
+            Unit::Dbgmcu => self.dbgmcu.read(offset),
+            Unit::Dma(_) => Err(Refused::Unmodelled { what: "DMA that reaches a DMA controller" }),
+        }
+    }
+
+    fn write(&mut self, unit: Unit, offset: u32, value: u32, now: u64) -> Result<(), Refused> {
+        self.stale |= !matches!(unit, Unit::Timer(_));
+        let nanos = self.clocks.nanos(now);
+        if unit.sees_board() {
+            self.catch_up(now);
+        }
+        match unit {
+            Unit::Timer(index) => {
+                self.timers[index].write(offset, value, now)?;
+                self.note_timer(index);
+                return Ok(());
+            }
+            Unit::I2c(index) => with!(self, now, write(self.i2c[index], offset, value))?,
+            Unit::Spi1 => with!(self, now, write(self.spi1, offset, value))?,
+            Unit::Usart6 => with!(self, now, write(self.usart6, offset, value))?,
+            Unit::Gpio(port) => {
+                self.pins.write(port, offset, value, &mut self.board)?;
+                self.watch_pins();
+            }
+            Unit::Syscfg => {
+                self.syscfg.write(offset, value)?;
+                self.watch_pins();
+            }
+            Unit::Exti => self.write_exti(offset, value)?,
+            Unit::Pwr => self.pwr.write(offset, value, self.rcc.pll_is_on())?,
+            Unit::Rcc => self.write_rcc(offset, value, now)?,
+            Unit::Iwdg => self.iwdg.write(offset, value, nanos)?,
+            Unit::Rtc => self.rtc.write(offset, value, self.pwr.opens_backup())?,
+            Unit::Dbgmcu => {
+                self.dbgmcu.write(offset, value)?;
+                self.changed = true;
+            }
+            Unit::Flash | Unit::Dma(_) => {
+                return Err(Refused::Unmodelled {
+                    what: "DMA that reaches FLASH or DMA registers",
+                });
+            }
+        }
+        Ok(())
+    }
+
+    fn write_exti(&mut self, offset: u32, value: u32) -> Result<(), Refused> {
+        let before = self.exti.watched();
+        self.exti.write(offset, value)?;
+        let mut new = self.exti.watched() & !before;
+        while new != 0 {
+            let line = new.trailing_zeros();
+            new &= new - 1;
+            let pin = self.syscfg.pin(line as usize);
+            self.exti.settle(line, self.pins.is_high(pin, &self.board));
+        }
+        Ok(())
+    }
+
+    fn write_rcc(&mut self, offset: u32, value: u32, now: u64) -> Result<(), Refused> {
+        let nanos = self.clocks.nanos(now);
+        self.rcc.write(offset, value, nanos, self.pwr.opens_backup())?;
+        if self.rcc.backup_is_held() {
+            self.rtc = Rtc::default();
+        }
+        if matches!(offset, 0x10..=0x24) {
+            self.reset_held(now);
+        }
+        self.clock(now);
+        Ok(())
+    }
+
+    /// Peripherals whose reset bit is set are as after a reset.
+    fn reset_held(&mut self, now: u64) {
+        let held =
+            |unit: Unit| unit.gate().is_some_and(|(domain, bit)| self.rcc.is_held(domain, bit));
+        let reset = |index: &usize| held(Unit::Timer(*index));
+        for index in (0..TIMERS.len()).filter(reset).collect::<Vec<_>>() {
+            self.timers[index].reset(now);
+            self.note_timer(index);
+        }
+        let held =
+            |unit: Unit| unit.gate().is_some_and(|(domain, bit)| self.rcc.is_held(domain, bit));
+        for (index, i2c) in self.i2c.iter_mut().enumerate() {
+            if held(Unit::I2c(index)) {
+                Peripheral::<B>::reset(i2c);
+            }
+        }
+        if held(Unit::Spi1) {
+            Peripheral::<B>::reset(&mut self.spi1);
+        }
+        if held(Unit::Usart6) {
+            Peripheral::<B>::reset(&mut self.usart6);
+        }
+        for port in 0..9 {
+            if held(Unit::Gpio(port)) {
+                self.pins.reset(port, &mut self.board);
+            }
+        }
+        if held(Unit::Syscfg) {
+            self.syscfg.reset();
+            self.exti.reset();
+        }
+        if held(Unit::Pwr) {
+            self.pwr = Pwr::new();
+        }
+        self.watch_pins();
+    }
+
+    /// What RCC says about clocks comes into force.
+    fn clock(&mut self, now: u64) {
+        let tree = match self.rcc.tree() {
+            Ok(tree) => tree,
+            Err(what) => {
+                self.trouble.get_or_insert(what);
+                return;
+            }
+        };
+        if tree.hclk != self.clocks.hclk() {
+            self.changed = true;
+            // What is due in nanoseconds is due at another cycle.
+            self.planned = (Nanos::MAX, u64::MAX);
+        }
+        self.clocks.change(now, tree.hclk, tree.apb1, tree.apb2);
+        if tree.hclk.above(self.pwr.highest() + self.pwr.highest() / 1000) {
+            self.trouble.get_or_insert("PWR_CR: VOS is too low for this HCLK");
+        }
+        self.check_wait_states();
+        for (index, place) in TIMERS.iter().enumerate() {
+            let (domain, bit) = place.gate;
+            let divider = match domain {
+                Domain::Apb2 => self.clocks.timers2(),
+                Domain::Ahb1 | Domain::Apb1 => self.clocks.timers1(),
+            };
+            self.timers[index].clock(now, divider, self.rcc.is_clocked(domain, bit));
+            self.note_timer(index);
+        }
+    }
+
+    /// A timer may be due at another cycle than before.
+    fn note_timer(&mut self, index: usize) {
+        self.timers_due[index] = self.timers[index].due();
+        self.timers_lines[index] = self.timers[index].lines();
+    }
+
+    fn check_wait_states(&mut self) {
+        if !self.flash.keeps_up(self.clocks.hclk()) {
+            self.trouble.get_or_insert("FLASH_ACR: too few wait states for this HCLK");
+        }
+    }
+
+    pub(in crate::soc) fn write_flash(
+        &mut self,
+        now: u64,
+        address: u32,
+        width: Width,
+        value: u32,
+        memory: &mut Memory,
+    ) -> Result<(), Refused> {
+        self.stale = true;
+        let value = self.widen(Unit::Flash, now, address, width, value)?;
+        let offset = address & 0x3FC;
+        if offset == 0x10
+            && value & 1 << 16 != 0
+            && !self.code.is_empty()
+            && self.flash.erases(value, &self.code)
+        {
+            return Err(Refused::Unmodelled { what: "FLASH_CR: the running program erased" });
+        }
+        let accelerator = self.flash.accelerator();
+        self.flash.write(offset, value, self.clocks.nanos(now), memory)?;
+        self.changed |= accelerator != self.flash.accelerator();
+        self.check_wait_states();
+        Ok(())
+    }
+
+    pub(in crate::soc) fn store_flash(
+        &mut self,
+        now: u64,
+        address: u32,
+        width: Width,
+        value: u32,
+        memory: &mut Memory,
+    ) -> Result<(), Refused> {
+        self.stale = true;
+        let address = address | crate::memory::map::FLASH;
+        if self.code.contains(&address) {
+            return Err(Refused::Unmodelled { what: "flash: a store into the running program" });
+        }
+        self.flash.store(address, width, value, self.clocks.nanos(now), memory)?;
+        Ok(())
+    }
+}
+
+/// The part of a register that a narrow load takes.
+pub(in crate::soc) const fn narrow(word: u32, address: u32, width: Width) -> u32 {
+    let shifted = word >> (8 * (address & 3));
+    match width {
+        Width::Byte => shifted & 0xFF,
+        Width::Half => shifted & 0xFFFF,
+        Width::Word => word,
+    }
+}

@@ -1,0 +1,87 @@
+//! Who is due when, and who interrupts, as each said when it last changed: what the core asks after
+//! every access and event is answered without asking everybody.
+
+use crate::soc::map::TIMERS;
+
+/// Who can be due or interrupt.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::soc) enum Slot {
+    /// An index of [`TIMERS`].
+    Timer(usize),
+    /// I2C1 is 0.
+    I2c(usize),
+    Spi1,
+    Usart6,
+    /// The board; and EXTI, which watches its pins.
+    Board,
+    /// What runs in nanoseconds inside the chip: RCC, flash, the watchdog.
+    Own,
+    /// DMA1 is 0.
+    Dma(usize),
+}
+
+const SLOTS: usize = TIMERS.len() + 9;
+
+impl Slot {
+    const fn index(self) -> usize {
+        const REST: usize = TIMERS.len();
+        match self {
+            Self::Timer(index) => index,
+            Self::I2c(index) => REST + index,
+            Self::Spi1 => REST + 3,
+            Self::Usart6 => REST + 4,
+            Self::Board => REST + 5,
+            Self::Own => REST + 6,
+            Self::Dma(index) => REST + 7 + index,
+        }
+    }
+}
+
+/// All of it.
+pub(in crate::soc) struct Plan {
+    due: [u64; SLOTS],
+    lines: [u128; SLOTS],
+    /// The least of `due`, and all of `lines`.
+    next: u64,
+    all: u128,
+}
+
+impl Plan {
+    pub(super) const fn new() -> Self {
+        Self { due: [u64::MAX; SLOTS], lines: [0; SLOTS], next: u64::MAX, all: 0 }
+    }
+
+    /// The next cycle at which anybody is due.
+    #[inline(always)]
+    pub(in crate::soc) const fn next(&self) -> u64 {
+        self.next
+    }
+
+    /// The interrupt lines, by the NVIC's numbers.
+    #[inline(always)]
+    pub(in crate::soc) const fn lines(&self) -> u128 {
+        self.all
+    }
+
+    /// When one is due.
+    #[inline(always)]
+    pub(in crate::soc) const fn due(&self, slot: Slot) -> u64 {
+        self.due[slot.index()]
+    }
+
+    /// One is due then, and interrupts so.
+    #[inline]
+    pub(in crate::soc) fn note(&mut self, slot: Slot, due: u64, lines: u128) {
+        let index = slot.index();
+        if self.lines[index] != lines {
+            self.lines[index] = lines;
+            self.all = self.lines.iter().fold(0, |all, lines| all | lines);
+        }
+        let before = std::mem::replace(&mut self.due[index], due);
+        if due <= self.next {
+            self.next = due;
+        } else if before == self.next {
+            self.next = self.due.iter().copied().fold(u64::MAX, u64::min);
+        }
+    }
+}

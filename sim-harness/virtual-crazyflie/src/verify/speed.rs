@@ -1,0 +1,77 @@
+//! How fast the core is executed: a compiled kernel of floating-point arithmetic and checksums, of
+//! which `examples/mips/kernel.rs` is the source, on nothing but a core and its memory.
+
+use std::time::Instant;
+
+use crate::bus::{Bus, Refused, Width};
+use crate::cpu::{Cpu, FlashTiming, Program, Stop};
+use crate::memory::Memory;
+
+const KERNEL: &[u8] = include_bytes!("../../examples/mips/kernel.bin");
+/// Where the kernel lies, and begins.
+const CODE: u32 = 0x0800_4000;
+/// Where it counts its rounds.
+const ROUNDS: u32 = 0x2000_0000;
+/// Two seconds of the real thing.
+const CYCLES: u64 = 2 * 168_000_000;
+
+/// What was measured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Speed {
+    /// Millions of instructions a second.
+    pub mips: f64,
+    /// Seconds of a core at 168 MHz in a second of this one.
+    pub times: f64,
+    /// Cycles of the emulated core over its instructions.
+    pub cycles_per_instruction: f64,
+    /// How often the kernel went round.
+    pub rounds: u32,
+}
+
+/// Nothing but the core and its memory.
+struct Nothing;
+
+impl Bus for Nothing {
+    fn load(&mut self, _: &mut Memory, _: u64, _: u32, _: Width) -> Result<u32, Refused> {
+        Err(Refused::Fault)
+    }
+    fn store(&mut self, _: &mut Memory, _: u64, _: u32, _: Width, _: u32) -> Result<(), Refused> {
+        Err(Refused::Fault)
+    }
+    fn due(&self) -> u64 {
+        u64::MAX
+    }
+    fn advance(&mut self, _: &mut Memory, _: u64) {}
+    fn lines(&self) -> u128 {
+        0
+    }
+    fn resets(&self) -> bool {
+        false
+    }
+    fn flash_wait_states(&self) -> u8 {
+        5
+    }
+}
+
+/// Runs the kernel once. `None` when it did not run to its end, which it always does.
+#[must_use]
+pub fn measure(timing: FlashTiming) -> Option<Speed> {
+    let program = Program::new(CODE, KERNEL);
+    let mut memory = Memory::new();
+    memory.program(CODE, KERNEL);
+    memory.store(ROUNDS, Width::Word, 0);
+    let mut cpu = Cpu::new();
+    cpu.set_register(13, 0x2000_8000);
+    cpu.set_register(15, CODE);
+    cpu.set_flash_timing(timing, 5);
+    let begun = Instant::now();
+    let stop = cpu.run(&program, &mut memory, &mut Nothing, CYCLES);
+    let took = begun.elapsed().as_secs_f64();
+    let rounds = memory.load(ROUNDS, Width::Word)?;
+    (stop == Stop::Until).then(|| Speed {
+        mips: cpu.instructions() as f64 / took / 1e6,
+        times: CYCLES as f64 / 168e6 / took,
+        cycles_per_instruction: cpu.cycles() as f64 / cpu.instructions() as f64,
+        rounds,
+    })
+}

@@ -1,0 +1,336 @@
+//! The radio chip, from the flight processor's side and from the air's.
+
+mod board_common;
+
+use std::fmt::Write as _;
+
+use board_common::{Bench, MS, US, frame};
+use units::{Dbm, Volts};
+use virtual_crazyflie::board::Led;
+use virtual_crazyflie::board::nrf51::{Datarate, Power, Tuning};
+use virtual_crazyflie::soc::{Board, Level, Nanos, Pin, UartBus};
+
+const READY: u8 = 0x0B;
+const AUTOUPDATE: u8 = 0x14;
+
+/// The frames that came, one a line: µs at which it began, type, data.
+fn transcript(bench: &mut Bench) -> String {
+    let mut text = String::new();
+    for (at, kind, data) in bench.frames() {
+        write!(text, "{} {kind:02x}:", at / US).unwrap();
+        for byte in data {
+            write!(text, " {byte:02x}").unwrap();
+        }
+        text.push('\n');
+    }
+    text
+}
+
+fn kinds(bench: &mut Bench) -> Vec<u8> {
+    bench.frames().into_iter().map(|(_, kind, _)| kind).collect()
+}
+
+/// A chip whose radio is on, and that has nothing more to say.
+fn ready() -> Bench {
+    let mut bench = Bench::new();
+    bench.send(READY, &[]);
+    bench.wait(MS);
+    bench.frames();
+    bench
+}
+
+#[test]
+fn this_is_how_a_flight_processor_and_the_chip_get_to_know_each_other() {
+    let mut bench = Bench::new();
+    bench.board.set_battery(Volts(3.75), true, true);
+    bench.send(0x30, &[]);
+    bench.send(0x01, &[60]);
+    bench.send(0x02, &[1]);
+    bench.send(0x05, &[1, 2, 3, 4, 5]);
+    bench.send(0x07, &[0xF4]);
+    bench.send(READY, &[]);
+    bench.send(AUTOUPDATE, &[]);
+    bench.run_to(12 * MS);
+    bench.board.hear(12_100 * US, 11, &[0xAA, 0xBB], Dbm(-61.4));
+    bench.board.hear_alone(12_100 * US, 3, &[0xCC], Dbm(-55.0));
+    bench.board.hear_crtp(12_100 * US, &[0xFF], Dbm(-40.0));
+    bench.run_to(21 * MS);
+    // Each frame follows the last byte of what it answers, or of what was said before it.
+    let expected = "\
+60 30: 32 30 32 35 2e 30 32 20 28 43 46 32 31 29 00
+270 01: 3c
+340 02: 01
+410 05: 01 02 03 04 05
+520 07: f4
+590 0b:
+650 13: 07 00 00 70 40 00 00 00 3f
+800 04: 00
+10000 13: 07 00 00 70 40 00 00 00 3f
+10150 04: 00
+12100 0a: 0b 3d aa bb
+12200 08: 03 37 cc
+12290 00: ff
+20000 13: 07 00 00 70 40 00 00 00 3f
+20150 04: 28
+";
+    assert_eq!(transcript(&mut bench), expected);
+    let radio = bench.board.radio();
+    let address = [1, 2, 3, 4, 5];
+    let tuning = Tuning { channel: 60, datarate: Datarate::M1, address, power: -12 };
+    assert_eq!(radio.tuning(), tuning);
+    assert_eq!((radio.counters().good, radio.counters().bad_first_sums), (7, 0));
+}
+
+#[test]
+fn it_says_nothing_before_it_has_received_a_good_frame() {
+    let mut bench = Bench::new();
+    let mut bad = frame(READY, &[]);
+    bad[4] ^= 1;
+    bench.send_bytes(&bad);
+    bench.run_to(4_000 * MS);
+    bench.board.hear(4_000 * MS, 11, &[1], Dbm(-50.0));
+    bench.board.press_button();
+    bench.run_to(4_100 * MS);
+    assert_eq!(transcript(&mut bench), "");
+    assert_eq!(bench.board.radio().counters().bad_first_sums, 1);
+    bench.send(0x07, &[4]);
+    bench.wait(MS);
+    assert_eq!(kinds(&mut bench), [0x07]);
+}
+
+#[test]
+fn every_byte_takes_ten_microseconds_and_none_follows_late() {
+    let mut bench = ready();
+    bench.board.hear(bench.now + 1_234, 1, &[7; 60], Dbm(-50.0));
+    let begin = bench.now + 1_234;
+    bench.wait(2 * MS);
+    let moments: Vec<Nanos> = bench.heard.iter().map(|byte| byte.at).collect();
+    let expected: Vec<Nanos> = (0..68).map(|n| begin + n * 10 * US).collect();
+    assert_eq!(moments, expected);
+    assert!(bench.heard.iter().all(|byte| byte.bit == 1_000 && !byte.noise && !byte.broken));
+}
+
+#[test]
+fn it_is_deaf_until_it_is_told_that_its_radio_is_set() {
+    let mut bench = Bench::new();
+    bench.send(0x01, &[80]);
+    bench.board.hear(5 * MS, 11, &[1], Dbm(-50.0));
+    bench.board.hear_crtp(5 * MS, &[0xFF], Dbm(-50.0));
+    bench.run_to(10 * MS);
+    assert_eq!(kinds(&mut bench), [0x01]);
+    assert_eq!(bench.board.radio().counters().deaf, 2);
+    assert!(bench.board.take_crtp().is_empty());
+    bench.send(READY, &[]);
+    assert!(bench.board.radio().listens());
+    bench.board.hear(15 * MS, 11, &[1], Dbm(-50.0));
+    bench.run_to(20 * MS);
+    assert_eq!(kinds(&mut bench), [READY, 0x0A]);
+}
+
+#[test]
+fn after_three_seconds_it_listens_whatever_it_was_told() {
+    let mut bench = Bench::new();
+    bench.send(0x30, &[]);
+    bench.run_to(3_000 * MS - 1);
+    assert!(!bench.board.radio().listens());
+    bench.run_to(3_000 * MS);
+    assert!(bench.board.radio().listens());
+}
+
+#[test]
+fn a_packet_is_on_its_way_when_its_last_byte_has_come_in() {
+    let mut bench = ready();
+    assert!(bench.board.radio().is_in_bluetooth());
+    bench.send(0x0A, &[11, 1, 2, 3]);
+    let sent = bench.board.take_packets();
+    assert_eq!(sent.len(), 1);
+    assert_eq!((sent[0].at, sent[0].port, &sent[0].data[..]), (bench.now, 11, &[1, 2, 3][..]));
+    assert_eq!(sent[0].tuning, Tuning::DEFAULT);
+    assert!(bench.board.take_packets().is_empty());
+    assert!(!bench.board.radio().is_in_bluetooth());
+    bench.wait(MS);
+    assert_eq!(transcript(&mut bench), "", "nobody answers a broadcast");
+}
+
+#[test]
+fn while_it_sends_to_the_processor_it_sends_nothing_to_the_air() {
+    let mut bench = ready();
+    let begin = bench.now + 5 * US;
+    bench.board.hear(begin, 1, &[7; 60], Dbm(-50.0));
+    bench.send(0x0A, &[11, 9]);
+    assert!(bench.board.take_packets().is_empty());
+    bench.wait(MS);
+    let sent = bench.board.take_packets();
+    assert_eq!(sent[0].at, begin + 68 * 10 * US);
+}
+
+#[test]
+fn packets_longer_than_the_air_allows_are_not_sent() {
+    let mut bench = ready();
+    bench.send(0x0A, &[&[11][..], &[1; 60]].concat());
+    bench.send(0x0A, &[&[11][..], &[1; 61]].concat());
+    bench.send(0x0A, &[]);
+    assert_eq!(bench.board.take_packets().len(), 1);
+    let counters = bench.board.radio().counters();
+    assert_eq!((counters.not_understood, counters.last_not_understood), (2, Some(0x0A)));
+}
+
+#[test]
+fn each_packet_from_the_ground_is_answered_once() {
+    let mut bench = ready();
+    bench.board.hear_crtp(bench.now, &[0xFF], Dbm(-50.0));
+    bench.send(0x00, &[0xF3, 1]);
+    bench.send(0x00, &[0xF3, 2]);
+    let _ = bench.board.take_crtp();
+    for n in 0..3 {
+        bench.board.hear_crtp(bench.now + n * MS, &[0x30, 5], Dbm(-50.0));
+    }
+    let begin = bench.now;
+    bench.wait(5 * MS);
+    let answers = bench.board.take_crtp();
+    let moments: Vec<Nanos> = answers.iter().map(|answer| answer.at - begin).collect();
+    assert_eq!(moments, [0, MS, 2 * MS]);
+    assert_eq!(answers[0].data, [0xF3, 1]);
+    assert_eq!(answers[1].data, [0xF3, 2]);
+    assert_eq!(answers[2].data.len(), 1, "nothing is left but the acknowledgement");
+    assert_eq!(kinds(&mut bench), [0x00; 4]);
+}
+
+#[test]
+fn what_waits_for_the_processor_is_seven_packets_at_most() {
+    let mut bench = ready();
+    for _ in 0..20 {
+        bench.board.hear(bench.now + US, 1, &[1; 60], Dbm(-50.0));
+    }
+    bench.wait(20 * MS);
+    assert_eq!(kinds(&mut bench).len(), 7);
+    assert_eq!(bench.board.radio().counters().overruns, 13);
+}
+
+#[test]
+fn what_is_no_frame_is_counted_and_costs_no_other() {
+    let mut bench = ready();
+    let mut line = vec![0x00, 0xCF, 0xBC];
+    let mut second = frame(0x30, &[]);
+    second[5] ^= 1;
+    line.extend(&second);
+    line.extend([0xBC, 0xCF, 0x30, 65]);
+    bench.send_bytes(&line);
+    bench.send(0x07, &[0]);
+    for byte in frame(0x07, &[0]) {
+        bench.wait(87 * US);
+        bench.board.uart_take(UartBus::Usart6, byte, 8_681);
+    }
+    bench.wait(MS);
+    assert_eq!(kinds(&mut bench), [0x07]);
+    let counters = bench.board.radio().counters();
+    assert_eq!((counters.too_long, counters.broken_bytes), (1, 7));
+}
+
+#[test]
+fn battery_and_signal_come_a_hundred_times_a_second() {
+    let mut bench = ready();
+    bench.send(AUTOUPDATE, &[]);
+    bench.run_to(100 * MS + 5 * MS);
+    bench.board.set_battery(Volts(3.1), false, false);
+    bench.frames();
+    bench.run_to(1_105 * MS);
+    let frames = bench.frames();
+    let batteries: Vec<_> = frames.iter().filter(|(_, kind, _)| *kind == 0x13).collect();
+    assert_eq!((batteries.len(), frames.len()), (100, 200));
+    assert!(batteries.windows(2).all(|pair| pair[1].0 - pair[0].0 == 10 * MS));
+    assert_eq!(batteries[0].2[..5], [&[4][..], &3.1_f32.to_le_bytes()].concat());
+}
+
+#[test]
+fn power_goes_when_the_processor_lets_it_and_else_after_a_second() {
+    let mut bench = ready();
+    bench.board.press_button();
+    bench.wait(MS);
+    assert_eq!(kinds(&mut bench), [0x15]);
+    bench.board.press_button();
+    bench.wait(100 * MS);
+    assert_eq!(kinds(&mut bench), [], "it asks once");
+    assert_eq!(bench.board.power(), Power::On);
+    bench.send(0x16, &[]);
+    assert_eq!(bench.board.power(), Power::Off { since: bench.now, agreed: true });
+
+    let mut bench = ready();
+    let pressed = bench.now;
+    bench.board.press_button();
+    bench.wait(1_000 * MS);
+    assert_eq!(bench.board.power(), Power::On);
+    bench.wait(2 * MS);
+    let Power::Off { since, agreed: false } = bench.board.power() else { panic!("it is on") };
+    assert!((1_000 * MS..=1_001 * MS).contains(&(since - pressed)));
+    // Nothing moves any more.
+    bench.frames();
+    bench.send(0x30, &[]);
+    bench.board.hear(bench.now + MS, 1, &[1], Dbm(-40.0));
+    bench.wait(10 * MS);
+    assert_eq!(transcript(&mut bench), "");
+}
+
+#[test]
+fn an_answer_to_a_question_that_was_not_asked_switches_nothing_off() {
+    let mut bench = ready();
+    bench.send(0x16, &[]);
+    bench.wait(10 * MS);
+    assert_eq!(bench.board.power(), Power::On);
+    bench.send(0x11, &[]);
+    assert!(matches!(bench.board.power(), Power::Off { agreed: true, .. }));
+}
+
+#[test]
+fn its_led_is_the_processors() {
+    let mut bench = ready();
+    bench.send(0x18, &[]);
+    assert!(!bench.board.is_lit(Led::Radio));
+    bench.send(0x17, &[]);
+    assert!(bench.board.is_lit(Led::Radio));
+    assert_eq!(bench.board.take_blinks().len(), 2);
+}
+
+#[test]
+fn while_it_has_no_room_its_wait_pin_is_high_and_what_comes_even_so_is_lost() {
+    let wait = Pin::new('A', 4);
+    let mut bench = ready();
+    assert_eq!(bench.board.level(wait), Level::Low);
+    for _ in 0..7 {
+        bench.board.hear(bench.now, 1, &[1; 60], Dbm(-50.0));
+    }
+    // One small frame is taken for each large one that is passed on.
+    let small = frame(0x17, &[]).repeat(22);
+    bench.send_bytes(&small);
+    assert_eq!(bench.board.level(wait), Level::Low, "one less is kept than would fill it");
+    bench.send_bytes(&small[..60]);
+    assert_eq!(bench.board.level(wait), Level::High);
+    let dropped = bench.board.radio().counters().dropped_bytes;
+    assert!(dropped > 0);
+    // The pin falls by itself, and at a moment that was announced.
+    while bench.board.level(wait) == Level::High {
+        let due = bench.board.due();
+        assert!(due < bench.now + 2 * MS);
+        bench.run_to(due);
+    }
+    bench.wait(100 * MS);
+    let counters = bench.board.radio().counters();
+    assert_eq!(counters.dropped_bytes, dropped);
+    assert!(counters.good > 20);
+}
+
+#[test]
+fn orders_from_the_air_are_obeyed() {
+    let mut bench = ready();
+    bench.board.hear_crtp(bench.now, &[0xFF, 0x03, 0x01, 33], Dbm(-50.0));
+    bench.board.hear_crtp(bench.now, &[0xFF, 0xFE, 0x06], Dbm(-50.0));
+    bench.board.hear_crtp(bench.now, &[0xFF, 0xFE, 0xF0, 0x01], Dbm(-50.0));
+    bench.wait(MS);
+    assert_eq!(bench.board.radio().tuning().channel, 33);
+    assert!(!bench.board.is_lit(Led::Radio));
+    assert_eq!(bench.board.radio().counters().commands, 1);
+    assert_eq!(transcript(&mut bench), "", "they are not the processor's");
+    bench.board.hear_crtp(bench.now, &[0xFF, 0xFE, 0x01], Dbm(-50.0));
+    bench.wait(MS);
+    assert!(matches!(bench.board.power(), Power::Off { agreed: false, .. }));
+}

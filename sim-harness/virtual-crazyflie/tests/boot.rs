@@ -1,0 +1,117 @@
+//! The firmware's own ELF, from its first instruction on.
+//!
+//! It runs where there is one: `UCHAIN_ELF` names it, or `cargo fw` has built it. Elsewhere these
+//! tests say so and pass.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use virtual_crazyflie::board::{Config, Crazyflie, InertialNoise};
+use virtual_crazyflie::image::Image;
+use virtual_crazyflie::machine::{Machine, MachineConfig};
+use virtual_crazyflie::soc::{Pin, PinOutput, ResetCause, SocConfig};
+
+const MILLISECOND: u64 = 1_000_000;
+const MOTORS: [Pin; 4] = [Pin::new('A', 1), Pin::new('B', 11), Pin::new('A', 15), Pin::new('B', 9)];
+
+fn image() -> Option<Arc<Image>> {
+    let built = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../target/thumbv7em-none-eabihf/firmware/uchain-firmware"
+    );
+    let path = std::env::var_os("UCHAIN_ELF").map_or_else(|| PathBuf::from(built), PathBuf::from);
+    let Ok(bytes) = std::fs::read(&path) else {
+        println!("no firmware at {}: not booted", path.display());
+        return None;
+    };
+    Some(Arc::new(Image::parse(bytes).expect("an image")))
+}
+
+fn machine(image: &Arc<Image>, config: MachineConfig) -> Machine<Crazyflie> {
+    // A sensor without noise is one that has frozen, to the firmware.
+    let noise = Some(InertialNoise { seed: 1, gyro: 4, accel: 4 });
+    let board = Crazyflie::new(&Config { noise, ..Config::default() });
+    Machine::new(Arc::clone(image), board, config)
+}
+
+fn run(machine: &mut Machine<Crazyflie>, until: u64) {
+    if let Err(halt) = machine.run_until(until) {
+        panic!("{halt}; faults: {:#x?}", machine.fault_reports());
+    }
+}
+
+#[test]
+fn the_firmware_runs_for_seconds_at_168_mhz_without_a_reset_or_a_fault() {
+    let Some(image) = image() else { return };
+    let mut machine = machine(&image, MachineConfig::default());
+    run(&mut machine, 3_000 * MILLISECOND);
+    assert_eq!(machine.core_hz(), 168e6);
+    assert_eq!(machine.soc().bus_dividers(), (4, 2));
+    let causes: Vec<_> = machine.resets().iter().map(|reset| reset.cause).collect();
+    assert_eq!(causes, [ResetCause::PowerOn]);
+    assert_eq!(machine.fault_reports(), []);
+    assert!(machine.cpu().slept() > machine.cpu().cycles() / 20, "it never sleeps");
+}
+
+#[test]
+fn motors_stand_still_on_the_ground() {
+    let Some(image) = image() else { return };
+    let mut machine = machine(&image, MachineConfig::default());
+    for step in 1..=1000 {
+        run(&mut machine, step * MILLISECOND);
+        for pin in MOTORS {
+            let output = machine.output(pin);
+            // Until `main` is reached, nobody drives them.
+            let is_still = match output {
+                PinOutput::Low => true,
+                PinOutput::Input | PinOutput::Alternate(_) => step <= 20,
+                PinOutput::High | PinOutput::Pwm { .. } => false,
+            };
+            assert!(is_still, "{pin:?} after {step} ms: {output:?}");
+        }
+    }
+}
+
+#[test]
+fn the_same_elf_with_the_same_inputs_ends_in_the_same_state_however_it_is_cut_up() {
+    let Some(image) = image() else { return };
+    let mut at_once = machine(&image, MachineConfig::default());
+    run(&mut at_once, 700 * MILLISECOND);
+    let mut again = machine(&image, MachineConfig::default());
+    run(&mut again, 700 * MILLISECOND);
+    assert_eq!(at_once.state_hash(), again.state_hash());
+    let mut by_steps = machine(&image, MachineConfig::default());
+    for step in 1..=700 {
+        run(&mut by_steps, step * MILLISECOND);
+    }
+    assert_eq!(at_once.state_hash(), by_steps.state_hash());
+}
+
+#[test]
+fn a_broken_crystal_ends_in_a_reset_by_software_and_no_motor_turns() {
+    let Some(image) = image() else { return };
+    let soc = SocConfig { hse_hz: None, ..SocConfig::default() };
+    let mut machine = machine(&image, MachineConfig { soc, ..MachineConfig::default() });
+    run(&mut machine, 1_000 * MILLISECOND);
+    let again: Vec<_> = machine.resets().iter().skip(1).map(|reset| reset.cause).collect();
+    assert!(!again.is_empty());
+    assert!(again.iter().all(|cause| *cause == ResetCause::Software), "{again:?}");
+}
+
+#[test]
+fn the_firmware_knows_after_each_reset_what_it_was() {
+    let Some(image) = image() else { return };
+    let mut machine = machine(&image, MachineConfig::default());
+    run(&mut machine, 200 * MILLISECOND);
+    machine.reset(ResetCause::BrownOut);
+    run(&mut machine, 400 * MILLISECOND);
+    assert_eq!(machine.resets().len(), 2);
+    assert_eq!(machine.resets()[1].cause, ResetCause::BrownOut);
+    assert_eq!(machine.core_hz(), 168e6);
+}
+
+#[test]
+fn a_machine_can_be_given_to_another_thread() {
+    fn is_send<T: Send>() {}
+    is_send::<Machine<Crazyflie>>();
+}
