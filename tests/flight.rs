@@ -22,7 +22,7 @@ fn fly(scenario: &Scenario, seed: u64) -> (RunMetrics, Vec<&'static str>) {
         mission.round();
         watch.look(&mission);
     }
-    let states = mission.states().map(State::name).collect();
+    let states = mission.states().map(|state| state.name()).collect();
     (watch.verdict(&mission), states)
 }
 

@@ -2,7 +2,7 @@
 //!
 //! Time moves in physics steps of 20 ms at policy level, of a millisecond at flight level; the
 //! packets on the air have the very microsecond. Every member has its own phase of the 5 Hz loop:
-//! in the step where its turn comes it reads its sensors and its mailbox, runs [`Agent::step`], and
+//! in the step where its turn comes it reads its sensors and its mailbox, runs [`agent::Agent::step`], and
 //! hands its report to its radio link, which sends it in its slot. The same scenario and seed give
 //! the same mission, bit for bit, in however small steps it is flown.
 //!

@@ -90,8 +90,8 @@ fn the_base_hears_how_everybody_is() {
     for member in 0..base {
         let told = mission.told(member).unwrap_or_else(|| panic!("nothing of {member}"));
         assert!(mission.time_us() - told.at_us < 3_000_000, "{told:?}");
-        let view = mission.view(member).unwrap();
-        assert!(told.telemetry.state <= view.agent.state().code().max(3), "{told:?}");
+        let state = mission.states().nth(member).unwrap();
+        assert!(told.telemetry.state <= state.code().max(3), "{told:?}");
     }
     assert_eq!(mission.told(base), None);
     assert!(mission.view(base + 1).is_none());
@@ -110,14 +110,14 @@ fn a_live_mission_flies_as_it_is_told() {
     };
     // The scenario's own pilot has no say.
     (0..50).for_each(|_| mission.round());
-    assert!(mission.agents().all(|agent| agent.state() == State::Idle));
+    assert!(mission.states().all(|state| state == State::Idle));
     during(&mut mission, 30, Task::Explore(MetresPerSecond(0.2)));
     let head = |mission: &Mission<'_>| mission.view(0).unwrap().body.abscissa();
     let out = head(&mission);
     assert!(out > 4.0, "the head came to {out} m only");
     assert!(mission.view(0).unwrap().heeded > 0);
     during(&mut mission, 40, Task::Return);
-    assert_eq!(mission.view(0).unwrap().agent.state().name(), "landed");
+    assert_eq!(mission.states().next().unwrap().name(), "landed");
 }
 
 #[test]

@@ -267,12 +267,14 @@ pub(crate) fn init() -> Parts {
     }
 }
 
-/// Switches on the caches of the flash, as crazyflie-firmware does (`system_stm32f4xx.c`). Without
-/// them each fetch waits for five cycles, and embassy, which sets these five, leaves them off.
+/// Switches on what makes up for a slow flash, as ST's start-up code for this chip does. Without it
+/// each line of 16 bytes is waited for through five cycles, and embassy, which sets these five,
+/// leaves it off. (Of the first revision of the chip, A, the prefetch is not to be used: ES0182.)
 fn cache_flash() {
     pac::FLASH.acr().modify(|w| {
         w.set_icen(true);
         w.set_dcen(true);
+        w.set_prften(true);
     });
 }
 

@@ -155,7 +155,7 @@ impl Figures {
         ];
         rows.into_iter()
             // What is not a number is missed too.
-            .filter(|(_, is, aim, _)| !(is <= aim))
+            .filter(|(_, is, aim, _)| is.is_nan() || is > aim)
             .map(|(what, is, aim, unit)| format!("{what} {is:.1} {unit}, the aim is {aim} {unit}"))
             .collect()
     }

@@ -449,8 +449,8 @@ fn mishaps_bench(args: &BenchArgs, missed: &mut Vec<String>) -> Result<(String, 
     // Writing to a string cannot fail.
     let _ = writeln!(
         table,
-        "  {:50} {:14} {:>8} {:>7} {:18} {}",
-        "", "", "off, ms", "m/s", "reset", "mind"
+        "  {:65} {:>8} {:>7} {:18} mind",
+        "", "off, ms", "m/s", "reset"
     );
     for row in &rows {
         let off = row.motors_off_ms.map_or_else(|| "-".to_owned(), |ms| ms.to_string());

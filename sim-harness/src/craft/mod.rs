@@ -8,7 +8,7 @@
 //! | [`imu`], [`flow`], [`rangers`] | what it senses with |
 //! | [`faults`] | what can go wrong |
 //! | [`record`] | what it went through |
-//! | [`outside`] | flown by somebody else: by the firmware in an emulator |
+//! | `outside` | flown by somebody else: by the firmware in an emulator |
 //!
 //! A craft has a clock of its own, which starts when it is switched on: a mission that begins in
 //! the air begins some seconds later ([`Craft::hovering`]).
@@ -89,7 +89,7 @@ pub struct Craft {
     down: Ranger,
     sides: [Ranger; 4],
     ranges: [Option<Reading>; 4],
-    /// `None` where the firmware itself flies it, in an emulator ([`outside`]).
+    /// `None` where the firmware itself flies it, in an emulator (`outside`).
     flight: Option<Flight>,
     command: Command,
     outputs: Outputs,

@@ -9,8 +9,8 @@
 //! |---|---|
 //! | [`firmware`](Firmware) | an ELF, and where in it a drone's thoughts lie |
 //! | [`decisions`] | what the firmware's agent was told and what it decided, step by step |
-//! | [`provision`] | what a drone is given before its first flight: keys and settings |
-//! | [`watch`] | what it logs, and where its processor's time goes |
+//! | `provision` | what a drone is given before its first flight: keys and settings |
+//! | `watch` | what it logs, and where its processor's time goes |
 
 pub mod decisions;
 mod firmware;

@@ -201,18 +201,28 @@ impl<B: Board> Machine<B> {
     /// # Errors
     /// If it cannot go on.
     pub fn run_until(&mut self, moment: Nanos) -> Result<(), Halt> {
-        loop {
-            match self.advance_to(moment)? {
-                Pause::Until => return Ok(()),
-                Pause::Breakpoint => return Err(self.halt(HaltReason::Breakpoint)),
-                Pause::Trap => {
-                    if let Some(observer) = &mut self.observer {
-                        observer.trap(&self.cpu, &self.memory);
+        self.outside(|machine| {
+            loop {
+                match machine.go_on(moment)? {
+                    Pause::Until => return Ok(()),
+                    Pause::Breakpoint => return Err(machine.halt(HaltReason::Breakpoint)),
+                    Pause::Trap => {
+                        if let Some(observer) = &mut machine.observer {
+                            observer.trap(&machine.cpu, &machine.memory);
+                        }
+                        machine.step_on(moment)?;
                     }
-                    self.step(moment)?;
                 }
             }
-        }
+        })
+    }
+
+    /// Whoever is outside may have changed the board before, and looks at it afterwards.
+    fn outside<T>(&mut self, run: impl FnOnce(&mut Self) -> T) -> T {
+        self.soc.touch(self.cpu.cycles());
+        let result = run(self);
+        self.soc.follow();
+        result
     }
 
     /// Runs up to a moment, to a trap or to a breakpoint.
@@ -220,7 +230,10 @@ impl<B: Board> Machine<B> {
     /// # Errors
     /// If it cannot go on.
     pub fn advance_to(&mut self, moment: Nanos) -> Result<Pause, Halt> {
-        self.soc.touch(self.cpu.cycles());
+        self.outside(|machine| machine.go_on(moment))
+    }
+
+    fn go_on(&mut self, moment: Nanos) -> Result<Pause, Halt> {
         loop {
             let until = self.soc.cycle(moment);
             let stop = self.cpu.run(&self.program, &mut self.memory, &mut self.soc, until);
@@ -236,6 +249,12 @@ impl<B: Board> Machine<B> {
     /// # Errors
     /// If it cannot go on.
     pub fn step(&mut self, moment: Nanos) -> Result<Pause, Halt> {
+        let result = self.step_on(moment);
+        self.soc.follow();
+        result
+    }
+
+    fn step_on(&mut self, moment: Nanos) -> Result<Pause, Halt> {
         loop {
             let until = self.soc.cycle(moment).max(self.cpu.cycles() + 1);
             let stop = self.cpu.step(&self.program, &mut self.memory, &mut self.soc, until);

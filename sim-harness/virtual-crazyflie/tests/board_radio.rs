@@ -250,7 +250,7 @@ fn power_goes_when_the_processor_lets_it_and_else_after_a_second() {
     assert_eq!(kinds(&mut bench), [0x15]);
     bench.board.press_button();
     bench.wait(100 * MS);
-    assert_eq!(kinds(&mut bench), [], "it asks once");
+    assert!(kinds(&mut bench).is_empty(), "it asks once");
     assert_eq!(bench.board.power(), Power::On);
     bench.send(0x16, &[]);
     assert_eq!(bench.board.power(), Power::Off { since: bench.now, agreed: true });

@@ -6,33 +6,38 @@
 use std::collections::BTreeMap;
 
 use super::Moment;
+use super::quick::QuickMap;
 
 /// How often something took how many cycles. Exact; equal times are common.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Tally {
-    counts: BTreeMap<u64, u64>,
+    counts: QuickMap<u64, u64>,
     total: u64,
+    max: u64,
 }
 
 impl Tally {
     pub(super) fn add(&mut self, cycles: u64) {
         *self.counts.entry(cycles).or_default() += 1;
         self.total += 1;
+        self.max = self.max.max(cycles);
     }
 
     pub(super) fn count(&self) -> u64 {
         self.total
     }
 
-    pub(super) fn max(&self) -> u64 {
-        self.counts.last_key_value().map_or(0, |(cycles, _)| *cycles)
+    pub(super) const fn max(&self) -> u64 {
+        self.max
     }
 
     /// The least time that this share (0 to 1) of all did not exceed.
     pub(super) fn percentile(&self, share: f64) -> u64 {
         let rank = (share.clamp(0.0, 1.0) * self.total as f64).ceil().max(1.0) as u64;
+        let mut counts: Vec<_> = self.counts.iter().collect();
+        counts.sort_unstable();
         let mut seen = 0;
-        for (cycles, count) in &self.counts {
+        for (cycles, count) in counts {
             seen += count;
             if seen >= rank {
                 return *cycles;

@@ -10,14 +10,15 @@
 //! | `sites` | which addresses these are, found in the image |
 //! | `account` | who is charged |
 //! | `names` | how tasks and interrupts are called |
+//! | `quick` | maps that are quick |
 //! | `report` | what comes out |
 
 mod account;
 mod names;
+mod quick;
 mod report;
 mod sites;
 
-use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -28,6 +29,7 @@ use crate::machine::Observer;
 use crate::memory::Memory;
 
 use account::{Account, What};
+use quick::QuickMap;
 pub use report::{Durations, InterruptLoad, Report, StackUse, TaskLoad, WatchedTime};
 use sites::{Site, Sites};
 
@@ -75,7 +77,7 @@ pub struct Profile {
     account: Account,
     watched: Vec<String>,
     /// When each task that waits to be polled was woken, by the address of its header.
-    woken: HashMap<u32, u64>,
+    woken: QuickMap<u32, u64>,
     stack: Option<Range<u32>>,
     lowest: u32,
 }
@@ -90,7 +92,7 @@ impl Profile {
             sites,
             account,
             watched: vec![],
-            woken: HashMap::new(),
+            woken: QuickMap::default(),
             stack: image.stack(),
             lowest: u32::MAX,
         }
@@ -207,7 +209,7 @@ impl Profile {
             sites,
             account,
             watched: vec![],
-            woken: HashMap::new(),
+            woken: QuickMap::default(),
             stack: None,
             lowest: u32::MAX,
         }

@@ -1,11 +1,12 @@
 //! The addresses at which something changes hands, found in an image.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::BTreeSet;
 use std::ops::Range;
 
 use crate::image::{Function, Image};
 
 use super::names;
+use super::quick::QuickMap;
 
 /// What happens at an address.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,7 +47,7 @@ pub(super) enum Target {
 /// All of an image.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Sites {
-    by_address: HashMap<u32, Vec<Site>>,
+    by_address: QuickMap<u32, Vec<Site>>,
     tasks: Vec<String>,
 }
 

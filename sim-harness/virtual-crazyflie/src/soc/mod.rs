@@ -36,9 +36,9 @@ use crate::bus::{Bus, Refused, Width};
 use crate::memory::{Memory, map as memory_map};
 use context::{Reach, Request, Transfers};
 use dma::Dma;
-use map::{Place, Unit};
+use map::Unit;
 pub use rcc::ResetCause;
-use units::Units;
+use units::{Slot, Units};
 pub use wiring::{Board, I2cBus, Level, Nanos, Pin, SpiBus, UartBus, UartByte};
 
 /// What of a chip differs from the next, and what its firmware cannot change.
@@ -95,19 +95,12 @@ pub enum PinOutput {
 pub struct Soc<B> {
     units: Units<B>,
     dma: [Dma; 2],
-    due: u64,
-    lines: u128,
 }
 
 impl<B: Board> Soc<B> {
     /// As after power-up.
     pub fn new(board: B, config: SocConfig) -> Self {
-        let mut soc = Self {
-            units: Units::new(board, config),
-            dma: [Dma::new(0), Dma::new(1)],
-            due: 0,
-            lines: 0,
-        };
+        let mut soc = Self { units: Units::new(board, config), dma: [Dma::new(0), Dma::new(1)] };
         soc.reset(0, ResetCause::PowerOn);
         soc
     }
@@ -125,7 +118,12 @@ impl<B: Board> Soc<B> {
     /// The board may be another than before: what it does next, and its pins, are looked at again.
     pub fn touch(&mut self, now: u64) {
         self.units.touch(now);
-        self.plan();
+    }
+
+    /// Afterwards the board stands at the moment of the last event or access that it could have had
+    /// to do with. Otherwise it is left behind as long as nothing happens there.
+    pub fn follow(&mut self) {
+        self.units.follow();
     }
 
     /// The moment of a cycle that is not before the last access.
@@ -195,7 +193,7 @@ impl<B: Board> Soc<B> {
             dma.reset();
         }
         self.units.reset(now, cause);
-        self.plan();
+        self.note_dma();
     }
 
     /// Everything that tells one state from another, as it is at `now`.
@@ -204,35 +202,53 @@ impl<B: Board> Soc<B> {
     }
 
     /// Bytes move, and what follows from their being moved happens.
+    #[inline]
     fn transfer(&mut self, now: u64, memory: &mut Memory) {
-        // What a timer does is nothing to DMA.
-        if !self.units.stale {
-            return;
+        let plan = &self.units.plan;
+        let is_due = plan.due(Slot::Dma(0)) <= now || plan.due(Slot::Dma(1)) <= now;
+        // What nobody asks for and what is still on its way is left alone.
+        if is_due || self.units.asks {
+            self.arbitrate(now, memory);
         }
+    }
+
+    fn arbitrate(&mut self, now: u64, memory: &mut Memory) {
         // A transfer may be what another waits for; each controller does what there is time for.
         while self.dma.iter_mut().enumerate().any(|(index, dma)| {
             let mut reach = DmaReach { units: &mut self.units, now };
             reach.units.rcc.is_clocked(rcc::Domain::Ahb1, 21 + index as u32)
                 && dma.advance(now, memory, &mut reach)
         }) {}
+        self.units.asks = false;
+        self.note_dma();
     }
 
-    /// When to be called next, and who interrupts.
-    fn plan(&mut self) {
-        let [one, two] = &self.dma;
-        let (due, lines) = self.units.plan();
-        self.due = due.min(one.due()).min(two.due());
-        self.lines = lines | dma_lines(one.lines(), two.lines());
+    /// Controllers that are held in reset are as after one.
+    fn reset_dma(&mut self) {
+        for index in 0..2 {
+            if self.units.rcc.is_held(rcc::Domain::Ahb1, 21 + index) {
+                self.dma[index as usize].reset();
+            }
+        }
+        self.note_dma();
+    }
+
+    /// The controllers may be due at other cycles than before.
+    fn note_dma(&mut self) {
+        for (index, dma) in self.dma.iter().enumerate() {
+            self.units.plan.note(Slot::Dma(index), dma.due(), dma_lines(index, dma.lines()));
+        }
     }
 }
 
-/// The interrupts of DMA1's and DMA2's streams, by the NVIC's numbers.
-fn dma_lines(one: u8, two: u8) -> u128 {
-    if one | two == 0 {
-        return 0;
+/// The interrupts of a controller's streams, by the NVIC's numbers.
+const fn dma_lines(controller: usize, streams: u8) -> u128 {
+    let streams = streams as u128;
+    if controller == 0 {
+        (streams & 0x7F) << 11 | (streams >> 7) << 47
+    } else {
+        (streams & 0x1F) << 56 | (streams >> 5) << 68
     }
-    let (one, two) = (u128::from(one), u128::from(two));
-    (one & 0x7F) << 11 | (one >> 7) << 47 | (two & 0x1F) << 56 | (two >> 5) << 68
 }
 
 /// The chip as DMA sees it.
@@ -247,11 +263,13 @@ impl<B: Board> Reach for DmaReach<'_, B> {
     }
 
     fn load(&mut self, address: u32, width: Width) -> Result<u32, Refused> {
-        self.units.load(self.now, address, width)
+        let found = self.units.unit(address);
+        self.units.load_from(found, self.now, address, width)
     }
 
     fn store(&mut self, address: u32, width: Width, value: u32) -> Result<(), Refused> {
-        self.units.store(self.now, address, width, value)
+        let unit = self.units.unit(address)?;
+        self.units.store_to(unit, self.now, address, width, value)
     }
 
     fn one_left(&mut self, request: Request) {
@@ -263,13 +281,6 @@ impl<B: Board> Reach for DmaReach<'_, B> {
     }
 }
 
-/// The DMA controller at an address, and the register in it; whether its gate is open is checked.
-fn dma_register<B: Board>(units: &Units<B>, address: u32) -> Result<Option<(usize, u32)>, Refused> {
-    let Place::Unit(unit @ Unit::Dma(index)) = map::locate(address) else { return Ok(None) };
-    units.is_reachable(unit)?;
-    Ok(Some((index, address & 0x3FC)))
-}
-
 impl<B: Board> Bus for Soc<B> {
     fn load(
         &mut self,
@@ -278,15 +289,16 @@ impl<B: Board> Bus for Soc<B> {
         address: u32,
         width: Width,
     ) -> Result<u32, Refused> {
-        let value = match dma_register(&self.units, address)? {
-            Some((index, offset)) => {
-                self.units.stale = true;
-                units::narrow(self.dma[index].read(offset, now)?, address, width)
+        let value = match self.units.unit(address) {
+            Ok(Unit::Timer(index)) => {
+                return self.units.load_timer(index, now, address, width);
             }
-            None => self.units.load(now, address, width)?,
+            Ok(Unit::Dma(index)) => {
+                units::narrow(self.dma[index].read(address & 0x3FC, now)?, address, width)
+            }
+            found => self.units.load_from(found, now, address, width)?,
         };
         self.transfer(now, memory);
-        self.plan();
         Ok(value)
     }
 
@@ -298,41 +310,44 @@ impl<B: Board> Bus for Soc<B> {
         width: Width,
         value: u32,
     ) -> Result<(), Refused> {
-        if let Some((index, offset)) = dma_register(&self.units, address)? {
-            if width != Width::Word {
-                return Err(Refused::Unmodelled { what: "DMA: a store of less than a word" });
+        if is_flash(address) {
+            return self.units.store_flash(now, address, width, value, memory);
+        }
+        match self.units.unit(address)? {
+            Unit::Dma(index) => {
+                if width != Width::Word {
+                    return Err(Refused::Unmodelled { what: "DMA: a store of less than a word" });
+                }
+                self.dma[index].write(address & 0x3FC, value, now)?;
+                self.units.asks = true;
             }
-            self.units.stale = true;
-            self.dma[index].write(offset, value, now)?;
-        } else if is_flash(address) {
-            self.units.store_flash(now, address, width, value, memory)?;
-        } else if map::locate(address) == Place::Unit(Unit::Flash) {
-            self.units.write_flash(now, address, width, value, memory)?;
-        } else {
-            self.units.store(now, address, width, value)?;
-            for index in 0..2 {
-                if self.units.rcc.is_held(rcc::Domain::Ahb1, 21 + index) {
-                    self.dma[index as usize].reset();
+            Unit::Flash => self.units.write_flash(now, address, width, value, memory)?,
+            unit => {
+                self.units.store_to(unit, now, address, width, value)?;
+                match unit {
+                    Unit::Timer(_) => return Ok(()),
+                    Unit::Rcc => self.reset_dma(),
+                    _ => {}
                 }
             }
         }
         self.transfer(now, memory);
-        self.plan();
         Ok(())
     }
 
+    #[inline]
     fn due(&self) -> u64 {
-        self.due
+        self.units.plan.next()
     }
 
     fn advance(&mut self, memory: &mut Memory, now: u64) {
         self.units.advance(now);
         self.transfer(now, memory);
-        self.plan();
     }
 
+    #[inline]
     fn lines(&self) -> u128 {
-        self.lines
+        self.units.plan.lines()
     }
 
     fn flash_wait_states(&self) -> u8 {

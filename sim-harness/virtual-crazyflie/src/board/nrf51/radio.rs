@@ -327,7 +327,7 @@ mod tests {
         }
         radio.take_answers();
         assert_eq!(radio.land(2, crtp(&[0x30, 1])), Landed::NoRoom);
-        assert_eq!(radio.take_answers(), []);
+        assert!(radio.take_answers().is_empty());
         assert!((0..7).all(|n| radio.queue(vec![n])) && !radio.queue(vec![8]));
     }
 

@@ -64,8 +64,10 @@ impl Dma {
     fn clear(&mut self, first: usize, value: u32) {
         for n in 0..4 {
             let flags = (value >> position(n) & 0x3D) as u8;
-            self.streams[first + n].flags &= !flags;
-            self.note(first + n);
+            if flags != 0 {
+                self.streams[first + n].flags &= !flags;
+                self.note(first + n);
+            }
         }
     }
 
@@ -80,31 +82,31 @@ impl Dma {
 
     /// Whoever asks with the highest priority, or of those the lowest number.
     fn arbitrate(&self, reach: &impl Reach) -> Option<usize> {
-        (0..8)
-            .filter(|stream| self.enabled >> stream & 1 != 0 && self.streams[*stream].asks(reach))
-            .max_by_key(|stream| (self.streams[*stream].priority(), 7 - stream))
+        let mut best: Option<usize> = None;
+        for stream in each(self.enabled) {
+            let first = best
+                .is_none_or(|best| self.streams[stream].priority() > self.streams[best].priority());
+            if first && self.streams[stream].asks(reach) {
+                best = Some(stream);
+            }
+        }
+        best
     }
 
     /// A stream to a peripheral fetches from memory as soon as it is enabled.
     fn preload(&mut self, memory: &Memory) {
-        for stream in 0..8 {
-            if self.fresh >> stream & 1 != 0 {
-                self.streams[stream].preload(memory);
-                self.note(stream);
-            }
+        for stream in each(std::mem::take(&mut self.fresh)) {
+            self.streams[stream].preload(memory);
+            self.note(stream);
         }
-        self.fresh = 0;
     }
 
     /// Those whose EN was cleared and which have nothing on its way.
     fn close(&mut self, memory: &mut Memory, reach: &mut impl Reach) -> bool {
-        if self.closing == 0 {
-            return false;
-        }
         let mut closed = false;
-        for stream in 0..8 {
+        for stream in each(self.closing) {
             let is_busy = self.transfer.is_some_and(|transfer| transfer.stream == stream);
-            if self.closing >> stream & 1 != 0 && !is_busy {
+            if !is_busy {
                 self.streams[stream].close(memory, reach);
                 self.note(stream);
                 closed = true;
@@ -112,6 +114,16 @@ impl Dma {
         }
         closed
     }
+}
+
+/// The streams whose bit is set, lowest first.
+fn each(mut streams: u8) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let stream = streams.trailing_zeros() as usize;
+        let more = streams != 0;
+        streams &= streams.wrapping_sub(1);
+        more.then_some(stream)
+    })
 }
 
 /// Where a stream's six bits begin in its status register.

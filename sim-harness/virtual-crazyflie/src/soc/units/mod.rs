@@ -13,6 +13,7 @@ macro_rules! with {
     };
 }
 
+mod plan;
 mod time;
 
 use crate::bus::{Refused, Width};
@@ -32,7 +33,10 @@ use crate::soc::rtc::Rtc;
 use crate::soc::spi::Spi;
 use crate::soc::timer::{Shape, Timer};
 use crate::soc::usart::Usart;
-use crate::soc::{Board, I2cBus, Nanos, SocConfig, SpiBus, UartBus};
+use crate::soc::{Board, I2cBus, SocConfig, SpiBus, UartBus};
+use plan::Plan;
+pub(in crate::soc) use plan::Slot;
+use time::Moment;
 
 /// All but DMA.
 pub(in crate::soc) struct Units<B> {
@@ -60,16 +64,18 @@ pub(in crate::soc) struct Units<B> {
     i2c: [I2c; 3],
     spi1: Spi,
     usart6: Usart,
-    /// What happens by itself in nanoseconds, next, and at which cycle: see [`Self::absolute`].
-    planned: (Nanos, u64),
-    /// When each timer is due, and its interrupt line, as of its last change.
-    timers_due: [u64; TIMERS.len()],
-    timers_lines: [u128; TIMERS.len()],
-    /// When everything else is due, and its lines; stale when something but a timer has been
-    /// accessed since.
-    others: (u64, u128),
-    pub(in crate::soc) stale: bool,
-    /// The cycle that the board has been brought to.
+    /// When each is due, and its interrupt lines. Whoever changes something says so there.
+    pub(in crate::soc) plan: Plan,
+    /// What is due in nanoseconds, the board's and the chip's own.
+    board_moment: Moment,
+    own_moment: Moment,
+    /// Somebody may want DMA to do something since it last did all there was to do.
+    pub(in crate::soc) asks: bool,
+    /// The board has been told something since its pins were last looked at.
+    told: bool,
+    /// The last cycle at which somebody could have looked at the board, and the one that it has
+    /// been brought to.
+    lived: u64,
     caught_up: Option<u64>,
 }
 
@@ -100,18 +106,18 @@ impl<B: Board> Units<B> {
             i2c: [I2cBus::I2c1, I2cBus::I2c2, I2cBus::I2c3].map(I2c::new),
             spi1: Spi::new(SpiBus::Spi1),
             usart6: Usart::new(UartBus::Usart6),
-            planned: (Nanos::MAX, u64::MAX),
-            timers_due: [u64::MAX; TIMERS.len()],
-            timers_lines: [0; TIMERS.len()],
-            others: (u64::MAX, 0),
-            stale: true,
+            plan: Plan::new(),
+            board_moment: Moment::NEVER,
+            own_moment: Moment::NEVER,
+            asks: true,
+            told: true,
+            lived: 0,
             caught_up: None,
         }
     }
 
     /// Everything but the backup domain and the debugger's registers begins anew.
     pub(in crate::soc) fn reset(&mut self, now: u64, cause: ResetCause) {
-        self.stale = true;
         self.rcc.reset(cause);
         self.pins.reset_all(&mut self.board);
         self.exti.reset();
@@ -123,9 +129,8 @@ impl<B: Board> Units<B> {
             self.rtc = Rtc::default();
             self.dbgmcu = Dbgmcu::default();
         }
-        for index in 0..TIMERS.len() {
-            self.timers[index].reset(now);
-            self.note_timer(index);
+        for timer in &mut self.timers {
+            timer.reset(now);
         }
         for i2c in &mut self.i2c {
             Peripheral::<B>::reset(i2c);
@@ -134,6 +139,7 @@ impl<B: Board> Units<B> {
         Peripheral::<B>::reset(&mut self.usart6);
         (self.trouble, self.bitten) = (None, false);
         self.clock(now);
+        self.note_all();
     }
 
     /// Whether a peripheral answers: its clock is on, and it is not held in reset. The chip would
@@ -150,7 +156,7 @@ impl<B: Board> Units<B> {
     }
 
     /// The peripheral at an address, if it answers.
-    fn unit(&self, address: u32) -> Result<Unit, Refused> {
+    pub(in crate::soc) fn unit(&self, address: u32) -> Result<Unit, Refused> {
         match map::locate(address) {
             Place::Unit(unit) => self.is_reachable(unit).map(|()| unit),
             Place::Known(what) => Err(Refused::Unmodelled { what }),
@@ -158,27 +164,40 @@ impl<B: Board> Units<B> {
         }
     }
 
-    pub(in crate::soc) fn load(
+    pub(in crate::soc) fn load_timer(
         &mut self,
+        index: usize,
         now: u64,
         address: u32,
         width: Width,
     ) -> Result<u32, Refused> {
-        if address >> 16 == 0x1FFF {
-            return self.engraved(address, width);
-        }
-        let unit = self.unit(address)?;
-        Ok(narrow(self.read(unit, address & 0x3FC, now)?, address, width))
+        Ok(narrow(self.read_timer(index, address & 0x3FC, now)?, address, width))
     }
 
-    pub(in crate::soc) fn store(
+    /// A load of what [`Self::unit`] has found at an address.
+    pub(in crate::soc) fn load_from(
         &mut self,
+        found: Result<Unit, Refused>,
+        now: u64,
+        address: u32,
+        width: Width,
+    ) -> Result<u32, Refused> {
+        match found {
+            Ok(unit) => Ok(narrow(self.read(unit, address & 0x3FC, now)?, address, width)),
+            Err(_) if address >> 16 == 0x1FFF => self.engraved(address, width),
+            Err(refused) => Err(refused),
+        }
+    }
+
+    /// A store to what [`Self::unit`] has found at an address.
+    pub(in crate::soc) fn store_to(
+        &mut self,
+        unit: Unit,
         now: u64,
         address: u32,
         width: Width,
         value: u32,
     ) -> Result<(), Refused> {
-        let unit = self.unit(address)?;
         let value = self.widen(unit, now, address, width, value)?;
         self.write(unit, address & 0x3FC, value, now)
     }
@@ -232,66 +251,100 @@ impl<B: Board> Units<B> {
         Ok(narrow(word, address, width))
     }
 
+    fn read_timer(&mut self, index: usize, offset: u32, now: u64) -> Result<u32, Refused> {
+        if self.timers[index].advance(now) {
+            self.note_timer(index);
+        }
+        self.timers[index].read(offset)
+    }
+
     fn read(&mut self, unit: Unit, offset: u32, now: u64) -> Result<u32, Refused> {
-        self.stale |= !matches!(unit, Unit::Timer(_));
-        let nanos = self.clocks.nanos(now);
         if unit.sees_board() {
-            self.catch_up(now);
+            self.look(now);
         }
         match unit {
-            Unit::Timer(index) => {
-                let value = self.timers[index].read(offset, now);
-                self.note_timer(index);
+            Unit::Timer(index) => self.read_timer(index, offset, now),
+            Unit::I2c(_) | Unit::Spi1 | Unit::Usart6 => {
+                let value = match unit {
+                    Unit::I2c(index) => with!(self, now, read(self.i2c[index], offset)),
+                    Unit::Spi1 => with!(self, now, read(self.spi1, offset)),
+                    _ => with!(self, now, read(self.usart6, offset)),
+                };
+                self.note_serial(unit);
                 value
             }
-            Unit::I2c(index) => with!(self, now, read(self.i2c[index], offset)),
-            Unit::Spi1 => with!(self, now, read(self.spi1, offset)),
-            Unit::Usart6 => with!(self, now, read(self.usart6, offset)),
             Unit::Gpio(port) => self.pins.read(port, offset, &self.board),
             Unit::Syscfg => self.syscfg.read(offset),
             Unit::Exti => self.exti.read(offset),
             Unit::Pwr => self.pwr.read(offset),
-            Unit::Rcc => {
-                if self.rcc.settle(nanos) {
-                    self.clock(now);
-                }
-                self.rcc.read(offset, nanos, self.iwdg.is_started())
+            Unit::Rcc | Unit::Flash | Unit::Iwdg => {
+                let value = self.read_own(unit, offset, now);
+                self.note_own();
+                value
             }
-            Unit::Flash => self.flash.read(offset, nanos),
-            Unit::Iwdg => self.iwdg.read(offset, nanos),
             Unit::Rtc => self.rtc.read(offset),
             Unit::Dbgmcu => self.dbgmcu.read(offset),
             Unit::Dma(_) => Err(Refused::Unmodelled { what: "DMA that reaches a DMA controller" }),
         }
     }
 
-    fn write(&mut self, unit: Unit, offset: u32, value: u32, now: u64) -> Result<(), Refused> {
-        self.stale |= !matches!(unit, Unit::Timer(_));
+    /// What changes by itself with time.
+    fn read_own(&mut self, unit: Unit, offset: u32, now: u64) -> Result<u32, Refused> {
         let nanos = self.clocks.nanos(now);
+        match unit {
+            Unit::Flash => self.flash.read(offset, nanos),
+            Unit::Iwdg => self.iwdg.read(offset, nanos),
+            _ => {
+                if self.rcc.settle(nanos) {
+                    self.clock(now);
+                }
+                self.rcc.read(offset, nanos, self.iwdg.is_started())
+            }
+        }
+    }
+
+    fn write(&mut self, unit: Unit, offset: u32, value: u32, now: u64) -> Result<(), Refused> {
         if unit.sees_board() {
-            self.catch_up(now);
+            self.look(now);
         }
         match unit {
             Unit::Timer(index) => {
-                self.timers[index].write(offset, value, now)?;
+                let result = self.timers[index].write(offset, value, now);
                 self.note_timer(index);
-                return Ok(());
+                return result;
             }
-            Unit::I2c(index) => with!(self, now, write(self.i2c[index], offset, value))?,
-            Unit::Spi1 => with!(self, now, write(self.spi1, offset, value))?,
-            Unit::Usart6 => with!(self, now, write(self.usart6, offset, value))?,
+            Unit::I2c(_) | Unit::Spi1 | Unit::Usart6 => {
+                let result = match unit {
+                    Unit::I2c(index) => with!(self, now, write(self.i2c[index], offset, value)),
+                    Unit::Spi1 => with!(self, now, write(self.spi1, offset, value)),
+                    _ => with!(self, now, write(self.usart6, offset, value)),
+                };
+                self.note_serial(unit);
+                return result;
+            }
             Unit::Gpio(port) => {
+                // It is told, and when.
+                self.catch_up(now);
                 self.pins.write(port, offset, value, &mut self.board)?;
                 self.watch_pins();
+                self.note_board();
             }
             Unit::Syscfg => {
                 self.syscfg.write(offset, value)?;
                 self.watch_pins();
+                self.note_board();
             }
-            Unit::Exti => self.write_exti(offset, value)?,
+            Unit::Exti => {
+                self.write_exti(offset, value)?;
+                self.note_board();
+            }
             Unit::Pwr => self.pwr.write(offset, value, self.rcc.pll_is_on())?,
             Unit::Rcc => self.write_rcc(offset, value, now)?,
-            Unit::Iwdg => self.iwdg.write(offset, value, nanos)?,
+            Unit::Iwdg => {
+                let result = self.iwdg.write(offset, value, self.clocks.nanos(now));
+                self.note_own();
+                return result;
+            }
             Unit::Rtc => self.rtc.write(offset, value, self.pwr.opens_backup())?,
             Unit::Dbgmcu => {
                 self.dbgmcu.write(offset, value)?;
@@ -329,6 +382,8 @@ impl<B: Board> Units<B> {
             self.reset_held(now);
         }
         self.clock(now);
+        self.asks = true;
+        self.note_all();
         Ok(())
     }
 
@@ -339,7 +394,6 @@ impl<B: Board> Units<B> {
         let reset = |index: &usize| held(Unit::Timer(*index));
         for index in (0..TIMERS.len()).filter(reset).collect::<Vec<_>>() {
             self.timers[index].reset(now);
-            self.note_timer(index);
         }
         let held =
             |unit: Unit| unit.gate().is_some_and(|(domain, bit)| self.rcc.is_held(domain, bit));
@@ -379,11 +433,14 @@ impl<B: Board> Units<B> {
             }
         };
         if tree.hclk != self.clocks.hclk() {
+            self.follow();
             self.changed = true;
             // What is due in nanoseconds is due at another cycle.
-            self.planned = (Nanos::MAX, u64::MAX);
+            (self.board_moment, self.own_moment) = (Moment::NEVER, Moment::NEVER);
         }
         self.clocks.change(now, tree.hclk, tree.apb1, tree.apb2);
+        self.note_board();
+        self.note_own();
         if tree.hclk.above(self.pwr.highest() + self.pwr.highest() / 1000) {
             self.trouble.get_or_insert("PWR_CR: VOS is too low for this HCLK");
         }
@@ -397,12 +454,6 @@ impl<B: Board> Units<B> {
             self.timers[index].clock(now, divider, self.rcc.is_clocked(domain, bit));
             self.note_timer(index);
         }
-    }
-
-    /// A timer may be due at another cycle than before.
-    fn note_timer(&mut self, index: usize) {
-        self.timers_due[index] = self.timers[index].due();
-        self.timers_lines[index] = self.timers[index].lines();
     }
 
     fn check_wait_states(&mut self) {
@@ -419,7 +470,6 @@ impl<B: Board> Units<B> {
         value: u32,
         memory: &mut Memory,
     ) -> Result<(), Refused> {
-        self.stale = true;
         let value = self.widen(Unit::Flash, now, address, width, value)?;
         let offset = address & 0x3FC;
         if offset == 0x10
@@ -430,7 +480,9 @@ impl<B: Board> Units<B> {
             return Err(Refused::Unmodelled { what: "FLASH_CR: the running program erased" });
         }
         let accelerator = self.flash.accelerator();
-        self.flash.write(offset, value, self.clocks.nanos(now), memory)?;
+        let result = self.flash.write(offset, value, self.clocks.nanos(now), memory);
+        self.note_own();
+        result?;
         self.changed |= accelerator != self.flash.accelerator();
         self.check_wait_states();
         Ok(())
@@ -444,13 +496,13 @@ impl<B: Board> Units<B> {
         value: u32,
         memory: &mut Memory,
     ) -> Result<(), Refused> {
-        self.stale = true;
         let address = address | crate::memory::map::FLASH;
         if self.code.contains(&address) {
             return Err(Refused::Unmodelled { what: "flash: a store into the running program" });
         }
-        self.flash.store(address, width, value, self.clocks.nanos(now), memory)?;
-        Ok(())
+        let result = self.flash.store(address, width, value, self.clocks.nanos(now), memory);
+        self.note_own();
+        result
     }
 }
 

@@ -1,20 +1,55 @@
 //! Time among the peripherals: who is due when, who interrupts, and how it all stands.
 
-use super::{Context, Units};
+use super::{Context, Plan, Slot, Units};
+use crate::soc::clocks::Clocks;
 use crate::soc::context::{Peripheral, Request};
 use crate::soc::gpio::Mode;
-use crate::soc::map::{self, TIMERS};
+use crate::soc::map::{self, TIMERS, Unit};
 use crate::soc::timer::Output;
 use crate::soc::{Board, Level, Nanos, Pin, PinOutput};
 
+/// A moment, and its cycle as the core is clocked now. The conversion is a division, and most of
+/// what happens does not change what it would come to.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Moment {
+    nanos: Nanos,
+    cycle: u64,
+}
+
+impl Moment {
+    pub(super) const NEVER: Self = Self { nanos: Nanos::MAX, cycle: u64::MAX };
+
+    fn set(&mut self, nanos: Nanos, clocks: &Clocks) -> u64 {
+        if nanos != self.nanos {
+            *self = Self { nanos, cycle: clocks.cycle(nanos) };
+        }
+        self.cycle
+    }
+}
+
 impl<B: Board> Units<B> {
+    /// The board as it is at `now`, for whoever looks at it without telling it anything: only where
+    /// something has happened there is it brought to that moment.
+    pub(super) fn look(&mut self, now: u64) {
+        self.lived = now;
+        if self.told || self.plan.due(Slot::Board) <= now {
+            self.catch_up(now);
+        }
+    }
+
     /// The board is brought to `now`, stopping wherever it changes a pin, so that no edge is lost.
-    pub(in crate::soc) fn catch_up(&mut self, now: u64) {
+    pub(super) fn catch_up(&mut self, now: u64) {
+        self.lived = now;
         if self.caught_up == Some(now) {
             return;
         }
         self.caught_up = Some(now);
         let nanos = self.clocks.nanos(now);
+        if !self.told && self.board.due() > nanos {
+            self.board.advance(nanos);
+            return;
+        }
+        self.told = false;
         loop {
             let due = self.board.due();
             if due >= nanos {
@@ -28,13 +63,24 @@ impl<B: Board> Units<B> {
         }
         self.board.advance(nanos);
         self.watch_pins();
+        self.note_board();
+    }
+
+    /// The board is brought to the last moment at which it may have been looked at, which nothing
+    /// there is due before: whoever is outside finds it there.
+    pub(in crate::soc) fn follow(&mut self) {
+        if self.caught_up != Some(self.lived) {
+            self.caught_up = Some(self.lived);
+            self.board.advance(self.clocks.nanos(self.lived));
+        }
     }
 
     /// The board has been changed from outside.
     pub(in crate::soc) fn touch(&mut self, now: u64) {
         self.caught_up = None;
-        self.stale = true;
+        self.told = true;
         self.catch_up(now);
+        self.note_board();
     }
 
     /// Edges of the pins that EXTI watches.
@@ -52,30 +98,57 @@ impl<B: Board> Units<B> {
 
     /// Everything happens that is due at `now`.
     pub(in crate::soc) fn advance(&mut self, now: u64) {
-        let nanos = self.clocks.nanos(now);
-        // What it was just told may have made something due at once.
-        self.touch(now);
+        self.lived = now;
+        let board_is_due = self.plan.due(Slot::Board) <= now;
+        if self.told || board_is_due {
+            // What it was just told may have made something due at once.
+            self.caught_up = None;
+            self.catch_up(now);
+        }
         for index in 0..TIMERS.len() {
-            if self.timers_due[index] <= now {
+            if self.plan.due(Slot::Timer(index)) <= now {
                 self.timers[index].advance(now);
                 self.note_timer(index);
             }
         }
-        for i2c in &mut self.i2c {
-            if Peripheral::<B>::due(i2c) <= now {
-                with!(self, now, advance(i2c));
+        for index in 0..self.i2c.len() {
+            if self.plan.due(Slot::I2c(index)) <= now {
+                self.catch_up(now);
+                with!(self, now, advance(self.i2c[index]));
+                self.met_board(Unit::I2c(index));
             }
         }
-        if Peripheral::<B>::due(&self.spi1) <= now {
+        if self.plan.due(Slot::Spi1) <= now {
+            self.catch_up(now);
             with!(self, now, advance(self.spi1));
+            self.met_board(Unit::Spi1);
         }
         // What comes in over the line is due at the board.
-        with!(self, now, advance(self.usart6));
+        if board_is_due || self.plan.due(Slot::Usart6) <= now {
+            self.catch_up(now);
+            with!(self, now, advance(self.usart6));
+            self.met_board(Unit::Usart6);
+        }
+        if self.plan.due(Slot::Own) <= now {
+            self.advance_own(now);
+        }
+    }
+
+    /// A serial bus has had to do with the board.
+    fn met_board(&mut self, unit: Unit) {
+        self.told = true;
+        self.note_serial(unit);
+        self.note_board();
+    }
+
+    fn advance_own(&mut self, now: u64) {
+        let nanos = self.clocks.nanos(now);
         self.flash.settle(nanos);
         if self.rcc.settle(nanos) {
             self.clock(now);
         }
         self.bitten |= self.iwdg.bites(nanos);
+        self.note_own();
     }
 
     pub(in crate::soc) const fn counts_in_sleep(&self) -> bool {
@@ -86,41 +159,57 @@ impl<B: Board> Units<B> {
         self.iwdg.is_started().then(|| self.iwdg.bites_at())
     }
 
-    /// The next of what happens in nanoseconds.
-    fn absolute(&self) -> Nanos {
-        self.rcc.due().min(self.flash.due()).min(self.iwdg.due()).min(self.board.due())
+    /// A timer may be due at another cycle than before, or interrupt.
+    pub(super) fn note_timer(&mut self, index: usize) {
+        let timer = &self.timers[index];
+        self.plan.note(Slot::Timer(index), timer.due(), timer.lines());
     }
 
-    /// The next cycle at which something is due, and the interrupt lines.
-    pub(in crate::soc) fn plan(&mut self) -> (u64, u128) {
-        if std::mem::take(&mut self.stale) {
-            self.others = self.plan_others();
-        }
-        let timers = self.timers_due.iter().copied().fold(u64::MAX, u64::min);
-        let lines = self.timers_lines.iter().fold(0, |lines, timer| lines | timer);
-        (timers.min(self.others.0), lines | self.others.1)
+    /// The same of a serial bus. What it asks DMA for may be new too.
+    pub(super) fn note_serial(&mut self, unit: Unit) {
+        let asks = match unit {
+            Unit::I2c(index) => {
+                let i2c = &self.i2c[index];
+                note::<B>(&mut self.plan, Slot::I2c(index), i2c);
+                (i2c.wants_receive(), i2c.wants_transmit())
+            }
+            Unit::Spi1 => {
+                note::<B>(&mut self.plan, Slot::Spi1, &self.spi1);
+                (self.spi1.wants_receive(), self.spi1.wants_transmit())
+            }
+            _ => {
+                note::<B>(&mut self.plan, Slot::Usart6, &self.usart6);
+                (self.usart6.wants_receive(), self.usart6.wants_transmit())
+            }
+        };
+        self.asks |= asks.0 || asks.1;
     }
 
-    /// The same without timers.
-    fn plan_others(&mut self) -> (u64, u128) {
-        let absolute = self.absolute();
-        // Most accesses change nothing about it, and the conversion is a division.
-        if absolute != self.planned.0 {
-            self.planned = (absolute, self.clocks.cycle(absolute));
+    /// The same of the board and of EXTI.
+    pub(super) fn note_board(&mut self) {
+        let due = self.board_moment.set(self.board.due(), &self.clocks);
+        self.plan.note(Slot::Board, due, self.exti.lines());
+    }
+
+    /// The same of RCC, flash and the watchdog.
+    pub(super) fn note_own(&mut self) {
+        let due = self.rcc.due().min(self.flash.due()).min(self.iwdg.due());
+        let due = self.own_moment.set(due, &self.clocks);
+        self.plan.note(Slot::Own, due, self.flash.lines());
+    }
+
+    /// The same of everybody but DMA.
+    pub(super) fn note_all(&mut self) {
+        for index in 0..TIMERS.len() {
+            self.note_timer(index);
         }
-        let due = self
-            .i2c
-            .iter()
-            .map(Peripheral::<B>::due)
-            .fold(self.planned.1, u64::min)
-            .min(Peripheral::<B>::due(&self.spi1))
-            .min(Peripheral::<B>::due(&self.usart6));
-        let lines = self.i2c.iter().fold(0, |lines, i2c| lines | Peripheral::<B>::lines(i2c))
-            | Peripheral::<B>::lines(&self.spi1)
-            | Peripheral::<B>::lines(&self.usart6)
-            | self.exti.lines()
-            | self.flash.lines();
-        (due, lines)
+        for index in 0..self.i2c.len() {
+            self.note_serial(Unit::I2c(index));
+        }
+        self.note_serial(Unit::Spi1);
+        self.note_serial(Unit::Usart6);
+        self.note_board();
+        self.note_own();
     }
 
     pub(in crate::soc) fn requests(&self, request: Request) -> bool {
@@ -174,7 +263,7 @@ impl<B: Board> Units<B> {
         let nanos = self.clocks.nanos(now);
         let mut words = Vec::with_capacity(320);
         words.extend(self.rcc.words(nanos));
-        words.extend(self.flash.words());
+        words.extend(self.flash.words(nanos));
         words.extend(self.iwdg.words());
         words.extend(self.rtc.words());
         words.extend(self.pins.words());
@@ -185,4 +274,9 @@ impl<B: Board> Units<B> {
         }
         words
     }
+}
+
+#[inline]
+fn note<B: Board>(plan: &mut Plan, slot: Slot, unit: &impl Peripheral<B>) {
+    plan.note(slot, unit.due(), unit.lines());
 }
