@@ -371,7 +371,8 @@ pub(super) enum Kind {
     StrexNarrow(Width),
     Clrex,
 
-    // Branches, to `imm` or Rm.
+    // Branches, to Rm or to `imm`: an address, or in a program a place. There, `d` is the
+    // condition.
     B,
     Beq,
     Bne,
@@ -401,6 +402,16 @@ pub(super) enum Kind {
     AddPc,
     /// ITSTATE is `imm`.
     It,
+    /// An IT whose block stands in the program once more, as what is executed if its condition
+    /// passes (at the place `imm`) and then as what is executed otherwise. ITSTATE is `d`, the block
+    /// has `a` instructions, `m` of which are executed if the condition does not pass.
+    Block,
+
+    // With the branch that stands behind it. Alone, it is what its name says.
+    CmpImmThen,
+    CmpRegThen,
+    TstImmThen,
+    LslImmSThen,
 
     // Floating point: Sd, Sn, Sm.
     Vadd,
@@ -528,6 +539,153 @@ impl Op {
 }
 
 impl Kind {
+    /// What it is together with a branch that follows.
+    pub(super) const fn with_branch(self) -> Self {
+        match self {
+            Self::CmpImm => Self::CmpImmThen,
+            Self::CmpReg => Self::CmpRegThen,
+            Self::TstImm => Self::TstImmThen,
+            Self::LslImmS => Self::LslImmSThen,
+            other => other,
+        }
+    }
+
+    /// The number of the condition that it branches on.
+    pub(super) const fn condition(self) -> Option<u8> {
+        Some(match self {
+            Self::Beq => 0,
+            Self::Bne => 1,
+            Self::Bcs => 2,
+            Self::Bcc => 3,
+            Self::Bmi => 4,
+            Self::Bpl => 5,
+            Self::Bvs => 6,
+            Self::Bvc => 7,
+            Self::Bhi => 8,
+            Self::Bls => 9,
+            Self::Bge => 10,
+            Self::Blt => 11,
+            Self::Bgt => 12,
+            Self::Ble => 13,
+            _ => return None,
+        })
+    }
+
+    /// Whether it branches to `imm`.
+    pub(super) const fn branches(self) -> bool {
+        matches!(
+            self,
+            Self::B
+                | Self::Beq
+                | Self::Bne
+                | Self::Bcs
+                | Self::Bcc
+                | Self::Bmi
+                | Self::Bpl
+                | Self::Bvs
+                | Self::Bvc
+                | Self::Bhi
+                | Self::Bls
+                | Self::Bge
+                | Self::Blt
+                | Self::Bgt
+                | Self::Ble
+                | Self::Bl
+                | Self::Cbz
+                | Self::Cbnz
+        )
+    }
+
+    /// Whether it has no part in what may come next, neither by the flags nor by a branch, and is
+    /// as often in IT blocks as to be worth a copy there.
+    pub(super) const fn goes_on(self) -> bool {
+        matches!(
+            self,
+            Self::AddImm
+                | Self::SubImm
+                | Self::RsbImm
+                | Self::AdcImm
+                | Self::AndImm
+                | Self::OrrImm
+                | Self::EorImm
+                | Self::MovImm
+                | Self::Movt
+                | Self::AddReg
+                | Self::SubReg
+                | Self::AdcReg
+                | Self::SbcReg
+                | Self::RsbReg
+                | Self::AndReg
+                | Self::BicReg
+                | Self::OrrReg
+                | Self::EorReg
+                | Self::MovReg
+                | Self::MvnReg
+                | Self::AddShifted(_)
+                | Self::SubShifted(_)
+                | Self::AndShifted(_)
+                | Self::OrrShifted(_)
+                | Self::EorShifted(_)
+                | Self::LslImm
+                | Self::LsrImm
+                | Self::AsrImm
+                | Self::LslReg
+                | Self::LsrReg
+                | Self::Mul
+                | Self::Mla
+                | Self::Mls
+                | Self::Bfi
+                | Self::Bfc
+                | Self::Ubfx
+                | Self::Uxtb
+                | Self::Uxth
+                | Self::LdrImm
+                | Self::LdrReg
+                | Self::LdrLiteral
+                | Self::LdrbImm
+                | Self::LdrbReg
+                | Self::LdrhImm
+                | Self::LdrhReg
+                | Self::StrImm
+                | Self::StrReg
+                | Self::StrbImm
+                | Self::StrbReg
+                | Self::StrhImm
+                | Self::StrhReg
+                | Self::Ldrd(_)
+                | Self::Strd(_)
+                | Self::Vadd
+                | Self::Vsub
+                | Self::Vmul
+                | Self::Vneg
+                | Self::Vmov
+                | Self::VmovImm
+                | Self::VmovToCore
+                | Self::VmovFromCore
+                | Self::Vldr
+                | Self::VldrLiteral
+                | Self::Vstr
+        )
+    }
+
+    /// The same of what can only be the last instruction of a block.
+    pub(super) const fn ends_block(self) -> bool {
+        self.goes_on()
+            || matches!(
+                self,
+                Self::CmpImm
+                    | Self::CmpReg
+                    | Self::TstImm
+                    | Self::Vmrs
+                    | Self::B
+                    | Self::Bl
+                    | Self::Bx
+                    | Self::Blx
+                    | Self::Pop
+                    | Self::PopPc
+            )
+    }
+
     /// What sets flags in a 16-bit encoding, without doing so.
     const fn quiet(self) -> Self {
         match self {
@@ -544,7 +702,7 @@ impl Kind {
             Self::OrrRegS => Self::OrrReg,
             Self::EorRegS => Self::EorReg,
             Self::MvnRegS => Self::MvnReg,
-            Self::LslImmS => Self::LslImm,
+            Self::LslImmS | Self::LslImmSThen => Self::LslImm,
             Self::LsrImmS => Self::LsrImm,
             Self::AsrImmS => Self::AsrImm,
             Self::LslRegS => Self::LslReg,

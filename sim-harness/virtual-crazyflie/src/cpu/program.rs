@@ -6,6 +6,9 @@
 //! first byte on comes across, then, for every halfword that he has skipped, what a reader finds
 //! who begins there, until he meets one who was there before.
 //!
+//! Behind all of it, the blocks of most ITs stand once more, each twice: as it is executed if the
+//! condition passes, and as it is if not.
+//!
 //! Addresses can be marked with traps, which cost nothing anywhere else.
 //!
 //! It is decoded once: whoever lets flash be programmed where it has code makes a new one.
@@ -28,8 +31,11 @@ pub struct Program {
     addresses: Arc<[u32]>,
     /// Which of them begins at each halfword.
     places: Arc<[u32]>,
-    /// What a trap stands in for, by address.
-    trapped: BTreeMap<u32, Op>,
+    /// Where the copies of blocks begin, and ITSTATE at each of their places.
+    blocks: usize,
+    it_states: Arc<[u8]>,
+    /// What a trap stands in for, by address; where there are copies, the original first.
+    trapped: BTreeMap<u32, Vec<(usize, Op)>>,
 }
 
 impl Program {
@@ -72,11 +78,37 @@ impl Program {
             ops[before].cycles = timing::cycles_before(&ops[before], &ops[after]);
             ops[after].new_line = timing::line(addresses[before]) != timing::line(addresses[after]);
         }
+        let place = |address: u32| {
+            let half = (address.wrapping_sub(base) >> 1) as usize;
+            places.get(half).copied()
+        };
+        for index in 1..ops.len() {
+            if let Some(condition) = ops[index].kind.condition() {
+                ops[index].d = condition;
+            }
+            if ops[index].kind.branches() {
+                let target = ops[index].imm;
+                ops[index].imm = place(target).unwrap_or_else(|| {
+                    addresses.push(target);
+                    ops.push(Op::new(Kind::Outside, 2));
+                    ops.len() as u32 - 1
+                });
+            }
+        }
+        let blocks = ops.len();
+        let it_states = copy_blocks(&mut ops, &mut addresses);
+        for (first, second) in (1..blocks).zip(2..blocks) {
+            if ops[second].kind.condition().is_some() && !ops[second].new_line {
+                ops[first].kind = ops[first].kind.with_branch();
+            }
+        }
         Self {
             base,
             ops: ops.into(),
             addresses: addresses.into(),
             places: places.into(),
+            blocks,
+            it_states: it_states.into(),
             trapped: BTreeMap::new(),
         }
     }
@@ -91,16 +123,22 @@ impl Program {
         if address & 1 != 0 || place == Self::OUTSIDE {
             return false;
         }
-        let op = &mut Arc::make_mut(&mut self.ops)[place];
-        self.trapped.insert(address, *op);
-        *op = op.as_kind(Kind::Trap);
+        let copies = (self.blocks..self.ops.len())
+            .filter(|&copy| self.addresses[copy] == address && self.ops[copy].kind != Kind::Goto);
+        let all: Vec<usize> = std::iter::once(place).chain(copies).collect();
+        let ops = Arc::make_mut(&mut self.ops);
+        let mut real = Vec::with_capacity(all.len());
+        for place in all {
+            real.push((place, ops[place]));
+            ops[place] = ops[place].as_kind(Kind::Trap);
+        }
+        self.trapped.insert(address, real);
         true
     }
 
     /// It no longer does.
     pub fn untrap(&mut self, address: u32) {
-        let place = self.place(address);
-        if let Some(op) = self.trapped.remove(&address) {
+        for (place, op) in self.trapped.remove(&address).unwrap_or_default() {
             Arc::make_mut(&mut self.ops)[place] = op;
         }
     }
@@ -133,11 +171,69 @@ impl Program {
         self.addresses[place]
     }
 
+    /// An instruction as it is outside the program.
+    pub(super) fn alone(&self, op: &Op) -> Op {
+        if op.kind.branches() { Op { imm: self.address(op.imm as usize), ..*op } } else { *op }
+    }
+
+    /// ITSTATE at a place in a copy of a block.
+    #[inline(always)]
+    pub(super) fn it_state(&self, place: usize) -> Option<u8> {
+        self.it_states.get(place.wrapping_sub(self.blocks)).copied()
+    }
+
     /// What stands at a place, seen through the traps.
     pub(super) fn real_op(&self, place: usize) -> &Op {
         match self.ops[place] {
-            Op { kind: Kind::Trap, .. } => &self.trapped[&self.addresses[place]],
+            Op { kind: Kind::Trap, .. } => &self.trapped[&self.addresses[place]][0].1,
             _ => &self.ops[place],
         }
     }
+}
+
+/// Copies the blocks of ITs behind everything else. Returns ITSTATE at each place of the copies.
+fn copy_blocks(ops: &mut Vec<Op>, addresses: &mut Vec<u32>) -> Vec<u8> {
+    let mut it_states = Vec::new();
+    for place in 0..ops.len() {
+        let (Kind::It, first) = (ops[place].kind, ops[place].imm as u8) else { continue };
+        let count = 4 - first.trailing_zeros() as usize;
+        let Some(block) = ops.get(place + 1..place + 1 + count) else { continue };
+        let (Some(end), Some(&behind)) = (block.last(), addresses.get(place + 1 + count)) else {
+            continue;
+        };
+        let inner = &block[..count - 1];
+        if !inner.iter().all(|op| op.in_it().kind.goes_on()) || !end.in_it().kind.ends_block() {
+            continue;
+        }
+        let block = block.to_vec();
+        let states: Vec<u8> =
+            std::iter::successors(Some(first), |&it| Some(advanced(it))).take(count).collect();
+        let executed = |passes: bool, it: u8| (it >> 4 & 1 == first >> 4 & 1) == passes;
+        ops[place] = Op {
+            d: first,
+            a: count as u8,
+            m: states.iter().filter(|&&it| executed(false, it)).count() as u8,
+            imm: ops.len() as u32,
+            ..ops[place].as_kind(Kind::Block)
+        };
+        for passes in [true, false] {
+            for (index, (op, &it)) in block.iter().zip(&states).enumerate() {
+                let skipped = Op { len: op.len, ..Op::new(Kind::Nop, op.len) };
+                let op = if executed(passes, it) { op.in_it() } else { skipped };
+                // The fetches of a block are not counted.
+                ops.push(Op { new_line: false, ..op });
+                addresses.push(addresses[place + 1 + index]);
+                it_states.push(it);
+            }
+            ops.push(Op { new_line: false, ..Op::goto((place + 1 + count) as u32) });
+            addresses.push(behind);
+            it_states.push(0);
+        }
+    }
+    it_states
+}
+
+/// ITAdvance (DDI 0403, A7.3.3).
+pub(super) const fn advanced(it: u8) -> u8 {
+    if it & 7 == 0 { 0 } else { it & 0xE0 | it << 1 & 0x1F }
 }

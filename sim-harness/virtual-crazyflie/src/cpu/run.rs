@@ -7,6 +7,7 @@ use super::decode::{decode, is_wide};
 use super::exceptions::Fault;
 use super::execute::{Alone, Following};
 use super::op::{Kind, Op};
+use super::program::advanced;
 use super::{Cpu, Program, timing};
 use crate::bus::{Bus, Refused, Width};
 use crate::memory::Memory;
@@ -106,7 +107,7 @@ impl Cpu {
         if self.r[15] != here && program.is_trapped(self.r[15]) {
             return Stop::Trap;
         }
-        let op = *program.real_op(program.place(self.r[15]));
+        let op = program.alone(program.real_op(program.place(self.r[15])));
         self.execute_alone(op, program, memory, bus);
         self.settle(memory).unwrap_or(Stop::Until)
     }
@@ -202,12 +203,14 @@ impl Cpu {
         let mut executed = 0;
         while self.cycles < self.deadline {
             let op = program.op(position.place);
-            if FLASH && (op.new_line || position.place != last.place + 1) {
+            if FLASH && position.branched() {
                 let line = timing::line(program.address(position.place));
                 self.cycles += self.timing.fetch(line, self.cycles);
+            } else if FLASH && op.new_line {
+                self.cycles += self.timing.fetch_next(self.cycles);
             }
             last = position;
-            position.place += 1;
+            position.advance();
             executed += 1;
             self.execute(op, &mut position, program, memory, bus);
         }
@@ -227,7 +230,7 @@ impl Cpu {
         bus: &mut B,
     ) {
         while self.it != 0 && self.cycles < self.deadline {
-            let op = *program.op(program.place(self.r[15]));
+            let op = program.alone(program.op(program.place(self.r[15])));
             self.execute_alone(op, program, memory, bus);
         }
     }
@@ -244,9 +247,13 @@ impl Cpu {
         let it = self.it;
         match op.kind {
             Kind::Outside => self.execute_outside(program, memory, bus),
-            Kind::It if it != 0 => self.trouble(Trouble::Unpredictable),
+            Kind::It | Kind::Block if it != 0 => self.trouble(Trouble::Unpredictable),
             Kind::It => {
                 self.it = op.imm as u8;
+                self.skip(&op);
+            }
+            Kind::Block => {
+                self.it = op.d;
                 self.skip(&op);
             }
             _ if it == 0 || op.kind == Kind::Trap => {
@@ -254,7 +261,7 @@ impl Cpu {
             }
             // A7.3.3. What returns from an exception sets ITSTATE, so it is moved on before.
             _ => {
-                self.it = if it & 7 == 0 { 0 } else { it & 0xE0 | it << 1 & 0x1F };
+                self.it = advanced(it);
                 if !self.passes(it >> 4) {
                     self.skip(&op);
                 } else if !self.execute_once(&op.in_it(), program, memory, bus) {
@@ -273,19 +280,11 @@ impl Cpu {
 
     /// ConditionPassed (A7.3.1).
     #[inline(always)]
-    fn passes(&self, condition: u8) -> bool {
+    pub(super) const fn passes(&self, condition: u8) -> bool {
         let flags = &self.flags;
-        let passes = match condition >> 1 {
-            0 => flags.z,
-            1 => flags.c,
-            2 => flags.n,
-            3 => flags.v,
-            4 => flags.c && !flags.z,
-            5 => flags.n == flags.v,
-            6 => flags.n == flags.v && !flags.z,
-            _ => return true,
-        };
-        passes != (condition & 1 != 0)
+        let nzcv =
+            (flags.n as u8) << 3 | (flags.z as u8) << 2 | (flags.c as u8) << 1 | flags.v as u8;
+        PASSES[(condition & 15) as usize] >> nzcv & 1 != 0
     }
 
     /// The instruction at the program counter, which is not part of the program: in RAM, say.
@@ -344,3 +343,25 @@ fn fetch(memory: &Memory, address: u32) -> Result<u16, Fault> {
         None => Err(Fault::FetchBus { address }),
     }
 }
+
+/// For each condition, which of the sixteen states of N, Z, C and V pass it.
+const PASSES: [u16; 16] = {
+    let mut passes = [0; 16];
+    let mut state = 0;
+    while state < 16 {
+        let (n, z) = (state & 8 != 0, state & 4 != 0);
+        let (c, v) = (state & 2 != 0, state & 1 != 0);
+        let positive = [z, c, n, v, c && !z, n == v, n == v && !z];
+        let mut condition = 0;
+        while condition < 14 {
+            if positive[condition / 2] != (condition & 1 != 0) {
+                passes[condition] |= 1 << state;
+            }
+            condition += 1;
+        }
+        passes[14] |= 1 << state;
+        passes[15] |= 1 << state;
+        state += 1;
+    }
+    passes
+};

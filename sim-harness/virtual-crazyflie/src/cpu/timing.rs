@@ -180,57 +180,77 @@ pub(super) const fn line(address: u32) -> u32 {
 const LINES: usize = 64;
 const DATA_LINES: usize = 8;
 const NOWHERE: u32 = u32::MAX;
-
-/// Lines of flash that are held, the one used longest ago going first.
-#[derive(Clone, Debug)]
-struct Lines<const N: usize> {
-    held: [u32; N],
-    used: [u32; N],
-    tick: u32,
-    /// Where each line of 1 MiB is held; N where it is not. Allocated when first needed.
-    slots: Vec<u8>,
-}
-
+/// The lines of 1 MiB of flash.
 const FLASH_LINES: usize = 1 << 16;
 
-impl<const N: usize> Lines<N> {
-    const fn new() -> Self {
-        Self { held: [NOWHERE; N], used: [0; N], tick: 0, slots: Vec::new() }
+/// Lines of instructions that are held, the one used longest ago going first.
+#[derive(Clone, Debug)]
+struct Lines {
+    /// By slot. Nothing is held in [`NO_SLOT`] and behind it.
+    held: [u32; 256],
+    /// When each slot was used, with its number in the lowest bits, so that the least of them tells
+    /// which slot it is. What is written to `NO_SLOT` does not matter.
+    used: [i32; 256],
+    clock: i32,
+    /// Where each line was put. Whether it is still there is for `held` to say.
+    slots: Box<[u8; FLASH_LINES]>,
+}
+
+const NO_SLOT: u8 = LINES as u8;
+const TICK: i32 = LINES as i32;
+
+impl Lines {
+    fn new() -> Self {
+        let slots = vec![NO_SLOT; FLASH_LINES].into_boxed_slice();
+        let mut lines = Self {
+            held: [NOWHERE; 256],
+            used: [0; 256],
+            clock: 0,
+            slots: slots.try_into().expect("the size is what it was made with"),
+        };
+        for (slot, used) in (0..).zip(&mut lines.used[..LINES]) {
+            *used = slot;
+        }
+        lines
     }
 
-    /// Whether it is held; it is from now on.
-    fn take(&mut self, line: u32) -> bool {
-        if self.slots.is_empty() {
-            self.slots = vec![N as u8; FLASH_LINES];
-        }
-        self.tick = self.tick.wrapping_add(1);
-        let slot = usize::from(self.slots[line as usize % FLASH_LINES]);
-        if slot < N && self.held[slot] == line {
-            self.used[slot] = self.tick;
-            return true;
-        }
-        self.insert(line);
-        false
+    /// Where a line is held.
+    #[inline(always)]
+    fn find(&self, line: u32) -> u8 {
+        let slot = self.slots[usize::from(line as u16)];
+        if self.held[usize::from(slot)] == line { slot } else { NO_SLOT }
     }
 
-    #[cold]
+    /// What is in a slot is used.
+    #[inline(always)]
+    fn touch(&mut self, slot: u8) {
+        self.clock = match self.clock.checked_add(TICK) {
+            Some(clock) => clock,
+            None => self.renumber(),
+        };
+        self.used[usize::from(slot)] = self.clock | i32::from(slot);
+    }
+
+    /// A line that is not held is put where the oldest one was.
+    #[inline(never)]
     fn insert(&mut self, line: u32) {
-        let age = |slot: &usize| self.tick.wrapping_sub(self.used[*slot]);
-        let oldest = (0..N).max_by_key(age).expect("there are lines");
-        self.held[oldest] = line;
-        self.used[oldest] = self.tick;
-        self.slots[line as usize % FLASH_LINES] = oldest as u8;
+        let oldest = self.used[..LINES].iter().fold(i32::MAX, |least, &used| least.min(used));
+        let slot = (oldest % TICK) as u8;
+        self.held[usize::from(slot)] = line;
+        self.slots[usize::from(line as u16)] = slot;
+        self.touch(slot);
     }
 
-    /// Whether it is held.
-    fn touch(&mut self, line: u32) -> bool {
-        let slot = self.slots.get(line as usize % FLASH_LINES).copied().map_or(N, usize::from);
-        let held = slot < N && self.held[slot] == line;
-        if held {
-            self.tick = self.tick.wrapping_add(1);
-            self.used[slot] = self.tick;
+    /// The clock starts again, and nothing but the order is kept.
+    #[cold]
+    fn renumber(&mut self) -> i32 {
+        let mut order = self.used;
+        order[..LINES].sort_unstable();
+        for (time, used) in (0..).zip(&order[..LINES]) {
+            let slot = used % TICK;
+            self.used[slot as usize] = time * TICK | slot;
         }
-        held
+        TICK * TICK
     }
 }
 
@@ -243,8 +263,9 @@ pub(crate) struct Timing {
     line: u32,
     /// When the line behind it has been fetched ahead.
     ahead: u64,
-    instructions: Lines<LINES>,
-    data: Lines<DATA_LINES>,
+    instructions: Lines,
+    /// The lines of data that are held, the one used last first.
+    data: [u32; DATA_LINES],
 }
 
 impl Default for Timing {
@@ -255,7 +276,7 @@ impl Default for Timing {
             line: NOWHERE,
             ahead: 0,
             instructions: Lines::new(),
-            data: Lines::new(),
+            data: [NOWHERE; DATA_LINES],
         }
     }
 }
@@ -265,6 +286,7 @@ impl Timing {
         *self = Self { flash, wait_states, ..Self::default() };
     }
 
+    #[inline(always)]
     pub(super) fn is_ideal(&self) -> bool {
         self.flash == FlashTiming::Ideal
     }
@@ -274,38 +296,67 @@ impl Timing {
     }
 
     /// Cycles until an instruction of a line is there, which may be the line of the one before.
-    #[inline]
+    #[inline(always)]
     pub(super) fn fetch(&mut self, line: u32, now: u64) -> u64 {
         if line == self.line {
             return 0;
         }
-        let next = line == self.line.wrapping_add(1);
+        if line == self.line.wrapping_add(1) {
+            return self.fetch_next(now);
+        }
         self.line = line;
         let wait = u64::from(self.wait_states);
-        let stall = match self.flash {
-            FlashTiming::Ideal => return 0,
-            FlashTiming::Off => return wait,
-            FlashTiming::Accelerated if self.instructions.touch(line) => 0,
-            // A line that was fetched ahead is used, and not kept.
-            FlashTiming::Accelerated if next => self.ahead.saturating_sub(now),
-            FlashTiming::Accelerated => {
-                self.instructions.take(line);
-                wait
-            }
+        if self.flash != FlashTiming::Accelerated {
+            return if self.is_ideal() { 0 } else { wait };
+        }
+        let slot = self.instructions.find(line);
+        let stall = if slot == NO_SLOT {
+            self.instructions.insert(line);
+            wait
+        } else {
+            self.instructions.touch(slot);
+            0
         };
         self.ahead = now + stall + wait + 1;
         stall
     }
 
-    /// Cycles until data is there.
-    #[cold]
-    pub(super) fn load(&mut self, address: u32) -> u64 {
+    /// The same of the line behind the one before. It was fetched ahead, and is not kept when it is
+    /// used.
+    #[inline(always)]
+    pub(super) fn fetch_next(&mut self, now: u64) -> u64 {
+        self.line = self.line.wrapping_add(1);
         let wait = u64::from(self.wait_states);
+        if self.flash != FlashTiming::Accelerated {
+            return if self.is_ideal() { 0 } else { wait };
+        }
+        let slot = self.instructions.find(self.line);
+        self.instructions.touch(slot);
+        let stall = if slot == NO_SLOT { self.ahead.saturating_sub(now) } else { 0 };
+        self.ahead = now + stall + wait + 1;
+        stall
+    }
+
+    /// Cycles until data is there.
+    #[inline(always)]
+    pub(super) fn load(&mut self, address: u32) -> u64 {
+        let line = line(address);
         match self.flash {
             FlashTiming::Ideal => 0,
-            FlashTiming::Off => wait,
-            FlashTiming::Accelerated if self.data.take(line(address)) => 0,
-            FlashTiming::Accelerated => wait,
+            FlashTiming::Accelerated if self.data[0] == line => 0,
+            _ => self.load_another(line),
         }
+    }
+
+    /// From another line than the one before.
+    fn load_another(&mut self, line: u32) -> u64 {
+        let wait = u64::from(self.wait_states);
+        if self.flash == FlashTiming::Off {
+            return wait;
+        }
+        let held = self.data.iter().position(|&held| held == line);
+        self.data[..=held.unwrap_or(DATA_LINES - 1)].rotate_right(1);
+        self.data[0] = line;
+        if held.is_some() { 0 } else { wait }
     }
 }

@@ -158,47 +158,9 @@ impl Profile {
         if self.stack.as_ref().is_some_and(|stack| stack.contains(&sp)) {
             self.lowest = self.lowest.min(sp);
         }
-        // The list is short, and taking it apart from the rest would cost more than this.
-        for index in 0..self.sites.at(pc).len() {
-            let site = self.sites.at(pc)[index];
-            self.site(site, now, load);
-        }
-    }
-
-    fn site(&mut self, site: Site, now: &Moment, load: &dyn Fn(u32, Width) -> Option<u32>) {
-        match site {
-            Site::Reset => {
-                self.account.reset();
-                self.woken.clear();
-            }
-            Site::Handler => self.account.enter(now),
-            Site::HandlerReturn(place) => {
-                let target = match place {
-                    sites::Target::Register(n) => Some(now.registers[usize::from(n & 15)]),
-                    sites::Target::Stack(offset) => {
-                        load(now.registers[13].wrapping_add(offset.into()), Width::Word)
-                    }
-                };
-                if now.exception != 0 && target.is_some_and(|target| target >= 0xFFFF_FF00) {
-                    self.account.leave(now);
-                }
-            }
-            // Seen a second time, when an exception came in before the first instruction.
-            Site::Poll(task) if self.account.has_begun(now, What::Poll(task)) => {}
-            Site::Watched(index) if self.account.has_begun(now, What::Watched(index)) => {}
-            Site::Poll(task) => {
-                let woken = self.woken.remove(&now.registers[0]);
-                self.account.polled(now, task, woken);
-            }
-            Site::PollReturn => self.account.poll_returned(now),
-            Site::Wake { register, offset } => {
-                let queued = now.registers[usize::from(register & 15)];
-                if load(queued, Width::Byte) == Some(0) {
-                    self.woken.entry(queued.wrapping_sub(offset)).or_insert(now.cycles);
-                }
-            }
-            Site::Watched(index) => self.account.begin(now, What::Watched(index)),
-            Site::WatchedReturn => self.account.returned(now),
+        let Self { sites, account, woken, .. } = self;
+        for site in sites.at(pc) {
+            reach(account, woken, *site, now, load);
         }
     }
 
@@ -213,6 +175,50 @@ impl Profile {
             stack: None,
             lowest: u32::MAX,
         }
+    }
+}
+
+/// The core is at a site.
+fn reach(
+    account: &mut Account,
+    woken: &mut QuickMap<u32, u64>,
+    site: Site,
+    now: &Moment,
+    load: &dyn Fn(u32, Width) -> Option<u32>,
+) {
+    match site {
+        Site::Reset => {
+            account.reset();
+            woken.clear();
+        }
+        Site::Handler => account.enter(now),
+        Site::HandlerReturn(place) => {
+            let target = match place {
+                sites::Target::Register(n) => Some(now.registers[usize::from(n & 15)]),
+                sites::Target::Stack(offset) => {
+                    load(now.registers[13].wrapping_add(offset.into()), Width::Word)
+                }
+            };
+            if now.exception != 0 && target.is_some_and(|target| target >= 0xFFFF_FF00) {
+                account.leave(now);
+            }
+        }
+        // Seen a second time, when an exception came in before the first instruction.
+        Site::Poll(task) if account.has_begun(now, What::Poll(task)) => {}
+        Site::Watched(index) if account.has_begun(now, What::Watched(index)) => {}
+        Site::Poll(task) => {
+            let since = woken.remove(&now.registers[0]);
+            account.polled(now, task, since);
+        }
+        Site::PollReturn => account.poll_returned(now),
+        Site::Wake { register, offset } => {
+            let queued = now.registers[usize::from(register & 15)];
+            if load(queued, Width::Byte) == Some(0) {
+                woken.entry(queued.wrapping_sub(offset)).or_insert(now.cycles);
+            }
+        }
+        Site::Watched(index) => account.begin(now, What::Watched(index)),
+        Site::WatchedReturn => account.returned(now),
     }
 }
 

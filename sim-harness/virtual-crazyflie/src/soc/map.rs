@@ -35,8 +35,27 @@ pub(super) enum Place {
     Nothing,
 }
 
+/// The stretches of APB1, APB2 and AHB1 that peripherals are in.
+const PERIPHERALS: u32 = 0x4000_0000;
+static PLACES: [Place; 0xA0] = {
+    let mut places = [Place::Nothing; 0xA0];
+    let mut n = 0;
+    while n < places.len() {
+        places[n] = search(PERIPHERALS + 1024 * n as u32);
+        n += 1;
+    }
+    places
+};
+
+/// What is at an address.
+#[inline(always)]
+pub(super) fn locate(address: u32) -> Place {
+    let stretch = address.wrapping_sub(PERIPHERALS) >> 10;
+    PLACES.get(stretch as usize).copied().unwrap_or_else(|| search(address))
+}
+
 /// By the stretches of 1 KiB that RM0090's table is made of.
-pub(super) const fn locate(address: u32) -> Place {
+const fn search(address: u32) -> Place {
     use Place::{Known, Nothing};
     let unit = match address >> 10 {
         0x10_0000..=0x10_0008 => Unit::Timer((address >> 10) as usize - 0x10_0000),

@@ -112,6 +112,7 @@ impl<B: Board> Soc<B> {
 
     /// What is wired to it, to be changed. [`Self::touch`] comes afterwards.
     pub const fn board_mut(&mut self) -> &mut B {
+        self.units.told = true;
         &mut self.units.board
     }
 

@@ -54,9 +54,7 @@ impl Cpu {
             Some(value) => value,
             None => match memory.load_flash_aligned(address, width) {
                 Some(value) => {
-                    if !self.timing.is_ideal() {
-                        self.cycles += self.timing.load(address);
-                    }
+                    self.cycles += self.timing.load(address);
                     value
                 }
                 None => self.load_slowly(op, memory, bus, address, width)?,
@@ -165,12 +163,12 @@ impl Cpu {
             return Ok(value);
         }
         beyond_memory(address, width)?;
-        self.deadline = 0;
         if is_system(address) {
+            self.deadline = 0;
             self.system_load(address, width)
         } else {
             let value = bus.load(memory, self.cycles, address, width)?;
-            self.set_lines(bus.lines());
+            self.look_at(bus);
             Ok(value)
         }
     }
@@ -187,14 +185,21 @@ impl Cpu {
             return Ok(());
         }
         beyond_memory(address, width)?;
-        self.deadline = 0;
         if is_system(address) {
+            self.deadline = 0;
             self.system_store(address, width, value)
         } else {
             bus.store(memory, self.cycles, address, width, value)?;
-            self.set_lines(bus.lines());
+            self.timing.set_wait_states(bus.flash_wait_states());
+            self.look_at(bus);
             Ok(())
         }
+    }
+
+    /// What an access has changed: an interrupt may come, or something may be due earlier.
+    fn look_at<B: Bus>(&mut self, bus: &B) {
+        self.set_lines(bus.lines());
+        self.deadline = if bus.resets() { 0 } else { self.deadline.min(bus.due()) };
     }
 
     #[cold]

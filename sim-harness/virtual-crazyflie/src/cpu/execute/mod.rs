@@ -38,7 +38,7 @@ impl Cpu {
         macro_rules! branch_if {
             ($condition:expr) => {
                 if $condition {
-                    position.go(self, program, op.imm);
+                    position.branch(op.imm);
                     self.cycles += REFILL;
                 }
             };
@@ -300,6 +300,34 @@ impl Cpu {
                 self.it = op.imm as u8;
                 self.execute_it_block(program, memory, bus);
             }),
+            Kind::CmpImmThen => {
+                self.compare(self.get(op.n), op.imm);
+                position.then(self, program);
+            }
+            Kind::CmpRegThen => {
+                self.compare(self.get(op.n), self.get(op.m));
+                position.then(self, program);
+            }
+            Kind::TstImmThen => {
+                self.test_imm(op, self.get(op.n) & op.imm);
+                position.then(self, program);
+            }
+            Kind::LslImmSThen => {
+                self.lsl_s(op);
+                position.then(self, program);
+            }
+            Kind::Block => {
+                let count = u64::from(op.a);
+                if self.passes(op.d >> 4) {
+                    position.glide(op.imm);
+                } else if op.m == 0 && self.cycles + count < self.deadline {
+                    self.cycles += count;
+                    self.instructions = self.instructions.wrapping_add(count);
+                    position.pass(op.a);
+                } else {
+                    position.glide(op.imm + u32::from(op.a) + 1);
+                }
+            }
 
             Kind::Vadd => self.vadd(op, memory),
             Kind::Vsub => self.vsub(op, memory),
@@ -361,14 +389,8 @@ impl Cpu {
                 self.deadline = 0;
             }),
             Kind::Mrs => self.set(op.d, self.mrs(op.imm as u8)),
-            Kind::Msr => {
-                self.msr(op.imm as u8, op.a, self.get(op.n));
-                self.deadline = 0;
-            }
-            Kind::Cps(enable, i, f) => {
-                self.cps(enable, i, f);
-                self.deadline = 0;
-            }
+            Kind::Msr => self.msr(op.imm as u8, op.a, self.get(op.n)),
+            Kind::Cps(enable, i, f) => self.cps(enable, i, f),
             Kind::Bkpt => self.refuse(op, Trouble::Breakpoint),
             Kind::Undefined => self.refuse(op, Trouble::Fault(Fault::Undefined)),
             Kind::NoCoprocessor => self.refuse(op, Trouble::Fault(Fault::NoCoprocessor)),

@@ -1,19 +1,27 @@
 //! Where the core is in its program, while instructions are executed.
 
+use crate::cpu::op::Kind;
+use crate::cpu::timing::REFILL;
 use crate::cpu::{Cpu, Program};
 
 /// What an instruction asks of whoever executes it.
 pub(in crate::cpu) trait Position {
     /// The address of the instruction behind this one.
     fn next(&self, program: &Program) -> u32;
-    /// On at an address.
-    fn go(&mut self, cpu: &mut Cpu, program: &Program, target: u32);
+    /// On where an instruction says that branches to what it knows.
+    fn branch(&mut self, target: u32);
     /// On where R15 says.
     fn resume(&mut self, cpu: &mut Cpu, program: &Program);
     /// Back at this instruction, and R15 says where that is.
     fn retreat(&mut self, cpu: &mut Cpu, program: &Program);
     /// On at a place in the program.
     fn follow(&mut self, place: u32);
+    /// On at a place in the program that holds what comes next in memory.
+    fn glide(&mut self, place: u32);
+    /// On behind so many instructions.
+    fn pass(&mut self, count: u8);
+    /// The branch that stands here is executed, too, if there is time for it.
+    fn then(&mut self, cpu: &mut Cpu, program: &Program);
 }
 
 /// One instruction is executed, at R15.
@@ -26,7 +34,7 @@ impl Position for Alone {
         self.next
     }
 
-    fn go(&mut self, _: &mut Cpu, _: &Program, target: u32) {
+    fn branch(&mut self, target: u32) {
         self.next = target;
     }
 
@@ -37,25 +45,49 @@ impl Position for Alone {
     // What is outside the program, or only a place in it, is not executed alone.
     fn retreat(&mut self, _: &mut Cpu, _: &Program) {}
     fn follow(&mut self, _: u32) {}
+    fn glide(&mut self, _: u32) {}
+    fn pass(&mut self, _: u8) {}
+    fn then(&mut self, _: &mut Cpu, _: &Program) {}
 }
+
+/// No place.
+const ELSEWHERE: usize = usize::MAX;
 
 /// One instruction is executed after the other.
 #[derive(Clone, Copy)]
 pub(in crate::cpu) struct Following {
     /// That of the next one. Where it is outside the program, R15 says where.
     pub(in crate::cpu) place: usize,
+    /// The same, unless an instruction has branched.
+    straight: usize,
 }
 
 impl Following {
+    #[inline(always)]
     pub(in crate::cpu) fn at(address: u32, program: &Program) -> Self {
-        Self { place: program.place(address) }
+        Self { place: program.place(address), straight: ELSEWHERE }
     }
 
-    /// R15 says where it is.
+    /// It has not come here from the instruction before.
+    #[inline(always)]
+    pub(in crate::cpu) const fn branched(self) -> bool {
+        self.place != self.straight
+    }
+
+    #[inline(always)]
+    pub(in crate::cpu) const fn advance(&mut self) {
+        self.place += 1;
+        self.straight = self.place;
+    }
+
+    /// R15, and ITSTATE within a block, say where it is.
     #[inline(always)]
     pub(in crate::cpu) fn leave(self, cpu: &mut Cpu, program: &Program) {
         if self.place != Program::OUTSIDE {
             cpu.r[15] = program.address(self.place);
+            if let Some(it) = program.it_state(self.place) {
+                cpu.it = it;
+            }
         }
     }
 }
@@ -67,16 +99,13 @@ impl Position for Following {
     }
 
     #[inline(always)]
-    fn go(&mut self, cpu: &mut Cpu, program: &Program, target: u32) {
-        self.place = program.place(target);
-        if self.place == Program::OUTSIDE {
-            cpu.r[15] = target;
-        }
+    fn branch(&mut self, target: u32) {
+        self.follow(target);
     }
 
     #[inline(always)]
     fn resume(&mut self, cpu: &mut Cpu, program: &Program) {
-        self.place = program.place(cpu.r[15]);
+        *self = Self::at(cpu.r[15], program);
     }
 
     #[inline(always)]
@@ -87,6 +116,31 @@ impl Position for Following {
 
     #[inline(always)]
     fn follow(&mut self, place: u32) {
+        *self = Self { place: place as usize, straight: ELSEWHERE };
+    }
+
+    #[inline(always)]
+    fn glide(&mut self, place: u32) {
         self.place = place as usize;
+        self.straight = self.place;
+    }
+
+    #[inline(always)]
+    fn pass(&mut self, count: u8) {
+        *self = Self { place: self.place + usize::from(count), straight: ELSEWHERE };
+    }
+
+    #[inline(always)]
+    fn then(&mut self, cpu: &mut Cpu, program: &Program) {
+        let op = program.op(self.place);
+        if cpu.cycles < cpu.deadline && op.kind != Kind::Trap {
+            cpu.cycles += u64::from(op.cycles);
+            cpu.instructions = cpu.instructions.wrapping_add(1);
+            self.advance();
+            if cpu.passes(op.d) {
+                cpu.cycles += REFILL;
+                self.branch(op.imm);
+            }
+        }
     }
 }

@@ -71,8 +71,10 @@ pub(in crate::soc) struct Units<B> {
     own_moment: Moment,
     /// Somebody may want DMA to do something since it last did all there was to do.
     pub(in crate::soc) asks: bool,
+    /// The requests that there are, two bits for each serial bus.
+    wants: u16,
     /// The board has been told something since its pins were last looked at.
-    told: bool,
+    pub(in crate::soc) told: bool,
     /// The last cycle at which somebody could have looked at the board, and the one that it has
     /// been brought to.
     lived: u64,
@@ -110,6 +112,7 @@ impl<B: Board> Units<B> {
             board_moment: Moment::NEVER,
             own_moment: Moment::NEVER,
             asks: true,
+            wants: 0,
             told: true,
             lived: 0,
             caught_up: None,
@@ -260,7 +263,7 @@ impl<B: Board> Units<B> {
 
     fn read(&mut self, unit: Unit, offset: u32, now: u64) -> Result<u32, Refused> {
         if unit.sees_board() {
-            self.look(now);
+            self.catch_up(now);
         }
         match unit {
             Unit::Timer(index) => self.read_timer(index, offset, now),
@@ -305,7 +308,7 @@ impl<B: Board> Units<B> {
 
     fn write(&mut self, unit: Unit, offset: u32, value: u32, now: u64) -> Result<(), Refused> {
         if unit.sees_board() {
-            self.look(now);
+            self.catch_up(now);
         }
         match unit {
             Unit::Timer(index) => {
@@ -323,8 +326,6 @@ impl<B: Board> Units<B> {
                 return result;
             }
             Unit::Gpio(port) => {
-                // It is told, and when.
-                self.catch_up(now);
                 self.pins.write(port, offset, value, &mut self.board)?;
                 self.watch_pins();
                 self.note_board();

@@ -70,9 +70,17 @@ impl Plan {
     }
 
     /// One is due then, and interrupts so.
-    #[inline]
+    #[inline(always)]
     pub(in crate::soc) fn note(&mut self, slot: Slot, due: u64, lines: u128) {
         let index = slot.index();
+        // Most accesses change nothing about it.
+        if self.due[index] != due || self.lines[index] != lines {
+            self.change(index, due, lines);
+        }
+    }
+
+    #[inline(never)]
+    fn change(&mut self, index: usize, due: u64, lines: u128) {
         if self.lines[index] != lines {
             self.lines[index] = lines;
             self.all = self.lines.iter().fold(0, |all, lines| all | lines);

@@ -28,15 +28,6 @@ impl Moment {
 }
 
 impl<B: Board> Units<B> {
-    /// The board as it is at `now`, for whoever looks at it without telling it anything: only where
-    /// something has happened there is it brought to that moment.
-    pub(super) fn look(&mut self, now: u64) {
-        self.lived = now;
-        if self.told || self.plan.due(Slot::Board) <= now {
-            self.catch_up(now);
-        }
-    }
-
     /// The board is brought to `now`, stopping wherever it changes a pin, so that no edge is lost.
     pub(super) fn catch_up(&mut self, now: u64) {
         self.lived = now;
@@ -167,22 +158,25 @@ impl<B: Board> Units<B> {
 
     /// The same of a serial bus. What it asks DMA for may be new too.
     pub(super) fn note_serial(&mut self, unit: Unit) {
-        let asks = match unit {
+        let (shift, receive, transmit) = match unit {
             Unit::I2c(index) => {
                 let i2c = &self.i2c[index];
                 note::<B>(&mut self.plan, Slot::I2c(index), i2c);
-                (i2c.wants_receive(), i2c.wants_transmit())
+                (2 * index, i2c.wants_receive(), i2c.wants_transmit())
             }
             Unit::Spi1 => {
                 note::<B>(&mut self.plan, Slot::Spi1, &self.spi1);
-                (self.spi1.wants_receive(), self.spi1.wants_transmit())
+                (6, self.spi1.wants_receive(), self.spi1.wants_transmit())
             }
             _ => {
                 note::<B>(&mut self.plan, Slot::Usart6, &self.usart6);
-                (self.usart6.wants_receive(), self.usart6.wants_transmit())
+                (8, self.usart6.wants_receive(), self.usart6.wants_transmit())
             }
         };
-        self.asks |= asks.0 || asks.1;
+        let wants = (u16::from(receive) | u16::from(transmit) << 1) << shift;
+        // One that nobody has served so far is served by whoever is enabled for it, not before.
+        self.asks |= wants & !self.wants != 0;
+        self.wants = self.wants & !(3 << shift) | wants;
     }
 
     /// The same of the board and of EXTI.
