@@ -15,7 +15,9 @@ use rayon::prelude::*;
 use sensors::multi_ranger::Beam;
 use units::NodeId;
 use virtual_crazyflie::board::{Device, Fault, Shares};
+use virtual_crazyflie::bus::Width;
 use virtual_crazyflie::machine::Pause;
+use virtual_crazyflie::memory::map;
 use virtual_crazyflie::soc::{I2cBus, ResetCause};
 
 use crate::craft::Craft;
@@ -230,6 +232,7 @@ fn fly(
     let mut mission = Mission::emulated(scenario, world, seed, vec![drone]);
     mission.advance(STRIKES_US);
     let flew = craft(&mission).record().take_offs() > 0;
+    let landed_before = craft(&mission).record().touchdown();
     if let Some(drone) = mission.emulated_drone_mut(0) {
         strike(drone, mishap)
             .map_err(|why| InputError::new(why, "the emulator has to learn it"))?;
@@ -244,7 +247,8 @@ fn fly(
         let remedy = "the emulator has to learn it";
         return Err(InputError::new(format!("{name}: {halted}"), remedy));
     }
-    Ok(judge(&mission, name, flew, off_at))
+    let touched = craft(&mission).record().touchdown() != landed_before;
+    Ok(judge(&mission, name, flew, off_at, touched))
 }
 
 fn craft<'m>(mission: &'m Mission<'_>) -> &'m Craft {
@@ -313,17 +317,24 @@ fn run_to(drone: &mut Emulated, address: Option<u32>) -> Result<(), String> {
     Err("the core never comes there".into())
 }
 
-/// Puts the core at an instruction of these bits, wherever in the program there is one.
-fn go_to(drone: &mut Emulated, bits: u16) -> Result<(), String> {
+/// Puts the core at an instruction of these bits, in the last word of the RAM, which nobody uses.
+fn go_to(drone: &mut Emulated, bits: u32) -> Result<(), String> {
+    const PLACE: u32 = map::RAM + map::RAM_SIZE - 4;
     let machine = drone.machine_mut();
-    let (base, bytes) = machine.image().flat();
-    let place = bytes.as_chunks::<2>().0.iter().position(|half| u16::from_le_bytes(*half) == bits);
-    let place = place.ok_or("the program has no such instruction")?;
-    machine.cpu_mut().set_register(15, base + 2 * place as u32);
+    if !machine.memory_mut().store(PLACE, Width::Half, bits) {
+        return Err("there is no RAM".into());
+    }
+    machine.cpu_mut().set_register(15, PLACE);
     Ok(())
 }
 
-fn judge(mission: &Mission<'_>, name: String, flew: bool, off_at: Option<u64>) -> Row {
+fn judge(
+    mission: &Mission<'_>,
+    name: String,
+    flew: bool,
+    off_at: Option<u64>,
+    touched: bool,
+) -> Row {
     let (craft, state) = (craft(mission), mission.states().next());
     let (body, record) = (craft.body(), craft.record());
     let upright = body.uprightness() >= UPRIGHT;
@@ -334,7 +345,10 @@ fn judge(mission: &Mission<'_>, name: String, flew: bool, off_at: Option<u64>) -
         Some(_) if !flew => Ending::Grounded,
         Some(_) if down && gently && upright => Ending::Landed,
         Some(ms) if down && ms <= MOTORS_AIM_MS => Ending::CutOff,
-        None if matches!(mode, Mode::Flying { .. })
+        // One that fell and took off again, because it was still told to, is controlled by nobody
+        // who knows that it fell.
+        None if !touched
+            && matches!(mode, Mode::Flying { .. })
             && upright
             && HEIGHTS.contains(&body.height())
             && state.is_some_and(|state| state.is_airborne()) =>

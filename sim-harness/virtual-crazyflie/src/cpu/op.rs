@@ -596,8 +596,8 @@ impl Kind {
         )
     }
 
-    /// Whether it has no part in what may come next, neither by the flags nor by a branch, and is
-    /// as often in IT blocks as to be worth a copy there.
+    /// Whether a block may have a copy with this in it: it leaves the flags alone, goes on behind
+    /// itself, and is often enough in blocks.
     pub(super) const fn goes_on(self) -> bool {
         matches!(
             self,
@@ -668,7 +668,7 @@ impl Kind {
         )
     }
 
-    /// The same of what can only be the last instruction of a block.
+    /// The same of the last instruction of a block.
     pub(super) const fn ends_block(self) -> bool {
         self.goes_on()
             || matches!(

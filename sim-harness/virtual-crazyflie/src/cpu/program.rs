@@ -237,3 +237,6 @@ fn copy_blocks(ops: &mut Vec<Op>, addresses: &mut Vec<u32>) -> Vec<u8> {
 pub(super) const fn advanced(it: u8) -> u8 {
     if it & 7 == 0 { 0 } else { it & 0xE0 | it << 1 & 0x1F }
 }
+
+#[cfg(test)]
+mod tests;

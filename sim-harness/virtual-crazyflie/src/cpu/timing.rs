@@ -191,6 +191,7 @@ struct Lines {
     /// When each slot was used, with its number in the lowest bits, so that the least of them tells
     /// which slot it is. What is written to `NO_SLOT` does not matter.
     used: [i32; 256],
+    /// A multiple of `TICK`.
     clock: i32,
     /// Where each line was put. Whether it is still there is for `held` to say.
     slots: Box<[u8; FLASH_LINES]>,
@@ -248,7 +249,7 @@ impl Lines {
         order[..LINES].sort_unstable();
         for (time, used) in (0..).zip(&order[..LINES]) {
             let slot = used % TICK;
-            self.used[slot as usize] = time * TICK | slot;
+            self.used[slot as usize] = time * TICK + slot;
         }
         TICK * TICK
     }
@@ -360,3 +361,6 @@ impl Timing {
         if held.is_some() { 0 } else { wait }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -175,31 +175,54 @@ impl Cpu {
         }
     }
 
-    /// The words at an address, in the order of the registers that they are for.
+    /// Loads the registers at once, where all of their words lie in RAM; the base becomes what it
+    /// will be before. Returns the last word, which may be for PC.
     #[inline(always)]
-    fn load_many<B: Bus>(
+    fn load_at_once(
+        &mut self,
+        op: &Op,
+        memory: &Memory,
+        address: u32,
+        base: Option<u32>,
+    ) -> Option<u32> {
+        let words = memory.words(address, op.imm.count_ones())?;
+        let last = u32::from_le_bytes(*words.last()?);
+        if let Some(base) = base {
+            self.update(op.n, base);
+        }
+        for (register, word) in registers(op.imm & 0x7FFF).zip(words) {
+            self.r[register] = u32::from_le_bytes(*word);
+        }
+        Some(last)
+    }
+
+    /// The same wherever they lie. No register changes where one of them cannot be loaded.
+    #[cold]
+    #[inline(never)]
+    fn load_one_by_one<B: Bus>(
         &mut self,
         op: &Op,
         memory: &mut Memory,
         bus: &mut B,
         address: u32,
-    ) -> Option<[u32; 16]> {
-        let mut loaded = [0; 16];
-        let count = op.imm.count_ones();
-        if let Some(words) = memory.words(address, count) {
-            for (register, word) in registers(op.imm).zip(words) {
-                loaded[register] = u32::from_le_bytes(*word);
-            }
-            return Some(loaded);
-        }
+        base: Option<u32>,
+    ) -> Option<u32> {
         if !self.aligned(op, address) {
             return None;
         }
+        let (mut loaded, mut last) = ([0; 16], 0);
         for (register, address) in registers(op.imm).zip((0..).map(|n| address.wrapping_add(4 * n)))
         {
-            loaded[register] = self.load(op, memory, bus, address, Load::Word)?;
+            last = self.load(op, memory, bus, address, Load::Word)?;
+            loaded[register] = last;
         }
-        Some(loaded)
+        if let Some(base) = base {
+            self.update(op.n, base);
+        }
+        for register in registers(op.imm & 0x7FFF) {
+            self.r[register] = loaded[register];
+        }
+        Some(last)
     }
 
     /// False where it came to nothing.
@@ -227,14 +250,26 @@ impl Cpu {
             )
     }
 
-    /// Loaded words go to their registers; a branch comes last.
+    /// Loads the registers from an address on; the base becomes what it will be before. A branch
+    /// comes last.
     #[inline(always)]
-    fn spread(&mut self, op: &Op, memory: &mut Memory, loaded: &[u32; 16]) {
-        for register in registers(op.imm & 0x7FFF) {
-            self.r[register] = loaded[register];
-        }
+    fn load_registers<B: Bus>(
+        &mut self,
+        op: &Op,
+        memory: &mut Memory,
+        bus: &mut B,
+        address: u32,
+        base: Option<u32>,
+    ) {
+        let last = match self.load_at_once(op, memory, address, base) {
+            Some(last) => last,
+            None => match self.load_one_by_one(op, memory, bus, address, base) {
+                Some(last) => last,
+                None => return,
+            },
+        };
         if op.imm & 1 << 15 != 0 {
-            self.branch_exchange(memory, loaded[15], REFILL_LOADED);
+            self.branch_exchange(memory, last, REFILL_LOADED);
         }
     }
 
@@ -243,11 +278,7 @@ impl Cpu {
         let size = 4 * op.imm.count_ones();
         let end = if down { base.wrapping_sub(size) } else { base.wrapping_add(size) };
         let address = if down { end } else { base };
-        let Some(loaded) = self.load_many(op, memory, bus, address) else { return };
-        if op.a != 0 {
-            self.update(op.n, end);
-        }
-        self.spread(op, memory, &loaded);
+        self.load_registers(op, memory, bus, address, (op.a != 0).then_some(end));
     }
 
     pub(super) fn stm<B: Bus>(&mut self, op: &Op, memory: &mut Memory, bus: &mut B, down: bool) {
@@ -271,9 +302,8 @@ impl Cpu {
     #[inline(always)]
     pub(super) fn pop<B: Bus>(&mut self, op: &Op, memory: &mut Memory, bus: &mut B) {
         let address = self.r[13];
-        let Some(loaded) = self.load_many(op, memory, bus, address) else { return };
-        self.r[13] = address.wrapping_add(4 * op.imm.count_ones());
-        self.spread(op, memory, &loaded);
+        let end = address.wrapping_add(4 * op.imm.count_ones());
+        self.load_registers(op, memory, bus, address, Some(end));
     }
 
     #[inline(always)]
