@@ -17,7 +17,7 @@ use units::{Acceleration, AngularVelocity, Instant};
 use crate::board::FLIGHT;
 use crate::latest::Latest;
 use crate::motors::Motors;
-use crate::{clock, flow, health, imu, mind, panic, radio, rangers, reset};
+use crate::{aloft, clock, flow, health, imu, mind, panic, radio, rangers, reset};
 
 /// What the flight code knew in its last step; `None` before the first.
 pub(crate) static STATUS: Latest<Option<Status>> = Latest::new(None);
@@ -100,9 +100,9 @@ fn command() -> Command {
 
 /// Feeds the watchdog, unless a task has fallen silent and the drone is on the ground.
 fn watch_over(status: &Status) {
-    if !status.mode.is_airborne()
-        && let Some(task) = health::silent()
-    {
+    let flies = status.mode.is_airborne();
+    aloft::note(flies);
+    if !flies && let Some(task) = health::silent() {
         panic::give_up(task.last_words());
     }
     reset::feed_watchdog();

@@ -22,6 +22,7 @@
 //! | [`page`] | the page in flash through which keys come in |
 //! | [`lamps`] | the task that shows on the LEDs what goes on |
 //! | [`health`] | signs of life, and the task that says how it all does, 1 Hz |
+//! | [`aloft`] | whether the last run ended in the air |
 //! | [`reset`] | why the chip started, and the watchdog |
 //! | [`mod@panic`], [`fault`] | panics and faults: motors off, leave a reason, reset |
 //! | [`stack`] | where the stack lies and how deep it has been |
@@ -39,6 +40,7 @@
     clippy::string_slice
 )]
 
+mod aloft;
 mod board;
 mod bus;
 mod clock;
@@ -89,13 +91,17 @@ fn main() -> ! {
     motors::stop();
     let cause = reset::take_cause();
     let last_words = panic::take_last_words();
+    let fell = aloft::take();
     reset::start_watchdog();
     defmt::info!("uchain-firmware {=str}, started by {}", env!("CARGO_PKG_VERSION"), cause);
     defmt::info!("brown-out below {=u16} mV", reset::brown_out_millivolts());
     if let Some(words) = &last_words {
         words.log();
     }
-    let fault = last_words.is_some() || cause.is_fault();
+    if fell {
+        defmt::error!("last run: it ended in the air");
+    }
+    let fault = fell || last_words.is_some() || cause.is_fault();
 
     if !board::crystal_starts() {
         panic::give_up("the crystal does not start");
@@ -151,7 +157,7 @@ fn start(
     spawner.spawn(granted(radio::transmit(radio.transmit, radio.wait, link)));
     spawner.spawn(granted(flow::run(flow)));
     spawner.spawn(granted(rangers::run(decks)));
-    spawner.spawn(granted(mind::run(link)));
+    spawner.spawn(granted(mind::run(link, fault)));
     spawner.spawn(granted(lamps::run(lamps, fault, link)));
     spawner.spawn(granted(health::run(link)));
 }

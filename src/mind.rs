@@ -5,7 +5,8 @@
 //! waits for nothing but its tick.
 //!
 //! A drone whose link is shut, or that was refused by the chain, does not take off: nobody could
-//! order it down again. The base never does.
+//! order it down again. Nor does one whose last run ended by a fault or in the air, before it was
+//! told to wait. The base never does.
 
 use core::mem::discriminant;
 
@@ -73,9 +74,9 @@ pub(crate) fn order(task: Order) {
     }
 }
 
-/// The task.
+/// The task. `fault` says that the last run ended by one, or in the air.
 #[embassy_executor::task]
-pub(crate) async fn run(link: &'static Link) -> ! {
+pub(crate) async fn run(link: &'static Link, fault: bool) -> ! {
     let mut ticker = Ticker::every(ROUND);
     let settings = loop {
         ticker.next().await;
@@ -84,7 +85,7 @@ pub(crate) async fn run(link: &'static Link) -> ! {
             break settings;
         }
     };
-    let (agent, config) = wake(&settings);
+    let (agent, config) = wake(&settings, fault);
     let me = Me { config, role: settings.role, link };
     defmt::info!("node {=u8}, {}", settings.node.0, settings.role);
     let mut state = agent.state();
@@ -98,13 +99,14 @@ pub(crate) async fn run(link: &'static Link) -> ! {
 }
 
 /// The one agent, and what the settings change of its configuration.
-fn wake(settings: &Settings) -> (&'static mut Agent, AgentConfig) {
+fn wake(settings: &Settings, fault: bool) -> (&'static mut Agent, AgentConfig) {
     let role = match settings.role {
         settings::Role::Head => Role::Head,
         settings::Role::Relay => Role::Relay,
         settings::Role::Base => Role::Base,
     };
-    let Some(agent) = AGENT.try_init_with(|| Agent::new(settings.node, role)) else {
+    let new = if fault { Agent::restarted } else { Agent::new };
+    let Some(agent) = AGENT.try_init_with(|| new(settings.node, role)) else {
         panic::give_up("the agent was made twice");
     };
     let mut config = AgentConfig::DEFAULT;

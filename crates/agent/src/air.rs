@@ -129,7 +129,7 @@ pub fn telemetry(outputs: &Outputs, machine: &Machine) -> p2p::Telemetry {
 }
 
 /// What is wrong, in one byte: 0 nothing; 1 unfit to take off; 2 motors off until the next boot;
-/// 3 lost the base's side; 4 never reached its height; from 16 on the flight code's
+/// 3 lost the base's side; 4 never reached its height; 5 restarted by itself; from 16 on the flight code's
 /// [`Cause`](flight::Cause), in its order.
 #[must_use]
 pub const fn fault(state: State, fitness: Fitness) -> u8 {
@@ -143,6 +143,7 @@ pub const fn fault(state: State, fitness: Fitness) -> u8 {
         | (_, Some(LandReason::Unfit(cause))) => cause_code(cause),
         (_, Some(LandReason::LinkLost)) => 3,
         (_, Some(LandReason::TakeOffFailed)) => 4,
+        (_, Some(LandReason::Restarted)) => 5,
         (Fitness::Unfit, _) => 1,
         (Fitness::Fit, _) => 0,
     }
@@ -234,6 +235,7 @@ mod tests {
         let landing = State::Landing { since: Instant::ZERO, why: LandReason::Unfit(cause) };
         assert_eq!(fault(landing, Fitness::Landing(cause)), 18);
         assert_eq!(fault(State::Landed { why: LandReason::LinkLost }, Fitness::Fit), 3);
+        assert_eq!(fault(State::Landed { why: LandReason::Restarted }, Fitness::Fit), 5);
         assert_eq!(fault(State::Idle, Fitness::Unfit), 1);
         assert_eq!(fault(State::Stopped, Fitness::Stopped), 2);
         assert_eq!(fault(State::Landed { why: LandReason::Home }, Fitness::Fit), 0);

@@ -18,6 +18,8 @@
 //!
 //!   Stopped: from anywhere, by order or emergency; for good.
 //! ```
+//!
+//! A drone that comes back from a fault begins as Landed ([`Agent::restarted`]).
 #![no_std]
 
 pub mod air;
@@ -89,6 +91,19 @@ impl Agent {
             last_step: None,
             sequence: 0,
         }
+    }
+
+    /// A drone whose last run ended by a fault or in the air. It may lie in a corner with a bent
+    /// propeller while the order to fly still stands, so it stays where it is until the operator has
+    /// told it to wait.
+    #[must_use]
+    pub const fn restarted(id: NodeId, role: Role) -> Self {
+        let mut agent = Self::new(id, role);
+        agent.state = match role {
+            Role::Head | Role::Relay => State::Landed { why: LandReason::Restarted },
+            Role::Base => State::Idle,
+        };
+        agent
     }
 
     /// A drone already at its place in the air, with two seconds to hear its neighbours: for

@@ -78,6 +78,9 @@ pub enum LandReason {
     LinkLost,
     /// The flight code brought it down.
     Unfit(Cause),
+    /// Its last run ended by a fault or in the air: however it came down, nobody who orders flight
+    /// knows of it.
+    Restarted,
 }
 
 /// All that a transition depends on.

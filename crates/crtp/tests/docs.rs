@@ -74,6 +74,11 @@ fn faults() -> String {
         (State::Stopped, Fitness::Stopped, "its motors are off until the next boot"),
         (landed(LandReason::LinkLost), Fitness::Fit, "it lost the base's side"),
         (landed(LandReason::TakeOffFailed), Fitness::Fit, "it never reached its height"),
+        (
+            landed(LandReason::Restarted),
+            Fitness::Fit,
+            "it restarted after a fault or in the air, and stays down until told to wait",
+        ),
         by_flight(Cause::NoSetpoint, "nobody said for too long what to do"),
         by_flight(Cause::NoImu, "the inertial sensor failed"),
         by_flight(Cause::NoFlow, "nothing measures its velocity"),

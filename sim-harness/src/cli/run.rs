@@ -157,6 +157,7 @@ fn failures(scenario: &Scenario, trace: &Trace, metrics: &RunMetrics) -> Vec<Str
                 LandReason::LinkLost => Some("landed because it lost the base"),
                 LandReason::TakeOffFailed => Some("landed because it never reached its height"),
                 LandReason::Unfit(_) => Some("was brought down by a fault"),
+                LandReason::Restarted => Some("restarted by itself and stays down"),
                 LandReason::Ordered | LandReason::Home => None,
             },
             State::Reconnecting { .. } => Some("hears nobody in front at the end"),

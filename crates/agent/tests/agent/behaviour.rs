@@ -208,6 +208,29 @@ fn a_drone_lands_on_order_and_can_fly_again() {
     }
 }
 
+/// The order to fly still stands when a drone comes back from a fault in the air. It must not take
+/// off again before somebody who has seen it says so.
+#[test]
+fn a_drone_that_restarted_stays_down_until_told_to_wait() {
+    for role in [Role::Head, Role::Relay] {
+        let mut rig = Rig::restarted(role);
+        let calls = Scene::quiet().order(EXPLORE).link(0, -62.0);
+        let outputs = rig.during(60.0, &calls);
+        assert_eq!(rig.state(), State::Landed { why: LandReason::Restarted });
+        assert_eq!(outputs.setpoint, Setpoint::Off);
+        assert_eq!(outputs.report.phase, Phase::Out, "the others do not wait for it");
+        for task in [Task::Return, Task::Land] {
+            rig.step(&calls.clone().order(task));
+            assert_eq!(rig.state(), State::Landed { why: LandReason::Restarted });
+        }
+        rig.step(&calls.clone().order(Task::Wait));
+        assert_eq!(rig.state(), State::Idle);
+        rig.until("taking-off", &calls);
+    }
+    let mut base = Rig::restarted(Role::Base);
+    assert_eq!(base.during(1.0, &Scene::quiet()).report.phase, Phase::Base, "a base does not fly");
+}
+
 /// A landing whose ground is never seen ends all the same, with the motors off.
 #[test]
 fn a_landing_that_sees_no_ground_ends() {

@@ -113,13 +113,17 @@ pub(crate) struct Rig {
 
 impl Rig {
     pub(crate) fn new(role: Role) -> Self {
-        let id = match role {
-            Role::Head => NodeId::HEAD,
-            Role::Relay => RELAY,
-            Role::Base => NodeId(BASE),
-        };
+        Self::of(Agent::new(id(role), role))
+    }
+
+    /// The same, back from a fault.
+    pub(crate) fn restarted(role: Role) -> Self {
+        Self::of(Agent::restarted(id(role), role))
+    }
+
+    fn of(agent: Agent) -> Self {
         // The numbers of reports wrap during the story.
-        Self { agent: Agent::new(id, role), now: Instant::from_millis(1_000), sequence: 65_530 }
+        Self { agent, now: Instant::from_millis(1_000), sequence: 65_530 }
     }
 
     pub(crate) fn state(&self) -> State {
@@ -216,5 +220,13 @@ pub(crate) fn flown(setpoint: Setpoint) -> Option<(f32, f32)> {
     match setpoint {
         Setpoint::Off | Setpoint::Stop => None,
         Setpoint::Fly { forward, height, .. } => Some((forward.0, height.0)),
+    }
+}
+
+const fn id(role: Role) -> NodeId {
+    match role {
+        Role::Head => NodeId::HEAD,
+        Role::Relay => RELAY,
+        Role::Base => NodeId(BASE),
     }
 }

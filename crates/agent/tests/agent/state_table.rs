@@ -144,6 +144,7 @@ fn named(state: State) -> String {
             LandReason::TakeOffFailed => " (take-off)",
             LandReason::LinkLost => " (link)",
             LandReason::Unfit(_) => " (unfit)",
+            LandReason::Restarted => " (restarted)",
         },
         _ => "",
     };
