@@ -13,9 +13,11 @@ use embassy_stm32::pac;
 use embassy_stm32::pac::gpio::Gpio;
 use embassy_stm32::pac::gpio::vals::{Idr, Moder};
 use embassy_stm32::time::Hertz;
-use embassy_time::{Delay, Duration, with_timeout};
+use embassy_time::{Delay, Duration};
 use embedded_hal::digital::{self, InputPin, OutputPin};
 use embedded_hal::i2c::{ErrorKind, ErrorType, NoAcknowledgeSource, Operation};
+
+use crate::deadline::{Deadline, Over};
 
 /// What a transaction may take: a byte takes 23 µs at 400 kHz, the rest is for tasks that are
 /// served before this one.
@@ -56,17 +58,20 @@ pub(crate) struct Bus {
     registers: pac::i2c::I2c,
     clock: Line,
     data: Line,
+    deadline: &'static Deadline,
 }
 
 impl Bus {
-    /// The bus that `i2c` drives, with the registers and the pins that it drives it by.
+    /// The bus that `i2c` drives, with the registers and the pins that it drives it by, and the
+    /// deadline that is its own.
     pub(crate) fn new(
         i2c: I2c<'static, Async, Master>,
         registers: pac::i2c::I2c,
         clock: Line,
         data: Line,
+        deadline: &'static Deadline,
     ) -> Self {
-        Self { i2c, registers, clock, data }
+        Self { i2c, registers, clock, data, deadline }
     }
 
     /// Before a transaction: the stop of the last one is over and the lines are free. A start that
@@ -83,7 +88,7 @@ impl Bus {
     /// After a transaction: what its end means, and the bus as the next one needs it.
     async fn close(
         &mut self,
-        end: Result<Result<(), i2c::Error>, embassy_time::TimeoutError>,
+        end: Result<Result<(), i2c::Error>, Over>,
     ) -> Result<(), Error> {
         let error = match end {
             Ok(Ok(())) => return Ok(()),
@@ -96,7 +101,7 @@ impl Bus {
                 return Err(Error::NotAcknowledged);
             }
             Ok(Err(_)) => Error::Disturbed,
-            Err(_) => Error::Hung,
+            Err(Over) => Error::Hung,
         };
         self.mend().await;
         Err(error)
@@ -134,7 +139,7 @@ impl embedded_hal_async::i2c::I2c for Bus {
             return Err(Error::Empty);
         }
         self.ready().await?;
-        let end = with_timeout(limit(read.len()), self.i2c.read(address, read)).await;
+        let end = self.deadline.bound(limit(read.len()), self.i2c.read(address, read)).await;
         self.close(end).await
     }
 
@@ -143,7 +148,7 @@ impl embedded_hal_async::i2c::I2c for Bus {
             return Err(Error::Empty);
         }
         self.ready().await?;
-        let end = with_timeout(limit(write.len()), self.i2c.write(address, write)).await;
+        let end = self.deadline.bound(limit(write.len()), self.i2c.write(address, write)).await;
         self.close(end).await
     }
 
@@ -158,7 +163,7 @@ impl embedded_hal_async::i2c::I2c for Bus {
         }
         self.ready().await?;
         let limit = limit(write.len() + read.len());
-        let end = with_timeout(limit, self.i2c.write_read(address, write, read)).await;
+        let end = self.deadline.bound(limit, self.i2c.write_read(address, write, read)).await;
         self.close(end).await
     }
 
@@ -176,7 +181,7 @@ impl embedded_hal_async::i2c::I2c for Bus {
         }
         let limit = limit(operations.iter().map(length).sum());
         self.ready().await?;
-        let end = with_timeout(limit, self.i2c.transaction(address, operations)).await;
+        let end = self.deadline.bound(limit, self.i2c.transaction(address, operations)).await;
         self.close(end).await
     }
 }

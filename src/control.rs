@@ -2,7 +2,8 @@
 //!
 //! It waits for one thing, the gyroscope's next sample, and for that no longer than
 //! [`PATIENCE`]: without a sample it steps all the same, so that the flight code can land on what
-//! it has. Everything else it takes as it finds it. It feeds the watchdog.
+//! it has. Everything else it takes as it finds it. It feeds the watchdog, and ends what takes too
+//! long at a bus.
 
 use core::cell::Cell;
 
@@ -17,7 +18,7 @@ use units::{Acceleration, AngularVelocity, Instant};
 use crate::board::FLIGHT;
 use crate::latest::Latest;
 use crate::motors::Motors;
-use crate::{aloft, clock, flow, health, imu, mind, panic, radio, rangers, reset};
+use crate::{aloft, clock, deadline, flow, health, imu, mind, panic, radio, rangers, reset};
 
 /// What the flight code knew in its last step; `None` before the first.
 pub(crate) static STATUS: Latest<Option<Status>> = Latest::new(None);
@@ -77,6 +78,7 @@ pub(crate) async fn run(flight: &'static mut Flight, mut motors: Motors) -> ! {
         };
         FELT.set(felt);
         watch_over(&outputs.status);
+        deadline::tick();
         time(begin.wrapping_sub(last), DWT::cycle_count().wrapping_sub(begin));
         last = begin;
     }

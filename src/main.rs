@@ -9,6 +9,7 @@
 //! |---|---|
 //! | [`board`] | clocks, pins, buses and priorities of the board that was chosen |
 //! | [`bus`] | an I²C bus on which no transaction waits for ever |
+//! | [`deadline`] | the bounds of such waits, kept by the control loop's tick |
 //! | [`motors`] | the motors: how to stop them whatever has happened, and how to drive them |
 //! | [`imu`] | the tasks that read the inertial sensor's two dies, 1 kHz |
 //! | [`control`] | the task that runs `flight::Flight`, 1 kHz, and feeds the watchdog |
@@ -45,6 +46,7 @@ mod board;
 mod bus;
 mod clock;
 mod control;
+mod deadline;
 mod desk;
 mod fault;
 mod flow;

@@ -29,6 +29,7 @@ use flight::FlightConfig;
 use static_cell::StaticCell;
 
 use crate::bus::{Bus, Line};
+use crate::deadline;
 use crate::panic;
 
 /// What flies.
@@ -252,12 +253,24 @@ pub(crate) fn init() -> Parts {
             red_right: Output::new(p.PC3, Level::High, Speed::Low),
         },
         imu: ImuParts {
-            bus: Bus::new(sensors, pac::I2C3, Line::new(pac::GPIOA, 8), Line::new(pac::GPIOC, 9)),
+            bus: Bus::new(
+                sensors,
+                pac::I2C3,
+                Line::new(pac::GPIOA, 8),
+                Line::new(pac::GPIOC, 9),
+                &deadline::INERTIAL,
+            ),
             ready: ExtiInput::new(p.PC14, p.EXTI14, Pull::None, Irqs),
         },
         flow: FlowParts { bus: flow, select: Output::new(p.PB4, Level::High, Speed::VeryHigh) },
         decks: DeckParts {
-            bus: Bus::new(decks, pac::I2C1, Line::new(pac::GPIOB, 6), Line::new(pac::GPIOB, 7)),
+            bus: Bus::new(
+                decks,
+                pac::I2C1,
+                Line::new(pac::GPIOB, 6),
+                Line::new(pac::GPIOB, 7),
+                &deadline::DECKS,
+            ),
         },
         radio: RadioParts {
             receive: receive.into_ring_buffered(ring),

@@ -11,6 +11,13 @@ use crate::vl53l1x::{self, Config, RangeStatus, Reading, Vl53l1x};
 /// The first measurement must be over by its budget and this.
 const CALIBRATION_LIMIT: Duration = Duration::from_millis(100);
 
+/// How long after a reading there is certainly no other: three quarters of the period leave room
+/// for the oscillator and for a reading that was asked for a poll late, and asking for what is not
+/// there took most of the bus's time.
+const fn quiet(config: &Config) -> Duration {
+    Duration::from_micros(config.period.as_micros() * 3 / 4)
+}
+
 /// How far a ranger has come. See the picture in the [module above](super).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Stage {
@@ -20,8 +27,8 @@ pub(super) enum Stage {
     Booting { since: Instant },
     /// At its own address, making its first measurement.
     Calibrating { since: Instant },
-    /// Ranging; the number of its last measurement.
-    Ranging { stream: Option<u8> },
+    /// Ranging: the number of its last measurement, and when it is worth asking for the next.
+    Ranging { stream: Option<u8>, asked_from: Instant },
 }
 
 /// A ranger's place.
@@ -84,7 +91,8 @@ impl<E: embedded_hal::i2c::Error> Slot<E> {
         let config = self.config?;
         let outcome = match self.stage {
             Stage::Off | Stage::Booting { .. } => return None,
-            Stage::Ranging { stream } => return self.range(i2c, now, stream).await,
+            Stage::Ranging { asked_from, .. } if now < asked_from => return None,
+            Stage::Ranging { stream, .. } => return self.range(i2c, now, stream, &config).await,
             Stage::Calibrating { since } => self.calibrate(i2c, now, since, &config).await,
         };
         match outcome {
@@ -119,7 +127,7 @@ impl<E: embedded_hal::i2c::Error> Slot<E> {
         if sensor.end_calibration().await? {
             sensor.start().await?;
             self.health.started(now);
-            return Ok(Stage::Ranging { stream: None });
+            return Ok(Stage::Ranging { stream: None, asked_from: now });
         }
         if now.since(since) < config.budget + CALIBRATION_LIMIT {
             Ok(self.stage)
@@ -133,6 +141,7 @@ impl<E: embedded_hal::i2c::Error> Slot<E> {
         i2c: &mut I2C,
         now: Instant,
         stream: Option<u8>,
+        config: &Config,
     ) -> Option<Reading>
     where
         I2C: I2c<Error = E>,
@@ -150,7 +159,8 @@ impl<E: embedded_hal::i2c::Error> Slot<E> {
             }
         };
         if let Some(reading) = new {
-            self.stage = Stage::Ranging { stream: Some(reading.stream) };
+            let asked_from = now + quiet(config);
+            self.stage = Stage::Ranging { stream: Some(reading.stream), asked_from };
             match reading.status {
                 RangeStatus::Hardware(_) => self.health.bad(now),
                 _ => self.health.good(now),
