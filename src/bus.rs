@@ -86,10 +86,7 @@ impl Bus {
     }
 
     /// After a transaction: what its end means, and the bus as the next one needs it.
-    async fn close(
-        &mut self,
-        end: Result<Result<(), i2c::Error>, Over>,
-    ) -> Result<(), Error> {
+    async fn close(&mut self, end: Result<Result<(), i2c::Error>, Over>) -> Result<(), Error> {
         let error = match end {
             Ok(Ok(())) => return Ok(()),
             Ok(Err(i2c::Error::Nack)) => {

@@ -34,11 +34,7 @@ const NONE: u32 = 0;
 
 impl Deadline {
     const fn new() -> Self {
-        Self {
-            at: AtomicU32::new(NONE),
-            over: AtomicBool::new(false),
-            waker: AtomicWaker::new(),
-        }
+        Self { at: AtomicU32::new(NONE), over: AtomicBool::new(false), waker: AtomicWaker::new() }
     }
 
     /// Waits, but not much longer than `limit`: up to a round of the control loop. Nobody else

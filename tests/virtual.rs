@@ -42,6 +42,7 @@ fn scenario() -> Scenario {
 /// How a mission went.
 struct Flown {
     metrics: RunMetrics,
+    orders: u32,
     states: Vec<&'static str>,
     decisions: Vec<Vec<Decision>>,
     hashes: Vec<u64>,
@@ -76,6 +77,7 @@ fn fly(scenario: &Scenario, firmware: Option<&Firmware>, threads: usize) -> Flow
         let drones = || (0..mission.count()).filter_map(|n| mission.emulated_drone(n));
         Flown {
             metrics: watch.verdict(&mission),
+            orders: mission.radio().orders,
             states: mission.states().map(|state| state.name()).collect(),
             decisions: recorders.iter().zip(drones()).map(|(r, drone)| r.end(drone)).collect(),
             hashes: drones().map(|drone| drone.machine().state_hash()).collect(),
@@ -97,6 +99,8 @@ fn the_elf_flies_the_mission_that_the_host_flies() {
     let Some(emulated) = whole() else { return };
     let hosted = fly(&scenario(), None, 1);
     assert_eq!(emulated.states, hosted.states);
+    let (heard, should) = (emulated.orders, hosted.orders);
+    assert!(heard.abs_diff(should) <= should / 5, "{heard} orders heard, on the host {should}");
     let (is, should) = (&emulated.metrics, &hosted.metrics);
     assert_eq!((is.wall_contacts, is.drone_contacts, is.order_lost), (0, 0, 0));
     assert_eq!(is.launched, should.launched);

@@ -21,12 +21,14 @@ use chain::report::Task;
 use tunnel_nav::Range;
 use units::{Instant, NodeId};
 use virtual_crazyflie::board::nrf51::RAMP_UP;
-use wire::p2p::Telemetry;
+use wire::p2p::{self, Telemetry};
+use wire::radio::Datarate;
 
 use crate::craft::Surroundings;
 use crate::craft::faults::Failing;
 use crate::drone::{Drone, Senses};
 use crate::emulated::{Emulated, Halted};
+use crate::medium::timing::air_us;
 use crate::medium::{Arrives, Medium, MediumConfig};
 use crate::random::{Purpose, Stream};
 use crate::scenario::{Fidelity, Scenario};
@@ -49,13 +51,19 @@ const STEPS_PER_ROUND: u64 = 10;
 pub const ROUND_US: u64 = STEPS_PER_ROUND * STEP_US;
 /// Length of a step of a craft, in microseconds.
 const CRAFT_STEP_US: u64 = 1_000;
-/// How far emulated drones run before they hear of each other. No packet that one of them sends
-/// meanwhile is on the air by then, so that nobody hears anything late, and whatever disturbs a
-/// packet is known when that arrives.
+/// How far emulated drones run before they hear of each other while something is on the air. No
+/// packet that one of them sends meanwhile is on the air by then, so that nobody hears anything
+/// late, and whatever disturbs a packet is known when that arrives.
 const EMULATED_STEP_US: u64 = 100;
+/// The same while nothing is: none has arrived by then, either.
+const EMULATED_STEP_IN_SILENCE_US: u64 = 250;
 const _: () = {
     assert!(EMULATED_STEP_US * 1_000 < RAMP_UP);
+    // None of the chain's is shorter, since no message is empty, and none faster.
+    let on_air_us = air_us(Datarate::Mbit2, p2p::HEADER + 1 + p2p::TAG);
+    assert!(EMULATED_STEP_IN_SILENCE_US * 1_000 < RAMP_UP + on_air_us * 1_000);
     assert!(CRAFT_STEP_US.is_multiple_of(EMULATED_STEP_US));
+    assert!(CRAFT_STEP_US.is_multiple_of(EMULATED_STEP_IN_SILENCE_US));
 };
 
 /// The surroundings of a mission, shared by all that fly in them.
@@ -226,15 +234,16 @@ impl<'a> Mission<'a> {
     pub fn advance(&mut self, us: u64) {
         let until_us = self.now_us + us;
         let is_emulated = self.is_emulated();
-        let quantum_us = match self.scenario.fidelity {
-            _ if is_emulated => EMULATED_STEP_US,
-            Fidelity::Policy => STEP_US,
-            Fidelity::Flight => CRAFT_STEP_US,
-        };
         while self.now_us < until_us && self.halted.is_none() {
             if self.now_us.is_multiple_of(STEP_US) {
                 self.take_turns();
             }
+            let quantum_us = match self.scenario.fidelity {
+                _ if is_emulated && self.medium.is_silent() => EMULATED_STEP_IN_SILENCE_US,
+                _ if is_emulated => EMULATED_STEP_US,
+                Fidelity::Policy => STEP_US,
+                Fidelity::Flight => CRAFT_STEP_US,
+            };
             let next_us = (self.now_us / quantum_us + 1) * quantum_us;
             let step_us = next_us.min(until_us);
             self.carry_packets(step_us);

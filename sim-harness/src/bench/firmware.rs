@@ -2,8 +2,8 @@
 //!
 //! Times are those of the emulator's model of the core (see `virtual_crazyflie::cpu`), which is not
 //! exact to the cycle, so there are two columns: with the flash accelerator as the firmware has set
-//! it up, which is the figure, and with every fetch from flash at its full price, which no chip
-//! exceeds.
+//! it up, which is the figure, and with every line from flash at its full price, which bounds what
+//! the accelerator's model could have got wrong.
 
 use std::path::Path;
 
@@ -60,7 +60,7 @@ pub struct Measured {
     pub ram_bytes: u32,
     /// With the flash accelerator.
     pub figures: Figures,
-    /// Without: what no chip exceeds.
+    /// Without: a bound of what the flash costs.
     pub bound: Figures,
 }
 

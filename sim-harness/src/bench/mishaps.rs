@@ -49,7 +49,7 @@ const LONG_US: u64 = 2_000_000;
 /// How it ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ending {
-    /// It never took off, and said why.
+    /// It never took off.
     Grounded,
     /// It flies on, as it was told.
     FliesOn,
@@ -110,8 +110,8 @@ enum Mishap {
     ThreadStuck,
     /// The core executes what is no instruction.
     Undefined,
-    /// The stack pointer of whoever has the core is lost.
-    StackLost,
+    /// The stack has grown down to its end, which is that of the RAM.
+    StackFull,
 }
 
 fn cases() -> Vec<(String, Mishap)> {
@@ -182,7 +182,7 @@ fn cases() -> Vec<(String, Mishap)> {
     add("control loop stuck", Mishap::ControlStuck);
     add("a task of the thread stuck", Mishap::ThreadStuck);
     add("undefined instruction", Mishap::Undefined);
-    add("stack pointer lost", Mishap::StackLost);
+    add("stack overflow", Mishap::StackFull);
     cases
 }
 
@@ -281,9 +281,9 @@ fn strike(drone: &mut Emulated, mishap: Mishap) -> Result<(), String> {
             run_to(drone, None)?;
             go_to(drone, 0xDE00)?;
         }
-        Mishap::StackLost => {
+        Mishap::StackFull => {
             run_to(drone, None)?;
-            drone.machine_mut().cpu_mut().set_register(13, 0x1000_FFF0);
+            drone.machine_mut().cpu_mut().set_register(13, map::RAM + 8);
         }
     }
     Ok(())

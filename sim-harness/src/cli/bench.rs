@@ -7,7 +7,7 @@ use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 
 use super::progress::Progress;
-use super::{Common, Trouble, Verdict, runs};
+use super::{Common, Trouble, Verdict, rounded, runs};
 use crate::bench::{
     attacks, chain, emulator, estimator, faults, firmware, link, mishaps, throughput,
 };
@@ -386,17 +386,13 @@ fn firmware_bench(args: &BenchArgs, missed: &mut Vec<String>) -> Result<(String,
 fn figures_json(figures: &firmware::Figures) -> Value {
     json!({
         "stack_high_water_bytes": figures.stack_high_water_bytes,
-        "control_loop_us_p50": rounded(figures.control_loop_us_p50),
-        "control_loop_us_max": rounded(figures.control_loop_us_max),
-        "agent_step_us_max": rounded(figures.agent_step_own_us_max),
-        "agent_step_interrupted_us_max": rounded(figures.agent_step_us_max),
-        "cpu_load": (figures.cpu_load * 1e4).round() / 1e4,
-        "boot_ms": rounded(figures.boot_ms),
+        "control_loop_us_p50": rounded(figures.control_loop_us_p50, 1),
+        "control_loop_us_max": rounded(figures.control_loop_us_max, 1),
+        "agent_step_us_max": rounded(figures.agent_step_own_us_max, 1),
+        "agent_step_interrupted_us_max": rounded(figures.agent_step_us_max, 1),
+        "cpu_load": rounded(figures.cpu_load, 4),
+        "boot_ms": rounded(figures.boot_ms, 1),
     })
-}
-
-fn rounded(value: f64) -> f64 {
-    (value * 10.0).round() / 10.0
 }
 
 fn emulator_bench(args: &BenchArgs, missed: &mut Vec<String>) -> Result<(String, Value), Trouble> {
@@ -423,10 +419,10 @@ fn emulator_bench(args: &BenchArgs, missed: &mut Vec<String>) -> Result<(String,
         missed.push("the same seed ended in two states".into());
     }
     let value = json!({
-        "mips": rounded(measured.mips),
-        "flying_mips": rounded(measured.busy),
-        "one_drone_x_real_time": rounded(measured.one),
-        "four_drones_x_real_time": rounded(measured.four),
+        "mips": rounded(measured.mips, 1),
+        "flying_mips": rounded(measured.busy, 1),
+        "one_drone_x_real_time": rounded(measured.one, 1),
+        "four_drones_x_real_time": rounded(measured.four, 1),
         "threads": measured.threads,
         "deterministic": measured.deterministic,
         "differential": {

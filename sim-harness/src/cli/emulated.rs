@@ -10,8 +10,8 @@ use units::NodeId;
 use virtual_crazyflie::log::{LogLine, Messages};
 use virtual_crazyflie::profile::{Durations, Report};
 
-use super::FidelityArg;
 use super::run::{RunArgs, VehicleArg};
+use super::{FidelityArg, rounded};
 use crate::emulated::{self, Emulated, Firmware};
 use crate::input_error::InputError;
 use crate::mission::{Mission, World};
@@ -241,9 +241,4 @@ fn task_json(task: &virtual_crazyflie::profile::TaskLoad) -> Value {
         "poll_us_max": rounded(task.whole.max, 1),
         "latency_us_max": task.latency.map(|Durations { max, .. }| rounded(max, 1)),
     })
-}
-
-fn rounded(value: f64, digits: i32) -> f64 {
-    let scale = 10_f64.powi(digits);
-    (value * scale).round() / scale
 }

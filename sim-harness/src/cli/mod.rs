@@ -193,6 +193,12 @@ enum FidelityArg {
     Flight,
 }
 
+/// As it is printed: to so many digits behind the point.
+fn rounded(value: f64, digits: i32) -> f64 {
+    let scale = 10_f64.powi(digits);
+    (value * scale).round() / scale
+}
+
 /// A scenario, with another policy and another fidelity where they were asked for.
 fn scenario(
     name: &str,

@@ -36,7 +36,7 @@ struct Shared {
     program: Program,
     thoughts: Place,
     status: Place,
-    link: Option<Place>,
+    end: Option<Place>,
     step: Option<Arguments>,
     /// Keeps the types that the places have.
     _inspector: Inspector,
@@ -62,7 +62,7 @@ impl Firmware {
             place.ok_or_else(|| InputError::new(format!("has no {name}"), BUILD).in_file(path))
         };
         let (thoughts, status) = (place(THOUGHTS)?, place(STATUS)?);
-        let link = place(LINK).ok();
+        let end = inspector.variable(LINK).and_then(end);
         let image = Image::parse(bytes)
             .map_err(|why| InputError::new(why.to_string(), BUILD).in_file(path))?;
         let program = machine::decode(&image);
@@ -70,7 +70,7 @@ impl Firmware {
         let path = path.to_owned();
         let image = Arc::new(image);
         let shared =
-            Shared { path, image, program, thoughts, status, link, step, _inspector: inspector };
+            Shared { path, image, program, thoughts, status, end, step, _inspector: inspector };
         Ok(Self(Arc::new(shared)))
     }
 
@@ -108,19 +108,19 @@ impl Firmware {
 
     /// The number of the last order that a drone's link has opened.
     pub(super) fn heeded(&self, memory: &Memory) -> Option<Counter> {
-        let link: Link = self.0.link.as_ref()?.get(memory).ok()?;
-        let End::Drone(teller) = link.end else { return None };
-        let number = teller.last?;
+        let End::Drone(teller) = self.0.end.as_ref()?.get(memory).ok()? else { return None };
+        let Number(number) = teller.last?;
         Counter::new(Epoch::new((number >> 24) as u32)?, number as u32 & 0xFF_FFFF)
     }
 }
 
-/// What is looked at of `airlink::Airlink`.
-#[derive(Deserialize)]
-struct Link {
-    end: End,
+/// Where a drone's link keeps what its end of it has heard: `Airlink::end`, in a cell that is in a
+/// static that is made when the keys are there.
+fn end(link: &Place) -> Option<Place> {
+    link.part("val")?.inner().part("value")?.inner().part("end")
 }
 
+/// What is looked at of it.
 #[derive(Deserialize)]
 enum End {
     Base(IgnoredAny),
@@ -129,5 +129,9 @@ enum End {
 
 #[derive(Deserialize)]
 struct Teller {
-    last: Option<u64>,
+    last: Option<Number>,
 }
+
+/// `wire::p2p::Counter`.
+#[derive(Deserialize)]
+struct Number(u64);

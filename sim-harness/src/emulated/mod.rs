@@ -27,7 +27,7 @@ use flight::{Duties, Status};
 use sensors::multi_ranger::Beam;
 use sensors::pmw3901::Motion;
 use sensors::vl53l1x::Reading;
-use units::{Acceleration, AngularVelocity, Dbm, NodeId};
+use units::{Dbm, NodeId};
 use virtual_crazyflie::board::nrf51::RAMP_UP;
 use virtual_crazyflie::board::{Config, Crazyflie, Flow, Sight};
 use virtual_crazyflie::gdb::Debugger;
@@ -286,7 +286,6 @@ impl Emulated {
     fn show(&mut self, observed: &Observed) {
         let board = self.core.machine_mut().board_mut();
         if let (Some(gyro), Some(accel)) = (observed.gyro, observed.accel) {
-            let (AngularVelocity(_), Acceleration(_)) = (gyro, accel);
             board.set_inertia(gyro, accel);
         }
         if let Some(motion) = &observed.flow {

@@ -223,6 +223,12 @@ impl Medium {
         self.on_air.iter().filter(|on| on.waits).map(|on| on.arrives_us).min()
     }
 
+    /// Nothing is on the air, nor on its way there.
+    #[must_use]
+    pub fn is_silent(&self) -> bool {
+        self.next().is_none()
+    }
+
     /// What became of everything so far.
     #[must_use]
     pub const fn tally(&self) -> &Tally {

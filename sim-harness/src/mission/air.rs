@@ -12,7 +12,7 @@ use wire::syslink::MAX_P2P;
 use super::log::OrderLog;
 use super::member::{Hosted, Member, Mind, OnLine, Parcel};
 use super::station::News;
-use super::{Mission, Told};
+use super::{CRAFT_STEP_US, Mission, Told};
 use crate::medium::{Arrives, Ether, timing};
 use crate::world::Radio;
 
@@ -141,7 +141,9 @@ impl Mission<'_> {
                     sent.push((on_air_us, n, data));
                 }
             });
+            // Looking is not cheap, and to the millisecond is near enough.
             if role == Role::Head
+                && until_us.is_multiple_of(CRAFT_STEP_US)
                 && let Some(counter) = emulated.newly_heeded()
             {
                 self.orders.delivered(until_us, counter);

@@ -13,8 +13,8 @@ pub(super) struct Op {
     pub(super) kind: Kind,
     /// Sets no flags within an IT block, though it does outside.
     pub(super) quiet_in_it: bool,
-    /// Comes from another line of flash than the one before it in the program.
-    pub(super) new_line: bool,
+    /// The line of flash that it begins in; see [`timing`](super::timing).
+    pub(super) line: u16,
     /// In bytes: 2 or 4.
     pub(super) len: u8,
     /// Cycles, without what only turns out when it is executed.
@@ -25,6 +25,9 @@ pub(super) struct Op {
     pub(super) a: u8,
     pub(super) imm: u32,
 }
+
+// Four to a line of a cache.
+const _: () = assert!(size_of::<Op>() == 16);
 
 /// How a register is shifted. The amount is `a`: for LSR and ASR 1 to 32, for ROR 1 to 31.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -476,8 +479,8 @@ pub(super) enum Kind {
     Mrs,
     /// Special register `imm`, mask `a`.
     Msr,
-    /// Enables; PRIMASK; FAULTMASK.
-    Cps(bool, bool, bool),
+    /// Enables; bits of `imm`: 1 for PRIMASK, 0 for FAULTMASK.
+    Cps(bool),
 
     // What is no instruction of this core.
     Undefined,
@@ -510,7 +513,7 @@ impl Op {
         Self {
             kind,
             quiet_in_it: false,
-            new_line: true,
+            line: super::timing::NO_LINE,
             len,
             cycles: 1,
             d: 0,

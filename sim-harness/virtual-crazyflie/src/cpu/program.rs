@@ -76,7 +76,6 @@ impl Program {
         }
         for (before, after) in (1..ops.len()).zip(2..ops.len()) {
             ops[before].cycles = timing::cycles_before(&ops[before], &ops[after]);
-            ops[after].new_line = timing::line(addresses[before]) != timing::line(addresses[after]);
         }
         let place = |address: u32| {
             let half = (address.wrapping_sub(base) >> 1) as usize;
@@ -97,8 +96,13 @@ impl Program {
         }
         let blocks = ops.len();
         let it_states = copy_blocks(&mut ops, &mut addresses);
+        for (op, address) in ops.iter_mut().zip(&addresses) {
+            if op.kind != Kind::Outside {
+                op.line = timing::line_of_code(*address);
+            }
+        }
         for (first, second) in (1..blocks).zip(2..blocks) {
-            if ops[second].kind.condition().is_some() && !ops[second].new_line {
+            if ops[second].kind.condition().is_some() && ops[second].line == ops[first].line {
                 ops[first].kind = ops[first].kind.with_branch();
             }
         }
@@ -165,6 +169,11 @@ impl Program {
         &self.ops[place]
     }
 
+    /// The place of what stands there.
+    pub(super) fn place_of(&self, op: &Op) -> usize {
+        (std::ptr::from_ref(op).addr() - self.ops.as_ptr().addr()) / size_of::<Op>()
+    }
+
     /// Where in memory a place is.
     #[inline(always)]
     pub(super) fn address(&self, place: usize) -> u32 {
@@ -219,13 +228,11 @@ fn copy_blocks(ops: &mut Vec<Op>, addresses: &mut Vec<u32>) -> Vec<u8> {
         for passes in [true, false] {
             for (index, (op, &it)) in block.iter().zip(&states).enumerate() {
                 let skipped = Op { len: op.len, ..Op::new(Kind::Nop, op.len) };
-                let op = if executed(passes, it) { op.in_it() } else { skipped };
-                // The fetches of a block are not counted.
-                ops.push(Op { new_line: false, ..op });
+                ops.push(if executed(passes, it) { op.in_it() } else { skipped });
                 addresses.push(addresses[place + 1 + index]);
                 it_states.push(it);
             }
-            ops.push(Op { new_line: false, ..Op::goto((place + 1 + count) as u32) });
+            ops.push(Op::goto((place + 1 + count) as u32));
             addresses.push(behind);
             it_states.push(0);
         }

@@ -8,7 +8,7 @@ use super::exceptions::Fault;
 use super::execute::{Alone, Following};
 use super::op::{Kind, Op};
 use super::program::advanced;
-use super::{Cpu, Program, timing};
+use super::{Cpu, Program};
 use crate::bus::{Bus, Refused, Width};
 use crate::memory::Memory;
 
@@ -199,25 +199,20 @@ impl Cpu {
         bus: &mut B,
     ) {
         let mut position = Following::at(self.r[15], program);
-        let mut last = position;
         let mut executed = 0;
         while self.cycles < self.deadline {
             let op = program.op(position.place);
-            if FLASH && position.branched() {
-                let line = timing::line(program.address(position.place));
-                self.cycles += self.timing.fetch(line, self.cycles);
-            } else if FLASH && op.new_line {
-                self.cycles += self.timing.fetch_next(self.cycles);
+            if FLASH && op.line != self.timing.line() {
+                self.cycles += self.timing.fetch(op.line, self.cycles);
             }
-            last = position;
             position.advance();
             executed += 1;
             self.execute(op, &mut position, program, memory, bus);
+            if self.deadline == 0 && std::mem::take(&mut self.undone) {
+                position = Following { place: program.place_of(op) };
+            }
         }
         self.instructions = self.instructions.wrapping_add(executed);
-        if std::mem::take(&mut self.undone) {
-            position = last;
-        }
         position.leave(self, program);
     }
 

@@ -1,4 +1,4 @@
-//! How many cycles an instruction takes: a model, which is right on average and not to the cycle.
+//! How many cycles an instruction takes: a model, by the published timings, and not exact to the cycle.
 //!
 //! The source is ARM's Cortex-M4 Technical Reference Manual (r0p1), "Instruction set summary" and
 //! "Load/store timings", and RM0090, "Adaptive real-time memory accelerator".
@@ -179,21 +179,29 @@ pub(super) const fn line(address: u32) -> u32 {
 
 const LINES: usize = 64;
 const DATA_LINES: usize = 8;
+/// The line of what is not in flash. It is also the last of 1 MiB, in which no code lies.
+pub(super) const NO_LINE: u16 = u16::MAX;
+/// None of data.
 const NOWHERE: u32 = u32::MAX;
 /// The lines of 1 MiB of flash.
 const FLASH_LINES: usize = 1 << 16;
 
+/// The same of an instruction, counted from where flash begins.
+pub(super) const fn line_of_code(address: u32) -> u16 {
+    line(address) as u16
+}
+
 /// Lines of instructions that are held, the one used longest ago going first.
 #[derive(Clone, Debug)]
 struct Lines {
-    /// By slot. Nothing is held in [`NO_SLOT`] and behind it.
-    held: [u32; 256],
+    /// By slot.
+    held: [u16; LINES],
     /// When each slot was used, with its number in the lowest bits, so that the least of them tells
     /// which slot it is. What is written to `NO_SLOT` does not matter.
     used: [i32; 256],
     /// A multiple of `TICK`.
     clock: i32,
-    /// Where each line was put. Whether it is still there is for `held` to say.
+    /// Where each line is held, or [`NO_SLOT`].
     slots: Box<[u8; FLASH_LINES]>,
 }
 
@@ -204,7 +212,7 @@ impl Lines {
     fn new() -> Self {
         let slots = vec![NO_SLOT; FLASH_LINES].into_boxed_slice();
         let mut lines = Self {
-            held: [NOWHERE; 256],
+            held: [NO_LINE; LINES],
             used: [0; 256],
             clock: 0,
             slots: slots.try_into().expect("the size is what it was made with"),
@@ -217,9 +225,8 @@ impl Lines {
 
     /// Where a line is held.
     #[inline(always)]
-    fn find(&self, line: u32) -> u8 {
-        let slot = self.slots[usize::from(line as u16)];
-        if self.held[usize::from(slot)] == line { slot } else { NO_SLOT }
+    fn find(&self, line: u16) -> u8 {
+        self.slots[usize::from(line)]
     }
 
     /// What is in a slot is used.
@@ -234,11 +241,12 @@ impl Lines {
 
     /// A line that is not held is put where the oldest one was.
     #[inline(never)]
-    fn insert(&mut self, line: u32) {
+    fn insert(&mut self, line: u16) {
         let oldest = self.used[..LINES].iter().fold(i32::MAX, |least, &used| least.min(used));
         let slot = (oldest % TICK) as u8;
-        self.held[usize::from(slot)] = line;
-        self.slots[usize::from(line as u16)] = slot;
+        let gone = std::mem::replace(&mut self.held[usize::from(slot)], line);
+        self.slots[usize::from(gone)] = NO_SLOT;
+        self.slots[usize::from(line)] = slot;
         self.touch(slot);
     }
 
@@ -261,7 +269,7 @@ pub(crate) struct Timing {
     flash: FlashTiming,
     wait_states: u8,
     /// The line that instructions come from.
-    line: u32,
+    line: u16,
     /// When the line behind it has been fetched ahead.
     ahead: u64,
     instructions: Lines,
@@ -274,7 +282,7 @@ impl Default for Timing {
         Self {
             flash: FlashTiming::Ideal,
             wait_states: 0,
-            line: NOWHERE,
+            line: NO_LINE,
             ahead: 0,
             instructions: Lines::new(),
             data: [NOWHERE; DATA_LINES],
@@ -296,44 +304,34 @@ impl Timing {
         self.wait_states = wait_states;
     }
 
-    /// Cycles until an instruction of a line is there, which may be the line of the one before.
+    /// The line that instructions come from.
     #[inline(always)]
-    pub(super) fn fetch(&mut self, line: u32, now: u64) -> u64 {
-        if line == self.line {
-            return 0;
-        }
-        if line == self.line.wrapping_add(1) {
-            return self.fetch_next(now);
-        }
+    pub(super) const fn line(&self) -> u16 {
+        self.line
+    }
+
+    /// Cycles until an instruction of another line is there. The one behind the last was fetched
+    /// ahead, and is not kept when it is used.
+    #[inline(always)]
+    pub(super) fn fetch(&mut self, line: u16, now: u64) -> u64 {
+        let is_next = u32::from(line) == u32::from(self.line) + 1;
         self.line = line;
         let wait = u64::from(self.wait_states);
         if self.flash != FlashTiming::Accelerated {
-            return if self.is_ideal() { 0 } else { wait };
+            return if self.is_ideal() || line == NO_LINE { 0 } else { wait };
         }
         let slot = self.instructions.find(line);
-        let stall = if slot == NO_SLOT {
-            self.instructions.insert(line);
-            wait
-        } else {
+        let stall = if slot != NO_SLOT {
             self.instructions.touch(slot);
             0
+        } else if is_next {
+            self.ahead.saturating_sub(now)
+        } else if line == NO_LINE {
+            return 0;
+        } else {
+            self.instructions.insert(line);
+            wait
         };
-        self.ahead = now + stall + wait + 1;
-        stall
-    }
-
-    /// The same of the line behind the one before. It was fetched ahead, and is not kept when it is
-    /// used.
-    #[inline(always)]
-    pub(super) fn fetch_next(&mut self, now: u64) -> u64 {
-        self.line = self.line.wrapping_add(1);
-        let wait = u64::from(self.wait_states);
-        if self.flash != FlashTiming::Accelerated {
-            return if self.is_ideal() { 0 } else { wait };
-        }
-        let slot = self.instructions.find(self.line);
-        self.instructions.touch(slot);
-        let stall = if slot == NO_SLOT { self.ahead.saturating_sub(now) } else { 0 };
         self.ahead = now + stall + wait + 1;
         stall
     }

@@ -1,8 +1,7 @@
 //! A chip without a core, and a board that follows a script: what the tests of the serial
 //! peripherals drive register by register.
 
-// Each test binary uses its part of it.
-#![allow(dead_code)]
+#![allow(dead_code, reason = "each test takes what it needs")]
 
 use std::collections::VecDeque;
 

@@ -186,7 +186,7 @@ fn miscellaneous(address: u32, bits: u32) -> Op {
             if bits & 0xC != 0 || bits & 3 == 0 {
                 return UNPREDICTABLE;
             }
-            plain(Kind::Cps(!bit(bits, 4), bit(bits, 1), bit(bits, 0)))
+            Op { imm: bits & 3, ..plain(Kind::Cps(!bit(bits, 4))) }
         }
         0b1010 => match field(bits, 6, 2) {
             0 => two(Kind::Rev),

@@ -319,13 +319,13 @@ impl Cpu {
             Kind::Block => {
                 let count = u64::from(op.a);
                 if self.passes(op.d >> 4) {
-                    position.glide(op.imm);
+                    position.follow(op.imm);
                 } else if op.m == 0 && self.cycles + count < self.deadline {
                     self.cycles += count;
                     self.instructions = self.instructions.wrapping_add(count);
                     position.pass(op.a);
                 } else {
-                    position.glide(op.imm + u32::from(op.a) + 1);
+                    position.follow(op.imm + u32::from(op.a) + 1);
                 }
             }
 
@@ -390,7 +390,7 @@ impl Cpu {
             }),
             Kind::Mrs => self.set(op.d, self.mrs(op.imm as u8)),
             Kind::Msr => self.msr(op.imm as u8, op.a, self.get(op.n)),
-            Kind::Cps(enable, i, f) => self.cps(enable, i, f),
+            Kind::Cps(enable) => self.cps(enable, op.imm & 2 != 0, op.imm & 1 != 0),
             Kind::Bkpt => self.refuse(op, Trouble::Breakpoint),
             Kind::Undefined => self.refuse(op, Trouble::Fault(Fault::Undefined)),
             Kind::NoCoprocessor => self.refuse(op, Trouble::Fault(Fault::NoCoprocessor)),

@@ -16,8 +16,6 @@ pub(in crate::cpu) trait Position {
     fn retreat(&mut self, cpu: &mut Cpu, program: &Program);
     /// On at a place in the program.
     fn follow(&mut self, place: u32);
-    /// On at a place in the program that holds what comes next in memory.
-    fn glide(&mut self, place: u32);
     /// On behind so many instructions.
     fn pass(&mut self, count: u8);
     /// The branch that stands here is executed, too, if there is time for it.
@@ -45,39 +43,26 @@ impl Position for Alone {
     // What is outside the program, or only a place in it, is not executed alone.
     fn retreat(&mut self, _: &mut Cpu, _: &Program) {}
     fn follow(&mut self, _: u32) {}
-    fn glide(&mut self, _: u32) {}
     fn pass(&mut self, _: u8) {}
     fn then(&mut self, _: &mut Cpu, _: &Program) {}
 }
-
-/// No place.
-const ELSEWHERE: usize = usize::MAX;
 
 /// One instruction is executed after the other.
 #[derive(Clone, Copy)]
 pub(in crate::cpu) struct Following {
     /// That of the next one. Where it is outside the program, R15 says where.
     pub(in crate::cpu) place: usize,
-    /// The same, unless an instruction has branched.
-    straight: usize,
 }
 
 impl Following {
     #[inline(always)]
     pub(in crate::cpu) fn at(address: u32, program: &Program) -> Self {
-        Self { place: program.place(address), straight: ELSEWHERE }
-    }
-
-    /// It has not come here from the instruction before.
-    #[inline(always)]
-    pub(in crate::cpu) const fn branched(self) -> bool {
-        self.place != self.straight
+        Self { place: program.place(address) }
     }
 
     #[inline(always)]
     pub(in crate::cpu) const fn advance(&mut self) {
         self.place += 1;
-        self.straight = self.place;
     }
 
     /// R15, and ITSTATE within a block, say where it is.
@@ -116,18 +101,12 @@ impl Position for Following {
 
     #[inline(always)]
     fn follow(&mut self, place: u32) {
-        *self = Self { place: place as usize, straight: ELSEWHERE };
-    }
-
-    #[inline(always)]
-    fn glide(&mut self, place: u32) {
         self.place = place as usize;
-        self.straight = self.place;
     }
 
     #[inline(always)]
     fn pass(&mut self, count: u8) {
-        *self = Self { place: self.place + usize::from(count), straight: ELSEWHERE };
+        self.place += usize::from(count);
     }
 
     #[inline(always)]

@@ -15,8 +15,8 @@ fn accelerated() -> Timing {
 }
 
 /// Whether a list of so many lines holds one; it is from now on.
-fn used(list: &mut VecDeque<u32>, line: u32, most: usize) -> bool {
-    let held = list.iter().position(|&held| held == line);
+fn used<T: PartialEq>(list: &mut VecDeque<T>, line: T, most: usize) -> bool {
+    let held = list.iter().position(|held| *held == line);
     if let Some(at) = held {
         list.remove(at);
     }
@@ -29,16 +29,17 @@ proptest! {
     /// Only every third line is asked for, so that none is fetched ahead of the one before.
     #[test]
     fn the_line_of_instructions_that_was_used_longest_ago_goes_first(
-        lines in prop::collection::vec(0..90_u32, 1..2000),
+        lines in prop::collection::vec(0..90_u16, 1..2000),
         early in 0..3000,
     ) {
         let mut timing = accelerated();
         timing.instructions.clock = (i32::MAX / TICK - early) * TICK;
-        let (mut list, mut before) = (VecDeque::new(), NOWHERE);
-        // Line 0 would be the one after none at all; no code lies there.
-        for line in lines.into_iter().map(|line| 3 + 3 * line) {
-            let held = line == before || used(&mut list, line, LINES);
-            prop_assert_eq!(timing.fetch(line, 0), if held { 0 } else { u64::from(WAIT) });
+        let (mut list, mut before) = (VecDeque::new(), NO_LINE);
+        for line in lines.into_iter().map(|line| 3 * line) {
+            if line != before {
+                let held = used(&mut list, line, LINES);
+                prop_assert_eq!(timing.fetch(line, 0), if held { 0 } else { u64::from(WAIT) });
+            }
             before = line;
         }
     }
@@ -59,7 +60,6 @@ proptest! {
         let wait = u64::from(WAIT);
         prop_assert_eq!(timing.fetch(100, 0), wait);
         let expected = (2 * wait + 1).saturating_sub(wait + spent);
-        prop_assert_eq!(timing.clone().fetch(101, wait + spent), expected);
-        prop_assert_eq!(timing.fetch_next(wait + spent), expected);
+        prop_assert_eq!(timing.fetch(101, wait + spent), expected);
     }
 }
