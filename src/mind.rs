@@ -105,8 +105,11 @@ fn wake(settings: &Settings, fault: bool) -> (&'static mut Agent, AgentConfig) {
         settings::Role::Relay => Role::Relay,
         settings::Role::Base => Role::Base,
     };
-    let new = if fault { Agent::restarted } else { Agent::new };
-    let Some(agent) = AGENT.try_init_with(|| new(settings.node, role)) else {
+    let new = || match fault {
+        true => Agent::restarted(settings.node, role),
+        false => Agent::new(settings.node, role),
+    };
+    let Some(agent) = AGENT.try_init_with(new) else {
         panic::give_up("the agent was made twice");
     };
     let mut config = AgentConfig::DEFAULT;
