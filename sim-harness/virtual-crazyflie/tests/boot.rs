@@ -1,9 +1,9 @@
 //! The firmware's own ELF, from its first instruction on.
 //!
-//! It runs where there is one: `UCHAIN_ELF` names it, or `cargo fw` has built it. Elsewhere these
-//! tests say so and pass.
+//! Where there is none these tests say so and pass: see [`firmware_elf`].
 
-use std::path::PathBuf;
+mod firmware_elf;
+
 use std::sync::Arc;
 
 use virtual_crazyflie::board::{Config, Crazyflie, InertialNoise};
@@ -11,20 +11,13 @@ use virtual_crazyflie::image::Image;
 use virtual_crazyflie::machine::{Machine, MachineConfig};
 use virtual_crazyflie::soc::{Pin, PinOutput, ResetCause, SocConfig};
 
+use firmware_elf::firmware_elf;
+
 const MILLISECOND: u64 = 1_000_000;
 const MOTORS: [Pin; 4] = [Pin::new('A', 1), Pin::new('B', 11), Pin::new('A', 15), Pin::new('B', 9)];
 
 fn image() -> Option<Arc<Image>> {
-    let built = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/../../target/thumbv7em-none-eabihf/firmware/uchain-firmware"
-    );
-    let path = std::env::var_os("UCHAIN_ELF").map_or_else(|| PathBuf::from(built), PathBuf::from);
-    let Ok(bytes) = std::fs::read(&path) else {
-        println!("no firmware at {}: not booted", path.display());
-        return None;
-    };
-    Some(Arc::new(Image::parse(bytes).expect("an image")))
+    Some(Arc::new(Image::parse(firmware_elf()?).expect("an image")))
 }
 
 fn machine(image: &Arc<Image>, config: MachineConfig) -> Machine<Crazyflie> {

@@ -1,10 +1,13 @@
 //! Every instruction form against outcomes that an independent core agreed with: `vectors/README.md`.
 
+mod firmware_elf;
+
 use std::collections::BTreeSet;
-use std::path::Path;
 
 use virtual_crazyflie::verify::vectors::{self, Vector};
 use virtual_crazyflie::verify::{Rig, forms, sweep};
+
+use firmware_elf::firmware_elf;
 
 /// What leaves the stream of instructions, or needs more than one: `tests/sequences.rs` has these.
 const ELSEWHERE: [&str; 12] = [
@@ -61,17 +64,7 @@ fn every_form_has_a_vector() {
 
 #[test]
 fn the_firmware_uses_no_form_without_a_vector() {
-    let path = std::env::var_os("UCHAIN_ELF").map_or_else(
-        || {
-            Path::new(env!("CARGO_MANIFEST_DIR"))
-                .join("../../target/thumbv7em-none-eabihf/firmware/uchain-firmware")
-        },
-        Into::into,
-    );
-    let Ok(elf) = std::fs::read(&path) else {
-        println!("skipped: there is no firmware at {}", path.display());
-        return;
-    };
+    let Some(elf) = firmware_elf() else { return };
     let encodings = sweep::encodings(&elf).expect("an ELF with mapping symbols");
     let used = sweep::forms_of(&encodings).expect("every encoding has a form");
     let kept: BTreeSet<&str> = kept().iter().map(|vector| name(vector.encoding)).collect();

@@ -119,17 +119,7 @@ fn a_trap_stops_each_time_it_is_come_to_and_costs_nothing() {
 #[test]
 fn the_firmware_boots_to_its_first_register() {
     use object::{Object as _, ObjectSegment as _};
-    let path = std::env::var_os("UCHAIN_ELF").map_or_else(
-        || {
-            let built = "../../target/thumbv7em-none-eabihf/firmware/uchain-firmware";
-            std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(built)
-        },
-        Into::into,
-    );
-    let Ok(file) = std::fs::read(&path) else {
-        println!("skipped: there is no firmware at {}", path.display());
-        return;
-    };
+    let Some(file) = crate::firmware_elf::firmware_elf() else { return };
     let elf = object::File::parse(&*file).expect("it is an ELF");
     let mut rig = Rig::new(&[]);
     let mut image = vec![0xFF; 1 << 20];

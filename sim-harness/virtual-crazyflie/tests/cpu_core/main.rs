@@ -3,6 +3,8 @@
 
 mod blocks;
 mod faults;
+#[path = "../firmware_elf/mod.rs"]
+mod firmware_elf;
 mod kernel;
 mod memory;
 mod rig;
