@@ -1,9 +1,9 @@
 //! Bounds of the waits for a bus, kept by the control loop's tick.
 //!
-//! The executor's timers are sorted in anew whenever what they bound is polled, and a transaction
-//! on an I²C bus is polled eight times: bounding 2,400 of them a second that way took a fifth of all
-//! instructions. Here a wait is noted once, and the control loop, which itself waits no longer than
-//! its own timer, looks in each of its rounds whether one is over.
+//! The executor's timers are looked through whenever what they bound is polled, and a transaction on
+//! an I²C bus is polled eight times. Here a wait is noted once, and the control loop, which itself
+//! waits no longer than its own timer, looks in each of its rounds whether one is over. That saves
+//! 8 % of all instructions (22.7 to 20.9 million a second on the ground, in the emulator).
 
 use core::future::poll_fn;
 use core::pin::pin;

@@ -12,8 +12,8 @@ use crate::vl53l1x::{self, Config, RangeStatus, Reading, Vl53l1x};
 const CALIBRATION_LIMIT: Duration = Duration::from_millis(100);
 
 /// How long after a reading there is certainly no other: three quarters of the period leave room
-/// for the oscillator and for a reading that was asked for a poll late, and asking for what is not
-/// there took most of the bus's time.
+/// for the oscillator and for a reading that was asked for a poll late. With a poll each 5 ms and
+/// readings each 25 to 33, five of six questions would be for what is not there.
 const fn quiet(config: &Config) -> Duration {
     Duration::from_micros(config.period.as_micros() * 3 / 4)
 }

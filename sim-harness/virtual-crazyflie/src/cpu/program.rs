@@ -169,11 +169,6 @@ impl Program {
         &self.ops[place]
     }
 
-    /// The place of what stands there.
-    pub(super) fn place_of(&self, op: &Op) -> usize {
-        (std::ptr::from_ref(op).addr() - self.ops.as_ptr().addr()) / size_of::<Op>()
-    }
-
     /// Where in memory a place is.
     #[inline(always)]
     pub(super) fn address(&self, place: usize) -> u32 {

@@ -199,20 +199,22 @@ impl Cpu {
         bus: &mut B,
     ) {
         let mut position = Following::at(self.r[15], program);
+        let mut last = position;
         let mut executed = 0;
         while self.cycles < self.deadline {
             let op = program.op(position.place);
             if FLASH && op.line != self.timing.line() {
                 self.cycles += self.timing.fetch(op.line, self.cycles);
             }
+            last = position;
             position.advance();
             executed += 1;
             self.execute(op, &mut position, program, memory, bus);
-            if self.deadline == 0 && std::mem::take(&mut self.undone) {
-                position = Following { place: program.place_of(op) };
-            }
         }
         self.instructions = self.instructions.wrapping_add(executed);
+        if std::mem::take(&mut self.undone) {
+            position = last;
+        }
         position.leave(self, program);
     }
 

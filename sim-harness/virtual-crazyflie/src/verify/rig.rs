@@ -167,7 +167,7 @@ fn is_untouched(cpu: &Cpu, state: &State) -> bool {
 }
 
 /// Nothing but memory.
-struct Nothing;
+pub(crate) struct Nothing;
 
 impl Bus for Nothing {
     fn load(&mut self, _: &mut Memory, _: u64, _: u32, _: Width) -> Result<u32, Refused> {

@@ -1,10 +1,10 @@
 //! What stands together in a program can still be told apart.
 
 use super::*;
-use crate::bus::{Bus, Refused, Width};
 use crate::cpu::{Cpu, Stop};
 use crate::memory::Memory;
 use crate::memory::map::FLASH;
+use crate::verify::rig::Nothing;
 
 /// r0 goes down from 3; r1 counts the rounds.
 const LOOP: [u16; 7] = [
@@ -19,27 +19,6 @@ const LOOP: [u16; 7] = [
 const COMPARE: u32 = FLASH + 6;
 const BRANCH: u32 = FLASH + 8;
 const END: u32 = FLASH + 12;
-
-struct Nothing;
-
-impl Bus for Nothing {
-    fn load(&mut self, _: &mut Memory, _: u64, _: u32, _: Width) -> Result<u32, Refused> {
-        Err(Refused::Fault)
-    }
-    fn store(&mut self, _: &mut Memory, _: u64, _: u32, _: Width, _: u32) -> Result<(), Refused> {
-        Err(Refused::Fault)
-    }
-    fn due(&self) -> u64 {
-        u64::MAX
-    }
-    fn advance(&mut self, _: &mut Memory, _: u64) {}
-    fn lines(&self) -> u128 {
-        0
-    }
-    fn resets(&self) -> bool {
-        false
-    }
-}
 
 fn set_up() -> (Cpu, Program, Memory) {
     let bytes: Vec<u8> = LOOP.iter().flat_map(|half| half.to_le_bytes()).collect();
