@@ -94,7 +94,7 @@ fn step(flight: &mut Flight, now: Instant, sensed: &Sensed, command: &Command) -
 /// What the mind wants, but on the ground the power button comes first.
 fn command() -> Command {
     if radio::is_shutting_down() && !is_airborne() {
-        Command { setpoint: flight::Setpoint::Stop, given: clock::now() }
+        Command { setpoint: units::Setpoint::Stop, given: clock::now() }
     } else {
         mind::COMMAND.get()
     }

@@ -14,17 +14,15 @@
 //! head once, and `uchain.task` again and again only while the client is heard. The head that hears
 //! no more of it hovers. All other orders hold until the next.
 
-use agent::air;
 use airlink::Refused;
 use crtp::{
     Access, Event, LinkState, Node, ParameterId, Parameters, Power, Radio, Server, Setpoint,
     Snapshot,
 };
 use embassy_stm32::uid;
-use units::{Duration, Instant, MetresPerSecond, NodeId};
+use units::{Duration, Instant, MetresPerSecond, NODES, NodeId, Order, Role};
 use wire::crtp::Packet;
-use wire::p2p::{NODES, Task, Telemetry};
-use wire::settings::Role;
+use wire::p2p::Telemetry;
 
 use crate::link::{Link, Standing};
 use crate::store::{self, KeysState};
@@ -126,7 +124,7 @@ impl Desk {
             && now.since(fed) > WATCHDOG
         {
             self.watchdog = None;
-            order(now, Task::Stop, link);
+            order(now, Order::Stop, link);
         }
         if let Some(state) = mind::latest().map(|outputs| outputs.status.state)
             && state.code() != self.said
@@ -185,7 +183,7 @@ impl Desk {
                 return store::keep_limits(self.parameters.limits());
             }
             Event::ParameterSet(ParameterId::TASK) => match self.parameters.order() {
-                Task::Explore(_) => return self.explore(now, link),
+                Order::Explore(_) => return self.explore(now, link),
                 task => task,
             },
             // The next order to explore has it.
@@ -195,11 +193,11 @@ impl Desk {
                     self.warned = true;
                     self.server.say("Only forward is flown: the head steers itself.");
                 }
-                Task::Explore(forward)
+                Order::Explore(forward)
             }
-            Event::TakeOff => Task::Explore(MetresPerSecond::ZERO),
-            Event::Setpoint(Setpoint::Stop) | Event::Land => Task::Land,
-            Event::EmergencyStop => Task::Stop,
+            Event::TakeOff => Order::Explore(MetresPerSecond::ZERO),
+            Event::Setpoint(Setpoint::Stop) | Event::Land => Order::Land,
+            Event::EmergencyStop => Order::Stop,
             Event::EmergencyStopWatchdog => {
                 self.watchdog = Some(now);
                 return;
@@ -273,9 +271,9 @@ fn is_base() -> bool {
 }
 
 /// Orders something of the whole chain. At any other than the base this is nobody's order.
-fn order(now: Instant, task: Task, link: &Link) {
+fn order(now: Instant, task: Order, link: &Link) {
     if is_base() && link.tell(|end| end.order(now, task)).is_some() {
-        mind::order(air::task_from_air(task));
+        mind::order(task);
     }
 }
 

@@ -16,7 +16,7 @@ use agent::State;
 use embassy_stm32::gpio::{Level, Output};
 use embassy_time::{Duration, Ticker};
 use flight::{Mode, NotReady};
-use wire::settings::Role;
+use units::Role;
 
 use crate::board::Lamps;
 use crate::health::{self, Task};

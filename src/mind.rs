@@ -11,18 +11,17 @@
 use core::mem::discriminant;
 
 use agent::air::{self, Machine};
-use agent::{Agent, AgentConfig, Fitness, Inputs, Outputs, Role, State, mounting};
+use agent::{Agent, AgentConfig, Fitness, Inputs, Outputs, State, mounting};
 use chain::neighbours::Heard;
-use chain::report::Task as Order;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_time::{Duration, Ticker};
 use flight::{Command, Mode};
 use heapless::Vec;
 use static_cell::StaticCell;
-use units::Instant;
+use units::{Instant, Order, Role};
 use wire::p2p::Beacon;
-use wire::settings::{self, Settings};
+use wire::settings::Settings;
 
 use crate::health::{self, Tally, Task};
 use crate::latest::Latest;
@@ -40,7 +39,7 @@ static LATEST: Latest<Option<Outputs>> = Latest::new(None);
 
 /// The set-point, for the control loop.
 pub(crate) static COMMAND: Latest<Command> =
-    Latest::new(Command { setpoint: flight::Setpoint::Off, given: Instant::ZERO });
+    Latest::new(Command { setpoint: units::Setpoint::Off, given: Instant::ZERO });
 
 /// Reports that may come in between two rounds: one of each other drone of a chain.
 const MAILBOX: usize = chain::neighbours::MAX_NEIGHBOURS + 1;
@@ -100,11 +99,7 @@ pub(crate) async fn run(link: &'static Link, fault: bool) -> ! {
 
 /// The one agent, and what the settings change of its configuration.
 fn wake(settings: &Settings, fault: bool) -> (&'static mut Agent, AgentConfig) {
-    let role = match settings.role {
-        settings::Role::Head => Role::Head,
-        settings::Role::Relay => Role::Relay,
-        settings::Role::Base => Role::Base,
-    };
+    let role = settings.role;
     let new = || match fault {
         true => Agent::restarted(settings.node, role),
         false => Agent::new(settings.node, role),
@@ -127,7 +122,7 @@ fn wake(settings: &Settings, fault: bool) -> (&'static mut Agent, AgentConfig) {
 /// What does not change from round to round.
 struct Me {
     config: AgentConfig,
-    role: settings::Role,
+    role: Role,
     link: &'static Link,
 }
 
@@ -144,8 +139,8 @@ fn round(agent: &mut Agent, me: &Me) -> Outputs {
     let inputs = inputs(now, &heard, me.link);
     let outputs = step(agent, &me.config, now, &inputs);
     let setpoint = match me.role {
-        settings::Role::Base => flight::Setpoint::Off,
-        settings::Role::Head | settings::Role::Relay => mounting::to_board(outputs.setpoint),
+        Role::Base => units::Setpoint::Off,
+        Role::Head | Role::Relay => mounting::to_board(outputs.setpoint),
     };
     COMMAND.set(Command { setpoint, given: now });
     speak(me, &outputs, &inputs);
@@ -168,7 +163,7 @@ fn speak(me: &Me, outputs: &Outputs, inputs: &Inputs<'_>) {
     me.link.tell(|end| {
         end.beacon(Beacon { role: me.role, state: outputs.status.state.code(), battery });
         end.report(air::report_to_air(outputs));
-        if me.role != settings::Role::Base {
+        if me.role != Role::Base {
             end.telemeter(air::telemetry(outputs, &machine));
         }
     });

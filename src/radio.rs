@@ -165,7 +165,7 @@ fn pass_on(event: Event, desk: &mut Desk) {
         }
         Event::Order { task, .. } => {
             desk.heed();
-            mind::order(air::task_from_air(task));
+            mind::order(task);
         }
         Event::Telemetry { from, telemetry, .. } => desk.hear(clock::now(), from, telemetry),
         Event::Beacon { .. } | Event::Membership { .. } => {}

@@ -26,12 +26,12 @@ use airlink::{Identity, Schedule};
 use embassy_embedded_hal::shared_bus::asynch::i2c::I2cDevice;
 use embassy_time::{Delay, Duration, Timer};
 use sensors::eeprom::Eeprom;
-use units::{Metres, NodeId};
+use units::{Metres, NodeId, Role};
 use wire::p2p::Epoch;
 use wire::settings::epoch::{self, Provisioned};
 use wire::settings::keys::{self, KeysRecord};
 use wire::settings::{
-    Chosen, LENGTH, Limits, Role, Settings, Slot, Trim, VENDOR_LENGTH, VendorConfig, Write, newest,
+    Chosen, LENGTH, Limits, Settings, Slot, Trim, VENDOR_LENGTH, VendorConfig, Write, newest,
 };
 
 use crate::health::{self, Task};

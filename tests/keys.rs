@@ -7,10 +7,9 @@ use std::path::PathBuf;
 use airlink::keys::{FleetSecret, Key, Keys, Own, node};
 use airlink::{Airlink, Event, Identity, LinkConfig, Schedule, Sealed};
 use sim_harness::keys::{self, Request};
-use units::{Dbm, Duration, Instant, NodeId};
-use wire::p2p::{Epoch, Task, Telemetry};
+use units::{Dbm, Duration, Instant, NodeId, Order, Phase, Role};
+use wire::p2p::{Epoch, Telemetry};
 use wire::radio::Datarate;
-use wire::settings::Role;
 use wire::settings::epoch::{self, Provisioned};
 use wire::settings::keys::KeysRecord;
 
@@ -123,7 +122,7 @@ fn together(links: &mut [Airlink<Sealed>]) -> Vec<Vec<Event>> {
             if tick % 2_000 == 0 {
                 link.report(report());
                 link.telemeter(TELEMETRY);
-                link.order(now, Task::Return);
+                link.order(now, Order::Return);
             }
             let mut out = [0; 60];
             if link.due().is_some_and(|due| due <= now)
@@ -149,7 +148,7 @@ fn together(links: &mut [Airlink<Sealed>]) -> Vec<Vec<Event>> {
 
 fn report() -> wire::p2p::Report {
     wire::p2p::Report {
-        phase: wire::p2p::Phase::Waiting,
+        phase: Phase::Waiting,
         recall: false,
         velocity: units::MetresPerSecond(0.0),
         odometer: units::Metres(0.0),
@@ -162,7 +161,7 @@ fn report() -> wire::p2p::Report {
 }
 
 fn orders(events: &[Event]) -> usize {
-    events.iter().filter(|event| matches!(event, Event::Order { task: Task::Return, .. })).count()
+    events.iter().filter(|event| matches!(event, Event::Order { task: Order::Return, .. })).count()
 }
 
 fn telemetry_from(events: &[Event], node: u8) -> usize {

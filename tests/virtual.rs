@@ -6,14 +6,14 @@
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
-use agent::{Agent, AgentConfig, Outputs, Role};
+use agent::{Agent, AgentConfig, Outputs};
 use rayon::ThreadPoolBuilder;
 use sim_harness::emulated::decisions::{Decision, Recorder};
 use sim_harness::emulated::{Emulated, Firmware};
 use sim_harness::metrics::{Reference, RunMetrics, Watch};
 use sim_harness::mission::{Mission, World};
 use sim_harness::scenario::Scenario;
-use units::NodeId;
+use units::{NodeId, Role};
 
 /// The ELF, if there is one.
 fn firmware() -> Option<&'static Firmware> {

@@ -6,10 +6,9 @@ use std::collections::HashSet;
 
 use airlink::keys::{self, FleetSecret, Key, Keys, Own};
 use airlink::{Airlink, Event, Identity, LinkConfig, Schedule, Scope, Seal, Sealed};
-use units::{Dbm, Duration, Instant, Metres, MetresPerSecond, NodeId};
-use wire::p2p::{Counter, Epoch, HEADER, Phase, Report, Task, Telemetry};
+use units::{Dbm, Duration, Instant, Metres, MetresPerSecond, NodeId, Order, Phase, Role};
+use wire::p2p::{Counter, Epoch, HEADER, Report, Telemetry};
 use wire::radio::Datarate;
-use wire::settings::Role;
 use wire::syslink::MAX_P2P;
 
 const RELAY: usize = 0;
@@ -60,7 +59,7 @@ struct Air {
     now: Instant,
     sent: Vec<Sent>,
     told: Vec<[u8; 12]>,
-    ordered: Vec<Task>,
+    ordered: Vec<Order>,
     obeyed: HashSet<Counter>,
     /// Somebody with a relay's keys has spoken.
     stolen: bool,
@@ -207,7 +206,7 @@ impl Air {
             height: None,
             heeded: 0,
         };
-        let all = [Task::Wait, Task::Explore(MetresPerSecond(value / 1000.0)), Task::Return];
+        let all = [Order::Wait, Order::Explore(MetresPerSecond(value / 1000.0)), Order::Return];
         let task = all[usize::from(byte) % all.len()];
         match who {
             RELAY => {
@@ -215,7 +214,7 @@ impl Air {
                 self.nodes[RELAY].link.telemeter(telemetry);
             }
             _ => {
-                self.ordered.push(Task::decode(&task.encode()).unwrap());
+                self.ordered.push(wire::p2p::decode_order(&wire::p2p::encode_order(task)).unwrap());
                 self.nodes[BASE].link.order(self.now, task);
             }
         }

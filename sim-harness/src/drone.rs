@@ -1,8 +1,8 @@
 //! A drone's body at either fidelity, as a mission sees it: set-points in, senses out.
 
-use agent::{BodyVelocity, Fitness, Setpoint, mounting};
+use agent::{BodyVelocity, Fitness, mounting};
 use tunnel_nav::Diagonals;
-use units::{Duration, Metres, Radians, Volts};
+use units::{Duration, Metres, Radians, Setpoint, Volts};
 
 use crate::craft::{Craft, Surroundings};
 use crate::random::Stream;

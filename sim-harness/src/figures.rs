@@ -124,7 +124,7 @@ pub const fn missions(runs: usize) -> usize {
 
 /// The same corridor with everybody in the air and the head at rest.
 fn at_rest(exploring: &Scenario) -> Scenario {
-    let hold = chain::report::Task::Explore(units::MetresPerSecond::ZERO);
+    let hold = units::Order::Explore(units::MetresPerSecond::ZERO);
     Scenario {
         relays: RESTING_RELAYS,
         start: Start::Random { head: HEAD_RESTS_M },

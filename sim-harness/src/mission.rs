@@ -15,11 +15,10 @@ mod member;
 mod seal;
 mod station;
 
-use agent::{Inputs, Outputs, Role, Setpoint, State};
+use agent::{Inputs, Outputs, State};
 use chain::neighbours::Heard;
-use chain::report::Task;
 use tunnel_nav::Range;
-use units::{Instant, NodeId};
+use units::{Instant, NodeId, Order, Role, Setpoint};
 use virtual_crazyflie::board::nrf51::RAMP_UP;
 use wire::p2p::{self, Telemetry};
 use wire::radio::Datarate;
@@ -90,7 +89,7 @@ enum Operator {
     /// The scenario's pilot.
     Script,
     /// Somebody outside, whose last word this is.
-    Live(Task),
+    Live(Order),
 }
 
 /// What the base last heard of a node.
@@ -212,11 +211,11 @@ impl<'a> Mission<'a> {
     /// The same without the scenario's pilot: everybody waits for [`order`](Self::order).
     #[must_use]
     pub fn live(scenario: &'a Scenario, world: &'a World, seed: u64) -> Self {
-        Self { operator: Operator::Live(Task::Wait), ..Self::new(scenario, world, seed) }
+        Self { operator: Operator::Live(Order::Wait), ..Self::new(scenario, world, seed) }
     }
 
     /// In a live mission: the operator's word at the base, which holds until the next.
-    pub fn order(&mut self, task: Task) {
+    pub fn order(&mut self, task: Order) {
         let word = Operator::Live(task);
         if self.operator == Operator::Script || self.operator == word {
             return;
@@ -551,7 +550,7 @@ impl<'a> Mission<'a> {
 }
 
 /// What the operator wants now.
-fn operators_word(scenario: &Scenario, operator: Operator, now_us: u64) -> Task {
+fn operators_word(scenario: &Scenario, operator: Operator, now_us: u64) -> Order {
     match operator {
         Operator::Live(task) => task,
         Operator::Script => scenario
@@ -559,7 +558,7 @@ fn operators_word(scenario: &Scenario, operator: Operator, now_us: u64) -> Task 
             .iter()
             .take_while(|step| step.at_us <= now_us)
             .last()
-            .map_or(Task::Wait, |step| step.task),
+            .map_or(Order::Wait, |step| step.task),
     }
 }
 

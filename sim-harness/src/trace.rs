@@ -1,8 +1,8 @@
 //! What happened on a mission, five times a second: the one record that every picture, table and
 //! file is made from.
 
-use agent::{Role, State};
-use units::{Dbm, NodeId};
+use agent::State;
+use units::{Dbm, NodeId, Role};
 
 /// A whole mission.
 #[derive(Clone, Debug, PartialEq)]

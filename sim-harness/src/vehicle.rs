@@ -1,9 +1,9 @@
 //! A drone's body at policy level: a disc on the floor plan that follows velocity commands with a
 //! lag, measures its own motion with an error, and does not go through walls.
 
-use agent::{BodyVelocity, Setpoint};
+use agent::BodyVelocity;
 use tunnel_nav::{Diagonals, Range};
-use units::{Metres, MetresPerSecond};
+use units::{Metres, MetresPerSecond, Setpoint};
 
 use crate::random::Stream;
 use crate::trace::Point;

@@ -4,13 +4,12 @@
 use std::path::Path;
 
 use agent::State;
-use chain::report::Task;
 use sim_harness::craft::faults::{Failing, Fault};
 use sim_harness::mission::{Mission, World};
 use sim_harness::random::{Purpose, Stream};
 use sim_harness::scenario::{Fidelity, Scenario};
 use sim_harness::trace::Frame;
-use units::MetresPerSecond;
+use units::{MetresPerSecond, Order};
 
 fn short() -> Scenario {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/scenarios/short.toml");
@@ -111,12 +110,12 @@ fn a_live_mission_flies_as_it_is_told() {
     // The scenario's own pilot has no say.
     (0..50).for_each(|_| mission.round());
     assert!(mission.states().all(|state| state == State::Idle));
-    during(&mut mission, 30, Task::Explore(MetresPerSecond(0.2)));
+    during(&mut mission, 30, Order::Explore(MetresPerSecond(0.2)));
     let head = |mission: &Mission<'_>| mission.view(0).unwrap().body.abscissa();
     let out = head(&mission);
     assert!(out > 4.0, "the head came to {out} m only");
     assert!(mission.view(0).unwrap().heeded > 0);
-    during(&mut mission, 40, Task::Return);
+    during(&mut mission, 40, Order::Return);
     assert_eq!(mission.states().next().unwrap().name(), "landed");
 }
 

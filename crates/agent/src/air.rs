@@ -1,7 +1,7 @@
 //! What the mind knows, and what is on the air: reports, orders and telemetry, there and back.
 
 use chain::neighbours::Heard;
-use chain::report::{LinkSpan, Phase, Report, Task};
+use chain::report::Report;
 use units::{Dbm, Duration, Metres, NodeId, Volts};
 use wire::p2p;
 
@@ -13,13 +13,11 @@ pub fn report_to_air(outputs: &Outputs) -> p2p::Report {
     let Outputs { report, status, .. } = outputs;
     let strength = |link: &Option<LinkView>| link.as_ref().map(|link| link.rssi);
     p2p::Report {
-        phase: phase_to_air(report.phase),
+        phase: report.phase,
         recall: report.recall,
         velocity: report.velocity,
         odometer: report.odometer,
-        links: report
-            .links
-            .map(|span| p2p::Links { weakest: span.weakest, strongest: span.strongest }),
+        links: report.links,
         front: strength(&status.front),
         back: strength(&status.back),
         sums: [None; 2],
@@ -39,59 +37,13 @@ pub fn report_from_air(
     let report = Report {
         from,
         sequence: counter.low16(),
-        phase: phase_from_air(report.phase),
+        phase: report.phase,
         velocity: report.velocity,
         odometer: report.odometer,
-        links: report
-            .links
-            .map(|span| LinkSpan { weakest: span.weakest, strongest: span.strongest }),
+        links: report.links,
         recall: report.recall,
     };
     Heard { report, rssi }
-}
-
-const fn phase_to_air(phase: Phase) -> p2p::Phase {
-    match phase {
-        Phase::Waiting => p2p::Phase::Waiting,
-        Phase::Transit => p2p::Phase::Transit,
-        Phase::Linked => p2p::Phase::Linked,
-        Phase::Base => p2p::Phase::Base,
-        Phase::Out => p2p::Phase::Out,
-    }
-}
-
-const fn phase_from_air(phase: p2p::Phase) -> Phase {
-    match phase {
-        p2p::Phase::Waiting => Phase::Waiting,
-        p2p::Phase::Transit => Phase::Transit,
-        p2p::Phase::Linked => Phase::Linked,
-        p2p::Phase::Base => Phase::Base,
-        p2p::Phase::Out => Phase::Out,
-    }
-}
-
-/// An order, as it is handed to the radio link at the base.
-#[must_use]
-pub const fn task_to_air(task: Task) -> p2p::Task {
-    match task {
-        Task::Wait => p2p::Task::Wait,
-        Task::Explore(speed) => p2p::Task::Explore(speed),
-        Task::Return => p2p::Task::Return,
-        Task::Land => p2p::Task::Land,
-        Task::Stop => p2p::Task::Stop,
-    }
-}
-
-/// An order that the radio link has delivered.
-#[must_use]
-pub const fn task_from_air(task: p2p::Task) -> Task {
-    match task {
-        p2p::Task::Wait => Task::Wait,
-        p2p::Task::Explore(speed) => Task::Explore(speed),
-        p2p::Task::Return => Task::Return,
-        p2p::Task::Land => Task::Land,
-        p2p::Task::Stop => Task::Stop,
-    }
 }
 
 /// What telemetry tells of the machine, beside what the mind put out.
@@ -164,9 +116,9 @@ const fn cause_code(cause: flight::Cause) -> u8 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Setpoint, Status};
+    use crate::Status;
     use tunnel_nav::Walls;
-    use units::{Instant, MetresPerSecond};
+    use units::{Instant, LinkSpan, MetresPerSecond, Phase, Setpoint};
 
     fn outputs(phase: Phase, links: Option<LinkSpan>) -> Outputs {
         let link = |peer, rssi| LinkView {
@@ -213,14 +165,6 @@ mod tests {
             let heard = report_from_air(NodeId(2), counter, &heard, Dbm(-60.0));
             assert_eq!(heard.report, outputs.report);
             assert_eq!(heard.rssi, Dbm(-60.0));
-        }
-    }
-
-    #[test]
-    fn every_order_comes_back_as_it_went() {
-        let speed = MetresPerSecond(0.25);
-        for task in [Task::Wait, Task::Explore(speed), Task::Return, Task::Land, Task::Stop] {
-            assert_eq!(task_from_air(task_to_air(task)), task);
         }
     }
 

@@ -2,25 +2,12 @@
 
 use chain::neighbours::{Heard, Neighbour};
 use chain::policy::LinkEnd;
-use chain::report::{Phase, Report, Task};
+use chain::report::Report;
 use flight::Cause;
 use tunnel_nav::{Diagonals, Walls};
-use units::{Dbm, Duration, Metres, MetresPerSecond, NodeId, Radians, RadiansPerSecond};
+use units::{Dbm, Duration, Metres, MetresPerSecond, NodeId, Order, Phase, Radians, Setpoint};
 
 use crate::State;
-
-/// What a node is in the chain.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum Role {
-    /// The explorer at the far end, flown by the operator.
-    Head,
-    /// One of the drones between.
-    Relay,
-    /// The operator's end, on the ground.
-    Base,
-}
 
 /// A velocity over ground in body axes, as the optic flow measures it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,7 +36,7 @@ pub struct Inputs<'a> {
     /// The operator's newest order, where one came in: at the base from the operator, elsewhere
     /// from the radio link, which sees to it that it is authentic and newer than the last. A
     /// pilot's stick comes in anew each time that it is read, though it says the same.
-    pub order: Option<Task>,
+    pub order: Option<Order>,
     /// What the flight code says of the machine.
     pub fitness: Fitness,
     /// How long the battery still carries the drone; `None` while that is not known.
@@ -74,28 +61,6 @@ pub enum Fitness {
     Landed(Cause),
     /// Its motors are off until the next boot.
     Stopped,
-}
-
-/// What the flight controller is asked for.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum Setpoint {
-    /// Motors off.
-    Off,
-    /// Hold these.
-    Fly {
-        /// Velocity along x.
-        forward: MetresPerSecond,
-        /// Velocity along y.
-        lateral: MetresPerSecond,
-        /// Counter-clockwise.
-        yaw_rate: RadiansPerSecond,
-        /// Over ground.
-        height: Metres,
-    },
-    /// Motors off now, and for good.
-    Stop,
 }
 
 /// One of the drone's two links, as it sees it.

@@ -29,14 +29,16 @@ pub mod mounting;
 mod state;
 
 pub use config::{AgentConfig, ConfigError, FlightConfig};
-pub use io::{BodyVelocity, Fitness, Inputs, LinkView, Outputs, Role, Setpoint, Status};
+pub use io::{BodyVelocity, Fitness, Inputs, LinkView, Outputs, Status};
 pub use state::{LandReason, State};
 
 use chain::launch::LaunchWatch;
 use chain::neighbours::{Neighbour, Neighbours};
-use chain::report::{LinkSpan, Phase, Report, Task};
+use chain::report::Report;
 use tunnel_nav::{Bearings, Navigator, Walls};
-use units::{Dbm, Duration, Instant, Metres, MetresPerSecond, NodeId, RadiansPerSecond};
+use units::{
+    Dbm, Duration, Instant, LinkSpan, Metres, MetresPerSecond, NodeId, Order, Phase, Role, Setpoint,
+};
 
 use state::Situation;
 
@@ -64,7 +66,7 @@ pub struct Agent {
 /// The operator's latest word, and when it was last said.
 #[derive(Clone, Copy, Debug)]
 struct Heeded {
-    task: Task,
+    task: Order,
     at: Instant,
 }
 
@@ -162,7 +164,7 @@ impl Agent {
         let lasts = |left| left >= config.flight.least_endurance;
         self.fit = inputs.fitness == Fitness::Fit && inputs.endurance.is_none_or(lasts);
         self.recalled |= self.state.is_airborne() && self.must_turn_back(config, inputs);
-        if self.told() == Some(Task::Wait) {
+        if self.told() == Some(Order::Wait) {
             self.recalled = false;
         }
     }
@@ -176,15 +178,15 @@ impl Agent {
     }
 
     /// The operator's latest word.
-    fn told(&self) -> Option<Task> {
+    fn told(&self) -> Option<Order> {
         self.heeded.map(|heeded| heeded.task)
     }
 
     /// What is to be done: the operator's latest word, but exploring ends for everybody when one
     /// of the chain must come home.
-    fn task(&self) -> Option<Task> {
+    fn task(&self) -> Option<Order> {
         match self.told() {
-            Some(Task::Explore(_)) if self.recalled => Some(Task::Return),
+            Some(Order::Explore(_)) if self.recalled => Some(Order::Return),
             told => told,
         }
     }
@@ -354,7 +356,7 @@ impl Agent {
             return MetresPerSecond::ZERO;
         };
         match task {
-            Task::Explore(speed) if now.since(at) <= config.flight.pilot_timeout => {
+            Order::Explore(speed) if now.since(at) <= config.flight.pilot_timeout => {
                 let speed = speed.limited_to(config.policy.max_speed);
                 if speed.0 >= 0.0 {
                     speed * config.retreat.freedom(back.map(|link| link.rssi))
@@ -362,8 +364,8 @@ impl Agent {
                     behind_clear(config, back, speed)
                 }
             }
-            Task::Return => homeward(config, back),
-            Task::Explore(_) | Task::Wait | Task::Land | Task::Stop => MetresPerSecond::ZERO,
+            Order::Return => homeward(config, back),
+            Order::Explore(_) | Order::Wait | Order::Land | Order::Stop => MetresPerSecond::ZERO,
         }
     }
 
@@ -374,7 +376,7 @@ impl Agent {
         front: Option<LinkView>,
         back: Option<LinkView>,
     ) -> MetresPerSecond {
-        let called_home = self.task() == Some(Task::Return);
+        let called_home = self.task() == Some(Order::Return);
         match (front, back) {
             (None, _) if called_home => homeward(config, back),
             // The base is not to be kept clear of by who goes home to it.
@@ -433,25 +435,5 @@ fn reconnecting_speed(
         retreat.speed
     } else {
         MetresPerSecond::ZERO
-    }
-}
-
-/// Level and still, for callers that need a set-point before the first step.
-impl Default for Setpoint {
-    fn default() -> Self {
-        Self::Off
-    }
-}
-
-impl Setpoint {
-    /// Hovering at `height`.
-    #[must_use]
-    pub const fn hover(height: Metres) -> Self {
-        Self::Fly {
-            forward: MetresPerSecond::ZERO,
-            lateral: MetresPerSecond::ZERO,
-            yaw_rate: RadiansPerSecond::ZERO,
-            height,
-        }
     }
 }

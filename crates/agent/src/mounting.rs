@@ -66,11 +66,10 @@ pub fn side_beam(reading: Option<&Reading>, reach: Metres) -> Range {
 
 /// The mind's set-point, in the board's axes.
 #[must_use]
-pub fn to_board(setpoint: Setpoint) -> flight::Setpoint {
+pub fn to_board(setpoint: Setpoint) -> Setpoint {
     match setpoint {
-        Setpoint::Off => flight::Setpoint::Off,
-        Setpoint::Stop => flight::Setpoint::Stop,
-        Setpoint::Fly { forward, lateral, yaw_rate, height } => flight::Setpoint::Fly {
+        Setpoint::Off | Setpoint::Stop => setpoint,
+        Setpoint::Fly { forward, lateral, yaw_rate, height } => Setpoint::Fly {
             forward: (forward + lateral) * FRAC_1_SQRT_2,
             lateral: (lateral - forward) * FRAC_1_SQRT_2,
             yaw_rate,
@@ -119,7 +118,7 @@ mod tests {
             yaw_rate: RadiansPerSecond(0.3),
             height: Metres(0.3),
         };
-        let flight::Setpoint::Fly { forward, lateral, .. } = to_board(ahead) else { panic!() };
+        let Setpoint::Fly { forward, lateral, .. } = to_board(ahead) else { panic!() };
         assert!((forward.0 - FRAC_1_SQRT_2).abs() < 1e-6);
         assert!((lateral.0 + FRAC_1_SQRT_2).abs() < 1e-6, "to the right");
         let seen = from_board([forward, lateral]);
@@ -134,9 +133,7 @@ mod tests {
             let height = Metres(0.3);
             let yaw_rate = RadiansPerSecond(0.0);
             let wanted = Setpoint::Fly { forward, lateral, yaw_rate, height };
-            let flight::Setpoint::Fly { forward: x, lateral: y, .. } = to_board(wanted) else {
-                panic!()
-            };
+            let Setpoint::Fly { forward: x, lateral: y, .. } = to_board(wanted) else { panic!() };
             let seen = from_board([x, y]);
             assert!((seen.forward - forward).0.abs() < 1e-6);
             assert!((seen.lateral - lateral).0.abs() < 1e-6);

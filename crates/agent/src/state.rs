@@ -1,8 +1,7 @@
 //! What a drone is doing, and the one function that moves it from one state to the next.
 
-use chain::report::Task;
 use flight::Cause;
-use units::{Dbm, Instant, Metres};
+use units::{Dbm, Instant, Metres, Order};
 
 use crate::{AgentConfig, Fitness, FlightConfig, Role};
 
@@ -86,7 +85,7 @@ pub enum LandReason {
 /// All that a transition depends on.
 pub(crate) struct Situation {
     pub(crate) now: Instant,
-    pub(crate) task: Option<Task>,
+    pub(crate) task: Option<Order>,
     /// It would take off.
     pub(crate) fit: bool,
     pub(crate) fitness: Fitness,
@@ -161,7 +160,7 @@ impl State {
     /// The transition function. Orders and emergencies come first, in that order of weight; then
     /// each state has its own arm.
     pub(crate) fn next(self, config: &AgentConfig, role: Role, at: &Situation) -> Self {
-        let stop = at.emergency || at.task == Some(Task::Stop);
+        let stop = at.emergency || at.task == Some(Order::Stop);
         if stop || at.fitness == Fitness::Stopped || self == Self::Stopped {
             return Self::Stopped;
         }
@@ -182,7 +181,7 @@ impl State {
             Self::BackingUp { since, from } => backing_up(since, from, config, role, at),
             Self::Landing { since, why } => landing(since, why, config, at),
             Self::Landed { why } => match at.task {
-                Some(Task::Wait) => Self::Idle,
+                Some(Order::Wait) => Self::Idle,
                 _ => Self::Landed { why },
             },
         }
@@ -207,7 +206,7 @@ impl State {
 }
 
 fn explores(at: &Situation) -> bool {
-    matches!(at.task, Some(Task::Explore(_)))
+    matches!(at.task, Some(Order::Explore(_)))
 }
 
 fn idle(role: Role, at: &Situation) -> State {
@@ -235,7 +234,7 @@ fn taking_off(since: Instant, config: &AgentConfig, role: Role, at: &Situation) 
     let elapsed = at.now.since(since);
     let climb_time = flight.height.0 / flight.climb.0;
     let settled = elapsed.as_secs_f32() >= climb_time + flight.settle.as_secs_f32();
-    if at.task == Some(Task::Land) {
+    if at.task == Some(Order::Land) {
         State::Landing { since: at.now, why: LandReason::Ordered }
     } else if settled && flight.is_up(at.height) {
         on_duty(role, at.now)
@@ -257,8 +256,8 @@ fn on_duty(role: Role, patient_until: Instant) -> State {
 /// What ends every duty: an order to land, or having come home when called.
 fn dismissed(config: &AgentConfig, at: &Situation) -> Option<State> {
     let why = match at.task {
-        Some(Task::Land) => LandReason::Ordered,
-        Some(Task::Return) if is_home(config, at) => LandReason::Home,
+        Some(Order::Land) => LandReason::Ordered,
+        Some(Order::Return) if is_home(config, at) => LandReason::Home,
         _ => return None,
     };
     Some(State::Landing { since: at.now, why })
@@ -286,7 +285,7 @@ fn relaying(patient_until: Instant, config: &AgentConfig, at: &Situation) -> Sta
         landing
     } else if at.now >= patient_until && config.retreat.wanted(at.front, at.back, false) {
         State::BackingUp { since: at.now, from: at.odometer }
-    } else if at.now >= patient_until && at.front.is_none() && at.task != Some(Task::Return) {
+    } else if at.now >= patient_until && at.front.is_none() && at.task != Some(Order::Return) {
         State::Reconnecting { since: at.now, from: at.odometer }
     } else {
         State::Relaying { patient_until }
@@ -298,7 +297,7 @@ fn reconnecting(since: Instant, from: Metres, config: &AgentConfig, at: &Situati
         landing
     } else if config.retreat.wanted(at.front, at.back, false) {
         State::BackingUp { since: at.now, from: at.odometer }
-    } else if at.front.is_some() || at.task == Some(Task::Return) {
+    } else if at.front.is_some() || at.task == Some(Order::Return) {
         State::Relaying { patient_until: at.now }
     } else {
         State::Reconnecting { since, from }

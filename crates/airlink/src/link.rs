@@ -7,11 +7,8 @@ mod turns;
 
 use life::Life;
 use turns::Open;
-use units::{Dbm, Instant, NodeId};
-use wire::p2p::{
-    Beacon, Counter, Epoch, Membership, ORDER, Report, TELEMETRY, Task, Telemetry, Wave,
-};
-use wire::settings::Role;
+use units::{Dbm, Instant, NodeId, Order, Role};
+use wire::p2p::{Beacon, Counter, Epoch, Membership, ORDER, Report, TELEMETRY, Telemetry, Wave};
 use wire::syslink::MAX_P2P;
 
 use crate::config::LinkConfig;
@@ -61,7 +58,7 @@ pub enum Event {
     /// What the base wants this node to do.
     Order {
         /// To do what.
-        task: Task,
+        task: Order,
         /// The order's number.
         counter: Counter,
     },
@@ -216,7 +213,7 @@ impl<S: Seal> Airlink<S> {
     /// once for each time that this is called, but no more often than
     /// [`LinkConfig::stick_every`]: when the operator falls silent, so does the base. Everywhere
     /// else it does nothing.
-    pub fn order(&mut self, now: Instant, task: Task) {
+    pub fn order(&mut self, now: Instant, task: Order) {
         let next = self.life.next();
         if let (End::Base(orders), Some(next)) = (&mut self.end, next) {
             orders.order(now, task, next, &self.config);

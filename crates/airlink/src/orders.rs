@@ -2,8 +2,8 @@
 
 use core::mem::discriminant;
 
-use units::{Duration, Instant, NodeId};
-use wire::p2p::{Counter, Epoch, NODES, Task, Telemetry, Wave};
+use units::{Duration, Instant, NODES, NodeId, Order};
+use wire::p2p::{Counter, Epoch, Telemetry, Wave};
 
 use crate::config::LinkConfig;
 use crate::relay::AGAINST;
@@ -11,7 +11,7 @@ use crate::relay::AGAINST;
 /// The base's word, and how far it has got.
 #[derive(Clone, Debug)]
 pub(crate) struct Orders {
-    task: Option<Task>,
+    task: Option<Order>,
     /// The number of the next packet when the task last changed its kind.
     changed: u16,
     /// Of each node the telemetry that came last. A node without is told nothing: its epoch, which
@@ -52,7 +52,7 @@ impl Orders {
         }
     }
 
-    pub(crate) fn order(&mut self, now: Instant, task: Task, next: Counter, config: &LinkConfig) {
+    pub(crate) fn order(&mut self, now: Instant, task: Order, next: Counter, config: &LinkConfig) {
         let is_other = self.task.is_none_or(|old| discriminant(&old) != discriminant(&task));
         if self.task != Some(task) {
             self.head_at = now;
@@ -68,7 +68,7 @@ impl Orders {
         }
     }
 
-    pub(crate) const fn task(&self) -> Option<Task> {
+    pub(crate) const fn task(&self) -> Option<Order> {
         self.task
     }
 
@@ -93,8 +93,10 @@ impl Orders {
             // A head that comes back flies on when the operator says so again, not before.
             match self.task {
                 None => {}
-                Some(Task::Explore(_)) => self.tell(now, bit & !HEAD),
-                Some(Task::Wait | Task::Return | Task::Land | Task::Stop) => self.tell(now, bit),
+                Some(Order::Explore(_)) => self.tell(now, bit & !HEAD),
+                Some(Order::Wait | Order::Return | Order::Land | Order::Stop) => {
+                    self.tell(now, bit)
+                }
             }
         } else if said.heeded != 0 && said.heeded.wrapping_sub(self.changed) < 1 << 15 {
             self.heeded |= bit;
@@ -121,7 +123,7 @@ impl Orders {
         if self.ready(wave)? > now {
             return None;
         }
-        if let (Some(Task::Explore(_)), Some(at)) = (self.task, self.stick)
+        if let (Some(Order::Explore(_)), Some(at)) = (self.task, self.stick)
             && now.since(at) > config.stick_lasts
         {
             self.stick = None;
@@ -147,7 +149,7 @@ impl Orders {
         if node == NodeId::HEAD {
             self.stick = None;
             let every = match self.task {
-                Some(Task::Explore(_)) => config.stick_every,
+                Some(Order::Explore(_)) => config.stick_every,
                 _ => config.again_after,
             };
             // A little less, or each would wait for the turn after next.
@@ -171,8 +173,8 @@ impl Orders {
         self.all() & HEAD != 0
             && match self.task {
                 None => false,
-                Some(Task::Explore(_)) => self.stick.is_some(),
-                Some(Task::Wait | Task::Return | Task::Land | Task::Stop) => {
+                Some(Order::Explore(_)) => self.stick.is_some(),
+                Some(Order::Wait | Order::Return | Order::Land | Order::Stop) => {
                     self.heeded & HEAD == 0
                 }
             }

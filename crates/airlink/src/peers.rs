@@ -5,8 +5,8 @@
 //! names it has heard this node since, and is *fresh*. From then on its counter tells.
 
 use heapless::Vec;
-use units::{Dbm, Duration, Instant, NodeId};
-use wire::p2p::{Counter, HEARD, Heard, NODES};
+use units::{Dbm, Duration, Instant, NODES, NodeId};
+use wire::p2p::{Counter, HEARD, Heard};
 
 use crate::counters::Reason;
 

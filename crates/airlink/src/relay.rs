@@ -5,8 +5,8 @@
 //! or a newer one comes, or it has been said often enough.
 //! So the nearest hop passes it on at once, and who stands behind the nearest is the way round it.
 
-use units::{Duration, Instant, NodeId};
-use wire::p2p::{Capsule, NODES, Wave};
+use units::{Duration, Instant, NODES, NodeId};
+use wire::p2p::{Capsule, Wave};
 
 /// A capsule, and what is left to do for it.
 #[derive(Clone, Copy, Debug)]

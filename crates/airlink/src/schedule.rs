@@ -7,8 +7,8 @@
 
 use core::fmt;
 
-use units::{Duration, Instant, NodeId};
-use wire::p2p::{Counter, HEADER, Header, NODES, TAG, Wave};
+use units::{Duration, Instant, NODES, NodeId};
+use wire::p2p::{Counter, HEADER, Header, TAG, Wave};
 use wire::radio::Datarate;
 use wire::syslink::MAX_P2P;
 

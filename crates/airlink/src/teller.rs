@@ -2,8 +2,8 @@
 
 use core::mem::discriminant;
 
-use units::{Duration, Instant};
-use wire::p2p::{Counter, Task, Telemetry};
+use units::{Duration, Instant, Order};
+use wire::p2p::{Counter, Telemetry};
 
 /// What the base is to know, and what it has said.
 #[derive(Clone, Debug)]
@@ -11,7 +11,7 @@ pub(crate) struct Teller {
     telemetry: Option<Telemetry>,
     at: Instant,
     last: Option<Counter>,
-    task: Option<Task>,
+    task: Option<Order>,
 }
 
 impl Teller {
@@ -45,7 +45,7 @@ impl Teller {
     }
 
     /// Heeds the order `counter`. If it is of another kind than the last, the base is told at once.
-    pub(crate) fn heed(&mut self, now: Instant, counter: Counter, task: Task) {
+    pub(crate) fn heed(&mut self, now: Instant, counter: Counter, task: Order) {
         if self.task.is_none_or(|last| discriminant(&last) != discriminant(&task)) {
             self.at = self.at.min(now);
         }

@@ -6,8 +6,7 @@ use airlink::Event;
 use common::clear::Clear;
 use common::net::{Net, ROUND, Setup};
 use common::quantile;
-use units::MetresPerSecond;
-use wire::p2p::Task;
+use units::{MetresPerSecond, Order};
 use wire::radio::Datarate;
 
 struct Figures {
@@ -29,7 +28,7 @@ fn delays(setup: &Setup, hops: usize, seeds: u64, before: fn(&mut Net<Clear>)) -
         let (begin, first) = (net.now, net.sent.len());
         for word in 1..40 {
             let speed = word as f32 * 0.001;
-            let task = Task::Explore(MetresPerSecond(speed));
+            let task = Order::Explore(MetresPerSecond(speed));
             // The operator's stick, whenever it moves, and then in every round of the base.
             let said_at = net.now;
             net.stick = Some(task);
@@ -39,7 +38,7 @@ fn delays(setup: &Setup, hops: usize, seeds: u64, before: fn(&mut Net<Clear>)) -
             net.run(pause);
             let got = net.said[seen..].iter().find(|said| {
                 said.to == 0
-                    && matches!(said.event, Event::Order { task: Task::Explore(got), .. } if got.0 >= speed - 1e-4)
+                    && matches!(said.event, Event::Order { task: Order::Explore(got), .. } if got.0 >= speed - 1e-4)
             });
             all.push(got.map_or(1_000, |said| (said.at - said_at) / 1000));
         }
@@ -76,7 +75,7 @@ fn flight(setup: &Setup, nodes: usize, seed: u64) -> Flight {
     let (mut given, mut heard, mut air) = (Vec::new(), vec![u64::MAX; WORDS + 1], 0);
     for word in 0..WORDS {
         given.push(net.now);
-        net.order(nodes - 1, Task::Explore(MetresPerSecond(word as f32 * 0.001)));
+        net.order(nodes - 1, Order::Explore(MetresPerSecond(word as f32 * 0.001)));
         net.run(ROUND);
     }
     net.run(5_000_000);
@@ -85,7 +84,7 @@ fn flight(setup: &Setup, nodes: usize, seed: u64) -> Flight {
     let mut told = vec![0; nodes - 1];
     for said in &net.said {
         match said.event {
-            Event::Order { task: Task::Explore(speed), .. } if said.to == 0 => {
+            Event::Order { task: Order::Explore(speed), .. } if said.to == 0 => {
                 let word = (speed.0 * 1000.0).round() as usize;
                 heard[word] = heard[word].min(said.at);
             }
@@ -195,18 +194,18 @@ fn an_order_gets_round_a_dead_node() {
 fn stops(nodes: usize, seed: u64) -> u64 {
     let setup = Setup { loss: 0.2, late: 100, ..Setup::default() };
     let mut net = Net::row(setup, seed, nodes, |_| Clear);
-    net.stick = Some(Task::Explore(MetresPerSecond(0.3)));
+    net.stick = Some(Order::Explore(MetresPerSecond(0.3)));
     // A busy chain of 16 takes some seconds until the base has heard everybody, and whom it has not
     // heard it can tell nothing.
     let settles = 10_000_000 + net.chance.below(1_000_000);
     net.run(settles);
     let (said_at, seen) = (net.now, net.said.len());
-    net.stick = Some(Task::Stop);
-    net.order(nodes - 1, Task::Stop);
+    net.stick = Some(Order::Stop);
+    net.order(nodes - 1, Order::Stop);
     net.run(3_000_000);
     let stopped = |node: usize| {
         net.said[seen..].iter().find(|said| {
-            said.to == node && matches!(said.event, Event::Order { task: Task::Stop, .. })
+            said.to == node && matches!(said.event, Event::Order { task: Order::Stop, .. })
         })
     };
     let times =
@@ -235,7 +234,7 @@ fn every_order_comes_at_most_once_and_in_order() {
     let mut net = Net::row(setup, 7, 9, |_| Clear);
     for word in 0..50 {
         net.stick =
-            Some(if word % 9 == 8 { Task::Wait } else { Task::Explore(MetresPerSecond(0.1)) });
+            Some(if word % 9 == 8 { Order::Wait } else { Order::Explore(MetresPerSecond(0.1)) });
         net.run(300_000);
     }
     for node in 0..8 {
@@ -258,7 +257,7 @@ fn the_base_hears_everybodys_telemetry() {
     for (nodes, loss) in [(9, 0.2), (16, 0.2)] {
         let setup = Setup { loss, late: 100, ..Setup::default() };
         let mut net = Net::row(setup, 3, nodes, |_| Clear);
-        net.stick = Some(Task::Explore(MetresPerSecond(0.1)));
+        net.stick = Some(Order::Explore(MetresPerSecond(0.1)));
         net.run(20_000_000);
         for node in 0..nodes - 1 {
             let heard = net
@@ -278,7 +277,7 @@ fn the_base_hears_everybodys_telemetry() {
 fn a_silent_operator_is_not_repeated() {
     let mut net = Net::row(Setup::default(), 1, 4, |_| Clear);
     net.run(3_000_000);
-    net.order(3, Task::Explore(MetresPerSecond(0.3)));
+    net.order(3, Order::Explore(MetresPerSecond(0.3)));
     net.run(2_000_000);
     let seen = net.said.len();
     net.run(5_000_000);

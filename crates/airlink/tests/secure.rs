@@ -10,8 +10,8 @@ use airlink::{Airlink, Event, Identity, LinkConfig, Schedule, Scope, Seal, Seale
 use common::net::{Net, Setup};
 use common::{Chance, fleet, identity, sealed, seeded};
 use proptest::prelude::*;
-use units::{Dbm, Instant, MetresPerSecond, NodeId};
-use wire::p2p::{Capsule, Counter, Epoch, Header, MAX_BODY, Message, Task, Telemetry, Wave};
+use units::{Dbm, Instant, MetresPerSecond, NodeId, Order};
+use wire::p2p::{Capsule, Counter, Epoch, Header, MAX_BODY, Message, Telemetry, Wave};
 use wire::radio::Datarate;
 
 /// All that a link is but its counts.
@@ -24,7 +24,7 @@ fn state<S: std::fmt::Debug>(link: &Airlink<S>) -> String {
 /// Four who have been talking for a while, the pilot's stick in use.
 fn talking(seed: u64) -> Net<Sealed> {
     let mut net = Net::row(Setup { earshot: 3, ..Setup::default() }, seed, 4, sealed);
-    net.stick = Some(Task::Explore(MetresPerSecond(0.2)));
+    net.stick = Some(Order::Explore(MetresPerSecond(0.2)));
     net.run(5_000_000);
     assert!(net.said.iter().any(|said| said.to == 0 && matches!(said.event, Event::Order { .. })));
     net
@@ -186,7 +186,7 @@ fn what_somebody_said_who_has_left_says_nothing() {
 fn an_order_of_before_the_reboot_is_void() {
     let mut net = Net::row(Setup { earshot: 1, ..Setup::default() }, 8, 3, sealed);
     net.run(2_000_000);
-    net.stick = Some(Task::Explore(MetresPerSecond(0.3)));
+    net.stick = Some(Order::Explore(MetresPerSecond(0.3)));
     net.run(3_000_000);
     net.stick = None;
     net.nodes[0].on = false;
@@ -198,7 +198,7 @@ fn an_order_of_before_the_reboot_is_void() {
         |said: &common::net::Said| said.to == 0 && matches!(said.event, Event::Order { .. });
     assert!(!net.said[seen..].iter().any(is_order), "the pilot has let go");
     // The pilot's next word reaches it.
-    net.stick = Some(Task::Explore(MetresPerSecond(0.3)));
+    net.stick = Some(Order::Explore(MetresPerSecond(0.3)));
     net.run(1_000_000);
     assert!(net.said[seen..].iter().any(is_order));
 }
@@ -227,8 +227,8 @@ fn far(count: u32) -> Counter {
     Counter::new(Epoch::new(1).unwrap(), count).unwrap()
 }
 
-fn order_for(seal: &Sealed, node: NodeId, counter: Counter, aad: &[u8], task: Task) -> Message {
-    let mut text = task.encode();
+fn order_for(seal: &Sealed, node: NodeId, counter: Counter, aad: &[u8], task: Order) -> Message {
+    let mut text = wire::p2p::encode_order(task);
     let nonce = end_nonce(b"cmd", node, counter);
     let tag = seal.seal(Scope::EndToEnd(node), &nonce, aad, &mut text);
     Message::Command(Capsule { node, counter, sealed: text, tag })
@@ -241,7 +241,7 @@ fn a_thief_with_a_relays_keys_can_order_nobody_about() {
     let thief = sealed(identity(2, 4));
     for (to, count) in [(0, 900_000), (1, 900_001)] {
         let node = NodeId(to as u8);
-        let message = order_for(&thief, node, far(count), &[node.0, 1, 0, 0], Task::Stop);
+        let message = order_for(&thief, node, far(count), &[node.0, 1, 0, 0], Order::Stop);
         // In the base's name, who is fresh to everybody.
         let forged = packet(&thief, NodeId(3), far(count), &message);
         assert_eq!(net.inject(to, &forged), None);
@@ -299,11 +299,11 @@ fn a_thief_with_a_relays_keys_cannot_speak_as_another_to_the_base() {
 fn the_base_itself_is_obeyed() {
     let mut net = talking(11);
     let base = sealed(identity(3, 4));
-    let order = order_for(&base, NodeId(1), far(900_000), &[1, 1, 0, 0], Task::Land);
+    let order = order_for(&base, NodeId(1), far(900_000), &[1, 1, 0, 0], Order::Land);
     let event = net.inject(1, &packet(&base, NodeId(3), far(900_000), &order));
-    assert_eq!(event, Some(Event::Order { task: Task::Land, counter: far(900_000) }));
+    assert_eq!(event, Some(Event::Order { task: Order::Land, counter: far(900_000) }));
     // But not for another epoch than the node's own.
-    let order = order_for(&base, NodeId(1), far(900_001), &[1, 2, 0, 0], Task::Land);
+    let order = order_for(&base, NodeId(1), far(900_001), &[1, 2, 0, 0], Order::Land);
     assert_eq!(net.inject(1, &packet(&base, NodeId(3), far(900_001), &order)), None);
     assert_eq!(net.nodes[1].link.counters().refused.forged, 1);
 }
@@ -325,11 +325,8 @@ fn of_another_generation_nothing_is_heard() {
     let mut net = talking(13);
     let base = fleet().base(2);
     let keys = Keys { group: fleet().group(2), own: Own::Node(keys::node(&base, NodeId(2))) };
-    let message = Message::Beacon(wire::p2p::Beacon {
-        role: wire::settings::Role::Relay,
-        state: 0,
-        battery: None,
-    });
+    let message =
+        Message::Beacon(wire::p2p::Beacon { role: units::Role::Relay, state: 0, battery: None });
     let bytes = packet(&Sealed::new(keys), NodeId(2), far(900_000), &message);
     changes_nothing(&mut net, 1, &bytes);
     assert_eq!(net.nodes[1].link.counters().refused.tag, 1);
@@ -397,7 +394,7 @@ proptest! {
         NONCES.with_borrow_mut(HashSet::clear);
         let make = |who| Recording(sealed(who), who);
         let mut net = Net::row(Setup { loss: 0.2, ..Setup::default() }, seed, 4, make);
-        net.stick = Some(Task::Explore(MetresPerSecond(0.1)));
+        net.stick = Some(Order::Explore(MetresPerSecond(0.1)));
         for (node, runs, off) in boots {
             net.run(runs);
             net.nodes[node].on = false;

@@ -7,8 +7,8 @@ use common::clear::Clear;
 use common::net::{Net, Said, Sent, Setup};
 use common::{Chance, identity, seeded};
 use proptest::prelude::*;
-use units::{Dbm, Duration, Instant, MetresPerSecond};
-use wire::p2p::{Epoch, Header, Kind, Membership, Task, Wave};
+use units::{Dbm, Duration, Instant, MetresPerSecond, Order};
+use wire::p2p::{Epoch, Header, Kind, Membership, Wave};
 use wire::radio::Datarate;
 
 const SECOND: u64 = 1_000_000;
@@ -355,7 +355,7 @@ proptest! {
                         let _ = link.receive(now, Dbm(-60.0), &out[..length]);
                     }
                 }
-                2 => link.order(now, Task::Explore(MetresPerSecond(0.1))),
+                2 => link.order(now, Order::Explore(MetresPerSecond(0.1))),
                 _ => link.telemeter(common::telemetry()),
             }
             if let Some(due) = link.due() {

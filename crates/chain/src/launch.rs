@@ -7,9 +7,7 @@
 //! Launching at once wastes a relay on every unlucky packet; waiting for the chain to settle
 //! leaves the links weaker than the limit for longer. The book measures both.
 
-use units::{Db, Dbm, Duration, Instant};
-
-use crate::report::LinkSpan;
+use units::{Db, Dbm, Duration, Instant, LinkSpan};
 
 /// The constants of the launch policy.
 #[derive(Clone, Copy, Debug, PartialEq)]

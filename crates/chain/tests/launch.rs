@@ -3,11 +3,10 @@
 //! code.)
 
 use chain::launch::{LaunchConfig, LaunchWatch};
-use chain::report::LinkSpan;
 use chain::retreat::RetreatConfig;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use units::{Db, Dbm, Duration, Instant};
+use units::{Db, Dbm, Duration, Instant, LinkSpan};
 
 fn seeded() -> ProptestConfig {
     ProptestConfig { rng_seed: RngSeed::Fixed(1), failure_persistence: None, ..Default::default() }

@@ -4,10 +4,10 @@
 use chain::filter::Smoothing;
 use chain::neighbours::{Heard, MAX_NEIGHBOURS, Neighbours};
 use chain::policy::PolicyConfig;
-use chain::report::{Phase, Report};
+use chain::report::Report;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use units::{Dbm, Duration, Instant, Metres, MetresPerSecond, NodeId};
+use units::{Dbm, Duration, Instant, Metres, MetresPerSecond, NodeId, Phase};
 
 const ME: NodeId = NodeId(5);
 const LOST_AFTER: Duration = Duration::from_secs(2);

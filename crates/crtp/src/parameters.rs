@@ -1,10 +1,9 @@
 //! What can be set, and what is told of the drone itself.
 
 use agent::AgentConfig;
-use units::{Dbm, Metres, MetresPerSecond, NodeId};
+use units::{Dbm, Metres, MetresPerSecond, NodeId, Order, Role};
 use wire::crtp::{LogType, ParamType, Value};
-use wire::p2p::Task;
-use wire::settings::{Limits, Role, Settings};
+use wire::settings::{Limits, Settings};
 
 use crate::table::{Documented, Get, crc_of_row};
 
@@ -93,13 +92,13 @@ impl Parameters {
 
     /// The operator's order.
     #[must_use]
-    pub const fn order(&self) -> Task {
+    pub const fn order(&self) -> Order {
         match self.task {
-            OperatorTask::Wait => Task::Wait,
-            OperatorTask::Explore => Task::Explore(self.speed),
-            OperatorTask::Return => Task::Return,
-            OperatorTask::Land => Task::Land,
-            OperatorTask::Stop => Task::Stop,
+            OperatorTask::Wait => Order::Wait,
+            OperatorTask::Explore => Order::Explore(self.speed),
+            OperatorTask::Return => Order::Return,
+            OperatorTask::Land => Order::Land,
+            OperatorTask::Stop => Order::Stop,
         }
     }
 }

@@ -4,9 +4,10 @@ use agent::{BodyVelocity, LinkView, Outputs, mounting};
 use flight::{Attitude, Duties, Mode, StopCause};
 use sensors::pmw3901::Motion;
 use units::{
-    Acceleration, AngularVelocity, Dbm, Duration, Instant, Metres, MetresPerSecond, NodeId, Volts,
+    Acceleration, AngularVelocity, Dbm, Duration, Instant, Metres, MetresPerSecond, NODES, NodeId,
+    Volts,
 };
-use wire::p2p::{NODES, Telemetry};
+use wire::p2p::Telemetry;
 
 /// What a drone knows of itself and, at the base, of the others. What nobody fills in stays as in
 /// [`Snapshot::DEFAULT`] and shows as nothing.

@@ -4,9 +4,9 @@ use core::f32::consts::PI;
 
 use agent::LinkView;
 use flight::{Duties, GRAVITY};
-use units::{Dbm, Duration, Metres, NodeId, Radians, Volts};
+use units::{Dbm, Duration, Metres, NODES, NodeId, Radians, Volts};
 use wire::crtp::{LogType, Value};
-use wire::p2p::{NODES, Telemetry};
+use wire::p2p::Telemetry;
 
 use crate::snapshot::{NOBODY, Node, Snapshot};
 use crate::table::{Documented, Get, crc_of_row};

@@ -1,7 +1,9 @@
 //! One millisecond of flight: sensors → estimator → supervisor → control → motors.
 
 use sensors::{pmw3901, vl53l1x};
-use units::{Acceleration, AngularVelocity, Duration, Instant, Metres, MetresPerSecond, Radians};
+use units::{
+    Acceleration, AngularVelocity, Duration, Instant, Metres, MetresPerSecond, Radians, Setpoint,
+};
 
 use crate::accel::{Accel, AccelConfig};
 use crate::airframe::{Airframe, GRAVITY};
@@ -10,7 +12,7 @@ use crate::calibration::{Calibration, CalibrationConfig, Zero};
 use crate::control::{BodyState, Control, ControlConfig, Goal, Horizontal, Vertical};
 use crate::estimator::{Estimator, EstimatorConfig, InertialConfig, Verdict};
 use crate::gyro::{Gyro, GyroConfig};
-use crate::io::{Attitude, Command, Outputs, Sensed, Setpoint, Status};
+use crate::io::{Attitude, Command, Outputs, Sensed, Status};
 use crate::lowpass::{LowPass, LowPassed};
 use crate::mixer::{Mix, mix};
 use crate::supervisor::{Cause, Mode, Observed, Supervisor, SupervisorConfig};

@@ -2,8 +2,8 @@
 
 use sensors::{pmw3901, vl53l1x};
 use units::{
-    Acceleration, AngularVelocity, Duration, Instant, Metres, MetresPerSecond, Radians,
-    RadiansPerSecond, Volts,
+    Acceleration, AngularVelocity, Duration, Instant, Metres, MetresPerSecond, Radians, Setpoint,
+    Volts,
 };
 
 use crate::supervisor::Mode;
@@ -22,28 +22,6 @@ pub struct Sensed {
     pub down: Option<vl53l1x::Reading>,
     /// The battery at its terminals, under load.
     pub battery: Option<Volts>,
-}
-
-/// What the drone is asked to do, in the board's axes: x forward, y left, yaw counter-clockwise.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Setpoint {
-    /// Motors off. In the air this drops the drone: land it first.
-    #[default]
-    Off,
-    /// Fly: take off if on the ground, and hold these.
-    Fly {
-        /// Velocity over ground along x.
-        forward: MetresPerSecond,
-        /// Velocity over ground along y.
-        lateral: MetresPerSecond,
-        /// Counter-clockwise.
-        yaw_rate: RadiansPerSecond,
-        /// Over ground.
-        height: Metres,
-    },
-    /// Motors off now, and off until the next boot.
-    Stop,
 }
 
 /// A set-point and when it was given: one that grows old ends the flight.

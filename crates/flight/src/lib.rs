@@ -48,7 +48,7 @@ pub use estimator::{
 };
 pub use flight::{Flight, FlightConfig, Verdicts};
 pub use gyro::GyroConfig;
-pub use io::{Attitude, Battery, Command, Duties, Outputs, Sensed, Setpoint, Status};
+pub use io::{Attitude, Battery, Command, Duties, Outputs, Sensed, Status};
 pub use lowpass::LowPass;
 pub use pid::Gains;
 pub use supervisor::{Cause, Mode, NotReady, StopCause, SupervisorConfig};

@@ -13,9 +13,7 @@
 //! A landing that has begun is not broken off: what failed and came back may fail again, and a
 //! drone on the ground can be asked why.
 
-use units::{Duration, Instant};
-
-use crate::io::Setpoint;
+use units::{Duration, Instant, Setpoint};
 
 /// What the flight code is doing.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,15 +1,15 @@
 //! The flight code through its door: whatever comes in, what goes out may be given to motors.
 
 use flight::{
-    Cause, Command, Duties, Flight, FlightConfig, Mode, NotReady, Outputs, Sensed, Setpoint,
-    StopCause,
+    Cause, Command, Duties, Flight, FlightConfig, Mode, NotReady, Outputs, Sensed, StopCause,
 };
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use sensors::pmw3901::Motion;
 use sensors::vl53l1x::{CountRate, RangeStatus, Reading};
 use units::{
-    Acceleration, AngularVelocity, Instant, Metres, MetresPerSecond, RadiansPerSecond, Volts,
+    Acceleration, AngularVelocity, Instant, Metres, MetresPerSecond, RadiansPerSecond, Setpoint,
+    Volts,
 };
 
 const CONFIG: FlightConfig = FlightConfig::CRAZYFLIE_2_1;

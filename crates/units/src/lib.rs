@@ -1,4 +1,5 @@
-//! The newtypes that meet at every API of the house.
+//! The quantities that cross every API, and the vocabulary of a mission ([`Role`], [`Order`],
+//! [`Phase`], [`Setpoint`] …).
 //!
 //! A quantity crosses a function boundary in its own type and becomes a plain `f32` inside the
 //! maths: `link.rssi.0`. Everything is SI but signal strength, which is in decibels:
@@ -23,10 +24,12 @@
 //! ```
 #![no_std]
 
+mod mission;
 mod quantity;
 mod time;
 mod triad;
 
+pub use mission::{LinkSpan, NODES, Order, Phase, Role, Setpoint};
 pub use quantity::{
     Db, DbPerMetre, Dbm, Metres, MetresPerSecond, NodeId, Radians, RadiansPerSecond, Volts,
 };

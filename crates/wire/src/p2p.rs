@@ -8,14 +8,14 @@
 //! |---|---|---|
 //! | 1 | [`Beacon`] | 3 |
 //! | 2 | [`Report`] | 20, and 4 for each [`Heard`] |
-//! | 3 | [`Capsule`] with a [`Task`] in it | 19 |
+//! | 3 | [`Capsule`] with an [`Order`](units::Order) in it | 19 |
 //! | 4 | [`Capsule`] with [`Telemetry`] in it | 29 |
 //! | 5 | [`Membership`] | 1 or 4 |
 //!
 //! A number is rounded to the nearest step, and what is beyond the type becomes its largest or
 //! smallest value. What is not a number cannot be said: it becomes zero where there must be a
-//! number, and none where there may be none. A node whose number is not below [`NODES`] has no name
-//! on the air: it is left out of what may leave it out, and is [`NODES`] − 1 elsewhere.
+//! number, and none where there may be none. A node whose number is not below [`units::NODES`] has no name
+//! on the air: it is left out of what may leave it out, and is [`units::NODES`] − 1 elsewhere.
 //!
 //! Each message has exactly one encoding; anything else is an [`Error`], so that a bit that a later
 //! version gives a meaning is not taken for something else by this one.
@@ -24,16 +24,18 @@ mod beacon;
 mod capsule;
 mod header;
 mod membership;
+mod order;
 mod report;
 mod steps;
 
 use core::fmt;
 
 pub use beacon::Beacon;
-pub use capsule::{Capsule, ORDER, TELEMETRY, Task, Telemetry};
+pub use capsule::{Capsule, TELEMETRY, Telemetry};
 pub use header::{Counter, Epoch, HEADER, Header, Kind, Wave};
 pub use membership::Membership;
-pub use report::{HEARD, Heard, Links, Phase, Report, Sum};
+pub use order::{ORDER, decode_order, encode_order};
+pub use report::{HEARD, Heard, Report, Sum};
 
 use crate::syslink::MAX_P2P;
 
@@ -46,9 +48,6 @@ pub const TAG: usize = 8;
 
 /// The most bytes of a body.
 pub const MAX_BODY: usize = MAX_P2P - HEADER - TAG;
-
-/// How many nodes a chain can have: a number is four bits on the air.
-pub const NODES: usize = 16;
 
 /// One of the things that are said.
 #[derive(Clone, Debug, PartialEq)]

@@ -47,7 +47,7 @@ mod vendor;
 
 use core::fmt;
 
-use units::{Dbm, Metres, NodeId, Radians};
+use units::{Dbm, Metres, NodeId, Radians, Role};
 
 use crate::radio::{Address, Channel, Datarate, TxPower};
 
@@ -143,34 +143,22 @@ impl Limits {
     }
 }
 
-/// What a node is in the chain.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Role {
-    /// The explorer at the far end.
-    Head,
-    /// One of the drones between.
-    Relay,
-    /// The operator's end.
-    Base,
+/// The byte that stands for `role` in the records.
+pub(crate) const fn role_code(role: Role) -> u8 {
+    match role {
+        Role::Head => 0,
+        Role::Relay => 1,
+        Role::Base => 2,
+    }
 }
 
-impl Role {
-    pub(crate) const fn code(self) -> u8 {
-        match self {
-            Self::Head => 0,
-            Self::Relay => 1,
-            Self::Base => 2,
-        }
-    }
-
-    pub(crate) const fn from_code(code: u8) -> Option<Self> {
-        match code {
-            0 => Some(Self::Head),
-            1 => Some(Self::Relay),
-            2 => Some(Self::Base),
-            _ => None,
-        }
+/// The role that a record's byte stands for.
+pub(crate) const fn role_of_code(code: u8) -> Option<Role> {
+    match code {
+        0 => Some(Role::Head),
+        1 => Some(Role::Relay),
+        2 => Some(Role::Base),
+        _ => None,
     }
 }
 
@@ -249,7 +237,7 @@ impl Settings {
         let [p0, p1, p2, p3] = trim.pitch.0.to_le_bytes();
         let [r0, r1, r2, r3] = trim.roll.0.to_le_bytes();
         let [h0, h1, h2, h3] = height.0.to_le_bytes();
-        let role = self.role.code();
+        let role = role_code(self.role);
         let channel = self.radio.channel.number();
         let datarate = self.radio.datarate.code();
         let [power] = self.radio.power.code().to_le_bytes();
@@ -337,7 +325,7 @@ impl Settings {
         };
         let settings = Self {
             node: NodeId(node),
-            role: Role::from_code(role).ok_or(Error::Value)?,
+            role: role_of_code(role).ok_or(Error::Value)?,
             radio: Radio {
                 channel: Channel::new(channel).ok_or(Error::Value)?,
                 datarate: Datarate::from_code(datarate).ok_or(Error::Value)?,

@@ -7,12 +7,11 @@ use messages::Numbers;
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::{Config, RngSeed, TestRunner};
-use units::NodeId;
+use units::{NodeId, Order, Phase, Role};
 use wire::p2p::{
     Beacon, Capsule, Counter, HEADER, Header, Heard, Kind, MAX_BODY, Membership, Message, PORT,
-    Phase, Report, TAG, Task, Telemetry, Wave,
+    Report, TAG, Telemetry, Wave,
 };
-use wire::settings::Role;
 use wire::syslink::MAX_P2P;
 
 const BOOK: &str = include_str!("../../../docs/src/air.md");
@@ -284,15 +283,15 @@ fn of_capsule<const N: usize>(capsule: &Capsule<N>) -> Fields {
     fields
 }
 
-fn of_task(task: &Task) -> Fields {
+fn of_task(task: &Order) -> Fields {
     let (name, speed) = match task {
-        Task::Wait => ("wait", None),
-        Task::Explore(speed) => ("explore", Some(speed.0)),
-        Task::Return => ("return", None),
-        Task::Land => ("land", None),
-        Task::Stop => ("stop", None),
+        Order::Wait => ("wait", None),
+        Order::Explore(speed) => ("explore", Some(speed.0)),
+        Order::Return => ("return", None),
+        Order::Land => ("land", None),
+        Order::Stop => ("stop", None),
     };
-    vec![("task", Called(name)), ("speed", measured(speed, 0))]
+    vec![("order", Called(name)), ("speed", measured(speed, 0))]
 }
 
 fn of_telemetry(telemetry: &Telemetry) -> Fields {
@@ -347,6 +346,7 @@ fn tables() -> Vec<(&'static str, &'static str, &'static str, Vec<Sample>)> {
     let header = include_str!("../src/p2p/header.rs");
     let capsule = include_str!("../src/p2p/capsule.rs");
     let report = include_str!("../src/p2p/report.rs");
+    let order = include_str!("../src/p2p/order.rs");
     let mut capsules = samples(messages::capsules(NUMBERS), |capsule| {
         (4, body(&Message::Command(*capsule)), of_capsule(capsule))
     });
@@ -388,9 +388,11 @@ fn tables() -> Vec<(&'static str, &'static str, &'static str, Vec<Sample>)> {
         ("Capsule", capsule, "struct Capsule", capsules),
         (
             "Command",
-            capsule,
-            "enum Task",
-            samples(messages::tasks(NUMBERS), |task| (0, task.encode().to_vec(), of_task(task))),
+            order,
+            "fn encode_order",
+            samples(messages::tasks(NUMBERS), |task| {
+                (0, wire::p2p::encode_order(*task).to_vec(), of_task(task))
+            }),
         ),
         (
             "Telemetry",

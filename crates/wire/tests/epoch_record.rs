@@ -5,11 +5,11 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use units::NodeId;
+use units::{NodeId, Role};
 use wire::p2p::Epoch;
+use wire::settings::Slot;
 use wire::settings::epoch::{Error, Issue, LENGTH, Next, Provisioned, address, next};
 use wire::settings::keys::{self, KeysRecord, Secret};
-use wire::settings::{Role, Slot};
 
 const FLEET: u32 = 0x8765_4321;
 const BLANK: [u8; LENGTH] = [0xFF; LENGTH];

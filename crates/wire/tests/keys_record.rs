@@ -3,12 +3,12 @@
 
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use units::NodeId;
+use units::{NodeId, Role};
 use wire::settings::epoch::Issue;
 use wire::settings::keys::{
     Error, KeysRecord, LENGTH, PAGE_ADDRESS, Secret, Write, address, newest,
 };
-use wire::settings::{LENGTH as SETTINGS, Role, Slot, epoch};
+use wire::settings::{LENGTH as SETTINGS, Slot, epoch};
 
 fn seeded() -> ProptestConfig {
     ProptestConfig { rng_seed: RngSeed::Fixed(1), failure_persistence: None, ..Default::default() }

@@ -6,12 +6,11 @@ mod messages;
 use messages::Numbers::{Flying, Wild};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use units::{Dbm, Duration, Metres, MetresPerSecond, NodeId, Volts};
+use units::{Dbm, Duration, LinkSpan, Metres, MetresPerSecond, NodeId, Order, Phase, Role, Volts};
 use wire::p2p::{
-    Beacon, Capsule, Counter, Epoch, Error, HEADER, HEARD, Header, Heard, Kind, Links, MAX_BODY,
-    Membership, Message, ORDER, Phase, Report, Sum, TAG, TELEMETRY, Task, Telemetry, Wave,
+    Beacon, Capsule, Counter, Epoch, Error, HEADER, HEARD, Header, Heard, Kind, MAX_BODY,
+    Membership, Message, ORDER, Report, Sum, TAG, TELEMETRY, Telemetry, Wave,
 };
-use wire::settings::Role;
 
 fn seeded() -> ProptestConfig {
     ProptestConfig { rng_seed: RngSeed::Fixed(1), failure_persistence: None, ..Default::default() }
@@ -39,7 +38,7 @@ fn report() -> Report {
         recall: true,
         velocity: MetresPerSecond(-0.25),
         odometer: Metres(-12.5),
-        links: Some(Links { weakest: Dbm(-71.25), strongest: Dbm(-58.0) }),
+        links: Some(LinkSpan { weakest: Dbm(-71.25), strongest: Dbm(-58.0) }),
         front: Some(Dbm(-60.5)),
         back: None,
         sums: [Some(Sum { total: 3.5, links: 2 }), None],
@@ -137,11 +136,11 @@ fn the_bytes_of_a_header_are_those_of_the_table() {
 
 #[test]
 fn the_bytes_of_what_is_sealed_are_those_of_the_tables() {
-    let explore = Task::Explore(MetresPerSecond(0.4));
-    assert_eq!(explore.encode(), [2, 0x90, 0x01, 0]);
-    let codes = [(Task::Wait, 1), (Task::Return, 3), (Task::Land, 4), (Task::Stop, 5)];
+    let explore = Order::Explore(MetresPerSecond(0.4));
+    assert_eq!(wire::p2p::encode_order(explore), [2, 0x90, 0x01, 0]);
+    let codes = [(Order::Wait, 1), (Order::Return, 3), (Order::Land, 4), (Order::Stop, 5)];
     for (task, code) in codes {
-        assert_eq!(task.encode(), [code, 0, 0, 0]);
+        assert_eq!(wire::p2p::encode_order(task), [code, 0, 0, 0]);
     }
     let told = [7, 1, 185, 60, 0x12, 57, 0, 0, 0x83, 0xFF, 0xE7, 25, 0x0C, 0x0B];
     assert_eq!(telemetry().encode(), told);
@@ -160,8 +159,8 @@ proptest! {
     ) {
         let message = Message::decode(message.kind(), &encoded(&message)).unwrap();
         prop_assert_eq!(Message::decode(message.kind(), &encoded(&message)), Ok(message));
-        let task = Task::decode(&task.encode()).unwrap();
-        prop_assert_eq!(Task::decode(&task.encode()), Ok(task));
+        let task = wire::p2p::decode_order(&wire::p2p::encode_order(task)).unwrap();
+        prop_assert_eq!(wire::p2p::decode_order(&wire::p2p::encode_order(task)), Ok(task));
         let telemetry = Telemetry::decode(&telemetry.encode()).unwrap();
         prop_assert_eq!(Telemetry::decode(&telemetry.encode()), Ok(telemetry));
     }
@@ -190,7 +189,7 @@ proptest! {
         near(back.odometer.0, report.odometer.0, 1.0 / 256.0)?;
         near_too(back.front.map(|is| is.0), report.front.map(|is| is.0), 0.125)?;
         near_too(back.back.map(|is| is.0), report.back.map(|is| is.0), 0.125)?;
-        for end in [|links: Links| links.weakest.0, |links: Links| links.strongest.0] {
+        for end in [|links: LinkSpan| links.weakest.0, |links: LinkSpan| links.strongest.0] {
             near_too(back.links.map(end), report.links.map(end), 0.125)?;
         }
         for (back, sum) in back.sums.into_iter().zip(report.sums) {
@@ -225,8 +224,8 @@ proptest! {
 
     #[test]
     fn the_speed_of_a_task_moves_by_half_a_step(task in messages::tasks(Flying)) {
-        match (task, Task::decode(&task.encode()).unwrap()) {
-            (Task::Explore(speed), Task::Explore(back)) => near(back.0, speed.0, 0.000_5)?,
+        match (task, wire::p2p::decode_order(&wire::p2p::encode_order(task)).unwrap()) {
+            (Order::Explore(speed), Order::Explore(back)) => near(back.0, speed.0, 0.000_5)?,
             (task, back) => prop_assert_eq!(back, task),
         }
     }
@@ -250,7 +249,7 @@ proptest! {
         let back = Message::decode(message.kind(), &encoded(&message)).unwrap();
         prop_assert!(finite(&back));
         prop_assert!(Header::decode(&header.encode()).is_ok());
-        let back = (Task::decode(&task.encode()).unwrap(), Telemetry::decode(&telemetry.encode()).unwrap());
+        let back = (wire::p2p::decode_order(&wire::p2p::encode_order(task)).unwrap(), Telemetry::decode(&telemetry.encode()).unwrap());
         prop_assert!(finite(&back));
     }
 
@@ -282,7 +281,7 @@ proptest! {
             let mut bytes = telemetry.encode();
             bytes[at.index(TELEMETRY)] ^= bits;
             taken(Kind::Beacon, &bytes);
-            let mut bytes = task.encode();
+            let mut bytes = wire::p2p::encode_order(task);
             bytes[at.index(ORDER)] ^= bits;
             taken(Kind::Beacon, &bytes);
         }
@@ -347,8 +346,8 @@ fn taken(kind: Kind, bytes: &[u8]) {
     if let Ok((header, rest)) = Header::decode(bytes) {
         assert_eq!([&header.encode()[..], rest].concat(), bytes, "{header:?}");
     }
-    if let Ok(task) = Task::decode(bytes) {
-        assert_eq!(task.encode(), bytes, "{task:?}");
+    if let Ok(task) = wire::p2p::decode_order(bytes) {
+        assert_eq!(wire::p2p::encode_order(task), bytes, "{task:?}");
     }
     if let Ok(telemetry) = Telemetry::decode(bytes) {
         assert_eq!(telemetry.encode(), bytes, "{telemetry:?}");
@@ -411,14 +410,17 @@ fn bits_without_a_meaning_are_refused() {
     let header =
         Header { kind: Kind::Beacon, from: node, wave: Wave::Outward, place: 0, counter }.encode();
     assert_eq!(Header::decode(&flipped(&header, 15)), Err(Error::Reserved));
-    for task in [Task::Wait, Task::Return, Task::Land, Task::Stop] {
+    for task in [Order::Wait, Order::Return, Order::Land, Order::Stop] {
         for bit in 8..32 {
-            assert_eq!(Task::decode(&flipped(&task.encode(), bit)), Err(Error::Reserved));
+            assert_eq!(
+                wire::p2p::decode_order(&flipped(&wire::p2p::encode_order(task), bit)),
+                Err(Error::Reserved)
+            );
         }
     }
-    let explore = Task::Explore(MetresPerSecond(0.4)).encode();
+    let explore = wire::p2p::encode_order(Order::Explore(MetresPerSecond(0.4)));
     for bit in 24..32 {
-        assert_eq!(Task::decode(&flipped(&explore, bit)), Err(Error::Reserved));
+        assert_eq!(wire::p2p::decode_order(&flipped(&explore, bit)), Err(Error::Reserved));
     }
     let lonely = Telemetry { front: None, back: None, ..telemetry() }.encode();
     let of_nobody = (32..64).filter(|bit| ![32 + 4, 48 + 4].contains(bit));
@@ -475,9 +477,9 @@ fn what_is_no_message_says_why() {
     for (what, bytes, error) in header {
         assert_eq!(Header::decode(&bytes), Err(error), "{what}");
     }
-    assert_eq!(Task::decode(&[0; 4]), Err(Error::Code(0)));
-    assert_eq!(Task::decode(&[6, 0, 0, 0]), Err(Error::Code(6)));
-    assert_eq!(Task::decode(&[1, 0, 0]), Err(Error::Length(3)));
+    assert_eq!(wire::p2p::decode_order(&[0; 4]), Err(Error::Code(0)));
+    assert_eq!(wire::p2p::decode_order(&[6, 0, 0, 0]), Err(Error::Code(6)));
+    assert_eq!(wire::p2p::decode_order(&[1, 0, 0]), Err(Error::Length(3)));
     assert_eq!(Telemetry::decode(&[0; 15]), Err(Error::Length(15)));
 }
 
@@ -489,7 +491,7 @@ fn what_cannot_be_said_is_left_out() {
     let report = Report {
         velocity: MetresPerSecond(f32::NAN),
         odometer: Metres(f32::INFINITY),
-        links: Some(Links { weakest: Dbm(-50.0), strongest: Dbm(-60.0) }),
+        links: Some(LinkSpan { weakest: Dbm(-50.0), strongest: Dbm(-60.0) }),
         front: Some(nan),
         sums: [Some(Sum { total: f32::NAN, links: 1 }), Some(Sum { total: -1.0, links: 200 })],
         heard: heapless::Vec::from_iter(heard),

@@ -3,10 +3,10 @@
 
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use units::{Dbm, Metres, NodeId, Radians};
+use units::{Dbm, Metres, NodeId, Radians, Role};
 use wire::radio::{Address, Channel, Datarate, TxPower};
 use wire::settings::{
-    Chosen, Error, LENGTH, Limits, Radio, Role, Settings, Slot, Trim, VENDOR_LENGTH, VendorConfig,
+    Chosen, Error, LENGTH, Limits, Radio, Settings, Slot, Trim, VENDOR_LENGTH, VendorConfig,
     VendorError, Write, newest,
 };
 

@@ -1,12 +1,13 @@
 //! What was sealed: whatever is taken is byte for byte what would have been sent, and says numbers.
 
-use wire::p2p::{Task, Telemetry};
+use units::Order;
+use wire::p2p::Telemetry;
 
 /// The bytes are an order; and telemetry.
 pub fn check(data: &[u8]) {
-    if let Ok(task) = Task::decode(data) {
-        assert_eq!(task.encode(), data, "{task:?}");
-        if let Task::Explore(speed) = task {
+    if let Ok(task) = wire::p2p::decode_order(data) {
+        assert_eq!(wire::p2p::encode_order(task), data, "{task:?}");
+        if let Order::Explore(speed) = task {
             assert!(speed.0.is_finite());
         }
     }

@@ -7,10 +7,10 @@
 //! degrees of freedom, 95 % of them are below its 95 % quantile, and at 95 % of all instants the
 //! mean over the flights lies within the χ² interval for that many flights.
 
-use flight::{FlightConfig, Setpoint, Verdict};
+use flight::{FlightConfig, Verdict};
 use rayon::prelude::*;
 use serde_json::{Value, json};
-use units::{Metres, MetresPerSecond, RadiansPerSecond};
+use units::{Metres, MetresPerSecond, RadiansPerSecond, Setpoint};
 
 use crate::craft::flow::Ground;
 use crate::craft::{Craft, Surroundings};

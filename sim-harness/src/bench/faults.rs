@@ -18,10 +18,10 @@
 //! * **uncontrolled**: everything else. There must be none.
 
 use agent::State;
-use flight::{Mode, Setpoint};
+use flight::Mode;
 use rayon::prelude::*;
 use serde_json::{Map, Value, json};
-use units::{Metres, MetresPerSecond, RadiansPerSecond};
+use units::{Metres, MetresPerSecond, RadiansPerSecond, Setpoint};
 
 use crate::craft::faults::{Failing, Fault, Manner, Sensor};
 use crate::craft::flow::Ground;

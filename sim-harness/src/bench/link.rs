@@ -11,8 +11,8 @@ use heapless::Vec as Few;
 use radio_model::Reception;
 use rayon::prelude::*;
 use serde_json::{Value, json};
-use units::{Dbm, Metres, MetresPerSecond, NodeId};
-use wire::p2p::{Phase, Report, Task, Telemetry};
+use units::{Dbm, Metres, MetresPerSecond, NodeId, Order, Phase};
+use wire::p2p::{Report, Telemetry};
 
 use super::net::{End, Fleet, Net, next_only};
 use crate::medium::{Medium, MediumConfig, Polling};
@@ -213,7 +213,7 @@ fn think(end: &mut End, n: usize, base: usize, now_us: u64, round: u64) {
         heard: Few::new(),
     });
     if n == base {
-        end.link.order(now, Task::Explore(stick(round)));
+        end.link.order(now, Order::Explore(stick(round)));
     } else {
         end.link.telemeter(Telemetry {
             state: 0,
@@ -267,7 +267,7 @@ impl Log {
 
     fn took(&mut self, by: usize, at_us: u64, event: Event) {
         match event {
-            Event::Order { task: Task::Explore(speed), .. } if by == 0 => {
+            Event::Order { task: Order::Explore(speed), .. } if by == 0 => {
                 let said = (0..self.given_us.len())
                     .rev()
                     .find(|&n| (stick(n as u64).0 - speed.0).abs() < 0.5e-3);

@@ -3,10 +3,9 @@
 
 use airlink::keys::{FleetSecret, Keys, Own, node};
 use airlink::{Airlink, Event, Identity, LinkConfig, Schedule, Sealed};
-use units::{Dbm, Instant, NodeId};
+use units::{Dbm, Instant, NodeId, Role};
 use wire::p2p::Epoch;
 use wire::radio::Datarate;
-use wire::settings::Role;
 use wire::syslink::MAX_P2P;
 
 use crate::medium::{Ether, Medium};

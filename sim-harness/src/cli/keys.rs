@@ -5,8 +5,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand, ValueEnum};
 use serde_json::{Value, json};
-use units::NodeId;
-use wire::settings::Role;
+use units::{NodeId, Role};
 
 use super::{Trouble, Verdict, put};
 use crate::keys::{self, Drone, Fleet, Provisioned, Request, role_name};

@@ -2,9 +2,9 @@
 
 use std::fmt::Write;
 use std::path::PathBuf;
+use units::Order;
 
 use agent::{LandReason, State};
-use chain::report::Task;
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 
@@ -150,7 +150,7 @@ fn failures(scenario: &Scenario, trace: &Trace, metrics: &RunMetrics) -> Vec<Str
         failures.push(format!("{} is not {}", criterion.name, criterion.bound_text()));
     }
     for (node, state) in last_states(trace) {
-        let called_home = matches!(ordered, Some(Task::Return | Task::Land));
+        let called_home = matches!(ordered, Some(Order::Return | Order::Land));
         let lost = match state {
             state if called_home && state.is_airborne() => Some("was called down and still flies"),
             State::Landing { why, .. } | State::Landed { why } => match why {

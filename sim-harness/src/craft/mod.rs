@@ -24,11 +24,11 @@ pub mod rangers;
 pub mod record;
 
 use agent::mounting::{self, Beams};
-use flight::{Airframe, Command, Flight, FlightConfig, Mode, Outputs, Sensed, Setpoint};
+use flight::{Airframe, Command, Flight, FlightConfig, Mode, Outputs, Sensed};
 use sensors::pmw3901::Motion;
 use sensors::vl53l1x::Reading;
 use tunnel_nav::Diagonals;
-use units::{Acceleration, AngularVelocity, Instant, Metres, MetresPerSecond, Volts};
+use units::{Acceleration, AngularVelocity, Instant, Metres, MetresPerSecond, Setpoint, Volts};
 
 use crate::random::Stream;
 use crate::trace::Point;

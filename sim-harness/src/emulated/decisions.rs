@@ -5,10 +5,9 @@ use std::sync::{Arc, Mutex};
 
 use agent::{BodyVelocity, Fitness, Inputs, Outputs};
 use chain::neighbours::Heard;
-use chain::report::Task;
 use serde::Deserialize;
 use tunnel_nav::Diagonals;
-use units::{Duration, Instant, Metres, Radians};
+use units::{Duration, Instant, Metres, Order, Radians};
 use virtual_crazyflie::cpu::Cpu;
 use virtual_crazyflie::machine::Observer;
 use virtual_crazyflie::memory::Memory;
@@ -35,7 +34,7 @@ pub struct Told {
     pub heading: Option<Radians>,
     pub height: Option<Metres>,
     pub heard: Vec<Heard>,
-    pub order: Option<Task>,
+    pub order: Option<Order>,
     pub fitness: Fitness,
     pub endurance: Option<Duration>,
     pub emergency: bool,

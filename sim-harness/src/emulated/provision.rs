@@ -3,10 +3,10 @@
 
 use agent::AgentConfig;
 use airlink::keys::{FleetSecret, node as node_key};
-use units::{Dbm, NodeId};
+use units::{Dbm, NodeId, Role};
 use wire::settings::epoch::Issue;
 use wire::settings::keys::{KeysRecord, Secret};
-use wire::settings::{Limits, Radio, Role, Settings, Slot};
+use wire::settings::{Limits, Radio, Settings, Slot};
 
 use crate::random::{Purpose, Stream};
 use crate::scenario::Scenario;

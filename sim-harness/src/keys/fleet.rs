@@ -28,9 +28,7 @@ use std::path::Path;
 use airlink::keys::{FleetSecret, node as node_key};
 use serde::Deserialize;
 use toml::{Spanned, Value};
-use units::NodeId;
-use wire::p2p::NODES;
-use wire::settings::Role;
+use units::{NODES, NodeId, Role};
 use wire::settings::epoch::Issue;
 use wire::settings::keys::{self, KeysRecord, Secret};
 

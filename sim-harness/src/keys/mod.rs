@@ -16,8 +16,7 @@ mod fleet;
 
 use std::path::{Path, PathBuf};
 
-use units::NodeId;
-use wire::settings::Role;
+use units::{NodeId, Role};
 use wire::settings::epoch::Issue;
 use wire::settings::keys::PAGE_ADDRESS;
 

@@ -4,9 +4,8 @@
 //! firmware has told them to. With emulated drones, packets arrive at everybody's antenna, and a
 //! link on the host has its serial line behind that, as an emulated one has by itself.
 
-use agent::Role;
 use rayon::prelude::*;
-use units::Dbm;
+use units::{Dbm, Role};
 use wire::syslink::MAX_P2P;
 
 use super::log::OrderLog;

@@ -2,13 +2,13 @@
 
 use std::collections::VecDeque;
 
-use agent::{Agent, Outputs, Role, Setpoint, State};
+use agent::{Agent, Outputs, State};
 use airlink::Identity;
-use units::{Dbm, Metres, NodeId};
+use units::{Dbm, Metres, NodeId, Role, Setpoint};
 use wire::syslink::MAX_P2P;
 
 use super::seal::Cipher;
-use super::station::{News, Station, role_on_air};
+use super::station::{News, Station};
 use super::{STEPS_PER_ROUND, World, surroundings};
 use crate::craft::Craft;
 use crate::drone::{Drone, Flown, Senses};
@@ -204,7 +204,7 @@ pub(super) fn member(
             Drone::Point(body)
         }
     };
-    let identity = Identity { node: id, role: role_on_air(role) };
+    let identity = Identity { node: id, role };
     let cipher = Cipher::of(scenario.fidelity, seed, id, role == Role::Base);
     let station = Station::new(identity, cipher, scenario.datarate, seed);
     let hosted = Hosted {

@@ -1,14 +1,12 @@
 //! A member's end of the radio link: the very `airlink::Airlink` that the firmware runs, on a clock
 //! that is nobody else's.
 
-use agent::{Outputs, Role, air};
+use agent::{Outputs, air};
 use airlink::{Airlink, Counters, Event, Identity, LinkConfig, Schedule, Status};
 use chain::neighbours::Heard;
-use chain::report::Task;
-use units::{Dbm, Instant, NodeId};
+use units::{Dbm, Instant, NodeId, Order, Role};
 use wire::p2p::{Beacon, Counter, Epoch, Telemetry};
 use wire::radio::Datarate;
-use wire::settings;
 use wire::syslink::MAX_P2P;
 
 use super::seal::Cipher;
@@ -30,7 +28,7 @@ pub(super) enum News {
     /// A report.
     Heard(Heard),
     /// The operator's newest order.
-    Order(Task),
+    Order(Order),
     /// At the base: how a node is.
     Telemetry(NodeId, Telemetry),
 }
@@ -91,7 +89,7 @@ impl Station {
             }
             Event::Order { task, counter } => {
                 self.heeded = Some(counter);
-                Some(News::Order(air::task_from_air(task)))
+                Some(News::Order(task))
             }
             Event::Telemetry { from, telemetry, .. } => Some(News::Telemetry(from, telemetry)),
             _ => None,
@@ -120,7 +118,7 @@ impl Station {
         let machine = air::Machine { heeded: self.heeded, ..*machine };
         self.link.report(air::report_to_air(outputs));
         self.link.beacon(Beacon {
-            role: role_on_air(role),
+            role,
             state: outputs.status.state.code(),
             battery: machine.battery,
         });
@@ -131,9 +129,9 @@ impl Station {
     }
 
     /// At the base: the operator's word.
-    pub(super) fn order(&mut self, now_us: u64, task: Task) {
+    pub(super) fn order(&mut self, now_us: u64, task: Order) {
         let now = self.clock(now_us);
-        self.link.order(now, air::task_to_air(task));
+        self.link.order(now, task);
         self.look(now_us);
     }
 
@@ -150,14 +148,5 @@ impl Station {
     /// The number of the last order that it delivered.
     pub(super) const fn heeded(&self) -> Option<Counter> {
         self.heeded
-    }
-}
-
-/// As it is on the air.
-pub(super) const fn role_on_air(role: Role) -> settings::Role {
-    match role {
-        Role::Head => settings::Role::Head,
-        Role::Relay => settings::Role::Relay,
-        Role::Base => settings::Role::Base,
     }
 }

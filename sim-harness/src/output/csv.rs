@@ -5,8 +5,7 @@
 //! decimals, well below anything that means something, so that files compare byte for byte.
 
 use std::io::{self, Write};
-
-use agent::Role;
+use units::Role;
 
 use crate::trace::{DroneFrame, LinkFrame, Node, Trace};
 

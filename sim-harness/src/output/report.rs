@@ -39,7 +39,7 @@ pub fn html(trace: &Trace, summary: &serde_json::Value) -> Result<String, Pictur
 
 fn subtitle(trace: &Trace) -> String {
     let seconds = trace.frames.last().map_or(0, |frame| frame.time_us / 1_000_000);
-    let relays = trace.nodes.iter().filter(|node| node.role == agent::Role::Relay).count();
+    let relays = trace.nodes.iter().filter(|node| node.role == units::Role::Relay).count();
     let (minutes, rest) = (seconds / 60, seconds % 60);
     let plural = if relays == 1 { "" } else { "s" };
     format!("{minutes} min {rest} s with {relays} relay{plural} \u{b7} seed {}", trace.seed)

@@ -1,8 +1,8 @@
 //! A made-up mission for tests: a head and three relays in an S-shaped tunnel, with every kind
 //! of thing in it that the outputs have to show. No simulator, just formulas.
 
-use agent::{Agent, Role, State};
-use units::{Dbm, Instant, Metres, NodeId};
+use agent::{Agent, State};
+use units::{Dbm, Instant, Metres, NodeId, Role};
 
 use crate::trace::{DroneFrame, FloorPlan, Frame, LinkFrame, Node, Point, Trace};
 

@@ -6,10 +6,9 @@
 
 use chain::launch::{LaunchConfig, LaunchWatch};
 use chain::policy::{LinkEnd, PolicyConfig};
-use chain::report::LinkSpan;
 use clap::ValueEnum;
 use serde::Serialize;
-use units::{Db, Dbm, Instant, MetresPerSecond};
+use units::{Db, Dbm, Instant, LinkSpan, MetresPerSecond};
 
 use super::recording::{LOST_AFTER, Recording, Sample};
 

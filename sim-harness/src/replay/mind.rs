@@ -5,14 +5,14 @@
 //! base says that it is the base. The operator has them explore. The logged strengths were
 //! filtered on board already, so the agent takes them as they are.
 
-use agent::{Agent, AgentConfig, Fitness, Inputs, Role, State};
+use agent::{Agent, AgentConfig, Fitness, Inputs, State};
 use chain::filter::Smoothing;
 use chain::neighbours::Heard;
 use chain::policy::PolicyConfig;
-use chain::report::{Phase, Report, Task};
+use chain::report::Report;
 use serde::Serialize;
 use tunnel_nav::Diagonals;
-use units::{Metres, MetresPerSecond, NodeId};
+use units::{Metres, MetresPerSecond, NodeId, Order, Phase, Role};
 
 use super::recording::{Recording, Sample};
 
@@ -60,7 +60,7 @@ fn mind(recording: &Recording, relay: usize) -> MindReport {
                 heading: None,
                 height: Some(Metres(config.flight.height.0)),
                 heard: &heard,
-                order: Some(Task::Explore(MetresPerSecond::ZERO)),
+                order: Some(Order::Explore(MetresPerSecond::ZERO)),
                 fitness: Fitness::Fit,
                 endurance: None,
                 emergency: false,

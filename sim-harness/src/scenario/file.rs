@@ -8,11 +8,10 @@ use std::path::Path;
 
 use agent::{AgentConfig, ConfigError};
 use chain::policy::PolicyConfig;
-use chain::report::Task;
 use radio_model::{Attenuation, PathLoss, Reception};
 use serde::Deserialize;
 use toml::Spanned;
-use units::{Db, Dbm, Duration, Metres, MetresPerSecond};
+use units::{Db, Dbm, Duration, Metres, MetresPerSecond, Order};
 
 use super::{Criteria, Fidelity, PilotStep, Scenario, Start};
 use crate::craft::flow::Ground;
@@ -677,11 +676,11 @@ impl Reader<'_> {
                 (_, None) => MetresPerSecond::ZERO,
             };
             let task = match table.order {
-                OrderKey::Wait => Task::Wait,
-                OrderKey::Explore => Task::Explore(speed),
-                OrderKey::Return => Task::Return,
-                OrderKey::Land => Task::Land,
-                OrderKey::Stop => Task::Stop,
+                OrderKey::Wait => Order::Wait,
+                OrderKey::Explore => Order::Explore(speed),
+                OrderKey::Return => Order::Return,
+                OrderKey::Land => Order::Land,
+                OrderKey::Stop => Order::Stop,
             };
             pilot.push(PilotStep { at_us, task });
         }

@@ -7,9 +7,9 @@ pub mod builtin;
 mod file;
 
 use std::path::Path;
+use units::Order;
 
 use agent::AgentConfig;
-use chain::report::Task;
 use radio_model::{PathLoss, Reception};
 use wire::radio::Datarate;
 
@@ -126,7 +126,7 @@ pub struct PilotStep {
     /// From when on.
     pub at_us: u64,
     /// What.
-    pub task: Task,
+    pub task: Order,
 }
 
 impl Scenario {
@@ -196,7 +196,7 @@ impl Scenario {
     #[must_use]
     pub fn hold(&self) -> Option<(u64, u64)> {
         let ends = self.pilot.iter().skip(1).map(|step| step.at_us).chain([self.duration_us]);
-        let still = Task::Explore(units::MetresPerSecond::ZERO);
+        let still = Order::Explore(units::MetresPerSecond::ZERO);
         let holds = self.pilot.iter().zip(ends).skip(1).filter(|(step, _)| step.task == still);
         holds
             .map(|(step, end)| (step.at_us, end.min(self.duration_us)))

@@ -4,10 +4,8 @@
 
 use std::net::SocketAddr;
 
-use agent::air;
-use chain::report::Task;
 use crtp::{Access, Event, OperatorTask, ParameterId, Parameters, Server, Setpoint};
-use units::{Instant, MetresPerSecond};
+use units::{Instant, MetresPerSecond, Order};
 
 use super::World;
 use super::desk::Desk;
@@ -65,7 +63,7 @@ pub(super) struct Chain<W> {
     world: W,
     stations: Vec<Station>,
     desk: Desk,
-    ordered: Option<Task>,
+    ordered: Option<Order>,
     tally: Tally,
 }
 
@@ -150,8 +148,8 @@ impl<W: World> Chain<W> {
                 }
             }
             Event::TakeOff => self.desk.steer(now, MetresPerSecond::ZERO),
-            Event::Setpoint(Setpoint::Stop) | Event::Land => self.desk.order(Task::Land),
-            Event::EmergencyStop => self.desk.order(Task::Stop),
+            Event::Setpoint(Setpoint::Stop) | Event::Land => self.desk.order(Order::Land),
+            Event::EmergencyStop => self.desk.order(Order::Stop),
             Event::EmergencyStopWatchdog => self.desk.feed_watchdog(now),
             // These drones are armed whenever they would fly, as the server has told the client.
             Event::Arm(_) => {}
@@ -162,7 +160,7 @@ impl<W: World> Chain<W> {
     fn parameter_set(&mut self, member: usize, id: ParameterId) {
         let Some(Station { parameters, .. }) = self.stations.get(member) else { return };
         let Parameters { task, speed, .. } = *parameters;
-        let order = air::task_from_air(parameters.order());
+        let order = parameters.order();
         match id {
             ParameterId::TASK => self.desk.order(order),
             ParameterId::SPEED if task == OperatorTask::Explore => self.desk.change_speed(speed),

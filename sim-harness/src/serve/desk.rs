@@ -1,8 +1,7 @@
 //! The operator's desk: what is said at any drone's port becomes the operator's one word, given
 //! to the chain at its base.
 
-use chain::report::Task;
-use units::{Duration, Instant, MetresPerSecond};
+use units::{Duration, Instant, MetresPerSecond, Order};
 
 /// The operator's word, as the newest of all that was said has it.
 #[derive(Debug, Default)]
@@ -17,7 +16,7 @@ enum Word {
     /// A pilot's stick, moved then; it must be moved again and again.
     Stick { forward: MetresPerSecond, at: Instant },
     /// Holds until another is given.
-    Standing(Task),
+    Standing(Order),
 }
 
 impl Desk {
@@ -34,14 +33,14 @@ impl Desk {
     }
 
     /// An order is given.
-    pub(super) fn order(&mut self, task: Task) {
+    pub(super) fn order(&mut self, task: Order) {
         self.say(Word::Standing(task));
     }
 
     /// The head, where it explores by itself, does so at another speed.
     pub(super) fn change_speed(&mut self, speed: MetresPerSecond) {
-        if let Some(Word::Standing(Task::Explore(_))) = self.word {
-            self.order(Task::Explore(speed));
+        if let Some(Word::Standing(Order::Explore(_))) = self.word {
+            self.order(Order::Explore(speed));
         }
     }
 
@@ -52,19 +51,19 @@ impl Desk {
 
     /// Motors that were stopped stay so until the next boot.
     fn say(&mut self, word: Word) {
-        if !matches!(self.word, Some(Word::Standing(Task::Stop))) {
+        if !matches!(self.word, Some(Word::Standing(Order::Stop))) {
             self.word = Some(word);
         }
     }
 
     /// What is ordered now; `None` while nobody has said anything yet.
-    pub(super) fn task(&mut self, now: Instant) -> Option<Task> {
+    pub(super) fn task(&mut self, now: Instant) -> Option<Order> {
         if self.watchdog.is_some_and(|until| now > until) {
-            self.order(Task::Stop);
+            self.order(Order::Stop);
         }
         self.word.map(|word| match word {
-            Word::Stick { forward, at } if now.since(at) <= Self::STICK => Task::Explore(forward),
-            Word::Stick { .. } => Task::Explore(MetresPerSecond::ZERO),
+            Word::Stick { forward, at } if now.since(at) <= Self::STICK => Order::Explore(forward),
+            Word::Stick { .. } => Order::Explore(MetresPerSecond::ZERO),
             Word::Standing(task) => task,
         })
     }
@@ -75,7 +74,7 @@ mod tests {
     use super::*;
 
     const SPEED: MetresPerSecond = MetresPerSecond(0.3);
-    const HALT: Option<Task> = Some(Task::Explore(MetresPerSecond::ZERO));
+    const HALT: Option<Order> = Some(Order::Explore(MetresPerSecond::ZERO));
 
     fn at(ms: u64) -> Instant {
         Instant::from_millis(ms)
@@ -90,7 +89,7 @@ mod tests {
     fn a_stick_that_is_let_go_halts_the_head_and_takes_nobody_down() {
         let mut desk = Desk::default();
         desk.steer(at(1_000), SPEED);
-        assert_eq!(desk.task(at(1_500)), Some(Task::Explore(SPEED)));
+        assert_eq!(desk.task(at(1_500)), Some(Order::Explore(SPEED)));
         assert_eq!(desk.task(at(1_510)), HALT);
         assert_eq!(desk.task(at(3_600_000)), HALT);
     }
@@ -99,10 +98,10 @@ mod tests {
     fn the_newest_word_counts() {
         let mut desk = Desk::default();
         desk.steer(at(0), SPEED);
-        desk.order(Task::Return);
-        assert_eq!(desk.task(at(60_000)), Some(Task::Return));
+        desk.order(Order::Return);
+        assert_eq!(desk.task(at(60_000)), Some(Order::Return));
         desk.steer(at(60_000), -SPEED);
-        assert_eq!(desk.task(at(60_100)), Some(Task::Explore(-SPEED)));
+        assert_eq!(desk.task(at(60_100)), Some(Order::Explore(-SPEED)));
     }
 
     #[test]
@@ -113,27 +112,27 @@ mod tests {
         desk.steer(at(0), MetresPerSecond::ZERO);
         desk.change_speed(SPEED);
         assert_eq!(desk.task(at(0)), HALT);
-        desk.order(Task::Explore(-SPEED));
+        desk.order(Order::Explore(-SPEED));
         desk.change_speed(SPEED);
-        assert_eq!(desk.task(at(0)), Some(Task::Explore(SPEED)));
+        assert_eq!(desk.task(at(0)), Some(Order::Explore(SPEED)));
     }
 
     #[test]
     fn an_emergency_stop_is_the_last_word() {
         let mut desk = Desk::default();
-        desk.order(Task::Stop);
+        desk.order(Order::Stop);
         desk.steer(at(0), SPEED);
-        desk.order(Task::Wait);
-        assert_eq!(desk.task(at(0)), Some(Task::Stop));
+        desk.order(Order::Wait);
+        assert_eq!(desk.task(at(0)), Some(Order::Stop));
     }
 
     #[test]
     fn a_watchdog_once_fed_stops_the_motors_when_it_starves() {
         let mut desk = Desk::default();
-        desk.order(Task::Return);
+        desk.order(Order::Return);
         desk.feed_watchdog(at(100));
         desk.feed_watchdog(at(1_000));
-        assert_eq!(desk.task(at(2_000)), Some(Task::Return));
-        assert_eq!(desk.task(at(2_010)), Some(Task::Stop));
+        assert_eq!(desk.task(at(2_000)), Some(Order::Return));
+        assert_eq!(desk.task(at(2_010)), Some(Order::Stop));
     }
 }

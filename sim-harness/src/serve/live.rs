@@ -4,11 +4,9 @@ use core::f32::consts::FRAC_PI_4;
 
 use agent::State;
 use airlink::{Counters, Refused, Standing};
-use chain::report::Task;
 use crtp::{About, Link, LinkState, Node, Parameters, Ranges, Snapshot};
 use tunnel_nav::{Diagonals, Range};
-use units::{Acceleration, AngularVelocity, Dbm, Instant, Metres, NodeId, Radians};
-use wire::settings::Role;
+use units::{Acceleration, AngularVelocity, Dbm, Instant, Metres, NodeId, Order, Radians, Role};
 
 use super::{STEP, World};
 use crate::craft::Craft;
@@ -132,7 +130,7 @@ fn look_at_craft(snapshot: &mut Snapshot, craft: &Craft, reach: Metres) {
 /// What there is of a point on the floor plan: it is always level, with the board's front an
 /// eighth of a turn to the left of its nose, as it is mounted.
 fn look_at_point(snapshot: &mut Snapshot, view: &View<'_>) {
-    if view.role == agent::Role::Base {
+    if view.role == units::Role::Base {
         return;
     }
     snapshot.attitude.yaw = Radians(view.body.yaw() + FRAC_PI_4);
@@ -182,11 +180,7 @@ impl World for Live<'_> {
 
     fn parameters(&self, member: usize) -> Parameters {
         let view = self.mission.view(member);
-        let role = view.map_or(Role::Relay, |view| match view.role {
-            agent::Role::Head => Role::Head,
-            agent::Role::Relay => Role::Relay,
-            agent::Role::Base => Role::Base,
-        });
+        let role = view.map_or(Role::Relay, |view| view.role);
         let flies = role != Role::Base;
         Parameters {
             height: self.height,
@@ -215,7 +209,7 @@ impl World for Live<'_> {
             Some(craft) => look_at_craft(&mut snapshot, craft, self.reach),
             None => look_at_point(&mut snapshot, &view),
         }
-        if view.role == agent::Role::Base {
+        if view.role == units::Role::Base {
             for (n, node) in snapshot.nodes.iter_mut().enumerate() {
                 *node = self.mission.told(n).map(|told| Node {
                     telemetry: told.telemetry,
@@ -226,7 +220,7 @@ impl World for Live<'_> {
         snapshot
     }
 
-    fn order(&mut self, task: Task) {
+    fn order(&mut self, task: Order) {
         self.mission.order(task);
     }
 }

@@ -24,7 +24,7 @@ mod tests;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use ::chain::report::Task;
+use ::units::Order;
 use crtp::{Parameters, Snapshot};
 use units::{Duration, Instant};
 
@@ -50,7 +50,7 @@ pub trait World {
     /// What there is to be logged of a drone.
     fn snapshot(&self, member: usize) -> Snapshot;
     /// What the operator orders at the base, told at every step.
-    fn order(&mut self, task: Task);
+    fn order(&mut self, task: Order);
 }
 
 /// Serves a world until its time is up, or `stop` is set.

@@ -19,7 +19,7 @@ use crate::scenario::Scenario;
 struct Clockwork {
     now: Instant,
     members: usize,
-    orders: Vec<(u64, Task)>,
+    orders: Vec<(u64, Order)>,
 }
 
 impl Clockwork {
@@ -49,7 +49,7 @@ impl World for Clockwork {
         Snapshot { taken: self.now, state: Some(State::Idle), ..Snapshot::DEFAULT }
     }
 
-    fn order(&mut self, task: Task) {
+    fn order(&mut self, task: Order) {
         if self.orders.last().is_none_or(|(_, last)| *last != task) {
             self.orders.push((self.now.as_micros() / 1_000, task));
         }
@@ -99,19 +99,19 @@ fn said<W: World>(
     (chain.into_world(), sent)
 }
 
-fn orders(steps: u64, packets: &[(u64, usize, Vec<u8>)]) -> Vec<(u64, Task)> {
+fn orders(steps: u64, packets: &[(u64, usize, Vec<u8>)]) -> Vec<(u64, Order)> {
     said(Clockwork::new(5), steps, packets).0.orders
 }
 
-const fn explore(speed: f32) -> Task {
-    Task::Explore(MetresPerSecond(speed))
+const fn explore(speed: f32) -> Order {
+    Order::Explore(MetresPerSecond(speed))
 }
 
 #[test]
 fn what_is_said_at_any_port_is_the_operators_word() {
     for member in 0..5 {
         let orders = orders(100, &[(10, member, hover(0.25)), (30, 4 - member, STOP.to_vec())]);
-        assert_eq!(orders, [(100, explore(0.25)), (300, Task::Land)]);
+        assert_eq!(orders, [(100, explore(0.25)), (300, Order::Land)]);
     }
 }
 
@@ -140,7 +140,7 @@ fn parameters_order_and_are_the_same_at_every_port() {
             (5, 1, read.clone()),
         ],
     );
-    assert_eq!(world.orders, [(10, explore(0.125)), (20, explore(0.25)), (30, Task::Return)]);
+    assert_eq!(world.orders, [(10, explore(0.125)), (20, explore(0.25)), (30, Order::Return)]);
     let answer = [&read[..], &[0, 2]].concat();
     assert_eq!(sent.last(), Some(&(1, answer)));
 }
@@ -148,7 +148,7 @@ fn parameters_order_and_are_the_same_at_every_port() {
 #[test]
 fn an_emergency_stop_is_the_last_order() {
     let orders = orders(100, &[(0, 2, E_STOP.to_vec()), (1, 0, hover(0.25))]);
-    assert_eq!(orders, [(0, Task::Stop)]);
+    assert_eq!(orders, [(0, Order::Stop)]);
 }
 
 #[test]

@@ -1,14 +1,16 @@
 //! Packet storms, bad clocks and numbers of any bits: no panic, and no set-point that is not
 //! finite and within its limits. A packet's content is a claim of somebody else's.
 
-use agent::{Agent, AgentConfig, BodyVelocity, Fitness, Inputs, Outputs, Role, Setpoint, State};
+use agent::{Agent, AgentConfig, BodyVelocity, Fitness, Inputs, Outputs, State};
 use chain::neighbours::Heard;
 use chain::policy::PolicyConfig;
-use chain::report::{LinkSpan, Phase, Report, Task};
+use chain::report::Report;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use tunnel_nav::{Diagonals, Range};
-use units::{Dbm, Instant, Metres, MetresPerSecond, NodeId, Radians};
+use units::{
+    Dbm, Instant, LinkSpan, Metres, MetresPerSecond, NodeId, Order, Phase, Radians, Role, Setpoint,
+};
 
 use super::rig::{EXPLORE, Rig, Scene, gallery, heard};
 
@@ -56,16 +58,16 @@ fn number(plausible: std::ops::Range<f32>) -> impl Strategy<Value = f32> {
     ]
 }
 
-fn task() -> impl Strategy<Value = Task> {
+fn task() -> impl Strategy<Value = Order> {
     prop_oneof![
-        1 => Just(Task::Wait),
-        6 => number(-0.5..0.5).prop_map(|v| Task::Explore(MetresPerSecond(v))),
-        2 => Just(Task::Return),
-        1 => Just(Task::Land),
+        1 => Just(Order::Wait),
+        6 => number(-0.5..0.5).prop_map(|v| Order::Explore(MetresPerSecond(v))),
+        2 => Just(Order::Return),
+        1 => Just(Order::Land),
     ]
 }
 
-fn order() -> impl Strategy<Value = Option<Task>> {
+fn order() -> impl Strategy<Value = Option<Order>> {
     prop::option::weighted(0.5, task())
 }
 
@@ -110,7 +112,7 @@ struct Round {
     heading: Option<f32>,
     height: Option<f32>,
     heard: Vec<Heard>,
-    order: Option<Task>,
+    order: Option<Order>,
 }
 
 /// What the clock does: mostly 0.2 s, sometimes a pause, sometimes anything at all.

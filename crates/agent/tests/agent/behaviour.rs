@@ -1,8 +1,7 @@
 //! What a mission depends on, story by story.
 
-use agent::{LandReason, Role, Setpoint, State};
-use chain::report::{Phase, Task};
-use units::{Instant, Metres, MetresPerSecond, NodeId};
+use agent::{LandReason, State};
+use units::{Instant, Metres, MetresPerSecond, NodeId, Order, Phase, Role, Setpoint};
 
 use super::rig::{BASE, CONFIG, EXPLORE, Rig, Scene, flown, heard};
 
@@ -14,10 +13,10 @@ fn air() -> Scene {
 fn stop_latches() {
     for role in [Role::Head, Role::Relay] {
         let mut rig = Rig::on_duty(role);
-        let outputs = rig.step(&air().order(Task::Stop));
+        let outputs = rig.step(&air().order(Order::Stop));
         assert_eq!(outputs.setpoint, Setpoint::Stop, "in the same step");
         assert_eq!(outputs.report.phase, Phase::Out);
-        for task in [Task::Wait, EXPLORE, Task::Return, Task::Land, Task::Wait, EXPLORE] {
+        for task in [Order::Wait, EXPLORE, Order::Return, Order::Land, Order::Wait, EXPLORE] {
             let outputs = rig.during(15.0, &Scene::quiet().order(task));
             assert_eq!(outputs.status.state, State::Stopped);
             assert_eq!(outputs.setpoint, Setpoint::Stop);
@@ -39,7 +38,7 @@ fn an_emergency_stops_for_good_though_it_passes() {
 #[test]
 fn the_base_never_flies() {
     let mut rig = Rig::new(Role::Base);
-    for task in [Task::Wait, EXPLORE, Task::Return, Task::Land] {
+    for task in [Order::Wait, EXPLORE, Order::Return, Order::Land] {
         let outputs = rig.during(2.0, &Scene::quiet().without(BASE).order(task));
         assert_eq!(outputs.setpoint, Setpoint::Off);
         assert_eq!(outputs.report.phase, Phase::Base);
@@ -53,12 +52,12 @@ fn the_last_order_holds_until_the_next() {
     let silent = Scene { task: None, ..air() };
     rig.during(60.0, &silent);
     assert_eq!(rig.state().name(), "relaying");
-    rig.step(&air().order(Task::Return));
+    rig.step(&air().order(Order::Return));
     let outputs = rig.during(2.4, &silent.clone().without(0));
     let home = -CONFIG.flight.return_speed.0;
     assert_eq!(flown(outputs.setpoint), Some((home, 0.3)), "long after the only word of it");
     rig.step(&air().order(EXPLORE));
-    rig.step(&air().order(Task::Land));
+    rig.step(&air().order(Order::Land));
     assert_eq!(rig.state().name(), "landing");
 }
 
@@ -67,7 +66,7 @@ fn the_head_flies_as_the_pilot_says_and_stops_a_second_after_the_last_word() {
     let mut rig = Rig::on_duty(Role::Head);
     let good = air().without(0).link(BASE, -50.0);
     assert_eq!(flown(rig.step(&good).setpoint), Some((0.2, 0.3)));
-    let faster = good.clone().order(Task::Explore(MetresPerSecond(3.0)));
+    let faster = good.clone().order(Order::Explore(MetresPerSecond(3.0)));
     assert_eq!(flown(rig.step(&faster).setpoint), Some((0.4, 0.3)), "but no faster than it may");
     rig.step(&good);
     let silent = Scene { task: None, ..good.clone() };
@@ -91,7 +90,7 @@ fn the_head_slows_down_before_its_link_breaks() {
         speed
     });
     assert_eq!((speeds[0], speeds[5]), (0.2, 0.0));
-    let backward = Task::Explore(MetresPerSecond(-0.2));
+    let backward = Order::Explore(MetresPerSecond(-0.2));
     let mut rig = Rig::on_duty(Role::Head);
     let (speed, _) = flown(rig.step(&air().link(BASE, -65.0).order(backward)).setpoint).unwrap();
     assert_eq!(speed, -0.2, "home is always free");
@@ -188,11 +187,11 @@ fn a_drone_lands_on_order_and_can_fly_again() {
     for role in [Role::Head, Role::Relay] {
         let mut rig = Rig::on_duty(role);
         let mut height = 0.3;
-        let outputs = rig.step(&air().order(Task::Land));
+        let outputs = rig.step(&air().order(Order::Land));
         assert_eq!(flown(outputs.setpoint), Some((0.0, 0.3)));
         assert_eq!(outputs.report.phase, Phase::Out);
         while let Some((speed, wanted)) = {
-            let scene = air().order(Task::Land).at_height(Some(height));
+            let scene = air().order(Order::Land).at_height(Some(height));
             flown(rig.step(&scene).setpoint)
         } {
             assert!(speed == 0.0 && wanted <= height, "comes down where it is");
@@ -202,7 +201,7 @@ fn a_drone_lands_on_order_and_can_fly_again() {
         let down = Scene::quiet();
         rig.during(5.0, &down.clone().order(EXPLORE));
         assert_eq!(rig.state().name(), "landed", "until it was told to wait");
-        rig.step(&down.clone().order(Task::Wait));
+        rig.step(&down.clone().order(Order::Wait));
         assert_eq!(rig.state(), State::Idle);
         rig.until("taking-off", &down.order(EXPLORE).link(0, -62.0));
     }
@@ -219,11 +218,11 @@ fn a_drone_that_restarted_stays_down_until_told_to_wait() {
         assert_eq!(rig.state(), State::Landed { why: LandReason::Restarted });
         assert_eq!(outputs.setpoint, Setpoint::Off);
         assert_eq!(outputs.report.phase, Phase::Out, "the others do not wait for it");
-        for task in [Task::Return, Task::Land] {
+        for task in [Order::Return, Order::Land] {
             rig.step(&calls.clone().order(task));
             assert_eq!(rig.state(), State::Landed { why: LandReason::Restarted });
         }
-        rig.step(&calls.clone().order(Task::Wait));
+        rig.step(&calls.clone().order(Order::Wait));
         assert_eq!(rig.state(), State::Idle);
         rig.until("taking-off", &calls);
     }
@@ -235,7 +234,7 @@ fn a_drone_that_restarted_stays_down_until_told_to_wait() {
 #[test]
 fn a_landing_that_sees_no_ground_ends() {
     let mut rig = Rig::on_duty(Role::Head);
-    let blind = air().order(Task::Land).at_height(None);
+    let blind = air().order(Order::Land).at_height(None);
     rig.during(10.0, &blind);
     assert_eq!(rig.state().name(), "landing");
     let outputs = rig.during(0.6, &blind);
@@ -300,7 +299,7 @@ fn relays_take_off_one_by_one() {
 
 #[test]
 fn a_relay_called_home_lands_at_the_base() {
-    let home = air().order(Task::Return).link(BASE, -52.0);
+    let home = air().order(Order::Return).link(BASE, -52.0);
     let mut rig = Rig::on_duty(Role::Relay);
     rig.during(5.0, &home);
     assert_eq!(rig.state().name(), "relaying", "the head is still out");
@@ -377,7 +376,7 @@ fn a_recall_that_is_heard_is_obeyed_and_passed_on_until_the_next_mission() {
         assert!(outputs.report.recall);
         let outputs = rig.during(20.0, &Scene::quiet().order(EXPLORE));
         assert!(outputs.report.recall && !outputs.status.state.is_airborne(), "{outputs:?}");
-        let outputs = rig.step(&Scene::quiet().order(Task::Wait));
+        let outputs = rig.step(&Scene::quiet().order(Order::Wait));
         assert!(!outputs.report.recall);
     }
 }

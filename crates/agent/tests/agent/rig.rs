@@ -1,12 +1,14 @@
 //! A drone on the bench: an agent with a clock, and a world that is said in a few words.
 
-use agent::{Agent, AgentConfig, BodyVelocity, Fitness, Inputs, Outputs, Role, Setpoint, State};
+use agent::{Agent, AgentConfig, BodyVelocity, Fitness, Inputs, Outputs, State};
 use chain::launch::LaunchConfig;
 use chain::neighbours::Heard;
 use chain::policy::PolicyConfig;
-use chain::report::{Phase, Report, Task};
+use chain::report::Report;
 use tunnel_nav::{Diagonals, Range};
-use units::{Dbm, Duration, Instant, Metres, MetresPerSecond, NodeId};
+use units::{
+    Dbm, Duration, Instant, Metres, MetresPerSecond, NodeId, Order, Phase, Role, Setpoint,
+};
 
 /// The length of a round.
 pub(crate) const ROUND: u64 = 200;
@@ -15,7 +17,7 @@ pub(crate) const RELAY: NodeId = NodeId(2);
 /// The base of that chain.
 pub(crate) const BASE: u8 = 3;
 /// The order that starts a mission.
-pub(crate) const EXPLORE: Task = Task::Explore(MetresPerSecond(0.2));
+pub(crate) const EXPLORE: Order = Order::Explore(MetresPerSecond(0.2));
 
 pub(crate) const CONFIG: AgentConfig =
     AgentConfig { policy: PolicyConfig::T0, launch: LaunchConfig::AT_ONCE, ..AgentConfig::DEFAULT };
@@ -24,7 +26,7 @@ pub(crate) const CONFIG: AgentConfig =
 #[derive(Clone, Debug)]
 pub(crate) struct Scene {
     /// What the operator orders anew each round, if anything.
-    pub(crate) task: Option<Task>,
+    pub(crate) task: Option<Order>,
     /// Strength and phase of everyone heard, by number.
     pub(crate) heard: Vec<(u8, Phase, f32)>,
     /// `None` while it is not measured.
@@ -51,7 +53,7 @@ impl Scene {
         }
     }
 
-    pub(crate) fn order(mut self, task: Task) -> Self {
+    pub(crate) fn order(mut self, task: Order) -> Self {
         self.task = Some(task);
         self
     }

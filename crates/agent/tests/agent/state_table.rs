@@ -8,9 +8,9 @@
 //! where the machine was meant to change, with the reason in the commit.
 
 use std::fmt::Write;
+use units::{Order, Phase, Role};
 
-use agent::{Fitness, LandReason, Role, State};
-use chain::report::{Phase, Task};
+use agent::{Fitness, LandReason, State};
 use flight::Cause;
 
 use super::rig::{BASE, EXPLORE, Rig, Scene};
@@ -42,7 +42,7 @@ fn in_state(role: Role, name: &str) -> Option<(Rig, Scene)> {
         }
         (Role::Base, "stopped") => {
             let mut rig = Rig::new(role);
-            rig.step(&ground.clone().order(Task::Stop));
+            rig.step(&ground.clone().order(Order::Stop));
             (rig, ground)
         }
         (Role::Base, _) => return None,
@@ -74,18 +74,18 @@ fn in_state(role: Role, name: &str) -> Option<(Rig, Scene)> {
         }
         (_, "landing") => {
             let mut rig = Rig::on_duty(role);
-            rig.until(name, &air.clone().order(Task::Land));
-            (rig, air.order(Task::Land))
+            rig.until(name, &air.clone().order(Order::Land));
+            (rig, air.order(Order::Land))
         }
         (_, "landed") => {
-            let down = ground.order(Task::Land);
+            let down = ground.order(Order::Land);
             let mut rig = Rig::on_duty(role);
             rig.until(name, &down);
             (rig, down)
         }
         (_, "stopped") => {
             let mut rig = Rig::on_duty(role);
-            rig.until(name, &air.order(Task::Stop));
+            rig.until(name, &air.order(Order::Stop));
             (rig, ground)
         }
         _ => return None,
@@ -98,12 +98,12 @@ type Situation = (&'static str, u64, fn(Scene) -> Scene);
 
 const SITUATIONS: [Situation; 30] = [
     ("nothing new", 2_200, |s| s),
-    ("order: wait", 2_200, |s| s.order(Task::Wait)),
+    ("order: wait", 2_200, |s| s.order(Order::Wait)),
     ("order: explore", 2_200, |s| s.order(EXPLORE)),
-    ("order: return, away", 2_200, |s| s.order(Task::Return).link(BASE, -52.0)),
-    ("order: return, base as at home", 2_200, |s| s.order(Task::Return).link(BASE, -50.0)),
-    ("order: land", 2_200, |s| s.order(Task::Land)),
-    ("order: stop", 2_200, |s| s.order(Task::Stop)),
+    ("order: return, away", 2_200, |s| s.order(Order::Return).link(BASE, -52.0)),
+    ("order: return, base as at home", 2_200, |s| s.order(Order::Return).link(BASE, -50.0)),
+    ("order: land", 2_200, |s| s.order(Order::Land)),
+    ("order: stop", 2_200, |s| s.order(Order::Stop)),
     ("emergency", 2_200, Scene::emergency),
     ("emergency, order: explore", 2_200, |s| s.order(EXPLORE).emergency()),
     ("both links good", 2_200, |s| good(s)),

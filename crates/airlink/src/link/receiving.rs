@@ -2,7 +2,8 @@
 
 use units::{Dbm, Duration, Instant, NodeId};
 use wire::p2p::{
-    Capsule, Header, Kind, MAX_BODY, Membership, Message, ORDER, TAG, TELEMETRY, Task, Telemetry,
+    Capsule, Header, Kind, MAX_BODY, Membership, Message, ORDER, TAG, TELEMETRY, Telemetry,
+    decode_order,
 };
 
 use super::life::Life;
@@ -169,7 +170,7 @@ impl<S: Seal> Airlink<S> {
         if !self.seal.open(Scope::EndToEnd(me), &nonce, &aad, &mut text, &capsule.tag) {
             return Err(Reason::Forged);
         }
-        let task = Task::decode(&text).map_err(|_| Reason::Body)?;
+        let task = decode_order(&text).map_err(|_| Reason::Body)?;
         teller.heed(now, capsule.counter, task);
         self.commands.keep(now, capsule, 1);
         Ok(Some(Event::Order { task, counter: capsule.counter }))

@@ -1,8 +1,9 @@
 //! What goes out: the most urgent thing that there is to say, sealed.
 
-use units::{Instant, NodeId};
-use wire::p2p::{Capsule, Counter, Header, MAX_BODY, Membership, Message, Report, Wave};
-use wire::settings::Role;
+use units::{Instant, NodeId, Role};
+use wire::p2p::{
+    Capsule, Counter, Header, MAX_BODY, Membership, Message, Report, Wave, encode_order,
+};
 use wire::syslink::MAX_P2P;
 
 use super::life::Life;
@@ -92,7 +93,7 @@ impl<S: Seal> Airlink<S> {
             && let (Some(task), Some(epoch)) = (orders.task(), orders.epoch(node))
         {
             orders.told(now, node, &self.config);
-            let mut sealed = task.encode();
+            let mut sealed = encode_order(task);
             let (nonce, aad) = (nonce::command(node, counter), nonce::command_aad(node, epoch));
             let tag = self.seal.seal(Scope::EndToEnd(node), &nonce, &aad, &mut sealed);
             self.commands.keep(now, Capsule { node, counter, sealed, tag }, self.config.tries);

@@ -9,9 +9,8 @@ use airlink::keys::{self, FleetSecret, Keys, Own};
 use airlink::{Identity, Sealed};
 use proptest::prelude::ProptestConfig;
 use proptest::test_runner::RngSeed;
-use units::{Dbm, Metres, MetresPerSecond, NodeId};
-use wire::p2p::{Phase, Report, Telemetry};
-use wire::settings::Role;
+use units::{Dbm, Metres, MetresPerSecond, NodeId, Phase, Role};
+use wire::p2p::{Report, Telemetry};
 
 pub fn seeded() -> ProptestConfig {
     ProptestConfig { rng_seed: RngSeed::Fixed(1), failure_persistence: None, ..Default::default() }

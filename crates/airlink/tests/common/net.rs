@@ -5,10 +5,9 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use airlink::{Airlink, Event, Identity, LinkConfig, Schedule, Seal};
-use units::{Dbm, Instant, Metres};
-use wire::p2p::{Epoch, Kind, Task, Telemetry};
+use units::{Dbm, Instant, Metres, Order, Role};
+use wire::p2p::{Epoch, Kind, Telemetry};
 use wire::radio::Datarate;
-use wire::settings::Role;
 
 use super::{Chance, report, telemetry};
 
@@ -101,7 +100,7 @@ pub struct Net<S> {
     /// Packets that were destroyed at a receiver by another, or by its own sending.
     pub collisions: u64,
     /// The base's stick: said in every round of the base.
-    pub stick: Option<Task>,
+    pub stick: Option<Order>,
     /// Done to a link before a packet is given to it.
     pub probe: Option<Probe<S>>,
     queue: BinaryHeap<Reverse<(u64, u64, Act)>>,
@@ -179,7 +178,7 @@ impl<S: Seal> Net<S> {
         self.arm(node);
     }
 
-    pub fn order(&mut self, base: usize, task: Task) {
+    pub fn order(&mut self, base: usize, task: Order) {
         let at = self.nodes[base].local(self.now);
         self.nodes[base].link.order(at, task);
         self.arm(base);

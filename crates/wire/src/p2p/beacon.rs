@@ -1,9 +1,8 @@
 //! Who is there: once at boot and once a second.
 
-use units::Volts;
+use units::{Role, Volts};
 
 use super::{Error, exactly, steps};
-use crate::settings::Role;
 
 /// Who is there, in 3 bytes.
 ///

@@ -3,10 +3,8 @@
 use heapless::Vec;
 use units::{Dbm, Duration, Metres, MetresPerSecond, NodeId, Volts};
 
-use super::{Counter, Error, MAX_BODY, TAG, exactly, steps};
+use super::{Counter, Error, MAX_BODY, ORDER, TAG, exactly, steps};
 
-/// Bytes of an order in clear.
-pub const ORDER: usize = 4;
 /// Bytes of telemetry in clear.
 pub const TELEMETRY: usize = 14;
 
@@ -55,31 +53,8 @@ impl<const N: usize> Capsule<N> {
     }
 }
 
-/// What a mission can be told: the text of a command, in 4 bytes.
-///
-/// | byte | type | field | what | unit |
-/// |---|---|---|---|---|
-/// | 0 | `u8` | `task` | 1 wait, 2 explore, 3 return, 4 land, 5 stop | |
-/// | 1 | `i16` | `speed` | along the tunnel, 0 but for 2 | 1 mm/s |
-/// | 3 | `u8` | zero | | |
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Task {
-    /// Stay on the ground.
-    Wait,
-    /// Fly, the head at this speed along the tunnel.
-    Explore(MetresPerSecond),
-    /// Come home.
-    Return,
-    /// Land where you are.
-    Land,
-    /// Stop the motors now.
-    Stop,
-}
-
 /// Steps of a quantity in one of its unit.
 mod per {
-    pub(super) const SPEED: f32 = 1000.0;
     pub(super) const WAY: f32 = 10.0;
     pub(super) const VELOCITY: f32 = 100.0;
     pub(super) const HEIGHT: f32 = 50.0;
@@ -93,43 +68,6 @@ const NONE: u8 = u8::MAX;
 
 /// There is a neighbour.
 const THERE: u8 = 1 << 4;
-
-impl Task {
-    /// The order's bytes, in clear.
-    #[must_use]
-    pub fn encode(&self) -> [u8; ORDER] {
-        let (code, speed) = match self {
-            Self::Wait => (1, 0),
-            Self::Explore(speed) => (2, steps::short(speed.0 * per::SPEED)),
-            Self::Return => (3, 0),
-            Self::Land => (4, 0),
-            Self::Stop => (5, 0),
-        };
-        let [s0, s1] = speed.to_le_bytes();
-        [code, s0, s1, 0]
-    }
-
-    /// The order that these bytes are.
-    ///
-    /// # Errors
-    /// [`Error::Length`], [`Error::Code`] or [`Error::Reserved`].
-    pub fn decode(bytes: &[u8]) -> Result<Self, Error> {
-        let [code, s0, s1, zero] = exactly::<ORDER>(bytes)?;
-        let speed = i16::from_le_bytes([s0, s1]);
-        let task = match code {
-            1 => Self::Wait,
-            2 => Self::Explore(MetresPerSecond(f32::from(speed) / per::SPEED)),
-            3 => Self::Return,
-            4 => Self::Land,
-            5 => Self::Stop,
-            _ => return Err(Error::Code(code)),
-        };
-        match (task, speed, zero) {
-            (Self::Explore(_), _, 0) | (_, 0, 0) => Ok(task),
-            _ => Err(Error::Reserved),
-        }
-    }
-}
 
 /// What a node tells the base of itself, in 14 bytes.
 ///

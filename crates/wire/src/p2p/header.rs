@@ -16,7 +16,7 @@ pub enum Kind {
     Beacon,
     /// [`Report`](super::Report).
     Report,
-    /// A [`Capsule`](super::Capsule) with a [`Task`](super::Task) in it.
+    /// A [`Capsule`](super::Capsule) with a [`Order`](super::Order) in it.
     Command,
     /// A [`Capsule`](super::Capsule) with [`Telemetry`](super::Telemetry) in it.
     Telemetry,

@@ -1,7 +1,7 @@
 //! How a node flies and how it hears the others: five times a second.
 
 use heapless::Vec;
-use units::{Dbm, Metres, MetresPerSecond, NodeId};
+use units::{Dbm, LinkSpan, Metres, MetresPerSecond, NodeId, Phase};
 
 use super::{Error, MAX_BODY, steps};
 
@@ -48,7 +48,7 @@ pub struct Report {
     /// Its way along the tunnel since take-off, positive towards the head.
     pub odometer: Metres,
     /// The links from the head down to the sender, where it knows of any.
-    pub links: Option<Links>,
+    pub links: Option<LinkSpan>,
     /// Its own link towards the head, filtered.
     pub front: Option<Dbm>,
     /// Its own link towards the base, filtered.
@@ -57,32 +57,6 @@ pub struct Report {
     pub sums: [Option<Sum>; 2],
     /// Whom it hears, how well; nobody twice.
     pub heard: Vec<Heard, HEARD>,
-}
-
-/// Where a node is in its mission.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Phase {
-    /// On the ground at the base, free to be launched.
-    Waiting,
-    /// In the air, not yet a link of the chain.
-    Transit,
-    /// A link of the chain.
-    Linked,
-    /// The operator's end of the chain.
-    Base,
-    /// On the ground and out of the mission.
-    Out,
-}
-
-/// The weakest and the strongest of a run of links; the weakest is not the stronger one.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Links {
-    /// The weakest.
-    pub weakest: Dbm,
-    /// The strongest.
-    pub strongest: Dbm,
 }
 
 /// A sum over links.
@@ -137,13 +111,13 @@ const ZERO: u8 = 1 << 7;
 
 impl Report {
     pub(super) fn encode(&self) -> Vec<u8, MAX_BODY> {
-        let links = self.links.and_then(Links::in_steps);
+        let links = self.links.and_then(span_in_steps);
         let front = self.front.and_then(steps::quarters);
         let back = self.back.and_then(steps::quarters);
         let [front_sum, back_sum] = self.sums.map(|sum| sum.map_or([0; 3], Sum::encode));
 
         let flag = |set, bit| if set { bit } else { 0 };
-        let codes = self.phase.code()
+        let codes = phase_code(self.phase)
             | flag(self.recall, RECALL)
             | flag(links.is_some(), HAS_LINKS)
             | flag(front.is_some(), HAS_FRONT)
@@ -187,12 +161,12 @@ impl Report {
         }
         let links = (i16::from_le_bytes([w0, w1]), i16::from_le_bytes([s0, s1]));
         Ok(Self {
-            phase: Phase::from_code(codes & PHASE)?,
+            phase: phase_of_code(codes & PHASE)?,
             recall: codes & RECALL != 0,
             velocity: MetresPerSecond(f32::from(i16::from_le_bytes([v0, v1])) / per::VELOCITY),
             // The shift brings the sign down.
             odometer: Metres((i32::from_le_bytes([0, o0, o1, o2]) >> 8) as f32 / per::WAY),
-            links: Links::of_steps(codes & HAS_LINKS != 0, links)?,
+            links: span_of_steps(codes & HAS_LINKS != 0, links)?,
             front: power(codes & HAS_FRONT != 0, i16::from_le_bytes([f0, f1]))?,
             back: power(codes & HAS_BACK != 0, i16::from_le_bytes([b0, b1]))?,
             sums: [Sum::decode([front0, front1, front2])?, Sum::decode([back0, back1, back2])?],
@@ -222,47 +196,43 @@ fn power(there: bool, steps: i16) -> Result<Option<Dbm>, Error> {
     }
 }
 
-impl Phase {
-    const fn code(self) -> u8 {
-        match self {
-            Self::Waiting => 0,
-            Self::Transit => 1,
-            Self::Linked => 2,
-            Self::Base => 3,
-            Self::Out => 4,
-        }
-    }
-
-    const fn from_code(code: u8) -> Result<Self, Error> {
-        match code {
-            0 => Ok(Self::Waiting),
-            1 => Ok(Self::Transit),
-            2 => Ok(Self::Linked),
-            3 => Ok(Self::Base),
-            4 => Ok(Self::Out),
-            _ => Err(Error::Code(code)),
-        }
+const fn phase_code(phase: Phase) -> u8 {
+    match phase {
+        Phase::Waiting => 0,
+        Phase::Transit => 1,
+        Phase::Linked => 2,
+        Phase::Base => 3,
+        Phase::Out => 4,
     }
 }
 
-impl Links {
-    /// Nothing where they contradict each other or are no numbers.
-    fn in_steps(self) -> Option<(i16, i16)> {
-        if self.weakest > self.strongest {
-            return None;
-        }
-        Some((steps::quarters(self.weakest)?, steps::quarters(self.strongest)?))
+const fn phase_of_code(code: u8) -> Result<Phase, Error> {
+    match code {
+        0 => Ok(Phase::Waiting),
+        1 => Ok(Phase::Transit),
+        2 => Ok(Phase::Linked),
+        3 => Ok(Phase::Base),
+        4 => Ok(Phase::Out),
+        _ => Err(Error::Code(code)),
     }
+}
 
-    fn of_steps(there: bool, (weakest, strongest): (i16, i16)) -> Result<Option<Self>, Error> {
-        match (there, weakest, strongest) {
-            (false, 0, 0) => Ok(None),
-            (true, ..) if weakest <= strongest => Ok(Some(Self {
-                weakest: steps::of_quarters(weakest),
-                strongest: steps::of_quarters(strongest),
-            })),
-            _ => Err(Error::Reserved),
-        }
+/// Nothing where the two contradict each other or are no numbers.
+fn span_in_steps(span: LinkSpan) -> Option<(i16, i16)> {
+    if span.weakest > span.strongest {
+        return None;
+    }
+    Some((steps::quarters(span.weakest)?, steps::quarters(span.strongest)?))
+}
+
+fn span_of_steps(there: bool, (weakest, strongest): (i16, i16)) -> Result<Option<LinkSpan>, Error> {
+    match (there, weakest, strongest) {
+        (false, 0, 0) => Ok(None),
+        (true, ..) if weakest <= strongest => Ok(Some(LinkSpan {
+            weakest: steps::of_quarters(weakest),
+            strongest: steps::of_quarters(strongest),
+        })),
+        _ => Err(Error::Reserved),
     }
 }
 

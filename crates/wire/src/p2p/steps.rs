@@ -2,7 +2,7 @@
 
 use units::{Dbm, NodeId, Volts};
 
-use super::NODES;
+use units::NODES;
 
 /// Steps of a quantity in one of its unit.
 const POWER: f32 = 4.0;

@@ -30,10 +30,10 @@
 
 use core::fmt;
 
-use units::NodeId;
+use units::{NODES, NodeId};
 
-use super::{Role, Slot, crc32, epoch::Issue, newer};
-use crate::p2p::NODES;
+use super::{Slot, crc32, epoch::Issue, newer, role_code, role_of_code};
+use units::Role;
 
 /// Bytes of a record. A multiple of a word, in which flash is written.
 pub const LENGTH: usize = 56;
@@ -119,7 +119,7 @@ impl KeysRecord {
         let head = [VERSION].into_iter().chain(sequence.to_le_bytes()).chain([
             self.generation,
             self.node.0,
-            self.role.code(),
+            role_code(self.role),
             flags,
             self.issue.get(),
             0,
@@ -172,7 +172,7 @@ impl KeysRecord {
             generation,
             issue: Issue::new(issue).ok_or(Error::Value)?,
             node: NodeId(node),
-            role: Role::from_code(role).ok_or(Error::Value)?,
+            role: role_of_code(role).ok_or(Error::Value)?,
             may_fly: flags & MAY_FLY != 0,
             group: Secret::new(*group),
             own: Secret::new(*own),

@@ -2,12 +2,11 @@
 #![allow(dead_code, unreachable_pub, missing_docs)]
 
 use proptest::prelude::*;
-use units::{Dbm, Duration, Metres, MetresPerSecond, NodeId, Volts};
+use units::{Dbm, Duration, LinkSpan, Metres, MetresPerSecond, NodeId, Order, Phase, Role, Volts};
 use wire::p2p::{
-    Beacon, Capsule, Counter, Epoch, HEARD, Header, Heard, Kind, Links, Membership, Message, Phase,
-    Report, Sum, TAG, Task, Telemetry, Wave,
+    Beacon, Capsule, Counter, Epoch, HEARD, Header, Heard, Kind, Membership, Message, Report, Sum,
+    TAG, Telemetry, Wave,
 };
-use wire::settings::Role;
 
 /// A report of which nothing is worth saying.
 pub const SILENT: Report = Report {
@@ -83,10 +82,10 @@ pub fn beacons(numbers: Numbers) -> impl Strategy<Value = Beacon> {
     })
 }
 
-fn links(numbers: Numbers) -> impl Strategy<Value = Option<Links>> {
+fn links(numbers: Numbers) -> impl Strategy<Value = Option<LinkSpan>> {
     let links = (numbers.powers(), numbers.powers()).prop_map(move |(a, b)| match numbers {
-        Numbers::Flying if a > b => Links { weakest: b, strongest: a },
-        _ => Links { weakest: a, strongest: b },
+        Numbers::Flying if a > b => LinkSpan { weakest: b, strongest: a },
+        _ => LinkSpan { weakest: a, strongest: b },
     });
     prop::option::of(links)
 }
@@ -159,13 +158,13 @@ pub fn messages(numbers: Numbers) -> impl Strategy<Value = Message> {
     ]
 }
 
-pub fn tasks(numbers: Numbers) -> impl Strategy<Value = Task> {
+pub fn tasks(numbers: Numbers) -> impl Strategy<Value = Order> {
     prop_oneof![
-        Just(Task::Wait),
-        numbers.speeds().prop_map(Task::Explore),
-        Just(Task::Return),
-        Just(Task::Land),
-        Just(Task::Stop),
+        Just(Order::Wait),
+        numbers.speeds().prop_map(Order::Explore),
+        Just(Order::Return),
+        Just(Order::Land),
+        Just(Order::Stop),
     ]
 }
 

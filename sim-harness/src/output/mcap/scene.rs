@@ -1,6 +1,5 @@
 //! The mission in Foxglove's own messages: scenes, points, transforms and log lines.
 
-use agent::Role;
 use foxglove::messages::log::Level;
 use foxglove::messages::packed_element_field::NumericType;
 use foxglove::messages::scene_entity_deletion;
@@ -9,6 +8,7 @@ use foxglove::messages::{
     Point3, PointCloud, Pose, Quaternion, SceneEntity, SceneEntityDeletion, SceneUpdate,
     SpherePrimitive, TextPrimitive, Vector3, line_primitive,
 };
+use units::Role;
 
 use super::{MAP_FRAME, Moment};
 use crate::output::pictures::{launch_limit, node_name, node_rgb};

@@ -1,7 +1,7 @@
 //! Colours and sizes: the one place where the look of every picture is decided.
 
-use agent::Role;
 use plotters::style::RGBColor;
+use units::Role;
 
 use crate::trace::Node;
 

@@ -1,0 +1,125 @@
+//! The vocabulary of a mission: what every crate that speaks of nodes, orders and set-points means.
+
+use crate::{Dbm, Metres, MetresPerSecond, RadiansPerSecond};
+
+/// The most nodes that a mission can have, head and base included: a node's number is four bits on
+/// the air.
+pub const NODES: usize = 16;
+
+/// The part that a node has in the chain.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Role {
+    /// The explorer at the far end of the chain, which the operator pilots.
+    Head,
+    /// A drone between the head and the base.
+    Relay,
+    /// The operator's end of the chain, which stays on the ground.
+    Base,
+}
+
+/// An order of the operator: to the head, to a relay, or to the whole mission.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Order {
+    /// The drone stays on the ground; one that has landed is free to fly again.
+    Wait,
+    /// The head flies at this speed along the tunnel, positive away from the base; the relays form
+    /// the chain behind it.
+    Explore(MetresPerSecond),
+    /// The head flies back to the base, and each relay lands where it took off.
+    Return,
+    /// The drone lands where it is.
+    Land,
+    /// The drone switches its motors off now and keeps them off until it is reset on the ground.
+    Stop,
+}
+
+/// The stage of its mission that a node tells its neighbours.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Phase {
+    /// The node is on the ground at the base, free to be launched.
+    Waiting,
+    /// The node is in the air and not yet a link of the chain.
+    Transit,
+    /// The node flies as head or relay: it is a link of the chain.
+    Linked,
+    /// The node is the operator's end of the chain, on the ground for good.
+    Base,
+    /// The node is on the ground and out of the mission.
+    Out,
+}
+
+impl Phase {
+    /// Whether the node's neighbours measure their links to it.
+    #[must_use]
+    pub const fn is_link(self) -> bool {
+        matches!(self, Self::Linked | Self::Base)
+    }
+}
+
+/// The weakest and the strongest of a run of links: what a launch policy must know of the whole
+/// chain, in a size that does not grow with it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct LinkSpan {
+    /// The weakest link of the run.
+    pub weakest: Dbm,
+    /// The strongest link of the run.
+    pub strongest: Dbm,
+}
+
+impl LinkSpan {
+    /// The run `ahead`, if any, lengthened by one link.
+    #[must_use]
+    pub fn extended(ahead: Option<Self>, link: Dbm) -> Self {
+        match ahead {
+            None => Self { weakest: link, strongest: link },
+            Some(run) => Self {
+                weakest: Dbm(run.weakest.0.min(link.0)),
+                strongest: Dbm(run.strongest.0.max(link.0)),
+            },
+        }
+    }
+}
+
+/// The set-point by which the mission loop (5 Hz) steers the control loop (1 kHz).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Setpoint {
+    /// The motors are off. In the air this drops the drone: land it first.
+    #[default]
+    Off,
+    /// The drone holds this velocity, turn rate and height.
+    Fly {
+        /// Velocity along x, forward.
+        forward: MetresPerSecond,
+        /// Velocity along y, to the left.
+        lateral: MetresPerSecond,
+        /// Turn rate, counter-clockwise.
+        yaw_rate: RadiansPerSecond,
+        /// Height over ground.
+        height: Metres,
+    },
+    /// The motors are off now, and stay off until the next boot.
+    Stop,
+}
+
+impl Setpoint {
+    /// The set-point of a drone that stands still in the air at this height.
+    #[must_use]
+    pub const fn hover(height: Metres) -> Self {
+        Self::Fly {
+            forward: MetresPerSecond::ZERO,
+            lateral: MetresPerSecond::ZERO,
+            yaw_rate: RadiansPerSecond::ZERO,
+            height,
+        }
+    }
+}
