@@ -209,14 +209,17 @@ impl<S: Seal> Airlink<S> {
         self.beacon = beacon;
     }
 
-    /// At the base: what everybody is to do from now on. A task to fly at a speed reaches the head
-    /// once for each time that this is called, but no more often than
-    /// [`LinkConfig::stick_every`]: when the operator falls silent, so does the base. Everywhere
-    /// else it does nothing.
-    pub fn order(&mut self, now: Instant, task: Order) {
-        let next = self.life.next();
-        if let (End::Base(orders), Some(next)) = (&mut self.end, next) {
-            orders.order(now, task, next, &self.config);
+    /// Gives the base the operator's order to all drones, which stands until the next. An order to
+    /// explore reaches the head once for each time that this is called, but no more often than
+    /// [`LinkConfig::stick_every`]: when the operator falls silent, so does the base.
+    ///
+    /// It returns whether the order now stands. It does not where a [`Stop`](Order::Stop) stands
+    /// already, which only a reset of the base takes back, nor at a node that is not the base or
+    /// that may not speak any more.
+    pub fn order(&mut self, now: Instant, order: Order) -> bool {
+        match (&mut self.end, self.life.next()) {
+            (End::Base(orders), Some(next)) => orders.order(now, order, next, &self.config),
+            (End::Base(_), None) | (End::Drone(_), _) => false,
         }
     }
 

@@ -52,7 +52,18 @@ impl Orders {
         }
     }
 
-    pub(crate) fn order(&mut self, now: Instant, task: Order, next: Counter, config: &LinkConfig) {
+    /// Takes the operator's order, unless a Stop stands: a client that goes on sending set-points
+    /// must not set a drone flying that has not heard the Stop yet. Returns whether `task` stands.
+    pub(crate) fn order(
+        &mut self,
+        now: Instant,
+        task: Order,
+        next: Counter,
+        config: &LinkConfig,
+    ) -> bool {
+        if self.task == Some(Order::Stop) {
+            return task == Order::Stop;
+        }
         let is_other = self.task.is_none_or(|old| discriminant(&old) != discriminant(&task));
         if self.task != Some(task) {
             self.head_at = now;
@@ -66,6 +77,7 @@ impl Orders {
             self.again_at = now + config.again_after;
             self.remind_at = now + config.remind_every;
         }
+        true
     }
 
     pub(crate) const fn task(&self) -> Option<Order> {

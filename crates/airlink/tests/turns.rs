@@ -355,7 +355,9 @@ proptest! {
                         let _ = link.receive(now, Dbm(-60.0), &out[..length]);
                     }
                 }
-                2 => link.order(now, Order::Explore(MetresPerSecond(0.1))),
+                2 => {
+                    link.order(now, Order::Explore(MetresPerSecond(0.1)));
+                }
                 _ => link.telemeter(common::telemetry()),
             }
             if let Some(due) = link.due() {

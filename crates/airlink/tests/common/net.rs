@@ -178,10 +178,12 @@ impl<S: Seal> Net<S> {
         self.arm(node);
     }
 
-    pub fn order(&mut self, base: usize, task: Order) {
+    /// The operator's order at the base, and whether it stands.
+    pub fn order(&mut self, base: usize, task: Order) -> bool {
         let at = self.nodes[base].local(self.now);
-        self.nodes[base].link.order(at, task);
+        let stands = self.nodes[base].link.order(at, task);
         self.arm(base);
+        stands
     }
 
     pub fn leave(&mut self, node: usize) {
