@@ -5,7 +5,6 @@
 
 use rayon::prelude::*;
 use serde_json::{Map, Value, json};
-use stats_ci::{Confidence, quantile};
 
 use crate::craft::record::FlightMetrics;
 use crate::metrics::{Reference, RunMetrics, measure};
@@ -58,12 +57,16 @@ fn finite(value: f64) -> Option<f64> {
 pub fn fraction(runs: &[RunMetrics], holds: impl Fn(&RunMetrics) -> bool) -> Estimate {
     let count = runs.len().max(1) as f64;
     let value = runs.iter().filter(|run| holds(run)).count() as f64 / count;
+    Estimate { value, interval: Some(wilson(value, count)) }
+}
+
+/// Wilson's score interval of a share that was seen in `count` trials.
+fn wilson(share: f64, count: f64) -> (f64, f64) {
     let z2 = Z * Z;
-    let middle = (value + z2 / (2.0 * count)) / (1.0 + z2 / count);
-    let spread = Z * (value * (1.0 - value) / count + z2 / (4.0 * count * count)).sqrt();
+    let middle = (share + z2 / (2.0 * count)) / (1.0 + z2 / count);
+    let spread = Z * (share * (1.0 - share) / count + z2 / (4.0 * count * count)).sqrt();
     let half = spread / (1.0 + z2 / count);
-    let interval = Some(((middle - half).max(0.0), (middle + half).min(1.0)));
-    Estimate { value, interval }
+    ((middle - half).max(0.0), (middle + half).min(1.0))
 }
 
 /// Standard deviations on each side of the middle that hold 95 % of a normal distribution.
@@ -87,10 +90,22 @@ pub fn quantile_of(runs: &[RunMetrics], q: f64, of: impl Fn(&RunMetrics) -> f32)
     values.sort_by(f64::total_cmp);
     let place = ((values.len().max(1) - 1) as f64 * q).round() as usize;
     let value = values.get(place).copied().unwrap_or(f64::NAN);
-    let indices = quantile::ci_indices(Confidence::new(0.95), values.len(), q).ok();
-    let at = |index: Option<&usize>| index.and_then(|n| values.get(*n)).copied();
-    let interval = indices.and_then(|i| Some((at(i.left())?, at(i.right())?)));
+    let ranks = quantile_ranks(values.len(), q);
+    let interval = ranks.and_then(|(low, high)| Some((*values.get(low)?, *values.get(high)?)));
     Estimate { value, interval }
+}
+
+/// Ranks of the sorted values between which the q-quantile lies, 19 times in 20: Wilson's interval
+/// of the share q, as places in the list. Needs two values on either side of the quantile.
+fn quantile_ranks(count: usize, q: f64) -> Option<(usize, usize)> {
+    let below = (count as f64 * q).round() as usize;
+    let above = count.checked_sub(below)?;
+    if below < 2 || above < 2 {
+        return None;
+    }
+    let (low, high) = wilson(below as f64 / count as f64, count as f64);
+    let rank = |share: f64| ((share * count as f64) as usize).min(count - 1);
+    Some((rank(low), rank(high)))
 }
 
 /// A named figure of a campaign.
@@ -162,4 +177,18 @@ pub fn excess(run: &RunMetrics) -> f32 {
 pub fn json(figures: &[Figure]) -> Value {
     let entries = figures.iter().map(|f| (f.name.to_owned(), f.estimate.json()));
     Value::Object(entries.collect::<Map<_, _>>())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Ranks that the crate `stats-ci` gave.
+    #[test]
+    fn a_quantile_lies_between_these_ranks() {
+        assert_eq!(quantile_ranks(15, 0.5), Some((4, 11)));
+        assert_eq!(quantile_ranks(15, 0.4), Some((2, 9)));
+        assert_eq!(quantile_ranks(3, 0.5), None);
+        assert_eq!(quantile_ranks(20, 0.99), None);
+    }
 }

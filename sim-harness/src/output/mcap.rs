@@ -15,9 +15,9 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::io::{Seek, Write};
 
+use ::mcap::McapError;
 use ::mcap::records::{MessageHeader, Metadata};
 use ::mcap::write::{WriteOptions, Writer};
-use ::mcap::{Compression, McapError};
 use foxglove::Encode;
 use foxglove::messages::Timestamp;
 use prost::Message;
@@ -186,9 +186,8 @@ impl<W: Write + Seek> Recording<W> {
     fn new(out: W) -> Result<Self, WriteError> {
         let writer = WriteOptions::new()
             .library("uchain")
-            .compression(Some(Compression::Zstd))
-            // On several threads zstd's output depends on how many there are.
-            .compression_threads(0)
+            // A compressor costs a minute of every first build; `mcap compress` makes up for it.
+            .compression(None)
             .create(out)?;
         Ok(Self { writer, counts: BTreeMap::new() })
     }
