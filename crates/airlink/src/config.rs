@@ -38,7 +38,7 @@ pub struct LinkConfig {
 }
 
 impl LinkConfig {
-    /// What was measured to be good (`tests/delay.rs`).
+    /// What was measured to be good (`tests/suite/delay.rs`).
     pub const DEFAULT: Self = Self {
         // A hop fails once in 1,000 at 50 % loss, once in 35 at 70 %. Few are needed: whoever has
         // heard it farther on stops. With 4 the stick's delay over 8 hops, 95th percentile, was 0.9 s

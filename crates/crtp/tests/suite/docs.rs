@@ -1,6 +1,6 @@
 //! The tables of the book's chapter on cfclient are those of the code.
 //!
-//! `REMINT=1 cargo test -p crtp --test docs` writes them anew.
+//! `REMINT=1 cargo test -p crtp --test suite docs` writes them anew.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -117,7 +117,7 @@ fn the_book_lists_every_variable_and_parameter() {
     assert!(
         chapter == right,
         "docs/src/cfclient.md has other tables than the code: \
-         write them anew by `REMINT=1 cargo test -p crtp --test docs`"
+         write them anew by `REMINT=1 cargo test -p crtp --test suite docs`"
     );
 }
 

@@ -1,11 +1,9 @@
 //! One ranger: what its configuration is in registers, that its readings are right and come often
 //! enough, and that whatever it fails to do ends in an error.
 
-mod common;
-
 use std::cell::RefCell;
 
-use common::{Recorder, block_on, seeded, with_ranger};
+use crate::common::{Recorder, block_on, seeded, with_ranger};
 use embedded_hal::i2c::{ErrorKind, NoAcknowledgeSource};
 use proptest::prelude::*;
 use sensors::Error;

@@ -1,11 +1,9 @@
 //! Freeing a bus that a device holds, and the judgement of when a device is lost.
 
-mod common;
-
 use std::cell::{Cell, RefCell};
 use std::convert::Infallible;
 
-use common::{block_on, seeded};
+use crate::common::{block_on, seeded};
 use embedded_hal::digital::{ErrorType, InputPin, OutputPin};
 use proptest::prelude::*;
 use sensors::bus::{Health, HealthConfig, recover};

@@ -1,11 +1,10 @@
 //! Who speaks when: no common clock, and yet nobody speaks over another for long.
 
-mod common;
-
+use crate::common;
+use crate::common::clear::Clear;
+use crate::common::net::{Net, Said, Sent, Setup};
+use crate::common::{Chance, identity, seeded};
 use airlink::{Airlink, Event, LinkConfig, Schedule, Standing};
-use common::clear::Clear;
-use common::net::{Net, Said, Sent, Setup};
-use common::{Chance, identity, seeded};
 use proptest::prelude::*;
 use units::{Dbm, Duration, Instant, MetresPerSecond, Order};
 use wire::p2p::{Epoch, Header, Kind, Membership, Wave};

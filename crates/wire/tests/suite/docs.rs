@@ -1,9 +1,8 @@
 //! The book's tables of bytes tell the truth: messages are encoded by the code and read back by the
 //! tables of `docs/src/air.md`, row by row. And the tables beside the code are the same.
 
-mod messages;
-
-use messages::Numbers;
+use crate::messages;
+use crate::messages::Numbers;
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::{Config, RngSeed, TestRunner};
@@ -14,7 +13,7 @@ use wire::p2p::{
 };
 use wire::syslink::MAX_P2P;
 
-const BOOK: &str = include_str!("../../../docs/src/air.md");
+const BOOK: &str = include_str!("../../../../docs/src/air.md");
 
 /// What a message says, by field.
 type Fields = Vec<(&'static str, Value)>;
@@ -343,10 +342,10 @@ fn samples<T: std::fmt::Debug>(
 /// 500 messages to read with it.
 fn tables() -> Vec<(&'static str, &'static str, &'static str, Vec<Sample>)> {
     const NUMBERS: Numbers = Numbers::Flying;
-    let header = include_str!("../src/p2p/header.rs");
-    let capsule = include_str!("../src/p2p/capsule.rs");
-    let report = include_str!("../src/p2p/report.rs");
-    let order = include_str!("../src/p2p/order.rs");
+    let header = include_str!("../../src/p2p/header.rs");
+    let capsule = include_str!("../../src/p2p/capsule.rs");
+    let report = include_str!("../../src/p2p/report.rs");
+    let order = include_str!("../../src/p2p/order.rs");
     let mut capsules = samples(messages::capsules(NUMBERS), |capsule| {
         (4, body(&Message::Command(*capsule)), of_capsule(capsule))
     });
@@ -368,7 +367,7 @@ fn tables() -> Vec<(&'static str, &'static str, &'static str, Vec<Sample>)> {
         ),
         (
             "Beacon",
-            include_str!("../src/p2p/beacon.rs"),
+            include_str!("../../src/p2p/beacon.rs"),
             "struct Beacon",
             samples(messages::beacons(NUMBERS), |beacon| {
                 (0, body(&Message::Beacon(*beacon)), of_beacon(beacon))
@@ -404,7 +403,7 @@ fn tables() -> Vec<(&'static str, &'static str, &'static str, Vec<Sample>)> {
         ),
         (
             "Membership",
-            include_str!("../src/p2p/membership.rs"),
+            include_str!("../../src/p2p/membership.rs"),
             "enum Membership",
             samples(messages::memberships(NUMBERS), |membership| {
                 (0, body(&Message::Membership(*membership)), of_membership(membership))

@@ -1,11 +1,9 @@
 //! The memory's driver: pages that must not be crossed, a memory that is deaf while it writes, and
 //! one that never comes back.
 
-mod common;
-
 use std::cell::RefCell;
 
-use common::{block_on, seeded};
+use crate::common::{block_on, seeded};
 use embedded_hal::i2c::{ErrorKind, NoAcknowledgeSource};
 use proptest::prelude::*;
 use sensors::Error;

@@ -1,11 +1,9 @@
 //! How long an order takes, what it costs, and whom it reaches. `-- --nocapture` prints the figures.
 
-mod common;
-
+use crate::common::clear::Clear;
+use crate::common::net::{Net, ROUND, Setup};
+use crate::common::quantile;
 use airlink::Event;
-use common::clear::Clear;
-use common::net::{Net, ROUND, Setup};
-use common::quantile;
 use units::{MetresPerSecond, Order};
 use wire::radio::Datarate;
 

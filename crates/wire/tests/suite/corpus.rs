@@ -1,15 +1,15 @@
 //! What the fuzzers have found so far, without a fuzzer: each file of `fuzz/corpus` through the
 //! check of its target. See `fuzz/README.md`.
 
-#[path = "../../../fuzz/src/wire/mod.rs"]
+#[path = "../../../../fuzz/src/wire/mod.rs"]
 #[allow(unreachable_pub, reason = "public in the fuzz package, which it belongs to")]
 mod wire_checks;
 
-#[path = "../../../fuzz/src/airlink.rs"]
+#[path = "../../../../fuzz/src/airlink.rs"]
 #[allow(unreachable_pub, reason = "public in the fuzz package, which it belongs to")]
 mod airlink_check;
 
-#[path = "../../../fuzz/src/crtp.rs"]
+#[path = "../../../../fuzz/src/crtp.rs"]
 #[allow(unreachable_pub, reason = "public in the fuzz package, which it belongs to")]
 mod crtp_check;
 

@@ -2,7 +2,7 @@
 //! leaves on the disk.
 //!
 //! The transcripts are `tests/cmd/*.trycmd` at the root of the repository; where the command was
-//! meant to change, `TRYCMD=overwrite cargo test -p sim-harness --test cli` writes them anew (and
+//! meant to change, `TRYCMD=overwrite cargo test -p sim-harness --test suite cli` writes them anew (and
 //! what was elided with `[..]` must be elided again).
 
 use std::fs;

@@ -1,11 +1,9 @@
 //! The optical flow sensor's driver: the pauses that the chip needs, the maker's settings, the
 //! axes, and a chip that is not there.
 
-mod common;
-
 use std::cell::RefCell;
 
-use common::{block_on, seeded};
+use crate::common::{block_on, seeded};
 use embedded_hal::spi::{ErrorKind, ErrorType, Operation};
 use embedded_hal_async::spi::SpiDevice;
 use proptest::prelude::*;

@@ -1,11 +1,9 @@
 //! The inertial sensor's drivers against their registers: what they write, in which order, what
 //! they make of the samples, and that one die that does not do its part does not cost the other.
 
-mod common;
-
 use std::cell::RefCell;
 
-use common::{Recorder, block_on, seeded};
+use crate::common::{Recorder, block_on, seeded};
 use embedded_hal::i2c::{ErrorKind, NoAcknowledgeSource};
 use proptest::prelude::*;
 use sensors::Error;

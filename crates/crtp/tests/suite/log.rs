@@ -1,8 +1,6 @@
 //! Log blocks: nothing is missing, and what cannot be is refused as the vendor's firmware does.
 
-mod common;
-
-use common::{Line, port};
+use crate::common::{Line, port};
 use units::{Duration, Metres, Radians};
 
 /// Ten variables as ten `float`s, which is as much as two blocks hold.

@@ -1,14 +1,13 @@
 //! What somebody without the keys, and what a thief with some of them, can do.
 
-mod common;
-
 use std::cell::RefCell;
 use std::collections::HashSet;
 
+use crate::common;
+use crate::common::net::{Net, Setup};
+use crate::common::{Chance, fleet, identity, sealed, seeded};
 use airlink::keys::{self, Keys, Own};
 use airlink::{Airlink, Event, Identity, LinkConfig, Schedule, Scope, Seal, Sealed};
-use common::net::{Net, Setup};
-use common::{Chance, fleet, identity, sealed, seeded};
 use proptest::prelude::*;
 use units::{Dbm, Instant, MetresPerSecond, NodeId, Order};
 use wire::p2p::{Capsule, Counter, Epoch, Header, MAX_BODY, Message, Telemetry, Wave};

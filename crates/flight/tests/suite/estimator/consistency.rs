@@ -2,7 +2,7 @@
 
 use flight::{EstimatorConfig, Nis, Verdict};
 
-use crate::world::{Chance, DT, Errors, Flown, Force, Path};
+use super::world::{Chance, DT, Errors, Flown, Force, Path};
 
 fn wandering(seed: u64) -> Flown {
     let mut chance = Chance(seed);

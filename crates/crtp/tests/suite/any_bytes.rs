@@ -1,9 +1,7 @@
 //! Whatever comes in: no harm is done, nothing grows without bound, and who may only look changes
 //! nothing.
 
-mod common;
-
-use common::{Line, seeded};
+use crate::common::{Line, seeded};
 use crtp::{Access, Packet, Parameters, Server, Snapshot};
 use proptest::prelude::*;
 use units::{Duration, Instant};

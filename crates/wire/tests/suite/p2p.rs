@@ -1,9 +1,8 @@
 //! What is on the air: the bytes of each message, that they and it say the same, and that nothing
 //! else is taken.
 
-mod messages;
-
-use messages::Numbers::{Flying, Wild};
+use crate::messages;
+use crate::messages::Numbers::{Flying, Wild};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use units::{Dbm, Duration, LinkSpan, Metres, MetresPerSecond, NodeId, Order, Phase, Role, Volts};

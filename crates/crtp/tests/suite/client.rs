@@ -1,8 +1,6 @@
 //! A client connects, looks, sets and flies, byte for byte as cflib 0.1.34 does.
 
-mod common;
-
-use common::{Line, port};
+use crate::common::{Line, port};
 use crtp::{Access, Event, OperatorTask, ParameterId, Setpoint};
 use flight::{Mode, StopCause};
 use units::{Dbm, Instant, Metres, MetresPerSecond, NodeId, Volts};

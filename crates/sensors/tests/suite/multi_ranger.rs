@@ -1,13 +1,12 @@
 //! Six rangers on one bus: they come up, they are lost one by one and all at once, and they come
 //! back, and never does one answer for another.
 
-mod common;
-
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicU8, Ordering};
 
-use common::{Decks, block_on, seeded, wall, with_decks};
+use crate::common;
+use crate::common::{Decks, block_on, seeded, wall, with_decks};
 use proptest::prelude::*;
 use sensors::Error;
 use sensors::bus::HealthConfig;

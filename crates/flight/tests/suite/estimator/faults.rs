@@ -5,7 +5,7 @@ use sensors::pmw3901::Motion;
 use sensors::vl53l1x::RangeStatus;
 use units::Metres;
 
-use crate::world::{Chance, Errors, Flown, Path, motion, reading};
+use super::world::{Chance, Errors, Flown, Path, motion, reading};
 
 const CONFIG: EstimatorConfig = EstimatorConfig::DEFAULT;
 

@@ -1,0 +1,6 @@
+//! The link through its public door: turns, delays and sealed packets.
+
+mod common;
+mod delay;
+mod secure;
+mod turns;

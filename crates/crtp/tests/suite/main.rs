@@ -1,0 +1,7 @@
+//! The CRTP server as a client meets it.
+
+mod any_bytes;
+mod client;
+mod common;
+mod docs;
+mod log;

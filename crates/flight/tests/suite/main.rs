@@ -1,0 +1,4 @@
+//! The flight code through its public door, and its estimator.
+
+mod door;
+mod estimator;

@@ -1,0 +1,8 @@
+//! The simulator and its command, each part by itself.
+
+mod cli;
+mod craft;
+mod huge_geometry;
+mod keys;
+mod medium;
+mod radio;
