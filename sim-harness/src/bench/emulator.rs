@@ -3,10 +3,11 @@
 use std::path::Path;
 use std::time::Instant;
 
+use core_vectors::summary;
 use rayon::ThreadPoolBuilder;
 use units::NodeId;
 use virtual_crazyflie::cpu::FlashTiming;
-use virtual_crazyflie::verify::{speed, summary};
+use virtual_crazyflie::speed;
 
 use crate::emulated::{Emulated, Firmware};
 use crate::input_error::InputError;

@@ -87,3 +87,38 @@ pub trait Bus {
     /// Whether the chip is held in reset by something outside the core: a watchdog.
     fn resets(&self) -> bool;
 }
+
+/// A bus without peripherals: memory answers, every other address is a bus error.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct MemoryOnly {
+    /// The flash's wait states.
+    pub flash_wait_states: u8,
+}
+
+impl Bus for MemoryOnly {
+    fn load(&mut self, _: &mut Memory, _: u64, _: u32, _: Width) -> Result<u32, Refused> {
+        Err(Refused::Fault)
+    }
+
+    fn store(&mut self, _: &mut Memory, _: u64, _: u32, _: Width, _: u32) -> Result<(), Refused> {
+        Err(Refused::Fault)
+    }
+
+    fn due(&self) -> u64 {
+        u64::MAX
+    }
+
+    fn advance(&mut self, _: &mut Memory, _: u64) {}
+
+    fn lines(&self) -> u128 {
+        0
+    }
+
+    fn flash_wait_states(&self) -> u8 {
+        self.flash_wait_states
+    }
+
+    fn resets(&self) -> bool {
+        false
+    }
+}

@@ -12,7 +12,7 @@
 //! | [`log`] | what the firmware logs by defmt, decoded |
 //! | [`profile`] | which task has the processor, how long, and how late |
 //! | [`gdb`] | a debugger's way in |
-//! | [`verify`] | states, encodings and outcomes by which the core is compared with another |
+//! | [`speed`] | how many instructions a second the core executes |
 //!
 //! Nothing here knows of a tunnel or of physics. Whoever has a world sets what the sensors measure,
 //! runs the machine to the next moment, and reads what the motors and the radio do. The same ELF
@@ -31,4 +31,4 @@ pub mod machine;
 pub mod memory;
 pub mod profile;
 pub mod soc;
-pub mod verify;
+pub mod speed;

@@ -5,7 +5,7 @@
 //! ```
 
 use virtual_crazyflie::cpu::FlashTiming;
-use virtual_crazyflie::verify::speed;
+use virtual_crazyflie::speed;
 
 fn main() {
     for timing in [FlashTiming::Ideal, FlashTiming::Accelerated, FlashTiming::Off] {

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use core_vectors::forms::{self, Form};
+use core_vectors::{Outcome, Rig, State, States};
 use serde::Serialize;
-use virtual_crazyflie::verify::forms::{self, Form};
-use virtual_crazyflie::verify::{Outcome, Rig, State, States};
 
 use crate::exemptions::{self, EXEMPTIONS};
 use crate::unicorn::Other;

@@ -1,7 +1,7 @@
 //! Where Unicorn is known not to do as the architecture says, or as an STM32F4 does, and why.
 
-use virtual_crazyflie::verify::forms::Form;
-use virtual_crazyflie::verify::{After, Outcome, State};
+use core_vectors::forms::Form;
+use core_vectors::{After, Outcome, State};
 
 /// A difference that is no error of ours.
 pub(crate) struct Exemption {

@@ -12,9 +12,10 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use virtual_crazyflie::verify::random::Random;
-use virtual_crazyflie::verify::vectors::{self, SEED, STATES, Vector};
-use virtual_crazyflie::verify::{Outcome, States, forms, sweep};
+use core_vectors::random::Random;
+use core_vectors::vectors::{self, SEED, STATES, Vector};
+use core_vectors::{Outcome, States, forms, sweep};
+use virtual_crazyflie::image::Image;
 
 use compare::{Findings, Pair, Verdict, judge};
 
@@ -88,8 +89,10 @@ fn main() -> ExitCode {
 fn encodings(elves: &[PathBuf]) -> Result<BTreeMap<u32, u32>, String> {
     let mut found = BTreeMap::new();
     for path in elves {
-        let elf = fs::read(path).map_err(|error| format!("{}: {error}", path.display()))?;
-        for (encoding, count) in sweep::encodings(&elf)? {
+        let image = Image::open(path)?;
+        let found_here =
+            sweep::encodings(&image).map_err(|why| format!("{}: {why}", path.display()))?;
+        for (encoding, count) in found_here {
             *found.entry(encoding).or_insert(0) += count;
         }
     }

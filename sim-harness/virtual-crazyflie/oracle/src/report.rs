@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
+use core_vectors::Outcome;
 use serde::Serialize;
-use virtual_crazyflie::verify::Outcome;
 
 use crate::compare::Findings;
 use crate::exemptions::EXEMPTIONS;

@@ -4,11 +4,11 @@
 //! compare nothing. So every fault costs an engine, every thousandth instruction is one whose answer
 //! is known, and whoever counts must reach the number expected.
 
+use core_vectors::outcome::changes;
+use core_vectors::state::{CODE, LITERALS, LITERALS_SIZE, background, ram};
+use core_vectors::{After, Outcome, State};
 use unicorn_engine::{Arch, ArmCpuModel, Mode, Prot, RegisterARM, Unicorn, uc_error};
 use virtual_crazyflie::memory::map;
-use virtual_crazyflie::verify::outcome::changes;
-use virtual_crazyflie::verify::state::{CODE, LITERALS, LITERALS_SIZE, background, ram};
-use virtual_crazyflie::verify::{After, Outcome, State};
 
 /// `B .`: where a block of translated code ends.
 const HERE: u16 = 0xE7FE;
@@ -265,7 +265,7 @@ fn engine(literals: &[u8]) -> Unicorn<'static, ()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use virtual_crazyflie::verify::States;
+    use core_vectors::States;
 
     fn state(encoding: u32) -> State {
         let mut state = States::of(encoding, 1).next().expect("there is always one more");

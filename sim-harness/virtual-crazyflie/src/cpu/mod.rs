@@ -32,6 +32,7 @@ mod timing;
 use fp::Fpscr;
 
 use control::Control;
+pub use decode::is_wide;
 use exceptions::Exceptions;
 pub use exceptions::{Fault, FaultReport};
 pub use program::Program;

@@ -84,6 +84,20 @@ impl Cpu {
         self.deadline = 0;
     }
 
+    /// Whether the core executes Thumb code: EPSR.T. Without it the next instruction faults.
+    #[must_use]
+    pub const fn is_thumb(&self) -> bool {
+        self.thumb
+    }
+
+    /// Enables the floating-point unit and marks the current context as using it, as a program
+    /// does with CPACR and CONTROL.FPCA.
+    pub fn enable_fpu(&mut self) {
+        self.enable_coprocessors();
+        self.special.fpca = true;
+        self.weigh_fpu();
+    }
+
     /// The floating-point status and control register.
     #[must_use]
     pub const fn fpscr(&self) -> Fpscr {

@@ -39,9 +39,11 @@ impl Special {
 }
 
 impl Cpu {
-    /// MRS: what a special register reads as. Of what only the privileged may read, the others
-    /// read zero; so does what there is not.
-    pub(crate) fn mrs(&self, sysm: u8) -> u32 {
+    /// The special register that MRS knows by this number (DDI 0403, B5.1.1), as the current mode
+    /// reads it. Unprivileged code reads zero where only privileged code may read, and a number
+    /// that stands for no register reads zero.
+    #[must_use]
+    pub fn mrs(&self, sysm: u8) -> u32 {
         let privileged = self.special.privileged();
         match sysm {
             // EPSR reads as zero.

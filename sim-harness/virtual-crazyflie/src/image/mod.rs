@@ -6,12 +6,14 @@ mod symbols;
 
 use std::fmt;
 use std::ops::Range;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use object::elf::{FileHeader32, PT_LOAD};
 use object::read::elf::{ElfFile32, FileHeader as _, ProgramHeader as _};
 use object::{Endianness, Object, ObjectSection};
 
+use crate::cpu::is_wide;
 use crate::memory::map;
 
 pub use backtrace::{Backtrace, Frame, State};
@@ -119,7 +121,26 @@ impl fmt::Debug for Image {
     }
 }
 
+/// The path of the firmware's ELF for tests that fly it: the file that the environment variable
+/// `UCHAIN_ELF` names, or else the one that `cargo fw` builds beside `target_tmpdir`, which is
+/// Cargo's `CARGO_TARGET_TMPDIR`.
+#[must_use]
+pub fn built_elf(target_tmpdir: &str) -> PathBuf {
+    let built = Path::new(target_tmpdir).join("../thumbv7em-none-eabihf/firmware/uchain-firmware");
+    std::env::var_os("UCHAIN_ELF").map_or(built, PathBuf::from)
+}
+
 impl Image {
+    /// Reads and parses an ELF file.
+    ///
+    /// # Errors
+    /// One line with the path, if the file cannot be read or the chip could not be started with it.
+    pub fn open(path: &Path) -> Result<Self, String> {
+        let named = |why: &dyn fmt::Display| format!("{}: {why}", path.display());
+        let bytes = std::fs::read(path).map_err(|why| named(&why))?;
+        Self::parse(bytes).map_err(|why| named(&why))
+    }
+
     /// An image of an ELF file's contents.
     ///
     /// # Errors
@@ -252,6 +273,13 @@ impl Image {
     #[must_use]
     pub fn is_code(&self, address: u32) -> bool {
         self.symbols.is_code(address)
+    }
+
+    /// Whether mapping symbols tell code from constants; without them [`Self::is_code`] holds for
+    /// every address of a section of code.
+    #[must_use]
+    pub fn has_mapping_symbols(&self) -> bool {
+        self.symbols.are_mapped()
     }
 
     /// Every instruction in flash: its address, and its one or two halfwords, of which the second
@@ -410,8 +438,7 @@ impl Iterator for Instructions<'_> {
             return None;
         }
         let first = self.half(at)?;
-        // DDI 0403, A5.1: these begin a 32-bit instruction.
-        let wide = matches!(first >> 11, 0b11101..=0b11111);
+        let wide = is_wide(first);
         let second = if wide { self.half(at + 2)? } else { 0 };
         self.code.start = at + if wide { 4 } else { 2 };
         Some((at, first, second))

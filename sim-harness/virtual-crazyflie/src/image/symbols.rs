@@ -47,6 +47,8 @@ pub(super) struct Symbols {
     by_name: HashMap<String, u32>,
     /// Stretches of code, by address.
     code: Vec<Range<u32>>,
+    /// Mapping symbols say where there is code.
+    mapped: bool,
 }
 
 impl Symbols {
@@ -94,6 +96,7 @@ impl Symbols {
             variables: variables.into_values().collect(),
             by_name,
             code,
+            mapped: !marks.is_empty(),
         }
     }
 
@@ -129,6 +132,10 @@ impl Symbols {
     pub(super) fn is_code(&self, address: u32) -> bool {
         let after = self.code.partition_point(|code| code.start <= address);
         after.checked_sub(1).is_some_and(|index| self.code[index].contains(&address))
+    }
+
+    pub(super) const fn are_mapped(&self) -> bool {
+        self.mapped
     }
 
     pub(super) fn code(&self) -> impl Iterator<Item = Range<u32>> {

@@ -1,6 +1,6 @@
 //! Bugs of sums, shifts, products, conditions and flags.
 
-use virtual_crazyflie::verify::state::CODE;
+use core_vectors::state::CODE;
 
 use super::{C, GE, Mutant, N, Q, V, Z};
 

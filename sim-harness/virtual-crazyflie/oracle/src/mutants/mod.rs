@@ -7,9 +7,9 @@ mod float;
 mod integer;
 mod memory;
 
-use virtual_crazyflie::verify::forms::Form;
-use virtual_crazyflie::verify::state::CODE;
-use virtual_crazyflie::verify::{After, State};
+use core_vectors::forms::Form;
+use core_vectors::state::CODE;
+use core_vectors::{After, State};
 
 /// A core with a bug.
 pub(crate) struct Mutant {

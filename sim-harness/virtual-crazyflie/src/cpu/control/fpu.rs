@@ -114,6 +114,11 @@ impl Cpu {
             self.fpu_allowed() && !fp.saving() && (self.special.fpca || !fp.creates_contexts());
     }
 
+    /// Gives every mode access to the floating-point unit: CP10 and CP11 in CPACR.
+    pub(in crate::cpu) fn enable_coprocessors(&mut self) {
+        self.control.fp.cpacr = 0xF << 20;
+    }
+
     /// What comes before a floating-point instruction where `fpu.ready` is false: is the unit
     /// enabled, is a lazy save outstanding, does a new context begin (ExecuteFPCheck())?
     pub(crate) fn prepare_fp(&mut self, memory: &mut Memory) -> Result<(), Fault> {

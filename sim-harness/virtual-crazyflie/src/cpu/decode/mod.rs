@@ -14,8 +14,9 @@ mod wide;
 use super::op::{Kind, Op, Shift};
 use super::timing;
 
-/// Whether an instruction that begins so has a second half.
-pub(super) const fn is_wide(first: u16) -> bool {
+/// Whether an instruction whose first halfword is this one has a second halfword (DDI 0403, A5.1).
+#[must_use]
+pub const fn is_wide(first: u16) -> bool {
     first >= 0xE800
 }
 

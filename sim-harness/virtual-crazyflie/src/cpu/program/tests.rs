@@ -1,10 +1,10 @@
 //! What stands together in a program can still be told apart.
 
 use super::*;
+use crate::bus::MemoryOnly;
 use crate::cpu::{Cpu, Stop};
 use crate::memory::Memory;
 use crate::memory::map::FLASH;
-use crate::verify::rig::Nothing;
 
 /// r0 goes down from 3; r1 counts the rounds.
 const LOOP: [u16; 7] = [
@@ -32,10 +32,16 @@ fn a_compare_and_its_branch_are_two_instructions_to_whoever_stops_between_them()
     let (mut stepped, program, mut memory) = set_up();
     let mut between = 0;
     while stepped.pc() != END {
-        assert_eq!(stepped.step(&program, &mut memory, &mut Nothing, u64::MAX), Stop::Until);
+        assert_eq!(
+            stepped.step(&program, &mut memory, &mut MemoryOnly::default(), u64::MAX),
+            Stop::Until
+        );
         between += u32::from(stepped.pc() == BRANCH);
         let (mut run, ..) = set_up();
-        assert_eq!(run.run(&program, &mut memory, &mut Nothing, stepped.cycles()), Stop::Until);
+        assert_eq!(
+            run.run(&program, &mut memory, &mut MemoryOnly::default(), stepped.cycles()),
+            Stop::Until
+        );
         assert_eq!(run.r, stepped.r);
         assert_eq!(run.flags, stepped.flags);
         assert_eq!((run.cycles, run.instructions), (stepped.cycles, stepped.instructions));
@@ -49,12 +55,18 @@ fn a_trap_on_either_of_them_is_come_to_in_each_round() {
         let (mut cpu, mut program, mut memory) = set_up();
         assert!(program.trap(address));
         for round in 1..=3 {
-            assert_eq!(cpu.run(&program, &mut memory, &mut Nothing, 1000), Stop::Trap);
+            assert_eq!(
+                cpu.run(&program, &mut memory, &mut MemoryOnly::default(), 1000),
+                Stop::Trap
+            );
             assert_eq!((cpu.pc(), cpu.register(1)), (address, round));
-            assert_eq!(cpu.step(&program, &mut memory, &mut Nothing, 1000), Stop::Until);
+            assert_eq!(
+                cpu.step(&program, &mut memory, &mut MemoryOnly::default(), 1000),
+                Stop::Until
+            );
         }
         program.untrap(address);
-        assert_eq!(cpu.run(&program, &mut memory, &mut Nothing, 1000), Stop::Until);
+        assert_eq!(cpu.run(&program, &mut memory, &mut MemoryOnly::default(), 1000), Stop::Until);
         assert_eq!(cpu.pc(), END);
     }
 }

@@ -1,22 +1,19 @@
-//! Every instruction form against outcomes that an independent core agreed with: `vectors/README.md`.
-
-mod firmware_elf;
+//! Replays every kept outcome on the emulated core; `README.md` says where the outcomes come from.
 
 use std::collections::BTreeSet;
 
-use virtual_crazyflie::verify::vectors::{self, Vector};
-use virtual_crazyflie::verify::{Rig, forms, sweep};
+use core_vectors::vectors::{self, Vector};
+use core_vectors::{Rig, forms, sweep};
+use virtual_crazyflie::image::{Image, built_elf};
 
-use firmware_elf::firmware_elf;
-
-/// What leaves the stream of instructions, or needs more than one: `tests/sequences.rs` has these.
+/// What leaves the stream of instructions, or needs more than one: the emulator's own tests of sequences have these.
 const ELSEWHERE: [&str; 12] = [
     "BKPT", "IT", "SVC", "UDF.N", "UDF.W", "WFE.N", "WFE.W", "WFI.N", "WFI.W", "YIELD.N",
     "YIELD.W", "(none)",
 ];
 
 fn kept() -> Vec<Vector> {
-    vectors::read(include_bytes!("../vectors/core.bin")).expect("vectors/core.bin is a vector file")
+    vectors::read(include_bytes!("../core.bin")).expect("core.bin is a vector file")
 }
 
 fn name(encoding: u32) -> &'static str {
@@ -63,9 +60,10 @@ fn every_form_has_a_vector() {
 }
 
 #[test]
+#[ignore = "needs the firmware's ELF, which `cargo fw` builds"]
 fn the_firmware_uses_no_form_without_a_vector() {
-    let Some(elf) = firmware_elf() else { return };
-    let encodings = sweep::encodings(&elf).expect("an ELF with mapping symbols");
+    let image = Image::open(&built_elf(env!("CARGO_TARGET_TMPDIR"))).expect("`cargo fw` builds it");
+    let encodings = sweep::encodings(&image).expect("it has mapping symbols");
     let used = sweep::forms_of(&encodings).expect("every encoding has a form");
     let kept: BTreeSet<&str> = kept().iter().map(|vector| name(vector.encoding)).collect();
     let missing: Vec<_> = used

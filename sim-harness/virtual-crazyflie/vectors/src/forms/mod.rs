@@ -12,7 +12,7 @@ mod narrow;
 
 use std::sync::OnceLock;
 
-use super::random::Random;
+use crate::random::Random;
 
 /// Where an instruction finds its data, so that a state can put it within the window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

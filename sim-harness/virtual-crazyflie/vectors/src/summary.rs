@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 use std::fmt;
 
-use super::rig::Rig;
-use super::{forms, vectors};
+use crate::rig::Rig;
+use crate::{forms, vectors};
 
 /// What replaying the kept outcomes came to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -29,7 +29,7 @@ impl fmt::Display for Summary {
 /// Replays them. `None` if the file that comes with this crate is none.
 #[must_use]
 pub fn replay() -> Option<Summary> {
-    let kept = vectors::read(include_bytes!("../../vectors/core.bin"))?;
+    let kept = vectors::read(include_bytes!("../core.bin"))?;
     let mut rig = Rig::new();
     let forms: BTreeSet<_> =
         kept.iter().filter_map(|vector| Some(&forms::of(vector.encoding)?.name)).collect();

@@ -1,15 +1,14 @@
 //! One instruction on our core, with memory and nothing else.
 
-use super::outcome::{After, Outcome, changes};
-use super::state::{CODE, LITERALS, LITERALS_SIZE, State, WINDOW, WINDOW_SIZE, background, ram};
-use crate::bus::{Bus, Refused, Width};
-use crate::cpu::fp::Fpscr;
-use crate::cpu::{Cpu, Flags, Program, Stop};
-use crate::memory::Memory;
+use crate::outcome::{After, Outcome, changes};
+use crate::state::{CODE, LITERALS, LITERALS_SIZE, State, WINDOW, WINDOW_SIZE, background, ram};
+use virtual_crazyflie::bus::{MemoryOnly, Width};
+use virtual_crazyflie::cpu::fp::Fpscr;
+use virtual_crazyflie::cpu::{Cpu, Flags, Program, Stop};
+use virtual_crazyflie::memory::Memory;
 
 /// What follows the instruction: `B .`.
 const HERE: u16 = 0xE7FE;
-const CPACR: u32 = 0xE000_ED88;
 
 /// A core that can be put into any state.
 pub struct Rig {
@@ -47,8 +46,8 @@ impl Rig {
         if self.holds != Some(state.window_of_code) {
             self.fill(state.window_of_code);
         }
-        let mut cpu = self.core(state);
-        let stop = cpu.step(&self.program, &mut self.memory, &mut Nothing, u64::MAX);
+        let mut cpu = Self::core(state);
+        let stop = cpu.step(&self.program, &mut self.memory, &mut MemoryOnly::default(), u64::MAX);
         let mut changed = Vec::new();
         for (base, before) in &self.ram[usize::from(state.window_of_code)] {
             let size = u32::try_from(before.len()).expect("it fits the map");
@@ -77,7 +76,7 @@ impl Rig {
 
     fn place(&mut self, encoding: u32) {
         let mut halves = vec![encoding as u16, HERE];
-        if super::forms::is_wide(encoding) {
+        if crate::forms::is_wide(encoding) {
             halves.insert(0, (encoding >> 16) as u16);
         }
         let bytes: Vec<u8> = halves.into_iter().flat_map(u16::to_le_bytes).collect();
@@ -98,11 +97,9 @@ impl Rig {
     }
 
     /// Thread mode, privileged, the main stack, and a context that uses the FPU.
-    fn core(&mut self, state: &State) -> Cpu {
+    fn core(state: &State) -> Cpu {
         let mut cpu = Cpu::new();
-        cpu.system_store(CPACR, Width::Word, 0xF << 20).expect("CPACR is a register");
-        cpu.msr(20, 2, 4);
-        cpu.prepare_fp(&mut self.memory).expect("the FPU is enabled");
+        cpu.enable_fpu();
         for (n, value) in state.r.iter().enumerate() {
             cpu.set_register(n, *value);
         }
@@ -148,7 +145,7 @@ fn after(cpu: &Cpu, memory: Vec<(u32, u8)>) -> After {
     After {
         r: std::array::from_fn(|n| cpu.register(n)),
         apsr,
-        thumb: cpu.thumb,
+        thumb: cpu.is_thumb(),
         it: cpu.itstate(),
         s: std::array::from_fn(|n| cpu.s(n)),
         fpscr: cpu.fpscr().bits(),
@@ -164,31 +161,4 @@ fn is_untouched(cpu: &Cpu, state: &State) -> bool {
         && (after.apsr, after.it) == (state.apsr, state.it)
         && after.s == state.s
         && after.fpscr == Fpscr::from_bits(state.fpscr).bits()
-}
-
-/// Nothing but memory.
-pub(crate) struct Nothing;
-
-impl Bus for Nothing {
-    fn load(&mut self, _: &mut Memory, _: u64, _: u32, _: Width) -> Result<u32, Refused> {
-        Err(Refused::Fault)
-    }
-
-    fn store(&mut self, _: &mut Memory, _: u64, _: u32, _: Width, _: u32) -> Result<(), Refused> {
-        Err(Refused::Fault)
-    }
-
-    fn due(&self) -> u64 {
-        u64::MAX
-    }
-
-    fn advance(&mut self, _: &mut Memory, _: u64) {}
-
-    fn lines(&self) -> u128 {
-        0
-    }
-
-    fn resets(&self) -> bool {
-        false
-    }
 }

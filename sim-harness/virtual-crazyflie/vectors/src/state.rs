@@ -1,8 +1,8 @@
 //! States from which one instruction is executed: registers and memory that reach what is special.
 
-use super::forms::{Aim, Form};
-use super::random::Random;
-use crate::memory::map;
+use crate::forms::{Aim, Form};
+use crate::random::Random;
+use virtual_crazyflie::memory::map;
 
 /// Where the instruction lies: the middle of the flash, so that branches stay within it.
 pub const CODE: u32 = map::FLASH + map::FLASH_SIZE / 2;
@@ -46,7 +46,7 @@ impl States {
     pub fn of(encoding: u32, seed: u64) -> Self {
         let mut random = Random::new(seed ^ (u64::from(encoding) << 20));
         random.next();
-        Self { random, form: super::forms::of(encoding), encoding, index: 0 }
+        Self { random, form: crate::forms::of(encoding), encoding, index: 0 }
     }
 }
 

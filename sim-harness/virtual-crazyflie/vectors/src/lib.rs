@@ -1,4 +1,5 @@
-//! States, encodings and outcomes by which the core is compared with another.
+//! Compares the emulated core with another one, instruction by instruction: states to start from,
+//! encodings to execute, and the outcomes on which both cores agreed.
 //!
 //! | module | what it holds |
 //! |---|---|
@@ -9,15 +10,14 @@
 //! | [`rig`] | one instruction on our core |
 //! | [`vectors`] | outcomes that were found right, kept in a file |
 //! | [`summary`] | these, replayed, in figures |
-//! | [`speed`] | how fast the core is executed |
 //!
-//! The other core is not here: it is under another licence, and asked by the workspace `oracle`.
+//! The other core is Unicorn's. It is under another licence, so the workspace `oracle` asks it, and
+//! this crate keeps what it answered.
 
 pub mod forms;
 pub mod outcome;
 pub mod random;
 pub mod rig;
-pub mod speed;
 pub mod state;
 pub mod summary;
 pub mod sweep;

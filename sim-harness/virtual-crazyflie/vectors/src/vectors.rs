@@ -2,9 +2,9 @@
 //!
 //! `vectors/README.md` has the format.
 
-use super::outcome::Outcome;
-use super::rig::Rig;
-use super::state::States;
+use crate::outcome::Outcome;
+use crate::rig::Rig;
+use crate::state::States;
 
 /// How many states are kept for each encoding.
 pub const STATES: usize = 16;
@@ -20,7 +20,7 @@ pub struct Vector {
     pub encoding: u32,
     /// Which of the states are compared, one bit each: the others faulted, or differ for a reason.
     pub compared: u16,
-    /// What [`super::After::hash`] is after each of them; zero where it is not compared.
+    /// What [`crate::After::hash`] is after each of them; zero where it is not compared.
     pub hashes: [u32; STATES],
 }
 
