@@ -2,7 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::disassembly::Instruction;
+use virtual_crazyflie::cpu::effect::Instruction;
+
 use crate::elf::Elf;
 use crate::flow::{self, Call, Code, Flow, Target};
 
@@ -23,10 +24,8 @@ pub(crate) struct Program {
 }
 
 impl Program {
-    pub(crate) fn new(elf: &Elf, instructions: Vec<Instruction>) -> Self {
-        let instructions: BTreeMap<u32, Instruction> =
-            instructions.into_iter().map(|i| (i.address, i)).collect();
-        let memory = |from, to| elf.bytes(from, to).map(<[u8]>::to_vec);
+    pub(crate) fn new(elf: &Elf) -> Self {
+        let instructions = &elf.instructions;
         let mut functions;
         // That a function never comes back changes what its callers do: until it does no more.
         let mut diverging = BTreeSet::new();
@@ -35,8 +34,7 @@ impl Program {
                 flow::analyse(&Code {
                     start,
                     end: start + size,
-                    instructions: &instructions,
-                    memory: &memory,
+                    instructions,
                     diverging: &diverging,
                 })
             };
@@ -61,7 +59,7 @@ impl Program {
             diverging = now;
         }
         let by_address = functions.iter().enumerate().map(|(i, f)| (f.address, i)).collect();
-        Self { functions, instructions, by_address }
+        Self { functions, instructions: instructions.clone(), by_address }
     }
 
     /// The function that begins at `address`.
@@ -320,6 +318,8 @@ impl Edges {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::elf::Vectors;
+    use crate::synthetic::{self, branch, call, jump, ret, take};
 
     /// `calls[i]` are the callees of function i with the depth of each call.
     fn edges(calls: &[&[(usize, u32)]]) -> Edges {
@@ -384,19 +384,28 @@ mod tests {
 
     #[test]
     fn a_call_in_common_is_traced_back_to_the_branches() {
-        let listing = "
- 8004100: d001         \tbeq\t0x8004106 <f+0x6>
- 8004102: d103         \tbne\t0x800410c <f+0xc>
- 8004104: 4770         \tbx\tlr
- 8004106: 2001         \tmovs\tr0, #0x1
- 8004108: e001         \tb\t0x800410e <f+0xe>
- 800410a: f000 f801    \tbl\t0x8004200 <panic>
- 800410c: 2002         \tmovs\tr0, #0x2
- 800410e: f000 f877    \tbl\t0x8004200 <panic>
- 8004200: e7fe         \tb\t0x8004200 <panic>
-";
-        let elf = Elf::synthetic(&[], &[("f", 0x100, 0x12), ("panic", 0x200, 2)], &[]);
-        let program = Program::new(&elf, crate::disassembly::parse(listing));
+        let elf = synthetic::elf(
+            Vectors { stack: 0, handlers: vec![] },
+            vec![
+                (
+                    "f",
+                    0x100,
+                    vec![
+                        branch(0x0800_4106),
+                        branch(0x0800_410C),
+                        ret(),
+                        take(0),
+                        jump(0x0800_410E),
+                        call(0x0800_4200),
+                        take(0),
+                        call(0x0800_4200),
+                    ],
+                ),
+                ("panic", 0x200, vec![jump(0x0800_4200)]),
+            ],
+            &[],
+        );
+        let program = Program::new(&elf);
         let ways = |exact: &[u32]| program.ways_to(0, 0x0800_410E, &|at| exact.contains(&at));
         assert_eq!(ways(&[]), BTreeSet::from([0x0800_4100, 0x0800_4102]));
         assert_eq!(ways(&[0x0800_4108]), BTreeSet::from([0x0800_4102, 0x0800_4108]));

@@ -1,38 +1,32 @@
-//! Which functions an instruction comes from, by the debug information: what the compiler inlined
-//! keeps its name.
+//! Names the functions that an instruction comes from, by the debug information: a function that
+//! was inlined keeps its name there.
 
-use std::path::Path;
+use virtual_crazyflie::image::{Image, SourceMap};
 
 use crate::Result;
-use crate::elf::demangled;
 
 /// The debug information.
-pub(crate) struct Inlining(addr2line::Loader);
+pub(crate) struct Inlining<'a>(SourceMap<'a>);
 
-impl Inlining {
-    pub(crate) fn of(elf: &Path) -> Result<Self> {
-        let loader = addr2line::Loader::new(elf);
-        Ok(Self(loader.map_err(|why| format!("{}: debug information: {why}", elf.display()))?))
+impl<'a> Inlining<'a> {
+    pub(crate) fn of(image: &'a Image) -> Result<Self> {
+        let map = image.source_map();
+        if map.is_empty() { Err("it has no debug information".into()) } else { Ok(Self(map)) }
     }
 
-    /// Whether the instruction at `address` comes from one place of the source. Where the compiler
-    /// has made one of several equal calls, it does not.
+    /// Whether the instruction at `address` comes from one place of the source. It does not where
+    /// the compiler has merged several equal calls into one.
     pub(crate) fn is_exact(&self, address: u32) -> bool {
-        let location = self.0.find_location(u64::from(address)).ok().flatten();
-        location.and_then(|location| location.line).is_some_and(|line| line > 0)
+        let frames = self.0.frames(address);
+        let source = frames.first().and_then(|innermost| innermost.source.as_ref());
+        source.is_some_and(|source| source.line > 0)
     }
 
-    /// The functions at `address`, the innermost first, the one that was compiled last; it is
-    /// `whole`, which is all there is where nothing is known.
+    /// The functions at `address`, the innermost first. The last is the one that was compiled, and
+    /// is called `whole`; it is the only one where the debug information has no name.
     pub(crate) fn chain(&self, address: u32, whole: &str) -> Vec<String> {
-        let mut chain = vec![];
-        if let Ok(mut frames) = self.0.find_frames(u64::from(address)) {
-            while let Ok(Some(frame)) = frames.next() {
-                if let Some(name) = frame.function.as_ref().and_then(|name| name.raw_name().ok()) {
-                    chain.push(demangled(&name));
-                }
-            }
-        }
+        let frames = self.0.frames(address);
+        let mut chain: Vec<String> = frames.into_iter().filter_map(|f| f.function).collect();
         if chain.last().is_none_or(|last| last != whole) {
             chain.push(whole.to_owned());
         }

@@ -11,8 +11,7 @@
 //! |---|---|
 //! | [`firmware`] | building it, as `cargo fw` does |
 //! | [`image`] | the flat image and what must be true of it |
-//! | [`elf`] | sections, functions, memory and vector table of the ELF file |
-//! | [`disassembly`] | its instructions, from `llvm-objdump` |
+//! | [`elf`] | sections, functions, instructions and vector table of the ELF file |
 //! | [`flow`] | one function: how deep its stack is at each call |
 //! | [`graph`] | all functions: who calls whom, and how deep that goes |
 //! | [`inlining`] | which functions an instruction was inlined from |
@@ -26,8 +25,8 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use firmware::Board;
+use virtual_crazyflie::image::Image;
 
-mod disassembly;
 mod elf;
 mod firmware;
 mod flow;
@@ -38,6 +37,8 @@ mod panics;
 mod rules;
 mod sizes;
 mod stack;
+#[cfg(test)]
+mod synthetic;
 
 #[derive(Parser)]
 #[command(name = "xtask", about = "Packs and weighs the firmware")]
@@ -65,7 +66,7 @@ enum Verb {
     },
 }
 
-/// Bad input: one line for whoever gave it.
+/// An error is one line that says what is wrong with the input.
 type Result<T> = std::result::Result<T, String>;
 
 fn main() -> ExitCode {
@@ -85,7 +86,7 @@ fn main() -> ExitCode {
 
 fn bin(board: Board) -> Result<bool> {
     let elf = firmware::build(board)?;
-    let image = image::flatten(&read(&elf)?).map_err(|why| format!("{}: {why}", elf.display()))?;
+    let image = image::flatten(&open(&elf)?).map_err(|why| format!("{}: {why}", elf.display()))?;
     let path = elf.with_extension("bin");
     write_whole(&path, &image)?;
     println!("{}", path.display());
@@ -100,11 +101,11 @@ fn sizes(elf: Option<PathBuf>, board: Board) -> Result<bool> {
         Some(elf) => elf,
         None => firmware::build(board)?,
     };
-    sizes::report(&elf, &read(&elf)?)
+    sizes::report(&elf)
 }
 
-fn read(path: &Path) -> Result<Vec<u8>> {
-    std::fs::read(path).map_err(|why| format!("{}: {why}; build it with: cargo fw", path.display()))
+fn open(elf: &Path) -> Result<Image> {
+    Image::open(elf).map_err(|why| format!("{why}; build it with: cargo fw"))
 }
 
 /// Writes the file, or leaves what was there.

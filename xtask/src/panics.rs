@@ -46,7 +46,7 @@ pub(crate) fn handler(program: &Program) -> Option<usize> {
 pub(crate) fn find(
     program: &Program,
     among: &BTreeSet<usize>,
-    inlining: &Inlining,
+    inlining: &Inlining<'_>,
     rules: &Panics,
 ) -> Vec<Finding> {
     let panics = panic_functions(program);

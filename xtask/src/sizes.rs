@@ -3,12 +3,14 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
+use virtual_crazyflie::image::{Image, Sizes};
+
 use crate::elf::Elf;
 use crate::graph::Program;
 use crate::inlining::Inlining;
 use crate::panics::{self, Verdict};
 use crate::rules::{self, Panics, Stack};
-use crate::{Result, disassembly, image, stack};
+use crate::{Result, open, stack};
 
 /// Less than a quarter of the flash, so that all that is still to come has room. Bytes. It was
 /// 160,000 before the link (29 kB with its cipher) and the vendor's protocol (27 kB) came in.
@@ -26,18 +28,19 @@ const AGENT: &str = "uchain_firmware::mind::AGENT";
 const FLYER: &str = "uchain_firmware::control::FLYER";
 
 /// Prints the table; false when a budget or a rule is broken.
-pub(crate) fn report(path: &Path, bytes: &[u8]) -> Result<bool> {
+pub(crate) fn report(path: &Path) -> Result<bool> {
     let in_file = |why: String| format!("{}: {why}", path.display());
-    let elf = Elf::parse(bytes).map_err(in_file)?;
+    let image = open(path)?;
+    let elf = Elf::of(&image).map_err(in_file)?;
     let panic_rules: Panics = rules::read("panics.toml", include_str!("../panics.toml"))?;
     let stack_rules: Stack = rules::read("stack.toml", include_str!("../stack.toml"))?;
-    let program = Program::new(&elf, disassembly::of(path)?);
-    let inlining = Inlining::of(path)?;
+    let program = Program::new(&elf);
+    let inlining = Inlining::of(&image).map_err(in_file)?;
     let chain = |at: u32, name: &str| inlining.chain(at, name);
     let stack = stack::measure(&elf, &program, &chain, &stack_rules).map_err(in_file)?;
 
     let mut table = Table::default();
-    table.memory(&elf, stack.worst);
+    table.memory(&image, stack.worst);
     table.step("a chain step", &program, CHAIN_STEP);
     table.step("a control step", &program, CONTROL_STEP);
     table.stack(&stack);
@@ -74,24 +77,18 @@ impl Table {
         }
     }
 
-    fn memory(&mut self, elf: &Elf, worst_stack: u32) {
+    fn memory(&mut self, image: &Image, worst_stack: u32) {
         println!("  {:<52} {:>8} {:>8}", "", "bytes", "budget");
-        let sum = |range: &std::ops::Range<u32>| {
-            let inside = elf.sections.iter().filter(|section| range.contains(&section.address));
-            inside.map(|section| section.size).sum::<u32>()
-        };
-        // Initial values lie in flash too.
-        let data = elf.sections.iter().filter(|section| section.name == ".data");
-        let flash = sum(&(0x0800_0000..0x1000_0000)) + data.map(|data| data.size).sum::<u32>();
-        let ram = sum(&image::RAM);
+        let Sizes { flash, ram, ccm } = image.sizes();
         self.row("flash", flash, Some(FLASH_BUDGET));
         self.row("RAM, static", ram, None);
         self.row("RAM, with the worst case of the stack", ram + worst_stack, Some(RAM_BUDGET));
-        self.row("CCM", sum(&(0x1000_0000..0x2000_0000)), None);
+        self.row("CCM", ccm, None);
         for (what, name) in [("agent", AGENT), ("flight code", FLYER)] {
-            match elf.static_named(name) {
+            match image.variable(name) {
                 Some(part) => {
-                    self.row(&format!("the {what}, in RAM (part of the above)"), part.size, None);
+                    let size = part.len() as u32;
+                    self.row(&format!("the {what}, in RAM (part of the above)"), size, None);
                 }
                 None => self.wrong.push(format!("{name} is not to be found")),
             }

@@ -28,9 +28,9 @@ use crate::rules::{Indirect, Pattern, Stack};
 /// (Armv7-M Architecture Reference Manual, B1.5.6 and B1.5.7).
 const EXCEPTION_FRAME: u32 = 4 * 26 + 4;
 
-/// Of the vector table: reset.
+/// The reset handler's place in the vector table.
 const RESET: u32 = 1;
-/// Of the vector table: the chip's first interrupt.
+/// The place of the chip's first interrupt in the vector table.
 const FIRST_INTERRUPT: u32 = 16;
 
 /// The table.
@@ -79,8 +79,8 @@ pub(crate) fn measure(
     rules: &Stack,
 ) -> Result<Table> {
     let mut table = Table::default();
-    let (top, vectors) = elf.vectors()?;
-    let handlers = handlers(elf, program, &vectors)?;
+    let top = elf.vectors.stack;
+    let handlers = handlers(elf, program)?;
     let (edges, unknown) = resolve(program, rules, chain);
     let reached = edges.reach(handlers.iter().map(|handler| handler.function));
     complain(program, &edges, rules, &reached, &unknown, &mut table.complaints);
@@ -127,15 +127,15 @@ fn bottom(elf: &Elf, top: u32) -> u32 {
         .unwrap_or(image::RAM.start)
 }
 
-fn handlers(elf: &Elf, program: &Program, vectors: &[(u32, u32)]) -> Result<Vec<Handler>> {
+fn handlers(elf: &Elf, program: &Program) -> Result<Vec<Handler>> {
     let mut numbers = BTreeMap::<usize, Vec<u32>>::new();
-    for (number, address) in vectors {
+    for (number, address) in &elf.vectors.handlers {
         let function = program.at(*address).ok_or_else(|| {
             format!("vector {number} leads to {address:#010x}, where no function begins")
         })?;
         numbers.entry(function).or_default().push(*number);
     }
-    let names = |function: usize| elf.names_at(program.functions[function].address);
+    let names = |function: usize| elf.names[&program.functions[function].address].clone();
     Ok(numbers
         .into_iter()
         .map(|(function, numbers)| Handler { function, numbers, names: names(function) })
@@ -374,29 +374,8 @@ fn idle(rules: &Stack) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::disassembly;
-
-    /// Reset at 0x08004100 polls two tasks through a pointer; TIM at …200 returns, CAN at …300 is
-    /// an executor of one task, and DEFAULT at …400 never comes back.
-    const LISTING: &str = "
- 8004100: b580         \tpush\t{r7, lr}
- 8004102: b082         \tsub\tsp, #0x8
- 8004104: 4788         \tblx\tr1
- 8004106: e7fe         \tb\t0x8004106 <reset+0x6>
- 8004200: b5f0         \tpush\t{r4, r5, r6, r7, lr}
- 8004202: bdf0         \tpop\t{r4, r5, r6, r7, pc}
- 8004300: b580         \tpush\t{r7, lr}
- 8004302: 4788         \tblx\tr1
- 8004304: bd80         \tpop\t{r7, pc}
- 8004400: b084         \tsub\tsp, #0x10
- 8004402: e7fe         \tb\t0x8004402 <DEFAULT+0x2>
- 8004500: b0c0         \tsub\tsp, #0x100
- 8004502: b040         \tadd\tsp, #0x100
- 8004504: 4770         \tbx\tlr
- 8004600: b0a0         \tsub\tsp, #0x80
- 8004602: b020         \tadd\tsp, #0x80
- 8004604: 4770         \tbx\tlr
-";
+    use crate::elf::Vectors;
+    use crate::synthetic::{self, FLASH, call_register, jump, pop_pc, push, ret, take};
 
     const SLOW: &str = "<embassy_executor::raw::TaskStorage<slow>>::poll";
     const FAST: &str = "<embassy_executor::raw::TaskStorage<fast>>::poll";
@@ -422,17 +401,22 @@ mod tests {
     "#;
 
     fn measured(rules: &str) -> Table {
-        let vectors = [0x2000_6000, 0x0800_4101, 0x0800_4401, 0x0800_4201, 0x0800_4301];
-        let functions = [
-            ("reset", 0x100, 8),
-            ("TIM", 0x200, 4),
-            ("CAN", 0x300, 6),
-            ("DEFAULT", 0x400, 4),
-            (SLOW, 0x500, 6),
-            (FAST, 0x600, 6),
+        // Reset polls two tasks through a pointer; TIM returns, CAN is an executor of one task, and
+        // DEFAULT never returns.
+        let functions = vec![
+            ("reset", 0x100, vec![push(8), take(8), call_register(1), jump(FLASH + 0x106)]),
+            ("TIM", 0x200, vec![push(20), pop_pc(20)]),
+            ("CAN", 0x300, vec![push(8), call_register(1), pop_pc(8)]),
+            ("DEFAULT", 0x400, vec![take(16), jump(FLASH + 0x402)]),
+            (SLOW, 0x500, vec![take(0x100), take(-0x100), ret()]),
+            (FAST, 0x600, vec![take(0x80), take(-0x80), ret()]),
         ];
-        let elf = Elf::synthetic(&vectors, &functions, &[(".bss", 0x2000_6000, 0x1000)]);
-        let program = Program::new(&elf, disassembly::parse(LISTING));
+        let handler = |number, distance| (number, FLASH + distance);
+        let handlers =
+            vec![handler(1, 0x100), handler(2, 0x400), handler(3, 0x200), handler(4, 0x300)];
+        let vectors = Vectors { stack: 0x2000_6000, handlers };
+        let elf = synthetic::elf(vectors, functions, &[(".bss", 0x2000_6000, 0x1000)]);
+        let program = Program::new(&elf);
         let chain = |_, name: &str| vec!["SyncExecutor::poll".to_owned(), name.to_owned()];
         let rules: Stack = toml::from_str(rules).unwrap();
         measure(&elf, &program, &chain, &rules).unwrap()

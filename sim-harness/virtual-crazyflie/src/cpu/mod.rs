@@ -3,6 +3,7 @@
 //! | module | what it holds |
 //! |---|---|
 //! | `op`, `decode` | instructions, and what bits they are |
+//! | [`effect`] | what each does, as an analysis sees it that does not execute |
 //! | `execute` | what each does to registers and memory |
 //! | `timing` | how many cycles each takes |
 //! | `program` | a stretch of code, decoded beforehand |
@@ -19,6 +20,7 @@
 mod control;
 mod decode;
 pub mod dsp;
+pub mod effect;
 mod exceptions;
 mod execute;
 pub mod fp;

@@ -40,6 +40,26 @@ pub struct SourceFrame {
     pub source: Option<Source>,
 }
 
+/// The lines and inlined functions of an image, opened for many questions.
+pub struct SourceMap<'a>(Option<Context<Bytes<'a>>>);
+
+impl SourceMap<'_> {
+    /// The functions that an address belongs to, as [`Image::source_frames`] has them.
+    ///
+    /// [`Image::source_frames`]: super::Image::source_frames
+    #[must_use]
+    pub fn frames(&self, address: u32) -> Vec<SourceFrame> {
+        let found = self.0.as_ref().map(|context| frames(context, address));
+        found.and_then(Result::ok).unwrap_or_default()
+    }
+
+    /// Whether there is debug information at all.
+    #[must_use]
+    pub const fn is_empty(&self) -> bool {
+        self.0.is_none()
+    }
+}
+
 /// The debug information. Reading it takes some milliseconds; what was asked once is kept.
 pub(super) struct Lines {
     file: Arc<[u8]>,
@@ -72,12 +92,9 @@ impl Lines {
     pub(super) fn frames(&self, addresses: &[u32]) -> Vec<Vec<SourceFrame>> {
         let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
         if addresses.iter().any(|address| !known.contains_key(address)) {
-            let context = self.read();
+            let map = self.source_map();
             for address in addresses {
-                known.entry(*address).or_insert_with(|| {
-                    let found = context.as_ref().map(|context| frames(context, *address));
-                    found.and_then(Result::ok).unwrap_or_default()
-                });
+                known.entry(*address).or_insert_with(|| map.frames(*address));
             }
         }
         addresses.iter().map(|address| known[address].clone()).collect()
@@ -94,8 +111,8 @@ impl Lines {
         member_offset(&self.dwarf()?, structure, member).ok()?
     }
 
-    fn read(&self) -> Option<Context<Bytes<'_>>> {
-        Context::from_dwarf(self.dwarf()?).ok()
+    pub(super) fn source_map(&self) -> SourceMap<'_> {
+        SourceMap(self.dwarf().and_then(|dwarf| Context::from_dwarf(dwarf).ok()))
     }
 
     fn dwarf(&self) -> Option<Dwarf<Bytes<'_>>> {

@@ -2,23 +2,25 @@
 
 mod backtrace;
 mod lines;
+mod listing;
 mod symbols;
 
 use std::fmt;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use object::elf::{FileHeader32, PT_LOAD};
 use object::read::elf::{ElfFile32, FileHeader as _, ProgramHeader as _};
 use object::{Endianness, Object, ObjectSection};
 
+use crate::cpu::effect::Instruction;
 use crate::cpu::is_wide;
 use crate::memory::map;
 
 pub use backtrace::{Backtrace, Frame, State};
 use lines::{Lines, shortened};
-pub use lines::{Source, SourceFrame};
+pub use lines::{Source, SourceFrame, SourceMap};
 use symbols::Symbols;
 pub use symbols::{Function, Symbol};
 
@@ -92,6 +94,17 @@ pub struct Sizes {
     pub ccm: u32,
 }
 
+/// A stretch of memory that the program takes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Section {
+    /// As in the file: `.text`, `.bss`.
+    pub name: String,
+    /// Where it lies while the program runs.
+    pub address: u32,
+    /// In bytes.
+    pub size: u32,
+}
+
 /// A stretch of what is flashed.
 #[derive(Clone, Debug)]
 struct Segment {
@@ -106,9 +119,10 @@ pub struct Image {
     segments: Vec<Segment>,
     vector_table: u32,
     entry: u32,
-    sizes: Sizes,
+    sections: Vec<Section>,
     symbols: Symbols,
     lines: Lines,
+    listing: OnceLock<Vec<Instruction>>,
 }
 
 impl fmt::Debug for Image {
@@ -116,7 +130,7 @@ impl fmt::Debug for Image {
         f.debug_struct("Image")
             .field("segments", &self.segments)
             .field("vector_table", &format_args!("{:#010x}", self.vector_table))
-            .field("sizes", &self.sizes)
+            .field("sections", &self.sections)
             .finish_non_exhaustive()
     }
 }
@@ -166,9 +180,10 @@ impl Image {
             segments,
             vector_table: 0,
             entry: header.e_entry(endian),
-            sizes: sizes(&elf),
+            sections: sections(&elf),
             symbols,
             lines: Lines::of(&elf, &file),
+            listing: OnceLock::new(),
             file: file.clone(),
         };
         image.vector_table = image.find_vector_table(&elf)?;
@@ -208,7 +223,26 @@ impl Image {
     /// What it takes of the memories.
     #[must_use]
     pub fn sizes(&self) -> Sizes {
-        self.sizes
+        let mut sizes = Sizes::default();
+        for Section { name, address, size } in &self.sections {
+            match address {
+                0x0800_0000..=0x0FFF_FFFF => sizes.flash += size,
+                0x1000_0000..=0x1FFF_FFFF => sizes.ccm += size,
+                0x2000_0000..=0x2FFF_FFFF => sizes.ram += size,
+                _ => {}
+            }
+            // Initial values lie in flash too.
+            if name == ".data" {
+                sizes.flash += size;
+            }
+        }
+        sizes
+    }
+
+    /// The sections that lie in memory; debug information does not.
+    #[must_use]
+    pub fn sections(&self) -> &[Section] {
+        &self.sections
     }
 
     /// The file itself.
@@ -220,10 +254,17 @@ impl Image {
     /// The word that is flashed at an address.
     #[must_use]
     pub fn word(&self, address: u32) -> Option<u32> {
+        self.flashed(address).map(u32::from_le_bytes)
+    }
+
+    /// The halfword that is flashed at an address.
+    fn half(&self, address: u32) -> Option<u16> {
+        self.flashed(address).map(u16::from_le_bytes)
+    }
+
+    fn flashed<const N: usize>(&self, address: u32) -> Option<[u8; N]> {
         let (start, bytes) = self.segments().take_while(|(start, _)| *start <= address).last()?;
-        let offset = (address - start) as usize;
-        let word = bytes.get(offset..offset.checked_add(4)?)?;
-        Some(u32::from_le_bytes(word.try_into().ok()?))
+        bytes.get((address - start) as usize..)?.first_chunk().copied()
     }
 
     /// What an address is called: the function or variable that it lies in.
@@ -252,6 +293,19 @@ impl Image {
     #[must_use]
     pub fn find(&self, name: &str) -> Option<&Function> {
         self.symbols.function(name)
+    }
+
+    /// All names of the function that begins at an address: the linker makes one of functions that
+    /// do the same.
+    #[must_use]
+    pub fn names_of(&self, function: u32) -> &[String] {
+        self.symbols.names_of(function)
+    }
+
+    /// Where a variable lies.
+    #[must_use]
+    pub fn variable(&self, name: &str) -> Option<Range<u32>> {
+        self.symbols.variable(name)
     }
 
     /// The address of a variable, or of a label that a linker script has made.
@@ -285,14 +339,7 @@ impl Image {
     /// Every instruction in flash: its address, and its one or two halfwords, of which the second
     /// is 0 where there is none.
     pub fn instructions(&self) -> impl Iterator<Item = (u32, u16, u16)> {
-        self.instructions_from(0)
-    }
-
-    /// The same, from an address on at which one begins.
-    pub(crate) fn instructions_from(&self, start: u32) -> impl Iterator<Item = (u32, u16, u16)> {
-        self.symbols.code().filter(move |code| code.end > start).flat_map(move |code| {
-            Instructions { image: self, code: code.start.max(start)..code.end }
-        })
+        self.symbols.code().flat_map(|code| Instructions { image: self, code })
     }
 
     /// Where in the source an address comes from: the innermost of the functions that were inlined
@@ -307,6 +354,12 @@ impl Image {
     #[must_use]
     pub fn source_frames(&self, address: u32) -> Vec<SourceFrame> {
         self.source_frames_of(&[address & !1]).pop().unwrap_or_default()
+    }
+
+    /// The lines and inlined functions, opened once for many questions.
+    #[must_use]
+    pub fn source_map(&self) -> SourceMap<'_> {
+        self.lines.source_map()
     }
 
     /// The same for many addresses, in one go.
@@ -394,39 +447,21 @@ fn segments(
     Ok(segments)
 }
 
-fn sizes(elf: &ElfFile32<'_>) -> Sizes {
-    let mut sizes = Sizes::default();
-    for section in elf.sections() {
-        // What is not in memory, as debug information, has no address.
-        if section.address() == 0 {
-            continue;
-        }
-        let (address, size) = (section.address() as u32, section.size() as u32);
-        match address {
-            0x0800_0000..=0x0FFF_FFFF => sizes.flash += size,
-            0x1000_0000..=0x1FFF_FFFF => sizes.ccm += size,
-            0x2000_0000..=0x2FFF_FFFF => sizes.ram += size,
-            _ => {}
-        }
-        // Initial values lie in flash too.
-        if section.name() == Ok(".data") {
-            sizes.flash += size;
-        }
-    }
-    sizes
+fn sections(elf: &ElfFile32<'_>) -> Vec<Section> {
+    elf.sections()
+        .filter(|section| section.address() != 0 && section.size() != 0)
+        .map(|section| Section {
+            name: section.name().unwrap_or_default().to_owned(),
+            address: section.address() as u32,
+            size: section.size() as u32,
+        })
+        .collect()
 }
 
 /// Of a stretch of code, instruction by instruction.
 struct Instructions<'a> {
     image: &'a Image,
     code: Range<u32>,
-}
-
-impl Instructions<'_> {
-    fn half(&self, address: u32) -> Option<u16> {
-        let word = self.image.word(address & !3)?;
-        Some(if address & 2 == 0 { word as u16 } else { (word >> 16) as u16 })
-    }
 }
 
 impl Iterator for Instructions<'_> {
@@ -437,9 +472,9 @@ impl Iterator for Instructions<'_> {
         if at >= self.code.end {
             return None;
         }
-        let first = self.half(at)?;
+        let first = self.image.half(at)?;
         let wide = is_wide(first);
-        let second = if wide { self.half(at + 2)? } else { 0 };
+        let second = if wide { self.image.half(at + 2)? } else { 0 };
         self.code.start = at + if wide { 4 } else { 2 };
         Some((at, first, second))
     }

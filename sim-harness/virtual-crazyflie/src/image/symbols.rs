@@ -43,6 +43,8 @@ pub(super) struct Symbols {
     /// By address, one name each.
     functions: Vec<Function>,
     variables: Vec<Function>,
+    /// All names of each function, as they are written in Rust.
+    names: BTreeMap<u32, Vec<String>>,
     /// Every name, mangled and as it is written in Rust.
     by_name: HashMap<String, u32>,
     /// Stretches of code, by address.
@@ -55,6 +57,7 @@ impl Symbols {
     pub(super) fn of(elf: &ElfFile32<'_>) -> Self {
         let mut functions = BTreeMap::new();
         let mut variables = BTreeMap::new();
+        let mut names = BTreeMap::<u32, Vec<String>>::new();
         let mut by_name = HashMap::new();
         let mut marks = BTreeMap::new();
         let text: Vec<Range<u32>> = elf
@@ -79,6 +82,7 @@ impl Symbols {
             match symbol.kind() {
                 SymbolKind::Text if is_text(address & !1) => {
                     keep_better(&mut functions, symbol_of(address & !1));
+                    names.entry(address & !1).or_default().push(demangled(name));
                     by_name.entry(name.to_owned()).or_insert(address & !1);
                     continue;
                 }
@@ -94,6 +98,7 @@ impl Symbols {
         Self {
             functions: with_sizes(functions, &text),
             variables: variables.into_values().collect(),
+            names,
             by_name,
             code,
             mapped: !marks.is_empty(),
@@ -123,6 +128,16 @@ impl Symbols {
         // One of several names of the same code.
         let address = *self.by_name.get(name)?;
         self.functions.iter().find(|function| function.address == address)
+    }
+
+    pub(super) fn names_of(&self, function: u32) -> &[String] {
+        self.names.get(&function).map_or(&[], Vec::as_slice)
+    }
+
+    pub(super) fn variable(&self, name: &str) -> Option<Range<u32>> {
+        let address = self.address_of(name)?;
+        let variable = self.variables.iter().find(|variable| variable.address == address)?;
+        Some(variable.range())
     }
 
     pub(super) fn address_of(&self, name: &str) -> Option<u32> {
@@ -159,10 +174,10 @@ fn mapping(name: &str) -> Option<bool> {
 }
 
 /// Functions often have several names, and those written in assembly sometimes no size: prefers
-/// the name that has one.
+/// the name that has one, and of equals the first in the alphabet.
 fn keep_better(all: &mut BTreeMap<u32, Function>, new: Function) {
     match all.get(&new.address) {
-        Some(known) if (known.size, &known.name) >= (new.size, &new.name) => {}
+        Some(known) if (known.size, &new.name) >= (new.size, &known.name) => {}
         _ => {
             all.insert(new.address, new);
         }

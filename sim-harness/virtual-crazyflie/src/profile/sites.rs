@@ -1,8 +1,8 @@
 //! The addresses at which something changes hands, found in an image.
 
 use std::collections::BTreeSet;
-use std::ops::Range;
 
+use crate::cpu::effect::Effect;
 use crate::image::{Function, Image};
 
 use super::names;
@@ -104,7 +104,8 @@ impl Sites {
             .collect();
         for handler in &handlers {
             // One that only loops would be seen to begin for ever.
-            if image.instructions_in(*handler..handler + 2).all(|(_, first, _)| first != 0xE7FE) {
+            let mut first = image.listing_in(*handler..handler + 2).iter();
+            if first.all(|first| first.effect != Effect::Jump(*handler)) {
                 self.add(*handler, Site::Handler);
             }
         }
@@ -116,12 +117,12 @@ impl Sites {
             if !seen.insert(function.address) {
                 continue;
             }
-            for (at, first, second) in image.instructions_in(function.range()) {
-                if let Some(target) = return_target(first, second) {
-                    self.add(at, Site::HandlerReturn(target));
+            for instruction in image.listing_in(function.range()) {
+                if let Some(target) = return_target(&instruction.effect) {
+                    self.add(instruction.address, Site::HandlerReturn(target));
                 }
-                match branch(at, first, second) {
-                    Some(Branch::Jump(to)) if !function.range().contains(&to) => open.push(to),
+                match instruction.effect {
+                    Effect::Jump(to) if !function.range().contains(&to) => open.push(to),
                     _ => {}
                 }
             }
@@ -143,12 +144,13 @@ impl Sites {
     fn find_executor(&mut self, image: &Image) {
         let mut calls = Vec::new();
         let mut stores = Vec::new();
-        for (at, first, second) in image.instructions() {
-            // BLX of a register; STREXB.
-            if first & 0xFF87 == 0x4780 {
-                calls.push(at);
-            } else if first & 0xFFF0 == 0xE8C0 && second & 0x0FF0 == 0x0F40 {
-                stores.push((at, (first & 15) as u8));
+        for instruction in image.listing() {
+            match instruction.effect {
+                Effect::CallRegister(_) => calls.push(instruction.address),
+                Effect::StoreExclusive { base, byte: true, .. } => {
+                    stores.push((instruction.address, base));
+                }
+                _ => {}
             }
         }
         for (at, frames) in calls.iter().zip(image.source_frames_of(&calls)) {
@@ -183,15 +185,15 @@ impl Sites {
         let mut before = 0;
         while before != targets.len() {
             before = targets.len();
-            for (at, first, second) in image.instructions() {
-                match branch(at, first, second) {
-                    Some(Branch::Jump(to)) if targets.contains(&to) => {
-                        let from = image.function_at(at).map(|from| from.range());
+            for instruction in image.listing() {
+                match instruction.effect {
+                    Effect::Jump(to) if targets.contains(&to) => {
+                        let from = image.function_at(instruction.address).map(Function::range);
                         targets
                             .extend(from.filter(|from| !from.contains(&to)).map(|from| from.start));
                     }
-                    Some(Branch::Call(to)) if targets.contains(&to) => {
-                        self.add(at + 4, Site::WatchedReturn);
+                    Effect::Call(to) if targets.contains(&to) => {
+                        self.add(instruction.address + instruction.size, Site::WatchedReturn);
                     }
                     _ => {}
                 }
@@ -206,71 +208,15 @@ impl Image {
         let function = self.functions().get(index.checked_sub(1)?)?;
         function.range().contains(&address).then_some(function)
     }
-
-    fn instructions_in(&self, range: Range<u32>) -> impl Iterator<Item = (u32, u16, u16)> {
-        self.instructions_from(range.start).take_while(move |(at, _, _)| *at < range.end)
-    }
 }
 
-/// Where a return leads to, if the instruction is one: BX, POP or LDR to PC.
-fn return_target(first: u16, second: u16) -> Option<Target> {
-    match (first, second) {
-        // BX.
-        _ if first & 0xFF87 == 0x4700 => Some(Target::Register((first >> 3 & 15) as u8)),
-        // POP with PC, T1: the registers below it come first.
-        _ if first & 0xFF00 == 0xBD00 => {
-            Some(Target::Stack(4 * (first & 0xFF).count_ones() as u16))
-        }
-        // POP with PC, T2.
-        (0xE8BD, _) if second & 0x8000 != 0 => {
-            Some(Target::Stack(4 * (second & 0x7FFF).count_ones() as u16))
-        }
-        // POP of PC alone, T3: LDR PC, [SP], #4.
-        (0xF85D, 0xFB04) => Some(Target::Stack(0)),
-        _ => None,
-    }
-}
-
-/// A branch to an address that stands in the instruction.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Branch {
-    Jump(u32),
-    Call(u32),
-}
-
-/// B and BL (DDI 0403, A7.7.12 and A7.7.18).
-fn branch(at: u32, first: u16, second: u16) -> Option<Branch> {
-    let (wide_first, wide_second) = (u32::from(first), u32::from(second));
-    let to = |offset: u32, bits: u32| {
-        let signed = (offset << (32 - bits)).cast_signed() >> (32 - bits);
-        at.wrapping_add(4).wrapping_add_signed(signed)
-    };
-    // T1; condition 14 is undefined, and 15 is SVC.
-    if first & 0xF000 == 0xD000 && first & 0x0E00 != 0x0E00 {
-        return Some(Branch::Jump(to((wide_first & 0xFF) << 1, 9)));
-    }
-    // T2.
-    if first & 0xF800 == 0xE000 {
-        return Some(Branch::Jump(to((wide_first & 0x7FF) << 1, 12)));
-    }
-    if first & 0xF800 != 0xF000 || second & 0x8000 == 0 {
-        return None;
-    }
-    let s = wide_first >> 10 & 1;
-    let (j1, j2) = (wide_second >> 13 & 1, wide_second >> 11 & 1);
-    let low = (wide_second & 0x7FF) << 1;
-    match second & 0x5000 {
-        // T3; conditions 14 and 15 are other instructions.
-        0x0000 if first & 0x0380 != 0x0380 => {
-            let offset = s << 20 | j2 << 19 | j1 << 18 | (wide_first & 0x3F) << 12 | low;
-            Some(Branch::Jump(to(offset, 21)))
-        }
-        // T4, and BL.
-        kind @ (0x1000 | 0x5000) => {
-            let (i1, i2) = (j1 ^ s ^ 1, j2 ^ s ^ 1);
-            let offset = s << 24 | i1 << 23 | i2 << 22 | (wide_first & 0x3FF) << 12 | low;
-            let target = to(offset, 25);
-            Some(if kind == 0x1000 { Branch::Jump(target) } else { Branch::Call(target) })
+/// Where a return takes its target from, if the instruction is one.
+fn return_target(effect: &Effect) -> Option<Target> {
+    match *effect {
+        Effect::JumpRegister(register) => Some(Target::Register(register)),
+        // The registers below PC come first.
+        Effect::Stack { loaded, .. } if loaded & 1 << 15 != 0 => {
+            Some(Target::Stack(4 * (loaded & 0x7FFF).count_ones() as u16))
         }
         _ => None,
     }
@@ -281,46 +227,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn branches_are_read_as_a_disassembler_reads_them() {
-        // From llvm-objdump, of a firmware.
-        let jump = |to| Some(Branch::Jump(to));
-        let call = |to| Some(Branch::Call(to));
-        for (at, first, second, is) in [
-            (0x0800_41BE, 0xE7FA, 0, jump(0x0800_41B6)),
-            (0x0800_5FF2, 0xE008, 0, jump(0x0800_6006)),
-            (0x0800_433A, 0xD1F1, 0, jump(0x0800_4320)),
-            (0x0800_6138, 0xD106, 0, jump(0x0800_6148)),
-            (0x0800_53A6, 0xF000, 0x815B, jump(0x0800_5660)),
-            (0x0800_5888, 0xF040, 0x80A1, jump(0x0800_59CE)),
-            (0x0800_E1A2, 0xF200, 0x8113, jump(0x0800_E3CC)),
-            (0x0800_4272, 0xF020, 0xBD42, jump(0x0802_4CFA)),
-            (0x0800_B25C, 0xF7FF, 0xBA48, jump(0x0800_A6F0)),
-            (0x0800_42DE, 0xF018, 0xFFF2, call(0x0801_D2C6)),
-            (0x0800_40AA, 0xF7FF, 0xFFEF, call(0x0800_408C)),
-            // UDF, SVC, MRS, DSB.
-            (0x0800_4000, 0xDE00, 0, None),
-            (0x0800_4000, 0xDF00, 0, None),
-            (0x0800_4000, 0xF3EF, 0x8005, None),
-            (0x0800_4000, 0xF3BF, 0x8F4F, None),
-        ] {
-            assert_eq!(branch(at, first, second), is, "{first:04x} {second:04x}");
-        }
-    }
-
-    #[test]
     fn returns_are_told_with_where_they_lead() {
-        for (first, second, is) in [
-            (0x4770, 0, Some(Target::Register(14))),
-            (0x4708, 0, Some(Target::Register(1))),
-            (0xBD80, 0, Some(Target::Stack(4))),
-            (0xBDF0, 0, Some(Target::Stack(16))),
-            (0xBC80, 0, None),
-            (0xE8BD, 0x8FF0, Some(Target::Stack(32))),
-            (0xE8BD, 0x0FF0, None),
-            (0xF85D, 0xFB04, Some(Target::Stack(0))),
-            (0x4780, 0, None),
+        let pop = |loaded| Effect::Stack { by: 0, loaded };
+        for (effect, is) in [
+            (Effect::JumpRegister(14), Some(Target::Register(14))),
+            (Effect::JumpRegister(1), Some(Target::Register(1))),
+            (pop(0x8080), Some(Target::Stack(4))),
+            (pop(0x8FF0), Some(Target::Stack(32))),
+            (pop(0x8000), Some(Target::Stack(0))),
+            (pop(0x0FF0), None),
+            (Effect::CallRegister(1), None),
         ] {
-            assert_eq!(return_target(first, second), is, "{first:04x} {second:04x}");
+            assert_eq!(return_target(&effect), is, "{effect:?}");
         }
     }
 }
