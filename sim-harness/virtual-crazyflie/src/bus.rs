@@ -6,30 +6,9 @@
 
 use crate::memory::Memory;
 
-/// How much is loaded or stored.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Width {
-    /// 8 bits.
-    Byte,
-    /// 16 bits.
-    Half,
-    /// 32 bits.
-    Word,
-}
+pub use crate::memory::Width;
 
-impl Width {
-    /// In bytes.
-    #[must_use]
-    pub const fn bytes(self) -> u32 {
-        match self {
-            Self::Byte => 1,
-            Self::Half => 2,
-            Self::Word => 4,
-        }
-    }
-}
-
-/// Why an access came to nothing.
+/// Why an access was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Refused {
     /// The chip answers it with a bus error: there is nothing at this address.

@@ -1,6 +1,27 @@
 //! The memories of an STM32F405RG, as the core and the DMA see them (RM0090, "Memory map").
 
-use crate::bus::Width;
+/// How much is loaded or stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Width {
+    /// 8 bits.
+    Byte,
+    /// 16 bits.
+    Half,
+    /// 32 bits.
+    Word,
+}
+
+impl Width {
+    /// In bytes.
+    #[must_use]
+    pub const fn bytes(self) -> u32 {
+        match self {
+            Self::Byte => 1,
+            Self::Half => 2,
+            Self::Word => 4,
+        }
+    }
+}
 
 /// Where the memories lie, and how large they are.
 pub mod map {
@@ -18,7 +39,7 @@ pub mod map {
     pub const CCM_SIZE: u32 = 64 * 1024;
 }
 
-/// What RAM holds that nobody has written: what nobody should rely on.
+/// What RAM holds before it is written: a value that no program should rely on.
 const GARBAGE: u8 = 0xA5;
 
 /// A stretch of memory. Its size is part of its type, so that a look at an offset that has been

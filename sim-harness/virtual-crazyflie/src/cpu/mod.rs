@@ -10,6 +10,7 @@
 //! | `registers` | the core as a debugger or a test sees it |
 //! | `run` | the loop: events, exceptions, sleep, instructions |
 //! | [`dsp`], [`fp`] | the arithmetic of the DSP and floating-point instructions, as plain functions |
+//! | `abort` | why an instruction was abandoned |
 //! | `special` | MRS, MSR, CPS: the special registers |
 //! | `exceptions` | entry, return, priorities, the NVIC, faults |
 //! | `control` | the system control space: SCB, NVIC, SysTick, DWT, FPU registers |
@@ -17,6 +18,7 @@
 //! Names, numbers of sections and pseudo-code are those of the ARMv7-M Architecture Reference
 //! Manual (ARM DDI 0403).
 
+mod abort;
 mod control;
 mod decode;
 pub mod dsp;
@@ -72,6 +74,15 @@ pub struct Fpu {
     pub(crate) ready: bool,
 }
 
+/// Why the core sleeps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Sleep {
+    /// WFE.
+    Event,
+    /// WFI, or return from an exception with SLEEPONEXIT.
+    Interrupt,
+}
+
 /// The core.
 pub struct Cpu {
     /// R0 to R12, the stack pointer in use, LR, and the address of the instruction that is
@@ -89,17 +100,17 @@ pub struct Cpu {
     /// EPSR.T. Cleared, the next instruction is a UsageFault; whoever clears it sets the deadline
     /// to zero.
     pub(crate) thumb: bool,
-    /// Why the instruction at R15 came to nothing, until the run loop has dealt with it.
-    pub(crate) trouble: Option<run::Trouble>,
-    /// The instruction that was executed last came to nothing.
-    pub(crate) undone: bool,
+    /// Why the instruction at R15 was abandoned, until the run loop has dealt with it.
+    pub(crate) abort: Option<abort::Abort>,
+    /// The instruction that was executed last was abandoned.
+    pub(crate) abandoned: bool,
     pub(crate) timing: timing::Timing,
     /// The address that the exclusive monitor watches.
     pub(crate) exclusive: Option<u32>,
     /// The event register of WFE.
     pub(crate) event: bool,
     /// It sleeps in WFE or WFI.
-    pub(crate) asleep: Option<run::Sleep>,
+    pub(crate) asleep: Option<Sleep>,
     /// Cycles since power-up, sleep included.
     pub(crate) cycles: u64,
     /// Of these, cycles that it slept.

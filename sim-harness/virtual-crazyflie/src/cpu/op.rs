@@ -26,6 +26,10 @@ pub(super) struct Op {
     pub(super) imm: u32,
 }
 
+/// The line of an instruction outside the flash. It is also the last line of 1 MiB, in which no code
+/// lies.
+pub(super) const NO_LINE: u16 = u16::MAX;
+
 // Four to a line of a cache.
 const _: () = assert!(size_of::<Op>() == 16);
 
@@ -513,7 +517,7 @@ impl Op {
         Self {
             kind,
             quiet_in_it: false,
-            line: super::timing::NO_LINE,
+            line: NO_LINE,
             len,
             cycles: 1,
             d: 0,

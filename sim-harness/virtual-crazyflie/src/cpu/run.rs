@@ -3,12 +3,13 @@
 //! Instructions are executed until a deadline in cycles and nothing else is asked in between.
 //! Whatever may change what is pending sets the deadline to zero, so that it is asked at once.
 
+use super::abort::Abort;
 use super::decode::{decode, is_wide};
 use super::exceptions::Fault;
 use super::execute::{Alone, Following};
 use super::op::{Kind, Op};
 use super::program::advanced;
-use super::{Cpu, Program};
+use super::{Cpu, Program, Sleep};
 use crate::bus::{Bus, Refused, Width};
 use crate::memory::Memory;
 
@@ -41,25 +42,6 @@ pub enum Stop {
         /// Its bits; of 32 the first half is the upper one.
         encoding: u32,
     },
-}
-
-/// Why the core sleeps.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Sleep {
-    /// WFE.
-    Event,
-    /// WFI, or return from an exception with SLEEPONEXIT.
-    Interrupt,
-}
-
-/// Why an instruction came to nothing. The program counter is at it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Trouble {
-    Fault(Fault),
-    Trap,
-    Breakpoint,
-    Refused { address: u32, store: bool, width: Width, why: Refused },
-    Unpredictable,
 }
 
 impl Cpu {
@@ -169,17 +151,17 @@ impl Cpu {
 
     /// What came in the way of an instruction.
     fn settle(&mut self, memory: &mut Memory) -> Option<Stop> {
-        match self.trouble.take()? {
-            Trouble::Fault(fault) => {
+        match self.abort.take()? {
+            Abort::Fault(fault) => {
                 self.fault(memory, fault);
                 None
             }
-            Trouble::Trap => Some(Stop::Trap),
-            Trouble::Breakpoint => Some(Stop::Breakpoint),
-            Trouble::Refused { address, store, width, why } => {
+            Abort::Trap => Some(Stop::Trap),
+            Abort::Breakpoint => Some(Stop::Breakpoint),
+            Abort::Refused { address, store, width, why } => {
                 Some(Stop::Refused { address, store, width, why })
             }
-            Trouble::Unpredictable => {
+            Abort::Unpredictable => {
                 let half = |address| memory.load(address, Width::Half).unwrap_or(0);
                 let first = half(self.r[15]);
                 let encoding = if is_wide(first as u16) {
@@ -212,7 +194,7 @@ impl Cpu {
             self.execute(op, &mut position, program, memory, bus);
         }
         self.instructions = self.instructions.wrapping_add(executed);
-        if std::mem::take(&mut self.undone) {
+        if std::mem::take(&mut self.abandoned) {
             position = last;
         }
         position.leave(self, program);
@@ -244,7 +226,7 @@ impl Cpu {
         let it = self.it;
         match op.kind {
             Kind::Outside => self.execute_outside(program, memory, bus),
-            Kind::It | Kind::Block if it != 0 => self.trouble(Trouble::Unpredictable),
+            Kind::It | Kind::Block if it != 0 => self.abort(Abort::Unpredictable),
             Kind::It => {
                 self.it = op.imm as u8;
                 self.skip(&op);
@@ -302,14 +284,14 @@ impl Cpu {
             Ok((first, second)) => {
                 self.execute_alone(decode(address, first, second), program, memory, bus);
             }
-            Err(fault) => self.trouble(Trouble::Fault(fault)),
+            Err(fault) => self.abort(Abort::Fault(fault)),
         }
     }
 
     /// The instruction at the program counter comes to nothing.
     #[cold]
-    pub(super) fn trouble(&mut self, trouble: Trouble) {
-        self.trouble = Some(trouble);
+    pub(super) fn abort(&mut self, abort: Abort) {
+        self.abort = Some(abort);
         self.deadline = 0;
     }
 
@@ -326,9 +308,9 @@ impl Cpu {
         let mut position = Alone { next: address.wrapping_add(u32::from(op.len)) };
         self.instructions = self.instructions.wrapping_add(1);
         self.execute(op, &mut position, program, memory, bus);
-        let undone = std::mem::take(&mut self.undone);
-        self.r[15] = if undone { address } else { position.next };
-        !undone
+        let abandoned = std::mem::take(&mut self.abandoned);
+        self.r[15] = if abandoned { address } else { position.next };
+        !abandoned
     }
 }
 

@@ -31,7 +31,7 @@
 //!
 //! Flash is modelled in three ways ([`FlashTiming`]), of which the first and the last are bounds.
 
-use super::op::{Kind, Op};
+use super::op::{Kind, NO_LINE, Op};
 
 /// What the flash adds to the core's own cycles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -179,8 +179,6 @@ pub(super) const fn line(address: u32) -> u32 {
 
 const LINES: usize = 64;
 const DATA_LINES: usize = 8;
-/// The line of what is not in flash. It is also the last of 1 MiB, in which no code lies.
-pub(super) const NO_LINE: u16 = u16::MAX;
 /// None of data.
 const NOWHERE: u32 = u32::MAX;
 /// The lines of 1 MiB of flash.

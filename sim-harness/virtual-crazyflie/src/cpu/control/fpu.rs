@@ -5,7 +5,7 @@ use super::{Store, unmodelled};
 use crate::bus::Refused;
 use crate::cpu::Cpu;
 use crate::cpu::Fault;
-use crate::cpu::exceptions::FP_WORDS;
+use crate::cpu::exceptions::{FP_WORDS, Ready};
 use crate::cpu::fp::Fpscr;
 use crate::memory::Memory;
 
@@ -39,16 +39,6 @@ impl Default for FpControl {
     fn default() -> Self {
         Self { cpacr: 0, fpccr: ASPEN | LSPEN, fpcar: 0, fpdscr: 0 }
     }
-}
-
-/// Which exceptions could have come in when room was left for floating-point state.
-#[derive(Clone, Copy, Debug)]
-#[expect(clippy::struct_excessive_bools, reason = "they are four bits of a register")]
-pub(in crate::cpu) struct Ready {
-    pub(in crate::cpu) hard_fault: bool,
-    pub(in crate::cpu) bus_fault: bool,
-    pub(in crate::cpu) mem_manage: bool,
-    pub(in crate::cpu) monitor: bool,
 }
 
 impl FpControl {

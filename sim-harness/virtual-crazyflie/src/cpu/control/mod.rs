@@ -20,7 +20,7 @@ mod systick;
 use super::Cpu;
 use crate::bus::{Refused, Width};
 use debug::Debug;
-pub(super) use fpu::{FpControl, Ready};
+pub(super) use fpu::FpControl;
 use scb::FaultStatus;
 use systick::SysTick;
 

@@ -7,7 +7,6 @@ use super::super::Cpu;
 use super::fault::Fault;
 use super::priorities::number::{BUS_FAULT, DEBUG_MONITOR, HARD_FAULT, MEM_MANAGE};
 use crate::bus::Width;
-use crate::cpu::control::Ready;
 use crate::memory::Memory;
 
 /// From the request to the first instruction of the handler.
@@ -20,6 +19,16 @@ pub(super) const BASIC: u32 = 0x20;
 pub(super) const EXTENDED: u32 = 0x68;
 /// Where in it that state lies.
 pub(super) const FP_OFFSET: u32 = 0x20;
+
+/// Which exceptions could have come in when room was left for floating-point state.
+#[derive(Clone, Copy, Debug)]
+#[expect(clippy::struct_excessive_bools, reason = "they are four bits of a register")]
+pub(in crate::cpu) struct Ready {
+    pub(in crate::cpu) hard_fault: bool,
+    pub(in crate::cpu) bus_fault: bool,
+    pub(in crate::cpu) mem_manage: bool,
+    pub(in crate::cpu) monitor: bool,
+}
 
 impl Cpu {
     /// Entry of the highest pending exception.

@@ -19,12 +19,14 @@ pub(crate) mod priorities;
 mod report;
 
 pub(crate) use entry::FP_WORDS;
+pub(in crate::cpu) use entry::Ready;
 pub use fault::Fault;
 pub(crate) use fault::{cfsr, hfsr};
 pub(crate) use priorities::Priorities;
 pub use report::FaultReport;
 
-use super::{Cpu, run};
+use super::Cpu;
+use super::Sleep;
 use crate::memory::Memory;
 use priorities::number::{HARD_FAULT, SV_CALL};
 use report::Reports;
@@ -103,7 +105,7 @@ impl Cpu {
         self.flags = super::Flags::default();
         self.it = 0;
         self.thumb = true;
-        self.trouble = None;
+        self.abort = None;
         self.fpu = super::Fpu { s: [0; 32], fpscr: super::Fpscr::default(), ready: false };
         self.special = super::Special::default();
         self.exceptions.priorities = Priorities::default();
@@ -134,7 +136,7 @@ impl Cpu {
     /// Sleep-on-exit (B1.5.19): as if WFI followed the return.
     fn sleep_on_exit(&mut self) {
         if self.control.sleeps_on_exit() {
-            self.asleep = Some(run::Sleep::Interrupt);
+            self.asleep = Some(Sleep::Interrupt);
             self.deadline = 0;
         }
     }

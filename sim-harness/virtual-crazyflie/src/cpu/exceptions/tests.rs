@@ -155,7 +155,7 @@ fn it_sleeps_on_exit_from_the_last_handler_only() {
     cpu.exception_return(&mut memory, 0xFFFF_FFF9);
     assert_eq!(cpu.asleep, None);
     cpu.exception_return(&mut memory, 0xFFFF_FFF9);
-    assert_eq!(cpu.asleep, Some(run::Sleep::Interrupt));
+    assert_eq!(cpu.asleep, Some(Sleep::Interrupt));
 }
 
 #[test]

@@ -4,8 +4,8 @@
 //! Everything else goes [`slowly`](Cpu::load_slowly).
 
 use crate::bus::{Bus, Refused, Width};
+use crate::cpu::abort::Abort;
 use crate::cpu::op::{Load, Op};
-use crate::cpu::run::Trouble;
 use crate::cpu::{Cpu, Fault};
 use crate::memory::Memory;
 
@@ -84,7 +84,7 @@ impl Cpu {
             return true;
         }
         if self.control.traps_unaligned() {
-            self.refuse(op, Trouble::Fault(Fault::Unaligned { address }));
+            self.refuse(op, Abort::Fault(Fault::Unaligned { address }));
             return false;
         }
         self.cycles += 1;
@@ -207,8 +207,8 @@ impl Cpu {
         self.refuse(
             op,
             match why {
-                Refused::Fault => Trouble::Fault(Fault::DataBus { address }),
-                Refused::Unmodelled { .. } => Trouble::Refused { address, store, width, why },
+                Refused::Fault => Abort::Fault(Fault::DataBus { address }),
+                Refused::Unmodelled { .. } => Abort::Refused { address, store, width, why },
             },
         );
     }
@@ -220,7 +220,7 @@ impl Cpu {
         if address.is_multiple_of(4) {
             return true;
         }
-        self.refuse(op, Trouble::Fault(Fault::Unaligned { address }));
+        self.refuse(op, Abort::Fault(Fault::Unaligned { address }));
         false
     }
 }

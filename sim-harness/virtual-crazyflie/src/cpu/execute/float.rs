@@ -5,9 +5,9 @@
 
 use crate::bus::{Bus, Width};
 use crate::cpu::Cpu;
+use crate::cpu::abort::Abort;
 use crate::cpu::fp::{self, Fixed, Fpscr};
 use crate::cpu::op::{Accumulate, Load, Multiple, Op};
-use crate::cpu::run::Trouble;
 use crate::memory::Memory;
 
 /// Operations of Sn and Sm, and of Sm alone.
@@ -35,7 +35,7 @@ impl Cpu {
         match self.prepare_fp(memory) {
             Ok(()) => true,
             Err(fault) => {
-                self.refuse(op, Trouble::Fault(fault));
+                self.refuse(op, Abort::Fault(fault));
                 false
             }
         }

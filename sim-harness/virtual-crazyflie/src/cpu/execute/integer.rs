@@ -1,8 +1,8 @@
 //! Multiplication, division, saturation, packing: around the plain functions of [`dsp`].
 
+use crate::cpu::abort::Abort;
 use crate::cpu::dsp::{self, Lanes, Prefix};
 use crate::cpu::op::{Extend, Long, Multiply, Op, Saturating, Shift};
-use crate::cpu::run::Trouble;
 use crate::cpu::{Cpu, Fault, timing};
 
 impl Cpu {
@@ -72,7 +72,7 @@ impl Cpu {
     #[cold]
     fn divide_by_zero(&mut self, op: &Op) {
         if self.control.traps_division() {
-            self.refuse(op, Trouble::Fault(Fault::DivideByZero));
+            self.refuse(op, Abort::Fault(Fault::DivideByZero));
         } else {
             self.set(op.d, 0);
         }

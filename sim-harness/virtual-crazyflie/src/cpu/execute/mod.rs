@@ -14,8 +14,9 @@ mod transfer;
 
 pub(super) use position::{Alone, Following, Position};
 
+use super::Sleep;
+use super::abort::Abort;
 use super::op::{Kind, Load, Op};
-use super::run::{Sleep, Trouble};
 use super::timing::{REFILL, REFILL_REGISTER};
 use super::{Cpu, Fault, Program};
 use crate::bus::{Bus, Width};
@@ -391,11 +392,11 @@ impl Cpu {
             Kind::Mrs => self.set(op.d, self.mrs(op.imm as u8)),
             Kind::Msr => self.msr(op.imm as u8, op.a, self.get(op.n)),
             Kind::Cps(enable) => self.cps(enable, op.imm & 2 != 0, op.imm & 1 != 0),
-            Kind::Bkpt => self.refuse(op, Trouble::Breakpoint),
-            Kind::Undefined => self.refuse(op, Trouble::Fault(Fault::Undefined)),
-            Kind::NoCoprocessor => self.refuse(op, Trouble::Fault(Fault::NoCoprocessor)),
-            Kind::Unpredictable => self.refuse(op, Trouble::Unpredictable),
-            Kind::Trap => self.refuse(op, Trouble::Trap),
+            Kind::Bkpt => self.refuse(op, Abort::Breakpoint),
+            Kind::Undefined => self.refuse(op, Abort::Fault(Fault::Undefined)),
+            Kind::NoCoprocessor => self.refuse(op, Abort::Fault(Fault::NoCoprocessor)),
+            Kind::Unpredictable => self.refuse(op, Abort::Unpredictable),
+            Kind::Trap => self.refuse(op, Abort::Trap),
             Kind::Outside => {
                 self.forget(op);
                 position.retreat(self, program);
@@ -431,10 +432,10 @@ impl Cpu {
     /// The instruction comes to nothing.
     #[cold]
     #[inline(never)]
-    fn refuse(&mut self, op: &Op, trouble: Trouble) {
+    fn refuse(&mut self, op: &Op, abort: Abort) {
         self.forget(op);
-        self.undone = true;
-        self.trouble(trouble);
+        self.abandoned = true;
+        self.abort(abort);
     }
 
     #[cold]

@@ -2,8 +2,8 @@
 
 use super::access::is_system;
 use crate::bus::{Bus, Width};
+use crate::cpu::abort::Abort;
 use crate::cpu::op::{Load, Mode, Op};
-use crate::cpu::run::Trouble;
 use crate::cpu::timing::REFILL_LOADED;
 use crate::cpu::{Cpu, Fault};
 use crate::memory::Memory;
@@ -65,7 +65,7 @@ impl Cpu {
     /// The system's own space is not for the unprivileged (B3.1).
     fn is_privileged(&mut self, op: &Op, address: u32) -> bool {
         if is_system(address) {
-            self.refuse(op, Trouble::Fault(Fault::DataBus { address }));
+            self.refuse(op, Abort::Fault(Fault::DataBus { address }));
         }
         is_system(address)
     }
@@ -358,7 +358,7 @@ impl Cpu {
         if address.is_multiple_of(width.bytes()) {
             return true;
         }
-        self.refuse(op, Trouble::Fault(Fault::Unaligned { address }));
+        self.refuse(op, Abort::Fault(Fault::Unaligned { address }));
         false
     }
 }
