@@ -41,6 +41,7 @@ pub mod random;
 pub mod replay;
 pub mod scenario;
 pub mod serve;
+pub mod suggest;
 pub mod trace;
 pub mod vehicle;
 pub mod world;

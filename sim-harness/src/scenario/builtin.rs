@@ -43,6 +43,17 @@ pub fn names() -> impl Iterator<Item = &'static str> {
     FILES.iter().map(|(name, _)| *name)
 }
 
+/// Name and title of each.
+pub fn titles() -> impl Iterator<Item = (&'static str, String)> {
+    #[derive(serde::Deserialize)]
+    struct Titled {
+        title: String,
+    }
+    let title =
+        |text| toml::from_str(text).map_or_else(|_| String::new(), |Titled { title }| title);
+    FILES.iter().map(move |(name, text)| (*name, title(text)))
+}
+
 /// The built-in scenario of that name.
 #[must_use]
 pub fn find(name: &str) -> Option<Result<Scenario, InputError>> {

@@ -16,6 +16,7 @@ use units::{Db, Dbm, Duration, Metres, MetresPerSecond, Order};
 use super::{Criteria, Fidelity, PilotStep, Scenario, Start};
 use crate::craft::flow::Ground;
 use crate::input_error::InputError;
+use crate::suggest;
 use crate::trace::Point;
 use crate::vehicle::VehicleSpec;
 use crate::world::layout::{Corridor, GeometryError, LEAST_WIDTH, Layout, Room, outlines};
@@ -251,10 +252,11 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Scenario, InputError> {
     let name = path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
     let (policy, assumed_loss_at_1m, agent) =
         reader.agent(&file, path_loss.loss_at_1m, &vehicle)?;
+    let duration_us = reader.micros(&file.duration_s, "duration_s", 0.2..=86_400.0)?;
     Ok(Scenario {
         name,
         title: file.title.as_ref().clone(),
-        duration_us: reader.micros(&file.duration_s, "duration_s", 0.2..=86_400.0)?,
+        duration_us,
         fidelity: match file.fidelity {
             None | Some(FidelityKey::Policy) => Fidelity::Policy,
             Some(FidelityKey::Flight) => Fidelity::Flight,
@@ -280,7 +282,7 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Scenario, InputError> {
         agent,
         assumed_loss_at_1m,
         policy,
-        pilot: reader.pilot(&file.pilot)?,
+        pilot: reader.pilot(&file.pilot, duration_us)?,
         criteria: reader.criteria(&file.criteria)?,
     })
 }
@@ -303,7 +305,9 @@ impl Reader<'_> {
     /// What the TOML parser has to say, on one line.
     fn syntax(&self, error: &toml::de::Error) -> InputError {
         let wrong = error.message().lines().collect::<Vec<_>>().join(" ");
-        let remedy = "see the book's chapter \"Scenarios\" for the keys and their types";
+        let meant = suggest::question_about(&wrong);
+        let remedy =
+            format!("{meant}see the book's chapter \"Scenarios\" for the keys and their types");
         let line = error.span().map_or(1, |span| self.line_at(span.start));
         InputError::new(wrong, remedy).at_line(self.path, line)
     }
@@ -585,7 +589,7 @@ impl Reader<'_> {
             let at = table.name.as_ref();
             let error = InputError::new(
                 format!("there is no policy \"{name}\""),
-                format!("give one of {}", super::POLICIES.join(", ")),
+                suggest::one_of(name, &super::POLICIES),
             );
             return Err(match at {
                 Some(at) => error.at_line(self.path, self.line_at(at.span().start)),
@@ -652,7 +656,11 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn pilot(&self, steps: &[At<PilotTable>]) -> Result<Vec<PilotStep>, InputError> {
+    fn pilot(
+        &self,
+        steps: &[At<PilotTable>],
+        duration_us: u64,
+    ) -> Result<Vec<PilotStep>, InputError> {
         let mut pilot: Vec<PilotStep> = Vec::with_capacity(steps.len());
         for step in steps {
             let table = step.as_ref();
@@ -660,6 +668,10 @@ impl Reader<'_> {
             if pilot.last().is_some_and(|before| before.at_us >= at_us) {
                 let wrong = "the operator's orders are not in order of time".into();
                 return Err(self.wrong(&table.at_s, wrong, "sort them by at_s"));
+            }
+            if at_us >= duration_us {
+                let wrong = format!("at_s = {} is not before the end", table.at_s.as_ref());
+                return Err(self.wrong(&table.at_s, wrong, "order it earlier or raise duration_s"));
             }
             let speed = match (table.order, &table.speed_mps) {
                 (OrderKey::Explore, Some(speed)) => {

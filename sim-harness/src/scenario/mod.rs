@@ -16,6 +16,7 @@ use wire::radio::Datarate;
 use crate::craft::flow::Ground;
 use crate::input_error::InputError;
 use crate::medium::{MediumConfig, Polling};
+use crate::suggest;
 use crate::vehicle::VehicleSpec;
 use crate::world::layout::Layout;
 use crate::world::{Tunnel, Walls};
@@ -155,9 +156,10 @@ impl Scenario {
             return Self::read(path);
         }
         let names: Vec<_> = builtin::names().collect();
+        let meant = suggest::question(name_or_path, builtin::names());
         Err(InputError::new(
             format!("there is no scenario and no file called \"{name_or_path}\""),
-            format!("give a TOML file or one of {}", names.join(", ")),
+            format!("{meant}give a TOML file or one of {}", names.join(", ")),
         ))
     }
 
