@@ -4,6 +4,7 @@
 //! mission gives the same bytes, wherever and whenever it is written.
 
 pub mod csv;
+mod folder;
 pub mod mcap;
 pub mod pictures;
 pub mod report;
@@ -11,4 +12,5 @@ pub mod report;
 mod synthetic;
 mod write;
 
-pub use write::{OutputError, put, put_json, put_picture, put_text, write_all};
+pub use folder::{Folder, Staging};
+pub use write::{OutputError, put_picture, write_all};
