@@ -4,8 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{Common, Trouble, Verdict};
-use crate::output;
+use super::{Common, Trouble, Verdict, complain, interrupt};
 use crate::replay::{Format, Policy, ReplayOptions, replay};
 
 #[derive(Args)]
@@ -26,16 +25,20 @@ pub(super) struct ReplayArgs {
 pub(super) fn run(args: &ReplayArgs) -> Result<Verdict, Trouble> {
     let options =
         ReplayOptions { format: args.format, policy: args.policy, ..ReplayOptions::default() };
+    let mut folder = args.common.folder()?;
+    interrupt::ends(folder.as_ref());
     let summary = replay(&args.logs, &options)?;
+    for report in &summary.files {
+        if let Some(note) = report.note {
+            complain(format_args!("{}: {note}", report.file));
+        }
+    }
     let value = serde_json::to_value(&summary)
         .map_err(|error| Trouble::Internal(format!("the summary cannot be written ({error})")))?;
-    args.common.print(&summary.to_string(), &value);
-    if let Some(dir) = &args.common.out {
-        let written = [
-            output::put_json(dir, "summary.json", &value)?,
-            output::put(dir, "trace.csv", |out| summary.write_series(out))?,
-        ];
-        args.common.wrote(&written);
+    if let Some(folder) = &mut folder {
+        folder.put_json("summary.json", &value)?;
+        folder.put("trace.csv", |out| summary.write_series(out))?;
     }
+    args.common.finish(folder, &summary.to_string(), &value)?;
     Ok(Verdict::Good)
 }

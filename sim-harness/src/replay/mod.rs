@@ -77,7 +77,7 @@ pub fn replay(files: &[PathBuf], options: &ReplayOptions) -> Result<ReplaySummar
                 let minds = mind::minds(&recording);
                 FileReport::of_flight(file, recording, flight, minds)
             }
-            Format::Tetam | Format::BleRobot | Format::Mitll | Format::Csv => {
+            Format::Tetam | Format::BleRobot | Format::Mitll | Format::Csv | Format::Trace => {
                 let foresights = prediction::foresee_all(&recording, options.kalman);
                 FileReport::of_packets(file, format, recording, foresights)
             }

@@ -126,6 +126,8 @@ pub(super) struct Recording {
     pub(super) links: Vec<String>,
     pub(super) samples: Vec<Sample>,
     pub(super) anomalies: Anomalies,
+    /// How the file was understood, where that was not plain.
+    pub(super) note: Option<&'static str>,
 }
 
 impl Recording {
@@ -151,6 +153,10 @@ pub(super) struct Recorder {
 impl Recorder {
     pub(super) fn row(&mut self) {
         self.recording.rows += 1;
+    }
+
+    pub(super) fn note(&mut self, note: &'static str) {
+        self.recording.note = Some(note);
     }
 
     pub(super) fn anomaly(&mut self, kind: Anomaly, line: usize) {

@@ -39,6 +39,9 @@ pub struct FileReport {
     pub packets: usize,
     /// What was wrong with the others.
     pub anomalies: Anomalies,
+    /// How the file was understood, where that was not plain.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub note: Option<&'static str>,
     /// How well the next packet was foreseen; `None` for a flight, whose packets are not raw.
     pub prediction: Option<Prediction>,
     /// The same for each link.
@@ -114,7 +117,7 @@ impl FileReport {
     }
 
     fn new(file: &Path, format: Format, recording: Recording, foresights: Vec<Foresights>) -> Self {
-        let Recording { rows, links, samples, anomalies } = recording;
+        let Recording { rows, links, samples, anomalies, note } = recording;
         Self {
             file: file.display().to_string(),
             format,
@@ -122,6 +125,7 @@ impl FileReport {
             used: samples.chunk_by(|a, b| a.line == b.line).count(),
             packets: samples.len(),
             anomalies,
+            note,
             prediction: None,
             links: link_reports(&links, &samples, &foresights),
             policy: None,

@@ -31,14 +31,34 @@ pub(super) fn is_header(row: &str) -> bool {
 pub(super) fn parse(bytes: &[u8], file: &Path) -> Result<Recording, InputError> {
     let mut recorder = Recorder::default();
     let mut clock = Clock::default();
-    for row in Table::open(bytes, file, NAMES, REQUIRED)? {
+    let rows: Vec<_> = Table::open(bytes, file, NAMES, REQUIRED)?.collect();
+    let sign = if lacks_the_sign(&rows) {
+        recorder.note("no RSSI in it is negative: 52 is taken for -52 dBm");
+        -1.0
+    } else {
+        1.0
+    };
+    for row in rows {
         recorder.row();
-        record(&mut recorder, &mut clock, row);
+        record(&mut recorder, &mut clock, row, sign);
     }
     Ok(recorder.finish())
 }
 
-fn record(recorder: &mut Recorder, clock: &mut Clock, row: Row<{ NAMES.len() }>) {
+/// Whether all strengths are written without their minus sign, as the vendor's client and the
+/// authors' logs have them. A value that no link has, such as 0 or 127 for "none", says nothing.
+fn lacks_the_sign(rows: &[Row<{ NAMES.len() }>]) -> bool {
+    let strengths =
+        rows.iter().filter_map(|Row { fields: [_, _, rssi, _], .. }| number(rssi.as_deref()?));
+    let (mut positive, mut negative) = (false, false);
+    for strength in strengths {
+        positive |= received(-strength).is_some();
+        negative |= strength < 0.0;
+    }
+    positive && !negative
+}
+
+fn record(recorder: &mut Recorder, clock: &mut Clock, row: Row<{ NAMES.len() }>, sign: f64) {
     let Row { line, fields: [time, link, rssi, velocity], whole } = row;
     let link = link.filter(|link| !link.is_empty());
     let (Some(time), Some(link), Some(rssi), true) = (time, link, rssi, whole) else {
@@ -53,7 +73,7 @@ fn record(recorder: &mut Recorder, clock: &mut Clock, row: Row<{ NAMES.len() }>)
     ) else {
         return recorder.anomaly(Anomaly::NotANumber, line);
     };
-    let Some(rssi) = received(rssi) else {
+    let Some(rssi) = received(sign * rssi) else {
         return recorder.anomaly(Anomaly::ImpossibleRssi, line);
     };
     if !recorder.clock_is_sound(clock, time, line) {

@@ -10,6 +10,7 @@ mod csv;
 mod mitll;
 mod table;
 mod tetam;
+mod trace;
 mod uchain_flight;
 
 use std::fmt;
@@ -36,8 +37,10 @@ pub enum Format {
     BleRobot,
     /// A still link of the MITLL set, as received by an nRF52.
     Mitll,
-    /// Our own: `time_s, link, rssi_dbm, velocity_mps`.
+    /// A table of packets with a header: `time_s, link, rssi_dbm, velocity_mps`.
     Csv,
+    /// The trace.csv that `uchain run --out` writes.
+    Trace,
 }
 
 impl Format {
@@ -49,6 +52,7 @@ impl Format {
             Self::BleRobot => "a row of a BLE robot log (7 or more tab-separated integers)",
             Self::Mitll => "a row of a MITLL log (Frame, Time, Source, DeviceName, RSSI, …)",
             Self::Csv => "a row of time_s, link and rssi_dbm",
+            Self::Trace => "a row of the trace.csv of a run",
         }
     }
 
@@ -61,6 +65,7 @@ impl Format {
             }
             Self::Mitll => mitll::parse(bytes, file),
             Self::Csv => csv::parse(bytes, file),
+            Self::Trace => trace::parse(bytes, file),
         }
     }
 
@@ -70,7 +75,7 @@ impl Format {
             Self::UchainFlight => Some(uchain_flight::is_row),
             Self::Tetam => Some(tetam::is_row),
             Self::BleRobot => Some(ble_robot::is_row),
-            Self::Mitll | Self::Csv => None,
+            Self::Mitll | Self::Csv | Self::Trace => None,
         }
     }
 
@@ -80,6 +85,9 @@ impl Format {
         let (_, header) = rows.first()?;
         if csv::is_header(header) {
             return Some(Self::Csv);
+        }
+        if trace::is_header(header) {
+            return Some(Self::Trace);
         }
         if mitll::is_header(header) {
             return Some(Self::Mitll);
@@ -106,6 +114,7 @@ impl fmt::Display for Format {
             Self::BleRobot => "ble-robot",
             Self::Mitll => "mitll",
             Self::Csv => "csv",
+            Self::Trace => "trace",
         })
     }
 }
@@ -135,7 +144,7 @@ pub(super) fn read(file: &Path, format: Option<Format>) -> Result<(Format, Recor
     let format = format.or_else(|| Format::told_from(&bytes)).ok_or_else(|| {
         InputError::new(
             "this is in none of the known log formats",
-            "name one with --format uchain-flight|tetam|ble-robot|mitll|csv",
+            "name one with --format uchain-flight|tetam|ble-robot|mitll|csv|trace",
         )
         .in_file(file)
     })?;
@@ -232,8 +241,12 @@ mod tests {
 
     #[test]
     fn a_format_is_told_from_the_content() {
-        let cases: [(&str, Option<Format>); 8] = [
+        let cases: [(&str, Option<Format>); 9] = [
             ("time_s,link,rssi_dbm\n0,a,-50\n", Some(Format::Csv)),
+            (
+                "time_s,node,role,x_m,y_m,z_m,front_peer,front_raw_dbm,back_peer,back_raw_dbm\n",
+                Some(Format::Trace),
+            ),
             ("Frame,Time,Source,DeviceName,RSSI\n", Some(Format::Mitll)),
             ("1.5,aa,bb,-60,1,2,3,1,0,0,0,1,0,0,0,1\n", Some(Format::Tetam)),
             ("1628\t4\t1\t19\t1\t0\t0\n", Some(Format::BleRobot)),
