@@ -101,8 +101,8 @@ fn drive(
         let (world, reference, stop) = (&world, &reference, &done);
         let served = scope.spawn(move || {
             let live = Live::new(scenario, world, reference, 1, false);
-            let complain = || eprintln!("this machine does not reach --speed {speed}");
-            serve::serve(live, ports, speed, None, stop, complain).0
+            let tell = |_, event: serve::Event| eprintln!("{event}");
+            serve::serve(live, ports, speed, None, stop, tell).0
         });
         let (part, rest) = arguments.split_first().unwrap();
         let output = Command::new(python)

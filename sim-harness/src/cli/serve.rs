@@ -6,33 +6,36 @@ use std::net::Ipv4Addr;
 
 use clap::Args;
 use serde_json::{Value, json};
-use units::Duration;
+use units::{Duration, Instant};
 
-use super::run::metrics_json;
-use super::{Common, FidelityArg, Trouble, Verdict, scenario};
+use super::run::{metrics_json, named};
+use super::{
+    Common, FidelityArg, Trouble, Verdict, builtin_scenarios, complain, interrupt, scenario,
+};
 use crate::input_error::InputError;
 use crate::metrics::{Reference, RunMetrics};
 use crate::mission::World;
-use crate::output;
+use crate::output::{self, Folder};
 use crate::scenario::{Scenario, builtin};
-use crate::serve::{self, FIRST_PORT, Live, Ports, Tally, stop};
+use crate::serve::{self, Event, FIRST_PORT, Live, Ports, Tally};
 
 #[derive(Args)]
+#[command(after_help = builtin_scenarios())]
 pub(super) struct ServeArgs {
     /// A built-in scenario's name or a scenario file; its pilot stays at home
     #[arg(default_value = builtin::DEMONSTRATION)]
     scenario: String,
     /// Simulated seconds per second
-    #[arg(long, default_value_t = 1.0, value_name = "FACTOR")]
+    #[arg(long, allow_negative_numbers = true, default_value_t = 1.0, value_name = "FACTOR")]
     speed: f64,
     /// UDP port of the head; relays and base have those after it. 0: any that are free
-    #[arg(long, default_value_t = FIRST_PORT, value_name = "N")]
+    #[arg(long, allow_negative_numbers = true, default_value_t = FIRST_PORT, value_name = "N")]
     port: u16,
     /// The IPv4 address to listen on; 0.0.0.0 for all of this machine's
     #[arg(long, default_value_t = Ipv4Addr::LOCALHOST, value_name = "ADDRESS")]
     host: Ipv4Addr,
     /// End after so many simulated seconds, and not only at Ctrl-C
-    #[arg(long, value_name = "SECONDS")]
+    #[arg(long, allow_negative_numbers = true, value_name = "SECONDS")]
     duration: Option<f64>,
     /// Fly with this movement policy instead of the scenario's: t0, t5, k, authors or default
     #[arg(long, value_name = "NAME")]
@@ -52,18 +55,21 @@ pub(super) fn run(args: &ServeArgs) -> Result<Verdict, Trouble> {
         Some(seconds) => Some(within("--duration", seconds, 0.01, 1e6)?),
     };
     let duration = duration.map(|seconds| Duration::from_micros((seconds * 1e6) as u64));
+    let folder = args.common.folder()?;
     let ports = Ports::open(args.host, args.port, scenario.relays + 2)?;
     let world = World::of(&scenario);
     let reference = Reference::of(&scenario, &world);
     let keep = args.common.out.is_some();
     let live = Live::new(&scenario, &world, &reference, args.common.seed, keep);
-    let asked = stop::on_interrupt();
-    announce(&args.common, &scenario, &ports);
-    let complain = || {
-        eprintln!("uchain: this machine cannot keep up with --speed {speed}; time goes slower");
+    let asked = interrupt::asks(folder.as_ref(), "Ctrl-C: the drones are no longer served");
+    announce(&args.common, &scenario, &ports)?;
+    let tell = |now: Instant, event: Event| {
+        if !args.common.quiet || event == Event::Late {
+            complain(format_args!("{:8.2} s  {event}", now.as_micros() as f64 * 1e-6));
+        }
     };
-    let (live, tally) = serve::serve(live, ports, speed, duration, asked, complain);
-    finish(args, &scenario, &live, tally)
+    let (live, tally) = serve::serve(live, ports, speed, duration, asked, tell);
+    finish(args, folder, &scenario, &live, tally)
 }
 
 fn within(option: &str, value: f64, least: f64, most: f64) -> Result<f64, InputError> {
@@ -77,7 +83,7 @@ fn within(option: &str, value: f64, least: f64, most: f64) -> Result<f64, InputE
 }
 
 /// One line with the addresses, once clients may come.
-fn announce(common: &Common, scenario: &Scenario, ports: &Ports) {
+fn announce(common: &Common, scenario: &Scenario, ports: &Ports) -> Result<(), Trouble> {
     let mut line = format!("serving {}: ", scenario.name);
     let last = ports.addresses().len().saturating_sub(1);
     for (n, address) in ports.addresses().iter().enumerate() {
@@ -88,28 +94,33 @@ fn announce(common: &Common, scenario: &Scenario, ports: &Ports) {
             _ => write!(line, ", :{}", address.port()),
         };
     }
-    line.push_str("; Ctrl-C ends it\n");
-    if common.json {
-        eprint!("{line}");
-    } else if !common.quiet {
-        super::put(&line);
-        let _ = std::io::stdout().flush();
+    line.push_str("; Ctrl-C ends it");
+    line.push('\n');
+    match (common.json, common.quiet) {
+        (true, _) => {
+            // Where standard error is closed there is nobody to be told.
+            let _ = std::io::stderr().write_all(line.as_bytes());
+            Ok(())
+        }
+        (false, true) => Ok(()),
+        (false, false) => super::put(&line),
     }
 }
 
 /// What was live, the way it was asked for.
 fn finish(
     args: &ServeArgs,
+    mut folder: Option<Folder>,
     scenario: &Scenario,
     live: &Live<'_>,
     tally: Tally,
 ) -> Result<Verdict, Trouble> {
     let metrics = live.metrics();
     let summary = summary(args, scenario, live, &metrics, tally);
-    args.common.print(&table(scenario, live, &metrics, tally), &summary);
-    if let Some(dir) = &args.common.out {
-        args.common.wrote(&output::write_all(dir, live.trace(), &summary)?);
+    if let Some(folder) = &mut folder {
+        output::write_all(folder, live.trace(), &summary)?;
     }
+    args.common.finish(folder, &table(scenario, live, &metrics, tally), &summary)?;
     Ok(Verdict::Good)
 }
 
@@ -158,8 +169,13 @@ fn table(scenario: &Scenario, live: &Live<'_>, m: &RunMetrics, tally: Tally) -> 
         "  touches               {} of walls, {} of drones",
         m.wall_contacts, m.drone_contacts
     );
-    let states: Vec<_> =
-        live.states().map(|(id, state)| format!("{} {}", id.0, state.name())).collect();
+    let states: Vec<_> = live
+        .trace()
+        .nodes
+        .iter()
+        .zip(live.states())
+        .map(|(node, (_, state))| format!("{} {}", named(*node), state.name()))
+        .collect();
     let _ = writeln!(text, "  at the end            {}", states.join(", "));
     text
 }

@@ -4,6 +4,7 @@
 
 use std::net::SocketAddr;
 
+use agent::State;
 use crtp::{Access, Event, OperatorTask, ParameterId, Parameters, Server, Setpoint};
 use units::{Instant, MetresPerSecond, Order};
 
@@ -86,6 +87,26 @@ impl<W: World> Chain<W> {
 
     pub(super) fn now(&self) -> Instant {
         self.world.now()
+    }
+
+    pub(super) fn members(&self) -> usize {
+        self.stations.len()
+    }
+
+    /// The client that a drone answers.
+    pub(super) fn client(&self, member: usize) -> Option<SocketAddr> {
+        self.stations.get(member)?.client
+    }
+
+    /// What the chain is ordered; `None` before the first order.
+    pub(super) fn ordered(&self) -> Option<Order> {
+        self.ordered
+    }
+
+    /// What each drone is doing, where it is known.
+    pub(super) fn states(&self) -> impl Iterator<Item = (usize, State)> {
+        let state = |member| Some((member, self.world.state(member)?));
+        (0..self.stations.len()).filter_map(state)
     }
 
     pub(super) fn tally(&self) -> Tally {

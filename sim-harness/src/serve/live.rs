@@ -178,6 +178,10 @@ impl World for Live<'_> {
         self.mission.count()
     }
 
+    fn state(&self, member: usize) -> Option<State> {
+        self.mission.states().nth(member)
+    }
+
     fn parameters(&self, member: usize) -> Parameters {
         let view = self.mission.view(member);
         let role = view.map_or(Role::Relay, |view| view.role);

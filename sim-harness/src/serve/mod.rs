@@ -14,22 +14,24 @@
 
 mod chain;
 mod desk;
+mod journal;
 mod live;
-
 mod pace;
 mod ports;
-pub mod stop;
 #[cfg(test)]
 mod tests;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use ::units::Order;
+use agent::State;
 use crtp::{Parameters, Snapshot};
 use units::{Duration, Instant};
 
 use self::chain::Chain;
 pub use self::chain::Tally;
+use self::journal::Journal;
+pub use self::journal::{Drone, Event};
 pub use self::live::Live;
 use self::pace::Pace;
 pub use self::ports::{FIRST_PORT, Ports};
@@ -47,6 +49,8 @@ pub trait World {
     fn members(&self) -> usize;
     /// What a drone's parameters are when it boots.
     fn parameters(&self, member: usize) -> Parameters;
+    /// What a drone is doing; `None` where that is not known.
+    fn state(&self, member: usize) -> Option<State>;
     /// What there is to be logged of a drone.
     fn snapshot(&self, member: usize) -> Snapshot;
     /// What the operator orders at the base, told at every step.
@@ -55,17 +59,19 @@ pub trait World {
 
 /// Serves a world until its time is up, or `stop` is set.
 ///
-/// `complain` is told, once, if the machine cannot keep up with `speed`: simulated time goes
-/// slower then, and nothing is left out.
+/// `tell` is given what the person at the terminal may want to know, with the simulated time.
+/// Where the machine cannot keep up with `speed`, simulated time goes slower, and nothing is left
+/// out.
 pub fn serve<W: World>(
     world: W,
     ports: Ports,
     speed: f64,
     duration: Option<Duration>,
     stop: &AtomicBool,
-    mut complain: impl FnMut(),
+    mut tell: impl FnMut(Instant, Event),
 ) -> (W, Tally) {
     let mut chain = Chain::new(world);
+    let mut journal = Journal::new(chain.members());
     let mut out = |member: usize, to, packet: &[u8]| ports.send(member, to, packet);
     let began = chain.now();
     let mut pace = Pace::new(speed, std::time::Instant::now(), began.as_micros());
@@ -79,11 +85,24 @@ pub fn serve<W: World>(
             && let Some(datagram) = ports.next(due)
         {
             chain.receive(datagram.member, datagram.from, datagram.bytes(), &mut out);
-            late += usize::from(std::time::Instant::now() >= due);
+            let clock = std::time::Instant::now();
+            late += usize::from(clock >= due);
+            // A scan has no client.
+            if chain.client(datagram.member) == Some(datagram.from)
+                && let Some(event) = journal.heard(datagram.member, datagram.from, clock)
+            {
+                tell(chain.now(), event);
+            }
         }
         chain.step(&mut out);
-        if pace.reached(chain.now().as_micros(), std::time::Instant::now()) {
-            complain();
+        let (now, clock) = (chain.now(), std::time::Instant::now());
+        let late = pace.reached(now.as_micros(), clock).then_some(Event::Late);
+        let events = [late, journal.gone(clock), journal.ordered(chain.ordered())];
+        events.into_iter().flatten().for_each(|event| tell(now, event));
+        for (member, state) in chain.states() {
+            if let Some(event) = journal.doing(member, state) {
+                tell(now, event);
+            }
         }
     }
     let tally = chain.tally();

@@ -45,6 +45,10 @@ impl World for Clockwork {
         Parameters::DEFAULT
     }
 
+    fn state(&self, _member: usize) -> Option<State> {
+        Some(State::Idle)
+    }
+
     fn snapshot(&self, _member: usize) -> Snapshot {
         Snapshot { taken: self.now, state: Some(State::Idle), ..Snapshot::DEFAULT }
     }
@@ -216,7 +220,7 @@ fn a_client_gets_every_row_of_its_log_at_whatever_speed() {
         let rows = thread::scope(|scope| {
             let stop = &stop;
             let served = scope.spawn(move || {
-                serve(Clockwork::new(3), ports, speed, None, stop, || {});
+                serve(Clockwork::new(3), ports, speed, None, stop, |_, _| {});
             });
             for packet in [&LOG_RESET[..], &LOG_CREATE, &LOG_START] {
                 socket.send(packet).unwrap();
@@ -252,7 +256,7 @@ fn a_client_that_never_pauses_does_not_stop_time() {
             }
         });
         let minute = Some(Duration::from_secs(60));
-        let (world, _) = serve(Clockwork::new(1), ports, 1e6, minute, &stop, || {});
+        let (world, _) = serve(Clockwork::new(1), ports, 1e6, minute, &stop, |_, _| {});
         stop.store(true, Ordering::Relaxed);
         assert_eq!(world.now(), Instant::from_millis(60_000));
     });

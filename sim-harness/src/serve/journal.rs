@@ -1,0 +1,217 @@
+//! What a served chain tells the person at its terminal: clients that come and go, orders,
+//! take-offs, landings and stops.
+
+use std::fmt;
+use std::net::SocketAddr;
+use std::time::{Duration, Instant};
+
+use agent::{LandReason, State};
+use units::Order;
+
+/// Something that the person at the terminal is told of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Event {
+    /// Simulated time goes slower than was asked, since this machine cannot keep up.
+    Late,
+    /// A client speaks to a drone.
+    Connected(Drone, SocketAddr),
+    /// A drone has not heard its client for a while.
+    Gone(Drone, SocketAddr),
+    /// The chain was given another order.
+    Ordered(Order),
+    /// A drone takes off.
+    TakesOff(Drone),
+    /// A drone comes down where it is.
+    Lands(Drone, LandReason),
+    /// A drone stands on the ground again.
+    Landed(Drone),
+    /// A drone's motors were stopped.
+    Stopped(Drone),
+}
+
+/// A drone, by its place in the chain.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Drone {
+    /// 0 for the head.
+    pub place: usize,
+    /// How many drones there are, base included.
+    pub of: usize,
+}
+
+impl fmt::Display for Drone {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.place {
+            0 => f.write_str("head"),
+            place if place + 1 == self.of => f.write_str("base"),
+            place => write!(f, "relay {place}"),
+        }
+    }
+}
+
+impl fmt::Display for Event {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Late => f.write_str("this machine cannot keep up with --speed; time goes slower"),
+            Self::Connected(drone, client) => write!(f, "{drone}: client {client} connected"),
+            Self::Gone(drone, client) => {
+                write!(f, "{drone}: client {client} gone, silent for {} s", SILENCE.as_secs())
+            }
+            Self::Ordered(order) => match order {
+                Order::Wait => f.write_str("order: wait"),
+                Order::Explore(speed) => write!(f, "order: explore at {:.2} m/s", speed.0),
+                Order::Return => f.write_str("order: return"),
+                Order::Land => f.write_str("order: land"),
+                Order::Stop => f.write_str("order: stop"),
+            },
+            Self::TakesOff(drone) => write!(f, "{drone}: takes off"),
+            Self::Lands(drone, why) => match why {
+                LandReason::Ordered => write!(f, "{drone}: lands, as ordered"),
+                LandReason::Home => write!(f, "{drone}: lands at home"),
+                LandReason::TakeOffFailed => write!(f, "{drone}: lands, its take-off failed"),
+                LandReason::LinkLost => write!(f, "{drone}: lands, its link to the base is lost"),
+                LandReason::Unfit(cause) => write!(f, "{drone}: lands, unfit to fly ({cause:?})"),
+                LandReason::Restarted => write!(f, "{drone}: lands, it restarted in the air"),
+            },
+            Self::Landed(drone) => write!(f, "{drone}: landed"),
+            Self::Stopped(drone) => write!(f, "{drone}: motors stopped"),
+        }
+    }
+}
+
+/// A client that is silent for so long is gone: UDP does not say so. cflib pings ten times a
+/// second (cflib 0.1.34, link_statistics.py).
+const SILENCE: Duration = Duration::from_secs(3);
+
+/// Remembers what was told already.
+pub(super) struct Journal {
+    /// For each drone the client that speaks to it, and when it last did.
+    clients: Vec<Option<(SocketAddr, Instant)>>,
+    states: Vec<Option<State>>,
+    ordered: Option<Order>,
+}
+
+impl Journal {
+    pub(super) fn new(drones: usize) -> Self {
+        Self { clients: vec![None; drones], states: vec![None; drones], ordered: None }
+    }
+
+    fn drone(&self, place: usize) -> Drone {
+        Drone { place, of: self.clients.len() }
+    }
+
+    /// A drone has heard its client.
+    pub(super) fn heard(&mut self, place: usize, from: SocketAddr, now: Instant) -> Option<Event> {
+        let before = self.clients.get_mut(place)?.replace((from, now));
+        let is_new = before.is_none_or(|(client, _)| client != from);
+        is_new.then(|| Event::Connected(self.drone(place), from))
+    }
+
+    /// A client that has been silent for too long, if there is one.
+    pub(super) fn gone(&mut self, now: Instant) -> Option<Event> {
+        let silent = |client: &Option<(SocketAddr, Instant)>| {
+            client.is_some_and(|(_, heard)| now.saturating_duration_since(heard) > SILENCE)
+        };
+        let place = self.clients.iter().position(silent)?;
+        let (client, _) = self.clients.get_mut(place)?.take()?;
+        Some(Event::Gone(self.drone(place), client))
+    }
+
+    /// What the chain is ordered now. A change of speed alone is not told: a stick moves all the
+    /// time.
+    pub(super) fn ordered(&mut self, order: Option<Order>) -> Option<Event> {
+        let order = order?;
+        let before = self.ordered.replace(order);
+        before.is_none_or(|before| kind(before) != kind(order)).then_some(Event::Ordered(order))
+    }
+
+    /// What a drone is doing now.
+    pub(super) fn doing(&mut self, place: usize, state: State) -> Option<Event> {
+        let before = self.states.get_mut(place)?.replace(state)?;
+        let drone = self.drone(place);
+        let is_new = before.name() != state.name();
+        match state {
+            _ if !is_new => None,
+            State::TakingOff { .. } => Some(Event::TakesOff(drone)),
+            State::Landing { why, .. } => Some(Event::Lands(drone, why)),
+            State::Landed { .. } => Some(Event::Landed(drone)),
+            State::Stopped => Some(Event::Stopped(drone)),
+            State::Idle
+            | State::Armed { .. }
+            | State::Leading { .. }
+            | State::Relaying { .. }
+            | State::Reconnecting { .. }
+            | State::BackingUp { .. } => None,
+        }
+    }
+}
+
+/// The order without its speed, but with the way that it goes.
+fn kind(order: Order) -> (core::mem::Discriminant<Order>, i8) {
+    let way = match order {
+        Order::Explore(speed) if speed.0 > 0.0 => 1,
+        Order::Explore(speed) if speed.0 < 0.0 => -1,
+        _ => 0,
+    };
+    (core::mem::discriminant(&order), way)
+}
+
+#[cfg(test)]
+mod tests {
+    use units::MetresPerSecond;
+
+    use super::*;
+
+    const HEAD: Drone = Drone { place: 0, of: 3 };
+
+    fn client(port: u16) -> SocketAddr {
+        ([127, 0, 0, 1], port).into()
+    }
+
+    #[test]
+    fn a_client_is_told_when_it_comes_and_when_it_has_gone() {
+        let (mut journal, start) = (Journal::new(3), Instant::now());
+        let at = |ms| start + Duration::from_millis(ms);
+        let connected = |port| Some(Event::Connected(HEAD, client(port)));
+        assert_eq!(journal.heard(0, client(1), at(0)), connected(1));
+        assert_eq!(journal.heard(0, client(1), at(2_000)), None);
+        assert_eq!(journal.gone(at(5_000)), None);
+        assert_eq!(journal.gone(at(5_001)), Some(Event::Gone(HEAD, client(1))));
+        assert_eq!(journal.gone(at(9_000)), None);
+        assert_eq!(journal.heard(0, client(2), at(9_000)), connected(2));
+        assert_eq!(journal.heard(7, client(2), at(9_000)), None);
+    }
+
+    #[test]
+    fn a_stick_that_moves_a_little_is_not_told() {
+        let mut journal = Journal::new(3);
+        let explore = |speed| Order::Explore(MetresPerSecond(speed));
+        let orders = [0.2, 0.3, 0.0, -0.1].map(explore);
+        let told = orders.map(|order| journal.ordered(Some(order)).is_some());
+        assert_eq!(told, [true, false, true, true]);
+        assert_eq!(journal.ordered(Some(Order::Stop)), Some(Event::Ordered(Order::Stop)));
+        assert_eq!(journal.ordered(None), None);
+    }
+
+    #[test]
+    fn the_base_and_the_relays_are_named() {
+        let names = [0, 1, 2].map(|place| Drone { place, of: 3 }.to_string());
+        assert_eq!(names, ["head", "relay 1", "base"]);
+    }
+
+    #[test]
+    fn a_flight_is_told_from_take_off_to_landing() {
+        let mut journal = Journal::new(3);
+        let since = units::Instant::ZERO;
+        let why = LandReason::Ordered;
+        let states = [
+            State::Idle,
+            State::TakingOff { since },
+            State::Landing { since, why },
+            State::Landed { why },
+            State::Landed { why },
+        ];
+        let told: Vec<_> = states.into_iter().filter_map(|state| journal.doing(0, state)).collect();
+        let lands = Event::Lands(HEAD, why);
+        assert_eq!(told, [Event::TakesOff(HEAD), lands, Event::Landed(HEAD)]);
+    }
+}
