@@ -3,6 +3,8 @@
 //! Seeds are consecutive from the first one on; results are collected in the order of the seeds,
 //! so a campaign's figures do not depend on the number of threads.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use rayon::prelude::*;
 use serde_json::{Map, Value, json};
 
@@ -21,12 +23,30 @@ pub fn fly(
     runs: usize,
     after_each: impl Fn() + Sync,
 ) -> Vec<RunMetrics> {
+    let never = AtomicBool::new(false);
+    let flown = fly_until(&never, scenario, world, reference, first_seed, runs, after_each);
+    flown.into_iter().map(|(_, metrics)| metrics).collect()
+}
+
+/// Seed and figures of every run that had begun before `stop` was set, in the order of the seeds.
+#[must_use]
+pub fn fly_until(
+    stop: &AtomicBool,
+    scenario: &Scenario,
+    world: &World,
+    reference: &Reference,
+    first_seed: u64,
+    runs: usize,
+    after_each: impl Fn() + Sync,
+) -> Vec<(u64, RunMetrics)> {
     (0..runs as u64)
         .into_par_iter()
+        .filter(|_| !stop.load(Ordering::Relaxed))
         .map(|n| {
-            let metrics = measure(scenario, world, reference, first_seed.wrapping_add(n));
+            let seed = first_seed.wrapping_add(n);
+            let metrics = measure(scenario, world, reference, seed);
             after_each();
-            metrics
+            (seed, metrics)
         })
         .collect()
 }

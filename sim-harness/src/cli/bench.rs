@@ -7,13 +7,12 @@ use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 
 use super::progress::Progress;
-use super::{Common, Trouble, Verdict, rounded, runs};
+use super::{Common, Trouble, Verdict, complain, interrupt, rounded, runs};
 use crate::bench::{
     attacks, chain, emulator, estimator, faults, firmware, link, mishaps, throughput,
 };
 use crate::emulated::Firmware;
 use crate::input_error::InputError;
-use crate::output;
 use crate::scenario::POLICIES;
 
 #[derive(Args)]
@@ -22,7 +21,7 @@ pub(super) struct BenchArgs {
     #[arg(value_enum)]
     name: Option<Name>,
     /// Missions for each row of a benchmark
-    #[arg(long, value_name = "N")]
+    #[arg(long, allow_negative_numbers = true, value_name = "N")]
     runs: Option<usize>,
     /// Of the faults and mishaps, only those with this in their name
     #[arg(long, value_name = "TEXT", default_value = "")]
@@ -74,6 +73,8 @@ impl Name {
 
 pub(super) fn run(args: &BenchArgs) -> Result<Verdict, Trouble> {
     let names = args.name.map_or_else(|| Name::value_variants().to_vec(), |name| vec![name]);
+    let mut folder = args.common.folder()?;
+    interrupt::ends(folder.as_ref());
     let mut values = Vec::new();
     let mut tables = String::new();
     let mut missed = Vec::new();
@@ -101,15 +102,14 @@ pub(super) fn run(args: &BenchArgs) -> Result<Verdict, Trouble> {
             .map(|(name, value)| (name.file().trim_end_matches(".json").to_owned(), value.clone()))
             .collect(),
     };
-    args.common.print(&tables, &summary);
-    if let Some(dir) = &args.common.out {
-        let written = names.iter().zip(&values);
-        let written: Result<Vec<_>, _> =
-            written.map(|(name, value)| output::put_json(dir, name.file(), value)).collect();
-        args.common.wrote(&written?);
+    if let Some(folder) = &mut folder {
+        for (name, value) in names.iter().zip(&values) {
+            folder.put_json(name.file(), value)?;
+        }
     }
+    args.common.finish(folder, &tables, &summary)?;
     for what in &missed {
-        eprintln!("uchain: {what}");
+        complain(what);
     }
     Ok(if missed.is_empty() { Verdict::Good } else { Verdict::Failed })
 }

@@ -1,23 +1,28 @@
 //! `uchain campaign`: one scenario, many seeds.
 
 use std::fmt::Write;
+use std::sync::atomic::AtomicBool;
 
 use clap::Args;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::progress::Progress;
-use super::{Common, FidelityArg, Trouble, Verdict, runs, scenario};
-use crate::campaign::{Figure, figures, fly, json as figures_json};
-use crate::metrics::Reference;
+use super::run::metrics_json;
+use super::{
+    Common, FidelityArg, Trouble, Verdict, builtin_scenarios, complain, interrupt, runs, scenario,
+};
+use crate::campaign::{Figure, figures, fly_until, json as figures_json};
+use crate::metrics::{Reference, RunMetrics};
 use crate::mission::World;
-use crate::output;
+use crate::scenario::Scenario;
 
 #[derive(Args)]
+#[command(after_help = builtin_scenarios())]
 pub(super) struct CampaignArgs {
     /// A built-in scenario's name or a scenario file
     scenario: String,
     /// How many missions
-    #[arg(long, default_value_t = 100, value_name = "N")]
+    #[arg(long, allow_negative_numbers = true, default_value_t = 100, value_name = "N")]
     runs: usize,
     /// Fly with this movement policy instead of the scenario's: t0, t5, k, authors or default
     #[arg(long, value_name = "NAME")]
@@ -31,49 +36,89 @@ pub(super) struct CampaignArgs {
 
 pub(super) fn run(args: &CampaignArgs) -> Result<Verdict, Trouble> {
     let scenario = scenario(&args.scenario, args.policy.as_deref(), args.fidelity)?;
-    let count = runs(args.runs)?;
-    let world = World::of(&scenario);
-    let reference = Reference::of(&scenario, &world);
-    let progress = Progress::new(count as u64, args.common.quiet);
-    progress.say("missions");
-    let seed = args.common.seed;
-    let all = fly(&scenario, &world, &reference, seed, count, || progress.step());
-    drop(progress);
-    let figures = figures(&all);
+    let asked = runs(args.runs)?;
+    let mut folder = args.common.folder()?;
+    let stop = interrupt::asks(
+        folder.as_ref(),
+        "Ctrl-C: the missions that have begun are flown to their ends; a second Ctrl-C drops all",
+    );
+    let flown = fly_all(&scenario, args, asked, stop);
+    if flown.is_empty() {
+        complain("interrupted before a mission was flown; nothing was written");
+        return Ok(Verdict::Interrupted);
+    }
+    let metrics: Vec<_> = flown.iter().map(|(_, metrics)| *metrics).collect();
+    let figures = figures(&metrics);
     let summary = json!({
         "scenario": scenario.name,
         "policy": scenario.policy,
         "fidelity": scenario.fidelity.name(),
-        "seed": seed,
-        "runs": count,
+        "seed": args.common.seed,
+        "runs": flown.len(),
+        "runs_asked": asked,
         "version": env!("CARGO_PKG_VERSION"),
         "metrics": figures_json(&figures),
     });
-    let heading = format!("{}: {count} missions, policy {}", scenario.name, scenario.policy);
-    args.common.print(&table(&heading, &figures), &summary);
-    if let Some(dir) = &args.common.out {
-        let rows: Vec<_> = all.iter().map(super::run::metrics_json).collect();
-        let written = [
-            output::put_json(dir, "summary.json", &summary)?,
-            output::put_json(dir, "runs.json", &json!(rows))?,
-        ];
-        args.common.wrote(&written);
+    if let Some(folder) = &mut folder {
+        let rows: Vec<_> = flown.iter().map(row).collect();
+        folder.put_json("summary.json", &summary)?;
+        folder.put_json("runs.json", &json!(rows))?;
     }
-    let broken: Vec<_> = (0_u64..)
-        .zip(&all)
+    let count = counted(flown.len(), asked);
+    let heading = format!("{}: {count} missions, policy {}", scenario.name, scenario.policy);
+    args.common.finish(folder, &table(&heading, &figures), &summary)?;
+    let sound = complain_of_contacts(&scenario.name, &flown);
+    if flown.len() < asked {
+        complain(format_args!("interrupted; the figures are of {count} missions"));
+        return Ok(Verdict::Interrupted);
+    }
+    Ok(if sound { Verdict::Good } else { Verdict::Failed })
+}
+
+fn fly_all(
+    scenario: &Scenario,
+    args: &CampaignArgs,
+    count: usize,
+    stop: &AtomicBool,
+) -> Vec<(u64, RunMetrics)> {
+    let world = World::of(scenario);
+    let reference = Reference::of(scenario, &world);
+    let progress = Progress::new(count as u64, args.common.quiet);
+    progress.say("missions");
+    let seed = args.common.seed;
+    fly_until(stop, scenario, &world, &reference, seed, count, || progress.step())
+}
+
+/// How many were flown, of how many where that is fewer.
+fn counted(flown: usize, asked: usize) -> String {
+    if flown == asked { flown.to_string() } else { format!("{flown} of {asked}") }
+}
+
+/// A run as an entry of `runs.json`.
+fn row((seed, metrics): &(u64, RunMetrics)) -> Value {
+    let mut row = json!({ "seed": seed });
+    if let (Some(row), Value::Object(metrics)) = (row.as_object_mut(), metrics_json(metrics)) {
+        row.extend(metrics);
+    }
+    row
+}
+
+/// Whether no mission touched anything or lost its order; complains of those that did.
+fn complain_of_contacts(scenario: &str, flown: &[(u64, RunMetrics)]) -> bool {
+    let broken: Vec<_> = flown
+        .iter()
         .filter(|(_, run)| run.wall_contacts + run.drone_contacts + run.order_lost > 0)
-        .map(|(n, _)| seed.wrapping_add(n).to_string())
+        .map(|(seed, _)| seed.to_string())
         .collect();
     if broken.is_empty() {
-        return Ok(Verdict::Good);
+        return true;
     }
     let seeds = broken.iter().take(10).cloned().collect::<Vec<_>>().join(", ");
-    eprintln!(
-        "uchain: {}: {} of {count} missions touched something or lost their order, seeds {seeds}",
-        scenario.name,
-        broken.len()
-    );
-    Ok(Verdict::Failed)
+    let (failed, all) = (broken.len(), flown.len());
+    complain(format_args!(
+        "{scenario}: {failed} of {all} missions touched something or lost their order, seeds {seeds}"
+    ));
+    false
 }
 
 fn table(heading: &str, figures: &[Figure]) -> String {

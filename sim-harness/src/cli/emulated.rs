@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 use std::net::TcpListener;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use serde_json::{Value, json};
@@ -11,11 +11,11 @@ use virtual_crazyflie::log::{LogLine, Messages};
 use virtual_crazyflie::profile::{Durations, Report};
 
 use super::run::{RunArgs, VehicleArg};
-use super::{FidelityArg, rounded};
+use super::{FidelityArg, complain, rounded};
 use crate::emulated::{self, Emulated, Firmware};
 use crate::input_error::InputError;
 use crate::mission::{Mission, World};
-use crate::output;
+use crate::output::Folder;
 use crate::scenario::{Fidelity, Scenario};
 
 /// The virtual drones of a mission.
@@ -85,7 +85,7 @@ impl Fleet {
         let failed =
             |why| InputError::new(format!("--gdb {port}: {why}"), "give a port that is free");
         let listener = TcpListener::bind(("127.0.0.1", port)).map_err(failed)?;
-        eprintln!("uchain: drone {} waits for `target remote :{port}`", node.0);
+        complain(format_args!("drone {} waits for `target remote :{port}`", node.0));
         drone.debug(listener).map_err(failed)
     }
 
@@ -206,13 +206,12 @@ impl Aftermath {
     }
 
     /// Each drone's log, as a file.
-    pub(super) fn write(&self, dir: &Path) -> Result<Vec<PathBuf>, InputError> {
-        let logs = self.drones.iter().filter(|drone| !drone.log.is_empty());
-        logs.map(|drone| {
+    pub(super) fn write(&self, folder: &mut Folder) -> Result<(), InputError> {
+        for drone in self.drones.iter().filter(|drone| !drone.log.is_empty()) {
             let name = format!("firmware-{}.log", drone.node.0);
-            output::put_text(dir, &name, &(drone.log.join("\n") + "\n"))
-        })
-        .collect()
+            folder.put_text(&name, &(drone.log.join("\n") + "\n"))?;
+        }
+        Ok(())
     }
 }
 

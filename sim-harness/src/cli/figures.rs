@@ -5,7 +5,7 @@ use std::fmt::Write;
 use clap::Args;
 
 use super::progress::Progress;
-use super::{Common, Trouble, Verdict, runs};
+use super::{Common, Trouble, Verdict, interrupt, runs};
 use crate::campaign::Figure;
 use crate::figures::{Figures, make, missions};
 use crate::output;
@@ -14,7 +14,7 @@ use crate::output::pictures::box_plots;
 #[derive(Args)]
 pub(super) struct FiguresArgs {
     /// Missions for each box plot; the paper has 30
-    #[arg(long, default_value_t = 30, value_name = "N")]
+    #[arg(long, allow_negative_numbers = true, default_value_t = 30, value_name = "N")]
     runs: usize,
     #[command(flatten)]
     common: Common,
@@ -23,24 +23,25 @@ pub(super) struct FiguresArgs {
 pub(super) fn run(args: &FiguresArgs) -> Result<Verdict, Trouble> {
     let count = runs(args.runs)?;
     let seed = args.common.seed;
+    let mut folder = args.common.folder()?;
+    interrupt::ends(folder.as_ref());
     let progress = Progress::new(missions(count) as u64, args.common.quiet);
     progress.say("missions");
     let figures = make(count, seed, || progress.step())?;
     drop(progress);
     let summary = figures.json(count, seed);
-    args.common.print(&table(&figures, count), &summary);
-    if let Some(dir) = &args.common.out {
-        let mut written = vec![output::put_json(dir, "summary.json", &summary)?];
+    if let Some(folder) = &mut folder {
+        folder.put_json("summary.json", &summary)?;
         let pictures = [
             ("figure-3", figures.picture(count)?),
             ("figure-3e", box_plots(&figures.convergence_chart())?),
             ("figure-3f", box_plots(&figures.variance_chart())?),
         ];
         for (name, picture) in &pictures {
-            written.extend(output::put_picture(dir, name, picture)?);
+            output::put_picture(folder, name, picture)?;
         }
-        args.common.wrote(&written);
     }
+    args.common.finish(folder, &table(&figures, count), &summary)?;
     Ok(Verdict::Good)
 }
 

@@ -34,7 +34,7 @@ struct NewArgs {
     #[arg(value_name = "FILE")]
     file: PathBuf,
     /// The generation to begin with
-    #[arg(long, default_value_t = 1, value_name = "N")]
+    #[arg(long, allow_negative_numbers = true, default_value_t = 1, value_name = "N")]
     generation: u8,
     #[command(flatten)]
     print: Print,
@@ -46,7 +46,7 @@ struct ProvisionArgs {
     #[arg(value_name = "FILE")]
     file: PathBuf,
     /// The drone's number, 0 to 15
-    #[arg(long, value_name = "N")]
+    #[arg(long, allow_negative_numbers = true, value_name = "N")]
     node: u8,
     /// What the drone is; where it is left out, 0 is the head, 15 the base, any other a relay
     #[arg(long, value_enum)]
@@ -76,7 +76,7 @@ struct RekeyArgs {
     #[arg(value_name = "FILE")]
     file: PathBuf,
     /// A drone that gets no new keys; may be given several times
-    #[arg(long, value_name = "N")]
+    #[arg(long, allow_negative_numbers = true, value_name = "N")]
     without: Vec<u8>,
     #[command(flatten)]
     print: Print,
@@ -94,12 +94,13 @@ struct Print {
 }
 
 impl Print {
-    fn print(&self, text: &str, value: &Value) {
+    fn print(&self, text: &str, value: &Value) -> Result<Verdict, Trouble> {
         if self.json {
-            put(&format!("{value:#}\n"));
+            put(&format!("{value:#}\n"))?;
         } else if !self.quiet {
-            put(text);
+            put(text)?;
         }
+        Ok(Verdict::Good)
     }
 }
 
@@ -141,8 +142,7 @@ fn new(args: &NewArgs) -> Result<Verdict, Trouble> {
         fleet.generation(),
         args.file.display()
     );
-    args.print.print(&text, &fleet_json(&fleet));
-    Ok(Verdict::Good)
+    args.print.print(&text, &fleet_json(&fleet))
 }
 
 fn provision(args: &ProvisionArgs) -> Result<Verdict, Trouble> {
@@ -152,8 +152,7 @@ fn provision(args: &ProvisionArgs) -> Result<Verdict, Trouble> {
         may_fly: args.allow_cfclient,
     };
     let made = keys::provision(&args.file, &request, &args.out)?;
-    args.print.print(&provisioned_text(&made), &provisioned_json(&made));
-    Ok(Verdict::Good)
+    args.print.print(&provisioned_text(&made), &provisioned_json(&made))
 }
 
 fn provisioned_text(made: &Provisioned) -> String {
@@ -196,8 +195,7 @@ fn provisioned_json(made: &Provisioned) -> Value {
 
 fn show(args: &ShowArgs) -> Result<Verdict, Trouble> {
     let fleet = keys::open(&args.file)?;
-    args.print.print(&fleet_text(&fleet), &fleet_json(&fleet));
-    Ok(Verdict::Good)
+    args.print.print(&fleet_text(&fleet), &fleet_json(&fleet))
 }
 
 fn fleet_text(fleet: &Fleet) -> String {
@@ -267,6 +265,5 @@ fn rekey(args: &RekeyArgs) -> Result<Verdict, Trouble> {
     if let Some(value) = value.as_object_mut() {
         value.insert("provision_anew".into(), json!(fleet.stale()));
     }
-    args.print.print(&text, &value);
-    Ok(Verdict::Good)
+    args.print.print(&text, &value)
 }

@@ -1,27 +1,38 @@
 //! The `uchain` command.
 //!
-//! Results go to standard output, progress and complaints to standard error. Exit status 0: all
-//! went well; 1: the mission failed, or a criterion was missed; 2: bad input, told in one line
-//! that says what, where, and how to mend it.
+//! Results go to standard output, progress and complaints to standard error. The exit status is
+//!
+//! | status | when |
+//! |---|---|
+//! | 0 | all went well |
+//! | 1 | the mission failed, or a criterion was missed |
+//! | 2 | the input cannot be used, or the output cannot be written; one line says what, where, and how to mend it |
+//! | 101 | `uchain` has a defect |
+//! | 130 | Ctrl-C ended the command |
+//! | 141 | the reader of standard output went away, as `head` does |
 
 mod bench;
 mod campaign;
 mod emulated;
 mod figures;
+mod interrupt;
 mod keys;
 mod progress;
 mod replay;
 mod run;
 mod serve;
+mod usage;
 
+use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::input_error::InputError;
-use crate::output::OutputError;
-use crate::scenario::{Fidelity, POLICIES, Scenario};
+use crate::output::{Folder, OutputError};
+use crate::scenario::{Fidelity, POLICIES, Scenario, builtin};
+use crate::suggest;
 
 /// U-Chain: relay drones that keep a team connected underground, in simulation and replay.
 #[derive(Parser)]
@@ -53,7 +64,7 @@ enum Verb {
 #[derive(Args)]
 struct Common {
     /// Seed of everything random; runs of a campaign take it and the numbers after it
-    #[arg(long, default_value_t = 1, value_name = "N")]
+    #[arg(long, allow_negative_numbers = true, default_value_t = 1, value_name = "N")]
     seed: u64,
     /// Write everything there is to keep into this directory
     #[arg(long, value_name = "DIR")]
@@ -67,30 +78,51 @@ struct Common {
 }
 
 impl Common {
-    /// Prints the result the way it was asked for.
-    fn print(&self, table: &str, summary: &serde_json::Value) {
-        if self.json {
-            put(&format!("{summary:#}\n"));
-        } else if !self.quiet {
-            put(table);
-        }
+    /// Whether the result is printed as a table.
+    const fn prints_table(&self) -> bool {
+        !self.json && !self.quiet
     }
 
-    /// Says what was written.
-    fn wrote(&self, files: &[PathBuf]) {
-        if !self.quiet && !self.json {
-            put("\n");
-            for file in files {
-                put(&format!("wrote {}\n", file.display()));
-            }
+    /// The directory that `--out` names, if it does: made sure of before anything is flown for it.
+    fn folder(&self) -> Result<Option<Folder>, InputError> {
+        self.out.as_deref().map(Folder::open).transpose()
+    }
+
+    /// Puts what was written in place, and prints the result the way it was asked for.
+    fn finish(
+        &self,
+        folder: Option<Folder>,
+        table: &str,
+        summary: &serde_json::Value,
+    ) -> Result<(), Trouble> {
+        let files = folder.map_or_else(|| Ok(Vec::new()), Folder::finish)?;
+        if self.json {
+            return put(&format!("{summary:#}\n"));
         }
+        if self.quiet {
+            return Ok(());
+        }
+        let mut text = table.to_owned();
+        if !files.is_empty() {
+            text.push('\n');
+        }
+        for file in files {
+            text += &format!("wrote {}\n", file.display());
+        }
+        put(&text)
     }
 }
 
-/// Writes to standard output; a reader who has gone away is no error of ours.
-fn put(text: &str) {
-    use std::io::Write;
-    let _ = std::io::stdout().write_all(text.as_bytes());
+/// Writes to standard output.
+fn put(text: &str) -> Result<(), Trouble> {
+    let mut out = io::stdout().lock();
+    out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(Trouble::Output)
+}
+
+/// Says something on standard error, in one line.
+fn complain(what: impl std::fmt::Display) {
+    // Where standard error is closed there is nobody to be told.
+    let _ = writeln!(io::stderr(), "uchain: {what}");
 }
 
 /// How a verb ended.
@@ -99,13 +131,17 @@ enum Verdict {
     Good,
     /// The mission failed, or a criterion was missed.
     Failed,
+    /// Ctrl-C ended it before all was done that was asked.
+    Interrupted,
 }
 
 /// Why a verb could not do its work.
 enum Trouble {
     /// The user's to mend.
     Input(InputError),
-    /// Ours.
+    /// Standard output cannot be written.
+    Output(io::Error),
+    /// A defect of this program.
     Internal(String),
 }
 
@@ -135,7 +171,7 @@ impl From<crate::output::pictures::PictureError> for Trouble {
 pub fn main() -> ExitCode {
     let command = match Command::try_parse() {
         Ok(command) => command,
-        Err(error) => return usage(&error),
+        Err(error) => return usage::told(&error),
     };
     let done = match command.verb {
         Verb::Run(args) => run::run(&args),
@@ -149,39 +185,34 @@ pub fn main() -> ExitCode {
     match done {
         Ok(Verdict::Good) => ExitCode::SUCCESS,
         Ok(Verdict::Failed) => ExitCode::from(1),
-        Err(Trouble::Input(error)) => {
-            eprintln!("uchain: {error}");
-            ExitCode::from(2)
-        }
-        Err(Trouble::Internal(what)) => {
-            eprintln!("uchain: {what}; this is a defect of uchain, please report it");
-            ExitCode::from(101)
-        }
+        Ok(Verdict::Interrupted) => ExitCode::from(interrupt::STATUS),
+        Err(trouble) => trouble.told(),
     }
 }
 
-/// Help and version are answers; everything else that `clap` has to say is bad input, put in one
-/// line.
-fn usage(error: &clap::Error) -> ExitCode {
-    if !error.use_stderr() {
-        let _ = error.print();
-        return ExitCode::SUCCESS;
+impl Trouble {
+    /// Tells of it, and returns the exit status.
+    fn told(&self) -> ExitCode {
+        match self {
+            Self::Input(error) => {
+                complain(error);
+                ExitCode::from(2)
+            }
+            // As shells say it of a program that a closed pipe has ended: 128 and the signal's
+            // number. The reader knows that it went away.
+            Self::Output(error) if error.kind() == io::ErrorKind::BrokenPipe => ExitCode::from(141),
+            Self::Output(error) => {
+                complain(format_args!(
+                    "standard output cannot be written: {error}; send it where there is room"
+                ));
+                ExitCode::from(2)
+            }
+            Self::Internal(what) => {
+                complain(format_args!("{what}; this is a defect of uchain, please report it"));
+                ExitCode::from(101)
+            }
+        }
     }
-    if error.kind() == clap::error::ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
-        let _ = error.print();
-        return ExitCode::from(2);
-    }
-    let text = error.to_string();
-    let lines: Vec<_> = text
-        .lines()
-        .map(str::trim)
-        .take_while(|line| !line.starts_with("Usage:"))
-        .filter(|line| !line.is_empty())
-        .filter(|line| !line.starts_with("For more information") && !line.starts_with("tip:"))
-        .collect();
-    let what = lines.join(" ");
-    eprintln!("uchain: {}; see uchain --help", what.trim_start_matches("error: "));
-    ExitCode::from(2)
 }
 
 /// How closely the vehicle is simulated.
@@ -216,10 +247,17 @@ fn scenario(
         Some(policy) => scenario.with_policy(policy).ok_or_else(|| {
             InputError::new(
                 format!("there is no policy \"{policy}\""),
-                format!("give one of {}", POLICIES.join(", ")),
+                suggest::one_of(policy, &POLICIES),
             )
         }),
     }
+}
+
+/// The built-in scenarios with their titles, for the end of a verb's help.
+fn builtin_scenarios() -> String {
+    let width = builtin::names().map(str::len).max().unwrap_or(0);
+    let lines = builtin::titles().map(|(name, title)| format!("  {name:width$}  {title}\n"));
+    format!("Built-in scenarios:\n{}", lines.collect::<String>())
 }
 
 /// A number of runs that makes sense.

@@ -1,6 +1,6 @@
 //! A progress bar: on a terminal, and only once a task has taken a second.
 
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -36,7 +36,8 @@ impl Progress {
 
     /// A line on standard error, above the bar.
     pub(super) fn aside(&self, line: &str) {
-        self.bar.suspend(|| eprintln!("{line}"));
+        // Where standard error is closed there is nobody to be told.
+        self.bar.suspend(|| drop(writeln!(std::io::stderr(), "{line}")));
     }
 
     /// What is being done now.

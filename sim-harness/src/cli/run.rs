@@ -2,24 +2,27 @@
 
 use std::fmt::Write;
 use std::path::PathBuf;
-use units::Order;
 
 use agent::{LandReason, State};
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
+use units::{Order, Role};
 
 use super::emulated::{Aftermath, Fleet};
 use super::progress::Progress;
-use super::{Common, FidelityArg, Trouble, Verdict, scenario};
+use super::{
+    Common, FidelityArg, Trouble, Verdict, builtin_scenarios, complain, interrupt, scenario,
+};
 use crate::craft::record::FlightMetrics;
 use crate::input_error::InputError;
 use crate::metrics::{Reference, RunMetrics, Watch};
 use crate::mission::{Mission, ROUND_US, RadioMetrics, World};
 use crate::output;
 use crate::scenario::{Scenario, builtin};
-use crate::trace::Trace;
+use crate::trace::{Node, Trace};
 
 #[derive(Args)]
+#[command(after_help = builtin_scenarios())]
 pub(super) struct RunArgs {
     /// A built-in scenario's name or a scenario file
     #[arg(default_value = builtin::DEMONSTRATION)]
@@ -38,7 +41,7 @@ pub(super) struct RunArgs {
     #[arg(long, value_name = "FILE")]
     pub(super) elf: Option<PathBuf>,
     /// Let only these drones be virtual, by their numbers: 0 is the head
-    #[arg(long, value_name = "N", value_delimiter = ',')]
+    #[arg(long, allow_negative_numbers = true, value_name = "N", value_delimiter = ',')]
     pub(super) virtual_drones: Vec<u8>,
     /// Let a GDB take hold of a virtual drone, the first one or that of number NODE; all time
     /// stands still while it does
@@ -69,6 +72,8 @@ pub(super) fn run(args: &RunArgs) -> Result<Verdict, Trouble> {
     }
     let mut scenario = scenario(&args.scenario, args.policy.as_deref(), args.fidelity)?;
     let fleet = Fleet::of(args, &mut scenario)?;
+    let mut folder = args.common.folder()?;
+    interrupt::ends(folder.as_ref());
     let seed = args.common.seed;
     let (trace, metrics, aftermath) = fly(&scenario, seed, args.common.quiet, fleet.as_ref())?;
     let mut failures = failures(&scenario, &trace, &metrics);
@@ -77,22 +82,22 @@ pub(super) fn run(args: &RunArgs) -> Result<Verdict, Trouble> {
     if let (Some(summary), false) = (summary.as_object_mut(), aftermath.is_empty()) {
         summary.insert("virtual".into(), aftermath.json());
     }
-    let table = table(&scenario, seed, &trace, &metrics) + &aftermath.table();
-    args.common.print(&table, &summary);
-    for failure in &failures {
-        eprintln!("uchain: {}, seed {seed}: {failure}", scenario.name);
+    if let Some(folder) = &mut folder {
+        output::write_all(folder, &trace, &summary)?;
+        aftermath.write(folder)?;
     }
-    if let Some(dir) = &args.common.out {
-        let mut written = output::write_all(dir, &trace, &summary)?;
-        written.extend(aftermath.write(dir)?);
-        args.common.wrote(&written);
+    let table = table(&scenario, seed, &trace, &metrics, &failures) + &aftermath.table();
+    args.common.finish(folder, &table, &summary)?;
+    // The table has them already.
+    for failure in failures.iter().filter(|_| !args.common.prints_table()) {
+        complain(format_args!("{}, seed {seed}: {failure}", scenario.name));
     }
     Ok(if failures.is_empty() { Verdict::Good } else { Verdict::Failed })
 }
 
 fn show(name: &str) -> Result<Verdict, Trouble> {
     if let Some(text) = builtin::text(name) {
-        super::put(text);
+        super::put(text)?;
         return Ok(Verdict::Good);
     }
     // Says which names there are.
@@ -147,12 +152,14 @@ fn failures(scenario: &Scenario, trace: &Trace, metrics: &RunMetrics) -> Vec<Str
     count(metrics.drone_contacts, "touches between drones");
     count(metrics.order_lost, "rounds in which the order of the chain was lost");
     for criterion in criteria(scenario, metrics).iter().filter(|criterion| !criterion.met()) {
-        failures.push(format!("{} is not {}", criterion.name, criterion.bound_text()));
+        failures.push(criterion.complaint());
     }
     for (node, state) in last_states(trace) {
         let called_home = matches!(ordered, Some(Order::Return | Order::Land));
         let lost = match state {
-            state if called_home && state.is_airborne() => Some("was called down and still flies"),
+            state if called_home && state.is_airborne() => {
+                Some("still flew when the mission ended, although it was ordered down")
+            }
             State::Landing { why, .. } | State::Landed { why } => match why {
                 LandReason::LinkLost => Some("landed because it lost the base"),
                 LandReason::TakeOffFailed => Some("landed because it never reached its height"),
@@ -160,11 +167,11 @@ fn failures(scenario: &Scenario, trace: &Trace, metrics: &RunMetrics) -> Vec<Str
                 LandReason::Restarted => Some("restarted by itself and stays down"),
                 LandReason::Ordered | LandReason::Home => None,
             },
-            State::Reconnecting { .. } => Some("hears nobody in front at the end"),
+            State::Reconnecting { .. } => Some("heard no drone in front at the end"),
             _ => None,
         };
         if let Some(what) = lost {
-            failures.push(format!("drone {node} {what}"));
+            failures.push(format!("{} {what}", named(node)));
         }
     }
     failures
@@ -173,6 +180,8 @@ fn failures(scenario: &Scenario, trace: &Trace, metrics: &RunMetrics) -> Vec<Str
 /// One of the bounds that a scenario sets, and what came of it.
 struct Criterion {
     name: &'static str,
+    /// What to say before and after the value.
+    words: [&'static str; 2],
     /// Whether the bound is the most, and not the least.
     most: bool,
     bound: f32,
@@ -185,9 +194,15 @@ impl Criterion {
         if self.most { self.value <= self.bound } else { self.value >= self.bound }
     }
 
-    fn bound_text(&self) -> String {
+    /// What was found, and what was asked.
+    fn complaint(&self) -> String {
         let which = if self.most { "most" } else { "least" };
-        format!("at {which} {}, but {}", self.bound, self.value)
+        let [before, after] = self.words;
+        let found = match self.value.is_nan() {
+            true => format!("{} could not be measured", self.name),
+            false => format!("{before} {}{after}", self.value),
+        };
+        format!("{found}; at {which} {} asked", self.bound)
     }
 
     fn json(&self) -> Value {
@@ -202,20 +217,41 @@ fn criteria(scenario: &Scenario, metrics: &RunMetrics) -> Vec<Criterion> {
     // At policy level nothing tilts.
     let tilt_asked = asked.tilt_deg.filter(|_| tilt.is_some());
     let rows = [
-        ("hold_spread_db", true, asked.hold_spread_db, metrics.hold_spread_db),
-        ("max_tilt_deg", true, tilt_asked, tilt.unwrap_or(f32::NAN)),
-        ("launched", false, asked.launched.map(|n| n as f32), metrics.launched),
+        (
+            "hold_spread_db",
+            ["at the end of the hold the links differed by", " dB"],
+            true,
+            asked.hold_spread_db,
+            metrics.hold_spread_db,
+        ),
+        ("max_tilt_deg", ["a drone tilted to", "°"], true, tilt_asked, tilt.unwrap_or(f32::NAN)),
+        (
+            "launched",
+            ["launched", " relays"],
+            false,
+            asked.launched.map(|n| n as f32),
+            metrics.launched,
+        ),
     ];
     rows.into_iter()
-        .filter_map(|(name, most, bound, value)| {
-            Some(Criterion { name, most, bound: bound?, value })
+        .filter_map(|(name, words, most, bound, value)| {
+            Some(Criterion { name, words, most, bound: bound?, value })
         })
         .collect()
 }
 
-fn last_states(trace: &Trace) -> impl Iterator<Item = (u8, State)> {
+fn last_states(trace: &Trace) -> impl Iterator<Item = (Node, State)> {
     let last = trace.frames.last().into_iter().flat_map(|frame| &frame.drones);
-    trace.nodes.iter().zip(last).map(|(node, drone)| (node.id.0, drone.state))
+    trace.nodes.iter().zip(last).map(|(node, drone)| (*node, drone.state))
+}
+
+/// A drone as people call it: `head`, `relay 2`, `base`.
+pub(super) fn named(node: Node) -> String {
+    match node.role {
+        Role::Head => "head".to_owned(),
+        Role::Relay => format!("relay {}", node.id.0),
+        Role::Base => "base".to_owned(),
+    }
 }
 
 fn summary(
@@ -225,8 +261,9 @@ fn summary(
     metrics: &RunMetrics,
     failures: &[String],
 ) -> Value {
-    let drones: Vec<_> =
-        last_states(trace).map(|(id, state)| json!({ "id": id, "state": state.name() })).collect();
+    let drones: Vec<_> = last_states(trace)
+        .map(|(node, state)| json!({ "id": node.id.0, "state": state.name() }))
+        .collect();
     let criteria: serde_json::Map<_, _> = criteria(scenario, metrics)
         .iter()
         .map(|criterion| (criterion.name.to_owned(), criterion.json()))
@@ -329,8 +366,17 @@ pub(super) fn metrics_json(m: &RunMetrics) -> Value {
     metrics
 }
 
-fn table(scenario: &Scenario, seed: u64, trace: &Trace, m: &RunMetrics) -> String {
-    let mut text = String::new();
+fn table(
+    scenario: &Scenario,
+    seed: u64,
+    trace: &Trace,
+    m: &RunMetrics,
+    failures: &[String],
+) -> String {
+    let mut text = match failures {
+        [] => "success\n".to_owned(),
+        failures => failures.iter().map(|failure| format!("failure: {failure}\n")).collect(),
+    };
     // Writing to a string cannot fail.
     let _ = writeln!(text, "{}: {}", scenario.name, scenario.title);
     let _ = writeln!(
@@ -343,13 +389,24 @@ fn table(scenario: &Scenario, seed: u64, trace: &Trace, m: &RunMetrics) -> Strin
     if m.launched.is_finite() {
         let _ = writeln!(
             text,
-            "  relays flown          {} ({} needed by the best chain)",
+            "  relays flown          {} ({} in an optimal chain)",
             m.launched, m.needed
         );
     }
-    let _ = writeln!(text, "  links equal to 3 dB   {}", since(m.t3_s));
-    let _ = writeln!(text, "  last minute: links differ by {:.2} dB at most,", m.difference_db);
-    let _ = writeln!(text, "               weakest {:.2} dB below the best chain's", m.gap_db);
+    let _ = match m.t3_s.is_finite() {
+        true => writeln!(text, "  links within 3 dB     from {:.1} s on", m.t3_s),
+        false => writeln!(text, "  links                 never stayed within 3 dB"),
+    };
+    let _ = writeln!(
+        text,
+        "  last minute           links differ by {:.2} dB at most,",
+        m.difference_db
+    );
+    let _ = writeln!(
+        text,
+        "                        the weakest is {:.2} dB below the optimum",
+        m.gap_db
+    );
     if m.violation.is_finite() {
         let _ = writeln!(text, "  link below limit      {:.1} % of the time", 100.0 * m.violation);
     }
@@ -370,12 +427,9 @@ fn table(scenario: &Scenario, seed: u64, trace: &Trace, m: &RunMetrics) -> Strin
             flight.min_battery_v
         );
     }
-    let states: Vec<_> =
-        last_states(trace).map(|(id, state)| format!("{id} {}", state.name())).collect();
+    let states: Vec<_> = last_states(trace)
+        .map(|(node, state)| format!("{} {}", named(node), state.name()))
+        .collect();
     let _ = writeln!(text, "  at the end            {}", states.join(", "));
     text
-}
-
-fn since(time: f32) -> String {
-    if time.is_finite() { format!("from {time:.1} s on") } else { "never for good".to_owned() }
 }

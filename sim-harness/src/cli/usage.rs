@@ -1,0 +1,92 @@
+//! What `clap` says of a command line that it does not understand, put in one line.
+
+use std::io::{self, Write};
+use std::process::ExitCode;
+
+use clap::CommandFactory;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
+
+use super::{Command, Trouble, complain};
+use crate::suggest;
+
+/// Prints help and version, which were asked for, or else complains; returns the exit status.
+pub(super) fn told(error: &clap::Error) -> ExitCode {
+    match error.kind() {
+        ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
+            let printed = error.print().and_then(|()| io::stdout().flush());
+            printed.map_or_else(|error| Trouble::Output(error).told(), |()| ExitCode::SUCCESS)
+        }
+        ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
+            let _ = error.print();
+            ExitCode::from(2)
+        }
+        _ => {
+            complain(in_one_line(error));
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn in_one_line(error: &clap::Error) -> String {
+    let text = error.to_string();
+    let lines: Vec<_> = text
+        .lines()
+        .map(str::trim)
+        .take_while(|line| !line.starts_with("Usage:"))
+        .filter(|line| !line.is_empty())
+        .filter(|line| !line.starts_with("For more information") && !line.starts_with("tip:"))
+        .collect();
+    let mut what = lines.join(" ").trim_start_matches("error: ").to_owned();
+    for (ours, plain) in PLAIN {
+        what = what.replace(ours, plain);
+    }
+    let verb = verb();
+    let meant = match meant(error) {
+        Some(name) => format!("did you mean {name}? if not, "),
+        None => meant_verb(error, &verb),
+    };
+    let path: Vec<_> = verb.iter().map(clap::Command::get_name).collect();
+    format!("{what}; {meant}see {} --help", path.join(" "))
+}
+
+/// The standard library's words for a number that is none, and plainer ones.
+const PLAIN: [(&str, &str); 5] = [
+    ("invalid digit found in string", "not a whole number of 0 or more"),
+    ("number too large to fit in target type", "too large a number"),
+    ("number would be too large to fit in target type", "too large a number"),
+    ("invalid float literal", "not a number"),
+    ("unrecognized subcommand", "there is no verb"),
+];
+
+/// The name that was probably meant.
+fn meant(error: &clap::Error) -> Option<String> {
+    let suggested =
+        [ContextKind::SuggestedSubcommand, ContextKind::SuggestedArg, ContextKind::SuggestedValue];
+    match suggested.into_iter().find_map(|kind| error.get(kind))? {
+        ContextValue::String(name) => Some(name.clone()),
+        ContextValue::Strings(names) => names.last().cloned(),
+        _ => None,
+    }
+}
+
+/// The verb that was probably meant, by how many letters differ.
+fn meant_verb(error: &clap::Error, verb: &[clap::Command]) -> String {
+    match (error.get(ContextKind::InvalidSubcommand), verb.last()) {
+        (Some(ContextValue::String(wrong)), Some(command)) => {
+            suggest::question(wrong, command.get_subcommands().map(clap::Command::get_name))
+        }
+        _ => String::new(),
+    }
+}
+
+/// The command and the verbs that the command line begins with, such as `uchain keys show`.
+fn verb() -> Vec<clap::Command> {
+    let mut path = vec![Command::command()];
+    for word in std::env::args().skip(1) {
+        let Some(verb) = path.last().and_then(|command| command.find_subcommand(&word)) else {
+            break;
+        };
+        path.push(verb.clone());
+    }
+    path
+}
