@@ -514,7 +514,8 @@ impl<'a> Mission<'a> {
     #[must_use]
     pub fn frame(&self) -> Frame {
         let drones = self.members.iter().map(|member| self.drone_frame(member)).collect();
-        Frame { time_us: self.time_us(), drones }
+        let order = operators_word(self.scenario, self.operator, self.now_us);
+        Frame { time_us: self.time_us(), order, drones }
     }
 
     fn drone_frame(&self, member: &Member) -> DroneFrame {
@@ -543,6 +544,7 @@ impl<'a> Mission<'a> {
             yaw_rate,
             ranges: [beams.nw, beams.ne, beams.sw, beams.se].map(metres),
             state: member.state(),
+            battery_v: body.craft().map_or(f32::NAN, |craft| craft.battery().volts()),
             front: link(status.and_then(|status| status.front)),
             back: link(status.and_then(|status| status.back)),
         }

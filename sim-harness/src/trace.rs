@@ -2,7 +2,7 @@
 //! file is made from.
 
 use agent::State;
-use units::{Dbm, NodeId, Role};
+use units::{Dbm, NodeId, Order, Role};
 
 /// A whole mission.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,6 +48,8 @@ pub struct Node {
 pub struct Frame {
     /// Microseconds since the start of the mission.
     pub time_us: u64,
+    /// The operator's order at the base.
+    pub order: Order,
     /// One for each of [`Trace::nodes`].
     pub drones: Vec<DroneFrame>,
 }
@@ -69,6 +71,8 @@ pub struct DroneFrame {
     pub ranges: [f32; 4],
     /// What it was doing.
     pub state: State,
+    /// The voltage of its battery; NaN for the base, and for points, which have none.
+    pub battery_v: f32,
     /// Its link towards the head, while it has one.
     pub front: Option<LinkFrame>,
     /// Its link towards the base, while it has one.
@@ -86,4 +90,16 @@ pub struct LinkFrame {
     pub filtered: Dbm,
     /// What it truly was, without noise, fading or rounding.
     pub truth: Dbm,
+}
+
+/// An order in words: `explore at 0.20 m/s`.
+#[must_use]
+pub fn order_words(order: Order) -> String {
+    match order {
+        Order::Wait => "wait".to_owned(),
+        Order::Explore(speed) => format!("explore at {:.2} m/s", speed.0),
+        Order::Return => "return".to_owned(),
+        Order::Land => "land".to_owned(),
+        Order::Stop => "stop".to_owned(),
+    }
 }

@@ -19,6 +19,7 @@
     colour: SHADES[node.colour] ?? node.colour,
     x: whole(node.x, 1e-3), y: whole(node.y, 1e-3), z: whole(node.z, 1e-3),
     yaw: whole(node.yaw, 1e-3), way: whole(node.way, 1e-3), speed: whole(node.speed, 1e-3),
+    battery: whole(node.battery, 1e-3),
     state: whole(node.state, 1), ranges: node.ranges.map((r) => whole(r, 1e-3)),
     front: link(node.front), back: link(node.back),
   }));
@@ -251,6 +252,54 @@
     event.preventDefault();
   });
 
+  // ---- what was ordered
+  const span = times[last] - times[0] || 1;
+  const share = (i) => ((times[Math.min(i, last)] - times[0]) / span) * 100;
+  const orderAt = (i) => data.orders.findLast(([from]) => from <= i)?.[1] ?? "";
+  const timeIn = (element) => (event) => { const box = element.getBoundingClientRect(); return times[0] + ((event.clientX - box.left) / box.width) * span; };
+  (() => {
+    const name = document.createElement("span"), bar = document.createElement("div");
+    name.textContent = "Order";
+    bar.className = "orders";
+    data.orders.forEach(([from, words], n) => {
+      const until = data.orders[n + 1]?.[0] ?? last;
+      const item = bar.appendChild(document.createElement("span"));
+      item.style.left = `${share(from)}%`;
+      item.style.width = `${share(until) - share(from)}%`;
+      item.textContent = words;
+    });
+    scrub(bar, timeIn(bar), (t) => `${t.toFixed(1)} s: ${orderAt(frameAt(t))}`);
+    $("strips").append(name, bar);
+  })();
+
+  // ---- curves of every drone over time
+  function curves(title, unit, digits, of) {
+    const drawn = nodes.filter((node) => of(node).some((value) => value !== null));
+    if (!drawn.length) return;
+    const all = drawn.flatMap(of).filter((value) => value !== null);
+    const least = all.reduce((a, b) => Math.min(a, b)), most = all.reduce((a, b) => Math.max(a, b));
+    const name = document.createElement("span"), range = document.createElement("small");
+    range.textContent = `${fixed(least, digits)} to ${fixed(most, digits)} ${unit}`;
+    name.append(title, range);
+    const box = document.createElementNS(SVG, "svg");
+    box.setAttribute("class", "curves");
+    box.setAttribute("viewBox", "0 0 1000 100");
+    box.setAttribute("preserveAspectRatio", "none");
+    box.setAttribute("role", "img");
+    box.setAttribute("aria-label", `${title} of every drone over time`);
+    for (const node of drawn) {
+      const points = of(node).flatMap((value, i) => (value === null ? [] : [`${share(i) * 10},${96 - (92 * (value - least)) / (most - least || 1)}`]));
+      make(box, "polyline", { class: "curve", points: points.join(" "), style: `stroke:${node.colour}` });
+    }
+    const line = make(box, "line", { y1: 0, y2: 100, stroke: "var(--ink)", "vector-effect": "non-scaling-stroke" });
+    cursors.push((t) => { const x = ((t - times[0]) / span) * 1000; line.setAttribute("x1", x); line.setAttribute("x2", x); });
+    scrub(box, timeIn(box), (t) => {
+      const i = frameAt(t);
+      return [`${times[i].toFixed(1)} s, ${title.toLowerCase()}`, ...drawn.map((node) => `${node.name}: ${fixed(of(node)[i], digits)} ${unit}`)].join("\n");
+    });
+    $("strips").append(name, box);
+  }
+
   // ---- strips of states
   const seen = new Set();
   nodes.filter((node) => node.role !== "base").forEach((node) => {
@@ -261,8 +310,7 @@
     strip.setAttribute("preserveAspectRatio", "none");
     strip.setAttribute("role", "img");
     strip.setAttribute("aria-label", `What ${node.name} was doing over time`);
-    const span = times[last] - times[0] || 1;
-    const at = (i) => ((times[Math.min(i, last)] - times[0]) / span) * 1000;
+    const at = (i) => share(i) * 10;
     for (let from = 0, i = 1; i <= last + 1; i++) {
       if (i <= last && node.state[i] === node.state[from]) continue;
       const state = data.states[node.state[from]];
@@ -272,10 +320,13 @@
     }
     const line = make(strip, "line", { y1: 0, y2: 10, stroke: "var(--ink)", "stroke-width": 2, "vector-effect": "non-scaling-stroke" });
     cursors.push((t) => { const x = ((t - times[0]) / span) * 1000; line.setAttribute("x1", x); line.setAttribute("x2", x); });
-    const timeOf = (event) => { const box = strip.getBoundingClientRect(); return times[0] + ((event.clientX - box.left) / box.width) * span; };
-    scrub(strip, timeOf, (t) => `${node.name}, ${t.toFixed(1)} s: ${data.states[node.state[frameAt(t)]]}`);
+    scrub(strip, timeIn(strip), (t) => `${node.name}, ${t.toFixed(1)} s: ${data.states[node.state[frameAt(t)]]}`);
     $("strips").append(name, strip);
   });
+  // Before the legend, so that all of them are there when the page is first drawn.
+  const flown = nodes.filter((node) => node.role !== "base");
+  curves("Height", "m", 2, (node) => (flown.includes(node) ? node.z : []));
+  curves("Battery", "V", 2, (node) => node.battery);
   for (const kind of [...KINDS, OTHER].filter((kind) => seen.has(kind))) {
     const item = document.createElement("span"), box = document.createElement("i");
     box.style.background = kind.colour;

@@ -143,6 +143,7 @@ mod tests {
             yaw_rate: 0.0,
             ranges: [f32::INFINITY, f32::NAN, 1.2341, 0.5],
             state: agent::State::Idle,
+            battery_v: f32::NAN,
             front: None,
             back: None,
         };

@@ -6,6 +6,8 @@
 mod data;
 mod metrics;
 
+use serde_json::Value;
+
 use super::pictures::{self, PictureError, escaped};
 use crate::trace::Trace;
 
@@ -18,13 +20,15 @@ const SCRIPT: &str = include_str!("../../assets/report/report.js");
 ///
 /// # Errors
 /// See [`PictureError`].
-pub fn html(trace: &Trace, summary: &serde_json::Value) -> Result<String, PictureError> {
+pub fn html(trace: &Trace, summary: &Value) -> Result<String, PictureError> {
     let positions = pictures::positions(trace)?;
     let links = pictures::links(trace)?;
     let map = pictures::map(trace)?;
     let filled = |gap: &str| match gap {
-        "title" => escaped(&trace.scenario),
-        "subtitle" => subtitle(trace),
+        "name" => escaped(&trace.scenario),
+        "title" => escaped(title(trace, summary)),
+        "verdict" => verdict(summary),
+        "subtitle" => escaped(&subtitle(trace)),
         "style" => STYLE.to_owned(),
         "script" => SCRIPT.to_owned(),
         "positions" => positions.svg().to_owned(),
@@ -37,12 +41,34 @@ pub fn html(trace: &Trace, summary: &serde_json::Value) -> Result<String, Pictur
     Ok(fill(PAGE, filled))
 }
 
+/// The scenario's title, or its name where the summary has no title.
+fn title<'a>(trace: &'a Trace, summary: &'a Value) -> &'a str {
+    summary.get("title").and_then(Value::as_str).unwrap_or(&trace.scenario)
+}
+
+/// Whether the mission succeeded, and if not, why; nothing where the summary does not judge it.
+fn verdict(summary: &Value) -> String {
+    let Some(success) = summary.get("success").and_then(Value::as_bool) else {
+        return String::new();
+    };
+    if success {
+        return "<p class=\"verdict good\">Success</p>".to_owned();
+    }
+    let failures = summary.get("failures").and_then(Value::as_array);
+    let items = failures.into_iter().flatten().filter_map(Value::as_str);
+    let items: String = items.map(|why| format!("<li>{}</li>", escaped(why))).collect();
+    format!("<p class=\"verdict bad\">Failure</p>\n  <ul class=\"failures\">{items}</ul>")
+}
+
 fn subtitle(trace: &Trace) -> String {
     let seconds = trace.frames.last().map_or(0, |frame| frame.time_us / 1_000_000);
     let relays = trace.nodes.iter().filter(|node| node.role == units::Role::Relay).count();
     let (minutes, rest) = (seconds / 60, seconds % 60);
     let plural = if relays == 1 { "" } else { "s" };
-    format!("{minutes} min {rest} s with {relays} relay{plural} \u{b7} seed {}", trace.seed)
+    let Trace { scenario, seed, .. } = trace;
+    format!(
+        "{scenario} \u{b7} {minutes} min {rest} s with {relays} relay{plural} \u{b7} seed {seed}"
+    )
 }
 
 /// Replaces every `{{gap}}` of the page, in one pass: what is filled in is never looked at again.
@@ -84,6 +110,20 @@ mod tests {
     /// How often the name is shown: as text, `{{data}}` within it must have stayed itself.
     fn html_copies(page: &str) -> usize {
         page.matches("{{data}} ]]").count()
+    }
+
+    #[test]
+    fn the_verdict_and_its_reasons_come_before_all_else() {
+        let failed = json!({ "title": "A cave", "success": false, "failures": ["fell & broke"] });
+        let page = html(&synthetic::mission(), &failed).unwrap();
+        let at = |text: &str| page.find(text).unwrap_or_else(|| panic!("no {text}"));
+        let header = &page[at("<header>")..at("</header>")];
+        for text in ["Failure", "A cave", "fell &amp; broke", "seed 42"] {
+            assert!(header.contains(text), "{text}: {header}");
+        }
+        let page = html(&synthetic::mission(), &json!({ "success": true })).unwrap();
+        assert!(page.contains("<p class=\"verdict good\">Success</p>"));
+        assert!(!html(&synthetic::mission(), &json!({})).unwrap().contains("class=\"verdict"));
     }
 
     #[test]

@@ -2,7 +2,7 @@
 //! of thing in it that the outputs have to show. No simulator, just formulas.
 
 use agent::{Agent, State};
-use units::{Dbm, Instant, Metres, NodeId, Role};
+use units::{Dbm, Instant, Metres, MetresPerSecond, NodeId, Order, Role};
 
 use crate::trace::{DroneFrame, FloorPlan, Frame, LinkFrame, Node, Point, Trace};
 
@@ -84,7 +84,8 @@ fn frame(tick: u64, noise: &mut Noise) -> Frame {
     let flying: Vec<usize> =
         (0..=BASE).filter(|&k| k == 0 || k == BASE || t >= 60.0 * k as f32).collect();
     let drones = (0..=BASE).map(|k| drone(k, t, &places, &flying, noise)).collect();
-    Frame { time_us: tick * 200_000, drones }
+    let order = if t < 250.0 { Order::Explore(MetresPerSecond(0.16)) } else { Order::Return };
+    Frame { time_us: tick * 200_000, order, drones }
 }
 
 fn drone(k: usize, t: f32, places: &[f32], flying: &[usize], noise: &mut Noise) -> DroneFrame {
@@ -103,6 +104,7 @@ fn drone(k: usize, t: f32, places: &[f32], flying: &[usize], noise: &mut Noise) 
         yaw_rate: 0.0,
         ranges: if up { [1.5, 1.6, f32::INFINITY, 1.4] } else { [f32::NAN; 4] },
         state: state(k, t, up),
+        battery_v: if k == BASE { f32::NAN } else { 4.1 - 0.002 * t },
         front: if k == 0 || (k == 2 && lost(t)) { None } else { link(peer(-1)) },
         back: if k == BASE { None } else { link(peer(1)) },
     }

@@ -8,6 +8,8 @@ use std::time::{Duration, Instant};
 use agent::{LandReason, State};
 use units::Order;
 
+use crate::trace::order_words;
+
 /// Something that the person at the terminal is told of.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Event {
@@ -56,13 +58,7 @@ impl fmt::Display for Event {
             Self::Gone(drone, client) => {
                 write!(f, "{drone}: client {client} gone, silent for {} s", SILENCE.as_secs())
             }
-            Self::Ordered(order) => match order {
-                Order::Wait => f.write_str("order: wait"),
-                Order::Explore(speed) => write!(f, "order: explore at {:.2} m/s", speed.0),
-                Order::Return => f.write_str("order: return"),
-                Order::Land => f.write_str("order: land"),
-                Order::Stop => f.write_str("order: stop"),
-            },
+            Self::Ordered(order) => write!(f, "order: {}", order_words(*order)),
             Self::TakesOff(drone) => write!(f, "{drone}: takes off"),
             Self::Lands(drone, why) => match why {
                 LandReason::Ordered => write!(f, "{drone}: lands, as ordered"),

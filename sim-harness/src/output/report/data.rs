@@ -1,13 +1,13 @@
 //! The mission as the page's script reads it: small enough to embed.
 //!
-//! Whole millimetres, milliradians and tenths of a decibel, each column as differences between
+//! Whole millimetres, milliradians, millivolts and tenths of a decibel, each column as differences between
 //! one frame and the next: most of them are one digit. `null` stands where nothing was known.
 
 use serde_json::{Value, json};
 
 use crate::output::csv::role_name;
 use crate::output::pictures::{PlotFrame, launch_limit, nested, node_name, node_rgb};
-use crate::trace::{DroneFrame, LinkFrame, Point, Trace};
+use crate::trace::{DroneFrame, LinkFrame, Point, Trace, order_words};
 
 /// The JSON text, safe within a `<script>` element.
 pub(super) fn json(trace: &Trace, positions: &[PlotFrame], links: &[PlotFrame]) -> String {
@@ -24,10 +24,23 @@ pub(super) fn json(trace: &Trace, positions: &[PlotFrame], links: &[PlotFrame]) 
         "centre": points(&trace.floor_plan.centre_line),
         "nodes": nodes,
         "states": states,
+        "orders": orders(trace),
         "frames": { "positions": frames(positions), "links": frames(links) },
     });
     // Within JSON, `<` can only stand in a string: written like this, no string ends the script.
     data.to_string().replace('<', "\\u003c")
+}
+
+/// Each order, and the frame from which on it stood.
+fn orders(trace: &Trace) -> Vec<Value> {
+    let mut orders = Vec::new();
+    let mut before = None;
+    for (n, frame) in trace.frames.iter().enumerate() {
+        if before.replace(frame.order) != Some(frame.order) {
+            orders.push(json!([n, order_words(frame.order)]));
+        }
+    }
+    orders
 }
 
 fn node(trace: &Trace, index: usize, states: &mut Vec<&'static str>) -> Value {
@@ -50,6 +63,7 @@ fn node(trace: &Trace, index: usize, states: &mut Vec<&'static str>) -> Value {
         "yaw": metres(&|drone| drone.yaw),
         "way": metres(&|drone| drone.abscissa),
         "speed": metres(&|drone| drone.commanded[0]),
+        "battery": metres(&|drone| drone.battery_v),
         "state": state,
         "ranges": ranges,
         "front": link(trace, &drones, |drone| drone.front.as_ref()),
@@ -116,6 +130,13 @@ fn frames(frames: &[PlotFrame]) -> Vec<Value> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_order_is_listed_where_it_begins() {
+        let trace = crate::output::synthetic::mission();
+        let expected = json!([[0, "explore at 0.16 m/s"], [1250, "return"]]);
+        assert_eq!(Value::from(orders(&trace)), expected);
+    }
 
     #[test]
     fn a_column_is_differences_to_what_was_last_known() {
