@@ -6,7 +6,7 @@ use virtual_crazyflie::cpu::{FlashTiming, Stop};
 use super::rig::{CODE, Rig};
 
 /// See examples/mips/kernel.rs.
-const KERNEL: &[u8] = include_bytes!("../../examples/mips/kernel.bin");
+const KERNEL: &[u8] = include_bytes!("../../../examples/mips/kernel.bin");
 /// Where it counts its rounds, and where the checksum of a round is.
 const ROUND: u32 = 0x2000_0000;
 const CHECKSUM: u32 = 0x2000_0004;
@@ -112,42 +112,4 @@ fn a_trap_stops_each_time_it_is_come_to_and_costs_nothing() {
     assert_eq!(state(&free), state(&trapped));
     trapped.program.untrap(trap);
     assert!(!trapped.program.is_trapped(trap) && copy.is_trapped(trap));
-}
-
-/// The firmware itself, on a chip that has nothing but a core and memory: it comes to the first
-/// register that it wants something of.
-#[test]
-fn the_firmware_boots_to_its_first_register() {
-    use object::{Object as _, ObjectSegment as _};
-    let Some(file) = crate::firmware_elf::firmware_elf() else { return };
-    let elf = object::File::parse(&*file).expect("it is an ELF");
-    let mut rig = Rig::new(&[]);
-    let mut image = vec![0xFF; 1 << 20];
-    for segment in elf.segments() {
-        let address = segment.address() as u32;
-        let data = segment.data().expect("it has its data");
-        if rig.memory.program(address, data) {
-            let at = (address - 0x0800_0000) as usize;
-            image[at..at + data.len()].copy_from_slice(data);
-        }
-    }
-    rig.program = virtual_crazyflie::cpu::Program::new(0x0800_0000, &image);
-    rig.cpu.reset_core(&rig.memory, CODE);
-    let stop = loop {
-        let before = rig.cpu.instructions();
-        match rig.step() {
-            Stop::Until if rig.cpu.faults().is_empty() => {}
-            stop => break (stop, before),
-        }
-    };
-    let (stop, instructions) = stop;
-    println!("{instructions} instructions, then {stop:x?} {:x?}", rig.cpu.faults().first());
-    assert!(instructions > 1000, "{instructions}");
-    let peripheral = 0x4000_0000..0x6000_0000;
-    let address = match (stop, rig.cpu.faults().first().map(|report| report.fault)) {
-        (Stop::Refused { address, .. }, _) => address,
-        (_, Some(virtual_crazyflie::cpu::Fault::DataBus { address })) => address,
-        other => panic!("{other:?}"),
-    };
-    assert!(peripheral.contains(&address), "{address:#x}");
 }

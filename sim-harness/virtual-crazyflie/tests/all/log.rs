@@ -1,10 +1,8 @@
 //! What is logged, by a firmware and by a hand that writes into its ring.
 
-mod image_tiny;
-
 use std::sync::Arc;
 
-use image_tiny::{machine, tiny};
+use crate::image_tiny::{machine, tiny};
 use proptest::prelude::*;
 use virtual_crazyflie::bus::Width;
 use virtual_crazyflie::log::{Level, Log, LogLine, Messages, Probe};

@@ -1,23 +1,31 @@
 //! The firmware's own ELF, from its first instruction on.
 //!
-//! Where there is none these tests say so and pass: see [`firmware_elf`].
-
-mod firmware_elf;
+//! These tests need the file that `cargo fw` builds, or the one that `UCHAIN_ELF` names. They are
+//! ignored unless they are asked for:
+//!
+//! ```text
+//! cargo fw && cargo test --package virtual-crazyflie -- --ignored
+//! cargo fw && cargo nextest run --package virtual-crazyflie --run-ignored only
+//! ```
+//!
+//! So the report of a plain `cargo test` lists them as ignored, with the reason, and never as
+//! passed. Asked for without the file, they fail.
 
 use std::sync::Arc;
 
+use crate::core::rig::Rig;
 use virtual_crazyflie::board::{Config, Crazyflie, InertialNoise};
-use virtual_crazyflie::image::Image;
+use virtual_crazyflie::cpu::{Fault, Program, Stop};
+use virtual_crazyflie::image::{Image, built_elf};
 use virtual_crazyflie::machine::{Machine, MachineConfig};
 use virtual_crazyflie::soc::{Pin, PinOutput, ResetCause, SocConfig};
-
-use firmware_elf::firmware_elf;
 
 const MILLISECOND: u64 = 1_000_000;
 const MOTORS: [Pin; 4] = [Pin::new('A', 1), Pin::new('B', 11), Pin::new('A', 15), Pin::new('B', 9)];
 
-fn image() -> Option<Arc<Image>> {
-    Some(Arc::new(Image::parse(firmware_elf()?).expect("an image")))
+fn image() -> Arc<Image> {
+    let path = built_elf(env!("CARGO_TARGET_TMPDIR"));
+    Arc::new(Image::open(&path).expect("`cargo fw` builds the ELF"))
 }
 
 fn machine(image: &Arc<Image>, config: MachineConfig) -> Machine<Crazyflie> {
@@ -34,8 +42,9 @@ fn run(machine: &mut Machine<Crazyflie>, until: u64) {
 }
 
 #[test]
+#[ignore = "needs the firmware's ELF: cargo fw"]
 fn the_firmware_runs_for_seconds_at_168_mhz_without_a_reset_or_a_fault() {
-    let Some(image) = image() else { return };
+    let image = image();
     let mut machine = machine(&image, MachineConfig::default());
     run(&mut machine, 3_000 * MILLISECOND);
     assert_eq!(machine.core_hz(), 168e6);
@@ -47,14 +56,15 @@ fn the_firmware_runs_for_seconds_at_168_mhz_without_a_reset_or_a_fault() {
 }
 
 #[test]
+#[ignore = "needs the firmware's ELF: cargo fw"]
 fn motors_stand_still_on_the_ground() {
-    let Some(image) = image() else { return };
+    let image = image();
     let mut machine = machine(&image, MachineConfig::default());
     for step in 1..=1000 {
         run(&mut machine, step * MILLISECOND);
         for pin in MOTORS {
             let output = machine.output(pin);
-            // Until `main` is reached, nobody drives them.
+            // Until `main` is reached, the pins are inputs.
             let is_still = match output {
                 PinOutput::Low => true,
                 PinOutput::Input | PinOutput::Alternate(_) => step <= 20,
@@ -66,8 +76,9 @@ fn motors_stand_still_on_the_ground() {
 }
 
 #[test]
+#[ignore = "needs the firmware's ELF: cargo fw"]
 fn the_same_elf_with_the_same_inputs_ends_in_the_same_state_however_it_is_cut_up() {
-    let Some(image) = image() else { return };
+    let image = image();
     let mut at_once = machine(&image, MachineConfig::default());
     run(&mut at_once, 700 * MILLISECOND);
     let mut again = machine(&image, MachineConfig::default());
@@ -81,8 +92,9 @@ fn the_same_elf_with_the_same_inputs_ends_in_the_same_state_however_it_is_cut_up
 }
 
 #[test]
+#[ignore = "needs the firmware's ELF: cargo fw"]
 fn a_broken_crystal_ends_in_a_reset_by_software_and_no_motor_turns() {
-    let Some(image) = image() else { return };
+    let image = image();
     let soc = SocConfig { hse_hz: None, ..SocConfig::default() };
     let mut machine = machine(&image, MachineConfig { soc, ..MachineConfig::default() });
     run(&mut machine, 1_000 * MILLISECOND);
@@ -92,8 +104,9 @@ fn a_broken_crystal_ends_in_a_reset_by_software_and_no_motor_turns() {
 }
 
 #[test]
+#[ignore = "needs the firmware's ELF: cargo fw"]
 fn the_firmware_knows_after_each_reset_what_it_was() {
-    let Some(image) = image() else { return };
+    let image = image();
     let mut machine = machine(&image, MachineConfig::default());
     run(&mut machine, 200 * MILLISECOND);
     machine.reset(ResetCause::BrownOut);
@@ -107,4 +120,34 @@ fn the_firmware_knows_after_each_reset_what_it_was() {
 fn a_machine_can_be_given_to_another_thread() {
     fn is_send<T: Send>() {}
     is_send::<Machine<Crazyflie>>();
+}
+
+/// On a chip that has nothing but a core and memory, the firmware runs up to its first access to a
+/// peripheral's register.
+#[test]
+#[ignore = "needs the firmware's ELF: cargo fw"]
+fn the_firmware_boots_to_its_first_register() {
+    let image = image();
+    let (start, code) = image.flat();
+    let mut rig = Rig::new(&[]);
+    assert!(rig.memory.program(start, &code), "it is flash");
+    rig.program = Program::new(start, &code);
+    rig.cpu.reset_core(&rig.memory, image.vector_table());
+    let stop = loop {
+        let before = rig.cpu.instructions();
+        match rig.step() {
+            Stop::Until if rig.cpu.faults().is_empty() => {}
+            stop => break (stop, before),
+        }
+    };
+    let (stop, instructions) = stop;
+    println!("{instructions} instructions, then {stop:x?} {:x?}", rig.cpu.faults().first());
+    assert!(instructions > 1000, "{instructions}");
+    let peripheral = 0x4000_0000..0x6000_0000;
+    let address = match (stop, rig.cpu.faults().first().map(|report| report.fault)) {
+        (Stop::Refused { address, .. }, _) => address,
+        (_, Some(Fault::DataBus { address })) => address,
+        other => panic!("{other:?}"),
+    };
+    assert!(peripheral.contains(&address), "{address:#x}");
 }

@@ -1,9 +1,7 @@
 //! SPI, register by register: as the manual's procedures have it (RM0090, "Data transmission and
 //! reception procedures"), as embassy's driver does it, and with what goes wrong.
 
-mod serial_support;
-
-use serial_support::{DMA2, GPIOA, RAM, Rig, Stream, cr};
+use super::{DMA2, GPIOA, RAM, Rig, Stream, cr};
 use virtual_crazyflie::bus::Width;
 
 const CR1: u32 = 0x4001_3000;

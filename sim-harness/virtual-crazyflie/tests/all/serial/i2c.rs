@@ -1,9 +1,7 @@
 //! I²C, register by register: as the manual's transfer diagrams have it (RM0090, "I2C master
 //! mode"), as embassy's driver for this peripheral does it, and with everything that goes wrong.
 
-mod serial_support;
-
-use serial_support::{DMA1, GPIOA, GPIOC, MEGAHERTZ, RAM, Rig, Seen, Stream, cr};
+use super::{DMA1, GPIOA, GPIOC, MEGAHERTZ, RAM, Rig, Seen, Stream, cr};
 
 const I2C1: u32 = 0x4000_5400;
 const I2C3: u32 = 0x4000_5C00;

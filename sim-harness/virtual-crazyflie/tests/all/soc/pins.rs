@@ -1,8 +1,6 @@
 //! Pins and their edges: GPIO, SYSCFG and EXTI.
 
-mod soc_bench;
-
-use soc_bench::{Chip, at, unmodelled};
+use super::{Chip, at, unmodelled};
 use virtual_crazyflie::bus::{Bus, Width};
 use virtual_crazyflie::soc::{Level, Pin, ResetCause};
 

@@ -1,8 +1,6 @@
 //! What an ELF says of itself, and what is made of ELFs that say nonsense.
 
-mod image_tiny;
-
-use image_tiny::{TINY, machine, tiny};
+use crate::image_tiny::{TINY, machine, tiny};
 use proptest::prelude::*;
 use virtual_crazyflie::bus::Width;
 use virtual_crazyflie::image::{Image, ImageError, Sizes, State};

@@ -1,8 +1,6 @@
 //! The flash interface: locks, programming, erasing and every error.
 
-mod soc_bench;
-
-use soc_bench::{Chip, at, unmodelled};
+use super::{Chip, at, unmodelled};
 use virtual_crazyflie::bus::{Bus, Width};
 use virtual_crazyflie::soc::SocConfig;
 

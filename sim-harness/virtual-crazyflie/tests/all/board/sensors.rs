@@ -1,8 +1,6 @@
 //! The sensors as the chip's buses and pins see them.
 
-mod board_common;
-
-use board_common::{Bench, DECKS, MS, SENSORS, US};
+use super::{Bench, DECKS, MS, SENSORS, US};
 use sensors::multi_ranger::Beam;
 use sensors::vl53l1x::{CountRate, RangeStatus};
 use units::{Acceleration, AngularVelocity, Metres};

@@ -1,13 +1,11 @@
 //! A debugger, spoken to as GDB speaks, over a socket.
 
-mod image_tiny;
-
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 
-use image_tiny::{Nothing, machine, tiny};
+use crate::image_tiny::{Nothing, machine, tiny};
 use virtual_crazyflie::gdb::{Debugger, serve};
 use virtual_crazyflie::log::{Log, Messages, Probe};
 use virtual_crazyflie::machine::Machine;

@@ -1,9 +1,7 @@
 //! What can go wrong on the board goes wrong when it was asked to, as it was asked to, and no
 //! longer.
 
-mod board_common;
-
-use board_common::{Bench, DECKS, MS, SENSORS, US, frame};
+use super::{Bench, DECKS, MS, SENSORS, US, frame};
 use proptest::prelude::*;
 use sensors::models::Vl53l1xFault;
 use sensors::multi_ranger::Beam;

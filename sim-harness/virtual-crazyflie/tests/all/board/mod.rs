@@ -1,6 +1,9 @@
 //! What drives a board by hand in the tests: a controller on its I²C buses, and a flight processor
 //! at the radio chip's line.
-#![allow(dead_code, reason = "each test takes what it needs")]
+
+mod faults;
+mod radio;
+mod sensors;
 
 use virtual_crazyflie::board::{Config, Crazyflie};
 use virtual_crazyflie::soc::{Board, I2cBus, Level, Nanos, Pin, UartBus, UartByte};

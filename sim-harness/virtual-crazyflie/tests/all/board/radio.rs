@@ -1,10 +1,8 @@
 //! The radio chip, from the flight processor's side and from the air's.
 
-mod board_common;
-
 use std::fmt::Write as _;
 
-use board_common::{Bench, MS, US, frame};
+use super::{Bench, MS, US, frame};
 use units::{Dbm, Volts};
 use virtual_crazyflie::board::Led;
 use virtual_crazyflie::board::nrf51::{Datarate, Power, Tuning};

@@ -1,8 +1,6 @@
 //! The independent watchdog: when it bites, by its own oscillator.
 
-mod soc_bench;
-
-use soc_bench::{Chip, at, unmodelled};
+use super::{Chip, at, unmodelled};
 use virtual_crazyflie::bus::{Bus, Width};
 use virtual_crazyflie::soc::{Nanos, ResetCause, SocConfig};
 

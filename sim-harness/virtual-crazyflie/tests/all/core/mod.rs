@@ -3,9 +3,7 @@
 
 mod blocks;
 mod faults;
-#[path = "../firmware_elf/mod.rs"]
-mod firmware_elf;
 mod kernel;
 mod memory;
-mod rig;
+pub(crate) mod rig;
 mod time;

@@ -1,5 +1,4 @@
 //! A small ELF, and a machine that runs it on a board with nothing on it.
-#![allow(dead_code, reason = "each test uses its part")]
 
 use std::sync::Arc;
 

@@ -1,10 +1,8 @@
 //! Profiles of a small program whose every call is known.
 
-mod image_tiny;
-
 use std::sync::{Arc, Mutex};
 
-use image_tiny::{machine, tiny};
+use crate::image_tiny::{machine, tiny};
 use virtual_crazyflie::profile::Profile;
 
 #[test]

@@ -1,8 +1,6 @@
 //! Clocks as firmware sets them up: what comes out, what takes time, and what is an error.
 
-mod soc_bench;
-
-use soc_bench::{Chip, at, unmodelled};
+use super::{Chip, at, unmodelled};
 use virtual_crazyflie::bus::{Refused, Width};
 use virtual_crazyflie::soc::{ResetCause, SocConfig};
 

@@ -2,10 +2,8 @@
 //! functional description") and as embassy's driver does it, senders whose rate is off, and every
 //! flag's way to be cleared.
 
-mod serial_support;
-
+use super::{DMA2, GPIOC, MEGAHERTZ, RAM, Rig, Stream, cr};
 use proptest::prelude::*;
-use serial_support::{DMA2, GPIOC, MEGAHERTZ, RAM, Rig, Stream, cr};
 use virtual_crazyflie::soc::UartByte;
 
 const SR: u32 = 0x4001_1400;

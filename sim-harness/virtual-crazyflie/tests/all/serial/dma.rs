@@ -2,10 +2,8 @@
 //! in which order, and what stops it. Copies of memory show the data path; USART6, which has a byte
 //! for DMA whenever one comes in, and takes one whenever it can, shows requests.
 
-mod serial_support;
-
+use super::{DMA1, DMA2, RAM, Rig, Stream, cr};
 use proptest::prelude::*;
-use serial_support::{DMA1, DMA2, RAM, Rig, Stream, cr};
 use virtual_crazyflie::bus::{Bus, Width};
 use virtual_crazyflie::memory::map;
 use virtual_crazyflie::soc::UartByte;

@@ -1,8 +1,6 @@
 //! Timers as embassy's time driver uses TIM5 and as the motors use TIM2 and TIM4.
 
-mod soc_bench;
-
-use soc_bench::{Chip, at, unmodelled};
+use super::{Chip, at, unmodelled};
 use virtual_crazyflie::bus::Width;
 use virtual_crazyflie::soc::{Pin, PinOutput};
 
