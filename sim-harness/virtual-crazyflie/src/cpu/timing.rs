@@ -53,23 +53,31 @@ pub(super) const REFILL_REGISTER: u64 = 2;
 /// Where it is loaded.
 pub(super) const REFILL_LOADED: u64 = 3;
 
+/// Whether an instruction is a load of one register that leaves its base alone.
+const fn loads_one(kind: Kind) -> bool {
+    matches!(
+        kind,
+        Kind::LdrImm
+            | Kind::LdrReg
+            | Kind::LdrLiteral
+            | Kind::LdrbImm
+            | Kind::LdrbReg
+            | Kind::LdrhImm
+            | Kind::LdrhReg
+            | Kind::LdrsbImm
+            | Kind::LdrsbReg
+            | Kind::LdrshImm
+            | Kind::LdrshReg
+            | Kind::LoadLiteral(_)
+    )
+}
+
 /// Cycles of an instruction that executes, without refills and what operands decide.
 pub(super) fn cycles(op: &Op) -> u8 {
     let words = |count: u32| 1 + count as u8;
     match op.kind {
-        Kind::LdrImm
-        | Kind::LdrReg
-        | Kind::LdrLiteral
-        | Kind::LdrbImm
-        | Kind::LdrbReg
-        | Kind::LdrhImm
-        | Kind::LdrhReg
-        | Kind::LdrsbImm
-        | Kind::LdrsbReg
-        | Kind::LdrshImm
-        | Kind::LdrshReg
-        | Kind::LoadLiteral(_)
-        | Kind::LoadPre(_)
+        kind if loads_one(kind) => 2,
+        Kind::LoadPre(_)
         | Kind::LoadPost(_)
         | Kind::LoadUnprivileged(_)
         | Kind::LoadPc(_)
@@ -151,18 +159,7 @@ fn address_of(op: &Op) -> Option<(u8, u8)> {
 /// The cycles of an instruction before another one: loads are pipelined.
 pub(super) fn cycles_before(op: &Op, next: &Op) -> u8 {
     let target = match op.kind {
-        Kind::LdrImm
-        | Kind::LdrReg
-        | Kind::LdrLiteral
-        | Kind::LdrbImm
-        | Kind::LdrbReg
-        | Kind::LdrhImm
-        | Kind::LdrhReg
-        | Kind::LdrsbImm
-        | Kind::LdrsbReg
-        | Kind::LdrshImm
-        | Kind::LdrshReg
-        | Kind::LoadLiteral(_) => op.d,
+        kind if loads_one(kind) => op.d,
         Kind::Vldr | Kind::VldrLiteral => 15,
         _ => return op.cycles,
     };

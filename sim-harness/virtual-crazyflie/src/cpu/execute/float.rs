@@ -1,7 +1,7 @@
-//! Floating-point instructions: around the plain functions of [`fp`].
+//! Executes floating-point instructions with the plain functions of [`fp`].
 //!
-//! Each asks first whether the unit is ready: it may be disabled, or the state of a context that was
-//! interrupted may have to be saved before (DDI 0403, B1.5.7, ExecuteFPCheck).
+//! Each checks first whether the unit is ready: it may be disabled, or the state of a context that
+//! was interrupted may have to be saved before (DDI 0403, B1.5.7, ExecuteFPCheck).
 
 use crate::bus::{Bus, Width};
 use crate::cpu::Cpu;
@@ -51,6 +51,15 @@ impl Cpu {
         self.fpu.s[(register & 31) as usize] = bits;
     }
 
+    /// Sets Sd to a result, if the floating-point unit may be used.
+    #[inline(always)]
+    fn set_result(&mut self, op: &Op, memory: &mut Memory, result: impl FnOnce(&mut Self) -> u32) {
+        if self.floats(op, memory) {
+            let bits = result(self);
+            self.set_float(op.d, bits);
+        }
+    }
+
     operations! {
         vadd: fp::add, n, m;
         vsub: fp::sub, n, m;
@@ -82,30 +91,22 @@ impl Cpu {
 
     #[inline(always)]
     pub(super) fn vabs(&mut self, op: &Op, memory: &mut Memory) {
-        if self.floats(op, memory) {
-            self.set_float(op.d, fp::abs(self.float(op.m)));
-        }
+        self.set_result(op, memory, |cpu| fp::abs(cpu.float(op.m)));
     }
 
     #[inline(always)]
     pub(super) fn vneg(&mut self, op: &Op, memory: &mut Memory) {
-        if self.floats(op, memory) {
-            self.set_float(op.d, fp::neg(self.float(op.m)));
-        }
+        self.set_result(op, memory, |cpu| fp::neg(cpu.float(op.m)));
     }
 
     #[inline(always)]
     pub(super) fn vmov(&mut self, op: &Op, memory: &mut Memory) {
-        if self.floats(op, memory) {
-            self.set_float(op.d, self.float(op.m));
-        }
+        self.set_result(op, memory, |cpu| cpu.float(op.m));
     }
 
     #[inline(always)]
     pub(super) fn vmov_imm(&mut self, op: &Op, memory: &mut Memory) {
-        if self.floats(op, memory) {
-            self.set_float(op.d, op.imm);
-        }
+        self.set_result(op, memory, |_| op.imm);
     }
 
     #[inline(always)]
@@ -131,51 +132,45 @@ impl Cpu {
         signed: bool,
         towards_zero: bool,
     ) {
-        if self.floats(op, memory) {
-            let m = self.float(op.m);
-            let result = fp::to_int(m, signed, towards_zero, &mut self.fpu.fpscr);
-            self.set_float(op.d, result);
-        }
+        self.set_result(op, memory, |cpu| {
+            fp::to_int(cpu.float(op.m), signed, towards_zero, &mut cpu.fpu.fpscr)
+        });
     }
 
     #[inline(always)]
     pub(super) fn vcvt_from_int(&mut self, op: &Op, memory: &mut Memory, signed: bool) {
-        if self.floats(op, memory) {
-            let result = fp::from_int(self.float(op.m), signed, &mut self.fpu.fpscr);
-            self.set_float(op.d, result);
-        }
+        self.set_result(op, memory, |cpu| {
+            fp::from_int(cpu.float(op.m), signed, &mut cpu.fpu.fpscr)
+        });
     }
 
     pub(super) fn vcvt_to_fixed(&mut self, op: &Op, memory: &mut Memory, signed: bool) {
-        if self.floats(op, memory) {
-            let format = Fixed { bits: op.imm as u8, fraction: op.a, signed };
-            let result = fp::to_fixed(self.float(op.d), format, &mut self.fpu.fpscr);
-            self.set_float(op.d, result);
-        }
+        let format = Fixed { bits: op.imm as u8, fraction: op.a, signed };
+        self.set_result(op, memory, |cpu| {
+            fp::to_fixed(cpu.float(op.d), format, &mut cpu.fpu.fpscr)
+        });
     }
 
     pub(super) fn vcvt_from_fixed(&mut self, op: &Op, memory: &mut Memory, signed: bool) {
-        if self.floats(op, memory) {
-            let format = Fixed { bits: op.imm as u8, fraction: op.a, signed };
-            let result = fp::from_fixed(self.float(op.d), format, &mut self.fpu.fpscr);
-            self.set_float(op.d, result);
-        }
+        let format = Fixed { bits: op.imm as u8, fraction: op.a, signed };
+        self.set_result(op, memory, |cpu| {
+            fp::from_fixed(cpu.float(op.d), format, &mut cpu.fpu.fpscr)
+        });
     }
 
     pub(super) fn vcvt_from_half(&mut self, op: &Op, memory: &mut Memory, top: bool) {
-        if self.floats(op, memory) {
-            let half = (self.float(op.m) >> (16 * u32::from(top))) as u16;
-            let result = fp::half_to_single(half, &mut self.fpu.fpscr);
-            self.set_float(op.d, result);
-        }
+        self.set_result(op, memory, |cpu| {
+            let half = (cpu.float(op.m) >> (16 * u32::from(top))) as u16;
+            fp::half_to_single(half, &mut cpu.fpu.fpscr)
+        });
     }
 
     pub(super) fn vcvt_to_half(&mut self, op: &Op, memory: &mut Memory, top: bool) {
-        if self.floats(op, memory) {
-            let half = u32::from(fp::single_to_half(self.float(op.m), &mut self.fpu.fpscr));
+        self.set_result(op, memory, |cpu| {
+            let half = u32::from(fp::single_to_half(cpu.float(op.m), &mut cpu.fpu.fpscr));
             let at = 16 * u32::from(top);
-            self.set_float(op.d, self.float(op.d) & !(0xFFFF << at) | half << at);
-        }
+            cpu.float(op.d) & !(0xFFFF << at) | half << at
+        });
     }
 
     #[inline(always)]
@@ -247,7 +242,7 @@ impl Cpu {
         }
     }
 
-    /// Several registers from Sd on. False where it came to nothing.
+    /// Several registers from Sd on. False if the instruction was abandoned.
     pub(super) fn load_floats<B: Bus>(
         &mut self,
         op: &Op,
@@ -270,7 +265,7 @@ impl Cpu {
         true
     }
 
-    /// Several registers from Sd on. False where it came to nothing.
+    /// Several registers from Sd on. False if the instruction was abandoned.
     pub(super) fn store_floats<B: Bus>(
         &mut self,
         op: &Op,
