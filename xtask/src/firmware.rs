@@ -1,11 +1,11 @@
-//! Building the firmware, exactly as `cargo fw` or `cargo fw-plus` does: by calling it.
+//! Builds the firmware by calling `cargo fw` or `cargo fw-plus`.
 
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
 
 use crate::Result;
 
-/// What the firmware is built for.
+/// The board that the firmware is built for.
 #[derive(Clone, Copy)]
 pub(crate) enum Board {
     Crazyflie21,

@@ -1,4 +1,4 @@
-//! All functions together: who calls whom, and how deep the stack can get below each.
+//! The call graph of the firmware, and the depth of the stack below each function.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -12,7 +12,7 @@ pub(crate) struct Function {
     pub(crate) name: String,
     pub(crate) address: u32,
     pub(crate) size: u32,
-    /// What it does to the stack, or what of it is not understood.
+    /// Its effect on the stack, or the instruction that is not understood.
     pub(crate) flow: Result<Flow, String>,
 }
 
@@ -27,7 +27,7 @@ impl Program {
     pub(crate) fn new(elf: &Elf) -> Self {
         let instructions = &elf.instructions;
         let mut functions;
-        // That a function never comes back changes what its callers do: until it does no more.
+        // That a function never returns changes its callers' flow, so this repeats until no more do.
         let mut diverging = BTreeSet::new();
         loop {
             let analyse = |start: u32, size: u32| {
@@ -72,8 +72,8 @@ impl Program {
         self.functions.iter().enumerate().filter(move |(_, f)| f.name == name).map(|(i, _)| i)
     }
 
-    /// The places that an instruction is come to from, when it is not `exact` itself: branches
-    /// that may or may not be taken, and others as far back as they are not exact either.
+    /// The instructions from which control reaches an instruction that is not `exact` itself:
+    /// branches on a condition, and other branches traced back until they are exact.
     pub(crate) fn ways_to(
         &self,
         function: usize,
@@ -141,7 +141,7 @@ impl Program {
 }
 
 impl Function {
-    /// Whether it never comes back.
+    /// Whether it never returns.
     pub(crate) fn diverges(&self) -> bool {
         self.flow.as_ref().is_ok_and(|flow| !flow.returns)
     }

@@ -1,4 +1,4 @@
-//! What is done with the firmware once it is built: packed for the bootloader, and weighed.
+//! Packs the built firmware for the bootloader, and measures its memory, panics and stack.
 //!
 //! | command | does |
 //! |---|---|
@@ -12,8 +12,8 @@
 //! | [`firmware`] | building it, as `cargo fw` does |
 //! | [`image`] | the flat image and what must be true of it |
 //! | [`elf`] | sections, functions, instructions and vector table of the ELF file |
-//! | [`flow`] | one function: how deep its stack is at each call |
-//! | [`graph`] | all functions: who calls whom, and how deep that goes |
+//! | [`flow`] | one function: the depth of its stack at each call |
+//! | [`graph`] | the call graph, and the depth of the stack below each function |
 //! | [`inlining`] | which functions an instruction was inlined from |
 //! | [`stack`] | executors and interrupts: the worst nesting |
 //! | [`panics`] | the panics that are left, and why each cannot happen |

@@ -9,7 +9,7 @@ use serde::de::DeserializeOwned;
 
 use crate::Result;
 
-/// A function's name; `*` stands for any run of characters. Remembers whether it was of use.
+/// A function's name; `*` stands for any run of characters. Remembers whether it ever matched.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(from = "String")]
 pub(crate) struct Pattern {

@@ -1,18 +1,18 @@
-//! The worst that can be on the stack at once: what runs in thread mode, interrupted at its deepest
-//! by the lowest interrupt priority, that by the next, and so on up to a fault.
+//! Computes the worst case of the stack: thread mode, interrupted at its deepest by the lowest
+//! interrupt priority, that by the next, and so on up to a fault.
 //!
 //! | row | what |
 //! |---|---|
 //! | thread | everything below the reset vector: start-up, `main`, its executor and the tasks |
 //! | priority *n* | the deepest handler of the level, be it an ordinary one or an executor's |
-//! | fault | the deepest of the handlers that never come back, which can only be the last |
+//! | fault | the deepest of the handlers that never return, which can only be the last |
 //!
 //! A handler that changes over to a stack of its own is measured against that.
 //!
 //! Handlers of one level do not interrupt each other. Each interruption puts an exception frame on
-//! the stack. What the disassembly does not tell is in `stack.toml`: whom calls through pointers
-//! reach, and the interrupts' priorities, which are set while running. A call without a rule is a
-//! complaint, and so is a function that nothing calls: that is a call of which no rule knows.
+//! the stack. What the code does not show is in `stack.toml`: which functions a call through a
+//! pointer reaches, and the interrupts' priorities, which are set while running. A call without a rule is a
+//! complaint, and so is a function that nothing calls: that is a call that no rule resolves.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -44,9 +44,9 @@ pub(crate) struct Table {
     pub(crate) room: u32,
     /// What functions have on stacks of their own, and what those can take.
     pub(crate) elsewhere: Vec<(Row, u32)>,
-    /// What is not known, or does not fit.
+    /// Errors: a call or priority that is not known.
     pub(crate) complaints: Vec<String>,
-    /// Rules that nothing has needed.
+    /// Rules that no call has needed.
     pub(crate) idle: Vec<String>,
     /// The functions that can run at all.
     pub(crate) reached: BTreeSet<usize>,
@@ -142,7 +142,7 @@ fn handlers(elf: &Elf, program: &Program) -> Result<Vec<Handler>> {
         .collect())
 }
 
-/// Calls that nothing tells the targets of, by caller.
+/// Calls whose targets are not known, by caller.
 type Unknown = BTreeMap<usize, Vec<String>>;
 
 /// All calls, those through pointers by the rules.
@@ -176,7 +176,7 @@ fn resolve(program: &Program, rules: &Stack, chain: &Chain<'_>) -> (Edges, Unkno
     (edges, unknown)
 }
 
-/// What a rule can be written by: the innermost function that is not the standard library's, those
+/// The names by which a rule can match: the innermost function that is not the standard library's, those
 /// of it within, and the one that all was inlined into.
 fn places(chain: &[String]) -> String {
     let inner = chain.iter().position(|name| !is_core(name)).unwrap_or(0);
@@ -236,7 +236,7 @@ fn complain(
     }
 }
 
-/// What is needed to lay the rows.
+/// The data from which the rows are computed.
 struct Nesting<'a> {
     program: &'a Program,
     edges: &'a Edges,
@@ -442,7 +442,7 @@ mod tests {
     }
 
     #[test]
-    fn what_no_rule_tells_is_complained_of() {
+    fn a_call_or_priority_without_a_rule_is_a_complaint() {
         let table = measured("");
         let complaints = table.complaints.join("\n");
         for part in [
@@ -466,8 +466,8 @@ mod tests {
     }
 
     #[test]
-    fn rules_without_use_are_told() {
-        let more = format!("{RULES}\n[[unreached]]\nfunction = \"nobody\"\nwhy = \"\"");
-        assert_eq!(measured(&more).idle, ["nobody"]);
+    fn unused_rules_are_reported() {
+        let more = format!("{RULES}\n[[unreached]]\nfunction = \"absent\"\nwhy = \"\"");
+        assert_eq!(measured(&more).idle, ["absent"]);
     }
 }
