@@ -1,7 +1,7 @@
-//! The door between the core and everything that is not memory.
+//! The interface between the core and everything that is not memory.
 //!
-//! The core keeps the time, in its own cycles, and asks: a load or a store at an address where no
-//! memory is goes to the [`Bus`]. The other way round the bus has interrupt lines, which the core
+//! The core keeps the time, in its own cycles, and calls: a load or a store at an address where no
+//! memory is goes to the [`Bus`]. In the other direction the bus has interrupt lines, which the core
 //! samples after each access and whenever the bus has let something happen by itself.
 
 use crate::memory::Memory;

@@ -14,8 +14,8 @@
 //! | [`gdb`] | a debugger's way in |
 //! | [`speed`] | how many instructions a second the core executes |
 //!
-//! Nothing here knows of a tunnel or of physics. Whoever has a world sets what the sensors measure,
-//! runs the machine to the next moment, and reads what the motors and the radio do. The same ELF
+//! The crate knows neither tunnels nor physics. A simulator sets what the sensors measure, runs the
+//! machine to the next moment, and reads what the motors and the radio do. The same ELF
 //! with the same inputs at the same moments ends in the same state, bit for bit.
 //!
 //! What is not modelled is an error with an address and a symbol, never a silent zero.

@@ -1,7 +1,7 @@
-//! What the firmware logs by defmt, decoded.
+//! Decodes what the firmware logs by defmt.
 //!
 //! The firmware writes into a ring in its RAM, and a debug probe reads it there (SEGGER's RTT).
-//! Here the emulator is the probe, or an eye that sees all and touches nothing.
+//! Here the emulator is that probe, or only reads along without changing anything.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -46,7 +46,7 @@ pub enum Level {
     Warn,
     /// `defmt::error!`
     Error,
-    /// Not a message: bytes that could not be decoded, told in words.
+    /// Not a message: bytes that could not be decoded, described in words.
     Garbled,
 }
 
@@ -103,14 +103,14 @@ impl fmt::Display for LogLine {
     }
 }
 
-/// Who reads the ring.
+/// Whether a debug probe reads the ring.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Probe {
-    /// Nobody: the firmware overwrites what is old, as in flight. What it has written is seen all
-    /// the same, if one looks before it is overwritten.
+    /// There is none, as in flight: the firmware overwrites the oldest bytes. The log sees all that
+    /// it reads before it is overwritten.
     Absent,
-    /// A debug probe, which makes the firmware wait while the ring is full, until somebody drains
-    /// it. Nothing is lost, and the timing is another.
+    /// A debug probe, which makes the firmware wait while the ring is full, until the log is
+    /// drained. Nothing is lost, but the firmware's timing changes.
     Attached,
 }
 

@@ -1,4 +1,4 @@
-//! All of it together: core, chip, memories and board, run up to a moment.
+//! Runs core, chip, memories and board together, up to a moment.
 
 use std::fmt;
 use std::sync::Arc;
@@ -9,7 +9,7 @@ use crate::image::Image;
 use crate::memory::{Memory, map};
 use crate::soc::{Board, Nanos, Pin, PinOutput, ResetCause, Soc, SocConfig};
 
-/// Who looks on at marked addresses.
+/// An observer of the core at marked addresses.
 pub trait Observer {
     /// The core is about to execute the instruction at a marked address.
     fn trap(&mut self, cpu: &Cpu, memory: &Memory);
@@ -217,7 +217,8 @@ impl<B: Board> Machine<B> {
         })
     }
 
-    /// Whoever is outside may have changed the board before, and looks at it afterwards.
+    /// Wraps a call from outside: the caller may have changed the board before it, and reads it
+    /// afterwards.
     fn outside<T>(&mut self, run: impl FnOnce(&mut Self) -> T) -> T {
         self.soc.touch(self.cpu.cycles());
         let result = run(self);
@@ -344,7 +345,7 @@ impl<B: Board> Machine<B> {
         self.adopt();
     }
 
-    /// The core is told what the chip does to it.
+    /// Passes on to the core what the chip has changed.
     fn adopt(&mut self) {
         let timing = match self.config.flash {
             FlashModel::Fixed(timing) => timing,
@@ -454,7 +455,8 @@ impl<B: Board> Machine<B> {
         &mut self.program
     }
 
-    /// From now on, `observer` is shown each trap of [`Self::run_until`]. Whoever was, is returned.
+    /// From now on, `observer` is called at each trap of [`Self::run_until`]. The previous observer is
+    /// returned.
     pub fn observe(
         &mut self,
         observer: Option<Box<dyn Observer + Send>>,

@@ -112,7 +112,7 @@ pub struct Memory {
 }
 
 impl Memory {
-    /// As after power-up of an empty chip: flash erased, RAM full of what nobody should rely on.
+    /// As after power-up of an empty chip: flash erased, RAM full of [`GARBAGE`].
     #[must_use]
     pub fn new() -> Self {
         Self { ram: Region::new(GARBAGE), flash: Region::new(0xFF), ccm: Region::new(GARBAGE) }
@@ -208,8 +208,8 @@ impl Memory {
         self.ram.bytes.as_chunks_mut::<4>().0.get_mut(offset / 4..offset / 4 + count as usize)
     }
 
-    /// What the flash controller and whoever loads an image do: bytes as they are. False, and
-    /// nothing written, where there is no flash.
+    /// Writes bytes to flash as they are, for the flash controller and for loading an image. False,
+    /// and nothing written, where there is no flash.
     pub fn program(&mut self, address: u32, bytes: &[u8]) -> bool {
         let offset = address.wrapping_sub(map::FLASH) as usize;
         let Some(end) = offset.checked_add(bytes.len()) else { return false };

@@ -1,4 +1,4 @@
-//! Both cores, side by side: what is equal, what is not, and what cannot be said.
+//! Runs both cores on the same state and judges their outcomes: equal, different, or exempt.
 
 use std::collections::BTreeMap;
 
@@ -109,7 +109,7 @@ impl Pair {
         (self.ours.run(encoding, state), self.other.run(encoding, state))
     }
 
-    /// So many states of an encoding. Whoever wants the outcomes is handed them.
+    /// So many states of an encoding. The caller gets each outcome.
     pub(crate) fn compare(
         &mut self,
         encoding: u32,

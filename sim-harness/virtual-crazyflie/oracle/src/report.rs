@@ -1,4 +1,4 @@
-//! What is printed, and what the counts must be.
+//! Prints the findings, and checks that the counts are those expected.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -97,7 +97,7 @@ pub(crate) struct Bits {
     /// That the manual defines.
     pub(crate) regular: u64,
     refused_by_both: u64,
-    /// By form; without one if it is UNDEFINED, or a hint that nobody has given a meaning.
+    /// By form; without one if it is UNDEFINED, or a hint without a meaning.
     refused_by_ours: BTreeMap<String, (u64, u32)>,
     executed_by_both: u64,
     /// By form; without one if it is UNDEFINED.

@@ -1,8 +1,8 @@
-//! One instruction on Unicorn's Cortex-M4.
+//! Executes one instruction on Unicorn's Cortex-M4.
 //!
 //! After a fault an engine may stay as it is and never execute again, and a comparison would then
 //! compare nothing. So every fault costs an engine, every thousandth instruction is one whose answer
-//! is known, and whoever counts must reach the number expected.
+//! is known, and the counts must reach the number expected.
 
 use core_vectors::outcome::changes;
 use core_vectors::state::{CODE, LITERALS, LITERALS_SIZE, background, ram};

@@ -1,17 +1,16 @@
-//! The two lines of an I²C bus: who takes part, who holds them, and a controller that moves them by
-//! hand.
+//! The two lines of an I²C bus: which devices take part, which fault holds a line low, and a
+//! controller that moves the lines by hand.
 
 use crate::soc::Level;
 
-/// Who keeps a line low that should be high.
+/// A fault that keeps a line low that should be high.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Hold {
-    Nobody,
+    /// No line is held.
+    None,
     /// A device that was interrupted while it sent. It lets go of the data line at the falling edge
     /// of its last clock; without a number, never.
-    Data {
-        clocks: Option<u32>,
-    },
+    Data { clocks: Option<u32> },
     /// Something that no clock can reach.
     Clock,
 }
@@ -43,7 +42,7 @@ pub(super) struct Wires {
 
 impl Wires {
     pub(super) const fn new() -> Self {
-        Self { taking_part: 0, hold: Hold::Nobody, clock: true, data: true }
+        Self { taking_part: 0, hold: Hold::None, clock: true, data: true }
     }
 
     pub(super) const fn hold(&mut self, hold: Hold) {
@@ -53,14 +52,14 @@ impl Wires {
     /// Clock and data, as the devices leave them.
     pub(super) const fn released(&self) -> (bool, bool) {
         match self.hold {
-            Hold::Nobody => (true, true),
+            Hold::None => (true, true),
             Hold::Data { .. } => (true, false),
             Hold::Clock => (false, true),
         }
     }
 
     pub(super) const fn is_held(&self) -> bool {
-        !matches!(self.hold, Hold::Nobody)
+        !matches!(self.hold, Hold::None)
     }
 
     /// A line as it is: low if anybody holds it.
@@ -95,7 +94,7 @@ impl Wires {
 
     const fn clocked(&mut self) {
         self.hold = match self.hold {
-            Hold::Data { clocks: Some(0 | 1) } => Hold::Nobody,
+            Hold::Data { clocks: Some(0 | 1) } => Hold::None,
             Hold::Data { clocks: Some(left) } => Hold::Data { clocks: Some(left - 1) },
             hold => hold,
         };

@@ -1,4 +1,4 @@
-//! What can go wrong on the board, and when.
+//! Faults of the board that can be injected, and the moments at which they begin and end.
 
 use std::collections::BTreeMap;
 
@@ -161,7 +161,7 @@ impl Crazyflie {
             }
             Fault::DataReadyMissing => self.ready_missing = false,
             Fault::Ranging(beam, _) => self.set_ranging(beam, Vl53l1xFault::None),
-            Fault::SdaHeld { bus, .. } | Fault::SclHeld(bus) => self.hold(bus, Hold::Nobody),
+            Fault::SdaHeld { bus, .. } | Fault::SclHeld(bus) => self.hold(bus, Hold::None),
             Fault::Noise { .. } => self.radio.disturb(Shares::default(), 0),
             Fault::FlowControlStuck => self.radio.stuck_full = false,
             Fault::RadioReset | Fault::EepromBytes { .. } => {}

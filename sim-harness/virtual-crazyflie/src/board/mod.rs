@@ -9,8 +9,8 @@
 //! | USART6, "wait" on PA4 | the radio chip, [`nrf51`] |
 //! | PC0 to PC3, PD2 | LEDs |
 //!
-//! The sensors are the register-level models of `sensors::models`. They are advanced when somebody
-//! looks at them, by as much time as has passed. A world sets what they measure, and takes what the
+//! The sensors are the register-level models of `sensors::models`. Each is advanced only when it
+//! is accessed, by as much time as has passed. A world sets what they measure, and takes what the
 //! radio sends: [`Crazyflie`]'s own methods. What can be wrong is a [`Fault`]. Motors are pins of
 //! the chip's timers, which are read there.
 //!
@@ -57,7 +57,7 @@ pub struct Config {
     /// What the EEPROM holds, from address zero on; the rest is erased.
     pub eeprom: Vec<u8>,
     /// The lines of the expander that float high after its reset. All is the worse case: rangers
-    /// that nobody holds in reset are all at one address.
+    /// that are not held in reset are all at one address.
     pub floating: u8,
     /// What the radio chip calls its firmware.
     pub version: String,
@@ -111,7 +111,7 @@ pub struct Crazyflie {
     deck_wires: Wires,
 
     flow: Pmw3901Model,
-    flow_lived_until: Nanos,
+    flow_advanced_until: Nanos,
     flow_selected: bool,
 
     radio: Nrf51,
@@ -151,7 +151,7 @@ impl Crazyflie {
             rangers: Beam::ALL.map(ranger),
             deck_wires: Wires::new(),
             flow: Pmw3901Model::new(),
-            flow_lived_until: 0,
+            flow_advanced_until: 0,
             flow_selected: false,
             radio: Nrf51::new(&config.version),
             leds: Leds::new(),
@@ -219,8 +219,8 @@ impl Crazyflie {
 
     /// The flow sensor's time passes.
     fn flow_now(&mut self) -> &mut Pmw3901Model {
-        let nanos = self.now - self.flow_lived_until;
-        self.flow_lived_until = self.now;
+        let nanos = self.now - self.flow_advanced_until;
+        self.flow_advanced_until = self.now;
         self.flow.advance(u32::try_from(nanos).unwrap_or(u32::MAX));
         &mut self.flow
     }
@@ -338,7 +338,7 @@ impl Board for Crazyflie {
         }
     }
 
-    /// What nobody drives reads as ones: a pull-up is the likelier of the two that nobody fitted.
+    /// A line that no device drives reads as ones, as with a pull-up.
     fn spi_exchange(&mut self, bus: SpiBus, byte: u8) -> u8 {
         match bus {
             SpiBus::Spi1 if self.flow_deck && self.flow_selected => self.flow_now().transfer(byte),

@@ -1,9 +1,9 @@
-//! What a disturbed serial line does to bytes, decided by a seed.
+//! Disturbs bytes on a serial line, by a seed.
 
 /// Of a million bytes, how many suffer what. What is more than a million together is cut off.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Shares {
-    /// One bit is wrong, and nobody notices.
+    /// One bit is wrong, and the receiver does not notice.
     pub flipped: u32,
     /// The byte is right, and the receiver saw noise on it.
     pub noisy: u32,

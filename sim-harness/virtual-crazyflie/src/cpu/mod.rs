@@ -2,7 +2,7 @@
 //!
 //! | module | what it holds |
 //! |---|---|
-//! | `op`, `decode` | instructions, and what bits they are |
+//! | `op`, `decode` | instructions, and how bits are decoded into them |
 //! | [`effect`] | what each does, as an analysis sees it that does not execute |
 //! | `execute` | what each does to registers and memory |
 //! | `timing` | how many cycles each takes |
@@ -70,7 +70,7 @@ pub struct Fpu {
     pub fpscr: Fpscr,
     /// A floating-point instruction may go ahead at once: the unit is enabled, the current context
     /// is marked as using it (CONTROL.FPCA), and no lazy save is outstanding (FPCCR.LSPACT).
-    /// Otherwise [`Cpu::prepare_fp`] comes first. Kept by whoever changes one of the three.
+    /// Otherwise [`Cpu::prepare_fp`] comes first. A change to one of the three keeps it up to date.
     pub(crate) ready: bool,
 }
 
@@ -97,8 +97,8 @@ pub struct Cpu {
     pub(crate) special: Special,
     pub(crate) exceptions: Exceptions,
     pub(crate) control: Control,
-    /// EPSR.T. Cleared, the next instruction is a UsageFault; whoever clears it sets the deadline
-    /// to zero.
+    /// EPSR.T. Cleared, the next instruction is a UsageFault; clearing it sets the
+    /// deadline to zero.
     pub(crate) thumb: bool,
     /// Why the instruction at R15 was abandoned, until the run loop has dealt with it.
     pub(crate) abort: Option<abort::Abort>,
@@ -118,6 +118,6 @@ pub struct Cpu {
     /// Instructions executed.
     pub(crate) instructions: u64,
     /// The cycle at which the run loop has something else to do than to execute. Zero when that is
-    /// at once: whoever changes what may be pending sets it so.
+    /// at once: a change to what may be pending sets it so.
     pub(crate) deadline: u64,
 }

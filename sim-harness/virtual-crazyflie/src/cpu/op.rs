@@ -490,7 +490,7 @@ pub(super) enum Kind {
     Undefined,
     /// An instruction of a coprocessor that is not there.
     NoCoprocessor,
-    /// An encoding whose effect the manual leaves open. Nobody means it.
+    /// An encoding whose effect the manual leaves open; no compiler emits it.
     Unpredictable,
     /// Not part of the program, or not all of it.
     Outside,
@@ -603,9 +603,9 @@ impl Kind {
         )
     }
 
-    /// Whether a block may have a copy with this in it: it leaves the flags alone, goes on behind
-    /// itself, and is often enough in blocks.
-    pub(super) const fn goes_on(self) -> bool {
+    /// Whether a block may have a copy with this in it: it leaves the flags alone, falls through,
+    /// and is often enough in blocks.
+    pub(super) const fn falls_through(self) -> bool {
         matches!(
             self,
             Self::AddImm
@@ -677,7 +677,7 @@ impl Kind {
 
     /// The same of the last instruction of a block.
     pub(super) const fn ends_block(self) -> bool {
-        self.goes_on()
+        self.falls_through()
             || matches!(
                 self,
                 Self::CmpImm

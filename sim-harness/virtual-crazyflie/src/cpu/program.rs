@@ -2,16 +2,16 @@
 //!
 //! Each halfword is decoded as if an instruction began there: no jump can land where nothing is
 //! known, and where instructions begin need not be found out. What is executed one after the other
-//! stands one after the other, so that following it is counting: first all that a reader from the
-//! first byte on comes across, then, for every halfword that he has skipped, what a reader finds
-//! who begins there, until he meets one who was there before.
+//! stands one after the other, so that following it is counting: first the instructions that are
+//! decoded one after the other from the first byte on, then, for every halfword inside one of them,
+//! those that are decoded from there on, until they meet one that is there already.
 //!
 //! Behind all of it, the blocks of most ITs stand once more, each twice: as it is executed if the
 //! condition passes, and as it is if not.
 //!
 //! Addresses can be marked with traps, which cost nothing anywhere else.
 //!
-//! It is decoded once: whoever lets flash be programmed where it has code makes a new one.
+//! It is decoded once: when flash is programmed where it has code, a new one has to be made.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -206,7 +206,8 @@ fn copy_blocks(ops: &mut Vec<Op>, addresses: &mut Vec<u32>) -> Vec<u8> {
             continue;
         };
         let inner = &block[..count - 1];
-        if !inner.iter().all(|op| op.in_it().kind.goes_on()) || !end.in_it().kind.ends_block() {
+        if !inner.iter().all(|op| op.in_it().kind.falls_through()) || !end.in_it().kind.ends_block()
+        {
             continue;
         }
         let block = block.to_vec();

@@ -8,7 +8,7 @@ use super::timing::{FlashTiming, Timing};
 use super::{Cpu, Flags, Fpu};
 
 impl Cpu {
-    /// A core that has been switched on and not yet been told where its vector table is.
+    /// A core that has been switched on and has not yet read its vector table.
     #[must_use]
     pub fn new() -> Self {
         Self {

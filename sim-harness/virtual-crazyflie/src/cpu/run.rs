@@ -1,4 +1,4 @@
-//! The loop: what is due happens, exceptions come in, the core sleeps or executes.
+//! The run loop: advances what is due, takes exceptions, sleeps or executes.
 //!
 //! Instructions are executed until a deadline in cycles and nothing else is asked in between.
 //! Whatever may change what is pending sets the deadline to zero, so that it is asked at once.
@@ -20,7 +20,7 @@ pub enum Stop {
     Until,
     /// The next instruction has a trap on it. [`Cpu::step`] goes past it.
     Trap,
-    /// Something asks for a reset: the core (AIRCR.SYSRESETREQ) or the bus.
+    /// A reset is requested: the core (AIRCR.SYSRESETREQ) or the bus.
     Reset,
     /// The next instruction is a BKPT.
     Breakpoint,
@@ -85,7 +85,7 @@ impl Cpu {
         if let Some(stop) = self.attend(memory, bus, until) {
             return stop;
         }
-        // An exception that has come in begins with an instruction that nobody has been shown yet.
+        // A handler that has just been entered begins with an instruction that no trap has reported yet.
         if self.r[15] != here && program.is_trapped(self.r[15]) {
             return Stop::Trap;
         }
@@ -288,14 +288,14 @@ impl Cpu {
         }
     }
 
-    /// The instruction at the program counter comes to nothing.
+    /// Abandons the instruction at the program counter.
     #[cold]
     pub(super) fn abort(&mut self, abort: Abort) {
         self.abort = Some(abort);
         self.deadline = 0;
     }
 
-    /// One instruction; false where it came to nothing.
+    /// Executes one instruction; false if it was abandoned.
     #[inline(never)]
     fn execute_once<B: Bus>(
         &mut self,

@@ -1,4 +1,4 @@
-//! Which registers a Cortex-M4F has, and how GDB is told.
+//! Describes the registers of a Cortex-M4F to GDB.
 
 use std::num::NonZeroUsize;
 

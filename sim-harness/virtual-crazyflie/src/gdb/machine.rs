@@ -1,4 +1,4 @@
-//! What a debugger needs of a machine.
+//! The interface that a debugger needs of a machine.
 
 use std::fmt;
 use std::ops::RangeInclusive;
@@ -60,10 +60,10 @@ pub trait Debuggee {
     /// Whether it does.
     fn is_trapped(&mut self, address: u32) -> bool;
 
-    /// As if somebody had pressed the reset button.
+    /// Resets the machine as its reset button does.
     fn reset(&mut self);
 
-    /// Who called whom, in words.
+    /// The back-trace, in words.
     fn backtrace(&self) -> String;
 
     /// The memory that a log is in.
@@ -171,7 +171,7 @@ fn system_byte(cpu: &mut Cpu, address: u32) -> Option<u32> {
 }
 
 /// Where memory is, for GDB: in what it may not write it sets hardware breakpoints by itself. The
-/// peripherals are there so that it asks, and is told no, instead of giving up by itself.
+/// peripherals are there so that it asks and is refused, instead of giving up by itself.
 pub(super) fn memory_map() -> String {
     let areas = [
         ("rom", 0, map::FLASH_SIZE),

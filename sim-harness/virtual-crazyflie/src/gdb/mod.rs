@@ -1,12 +1,12 @@
-//! A debugger's way in: GDB's remote protocol over TCP, for one machine.
+//! Serves GDB's remote protocol over TCP, for one machine.
 //!
-//! [`Debugger`] owns the machine and stands in for it: whoever ran the machine to the next moment
-//! now has the debugger do so. While somebody at a GDB holds the machine, that call does not
-//! return, so that the time of a whole simulation stands still.
+//! [`Debugger`] owns the machine and stands in for it: the simulator runs the debugger instead of
+//! the machine to the next moment. While GDB has stopped the machine, that call does not return,
+//! so that the time of the whole simulation stands still.
 //!
 //! | module | what it holds |
 //! |---|---|
-//! | `arch` | which registers there are, and how GDB is told |
+//! | `arch` | the registers, as GDB expects them described |
 //! | `machine` | what a debugger needs of a machine |
 //! | `stub` | GDB's requests, one by one |
 
@@ -105,7 +105,7 @@ impl<M: Debuggee> Debugger<M> {
     /// Waits until a GDB is connected.
     ///
     /// # Errors
-    /// If the connection comes to nothing.
+    /// If the connection fails.
     pub fn wait_for_gdb(&mut self) -> io::Result<()> {
         self.listener.set_nonblocking(false)?;
         let accepted = self.listener.accept();
@@ -118,7 +118,7 @@ impl<M: Debuggee> Debugger<M> {
     /// machine. A GDB that connects holds it until it says `continue`.
     ///
     /// # Errors
-    /// If the machine cannot go on and there is no GDB to be told.
+    /// If the machine cannot go on and no GDB is connected to report it to.
     pub fn run_until(&mut self, moment: Nanos) -> Result<(), M::Halt> {
         if self.session.is_none()
             && let Ok((stream, _)) = self.listener.accept()
@@ -177,7 +177,7 @@ impl<M: Debuggee> Debugger<M> {
 }
 
 impl<M: Debuggee> Stub<M> {
-    /// Runs up to a moment with nobody to stop it.
+    /// Runs up to a moment without a debugger connected.
     fn run_free(&mut self, moment: Nanos) -> Result<(), M::Halt> {
         while self.machine.now() < moment {
             if self.machine.advance_to(moment)? == Pause::Trap {
@@ -247,7 +247,7 @@ impl<M: Debuggee> Stub<M> {
         None
     }
 
-    /// The machine cannot go on: GDB is told by a signal, and why by `monitor why`.
+    /// The machine cannot go on: GDB gets a signal, and the reason by `monitor why`.
     fn halted(&mut self, halt: &M::Halt) -> Reason {
         self.halt = Some(halt.to_string());
         Reason::Signal(Signal::SIGSEGV)
@@ -258,7 +258,7 @@ impl<M: Debuggee> Stub<M> {
 /// come; returns the machine, as GDB has left it.
 ///
 /// # Errors
-/// If nobody can connect.
+/// If the port cannot be listened on.
 pub fn serve<M: Debuggee>(
     machine: M,
     listener: TcpListener,

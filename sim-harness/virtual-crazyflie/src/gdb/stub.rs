@@ -1,4 +1,4 @@
-//! GDB's requests, one by one.
+//! Answers GDB's requests, one by one.
 
 use std::collections::BTreeMap;
 
@@ -39,7 +39,7 @@ pub(super) enum Resume {
 #[derive(Clone, Copy, Debug)]
 struct Mark {
     hardware: bool,
-    /// There was a trap of somebody else's: it stays when the breakpoint goes.
+    /// There was a trap already: it stays when the breakpoint goes.
     was_there: bool,
 }
 
@@ -174,7 +174,7 @@ impl<M: Debuggee> Stub<M> {
             _ => out("monitor reset: press the reset button\n\
                  monitor log: what was logged since the last time\n\
                  monitor time: the simulated time\n\
-                 monitor where: who called whom, inlined functions and exceptions included\n\
+                 monitor where: the back-trace, inlined functions and exceptions included\n\
                  monitor why: why the machine cannot go on"),
         }
     }

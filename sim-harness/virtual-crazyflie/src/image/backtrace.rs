@@ -1,4 +1,4 @@
-//! Who called whom, by the call frame information of the debug information, through exceptions.
+//! Finds the callers of a function by the debug information's call frames, through exceptions.
 
 use std::fmt;
 
@@ -45,7 +45,7 @@ pub struct Frame {
     pub interrupted: bool,
 }
 
-/// Who called whom, the last one first.
+/// The functions that have not yet returned, the innermost first.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Backtrace {
     /// The functions.

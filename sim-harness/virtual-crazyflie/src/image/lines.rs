@@ -189,7 +189,7 @@ fn frames(context: &Context<Bytes<'_>>, address: u32) -> Result<Vec<SourceFrame>
     Ok(frames)
 }
 
-/// A path from the root of its package on, whoever's machine compiled it.
+/// A path from the root of its package on: the same on every machine that compiles it.
 pub(super) fn shortened(path: &str, directory: Option<&str>) -> String {
     if let Some((_, rest)) = path.split_once("/registry/src/") {
         // Then comes the registry's name.

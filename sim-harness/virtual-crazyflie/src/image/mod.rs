@@ -1,4 +1,4 @@
-//! An ELF: what is flashed, and what its addresses are called.
+//! Reads an ELF: what is flashed, and the names and places in the source of its addresses.
 
 mod backtrace;
 mod lines;
@@ -381,7 +381,7 @@ impl Image {
         self.lines.member_offset(structure, member)
     }
 
-    /// Who called whom, from registers and what lies on the stack.
+    /// The functions that have not yet returned, from registers and the stack.
     #[must_use]
     pub fn backtrace(&self, state: &State, load: &dyn Fn(u32) -> Option<u32>) -> Backtrace {
         backtrace::walk(self, state, load)

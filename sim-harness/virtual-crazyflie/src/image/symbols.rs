@@ -1,4 +1,4 @@
-//! What addresses are called, and which of them hold code.
+//! Names of addresses, and which addresses hold code.
 
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;

@@ -221,7 +221,7 @@ impl<'u, 'a> Types<'u, 'a> {
         let mut size = Self::number(&entry, gimli::DW_AT_byte_size).unwrap_or(0) as u32;
         let kind = match entry.tag() {
             gimli::DW_TAG_base_type => self.base(&entry)?,
-            // Of a union like `MaybeUninit` whoever asks for a member knows that it is there.
+            // A caller that reads a member of a union like `MaybeUninit` knows that it is there.
             gimli::DW_TAG_structure_type | gimli::DW_TAG_union_type => self.structure(at)?,
             gimli::DW_TAG_enumeration_type => Kind::Names { names: self.enumerators(at)? },
             gimli::DW_TAG_pointer_type => {
@@ -268,7 +268,7 @@ impl<'u, 'a> Types<'u, 'a> {
             return self.choice(part);
         }
         let members = children.iter().filter(|child| child.tag() == gimli::DW_TAG_member);
-        // A field whose type nobody can read is left out.
+        // A field of a type that cannot be read is left out.
         let members = members.filter_map(|child| self.member(child)).collect();
         Some(Kind::Structure { members })
     }

@@ -1,4 +1,4 @@
-//! What the firmware's variables hold, by its own debug information.
+//! Reads the firmware's variables by its own debug information.
 //!
 //! The emulated memory is bytes; what they mean, the ELF's DWARF says: where a static lies, how its
 //! type is laid out on the chip, and where a function's arguments are when it begins. So a host can

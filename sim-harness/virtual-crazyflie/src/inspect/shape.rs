@@ -35,7 +35,7 @@ pub(super) enum Kind {
     Pointer {
         target: Target,
     },
-    /// What nobody reads: a function.
+    /// A function, which has no value to read.
     Opaque,
 }
 

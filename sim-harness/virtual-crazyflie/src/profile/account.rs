@@ -1,7 +1,7 @@
-//! Who is charged for the time between two moments.
+//! Charges the time between two moments to a task, an interrupt or the executor.
 //!
-//! Exceptions nest, so there is a stack of levels, the program itself at the bottom; whoever is at
-//! the top has the processor. On each level functions and polls nest too.
+//! Exceptions nest, so there is a stack of levels, the program itself at the bottom; the one
+//! at the top has the processor. On each level functions and polls nest too.
 
 use std::collections::BTreeMap;
 
@@ -54,11 +54,11 @@ pub(super) struct Runs {
     pub(super) own: Tally,
     /// Time from begin to end.
     pub(super) whole: Tally,
-    /// Cycles that belong to it and to nobody within it.
+    /// Cycles that belong to it and to nothing nested in it.
     pub(super) busy: u64,
 }
 
-/// Who was polled.
+/// A task and its account.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Task {
     pub(super) runs: Runs,
@@ -156,7 +156,7 @@ impl Account {
         self.since = Some(self.charged);
     }
 
-    /// Charges what has passed to whoever had the processor.
+    /// Charges the time that has passed to the level that had the processor.
     pub(super) fn charge(&mut self, now: &Moment) {
         if self.since.is_none() {
             self.charged = (now.cycles, now.slept);

@@ -1,14 +1,14 @@
 //! Which task has the processor, how long, and how late.
 //!
-//! The firmware is not told and not changed: the emulator looks on at a few addresses where a task
-//! is polled and returns, where an interrupt begins and ends, and where a task is woken. What
-//! stands between two such moments is charged to whoever had the processor. The profile is as good
+//! The firmware is not changed and cannot notice: the emulator stops at a few addresses where a task
+//! is polled and returns, where an interrupt begins and ends, and where a task is woken. The
+//! time between two such moments is charged to the task or interrupt that had the processor. The profile is as good
 //! as the core's count of cycles: see there.
 //!
 //! | module | what it holds |
 //! |---|---|
 //! | `sites` | which addresses these are, found in the image |
-//! | `account` | who is charged |
+//! | `account` | which task or interrupt is charged |
 //! | `names` | how tasks and interrupts are called |
 //! | `quick` | maps that are quick |
 //! | `report` | what comes out |
@@ -70,7 +70,7 @@ impl Moment {
 
 /// A profile in the making.
 ///
-/// Whoever drives the machine has it stop at [`traps`](Self::traps) and call it there.
+/// The caller marks [`traps`](Self::traps) in the machine, which then calls the profile there.
 #[derive(Debug)]
 pub struct Profile {
     sites: Sites,
@@ -128,10 +128,10 @@ impl Profile {
     pub fn report(&mut self, cpu: &Cpu, memory: &Memory, core_hz: u32) -> Report {
         self.account.charge(&Moment::of(cpu));
         let stack = self.stack.clone().map(|stack| self.stack_use(memory, stack));
-        self.told(core_hz, stack)
+        self.report_with(core_hz, stack)
     }
 
-    fn told(&self, core_hz: u32, stack: Option<StackUse>) -> Report {
+    fn report_with(&self, core_hz: u32, stack: Option<StackUse>) -> Report {
         let (sites, account) = (&self.sites, &self.account);
         Report::new(account, sites.tasks(), &self.watched, sites.knows_wakes(), core_hz, stack)
     }
@@ -228,7 +228,7 @@ impl Observer for Profile {
     }
 }
 
-/// For whoever hands the profile to a machine and still wants to look at it.
+/// Shares a profile between the machine that fills it and a caller that reads it.
 impl Observer for Arc<Mutex<Profile>> {
     fn trap(&mut self, cpu: &Cpu, memory: &Memory) {
         self.lock().unwrap_or_else(PoisonError::into_inner).trap(cpu, memory);

@@ -1,5 +1,5 @@
 //! Maps of numbers that are looked up at every trap: the keys are the firmware's own addresses and
-//! times, which nobody chooses to collide.
+//! times, which are not chosen to collide.
 
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};

@@ -57,7 +57,7 @@ impl Run {
 
     fn report(&mut self) -> Report {
         // One cycle is one microsecond.
-        self.0.told(1_000_000, None)
+        self.0.report_with(1_000_000, None)
     }
 }
 
@@ -154,7 +154,7 @@ fn a_task_is_late_from_when_it_was_first_woken() {
 #[test]
 fn without_debug_information_it_is_not_known_how_late_a_task_is() {
     let profile = Profile::of_sites(Sites::with_tasks(&["control"]));
-    assert_eq!(profile.told(1_000_000, None).tasks[0].latency, None);
+    assert_eq!(profile.report_with(1_000_000, None).tasks[0].latency, None);
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! What a peripheral is told with every access, and the shape that all peripherals have.
+//! The interface of a peripheral, and the context that it gets with every access.
 //!
 //! Time is in cycles of the core, which is HCLK. A bus cycle of APB1 is
 //! [`Clocks::apb1`] of them, one of APB2 [`Clocks::apb2`], so what is clocked by a bus stays right
@@ -99,7 +99,7 @@ pub(crate) trait Transfers {
     /// The cycle at which it wants [`Self::advance`] for what it has begun. A request that comes up
     /// needs no moment: `advance` follows each access and each event.
     fn due(&self) -> u64;
-    /// Serves whoever asks, as far as there is time up to `now`; whether anything was moved.
+    /// Serves requests as far as there is time up to `now`; whether anything was moved.
     fn advance<R: Reach>(&mut self, now: u64, memory: &mut Memory, reach: &mut R) -> bool;
     /// The levels of its eight interrupt lines, stream 0 in bit 0.
     fn lines(&self) -> u8;

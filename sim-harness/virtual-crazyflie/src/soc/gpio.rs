@@ -1,7 +1,7 @@
 //! GPIO: what each pin is, and its level (RM0090, "General-purpose I/Os").
 //!
 //! What a peripheral drives through an alternate function does not show in GPIO_IDR here: such a
-//! pin reads as the board has it. A pin that nobody drives or pulls reads low.
+//! pin reads as the board has it. A pin that nothing drives or pulls reads low.
 
 use crate::bus::Refused;
 use crate::soc::wiring::{Board, Level, Pin};
@@ -72,7 +72,7 @@ struct Port {
     odr: u32,
     lock: Lock,
     afr: [u32; 2],
-    /// Pins that the board has been told are driven, and to where.
+    /// The driven pins and their levels, as the board was last notified.
     driven: u32,
     high: u32,
 }

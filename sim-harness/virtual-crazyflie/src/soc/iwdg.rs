@@ -3,7 +3,7 @@
 //!
 //! A write to its prescaler or reload value takes five periods of the oscillator to come into
 //! force, during which IWDG_SR says so. The prescaler is not restarted by feeding on the chip; here
-//! it is, so a bite may come up to one count late.
+//! it is, so the reset may come up to one count late.
 
 use crate::bus::Refused;
 use crate::soc::wiring::Nanos;
@@ -142,8 +142,8 @@ impl Iwdg {
         });
     }
 
-    /// Whether it has bitten by now.
-    pub(crate) fn bites(&mut self, now: Nanos) -> bool {
+    /// Whether it has fired by now.
+    pub(crate) fn fired(&mut self, now: Nanos) -> bool {
         self.settle(now);
         self.bites_at <= now
     }

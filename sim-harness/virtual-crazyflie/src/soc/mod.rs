@@ -2,13 +2,13 @@
 //!
 //! | module | what it holds |
 //! |---|---|
-//! | `wiring` | the door to the board |
-//! | `context` | the shape of a peripheral, and what it is told |
+//! | `wiring` | the interface to the board |
+//! | `context` | the interface of a peripheral, and its context |
 //! | `map` | which peripheral is at which address |
 //! | `clocks` | cycles and nanoseconds |
 //! | `rcc`, `pwr`, `flash`, `iwdg`, `rtc`, `dbgmcu` | clocks, resets and what keeps the chip going |
 //! | `gpio`, `exti`, `timer` | pins, their edges, timers |
-//! | `i2c`, `spi`, `usart`, `dma` | serial buses, and who carries their bytes |
+//! | `i2c`, `spi`, `usart`, `dma` | serial buses, and the DMA that serves them |
 //! | `units` | the peripherals together, without DMA, which reaches them |
 //!
 //! [`Soc`] is what the core sees of all this: a [`Bus`].
@@ -112,7 +112,7 @@ impl<B: Board> Soc<B> {
 
     /// What is wired to it, to be changed. [`Self::touch`] comes afterwards.
     pub const fn board_mut(&mut self) -> &mut B {
-        self.units.told = true;
+        self.units.pins_dirty = true;
         &mut self.units.board
     }
 
@@ -152,12 +152,12 @@ impl<B: Board> Soc<B> {
         self.units.trouble
     }
 
-    /// Whether the watchdog has bitten.
+    /// Whether the watchdog has fired.
     pub const fn watchdog_bites(&self) -> bool {
-        self.units.bitten
+        self.units.watchdog_fired
     }
 
-    /// When the watchdog will bite if nobody feeds it; none if it does not run.
+    /// When the watchdog fires unless it is fed; none if it does not run.
     pub fn watchdog_due(&self) -> Option<Nanos> {
         self.units.watchdog_due()
     }
@@ -207,8 +207,8 @@ impl<B: Board> Soc<B> {
     fn transfer(&mut self, now: u64, memory: &mut Memory) {
         let plan = &self.units.plan;
         let is_due = plan.due(Slot::Dma(0)) <= now || plan.due(Slot::Dma(1)) <= now;
-        // What nobody asks for and what is still on its way is left alone.
-        if is_due || self.units.asks {
+        // Without a new request, and while an item is still on its way, there is nothing to arbitrate.
+        if is_due || self.units.dma_pending {
             self.arbitrate(now, memory);
         }
     }
@@ -220,7 +220,7 @@ impl<B: Board> Soc<B> {
             reach.units.rcc.is_clocked(rcc::Domain::Ahb1, 21 + index as u32)
                 && dma.advance(now, memory, &mut reach)
         }) {}
-        self.units.asks = false;
+        self.units.dma_pending = false;
         self.note_dma();
     }
 
@@ -320,7 +320,7 @@ impl<B: Board> Bus for Soc<B> {
                     return Err(Refused::Unmodelled { what: "DMA: a store of less than a word" });
                 }
                 self.dma[index].write(address & 0x3FC, value, now)?;
-                self.units.asks = true;
+                self.units.dma_pending = true;
             }
             Unit::Flash => self.units.write_flash(now, address, width, value, memory)?,
             unit => {
@@ -355,9 +355,9 @@ impl<B: Board> Bus for Soc<B> {
         self.units.flash.wait_states()
     }
 
-    /// Besides, whoever runs the core has to look when there is trouble, or [`Self::take_change`].
+    /// The run loop also has to stop for trouble and for [`Self::take_change`].
     fn resets(&self) -> bool {
-        self.units.bitten || self.units.trouble.is_some() || self.units.changed
+        self.units.watchdog_fired || self.units.trouble.is_some() || self.units.changed
     }
 }
 

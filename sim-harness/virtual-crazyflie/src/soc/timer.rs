@@ -1,7 +1,7 @@
 //! The general-purpose and basic timers, counting up: TIM2 to TIM7 and TIM9 to TIM14 (RM0090).
 //!
 //! A counter is not stepped. It is an anchor, what it was at which cycle, and is brought up to date
-//! when somebody looks or when an enabled interrupt is due. A compare flag is set as the counter
+//! when it is accessed or when an enabled interrupt is due. A compare flag is set as the counter
 //! reaches the value by counting; being set to it, by software or by an update event that software
 //! makes, is no match. A counter that is set beyond its reload value runs to the end of its width.
 //!

@@ -1,4 +1,4 @@
-//! The door between the chip and what is soldered to its pins.
+//! The interface between the chip and the board that is soldered to its pins.
 //!
 //! Serial buses are seen byte by byte, other pins level by level. Time is in nanoseconds since the
 //! machine was switched on, and never runs backwards.
@@ -108,7 +108,7 @@ pub trait Board {
     /// Whether the devices let the clock and the data line go high.
     fn i2c_lines(&self, bus: I2cBus) -> (bool, bool);
 
-    /// A byte each way. Who is selected is a matter of pins.
+    /// Exchanges a byte each way. Which device is selected is a matter of pins.
     fn spi_exchange(&mut self, bus: SpiBus, byte: u8) -> u8;
 
     /// A byte from the chip whose stop bit has just passed, sent with bits of so many ns.

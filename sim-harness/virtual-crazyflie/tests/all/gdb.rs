@@ -15,7 +15,7 @@ struct Client(TcpStream);
 
 impl Client {
     fn connect(address: SocketAddr) -> Self {
-        Self(TcpStream::connect(address).expect("somebody listens"))
+        Self(TcpStream::connect(address).expect("the debugger listens"))
     }
 
     fn send(&mut self, packet: &str) {
@@ -100,7 +100,7 @@ fn listener() -> (TcpListener, SocketAddr) {
     (listener, address)
 }
 
-/// A machine that is given to whoever connects, and a client that has.
+/// A machine that serves GDB, and a client that has connected.
 fn session() -> (Client, JoinHandle<Machine<Nothing>>) {
     let (listener, address) = listener();
     let serving = thread::spawn(move || {
@@ -235,7 +235,7 @@ fn what_was_logged_and_when_can_be_asked_for() {
 fn while_it_is_held_its_time_stands_still_and_without_a_debugger_it_runs_as_if_there_were_none() {
     let (listener, address) = listener();
     let mut debugger = Debugger::new(machine(), listener, None).unwrap();
-    // Nobody is there.
+    // No client is connected.
     debugger.run_until(1_000_000).unwrap();
     assert!(!debugger.is_attached());
     let mut client = Client::connect(address);

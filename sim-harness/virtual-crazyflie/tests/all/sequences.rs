@@ -51,7 +51,7 @@ const FINISH: usize = 7;
 const FOREVER: u64 = 10_000_000;
 
 /// A chip of which there is nothing but an interrupt: its line goes high at a cycle, and low when
-/// somebody stores to it.
+/// the program stores to it.
 struct Alarm {
     at: u64,
     high: bool,

@@ -1,4 +1,4 @@
-//! What one instruction leaves behind.
+//! Registers and memory after one instruction, and their hash.
 
 /// Registers and memory after an instruction.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -1,4 +1,4 @@
-//! One instruction on our core, with memory and nothing else.
+//! Executes one instruction on the emulated core, with memory and no peripherals.
 
 use crate::outcome::{After, Outcome, changes};
 use crate::state::{CODE, LITERALS, LITERALS_SIZE, State, WINDOW, WINDOW_SIZE, background, ram};

@@ -1,4 +1,4 @@
-//! How far the core was compared with another one, in figures: what is kept, replayed.
+//! Replays the kept outcomes and counts them.
 
 use std::collections::BTreeSet;
 use std::fmt;

@@ -1,4 +1,4 @@
-//! Outcomes that were found right, kept in a file.
+//! Reads and writes the file of outcomes on which both cores agreed.
 //!
 //! `vectors/README.md` has the format.
 

@@ -142,7 +142,7 @@ mod tests {
 
     #[test]
     fn known_frames_have_the_known_bytes() {
-        // From the notes of others who talk to this chip.
+        // From published notes on this chip's protocol.
         assert_eq!(frame(0x0B, &[]), [0xBC, 0xCF, 0x0B, 0x00, 0x0B, 0x16]);
         assert_eq!(frame(0x14, &[]), [0xBC, 0xCF, 0x14, 0x00, 0x14, 0x28]);
         assert_eq!(frame(0x01, &[80]), [0xBC, 0xCF, 0x01, 0x01, 0x50, 0x52, 0x55]);

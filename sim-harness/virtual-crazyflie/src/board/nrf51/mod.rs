@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `frame` | the serial line's frames |
 //! | `line` | its bytes and their times |
-//! | `orders` | what it does when it is told to |
+//! | `orders` | commands from the flight processor and from the air |
 //! | `radio` | the radio's queues, acknowledgements and settings |
 //! | `power` | the button, and power that goes |
 //!
@@ -128,8 +128,8 @@ struct State {
     rssi: u8,
     bluetooth: bool,
     shutdown: Shutdown,
-    /// It has been told a channel, a data rate and an address.
-    told: [bool; 3],
+    /// The flight processor has set a channel, a data rate and an address.
+    configured: [bool; 3],
     counters: Counters,
     /// Until then it is sending, or booting.
     busy_until: Nanos,
@@ -149,7 +149,7 @@ impl State {
             rssi: 0,
             bluetooth: true,
             shutdown: Shutdown::Idle,
-            told: [false; 3],
+            configured: [false; 3],
             counters: Counters::default(),
             busy_until: since,
             next_step: 0,
@@ -244,7 +244,7 @@ impl Nrf51 {
         self.led
     }
 
-    /// The level of its "wait" pin. Until it is up nobody drives it.
+    /// The level of its "wait" pin. Until the chip has started, the pin is not driven.
     pub(super) fn wait(&self) -> Level {
         if self.stuck_full {
             Level::High

@@ -1,4 +1,4 @@
-//! What the radio chip does when the flight processor, or somebody on the air, tells it to
+//! Carries out commands that reach the radio chip from the flight processor or over the air
 //! (crazyflie2-nrf-firmware, `main.c`: `handleSyslinkEvents`, `handleRadioCmd`,
 //! `handleBootloaderCmd`).
 
@@ -13,12 +13,12 @@ impl Nrf51 {
             (kind::RAW, _) if data.len() < MTU => self.leave_for_ground(data.to_vec()),
             (kind::CHANNEL, [channel]) => {
                 self.state.radio.tuning.channel = *channel;
-                self.state.told[0] = true;
+                self.state.configured[0] = true;
                 self.say(kind, data);
             }
             (kind::DATARATE, [code]) => {
                 self.set_datarate(*code);
-                self.state.told[2] = true;
+                self.state.configured[2] = true;
                 self.say(kind, data);
             }
             (kind::CARRIER, [on]) => {
@@ -27,7 +27,7 @@ impl Nrf51 {
             }
             (kind::ADDRESS, &[a, b, c, d, e]) => {
                 self.state.radio.tuning.address = [a, b, c, d, e];
-                self.state.told[1] = true;
+                self.state.configured[1] = true;
                 self.say(kind, data);
             }
             (kind::POWER, [power]) => {
@@ -66,7 +66,7 @@ impl Nrf51 {
 
     /// What a test of the board asks for.
     fn answer_probe(&mut self) {
-        let [channel, address, rate] = self.state.told;
+        let [channel, address, rate] = self.state.configured;
         let Counters { bad_first_sums, bad_second_sums, dropped_bytes, broken_bytes, .. } =
             self.counters();
         // The framing error is the only one that there is here (nRF51 reference manual, ERRORSRC).

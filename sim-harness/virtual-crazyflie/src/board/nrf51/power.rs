@@ -1,5 +1,5 @@
-//! Power: the button, the question whether it may go, and its going (crazyflie2-nrf-firmware,
-//! `shutdown.c`, `pm.c`).
+//! Switching off: the button, the request to the flight processor, and the shutdown
+//! (crazyflie2-nrf-firmware, `shutdown.c`, `pm.c`).
 
 use crate::soc::Nanos;
 
@@ -27,7 +27,7 @@ pub enum Power {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Shutdown {
     Idle,
-    /// The button was pressed, and nobody has been told.
+    /// The button was pressed, and the flight processor has not yet been asked.
     Pressed,
     /// The flight processor has been asked.
     Asked {

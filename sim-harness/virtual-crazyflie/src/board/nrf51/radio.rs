@@ -1,7 +1,7 @@
 //! The radio chip's radio: what comes off the air, what is acknowledged and with what, and what
 //! waits to be passed on (crazyflie2-nrf-firmware, `esb.c`).
 //!
-//! This is not a medium: who hears whom, and how well, is decided by whoever calls.
+//! The module is not a medium: the caller decides which radio receives which packet, and how strong.
 
 use std::collections::VecDeque;
 
@@ -9,7 +9,7 @@ use crate::soc::Nanos;
 
 /// Slots of either queue, of which one is always empty (`RXQ_LEN`, `TXQ_LEN`).
 const SLOTS: usize = 8;
-/// The chip listens after this even if nobody said that it may
+/// The chip listens after this time even if the flight processor never enabled its radio
 /// (`SYSLINK_RADIO_DISABLED_TIMEOUT_MS`).
 const GATE: Nanos = 3_000_000_000;
 

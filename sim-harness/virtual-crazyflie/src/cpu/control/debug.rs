@@ -96,7 +96,7 @@ impl Cpu {
         match address {
             DWT_CTRL => Ok(DWT_CTRL_RESET | u32::from(debug.counts)),
             DWT_CYCCNT => Ok(debug.count(self.trace_clock())),
-            // Nobody can have set one of them.
+            // They cannot be set.
             0xE000_1020..=0xE000_105C => Ok(0),
             _ => unmodelled("DWT: a register other than DWT_CTRL and DWT_CYCCNT"),
         }

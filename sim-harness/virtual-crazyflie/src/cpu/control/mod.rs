@@ -24,7 +24,7 @@ pub(super) use fpu::FpControl;
 use scb::FaultStatus;
 use systick::SysTick;
 
-/// The registers that are nobody else's.
+/// The registers of the system control space that no other module keeps.
 #[derive(Clone, Debug)]
 pub(crate) struct Control {
     vtor: u32,
@@ -154,7 +154,7 @@ fn part(address: u32, width: Width) -> Result<(u32, u32, u32), Refused> {
     Ok((register, 8 * offset, mask << (8 * offset)))
 }
 
-/// What is at an address that nobody answers.
+/// The name of the register at an address that is not modelled.
 const fn name(address: u32) -> &'static str {
     match address {
         0xE000_0000..=0xE000_0FFF => "ITM",

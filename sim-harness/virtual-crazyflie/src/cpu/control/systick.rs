@@ -1,4 +1,4 @@
-//! SysTick (DDI 0403, B3.3), exact to the cycle, and computed when somebody asks.
+//! SysTick (DDI 0403, B3.3), exact to the cycle, and computed when it is read.
 //!
 //! The counter runs with the core's clock, in sleep too, or with an eighth of it (RM0090, "SysTick
 //! external clock"), whose edges are at every eighth cycle since power-up.

@@ -184,7 +184,7 @@ fn load_store(address: u32, first: u32, second: u32) -> Op {
         (true, false, true) => Multiple::UpToAndUpdate,
         (false, false, _) | (true, true, true) => return UNDEFINED,
     };
-    // An odd count of words in doubles is FLDMX, which nobody emits any more.
+    // An odd count of words in doubles is FLDMX, which compilers no longer emit.
     if n == 15 || words == 0 || u32::from(d) + words > 32 || wide && words % 2 == 1 {
         return UNPREDICTABLE;
     }

@@ -1,7 +1,7 @@
-//! What instruction some bits are (DDI 0403, chapter A5).
+//! Decodes instructions (DDI 0403, chapter A5).
 //!
-//! Nothing is asked of the context but the address: whether an instruction stands in an IT block
-//! is for whoever executes it. What the manual leaves open is [`Kind::Unpredictable`] and stops the
+//! Decoding depends on the bits and the address only: whether an instruction stands in an IT block
+//! matters when it is executed. What the manual leaves open is [`Kind::Unpredictable`] and stops the
 //! machine; what it reserves is [`Kind::Undefined`] and is a fault.
 
 mod float;
@@ -20,7 +20,7 @@ pub const fn is_wide(first: u16) -> bool {
     first >= 0xE800
 }
 
-/// The instruction at an address. `second` counts only where the first half asks for it.
+/// The instruction at an address. `second` counts only if the first half begins a 32-bit instruction.
 pub(super) fn decode(address: u32, first: u16, second: u16) -> Op {
     let mut op = if is_wide(first) {
         Op { len: 4, ..wide::decode(address, u32::from(first), u32::from(second)) }

@@ -1,7 +1,7 @@
 //! Which exceptions are pending, active and enabled, with what priority, and which of them may
 //! come in (DDI 0403, B1.5.4, and B3.4 for interrupts).
 //!
-//! Whoever changes anything here leaves the answer behind, so that the run loop's question is one
+//! Each change computes the highest pending exception anew, so that the run loop's question is one
 //! load.
 
 /// Interrupts of an STM32F405: 0 to 81 (RM0090, "Vector table").
@@ -129,7 +129,7 @@ impl Priorities {
         }
     }
 
-    /// The part of a priority that decides who interrupts whom (B1.5.4, "Priority grouping").
+    /// The part of a priority that decides which exception interrupts which (B1.5.4, "Priority grouping").
     fn group(&self, priority: i16) -> i16 {
         if priority < 0 { priority } else { priority & !((2 << self.grouping) - 1) }
     }

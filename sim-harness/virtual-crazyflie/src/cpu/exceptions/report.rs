@@ -1,4 +1,4 @@
-//! What is kept of a fault, for whoever drives the machine.
+//! The report of a fault that the machine keeps for its caller.
 
 use std::fmt;
 

@@ -1,4 +1,4 @@
-//! Loads and stores, and where they go (DDI 0403, B3.1).
+//! Routes loads and stores to memory, to the core's own registers or to the bus (DDI 0403, B3.1).
 //!
 //! Aligned accesses to RAM and loads from flash are nearly all there are: they are made at once.
 //! Everything else goes [`slowly`](Cpu::load_slowly).
@@ -63,7 +63,7 @@ impl Cpu {
         Some(load.extend(value))
     }
 
-    /// False where it came to nothing.
+    /// False if the store was refused.
     #[inline(always)]
     pub(super) fn store<B: Bus>(
         &mut self,

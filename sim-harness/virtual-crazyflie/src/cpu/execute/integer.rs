@@ -1,4 +1,4 @@
-//! Multiplication, division, saturation, packing: around the plain functions of [`dsp`].
+//! Executes multiplication, division, saturation and packing with the plain functions of [`dsp`].
 
 use crate::cpu::abort::Abort;
 use crate::cpu::dsp::{self, Lanes, Prefix};

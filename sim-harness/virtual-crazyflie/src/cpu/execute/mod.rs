@@ -1,7 +1,7 @@
-//! What each instruction does (DDI 0403, A7.7).
+//! Executes instructions (DDI 0403, A7.7).
 //!
-//! When an instruction is executed, its cycles have been counted. Where it comes to nothing, that is
-//! taken back and no register has changed. R15 holds the address of the next instruction only for
+//! When an instruction is executed, its cycles have been counted. Where it is abandoned, that
+//! is taken back and no register has changed. R15 holds the address of the next instruction only for
 //! those that need it there; all others leave it to a [`Position`].
 
 mod access;
@@ -44,7 +44,7 @@ impl Cpu {
                 }
             };
         }
-        /// What needs to know where it stands, or goes where it finds out only now.
+        /// An instruction that needs its own position, or whose target is unknown until execution.
         macro_rules! jump {
             ($does:expr) => {{
                 self.r[15] = position.next(program);
@@ -429,7 +429,7 @@ impl Cpu {
         self.instructions = self.instructions.wrapping_sub(1);
     }
 
-    /// The instruction comes to nothing.
+    /// Abandons the instruction.
     #[cold]
     #[inline(never)]
     fn refuse(&mut self, op: &Op, abort: Abort) {

@@ -4,7 +4,7 @@ use crate::cpu::op::Kind;
 use crate::cpu::timing::REFILL;
 use crate::cpu::{Cpu, Program};
 
-/// What an instruction asks of whoever executes it.
+/// The position of an instruction, for the instructions that need it.
 pub(in crate::cpu) trait Position {
     /// The address of the instruction behind this one.
     fn next(&self, program: &Program) -> u32;

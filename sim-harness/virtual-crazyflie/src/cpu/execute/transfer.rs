@@ -1,4 +1,4 @@
-//! The instructions that load and store, one register or several (DDI 0403, A4.6 and A4.7).
+//! Executes the instructions that load and store, one register or several (DDI 0403, A4.6 and A4.7).
 
 use super::access::is_system;
 use crate::bus::{Bus, Width};
@@ -225,7 +225,7 @@ impl Cpu {
         Some(last)
     }
 
-    /// False where it came to nothing.
+    /// False if the instruction was abandoned.
     #[inline(always)]
     fn store_many<B: Bus>(
         &mut self,

@@ -1,4 +1,4 @@
-//! FPSCR: what the floating-point instructions are told, and what they report.
+//! FPSCR: the modes and the flags of the floating-point instructions.
 
 /// The floating-point status and control register (DDI 0403, A2.5.3). Reserved bits are zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -120,8 +120,8 @@ impl Fpscr {
         self.0 & flag as u32 != 0
     }
 
-    /// To nearest, no flushing, NaNs as they come: what the host's arithmetic does too. And nobody
-    /// would notice one more inexact result.
+    /// To nearest, no flushing, NaNs as they come: what the host's arithmetic does too. And
+    /// one more inexact result changes nothing.
     #[inline]
     pub(super) const fn plain_and_inexact(self) -> bool {
         self.0 & (DN | FZ | RMODE | IXC) == IXC

@@ -83,7 +83,7 @@ fn modes() -> impl Strategy<Value = Fpscr> {
     let flags = prop::sample::select(vec![0, Flag::Inexact as u32, 0x9F]);
     (0usize..4, any::<bool>(), any::<bool>(), flags, 0u32..8).prop_map(
         |(m, fz, dn, flags, plain)| {
-            // Half of them in the mode that everybody uses.
+            // Half of them in the default mode.
             if plain < 4 {
                 fpscr(Rounding::Nearest, false, false, flags)
             } else {

@@ -1,4 +1,4 @@
-//! What stands together in a program can still be told apart.
+//! Instructions that a program has merged can still be stopped between.
 
 use super::*;
 use crate::bus::MemoryOnly;
@@ -28,7 +28,7 @@ fn set_up() -> (Cpu, Program, Memory) {
 }
 
 #[test]
-fn a_compare_and_its_branch_are_two_instructions_to_whoever_stops_between_them() {
+fn a_compare_and_its_branch_are_two_instructions_when_stopped_between() {
     let (mut stepped, program, mut memory) = set_up();
     let mut between = 0;
     while stepped.pc() != END {

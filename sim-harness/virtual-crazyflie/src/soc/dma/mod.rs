@@ -80,13 +80,13 @@ impl Dma {
         self.lines = set(self.lines, self.streams[stream].line());
     }
 
-    /// Whoever asks with the highest priority, or of those the lowest number.
+    /// The requesting stream with the highest priority, or of equals the lowest number.
     fn arbitrate(&self, reach: &impl Reach) -> Option<usize> {
         let mut best: Option<usize> = None;
         for stream in each(self.enabled) {
             let first = best
                 .is_none_or(|best| self.streams[stream].priority() > self.streams[best].priority());
-            if first && self.streams[stream].asks(reach) {
+            if first && self.streams[stream].requests(reach) {
                 best = Some(stream);
             }
         }

@@ -61,7 +61,7 @@ pub(super) fn load_peripheral(
     if reaches_memory(address, width.bytes()) {
         return load_memory(address, width, memory);
     }
-    reach.load(address, width).map_err(|refused| told(refused, reach))
+    reach.load(address, width).map_err(|refused| failed(refused, reach))
 }
 
 /// A store by the peripheral port.
@@ -75,11 +75,12 @@ pub(super) fn store_peripheral(
     if !reaches_peripheral(controller, address) {
         return Err(Failed);
     }
-    reach.store(address, width, value).map_err(|refused| told(refused, reach))
+    reach.store(address, width, value).map_err(|refused| failed(refused, reach))
 }
 
-/// A bus error is the stream's, what is not modelled is everybody's.
-fn told(refused: Refused, reach: &mut impl Reach) -> Failed {
+/// Sorts a refusal: a bus error concerns the stream, an access that is not modelled stops the
+/// machine.
+fn failed(refused: Refused, reach: &mut impl Reach) -> Failed {
     if let Refused::Unmodelled { what } = refused {
         reach.complain(what);
     }

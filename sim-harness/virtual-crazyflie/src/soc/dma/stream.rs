@@ -1,4 +1,4 @@
-//! One stream: what it was told, how far it is, and what one transfer does.
+//! One stream: its configuration, its progress, and what one transfer does.
 //!
 //! Data goes through the stream's FIFO of four words in both modes. In direct mode it never holds
 //! more than one item. Towards a peripheral it is filled from memory as far ahead as the mode
@@ -148,7 +148,7 @@ impl Stream {
     }
 
     /// Whether there is something to move now.
-    pub(super) fn asks(&self, reach: &impl Reach) -> bool {
+    pub(super) fn requests(&self, reach: &impl Reach) -> bool {
         self.is_enabled()
             && !self.closing
             && self.left > 0

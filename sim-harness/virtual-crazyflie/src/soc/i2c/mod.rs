@@ -272,7 +272,7 @@ impl I2c {
         }
     }
 
-    /// Where the manual demands a value, another is an error of whoever set it.
+    /// Refuses a value other than the one that the manual demands.
     fn check_timing<B: Board>(&self, context: &Context<'_, B>) -> Result<(), Refused> {
         let clocks = context.clocks;
         let bus = clocks.hclk().floor() / clocks.apb1() / 1_000_000;

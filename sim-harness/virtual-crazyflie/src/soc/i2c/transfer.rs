@@ -233,7 +233,7 @@ impl I2c {
         }
     }
 
-    /// A one was sent and the data line stayed low: somebody else's bus now.
+    /// A one was sent and the data line stayed low: the bus is lost to another master.
     fn lose(&mut self) {
         self.transmitter = false;
         self.out = None;

@@ -1,5 +1,5 @@
-//! The peripherals together, and what one does to another: RCC clocks and resets them, pins are
-//! watched by EXTI, timers drive pins.
+//! Holds the peripherals, and carries signals from one to another: RCC clocks and resets them, EXTI
+//! watches pins, timers drive pins.
 
 /// A peripheral, with the context of `self`.
 macro_rules! with {
@@ -45,9 +45,9 @@ pub(in crate::soc) struct Units<B> {
     pub(in crate::soc) rcc: Rcc,
     pub(in crate::soc) flash: Flash,
     pub(in crate::soc) trouble: Option<&'static str>,
-    /// The watchdog has bitten.
-    pub(in crate::soc) bitten: bool,
-    /// Something has changed that whoever runs the core has to know: see
+    /// The watchdog has fired.
+    pub(in crate::soc) watchdog_fired: bool,
+    /// Something has changed that the machine has to pass on to the core: see
     /// [`take_change`](crate::soc::Soc::take_change).
     pub(in crate::soc) changed: bool,
     /// Flash that must not change.
@@ -64,20 +64,20 @@ pub(in crate::soc) struct Units<B> {
     i2c: [I2c; 3],
     spi1: Spi,
     usart6: Usart,
-    /// When each is due, and its interrupt lines. Whoever changes something says so there.
+    /// When each is due, and its interrupt lines. A unit notes its changes there.
     pub(in crate::soc) plan: Plan,
     /// What is due in nanoseconds, the board's and the chip's own.
     board_moment: Moment,
     own_moment: Moment,
-    /// Somebody may want DMA to do something since it last did all there was to do.
-    pub(in crate::soc) asks: bool,
+    /// A request for DMA may have come since it last served all that there were.
+    pub(in crate::soc) dma_pending: bool,
     /// The requests that there are, two bits for each serial bus.
     wants: u16,
-    /// The board has been told something since its pins were last looked at.
-    pub(in crate::soc) told: bool,
-    /// The last cycle at which somebody could have looked at the board, and the one that it has
-    /// been brought to.
-    lived: u64,
+    /// The board has been accessed since its pins were last sampled.
+    pub(in crate::soc) pins_dirty: bool,
+    /// The last cycle at which the board could have been accessed, and the one up to which it has
+    /// been advanced.
+    last_cycle: u64,
     caught_up: Option<u64>,
 }
 
@@ -90,7 +90,7 @@ impl<B: Board> Units<B> {
             rcc,
             flash: Flash::new(config.supply_millivolts, config.option_bytes),
             trouble: None,
-            bitten: false,
+            watchdog_fired: false,
             changed: false,
             code: 0..0,
             config,
@@ -111,10 +111,10 @@ impl<B: Board> Units<B> {
             plan: Plan::new(),
             board_moment: Moment::NEVER,
             own_moment: Moment::NEVER,
-            asks: true,
+            dma_pending: true,
             wants: 0,
-            told: true,
-            lived: 0,
+            pins_dirty: true,
+            last_cycle: 0,
             caught_up: None,
         }
     }
@@ -140,7 +140,7 @@ impl<B: Board> Units<B> {
         }
         Peripheral::<B>::reset(&mut self.spi1);
         Peripheral::<B>::reset(&mut self.usart6);
-        (self.trouble, self.bitten) = (None, false);
+        (self.trouble, self.watchdog_fired) = (None, false);
         self.clock(now);
         self.note_all();
     }
@@ -383,7 +383,7 @@ impl<B: Board> Units<B> {
             self.reset_held(now);
         }
         self.clock(now);
-        self.asks = true;
+        self.dma_pending = true;
         self.note_all();
         Ok(())
     }

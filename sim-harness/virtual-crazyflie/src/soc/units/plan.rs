@@ -1,9 +1,9 @@
-//! Who is due when, and who interrupts, as each said when it last changed: what the core asks after
-//! every access and event is answered without asking everybody.
+//! Keeps when each peripheral is due next and which interrupt lines are high, as it noted itself
+//! when it last changed. So the core's question after every access needs no look at the peripherals.
 
 use crate::soc::map::TIMERS;
 
-/// Who can be due or interrupt.
+/// A peripheral that can be due or interrupt.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::soc) enum Slot {
     /// An index of [`TIMERS`].

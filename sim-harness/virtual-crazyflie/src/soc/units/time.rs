@@ -1,4 +1,4 @@
-//! Time among the peripherals: who is due when, who interrupts, and how it all stands.
+//! Advances the peripherals, and notes when each is due next and which interrupt lines are high.
 
 use super::{Context, Plan, Slot, Units};
 use crate::soc::clocks::Clocks;
@@ -30,17 +30,17 @@ impl Moment {
 impl<B: Board> Units<B> {
     /// The board is brought to `now`, stopping wherever it changes a pin, so that no edge is lost.
     pub(super) fn catch_up(&mut self, now: u64) {
-        self.lived = now;
+        self.last_cycle = now;
         if self.caught_up == Some(now) {
             return;
         }
         self.caught_up = Some(now);
         let nanos = self.clocks.nanos(now);
-        if !self.told && self.board.due() > nanos {
+        if !self.pins_dirty && self.board.due() > nanos {
             self.board.advance(nanos);
             return;
         }
-        self.told = false;
+        self.pins_dirty = false;
         loop {
             let due = self.board.due();
             if due >= nanos {
@@ -58,18 +58,18 @@ impl<B: Board> Units<B> {
     }
 
     /// The board is brought to the last moment at which it may have been looked at, which nothing
-    /// there is due before: whoever is outside finds it there.
+    /// there is due before: a caller from outside finds it there.
     pub(in crate::soc) fn follow(&mut self) {
-        if self.caught_up != Some(self.lived) {
-            self.caught_up = Some(self.lived);
-            self.board.advance(self.clocks.nanos(self.lived));
+        if self.caught_up != Some(self.last_cycle) {
+            self.caught_up = Some(self.last_cycle);
+            self.board.advance(self.clocks.nanos(self.last_cycle));
         }
     }
 
     /// The board has been changed from outside.
     pub(in crate::soc) fn touch(&mut self, now: u64) {
         self.caught_up = None;
-        self.told = true;
+        self.pins_dirty = true;
         self.catch_up(now);
         self.note_board();
     }
@@ -89,10 +89,10 @@ impl<B: Board> Units<B> {
 
     /// Everything happens that is due at `now`.
     pub(in crate::soc) fn advance(&mut self, now: u64) {
-        self.lived = now;
+        self.last_cycle = now;
         let board_is_due = self.plan.due(Slot::Board) <= now;
-        if self.told || board_is_due {
-            // What it was just told may have made something due at once.
+        if self.pins_dirty || board_is_due {
+            // The access just made may have made something due at once.
             self.caught_up = None;
             self.catch_up(now);
         }
@@ -127,7 +127,7 @@ impl<B: Board> Units<B> {
 
     /// A serial bus has had to do with the board.
     fn met_board(&mut self, unit: Unit) {
-        self.told = true;
+        self.pins_dirty = true;
         self.note_serial(unit);
         self.note_board();
     }
@@ -138,7 +138,7 @@ impl<B: Board> Units<B> {
         if self.rcc.settle(nanos) {
             self.clock(now);
         }
-        self.bitten |= self.iwdg.bites(nanos);
+        self.watchdog_fired |= self.iwdg.fired(nanos);
         self.note_own();
     }
 
@@ -174,8 +174,8 @@ impl<B: Board> Units<B> {
             }
         };
         let wants = (u16::from(receive) | u16::from(transmit) << 1) << shift;
-        // One that nobody has served so far is served by whoever is enabled for it, not before.
-        self.asks |= wants & !self.wants != 0;
+        // A request that was not served so far is served once a stream is enabled for it, not before.
+        self.dma_pending |= wants & !self.wants != 0;
         self.wants = self.wants & !(3 << shift) | wants;
     }
 
@@ -192,7 +192,7 @@ impl<B: Board> Units<B> {
         self.plan.note(Slot::Own, due, self.flash.lines());
     }
 
-    /// The same of everybody but DMA.
+    /// The same of all peripherals but DMA.
     pub(super) fn note_all(&mut self) {
         for index in 0..TIMERS.len() {
             self.note_timer(index);

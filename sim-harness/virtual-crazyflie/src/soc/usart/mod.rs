@@ -1,8 +1,8 @@
 //! Asynchronous serial lines, eight bits and no parity (RM0090, "Universal synchronous asynchronous
 //! receiver transmitter (USART)").
 //!
-//! This file is the registers, the interrupts and the transmitter; [`receiver`] is what it makes of
-//! a byte that somebody else sends at a rate of his own. Nine bits, parity, breaks to be sent,
+//! This file is the registers, the interrupts and the transmitter; [`receiver`] samples a
+//! byte that the other end sends at a rate of its own. Nine bits, parity, breaks to be sent,
 //! hardware flow control, LIN, IrDA, smartcard, half duplex, synchronous mode and mute mode are
 //! refused.
 

@@ -1,4 +1,4 @@
-//! What comes in, sampled at our rate while it is sent at another's.
+//! Receives bytes: samples at this end's rate a line that is driven at the other end's.
 //!
 //! The line is reconstructed from the byte and from the sender's bit time, and sampled where the
 //! receiver samples it: three times in the middle of each of our bits, of which the majority counts

@@ -58,7 +58,7 @@ fn a_held_data_line_is_freed_by_clocks() {
 }
 
 #[test]
-fn a_data_line_that_nobody_lets_go_stays_until_the_fault_is_over() {
+fn a_data_line_held_for_ever_stays_low_until_the_fault_is_over() {
     let (bus, clock, data) = DECK_PINS;
     let mut bench = Bench::new();
     bench.board.inject(Fault::SdaHeld { bus, clocks: None }, 0, 50 * MS);
@@ -256,7 +256,7 @@ fn a_radio_chip_that_was_reset_has_forgotten_everything() {
     bench.run_to(100 * MS + 65 * US);
     bench.board.inject(Fault::RadioReset, bench.now, FOREVER);
     let cut = bench.now;
-    assert_eq!(bench.board.level(wait), Level::Released, "nobody drives it");
+    assert_eq!(bench.board.level(wait), Level::Released, "the pin is not driven");
     bench.send(0x0B, &[]);
     bench.run_to(400 * MS);
     // What was on its way ends in the middle.

@@ -1,4 +1,4 @@
-//! What drives a board by hand in the tests: a controller on its I²C buses, and a flight processor
+//! Drives a board by hand in the tests: a controller on its I²C buses, and a flight processor
 //! at the radio chip's line.
 
 mod faults;
@@ -116,7 +116,7 @@ impl Bench {
         self.board.drive(Pin::new(port, number), level);
     }
 
-    /// Brings the inertial sensor up as the firmware does: 1000 samples a second, told of on INT3.
+    /// Brings the inertial sensor up as the firmware does: 1000 samples a second, signalled on INT3.
     pub(crate) fn start_imu(&mut self) {
         for (register, value) in
             [(0x11, 0x00), (0x0F, 0x00), (0x10, 0x02), (0x16, 0x0D), (0x18, 0x01), (0x15, 0x80)]

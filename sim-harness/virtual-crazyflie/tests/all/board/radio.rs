@@ -147,7 +147,7 @@ fn a_packet_is_on_its_way_when_its_last_byte_has_come_in() {
     assert!(bench.board.take_packets().is_empty());
     assert!(!bench.board.radio().is_in_bluetooth());
     bench.wait(MS);
-    assert_eq!(transcript(&mut bench), "", "nobody answers a broadcast");
+    assert_eq!(transcript(&mut bench), "", "a broadcast is not acknowledged");
 }
 
 #[test]

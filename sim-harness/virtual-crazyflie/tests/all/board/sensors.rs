@@ -95,7 +95,10 @@ fn edges(bench: &mut Bench, until: Nanos) -> Vec<(Nanos, bool)> {
 #[test]
 fn data_ready_rises_every_millisecond_for_300_us_and_never_drifts() {
     let mut bench = Bench::new();
-    assert!(!edges(&mut bench, 20 * MS).iter().any(|(_, high)| *high), "nobody asked for it");
+    assert!(
+        !edges(&mut bench, 20 * MS).iter().any(|(_, high)| *high),
+        "no measurement was started"
+    );
     bench.start_imu();
     let edges = edges(&mut bench, 10_000 * MS);
     let rises: Vec<_> = edges.iter().filter(|(_, high)| *high).map(|(at, _)| *at).collect();
@@ -126,7 +129,7 @@ fn looking_at_odd_moments_moves_no_sample() {
         rises.dedup();
         rises
     };
-    // Rises and falls are at two phases of the millisecond, whoever looked when.
+    // Rises and falls are at two phases of the millisecond, whenever the pin is read.
     assert_eq!(rises(137_731).len(), 2);
     assert_eq!(rises(137_731), rises(1_003));
 }
@@ -229,7 +232,7 @@ fn every_status_of_a_ranger_arrives_as_the_devices_code() {
 }
 
 #[test]
-fn results_keep_their_period_however_long_nobody_looks() {
+fn results_keep_their_period_however_long_they_are_not_read() {
     let config = Config { multi_ranger: false, ..Config::default() };
     let stream = |looks: u64| {
         let mut bench = Bench::with(&config);
@@ -324,7 +327,7 @@ fn leds_are_written_down_with_their_moments_and_polarity() {
 }
 
 #[test]
-fn what_leads_nowhere_is_driven_by_nobody() {
+fn unconnected_pins_are_not_driven() {
     let bench = Bench::new();
     for pin in [Pin::new('A', 0), Pin::new('B', 4), Pin::new('C', 13), Pin::new('I', 15)] {
         assert_eq!(bench.board.level(pin), Level::Released);

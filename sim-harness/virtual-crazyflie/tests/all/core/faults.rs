@@ -1,4 +1,4 @@
-//! What comes to nothing, and what has happened then: nothing.
+//! An instruction that faults has no effect.
 
 use virtual_crazyflie::bus::{Refused, Width};
 use virtual_crazyflie::cpu::{Fault, Stop};

@@ -20,7 +20,7 @@ fn kernel() -> Rig {
 }
 
 /// The kernel's sums of floats, packed and with a checksum, as the same source computes them when
-/// it is compiled for x86-64: nothing of it may depend on who computes.
+/// it is compiled for x86-64: nothing of it may depend on the processor.
 #[test]
 fn it_computes_what_the_host_computes() {
     let mut rig = kernel();

@@ -200,7 +200,7 @@ fn half_and_whole_are_reported_and_a_stream_that_is_done_is_off() {
     rig.micros(30);
     assert_eq!((RECEIVE.left(&mut rig), RECEIVE.flags(&mut rig)), (0, Stream::HTIF | Stream::TCIF));
     assert!(!RECEIVE.is_enabled(&mut rig));
-    assert_eq!(rig.read(UART_DR), 5, "the fifth is nobody's");
+    assert_eq!(rig.read(UART_DR), 5, "the fifth is not moved");
 }
 
 #[test]

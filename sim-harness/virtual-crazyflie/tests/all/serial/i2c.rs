@@ -336,7 +336,7 @@ fn a_stop_during_a_byte_waits_for_its_end() {
 }
 
 #[test]
-fn an_address_that_nobody_answers_raises_af_and_holds_the_clock_until_the_stop() {
+fn an_address_without_an_answer_raises_af_and_holds_the_clock_until_the_stop() {
     let mut rig = rig();
     rig.modify(CR2, 0, ITERREN | ITEVTEN);
     rig.modify(CR1, 0, START);
@@ -500,7 +500,7 @@ fn pins_that_are_taken_away_leave_the_lines_high() {
     rig.wait(SR1, SB);
     rig.write(DR, u32::from(DEVICE) << 1);
     rig.wait(SR1, AF);
-    assert!(rig.board().seen.is_empty(), "nobody hears it");
+    assert!(rig.board().seen.is_empty(), "no device was addressed");
     rig.modify(CR1, 0, STOP);
     stopped(&mut rig);
     assert!(rig.board().seen.is_empty());

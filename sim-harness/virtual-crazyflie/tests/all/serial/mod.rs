@@ -29,7 +29,7 @@ pub(crate) struct Script {
     /// Everything on all I²C buses, and when.
     pub(crate) seen: Vec<Seen>,
     pub(crate) moments: Vec<Nanos>,
-    /// Who answers.
+    /// The addresses that answer.
     pub(crate) present: Vec<u8>,
     /// How many bytes are acknowledged after a start.
     pub(crate) takes: usize,

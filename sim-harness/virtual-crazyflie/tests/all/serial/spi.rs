@@ -87,7 +87,7 @@ fn bytes_follow_each_other_without_a_gap() {
 }
 
 #[test]
-fn a_byte_that_nobody_has_read_stays_and_the_next_is_lost() {
+fn a_byte_that_was_not_read_stays_and_the_next_is_lost() {
     let mut rig = rig();
     rig.modify(CR2, 0, 1 << 5);
     rig.board().answers.extend([1, 2, 3]);

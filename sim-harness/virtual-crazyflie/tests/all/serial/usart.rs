@@ -189,7 +189,7 @@ fn a_gap_of_less_than_a_frame_is_no_idle_line() {
 }
 
 #[test]
-fn a_byte_that_nobody_has_read_stays_and_the_next_is_lost() {
+fn a_byte_that_was_not_read_stays_and_the_next_is_lost() {
     let mut rig = rig();
     rig.modify(CR1, 0, RXNEIE);
     let at = micros(&rig) + 10;

@@ -194,7 +194,7 @@ fn the_chip_says_what_it_is() {
 }
 
 #[test]
-fn whoever_runs_the_core_hears_of_what_concerns_it() {
+fn the_machine_is_notified_of_what_concerns_the_core() {
     let mut chip = Chip::new();
     chip.soc.take_change();
     chip.store(at::FLASH_ACR, 7 << 8);

@@ -107,7 +107,7 @@ impl Board for Bare {
     }
 }
 
-/// A chip that somebody plays the core of.
+/// A chip whose core a test stands in for.
 pub(crate) struct Chip {
     pub(crate) soc: Soc<Bare>,
     pub(crate) memory: Memory,

@@ -72,8 +72,8 @@ fn a_pin_is_what_is_written_in_modes_types_pulls_and_on_the_board() {
         chip.store(GPIOC + OTYPER, kind << 5);
         chip.store(GPIOC + ODR, out << 5);
         chip.store(GPIOC + MODER, mode << 10);
-        let told = chip.soc.board().driven.last().map_or(Released, |(_, level)| *level);
-        assert_eq!(told, drives, "{row:?}");
+        let last = chip.soc.board().driven.last().map_or(Released, |(_, level)| *level);
+        assert_eq!(last, drives, "{row:?}");
         assert_eq!(idr(&mut chip, GPIOC, 5), reads, "{row:?}");
     }
 }
@@ -231,7 +231,7 @@ fn a_pulse_is_seen_at_its_moment_even_while_the_core_sleeps() {
     assert!(!chip.line(40));
     chip.pass(1);
     assert!(chip.line(40));
-    // Had nobody looked in between, it would have been seen too.
+    // Without an access in between, it would have been seen too.
     let mut late = self::chip();
     watch(&mut late, 14, true, false);
     late.soc.board_mut().plan = vec![(1000, pin, Level::High), (1050, pin, Level::Low)];

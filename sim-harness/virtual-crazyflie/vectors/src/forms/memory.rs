@@ -97,7 +97,7 @@ pub(super) fn single(forms: &mut Vec<Form>) {
         }
         for (suffix, t) in destinations {
             if name == "LDRH" && suffix == " hint" {
-                // PLDW is no part of ARMv7-M: the encodings are NOPs or UNDEFINED, nobody makes them.
+                // PLDW is no part of ARMv7-M: the encodings are NOPs or UNDEFINED, and not generated.
                 continue;
             }
             let mut add = |what: &str, pattern: String, aim, rule: Rule| {
