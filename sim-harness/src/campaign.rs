@@ -202,6 +202,7 @@ pub fn json(figures: &[Figure]) -> Value {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scenario::{Scenario, builtin};
 
     /// Ranks that the crate `stats-ci` gave.
     #[test]
@@ -210,5 +211,23 @@ mod tests {
         assert_eq!(quantile_ranks(15, 0.4), Some((2, 9)));
         assert_eq!(quantile_ranks(3, 0.5), None);
         assert_eq!(quantile_ranks(20, 0.99), None);
+    }
+
+    #[test]
+    fn a_campaign_that_is_stopped_keeps_the_runs_that_had_begun() {
+        let scenario =
+            Scenario { duration_us: 200_000, ..Scenario::open(builtin::DEMONSTRATION).unwrap() };
+        let world = World::of(&scenario);
+        let reference = Reference::of(&scenario, &world);
+        let stop = AtomicBool::new(false);
+        let fly = || {
+            fly_until(&stop, &scenario, &world, &reference, 7, 1_000, || {
+                stop.store(true, Ordering::Relaxed);
+            })
+        };
+        let flown = fly();
+        assert!((1..1_000).contains(&flown.len()), "{}", flown.len());
+        assert!(flown.is_sorted_by(|(one, _), (next, _)| one < next));
+        assert!(fly().is_empty(), "none begins after the stop");
     }
 }

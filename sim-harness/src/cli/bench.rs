@@ -17,16 +17,16 @@ use crate::scenario::POLICIES;
 
 #[derive(Args)]
 pub(super) struct BenchArgs {
-    /// Which
+    /// The benchmark; where left out, all of them
     #[arg(value_enum)]
     name: Option<Name>,
-    /// Missions for each row of a benchmark
+    /// Number of missions, or flights, for each row of a benchmark
     #[arg(long, allow_negative_numbers = true, value_name = "N")]
     runs: Option<usize>,
-    /// Of the faults and mishaps, only those with this in their name
+    /// Run only the faults and mishaps that have this text in their names
     #[arg(long, value_name = "TEXT", default_value = "")]
     only: String,
-    /// The firmware's ELF, where one is measured
+    /// The firmware's ELF file, for the benchmarks that measure it
     #[arg(long, value_name = "FILE", default_value = Firmware::DEFAULT)]
     elf: PathBuf,
     #[command(flatten)]
@@ -35,23 +35,23 @@ pub(super) struct BenchArgs {
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Name {
-    /// How well and how fast each movement policy makes links equal
+    /// How well and how fast each movement policy makes the links equal
     Chain,
-    /// Drone-rounds and drone-steps per second
+    /// How fast the simulator is
     Throughput,
-    /// What becomes of a drone when something goes wrong
+    /// What a simulated drone does when a sensor, a motor or the battery fails
     Faults,
-    /// Whether the state estimator knows itself
+    /// Whether the errors of the state estimator are as large as it claims
     Estimator,
-    /// How orders and telemetry get through a chain
+    /// How fast orders and telemetry get through a chain, and how many are lost
     Link,
-    /// What a chain takes from somebody who has no key
+    /// Which packets of an attacker without keys a chain accepts
     Attacks,
-    /// What the firmware takes of its processor, on the emulated core
+    /// How much of the processor and the memory the firmware uses, on the emulated chip
     Firmware,
-    /// How fast the emulator is, and how far its core was compared with another
+    /// How fast the emulator is, and whether it computes what another emulator does
     Emulator,
-    /// What becomes of the firmware when its chip, buses or code go wrong, in the emulator
+    /// What the firmware does when its chip, its buses or its code fail, in the emulator
     Mishaps,
 }
 
@@ -73,8 +73,8 @@ impl Name {
 
 pub(super) fn run(args: &BenchArgs) -> Result<Verdict, Trouble> {
     let names = args.name.map_or_else(|| Name::value_variants().to_vec(), |name| vec![name]);
+    interrupt::ends();
     let mut folder = args.common.folder()?;
-    interrupt::ends(folder.as_ref());
     let mut values = Vec::new();
     let mut tables = String::new();
     let mut missed = Vec::new();
@@ -144,6 +144,7 @@ fn chain_bench(args: &BenchArgs) -> Result<(String, Value), Trouble> {
 }
 
 fn throughput_bench(args: &BenchArgs) -> Result<(String, Value), Trouble> {
+    let progress = Progress::busy("throughput", args.common.quiet);
     let rows = throughput::run(runs(args.runs.unwrap_or(200))?)?;
     let mut table = format!(
         "throughput: {}, aim {:.0} drone-rounds/s on one core\n\n",
@@ -159,6 +160,7 @@ fn throughput_bench(args: &BenchArgs) -> Result<(String, Value), Trouble> {
         );
     }
     let steps = throughput::steps()?;
+    drop(progress);
     for (rate, what, aim) in [
         (steps.flight, "drone-steps/s at flight level", throughput::FLIGHT_AIM),
         (steps.rigid, "steps/s of the rigid body alone", throughput::RIGID_AIM),
@@ -343,7 +345,9 @@ fn attacks_bench(args: &BenchArgs, missed: &mut Vec<String>) -> Result<(String, 
 }
 
 fn firmware_bench(args: &BenchArgs, missed: &mut Vec<String>) -> Result<(String, Value), Trouble> {
+    let progress = Progress::busy("firmware", args.common.quiet);
     let measured = firmware::run(&args.elf, args.common.seed)?;
+    drop(progress);
     missed.extend(measured.figures.missed());
     let firmware::Measured { flash_bytes, ram_bytes, figures, bound } = &measured;
     let mut table = format!(
@@ -396,7 +400,9 @@ fn figures_json(figures: &firmware::Figures) -> Value {
 }
 
 fn emulator_bench(args: &BenchArgs, missed: &mut Vec<String>) -> Result<(String, Value), Trouble> {
+    let progress = Progress::busy("emulator", args.common.quiet);
     let measured = emulator::run(&args.elf, args.common.seed)?;
+    drop(progress);
     let compared = &measured.compared;
     let rows = [
         ("MIPS in a float loop", measured.mips, emulator::MIPS_AIM),

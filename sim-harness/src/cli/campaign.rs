@@ -19,12 +19,12 @@ use crate::scenario::Scenario;
 #[derive(Args)]
 #[command(after_help = builtin_scenarios())]
 pub(super) struct CampaignArgs {
-    /// A built-in scenario's name or a scenario file
+    /// Name of a built-in scenario (listed below), or a scenario file
     scenario: String,
-    /// How many missions
+    /// Number of missions
     #[arg(long, allow_negative_numbers = true, default_value_t = 100, value_name = "N")]
     runs: usize,
-    /// Fly with this movement policy instead of the scenario's: t0, t5, k, authors or default
+    /// Movement policy, instead of the scenario's: t0, t5, k, authors or default
     #[arg(long, value_name = "NAME")]
     policy: Option<String>,
     /// How closely the vehicle is simulated
@@ -37,11 +37,10 @@ pub(super) struct CampaignArgs {
 pub(super) fn run(args: &CampaignArgs) -> Result<Verdict, Trouble> {
     let scenario = scenario(&args.scenario, args.policy.as_deref(), args.fidelity)?;
     let asked = runs(args.runs)?;
-    let mut folder = args.common.folder()?;
     let stop = interrupt::asks(
-        folder.as_ref(),
         "Ctrl-C: the missions that have begun are flown to their ends; a second Ctrl-C drops all",
     );
+    let mut folder = args.common.folder()?;
     let flown = fly_all(&scenario, args, asked, stop);
     if flown.is_empty() {
         complain("interrupted before a mission was flown; nothing was written");

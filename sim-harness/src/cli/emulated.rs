@@ -132,7 +132,7 @@ fn gdb(text: &str, nodes: &[NodeId]) -> Result<(NodeId, u16), InputError> {
             Err(InputError::new(wrong, "name one that is virtual"))
         }
         (_, Err(_)) => {
-            let wrong = format!("--gdb {text}: {port} is no port");
+            let wrong = format!("--gdb {text}: {port} is not a port");
             Err(InputError::new(wrong, "give a number from 1 to 65535"))
         }
     }

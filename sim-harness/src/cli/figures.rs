@@ -13,7 +13,7 @@ use crate::output::pictures::box_plots;
 
 #[derive(Args)]
 pub(super) struct FiguresArgs {
-    /// Missions for each box plot; the paper has 30
+    /// Number of missions behind each box plot; the paper has 30
     #[arg(long, allow_negative_numbers = true, default_value_t = 30, value_name = "N")]
     runs: usize,
     #[command(flatten)]
@@ -23,8 +23,8 @@ pub(super) struct FiguresArgs {
 pub(super) fn run(args: &FiguresArgs) -> Result<Verdict, Trouble> {
     let count = runs(args.runs)?;
     let seed = args.common.seed;
+    interrupt::ends();
     let mut folder = args.common.folder()?;
-    interrupt::ends(folder.as_ref());
     let progress = Progress::new(missions(count) as u64, args.common.quiet);
     progress.say("missions");
     let figures = make(count, seed, || progress.step())?;

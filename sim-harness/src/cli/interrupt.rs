@@ -2,31 +2,38 @@
 
 use std::process;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 use super::complain;
-use crate::output::{Folder, Staging};
+use crate::output::Staging;
 
 /// The exit status after Ctrl-C, as shells have it: 128 and the signal's number.
 pub(super) const STATUS: u8 = 130;
 
-/// From here on Ctrl-C ends the command at once. What it has written is removed.
-pub(super) fn ends(folder: Option<&Folder>) {
-    let staging = folder.map(Folder::staging);
-    handle(move || end(staging.as_ref()));
+/// The temporary directory that a command which is ended at once has to remove.
+static STAGING: Mutex<Option<Staging>> = Mutex::new(None);
+
+/// From here on Ctrl-C ends the command at once.
+pub(super) fn ends() {
+    handle(end);
 }
 
 /// From here on the first Ctrl-C sets the flag that is returned, and says `notice`; a second one
-/// ends the command at once. What it has written is removed then.
-pub(super) fn asks(folder: Option<&Folder>, notice: &'static str) -> &'static AtomicBool {
+/// ends the command at once.
+pub(super) fn asks(notice: &'static str) -> &'static AtomicBool {
     static ASKED: AtomicBool = AtomicBool::new(false);
-    let staging = folder.map(Folder::staging);
     handle(move || {
         if ASKED.swap(true, Ordering::Relaxed) {
-            end(staging.as_ref());
+            end();
         }
         complain(notice);
     });
     &ASKED
+}
+
+/// A command that is ended at once removes this directory.
+pub(super) fn discards(staging: Staging) {
+    *STAGING.lock().unwrap_or_else(PoisonError::into_inner) = Some(staging);
 }
 
 fn handle(act: impl FnMut() + 'static + Send) {
@@ -34,8 +41,8 @@ fn handle(act: impl FnMut() + 'static + Send) {
     let _ = ctrlc::set_handler(act);
 }
 
-fn end(staging: Option<&Staging>) {
-    if let Some(staging) = staging {
+fn end() {
+    if let Some(staging) = STAGING.lock().unwrap_or_else(PoisonError::into_inner).take() {
         staging.discard();
         complain("interrupted; nothing was written");
     } else {

@@ -18,13 +18,13 @@ pub(super) struct KeysArgs {
 
 #[derive(Subcommand)]
 enum KeysVerb {
-    /// Make a fleet: a file with a new secret, which all its keys follow from
+    /// Make a fleet file with a new secret, from which all keys of the fleet follow
     New(NewArgs),
-    /// Make the page that gives one drone its number and its keys
+    /// Make the page of flash memory that gives one drone its number and its keys
     Provision(ProvisionArgs),
-    /// Tell what a fleet file holds, but for the keys
+    /// Show what a fleet file holds, except the keys
     Show(ShowArgs),
-    /// Begin the next generation of keys, so that a drone that is lost or stolen is shut out
+    /// Begin the next generation of keys, which shuts out a drone that is lost or stolen
     Rekey(RekeyArgs),
 }
 
@@ -33,7 +33,7 @@ struct NewArgs {
     /// The fleet file to make
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// The generation to begin with
+    /// Number of the first generation of keys, 1 to 255
     #[arg(long, allow_negative_numbers = true, default_value_t = 1, value_name = "N")]
     generation: u8,
     #[command(flatten)]
@@ -48,13 +48,13 @@ struct ProvisionArgs {
     /// The drone's number, 0 to 15
     #[arg(long, allow_negative_numbers = true, value_name = "N")]
     node: u8,
-    /// What the drone is; where it is left out, 0 is the head, 15 the base, any other a relay
+    /// The drone's role; where left out, 0 is the head, 15 the base, and any other a relay
     #[arg(long, value_enum)]
     role: Option<RoleArg>,
     /// Let cfclient fly the head through this drone, which must be the base
     #[arg(long)]
     allow_cfclient: bool,
-    /// The page to write
+    /// The file to write the page to
     #[arg(long, value_name = "FILE.bin")]
     out: PathBuf,
     #[command(flatten)]
@@ -75,20 +75,20 @@ struct RekeyArgs {
     /// The fleet file
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// A drone that gets no new keys; may be given several times
+    /// Number of a drone that gets no new keys; may be given several times
     #[arg(long, allow_negative_numbers = true, value_name = "N")]
     without: Vec<u8>,
     #[command(flatten)]
     print: Print,
 }
 
-/// How the result is told.
+/// How the result is printed.
 #[derive(Args)]
 struct Print {
-    /// Print nothing; complaints go to standard error all the same
+    /// Print nothing; errors still go to standard error
     #[arg(long)]
     quiet: bool,
-    /// Print the result as JSON on standard output
+    /// Print the result as one JSON value on standard output
     #[arg(long)]
     json: bool,
 }
@@ -104,14 +104,14 @@ impl Print {
     }
 }
 
-/// What a drone is in the chain.
+/// A drone's role in the chain.
 #[derive(Clone, Copy, ValueEnum)]
 enum RoleArg {
-    /// The explorer at the far end
+    /// The explorer at the far end of the chain
     Head,
-    /// One of the drones between
+    /// A drone between the head and the base
     Relay,
-    /// The operator's end
+    /// The operator's end of the chain
     Base,
 }
 
@@ -137,7 +137,7 @@ pub(super) fn run(args: &KeysArgs) -> Result<Verdict, Trouble> {
 fn new(args: &NewArgs) -> Result<Verdict, Trouble> {
     let fleet = keys::create(&args.file, args.generation)?;
     let text = format!(
-        "fleet {}: generation {}, no drone yet\nwrote {}; whoever can read it can fly the fleet\n",
+        "fleet {}: generation {}, no drone yet\nwrote {}; keep it secret: with it anyone can fly the fleet\n",
         fleet.name(),
         fleet.generation(),
         args.file.display()
@@ -160,8 +160,8 @@ fn provisioned_text(made: &Provisioned) -> String {
     let [probe, usb] = made.commands();
     let cfclient = if may_fly { ", cfclient may fly the head through it" } else { "" };
     let replaces = if made.replaces {
-        "If it was another drone that had this number: that one must stay switched off until it has \
-         keys of its own.\n"
+        "If another drone had this number, keep that one switched off until it has keys of its \
+         own.\n"
     } else {
         ""
     };
@@ -171,7 +171,7 @@ fn provisioned_text(made: &Provisioned) -> String {
          With a probe:\n  {probe}\n\
          By USB, the drone in DFU mode (battery unplugged; hold the button while you plug the cable \
          in, for\n5 s, until the blue light blinks once a second):\n  {usb}\n\
-         Then switch it off and on, with its battery in: it takes its keys and wipes the page.\n{replaces}",
+         Then switch it off and on, with its battery in: it stores its keys and wipes the page.\n{replaces}",
         made.fleet.name(),
         made.node.0,
         role_name(role),
@@ -256,7 +256,7 @@ fn rekey(args: &RekeyArgs) -> Result<Verdict, Trouble> {
         "no drone has keys yet\n".to_owned()
     } else {
         format!(
-            "provision anew: {}; who has the old keys and who has the new do not hear each other\n",
+            "provision anew: {}; drones with old keys and drones with new keys do not hear each other\n",
             stale.join(", ")
         )
     };

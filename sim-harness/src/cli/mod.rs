@@ -46,33 +46,33 @@ struct Command {
 enum Verb {
     /// Fly one mission; without a scenario, the demonstration
     Run(run::RunArgs),
-    /// Fly a scenario with many seeds on all cores, with confidence intervals
+    /// Fly a scenario many times, each time with another seed, on all cores
     Campaign(campaign::CampaignArgs),
-    /// Make the paper's figure 3, A to F, as tables and pictures
+    /// Make the paper's figure 3, panels A to F, as tables and pictures
     Figures(figures::FiguresArgs),
-    /// Run recorded RSSI through the on-board code
+    /// Run recorded signal strengths (RSSI) through the on-board code
     Replay(replay::ReplayArgs),
-    /// Put every drone of a scenario on a UDP port, for cfclient and cflib
+    /// Simulate drones that cfclient and cflib connect to over UDP
     Serve(serve::ServeArgs),
-    /// Make the keys of a fleet and provision its drones with them
+    /// Make the keys of a fleet, and give them to its drones
     Keys(keys::KeysArgs),
-    /// Run the named benchmarks; without a name, all of them
+    /// Run one of the benchmarks; without a name, all of them
     Bench(bench::BenchArgs),
 }
 
-/// What every verb takes.
+/// The options of every verb that flies or computes.
 #[derive(Args)]
 struct Common {
-    /// Seed of everything random; runs of a campaign take it and the numbers after it
+    /// Seed of all random numbers; a campaign uses this one and those after it
     #[arg(long, allow_negative_numbers = true, default_value_t = 1, value_name = "N")]
     seed: u64,
-    /// Write everything there is to keep into this directory
+    /// Write all results into this directory; it must be new, empty, or written by uchain before
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// No progress bar and no table; complaints go to standard error all the same
+    /// Print no table and no progress bar; errors still go to standard error
     #[arg(long)]
     quiet: bool,
-    /// Print the summary as JSON on standard output
+    /// Print the summary as one JSON value on standard output, instead of the table
     #[arg(long)]
     json: bool,
 }
@@ -83,9 +83,13 @@ impl Common {
         !self.json && !self.quiet
     }
 
-    /// The directory that `--out` names, if it does: made sure of before anything is flown for it.
+    /// The directory that `--out` names, made sure of before anything is flown for it.
     fn folder(&self) -> Result<Option<Folder>, InputError> {
-        self.out.as_deref().map(Folder::open).transpose()
+        let folder = self.out.as_deref().map(Folder::open).transpose()?;
+        if let Some(folder) = &folder {
+            interrupt::discards(folder.staging());
+        }
+        Ok(folder)
     }
 
     /// Puts what was written in place, and prints the result the way it was asked for.

@@ -6,6 +6,9 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
+/// A task that takes no longer shows no bar.
+const PATIENCE: Duration = Duration::from_secs(1);
+
 /// Counts what is done; cheap and safe to call from many threads.
 pub(super) struct Progress {
     bar: ProgressBar,
@@ -25,10 +28,28 @@ impl Progress {
         Self { bar, since: Instant::now(), shown: AtomicBool::new(false), wanted }
     }
 
+    /// For a task whose length is not known.
+    pub(super) fn busy(what: &str, quiet: bool) -> Self {
+        let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::hidden());
+        bar.set_message(what.to_owned());
+        let wanted = !quiet && std::io::stderr().is_terminal();
+        if wanted {
+            let bar = bar.clone();
+            std::thread::spawn(move || {
+                std::thread::sleep(PATIENCE);
+                if !bar.is_finished() {
+                    bar.set_draw_target(ProgressDrawTarget::stderr());
+                    bar.enable_steady_tick(PATIENCE / 5);
+                }
+            });
+        }
+        Self { bar, since: Instant::now(), shown: AtomicBool::new(wanted), wanted }
+    }
+
     /// One more is done.
     pub(super) fn step(&self) {
         self.bar.inc(1);
-        let late = self.since.elapsed() > Duration::from_secs(1);
+        let late = self.since.elapsed() > PATIENCE;
         if self.wanted && late && !self.shown.swap(true, Ordering::Relaxed) {
             self.bar.set_draw_target(ProgressDrawTarget::stderr());
         }

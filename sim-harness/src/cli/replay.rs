@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::progress::Progress;
 use super::{Common, Trouble, Verdict, complain, interrupt};
 use crate::replay::{Format, Policy, ReplayOptions, replay};
 
@@ -12,10 +13,10 @@ pub(super) struct ReplayArgs {
     /// The recordings
     #[arg(required = true, value_name = "LOG")]
     logs: Vec<PathBuf>,
-    /// What they are; told from their content where left out
+    /// Format of the recordings; where left out, each is recognized by its content
     #[arg(long, value_enum)]
     format: Option<Format>,
-    /// Over recorded flights, run this movement policy alone
+    /// Movement policy to run over recorded flights; where left out, all of them
     #[arg(long, value_enum)]
     policy: Option<Policy>,
     #[command(flatten)]
@@ -25,9 +26,11 @@ pub(super) struct ReplayArgs {
 pub(super) fn run(args: &ReplayArgs) -> Result<Verdict, Trouble> {
     let options =
         ReplayOptions { format: args.format, policy: args.policy, ..ReplayOptions::default() };
+    interrupt::ends();
     let mut folder = args.common.folder()?;
-    interrupt::ends(folder.as_ref());
+    let progress = Progress::busy("replay", args.common.quiet);
     let summary = replay(&args.logs, &options)?;
+    drop(progress);
     for report in &summary.files {
         if let Some(note) = report.note {
             complain(format_args!("{}: {note}", report.file));

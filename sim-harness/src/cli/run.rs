@@ -24,10 +24,10 @@ use crate::trace::{Node, Trace};
 #[derive(Args)]
 #[command(after_help = builtin_scenarios())]
 pub(super) struct RunArgs {
-    /// A built-in scenario's name or a scenario file
+    /// Name of a built-in scenario (listed below), or a scenario file
     #[arg(default_value = builtin::DEMONSTRATION)]
     scenario: String,
-    /// Fly with this movement policy instead of the scenario's: t0, t5, k, authors or default
+    /// Movement policy, instead of the scenario's: t0, t5, k, authors or default
     #[arg(long, value_name = "NAME")]
     policy: Option<String>,
     /// How closely the vehicle is simulated
@@ -37,20 +37,20 @@ pub(super) struct RunArgs {
     /// emulated Crazyflie, at flight level
     #[arg(long, value_enum, default_value_t = VehicleArg::Host)]
     pub(super) vehicle: VehicleArg,
-    /// The ELF that virtual drones run: what `cargo fw` has built, if none is named
+    /// The firmware's ELF file, for virtual drones; where left out, the one that `cargo fw` builds
     #[arg(long, value_name = "FILE")]
     pub(super) elf: Option<PathBuf>,
-    /// Let only these drones be virtual, by their numbers: 0 is the head
+    /// Numbers of the virtual drones, separated by commas; where left out, all are. 0 is the head
     #[arg(long, allow_negative_numbers = true, value_name = "N", value_delimiter = ',')]
     pub(super) virtual_drones: Vec<u8>,
-    /// Let a GDB take hold of a virtual drone, the first one or that of number NODE; all time
-    /// stands still while it does
+    /// Port at which GDB connects to a virtual drone: the first one, or number NODE. The mission
+    /// waits for GDB
     #[arg(long, value_name = "[NODE:]PORT")]
     pub(super) gdb: Option<String>,
-    /// Print what virtual drones log, on standard error
+    /// Print the log messages of virtual drones on standard error
     #[arg(long)]
     pub(super) log: bool,
-    /// Print the built-in scenario's file, to begin one's own with, and fly nothing
+    /// Print the file of the built-in scenario, as a start for your own, and fly nothing
     #[arg(long)]
     show: bool,
     #[command(flatten)]
@@ -72,8 +72,8 @@ pub(super) fn run(args: &RunArgs) -> Result<Verdict, Trouble> {
     }
     let mut scenario = scenario(&args.scenario, args.policy.as_deref(), args.fidelity)?;
     let fleet = Fleet::of(args, &mut scenario)?;
+    interrupt::ends();
     let mut folder = args.common.folder()?;
-    interrupt::ends(folder.as_ref());
     let seed = args.common.seed;
     let (trace, metrics, aftermath) = fly(&scenario, seed, args.common.quiet, fleet.as_ref())?;
     let mut failures = failures(&scenario, &trace, &metrics);

@@ -22,22 +22,23 @@ use crate::serve::{self, Event, FIRST_PORT, Live, Ports, Tally};
 #[derive(Args)]
 #[command(after_help = builtin_scenarios())]
 pub(super) struct ServeArgs {
-    /// A built-in scenario's name or a scenario file; its pilot stays at home
+    /// Name of a built-in scenario (listed below), or a scenario file; the clients give the orders,
+    /// not the scenario's pilot
     #[arg(default_value = builtin::DEMONSTRATION)]
     scenario: String,
-    /// Simulated seconds per second
+    /// Simulated seconds per real second
     #[arg(long, allow_negative_numbers = true, default_value_t = 1.0, value_name = "FACTOR")]
     speed: f64,
-    /// UDP port of the head; relays and base have those after it. 0: any that are free
+    /// UDP port of the head; relays and base have the ports after it. 0 takes any free ports
     #[arg(long, allow_negative_numbers = true, default_value_t = FIRST_PORT, value_name = "N")]
     port: u16,
-    /// The IPv4 address to listen on; 0.0.0.0 for all of this machine's
+    /// IPv4 address to listen on; 0.0.0.0 listens on all addresses of this machine
     #[arg(long, default_value_t = Ipv4Addr::LOCALHOST, value_name = "ADDRESS")]
     host: Ipv4Addr,
-    /// End after so many simulated seconds, and not only at Ctrl-C
+    /// End after this many simulated seconds; where left out, at Ctrl-C
     #[arg(long, allow_negative_numbers = true, value_name = "SECONDS")]
     duration: Option<f64>,
-    /// Fly with this movement policy instead of the scenario's: t0, t5, k, authors or default
+    /// Movement policy, instead of the scenario's: t0, t5, k, authors or default
     #[arg(long, value_name = "NAME")]
     policy: Option<String>,
     /// How closely the vehicle is simulated
@@ -55,13 +56,13 @@ pub(super) fn run(args: &ServeArgs) -> Result<Verdict, Trouble> {
         Some(seconds) => Some(within("--duration", seconds, 0.01, 1e6)?),
     };
     let duration = duration.map(|seconds| Duration::from_micros((seconds * 1e6) as u64));
+    let asked = interrupt::asks("Ctrl-C: the drones are no longer served");
     let folder = args.common.folder()?;
     let ports = Ports::open(args.host, args.port, scenario.relays + 2)?;
     let world = World::of(&scenario);
     let reference = Reference::of(&scenario, &world);
     let keep = args.common.out.is_some();
     let live = Live::new(&scenario, &world, &reference, args.common.seed, keep);
-    let asked = interrupt::asks(folder.as_ref(), "Ctrl-C: the drones are no longer served");
     announce(&args.common, &scenario, &ports)?;
     let tell = |now: Instant, event: Event| {
         if !args.common.quiet || event == Event::Late {

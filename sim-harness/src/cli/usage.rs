@@ -49,12 +49,15 @@ fn in_one_line(error: &clap::Error) -> String {
     format!("{what}; {meant}see {} --help", path.join(" "))
 }
 
-/// The standard library's words for a number that is none, and plainer ones.
-const PLAIN: [(&str, &str); 5] = [
+/// Words of the libraries, and plainer ones.
+const PLAIN: [(&str, &str); 8] = [
     ("invalid digit found in string", "not a whole number of 0 or more"),
     ("number too large to fit in target type", "too large a number"),
     ("number would be too large to fit in target type", "too large a number"),
     ("invalid float literal", "not a number"),
+    ("invalid IPv4 address syntax", "not an IPv4 address such as 127.0.0.1"),
+    (" is not in ", " is out of range, which is "),
+    ("..=", " to "),
     ("unrecognized subcommand", "there is no verb"),
 ];
 

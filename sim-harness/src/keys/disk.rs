@@ -132,7 +132,7 @@ pub(super) fn read_private(path: &Path) -> Result<String, InputError> {
     };
     // Before it is opened: that would wait for somebody at the other end of a pipe.
     if !fs::metadata(path).map_err(|error| unreadable(&error))?.is_file() {
-        return Err(unreadable(&"it is no file"));
+        return Err(unreadable(&"it is not a file"));
     }
     let file = File::open(path).map_err(|error| unreadable(&error))?;
     #[cfg(unix)]

@@ -287,6 +287,16 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Scenario, InputError> {
     })
 }
 
+/// Words of the parser, and those of a person who does not write Rust.
+const PLAIN: [(&str, &str); 6] = [
+    ("unknown field", "unknown key"),
+    ("missing field", "missing key"),
+    ("unknown variant", "unknown value"),
+    ("expected f32", "expected a number"),
+    ("expected usize", "expected a whole number of 0 or more"),
+    (" as i128", ""),
+];
+
 /// The file under the reader's eyes.
 struct Reader<'a> {
     path: &'a Path,
@@ -304,8 +314,9 @@ impl Reader<'_> {
 
     /// What the TOML parser has to say, on one line.
     fn syntax(&self, error: &toml::de::Error) -> InputError {
-        let wrong = error.message().lines().collect::<Vec<_>>().join(" ");
-        let meant = suggest::question_about(&wrong);
+        let message = error.message().lines().collect::<Vec<_>>().join(" ");
+        let meant = suggest::question_about(&message);
+        let wrong = PLAIN.iter().fold(message, |text, (theirs, ours)| text.replace(theirs, ours));
         let remedy =
             format!("{meant}see the book's chapter \"Scenarios\" for the keys and their types");
         let line = error.span().map_or(1, |span| self.line_at(span.start));

@@ -136,9 +136,13 @@ impl Scenario {
     /// # Errors
     /// [`InputError`] with file and line, for anything that is not exactly right.
     pub fn read(path: &Path) -> Result<Self, InputError> {
-        let text = std::fs::read_to_string(path).map_err(|error| {
-            InputError::new(format!("cannot read the scenario ({error})"), "give a TOML text file")
-                .in_file(path)
+        let text = std::fs::read_to_string(path).map_err(|error| match error.kind() {
+            std::io::ErrorKind::InvalidData => {
+                InputError::new("this is not text in UTF-8", "give a TOML file, saved as UTF-8")
+                    .in_file(path)
+            }
+            _ => InputError::new(format!("cannot be read: {error}"), "give a TOML file")
+                .in_file(path),
         })?;
         file::parse(path, &text)
     }
@@ -156,7 +160,8 @@ impl Scenario {
             return Self::read(path);
         }
         let names: Vec<_> = builtin::names().collect();
-        let meant = suggest::question(name_or_path, builtin::names());
+        let stem = path.file_stem().map_or_else(Default::default, |stem| stem.to_string_lossy());
+        let meant = suggest::question(&stem, builtin::names());
         Err(InputError::new(
             format!("there is no scenario and no file called \"{name_or_path}\""),
             format!("{meant}give a TOML file or one of {}", names.join(", ")),

@@ -112,6 +112,7 @@ fn out_writes_exactly_the_files_that_it_lists() {
     assert_eq!(
         found,
         [
+            "files.txt",
             "links.png",
             "links.svg",
             "map.png",
@@ -177,7 +178,7 @@ fn a_campaign_leaves_its_summary_and_every_run() {
     let printed: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(printed["runs"], 3);
     assert!(printed["metrics"]["gap_db"]["value"].is_number());
-    assert_eq!(files(&folder), ["runs.json", "summary.json"]);
+    assert_eq!(files(&folder), ["files.txt", "runs.json", "summary.json"]);
     let runs: serde_json::Value =
         serde_json::from_slice(&fs::read(folder.join("runs.json")).unwrap()).unwrap();
     assert_eq!(runs.as_array().map(Vec::len), Some(3));
@@ -204,9 +205,10 @@ fn a_shown_scenario_can_be_flown() {
         let shown = uchain(&["run", name, "--show"]);
         assert_eq!(shown.status.code(), Some(0));
         let text = String::from_utf8(shown.stdout).unwrap();
-        // A shorter one: this is about the file, not the flight.
+        // A shorter one, before the pilot's first order: this is about the file, not the flight.
         let short: String = text
             .lines()
+            .take_while(|line| !line.starts_with("[[pilot]]"))
             .map(|line| if line.starts_with("duration_s") { "duration_s = 1.0" } else { line })
             .flat_map(|line| [line, "\n"])
             .collect();
@@ -215,4 +217,122 @@ fn a_shown_scenario_can_be_flown() {
         let flown = uchain(&["run", file.to_str().unwrap(), "--quiet"]);
         assert_eq!(flown.status.code(), Some(0), "{name}");
     }
+}
+
+/// A mission that takes minutes, in a file of this test's own.
+fn long_mission(folder: &Path) -> PathBuf {
+    fs::create_dir_all(folder).unwrap();
+    let short = fs::read_to_string(scenarios().join("short.toml")).unwrap();
+    let file = folder.join("long.toml");
+    fs::write(&file, short.replace("duration_s = 20.0", "duration_s = 86400.0")).unwrap();
+    file
+}
+
+/// Starts a command, and interrupts it when its temporary directory is there.
+#[cfg(unix)]
+fn interrupted(folder: &Path, args: &[&str]) -> Output {
+    use std::process::Stdio;
+    let mut command = Command::new(UCHAIN);
+    command.args(args).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut child = command.spawn().unwrap();
+    let unfinished = |name: &String| name.contains(".unfinished-");
+    while !files(folder).iter().any(unfinished) {
+        assert!(child.try_wait().unwrap().is_none(), "ended before it was interrupted");
+        std::thread::sleep(std::time::Duration::from_millis(10));
+    }
+    let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(killed.success());
+    child.wait_with_output().unwrap()
+}
+
+#[test]
+#[cfg(unix)]
+fn a_run_that_is_interrupted_leaves_nothing() {
+    let folder = folder("interrupted");
+    let file = long_mission(&folder);
+    let out = folder.join("out");
+    let args = ["run", file.to_str().unwrap(), "--out", out.to_str().unwrap()];
+    let output = interrupted(&folder, &args);
+    let complaint = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(130), "{complaint}");
+    assert_eq!(complaint, "uchain: interrupted; nothing was written\n");
+    assert_eq!(files(&folder), ["long.toml"]);
+}
+
+/// Whenever it is interrupted: it says how many missions it flew, and writes so many.
+#[test]
+#[cfg(unix)]
+fn a_campaign_that_is_interrupted_keeps_what_was_flown() {
+    let folder = folder("interrupted-campaign");
+    fs::create_dir_all(&folder).unwrap();
+    let (file, out) = (scenarios().join("short.toml"), folder.join("out"));
+    let file = file.to_str().unwrap();
+    let args = ["campaign", file, "--runs", "1000000", "--out", out.to_str().unwrap(), "--json"];
+    let output = interrupted(&folder, &args);
+    let complaint = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(130), "{complaint}");
+    if !out.exists() {
+        assert!(complaint.contains("before a mission was flown"), "{complaint}");
+        return;
+    }
+    let summary: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let flown = summary["runs"].as_u64().unwrap();
+    assert_eq!(summary["runs_asked"], 1_000_000);
+    assert!(complaint.contains(&format!("{flown} of 1000000 missions")), "{complaint}");
+    let runs: serde_json::Value =
+        serde_json::from_slice(&fs::read(out.join("runs.json")).unwrap()).unwrap();
+    assert_eq!(runs.as_array().map(Vec::len), Some(flown as usize));
+}
+
+/// A run that cannot be written is refused before it is flown: this one would take minutes.
+#[test]
+fn an_out_that_cannot_be_written_is_refused_before_the_flight() {
+    let folder = folder("unwritable");
+    let file = long_mission(&folder);
+    let file = file.to_str().unwrap();
+    let notes = folder.join("notes");
+    fs::create_dir(&notes).unwrap();
+    fs::write(notes.join("todo.txt"), "mine").unwrap();
+    for wrong in [file, &format!("{file}/out"), notes.to_str().unwrap()] {
+        refused(&uchain(&["run", file, "--out", wrong]), &["--out", "; "]);
+    }
+    assert_eq!(files(&notes), ["todo.txt"]);
+}
+
+/// The second of two runs into one directory replaces all files of the first.
+#[test]
+fn a_run_replaces_the_one_before_it() {
+    let folder = folder("replaced");
+    let out = folder.to_str().unwrap();
+    let short = scenarios().join("short.toml");
+    let short = short.to_str().unwrap();
+    assert_eq!(uchain(&["run", short, "--out", out]).status.code(), Some(0));
+    fs::write(folder.join("notes"), "mine").unwrap();
+    let output = uchain(&["campaign", short, "--runs", "1", "--out", out]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    assert_eq!(files(&folder), ["files.txt", "notes", "runs.json", "summary.json"]);
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_full_disk_at_standard_output_is_no_success() {
+    let full = || fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    for args in [&["run", "--show", "demo"][..], &["--help"], &["run", "nowhere"]] {
+        let mut command = Command::new(UCHAIN);
+        let output = command.args(args).stdout(full()).output().unwrap();
+        refused(&output, &["; "]);
+        let status = command.stdout(full()).stderr(full()).status().unwrap();
+        assert_eq!(status.code(), Some(2), "where standard error is full, too");
+    }
+}
+
+#[test]
+#[cfg(unix)]
+fn a_reader_that_goes_away_is_no_success_and_no_panic() {
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    let output = Command::new(UCHAIN).args(["run", "--show", "demo"]).stdout(writer).output();
+    let output = output.unwrap();
+    assert_eq!(output.status.code(), Some(141));
+    assert!(output.stderr.is_empty());
 }

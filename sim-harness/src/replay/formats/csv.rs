@@ -52,7 +52,7 @@ fn lacks_the_sign(rows: &[Row<{ NAMES.len() }>]) -> bool {
         rows.iter().filter_map(|Row { fields: [_, _, rssi, _], .. }| number(rssi.as_deref()?));
     let (mut positive, mut negative) = (false, false);
     for strength in strengths {
-        positive |= received(-strength).is_some();
+        positive |= strength >= 1.0 && received(-strength).is_some();
         negative |= strength < 0.0;
     }
     positive && !negative

@@ -160,6 +160,13 @@ fn check(format: Format, recording: Recording, file: &Path) -> Result<Recording,
     if let Some(line) = recording.mostly_malformed() {
         return Err(not_the_format(format, line, file));
     }
+    if recording.rows == 0 {
+        return Err(InputError::new(
+            "no row follows the header",
+            "give a log with at least one row",
+        )
+        .in_file(file));
+    }
     if recording.samples.is_empty() {
         return Err(InputError::new(
             format!("none of its {} rows holds a usable sample", recording.rows),
