@@ -1,4 +1,4 @@
-//! The vocabulary of a mission: what every crate that speaks of nodes, orders and set-points means.
+//! The vocabulary of a mission: roles, orders, phases and set-points, shared by all crates.
 
 use crate::{Dbm, Metres, MetresPerSecond, RadiansPerSecond};
 

@@ -1,5 +1,5 @@
-//! Physical quantities as tuple structs over `f32`, and the few products and differences of them
-//! that mean something.
+//! Physical quantities as tuple structs over `f32`, with only those products and differences that
+//! have a physical meaning.
 
 use core::fmt;
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
@@ -16,7 +16,7 @@ macro_rules! linear_quantity {
         pub struct $name(pub f32);
 
         impl $name {
-            /// Nothing of it.
+            /// The amount zero.
             pub const ZERO: Self = Self(0.0);
 
             /// The same amount without its sign.
@@ -25,8 +25,8 @@ macro_rules! linear_quantity {
                 Self(self.0.abs())
             }
 
-            /// The amount, no larger than `limit` either way; a negative `limit` counts as zero,
-            /// and what is not a number becomes zero.
+            /// The amount limited to ±`limit`; a negative `limit` counts as zero, and NaN becomes
+            /// zero.
             #[must_use]
             pub const fn limited_to(self, limit: Self) -> Self {
                 let limit = limit.0.max(0.0);
@@ -95,7 +95,7 @@ linear_quantity! {
     Db, " dB"
 }
 linear_quantity! {
-    /// How fast a path loss grows with distance.
+    /// Growth of a path loss with distance, in decibels per metre.
     DbPerMetre, " dB/m"
 }
 linear_quantity! {
@@ -127,14 +127,14 @@ linear_quantity! {
 pub struct Dbm(pub f32);
 
 impl Dbm {
-    /// The loss on the way of something sent at 0 dBm: −RSSI, the number that the U-Chain paper
-    /// and its authors' firmware calculate with.
+    /// The path loss of a packet that was sent at 0 dBm and received at this power: −RSSI, the
+    /// number that the U-Chain paper and its authors' firmware calculate with.
     #[must_use]
     pub const fn loss(self) -> Db {
         Db(-self.0)
     }
 
-    /// What arrives of 0 dBm after `loss`.
+    /// The received power of a packet that was sent at 0 dBm and lost `loss` on its path.
     #[must_use]
     pub const fn after_loss(loss: Db) -> Self {
         Self(-loss.0)
@@ -198,7 +198,7 @@ impl Mul<Duration> for RadiansPerSecond {
 pub struct NodeId(pub u8);
 
 impl NodeId {
-    /// The piloted explorer.
+    /// The number of the head, the explorer that the operator pilots.
     pub const HEAD: Self = Self(0);
 }
 

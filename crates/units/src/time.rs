@@ -1,7 +1,7 @@
-//! Time as the agent sees it: microseconds handed in by whoever owns a clock.
+//! Moments and spans of time in whole microseconds.
 //!
-//! No code in `crates/` reads a clock. The firmware passes the timer's microseconds since boot,
-//! the simulator and the replay pass theirs.
+//! No code in `crates/` reads a clock: its caller passes the time. The firmware passes the timer's
+//! microseconds since boot, the simulator and the replay pass those of their own clocks.
 
 use core::ops::{Add, Sub};
 
@@ -12,36 +12,36 @@ use core::ops::{Add, Sub};
 pub struct Duration(u64);
 
 impl Duration {
-    /// No time at all.
+    /// The span of zero length.
     pub const ZERO: Self = Self(0);
-    /// Longer than any mission: 584,000 years.
+    /// The longest span: 584,000 years.
     pub const MAX: Self = Self(u64::MAX);
 
-    /// `n` microseconds.
+    /// A span of `n` microseconds.
     #[must_use]
     pub const fn from_micros(n: u64) -> Self {
         Self(n)
     }
 
-    /// `n` milliseconds, or [`Duration::MAX`] where that many cannot be counted.
+    /// A span of `n` milliseconds, or [`Duration::MAX`] if they do not fit.
     #[must_use]
     pub const fn from_millis(n: u64) -> Self {
         Self(n.saturating_mul(1_000))
     }
 
-    /// `n` seconds, or [`Duration::MAX`] where that many cannot be counted.
+    /// A span of `n` seconds, or [`Duration::MAX`] if they do not fit.
     #[must_use]
     pub const fn from_secs(n: u64) -> Self {
         Self(n.saturating_mul(1_000_000))
     }
 
-    /// Whole microseconds.
+    /// The span in whole microseconds.
     #[must_use]
     pub const fn as_micros(self) -> u64 {
         self.0
     }
 
-    /// Seconds. Exact to a microsecond up to 16 s, to 1 part in 16 million above.
+    /// The span in seconds, exact to a microsecond up to 16 s and to 1 part in 16 million above.
     #[must_use]
     pub const fn as_secs_f32(self) -> f32 {
         // A `u64` converts through a slow routine on the Cortex-M4, and every span that the maths
@@ -64,28 +64,28 @@ impl Add for Duration {
 pub struct Instant(u64);
 
 impl Instant {
-    /// Boot.
+    /// The moment of boot.
     pub const ZERO: Self = Self(0);
 
-    /// `n` microseconds after boot.
+    /// The moment `n` microseconds after boot.
     #[must_use]
     pub const fn from_micros(n: u64) -> Self {
         Self(n)
     }
 
-    /// `n` milliseconds after boot.
+    /// The moment `n` milliseconds after boot.
     #[must_use]
     pub const fn from_millis(n: u64) -> Self {
         Self(n.saturating_mul(1_000))
     }
 
-    /// Microseconds since boot.
+    /// The microseconds from boot to this moment.
     #[must_use]
     pub const fn as_micros(self) -> u64 {
         self.0
     }
 
-    /// How long ago `earlier` was; zero if it has not been yet.
+    /// The span from `earlier` to this moment; zero if `earlier` lies after it.
     #[must_use]
     pub const fn since(self, earlier: Self) -> Duration {
         Duration(self.0.saturating_sub(earlier.0))

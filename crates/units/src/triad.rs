@@ -1,4 +1,4 @@
-//! What an inertial sensor measures: three numbers along the board's axes.
+//! The readings of inertial sensors: three numbers along the board's axes.
 
 /// Angular velocity about the board's axes x (forward), y (left) and z (up), in rad/s, each
 /// positive counter-clockwise seen from the axis's tip.
