@@ -1,7 +1,7 @@
-//! Unit quaternions and what they do to vectors: the attitude of a body as the turn that takes
-//! the body's axes to the world's.
+//! Vectors, unit quaternions and rotation matrices: an attitude is the rotation from the body's
+//! axes to the world's.
 
-/// A vector, in whatever axes its name says.
+/// A vector in body or world axes, as the name of the variable says.
 pub(crate) type Vector = [f32; 3];
 
 pub(crate) fn add([ax, ay, az]: Vector, [bx, by, bz]: Vector) -> Vector {
@@ -20,19 +20,19 @@ pub(crate) fn cross([ax, ay, az]: Vector, [bx, by, bz]: Vector) -> Vector {
     [ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx]
 }
 
-/// Where the body's axes point in the world: the rotation matrix, column by column.
+/// A rotation matrix, as columns: the body's axes in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Rotation {
-    /// Forward.
+    /// The body's forward axis in the world.
     pub(crate) x: Vector,
-    /// Left.
+    /// The body's left axis in the world.
     pub(crate) y: Vector,
-    /// Up through the body.
+    /// The body's up axis in the world.
     pub(crate) z: Vector,
 }
 
 impl Rotation {
-    pub(crate) const NONE: Self =
+    pub(crate) const IDENTITY: Self =
         Self { x: [1.0, 0.0, 0.0], y: [0.0, 1.0, 0.0], z: [0.0, 0.0, 1.0] };
 
     pub(crate) fn to_world(self, [x, y, z]: Vector) -> Vector {
@@ -43,23 +43,23 @@ impl Rotation {
         [dot(self.x, world), dot(self.y, world), dot(self.z, world)]
     }
 
-    /// Roll, pitch and yaw, rad, to within 10⁻⁶ of what the matrix says. The pitch is taken by its
-    /// tangent: `libm`'s arcsine works in double precision, and near a vertical nose a sine has few
-    /// digits left.
+    /// Roll, pitch and yaw, rad, to within 10⁻⁶ of what the matrix says. The pitch is an
+    /// arctangent, since `libm`'s arcsine works in double precision and loses digits near a
+    /// vertical nose.
     pub(crate) fn angles(&self) -> [f32; 3] {
         let Self { x: [xx, xy, xz], y: [_, _, yz], z: [_, _, zz] } = *self;
         let across = libm::sqrtf(xx * xx + xy * xy);
         [libm::atan2f(yz, zz), libm::atan2f(-xz, across), libm::atan2f(xy, xx)]
     }
 
-    /// The cosine of the angle between the body's z and the vertical; R₂₂ of the matrix.
+    /// Cosine of the angle between the body's z and the vertical, R₂₂ of the matrix.
     pub(crate) const fn tilt_cosine(&self) -> f32 {
         let [_, _, cosine] = self.z;
         cosine
     }
 }
 
-/// An attitude. Its length is one, but for rounding.
+/// An attitude as a quaternion, of length one up to rounding.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Quaternion {
     pub(crate) w: f32,
@@ -68,18 +68,18 @@ pub(crate) struct Quaternion {
     pub(crate) z: f32,
 }
 
-/// Sine and cosine of half an angle within half a turn, from its own. `libm`'s sine and cosine of
-/// an `f32` work in double precision.
-fn half(sin: f32, cos: f32) -> (f32, f32) {
+/// Sine and cosine of half an angle in ±π, from its sine and cosine. `libm`'s sine and cosine of an
+/// `f32` work in double precision, so they are avoided.
+fn half_angle(sin: f32, cos: f32) -> (f32, f32) {
     let half_sin = libm::sqrtf(0.5 * (1.0 - cos).max(0.0));
     (libm::copysignf(half_sin, sin), libm::sqrtf(0.5 * (1.0 + cos).max(0.0)))
 }
 
 impl Quaternion {
-    pub(crate) const LEVEL: Self = Self { w: 1.0, x: 0.0, y: 0.0, z: 0.0 };
+    pub(crate) const IDENTITY: Self = Self { w: 1.0, x: 0.0, y: 0.0, z: 0.0 };
 
-    /// The attitude with yaw zero in which `up`, in body axes, is vertical. `None` if `up` is no
-    /// direction.
+    /// The attitude with zero yaw in which `up`, in body axes, is vertical; `None` if `up` is zero
+    /// or not finite.
     pub(crate) fn from_vertical(up: Vector) -> Option<Self> {
         let [x, y, z] = up;
         let length = libm::sqrtf(dot(up, up));
@@ -88,8 +88,8 @@ impl Quaternion {
         }
         let across = libm::sqrtf(y * y + z * z);
         let (sin_roll, cos_roll) =
-            if across > 0.0 { half(y / across, z / across) } else { (0.0, 1.0) };
-        let (sin_pitch, cos_pitch) = half(-x / length, across / length);
+            if across > 0.0 { half_angle(y / across, z / across) } else { (0.0, 1.0) };
+        let (sin_pitch, cos_pitch) = half_angle(-x / length, across / length);
         Some(Self {
             w: cos_roll * cos_pitch,
             x: sin_roll * cos_pitch,
@@ -98,19 +98,21 @@ impl Quaternion {
         })
     }
 
-    /// Level, with x pointing along this horizontal vector; not turned if it is no direction.
+    /// The level attitude whose x points along this horizontal vector; the identity if the vector
+    /// is zero or not finite.
     pub(crate) fn from_heading([x, y]: [f32; 2]) -> Self {
         let length = libm::sqrtf(x * x + y * y);
         if !length.is_finite() || length <= 0.0 {
-            return Self::LEVEL;
+            return Self::IDENTITY;
         }
-        let (z, w) = half(y / length, x / length);
+        let (z, w) = half_angle(y / length, x / length);
         Self { w, x: 0.0, y: 0.0, z }
     }
 
-    /// A turn by this vector: its direction the axis, its length the angle. Of length one to the
-    /// last bit for a tenth of a radian, within 10⁻³ for two; to be normalised in any case.
-    pub(crate) fn from_turn(turn: Vector) -> Self {
+    /// The rotation by a rotation vector, whose direction is the axis and whose length the angle.
+    /// Its length is one to the last bit for 0.1 rad and within 10⁻³ for 2 rad; it must be
+    /// normalised.
+    pub(crate) fn from_rotation_vector(turn: Vector) -> Self {
         let square = 0.25 * dot(turn, turn);
         let cosine = 1.0 - square * (0.5 - square * (1.0 / 24.0));
         let sine = 0.5 - square * (1.0 / 12.0 - square * (1.0 / 240.0));
@@ -118,7 +120,7 @@ impl Quaternion {
         Self { w: cosine, x, y, z }
     }
 
-    /// First the turn `other`, then this one.
+    /// The product of two rotations: `other` is applied first, then `self`.
     pub(crate) fn times(self, other: Self) -> Self {
         Self {
             w: self.w * other.w - self.x * other.x - self.y * other.y - self.z * other.z,
@@ -136,21 +138,21 @@ impl Quaternion {
         Self { w: self.w * by, x: self.x * by, y: self.y * by, z: self.z * by }
     }
 
-    /// Of length one again, from whatever length but none.
+    /// The quaternion scaled to length one; the identity if its length is zero or not finite.
     pub(crate) fn normalised(self) -> Self {
         let square = self.norm_squared();
         if (square - 1.0).abs() < 1e-3 {
-            // The usual case once a millisecond: one step of Newton's, right to 4·10⁻⁷, for a root
-            // that `libm` takes in software.
+            // The usual case, once a millisecond: one Newton step, right to 4·10⁻⁷, instead of a
+            // square root that `libm` computes in software.
             self.scaled(1.5 - 0.5 * square)
         } else if square > f32::MIN_POSITIVE && square.is_finite() {
             self.scaled(1.0 / libm::sqrtf(square))
         } else {
-            Self::LEVEL
+            Self::IDENTITY
         }
     }
 
-    /// Where the body's axes point.
+    /// The rotation matrix of this quaternion.
     pub(crate) fn rotation(self) -> Rotation {
         let Self { w, x, y, z } = self;
         let (x2, y2, z2) = (x + x, y + y, z + z);
@@ -175,9 +177,9 @@ mod tests {
     }
 
     #[test]
-    fn turns_follow_the_right_hand() {
+    fn rotations_follow_the_right_hand_rule() {
         let quarter = core::f32::consts::FRAC_PI_2;
-        let turned = |turn| Quaternion::from_turn(turn).normalised().rotation();
+        let turned = |turn| Quaternion::from_rotation_vector(turn).normalised().rotation();
         assert!(near(turned([0.0, 0.0, quarter]).x, [0.0, 1.0, 0.0], 1e-3));
         // Positive roll raises the left side, positive pitch lowers the nose.
         assert!(near(turned([quarter, 0.0, 0.0]).y, [0.0, 0.0, 1.0], 1e-3));
@@ -188,7 +190,7 @@ mod tests {
     #[test]
     fn the_second_factor_turns_first() {
         let quarter = core::f32::consts::FRAC_PI_2;
-        let roll = Quaternion::from_turn([quarter, 0.0, 0.0]).normalised();
+        let roll = Quaternion::from_rotation_vector([quarter, 0.0, 0.0]).normalised();
         let turned = Quaternion::from_heading([0.0, 1.0]).times(roll).rotation();
         assert!(near(turned.y, [0.0, 0.0, 1.0], 1e-3));
         assert!(near(turned.x, [0.0, 1.0, 0.0], 1e-3));
@@ -225,17 +227,20 @@ mod tests {
     }
 
     #[test]
-    fn body_and_world_are_each_others_inverse() {
-        let rotation = Quaternion::from_turn([0.3, -0.5, 0.9]).normalised().rotation();
+    fn to_body_and_to_world_are_inverse() {
+        let rotation = Quaternion::from_rotation_vector([0.3, -0.5, 0.9]).normalised().rotation();
         let there = [0.1, 2.0, -3.0];
         assert!(near(rotation.to_body(rotation.to_world(there)), there, 1e-5));
         assert!(near(cross(rotation.x, rotation.y), rotation.z, 1e-6));
     }
 
     #[test]
-    fn the_vertical_fixes_roll_and_pitch() {
+    fn the_vertical_determines_roll_and_pitch() {
         for turn in [[0.4, 0.0, 0.0], [0.0, -0.7, 0.0], [0.5, 0.6, 0.0], [2.0, 0.0, 0.0]] {
-            let up = Quaternion::from_turn(turn).normalised().rotation().to_body([0.0, 0.0, 1.0]);
+            let up = Quaternion::from_rotation_vector(turn)
+                .normalised()
+                .rotation()
+                .to_body([0.0, 0.0, 1.0]);
             let found = Quaternion::from_vertical(scaled(up, 9.8)).unwrap().rotation();
             assert!(near(found.to_body([0.0, 0.0, 1.0]), up, 1e-5));
             let [_, aside, _] = found.x;

@@ -217,7 +217,7 @@ impl Flight {
         self.estimator.predict(trust, dt, self.gyro.rates(), force);
         let [_, height_at] = self.measured;
         if now.since(height_at) < HEIGHT_IS_FRESH && self.accel.is_sound(&config.accel) {
-            self.estimator.weigh_gravity(trust, dt, force);
+            self.estimator.learn_gravity(trust, dt, force);
         }
 
         self.verdicts = Verdicts::default();

@@ -1,23 +1,23 @@
-//! What the estimator holds to be true of its sensors.
+//! The estimator's constants, most of them the errors of its sensors.
 //!
-//! Every noise here is that of a physical source, and the simulator's sensors are made of the same
-//! sources: so the innovations come out as large as the estimator says, which is tested.
+//! Every noise here is that of a physical source, and the simulator's sensors have the same
+//! sources. A test checks that the innovations come out as large as the estimator predicts.
 //!
-//! Two kinds of error are not white, and this filter does not estimate them: what is left of the
-//! gyroscope's bias after calibration, and the accelerometer's. A constant error b acts for as
-//! long as the filter remembers, T, and takes the state b·T away in that time; white noise of the
-//! density b²·T spreads it as far. That is what is added.
+//! Two errors are not white, and this filter does not estimate them: what remains of the
+//! gyroscope's bias after calibration, and the accelerometer's bias. A constant error b acts on the
+//! state for the filter's time constant T and displaces it by b·T; white noise of density b²·T
+//! spreads the state by as much. That density is added to the process noise.
 
-/// The estimator's constants.
+/// The constants of the estimator.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EstimatorConfig {
-    /// Gyroscope and accelerometer.
+    /// Errors of the gyroscope and the accelerometer.
     pub inertial: InertialConfig,
-    /// Optic flow.
+    /// Errors and checks of the optic flow sensor.
     pub flow: FlowConfig,
-    /// The ranger that looks down.
+    /// Errors and checks of the ranger that looks down.
     pub down: DownConfig,
-    /// Standing on the ground.
+    /// Uncertainty of a drone that stands on the ground.
     pub rest: RestConfig,
 }
 
@@ -37,114 +37,119 @@ impl Default for EstimatorConfig {
     }
 }
 
-/// Gyroscope and accelerometer.
+/// Errors of the gyroscope and the accelerometer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InertialConfig {
-    /// White noise of the gyroscope, rad/s/√Hz.
+    /// Noise density of the gyroscope, rad/s/√Hz.
     pub gyro_density: f32,
-    /// What its calibration leaves of its bias, one standard deviation, rad/s.
+    /// Bias of the gyroscope that remains after calibration, one standard deviation, rad/s.
     pub gyro_residual: f32,
-    /// For how long the filter remembers a tilt, s.
-    pub tilt_memory: f32,
-    /// White noise of the accelerometer in flight, m/s²/√Hz.
+    /// Time constant with which the filter forgets an error of the tilt, s.
+    pub tilt_time_constant: f32,
+    /// Noise density of the accelerometer in flight, m/s²/√Hz.
     pub accel_density: f32,
-    /// What is left of its error along the vertical when its scale has been set at rest, one
+    /// Vertical error of the accelerometer that remains after gravity was measured at rest, one
     /// standard deviation, m/s².
     pub accel_residual: f32,
-    /// For how long the filter remembers a vertical velocity, s.
-    pub climb_memory: f32,
-    /// The part of its velocity along x and y that a drone loses to drag in a second, 1/s. Nothing
-    /// where the accelerometer is to measure it.
+    /// Time constant with which the filter forgets an error of the climb rate, s.
+    pub climb_time_constant: f32,
+    /// Fraction of its velocity along x and y that a drone loses to drag per second, 1/s. It must
+    /// be zero where the accelerometer's x and y are passed to the filter.
     pub drag: f32,
-    /// The part of the drag that may be otherwise, one standard deviation.
-    pub drag_doubt: f32,
-    /// Over this time gravity is weighed in the air, s.
-    pub gravity_time: f32,
-    /// For how long the filter remembers a horizontal velocity, s.
-    pub velocity_memory: f32,
+    /// Relative uncertainty of the drag, one standard deviation.
+    pub drag_uncertainty: f32,
+    /// Time constant with which gravity is learnt in the air, s.
+    pub gravity_time_constant: f32,
+    /// Time constant with which the filter forgets an error of the horizontal velocity, s.
+    pub velocity_time_constant: f32,
 }
 
 impl InertialConfig {
-    /// The BMI088 of the Crazyflie 2.1, and the Crazyflie.
+    /// The BMI088 of the Crazyflie 2.1, and the Crazyflie's drag.
     ///
-    /// * Gyroscope's density 0.014 °/s/√Hz (BMI088 data sheet, BST-BMI088-DS001).
-    /// * Residual 0.075 °/s: 0.015 °/s/K (same, TCO) over the 5 K that the board warms by after it
-    ///   was calibrated.
-    /// * Accelerometer's density 0.32 m/s² per sample of 1 ms, all of it the propellers': with it
-    ///   the simulator's innovations are as large as claimed (`uchain bench estimator`). The
-    ///   vendor's filter takes 0.5 (`procNoiseAcc_xy`, `kalman_core_params_defaults.h`); the
-    ///   sensor's own is a fifth, 160 µg/√Hz in x and y, 190 in z (data sheet).
-    /// * Residual 0.05 m/s²: 0.2 mg/K (data sheet, TCO) over 10 K is 0.02, and 20 mg across the
-    ///   board (data sheet, zero-g offset) at a tilt of 12° are 0.04.
-    /// * Gravity is weighed over 5 s: a climb of 0.3 m moves it by 1 cm/s², and what is left of the
-    ///   accelerometer's error makes 1 cm/s in a landing of a second.
+    /// * Gyroscope's density: 0.014 °/s/√Hz (BMI088 data sheet, BST-BMI088-DS001).
+    /// * Gyroscope's residual: 0.075 °/s, from 0.015 °/s/K (data sheet, TCO) over the 5 K by which
+    ///   the board warms after calibration.
+    /// * Accelerometer's density: 0.32 m/s² per sample of 1 ms, almost all of it vibration of the
+    ///   propellers; with it the simulator's innovations are as large as predicted (`uchain bench
+    ///   estimator`). The vendor's filter uses 0.5 (`procNoiseAcc_xy`,
+    ///   `kalman_core_params_defaults.h`). The sensor's own noise is a fifth of it: 160 µg/√Hz in x
+    ///   and y, 190 in z (data sheet).
+    /// * Accelerometer's residual: 0.05 m/s². 0.2 mg/K (data sheet, TCO) over 10 K give 0.02, and
+    ///   an offset of 20 mg across the board (data sheet, zero-g offset) at a tilt of 12° gives
+    ///   0.04.
+    /// * Gravity's time constant: 5 s. A climb of 0.3 m changes the learnt gravity by 1 cm/s², and
+    ///   the remaining error of the accelerometer adds 1 cm/s in a landing of a second.
     /// * Drag: 9.18·10⁻⁷ N s²/m per rad/s of the four propellers together (Förster, "System
-    ///   identification of the Crazyflie 2.0", 2015), 8,000 rad/s, 33 g. Half of it may be otherwise:
-    ///   that was a bare Crazyflie, and one of them.
-    /// * Memories: hovering at 0.3 m over ground, the filter forgets a tilt in 1.5 s, a velocity in
-    ///   0.25 s and a climb in 0.2 s (measured: `the_memories_are_the_filters_own`).
+    ///   identification of the Crazyflie 2.0", 2015), at 8,000 rad/s and 33 g. Its uncertainty is a
+    ///   half, since that was measured on one bare Crazyflie.
+    /// * Time constants of the filter: hovering at 0.3 m over ground, it forgets an error of the
+    ///   tilt in 1.5 s, of the velocity in 0.25 s and of the climb rate in 0.2 s (measured:
+    ///   `the_configured_time_constants_are_those_of_the_filter`).
     pub const BMI088: Self = Self {
         gyro_density: 2.44e-4,
         gyro_residual: 1.3e-3,
-        tilt_memory: 1.5,
+        tilt_time_constant: 1.5,
         accel_density: 0.01,
         accel_residual: 0.05,
-        climb_memory: 0.2,
+        climb_time_constant: 0.2,
         drag: 0.22,
-        drag_doubt: 0.5,
-        gravity_time: 5.0,
-        velocity_memory: 0.25,
+        drag_uncertainty: 0.5,
+        gravity_time_constant: 5.0,
+        velocity_time_constant: 0.25,
     };
 }
 
-/// Optic flow.
+/// Errors and checks of the optic flow sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FlowConfig {
-    /// Counts by which the picture moves per radian.
+    /// Counts per radian of image motion.
     pub counts_per_radian: f32,
-    /// Noise of a reading in counts, one standard deviation, with no exposure at all,
+    /// Noise of a reading at zero exposure, one standard deviation, counts.
     pub noise: f32,
-    /// and how it grows with the exposure, counts per cycle of the chip's clock.
+    /// Growth of the noise with exposure, counts per cycle of the chip's clock.
     pub noise_per_shutter: f32,
-    /// By how much of itself the picture's motion is wrong from one reading to the next: the floor
-    /// under it is not flat.
+    /// Relative error of the image motion that differs from reading to reading, one standard
+    /// deviation: it stands for a floor that is not flat.
     pub scale_noise: f32,
-    /// An exposure of this length, in cycles, is as long as it gets: darkness.
+    /// Exposure, in cycles, from which on the sensor counts as dark: its longest.
     pub dark: u16,
-    /// The least surface quality that can be followed.
+    /// The lowest surface quality (SQUAL) at which a reading is used.
     pub least_quality: u8,
-    /// As many counts in one reading are none.
+    /// A reading with this many counts or more on one axis is out of range.
     pub most_counts: u16,
-    /// The least cosine of the tilt at which the floor is seen.
+    /// Cosine of the largest tilt at which a reading is used.
     pub least_tilt_cosine: f32,
-    /// The sensor sees sharply from this distance on, m.
+    /// Distance from the floor below which the image is out of focus, m.
     pub nearest: f32,
-    /// A reading that covers more time than this is not used, s.
-    pub longest: f32,
-    /// Readings that are further off than so many standard deviations, in either axis, are not
-    /// believed
+    /// The longest time that one reading may cover, s.
+    pub longest_interval: f32,
+    /// A reading is rejected if its innovation on either axis is larger than this many standard
+    /// deviations.
     pub gate: f32,
-    /// unless they agree with each other for so long, s.
-    pub patience: f32,
+    /// Rejected readings that agree with each other for this long reset the velocity, s.
+    pub reset_after: f32,
 }
 
 impl FlowConfig {
     /// The PMW3901 of the Flow deck v2, read 100 times a second.
     ///
-    /// * 35 pixels over 0.71674 rad, ten counts to a pixel (`mm_flow.c` of crazyflie-firmware).
-    /// * Noise 0.4335 counts and 0.0007984 per cycle of exposure: fitted to flights over floors of
-    ///   more and less texture (`flowdeck_v1v2.c`, where σ is in counts and `mm_flow.c` makes
-    ///   pixels of it). Rounding to whole counts comes on top.
-    /// * Scale noise 2 %: 6 mm of relief seen from 0.3 m.
-    /// * Dark from 0x1F00 cycles on, of 0x1FFF; quality from 0x19 on (PMW3901 data sheet, "false
-    ///   motion": discard where the upper shutter byte is 0x1F and SQUAL below 0x19). Either of
-    ///   them is enough here.
+    /// * Counts per radian: 35 pixels over 0.71674 rad, ten counts per pixel (`mm_flow.c` of
+    ///   crazyflie-firmware).
+    /// * Noise: 0.4335 counts and 0.0007984 counts per cycle of exposure, fitted to flights over
+    ///   floors of more and less texture (`flowdeck_v1v2.c`, where σ is in counts and `mm_flow.c`
+    ///   turns it into pixels). Rounding to whole counts is added.
+    /// * Scale noise: 2 %, which is 6 mm of relief seen from 0.3 m.
+    /// * Darkness from 0x1F00 cycles on, of 0x1FFF; quality from 0x19 on (PMW3901 data sheet,
+    ///   "false motion": discard where the upper shutter byte is 0x1F and SQUAL below 0x19). Here
+    ///   either of them is enough to discard.
     /// * At most 100 counts (`flowdeck_v1v2.c`).
-    /// * Tilt to 45°: the supervisor stops a flight before that.
-    /// * Sharp from 80 mm on (data sheet).
-    /// * 50 ms are five readings missed; by then the velocity is no longer one number.
-    /// * 5σ: one good reading in a million is lost.
-    /// * Patience 0.5 s: what a drone may fly blind.
+    /// * Tilt up to 45°: the supervisor stops a flight before that.
+    /// * In focus from 80 mm on (data sheet).
+    /// * Longest interval: 50 ms, which is five missed readings; the velocity is no longer constant
+    ///   over a longer one.
+    /// * Gate of 5σ: it rejects one good reading in a million.
+    /// * Reset after 0.5 s: as long as a drone may fly without a velocity.
     pub const PMW3901: Self = Self {
         counts_per_radian: 10.0 * 35.0 / 0.716_74,
         noise: 0.4335,
@@ -155,51 +160,52 @@ impl FlowConfig {
         most_counts: 100,
         least_tilt_cosine: core::f32::consts::FRAC_1_SQRT_2,
         nearest: 0.08,
-        longest: 0.05,
+        longest_interval: 0.05,
         gate: 5.0,
-        patience: 0.5,
+        reset_after: 0.5,
     };
 }
 
-/// The ranger that looks down.
+/// Errors and checks of the ranger that looks down.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DownConfig {
-    /// Noise of a reading of nothing, one standard deviation, m.
+    /// Noise of a reading at short range, one standard deviation, m.
     pub noise: f32,
-    /// At this distance, m, the noise is twice as large,
+    /// Distance at which the noise is twice `noise`, m.
     pub doubled_at: f32,
-    /// and from there on it grows by the factor e every so many metres.
+    /// Distance over which the distance-dependent part of the noise grows by the factor e, m.
     pub noise_grows_over: f32,
-    /// How far the floor is from flat, one standard deviation, m, as seen from one reading to the
-    /// next. Nothing for a built floor.
+    /// Unevenness of the floor from one reading to the next, one standard deviation, m. It is zero
+    /// for a built floor.
     pub relief: f32,
-    /// Below this distance, m, the sensor promises nothing,
+    /// Distance below which the data sheet promises no accuracy, m.
     pub nearest: f32,
-    /// and its error is, one standard deviation, m.
+    /// Noise of a reading below `nearest`, one standard deviation, m.
     pub near_noise: f32,
-    /// Readings from here on, m, are of nothing.
+    /// Distance from which on a reading is out of range, m.
     pub farthest: f32,
-    /// The least cosine of the tilt at which the beam meets the floor underneath.
+    /// Cosine of the largest tilt at which a reading is used.
     pub least_tilt_cosine: f32,
-    /// Readings that are further off than so many standard deviations are not believed
+    /// A reading is rejected if its innovation is larger than this many standard deviations.
     pub gate: f32,
-    /// unless for so long, s,
-    pub patience: f32,
-    /// each differs from what was expected by as much as the one before it, m.
+    /// Rejected readings that agree with each other for this long reset the height, s.
+    pub reset_after: f32,
+    /// Two rejected readings in a row agree if their innovations differ by no more than this, m.
     pub agreement: f32,
 }
 
 impl DownConfig {
     /// The VL53L1x of the Flow deck v2, read 40 times a second.
     ///
-    /// * Noise 2.5 mm at hand, 0.2 m at 4 m, exponentially: 0.0025·(1 + e^(k·(d − 2.5))) with
-    ///   k = ln(0.2/0.0025)/1.5 (`zranger2.c` of crazyflie-firmware).
-    /// * Nearest 40 mm (data sheet, least distance); a reading of less may be any of them.
-    /// * Farthest 5 m (`zranger2.c`).
-    /// * Tilt to 45°: the supervisor stops a flight before that.
-    /// * Patience 0.3 s: 12 readings. At 0.5 m/s a boulder passes under the drone in less, or is
-    ///   a floor to fly over.
-    /// * Agreement 0.1 m: what a boulder's top is uneven.
+    /// * Noise: 2.5 mm at short range and 0.2 m at 4 m, exponential between: 0.0025·(1 + e^(k·(d −
+    ///   2.5))) with k = ln(0.2/0.0025)/1.5 (`zranger2.c` of crazyflie-firmware).
+    /// * Nearest: 40 mm, the data sheet's shortest distance; a shorter reading may stand for
+    ///   any distance below it.
+    /// * Farthest: 5 m (`zranger2.c`).
+    /// * Tilt up to 45°: the supervisor stops a flight before that.
+    /// * Reset after 0.3 s, which is 12 readings. At 0.5 m/s a drone has passed over a boulder by
+    ///   then, or is over a new floor.
+    /// * Agreement: 0.1 m, the unevenness of a boulder's top.
     pub const VL53L1X: Self = Self {
         noise: 0.0025,
         doubled_at: 2.5,
@@ -210,31 +216,33 @@ impl DownConfig {
         farthest: 5.0,
         least_tilt_cosine: core::f32::consts::FRAC_1_SQRT_2,
         gate: 5.0,
-        patience: 0.3,
+        reset_after: 0.3,
         agreement: 0.1,
     };
 }
 
-/// Standing on the ground.
+/// Uncertainty of a drone that stands on the ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RestConfig {
-    /// What is not known of the velocity, one standard deviation, m/s.
+    /// Uncertainty of the velocity, one standard deviation, m/s.
     pub velocity: f32,
-    /// What is not known of the height, one standard deviation, m.
+    /// Uncertainty of the height, one standard deviation, m.
     pub height: f32,
-    /// What is not known of the tilt, one standard deviation, rad.
+    /// Uncertainty of the tilt, one standard deviation, rad.
     pub tilt: f32,
-    /// The part of a difference between the accelerometer's vertical and the estimated one that is
-    /// made good in one step of 1 ms.
+    /// Fraction of the angle between measured and estimated vertical that is corrected per step of
+    /// 1 ms.
     pub gain: f32,
 }
 
 impl RestConfig {
+    /// The constants of a Crazyflie on the ground.
+    ///
     /// * Velocity 0.01 m/s: `stdDevInitialVelocity` of crazyflie-firmware's
     ///   `kalman_core_params_defaults.h`.
-    /// * Height 0.02 m: the ranger sits that high over what the drone stands on, or less.
-    /// * Tilt 0.02 rad: 20 mg across the board, which pass for a tilt (BMI088 data sheet, zero-g
-    ///   offset).
-    /// * Gain: 1 s, which leaves a thirtieth of the noise.
+    /// * Height 0.02 m: the ranger is at most that high above the floor.
+    /// * Tilt 0.02 rad: an offset of 20 mg across the board looks like that tilt (BMI088 data
+    ///   sheet, zero-g offset).
+    /// * Gain 0.001: a time constant of 1 s, which leaves a thirtieth of the noise.
     pub const DEFAULT: Self = Self { velocity: 0.01, height: 0.02, tilt: 0.02, gain: 0.001 };
 }

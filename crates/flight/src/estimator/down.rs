@@ -1,44 +1,44 @@
-//! What the ranger that looks down ought to read, and what a reading is worth: d = z/R₂₂.
+//! The measurement model of the ranger that looks down: d = z/R₂₂.
 
 use sensors::vl53l1x::Reading;
 
 use super::config::DownConfig;
-use super::covariance::Sight;
+use super::covariance::MeasurementRow;
 use super::verdict::Unusable;
 use crate::attitude::Rotation;
 
-/// The range as a measurement: what it is off, how it depends on the errors, and its variance.
+/// A range as a measurement: its innovation, its row of H and its variance.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Range {
+pub(super) struct RangeMeasurement {
     pub(super) innovation: f32,
-    pub(super) sight: Sight,
+    pub(super) row: MeasurementRow,
     pub(super) variance: f32,
 }
 
-/// The model at the estimate. The tilt cosine must not be zero.
-pub(super) fn range(
+/// Evaluates the model at the estimate. The cosine of the tilt must not be zero.
+pub(super) fn measurement(
     config: &DownConfig,
     reading: &Reading,
     height: f32,
     rotation: &Rotation,
-) -> Range {
+) -> RangeMeasurement {
     let cosine = rotation.tilt_cosine();
     let expected = height / cosine;
-    let [lean_x, lean_y, _] = rotation.z;
+    let [body_z_x, body_z_y, _] = rotation.z;
     let per_tilt = expected / cosine;
-    Range {
+    RangeMeasurement {
         innovation: reading.distance.0 - expected,
-        sight: Sight {
+        row: MeasurementRow {
             height: 1.0 / cosine,
             velocity: [0.0; 3],
-            tilt: [-per_tilt * lean_y, per_tilt * lean_x],
+            tilt: [-per_tilt * body_z_y, per_tilt * body_z_x],
         },
         variance: variance(config, reading),
     }
 }
 
-/// Of a reading: what the vendor measured, or what the sensor says, whichever is more; and the
-/// floor's.
+/// The variance of a reading: the larger of the vendor's noise model and the sensor's own estimate,
+/// plus that of the floor.
 fn variance(config: &DownConfig, reading: &Reading) -> f32 {
     let distance = reading.distance.0;
     let beyond = (distance - config.doubled_at) / config.noise_grows_over;
@@ -48,7 +48,7 @@ fn variance(config: &DownConfig, reading: &Reading) -> f32 {
     own * own + config.relief * config.relief
 }
 
-/// Why a reading says nothing, if it does not.
+/// Why this reading cannot be used; `None` if it can.
 pub(super) fn fault(config: &DownConfig, reading: &Reading, cosine: f32) -> Option<Unusable> {
     let distance = reading.distance.0;
     if !reading.status.is_valid() {

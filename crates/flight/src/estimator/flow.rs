@@ -1,7 +1,7 @@
-//! What the flow sensor ought to have counted, and what a count is worth.
+//! The measurement model of the optic flow sensor.
 //!
-//! The vendor's model (crazyflie-firmware, `mm_flow.c`), integrated over the time between two
-//! readings instead of taken at its end:
+//! It is the vendor's model (crazyflie-firmware, `mm_flow.c`), integrated over the time between two
+//! readings instead of evaluated at the end of it:
 //!
 //! ```text
 //!     counts_x = k·∫(v_x·R₂₂/z − ω_y)dt        counts_y = k·∫(v_y·R₂₂/z + ω_x)dt
@@ -10,79 +10,79 @@
 use sensors::pmw3901::Motion;
 
 use super::config::FlowConfig;
-use super::covariance::{Covariance, Errors, Sight};
+use super::covariance::{Covariance, ErrorState, MeasurementRow};
 use super::verdict::{Nis, Unusable};
 use crate::attitude::{Rotation, Vector, dot, scaled};
 
-/// What has passed under the sensor since it was last read.
+/// The image motion that the estimate predicts, integrated since the last reading.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Passed {
-    /// Seconds.
+pub(super) struct FlowIntegral {
+    /// Time since the last reading, s.
     pub(super) time: f32,
-    /// ∫v·R₂₂/z dt along the board's x and y, rad.
-    pub(super) slid: [f32; 2],
-    /// ∫ω dt about the board's x and y, rad.
-    pub(super) turned: [f32; 2],
+    /// Image motion by translation, ∫v·R₂₂/z dt along the board's x and y, rad.
+    pub(super) translation: [f32; 2],
+    /// Rotation, ∫ω dt about the board's x and y, rad.
+    pub(super) turn: [f32; 2],
 }
 
-impl Passed {
-    pub(super) const NOTHING: Self = Self { time: 0.0, slid: [0.0; 2], turned: [0.0; 2] };
+impl FlowIntegral {
+    pub(super) const ZERO: Self = Self { time: 0.0, translation: [0.0; 2], turn: [0.0; 2] };
 
-    /// A drone of this velocity (body axes, m/s) at this distance (m) from the floor.
-    pub(super) fn pass(&mut self, velocity: Vector, distance: f32, turn: Vector, dt: f32) {
-        let [slid_x, slid_y] = self.slid;
-        let [turned_x, turned_y] = self.turned;
+    /// Adds `dt` seconds at this velocity (body axes, m/s), distance from the floor (m) and
+    /// rotation (rad).
+    pub(super) fn add(&mut self, velocity: Vector, distance: f32, turn: Vector, dt: f32) {
+        let [translation_x, translation_y] = self.translation;
+        let [turn_x, turn_y] = self.turn;
         let [x, y, _] = scaled(velocity, dt / distance);
         let [about_x, about_y, _] = turn;
         self.time += dt;
-        self.slid = [slid_x + x, slid_y + y];
-        self.turned = [turned_x + about_x, turned_y + about_y];
+        self.translation = [translation_x + x, translation_y + y];
+        self.turn = [turn_x + about_x, turn_y + about_y];
     }
 }
 
-/// The two counts as measurements: what they are off, how they depend on the errors, and their
-/// variances.
+/// The two counts as measurements: their innovations, their rows of H and their variances.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Counts {
+pub(super) struct FlowMeasurement {
     pub(super) innovation: [f32; 2],
-    pub(super) sight: [Sight; 2],
+    pub(super) row: [MeasurementRow; 2],
     pub(super) variance: [f32; 2],
 }
 
-impl Counts {
-    /// The square of the velocity that would explain what they are off.
+impl FlowMeasurement {
+    /// The square of the velocity error that would explain the innovations, m²/s².
     pub(super) fn velocity_squared(&self) -> f32 {
         let [x, y] = self.innovation;
-        let [Sight { velocity, .. }, _] = self.sight;
+        let [MeasurementRow { velocity, .. }, _] = self.row;
         (x * x + y * y) / dot(velocity, velocity)
     }
 }
 
-/// The two counts made independent of each other: for each what it says of the errors, P·Hᵀ, the
-/// variance of its innovation, and the innovation. The second is what it still says when the
-/// first is known, so taking one after the other is exactly taking both at once.
+/// The two counts, decorrelated: for each its P·Hᵀ, the variance of its innovation, and its
+/// innovation. The second count is conditioned on the first, so that updating with one after the
+/// other equals one update with both.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Weighed {
-    pub(super) seen: [Errors; 2],
+pub(super) struct Decorrelated {
+    pub(super) p_ht: [ErrorState; 2],
     pub(super) variance: [f32; 2],
     pub(super) innovation: [f32; 2],
 }
 
-impl Weighed {
-    pub(super) fn new(covariance: &Covariance, counts: &Counts) -> Self {
-        let [sight_x, sight_y] = &counts.sight;
+impl Decorrelated {
+    pub(super) fn new(covariance: &Covariance, counts: &FlowMeasurement) -> Self {
+        let [row_x, row_y] = &counts.row;
         let [noise_x, noise_y] = counts.variance;
-        let [off_x, off_y] = counts.innovation;
-        let seen_x = covariance.seen_by(sight_x);
-        let seen_y = covariance.seen_by(sight_y);
-        let x = sight_x.of(&seen_x) + noise_x;
-        let both = sight_x.of(&seen_y);
-        let y = sight_y.of(&seen_y) + noise_y;
-        let known = both / x;
+        let [innovation_x, innovation_y] = counts.innovation;
+        let p_ht_x = covariance.p_h_transpose(row_x);
+        let p_ht_y = covariance.p_h_transpose(row_y);
+        let x = row_x.times(&p_ht_x) + noise_x;
+        let cross = row_x.times(&p_ht_y);
+        let y = row_y.times(&p_ht_y) + noise_y;
+        let gain = cross / x;
         Self {
-            seen: [seen_x, seen_y.plus(&seen_x, -known)],
-            variance: [x, y - known * both],
-            innovation: [off_x, off_y - known * off_x],
+            p_ht: [p_ht_x, p_ht_y.plus_scaled(&p_ht_x, -gain)],
+            variance: [x, y - gain * cross],
+            innovation: [innovation_x, innovation_y - gain * innovation_x],
         }
     }
 
@@ -91,64 +91,64 @@ impl Weighed {
         Nis { value: x + y, degrees: 2 }
     }
 
-    /// Whether neither is further off than so many standard deviations.
+    /// Whether both innovations are within this many standard deviations.
     pub(super) fn within(&self, gate: f32) -> bool {
         let [x, y] = self.squares();
         x.max(y) <= gate * gate
     }
 
     fn squares(&self) -> [f32; 2] {
-        let [off_x, off_y] = self.innovation;
+        let [innovation_x, innovation_y] = self.innovation;
         let [x, y] = self.variance;
-        [off_x * off_x / x, off_y * off_y / y]
+        [innovation_x * innovation_x / x, innovation_y * innovation_y / y]
     }
 }
 
-/// The vendor's model at the estimate: `height` over ground, attitude `rotation`.
-pub(super) fn counts(
+/// Evaluates the vendor's model at the estimate: `height` over ground and attitude `rotation`.
+pub(super) fn measurement(
     config: &FlowConfig,
     motion: &Motion,
-    passed: &Passed,
+    flow_integral: &FlowIntegral,
     height: f32,
     rotation: &Rotation,
-) -> Counts {
+) -> FlowMeasurement {
     let scale = config.counts_per_radian;
-    let [slid_x, slid_y] = scaled2(passed.slid, scale);
-    let [turned_x, turned_y] = scaled2(passed.turned, scale);
+    let [translation_x, translation_y] = scaled2(flow_integral.translation, scale);
+    let [turn_x, turn_y] = scaled2(flow_integral.turn, scale);
     let cosine = rotation.tilt_cosine();
-    let per_speed = scale * passed.time * cosine / height;
-    let [lean_x, lean_y, _] = rotation.z;
-    let sight = |slid: f32, along: Vector| Sight {
-        height: -slid / height,
+    let per_speed = scale * flow_integral.time * cosine / height;
+    let [body_z_x, body_z_y, _] = rotation.z;
+    let row = |translation: f32, along: Vector| MeasurementRow {
+        height: -translation / height,
         velocity: scaled(along, per_speed),
-        tilt: [slid * lean_y / cosine, -slid * lean_x / cosine],
+        tilt: [translation * body_z_y / cosine, -translation * body_z_x / cosine],
     };
     let noise = noise(config, motion.shutter);
-    let variance = |slid: f32| {
-        let relief = config.scale_noise * slid;
+    let variance = |translation: f32| {
+        let relief = config.scale_noise * translation;
         noise + relief * relief
     };
-    Counts {
+    FlowMeasurement {
         innovation: [
-            f32::from(motion.x) - (slid_x - turned_y),
-            f32::from(motion.y) - (slid_y + turned_x),
+            f32::from(motion.x) - (translation_x - turn_y),
+            f32::from(motion.y) - (translation_y + turn_x),
         ],
-        sight: [sight(slid_x, rotation.x), sight(slid_y, rotation.y)],
-        variance: [variance(slid_x), variance(slid_y)],
+        row: [row(translation_x, rotation.x), row(translation_y, rotation.y)],
+        variance: [variance(translation_x), variance(translation_y)],
     }
 }
 
-/// The variance of one count: the picture's, and that of rounding it.
+/// The variance of one count: that of the image, and that of rounding it to an integer.
 fn noise(config: &FlowConfig, shutter: u16) -> f32 {
     let picture = config.noise + config.noise_per_shutter * f32::from(shutter);
     picture * picture + 1.0 / 12.0
 }
 
-/// Why a reading says nothing, if it does not.
+/// Why this reading cannot be used; `None` if it can.
 pub(super) fn fault(
     config: &FlowConfig,
     motion: &Motion,
-    passed: &Passed,
+    flow_integral: &FlowIntegral,
     distance: f32,
     cosine: f32,
 ) -> Option<Unusable> {
@@ -162,7 +162,7 @@ pub(super) fn fault(
         Some(Unusable::OutOfRange)
     } else if !(motion.moved || still) {
         Some(Unusable::Invalid)
-    } else if passed.time <= 0.0 || passed.time > config.longest {
+    } else if flow_integral.time <= 0.0 || flow_integral.time > config.longest_interval {
         Some(Unusable::Stale)
     } else if cosine < config.least_tilt_cosine {
         Some(Unusable::Tilted)

@@ -1,13 +1,13 @@
-//! What is written by hand against what it stands for: the Jacobians against differences, the
-//! block-wise covariance against dense matrices in double precision.
+//! Checks the hand-written algebra: the Jacobians against numeric differences, the block-wise
+//! covariance against dense matrices in double precision.
 
 use nalgebra::{SMatrix, SVector};
 use sensors::pmw3901::Motion;
 use sensors::vl53l1x::{CountRate, RangeStatus, Reading};
 use units::Metres;
 
-use super::covariance::{Covariance, Errors, Growth, Sight};
-use super::flow::Passed;
+use super::covariance::{Covariance, ErrorState, MeasurementRow, ProcessNoise};
+use super::flow::FlowIntegral;
 use super::*;
 
 type Matrix = SMatrix<f64, 9, 9>;
@@ -20,34 +20,34 @@ const CONFIG: EstimatorConfig = EstimatorConfig {
 const GYRO: Vector = [0.7, -0.4, 1.1];
 const ACCEL: Vector = [0.3, -0.2, 10.4];
 
-/// Somewhere in the air, moving, leaning and turned.
+/// A drone in the air that moves, leans and is yawed.
 fn flying() -> Estimator {
     let mut drone = Estimator::new();
     drone.settle(&CONFIG, [0.0, 0.0, GRAVITY]);
     drone.position = [1.0, -2.0, 0.4];
     drone.velocity = [0.6, -0.3, 0.2];
-    drone.turn_to(Quaternion::from_turn([0.2, -0.15, 0.8]));
+    drone.turn_to(Quaternion::from_rotation_vector([0.2, -0.15, 0.8]));
     drone
 }
 
-/// The same, off by these errors.
-fn off(drone: &Estimator, errors: &Errors) -> Estimator {
+/// The same drone with these errors added to its state.
+fn off(drone: &Estimator, errors: &ErrorState) -> Estimator {
     let mut off = *drone;
-    off.mend(errors);
+    off.correct(errors);
     off
 }
 
-fn errors(values: &[f32; 9]) -> Errors {
+fn errors(values: &[f32; 9]) -> ErrorState {
     let [px, py, pz, vx, vy, vz, tx, ty, tz] = *values;
-    Errors { position: [px, py, pz], velocity: [vx, vy, vz], turn: [tx, ty, tz] }
+    ErrorState { position: [px, py, pz], velocity: [vx, vy, vz], turn: [tx, ty, tz] }
 }
 
-/// By which errors the second is off from the first.
+/// The errors that lead from the first state to the second.
 fn between(from: &Estimator, to: &Estimator) -> Column {
     let Quaternion { w, x, y, z } = from.quaternion;
     let turn = to.quaternion.times(Quaternion { w, x: -x, y: -y, z: -z });
     let turn = scaled([turn.x, turn.y, turn.z], 2.0 * turn.w.signum());
-    let undone = Quaternion::from_turn(scaled(turn, -1.0)).normalised().rotation();
+    let undone = Quaternion::from_rotation_vector(scaled(turn, -1.0)).normalised().rotation();
     let velocity = undone.to_world(to.velocity);
     let parts = [minus(to.position, from.position), minus(velocity, from.velocity), turn];
     Column::from_iterator(parts.into_iter().flatten().map(f64::from))
@@ -57,7 +57,7 @@ fn minus(one: Vector, other: Vector) -> Vector {
     add(one, scaled(other, -1.0))
 }
 
-/// F as the documentation of `covariance` has it.
+/// The matrix F as the documentation of `covariance` defines it.
 fn transition(velocity: Vector, gravity: f32, dt: f32) -> Matrix {
     let [x, y, z] = velocity.map(|part| f64::from(part * dt));
     let lean = f64::from(gravity * dt);
@@ -75,8 +75,8 @@ fn transition(velocity: Vector, gravity: f32, dt: f32) -> Matrix {
     f
 }
 
-/// A difference of single-precision states: steps small enough for the second order and large
-/// enough for the rounding.
+/// Numeric Jacobian from single-precision states: the step is small enough for the second order and
+/// large enough for the rounding.
 fn numeric(of: impl Fn(&Estimator) -> Column) -> Matrix {
     let drone = flying();
     let step = 4e-3;
@@ -107,16 +107,17 @@ fn the_transition_is_the_derivative_of_the_prediction() {
     assert!(difference < 5e-4, "{difference}: {numeric:.4} for {analytic:.4}");
 }
 
-/// A covariance with every correlation in it, as it comes about.
+/// A covariance in which all errors are correlated.
 fn mixed() -> Covariance {
     let mut p = Covariance::diagonal([0.5, 0.4, 0.01], [0.04, 0.05, 0.03], [0.002, 0.003, 0.1]);
-    let growth = Growth { velocity: 1e-4, climb: 2e-4, tilt: 1e-5, yaw: 2e-5 };
+    let process_noise = ProcessNoise { velocity: 1e-4, climb: 2e-4, tilt: 1e-5, yaw: 2e-5 };
     for i in 0..20 {
-        let way = [0.5, 0.1 * i as f32, -0.4];
-        p.propagate(way, GRAVITY, 0.01, &growth);
-        let sight = Sight { height: 0.3, velocity: [1.0, -0.2, 0.1 * i as f32], tilt: [0.1, 0.4] };
-        let seen = p.seen_by(&sight);
-        p.know(&seen, sight.of(&seen) + 0.5);
+        let displacement = [0.5, 0.1 * i as f32, -0.4];
+        p.propagate(displacement, GRAVITY, 0.01, &process_noise);
+        let row =
+            MeasurementRow { height: 0.3, velocity: [1.0, -0.2, 0.1 * i as f32], tilt: [0.1, 0.4] };
+        let p_ht = p.p_h_transpose(&row);
+        p.update(&p_ht, row.times(&p_ht) + 0.5);
     }
     p
 }
@@ -140,19 +141,19 @@ fn assert_near(is: &Matrix, should: &Matrix) {
 fn the_propagation_is_f_p_ft_plus_q() {
     let mut p = mixed();
     let (velocity, dt) = ([0.7, -0.4, 0.3], 0.005);
-    let growth = Growth { velocity: 1e-4, climb: 2e-4, tilt: 1e-5, yaw: 2e-5 };
+    let process_noise = ProcessNoise { velocity: 1e-4, climb: 2e-4, tilt: 1e-5, yaw: 2e-5 };
     let f = transition(velocity, GRAVITY, dt);
     let q = [0.0, 0.0, 0.0, 1e-4, 1e-4, 2e-4, 1e-5, 1e-5, 2e-5];
     let should = f * dense(&p) * f.transpose() + Matrix::from_diagonal(&Column::from(q));
-    p.propagate(velocity, GRAVITY, dt, &growth);
+    p.propagate(velocity, GRAVITY, dt, &process_noise);
     assert_near(&dense(&p), &should);
 }
 
 #[test]
-fn a_measurement_does_what_josephs_form_does() {
+fn an_update_agrees_with_josephs_form() {
     let mut p = mixed();
     let before = dense(&p);
-    let sight = Sight { height: 0.4, velocity: [0.3, 1.0, -0.2], tilt: [0.5, -0.1] };
+    let row = MeasurementRow { height: 0.4, velocity: [0.3, 1.0, -0.2], tilt: [0.5, -0.1] };
     let h =
         Column::from([0.0, 0.0, 0.4, 0.3, 1.0, -0.2, 0.5, -0.1, 0.0].map(|x: f32| f64::from(x)));
     let noise = 0.02f32;
@@ -160,35 +161,35 @@ fn a_measurement_does_what_josephs_form_does() {
     let gain = before * h / s;
     let rest = Matrix::identity() - gain * h.transpose();
     let should = rest * before * rest.transpose() + gain * f64::from(noise) * gain.transpose();
-    let seen = p.seen_by(&sight);
-    let variance = sight.of(&seen) + noise;
+    let p_ht = p.p_h_transpose(&row);
+    let variance = row.times(&p_ht) + noise;
     assert!((f64::from(variance) - s).abs() < 1e-5 * s);
-    p.know(&seen, variance);
+    p.update(&p_ht, variance);
     assert_near(&dense(&p), &should);
 }
 
-/// What passed under a drone that kept this state for `time`.
-fn passed(drone: &Estimator, time: f32) -> Passed {
-    let mut passed = Passed::NOTHING;
+/// The integral of a drone that kept this state for `time` seconds.
+fn integral_of(drone: &Estimator, time: f32) -> FlowIntegral {
+    let mut flow_integral = FlowIntegral::ZERO;
     let distance = drone.height() / drone.tilt_cosine();
-    passed.pass(drone.velocity(), distance, scaled(GYRO, time), time);
-    passed
+    flow_integral.add(drone.velocity(), distance, scaled(GYRO, time), time);
+    flow_integral
 }
 
-fn row(sight: &Sight) -> Column {
-    let Sight { height, velocity: [x, y, z], tilt: [tilt_x, tilt_y] } = *sight;
+fn dense_row(row: &MeasurementRow) -> Column {
+    let MeasurementRow { height, velocity: [x, y, z], tilt: [tilt_x, tilt_y] } = *row;
     Column::from([0.0, 0.0, height, x, y, z, tilt_x, tilt_y, 0.0].map(|x: f32| f64::from(x)))
 }
 
 #[test]
-fn what_is_expected_of_the_flow_changes_as_its_jacobian_says() {
+fn the_flow_jacobian_is_the_derivative_of_the_flow_model() {
     let motion = Motion { squal: 80, shutter: 500, ..Motion::default() };
     let time = 0.01;
     let counts = |drone: &Estimator| {
-        let passed = passed(drone, time);
-        flow::counts(&CONFIG.flow, &motion, &passed, drone.height(), &drone.rotation)
+        let flow_integral = integral_of(drone, time);
+        flow::measurement(&CONFIG.flow, &motion, &flow_integral, drone.height(), &drone.rotation)
     };
-    let analytic = counts(&flying()).sight.map(|sight| row(&sight));
+    let analytic = counts(&flying()).row.map(|row| dense_row(&row));
     for (axis, analytic) in analytic.into_iter().enumerate() {
         // The innovation falls as the expectation rises.
         let expected = |drone: &Estimator| {
@@ -203,7 +204,7 @@ fn what_is_expected_of_the_flow_changes_as_its_jacobian_says() {
 }
 
 #[test]
-fn what_is_expected_of_the_ranger_changes_as_its_jacobian_says() {
+fn the_range_jacobian_is_the_derivative_of_the_range_model() {
     let reading = Reading {
         distance: Metres(0.4),
         sigma: Metres(0.001),
@@ -212,9 +213,10 @@ fn what_is_expected_of_the_ranger_changes_as_its_jacobian_says() {
         ambient: CountRate(0.0),
         stream: 1,
     };
-    let range =
-        |drone: &Estimator| down::range(&CONFIG.down, &reading, drone.height(), &drone.rotation);
-    let analytic = row(&range(&flying()).sight);
+    let range = |drone: &Estimator| {
+        down::measurement(&CONFIG.down, &reading, drone.height(), &drone.rotation)
+    };
+    let analytic = dense_row(&range(&flying()).row);
     let expected = |drone: &Estimator| {
         let mut column = Column::zeros();
         column[0] = -f64::from(range(drone).innovation);
@@ -225,15 +227,16 @@ fn what_is_expected_of_the_ranger_changes_as_its_jacobian_says() {
     assert!(difference < 1e-3, "{numeric:.4} for {analytic:.4}");
 }
 
-/// Both counts at once in the textbook's way: S is two by two.
+/// Compares with the textbook's update by both counts at once, with S a 2 × 2 matrix.
 #[test]
-fn two_counts_are_weighed_as_one_measurement_of_two() {
+fn two_counts_update_as_one_measurement_of_two() {
     let mut drone = flying();
     drone.covariance = mixed();
     let motion = Motion { x: 9, y: -4, squal: 80, shutter: 500, ..Motion::default() };
-    let passed = passed(&drone, 0.01);
-    let counts = flow::counts(&CONFIG.flow, &motion, &passed, drone.height(), &drone.rotation);
-    let h = SMatrix::<f64, 2, 9>::from_rows(&counts.sight.map(|s| row(&s).transpose()));
+    let flow_integral = integral_of(&drone, 0.01);
+    let counts =
+        flow::measurement(&CONFIG.flow, &motion, &flow_integral, drone.height(), &drone.rotation);
+    let h = SMatrix::<f64, 2, 9>::from_rows(&counts.row.map(|s| dense_row(&s).transpose()));
     let p = dense(&drone.covariance);
     let r = SMatrix::<f64, 2, 2>::from_diagonal(&counts.variance.map(f64::from).into());
     let innovation = SVector::<f64, 2>::from(counts.innovation.map(f64::from));
@@ -241,10 +244,10 @@ fn two_counts_are_weighed_as_one_measurement_of_two() {
     let nis = (innovation.transpose() * s * innovation)[(0, 0)];
     let gain = p * h.transpose() * s;
 
-    let weighed = Weighed::new(&drone.covariance, &counts);
-    assert!((f64::from(weighed.nis().value) - nis).abs() < 1e-3 * nis, "{nis}");
+    let decorrelated = Decorrelated::new(&drone.covariance, &counts);
+    assert!((f64::from(decorrelated.nis().value) - nis).abs() < 1e-3 * nis, "{nis}");
     let before = drone;
-    drone.take(&weighed);
+    drone.apply_flow(&decorrelated);
     let moved = between(&before, &drone);
     let should = gain * innovation;
     assert!((moved - should).abs().max() < 2e-3 * should.abs().max(), "{moved} for {should}");

@@ -1,19 +1,19 @@
-//! What became of a sensor's reading.
+//! The estimator's verdict on a sensor reading.
 
 use units::Metres;
 
-/// What the estimator made of a reading.
+/// The estimator's verdict on a reading.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Verdict {
-    /// It went into the estimate.
+    /// The reading corrected the estimate.
     Used(Nis),
-    /// It says nothing: no question of how far off it is.
+    /// The reading carries no information, so it was not compared with the estimate.
     Unusable(Unusable),
-    /// Too far from what was expected to be true. The estimate did not change.
+    /// The innovation was too large. The estimate did not change.
     Rejected(Nis),
-    /// Readings kept contradicting the estimate and agreeing with each other, and were believed:
-    /// the floor has a step here, or the drone was pushed.
+    /// The estimate was reset to the reading, because rejected readings kept agreeing with each
+    /// other: the floor has a step, or the drone was pushed.
     Reseated(Reseated),
 }
 
@@ -25,43 +25,43 @@ impl Verdict {
     }
 }
 
-/// The normalised innovation squared: how far a reading was from what was expected, in variances.
-/// Distributed as χ² with as many degrees of freedom while the estimator knows itself.
+/// The normalised innovation squared. While the filter is consistent it follows a χ² distribution
+/// of `degrees` degrees of freedom.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Nis {
-    /// νᵀ·S⁻¹·ν.
+    /// νᵀ·S⁻¹·ν for the innovation ν and its covariance S.
     pub value: f32,
-    /// How many numbers the reading had.
+    /// Number of components of the reading.
     pub degrees: u8,
 }
 
-/// Why a reading says nothing.
+/// Why a reading cannot be used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Unusable {
-    /// The sensor itself says so.
+    /// The sensor marked the reading as invalid.
     Invalid,
-    /// The flow sensor exposes as long as it can: it sees nothing.
+    /// The flow sensor is at its longest exposure: it is dark.
     Dark,
-    /// The flow sensor sees too little that it could follow.
+    /// The flow sensor sees too little texture to follow.
     Featureless,
-    /// More than the sensor can measure.
+    /// The value is outside the sensor's range.
     OutOfRange,
-    /// The flow sensor is too near to the floor to see it sharply.
+    /// The flow sensor is too near to the floor to be in focus.
     TooLow,
-    /// The drone leans so far that the floor beneath it is not what is seen.
+    /// The drone is tilted so far that the sensor does not see the floor directly below.
     Tilted,
-    /// It covers too long a time, or it is the first one.
+    /// The reading covers too long a time, or none.
     Stale,
 }
 
-/// What a re-seating changed.
+/// The part of the state that was reset.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Reseated {
-    /// The height over ground, by so much.
+    /// The height over ground changed by this much.
     Height(Metres),
-    /// The velocity over ground.
+    /// The velocity over ground was reset.
     Velocity,
 }

@@ -1,17 +1,18 @@
-//! In a world that is as the configuration has it, the estimate is as good as it says.
+//! Checks that the estimate is as good as its covariance says, in a world whose errors are those of
+//! the configuration.
 
 use flight::{EstimatorConfig, Nis, Verdict};
 
-use super::world::{Chance, DT, Errors, Flown, Force, Path};
+use super::world::{AccelInput, DT, Path, Rng, SensorErrors, SimulatedFlight};
 
-fn wandering(seed: u64) -> Flown {
-    let mut chance = Chance(seed);
-    let path = Path::wandering(&mut chance);
-    let errors = Errors::drawn(&EstimatorConfig::DEFAULT, &mut chance);
-    Flown::new(path, errors, chance)
+fn wandering(seed: u64) -> SimulatedFlight {
+    let mut rng = Rng(seed);
+    let path = Path::wandering(&mut rng);
+    let errors = SensorErrors::drawn(&EstimatorConfig::DEFAULT, &mut rng);
+    SimulatedFlight::new(path, errors, rng)
 }
 
-/// The root of a mean of squares.
+/// Root mean square of the values that were added.
 #[derive(Default)]
 struct Rms(f64, u32);
 
@@ -31,7 +32,7 @@ impl Rms {
 }
 
 #[test]
-fn velocity_height_and_tilt_are_recovered_and_their_errors_known() {
+fn errors_are_small_and_as_large_as_predicted() {
     let [mut velocity, mut height, mut climb, mut tilt] = [(); 4].map(|()| Rms::default());
     let [mut velocity_sd, mut height_sd, mut tilt_sd] = [(); 3].map(|()| Rms::default());
     for seed in 0..20 {
@@ -52,20 +53,20 @@ fn velocity_height_and_tilt_are_recovered_and_their_errors_known() {
     assert!(velocity.get() < 0.022, "{} m/s", velocity.get());
     assert!(height.get() < 0.002, "{} m", height.get());
     assert!(climb.get() < 0.016, "{} m/s", climb.get());
-    // Over two axes.
+    // The error is over two axes.
     assert!(tilt.get() < 0.006, "{} rad", tilt.get());
     for (is, said) in [(velocity, velocity_sd), (height, height_sd)] {
         let ratio = is.get() / said.get();
-        assert!((0.85..1.25).contains(&ratio), "{} but says {}", is.get(), said.get());
+        assert!((0.85..1.25).contains(&ratio), "{} but predicts {}", is.get(), said.get());
     }
-    assert!(tilt.get() < 2.5 * tilt_sd.get(), "{} but says {}", tilt.get(), tilt_sd.get());
+    assert!(tilt.get() < 2.5 * tilt_sd.get(), "{} but predicts {}", tilt.get(), tilt_sd.get());
 }
 
-/// Bar-Shalom's test: at each time, the sum over many flights of what the innovations are worth is
-/// χ² with as many degrees of freedom as there were numbers; nine in ten times are to be within
-/// the bounds that 19 in 20 should, and the mean over all times near one.
+/// Bar-Shalom's test. At each time, the sum of the NIS over many flights follows a χ² distribution
+/// with as many degrees of freedom as there were numbers. At least nine in ten times must lie
+/// within the bounds of 95 %, and the mean over all times must be near one per degree.
 #[test]
-fn the_innovations_are_as_large_as_they_are_claimed_to_be() {
+fn the_innovations_are_as_large_as_predicted() {
     const FLIGHTS: u64 = 60;
     let mut drones: Vec<_> = (0..FLIGHTS).map(|seed| wandering(1_000 + seed)).collect();
     for drone in &mut drones {
@@ -106,7 +107,7 @@ impl Sums {
             sum += f64::from(value);
             degrees += f64::from(of);
         }
-        // χ² of so many degrees is normal.
+        // χ² of so many degrees of freedom is nearly normal.
         let bound = 1.96 * (2.0 * degrees).sqrt();
         self.times += 1;
         self.outside += u32::from((sum - degrees).abs() > bound);
@@ -121,17 +122,18 @@ impl Sums {
     }
 }
 
-/// Two drones alike in everything, one of which is disturbed: what becomes of the difference is
-/// what the filter does, without any noise.
+/// Flies two drones that are alike but for a disturbance of one: their difference shows the
+/// filter's response without any noise.
 #[test]
-fn the_memories_are_the_filters_own() {
+fn the_configured_time_constants_are_those_of_the_filter() {
     let inertial = EstimatorConfig::DEFAULT.inertial;
-    // Until the difference has fallen to 1/e, s.
-    let until = |disturb: fn(&mut Flown), difference: fn(&Flown, &Flown) -> f64| {
+    // Time until the difference has fallen to 1/e, s.
+    let until = |disturb: fn(&mut SimulatedFlight),
+                 difference: fn(&SimulatedFlight, &SimulatedFlight) -> f64| {
         let config = EstimatorConfig::DEFAULT;
-        let mut chance = Chance(7);
-        let errors = Errors::drawn(&config, &mut chance);
-        let mut one = Flown::new(Path::HOVER, errors, chance);
+        let mut rng = Rng(7);
+        let errors = SensorErrors::drawn(&config, &mut rng);
+        let mut one = SimulatedFlight::new(Path::HOVER, errors, rng);
         one.fly(8.0);
         let mut other = one.clone();
         disturb(&mut other);
@@ -158,23 +160,23 @@ fn the_memories_are_the_filters_own() {
         |one, other| (one.estimator.climb() - other.estimator.climb()).abs().into(),
     );
     for (is, said) in [
-        (tilt, inertial.tilt_memory),
-        (velocity, inertial.velocity_memory),
-        (climb, inertial.climb_memory),
+        (tilt, inertial.tilt_time_constant),
+        (velocity, inertial.velocity_time_constant),
+        (climb, inertial.climb_time_constant),
     ] {
         assert!((0.8..1.25).contains(&(is / said)), "{is} s, not {said} s");
     }
 }
 
-/// Why the force along x and y is best given as zero.
+/// Shows why the force along x and y is best given as zero.
 #[test]
 fn drag_by_formula_beats_an_accelerometer_with_an_offset() {
-    let fly = |force: Force| {
+    let fly = |force: AccelInput| {
         let mut velocity = Rms::default();
         for seed in 0..8 {
             let mut drone = wandering(seed);
             drone.force = force;
-            if force == Force::Full {
+            if force == AccelInput::Full {
                 drone.config.inertial.drag = 0.0;
             }
             drone.fly(4.0);
@@ -185,27 +187,27 @@ fn drag_by_formula_beats_an_accelerometer_with_an_offset() {
         }
         velocity.get()
     };
-    let (by_formula, measured) = (fly(Force::AlongZ), fly(Force::Full));
+    let (by_formula, measured) = (fly(AccelInput::AlongZ), fly(AccelInput::Full));
     assert!(2.0 * by_formula < measured, "{by_formula} and {measured} m/s");
 }
 
 #[test]
-fn steps_of_any_length_do() {
+fn the_length_of_the_steps_does_not_matter() {
     let mut velocity = Rms::default();
     let mut height = Rms::default();
     for seed in 0..10 {
         let mut drone = wandering(seed);
-        let mut jitter = Chance(100 + seed);
+        let mut jitter = Rng(100 + seed);
         let (mut flow_at, mut down_at) = (0.0, 0.0);
         while drone.t < 8.0 {
-            drone.carry(0.2e-3 + 4.8e-3 * jitter.uniform());
+            drone.advance(0.2e-3 + 4.8e-3 * jitter.uniform());
             if drone.t >= flow_at {
-                let motion = drone.look();
+                let motion = drone.read_flow();
                 drone.estimator.flow(&drone.config, &motion);
                 flow_at = drone.t + 0.01;
             }
             if drone.t >= down_at {
-                let reading = drone.measure();
+                let reading = drone.read_range();
                 drone.estimator.down(&drone.config, &reading);
                 down_at = drone.t + 0.025;
             }

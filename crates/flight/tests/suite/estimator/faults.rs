@@ -1,28 +1,30 @@
-//! Sensors that say nothing, say wrong things, or say right things about a world that changed.
+//! Tests sensors that see nothing, that give wrong readings, and that give right ones after the
+//! world has changed.
 
 use flight::{Estimator, EstimatorConfig, GRAVITY, Reseated, Unusable, Verdict};
 use sensors::pmw3901::Motion;
 use sensors::vl53l1x::RangeStatus;
 use units::Metres;
 
-use super::world::{Chance, Errors, Flown, Path, motion, reading};
+use super::world::{Path, Rng, SensorErrors, SimulatedFlight, motion, reading};
 
 const CONFIG: EstimatorConfig = EstimatorConfig::DEFAULT;
 
-fn hovering() -> Flown {
-    let mut chance = Chance(3);
-    let errors = Errors::drawn(&CONFIG, &mut chance);
-    let mut drone = Flown::new(Path::HOVER, errors, chance);
+fn hovering() -> SimulatedFlight {
+    let mut rng = Rng(3);
+    let errors = SensorErrors::drawn(&CONFIG, &mut rng);
+    let mut drone = SimulatedFlight::new(Path::HOVER, errors, rng);
     drone.fly(6.0);
     drone
 }
 
-/// What a flow reading did, 10 ms after the last one.
-fn seen(drone: &mut Flown, motion: Motion) -> (Verdict, bool) {
+/// Advances by 10 ms and applies this flow reading: returns its verdict, and whether velocity and
+/// covariance stayed the same.
+fn apply_flow(drone: &mut SimulatedFlight, motion: Motion) -> (Verdict, bool) {
     for _ in 0..10 {
-        drone.carry(1e-3);
+        drone.advance(1e-3);
     }
-    drone.look();
+    drone.read_flow();
     let before = drone.estimator;
     let verdict = drone.estimator.flow(&CONFIG, &motion);
     let same = before.velocity() == drone.estimator.velocity()
@@ -40,9 +42,9 @@ fn a_flow_sensor_that_sees_nothing_changes_nothing() {
         (Motion { y: i16::MIN, ..good }, Unusable::OutOfRange),
         (Motion { moved: false, ..good }, Unusable::Invalid),
     ] {
-        assert_eq!(seen(&mut hovering(), motion), (Verdict::Unusable(why), true));
+        assert_eq!(apply_flow(&mut hovering(), motion), (Verdict::Unusable(why), true));
     }
-    let (verdict, same) = seen(&mut hovering(), good);
+    let (verdict, same) = apply_flow(&mut hovering(), good);
     assert!(verdict.is_used() && !same, "{verdict:?}");
 }
 
@@ -50,7 +52,7 @@ fn a_flow_sensor_that_sees_nothing_changes_nothing() {
 fn flow_is_not_used_near_the_floor_nor_after_a_gap() {
     let mut drone = hovering();
     for _ in 0..60 {
-        drone.carry(1e-3);
+        drone.advance(1e-3);
     }
     let verdict = drone.estimator.flow(&CONFIG, &motion(0, 0));
     assert_eq!(verdict, Verdict::Unusable(Unusable::Stale));
@@ -65,23 +67,23 @@ fn flow_is_not_used_near_the_floor_nor_after_a_gap() {
 }
 
 #[test]
-fn one_lie_of_the_flow_sensor_is_not_believed() {
+fn a_single_wrong_flow_reading_is_rejected() {
     for (x, y) in [(60, 0), (0, -60), (-40, 40)] {
-        let (verdict, same) = seen(&mut hovering(), motion(x, y));
+        let (verdict, same) = apply_flow(&mut hovering(), motion(x, y));
         assert!(matches!(verdict, Verdict::Rejected(nis) if nis.value > 25.0), "{verdict:?}");
         assert!(same);
     }
 }
 
-/// Something shoved the drone and the inertial sensors missed it: for half a second the flow is
-/// rejected, then believed.
+/// A push that the inertial sensors missed: the flow is rejected for half a second, then the
+/// velocity is reset to it.
 #[test]
-fn a_flow_sensor_that_insists_is_believed() {
+fn flow_readings_that_persist_reset_the_velocity() {
     let mut drone = hovering();
     let mut pushed = None;
     for reading in 0..100 {
         // 0.8 m/s at 0.3 m over ground.
-        let (verdict, _) = seen(&mut drone, motion(13, 0));
+        let (verdict, _) = apply_flow(&mut drone, motion(13, 0));
         match verdict {
             Verdict::Rejected(_) => assert_eq!(pushed, None, "{reading}"),
             Verdict::Reseated(Reseated::Velocity) => pushed = Some(reading),
@@ -112,10 +114,9 @@ fn a_ranger_that_sees_nothing_changes_nothing() {
     }
 }
 
-/// Boulders and pits: the height is re-seated after 0.3 s, and neither the velocity nor the climb
-/// is any the worse for it.
+/// Boulders and pits: the height is reset after 0.3 s, and velocity and climb rate stay right.
 #[test]
-fn a_step_in_the_floor_reseats_the_height_and_nothing_else() {
+fn a_step_in_the_floor_resets_the_height_and_nothing_else() {
     for step in [0.15, 0.05, -0.4, -2.0] {
         let mut drone = hovering();
         drone.floor = step;
@@ -133,7 +134,7 @@ fn a_step_in_the_floor_reseats_the_height_and_nothing_else() {
                 _ => {}
             }
             let [x, y] = drone.velocity_error();
-            // The flow is scaled by a height that is not yet known.
+            // The flow is scaled by a height that is still wrong.
             assert!(x.abs() < 0.1 && y.abs() < 0.1, "{x}, {y} m/s over {step}");
             assert!(drone.climb_error().abs() < 0.1, "{} m/s", drone.climb_error());
         }
@@ -142,32 +143,31 @@ fn a_step_in_the_floor_reseats_the_height_and_nothing_else() {
     }
 }
 
-/// One reading of something that flits through the beam, and a second of readings that agree on
-/// nothing.
+/// A second of readings that do not agree with each other must not reset the height.
 #[test]
-fn a_ranger_that_contradicts_itself_is_not_believed() {
+fn ranges_that_disagree_with_each_other_are_rejected() {
     let mut drone = hovering();
-    let mut chance = Chance(9);
+    let mut rng = Rng(9);
     for _ in 0..40 {
         for _ in 0..25 {
-            drone.carry(1e-3);
+            drone.advance(1e-3);
         }
-        let verdict = drone.estimator.down(&CONFIG, &reading(0.6 + 2.0 * chance.uniform()));
+        let verdict = drone.estimator.down(&CONFIG, &reading(0.6 + 2.0 * rng.uniform()));
         assert!(matches!(verdict, Verdict::Rejected(_)), "{verdict:?}");
     }
-    // A second of nothing but the accelerometer, which is off by up to 0.1 m/s².
+    // A second of integrating the accelerometer alone, which is off by up to 0.1 m/s².
     assert!(drone.height_error().abs() < 0.1, "{} m", drone.height_error());
 }
 
 #[test]
-fn at_rest_it_levels_itself_and_keeps_its_heading() {
+fn at_rest_the_estimate_levels_itself_and_keeps_its_yaw() {
     let mut drone = hovering().estimator;
     for _ in 0..1_000 {
         drone.predict(&CONFIG, 1e-3, [0.0, 0.0, 0.7], [0.0, 0.0, GRAVITY]);
     }
     let yaw = drone.attitude().yaw.0;
     assert!((yaw - 0.7).abs() < 0.01, "{yaw}");
-    // It landed on a slope: roll 0.1.
+    // The drone landed on a slope: roll 0.1.
     let force = [0.0, 0.1f32.sin() * 9.9, 0.1f32.cos() * 9.9];
     for _ in 0..8_000 {
         drone.predict(&CONFIG, 1e-3, [0.0; 3], force);
@@ -177,7 +177,7 @@ fn at_rest_it_levels_itself_and_keeps_its_heading() {
     let attitude = drone.attitude();
     assert!((attitude.roll.0 - 0.1).abs() < 1e-3 && attitude.pitch.0.abs() < 2e-3, "{attitude:?}");
     assert!((attitude.yaw.0 - yaw).abs() < 0.01);
-    // It also knows by now how long its accelerometer makes gravity.
+    // By now the drone has also learnt how large its accelerometer measures gravity.
     let before = drone.climb();
     drone.predict(&CONFIG, 1e-3, [0.0; 3], force);
     assert!((drone.climb() - before).abs() < 1e-5);
@@ -192,7 +192,7 @@ fn settling_takes_the_attitude_from_gravity_at_once() {
     let attitude = drone.attitude();
     assert!((attitude.roll.0 - roll).abs() < 1e-5 && (attitude.pitch.0 - pitch).abs() < 1e-5);
     assert!(attitude.yaw.0.abs() < 1e-6);
-    // No direction at all leaves it level.
+    // An acceleration of zero has no direction and leaves the drone level.
     drone.settle(&CONFIG, [0.0; 3]);
     assert_eq!(drone.up(), [0.0, 0.0, 1.0]);
 }
@@ -208,11 +208,11 @@ fn a_drone_at_rest_stays_where_it_is_without_any_reading() {
     for part in drone.velocity().into_iter().chain(drone.position()) {
         assert!(part.abs() < 1e-4, "{part}");
     }
-    assert!(drone.velocity_sd() > 10.0 * before, "and knows less and less of it");
+    assert!(drone.velocity_sd() > 10.0 * before, "the uncertainty must grow");
 }
 
 #[test]
-fn what_no_crazyflie_does_is_unsound() {
+fn an_impossible_speed_is_unsound() {
     let mut drone = hovering().estimator;
     assert!(drone.is_sound());
     for _ in 0..1_000 {

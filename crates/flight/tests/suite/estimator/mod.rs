@@ -1,7 +1,7 @@
-//! The estimator through its public door: what it knows in flight, how well it knows how well it
-//! knows, and what no sensor can make it believe.
+//! Tests of the estimator through its public API: how good the estimate is, how well it knows its
+//! own error, and which faulty readings it must reject.
 
-mod anything;
 mod consistency;
 mod faults;
+mod robustness;
 mod world;

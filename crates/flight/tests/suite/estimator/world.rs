@@ -1,8 +1,8 @@
-//! A drone whose true motion is known, and sensors with just those errors that
-//! [`EstimatorConfig::DEFAULT`] speaks of.
+//! A drone whose true motion is known, and sensors with exactly the errors that
+//! [`EstimatorConfig::DEFAULT`] describes.
 //!
-//! The path is a formula of the time; attitude, body rates and specific force follow from it as
-//! for any multicopter: it pushes along its own z, and drags.
+//! The path is a formula of time. Attitude, body rates and specific force follow from it as for any
+//! multicopter, which pushes along its own z and has drag.
 
 use flight::{Estimator, EstimatorConfig, GRAVITY, Verdict};
 use sensors::pmw3901::Motion;
@@ -12,14 +12,14 @@ use units::Metres;
 pub(crate) type Vector = [f64; 3];
 
 const G: f64 = GRAVITY as f64;
-/// One step, s.
+/// The time step, s.
 pub(crate) const DT: f64 = 1e-3;
 
-/// Numbers that are the same on every machine (SplitMix64, Box and Muller).
+/// A random number generator with the same numbers on every machine (SplitMix64, Box and Muller).
 #[derive(Clone)]
-pub(crate) struct Chance(pub u64);
+pub(crate) struct Rng(pub u64);
 
-impl Chance {
+impl Rng {
     pub(crate) fn uniform(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut bits = self.0;
@@ -51,14 +51,14 @@ fn unit(a: Vector) -> Vector {
     a.map(|part| part / length)
 }
 
-/// Rows are the body's axes in the world.
+/// The body's axes in the world, as rows.
 pub(crate) type Axes = [Vector; 3];
 
 pub(crate) fn to_body(axes: &Axes, world: Vector) -> Vector {
     [dot(axes[0], world), dot(axes[1], world), dot(axes[2], world)]
 }
 
-/// Where the drone is at a time: take-off in the first two seconds, then the rest.
+/// The path of a drone: it takes off in the first two seconds, then follows its waves.
 #[derive(Clone, Copy)]
 pub(crate) struct Path {
     pub(crate) height: f64,
@@ -69,11 +69,11 @@ pub(crate) struct Path {
 impl Path {
     pub(crate) const HOVER: Self = Self { height: 0.3, waves: [[0.0; 3]; 4] };
 
-    /// Up to 0.5 m/s, 0.2 m up and down, and round by up to 1 rad/s.
-    pub(crate) fn wandering(chance: &mut Chance) -> Self {
+    /// Random waves: up to 0.5 m/s horizontally, 0.2 m up and down, and up to 1 rad/s of yaw.
+    pub(crate) fn wandering(rng: &mut Rng) -> Self {
         let mut wave = |speed: f64, slow: f64, fast: f64| {
-            let frequency = slow + (fast - slow) * chance.uniform();
-            [speed / frequency, frequency, std::f64::consts::TAU * chance.uniform()]
+            let frequency = slow + (fast - slow) * rng.uniform();
+            [speed / frequency, frequency, std::f64::consts::TAU * rng.uniform()]
         };
         let waves =
             [wave(0.5, 0.4, 2.0), wave(0.5, 0.4, 2.0), wave(0.1, 0.5, 1.0), wave(1.0, 0.2, 1.0)];
@@ -82,7 +82,7 @@ impl Path {
 
     fn wave(&self, which: usize, t: f64) -> f64 {
         let [amplitude, frequency, phase] = self.waves[which];
-        // Blended in over 2 s from the third second on.
+        // The waves are blended in from 2 s to 4 s.
         let part = ((t - 2.0) / 2.0).clamp(0.0, 1.0);
         let blend = part * part * part * (10.0 + part * (6.0 * part - 15.0));
         blend * amplitude * ((frequency * t + phase).sin() - phase.sin())
@@ -106,7 +106,7 @@ impl Path {
         (velocity, acceleration)
     }
 
-    fn at(&self, t: f64, drag: f64) -> Moment {
+    fn at(&self, t: f64, drag: f64) -> Truth {
         let (velocity, acceleration) = self.difference(t);
         let push = [
             acceleration[0] + drag * velocity[0],
@@ -119,11 +119,11 @@ impl Path {
         let left = unit(cross(up, ahead));
         let axes = [cross(left, up), left, up];
         let [x, y, z] = acceleration;
-        Moment { height: self.position(t)[2], velocity, axes, force: to_body(&axes, [x, y, z + G]) }
+        Truth { height: self.position(t)[2], velocity, axes, force: to_body(&axes, [x, y, z + G]) }
     }
 }
 
-/// The small turn from one attitude to the next, in the body, rad.
+/// The small rotation from one attitude to the next, in body axes, rad.
 fn turn(from: &Axes, to: &Axes) -> Vector {
     let mut turn = [0.0; 3];
     for (before, after) in from.iter().zip(to) {
@@ -134,54 +134,54 @@ fn turn(from: &Axes, to: &Axes) -> Vector {
     turn
 }
 
-/// The truth at one time.
+/// The true motion at one time.
 #[derive(Clone, Copy)]
-pub(crate) struct Moment {
+pub(crate) struct Truth {
     pub(crate) height: f64,
-    /// In the world.
+    /// Velocity in the world, m/s.
     pub(crate) velocity: Vector,
     pub(crate) axes: Axes,
-    /// Specific force in the body.
+    /// Specific force in body axes, m/s².
     pub(crate) force: Vector,
 }
 
 /// The errors of one drone's sensors.
 #[derive(Clone, Copy)]
-pub(crate) struct Errors {
-    /// Standard deviation of one sample.
+pub(crate) struct SensorErrors {
+    /// Standard deviation of one sample, rad/s.
     pub(crate) gyro: f64,
     pub(crate) gyro_bias: Vector,
     pub(crate) accel: f64,
     pub(crate) accel_bias: Vector,
-    /// Counts.
+    /// Standard deviation of one reading, counts.
     pub(crate) flow: f64,
     pub(crate) flow_scale: f64,
     pub(crate) down: f64,
     pub(crate) drag: f64,
 }
 
-impl Errors {
-    /// One drone of many.
-    pub(crate) fn drawn(config: &EstimatorConfig, chance: &mut Chance) -> Self {
+impl SensorErrors {
+    /// Draws the errors of one drone.
+    pub(crate) fn drawn(config: &EstimatorConfig, rng: &mut Rng) -> Self {
         let inertial = &config.inertial;
         let per_sample = (1.0 / DT).sqrt();
-        let [x, y, _] = chance.vector(0.2);
-        let z = f64::from(inertial.accel_residual) * chance.normal();
+        let [x, y, _] = rng.vector(0.2);
+        let z = f64::from(inertial.accel_residual) * rng.normal();
         Self {
             gyro: f64::from(inertial.gyro_density) * per_sample,
-            gyro_bias: chance.vector(f64::from(inertial.gyro_residual)),
+            gyro_bias: rng.vector(f64::from(inertial.gyro_residual)),
             accel: f64::from(inertial.accel_density) * per_sample,
             accel_bias: [x, y, z],
             flow: f64::from(config.flow.noise + config.flow.noise_per_shutter * f32::from(SHUTTER)),
             flow_scale: f64::from(config.flow.scale_noise),
             down: f64::from(config.down.noise),
             drag: f64::from(inertial.drag)
-                * (1.0 + f64::from(inertial.drag_doubt) * chance.normal()).max(0.0),
+                * (1.0 + f64::from(inertial.drag_uncertainty) * rng.normal()).max(0.0),
         }
     }
 }
 
-/// A well lit floor.
+/// Exposure over a well lit floor, cycles.
 pub(crate) const SHUTTER: u16 = 500;
 
 pub(crate) fn motion(x: i16, y: i16) -> Motion {
@@ -209,28 +209,28 @@ pub(crate) fn reading(distance: f64) -> Reading {
     }
 }
 
-/// How much of the accelerometer the estimator is given.
+/// The part of the accelerometer's reading that the estimator gets.
 #[derive(Clone, Copy, PartialEq)]
-pub(crate) enum Force {
-    /// x and y taken to be zero.
+pub(crate) enum AccelInput {
+    /// Only z; x and y are zero.
     AlongZ,
     Full,
 }
 
-/// One drone in flight.
+/// A drone in flight, with its true motion, its sensors and its estimator.
 #[derive(Clone)]
-pub(crate) struct Flown {
+pub(crate) struct SimulatedFlight {
     pub(crate) path: Path,
-    pub(crate) errors: Errors,
-    pub(crate) chance: Chance,
-    pub(crate) force: Force,
+    pub(crate) errors: SensorErrors,
+    pub(crate) rng: Rng,
+    pub(crate) force: AccelInput,
     pub(crate) config: EstimatorConfig,
     pub(crate) estimator: Estimator,
     pub(crate) t: f64,
-    now: Moment,
-    /// What the flow sensor has seen since it was last read, rad.
-    seen: [f64; 2],
-    /// The floor's height under the drone.
+    now: Truth,
+    /// Image motion since the flow sensor was last read, rad.
+    flow_angle: [f64; 2],
+    /// Height of the floor under the drone, m.
     pub(crate) floor: f64,
     steps: u64,
 }
@@ -242,9 +242,9 @@ pub(crate) struct Verdicts {
     pub(crate) down: Option<Verdict>,
 }
 
-impl Flown {
-    /// Stands on the ground, settled.
-    pub(crate) fn new(path: Path, errors: Errors, chance: Chance) -> Self {
+impl SimulatedFlight {
+    /// A drone that stands on the ground, with a settled estimator.
+    pub(crate) fn new(path: Path, errors: SensorErrors, rng: Rng) -> Self {
         let config = EstimatorConfig::DEFAULT;
         let mut estimator = Estimator::new();
         let [x, y, _] = errors.accel_bias;
@@ -252,38 +252,38 @@ impl Flown {
         Self {
             path,
             errors,
-            chance,
-            force: Force::AlongZ,
+            rng,
+            force: AccelInput::AlongZ,
             config,
             estimator,
             t: 0.0,
             now: path.at(0.0, errors.drag),
-            seen: [0.0; 2],
+            flow_angle: [0.0; 2],
             floor: 0.0,
             steps: 0,
         }
     }
 
-    /// The inertial sensors over `dt`, and the estimator with them.
-    pub(crate) fn carry(&mut self, dt: f64) {
+    /// Advances the truth by `dt` seconds and passes the inertial readings to the estimator.
+    pub(crate) fn advance(&mut self, dt: f64) {
         let errors = self.errors;
         let next = self.path.at(self.t + dt, errors.drag);
         let middle = self.path.at(self.t + 0.5 * dt, errors.drag);
         let turn = turn(&self.now.axes, &next.axes);
         let velocity = to_body(&middle.axes, middle.velocity);
         let distance = (middle.height - self.floor).max(0.01) / middle.axes[2][2];
-        self.seen[0] += velocity[0] * dt / distance - turn[1];
-        self.seen[1] += velocity[1] * dt / distance + turn[0];
+        self.flow_angle[0] += velocity[0] * dt / distance - turn[1];
+        self.flow_angle[1] += velocity[1] * dt / distance + turn[0];
         let noise = (DT / dt).sqrt();
         let (about, along) =
-            (self.chance.vector(errors.gyro * noise), self.chance.vector(errors.accel * noise));
+            (self.rng.vector(errors.gyro * noise), self.rng.vector(errors.accel * noise));
         let mut gyro = [0.0; 3];
         let mut accel = [0.0; 3];
         for i in 0..3 {
             gyro[i] = (turn[i] / dt + errors.gyro_bias[i] + about[i]) as f32;
             accel[i] = (middle.force[i] + errors.accel_bias[i] + along[i]) as f32;
         }
-        if self.force == Force::AlongZ {
+        if self.force == AccelInput::AlongZ {
             accel = [0.0, 0.0, accel[2]];
         }
         self.estimator.predict(&self.config, dt as f32, gyro, accel);
@@ -291,33 +291,33 @@ impl Flown {
         self.now = next;
     }
 
-    /// What the flow sensor would say now.
-    pub(crate) fn look(&mut self) -> Motion {
+    /// Reads the flow sensor.
+    pub(crate) fn read_flow(&mut self) -> Motion {
         let scale = f64::from(self.config.flow.counts_per_radian);
-        let [x, y] = std::mem::take(&mut self.seen).map(|seen| {
-            let relief = 1.0 + self.errors.flow_scale * self.chance.normal();
-            (scale * seen * relief + self.errors.flow * self.chance.normal()).round() as i16
+        let [x, y] = std::mem::take(&mut self.flow_angle).map(|seen| {
+            let relief = 1.0 + self.errors.flow_scale * self.rng.normal();
+            (scale * seen * relief + self.errors.flow * self.rng.normal()).round() as i16
         });
         motion(x, y)
     }
 
-    /// What the ranger would say now.
-    pub(crate) fn measure(&mut self) -> Reading {
+    /// Reads the ranger that looks down.
+    pub(crate) fn read_range(&mut self) -> Reading {
         let distance = (self.now.height - self.floor) / self.now.axes[2][2];
-        reading((distance + self.errors.down * self.chance.normal()).max(0.0))
+        reading((distance + self.errors.down * self.rng.normal()).max(0.0))
     }
 
-    /// One millisecond, the flow sensor every tenth and the ranger every 25th.
+    /// Advances by one millisecond; reads the flow sensor every 10 ms and the ranger every 25 ms.
     pub(crate) fn step(&mut self) -> Verdicts {
-        self.carry(DT);
+        self.advance(DT);
         self.steps += 1;
         let mut verdicts = Verdicts::default();
         if self.steps.is_multiple_of(25) {
-            let reading = self.measure();
+            let reading = self.read_range();
             verdicts.down = Some(self.estimator.down(&self.config, &reading));
         }
         if self.steps.is_multiple_of(10) {
-            let motion = self.look();
+            let motion = self.read_flow();
             verdicts.flow = Some(self.estimator.flow(&self.config, &motion));
         }
         verdicts
@@ -330,19 +330,19 @@ impl Flown {
         }
     }
 
-    /// By how much the velocity along the board's x and y is wrong, m/s.
+    /// Error of the velocity along the board's x and y, m/s.
     pub(crate) fn velocity_error(&self) -> [f64; 2] {
         let [true_x, true_y, _] = to_body(&self.now.axes, self.now.velocity);
         let [x, y, _] = self.estimator.velocity().map(f64::from);
         [x - true_x, y - true_y]
     }
 
-    /// By how much the height over the floor is wrong, m.
+    /// Error of the height over the floor, m.
     pub(crate) fn height_error(&self) -> f64 {
         f64::from(self.estimator.height()) - (self.now.height - self.floor)
     }
 
-    /// By how much the climb is wrong, m/s.
+    /// Error of the climb rate, m/s.
     pub(crate) fn climb_error(&self) -> f64 {
         f64::from(self.estimator.climb()) - self.now.velocity[2]
     }

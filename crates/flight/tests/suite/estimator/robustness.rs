@@ -1,4 +1,5 @@
-//! Whatever comes in, what is known stays a number, a turn and a covariance.
+//! Property tests: for any input the state stays finite, the attitude a unit quaternion, and the
+//! covariance symmetric and positive.
 
 use flight::{Estimator, EstimatorConfig};
 use nalgebra::SMatrix;
@@ -22,7 +23,7 @@ fn seeded(cases: u32) -> ProptestConfig {
 #[derive(Clone, Copy, Debug)]
 enum Event {
     Predict(f32, [f32; 3], [f32; 3]),
-    /// As many alike.
+    /// A number of equal predictions.
     Fly(u16, f32, [f32; 3], [f32; 3]),
     Flow(Motion),
     Down(Reading),
@@ -30,7 +31,7 @@ enum Event {
     Settle([f32; 3]),
 }
 
-/// Flight, but no particular one.
+/// Events as they occur in a flight, in any order.
 fn usual() -> impl Strategy<Value = Event> {
     let rates = [-6.0f32..6.0, -6.0f32..6.0, -3.0f32..3.0];
     let force = [-3.0f32..3.0, -3.0f32..3.0, 0.0f32..25.0];
@@ -48,7 +49,7 @@ fn usual() -> impl Strategy<Value = Event> {
     ]
 }
 
-/// Any bits at all.
+/// Events with any bits.
 fn absurd() -> impl Strategy<Value = Event> {
     let three = any::<[f32; 3]>();
     let flow = (any::<i16>(), any::<i16>(), any::<bool>(), any::<u8>(), any::<u16>()).prop_map(
@@ -74,7 +75,7 @@ fn range(distance: f32, sigma: f32) -> Reading {
     }
 }
 
-fn happen(drone: &mut Estimator, event: &Event) {
+fn apply(drone: &mut Estimator, event: &Event) {
     match event {
         Event::Predict(dt, gyro, accel) => drone.predict(&CONFIG, *dt, *gyro, *accel),
         Event::Fly(n, dt, gyro, accel) => {
@@ -93,8 +94,9 @@ fn happen(drone: &mut Estimator, event: &Event) {
     }
 }
 
-/// Finite, a unit quaternion, and a covariance that is symmetric and positive, to the rounding of
-/// single precision: by its correlations, whose smallest eigenvalue is not below −10⁻⁴.
+/// Checks that the state is finite, the quaternion a unit, and the covariance symmetric and
+/// positive up to the rounding of single precision: the smallest eigenvalue of the correlation
+/// matrix is at least −10⁻⁴.
 fn check(drone: &Estimator) -> Result<(), TestCaseError> {
     let numbers = drone.position().into_iter().chain(drone.velocity()).chain(drone.up());
     for number in numbers.chain([drone.velocity_sd(), drone.height_sd(), drone.tilt_sd()]) {
@@ -117,24 +119,24 @@ proptest! {
     #![proptest_config(seeded(48))]
 
     #[test]
-    fn a_long_flight_of_any_kind_keeps_it_whole(
+    fn any_flight_keeps_the_state_valid(
         events in prop::collection::vec(usual(), 1..400),
     ) {
         let mut drone = Estimator::new();
         drone.settle(&CONFIG, [0.0, 0.0, 9.81]);
         for event in &events {
-            happen(&mut drone, event);
+            apply(&mut drone, event);
             check(&drone)?;
         }
     }
 
     #[test]
-    fn any_bits_keep_it_whole(
+    fn any_bits_keep_the_state_valid(
         events in prop::collection::vec(prop_oneof![absurd(), usual()], 1..100),
     ) {
         let mut drone = Estimator::new();
         for event in &events {
-            happen(&mut drone, event);
+            apply(&mut drone, event);
             check(&drone)?;
         }
     }
