@@ -1,61 +1,63 @@
-//! The battery: a smoothed voltage, and how long it will last.
+//! Estimates the battery's charge and endurance.
 //!
-//! The voltage under load says little: 0.3 V of it come and go with the throttle. What the battery
-//! would show at rest is estimated by adding the drop over its inner resistance, the charge is
-//! read from that voltage, and the time from the charge.
+//! The voltage under load says little about the charge: 0.3 V of it come and go with the throttle.
+//! The resting voltage is estimated by adding the drop over the internal resistance. The charge
+//! follows from the resting voltage, and the endurance from the charge.
 
 use units::{Duration, Instant, Volts};
 
 use crate::io;
 
-/// A battery's constants.
+/// The constants of a battery.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BatteryConfig {
-    /// Charge when full, A s.
+    /// Charge of a full battery, A s.
     pub capacity: f32,
-    /// Battery, connector and cables, Ω.
+    /// Internal resistance of battery, connector and cables, Ω.
     pub resistance: f32,
-    /// Current of a drone that hovers, A.
+    /// Current at hover, A.
     pub hover_current: f32,
-    /// Time constant of the smoothing, s.
+    /// Time constant of the smoothed voltage, s.
     pub smoothing: f32,
-    /// Below this for [`low_for`](Self::low_for) it has no endurance left, V.
+    /// Voltage under load below which the battery is critical, V, if it stays there for
+    /// [`critical_for`](Self::critical_for).
     pub critical: f32,
-    /// How long that must last.
-    pub low_for: Duration,
-    /// At rest it must stand at this to be flown at all, V.
+    /// Time for which the voltage must stay below [`critical`](Self::critical).
+    pub critical_for: Duration,
+    /// The lowest resting voltage at which a flight may begin, V.
     pub least_to_fly: f32,
-    /// A battery does not gain more than this from one reading to the next, V: the estimate at
-    /// rest hides the load, and a charger works for minutes.
+    /// A reading is rejected if it raises the estimated resting voltage by more than this, V: that
+    /// estimate does not depend on the load, and charging takes minutes.
     pub most_gain: f32,
-    /// A reading older than this is forgotten.
-    pub believed_for: Duration,
-    /// The part of the charge that is never planned with.
+    /// Time after which the last plausible reading is forgotten.
+    pub kept_for: Duration,
+    /// Fraction of the charge that the endurance leaves out.
     pub reserve: f32,
 }
 
 impl BatteryConfig {
-    /// The Crazyflie's 250 mAh cell. It hovers for 7 minutes bare (product page), so with 2.1 A,
-    /// and as thrust costs its power 3/2, with 13 % more mass 2.5 A. Its critical voltage, and 5 s
-    /// of it, are the vendor's (`platform_defaults_cf2.h`), and so is the time constant: 0.01 of a
-    /// step at 1 kHz. Inner resistance: 0.3 V between hovering and resting at 2.1 A. 3.7 V at rest
-    /// is a tenth of its charge. What is known of the load leaves 0.1 V of doubt.
+    /// The Crazyflie's 250 mAh cell. A bare Crazyflie hovers for 7 minutes (product page), which is
+    /// 2.1 A; power grows with thrust to the 3/2, so 13 % more mass need 2.5 A. The critical
+    /// voltage, its 5 s and the time constant (0.01 of a step at 1 kHz) are the vendor's
+    /// (`platform_defaults_cf2.h`). Internal resistance: 0.3 V between hover and rest at 2.1 A. A
+    /// resting voltage of 3.7 V is a tenth of the charge. The uncertainty of the load's drop is 0.1
+    /// V.
     pub const DEFAULT: Self = Self {
         capacity: 0.250 * 3_600.0,
         resistance: 0.14,
         hover_current: 2.5,
         smoothing: 0.1,
         critical: 3.0,
-        low_for: Duration::from_secs(5),
+        critical_for: Duration::from_secs(5),
         least_to_fly: 3.7,
         most_gain: 0.25,
-        believed_for: Duration::from_secs(10),
+        kept_for: Duration::from_secs(10),
         reserve: 0.05,
     };
 }
 
-/// Charge by voltage at rest of a lithium-polymer cell at room temperature, 0 to 1: the mean of
-/// published discharge curves at 0.2 C, to ±5 %.
+/// Charge, 0 to 1, over resting voltage, V, of a lithium-polymer cell at room temperature: the mean
+/// of published discharge curves at 0.2 C, to ±5 %.
 const CHARGE: [(f32, f32); 10] = [
     (3.30, 0.0),
     (3.60, 0.05),
@@ -69,25 +71,25 @@ const CHARGE: [(f32, f32); 10] = [
     (4.20, 1.0),
 ];
 
-/// What is known of the battery.
+/// The battery gauge: what the readings so far say about the battery.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Gauge {
-    /// Under load, smoothed.
+    /// Voltage under load, smoothed, V; `None` while it is unknown.
     volts: Option<f32>,
-    /// What it would be at rest, smoothed over ten times as long.
-    rest: f32,
-    /// When it was last read.
+    /// Estimated resting voltage, smoothed over ten times as long, V.
+    rest_volts: f32,
+    /// When the last plausible reading came in.
     read: Instant,
-    /// Since when it has been under the critical voltage.
-    low_since: Option<Instant>,
+    /// Since when the voltage has been below critical.
+    critical_since: Option<Instant>,
 }
 
 impl Gauge {
     pub(crate) const fn new() -> Self {
-        Self { volts: None, rest: 0.0, read: Instant::ZERO, low_since: None }
+        Self { volts: None, rest_volts: 0.0, read: Instant::ZERO, critical_since: None }
     }
 
-    /// One step of `dt` seconds in which the propellers give `load` of a hovering drone's thrust.
+    /// Advances by `dt` seconds in which the propellers give `load` times the thrust of a hover.
     pub(crate) fn step(
         &mut self,
         config: &BatteryConfig,
@@ -98,34 +100,34 @@ impl Gauge {
     ) {
         // Power grows with thrust to the 3/2, and current with power.
         let current = config.hover_current * load * libm::sqrtf(load.max(0.0));
-        // What is connected to a running drone has between 2 and 5 V.
-        let sane = |volts: &f32| {
-            let gains = volts + config.resistance * current - self.rest > config.most_gain;
-            (2.0..5.0).contains(volts) && !(self.rest > 0.0 && gains)
+        // A battery that powers a running drone has between 2 and 5 V.
+        let plausible = |volts: &f32| {
+            let gains = volts + config.resistance * current - self.rest_volts > config.most_gain;
+            (2.0..5.0).contains(volts) && !(self.rest_volts > 0.0 && gains)
         };
-        let Some(volts) = reading.map(|reading| reading.0).filter(sane) else {
-            if now.since(self.read) > config.believed_for {
+        let Some(volts) = reading.map(|reading| reading.0).filter(plausible) else {
+            if now.since(self.read) > config.kept_for {
                 self.volts = None;
             }
             return;
         };
-        // Between two readings the smoothing stands still: they come at 100 Hz.
+        // Readings come at 100 Hz, so the smoothing advances by the time since the last one.
         let gap = now.since(self.read).as_secs_f32().min(1.0).max(dt);
         self.read = now;
         let rest = volts + config.resistance * current;
         let part = (gap / config.smoothing).min(1.0);
         match &mut self.volts {
-            None => (self.volts, self.rest) = (Some(volts), rest),
+            None => (self.volts, self.rest_volts) = (Some(volts), rest),
             Some(smooth) => {
                 *smooth += part * (volts - *smooth);
-                self.rest += 0.1 * part * (rest - self.rest);
+                self.rest_volts += 0.1 * part * (rest - self.rest_volts);
             }
         }
         let low = self.volts.is_some_and(|volts| volts < config.critical);
-        self.low_since = if low { self.low_since.or(Some(now)) } else { None };
+        self.critical_since = if low { self.critical_since.or(Some(now)) } else { None };
     }
 
-    /// Under load, for the mixer: nominal while it is not known.
+    /// The voltage under load for the mixer, V; nominal while it is unknown.
     pub(crate) fn volts(&self) -> f32 {
         self.volts.unwrap_or(3.7)
     }
@@ -134,21 +136,21 @@ impl Gauge {
         self.volts.is_some()
     }
 
-    /// Whether it holds enough to begin a flight.
+    /// Whether the charge suffices to begin a flight.
     pub(crate) fn may_fly(&self, config: &BatteryConfig) -> bool {
-        self.is_known() && self.rest >= config.least_to_fly
+        self.is_known() && self.rest_volts >= config.least_to_fly
     }
 
-    /// Whether the drone has to come down now.
+    /// Whether the drone has to land now.
     pub(crate) fn is_critical(&self, config: &BatteryConfig, now: Instant) -> bool {
-        self.low_since.is_some_and(|since| now.since(since) >= config.low_for)
-            || (self.is_known() && charge(self.rest) <= 0.0)
+        self.critical_since.is_some_and(|since| now.since(since) >= config.critical_for)
+            || (self.is_known() && charge(self.rest_volts) <= 0.0)
     }
 
-    /// How long it still carries a drone that hovers.
+    /// For how long the battery can carry a hovering drone; `None` while the voltage is unknown.
     pub(crate) fn endurance(&self, config: &BatteryConfig) -> Option<Duration> {
         self.volts?;
-        let usable = (charge(self.rest) - config.reserve).max(0.0);
+        let usable = (charge(self.rest_volts) - config.reserve).max(0.0);
         let seconds = usable * config.capacity / config.hover_current;
         Some(Duration::from_millis((seconds * 1e3) as u32 as u64))
     }
@@ -158,7 +160,7 @@ impl Gauge {
     }
 }
 
-/// The part of its charge that a cell at rest at this voltage holds.
+/// The charge, 0 to 1, of a cell with this resting voltage.
 fn charge(volts: f32) -> f32 {
     let mut below = (0.0, 0.0);
     for (v, part) in CHARGE {
@@ -187,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn a_full_battery_lasts_for_minutes_and_an_empty_one_for_none() {
+    fn endurance_falls_with_the_voltage_to_zero() {
         let last = |volts| hovering(volts).endurance(&CONFIG).unwrap().as_secs_f32();
         assert!((300.0..400.0).contains(&last(3.85)), "{}", last(3.85));
         assert!(last(3.2) < 1.0);
@@ -200,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn a_dip_is_not_the_end_but_five_seconds_are() {
+    fn a_short_dip_is_not_critical_but_five_seconds_are() {
         let mut gauge = hovering(3.4);
         let mut now = 10_000;
         let mut critical_after = |volts, until: u64| {
@@ -210,8 +212,8 @@ mod tests {
                 gauge.step(&CONFIG, at, Some(Volts(volts)), 1.0, 1e-3);
             }
             gauge
-                .low_since
-                .is_some_and(|since| Instant::from_millis(now).since(since) >= CONFIG.low_for)
+                .critical_since
+                .is_some_and(|since| Instant::from_millis(now).since(since) >= CONFIG.critical_for)
         };
         assert!(!critical_after(2.9, 12_000));
         assert!(!critical_after(3.4, 13_000));
@@ -219,7 +221,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_read_is_forgotten_in_the_end() {
+    fn an_old_voltage_is_forgotten() {
         let mut gauge = hovering(3.8);
         gauge.step(&CONFIG, Instant::from_millis(11_000), None, 1.0, 1e-3);
         assert!(gauge.is_known());

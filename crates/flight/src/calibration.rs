@@ -1,28 +1,30 @@
-//! Zeroing: what the gyroscope reads while the drone lies still, and where gravity points.
+//! Measures the gyroscope's bias and the direction of gravity while the drone lies still.
 //!
 //! A window of [`CalibrationConfig::samples`] counts as still when every axis of the gyroscope
-//! stays within its noise; its mean is then the bias. It goes on as long as the drone is on the
-//! ground, so that a drone that has warmed up is zeroed anew before it flies.
+//! stays within its noise; the mean of the window is then the bias. Calibration goes on for as long
+//! as the drone is on the ground, so that a drone that has warmed up has a new bias before it
+//! flies.
 
 use crate::airframe::GRAVITY;
 
-/// What counts as still.
+/// The limits within which a drone counts as lying still.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CalibrationConfig {
-    /// Samples of a window; at 1 kHz, as many milliseconds.
+    /// Samples per window; at 1 kHz, as many milliseconds.
     pub samples: u16,
-    /// The most variance of one axis of the gyroscope, (rad/s)².
+    /// Largest variance on one axis of the gyroscope, (rad/s)².
     pub most_variance: f32,
-    /// The most that a gyroscope is wrong, rad/s.
+    /// Largest plausible bias of the gyroscope, rad/s.
     pub most_bias: f32,
-    /// The most that the length of gravity is wrong, as a part of it.
+    /// Largest plausible error of the measured gravity, as a fraction of gravity.
     pub most_scale: f32,
 }
 
 impl CalibrationConfig {
-    /// 512 samples whose variance is under 100 steps² (0.061°/s each) as in crazyflie-firmware,
-    /// `sensors_bmi088_bmp3xx.c`. Ten times the BMI088's zero-rate offset of ±1°/s, which grows
-    /// with temperature, is 10°/s; its sensitivity and zero-g errors add up to some 5 %.
+    /// 512 samples with a variance below 100 steps² (of 0.061°/s each), as in crazyflie-firmware,
+    /// `sensors_bmi088_bmp3xx.c`. The largest bias, 10°/s, is ten times the BMI088's zero-rate
+    /// offset of ±1°/s, which grows with temperature. The BMI088's sensitivity and zero-g errors
+    /// add up to some 5 %.
     pub const DEFAULT: Self = Self {
         samples: 512,
         most_variance: 100.0 * 1.065e-3 * 1.065e-3,
@@ -31,20 +33,20 @@ impl CalibrationConfig {
     };
 }
 
-/// What a still window told.
+/// The means of a window in which the drone lay still.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Zero {
-    /// rad/s.
+pub(crate) struct RestMean {
+    /// The gyroscope's bias, rad/s.
     pub(crate) gyro: [f32; 3],
     /// The specific force at rest, m/s².
     pub(crate) accel: [f32; 3],
 }
 
-/// A window being filled.
+/// A calibration window that is being filled.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Calibration {
     count: u16,
-    /// Sums about the first sample of the window, so that single precision suffices.
+    /// The first sample: sums are taken relative to it, so that single precision suffices.
     first: [f32; 3],
     sum: [f32; 3],
     squares: [f32; 3],
@@ -56,13 +58,13 @@ impl Calibration {
         Self { count: 0, first: [0.0; 3], sum: [0.0; 3], squares: [0.0; 3], accel: [0.0; 3] }
     }
 
-    /// One sample at rest; a zero at the end of a window that was still.
+    /// Adds one sample at rest; returns the means at the end of a window that was still.
     pub(crate) fn step(
         &mut self,
         config: &CalibrationConfig,
         gyro: [f32; 3],
         accel: [f32; 3],
-    ) -> Option<Zero> {
+    ) -> Option<RestMean> {
         if self.count == 0 {
             *self = Self { first: gyro, ..Self::new() };
         }
@@ -79,20 +81,20 @@ impl Calibration {
         if self.count < config.samples {
             return None;
         }
-        let zero = self.finish(config);
+        let mean = self.finish(config);
         self.count = 0;
-        zero
+        mean
     }
 
-    fn finish(&self, config: &CalibrationConfig) -> Option<Zero> {
+    fn finish(&self, config: &CalibrationConfig) -> Option<RestMean> {
         let n = f32::from(self.count.max(1));
-        let mut zero = self.first;
-        for ((bias, sum), square) in zero.iter_mut().zip(self.sum).zip(self.squares) {
+        let mut biases = self.first;
+        for ((bias, sum), square) in biases.iter_mut().zip(self.sum).zip(self.squares) {
             let mean = sum / n;
             let variance = square / n - mean * mean;
             *bias += mean;
             let still = variance <= config.most_variance && bias.abs() <= config.most_bias;
-            // Written so that a reading which is not a number is not still.
+            // Written so that a NaN reading is not still.
             if !still {
                 return None;
             }
@@ -101,7 +103,7 @@ impl Calibration {
         let [x, y, z] = accel;
         let length = libm::sqrtf(x * x + y * y + z * z);
         let plausible = (length / GRAVITY - 1.0).abs() <= config.most_scale;
-        plausible.then_some(Zero { gyro: zero, accel })
+        plausible.then_some(RestMean { gyro: biases, accel })
     }
 }
 
@@ -115,7 +117,7 @@ mod tests {
         size * (libm::sinf(1.7 * n) + libm::sinf(2.9 * n + 1.0))
     }
 
-    fn window(noise_of: f32, bias: f32, gravity: f32) -> Option<Zero> {
+    fn window(noise_of: f32, bias: f32, gravity: f32) -> Option<RestMean> {
         let mut calibration = Calibration::new();
         (0..512)
             .filter_map(|n| {
@@ -127,15 +129,15 @@ mod tests {
 
     #[test]
     fn a_still_window_gives_its_mean() {
-        let zero = window(2e-3, 0.05, 9.9).unwrap();
-        for bias in zero.gyro {
+        let mean = window(2e-3, 0.05, 9.9).unwrap();
+        for bias in mean.gyro {
             assert!((bias - 0.05).abs() < 2e-4, "{bias}");
         }
-        assert!((zero.accel[2] - 9.9).abs() < 1e-4);
+        assert!((mean.accel[2] - 9.9).abs() < 1e-4);
     }
 
     #[test]
-    fn a_hand_a_broken_gyroscope_and_a_broken_accelerometer_give_none() {
+    fn a_moved_drone_or_a_broken_sensor_gives_none() {
         assert_eq!(window(0.05, 0.0, 9.8), None);
         assert_eq!(window(1e-3, 0.5, 9.8), None);
         assert_eq!(window(1e-3, 0.0, 4.0), None);

@@ -8,15 +8,15 @@ use units::{
 use crate::accel::{Accel, AccelConfig};
 use crate::airframe::{Airframe, GRAVITY};
 use crate::battery::{BatteryConfig, Gauge};
-use crate::calibration::{Calibration, CalibrationConfig, Zero};
+use crate::calibration::{Calibration, CalibrationConfig, RestMean};
 use crate::control::{BodyState, Control, ControlConfig, Goal, Horizontal, Vertical};
 use crate::estimator::{Estimator, EstimatorConfig, InertialConfig, Verdict};
 use crate::gyro::{Gyro, GyroConfig};
 use crate::io::{Attitude, Command, Outputs, Sensed, Status};
 use crate::lowpass::{LowPass, LowPassed};
 use crate::mixer::{Mix, mix};
+use crate::monitor::SensorMonitor;
 use crate::supervisor::{Cause, Mode, Observed, Supervisor, SupervisorConfig};
-use crate::watch::Watch;
 
 /// The flight code's constants.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -87,12 +87,12 @@ const STEP_US: (u64, u64) = (200, 20_000);
 pub struct Flight {
     last_step: Option<Instant>,
     calibration: Calibration,
-    zero: Option<Zero>,
+    rest_mean: Option<RestMean>,
     gyro: Gyro,
     rates: LowPassed,
     accel: Accel,
-    flow: Watch<pmw3901::Motion>,
-    down: Watch<vl53l1x::Reading>,
+    flow: SensorMonitor<pmw3901::Motion>,
+    down: SensorMonitor<vl53l1x::Reading>,
     gauge: Gauge,
     estimator: Estimator,
     /// When velocity and height were last measured.
@@ -111,12 +111,12 @@ impl Flight {
         Self {
             last_step: None,
             calibration: Calibration::new(),
-            zero: None,
+            rest_mean: None,
             gyro: Gyro::new(),
             rates: LowPassed::new(),
             accel: Accel::new(),
-            flow: Watch::new(),
-            down: Watch::new(),
+            flow: SensorMonitor::new(),
+            down: SensorMonitor::new(),
             gauge: Gauge::new(),
             estimator: Estimator::new(),
             measured: [Instant::ZERO; 2],
@@ -192,14 +192,14 @@ impl Flight {
         self.accel.step(&config.accel, now, accel, push, config.gyro.motor_lag, dt);
 
         let gyro = sensed.gyro.map(|AngularVelocity(mut rates)| {
-            let bias = self.zero.map_or([0.0; 3], |zero| zero.gyro);
+            let bias = self.rest_mean.map_or([0.0; 3], |rest_mean| rest_mean.gyro);
             for (rate, bias) in rates.iter_mut().zip(bias) {
                 *rate -= bias;
             }
             rates
         });
         let torque = self.mix.given.torque;
-        let sideways = self.accel.sideways();
+        let sideways = self.accel.lateral_impact();
         let inertia = config.airframe.inertia;
         self.gyro.step(&config.gyro, now, gyro, sideways, torque, inertia, dt);
     }
@@ -207,7 +207,7 @@ impl Flight {
     /// In the air: moves the estimate on, and corrects it.
     fn estimate(&mut self, config: &FlightConfig, now: Instant, sensed: &Sensed, dt: f32) {
         let force = self.accel.in_flight(&config.accel);
-        let trust = if self.gyro.is_blind() {
+        let trust = if self.gyro.is_predicted() {
             let inertial =
                 InertialConfig { gyro_density: BLIND_GYRO_DENSITY, ..config.estimator.inertial };
             &EstimatorConfig { inertial, ..config.estimator }
@@ -222,7 +222,7 @@ impl Flight {
 
         self.verdicts = Verdicts::default();
         let [velocity_at, height_at] = &mut self.measured;
-        if let Some(down) = self.down.pass(now, sensed.down, MOST_DOWN_REPEATS) {
+        if let Some(down) = self.down.accept(now, sensed.down, MOST_DOWN_REPEATS) {
             let verdict = self.estimator.down(&config.estimator, &down);
             if verdict.is_used() {
                 *height_at = now;
@@ -230,7 +230,7 @@ impl Flight {
             self.clearance = down.range().map(|range| range.0);
             self.verdicts.down = Some(verdict);
         }
-        if let Some(flow) = self.flow.pass(now, sensed.flow, MOST_FLOW_REPEATS) {
+        if let Some(flow) = self.flow.accept(now, sensed.flow, MOST_FLOW_REPEATS) {
             let verdict = self.estimator.flow(&config.estimator, &flow);
             if verdict.is_used() || self.estimator.height() < TOO_LOW_TO_SEE {
                 *velocity_at = now;
@@ -245,18 +245,18 @@ impl Flight {
     /// On the ground: zeroes the gyroscope and keeps the estimate at rest.
     fn rest(&mut self, config: &FlightConfig, now: Instant, sensed: &Sensed) {
         self.verdicts = Verdicts::default();
-        self.down.pass(now, sensed.down, u16::MAX);
-        self.flow.pass(now, sensed.flow, u16::MAX);
+        self.down.accept(now, sensed.down, u16::MAX);
+        self.flow.accept(now, sensed.flow, u16::MAX);
         self.accel.rest();
         self.gyro.rest();
         if let (Some(AngularVelocity(gyro)), Some(Acceleration(accel))) =
             (sensed.gyro, sensed.accel)
-            && let Some(zero) = self.calibration.step(&config.calibration, gyro, accel)
+            && let Some(rest_mean) = self.calibration.step(&config.calibration, gyro, accel)
         {
-            if self.zero.is_none() {
-                self.estimator.settle(&config.estimator, zero.accel);
+            if self.rest_mean.is_none() {
+                self.estimator.settle(&config.estimator, rest_mean.accel);
             }
-            self.zero = Some(zero);
+            self.rest_mean = Some(rest_mean);
         }
         if let Some(force) = self.accel.reading() {
             self.estimator.rest(&config.estimator, force);
@@ -276,7 +276,7 @@ impl Flight {
             now,
             setpoint: command.setpoint,
             setpoint_age: now.since(command.given),
-            zeroed: self.zero.is_some(),
+            zeroed: self.rest_mean.is_some(),
             blind_for: self.gyro.unsound_for(now),
             flow_silent: self.flow.age(now),
             down_silent: self.down.age(now),
@@ -293,9 +293,9 @@ impl Flight {
             trim: self.control.trim(&config.control),
             wanted_climb: self.control.wanted_climb(),
             climb: self.estimator.climb(),
-            unexplained: self.accel.unexplained(),
-            blow: self.accel.sideways(),
-            blow_up: self.accel.upwards(),
+            unexplained: self.accel.vertical_residual(),
+            blow: self.accel.lateral_impact(),
+            blow_up: self.accel.vertical_excess(),
         }
     }
 

@@ -1,119 +1,121 @@
-//! The gyroscope, and what stands in for it: without body rates a multicopter falls within a
-//! second, so this reading is checked against physics and bridged by it.
+//! Checks the gyroscope against predicted body rates, and bridges its gaps with them: without body
+//! rates a multicopter falls within a second.
 //!
-//! From the torques that the motors give, the body's rates can be told ahead for a short time. Of
-//! these torques only what exceeds their mean of late turns the body: the mean is what it takes to
-//! hold a crooked airframe, unlike motors and a battery that is not in the middle.
-//! That prediction bridges samples that are missing or frozen, and it unmasks a gyroscope that
-//! lies: rates do not jump by more than [`GyroConfig::jump`] within a millisecond unless something
-//! hits the drone, and then the accelerometer feels it too.
+//! The rates are predicted from the torques of the motors, which works for a short time. Only the
+//! torque in excess of its recent mean turns the body; the mean is the trim that holds a crooked
+//! airframe, unequal motors or an off-centre battery still.
+//!
+//! The prediction replaces samples that are missing or frozen. It also exposes a faulty gyroscope:
+//! rates do not jump by more than [`GyroConfig::jump`] within a millisecond unless the drone is
+//! hit, and then the accelerometer measures the impact too.
 
 use units::{Duration, Instant};
 
-use crate::watch::Watch;
+use crate::monitor::SensorMonitor;
 
-/// What is believed of a gyroscope.
+/// The constants of the gyroscope's checks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GyroConfig {
-    /// More than this between prediction and reading is a jump, rad/s.
+    /// A difference of more than this between reading and prediction is a jump, rad/s.
     pub jump: f32,
-    /// The sideways specific force of a blow, m/s²: what it takes to jump by that much.
-    pub blow: f32,
-    /// How long after the jump a blow may be felt, and must then have passed: the accelerometer's
-    /// filter is the slower one.
-    pub doubt: Duration,
-    /// An offset smaller than this is none, rad/s.
+    /// Lateral specific force of an impact that is strong enough to cause such a jump, m/s².
+    pub impact_force: f32,
+    /// Time after a jump within which the accelerometer must show an impact and its end; its filter
+    /// is slower than the gyroscope's.
+    pub suspect_for: Duration,
+    /// A remaining offset smaller than this counts as none, rad/s.
     pub least_offset: f32,
-    /// After so many samples that are equal to the last bit, it is frozen.
+    /// After this many bit-identical samples the sensor counts as frozen.
     pub most_repeats: u16,
     /// First-order lag between a motor's command and its torque, s.
     pub motor_lag: f32,
-    /// Over this time the mean torque is what the airframe takes to stand still, s.
-    pub trim_time: f32,
+    /// Time constant of the mean torque that is taken for the trim, s.
+    pub trim_time_constant: f32,
 }
 
 impl GyroConfig {
-    /// The strongest torque of a Crazyflie, all motors between none and 0.12 N, turns it up by
-    /// 0.5 rad/s in a millisecond on one axis; in flight it is a tenth of that. A push at 5 cm
-    /// from the middle that turns it by 0.5 rad/s changes its velocity by 5 mm/s, in a millisecond
-    /// 5 m/s²; the accelerometer's 145 Hz filter leaves half. Motor lag: 65 ms, the
-    /// thrust's pole in Förster's identification of the Crazyflie (2015).
+    /// The strongest torque of a Crazyflie, with each motor at either zero or 0.12 N, changes the
+    /// rate about one axis by 0.5 rad/s in a millisecond; in normal flight it is a tenth of that.
+    /// An impact 5 cm from the centre that changes the rate by 0.5 rad/s changes the velocity by 5
+    /// mm/s, which is 5 m/s² over a millisecond; the accelerometer's 145 Hz filter leaves half of
+    /// it. Motor lag: 65 ms, the pole of the thrust in Förster's identification of the Crazyflie
+    /// (2015).
     pub const DEFAULT: Self = Self {
         jump: 0.5,
-        blow: 2.5,
-        doubt: Duration::from_millis(8),
+        impact_force: 2.5,
+        suspect_for: Duration::from_millis(8),
         least_offset: 0.15,
         most_repeats: 4,
         motor_lag: 0.065,
-        trim_time: 0.5,
+        trim_time_constant: 0.5,
     };
 }
 
-/// How the rates in use came about.
+/// The source of the rates in use.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Belief {
-    /// Read.
-    Sound,
-    /// Read something impossible: predicted until that is cleared up.
-    Doubted {
+enum RateSource {
+    /// The reading is used.
+    Measured,
+    /// The reading jumped; the prediction is used until the reason is known.
+    Suspect {
         since: Instant,
-        /// The hardest sideways push since.
-        hit: f32,
+        /// The strongest lateral specific force since the jump, m/s².
+        peak_force: f32,
     },
-    /// Read, less an offset that appeared from one sample to the next.
+    /// The reading is used without an offset that appeared from one sample to the next.
     Offset { since: Instant, offset: [f32; 3] },
-    /// Predicted: there is no reading.
+    /// There is no reading; the prediction is used.
     Missing { since: Instant },
 }
 
-/// Body rates, however they are known.
+/// The body rates: measured, corrected or predicted.
 #[derive(Clone, Debug)]
 pub(crate) struct Gyro {
-    watch: Watch<[f32; 3]>,
-    belief: Belief,
+    monitor: SensorMonitor<[f32; 3]>,
+    source: RateSource,
     rates: [f32; 3],
-    /// Torque that the motors give by now, N m.
+    /// Torque that the motors give behind their lag, N m.
     torque: [f32; 3],
-    /// The part of it that holds the airframe still.
+    /// Mean torque that holds the airframe still, N m.
     trim: [f32; 3],
 }
 
 impl Gyro {
     pub(crate) const fn new() -> Self {
         Self {
-            watch: Watch::new(),
-            belief: Belief::Missing { since: Instant::ZERO },
+            monitor: SensorMonitor::new(),
+            source: RateSource::Missing { since: Instant::ZERO },
             rates: [0.0; 3],
             torque: [0.0; 3],
             trim: [0.0; 3],
         }
     }
 
-    /// Forgets what the motors did: they stand.
+    /// Clears the torques: on the ground the motors are off.
     pub(crate) fn rest(&mut self) {
         self.torque = [0.0; 3];
         self.trim = [0.0; 3];
     }
 
-    /// One step of `dt` seconds. `reading` has its bias taken off, `sideways` is the horizontal
-    /// specific force, `torque` what the motors were last told to give.
-    #[expect(clippy::too_many_arguments, reason = "all that a sample is weighed against")]
+    /// Advances by `dt` seconds. `reading` has its bias removed, `lateral_force` is the horizontal
+    /// specific force beyond its mean in m/s², `torque` the last commanded torque in N m.
+    #[expect(clippy::too_many_arguments, reason = "a sample is checked against all of these")]
     pub(crate) fn step(
         &mut self,
         config: &GyroConfig,
         now: Instant,
         reading: Option<[f32; 3]>,
-        sideways: f32,
+        lateral_force: f32,
         torque: [f32; 3],
         inertia: [f32; 3],
         dt: f32,
     ) {
         let predicted = self.predict(config, torque, inertia, dt);
-        let reading = self.watch.pass(now, reading, config.most_repeats);
+        let reading = self.monitor.accept(now, reading, config.most_repeats);
         let reading = reading.filter(|rates| rates.iter().all(|rate| rate.is_finite()));
-        (self.belief, self.rates) = match reading {
+        (self.source, self.rates) = match reading {
             None => (self.missing(now), predicted),
-            Some(reading) => self.weigh(config, now, reading, predicted, sideways),
+            Some(reading) => self.classify(config, now, reading, predicted, lateral_force),
         };
     }
 
@@ -125,7 +127,8 @@ impl Gyro {
         dt: f32,
     ) -> [f32; 3] {
         let part = (dt / config.motor_lag).min(1.0);
-        let learnt = if self.belief == Belief::Sound { dt / config.trim_time } else { 0.0 };
+        let learnt =
+            if self.source == RateSource::Measured { dt / config.trim_time_constant } else { 0.0 };
         let mut rates = self.rates;
         let torques = self.torque.iter_mut().zip(&mut self.trim).zip(torque).zip(inertia);
         for (rate, (((given, trim), asked), inertia)) in rates.iter_mut().zip(torques) {
@@ -136,71 +139,79 @@ impl Gyro {
         rates
     }
 
-    fn missing(&self, now: Instant) -> Belief {
-        match self.belief {
-            missing @ Belief::Missing { .. } => missing,
-            Belief::Doubted { since, .. } => Belief::Missing { since },
-            Belief::Sound | Belief::Offset { .. } => Belief::Missing { since: now },
+    fn missing(&self, now: Instant) -> RateSource {
+        match self.source {
+            missing @ RateSource::Missing { .. } => missing,
+            RateSource::Suspect { since, .. } => RateSource::Missing { since },
+            RateSource::Measured | RateSource::Offset { .. } => RateSource::Missing { since: now },
         }
     }
 
-    fn weigh(
+    fn classify(
         &self,
         config: &GyroConfig,
         now: Instant,
         reading: [f32; 3],
         predicted: [f32; 3],
-        sideways: f32,
-    ) -> (Belief, [f32; 3]) {
-        match self.belief {
-            // After a gap anything may be true.
-            Belief::Missing { .. } => (Belief::Sound, reading),
-            Belief::Sound | Belief::Doubted { .. } if !differ(reading, predicted, config.jump) => {
-                (Belief::Sound, reading)
+        lateral_force: f32,
+    ) -> (RateSource, [f32; 3]) {
+        match self.source {
+            // After a gap the prediction is too old to check the reading against.
+            RateSource::Missing { .. } => (RateSource::Measured, reading),
+            RateSource::Measured | RateSource::Suspect { .. }
+                if !differ(reading, predicted, config.jump) =>
+            {
+                (RateSource::Measured, reading)
             }
-            Belief::Sound => (Belief::Doubted { since: now, hit: sideways }, predicted),
-            Belief::Doubted { since, hit } if now.since(since) < config.doubt => {
-                (Belief::Doubted { since, hit: hit.max(sideways) }, predicted)
+            RateSource::Measured => {
+                (RateSource::Suspect { since: now, peak_force: lateral_force }, predicted)
             }
-            // A blow is over by now; an accelerometer that went wrong with the gyroscope is not.
-            Belief::Doubted { hit, .. } if hit > config.blow && sideways < 0.5 * hit => {
-                (Belief::Sound, reading)
+            RateSource::Suspect { since, peak_force } if now.since(since) < config.suspect_for => (
+                RateSource::Suspect { since, peak_force: peak_force.max(lateral_force) },
+                predicted,
+            ),
+            // An impact is over by now. A lateral force that lasts means that the accelerometer
+            // failed together with the gyroscope.
+            RateSource::Suspect { peak_force, .. }
+                if peak_force > config.impact_force && lateral_force < 0.5 * peak_force =>
+            {
+                (RateSource::Measured, reading)
             }
-            Belief::Doubted { since, .. } => {
-                (Belief::Offset { since, offset: minus(reading, predicted) }, predicted)
+            RateSource::Suspect { since, .. } => {
+                (RateSource::Offset { since, offset: minus(reading, predicted) }, predicted)
             }
-            Belief::Offset { since, offset } => {
+            RateSource::Offset { since, offset } => {
                 let rates = minus(reading, offset);
-                if sideways > config.blow || !differ(rates, predicted, config.jump) {
-                    return (Belief::Offset { since, offset }, rates);
+                if lateral_force > config.impact_force || !differ(rates, predicted, config.jump) {
+                    return (RateSource::Offset { since, offset }, rates);
                 }
                 let offset = minus(reading, predicted);
                 if differ(offset, [0.0; 3], config.least_offset) {
-                    (Belief::Offset { since, offset }, predicted)
+                    (RateSource::Offset { since, offset }, predicted)
                 } else {
-                    (Belief::Sound, reading)
+                    (RateSource::Measured, reading)
                 }
             }
         }
     }
 
-    /// rad/s.
+    /// The body rates in use, rad/s.
     pub(crate) const fn rates(&self) -> [f32; 3] {
         self.rates
     }
 
-    /// Whether they are only predicted.
-    pub(crate) const fn is_blind(&self) -> bool {
-        matches!(self.belief, Belief::Missing { .. } | Belief::Doubted { .. })
+    /// Whether the rates in use are predicted.
+    pub(crate) const fn is_predicted(&self) -> bool {
+        matches!(self.source, RateSource::Missing { .. } | RateSource::Suspect { .. })
     }
 
-    /// For how long they have been anything but sound.
+    /// For how long the rates have not been plain readings.
     pub(crate) fn unsound_for(&self, now: Instant) -> Duration {
-        match self.belief {
-            Belief::Sound => Duration::ZERO,
-            Belief::Doubted { since, .. }
-            | Belief::Offset { since, .. }
-            | Belief::Missing { since } => now.since(since),
+        match self.source {
+            RateSource::Measured => Duration::ZERO,
+            RateSource::Suspect { since, .. }
+            | RateSource::Offset { since, .. }
+            | RateSource::Missing { since } => now.since(since),
         }
     }
 }
@@ -231,7 +242,7 @@ mod tests {
     }
 
     impl Bench {
-        /// A drone that has hovered for a moment.
+        /// A drone that has hovered for 20 ms.
         fn hovering() -> Self {
             let mut bench = Self { gyro: Gyro::new(), ms: 0 };
             for _ in 0..20 {
@@ -240,16 +251,16 @@ mod tests {
             bench
         }
 
-        fn step(&mut self, reading: Option<[f32; 3]>, sideways: f32, torque: [f32; 3]) {
+        fn step(&mut self, reading: Option<[f32; 3]>, lateral_force: f32, torque: [f32; 3]) {
             self.ms += 1;
             let now = Instant::from_millis(self.ms);
-            self.gyro.step(&CONFIG, now, reading, sideways, torque, INERTIA, 1e-3);
+            self.gyro.step(&CONFIG, now, reading, lateral_force, torque, INERTIA, 1e-3);
         }
 
-        /// A reading with noise on it.
-        fn read(&mut self, rates: [f32; 3], sideways: f32) {
+        /// Steps with a reading of these rates plus noise.
+        fn read(&mut self, rates: [f32; 3], lateral_force: f32) {
             let noise = 1e-3 * libm::sinf(self.ms as f32);
-            self.step(Some(rates.map(|rate| rate + noise)), sideways, [0.0; 3]);
+            self.step(Some(rates.map(|rate| rate + noise)), lateral_force, [0.0; 3]);
         }
 
         fn unsound(&self) -> u64 {
@@ -262,40 +273,40 @@ mod tests {
     }
 
     #[test]
-    fn a_gap_is_bridged_by_what_the_motors_do() {
+    fn a_gap_is_bridged_by_the_prediction_from_the_motors() {
         let mut bench = Bench::hovering();
         let torque = 1e-4;
         for _ in 0..200 {
             bench.step(None, 0.0, [torque, 0.0, 0.0]);
         }
-        // α t less what the motors' lag keeps back: τ/J · (t − lag).
+        // τ/J · (t − lag): the motors' lag delays the acceleration.
         let expected = torque / INERTIA[0] * (0.2 - CONFIG.motor_lag);
         let [roll, pitch, yaw] = bench.gyro.rates();
         assert!((roll / expected - 1.0).abs() < 0.05, "{roll} {expected}");
         assert!(pitch.abs() < 0.02 && yaw.abs() < 0.02);
-        assert!(bench.gyro.is_blind() && bench.unsound() == 199);
+        assert!(bench.gyro.is_predicted() && bench.unsound() == 199);
         bench.read([0.7, 0.0, 0.0], 0.0);
         assert!(bench.is_near([0.7, 0.0, 0.0]) && bench.unsound() == 0);
     }
 
     #[test]
-    fn a_frozen_gyroscope_is_a_missing_one() {
+    fn a_frozen_gyroscope_counts_as_missing() {
         let mut bench = Bench::hovering();
         for _ in 0..10 {
             bench.step(Some([0.3, 0.0, 0.0]), 0.0, [0.0; 3]);
         }
-        assert!(bench.gyro.is_blind());
+        assert!(bench.gyro.is_predicted());
     }
 
     #[test]
-    fn an_offset_out_of_nowhere_is_taken_off_and_stays_unsound_until_it_goes() {
+    fn a_sudden_offset_is_corrected_and_stays_unsound_until_it_goes() {
         for axis in 0..3 {
             for offset in [1.0, -1.0, 5.0] {
                 let mut bench = Bench::hovering();
-                let mut lie = [0.0; 3];
-                lie[axis] = offset;
+                let mut wrong = [0.0; 3];
+                wrong[axis] = offset;
                 for _ in 0..150 {
-                    bench.read(lie, 0.0);
+                    bench.read(wrong, 0.0);
                 }
                 assert!(bench.is_near([0.0; 3]), "{:?}", bench.gyro);
                 assert!(bench.unsound() > 100);
@@ -308,7 +319,7 @@ mod tests {
     }
 
     #[test]
-    fn a_blow_that_the_accelerometer_feels_is_believed() {
+    fn an_impact_that_the_accelerometer_measures_is_accepted() {
         for late in 0..4 {
             let mut bench = Bench::hovering();
             for ms in 0..50 {
@@ -320,9 +331,10 @@ mod tests {
     }
 
     #[test]
-    fn the_wildest_turn_that_its_motors_can_do_is_believed() {
+    fn the_fastest_turn_that_the_motors_can_make_is_accepted() {
         let mut bench = Bench::hovering();
-        // All thrust on one side, then on the other: 4 · 0.06 N · 0.0325 m.
+        // The motors of one side at 0.12 N and the others off, then the reverse: 4 · 0.06 N ·
+        // 0.0325 m.
         let most = 4.0 * 0.06 * Airframe::CRAZYFLIE_2_1.arm;
         let (mut rate, mut given) = (0.0, 0.0);
         for ms in 0..400 {

@@ -10,7 +10,7 @@
 //! |---|---|
 //! | `airframe` | mass, inertia, propellers |
 //! | `calibration` | the gyroscope's zero |
-//! | `gyro`, `accel`, `watch`, `battery` | what is believed of a sensor, and what stands in for it |
+//! | `gyro`, `accel`, `monitor`, `battery` | what is believed of a sensor, and what stands in for it |
 //! | `estimator`, `attitude` | where it is, how fast, and how it is turned |
 //! | `control`, `pid`, `mixer` | from set-point to duties |
 //! | `supervisor` | what may fly, and what ends a flight |
@@ -33,9 +33,9 @@ mod gyro;
 mod io;
 mod lowpass;
 mod mixer;
+mod monitor;
 mod pid;
 mod supervisor;
-mod watch;
 
 pub use accel::AccelConfig;
 pub use airframe::{Airframe, GRAVITY};
