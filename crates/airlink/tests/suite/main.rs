@@ -3,4 +3,5 @@
 mod common;
 mod delay;
 mod secure;
+mod stop;
 mod turns;

@@ -1,14 +1,13 @@
 //! A Stop, once ordered, stands: no later order of the operator replaces it, and every drone hears
 //! of it, however often it reboots.
 
-mod common;
-
 use airlink::Event;
-use common::clear::Clear;
-use common::net::{Net, Setup};
-use common::seeded;
 use proptest::prelude::*;
 use units::{MetresPerSecond, Order};
+
+use crate::common::clear::Clear;
+use crate::common::net::{Net, Setup};
+use crate::common::seeded;
 
 const SECOND: u64 = 1_000_000;
 const EXPLORE: Order = Order::Explore(MetresPerSecond(0.3));
