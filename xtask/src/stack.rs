@@ -11,8 +11,9 @@
 //!
 //! Handlers of one level do not interrupt each other. Each interruption puts an exception frame on
 //! the stack. What the code does not show is in `stack.toml`: which functions a call through a
-//! pointer reaches, and the interrupts' priorities, which are set while running. A call without a rule is a
-//! complaint, and so is a function that nothing calls: that is a call that no rule resolves.
+//! pointer reaches, and the interrupts' priorities, which are set while running. A call without a
+//! rule is a complaint, and so is a function that nothing calls: that is a call that no rule
+//! resolves.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -176,8 +177,8 @@ fn resolve(program: &Program, rules: &Stack, chain: &Chain<'_>) -> (Edges, Unkno
     (edges, unknown)
 }
 
-/// The names by which a rule can match: the innermost function that is not the standard library's, those
-/// of it within, and the one that all was inlined into.
+/// The names by which a rule can match: the innermost function that is not the standard library's,
+/// those of it within, and the one that all was inlined into.
 fn places(chain: &[String]) -> String {
     let inner = chain.iter().position(|name| !is_core(name)).unwrap_or(0);
     let mut names: Vec<&str> = chain.iter().take(inner + 1).map(String::as_str).collect();

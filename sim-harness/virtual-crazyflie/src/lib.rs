@@ -18,7 +18,7 @@
 //! machine to the next moment, and reads what the motors and the radio do. The same ELF
 //! with the same inputs at the same moments ends in the same state, bit for bit.
 //!
-//! What is not modelled is an error with an address and a symbol, never a silent zero.
+//! An access that is not modelled is an error with an address and a symbol, never a silent zero.
 
 pub mod board;
 pub mod bus;

@@ -117,11 +117,11 @@ pub enum Probe {
 /// Why an image's messages cannot be decoded.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum LogError {
-    /// It does not log by defmt.
+    /// The firmware does not log by defmt.
     NoDefmt,
-    /// It has no RTT control block.
+    /// The firmware has no RTT control block.
     NoRtt,
-    /// Its table of messages is damaged or of another version.
+    /// The firmware's table of messages is damaged or of another version.
     Table(String),
 }
 

@@ -20,22 +20,22 @@ pub trait Observer {
     }
 }
 
-/// What fetching from flash costs.
+/// The cost of fetching from flash.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum FlashModel {
-    /// As the firmware has set the accelerator up (FLASH_ACR).
+    /// The cost with the accelerator as the firmware has set it up (FLASH_ACR).
     #[default]
     AsConfigured,
-    /// The same, whatever the firmware does.
+    /// A fixed cost, whatever the firmware sets up.
     Fixed(FlashTiming),
 }
 
-/// What of a machine can be chosen.
+/// The configuration of a machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MachineConfig {
     /// The chip.
     pub soc: SocConfig,
-    /// What fetching from flash costs.
+    /// The cost of fetching from flash.
     pub flash: FlashModel,
     /// How long the bootloader takes, after each reset, until it jumps to the image. The vendor's
     /// has nothing to wait for when it is not asked to stay.
@@ -58,31 +58,31 @@ pub struct Halt {
     pub at: Nanos,
     /// The instruction that the core was at.
     pub pc: u32,
-    /// What that address is called.
+    /// The symbol of that address.
     pub symbol: String,
-    /// What happened.
+    /// The reason.
     pub why: HaltReason,
 }
 
-/// What happened.
+/// Why a machine halted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum HaltReason {
     /// An access to what is not modelled.
     Unmodelled {
         /// Where.
         address: u32,
-        /// It was a store.
+        /// The access was a store.
         store: bool,
         /// How much.
         width: Width,
-        /// What is missing.
+        /// The register or feature that is not modelled.
         what: &'static str,
     },
     /// Something that is not modelled came up without an access.
     Trouble(&'static str),
     /// An instruction of which the manual does not say what it does.
     Unpredictable {
-        /// Its bits.
+        /// The instruction's bits.
         encoding: u32,
     },
     /// A fault while a fault was dealt with. The watchdog would end it, if it runs.
@@ -165,7 +165,7 @@ impl<B: Board> Machine<B> {
         Self::with_program(image, program, board, config)
     }
 
-    /// The same, with the image's code as [`decode`] has it.
+    /// A machine as [`new`](Self::new) makes it, with the image's code as [`decode`] has it.
     #[must_use]
     pub fn with_program(
         image: Arc<Image>,
@@ -265,7 +265,7 @@ impl<B: Board> Machine<B> {
         }
     }
 
-    /// What a stop of the core means; none if it has been dealt with.
+    /// Handles a stop of the core; none if the core can go on.
     fn deal_with(&mut self, stop: Stop, moment: Nanos) -> Result<Option<Pause>, Halt> {
         match stop {
             Stop::Until => Ok(Some(Pause::Until)),
@@ -332,7 +332,7 @@ impl<B: Board> Machine<B> {
         self.enter(cause);
     }
 
-    /// As the vendor's bootloader leaves things.
+    /// Enters the firmware as the vendor's bootloader does.
     fn enter(&mut self, cause: ResetCause) {
         self.reset_count += 1;
         if self.resets.len() < KEPT {
@@ -399,19 +399,19 @@ impl<B: Board> Machine<B> {
         self.cpu.faults()
     }
 
-    /// What a pin does now.
+    /// The output of a pin now.
     #[must_use]
     pub fn output(&self, pin: Pin) -> PinOutput {
         self.soc.output(pin, self.cpu.cycles())
     }
 
-    /// What is wired to the chip.
+    /// The board at the chip's pins.
     #[must_use]
     pub const fn board(&self) -> &B {
         self.soc.board()
     }
 
-    /// What is wired to the chip, to be changed between two runs.
+    /// The board at the chip's pins, to be changed between two runs.
     pub const fn board_mut(&mut self) -> &mut B {
         self.soc.board_mut()
     }
@@ -444,19 +444,19 @@ impl<B: Board> Machine<B> {
         &self.soc
     }
 
-    /// What it runs.
+    /// The image that the machine runs.
     #[must_use]
     pub const fn image(&self) -> &Arc<Image> {
         &self.image
     }
 
-    /// Its code, to be marked: [`Program::trap`].
+    /// The decoded code, to be marked with traps: [`Program::trap`].
     pub const fn program_mut(&mut self) -> &mut Program {
         &mut self.program
     }
 
-    /// From now on, `observer` is called at each trap of [`Self::run_until`]. The previous observer is
-    /// returned.
+    /// From now on, `observer` is called at each trap of [`Self::run_until`]. The previous observer
+    /// is returned.
     pub fn observe(
         &mut self,
         observer: Option<Box<dyn Observer + Send>>,

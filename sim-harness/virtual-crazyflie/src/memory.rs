@@ -27,15 +27,15 @@ impl Width {
 pub mod map {
     /// Flash: 1 MiB.
     pub const FLASH: u32 = 0x0800_0000;
-    /// Its size.
+    /// The size of flash.
     pub const FLASH_SIZE: u32 = 1024 * 1024;
     /// SRAM1 and SRAM2, one after the other.
     pub const RAM: u32 = 0x2000_0000;
-    /// Their size.
+    /// The size of SRAM1 and SRAM2 together.
     pub const RAM_SIZE: u32 = 128 * 1024;
     /// Core-coupled memory: no DMA reaches it.
     pub const CCM: u32 = 0x1000_0000;
-    /// Its size.
+    /// The size of the core-coupled memory.
     pub const CCM_SIZE: u32 = 64 * 1024;
 }
 
@@ -112,7 +112,7 @@ pub struct Memory {
 }
 
 impl Memory {
-    /// As after power-up of an empty chip: flash erased, RAM full of [`GARBAGE`].
+    /// As after power-up of an empty chip: flash erased, RAM full of `0xA5`.
     #[must_use]
     pub fn new() -> Self {
         Self { ram: Region::new(GARBAGE), flash: Region::new(0xFF), ccm: Region::new(GARBAGE) }
@@ -156,7 +156,7 @@ impl Memory {
         Some(self.ram.read(offset, width))
     }
 
-    /// Of flash and where it is aligned only.
+    /// Loads from flash, where the address is aligned; none elsewhere.
     #[inline(always)]
     pub(crate) fn load_flash_aligned(&self, address: u32, width: Width) -> Option<u32> {
         let offset = Flash::aligned_offset(address, width)?;

@@ -1,5 +1,6 @@
-//! How fast the core is executed: a compiled kernel of floating-point arithmetic and checksums, of
-//! which `examples/mips/kernel.rs` is the source, on nothing but a core and its memory.
+//! Measures how fast the core executes: a compiled kernel of floating-point arithmetic and
+//! checksums, of which `examples/mips/kernel.rs` is the source, on nothing but a core and its
+//! memory.
 
 use std::time::Instant;
 
@@ -10,14 +11,14 @@ use crate::memory::Memory;
 const KERNEL: &[u8] = include_bytes!("../examples/mips/kernel.bin");
 /// Where the kernel lies, and begins.
 const CODE: u32 = 0x0800_4000;
-/// Where it counts its rounds.
+/// The address at which the kernel counts its rounds.
 const ROUNDS: u32 = 0x2000_0000;
 /// Wait states of the flash at 168 MHz and 3.3 V (RM0090, table 10).
 const WAIT_STATES: u8 = 5;
 /// Two seconds of the real thing.
 const CYCLES: u64 = 2 * 168_000_000;
 
-/// What was measured.
+/// The result of a measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Speed {
     /// Millions of instructions a second.

@@ -15,7 +15,7 @@ pub(super) enum Hold {
     Clock,
 }
 
-/// What a line that was moved by hand meant.
+/// The meaning of a line's movement by hand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Gesture {
     None,

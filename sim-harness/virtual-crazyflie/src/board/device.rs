@@ -6,8 +6,8 @@ use crate::soc::Nanos;
 
 const MICRO: Nanos = 1_000;
 
-/// A model and the moment up to which it has been advanced, which is a whole number of µs: what is left of
-/// one is made good later, so that nothing drifts.
+/// A model and the moment up to which it has been advanced, which is a whole number of µs: what is
+/// left of one is made good later, so that nothing drifts.
 #[derive(Debug)]
 pub(super) struct Timed<M> {
     model: M,

@@ -27,7 +27,7 @@ pub enum Device {
     Ranger(Beam),
 }
 
-/// What can go wrong.
+/// A fault of the board.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Fault {
     /// The device acknowledges nothing, and keeps what it knows. The flow sensor's SPI has no
@@ -60,7 +60,7 @@ pub enum Fault {
     Noise {
         /// How much.
         shares: Shares,
-        /// What decides.
+        /// The seed that decides which bytes are disturbed.
         seed: u64,
     },
     /// The radio chip says that it cannot take any more.

@@ -1,6 +1,6 @@
-//! What a world hands to the board, and what it takes from it.
+//! The board's inputs and outputs: a simulator sets the sensors' readings and takes what is sent.
 //!
-//! Whatever is set counts from the board's moment on, which is that of its last
+//! A value that is set counts from the board's moment on, which is that of its last
 //! [`advance`](crate::soc::Board::advance): advance it to the moment first.
 
 use sensors::multi_ranger::Beam;
@@ -13,7 +13,7 @@ use super::nrf51::{Answer, Nrf51, Power, Sent};
 use super::{Crazyflie, beam_index};
 use crate::soc::{Board as _, Nanos};
 
-/// What the flow sensor sees from one look at it to the next.
+/// The motion that the flow sensor sees from one reading to the next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Flow {
     /// Counts along the chip's own axes, which are not the drone's: as the Flow deck v2 mounts it,
@@ -34,16 +34,16 @@ pub struct Flow {
     pub raw_min: u8,
 }
 
-/// What a ranger finds when a measurement of its ends.
+/// The result of a ranger's measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sight {
     /// How far.
     pub distance: Metres,
-    /// What the sensor believes its standard deviation to be.
+    /// The standard deviation that the sensor reports.
     pub sigma: Metres,
     /// How it ends.
     pub status: RangeStatus,
-    /// What comes back of its light.
+    /// The signal rate of the reflected light.
     pub signal: CountRate,
     /// The light that is there anyway.
     pub ambient: CountRate,
@@ -95,7 +95,7 @@ impl Crazyflie {
         (chip.raw_sum, chip.raw_max, chip.raw_min) = (flow.raw_sum, flow.raw_max, flow.raw_min);
     }
 
-    /// What a ranger finds at the end of its measurements from now on.
+    /// Sets the result of a ranger's measurements from now on.
     pub fn set_range(&mut self, beam: Beam, sight: Sight) {
         let ranger = self.rangers[beam_index(beam)].at(self.now);
         ranger.distance = sight.distance;
@@ -160,7 +160,7 @@ impl Crazyflie {
         self.settle();
     }
 
-    /// The same, to this drone alone, as a ground station can send it.
+    /// Receives a packet that was sent to this drone alone, as a ground station can send it.
     pub fn hear_alone(&mut self, at: Nanos, port: u8, data: &[u8], rssi: Dbm) {
         self.radio.hear_p2p(self.now, at, false, port, data, sample(rssi));
         self.settle();
@@ -192,7 +192,7 @@ impl Crazyflie {
         self.leds.take_log()
     }
 
-    /// What the EEPROM holds.
+    /// The EEPROM's content.
     #[must_use]
     pub const fn eeprom(&self) -> &[u8; sensors::eeprom::SIZE as usize] {
         self.eeprom.as_left().bytes()

@@ -30,7 +30,7 @@ impl Led {
         (Pin::new('C', 3), Self::RedRight),
     ];
 
-    /// Whether it lights at this level of its pin.
+    /// Whether the LED is lit at this level of its pin.
     fn is_lit(self, level: Level) -> bool {
         match self {
             Self::BlueLeft => level == Level::High,
@@ -46,11 +46,11 @@ pub struct Blink {
     pub at: Nanos,
     /// Which.
     pub led: Led,
-    /// Whether it is lit now.
+    /// Whether the LED is lit now.
     pub on: bool,
 }
 
-/// As many changes are kept.
+/// How many changes are kept at most.
 const KEPT: usize = 4_096;
 
 /// All of them, and what they did last.

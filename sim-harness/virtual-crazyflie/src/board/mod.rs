@@ -1,4 +1,4 @@
-//! What is soldered to the chip of a Crazyflie 2.1, and what is stacked on it: a Flow deck v2 and a
+//! The board of a Crazyflie 2.1: the devices at the chip's pins, and two decks, a Flow deck v2 and a
 //! Multi-ranger deck.
 //!
 //! | bus or pin | what is there |
@@ -47,19 +47,19 @@ use device::Timed;
 use faults::Schedule;
 use leds::Leds;
 
-/// What there is on the board.
+/// How the board is equipped.
 #[derive(Clone, Debug)]
 pub struct Config {
     /// A Flow deck v2: optic flow, and the ranger that looks down.
     pub flow_deck: bool,
     /// A Multi-ranger deck: expander, and five rangers.
     pub multi_ranger: bool,
-    /// What the EEPROM holds, from address zero on; the rest is erased.
+    /// The EEPROM's content, from address zero on; the rest is erased.
     pub eeprom: Vec<u8>,
     /// The lines of the expander that float high after its reset. All is the worse case: rangers
     /// that are not held in reset are all at one address.
     pub floating: u8,
-    /// What the radio chip calls its firmware.
+    /// The version that the radio chip reports for its firmware.
     pub version: String,
     /// Noise of the inertial sensor's samples, beside what a world puts into them.
     pub noise: Option<InertialNoise>,
@@ -68,7 +68,7 @@ pub struct Config {
 /// Noise on every sample, in steps of the sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct InertialNoise {
-    /// What decides.
+    /// The seed of the noise.
     pub seed: u32,
     /// The gyroscope's, at most so many steps either way.
     pub gyro: u8,

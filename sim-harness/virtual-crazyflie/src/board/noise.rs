@@ -7,13 +7,13 @@ pub struct Shares {
     pub flipped: u32,
     /// The byte is right, and the receiver saw noise on it.
     pub noisy: u32,
-    /// One bit is wrong, and the stop bit is not there.
+    /// One bit is wrong, and the stop bit is missing.
     pub broken: u32,
-    /// It never comes.
+    /// The byte is lost.
     pub lost: u32,
 }
 
-/// What became of a byte.
+/// The outcome of a byte on the line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Fate {
     Intact(u8),

@@ -1,6 +1,6 @@
 //! A decoded instruction: what is done, with which registers, and what is known beforehand.
 //!
-//! Whatever depends on the instruction's own address is computed when it is decoded: literals,
+//! A value that depends on the instruction's own address is computed when it is decoded: literals,
 //! targets of branches, the address of a table. No operand is R15 any more when it is executed.
 
 use crate::bus::Width;
@@ -465,7 +465,8 @@ pub(super) enum Kind {
     VldrDouble,
     VstrDouble,
     VldrDoubleLiteral,
-    /// `a` registers from Sd on. Rn, and what is done to it: nothing, the end after, the start before.
+    /// `a` registers from Sd on. Rn, and what is done to it: nothing, the end after, the start
+    /// before.
     Vldm(Multiple),
     Vstm(Multiple),
 

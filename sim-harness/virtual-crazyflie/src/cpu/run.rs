@@ -1,7 +1,7 @@
 //! The run loop: advances what is due, takes exceptions, sleeps or executes.
 //!
 //! Instructions are executed until a deadline in cycles and nothing else is asked in between.
-//! Whatever may change what is pending sets the deadline to zero, so that it is asked at once.
+//! A change to what may be pending sets the deadline to zero, so that the loop looks at once.
 
 use super::abort::Abort;
 use super::decode::{decode, is_wide};
@@ -85,7 +85,8 @@ impl Cpu {
         if let Some(stop) = self.attend(memory, bus, until) {
             return stop;
         }
-        // A handler that has just been entered begins with an instruction that no trap has reported yet.
+        // A handler that has just been entered begins with an instruction that no trap has reported
+        // yet.
         if self.r[15] != here && program.is_trapped(self.r[15]) {
             return Stop::Trap;
         }

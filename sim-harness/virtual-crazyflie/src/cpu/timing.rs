@@ -1,4 +1,4 @@
-//! How many cycles an instruction takes: a model, by the published timings, and not exact to the cycle.
+//! A model of the cycles that an instruction takes, by the published timings; it is not exact.
 //!
 //! The source is ARM's Cortex-M4 Technical Reference Manual (r0p1), "Instruction set summary" and
 //! "Load/store timings", and RM0090, "Adaptive real-time memory accelerator".

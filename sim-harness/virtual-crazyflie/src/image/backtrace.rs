@@ -24,7 +24,7 @@ pub struct State {
 }
 
 impl State {
-    /// Of a core.
+    /// The registers of a core.
     #[must_use]
     pub fn of(cpu: &Cpu) -> Self {
         Self { registers: std::array::from_fn(|n| cpu.register(n)), other_sp: cpu.other_sp }
@@ -37,11 +37,11 @@ pub struct Frame {
     /// The instruction that is next, in the frame of the last call or after an exception; else the
     /// return address.
     pub address: u32,
-    /// What the symbols call it.
+    /// The symbol that the address lies in.
     pub symbol: Option<String>,
     /// The functions that the call comes from, the innermost first.
     pub source: Vec<SourceFrame>,
-    /// It was not called, it is what an exception broke in upon.
+    /// An exception interrupted this function; the frame before it is the handler's.
     pub interrupted: bool,
 }
 
@@ -82,7 +82,7 @@ impl fmt::Display for Backtrace {
     }
 }
 
-/// What a step to the caller comes to.
+/// The outcome of a step to the caller.
 enum Step {
     Caller { exception: bool },
     Start,

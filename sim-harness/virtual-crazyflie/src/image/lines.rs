@@ -1,4 +1,4 @@
-//! Where in the source an address comes from, by the debug information.
+//! Finds the place in the source that an address comes from, by the debug information.
 
 use std::collections::HashMap;
 use std::fmt;
@@ -34,7 +34,7 @@ impl fmt::Display for Source {
 /// One of the functions that an address belongs to.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SourceFrame {
-    /// As it is written in Rust, without hashes.
+    /// The function's name as it is written in Rust, without hashes.
     pub function: Option<String>,
     /// Where in it: the instruction's own place in the innermost, the call's in the others.
     pub source: Option<Source>,

@@ -27,17 +27,17 @@ pub use symbols::{Function, Symbol};
 /// Why a file cannot be flashed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ImageError {
-    /// It is not an ELF file, or a damaged one.
+    /// The file is not an ELF file, or a damaged one.
     NotElf(String),
-    /// It is one for another machine.
+    /// The file is for another machine.
     NotArm,
     /// None of it lies in flash.
     NothingToLoad,
     /// A part of it is to be loaded where there is no flash.
     OutsideFlash {
-        /// Where it begins.
+        /// The address of the part.
         address: u32,
-        /// How long it is.
+        /// The size of the part in bytes.
         size: u32,
     },
     /// Two parts of it share an address.
@@ -45,11 +45,11 @@ pub enum ImageError {
         /// The first one.
         address: u32,
     },
-    /// There is no vector table to start from.
+    /// The file has no vector table to start from.
     NoVectorTable,
     /// A vector table that no core could start from.
     BadVectorTable {
-        /// Where it lies.
+        /// The address of the table.
         address: u32,
         /// The initial stack pointer that it gives.
         stack: u32,
@@ -99,7 +99,7 @@ pub struct Sizes {
 pub struct Section {
     /// As in the file: `.text`, `.bss`.
     pub name: String,
-    /// Where it lies while the program runs.
+    /// The address while the program runs.
     pub address: u32,
     /// In bytes.
     pub size: u32,
@@ -155,10 +155,10 @@ impl Image {
         Self::parse(bytes).map_err(|why| named(&why))
     }
 
-    /// An image of an ELF file's contents.
+    /// Parses an ELF file's contents.
     ///
     /// # Errors
-    /// If the chip could not be started with it.
+    /// If the chip could not be started with the file.
     pub fn parse(bytes: Vec<u8>) -> Result<Self, ImageError> {
         let file: Arc<[u8]> = bytes.into();
         let broken = |why: object::Error| ImageError::NotElf(why.to_string());
@@ -220,7 +220,7 @@ impl Image {
         self.entry & !1
     }
 
-    /// What it takes of the memories.
+    /// The memory that the image takes.
     #[must_use]
     pub fn sizes(&self) -> Sizes {
         let mut sizes = Sizes::default();
@@ -362,7 +362,7 @@ impl Image {
         self.lines.source_map()
     }
 
-    /// The same for many addresses, in one go.
+    /// The functions of each of many addresses, as [`source_frames`](Self::source_frames) has them.
     pub(crate) fn source_frames_of(&self, addresses: &[u32]) -> Vec<Vec<SourceFrame>> {
         self.lines.frames(addresses)
     }
@@ -458,7 +458,7 @@ fn sections(elf: &ElfFile32<'_>) -> Vec<Section> {
         .collect()
 }
 
-/// Of a stretch of code, instruction by instruction.
+/// Iterates over the instructions of a stretch of code.
 struct Instructions<'a> {
     image: &'a Image,
     code: Range<u32>,

@@ -11,28 +11,28 @@ use crate::memory::map;
 /// A function that exists by itself.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Function {
-    /// As it is written in Rust, without hashes.
+    /// The name as it is written in Rust, without hashes.
     pub name: String,
-    /// Its first instruction.
+    /// The address of the first instruction.
     pub address: u32,
     /// In bytes, with the constants that lie behind its code.
     pub size: u32,
 }
 
 impl Function {
-    /// Where it lies.
+    /// The addresses that the function takes.
     #[must_use]
     pub fn range(&self) -> Range<u32> {
         self.address..self.address.saturating_add(self.size)
     }
 }
 
-/// What an address is called.
+/// The name of an address.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Symbol<'a> {
     /// The function or variable, as it is written in Rust, without hashes.
     pub name: &'a str,
-    /// Where it begins.
+    /// The address at which the function or variable begins.
     pub address: u32,
     /// How far into it the address lies.
     pub offset: u32,

@@ -1,4 +1,4 @@
-//! How a type lies in memory.
+//! The layout of a type in memory.
 
 use std::sync::{Arc, OnceLock, Weak};
 

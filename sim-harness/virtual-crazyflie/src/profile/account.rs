@@ -66,7 +66,7 @@ pub(super) struct Task {
     pub(super) latency: Tally,
 }
 
-/// What goes on within a level.
+/// An activity within a level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum What {
     /// A task's poll.
@@ -130,7 +130,7 @@ impl Account {
         }
     }
 
-    /// One more function is watched.
+    /// Adds one more watched function.
     pub(super) fn watch(&mut self) {
         self.watched.push(Runs::default());
     }
@@ -196,7 +196,7 @@ impl Account {
         self.levels.push(Level { exception: now.exception, began: now.cycles, ..Level::default() });
     }
 
-    /// It ends.
+    /// The level at the top ends.
     pub(super) fn leave(&mut self, now: &Moment) {
         self.settle(now);
         if self.levels.len() > 1 {

@@ -1,9 +1,9 @@
-//! Which task has the processor, how long, and how late.
+//! Measures which task has the processor, for how long, and how late it gets it.
 //!
-//! The firmware is not changed and cannot notice: the emulator stops at a few addresses where a task
-//! is polled and returns, where an interrupt begins and ends, and where a task is woken. The
-//! time between two such moments is charged to the task or interrupt that had the processor. The profile is as good
-//! as the core's count of cycles: see there.
+//! The firmware is not changed and cannot notice: the emulator stops at a few addresses where a
+//! task is polled and returns, where an interrupt begins and ends, and where a task is woken. The
+//! time between two such moments is charged to the task or interrupt that had the processor. The
+//! profile is as good as the core's count of cycles: see there.
 //!
 //! | module | what it holds |
 //! |---|---|
@@ -33,7 +33,7 @@ use quick::QuickMap;
 pub use report::{Durations, InterruptLoad, Report, StackUse, TaskLoad, WatchedTime};
 use sites::{Site, Sites};
 
-/// What cortex-m-rt paints an unused stack with (`paint-stack`).
+/// The word with which cortex-m-rt paints an unused stack (`paint-stack`).
 const PAINT: u32 = 0xCCCC_CCCC;
 
 /// Why a function cannot be watched.
@@ -48,7 +48,7 @@ impl std::fmt::Display for NoSuchFunction {
 
 impl std::error::Error for NoSuchFunction {}
 
-/// What the core is at, at a trap.
+/// The core's counters at a trap.
 #[derive(Clone, Copy, Debug, Default)]
 struct Moment {
     registers: [u32; 16],
@@ -83,7 +83,7 @@ pub struct Profile {
 }
 
 impl Profile {
-    /// Of a machine that runs this image.
+    /// A profile of a machine that runs this image.
     #[must_use]
     pub fn new(image: &Image) -> Self {
         let sites = Sites::find(image);

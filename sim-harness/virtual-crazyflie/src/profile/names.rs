@@ -1,4 +1,4 @@
-//! How tasks and interrupts are called.
+//! Names of tasks and interrupts.
 
 /// Interrupts of an STM32F405 (RM0090, "Vector table"), from number 0 on.
 const INTERRUPTS: [&str; 82] = [

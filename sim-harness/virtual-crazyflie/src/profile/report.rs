@@ -1,4 +1,4 @@
-//! What comes out of a profile: plain figures, and a table.
+//! The report of a profile: plain figures, and a table.
 
 use std::fmt;
 
@@ -18,12 +18,12 @@ pub struct Durations {
     pub max: f64,
 }
 
-/// What a task takes.
+/// The time that a task takes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TaskLoad {
     /// Module and function.
     pub name: String,
-    /// Its share of the time, 0 to 1.
+    /// The share of the time, 0 to 1.
     pub share: f64,
     /// How long a poll takes, without what broke in.
     pub own: Durations,
@@ -34,14 +34,14 @@ pub struct TaskLoad {
     pub latency: Option<Durations>,
 }
 
-/// What an exception takes.
+/// The time that an exception takes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InterruptLoad {
-    /// As the chip's manual calls it.
+    /// The name in the chip's manual.
     pub name: String,
-    /// Its number in IPSR.
+    /// The exception's number in IPSR.
     pub number: u16,
-    /// Its share of the time, 0 to 1, without the tasks that it polls.
+    /// The share of the time, 0 to 1, without the tasks that the exception polls.
     pub share: f64,
     /// How long its handler takes, with the tasks that it polls, but without what broke in.
     pub own: Durations,
@@ -49,12 +49,12 @@ pub struct InterruptLoad {
     pub whole: Durations,
 }
 
-/// What a watched function takes.
+/// The time that a watched function takes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WatchedTime {
-    /// As it was asked for.
+    /// The name by which it is watched.
     pub name: String,
-    /// Its share of the time, 0 to 1.
+    /// The share of the time, 0 to 1.
     pub share: f64,
     /// Without what broke in.
     pub own: Durations,

@@ -8,7 +8,7 @@ use crate::image::{Function, Image};
 use super::names;
 use super::quick::QuickMap;
 
-/// What happens at an address.
+/// The event at an address.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Site {
     /// The program begins.
@@ -19,7 +19,7 @@ pub(super) enum Site {
     HandlerReturn(Target),
     /// An executor has called a task's poll function.
     Poll(usize),
-    /// It has returned.
+    /// A task's poll function has returned.
     PollReturn,
     /// A task is put into its executor's queue, unless it is there already: a register has the
     /// address of the byte that says so, which lies so far into the task's header.
@@ -65,7 +65,7 @@ impl Sites {
         &self.tasks
     }
 
-    /// Whether it is known where tasks are woken.
+    /// Whether the addresses at which tasks are woken were found.
     pub(super) fn knows_wakes(&self) -> bool {
         self.by_address.values().flatten().any(|site| matches!(site, Site::Wake { .. }))
     }

@@ -1,4 +1,4 @@
-//! Invented runs, moment by moment.
+//! Profiles of made-up runs, moment by moment.
 
 use super::sites::Target;
 use super::*;

@@ -1,4 +1,4 @@
-//! How fast the chip runs, and what a cycle of the core is in time.
+//! The chip's clock frequencies, and the conversion of cycles to nanoseconds.
 //!
 //! The core's cycle counter is the one clock; moments in nanoseconds are derived from it by an
 //! anchor, which is set anew whenever the frequency changes. The anchor is kept to 2⁻⁶⁴ ns, and

@@ -16,7 +16,7 @@ pub(crate) struct Context<'a, B> {
     pub(crate) now: u64,
     /// How fast everything is clocked, and cycles to nanoseconds and back.
     pub(crate) clocks: &'a Clocks,
-    /// What is wired to the pins; already advanced to `now`.
+    /// The board at the pins, already advanced to `now`.
     pub(crate) board: &'a mut B,
     /// The pins' modes.
     pub(crate) pins: &'a Pins,
@@ -87,7 +87,7 @@ pub(crate) trait Reach {
     /// The stream that serves this request has one transfer left (I2C_CR2, LAST).
     fn one_left(&mut self, request: Request);
     /// Something came up by itself that this emulator does not know: the machine stops, and says so.
-    /// What comes up in an access is [`Refused`] instead.
+    /// A problem that arises in an access is [`Refused`] instead.
     fn complain(&mut self, what: &'static str);
 }
 

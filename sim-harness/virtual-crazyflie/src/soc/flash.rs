@@ -295,7 +295,7 @@ impl Flash {
         self.is_busy = true;
     }
 
-    /// What was going on may be over.
+    /// Ends an operation whose time is over.
     pub(crate) fn settle(&mut self, now: Nanos) {
         if self.is_busy && self.busy_until <= now {
             self.is_busy = false;

@@ -1,14 +1,14 @@
 //! GPIO: what each pin is, and its level (RM0090, "General-purpose I/Os").
 //!
-//! What a peripheral drives through an alternate function does not show in GPIO_IDR here: such a
-//! pin reads as the board has it. A pin that nothing drives or pulls reads low.
+//! The level that a peripheral drives through an alternate function does not show in GPIO_IDR here:
+//! such a pin reads as the board has it. A pin that nothing drives or pulls reads low.
 
 use crate::bus::Refused;
 use crate::soc::wiring::{Board, Level, Pin};
 
 const PORTS: usize = 9;
 
-/// What a pin is set to (GPIO_MODER).
+/// The mode of a pin (GPIO_MODER).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Mode {
     Input,
@@ -107,7 +107,7 @@ impl Port {
         }
     }
 
-    /// What it drives as a plain output.
+    /// The level that a pin drives as a plain output.
     fn drives(&self, pin: usize) -> Level {
         let is_open_drain = self.otyper >> pin & 1 != 0;
         match (self.mode(pin), self.odr >> pin & 1 != 0) {
@@ -145,7 +145,7 @@ impl Pins {
         }
     }
 
-    /// What a pin drives as a plain output.
+    /// The level that a pin drives as a plain output.
     pub(crate) fn drives(&self, pin: Pin) -> Level {
         self.ports[pin.port()].drives(pin.number())
     }
@@ -281,7 +281,7 @@ fn keep(register: &mut u32, value: u32, frozen: u32) {
     *register = *register & frozen | value & !frozen;
 }
 
-/// One bit per pin to `width` bits per pin.
+/// Spreads one bit per pin to `width` bits per pin.
 fn spread(pins: u32, width: u32) -> u32 {
     (0..32 / width)
         .filter(|pin| pins >> pin & 1 != 0)

@@ -23,7 +23,7 @@ impl Delayed {
         Self { now: value, next: None }
     }
 
-    /// As it is read: what was written last.
+    /// The value that is read: the one that was written last.
     fn value(self) -> u32 {
         self.next.map_or(self.now, |(_, value)| value)
     }
@@ -45,7 +45,7 @@ struct Counter {
 /// The watchdog.
 #[derive(Clone, Debug)]
 pub(crate) struct Iwdg {
-    /// What its oscillator really does, in Hz.
+    /// The frequency of the watchdog's oscillator, in Hz.
     lsi: u32,
     unlocked: bool,
     pr: Delayed,
@@ -61,7 +61,7 @@ impl Iwdg {
         Self { lsi, unlocked: false, pr, rlr, counter: None, bites_at: Nanos::MAX }
     }
 
-    /// So many periods of the oscillator, in ns, rounded up.
+    /// The duration of some periods of the oscillator, rounded up.
     fn periods(&self, count: u64) -> Nanos {
         (count * 1_000_000_000).div_ceil(u64::from(self.lsi))
     }
@@ -142,13 +142,13 @@ impl Iwdg {
         });
     }
 
-    /// Whether it has fired by now.
+    /// Whether the watchdog has fired by now.
     pub(crate) fn fired(&mut self, now: Nanos) -> bool {
         self.settle(now);
         self.bites_at <= now
     }
 
-    /// Whether it runs: that switches its oscillator on.
+    /// Whether the watchdog runs, which switches its oscillator on.
     pub(crate) const fn is_started(&self) -> bool {
         self.counter.is_some()
     }

@@ -1,4 +1,4 @@
-//! Which peripheral answers at which address, and which gate its clock comes through (RM0090,
+//! The memory map: the peripheral at each address, and the gate that its clock comes through (RM0090,
 //! "Memory map" and the enable registers of RCC).
 
 use super::rcc::Domain;

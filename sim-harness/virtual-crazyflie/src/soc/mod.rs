@@ -48,7 +48,7 @@ pub struct SocConfig {
     pub hsi_hz: u32,
     /// The crystal, in Hz; none when it is broken.
     pub hse_hz: Option<u32>,
-    /// What the watchdog's oscillator really does, in Hz: 17 to 47 kHz.
+    /// The frequency of the watchdog's oscillator, in Hz: 17 to 47 kHz.
     pub lsi_hz: u32,
     /// The supply, in mV.
     pub supply_millivolts: u32,
@@ -71,7 +71,7 @@ impl Default for SocConfig {
     }
 }
 
-/// What a pin does, as a motor or a lamp sees it.
+/// The output of a pin, as a motor or an LED sees it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PinOutput {
     /// Nothing: an input, an open drain that is let go, or a timer's channel that is not enabled.
@@ -207,7 +207,8 @@ impl<B: Board> Soc<B> {
     fn transfer(&mut self, now: u64, memory: &mut Memory) {
         let plan = &self.units.plan;
         let is_due = plan.due(Slot::Dma(0)) <= now || plan.due(Slot::Dma(1)) <= now;
-        // Without a new request, and while an item is still on its way, there is nothing to arbitrate.
+        // Without a new request, and while an item is still on its way, there is nothing to
+        // arbitrate.
         if is_due || self.units.dma_pending {
             self.arbitrate(now, memory);
         }

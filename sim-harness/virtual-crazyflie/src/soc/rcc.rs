@@ -33,10 +33,10 @@ const HSE_STARTS: Nanos = 2_000_000;
 const PLL_LOCKS: Nanos = 200_000;
 const LSI_STARTS: Nanos = 15_000;
 
-/// What is around the chip and in it that the clocks depend on.
+/// The oscillators that the clocks depend on.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Oscillators {
-    /// What the internal oscillator really does, in Hz.
+    /// The frequency of the internal oscillator, in Hz.
     pub(crate) hsi: u32,
     /// The crystal, in Hz; none when it is broken.
     pub(crate) hse: Option<u32>,
@@ -50,10 +50,10 @@ pub(crate) enum Domain {
     Apb2 = 4,
 }
 
-/// What reset the chip, as the flags of RCC_CSR tell it.
+/// The cause of a reset, as the flags of RCC_CSR show it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ResetCause {
-    /// It was switched on.
+    /// The chip was switched on.
     PowerOn,
     /// The supply dipped below the brown-out level.
     BrownOut,
@@ -102,7 +102,7 @@ enum Source {
     Pll = 2,
 }
 
-/// What the registers make of it.
+/// The clocks that the registers select.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Tree {
     pub(crate) hclk: Frequency,
@@ -424,7 +424,7 @@ impl Rcc {
         Ok(vco.over(p))
     }
 
-    /// What everything runs at now, or what is wrong with it.
+    /// The frequencies of all clocks now, or the reason why there are none.
     pub(crate) fn tree(&self) -> Result<Tree, &'static str> {
         let sysclk = match self.source {
             Source::Hsi => Frequency::hertz(self.around.hsi),

@@ -25,7 +25,7 @@ mod cr1 {
     pub(super) const DFF: u32 = 1 << 11;
     pub(super) const CRCEN: u32 = 1 << 13;
     pub(super) const BIDIMODE: u32 = 1 << 15;
-    /// What must not change while a frame is on its way.
+    /// The bits that must not change while a frame is on its way.
     pub(super) const FRAME: u32 = BR | LSBFIRST | DFF | MSTR | 0b11;
 }
 
@@ -59,7 +59,7 @@ const OUTPUT: [Pin; 2] = [Pin::new('A', 7), Pin::new('B', 5)];
 const CRCPR: u32 = 7;
 const I2SPR: u32 = 2;
 
-/// What the shift register does.
+/// The state of the shift register.
 #[derive(Clone, Copy, Debug)]
 enum Shift {
     Empty,
@@ -79,7 +79,7 @@ struct Seen {
     fault: bool,
 }
 
-/// One of them.
+/// An SPI peripheral.
 pub(crate) struct Spi {
     bus: SpiBus,
     cr1: u32,
@@ -108,12 +108,12 @@ impl Spi {
         }
     }
 
-    /// Its request for DMA to take a frame from DR.
+    /// Whether it requests DMA to take a frame from DR.
     pub(crate) const fn wants_receive(&self) -> bool {
         self.cr2 & cr2::RXDMAEN != 0 && self.flags & sr::RXNE != 0
     }
 
-    /// Its request for DMA to bring a frame to DR.
+    /// Whether it requests DMA to bring a frame to DR.
     pub(crate) const fn wants_transmit(&self) -> bool {
         self.cr2 & cr2::TXDMAEN != 0 && self.transmit.is_none()
     }

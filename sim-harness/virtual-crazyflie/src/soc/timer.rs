@@ -36,7 +36,7 @@ pub(crate) struct Shape {
     pub(crate) interrupt: u8,
 }
 
-/// What a compare channel does to its pin.
+/// The output of a compare channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Output {
     /// TIMx_CCER, CCxE is clear: the pin is not driven.
@@ -59,7 +59,7 @@ pub(crate) struct Timer {
     sr: u32,
     ccmr: [u32; 2],
     ccer: u32,
-    /// As written; the counter uses those below.
+    /// The registers as written; the counter uses those below.
     psc: u32,
     arr: u32,
     ccr: [u32; 4],
@@ -72,7 +72,7 @@ pub(crate) struct Timer {
     since: u64,
     /// Cycles of the core in a clock of the timer.
     divider: u64,
-    /// Its clock is on (RCC_APBxENR).
+    /// The timer's clock is on (RCC_APBxENR).
     clocked: bool,
 }
 
@@ -137,7 +137,7 @@ impl Timer {
         self.sr != flags
     }
 
-    /// The same, beyond the end of the counter.
+    /// Counts beyond the end of the counter.
     #[cold]
     fn run_over(&mut self, now: u64, mut ticks: u64, mut phase: u64) {
         while ticks > u64::from(self.last() - self.count) {
@@ -163,7 +163,7 @@ impl Timer {
         self.count_on(now, ticks, phase);
     }
 
-    /// So many ticks, which the counter has room for.
+    /// Counts some ticks, which the counter has room for.
     #[inline]
     fn count_on(&mut self, now: u64, ticks: u64, phase: u64) {
         #[expect(
@@ -207,7 +207,7 @@ impl Timer {
         }
     }
 
-    /// What was preloaded comes into use.
+    /// Applies the preloaded registers.
     fn reload(&mut self) {
         self.psc_now = self.psc;
         self.arr_now = self.arr;
@@ -370,7 +370,7 @@ impl Timer {
         ((0x3333_u32 as u64) & ((1 << (4 * self.shape.channels)) - 1)) as u32
     }
 
-    /// What a channel does to its pin, channel 0 being the first.
+    /// The output of a channel; channel 0 is the first.
     pub(crate) fn output(&self, channel: usize, now: u64) -> Output {
         if channel >= self.shape.channels || self.ccer >> (4 * channel) & 1 == 0 {
             return Output::Off;

@@ -6,7 +6,8 @@ use core_vectors::vectors::{self, Vector};
 use core_vectors::{Rig, forms, sweep};
 use virtual_crazyflie::image::{Image, built_elf};
 
-/// What leaves the stream of instructions, or needs more than one: the emulator's own tests of sequences have these.
+/// What leaves the stream of instructions, or needs more than one: the emulator's own tests of
+/// sequences have these.
 const ELSEWHERE: [&str; 12] = [
     "BKPT", "IT", "SVC", "UDF.N", "UDF.W", "WFE.N", "WFE.W", "WFI.N", "WFI.W", "YIELD.N",
     "YIELD.W", "(none)",

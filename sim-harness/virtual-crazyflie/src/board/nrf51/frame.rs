@@ -53,20 +53,20 @@ pub(super) fn frame(kind: u8, data: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// What a byte completed.
+/// The outcome of a byte: whether it completed a frame.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Found {
     /// A frame whose sums are right.
     Frame { kind: u8, data: Vec<u8> },
-    /// One whose first sum is wrong,
+    /// A frame whose first sum is wrong.
     BadFirstSum,
     /// or its second.
     BadSecondSum,
-    /// One that says it is longer than any is.
+    /// A frame whose length is larger than any frame's.
     TooLong,
 }
 
-/// What has come in of a frame.
+/// The part of a frame that has been received.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum State {
     FirstStart,

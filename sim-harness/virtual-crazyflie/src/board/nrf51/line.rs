@@ -18,12 +18,12 @@ const KEPT: usize = 127;
 /// Bytes that the peripheral keeps beyond these (nRF51 reference manual, UART).
 const FIFO: usize = 6;
 
-/// What was wrong with bytes that came in.
+/// Counts of received bytes that were lost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Losses {
-    /// There was no room for them.
+    /// Bytes for which there was no room.
     pub(super) dropped: u32,
-    /// They were no bytes: another speed, or no stop bit.
+    /// Bytes at another speed, or without a stop bit.
     pub(super) broken: u32,
 }
 

@@ -8,7 +8,7 @@
 //! | `radio` | the radio's queues, acknowledgements and settings |
 //! | `power` | the button, and power that goes |
 //!
-//! What is here is the chip's main loop (crazyflie2-nrf-firmware, `main.c`): in each round it passes
+//! This module is the chip's main loop (crazyflie2-nrf-firmware, `main.c`): in each round it passes
 //! on one packet from the air, handles one frame from the line, reports the battery and the signal
 //! when 10 ms have passed, and looks at the button. It waits for every byte that it sends, 10 µs
 //! each. So a frame that comes in meanwhile is handled when the sending is over, up to 0.7 ms later:
@@ -55,13 +55,13 @@ pub struct Sent {
     pub at: Nanos,
     /// The P2P port.
     pub port: u8,
-    /// Its data, without port.
+    /// The packet's data, without port.
     pub data: Vec<u8>,
     /// How the radio is set.
     pub tuning: Tuning,
 }
 
-/// What was counted since the chip was last reset.
+/// Counts since the chip was last reset.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counters {
     /// Good frames from the flight processor.
@@ -99,7 +99,7 @@ struct Battery {
     usb: bool,
 }
 
-/// What the loop does in a round, in its order.
+/// The steps of a round of the main loop, in its order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Step {
     Air,
@@ -113,14 +113,14 @@ impl Step {
     const ROUND: [Self; 5] = [Self::Air, Self::Line, Self::Battery, Self::Signal, Self::Power];
 }
 
-/// What a reset takes from the chip.
+/// The state that a reset clears.
 #[derive(Debug)]
 struct State {
     parser: Parser,
     radio: Radio,
     /// A good frame has come in: it may send.
     talks: bool,
-    /// It reports battery and signal.
+    /// The chip reports battery and signal.
     reports: bool,
     battery_due: Nanos,
     signal_due: Nanos,
@@ -165,7 +165,7 @@ impl State {
 /// The chip.
 #[derive(Debug)]
 pub struct Nrf51 {
-    /// What it calls its firmware.
+    /// The version that the chip reports for its firmware.
     version: String,
     line: Line,
     state: State,
@@ -177,7 +177,7 @@ pub struct Nrf51 {
     sent: Vec<Sent>,
     clock: Nanos,
     due: Nanos,
-    /// It says that it is full, whatever it is.
+    /// The chip signals a full buffer, though it may have room.
     pub(super) stuck_full: bool,
 }
 
@@ -201,7 +201,7 @@ impl Nrf51 {
         chip
     }
 
-    /// What it has counted.
+    /// The chip's counts.
     #[must_use]
     pub const fn counters(&self) -> Counters {
         let mut counters = self.state.counters;
@@ -272,7 +272,7 @@ impl Nrf51 {
         self.line.noise = (Noise::new(shares, seed), Noise::new(shares, !seed));
     }
 
-    /// It forgets everything, and is deaf and dumb while it boots.
+    /// Resets the chip: its state is lost, and it neither receives nor sends while it boots.
     pub(super) fn reset(&mut self, now: Nanos) {
         self.line.fall_silent(now);
         self.line.losses = line::Losses::default();

@@ -64,7 +64,7 @@ impl Nrf51 {
         }
     }
 
-    /// What a test of the board asks for.
+    /// Answers the request by which a test of the board probes the radio.
     fn answer_probe(&mut self) {
         let [channel, address, rate] = self.state.configured;
         let Counters { bad_first_sums, bad_second_sums, dropped_bytes, broken_bytes, .. } =
@@ -112,7 +112,7 @@ impl Nrf51 {
         });
     }
 
-    /// What can be ordered from the air.
+    /// Carries out a command that came over the air.
     pub(super) fn obey(&mut self, data: &[u8]) {
         match *data {
             [_, 0x03, 1, channel, ..] => self.state.radio.tuning.channel = channel,

@@ -40,7 +40,7 @@ pub struct Tuning {
 }
 
 impl Tuning {
-    /// As the chip starts, before anybody tells it otherwise.
+    /// The settings with which the chip starts.
     pub const DEFAULT: Self =
         Self { channel: 80, datarate: Datarate::M2, address: [0xE7; 5], power: 0 };
 }
@@ -76,7 +76,7 @@ impl Packet {
     }
 }
 
-/// What the chip acknowledged a packet with.
+/// The content of the chip's acknowledgement of a packet.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Answer {
     /// When the packet had come off the air that this answers.
@@ -86,7 +86,7 @@ pub struct Answer {
     pub data: Vec<u8>,
 }
 
-/// What became of a packet that came off the air.
+/// The outcome of a packet that came off the air.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Landed {
     Taken,
@@ -94,7 +94,7 @@ pub(super) enum Landed {
     NoRoom,
 }
 
-/// What the last acknowledgement was.
+/// The kind of the last acknowledgement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Sent {
     Nothing,
@@ -226,7 +226,7 @@ impl Radio {
         Landed::Taken
     }
 
-    /// What the main loop takes next.
+    /// The packet that the main loop takes next.
     pub(super) fn take(&mut self) -> Option<Packet> {
         self.incoming.pop_front()
     }

@@ -1,4 +1,4 @@
-//! What can go wrong in an instruction, and what becomes of it (DDI 0403, B1.5.14).
+//! Faults of instructions, and the exceptions that they raise (DDI 0403, B1.5.14).
 
 use super::super::Cpu;
 use super::priorities::bit;

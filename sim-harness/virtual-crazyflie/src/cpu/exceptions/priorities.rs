@@ -129,7 +129,8 @@ impl Priorities {
         }
     }
 
-    /// The part of a priority that decides which exception interrupts which (B1.5.4, "Priority grouping").
+    /// The part of a priority that decides which exception interrupts which (B1.5.4, "Priority
+    /// grouping").
     fn group(&self, priority: i16) -> i16 {
         if priority < 0 { priority } else { priority & !((2 << self.grouping) - 1) }
     }

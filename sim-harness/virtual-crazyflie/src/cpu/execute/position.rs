@@ -1,4 +1,4 @@
-//! Where the core is in its program, while instructions are executed.
+//! The core's position in its program, while instructions are executed.
 
 use crate::cpu::op::Kind;
 use crate::cpu::timing::REFILL;

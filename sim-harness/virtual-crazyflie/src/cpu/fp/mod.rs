@@ -1,6 +1,6 @@
 //! The arithmetic of FPv4-SP, on bits.
 //!
-//! What the host's own `f32` does alike is left to it: results to nearest that are ordinary
+//! The host's own `f32` computes what it computes alike: results to nearest that are ordinary
 //! numbers, once the inexact flag is set and need not be found. Everything else (`exact`) is
 //! computed with integers, by the pseudo-code of DDI 0403 (D6.7.4): so the same bits come out on
 //! every host. Of the host nothing is used but the operations that IEEE 754 fixes to the last

@@ -1,4 +1,4 @@
-//! What is held of flash, against a list in the order of use.
+//! The accelerator's cache, against a list in the order of use.
 
 use std::collections::VecDeque;
 

@@ -1,4 +1,4 @@
-//! What a controller reaches by its two ports (RM0090, "System architecture"): memory by the one,
+//! The two ports of a controller (RM0090, "System architecture"): it reaches memory by the one,
 //! peripherals by the other.
 
 use super::requests::DMA2;

@@ -1,4 +1,4 @@
-//! Which request each channel of each stream serves (RM0090, "DMA1 request mapping" and "DMA2
+//! The request that each channel of each stream serves (RM0090, "DMA1 request mapping" and "DMA2
 //! request mapping"), as far as the requesting peripheral is modelled.
 
 use crate::soc::context::Request;

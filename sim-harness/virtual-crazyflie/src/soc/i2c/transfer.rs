@@ -1,4 +1,4 @@
-//! What a master does on the lines, byte by byte: start, address, data, stop, and what it waits for.
+//! Transfers of a master, byte by byte: start, address, data, stop, and the waits between them.
 //!
 //! Whenever the manual has the clock stretched until the software does something, the phase is one
 //! without a moment, and [`I2c::go_on`] looks whether it can be left. A bit takes what CCR says;

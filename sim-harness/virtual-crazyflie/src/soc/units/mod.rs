@@ -66,7 +66,7 @@ pub(in crate::soc) struct Units<B> {
     usart6: Usart,
     /// When each is due, and its interrupt lines. A unit notes its changes there.
     pub(in crate::soc) plan: Plan,
-    /// What is due in nanoseconds, the board's and the chip's own.
+    /// The moments in nanoseconds at which the board and the chip's own units are due.
     board_moment: Moment,
     own_moment: Moment,
     /// A request for DMA may have come since it last served all that there were.
@@ -205,7 +205,7 @@ impl<B: Board> Units<B> {
         self.write(unit, address & 0x3FC, value, now)
     }
 
-    /// What the bus makes of a narrow store.
+    /// Widens a narrow store as the bus does.
     fn widen(
         &mut self,
         unit: Unit,
@@ -291,7 +291,7 @@ impl<B: Board> Units<B> {
         }
     }
 
-    /// What changes by itself with time.
+    /// Reads a register that changes by itself with time.
     fn read_own(&mut self, unit: Unit, offset: u32, now: u64) -> Result<u32, Refused> {
         let nanos = self.clocks.nanos(now);
         match unit {
@@ -424,7 +424,7 @@ impl<B: Board> Units<B> {
         self.watch_pins();
     }
 
-    /// What RCC says about clocks comes into force.
+    /// Applies the clocks that RCC selects.
     fn clock(&mut self, now: u64) {
         let tree = match self.rcc.tree() {
             Ok(tree) => tree,

@@ -37,7 +37,7 @@ impl Slot {
     }
 }
 
-/// All of it.
+/// The due times and interrupt lines of all peripherals.
 pub(in crate::soc) struct Plan {
     due: [u64; SLOTS],
     lines: [u128; SLOTS],
@@ -69,7 +69,7 @@ impl Plan {
         self.due[slot.index()]
     }
 
-    /// One is due then, and interrupts so.
+    /// Notes when a peripheral is due and which interrupt lines it drives.
     #[inline(always)]
     pub(in crate::soc) fn note(&mut self, slot: Slot, due: u64, lines: u128) {
         let index = slot.index();

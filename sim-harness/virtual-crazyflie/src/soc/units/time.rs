@@ -179,20 +179,20 @@ impl<B: Board> Units<B> {
         self.wants = self.wants & !(3 << shift) | wants;
     }
 
-    /// The same of the board and of EXTI.
+    /// Notes the due times of the board and of EXTI.
     pub(super) fn note_board(&mut self) {
         let due = self.board_moment.set(self.board.due(), &self.clocks);
         self.plan.note(Slot::Board, due, self.exti.lines());
     }
 
-    /// The same of RCC, flash and the watchdog.
+    /// Notes the due times of RCC, flash and the watchdog.
     pub(super) fn note_own(&mut self) {
         let due = self.rcc.due().min(self.flash.due()).min(self.iwdg.due());
         let due = self.own_moment.set(due, &self.clocks);
         self.plan.note(Slot::Own, due, self.flash.lines());
     }
 
-    /// The same of all peripherals but DMA.
+    /// Notes the due times of all peripherals but DMA.
     pub(super) fn note_all(&mut self) {
         for index in 0..TIMERS.len() {
             self.note_timer(index);

@@ -27,7 +27,7 @@ mod sr {
     pub(super) const RXNE: u32 = 1 << 5;
     pub(super) const TC: u32 = 1 << 6;
     pub(super) const TXE: u32 = 1 << 7;
-    /// What a read of SR and then of DR clears.
+    /// The flags that a read of SR and then of DR clears.
     pub(super) const BY_READING: u32 = PE | FE | NF | ORE | IDLE;
     /// CTS, LBD, TC, RXNE: cleared by writing zero.
     pub(super) const BY_WRITING: u32 = 0x360;
@@ -70,7 +70,7 @@ mod cr3 {
 /// A start bit and eight of data; stop bits come on top.
 const FRAME: u64 = 9;
 
-/// What belongs to one of them, and to no other.
+/// The interrupt line and the pins of one USART.
 struct Place {
     line: u32,
     alternate: u8,
@@ -91,7 +91,7 @@ const fn place(bus: UartBus) -> &'static Place {
     }
 }
 
-/// What the transmitter's shift register does.
+/// The state of the transmitter's shift register.
 #[derive(Clone, Copy, Debug)]
 enum Shift {
     Empty,
@@ -107,7 +107,7 @@ enum Shift {
     },
 }
 
-/// One of them.
+/// A USART.
 pub(crate) struct Usart {
     bus: UartBus,
     cr1: u32,
@@ -117,7 +117,7 @@ pub(crate) struct Usart {
     gtpr: u32,
     /// SR but for TXE.
     flags: u32,
-    /// What the last load of SR has shown: half of a clearing sequence.
+    /// The flags that the last load of SR has shown: half of a clearing sequence.
     seen: u32,
     transmit: Option<u8>,
     received: u8,
@@ -143,12 +143,12 @@ impl Usart {
         }
     }
 
-    /// Its request for DMA to take a byte from DR.
+    /// Whether it requests DMA to take a byte from DR.
     pub(crate) const fn wants_receive(&self) -> bool {
         self.cr3 & cr3::DMAR != 0 && self.flags & sr::RXNE != 0
     }
 
-    /// Its request for DMA to bring a byte to DR.
+    /// Whether it requests DMA to bring a byte to DR.
     pub(crate) const fn wants_transmit(&self) -> bool {
         self.cr3 & cr3::DMAT != 0 && self.transmits() && self.transmit.is_none()
     }

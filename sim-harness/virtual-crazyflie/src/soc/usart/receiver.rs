@@ -28,11 +28,11 @@ enum State {
 /// The receiving half.
 pub(super) struct Receiver {
     state: State,
-    /// What began before was not heard from its start bit on.
+    /// A byte that began before this moment was not received from its start bit on.
     since: Nanos,
 }
 
-/// What the samples of a byte say.
+/// The byte that was sampled, with its errors.
 struct Frame {
     data: u8,
     noise: bool,

@@ -1,4 +1,4 @@
-//! What becomes of faults.
+//! Faults are escalated, reported and locked up as the manual says.
 
 use super::*;
 

@@ -1,4 +1,4 @@
-//! What is put on the stack, and that a return takes all of it back.
+//! An exception's frame on the stack, and that a return takes all of it back.
 
 use proptest::prelude::*;
 
