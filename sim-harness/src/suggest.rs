@@ -3,7 +3,7 @@
 /// The name that is most like `wrong`, if any is like it at all.
 fn nearest<'a>(wrong: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     // One slip of the finger in three letters: a letter wrong, missing, too many, or two exchanged.
-    let is_like = |slips: usize| slips <= wrong.len().div_ceil(3);
+    let is_like = |slips: usize| slips <= wrong.len() / 3;
     names
         .into_iter()
         .map(|name| (strsim::osa_distance(&wrong.to_lowercase(), &name.to_lowercase()), name))
