@@ -1,4 +1,4 @@
-"""Flies the head of a chain down the tunnel and back, and calls everybody home."""
+"""Flies the head of a chain down the tunnel and back, and calls all drones home."""
 import sys
 
 import cflib.crtp
@@ -25,7 +25,7 @@ with SyncCrazyflie(URI, cf=Crazyflie(rw_cache="./cache")) as scf:
                 speed = -0.3
             elif speed < 0 and x < 2.0:
                 break
-            # Ten times a second: a set-point is the pilot's word for half a second.
+            # Ten times a second: a set-point holds for half a second.
             scf.cf.commander.send_hover_setpoint(speed, 0, 0, 0.4)
         scf.cf.param.set_value("uchain.task", RETURN)
         for time_ms, row, _ in rows:
