@@ -19,9 +19,9 @@ use embassy_time::{Duration, Ticker};
 use flight::{Command, Mode};
 use heapless::Vec;
 use static_cell::StaticCell;
+use storage::settings::Settings;
 use units::{Instant, Order, Role};
 use wire::p2p::Beacon;
-use wire::settings::Settings;
 
 use crate::health::{self, Tally, Task};
 use crate::latest::Latest;

@@ -1,40 +1,32 @@
-//! The page in flash through which keys come in: loaded by cable, taken over into the EEPROM at the
-//! next boot ([`crate::store`]), and then made unreadable.
+//! The provisioning page: keys are loaded into this page of the flash by cable, copied into the
+//! EEPROM at the next boot ([`crate::store`]), and then wiped from the page.
 //!
-//! It has the last sector of the flash for itself (`memory.x`). To make it unreadable its bits are
-//! programmed to zero, which needs no erasing (RM0090, "Embedded Flash memory interface", bits go
-//! from one to zero by programming): an erase takes a second or two, and the processor stands still
-//! meanwhile, a word takes 16 µs, 100 µs at most (STM32F405 data sheet, t_prog).
-#![expect(unsafe_code, reason = "reads and programs flash that is nobody's variable")]
+//! The page has the last sector of the flash for itself (`memory.x`). It is wiped by programming its
+//! bits to zero, which needs no erasing (RM0090, "Embedded Flash memory interface", bits go from one
+//! to zero by programming): an erase takes a second or two, during which the processor stands still;
+//! a word takes 16 µs, 100 µs at most (STM32F405 data sheet, t_prog).
+#![expect(unsafe_code, reason = "reads and programs flash outside of every variable")]
 
 use core::sync::atomic::{Ordering, fence};
 
 use embassy_stm32::pac::FLASH;
 use embassy_stm32::pac::flash::vals::Psize;
 
-/// Bytes that are looked at, and made unreadable: any record fits, with room to spare.
+/// Bytes of the page that are read and wiped: a record of the keys fits, with room to spare.
 pub(crate) const LENGTH: usize = 64;
 
 const WORDS: usize = LENGTH / 4;
 
-/// Opens the control register (RM0090, "Unlocking the Flash control register").
+/// The sequence that unlocks the control register (RM0090, "Unlocking the Flash control register").
 const KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
 
-/// Turns of the loop that waits for a word: 10 cycles of 168 MHz or more each, so 600 µs or more.
-const TURNS: u32 = 10_000;
+/// Polls of the status before a word counts as failed: each takes 10 cycles of 168 MHz or more, so
+/// 600 µs or more in all.
+const POLLS: u32 = 10_000;
 
 unsafe extern "C" {
-    /// A symbol of `memory.x`; its address is what is meant.
+    /// A symbol of `memory.x` whose address is the page's.
     static _keys_page: u32;
-}
-
-/// What the page holds.
-#[derive(Clone, Copy, PartialEq, Eq, defmt::Format)]
-pub(crate) enum Content {
-    /// Nothing: erased, or made unreadable.
-    Nothing,
-    /// Something.
-    Something,
 }
 
 fn word(index: usize) -> *const u32 {
@@ -42,27 +34,24 @@ fn word(index: usize) -> *const u32 {
 }
 
 /// The page's first bytes.
-pub(crate) fn read() -> ([u8; LENGTH], Content) {
+pub(crate) fn read() -> [u8; LENGTH] {
     let mut bytes = [0; LENGTH];
-    let mut content = Content::Nothing;
     for (index, place) in bytes.as_chunks_mut::<4>().0.iter_mut().enumerate() {
         // SAFETY: the symbol is the beginning of a sector of 128 KiB, aligned, of which these are
-        // the first words; every bit pattern is a number; and as others may program it (this
-        // module, a probe), it is read as what may change.
+        // the first words; every bit pattern is a number; and the read is volatile because this
+        // module or a probe may program the page.
         let value = unsafe { word(index).read_volatile() };
-        if value != 0 && value != u32::MAX {
-            content = Content::Something;
-        }
         *place = value.to_le_bytes();
     }
-    (bytes, content)
+    bytes
 }
 
-/// Makes what [`read`] sees zeros; false when they are not. For the ground only: while a word is
-/// programmed, the processor waits for each instruction that it has to fetch from flash.
+/// Programs every byte that [`read`] returns to zero; false when one of them is not zero afterwards.
+/// For the ground only: while a word is programmed, the processor waits for each instruction that it
+/// has to fetch from flash.
 #[must_use]
 pub(crate) fn wipe() -> bool {
-    // Left on, the cache may return what was there before (RM0090, "Program/erase in Flash").
+    // The data cache could return the old contents (RM0090, "Program/erase in Flash").
     let cached = FLASH.acr().read().dcen();
     FLASH.acr().modify(|w| w.set_dcen(false));
     if FLASH.cr().read().lock() {
@@ -70,7 +59,7 @@ pub(crate) fn wipe() -> bool {
             FLASH.keyr().write_value(key);
         }
     }
-    // Errors of whoever was here before are cleared by writing them back.
+    // Error flags of earlier operations are cleared by writing them back.
     FLASH.sr().modify(|_| {});
     FLASH.cr().write(|w| {
         w.set_pg(true);
@@ -83,24 +72,23 @@ pub(crate) fn wipe() -> bool {
     FLASH.acr().modify(|w| w.set_dcrst(true));
     FLASH.acr().modify(|w| w.set_dcrst(false));
     FLASH.acr().modify(|w| w.set_dcen(cached));
-    let (bytes, _) = read();
-    done && bytes == [0; LENGTH]
+    done && read() == [0; LENGTH]
 }
 
-/// Programs one word to zero.
+/// Programs one word to zero; false when that failed.
 fn clear(index: usize) -> bool {
     fence(Ordering::SeqCst);
-    // SAFETY: it is a word of the page, as in `read`, where the program has no variable, constant
-    // or instruction; what the bus makes of the write is the flash controller's business, and an
-    // error shows in its status.
+    // SAFETY: the address is a word of the page, as in `read`, where the program has no variable,
+    // constant or instruction; the flash controller carries out the write, and reports an error in
+    // its status.
     unsafe { word(index).cast_mut().write_volatile(0) };
     fence(Ordering::SeqCst);
     is_ready()
 }
 
-/// Waits until a word is programmed; false when that took too long or went wrong.
+/// Waits until a word is programmed; false when that took too long or failed.
 fn is_ready() -> bool {
-    let ready = (0..TURNS).any(|_| !FLASH.sr().read().bsy());
+    let ready = (0..POLLS).any(|_| !FLASH.sr().read().bsy());
     let status = FLASH.sr().read();
     ready && !status.wrperr() && !status.pgaerr() && !status.pgperr() && !status.pgserr()
 }

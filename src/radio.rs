@@ -30,9 +30,9 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
 use embassy_time::{Duration, Instant, Timer, with_timeout};
+use storage::settings::Settings;
 use units::{Dbm, Volts};
 use wire::crtp::Packet;
-use wire::settings::Settings;
 use wire::syslink::{Battery, Decoder, Frame, Incoming, MAX_FRAME, MAX_P2P, Outgoing, Port};
 
 use crate::board::Edge;

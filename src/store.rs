@@ -1,23 +1,24 @@
-//! What the drone remembers: read once at boot, written when it changes, and then only on the
-//! ground.
+//! The task that keeps settings, keys and epochs in the EEPROM.
 //!
-//! | where | what | used |
+//! The settings are read at boot, and written when they change, on the ground only:
+//!
+//! | EEPROM address | record | used |
 //! |---|---|---|
-//! | 0x200 and 0x300 | the settings, twice ([`wire::settings`]) | the newer one, if there is one |
-//! | 0 | the vendor's configuration block | else: channel, data rate, address, trims; the number is the address's last byte, if that is one |
-//! | | nothing readable | else: [`Settings::DEFAULT`] |
-//! | 0x240 and 0x340 | the keys, twice ([`keys`]) | the newer one; its number and role go before those of the settings |
-//! | 0x280 and 0x380 | the epoch, twice ([`epoch`]) | the higher one, and one more for this boot |
+//! | 0x200 and 0x300 | the settings ([`storage::settings`]) | the newer record, if there is one |
+//! | 0 | the vendor's configuration block | else: channel, data rate, address, trims; the drone's number is the address's last byte, if there is such a node |
+//! | | neither is readable | else: [`Settings::DEFAULT`] |
+//! | 0x240 and 0x340 | the keys ([`storage::keys`]) | the newer record; its number and role replace those of the settings |
+//! | 0x280 and 0x380 | the epoch ([`storage::epoch`]) | the higher one, and one more for this boot |
 //!
-//! New keys come in through a page of the flash ([`crate::page`]). They are taken over before
-//! anything else happens: written to the EEPROM, read back, and only then wiped from the page.
+//! New keys come in through a page of the flash ([`crate::page`]). They are written to the EEPROM
+//! and read back before anything else happens, and only then wiped from the page.
 //!
-//! The link is opened ([`Link::open`]) when there are keys, and an epoch that the EEPROM has been
-//! seen to keep. Without, it stays shut until the next boot, the drone silent and on the ground;
-//! why, [`keys_state`] tells.
+//! The link is opened ([`Link::open`]) when there are keys, and an epoch that was read back from the
+//! EEPROM. Otherwise it stays shut until the next boot, and the drone silent and on the ground;
+//! [`keys_state`] tells the reason.
 //!
 //! An image that was built with `UCHAIN_NODE=3` writes that number to the EEPROM, where it stays
-//! until an image with another one is flashed. It is who a drone without keys is.
+//! until an image with another number is flashed. A drone with keys ignores it.
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
@@ -26,77 +27,65 @@ use airlink::{Identity, Schedule};
 use embassy_embedded_hal::shared_bus::asynch::i2c::I2cDevice;
 use embassy_time::{Delay, Duration, Timer};
 use sensors::eeprom::Eeprom;
-use units::{Metres, NodeId, Role};
+use storage::epoch::{self, EpochError, EpochRecord, Provisioned};
+use storage::keys::{self, KeysRecord, Page};
+use storage::settings::{self, Limits, Settings, Source, Trim};
+use storage::{Record, Slot, Slots, Write, vendor};
+use units::{Metres, NODES, NodeId, Role};
 use wire::p2p::Epoch;
-use wire::settings::epoch::{self, Provisioned};
-use wire::settings::keys::{self, KeysRecord};
-use wire::settings::{
-    Chosen, LENGTH, Limits, Settings, Slot, Trim, VENDOR_LENGTH, VendorConfig, Write, newest,
-};
 
 use crate::health::{self, Task};
 use crate::latest::Latest;
 use crate::link::{Credentials, Link};
-use crate::page::{self, Content};
+use crate::page;
 use crate::rangers::{DeckBus, Share};
 use crate::{clock, control};
 
-/// What the settings are.
+/// The settings, as far as they are known.
 #[derive(Clone, Copy)]
 pub(crate) enum Choice {
     /// The EEPROM has not been read yet.
     Unread,
-    /// These, until the next boot.
+    /// These settings hold until the next boot.
     Settled { settings: Settings, from: Source },
 }
 
-/// Where the settings come from.
-#[derive(Clone, Copy, PartialEq, Eq, defmt::Format)]
-pub(crate) enum Source {
-    /// From this firmware's record.
-    Record,
-    /// From the vendor's configuration block.
-    Vendor,
-    /// From nowhere.
-    Default,
-}
-
-/// How the drone stands with its keys.
+/// Whether the drone has keys, and may use them.
 #[derive(Clone, Copy, PartialEq, Eq, defmt::Format)]
 pub(crate) enum KeysState {
     /// The EEPROM has not been read yet.
     Unread,
-    /// It has none: it was never provisioned.
+    /// The drone has no keys: it was never provisioned.
     Missing,
-    /// It has them, and an epoch to use them in.
+    /// The drone has keys, and an epoch to use them in.
     Held {
-        /// Whether cfclient may fly the head through it.
+        /// Whether cfclient may fly the head through this drone.
         may_fly: bool,
     },
-    /// It must not speak.
+    /// The drone must not transmit.
     Shut(Why),
 }
 
-/// Why a drone that was provisioned must not speak.
+/// Why a drone that was provisioned must not transmit.
 #[derive(Clone, Copy, PartialEq, Eq, defmt::Format)]
 pub(crate) enum Why {
     /// The EEPROM cannot be read, or does not keep what is written.
     Memory,
     /// There is no epoch for this boot.
-    Epoch(epoch::Error),
-    /// At this data rate there is no room on the air for its number.
+    Epoch(EpochError),
+    /// At this data rate the schedule has no slot for the drone's number.
     NoSlot,
 }
 
 static CHOICE: Latest<Choice> = Latest::new(Choice::Unread);
 static KEYS: Latest<KeysState> = Latest::new(KeysState::Unread);
 
-/// The flying height that was wished for, until it is taken up,
+/// The flying height that an operator has asked for, until the task takes it.
 static HEIGHT: Latest<Option<Metres>> = Latest::new(None);
-/// and the limits.
+/// The limits that an operator has asked for, until the task takes them.
 static LIMITS: Latest<Option<Limits>> = Latest::new(None);
 
-/// A write has begun and is not over.
+/// Whether a write has begun and is not over.
 static WRITES: AtomicBool = AtomicBool::new(false);
 
 /// The settings and where they come from.
@@ -112,35 +101,37 @@ pub(crate) fn settings() -> Option<Settings> {
     }
 }
 
-/// How the drone stands with its keys.
+/// The trims of the settings, once they have been read.
+pub(crate) fn trim() -> Option<Trim> {
+    settings().map(|settings| settings.trim)
+}
+
+/// Whether the drone has keys, and may use them.
 pub(crate) fn keys_state() -> KeysState {
     KEYS.get()
 }
 
-/// From the next boot on the drone flies at `height`.
+/// Has this height flown from the next boot on.
 pub(crate) fn keep_height(height: Metres) {
     HEIGHT.set(Some(height));
 }
 
-/// From the next boot on these limits hold.
+/// Has these limits hold from the next boot on.
 pub(crate) fn keep_limits(limits: Limits) {
     LIMITS.set(Some(limits));
 }
 
-/// Whether power may go.
+/// Whether the supply may be switched off without cutting a write short.
 pub(crate) fn is_idle() -> bool {
     !WRITES.load(Ordering::Acquire)
 }
 
-/// Attempts at each reading, and at a write.
+/// Attempts at each reading and each writing.
 const TRIES: u8 = 3;
-/// Between attempts.
+/// The pause between attempts.
 const PAUSE: Duration = Duration::from_millis(50);
-/// How often the task shows that it is alive.
+/// How often the task looks for changes, and shows that it is alive.
 const ROUND: Duration = Duration::from_millis(500);
-
-/// Numbers of a chain (crates/chain, `MAX_NEIGHBOURS` and itself).
-const NODES: u8 = 16;
 
 /// The number that the image was built with.
 const FLASHED: Option<NodeId> = match option_env!("UCHAIN_NODE") {
@@ -148,6 +139,7 @@ const FLASHED: Option<NodeId> = match option_env!("UCHAIN_NODE") {
     Some(text) => node(text.as_bytes()),
 };
 
+const _: () = assert!(NODES == 16, "the numbers that `node` accepts");
 const _: () = assert!(
     option_env!("UCHAIN_NODE").is_none() || FLASHED.is_some(),
     "UCHAIN_NODE must be a number from 0 (the head) to 15 (the base)"
@@ -161,41 +153,14 @@ const fn node(text: &[u8]) -> Option<NodeId> {
     }
 }
 
-/// The head has the smallest number, the base the largest.
-const fn role_of(node: NodeId) -> Role {
-    match node.0 {
-        0 => Role::Head,
-        1..15 => Role::Relay,
-        _ => Role::Base,
-    }
-}
-
 type Memory = Eeprom<Share>;
 
 /// The task.
 #[embassy_executor::task]
 pub(crate) async fn run(bus: &'static DeckBus, link: &'static Link) -> ! {
     let mut memory = Eeprom::new(I2cDevice::new(bus));
-    let (mut settings, from) = load(&mut memory).await;
-    // Nothing flies yet: the mind has not been told who it is.
-    WRITES.store(true, Ordering::Release);
-    let keys = provisioned(&mut memory).await;
-    let number = if keys == Ok(None) { FLASHED } else { None };
-    let mut unsaved = None;
-    match (&keys, number) {
-        (Ok(Some((keys, _))), _) => {
-            settings = Settings { node: keys.node, role: keys.role, ..settings };
-        }
-        (_, Some(node)) if from != Source::Record || settings.node != node => {
-            settings = Settings { node, role: role_of(node), ..settings };
-            unsaved = Some(settings);
-        }
-        _ => {}
-    }
-    KEYS.set(open(&mut memory, link, &settings, keys).await);
-    WRITES.store(false, Ordering::Release);
+    let (mut settings, from, mut unsaved) = boot(&mut memory, link).await;
     CHOICE.set(Choice::Settled { settings, from });
-    let mut tries = TRIES;
     loop {
         health::sign(Task::Store);
         let (height, limits) = (HEIGHT.take(), LIMITS.take());
@@ -203,28 +168,64 @@ pub(crate) async fn run(bus: &'static DeckBus, link: &'static Link) -> ! {
             settings.height = height.or(settings.height);
             settings.limits = limits.unwrap_or(settings.limits);
             CHOICE.set(Choice::Settled { settings, from });
-            (unsaved, tries) = (Some(settings), TRIES);
+            unsaved = TRIES;
         }
-        if let Some(settings) = unsaved
-            && tries > 0
-            && !control::is_airborne()
-        {
-            WRITES.store(true, Ordering::Release);
-            let saved = save(&mut memory, &settings).await;
-            WRITES.store(false, Ordering::Release);
-            if saved.is_some() {
-                unsaved = None;
-                defmt::info!("settings saved: node {=u8}", settings.node.0);
-            } else {
-                tries -= 1;
-                defmt::warn!("settings not saved, {=u8} tries left", tries);
-            }
+        if unsaved > 0 && !control::is_airborne() {
+            unsaved = save(&mut memory, &settings, unsaved).await;
         }
         Timer::after(ROUND).await;
     }
 }
 
-/// Opens the link, if that may be.
+/// Reads the settings, takes keys over from the page and opens the link. Returns the settings, where
+/// they come from, and how many attempts they are worth to be saved. Nothing flies yet, because the
+/// mind waits for the settings.
+async fn boot(memory: &mut Memory, link: &Link) -> (Settings, Source, u8) {
+    let (mut settings, from) = load(memory).await;
+    WRITES.store(true, Ordering::Release);
+    let keys = provisioned(memory).await;
+    let number = if keys == Ok(None) { FLASHED } else { None };
+    let mut unsaved = 0;
+    match (&keys, number) {
+        (Ok(Some((keys, _))), _) => {
+            settings = Settings { node: keys.node, role: keys.role, ..settings };
+        }
+        (_, Some(node)) if from != Source::Record || settings.node != node => {
+            settings = settings.with_node(node);
+            unsaved = TRIES;
+        }
+        _ => {}
+    }
+    KEYS.set(open(memory, link, &settings, keys).await);
+    WRITES.store(false, Ordering::Release);
+    (settings, from, unsaved)
+}
+
+/// The settings that hold, as far as the memory can be read.
+async fn load(memory: &mut Memory) -> (Settings, Source) {
+    let slots = slots::<Settings>(memory).await;
+    if let Some(settings) = slots.as_ref().and_then(Slots::newest) {
+        return (*settings, Source::Record);
+    }
+    let block = read(memory, vendor::ADDRESS).await;
+    Settings::without_record(block.as_ref().map(|block| block.as_slice()))
+}
+
+/// Makes one attempt to save the settings; returns how many attempts are left.
+async fn save(memory: &mut Memory, settings: &Settings, tries: u8) -> u8 {
+    WRITES.store(true, Ordering::Release);
+    let saved = keep(memory, settings).await;
+    WRITES.store(false, Ordering::Release);
+    if saved {
+        defmt::info!("settings saved: node {=u8}", settings.node.0);
+        return 0;
+    }
+    let left = tries - 1;
+    defmt::warn!("settings not saved, {=u8} tries left", left);
+    left
+}
+
+/// Opens the link, if there are keys and an epoch to use them in.
 async fn open(
     memory: &mut Memory,
     link: &Link,
@@ -262,30 +263,27 @@ fn for_the_link(keys: &KeysRecord) -> Keys {
     }
 }
 
-/// The keys that hold, and whether they have just come. What the page holds is taken over or
-/// thrown away, but for what a later firmware may know to read, and for what the memory did not
-/// keep.
+/// The keys that hold, and whether they have just come in. The page is wiped, unless a later firmware
+/// may be able to read it or the memory did not keep its keys.
 async fn provisioned(memory: &mut Memory) -> Result<Option<(KeysRecord, Provisioned)>, Why> {
-    let current = kept_keys(memory).await?;
-    let before = current.map(|current| (current.keys, Provisioned::Before));
-    let (page, content) = page::read();
-    if content == Content::Nothing {
-        return Ok(before);
-    }
-    let news = match KeysRecord::decode(&page) {
-        Ok((keys, _)) if keys.supersedes(before.as_ref().map(|(keys, _)| keys)) => {
+    let slots = slots::<KeysRecord>(memory).await.ok_or(Why::Memory)?;
+    let current = slots.newest().copied();
+    let before = current.map(|keys| (keys, Provisioned::Before));
+    let news = match KeysRecord::on_page(&page::read(), current.as_ref()) {
+        Page::Empty => return Ok(before),
+        Page::New(keys) => {
             keep_keys(memory, &keys).await?;
             Some((keys, Provisioned::Now))
         }
-        Ok(_) => {
+        Page::Old => {
             defmt::warn!("the page's keys are not newer than the drone's");
             None
         }
-        Err(keys::Error::Version(version)) => {
+        Page::Unknown(version) => {
             defmt::error!("the page's keys are of the unknown version {=u8}", version);
             return Ok(before);
         }
-        Err(why) => {
+        Page::Damaged(why) => {
             defmt::error!("the page holds no keys: {}", why);
             None
         }
@@ -296,23 +294,9 @@ async fn provisioned(memory: &mut Memory) -> Result<Option<(KeysRecord, Provisio
     Ok(news.or(before))
 }
 
-/// The newer record of the keys, if there is one.
-async fn kept_keys(memory: &mut Memory) -> Result<Option<keys::Chosen>, Why> {
-    let (a, b) = slots(memory, KEY_SLOTS).await.ok_or(Why::Memory)?;
-    Ok(keys::newest(&a, &b))
-}
-
-/// Writes the older slot and reads both again: only what then turns out to be the newest counts.
 async fn keep_keys(memory: &mut Memory, keys: &KeysRecord) -> Result<(), Why> {
     for _ in 0..TRIES {
-        let current = kept_keys(memory).await?;
-        let write = keys::Write::after(current.as_ref(), keys).map_err(|_| Why::Memory)?;
-        let address = keys::address(write.slot);
-        if memory.write(address, &write.record, &mut Delay).await.is_ok()
-            && let Some(now) = kept_keys(memory).await?
-            && now.slot == write.slot
-            && now.keys == *keys
-        {
+        if keep(memory, keys).await {
             return Ok(());
         }
         Timer::after(PAUSE).await;
@@ -320,19 +304,17 @@ async fn keep_keys(memory: &mut Memory, keys: &KeysRecord) -> Result<(), Why> {
     Err(Why::Memory)
 }
 
-/// The epoch of this boot, once the memory has been seen to keep it.
+/// The epoch of this boot, once it was read back from the memory.
 async fn begin_epoch(
     memory: &mut Memory,
     keys: &KeysRecord,
     provisioned: Provisioned,
 ) -> Result<Epoch, Why> {
-    let (a, b) = slots(memory, EPOCH_SLOTS).await.ok_or(Why::Memory)?;
-    let next = epoch::next(&a, &b, keys, provisioned).map_err(Why::Epoch)?;
-    let address = epoch::address(next.slot);
+    let slots = slots::<EpochRecord>(memory).await.ok_or(Why::Memory)?;
+    let next = epoch::next(&slots, keys, provisioned).map_err(Why::Epoch)?;
     for _ in 0..TRIES {
-        if memory.write(address, &next.record, &mut Delay).await.is_ok()
-            && let Some(back) = read(memory, address).await
-            && let Some(epoch) = next.kept(&back)
+        if let Some(read_back) = write(memory, &next.write).await
+            && let Some(epoch) = next.kept(&read_back)
         {
             return Ok(epoch);
         }
@@ -341,64 +323,33 @@ async fn begin_epoch(
     Err(Why::Memory)
 }
 
-/// The settings that hold, as far as the memory can be read.
-async fn load(memory: &mut Memory) -> (Settings, Source) {
-    if let Some(Chosen { settings, .. }) = current(memory).await {
-        return (settings, Source::Record);
-    }
-    let block = read(memory, 0).await;
-    match block.and_then(|block| VendorConfig::decode(&block).ok()) {
-        Some(vendor) => (by_vendor(&vendor), Source::Vendor),
-        None => (Settings::DEFAULT, Source::Default),
-    }
+/// Makes one attempt to replace a record: whether the new one was read back.
+async fn keep<R: Record>(memory: &mut Memory, record: &R) -> bool {
+    // A slot that cannot be read may hold the newer record, which must not be overwritten.
+    let Some(slots) = slots::<R>(memory).await else { return false };
+    let Ok(new) = slots.write(record) else { return false };
+    write(memory, &new).await.is_some_and(|read_back| new.is_kept(&read_back))
 }
 
-/// What the vendor's tools have set, and the number that the address ends in.
-fn by_vendor(vendor: &VendorConfig) -> Settings {
-    let settings = Settings::DEFAULT.with_vendor(vendor);
-    let [.., last] = vendor.address.0;
-    if last < NODES {
-        Settings { node: NodeId(last), role: role_of(NodeId(last)), ..settings }
-    } else {
-        settings
-    }
+/// Carries out a write; returns the bytes that were read back.
+async fn write<R: Record>(memory: &mut Memory, write: &Write<R>) -> Option<Bytes> {
+    memory.write(write.address(), write.bytes(), &mut Delay).await.ok()?;
+    read(memory, write.address()).await
 }
 
-/// The newer record. `None` where there is none, or where one of the slots cannot be read: what is
-/// not known to be the newer one is not to be used, nor the other overwritten.
-async fn current(memory: &mut Memory) -> Option<Chosen> {
-    let (a, b) = slots(memory, SLOTS).await?;
-    newest(&a, &b)
+/// The two slots of a record; `None` where one of them cannot be read.
+async fn slots<R: Record>(memory: &mut Memory) -> Option<Slots<R>> {
+    let a = read(memory, R::address(Slot::A)).await?;
+    let b = read(memory, R::address(Slot::B)).await?;
+    Some(Slots::read(&a, &b))
 }
 
-/// As many bytes as the longest record has: one way to read is enough for all of them.
+/// As many bytes as the longest record has, so that one function reads them all.
 type Bytes = [u8; LONGEST];
 
-const LONGEST: usize = {
-    let mut longest = VENDOR_LENGTH;
-    let mut others: &[usize] = &[LENGTH, keys::LENGTH, epoch::LENGTH];
-    while let [length, rest @ ..] = others {
-        if *length > longest {
-            longest = *length;
-        }
-        others = rest;
-    }
-    longest
-};
-
-/// What begins where a record has its two places.
-async fn slots(memory: &mut Memory, [a, b]: [u16; 2]) -> Option<(Bytes, Bytes)> {
-    let a = read(memory, a).await?;
-    let b = read(memory, b).await?;
-    Some((a, b))
-}
-
-/// Where the settings are,
-const SLOTS: [u16; 2] = [Slot::A.address(), Slot::B.address()];
-/// the keys,
-const KEY_SLOTS: [u16; 2] = [keys::address(Slot::A), keys::address(Slot::B)];
-/// and the epoch.
-const EPOCH_SLOTS: [u16; 2] = [epoch::address(Slot::A), epoch::address(Slot::B)];
+const LONGEST: usize = keys::LENGTH;
+const _: () = assert!(settings::LENGTH <= LONGEST && epoch::LENGTH <= LONGEST);
+const _: () = assert!(vendor::LENGTH <= LONGEST);
 
 async fn read(memory: &mut Memory, address: u16) -> Option<Bytes> {
     let mut bytes = [0; LONGEST];
@@ -410,18 +361,4 @@ async fn read(memory: &mut Memory, address: u16) -> Option<Bytes> {
         Timer::after(PAUSE).await;
     }
     None
-}
-
-/// Writes the older slot and reads both again: only what then turns out to be the newest counts.
-async fn save(memory: &mut Memory, settings: &Settings) -> Option<Chosen> {
-    let (a, b) = slots(memory, SLOTS).await?;
-    let write = Write::after(newest(&a, &b).as_ref(), settings).ok()?;
-    memory.write(write.slot.address(), &write.record, &mut Delay).await.ok()?;
-    let (a, b) = slots(memory, SLOTS).await?;
-    newest(&a, &b).filter(|now| now.slot == write.slot && now.settings == *settings)
-}
-
-/// The trims of the settings, or none as long as they have not been read.
-pub(crate) fn trim() -> Option<Trim> {
-    settings().map(|settings| settings.trim)
 }

@@ -7,11 +7,12 @@ use std::path::PathBuf;
 use airlink::keys::{FleetSecret, Key, Keys, Own, node};
 use airlink::{Airlink, Event, Identity, LinkConfig, Schedule, Sealed};
 use sim_harness::keys::{self, Request};
+use storage::epoch::{self, Provisioned};
+use storage::keys::KeysRecord;
+use storage::{Record, Slots};
 use units::{Dbm, Duration, Instant, NodeId, Order, Phase, Role};
 use wire::p2p::{Epoch, Telemetry};
 use wire::radio::Datarate;
-use wire::settings::epoch::{self, Provisioned};
-use wire::settings::keys::KeysRecord;
 
 /// A folder with one fleet, gone when dropped.
 struct Desk {
@@ -41,7 +42,7 @@ impl Desk {
         let request = Request { node: NodeId(number), role: None, may_fly: number == 15 };
         keys::provision(&self.file(), &request, &out).unwrap();
         let bytes = fs::read(out).unwrap();
-        assert_eq!(bytes.len(), wire::settings::keys::LENGTH);
+        assert_eq!(bytes.len(), storage::keys::LENGTH);
         let (keys, sequence) = KeysRecord::decode(&bytes).unwrap();
         assert_eq!(sequence, 0);
         keys
@@ -85,8 +86,9 @@ fn a_page_holds_the_keys_that_follow_from_the_fleets_secret() {
 /// A drone that was switched on for the first time with this page.
 fn switched_on(page: &KeysRecord) -> Airlink<Sealed> {
     let blank = [0xFF; epoch::LENGTH];
-    let next = epoch::next(&blank, &blank, page, Provisioned::Now).unwrap();
-    link(page, next.kept(&next.record).unwrap())
+    let slots = Slots::read(&blank, &blank);
+    let next = epoch::next(&slots, page, Provisioned::Now).unwrap();
+    link(page, next.kept(next.write.bytes()).unwrap())
 }
 
 fn link(page: &KeysRecord, epoch: Epoch) -> Airlink<Sealed> {

@@ -1,4 +1,4 @@
-//! See `src/airlink.rs`.
+//! See `fuzz_checks::airlink`.
 #![no_main]
 
-libfuzzer_sys::fuzz_target!(|data: &[u8]| uchain_fuzz::airlink::check(data));
+libfuzzer_sys::fuzz_target!(|data: &[u8]| fuzz_checks::airlink::check(data));

@@ -1,4 +1,4 @@
-//! See `src/wire/capsule.rs`.
+//! See `fuzz_checks::capsule`.
 #![no_main]
 
-libfuzzer_sys::fuzz_target!(|data: &[u8]| uchain_fuzz::wire::capsule::check(data));
+libfuzzer_sys::fuzz_target!(|data: &[u8]| fuzz_checks::capsule::check(data));

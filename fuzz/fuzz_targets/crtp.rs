@@ -1,4 +1,4 @@
-//! See `src/crtp.rs`.
+//! See `fuzz_checks::crtp`.
 #![no_main]
 
-libfuzzer_sys::fuzz_target!(|data: &[u8]| uchain_fuzz::crtp::check(data));
+libfuzzer_sys::fuzz_target!(|data: &[u8]| fuzz_checks::crtp::check(data));

@@ -1,4 +1,4 @@
-//! See `src/wire/p2p.rs`.
+//! See `fuzz_checks::p2p`.
 #![no_main]
 
-libfuzzer_sys::fuzz_target!(|data: &[u8]| uchain_fuzz::wire::p2p::check(data));
+libfuzzer_sys::fuzz_target!(|data: &[u8]| fuzz_checks::p2p::check(data));

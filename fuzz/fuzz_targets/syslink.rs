@@ -1,4 +1,4 @@
-//! See `src/wire/syslink.rs`.
+//! See `fuzz_checks::syslink`.
 #![no_main]
 
-libfuzzer_sys::fuzz_target!(|data: &[u8]| uchain_fuzz::wire::syslink::check(data));
+libfuzzer_sys::fuzz_target!(|data: &[u8]| fuzz_checks::syslink::check(data));

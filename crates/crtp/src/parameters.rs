@@ -1,9 +1,9 @@
 //! What can be set, and what is told of the drone itself.
 
 use agent::AgentConfig;
+use storage::settings::{Limits, Settings};
 use units::{Dbm, Metres, MetresPerSecond, NodeId, Order, Role};
 use wire::crtp::{LogType, ParamType, Value};
-use wire::settings::{Limits, Settings};
 
 use crate::table::{Documented, Get, crc_of_row};
 

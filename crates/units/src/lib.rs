@@ -29,7 +29,7 @@ mod quantity;
 mod time;
 mod triad;
 
-pub use mission::{LinkSpan, NODES, Order, Phase, Role, Setpoint};
+pub use mission::{LinkSpan, NODES, Order, Phase, PolicyCode, Role, Setpoint};
 pub use quantity::{
     Db, DbPerMetre, Dbm, Metres, MetresPerSecond, NodeId, Radians, RadiansPerSecond, Volts,
 };

@@ -1,6 +1,8 @@
 //! The vocabulary of a mission: roles, orders, phases and set-points, shared by all crates.
 
-use crate::{Dbm, Metres, MetresPerSecond, RadiansPerSecond};
+use core::num::NonZeroU8;
+
+use crate::{Dbm, Metres, MetresPerSecond, NodeId, RadiansPerSecond};
 
 /// The most nodes that a mission can have, head and base included: a node's number is four bits on
 /// the air.
@@ -19,6 +21,19 @@ pub enum Role {
     Base,
 }
 
+impl Role {
+    /// The role that a node has unless it is told another one: the smallest number is the head's,
+    /// the largest the base's.
+    #[must_use]
+    pub const fn usual_of(node: NodeId) -> Self {
+        match node.0 {
+            0 => Self::Head,
+            number if (number as usize) < NODES - 1 => Self::Relay,
+            _ => Self::Base,
+        }
+    }
+}
+
 /// An order of the operator: to the head, to a relay, or to the whole mission.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -35,6 +50,35 @@ pub enum Order {
     Land,
     /// The drone switches its motors off now and keeps them off until it is reset on the ground.
     Stop,
+}
+
+/// The number that stands for a movement policy in a drone's settings (`chain::policy::REGISTRY`). It
+/// stays with its policy for good, whatever else the registry gains or loses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct PolicyCode(NonZeroU8);
+
+impl PolicyCode {
+    /// The code with this number; `None` for zero, which stands for no policy.
+    #[must_use]
+    pub const fn new(number: u8) -> Option<Self> {
+        match NonZeroU8::new(number) {
+            Some(number) => Some(Self(number)),
+            None => None,
+        }
+    }
+
+    /// The code's number.
+    #[must_use]
+    pub const fn get(self) -> u8 {
+        self.0.get()
+    }
+}
+
+#[cfg(feature = "defmt")]
+impl defmt::Format for PolicyCode {
+    fn format(&self, f: defmt::Formatter<'_>) {
+        defmt::write!(f, "PolicyCode({=u8})", self.get());
+    }
 }
 
 /// The stage of its mission that a node tells its neighbours.

@@ -5,7 +5,6 @@
 //! | [`syslink`] | the serial line between the flight processor and the radio chip |
 //! | [`p2p`] | what drones say to each other, on the air |
 //! | [`crtp`] | what a ground station and a drone say to each other |
-//! | [`settings`] | what a drone remembers, in the EEPROM |
 //! | [`radio`] | channel, data rate, address and power, which the first and the last share |
 //!
 //! Any bytes may come in: a parser returns a value that has been checked, or an error. Any value
@@ -16,5 +15,4 @@
 pub mod crtp;
 pub mod p2p;
 pub mod radio;
-pub mod settings;
 pub mod syslink;

@@ -39,7 +39,9 @@ pub enum Datarate {
 }
 
 impl Datarate {
-    pub(crate) const fn code(self) -> u8 {
+    /// The byte that stands for the rate in syslink packets and in the EEPROM.
+    #[must_use]
+    pub const fn code(self) -> u8 {
         match self {
             Self::Kbit250 => 0,
             Self::Mbit1 => 1,
@@ -47,7 +49,9 @@ impl Datarate {
         }
     }
 
-    pub(crate) const fn from_code(code: u8) -> Option<Self> {
+    /// The rate that this byte stands for.
+    #[must_use]
+    pub const fn from_code(code: u8) -> Option<Self> {
         match code {
             0 => Some(Self::Kbit250),
             1 => Some(Self::Mbit1),
@@ -66,12 +70,16 @@ impl Address {
     /// The vendor's default (crazyflie-firmware, `configblockeeprom.c`).
     pub const DEFAULT: Self = Self([0xE7; 5]);
 
-    pub(crate) const fn to_le_bytes(self) -> [u8; 5] {
+    /// The address with its last byte first, as it is sent and stored.
+    #[must_use]
+    pub const fn to_le_bytes(self) -> [u8; 5] {
         let [a, b, c, d, e] = self.0;
         [e, d, c, b, a]
     }
 
-    pub(crate) const fn from_le_bytes([e, d, c, b, a]: [u8; 5]) -> Self {
+    /// The address that is sent and stored as these bytes.
+    #[must_use]
+    pub const fn from_le_bytes([e, d, c, b, a]: [u8; 5]) -> Self {
         Self([a, b, c, d, e])
     }
 }
@@ -118,8 +126,9 @@ impl TxPower {
         Dbm(f32::from(self.code()))
     }
 
-    /// Whole dBm.
-    pub(crate) const fn code(self) -> i8 {
+    /// The power in whole dBm, which stands for it in syslink packets and in the EEPROM.
+    #[must_use]
+    pub const fn code(self) -> i8 {
         match self {
             Self::Minus30 => -30,
             Self::Minus20 => -20,
@@ -132,7 +141,9 @@ impl TxPower {
         }
     }
 
-    pub(crate) fn from_code(code: i8) -> Option<Self> {
+    /// The step with this power in whole dBm, if the chip has it.
+    #[must_use]
+    pub fn from_code(code: i8) -> Option<Self> {
         Self::ALL.into_iter().find(|step| step.code() == code)
     }
 }

@@ -132,7 +132,7 @@ impl Emulated {
         let provisions = provision(scenario, node, seed);
         let board = Crazyflie::new(&Config { eeprom: provisions.eeprom, ..Config::default() });
         let mut machine = firmware.machine(board, config);
-        machine.memory_mut().program(wire::settings::keys::PAGE_ADDRESS, &provisions.page);
+        machine.memory_mut().program(storage::keys::PAGE_ADDRESS, &provisions.page);
         let on_us = (random.uniform() * SWITCHED_ON_WITHIN_US) as u64;
         let watch = Watch::none(&machine);
         let core = Core::Free(Box::new(machine));

@@ -3,10 +3,11 @@
 
 use agent::AgentConfig;
 use airlink::keys::{FleetSecret, node as node_key};
+use storage::epoch::Issue;
+use storage::keys::{KeysRecord, Secret};
+use storage::settings::{Limits, Radio, Settings};
+use storage::{Record, Slot};
 use units::{Dbm, NodeId, Role};
-use wire::settings::epoch::Issue;
-use wire::settings::keys::{KeysRecord, Secret};
-use wire::settings::{Limits, Radio, Settings, Slot};
 
 use crate::random::{Purpose, Stream};
 use crate::scenario::Scenario;
@@ -37,7 +38,7 @@ pub(super) fn provision(scenario: &Scenario, node: NodeId, seed: u64) -> Provisi
     let page = keys.encode(0).expect("a relay's or a head's record contradicts itself in nothing");
     let record = settings(scenario, node, role).encode(1);
     let record = record.expect("the scenario was looked at before");
-    let mut eeprom = vec![0xFF; usize::from(Slot::A.address())];
+    let mut eeprom = vec![0xFF; usize::from(Settings::address(Slot::A))];
     eeprom.extend(record);
     Provisions { page: page.to_vec(), eeprom }
 }

@@ -27,10 +27,11 @@ use std::path::Path;
 
 use airlink::keys::{FleetSecret, node as node_key};
 use serde::Deserialize;
+use storage::Record;
+use storage::epoch::Issue;
+use storage::keys::{self, KeysRecord, Secret};
 use toml::{Spanned, Value};
 use units::{NODES, NodeId, Role};
-use wire::settings::epoch::Issue;
-use wire::settings::keys::{self, KeysRecord, Secret};
 
 use crate::input_error::InputError;
 
@@ -119,7 +120,7 @@ impl Fleet {
         role: Option<Role>,
         may_fly: bool,
     ) -> Result<(Drone, [u8; keys::LENGTH]), InputError> {
-        let role = role.unwrap_or(role_of(node));
+        let role = role.unwrap_or(Role::usual_of(node));
         self.check_place(node, role, may_fly)?;
         let issue = self.issued.map_or(Some(Issue::FIRST), Issue::next).ok_or_else(|| {
             InputError::new(
@@ -261,15 +262,6 @@ fn hex(bytes: &[u8]) -> String {
         let _ = write!(text, "{byte:02x}");
         text
     })
-}
-
-/// The head has the smallest number, the base the largest.
-const fn role_of(node: NodeId) -> Role {
-    match node.0 {
-        0 => Role::Head,
-        15 => Role::Base,
-        _ => Role::Relay,
-    }
 }
 
 /// A role as it is written.

@@ -16,9 +16,9 @@ mod fleet;
 
 use std::path::{Path, PathBuf};
 
+use storage::epoch::Issue;
+use storage::keys::PAGE_ADDRESS;
 use units::{NodeId, Role};
-use wire::settings::epoch::Issue;
-use wire::settings::keys::PAGE_ADDRESS;
 
 use self::disk::{Disk, Draft, Lock, Real};
 pub(crate) use self::fleet::role_name;

@@ -7,7 +7,8 @@ use std::io;
 
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use wire::settings::keys::KeysRecord;
+use storage::Record;
+use storage::keys::KeysRecord;
 
 use super::disk::read_private;
 use super::*;

@@ -3,13 +3,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use crate::common::{Cut, Memory, Power, mended, seeded};
 use proptest::prelude::*;
-use proptest::test_runner::RngSeed;
+use storage::epoch::{EpochError, EpochRecord, Issue, LENGTH, Next, Provisioned, next};
+use storage::keys::{KeysRecord, Secret};
+use storage::{Record, Slot, Slots};
 use units::{NodeId, Role};
 use wire::p2p::Epoch;
-use wire::settings::Slot;
-use wire::settings::epoch::{Error, Issue, LENGTH, Next, Provisioned, address, next};
-use wire::settings::keys::{self, KeysRecord, Secret};
 
 const FLEET: u32 = 0x8765_4321;
 const BLANK: [u8; LENGTH] = [0xFF; LENGTH];
@@ -46,14 +46,18 @@ fn golden(epoch: u32, fleet: u32) -> [u8; LENGTH] {
 }
 
 /// The same with the right CRC.
-fn seal(mut record: [u8; LENGTH]) -> [u8; LENGTH] {
-    let crc = !record[..12].iter().fold(!0_u32, |crc, byte| {
-        (0..8).fold(crc ^ u32::from(*byte), |crc, _| {
-            (crc >> 1) ^ (0xEDB8_8320 & (crc & 1).wrapping_neg())
-        })
-    });
-    record[12..].copy_from_slice(&crc.to_le_bytes());
-    record
+fn seal(record: [u8; LENGTH]) -> [u8; LENGTH] {
+    mended(record.to_vec()).try_into().unwrap()
+}
+
+/// What `next` makes of the bytes of two slots.
+fn next_of(
+    a: &[u8],
+    b: &[u8],
+    keys: &KeysRecord,
+    provisioned: Provisioned,
+) -> Result<Next, EpochError> {
+    next(&Slots::read(a, b), keys, provisioned)
 }
 
 #[test]
@@ -66,17 +70,18 @@ fn the_bytes_are_those_of_the_table() {
             0xA5, 0xA1, 0xBA, 0xB6,
         ]
     );
-    let next = next(&golden(first(3) + 4, FLEET), &BLANK, &keys_of(FLEET, issue(3)), BEFORE);
-    assert_eq!(next.unwrap().record, record);
+    let keys = keys_of(FLEET, issue(3));
+    let next = next_of(&golden(first(3) + 4, FLEET), &BLANK, &keys, BEFORE);
+    assert_eq!(next.unwrap().write.bytes(), record);
 }
 
 const BEFORE: Provisioned = Provisioned::Before;
 const NOW: Provisioned = Provisioned::Now;
 
-/// What `next` makes of two slots under issue 3.
-fn of(a: &[u8], b: &[u8], provisioned: Provisioned) -> Result<(Slot, u32), Error> {
-    let next = next(a, b, &keys_of(FLEET, issue(3)), provisioned)?;
-    Ok((next.slot, next.kept(&next.record).unwrap().get()))
+/// The slot and the epoch that `next` chooses under issue 3.
+fn of(a: &[u8], b: &[u8], provisioned: Provisioned) -> Result<(Slot, u32), EpochError> {
+    let next = next_of(a, b, &keys_of(FLEET, issue(3)), provisioned)?;
+    Ok((next.write.slot(), next.kept(next.write.bytes()).unwrap().get()))
 }
 
 #[test]
@@ -111,29 +116,29 @@ fn each_state_of_two_slots_has_one_answer() {
         assert_eq!(of(&BLANK, &GARBAGE), Ok((Slot::A, fresh)));
         assert_eq!(of(&GARBAGE, &BLANK), Ok((Slot::A, fresh)));
         // An old page on a drone that has had a later one.
-        assert_eq!(of(&later, &ours(5)), Err(Error::Older));
-        assert_eq!(of(&BLANK, &later), Err(Error::Older));
+        assert_eq!(of(&later, &ours(5)), Err(EpochError::Older));
+        assert_eq!(of(&BLANK, &later), Err(EpochError::Older));
         // The last of an issue, and none of the next.
         assert_eq!(of(&ours(Issue::EPOCHS - 2), &BLANK), Ok((Slot::B, first(4) - 1)));
-        assert_eq!(of(&ours(Issue::EPOCHS - 1), &BLANK), Err(Error::Spent));
+        assert_eq!(of(&ours(Issue::EPOCHS - 1), &BLANK), Err(EpochError::Spent));
     }
     // What may hide a higher epoch: closed, unless nothing of the issue can have been used.
-    assert_eq!(of(&GARBAGE, &GARBAGE, BEFORE), Err(Error::Lost));
+    assert_eq!(of(&GARBAGE, &GARBAGE, BEFORE), Err(EpochError::Lost));
     assert_eq!(of(&GARBAGE, &GARBAGE, NOW), Ok((Slot::A, fresh)));
-    assert_eq!(of(&[], &[], BEFORE), Err(Error::Lost));
-    assert_eq!(of(&ours(5), &version, BEFORE), Err(Error::Version(2)));
-    assert_eq!(of(&version, &BLANK, BEFORE), Err(Error::Version(2)));
+    assert_eq!(of(&[], &[], BEFORE), Err(EpochError::Lost));
+    assert_eq!(of(&ours(5), &version, BEFORE), Err(EpochError::Version(2)));
+    assert_eq!(of(&version, &BLANK, BEFORE), Err(EpochError::Version(2)));
     assert_eq!(of(&version, &old, NOW), Ok((Slot::A, fresh)));
 }
 
 #[test]
 fn an_epoch_that_is_not_read_back_is_none() {
-    let next = next(&BLANK, &BLANK, &keys_of(FLEET, issue(1)), NOW).unwrap();
-    assert_eq!(next.kept(&next.record), Epoch::new(first(1)));
+    let next = next_of(&BLANK, &BLANK, &keys_of(FLEET, issue(1)), NOW).unwrap();
+    assert_eq!(next.kept(next.write.bytes()), Epoch::new(first(1)));
     assert_eq!(next.kept(&BLANK), None);
-    assert_eq!(next.kept(&next.record[..LENGTH - 1]), None);
+    assert_eq!(next.kept(&next.write.bytes()[..LENGTH - 1]), None);
     for bit in 0..8 * LENGTH {
-        let mut read_back = next.record;
+        let mut read_back = next.write.bytes().to_vec();
         read_back[bit / 8] ^= 1 << (bit % 8);
         assert_eq!(next.kept(&read_back), None);
     }
@@ -147,13 +152,13 @@ fn issues_share_no_epoch_and_the_last_one_fits() {
     loop {
         assert_eq!(issue.get(), number);
         let epoch = |record: &[u8]| {
-            let next = next(record, &BLANK, &keys_of(FLEET, issue), BEFORE)?;
-            Ok::<_, Error>(next.kept(&next.record).unwrap().get())
+            let next = next_of(record, &BLANK, &keys_of(FLEET, issue), BEFORE)?;
+            Ok::<_, EpochError>(next.kept(next.write.bytes()).unwrap().get())
         };
         assert_eq!(epoch(&BLANK), Ok(first(number)));
         let last = first(number) + Issue::EPOCHS - 1;
         assert_eq!(epoch(&golden(last - 1, FLEET)), Ok(last));
-        assert_eq!(epoch(&golden(last, FLEET)), Err(Error::Spent));
+        assert_eq!(epoch(&golden(last, FLEET)), Err(EpochError::Spent));
         match issue.next() {
             Some(next) => (issue, number) = (next, number + 1),
             None => break,
@@ -178,83 +183,17 @@ fn the_short_name_of_an_epoch_does_not_come_back_with_the_next_issue() {
 
 /// A drone's memory, and the page that lies in its flash.
 struct Drone {
-    eeprom: Vec<u8>,
+    eeprom: Memory,
     page: Option<Vec<u8>>,
-}
-
-/// Power, for so many bytes yet to be written.
-struct Power {
-    left: Option<usize>,
-    random: u64,
-}
-
-/// Power went.
-struct Cut;
-
-impl Power {
-    fn draw(&mut self) -> u64 {
-        self.random = self
-            .random
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        self.random >> 33
-    }
-
-    /// Whether another byte gets written.
-    fn spend(&mut self) -> bool {
-        match &mut self.left {
-            None => true,
-            Some(0) => false,
-            Some(left) => {
-                *left -= 1;
-                true
-            }
-        }
-    }
 }
 
 impl Drone {
     fn new() -> Self {
-        Self { eeprom: vec![0xFF; 0x2000], page: None }
+        Self { eeprom: Memory::filled_with(0xFF, 32), page: None }
     }
 
-    fn slot(&self, address: u16, length: usize) -> &[u8] {
-        &self.eeprom[usize::from(address)..][..length]
-    }
-
-    /// Page by page, in each its bytes in any order. Of the page in which power goes, what is not
-    /// written yet stays or turns into anything, each byte by itself.
-    fn write(&mut self, address: u16, record: &[u8], power: &mut Power) -> Result<(), Cut> {
-        for (page, piece) in record.chunks(32).enumerate() {
-            let start = usize::from(address) + 32 * page;
-            let mut order: Vec<usize> = (0..piece.len()).collect();
-            for i in (1..order.len()).rev() {
-                order.swap(i, power.draw() as usize % (i + 1));
-            }
-            let mut order = order.into_iter();
-            while let Some(at) = order.next() {
-                if power.spend() {
-                    self.eeprom[start + at] = piece[at];
-                    continue;
-                }
-                for at in std::iter::once(at).chain(order) {
-                    if power.draw().is_multiple_of(2) {
-                        self.eeprom[start + at] = power.draw() as u8;
-                    }
-                }
-                return Err(Cut);
-            }
-        }
-        Ok(())
-    }
-
-    fn keys(&self) -> Option<keys::Chosen> {
-        let [a, b] = [Slot::A, Slot::B].map(|slot| self.slot(keys::address(slot), keys::LENGTH));
-        keys::newest(a, b)
-    }
-
-    fn epochs(&self) -> [&[u8]; 2] {
-        [Slot::A, Slot::B].map(|slot| self.slot(address(slot), LENGTH))
+    fn keys(&self) -> Option<KeysRecord> {
+        self.eeprom.slots().newest().copied()
     }
 
     /// As the firmware does it.
@@ -263,12 +202,11 @@ impl Drone {
         else {
             return Ok(Provisioned::Before);
         };
-        let current = self.keys();
         let mut provisioned = Provisioned::Before;
-        if page.supersedes(current.as_ref().map(|current| &current.keys)) {
-            let write = keys::Write::after(current.as_ref(), &page).unwrap();
-            self.write(keys::address(write.slot), &write.record, power)?;
-            assert_eq!(self.keys().map(|chosen| chosen.keys), Some(page));
+        if page.supersedes(self.keys().as_ref()) {
+            let write = self.eeprom.slots().write(&page).unwrap();
+            self.eeprom.write(write.address(), write.bytes(), power)?;
+            assert_eq!(self.keys(), Some(page));
             provisioned = Provisioned::Now;
         }
         // Wiping it can be cut short, too; torn it is no record.
@@ -282,12 +220,12 @@ impl Drone {
     /// Switched on: the keys and the epoch that it then seals with, unless power goes first.
     fn boot(&mut self, power: &mut Power) -> Result<Option<(KeysRecord, Epoch)>, Cut> {
         let provisioned = self.take_page(power)?;
-        let Some(keys::Chosen { keys, .. }) = self.keys() else { return Ok(None) };
-        let [a, b] = self.epochs();
-        let Ok(next) = next(a, b, &keys, provisioned) else { return Ok(None) };
-        let Next { slot, record, .. } = next;
-        self.write(address(slot), &record, power)?;
-        Ok(next.kept(self.slot(address(slot), LENGTH)).map(|epoch| (keys, epoch)))
+        let Some(keys) = self.keys() else { return Ok(None) };
+        let Ok(next) = next(&self.eeprom.slots(), &keys, provisioned) else { return Ok(None) };
+        let address = next.write.address();
+        self.eeprom.write(address, next.write.bytes(), power)?;
+        let read_back = self.eeprom.at(address, EpochRecord::LENGTH);
+        Ok(next.kept(read_back).map(|epoch| (keys, epoch)))
     }
 }
 
@@ -376,9 +314,7 @@ impl Fleet {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig {
-        rng_seed: RngSeed::Fixed(1), failure_persistence: None, cases: 1_000, ..Default::default()
-    })]
+    #![proptest_config(seeded(1_000))]
 
     #[test]
     fn no_epoch_is_used_twice_whatever_happens(acts in acts()) {
@@ -409,8 +345,8 @@ proptest! {
     fn any_bytes_in_the_slots_give_an_epoch_of_the_issue_or_an_error(
         a in prop::collection::vec(any::<u8>(), 0..20), b in any::<[u8; LENGTH]>(), n in 1_u8..=254,
     ) {
-        if let Ok(next) = next(&a, &b, &keys_of(FLEET, issue(n)), NOW) {
-            let epoch = next.kept(&next.record).unwrap().get();
+        if let Ok(next) = next_of(&a, &b, &keys_of(FLEET, issue(n)), NOW) {
+            let epoch = next.kept(next.write.bytes()).unwrap().get();
             prop_assert!((first(n)..first(n) + Issue::EPOCHS).contains(&epoch));
         }
     }

@@ -1,0 +1,148 @@
+//! The bytes of the keys, which page replaces which keys, and that nothing prints a key.
+
+use crate::common::{crc32, keys, seeded};
+use proptest::prelude::*;
+use storage::epoch::Issue;
+use storage::keys::{KeysRecord, LENGTH, PAGE_ADDRESS, Page, Secret};
+use storage::{Error, Record, Slots};
+use units::{NodeId, Role};
+
+const fn counting(from: u8) -> Secret {
+    let mut bytes = [0; 16];
+    let mut i = 0;
+    while i < 16 {
+        bytes[i] = from + i as u8;
+        i += 1;
+    }
+    Secret::new(bytes)
+}
+
+const GOLDEN: KeysRecord = KeysRecord {
+    fleet: 0x8765_4321,
+    generation: 2,
+    issue: Issue::new(9).unwrap(),
+    node: NodeId(15),
+    role: Role::Base,
+    may_fly: true,
+    group: counting(0xA0),
+    own: counting(0xB0),
+};
+
+/// By the table in the module's documentation; the CRC by Python's `zlib.crc32`.
+const GOLDEN_BYTES: [u8; LENGTH] = [
+    b'U', b'C', b'H', b'K', 1, // version
+    0x07, 0x00, 0x00, 0x00, // sequence
+    2, 15, 2, 1, 9, 0, 0, // generation, node, base, cfclient, issue
+    0x21, 0x43, 0x65, 0x87, // fleet
+    0xA0, 0xA1, 0xA2, 0xA3, 0xA4, 0xA5, 0xA6, 0xA7, 0xA8, 0xA9, 0xAA, 0xAB, 0xAC, 0xAD, 0xAE, 0xAF,
+    0xB0, 0xB1, 0xB2, 0xB3, 0xB4, 0xB5, 0xB6, 0xB7, 0xB8, 0xB9, 0xBA, 0xBB, 0xBC, 0xBD, 0xBE, 0xBF,
+    0x24, 0x80, 0xD6, 0xA9,
+];
+
+#[test]
+fn the_bytes_are_those_of_the_table() {
+    assert_eq!(GOLDEN.encode(7), Ok(GOLDEN_BYTES));
+    assert_eq!(KeysRecord::decode(&GOLDEN_BYTES), Ok((GOLDEN, 7)));
+}
+
+#[test]
+fn a_page_is_whole_words_at_the_beginning_of_a_sector() {
+    assert_eq!((PAGE_ADDRESS % 0x2_0000, LENGTH % 4), (0, 0));
+}
+
+proptest! {
+    #![proptest_config(seeded(256))]
+
+    #[test]
+    fn what_is_read_is_written_the_same(
+        keys in keys(), sequence in any::<u32>(), at in 4..LENGTH - 4, byte in any::<u8>(),
+    ) {
+        let mut record = keys.encode(sequence).unwrap();
+        record[at] = byte;
+        let crc = crc32(&record[..LENGTH - 4]);
+        record[LENGTH - 4..].copy_from_slice(&crc.to_le_bytes());
+        if let Ok((keys, sequence)) = KeysRecord::decode(&record) {
+            prop_assert_eq!(keys.encode(sequence), Ok(record));
+        }
+    }
+
+    #[test]
+    fn nothing_printed_has_anything_of_a_key(keys in keys(), sequence in any::<u32>()) {
+        let masked = KeysRecord { group: Secret::new([0; 16]), own: Secret::new([0; 16]), ..keys };
+        let printed = |keys: KeysRecord| {
+            let slots = Slots::read(&keys.encode(sequence).unwrap(), &[]);
+            format!("{keys:?} {slots:?} {:?}", slots.write(&keys).unwrap())
+        };
+        prop_assert_eq!(printed(keys), printed(masked));
+    }
+}
+
+#[test]
+fn a_page_of_the_same_fleet_must_be_a_later_issue_and_another_fleets_need_not() {
+    let issue = |number| KeysRecord { issue: Issue::new(number).unwrap(), ..GOLDEN };
+    assert!(issue(1).supersedes(None));
+    assert!(issue(10).supersedes(Some(&issue(9))));
+    assert!(!issue(9).supersedes(Some(&issue(9))), "loaded twice");
+    assert!(!issue(8).supersedes(Some(&issue(9))), "an old page");
+    let renumbered = KeysRecord { node: NodeId(3), role: Role::Relay, may_fly: false, ..issue(8) };
+    assert!(!renumbered.supersedes(Some(&issue(9))), "an old page for another number");
+    assert!(KeysRecord { fleet: 1, ..issue(1) }.supersedes(Some(&issue(9))));
+}
+
+#[test]
+fn a_page_is_taken_over_wiped_or_left() {
+    let page = |keys: KeysRecord| keys.encode(0).unwrap();
+    let newer = KeysRecord { issue: Issue::new(10).unwrap(), ..GOLDEN };
+    let on_page = |page: &[u8]| KeysRecord::on_page(page, Some(&GOLDEN));
+    assert_eq!(on_page(&page(newer)), Page::New(newer));
+    assert_eq!(on_page(&page(GOLDEN)), Page::Old);
+    assert_eq!(KeysRecord::on_page(&page(GOLDEN), None), Page::New(GOLDEN));
+    assert_eq!(on_page(&[0xFF; LENGTH]), Page::Empty);
+    assert_eq!(on_page(&[0; LENGTH]), Page::Empty);
+    assert_eq!(on_page(&[&[0; LENGTH][..], &[0xFF; 8]].concat()), Page::Empty);
+    let with = |at: usize, byte: u8| {
+        let mut bytes = page(newer);
+        bytes[at] = byte;
+        bytes
+    };
+    assert_eq!(on_page(&with(4, 2)), Page::Unknown(2));
+    assert_eq!(on_page(&with(0, 0)), Page::Damaged(Error::Magic));
+    assert_eq!(on_page(&with(30, 0)), Page::Damaged(Error::Checksum));
+    assert_eq!(on_page(&page(newer)[..LENGTH - 1]), Page::Damaged(Error::Short));
+}
+
+#[test]
+fn what_contradicts_itself_is_neither_written_nor_read() {
+    let bad = [
+        KeysRecord { node: NodeId(16), ..GOLDEN },
+        KeysRecord { generation: 0, ..GOLDEN },
+        KeysRecord { role: Role::Head, ..GOLDEN },
+        KeysRecord { role: Role::Relay, ..GOLDEN },
+    ];
+    for keys in bad {
+        assert_eq!(keys.encode(1), Err(Error::Value), "{keys:?}");
+        assert_eq!(Slots::read(&[], &[]).write(&keys), Err(Error::Value));
+    }
+    // Role, flags, issue and what must be zero.
+    for (at, byte) in [(11, 3), (12, 2), (12, 0x81), (13, 0), (13, 255), (14, 1), (15, 0x80)] {
+        let mut record = GOLDEN_BYTES;
+        record[at] = byte;
+        let crc = crc32(&record[..LENGTH - 4]);
+        record[LENGTH - 4..].copy_from_slice(&crc.to_le_bytes());
+        assert_eq!(KeysRecord::decode(&record), Err(Error::Value), "byte {at} is {byte}");
+    }
+}
+
+#[test]
+fn what_is_no_record_says_why() {
+    let with = |at: usize, byte: u8| {
+        let mut bytes = GOLDEN_BYTES;
+        bytes[at] = byte;
+        bytes
+    };
+    assert_eq!(KeysRecord::decode(&GOLDEN_BYTES[..LENGTH - 1]), Err(Error::Short));
+    assert_eq!(KeysRecord::decode(&[0xFF; LENGTH]), Err(Error::Blank));
+    assert_eq!(KeysRecord::decode(&[0; LENGTH]), Err(Error::Magic), "a wiped page");
+    assert_eq!(KeysRecord::decode(&with(4, 2)), Err(Error::Version(2)));
+    assert_eq!(KeysRecord::decode(&with(20, 0)), Err(Error::Checksum));
+}

@@ -1,0 +1,7 @@
+//! The crate's tests, in one program: it is built and linked once.
+
+mod common;
+mod epoch;
+mod keys;
+mod power_cut;
+mod settings;

@@ -1,0 +1,19 @@
+//! What must be true of any bytes that a drone receives or reads. Each module has one function
+//! `check`, which panics where it is not: the fuzz targets call it with bytes that libFuzzer makes
+//! up, and `tests/corpus.rs` with those that it has found so far.
+//!
+//! | module | the bytes are |
+//! |---|---|
+//! | [`syslink`] | what the radio chip sends over the serial line |
+//! | [`p2p`] | packets from the air |
+//! | [`capsule`] | the sealed part of a packet, once it is open |
+//! | [`storage`] | the contents of the EEPROM |
+//! | [`airlink`] | a script of what happens to two nodes that talk by radio |
+//! | [`crtp`] | packets of ground stations |
+
+pub mod airlink;
+pub mod capsule;
+pub mod crtp;
+pub mod p2p;
+pub mod storage;
+pub mod syslink;
