@@ -1,25 +1,26 @@
-//! The machine that is flown: mass, inertia, and what its propellers do with a voltage.
+//! The airframe: mass, inertia, and the thrust of its propellers at a voltage.
 //!
 //! Axes are the board's: x forward, y left, z up. Motors are numbered as on the Crazyflie, M1 to
-//! M4: front right, rear right, rear left, front left, in an X. Seen from above M1 and M3 turn
-//! counter-clockwise and M2 and M4 clockwise, so that the body is twisted the other way.
+//! M4: front right, rear right, rear left, front left, in an X. Seen from above, M1 and M3 turn
+//! counter-clockwise and M2 and M4 clockwise; each twists the body against its own sense of
+//! rotation.
 
-/// An airframe's constants.
+/// The constants of an airframe.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Airframe {
-    /// With battery and decks, kg.
+    /// Mass with battery and decks, kg.
     pub mass: f32,
     /// Moments of inertia about x, y and z, kg m².
     pub inertia: [f32; 3],
-    /// From the middle to a motor, along x and along y alike, m.
+    /// Distance from the centre to a motor along x, which equals that along y, m.
     pub arm: f32,
-    /// Thrust of one motor in newtons by the voltage at it: c0 + c1·V + c2·V² + c3·V³.
+    /// Coefficients of one motor's thrust in N over its voltage in V: c0 + c1·V + c2·V² + c3·V³.
     pub thrust_curve: [f32; 4],
-    /// Torque about z per thrust, N m / N.
+    /// Torque of a motor about z per thrust, N m / N.
     pub torque_per_thrust: f32,
-    /// The least thrust of one motor that is asked for in the air, N.
+    /// The smallest thrust of one motor in the air, N.
     pub least_thrust: f32,
-    /// The most thrust of one motor that is ever asked for, N.
+    /// The largest thrust of one motor, N.
     pub most_thrust: f32,
 }
 
@@ -29,9 +30,9 @@ pub const GRAVITY: f32 = 9.806_65;
 impl Airframe {
     /// A Crazyflie 2.1 with its first propellers, Flow deck v2 and Multi-ranger deck.
     ///
-    /// Mass: 29 g with battery, 1.6 g and 2.3 g of decks (product pages). Inertia of the bare
-    /// airframe: crazyflie-firmware, `controller_lee.c`. Arm, thrust curve, torque and limits:
-    /// `platform_defaults_cf2.h`; 0.046 m along the diagonal.
+    /// Mass: 29 g with battery, and 1.6 g and 2.3 g of decks (product pages). Inertia: that of the
+    /// bare airframe (crazyflie-firmware, `controller_lee.c`). Arm, thrust curve, torque and
+    /// limits: `platform_defaults_cf2.h`, with 0.046 m along the diagonal.
     pub const CRAZYFLIE_2_1: Self = Self {
         mass: 0.0329,
         inertia: [16.571_71e-6, 16.655_602e-6, 29.261_652e-6],
@@ -42,19 +43,19 @@ impl Airframe {
         most_thrust: 0.15,
     };
 
-    /// The same with the propellers of the Crazyflie 2.1+.
+    /// A Crazyflie 2.1 with the propellers of the 2.1+.
     pub const CRAZYFLIE_2_1_PLUS: Self = Self {
         thrust_curve: [-0.024_765_38, 0.065_237_93, -0.026_792_505, 0.006_776_789],
         ..Self::CRAZYFLIE_2_1
     };
 
-    /// Thrust of one motor that hovers, N.
+    /// Thrust of one motor at hover, N.
     #[must_use]
     pub const fn hover_thrust(&self) -> f32 {
         self.mass * GRAVITY / 4.0
     }
 
-    /// Thrust of one motor at this voltage, N, never less than none.
+    /// Thrust of one motor at this voltage, N, at least zero.
     #[must_use]
     pub const fn thrust_at(&self, volts: f32) -> f32 {
         let [c0, c1, c2, c3] = self.thrust_curve;

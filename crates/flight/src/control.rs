@@ -1,5 +1,4 @@
-//! The cascade: from a velocity and a height to the force and torque that the propellers should
-//! give.
+//! The cascade of controllers: from velocity and height to the force and torque of the propellers.
 //!
 //! ```text
 //! height ─▶ climb rate ─▶ thrust ────────────────────────────▶ force
@@ -7,10 +6,10 @@
 //! yaw rate ─▶ yaw ─▶ yaw rate ────────────────────▶ torque z
 //! ```
 //!
-//! The gains are the Crazyflie's (crazyflie-firmware, `platform_defaults_cf2.h`), turned from
-//! degrees and 16-bit motor steps into SI units. A step of its thrust is 0.12 N / 65,535 per motor
-//! (`THRUST_MAX`), its mixer gives half a roll or pitch step to each motor and a whole yaw step,
-//! so with the lever l = 0.0325 m:
+//! The gains are the Crazyflie's (crazyflie-firmware, `platform_defaults_cf2.h`), converted from
+//! degrees and 16-bit motor steps to SI units. A step of its thrust is 0.12 N / 65,535 per motor
+//! (`THRUST_MAX`). Its mixer gives each motor half of a roll or pitch step and a whole yaw step.
+//! With the lever l = 0.0325 m:
 //!
 //! | one step of | is |
 //! |---|---|
@@ -25,14 +24,14 @@ use crate::mixer::{Mix, Wrench};
 use crate::pid::{Actuator, Gains, Pid};
 
 const DEGREE: f32 = PI / 180.0;
-/// N m per roll or pitch step of the Crazyflie's rate controller.
+/// Torque per roll or pitch step of the Crazyflie's rate controller, N m.
 const TILT_STEP: f32 = 1.191e-7;
-/// N m per yaw step.
+/// Torque per yaw step, N m.
 const YAW_STEP: f32 = 4.369e-8;
-/// N per thrust step.
+/// Thrust per thrust step, N.
 const THRUST_STEP: f32 = 7.324e-6;
 
-/// The cascade's constants, in SI units.
+/// The constants of the cascade, in SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ControlConfig {
     /// Roll and pitch rate → torque, N m per rad/s.
@@ -49,27 +48,28 @@ pub struct ControlConfig {
     pub climb: Gains,
     /// Height → climb rate, m/s per m.
     pub height: Gains,
-    /// The most that the drone is tilted, rad.
+    /// Largest tilt, rad.
     pub most_tilt: f32,
-    /// The fastest that it is turned about x and y, rad/s.
+    /// Largest rate about x, y and z, rad/s.
     pub most_tilt_rate: f32,
-    /// The fastest that it climbs, m/s.
+    /// Largest climb rate, m/s.
     pub most_climb: f32,
-    /// The fastest that it descends, m/s: what a drone stands whose floor comes sooner than its
-    /// ranger says.
+    /// Largest descent rate, m/s: a drone survives this when it meets the floor before its ranger
+    /// shows it.
     pub most_descent: f32,
-    /// The least total thrust in the air, N.
+    /// Smallest total thrust in the air, N.
     pub least_thrust: f32,
-    /// How often the velocity and height loops run, s.
+    /// Period of the velocity and height loops, s.
     pub slow_period: f32,
 }
 
 impl ControlConfig {
-    /// The Crazyflie's.
+    /// The Crazyflie's gains, with limits of our own.
     ///
-    /// Its rates are limited nowhere but by the motors; 5 rad/s is what the attitude loop asks for
-    /// at 45°. The integral of its climb loop has no limit that is ever met; here half the weight
-    /// is one. Of its ±1 m/s of vertical speed a tunnel needs no more than half, downwards less.
+    /// The Crazyflie's rates are limited by its motors only; 5 rad/s is what the attitude loop asks
+    /// for at 45°. The integral of its climb loop has a limit that is never met; here it is half
+    /// the weight. Of its ±1 m/s of vertical speed a tunnel needs no more than half, and less on
+    /// the way down.
     pub const DEFAULT: Self = Self {
         tilt_rate: Gains {
             kp: 250.0 * TILT_STEP / DEGREE,
@@ -107,51 +107,51 @@ impl ControlConfig {
     };
 }
 
-/// What the cascade is to reach.
+/// The goal of the cascade.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Goal {
     pub(crate) horizontal: Horizontal,
-    /// rad/s.
+    /// Yaw rate, rad/s.
     pub(crate) yaw_rate: f32,
     pub(crate) vertical: Vertical,
 }
 
-/// What to do about horizontal motion.
+/// The goal of the horizontal motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Horizontal {
-    /// Fly like this over ground, along the nose and to its left, m/s.
+    /// Velocity over ground along the nose and to its left, m/s.
     Velocity([f32; 2]),
-    /// Stay level, wherever that leads.
+    /// Zero roll and pitch: the drone drifts.
     Level,
 }
 
-/// What to do about height.
+/// The goal of the vertical motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Vertical {
-    /// Hold this height, m.
+    /// Height over ground, m.
     Height(f32),
-    /// Climb at this rate, m/s: negative descends.
+    /// Climb rate, m/s; negative descends.
     Climb(f32),
 }
 
-/// What the cascade needs to know of the body.
+/// The state of the body that the cascade reads.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct BodyState {
-    /// Along the nose and to its left over ground, level, m/s.
+    /// Velocity over ground along the nose and to its left, in the level frame, m/s.
     pub(crate) velocity: [f32; 2],
     /// Vertical speed, m/s.
     pub(crate) climb: f32,
-    /// Over ground, m.
+    /// Height over ground, m.
     pub(crate) height: f32,
     /// Roll, pitch, yaw, rad.
     pub(crate) attitude: [f32; 3],
     /// Body rates, rad/s.
     pub(crate) rates: [f32; 3],
     /// Cosine of the tilt.
-    pub(crate) upright: f32,
+    pub(crate) tilt_cosine: f32,
 }
 
-/// The cascade's memory.
+/// The state of the cascade between steps.
 #[derive(Clone, Debug)]
 pub(crate) struct Control {
     height: Pid,
@@ -159,21 +159,21 @@ pub(crate) struct Control {
     velocity: [Pid; 2],
     attitude: [Pid; 3],
     rates: [Pid; 3],
-    /// What the slow loops said last: roll and pitch in rad, and thrust in N.
+    /// Roll and pitch in rad that the slow loops asked for last.
     wanted_tilt: [f32; 2],
     thrust: f32,
     wanted_climb: f32,
     wanted_yaw: Option<f32>,
-    /// Since the slow loops last ran, s.
-    waited: f32,
+    /// Time since the slow loops last ran, s.
+    since_slow_loops: f32,
 }
 
-/// The yaw set-point runs ahead of the drone by no more than this: a drone held fast does not
-/// whirl round when let go. 0.5 rad is half of what the yaw loop can reach in a second.
+/// Largest lead of the yaw set-point over the drone's yaw, rad: a drone that was held does not spin
+/// up when it is released. 0.5 rad is half of what the yaw loop can turn in a second.
 const YAW_LEAD: f32 = 0.5;
 
-/// Below this height a drone may still stand, m.
-const FLOOR: f32 = 0.02;
+/// Height below which a drone may still stand on the floor, m.
+const ON_FLOOR_BELOW: f32 = 0.02;
 
 impl Control {
     pub(crate) const fn new() -> Self {
@@ -187,11 +187,11 @@ impl Control {
             thrust: 0.0,
             wanted_climb: 0.0,
             wanted_yaw: None,
-            waited: f32::INFINITY,
+            since_slow_loops: f32::INFINITY,
         }
     }
 
-    /// One step of `dt` seconds after one that ended in `last`.
+    /// Advances by `dt` seconds; `last` is the mixer's result of the step before.
     pub(crate) fn step(
         &mut self,
         config: &ControlConfig,
@@ -201,10 +201,11 @@ impl Control {
         last: &Mix,
         dt: f32,
     ) -> Wrench {
-        self.waited += dt;
-        if self.waited >= config.slow_period {
-            let period = if self.waited.is_finite() { self.waited } else { 0.0 };
-            self.waited = 0.0;
+        self.since_slow_loops += dt;
+        if self.since_slow_loops >= config.slow_period {
+            let period =
+                if self.since_slow_loops.is_finite() { self.since_slow_loops } else { 0.0 };
+            self.since_slow_loops = 0.0;
             self.tilt_for(config, goal, body, period);
             self.thrust_for(config, airframe, goal, body, last, period);
         }
@@ -212,7 +213,7 @@ impl Control {
         Wrench { thrust: self.thrust, torque: self.torque_for(config, &rates, body, last, dt) }
     }
 
-    /// Horizontal velocity → roll and pitch.
+    /// Runs the velocity loop: horizontal velocity → roll and pitch.
     fn tilt_for(&mut self, config: &ControlConfig, goal: &Goal, body: &BodyState, dt: f32) {
         let at_limit = self.wanted_tilt.map(|tilt| tilt.abs() >= config.most_tilt);
         let Horizontal::Velocity([goal_x, goal_y]) = goal.horizontal else {
@@ -228,7 +229,7 @@ impl Control {
             [-left, pitch].map(|tilt| tilt.max(-config.most_tilt).min(config.most_tilt));
     }
 
-    /// Height → climb rate → thrust.
+    /// Runs the height and climb loops: height → climb rate → thrust.
     fn thrust_for(
         &mut self,
         config: &ControlConfig,
@@ -247,18 +248,19 @@ impl Control {
         };
         let climb = climb.max(-config.most_descent).min(config.most_climb);
         self.wanted_climb = climb;
-        // What the floor holds back is no error that could be learned from.
-        let on_floor = body.height < FLOOR;
+        // On the floor the drone cannot sink, so the climb error must not wind up the integral.
+        let on_floor = body.height < ON_FLOOR_BELOW;
         let short = on_floor || last.thrust_short || self.thrust <= config.least_thrust;
-        let push =
+        let correction =
             self.climb.step(&config.climb, climb - body.climb, body.climb, dt, actuator(short));
-        // What the tilt takes from the lift; beyond 60° nothing would be left to control with.
-        let upright = body.upright.max(0.5);
-        let thrust = (airframe.mass * GRAVITY + push) / upright;
+        // The thrust makes up for the lift lost to the tilt, up to 60°: beyond that no thrust would
+        // be left for control.
+        let tilt_cosine = body.tilt_cosine.max(0.5);
+        let thrust = (airframe.mass * GRAVITY + correction) / tilt_cosine;
         self.thrust = thrust.max(config.least_thrust).min(4.0 * airframe.most_thrust);
     }
 
-    /// Attitude → body rates.
+    /// Runs the attitude loop: attitude → body rates.
     fn rates_for(
         &mut self,
         config: &ControlConfig,
@@ -277,7 +279,8 @@ impl Control {
         let limit = config.most_tilt_rate;
         let roll_rate = on_roll.step(&config.tilt, wanted_roll - roll, roll, dt, free);
         let pitch_rate = on_pitch.step(&config.tilt, wanted_pitch - pitch, pitch, dt, free);
-        // Against the turn rate itself, which unlike a difference of angles never wraps.
+        // The derivative acts on the measured turn rate, which unlike a difference of angles never
+        // wraps.
         let yaw_rate = on_yaw.step(&config.yaw, lead, 0.0, dt, free)
             - config.yaw.kd * (body.rates[2] - goal.yaw_rate)
             + goal.yaw_rate;
@@ -288,7 +291,7 @@ impl Control {
         ]
     }
 
-    /// Body rates → torques.
+    /// Runs the rate loop: body rates → torques.
     fn torque_for(
         &mut self,
         config: &ControlConfig,
@@ -313,13 +316,13 @@ impl Control {
         ]
     }
 
-    /// What the height loop asked for last, m/s.
+    /// The climb rate that the height loop asked for last, m/s.
     pub(crate) const fn wanted_climb(&self) -> f32 {
         self.wanted_climb
     }
 
-    /// How much of what the rate loops may hold against a constant torque is used up, 0 to 1: a
-    /// weak motor shows here.
+    /// The used fraction, 0 to 1, of the larger integral of the roll and pitch rate loops. It is
+    /// high when a motor is weak.
     pub(crate) fn trim(&self, config: &ControlConfig) -> f32 {
         let [x, y, _] = &self.rates;
         x.integral_use(&config.tilt_rate).max(y.integral_use(&config.tilt_rate))
@@ -330,7 +333,7 @@ const fn actuator(at_limit: bool) -> Actuator {
     if at_limit { Actuator::AtLimit } else { Actuator::Free }
 }
 
-/// The same angle within half a turn either way, if it was within one and a half.
+/// Wraps an angle in ±3π into ±π.
 fn wrap(angle: f32) -> f32 {
     if angle > PI {
         angle - 2.0 * PI

@@ -13,7 +13,7 @@ use crate::control::{BodyState, Control, ControlConfig, Goal, Horizontal, Vertic
 use crate::estimator::{Estimator, EstimatorConfig, InertialConfig, Verdict};
 use crate::gyro::{Gyro, GyroConfig};
 use crate::io::{Attitude, Command, Outputs, Sensed, Status};
-use crate::lowpass::{LowPass, LowPassed};
+use crate::lowpass::{LowPass, LowPassState};
 use crate::mixer::{Mix, mix};
 use crate::monitor::SensorMonitor;
 use crate::supervisor::{Cause, Mode, Observed, Supervisor, SupervisorConfig};
@@ -89,7 +89,7 @@ pub struct Flight {
     calibration: Calibration,
     rest_mean: Option<RestMean>,
     gyro: Gyro,
-    rates: LowPassed,
+    rates: LowPassState,
     accel: Accel,
     flow: SensorMonitor<pmw3901::Motion>,
     down: SensorMonitor<vl53l1x::Reading>,
@@ -113,7 +113,7 @@ impl Flight {
             calibration: Calibration::new(),
             rest_mean: None,
             gyro: Gyro::new(),
-            rates: LowPassed::new(),
+            rates: LowPassState::new(),
             accel: Accel::new(),
             flow: SensorMonitor::new(),
             down: SensorMonitor::new(),
@@ -142,7 +142,7 @@ impl Flight {
         self.last_step = Some(now);
 
         self.inertial(config, now, sensed, dt);
-        let load = self.mix.given.thrust / (config.airframe.mass * GRAVITY);
+        let load = self.mix.achieved.thrust / (config.airframe.mass * GRAVITY);
         self.gauge.step(&config.battery, now, sensed.battery, load, dt);
         if self.supervisor.mode().is_airborne() {
             self.estimate(config, now, sensed, dt);
@@ -188,7 +188,7 @@ impl Flight {
     /// Gyroscope and accelerometer, zeroed and checked.
     fn inertial(&mut self, config: &FlightConfig, now: Instant, sensed: &Sensed, dt: f32) {
         let accel = sensed.accel.map(|Acceleration(force)| force);
-        let push = self.mix.given.thrust / config.airframe.mass;
+        let push = self.mix.achieved.thrust / config.airframe.mass;
         self.accel.step(&config.accel, now, accel, push, config.gyro.motor_lag, dt);
 
         let gyro = sensed.gyro.map(|AngularVelocity(mut rates)| {
@@ -198,7 +198,7 @@ impl Flight {
             }
             rates
         });
-        let torque = self.mix.given.torque;
+        let torque = self.mix.achieved.torque;
         let sideways = self.accel.lateral_impact();
         let inertia = config.airframe.inertia;
         self.gyro.step(&config.gyro, now, gyro, sideways, torque, inertia, dt);
@@ -266,7 +266,7 @@ impl Flight {
     fn take_off(&mut self, now: Instant) {
         self.measured = [now; 2];
         self.control = Control::new();
-        self.rates = LowPassed::new();
+        self.rates = LowPassState::new();
     }
 
     fn observe(&self, config: &FlightConfig, now: Instant, command: &Command) -> Observed {
@@ -340,7 +340,7 @@ impl Flight {
             height: self.estimator.height(),
             attitude: [roll.0, pitch.0, yaw.0],
             rates: self.rates.step(&config.rate_filter, self.gyro.rates()),
-            upright: self.estimator.tilt_cosine(),
+            tilt_cosine: self.estimator.tilt_cosine(),
         }
     }
 

@@ -1,6 +1,6 @@
 //! A second-order Butterworth low-pass over three axes.
 
-/// The filter's coefficients, for one sampling rate.
+/// The coefficients of the filter, for one sampling rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LowPass {
     b: [f32; 3],
@@ -8,27 +8,27 @@ pub struct LowPass {
 }
 
 impl LowPass {
-    /// 80 Hz at 1 kHz: what the Crazyflie's rate loop hears of its gyroscope
+    /// 80 Hz at a sampling rate of 1 kHz: the Crazyflie's filter between gyroscope and rate loop
     /// (crazyflie-firmware, `sensors_bmi088_bmp3xx.c`, `GYRO_LPF_CUTOFF_FREQ`).
     pub const HZ_80: Self =
         Self { b: [0.046_131_8, 0.092_263_6, 0.046_131_8], a: [-1.307_285, 0.491_812_2] };
 }
 
-/// The filter's memory (transposed direct form II).
+/// The state of the filter (transposed direct form II).
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct LowPassed {
-    memory: [[f32; 2]; 3],
+pub(crate) struct LowPassState {
+    state: [[f32; 2]; 3],
 }
 
-impl LowPassed {
+impl LowPassState {
     pub(crate) const fn new() -> Self {
-        Self { memory: [[0.0; 2]; 3] }
+        Self { state: [[0.0; 2]; 3] }
     }
 
     pub(crate) fn step(&mut self, filter: &LowPass, input: [f32; 3]) -> [f32; 3] {
         let LowPass { b: [b0, b1, b2], a: [a1, a2] } = *filter;
         let mut output = input;
-        for (value, [s1, s2]) in output.iter_mut().zip(&mut self.memory) {
+        for (value, [s1, s2]) in output.iter_mut().zip(&mut self.state) {
             let x = *value;
             let y = b0 * x + *s1;
             *s1 = b1 * x - a1 * y + *s2;

@@ -1,47 +1,46 @@
-//! From a wanted force and torque to four motors: who pushes how much, and which part of the
-//! battery's voltage that takes.
+//! Distributes the wanted force and torque over four motors, and converts thrust to motor duty.
 //!
-//! Where the motors cannot do all of it, what keeps the drone upright comes first: roll and pitch
-//! keep their part, the total thrust moves to make room for them, and yaw gets what is left.
+//! Where the motors cannot give all of it, the torques that keep the drone upright come first: roll
+//! and pitch are kept, the total thrust moves to make room for them, and yaw gets the rest.
 
 use crate::airframe::Airframe;
 use crate::io::Duties;
 
-/// What the controllers ask of the propellers: newtons along z, newton metres about x, y and z.
+/// A force along z in N, and torques about x, y and z in N m.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Wrench {
     pub(crate) thrust: f32,
     pub(crate) torque: [f32; 3],
 }
 
-/// What the motors can give of it.
+/// The duties of the motors, and how much of the wanted wrench they give.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Mix {
     pub(crate) duties: Duties,
-    /// What this does to the body, if every motor does its part.
-    pub(crate) given: Wrench,
-    /// More thrust was wanted than there is.
+    /// The wrench on the body if every motor gives its thrust.
+    pub(crate) achieved: Wrench,
+    /// Whether more thrust was wanted than the motors give.
     pub(crate) thrust_short: bool,
-    /// Roll or pitch had to be cut.
+    /// Whether roll and pitch had to be reduced.
     pub(crate) tilt_short: bool,
-    /// Yaw had to be cut.
+    /// Whether yaw had to be reduced.
     pub(crate) yaw_short: bool,
 }
 
 impl Mix {
     pub(crate) const OFF: Self = Self {
         duties: Duties::OFF,
-        given: Wrench { thrust: 0.0, torque: [0.0; 3] },
+        achieved: Wrench { thrust: 0.0, torque: [0.0; 3] },
         thrust_short: false,
         tilt_short: false,
         yaw_short: false,
     };
 }
 
-/// Share of a roll, pitch and yaw torque that each motor takes, by sign: a motor on the right
-/// (−y) lowers the left side, one in front (+x) raises the nose, one that turns counter-clockwise
-/// twists the body clockwise.
-const SIGNS: [[f32; 3]; 4] =
+/// Sign of each motor's effect on roll, pitch and yaw: a motor on the right (−y) lowers the left
+/// side, one in front (+x) raises the nose, and one that turns counter-clockwise twists the body
+/// clockwise.
+const MIXING: [[f32; 3]; 4] =
     [[-1.0, -1.0, -1.0], [-1.0, 1.0, 1.0], [1.0, 1.0, -1.0], [1.0, -1.0, 1.0]];
 
 /// Distributes a wrench over the motors of `airframe`, fed by a battery of `volts`.
@@ -51,50 +50,50 @@ pub(crate) fn mix(airframe: &Airframe, wanted: &Wrench, volts: f32) -> Mix {
 
     let lever = 0.25 / airframe.arm;
     let (roll, pitch) = (lever * wanted.torque[0], lever * wanted.torque[1]);
-    let tilt = SIGNS.map(|[r, p, _]| r * roll + p * pitch);
-    let reach = tilt.iter().fold(0.0, |most: f32, part| most.max(part.abs()));
-    let room = 0.5 * (high - low);
-    let cut = if reach > room { room / reach } else { 1.0 };
-    let tilt = tilt.map(|part| cut * part);
-    let reach = cut * reach;
+    let tilt = MIXING.map(|[r, p, _]| r * roll + p * pitch);
+    let largest = tilt.iter().fold(0.0, |most: f32, part| most.max(part.abs()));
+    let half_range = 0.5 * (high - low);
+    let tilt_scale = if largest > half_range { half_range / largest } else { 1.0 };
+    let tilt = tilt.map(|part| tilt_scale * part);
+    let largest = tilt_scale * largest;
 
     let mean = 0.25 * wanted.thrust;
-    let level = mean.max(low + reach).min(high - reach);
+    let collective = mean.max(low + largest).min(high - largest);
 
     let yaw = 0.25 * wanted.torque[2] / airframe.torque_per_thrust;
-    // Each motor's room in the direction that yaw pushes it.
-    let spare = tilt.iter().zip(SIGNS).fold(f32::MAX, |least, (part, [_, _, sign])| {
-        let force = level + part;
+    // The force that every motor can still change by, in the direction that yaw changes it.
+    let yaw_room = tilt.iter().zip(MIXING).fold(f32::MAX, |least, (part, [_, _, sign])| {
+        let force = collective + part;
         least.min(if sign * yaw > 0.0 { high - force } else { force - low })
     });
-    let given_yaw = yaw.max(-spare.max(0.0)).min(spare.max(0.0));
+    let achieved_yaw = yaw.max(-yaw_room.max(0.0)).min(yaw_room.max(0.0));
 
     let mut duties = Duties::OFF;
-    for ((duty, part), [_, _, sign]) in duties.0.iter_mut().zip(tilt).zip(SIGNS) {
-        *duty = duty_for(airframe, level + part + sign * given_yaw, volts);
+    for ((duty, part), [_, _, sign]) in duties.0.iter_mut().zip(tilt).zip(MIXING) {
+        *duty = duty_for(airframe, collective + part + sign * achieved_yaw, volts);
     }
     Mix {
         duties,
-        given: Wrench {
-            thrust: 4.0 * level,
+        achieved: Wrench {
+            thrust: 4.0 * collective,
             torque: [
-                cut * wanted.torque[0],
-                cut * wanted.torque[1],
-                4.0 * airframe.torque_per_thrust * given_yaw,
+                tilt_scale * wanted.torque[0],
+                tilt_scale * wanted.torque[1],
+                4.0 * airframe.torque_per_thrust * achieved_yaw,
             ],
         },
-        thrust_short: mean > level,
-        tilt_short: cut < 1.0,
-        yaw_short: given_yaw != yaw,
+        thrust_short: mean > collective,
+        tilt_short: tilt_scale < 1.0,
+        yaw_short: achieved_yaw != yaw,
     }
 }
 
-/// The part of the battery's voltage that makes a motor give this thrust.
+/// The fraction of the battery's voltage at which a motor gives this thrust, N.
 fn duty_for(airframe: &Airframe, thrust: f32, volts: f32) -> f32 {
     let [c0, c1, c2, c3] = airframe.thrust_curve;
-    // Newton's method on the cubic, from the voltage of a hovering Crazyflie (2.5 V). Its slope is
-    // positive everywhere for both sets of propellers; four steps are within a millivolt over the
-    // whole range (tests).
+    // Newton's method on the cubic, from the voltage of a hovering Crazyflie (2.5 V). The slope is
+    // positive everywhere for both sets of propellers, and four steps are within a millivolt over
+    // the whole range (tests).
     let mut at = 2.5;
     for _ in 0..4 {
         let value = c0 + at * (c1 + at * (c2 + at * c3)) - thrust;
@@ -110,10 +109,10 @@ mod tests {
 
     const FRAMES: [Airframe; 2] = [Airframe::CRAZYFLIE_2_1, Airframe::CRAZYFLIE_2_1_PLUS];
 
-    /// Force and torques that the thrust of each motor makes.
+    /// The wrench that these duties give.
     fn wrench(airframe: &Airframe, duties: Duties, volts: f32) -> Wrench {
         let mut sum = Wrench::default();
-        for (duty, [r, p, y]) in duties.0.iter().zip(SIGNS) {
+        for (duty, [r, p, y]) in duties.0.iter().zip(MIXING) {
             let thrust = airframe.thrust_at(duty * volts);
             sum.thrust += thrust;
             sum.torque[0] += r * airframe.arm * thrust;
@@ -124,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn what_can_be_done_is_done() {
+    fn a_feasible_wrench_is_given_exactly() {
         for frame in &FRAMES {
             for step in 0..1_000 {
                 let part = |prime: i32| ((step * prime) % 201 - 100) as f32 / 100.0;
@@ -144,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn uprightness_comes_before_height_and_height_before_heading() {
+    fn roll_and_pitch_come_before_thrust_and_thrust_before_yaw() {
         let frame = &Airframe::CRAZYFLIE_2_1;
         let wanted = Wrench { thrust: 2.0, torque: [2e-3, 0.0, 1e-3] };
         let mix = mix(frame, &wanted, 3.7);
@@ -152,11 +151,11 @@ mod tests {
         assert!(mix.thrust_short && mix.yaw_short && !mix.tilt_short);
         assert!((done.torque[0] - 2e-3).abs() < 1e-5, "{done:?}");
         assert!(done.torque[2] < 1e-3);
-        assert_eq!(mix.given.torque[0], 2e-3);
+        assert_eq!(mix.achieved.torque[0], 2e-3);
     }
 
     #[test]
-    fn no_wrench_and_no_battery_leads_out_of_the_range() {
+    fn any_wrench_and_battery_give_duties_from_0_to_1() {
         let values = [0.0, -1.0, 1.0, 1e9, -1e9, f32::NAN, f32::INFINITY, 1e-12];
         for thrust in values {
             for torque in values {

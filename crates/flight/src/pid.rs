@@ -1,38 +1,39 @@
-//! One controller: proportional, integral and derivative, with a limit on what the integral holds
-//! and none of it gathered while the actuator is at its end.
+//! A PID controller whose integral is limited, and does not wind up while the actuator is at its
+//! limit.
 
-/// A controller's constants, in units of its output per unit of its error.
+/// The gains of a controller, in units of its output per unit of its error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gains {
-    /// On the error.
+    /// Gain of the error.
     pub kp: f32,
-    /// On the error's integral, per second.
+    /// Gain of the error's integral, per second.
     pub ki: f32,
-    /// Against the measurement's rate of change: a set-point that jumps gives no kick. Seconds.
+    /// Gain of the measurement's rate of change, seconds. Acting on the measurement, it gives no
+    /// kick when the set-point jumps.
     pub kd: f32,
-    /// The most that the integral part adds to the output, either way.
+    /// Limit of the integral part of the output, in either direction.
     pub integral_limit: f32,
 }
 
 impl Gains {
-    /// Nothing but a proportional part.
+    /// Gains of a purely proportional controller.
     #[must_use]
     pub const fn proportional(kp: f32) -> Self {
         Self { kp, ki: 0.0, kd: 0.0, integral_limit: 0.0 }
     }
 }
 
-/// Whether what a controller asked for last time could be done.
+/// Whether the controller's last output could be carried out.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Actuator {
-    /// All of it.
+    /// All of it was carried out.
     #[default]
     Free,
-    /// No more in either direction: nothing is added to an integral, only taken away.
+    /// The actuator is at its limit: the integral may shrink, but not grow.
     AtLimit,
 }
 
-/// A controller's memory.
+/// The state of a controller between steps.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Pid {
     /// The integral part of the output.
@@ -45,7 +46,7 @@ impl Pid {
         Self { integral: 0.0, last: None }
     }
 
-    /// One step of `dt` seconds.
+    /// Advances by `dt` seconds and returns the output.
     pub(crate) fn step(
         &mut self,
         gains: &Gains,
@@ -54,10 +55,10 @@ impl Pid {
         dt: f32,
         actuator: Actuator,
     ) -> f32 {
-        let gathered = self.integral + gains.ki * error * dt;
-        let grows = gathered.abs() > self.integral.abs();
+        let candidate = self.integral + gains.ki * error * dt;
+        let grows = candidate.abs() > self.integral.abs();
         if !(grows && actuator == Actuator::AtLimit) {
-            self.integral = gathered.max(-gains.integral_limit).min(gains.integral_limit);
+            self.integral = candidate.max(-gains.integral_limit).min(gains.integral_limit);
         }
         let rate = match self.last.replace(measured) {
             Some(last) if dt > 0.0 => (measured - last) / dt,
@@ -66,7 +67,7 @@ impl Pid {
         gains.kp * error + self.integral - gains.kd * rate
     }
 
-    /// The part of the integral's limit that is used up, 0 to 1.
+    /// The used fraction of the integral's limit, 0 to 1.
     pub(crate) fn integral_use(&self, gains: &Gains) -> f32 {
         if gains.integral_limit > 0.0 { self.integral.abs() / gains.integral_limit } else { 0.0 }
     }
