@@ -1,4 +1,4 @@
-//! One millisecond of flight: sensors → estimator → supervisor → control → motors.
+//! Runs one control step of 1 ms: sensors → estimator → supervisor → control → motors.
 
 use sensors::{pmw3901, vl53l1x};
 use units::{
@@ -18,24 +18,24 @@ use crate::mixer::{Mix, mix};
 use crate::monitor::SensorMonitor;
 use crate::supervisor::{Cause, Mode, Observed, Supervisor, SupervisorConfig};
 
-/// The flight code's constants.
+/// The constants of the flight code, grouped by the module that reads them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FlightConfig {
-    /// The machine.
+    /// Mass, inertia and propellers of the drone.
     pub airframe: Airframe,
-    /// Zeroing the gyroscope.
+    /// Gyroscope calibration on the ground.
     pub calibration: CalibrationConfig,
-    /// What is believed of the gyroscope.
+    /// Checks of the gyroscope.
     pub gyro: GyroConfig,
-    /// What the rate loop hears of it.
+    /// Low-pass filter between the gyroscope and the rate controllers.
     pub rate_filter: LowPass,
-    /// What is believed of the accelerometer.
+    /// Checks of the accelerometer.
     pub accel: AccelConfig,
     /// The state estimator.
     pub estimator: EstimatorConfig,
-    /// The cascade.
+    /// The cascade of controllers.
     pub control: ControlConfig,
-    /// What may fly, and what ends a flight.
+    /// Conditions of take-off, of landing and of stopping the motors.
     pub supervisor: SupervisorConfig,
     /// The battery.
     pub battery: BatteryConfig,
@@ -60,29 +60,31 @@ impl FlightConfig {
         Self { airframe: Airframe::CRAZYFLIE_2_1_PLUS, ..Self::CRAZYFLIE_2_1 };
 }
 
-/// What the estimator made of the readings of one step.
+/// The estimator's verdicts on the readings of one step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Verdicts {
-    /// Of the optic flow, where there was a reading.
+    /// Verdict on the optic flow; `None` if this step had no reading.
     pub flow: Option<Verdict>,
-    /// Of the ranger that looks down.
+    /// Verdict on the ranger that looks down; `None` if this step had no reading.
     pub down: Option<Verdict>,
 }
 
-/// Flow readings that are equal to the last bit, after which the sensor is frozen: 0.3 s of them.
+/// After this many bit-identical readings the flow sensor counts as frozen: 0.3 s.
 const MOST_FLOW_REPEATS: u16 = 30;
-/// The same of the ranger that looks down, whose every measurement has its own number: 0.2 s.
+/// After this many bit-identical readings the ranger that looks down counts as frozen: 0.2 s. A
+/// live one never repeats itself, since it numbers its measurements.
 const MOST_DOWN_REPEATS: u16 = 8;
-/// Below this height the flow sensor sees nothing sharply, m (PMW3901 data sheet: from 80 mm on),
-/// and that it does not is no fault of it.
-const TOO_LOW_TO_SEE: f32 = 0.1;
-/// A height that is not older than this is being measured: four readings of the ranger.
-const HEIGHT_IS_FRESH: Duration = Duration::from_millis(100);
-/// The shortest and the longest step that the maths is done with, in microseconds. A longer one
-/// is a processor that stood still.
+/// Below this height, in m, a flow reading that cannot be used is no fault: the sensor's image is
+/// out of focus there (PMW3901 data sheet: sharp from 80 mm on).
+const FLOW_LEAST_HEIGHT: f32 = 0.1;
+/// The height counts as measured while the last used range is no older than this: four readings of
+/// the ranger.
+const HEIGHT_FRESH_FOR: Duration = Duration::from_millis(100);
+/// The shortest and the longest time step that the maths is done with, µs. A longer gap between two
+/// steps means that the processor was stalled, and counts as the longest step.
 const STEP_US: (u64, u64) = (200, 20_000);
 
-/// Everything between the sensors and the motors of one drone.
+/// The flight code of one drone: everything between its sensors and its motors.
 #[derive(Clone, Debug)]
 pub struct Flight {
     last_step: Option<Instant>,
@@ -95,7 +97,7 @@ pub struct Flight {
     down: SensorMonitor<vl53l1x::Reading>,
     gauge: Gauge,
     estimator: Estimator,
-    /// When velocity and height were last measured.
+    /// When the velocity and the height were last measured.
     measured: [Instant; 2],
     clearance: Option<f32>,
     verdicts: Verdicts,
@@ -105,7 +107,7 @@ pub struct Flight {
 }
 
 impl Flight {
-    /// A drone that has just been switched on.
+    /// The state of a drone that has just been switched on.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -128,7 +130,7 @@ impl Flight {
         }
     }
 
-    /// One millisecond. `now` must not run backwards; steps may be late, by chance or load.
+    /// Runs one step of nominally 1 ms. `now` must not run backwards; a step may be late.
     pub fn step(
         &mut self,
         config: &FlightConfig,
@@ -173,23 +175,23 @@ impl Flight {
         Outputs { duties: self.mix.duties, status: self.status(config, now, mode, &body) }
     }
 
-    /// What the estimator made of the readings of the last step.
+    /// The estimator's verdicts on the readings of the last step.
     #[must_use]
     pub const fn verdicts(&self) -> Verdicts {
         self.verdicts
     }
 
-    /// What is estimated, for whoever compares it with the truth.
+    /// The estimator, so that tests and benchmarks can compare its estimate with the truth.
     #[must_use]
     pub const fn estimator(&self) -> &Estimator {
         &self.estimator
     }
 
-    /// Gyroscope and accelerometer, zeroed and checked.
+    /// Checks the gyroscope and the accelerometer, and subtracts the gyroscope's bias.
     fn inertial(&mut self, config: &FlightConfig, now: Instant, sensed: &Sensed, dt: f32) {
         let accel = sensed.accel.map(|Acceleration(force)| force);
-        let push = self.mix.achieved.thrust / config.airframe.mass;
-        self.accel.step(&config.accel, now, accel, push, config.gyro.motor_lag, dt);
+        let specific_thrust = self.mix.achieved.thrust / config.airframe.mass;
+        self.accel.step(&config.accel, now, accel, specific_thrust, config.gyro.motor_lag, dt);
 
         let gyro = sensed.gyro.map(|AngularVelocity(mut rates)| {
             let bias = self.rest_mean.map_or([0.0; 3], |rest_mean| rest_mean.gyro);
@@ -199,25 +201,27 @@ impl Flight {
             rates
         });
         let torque = self.mix.achieved.torque;
-        let sideways = self.accel.lateral_impact();
+        let lateral_impact = self.accel.lateral_impact();
         let inertia = config.airframe.inertia;
-        self.gyro.step(&config.gyro, now, gyro, sideways, torque, inertia, dt);
+        self.gyro.step(&config.gyro, now, gyro, lateral_impact, torque, inertia, dt);
     }
 
-    /// In the air: moves the estimate on, and corrects it.
+    /// Predicts and corrects the estimate while the drone is in the air.
     fn estimate(&mut self, config: &FlightConfig, now: Instant, sensed: &Sensed, dt: f32) {
         let force = self.accel.in_flight(&config.accel);
-        let trust = if self.gyro.is_predicted() {
-            let inertial =
-                InertialConfig { gyro_density: BLIND_GYRO_DENSITY, ..config.estimator.inertial };
+        let estimator_config = if self.gyro.is_predicted() {
+            let inertial = InertialConfig {
+                gyro_density: PREDICTED_GYRO_DENSITY,
+                ..config.estimator.inertial
+            };
             &EstimatorConfig { inertial, ..config.estimator }
         } else {
             &config.estimator
         };
-        self.estimator.predict(trust, dt, self.gyro.rates(), force);
+        self.estimator.predict(estimator_config, dt, self.gyro.rates(), force);
         let [_, height_at] = self.measured;
-        if now.since(height_at) < HEIGHT_IS_FRESH && self.accel.is_sound(&config.accel) {
-            self.estimator.learn_gravity(trust, dt, force);
+        if now.since(height_at) < HEIGHT_FRESH_FOR && self.accel.is_sound(&config.accel) {
+            self.estimator.learn_gravity(estimator_config, dt, force);
         }
 
         self.verdicts = Verdicts::default();
@@ -232,7 +236,7 @@ impl Flight {
         }
         if let Some(flow) = self.flow.accept(now, sensed.flow, MOST_FLOW_REPEATS) {
             let verdict = self.estimator.flow(&config.estimator, &flow);
-            if verdict.is_used() || self.estimator.height() < TOO_LOW_TO_SEE {
+            if verdict.is_used() || self.estimator.height() < FLOW_LEAST_HEIGHT {
                 *velocity_at = now;
             }
             self.verdicts.flow = Some(verdict);
@@ -242,7 +246,7 @@ impl Flight {
         }
     }
 
-    /// On the ground: zeroes the gyroscope and keeps the estimate at rest.
+    /// Calibrates the gyroscope and keeps the estimate at rest while the drone is on the ground.
     fn rest(&mut self, config: &FlightConfig, now: Instant, sensed: &Sensed) {
         self.verdicts = Verdicts::default();
         self.down.accept(now, sensed.down, u16::MAX);
@@ -271,19 +275,20 @@ impl Flight {
 
     fn observe(&self, config: &FlightConfig, now: Instant, command: &Command) -> Observed {
         let [velocity_at, height_at] = self.measured;
-        let force = self.accel.reading().map(|[x, y, z]| libm::sqrtf(x * x + y * y + z * z));
+        let specific_force =
+            self.accel.reading().map(|[x, y, z]| libm::sqrtf(x * x + y * y + z * z));
         Observed {
             now,
             setpoint: command.setpoint,
             setpoint_age: now.since(command.given),
-            zeroed: self.rest_mean.is_some(),
-            blind_for: self.gyro.unsound_for(now),
+            calibrated: self.rest_mean.is_some(),
+            rates_unsound_for: self.gyro.unsound_for(now),
             flow_silent: self.flow.age(now),
             down_silent: self.down.age(now),
             velocity_age: now.since(velocity_at),
             height_age: now.since(height_at),
-            upright: self.estimator.tilt_cosine(),
-            force,
+            tilt_cosine: self.estimator.tilt_cosine(),
+            specific_force,
             clearance: self.clearance,
             height: self.estimator.height(),
             battery_known: self.gauge.is_known(),
@@ -293,13 +298,13 @@ impl Flight {
             trim: self.control.trim(&config.control),
             wanted_climb: self.control.wanted_climb(),
             climb: self.estimator.climb(),
-            unexplained: self.accel.vertical_residual(),
-            blow: self.accel.lateral_impact(),
-            blow_up: self.accel.vertical_excess(),
+            vertical_residual: self.accel.vertical_residual(),
+            lateral_impact: self.accel.lateral_impact(),
+            vertical_impact: self.accel.vertical_excess(),
         }
     }
 
-    /// What to reach; `None` is motors off.
+    /// The goal of the controllers in this mode; `None` switches the motors off.
     fn goal(
         &self,
         config: &FlightConfig,
@@ -308,21 +313,22 @@ impl Flight {
         mode: Mode,
     ) -> Option<Goal> {
         let limits = &config.supervisor;
-        let seen = now.since(self.measured[0]) < limits.lost_after;
-        let still = if seen { Horizontal::Velocity([0.0; 2]) } else { Horizontal::Level };
+        let velocity_known = now.since(self.measured[0]) < limits.lost_after;
+        let hold = if velocity_known { Horizontal::Velocity([0.0; 2]) } else { Horizontal::Level };
         match mode {
             Mode::Grounded { .. } | Mode::Landed { .. } | Mode::Stopped { .. } => None,
             Mode::Landing { why, .. } => {
-                let blind = why == Cause::NoImu;
-                let descent = if blind { limits.blind_descent } else { limits.descent };
-                Some(Goal { horizontal: still, yaw_rate: 0.0, vertical: Vertical::Climb(-descent) })
+                let without_rates = why == Cause::NoImu;
+                let descent =
+                    if without_rates { limits.descent_without_rates } else { limits.descent };
+                Some(Goal { horizontal: hold, yaw_rate: 0.0, vertical: Vertical::Climb(-descent) })
             }
             Mode::Flying { .. } => match command.setpoint {
                 Setpoint::Fly { forward, lateral, yaw_rate, height } => {
                     let stale = now.since(command.given) >= limits.level_out_after;
                     let velocity = Horizontal::Velocity([forward.0, lateral.0]);
                     Some(Goal {
-                        horizontal: if stale { still } else { velocity },
+                        horizontal: if stale { hold } else { velocity },
                         yaw_rate: if stale { 0.0 } else { yaw_rate.0 },
                         vertical: Vertical::Height(height.0),
                     })
@@ -371,12 +377,12 @@ impl Default for Flight {
     }
 }
 
-/// How uncertain predicted body rates are, as a random walk of the attitude, rad/s/√Hz: wrong by
-/// 0.3 rad/s, and that for 0.1 s.
-const BLIND_GYRO_DENSITY: f32 = 0.1;
+/// Noise density of predicted body rates, as a random walk of the attitude, rad/s/√Hz: an error of
+/// 0.3 rad/s that lasts for 0.1 s.
+const PREDICTED_GYRO_DENSITY: f32 = 0.1;
 
-/// A velocity along the board's axes, as seen by somebody who stands level and looks the same
-/// way: forward and to the left. `up` is where the vertical is, along the board's axes.
+/// Turns a velocity along the board's axes into the level frame with the same heading, as forward
+/// and left. `up` is the vertical along the board's axes.
 fn level([vx, vy, vz]: [f32; 3], [ux, uy, uz]: [f32; 3]) -> [f32; 2] {
     // up = (−sin θ, sin φ cos θ, cos φ cos θ) for roll φ and pitch θ.
     let cos_pitch = libm::sqrtf((uy * uy + uz * uz).max(1e-6));

@@ -1,4 +1,4 @@
-//! What goes into a step of the flight code, and what comes out.
+//! The inputs and outputs of one step of the flight code.
 
 use sensors::{pmw3901, vl53l1x};
 use units::{
@@ -8,91 +8,91 @@ use units::{
 
 use crate::supervisor::Mode;
 
-/// What the sensors brought since the last step: `None` where nothing new came in, for whatever
-/// reason. That a sensor has failed is for the flight code to notice.
+/// The sensor readings since the last step. A field is `None` where no new reading came in,
+/// whatever the reason: the flight code itself detects that a sensor has failed.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Sensed {
-    /// Gyroscope: new at each step, 1 kHz.
+    /// Reading of the gyroscope, new at each step (1 kHz).
     pub gyro: Option<AngularVelocity>,
-    /// Accelerometer: new at each step, 1 kHz.
+    /// Reading of the accelerometer, new at each step (1 kHz).
     pub accel: Option<Acceleration>,
-    /// Optic flow: counts since the last reading, about 100 Hz.
+    /// Reading of the optic flow sensor: counts since the last reading, about 100 Hz.
     pub flow: Option<pmw3901::Motion>,
-    /// The ranger that looks down, about 40 Hz.
+    /// Reading of the ranger that looks down, about 40 Hz.
     pub down: Option<vl53l1x::Reading>,
-    /// The battery at its terminals, under load.
+    /// Battery voltage at the terminals, under load.
     pub battery: Option<Volts>,
 }
 
-/// A set-point and when it was given: one that grows old ends the flight.
+/// A set-point with the time at which it was given: one that is too old ends the flight.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Command {
-    /// What to do.
+    /// The set-point that the drone is to follow.
     pub setpoint: Setpoint,
-    /// When it was said.
+    /// When the set-point was given.
     pub given: Instant,
 }
 
-/// How hard each motor is driven, as the part of the battery's voltage that it is given, 0 to 1:
-/// front right, rear right, rear left, front left (M1 to M4 of the Crazyflie).
+/// Duty of each motor, as the fraction of the battery's voltage that the motor is given, 0 to 1.
+/// The order is front right, rear right, rear left, front left (M1 to M4 of the Crazyflie).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Duties(pub [f32; 4]);
 
 impl Duties {
-    /// All motors stand.
+    /// All motors off.
     pub const OFF: Self = Self([0.0; 4]);
 }
 
-/// What a step decided.
+/// The result of one step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outputs {
-    /// For the motors.
+    /// Duties of the motors.
     pub duties: Duties,
-    /// For everyone else.
+    /// Status for the mission loop, the telemetry and the LEDs.
     pub status: Status,
 }
 
-/// What the flight code knows.
+/// The drone's state as the flight code knows it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Status {
-    /// What it is doing, and why.
+    /// The flight mode, with the reason for it.
     pub mode: Mode,
     /// Roll, pitch and yaw.
     pub attitude: Attitude,
-    /// Velocity over ground along the board's x and y; `None` while nothing measures it.
+    /// Velocity over ground along the board's x and y; `None` while no sensor measures it.
     pub velocity: Option<[MetresPerSecond; 2]>,
-    /// Height over ground; `None` while nothing measures it.
+    /// Height over ground; `None` while no sensor measures it.
     pub height: Option<Metres>,
-    /// The battery.
+    /// State of the battery.
     pub battery: Battery,
 }
 
-/// Where the board points: positive roll lowers the right side, positive pitch lowers the nose,
-/// yaw counter-clockwise from where it was switched on.
+/// The attitude of the board. Positive roll lowers the right side, positive pitch lowers the nose,
+/// and yaw counts counter-clockwise from the heading at switch-on.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Attitude {
-    /// About x.
+    /// Angle about x.
     pub roll: Radians,
-    /// About y.
+    /// Angle about y.
     pub pitch: Radians,
-    /// About z. Drifts slowly: nothing but the gyroscope measures it.
+    /// Angle about z. It drifts slowly, since only the gyroscope measures it.
     pub yaw: Radians,
 }
 
-/// The battery as the drone sees it.
+/// The state of the battery.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Battery {
-    /// At its terminals, smoothed.
+    /// Voltage at the terminals, smoothed.
     pub volts: Volts,
-    /// How long it will still carry the drone, before it has to land; `None` while nothing is
-    /// known of it.
+    /// For how long the battery can still carry the hovering drone; `None` while its voltage is
+    /// unknown.
     pub endurance: Option<Duration>,
 }

@@ -1,24 +1,24 @@
-//! State estimator, controllers, mixer and supervisor: from sensor readings to motor duties, a
-//! thousand times a second.
+//! Estimates a drone's state from its sensors, controls it, and supervises its flight: from sensor
+//! readings to motor duties, a thousand times a second.
 //!
-//! [`Flight`] is the door: hand [`Flight::step`] the time, what the sensors brought and the latest
-//! set-point; it returns what the motors get and what the drone knows of itself. It owns no clock
-//! and no bus, never allocates and never panics, and the same inputs give the same outputs, bit
-//! for bit: the firmware and the simulator run exactly this type.
+//! [`Flight`] is the entry point. [`Flight::step`] takes the time, the readings since the last step
+//! and the latest set-point, and returns the motor duties and the drone's status. `Flight` owns no
+//! clock and no bus, never allocates and never panics. The same inputs give the same outputs, bit
+//! for bit; the firmware and the simulator run exactly this type.
 //!
 //! | module | its part |
 //! |---|---|
-//! | `airframe` | mass, inertia, propellers |
-//! | `calibration` | the gyroscope's zero |
-//! | `gyro`, `accel`, `monitor`, `battery` | what is believed of a sensor, and what stands in for it |
-//! | `estimator`, `attitude` | where it is, how fast, and how it is turned |
-//! | `control`, `pid`, `mixer` | from set-point to duties |
-//! | `supervisor` | what may fly, and what ends a flight |
+//! | `airframe` | mass, inertia and propellers |
+//! | `calibration` | the gyroscope's bias, measured on the ground |
+//! | `gyro`, `accel`, `monitor`, `battery` | check each sensor and replace failed readings |
+//! | `estimator`, `attitude` | position, velocity and attitude |
+//! | `control`, `pid`, `mixer` | from set-point to motor duties |
+//! | `supervisor` | when to take off, land, or stop the motors |
 #![no_std]
 #![allow(
     clippy::manual_clamp,
     clippy::neg_cmp_op_on_partial_ord,
-    reason = "what is not a number must end at a limit, and on the safe side of a comparison"
+    reason = "a NaN must end at a limit, and on the safe side of a comparison"
 )]
 
 mod accel;

@@ -1,4 +1,4 @@
-//! What may fly, and what brings a flight to its end.
+//! Decides when a drone may take off, when it must land, and when its motors must stop.
 //!
 //! ```text
 //!              Fly, and ready
@@ -7,51 +7,51 @@
 //!      │  └────────────────────────┘               down       │
 //!      └──────────────────────────────────────────────────────┘
 //!                               Off
-//!   Stopped: from anywhere, by a StopCause; until the next boot.
+//!   Stopped: from any mode, by a StopCause; until the next boot.
 //! ```
 //!
-//! A landing that has begun is not broken off: what failed and came back may fail again, and a
-//! drone on the ground can be asked why.
+//! A drone that is landing never goes back to flying: a sensor that failed and recovered may fail
+//! again, and a drone on the ground still shows why it landed.
 
 use units::{Duration, Instant, Setpoint};
 
-/// What the flight code is doing.
+/// The flight mode.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Mode {
-    /// On the ground, motors off.
+    /// The drone is on the ground with its motors off.
     Grounded {
-        /// What keeps it there, if anything but that nobody wants it to fly.
+        /// Why the drone would not take off; `None` if it is ready.
         waits_for: Option<NotReady>,
     },
-    /// In the air, following its set-point.
+    /// The drone is in the air and follows its set-point.
     Flying {
-        /// Since when.
+        /// When it took off.
         since: Instant,
     },
-    /// Coming down by itself.
+    /// The drone is landing by its own decision.
     Landing {
-        /// Since when.
+        /// When the landing began.
         since: Instant,
-        /// Why.
+        /// Why it lands.
         why: Cause,
     },
-    /// On the ground after a landing of its own; set-point [`Off`](crate::Setpoint::Off) makes it
-    /// [`Grounded`](Self::Grounded) again.
+    /// The drone has landed by its own decision. The set-point [`Off`](units::Setpoint::Off) makes
+    /// it [`Grounded`](Self::Grounded) again.
     Landed {
-        /// Why it came down.
+        /// Why it landed.
         why: Cause,
     },
-    /// Motors off until the next boot.
+    /// The motors stay off until the next boot.
     Stopped {
-        /// Why.
+        /// Why they were stopped.
         why: StopCause,
     },
 }
 
 impl Mode {
-    /// Whether the motors turn.
+    /// Whether the drone is in the air with its motors running.
     #[must_use]
     pub const fn is_airborne(&self) -> bool {
         match self {
@@ -66,211 +66,224 @@ impl Mode {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum NotReady {
-    /// No inertial sensor.
+    /// The inertial sensor gives no sound body rates.
     NoImu,
-    /// It has not lain still long enough for its gyroscope to be zeroed.
+    /// The drone has not lain still for long enough to measure the gyroscope's bias.
     Calibrating,
-    /// It does not stand level.
+    /// The drone does not stand level.
     Tilted,
-    /// No optic flow sensor.
+    /// The optic flow sensor is silent.
     NoFlow,
-    /// No ranger that looks down.
+    /// The ranger that looks down is silent.
     NoHeight,
-    /// No battery voltage.
+    /// The battery voltage is unknown.
     NoBattery,
-    /// The battery would not bring it home.
+    /// The battery's charge is too low for a flight.
     BatteryLow,
 }
 
-/// Why a flight was ended by a landing.
+/// Why the drone landed by its own decision.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Cause {
-    /// Nobody said for too long what to do.
+    /// The last set-point is too old.
     NoSetpoint,
-    /// The inertial sensor fell silent, or says what no drone does.
+    /// The gyroscope is silent, or its readings are implausible.
     NoImu,
-    /// Nothing measures its velocity.
+    /// No sensor measures the velocity.
     NoFlow,
-    /// Nothing measures its height, or what does is contradicted by the ground.
+    /// No sensor measures the height, or the drone stands on something that the ranger does not
+    /// show.
     NoHeight,
-    /// The battery is at its end.
+    /// The battery is empty.
     Battery,
     /// A motor cannot keep up, or the drone cannot hold its height.
     Overload,
-    /// It keeps hitting something: it does not see where it flies.
+    /// The drone keeps hitting an obstacle that its rangers do not show.
     Blocked,
 }
 
-/// Why the motors were stopped for good.
+/// Why the motors were stopped until the next boot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum StopCause {
-    /// Somebody said so.
+    /// The set-point was [`Stop`](units::Setpoint::Stop).
     Ordered,
-    /// It lies on its side or its back.
+    /// The drone lies on its side or its back.
     Tumbled,
-    /// It fell.
+    /// The drone was in free fall.
     FreeFall,
-    /// It tipped over at take-off: a propeller does not turn, or something holds it.
+    /// The drone tipped over at take-off: a propeller does not turn, or the drone is held.
     PropellerStuck,
 }
 
-/// The supervisor's constants.
+/// The constants of the supervisor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SupervisorConfig {
-    /// A set-point older than this is no longer followed: the drone stands still.
+    /// A set-point older than this is no longer followed: the drone stops over ground and keeps the
+    /// height.
     pub level_out_after: Duration,
-    /// A set-point older than this ends the flight.
+    /// A set-point older than this ends the flight with a landing.
     pub give_up_after: Duration,
-    /// A sensor that has not been heard for this long is missing on the ground.
+    /// A sensor that has been silent for this long on the ground counts as missing.
     pub silent_after: Duration,
-    /// Body rates that have not been sound for this long end the flight.
-    pub blind_after: Duration,
-    /// As long as this a drone flies without a velocity or a height that is measured.
+    /// Body rates that have been unsound for this long end the flight.
+    pub rates_lost_after: Duration,
+    /// A velocity or a height that has not been measured for this long ends the flight.
     pub lost_after: Duration,
-    /// The most tilt of a drone that takes off: its cosine.
+    /// Cosine of the largest tilt at which a drone takes off.
     pub level: f32,
-    /// The tilt beyond which a drone has tumbled: its cosine …
+    /// Cosine of the tilt beyond which a drone counts as tumbled.
     pub tumbled: f32,
-    /// … that must last this long.
+    /// Time for which the drone must be tilted beyond `tumbled`.
     pub tumbled_for: Duration,
-    /// A specific force under this is a fall, m/s² …
+    /// Specific force below which a drone may be in free fall, m/s².
     pub falling: f32,
-    /// … that must last this long …
+    /// Time for which the specific force must be below `falling`.
     pub falling_for: Duration,
-    /// … and lead downwards by this, m.
-    pub fall: f32,
-    /// Tipping over within this time after take-off means that a propeller is stuck.
+    /// Distance by which the drone must have sunk meanwhile, m, if the ranger measures it.
+    pub least_fall: f32,
+    /// A drone that tumbles within this time after take-off has a stuck propeller.
     pub tips_over_within: Duration,
-    /// More of its trim than this used up means that a motor cannot keep up.
+    /// Fraction of the rate loops' integral limit above which a motor counts as too weak.
     pub most_trim: f32,
-    /// So long a motor may be unable to keep up.
+    /// Time for which an overload is tolerated.
     pub overload_for: Duration,
-    /// A push from the side that is more than this is a blow, m/s².
-    pub blow: f32,
-    /// The most blows that are borne, each a millisecond of being hit, when those of a second ago
-    /// count as a third.
-    pub most_blows: f32,
-    /// A push from below that is more than this, felt by a drone that sinks, is the floor, m/s².
-    pub floor_blow: f32,
-    /// And unexpected, if it comes above this estimated height, m.
+    /// Lateral specific force above which a drone is being hit, m/s².
+    pub impact: f32,
+    /// Most impacts that are tolerated. Each millisecond of impact counts one, and the count decays
+    /// with a time constant of 1 s.
+    pub most_impacts: f32,
+    /// Upward specific force beyond that of the motors, m/s², above which a sinking drone has hit
+    /// the floor.
+    pub floor_impact: f32,
+    /// Estimated height below which a flying drone expects to touch the floor, m: there
+    /// `floor_impact` is not looked at.
     pub floor_expected: f32,
-    /// Speed of a landing, m/s …
+    /// Descent speed of a landing, m/s.
     pub descent: f32,
-    /// … and of one without a gyroscope, m/s: every second counts.
-    pub blind_descent: f32,
-    /// Below this height the drone stands on its legs, m …
-    pub ground: f32,
-    /// … when it has been there for this long.
-    pub ground_for: Duration,
-    /// A drone that should sink, or rise, at least this fast, m/s, …
-    pub should_move: f32,
-    /// … and moves less than this, m/s, …
-    pub stands: f32,
-    /// … or is pushed up by more than this beside its motors, m/s², …
-    pub floor_push: f32,
-    /// … for this long is on the ground, whatever its ranger says; or is held there.
+    /// Descent speed of a landing without a gyroscope, m/s: faster, because the predicted rates
+    /// soon drift.
+    pub descent_without_rates: f32,
+    /// Height at or below which a landing drone stands on its legs, m.
+    pub touchdown_height: f32,
+    /// Time for which the drone must be at or below `touchdown_height`.
+    pub touchdown_for: Duration,
+    /// Climb rate, up or down, above which the height controller is asking for real motion, m/s.
+    pub commanded_speed: f32,
+    /// Climb rate below which the drone counts as standing still, m/s.
+    pub standstill_speed: f32,
+    /// Upward specific force beyond that of the motors, m/s², above which something holds the drone
+    /// up.
+    pub support_force: f32,
+    /// A drone that is asked to sink, but stands still or is held up for this long, is on the
+    /// ground, whatever its ranger says.
     pub held_up_for: Duration,
-    /// A landing without a height ends at the latest so long after it should have touched down.
-    pub overdue: Duration,
+    /// A landing without a measured height ends this long after the drone should have touched down.
+    pub touchdown_overdue: Duration,
 }
 
 impl SupervisorConfig {
-    /// Watchdogs, and tumbling and falling in outline: crazyflie-firmware, `supervisor.c`. It
-    /// switches the motors off where set-points fail for 2 s; we land. Gyroscope: predicted rates
-    /// are good for a quarter of a second (the book's table of faults). Lost velocity: a tilt that
-    /// is wrong by 0.5° makes 6 cm/s in 0.7 s, and a ranger that contradicts the estimate is
-    /// believed after at most 0.4 s. A trim of 90 % is a motor at about half its thrust.
+    /// The watchdogs, and the outline of the checks for tumbling and falling, follow
+    /// crazyflie-firmware, `supervisor.c`; it stops the motors when set-points fail for 2 s, this
+    /// supervisor lands. Gyroscope: predicted rates are good for a quarter of a second (the book's
+    /// table of faults). Lost velocity: a tilt that is wrong by 0.5° adds 6 cm/s in 0.7 s, and the
+    /// estimator resets to a ranger that contradicts it after at most 0.4 s. A trim of 90 % is a
+    /// motor at about half its thrust.
     ///
-    /// Blows and pushes are numbers of ours, tuned in the simulator (`uchain bench faults`): a wall
-    /// that is bumped into is felt for some milliseconds, one that is scraped along for some in
-    /// each ten, and a floor that bears 7 % of the weight before the accelerometer is doubted for
-    /// it.
+    /// The thresholds of impacts and of the floor are our own, tuned in the simulator (`uchain
+    /// bench faults`). A wall that the drone bumps into is felt for some milliseconds, and one that
+    /// it scrapes along for some in each ten. A floor is detected that bears 7 % of the weight,
+    /// before the accelerometer is rejected for it.
     pub const DEFAULT: Self = Self {
         level_out_after: Duration::from_millis(500),
         give_up_after: Duration::from_secs(2),
         silent_after: Duration::from_secs(1),
-        blind_after: Duration::from_millis(250),
+        rates_lost_after: Duration::from_millis(250),
         lost_after: Duration::from_millis(700),
         level: 0.966,
         tumbled: 0.342,
         tumbled_for: Duration::from_millis(100),
         falling: 3.0,
         falling_for: Duration::from_millis(100),
-        fall: 0.05,
+        least_fall: 0.05,
         tips_over_within: Duration::from_millis(1_000),
         most_trim: 0.9,
         overload_for: Duration::from_millis(1_000),
-        blow: 4.0,
-        most_blows: 12.0,
-        floor_blow: 8.0,
+        impact: 4.0,
+        most_impacts: 12.0,
+        floor_impact: 8.0,
         floor_expected: 0.12,
         descent: 0.3,
-        blind_descent: 0.4,
-        ground: 0.05,
-        ground_for: Duration::from_millis(100),
-        should_move: 0.15,
-        stands: 0.04,
-        floor_push: 0.7,
+        descent_without_rates: 0.4,
+        touchdown_height: 0.05,
+        touchdown_for: Duration::from_millis(100),
+        commanded_speed: 0.15,
+        standstill_speed: 0.04,
+        support_force: 0.7,
         held_up_for: Duration::from_millis(700),
-        overdue: Duration::from_millis(700),
+        touchdown_overdue: Duration::from_millis(700),
     };
 }
 
-/// What one step has shown.
+/// The supervisor's inputs at one step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Observed {
     pub(crate) now: Instant,
     pub(crate) setpoint: Setpoint,
-    /// Since it was given.
+    /// Time since the set-point was given.
     pub(crate) setpoint_age: Duration,
-    /// The gyroscope has been zeroed.
-    pub(crate) zeroed: bool,
-    /// For how long body rates have not been sound.
-    pub(crate) blind_for: Duration,
-    /// Since the sensors were last heard.
+    /// Whether the gyroscope's bias has been measured.
+    pub(crate) calibrated: bool,
+    /// For how long the body rates have been unsound.
+    pub(crate) rates_unsound_for: Duration,
+    /// Time since the flow sensor's last fresh reading.
     pub(crate) flow_silent: Duration,
+    /// Time since the last fresh reading of the ranger that looks down.
     pub(crate) down_silent: Duration,
-    /// Since velocity and height were last measured.
+    /// Time since the velocity was last measured.
     pub(crate) velocity_age: Duration,
+    /// Time since the height was last measured.
     pub(crate) height_age: Duration,
     /// Cosine of the tilt.
-    pub(crate) upright: f32,
-    /// Length of the specific force, where it is read.
-    pub(crate) force: Option<f32>,
-    /// The latest reading of the ranger that looks down, m.
+    pub(crate) tilt_cosine: f32,
+    /// Magnitude of the specific force, m/s²; `None` without a reading.
+    pub(crate) specific_force: Option<f32>,
+    /// Latest reading of the ranger that looks down, m; `None` if it was invalid.
     pub(crate) clearance: Option<f32>,
     /// Estimated height, m.
     pub(crate) height: f32,
+    /// Whether the battery's voltage is known.
     pub(crate) battery_known: bool,
+    /// Whether the battery's charge suffices to begin a flight.
     pub(crate) battery_may_fly: bool,
+    /// Whether the battery is empty.
     pub(crate) battery_critical: bool,
-    /// More thrust is wanted than there is, or what there is does not hold the height.
+    /// Whether the last step asked for more thrust than the motors give.
     pub(crate) thrust_short: bool,
-    /// The part of its trim that is used up.
+    /// Fraction of the rate loops' integral limit that is used.
     pub(crate) trim: f32,
-    /// What the height controller wants, m/s upwards.
+    /// Climb rate that the height controller asks for, m/s.
     pub(crate) wanted_climb: f32,
-    /// What it gets by the estimate.
+    /// Estimated climb rate, m/s.
     pub(crate) climb: f32,
-    /// The force upwards that the motors do not explain, m/s².
-    pub(crate) unexplained: f32,
-    /// A blow from the side, m/s².
-    pub(crate) blow: f32,
-    /// And from below.
-    pub(crate) blow_up: f32,
+    /// Smoothed upward specific force that the motors do not explain, m/s².
+    pub(crate) vertical_residual: f32,
+    /// Momentary lateral specific force beyond its recent mean, m/s².
+    pub(crate) lateral_impact: f32,
+    /// Momentary upward specific force that the motors do not explain, m/s².
+    pub(crate) vertical_impact: f32,
 }
 
-/// How long something has been so.
+/// Measures for how long a condition has held without a break.
 #[derive(Clone, Copy, Debug)]
-struct Held {
+struct HoldTimer {
     since: Option<Instant>,
 }
 
-impl Held {
+impl HoldTimer {
     const fn new() -> Self {
         Self { since: None }
     }
@@ -281,33 +294,33 @@ impl Held {
     }
 }
 
-/// The supervisor's memory.
+/// The state of the supervisor between steps.
 #[derive(Clone, Debug)]
 pub(crate) struct Supervisor {
     mode: Mode,
-    tumbling: Held,
-    falling: Held,
-    /// Clearance when it began to fall.
+    tumbling: HoldTimer,
+    falling: HoldTimer,
+    /// Clearance when the free fall began, m.
     fell_from: Option<f32>,
-    overload: Held,
-    /// Blows of late.
-    blows: f32,
+    overload: HoldTimer,
+    /// Decaying count of impacts, see [`SupervisorConfig::most_impacts`].
+    impacts: f32,
     last: Option<Instant>,
-    low: Held,
-    held_up: Held,
+    near_ground: HoldTimer,
+    held_up: HoldTimer,
     /// Estimated height when the landing began, m.
     landing_from: f32,
 }
 
-/// What one look at the timers says.
-struct Verdict {
+/// The conditions that end a flight, after their hold times.
+struct Conditions {
     tumbled: bool,
     fell: bool,
     overloaded: bool,
     blocked: bool,
-    /// On its legs, by height.
-    down: bool,
-    /// On something, whatever the height.
+    /// The measured height says that the drone stands on its legs.
+    touched_down: bool,
+    /// The drone stands on something, whatever its height says.
     held_up: bool,
 }
 
@@ -315,14 +328,14 @@ impl Supervisor {
     pub(crate) const fn new() -> Self {
         Self {
             mode: Mode::Grounded { waits_for: Some(NotReady::Calibrating) },
-            tumbling: Held::new(),
-            falling: Held::new(),
+            tumbling: HoldTimer::new(),
+            falling: HoldTimer::new(),
             fell_from: None,
-            overload: Held::new(),
-            blows: 0.0,
+            overload: HoldTimer::new(),
+            impacts: 0.0,
             last: None,
-            low: Held::new(),
-            held_up: Held::new(),
+            near_ground: HoldTimer::new(),
+            held_up: HoldTimer::new(),
             landing_from: 0.0,
         }
     }
@@ -332,13 +345,13 @@ impl Supervisor {
     }
 
     pub(crate) fn step(&mut self, config: &SupervisorConfig, at: &Observed) -> Mode {
-        let verdict = self.judge(config, at);
+        let conditions = self.evaluate(config, at);
         let next = match self.mode {
             _ if at.setpoint == Setpoint::Stop => Mode::Stopped { why: StopCause::Ordered },
             Mode::Stopped { why } => Mode::Stopped { why },
             Mode::Grounded { .. } => grounded(config, at),
-            Mode::Flying { since } => flying(since, config, at, &verdict),
-            Mode::Landing { since, why } => self.landing(since, why, config, at, &verdict),
+            Mode::Flying { since } => flying(since, config, at, &conditions),
+            Mode::Landing { since, why } => self.landing(since, why, config, at, &conditions),
             Mode::Landed { why } => match at.setpoint {
                 Setpoint::Off => Mode::Grounded { waits_for: not_ready(config, at) },
                 Setpoint::Fly { .. } | Setpoint::Stop => Mode::Landed { why },
@@ -351,44 +364,47 @@ impl Supervisor {
         next
     }
 
-    /// Moves the timers on. On the ground none of them runs.
-    fn judge(&mut self, config: &SupervisorConfig, at: &Observed) -> Verdict {
+    /// Advances the timers and evaluates the conditions. On the ground no timer runs.
+    fn evaluate(&mut self, config: &SupervisorConfig, at: &Observed) -> Conditions {
         let now = at.now;
-        let air = self.mode.is_airborne();
-        let tumbling = self.tumbling.step(now, air && at.upright < config.tumbled);
-        let weightless = at.force.is_some_and(|force| force < config.falling);
-        let falling = self.falling.step(now, air && weightless);
+        let airborne = self.mode.is_airborne();
+        let tumbling = self.tumbling.step(now, airborne && at.tilt_cosine < config.tumbled);
+        let weightless = at.specific_force.is_some_and(|force| force < config.falling);
+        let falling = self.falling.step(now, airborne && weightless);
         if falling == Duration::ZERO {
             self.fell_from = at.clearance;
         }
         let sank = match (self.fell_from, at.clearance) {
-            (Some(from), Some(to)) => from - to >= config.fall,
+            (Some(from), Some(to)) => from - to >= config.least_fall,
             _ => true,
         };
-        let (wanted, gets) = (at.wanted_climb, at.climb);
-        let held_down = wanted > config.should_move && gets < config.stands;
-        let expected =
+        let (wanted, climb) = (at.wanted_climb, at.climb);
+        let held_down = wanted > config.commanded_speed && climb < config.standstill_speed;
+        let floor_expected =
             at.height < config.floor_expected && matches!(self.mode, Mode::Flying { .. });
-        let hit_floor = wanted < -config.should_move && at.blow_up > config.floor_blow && !expected;
-        let pushed = gets > -config.stands || at.unexplained > config.floor_push;
-        let held_up = wanted < -config.should_move && pushed;
-        let overload = air && (at.thrust_short || held_down || at.trim > config.most_trim);
+        let hit_floor = wanted < -config.commanded_speed
+            && at.vertical_impact > config.floor_impact
+            && !floor_expected;
+        let supported =
+            climb > -config.standstill_speed || at.vertical_residual > config.support_force;
+        let held_up = wanted < -config.commanded_speed && supported;
+        let overload = airborne && (at.thrust_short || held_down || at.trim > config.most_trim);
         let measured = at.height_age < config.lost_after;
-        let low = measured && at.height <= config.ground;
+        let low = measured && at.height <= config.touchdown_height;
         let dt = self.last.map_or(0.0, |last| now.since(last).as_secs_f32().min(1.0));
         self.last = Some(now);
-        self.blows = if air { self.blows * (1.0 - dt) } else { 0.0 };
-        if at.blow > config.blow {
-            self.blows += 1.0;
+        self.impacts = if airborne { self.impacts * (1.0 - dt) } else { 0.0 };
+        if at.lateral_impact > config.impact {
+            self.impacts += 1.0;
         }
-        Verdict {
-            blocked: self.blows > config.most_blows,
+        Conditions {
+            blocked: self.impacts > config.most_impacts,
             tumbled: tumbling >= config.tumbled_for,
             fell: falling >= config.falling_for && sank,
             overloaded: self.overload.step(now, overload) >= config.overload_for,
-            down: self.low.step(now, air && low) >= config.ground_for,
-            held_up: self.held_up.step(now, air && held_up) >= config.held_up_for
-                || (air && hit_floor),
+            touched_down: self.near_ground.step(now, airborne && low) >= config.touchdown_for,
+            held_up: self.held_up.step(now, airborne && held_up) >= config.held_up_for
+                || (airborne && hit_floor),
         }
     }
 
@@ -398,18 +414,19 @@ impl Supervisor {
         why: Cause,
         config: &SupervisorConfig,
         at: &Observed,
-        verdict: &Verdict,
+        conditions: &Conditions,
     ) -> Mode {
-        let blind = why == Cause::NoImu;
-        let descent = if blind { config.blind_descent } else { config.descent };
+        let without_rates = why == Cause::NoImu;
+        let descent = if without_rates { config.descent_without_rates } else { config.descent };
         let due = Duration::from_millis((1e3 * self.landing_from.max(0.0) / descent) as u32 as u64);
         let measured = at.height_age < config.lost_after;
-        let overdue = !measured && at.now.since(since) >= due + config.overdue;
-        if at.setpoint == Setpoint::Off || verdict.down || verdict.held_up || overdue {
+        let overdue = !measured && at.now.since(since) >= due + config.touchdown_overdue;
+        if at.setpoint == Setpoint::Off || conditions.touched_down || conditions.held_up || overdue
+        {
             Mode::Landed { why }
-        } else if verdict.tumbled {
+        } else if conditions.tumbled {
             Mode::Stopped { why: StopCause::Tumbled }
-        } else if verdict.fell {
+        } else if conditions.fell {
             Mode::Stopped { why: StopCause::FreeFall }
         } else {
             Mode::Landing { since, why }
@@ -431,10 +448,10 @@ fn grounded(config: &SupervisorConfig, at: &Observed) -> Mode {
 fn not_ready(config: &SupervisorConfig, at: &Observed) -> Option<NotReady> {
     let missing = |silent: Duration| silent >= config.silent_after;
     [
-        (missing(at.blind_for), NotReady::NoImu),
-        (!at.zeroed, NotReady::Calibrating),
-        // Written so that an attitude which is not a number is not level.
-        (!(at.upright >= config.level), NotReady::Tilted),
+        (missing(at.rates_unsound_for), NotReady::NoImu),
+        (!at.calibrated, NotReady::Calibrating),
+        // Written so that a NaN attitude is not level.
+        (!(at.tilt_cosine >= config.level), NotReady::Tilted),
         (missing(at.flow_silent), NotReady::NoFlow),
         (missing(at.down_silent), NotReady::NoHeight),
         (!at.battery_known, NotReady::NoBattery),
@@ -444,30 +461,35 @@ fn not_ready(config: &SupervisorConfig, at: &Observed) -> Option<NotReady> {
     .find_map(|(holds, why)| holds.then_some(why))
 }
 
-fn flying(since: Instant, config: &SupervisorConfig, at: &Observed, verdict: &Verdict) -> Mode {
-    let young = at.now.since(since) < config.tips_over_within;
+fn flying(
+    since: Instant,
+    config: &SupervisorConfig,
+    at: &Observed,
+    conditions: &Conditions,
+) -> Mode {
+    let just_took_off = at.now.since(since) < config.tips_over_within;
     let land = |why| Mode::Landing { since: at.now, why };
     if at.setpoint == Setpoint::Off {
         Mode::Grounded { waits_for: not_ready(config, at) }
-    } else if verdict.tumbled && young {
+    } else if conditions.tumbled && just_took_off {
         Mode::Stopped { why: StopCause::PropellerStuck }
-    } else if verdict.tumbled {
+    } else if conditions.tumbled {
         Mode::Stopped { why: StopCause::Tumbled }
-    } else if verdict.fell {
+    } else if conditions.fell {
         Mode::Stopped { why: StopCause::FreeFall }
-    } else if at.blind_for >= config.blind_after {
+    } else if at.rates_unsound_for >= config.rates_lost_after {
         land(Cause::NoImu)
     } else if at.height_age >= config.lost_after {
         land(Cause::NoHeight)
-    } else if verdict.held_up {
+    } else if conditions.held_up {
         Mode::Landed { why: Cause::NoHeight }
     } else if at.velocity_age >= config.lost_after {
         land(Cause::NoFlow)
     } else if at.battery_critical {
         land(Cause::Battery)
-    } else if verdict.overloaded {
+    } else if conditions.overloaded {
         land(Cause::Overload)
-    } else if verdict.blocked {
+    } else if conditions.blocked {
         land(Cause::Blocked)
     } else if at.setpoint_age >= config.give_up_after {
         land(Cause::NoSetpoint)

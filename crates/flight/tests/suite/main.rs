@@ -1,4 +1,4 @@
-//! The flight code through its public door, and its estimator.
+//! Tests of the flight code and of its estimator through their public APIs.
 
-mod door;
 mod estimator;
+mod public_api;

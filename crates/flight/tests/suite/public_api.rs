@@ -1,4 +1,5 @@
-//! The flight code through its door: whatever comes in, what goes out may be given to motors.
+//! Tests of the flight code through its public API: for any inputs, the outputs are safe to give to
+//! motors.
 
 use flight::{
     Cause, Command, Duties, Flight, FlightConfig, Mode, NotReady, Outputs, Sensed, StopCause,
@@ -35,14 +36,14 @@ fn down(distance: f32, stream: u8) -> Reading {
     }
 }
 
-/// A drone on a desk, switched on, its sensors well.
+/// A drone on a desk that has been switched on.
 struct Bench {
     flight: Flight,
     ms: u64,
     sensed: fn(u64) -> Sensed,
 }
 
-/// A little noise, never twice the same.
+/// A little noise, different in every millisecond.
 fn noise(ms: u64, size: f32) -> f32 {
     size * libm::sinf(1.7 * ms as f32)
 }
@@ -79,7 +80,7 @@ impl Bench {
 }
 
 #[test]
-fn a_drone_that_lies_still_becomes_ready_and_takes_off_when_told() {
+fn a_drone_that_lies_still_becomes_ready_and_takes_off_when_ordered() {
     let mut bench = Bench::new(at_rest);
     let early = bench.during(100, hover());
     let calibrating = Mode::Grounded { waits_for: Some(NotReady::Calibrating) };
@@ -92,7 +93,7 @@ fn a_drone_that_lies_still_becomes_ready_and_takes_off_when_told() {
 }
 
 #[test]
-fn what_is_missing_is_said() {
+fn a_drone_on_the_ground_says_what_is_missing() {
     type Senses = fn(u64) -> Sensed;
     let missing: [(NotReady, Senses); 7] = [
         (NotReady::NoImu, |ms| Sensed { gyro: None, ..at_rest(ms) }),
@@ -130,7 +131,8 @@ fn a_stop_is_obeyed_at_once_and_for_good() {
     }
 }
 
-/// A pilot who went to lunch while the drone was not ready does not come back to a flying one.
+/// A pilot ordered a flight while the drone was not ready, and left: the drone must not take off
+/// once it is ready.
 #[test]
 fn an_old_order_to_fly_is_not_obeyed() {
     let mut bench = Bench::new(at_rest);
@@ -145,7 +147,7 @@ fn an_old_order_to_fly_is_not_obeyed() {
 }
 
 #[test]
-fn a_landing_of_its_own_is_over_only_when_somebody_says_off() {
+fn after_its_own_landing_the_drone_flies_again_only_after_off() {
     let mut bench = Bench::new(at_rest);
     bench.during(1_000, Setpoint::Off);
     bench.during(20, hover());
@@ -160,7 +162,7 @@ fn a_landing_of_its_own_is_over_only_when_somebody_says_off() {
     assert!(matches!(outputs.status.mode, Mode::Flying { .. }));
 }
 
-/// Anything that a sensor or a broken bus could deliver.
+/// Any number that a sensor or a broken bus could deliver.
 fn number() -> impl Strategy<Value = f32> {
     prop_oneof![
         4 => -12.0f32..12.0,
@@ -220,9 +222,9 @@ proptest! {
         rng_seed: RngSeed::Fixed(1), failure_persistence: None, cases: 128, ..Default::default()
     })]
 
-    /// After a calibration and a take-off, so that all of the code is reached.
+    /// Starts after a calibration and a take-off, so that all of the code is reached.
     #[test]
-    fn duties_are_always_between_none_and_all(
+    fn duties_are_always_from_0_to_1(
         steps in prop::collection::vec((sensed(), setpoint(), 0u64..30_000), 1..200),
     ) {
         let mut bench = Bench::new(at_rest);
@@ -242,9 +244,8 @@ proptest! {
         }
     }
 
-    /// The same inputs give the same outputs.
     #[test]
-    fn a_flight_has_no_moods(steps in prop::collection::vec((sensed(), setpoint()), 1..100)) {
+    fn the_same_inputs_give_the_same_outputs(steps in prop::collection::vec((sensed(), setpoint()), 1..100)) {
         let fly = || {
             let mut bench = Bench::new(at_rest);
             bench.during(600, Setpoint::Off);
