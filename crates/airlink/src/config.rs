@@ -1,68 +1,74 @@
-//! How patient a node is.
+//! Timeouts, intervals and repeat counts of the link.
 
 use units::Duration;
 
-/// What a link is built with. Every time is measured on the node's own clock.
+/// The timeouts, intervals and repeat counts of a link. Every time is measured on the node's own
+/// clock.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct LinkConfig {
-    /// How often a capsule is said that nobody farther on is heard to say.
+    /// The most times that a node sends a capsule that it hears no node farther along send.
     pub tries: u8,
-    /// Whether a command that is said for the first time is said twice, where the turn has room.
+    /// Whether an outward turn that begins with a command to the head sends it twice, where the turn
+    /// has room.
     pub doubles: bool,
-    /// Whom nothing is heard of for as long is not named in reports and not followed.
+    /// A node that was not heard for longer than this is not named in reports, and its frame is not
+    /// followed.
     pub lost_after: Duration,
-    /// A later epoch of somebody who was heard less than this ago is taken for a second node of its
-    /// number.
+    /// A packet with a later epoch of a node that was heard less than this ago is taken for a
+    /// second node with the same number.
     pub alive: Duration,
-    /// Who has spoken for as long keeps its number against a newcomer.
+    /// A node that has been a member for this long keeps its number when a newcomer claims it.
     pub settles_after: Duration,
-    /// What was heard of a far end counts no more after as long without another word of it.
+    /// A stored capsule no longer decides which capsules of its far end are new once it was stored
+    /// or sent longer ago than this.
     pub forgets_after: Duration,
-    /// Time between commands to the head: the pilot's stick.
+    /// Time between two commands to the head while the operator steers it.
     pub stick_every: Duration,
-    /// What the operator said to the head this long ago is not said any more, if it is to fly.
+    /// The base sends an order to explore to the head only until it is this old.
     pub stick_lasts: Duration,
-    /// Time that telemetry has to say that a new task is heeded.
+    /// Time that a node's telemetry has to acknowledge a new order before the base repeats it.
     pub again_after: Duration,
-    /// Time after which the next of those who do not say so is told again.
+    /// Time between two repeats of an order, each to the next node that has not acknowledged it.
     pub again_every: Duration,
-    /// Time after which the next node in turn is told once more what it has heeded before.
+    /// Time between two repeats of an order, each to the next node, acknowledged or not.
     pub remind_every: Duration,
     /// Time between beacons.
     pub beacon_every: Duration,
-    /// Time between telemetry, of a relay.
+    /// Time between two telemetry packets of a relay.
     pub telemetry_every: Duration,
-    /// Time between telemetry, of the head.
+    /// Time between two telemetry packets of the head.
     pub head_telemetry_every: Duration,
 }
 
 impl LinkConfig {
-    /// What was measured to be good (`tests/suite/delay.rs`).
+    /// The values that `tests/suite/delay.rs` measured to be good.
     pub const DEFAULT: Self = Self {
-        // A hop fails once in 1,000 at 50 % loss, once in 35 at 70 %. Few are needed: whoever has
-        // heard it farther on stops. With 4 the stick's delay over 8 hops, 95th percentile, was 0.9 s
-        // at 50 % and 12 s at 70 %; with 10 it is 0.7 s and 1.5 s, over 15 hops 1.1 s and 3.1 s, and
-        // the air is 6 % and 12 % full. More do not help: at 70 % all turns are taken.
+        // A hop fails 10 times in a row once in 1,000 at 50 % loss, once in 35 at 70 %. Few of the
+        // tries are used, because a node stops once it has heard the capsule from farther along.
+        // With 4 tries an order's delay over 8 hops, 95th percentile, was 0.9 s at 50 % and 12 s at
+        // 70 %; with 10 it is 0.7 s and 1.5 s, over 15 hops 1.1 s and 3.1 s, and the air is 6 % and
+        // 12 % full. More tries do not help: at 70 % all turns are taken.
         tries: 10,
-        // Brings that delay at 20 % loss from 0.46 to 0.28 s.
+        // Reduces that delay at 20 % loss from 0.46 to 0.28 s.
         doubles: true,
         // 10 reports, 2 beacons; `chain` counts a neighbour as lost at about that time.
         lost_after: Duration::from_secs(2),
-        // 5 reports: all lost at 20 % once in 3,000. Whoever is back sooner after a reboot is let
-        // in when that time is over.
+        // 5 reports: all lost at 20 % once in 3,000. A node that is back sooner after a reboot is
+        // accepted when that time is over.
         alive: Duration::from_secs(1),
         settles_after: Duration::from_secs(2),
-        // Three times as long as one node says anything: its tries, one in a frame.
+        // Three times as long as one node sends a capsule: its tries, one in a frame.
         forgets_after: Duration::from_secs(3),
         // The agent's round (design: 5 Hz).
         stick_every: Duration::from_millis(200),
-        // Two rounds and a half: one lost word is bridged, a dead console is not.
+        // Two rounds and a half: one lost set-point is bridged, a dead console is not.
         stick_lasts: Duration::from_millis(500),
-        // There and back over 15 hops at 20 % loss, mostly. What is said anew sooner overtakes what
-        // is still on its way: with 0.4 s it took 16 nodes 0.3 s longer to stop.
+        // Mostly enough for an order and its acknowledgement over 15 hops at 20 % loss. An earlier
+        // repeat would replace the order that is still on its way: with 0.4 s, 16 nodes took 0.3 s
+        // longer to stop.
         again_after: Duration::from_secs(1),
-        // One in a frame leaves room for their answers.
+        // One repeat in a frame leaves room for the acknowledgements.
         again_every: Duration::from_millis(100),
         remind_every: Duration::from_secs(1),
         beacon_every: Duration::from_secs(1),

@@ -1,22 +1,23 @@
-//! What the link has counted since boot.
+//! Counts of packets that the link has accepted, refused and sent since boot.
 
 use wire::p2p::Kind;
 
-/// Everything that came in and went out. Each count wraps.
+/// Counts of packets and turns since boot. Each count wraps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Counters {
-    /// Packets that were taken, as far as the hop goes.
+    /// Packets that passed the checks of the hop.
     pub taken: Kinds,
-    /// Packets that were not, and capsules in those that were.
+    /// Packets that failed a check of the hop, and capsules that failed a check of their own.
     pub refused: Refused,
     /// Packets that were sent.
     pub sent: Kinds,
-    /// Turns that were due and went by, because nobody asked in time.
+    /// Turns in which a packet was due that went by, because [`transmit`](crate::Airlink::transmit)
+    /// was called too late.
     pub missed: u32,
 }
 
-/// Counts by kind.
+/// Counts by kind of packet.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Kinds {
@@ -24,11 +25,11 @@ pub struct Kinds {
     pub beacons: u32,
     /// Reports.
     pub reports: u32,
-    /// Commands, own and passed on.
+    /// Commands, own and relayed.
     pub commands: u32,
-    /// Telemetry, own and passed on.
+    /// Telemetry, own and relayed.
     pub telemetry: u32,
-    /// Who comes, goes, or may not.
+    /// Membership: joins, leaves and refusals.
     pub membership: u32,
 }
 
@@ -44,7 +45,7 @@ impl Kinds {
         *count = count.wrapping_add(1);
     }
 
-    /// All of them.
+    /// The sum over all kinds.
     #[must_use]
     pub fn total(&self) -> u32 {
         [self.beacons, self.reports, self.commands, self.telemetry, self.membership]
@@ -57,25 +58,26 @@ impl Kinds {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Refused {
-    /// No packet of this version and a known kind, or too short or too long.
+    /// The version or the kind is unknown, or the packet is too short or too long.
     pub malformed: u32,
     /// The sender's number has no turn.
     pub no_slot: u32,
-    /// The tag is wrong: not of this fleet and generation, or disturbed on the way.
+    /// The tag is wrong: the packet is not of this fleet and key generation, or was damaged.
     pub tag: u32,
-    /// What this node has itself said in this epoch.
+    /// The packet is an echo of one that this node has sent in this epoch.
     pub own: u32,
-    /// Of a second node with this node's number, or with the number of one that is still heard.
+    /// The sender is a second node with this node's number, or with the number of a node that is
+    /// still heard.
     pub twin: u32,
-    /// Not newer than the last one of its sender.
+    /// The packet is not newer than the last one of its sender.
     pub replayed: u32,
-    /// The sender has not proved that it speaks now.
+    /// The sender has not proved that it sends now, so the packet may be a recording.
     pub stale: u32,
-    /// Sealed well, but no message.
+    /// The tag is right, but the body is no message.
     pub body: u32,
-    /// A capsule for this end, not sealed by the other.
+    /// The capsule is for this end, but was not sealed by the other end.
     pub forged: u32,
-    /// A capsule for this end that is not newer than the last.
+    /// The capsule is for this end, but older than the last.
     pub outdated: u32,
 }
 
@@ -97,7 +99,7 @@ impl Refused {
     }
 }
 
-/// Why a packet says nothing to this node.
+/// Why a packet, or a capsule in it, was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Reason {
     Malformed,

@@ -1,4 +1,4 @@
-//! Keys: from one fleet secret, which never leaves the host, everybody's own.
+//! Derives the keys of all nodes from one fleet secret, which never leaves the host.
 //!
 //! ```text
 //! fleet secret ─┬─ "group", generation ─▶ group key   every drone: seals each packet, hop by hop
@@ -8,9 +8,9 @@
 //!                                                seals orders and telemetry, end to end
 //! ```
 //!
-//! A step down cannot be undone: a derived key is what Ascon-AEAD128 under the parent key makes of
-//! 16 zero bytes, with the label as the nonce; to tell that from chance without the parent key is
-//! to break the cipher (NIST SP 800-232). No parent key ever encrypts anything else.
+//! A derived key does not reveal its parent: it is the ciphertext of 16 zero bytes by Ascon-AEAD128
+//! under the parent key, with the label as the nonce. To tell it from random bytes without the
+//! parent key is to break the cipher (NIST SP 800-232). No parent key ever encrypts anything else.
 
 use core::fmt;
 
@@ -21,7 +21,7 @@ use units::NodeId;
 /// Bytes of a key.
 pub const KEY: usize = 16;
 
-/// A key. What it is cannot be printed.
+/// A key, whose bytes `Debug` does not print.
 #[derive(Clone)]
 pub struct Key([u8; KEY]);
 
@@ -32,13 +32,13 @@ impl Key {
         Self(bytes)
     }
 
-    /// Its bytes, for whoever stores them.
+    /// The bytes of the key, to be stored.
     #[must_use]
     pub const fn expose(&self) -> &[u8; KEY] {
         &self.0
     }
 
-    /// The key that follows from this one for `purpose` and `number`.
+    /// Derives the key for `purpose` and `number` from this one.
     fn derive<const N: usize>(&self, purpose: &[u8; N], number: u8) -> Self {
         const { assert!(N < KEY, "purpose and number are one nonce") };
         let mut label = [0; KEY];
@@ -47,7 +47,7 @@ impl Key {
         }
         let mut derived = [0; KEY];
         let cipher = AsconAead128::new((&self.0).into());
-        // Fails only for more bytes than can be counted. The tag is not needed.
+        // The cipher refuses only a text longer than it can count. The tag is not needed.
         let _ = cipher.encrypt_inout_detached((&label).into(), &[], derived.as_mut_slice().into());
         Self(derived)
     }
@@ -59,7 +59,7 @@ impl fmt::Debug for Key {
     }
 }
 
-/// What everything else follows from. It belongs on the host alone.
+/// The secret that all keys of a fleet are derived from. It belongs on the host alone.
 #[derive(Clone, Debug)]
 pub struct FleetSecret(Key);
 
@@ -90,20 +90,20 @@ pub fn node(base: &Key, node: NodeId) -> Key {
     base.derive(b"node", node.0)
 }
 
-/// What one drone has.
+/// The keys of one drone.
 #[derive(Clone, Debug)]
 pub struct Keys {
-    /// Everybody's.
+    /// The key that all drones of the fleet have.
     pub group: Key,
-    /// Its own.
+    /// The key that no other drone has.
     pub own: Own,
 }
 
-/// What one drone shares with nobody, or with the base alone.
+/// The key that a drone shares with no other drone.
 #[derive(Clone, Debug)]
 pub enum Own {
-    /// A head's or a relay's.
+    /// The key of a head or a relay, which the base can derive.
     Node(Key),
-    /// The base's.
+    /// The base's key, from which it derives the key of each node.
     Base(Key),
 }

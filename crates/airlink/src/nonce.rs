@@ -1,33 +1,34 @@
-//! What each thing that is sealed is sealed under: a nonce that never comes again, and what is
-//! authenticated beside it.
+//! The nonces of hops and capsules, of which none comes twice, and the associated data of a
+//! command.
 
 use units::NodeId;
 use wire::p2p::{Counter, Epoch, HEADER};
 
 use crate::seal::NONCE;
 
-/// A packet's: the header says whose it is and which.
-pub(crate) fn hop(clear: [u8; HEADER]) -> [u8; NONCE] {
-    let [a, b, c, d, e, f, g, h] = clear;
+/// The nonce of a packet's hop: the header, which holds sender and counter.
+pub(crate) fn hop(header: [u8; HEADER]) -> [u8; NONCE] {
+    let [a, b, c, d, e, f, g, h] = header;
     [a, b, c, d, e, f, g, h, 0, 0, 0, 0, 0, 0, 0, 0]
 }
 
-/// An order's to `node`, by the base's counter.
+/// The nonce of an order to `node`, with the base's counter.
 pub(crate) const fn command(node: NodeId, counter: Counter) -> [u8; NONCE] {
-    end(*b"cmd", node, counter)
+    end_to_end(*b"cmd", node, counter)
 }
 
-/// `node`'s telemetry's, by its own counter.
+/// The nonce of telemetry from `node`, with the node's counter.
 pub(crate) const fn telemetry(node: NodeId, counter: Counter) -> [u8; NONCE] {
-    end(*b"tel", node, counter)
+    end_to_end(*b"tel", node, counter)
 }
 
-const fn end([x, y, z]: [u8; 3], node: NodeId, counter: Counter) -> [u8; NONCE] {
+const fn end_to_end([x, y, z]: [u8; 3], node: NodeId, counter: Counter) -> [u8; NONCE] {
     let [a, b, c, d, e, f] = counter.to_bytes();
     [x, y, z, node.0, a, b, c, d, e, f, 0, 0, 0, 0, 0, 0]
 }
 
-/// An order is for one life of a node: after a reboot those of before are void.
+/// The associated data of an order to `node`. It names the node's epoch, so that a reboot of the
+/// node makes earlier orders void.
 pub(crate) fn command_aad(node: NodeId, epoch: Epoch) -> [u8; 4] {
     let [a, b, c, _] = epoch.get().to_le_bytes();
     [node.0, a, b, c]

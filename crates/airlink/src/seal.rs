@@ -1,7 +1,8 @@
-//! Sealing: Ascon-AEAD128 (NIST SP 800-232) with tags cut to 8 bytes.
+//! Sealing of packets and capsules: encryption and authentication with Ascon-AEAD128 (NIST SP
+//! 800-232), with tags cut to 8 bytes.
 //!
 //! A tag of 8 bytes is guessed once in 2⁶⁴ tries, which at the few thousand packets a second that
-//! the air carries takes 100 million years. It leaves 44 of 60 bytes for what is said.
+//! the air carries takes 100 million years. Header and tag leave 44 of 60 bytes for the message.
 
 use ascon_aead::aead::consts::U8;
 use ascon_aead::aead::{AeadInOut, KeyInit};
@@ -16,23 +17,24 @@ pub(crate) const NONCE: usize = 16;
 
 type Cipher = TruncatedAsconAead128<U8>;
 
-/// Who must be able to open what is sealed.
+/// The nodes that can open sealed bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Scope {
-    /// Every drone of the fleet: a packet, from one hop to the next.
+    /// Every drone of the fleet can open it: a packet, sealed for one hop.
     Fleet,
-    /// The base and this node: an order or telemetry, from end to end.
+    /// The base and this node can open it: an order or telemetry, sealed from end to end.
     EndToEnd(NodeId),
 }
 
-/// Something that seals. [`Sealed`] is the only one that a drone may fly with.
+/// A way to seal. [`Sealed`] is the only one that a drone may fly with.
 pub trait Seal {
-    /// Encrypts `body` where it is and returns the tag of it and of `aad`.
+    /// Encrypts `body` in place and returns the tag of it and of `aad`.
     fn seal(&self, scope: Scope, nonce: &[u8; NONCE], aad: &[u8], body: &mut [u8]) -> [u8; TAG];
 
-    /// Decrypts `body` where it is. False, and `body` is worth nothing, when it or `aad` or `tag`
-    /// is not what [`Seal::seal`] made under this nonce and the same key.
+    /// Decrypts `body` in place and returns whether `body`, `aad` and `tag` are those of a
+    /// [`Seal::seal`] under this nonce and the same key. If they are not, `body` holds no plaintext
+    /// and must not be used.
     fn open(
         &self,
         scope: Scope,
@@ -43,14 +45,14 @@ pub trait Seal {
     ) -> bool;
 }
 
-/// Sealing with a drone's keys.
+/// The [`Seal`] that encrypts and authenticates with a drone's keys.
 #[derive(Clone, Debug)]
 pub struct Sealed {
     keys: Keys,
 }
 
 impl Sealed {
-    /// With these keys.
+    /// A seal with these keys.
     #[must_use]
     pub const fn new(keys: Keys) -> Self {
         Self { keys }
@@ -72,7 +74,8 @@ impl Seal for Sealed {
             self.cipher(scope).encrypt_inout_detached(nonce.into(), aad, (&mut *body).into());
         match sealed {
             Ok(tag) => tag.into(),
-            // More bytes than can be counted; at least they do not go out in clear.
+            // The cipher refuses only a body longer than it can count. Such a body must not go out
+            // in clear.
             Err(_) => {
                 body.fill(0);
                 [0; TAG]
