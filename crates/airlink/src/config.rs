@@ -9,8 +9,8 @@ use units::Duration;
 pub struct LinkConfig {
     /// The most times that a node sends a capsule that it hears no node farther along send.
     pub tries: u8,
-    /// Whether an outward turn that begins with a command to the head sends it twice, where the turn
-    /// has room.
+    /// Whether an outward turn that begins with a command to the head sends it twice, where the
+    /// turn has room.
     pub doubles: bool,
     /// A node that was not heard for longer than this is not named in reports, and its frame is not
     /// followed.

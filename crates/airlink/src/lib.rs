@@ -1,21 +1,26 @@
-//! A drone's end of the radio link: who speaks when, sealed with what, and who passes it on.
+//! A drone's end of the radio link: its time slots, its encryption and authentication, and the
+//! relaying of orders and telemetry from hop to hop.
 //!
-//! [`Airlink`] takes the data of P2P packets and what the drone has to say, and gives events and
-//! packets. It has no clock and does no I/O: it is told the time, says when it is [`due`] and is
-//! asked then. The bytes are [`wire::p2p`]'s.
+//! [`Airlink`] takes the data of received P2P packets and the messages that the drone has to send,
+//! and gives events and packets. It has no clock and does no I/O: the caller passes the time to
+//! every method, asks [`due`] when to call next, and calls [`transmit`] then. The packet formats
+//! are those of [`wire::p2p`].
 //!
-//! # Words
-//! - A **hop** is from a sender to whoever hears it. The **end** of an order is the node that it is
-//!   for, that of telemetry the base.
-//! - A **capsule** is an order or telemetry, sealed for its two ends alone. Those between pass it on
-//!   but can neither read nor make one.
+//! # Terms
+//! - A **hop** is one transmission, from the sender to each node that hears it.
+//! - The **far end** of an order is the node that it is for; the far end of telemetry is the node
+//!   that it is from. The base is always the other end. A packet that carries an order is a
+//!   **command**.
+//! - A **capsule** is an order or telemetry, sealed for its two ends alone. The nodes between them
+//!   pass it on but can neither read nor make one.
 //! - An **epoch** is one life of a node, from switching on to switching off; it has a number that
 //!   never comes again.
-//! - A node is **fresh** to another when it has named that one's present epoch.
+//! - A node is **fresh** to a receiver once it has named the receiver's present epoch, which proves
+//!   that its packets are not a recording.
 //!
 //! # The frame
-//! 100 ms, in which each of 16 nodes (8 at 250 kbit/s) has two turns of one slot. `o` is a turn of
-//! the outward wave, `i` one of the inward wave, by the node's number:
+//! A frame lasts 100 ms, and each of 16 nodes (8 at 250 kbit/s) has two turns of one slot in it.
+//! `o` is a turn of the outward wave, `i` one of the inward wave, by the node's number:
 //!
 //! ```text
 //! slot   0    1    2    3    4    5         26   27   28   29   30   31
@@ -31,66 +36,74 @@
 //!        ≤ 0.3      ≤ 0.67    ≤ 0.43            ≥ 0.8 left, 0.5 for a late start
 //! ```
 //!
-//! There is no common clock. A packet tells when its sender's frame began, and everybody follows the
-//! node with the largest number that it hears, so at last the base. Whoever hears none larger goes
-//! on by its own clock.
+//! There is no common clock. Each packet tells when its sender's frame began, and each node aligns
+//! its own frame to that of the largest node number that it hears, so that the whole chain follows
+//! the base. A node that hears no larger number keeps time by its own clock.
 //!
-//! # What comes in
-//! In this order, each refusal counted apart ([`Refused`]); nothing but a count changes before the
-//! tag is right:
+//! # Receiving
+//! A packet passes these checks in this order, and each kind of refusal is counted apart
+//! ([`Refused`]). Until the tag is found right, a packet changes nothing but a count:
 //!
-//! 1. length, version, kind;
-//! 2. the sender's number has turns;
-//! 3. the tag of the hop;
-//! 4. it is not this node's own number. If it is, it is an echo, or there are two of that number: of
-//!    two the newcomer falls silent, or, when both have spoken for a while, the later epoch;
-//! 5. its counter is higher than the sender's last;
-//! 6. the sender is fresh, or just proves that it is;
-//! 7. the body is a message;
-//! 8. of a capsule for this end: its counter is higher than the last, and its own tag is right.
+//! 1. Its length, version and kind are valid.
+//! 2. The sender's number has turns in the frame.
+//! 3. The tag of the hop is right.
+//! 4. The sender's number is not this node's own. If it is, the packet is an echo, or two nodes
+//!    have that number: of the two the newcomer falls silent, or, when both have been members for a
+//!    while, the one with the later epoch.
+//! 5. Its counter is higher than that of the sender's last packet.
+//! 6. The sender is fresh, or this packet proves that it is.
+//! 7. The body decodes to a message.
+//! 8. If the message is a capsule for this end, the capsule's counter is higher than that of the
+//!    last one, and the capsule's own tag is right.
 //!
-//! # What goes out
-//! Most urgent first: who comes, goes or is refused; orders; in an outward turn the report and then
-//! telemetry, in an inward turn telemetry and the report, which has the last packet of that turn
-//! whatever else waits; then the beacon. Of orders and of telemetry what was said least comes first,
-//! and the head's before the others'. The head's order is said twice in an outward turn.
+//! # Sending
+//! The most urgent message goes first: membership (join, leave, refusal); then commands; in an
+//! outward turn the report and then telemetry; in an inward turn telemetry and then the report,
+//! which always gets the last packet of that turn; at last the beacon. Of several commands, or
+//! several pieces of telemetry, the one that was sent the fewest times goes first, and the head's
+//! before the others'. A command to the head is sent twice in an outward turn.
 //!
-//! A capsule is said in turn after turn until somebody farther on has said it, a newer one has come,
-//! or it has been said ten times ([`LinkConfig::tries`]).
+//! A node sends a capsule in turn after turn until it hears a node farther along send it, until a
+//! newer capsule of the same far end comes, or until it has sent it ten times
+//! ([`LinkConfig::tries`]).
 //!
-//! Whoever [leaves](Airlink::leave) says so once in each packet of one turn, and then nothing more.
-//! Who hears it forgets the node until that comes back with another epoch.
+//! A node that [leaves](Airlink::leave) announces it in each packet of one turn and then falls
+//! silent. A node that hears the announcement forgets the sender until it comes back with another
+//! epoch.
 //!
 //! # Nonces
-//! The nonce of a hop is the header, which holds sender and counter; that of a capsule holds which
-//! of the two ends sealed it, the node's number and the counter. A counter is the epoch and a count
-//! of packets within it; when the count is used up the node falls silent. So no nonce is used twice
-//! under one key as long as no epoch is, and as long as one node number alone has the base's key.
+//! The nonce of a hop is the header, which holds sender and counter; the nonce of a capsule holds
+//! which of the two ends sealed it, the node's number and the counter. A counter is the epoch and a
+//! count of packets within it; when the count is used up the node falls silent. So no nonce is used
+//! twice under one key as long as no epoch is, and as long as one node number alone has the base's
+//! key.
 //!
-//! # Who may lie
-//! Whoever has a drone's keys can send reports, beacons and membership in everybody's name, can keep
-//! capsules back, and can make others deaf to a number by counting it up: a jammer that also lies
-//! about where it is. It can neither order another drone about, nor read its orders, nor speak as
-//! another to the base. Whoever has the base's keys has everything.
+//! # What stolen keys allow
+//! A thief with one drone's keys can send reports, beacons and membership in any node's name, can
+//! hold capsules back, and can make other nodes deaf to a node number by counting that number's
+//! counter up: a jammer that also lies about its position. The thief can neither give orders to
+//! another drone, nor read another drone's orders, nor send another drone's telemetry to the base.
+//! A thief with the base's keys can do everything that the base can.
 //!
 //! [`due`]: Airlink::due
+//! [`transmit`]: Airlink::transmit
 #![no_std]
 
 #[cfg(test)]
 extern crate std;
 
+mod clock_sync;
 mod config;
 mod counters;
-mod follow;
 pub mod keys;
 mod link;
 mod nonce;
-mod orders;
+mod order_distribution;
 mod peers;
-mod relay;
+mod relay_queue;
 mod schedule;
 mod seal;
-mod teller;
+mod telemetry_sender;
 
 pub use config::LinkConfig;
 pub use counters::{Counters, Kinds, Refused};

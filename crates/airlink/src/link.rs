@@ -1,120 +1,123 @@
-//! One node's link: packets in, at most one event out; what is to be said in, packets out.
+//! [`Airlink`], one node's link: takes received packets and returns events, takes messages to send
+//! and returns packets.
 
-mod life;
+mod lifecycle;
 mod receiving;
 mod sending;
 mod turns;
 
-use life::Life;
-use turns::Open;
+use lifecycle::Lifecycle;
+use turns::OpenTurn;
 use units::{Dbm, Instant, NodeId, Order, Role};
 use wire::p2p::{Beacon, Counter, Epoch, Membership, ORDER, Report, TELEMETRY, Telemetry, Wave};
 use wire::syslink::MAX_P2P;
 
+use crate::clock_sync::ClockSync;
 use crate::config::LinkConfig;
 use crate::counters::Counters;
-use crate::follow::Follow;
-use crate::orders::Orders;
+use crate::order_distribution::OrderDistribution;
 use crate::peers::Peers;
-use crate::relay::Passing;
+use crate::relay_queue::RelayQueue;
 use crate::schedule::{FRAME, Schedule, first_wait};
 use crate::seal::Seal;
-use crate::teller::Teller;
+use crate::telemetry_sender::TelemetrySender;
 
-/// Who a node is.
+/// The number and the role of a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Identity {
-    /// Its number.
+    /// The node's number in the chain.
     pub node: NodeId,
-    /// What it is in the chain.
+    /// The node's role in the chain.
     pub role: Role,
 }
 
-/// What a packet has brought. All of it is authentic, and newer than the last of its kind.
+/// The content of a received packet. It is authentic, and newer than the last of its kind from the
+/// same node.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Event {
-    /// How somebody flies, and how it hears the others.
+    /// A node reports how it flies, and how strongly it hears other nodes.
     Report {
-        /// Who said it.
+        /// The node that sent the report.
         from: NodeId,
-        /// The packet's number.
+        /// The counter of the packet.
         counter: Counter,
-        /// What it said.
+        /// The report itself.
         report: Report,
-        /// How strongly it came in.
+        /// The strength at which the packet was received.
         rssi: Dbm,
     },
-    /// Somebody is there.
+    /// A node is present.
     Beacon {
-        /// Who said it.
+        /// The node that sent the beacon.
         from: NodeId,
-        /// What it said.
+        /// The beacon itself.
         beacon: Beacon,
-        /// How strongly it came in.
+        /// The strength at which the packet was received.
         rssi: Dbm,
     },
-    /// What the base wants this node to do.
+    /// The base orders this node to do something.
     Order {
-        /// To do what.
+        /// The order itself.
         task: Order,
-        /// The order's number.
+        /// The counter of the order.
         counter: Counter,
     },
-    /// What a node tells this one, which is the base.
+    /// A node sends telemetry to this one, which is the base.
     Telemetry {
-        /// Who says it, however it came here.
+        /// The node whose telemetry it is, which need not be the sender of the last hop.
         from: NodeId,
-        /// What it says.
+        /// The telemetry itself.
         telemetry: Telemetry,
-        /// The number that it gave to it.
+        /// The counter that this node gave to the telemetry.
         counter: Counter,
     },
-    /// Somebody comes, goes, or may not.
+    /// A node joins, leaves, or is refused.
     Membership {
-        /// Who said so.
+        /// The node that sent the message.
         from: NodeId,
-        /// What changes.
+        /// The change.
         membership: Membership,
     },
 }
 
-/// How a node stands with the others.
+/// Whether a node may send, and whose frame it follows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Status {
-    /// Whether it may speak.
+    /// Whether the node may send.
     pub standing: Standing,
-    /// Whose frame it follows; `None` for its own clock's.
+    /// The node whose frame this node follows; `None` if it keeps time by its own clock.
     pub follows: Option<NodeId>,
 }
 
-/// Whether a node may speak.
+/// Whether a node may send.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Standing {
-    /// Not yet: it listens for the others' turns.
+    /// The node may not send yet: it listens for the other nodes' turns.
     Listening,
-    /// It may.
+    /// The node may send.
     Member,
-    /// Never again until it is switched on anew: its number is somebody else's.
+    /// The node may not send before its next boot: another node keeps its number.
     Refused,
-    /// Never again until it is switched on anew: it has said goodbye.
+    /// The node may not send before its next boot: it has said that it leaves.
     Left,
-    /// Never again until it is switched on anew: it has used up the numbers of this epoch.
+    /// The node may not send before its next boot: it has used up the counters of this epoch.
     Exhausted,
 }
 
-/// The two ends of what is sealed end to end.
+/// This node's end of the exchange that is sealed end to end between the base and each drone.
 #[derive(Clone, Debug)]
-#[expect(clippy::large_enum_variant, reason = "there is one, for ever, and no heap")]
+#[expect(clippy::large_enum_variant, reason = "one per link, and there is no heap")]
 enum End {
-    Base(Orders),
-    Drone(Teller),
+    Base(OrderDistribution),
+    Drone(TelemetrySender),
 }
 
-/// One node's link. It cannot be copied: two that count alike would use every nonce twice.
+/// One node's link. It cannot be copied, because two links with the same counter would use every
+/// nonce twice.
 #[derive(Debug)]
 pub struct Airlink<S> {
     config: LinkConfig,
@@ -122,35 +125,35 @@ pub struct Airlink<S> {
     seal: S,
     schedule: Schedule,
     epoch: Epoch,
-    life: Life,
-    follow: Follow,
+    lifecycle: Lifecycle,
+    clock_sync: ClockSync,
     peers: Peers,
-    commands: Passing<ORDER>,
-    telemetry: Passing<TELEMETRY>,
+    commands: RelayQueue<ORDER>,
+    telemetry: RelayQueue<TELEMETRY>,
     end: End,
-    /// No turn that began before this is used any more.
-    from: Instant,
-    open: Option<Open>,
-    joins: bool,
-    /// The epoch of another node of this one's number, which is to be told so from then on.
-    refuses: Option<(u16, Instant)>,
-    refused_at: Option<Instant>,
+    /// A turn that began before this moment is not used any more.
+    no_turn_before: Instant,
+    open_turn: Option<OpenTurn>,
+    join_pending: bool,
+    /// The epoch of another node with this one's number, and when to send the refusal to it.
+    pending_refusal: Option<(u16, Instant)>,
+    last_refusal: Option<Instant>,
     report: Option<Report>,
     beacon: Beacon,
-    beacon_at: Instant,
+    beacon_due_at: Instant,
     counters: Counters,
 }
 
-/// The count of a node's first packet. None is zero, for telemetry says by a zero that no command
-/// was heeded.
+/// The count of a node's first packet. It is not zero, because a zero in telemetry means that no
+/// command was accepted.
 const FIRST: u32 = 1;
 
 impl<S: Seal> Airlink<S> {
-    /// The link of `identity`, switched on at `now` for the time `epoch`. It speaks after it has
-    /// listened for a while.
+    /// The link of the node `identity`, which is switched on at `now` and begins the epoch `epoch`.
+    /// It sends after it has listened for a while.
     ///
     /// `epoch` must never have been used before with the keys of `seal`, and `schedule` must be
-    /// made for `identity`'s number.
+    /// that of `identity`'s number.
     pub fn new(
         config: LinkConfig,
         identity: Identity,
@@ -166,31 +169,32 @@ impl<S: Seal> Airlink<S> {
             seal,
             schedule,
             epoch,
-            life: Counter::new(epoch, FIRST)
-                .map_or(Life::Exhausted, |next| Life::Listening { until, next }),
-            follow: Follow::new(now),
+            lifecycle: Counter::new(epoch, FIRST)
+                .map_or(Lifecycle::Exhausted, |next| Lifecycle::Listening { until, next }),
+            clock_sync: ClockSync::new(now),
             peers: Peers::new(),
-            commands: Passing::new(Wave::Outward),
-            telemetry: Passing::new(Wave::Inward),
+            commands: RelayQueue::new(Wave::Outward),
+            telemetry: RelayQueue::new(Wave::Inward),
             end: match identity.role {
-                Role::Base => End::Base(Orders::new()),
-                Role::Head | Role::Relay => End::Drone(Teller::new()),
+                Role::Base => End::Base(OrderDistribution::new()),
+                Role::Head | Role::Relay => End::Drone(TelemetrySender::new()),
             },
-            from: until,
-            open: None,
-            joins: true,
-            refuses: None,
-            refused_at: None,
+            no_turn_before: until,
+            open_turn: None,
+            join_pending: true,
+            pending_refusal: None,
+            last_refusal: None,
             report: None,
             beacon: Beacon { role: identity.role, state: 0, battery: None },
-            beacon_at: until,
+            beacon_due_at: until,
             counters: Counters::default(),
         }
     }
 
-    /// Takes a P2P packet's data, the moment that it has come in. At most one event comes of it.
+    /// Takes the data of a P2P packet at the moment of its reception, and returns its event, if
+    /// any.
     pub fn receive(&mut self, now: Instant, rssi: Dbm, data: &[u8]) -> Option<Event> {
-        match self.take(now, rssi, data) {
+        match self.process(now, rssi, data) {
             Ok(event) => event,
             Err(reason) => {
                 self.counters.refused.count(reason);
@@ -199,64 +203,66 @@ impl<S: Seal> Airlink<S> {
         }
     }
 
-    /// The agent's newest report, to be sent once. Whom it has heard is filled in then.
+    /// Sets the agent's newest report, which is sent once. The link fills in which nodes it hears.
     pub fn report(&mut self, report: Report) {
         self.report = Some(report);
     }
 
-    /// What the next beacons say.
+    /// Sets the content of the next beacons.
     pub fn beacon(&mut self, beacon: Beacon) {
         self.beacon = beacon;
     }
 
     /// Gives the base the operator's order to all drones, which stands until the next. An order to
-    /// explore reaches the head once for each time that this is called, but no more often than
+    /// explore is sent to the head once for each call, but no more often than every
     /// [`LinkConfig::stick_every`]: when the operator falls silent, so does the base.
     ///
-    /// It returns whether the order now stands. It does not where a [`Stop`](Order::Stop) stands
-    /// already, which only a reset of the base takes back, nor at a node that is not the base or
-    /// that may not speak any more.
+    /// Returns whether the order now stands. It does not if a [`Stop`](Order::Stop) stands already,
+    /// which only a reset of the base takes back, nor at a node that is not the base or that may
+    /// not send any more.
     pub fn order(&mut self, now: Instant, order: Order) -> bool {
-        match (&mut self.end, self.life.next()) {
-            (End::Base(orders), Some(next)) => orders.order(now, order, next, &self.config),
+        match (&mut self.end, self.lifecycle.next()) {
+            (End::Base(orders), Some(next)) => orders.set_order(now, order, next, &self.config),
             (End::Base(_), None) | (End::Drone(_), _) => false,
         }
     }
 
-    /// Everywhere but at the base: what the next telemetry says. Which command was heeded last is
-    /// filled in here.
+    /// Sets the content of a drone's next telemetry, and does nothing at the base. The link fills
+    /// in the last command that the drone has accepted.
     pub fn telemeter(&mut self, telemetry: Telemetry) {
-        if let End::Drone(teller) = &mut self.end {
-            teller.tell(telemetry);
+        if let End::Drone(sender) = &mut self.end {
+            sender.set_telemetry(telemetry);
         }
     }
 
-    /// Says goodbye in this node's next turn, and is then silent for good: whoever hears it forgets
-    /// this node at once. Nothing else is said any more.
+    /// Lets this node leave: it says so in its next turn, sends nothing else, and is then silent
+    /// until its next boot. Nodes that hear it forget this node at once.
     pub fn leave(&mut self) {
-        self.life.leave();
+        self.lifecycle.leave();
     }
 
-    /// When to call [`transmit`](Self::transmit) next; ask again after every other call. It may be
-    /// past, and [`transmit`](Self::transmit) may then have nothing after all: ask again.
+    /// The time at which to call [`transmit`](Self::transmit) next; `None` if there is nothing to
+    /// send. Any other call may change it. The time may be past, and [`transmit`](Self::transmit)
+    /// may then have nothing to send; call `due` again afterwards.
     #[must_use]
     pub fn due(&self) -> Option<Instant> {
         self.next_turn()
     }
 
-    /// Writes the packet that is to be sent now, if there is one, and returns its length. It must
-    /// be given to the serial line at once: its moment tells the others when this node's turns are.
+    /// Writes the packet to send at `now`, if there is one, and returns its length. The packet must
+    /// be given to the serial line at once, because the other nodes derive this node's frame from
+    /// the time at which they receive it.
     pub fn transmit(&mut self, now: Instant, out: &mut [u8; MAX_P2P]) -> Option<usize> {
-        self.speak(now, out)
+        self.write_next(now, out)
     }
 
-    /// How this node stands with the others.
+    /// Whether this node may send, and whose frame it follows.
     #[must_use]
     pub fn status(&self) -> Status {
-        Status { standing: self.life.standing(), follows: self.follow.lead() }
+        Status { standing: self.lifecycle.standing(), follows: self.clock_sync.leader() }
     }
 
-    /// What has been counted since boot.
+    /// The counts of packets since boot.
     #[must_use]
     pub const fn counters(&self) -> Counters {
         self.counters
@@ -272,9 +278,9 @@ mod tests {
     use crate::keys::{Key, Keys, Own};
     use crate::seal::Sealed;
 
-    /// Nobody can wait for 2²⁴ packets, so this begins near the end.
+    /// A test cannot wait for 2²⁴ packets, so this one begins near the end.
     #[test]
-    fn when_the_count_is_used_up_a_node_falls_silent() {
+    fn a_node_that_has_used_up_its_counters_falls_silent() {
         let identity = Identity { node: NodeId(1), role: Role::Relay };
         let key = Key::from_bytes([7; 16]);
         let seal = Sealed::new(Keys { group: key.clone(), own: Own::Node(key) });
@@ -284,7 +290,7 @@ mod tests {
             Airlink::new(LinkConfig::DEFAULT, identity, seal, epoch, schedule, Instant::ZERO);
         let last = Counter::new(epoch, (1 << 24) - 1).unwrap();
         let next = Counter::new(epoch, last.count() - 1).unwrap();
-        link.life = Life::Member { since: Instant::ZERO, next };
+        link.lifecycle = Lifecycle::Member { since: Instant::ZERO, next };
         let mut sent = std::vec::Vec::new();
         let mut out = [0; MAX_P2P];
         for _ in 0..100 {
@@ -298,7 +304,7 @@ mod tests {
         assert_eq!(link.transmit(Instant::from_millis(99_999), &mut out), None);
     }
 
-    /// What the board sets aside for it.
+    /// The board sets aside 4 KiB for the link.
     #[test]
     fn a_link_takes_less_than_4_kilobytes() {
         assert!(size_of::<Airlink<Sealed>>() < 4096, "{}", size_of::<Airlink<Sealed>>());

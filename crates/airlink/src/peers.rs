@@ -1,8 +1,9 @@
-//! Who else is on the air, and whether it speaks now.
+//! The table of the other nodes that this node hears, which protects it from recorded packets.
 //!
 //! After a boot a node does not know how far the others have counted, so a recording of an earlier
-//! day would look new. Nobody can have recorded this node's present epoch before it began: who
-//! names it has heard this node since, and is *fresh*. From then on its counter tells.
+//! day would look new. No packet recorded before this boot can name this node's present epoch: a
+//! sender whose report names it has heard this node since, and is *fresh*. From then on a recording
+//! is told by its counter.
 
 use heapless::Vec;
 use units::{Dbm, Duration, Instant, NODES, NodeId};
@@ -12,18 +13,18 @@ use crate::counters::Reason;
 
 #[derive(Clone, Copy, Debug)]
 struct Peer {
-    /// The number of the last packet that was taken. A radio without a queue does not let packets
-    /// overtake each other, so an earlier number is a repetition, or late on purpose.
+    /// The counter of the last packet that was accepted. The radio has no queue in which packets
+    /// could overtake each other, so an earlier counter means a recording.
     last: Counter,
-    /// `None` when it has left since.
+    /// When its last packet came; `None` once it has left.
     heard_at: Option<Instant>,
     rssi: Dbm,
     fresh: bool,
-    /// In how many reports it was named since it came.
-    named: u8,
+    /// How many reports of this node have named it.
+    times_named: u8,
 }
 
-/// Everybody, by number.
+/// All other nodes, by number.
 #[derive(Clone, Debug)]
 pub(crate) struct Peers {
     all: [Option<Peer>; NODES],
@@ -34,11 +35,11 @@ impl Peers {
         Self { all: [None; NODES] }
     }
 
-    /// Takes in an authentic packet of `from`.
+    /// Records an authentic packet of `from`, or refuses it as a repetition.
     ///
-    /// A later epoch of somebody who was heard less than `alive` ago is a second node of that
-    /// number, as far as one can tell; it does not take the first one's place.
-    pub(crate) fn hear(
+    /// A later epoch of a node that was heard less than `alive` ago is taken for a second node with
+    /// that number, and does not take the first one's place.
+    pub(crate) fn accept(
         &mut self,
         now: Instant,
         from: NodeId,
@@ -46,24 +47,29 @@ impl Peers {
         rssi: Dbm,
         alive: Duration,
     ) -> Result<(), Reason> {
-        let place = self.all.get_mut(usize::from(from.0)).ok_or(Reason::NoSlot)?;
-        let Some(peer) = place else {
-            *place =
-                Some(Peer { last: counter, heard_at: Some(now), rssi, fresh: false, named: 0 });
+        let slot = self.all.get_mut(usize::from(from.0)).ok_or(Reason::NoSlot)?;
+        let Some(peer) = slot else {
+            *slot = Some(Peer {
+                last: counter,
+                heard_at: Some(now),
+                rssi,
+                fresh: false,
+                times_named: 0,
+            });
             return Ok(());
         };
-        let reborn = counter.epoch() > peer.last.epoch();
-        let lately = peer.heard_at.is_some_and(|at| now.since(at) < alive);
-        if reborn && peer.fresh && lately {
+        let rebooted = counter.epoch() > peer.last.epoch();
+        let recently = peer.heard_at.is_some_and(|at| now.since(at) < alive);
+        if rebooted && peer.fresh && recently {
             return Err(Reason::Twin);
         }
-        let has_left = peer.heard_at.is_none() && !reborn;
+        let has_left = peer.heard_at.is_none() && !rebooted;
         if counter <= peer.last || has_left {
             return Err(Reason::Replayed);
         }
         peer.last = counter;
-        if reborn {
-            peer.named = 0;
+        if rebooted {
+            peer.times_named = 0;
         }
         peer.heard_at = Some(now);
         peer.rssi = rssi;
@@ -74,14 +80,15 @@ impl Peers {
         self.get(node).is_some_and(|peer| peer.fresh)
     }
 
-    pub(crate) fn prove(&mut self, node: NodeId) {
+    /// Marks `node` as fresh: it has proved that its packets are no recording.
+    pub(crate) fn mark_fresh(&mut self, node: NodeId) {
         if let Some(Some(peer)) = self.all.get_mut(usize::from(node.0)) {
             peer.fresh = true;
         }
     }
 
-    /// `node` has left: nothing more of this epoch of it is taken, and in its next one it is a
-    /// stranger.
+    /// Forgets `node`, which has left: packets of its present epoch are refused from now on, and in
+    /// its next epoch it has to prove anew that it is fresh.
     pub(crate) fn forget(&mut self, node: NodeId) {
         if let Some(Some(peer)) = self.all.get_mut(usize::from(node.0)) {
             peer.heard_at = None;
@@ -93,15 +100,16 @@ impl Peers {
         self.all.get(usize::from(node.0))?.as_ref()
     }
 
-    /// Whom a report names: the neighbours on both sides always, for their links are flown by; then
-    /// who was named least, so that a newcomer, whom nobody is fresh for yet, soon is.
-    pub(crate) fn name(
+    /// Selects the nodes that a report names as heard: always the nearest on each side, because the
+    /// drones fly by the strength of those links; then those that were named least, so that a
+    /// newcomer, to which no node is fresh yet, is named soon.
+    pub(crate) fn select_heard(
         &mut self,
         me: NodeId,
         now: Instant,
         lost_after: Duration,
     ) -> Vec<Heard, HEARD> {
-        let mut names = Vec::new();
+        let mut selected = Vec::new();
         let heard = |peer: &Peer| peer.heard_at.is_some_and(|at| now.since(at) <= lost_after);
         let mut left: u16 = numbered(&self.all)
             .filter(|(node, peer)| *node != me && heard(peer))
@@ -109,44 +117,45 @@ impl Peers {
         let beside = [highest(left & below(me)), lowest(left & !below(me))];
         for node in beside.into_iter().flatten() {
             left &= !(1 << node.0);
-            self.add(node, &mut names);
+            self.add(node, &mut selected);
         }
-        while !names.is_full()
+        while !selected.is_full()
             && let Some(node) = self.least_named(left)
         {
             left &= !(1 << node.0);
-            self.add(node, &mut names);
+            self.add(node, &mut selected);
         }
-        names
+        selected
     }
 
     fn least_named(&self, among: u16) -> Option<NodeId> {
         numbered(&self.all)
             .filter(|(node, _)| among & 1 << node.0 != 0)
-            .min_by_key(|(_, peer)| peer.named)
+            .min_by_key(|(_, peer)| peer.times_named)
             .map(|(node, _)| node)
     }
 
-    fn add(&mut self, node: NodeId, names: &mut Vec<Heard, HEARD>) {
+    fn add(&mut self, node: NodeId, selected: &mut Vec<Heard, HEARD>) {
         let Some(Some(peer)) = self.all.get_mut(usize::from(node.0)) else { return };
         let epoch = peer.last.epoch().low16();
-        if names.push(Heard { node, rssi: peer.rssi, epoch }).is_ok() {
-            // Round, not up to a stop, or the last to come would be named alone for ever.
-            peer.named = peer.named.saturating_add(1);
+        if selected.push(Heard { node, rssi: peer.rssi, epoch }).is_ok() {
+            // Counts that saturated would select the same nodes for ever, so all are halved below.
+            peer.times_named = peer.times_named.saturating_add(1);
         }
-        if peer.named == u8::MAX {
+        if peer.times_named == u8::MAX {
             for peer in self.all.iter_mut().flatten() {
-                peer.named /= 2;
+                peer.times_named /= 2;
             }
         }
     }
 }
 
+/// The known nodes, each with its number.
 fn numbered(all: &[Option<Peer>; NODES]) -> impl Iterator<Item = (NodeId, &Peer)> {
     (0..).zip(all).filter_map(|(number, peer)| Some((NodeId(number), peer.as_ref()?)))
 }
 
-/// The numbers below `node`'s.
+/// The set of the numbers below that of `node`, one bit each.
 const fn below(node: NodeId) -> u16 {
     (1_u16 << (node.0 & 15)) - 1
 }

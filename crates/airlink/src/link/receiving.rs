@@ -1,4 +1,5 @@
-//! What comes in: the checks, in their order, and what follows from what has passed them.
+//! Receiving: checks a packet in the order of the crate's documentation, and acts on the message
+//! in it.
 
 use units::{Dbm, Duration, Instant, NodeId};
 use wire::p2p::{
@@ -6,20 +7,21 @@ use wire::p2p::{
     decode_order,
 };
 
-use super::life::Life;
+use super::lifecycle::Lifecycle;
 use super::{Airlink, End, Event};
+use crate::clock_sync::ObservedFrame;
 use crate::config::LinkConfig;
 use crate::counters::Reason;
-use crate::follow::Told;
 use crate::nonce;
-use crate::relay::{Heard, Passing, Side};
+use crate::relay_queue::{Novelty, RelayQueue, Side};
 use crate::seal::{Scope, Seal};
 
-/// Time between two refusals.
-const REFUSES_EVERY: Duration = Duration::from_millis(500);
+/// Time between two refusals of another node with this node's number.
+const REFUSAL_INTERVAL: Duration = Duration::from_millis(500);
 
 impl<S: Seal> Airlink<S> {
-    pub(super) fn take(
+    /// Checks a received packet and returns its event, or why it was refused.
+    pub(super) fn process(
         &mut self,
         now: Instant,
         rssi: Dbm,
@@ -30,34 +32,35 @@ impl<S: Seal> Airlink<S> {
         let mut bytes = [0; MAX_BODY];
         let body = bytes.get_mut(..sealed.len()).ok_or(Reason::Malformed)?;
         body.copy_from_slice(sealed);
-        if !self.schedule.has(header.from) {
+        if !self.schedule.has_turns(header.from) {
             return Err(Reason::NoSlot);
         }
-        let clear = header.encode();
-        if !self.seal.open(Scope::Fleet, &nonce::hop(clear), &clear, body, tag) {
+        let encoded = header.encode();
+        if !self.seal.open(Scope::Fleet, &nonce::hop(encoded), &encoded, body, tag) {
             return Err(Reason::Tag);
         }
         if header.from == self.identity.node {
-            return self.hear_twin(now, &header, rssi, body);
+            return self.process_own_number(now, &header, rssi, body);
         }
-        self.peers.hear(now, header.from, header.counter, rssi, self.config.alive)?;
+        self.peers.accept(now, header.from, header.counter, rssi, self.config.alive)?;
         let fresh = self.peers.is_fresh(header.from);
         if !fresh && header.kind != Kind::Report {
-            self.hear_phase(now, &header, data.len(), false);
+            self.synchronise(now, &header, data.len(), false);
             return Err(Reason::Stale);
         }
         let message = Message::decode(header.kind, body).map_err(|_| Reason::Body)?;
-        let fresh = fresh || self.names_me(&message);
-        self.hear_phase(now, &header, data.len(), fresh);
+        let fresh = fresh || self.is_named_in(&message);
+        self.synchronise(now, &header, data.len(), fresh);
         if !fresh {
             return Err(Reason::Stale);
         }
-        self.peers.prove(header.from);
+        self.peers.mark_fresh(header.from);
         self.counters.taken.count(header.kind);
-        self.hear(now, rssi, &header, message)
+        self.act_on(now, rssi, &header, message)
     }
 
-    fn hear(
+    /// Acts on a message that has passed the checks of the hop.
+    fn act_on(
         &mut self,
         now: Instant,
         rssi: Dbm,
@@ -74,32 +77,33 @@ impl<S: Seal> Airlink<S> {
                 }
                 Ok(Some(Event::Membership { from, membership }))
             }
-            Message::Command(capsule) => self.hear_command(now, from, capsule),
-            Message::Telemetry(capsule) => self.hear_telemetry(now, from, capsule),
+            Message::Command(capsule) => self.accept_command(now, from, capsule),
+            Message::Telemetry(capsule) => self.accept_telemetry(now, from, capsule),
         }
     }
 
-    /// `node` has left. What is to be done at its far end is not told by this: whoever has the
-    /// fleet's key can say it in anybody's name, and nobody must miss an order for that.
+    /// Forgets `node`, which has left, as a neighbour. The base goes on sending it orders, because
+    /// a thief with the group key can say in any node's name that it leaves, and no node may miss
+    /// an order because of that.
     fn forget(&mut self, node: NodeId) {
         self.peers.forget(node);
-        self.follow.forget(node);
+        self.clock_sync.unfollow(node);
     }
 
-    /// Whether a report says that its sender hears this node now.
-    fn names_me(&self, message: &Message) -> bool {
+    /// Whether `message` is a report whose sender hears this node in its present epoch.
+    fn is_named_in(&self, message: &Message) -> bool {
         let me = (self.identity.node, self.epoch.low16());
         let Message::Report(report) = message else { return false };
         report.heard.iter().any(|heard| (heard.node, heard.epoch) == me)
     }
 
-    /// A packet with this node's own number: what it has said itself comes back, or there is
-    /// another of that number.
+    /// Processes a packet with this node's own number: an echo, or a packet of a second node with
+    /// that number (a twin).
     ///
-    /// Of two, the one that has just come gives way, and of two that have both been there for a
-    /// while the one with the later epoch. A recording cannot make anybody give way: nobody has
-    /// refused the present epoch of a node who has not heard it.
-    fn hear_twin(
+    /// Of two such nodes the newcomer falls silent, and of two that have both been members for a
+    /// while the one with the later epoch. A recording cannot silence a node, because a refusal
+    /// names the refused node's epoch, and none recorded earlier names its present one.
+    fn process_own_number(
         &mut self,
         now: Instant,
         header: &Header,
@@ -109,55 +113,57 @@ impl<S: Seal> Airlink<S> {
         let me = self.identity.node;
         let theirs = header.counter.epoch();
         if theirs == self.epoch {
-            // A number that has not been used here yet is used by a copy of this very drone, and
+            // A counter that this node has not used yet comes from a copy of this very drone, and
             // every further packet of both would use a nonce twice.
-            if self.life.next().is_some_and(|next| header.counter >= next) {
-                self.life.refuse();
+            if self.lifecycle.next().is_some_and(|next| header.counter >= next) {
+                self.lifecycle.refuse();
                 return Err(Reason::Twin);
             }
             return Err(Reason::Own);
         }
-        self.peers.hear(now, me, header.counter, rssi, Duration::ZERO)?;
-        let settled = self.life.has_settled(now, self.config.settles_after);
+        self.peers.accept(now, me, header.counter, rssi, Duration::ZERO)?;
+        let settled = self.lifecycle.has_settled(now, self.config.settles_after);
         let refusal = Membership::Refused { node: me, epoch: self.epoch.low16() };
         let refused = header.kind == Kind::Membership
             && Message::decode(header.kind, body) == Ok(Message::Membership(refusal));
         if refused && (!settled || self.epoch > theirs) {
-            self.life.refuse();
-        } else if settled && self.refuses.is_none() {
-            let at = self.refused_at.map_or(now, |last| now.max(last + REFUSES_EVERY));
-            self.refuses = Some((theirs.low16(), at));
+            self.lifecycle.refuse();
+        } else if settled && self.pending_refusal.is_none() {
+            let at = self.last_refusal.map_or(now, |last| now.max(last + REFUSAL_INTERVAL));
+            self.pending_refusal = Some((theirs.low16(), at));
         }
         Err(Reason::Twin)
     }
 
-    /// Everybody follows who is nearer to the base; a newcomer at first anybody, so that it fits in
-    /// even where it is the base.
-    fn hear_phase(&mut self, now: Instant, header: &Header, length: usize, fresh: bool) {
-        let listens = matches!(self.life, Life::Listening { .. });
+    /// Aligns this node's frame to that of a sender nearer to the base. A node that still listens
+    /// follows any sender, so that it fits into the frame even where it is the base itself.
+    fn synchronise(&mut self, now: Instant, header: &Header, length: usize, fresh: bool) {
+        let listens = matches!(self.lifecycle, Lifecycle::Listening { .. });
         if header.from > self.identity.node || listens {
             let phase = self.schedule.phase_of(header, length, now);
-            let told = Told { by: header.from, fresh, phase };
-            self.follow.hear(now, told, self.config.lost_after, self.schedule.half_slot());
+            let observed = ObservedFrame { sender: header.from, fresh, phase };
+            let (lost_after, jump) = (self.config.lost_after, self.schedule.half_slot());
+            self.clock_sync.observe(now, observed, lost_after, jump);
         }
     }
 
-    fn hear_command(
+    /// Opens a command for this drone, or relays one for another.
+    fn accept_command(
         &mut self,
         now: Instant,
         from: NodeId,
         capsule: Capsule<ORDER>,
     ) -> Result<Option<Event>, Reason> {
         let me = self.identity.node;
-        let (End::Drone(teller), true) = (&mut self.end, capsule.node == me) else {
-            pass_on(&mut self.commands, now, side(from, me, capsule.node), capsule, &self.config);
+        let (End::Drone(sender), true) = (&mut self.end, capsule.node == me) else {
+            relay(&mut self.commands, now, side(from, me, capsule.node), capsule, &self.config);
             return Ok(None);
         };
-        match teller.last() {
+        match sender.last_order() {
             Some(last) if capsule.counter < last => return Err(Reason::Outdated),
-            // Whoever repeats it has not heard that it is here.
+            // A repeat means that the sender has not heard this node send the command yet.
             Some(last) if capsule.counter == last => {
-                if self.commands.is_settled(me) {
+                if self.commands.is_done(me) {
                     self.commands.allow(me, 1);
                 }
                 return Ok(None);
@@ -170,13 +176,14 @@ impl<S: Seal> Airlink<S> {
         if !self.seal.open(Scope::EndToEnd(me), &nonce, &aad, &mut text, &capsule.tag) {
             return Err(Reason::Forged);
         }
-        let task = decode_order(&text).map_err(|_| Reason::Body)?;
-        teller.heed(now, capsule.counter, task);
-        self.commands.keep(now, capsule, 1);
-        Ok(Some(Event::Order { task, counter: capsule.counter }))
+        let order = decode_order(&text).map_err(|_| Reason::Body)?;
+        sender.accept(now, capsule.counter, order);
+        self.commands.store(now, capsule, 1);
+        Ok(Some(Event::Order { task: order, counter: capsule.counter }))
     }
 
-    fn hear_telemetry(
+    /// At the base, opens telemetry; at a drone, relays it.
+    fn accept_telemetry(
         &mut self,
         now: Instant,
         from: NodeId,
@@ -184,19 +191,19 @@ impl<S: Seal> Airlink<S> {
     ) -> Result<Option<Event>, Reason> {
         let (me, node, counter) = (self.identity.node, capsule.node, capsule.counter);
         let End::Base(orders) = &mut self.end else {
-            // What is behind for a command is ahead for telemetry.
+            // Telemetry goes the opposite way of a command.
             let side = match side(from, me, node) {
-                Some(Side::Behind) => Some(Side::Ahead),
-                Some(Side::Ahead) => Some(Side::Behind),
+                Some(Side::Upstream) => Some(Side::Downstream),
+                Some(Side::Downstream) => Some(Side::Upstream),
                 None => None,
             };
-            pass_on(&mut self.telemetry, now, side, capsule, &self.config);
+            relay(&mut self.telemetry, now, side, capsule, &self.config);
             return Ok(None);
         };
-        match orders.last(node) {
+        match orders.last_telemetry(node) {
             Some(last) if counter < last => return Err(Reason::Outdated),
             Some(last) if counter == last => {
-                if self.telemetry.is_settled(node) {
+                if self.telemetry.is_done(node) {
                     self.telemetry.allow(node, 1);
                 }
                 return Ok(None);
@@ -209,36 +216,38 @@ impl<S: Seal> Airlink<S> {
             return Err(Reason::Forged);
         }
         let telemetry = Telemetry::decode(&text).map_err(|_| Reason::Body)?;
-        orders.hear(now, node, counter, &telemetry);
-        self.telemetry.keep(now, capsule, 1);
+        orders.accept_telemetry(now, node, counter, &telemetry);
+        self.telemetry.store(now, capsule, 1);
         Ok(Some(Event::Telemetry { from: node, telemetry, counter }))
     }
 }
 
-/// Where `from` stands for a command to `end`, as seen from `me`, if I stand between.
-fn side(from: NodeId, me: NodeId, end: NodeId) -> Option<Side> {
-    if from > me && me >= end {
-        Some(Side::Behind)
-    } else if me > from && from >= end {
-        Some(Side::Ahead)
+/// The side of `me` on which the sender `from` stands on the way of a command to `far_end`, if both
+/// stand on that way.
+fn side(from: NodeId, me: NodeId, far_end: NodeId) -> Option<Side> {
+    if from > me && me >= far_end {
+        Some(Side::Upstream)
+    } else if me > from && from >= far_end {
+        Some(Side::Downstream)
     } else {
         None
     }
 }
 
-/// Does for `capsule` what someone between its ends does.
-fn pass_on<const N: usize>(
-    passing: &mut Passing<N>,
+/// Updates the queue of a node between the capsule's ends: a new capsule that comes from upstream
+/// is to be sent, and one that a node downstream sends need not be sent any more.
+fn relay<const N: usize>(
+    queue: &mut RelayQueue<N>,
     now: Instant,
     side: Option<Side>,
     capsule: Capsule<N>,
     config: &LinkConfig,
 ) {
     let Some(side) = side else { return };
-    match (passing.compare(now, &capsule, config.forgets_after), side) {
-        (Heard::New, Side::Behind) => passing.keep(now, capsule, config.tries),
-        (Heard::New, Side::Ahead) => passing.keep(now, capsule, 0),
-        (Heard::Same, Side::Ahead) => passing.settle(capsule.node),
-        (Heard::Same, Side::Behind) | (Heard::Old, _) => {}
+    match (queue.compare(now, &capsule, config.forgets_after), side) {
+        (Novelty::New, Side::Upstream) => queue.store(now, capsule, config.tries),
+        (Novelty::New, Side::Downstream) => queue.store(now, capsule, 0),
+        (Novelty::Repeated, Side::Downstream) => queue.stop(capsule.node),
+        (Novelty::Repeated, Side::Upstream) | (Novelty::Old, _) => {}
     }
 }

@@ -1,4 +1,4 @@
-//! What goes out: the most urgent thing that there is to say, sealed.
+//! Sending: picks the most urgent message, seals it and writes the packet.
 
 use units::{Instant, NodeId, Role};
 use wire::p2p::{
@@ -6,35 +6,41 @@ use wire::p2p::{
 };
 use wire::syslink::MAX_P2P;
 
-use super::life::Life;
+use super::lifecycle::Lifecycle;
 use super::{Airlink, End};
 use crate::nonce;
 use crate::seal::{Scope, Seal};
 
 impl<S: Seal> Airlink<S> {
-    /// Writes the packet that is to be sent now.
-    pub(super) fn speak(&mut self, now: Instant, out: &mut [u8; MAX_P2P]) -> Option<usize> {
-        let counter = self.wake(now)?;
-        let (turn, place) = self.turn(now, counter)?;
-        let Some(message) = self.pick(now, turn.wave, place, counter) else {
-            self.close(turn, now);
+    /// Writes the packet to send at `now`, if one is due, and returns its length.
+    pub(super) fn write_next(&mut self, now: Instant, out: &mut [u8; MAX_P2P]) -> Option<usize> {
+        let counter = self.next_counter(now)?;
+        let (turn, place) = self.turn_and_place(now, counter)?;
+        let Some(message) = self.pick_message(now, turn.wave, place, counter) else {
+            self.close_turn(turn, now);
             return None;
         };
         let kind = message.kind();
         let header = Header { kind, from: self.identity.node, wave: turn.wave, place, counter };
-        let length = self.write(&header, &message, out);
+        let length = self.write_packet(&header, &message, out);
         let not_before = now + self.schedule.spacing();
-        let doubles = self.config.doubles
+        let repeats_command = self.config.doubles
             && matches!((turn.wave, place), (Wave::Outward, 0))
             && matches!(&message, Message::Command(capsule) if capsule.node == NodeId::HEAD);
-        self.said(turn, place, not_before, doubles);
+        self.advance_turn(turn, place, not_before, repeats_command);
         self.counters.sent.count(kind);
-        self.life.spoke();
+        self.lifecycle.packet_sent();
         Some(length)
     }
 
-    /// The most urgent thing to say in the packet `place` of a turn of `wave`.
-    fn pick(&mut self, now: Instant, wave: Wave, place: u8, counter: Counter) -> Option<Message> {
+    /// Picks the most urgent message for the packet `place` of a turn of `wave`.
+    fn pick_message(
+        &mut self,
+        now: Instant,
+        wave: Wave,
+        place: u8,
+        counter: Counter,
+    ) -> Option<Message> {
         if let Some(membership) = self.pick_membership(now) {
             return Some(Message::Membership(membership));
         }
@@ -42,10 +48,11 @@ impl<S: Seal> Airlink<S> {
         let picked = match wave {
             Wave::Outward => self
                 .pick_command(now, wave, counter)
-                .or_else(|| self.pick_double(now))
+                .or_else(|| self.pick_repeated_command(now))
                 .or_else(|| self.pick_report(now))
                 .or_else(|| self.pick_telemetry(now, wave, counter)),
-            // The reports of a busy chain have this place, or there would be none.
+            // The last packet is kept for the report: in a busy chain commands and telemetry would
+            // leave it no room.
             Wave::Inward => (if last { self.pick_report(now) } else { None })
                 .or_else(|| self.pick_command(now, wave, counter))
                 .or_else(|| self.pick_telemetry(now, wave, counter))
@@ -55,78 +62,81 @@ impl<S: Seal> Airlink<S> {
     }
 
     fn pick_membership(&mut self, now: Instant) -> Option<Membership> {
-        if matches!(self.life, Life::Leaving { .. }) {
+        if matches!(self.lifecycle, Lifecycle::Leaving { .. }) {
             return Some(Membership::Leave);
         }
-        if self.joins {
-            self.joins = false;
+        if self.join_pending {
+            self.join_pending = false;
             return Some(Membership::Join);
         }
-        let (epoch, _) = self.refuses.take_if(|(_, at)| *at <= now)?;
-        self.refused_at = Some(now);
+        let (epoch, _) = self.pending_refusal.take_if(|(_, at)| *at <= now)?;
+        self.last_refusal = Some(now);
         Some(Membership::Refused { node: self.identity.node, epoch })
     }
 
-    /// The head's command that this turn has begun with, once more.
-    fn pick_double(&mut self, now: Instant) -> Option<Message> {
-        self.open.filter(|open| open.doubles)?;
-        self.commands.say(now, NodeId::HEAD).map(Message::Command)
+    /// Picks the command to the head that this turn has begun with a second time.
+    fn pick_repeated_command(&mut self, now: Instant) -> Option<Message> {
+        self.open_turn.filter(|open| open.repeats_command)?;
+        self.commands.take(now, NodeId::HEAD).map(Message::Command)
     }
 
     fn pick_beacon(&mut self, now: Instant) -> Option<Message> {
-        if self.beacon_at > now {
+        if self.beacon_due_at > now {
             return None;
         }
-        self.beacon_at = now + self.config.beacon_every;
+        self.beacon_due_at = now + self.config.beacon_every;
         Some(Message::Beacon(self.beacon))
     }
 
     fn pick_report(&mut self, now: Instant) -> Option<Message> {
         let report = self.report.take()?;
-        let heard = self.peers.name(self.identity.node, now, self.config.lost_after);
+        let heard = self.peers.select_heard(self.identity.node, now, self.config.lost_after);
         Some(Message::Report(Report { heard, ..report }))
     }
 
+    /// At the base, picks a new order if one is due; otherwise the next command in the queue.
     fn pick_command(&mut self, now: Instant, wave: Wave, counter: Counter) -> Option<Message> {
         if let End::Base(orders) = &mut self.end
-            && let Some(node) = orders.next(now, wave, &self.config)
-            && let (Some(task), Some(epoch)) = (orders.task(), orders.epoch(node))
+            && let Some(node) = orders.next_recipient(now, wave, &self.config)
+            && let (Some(order), Some(epoch)) = (orders.order(), orders.epoch(node))
         {
-            orders.told(now, node, &self.config);
-            let mut sealed = encode_order(task);
+            orders.mark_sent(now, node, &self.config);
+            let mut sealed = encode_order(order);
             let (nonce, aad) = (nonce::command(node, counter), nonce::command_aad(node, epoch));
             let tag = self.seal.seal(Scope::EndToEnd(node), &nonce, &aad, &mut sealed);
-            self.commands.keep(now, Capsule { node, counter, sealed, tag }, self.config.tries);
-            return self.commands.say(now, node).map(Message::Command);
+            self.commands.store(now, Capsule { node, counter, sealed, tag }, self.config.tries);
+            return self.commands.take(now, node).map(Message::Command);
         }
-        self.commands.next(now, wave).map(Message::Command)
+        self.commands.take_next(now, wave).map(Message::Command)
     }
 
+    /// Picks this drone's own telemetry if it is due; otherwise the next in the queue.
     fn pick_telemetry(&mut self, now: Instant, wave: Wave, counter: Counter) -> Option<Message> {
         let every = match self.identity.role {
             Role::Head => self.config.head_telemetry_every,
             Role::Relay | Role::Base => self.config.telemetry_every,
         };
-        if let (End::Drone(teller), Wave::Inward) = (&mut self.end, wave)
-            && let Some(telemetry) = teller.next(now, every)
+        if let (End::Drone(sender), Wave::Inward) = (&mut self.end, wave)
+            && let Some(telemetry) = sender.take_due(now, every)
         {
             let node = self.identity.node;
             let mut sealed = telemetry.encode();
             let nonce = nonce::telemetry(node, counter);
             let tag = self.seal.seal(Scope::EndToEnd(node), &nonce, &[node.0], &mut sealed);
-            self.telemetry.keep(now, Capsule { node, counter, sealed, tag }, self.config.tries);
-            return self.telemetry.say(now, node).map(Message::Telemetry);
+            self.telemetry.store(now, Capsule { node, counter, sealed, tag }, self.config.tries);
+            return self.telemetry.take(now, node).map(Message::Telemetry);
         }
-        self.telemetry.next(now, wave).map(Message::Telemetry)
+        self.telemetry.take_next(now, wave).map(Message::Telemetry)
     }
 
-    fn write(&self, header: &Header, message: &Message, out: &mut [u8; MAX_P2P]) -> usize {
-        let clear = header.encode();
+    /// Writes the sealed packet to `out` and returns its length.
+    fn write_packet(&self, header: &Header, message: &Message, out: &mut [u8; MAX_P2P]) -> usize {
+        let header = header.encode();
         let mut bytes = [0; MAX_BODY];
         let length = message.encode(&mut bytes);
         let body = bytes.get_mut(..length).unwrap_or_default();
-        let tag = self.seal.seal(Scope::Fleet, &nonce::hop(clear), &clear, body);
-        let parts: [&[u8]; 3] = [&clear, body, &tag];
+        let tag = self.seal.seal(Scope::Fleet, &nonce::hop(header), &header, body);
+        let parts: [&[u8]; 3] = [&header, body, &tag];
         parts.into_iter().fold(0, |length, part| {
             let room = out.get_mut(length..).unwrap_or_default();
             room.iter_mut().zip(part).for_each(|(place, byte)| *place = *byte);

@@ -1,131 +1,151 @@
-//! When this node speaks: which turn is its next, and how far the one that it is in has got.
+//! The times of this node's transmissions: its next turn, and how far the present one has got.
 
 use units::Instant;
 use wire::p2p::{Counter, Wave};
 
-use super::life::Life;
+use super::lifecycle::Lifecycle;
 use super::{Airlink, End};
 use crate::schedule::Turn;
 use crate::seal::Seal;
 
-/// The turn that has been begun.
+/// The turn in which this node has sent last, or that it has closed.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Open {
+pub(super) struct OpenTurn {
     turn: Turn,
-    /// The next packet's place in it.
+    /// The place of the next packet in the turn.
     place: u8,
-    /// The radio chip is busy until then.
+    /// The radio chip is busy until this moment.
     not_before: Instant,
-    /// It has begun with a command to the head, which is to be said twice.
-    pub(super) doubles: bool,
+    /// Whether the turn has begun with a command to the head, which is to be sent twice.
+    pub(super) repeats_command: bool,
 }
 
 impl<S: Seal> Airlink<S> {
-    /// When there is something to say in a turn of this node's.
+    /// The next moment in a turn of this node at which it has a packet to send.
     pub(super) fn next_turn(&self) -> Option<Instant> {
-        let counter = self.life.next()?;
+        let counter = self.lifecycle.next()?;
         let due = |wave| {
-            let ready = self.ready(wave);
-            match self.open {
+            let ready = self.message_due_at(wave);
+            match self.open_turn {
                 Some(open) if open.turn.wave == wave && open.place < self.schedule.burst() => {
-                    let at = self.begin(open.turn, counter, open.place, open.not_before);
-                    if open.doubles || ready.is_some_and(|ready| ready <= at) {
+                    let at = self.packet_start(open.turn, counter, open.place, open.not_before);
+                    if open.repeats_command || ready.is_some_and(|ready| ready <= at) {
                         return Some(at);
                     }
                 }
                 _ => {}
             }
-            let turn = self.schedule.turn_from(wave, ready?.max(self.from), self.follow.phase());
-            Some(self.begin(turn, counter, 0, turn.start))
+            let turn = self.schedule.turn_from(
+                wave,
+                ready?.max(self.no_turn_before),
+                self.clock_sync.phase(),
+            );
+            Some(self.packet_start(turn, counter, 0, turn.start))
         };
         [Wave::Outward, Wave::Inward].into_iter().filter_map(due).min()
     }
 
-    /// The next packet's number, if this node may speak at `now`.
-    pub(super) fn wake(&mut self, now: Instant) -> Option<Counter> {
-        if let Life::Listening { until, next } = self.life {
+    /// The counter of the next packet, if this node may send at `now`. A node that has listened for
+    /// long enough becomes a member here.
+    pub(super) fn next_counter(&mut self, now: Instant) -> Option<Counter> {
+        if let Lifecycle::Listening { until, next } = self.lifecycle {
             if now < until {
                 return None;
             }
-            self.life = Life::Member { since: now, next };
-            self.follow.stop_below(self.identity.node);
+            self.lifecycle = Lifecycle::Member { since: now, next };
+            self.clock_sync.unfollow_below(self.identity.node);
         }
-        self.life.next()
+        self.lifecycle.next()
     }
 
-    /// When the packet `place` of `turn` begins.
-    fn begin(&self, turn: Turn, counter: Counter, place: u8, not_before: Instant) -> Instant {
+    /// The moment at which the packet `place` of `turn` begins.
+    fn packet_start(
+        &self,
+        turn: Turn,
+        counter: Counter,
+        place: u8,
+        not_before: Instant,
+    ) -> Instant {
         (turn.start + self.schedule.wait(counter, place)).max(not_before)
     }
 
-    /// The turn and the place in it that `now` is right for.
-    pub(super) fn turn(&mut self, now: Instant, counter: Counter) -> Option<(Turn, u8)> {
+    /// The turn and the place in it of a packet that is sent at `now`; `None` if `now` is too early
+    /// or too late for a packet.
+    pub(super) fn turn_and_place(&mut self, now: Instant, counter: Counter) -> Option<(Turn, u8)> {
         let half = self.schedule.half_slot();
-        let Some(turn) = self.schedule.turn_at(now, self.follow.phase()) else {
-            self.from = self.from.max(now);
-            self.open = None;
+        let Some(turn) = self.schedule.turn_at(now, self.clock_sync.phase()) else {
+            self.no_turn_before = self.no_turn_before.max(now);
+            self.open_turn = None;
             return None;
         };
-        // All turns before it are over, also one that has been begun.
-        self.from = self.from.max(turn.start - half);
-        self.open = self.open.filter(|open| {
+        // All earlier turns are over, even one that has been begun.
+        self.no_turn_before = self.no_turn_before.max(turn.start - half);
+        self.open_turn = self.open_turn.filter(|open| {
             open.turn.wave == turn.wave
                 && turn.start.max(open.turn.start).since(turn.start.min(open.turn.start)) < half
         });
-        // The frame may have moved a little since.
-        if self.open.is_none() && turn.start + half < self.from {
+        // A turn that was closed seems to be a new one when the frame has moved a little since.
+        if self.open_turn.is_none() && turn.start + half < self.no_turn_before {
             return None;
         }
         let (turn, place, not_before) = self
-            .open
+            .open_turn
             .map_or((turn, 0, turn.start), |open| (open.turn, open.place, open.not_before));
-        let at = self.begin(turn, counter, place, not_before);
+        let at = self.packet_start(turn, counter, place, not_before);
         if place >= self.schedule.burst() || now < at {
             return None;
         }
         if now > at + self.schedule.lateness() {
-            if self.ready(turn.wave).is_some_and(|ready| ready <= at) {
+            if self.message_due_at(turn.wave).is_some_and(|ready| ready <= at) {
                 self.counters.missed = self.counters.missed.wrapping_add(1);
             }
-            self.close(turn, now);
+            self.close_turn(turn, now);
             return None;
         }
         Some((turn, place))
     }
 
-    /// Nothing more is said in `turn`.
-    pub(super) fn close(&mut self, turn: Turn, now: Instant) {
+    /// Ends `turn`, in which this node has nothing more to send.
+    pub(super) fn close_turn(&mut self, turn: Turn, now: Instant) {
         let place = self.schedule.burst();
-        self.begun(Open { turn, place, not_before: now, doubles: false });
+        self.set_open_turn(OpenTurn { turn, place, not_before: now, repeats_command: false });
     }
 
-    /// A packet of `turn` goes out as `place`; the next may follow `not_before`.
-    pub(super) fn said(&mut self, turn: Turn, place: u8, not_before: Instant, doubles: bool) {
-        self.begun(Open { turn, place: place + 1, not_before, doubles });
+    /// Records that the packet `place` of `turn` is sent, and that the next may follow at
+    /// `not_before`.
+    pub(super) fn advance_turn(
+        &mut self,
+        turn: Turn,
+        place: u8,
+        not_before: Instant,
+        repeats_command: bool,
+    ) {
+        self.set_open_turn(OpenTurn { turn, place: place + 1, not_before, repeats_command });
     }
 
-    fn begun(&mut self, open: Open) {
-        self.from = self.from.max(open.turn.start + self.schedule.half_slot());
-        self.open = Some(open);
+    fn set_open_turn(&mut self, open: OpenTurn) {
+        let half = self.schedule.half_slot();
+        self.no_turn_before = self.no_turn_before.max(open.turn.start + half);
+        self.open_turn = Some(open);
     }
 
-    /// From when on there is something to say in a turn of `wave`.
-    fn ready(&self, wave: Wave) -> Option<Instant> {
-        if matches!(self.life, Life::Leaving { .. }) {
+    /// The time from which this node has a message to send in a turn of `wave`.
+    fn message_due_at(&self, wave: Wave) -> Option<Instant> {
+        if matches!(self.lifecycle, Lifecycle::Leaving { .. }) {
             return Some(Instant::ZERO);
         }
-        let membership = match (self.joins, self.refuses) {
+        let membership = match (self.join_pending, self.pending_refusal) {
             (true, _) => Some(Instant::ZERO),
             (false, Some((_, at))) => Some(at),
             (false, None) => None,
         };
         let report = self.report.as_ref().map(|_| Instant::ZERO);
         let end = match &self.end {
-            End::Base(orders) => orders.ready(wave),
-            End::Drone(teller) => teller.ready().filter(|_| wave == Wave::Inward),
+            End::Base(orders) => orders.due_at(wave),
+            End::Drone(sender) => sender.due_at().filter(|_| wave == Wave::Inward),
         };
-        let [commands, telemetry] = [self.commands.ready(wave), self.telemetry.ready(wave)];
-        [membership, report, end, commands, telemetry, Some(self.beacon_at)]
+        let [commands, telemetry] = [self.commands.due_at(wave), self.telemetry.due_at(wave)];
+        [membership, report, end, commands, telemetry, Some(self.beacon_due_at)]
             .into_iter()
             .flatten()
             .min()

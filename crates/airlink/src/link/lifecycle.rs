@@ -1,26 +1,33 @@
-//! What becomes of a node from switching on to switching off, and whether it may speak.
+//! The life of a node from switching on to switching off: its states, and when it may send.
 
 use units::{Duration, Instant};
 use wire::p2p::Counter;
 
 use super::Standing;
 
-/// Where a node is in its life. The counter is that of its next packet.
+/// The state of a node in its life. `next` is the counter of its next packet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Life {
+pub(super) enum Lifecycle {
+    /// It listens for the other nodes' turns until `until`, and does not send yet.
     Listening { until: Instant, next: Counter },
+    /// It has been sending since `since`.
     Member { since: Instant, next: Counter },
-    Leaving { more: u8, next: Counter },
+    /// It says that it leaves, in this many more packets.
+    Leaving { packets_left: u8, next: Counter },
+    /// It has said that it leaves.
     Left,
+    /// Another node keeps the number that both have.
     Refused,
+    /// It has used up the counters of its epoch.
     Exhausted,
 }
 
-/// How often a node says that it leaves: both packets of a turn, as there may be no other.
-const GOODBYES: u8 = 2;
+/// Number of packets that announce a leave: both of a turn, because the drone may be switched off
+/// before its next.
+const LEAVE_PACKETS: u8 = 2;
 
-impl Life {
-    /// The next packet's number, for whoever may speak, or will.
+impl Lifecycle {
+    /// The counter of the next packet, if the node may send now or later.
     pub(super) const fn next(self) -> Option<Counter> {
         match self {
             Self::Listening { next, .. }
@@ -30,11 +37,13 @@ impl Life {
         }
     }
 
-    /// A packet has gone out.
-    pub(super) fn spoke(&mut self) {
+    /// Records that a packet has been sent.
+    pub(super) fn packet_sent(&mut self) {
         *self = match (*self, self.next().and_then(Counter::next)) {
-            (Self::Leaving { more: 0 | 1, .. }, _) => Self::Left,
-            (Self::Leaving { more, .. }, Some(next)) => Self::Leaving { more: more - 1, next },
+            (Self::Leaving { packets_left: 0 | 1, .. }, _) => Self::Left,
+            (Self::Leaving { packets_left, .. }, Some(next)) => {
+                Self::Leaving { packets_left: packets_left - 1, next }
+            }
             (Self::Member { since, .. }, Some(next)) => Self::Member { since, next },
             (Self::Member { .. } | Self::Leaving { .. }, None) => Self::Exhausted,
             (same @ (Self::Listening { .. } | Self::Left | Self::Refused | Self::Exhausted), _) => {
@@ -43,23 +52,23 @@ impl Life {
         };
     }
 
-    /// It says goodbye. Who has not said anything yet just goes.
+    /// Begins to leave. A node that has not sent anything yet leaves without a packet.
     pub(super) const fn leave(&mut self) {
         *self = match *self {
             Self::Listening { .. } => Self::Left,
-            Self::Member { next, .. } => Self::Leaving { more: GOODBYES, next },
+            Self::Member { next, .. } => Self::Leaving { packets_left: LEAVE_PACKETS, next },
             same @ (Self::Leaving { .. } | Self::Left | Self::Refused | Self::Exhausted) => same,
         };
     }
 
-    /// It may not speak, if it still could.
+    /// Forbids the node to send, if it still could.
     pub(super) const fn refuse(&mut self) {
         if self.next().is_some() {
             *self = Self::Refused;
         }
     }
 
-    /// Whether it has spoken for `span` and goes on.
+    /// Whether the node has been a member for `span` and still is one.
     pub(super) fn has_settled(self, now: Instant, span: Duration) -> bool {
         match self {
             Self::Member { since, .. } => now.since(since) >= span,
@@ -71,6 +80,7 @@ impl Life {
         }
     }
 
+    /// The state as the drone's other tasks see it.
     pub(super) const fn standing(self) -> Standing {
         match self {
             Self::Listening { .. } => Standing::Listening,
