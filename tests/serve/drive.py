@@ -1,4 +1,4 @@
-"""What tests/serve.rs has an unmodified cflib do to a served chain: `drive.py PART HOST PORT COUNT`.
+"""What tests/suite/serve.rs has an unmodified cflib do to a served chain: `drive.py PART HOST PORT COUNT`.
 
 Nothing here is timed: every wait is for something to happen, and one generous limit ends the whole
 with a trace of where it stood. The script to learn from is fly.py.

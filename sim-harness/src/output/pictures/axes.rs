@@ -3,9 +3,9 @@
 use plotters::chart::{ChartBuilder, ChartContext};
 use plotters::coord::cartesian::Cartesian2d;
 use plotters::element::{Circle, PathElement};
-use plotters::prelude::SVGBackend;
 use plotters::style::{Color, RGBColor, ShapeStyle, TRANSPARENT};
 
+use super::canvas::Canvas;
 use super::dashes;
 use super::sheet::{Area, Fault, Look, PlotFrame, px, size_of, text_width, upx, write};
 use super::style::{AXIS, GRID, QUIET};
@@ -13,7 +13,7 @@ use super::ticks::Axis;
 
 /// A chart with its axes drawn, ready for lines.
 pub(super) struct Chart<'a> {
-    context: ChartContext<'a, SVGBackend<'a>, Cartesian2d<Axis, Axis>>,
+    context: ChartContext<'a, Canvas<'a>, Cartesian2d<Axis, Axis>>,
     area: Area<'a>,
 }
 

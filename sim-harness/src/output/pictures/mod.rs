@@ -2,8 +2,8 @@
 //!
 //! Every picture is made of *panels*: functions that draw one thing (a map, links over time, box
 //! plots) into any rectangle, so that the same code makes the three pictures of a run and the
-//! composite pages. `plotters` does the plotting, `resvg` turns the SVG into a PNG, and the font
-//! comes along, so that a picture has the same bytes on every machine.
+//! composite pages. `plotters` does the plotting and writes the SVG, `tiny-skia` draws the PNG, and
+//! the font comes along, so that a picture has the same bytes on every machine.
 //!
 //! The palette is Okabe and Ito's, which people with any colour vision can tell apart; lines are
 //! labelled where they end rather than in a legend; the background is always painted, so that a
@@ -11,6 +11,7 @@
 
 mod axes;
 mod boxes;
+mod canvas;
 mod dashes;
 mod figure3;
 mod links;

@@ -6,25 +6,25 @@
 use plotters::coord::Shift;
 use plotters::drawing::{DrawingArea, DrawingAreaErrorKind, IntoDrawingArea};
 use plotters::element::Text;
-use plotters::prelude::SVGBackend;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{Color, FontDesc, FontFamily, FontStyle, RGBColor, TextStyle};
 
 use super::PictureError;
+use super::canvas::{Canvas, FONT_SCALE, Shape};
 use super::raster;
 use super::style::{INK, PAPER, QUIET};
 
 /// Units to a pixel.
 const UNITS: f64 = 10.0;
 
+/// Pixels of the PNG to one of the SVG, for sharp text on sharp screens.
+const ZOOM: f64 = 2.0;
+
 /// The built-in font first; then its twin of the same widths where browsers have no DejaVu.
 const FONT: FontFamily<'static> = FontFamily::Name("DejaVu Sans, Verdana, sans-serif");
 
-/// plotters' SVG writer divides font sizes by this.
-const FONT_SCALE: f64 = 1.24;
-
 /// A rectangle to draw in.
-pub(super) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+pub(super) type Area<'a> = DrawingArea<Canvas<'a>, Shift>;
 /// What drawing says when it fails.
 pub(super) type Fault = DrawingAreaErrorKind<std::io::Error>;
 /// What a panel returns: the frame of each time axis that it drew.
@@ -41,9 +41,12 @@ pub(super) fn upx(pixels: f64) -> u32 {
 }
 
 /// A finished picture.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone)]
 pub struct Picture {
     svg: String,
+    shapes: Vec<Shape>,
+    /// Width and height in units.
+    size: (u32, u32),
     frames: Vec<PlotFrame>,
 }
 
@@ -71,16 +74,16 @@ impl Picture {
         title: &str,
         panel: impl FnOnce(&Area<'_>) -> Drawn,
     ) -> Result<Self, PictureError> {
-        let mut text = String::new();
+        let (mut text, mut shapes) = (String::new(), Vec::new());
+        let size = (upx(width), upx(height));
         let frames = {
-            let size = (upx(width), upx(height));
-            let root = SVGBackend::with_string(&mut text, size).into_drawing_area();
+            let root = Canvas::new(&mut text, &mut shapes, size).into_drawing_area();
             root.fill(&PAPER).map_err(PictureError::new)?;
             let frames = panel(&root).map_err(PictureError::new)?;
             root.present().map_err(PictureError::new)?;
             frames
         };
-        Ok(Self { svg: with_header(&text, (width, height), title), frames })
+        Ok(Self { svg: with_header(&text, (width, height), title), shapes, size, frames })
     }
 
     /// The picture as an SVG document.
@@ -89,12 +92,14 @@ impl Picture {
         &self.svg
     }
 
-    /// The picture as a PNG of twice as many pixels, for sharp text on sharp screens.
+    /// The picture as a PNG of twice as many pixels.
     ///
     /// # Errors
     /// See [`PictureError`].
     pub fn png(&self) -> Result<Vec<u8>, PictureError> {
-        raster::png(&self.svg)
+        let scale = ZOOM / UNITS;
+        let pixels = |units: u32| (f64::from(units) * scale).ceil() as u32;
+        raster::png(&self.shapes, (pixels(self.size.0), pixels(self.size.1)), scale as f32)
     }
 
     /// Where the time axes lie.

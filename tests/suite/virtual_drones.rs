@@ -1,7 +1,7 @@
 //! The firmware's ELF, on emulated Crazyflies, in the simulated tunnel.
 //!
-//! These tests need the file that `cargo fw` makes; where there is none they say so and pass, unless
-//! `UCHAIN_REQUIRE_ELF=1`. `UCHAIN_ELF` names another.
+//! These tests fly the file that `cargo fw` makes, or the one that `UCHAIN_ELF` names:
+//! `cargo test --test suite virtual_drones -- --ignored`.
 
 use std::path::PathBuf;
 use std::sync::OnceLock;
@@ -15,24 +15,15 @@ use sim_harness::mission::{Mission, World};
 use sim_harness::scenario::Scenario;
 use units::{NodeId, Role};
 
-/// The ELF, if there is one.
-fn firmware() -> Option<&'static Firmware> {
-    static FIRMWARE: OnceLock<Option<Firmware>> = OnceLock::new();
-    let required = std::env::var_os("UCHAIN_REQUIRE_ELF").is_some_and(|is| is == "1");
-    let firmware = FIRMWARE.get_or_init(|| {
+/// The ELF, read once.
+fn firmware() -> &'static Firmware {
+    static FIRMWARE: OnceLock<Firmware> = OnceLock::new();
+    FIRMWARE.get_or_init(|| {
         let built = PathBuf::from(env!("CARGO_TARGET_TMPDIR"))
             .join("../thumbv7em-none-eabihf/firmware/uchain-firmware");
         let path = std::env::var_os("UCHAIN_ELF").map_or(built, PathBuf::from);
-        match path.exists() {
-            true => Some(Firmware::open(&path).unwrap_or_else(|why| panic!("{why}"))),
-            false if required => panic!("there is no {}: `cargo fw` makes it", path.display()),
-            false => {
-                eprintln!("skipped, because there is no {}: `cargo fw` makes it", path.display());
-                None
-            }
-        }
-    });
-    firmware.as_ref()
+        Firmware::open(&path).unwrap_or_else(|why| panic!("{why}"))
+    })
 }
 
 fn scenario() -> Scenario {
@@ -86,17 +77,17 @@ fn fly(scenario: &Scenario, firmware: Option<&Firmware>, threads: usize) -> Flow
 }
 
 /// The mission that most tests look at.
-fn whole() -> Option<&'static Flown> {
+fn whole() -> &'static Flown {
     static FLOWN: OnceLock<Flown> = OnceLock::new();
-    let firmware = firmware()?;
-    Some(FLOWN.get_or_init(|| fly(&scenario(), Some(firmware), 2)))
+    FLOWN.get_or_init(|| fly(&scenario(), Some(firmware()), 2))
 }
 
 /// Take off, relay, land: as the same crates do on the host, within what another stream of random
 /// numbers and clocks that are not in step make of it.
 #[test]
+#[ignore = "needs the firmware's ELF: `cargo fw` makes it"]
 fn the_elf_flies_the_mission_that_the_host_flies() {
-    let Some(emulated) = whole() else { return };
+    let emulated = whole();
     let hosted = fly(&scenario(), None, 1);
     assert_eq!(emulated.states, hosted.states);
     let (heard, should) = (emulated.orders, hosted.orders);
@@ -119,8 +110,9 @@ fn the_elf_flies_the_mission_that_the_host_flies() {
 /// What the agent decides on the chip, the same agent on the host decides of the same inputs, to the
 /// last bit of every number: the text of a float is exact.
 #[test]
+#[ignore = "needs the firmware's ELF: `cargo fw` makes it"]
 fn the_agent_on_the_chip_decides_what_the_agent_on_the_host_does() {
-    let Some(emulated) = whole() else { return };
+    let emulated = whole();
     let limits = scenario().agent;
     let config =
         AgentConfig::DEFAULT.with_limits(Some(limits.launch.limit), Some(limits.retreat.limit));
@@ -145,10 +137,10 @@ fn the_agent_on_the_chip_decides_what_the_agent_on_the_host_does() {
 }
 
 #[test]
+#[ignore = "needs the firmware's ELF: `cargo fw` makes it"]
 fn any_number_of_threads_ends_in_the_same_state() {
-    let Some(firmware) = firmware() else { return };
     let scenario = Scenario { duration_us: 9_000_000, ..scenario() };
-    let [one, two] = [1, 2].map(|threads| fly(&scenario, Some(firmware), threads));
+    let [one, two] = [1, 2].map(|threads| fly(&scenario, Some(firmware()), threads));
     assert_eq!(one.hashes.len(), 2);
     assert_eq!(one.hashes, two.hashes);
 }

@@ -1,0 +1,12 @@
+//! The whole system: missions, links, keys, replays and clients, through the library of the simulator.
+
+mod claims;
+mod determinism;
+mod flight;
+mod golden;
+mod keys;
+mod link;
+mod replay;
+mod scenario_refusals;
+mod serve;
+mod virtual_drones;
