@@ -10,7 +10,7 @@
 //! | [`vehicle`] | a drone's body at policy level |
 //! | [`craft`] | a drone at flight level, with the flight code in the loop |
 //! | [`drone`] | either of them, as a mission sees it |
-//! | [`emulated`] | a drone whose firmware runs in an emulator |
+//! | [`emulated`] | a drone whose firmware runs in an emulator, with the feature `virtual` |
 //! | [`medium`] | the air between the radios, packet by packet |
 //! | [`mission`] | one mission, step by step |
 //! | [`trace`] | the record of a mission |
@@ -29,6 +29,7 @@ pub mod campaign;
 pub mod cli;
 pub mod craft;
 pub mod drone;
+#[cfg_attr(not(feature = "virtual"), path = "emulated/absent.rs")]
 pub mod emulated;
 pub mod figures;
 pub mod input_error;

@@ -19,14 +19,13 @@ use agent::{Inputs, Outputs, State};
 use chain::neighbours::Heard;
 use tunnel_nav::Range;
 use units::{Instant, NodeId, Order, Role, Setpoint};
-use virtual_crazyflie::board::nrf51::RAMP_UP;
 use wire::p2p::{self, Telemetry};
 use wire::radio::Datarate;
 
 use crate::craft::Surroundings;
 use crate::craft::faults::Failing;
 use crate::drone::{Drone, Senses};
-use crate::emulated::{Emulated, Halted};
+use crate::emulated::{Emulated, Halted, RAMP_UP};
 use crate::medium::timing::air_us;
 use crate::medium::{Arrives, Medium, MediumConfig};
 use crate::random::{Purpose, Stream};

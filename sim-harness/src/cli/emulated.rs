@@ -1,5 +1,7 @@
 //! Drones that run the firmware's ELF, as the command line asks for them and tells of them.
 
+pub(super) mod bench;
+
 use std::fmt::Write;
 use std::net::TcpListener;
 use std::path::Path;
@@ -11,7 +13,7 @@ use virtual_crazyflie::log::{LogLine, Messages};
 use virtual_crazyflie::profile::{Durations, Report};
 
 use super::run::{RunArgs, VehicleArg};
-use super::{FidelityArg, complain, rounded};
+use super::{FidelityArg, complain};
 use crate::emulated::{self, Emulated, Firmware};
 use crate::input_error::InputError;
 use crate::mission::{Mission, World};
@@ -240,4 +242,10 @@ fn task_json(task: &virtual_crazyflie::profile::TaskLoad) -> Value {
         "poll_us_max": rounded(task.whole.max, 1),
         "latency_us_max": task.latency.map(|Durations { max, .. }| rounded(max, 1)),
     })
+}
+
+/// As it is printed: to so many digits behind the point.
+fn rounded(value: f64, digits: i32) -> f64 {
+    let scale = 10_f64.powi(digits);
+    (value * scale).round() / scale
 }

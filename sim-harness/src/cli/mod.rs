@@ -13,6 +13,7 @@
 
 mod bench;
 mod campaign;
+#[cfg_attr(not(feature = "virtual"), path = "emulated/absent.rs")]
 mod emulated;
 mod figures;
 mod interrupt;
@@ -226,12 +227,6 @@ enum FidelityArg {
     Policy,
     /// A rigid body with motors, battery and sensors, and the flight code in the loop
     Flight,
-}
-
-/// As it is printed: to so many digits behind the point.
-fn rounded(value: f64, digits: i32) -> f64 {
-    let scale = 10_f64.powi(digits);
-    (value * scale).round() / scale
 }
 
 /// A scenario, with another policy and another fidelity where they were asked for.

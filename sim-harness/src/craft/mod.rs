@@ -19,6 +19,7 @@ pub mod faults;
 pub mod flow;
 pub mod imu;
 pub mod motors;
+#[cfg(feature = "virtual")]
 pub(crate) mod outside;
 pub mod rangers;
 pub mod record;
@@ -109,6 +110,11 @@ pub struct Craft {
 }
 
 impl Craft {
+    /// Takes its flight code away: the firmware flies it from now on.
+    pub(crate) fn fly_from_outside(&mut self) {
+        self.flight = None;
+    }
+
     /// Just switched on, standing here, nose along the unit vector `nose`.
     #[must_use]
     pub fn standing(

@@ -31,11 +31,6 @@ pub(crate) struct Observed {
 }
 
 impl Craft {
-    /// It has no flight code of its own any more.
-    pub(crate) fn fly_from_outside(&mut self) {
-        self.flight = None;
-    }
-
     /// The first half of a millisecond.
     pub(crate) fn observe(&mut self, around: Surroundings<'_>, wants: Wants) -> Observed {
         self.now_ms += 1;

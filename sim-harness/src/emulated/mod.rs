@@ -28,7 +28,6 @@ use sensors::multi_ranger::Beam;
 use sensors::pmw3901::Motion;
 use sensors::vl53l1x::Reading;
 use units::{Dbm, NodeId};
-use virtual_crazyflie::board::nrf51::RAMP_UP;
 use virtual_crazyflie::board::{Config, Crazyflie, Flow, Sight};
 use virtual_crazyflie::gdb::Debugger;
 use virtual_crazyflie::log::{LogLine, Messages};
@@ -44,6 +43,7 @@ use crate::scenario::Scenario;
 
 pub use firmware::Firmware;
 pub use provision::unfit;
+pub(crate) use virtual_crazyflie::board::nrf51::RAMP_UP;
 pub use watch::{AGENT_STEP, CONTROL_STEP};
 
 use provision::provision;

@@ -1,0 +1,107 @@
+//! The stand-in for virtual drones in a build without the feature `virtual`: asking for them is
+//! answered with the command that has them.
+
+use std::convert::Infallible;
+
+use serde_json::Value;
+
+use super::run::{RunArgs, VehicleArg};
+use crate::input_error::InputError;
+use crate::mission::{Mission, World};
+use crate::output::Folder;
+use crate::scenario::Scenario;
+
+fn missing(what: &str) -> InputError {
+    let wrong = format!("{what}: this uchain was built without the emulator");
+    InputError::new(wrong, "use `cargo sim-virtual` in place of `cargo sim`")
+}
+
+/// The virtual drones of a mission.
+pub(super) struct Fleet(Infallible);
+
+impl Fleet {
+    pub(super) fn of(args: &RunArgs, _: &mut Scenario) -> Result<Option<Self>, InputError> {
+        if args.vehicle == VehicleArg::Virtual {
+            return Err(missing("--vehicle virtual"));
+        }
+        if args.elf.is_some() || args.gdb.is_some() || args.log || !args.virtual_drones.is_empty() {
+            return Err(missing("--elf, --gdb, --log and --virtual-drones"));
+        }
+        Ok(None)
+    }
+
+    pub(super) fn mission<'a>(
+        &self,
+        _: &'a Scenario,
+        _: &'a World,
+        _: u64,
+    ) -> Result<Mission<'a>, InputError> {
+        match self.0 {}
+    }
+
+    pub(super) fn say(&self, _: &mut Mission<'_>, _: impl FnMut(&str)) {
+        match self.0 {}
+    }
+}
+
+/// What became of the virtual drones: nothing.
+pub(super) struct Aftermath;
+
+impl Aftermath {
+    pub(super) fn of(_: &Mission<'_>) -> Self {
+        Self
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        true
+    }
+
+    pub(super) fn failures(&self) -> impl Iterator<Item = String> {
+        std::iter::empty()
+    }
+
+    pub(super) fn table(&self) -> String {
+        String::new()
+    }
+
+    pub(super) fn json(&self) -> Value {
+        Value::Null
+    }
+
+    pub(super) fn write(&self, _: &mut Folder) -> Result<(), InputError> {
+        Ok(())
+    }
+}
+
+/// The benchmarks that fly the firmware's ELF.
+pub(super) mod bench {
+    use serde_json::Value;
+
+    use super::missing;
+    use crate::cli::Trouble;
+    use crate::cli::bench::BenchArgs;
+
+    /// Whether this build has them.
+    pub(in crate::cli) const PRESENT: bool = false;
+
+    pub(in crate::cli) fn firmware(
+        _: &BenchArgs,
+        _: &mut Vec<String>,
+    ) -> Result<(String, Value), Trouble> {
+        Err(missing("bench firmware").into())
+    }
+
+    pub(in crate::cli) fn emulator(
+        _: &BenchArgs,
+        _: &mut Vec<String>,
+    ) -> Result<(String, Value), Trouble> {
+        Err(missing("bench emulator").into())
+    }
+
+    pub(in crate::cli) fn mishaps(
+        _: &BenchArgs,
+        _: &mut Vec<String>,
+    ) -> Result<(String, Value), Trouble> {
+        Err(missing("bench mishaps").into())
+    }
+}

@@ -1,0 +1,67 @@
+//! The stand-in for emulated drones in a build without the feature `virtual`: there is none.
+
+use std::convert::Infallible;
+use std::fmt;
+
+use agent::Outputs;
+use units::{Dbm, NodeId};
+use wire::p2p::Counter;
+
+use crate::craft::{Craft, Surroundings};
+
+/// From handing a packet to the radio to its first bit on the air, in ns (nRF51822 product
+/// specification, t_TXEN).
+pub(crate) const RAMP_UP: u64 = 140_000;
+
+/// An ELF, which nothing can run.
+pub enum Firmware {}
+
+impl Firmware {
+    /// The file that `cargo fw` makes, seen from the repository.
+    pub const DEFAULT: &str = "target/thumbv7em-none-eabihf/firmware/uchain-firmware";
+}
+
+/// Why a mission with emulated drones cannot go on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Halted(Infallible);
+
+impl fmt::Display for Halted {
+    fn fmt(&self, _: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {}
+    }
+}
+
+impl std::error::Error for Halted {}
+
+/// One emulated drone.
+pub struct Emulated(Infallible);
+
+impl Emulated {
+    pub(crate) fn node(&self) -> NodeId {
+        match self.0 {}
+    }
+
+    pub(crate) fn run_until(&mut self, _: u64) -> Result<(), Halted> {
+        match self.0 {}
+    }
+
+    pub(crate) fn take_sent(&mut self, _: impl FnMut(u64, Vec<u8>)) {
+        match self.0 {}
+    }
+
+    pub(crate) fn hear(&mut self, _: u64, _: Dbm, _: &[u8]) {
+        match self.0 {}
+    }
+
+    pub(crate) fn newly_heeded(&mut self) -> Option<Counter> {
+        match self.0 {}
+    }
+
+    pub(crate) fn outputs(&self) -> Option<Outputs> {
+        match self.0 {}
+    }
+
+    pub(crate) fn fly(&mut self, _: &mut Craft, _: Surroundings<'_>) {
+        match self.0 {}
+    }
+}
