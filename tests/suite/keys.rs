@@ -224,8 +224,8 @@ fn an_order_from_before_a_provisioning_is_none_after_it() {
     assert!(again.issue > head.issue);
     let [before, after] = [head, again].map(|page| {
         let blank = [0xFF; epoch::LENGTH];
-        let next = epoch::next(&blank, &blank, &page, Provisioned::Now).unwrap();
-        next.kept(&next.record).unwrap()
+        let next = epoch::next(&Slots::read(&blank, &blank), &page, Provisioned::Now).unwrap();
+        next.kept(next.write.bytes()).unwrap()
     });
     assert!(after > before && after.low16() != before.low16());
 }
