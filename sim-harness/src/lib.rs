@@ -7,7 +7,7 @@
 //! |---|---|
 //! | [`scenario`] | what a mission is: the TOML files, checked |
 //! | [`world`] | walls, beams, radio, and the best chain that could be |
-//! | [`vehicle`] | a drone's body at policy level |
+//! | [`vehicle`] | a drone's body at point level |
 //! | [`craft`] | a drone at flight level, with the flight code in the loop |
 //! | [`drone`] | either of them, as a mission sees it |
 //! | [`emulated`] | a drone whose firmware runs in an emulator, with the feature `virtual` |

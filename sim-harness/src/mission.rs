@@ -1,6 +1,6 @@
 //! One mission: the on-board agents, their bodies, and the packets between them.
 //!
-//! Time moves in physics steps of 20 ms at policy level, of a millisecond at flight level; the
+//! Time moves in physics steps of 20 ms at point level, of a millisecond at flight level; the
 //! packets on the air have the very microsecond. Every member has its own phase of the 5 Hz loop:
 //! in the step where its turn comes it reads its sensors and its mailbox, runs [`agent::Agent::step`], and
 //! hands its report to its radio link, which sends it in its slot. The same scenario and seed give
@@ -239,8 +239,8 @@ impl<'a> Mission<'a> {
             let quantum_us = match self.scenario.fidelity {
                 _ if is_emulated && self.medium.is_silent() => EMULATED_STEP_IN_SILENCE_US,
                 _ if is_emulated => EMULATED_STEP_US,
-                Fidelity::Policy => STEP_US,
-                Fidelity::Flight => CRAFT_STEP_US,
+                Fidelity::Point => STEP_US,
+                Fidelity::Flight | Fidelity::Virtual => CRAFT_STEP_US,
             };
             let next_us = (self.now_us / quantum_us + 1) * quantum_us;
             let step_us = next_us.min(until_us);

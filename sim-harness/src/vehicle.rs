@@ -1,4 +1,4 @@
-//! A drone's body at policy level: a disc on the floor plan that follows velocity commands with a
+//! A drone's body at point level: a disc on the floor plan that follows velocity commands with a
 //! lag, measures its own motion with an error, and does not go through walls.
 
 use agent::BodyVelocity;

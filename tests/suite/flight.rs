@@ -55,7 +55,7 @@ fn a_flight_leaves_the_committed_bytes_on_any_number_of_threads() {
 fn every_built_in_scenario_flies_at_both_fidelities() {
     let names: Vec<_> = builtin::names().collect();
     names.into_par_iter().for_each(|name| {
-        for fidelity in [Fidelity::Policy, Fidelity::Flight] {
+        for fidelity in [Fidelity::Point, Fidelity::Flight] {
             let scenario = Scenario { duration_us: 400_000, ..open(name).at(fidelity) };
             let world = World::of(&scenario);
             let mut mission = Mission::new(&scenario, &world, 1);

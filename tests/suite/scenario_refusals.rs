@@ -44,7 +44,7 @@ fn well_told(name: &str, error: &InputError) -> Result<(), TestCaseError> {
 const FULL: &str = "\
 title = \"Every key there is\"
 duration_s = 20.0
-fidelity = \"policy\"
+fidelity = \"point\"
 [tunnel]
 width_m = 1.5
 centre_line_m = [[0.0, 0.0], [8.0, 0.0], [8.0, 8.0]]

@@ -1,6 +1,6 @@
 //! How fast it all is.
 //!
-//! Policy level, in drone-rounds per second: one drone, one round of 0.2 s with its four beams,
+//! Point level, in drone-rounds per second: one drone, one round of 0.2 s with its four beams,
 //! its filters, its packets and ten physics steps. The base, which does not fly, is not counted.
 //!
 //! Flight level, in drone-steps per second: one drone, one millisecond with its sensors, its

@@ -178,7 +178,7 @@ fn throughput_bench(args: &BenchArgs) -> Result<(String, Value), Trouble> {
         .map(|row| {
             json!({
                 "scenario": throughput::SCENARIO,
-                "fidelity": "policy",
+                "fidelity": "point",
                 "threads": row.threads,
                 "drone_rounds_per_s": row.drone_rounds_per_s.round(),
                 "scaling": row.scaling,

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use super::progress::Progress;
 use super::run::metrics_json;
 use super::{
-    Common, FidelityArg, Trouble, Verdict, builtin_scenarios, complain, interrupt, runs, scenario,
+    Common, FidelityArg, Trouble, Verdict, builtin_scenarios, complain, host_scenario, interrupt, runs,
 };
 use crate::campaign::{Figure, figures, fly_until, json as figures_json};
 use crate::metrics::{Reference, RunMetrics};
@@ -27,7 +27,7 @@ pub(super) struct CampaignArgs {
     /// Movement policy, instead of the scenario's: t0, t5, k, authors or default
     #[arg(long, value_name = "NAME")]
     policy: Option<String>,
-    /// How closely the vehicle is simulated
+    /// How closely the drones are simulated
     #[arg(long, value_enum)]
     fidelity: Option<FidelityArg>,
     #[command(flatten)]
@@ -35,7 +35,7 @@ pub(super) struct CampaignArgs {
 }
 
 pub(super) fn run(args: &CampaignArgs) -> Result<Verdict, Trouble> {
-    let scenario = scenario(&args.scenario, args.policy.as_deref(), args.fidelity)?;
+    let scenario = host_scenario(&args.scenario, args.policy.as_deref(), args.fidelity)?;
     let asked = runs(args.runs)?;
     let stop = interrupt::asks(
         "Ctrl-C: the missions that have begun are flown to their ends; a second Ctrl-C drops all",

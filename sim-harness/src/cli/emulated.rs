@@ -12,8 +12,8 @@ use units::NodeId;
 use virtual_crazyflie::log::{LogLine, Messages};
 use virtual_crazyflie::profile::{Durations, Report};
 
-use super::run::{RunArgs, VehicleArg};
-use super::{FidelityArg, complain};
+use super::complain;
+use super::run::RunArgs;
 use crate::emulated::{self, Emulated, Firmware};
 use crate::input_error::InputError;
 use crate::mission::{Mission, World};
@@ -33,24 +33,19 @@ pub(super) struct Fleet {
 }
 
 impl Fleet {
-    /// Those that were asked for; the scenario is flown at flight level then.
-    pub(super) fn of(args: &RunArgs, scenario: &mut Scenario) -> Result<Option<Self>, InputError> {
-        if args.vehicle == VehicleArg::Host {
+    /// The drones that are to be virtual; `None` at every other fidelity.
+    pub(super) fn of(args: &RunArgs, scenario: &Scenario) -> Result<Option<Self>, InputError> {
+        if scenario.fidelity != Fidelity::Virtual {
             let asked = args.elf.is_some() || args.gdb.is_some() || args.log;
             if asked || !args.virtual_drones.is_empty() {
                 let wrong = "--elf, --gdb, --log and --virtual-drones are for virtual drones";
-                return Err(InputError::new(wrong, "add --vehicle virtual"));
+                return Err(InputError::new(wrong, "add --fidelity virtual"));
             }
             return Ok(None);
         }
-        if matches!(args.fidelity, Some(FidelityArg::Policy)) {
-            let wrong = "virtual drones have bodies, which --fidelity policy has not";
-            return Err(InputError::new(wrong, "leave --fidelity out"));
-        }
-        scenario.fidelity = Fidelity::Flight;
         if let Some(what) = emulated::unfit(scenario) {
             let wrong = format!("the scenario has what the firmware does not fly with: {what}");
-            return Err(InputError::new(wrong, "fly it without --vehicle virtual"));
+            return Err(InputError::new(wrong, "fly it with --fidelity flight"));
         }
         let nodes = nodes(&args.virtual_drones, scenario)?;
         let gdb = args.gdb.as_deref().map(|text| gdb(text, &nodes)).transpose()?;

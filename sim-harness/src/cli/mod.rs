@@ -220,13 +220,46 @@ impl Trouble {
     }
 }
 
-/// How closely the vehicle is simulated.
+/// How closely a drone is simulated.
 #[derive(Clone, Copy, ValueEnum)]
 enum FidelityArg {
-    /// A velocity-limited first-order point on the floor plan
-    Policy,
+    /// A point on the floor plan that follows velocity commands with a lag
+    Point,
     /// A rigid body with motors, battery and sensors, and the flight code in the loop
     Flight,
+    /// The same body, flown by the firmware's ELF on an emulated Crazyflie
+    Virtual,
+    /// The former name of `point`, refused with a line that says so
+    #[value(hide = true)]
+    Policy,
+}
+
+impl FidelityArg {
+    fn fidelity(self) -> Result<Fidelity, InputError> {
+        match self {
+            Self::Point => Ok(Fidelity::Point),
+            Self::Flight => Ok(Fidelity::Flight),
+            Self::Virtual => Ok(Fidelity::Virtual),
+            Self::Policy => {
+                let wrong = "--fidelity policy is now called point";
+                Err(InputError::new(wrong, "give --fidelity point"))
+            }
+        }
+    }
+}
+
+/// A scenario for a verb that flies no virtual drones.
+fn host_scenario(
+    name: &str,
+    policy: Option<&str>,
+    fidelity: Option<FidelityArg>,
+) -> Result<Scenario, InputError> {
+    let scenario = scenario(name, policy, fidelity)?;
+    if scenario.fidelity == Fidelity::Virtual {
+        let wrong = "virtual drones fly with `uchain run` only";
+        return Err(InputError::new(wrong, "give --fidelity flight"));
+    }
+    Ok(scenario)
 }
 
 /// A scenario, with another policy and another fidelity where they were asked for.
@@ -236,10 +269,8 @@ fn scenario(
     fidelity: Option<FidelityArg>,
 ) -> Result<Scenario, InputError> {
     let mut scenario = Scenario::open(name)?;
-    match fidelity {
-        None => {}
-        Some(FidelityArg::Policy) => scenario.fidelity = Fidelity::Policy,
-        Some(FidelityArg::Flight) => scenario.fidelity = Fidelity::Flight,
+    if let Some(asked) = fidelity {
+        scenario.fidelity = asked.fidelity()?;
     }
     match policy {
         None => Ok(scenario),

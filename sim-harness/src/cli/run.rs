@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use agent::{LandReason, State};
-use clap::{Args, ValueEnum};
+use clap::Args;
 use serde_json::{Value, json};
 use units::{Order, Role};
 
@@ -30,13 +30,12 @@ pub(super) struct RunArgs {
     /// Movement policy, instead of the scenario's: t0, t5, k, authors or default
     #[arg(long, value_name = "NAME")]
     policy: Option<String>,
-    /// How closely the vehicle is simulated
+    /// How closely the drones are simulated
     #[arg(long, value_enum)]
-    pub(super) fidelity: Option<FidelityArg>,
-    /// What flies the drones: the crates, called by the simulator, or the firmware's ELF on an
-    /// emulated Crazyflie, at flight level
-    #[arg(long, value_enum, default_value_t = VehicleArg::Host)]
-    pub(super) vehicle: VehicleArg,
+    fidelity: Option<FidelityArg>,
+    /// The former option for virtual drones, refused with a line that names the present one
+    #[arg(long, hide = true, value_name = "NAME")]
+    vehicle: Option<String>,
     /// The firmware's ELF file, for virtual drones; where left out, the one that `cargo fw` builds
     #[arg(long, value_name = "FILE")]
     pub(super) elf: Option<PathBuf>,
@@ -57,21 +56,16 @@ pub(super) struct RunArgs {
     common: Common,
 }
 
-/// What flies the drones.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(super) enum VehicleArg {
-    /// The crates of the firmware, called by the simulator
-    Host,
-    /// The firmware's ELF, on an emulated Crazyflie
-    Virtual,
-}
-
 pub(super) fn run(args: &RunArgs) -> Result<Verdict, Trouble> {
     if args.show {
         return show(&args.scenario);
     }
-    let mut scenario = scenario(&args.scenario, args.policy.as_deref(), args.fidelity)?;
-    let fleet = Fleet::of(args, &mut scenario)?;
+    if args.vehicle.is_some() {
+        let wrong = "--vehicle is now a part of --fidelity";
+        return Err(InputError::new(wrong, "give --fidelity virtual, or flight").into());
+    }
+    let scenario = scenario(&args.scenario, args.policy.as_deref(), args.fidelity)?;
+    let fleet = Fleet::of(args, &scenario)?;
     interrupt::ends();
     let mut folder = args.common.folder()?;
     let seed = args.common.seed;
@@ -214,7 +208,7 @@ impl Criterion {
 fn criteria(scenario: &Scenario, metrics: &RunMetrics) -> Vec<Criterion> {
     let asked = &scenario.criteria;
     let tilt = metrics.flight.as_ref().map(|flight| flight.max_tilt_deg);
-    // At policy level nothing tilts.
+    // A point does not tilt.
     let tilt_asked = asked.tilt_deg.filter(|_| tilt.is_some());
     let rows = [
         (

@@ -10,7 +10,7 @@ use units::{Duration, Instant};
 
 use super::run::{metrics_json, named};
 use super::{
-    Common, FidelityArg, Trouble, Verdict, builtin_scenarios, complain, interrupt, scenario,
+    Common, FidelityArg, Trouble, Verdict, builtin_scenarios, complain, host_scenario, interrupt,
 };
 use crate::input_error::InputError;
 use crate::metrics::{Reference, RunMetrics};
@@ -41,7 +41,7 @@ pub(super) struct ServeArgs {
     /// Movement policy, instead of the scenario's: t0, t5, k, authors or default
     #[arg(long, value_name = "NAME")]
     policy: Option<String>,
-    /// How closely the vehicle is simulated
+    /// How closely the drones are simulated
     #[arg(long, value_enum)]
     fidelity: Option<FidelityArg>,
     #[command(flatten)]
@@ -49,7 +49,7 @@ pub(super) struct ServeArgs {
 }
 
 pub(super) fn run(args: &ServeArgs) -> Result<Verdict, Trouble> {
-    let scenario = scenario(&args.scenario, args.policy.as_deref(), args.fidelity)?;
+    let scenario = host_scenario(&args.scenario, args.policy.as_deref(), args.fidelity)?;
     let speed = within("--speed", args.speed, 0.01, 1_000.0)?;
     let duration = match args.duration {
         None => None,

@@ -192,11 +192,11 @@ pub(super) fn member(
     let flying = role != Role::Base && !matches!(scenario.start, Start::Mouth);
     let height = if flying { scenario.agent.flight.height } else { Metres::ZERO };
     let body = match (scenario.fidelity, role) {
-        (Fidelity::Flight, Role::Head | Role::Relay) => {
+        (Fidelity::Flight | Fidelity::Virtual, Role::Head | Role::Relay) => {
             let random = Stream::new(seed, Purpose::Craft(id.0));
             Drone::Craft(Box::new(flown(scenario, world, place, flying, height, random)))
         }
-        (Fidelity::Policy, _) | (Fidelity::Flight, Role::Base) => {
+        (Fidelity::Point, _) | (_, Role::Base) => {
             let mut body = Body::at(&world.tunnel, place, height.0, &scenario.vehicle, &mut random);
             if flying {
                 body.command(Setpoint::hover(height));

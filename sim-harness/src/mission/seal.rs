@@ -1,4 +1,4 @@
-//! How packets are sealed in the simulator: at flight level as on board, at policy level not at
+//! How packets are sealed in the simulator: at flight level as on board, at point level not at
 //! all, as thousands of missions a minute have other things to do with their time. Lengths, counters
 //! and every check but that of the tag are the same.
 
@@ -22,7 +22,7 @@ impl Cipher {
     /// For this member of the chain, with the keys of the fleet that this seed makes.
     pub(super) fn of(fidelity: Fidelity, seed: u64, id: NodeId, base: bool) -> Self {
         const GENERATION: u8 = 1;
-        if fidelity == Fidelity::Policy {
+        if fidelity == Fidelity::Point {
             return Self::Clear;
         }
         let secret = FleetSecret::from_bytes(Stream::new(seed, Purpose::Keys).bytes());
@@ -32,7 +32,7 @@ impl Cipher {
     }
 
     pub(super) const fn is_sealed(fidelity: Fidelity) -> bool {
-        matches!(fidelity, Fidelity::Flight)
+        fidelity.is_rigid()
     }
 }
 

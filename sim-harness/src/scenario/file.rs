@@ -49,7 +49,7 @@ fn points(pairs: &[Pair]) -> Vec<Point> {
 struct File {
     title: At<String>,
     duration_s: At<f32>,
-    fidelity: Option<FidelityKey>,
+    fidelity: Option<At<String>>,
     tunnel: At<TunnelTable>,
     #[serde(default)]
     radio: RadioTable,
@@ -68,13 +68,6 @@ struct File {
     ground: GroundTable,
     #[serde(default)]
     criteria: CriteriaTable,
-}
-
-#[derive(Deserialize)]
-#[serde(rename_all = "kebab-case")]
-enum FidelityKey {
-    Policy,
-    Flight,
 }
 
 #[derive(Default, Deserialize)]
@@ -257,10 +250,7 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Scenario, InputError> {
         name,
         title: file.title.as_ref().clone(),
         duration_us,
-        fidelity: match file.fidelity {
-            None | Some(FidelityKey::Policy) => Fidelity::Policy,
-            Some(FidelityKey::Flight) => Fidelity::Flight,
-        },
+        fidelity: reader.fidelity(file.fidelity.as_ref())?,
         layout,
         path_loss,
         reception,
@@ -367,6 +357,21 @@ impl Reader<'_> {
     ) -> Result<Duration, InputError> {
         value
             .map_or(Ok(default), |value| Ok(Duration::from_micros(self.micros(value, key, range)?)))
+    }
+
+    fn fidelity(&self, key: Option<&At<String>>) -> Result<Fidelity, InputError> {
+        let Some(key) = key else { return Ok(Fidelity::Point) };
+        let name = key.as_ref().as_str();
+        Fidelity::named(name).ok_or_else(|| match name {
+            "policy" => {
+                let wrong = "the fidelity \"policy\" is now called \"point\"";
+                self.wrong(key, wrong.into(), "write fidelity = \"point\"")
+            }
+            _ => {
+                let wrong = format!("there is no fidelity \"{name}\"");
+                self.wrong(key, wrong, "give \"point\", \"flight\" or \"virtual\"")
+            }
+        })
     }
 
     fn layout(&self, tunnel: &At<TunnelTable>) -> Result<Layout, InputError> {

@@ -21,23 +21,38 @@ use crate::vehicle::VehicleSpec;
 use crate::world::layout::Layout;
 use crate::world::{Tunnel, Walls};
 
-/// How closely the vehicle is simulated.
+/// How closely a drone is simulated: one ladder, from the fastest to the most faithful.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fidelity {
-    /// A velocity-limited first-order point on the floor plan.
-    Policy,
+    /// A point on the floor plan that follows velocity commands with a lag.
+    Point,
     /// A rigid body with motors, battery and sensors, and the flight code in the loop.
     Flight,
+    /// The same body, flown by the firmware's ELF on an emulated Crazyflie.
+    Virtual,
 }
 
 impl Fidelity {
-    /// What files and the command line call it.
+    /// The name in files and on the command line.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
-            Self::Policy => "policy",
+            Self::Point => "point",
             Self::Flight => "flight",
+            Self::Virtual => "virtual",
         }
+    }
+
+    /// The fidelity of that name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        [Self::Point, Self::Flight, Self::Virtual].into_iter().find(|it| it.name() == name)
+    }
+
+    /// Whether drones are rigid bodies with motors and sensors.
+    #[must_use]
+    pub const fn is_rigid(self) -> bool {
+        matches!(self, Self::Flight | Self::Virtual)
     }
 }
 

@@ -183,7 +183,7 @@ fn what_is_no_packet_or_at_no_drone_does_nothing() {
     assert!(sent.is_empty() && world.orders.is_empty());
 }
 
-/// A mission at policy level, half a minute of it flown by hover set-points.
+/// A mission at point level, half a minute of it flown by hover set-points.
 fn flight(seed: u64) -> Vec<(usize, Vec<u8>)> {
     let scenario = Scenario::open("demo").unwrap();
     let world = crate::mission::World::of(&scenario);

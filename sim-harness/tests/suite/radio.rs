@@ -37,7 +37,7 @@ fn in_steps(scenario: &Scenario, world: &World, step_us: u64) -> Vec<Frame> {
 
 #[test]
 fn a_mission_is_the_same_in_however_small_steps() {
-    for (fidelity, seconds) in [(Fidelity::Policy, 20), (Fidelity::Flight, 6)] {
+    for (fidelity, seconds) in [(Fidelity::Point, 20), (Fidelity::Flight, 6)] {
         let scenario = first(seconds, &short().at(fidelity));
         let world = World::of(&scenario);
         let mut rounds = Mission::new(&scenario, &world, 5);
@@ -59,9 +59,9 @@ fn a_mission_is_the_same_in_however_small_steps() {
 /// in twenty.
 #[test]
 fn the_pilots_word_reaches_the_head_in_time() {
-    for (name, fidelity) in [("demo", Fidelity::Policy), ("relay-pair", Fidelity::Flight)] {
+    for (name, fidelity) in [("demo", Fidelity::Point), ("relay-pair", Fidelity::Flight)] {
         let scenario = Scenario::open(name).unwrap().at(fidelity);
-        let scenario = first(if fidelity == Fidelity::Policy { 240 } else { 10 }, &scenario);
+        let scenario = first(if fidelity == Fidelity::Point { 240 } else { 10 }, &scenario);
         let world = World::of(&scenario);
         let mut mission = Mission::new(&scenario, &world, 1);
         while !mission.is_over() {

@@ -5,11 +5,11 @@ use std::convert::Infallible;
 
 use serde_json::Value;
 
-use super::run::{RunArgs, VehicleArg};
+use super::run::RunArgs;
 use crate::input_error::InputError;
 use crate::mission::{Mission, World};
 use crate::output::Folder;
-use crate::scenario::Scenario;
+use crate::scenario::{Fidelity, Scenario};
 
 fn missing(what: &str) -> InputError {
     let wrong = format!("{what}: this uchain was built without the emulator");
@@ -20,9 +20,9 @@ fn missing(what: &str) -> InputError {
 pub(super) struct Fleet(Infallible);
 
 impl Fleet {
-    pub(super) fn of(args: &RunArgs, _: &mut Scenario) -> Result<Option<Self>, InputError> {
-        if args.vehicle == VehicleArg::Virtual {
-            return Err(missing("--vehicle virtual"));
+    pub(super) fn of(args: &RunArgs, scenario: &Scenario) -> Result<Option<Self>, InputError> {
+        if scenario.fidelity == Fidelity::Virtual {
+            return Err(missing("the fidelity \"virtual\""));
         }
         if args.elf.is_some() || args.gdb.is_some() || args.log || !args.virtual_drones.is_empty() {
             return Err(missing("--elf, --gdb, --log and --virtual-drones"));
