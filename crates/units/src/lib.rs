@@ -10,6 +10,7 @@
 //! | [`Db`] | dB | a ratio of powers; a path loss is positive, larger is worse |
 //! | [`Metres`], [`MetresPerSecond`] | m, m/s | body axes: x forward, y left, z up |
 //! | [`Radians`], [`RadiansPerSecond`] | rad, rad/s | yaw counter-clockwise seen from above |
+//! | [`Point2`], [`Pose2`] | m, rad | floor plan: x east, y north, yaw counter-clockwise from east |
 //! | [`AngularVelocity`], [`Acceleration`] | rad/s, m/s² | along the board's axes |
 //! | [`Volts`] | V | |
 //! | [`Instant`], [`Duration`] | µs | since boot; never runs backwards |
@@ -25,11 +26,13 @@
 #![no_std]
 
 mod mission;
+mod plane;
 mod quantity;
 mod time;
 mod triad;
 
 pub use mission::{LinkSpan, NODES, Order, Phase, PolicyCode, Role, Setpoint};
+pub use plane::{Point2, Pose2};
 pub use quantity::{
     Db, DbPerMetre, Dbm, Metres, MetresPerSecond, NodeId, Radians, RadiansPerSecond, Volts,
 };
