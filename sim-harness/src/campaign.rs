@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use serde_json::{Map, Value, json};
 
 use crate::craft::record::FlightMetrics;
-use crate::metrics::{Reference, RunMetrics, measure};
+use crate::metrics::{HoldMetrics, Reference, RunMetrics, measure};
 use crate::mission::World;
 use crate::scenario::Scenario;
 
@@ -74,7 +74,7 @@ fn finite(value: f64) -> Option<f64> {
 /// The part of the runs for which `holds`, with its Wilson score interval, which says something
 /// also where none or all of the runs hold.
 #[must_use]
-pub fn fraction(runs: &[RunMetrics], holds: impl Fn(&RunMetrics) -> bool) -> Estimate {
+pub fn fraction<R>(runs: &[R], holds: impl Fn(&R) -> bool) -> Estimate {
     let count = runs.len().max(1) as f64;
     let value = runs.iter().filter(|run| holds(run)).count() as f64 / count;
     Estimate { value, interval: Some(wilson(value, count)) }
@@ -94,7 +94,7 @@ const Z: f64 = 1.96;
 
 /// The mean over the runs, with the normal interval of its standard error.
 #[must_use]
-pub fn mean(runs: &[RunMetrics], of: impl Fn(&RunMetrics) -> f32) -> Estimate {
+pub fn mean<R>(runs: &[R], of: impl Fn(&R) -> f32) -> Estimate {
     let values: Vec<f64> = runs.iter().map(|run| f64::from(of(run))).collect();
     let count = values.len().max(1) as f64;
     let middle = values.iter().sum::<f64>() / count;
@@ -105,7 +105,7 @@ pub fn mean(runs: &[RunMetrics], of: impl Fn(&RunMetrics) -> f32) -> Estimate {
 
 /// The q-quantile over *all* runs: one that never got there counts as infinite.
 #[must_use]
-pub fn quantile_of(runs: &[RunMetrics], q: f64, of: impl Fn(&RunMetrics) -> f32) -> Estimate {
+pub fn quantile_of<R>(runs: &[R], q: f64, of: impl Fn(&R) -> f32) -> Estimate {
     let mut values: Vec<f64> = runs.iter().map(|run| f64::from(of(run))).collect();
     values.sort_by(f64::total_cmp);
     let place = ((values.len().max(1) - 1) as f64 * q).round() as usize;
@@ -142,24 +142,33 @@ pub struct Figure {
 pub fn figures(runs: &[RunMetrics]) -> Vec<Figure> {
     let figure = |name, estimate| Figure { name, estimate };
     let median = |of: fn(&RunMetrics) -> f32| quantile_of(runs, 0.5, of);
-    let p95 = |of: fn(&RunMetrics) -> f32| quantile_of(runs, 0.95, of);
+    let held = |of: fn(&HoldMetrics) -> f32| mean(runs, |run| run.held(of));
+    let held_by = |part, of: fn(&HoldMetrics) -> f32| quantile_of(runs, part, |run| run.held(of));
+    let none = Estimate { value: f64::NAN, interval: None };
+    // Where no chain is to hold, none converges.
+    let has_hold = runs.first().is_none_or(|run| run.hold.is_ok());
+    let converged = |of: fn(&HoldMetrics) -> f32| {
+        if has_hold { fraction(runs, |run| run.held(of).is_finite()) } else { none }
+    };
     // Where nobody is launched, nobody is launched falsely.
     let launches = |holds: fn(&RunMetrics) -> bool| match runs.first() {
         Some(run) if !run.launched.is_nan() => fraction(runs, holds),
-        _ => Estimate { value: f64::NAN, interval: None },
+        _ => none,
     };
     let all = vec![
-        figure("c3", fraction(runs, |r| r.t3_s.is_finite())),
-        figure("c1", fraction(runs, |r| r.t1_s.is_finite())),
-        figure("c_gap1", fraction(runs, |r| r.t_gap1_s.is_finite())),
-        figure("t3_median_s", median(|r| r.t3_s)),
-        figure("t3_p95_s", p95(|r| r.t3_s)),
-        figure("t_gap1_median_s", median(|r| r.t_gap1_s)),
+        figure("c3", converged(|hold| hold.t3_s)),
+        figure("c1", converged(|hold| hold.t1_s)),
+        figure("c_gap1", converged(|hold| hold.t_gap1_s)),
+        figure("t3_median_s", held_by(0.5, |hold| hold.t3_s)),
+        figure("t3_p95_s", held_by(0.95, |hold| hold.t3_s)),
+        figure("t_gap1_median_s", held_by(0.5, |hold| hold.t_gap1_s)),
         figure("bound_s", median(|r| r.bound_s)),
-        figure("gap_db", mean(runs, |r| r.gap_db)),
-        figure("difference_db", mean(runs, |r| r.difference_db)),
-        figure("position_sd_m", mean(runs, |r| r.position_sd_m)),
-        figure("path_m", mean(runs, |r| r.path_m)),
+        figure("gap_db", held(|hold| hold.gap_db)),
+        figure("difference_db", held(|hold| hold.difference_db)),
+        figure("hold_spread_db", held(|hold| hold.spread_db)),
+        figure("swing_p95_db", held(|hold| hold.swing_p95_db)),
+        figure("position_sd_m", held(|hold| hold.position_sd_m)),
+        figure("path_m", held(|hold| hold.path_m)),
         figure("launched", mean(runs, |r| r.launched)),
         figure("needed", mean(runs, |r| r.needed)),
         figure("excess", mean(runs, excess)),
@@ -171,7 +180,6 @@ pub fn figures(runs: &[RunMetrics]) -> Vec<Figure> {
         figure("wall_contact", fraction(runs, |r| r.wall_contacts > 0)),
         figure("drone_contact", fraction(runs, |r| r.drone_contacts > 0)),
         figure("order_lost", fraction(runs, |r| r.order_lost > 0)),
-        figure("hold_spread_db", mean(runs, |r| r.hold_spread_db)),
         figure("max_tilt_deg", flown(runs, |f| f.max_tilt_deg)),
         figure("max_rate_dps", flown(runs, |f| f.max_rate_dps)),
         figure("velocity_error_mps", flown(runs, |f| f.velocity_error_mps)),

@@ -2,11 +2,10 @@
 
 use agent::{BodyVelocity, Fitness, mounting};
 use tunnel_nav::Diagonals;
-use units::{Duration, Metres, Radians, Setpoint, Volts};
+use units::{Duration, Metres, Point2, Pose2, Radians, Setpoint, Volts};
 
 use crate::craft::{Craft, Surroundings};
 use crate::random::Stream;
-use crate::trace::Point;
 use crate::vehicle::{Body, Response, VehicleSpec};
 use crate::world::Tunnel;
 
@@ -60,27 +59,32 @@ pub struct Flown {
     /// The craft itself.
     pub craft: Craft,
     setpoint: Setpoint,
-    abscissa: f32,
 }
 
 impl Flown {
-    /// A craft at this place of the centre-line.
-    pub(crate) fn at(craft: Craft, abscissa: f32, setpoint: Setpoint) -> Self {
-        Self { craft, setpoint, abscissa }
+    /// A craft that was last given this set-point.
+    pub(crate) fn new(craft: Craft, setpoint: Setpoint) -> Self {
+        Self { craft, setpoint }
     }
 }
 
 impl Drone {
     /// Where it is on the floor plan.
     #[must_use]
-    pub const fn position(&self) -> Point {
+    pub const fn position(&self) -> Point2 {
         match self {
             Self::Point(body) => body.position(),
             Self::Craft(flown) => {
                 let [x, y, _] = flown.craft.body().position();
-                [x, y]
+                Point2::new(x, y)
             }
         }
+    }
+
+    /// Where it is, and the heading of its nose.
+    #[must_use]
+    pub fn pose(&self) -> Pose2 {
+        Pose2 { at: self.position(), yaw: Radians(self.yaw()) }
     }
 
     /// Height above the ground, m; zero for one that stands on it.
@@ -104,15 +108,6 @@ impl Drone {
                 let [x, y] = flown.craft.nose();
                 libm::atan2f(y, x)
             }
-        }
-    }
-
-    /// Its way along the centre-line, m.
-    #[must_use]
-    pub const fn abscissa(&self) -> f32 {
-        match self {
-            Self::Point(body) => body.abscissa(),
-            Self::Craft(flown) => flown.abscissa,
         }
     }
 
@@ -183,17 +178,6 @@ impl Drone {
         }
     }
 
-    /// Finds its place along the centre-line anew.
-    pub(crate) fn locate(&mut self, tunnel: &Tunnel) {
-        match self {
-            Self::Point(body) => body.locate(tunnel),
-            Self::Craft(flown) => {
-                let [x, y, _] = flown.craft.body().position();
-                flown.abscissa = tunnel.centre_line().project([x, y], flown.abscissa);
-            }
-        }
-    }
-
     /// What it senses, `elapsed` seconds after it was last asked.
     pub(crate) fn sense(
         &mut self,
@@ -203,15 +187,18 @@ impl Drone {
         random: &mut Stream,
     ) -> Senses {
         match self {
-            Self::Point(body) => Senses {
-                ranges: body.read_ranges(tunnel, spec, random),
-                velocity: Some(body.read_flow(elapsed, spec, random)),
-                heading: Some(Radians(body.yaw())),
-                height: Some(Metres(body.height())),
-                fitness: Fitness::Fit,
-                battery: None,
-                endurance: None,
-            },
+            Self::Point(body) => {
+                body.renew_nose();
+                Senses {
+                    ranges: body.read_ranges(tunnel, spec, random),
+                    velocity: Some(body.read_flow(elapsed, spec, random)),
+                    heading: Some(Radians(body.yaw())),
+                    height: Some(Metres(body.height())),
+                    fitness: Fitness::Fit,
+                    battery: None,
+                    endurance: None,
+                }
+            }
             Self::Craft(flown) => {
                 let status = flown.craft.outputs().status;
                 Senses {

@@ -11,12 +11,13 @@ use serde_json::{Value, json};
 use crate::campaign::{Estimate, Figure, figures, fly, fraction, mean, quantile_of};
 use crate::input_error::InputError;
 use crate::metrics::{Reference, RunMetrics, Watch, converged_at};
-use crate::mission::{Mission, World};
+use crate::mission::{Linked, Mission, World};
 use crate::output::pictures::{
     BoxChart, BoxGroup, BoxPlotData, Corridor, Figure3, Picture, PictureError, Variant, figure3,
 };
-use crate::scenario::{PilotStep, Scenario, Start};
+use crate::scenario::{Drones, PilotStep, Scenario, Spot, Start};
 use crate::trace::Trace;
+use crate::world::SkeletonPlace;
 
 /// The three corridors.
 pub const CORRIDORS: [(&str, &str); 3] =
@@ -125,9 +126,13 @@ pub const fn missions(runs: usize) -> usize {
 /// The same corridor with everybody in the air and the head at rest.
 fn at_rest(exploring: &Scenario) -> Scenario {
     let hold = units::Order::Explore(units::MetresPerSecond::ZERO);
+    let head = SkeletonPlace::main(HEAD_RESTS_M);
     Scenario {
-        relays: RESTING_RELAYS,
-        start: Start::Random { head: HEAD_RESTS_M },
+        drones: Drones {
+            relays: RESTING_RELAYS,
+            start: Start::Random { head: Spot::on(exploring.tunnel.skeleton(), head) },
+            ..exploring.drones.clone()
+        },
         pilot: vec![PilotStep { at_us: 0, task: hold }],
         duration_us: 180_000_000,
         ..exploring.clone()
@@ -147,7 +152,7 @@ fn explore(scenario: &Scenario, world: &World, reference: &Reference, seed: u64)
             mission.chain(&mut chain);
             let since_stop = (mission.time_us() as f64 * 1e-6) as f32 - HEAD_STOPS_S;
             differences.push((since_stop, first_three(&chain, world)));
-            let relay = |n| mission.bodies().nth(n).map_or(f32::NAN, |body| body.abscissa());
+            let relay = |n| mission.ways().nth(n).unwrap_or(f32::NAN);
             positions.push([relay(1), relay(2)]);
         }
     }
@@ -157,14 +162,14 @@ fn explore(scenario: &Scenario, world: &World, reference: &Reference, seed: u64)
 }
 
 /// The largest difference between adjacent ones of the three links next to the head.
-fn first_three(chain: &[(units::NodeId, f32)], world: &World) -> f32 {
+fn first_three(chain: &[Linked], world: &World) -> f32 {
     let from = chain.len().saturating_sub(4);
     let nodes = &chain[from..];
     if nodes.len() < 4 {
         return f32::INFINITY;
     }
-    let losses: Vec<f32> =
-        nodes.windows(2).map(|pair| world.radio.strength(pair[0].1, pair[1].1).loss().0).collect();
+    let loss = |pair: &[Linked]| world.radio.strength(pair[0].place, pair[1].place).loss().0;
+    let losses: Vec<f32> = nodes.windows(2).map(loss).collect();
     losses.windows(2).map(|pair| (pair[0] - pair[1]).abs()).fold(0.0, f32::max)
 }
 
@@ -196,6 +201,7 @@ impl Cell {
             "bound_s",
             "gap_db",
             "difference_db",
+            "swing_p95_db",
             "position_sd_m",
             "path_m",
         ];
@@ -206,8 +212,8 @@ impl Cell {
     #[must_use]
     pub fn exploration_figures(&self) -> Vec<Figure> {
         let runs = self.metrics();
-        let settled = self.as_runs(|e| e.settled_s);
-        let variance = self.as_runs(|e| e.variance_m2);
+        let settled: Vec<f32> = self.exploration.iter().map(|e| e.settled_s).collect();
+        let variance: Vec<f32> = self.exploration.iter().map(|e| e.variance_m2).collect();
         let wanted = [
             "launched",
             "needed",
@@ -218,21 +224,16 @@ impl Cell {
             "peak_excess_db",
             "farthest_m",
             "gap_db",
+            "swing_p95_db",
         ];
         let mut all = vec![
-            Figure { name: "settled", estimate: fraction(&settled, |r| r.t3_s.is_finite()) },
-            Figure { name: "settled_median_s", estimate: quantile_of(&settled, 0.5, |r| r.t3_s) },
-            Figure { name: "settled_p95_s", estimate: quantile_of(&settled, 0.95, |r| r.t3_s) },
-            Figure { name: "position_variance_m2", estimate: mean(&variance, |r| r.t3_s) },
+            Figure { name: "settled", estimate: fraction(&settled, |s| s.is_finite()) },
+            Figure { name: "settled_median_s", estimate: quantile_of(&settled, 0.5, |s| *s) },
+            Figure { name: "settled_p95_s", estimate: quantile_of(&settled, 0.95, |s| *s) },
+            Figure { name: "position_variance_m2", estimate: mean(&variance, |v| *v) },
         ];
         all.extend(figures(&runs).into_iter().filter(|f| wanted.contains(&f.name)));
         all
-    }
-
-    /// The runs with one of the exploration's own figures in the place of a time, for the
-    /// statistics that work on runs.
-    fn as_runs(&self, of: fn(&Explored) -> f32) -> Vec<RunMetrics> {
-        self.exploration.iter().map(|e| RunMetrics { t3_s: of(e), ..e.metrics }).collect()
     }
 }
 

@@ -13,7 +13,9 @@ mod intruders;
 mod log;
 mod member;
 mod seal;
+mod sections;
 mod station;
+mod track;
 
 use agent::{Inputs, Outputs, State};
 use chain::neighbours::Heard;
@@ -32,16 +34,24 @@ use crate::random::{Purpose, Stream};
 use crate::scenario::{Fidelity, Scenario};
 use crate::trace::{DroneFrame, Frame, LinkFrame, Node, Trace};
 use crate::vehicle::{Response, STEP_US};
-use crate::world::{Radio, Tunnel};
+use crate::world::SkeletonPlace;
+pub use crate::world::World;
 
 use air::Strengths;
 use intruders::Intruders;
 pub use intruders::Overheard;
 use log::OrderLog;
 pub use log::RadioMetrics;
-use member::{Member, Mind, member, places};
+use member::{Member, Mind, member, spots};
 use seal::Cipher;
+pub use sections::{Drones, PilotStep, Start};
+pub(crate) use sections::{
+    DronesTable, LaunchTable, MOST_DRONES, MindTables, PilotTable, PolicyTable, RetreatTable,
+    policy_named,
+};
 use station::{News, Station};
+pub use track::Linked;
+use track::Track;
 
 /// Physics steps in one round of the 5 Hz loop.
 const STEPS_PER_ROUND: u64 = 10;
@@ -63,24 +73,6 @@ const _: () = {
     assert!(CRAFT_STEP_US.is_multiple_of(EMULATED_STEP_US));
     assert!(CRAFT_STEP_US.is_multiple_of(EMULATED_STEP_IN_SILENCE_US));
 };
-
-/// The surroundings of a mission, shared by all that fly in them.
-pub struct World {
-    /// The walls.
-    pub tunnel: Tunnel,
-    /// The radio.
-    pub radio: Radio,
-}
-
-impl World {
-    /// Digs and surveys a scenario's tunnel.
-    #[must_use]
-    pub fn of(scenario: &Scenario) -> Self {
-        let tunnel = scenario.tunnel();
-        let radio = Radio::survey(&tunnel, scenario.path_loss, scenario.walls);
-        Self { tunnel, radio }
-    }
-}
 
 /// Who says what is to be done.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -126,6 +118,7 @@ pub struct Mission<'a> {
     world: &'a World,
     members: Vec<Member>,
     medium: Medium,
+    track: Track,
     strengths: Strengths,
     response: Response,
     operator: Operator,
@@ -146,18 +139,19 @@ impl<'a> Mission<'a> {
     #[must_use]
     pub fn new(scenario: &'a Scenario, world: &'a World, seed: u64) -> Self {
         let mut start = Stream::new(seed, Purpose::Start);
-        let places = places(scenario, &mut start);
-        let count = places.len();
-        let members: Vec<_> = places
-            .into_iter()
+        let spots = spots(scenario, world, &mut start);
+        let count = spots.len();
+        let members: Vec<_> = spots
+            .iter()
             .enumerate()
-            .map(|(n, place)| member(scenario, world, seed, &mut start, n, count, place))
+            .map(|(n, spot)| member(scenario, world, seed, &mut start, n, spot))
             .collect();
         Self {
             scenario,
             world,
             medium: Medium::new(scenario.medium(), count, seed),
-            strengths: Strengths::new(count),
+            track: Track::new(spots.iter().map(|spot| spot.on).collect()),
+            strengths: Strengths::new(spots.iter().map(|spot| spot.on)),
             told: vec![None; count],
             members,
             response: Response::new(&scenario.vehicle),
@@ -255,6 +249,18 @@ impl<'a> Mission<'a> {
         }
     }
 
+    /// Whether the operator is a client, and not the scenario's script.
+    #[must_use]
+    pub const fn is_live(&self) -> bool {
+        matches!(self.operator, Operator::Live(_))
+    }
+
+    /// The operator's order at this time.
+    #[must_use]
+    pub fn task(&self) -> Order {
+        operators_word(self.scenario, self.operator, self.now_us)
+    }
+
     /// Whether the scenario's time is up, or it cannot go on.
     #[must_use]
     pub fn is_over(&self) -> bool {
@@ -325,14 +331,24 @@ impl<'a> Mission<'a> {
         RadioMetrics::of(sealed, self.medium.tally(), self.now_us, &self.orders)
     }
 
-    /// The abscissae of the links of the chain as it is now, base first, head last: the base, and
-    /// every drone that flies as relay or head.
-    pub fn chain(&self, into: &mut Vec<(NodeId, f32)>) {
+    /// The links of the chain as it is now, base first, head last: the base, and every drone that
+    /// flies as relay or explorer.
+    pub fn chain(&self, into: &mut Vec<Linked>) {
         into.clear();
         let linked = self.members.iter().enumerate().rev().filter(|(_, member)| {
             member.outputs.is_some_and(|outputs| outputs.report.phase.is_link())
         });
-        into.extend(linked.map(|(n, member)| (NodeId(n as u8), member.body.abscissa())));
+        into.extend(linked.map(|(n, _)| self.track.linked(n, self.world)));
+    }
+
+    /// The members' places on the skeleton, head first, base last.
+    pub fn places(&self) -> impl Iterator<Item = SkeletonPlace> {
+        (0..self.members.len()).map(|n| self.track.place(n))
+    }
+
+    /// The length of the shortest way from the base to each member, head first, base last, m.
+    pub fn ways(&self) -> impl Iterator<Item = f32> {
+        self.places().map(|place| self.world.way(place))
     }
 
     /// How often any drone has touched a wall.
@@ -360,8 +376,8 @@ impl<'a> Mission<'a> {
     /// One turn of one member's 5 Hz loop.
     fn tick(&mut self, n: usize) {
         let member = &mut self.members[n];
-        member.body.locate(&self.world.tunnel);
-        self.strengths.moved(n, member.body.abscissa());
+        let place = self.track.follow(n, member.body.position(), self.world.skeleton());
+        self.strengths.moved(n, place);
         let flies = member.role != Role::Base;
         member.senses = if flies {
             let (elapsed, spec) = (ROUND_US as f32 * 1e-6, &self.scenario.vehicle);
@@ -459,10 +475,8 @@ impl<'a> Mission<'a> {
             for b in 0..a {
                 let (one, other) = (&self.members[a].body, &self.members[b].body);
                 let flying = one.height() > 0.0 && other.height() > 0.0;
-                let (dx, dy) = (
-                    one.position()[0] - other.position()[0],
-                    one.position()[1] - other.position()[1],
-                );
+                let (here, there) = (one.position(), other.position());
+                let (dx, dy) = (here.x - there.x, here.y - there.y);
                 let touch = flying && dx * dx + dy * dy < least * least;
                 let known = self.touching.iter().position(|&pair| pair == (a, b));
                 match (touch, known) {
@@ -512,14 +526,14 @@ impl<'a> Mission<'a> {
     /// What is, for the record.
     #[must_use]
     pub fn frame(&self) -> Frame {
-        let drones = self.members.iter().map(|member| self.drone_frame(member)).collect();
-        let order = operators_word(self.scenario, self.operator, self.now_us);
-        Frame { time_us: self.time_us(), order, drones }
+        let drones = (0..self.members.len()).map(|n| self.drone_frame(n)).collect();
+        Frame { time_us: self.time_us(), order: self.task(), drones }
     }
 
-    fn drone_frame(&self, member: &Member) -> DroneFrame {
+    fn drone_frame(&self, n: usize) -> DroneFrame {
+        let member = &self.members[n];
         let body = &member.body;
-        let [x, y] = body.position();
+        let place = self.track.place(n);
         let (commanded, yaw_rate) = match body.setpoint() {
             Setpoint::Off | Setpoint::Stop => ([0.0; 2], 0.0),
             Setpoint::Fly { forward, lateral, yaw_rate, .. } => {
@@ -528,17 +542,19 @@ impl<'a> Mission<'a> {
         };
         let link = |view: Option<agent::LinkView>| {
             view.and_then(|view| {
-                let peer = &self.members.get(usize::from(view.peer.0))?.body;
-                let truth = self.world.radio.strength(body.abscissa(), peer.abscissa());
+                let peer = usize::from(view.peer.0);
+                let there = (peer < self.members.len()).then(|| self.track.place(peer))?;
+                let truth = self.world.radio.strength(place, there);
                 Some(LinkFrame { peer: view.peer, raw: view.raw, filtered: view.rssi, truth })
             })
         };
         let status = member.outputs.map(|outputs| outputs.status);
         let beams = &member.senses.ranges;
         DroneFrame {
-            position: [x, y, body.height()],
-            yaw: body.yaw(),
-            abscissa: body.abscissa(),
+            pose: body.pose(),
+            height: body.height(),
+            place,
+            way: self.world.way(place),
             commanded,
             yaw_rate,
             ranges: [beams.nw, beams.ne, beams.sw, beams.se].map(metres),
@@ -572,6 +588,6 @@ fn metres(range: Range) -> f32 {
 }
 
 /// What drones of this scenario fly among.
-pub(crate) const fn surroundings<'a>(scenario: &'a Scenario, world: &'a World) -> Surroundings<'a> {
+pub(crate) fn surroundings<'a>(scenario: &'a Scenario, world: &'a World) -> Surroundings<'a> {
     Surroundings { tunnel: &world.tunnel, ground: scenario.ground, vehicle: &scenario.vehicle }
 }

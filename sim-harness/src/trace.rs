@@ -2,7 +2,9 @@
 //! file is made from.
 
 use agent::State;
-use units::{Dbm, NodeId, Order, Role};
+use units::{Dbm, NodeId, Order, Point2, Pose2, Role};
+
+use crate::world::SkeletonPlace;
 
 /// A whole mission.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,17 +23,31 @@ pub struct Trace {
     pub frames: Vec<Frame>,
 }
 
-/// A point of the floor plan: x east, y north, in metres.
-pub type Point = [f32; 2];
-
 /// The tunnel seen from above.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FloorPlan {
     /// The outlines of the free space, each closed (the last point is not the first again): outer
     /// boundaries and the pillars within them.
-    pub outlines: Vec<Vec<Point>>,
-    /// The centre-line, from the base's end to the far end.
-    pub centre_line: Vec<Point>,
+    pub outlines: Vec<Vec<Point2>>,
+    /// The edges of the skeleton, the main gallery first.
+    pub centre_lines: Vec<CentreLine>,
+}
+
+impl FloorPlan {
+    /// The name of the gallery in which a place lies; empty where there is none of that number.
+    #[must_use]
+    pub fn edge_name(&self, place: SkeletonPlace) -> &str {
+        self.centre_lines.get(usize::from(place.edge)).map_or("", |line| &line.name)
+    }
+}
+
+/// One edge of the skeleton.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CentreLine {
+    /// The gallery's name.
+    pub name: String,
+    /// From its beginning to its end.
+    pub points: Vec<Point2>,
 }
 
 /// One member of the chain.
@@ -57,12 +73,14 @@ pub struct Frame {
 /// One drone at one moment. Metres, m/s and radians.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DroneFrame {
-    /// Where it truly is: x, y on the floor plan, z above the ground.
-    pub position: [f32; 3],
-    /// Where its nose points, counter-clockwise from east.
-    pub yaw: f32,
-    /// Its way along the centre-line from the base's end (the paper's x).
-    pub abscissa: f32,
+    /// Where it truly is on the floor plan, and where its nose points.
+    pub pose: Pose2,
+    /// Its height above the ground.
+    pub height: f32,
+    /// Its place on the skeleton.
+    pub place: SkeletonPlace,
+    /// The length of the shortest way to it from the base (the paper's x).
+    pub way: f32,
     /// The velocity that it was told to fly, in body axes: forward, left.
     pub commanded: [f32; 2],
     /// The yaw rate that it was told to fly, counter-clockwise.

@@ -1,13 +1,16 @@
 //! A drone's body at point level: a disc on the floor plan that follows velocity commands with a
 //! lag, measures its own motion with an error, and does not go through walls.
 
+mod section;
+
 use agent::BodyVelocity;
 use tunnel_nav::{Diagonals, Range};
-use units::{Metres, MetresPerSecond, Setpoint};
+use units::{Metres, MetresPerSecond, Point2, Setpoint};
 
 use crate::random::Stream;
-use crate::trace::Point;
 use crate::world::Tunnel;
+
+pub(crate) use section::VehicleTable;
 
 /// The vehicle's constants, the same for all drones of a mission.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,6 +27,8 @@ pub struct VehicleSpec {
     pub reach: f32,
     /// Standard deviation of one range, m.
     pub range_noise: f32,
+    /// How full the batteries of rigid bodies are, 0 to 1.
+    pub charge: f32,
 }
 
 impl VehicleSpec {
@@ -36,6 +41,7 @@ impl VehicleSpec {
         radius: 0.08,
         reach: 2.0,
         range_noise: 0.0,
+        charge: 1.0,
     };
 
     /// Time constant of the yaw-rate response, s: the attitude loop is faster than the velocity
@@ -66,7 +72,7 @@ impl Response {
 /// One drone's body.
 #[derive(Clone, Debug)]
 pub struct Body {
-    position: Point,
+    position: Point2,
     height: f32,
     /// Unit vector along the nose.
     nose: [f32; 2],
@@ -74,7 +80,6 @@ pub struct Body {
     velocity: [f32; 2],
     yaw_rate: f32,
     setpoint: Setpoint,
-    abscissa: f32,
     /// Way in body axes since the flow was last read.
     moved: [f32; 2],
     flow_scale: f32,
@@ -83,15 +88,14 @@ pub struct Body {
 }
 
 impl Body {
-    /// A body at rest at this place of the centre-line, nose towards the far end.
+    /// A body at rest at this point, its nose along the unit vector `nose`.
     pub(crate) fn at(
-        tunnel: &Tunnel,
-        abscissa: f32,
+        position: Point2,
+        nose: [f32; 2],
         height: f32,
         spec: &VehicleSpec,
         random: &mut Stream,
     ) -> Self {
-        let (position, nose) = tunnel.centre_line().at(abscissa);
         Self {
             position,
             height,
@@ -99,7 +103,6 @@ impl Body {
             velocity: [0.0; 2],
             yaw_rate: 0.0,
             setpoint: Setpoint::Off,
-            abscissa,
             moved: [0.0; 2],
             flow_scale: 1.0 + spec.flow_scale_error * random.normal(),
             touching: false,
@@ -109,7 +112,7 @@ impl Body {
 
     /// Where it is on the floor plan.
     #[must_use]
-    pub const fn position(&self) -> Point {
+    pub const fn position(&self) -> Point2 {
         self.position
     }
 
@@ -123,12 +126,6 @@ impl Body {
     #[must_use]
     pub fn yaw(&self) -> f32 {
         libm::atan2f(self.nose[1], self.nose[0])
-    }
-
-    /// Its way along the centre-line, m.
-    #[must_use]
-    pub const fn abscissa(&self) -> f32 {
-        self.abscissa
     }
 
     /// How often it has touched a wall.
@@ -173,14 +170,14 @@ impl Body {
         self.moved = [self.moved[0] + way[0], self.moved[1] + way[1]];
 
         let [nx, ny] = self.nose;
-        self.position[0] += nx * way[0] - ny * way[1];
-        self.position[1] += ny * way[0] + nx * way[1];
+        self.position.x += nx * way[0] - ny * way[1];
+        self.position.y += ny * way[0] + nx * way[1];
         self.turn(self.yaw_rate * STEP_S);
         self.collide(tunnel, spec.radius);
     }
 
     /// Turns the nose by a small angle, to second order. Its length drifts by 1e-8 a step at
-    /// 1 rad/s; [`locate`](Self::locate) sets it right once a round.
+    /// 1 rad/s; [`renew_nose`](Self::renew_nose) sets it right once a round.
     fn turn(&mut self, angle: f32) {
         let (cos, sin) = (1.0 - 0.5 * angle * angle, angle);
         let [x, y] = self.nose;
@@ -198,12 +195,11 @@ impl Body {
         }
     }
 
-    /// Finds its place along the centre-line anew.
-    pub(crate) fn locate(&mut self, tunnel: &Tunnel) {
+    /// Gives the nose's vector its length of one again.
+    pub(crate) fn renew_nose(&mut self) {
         let [x, y] = self.nose;
         let scale = 1.0 / (x * x + y * y).sqrt();
         self.nose = [x * scale, y * scale];
-        self.abscissa = tunnel.centre_line().project(self.position, self.abscissa);
     }
 
     /// The optic flow: mean velocity since it was last read, `elapsed` seconds ago.

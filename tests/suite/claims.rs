@@ -16,7 +16,7 @@ use rayon::prelude::*;
 use sim_harness::mission::{Mission, World};
 use sim_harness::random::{Purpose, Stream};
 use sim_harness::scenario::{Scenario, builtin};
-use sim_harness::world::{Radio, best_chain};
+use sim_harness::world::{Optimum, Path as Way, SkeletonPlace, best_chain};
 use units::{Db, DbPerMetre, Dbm, Duration, MetresPerSecond};
 
 const ROUND: Duration = Duration::from_millis(200);
@@ -195,14 +195,29 @@ proptest! {
     }
 }
 
+/// The best chain to a head this far along the main gallery.
+fn best(world: &World, links: usize, head: f32) -> Optimum {
+    best_chain(&world.radio, &way_to(world, head), links)
+}
+
+/// The way to a place this far along the main gallery.
+fn way_to(world: &World, head: f32) -> Way {
+    world.path_to(SkeletonPlace::main(head))
+}
+
+/// The loss between two places of the main gallery.
+fn loss(world: &World, a: f32, b: f32) -> f32 {
+    world.radio.strength(SkeletonPlace::main(a), SkeletonPlace::main(b)).loss().0
+}
+
 /// The same in the simulator's own radio, with the exact solution that its metrics use: straight,
 /// where it is known by hand, and round corners.
 #[test]
 fn equal_links_are_the_exact_optimum_in_the_simulators_radio() {
     let scenario = Scenario::open("straight").unwrap();
-    let radio = &World::of(&scenario).radio;
+    let world = World::of(&scenario);
     for links in 1..=5_u8 {
-        let best = best_chain(radio, links.into(), 20.0);
+        let best = best(&world, links.into(), 20.0);
         let hop = 20.0 / f32::from(links);
         assert!((best.worst.0 - (40.0 + 20.0 * hop.log10())).abs() < 0.02, "{best:?}");
         for (n, place) in best.positions.iter().enumerate() {
@@ -211,12 +226,12 @@ fn equal_links_are_the_exact_optimum_in_the_simulators_radio() {
     }
     for name in ["s-turns-5", "zigzag-5", "winding-5"] {
         let scenario = Scenario::open(name).unwrap();
-        let radio = &World::of(&scenario).radio;
+        let world = World::of(&scenario);
         let head = if name == "zigzag-5" { 30.0 } else { 23.0 };
-        let best = best_chain(radio, 5, head);
+        let best = best(&world, 5, head);
         let start = |n: u8| head * f32::from(n) / 5.0;
         let mut places: Vec<_> = (0..=5).map(start).collect();
-        let loss = |a, b| radio.strength(a, b).loss().0;
+        let loss = |a, b| loss(&world, a, b);
         // Behind a corner a link grows by tens of decibels per metre.
         let equal = iterate(&careful(60.0), &mut places, loss, 0.2, |_| ());
         assert!(spread(&equal) <= 0.2, "{name}: {equal:?}");
@@ -231,9 +246,9 @@ fn equal_links_are_the_exact_optimum_in_the_simulators_radio() {
 fn no_random_chain_beats_the_best_chain() {
     let mut random = Stream::new(1, Purpose::Start);
     for name in ["zigzag-5", "zigzag-5-step", "winding-5-step"] {
-        let radio: Radio = World::of(&Scenario::open(name).unwrap()).radio;
-        let loss = |a, b| radio.strength(a, b).loss().0;
-        let best = best_chain(&radio, 4, 20.0);
+        let world = World::of(&Scenario::open(name).unwrap());
+        let loss = |a, b| loss(&world, a, b);
+        let best = best(&world, 4, 20.0);
         assert_eq!(best.worst.0, worst(&losses(&best.positions, loss)));
         for _ in 0..2_000 {
             let mut places = vec![0.0, 20.0];
@@ -422,12 +437,12 @@ fn scenario(file: &str) -> Scenario {
 fn swing(scenario: &Scenario) -> f32 {
     let world = World::of(scenario);
     let mut mission = Mission::new(scenario, &world, 1);
-    let mut tracks: Vec<Vec<f32>> = vec![Vec::new(); scenario.relays];
+    let mut tracks: Vec<Vec<f32>> = vec![Vec::new(); scenario.drones.relays];
     while !mission.is_over() {
         mission.round();
         if mission.time_us() + 30_000_000 > scenario.duration_us {
-            for (track, body) in tracks.iter_mut().zip(mission.bodies().skip(1)) {
-                track.push(body.abscissa());
+            for (track, way) in tracks.iter_mut().zip(mission.ways().skip(1)) {
+                track.push(way);
             }
         }
     }
@@ -591,7 +606,7 @@ fn decibels_of_the_first_metre_change_no_decision() {
         for (one, other) in here.iter().zip(&there) {
             for (a, b) in one.drones.iter().zip(&other.drones) {
                 assert_eq!(a.state.name(), b.state.name(), "{policy} at {} us", one.time_us);
-                let off = (a.abscissa - b.abscissa).abs();
+                let off = (a.way - b.way).abs();
                 assert!(off < 0.01, "{policy}: {off} m apart at {} us", one.time_us);
             }
         }

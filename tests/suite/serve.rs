@@ -85,7 +85,7 @@ fn drive(
 ) -> (RunMetrics, Vec<&'static str>) {
     let world = World::of(scenario);
     let reference = Reference::of(scenario, &world);
-    let ports = Ports::open(host, FIRST_PORT, scenario.relays + 2).unwrap();
+    let ports = Ports::open(host, FIRST_PORT, scenario.drones.relays + 2).unwrap();
     let done = AtomicBool::new(false);
     let (live, output) = thread::scope(|scope| {
         let (world, reference, stop) = (&world, &reference, &done);
@@ -98,7 +98,7 @@ fn drive(
         let output = Command::new(python)
             .arg(Path::new(FOLDER).join("drive.py"))
             .args([part, &*host.to_string(), &FIRST_PORT.to_string()])
-            .arg((scenario.relays + 2).to_string())
+            .arg((scenario.drones.relays + 2).to_string())
             .args(rest)
             .output();
         done.store(true, Ordering::Relaxed);

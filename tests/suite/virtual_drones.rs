@@ -44,7 +44,7 @@ fn fly(scenario: &Scenario, firmware: Option<&Firmware>, threads: usize) -> Flow
     let pool = ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     let world = World::of(scenario);
     let reference = Reference::of(scenario, &world);
-    let nodes = (0..=scenario.relays as u8).map(NodeId);
+    let nodes = (0..=scenario.drones.relays as u8).map(NodeId);
     let mut recorders = Vec::new();
     let mut drones = Vec::new();
     for (node, firmware) in nodes.filter_map(|node| Some((node, firmware?))) {

@@ -77,7 +77,9 @@
     const points = outline.points.map(([x, y]) => `${x},${-y}`).join(" ");
     make(layers.plan, "polygon", { points, class: outline.free ? "floor" : "floor pillar" });
   }
-  make(layers.plan, "polyline", { class: "centre", points: data.centre.map(([x, y]) => `${x},${-y}`).join(" ") });
+  for (const centre of data.centres) {
+    make(layers.plan, "polyline", { class: "centre", points: centre.map(([x, y]) => `${x},${-y}`).join(" ") });
+  }
   const marks = nodes.map((node) => {
     const body = make(layers.bodies, "g", {});
     const shape = node.role === "base" ? "M-6-6H6V6H-6Z" : "M9.5 0 -6.5 6.5 -3 0 -6.5-6.5Z";

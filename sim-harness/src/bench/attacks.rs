@@ -15,6 +15,7 @@ use crate::medium::timing;
 use crate::mission::{Mission, ROUND_US, World};
 use crate::random::{Purpose, Stream};
 use crate::scenario::{Fidelity, Scenario};
+use crate::world::SkeletonPlace;
 
 /// The scenario's name.
 pub const SCENARIO: &str = "relay-pair";
@@ -203,7 +204,7 @@ fn row(attack: Attack, ends: &[End]) -> Row {
 }
 
 fn fly(scenario: &Scenario, world: &World, attack: Attack, seed: u64) -> End {
-    let places = vec![attack.place(); attack.radios()];
+    let places = vec![SkeletonPlace::main(attack.place()); attack.radios()];
     let mut mission = Mission::besieged(scenario, world, seed, &places);
     let mut random = Stream::new(seed, Purpose::Intruder);
     let mut missed = vec![0_u32; mission.count()];

@@ -27,8 +27,16 @@ pub struct Row {
 }
 
 /// What of a campaign's figures a row holds, in its order.
-pub const FIGURES: [&str; 7] =
-    ["c3", "c1", "t3_median_s", "gap_db", "difference_db", "position_sd_m", "bound_s"];
+pub const FIGURES: [&str; 8] = [
+    "c3",
+    "c1",
+    "t3_median_s",
+    "gap_db",
+    "difference_db",
+    "swing_p95_db",
+    "position_sd_m",
+    "bound_s",
+];
 
 impl Row {
     /// The row as one JSON object.

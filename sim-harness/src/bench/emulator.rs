@@ -93,7 +93,7 @@ impl Flight {
 
 fn fly(firmware: &Firmware, seed: u64, threads: usize, count: u8) -> Result<Flight, InputError> {
     let mut scenario = Scenario::open(SCENARIO)?;
-    scenario.relays = usize::from(count).max(2) - 1;
+    scenario.drones.relays = usize::from(count).max(2) - 1;
     let world = World::of(&scenario);
     let pool = ThreadPoolBuilder::new().num_threads(threads).build().map_err(|error| {
         InputError::new(format!("cannot start {threads} threads ({error})"), "free some")

@@ -10,14 +10,14 @@
 use flight::{FlightConfig, Verdict};
 use rayon::prelude::*;
 use serde_json::{Value, json};
-use units::{Metres, MetresPerSecond, RadiansPerSecond, Setpoint};
+use units::{Metres, MetresPerSecond, Point2, RadiansPerSecond, Setpoint};
 
 use crate::craft::flow::Ground;
 use crate::craft::{Craft, Surroundings};
 use crate::random::{Purpose, Stream};
 use crate::vehicle::VehicleSpec;
 use crate::world::Tunnel;
-use crate::world::layout::{Corridor, Layout};
+use crate::world::layout::Layout;
 
 /// Length of a flight after it has taken off, ms.
 const FLIGHT_MS: u64 = 10_000;
@@ -135,8 +135,7 @@ impl Report {
 /// Flies all of it.
 #[must_use]
 pub fn run(runs: usize, seed: u64, after_each: impl Fn() + Sync) -> Report {
-    let main = Corridor { centre_line: vec![[-10.0, 0.0], [10.0, 0.0]], width: 20.0 };
-    let layout = Layout { main, branches: Vec::new(), rooms: Vec::new() };
+    let layout = Layout::corridor(&[[-10.0, 0.0], [10.0, 0.0]], 20.0);
     let room = Tunnel::dig(&layout).expect("a room is a layout that can be built");
     let all: Vec<Flown> = (0..runs as u64)
         .into_par_iter()
@@ -171,7 +170,7 @@ fn fly(room: &Tunnel, seed: u64) -> Flown {
     let random = Stream::new(seed, Purpose::Craft(0));
     let config = FlightConfig::CRAZYFLIE_2_1;
     let spread = vehicle.flow_scale_error;
-    let mut craft = Craft::standing(config, [0.0, 0.0], [1.0, 0.0], 1.0, spread, random)
+    let mut craft = Craft::standing(config, Point2::default(), [1.0, 0.0], 1.0, spread, random)
         .hovering(Metres(HEIGHT), around);
     let mut pilot = Stream::new(seed, Purpose::Start);
     let mut flown = Flown {

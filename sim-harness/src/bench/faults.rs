@@ -21,7 +21,7 @@ use agent::State;
 use flight::Mode;
 use rayon::prelude::*;
 use serde_json::{Map, Value, json};
-use units::{Metres, MetresPerSecond, RadiansPerSecond, Setpoint};
+use units::{Metres, MetresPerSecond, Point2, RadiansPerSecond, Setpoint};
 
 use crate::craft::faults::{Failing, Fault, Manner, Sensor};
 use crate::craft::flow::Ground;
@@ -32,7 +32,7 @@ use crate::random::{Purpose, Stream};
 use crate::scenario::Scenario;
 use crate::vehicle::VehicleSpec;
 use crate::world::Tunnel;
-use crate::world::layout::{Corridor, Layout};
+use crate::world::layout::Layout;
 
 /// Faster than this on the floor is a crash, m/s: a fall from 11 cm, 37 mJ of 33 g. A number of
 /// ours: less than the third of a metre from which drones of this size are dropped by hand without
@@ -234,7 +234,7 @@ impl Places {
         let spread = self.vehicle.flow_scale_error;
         let mut craft = Craft::standing(
             flight::FlightConfig::CRAZYFLIE_2_1,
-            [0.0, 0.0],
+            Point2::default(),
             [1.0, 0.0],
             1.0,
             spread,
@@ -254,7 +254,7 @@ impl Places {
 
     fn tunnel(&self, case: &Case, seed: u64) -> Run {
         let mut random = Stream::new(seed, Purpose::Fault(1));
-        let victim = (random.uniform() * (self.scenario.relays + 1) as f32) as usize;
+        let victim = (random.uniform() * (self.scenario.drones.relays + 1) as f32) as usize;
         let mut mission = Mission::new(&self.scenario, &self.world, seed);
         let failing = failing(case, &mut random);
         mission.sabotage(victim, failing, &mut random);
@@ -287,8 +287,7 @@ pub fn run(
 
 /// A room of 3 m by 3 m around the origin.
 fn room() -> Tunnel {
-    let main = Corridor { centre_line: vec![[-0.05, 0.0], [0.05, 0.0]], width: 3.0 };
-    let layout = Layout { main, branches: Vec::new(), rooms: Vec::new() };
+    let layout = Layout::corridor(&[[-0.05, 0.0], [0.05, 0.0]], 3.0);
     Tunnel::dig(&layout).expect("a room is a layout that can be built")
 }
 

@@ -92,14 +92,14 @@ fn measure(
     let config = MachineConfig { flash, ..MachineConfig::default() };
     let drone = |node| Emulated::on(scenario, firmware, NodeId(node), seed, config);
     let boot_ms = boot_ms(&mut drone(0));
-    let drones = (0..=scenario.relays as u8).map(|node| {
+    let drones = (0..=scenario.drones.relays as u8).map(|node| {
         let mut drone = drone(node);
         drone.profile();
         drone
     });
     let mut mission = Mission::emulated(scenario, world, seed, drones.collect());
     mission.advance(BEGINS_US);
-    for member in 0..=scenario.relays {
+    for member in 0..=scenario.drones.relays {
         if let Some(drone) = mission.emulated_drone_mut(member) {
             drone.restart_profile();
         }
@@ -111,7 +111,7 @@ fn measure(
         let remedy = "the emulator has to learn it";
         return Err(InputError::new(halted.to_string(), remedy).in_file(firmware.path()));
     }
-    let accounts = (0..=scenario.relays).filter_map(|member| {
+    let accounts = (0..=scenario.drones.relays).filter_map(|member| {
         Some((NodeId(member as u8), mission.emulated_drone(member)?.account()?))
     });
     Ok(Figures::of(accounts.collect(), boot_ms))

@@ -84,7 +84,7 @@ fn flown(scenario: &Scenario, world: &World) -> f64 {
         mission.round();
     }
     std::hint::black_box(mission.wall_contacts());
-    let steps = (scenario.duration_us / 1_000) as f64 * (scenario.relays + 1) as f64;
+    let steps = (scenario.duration_us / 1_000) as f64 * (scenario.drones.relays + 1) as f64;
     steps / begun.elapsed().as_secs_f64()
 }
 
@@ -137,6 +137,6 @@ fn measure(scenario: &Scenario, world: &World, missions: usize) -> f64 {
         std::hint::black_box(mission.wall_contacts());
     });
     let rounds = scenario.duration_us.div_ceil(ROUND_US) as f64;
-    let drones = (scenario.relays + 1) as f64;
+    let drones = (scenario.drones.relays + 1) as f64;
     missions as f64 * rounds * drones / begun.elapsed().as_secs_f64()
 }

@@ -9,7 +9,8 @@ use serde_json::{Value, json};
 use super::progress::Progress;
 use super::run::metrics_json;
 use super::{
-    Common, FidelityArg, Trouble, Verdict, builtin_scenarios, complain, host_scenario, interrupt, runs,
+    Common, FidelityArg, Trouble, Verdict, builtin_scenarios, complain, host_scenario, interrupt,
+    runs,
 };
 use crate::campaign::{Figure, figures, fly_until, json as figures_json};
 use crate::metrics::{Reference, RunMetrics};

@@ -106,7 +106,7 @@ fn said(node: NodeId, line: &LogLine) -> String {
 
 /// All drones of the scenario, or those that were named.
 fn nodes(named: &[u8], scenario: &Scenario) -> Result<Vec<NodeId>, InputError> {
-    let last = scenario.relays as u8;
+    let last = scenario.drones.relays as u8;
     if let Some(wrong) = named.iter().find(|node| **node > last) {
         let wrong = format!("--virtual-drones {wrong}: there is no such drone");
         return Err(InputError::new(wrong, format!("give numbers from 0, the head, to {last}")));

@@ -15,7 +15,7 @@ use super::{
 };
 use crate::craft::record::FlightMetrics;
 use crate::input_error::InputError;
-use crate::metrics::{Reference, RunMetrics, Watch};
+use crate::metrics::{HoldMetrics, Reference, RunMetrics, Watch};
 use crate::mission::{Mission, ROUND_US, RadioMetrics, World};
 use crate::output;
 use crate::scenario::{Scenario, builtin};
@@ -216,7 +216,14 @@ fn criteria(scenario: &Scenario, metrics: &RunMetrics) -> Vec<Criterion> {
             ["at the end of the hold the links differed by", " dB"],
             true,
             asked.hold_spread_db,
-            metrics.hold_spread_db,
+            metrics.held(|hold| hold.spread_db),
+        ),
+        (
+            "swing_p95_db",
+            ["at the end of the hold the links swung by", " dB"],
+            true,
+            asked.swing_p95_db,
+            metrics.held(|hold| hold.swing_p95_db),
         ),
         ("max_tilt_deg", ["a drone tilted to", "°"], true, tilt_asked, tilt.unwrap_or(f32::NAN)),
         (
@@ -334,14 +341,20 @@ fn number(value: f32) -> Value {
 
 /// Every metric by name; what never came or does not apply is `null`.
 pub(super) fn metrics_json(m: &RunMetrics) -> Value {
-    let mut metrics = json!({
-        "t3_s": number(m.t3_s),
-        "t1_s": number(m.t1_s),
-        "t_gap1_s": number(m.t_gap1_s),
-        "gap_db": number(m.gap_db),
-        "difference_db": number(m.difference_db),
-        "position_sd_m": number(m.position_sd_m),
-        "path_m": number(m.path_m),
+    let held = |of: fn(&HoldMetrics) -> f32| number(m.held(of));
+    json!({
+        "hold_from_s": held(|hold| hold.from_s),
+        "hold_until_s": held(|hold| hold.until_s),
+        "no_hold": m.hold.as_ref().err().map(ToString::to_string),
+        "t3_s": held(|hold| hold.t3_s),
+        "t1_s": held(|hold| hold.t1_s),
+        "t_gap1_s": held(|hold| hold.t_gap1_s),
+        "gap_db": held(|hold| hold.gap_db),
+        "difference_db": held(|hold| hold.difference_db),
+        "hold_spread_db": held(|hold| hold.spread_db),
+        "swing_p95_db": held(|hold| hold.swing_p95_db),
+        "position_sd_m": held(|hold| hold.position_sd_m),
+        "path_m": held(|hold| hold.path_m),
         "bound_s": number(m.bound_s),
         "launched": number(m.launched),
         "needed": number(m.needed),
@@ -351,13 +364,7 @@ pub(super) fn metrics_json(m: &RunMetrics) -> Value {
         "order_lost": m.order_lost,
         "wall_contacts": m.wall_contacts,
         "drone_contacts": m.drone_contacts,
-    });
-    if let Some(metrics) = metrics.as_object_mut()
-        && m.hold_spread_db.is_finite()
-    {
-        metrics.insert("hold_spread_db".into(), number(m.hold_spread_db));
-    }
-    metrics
+    })
 }
 
 fn table(
@@ -387,20 +394,7 @@ fn table(
             m.launched, m.needed
         );
     }
-    let _ = match m.t3_s.is_finite() {
-        true => writeln!(text, "  links within 3 dB     from {:.1} s on", m.t3_s),
-        false => writeln!(text, "  links                 never stayed within 3 dB"),
-    };
-    let _ = writeln!(
-        text,
-        "  last minute           links differ by {:.2} dB at most,",
-        m.difference_db
-    );
-    let _ = writeln!(
-        text,
-        "                        the weakest is {:.2} dB below the optimum",
-        m.gap_db
-    );
+    hold_lines(&mut text, m);
     if m.violation.is_finite() {
         let _ = writeln!(text, "  link below limit      {:.1} % of the time", 100.0 * m.violation);
     }
@@ -426,4 +420,31 @@ fn table(
         .collect();
     let _ = writeln!(text, "  at the end            {}", states.join(", "));
     text
+}
+
+/// How the chain held.
+fn hold_lines(text: &mut String, m: &RunMetrics) {
+    let hold = match &m.hold {
+        Ok(hold) => hold,
+        Err(why) => {
+            let _ = writeln!(text, "  hold                  n/a: {why}");
+            return;
+        }
+    };
+    let _ = writeln!(text, "  hold                  {:.0} s to {:.0} s", hold.from_s, hold.until_s);
+    let _ = match hold.t3_s.is_finite() {
+        true => writeln!(text, "  links within 3 dB     from {:.1} s of the hold on", hold.t3_s),
+        false => writeln!(text, "  links                 never stayed within 3 dB"),
+    };
+    let _ = writeln!(text, "  end of the hold       links differ by {:.2} dB,", hold.difference_db);
+    let _ = writeln!(
+        text,
+        "                        the weakest is {:.2} dB below the optimum,",
+        hold.gap_db
+    );
+    let _ = writeln!(
+        text,
+        "                        95 % swing by less than {:.2} dB",
+        hold.swing_p95_db
+    );
 }

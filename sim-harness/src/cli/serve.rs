@@ -58,7 +58,7 @@ pub(super) fn run(args: &ServeArgs) -> Result<Verdict, Trouble> {
     let duration = duration.map(|seconds| Duration::from_micros((seconds * 1e6) as u64));
     let asked = interrupt::asks("Ctrl-C: the drones are no longer served");
     let folder = args.common.folder()?;
-    let ports = Ports::open(args.host, args.port, scenario.relays + 2)?;
+    let ports = Ports::open(args.host, args.port, scenario.drones.members())?;
     let world = World::of(&scenario);
     let reference = Reference::of(&scenario, &world);
     let keep = args.common.out.is_some();

@@ -23,16 +23,18 @@ pub mod motors;
 pub(crate) mod outside;
 pub mod rangers;
 pub mod record;
+mod section;
 
 use agent::mounting::{self, Beams};
 use flight::{Airframe, Command, Flight, FlightConfig, Mode, Outputs, Sensed};
 use sensors::pmw3901::Motion;
 use sensors::vl53l1x::Reading;
 use tunnel_nav::Diagonals;
-use units::{Acceleration, AngularVelocity, Instant, Metres, MetresPerSecond, Setpoint, Volts};
+use units::{
+    Acceleration, AngularVelocity, Instant, Metres, MetresPerSecond, Point2, Setpoint, Volts,
+};
 
 use crate::random::Stream;
-use crate::trace::Point;
 use crate::vehicle::VehicleSpec;
 use crate::world::Tunnel;
 
@@ -44,6 +46,7 @@ use imu::Imu;
 use motors::Motors;
 use rangers::Ranger;
 use record::Record;
+pub(crate) use section::GroundTable;
 
 /// What a craft needs to know of where it flies.
 #[derive(Clone, Copy)]
@@ -119,7 +122,7 @@ impl Craft {
     #[must_use]
     pub fn standing(
         config: FlightConfig,
-        at: Point,
+        at: Point2,
         nose: [f32; 2],
         charge: f32,
         flow_scale_error: f32,
@@ -141,7 +144,7 @@ impl Craft {
             config,
             airframe,
             spec: BodySpec::of(&airframe),
-            body: RigidBody::standing(at, front),
+            body: RigidBody::standing([at.x, at.y], front),
             motors,
             battery: Battery::with_charge(charge),
             imu,
@@ -366,9 +369,9 @@ impl Craft {
 
     fn collide(&mut self, around: Surroundings<'_>) {
         let [x, y, _] = self.body.position();
-        match around.tunnel.bump([x, y], around.vehicle.radius) {
-            Some(free) => {
-                self.body.stop_at(free);
+        match around.tunnel.bump(Point2::new(x, y), around.vehicle.radius) {
+            Some(Point2 { x, y }) => {
+                self.body.stop_at([x, y]);
                 self.contacts += u32::from(self.touching_ms == 0);
                 self.touching_ms = SAME_TOUCH_MS;
             }

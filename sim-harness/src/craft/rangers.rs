@@ -5,7 +5,7 @@
 //! there is no reading. Beams point where the body points: one that looks down can see the floor.
 
 use sensors::vl53l1x::{CountRate, RangeStatus, Reading};
-use units::Metres;
+use units::{Metres, Point2};
 
 use super::body::{Rotation, Vector, turned};
 use crate::random::Stream;
@@ -140,7 +140,7 @@ fn strike(tunnel: &Tunnel, from: Vector, way: Vector) -> Option<Seen> {
     let floor = (way[2] < -1e-3).then(|| seen(from[2] / -way[2], -way[2]));
     let wall = (level > 0.1).then(|| [way[0] / level, way[1] / level]).and_then(|heading| {
         let reach = floor.map_or(FARTHEST, |f| f.distance.min(FARTHEST)) * level;
-        let (distance, slant) = tunnel.strike([from[0], from[1]], heading, reach)?;
+        let (distance, slant) = tunnel.strike(Point2::new(from[0], from[1]), heading, reach)?;
         Some(seen(distance / level, slant * level))
     });
     wall.or(floor)

@@ -50,7 +50,7 @@ fn settings(scenario: &Scenario, node: NodeId, role: Role) -> Settings {
     Settings {
         node,
         role,
-        radio: Radio { datarate: scenario.datarate, ..Settings::DEFAULT.radio },
+        radio: Radio { datarate: scenario.radio.datarate, ..Settings::DEFAULT.radio },
         height: (agent.flight.height != default.flight.height).then_some(agent.flight.height),
         limits: Limits {
             launch: changed(agent.launch.limit, default.launch.limit),
@@ -79,7 +79,7 @@ pub fn unfit(scenario: &Scenario) -> Option<&'static str> {
         Some("a limit that no drone keeps")
     } else if agent.nav != default.nav {
         Some("side rangers with another reach")
-    } else if !matches!(scenario.start, crate::scenario::Start::Mouth) {
+    } else if !matches!(scenario.drones.start, crate::scenario::Start::Mouth) {
         Some("drones that begin in the air")
     } else {
         None

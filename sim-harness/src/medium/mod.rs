@@ -17,6 +17,7 @@
 //! ([`Medium::inject`], [`Medium::jam`]).
 
 mod polling;
+mod section;
 mod tally;
 pub mod timing;
 
@@ -28,6 +29,8 @@ use wire::syslink::MAX_P2P;
 use crate::random::{Purpose, Stream};
 
 pub use polling::Polling;
+pub use section::RadioSpec;
+pub(crate) use section::RadioTable;
 pub use tally::{Loss, Tally};
 
 /// How strongly stations hear each other.

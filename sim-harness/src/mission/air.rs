@@ -13,7 +13,7 @@ use super::member::{Hosted, Member, Mind, OnLine, Parcel};
 use super::station::News;
 use super::{CRAFT_STEP_US, Mission, Told};
 use crate::medium::{Arrives, Ether, timing};
-use crate::world::Radio;
+use crate::world::{Radio, SkeletonPlace};
 
 /// What happens next on the air.
 enum Next {
@@ -99,7 +99,7 @@ impl Mission<'_> {
             }
             let taken = hosted.station.counters().taken;
             deliver(hosted, role, (now_us, receipt.rssi, arrival.data), told, orders)
-                .hand_over(hosted, now_us + scenario.latency_us);
+                .hand_over(hosted, now_us + scenario.radio.latency_us);
             if let Some(intruders) = intruders.as_mut().filter(|_| arrival.from >= count)
                 && hosted.station.counters().taken != taken
             {
@@ -115,7 +115,7 @@ impl Mission<'_> {
         };
         let OnLine { at_us, rssi, length, data } = hosted.line.swap_remove(place);
         deliver(hosted, *role, (at_us, rssi, &data[..length]), told, orders)
-            .hand_over(hosted, at_us + scenario.latency_us);
+            .hand_over(hosted, at_us + scenario.radio.latency_us);
     }
 
     /// Lets the emulated drones run up to this moment, and takes what their radio chips send.
@@ -203,19 +203,23 @@ fn deliver(
 /// The links' strengths, which change only when somebody has moved.
 pub(super) struct Strengths {
     count: usize,
-    places: Vec<f32>,
+    places: Vec<SkeletonPlace>,
     /// By sender and receiver: their places, and the strength between them.
-    known: Vec<(f32, f32, Dbm)>,
+    known: Vec<(SkeletonPlace, SkeletonPlace, Dbm)>,
 }
 
 impl Strengths {
-    pub(super) fn new(count: usize) -> Self {
-        let unknown = (f32::NAN, f32::NAN, Dbm(f32::NEG_INFINITY));
-        Self { count, places: vec![0.0; count], known: vec![unknown; count * count] }
+    pub(super) fn new(places: impl Iterator<Item = SkeletonPlace>) -> Self {
+        let places: Vec<_> = places.collect();
+        let count = places.len();
+        // Equal to no place.
+        let nowhere = SkeletonPlace::main(f32::NAN);
+        let unknown = (nowhere, nowhere, Dbm(f32::NEG_INFINITY));
+        Self { count, places, known: vec![unknown; count * count] }
     }
 
-    pub(super) fn moved(&mut self, n: usize, abscissa: f32) {
-        self.places[n] = abscissa;
+    pub(super) fn moved(&mut self, n: usize, place: SkeletonPlace) {
+        self.places[n] = place;
     }
 
     fn between(&mut self, radio: &Radio, from: usize, to: usize) -> Dbm {

@@ -6,6 +6,7 @@ use std::collections::VecDeque;
 use super::{Mission, Strengths, World};
 use crate::medium::Medium;
 use crate::scenario::Scenario;
+use crate::world::SkeletonPlace;
 
 /// A packet that he has heard.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -41,17 +42,19 @@ impl Intruders {
 }
 
 impl<'a> Mission<'a> {
-    /// A mission with somebody's radios at these abscissae, in metres.
+    /// A mission with an intruder's radios at these places.
     #[must_use]
-    pub fn besieged(scenario: &'a Scenario, world: &'a World, seed: u64, at: &[f32]) -> Self {
+    pub fn besieged(
+        scenario: &'a Scenario,
+        world: &'a World,
+        seed: u64,
+        at: &[SkeletonPlace],
+    ) -> Self {
         let mut mission = Self::new(scenario, world, seed);
         let members = mission.members.len();
-        let stations = members + at.len();
-        mission.medium = Medium::new(scenario.medium(), stations, seed);
-        mission.strengths = Strengths::new(stations);
-        for (n, abscissa) in at.iter().enumerate() {
-            mission.strengths.moved(members + n, *abscissa);
-        }
+        mission.medium = Medium::new(scenario.medium(), members + at.len(), seed);
+        let members = (0..members).map(|n| mission.track.place(n));
+        mission.strengths = Strengths::new(members.chain(at.iter().copied()));
         mission.intruders = Some(Intruders::default());
         mission
     }

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use agent::{Agent, Outputs, State};
 use airlink::Identity;
-use units::{Dbm, Metres, NodeId, Role, Setpoint};
+use units::{Dbm, Metres, NodeId, Point2, Role, Setpoint};
 use wire::syslink::MAX_P2P;
 
 use super::seal::Cipher;
@@ -14,8 +14,9 @@ use crate::craft::Craft;
 use crate::drone::{Drone, Flown, Senses};
 use crate::emulated::Emulated;
 use crate::random::{Purpose, Stream};
-use crate::scenario::{Fidelity, Scenario, Start};
+use crate::scenario::{Fidelity, Scenario, Spot, Start};
 use crate::vehicle::Body;
+use crate::world::SkeletonPlace;
 
 /// One member of the chain.
 pub(super) struct Member {
@@ -113,49 +114,55 @@ impl Member {
     }
 }
 
-/// A craft on the ground or in the air at this place of the centre-line.
+/// A craft on the ground or in the air at this spot.
 fn flown(
     scenario: &Scenario,
     world: &World,
-    place: f32,
+    (at, nose): (Point2, [f32; 2]),
     flying: bool,
     height: Metres,
     random: Stream,
 ) -> Flown {
-    let (at, nose) = world.tunnel.centre_line().at(place);
     let spread = scenario.vehicle.flow_scale_error;
     let config = flight::FlightConfig::CRAZYFLIE_2_1;
-    let craft = Craft::standing(config, at, nose, scenario.charge, spread, random);
+    let craft = Craft::standing(config, at, nose, scenario.vehicle.charge, spread, random);
     if flying {
         let craft = craft.hovering(height, surroundings(scenario, world));
-        Flown::at(craft, place, Setpoint::hover(height))
+        Flown::new(craft, Setpoint::hover(height))
     } else {
-        Flown::at(craft, place, Setpoint::Off)
+        Flown::new(craft, Setpoint::Off)
     }
 }
 
-/// Where everybody starts, head first, base last.
-pub(super) fn places(scenario: &Scenario, start: &mut Stream) -> Vec<f32> {
-    let relays = scenario.relays;
-    let mut places = Vec::with_capacity(relays + 2);
-    match &scenario.start {
+/// Where the members start: explorers, relays, base.
+pub(super) fn spots(scenario: &Scenario, world: &World, start: &mut Stream) -> Vec<Spot> {
+    let skeleton = world.skeleton();
+    let base = scenario.drones.base;
+    let flying = scenario.drones.explorers + scenario.drones.relays;
+    let mut spots = Vec::with_capacity(flying + 1);
+    match &scenario.drones.start {
         Start::Mouth => {
             // In a row in front of the base, in the order in which they will fly.
-            places.extend((0..=relays).map(|n| Start::SPACING * (relays + 1 - n) as f32));
+            let places = (0..flying).map(|n| Start::SPACING * (flying - n) as f32);
+            spots.extend(places.map(|ahead| {
+                let place = SkeletonPlace { along: base.on.along + ahead, ..base.on };
+                Spot::on(skeleton, place)
+            }));
         }
         Start::Random { head } => {
-            let mut drawn = draw_apart(relays, *head, start);
+            let way = skeleton.path(base.on, head.on);
+            let mut drawn = draw_apart(scenario.drones.relays, way.length(), start);
             drawn.sort_by(f32::total_cmp);
-            places.push(*head);
-            places.extend(drawn.into_iter().rev());
+            spots.push(*head);
+            spots.extend(drawn.into_iter().rev().map(|x| Spot::on(skeleton, way.at(x))));
         }
-        Start::Placed(at) => places.extend(at),
+        Start::Placed(at) => spots.extend(at),
     }
-    places.push(0.0);
-    places
+    spots.push(base);
+    spots
 }
 
-/// `count` places between the base and `head`, uniform but for keeping apart from each other.
+/// `count` lengths of the way to a head at `head`, uniform but for keeping apart from each other.
 fn draw_apart(count: usize, head: f32, start: &mut Stream) -> Vec<f32> {
     let mut drawn: Vec<f32> = Vec::with_capacity(count);
     // A scenario has room for three times as many, so a dozen tries place each of them; the
@@ -179,25 +186,22 @@ pub(super) fn member(
     seed: u64,
     start: &mut Stream,
     n: usize,
-    count: usize,
-    place: f32,
+    spot: &Spot,
 ) -> Member {
-    let role = match n {
-        0 => Role::Head,
-        _ if n + 1 == count => Role::Base,
-        _ => Role::Relay,
-    };
+    let role = scenario.drones.role(n);
     let id = NodeId(n as u8);
     let mut random = Stream::new(seed, Purpose::Drone(id.0));
-    let flying = role != Role::Base && !matches!(scenario.start, Start::Mouth);
+    let flying = role != Role::Base && !matches!(scenario.drones.start, Start::Mouth);
     let height = if flying { scenario.agent.flight.height } else { Metres::ZERO };
+    let nose = world.skeleton().at(spot.on).1;
     let body = match (scenario.fidelity, role) {
         (Fidelity::Flight | Fidelity::Virtual, Role::Head | Role::Relay) => {
             let random = Stream::new(seed, Purpose::Craft(id.0));
-            Drone::Craft(Box::new(flown(scenario, world, place, flying, height, random)))
+            let at = (spot.at, nose);
+            Drone::Craft(Box::new(flown(scenario, world, at, flying, height, random)))
         }
         (Fidelity::Point, _) | (_, Role::Base) => {
-            let mut body = Body::at(&world.tunnel, place, height.0, &scenario.vehicle, &mut random);
+            let mut body = Body::at(spot.at, nose, height.0, &scenario.vehicle, &mut random);
             if flying {
                 body.command(Setpoint::hover(height));
             }
@@ -206,7 +210,7 @@ pub(super) fn member(
     };
     let identity = Identity { node: id, role };
     let cipher = Cipher::of(scenario.fidelity, seed, id, role == Role::Base);
-    let station = Station::new(identity, cipher, scenario.datarate, seed);
+    let station = Station::new(identity, cipher, scenario.radio.datarate, seed);
     let hosted = Hosted {
         agent: if flying { Agent::new_linked(id, role) } else { Agent::new(id, role) },
         station,

@@ -9,7 +9,7 @@ use units::Role;
 
 use crate::trace::{DroneFrame, LinkFrame, Node, Trace};
 
-const HEADER: [&str; 24] = [
+const HEADER: [&str; 26] = [
     "time_s",
     "node",
     "role",
@@ -18,7 +18,9 @@ const HEADER: [&str; 24] = [
     "y_m",
     "z_m",
     "yaw_rad",
-    "abscissa_m",
+    "edge",
+    "along_m",
+    "way_m",
     "forward_m_s",
     "left_m_s",
     "yaw_rate_rad_s",
@@ -46,21 +48,24 @@ pub fn write(trace: &Trace, out: impl Write) -> io::Result<()> {
     for frame in &trace.frames {
         let time = seconds(frame.time_us);
         for (node, drone) in trace.nodes.iter().zip(&frame.drones) {
-            csv.write_record(row(&time, node, drone))?;
+            csv.write_record(row(&time, node, drone, trace))?;
         }
     }
     csv.flush()
 }
 
-fn row(time: &str, node: &Node, drone: &DroneFrame) -> Vec<String> {
+fn row(time: &str, node: &Node, drone: &DroneFrame, trace: &Trace) -> Vec<String> {
     let mut row = vec![
         time.to_owned(),
         node.id.to_string(),
         role_name(node.role).to_owned(),
         drone.state.name().to_owned(),
     ];
-    row.extend(drone.position.map(|metres| number(metres, 4)));
-    row.extend([number(drone.yaw, 4), number(drone.abscissa, 4)]);
+    let at = drone.pose.at;
+    row.extend([at.x, at.y, drone.height].map(|metres| number(metres, 4)));
+    row.push(number(drone.pose.yaw.0, 4));
+    row.push(trace.floor_plan.edge_name(drone.place).to_owned());
+    row.extend([drone.place.along, drone.way].map(|metres| number(metres, 4)));
     row.extend(drone.commanded.map(|speed| number(speed, 4)));
     row.push(number(drone.yaw_rate, 4));
     row.extend(drone.ranges.map(|metres| number(metres, 3)));
@@ -109,8 +114,11 @@ fn number(value: f32, decimals: usize) -> String {
 
 #[cfg(test)]
 mod tests {
+    use units::{Point2, Pose2, Radians};
+
     use super::*;
     use crate::output::synthetic;
+    use crate::world::SkeletonPlace;
 
     fn written(trace: &Trace) -> String {
         let mut bytes = Vec::new();
@@ -136,9 +144,10 @@ mod tests {
         trace.nodes.truncate(1);
         trace.frames[0].drones.truncate(1);
         trace.frames[0].drones[0] = DroneFrame {
-            position: [1.0, -0.000_01, 0.5],
-            yaw: 0.25,
-            abscissa: 3.0,
+            pose: Pose2 { at: Point2::new(1.0, -0.000_01), yaw: Radians(0.25) },
+            height: 0.5,
+            place: SkeletonPlace::main(3.0),
+            way: 2.5,
             commanded: [0.2, -0.1],
             yaw_rate: 0.0,
             ranges: [f32::INFINITY, f32::NAN, 1.2341, 0.5],
@@ -149,8 +158,8 @@ mod tests {
         };
         let text = written(&trace);
         let row = text.lines().nth(1).unwrap();
-        let expected = "1.200001,0,head,idle,1.0000,0.0000,0.5000,0.2500,3.0000,0.2000,-0.1000,\
-                        0.0000,inf,,1.234,0.500,,,,,,,,";
+        let expected = "1.200001,0,head,idle,1.0000,0.0000,0.5000,0.2500,main,3.0000,2.5000,0.2000,\
+                        -0.1000,0.0000,inf,,1.234,0.500,,,,,,,,";
         assert_eq!(row, expected);
     }
 }

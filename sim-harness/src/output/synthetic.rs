@@ -2,11 +2,13 @@
 //! of thing in it that the outputs have to show. No simulator, just formulas.
 
 use agent::{Agent, State};
-use units::{Dbm, Instant, Metres, MetresPerSecond, NodeId, Order, Role};
+use units::{Dbm, Instant, Metres, MetresPerSecond, NodeId, Order, Point2, Pose2, Radians, Role};
 
-use crate::trace::{DroneFrame, FloorPlan, Frame, LinkFrame, Node, Point, Trace};
+use crate::trace::{CentreLine, DroneFrame, FloorPlan, Frame, LinkFrame, Node, Trace};
+use crate::world::SkeletonPlace;
 
-const CORNERS: [Point; 4] = [[0.0, 0.0], [12.0, 0.0], [12.0, 9.0], [27.0, 9.0]];
+const CORNERS: [Point2; 4] =
+    [Point2::new(0.0, 0.0), Point2::new(12.0, 0.0), Point2::new(12.0, 9.0), Point2::new(27.0, 9.0)];
 const HALF_WIDTH: f32 = 1.1;
 const BASE: usize = 4;
 
@@ -35,7 +37,7 @@ fn node(index: usize) -> Node {
 
 fn floor_plan() -> FloorPlan {
     let w = HALF_WIDTH;
-    let outline = vec![
+    let outline = [
         [-1.5, -w],
         [12.0 + w, -w],
         [12.0 + w, 9.0 - w],
@@ -45,19 +47,21 @@ fn floor_plan() -> FloorPlan {
         [12.0 - w, w],
         [-1.5, w],
     ];
-    let pillar = vec![[19.6, 8.3], [20.2, 8.3], [20.2, 8.8], [19.6, 8.8]];
-    FloorPlan { outlines: vec![outline, pillar], centre_line: CORNERS.to_vec() }
+    let pillar = [[19.6, 8.3], [20.2, 8.3], [20.2, 8.8], [19.6, 8.8]];
+    let ring = |corners: &[[f32; 2]]| corners.iter().map(|&[x, y]| Point2::new(x, y)).collect();
+    let centre_line = CentreLine { name: "main".into(), points: CORNERS.to_vec() };
+    FloorPlan { outlines: vec![ring(&outline), ring(&pillar)], centre_lines: vec![centre_line] }
 }
 
 /// The point of the centre-line this far along it, and its direction there.
-fn along(abscissa: f32) -> (Point, f32) {
-    let mut rest = abscissa;
+fn along(way: f32) -> (Point2, f32) {
+    let mut rest = way;
     for pair in CORNERS.windows(2) {
-        let [dx, dy] = [pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]];
+        let (dx, dy) = (pair[1].x - pair[0].x, pair[1].y - pair[0].y);
         let length = libm::hypotf(dx, dy);
         if rest <= length {
             let t = rest / length;
-            return ([pair[0][0] + dx * t, pair[0][1] + dy * t], libm::atan2f(dy, dx));
+            return (Point2::new(pair[0].x + dx * t, pair[0].y + dy * t), libm::atan2f(dy, dx));
         }
         rest -= length;
     }
@@ -65,7 +69,7 @@ fn along(abscissa: f32) -> (Point, f32) {
 }
 
 /// How far each node has come at this time: the head flies, relays launch and spread evenly.
-fn abscissae(t: f32) -> [f32; BASE + 1] {
+fn ways(t: f32) -> [f32; BASE + 1] {
     let head = (0.16 * t).min(34.0);
     let mut all = [0.0; BASE + 1];
     all[0] = head;
@@ -80,7 +84,7 @@ fn abscissae(t: f32) -> [f32; BASE + 1] {
 
 fn frame(tick: u64, noise: &mut Noise) -> Frame {
     let t = tick as f32 * 0.2;
-    let places = abscissae(t);
+    let places = ways(t);
     let flying: Vec<usize> =
         (0..=BASE).filter(|&k| k == 0 || k == BASE || t >= 60.0 * k as f32).collect();
     let drones = (0..=BASE).map(|k| drone(k, t, &places, &flying, noise)).collect();
@@ -97,9 +101,13 @@ fn drone(k: usize, t: f32, places: &[f32], flying: &[usize], noise: &mut Noise) 
     };
     let mut link = |peer: Option<usize>| peer.map(|peer| link(places, k, peer, noise));
     DroneFrame {
-        position: [point[0], point[1] + 0.05 * k as f32, if up { 0.5 } else { 0.0 }],
-        yaw: heading + 0.05 * libm::sinf(t),
-        abscissa: places[k],
+        pose: Pose2 {
+            at: Point2::new(point.x, point.y + 0.05 * k as f32),
+            yaw: Radians(heading + 0.05 * libm::sinf(t)),
+        },
+        height: if up { 0.5 } else { 0.0 },
+        place: SkeletonPlace::main(places[k]),
+        way: places[k],
         commanded: if up { [0.16, 0.02 * libm::sinf(t)] } else { [0.0; 2] },
         yaw_rate: 0.0,
         ranges: if up { [1.5, 1.6, f32::INFINITY, 1.4] } else { [f32::NAN; 4] },

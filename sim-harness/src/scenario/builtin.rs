@@ -33,6 +33,7 @@ files![
     "paper-circuit",
     "relay-pair",
     "short-hop",
+    "fork",
 ];
 
 /// The scenario that `run` flies when it is given none.

@@ -1,25 +1,28 @@
-//! What a mission is: where, who, how long, and what the operator does.
+//! Scenarios: where a mission is flown, by which drones, for how long, and what the operator does.
 //!
-//! A scenario is a TOML file (`file` reads and checks it; the book's chapter "Scenarios" has
-//! every key). The built-in ones are files of the same kind, compiled in ([`builtin`]).
+//! A scenario is a TOML file; the book's chapter "Scenarios" has every key. Its sections are read
+//! beside what they configure, and assembled here. The built-in scenarios are files of the same
+//! kind, compiled in ([`builtin`]).
 
 pub mod builtin;
 mod file;
+pub(crate) mod reader;
 
 use std::path::Path;
-use units::Order;
+use std::sync::Arc;
 
 use agent::AgentConfig;
-use radio_model::{PathLoss, Reception};
-use wire::radio::Datarate;
+use units::Order;
 
 use crate::craft::flow::Ground;
 use crate::input_error::InputError;
-use crate::medium::{MediumConfig, Polling};
+use crate::medium::{MediumConfig, Polling, RadioSpec};
+pub use crate::metrics::Criteria;
+pub use crate::mission::{Drones, PilotStep, Start};
 use crate::suggest;
 use crate::vehicle::VehicleSpec;
-use crate::world::layout::Layout;
-use crate::world::{Tunnel, Walls};
+pub use crate::world::Spot;
+use crate::world::Tunnel;
 
 /// How closely a drone is simulated: one ladder, from the fastest to the most faithful.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -67,30 +70,16 @@ pub struct Scenario {
     pub duration_us: u64,
     /// How closely the vehicle is simulated.
     pub fidelity: Fidelity,
-    /// The floor plan.
-    pub layout: Layout,
-    /// Large-scale loss.
-    pub path_loss: PathLoss,
-    /// What the walls are to it.
-    pub walls: Walls,
-    /// What befalls a packet.
-    pub reception: Reception,
-    /// The rate at which the drones speak.
-    pub datarate: Datarate,
-    /// How often a second the operator's dongle asks the base for news; zero for no dongle.
-    pub polling_hz: f32,
-    /// How long a packet lies with its receiver, beside the time that it is on its way.
-    pub latency_us: u64,
+    /// The walls and the skeleton, dug when the scenario was read.
+    pub tunnel: Arc<Tunnel>,
+    /// What the air is like.
+    pub radio: RadioSpec,
     /// The bodies.
     pub vehicle: VehicleSpec,
     /// What the floor looks like to a flow sensor; at flight level.
     pub ground: Ground,
-    /// How full the batteries are, 0 to 1; at flight level.
-    pub charge: f32,
-    /// How many relays there are beside head and base.
-    pub relays: usize,
-    /// Where everybody starts.
-    pub start: Start,
+    /// Who flies, and from where.
+    pub drones: Drones,
     /// The constants of the on-board code.
     pub agent: AgentConfig,
     /// What the drones believe their radios lose over the first metre.
@@ -103,46 +92,13 @@ pub struct Scenario {
     pub criteria: Criteria,
 }
 
-/// Bounds that a scenario sets. What is not set is not asked.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Criteria {
-    /// The most that the links of the chain differ at the end of the hold, dB.
-    pub hold_spread_db: Option<f32>,
-    /// The largest tilt in the air, degrees.
-    pub tilt_deg: Option<f32>,
-    /// How many relays must have flown.
-    pub launched: Option<u32>,
-}
-
-/// Where everybody starts.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Start {
-    /// On the ground at the base, in a row.
-    Mouth,
-    /// In the air: the head at this abscissa, the relays anywhere between it and the base.
-    Random {
-        /// In metres.
-        head: f32,
-    },
-    /// In the air at these abscissae, head first.
-    Placed(Vec<f32>),
-}
-
-impl Start {
-    /// Distance between drones that stand in a row at the mouth, in metres: twice what their
-    /// guards need.
-    pub const SPACING: f32 = 0.35;
-    /// The least distance between drones at random places, in metres.
-    pub const APART: f32 = 0.5;
-}
-
-/// One thing that the operator does.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PilotStep {
-    /// From when on.
-    pub at_us: u64,
-    /// What.
-    pub task: Order,
+/// A stretch of a mission, in microseconds since its start.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stretch {
+    /// When it begins.
+    pub from_us: u64,
+    /// When it ends.
+    pub until_us: u64,
 }
 
 impl Scenario {
@@ -183,26 +139,22 @@ impl Scenario {
         ))
     }
 
-    /// Digs the tunnel. The layout was checked when the scenario was read.
-    #[must_use]
-    pub(crate) fn tunnel(&self) -> Tunnel {
-        Tunnel::dig(&self.layout).expect("a checked scenario has a layout that can be built")
-    }
-
-    /// What the air is like.
+    /// The medium between the radios.
     #[must_use]
     pub(crate) fn medium(&self) -> MediumConfig {
-        let base = self.relays + 1;
-        let polling = (self.polling_hz > 0.0)
-            .then(|| Polling { period_us: (1e6 / self.polling_hz) as u64, ..Polling::of(base) });
-        MediumConfig { datarate: self.datarate, polling, ..MediumConfig::of(self.reception) }
+        let base = self.drones.flying();
+        let hz = self.radio.polling_hz;
+        let polling =
+            (hz > 0.0).then(|| Polling { period_us: (1e6 / hz) as u64, ..Polling::of(base) });
+        let config = MediumConfig::of(self.radio.reception);
+        MediumConfig { datarate: self.radio.datarate, polling, ..config }
     }
 
     /// The same scenario with another of the named movement policies; `None` for a name that is
     /// not known.
     #[must_use]
     pub fn with_policy(&self, name: &str) -> Option<Self> {
-        let policy = file::policy_named(name)?.for_loss_at_1m(self.assumed_loss_at_1m);
+        let policy = crate::mission::policy_named(name)?.for_loss_at_1m(self.assumed_loss_at_1m);
         let agent = AgentConfig { policy, ..self.agent };
         Some(Self { policy: name.to_owned(), agent, ..self.clone() })
     }
@@ -213,17 +165,20 @@ impl Scenario {
         Self { fidelity, ..self.clone() }
     }
 
-    /// From when until when the operator has the head stand still after having it explore: the
-    /// longest such time, in microseconds.
+    /// The longest time for which the operator has the head stand still: `explore` at 0 m/s. The
+    /// whole mission where it begins in the air and has no operator.
     #[must_use]
-    pub fn hold(&self) -> Option<(u64, u64)> {
+    pub fn hold(&self) -> Option<Stretch> {
+        if self.pilot.is_empty() && !matches!(self.drones.start, Start::Mouth) {
+            return Some(Stretch { from_us: 0, until_us: self.duration_us });
+        }
         let ends = self.pilot.iter().skip(1).map(|step| step.at_us).chain([self.duration_us]);
         let still = Order::Explore(units::MetresPerSecond::ZERO);
-        let holds = self.pilot.iter().zip(ends).skip(1).filter(|(step, _)| step.task == still);
+        let holds = self.pilot.iter().zip(ends).filter(|(step, _)| step.task == still);
         holds
-            .map(|(step, end)| (step.at_us, end.min(self.duration_us)))
-            .filter(|(from, until)| from < until)
-            .max_by_key(|(from, until)| until - from)
+            .map(|(step, end)| Stretch { from_us: step.at_us, until_us: end.min(self.duration_us) })
+            .filter(|hold| hold.from_us < hold.until_us)
+            .max_by_key(|hold| hold.until_us - hold.from_us)
     }
 
     /// How long it lasts, in seconds.

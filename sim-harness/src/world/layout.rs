@@ -4,24 +4,18 @@
 
 use std::fmt;
 
-use geo::{Coord, LineString, MultiPolygon, Polygon, unary_union};
+use i_overlay::core::fill_rule::FillRule;
+use i_overlay::core::overlay_rule::OverlayRule;
+use i_overlay::float::overlay::{FloatOverlay, OverlayOptions};
+use units::Point2;
 
-use crate::trace::Point;
-
-/// A corridor: a centre-line and the distance between its walls.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Corridor {
-    /// At least two points.
-    pub centre_line: Vec<Point>,
-    /// Wall to wall, in metres.
-    pub width: f32,
-}
+use super::Gallery;
 
 /// A rectangle of free space with sides along x and y.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Room {
     /// Its middle.
-    pub centre: Point,
+    pub centre: Point2,
     /// Its extent along x and y, in metres.
     pub size: [f32; 2],
 }
@@ -29,12 +23,40 @@ pub struct Room {
 /// Everything that is not rock.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layout {
-    /// The main corridor: the base stands at the beginning of its centre-line.
-    pub main: Corridor,
-    /// Side galleries.
-    pub branches: Vec<Corridor>,
+    /// The galleries, of which there must be one; the first is the main one.
+    pub galleries: Vec<Gallery>,
     /// Wide places.
     pub rooms: Vec<Room>,
+}
+
+impl Layout {
+    /// A single corridor.
+    #[must_use]
+    pub fn corridor(centre_line: &[[f32; 2]], width: f32) -> Self {
+        let centre_line = centre_line.iter().map(|&[x, y]| Point2::new(x, y)).collect();
+        let main = Gallery { name: "main".into(), centre_line, width };
+        Self { galleries: vec![main], rooms: Vec::new() }
+    }
+}
+
+impl Gallery {
+    /// Whether it has walls that could be built.
+    ///
+    /// # Errors
+    /// [`GeometryError`] where it has not.
+    pub fn check(&self) -> Result<(), GeometryError> {
+        corridor_pieces(self).map(|_| ())
+    }
+}
+
+impl Room {
+    /// Whether it has walls that could be built.
+    ///
+    /// # Errors
+    /// [`GeometryError`] where it has not.
+    pub fn check(&self) -> Result<(), GeometryError> {
+        room_piece(self).map(|_| ())
+    }
 }
 
 /// A layout that cannot be built.
@@ -94,38 +116,37 @@ fn sound<'a>(numbers: impl IntoIterator<Item = &'a f32>) -> Result<(), GeometryE
 ///
 /// # Errors
 /// [`GeometryError`] where a corridor has no walls that could be built.
-pub fn outlines(layout: &Layout) -> Result<Vec<Vec<Point>>, GeometryError> {
-    let mut pieces = corridor_pieces(&layout.main)?;
-    for branch in &layout.branches {
-        pieces.extend(corridor_pieces(branch)?);
+pub fn outlines(layout: &Layout) -> Result<Vec<Vec<Point2>>, GeometryError> {
+    let mut pieces = Vec::new();
+    for gallery in &layout.galleries {
+        pieces.extend(corridor_pieces(gallery)?);
     }
     for room in &layout.rooms {
         pieces.push(room_piece(room)?);
     }
-    let union: MultiPolygon<f64> = unary_union(&pieces);
-    let loops = union.into_iter().flat_map(|polygon| {
-        let (outer, holes) = polygon.into_inner();
-        std::iter::once(outer).chain(holes)
-    });
-    Ok(loops.map(|ring| open_ring(&ring)).filter(|ring| ring.len() >= 3).collect())
+    let union = FloatOverlay::with_subj_custom(&pieces, OverlayOptions::ogc(), Default::default())
+        .overlay(OverlayRule::Subject, FillRule::Positive);
+    Ok(union.iter().flatten().map(|ring| rounded(ring)).filter(|ring| ring.len() >= 3).collect())
 }
 
-/// A ring without the repetition of its first point.
-fn open_ring(ring: &LineString<f64>) -> Vec<Point> {
-    let mut points: Vec<Point> = ring.coords().map(|c| [c.x as f32, c.y as f32]).collect();
-    points.pop();
+/// The ring in the precision of everything else, without points that fall together there.
+fn rounded(ring: &[[f64; 2]]) -> Vec<Point2> {
+    let mut points: Vec<_> = ring.iter().map(|&[x, y]| Point2::new(x as f32, y as f32)).collect();
     points.dedup();
     points
 }
 
-fn room_piece(room: &Room) -> Result<Polygon<f64>, GeometryError> {
-    sound(room.centre.iter().chain(&room.size))?;
+/// Corners of a piece of free space, counter-clockwise.
+type Piece = Vec<[f64; 2]>;
+
+fn room_piece(room: &Room) -> Result<Piece, GeometryError> {
+    sound([&room.centre.x, &room.centre.y].into_iter().chain(&room.size))?;
     if room.size.iter().any(|&s| s <= 0.0) {
         return Err(GeometryError::NotANumber);
     }
-    let [x, y] = room.centre.map(f64::from);
+    let (x, y) = (f64::from(room.centre.x), f64::from(room.centre.y));
     let [w, h] = room.size.map(|s| f64::from(s) / 2.0);
-    Ok(polygon(&[[x - w, y - h], [x + w, y - h], [x + w, y + h], [x - w, y + h]]))
+    Ok(vec![[x - w, y - h], [x + w, y - h], [x + w, y + h], [x - w, y + h]])
 }
 
 /// Cosine of the sharpest bend, 150°: beyond it the mitre of the outer wall is longer than four
@@ -133,12 +154,14 @@ fn room_piece(room: &Room) -> Result<Polygon<f64>, GeometryError> {
 const SHARPEST: f64 = -0.866;
 
 /// One quadrilateral for each piece of the centre-line, meeting at the mitres of the bends.
-fn corridor_pieces(corridor: &Corridor) -> Result<Vec<Polygon<f64>>, GeometryError> {
-    sound(corridor.centre_line.iter().flatten().chain([&corridor.width]))?;
+fn corridor_pieces(corridor: &Gallery) -> Result<Vec<Piece>, GeometryError> {
+    let coordinates = corridor.centre_line.iter().flat_map(|point| [&point.x, &point.y]);
+    sound(coordinates.chain([&corridor.width]))?;
     if corridor.width < LEAST_WIDTH {
         return Err(GeometryError::TooNarrow);
     }
-    let points: Vec<[f64; 2]> = corridor.centre_line.iter().map(|p| p.map(f64::from)).collect();
+    let points: Vec<[f64; 2]> =
+        corridor.centre_line.iter().map(|p| [p.x, p.y].map(f64::from)).collect();
     let directions = directions(&points)?;
     for (n, pair) in directions.windows(2).enumerate() {
         let [before, after] = [pair[0], pair[1]];
@@ -158,14 +181,9 @@ fn corridor_pieces(corridor: &Corridor) -> Result<Vec<Polygon<f64>>, GeometryErr
         if !(forward(left_a, left_b) && forward(right_a, right_b)) {
             return Err(GeometryError::TooSharp(n));
         }
-        pieces.push(polygon(&[right_a, right_b, left_b, left_a]));
+        pieces.push(vec![right_a, right_b, left_b, left_a]);
     }
     Ok(pieces)
-}
-
-fn polygon(corners: &[[f64; 2]]) -> Polygon<f64> {
-    let ring = corners.iter().map(|&[x, y]| Coord { x, y }).collect();
-    Polygon::new(LineString::new(ring), Vec::new())
 }
 
 fn directions(points: &[[f64; 2]]) -> Result<Vec<[f64; 2]>, GeometryError> {

@@ -1,15 +1,82 @@
 //! Where the drones fly: a tunnel on a floor plan, and the radio that it lets through.
 //!
-//! The floor plan is a union of corridors and rooms ([`layout`]). Positions along it are measured
-//! as the paper does, by the abscissa on the centre-line of the main corridor, from the base's end.
+//! The floor plan is a union of corridors and rooms ([`layout`]). A place is a point of it; where
+//! that lies along the tunnel, and how far it is from another by the shortest way, are questions
+//! to the [`Skeleton`], the graph of centre-lines.
 
-mod centre_line;
 pub mod layout;
 mod optimum;
+mod polyline;
 mod radio;
+mod section;
+mod skeleton;
 mod tunnel;
+mod wall_index;
 
-pub use centre_line::CentreLine;
+use std::sync::Arc;
+
+use units::Point2;
+
 pub use optimum::{Optimum, best_chain, best_chains};
+pub use polyline::Polyline;
 pub use radio::{Radio, Walls};
+pub(crate) use section::{PlaceKey, TunnelTable};
+pub use skeleton::{Edge, Gallery, Joint, Leg, Node, NodeKind, Path, Skeleton, SkeletonPlace};
 pub use tunnel::Tunnel;
+
+use crate::scenario::Scenario;
+
+/// A point of the floor plan with its place on the skeleton.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spot {
+    /// The point.
+    pub at: Point2,
+    /// The place on the skeleton that it belongs to.
+    pub on: SkeletonPlace,
+}
+
+impl Spot {
+    /// The point of the centre-line at this place.
+    #[must_use]
+    pub fn on(skeleton: &Skeleton, place: SkeletonPlace) -> Self {
+        Self { at: skeleton.at(place).0, on: place }
+    }
+}
+
+/// The surroundings of a mission, shared by all drones that fly in them.
+pub struct World {
+    /// The walls and the skeleton.
+    pub tunnel: Arc<Tunnel>,
+    /// The radio.
+    pub radio: Radio,
+    /// Where the base stands.
+    pub base: Spot,
+}
+
+impl World {
+    /// Surveys a scenario's tunnel.
+    #[must_use]
+    pub fn of(scenario: &Scenario) -> Self {
+        let tunnel = Arc::clone(&scenario.tunnel);
+        let radio = Radio::survey(&tunnel, scenario.radio.path_loss, scenario.radio.walls);
+        Self { tunnel, radio, base: scenario.drones.base }
+    }
+
+    /// The graph of centre-lines.
+    #[must_use]
+    pub fn skeleton(&self) -> &Skeleton {
+        self.tunnel.skeleton()
+    }
+
+    /// The geodesic distance of a place from the base, m.
+    #[must_use]
+    pub fn way(&self, place: SkeletonPlace) -> f32 {
+        self.skeleton().distance(self.base.on, place).0
+    }
+
+    /// The shortest way from the base to a place.
+    #[must_use]
+    pub fn path_to(&self, place: SkeletonPlace) -> Path {
+        self.skeleton().path(self.base.on, place)
+    }
+}

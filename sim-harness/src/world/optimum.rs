@@ -1,18 +1,20 @@
-//! The best that any chain could do: equation (1), solved offline by somebody who knows all.
+//! The best that any chain could do: equation (1), solved offline with everything known.
 //!
-//! The weakest link of a chain of n links is made as strong as can be by dynamic programming over
-//! the places of the tunnel, which is exact up to the grid for any radio, continuous or not,
-//! monotone or not. The solution is then refined ten times, each time on a grid a fifth as wide
-//! around the last.
+//! The relays of the best chain stand on the shortest way from the base to the head. (Off that
+//! way, in a side gallery, a relay has longer links, by the model's distance along the tunnel; it
+//! might have less rock in the way. Such places are not tried.) The weakest link of a chain of n
+//! links is made as strong as can be by dynamic programming over the places of the way, which is
+//! exact up to the grid for any radio, continuous or not, monotone or not. The solution is then
+//! refined ten times, each time on a grid a fifth as wide around the last.
 
 use units::Db;
 
-use super::Radio;
+use super::{Path, Radio};
 
 /// An optimal chain.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Optimum {
-    /// The abscissae of the relays and the ends, base first, head last.
+    /// The lengths along the way at which base, relays and head stand, base first, m.
     pub positions: Vec<f32>,
     /// The loss of the weakest link.
     pub worst: Db,
@@ -21,14 +23,15 @@ pub struct Optimum {
 /// Grid of the first pass, in metres.
 const COARSE: f32 = 0.1;
 
-/// The best chain of `links` links from the base at abscissa 0 to a head at `head`.
+/// The best chain of `links` links from the base, where `way` begins, to a head at its end.
 #[must_use]
-pub fn best_chain(radio: &Radio, links: usize, head: f32) -> Optimum {
+pub fn best_chain(radio: &Radio, way: &Path, links: usize) -> Optimum {
+    let head = way.length();
     let everywhere: Vec<f32> = grid(0.0, head, COARSE);
     let mut places = vec![vec![0.0]];
     places.extend(std::iter::repeat_n(everywhere, links.saturating_sub(1)));
     places.push(vec![head]);
-    let mut best = solve(radio, &places);
+    let mut best = solve(radio, way, &places);
     let mut step = COARSE;
     for _ in 0..10 {
         let reach = step;
@@ -39,7 +42,7 @@ pub fn best_chain(radio: &Radio, links: usize, head: f32) -> Optimum {
             .chain(inner.map(around))
             .chain(std::iter::once(vec![head]))
             .collect();
-        let candidate = solve(radio, &refined);
+        let candidate = solve(radio, way, &refined);
         if candidate.worst < best.worst {
             best = candidate;
         }
@@ -47,12 +50,12 @@ pub fn best_chain(radio: &Radio, links: usize, head: f32) -> Optimum {
     best
 }
 
-/// For every head position 0, 0.1, 0.2 … m up to `farthest` and every number of links from 1 to
+/// For every head position 0, 0.1, 0.2 … m along `way` and every number of links from 1 to
 /// `most`: the loss of the weakest link of the best chain. Indexed by links − 1, then by place.
 #[must_use]
-pub fn best_chains(radio: &Radio, most: usize, farthest: f32) -> Vec<Vec<Db>> {
-    let places = grid(0.0, farthest, COARSE);
-    let loss = |a: f32, b: f32| radio.strength(a, b).loss().0;
+pub fn best_chains(radio: &Radio, way: &Path, most: usize) -> Vec<Vec<Db>> {
+    let places = grid(0.0, way.length(), COARSE);
+    let loss = |a: f32, b: f32| radio.strength(way.at(a), way.at(b)).loss().0;
     let mut rows: Vec<Vec<Db>> = vec![places.iter().map(|&x| Db(loss(0.0, x))).collect()];
     while rows.len() < most {
         let Some(shorter) = rows.last() else { break };
@@ -77,15 +80,16 @@ fn grid(from: f32, to: f32, step: f32) -> Vec<f32> {
 }
 
 /// Minimax over one list of places per node, each node at least as far out as the one before.
-fn solve(radio: &Radio, places: &[Vec<f32>]) -> Optimum {
+fn solve(radio: &Radio, way: &Path, places: &[Vec<f32>]) -> Optimum {
     let mut worst: Vec<f32> = places.first().map_or_else(Vec::new, |base| vec![0.0; base.len()]);
     worst.iter_mut().for_each(|w| *w = f32::NEG_INFINITY);
     let mut came_from: Vec<Vec<usize>> = Vec::new();
+    let loss = |a: f32, b: f32| radio.strength(way.at(a), way.at(b)).loss().0;
     for pair in places.windows(2) {
         let (nearer, farther) = (&pair[0], &pair[1]);
         let step = |&x: &f32| {
             let via = nearer.iter().zip(&worst).enumerate().filter(|(_, (y, _))| **y <= x);
-            via.map(|(n, (&y, &before))| (n, before.max(radio.strength(y, x).loss().0)))
+            via.map(|(n, (&y, &before))| (n, before.max(loss(y, x))))
                 .min_by(|a, b| a.1.total_cmp(&b.1))
                 .unwrap_or((0, f32::INFINITY))
         };

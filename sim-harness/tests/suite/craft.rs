@@ -13,7 +13,7 @@ use sim_harness::craft::motors::{LAG, Motors};
 use sim_harness::craft::rangers::{Ranger, deviation};
 use sim_harness::random::{Purpose, Stream};
 use sim_harness::world::Tunnel;
-use sim_harness::world::layout::{Corridor, Layout};
+use sim_harness::world::layout::Layout;
 
 const AIRFRAME: Airframe = Airframe::CRAZYFLIE_2_1;
 
@@ -41,8 +41,7 @@ fn moments(values: &[f64]) -> (f64, f64) {
 
 /// A corridor of this width along x.
 fn corridor(width: f32) -> Tunnel {
-    let main = Corridor { centre_line: vec![[0.0, 0.0], [20.0, 0.0]], width };
-    Tunnel::dig(&Layout { main, branches: Vec::new(), rooms: Vec::new() }).unwrap()
+    Tunnel::dig(&Layout::corridor(&[[0.0, 0.0], [20.0, 0.0]], width)).unwrap()
 }
 
 #[test]

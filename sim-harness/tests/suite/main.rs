@@ -2,6 +2,7 @@
 
 mod cli;
 mod craft;
+mod fork;
 mod huge_geometry;
 mod keys;
 mod medium;

@@ -11,8 +11,10 @@ use foxglove::messages::{
 use units::Role;
 
 use super::{MAP_FRAME, Moment};
+use units::Point2;
+
 use crate::output::pictures::{launch_limit, node_name, node_rgb};
-use crate::trace::{DroneFrame, FloorPlan, Frame, Node, Point, Trace};
+use crate::trace::{DroneFrame, FloorPlan, Frame, Node, Trace};
 
 const WALL: Color = Color { r: 0.5, g: 0.56, b: 0.62, a: 1.0 };
 const CENTRE_LINE: Color = Color { r: 0.6, g: 0.65, b: 0.7, a: 0.6 };
@@ -28,19 +30,22 @@ pub(super) fn map(plan: &FloorPlan, now: Moment) -> SceneUpdate {
         .outlines
         .iter()
         .map(|outline| polyline(outline, line_primitive::Type::LineLoop, 0.05, WALL));
-    let centre = polyline(&plan.centre_line, line_primitive::Type::LineStrip, 0.02, CENTRE_LINE);
+    let centres = plan
+        .centre_lines
+        .iter()
+        .map(|line| polyline(&line.points, line_primitive::Type::LineStrip, 0.02, CENTRE_LINE));
     let entity = SceneEntity {
         timestamp: Some(now.timestamp()),
         frame_id: MAP_FRAME.to_owned(),
         id: "floor plan".to_owned(),
-        lines: walls.chain([centre]).collect(),
+        lines: walls.chain(centres).collect(),
         ..SceneEntity::default()
     };
     SceneUpdate { deletions: Vec::new(), entities: vec![entity] }
 }
 
 fn polyline(
-    points: &[Point],
+    points: &[Point2],
     kind: line_primitive::Type,
     thickness: f64,
     colour: Color,
@@ -49,7 +54,7 @@ fn polyline(
         r#type: kind as i32,
         pose: Some(origin()),
         thickness,
-        points: points.iter().map(|[x, y]| point3(*x, *y, 0.0)).collect(),
+        points: points.iter().map(|p| point3(p.x, p.y, 0.0)).collect(),
         color: Some(colour),
         ..LinePrimitive::default()
     }
@@ -60,7 +65,9 @@ pub(super) fn walls(plan: &FloorPlan, now: Moment) -> PointCloud {
     const SPACING: f32 = 0.1;
     let mut points = Vec::new();
     for outline in &plan.outlines {
-        for ([ax, ay], [bx, by]) in outline.iter().zip(outline.iter().cycle().skip(1)) {
+        for (Point2 { x: ax, y: ay }, Point2 { x: bx, y: by }) in
+            outline.iter().zip(outline.iter().cycle().skip(1))
+        {
             let steps = (libm::hypotf(bx - ax, by - ay) / SPACING).clamp(1.0, 10_000.0) as u32;
             points.extend(
                 (0..steps)
@@ -75,7 +82,7 @@ pub(super) fn walls(plan: &FloorPlan, now: Moment) -> PointCloud {
 /// Where everyone is, each in its colour, for viewers that draw no scenes.
 pub(super) fn points(trace: &Trace, frame: &Frame, now: Moment) -> PointCloud {
     let points = trace.nodes.iter().zip(&frame.drones);
-    cloud(points.map(|(node, drone)| (drone.position, node_rgb(node))), now)
+    cloud(points.map(|(node, drone)| (spatial(drone), node_rgb(node))), now)
 }
 
 fn cloud(points: impl IntoIterator<Item = ([f32; 3], [u8; 3])>, now: Moment) -> PointCloud {
@@ -115,7 +122,7 @@ pub(super) fn transforms(trace: &Trace, frame: &Frame, now: Moment) -> FrameTran
         parent_frame_id: MAP_FRAME.to_owned(),
         child_frame_id: format!("drone_{}", node.id),
         translation: Some(place(drone)),
-        rotation: Some(heading(drone.yaw)),
+        rotation: Some(heading(drone.pose.yaw.0)),
     };
     FrameTransforms { transforms: trace.nodes.iter().zip(&frame.drones).map(transform).collect() }
 }
@@ -149,8 +156,8 @@ const LINKS: &str = "links";
 fn body(node: &Node, drone: &DroneFrame, now: Moment) -> SceneEntity {
     let [r, g, b] = node_rgb(node).map(|c| f64::from(c) / 255.0);
     let colour = Color { r, g, b, a: 1.0 };
-    let pose = Pose { position: Some(place(drone)), orientation: Some(heading(drone.yaw)) };
-    let above = Vector3 { z: f64::from(drone.position[2]) + 0.35, ..place(drone) };
+    let pose = Pose { position: Some(place(drone)), orientation: Some(heading(drone.pose.yaw.0)) };
+    let above = Vector3 { z: f64::from(drone.height) + 0.35, ..place(drone) };
     let nose = ArrowPrimitive {
         pose: Some(pose),
         shaft_length: 0.25,
@@ -185,12 +192,12 @@ fn body(node: &Node, drone: &DroneFrame, now: Moment) -> SceneEntity {
 /// The beams that saw something, as far as they saw.
 fn beams(drone: &DroneFrame) -> Option<LinePrimitive> {
     use std::f32::consts::FRAC_PI_4;
-    let [x, y, z] = drone.position;
+    let [x, y, z] = spatial(drone);
     let directions = [FRAC_PI_4, -FRAC_PI_4, 3.0 * FRAC_PI_4, -3.0 * FRAC_PI_4];
     let seen = drone.ranges.into_iter().zip(directions).filter(|(range, _)| range.is_finite());
     let points: Vec<Point3> = seen
         .flat_map(|(range, direction)| {
-            let (sin, cos) = libm::sincosf(drone.yaw + direction);
+            let (sin, cos) = libm::sincosf(drone.pose.yaw.0 + direction);
             [point3(x, y, z), point3(x + range * cos, y + range * sin, z)]
         })
         .collect();
@@ -216,7 +223,7 @@ fn links(trace: &Trace, frame: &Frame) -> Vec<LinePrimitive> {
         let share = ((f64::from(link.filtered.0) - limit) / SPARE).clamp(0.0, 1.0);
         let mix = |weak: f64, strong: f64| weak + (strong - weak) * share;
         let colour = Color { r: mix(0.84, 0.0), g: mix(0.37, 0.45), b: mix(0.0, 0.70), a: 0.9 };
-        let ends = [drone.position, other.position];
+        let ends = [spatial(drone), spatial(other)];
         Some(LinePrimitive {
             r#type: line_primitive::Type::LineList as i32,
             pose: Some(origin()),
@@ -264,7 +271,7 @@ fn origin() -> Pose {
 }
 
 fn place(drone: &DroneFrame) -> Vector3 {
-    let [x, y, z] = drone.position.map(f64::from);
+    let [x, y, z] = spatial(drone).map(f64::from);
     Vector3 { x, y, z }
 }
 
@@ -273,6 +280,11 @@ fn point3(x: f32, y: f32, z: f32) -> Point3 {
 }
 
 /// A turn about the vertical.
+/// Point and height.
+pub(super) fn spatial(drone: &DroneFrame) -> [f32; 3] {
+    [drone.pose.at.x, drone.pose.at.y, drone.height]
+}
+
 fn heading(yaw: f32) -> Quaternion {
     let (sin, cos) = libm::sincos(f64::from(yaw) / 2.0);
     Quaternion { x: 0.0, y: 0.0, z: sin, w: cos }

@@ -55,7 +55,7 @@ pub(super) struct DroneState {
     #[prost(float, required, tag = "5")]
     pub(super) yaw_rad: f32,
     #[prost(float, required, tag = "6")]
-    pub(super) abscissa_m: f32,
+    pub(super) way_m: f32,
     #[prost(float, required, tag = "7")]
     pub(super) forward_m_s: f32,
     #[prost(float, required, tag = "8")]
@@ -75,7 +75,7 @@ pub(super) struct DroneState {
 
 impl From<&DroneFrame> for DroneState {
     fn from(drone: &DroneFrame) -> Self {
-        let [x_m, y_m, z_m] = drone.position;
+        let [x_m, y_m, z_m] = super::scene::spatial(drone);
         let [forward_m_s, left_m_s] = drone.commanded;
         let [nw, ne, sw, se] = drone.ranges.map(|range| Some(range).filter(|r| r.is_finite()));
         Self {
@@ -83,8 +83,8 @@ impl From<&DroneFrame> for DroneState {
             x_m,
             y_m,
             z_m,
-            yaw_rad: drone.yaw,
-            abscissa_m: drone.abscissa,
+            yaw_rad: drone.pose.yaw.0,
+            way_m: drone.way,
             forward_m_s,
             left_m_s,
             yaw_rate_rad_s: drone.yaw_rate,
@@ -112,7 +112,7 @@ const DRONE_STATE: [Field; 13] = [
     ("y_m", Type::Float, Label::Required),
     ("z_m", Type::Float, Label::Required),
     ("yaw_rad", Type::Float, Label::Required),
-    ("abscissa_m", Type::Float, Label::Required),
+    ("way_m", Type::Float, Label::Required),
     ("forward_m_s", Type::Float, Label::Required),
     ("left_m_s", Type::Float, Label::Required),
     ("yaw_rate_rad_s", Type::Float, Label::Required),

@@ -1,8 +1,8 @@
 //! The floor plan, who flew where, and where they ended.
 
-use geo::{Contains, Coord, LineString, Polygon as GeoPolygon};
 use plotters::element::{Circle, PathElement, Polygon};
 use plotters::style::{Color, RGBColor};
+use units::Point2;
 
 use super::PictureError;
 use super::axes::{filled, stroke};
@@ -10,13 +10,13 @@ use super::dashes;
 use super::sheet::{Area, Drawn, Fault, Look, Picture, headed, px, size_of, text_width, write};
 use super::style::{AXIS, FLOOR, INK, PAPER, QUIET, WALL, node_colour, node_name};
 use super::ticks::round_step;
-use crate::trace::{DroneFrame, FloorPlan, Frame, Point, Trace};
+use crate::trace::{DroneFrame, FloorPlan, Frame, Trace};
 
 /// The picture of a run.
 pub(super) fn picture(trace: &Trace) -> Result<Picture, PictureError> {
     let title = format!("Map: {}", trace.scenario);
     let (low, high) = bounds(trace);
-    let aspect = (high[1] - low[1] + 2.0) / (high[0] - low[0] + 2.0);
+    let aspect = (high.y - low.y + 2.0) / (high.x - low.x + 2.0);
     let height = (f64::from(aspect) * 912.0 + 118.0).clamp(260.0, 840.0).round();
     Picture::draw((960.0, height), &title, |sheet| {
         let subtitle = match farthest(trace) {
@@ -64,7 +64,8 @@ const MARGIN: f64 = 14.0;
 const FOOT: f64 = 30.0;
 
 impl View {
-    fn fitting((low, high): (Point, Point), (width, height): (f64, f64), top: f64) -> Self {
+    fn fitting((low, high): (Point2, Point2), (width, height): (f64, f64), top: f64) -> Self {
+        let (low, high) = ([low.x, low.y], [high.x, high.y]);
         let span = |i: usize| f64::from(high[i] - low[i]).max(1e-3);
         let (room_x, room_y) = (width - 2.0 * MARGIN, height - top - FOOT - MARGIN);
         let scale = (room_x / span(0)).min(room_y / span(1)).max(1e-6);
@@ -76,39 +77,37 @@ impl View {
         Self { scale, origin }
     }
 
-    fn pixel(&self, [x, y]: Point) -> (f64, f64) {
+    fn pixel(&self, Point2 { x, y }: Point2) -> (f64, f64) {
         (self.origin.0 + f64::from(x) * self.scale, self.origin.1 - f64::from(y) * self.scale)
     }
 
     /// Where a drone is, if that is anywhere.
     fn of(&self, drone: &DroneFrame) -> Option<(f64, f64)> {
-        let [x, y, _] = drone.position;
-        (x.is_finite() && y.is_finite()).then(|| self.pixel([x, y]))
+        drone.pose.at.is_finite().then(|| self.pixel(drone.pose.at))
     }
 
-    fn unit(&self, point: Point) -> (i32, i32) {
+    fn unit(&self, point: Point2) -> (i32, i32) {
         let (x, y) = self.pixel(point);
         (px(x), px(y))
     }
 }
 
 /// The smallest rectangle around everything.
-fn bounds(trace: &Trace) -> (Point, Point) {
+fn bounds(trace: &Trace) -> (Point2, Point2) {
     let plan = &trace.floor_plan;
-    let fixed = plan.outlines.iter().flatten().chain(&plan.centre_line).copied();
-    let flown = trace
-        .frames
-        .iter()
-        .flat_map(|frame| &frame.drones)
-        .map(|drone| [drone.position[0], drone.position[1]]);
+    let fixed = plan.outlines.iter().flatten().copied();
+    let lines = plan.centre_lines.iter().flat_map(|line| &line.points).copied();
+    let flown = trace.frames.iter().flat_map(|frame| &frame.drones).map(|drone| drone.pose.at);
     fixed
+        .chain(lines)
         .chain(flown)
-        .filter(|p| p[0].is_finite() && p[1].is_finite())
-        .fold(None, |seen: Option<(Point, Point)>, p| {
+        .filter(|p| p.is_finite())
+        .fold(None, |seen: Option<(Point2, Point2)>, p| {
             let (low, high) = seen.unwrap_or((p, p));
-            Some(([low[0].min(p[0]), low[1].min(p[1])], [high[0].max(p[0]), high[1].max(p[1])]))
+            let low = Point2::new(low.x.min(p.x), low.y.min(p.y));
+            Some((low, Point2::new(high.x.max(p.x), high.y.max(p.y))))
         })
-        .unwrap_or(([0.0, 0.0], [1.0, 1.0]))
+        .unwrap_or((Point2::default(), Point2::new(1.0, 1.0)))
 }
 
 fn floor(area: &Area<'_>, view: &View, plan: &FloorPlan) -> Result<(), Fault> {
@@ -119,26 +118,25 @@ fn floor(area: &Area<'_>, view: &View, plan: &FloorPlan) -> Result<(), Fault> {
         let closed: Vec<_> = corners.iter().chain(corners.first()).copied().collect();
         area.draw(&PathElement::new(closed, stroke(&WALL, 1.4)))?;
     }
-    let centre: Vec<_> = plan.centre_line.iter().map(|p| view.pixel(*p)).collect();
-    for dash in dashes::cut(&centre, 6.0, 5.0) {
-        let dash: Vec<_> = dash.into_iter().map(|(x, y)| (px(x), px(y))).collect();
-        area.draw(&PathElement::new(dash, stroke(&AXIS, 0.9)))?;
+    for line in &plan.centre_lines {
+        let centre: Vec<_> = line.points.iter().map(|p| view.pixel(*p)).collect();
+        for dash in dashes::cut(&centre, 6.0, 5.0) {
+            let dash: Vec<_> = dash.into_iter().map(|(x, y)| (px(x), px(y))).collect();
+            area.draw(&PathElement::new(dash, stroke(&AXIS, 0.9)))?;
+        }
     }
     Ok(())
 }
 
 /// The outlines from the outside in, and whether free space begins within each.
-pub(in crate::output) fn nested(outlines: &[Vec<Point>]) -> Vec<(&[Point], bool)> {
-    let polygons: Vec<GeoPolygon<f32>> = outlines.iter().map(|o| polygon(o)).collect();
-    let mut all: Vec<(usize, &[Point])> = outlines
+pub(in crate::output) fn nested(outlines: &[Vec<Point2>]) -> Vec<(&[Point2], bool)> {
+    let mut all: Vec<(usize, &[Point2])> = outlines
         .iter()
         .enumerate()
         .filter_map(|(own, outline)| {
-            let [x, y] = *outline.first()?;
-            let around = polygons
-                .iter()
-                .enumerate()
-                .filter(|(other, polygon)| *other != own && polygon.contains(&Coord { x, y }));
+            let corner = *outline.first()?;
+            let others = outlines.iter().enumerate().filter(|(other, _)| *other != own);
+            let around = others.filter(|(_, other)| contains(other, corner));
             Some((around.count(), outline.as_slice()))
         })
         .collect();
@@ -146,9 +144,13 @@ pub(in crate::output) fn nested(outlines: &[Vec<Point>]) -> Vec<(&[Point], bool)
     all.into_iter().map(|(depth, outline)| (outline, depth % 2 == 0)).collect()
 }
 
-fn polygon(outline: &[Point]) -> GeoPolygon<f32> {
-    let ring: LineString<f32> = outline.iter().map(|[x, y]| Coord { x: *x, y: *y }).collect();
-    GeoPolygon::new(ring, Vec::new())
+/// Whether a ray from the point eastwards leaves the outline once more than it enters it.
+fn contains(outline: &[Point2], at: Point2) -> bool {
+    let edges = outline.iter().zip(outline.iter().cycle().skip(1));
+    let crossed = |(a, b): &(&Point2, &Point2)| {
+        (a.y > at.y) != (b.y > at.y) && at.x < a.x + (at.y - a.y) / (b.y - a.y) * (b.x - a.x)
+    };
+    edges.filter(crossed).count() % 2 == 1
 }
 
 fn trajectory(area: &Area<'_>, view: &View, trace: &Trace, index: usize) -> Result<(), Fault> {
@@ -206,7 +208,7 @@ fn between(from: (f64, f64), to: (f64, f64)) -> Vec<(f64, f64)> {
 /// The moment when the head was farthest in, if it came back from there by a metre or more: then
 /// the end of the mission shows less of the chain than that moment.
 fn farthest(trace: &Trace) -> Option<&Frame> {
-    let way = |frame: &Frame| frame.drones.first().map_or(f32::NAN, |drone| drone.abscissa);
+    let way = |frame: &Frame| frame.drones.first().map_or(f32::NAN, |drone| drone.way);
     let reached = |frame: &&Frame| way(frame).is_finite();
     let far = trace.frames.iter().filter(reached).max_by(|a, b| way(a).total_cmp(&way(b)))?;
     let end = trace.frames.last()?;
@@ -304,9 +306,10 @@ mod tests {
 
     #[test]
     fn pillars_are_told_from_boundaries() {
-        let square = |r: f32| vec![[-r, -r], [r, -r], [r, r], [-r, r]];
+        let square =
+            |r: f32| [[-r, -r], [r, -r], [r, r], [-r, r]].map(|[x, y]| Point2::new(x, y)).to_vec();
         let outlines = [square(1.0), square(5.0), square(3.0)];
-        let found: Vec<_> = nested(&outlines).iter().map(|(o, free)| (o[2][0], *free)).collect();
+        let found: Vec<_> = nested(&outlines).iter().map(|(o, free)| (o[2].x, *free)).collect();
         assert_eq!(found, [(5.0, true), (3.0, false), (1.0, true)]);
     }
 
@@ -316,6 +319,6 @@ mod tests {
         assert_eq!(farthest(&trace), None);
         let far = trace.frames[1200].clone();
         trace.frames.push(trace.frames[100].clone());
-        assert_eq!(farthest(&trace).map(|f| f.drones[0].abscissa), Some(far.drones[0].abscissa));
+        assert_eq!(farthest(&trace).map(|f| f.drones[0].way), Some(far.drones[0].way));
     }
 }

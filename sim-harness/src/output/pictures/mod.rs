@@ -145,8 +145,8 @@ mod tests {
         let mut trace = synthetic::mission();
         trace.frames.truncate(1);
         for drone in &mut trace.frames[0].drones {
-            drone.position = [f32::NAN; 3];
-            drone.abscissa = f32::NAN;
+            drone.pose.at = units::Point2::new(f32::NAN, f32::NAN);
+            drone.way = f32::NAN;
             (drone.front, drone.back) = (None, None);
         }
         for draw in [map, links, positions] {

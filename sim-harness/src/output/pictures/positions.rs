@@ -2,7 +2,7 @@
 
 use super::PictureError;
 use super::axes::{Chart, Frame, stroke};
-use super::series::{abscissa, time_span};
+use super::series::{time_span, way};
 use super::sheet::{Area, Drawn, Picture, headed};
 use super::style::{node_colour, node_name};
 use super::ticks::Axis;
@@ -12,7 +12,7 @@ use crate::trace::Trace;
 pub(super) fn picture(trace: &Trace) -> Result<Picture, PictureError> {
     let title = format!("Positions along the tunnel: {}", trace.scenario);
     Picture::draw((960.0, 420.0), &title, |sheet| {
-        let subtitle = "Way along the centre-line from the base's end, for every node";
+        let subtitle = "Length of the shortest way from the base, for every node";
         let body = headed(sheet, &title, subtitle)?;
         panel(&body, trace, "", true)
     })
@@ -22,7 +22,7 @@ pub(super) fn picture(trace: &Trace) -> Result<Picture, PictureError> {
 pub(super) fn panel(area: &Area<'_>, trace: &Trace, title: &str, timed: bool) -> Drawn {
     let (from, to) = time_span(trace);
     let x = Axis::exact(from, to, 8);
-    let all = (0..trace.nodes.len()).map(|node| abscissa(trace, node)).collect::<Vec<_>>();
+    let all = (0..trace.nodes.len()).map(|node| way(trace, node)).collect::<Vec<_>>();
     let y = Axis::covering(all.iter().flatten().map(|p| p.1), 5);
     let frame =
         Frame { title, y_name: "Position, m", x_name: timed.then_some("Time, s"), right: LABELS };

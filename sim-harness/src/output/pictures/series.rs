@@ -113,11 +113,11 @@ fn observed<'a>(
 }
 
 /// Time and way along the tunnel of one node.
-pub(super) fn abscissa(trace: &Trace, node: usize) -> Vec<(f64, f64)> {
+pub(super) fn way(trace: &Trace, node: usize) -> Vec<(f64, f64)> {
     thinned(&trace.frames, MOST_POINTS)
         .filter_map(|frame| {
             let drone = frame.drones.get(node)?;
-            Some((seconds(frame.time_us), f64::from(drone.abscissa)))
+            Some((seconds(frame.time_us), f64::from(drone.way)))
         })
         .collect()
 }

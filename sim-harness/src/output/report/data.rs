@@ -4,10 +4,11 @@
 //! one frame and the next: most of them are one digit. `null` stands where nothing was known.
 
 use serde_json::{Value, json};
+use units::Point2;
 
 use crate::output::csv::role_name;
 use crate::output::pictures::{PlotFrame, launch_limit, nested, node_name, node_rgb};
-use crate::trace::{DroneFrame, LinkFrame, Point, Trace, order_words};
+use crate::trace::{DroneFrame, LinkFrame, Trace, order_words};
 
 /// The JSON text, safe within a `<script>` element.
 pub(super) fn json(trace: &Trace, positions: &[PlotFrame], links: &[PlotFrame]) -> String {
@@ -17,11 +18,12 @@ pub(super) fn json(trace: &Trace, positions: &[PlotFrame], links: &[PlotFrame]) 
     let outlines = nested(&trace.floor_plan.outlines)
         .into_iter()
         .map(|(outline, free)| json!({ "free": free, "points": points(outline) }));
+    let centres = trace.floor_plan.centre_lines.iter().map(|line| points(&line.points));
     let data = json!({
         "limit": launch_limit(trace),
         "times": column(trace.frames.iter().map(|f| i64::try_from(f.time_us / 1000).ok())),
         "outlines": outlines.collect::<Vec<_>>(),
-        "centre": points(&trace.floor_plan.centre_line),
+        "centres": centres.collect::<Vec<_>>(),
         "nodes": nodes,
         "states": states,
         "orders": orders(trace),
@@ -57,11 +59,11 @@ fn node(trace: &Trace, index: usize, states: &mut Vec<&'static str>) -> Value {
         "name": trace.nodes.get(index).map(node_name),
         "role": trace.nodes.get(index).map(|node| role_name(node.role)),
         "colour": format!("#{r:02x}{g:02x}{b:02x}"),
-        "x": metres(&|drone| drone.position[0]),
-        "y": metres(&|drone| drone.position[1]),
-        "z": metres(&|drone| drone.position[2]),
-        "yaw": metres(&|drone| drone.yaw),
-        "way": metres(&|drone| drone.abscissa),
+        "x": metres(&|drone| drone.pose.at.x),
+        "y": metres(&|drone| drone.pose.at.y),
+        "z": metres(&|drone| drone.height),
+        "yaw": metres(&|drone| drone.pose.yaw.0),
+        "way": metres(&|drone| drone.way),
         "speed": metres(&|drone| drone.commanded[0]),
         "battery": metres(&|drone| drone.battery_v),
         "state": state,
@@ -112,9 +114,9 @@ fn column(values: impl Iterator<Item = Option<i64>>) -> Vec<Option<i64>> {
     values.map(|value| value.map(&mut step)).collect()
 }
 
-fn points(path: &[Point]) -> Vec<[f64; 2]> {
+fn points(path: &[Point2]) -> Vec<[f64; 2]> {
     let millimetres = |v: f32| (f64::from(v) * 1000.0).round() / 1000.0;
-    path.iter().map(|p| p.map(millimetres)).collect()
+    path.iter().map(|p| [p.x, p.y].map(millimetres)).collect()
 }
 
 fn frames(frames: &[PlotFrame]) -> Vec<Value> {

@@ -1,0 +1,46 @@
+//! The section `[criteria]` of a scenario file.
+
+use serde::Deserialize;
+
+use crate::input_error::InputError;
+use crate::mission::MOST_DRONES;
+use crate::scenario::reader::{At, Reader};
+
+/// Bounds that a scenario sets. What is not set is not asked.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Criteria {
+    /// The most that the mean losses of the links differ at the end of the hold, dB.
+    pub hold_spread_db: Option<f32>,
+    /// The most that 95 % of the links swing by at the end of the hold, dB.
+    pub swing_p95_db: Option<f32>,
+    /// The largest tilt in the air, degrees.
+    pub tilt_deg: Option<f32>,
+    /// How many relays must have flown.
+    pub launched: Option<u32>,
+}
+
+/// The table `[criteria]`.
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct CriteriaTable {
+    hold_spread_db: Option<At<f32>>,
+    swing_p95_db: Option<At<f32>>,
+    tilt_deg: Option<At<f32>>,
+    launched: Option<At<f32>>,
+}
+
+impl CriteriaTable {
+    /// Checks the section.
+    pub(crate) fn read(&self, reader: &Reader<'_>) -> Result<Criteria, InputError> {
+        let bound = |value: &Option<At<f32>>, key, range| {
+            value.as_ref().map(|value| reader.number(value, key, range)).transpose()
+        };
+        let most = (MOST_DRONES - 1) as f32;
+        Ok(Criteria {
+            hold_spread_db: bound(&self.hold_spread_db, "hold_spread_db", 0.0..=100.0)?,
+            swing_p95_db: bound(&self.swing_p95_db, "swing_p95_db", 0.0..=100.0)?,
+            tilt_deg: bound(&self.tilt_deg, "tilt_deg", 0.0..=180.0)?,
+            launched: bound(&self.launched, "launched", 0.0..=most)?.map(|n| n as u32),
+        })
+    }
+}

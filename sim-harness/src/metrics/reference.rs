@@ -1,0 +1,96 @@
+//! The best chains that a scenario allows, solved once for all its runs.
+
+use crate::mission::{Linked, World};
+use crate::scenario::{Scenario, Start};
+use crate::world::{Leg, Optimum, Path, SkeletonPlace, best_chain, best_chains};
+
+/// What the best chain could do in a scenario, solved once for all its runs.
+pub struct Reference {
+    /// The optimum for the scenario's own number of links with the head where it starts, for
+    /// scenarios that begin in the air.
+    pub(super) fixed: Option<(Path, Optimum)>,
+    /// What could be done on the way to each end of the skeleton.
+    ways: Vec<Way>,
+    /// The links of an explorer's chain with all relays in it.
+    pub(super) links: usize,
+}
+
+/// The best chains along the shortest way from the base to an end of the skeleton.
+struct Way {
+    /// The last stretch of the way: the heads on it have their best chains in this table.
+    last: Leg,
+    length: f32,
+    /// Loss of the weakest link of the best chain, by links − 1 and by head position in equal
+    /// steps from the base to the end.
+    worst: Vec<Vec<units::Db>>,
+}
+
+impl Way {
+    /// The ways to both ends of every edge, but for those that do not end on it.
+    fn all(world: &World, links: usize) -> Vec<Self> {
+        let skeleton = world.skeleton();
+        let edges = skeleton.edges().iter().enumerate();
+        let ends = edges.flat_map(|(edge, found)| {
+            let ends = [0.0, found.line().length()];
+            ends.map(|along| SkeletonPlace { edge: edge as u16, along })
+        });
+        let way = |end: SkeletonPlace| {
+            let path = world.path_to(end);
+            let last = *path.legs().last()?;
+            (last.edge == end.edge && last.from != last.to).then(|| Self {
+                last,
+                length: path.length(),
+                worst: best_chains(&world.radio, &path, links),
+            })
+        };
+        ends.filter_map(way).collect()
+    }
+
+    fn leads_to(&self, place: SkeletonPlace) -> bool {
+        let Leg { edge, from, to } = self.last;
+        edge == place.edge && (from.min(to)..=from.max(to)).contains(&place.along)
+    }
+}
+
+impl Reference {
+    /// Solves the scenario.
+    #[must_use]
+    pub fn of(scenario: &Scenario, world: &World) -> Self {
+        let links = scenario.drones.relays + 1;
+        let head = match &scenario.drones.start {
+            Start::Mouth => None,
+            Start::Random { head } => Some(*head),
+            Start::Placed(spots) => spots.first().copied(),
+        };
+        let fixed = head.map(|head| {
+            let path = world.path_to(head.on);
+            let chain = best_chain(&world.radio, &path, links);
+            (path, chain)
+        });
+        Self { fixed, ways: Way::all(world, links), links }
+    }
+
+    /// Loss in dB of the weakest link of the best chain of `links` links to a head here.
+    #[must_use]
+    pub fn worst(&self, links: usize, head: &Linked) -> f32 {
+        let way = self.ways.iter().find(|way| way.leads_to(head.place));
+        let Some((way, row)) =
+            way.and_then(|way| Some((way, way.worst.get(links.checked_sub(1)?)?)))
+        else {
+            return f32::INFINITY;
+        };
+        let last = row.len().saturating_sub(1);
+        let place = (head.way / way.length * last as f32).clamp(0.0, last as f32);
+        let at = |n: usize| row.get(n.min(last)).map_or(f32::INFINITY, |db| db.0);
+        let (near, far) = (at(place as usize), at(place as usize + 1));
+        near + (place - place.floor()) * (far - near)
+    }
+
+    /// The least number of links whose best chain to a head here has no link weaker than
+    /// `limit` (a loss in dB); one more than there are drones for, where none will do.
+    #[must_use]
+    pub fn least_links(&self, limit: f32, head: &Linked) -> usize {
+        let enough = |links: &usize| self.worst(*links, head) <= limit;
+        (1..=self.links).find(enough).unwrap_or(self.links + 1)
+    }
+}

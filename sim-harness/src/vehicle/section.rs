@@ -1,0 +1,54 @@
+//! The section `[vehicle]` of a scenario file.
+
+use serde::Deserialize;
+
+use super::VehicleSpec;
+use crate::input_error::InputError;
+use crate::scenario::reader::{At, Reader};
+
+/// The table `[vehicle]`.
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct VehicleTable {
+    charge: Option<At<f32>>,
+    lag_s: Option<At<f32>>,
+    flow_noise_mps: Option<At<f32>>,
+    flow_scale_error: Option<At<f32>>,
+    radius_m: Option<At<f32>>,
+    reach_m: Option<At<f32>>,
+    range_noise_m: Option<At<f32>>,
+}
+
+impl VehicleTable {
+    /// Checks the section.
+    pub(crate) fn read(&self, reader: &Reader<'_>) -> Result<VehicleSpec, InputError> {
+        let usual = VehicleSpec::DEFAULT;
+        let number = |value: &Option<At<f32>>, key, range, default| {
+            reader.or(value.as_ref(), key, range, default)
+        };
+        Ok(VehicleSpec {
+            charge: number(&self.charge, "charge", 0.0..=1.0, usual.charge)?,
+            lag: number(&self.lag_s, "lag_s", 0.0..=5.0, usual.lag)?,
+            flow_noise: number(
+                &self.flow_noise_mps,
+                "flow_noise_mps",
+                0.0..=5.0,
+                usual.flow_noise,
+            )?,
+            flow_scale_error: number(
+                &self.flow_scale_error,
+                "flow_scale_error",
+                0.0..=0.5,
+                usual.flow_scale_error,
+            )?,
+            radius: number(&self.radius_m, "radius_m", 0.02..=0.2, usual.radius)?,
+            reach: number(&self.reach_m, "reach_m", 0.2..=10.0, usual.reach)?,
+            range_noise: number(
+                &self.range_noise_m,
+                "range_noise_m",
+                0.0..=1.0,
+                usual.range_noise,
+            )?,
+        })
+    }
+}

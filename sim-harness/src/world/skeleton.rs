@@ -1,0 +1,348 @@
+//! The skeleton of a floor plan: a graph of centre-lines with their widths, and the questions
+//! that are put to it.
+//!
+//! An *edge* is the centre-line of one gallery. A *node* is a place where edges end or meet: the
+//! mouth, a junction, a dead end. Junctions may lie anywhere along an edge, so that the lengths
+//! along a gallery are those that its scenario or survey gives. A [`SkeletonPlace`] is an edge
+//! and the length along it; the *geodesic distance* of two places is the length of the shortest
+//! way between them on the skeleton. A single corridor is a skeleton with one edge.
+
+mod join;
+mod path;
+#[cfg(test)]
+mod tests;
+
+use units::{Metres, Point2};
+
+use super::Polyline;
+pub use path::{Leg, Path};
+
+/// A gallery from which a skeleton is made.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Gallery {
+    /// The name by which a scenario refers to it.
+    pub name: String,
+    /// At least two points, no two successive ones equal.
+    pub centre_line: Vec<Point2>,
+    /// Wall to wall, m.
+    pub width: f32,
+}
+
+/// What a node of the skeleton is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NodeKind {
+    /// The beginning of the first gallery.
+    Mouth,
+    /// Two galleries or more meet here.
+    Junction,
+    /// A gallery ends here.
+    End,
+}
+
+/// A place where galleries end or meet.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Node {
+    /// The point.
+    pub at: Point2,
+    /// What it is.
+    pub kind: NodeKind,
+}
+
+/// Where a node lies on an edge.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Joint {
+    /// The node's number.
+    pub node: usize,
+    /// The length along the edge, m.
+    pub along: f32,
+}
+
+/// The centre-line of one gallery.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Edge {
+    name: String,
+    line: Polyline,
+    width: f32,
+    /// The edge's nodes in the order of their lengths.
+    joints: Vec<Joint>,
+    /// Whether the way round by other edges is shorter between any two of its nodes.
+    has_shortcut: bool,
+}
+
+impl Edge {
+    /// The gallery's name.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The centre-line.
+    #[must_use]
+    pub fn line(&self) -> &Polyline {
+        &self.line
+    }
+
+    /// Wall to wall.
+    #[must_use]
+    pub fn width(&self) -> Metres {
+        Metres(self.width)
+    }
+
+    /// The nodes on it, from its beginning to its end.
+    #[must_use]
+    pub fn joints(&self) -> &[Joint] {
+        &self.joints
+    }
+}
+
+/// A place on the skeleton.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SkeletonPlace {
+    /// The edge's number.
+    pub edge: u16,
+    /// The length along it from its beginning, m.
+    pub along: f32,
+}
+
+impl SkeletonPlace {
+    /// The place this far along the first edge, m.
+    #[must_use]
+    pub const fn main(along: f32) -> Self {
+        Self { edge: 0, along }
+    }
+}
+
+/// Two nodes through which the shortest way from one edge to another may lead.
+#[derive(Clone, Copy, Debug)]
+struct Crossing {
+    leave: Joint,
+    enter: Joint,
+    /// The length of the way between them, m.
+    between: f32,
+}
+
+/// The graph of centre-lines.
+#[derive(Clone, Debug)]
+pub struct Skeleton {
+    edges: Vec<Edge>,
+    nodes: Vec<Node>,
+    /// The next step on the shortest way from one node to another, node-major.
+    hops: Vec<Hop>,
+    /// The ways from each edge to each other, edge-major.
+    crossings: Vec<Vec<Crossing>>,
+}
+
+/// One step of a shortest way between two nodes.
+#[derive(Clone, Copy, Debug)]
+struct Hop {
+    /// The length of the whole way, m; infinite where there is none.
+    distance: f32,
+    /// The node at the end of this step.
+    to: usize,
+    /// The edge that leads there.
+    edge: usize,
+}
+
+impl Skeleton {
+    /// By this much another edge must be nearer to a moving point than its present edge before
+    /// the point counts as having changed over, m: more than a drone strays from the middle of a
+    /// gallery where it passes the mouth of another.
+    pub const LOYALTY_M: f32 = 0.3;
+
+    /// The skeleton of these galleries. The first is the main one; each later one joins those
+    /// before it where they cross, where one of its ends lies within half a width of them, or
+    /// else, by a straight line, from its nearer end.
+    #[must_use]
+    pub fn of(galleries: &[Gallery]) -> Self {
+        let (edges, nodes) = join::join(galleries);
+        let hops = shortest_hops(&edges, nodes.len());
+        let mut skeleton = Self { edges, nodes, hops, crossings: Vec::new() };
+        skeleton.find_shortcuts();
+        skeleton.crossings = skeleton.all_crossings();
+        skeleton
+    }
+
+    /// The edges; the first is the main gallery.
+    #[must_use]
+    pub fn edges(&self) -> &[Edge] {
+        &self.edges
+    }
+
+    /// The nodes.
+    #[must_use]
+    pub fn nodes(&self) -> &[Node] {
+        &self.nodes
+    }
+
+    /// The edge of that number; the main gallery where there is none.
+    #[must_use]
+    pub fn edge(&self, number: u16) -> &Edge {
+        &self.edges[usize::from(number).min(self.edges.len() - 1)]
+    }
+
+    /// The number of the edge of that name.
+    #[must_use]
+    pub fn edge_named(&self, name: &str) -> Option<u16> {
+        let found = self.edges.iter().position(|edge| edge.name == name)?;
+        u16::try_from(found).ok()
+    }
+
+    /// The point of a place and the unit vector towards its edge's end.
+    #[must_use]
+    pub fn at(&self, place: SkeletonPlace) -> (Point2, [f32; 2]) {
+        self.edge(place.edge).line.at(place.along)
+    }
+
+    /// The place nearest to a point of which nothing else is known.
+    #[must_use]
+    pub fn locate(&self, point: Point2) -> SkeletonPlace {
+        let feet = self.edges.iter().enumerate().map(|(n, edge)| (n, edge.line.nearest(point)));
+        let best = feet.min_by(|a, b| a.1.off_squared.total_cmp(&b.1.off_squared));
+        best.map_or_else(SkeletonPlace::default, |(edge, foot)| SkeletonPlace {
+            edge: edge as u16,
+            along: foot.along,
+        })
+    }
+
+    /// The place of a point that moves and was at `last` a moment before: on the same edge near
+    /// by, or past a junction on another edge that is clearly nearer.
+    #[must_use]
+    pub fn project(&self, point: Point2, last: SkeletonPlace) -> SkeletonPlace {
+        let edge = self.edge(last.edge);
+        let foot = edge.line.follow(point, last.along);
+        let mut best = SkeletonPlace { along: foot.along, ..last };
+        if self.edges.len() == 1 {
+            return best;
+        }
+        let mut nearest = foot.off_squared.sqrt() - Self::LOYALTY_M;
+        for joint in edge.joints.iter().filter(|j| near(j.along, foot.along)) {
+            for (other, there) in self.others_at(joint.node, last.edge) {
+                let foot = self.edge(other).line.follow(point, there);
+                if foot.off_squared.sqrt() < nearest {
+                    nearest = foot.off_squared.sqrt();
+                    best = SkeletonPlace { edge: other, along: foot.along };
+                }
+            }
+        }
+        best
+    }
+
+    /// The other edges at a node, with the node's place along each.
+    fn others_at(&self, node: usize, but: u16) -> impl Iterator<Item = (u16, f32)> {
+        let edges = self.edges.iter().enumerate().filter(move |(n, _)| *n != usize::from(but));
+        edges.flat_map(move |(n, edge)| {
+            let here = edge.joints.iter().filter(move |joint| joint.node == node);
+            here.map(move |joint| (n as u16, joint.along))
+        })
+    }
+
+    /// The geodesic distance: the length of the shortest way from `a` to `b`; infinite between
+    /// galleries that nothing joins.
+    #[must_use]
+    pub fn distance(&self, a: SkeletonPlace, b: SkeletonPlace) -> Metres {
+        let direct = if a.edge == b.edge { (a.along - b.along).abs() } else { f32::INFINITY };
+        if a.edge == b.edge && !self.edge(a.edge).has_shortcut {
+            return Metres(direct);
+        }
+        let through = |way: &Crossing| {
+            (a.along - way.leave.along).abs() + way.between + (b.along - way.enter.along).abs()
+        };
+        let round = self.crossings_between(a.edge, b.edge).iter().map(through);
+        Metres(round.fold(direct, f32::min))
+    }
+
+    /// Whether one of two places lies on the shortest way from `from` to the other: whether it
+    /// means something to say which of them is farther out.
+    #[must_use]
+    pub fn in_line(&self, from: SkeletonPlace, a: SkeletonPlace, b: SkeletonPlace) -> bool {
+        /// Rounding of a sum of lengths, m.
+        const SLACK: f32 = 1e-3;
+        let apart = (self.distance(from, a).0 - self.distance(from, b).0).abs();
+        a.edge == b.edge && from.edge == a.edge || self.distance(a, b).0 <= apart + SLACK
+    }
+
+    fn crossings_between(&self, a: u16, b: u16) -> &[Crossing] {
+        let at = usize::from(a) * self.edges.len() + usize::from(b);
+        self.crossings.get(at).map_or(&[], Vec::as_slice)
+    }
+
+    fn hop(&self, from: usize, to: usize) -> Hop {
+        self.hops[from * self.nodes.len() + to]
+    }
+
+    fn find_shortcuts(&mut self) {
+        let shorter = |a: &Joint, b: &Joint| {
+            self.hop(a.node, b.node).distance < (a.along - b.along).abs() - 1e-3
+        };
+        let of =
+            |edge: &Edge| edge.joints.iter().any(|a| edge.joints.iter().any(|b| shorter(a, b)));
+        let found: Vec<bool> = self.edges.iter().map(of).collect();
+        for (edge, has_shortcut) in self.edges.iter_mut().zip(found) {
+            edge.has_shortcut = has_shortcut;
+        }
+    }
+
+    /// For every pair of edges the pairs of nodes through which a shortest way may lead: those
+    /// that no other node of either edge lies between.
+    fn all_crossings(&self) -> Vec<Vec<Crossing>> {
+        let pairs = self.edges.iter().flat_map(|a| self.edges.iter().map(move |b| (a, b)));
+        pairs.map(|(from, to)| self.crossings_of(from, to)).collect()
+    }
+
+    fn crossings_of(&self, from: &Edge, to: &Edge) -> Vec<Crossing> {
+        let way = |a: &Joint, b: &Joint| self.hop(a.node, b.node).distance;
+        let all = from.joints.iter().flat_map(|a| to.joints.iter().map(move |b| (a, b)));
+        let needed = |(a, b): &(&Joint, &Joint)| {
+            let leads_on = |c: &&Joint| {
+                c.node != a.node && (a.along - c.along).abs() + way(c, b) <= way(a, b) + 1e-4
+            };
+            let leads_in = |c: &&Joint| {
+                c.node != b.node && way(a, c) + (b.along - c.along).abs() <= way(a, b) + 1e-4
+            };
+            !from.joints.iter().any(|c| leads_on(&c)) && !to.joints.iter().any(|c| leads_in(&c))
+        };
+        all.filter(|(a, b)| way(a, b).is_finite())
+            .filter(needed)
+            .map(|(a, b)| Crossing { leave: *a, enter: *b, between: way(a, b) })
+            .collect()
+    }
+}
+
+fn near(a: f32, b: f32) -> bool {
+    (a - b).abs() <= Polyline::WINDOW_M
+}
+
+/// Floyd and Warshall's shortest ways between all nodes.
+fn shortest_hops(edges: &[Edge], count: usize) -> Vec<Hop> {
+    let mut hops: Vec<Hop> = (0..count * count)
+        .map(|pair| {
+            let here = pair / count == pair % count;
+            let distance = if here { 0.0 } else { f32::INFINITY };
+            Hop { distance, to: pair % count, edge: 0 }
+        })
+        .collect();
+    for (number, edge) in edges.iter().enumerate() {
+        for a in &edge.joints {
+            for b in &edge.joints {
+                let distance = (a.along - b.along).abs();
+                let hop = &mut hops[a.node * count + b.node];
+                if distance < hop.distance {
+                    *hop = Hop { distance, to: b.node, edge: number };
+                }
+            }
+        }
+    }
+    for via in 0..count {
+        for from in 0..count {
+            let first = hops[from * count + via];
+            for to in 0..count {
+                let distance = first.distance + hops[via * count + to].distance;
+                // Sums of the same lengths in another order are no shorter way.
+                if distance < hops[from * count + to].distance - 1e-4 {
+                    hops[from * count + to] = Hop { distance, ..first };
+                }
+            }
+        }
+    }
+    hops
+}
