@@ -493,15 +493,10 @@ proptest! {
     }
 }
 
-/// The recordings, or a printed line and nothing.
-fn recorded(names: &[&str]) -> Option<Vec<PathBuf>> {
+/// Recordings, which are no part of the repository.
+fn recorded(names: &[&str]) -> Vec<PathBuf> {
     let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/rssi");
-    let files: Vec<PathBuf> = names.iter().map(|name| data.join(name)).collect();
-    if let Some(missing) = files.iter().find(|file| !file.is_file()) {
-        println!("skipped: {} is not there", missing.display());
-        return None;
-    }
-    Some(files)
+    names.iter().map(|name| data.join(name)).collect()
 }
 
 /// The scores of each file, as a table: predicted packets, then RMSE and mean log-likelihood of
@@ -528,15 +523,14 @@ fn scores(files: &[PathBuf]) -> String {
 }
 
 #[test]
+#[ignore = "needs the recordings in ../shared/data"]
 fn recorded_tetam_tracks_are_foreseen_best_with_their_motion() {
-    let Some(files) = recorded(&[
+    let files = recorded(&[
         "tetam_ble/trk/straight_01_all_sensors.mbd",
         "tetam_ble/trk/straight_03_all_sensors.mbd",
         "tetam_ble/trk/straight_04_all_sensors.mbd",
         "tetam_ble/trk/rectangular_with_rotation_all_sensors.mbd",
-    ]) else {
-        return;
-    };
+    ]);
     let summary = replay(&files, &ReplayOptions::default()).unwrap();
     let summary = serde_json::to_value(summary).unwrap();
     let backwards: Vec<&Value> = summary["files"]
@@ -564,8 +558,9 @@ fn recorded_tetam_tracks_are_foreseen_best_with_their_motion() {
 }
 
 #[test]
+#[ignore = "needs the recordings in ../shared/data"]
 fn a_recorded_robot_is_foreseen_no_better_with_its_slow_motion() {
-    let Some(files) = recorded(&["ble_uwb_robot/calib3_ble.txt"]) else { return };
+    let files = recorded(&["ble_uwb_robot/calib3_ble.txt"]);
     let report = report(files[0].clone());
     assert_eq!((&report["rows"], &report["used"]), (&json!(1675), &json!(1611)));
     assert_eq!(report["packets"], 10_010);
@@ -577,12 +572,10 @@ fn a_recorded_robot_is_foreseen_no_better_with_its_slow_motion() {
 }
 
 #[test]
+#[ignore = "needs the recordings in ../shared/data"]
 fn recorded_still_links_are_foreseen_alike_by_both_filters() {
-    let Some(files) =
-        recorded(&["mitll_nrf52_static/anechoic_90.csv", "mitll_nrf52_static/screenroom_90.csv"])
-    else {
-        return;
-    };
+    let files =
+        recorded(&["mitll_nrf52_static/anechoic_90.csv", "mitll_nrf52_static/screenroom_90.csv"]);
     assert_eq!(
         scores(&files),
         "\
@@ -593,12 +586,10 @@ fn recorded_still_links_are_foreseen_alike_by_both_filters() {
 }
 
 #[test]
+#[ignore = "needs the recordings in ../shared/data"]
 fn recorded_flights_are_told_from_their_content() {
-    let Some(files) =
-        recorded(&["uchain_flights/4drones_S_good_novideo.csv", "uchain_flights/ping_log.csv"])
-    else {
-        return;
-    };
+    let files =
+        recorded(&["uchain_flights/4drones_S_good_novideo.csv", "uchain_flights/ping_log.csv"]);
     let flown = report(files[0].clone());
     assert_eq!(flown["format"], "uchain-flight");
     assert_eq!((&flown["rows"], &flown["used"]), (&json!(141), &json!(141)));
