@@ -36,11 +36,7 @@ impl Fleet {
     /// The drones that are to be virtual; `None` at every other fidelity.
     pub(super) fn of(args: &RunArgs, scenario: &Scenario) -> Result<Option<Self>, InputError> {
         if scenario.fidelity != Fidelity::Virtual {
-            let asked = args.elf.is_some() || args.gdb.is_some() || args.log;
-            if asked || !args.virtual_drones.is_empty() {
-                let wrong = "--elf, --gdb, --log and --virtual-drones are for virtual drones";
-                return Err(InputError::new(wrong, "add --fidelity virtual"));
-            }
+            args.refuse_virtual_options()?;
             return Ok(None);
         }
         if let Some(what) = emulated::unfit(scenario) {

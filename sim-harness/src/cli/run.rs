@@ -56,6 +56,18 @@ pub(super) struct RunArgs {
     common: Common,
 }
 
+impl RunArgs {
+    /// Refuses the options of virtual drones, for a mission that has none.
+    pub(super) fn refuse_virtual_options(&self) -> Result<(), InputError> {
+        let asked = self.elf.is_some() || self.gdb.is_some() || self.log;
+        if asked || !self.virtual_drones.is_empty() {
+            let wrong = "--elf, --gdb, --log and --virtual-drones are for virtual drones";
+            return Err(InputError::new(wrong, "add --fidelity virtual"));
+        }
+        Ok(())
+    }
+}
+
 pub(super) fn run(args: &RunArgs) -> Result<Verdict, Trouble> {
     if args.show {
         return show(&args.scenario);

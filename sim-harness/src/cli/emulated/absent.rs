@@ -24,9 +24,7 @@ impl Fleet {
         if scenario.fidelity == Fidelity::Virtual {
             return Err(missing("the fidelity \"virtual\""));
         }
-        if args.elf.is_some() || args.gdb.is_some() || args.log || !args.virtual_drones.is_empty() {
-            return Err(missing("--elf, --gdb, --log and --virtual-drones"));
-        }
+        args.refuse_virtual_options()?;
         Ok(None)
     }
 
