@@ -1,4 +1,4 @@
-//! Many seeded missions on all cores, and what can be said of them with what confidence.
+//! Flies many seeded missions on all cores, and estimates their figures with confidence intervals.
 //!
 //! Seeds are consecutive from the first one on; results are collected in the order of the seeds,
 //! so a campaign's figures do not depend on the number of threads.
@@ -13,7 +13,7 @@ use crate::metrics::{HoldMetrics, Reference, RunMetrics, measure};
 use crate::mission::World;
 use crate::scenario::Scenario;
 
-/// The figures of every run, in the order of the seeds.
+/// Flies every run, and returns the figures in the order of the seeds.
 #[must_use]
 pub fn fly(
     scenario: &Scenario,
@@ -28,7 +28,8 @@ pub fn fly(
     flown.into_iter().map(|(_, metrics)| metrics).collect()
 }
 
-/// Seed and figures of every run that had begun before `stop` was set, in the order of the seeds.
+/// Flies the runs until `stop` is set, and returns seed and figures of each that had begun by then,
+/// in the order of the seeds.
 #[must_use]
 pub fn fly_until(
     stop: &AtomicBool,
@@ -51,12 +52,12 @@ pub fn fly_until(
         .collect()
 }
 
-/// A figure with its 95 % confidence interval. What is not finite is `null` in JSON.
+/// A figure with its 95 % confidence interval. In JSON, a value that is not finite is `null`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
     /// The figure.
     pub value: f64,
-    /// Between these it truly lies, 19 times in 20.
+    /// The limits between which the true value lies, 19 times in 20.
     pub interval: Option<(f64, f64)>,
 }
 
@@ -71,8 +72,8 @@ fn finite(value: f64) -> Option<f64> {
     value.is_finite().then_some(value)
 }
 
-/// The part of the runs for which `holds`, with its Wilson score interval, which says something
-/// also where none or all of the runs hold.
+/// The part of the runs for which `holds` is true, with its Wilson score interval, which is of use
+/// also where that is none or all of them.
 #[must_use]
 pub fn fraction<R>(runs: &[R], holds: impl Fn(&R) -> bool) -> Estimate {
     let count = runs.len().max(1) as f64;
@@ -132,12 +133,12 @@ fn quantile_ranks(count: usize, q: f64) -> Option<(usize, usize)> {
 pub struct Figure {
     /// Its name, unit included.
     pub name: &'static str,
-    /// What it came to.
+    /// Its value over all runs.
     pub estimate: Estimate,
 }
 
-/// All figures of a campaign that its scenario has: those that need a head which starts in the
-/// air are left out where it does not.
+/// All figures that the scenario of a campaign has; figures that need a head in the air at the
+/// start are left out where it stands on the ground.
 #[must_use]
 pub fn figures(runs: &[RunMetrics]) -> Vec<Figure> {
     let figure = |name, estimate| Figure { name, estimate };
@@ -150,7 +151,7 @@ pub fn figures(runs: &[RunMetrics]) -> Vec<Figure> {
     let converged = |of: fn(&HoldMetrics) -> f32| {
         if has_hold { fraction(runs, |run| run.held(of).is_finite()) } else { none }
     };
-    // Where nobody is launched, nobody is launched falsely.
+    // Where no relay can be launched, none is launched falsely.
     let launches = |holds: fn(&RunMetrics) -> bool| match runs.first() {
         Some(run) if !run.launched.is_nan() => fraction(runs, holds),
         _ => none,
@@ -189,12 +190,12 @@ pub fn figures(runs: &[RunMetrics]) -> Vec<Figure> {
     all.into_iter().filter(|figure| !figure.estimate.value.is_nan()).collect()
 }
 
-/// The mean of what only the flight level has.
+/// The mean of a figure that only rigid bodies have.
 fn flown(runs: &[RunMetrics], of: impl Fn(&FlightMetrics) -> f32) -> Estimate {
     mean(runs, |run| run.flight.as_ref().map_or(f32::NAN, &of))
 }
 
-/// Relays that flew beyond those that were needed.
+/// The number of relays that flew, less the number that an optimal chain needs.
 #[must_use]
 pub fn excess(run: &RunMetrics) -> f32 {
     run.launched - run.needed

@@ -1,9 +1,10 @@
-//! Bad input, told in one line: where it is, what is wrong, and how to mend it.
+//! The error for input that cannot be used: one line says where it is, what is wrong, and how to
+//! mend it.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-/// Something the user gave that cannot be used. Ends the command with exit status 2.
+/// Input of the user that cannot be used. It ends the command with exit status 2.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct InputError {
     place: Option<(PathBuf, Option<usize>)>,
@@ -12,18 +13,18 @@ pub struct InputError {
 }
 
 impl InputError {
-    /// An error that is in no file: `wrong` says what it is, `remedy` what to do about it.
+    /// Makes an error without a place: `wrong` says what is wrong, `remedy` how to mend it.
     pub fn new(wrong: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self { place: None, wrong: wrong.into(), remedy: remedy.into() }
     }
 
-    /// The same, in this file.
+    /// Adds the file in which the error is.
     #[must_use]
     pub fn in_file(self, file: &Path) -> Self {
         Self { place: Some((file.to_owned(), None)), ..self }
     }
 
-    /// The same, in this line of this file; the first line is 1.
+    /// Adds the file and the line in which the error is; the first line is 1.
     #[must_use]
     pub fn at_line(self, file: &Path, line: usize) -> Self {
         Self { place: Some((file.to_owned(), Some(line))), ..self }

@@ -282,7 +282,7 @@ fn estimator_bench(args: &BenchArgs) -> Result<(String, Value), Trouble> {
     Ok((table, report.json()))
 }
 
-/// `missed` takes what was aimed at and not reached.
+/// Aims that were not reached are added to `missed`.
 fn link_bench(args: &BenchArgs, missed: &mut Vec<String>) -> Result<(String, Value), Trouble> {
     let count = runs(args.runs.unwrap_or(10))?;
     let total = link::DRONES.count() * link::LOSSES.len() * count;
@@ -324,7 +324,7 @@ fn link_bench(args: &BenchArgs, missed: &mut Vec<String>) -> Result<(String, Val
     Ok((table, rows.iter().map(link::Row::json).collect()))
 }
 
-/// `missed` takes what a drone should not have taken.
+/// Packets that a drone should have refused are added to `missed`.
 fn attacks_bench(args: &BenchArgs, missed: &mut Vec<String>) -> Result<(String, Value), Trouble> {
     let count = runs(args.runs.unwrap_or(10))?;
     let progress = Progress::new((attacks::COUNT * count) as u64, args.common.quiet);

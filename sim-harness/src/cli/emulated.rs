@@ -1,4 +1,4 @@
-//! Drones that run the firmware's ELF, as the command line asks for them and tells of them.
+//! Makes the virtual drones that the command line asks for, and prints what they logged.
 
 pub(super) mod bench;
 
@@ -26,9 +26,9 @@ pub(super) struct Fleet {
     /// `None` where the firmware logs nothing that could be read.
     messages: Option<Arc<Messages>>,
     nodes: Vec<NodeId>,
-    /// Which of them a GDB may take hold of, and where it connects.
+    /// The drone to which GDB connects, and the port.
     gdb: Option<(NodeId, u16)>,
-    /// Whether what they log is printed.
+    /// Whether their log messages are printed.
     prints_log: bool,
 }
 
@@ -55,7 +55,7 @@ impl Fleet {
         Ok(Some(Self { firmware, messages, nodes, gdb, prints_log: args.log }))
     }
 
-    /// The mission, with these drones in it, watched.
+    /// Makes the mission with these drones in it.
     pub(super) fn mission<'a>(
         &self,
         scenario: &'a Scenario,
@@ -82,7 +82,7 @@ impl Fleet {
         drone.debug(listener).map_err(failed)
     }
 
-    /// Prints what was logged since this was last called, if it is to be printed.
+    /// Prints the log messages since the last call, if they are to be printed.
     pub(super) fn say(&self, mission: &mut Mission<'_>, mut print: impl FnMut(&str)) {
         if !self.prints_log {
             return;
@@ -112,7 +112,7 @@ fn nodes(named: &[u8], scenario: &Scenario) -> Result<Vec<NodeId>, InputError> {
     Ok(chosen.iter().copied().map(NodeId).collect())
 }
 
-/// Whom a GDB may take hold of, and at which port.
+/// The drone to which GDB connects, and the port.
 fn gdb(text: &str, nodes: &[NodeId]) -> Result<(NodeId, u16), InputError> {
     let (node, port) = match text.split_once(':') {
         Some((node, port)) => (node.parse().ok().map(NodeId), port),
@@ -131,7 +131,7 @@ fn gdb(text: &str, nodes: &[NodeId]) -> Result<(NodeId, u16), InputError> {
     }
 }
 
-/// What became of the virtual drones.
+/// The state of the virtual drones at the end.
 pub(super) struct Aftermath {
     drones: Vec<Drone>,
     failures: Vec<String>,
@@ -174,12 +174,12 @@ impl Aftermath {
         self.drones.is_empty()
     }
 
-    /// What went wrong, in words.
+    /// The reasons why the mission failed.
     pub(super) fn failures(&self) -> impl Iterator<Item = String> {
         self.failures.iter().cloned()
     }
 
-    /// Where each processor's time went.
+    /// A table of each processor's load.
     pub(super) fn table(&self) -> String {
         let mut text = String::new();
         for drone in &self.drones {
@@ -235,7 +235,7 @@ fn task_json(task: &virtual_crazyflie::profile::TaskLoad) -> Value {
     })
 }
 
-/// As it is printed: to so many digits behind the point.
+/// Rounds a value to this many digits after the point.
 fn rounded(value: f64, digits: i32) -> f64 {
     let scale = 10_f64.powi(digits);
     (value * scale).round() / scale

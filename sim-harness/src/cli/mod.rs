@@ -126,7 +126,7 @@ fn put(text: &str) -> Result<(), Trouble> {
 
 /// Says something on standard error, in one line.
 fn complain(what: impl std::fmt::Display) {
-    // Where standard error is closed there is nobody to be told.
+    // Where standard error is closed, the line is lost.
     let _ = writeln!(io::stderr(), "uchain: {what}");
 }
 
@@ -142,7 +142,7 @@ enum Verdict {
 
 /// Why a verb could not do its work.
 enum Trouble {
-    /// The user's to mend.
+    /// The input cannot be used.
     Input(InputError),
     /// Standard output cannot be written.
     Output(io::Error),

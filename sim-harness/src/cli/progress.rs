@@ -28,7 +28,7 @@ impl Progress {
         Self { bar, since: Instant::now(), shown: AtomicBool::new(false), wanted }
     }
 
-    /// For a task whose length is not known.
+    /// Makes a bar without an end, for a task whose length is not known.
     pub(super) fn busy(what: &str, quiet: bool) -> Self {
         let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::hidden());
         bar.set_message(what.to_owned());
@@ -46,7 +46,7 @@ impl Progress {
         Self { bar, since: Instant::now(), shown: AtomicBool::new(wanted), wanted }
     }
 
-    /// One more is done.
+    /// Counts one more that is done.
     pub(super) fn step(&self) {
         self.bar.inc(1);
         let late = self.since.elapsed() > PATIENCE;
@@ -55,13 +55,13 @@ impl Progress {
         }
     }
 
-    /// A line on standard error, above the bar.
+    /// Prints a line on standard error, above the bar.
     pub(super) fn aside(&self, line: &str) {
-        // Where standard error is closed there is nobody to be told.
+        // Where standard error is closed, the line is lost.
         self.bar.suspend(|| drop(writeln!(std::io::stderr(), "{line}")));
     }
 
-    /// What is being done now.
+    /// Names the things that are counted.
     pub(super) fn say(&self, what: &str) {
         self.bar.set_message(what.to_owned());
     }

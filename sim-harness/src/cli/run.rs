@@ -145,7 +145,7 @@ fn fly(
     Ok((trace, metrics, Aftermath::of(&mission)))
 }
 
-/// What went wrong, in words; nothing for a mission that succeeded.
+/// The reasons why the mission failed; empty for one that succeeded.
 fn failures(scenario: &Scenario, trace: &Trace, metrics: &RunMetrics) -> Vec<String> {
     let ordered = scenario.pilot.last().map(|step| step.task);
     let mut failures = Vec::new();
@@ -183,7 +183,7 @@ fn failures(scenario: &Scenario, trace: &Trace, metrics: &RunMetrics) -> Vec<Str
     failures
 }
 
-/// One of the bounds that a scenario sets, and what came of it.
+/// A bound that the scenario sets, and the value that the mission reached.
 struct Criterion {
     name: &'static str,
     /// What to say before and after the value.
@@ -195,7 +195,7 @@ struct Criterion {
 }
 
 impl Criterion {
-    /// What is not a number meets nothing.
+    /// NaN meets no bound.
     fn met(&self) -> bool {
         if self.most { self.value <= self.bound } else { self.value >= self.bound }
     }
@@ -306,7 +306,7 @@ fn summary(
     summary
 }
 
-/// What the radio did.
+/// The figures of the radio.
 fn radio_json(radio: &RadioMetrics) -> Value {
     let packets = &radio.packets;
     json!({
@@ -327,7 +327,7 @@ fn radio_json(radio: &RadioMetrics) -> Value {
     })
 }
 
-/// What the flights were like.
+/// The figures of the flights.
 fn flight_json(flight: &FlightMetrics) -> Value {
     let ends: serde_json::Map<_, _> =
         flight.ends().map(|(name, count)| (name.to_owned(), json!(count))).collect();
@@ -342,8 +342,8 @@ fn flight_json(flight: &FlightMetrics) -> Value {
     })
 }
 
-/// Through text, so that 0.1 stays 0.1 and not the double nearest to a float; what is not finite
-/// is `null`.
+/// Converts through text, so that 0.1 stays 0.1 and does not become the double nearest to a float;
+/// a value that is not finite is `null`.
 fn number(value: f32) -> Value {
     if !value.is_finite() {
         return Value::Null;
@@ -351,7 +351,7 @@ fn number(value: f32) -> Value {
     serde_json::from_str(&format!("{value}")).unwrap_or(Value::Null)
 }
 
-/// Every metric by name; what never came or does not apply is `null`.
+/// Every metric by name; `null` for one that was never reached or does not apply.
 pub(super) fn metrics_json(m: &RunMetrics) -> Value {
     let held = |of: fn(&HoldMetrics) -> f32| number(m.held(of));
     json!({

@@ -83,7 +83,7 @@ fn within(option: &str, value: f64, least: f64, most: f64) -> Result<f64, InputE
     ))
 }
 
-/// One line with the addresses, once clients may come.
+/// Prints one line with the addresses, once clients can connect.
 fn announce(common: &Common, scenario: &Scenario, ports: &Ports) -> Result<(), Trouble> {
     let mut line = format!("serving {}: ", scenario.name);
     let last = ports.addresses().len().saturating_sub(1);
@@ -99,7 +99,7 @@ fn announce(common: &Common, scenario: &Scenario, ports: &Ports) -> Result<(), T
     line.push('\n');
     match (common.json, common.quiet) {
         (true, _) => {
-            // Where standard error is closed there is nobody to be told.
+            // Where standard error is closed, the line is lost.
             let _ = std::io::stderr().write_all(line.as_bytes());
             Ok(())
         }
@@ -108,7 +108,7 @@ fn announce(common: &Common, scenario: &Scenario, ports: &Ports) -> Result<(), T
     }
 }
 
-/// What was live, the way it was asked for.
+/// Writes and prints the results.
 fn finish(
     args: &ServeArgs,
     mut folder: Option<Folder>,

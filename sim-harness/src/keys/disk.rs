@@ -1,4 +1,4 @@
-//! Files that nobody else may read, each whole or not there, and no two commands at a time.
+//! Writes files that only their owner may read, each whole or not at all, one command at a time.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Read, Write};
@@ -8,25 +8,25 @@ use std::time::Duration;
 
 use crate::input_error::InputError;
 
-/// What is done to a disk, step by step, so that a test can stop after each.
+/// The operations on a disk, step by step, so that a test can stop after each.
 pub(super) trait Disk {
-    /// Whether there is anything of this name.
+    /// Whether a file of this name exists.
     fn exists(&self, path: &Path) -> bool;
-    /// A new empty file that its owner alone may read; one of this name is replaced.
+    /// Makes an empty file that only its owner may read; a file of this name is replaced.
     fn create(&mut self, path: &Path) -> io::Result<()>;
-    /// Puts `bytes` into it.
+    /// Writes `bytes` into the file.
     fn write(&mut self, path: &Path, bytes: &[u8]) -> io::Result<()>;
-    /// Returns when what is in it would survive a power cut.
+    /// Returns when the contents of the file would survive a power cut.
     fn sync(&mut self, path: &Path) -> io::Result<()>;
-    /// Gives it another name, whose file, if there is one, is gone then.
+    /// Renames the file; a file of the new name is replaced.
     fn rename(&mut self, from: &Path, to: &Path) -> io::Result<()>;
     /// Returns when the names in the folder would survive a power cut.
     fn sync_folder(&mut self, folder: &Path) -> io::Result<()>;
-    /// Removes it, if that can be done.
+    /// Removes the file, if that is possible.
     fn remove(&mut self, path: &Path);
 }
 
-/// The computer's.
+/// The disk of the computer.
 pub(super) struct Real;
 
 impl Disk for Real {
@@ -130,7 +130,7 @@ pub(super) fn read_private(path: &Path) -> Result<String, InputError> {
         )
         .in_file(path)
     };
-    // Before it is opened: that would wait for somebody at the other end of a pipe.
+    // Before it is opened: opening a pipe would wait for its other end.
     if !fs::metadata(path).map_err(|error| unreadable(&error))?.is_file() {
         return Err(unreadable(&"it is not a file"));
     }

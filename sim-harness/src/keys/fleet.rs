@@ -17,8 +17,8 @@
 //! name = "8 hexadecimal digits"
 //! ```
 //!
-//! The secret comes near the end, and what is checked against it last: a file that was cut off
-//! anywhere is no fleet.
+//! The secret stands near the end and the name, which is checked against it, last: a file that was
+//! cut off anywhere is refused.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -38,12 +38,12 @@ use crate::input_error::InputError;
 const VERSION: i64 = 1;
 
 const HEADING: &str = "\
-# The keys of a fleet of drones. Whoever reads this file can fly them all: keep it to yourself.
+# The keys of a fleet of drones. Keep this file secret: with it anyone can fly all of them.
 # Change it with `uchain keys` alone, and never put an old copy back: it would give out numbers
 # that have been given already.
 ";
 
-/// A fleet: its secret, and what was given to whom.
+/// A fleet: its secret, and the keys that each drone was given.
 #[derive(Clone, PartialEq, Eq)]
 pub struct Fleet {
     secret: [u8; 16],
@@ -52,16 +52,16 @@ pub struct Fleet {
     drones: BTreeMap<u8, Drone>,
 }
 
-/// What the fleet knows of one of its drones.
+/// The entry of one drone in the fleet file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Drone {
-    /// What it is.
+    /// The role of the drone.
     pub role: Role,
     /// Whether cfclient may fly the head through it.
     pub may_fly: bool,
-    /// Of which generation its keys are.
+    /// The generation of its keys.
     pub generation: u8,
-    /// As which issue it has them.
+    /// The issue by which it has its keys.
     pub issue: Issue,
 }
 
@@ -76,8 +76,8 @@ impl Fleet {
         Self { secret, generation, issued: None, drones: BTreeMap::new() }
     }
 
-    /// By which name its files and drones know it. It follows from the secret and says nothing of
-    /// it: it is a piece of what would be the group's key in generation 0, which there is not.
+    /// The name of the fleet in its files and drones. It follows from the secret without revealing
+    /// it: it is a part of what would be the group's key in generation 0, which is never used.
     #[must_use]
     pub fn name(&self) -> String {
         format!("{:08x}", self.number())

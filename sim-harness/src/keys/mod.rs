@@ -1,15 +1,15 @@
-//! The keys of a fleet: the file that they all come from, and the pages that drones are provisioned
-//! with.
+//! Makes the keys of a fleet: the file from which they all follow, and the pages with which drones
+//! are provisioned.
 //!
 //! A [`Fleet`] is a file that holds the fleet's secret and which number was given to which drone.
 //! Everything else follows from the secret ([`airlink::keys`]), so a page is made, loaded into its
 //! drone and deleted.
 //!
-//! Two things must never happen, whatever is interrupted, and by whatever: that two pages have the
-//! same [`Issue`] (their drones would use the same nonces), and that half a file lies where a whole
-//! one is looked for. So the fleet file says that an issue is given before its page is there, and is
-//! on the disk by then; each file is written under another name first; and one command at a time
-//! works on a fleet.
+//! Two things must never happen, wherever a command is interrupted: that two pages have the same
+//! [`Issue`] (their drones would use the same nonces), and that half a file lies where a whole one
+//! is expected. So the fleet file says that an issue is given before its page is there, and is on
+//! the disk by then; each file is written under another name first; and one command at a time works
+//! on a fleet.
 
 mod disk;
 mod fleet;
@@ -25,12 +25,12 @@ pub(crate) use self::fleet::role_name;
 pub use self::fleet::{Drone, Fleet};
 use crate::input_error::InputError;
 
-/// What a page is to be made for.
+/// The drone for which a page is to be made.
 #[derive(Clone, Copy, Debug)]
 pub struct Request {
-    /// For whom.
+    /// The number of the drone.
     pub node: NodeId,
-    /// What it is; by its number where this is left out: 0 is the head, 15 the base.
+    /// Its role; by its number where this is left out: 0 is the head, 15 the base.
     pub role: Option<Role>,
     /// Whether cfclient may fly the head through it.
     pub may_fly: bool,
@@ -41,9 +41,9 @@ pub struct Request {
 pub struct Provisioned {
     /// The fleet as it is now.
     pub fleet: Fleet,
-    /// For whom.
+    /// The number of the drone.
     pub node: NodeId,
-    /// What the fleet knows of it.
+    /// The drone's entry in the fleet file.
     pub drone: Drone,
     /// Whether another drone may have keys of this number and generation.
     pub replaces: bool,
@@ -69,7 +69,7 @@ impl Provisioned {
     }
 }
 
-/// A path as a shell takes it.
+/// A path, quoted for a shell.
 fn quoted(path: &Path) -> String {
     let text = path.display().to_string();
     let plain = |c: char| c.is_ascii_alphanumeric() || "/._-+,=:@%".contains(c);
@@ -79,7 +79,7 @@ fn quoted(path: &Path) -> String {
 /// Makes a fleet with a secret of the operating system's random source, and its file.
 ///
 /// # Errors
-/// If there is such a file already, it cannot be written, or there is nothing random to be had.
+/// If there is such a file already, it cannot be written, or the random source fails.
 pub fn create(path: &Path, generation: u8) -> Result<Fleet, InputError> {
     if generation == 0 {
         return Err(InputError::new("--generation 0 is out of range", "give 1 to 255"));
@@ -108,7 +108,7 @@ pub fn create(path: &Path, generation: u8) -> Result<Fleet, InputError> {
 /// Reads a fleet file.
 ///
 /// # Errors
-/// If it cannot be read, others can read it, too, or it is no fleet.
+/// If it cannot be read, if others can read it, too, or if it is not a fleet file.
 pub fn open(path: &Path) -> Result<Fleet, InputError> {
     Fleet::parse(path, &disk::read_private(path)?)
 }

@@ -1,8 +1,8 @@
 //! `trace.csv`: one row for each drone and frame, for spreadsheets, pandas and R.
 //!
 //! The columns are documented in the book, "What a run leaves behind". A field is empty where
-//! there was nothing to know: no link, no measurement. Numbers are rounded to a fixed count of
-//! decimals, well below anything that means something, so that files compare byte for byte.
+//! there is no value: no link, no measurement. Numbers are rounded to a fixed count of decimals,
+//! finer than any sensor, so that files compare byte for byte.
 
 use std::io::{self, Write};
 use units::Role;
@@ -41,7 +41,7 @@ const HEADER: [&str; 26] = [
 /// Writes the whole mission, frame by frame, head first, base last.
 ///
 /// # Errors
-/// Whatever `out` reports.
+/// The errors of `out`.
 pub fn write(trace: &Trace, out: impl Write) -> io::Result<()> {
     let mut csv = ::csv::Writer::from_writer(out);
     csv.write_record(HEADER)?;
@@ -85,7 +85,7 @@ fn link(link: Option<&LinkFrame>) -> [String; 4] {
     })
 }
 
-/// A role as every output file spells it.
+/// The spelling of a role in every output file.
 pub(super) const fn role_name(role: Role) -> &'static str {
     match role {
         Role::Head => "head",
@@ -99,8 +99,8 @@ fn seconds(micros: u64) -> String {
     format!("{}.{:06}", micros / 1_000_000, micros % 1_000_000)
 }
 
-/// A number of fixed decimals; nothing for what is not a number, `inf` for what has no end, and
-/// never `-0.000`, which says no more than `0.000` but differs from it.
+/// Writes a number with fixed decimals: nothing for NaN, `inf` for infinity, and never `-0.000`,
+/// which differs from `0.000` as text only.
 fn number(value: f32, decimals: usize) -> String {
     if value.is_nan() {
         return String::new();

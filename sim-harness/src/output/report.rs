@@ -1,7 +1,7 @@
-//! `report.html`: the mission as one page that plays it.
+//! Makes `report.html`, a page that plays the mission.
 //!
-//! Style, script, pictures and data are all in the file, so it can be mailed, opened from a stick
-//! and looked at in ten years. The page itself lies in `assets/report/`; here its gaps are filled.
+//! Style, script, pictures and data are all in the one file, so that it can be mailed and needs no
+//! network. `assets/report/` holds the page with `{{gaps}}`; this module fills them.
 
 mod data;
 mod metrics;
@@ -15,8 +15,8 @@ const PAGE: &str = include_str!("../../assets/report/report.html");
 const STYLE: &str = include_str!("../../assets/report/report.css");
 const SCRIPT: &str = include_str!("../../assets/report/report.js");
 
-/// The page for a mission and the summary of it: any JSON object, of which every number, text and
-/// truth value is shown. Whatever stands in names and texts is shown as text.
+/// Makes the page for a mission and its summary, a JSON object whose entries are all shown. Names
+/// and texts are escaped, so that none of them becomes markup.
 ///
 /// # Errors
 /// See [`PictureError`].
@@ -71,7 +71,7 @@ fn subtitle(trace: &Trace) -> String {
     )
 }
 
-/// Replaces every `{{gap}}` of the page, in one pass: what is filled in is never looked at again.
+/// Replaces every `{{gap}}` of the page, in one pass: a gap within a filled-in text stays as it is.
 fn fill(page: &str, filled: impl Fn(&str) -> String) -> String {
     let mut out = String::with_capacity(page.len());
     let mut rest = page;

@@ -1,8 +1,8 @@
-//! What the chain's policies would have made of a recorded flight.
+//! Computes what the chain's policies would have commanded in a recorded flight.
 //!
-//! The authors' logs hold strengths that were filtered on board, and no velocity. So they say
-//! nothing of the filter; but each row is what a relay's movement policy and the launch policy
-//! would have been given.
+//! The authors' logs hold strengths that were filtered on board, and no velocity, so they cannot
+//! test the filter; but each row has the inputs of a relay's movement policy and of the launch
+//! policy.
 
 use chain::launch::{LaunchConfig, LaunchWatch};
 use chain::policy::{LinkEnd, PolicyConfig};
@@ -22,9 +22,9 @@ pub enum Policy {
     T5,
     /// The paper's K.
     K,
-    /// What the authors flew.
+    /// The rule of the authors' firmware.
     Authors,
-    /// What is flashed unless somebody chooses otherwise.
+    /// The policy that is flashed unless another is chosen.
     Default,
 }
 
@@ -52,7 +52,7 @@ impl Policy {
     }
 }
 
-/// What one policy would have told one relay.
+/// The commands of one policy to one relay.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Commands {
     /// The policy.
@@ -67,7 +67,7 @@ pub struct Commands {
     pub hover: f64,
     /// and flown towards the base.
     pub back: f64,
-    /// Mean of the speed, whatever its direction.
+    /// Mean of the speed in either direction.
     pub mean_speed_mps: f64,
     /// How often the direction turned round, hovering left out.
     pub sign_changes: usize,
@@ -88,7 +88,7 @@ pub struct Equality {
     pub within_5_db: f64,
 }
 
-/// What is made of one flight.
+/// The analysis of one flight.
 pub(super) struct Flight {
     /// One for each policy and relay.
     pub(super) commands: Vec<Commands>,

@@ -1,19 +1,19 @@
-//! Recorded RSSI through the on-board code.
+//! Runs recorded RSSI through the on-board code.
 //!
-//! Simulated noise is white and its law is known, recorded noise is neither. A replay gives the
-//! packets of a log to the very [`LinkFilter`](chain::filter::LinkFilter) that flies and says how
-//! well the next packet was foreseen, with and without the motion that the log knows of. The
-//! U-Chain authors' own flights hold no raw packets; for those it says what the movement and the
-//! launch policies would have done.
+//! Simulated noise is white and its distribution is known; recorded noise is neither. A replay
+//! gives the packets of a log to the [`LinkFilter`](chain::filter::LinkFilter) that flies, and
+//! measures how well the filter predicts the next packet, with and without the motion that the log
+//! records. The flights of the U-Chain authors hold no raw packets; for those a replay computes the
+//! commands of the movement and launch policies.
 //!
 //! | file | holds |
 //! |---|---|
-//! | `formats/` | one parser per kind of log: any bytes in, checked samples out |
-//! | `recording` | those samples, and what was wrong with the other rows |
+//! | `formats/` | one parser per kind of log, from any bytes to checked samples |
+//! | `recording` | the samples, and the anomalies of the other rows |
 //! | `prediction` | the four predictors and their scores |
 //! | `flight` | the policies over a recorded flight |
 //! | `mind` | the whole agent over a recorded flight |
-//! | `summary` | all of it as a table, as JSON and as a CSV of every sample |
+//! | `summary` | the results as a table, as JSON and as a CSV of every sample |
 //!
 //! The book's chapter "Replay" defines every number.
 
@@ -38,10 +38,10 @@ pub use summary::{FileReport, LinkReport, ReplaySummary};
 
 use crate::input_error::InputError;
 
-/// How to replay.
+/// The options of a replay.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReplayOptions {
-    /// The kind of every log; `None` has each told from its content.
+    /// The format of all logs; with `None` each is recognized by its content.
     pub format: Option<Format>,
     /// The movement policy to run over flights; `None` runs them all.
     pub policy: Option<Policy>,

@@ -1,10 +1,9 @@
-//! How well the next packet's RSSI is foreseen.
+//! Measures how well four predictors foresee the RSSI of the next packet.
 //!
 //! Four predictors hear the same packets, all through the on-board [`LinkFilter`]. Before each
-//! packet every one of them says what it expects, from earlier packets and from the motion since;
-//! after it, each is told. What a predictor has never heard of, it does not predict: the first
-//! packet of a link, and the first after a silence that on board makes a link lost, count for
-//! nobody.
+//! packet each predicts it from earlier packets and from the motion since; then each is given the
+//! packet. The first packet of a link, and the first after a silence that on board makes a link
+//! lost, are not predicted.
 
 use chain::filter::{Kalman, LinkFilter, Slope, Smoothing};
 use serde::Serialize;
@@ -79,7 +78,7 @@ impl Residuals {
     }
 }
 
-/// What one predictor said of one packet.
+/// The prediction of one packet by one predictor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Foresight {
     pub(super) expected: Dbm,
@@ -89,10 +88,10 @@ pub(super) struct Foresight {
     seen_variance: f64,
 }
 
-/// What all of them said, or nothing where there was nothing to go by.
+/// The predictions of all of them; `None` for one that had nothing to predict from.
 pub(super) type Foresights = [Option<Foresight>; N];
 
-/// Everybody's view of one link.
+/// The state of all predictors for one link.
 #[derive(Clone, Default)]
 struct Link {
     filters: [LinkFilter; N],
@@ -151,7 +150,7 @@ fn foresee(
     Some(foresight)
 }
 
-/// What everybody expected of each sample of a recording.
+/// Predicts each sample of a recording with all predictors.
 pub(super) fn foresee_all(recording: &Recording, kalman: Kalman) -> Vec<Foresights> {
     let predictors = predictors(kalman);
     let mut links = vec![Link::default(); recording.links.len()];
@@ -203,14 +202,14 @@ impl Sums {
     }
 }
 
-/// How well one predictor did.
+/// The scores of one predictor.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Score {
-    /// Root of the mean squared difference between what came in and what was expected.
+    /// Root of the mean squared difference between the received and the expected strength.
     pub rmse_db: f64,
-    /// Mean natural logarithm of the density that the predictor gave to what came in: a normal
-    /// one, with the variance that the filter claims for itself, or, for the last sample and the
-    /// average, which claim none, with that of their residuals so far.
+    /// Mean natural logarithm of the density that the predictor gave to the received strength: a
+    /// normal one, with the variance that the filter claims for itself, or, for the last sample and
+    /// the average, which claim none, with that of their residuals so far.
     pub log_likelihood: f64,
     /// The same with the variance of the residuals so far for all of them: like with like.
     pub log_likelihood_seen: f64,

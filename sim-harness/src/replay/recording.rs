@@ -126,7 +126,7 @@ pub(super) struct Recording {
     pub(super) links: Vec<String>,
     pub(super) samples: Vec<Sample>,
     pub(super) anomalies: Anomalies,
-    /// How the file was understood, where that was not plain.
+    /// How the file was interpreted, where that is not obvious.
     pub(super) note: Option<&'static str>,
 }
 

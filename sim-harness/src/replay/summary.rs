@@ -1,5 +1,4 @@
-//! What a replay found, in three forms: a table to read, JSON to compute with, and every sample
-//! as CSV.
+//! The results of a replay in three forms: a table, JSON, and a CSV of every sample.
 
 use std::fmt;
 use std::io;
@@ -13,7 +12,7 @@ use super::mind::MindReport;
 use super::prediction::{Foresights, Prediction, Score, Tally};
 use super::recording::{Anomalies, Recording, Sample};
 
-/// What a replay found in all of its files.
+/// The results of a replay for all of its files.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct ReplaySummary {
     /// One for each file, in the order given.
@@ -24,12 +23,12 @@ pub struct ReplaySummary {
     tally: Tally,
 }
 
-/// What a replay found in one file.
+/// The results of a replay for one file.
 #[derive(Clone, Debug, Serialize)]
 pub struct FileReport {
     /// The file, as it was named.
     pub file: String,
-    /// What kind of log it is.
+    /// The format of the log.
     pub format: Format,
     /// How many rows it has, empty ones and a header left out.
     pub rows: usize,
@@ -37,9 +36,9 @@ pub struct FileReport {
     pub used: usize,
     /// How many packets counted.
     pub packets: usize,
-    /// What was wrong with the others.
+    /// The anomalies of the other rows.
     pub anomalies: Anomalies,
-    /// How the file was understood, where that was not plain.
+    /// How the file was interpreted, where that is not obvious.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub note: Option<&'static str>,
     /// How well the next packet was foreseen; `None` for a flight, whose packets are not raw.
@@ -64,7 +63,7 @@ pub struct FileReport {
     tally: Option<Tally>,
 }
 
-/// What a replay found on one link.
+/// The results of a replay for one link.
 #[derive(Clone, Debug, Serialize)]
 pub struct LinkReport {
     /// The link's name in the log.

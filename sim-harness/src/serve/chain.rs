@@ -37,11 +37,11 @@ struct Station {
     server: Server,
     parameters: Parameters,
     client: Option<SocketAddr>,
-    /// What the client was told already.
+    /// The hints that the client was given already.
     said: Vec<Notice>,
 }
 
-/// What a client is told once, so that it does not wonder.
+/// A hint that a client is given once.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Notice {
     Sideways,
@@ -130,7 +130,7 @@ impl<W: World> Chain<W> {
             return;
         };
         self.tally.received += 1;
-        // Who only looks round takes the drone from nobody.
+        // A scan does not take the drone from its client.
         if header & NULL_MASK == NULL & NULL_MASK {
             out(member, from, &[NULL]);
             self.tally.sent += 1;
@@ -205,7 +205,7 @@ impl<W: World> Chain<W> {
         }
     }
 
-    /// Sends what a drone has to say to whoever spoke to it last.
+    /// Sends the packets of a drone to the client that spoke to it last.
     fn send(&mut self, member: usize, out: &mut Outbox<'_>) {
         let Some(station) = self.stations.get_mut(member) else { return };
         let Some(client) = station.client else { return };

@@ -1,5 +1,5 @@
-//! What a served chain tells the person at its terminal: clients that come and go, orders,
-//! take-offs, landings and stops.
+//! Notices the events that a served chain prints: clients that come and go, orders, take-offs,
+//! landings and stops.
 
 use std::fmt;
 use std::net::SocketAddr;
@@ -10,7 +10,7 @@ use units::Order;
 
 use crate::trace::order_words;
 
-/// Something that the person at the terminal is told of.
+/// An event that is printed at the terminal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Event {
     /// Simulated time goes slower than was asked, since this machine cannot keep up.
@@ -78,7 +78,7 @@ impl fmt::Display for Event {
 /// second (cflib 0.1.34, link_statistics.py).
 const SILENCE: Duration = Duration::from_secs(3);
 
-/// Remembers what was told already.
+/// Compares the chain with what it was before, and makes the events.
 pub(super) struct Journal {
     /// For each drone the client that speaks to it, and when it last did.
     clients: Vec<Option<(SocketAddr, Instant)>>,
@@ -112,15 +112,15 @@ impl Journal {
         Some(Event::Gone(self.drone(place), client))
     }
 
-    /// What the chain is ordered now. A change of speed alone is not told: a stick moves all the
-    /// time.
+    /// Takes the order that stands now. A change of speed alone is not an event: a stick moves all
+    /// the time.
     pub(super) fn ordered(&mut self, order: Option<Order>) -> Option<Event> {
         let order = order?;
         let before = self.ordered.replace(order);
         before.is_none_or(|before| kind(before) != kind(order)).then_some(Event::Ordered(order))
     }
 
-    /// What a drone is doing now.
+    /// Takes the state of a drone.
     pub(super) fn doing(&mut self, place: usize, state: State) -> Option<Event> {
         let before = self.states.get_mut(place)?.replace(state)?;
         let drone = self.drone(place);
@@ -141,7 +141,7 @@ impl Journal {
     }
 }
 
-/// The order without its speed, but with the way that it goes.
+/// The order without its speed, but with its direction.
 fn kind(order: Order) -> (core::mem::Discriminant<Order>, i8) {
     let way = match order {
         Order::Explore(speed) if speed.0 > 0.0 => 1,

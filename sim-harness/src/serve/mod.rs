@@ -1,8 +1,8 @@
 //! Drones that cflib and cfclient connect to: each has a UDP port of its own, with one CRTP packet
 //! in each datagram, and simulated time follows the clock on the wall.
 //!
-//! Whatever is ordered at any of the ports is the operator's word, which stands at the base: it
-//! goes out to the chain over the simulated radio, hop by hop, as it does underground.
+//! An order at any of the ports is an order of the operator, who stands at the base: it goes out to
+//! the chain over the simulated radio, hop by hop, as it does underground.
 //!
 //! ```text
 //!   cflib ──UDP──▶ ports ──▶ chain: a CRTP server per drone ──▶ desk ──order──▶ world

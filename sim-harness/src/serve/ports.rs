@@ -95,14 +95,14 @@ impl Ports {
             Ok(datagram) => Some(datagram),
             Err(RecvTimeoutError::Timeout) => None,
             Err(RecvTimeoutError::Disconnected) => {
-                // Nobody listens any more; time still has to pass.
+                // No thread listens any more; time still has to pass.
                 thread::sleep(left);
                 None
             }
         }
     }
 
-    /// Sends a packet from a drone's port. Where nobody takes it, it is lost, as on the air.
+    /// Sends a packet from a drone's port. Where no client receives it, it is lost, as on the air.
     pub(super) fn send(&self, member: usize, to: SocketAddr, packet: &[u8]) {
         if let Some(socket) = self.sockets.get(member) {
             let _ = socket.send_to(packet, to);

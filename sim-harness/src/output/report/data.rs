@@ -1,7 +1,8 @@
-//! The mission as the page's script reads it: small enough to embed.
+//! Encodes the mission for the page's script, small enough to embed.
 //!
-//! Whole millimetres, milliradians, millivolts and tenths of a decibel, each column as differences between
-//! one frame and the next: most of them are one digit. `null` stands where nothing was known.
+//! Whole millimetres, milliradians, millivolts and tenths of a decibel, each column as differences
+//! between one frame and the next: most of them are one digit. `null` stands where there is no
+//! value.
 
 use serde_json::{Value, json};
 use units::Point2;

@@ -46,7 +46,7 @@ fn section(out: &mut String, title: &str, entries: &Map<String, Value>, depth: u
     }
 }
 
-/// The units that names of metrics end in, longest first.
+/// The endings of metric names, and the units that they stand for, longest first.
 const UNITS: [(&str, &str); 10] = [
     ("_rad_s", "rad/s"),
     ("_percent", "%"),

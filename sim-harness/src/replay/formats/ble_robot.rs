@@ -2,7 +2,7 @@
 //!
 //! Tab-separated integers, one row per second and anchor: `unix_ms, anchor, sequence, bytes,
 //! pressure, n_ble, n_uwb`, then eight for each BLE packet (`receiver, tag, tick, rssi, pressure,
-//! millivolts, steps, alert`) and four for each UWB packet, which are let be. A link is one of the
+//! millivolts, steps, alert`) and four for each UWB packet, which are ignored. A link is one of the
 //! two receivers of one anchor: their antennas are perpendicular to each other.
 //!
 //! Beside the log lie the anchors' positions (`anchors.csv`) and where the robot was

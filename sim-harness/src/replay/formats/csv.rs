@@ -1,8 +1,8 @@
-//! Our own log: a header, then one row per packet.
+//! Parses a table of packets: a header, then one row per packet.
 //!
 //! `time_s`, `link` and `rssi_dbm` must be there; `velocity_mps` may be: the rate at which the two
-//! ends separated since the link's previous row. Other columns are let be. The book's chapter
-//! "Replay" has the whole of it.
+//! ends separated since the link's previous row. Other columns are ignored. The book's chapter
+//! "Replay" defines all columns.
 
 use std::path::Path;
 

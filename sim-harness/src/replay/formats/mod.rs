@@ -1,4 +1,4 @@
-//! The log formats: how to tell them apart, and the one way in to all of their parsers.
+//! The log formats: recognizes the format of a file, and calls its parser.
 //!
 //! Every parser takes any bytes. A row that is wrong in itself is an [`Anomaly`]; a file that is
 //! not what it claims to be is an [`InputError`].
@@ -25,7 +25,7 @@ use units::{Dbm, Instant, Metres};
 use super::recording::Recording;
 use crate::input_error::InputError;
 
-/// A kind of log.
+/// A format of logs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Format {
@@ -44,7 +44,7 @@ pub enum Format {
 }
 
 impl Format {
-    /// What one row of it looks like, for an error message.
+    /// The description of one row, for an error message.
     const fn row(self) -> &'static str {
         match self {
             Self::UchainFlight => "a row of a U-Chain flight (time, then one loss per link)",
@@ -69,7 +69,7 @@ impl Format {
         }
     }
 
-    /// How to tell its rows, where it has no header to be told by.
+    /// The check that recognizes its rows, for a format without a header.
     const fn rows_told_by(self) -> Option<fn(&str) -> bool> {
         match self {
             Self::UchainFlight => Some(uchain_flight::is_row),
@@ -79,7 +79,7 @@ impl Format {
         }
     }
 
-    /// Which format a file is in, from its first rows.
+    /// Recognizes the format of a file by its first rows.
     fn told_from(bytes: &[u8]) -> Option<Self> {
         let rows = first_rows(bytes);
         let (_, header) = rows.first()?;
@@ -97,7 +97,7 @@ impl Format {
             .find(|format| format.first_stranger(&rows).is_none())
     }
 
-    /// The first row that is not of this format, where most of these are not.
+    /// The first row that is not of this format, if most of these rows are not.
     fn first_stranger(self, rows: &[(usize, String)]) -> Option<usize> {
         let is_row = self.rows_told_by()?;
         let mut strangers = rows.iter().filter(|(_, row)| !is_row(row)).map(|(line, _)| *line);
@@ -119,10 +119,10 @@ impl fmt::Display for Format {
     }
 }
 
-/// As much of a file as its format is told from.
+/// The number of bytes at the start of a file by which its format is recognized.
 const SNIFFED: usize = 16 * 1024;
 
-/// The rows that a format is told from. A last one that may have been cut short is left out.
+/// The rows by which a format is recognized, without a last one that may be cut short.
 fn first_rows(bytes: &[u8]) -> Vec<(usize, String)> {
     let start = bytes
         .get(..SNIFFED)
@@ -180,7 +180,7 @@ fn check(format: Format, recording: Recording, file: &Path) -> Result<Recording,
 fn not_the_format(format: Format, line: usize, file: &Path) -> InputError {
     InputError::new(
         format!("this is not {}, and neither are most other rows", format.row()),
-        "check --format, or leave it out to have it told from the content",
+        "check --format, or leave it out: the format is then recognized by the content",
     )
     .at_line(file, line)
 }
@@ -217,7 +217,7 @@ fn lines(bytes: &[u8]) -> impl Iterator<Item = (usize, String)> {
         .filter(|(_, line)| !line.trim().is_empty())
 }
 
-/// A number, and not one of the floats that are none.
+/// Parses a finite number.
 fn number(field: &str) -> Option<f64> {
     field.trim().parse().ok().filter(|number: &f64| number.is_finite())
 }

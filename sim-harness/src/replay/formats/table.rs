@@ -1,4 +1,4 @@
-//! Reading a comma-separated table by the names in its first row.
+//! Reads a comma-separated table by the names in its first row.
 //!
 //! Each line is read by itself: a quote that is never closed spoils its own row and no other, and
 //! the line numbers are the file's.

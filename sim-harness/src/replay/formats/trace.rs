@@ -1,4 +1,4 @@
-//! The `trace.csv` of a run: one row for each drone and 0.2 s.
+//! Parses the `trace.csv` of a run: one row for each drone and 0.2 s.
 //!
 //! A row has up to two packets, one from the neighbour in front and one from the neighbour behind.
 //! A link is named after the drone that received and the drone that sent: `1 from 0`. How fast the
@@ -31,7 +31,7 @@ pub(super) fn is_header(row: &str) -> bool {
     NAMES.iter().all(|name| row.split(',').any(|cell| cell.trim() == *name))
 }
 
-/// What a row says.
+/// The contents of a row.
 struct Drone {
     line: usize,
     time: Instant,
