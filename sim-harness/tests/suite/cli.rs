@@ -336,3 +336,41 @@ fn a_reader_that_goes_away_is_no_success_and_no_panic() {
     assert_eq!(output.status.code(), Some(141));
     assert!(output.stderr.is_empty());
 }
+
+/// A run's own trace is a recording like any other.
+#[test]
+fn the_trace_of_a_run_can_be_replayed() {
+    let folder = folder("replayed");
+    let short = scenarios().join("short.toml");
+    let flown = uchain(&["run", short.to_str().unwrap(), "--out", folder.to_str().unwrap()]);
+    assert_eq!(flown.status.code(), Some(0));
+    let trace = folder.join("trace.csv");
+    let output = uchain(&["replay", trace.to_str().unwrap(), "--json"]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let summary: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let file = &summary["files"][0];
+    assert_eq!((&file["format"], &file["rows"]), (&"trace".into(), &400.into()));
+    assert!(file["packets"].as_u64().is_some_and(|packets| packets > 300), "{file}");
+    assert!(file["prediction"]["kalman"].is_object(), "the motion is known");
+}
+
+#[test]
+fn strengths_without_a_sign_are_taken_and_a_line_says_so() {
+    let folder = folder("unsigned");
+    fs::create_dir_all(&folder).unwrap();
+    let replayed = |name: &str, strengths: [&str; 3]| {
+        let file = folder.join(name);
+        let rows = strengths.iter().enumerate().map(|(n, rssi)| format!("{n},a,{rssi}\n"));
+        fs::write(&file, format!("time_s,link,rssi_dbm\n{}", rows.collect::<String>())).unwrap();
+        let output = uchain(&["replay", file.to_str().unwrap(), "--json"]);
+        let summary: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        let mean = summary["files"][0]["links"][0]["mean_dbm"].as_f64();
+        (mean, String::from_utf8(output.stderr).unwrap())
+    };
+    // 127 is what some logs write for "none".
+    let (mean, note) = replayed("unsigned.csv", ["52", "54", "127"]);
+    assert_eq!(mean, Some(-53.0));
+    assert!(note.contains("unsigned.csv: no RSSI in it is negative"), "{note}");
+    let (mean, note) = replayed("signed.csv", ["-52", "-54", "127"]);
+    assert_eq!((mean, &*note), (Some(-53.0), ""));
+}
