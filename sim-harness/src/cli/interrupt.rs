@@ -42,11 +42,8 @@ fn handle(act: impl FnMut() + 'static + Send) {
 }
 
 fn end() {
-    if let Some(staging) = STAGING.lock().unwrap_or_else(PoisonError::into_inner).take() {
-        staging.discard();
-        complain("interrupted; nothing was written");
-    } else {
-        complain("interrupted");
-    }
+    let staging = STAGING.lock().unwrap_or_else(PoisonError::into_inner).take();
+    let removed = staging.is_some_and(|staging| staging.discard_at_exit());
+    complain(if removed { "interrupted; nothing was written" } else { "interrupted" });
     process::exit(STATUS.into());
 }

@@ -44,14 +44,26 @@ impl Staging {
         path.as_deref().map_or_else(|| Err(io::ErrorKind::Interrupted.into()), act)
     }
 
-    /// Removes the directory with all that is in it.
+    /// Removes the directory with all that is in it, unless that was done before.
     pub fn discard(&self) {
-        let path = self.0.lock().unwrap_or_else(PoisonError::into_inner).take();
-        if let Some(path) = path {
-            // There is nothing else to be done about a directory that cannot be removed.
-            let _ = fs::remove_dir_all(path);
-        }
+        remove(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner));
     }
+
+    /// Removes the directory, and stops the thread that fills it at its next file: for a handler
+    /// that ends the process. Whether there was anything to remove.
+    #[must_use]
+    pub fn discard_at_exit(&self) -> bool {
+        let mut path = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let removed = remove(&mut path);
+        // The lock is never given back.
+        std::mem::forget(path);
+        removed
+    }
+}
+
+fn remove(path: &mut Option<PathBuf>) -> bool {
+    // There is nothing else to be done about a directory that cannot be removed.
+    path.take().is_some_and(|path| fs::remove_dir_all(path).is_ok())
 }
 
 impl Folder {
