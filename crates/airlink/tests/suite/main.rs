@@ -1,4 +1,5 @@
-//! The link through its public door: turns, delays and sealed packets.
+//! Tests of the link through its public interface: turns, delays, a Stop that stands, and sealed
+//! packets.
 
 mod common;
 mod delay;

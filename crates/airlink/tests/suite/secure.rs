@@ -1,11 +1,12 @@
-//! What somebody without the keys, and what a thief with some of them, can do.
+//! Attacks on the link: by recordings, forged packets and floods without the keys, and by a thief
+//! with the keys of one drone.
 
 use std::cell::RefCell;
 use std::collections::HashSet;
 
 use crate::common;
 use crate::common::net::{Net, Setup};
-use crate::common::{Chance, fleet, identity, sealed, seeded};
+use crate::common::{Rng, fleet, identity, sealed, seeded};
 use airlink::keys::{self, Keys, Own};
 use airlink::{Airlink, Event, Identity, LinkConfig, Schedule, Scope, Seal, Sealed};
 use proptest::prelude::*;
@@ -13,22 +14,27 @@ use units::{Dbm, Instant, MetresPerSecond, NodeId, Order};
 use wire::p2p::{Capsule, Counter, Epoch, Header, MAX_BODY, Message, Telemetry, Wave};
 use wire::radio::Datarate;
 
-/// All that a link is but its counts.
+/// The state of a link without its counts.
 fn state<S: std::fmt::Debug>(link: &Airlink<S>) -> String {
     let all = format!("{link:?}");
     let (state, _) = all.rsplit_once("counters: ").unwrap();
     state.to_owned()
 }
 
-/// Four who have been talking for a while, the pilot's stick in use.
-fn talking(seed: u64) -> Net<Sealed> {
-    let mut net = Net::row(Setup { earshot: 3, ..Setup::default() }, seed, 4, sealed);
+/// A chain of four that has run for 5 s while the operator steers the head.
+fn running_chain(seed: u64) -> Net<Sealed> {
+    let mut net = Net::row(Setup { range: 3, ..Setup::default() }, seed, 4, sealed);
     net.stick = Some(Order::Explore(MetresPerSecond(0.2)));
     net.run(5_000_000);
-    assert!(net.said.iter().any(|said| said.to == 0 && matches!(said.event, Event::Order { .. })));
+    assert!(
+        net.received
+            .iter()
+            .any(|received| received.to == 0 && matches!(received.event, Event::Order { .. }))
+    );
     net
 }
 
+/// Asserts that node `to` refuses `bytes` and that its state stays as it is.
 fn changes_nothing(net: &mut Net<Sealed>, to: usize, bytes: &[u8]) {
     let before = state(&net.nodes[to].link);
     assert_eq!(net.inject(to, bytes), None);
@@ -44,7 +50,7 @@ proptest! {
         rest in prop::collection::vec(any::<u8>(), 0..60),
         likely in any::<bool>(),
     ) {
-        let mut net = talking_once();
+        let mut net = shared_chain();
         let mut bytes = [header, rest].concat();
         if likely && let [first, second, ..] = bytes.as_mut_slice() {
             *first = 0x10 | (1 + *first % 5);
@@ -56,16 +62,17 @@ proptest! {
     }
 }
 
-/// One net for many trials that must leave it as it is.
-fn talking_once() -> std::cell::RefMut<'static, Net<Sealed>> {
+/// One chain for many trials, which must leave it as it is.
+fn shared_chain() -> std::cell::RefMut<'static, Net<Sealed>> {
     thread_local! {
-        static NET: &'static RefCell<Net<Sealed>> = Box::leak(Box::new(RefCell::new(talking(1))));
+        static NET: &'static RefCell<Net<Sealed>> = Box::leak(Box::new(RefCell::new(running_chain(1))));
     }
     NET.with(|net| net.borrow_mut())
 }
 
-/// Right before the packet itself comes, so that but for the change it would be taken.
-fn spoil(link: &mut Airlink<Sealed>, now: Instant, packet: &[u8]) {
+/// Gives `link` damaged copies of a packet right before the packet itself, which is still accepted
+/// afterwards, and asserts that they change nothing.
+fn try_damaged_copies(link: &mut Airlink<Sealed>, now: Instant, packet: &[u8]) {
     let before = state(link);
     let mut is_nothing = |bytes: &[u8]| {
         assert_eq!(link.receive(now, Dbm(-50.0), bytes), None, "{bytes:02x?}");
@@ -86,20 +93,20 @@ fn spoil(link: &mut Airlink<Sealed>, now: Instant, packet: &[u8]) {
 
 #[test]
 fn a_packet_with_any_bit_flipped_or_byte_missing_changes_nothing() {
-    let mut net = talking(2);
-    net.probe = Some(spoil);
-    let (seen, since) = (net.said.len(), net.sent.len());
+    let mut net = running_chain(2);
+    net.probe = Some(try_damaged_copies);
+    let (seen, since) = (net.received.len(), net.sent.len());
     net.run(1_100_000);
-    // Of every kind but membership, which is not said every second; and all were taken afterwards.
+    // The packets were of every kind but membership, which is rare, and were accepted afterwards.
     let kinds: HashSet<_> =
         net.sent[since..].iter().map(|sent| Net::<Sealed>::kind(&sent.bytes)).collect();
     assert!(kinds.len() == 4, "{kinds:?}");
-    assert!(net.said.len() > seen + 50);
+    assert!(net.received.len() > seen + 50);
 }
 
 #[test]
-fn a_recording_says_nothing_however_late() {
-    let mut net = talking(4);
+fn a_recording_is_refused_however_late_it_comes() {
+    let mut net = running_chain(4);
     let recorded: Vec<_> = net.sent.iter().map(|sent| sent.bytes.clone()).collect();
     for pause in [0, 700_000, 20_000_000] {
         net.run(pause);
@@ -112,27 +119,28 @@ fn a_recording_says_nothing_however_late() {
 }
 
 #[test]
-fn a_recording_says_nothing_after_the_hearers_reboot() {
-    let mut net = talking(5);
+fn a_recording_is_refused_after_the_receivers_reboot() {
+    let mut net = running_chain(5);
     let mut recorded: Vec<_> = net.sent.iter().map(|sent| sent.bytes.clone()).collect();
     for _ in 0..2 {
         net.nodes[1].on = false;
         net.run(1_500_000);
         net.reboot(1);
-        // Before it has heard anybody, while it listens, and when it knows the others.
+        // The recording comes before the node has heard another, while it listens, and when it
+        // knows the others.
         for pause in [1, 150_000, 3_000_000] {
             net.run(pause);
             for bytes in &recorded {
                 assert_eq!(net.inject(1, bytes), None);
             }
         }
-        // It is none the worse for it.
-        let seen = net.said.len();
+        // The node still accepts the others' packets.
+        let seen = net.received.len();
         net.run(3_000_000);
         let heard = |from| {
-            net.said[seen..].iter().any(|said| {
-                said.to == 1
-                    && matches!(said.event, Event::Report { from: f, .. } if f == NodeId(from))
+            net.received[seen..].iter().any(|received| {
+                received.to == 1
+                    && matches!(received.event, Event::Report { from: f, .. } if f == NodeId(from))
             })
         };
         assert!([0, 2, 3].into_iter().all(heard));
@@ -141,8 +149,8 @@ fn a_recording_says_nothing_after_the_hearers_reboot() {
 }
 
 #[test]
-fn a_recording_of_a_senders_earlier_epoch_says_nothing() {
-    let mut net = talking(6);
+fn a_recording_of_a_senders_earlier_epoch_is_refused() {
+    let mut net = running_chain(6);
     net.nodes[2].on = false;
     net.run(1_500_000);
     let recorded: Vec<_> =
@@ -160,8 +168,8 @@ fn a_recording_of_a_senders_earlier_epoch_says_nothing() {
 }
 
 #[test]
-fn what_somebody_said_who_has_left_says_nothing() {
-    let mut net = talking(15);
+fn a_recording_of_a_node_that_has_left_is_refused() {
+    let mut net = running_chain(15);
     net.leave(2);
     net.run(300_000);
     let recorded: Vec<_> =
@@ -171,19 +179,19 @@ fn what_somebody_said_who_has_left_says_nothing() {
             changes_nothing(&mut net, to, bytes);
         }
     }
-    // Nor does its goodbye send anybody away when it is back.
+    // Nor does a recording of its leave make the others forget it when it is back.
     net.reboot(2);
     net.run(3_000_000);
-    let goodbye = recorded.last().unwrap();
+    let leave = recorded.last().unwrap();
     for to in [0, 1, 3] {
-        changes_nothing(&mut net, to, goodbye);
+        changes_nothing(&mut net, to, leave);
     }
 }
 
-/// Orders that were on the air before the head's reboot are void after it.
+/// The head does not accept orders that were on the air before its reboot.
 #[test]
-fn an_order_of_before_the_reboot_is_void() {
-    let mut net = Net::row(Setup { earshot: 1, ..Setup::default() }, 8, 3, sealed);
+fn an_order_from_before_the_reboot_is_void() {
+    let mut net = Net::row(Setup { range: 1, ..Setup::default() }, 8, 3, sealed);
     net.run(2_000_000);
     net.stick = Some(Order::Explore(MetresPerSecond(0.3)));
     net.run(3_000_000);
@@ -191,18 +199,22 @@ fn an_order_of_before_the_reboot_is_void() {
     net.nodes[0].on = false;
     net.run(1_500_000);
     net.reboot(0);
-    let seen = net.said.len();
+    let seen = net.received.len();
     net.run(5_000_000);
-    let is_order =
-        |said: &common::net::Said| said.to == 0 && matches!(said.event, Event::Order { .. });
-    assert!(!net.said[seen..].iter().any(is_order), "the pilot has let go");
-    // The pilot's next word reaches it.
+    let is_order = |received: &common::net::Received| {
+        received.to == 0 && matches!(received.event, Event::Order { .. })
+    };
+    assert!(
+        !net.received[seen..].iter().any(is_order),
+        "the head accepts an order although the operator has let go of the stick"
+    );
+    // The operator's next order reaches the head.
     net.stick = Some(Order::Explore(MetresPerSecond(0.3)));
     net.run(1_000_000);
-    assert!(net.said[seen..].iter().any(is_order));
+    assert!(net.received[seen..].iter().any(is_order));
 }
 
-/// A packet of `from`'s, sealed for the hop with what every drone has.
+/// A packet in the name of `from`, sealed for the hop with the group key, which every drone has.
 fn packet(seal: &Sealed, from: NodeId, counter: Counter, message: &Message) -> Vec<u8> {
     let header = Header { kind: message.kind(), from, wave: Wave::Outward, place: 0, counter };
     let clear = header.encode();
@@ -214,39 +226,43 @@ fn packet(seal: &Sealed, from: NodeId, counter: Counter, message: &Message) -> V
     [&clear[..], &body[..length], &tag].concat()
 }
 
-fn end_nonce(what: &[u8; 3], node: NodeId, counter: Counter) -> [u8; 16] {
+/// The nonce of a capsule.
+fn end_nonce(label: &[u8; 3], node: NodeId, counter: Counter) -> [u8; 16] {
     let mut nonce = [0; 16];
-    nonce[..3].copy_from_slice(what);
+    nonce[..3].copy_from_slice(label);
     nonce[3] = node.0;
     nonce[4..10].copy_from_slice(&counter.to_bytes());
     nonce
 }
 
+/// A counter of epoch 1, far ahead of those in use.
 fn far(count: u32) -> Counter {
     Counter::new(Epoch::new(1).unwrap(), count).unwrap()
 }
 
-fn order_for(seal: &Sealed, node: NodeId, counter: Counter, aad: &[u8], task: Order) -> Message {
-    let mut text = wire::p2p::encode_order(task);
+/// A command to `node`, sealed with the keys of `seal`.
+fn order_for(seal: &Sealed, node: NodeId, counter: Counter, aad: &[u8], order: Order) -> Message {
+    let mut text = wire::p2p::encode_order(order);
     let nonce = end_nonce(b"cmd", node, counter);
     let tag = seal.seal(Scope::EndToEnd(node), &nonce, aad, &mut text);
     Message::Command(Capsule { node, counter, sealed: text, tag })
 }
 
 #[test]
-fn a_thief_with_a_relays_keys_can_order_nobody_about() {
-    let mut net = talking(9);
-    // Node 2's board is on somebody's desk.
+fn a_thief_with_a_relays_keys_can_give_no_orders() {
+    let mut net = running_chain(9);
+    // The thief has the keys of node 2.
     let thief = sealed(identity(2, 4));
     for (to, count) in [(0, 900_000), (1, 900_001)] {
         let node = NodeId(to as u8);
         let message = order_for(&thief, node, far(count), &[node.0, 1, 0, 0], Order::Stop);
-        // In the base's name, who is fresh to everybody.
+        // The packet is in the name of the base, which is fresh to all nodes.
         let forged = packet(&thief, NodeId(3), far(count), &message);
         assert_eq!(net.inject(to, &forged), None);
         assert_eq!(net.nodes[to].link.counters().refused.forged, 1);
     }
-    // Nor by what it has heard: another node's order, or the same with another number.
+    // Nor do orders that the thief has heard serve: with another counter, to another node, or as
+    // they are.
     let heard = net.sent.iter().rev().find_map(|sent| {
         let (header, rest) = Header::decode(&sent.bytes).unwrap();
         let mut body = rest[..rest.len() - 8].to_vec();
@@ -268,17 +284,17 @@ fn a_thief_with_a_relays_keys_can_order_nobody_about() {
         let forged = packet(&thief, NodeId(3), far(count), &Message::Command(capsule));
         assert_eq!(net.inject(to, &forged), None);
     }
-    // Nor can it read them.
+    // Nor can the thief read them.
     let mut text = heard.sealed;
     let nonce = end_nonce(b"cmd", heard.node, heard.counter);
     assert!(!thief.open(Scope::EndToEnd(heard.node), &nonce, &[0, 1, 0, 0], &mut text, &heard.tag));
 }
 
 #[test]
-fn a_thief_with_a_relays_keys_cannot_speak_as_another_to_the_base() {
-    let mut net = talking(10);
+fn a_thief_with_a_relays_keys_cannot_send_another_nodes_telemetry() {
+    let mut net = running_chain(10);
     let thief = sealed(identity(2, 4));
-    let tell = |node: u8, count: u32| {
+    let telemetry_of = |node: u8, count: u32| {
         let mut text = common::telemetry().encode();
         let (node, counter) = (NodeId(node), far(count));
         let nonce = end_nonce(b"tel", node, counter);
@@ -286,31 +302,31 @@ fn a_thief_with_a_relays_keys_cannot_speak_as_another_to_the_base() {
         let message = Message::Telemetry(Capsule { node, counter, sealed: text, tag });
         packet(&thief, NodeId(1), counter, &message)
     };
-    assert_eq!(net.inject(3, &tell(0, 900_000)), None);
-    assert_eq!(net.inject(3, &tell(1, 900_001)), None);
+    assert_eq!(net.inject(3, &telemetry_of(0, 900_000)), None);
+    assert_eq!(net.inject(3, &telemetry_of(1, 900_001)), None);
     assert_eq!(net.nodes[3].link.counters().refused.forged, 2);
-    // As itself it can: the test forges well.
-    let event = net.inject(3, &tell(2, 900_002));
+    // The telemetry of node 2 itself is accepted, which shows that the test forges well.
+    let event = net.inject(3, &telemetry_of(2, 900_002));
     assert!(matches!(event, Some(Event::Telemetry { from: NodeId(2), .. })));
 }
 
 #[test]
-fn the_base_itself_is_obeyed() {
-    let mut net = talking(11);
+fn an_order_with_the_bases_key_is_accepted() {
+    let mut net = running_chain(11);
     let base = sealed(identity(3, 4));
     let order = order_for(&base, NodeId(1), far(900_000), &[1, 1, 0, 0], Order::Land);
     let event = net.inject(1, &packet(&base, NodeId(3), far(900_000), &order));
     assert_eq!(event, Some(Event::Order { task: Order::Land, counter: far(900_000) }));
-    // But not for another epoch than the node's own.
+    // An order for another epoch than the node's own is not.
     let order = order_for(&base, NodeId(1), far(900_001), &[1, 2, 0, 0], Order::Land);
     assert_eq!(net.inject(1, &packet(&base, NodeId(3), far(900_001), &order)), None);
     assert_eq!(net.nodes[1].link.counters().refused.forged, 1);
 }
 
-/// Echoes of a node's own words are neither obeyed nor taken for a second node.
+/// Echoes of a node's own packets are neither accepted nor taken for a second node.
 #[test]
-fn its_own_words_do_not_silence_a_node() {
-    let mut net = talking(12);
+fn echoes_do_not_silence_a_node() {
+    let mut net = running_chain(12);
     let own: Vec<_> =
         net.sent.iter().filter(|sent| sent.from == 1).map(|sent| sent.bytes.clone()).collect();
     for bytes in &own {
@@ -320,8 +336,8 @@ fn its_own_words_do_not_silence_a_node() {
 }
 
 #[test]
-fn of_another_generation_nothing_is_heard() {
-    let mut net = talking(13);
+fn packets_of_another_key_generation_are_refused() {
+    let mut net = running_chain(13);
     let base = fleet().base(2);
     let keys = Keys { group: fleet().group(2), own: Own::Node(keys::node(&base, NodeId(2))) };
     let message =
@@ -331,31 +347,34 @@ fn of_another_generation_nothing_is_heard() {
     assert_eq!(net.nodes[1].link.counters().refused.tag, 1);
 }
 
-/// A flood from 16 numbers, every packet of it well-formed but for the tag: it costs one opening
-/// each, and leaves nothing behind.
+/// Each packet of a flood from 16 numbers is well-formed but for the tag: it costs one decryption
+/// and leaves no state.
 #[test]
-fn a_flood_leaves_nothing_behind() {
-    let mut net = talking(14);
-    let mut chance = Chance(14);
+fn a_flood_leaves_no_state_behind() {
+    let mut net = running_chain(14);
+    let mut rng = Rng(14);
     for _ in 0..20_000 {
         let mut bytes = [0; 60];
         for byte in &mut bytes {
-            *byte = chance.next() as u8;
+            *byte = rng.next() as u8;
         }
-        bytes[0] = 0x10 | (1 + chance.below(5) as u8);
-        bytes[1] = chance.below(16) as u8;
-        assert_eq!(net.inject(1, &bytes[..17 + chance.below(44) as usize]), None);
+        bytes[0] = 0x10 | (1 + rng.below(5) as u8);
+        bytes[1] = rng.below(16) as u8;
+        assert_eq!(net.inject(1, &bytes[..17 + rng.below(44) as usize]), None);
     }
-    let seen = net.said.len();
+    let seen = net.received.len();
     net.run(1_000_000);
-    assert!(net.said[seen..].iter().any(|said| said.to == 1), "it hears the others as before");
+    assert!(
+        net.received[seen..].iter().any(|received| received.to == 1),
+        "node 1 does not hear the others as before"
+    );
 }
 
 thread_local! {
     static NONCES: RefCell<HashSet<(Vec<u8>, [u8; 16])>> = RefCell::default();
 }
 
-/// Seals as [`Sealed`], and never twice with one nonce under one key.
+/// A [`Sealed`] that asserts that no nonce is used twice under one key.
 #[derive(Clone, Debug)]
 struct Recording(Sealed, Identity);
 
@@ -386,12 +405,12 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 12, ..seeded() })]
 
     #[test]
-    fn no_nonce_is_used_twice_whoever_is_switched_off_when(
+    fn no_nonce_is_used_twice_whenever_nodes_reboot(
         seed in any::<u64>(),
         boots in prop::collection::vec((0_usize..4, 1_u64..3_000_000, 0_u64..2_000_000), 1..8),
     ) {
         NONCES.with_borrow_mut(HashSet::clear);
-        let make = |who| Recording(sealed(who), who);
+        let make = |identity| Recording(sealed(identity), identity);
         let mut net = Net::row(Setup { loss: 0.2, ..Setup::default() }, seed, 4, make);
         net.stick = Some(Order::Explore(MetresPerSecond(0.1)));
         for (node, runs, off) in boots {
@@ -409,7 +428,7 @@ fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// Keys and packets that every version must make the same.
+/// Every version of the crate must make these keys and packets.
 #[test]
 fn keys_and_packets_are_those_of_the_first_version() {
     let base = fleet().base(1);
@@ -435,17 +454,18 @@ fn keys_and_packets_are_those_of_the_first_version() {
         ),
         ("beacon", hex(&first_packets(1)[3]), "1131040000010000255ae2e54e7890b9a9d61a"),
     ];
-    for (what, is, should) in table {
-        assert_eq!(is, should, "{what}");
+    for (name, is, should) in table {
+        assert_eq!(is, should, "{name}");
     }
 }
 
-/// What node `node` says first, having something of everything to say.
+/// The first four packets of node `node`, which has a report and telemetry to send.
 fn first_packets(node: usize) -> Vec<Vec<u8>> {
-    let who = identity(node, 3);
-    let schedule = Schedule::new(Datarate::Mbit2, who.node).unwrap();
+    let identity = identity(node, 3);
+    let schedule = Schedule::new(Datarate::Mbit2, identity.node).unwrap();
     let now = Instant::from_millis(1);
-    let mut link = Airlink::new(LinkConfig::DEFAULT, who, sealed(who), Epoch::FIRST, schedule, now);
+    let mut link =
+        Airlink::new(LinkConfig::DEFAULT, identity, sealed(identity), Epoch::FIRST, schedule, now);
     link.report(common::report());
     link.telemeter(Telemetry { state: 9, ..common::telemetry() });
     let mut packets = Vec::new();
@@ -457,9 +477,9 @@ fn first_packets(node: usize) -> Vec<Vec<u8>> {
     packets
 }
 
-/// The cipher is the standard's (NIST SP 800-232): the first of its known answers, cut short.
+/// The tag is the first known answer of the standard (NIST SP 800-232), cut to 8 bytes.
 #[test]
-fn the_cipher_is_the_standards() {
+fn the_cipher_is_that_of_the_standard() {
     let key: [u8; 16] = core::array::from_fn(|n| n as u8);
     let keys =
         Keys { group: keys::Key::from_bytes(key), own: Own::Node(keys::Key::from_bytes(key)) };

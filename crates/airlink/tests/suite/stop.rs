@@ -1,32 +1,33 @@
-//! A Stop, once ordered, stands: no later order of the operator replaces it, and every drone hears
-//! of it, however often it reboots.
+//! A Stop, once ordered, stands: no later order of the operator replaces it, and every drone
+//! receives it, however often the drone reboots.
 
 use airlink::Event;
 use proptest::prelude::*;
 use units::{MetresPerSecond, Order};
 
-use crate::common::clear::Clear;
 use crate::common::net::{Net, Setup};
 use crate::common::seeded;
+use crate::common::unsealed::Unsealed;
 
 const SECOND: u64 = 1_000_000;
 const EXPLORE: Order = Order::Explore(MetresPerSecond(0.3));
 
-/// The orders that `node` has heard since `since`, in µs.
-fn orders(net: &Net<Clear>, node: usize, since: u64) -> Vec<Order> {
-    let heard = net.said.iter().filter(|said| said.to == node && said.at >= since);
-    heard
-        .filter_map(|said| match said.event {
+/// The orders that `node` has received since the time `since`, in µs.
+fn orders(net: &Net<Unsealed>, node: usize, since: u64) -> Vec<Order> {
+    let received =
+        net.received.iter().filter(|received| received.to == node && received.at >= since);
+    received
+        .filter_map(|received| match received.event {
             Event::Order { task, .. } => Some(task),
             _ => None,
         })
         .collect()
 }
 
-/// A client that goes on sending hover set-points after the operator has pressed the red button.
+/// A client goes on sending hover set-points after the operator has pressed the red button.
 #[test]
-fn a_stick_does_not_replace_a_stop() {
-    let mut net = Net::row(Setup::default(), 1, 4, |_| Clear);
+fn later_set_points_do_not_replace_a_stop() {
+    let mut net = Net::row(Setup::default(), 1, 4, |_| Unsealed);
     net.stick = Some(EXPLORE);
     net.run(5 * SECOND);
     assert!(net.order(3, Order::Stop));
@@ -35,13 +36,17 @@ fn a_stick_does_not_replace_a_stop() {
     assert!(!net.order(3, EXPLORE), "the base answers that the order does not stand");
     net.run(10 * SECOND);
     for drone in 0..3 {
-        let heard = orders(&net, drone, since);
-        let first = heard.iter().position(|order| *order == Order::Stop);
-        let first = first.unwrap_or_else(|| panic!("drone {drone} has heard {heard:?}"));
-        assert!(heard[first..].iter().all(|order| *order == Order::Stop), "{drone}: {heard:?}");
+        let received = orders(&net, drone, since);
+        let first = received.iter().position(|order| *order == Order::Stop);
+        let first = first.unwrap_or_else(|| panic!("drone {drone} has received {received:?}"));
+        assert!(
+            received[first..].iter().all(|order| *order == Order::Stop),
+            "{drone}: {received:?}"
+        );
     }
 }
 
+/// An event between the Stop and the end of the test.
 #[derive(Clone, Copy, Debug)]
 enum Mishap {
     Reboot(usize),
@@ -64,23 +69,23 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 40, ..seeded() })]
 
     #[test]
-    fn every_drone_hears_of_a_stop_and_of_nothing_after_it(
+    fn every_drone_receives_a_stop_and_nothing_else_after_it(
         seed in any::<u64>(),
         loss in 0.0..0.6_f64,
         before in 0..4 * SECOND,
         mishaps in mishaps(4),
     ) {
         let (drones, base) = (4, 4);
-        let mut net = Net::row(Setup { loss, ..Setup::default() }, seed, drones + 1, |_| Clear);
+        let mut net = Net::row(Setup { loss, ..Setup::default() }, seed, drones + 1, |_| Unsealed);
         net.stick = Some(EXPLORE);
         net.run(before);
         net.order(base, Order::Stop);
-        let mut born = vec![net.now; drones];
+        let mut booted_at = vec![net.now; drones];
         for mishap in mishaps {
             match mishap {
                 Mishap::Reboot(drone) => {
                     net.reboot(drone);
-                    born[drone] = net.now;
+                    booted_at[drone] = net.now;
                 }
                 Mishap::Order(order) => {
                     net.order(base, order);
@@ -89,12 +94,12 @@ proptest! {
             }
         }
         net.run(60 * SECOND);
-        for (drone, &since) in born.iter().enumerate() {
-            let heard = orders(&net, drone, since);
-            let first = heard.iter().position(|order| *order == Order::Stop);
-            prop_assert!(first.is_some(), "drone {} has heard {:?}", drone, heard);
-            let after = &heard[first.unwrap_or_default()..];
-            prop_assert!(after.iter().all(|order| *order == Order::Stop), "{}: {:?}", drone, heard);
+        for (drone, &since) in booted_at.iter().enumerate() {
+            let received = orders(&net, drone, since);
+            let first = received.iter().position(|order| *order == Order::Stop);
+            prop_assert!(first.is_some(), "drone {} has received {:?}", drone, received);
+            let after = &received[first.unwrap_or_default()..];
+            prop_assert!(after.iter().all(|order| *order == Order::Stop), "{}: {:?}", drone, received);
         }
     }
 }

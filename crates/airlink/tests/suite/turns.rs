@@ -1,9 +1,9 @@
-//! Who speaks when: no common clock, and yet nobody speaks over another for long.
+//! The turns of a chain without a common clock: packets do not overlap for long.
 
 use crate::common;
-use crate::common::clear::Clear;
-use crate::common::net::{Net, Said, Sent, Setup};
-use crate::common::{Chance, identity, seeded};
+use crate::common::net::{Net, Received, Sent, Setup};
+use crate::common::unsealed::Unsealed;
+use crate::common::{Rng, identity, seeded};
 use airlink::{Airlink, Event, LinkConfig, Schedule, Standing};
 use proptest::prelude::*;
 use units::{Dbm, Duration, Instant, MetresPerSecond, Order};
@@ -13,23 +13,23 @@ use wire::radio::Datarate;
 const SECOND: u64 = 1_000_000;
 const FRAME: u64 = 100_000;
 
-fn rough() -> Setup {
+fn lossy() -> Setup {
     Setup { loss: 0.2, late: 150, ..Setup::default() }
 }
 
 /// Pairs of packets that were on the air at the same time, of senders up to `apart` places apart.
-fn overlaps(net: &Net<Clear>, since: u64, apart: usize) -> usize {
+fn overlaps(net: &Net<Unsealed>, since: u64, apart: usize) -> usize {
     let mut sent: Vec<_> = net.sent.iter().filter(|sent| sent.start >= since).collect();
     sent.sort_by_key(|sent| sent.start);
-    let near = |a: usize, b: usize| net.nodes[a].place.abs_diff(net.nodes[b].place) <= apart;
+    let near = |a: usize, b: usize| net.nodes[a].position.abs_diff(net.nodes[b].position) <= apart;
     let overlap = |pair: &&[&Sent]| pair[1].start < pair[0].end && near(pair[0].from, pair[1].from);
     sent.windows(2).filter(overlap).count()
 }
 
-/// How far, in µs, from the base's frame a packet at 2 Mbit/s was that is in its sender's turn; up
-/// to 1.1 ms of it are its jitter and its time on the serial line. The second packet of a turn comes
-/// 854 µs after the first.
-fn off_frame(net: &Net<Clear>, sent: &Sent, base: &Sent) -> u64 {
+/// The difference in µs between the frames of a packet's sender and of the base, at 2 Mbit/s. Up to
+/// 1.1 ms of it are the packet's jitter and its time on the serial line. The second packet of a
+/// turn comes 854 µs after the first.
+fn off_frame(net: &Net<Unsealed>, sent: &Sent, base: &Sent) -> u64 {
     let frame = |sent: &Sent| {
         let header = Header::decode(&sent.bytes).unwrap().0;
         let from = u64::from(net.nodes[sent.from].identity.node.0);
@@ -44,9 +44,9 @@ fn off_frame(net: &Net<Clear>, sent: &Sent, base: &Sent) -> u64 {
 }
 
 #[test]
-fn in_a_settled_chain_nobody_ever_speaks_over_another() {
-    // At 1 Mbit/s a turn has less room; over many hops the lateness of all of them adds up, so
-    // that the two ends of a long chain, which do not hear each other, may be half a slot apart.
+fn in_a_settled_chain_no_two_packets_overlap() {
+    // At 1 Mbit/s a turn has less room, and the lateness of all hops adds up, so that the frames of
+    // the two ends of a long chain, which do not hear each other, may be half a slot apart.
     let table = [
         (Datarate::Mbit2, 16, 15, 150),
         (Datarate::Mbit1, 16, 15, 50),
@@ -56,8 +56,8 @@ fn in_a_settled_chain_nobody_ever_speaks_over_another() {
     ];
     for (datarate, nodes, apart, late) in table {
         for seed in 0..4 {
-            let mut net = Net::row(Setup { datarate, late, ..rough() }, seed, nodes, |_| Clear);
-            // Settled after 30 frames.
+            let mut net = Net::row(Setup { datarate, late, ..lossy() }, seed, nodes, |_| Unsealed);
+            // The chain settles within 30 frames.
             net.run(30 * FRAME);
             let since = net.now;
             net.run(20 * SECOND);
@@ -67,8 +67,8 @@ fn in_a_settled_chain_nobody_ever_speaks_over_another() {
 }
 
 #[test]
-fn everybody_follows_its_neighbour_towards_the_base() {
-    let mut net = Net::row(rough(), 1, 9, |_| Clear);
+fn every_node_follows_its_neighbour_towards_the_base() {
+    let mut net = Net::row(lossy(), 1, 9, |_| Unsealed);
     net.run(3 * SECOND);
     for (node, follows) in net.nodes.iter().zip(1..) {
         let follows = (follows < 9).then_some(units::NodeId(follows));
@@ -77,38 +77,37 @@ fn everybody_follows_its_neighbour_towards_the_base() {
     }
 }
 
-/// Of who came last, whatever its number.
-fn heard_after(newcomer: usize, seed: u64) -> u64 {
-    let setup = Setup { earshot: 15, ..rough() };
-    let mut net = Net::new(setup, seed, |_| Clear);
+/// The number of frames until the neighbours of `newcomer`, which is switched on last, hear it.
+fn frames_until_heard(newcomer: usize, seed: u64) -> u64 {
+    let setup = Setup { range: 15, ..lossy() };
+    let mut net = Net::new(setup, seed, |_| Unsealed);
     let others: Vec<_> = (0..9).filter(|node| *node != newcomer).collect();
     for node in others {
         net.add(identity(node, 9), node, 1);
     }
-    let settles = 4 * SECOND + net.chance.below(SECOND);
+    let settles = 4 * SECOND + net.rng.below(SECOND);
     net.run(settles);
     let (came_at, before) = (net.now, net.collisions);
     net.add(identity(newcomer, 9), newcomer, 1);
     net.run(3 * SECOND);
     assert_eq!(net.collisions, before, "a newcomer fits in");
     let is_heard = |to: usize| {
-        net.said.iter().find(|said| {
-            said.to == to
-                && matches!(&said.event, Event::Report { from, .. } if usize::from(from.0) == newcomer)
+        net.received.iter().find(|received| {
+            received.to == to
+                && matches!(&received.event, Event::Report { from, .. } if usize::from(from.0) == newcomer)
         })
     };
-    // By its neighbours.
     let last = (0..8)
-        .filter(|to| net.nodes[*to].place.abs_diff(newcomer) == 1)
-        .map(|to| is_heard(to).map_or(u64::MAX, |said| said.at));
+        .filter(|to| net.nodes[*to].position.abs_diff(newcomer) == 1)
+        .map(|to| is_heard(to).map_or(u64::MAX, |received| received.at));
     last.max().unwrap().saturating_sub(came_at) / FRAME
 }
 
 #[test]
-fn a_newcomer_is_in_and_heard_within_fifteen_frames() {
+fn a_newcomer_is_heard_within_fifteen_frames() {
     let mut all: Vec<u64> = [0, 4, 8]
         .into_iter()
-        .flat_map(|node| (0..6).map(move |seed| heard_after(node, seed)))
+        .flat_map(|node| (0..6).map(move |seed| frames_until_heard(node, seed)))
         .collect();
     println!(
         "frames until heard: p50 {}, most {}",
@@ -118,15 +117,15 @@ fn a_newcomer_is_in_and_heard_within_fifteen_frames() {
     assert!(common::quantile(&mut all, 0.95) <= 15, "{all:?}");
 }
 
-fn standing(net: &Net<Clear>, node: usize) -> Standing {
+fn standing(net: &Net<Unsealed>, node: usize) -> Standing {
     net.nodes[node].link.status().standing
 }
 
 #[test]
-fn of_two_with_one_number_the_newcomer_falls_silent() {
-    // Whether its epoch is the earlier or the later one.
+fn of_two_nodes_with_one_number_the_newcomer_falls_silent() {
+    // The newcomer's epoch is the earlier or the later one.
     for (epoch, seed) in [(1, 1), (9, 2), (1, 3), (9, 4)] {
-        let mut net = Net::new(Setup { earshot: 2, ..rough() }, seed, |_| Clear);
+        let mut net = Net::new(Setup { range: 2, ..lossy() }, seed, |_| Unsealed);
         for node in 0..5 {
             net.add(identity(node, 5), node, 5);
         }
@@ -135,21 +134,21 @@ fn of_two_with_one_number_the_newcomer_falls_silent() {
         net.run(4 * SECOND);
         assert_eq!(standing(&net, twin), Standing::Refused, "epoch {epoch}");
         assert_eq!(standing(&net, 2), Standing::Member);
-        let (since, seen) = (net.sent.len(), net.said.len());
+        let (since, seen) = (net.sent.len(), net.received.len());
         net.run(3 * SECOND);
         assert!(net.sent[since..].iter().all(|sent| sent.from != twin));
-        // The old one is heard as before: 12 times of 15, give or take 1.5.
-        let heard = net.said[seen..].iter().filter(|said| {
-            said.to == 1 && matches!(&said.event, Event::Report { from, .. } if from.0 == 2)
+        // The first node is heard as before: 12 times of 15, give or take 1.5.
+        let heard = net.received[seen..].iter().filter(|received| {
+            received.to == 1 && matches!(&received.event, Event::Report { from, .. } if from.0 == 2)
         });
         assert!(heard.count() > 6);
     }
 }
 
 #[test]
-fn of_two_settled_ones_that_meet_just_one_goes_on() {
+fn of_two_settled_nodes_with_one_number_that_meet_one_goes_on() {
     for (a, b) in [(3, 7), (7, 3)] {
-        let mut net = Net::new(Setup { loss: 0.2, ..Setup::default() }, 5, |_| Clear);
+        let mut net = Net::new(Setup { loss: 0.2, ..Setup::default() }, 5, |_| Unsealed);
         for (node, place) in [(1, 0), (2, 1), (1, 10), (2, 11)] {
             let epoch = if place < 5 { a } else { b };
             net.add(identity(node, 4), place, epoch);
@@ -157,7 +156,7 @@ fn of_two_settled_ones_that_meet_just_one_goes_on() {
         net.run(4 * SECOND);
         assert!((0..4).all(|node| standing(&net, node) == Standing::Member));
         for node in [2, 3] {
-            net.nodes[node].place -= 9;
+            net.nodes[node].position -= 9;
         }
         net.run(5 * SECOND);
         let goes_on = [standing(&net, 1), standing(&net, 3)].map(|s| s == Standing::Member);
@@ -166,72 +165,78 @@ fn of_two_settled_ones_that_meet_just_one_goes_on() {
 }
 
 #[test]
-fn a_node_that_is_switched_off_and_on_is_taken_back() {
-    let mut net = Net::row(rough(), 3, 6, |_| Clear);
+fn a_node_that_is_switched_off_and_on_is_heard_again() {
+    let mut net = Net::row(lossy(), 3, 6, |_| Unsealed);
     net.run(4 * SECOND);
     net.nodes[3].on = false;
     net.run(1_200_000);
     net.reboot(3);
-    let seen = net.said.len();
+    let seen = net.received.len();
     net.run(2 * SECOND);
     for to in [2, 4] {
-        let heard = net.said[seen..].iter().any(|said| {
-            said.to == to && matches!(&said.event, Event::Report { from, .. } if from.0 == 3)
+        let heard = net.received[seen..].iter().any(|received| {
+            received.to == to
+                && matches!(&received.event, Event::Report { from, .. } if from.0 == 3)
         });
-        assert!(heard, "{to} hears it again");
+        assert!(heard, "node {to} does not hear it again");
     }
-    let joined =
-        |said: &Said| matches!(&said.event, Event::Membership { membership: Membership::Join, .. });
-    assert!(net.said[seen..].iter().any(joined));
+    let joined = |received: &Received| {
+        matches!(&received.event, Event::Membership { membership: Membership::Join, .. })
+    };
+    assert!(net.received[seen..].iter().any(joined));
 }
 
-fn left(said: &Said) -> bool {
-    matches!(said.event, Event::Membership { membership: Membership::Leave, .. })
+fn is_leave(received: &Received) -> bool {
+    matches!(received.event, Event::Membership { membership: Membership::Leave, .. })
 }
 
 #[test]
-fn who_leaves_is_forgotten_at_once_and_silent_for_good() {
-    let mut net = Net::row(Setup { late: 150, ..Setup::default() }, 4, 6, |_| Clear);
+fn a_node_that_leaves_is_forgotten_at_once_and_silent_for_good() {
+    let mut net = Net::row(Setup { late: 150, ..Setup::default() }, 4, 6, |_| Unsealed);
     net.run(4 * SECOND);
     assert_eq!(net.nodes[2].link.status().follows, Some(units::NodeId(3)));
-    let (since, seen) = (net.sent.len(), net.said.len());
+    let (since, seen) = (net.sent.len(), net.received.len());
     net.leave(3);
     net.run(FRAME);
     let own: Vec<_> = net.sent[since..].iter().filter(|sent| sent.from == 3).collect();
     assert!(
         own.len() == 2
-            && own.iter().all(|sent| Net::<Clear>::kind(&sent.bytes) == Kind::Membership)
+            && own.iter().all(|sent| Net::<Unsealed>::kind(&sent.bytes) == Kind::Membership)
     );
     assert_eq!(standing(&net, 3), Standing::Left);
-    let heard: Vec<_> =
-        net.said[seen..].iter().filter(|said| left(said)).map(|said| said.to).collect();
+    let heard: Vec<_> = net.received[seen..]
+        .iter()
+        .filter(|received| is_leave(received))
+        .map(|received| received.to)
+        .collect();
     assert!(heard == [2, 4] || heard == [4, 2], "each neighbour hears it once: {heard:?}");
     assert_eq!(net.nodes[2].link.status().follows, None);
-    let (since, seen) = (net.sent.len(), net.said.len());
+    let (since, seen) = (net.sent.len(), net.received.len());
     net.run(5 * SECOND);
     assert!(net.sent[since..].iter().all(|sent| sent.from != 3));
-    let named = net.said[seen..].iter().any(|said| {
-        matches!(&said.event, Event::Report { report, .. } if report.heard.iter().any(|heard| heard.node.0 == 3))
+    let named = net.received[seen..].iter().any(|received| {
+        matches!(&received.event, Event::Report { report, .. } if report.heard.iter().any(|heard| heard.node.0 == 3))
     });
     assert!(!named);
 }
 
-/// Nor does it wait until its number is free, as one does that was just cut off.
+/// A node that has left does not wait until its number is free, as one does that was switched off.
 #[test]
-fn who_has_left_and_comes_back_proves_itself_anew() {
+fn a_node_that_has_left_and_comes_back_is_soon_heard() {
     for seed in 0..4 {
-        let mut net = Net::row(rough(), seed, 6, |_| Clear);
+        let mut net = Net::row(lossy(), seed, 6, |_| Unsealed);
         net.run(4 * SECOND);
         net.leave(3);
         net.run(FRAME);
         net.reboot(3);
-        let (back_at, seen) = (net.now, net.said.len());
+        let (back_at, seen) = (net.now, net.received.len());
         net.run(2 * SECOND);
         for to in [2, 4] {
-            let taken = |said: &&Said| {
-                said.to == to && matches!(&said.event, Event::Report { from, .. } if from.0 == 3)
+            let taken = |received: &&Received| {
+                received.to == to
+                    && matches!(&received.event, Event::Report { from, .. } if from.0 == 3)
             };
-            let first = net.said[seen..].iter().find(taken).unwrap();
+            let first = net.received[seen..].iter().find(taken).unwrap();
             assert!(first.at - back_at < 12 * FRAME, "{} frames", (first.at - back_at) / FRAME);
         }
         assert_eq!(net.nodes[3].link.counters().refused.twin, 0);
@@ -239,8 +244,8 @@ fn who_has_left_and_comes_back_proves_itself_anew() {
 }
 
 #[test]
-fn who_leaves_before_it_has_spoken_says_nothing() {
-    let mut net = Net::row(rough(), 1, 3, |_| Clear);
+fn a_node_that_leaves_before_it_has_sent_sends_nothing() {
+    let mut net = Net::row(lossy(), 1, 3, |_| Unsealed);
     let newcomer = net.add(identity(3, 5), 3, 1);
     net.leave(newcomer);
     assert_eq!(net.nodes[newcomer].link.due(), None);
@@ -248,18 +253,18 @@ fn who_leaves_before_it_has_spoken_says_nothing() {
     assert!(net.sent.iter().all(|sent| sent.from != newcomer));
 }
 
-/// Two halves that have found together apart from each other.
+/// Two halves of a chain that have settled out of range of each other meet.
 #[test]
-fn two_halves_that_meet_agree() {
+fn two_halves_that_meet_agree_on_one_frame() {
     let mut worst = 0;
     for seed in 0..8 {
-        let mut net = Net::new(rough(), seed, |_| Clear);
+        let mut net = Net::new(lossy(), seed, |_| Unsealed);
         for node in 0..10 {
             net.add(identity(node, 10), if node < 5 { node } else { node + 20 }, 1);
         }
         net.run(4 * SECOND);
         for node in 0..5 {
-            net.nodes[node].place += 20;
+            net.nodes[node].position += 20;
         }
         let met_at = net.now;
         net.run(8 * SECOND);
@@ -277,7 +282,7 @@ fn two_halves_that_meet_agree() {
 
 #[test]
 fn when_the_base_dies_the_chain_keeps_its_turns() {
-    let mut net = Net::row(rough(), 2, 9, |_| Clear);
+    let mut net = Net::row(lossy(), 2, 9, |_| Unsealed);
     net.run(4 * SECOND);
     net.nodes[8].on = false;
     let since = net.now;
@@ -285,37 +290,41 @@ fn when_the_base_dies_the_chain_keeps_its_turns() {
     assert_eq!(overlaps(&net, since, 15), 0);
 }
 
-/// Nothing is asked of a node that has nothing to say, and no call is in vain for ever.
+/// `due` is `None` or in the future while there is nothing to send, so that few calls are in vain.
 #[test]
-fn a_node_is_asked_a_few_times_for_each_packet_at_most() {
-    let who = identity(1, 3);
-    let schedule = Schedule::new(Datarate::Mbit2, who.node).unwrap();
+fn transmit_is_called_a_few_times_for_each_packet_at_most() {
+    let identity = identity(1, 3);
+    let schedule = Schedule::new(Datarate::Mbit2, identity.node).unwrap();
     let config = LinkConfig::DEFAULT;
     let mut now = Instant::from_millis(1_234);
-    let mut link = Airlink::new(config, who, Clear, Epoch::FIRST, schedule, now);
-    let (mut asked, mut chance) = (0, Chance(1));
+    let mut link = Airlink::new(config, identity, Unsealed, Epoch::FIRST, schedule, now);
+    let (mut calls, mut rng) = (0, Rng(1));
     let mut out = [0; 60];
     while now < Instant::from_millis(101_234) {
-        // In between, a report at any moment, also in the middle of a turn.
-        let pause = Duration::from_micros(chance.below(400_000));
+        // A report comes at any moment, also in the middle of a turn.
+        let pause = Duration::from_micros(rng.below(400_000));
         let until = now + pause;
         link.report(common::report());
         while let Some(due) = link.due()
             && due <= until
         {
             now = now.max(due);
-            asked += 1;
+            calls += 1;
             let _ = link.transmit(now, &mut out);
         }
         now = until;
     }
     let sent = link.counters().sent.total();
-    assert!(asked < 4 * sent, "asked {asked} times for {sent} packets");
+    assert!(calls < 4 * sent, "{calls} calls for {sent} packets");
 }
 
-/// Whoever asks when it is due, and is late, and whose frame moves under it, does not ask for ever:
-/// the net asserts it, too.
-fn moves_on(link: &mut Airlink<Clear>, now: Instant) -> Result<bool, TestCaseError> {
+/// Whether the link, called when it was due, sends a packet. If it does not, its next due time must
+/// be later, even if the call was late or the frame has moved; the simulated channel asserts it,
+/// too.
+fn sends_or_is_due_later(
+    link: &mut Airlink<Unsealed>,
+    now: Instant,
+) -> Result<bool, TestCaseError> {
     let mut out = [0; 60];
     if link.transmit(now, &mut out).is_some() {
         return Ok(true);
@@ -329,24 +338,24 @@ proptest! {
     #![proptest_config(seeded())]
 
     #[test]
-    fn who_had_nothing_to_send_is_due_later_or_never(
+    fn a_node_that_had_nothing_to_send_is_due_later_or_never(
         node in 0_usize..16,
         steps in prop::collection::vec((0..4, 0_u64..30_000, 0_u64..4_000), 1..200),
     ) {
         let at = Instant::from_millis(1_234);
         let with = |node: usize| {
             let schedule = Schedule::new(Datarate::Mbit2, identity(node, 16).node).unwrap();
-            let who = identity(node, 16);
-            Airlink::new(LinkConfig::DEFAULT, who, Clear, Epoch::FIRST, schedule, at)
+            let identity = identity(node, 16);
+            Airlink::new(LinkConfig::DEFAULT, identity, Unsealed, Epoch::FIRST, schedule, at)
         };
         let (mut link, mut other) = (with(node), with((node + 1) % 16));
         let mut now = at;
-        for (what, pause, late) in steps {
+        for (action, pause, late) in steps {
             now = now + Duration::from_micros(pause);
-            match what {
+            match action {
                 0 => link.report(common::report()),
                 1 => {
-                    // Its frame is anywhere.
+                    // The other node's frame may have any phase.
                     let mut out = [0; 60];
                     other.report(common::report());
                     let due = other.due().unwrap();
@@ -361,7 +370,7 @@ proptest! {
             }
             if let Some(due) = link.due() {
                 now = now.max(due) + Duration::from_micros(late);
-                while moves_on(&mut link, now)? {}
+                while sends_or_is_due_later(&mut link, now)? {}
             }
         }
     }

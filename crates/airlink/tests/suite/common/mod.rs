@@ -1,9 +1,9 @@
-//! What the tests share: a small air, nodes in it, and chance with a seed.
-#![allow(dead_code, reason = "each test takes what it needs")]
-#![allow(unreachable_pub, reason = "a module of the tests")]
+//! Helpers of the tests: a simulated radio channel with nodes, a seeded random generator, and keys.
+#![allow(dead_code, reason = "each test uses a part")]
+#![allow(unreachable_pub, reason = "a module of several test crates")]
 
-pub mod clear;
 pub mod net;
+pub mod unsealed;
 
 use airlink::keys::{self, FleetSecret, Keys, Own};
 use airlink::{Identity, Sealed};
@@ -16,11 +16,11 @@ pub fn seeded() -> ProptestConfig {
     ProptestConfig { rng_seed: RngSeed::Fixed(1), failure_persistence: None, ..Default::default() }
 }
 
-/// SplitMix64 (Steele, Lea, Flood 2014).
+/// The random generator SplitMix64 (Steele, Lea, Flood 2014).
 #[derive(Clone, Debug)]
-pub struct Chance(pub u64);
+pub struct Rng(pub u64);
 
-impl Chance {
+impl Rng {
     pub fn next(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let z = (self.0 ^ self.0 >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -28,12 +28,12 @@ impl Chance {
         z ^ z >> 31
     }
 
-    /// Of 0 to `n` − 1.
+    /// A random number from 0 to `n` − 1.
     pub fn below(&mut self, n: u64) -> u64 {
         self.next() % n
     }
 
-    /// True once in 1/`p`.
+    /// True with probability `p`.
     pub fn hits(&mut self, p: f64) -> bool {
         (self.next() >> 11) as f64 / (1_u64 << 53) as f64 <= p && p > 0.0
     }
@@ -45,7 +45,7 @@ pub fn fleet() -> FleetSecret {
     FleetSecret::from_bytes(SECRET)
 }
 
-/// What `identity` has of generation 1.
+/// The keys of `identity` in generation 1.
 pub fn keys_of(identity: Identity) -> Keys {
     let base = fleet().base(1);
     let own = match identity.role {
@@ -59,7 +59,7 @@ pub fn sealed(identity: Identity) -> Sealed {
     Sealed::new(keys_of(identity))
 }
 
-/// Number `node` of a chain of `nodes`, the base with the largest.
+/// The identity of number `node` in a chain of `nodes`, of which the base has the largest.
 pub fn identity(node: usize, nodes: usize) -> Identity {
     let role = match node {
         0 => Role::Head,
@@ -98,7 +98,7 @@ pub fn telemetry() -> Telemetry {
     }
 }
 
-/// The value below which the fraction `p` of `all` is.
+/// The quantile `p` of `all`.
 pub fn quantile(all: &mut [u64], p: f64) -> u64 {
     all.sort_unstable();
     all[((all.len() - 1) as f64 * p).round() as usize]

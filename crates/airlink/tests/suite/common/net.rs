@@ -1,5 +1,5 @@
-//! A small air: nodes with clocks of their own, packets that take their time, destroy each other
-//! where they overlap, and get lost.
+//! A simulated radio channel: nodes with clocks of their own, and packets that take time, destroy
+//! each other where they overlap, and get lost.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -9,20 +9,22 @@ use units::{Dbm, Instant, Metres, Order, Role};
 use wire::p2p::{Epoch, Kind, Telemetry};
 use wire::radio::Datarate;
 
-use super::{Chance, report, telemetry};
+use super::{Rng, report, telemetry};
 
-/// The agent's round.
+/// The time between two rounds of the agent, in µs.
 pub const ROUND: u64 = 200_000;
 
+/// The properties of the channel and of all nodes.
 #[derive(Clone, Debug)]
 pub struct Setup {
     pub datarate: Datarate,
     pub config: LinkConfig,
-    /// How many places away one is still heard.
-    pub earshot: usize,
-    /// Of each packet at each receiver.
+    /// The distance, in positions of the row, up to which a node is heard.
+    pub range: usize,
+    /// The probability that a packet is lost, for each receiver by itself.
     pub loss: f64,
-    /// The most that a task is late at the serial line and, again, at what comes out of it, in µs.
+    /// The longest delay of a task in µs, once before the serial line to the radio and once after
+    /// the serial line from it.
     pub late: u64,
 }
 
@@ -31,24 +33,26 @@ impl Default for Setup {
         Self {
             datarate: Datarate::Mbit2,
             config: LinkConfig::DEFAULT,
-            earshot: 1,
+            range: 1,
             loss: 0.0,
             late: 0,
         }
     }
 }
 
-/// One node.
+/// A node of the simulated channel.
 pub struct Node<S> {
     pub link: Airlink<S>,
     pub identity: Identity,
     pub epoch: u32,
-    /// Where it stands in the row: who stands near hears it.
-    pub place: usize,
+    /// Its position in the row: the nodes within range hear it.
+    pub position: usize,
     pub on: bool,
-    /// Its clock: what it shows at the beginning, and how much faster than true time it runs.
+    /// The reading of its clock at the beginning, in µs.
     offset: u64,
+    /// How much faster than true time its clock runs.
     ppm: i64,
+    /// The number of its last [`Task::Due`]; earlier ones are void.
     agenda: u64,
 }
 
@@ -64,7 +68,7 @@ impl<S> Node<S> {
     }
 }
 
-/// A packet on the air.
+/// A packet that was sent, with its time on the air in µs.
 #[derive(Clone, Debug)]
 pub struct Sent {
     pub from: usize,
@@ -74,37 +78,39 @@ pub struct Sent {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Act {
+enum Task {
     Due { node: usize, agenda: u64 },
     Round { node: usize },
-    Arrive { sent: usize },
+    EndOnAir { sent: usize },
     Deliver { sent: usize, to: usize },
 }
 
-/// What somebody's link has said.
-pub struct Said {
+/// An event of the link of node `to`.
+pub struct Received {
     pub at: u64,
     pub to: usize,
     pub event: Event,
 }
 
+/// A function that a test runs on a link and a packet.
 type Probe<S> = fn(&mut Airlink<S>, Instant, &[u8]);
 
+/// The simulated channel with its nodes, and a record of all packets and events.
 pub struct Net<S> {
     pub setup: Setup,
     pub nodes: Vec<Node<S>>,
     pub now: u64,
-    pub chance: Chance,
+    pub rng: Rng,
     pub sent: Vec<Sent>,
-    pub said: Vec<Said>,
-    /// Packets that were destroyed at a receiver by another, or by its own sending.
+    pub received: Vec<Received>,
+    /// Packets that were destroyed at a receiver by another packet, or by its own sending.
     pub collisions: u64,
-    /// The base's stick: said in every round of the base.
+    /// The operator's order, given to the base in every round.
     pub stick: Option<Order>,
-    /// Done to a link before a packet is given to it.
+    /// Called on a link before a packet is given to it.
     pub probe: Option<Probe<S>>,
-    queue: BinaryHeap<Reverse<(u64, u64, Act)>>,
-    acts: u64,
+    queue: BinaryHeap<Reverse<(u64, u64, Task)>>,
+    tasks: u64,
     make: fn(Identity) -> S,
 }
 
@@ -114,19 +120,19 @@ impl<S: Seal> Net<S> {
             setup,
             nodes: Vec::new(),
             now: 0,
-            chance: Chance(seed),
+            rng: Rng(seed),
             sent: Vec::new(),
-            said: Vec::new(),
+            received: Vec::new(),
             collisions: 0,
             stick: None,
             probe: None,
             queue: BinaryHeap::new(),
-            acts: 0,
+            tasks: 0,
             make,
         }
     }
 
-    /// A row of `nodes`, all switched on one after the other, the base last.
+    /// A row of `nodes`, switched on one after the other, the base last.
     pub fn row(setup: Setup, seed: u64, nodes: usize, make: fn(Identity) -> S) -> Self {
         let mut net = Self::new(setup, seed, make);
         for node in 0..nodes {
@@ -135,13 +141,13 @@ impl<S: Seal> Net<S> {
         net
     }
 
-    /// Switches on somebody who stands at `place`, a moment later: a node's frames begin when it is
-    /// switched on, until it follows another.
-    pub fn add(&mut self, identity: Identity, place: usize, epoch: u32) -> usize {
-        let moment = self.chance.below(150_000);
+    /// Switches on a node at `position` after a random delay, so that its frame, which begins when
+    /// it is switched on, differs from those of the others.
+    pub fn add(&mut self, identity: Identity, position: usize, epoch: u32) -> usize {
+        let moment = self.rng.below(150_000);
         self.run(moment);
-        let offset = self.chance.below(5_000_000_000);
-        let ppm = self.chance.below(101) as i64 - 50;
+        let offset = self.rng.below(5_000_000_000);
+        let ppm = self.rng.below(101) as i64 - 50;
         let index = self.nodes.len();
         let schedule = Schedule::new(self.setup.datarate, identity.node).unwrap();
         let local = offset as i64 + self.now as i64 + self.now as i64 * ppm / 1_000_000;
@@ -153,10 +159,10 @@ impl<S: Seal> Net<S> {
             schedule,
             Instant::from_micros(local as u64),
         );
-        let node = Node { link, identity, epoch, place, on: true, offset, ppm, agenda: 0 };
+        let node = Node { link, identity, epoch, position, on: true, offset, ppm, agenda: 0 };
         self.nodes.push(node);
-        let first = self.chance.below(ROUND);
-        self.act(self.now + first, Act::Round { node: index });
+        let first = self.rng.below(ROUND);
+        self.schedule(self.now + first, Task::Round { node: index });
         self.arm(index);
         index
     }
@@ -164,33 +170,35 @@ impl<S: Seal> Net<S> {
     /// Switches `node` off and on again.
     pub fn reboot(&mut self, node: usize) {
         let at = self.nodes[node].local(self.now);
-        let node_ = &mut self.nodes[node];
-        node_.epoch += 1;
-        node_.on = true;
-        node_.link = Airlink::new(
+        let target = &mut self.nodes[node];
+        target.epoch += 1;
+        target.on = true;
+        target.link = Airlink::new(
             self.setup.config,
-            node_.identity,
-            (self.make)(node_.identity),
-            Epoch::new(node_.epoch).unwrap(),
-            Schedule::new(self.setup.datarate, node_.identity.node).unwrap(),
+            target.identity,
+            (self.make)(target.identity),
+            Epoch::new(target.epoch).unwrap(),
+            Schedule::new(self.setup.datarate, target.identity.node).unwrap(),
             at,
         );
         self.arm(node);
     }
 
-    /// The operator's order at the base, and whether it stands.
-    pub fn order(&mut self, base: usize, task: Order) -> bool {
+    /// Gives the operator's order to the base, and returns whether it stands.
+    pub fn order(&mut self, base: usize, order: Order) -> bool {
         let at = self.nodes[base].local(self.now);
-        let stands = self.nodes[base].link.order(at, task);
+        let stands = self.nodes[base].link.order(at, order);
         self.arm(base);
         stands
     }
 
+    /// Lets `node` leave.
     pub fn leave(&mut self, node: usize) {
         self.nodes[node].link.leave();
         self.arm(node);
     }
 
+    /// Gives `bytes` to node `to` as a received packet.
     pub fn inject(&mut self, to: usize, bytes: &[u8]) -> Option<Event> {
         let at = self.nodes[to].local(self.now);
         let event = self.nodes[to].link.receive(at, Dbm(-50.0), bytes);
@@ -198,56 +206,58 @@ impl<S: Seal> Net<S> {
         event
     }
 
+    /// Lets `span` µs pass.
     pub fn run(&mut self, span: u64) {
         let end = self.now + span;
-        while let Some(Reverse((at, _, act))) = self.queue.peek().copied()
+        while let Some(Reverse((at, _, task))) = self.queue.peek().copied()
             && at <= end
         {
             self.queue.pop();
             self.now = at;
-            self.step(act);
+            self.step(task);
         }
         self.now = end;
     }
 
-    fn act(&mut self, at: u64, act: Act) {
-        self.acts += 1;
-        self.queue.push(Reverse((at, self.acts, act)));
+    fn schedule(&mut self, at: u64, task: Task) {
+        self.tasks += 1;
+        self.queue.push(Reverse((at, self.tasks, task)));
     }
 
+    /// Schedules the next transmission of `node`.
     fn arm(&mut self, node: usize) {
         self.nodes[node].agenda += 1;
         let agenda = self.nodes[node].agenda;
         if let Some(due) = self.nodes[node].link.due() {
-            // Clocks do not divide evenly: never before it is due.
+            // The clocks' conversions are rounded; the microsecond keeps it from coming early.
             let at = self.nodes[node].global(due).max(self.now) + 1;
-            let late = self.chance.below(self.setup.late + 1);
-            self.act(at + late, Act::Due { node, agenda });
+            let late = self.rng.below(self.setup.late + 1);
+            self.schedule(at + late, Task::Due { node, agenda });
         }
     }
 
-    fn step(&mut self, act: Act) {
-        match act {
-            Act::Due { node, agenda } if self.nodes[node].agenda == agenda => {
+    fn step(&mut self, task: Task) {
+        match task {
+            Task::Due { node, agenda } if self.nodes[node].agenda == agenda => {
                 if self.nodes[node].on {
                     self.transmit(node);
                     self.arm(node);
                 }
             }
-            Act::Due { .. } => {}
-            Act::Round { node } => {
+            Task::Due { .. } => {}
+            Task::Round { node } => {
                 self.round(node);
-                self.act(self.now + ROUND, Act::Round { node });
+                self.schedule(self.now + ROUND, Task::Round { node });
             }
-            Act::Arrive { sent } => self.arrive(sent),
-            Act::Deliver { sent, to } => {
+            Task::EndOnAir { sent } => self.end_on_air(sent),
+            Task::Deliver { sent, to } => {
                 let bytes = self.sent[sent].bytes.clone();
                 let at = self.nodes[to].local(self.now);
                 if let Some(probe) = self.probe {
                     probe(&mut self.nodes[to].link, at, &bytes);
                 }
                 if let Some(event) = self.nodes[to].link.receive(at, Dbm(-60.0), &bytes) {
-                    self.said.push(Said { at: self.now, to, event });
+                    self.received.push(Received { at: self.now, to, event });
                 }
                 self.arm(to);
             }
@@ -261,11 +271,11 @@ impl<S: Seal> Net<S> {
             return;
         }
         node.link.report(report());
-        // Its age, for whoever hears it: 0.1 m are 0.1 s.
+        // The odometer carries the time, so that a receiver can tell the age: 0.1 m are 0.1 s.
         node.link.telemeter(Telemetry { odometer: Metres(now as f32 * 1e-6), ..telemetry() });
         let at = node.local(now);
-        if let (Role::Base, Some(task)) = (node.identity.role, self.stick) {
-            node.link.order(at, task);
+        if let (Role::Base, Some(order)) = (node.identity.role, self.stick) {
+            node.link.order(at, order);
         }
         self.arm(index);
     }
@@ -289,21 +299,22 @@ impl<S: Seal> Net<S> {
             end: start + air,
             bytes: out[..length].to_vec(),
         });
-        self.act(start + air, Act::Arrive { sent: self.sent.len() - 1 });
+        self.schedule(start + air, Task::EndOnAir { sent: self.sent.len() - 1 });
     }
 
+    /// Whether node `a` and node `b` hear each other.
     fn near(&self, a: usize, b: usize) -> bool {
-        self.nodes[a].place.abs_diff(self.nodes[b].place) <= self.setup.earshot
+        self.nodes[a].position.abs_diff(self.nodes[b].position) <= self.setup.range
     }
 
-    fn arrive(&mut self, sent: usize) {
+    fn end_on_air(&mut self, sent: usize) {
         let Sent { from, start, end, ref bytes } = self.sent[sent];
         let serial = 10 * (8 + bytes.len() as u64);
         for to in 0..self.nodes.len() {
             if to == from || !self.nodes[to].on || !self.near(from, to) {
                 continue;
             }
-            // What is older than a few packets is over.
+            // Packets older than the last 24 ended long ago.
             let destroyed = self.sent.iter().rev().take(24).any(|other| {
                 !(other.from == from && other.start == start)
                     && other.start < end
@@ -312,9 +323,9 @@ impl<S: Seal> Net<S> {
             });
             if destroyed {
                 self.collisions += 1;
-            } else if !self.chance.hits(self.setup.loss) {
-                let late = self.chance.below(self.setup.late + 1);
-                self.act(end + serial + late, Act::Deliver { sent, to });
+            } else if !self.rng.hits(self.setup.loss) {
+                let late = self.rng.below(self.setup.late + 1);
+                self.schedule(end + serial + late, Task::Deliver { sent, to });
             }
         }
     }
