@@ -1,32 +1,32 @@
-//! What can go wrong between a driver and its device.
+//! The errors of the drivers.
 
 use core::fmt;
 
 use embedded_hal::i2c;
 
-/// Why a driver's call failed. `E` is the bus's own error.
+/// The reason why a driver's call failed. `E` is the bus's own error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Error<E> {
-    /// The bus failed, or nobody answered.
+    /// The bus failed, or no device acknowledged.
     Bus(E),
-    /// Something answered, but it is not the device.
+    /// A device answered that is of another kind than the driver's.
     WrongDevice {
-        /// What it calls itself.
+        /// The identification that was read.
         found: u16,
     },
-    /// The device did not become ready within the tries that it was given.
+    /// The device did not become ready within the driver's number of tries.
     Timeout,
-    /// A register, or a byte of memory, reads otherwise than it was written.
+    /// A register, or a byte of memory, does not read as it was written.
     NotKept {
-        /// Its address.
+        /// The address of the register or byte.
         register: u16,
     },
-    /// The address that a device was to have, or to be found at, is another's.
+    /// The address that a device should get, or be found at, belongs to another device.
     AddressTaken,
-    /// The data line reads as if nobody drove it.
+    /// The data line reads as if no device drove it.
     Silent,
-    /// The device cannot do what it was asked for.
+    /// The device cannot do what was requested.
     Unsupported,
 }
 
@@ -44,7 +44,7 @@ impl<E: fmt::Debug> fmt::Display for Error<E> {
             Self::Timeout => f.write_str("the device did not become ready"),
             Self::NotKept { register } => write!(f, "register {register:#06x} was not kept"),
             Self::AddressTaken => f.write_str("the address belongs to another device"),
-            Self::Silent => f.write_str("nobody drives the data line"),
+            Self::Silent => f.write_str("no device drives the data line"),
             Self::Unsupported => f.write_str("the device cannot do that"),
         }
     }
@@ -52,7 +52,7 @@ impl<E: fmt::Debug> fmt::Display for Error<E> {
 
 impl<E: fmt::Debug> core::error::Error for Error<E> {}
 
-/// Whether a failure says no more than that nobody is there.
+/// Whether a failure means only that no device acknowledged.
 pub(crate) fn is_absence<E: i2c::Error>(error: &Error<E>) -> bool {
     match error {
         Error::Bus(bus) => matches!(bus.kind(), i2c::ErrorKind::NoAcknowledge(_)),

@@ -1,11 +1,11 @@
-//! The vendor's trim: the inertial sensor does not sit quite level in the airframe.
+//! The vendor's trim of the accelerometer, for an inertial sensor that is not mounted quite level.
 
 use units::{Acceleration, Radians};
 
-/// Turns what the accelerometer feels from the sensor's axes into the airframe's, as the vendor's
-/// firmware does: about x by the roll, then about y by the pitch (crazyflie-firmware,
-/// `sensors_bmi088_bmp3xx.c`, `sensorsAccAlignToGravity`). The gyroscope is not turned, there as
-/// here.
+/// The rotation of accelerations from the sensor's axes to the airframe's, as in the vendor's
+/// firmware: about x by the roll, then about y by the pitch (crazyflie-firmware,
+/// `sensors_bmi088_bmp3xx.c`, `sensorsAccAlignToGravity`). As there, the gyroscope's rates are not
+/// rotated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Level {
@@ -14,14 +14,15 @@ pub struct Level {
 }
 
 impl Level {
-    /// By what the sensor is tilted while the airframe is level: `roll` lowers its right side, and
-    /// `pitch`, with the vendor's sign, **raises** its nose. Up to 0.35 rad.
+    /// The rotation for a sensor that is tilted by `roll` and `pitch`, each up to 0.35 rad, while
+    /// the airframe is level: `roll` lowers its right side, and `pitch`, with the vendor's sign,
+    /// **raises** its nose.
     #[must_use]
     pub fn new(roll: Radians, pitch: Radians) -> Self {
         Self { roll: SinCos::of(roll.0), pitch: SinCos::of(pitch.0) }
     }
 
-    /// The same in the airframe's axes.
+    /// Rotates an acceleration from the sensor's axes to the airframe's.
     #[must_use]
     pub fn apply(&self, Acceleration([x, y, z]): Acceleration) -> Acceleration {
         let SinCos { sin, cos } = self.roll;
@@ -40,8 +41,8 @@ struct SinCos {
 }
 
 impl SinCos {
-    /// By their series, good to 2·10⁻⁷ within 0.35 rad: `libm`'s work in double precision, which
-    /// the drone's processor does not have.
+    /// Sine and cosine by their series, good to 2·10⁻⁷ within 0.35 rad. Those of `libm` calculate
+    /// in double precision, which the drone's processor does not have.
     fn of(angle: f32) -> Self {
         let square = angle * angle;
         Self {
@@ -62,30 +63,30 @@ mod tests {
     }
 
     #[test]
-    fn a_tilted_sensor_in_a_level_airframe_feels_gravity_along_z() {
+    fn gravity_on_a_tilted_sensor_in_a_level_airframe_is_along_z() {
         for roll in -35..=35 {
             for pitch in -35..=35 {
                 let (roll, pitch) = (0.01 * roll as f32, 0.01 * pitch as f32);
                 // The vertical in the axes of a sensor with its right side down and its nose up.
-                let felt =
+                let measured =
                     [G * pitch.sin(), G * roll.sin() * pitch.cos(), G * roll.cos() * pitch.cos()];
                 let level = Level::new(Radians(roll), Radians(pitch));
-                assert!(near(level.apply(Acceleration(felt)), [0.0, 0.0, G]), "{roll} {pitch}");
+                assert!(near(level.apply(Acceleration(measured)), [0.0, 0.0, G]), "{roll} {pitch}");
             }
         }
     }
 
     #[test]
-    fn a_positive_roll_pushes_to_the_right_and_a_positive_pitch_backwards() {
-        let felt = Acceleration([0.0, 0.0, G]);
-        let [x, y, _] = Level::new(Radians(0.1), Radians::ZERO).apply(felt).0;
+    fn a_positive_roll_turns_gravity_to_the_right_and_a_positive_pitch_backwards() {
+        let measured = Acceleration([0.0, 0.0, G]);
+        let [x, y, _] = Level::new(Radians(0.1), Radians::ZERO).apply(measured).0;
         assert!(x == 0.0 && y < -0.9);
-        let [x, y, _] = Level::new(Radians::ZERO, Radians(0.1)).apply(felt).0;
+        let [x, y, _] = Level::new(Radians::ZERO, Radians(0.1)).apply(measured).0;
         assert!(x < -0.9 && y == 0.0);
     }
 
     #[test]
-    fn the_series_are_good_to_their_bound() {
+    fn the_series_keep_their_error_bound() {
         for step in -3_500..=3_500 {
             let angle = 1e-4 * step as f32;
             let SinCos { sin, cos } = SinCos::of(angle);

@@ -1,4 +1,4 @@
-//! The optical flow sensor of the Flow deck v2.
+//! Driver of the PMW3901, the optical flow sensor of the Flow deck v2.
 //!
 //! The chip needs pauses between the bytes of one transaction, so its bus must be able to wait
 //! with the chip selected: [`Operation::DelayNs`]. (`embassy-embedded-hal`'s `SpiDevice` can, with
@@ -9,17 +9,17 @@ use embedded_hal_async::spi::{Operation, SpiDevice};
 
 use crate::Error;
 
-/// Pauses in ns, as crazyflie-firmware's `pmw3901.c` has them; the data sheet asks for 35 µs
-/// between address and data (t_SRAD) and less elsewhere.
+/// Pause in ns around each byte of a transaction, as in crazyflie-firmware's `pmw3901.c`; the data
+/// sheet asks for 35 µs between address and data (t_SRAD) and less elsewhere.
 const GAP: u32 = 50_000;
-/// Between address and data of a single read.
+/// Pause in ns between address and data of a single read.
 const READ_GAP: u32 = 500_000;
-/// Between transactions in µs (data sheet: t_SWW = 45 µs).
+/// Pause in µs between transactions (data sheet: t_SWW = 45 µs).
 const REST_US: u32 = 200;
-/// After a motion burst in µs.
+/// Pause in µs after a motion burst.
 const BURST_REST_US: u32 = 50;
 
-/// Set in the address byte of a write.
+/// The bit that is set in the address byte of a write.
 const WRITE: u8 = 0x80;
 
 const PRODUCT_ID: u8 = 0x00;
@@ -32,38 +32,38 @@ const BANK: u8 = 0x7F;
 /// The two identification bytes, each the inverse of the other.
 const ID: u16 = 0x49B6;
 
-/// What the sensor saw since it was last read.
+/// The motion that the sensor counted since it was last read, and the quality of its image.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Motion {
-    /// Counts forward: positive when the drone moves forward over the ground. The chip's −Δy, as
-    /// the Flow deck v2 mounts it.
+    /// Counts forward: positive when the drone moves forward over the ground. This is the chip's
+    /// −Δy, as the Flow deck v2 mounts it.
     pub x: i16,
-    /// Counts to the left. The chip's −Δx.
+    /// Counts to the left. This is the chip's −Δx.
     pub y: i16,
-    /// Whether the counts are to be believed: the motion byte is 0xB0, the only value that the
-    /// vendor's firmware takes. Without motion it is not set, and the counts are zero.
+    /// Whether the counts are valid: the motion byte is 0xB0, the only value that the vendor's
+    /// firmware accepts. Without motion this is false, and the counts are zero.
     pub moved: bool,
-    /// The motion byte itself.
+    /// The motion byte.
     pub flags: u8,
     /// Surface quality: a quarter of the number of features seen (data sheet). Below about 25 the
     /// ground has too little texture.
     pub squal: u8,
     /// Exposure in cycles of the chip's clock: long where it is dark.
     pub shutter: u16,
-    /// Mean brightness of the image,
+    /// Mean brightness of the image.
     pub raw_sum: u8,
-    /// its brightest pixel,
+    /// Brightness of the brightest pixel.
     pub raw_max: u8,
-    /// and its darkest.
+    /// Brightness of the darkest pixel.
     pub raw_min: u8,
 }
 
 impl Motion {
     const VALID: u8 = 0xB0;
 
-    /// The 12 bytes of a burst: motion, observation, Δx, Δy, SQUAL, raw sum, max, min, shutter.
-    /// The shutter alone has its high byte first.
+    /// Decodes the 12 bytes of a burst: motion, observation, Δx, Δy, SQUAL, raw sum, max, min,
+    /// shutter. The shutter alone has its high byte first.
     fn from_burst(burst: [u8; 12]) -> Self {
         let [flags, _, x0, x1, y0, y1, squal, raw_sum, raw_max, raw_min, s1, s0] = burst;
         Self {
@@ -80,19 +80,19 @@ impl Motion {
     }
 }
 
-/// The driver.
+/// The driver of the chip.
 #[derive(Debug)]
 pub struct Pmw3901<SPI> {
     spi: SPI,
 }
 
 impl<SPI: SpiDevice> Pmw3901<SPI> {
-    /// A driver that has not spoken to the chip yet.
+    /// A driver that has not sent anything to the chip yet.
     pub const fn new(spi: SPI) -> Self {
         Self { spi }
     }
 
-    /// Resets and configures the chip. Takes about 80 ms, of which the bus is busy for 20.
+    /// Resets and configures the chip, which takes about 80 ms, of which the bus is busy for 20.
     ///
     /// # Errors
     /// [`Error::WrongDevice`], [`Error::Silent`], [`Error::Bus`].
@@ -112,16 +112,17 @@ impl<SPI: SpiDevice> Pmw3901<SPI> {
         self.write_all(&TUNING_AFTER_PAUSE, delay).await
     }
 
-    /// Reads and clears what was counted, 0.25 ms on the bus. Every 10 ms, says the vendor's
-    /// firmware.
+    /// Reads and clears the counts, which takes 0.25 ms on the bus. The vendor's firmware does so
+    /// every 10 ms.
     ///
     /// # Errors
-    /// [`Error::Silent`] when the bytes are all alike: no chip answers so. [`Error::Bus`].
+    /// [`Error::Silent`] if all bytes are 0x00 or all are 0xFF, which no chip sends;
+    /// [`Error::Bus`].
     pub async fn read_motion<D: DelayNs>(
         &mut self,
         delay: &mut D,
     ) -> Result<Motion, Error<SPI::Error>> {
-        // In a variable, because a constant lies in flash, which not every DMA reaches.
+        // The byte is in a variable, because a constant lies in flash, which not every DMA reaches.
         let command = [MOTION_BURST];
         let mut burst = [0; 12];
         let mut burst_read = [
@@ -139,7 +140,7 @@ impl<SPI: SpiDevice> Pmw3901<SPI> {
         Ok(Motion::from_burst(burst))
     }
 
-    /// Whether the chip still answers by its name. Only to be asked between bursts.
+    /// Checks the chip's identification. Call it between bursts only.
     ///
     /// # Errors
     /// [`Error::WrongDevice`], [`Error::Silent`], [`Error::Bus`].
@@ -153,7 +154,7 @@ impl<SPI: SpiDevice> Pmw3901<SPI> {
         }
     }
 
-    /// Selecting and letting go of the chip resets its serial port (data sheet, power-up
+    /// Resets the chip's serial port by selecting and deselecting the chip (data sheet, power-up
     /// sequence).
     async fn reset_port<D: DelayNs>(&mut self, delay: &mut D) -> Result<(), Error<SPI::Error>> {
         self.spi.transaction(&mut [Operation::DelayNs(2_000_000)]).await?;
@@ -210,9 +211,9 @@ impl<SPI: SpiDevice> Pmw3901<SPI> {
     }
 }
 
-/// The maker's settings, which its data sheet gives without an explanation ("performance
-/// optimization registers"), with the values of crazyflie-firmware's `pmw3901.c`. 0x7F chooses the
-/// bank that what follows is written to.
+/// The manufacturer's settings, which the data sheet gives without an explanation ("performance
+/// optimization registers"), with the values of crazyflie-firmware's `pmw3901.c`. Register 0x7F
+/// selects the bank of the registers after it.
 #[rustfmt::skip]
 const TUNING: [(u8, u8); 59] = [
     (0x7F, 0x00), (0x61, 0xAD),
@@ -234,7 +235,8 @@ const TUNING: [(u8, u8); 59] = [
     (0x7F, 0x07), (0x40, 0x41), (0x70, 0x00),
 ];
 
-/// The rest of them, 10 ms later. The last two belong to the deck's LED, which is off.
+/// The rest of the manufacturer's settings, written 10 ms later. The last two belong to the deck's
+/// LED, which is off.
 #[rustfmt::skip]
 const TUNING_AFTER_PAUSE: [(u8, u8); 17] = [
     (0x32, 0x44),

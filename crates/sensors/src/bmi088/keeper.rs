@@ -1,4 +1,4 @@
-//! A die that is brought up, read, given up and brought up again, all on its own.
+//! [`Keeper`], which starts a die, reads it, detects its failure and starts it again.
 
 use embedded_hal_async::delay::DelayNs;
 use embedded_hal_async::i2c::I2c;
@@ -8,14 +8,15 @@ use super::{Bmi088, Die};
 use crate::Error;
 use crate::bus::Health;
 
-/// After so many samples that are equal to the last bit the die is frozen, or asleep: at 1 kHz and
-/// with the noise of either, some two steps, this comes by chance once in days.
+/// Number of successive samples, each equal to the one before to the last bit, above which the die
+/// counts as frozen or asleep. At 1 kHz and with the noise of either die, some two steps, this
+/// happens by chance once in days.
 const MOST_REPEATS: u8 = 5;
 
-/// The driver of a die, and what is known of the die's health.
+/// The driver of a die together with the die's health.
 ///
 /// ```text
-/// loop: is_lost? ── yes ──> bring_up (which does nothing before its time)
+/// loop: is_lost? ── yes ──> bring_up (which does nothing before an attempt is due)
 ///          └─ no ──> wait for a sample ──> read, or missed
 /// ```
 #[derive(Debug)]
@@ -24,28 +25,28 @@ pub struct Keeper<I2C, D: Die> {
     health: Health,
     last: Option<D::Sample>,
     repeats: u8,
-    /// Something went wrong since its configuration was seen.
-    doubted: bool,
+    /// Whether a read has failed since the configuration was last verified.
+    unverified: bool,
 }
 
 impl<I2C: I2c, D: Die> Keeper<I2C, D> {
-    /// A die that has not been spoken to: lost, and due at once.
+    /// A keeper of a die that has not been started: it counts as lost, and is started at once.
     pub const fn new(i2c: I2C, now: Instant) -> Self {
         Self {
             die: Bmi088::new(i2c),
             health: Health::new(D::TABLE.health, now),
             last: None,
             repeats: 0,
-            doubted: false,
+            unverified: false,
         }
     }
 
-    /// Whether it must be brought up before it can be read.
+    /// Whether the die must be started before it can be read.
     pub fn is_lost(&mut self, now: Instant) -> bool {
         self.health.is_lost(now)
     }
 
-    /// Brings it up, if the time for an attempt has come.
+    /// Starts the die, if an attempt is due.
     pub async fn bring_up<W: DelayNs>(&mut self, clock: impl Fn() -> Instant, delay: &mut W) {
         if !self.health.may_retry(clock()) {
             return;
@@ -53,18 +54,19 @@ impl<I2C: I2c, D: Die> Keeper<I2C, D> {
         match self.die.init(delay).await {
             Ok(()) => {
                 self.health.started(clock());
-                (self.last, self.repeats, self.doubted) = (None, 0, false);
+                (self.last, self.repeats, self.unverified) = (None, 0, false);
             }
             Err(_) => self.health.bad(clock()),
         }
     }
 
-    /// A new sample; `None` where there is none that can be believed.
+    /// Reads a new sample; `None` if the read fails, the die is frozen, or its configuration is
+    /// lost.
     pub async fn read(&mut self, clock: impl Fn() -> Instant) -> Option<D::Sample> {
         let sample = self.die.read().await.ok().filter(|sample| !self.is_frozen(sample));
-        if sample.is_some() && self.doubted {
+        if sample.is_some() && self.unverified {
             match self.die.verify().await {
-                Ok(()) => self.doubted = false,
+                Ok(()) => self.unverified = false,
                 Err(Error::NotKept { .. }) => {
                     self.health.lose(clock());
                     return None;
@@ -82,19 +84,19 @@ impl<I2C: I2c, D: Die> Keeper<I2C, D> {
         sample
     }
 
-    /// A sample that should have come did not.
+    /// Records that a sample that was due did not come.
     pub fn missed(&mut self, now: Instant) {
         self.health.bad(now);
-        self.doubted = true;
+        self.unverified = true;
     }
 
-    /// Samples that were missed and attempts to bring it up that failed, since the beginning.
+    /// Number of missed samples and of failed attempts to start the die, since the beginning.
     #[must_use]
     pub const fn errors(&self) -> u32 {
         self.health.errors()
     }
 
-    /// How often it was given up after it had worked.
+    /// Number of times that the die was lost after it had been started.
     #[must_use]
     pub const fn losses(&self) -> u32 {
         self.health.losses()

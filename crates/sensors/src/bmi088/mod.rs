@@ -1,6 +1,6 @@
-//! The inertial sensor: a gyroscope and an accelerometer, two dies with an address each, that have
-//! nothing in common but the package. Each has a driver of its own, so that one that dies does not
-//! take the other with it.
+//! Driver of the BMI088, the inertial sensor: a gyroscope and an accelerometer on two dies, which
+//! have an address each and share nothing but the package. Each die has a driver of its own, so
+//! that the failure of one does not affect the other.
 //!
 //! On the Crazyflie the chip's axes are the board's, x forward, y left, z up, and the gyroscope's
 //! INT3 rises when a sample is ready, 1000 times a second.
@@ -19,19 +19,19 @@ pub use keeper::Keeper;
 use crate::Error;
 use die::Step;
 
-/// I²C addresses of the two dies on the Crazyflie (crazyflie-firmware, `sensors_bmi088_i2c.c`).
+/// The gyroscope's I²C address on the Crazyflie (crazyflie-firmware, `sensors_bmi088_i2c.c`).
 pub const GYRO: u8 = 0x69;
-/// The accelerometer's.
+/// The accelerometer's I²C address on the Crazyflie (crazyflie-firmware, `sensors_bmi088_i2c.c`).
 pub const ACCEL: u8 = 0x18;
 
-/// The same of both dies (data sheet BST-BMI088-DS001).
+/// The identification register of either die (data sheet BST-BMI088-DS001).
 const CHIP_ID: u8 = 0x00;
-/// What a soft reset is asked for with.
+/// The value that requests a soft reset.
 const RESET: u8 = 0xB6;
-/// "A new sample is there", in the status register of either.
+/// The bit in the status register of either die that signals a new sample.
 const DATA_READY: u8 = 0x80;
-/// The first sample must come within as many milliseconds.
-const FIRST_SAMPLE_TRIES: u32 = 50;
+/// Number of milliseconds within which the first sample must come.
+const FIRST_SAMPLE_MS: u32 = 50;
 
 /// The driver of one die: `Bmi088<_, Gyro>` or `Bmi088<_, Accel>`.
 #[derive(Debug)]
@@ -41,16 +41,16 @@ pub struct Bmi088<I2C, D> {
 }
 
 impl<I2C: I2c, D: Die> Bmi088<I2C, D> {
-    /// A driver that has not spoken to the die yet.
+    /// A driver that has not sent anything to the die yet.
     pub const fn new(i2c: I2C) -> Self {
         Self { i2c, die: PhantomData }
     }
 
-    /// Resets and configures the die and waits for a sample. Takes about 35 ms for the gyroscope
-    /// and 15 ms for the accelerometer.
+    /// Resets and configures the die and waits for a sample. This takes about 35 ms for the
+    /// gyroscope and 15 ms for the accelerometer.
     ///
     /// # Errors
-    /// Any but [`Error::AddressTaken`], [`Error::Silent`] and [`Error::Unsupported`].
+    /// Any [`Error`] but [`Error::AddressTaken`], [`Error::Silent`] and [`Error::Unsupported`].
     pub async fn init<W: DelayNs>(&mut self, delay: &mut W) -> Result<(), Error<I2C::Error>> {
         self.write(D::TABLE.reset, RESET).await?;
         delay.delay_ms(D::TABLE.reset_ms).await;
@@ -68,12 +68,12 @@ impl<I2C: I2c, D: Die> Bmi088<I2C, D> {
         self.await_sample(delay).await
     }
 
-    /// Reads a sample: 6 bytes, 0.21 ms at 400 kHz.
+    /// Reads the latest sample of 6 bytes, which takes 0.21 ms at 400 kHz.
     ///
     /// # Errors
     /// [`Error::Bus`].
     pub async fn read(&mut self) -> Result<D::Sample, Error<I2C::Error>> {
-        // In a variable, because a constant lies in flash, which not every DMA reaches.
+        // The byte is in a variable, because a constant lies in flash, which not every DMA reaches.
         let register = [D::TABLE.data];
         let mut bytes = [0; 6];
         self.i2c.write_read(D::TABLE.address, &register, &mut bytes).await?;
@@ -82,22 +82,22 @@ impl<I2C: I2c, D: Die> Bmi088<I2C, D> {
         Ok(D::sample(raw.map(|raw| f32::from(raw) * D::TABLE.unit)))
     }
 
-    /// Whether the die still has its configuration: one whose supply dipped comes back with
-    /// another, or asleep, and goes on answering.
+    /// Checks that the die still has its configuration. A die whose supply dipped goes on
+    /// answering, but with its default configuration, or asleep.
     ///
     /// # Errors
     /// [`Error::NotKept`] if not; [`Error::Bus`].
     pub async fn verify(&mut self) -> Result<(), Error<I2C::Error>> {
-        for kept in D::TABLE.kept {
-            if self.read_register(kept.register).await? & kept.mask != kept.value {
-                return Err(Error::NotKept { register: kept.register.into() });
+        for check in D::TABLE.readback {
+            if self.read_register(check.register).await? & check.mask != check.value {
+                return Err(Error::NotKept { register: check.register.into() });
             }
         }
         Ok(())
     }
 
     async fn await_sample<W: DelayNs>(&mut self, delay: &mut W) -> Result<(), Error<I2C::Error>> {
-        for _ in 0..FIRST_SAMPLE_TRIES {
+        for _ in 0..FIRST_SAMPLE_MS {
             if self.read_register(D::TABLE.status).await? & DATA_READY != 0 {
                 return Ok(());
             }

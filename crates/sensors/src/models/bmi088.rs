@@ -1,17 +1,17 @@
-//! A BMI088: two dies with registers of their own, the accelerometer asleep after its reset, and
-//! the gyroscope's "data ready" on a pin.
+//! Model of a BMI088: two dies with registers of their own, of which the accelerometer sleeps after
+//! its reset and the gyroscope has a "data ready" pin.
 
 use units::{Acceleration, AngularVelocity};
 
 use super::{Fault, I2cModel, peek, poke, quantised};
 use crate::bmi088::{ACCEL, GYRO};
 
-/// Registers of either die.
+/// Number of registers of either die.
 const FILE: usize = 0x80;
 /// Standard gravity in m/s².
 const G: f32 = 9.806_65;
 
-/// How long the gyroscope's "data ready" lasts in µs (data sheet, GYRO_INT_STAT_1: 280 to 400).
+/// Duration of the gyroscope's "data ready" pulse in µs (data sheet, GYRO_INT_STAT_1: 280 to 400).
 const PULSE_US: u32 = 300;
 
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -20,34 +20,35 @@ enum Die {
     Accel,
 }
 
-/// One die.
-struct Half {
+/// The state of one die.
+struct DieState {
     die: Die,
     registers: [u8; FILE],
     pointer: Option<u8>,
-    /// µs until it answers again after a reset.
+    /// Time in µs until the die answers again after a reset.
     booting: u32,
-    /// µs since the last sample.
+    /// Time in µs since the last sample.
     since_sample: u32,
-    /// µs for which the latest sample is still called new.
+    /// Time in µs for which "data ready" is still signalled.
     pulse: u32,
-    /// The upper byte that belongs to the lower one read last: a sample that comes between the two
-    /// does not tear them apart (data sheet, "Rate data").
+    /// The upper byte that belongs to the lower byte read last, so that both are of one sample
+    /// (data sheet, "Rate data").
     locked: Option<u8>,
-    /// What it measures now.
+    /// The true value that the die measures.
     truth: [f32; 3],
     /// The noise of its samples.
     noise: Noise,
 }
 
-/// Noise in whole steps, from a sequence of its own.
+/// Noise in whole steps, with a random sequence of its own.
 struct Noise {
     state: u32,
     steps: u8,
 }
 
 impl Noise {
-    /// The next, at most `steps` either way: the difference of two numbers that are equally likely.
+    /// The next noise value, from −`steps` to `steps`: the difference of two uniform random
+    /// numbers.
     fn next(&mut self) -> f32 {
         if self.steps == 0 {
             return 0.0;
@@ -64,7 +65,7 @@ impl Noise {
     }
 }
 
-impl Half {
+impl DieState {
     const fn new(die: Die) -> Self {
         Self {
             die,
@@ -79,7 +80,7 @@ impl Half {
         }
     }
 
-    /// Values after a reset (data sheet BST-BMI088-DS001).
+    /// Sets all registers to their reset values (data sheet BST-BMI088-DS001).
     fn reset(&mut self, id: u8, booting: u32) {
         self.registers = [0; FILE];
         self.booting = booting;
@@ -105,7 +106,7 @@ impl Half {
         }
     }
 
-    /// µs between samples; `None` while it sleeps.
+    /// Time in µs between samples; `None` while the die sleeps.
     fn sample_period(&self) -> Option<u32> {
         match self.die {
             Die::Gyro if peek(&self.registers, 0x11) != 0 => None,
@@ -126,7 +127,7 @@ impl Half {
         }
     }
 
-    /// What one step means, in rad/s or m/s².
+    /// One step of a sample, in rad/s or m/s².
     fn step(&self) -> f32 {
         match self.die {
             Die::Gyro => {
@@ -155,8 +156,8 @@ impl Half {
         }
     }
 
-    /// Whether it tells of its samples on the pin INT3 (GYRO_INT_CTRL, INT3_INT4_IO_MAP).
-    fn tells_int3(&self) -> bool {
+    /// Whether "data ready" is enabled on the pin INT3 (GYRO_INT_CTRL, INT3_INT4_IO_MAP).
+    fn int3_is_enabled(&self) -> bool {
         peek(&self.registers, 0x15) & 0x80 != 0 && peek(&self.registers, 0x18) & 0x01 != 0
     }
 
@@ -171,7 +172,7 @@ impl Half {
             let raw = quantised(value + noise, step).to_le_bytes();
             poke(&mut self.registers, data + 2 * axis, &raw);
         }
-        // The gyroscope tells of its samples only when asked to.
+        // The gyroscope signals its samples only when that is enabled.
         if self.die == Die::Accel || peek(&self.registers, 0x15) & 0x80 != 0 {
             poke(&mut self.registers, status, &[0x80]);
         }
@@ -214,26 +215,26 @@ impl Half {
     }
 }
 
-/// The model.
+/// The model of the inertial sensor.
 pub struct Bmi088Model {
-    /// What is wrong with the gyroscope.
+    /// The gyroscope's fault.
     pub gyro_fault: Fault,
-    /// What is wrong with the accelerometer.
+    /// The accelerometer's fault.
     pub accel_fault: Fault,
-    gyro: Half,
-    accel: Half,
+    gyro: DieState,
+    accel: DieState,
     selected: Option<Die>,
 }
 
 impl Bmi088Model {
-    /// As after switching on, lying still and level.
+    /// A sensor that has just been switched on and lies still and level.
     #[must_use]
     pub fn new() -> Self {
         let mut model = Self {
             gyro_fault: Fault::None,
             accel_fault: Fault::None,
-            gyro: Half::new(Die::Gyro),
-            accel: Half::new(Die::Accel),
+            gyro: DieState::new(Die::Gyro),
+            accel: DieState::new(Die::Accel),
             selected: None,
         };
         model.accel.truth = [0.0, 0.0, G];
@@ -241,58 +242,58 @@ impl Bmi088Model {
         model
     }
 
-    /// The supply dips: both dies forget their configuration.
+    /// Resets both dies as by a dip of the supply.
     pub fn reset(&mut self) {
         self.reset_gyro();
         self.reset_accel();
     }
 
-    /// The gyroscope alone forgets its configuration.
+    /// Resets the gyroscope alone.
     pub fn reset_gyro(&mut self) {
         let id = peek(&self.gyro.registers, 0);
         self.gyro.reset(id, 0);
     }
 
-    /// The accelerometer alone forgets its configuration.
+    /// Resets the accelerometer alone.
     pub fn reset_accel(&mut self) {
         let id = peek(&self.accel.registers, 0);
         self.accel.reset(id, 0);
     }
 
-    /// Lets the dies call themselves so, and resets them.
+    /// Sets the identifications of the dies, and resets both.
     pub fn set_ids(&mut self, gyro: u8, accel: u8) {
         self.gyro.reset(gyro, 0);
         self.accel.reset(accel, 0);
     }
 
-    /// What there is to measure from now on.
+    /// Sets the true values that the dies measure from now on.
     pub fn set(&mut self, gyro: AngularVelocity, accel: Acceleration) {
         self.gyro.truth = gyro.0;
         self.accel.truth = accel.0;
     }
 
-    /// Noise on every sample from now on, at most so many steps either way. Without it
-    /// samples of what does not change are equal to the last bit, as a real die's never are.
+    /// Adds noise to every sample from now on, at most this many steps either way. Without noise
+    /// the samples of a constant value are equal to the last bit, as those of a real die never are.
     pub fn set_noise(&mut self, seed: u32, gyro_steps: u8, accel_steps: u8) {
         self.gyro.noise = Noise { state: seed.max(1), steps: gyro_steps };
         self.accel.noise = Noise { state: (!seed).max(1), steps: accel_steps };
     }
 
-    /// The level of the pin INT3: true is high, and `None` is an open drain that is let go
+    /// The level of the pin INT3: true is high, and `None` is an open drain that is released
     /// (INT3_INT4_IO_CONF).
     #[must_use]
     pub fn int3(&self) -> Option<bool> {
         let configuration = self.gyro_register(0x16);
         let active_high = configuration & 0x01 != 0;
-        let high = active_high == (self.gyro.tells_int3() && self.gyro.pulse > 0);
+        let high = active_high == (self.gyro.int3_is_enabled() && self.gyro.pulse > 0);
         let open_drain = configuration & 0x02 != 0;
         if open_drain && high { None } else { Some(high) }
     }
 
-    /// µs until INT3 changes by itself; `None` where it does not.
+    /// Time in µs until INT3 changes by itself; `None` if it does not.
     #[must_use]
     pub fn int3_changes_in(&self) -> Option<u32> {
-        if !self.gyro.tells_int3() {
+        if !self.gyro.int3_is_enabled() {
             return None;
         }
         let period = self.gyro.sample_period()?;
@@ -300,20 +301,20 @@ impl Bmi088Model {
         Some(if self.gyro.pulse > 0 { self.gyro.pulse.min(next_sample) } else { next_sample })
     }
 
-    /// A register of the gyroscope.
+    /// The value of a register of the gyroscope.
     #[must_use]
     pub fn gyro_register(&self, register: u8) -> u8 {
         peek(&self.gyro.registers, register.into())
     }
 
-    /// A register of the accelerometer.
+    /// The value of a register of the accelerometer.
     #[must_use]
     pub fn accel_register(&self, register: u8) -> u8 {
         peek(&self.accel.registers, register.into())
     }
 
-    /// The die that takes part in the transaction, with what is wrong with it.
-    const fn selected(&mut self) -> Option<(&mut Half, &mut Fault)> {
+    /// The die that takes part in the transaction, with its fault.
+    const fn selected(&mut self) -> Option<(&mut DieState, &mut Fault)> {
         match self.selected {
             Some(Die::Gyro) => Some((&mut self.gyro, &mut self.gyro_fault)),
             Some(Die::Accel) => Some((&mut self.accel, &mut self.accel_fault)),
@@ -334,25 +335,25 @@ impl I2cModel for Bmi088Model {
             Die::Gyro => self.gyro.address() == address,
             Die::Accel => self.accel.address() == address,
         });
-        let Some((half, fault)) = self.selected() else { return false };
+        let Some((state, fault)) = self.selected() else { return false };
         if !read {
-            half.pointer = None;
+            state.pointer = None;
         }
-        half.booting == 0 && fault.acknowledges()
+        state.booting == 0 && fault.acknowledges()
     }
 
     fn write(&mut self, byte: u8) -> bool {
-        let Some((half, fault)) = self.selected() else { return false };
+        let Some((state, fault)) = self.selected() else { return false };
         if !fault.acknowledges() {
             return false;
         }
-        half.write(byte);
+        state.write(byte);
         true
     }
 
     fn read(&mut self) -> u8 {
         match self.selected() {
-            Some((half, fault)) => fault.read(half.read()),
+            Some((state, fault)) => fault.read(state.read()),
             None => 0xFF,
         }
     }

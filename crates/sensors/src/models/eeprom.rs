@@ -1,10 +1,10 @@
-//! A 24AA64: what is written beyond a page's end lands at its beginning, and while a page is being
-//! kept nothing is acknowledged.
+//! Model of a 24AA64, the EEPROM: a write beyond the end of a page wraps to its beginning, and
+//! while the memory stores a page it acknowledges nothing.
 
 use super::{Fault, I2cModel, peek};
 use crate::eeprom::{ADDRESS, PAGE, SIZE};
 
-/// What is written in one go.
+/// The progress of a write.
 #[derive(Clone, Copy)]
 enum Phase {
     Idle,
@@ -13,11 +13,11 @@ enum Phase {
     Data { written: bool },
 }
 
-/// The model.
+/// The model of the memory.
 pub struct EepromModel {
-    /// What is wrong with it.
+    /// The memory's fault.
     pub fault: Fault,
-    /// How long a page takes to be kept, in µs. The data sheet says 5000 at most.
+    /// Time in µs to store a page. The data sheet says 5000 at most.
     pub write_micros: u32,
     bytes: [u8; SIZE as usize],
     at: u16,
@@ -27,7 +27,7 @@ pub struct EepromModel {
 }
 
 impl EepromModel {
-    /// As it leaves the factory.
+    /// A memory as it leaves the factory, with all bytes 0xFF.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -41,18 +41,18 @@ impl EepromModel {
         }
     }
 
-    /// Everything that is kept.
+    /// The content of the memory.
     #[must_use]
     pub const fn bytes(&self) -> &[u8; SIZE as usize] {
         &self.bytes
     }
 
-    /// The same, to be changed.
+    /// The content of the memory, to be changed.
     pub const fn bytes_mut(&mut self) -> &mut [u8; SIZE as usize] {
         &mut self.bytes
     }
 
-    /// How many times a page was written.
+    /// Number of page writes so far.
     #[must_use]
     pub const fn pages_written(&self) -> u32 {
         self.pages

@@ -1,4 +1,4 @@
-//! A PCA9534 whose eight lines other models can watch.
+//! Model of a PCA9534, the I/O expander, whose eight lines other models can read.
 
 use core::ops::Deref;
 use core::sync::atomic::{AtomicU8, Ordering};
@@ -6,10 +6,10 @@ use core::sync::atomic::{AtomicU8, Ordering};
 use super::{Fault, I2cModel};
 use crate::expander::ADDRESS;
 
-/// The model. Its lines are an atomic outside it, borrowed or shared, so that other models see
-/// them.
+/// The model of the expander. Its lines are an atomic outside of it, borrowed or shared, which
+/// other models read.
 pub struct ExpanderModel<L> {
-    /// What is wrong with it.
+    /// The expander's fault.
     pub fault: Fault,
     lines: L,
     floating: u8,
@@ -19,7 +19,7 @@ pub struct ExpanderModel<L> {
 }
 
 impl<L: Deref<Target = AtomicU8>> ExpanderModel<L> {
-    /// As after its reset: every line an input, at the level that `floating` gives it.
+    /// An expander after its reset: every line is an input, at the level that `floating` gives it.
     #[must_use]
     pub fn new(lines: L, floating: u8) -> Self {
         lines.store(floating, Ordering::Relaxed);
@@ -27,13 +27,13 @@ impl<L: Deref<Target = AtomicU8>> ExpanderModel<L> {
         Self { fault: Fault::None, lines, floating, output, direction, command: None }
     }
 
-    /// Its supply dips: all lines float again.
+    /// Resets the expander as by a dip of its supply: all lines float again.
     pub fn reset(&mut self) {
         (self.output, self.direction, self.command) = (0xFF, 0xFF, None);
         self.drive();
     }
 
-    /// Puts the lines where the registers want them.
+    /// Sets the lines to the levels that the registers give.
     fn drive(&self) {
         let lines = (self.output & !self.direction) | (self.floating & self.direction);
         self.lines.store(lines, Ordering::Relaxed);

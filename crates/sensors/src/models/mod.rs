@@ -1,10 +1,10 @@
 //! Register-level models of the five devices, for tests and for emulators.
 //!
-//! A model is a device's registers and its clock: it is driven byte by byte, as the wire does it,
-//! and knows nothing of a driver. What it measures and what is wrong with it can be set at any
-//! time. [`Wires`] joins models to a bus with a clock of its own; [`ModelBus`], [`ModelSpi`] and
-//! [`ModelDelay`] are the buses and the delay that a driver takes. An emulated peripheral drives
-//! the traits [`I2cModel`] and [`SpiModel`] itself.
+//! A model has a device's registers and its clock: it is driven byte by byte, as on the wire, and
+//! does not depend on a driver. The quantity that it measures and its faults can be set at any
+//! time. [`Wires`] connects models to a bus with a clock of its own; [`ModelBus`], [`ModelSpi`] and
+//! [`ModelDelay`] are the buses and the delay that a driver takes. An emulated peripheral calls the
+//! traits [`I2cModel`] and [`SpiModel`] itself.
 //!
 //! ```
 //! use core::cell::RefCell;
@@ -33,46 +33,46 @@ pub use spi::{ModelSpi, SpiModel};
 pub use vl53l1x::{Vl53l1xFault, Vl53l1xModel};
 pub use wires::{ModelBus, ModelDelay, Wires};
 
-/// A device on an I²C bus, as the wire sees it. Several may acknowledge the same address; their
-/// bytes are then wired together, a zero wins.
+/// A device on an I²C bus, driven byte by byte. Several may acknowledge the same address; the bus
+/// then carries the logical AND of their bytes.
 pub trait I2cModel {
-    /// A start, or a repeated start, with an address. Whether the device acknowledges; if it does
-    /// it takes part in what follows up to the next start or stop.
+    /// Processes a start, or a repeated start, with an address. Returns whether the device
+    /// acknowledges; if so it takes part in the transfer up to the next start or stop.
     fn start(&mut self, address: u8, read: bool) -> bool;
-    /// A byte from the controller. Whether the device acknowledges.
+    /// Takes a byte from the controller, and returns whether the device acknowledges it.
     fn write(&mut self, byte: u8) -> bool;
-    /// A byte for the controller.
+    /// Returns the next byte for the controller.
     fn read(&mut self) -> u8;
-    /// A stop.
+    /// Processes a stop.
     fn stop(&mut self);
-    /// Time passes.
+    /// Lets `micros` µs pass.
     fn advance(&mut self, micros: u32);
 }
 
-/// What can be wrong with any device.
+/// A fault that any device can have.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Fault {
-    /// Nothing.
+    /// The device works.
     #[default]
     None,
-    /// It is not there, or has no supply: it acknowledges nothing, and begins anew when it is
-    /// back.
+    /// The device is missing or has no supply: it acknowledges nothing, and starts from its reset
+    /// state when it is back.
     Absent,
-    /// It acknowledges this many more bytes and addresses, and then nothing.
+    /// The device acknowledges this many more bytes and addresses, and then nothing.
     NackAfter(u32),
-    /// Of so many bytes and addresses it does not acknowledge the last, over and over.
+    /// The device does not acknowledge every `every`-th byte or address.
     NackEvery {
-        /// How many.
+        /// Number of bytes and addresses in a cycle.
         every: u32,
-        /// How many it has acknowledged since the last that it did not.
+        /// Number of bytes and addresses acknowledged in the present cycle.
         done: u32,
     },
-    /// Whatever is read from it is this byte.
+    /// Every byte that is read from the device is this one.
     Stuck(u8),
 }
 
 impl Fault {
-    /// Whether the device acknowledges now.
+    /// Whether the device acknowledges the next byte or address.
     const fn acknowledges(&mut self) -> bool {
         match self {
             Self::None | Self::Stuck(_) => true,
@@ -89,7 +89,7 @@ impl Fault {
         }
     }
 
-    /// What comes of a byte that the device sends.
+    /// The byte that the controller reads when the device sends `byte`.
     const fn read(self, byte: u8) -> u8 {
         match self {
             Self::Stuck(stuck) => stuck,
@@ -98,21 +98,21 @@ impl Fault {
     }
 }
 
-/// The byte of a register file, zero beyond its end.
+/// Reads a byte of a register file, or zero beyond its end.
 fn peek(registers: &[u8], at: usize) -> u8 {
     registers.get(at).copied().unwrap_or(0)
 }
 
-/// Sets bytes of a register file, as far as it reaches.
+/// Writes bytes to a register file, up to its end.
 fn poke(registers: &mut [u8], at: usize, bytes: &[u8]) {
     for (slot, byte) in registers.iter_mut().skip(at).zip(bytes) {
         *slot = *byte;
     }
 }
 
-/// A value in steps of `step`, within what 16 bits hold.
+/// Converts a value to a number of steps of `step`, limited to 16 bits.
 fn quantised(value: f32, step: f32) -> i16 {
-    // Half a step up and then down is rounding, without a maths library; `as` saturates.
+    // Adding half a step before the truncation rounds without a maths library; `as` saturates.
     let scaled = value / step;
     (scaled + 0.5_f32.copysign(scaled)) as i16
 }

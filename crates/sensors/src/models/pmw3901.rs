@@ -1,15 +1,19 @@
-//! A PMW3901: banks of registers, a motion burst, and a watch on the pauses that it needs.
+//! Model of a PMW3901, the optical flow sensor: banks of registers, a motion burst, and a count of
+//! the pauses that were shorter than the chip needs.
 
 use super::{Fault, SpiModel, peek, poke};
 
-/// Registers in a bank; banks up to 0x15 are used.
+/// Number of registers in a bank.
 const FILE: usize = 0x80;
+/// Number of banks; banks up to 0x15 are used.
 const BANKS: usize = 0x16;
 
-/// From the address to the data of a read in ns (data sheet, t_SRAD and t_SRAD_MOTBR).
+/// Shortest pause in ns from the address to the data of a read (data sheet, t_SRAD and
+/// t_SRAD_MOTBR).
 const READ_GAP: u32 = 35_000;
-/// From one command to the next in ns (data sheet, t_SWW and t_SWR; after a read 20 µs suffice).
+/// Shortest pause in ns from a write to the next command (data sheet, t_SWW and t_SWR).
 const AFTER_WRITE: u32 = 45_000;
+/// Shortest pause in ns from a read to the next command (data sheet).
 const AFTER_READ: u32 = 20_000;
 
 #[derive(Clone, Copy)]
@@ -21,32 +25,34 @@ enum Phase {
     Done,
 }
 
-/// The model.
+/// The model of the chip.
 pub struct Pmw3901Model {
-    /// What is wrong with it. [`Fault::Absent`] reads as a line that is pulled high.
+    /// The chip's fault. [`Fault::Absent`] reads as a line that is pulled high.
     pub fault: Fault,
     /// Surface quality, once the chip is configured.
     pub squal: u8,
-    /// Exposure.
+    /// Exposure in cycles of the chip's clock.
     pub shutter: u16,
-    /// Mean brightness of the image,
+    /// Mean brightness of the image.
     pub raw_sum: u8,
-    /// its brightest pixel,
+    /// Brightness of the brightest pixel.
     pub raw_max: u8,
-    /// and its darkest.
+    /// Brightness of the darkest pixel.
     pub raw_min: u8,
     banks: [[u8; FILE]; BANKS],
     id: [u8; 2],
     counts: [i16; 2],
     burst: [u8; 12],
     phase: Phase,
+    /// Time in ns since the last byte.
     idle: u32,
+    /// Time in ns that must pass before the next command.
     rest: u32,
     violations: u32,
 }
 
 impl Pmw3901Model {
-    /// As after switching on, over a good ground, standing still.
+    /// A chip that has just been switched on and stands still over well-textured ground.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -67,37 +73,37 @@ impl Pmw3901Model {
         }
     }
 
-    /// The supply dips: it forgets its configuration, and what it has counted.
+    /// Resets the chip as by a dip of its supply: it loses its configuration and its counts.
     pub fn reset(&mut self) {
         self.banks = [[0; FILE]; BANKS];
         self.counts = [0; 2];
         self.phase = Phase::Done;
     }
 
-    /// Lets it call itself so.
+    /// Sets the chip's two identification bytes.
     pub const fn set_id(&mut self, id: [u8; 2]) {
         self.id = id;
     }
 
-    /// The chip sees the ground move, in counts along its own axes.
+    /// Moves the ground under the chip, in counts along the chip's own axes.
     pub const fn push(&mut self, dx: i16, dy: i16) {
         let [x, y] = self.counts;
         self.counts = [x.saturating_add(dx), y.saturating_add(dy)];
     }
 
-    /// How often it was given less time than it needs.
+    /// Number of times that a pause was shorter than the chip needs.
     #[must_use]
     pub const fn violations(&self) -> u32 {
         self.violations
     }
 
-    /// A register of a bank.
+    /// The value of a register of a bank.
     #[must_use]
     pub fn register(&self, bank: u8, register: u8) -> u8 {
         self.banks.get(usize::from(bank)).map_or(0, |bank| peek(bank, register.into()))
     }
 
-    /// Whether the maker's settings are in place, going by the last of them.
+    /// Whether the manufacturer's settings are in place, judged by the last of them.
     #[must_use]
     pub fn is_configured(&self) -> bool {
         self.register(0x00, 0x61) == 0xAD
@@ -110,7 +116,8 @@ impl Pmw3901Model {
         self.register(0x00, 0x7F)
     }
 
-    fn needs(&mut self, nanos: u32) {
+    /// Counts a violation if less than `nanos` ns have passed since the last byte.
+    fn require_pause(&mut self, nanos: u32) {
         if self.idle < nanos {
             self.violations += 1;
         }
@@ -118,7 +125,7 @@ impl Pmw3901Model {
 
     fn write_register(&mut self, register: u8, value: u8) {
         match (self.bank(), register, value) {
-            // Wherever it is written, the bank's number is one.
+            // The register that selects the bank is the same in every bank.
             (_, 0x7F, _) => {
                 if let Some(first) = self.banks.first_mut() {
                     poke(first, 0x7F, &[value]);
@@ -141,8 +148,8 @@ impl Pmw3901Model {
         match (self.bank(), register) {
             (0, 0x00) => id,
             (0, 0x5F) => inverse,
-            // Reading the motion register freezes the counts, which lie behind it in another order
-            // than a burst's (data sheet, Motion).
+            // Reading the motion register latches the counts, which the next registers hold (data
+            // sheet, Motion).
             (0, 0x02) => {
                 self.latch();
                 peek(&self.burst, 0)
@@ -152,7 +159,7 @@ impl Pmw3901Model {
         }
     }
 
-    /// Freezes what a burst will send, and begins to count anew.
+    /// Latches the bytes of a burst, and sets the counts to zero.
     fn latch(&mut self) {
         let [x, y] = core::mem::take(&mut self.counts);
         let moved = (x, y) != (0, 0);
@@ -179,7 +186,7 @@ impl SpiModel for Pmw3901Model {
     fn transfer(&mut self, byte: u8) -> u8 {
         let (phase, answer) = match self.phase {
             Phase::Address => {
-                self.needs(self.rest);
+                self.require_pause(self.rest);
                 match byte {
                     0x16 => {
                         self.latch();
@@ -195,13 +202,13 @@ impl SpiModel for Pmw3901Model {
                 (Phase::Done, 0)
             }
             Phase::Read { register } => {
-                self.needs(READ_GAP);
+                self.require_pause(READ_GAP);
                 self.rest = AFTER_READ;
                 (Phase::Done, self.read_register(register))
             }
             Phase::Burst { sent } => {
                 if sent == 0 {
-                    self.needs(READ_GAP);
+                    self.require_pause(READ_GAP);
                 }
                 self.rest = AFTER_READ;
                 (Phase::Burst { sent: sent + 1 }, peek(&self.burst, sent))

@@ -1,4 +1,4 @@
-//! A chip alone on an SPI bus, as the wires see it.
+//! An SPI bus with a model of one chip on it.
 
 use core::cell::RefCell;
 
@@ -7,25 +7,25 @@ use embedded_hal_async::spi::SpiDevice;
 
 use super::Wires;
 
-/// A device on an SPI bus.
+/// A device on an SPI bus, driven byte by byte.
 pub trait SpiModel {
-    /// The chip is selected.
+    /// Selects the chip.
     fn select(&mut self);
-    /// A byte goes either way.
+    /// Exchanges a byte: takes the controller's and returns the chip's.
     fn transfer(&mut self, byte: u8) -> u8;
-    /// The chip is let go.
+    /// Deselects the chip.
     fn deselect(&mut self);
-    /// Time passes.
+    /// Lets `nanos` ns pass.
     fn advance(&mut self, nanos: u32);
 }
 
-/// The bus that a driver takes. Its time is the chip's own, and that of the wires given with it.
+/// The SPI bus for a driver. It advances the time of the chip, and the clock of the given wires.
 pub struct ModelSpi<'a> {
     chip: &'a RefCell<dyn SpiModel + 'a>,
     clock: &'a Wires<'a>,
 }
 
-/// A byte at 1.3 MHz in ns, which is what the deck's bus runs at.
+/// Time of a byte in ns at 1.3 MHz, the clock of the deck's bus.
 const BYTE_NS: u32 = 6_100;
 
 impl<'a> ModelSpi<'a> {

@@ -1,5 +1,5 @@
-//! A VL53L1x: its reset line, its boot, its changeable address, and measurements that take as long
-//! as the timeouts in its registers say.
+//! Model of a VL53L1x: its reset line, its boot, its changeable address, and measurements that take
+//! as long as the timeouts in its registers say.
 
 use core::ops::Deref;
 use core::sync::atomic::{AtomicU8, Ordering};
@@ -10,51 +10,51 @@ use super::{Fault, I2cModel, peek, poke};
 use crate::expander::Lines;
 use crate::vl53l1x::{CountRate, DEFAULT_ADDRESS};
 
-/// Registers up to the identification.
+/// Number of registers, up to the identification.
 const FILE: usize = 0x0112;
-/// From reset to the first answer, in µs (data sheet, t_BOOT).
+/// Time from the reset to the first answer, in µs (data sheet, t_BOOT).
 const BOOT_US: u32 = 1_200;
 /// The oscillator's calibration: ticks of the period register in a millisecond.
 const OSCILLATOR: u16 = 800;
-/// One tick of the laser's clock in ns, times the 2304 of a macro period: what ST's API calculates
-/// for the usual oscillator of 11.8 MHz.
+/// Time in ns of the 2304 ticks of the laser's clock that make a macro period, as ST's API
+/// calculates it for the usual oscillator of 11.8 MHz.
 const MACRO_TICK_NS: u64 = 3_051;
-/// What a measurement takes beside the two timeouts, in µs.
+/// Time of a measurement beside the two timeouts, in µs.
 const OVERHEAD_US: u64 = 4_500;
 
-/// What can be wrong with this sensor beside a [`Fault`].
+/// A fault of this sensor beside a [`Fault`] of its bus.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Vl53l1xFault {
-    /// Nothing.
+    /// The sensor works.
     #[default]
     None,
-    /// Its firmware never starts.
+    /// The sensor's own firmware never starts.
     NeverBoots,
-    /// It never has a result.
+    /// The sensor never has a result.
     NeverReady,
-    /// It says that it has results, and they are always the same.
+    /// The sensor signals new results, which are always the same.
     Frozen,
-    /// Every measurement ends with this code of the device.
+    /// Every measurement ends with this status code of the device.
     Status(u8),
 }
 
-/// The model.
+/// The model of a ranger.
 pub struct Vl53l1xModel<L> {
-    /// What is wrong with its bus.
+    /// The fault on its bus.
     pub fault: Fault,
-    /// What is wrong with its ranging.
+    /// The fault of its ranging.
     pub ranging_fault: Vl53l1xFault,
-    /// What it sees.
+    /// The distance to the target.
     pub distance: Metres,
-    /// The σ that it reports.
+    /// The standard deviation that it reports.
     pub sigma: Metres,
-    /// How a measurement ends, in the device's own code; `None` leaves it to the distance.
+    /// The status code of a measurement; with `None` it depends on the distance.
     pub status: Option<u8>,
-    /// What comes back of its light.
+    /// Rate of its own light that comes back.
     pub signal: CountRate,
-    /// The light that is there anyway.
+    /// Rate of the ambient light.
     pub ambient: CountRate,
-    /// What it calls itself.
+    /// Its identification.
     pub model_id: u16,
     reset_line: Option<(L, Lines)>,
     was_off: bool,
@@ -74,7 +74,7 @@ enum Pointer {
 }
 
 impl Vl53l1xModel<&'static AtomicU8> {
-    /// A sensor that has just been switched on, and whose reset line nobody holds.
+    /// A sensor without a reset line that has just been switched on.
     #[must_use]
     pub fn alone() -> Self {
         Self::new(None)
@@ -82,7 +82,8 @@ impl Vl53l1xModel<&'static AtomicU8> {
 }
 
 impl<L: Deref<Target = AtomicU8>> Vl53l1xModel<L> {
-    /// A sensor that has just been switched on. With a line, it is in reset while that is low.
+    /// A sensor that has just been switched on. With a reset line, it is in reset while that is
+    /// low.
     #[must_use]
     pub fn new(reset_line: Option<(L, Lines)>) -> Self {
         let mut model = Self {
@@ -107,7 +108,8 @@ impl<L: Deref<Target = AtomicU8>> Vl53l1xModel<L> {
         model
     }
 
-    /// The supply dips: it is back at its default address and does not range.
+    /// Resets the sensor as by a dip of its supply: it is back at its default address and does not
+    /// range.
     pub fn reset(&mut self) {
         self.registers = [0; FILE];
         poke(&mut self.registers, 0x0001, &[DEFAULT_ADDRESS]);
@@ -118,31 +120,31 @@ impl<L: Deref<Target = AtomicU8>> Vl53l1xModel<L> {
         self.until_result = None;
     }
 
-    /// The address that it answers at.
+    /// The I²C address at which it answers.
     #[must_use]
     pub fn address(&self) -> u8 {
         peek(&self.registers, 0x0001) & 0x7F
     }
 
-    /// A register.
+    /// The value of a register.
     #[must_use]
     pub fn register(&self, register: u16) -> u8 {
         peek(&self.registers, register.into())
     }
 
-    /// How many measurements it has made since it was switched on.
+    /// Number of measurements since it was switched on.
     #[must_use]
     pub const fn results(&self) -> u32 {
         self.results
     }
 
-    /// µs until the measurement that is under way is over, if one is.
+    /// Time in µs until the present measurement is over, if there is one.
     #[must_use]
     pub const fn until_result(&self) -> Option<u32> {
         self.until_result
     }
 
-    /// µs from one result to the next: the period, or the measurement if that takes longer.
+    /// Time in µs from one result to the next: the period, or the measurement if that takes longer.
     #[must_use]
     pub fn result_period(&self) -> u32 {
         let word = |at: usize| (peek(&self.registers, at), peek(&self.registers, at + 1));
@@ -159,7 +161,7 @@ impl<L: Deref<Target = AtomicU8>> Vl53l1xModel<L> {
         u32::try_from(measuring.max(period)).unwrap_or(u32::MAX)
     }
 
-    /// Without supply, or held in reset, it forgets everything.
+    /// Whether it is without supply or held in reset. A change of that resets it.
     fn is_off(&mut self) -> bool {
         let held = self
             .reset_line
@@ -182,7 +184,7 @@ impl<L: Deref<Target = AtomicU8>> Vl53l1xModel<L> {
             return;
         }
         self.results = self.results.saturating_add(1);
-        // Counts from zero on, and after 255 from 128 on.
+        // The stream count starts at zero, and after 255 goes on from 128.
         let stream = self.stream.map_or(0, |last| last.checked_add(1).unwrap_or(128));
         self.stream = Some(stream);
         let status = match self.ranging_fault {

@@ -1,4 +1,4 @@
-//! Models on a bus, with a clock that the bus and the delay advance.
+//! An I²C bus with models on it, and a clock that the bus and the delay advance.
 
 use core::cell::{Cell, RefCell};
 
@@ -9,9 +9,9 @@ use units::Instant;
 
 use super::I2cModel;
 
-/// A byte and its acknowledgement at 400 kHz, in µs.
+/// Time of a byte and its acknowledgement at 400 kHz, in µs.
 const BYTE_US: u32 = 23;
-/// What a transaction takes that hangs until its owner's limit ends it, in µs.
+/// Time of a transaction that hangs until the limit of the bus's owner ends it, in µs.
 const HANG_US: u32 = 5_000;
 
 /// The two lines and the devices on them.
@@ -19,54 +19,54 @@ pub struct Wires<'a> {
     devices: &'a [&'a RefCell<dyn I2cModel + 'a>],
     clock: Cell<u64>,
     transactions: Cell<u32>,
-    refuse: Cell<Option<u32>>,
+    /// Number of transactions that still succeed before one fails.
+    until_failure: Cell<Option<u32>>,
     hung: Cell<bool>,
 }
 
 impl<'a> Wires<'a> {
-    /// Joins devices to a bus, at the beginning of time. Without devices it is just a clock.
+    /// Connects devices to a bus whose clock is at zero. Without devices this is just a clock.
     #[must_use]
     pub const fn new(devices: &'a [&'a RefCell<dyn I2cModel + 'a>]) -> Self {
         Self {
             devices,
             clock: Cell::new(0),
             transactions: Cell::new(0),
-            refuse: Cell::new(None),
+            until_failure: Cell::new(None),
             hung: Cell::new(false),
         }
     }
 
-    /// The time.
+    /// The time on the clock of the bus.
     #[must_use]
     pub const fn now(&self) -> Instant {
         Instant::from_micros(self.clock.get())
     }
 
-    /// How many transactions there were.
+    /// Number of transactions so far.
     #[must_use]
     pub const fn transactions(&self) -> u32 {
         self.transactions.get()
     }
 
-    /// Lets the transaction fail that comes after `count` more, as if nobody had acknowledged it;
-    /// `None` lets all pass.
+    /// Makes the transaction after the next `count` ones fail with a missing acknowledgement;
+    /// `None` lets all succeed.
     pub fn refuse_after(&self, count: Option<u32>) {
-        self.refuse.set(count);
+        self.until_failure.set(count);
     }
 
-    /// Lets the bus hang, or frees it. While it hangs every transaction ends without result.
+    /// Makes the bus hang, or frees it. While it hangs every transaction fails.
     pub fn hang(&self, hung: bool) {
         self.hung.set(hung);
     }
 
-    /// Lets time pass.
+    /// Lets `micros` µs pass for the bus and all devices.
     pub fn advance(&self, micros: u32) {
         self.clock.set(self.clock.get().saturating_add(micros.into()));
         self.each(|device| device.advance(micros));
     }
 
-    /// Gives every device its turn. One that is in use just now (a test that holds it while the
-    /// bus runs) is as good as absent.
+    /// Calls `visit` for every device, except one that is borrowed at the moment by a test.
     fn each(&self, mut visit: impl FnMut(&mut dyn I2cModel)) {
         for device in self.devices {
             if let Ok(mut device) = device.try_borrow_mut() {
@@ -81,13 +81,13 @@ impl<'a> Wires<'a> {
             self.advance(HANG_US);
             return Err(ErrorKind::Bus);
         }
-        match self.refuse.get() {
+        match self.until_failure.get() {
             Some(0) => {
-                self.refuse.set(None);
+                self.until_failure.set(None);
                 self.advance(BYTE_US);
                 return Err(ErrorKind::NoAcknowledge(NoAcknowledgeSource::Address));
             }
-            Some(left) => self.refuse.set(Some(left - 1)),
+            Some(left) => self.until_failure.set(Some(left - 1)),
             None => {}
         }
         let outcome = operations.iter_mut().try_for_each(|op| self.operate(address, op));
@@ -96,7 +96,7 @@ impl<'a> Wires<'a> {
     }
 
     fn operate(&self, address: u8, operation: &mut Operation<'_>) -> Result<(), ErrorKind> {
-        // Who takes part is one bit per device, for the first 32 of them.
+        // One bit for each of the first 32 devices tells whether the device takes part.
         let reads = matches!(operation, Operation::Read(_));
         let mut taking_part = 0_u32;
         let mut bit = 1_u32;
@@ -146,14 +146,14 @@ impl<'a> Wires<'a> {
     }
 }
 
-/// The bus that a driver takes. Copies share the wires.
+/// The I²C bus for a driver. Copies share the wires.
 #[derive(Clone, Copy)]
 pub struct ModelBus<'a> {
     wires: &'a Wires<'a>,
 }
 
 impl<'a> ModelBus<'a> {
-    /// A bus over these wires.
+    /// A bus on these wires.
     #[must_use]
     pub const fn new(wires: &'a Wires<'a>) -> Self {
         Self { wires }
@@ -174,7 +174,7 @@ impl I2c for ModelBus<'_> {
     }
 }
 
-/// A delay that lets the models' time pass and none of ours.
+/// A delay that advances the clock of the models and returns at once.
 #[derive(Clone, Copy)]
 pub struct ModelDelay<'a> {
     wires: &'a Wires<'a>,

@@ -1,4 +1,4 @@
-//! Which of the two decks there are, asked once at boot.
+//! [`DeckProbe`], which detects at boot which of the two decks the drone carries.
 
 use embedded_hal_async::i2c::I2c;
 
@@ -6,52 +6,52 @@ use super::{Beam, RangerConfig};
 use crate::expander::{Expander, Lines};
 use crate::vl53l1x::{self, DEFAULT_ADDRESS};
 
-/// How often decks are asked for before one counts as not there.
-const MOST_ASKED: u8 = 20;
+/// Number of rounds after which a deck that has not answered counts as missing.
+const MOST_ROUNDS: u8 = 20;
 
-/// Finds out which decks there are, so that one that is missing does not keep the other's rangers
-/// from ranging.
+/// A probe for the two decks. With its result a missing deck does not stop the other deck's
+/// rangers.
 ///
-/// A Multi-ranger deck counts as missing only if its expander has not answered once: one that
-/// answers with errors is there, and its rangers may be at 0x29. What cannot be told from no deck
-/// is a deck whose expander alone is dead, and its rangers not: on a drone that carries one, the
-/// sides must have been seen to range before it flies.
+/// A Multi-ranger deck counts as missing only if its expander has never answered: an expander that
+/// answers with errors is there, and its rangers may be at 0x29. The probe cannot tell a deck whose
+/// expander alone is dead from a missing deck: a drone that carries a Multi-ranger deck must not
+/// fly before its side rangers have ranged.
 #[derive(Clone, Copy, Debug)]
 pub struct DeckProbe {
-    asked: u8,
-    /// The ranger that looks down has answered.
+    rounds: u8,
+    /// Whether the ranger that looks down has answered.
     ground: bool,
-    /// The expander has answered, or the bus kept it from being asked.
+    /// Whether the expander has answered, or an error of the bus has left it open.
     expander: bool,
-    /// It has put the other rangers in reset.
-    lines: bool,
+    /// Whether the expander has put the side rangers in reset.
+    in_reset: bool,
 }
 
 impl DeckProbe {
-    /// Nobody has been asked yet.
+    /// A probe that has not asked any deck yet.
     #[must_use]
     pub const fn new() -> Self {
-        Self { asked: 0, ground: false, expander: false, lines: false }
+        Self { rounds: 0, ground: false, expander: false, in_reset: false }
     }
 
-    /// Asks once, with no more than 13 transactions, and puts all rangers of a Multi-ranger deck in
-    /// reset. Says which configuration fits as soon as both decks have answered, and the 20th time
-    /// in any case: [`RangerConfig::DEFAULT`] unless it is known that a deck is missing. To be
-    /// called 20 times a second or so.
+    /// Asks both decks once, with at most 13 transactions, and puts all rangers of a Multi-ranger
+    /// deck in reset. Returns the configuration that fits as soon as both decks have answered, and
+    /// at the 20th call in any case: [`RangerConfig::DEFAULT`] unless a deck is known to be
+    /// missing. Call it about 20 times a second.
     pub async fn ask<I2C: I2c>(&mut self, mut i2c: I2C) -> Option<RangerConfig> {
-        self.asked = self.asked.saturating_add(1);
-        let is_there = Expander::new(&mut i2c).answers().await.unwrap_or(true);
-        self.expander |= is_there;
-        let in_reset = is_there && Expander::new(&mut i2c).drive(Lines::NONE).await.is_ok();
-        self.lines |= in_reset;
-        if in_reset || !is_there {
-            self.ground |= sees_ground(&mut i2c).await;
+        self.rounds = self.rounds.saturating_add(1);
+        let answers = Expander::new(&mut i2c).answers().await.unwrap_or(true);
+        self.expander |= answers;
+        let in_reset = answers && Expander::new(&mut i2c).drive(Lines::NONE).await.is_ok();
+        self.in_reset |= in_reset;
+        if in_reset || !answers {
+            self.ground |= down_answers(&mut i2c).await;
         }
         match (self.ground, self.expander) {
-            (true, true) if self.lines => Some(RangerConfig::DEFAULT),
-            _ if self.asked < MOST_ASKED => None,
+            (true, true) if self.in_reset => Some(RangerConfig::DEFAULT),
+            _ if self.rounds < MOST_ROUNDS => None,
             (true, false) => Some(RangerConfig::FLOW_DECK),
-            (false, true) if self.lines => Some(RangerConfig::MULTI_RANGER),
+            (false, true) if self.in_reset => Some(RangerConfig::MULTI_RANGER),
             _ => Some(RangerConfig::DEFAULT),
         }
     }
@@ -63,9 +63,9 @@ impl Default for DeckProbe {
     }
 }
 
-/// Whether the one ranger without a reset line answers: at its own address if only the processor
-/// was reset.
-async fn sees_ground<I2C: I2c>(i2c: &mut I2C) -> bool {
+/// Whether the ranger that looks down, which has no reset line, answers: at its own address if only
+/// the processor was reset, else at the default address.
+async fn down_answers<I2C: I2c>(i2c: &mut I2C) -> bool {
     for address in [Beam::Down.address(), DEFAULT_ADDRESS] {
         if vl53l1x::answers(i2c, address).await.unwrap_or(false) {
             return true;

@@ -1,10 +1,11 @@
-//! Six rangers on one bus: the Flow deck's, which looks down, and the Multi-ranger deck's five.
+//! Driver of six rangers on one bus: the Flow deck's one, which looks down, and the Multi-ranger
+//! deck's five.
 //!
-//! All of them answer at 0x29 after their reset, and each must be moved to an address of its own
-//! while no other is there. The Multi-ranger deck can hold its five in reset; the one that looks
-//! down it cannot, so that one moves first. Any of them may lose its supply for a moment in the
-//! air and be back at 0x29, so bringing up and bringing back are one and the same road, taken one
-//! ranger at a time while the others range on:
+//! All of them answer at 0x29 after their reset, and each must get an address of its own while no
+//! other is there. The Multi-ranger deck can hold its five rangers in reset, but not the one that
+//! looks down, so that one gets its address first. Any ranger may lose its supply for a moment in
+//! flight and be back at 0x29, so start and recovery are the same sequence, which one ranger at a
+//! time goes through while the others range on:
 //!
 //! ```text
 //!        due ┌─────────┐ 2 ms  ┌─────────────┐ one measurement ┌─────────┐
@@ -13,21 +14,22 @@
 //!   └─────────────┴───────────────────┴─────── errors, silence ─────┘
 //! ```
 //!
-//! Nobody's wall must ever be taken for the ground. So whoever is at 0x29 is moved only when it is
-//! certain who it is:
+//! The distance to a wall must never be taken for the height above the ground. So the ranger at
+//! 0x29 gets an address only when it is certain which ranger it is:
 //!
-//! - Every ranger that is thought to be up is asked at its own address just before. One that
-//!   answers there cannot be at 0x29 until it has booted, which takes it longer than the move.
+//! - Just before, the driver asks every ranger that should be up at its own address. A ranger that
+//!   answers there cannot be at 0x29 until it has booted, which takes longer than the change of the
+//!   address.
 //! - Rangers with a reset line that are not up are in reset, and the expander confirms it just
 //!   before.
-//! - Where the configuration knows of no rangers with a line, no expander answers.
-//! - A ranger with a line leaves its reset only while the one without answers at its own address.
-//!   While that one is lost, those that range go on, and those that do not wait for it.
+//! - If the configuration has no rangers with a reset line, no expander answers.
+//! - A ranger with a reset line is released only while the one that looks down answers at its own
+//!   address. While that one is lost, the rangers that range go on, and the others wait.
 //!
-//! [`MultiRanger::poll`] never waits. It makes a bounded number of transactions, and is to be
-//! called 100 times a second or more.
+//! [`MultiRanger::poll`] never waits. It makes a bounded number of transactions, and must be called
+//! 100 times a second or more.
 
-mod counted;
+mod counting_bus;
 mod decks;
 mod slot;
 
@@ -41,26 +43,26 @@ use crate::expander::{Expander, Lines};
 use crate::vl53l1x::{self, DEFAULT_ADDRESS, Reading, Vl53l1x};
 pub use decks::DeckProbe;
 
-use counted::Counted;
+use counting_bus::CountingBus;
 use slot::{Slot, Stage};
 
-/// A ranger let out of its reset is not asked before this (crazyflie-firmware, `multiranger.c`;
-/// the data sheet says 1.2 ms).
+/// Time after its release from reset before which a ranger is not asked (crazyflie-firmware,
+/// `multiranger.c`; the data sheet says 1.2 ms).
 const BOOT: Duration = Duration::from_millis(2);
-/// A ranger that does not answer by then will not.
+/// Time after its release from reset at which a ranger that does not answer has failed to boot.
 const BOOT_LIMIT: Duration = Duration::from_millis(20);
 
-/// Where a ranger looks.
+/// The direction in which a ranger looks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Beam {
-    /// At the ground, from the Flow deck.
+    /// Downward to the ground, from the Flow deck.
     Down,
     /// Forward.
     Front,
     /// Backward.
     Back,
-    /// At the ceiling.
+    /// Upward to the ceiling.
     Up,
     /// To the left.
     Left,
@@ -73,8 +75,8 @@ impl Beam {
     pub const ALL: [Self; 6] =
         [Self::Down, Self::Front, Self::Back, Self::Up, Self::Left, Self::Right];
 
-    /// The I²C address that it is given: the vendor's firmware uses 0x6A to 0x6F as well, but
-    /// numbers them in the order of its decks.
+    /// The I²C address that the ranger of this direction gets. The vendor's firmware uses 0x6A to
+    /// 0x6F as well, but assigns them in the order of its decks.
     #[must_use]
     pub const fn address(self) -> u8 {
         match self {
@@ -87,7 +89,7 @@ impl Beam {
         }
     }
 
-    /// The line that holds it in reset; none for the one that looks down.
+    /// The line that holds the ranger of this direction in reset; none for the one that looks down.
     const fn line(self) -> Lines {
         match self {
             Self::Down => Lines::NONE,
@@ -100,44 +102,45 @@ impl Beam {
     }
 }
 
-/// What a ranger is doing.
+/// The state of a ranger.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum BeamState {
-    /// It ranges.
+    /// The ranger ranges.
     Live,
-    /// It is being brought up.
+    /// The ranger is being started.
     Starting,
-    /// It failed, or was never there, and is tried again from time to time.
+    /// The ranger failed, or was never there, and is tried again from time to time.
     Lost,
-    /// The configuration does without it.
+    /// The configuration does not use the ranger.
     Unused,
 }
 
-/// Which rangers there are and how they range.
+/// The rangers to use, and how they range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RangerConfig {
-    /// The one that looks down. While it is lost no other is brought up. Without it the Flow deck
-    /// must not be there either: its ranger would keep 0x29 occupied.
+    /// The configuration of the ranger that looks down. While that ranger is lost no other is
+    /// started. If this is `None`, the drone must not carry a Flow deck, whose ranger would occupy
+    /// 0x29.
     pub down: Option<vl53l1x::Config>,
-    /// Front, back, left and right.
+    /// The configuration of the rangers to the front, back, left and right.
     pub sides: Option<vl53l1x::Config>,
-    /// The one that looks up.
+    /// The configuration of the ranger that looks up.
     pub up: Option<vl53l1x::Config>,
-    /// When one counts as lost, and when it is tried again.
+    /// The limits by which a ranger counts as lost and is tried again.
     pub health: HealthConfig,
 }
 
 impl RangerConfig {
-    /// The Flow deck alone. Never for a drone that carries a Multi-ranger deck: its rangers, not
-    /// held in reset, would answer together with the one that looks down. As long as an expander
-    /// answers nobody is moved away from 0x29.
+    /// The configuration for the Flow deck alone. It must not be used on a drone that carries a
+    /// Multi-ranger deck, whose rangers, not held in reset, would answer together with the one that
+    /// looks down. While an expander answers, no ranger gets another address than 0x29.
     pub const FLOW_DECK: Self = Self { sides: None, up: None, ..Self::DEFAULT };
 
-    /// The Multi-ranger deck alone: the sides range, and nobody looks down.
+    /// The configuration for the Multi-ranger deck alone: no ranger looks down.
     pub const MULTI_RANGER: Self = Self { down: None, ..Self::DEFAULT };
 
-    /// Both decks, every beam.
+    /// The configuration for both decks with all six rangers.
     pub const DEFAULT: Self = Self {
         down: Some(vl53l1x::Config::DOWN),
         sides: Some(vl53l1x::Config::SIDE),
@@ -160,7 +163,7 @@ impl Default for RangerConfig {
     }
 }
 
-/// What one poll brought: a reading from each ranger that had a new one.
+/// The result of one poll: a reading from each ranger that had a new one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Sweep {
@@ -168,13 +171,13 @@ pub struct Sweep {
 }
 
 impl Sweep {
-    /// The new reading of one ranger.
+    /// The new reading of the ranger in this direction, if there is one.
     #[must_use]
     pub fn of(&self, beam: Beam) -> Option<Reading> {
         self.iter().find_map(|(of, reading)| (of == beam).then_some(reading))
     }
 
-    /// All new readings.
+    /// All new readings, each with its direction.
     pub fn iter(&self) -> impl Iterator<Item = (Beam, Reading)> {
         Beam::ALL
             .into_iter()
@@ -183,62 +186,62 @@ impl Sweep {
     }
 }
 
-/// The driver of both decks' rangers.
+/// The driver of the rangers of both decks.
 #[derive(Debug)]
 pub struct MultiRanger<I2C: I2c> {
-    bus: Counted<I2C>,
+    bus: CountingBus<I2C>,
     slots: [Slot<I2C::Error>; 6],
-    /// Whether there is a Multi-ranger deck. If so nothing is done at 0x29 unless its expander has
-    /// confirmed which of its rangers can be there.
+    /// Whether there is a Multi-ranger deck. If so, no ranger at 0x29 gets an address unless the
+    /// expander has confirmed which rangers can be there.
     has_lines: bool,
 }
 
 impl<I2C: I2c> MultiRanger<I2C> {
-    /// A driver that has not spoken to anybody yet; all rangers count as lost and are due.
+    /// A driver that has not sent anything yet; all rangers count as lost and are due for a start.
     pub fn new(i2c: I2C, config: RangerConfig, now: Instant) -> Self {
         let slots = Beam::ALL.map(|beam| Slot::new(beam, config.of(beam), config.health, now));
         let has_lines = config.sides.is_some() || config.up.is_some();
-        Self { bus: Counted::new(i2c), slots, has_lines }
+        Self { bus: CountingBus::new(i2c), slots, has_lines }
     }
 
-    /// Asks every ranger that is up for a new reading, and goes one step further with those that
-    /// are not. `now` must not run backwards.
+    /// Asks every ranger that is up for a new reading, and takes one step in starting the others.
+    /// `now` must not run backwards.
     pub async fn poll(&mut self, now: Instant) -> Sweep {
-        self.bus.begin();
+        self.bus.reset_counts();
         let mut sweep = Sweep::default();
         for (slot, reading) in self.slots.iter_mut().zip(&mut sweep.readings) {
             *reading = slot.advance(&mut self.bus, now).await;
         }
-        self.bring_up_next(now).await;
+        self.start_next(now).await;
         sweep
     }
 
-    /// What a ranger is doing.
+    /// The state of a ranger.
     #[must_use]
     pub fn state(&self, beam: Beam) -> BeamState {
         self.slot(beam).map_or(BeamState::Unused, Slot::state)
     }
 
-    /// Failed transactions with a ranger while it ranged, since the beginning.
+    /// Number of failed transactions with a ranger while it ranged, since the beginning.
     #[must_use]
     pub fn errors(&self, beam: Beam) -> u32 {
         self.slot(beam).map_or(0, |slot| slot.health.errors())
     }
 
-    /// How often a ranger was lost after it had worked.
+    /// Number of times that a ranger was lost after it had been started.
     #[must_use]
     pub fn losses(&self, beam: Beam) -> u32 {
         self.slot(beam).map_or(0, |slot| slot.health.losses())
     }
 
-    /// What went wrong with a ranger last.
+    /// The last error of a ranger.
     #[must_use]
     pub fn last_error(&self, beam: Beam) -> Option<&Error<I2C::Error>> {
         self.slot(beam).and_then(|slot| slot.last_error.as_ref())
     }
 
-    /// Whether every ranger has either come up or failed to at least once, or waits for one that
-    /// has: a program that waits for them at its start need not wait any longer.
+    /// Whether every ranger has started, or has failed to start at least once, or waits for one
+    /// that has failed: a program that waits for the rangers at its start need not wait any longer.
     #[must_use]
     pub fn is_settled(&self) -> bool {
         let waiting = self.slot(Beam::Down).is_some_and(Slot::has_failed);
@@ -248,8 +251,9 @@ impl<I2C: I2c> MultiRanger<I2C> {
         })
     }
 
-    /// Whether everything that the last poll tried failed, and not because nobody answered:
-    /// probably the bus hangs, and its owner should [free it](crate::bus::recover).
+    /// Whether all transactions of the last poll failed otherwise than by a missing
+    /// acknowledgement. Then the bus probably hangs, and its owner should [free
+    /// it](crate::bus::recover).
     #[must_use]
     pub const fn bus_is_suspect(&self) -> bool {
         self.bus.is_suspect()
@@ -260,21 +264,21 @@ impl<I2C: I2c> MultiRanger<I2C> {
     }
 
     /// Goes on with the ranger that boots, or else begins with the next one that is due.
-    async fn bring_up_next(&mut self, now: Instant) {
+    async fn start_next(&mut self, now: Instant) {
         let booting = self.slots.iter().find_map(|slot| match slot.stage {
             Stage::Booting { since } => Some((slot.beam, since)),
             _ => None,
         });
-        let ground_is_known = self.ground_is_known();
+        let down_is_up = self.down_is_up();
         let due = self
             .slots
             .iter()
-            .find(|slot| slot.is_due(now) && (slot.beam == Beam::Down || ground_is_known))
+            .find(|slot| slot.is_due(now) && (slot.beam == Beam::Down || down_is_up))
             .map(|slot| slot.beam);
         let (beam, outcome) = match (booting, due) {
             (Some((beam, since)), _) => (beam, self.finish_boot(beam, since, now).await),
-            (None, Some(Beam::Down)) => (Beam::Down, self.claim_down(now).await),
-            (None, Some(side)) => (side, self.raise(side, now).await),
+            (None, Some(Beam::Down)) => (Beam::Down, self.start_down(now).await),
+            (None, Some(side)) => (side, self.release_side(side, now).await),
             (None, None) => return,
         };
         let Some(slot) = self.slots.iter_mut().find(|slot| slot.beam == beam) else { return };
@@ -284,18 +288,18 @@ impl<I2C: I2c> MultiRanger<I2C> {
         }
     }
 
-    /// The ranger that looks down is at its own address if only the processor was reset, and at
-    /// 0x29 if it was reset itself.
-    async fn claim_down(&mut self, now: Instant) -> Result<Stage, Error<I2C::Error>> {
+    /// Starts the ranger that looks down. It is at its own address if only the processor was reset,
+    /// and at 0x29 if it was reset itself.
+    async fn start_down(&mut self, now: Instant) -> Result<Stage, Error<I2C::Error>> {
         if !vl53l1x::answers(&mut self.bus, Beam::Down.address()).await? {
             self.reset_all_but_live(now).await?;
-            self.take_over(Beam::Down, now).await?;
+            self.assign_address(Beam::Down, now).await?;
         }
-        self.begin(Beam::Down, now).await
+        self.begin_calibration(Beam::Down, now).await
     }
 
-    /// Lets one ranger of the Multi-ranger deck out of its reset.
-    async fn raise(&mut self, beam: Beam, now: Instant) -> Result<Stage, Error<I2C::Error>> {
+    /// Releases one ranger of the Multi-ranger deck from reset.
+    async fn release_side(&mut self, beam: Beam, now: Instant) -> Result<Stage, Error<I2C::Error>> {
         self.reset_all_but_live(now).await?;
         if vl53l1x::answers(&mut self.bus, DEFAULT_ADDRESS).await? {
             return Err(Error::AddressTaken);
@@ -305,7 +309,8 @@ impl<I2C: I2c> MultiRanger<I2C> {
         Ok(Stage::Booting { since: now })
     }
 
-    /// Moves the ranger that was let out of its reset to its own address.
+    /// Gives the ranger that was released from reset its own address once it has booted, and begins
+    /// its calibration.
     async fn finish_boot(
         &mut self,
         beam: Beam,
@@ -326,21 +331,21 @@ impl<I2C: I2c> MultiRanger<I2C> {
         if vl53l1x::answers(&mut self.bus, beam.address()).await? {
             return Err(Error::AddressTaken);
         }
-        self.take_over(beam, now).await?;
-        self.begin(beam, now).await
+        self.assign_address(beam, now).await?;
+        self.begin_calibration(beam, now).await
     }
 
-    /// Moves who is at 0x29 to its own address, if no other ranger can have joined it there: one
-    /// that answers at its own address now, or is in reset now, is at 0x29 only after it has
-    /// booted, 1.2 ms later.
-    async fn take_over(&mut self, beam: Beam, now: Instant) -> Result<(), Error<I2C::Error>> {
+    /// Gives the ranger at 0x29 the address of `beam`, if no other ranger can be at 0x29 too: a
+    /// ranger that answers at its own address now, or is in reset now, can be at 0x29 only after it
+    /// has booted, 1.2 ms later.
+    async fn assign_address(&mut self, beam: Beam, now: Instant) -> Result<(), Error<I2C::Error>> {
         Vl53l1x::new(&mut self.bus, DEFAULT_ADDRESS).identify().await?;
-        if self.audit(now).await? || !(beam == Beam::Down || self.ground_is_known()) {
+        if self.check_addresses(now).await? || !(beam == Beam::Down || self.down_is_up()) {
             return Err(Error::AddressTaken);
         }
         if self.has_lines {
-            // One that was given up since the lines were driven is not in reset yet, and the
-            // expander says so.
+            // A ranger that was lost since the lines were driven is not in reset yet, and then the
+            // expander does not confirm the lines.
             let lines = self.live_lines() | beam.line();
             Expander::new(&mut self.bus).confirm(lines).await?;
         } else if Expander::new(&mut self.bus).answers().await? {
@@ -349,25 +354,29 @@ impl<I2C: I2c> MultiRanger<I2C> {
         Vl53l1x::new(&mut self.bus, DEFAULT_ADDRESS).move_to(beam.address()).await
     }
 
-    /// Asks every ranger that is up at its own address, and gives up those that are not there.
-    /// Whether there were any.
-    async fn audit(&mut self, now: Instant) -> Result<bool, Error<I2C::Error>> {
+    /// Asks every ranger that should be up at its own address, and marks those that do not answer
+    /// as lost. Returns whether there were any.
+    async fn check_addresses(&mut self, now: Instant) -> Result<bool, Error<I2C::Error>> {
         let mut missing = false;
         for slot in &mut self.slots {
             let was_up = slot.is_up();
-            slot.audit(&mut self.bus, now).await?;
+            slot.check_address(&mut self.bus, now).await?;
             missing |= was_up && !slot.is_up();
         }
         Ok(missing)
     }
 
-    /// Whether the ranger that has no reset line is where it should be.
-    fn ground_is_known(&self) -> bool {
+    /// Whether the ranger that looks down has its own address, or is not used.
+    fn down_is_up(&self) -> bool {
         self.slot(Beam::Down).is_some_and(|slot| slot.config.is_none() || slot.is_up())
     }
 
     /// Configures the ranger at its own address and lets it make its first measurement.
-    async fn begin(&mut self, beam: Beam, now: Instant) -> Result<Stage, Error<I2C::Error>> {
+    async fn begin_calibration(
+        &mut self,
+        beam: Beam,
+        now: Instant,
+    ) -> Result<Stage, Error<I2C::Error>> {
         let config = self.slot(beam).and_then(|slot| slot.config).ok_or(Error::Unsupported)?;
         let mut sensor = Vl53l1x::new(&mut self.bus, beam.address());
         sensor.identify().await?;
@@ -376,9 +385,9 @@ impl<I2C: I2c> MultiRanger<I2C> {
         Ok(Stage::Calibrating { since: now })
     }
 
-    /// Puts every ranger in reset that has a line and does not answer where it should.
+    /// Puts every ranger in reset that has a reset line and does not answer at its own address.
     async fn reset_all_but_live(&mut self, now: Instant) -> Result<(), Error<I2C::Error>> {
-        self.audit(now).await?;
+        self.check_addresses(now).await?;
         if !self.has_lines {
             return Ok(());
         }
@@ -386,6 +395,7 @@ impl<I2C: I2c> MultiRanger<I2C> {
         Expander::new(&mut self.bus).drive(lines).await
     }
 
+    /// The reset lines of the rangers that are up.
     fn live_lines(&self) -> Lines {
         self.slots
             .iter()

@@ -1,4 +1,4 @@
-//! One ranger's way from its reset to its readings, and back.
+//! [`Slot`], the state of one ranger from its reset to its readings.
 
 use embedded_hal_async::i2c::I2c;
 use units::{Duration, Instant};
@@ -8,30 +8,32 @@ use crate::Error;
 use crate::bus::{Health, HealthConfig};
 use crate::vl53l1x::{self, Config, RangeStatus, Reading, Vl53l1x};
 
-/// The first measurement must be over by its budget and this.
+/// Time beyond the budget that the first measurement may take.
 const CALIBRATION_LIMIT: Duration = Duration::from_millis(100);
 
-/// How long after a reading there is certainly no other: three quarters of the period leave room
-/// for the oscillator and for a reading that was asked for a poll late. With a poll each 5 ms and
-/// readings each 25 to 33, five of six questions would be for what is not there.
-const fn quiet(config: &Config) -> Duration {
+/// Time after a reading in which there is certainly no other, so that the sensor is not asked.
+/// Three quarters of the period leave a margin for the oscillator and for a reading that came a
+/// poll late. With a poll every 5 ms and a reading every 25 to 33 ms, five of six questions would
+/// otherwise be in vain.
+const fn pause(config: &Config) -> Duration {
     Duration::from_micros(config.period.as_micros() * 3 / 4)
 }
 
-/// How far a ranger has come. See the picture in the [module above](super).
+/// The stage of a ranger in the sequence that the [module above](super) draws.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Stage {
-    /// In reset, if it has a line; otherwise not to be relied on.
+    /// The ranger is in reset if it has a reset line; otherwise its state is unknown.
     Off,
-    /// Let out of reset, at 0x29.
+    /// The ranger was released from reset at `since`, and will answer at 0x29.
     Booting { since: Instant },
-    /// At its own address, making its first measurement.
+    /// The ranger has its own address and has been making its first measurement since `since`.
     Calibrating { since: Instant },
-    /// Ranging: the number of its last measurement, and when it is worth asking for the next.
+    /// The ranger ranges. `stream` is the count of its last measurement; it is asked for the next
+    /// one from `asked_from` on.
     Ranging { stream: Option<u8>, asked_from: Instant },
 }
 
-/// A ranger's place.
+/// One ranger with its configuration, stage and health.
 #[derive(Debug)]
 pub(super) struct Slot<E> {
     pub(super) beam: Beam,
@@ -61,29 +63,29 @@ impl<E: embedded_hal::i2c::Error> Slot<E> {
         }
     }
 
-    /// Whether it should have its own address.
+    /// Whether the ranger should answer at its own address.
     pub(super) const fn is_up(&self) -> bool {
         matches!(self.stage, Stage::Calibrating { .. } | Stage::Ranging { .. })
     }
 
-    /// Whether it has failed and not come up since.
+    /// Whether the ranger has failed and does not range since.
     pub(super) const fn has_failed(&self) -> bool {
         !matches!(self.stage, Stage::Ranging { .. }) && self.last_error.is_some()
     }
 
-    /// Whether it should be brought up now.
+    /// Whether the ranger is to be started now.
     pub(super) fn is_due(&self, now: Instant) -> bool {
         self.config.is_some() && self.stage == Stage::Off && self.health.may_retry(now)
     }
 
-    /// Gives it up until its next turn.
+    /// Marks the ranger as lost until its next attempt.
     pub(super) fn fail(&mut self, error: Error<E>, now: Instant) {
         self.last_error = Some(error);
         self.stage = Stage::Off;
         self.health.lose(now);
     }
 
-    /// One step on, with the reading that it brought.
+    /// Takes one step with a ranger that is up, and returns its reading if there is a new one.
     pub(super) async fn advance<I2C>(&mut self, i2c: &mut I2C, now: Instant) -> Option<Reading>
     where
         I2C: I2c<Error = E>,
@@ -102,8 +104,13 @@ impl<E: embedded_hal::i2c::Error> Slot<E> {
         None
     }
 
-    /// Gives it up if it should be at its own address and is not. An error is the bus's.
-    pub(super) async fn audit<I2C>(&mut self, i2c: &mut I2C, now: Instant) -> Result<(), Error<E>>
+    /// Marks the ranger as lost if it should answer at its own address and does not. Returns an
+    /// error of the bus.
+    pub(super) async fn check_address<I2C>(
+        &mut self,
+        i2c: &mut I2C,
+        now: Instant,
+    ) -> Result<(), Error<E>>
     where
         I2C: I2c<Error = E>,
     {
@@ -113,6 +120,7 @@ impl<E: embedded_hal::i2c::Error> Slot<E> {
         Ok(())
     }
 
+    /// Starts ranging if the first measurement is over.
     async fn calibrate<I2C>(
         &mut self,
         i2c: &mut I2C,
@@ -136,6 +144,7 @@ impl<E: embedded_hal::i2c::Error> Slot<E> {
         }
     }
 
+    /// Reads the next measurement, and updates the ranger's health.
     async fn range<I2C>(
         &mut self,
         i2c: &mut I2C,
@@ -159,7 +168,7 @@ impl<E: embedded_hal::i2c::Error> Slot<E> {
             }
         };
         if let Some(reading) = new {
-            let asked_from = now + quiet(config);
+            let asked_from = now + pause(config);
             self.stage = Stage::Ranging { stream: Some(reading.stream), asked_from };
             match reading.status {
                 RangeStatus::Hardware(_) => self.health.bad(now),

@@ -1,44 +1,46 @@
-//! How far a sensor looks, how long and how often, and what that is in its registers.
+//! The configuration of a sensor (distance mode, timing budget and period), and its conversion to
+//! register values.
 
 use units::Duration;
 
-/// The two presets of ST's Ultra Lite Driver.
+/// A distance mode: one of the two presets of ST's Ultra Lite Driver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum DistanceMode {
-    /// Up to 1.3 m, hardly disturbed by sunlight.
+    /// Ranges up to 1.3 m, hardly disturbed by sunlight.
     Short,
-    /// Up to 4 m in the dark.
+    /// Ranges up to 4 m in the dark.
     Long,
 }
 
-/// How one sensor ranges.
+/// Distance mode and timing of one sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Config {
-    /// How far.
+    /// The distance mode.
     pub mode: DistanceMode,
-    /// Time for one measurement. 20 to 500 ms, in [`DistanceMode::Short`] from 15 ms on.
+    /// Time for one measurement: 20 to 500 ms, in [`DistanceMode::Short`] 15 to 500 ms.
     pub budget: Duration,
-    /// Time from one measurement to the next, at least the budget (UM2510), at most a minute. With
-    /// both alike the next measurement begins as soon as the last is over.
+    /// Time from one measurement to the next: at least the budget (UM2510), at most a minute. If it
+    /// equals the budget, the next measurement begins as soon as the last is over.
     pub period: Duration,
 }
 
 impl Config {
-    /// The ranger that looks down: 25 ms, 40 a second, as crazyflie-firmware's `zranger2.c` has
-    /// it. (There with a preset for middle distances, which the Ultra Lite Driver has not. ST would
-    /// rather have 33 ms for long distances, but gives timeouts down to 20 ms.)
+    /// The configuration of the ranger that looks down: 25 ms, 40 measurements a second, as in
+    /// crazyflie-firmware's `zranger2.c`, which uses a preset for middle distances that the Ultra
+    /// Lite Driver does not have. ST recommends 33 ms for long distances, but gives timeouts down
+    /// to 20 ms.
     pub const DOWN: Self = Self {
         mode: DistanceMode::Long,
         budget: Duration::from_millis(25),
         period: Duration::from_millis(25),
     };
 
-    /// The rangers that look sideways and up: 33 ms, 30 a second, the shortest budget that ST
-    /// recommends for all distances (UM2356). The data sheet's reach in the dark, 3.6 m on white
-    /// and 1.7 m on 17 % grey, is that of 100 ms, of which 80 are spent ranging; here it is 19, and σ
-    /// about twice as large.
+    /// The configuration of the rangers that look sideways and up: 33 ms, 30 measurements a second,
+    /// the shortest budget that ST recommends for all distances (UM2356). The data sheet's reach in
+    /// the dark, 3.6 m on white and 1.7 m on 17 % grey, is for a budget of 100 ms, of which 80 ms
+    /// are spent ranging; here 19 ms are, and σ is about twice as large.
     pub const SIDE: Self = Self {
         mode: DistanceMode::Long,
         budget: Duration::from_millis(33),
@@ -47,8 +49,8 @@ impl Config {
 
     const LONGEST_PERIOD: Duration = Duration::from_secs(60);
 
-    /// What the mode, budget and period are in the registers of a sensor whose oscillator was
-    /// calibrated to `oscillator`; `None` for what it cannot do.
+    /// The register values of this configuration for a sensor whose oscillator was calibrated to
+    /// `oscillator`; `None` if the sensor does not support it.
     pub(super) fn registers(&self, oscillator: u16) -> Option<Registers> {
         if self.period < self.budget || self.period > Self::LONGEST_PERIOD {
             return None;
@@ -63,7 +65,7 @@ impl Config {
     }
 }
 
-/// The registers that depend on a [`Config`].
+/// The register values that depend on a [`Config`].
 #[derive(Clone, Copy)]
 pub(super) struct Registers {
     pub(super) preset: Preset,
@@ -72,7 +74,7 @@ pub(super) struct Registers {
     pub(super) period: u32,
 }
 
-/// The registers of a distance mode (`VL53L1X_SetDistanceMode`).
+/// The register values of a distance mode (`VL53L1X_SetDistanceMode`).
 #[derive(Clone, Copy)]
 pub(super) struct Preset {
     pub(super) phasecal_timeout: u8,
@@ -106,10 +108,10 @@ impl Preset {
     }
 }
 
-/// A budget in ms and its two timeouts, as the registers have them.
+/// A budget in ms and the register values of its two timeouts.
 type Row = (u32, u16, u16);
 
-/// `VL53L1X_SetTimingBudgetInMs`, short distances.
+/// The table of `VL53L1X_SetTimingBudgetInMs` for short distances.
 const SHORT: [Row; 7] = [
     (15, 0x001D, 0x0027),
     (20, 0x0051, 0x006E),
@@ -120,7 +122,7 @@ const SHORT: [Row; 7] = [
     (500, 0x0591, 0x05C1),
 ];
 
-/// `VL53L1X_SetTimingBudgetInMs`, long distances.
+/// The table of `VL53L1X_SetTimingBudgetInMs` for long distances.
 const LONG: [Row; 6] = [
     (20, 0x001E, 0x0022),
     (33, 0x0060, 0x006E),
@@ -130,9 +132,9 @@ const LONG: [Row; 6] = [
     (500, 0x048F, 0x04A4),
 ];
 
-/// The timeouts of a budget: ST's where ST gives them. Between two of ST's budgets the timeouts
-/// are interpolated, which keeps the time that ST leaves for everything but ranging between what
-/// it is at the one and at the other.
+/// The timeouts of a budget: ST's own where ST gives them, interpolated in between. The
+/// interpolation keeps the time beside ranging between the values that it has at the two budgets of
+/// ST's table.
 fn timeouts(mode: DistanceMode, budget: Duration) -> Option<(u16, u16)> {
     let table: &[Row] = match mode {
         DistanceMode::Short => &SHORT,
@@ -140,12 +142,14 @@ fn timeouts(mode: DistanceMode, budget: Duration) -> Option<(u16, u16)> {
     };
     let micros = u32::try_from(budget.as_micros()).ok()?;
     table.windows(2).find_map(|pair| match pair {
-        [low, high] => between(micros, *low, *high),
+        [low, high] => interpolated(micros, *low, *high),
         _ => None,
     })
 }
 
-fn between(micros: u32, low: Row, high: Row) -> Option<(u16, u16)> {
+/// The timeouts of a budget that is interpolated between the rows `low` and `high`, if it lies
+/// there.
+fn interpolated(micros: u32, low: Row, high: Row) -> Option<(u16, u16)> {
     let (from, to) = (low.0 * 1_000, high.0 * 1_000);
     if !(from..=to).contains(&micros) {
         return None;
@@ -158,20 +162,21 @@ fn between(micros: u32, low: Row, high: Row) -> Option<(u16, u16)> {
     Some((at(low.1, high.1)?, at(low.2, high.2)?))
 }
 
-/// A timeout in macro periods: (low byte · 2^high byte) + 1.
+/// Decodes a timeout register to macro periods: (low byte · 2^high byte) + 1.
 const fn macro_periods(word: u16) -> u32 {
     (((word & 0xFF) as u32) << ((word >> 8) & 0x0F)) + 1
 }
 
-/// The longest timeout of that form that is not longer than `periods`.
+/// Encodes the longest timeout that is not longer than `periods` macro periods.
 fn encode(periods: u32) -> u16 {
     let value = periods.saturating_sub(1);
     let exponent = (u32::BITS - value.leading_zeros()).saturating_sub(8);
     ((exponent as u16) << 8) | (value >> exponent) as u16
 }
 
-/// SYSTEM__INTERMEASUREMENT_PERIOD: the low ten bits of the oscillator's calibration are its ticks
-/// in a millisecond, and 1.075 is ST's correction (`VL53L1X_SetInterMeasurementInMs`).
+/// The value of SYSTEM__INTERMEASUREMENT_PERIOD: the low ten bits of the oscillator's calibration
+/// are its ticks in a millisecond, and the factor 1.075 is ST's
+/// (`VL53L1X_SetInterMeasurementInMs`).
 fn period_word(period: Duration, oscillator: u16) -> u32 {
     let ticks = u64::from(oscillator & 0x03FF);
     let word = ticks * period.as_micros() * 1_075 / 1_000_000;
@@ -183,7 +188,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_published_budget_has_the_published_timeouts() {
+    fn a_budget_of_sts_table_has_the_tables_timeouts() {
         for (mode, table) in [(DistanceMode::Short, &SHORT[..]), (DistanceMode::Long, &LONG[..])] {
             for (ms, a, b) in table {
                 let budget = Duration::from_millis(u64::from(*ms));
@@ -206,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn what_st_gives_no_timeouts_for_is_refused() {
+    fn a_budget_outside_sts_table_is_refused() {
         for (mode, micros) in [
             (DistanceMode::Short, 14_999),
             (DistanceMode::Long, 19_999),
@@ -219,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn encoding_loses_less_than_one_part_in_128_and_never_lengthens() {
+    fn encoding_never_lengthens_a_timeout_and_shortens_it_by_less_than_one_part_in_128() {
         for periods in (1..70_000).step_by(7) {
             let kept = macro_periods(encode(periods));
             assert!(kept <= periods && periods - kept <= periods / 128, "{kept} of {periods}");

@@ -1,5 +1,5 @@
-//! The sensor's configuration, 91 bytes from register 0x2D to 0x87: ST's default with the
-//! registers of a [`Config`] in their places.
+//! The image of the sensor's configuration registers, 91 bytes from 0x2D to 0x87: ST's default with
+//! the values of a [`Config`] in their places.
 
 use super::config::{Config, Registers};
 
@@ -7,13 +7,13 @@ use super::config::{Config, Registers};
 pub(super) const FIRST: u16 = 0x002D;
 const LENGTH: usize = 91;
 
-/// Bytes of the image that are written in one transaction, so that no other device on the bus
-/// waits for longer than 0.8 ms.
+/// Number of bytes that are written in one transaction, so that no other device on the bus waits
+/// for longer than 0.8 ms.
 pub(super) const CHUNK: usize = 32;
 
-/// VL53L1X_DEFAULT_CONFIGURATION of ST's Ultra Lite Driver, with the pins at the deck's voltage
-/// (0x2E, 0x2F). The interrupt is active high (0x30), a measurement is discarded above a σ of
-/// 90 mm (0x64) and below a signal of 1 Mcps (0x66), and the whole field of view is used (0x7F).
+/// The table VL53L1X_DEFAULT_CONFIGURATION of ST's Ultra Lite Driver, with the pins at the deck's
+/// voltage (0x2E, 0x2F). The interrupt is active high (0x30), a measurement is discarded above a σ
+/// of 90 mm (0x64) and below a signal of 1 Mcps (0x66), and the whole field of view is used (0x7F).
 /// Registers that the driver writes later are zero.
 #[rustfmt::skip]
 const DEFAULT: [u8; LENGTH] = [
@@ -31,7 +31,7 @@ const DEFAULT: [u8; LENGTH] = [
     /* 0x80 */ 0xFF, 0x9B, 0x00, 0x00, 0x00, 0x01, 0x00, 0x00,
 ];
 
-/// Where a [`Config`] goes.
+/// The registers that depend on a [`Config`].
 mod register {
     pub(super) const PHASECAL_TIMEOUT: u16 = 0x004B;
     pub(super) const TIMEOUT_A: u16 = 0x005E;
@@ -45,11 +45,11 @@ mod register {
 }
 use register::*;
 
-/// The bytes to write.
+/// The values of the configuration registers.
 pub(super) struct Image([u8; LENGTH]);
 
 impl Image {
-    /// `None` for a configuration that the sensor cannot have.
+    /// The image of `config`, or `None` if the sensor does not support it.
     pub(super) fn of(config: &Config, oscillator: u16) -> Option<Self> {
         let Registers { preset, timeout_a, timeout_b, period } = config.registers(oscillator)?;
         let mut image = Self(DEFAULT);
@@ -65,7 +65,7 @@ impl Image {
         Some(image)
     }
 
-    /// The image in pieces, each with its first register.
+    /// The image in chunks, each with its first register.
     pub(super) fn chunks(&self) -> impl Iterator<Item = (u16, &[u8])> {
         (FIRST..).step_by(CHUNK).zip(self.0.chunks(CHUNK))
     }

@@ -1,6 +1,7 @@
-//! One VL53L1x: a ranger that times light.
+//! Driver of one VL53L1x, a time-of-flight ranger.
 //!
-//! Registers and values are those of ST's Ultra Lite Driver (STSW-IMG009, user manual UM2510).
+//! The registers and their values are those of ST's Ultra Lite Driver (STSW-IMG009, user manual
+//! UM2510).
 
 mod config;
 mod image;
@@ -16,13 +17,13 @@ use crate::Error;
 use crate::error::is_absence;
 use image::Image;
 
-/// The address that every sensor of this kind has after its reset.
+/// The I²C address that every VL53L1x has after its reset.
 pub const DEFAULT_ADDRESS: u8 = 0x29;
 
-/// IDENTIFICATION__MODEL_ID and the module type after it.
+/// The value of IDENTIFICATION__MODEL_ID and of the module type after it.
 const MODEL: u16 = 0xEACC;
 
-/// The register map, as far as the driver uses it.
+/// The registers that the driver uses.
 mod register {
     pub(super) const I2C_ADDRESS: u16 = 0x0001;
     pub(super) const VHV_LOOP_BOUND: u16 = 0x0008;
@@ -37,16 +38,17 @@ mod register {
 }
 use register::*;
 
-/// A sensor is up 1.2 ms after its reset (data sheet, t_BOOT); it gets this many milliseconds.
+/// Milliseconds for which the driver waits for a sensor to boot, which takes 1.2 ms (data sheet,
+/// t_BOOT).
 const BOOT_TRIES: u32 = 20;
-/// The first measurement, which calibrates, takes this much longer than the budget, in ms. (Twice
-/// what the vendor's firmware allows for the whole of it.)
+/// Milliseconds beyond the budget that the first measurement, which calibrates, may take: twice
+/// what the vendor's firmware allows for the whole measurement.
 const CALIBRATION_MS: u64 = 100;
 
-/// An address that stays silent so often is nobody's.
-const SILENCES: u32 = 3;
+/// Number of attempts without an answer after which an address counts as free.
+const ATTEMPTS: u32 = 3;
 
-/// The driver.
+/// The driver of one sensor.
 #[derive(Debug)]
 pub struct Vl53l1x<I2C> {
     i2c: I2C,
@@ -54,19 +56,19 @@ pub struct Vl53l1x<I2C> {
 }
 
 impl<I2C: I2c> Vl53l1x<I2C> {
-    /// A driver for the sensor that answers at `address`; it has not been spoken to yet.
+    /// A driver for the sensor that answers at `address`, to which nothing has been sent yet.
     pub const fn new(i2c: I2C, address: u8) -> Self {
         Self { i2c, address }
     }
 
-    /// The address in use.
+    /// The I²C address that the driver uses.
     #[must_use]
     pub const fn address(&self) -> u8 {
         self.address
     }
 
-    /// Waits for the sensor, configures it and lets it calibrate itself with a first measurement.
-    /// It does not range afterwards: see [`start`](Self::start).
+    /// Waits for the sensor to boot, configures it and lets it calibrate itself with a first
+    /// measurement. The sensor does not range afterwards: see [`start`](Self::start).
     ///
     /// # Errors
     /// [`Error::Unsupported`] for a configuration that the sensor cannot have;
@@ -93,8 +95,8 @@ impl<I2C: I2c> Vl53l1x<I2C> {
     /// Gives the sensor another address, which it keeps until its next reset.
     ///
     /// # Errors
-    /// [`Error::AddressTaken`] if somebody answers there already, [`Error::Unsupported`] if the
-    /// address is none for a device; [`Error::WrongDevice`], [`Error::Bus`].
+    /// [`Error::AddressTaken`] if a device answers at the new address already,
+    /// [`Error::Unsupported`] if the address is reserved; [`Error::WrongDevice`], [`Error::Bus`].
     pub async fn set_address(&mut self, new: u8) -> Result<(), Error<I2C::Error>> {
         if !(0x08..=0x77).contains(&new) {
             return Err(Error::Unsupported);
@@ -109,7 +111,7 @@ impl<I2C: I2c> Vl53l1x<I2C> {
         self.identify().await
     }
 
-    /// Begins to range, over and over.
+    /// Starts continuous ranging.
     ///
     /// # Errors
     /// [`Error::Bus`].
@@ -118,7 +120,7 @@ impl<I2C: I2c> Vl53l1x<I2C> {
         self.write(MODE_START, &[0x40]).await
     }
 
-    /// Ends ranging.
+    /// Stops ranging.
     ///
     /// # Errors
     /// [`Error::Bus`].
@@ -126,8 +128,8 @@ impl<I2C: I2c> Vl53l1x<I2C> {
         self.write(MODE_START, &[0x00]).await
     }
 
-    /// Takes the result of a measurement if there is a new one: one short read if not, 0.7 ms at
-    /// 400 kHz if so.
+    /// Reads the result of a measurement if there is a new one. Without one this takes a short
+    /// read, with one 0.7 ms at 400 kHz.
     ///
     /// # Errors
     /// [`Error::Bus`].
@@ -141,10 +143,10 @@ impl<I2C: I2c> Vl53l1x<I2C> {
         Ok(Some(Reading::from_registers(result)))
     }
 
-    /// Whether a VL53L1x answers at this address.
+    /// Checks that a VL53L1x answers at the driver's address.
     ///
     /// # Errors
-    /// [`Error::WrongDevice`] if something else does; [`Error::Bus`].
+    /// [`Error::WrongDevice`] if another device does; [`Error::Bus`].
     pub async fn identify(&mut self) -> Result<(), Error<I2C::Error>> {
         let mut model = [0; 2];
         self.read(MODEL_ID, &mut model).await?;
@@ -154,7 +156,7 @@ impl<I2C: I2c> Vl53l1x<I2C> {
         }
     }
 
-    /// Changes the address without looking whether that is wise.
+    /// Changes the address without a check whether the new one is free.
     pub(crate) async fn move_to(&mut self, new: u8) -> Result<(), Error<I2C::Error>> {
         self.write(I2C_ADDRESS, &[new]).await?;
         self.address = new;
@@ -169,7 +171,7 @@ impl<I2C: I2c> Vl53l1x<I2C> {
         Ok(status & 0x01 != 0)
     }
 
-    /// Writes the whole configuration. The sensor does not range while this happens.
+    /// Stops ranging and writes the whole configuration.
     pub(crate) async fn configure(&mut self, config: &Config) -> Result<(), Error<I2C::Error>> {
         let mut oscillator = [0; 2];
         self.read(OSCILLATOR, &mut oscillator).await?;
@@ -182,21 +184,21 @@ impl<I2C: I2c> Vl53l1x<I2C> {
         Ok(())
     }
 
-    /// The first measurement finds the voltage of the light detectors; those after it start from
-    /// there.
+    /// Starts the first measurement, which finds the bias voltage of the light detectors from which
+    /// later ones start.
     pub(crate) async fn begin_calibration(&mut self) -> Result<(), Error<I2C::Error>> {
         self.start().await
     }
 
-    /// Whether the first measurement is over; if so the sensor is set up for those that follow,
-    /// and stopped.
+    /// Whether the first measurement is over. If so, this stops the sensor and sets it up for the
+    /// following measurements.
     pub(crate) async fn end_calibration(&mut self) -> Result<bool, Error<I2C::Error>> {
         if !self.is_ready().await? {
             return Ok(false);
         }
         self.write(INTERRUPT_CLEAR, &[0x01]).await?;
         self.stop().await?;
-        // Search the voltage within two bounds of the last, and begin there.
+        // A two-bound search of the voltage that starts at the last one (`VL53L1X_SensorInit`).
         self.write(VHV_LOOP_BOUND, &[0x09]).await?;
         self.write(VHV_INIT, &[0x00]).await?;
         Ok(true)
@@ -208,7 +210,7 @@ impl<I2C: I2c> Vl53l1x<I2C> {
             match self.is_booted().await {
                 Ok(true) => return Ok(()),
                 Ok(false) => outcome = Err(Error::Timeout),
-                // A sensor that has only just been let out of reset does not answer yet.
+                // A sensor that was released from reset a moment ago does not acknowledge yet.
                 Err(error) if is_absence(&error) => outcome = Err(error),
                 Err(error) => return Err(error),
             }
@@ -217,7 +219,7 @@ impl<I2C: I2c> Vl53l1x<I2C> {
         outcome
     }
 
-    /// The image sets the interrupt to active high.
+    /// Whether the interrupt pin, which the configuration makes active high, signals a new result.
     async fn is_ready(&mut self) -> Result<bool, Error<I2C::Error>> {
         let mut status = [0];
         self.read(GPIO_STATUS, &mut status).await?;
@@ -229,7 +231,7 @@ impl<I2C: I2c> Vl53l1x<I2C> {
         Ok(self.i2c.write_read(self.address, &register.to_be_bytes(), bytes).await?)
     }
 
-    /// Writes up to a chunk of the image.
+    /// Writes up to [`image::CHUNK`] bytes, beginning at `register`.
     async fn write(&mut self, register: u16, bytes: &[u8]) -> Result<(), Error<I2C::Error>> {
         let mut frame = [0; 2 + image::CHUNK];
         let filled = register.to_be_bytes().into_iter().chain(bytes.iter().copied());
@@ -241,13 +243,13 @@ impl<I2C: I2c> Vl53l1x<I2C> {
     }
 }
 
-/// Whether anybody answers at `address`. Silence is believed only when it is repeated: one lost
-/// transaction must not make an address look free.
+/// Whether a device answers at `address`. The address counts as free only after repeated attempts,
+/// because one lost transaction must not make it look free.
 pub(crate) async fn answers<I2C: I2c>(
     i2c: &mut I2C,
     address: u8,
 ) -> Result<bool, Error<I2C::Error>> {
-    for _ in 0..SILENCES {
+    for _ in 0..ATTEMPTS {
         match Vl53l1x::new(&mut *i2c, address).identify().await {
             Ok(()) | Err(Error::WrongDevice { .. }) => return Ok(true),
             Err(error) if is_absence(&error) => {}

@@ -1,48 +1,48 @@
-//! What a measurement gave.
+//! The result of a measurement.
 
 use core::fmt;
 
 use units::Metres;
 
-/// How a measurement went. A distance means something only where [`RangeStatus::is_valid`].
+/// The status of a measurement. Its distance is meaningful only if [`RangeStatus::is_valid`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum RangeStatus {
-    /// A target, measured and checked.
+    /// A target was measured, and the result was checked.
     Valid,
-    /// The first measurement after a start, which cannot yet be told from a target further off
-    /// that reads as a near one.
+    /// The measurement is the first after a start, for which a target beyond reach cannot yet be
+    /// told from a near one.
     Unchecked,
-    /// σ above the limit: too little light came back.
+    /// σ is above the limit, because too little light came back.
     SigmaFail,
-    /// Hardly any light came back: no target within reach.
+    /// Hardly any light came back: there is no target within reach.
     SignalFail,
-    /// A target nearer than the sensor can tell.
+    /// The target is nearer than the sensor can measure.
     MinRangeClipped,
-    /// The phase is out of bounds: nothing within reach, or something beyond it.
+    /// The phase is out of bounds: there is no target within reach, or one beyond it.
     OutOfBounds,
-    /// The laser or its supervision failed. The device's own code.
+    /// The laser or its supervision failed, with this code of the device.
     Hardware(u8),
-    /// A target beyond reach that reads as a near one.
+    /// A target beyond reach reads as a near one.
     WrapTarget,
-    /// No more light than what the cover reflects.
+    /// No more light came back than the cover reflects.
     Crosstalk,
-    /// The first interrupt of a series; there is no measurement.
+    /// The interrupt is the first of a series and has no measurement.
     Synchronisation,
-    /// Two targets that could not be told apart.
+    /// Two targets could not be told apart.
     MergedPulse,
-    /// A target, with too little signal to measure.
+    /// The signal of the target is too weak to measure.
     LackOfSignal,
-    /// A target below the smallest distance.
+    /// The target is nearer than the smallest distance.
     MinRangeFail,
-    /// A code that ST does not name.
+    /// The device gave this code, which ST does not name.
     Other(u8),
 }
 
 impl RangeStatus {
-    /// From RESULT__RANGE_STATUS and the stream count: the table of `VL53L1X_GetRangeStatus`,
-    /// with the hardware's failures as ST's full API tells them apart. A complete range with a
-    /// stream count of zero has not been checked (the same API).
+    /// Decodes RESULT__RANGE_STATUS by the table of `VL53L1X_GetRangeStatus`, with the hardware
+    /// failures as ST's full API distinguishes them. A complete range with a stream count of zero
+    /// is unchecked (the same API).
     pub(super) const fn from_registers(status: u8, stream: u8) -> Self {
         match status & 0x1F {
             9 if stream == 0 => Self::Unchecked,
@@ -63,20 +63,20 @@ impl RangeStatus {
         }
     }
 
-    /// Whether the distance is one to fly by.
+    /// Whether the distance is reliable enough to fly by.
     #[must_use]
     pub const fn is_valid(self) -> bool {
         matches!(self, Self::Valid)
     }
 }
 
-/// Photons counted, in millions a second.
+/// A rate of counted photons, in millions a second (Mcps).
 #[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct CountRate(pub f32);
 
 impl CountRate {
-    /// From a register with 7 binary places.
+    /// Decodes a register with 7 binary places.
     fn from_register(raw: [u8; 2]) -> Self {
         Self(f32::from(u16::from_be_bytes(raw)) / 128.0)
     }
@@ -89,32 +89,33 @@ impl fmt::Display for CountRate {
     }
 }
 
-/// One measurement.
+/// The result of one measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Reading {
-    /// How far. To be believed only if the status says so: see [`Reading::range`].
+    /// The measured distance, which is reliable only if the status is valid: see
+    /// [`Reading::range`].
     pub distance: Metres,
     /// The sensor's own estimate of the standard deviation.
     pub sigma: Metres,
-    /// How it went.
+    /// The status of the measurement.
     pub status: RangeStatus,
-    /// What came back of the sensor's light.
+    /// Rate of the sensor's own light that came back.
     pub signal: CountRate,
-    /// The light that was there anyway.
+    /// Rate of the ambient light.
     pub ambient: CountRate,
-    /// Counts measurements: two readings with the same number are the same measurement, and a
-    /// number that stands still is a sensor that does.
+    /// The count of measurements. Two readings with the same count are the same measurement, and a
+    /// count that stands still means that the sensor does.
     pub stream: u8,
 }
 
 impl Reading {
-    /// The 17 bytes from RESULT__RANGE_STATUS on.
+    /// Decodes the 17 bytes from RESULT__RANGE_STATUS on.
     pub(super) fn from_registers(result: [u8; 17]) -> Self {
         let [status, _, stream, _, _, _, _, a1, a0, g1, g0, _, _, d1, d0, s1, s0] = result;
         Self {
             distance: Metres(f32::from(u16::from_be_bytes([d1, d0])) * 1e-3),
-            // In quarters of a millimetre.
+            // The register holds quarters of a millimetre.
             sigma: Metres(f32::from(u16::from_be_bytes([g1, g0])) * 0.25e-3),
             status: RangeStatus::from_registers(status, stream),
             signal: CountRate::from_register([s1, s0]),
@@ -123,7 +124,7 @@ impl Reading {
         }
     }
 
-    /// The distance, if it is one to fly by.
+    /// The distance, if it is reliable enough to fly by.
     #[must_use]
     pub const fn range(&self) -> Option<Metres> {
         if self.status.is_valid() { Some(self.distance) } else { None }
@@ -134,7 +135,7 @@ impl Reading {
 mod tests {
     use super::*;
 
-    /// `status_rtn` of ST's driver, in the words of UM2510.
+    /// The table is `status_rtn` of ST's driver, with the names of UM2510.
     #[test]
     fn every_code_of_the_device_has_its_name() {
         let named = [
@@ -152,22 +153,22 @@ mod tests {
             (23, RangeStatus::LackOfSignal),
         ];
         for code in 0..32 {
-            let is = RangeStatus::from_registers(code, 1);
-            let should = match named.iter().find(|(named, _)| *named == code) {
+            let decoded = RangeStatus::from_registers(code, 1);
+            let expected = match named.iter().find(|(named, _)| *named == code) {
                 Some((_, status)) => *status,
                 None if [1, 2, 3, 17].contains(&code) => RangeStatus::Hardware(code),
                 None => RangeStatus::Other(code),
             };
-            assert_eq!(is, should, "{code}");
-            assert_eq!(is.is_valid(), code == 9);
+            assert_eq!(decoded, expected, "{code}");
+            assert_eq!(decoded.is_valid(), code == 9);
             // The upper bits are flags.
-            assert_eq!(RangeStatus::from_registers(code | 0xE0, 1), is);
+            assert_eq!(RangeStatus::from_registers(code | 0xE0, 1), decoded);
         }
         assert_eq!(RangeStatus::from_registers(9, 0), RangeStatus::Unchecked);
     }
 
     #[test]
-    fn a_result_is_read_from_its_places() {
+    fn a_result_is_decoded_from_its_registers() {
         let reading = Reading::from_registers([
             0x09, 0xFF, 0x21, 0xFF, 0xFF, 0xFF, 0xFF, 0x00, 0x40, 0x00, 0x0A, 0xFF, 0xFF, 0x04,
             0xD2, 0x01, 0x80,
