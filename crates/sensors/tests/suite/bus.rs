@@ -1,4 +1,4 @@
-//! Freeing a bus that a device holds, and the judgement of when a device is lost.
+//! Recovery of a bus that a device holds, and the decision when a device is lost.
 
 use std::cell::{Cell, RefCell};
 use std::convert::Infallible;
@@ -10,8 +10,8 @@ use sensors::bus::{Health, HealthConfig, recover};
 use sensors::models::{ModelDelay, Wires};
 use units::{Duration, Instant};
 
-/// Two open-drain lines and a device that was stopped while it sent: it holds SDA low until SCL
-/// has risen so many times more.
+/// Two open-drain lines and a device that was interrupted while it sent: it holds SDA low until SCL
+/// has risen `held_for` times more.
 struct Lines {
     scl: Cell<bool>,
     sda: Cell<bool>,
@@ -100,18 +100,22 @@ fn run(lines: &Lines) -> bool {
 }
 
 #[test]
-fn sda_is_freed_with_as_many_clocks_as_it_takes_and_a_stop() {
+fn sda_is_freed_with_as_many_clocks_as_the_device_needs_and_a_stop() {
     for held in 0..=9 {
         let lines = Lines::held_for(held);
         assert!(run(&lines), "held for {held} clocks");
-        assert!(lines.scl.get() && lines.sda.get(), "both lines are let go");
-        assert_eq!(lines.clocks.get(), held + 1, "the last one is the stop's");
+        assert!(lines.scl.get() && lines.sda.get(), "a line is not released");
+        assert_eq!(
+            lines.clocks.get(),
+            held + 1,
+            "one clock more than the device needs belongs to the stop"
+        );
         assert_eq!(lines.stops.get(), 1, "{}", lines.log.borrow());
     }
 }
 
 #[test]
-fn a_line_that_is_shorted_is_given_up_after_nine_clocks() {
+fn recovery_of_a_shorted_line_ends_after_nine_clocks() {
     let lines = Lines::held_for(u32::MAX);
     assert!(!run(&lines));
     assert_eq!(lines.clocks.get(), 10);
@@ -124,7 +128,7 @@ fn at(ms: u64) -> Instant {
 }
 
 #[test]
-fn a_device_is_lost_after_more_errors_in_a_row_than_are_put_up_with() {
+fn a_device_is_lost_after_more_errors_in_a_row_than_are_tolerated() {
     let mut health = Health::new(CONFIG, at(0));
     health.started(at(0));
     for round in 0..10 {
@@ -142,7 +146,7 @@ fn a_device_is_lost_after_more_errors_in_a_row_than_are_put_up_with() {
 }
 
 #[test]
-fn a_device_that_falls_silent_is_lost_though_it_never_errs() {
+fn a_device_that_delivers_nothing_is_lost_even_without_an_error() {
     let mut health = Health::new(CONFIG, at(0));
     health.started(at(100));
     assert!(!health.is_lost(at(349)));
@@ -152,9 +156,9 @@ fn a_device_that_falls_silent_is_lost_though_it_never_errs() {
 }
 
 #[test]
-fn attempts_at_a_device_that_is_gone_are_spaced_ever_wider_up_to_a_limit() {
+fn the_time_between_attempts_doubles_up_to_a_limit() {
     let mut health = Health::new(CONFIG, at(0));
-    assert!(health.may_retry(at(0)), "a device that was never tried is due");
+    assert!(health.may_retry(at(0)), "a device that was never tried is not due");
     let mut waits = Vec::new();
     let mut now = 0;
     for _ in 0..9 {
@@ -168,18 +172,18 @@ fn attempts_at_a_device_that_is_gone_are_spaced_ever_wider_up_to_a_limit() {
     assert_eq!(waits, [50, 100, 200, 400, 800, 1_600, 2_000, 2_000, 2_000]);
     health.started(at(now));
     health.lose(at(now));
-    assert!(!health.may_retry(at(now + 1_999)), "starting alone proves nothing");
+    assert!(!health.may_retry(at(now + 1_999)), "a start without data has made the wait short");
     health.good(at(now));
     health.lose(at(now));
-    assert!(health.may_retry(at(now + 50)), "a device that delivered is tried soon again");
+    assert!(health.may_retry(at(now + 50)), "a device that delivered data is not tried soon again");
 }
 
 proptest! {
     #![proptest_config(seeded())]
 
-    /// A lost device is always due again within the longest wait, whatever happened.
+    /// After any sequence of events a lost device is due again within the longest wait.
     #[test]
-    fn no_device_is_given_up_for_good(
+    fn every_lost_device_is_tried_again(
         events in prop::collection::vec((0u8..5, 0u64..500), 1..200),
     ) {
         let mut now = at(0);

@@ -1,5 +1,5 @@
-//! The memory's driver: pages that must not be crossed, a memory that is deaf while it writes, and
-//! one that never comes back.
+//! The EEPROM's driver: page boundaries, a memory that does not acknowledge while it stores a page,
+//! and one that never acknowledges again.
 
 use std::cell::RefCell;
 
@@ -22,10 +22,10 @@ fn with_memory<R>(
 proptest! {
     #![proptest_config(seeded())]
 
-    /// What is written is kept, wherever it begins and however many pages it crosses; nothing else
-    /// changes, and no page is written more often than need be.
+    /// A write across any number of pages stores its bytes, changes no others, and writes each page
+    /// once.
     #[test]
-    fn what_is_written_is_kept_and_nothing_else(
+    fn a_write_stores_its_bytes_and_changes_no_others(
         at in 0u16..SIZE,
         bytes in prop::collection::vec(any::<u8>(), 0..200),
     ) {
@@ -55,17 +55,17 @@ proptest! {
         })?;
     }
 
-    /// A byte that was not kept is found, at its address.
+    /// A byte that differs from the one written is found, with its address.
     #[test]
     fn a_byte_that_differs_is_found(
         at in 0u16..8_000,
         bytes in prop::collection::vec(any::<u8>(), 1..150),
-        spoilt in any::<prop::sample::Index>(),
+        changed in any::<prop::sample::Index>(),
     ) {
         with_memory(|bus, mut delay, model, _| {
             let mut memory = Eeprom::new(bus);
             block_on(memory.write(at, &bytes, &mut delay)).unwrap();
-            let register = at + spoilt.index(bytes.len()) as u16;
+            let register = at + changed.index(bytes.len()) as u16;
             model.borrow_mut().bytes_mut()[usize::from(register)] ^= 0x10;
             prop_assert_eq!(
                 block_on(memory.verify(at, &bytes)), Err(Error::NotKept { register }));
@@ -73,14 +73,14 @@ proptest! {
         })?;
     }
 
-    /// A write whose transaction is lost says so, or did not need it: what is not reported is
-    /// kept. And the memory can be written afterwards.
+    /// If any one transaction fails, the write reports it or has stored all bytes, and the memory
+    /// can be written afterwards.
     #[test]
-    fn a_lost_transaction_never_loses_bytes_silently(lost in 0u32..30) {
+    fn a_failed_transaction_never_loses_bytes_silently(failing in 0u32..30) {
         with_memory(|bus, mut delay, _, wires| {
             let mut memory = Eeprom::new(bus);
             let bytes = [0x5A; 100];
-            wires.refuse_after(Some(lost));
+            wires.refuse_after(Some(failing));
             let outcome = block_on(memory.write(16, &bytes, &mut delay));
             wires.refuse_after(None);
             wires.advance(5_000);
@@ -95,7 +95,7 @@ proptest! {
 }
 
 #[test]
-fn the_slowest_page_that_the_data_sheet_allows_is_waited_for() {
+fn the_driver_waits_for_the_slowest_page_that_the_data_sheet_allows() {
     with_memory(|bus, mut delay, model, wires| {
         model.borrow_mut().write_micros = 5_000;
         let mut memory = Eeprom::new(bus);
@@ -106,7 +106,7 @@ fn the_slowest_page_that_the_data_sheet_allows_is_waited_for() {
 }
 
 #[test]
-fn a_memory_that_never_comes_back_is_a_timeout() {
+fn a_memory_that_never_acknowledges_again_is_a_timeout() {
     with_memory(|bus, mut delay, model, wires| {
         model.borrow_mut().write_micros = u32::MAX;
         let outcome = block_on(Eeprom::new(bus).write(0, &[1; 64], &mut delay));
@@ -119,10 +119,10 @@ fn a_memory_that_never_comes_back_is_a_timeout() {
 fn an_absent_memory_is_an_error_of_the_bus() {
     with_memory(|bus, mut delay, model, _| {
         model.borrow_mut().fault = Fault::Absent;
-        let nobody = Error::Bus(ErrorKind::NoAcknowledge(NoAcknowledgeSource::Address));
+        let no_acknowledge = Error::Bus(ErrorKind::NoAcknowledge(NoAcknowledgeSource::Address));
         let mut memory = Eeprom::new(bus);
-        assert_eq!(block_on(memory.read(0, &mut [0; 4])), Err(nobody));
-        assert_eq!(block_on(memory.write(0, &[0; 4], &mut delay)), Err(nobody));
+        assert_eq!(block_on(memory.read(0, &mut [0; 4])), Err(no_acknowledge));
+        assert_eq!(block_on(memory.write(0, &[0; 4], &mut delay)), Err(no_acknowledge));
     });
 }
 

@@ -1,5 +1,5 @@
-//! Six rangers on one bus: they come up, they are lost one by one and all at once, and they come
-//! back, and never does one answer for another.
+//! Six rangers on one bus: they start, are lost one by one or all at once, and recover, and a
+//! reading is never attributed to another ranger.
 
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -18,13 +18,13 @@ use sensors::multi_ranger::{Beam, BeamState, DeckProbe, MultiRanger, RangerConfi
 use sensors::vl53l1x::RangeStatus;
 use units::{Duration, Instant, Metres};
 
-/// From one poll to the next, in µs.
+/// Time from one poll to the next, in µs.
 const POLL: u32 = 5_000;
-/// A poll makes no more transactions than this: seven for each of six rangers, when all end their
-/// calibration at once, and 55 to bring one back of which nothing is where it should be.
-const MOST: u32 = 97;
-/// In flight, three for each ranger that has a reading.
-const ORDINARY: u32 = 18;
+/// The most transactions of a poll: seven for each of six rangers, when all end their calibration
+/// at once, and 55 to restart one while no ranger is at its address.
+const MOST_IN_POLL: u32 = 97;
+/// The most transactions of a poll in flight: three for each ranger that has a reading.
+const MOST_IN_FLIGHT: u32 = 18;
 
 type Rangers<'a> = MultiRanger<ModelBus<'a>>;
 
@@ -32,15 +32,15 @@ fn rangers<'a>(decks: &Decks<'a>) -> Rangers<'a> {
     MultiRanger::new(decks.bus(), RangerConfig::DEFAULT, decks.wires.now())
 }
 
-/// Polls for so many milliseconds. Counts the readings, and is sure that each is of the wall that
-/// its beam looks at.
+/// Polls for so many milliseconds, counts the readings, and asserts that each is the distance of
+/// its own ranger's wall.
 fn run(decks: &Decks<'_>, rangers: &mut Rangers<'_>, ms: u32) -> HashMap<Beam, u32> {
     let mut counts = HashMap::new();
     for _ in 0..ms * 1_000 / POLL {
         let before = decks.wires.transactions();
         let sweep = block_on(rangers.poll(decks.wires.now()));
         let made = decks.wires.transactions() - before;
-        assert!(made <= MOST, "{made} transactions");
+        assert!(made <= MOST_IN_POLL, "{made} transactions");
         for (beam, reading) in sweep.iter() {
             if let Some(range) = reading.range() {
                 assert!((range - wall(beam)).abs() < Metres(0.001), "{beam:?} reads {range}");
@@ -56,7 +56,7 @@ fn all_live(rangers: &Rangers<'_>) -> bool {
     Beam::ALL.iter().all(|beam| rangers.state(*beam) == BeamState::Live)
 }
 
-fn brought_up<'a>(decks: &Decks<'a>) -> Rangers<'a> {
+fn started<'a>(decks: &Decks<'a>) -> Rangers<'a> {
     let mut rangers = rangers(decks);
     run(decks, &mut rangers, 500);
     assert!(all_live(&rangers));
@@ -79,12 +79,12 @@ fn six_rangers_at_one_address_are_ranging_within_half_a_second() {
 }
 
 #[test]
-fn every_side_gives_thirty_readings_a_second_and_the_ground_forty() {
+fn every_side_gives_thirty_readings_a_second_and_the_ranger_that_looks_down_forty() {
     with_decks(|decks| {
-        let mut rangers = brought_up(decks);
+        let mut rangers = started(decks);
         let begin = decks.wires.now();
         let counts = run(decks, &mut rangers, 10_000);
-        assert!(decks.wires.transactions() < 10_000_000 / POLL * ORDINARY);
+        assert!(decks.wires.transactions() < 10_000_000 / POLL * MOST_IN_FLIGHT);
         let seconds = decks.wires.now().since(begin).as_secs_f32();
         for beam in Beam::ALL {
             let rate = counts[&beam] as f32 / seconds;
@@ -95,10 +95,10 @@ fn every_side_gives_thirty_readings_a_second_and_the_ground_forty() {
 }
 
 #[test]
-fn a_ranger_that_goes_is_lost_alone_and_comes_back() {
+fn an_absent_ranger_is_lost_alone_and_recovers() {
     for gone in Beam::ALL {
         with_decks(|decks| {
-            let mut rangers = brought_up(decks);
+            let mut rangers = started(decks);
             decks.ranger(gone).borrow_mut().fault = Fault::Absent;
             let counts = run(decks, &mut rangers, 3_000);
             for beam in Beam::ALL {
@@ -117,16 +117,16 @@ fn a_ranger_that_goes_is_lost_alone_and_comes_back() {
             }
             decks.ranger(gone).borrow_mut().fault = Fault::None;
             run(decks, &mut rangers, 2_500);
-            assert!(all_live(&rangers), "{gone:?} came back");
+            assert!(all_live(&rangers), "{gone:?} has not recovered");
             assert_eq!(rangers.losses(gone), 1);
         });
     }
 }
 
 #[test]
-fn a_dip_of_the_supply_brings_all_six_back_to_one_address_and_then_apart() {
+fn all_six_recover_from_a_dip_of_the_supply_that_resets_their_addresses() {
     with_decks(|decks| {
-        let mut rangers = brought_up(decks);
+        let mut rangers = started(decks);
         decks.expander.borrow_mut().reset();
         for beam in Beam::ALL {
             decks.ranger(beam).borrow_mut().reset();
@@ -137,10 +137,10 @@ fn a_dip_of_the_supply_brings_all_six_back_to_one_address_and_then_apart() {
 }
 
 #[test]
-fn two_that_are_reset_at_once_are_not_taken_for_each_other() {
+fn two_rangers_that_are_reset_at_once_are_not_confused() {
     for (one, other) in [(Beam::Down, Beam::Front), (Beam::Back, Beam::Right)] {
         with_decks(|decks| {
-            let mut rangers = brought_up(decks);
+            let mut rangers = started(decks);
             decks.ranger(one).borrow_mut().reset();
             decks.ranger(other).borrow_mut().reset();
             run(decks, &mut rangers, 1_000);
@@ -152,7 +152,7 @@ fn two_that_are_reset_at_once_are_not_taken_for_each_other() {
 #[test]
 fn a_frozen_ranger_is_restarted() {
     with_decks(|decks| {
-        let mut rangers = brought_up(decks);
+        let mut rangers = started(decks);
         decks.ranger(Beam::Left).borrow_mut().ranging_fault = Vl53l1xFault::Frozen;
         run(decks, &mut rangers, 600);
         assert!(rangers.losses(Beam::Left) >= 1);
@@ -165,7 +165,7 @@ fn a_frozen_ranger_is_restarted() {
 #[test]
 fn a_ranger_whose_laser_fails_is_restarted_and_its_readings_say_why() {
     with_decks(|decks| {
-        let mut rangers = brought_up(decks);
+        let mut rangers = started(decks);
         decks.ranger(Beam::Up).borrow_mut().ranging_fault = Vl53l1xFault::Status(2);
         let mut seen = None;
         for _ in 0..40 {
@@ -179,9 +179,9 @@ fn a_ranger_whose_laser_fails_is_restarted_and_its_readings_say_why() {
 }
 
 #[test]
-fn a_target_out_of_reach_is_a_reading_and_no_failure() {
+fn a_target_out_of_reach_is_a_reading_and_not_a_failure() {
     with_decks(|decks| {
-        let mut rangers = brought_up(decks);
+        let mut rangers = started(decks);
         decks.ranger(Beam::Front).borrow_mut().distance = Metres(20.0);
         let counts = run(decks, &mut rangers, 3_000);
         assert!(counts[&Beam::Front] >= 85);
@@ -190,7 +190,7 @@ fn a_target_out_of_reach_is_a_reading_and_no_failure() {
 }
 
 #[test]
-fn a_ranger_that_never_boots_is_tried_ever_less_often() {
+fn a_ranger_that_never_boots_is_tried_less_and_less_often() {
     with_decks(|decks| {
         decks.ranger(Beam::Back).borrow_mut().ranging_fault = Vl53l1xFault::NeverBoots;
         let mut rangers = rangers(decks);
@@ -204,17 +204,17 @@ fn a_ranger_that_never_boots_is_tried_ever_less_often() {
             decks.wires.advance(POLL);
         }
         assert!((8..=18).contains(&starts), "{starts} attempts in 20 s");
-        assert!(rangers.is_settled(), "the others need not wait for it");
+        assert!(rangers.is_settled(), "a program would have to wait for the ranger");
         assert_eq!(rangers.last_error(Beam::Back), Some(&Error::Timeout));
     });
 }
 
-/// What a probe finds, and in which round.
-fn probed(decks: &Decks<'_>) -> (RangerConfig, u32) {
-    let mut probe = DeckProbe::new();
+/// The configuration that a probe finds, and the round in which it does.
+fn probe(decks: &Decks<'_>) -> (RangerConfig, u32) {
+    let mut deck_probe = DeckProbe::new();
     for round in 1..=20 {
         let before = decks.wires.transactions();
-        let found = block_on(probe.ask(decks.bus()));
+        let found = block_on(deck_probe.ask(decks.bus()));
         assert!(decks.wires.transactions() - before <= 13);
         if let Some(config) = found {
             return (config, round);
@@ -225,13 +225,13 @@ fn probed(decks: &Decks<'_>) -> (RangerConfig, u32) {
 }
 
 #[test]
-fn a_probe_finds_both_decks_at_once_and_all_six_come_up_after_it() {
+fn a_probe_finds_both_decks_in_one_round_and_all_six_start_after_it() {
     with_decks(|decks| {
-        assert_eq!(probed(decks), (RangerConfig::DEFAULT, 1));
-        brought_up(decks);
-        // The processor alone is reset: sides at their own addresses are put in reset again.
-        assert_eq!(probed(decks), (RangerConfig::DEFAULT, 1));
-        brought_up(decks);
+        assert_eq!(probe(decks), (RangerConfig::DEFAULT, 1));
+        started(decks);
+        // The processor alone was reset: rangers at their own addresses are put in reset again.
+        assert_eq!(probe(decks), (RangerConfig::DEFAULT, 1));
+        started(decks);
     });
 }
 
@@ -239,7 +239,7 @@ fn a_probe_finds_both_decks_at_once_and_all_six_come_up_after_it() {
 fn a_deck_counts_as_missing_only_if_it_never_answered() {
     with_decks(|decks| {
         decks.expander.borrow_mut().fault = Fault::Absent;
-        assert_eq!(probed(decks), (RangerConfig::FLOW_DECK, 20));
+        assert_eq!(probe(decks), (RangerConfig::FLOW_DECK, 20));
     });
     for fault in [Fault::NackAfter(0), Fault::NackAfter(4), Fault::Stuck(0xFF)] {
         with_decks(|decks| {
@@ -248,12 +248,12 @@ fn a_deck_counts_as_missing_only_if_it_never_answered() {
                 Fault::NackAfter(0) => RangerConfig::FLOW_DECK,
                 _ => RangerConfig::DEFAULT,
             };
-            assert_eq!(probed(decks), (expected, 20), "{fault:?}");
+            assert_eq!(probe(decks), (expected, 20), "{fault:?}");
         });
     }
     with_decks(|decks| {
         decks.wires.hang(true);
-        assert_eq!(probed(decks), (RangerConfig::DEFAULT, 20));
+        assert_eq!(probe(decks), (RangerConfig::DEFAULT, 20));
     });
     with_decks(|decks| {
         decks.expander.borrow_mut().fault = Fault::Absent;
@@ -261,7 +261,7 @@ fn a_deck_counts_as_missing_only_if_it_never_answered() {
         for beam in &Beam::ALL[1..] {
             decks.ranger(*beam).borrow_mut().fault = Fault::Absent;
         }
-        assert_eq!(probed(decks), (RangerConfig::DEFAULT, 20), "no deck at all");
+        assert_eq!(probe(decks), (RangerConfig::DEFAULT, 20), "no deck at all");
     });
 }
 
@@ -269,18 +269,18 @@ fn a_deck_counts_as_missing_only_if_it_never_answered() {
 fn a_deck_that_answers_late_is_found() {
     with_decks(|decks| {
         decks.expander.borrow_mut().fault = Fault::Absent;
-        let mut probe = DeckProbe::new();
+        let mut deck_probe = DeckProbe::new();
         for _ in 0..10 {
-            assert_eq!(block_on(probe.ask(decks.bus())), None);
+            assert_eq!(block_on(deck_probe.ask(decks.bus())), None);
         }
         decks.expander.borrow_mut().fault = Fault::None;
-        assert_eq!(block_on(probe.ask(decks.bus())), Some(RangerConfig::DEFAULT));
+        assert_eq!(block_on(deck_probe.ask(decks.bus())), Some(RangerConfig::DEFAULT));
     });
 }
 
-/// Its rangers may be at 0x29 as well.
+/// An expander that was not there at boot means that side rangers may be at 0x29 as well.
 #[test]
-fn nobody_is_moved_while_an_expander_answers_that_was_not_there_at_boot() {
+fn no_ranger_gets_an_address_while_an_unexpected_expander_answers() {
     with_decks(|decks| {
         let mut rangers = MultiRanger::new(decks.bus(), RangerConfig::FLOW_DECK, decks.wires.now());
         assert!(run(decks, &mut rangers, 1_000).is_empty());
@@ -306,7 +306,7 @@ fn the_flow_deck_alone_needs_no_expander() {
 }
 
 #[test]
-fn without_an_expander_nobody_is_taken_for_the_ground() {
+fn without_an_expander_no_ranger_is_taken_for_the_one_that_looks_down() {
     with_decks(|decks| {
         decks.expander.borrow_mut().fault = Fault::Absent;
         let mut rangers = rangers(decks);
@@ -322,7 +322,7 @@ fn without_an_expander_nobody_is_taken_for_the_ground() {
 fn the_multi_ranger_deck_alone_ranges_too() {
     with_decks(|decks| {
         decks.ranger(Beam::Down).borrow_mut().fault = Fault::Absent;
-        let config = probed(decks).0;
+        let config = probe(decks).0;
         assert_eq!(config, RangerConfig::MULTI_RANGER);
         let mut rangers = MultiRanger::new(decks.bus(), config, decks.wires.now());
         run(decks, &mut rangers, 600);
@@ -332,9 +332,10 @@ fn the_multi_ranger_deck_alone_ranges_too() {
     });
 }
 
-/// Otherwise it might come back just when another is at 0x29, and be moved together with it.
+/// The ranger that looks down might otherwise return to 0x29 together with a side ranger, and both
+/// get one address.
 #[test]
-fn nobody_leaves_its_reset_while_the_ground_is_lost() {
+fn no_ranger_is_released_while_the_one_that_looks_down_is_lost() {
     with_decks(|decks| {
         decks.ranger(Beam::Down).borrow_mut().fault = Fault::Absent;
         let mut rangers = rangers(decks);
@@ -348,7 +349,7 @@ fn nobody_leaves_its_reset_while_the_ground_is_lost() {
 }
 
 #[test]
-fn a_beam_that_the_configuration_does_without_is_left_in_reset() {
+fn a_ranger_that_the_configuration_does_not_use_stays_in_reset() {
     with_decks(|decks| {
         let config = RangerConfig { up: None, ..RangerConfig::DEFAULT };
         let mut rangers = MultiRanger::new(decks.bus(), config, decks.wires.now());
@@ -360,12 +361,12 @@ fn a_beam_that_the_configuration_does_without_is_left_in_reset() {
 }
 
 #[test]
-fn a_stranger_at_the_default_address_keeps_the_sides_down_until_it_is_gone() {
+fn a_foreign_ranger_at_the_default_address_keeps_the_sides_lost_until_it_is_gone() {
     let lines = AtomicU8::new(0);
-    let stranger = RefCell::new(Vl53l1xModel::alone());
+    let foreign = RefCell::new(Vl53l1xModel::alone());
     let front = RefCell::new(Vl53l1xModel::new(Some((&lines, Lines::FRONT))));
     let expander = RefCell::new(ExpanderModel::new(&lines, 0xFF));
-    let devices: [&RefCell<dyn I2cModel + '_>; 3] = [&expander, &stranger, &front];
+    let devices: [&RefCell<dyn I2cModel + '_>; 3] = [&expander, &foreign, &front];
     let wires = Wires::new(&devices);
     wires.advance(POLL);
     let config = RangerConfig { down: None, up: None, ..RangerConfig::DEFAULT };
@@ -379,17 +380,17 @@ fn a_stranger_at_the_default_address_keeps_the_sides_down_until_it_is_gone() {
     poll(&mut rangers);
     assert_eq!(rangers.state(Beam::Front), BeamState::Lost);
     assert_eq!(rangers.last_error(Beam::Front), Some(&Error::AddressTaken));
-    assert_eq!(stranger.borrow().address(), 0x29, "nobody moved it");
-    stranger.borrow_mut().fault = Fault::Absent;
+    assert_eq!(foreign.borrow().address(), 0x29, "the foreign ranger got another address");
+    foreign.borrow_mut().fault = Fault::Absent;
     poll(&mut rangers);
     assert_eq!(rangers.state(Beam::Front), BeamState::Live);
 }
 
 #[test]
-fn a_processor_that_was_reset_alone_finds_the_ground_at_its_own_address() {
+fn after_a_reset_of_the_processor_the_ranger_that_looks_down_is_at_its_own_address() {
     with_decks(|decks| {
-        brought_up(decks);
-        let mut rangers = brought_up(decks);
+        started(decks);
+        let mut rangers = started(decks);
         assert_eq!(rangers.losses(Beam::Down), 0);
         run(decks, &mut rangers, 500);
         assert!(all_live(&rangers));
@@ -397,9 +398,9 @@ fn a_processor_that_was_reset_alone_finds_the_ground_at_its_own_address() {
 }
 
 #[test]
-fn an_expander_that_is_gone_leaves_those_that_range_alone() {
+fn an_absent_expander_does_not_stop_the_rangers_that_range() {
     with_decks(|decks| {
-        let mut rangers = brought_up(decks);
+        let mut rangers = started(decks);
         decks.expander.borrow_mut().fault = Fault::Absent;
         decks.ranger(Beam::Back).borrow_mut().reset();
         let counts = run(decks, &mut rangers, 2_000);
@@ -411,11 +412,11 @@ fn an_expander_that_is_gone_leaves_those_that_range_alone() {
     });
 }
 
-/// With its expander gone nobody knows which ranger is at 0x29: it could be a side.
+/// Without the expander the driver cannot know which ranger is at 0x29: it could be a side.
 #[test]
-fn the_ground_is_not_claimed_while_a_side_might_be_in_its_place() {
+fn the_ranger_that_looks_down_is_not_started_while_a_side_might_be_in_its_place() {
     with_decks(|decks| {
-        let mut rangers = brought_up(decks);
+        let mut rangers = started(decks);
         decks.expander.borrow_mut().fault = Fault::Absent;
         decks.ranger(Beam::Down).borrow_mut().fault = Fault::Absent;
         decks.ranger(Beam::Front).borrow_mut().reset();
@@ -426,9 +427,9 @@ fn the_ground_is_not_claimed_while_a_side_might_be_in_its_place() {
 }
 
 #[test]
-fn a_hung_bus_is_told_from_absent_devices_and_survived() {
+fn a_hung_bus_is_distinguished_from_absent_devices_and_all_recover() {
     with_decks(|decks| {
-        let mut rangers = brought_up(decks);
+        let mut rangers = started(decks);
         assert!(!rangers.bus_is_suspect());
         decks.wires.hang(true);
         block_on(rangers.poll(decks.wires.now()));
@@ -441,7 +442,7 @@ fn a_hung_bus_is_told_from_absent_devices_and_survived() {
 }
 
 #[test]
-fn the_expander_is_driven_levels_first_and_read_back() {
+fn the_expanders_levels_are_written_first_and_read_back() {
     with_decks(|decks| {
         let mut bus = common::Recorder::new(decks.bus());
         block_on(Expander::new(&mut bus).drive(Lines::FRONT | Lines::LEFT)).unwrap();
@@ -454,43 +455,43 @@ fn the_expander_is_driven_levels_first_and_read_back() {
     });
 }
 
-/// A contact that opens just while another ranger is let out of its reset, at whatever moment.
+/// A ranger is reset at any moment around the release of another from reset.
 #[test]
-fn one_that_is_reset_while_another_boots_is_not_taken_for_it() {
-    for (struck, index) in [(Beam::Down, 0), (Beam::Left, 4)] {
+fn a_ranger_that_is_reset_while_another_boots_is_not_taken_for_it() {
+    for (reset, index) in [(Beam::Down, 0), (Beam::Left, 4)] {
         for micros in (50_000..80_000).step_by(1_000) {
             with_decks(|decks| {
-                let mut rangers = brought_up(decks);
+                let mut rangers = started(decks);
                 decks.ranger(Beam::Front).borrow_mut().reset();
-                decks.contact.borrow_mut().strike(index, micros);
+                decks.contact.borrow_mut().reset_later(index, micros);
                 run(decks, &mut rangers, 50);
                 decks.ranger(Beam::Front).borrow_mut().fault = Fault::Absent;
                 run(decks, &mut rangers, 100);
                 decks.ranger(Beam::Front).borrow_mut().fault = Fault::None;
                 run(decks, &mut rangers, 600);
-                assert!(all_live(&rangers), "{struck:?} after {micros} us");
+                assert!(all_live(&rangers), "{reset:?} after {micros} us");
             });
         }
     }
 }
 
-/// A ranger that is given up while another boots has not been put in reset yet. If it turns up at
-/// 0x29 in the other's stead it must not get the other's place.
+/// A ranger that is lost while another boots has not been put in reset yet. If it answers at 0x29
+/// instead of the other it must not get the other's address.
 #[test]
-fn one_that_is_given_up_while_another_boots_does_not_take_its_place() {
-    // Whether the failure is noticed during the 20 ms for which the other boots depends on when it
-    // was last read.
-    let met = (500..540).step_by(5).filter(|&begin| given_up_while_another_boots(begin));
-    assert!(met.count() >= 2);
+fn a_ranger_that_is_lost_while_another_boots_does_not_get_its_address() {
+    // The time of its last reading decides whether the failure is noticed during the 20 ms in which
+    // the other boots.
+    let noticed = (500..540).step_by(5).filter(|&begin| is_lost_while_another_boots(begin));
+    assert!(noticed.count() >= 2);
 }
 
-/// Front is lost so many ms after the beginning, and Left fails while Front boots. Whether that is
-/// noticed meanwhile.
-fn given_up_while_another_boots(begin: u32) -> bool {
+/// Makes Front fail so many ms after the beginning, and Left while Front boots. Returns whether the
+/// failure of Left is noticed while Front boots.
+fn is_lost_while_another_boots(begin: u32) -> bool {
     with_decks(|decks| {
         let health = HealthConfig {
             tolerated: 0,
-            // Its own next turn, which would put it in reset, is far away.
+            // The next attempt at Left, which would put it in reset, is far away.
             first_retry: Duration::from_secs(1),
             ..HealthConfig::DEFAULT
         };
@@ -522,63 +523,69 @@ fn given_up_while_another_boots(begin: u32) -> bool {
 }
 
 #[test]
-fn a_lost_transaction_while_one_is_brought_back_costs_no_other() {
-    for lost in 0..100 {
+fn a_failed_transaction_while_one_ranger_recovers_loses_no_other() {
+    for failing in 0..100 {
         with_decks(|decks| {
-            let mut rangers = brought_up(decks);
+            let mut rangers = started(decks);
             decks.ranger(Beam::Front).borrow_mut().reset();
             run(decks, &mut rangers, 50);
-            decks.wires.refuse_after(Some(lost));
+            decks.wires.refuse_after(Some(failing));
             run(decks, &mut rangers, 150);
             for beam in Beam::ALL.into_iter().filter(|beam| *beam != Beam::Front) {
-                assert_eq!(rangers.losses(beam), 0, "{beam:?} for transaction {lost}");
+                assert_eq!(rangers.losses(beam), 0, "{beam:?} for transaction {failing}");
             }
         });
     }
 }
 
-/// Something that goes wrong in the air.
+/// A fault, or its end, during a flight.
 #[derive(Clone, Copy, Debug)]
 enum Mishap {
-    Refuse(u32),
-    Go(usize),
-    Return(usize),
-    /// A ranger is reset so many µs later, in the middle of whatever the bus does then.
+    /// The transaction after so many more fails.
+    FailTransaction(u32),
+    /// This ranger is absent.
+    Absent(usize),
+    /// This ranger is present again.
+    Present(usize),
+    /// This ranger is reset so many µs later, even in the middle of a transaction.
     Reset(usize, u32),
+    /// This ranger repeats its last result.
     Freeze(usize),
-    Dip,
+    /// The supply dips, which resets all rangers and the expander.
+    SupplyDip,
     ExpanderReset,
-    Expander(bool),
+    /// The expander is absent (true) or present.
+    ExpanderAbsent(bool),
 }
 
 fn mishaps() -> impl Strategy<Value = Vec<(Mishap, u32)>> {
     let mishap = prop_oneof![
-        (0u32..60).prop_map(Mishap::Refuse),
-        (0usize..6).prop_map(Mishap::Go),
-        (0usize..6).prop_map(Mishap::Return),
+        (0u32..60).prop_map(Mishap::FailTransaction),
+        (0usize..6).prop_map(Mishap::Absent),
+        (0usize..6).prop_map(Mishap::Present),
         (0usize..6, 0u32..15_000).prop_map(|(index, micros)| Mishap::Reset(index, micros)),
         (0usize..6).prop_map(Mishap::Freeze),
-        Just(Mishap::Dip),
+        Just(Mishap::SupplyDip),
         Just(Mishap::ExpanderReset),
-        any::<bool>().prop_map(Mishap::Expander),
+        any::<bool>().prop_map(Mishap::ExpanderAbsent),
     ];
     prop::collection::vec((mishap, 5u32..400), 1..16)
 }
 
-fn befall(decks: &Decks<'_>, mishap: Mishap) {
+fn apply(decks: &Decks<'_>, mishap: Mishap) {
     let ranger = |index: usize| decks.ranger(Beam::ALL[index]).borrow_mut();
     match mishap {
-        Mishap::Refuse(after) => decks.wires.refuse_after(Some(after)),
-        Mishap::Go(index) => ranger(index).fault = Fault::Absent,
-        Mishap::Return(index) => ranger(index).fault = Fault::None,
-        Mishap::Reset(index, micros) => decks.contact.borrow_mut().strike(index, micros),
+        Mishap::FailTransaction(after) => decks.wires.refuse_after(Some(after)),
+        Mishap::Absent(index) => ranger(index).fault = Fault::Absent,
+        Mishap::Present(index) => ranger(index).fault = Fault::None,
+        Mishap::Reset(index, micros) => decks.contact.borrow_mut().reset_later(index, micros),
         Mishap::Freeze(index) => ranger(index).ranging_fault = Vl53l1xFault::Frozen,
-        Mishap::Dip => {
+        Mishap::SupplyDip => {
             decks.expander.borrow_mut().reset();
             (0..6).for_each(|index| ranger(index).reset());
         }
         Mishap::ExpanderReset => decks.expander.borrow_mut().reset(),
-        Mishap::Expander(gone) => {
+        Mishap::ExpanderAbsent(gone) => {
             decks.expander.borrow_mut().fault = if gone { Fault::Absent } else { Fault::None };
         }
     }
@@ -587,15 +594,14 @@ fn befall(decks: &Decks<'_>, mishap: Mishap) {
 proptest! {
     #![proptest_config(seeded())]
 
-    /// Whatever happens and whenever, no valid range is ever another beam's, no poll makes more
-    /// transactions than its bound (both asserted as it runs), and when the trouble is over all
-    /// six come back.
+    /// During any sequence of faults no valid range belongs to another ranger and no poll exceeds
+    /// its bound of transactions (`run` asserts both), and after the faults all six recover.
     #[test]
-    fn trouble_passes_and_nobody_answers_for_another(mishaps in mishaps()) {
+    fn all_rangers_recover_from_faults_and_none_is_taken_for_another(mishaps in mishaps()) {
         with_decks(|decks| {
             let mut rangers = rangers(decks);
             for (mishap, ms) in &mishaps {
-                befall(decks, *mishap);
+                apply(decks, *mishap);
                 run(decks, &mut rangers, *ms);
             }
             decks.wires.refuse_after(None);
@@ -610,12 +616,12 @@ proptest! {
         })?;
     }
 
-    /// One lost transaction in flight costs no ranger its place.
+    /// One failed transaction in flight loses no ranger.
     #[test]
-    fn a_single_lost_transaction_loses_no_ranger(lost in 0u32..2_000) {
+    fn a_single_failed_transaction_loses_no_ranger(failing in 0u32..2_000) {
         with_decks(|decks| {
-            let mut rangers = brought_up(decks);
-            decks.wires.refuse_after(Some(lost));
+            let mut rangers = started(decks);
+            decks.wires.refuse_after(Some(failing));
             run(decks, &mut rangers, 1_000);
             for beam in Beam::ALL {
                 prop_assert_eq!(rangers.losses(beam), 0);

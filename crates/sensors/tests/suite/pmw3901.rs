@@ -1,5 +1,5 @@
-//! The optical flow sensor's driver: the pauses that the chip needs, the maker's settings, the
-//! axes, and a chip that is not there.
+//! The optical flow sensor's driver: the pauses that the chip needs, the manufacturer's settings,
+//! the axes, and an absent chip.
 
 use std::cell::RefCell;
 
@@ -19,18 +19,18 @@ fn with_flow<R>(
     test(ModelSpi::new(&model, &wires), ModelDelay::new(&wires), &model, &wires)
 }
 
-/// A bus that fails at one transaction, and writes down what the others send.
-struct Spied<S> {
+/// A bus that fails at one transaction, and records the bytes that are sent.
+struct RecordingSpi<S> {
     spi: S,
     fail_at: Option<usize>,
     sent: Vec<Vec<u8>>,
 }
 
-impl<S: ErrorType> ErrorType for Spied<S> {
+impl<S: ErrorType> ErrorType for RecordingSpi<S> {
     type Error = S::Error;
 }
 
-impl<S: SpiDevice<Error = ErrorKind>> SpiDevice for Spied<S> {
+impl<S: SpiDevice<Error = ErrorKind>> SpiDevice for RecordingSpi<S> {
     async fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), ErrorKind> {
         let sent = operations.iter().flat_map(|operation| match operation {
             Operation::Write(bytes) => bytes.to_vec(),
@@ -45,7 +45,7 @@ impl<S: SpiDevice<Error = ErrorKind>> SpiDevice for Spied<S> {
 }
 
 #[test]
-fn initialisation_configures_the_chip_and_never_hurries_it() {
+fn initialisation_configures_the_chip_and_keeps_its_pauses() {
     with_flow(|spi, mut delay, model, wires| {
         block_on(Pmw3901::new(spi).init(&mut delay)).unwrap();
         assert!(model.borrow().is_configured());
@@ -55,10 +55,10 @@ fn initialisation_configures_the_chip_and_never_hurries_it() {
     });
 }
 
-/// Bank, register, value: one of each of the banks that the vendor's table writes to, and those
-/// that it writes twice.
+/// The table has a register of each bank that the vendor's table writes to, and the registers that
+/// it writes twice: bank, register, value.
 #[test]
-fn the_settings_land_in_their_banks() {
+fn the_settings_are_written_to_their_banks() {
     with_flow(|spi, mut delay, model, _| {
         block_on(Pmw3901::new(spi).init(&mut delay)).unwrap();
         for (bank, register, value) in [
@@ -78,16 +78,16 @@ fn the_settings_land_in_their_banks() {
             (0x14, 0x65, 0x67),
             (0x15, 0x48, 0x48),
         ] {
-            let is = model.borrow().register(bank, register);
-            assert_eq!(is, value, "bank {bank:#04x}, register {register:#04x}");
+            let read = model.borrow().register(bank, register);
+            assert_eq!(read, value, "bank {bank:#04x}, register {register:#04x}");
         }
     });
 }
 
 #[test]
-fn initialisation_begins_with_this_conversation() {
+fn initialisation_begins_with_these_transactions() {
     with_flow(|spi, mut delay, _, _| {
-        let mut spi = Spied { spi, fail_at: None, sent: Vec::new() };
+        let mut spi = RecordingSpi { spi, fail_at: None, sent: Vec::new() };
         block_on(Pmw3901::new(&mut spi).init(&mut delay)).unwrap();
         let expected: [&[u8]; 12] = [
             &[],
@@ -109,7 +109,7 @@ fn initialisation_begins_with_this_conversation() {
 }
 
 #[test]
-fn counts_are_turned_to_the_boards_axes_and_read_once() {
+fn counts_are_converted_to_the_boards_axes_and_read_once() {
     with_flow(|spi, mut delay, model, _| {
         let mut flow = Pmw3901::new(spi);
         block_on(flow.init(&mut delay)).unwrap();
@@ -136,7 +136,7 @@ fn a_read_takes_less_than_a_third_of_a_millisecond() {
 }
 
 #[test]
-fn a_line_that_nobody_drives_is_no_motion() {
+fn a_line_that_no_device_drives_is_an_error() {
     for fault in [Fault::Absent, Fault::Stuck(0x00), Fault::Stuck(0xFF)] {
         with_flow(|spi, mut delay, model, _| {
             let mut flow = Pmw3901::new(spi);
@@ -153,7 +153,7 @@ fn a_line_that_nobody_drives_is_no_motion() {
 }
 
 #[test]
-fn a_chip_with_another_name_is_refused() {
+fn a_chip_with_another_identification_is_refused() {
     with_flow(|spi, mut delay, model, _| {
         model.borrow_mut().set_id([0x49, 0x00]);
         let outcome = block_on(Pmw3901::new(spi).init(&mut delay));
@@ -164,7 +164,7 @@ fn a_chip_with_another_name_is_refused() {
 proptest! {
     #![proptest_config(seeded())]
 
-    /// No counts overflow, the extremes of the chip included.
+    /// All counts are converted without overflow, the extremes of the chip included.
     #[test]
     fn any_counts_are_read(dx in any::<i16>(), dy in any::<i16>()) {
         with_flow(|spi, mut delay, model, _| {
@@ -177,12 +177,12 @@ proptest! {
         })?;
     }
 
-    /// Whichever transaction fails, the initialisation says so and the next one succeeds, from
-    /// whatever bank it was left in.
+    /// If any one transaction fails, the initialisation reports it, and the next one succeeds from
+    /// any bank that was left selected.
     #[test]
-    fn a_failed_transaction_is_reported_and_made_good(failed in 0usize..86) {
+    fn a_failed_transaction_is_reported_and_the_next_initialisation_succeeds(failed in 0usize..86) {
         with_flow(|spi, mut delay, model, _| {
-            let mut spi = Spied { spi, fail_at: Some(failed), sent: Vec::new() };
+            let mut spi = RecordingSpi { spi, fail_at: Some(failed), sent: Vec::new() };
             let outcome = block_on(Pmw3901::new(&mut spi).init(&mut delay));
             prop_assert_eq!(outcome, Err(Error::Bus(ErrorKind::Other)));
             prop_assert_eq!(block_on(Pmw3901::new(&mut spi).init(&mut delay)), Ok(()));
@@ -194,7 +194,7 @@ proptest! {
 }
 
 #[test]
-fn counts_can_be_read_one_register_at_a_time_and_are_frozen_by_the_first() {
+fn counts_can_be_read_one_register_at_a_time_and_are_latched_by_the_first() {
     let mut model = Pmw3901Model::new();
     model.push(0x0102, -2);
     let mut read = |register| {

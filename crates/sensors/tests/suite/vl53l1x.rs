@@ -1,5 +1,5 @@
-//! One ranger: what its configuration is in registers, that its readings are right and come often
-//! enough, and that whatever it fails to do ends in an error.
+//! One ranger: its configuration registers, the value and rate of its readings, and the errors that
+//! its failures end in.
 
 use std::cell::RefCell;
 
@@ -11,7 +11,7 @@ use sensors::models::{Fault, I2cModel, ModelBus, ModelDelay, Vl53l1xFault, Vl53l
 use sensors::vl53l1x::{Config, DEFAULT_ADDRESS, DistanceMode, RangeStatus, Reading, Vl53l1x};
 use units::{Duration, Metres};
 
-const NOBODY: ErrorKind = ErrorKind::NoAcknowledge(NoAcknowledgeSource::Address);
+const NO_ACKNOWLEDGE: ErrorKind = ErrorKind::NoAcknowledge(NoAcknowledgeSource::Address);
 
 fn await_reading(
     sensor: &mut Vl53l1x<ModelBus<'_>>,
@@ -29,7 +29,7 @@ fn await_reading(
 /// The image is ST's default but for the registers of the distance mode, the budget and the
 /// period.
 #[test]
-fn initialisation_writes_this() {
+fn initialisation_writes_sts_image_with_the_configuration() {
     with_ranger(|bus, mut delay, _, wires| {
         wires.advance(2_000);
         let mut bus = Recorder::new(bus);
@@ -54,7 +54,7 @@ fn initialisation_writes_this() {
 }
 
 #[test]
-fn the_short_mode_has_its_own_registers() {
+fn the_short_mode_sets_its_own_register_values() {
     let ms = Duration::from_millis;
     let config = Config { mode: DistanceMode::Short, budget: ms(20), period: ms(50) };
     with_ranger(|bus, mut delay, model, _| {
@@ -79,7 +79,7 @@ fn the_short_mode_has_its_own_registers() {
 }
 
 #[test]
-fn a_reading_is_what_the_sensor_measured() {
+fn a_reading_holds_the_measurement_of_the_sensor() {
     with_ranger(|bus, mut delay, model, wires| {
         let mut sensor = Vl53l1x::new(bus, DEFAULT_ADDRESS);
         block_on(sensor.init(&mut delay, &Config::DOWN)).unwrap();
@@ -112,7 +112,7 @@ fn a_reading_is_given_once() {
 }
 
 #[test]
-fn a_side_ranges_thirty_times_a_second_and_the_ground_forty() {
+fn a_side_ranger_ranges_thirty_times_a_second_and_the_one_that_looks_down_forty() {
     for (config, rate) in [(Config::SIDE, 30), (Config::DOWN, 40)] {
         with_ranger(|bus, mut delay, _, wires| {
             let mut sensor = Vl53l1x::new(bus, DEFAULT_ADDRESS);
@@ -129,7 +129,7 @@ fn a_side_ranges_thirty_times_a_second_and_the_ground_forty() {
 }
 
 #[test]
-fn the_codes_of_the_device_arrive_by_name() {
+fn the_status_codes_of_the_device_are_decoded() {
     with_ranger(|bus, mut delay, model, wires| {
         let mut sensor = Vl53l1x::new(bus, DEFAULT_ADDRESS);
         block_on(sensor.init(&mut delay, &Config::SIDE)).unwrap();
@@ -165,7 +165,7 @@ fn another_device_is_refused() {
 #[test]
 fn every_wait_ends() {
     for (fault, ranging_fault, error, most) in [
-        (Fault::Absent, Vl53l1xFault::None, Error::Bus(NOBODY), 25),
+        (Fault::Absent, Vl53l1xFault::None, Error::Bus(NO_ACKNOWLEDGE), 25),
         (Fault::Stuck(0x00), Vl53l1xFault::None, Error::Timeout, 25),
         (Fault::None, Vl53l1xFault::NeverBoots, Error::Timeout, 25),
         (Fault::None, Vl53l1xFault::NeverReady, Error::Timeout, 150),
@@ -181,7 +181,7 @@ fn every_wait_ends() {
 }
 
 #[test]
-fn what_the_sensor_cannot_do_is_refused_before_it_is_written() {
+fn an_unsupported_configuration_is_refused_before_it_is_written() {
     let (ms, mode) = (Duration::from_millis, DistanceMode::Long);
     for config in [
         Config { mode, budget: ms(15), period: ms(100) },
@@ -200,7 +200,7 @@ fn what_the_sensor_cannot_do_is_refused_before_it_is_written() {
 }
 
 #[test]
-fn an_address_is_changed_once_and_only_to_one_that_is_free() {
+fn the_address_changes_only_to_one_that_is_free() {
     let (one, other) = (RefCell::new(Vl53l1xModel::alone()), RefCell::new(Vl53l1xModel::alone()));
     let devices: [&RefCell<dyn I2cModel + '_>; 2] = [&one, &other];
     let wires = Wires::new(&devices);
@@ -226,7 +226,7 @@ fn an_address_is_changed_once_and_only_to_one_that_is_free() {
 }
 
 #[test]
-fn a_sensor_that_goes_and_comes_back_can_be_initialised_again() {
+fn a_sensor_that_was_absent_can_be_initialised_again() {
     with_ranger(|bus, mut delay, model, wires| {
         let mut sensor = Vl53l1x::new(bus, DEFAULT_ADDRESS);
         for _ in 0..3 {
@@ -234,7 +234,7 @@ fn a_sensor_that_goes_and_comes_back_can_be_initialised_again() {
             block_on(sensor.start()).unwrap();
             await_reading(&mut sensor, wires).unwrap();
             model.borrow_mut().fault = Fault::Absent;
-            assert_eq!(block_on(sensor.poll()), Err(Error::Bus(NOBODY)));
+            assert_eq!(block_on(sensor.poll()), Err(Error::Bus(NO_ACKNOWLEDGE)));
             model.borrow_mut().fault = Fault::None;
         }
     });
@@ -243,13 +243,13 @@ fn a_sensor_that_goes_and_comes_back_can_be_initialised_again() {
 proptest! {
     #![proptest_config(seeded())]
 
-    /// Whichever transaction is lost, the initialisation ends; if it says that all is well the
-    /// sensor ranges, and if not the next one succeeds.
+    /// If any one transaction fails, the initialisation ends. If it succeeds the sensor ranges, and
+    /// if it fails the next initialisation succeeds.
     #[test]
-    fn a_lost_transaction_is_reported_or_made_good(lost in 0u32..60) {
+    fn a_failed_transaction_is_reported_or_has_no_effect(failing in 0u32..60) {
         with_ranger(|bus, mut delay, _, wires| {
             let mut sensor = Vl53l1x::new(bus, DEFAULT_ADDRESS);
-            wires.refuse_after(Some(lost));
+            wires.refuse_after(Some(failing));
             let first = block_on(sensor.init(&mut delay, &Config::SIDE));
             wires.refuse_after(None);
             prop_assert!(matches!(first, Ok(()) | Err(Error::Bus(_))), "{:?}", first);
@@ -262,7 +262,8 @@ proptest! {
         })?;
     }
 
-    /// So it is with a device that acknowledges so many bytes and then none.
+    /// A device that acknowledges so many bytes and then none makes the initialisation fail, and
+    /// the next one succeeds.
     #[test]
     fn a_device_that_stops_acknowledging_is_reported(bytes in 0u32..160) {
         with_ranger(|bus, mut delay, model, _| {

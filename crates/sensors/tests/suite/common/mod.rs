@@ -1,6 +1,6 @@
-//! What the drivers' tests share: an executor for futures that never wait, a bus that writes down
-//! what passes, and the two decks as models.
-#![allow(dead_code)] // Each test takes what it needs.
+//! Helpers of the drivers' tests: an executor for futures that never wait, a bus that records its
+//! transactions, and models of the two decks.
+#![allow(dead_code, reason = "each test uses a part")]
 
 use std::cell::RefCell;
 use std::fmt::Write as _;
@@ -18,7 +18,7 @@ use sensors::models::{ExpanderModel, I2cModel, ModelBus, ModelDelay, Vl53l1xMode
 use sensors::multi_ranger::Beam;
 use units::Metres;
 
-/// Runs a future over models, which are always ready: their time is not ours.
+/// Runs a future on models, which is always ready because a model's delay returns at once.
 pub(crate) fn block_on<F: Future>(future: F) -> F::Output {
     let mut future = pin!(future);
     match future.as_mut().poll(&mut Context::from_waker(Waker::noop())) {
@@ -36,20 +36,21 @@ pub(crate) fn seeded() -> ProptestConfig {
     }
 }
 
-/// A bus that writes every transaction down: `18 w 7e b6` is a write, `18 w 00 r 1e` a write and a
-/// read, and `!` ends one that failed. It can put its own bytes in place of what is read.
+/// A bus that records every transaction: `18 w 7e b6` is a write, `18 w 00 r 1e` a write and a
+/// read, and `!` ends one that failed. It can replace the bytes that are read.
 pub(crate) struct Recorder<I2C> {
     bus: I2C,
     pub(crate) log: String,
-    pub(crate) instead: Option<(u8, Vec<u8>, u8)>,
+    /// Device, register and byte: reads of this register give this byte.
+    pub(crate) replacement: Option<(u8, Vec<u8>, u8)>,
 }
 
 impl<I2C> Recorder<I2C> {
     pub(crate) fn new(bus: I2C) -> Self {
-        Self { bus, log: String::new(), instead: None }
+        Self { bus, log: String::new(), replacement: None }
     }
 
-    /// The writes alone, which are what configures a device.
+    /// The record of the writes alone, which configure a device.
     pub(crate) fn writes(&self) -> String {
         self.log
             .lines()
@@ -73,13 +74,13 @@ impl<I2C: I2c<Error = ErrorKind>> I2c for Recorder<I2C> {
         let mut written = Vec::new();
         write!(self.log, "{address:02x}").unwrap();
         for operation in operations {
-            let (sign, bytes) = match operation {
+            let (direction, bytes) = match operation {
                 Operation::Write(bytes) => {
                     written = bytes.to_vec();
                     ("w", written.clone())
                 }
                 Operation::Read(bytes) => {
-                    if let Some((of, register, byte)) = &self.instead
+                    if let Some((of, register, byte)) = &self.replacement
                         && *of == address
                         && *register == written
                     {
@@ -88,7 +89,7 @@ impl<I2C: I2c<Error = ErrorKind>> I2c for Recorder<I2C> {
                     ("r", bytes.to_vec())
                 }
             };
-            write!(self.log, " {sign}").unwrap();
+            write!(self.log, " {direction}").unwrap();
             for byte in bytes {
                 write!(self.log, " {byte:02x}").unwrap();
             }
@@ -98,15 +99,16 @@ impl<I2C: I2c<Error = ErrorKind>> I2c for Recorder<I2C> {
     }
 }
 
-/// A loose contact: it sits on the bus as a device that never answers, and resets a ranger when its
-/// time has come, in the middle of a transaction if need be.
+/// A loose contact in the supply of a ranger: a device on the bus that never answers, and that
+/// resets a ranger after a set time, even in the middle of a transaction.
 pub(crate) struct LooseContact<'a> {
     rangers: [&'a RefCell<Vl53l1xModel<&'a AtomicU8>>; 6],
     due: Option<(u32, usize)>,
 }
 
 impl LooseContact<'_> {
-    pub(crate) fn strike(&mut self, ranger: usize, after_micros: u32) {
+    /// Resets the ranger with this index after so many µs.
+    pub(crate) fn reset_later(&mut self, ranger: usize, after_micros: u32) {
         self.due = Some((after_micros, ranger));
     }
 }
@@ -138,7 +140,7 @@ impl I2cModel for LooseContact<'_> {
     }
 }
 
-/// Both decks, every ranger looking at a distance that is its own.
+/// Models of both decks, each ranger of which sees a wall at a distance of its own.
 pub(crate) struct Decks<'a> {
     pub(crate) wires: &'a Wires<'a>,
     pub(crate) lines: &'a AtomicU8,
@@ -165,13 +167,13 @@ fn index(beam: Beam) -> usize {
     Beam::ALL.iter().position(|other| *other == beam).unwrap()
 }
 
-/// How far it is where a beam looks.
+/// The distance to the wall that a ranger sees.
 pub(crate) fn wall(beam: Beam) -> Metres {
     Metres(0.5 + 0.25 * index(beam) as f32)
 }
 
 /// Runs a test with both decks switched on and booted. The reset lines float high, which is the
-/// worse case: all six rangers are at 0x29.
+/// worse case, because all six rangers are then at 0x29.
 pub(crate) fn with_decks<R>(test: impl FnOnce(&Decks<'_>) -> R) -> R {
     let lines = AtomicU8::new(0);
     let expander = RefCell::new(ExpanderModel::new(&lines, 0xFF));
@@ -198,7 +200,7 @@ pub(crate) fn with_decks<R>(test: impl FnOnce(&Decks<'_>) -> R) -> R {
     test(&Decks { wires: &wires, lines: &lines, expander: &expander, contact: &contact, rangers })
 }
 
-/// Runs a test with one ranger just switched on.
+/// Runs a test with one ranger that has just been switched on.
 pub(crate) fn with_ranger<R>(
     test: impl FnOnce(ModelBus<'_>, ModelDelay<'_>, &RefCell<Vl53l1xModel<&AtomicU8>>, &Wires<'_>) -> R,
 ) -> R {
