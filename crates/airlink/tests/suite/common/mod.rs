@@ -1,6 +1,5 @@
 //! Helpers of the tests: a simulated radio channel with nodes, a seeded random generator, and keys.
-#![allow(dead_code, reason = "each test uses a part")]
-#![allow(unreachable_pub, reason = "a module of several test crates")]
+#![allow(unreachable_pub, reason = "a module of the tests")]
 
 pub mod net;
 pub mod unsealed;

@@ -1,6 +1,5 @@
 //! Helpers of the drivers' tests: an executor for futures that never wait, a bus that records its
 //! transactions, and models of the two decks.
-#![allow(dead_code, reason = "each test uses a part")]
 
 use std::cell::RefCell;
 use std::fmt::Write as _;
@@ -152,10 +151,6 @@ pub(crate) struct Decks<'a> {
 impl<'a> Decks<'a> {
     pub(crate) fn bus(&self) -> ModelBus<'a> {
         ModelBus::new(self.wires)
-    }
-
-    pub(crate) fn delay(&self) -> ModelDelay<'a> {
-        ModelDelay::new(self.wires)
     }
 
     pub(crate) fn ranger(&self, beam: Beam) -> &'a RefCell<Vl53l1xModel<&'a AtomicU8>> {
