@@ -1,10 +1,10 @@
 //! The provisioning page: keys are loaded into this page of the flash by cable, copied into the
 //! EEPROM at the next boot ([`crate::store`]), and then wiped from the page.
 //!
-//! The page has the last sector of the flash for itself (`memory.x`). It is wiped by programming its
-//! bits to zero, which needs no erasing (RM0090, "Embedded Flash memory interface", bits go from one
-//! to zero by programming): an erase takes a second or two, during which the processor stands still;
-//! a word takes 16 µs, 100 µs at most (STM32F405 data sheet, t_prog).
+//! The page has the last sector of the flash for itself (`memory.x`). It is wiped by programming
+//! its bits to zero, which needs no erasing (RM0090, "Embedded Flash memory interface", bits go
+//! from one to zero by programming): an erase takes a second or two, during which the processor
+//! stands still; a word takes 16 µs, 100 µs at most (STM32F405 data sheet, t_prog).
 #![expect(unsafe_code, reason = "reads and programs flash outside of every variable")]
 
 use core::sync::atomic::{Ordering, fence};
@@ -46,9 +46,9 @@ pub(crate) fn read() -> [u8; LENGTH] {
     bytes
 }
 
-/// Programs every byte that [`read`] returns to zero; false when one of them is not zero afterwards.
-/// For the ground only: while a word is programmed, the processor waits for each instruction that it
-/// has to fetch from flash.
+/// Programs every byte that [`read`] returns to zero; false when one of them is not zero
+/// afterwards. For the ground only: while a word is programmed, the processor waits for each
+/// instruction that it has to fetch from flash.
 #[must_use]
 pub(crate) fn wipe() -> bool {
     // The data cache could return the old contents (RM0090, "Program/erase in Flash").

@@ -13,8 +13,8 @@
 //! New keys come in through a page of the flash ([`crate::page`]). They are written to the EEPROM
 //! and read back before anything else happens, and only then wiped from the page.
 //!
-//! The link is opened ([`Link::open`]) when there are keys, and an epoch that was read back from the
-//! EEPROM. Otherwise it stays shut until the next boot, and the drone silent and on the ground;
+//! The link is opened ([`Link::open`]) when there are keys, and an epoch that was read back from
+//! the EEPROM. Otherwise it stays shut until the next boot, and the drone silent and on the ground;
 //! [`keys_state`] tells the reason.
 //!
 //! An image that was built with `UCHAIN_NODE=3` writes that number to the EEPROM, where it stays
@@ -177,9 +177,9 @@ pub(crate) async fn run(bus: &'static DeckBus, link: &'static Link) -> ! {
     }
 }
 
-/// Reads the settings, takes keys over from the page and opens the link. Returns the settings, where
-/// they come from, and how many attempts they are worth to be saved. Nothing flies yet, because the
-/// mind waits for the settings.
+/// Reads the settings, takes keys over from the page and opens the link. Returns the settings,
+/// where they come from, and how many attempts they are worth to be saved. Nothing flies yet,
+/// because the mind waits for the settings.
 async fn boot(memory: &mut Memory, link: &Link) -> (Settings, Source, u8) {
     let (mut settings, from) = load(memory).await;
     WRITES.store(true, Ordering::Release);
@@ -263,8 +263,8 @@ fn for_the_link(keys: &KeysRecord) -> Keys {
     }
 }
 
-/// The keys that hold, and whether they have just come in. The page is wiped, unless a later firmware
-/// may be able to read it or the memory did not keep its keys.
+/// The keys that hold, and whether they have just come in. The page is wiped, unless a later
+/// firmware may be able to read it or the memory did not keep its keys.
 async fn provisioned(memory: &mut Memory) -> Result<Option<(KeysRecord, Provisioned)>, Why> {
     let slots = slots::<KeysRecord>(memory).await.ok_or(Why::Memory)?;
     let current = slots.newest().copied();

@@ -1,4 +1,5 @@
-//! The link filter, section IV-C: one number per link, from packets that are noisy, late or lost.
+//! The link filter, section IV-C: it estimates the strength of one link from packets that are
+//! noisy, late or lost.
 //!
 //! The paper's insight is that a link's strength changes because two drones move, and that both
 //! know how fast they do: their optic flow measures it and their packets carry it. So the scalar
@@ -27,18 +28,18 @@
 
 use units::{Db, DbPerMetre, Dbm, Duration, Metres, MetresPerSecond};
 
-/// No two drones separate faster than this: what a neighbour claims beyond it is an error, and
-/// must not make the estimate overflow.
+/// The fastest that two drones can separate: a neighbour that reports more is wrong, and must not
+/// make the estimate overflow.
 const FASTEST: MetresPerSecond = MetresPerSecond(10.0);
 
-/// ln 10.
+/// The natural logarithm of 10.
 const LN_10: f32 = core::f32::consts::LN_10;
 
 /// How the path loss grows with distance: the A of equation (13), and the derivative that the
 /// movement policy divides by.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Slope {
-    /// The same everywhere, as the paper prints it.
+    /// The slope is the same everywhere, as the paper prints it.
     Constant(DbPerMetre),
     /// The derivative of the log-distance law at the distance that the present loss stands for:
     /// with r = r₁ + 10·α·log₁₀ d, dr/dd = 10·α / (ln 10 · d).
@@ -51,10 +52,10 @@ pub enum Slope {
 }
 
 impl Slope {
-    /// Nearer than this the log-distance law is not believed: two Crazyflies touch at 0.15 m, and
-    /// equation (19) falls without end as the distance goes to zero.
+    /// The nearest distance at which the log-distance law holds: two Crazyflies touch at 0.15 m,
+    /// and the loss of equation (19) falls without end as the distance goes to zero.
     const NEAREST: Metres = Metres(0.3);
-    /// Farther than this one hop of a 2.4 GHz link does not reach underground.
+    /// The farthest distance that one hop of a 2.4 GHz link reaches underground.
     const FARTHEST: Metres = Metres(30.0);
 
     /// The same law for radios that lose this much over the first metre.
@@ -94,30 +95,30 @@ pub struct Kalman {
     pub measurement_variance: f32,
 }
 
-/// How raw RSSI becomes the number that the movement policy compares.
+/// The way in which raw RSSI becomes the strength that the movement policy compares.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Smoothing {
-    /// The last packet's RSSI as it came: the paper's T0 and T5.
+    /// The strength is the last packet's RSSI: the paper's T0 and T5.
     Raw,
-    /// An exponential average: `weight` of the new packet, the rest of what was.
+    /// The strength is an exponential average of the packets.
     Average {
-        /// Between 0 and 1.
+        /// The weight of a new packet, between 0 and 1.
         weight: f32,
     },
-    /// Equations (13) to (16).
+    /// The strength is estimated by equations (13) to (16).
     Kalman(Kalman),
 }
 
-/// A distribution over what the next packet will read: normal, with this mean and variance.
+/// The distribution of the next packet's RSSI: normal, with this mean and variance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Expectation {
     /// The mean.
     pub rssi: Dbm,
-    /// The variance in dB², or `None` for a smoothing that does not know its own.
+    /// The variance in dB², or `None` for a smoothing that has no estimate of it.
     pub variance: Option<f32>,
 }
 
-/// What is known of one link.
+/// The filter of one link.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LinkFilter {
     estimate: Option<Estimate>,
@@ -131,14 +132,15 @@ struct Estimate {
 }
 
 impl LinkFilter {
-    /// A link of which nothing has been heard.
+    /// The filter of a link on which no packet has come.
     #[must_use]
     pub const fn new() -> Self {
         Self { estimate: None }
     }
 
-    /// Equation (15), once per round: the two ends separated at `separating` (negative when they
-    /// approached) for `dt`. Before the first packet, and without a Kalman filter, it does nothing.
+    /// Carries out equation (15), once per round: the two ends separated at `separating` (negative
+    /// when they approached) for `dt`. Before the first packet, and without a Kalman filter, it
+    /// does nothing.
     pub fn predict(&mut self, smoothing: &Smoothing, separating: MetresPerSecond, dt: Duration) {
         let (Smoothing::Kalman(kalman), Some(estimate)) = (smoothing, &mut self.estimate) else {
             return;
@@ -153,7 +155,7 @@ impl LinkFilter {
         estimate.variance += kalman.process_variance * dt.as_secs_f32() + doubt * doubt;
     }
 
-    /// Equation (16), once per packet. What is not a number is ignored.
+    /// Carries out equation (16), once per packet. NaN is ignored.
     pub fn update(&mut self, smoothing: &Smoothing, rssi: Dbm) {
         let measured = rssi.loss().0;
         if !measured.is_finite() {
@@ -182,8 +184,8 @@ impl LinkFilter {
         self.estimate.map(|estimate| Dbm::after_loss(Db(estimate.loss)))
     }
 
-    /// What the next packet should read: mean r̂, variance P + R. Call it between `predict` and
-    /// `update` to judge the filter by its own standard.
+    /// The distribution of the next packet's RSSI: mean r̂, variance P + R. Called between
+    /// `predict` and `update`, it lets a caller judge the filter by its own claim.
     #[must_use]
     pub fn expectation(&self, smoothing: &Smoothing) -> Option<Expectation> {
         let estimate = self.estimate?;
@@ -194,7 +196,7 @@ impl LinkFilter {
         Some(Expectation { rssi: Dbm::after_loss(Db(estimate.loss)), variance })
     }
 
-    /// Forgets the link: for a neighbour that was lost so long that nothing known of it holds.
+    /// Forgets the estimate, after a neighbour was lost for so long that it no longer holds.
     pub fn reset(&mut self) {
         self.estimate = None;
     }

@@ -1,4 +1,4 @@
-//! When a waiting relay takes off, section IV-D.
+//! The launch policy, section IV-D: it decides when a waiting relay takes off.
 //!
 //! The paper gives two rules. Its text launches "when the other flying UAVs converged to an equal
 //! links configuration" and that configuration is too weak; its experiments launch as soon as "the
@@ -14,22 +14,22 @@ use units::{Db, Dbm, Duration, Instant, LinkSpan};
 pub struct LaunchConfig {
     /// −s_min: a last link weaker than this calls for a relay.
     pub limit: Dbm,
-    /// The chain counts as equal while its strongest and weakest links differ by less; `None`
-    /// does not ask.
+    /// The chain counts as equal while its strongest and weakest links differ by less; with `None`
+    /// every chain does.
     pub settled: Option<Db>,
-    /// Both must have been so for this long.
+    /// The time for which the chain must have been equal and its last link too weak.
     pub hold: Duration,
     /// After the last link has been too weak for this long, a relay is launched though the chain
     /// never settled: behind a corner its links may stay unequal whatever the relays do, and a
     /// head that waits for a relay that waits for the chain would wait for ever.
     pub patience: Duration,
-    /// How long after the drone before it has become a link a relay may follow at the earliest:
+    /// The least time between the moment at which the drone before becomes a link and the launch:
     /// TUNNEL_ARM_DELAY of the authors' firmware, 3 s, in which the new link is still forming.
     pub arm_delay: Duration,
 }
 
 impl LaunchConfig {
-    /// What the paper's experiments did: at once, on the last link alone. The limit is
+    /// The rule of the paper's experiments: the last link alone decides, at once. The limit is
     /// RSSI_ARMED of the authors' firmware with its penalty of 10 dB for an antenna on the ground.
     pub const AT_ONCE: Self = Self {
         limit: Dbm(-60.0),
@@ -39,8 +39,9 @@ impl LaunchConfig {
         arm_delay: Duration::from_secs(3),
     };
 
-    /// The paper's text: the chain has been equal to within 4 dB, and too weak, for 2 s. A chain
-    /// that did not settle in 10 s, the time a relay needs for 4 m, will not.
+    /// The rule of the paper's text: the chain has been equal to within 4 dB, and too weak, for 2
+    /// s. A chain that did not settle in 10 s, the time a relay needs for 4 m, is not waited for
+    /// any longer.
     pub const WHEN_SETTLED: Self = Self {
         settled: Some(Db(4.0)),
         hold: Duration::from_secs(2),
@@ -57,15 +58,15 @@ pub struct LaunchWatch {
 }
 
 impl LaunchWatch {
-    /// A watch that has seen nothing.
+    /// A watch that has seen no link.
     #[must_use]
     pub const fn new() -> Self {
         Self { weak_since: None, settled_since: None }
     }
 
     /// Whether a relay should take off now. `last_link` is the strength of the link between the
-    /// base and the last flying drone, `None` while nobody in the air is heard: no signal is the
-    /// weakest of all. `ahead` is the span of all the links beyond it.
+    /// base and the last flying drone, `None` while no flying drone is heard, which counts as the
+    /// weakest link. `ahead` is the span of all the links beyond it.
     pub fn step(
         &mut self,
         now: Instant,
@@ -103,7 +104,7 @@ mod tests {
         Some(LinkSpan { weakest: Dbm(weakest), strongest: Dbm(strongest) })
     }
 
-    /// The second at which a watch that sees the same at 5 Hz launches, of 20.
+    /// The second at which a watch that sees these links at 5 Hz launches, within 20 s.
     fn launches(config: &LaunchConfig, link: Option<Dbm>, ahead: Option<LinkSpan>) -> Option<u64> {
         let mut watch = LaunchWatch::new();
         let mut at = (0..100).map(|n| n * 200);
@@ -122,7 +123,7 @@ mod tests {
         assert_eq!(launches(config, WEAK, span(-62.0, -60.0)), Some(2));
         assert_eq!(launches(config, WEAK, span(-62.0, -50.0)), Some(10));
         assert_eq!(launches(config, GOOD, span(-62.0, -60.0)), None);
-        // Nobody in the air is heard.
+        // No drone in the air is heard.
         assert_eq!(launches(config, None, None), Some(2));
     }
 

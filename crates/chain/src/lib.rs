@@ -1,24 +1,25 @@
-//! U-Chain: how a relay between two links knows which way to fly, and when the next one starts.
+//! U-Chain: the rules by which a relay between two links knows which way to fly, and by which the
+//! next relay starts.
 //!
 //! After P. Laclau et al., *Signal-based self-organization of a chain of UAVs for subterranean
 //! exploration* (2020); equation and section numbers below are that paper's. Where the paper can
 //! be read two ways, the book's chapter "The paper, resolved" says which way is taken and why.
 //!
-//! | module | paper | what it holds |
+//! | module | paper | contents |
 //! |---|---|---|
-//! | [`filter`] | IV-C, (13)–(16) | what a link's strength is, from noisy packets and known motion |
-//! | [`policy`] | IV-A, (11), Algorithm 1 | the forward velocity that makes two links equal |
-//! | [`launch`] | IV-D | when a waiting relay takes off |
-//! | [`retreat`] | IV-D | when a drone backs up towards the base |
-//! | [`neighbours`] | III-A | who is in front, who is behind, and what they last said |
-//! | [`report`] | — | what every drone says of itself at each round |
+//! | [`filter`] | IV-C, (13)–(16) | the strength of a link, from noisy packets and known motion |
+//! | [`policy`] | IV-A, (11), Algorithm 1 | the forward velocity that makes two links equal; the registry of policies |
+//! | [`launch`] | IV-D | the moment at which a waiting relay takes off |
+//! | [`retreat`] | IV-D | the conditions under which a drone backs up towards the base |
+//! | [`neighbours`] | III-A | the neighbours in front and behind, with their last reports |
+//! | [`report`] | — | the report that every drone sends in each round |
 //!
 //! # Terms
 //! **Front** is towards the head, **back** towards the base. A **link** joins two neighbours of
 //! the chain. Within the maths a link is a *loss* (positive dB, larger is worse), as in equation
 //! (19); at every API it is an RSSI in dBm.
 //!
-//! Nothing here reads a clock, draws a random number, allocates or panics.
+//! No code of this crate reads a clock, draws a random number, allocates or panics.
 #![no_std]
 
 pub mod filter;

@@ -1,4 +1,4 @@
-//! Who is in front, who is behind: the chain as one drone hears it.
+//! The neighbours of one drone in the chain: which is in front, which is behind.
 //!
 //! The order is given by [`NodeId`], so it needs no negotiation: a drone's front neighbour is the
 //! nearest smaller number that is heard and is a link of the chain, its back neighbour the nearest
@@ -11,24 +11,24 @@ use units::{Dbm, Duration, Instant, MetresPerSecond, NodeId};
 use crate::filter::{LinkFilter, Smoothing};
 use crate::report::{Report, newer};
 
-/// The most others that one drone keeps track of. With itself that is a chain of 16, the number
-/// of identities in the authors' firmware.
+/// The most other drones that one drone keeps track of. With itself that is a chain of 16, the
+/// number of identities in the authors' firmware.
 pub const MAX_NEIGHBOURS: usize = 15;
 
 /// A report as it was received.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Heard {
-    /// What was said.
+    /// The report.
     pub report: Report,
-    /// How strongly it came in.
+    /// The strength with which it was received.
     pub rssi: Dbm,
 }
 
-/// One other drone.
+/// Another drone that has been heard.
 #[derive(Clone, Copy, Debug)]
 pub struct Neighbour {
-    /// The last thing it said.
+    /// The last report of the drone.
     pub report: Report,
     /// The strength of its last packet.
     pub raw: Dbm,
@@ -44,21 +44,21 @@ impl Neighbour {
     }
 }
 
-/// Everyone who has been heard.
+/// All drones that have been heard.
 #[derive(Clone, Debug, Default)]
 pub struct Neighbours {
     all: Vec<Neighbour, MAX_NEIGHBOURS>,
 }
 
 impl Neighbours {
-    /// Nobody.
+    /// A table without any drone.
     #[must_use]
     pub const fn new() -> Self {
         Self { all: Vec::new() }
     }
 
-    /// Moves every link on by `dt`, in which this drone flew at `own_velocity` along the tunnel
-    /// and the others at what they last reported.
+    /// Predicts every link over `dt`, in which this drone flew at `own_velocity` along the tunnel
+    /// and the others at the velocities of their last reports.
     pub fn predict(
         &mut self,
         me: NodeId,
@@ -78,7 +78,8 @@ impl Neighbours {
     }
 
     /// Takes in one packet. A drone's own echo, a packet without a strength, and a report older
-    /// than the last one of its sender change nothing; when the table is full, who was silent longest makes room.
+    /// than the last one of its sender change nothing; when the table is full, the drone that has
+    /// been silent for longest makes room.
     pub fn hear(
         &mut self,
         me: NodeId,
@@ -127,7 +128,7 @@ impl Neighbours {
         self.links(now, lost_after).filter(|n| n.report.from > me).min_by_key(|n| n.report.from)
     }
 
-    /// Everyone heard within the last `lost_after`, link or not.
+    /// All drones heard within the last `lost_after`, whether links of the chain or not.
     pub fn heard(&self, now: Instant, lost_after: Duration) -> impl Iterator<Item = &Neighbour> {
         self.all.iter().filter(move |n| now.since(n.heard_at) <= lost_after)
     }

@@ -1,32 +1,32 @@
-//! What every drone says of itself at each round, and nothing more: 5 times a second, to whoever
-//! hears it.
+//! The report that every drone sends in each round, five times a second.
 //!
-//! A report also passes one thing along the chain, hop by hop: the span of link strengths, in from
-//! the head. What the operator wants goes from end to end, apart from reports: a [`Order`].
+//! A report also passes one quantity along the chain, hop by hop: the span of link strengths from
+//! the head to the sender. The operator's [`Order`](units::Order)s travel from end to end, apart
+//! from reports.
 
 use units::{LinkSpan, Metres, MetresPerSecond, NodeId, Phase};
 
-/// Everything one drone tells its neighbours in one round.
+/// The report of one drone in one round.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Report {
-    /// Who speaks.
+    /// The sender.
     pub from: NodeId,
-    /// Grows with every report of the sender, wrapping: the last bits of the number that the radio
-    /// link gave the packet.
+    /// A number that grows with every report of the sender, wrapping: the last bits of the number
+    /// that the radio link gave the packet.
     pub sequence: u16,
-    /// Where the sender is in its mission.
+    /// The stage of the sender's mission.
     pub phase: Phase,
     /// The sender's velocity along the tunnel, positive towards the head, by its optic flow.
     pub velocity: MetresPerSecond,
     /// The sender's way along the tunnel since take-off, positive towards the head.
     pub odometer: Metres,
     /// The links from the head down to the sender, or `None` where it knows of none: the head
-    /// itself, and a drone that hears nobody in front.
+    /// itself, and a drone that hears no drone in front.
     pub links: Option<LinkSpan>,
-    /// Somebody in the chain must come home, and so everybody does: no drone passes another in a
-    /// tunnel.
+    /// Whether the whole chain must come home because one of its drones must: no drone can pass
+    /// another in a tunnel.
     pub recall: bool,
 }
 

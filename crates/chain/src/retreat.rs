@@ -1,4 +1,4 @@
-//! When a drone backs up, section IV-D: "all UAVs move automatically backwards while the
+//! The retreat of a drone, section IV-D: "all UAVs move automatically backwards while the
 //! connection to its predecessor is too weak or lost".
 //!
 //! The predecessor is the neighbour towards the base. A retreat is bounded twice, in time and in
@@ -10,27 +10,27 @@
 
 use units::{Db, Dbm, Duration, Metres, MetresPerSecond};
 
-/// The constants of backing up and of waiting for a lost neighbour.
+/// The constants of the retreat and of the search for a lost neighbour.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RetreatConfig {
     /// A back link weaker than this sends a drone back. RSSI_DANGER of the authors' firmware.
     pub limit: Dbm,
-    /// It is good again when it is this much stronger than the limit.
+    /// The link is good again when it is this much stronger than the limit.
     pub hysteresis: Db,
-    /// Over this much above the limit the head's pilot loses the power to fly on: the head comes
-    /// to a stop before it has to turn back.
+    /// The range above the limit over which the head's forward speed is reduced to zero: the head
+    /// stops before it has to turn back.
     pub ease: Db,
     /// A neighbour that was silent for longer is lost. With one packet in five lost at 5 Hz, 1 s
     /// of silence happens by chance every 13 minutes on each link, 2 s about once a month.
     pub lost_after: Duration,
-    /// Speed of the retreat. DEFAULT_SPEED of the authors' firmware.
+    /// The speed of the retreat: DEFAULT_SPEED of the authors' firmware.
     pub speed: MetresPerSecond,
-    /// The retreat ends after this long,
+    /// The longest time of a retreat.
     pub max_time: Duration,
-    /// or after this far, whichever is first.
+    /// The longest way of a retreat.
     pub max_distance: Metres,
-    /// After a retreat that did not mend a link which is weak but alive, the drone carries on for
-    /// this long before it tries again.
+    /// The time for which the drone carries on after a retreat that did not mend a weak link,
+    /// before it retreats again.
     pub rest: Duration,
 }
 
@@ -61,7 +61,7 @@ impl RetreatConfig {
     #[must_use]
     pub fn freedom(&self, back: Option<Dbm>) -> f32 {
         let spare = back.map_or(0.0, |back| (back - self.limit).0);
-        // Written so that what is not a number leaves no freedom.
+        // Written so that NaN gives a speed of zero.
         if self.ease.0 > 0.0 && spare > 0.0 {
             (spare / self.ease.0).min(1.0)
         } else if spare > 0.0 {

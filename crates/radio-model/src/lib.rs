@@ -1,4 +1,4 @@
-//! What a radio link underground does to a packet: one model, used by the simulator and, later, by
+//! The model of a radio link underground: path loss, noise, and packet loss, for the simulator and
 //! the planners.
 //!
 //! The large-scale loss is equation (19) of the U-Chain paper, which follows E. Vinogradov and
@@ -7,10 +7,10 @@
 //! > L(x₁, x₂) = L₁ + 10 · α · log₁₀ |x₁ − x₂|
 //!
 //! with |x₁ − x₂| the distance along the tunnel and α between 2 (line of sight) and 6, depending on
-//! what stands between the ends ([`Attenuation`]). On top of it a packet suffers Gaussian noise,
+//! the rock between the ends ([`Attenuation`]). On top of it a packet suffers Gaussian noise,
 //! rounding to whole decibels and loss ([`Reception`]).
 //!
-//! The model draws no random numbers: it is handed [`Draws`], so whoever calls it owns the seed.
+//! The model draws no random numbers: the caller passes it [`Draws`], and owns the seed.
 //!
 //! ```
 //! use radio_model::{Attenuation, Obstruction, PathLoss};

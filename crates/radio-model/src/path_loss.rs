@@ -1,31 +1,31 @@
-//! Large-scale loss: what distance and rock take away.
+//! The large-scale loss: the part of the path loss that distance and rock cause.
 
 use units::{Db, Metres};
 
-/// What the straight line between two antennas goes through.
+/// The obstruction of the straight line between two antennas.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Obstruction {
-    /// How many separate bodies of rock.
+    /// The number of separate bodies of rock.
     pub walls: u8,
-    /// How much rock in all.
+    /// The length of the line that is in rock.
     pub rock: Metres,
 }
 
 impl Obstruction {
-    /// Line of sight.
+    /// The line of sight, without any rock.
     pub const NONE: Self = Self { walls: 0, rock: Metres(0.0) };
 }
 
-/// How the attenuation exponent α grows with what stands in the way.
+/// The law by which the attenuation exponent α grows with the obstruction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Attenuation {
-    /// As the paper prints it: α = min(6, 2 + 2 × walls). The loss jumps at every corner, by up
-    /// to 20 dB at 10 m: in this model equal links need not exist, and the best chain is not
-    /// always one with equal links.
+    /// α = min(6, 2 + 2 × walls), as the paper prints it. The loss jumps at every corner, by up to
+    /// 20 dB at 10 m: in this model equal links need not exist, and the best chain is not always
+    /// one with equal links.
     WallCount,
-    /// A continuous reading of the same: α = 2 + 4·(1 − exp(−rock / 2 m)), which meets the assumption of
-    /// section III-B that the loss is continuous. Two metres of rock cost as much as one wall and
-    /// a quarter.
+    /// α = 2 + 4·(1 − exp(−rock / 2 m)), a continuous reading of the same, which meets the
+    /// assumption of section III-B that the loss is continuous. Two metres of rock cost as much as
+    /// one wall and a quarter.
     RockDepth,
 }
 
@@ -46,8 +46,8 @@ impl PathLoss {
     const MOST: f32 = 6.0;
     /// Metres of rock over which a continuous α makes 63 % of its way from least to most.
     const ROCK_DEPTH: f32 = 2.0;
-    /// Antennas are never nearer than this, where the logarithm would fall without end: two
-    /// Crazyflies side by side.
+    /// The least distance between two antennas, below which the logarithm would fall without end:
+    /// two Crazyflies side by side.
     const NEAREST: Metres = Metres(0.3);
 
     /// α for this obstruction.
@@ -64,13 +64,13 @@ impl PathLoss {
         }
     }
 
-    /// The loss over `distance` along the tunnel with `between` in the way.
+    /// The loss over `distance` along the tunnel with this obstruction.
     #[must_use]
     pub fn loss(&self, distance: Metres, between: Obstruction) -> Db {
         self.loss_with_exponent(distance, self.exponent(between))
     }
 
-    /// The loss over `distance` with an exponent that is known already.
+    /// The loss over `distance` with this exponent.
     #[must_use]
     pub fn loss_with_exponent(&self, distance: Metres, exponent: f32) -> Db {
         let distance = distance.0.max(Self::NEAREST.0);

@@ -1,27 +1,27 @@
-//! What happens to one packet on a link whose true strength is known.
+//! The reception of one packet on a link whose true strength is known.
 
 use units::{Db, Dbm};
 
-/// Random numbers for one packet, from whoever owns the seed.
+/// Random numbers for one packet, which the caller draws.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Draws {
-    /// Standard normal: mean 0, variance 1.
+    /// A standard normal number: mean 0, variance 1.
     pub normal: f32,
-    /// Uniform in [0, 1): below the loss rate, the packet is lost.
+    /// A number uniform in [0, 1): when it is below the loss rate, the packet is lost.
     pub luck: f32,
 }
 
-/// What the air and the receiver do to a packet.
+/// The effects of the air and the receiver on a packet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reception {
     /// B of equation (19), dB²: the variance of one packet's RSSI about the link's strength.
     pub noise_variance: f32,
-    /// RSSI is reported in steps of this; the nRF51's RSSI register counts whole decibels.
+    /// The step in which RSSI is reported; the nRF51's RSSI register counts whole decibels.
     pub resolution: Db,
-    /// The part of all packets that is lost whatever the signal, 0 to 1: 20 % "consistent with
-    /// our experience with the Crazyflies" (section V-A.2).
+    /// The part of all packets that is lost whatever the signal, 0 to 1: 20 % "consistent with our
+    /// experience with the Crazyflies" (section V-A.2).
     pub loss_rate: f32,
-    /// −s_min of section V-A.1: nothing weaker than this is received.
+    /// −s_min of section V-A.1: a weaker packet is not received.
     pub sensitivity: Dbm,
 }
 
@@ -34,7 +34,7 @@ impl Reception {
         sensitivity: Dbm(f32::NEG_INFINITY),
     };
 
-    /// Whether a link of this strength carries anything at all.
+    /// Whether packets of a link of this strength can be received.
     #[must_use]
     pub fn reaches(&self, strength: Dbm) -> bool {
         strength >= self.sensitivity

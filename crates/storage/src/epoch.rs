@@ -19,8 +19,8 @@
 //! packet names its epoch by the lower two: these differ from issue to issue, too.
 //!
 //! # Why no epoch comes twice
-//! An epoch is *used* only once [`Next::kept`] has found its whole record read back. [`next`] writes
-//! into the slot that does not hold the highest epoch. So of these keys
+//! An epoch is *used* only once [`Next::kept`] has found its whole record read back. [`next`]
+//! writes into the slot that does not hold the highest epoch. So of these keys
 //! - the highest used epoch is in one of the slots, whole, whatever happened to later writes: the
 //!   epoch of a torn record was never used, and no write touches the slot of the highest;
 //! - a slot that cannot be decoded beside one that can is such a torn write;

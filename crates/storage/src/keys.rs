@@ -36,8 +36,8 @@ use crate::{Error, Record};
 /// Bytes of a record: whole words, by which flash is written.
 pub const LENGTH: usize = 56;
 
-/// The flash address of the provisioning page: the STM32F405's last sector (ST RM0090, table 5). The
-/// firmware's image leaves it free, so a page is written without touching the firmware.
+/// The flash address of the provisioning page: the STM32F405's last sector (ST RM0090, table 5).
+/// The firmware's image leaves it free, so a page is written without touching the firmware.
 pub const PAGE_ADDRESS: u32 = 0x080E_0000;
 
 const MAGIC: [u8; 4] = *b"UCHK";

@@ -90,8 +90,8 @@ impl Limits {
     pub const DEFAULT: Self = Self { launch: None, retreat: None };
 
     /// The weakest and the strongest limit that are accepted: below, the nRF51 receives nothing
-    /// (its product specification, sensitivity at 250 kbit/s); above, two drones are within a hand's
-    /// breadth.
+    /// (its product specification, sensitivity at 250 kbit/s); above, two drones are within a
+    /// hand's breadth.
     pub const RANGE: [Dbm; 2] = [Dbm(-96.0), Dbm(-20.0)];
 
     fn encode(self) -> Result<[[u8; 4]; 2], Error> {
@@ -145,7 +145,7 @@ impl Trim {
 }
 
 impl Settings {
-    /// The settings of a drone that nobody has configured: the first relay, with the vendor's
+    /// The settings of a drone that was never configured: the first relay, with the vendor's
     /// defaults (crazyflie-firmware, `configblockeeprom.c`; power: crazyflie2-nrf-firmware,
     /// `esb.c`).
     pub const DEFAULT: Self = Self {

@@ -1,8 +1,10 @@
-//! Staying in the middle of the tunnel with four diagonal ranges, section IV-E of the paper.
+//! Navigation along a tunnel by four diagonal ranges, section IV-E of the paper: it keeps a drone
+//! in the middle, follows walls and turns at bends.
 //!
-//! While the chain decides only *how fast along the tunnel*, this crate turns that speed into body
-//! velocities and a yaw rate that keep the drone off the walls and pointing along the tunnel. What it
-//! remembers is which walls it has, and which way the nose pointed along the last metres of way.
+//! While the chain decides only *how fast along the tunnel* a drone flies, this crate turns that
+//! speed into body velocities and a yaw rate that keep the drone off the walls and pointing along
+//! the tunnel. Its state is the walls that it has, and the heading of the nose along the last
+//! metres of way.
 //!
 //! ```text
 //!        x forward           NW, NE, SW, SE: beams at ±45° and ±135° from the nose.
@@ -20,7 +22,7 @@
 //! |---|---|
 //! | both | equation (17): centre between the leading beams, align with both walls |
 //! | one | equation (18), mirrored for the right side: follow it at a set distance |
-//! | none | straight on; away from what is ahead, slowly, to the preferred side in doubt |
+//! | none | straight on; away from obstacles ahead, slowly, to the preferred side in doubt |
 //!
 //! The paper writes its equations for a drone that flies forward. A relay flies backward half of
 //! the time; then the rear beams lead. The equations are mirrored front to back, which leaves the

@@ -1,24 +1,24 @@
-//! What one time-of-flight beam can say.
+//! The measurements of the time-of-flight beams.
 
 use units::Metres;
 
-/// One beam.
+/// The measurement of one beam.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Range {
-    /// Something at this distance.
+    /// There is an obstacle at this distance.
     At(Metres),
-    /// Nothing as far as the sensor sees.
+    /// There is no obstacle within the sensor's reach.
     Clear,
-    /// No measurement: the sensor failed, or its range status says not to believe it.
+    /// There is no measurement: the sensor failed, or its range status marks it as invalid.
     #[default]
     Invalid,
 }
 
 impl Range {
-    /// Checks a distance as a sensor or a simulator gives it: not a number or not positive is
-    /// [`Invalid`](Self::Invalid), infinite or beyond `reach` is [`Clear`](Self::Clear).
+    /// Checks a distance as a sensor or a simulator gives it: NaN and anything not positive is
+    /// [`Invalid`](Self::Invalid), infinity and anything beyond `reach` is [`Clear`](Self::Clear).
     #[must_use]
     pub fn measured(distance: Metres, reach: Metres) -> Self {
         if distance.0.is_nan() || distance.0 <= 0.0 {
@@ -32,8 +32,8 @@ impl Range {
 }
 
 impl Range {
-    /// The distance to something, in metres; `None` where nothing is seen, or the number given is
-    /// none that a distance can be.
+    /// The distance to the obstacle, in metres; `None` without an obstacle, or for a number that is
+    /// no distance.
     pub(crate) fn length(self) -> Option<f32> {
         match self {
             Self::At(distance) if distance.0 > 0.0 && distance.0.is_finite() => Some(distance.0),
@@ -42,7 +42,7 @@ impl Range {
     }
 }
 
-/// The four beams, named by where they look with the nose to the north.
+/// The four beams, named by their directions with the nose to the north.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -58,7 +58,7 @@ pub struct Diagonals {
 }
 
 impl Diagonals {
-    /// The same surroundings as a drone sees them that flies tail first: front and rear swapped.
+    /// The same surroundings as a drone that flies tail first sees them: front and rear swapped.
     #[must_use]
     pub(crate) const fn seen_backwards(&self) -> Self {
         Self { nw: self.sw, ne: self.se, sw: self.nw, se: self.ne }

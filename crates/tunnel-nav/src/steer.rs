@@ -1,4 +1,4 @@
-//! From four ranges and a speed along the tunnel to a command for the body.
+//! The centring policy: from four ranges and a speed along the tunnel to a command for the body.
 
 use units::{Metres, MetresPerSecond, Radians, RadiansPerSecond};
 
@@ -6,27 +6,27 @@ use crate::trail::Trail;
 use crate::wall::{Beams, Track};
 use crate::{Diagonals, Range};
 
-/// Left or right of the drone.
+/// A side of the drone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Side {
-    /// y > 0.
+    /// The left side, y > 0.
     Left,
-    /// y < 0.
+    /// The right side, y < 0.
     Right,
 }
 
-/// Which walls the command was made from.
+/// The walls that the command was made from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Walls {
-    /// Centred between two.
+    /// The drone is centred between two walls.
     Both,
-    /// Following one.
+    /// The drone follows the wall on this side.
     One(Side),
-    /// Following none.
+    /// The drone follows no wall.
     Neither,
 }
 
@@ -41,33 +41,34 @@ pub struct NavConfig {
     /// A side whose beams differ by more than this part of their mean has no wall: 40 % "after
     /// calibration tests" (section IV-E).
     pub ratio: f32,
-    /// A wall that was lost beside another is believed again after its beams have agreed, to
-    /// within half the ratio, over this part of their length of way.
+    /// A wall that was lost beside another counts again after its beams have agreed, to within half
+    /// the ratio, over this part of their length of way.
     pub confirm: f32,
-    /// D of equation (18), the least of it: how far along its beam a single wall is kept. Where
-    /// the drone was centred between two walls before, it keeps the distance that it had then, as
-    /// the authors' firmware does: a drone that hugs the outer wall of a bend sees the wall ahead
-    /// too late to turn.
+    /// D of equation (18): the least length of the beams at which a single wall is kept. A drone
+    /// that was centred between two walls before keeps the distance that it had then, as the
+    /// authors' firmware does: a drone that hugs the outer wall of a bend sees the wall ahead too
+    /// late to turn.
     pub wall_distance: Metres,
-    /// The range that stands for "nothing seen" in the maths: the ranger's reach, 2 m (V-B).
+    /// The range that stands for "no obstacle" in the maths: the ranger's reach, 2 m (V-B).
     pub reach: Metres,
-    /// Below this beam length the drone slows down for what lies ahead,
+    /// Below this beam length the drone slows down for an obstacle ahead.
     pub slow_below: Metres,
-    /// and below this it stops and is pushed away. RANGER_DANGER_DIST of the authors' firmware.
+    /// Below this beam length the drone stops and is pushed away. RANGER_DANGER_DIST of the
+    /// authors' firmware.
     pub danger: Metres,
-    /// How hard it is pushed, in (m/s)/m.
+    /// The gain of this push, in (m/s)/m.
     pub push_gain: f32,
-    /// Limit of the sideways velocity.
+    /// The limit of the sideways velocity.
     pub max_lateral: MetresPerSecond,
-    /// Limit of the yaw rate. The authors flew 30°/s at 0.2 m/s; a right angle at 0.4 m/s in a
+    /// The limit of the yaw rate. The authors flew 30°/s at 0.2 m/s; a right angle at 0.4 m/s in a
     /// corridor of 1 m needs twice that.
     pub max_yaw_rate: RadiansPerSecond,
-    /// Where to turn when nothing tells: every drone of a chain must have the same answer.
+    /// The side to turn to when no range decides: every drone of a chain must turn to the same one.
     pub prefer: Side,
 }
 
 impl NavConfig {
-    /// For a Crazyflie with a multi-ranger deck in tunnels of 0.8 m and wider.
+    /// The constants for a Crazyflie with a multi-ranger deck in tunnels of 0.8 m and wider.
     pub const DEFAULT: Self = Self {
         lateral_gain: 0.6,
         yaw_gain: 0.5,
@@ -94,47 +95,47 @@ impl Default for NavConfig {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct NavCommand {
-    /// Along x: what was asked for, less where something is in the way.
+    /// The velocity along x: the speed that was asked for, less where an obstacle is in the way.
     pub forward: MetresPerSecond,
-    /// Along y.
+    /// The velocity along y.
     pub lateral: MetresPerSecond,
-    /// Counter-clockwise.
+    /// The yaw rate, counter-clockwise.
     pub yaw_rate: RadiansPerSecond,
-    /// What it was made from.
+    /// The walls that the command was made from.
     pub walls: Walls,
 }
 
-/// Speeds below this are hovering: neither end of the drone leads.
+/// The speed below which the drone hovers, so that neither of its ends leads, m/s.
 const HOVERING: f32 = 0.05;
 
-/// The nose is turned to where the trail says, against the walls, when it is farther off than
-/// this: walls 45° apart look alike in a bend, a heading error in a gallery stays below 20°.
+/// The nose is turned to the trail's heading, against the walls, when it is farther off than this,
+/// rad: walls 45° apart look alike in a bend, and a heading error in a gallery stays below 20°.
 const ASTRAY: f32 = 0.45;
-/// How fast, in 1/s.
+/// The gain of this turn, in 1/s.
 const TRAIL_GAIN: f32 = 1.5;
-/// Less than this part of its speed is left to a drone that stands before a wall.
+/// A drone with less than this part of its speed left stands before a wall.
 const BLOCKED: f32 = 0.2;
-/// One iteration, s: the 5 Hz of section V-B.
+/// The time of one iteration, s: the 5 Hz of section V-B.
 const ROUND: f32 = 0.2;
-/// A wall that is passed in so many iterations was a corner.
+/// A wall that is passed within this many iterations was a corner.
 const PATIENCE: u8 = 5;
-/// The most that trail and odometer are apart, m: four right angles make 1.5.
+/// The largest difference between trail and odometer, m: four right angles make 1.5.
 const MOST_SLIP: f32 = 2.0;
-/// While its nose is a radian or more off the trail, and while it turns away from what is ahead,
-/// a drone flies only this part of its speed.
+/// The part of its speed that a drone flies while its nose is a radian or more off the trail, and
+/// while it turns away from an obstacle ahead.
 const LEAST_PACE: f32 = 0.3;
 
-/// Where the drone is by its own sensors: how far it has come, and where its nose points.
+/// The position of the drone by its own sensors: its way along the tunnel, and its heading.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Bearings {
-    /// Way along the tunnel since take-off, by optic flow.
+    /// The way along the tunnel since take-off, by optic flow.
     pub way: Metres,
-    /// Heading by gyro, from any origin, within half a turn, drifting slowly; `None` while there
-    /// is none.
+    /// The heading by gyro, from any origin, within half a turn, drifting slowly; `None` while
+    /// there is none.
     pub heading: Option<Radians>,
 }
 
-/// The centring policy with what it remembers: which walls it has, and the trail.
+/// The state of the centring policy: the walls that it has, and the trail.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Navigator {
     left: Track,
@@ -143,15 +144,15 @@ pub struct Navigator {
     centred: f32,
     trail: Trail,
     way: Metres,
-    /// How far the trail is ahead of the odometer: a way flown round a bend is not as long out as
-    /// back, and a drone that stands before a wall on a known way is already at the bend.
+    /// The trail's lead over the odometer: the way round a bend is not as long out as back, and a
+    /// drone that stands before a wall on a known way is already at the bend.
     slip: Metres,
-    /// For how many iterations it has stood so.
+    /// The number of iterations for which the drone has stood before a wall.
     blocked: u8,
 }
 
 impl Navigator {
-    /// A drone that has seen nothing.
+    /// The state of a drone that has seen no wall.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -165,8 +166,8 @@ impl Navigator {
         }
     }
 
-    /// One iteration: what to fly, to go along the tunnel at `speed` (negative: tail first) with
-    /// these ranges, being there.
+    /// Carries out one iteration: the command with which a drone at `bearings`, with these ranges,
+    /// flies along the tunnel at `speed` (negative: tail first).
     pub fn step(
         &mut self,
         config: &NavConfig,
@@ -198,8 +199,8 @@ impl Navigator {
 
         let push = push_away(config, ranges);
         let mut lateral = blend(ahead.lateral, astern.lateral) + push.lateral;
-        // Without walls the way is found by the trail alone, and what is ahead is passed: turning
-        // away from it would lead off the trail, and that back to it, for ever.
+        // Without walls the trail alone leads, and obstacles ahead are passed: turning away from
+        // one would lead off the trail, and the trail back to it, for ever.
         let by_trail = off.filter(|off| off.abs() > ASTRAY || leading.walls == Walls::Neither);
         // Mirroring front to back turns counter-clockwise into clockwise.
         let (yaw_rate, pace) = match by_trail {
@@ -219,8 +220,8 @@ impl Navigator {
         }
     }
 
-    /// How far the nose of a drone on its way somewhere is off the trail, in radians, where there
-    /// is one.
+    /// The angle by which the nose of a flying drone is off the trail, in radians, if there is a
+    /// trail.
     fn off_trail(&mut self, bearings: &Bearings, speed: MetresPerSecond) -> Option<f32> {
         let heading = bearings.heading.filter(|heading| heading.0.is_finite())?;
         let by_walls = self.left.is_seen() || self.right.is_seen();
@@ -229,7 +230,7 @@ impl Navigator {
         (speed.0.abs() > HOVERING).then_some(off.0)
     }
 
-    /// Which walls there are now.
+    /// Updates the walls of both sides, and returns them.
     fn look(&mut self, config: &NavConfig, ranges: &Diagonals, moved: Metres) {
         let (left, right) = (Beams::new(ranges.nw, ranges.sw), Beams::new(ranges.ne, ranges.se));
         let (had_left, had_right) = (self.left.is_seen(), self.right.is_seen());
@@ -239,7 +240,7 @@ impl Navigator {
             (Track::Seen { length: left }, Track::Seen { length: right }) => {
                 self.centred = 0.5 * (left + right);
             }
-            // Never between two walls yet: keep to where the one is.
+            // There were never two walls yet: keep the distance to the one.
             (Track::Seen { length }, _) | (_, Track::Seen { length }) if self.centred == 0.0 => {
                 self.centred = length;
             }
@@ -252,7 +253,8 @@ impl Navigator {
         let left = self.left.wall(Beams::new(ranges.nw, ranges.sw));
         let right = self.right.wall(Beams::new(ranges.ne, ranges.se));
         let keep = self.centred.max(config.wall_distance.0).min(WIDEST * config.reach.0);
-        // What the beam over the lost wall sees nearer than the wall that is kept is ahead.
+        // An obstacle that the beam over the lost wall sees nearer than the wall that is kept is
+        // ahead.
         let ahead = |beam: Range| c_r * (keep - nearest(beam)).max(0.0);
         let (lateral, yaw_rate, walls) = match (left, right) {
             // Equation (17).
@@ -285,21 +287,21 @@ impl Navigator {
     }
 }
 
-/// The policy for a drone that flies nose first.
+/// The command for a drone that flies nose first.
 struct OneWay {
     lateral: f32,
     yaw_rate: f32,
-    /// The sideways velocity that passes what the leading beams see.
+    /// The sideways velocity that passes the obstacles before the leading beams.
     sidestep: f32,
-    /// The part of the speed that is safe for what they see, 0 to 1,
+    /// The part of the speed that is safe before these obstacles, 0 to 1.
     nearness: f32,
-    /// and for a drone that turns away from it.
+    /// The part of the speed that is safe for a drone that turns away from them, 0 to 1.
     pace: f32,
     walls: Walls,
 }
 
-/// With no wall to follow and something ahead: towards the longer of the two leading beams, or
-/// the preferred side where they are alike.
+/// The yaw rate with no wall to follow and an obstacle ahead: towards the longer of the two leading
+/// beams, or the preferred side where they are alike.
 fn turn_to_open(config: &NavConfig, ranges: &Diagonals) -> f32 {
     let length = |beam: Range| nearest(beam).min(config.reach.0);
     let (left, right) = (length(ranges.nw), length(ranges.ne));
@@ -315,17 +317,17 @@ fn turn_to_open(config: &NavConfig, ranges: &Diagonals) -> f32 {
     if to_left { turn } else { -turn }
 }
 
-/// With no wall at its side a drone turns away from what is ahead nearer than this many times the
-/// distance at which it would follow it.
+/// With no wall at its side a drone turns away from an obstacle that is nearer than this many times
+/// the distance at which it would follow it.
 const TURN_BELOW: f32 = 1.6;
 
-/// A single wall is kept no farther than this part of what the ranger sees.
+/// A single wall is kept no farther than this part of the ranger's reach.
 const WIDEST: f32 = 0.6;
 
-/// Slows down for what the leading beams see.
+/// The part of the speed that is safe before the obstacles that the leading beams see.
 fn pace(config: &NavConfig, ranges: &Diagonals) -> f32 {
     if (ranges.nw, ranges.ne) == (Range::Invalid, Range::Invalid) {
-        // It flies nowhere blind.
+        // A drone without a valid range does not fly.
         return 0.0;
     }
     let nearest = nearest(ranges.nw).min(nearest(ranges.ne));
@@ -336,7 +338,7 @@ fn nearest(beam: Range) -> f32 {
     beam.length().unwrap_or(f32::INFINITY)
 }
 
-/// A velocity away from everything inside the danger distance.
+/// The velocity away from every obstacle within the danger distance.
 struct Push {
     forward: f32,
     lateral: f32,

@@ -1,44 +1,44 @@
-//! Which way the nose pointed along the last metres of way.
+//! The trail: the heading of the nose along the last metres of way.
 //!
-//! In the middle of a right-angle bend all four beams are equal whichever of the two galleries the
+//! In the middle of a right-angle bend all four beams are equal, whichever of the two galleries the
 //! drone is aligned with: the ranges of one moment cannot tell forward from sideways. But a relay
-//! that hovers in a bend came from somewhere, and its gyro remembers. The trail holds the heading
-//! at each 0.2 m of way; where the drone is about to fly over a stretch again with its nose well
-//! off, it turns to what it had there.
+//! that hovers in a bend has flown there, and its gyro kept the heading. The trail holds the
+//! heading at each 0.2 m of way; a drone that is about to fly over a stretch again with its nose
+//! well off turns to the heading that it had there.
 //!
-//! The gyro drifts, by 5° to 10° a minute once the board has warmed up. Along walls the nose is
-//! held by the walls, so that where the drone has been there before, what is left between the
-//! heading now and then is the drift, and is taken off.
+//! The gyro drifts, by 5° to 10° a minute once the board has warmed up. Along walls the walls hold
+//! the nose, so on a stretch that was flown before, the difference between the heading now and then
+//! is the drift, and is corrected.
 
 use units::{Metres, Radians};
 
-/// Length of way that one heading stands for.
+/// The length of way that one heading stands for, m.
 const BIN: f32 = 0.2;
-/// Number of headings kept: 25.6 m of way. A relay needs a few metres of it to hover in a bend; a
-/// drone that comes home past a junction needs all of the way since then.
+/// The number of headings kept: 25.6 m of way. A relay needs a few metres of it to hover in a bend;
+/// a drone that comes home past a junction needs all of the way since then.
 const BINS: usize = 128;
-/// How far ahead along the way the trail is read.
+/// The distance ahead along the way at which the trail is read, m.
 const LOOK_AHEAD: f32 = 0.3;
-/// A heading along walls that is within this of what is known there is the same but for drift: a
-/// lost drone does not spoil the memory.
+/// A heading along walls that differs from the trail by less than this is the same but for drift,
+/// rad. A larger difference does not change the trail: the drone is lost.
 const SAME: f32 = 0.5;
-/// The part of the difference that is taken for drift, each time: at 5 Hz two thirds of it in
-/// 20 s. In that time the gyro drifts by 3°, and a nose that is late in a bend is straight again
-/// before much of it has passed for drift.
+/// The part of the difference that is taken for drift, each time: at 5 Hz two thirds of it in 20 s.
+/// In that time the gyro drifts by 3°, and a nose that is late in a bend is straight again before
+/// much of its lag has been taken for drift.
 const FOLLOW: f32 = 0.01;
 
-/// One stretch.
+/// The heading of one stretch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Stretch {
     bin: i32,
     heading: f32,
 }
 
-/// The memory.
+/// The headings of all stretches, and the drift.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Trail {
     stretches: [Option<Stretch>; BINS],
-    /// How far the gyro's heading has drifted from what it was when it started, rad.
+    /// The angle by which the gyro's heading has drifted since the start, rad.
     drift: f32,
 }
 
@@ -53,7 +53,7 @@ impl Trail {
         Self { stretches: [None; BINS], drift: 0.0 }
     }
 
-    /// Here, after this way, the nose points there; it is held by walls, or not.
+    /// Records the heading after this way; `by_walls` says whether walls hold the nose.
     pub(crate) fn record(&mut self, way: Metres, heading: Radians, by_walls: bool) {
         let bin = bin_of(way.0);
         let heading = wrapped(heading.0 - self.drift);
@@ -69,8 +69,8 @@ impl Trail {
         }
     }
 
-    /// How far the nose is off what it was a little further on in this direction, if the drone
-    /// has been there: positive when it must turn counter-clockwise.
+    /// The angle by which the nose is off the heading a little further on in this direction, if the
+    /// drone has been there: positive when it must turn counter-clockwise.
     pub(crate) fn off(&self, way: Metres, forward: bool, heading: Radians) -> Option<Radians> {
         let ahead = if forward { way.0 + LOOK_AHEAD } else { way.0 - LOOK_AHEAD };
         let bin = bin_of(ahead);
@@ -81,7 +81,7 @@ impl Trail {
 }
 
 fn bin_of(way: f32) -> i32 {
-    // Towards minus infinity; `as` saturates and turns what is not a number into zero.
+    // Towards minus infinity; `as` saturates and turns NaN into zero.
     let bin = (way / BIN) as i32;
     if way < 0.0 { bin.saturating_sub(1) } else { bin }
 }

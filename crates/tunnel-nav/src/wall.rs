@@ -1,12 +1,13 @@
-//! Whether there is a wall on one side.
+//! The wall on one side of the drone: whether there is one, and how long its beams are.
 //!
-//! The paper's ratio test looks at one moment: two beams that differ by more than 40 % see no
-//! wall. At a right-angle bend that is not enough. Past the inner corner the front beam comes back
-//! from the *far* wall, for a while at just the length that a straight wall would give, and a
-//! drone that centres on it is drawn into the corner, where all four beams are equal and nothing
-//! tells forward from sideways. So a wall that opened stays lost, while the other side still has
-//! one, until its beams have agreed over some way; and a front beam that becomes *shorter* is not
-//! a wall lost but a wall ahead, to be turned away from.
+//! The paper's ratio test looks at one moment: two beams that differ by more than 40 % see no wall.
+//! At a right-angle bend that is not enough. Past the inner corner the front beam comes back wall.
+//! At a right-angle bend that is not enough. Past the inner corner the front beam ends at the *far*
+//! wall, for a while with just the length that a straight wall would give, and a drone that centres
+//! on it is drawn into the corner, where all four beams are equal and no range tells forward from
+//! sideways. So a wall that opened stays lost, while the other side still has one, until its beams
+//! have agreed over some way; and a front beam that becomes *shorter* does not end a wall but sees
+//! one ahead, from which the drone turns away.
 
 use units::Metres;
 
@@ -27,7 +28,7 @@ pub(crate) struct Wall {
 }
 
 impl Wall {
-    /// How much farther the wall is in front: positive when the nose points away from it.
+    /// The difference of the front beam and the rear beam: positive when the nose points away.
     pub(crate) fn excess(&self) -> f32 {
         self.front - self.rear
     }
@@ -52,13 +53,13 @@ impl Beams {
     }
 }
 
-/// A wall whose beams are longer than this many times the usual is another gallery's.
+/// A wall whose beams are longer than this many times the usual length is that of another gallery.
 const SAME_GALLERY: f32 = 1.3;
 
-/// What is known of one side.
+/// The state of one side.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) enum Track {
-    /// Nothing yet.
+    /// No wall was seen yet.
     #[default]
     Unknown,
     /// There is a wall.
@@ -66,9 +67,9 @@ pub(crate) enum Track {
         /// The length of its beams when they last agreed, in metres.
         length: f32,
     },
-    /// There was one.
+    /// There was a wall.
     Lost {
-        /// Way flown, forward positive, since its beams agree again; `None` while they do not.
+        /// The way flown since its beams agree again, forward positive; `None` while they do not.
         agreed: Option<f32>,
     },
 }
@@ -83,8 +84,8 @@ impl Track {
         if self.is_seen() { beams.wall() } else { None }
     }
 
-    /// What is known after one more look; `other_seen` says whether the other side has a wall to
-    /// go on with, `usual` how long the beams are in this gallery.
+    /// The state after one more measurement; `other_seen` says whether the other side has a wall to
+    /// go on with, `usual` is the length of the beams in this gallery.
     pub(crate) fn next(
         self,
         config: &NavConfig,
@@ -103,7 +104,7 @@ impl Track {
             Self::Seen { length } if wall.front.max(wall.rear) <= (1.0 + config.ratio) * length => {
                 Self::Seen { length }
             }
-            // With no wall left, the first that could be one of this gallery's will do.
+            // With no wall left, the first one that could be of this gallery counts.
             Self::Lost { .. } if agrees && !other_seen && wall.mean() <= SAME_GALLERY * usual => {
                 Self::Seen { length: wall.mean() }
             }

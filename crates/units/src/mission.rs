@@ -52,8 +52,8 @@ pub enum Order {
     Stop,
 }
 
-/// The number that stands for a movement policy in a drone's settings (`chain::policy::REGISTRY`). It
-/// stays with its policy for good, whatever else the registry gains or loses.
+/// The number that stands for a movement policy in a drone's settings (`chain::policy::REGISTRY`).
+/// It stays with its policy for good, whatever else the registry gains or loses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct PolicyCode(NonZeroU8);
 

@@ -1,14 +1,15 @@
-//! Every byte that leaves or enters a drone: parse → checked value → emit.
+//! Formats of every byte that leaves or enters a drone: each parser turns bytes into a checked
+//! value, each encoder turns a value into bytes.
 //!
 //! | module | the bytes |
 //! |---|---|
 //! | [`syslink`] | the serial line between the flight processor and the radio chip |
-//! | [`p2p`] | what drones say to each other, on the air |
-//! | [`crtp`] | what a ground station and a drone say to each other |
-//! | [`radio`] | channel, data rate, address and power, which the first and the last share |
+//! | [`p2p`] | packets between drones, on the air |
+//! | [`crtp`] | packets between a ground station and a drone |
+//! | [`radio`] | channel, data rate, address and power, as `syslink` and a drone's settings have them |
 //!
-//! Any bytes may come in: a parser returns a value that has been checked, or an error. Any value
-//! may go out: what an encoder accepts, the parser on the other side accepts too. All numbers are
+//! A parser accepts any bytes: it returns a value that has been checked, or an error. Every value
+//! that an encoder accepts is accepted by the parser on the other side. All numbers are
 //! little-endian.
 #![no_std]
 

@@ -1,8 +1,7 @@
-//! What drones say to each other: one message in each P2P packet, at most 60 bytes.
+//! Messages between drones: one in each P2P packet, of at most 60 bytes.
 //!
 //! A packet is a [`Header`] in clear, a body of at most [`MAX_BODY`] bytes and a tag of [`TAG`]
-//! bytes. This module lays out header and bodies; what keeps them secret and whole is
-//! `crates/airlink`.
+//! bytes. This module lays out header and bodies; `crates/airlink` encrypts and authenticates them.
 //!
 //! | kind | body | bytes |
 //! |---|---|---|
@@ -12,13 +11,13 @@
 //! | 4 | [`Capsule`] with [`Telemetry`] in it | 29 |
 //! | 5 | [`Membership`] | 1 or 4 |
 //!
-//! A number is rounded to the nearest step, and what is beyond the type becomes its largest or
-//! smallest value. What is not a number cannot be said: it becomes zero where there must be a
-//! number, and none where there may be none. A node whose number is not below [`units::NODES`] has no name
-//! on the air: it is left out of what may leave it out, and is [`units::NODES`] − 1 elsewhere.
+//! A number is rounded to the nearest step; a number beyond the range of its type becomes the
+//! largest or smallest value. NaN becomes zero where there must be a number, and none where there
+//! may be none. A node whose number is not below [`units::NODES`] cannot be named on the air: it is
+//! left out where a node may be left out, and becomes [`units::NODES`] − 1 elsewhere.
 //!
-//! Each message has exactly one encoding; anything else is an [`Error`], so that a bit that a later
-//! version gives a meaning is not taken for something else by this one.
+//! Each message has exactly one encoding; anything else is an [`Error`], so that this version does
+//! not misread a bit that a later version gives a meaning.
 
 mod beacon;
 mod capsule;
@@ -39,7 +38,7 @@ pub use report::{HEARD, Heard, Report, Sum};
 
 use crate::syslink::MAX_P2P;
 
-/// The P2P port that all of it goes through. The vendor's examples have 0, its token ring 15
+/// The P2P port of all packets of the chain. The vendor's examples have 0, its token ring 15
 /// (crazyflie-firmware, `docs/functional-areas/p2p_api.md` and `src/modules/src/p2pDTR`).
 pub const PORT: u8 = 11;
 
@@ -49,24 +48,24 @@ pub const TAG: usize = 8;
 /// The most bytes of a body.
 pub const MAX_BODY: usize = MAX_P2P - HEADER - TAG;
 
-/// One of the things that are said.
+/// A message.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Message {
-    /// I am here.
+    /// The sender exists: its role, state and battery.
     Beacon(Beacon),
-    /// How I fly, and how I hear the others.
+    /// How the sender flies, and how well it hears the others.
     Report(Report),
-    /// From the base to one node, passed on by those between.
+    /// An order of the base to one node, passed on by the nodes between them.
     Command(Capsule<ORDER>),
-    /// From one node to the base, passed on by those between.
+    /// The state of one node for the base, passed on by the nodes between them.
     Telemetry(Capsule<TELEMETRY>),
-    /// Somebody comes, goes, or may not.
+    /// A node joins or leaves the chain, or is refused.
     Membership(Membership),
 }
 
 impl Message {
-    /// What its header must say that it is.
+    /// The kind that the header of this message has.
     #[must_use]
     pub const fn kind(&self) -> Kind {
         match self {
@@ -89,7 +88,7 @@ impl Message {
         }
     }
 
-    /// The message of this kind that the whole of `body` is.
+    /// The message of this kind with this body.
     ///
     /// # Errors
     /// [`Error::Length`], [`Error::Code`] or [`Error::Reserved`].
@@ -104,7 +103,7 @@ impl Message {
     }
 }
 
-/// Copies what there is room for, and says how much that was.
+/// Copies as many bytes as there is room for, and returns their number.
 fn fill(out: &mut [u8], bytes: impl IntoIterator<Item = u8>) -> usize {
     out.iter_mut().zip(bytes).fold(0, |length, (place, byte)| {
         *place = byte;
@@ -112,7 +111,7 @@ fn fill(out: &mut [u8], bytes: impl IntoIterator<Item = u8>) -> usize {
     })
 }
 
-/// The whole of `bytes`, if there are `N`.
+/// The bytes as an array, if there are `N` of them.
 fn exactly<const N: usize>(bytes: &[u8]) -> Result<[u8; N], Error> {
     bytes.try_into().map_err(|_| Error::Length(bytes.len()))
 }
@@ -121,15 +120,15 @@ fn exactly<const N: usize>(bytes: &[u8]) -> Result<[u8; N], Error> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Error {
-    /// Of this version nothing is known.
+    /// The packet has a version that this code does not know.
     Version(u8),
-    /// There is no such kind of message.
+    /// There is no message of this kind.
     Kind(u8),
-    /// There are too few or too many bytes.
+    /// The body has this many bytes, which are too few or too many.
     Length(usize),
-    /// A code that stands for nothing.
+    /// A field has a code without a meaning.
     Code(u8),
-    /// Bits are set that have no meaning, or numbers contradict each other.
+    /// Bits without a meaning are set, or numbers contradict each other.
     Reserved,
 }
 

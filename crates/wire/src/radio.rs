@@ -1,4 +1,5 @@
-//! How the radio can be set: values that the chip accepts, and no others.
+//! The configuration of the radio: channel, data rate, address and power, each a type that holds
+//! only values that the chip accepts.
 
 use units::Dbm;
 

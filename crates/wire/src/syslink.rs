@@ -10,8 +10,8 @@
 //! | 0–64 | data |
 //! | 2 | Fletcher-8 checksum of type, length and data |
 //!
-//! [`Decoder`] finds [`Frame`]s in what the line brings, [`Incoming::parse`] says what one means,
-//! and [`Outgoing::encode`] writes one:
+//! [`Decoder`] finds [`Frame`]s in the bytes of the line, [`Incoming::parse`] returns the packet in
+//! a frame, and [`Outgoing::encode`] writes one:
 //!
 //! ```
 //! use wire::syslink::{Decoder, Incoming, Outgoing};
@@ -30,11 +30,10 @@
 //! assert_eq!(&out[..length], [0xBC, 0xCF, 0x0B, 0x00, 0x0B, 0x16]);
 //! ```
 //!
-//! What the radio chip expects: it says nothing until it has received one good frame, does not
-//! listen to the air before [`Outgoing::RadioReady`], and reports battery and signal strength, each
-//! 100 times a second, after [`Outgoing::BatteryAutoupdate`]. It confirms channel, data rate,
-//! address and power by sending them back. One [`Outgoing::Raw`] may be sent for each
-//! [`Incoming::Raw`].
+//! The radio chip sends nothing until it has received one good frame, does not listen to the air
+//! before [`Outgoing::RadioReady`], and reports battery and signal strength, each 100 times a
+//! second, after [`Outgoing::BatteryAutoupdate`]. It confirms channel, data rate, address and power
+//! by sending them back. One [`Outgoing::Raw`] may be sent for each [`Incoming::Raw`].
 
 mod frame;
 mod packet;

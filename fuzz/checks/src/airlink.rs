@@ -1,6 +1,6 @@
-//! The radio link, with real seals, a base and a relay: whoever has no key is not heard, a recording
-//! is not heard again, not after a reboot either, and whoever has a relay's keys can forge neither
-//! an order nor what another tells the base.
+//! The radio link of a base and a relay with real keys: a packet of a sender without keys gives no
+//! event, nor does a recording, after a reboot neither; and a thief with a relay's keys can forge
+//! neither an order nor the telemetry of another node.
 
 use std::collections::HashSet;
 
@@ -14,10 +14,10 @@ use wire::syslink::MAX_P2P;
 const RELAY: usize = 0;
 const BASE: usize = 1;
 
-/// From the serial line of one to that of the other, about.
+/// The time from the serial line of the sender to that of the receiver, about.
 const FLIGHT: Duration = Duration::from_micros(1500);
 
-/// What is left of the bytes that came in; zeros after that.
+/// The bytes of the script that are left; zeros after its end.
 struct Script<'a>(&'a [u8]);
 
 impl<'a> Script<'a> {
@@ -39,12 +39,12 @@ impl<'a> Script<'a> {
     }
 }
 
-/// A packet as it was sent.
+/// A packet that was sent.
 struct Sent {
     by: usize,
     at: Instant,
     bytes: Vec<u8>,
-    /// For whom it was an event already, in this life or one before.
+    /// Whether it has given either node an event, in this life or one before.
     heard_by: [bool; 2],
 }
 
@@ -61,12 +61,12 @@ struct Air {
     told: Vec<[u8; 12]>,
     ordered: Vec<Order>,
     obeyed: HashSet<Counter>,
-    /// Somebody with a relay's keys has spoken.
+    /// Whether a thief with a relay's keys has sent packets.
     stolen: bool,
 }
 
 fn secret() -> FleetSecret {
-    FleetSecret::from_bytes(*b"nobody's secret!")
+    FleetSecret::from_bytes(*b"a fleet's secret")
 }
 
 fn number(node: usize) -> NodeId {
@@ -85,7 +85,7 @@ fn boot(node: usize, epoch: Epoch, now: Instant) -> Airlink<Sealed> {
     Airlink::new(LinkConfig::DEFAULT, identity, seal, epoch, schedule, now)
 }
 
-/// The bytes are a script: each step is a byte that says what happens, and what it needs.
+/// Runs the bytes as a script: each step is a byte that chooses what happens, and its arguments.
 pub fn check(data: &[u8]) {
     let now = Instant::from_millis(1000);
     let node =
@@ -100,7 +100,7 @@ pub fn check(data: &[u8]) {
         stolen: false,
     };
     let mut script = Script(data);
-    // As many steps as a fuzzer has the patience for.
+    // A bound on the steps, so that a fuzzer runs many scripts.
     for _ in 0..200 {
         if !script.more() {
             break;
@@ -128,7 +128,7 @@ impl Air {
         }
     }
 
-    /// For so long both say what they have to say, and hear it unless it is lost.
+    /// Lets both nodes send for this time; each packet arrives unless it is lost.
     fn talk(&mut self, milliseconds: u64, lost: u8) {
         let end = self.now + Duration::from_millis(milliseconds);
         for turn in 0.. {
@@ -139,7 +139,7 @@ impl Air {
             self.now = self.now.max(due);
             let mut out = [0; MAX_P2P];
             let Some(length) = self.nodes[who].link.transmit(self.now, &mut out) else {
-                // Too late for its turn. It is asked again, as a firmware would, a little later.
+                // It is too late for this turn. A firmware would also ask again a little later.
                 self.now = self.now + Duration::from_millis(1);
                 continue;
             };
@@ -156,14 +156,14 @@ impl Air {
         let packet = &mut self.sent[index];
         let node = &mut self.nodes[to];
         let event = node.link.receive(at, Dbm(-60.0), &packet.bytes);
-        // Delayed it may be, and is then heard late; but not from a life before, and once.
+        // A packet may be delayed and be an event late, but only once, and not after a reboot.
         let new = !packet.heard_by[to] && packet.by != to && packet.at >= node.booted;
         packet.heard_by[to] |= event.is_some();
         assert!(event.is_none() || new || self.stolen, "{event:?} of a recording");
         self.heard(to, event);
     }
 
-    /// Whatever is heard, and from whomever: orders and telemetry are real.
+    /// Checks an event, whichever packet caused it: orders and telemetry must be real.
     fn heard(&mut self, who: usize, event: Option<Event>) {
         match event {
             Some(Event::Order { task, counter }) => {
@@ -225,7 +225,7 @@ impl Air {
         assert_eq!(event, None);
     }
 
-    /// A packet of before once more, whole or with one bit turned over.
+    /// Delivers an earlier packet once more, whole or with one bit flipped.
     fn replay(&mut self, to: usize, script: &mut Script<'_>, flip: Option<usize>) {
         let back = usize::from(script.byte());
         let Some(index) = self.sent.len().checked_sub(back + 1) else { return };
@@ -243,7 +243,7 @@ impl Air {
         node.link = boot(who, node.epoch, self.now);
     }
 
-    /// Any packet that somebody can make who has the keys of the head.
+    /// Delivers a packet that a thief with the head's keys can make.
     fn steal(&mut self, to: usize, script: &mut Script<'_>) {
         self.stolen = true;
         let key: Key = keys::node(&secret().base(1), NodeId::HEAD);

@@ -1,9 +1,10 @@
-//! What was sealed: whatever is taken is byte for byte what would have been sent, and says numbers.
+//! The text of opened capsules: what is accepted is byte for byte what would have been sent, and
+//! its numbers are finite.
 
 use units::Order;
 use wire::p2p::Telemetry;
 
-/// The bytes are an order; and telemetry.
+/// Decodes the bytes as an order and as telemetry.
 pub fn check(data: &[u8]) {
     if let Ok(task) = wire::p2p::decode_order(data) {
         assert_eq!(wire::p2p::encode_order(task), data, "{task:?}");

@@ -1,14 +1,14 @@
-//! Clients of any kind: whatever they send, answers are packets, and end; and who may only look
-//! changes nothing.
+//! Packets of any client: answers are packets, and end; and a client with read access changes
+//! nothing.
 
 use crtp::{Access, Event, Packet, Parameters, Server, Setpoint, Snapshot};
 use units::{Duration, Instant, Metres};
 use wire::crtp::Request;
 
-/// More than can wait: answers, a console's lines and a packet for each log block.
+/// More packets than can wait: answers, a console's lines and a packet for each log block.
 const ENOUGH: u32 = 1000;
 
-/// What is left of the bytes that came in.
+/// The bytes of the script that are left.
 struct Script<'a>(&'a [u8]);
 
 impl<'a> Script<'a> {
@@ -25,7 +25,7 @@ impl<'a> Script<'a> {
     }
 }
 
-/// A server, its clock, and who counts along.
+/// A server, its clock, and the test's own count of its packets.
 struct Bench {
     server: Server,
     parameters: Parameters,
@@ -35,8 +35,9 @@ struct Bench {
     sent: u32,
 }
 
-/// The bytes are a script: of each step the first byte is the length of a packet in five bits, who
-/// sends it, and for how many milliseconds the line is then busy; the packet follows.
+/// Runs the bytes as a script. The first byte of each step is the length of a packet in five bits,
+/// the access of its sender, and whether the server is polled, drained, or left for some
+/// milliseconds; the packet follows.
 pub fn check(data: &[u8]) {
     let mut script = Script(data);
     let mut bench = Bench {

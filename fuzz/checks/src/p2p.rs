@@ -1,8 +1,8 @@
-//! Packets from the air: whatever is taken is byte for byte what would have been sent.
+//! Packets from the air: what is accepted is byte for byte what would have been sent.
 
 use wire::p2p::{Error, Header, Kind, MAX_BODY, Message, TAG};
 
-/// The bytes are a packet; and, without a header, a body of each kind.
+/// Decodes the bytes as a packet, and as a body of each kind.
 pub fn check(data: &[u8]) {
     if let Ok((header, rest)) = Header::decode(data) {
         assert_eq!([&header.encode()[..], rest].concat(), data, "{header:?}");

@@ -1,9 +1,9 @@
-//! The line from the radio chip: it does not matter in which pieces bytes come, every frame that is
-//! found is one that would be found again, and what can be sent back means the same.
+//! The line from the radio chip: frames are the same in whatever pieces the bytes arrive, each is
+//! found again in its own encoding, and a packet that can be sent back means the same.
 
 use wire::syslink::{Counters, Decoder, Frame, Incoming, MAX_FRAME, MAX_P2P, MAX_RAW, Outgoing};
 
-/// The first byte says how long the pieces are, the others come in.
+/// Feeds the bytes to a decoder; the first byte chooses the length of the pieces.
 pub fn check(data: &[u8]) {
     let Some((&piece, line)) = data.split_first() else { return };
     let (whole, counters) = decoded(line, line.len());
@@ -31,7 +31,7 @@ fn decoded(line: &[u8], piece: usize) -> (Vec<(u8, Vec<u8>)>, Counters) {
     (frames, decoder.counters())
 }
 
-/// Put together here, and not by the code under test.
+/// Checks that the frame is found in an encoding that is made here, not by the code under test.
 fn found_again(kind: u8, data: &[u8]) {
     let mut line = vec![0xBC, 0xCF, kind, data.len() as u8];
     line.extend(data);

@@ -1,5 +1,6 @@
-//! Whatever is written into the slots, however it is interrupted, the record that is read afterwards
-//! is the one from before or the new one, whole. The same properties hold for every record.
+//! Whatever is written into the slots, however it is interrupted, the record that is read
+//! afterwards is the one from before or the new one, whole. The same properties hold for every
+//! record.
 
 use std::fmt::Debug;
 

@@ -1,4 +1,4 @@
-//! Set-points, of all the kinds that there are.
+//! Set-points of every kind that clients send.
 
 use core::f32::consts::PI;
 
@@ -6,55 +6,56 @@ use units::{Metres, MetresPerSecond, Radians, RadiansPerSecond};
 
 use super::{Error, Packet, Port};
 
-/// Clients speak in degrees.
+/// One degree in radians: clients send angles in degrees.
 const DEGREE: f32 = PI / 180.0;
 
-/// No drone is told to go farther, turn faster or fly higher: what is said to mean that is garbage.
+/// The largest number that is accepted, in m, m/s, degrees and degrees per second: a client that
+/// sends a larger one has sent garbage.
 const MOST: f32 = 1e6;
 
 /// A set-point of port 7. Counter-clockwise is positive.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Setpoint {
-    /// Motors off.
+    /// The motors are to be switched off.
     Stop,
-    /// Velocities in the room's axes.
+    /// The drone is to fly with these velocities in the room's axes.
     Velocity {
-        /// Along the room's x, y and z.
+        /// The velocities along the room's x, y and z.
         axes: [MetresPerSecond; 3],
-        /// About the room's z.
+        /// The turn rate about the room's z.
         yaw_rate: RadiansPerSecond,
     },
-    /// A height, and angles.
+    /// The drone is to hold a height and these angles.
     Height {
-        /// Roll.
+        /// The roll angle.
         roll: Radians,
-        /// Pitch.
+        /// The pitch angle.
         pitch: Radians,
-        /// About z.
+        /// The turn rate about z.
         yaw_rate: RadiansPerSecond,
-        /// Over ground.
+        /// The height over ground.
         height: Metres,
     },
-    /// A height, and velocities in the drone's axes.
+    /// The drone is to hold a height and fly with these velocities in its own axes.
     Hover {
-        /// Along x.
+        /// The velocity along x.
         forward: MetresPerSecond,
-        /// Along y, to the left.
+        /// The velocity along y, to the left.
         lateral: MetresPerSecond,
-        /// About z.
+        /// The turn rate about z.
         yaw_rate: RadiansPerSecond,
-        /// Over ground.
+        /// The height over ground.
         height: Metres,
     },
-    /// A place in the room.
+    /// The drone is to fly to a place in the room.
     Position {
-        /// Along the room's x, y and z.
+        /// The coordinates along the room's x, y and z.
         axes: [Metres; 3],
-        /// Heading.
+        /// The heading at that place.
         yaw: Radians,
     },
-    /// Of this kind, which is not read any further.
+    /// A set-point of this kind, whose numbers are not parsed.
     Other(u8),
 }
 
@@ -126,23 +127,23 @@ impl Setpoint {
     }
 }
 
-/// The set-point of port 3, the oldest there is: what a gamepad without any assistance sends, and
-/// what a client sends, all zero, when it goes.
+/// A set-point of port 3, the oldest format: a gamepad without any assistance sends it, and a
+/// client sends it with all numbers zero when it disconnects.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Rpyt {
-    /// Roll.
+    /// The roll angle.
     pub roll: Radians,
-    /// Pitch, as the client signs it.
+    /// The pitch angle, with the sign that the client gives it.
     pub pitch: Radians,
-    /// About z, as the client signs it.
+    /// The turn rate about z, with the sign that the client gives it.
     pub yaw_rate: RadiansPerSecond,
-    /// 0 to 65,535. Zero unlocks: what comes before the first zero is not followed.
+    /// The thrust, 0 to 65,535. Zero unlocks: set-points before the first zero are not followed.
     pub thrust: u16,
 }
 
 impl Rpyt {
-    /// Whether the motors are not to turn.
+    /// Whether the motors are to be off.
     #[must_use]
     pub const fn is_off(&self) -> bool {
         self.thrust == 0
@@ -170,26 +171,26 @@ impl Rpyt {
     }
 }
 
-/// What is asked of the high-level commander, and of which group of drones: 0 is all.
+/// A command to the high-level commander, for one group of drones; group 0 is all of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum HighLevel {
-    /// Take off.
+    /// The group is to take off.
     TakeOff {
-        /// Who.
+        /// The group of drones.
         group: u8,
     },
-    /// Land.
+    /// The group is to land.
     Land {
-        /// Who.
+        /// The group of drones.
         group: u8,
     },
-    /// Motors off.
+    /// The group is to switch its motors off.
     Stop {
-        /// Who.
+        /// The group of drones.
         group: u8,
     },
-    /// Of this kind, which is not read any further.
+    /// A command of this kind, whose arguments are not parsed.
     Other(u8),
 }
 
@@ -216,7 +217,7 @@ impl HighLevel {
     }
 }
 
-/// The first `N` numbers of `data`, if they are some.
+/// The first `N` numbers of `data`, if all of them are finite and within [`MOST`].
 fn numbers<const N: usize>(data: &[u8]) -> Result<[f32; N], Error> {
     let mut numbers = [0.0; N];
     let (words, _) = data.as_chunks::<4>();

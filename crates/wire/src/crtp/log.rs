@@ -1,51 +1,51 @@
-//! The log: tables and blocks.
+//! Requests to the log service: its table of variables, and the blocks that it sends.
 
 use units::Duration;
 
 use super::{Error, Packet, Port};
 
-/// What is asked of the log.
+/// A request to the log service.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum LogRequest<'a> {
-    /// How large the table is.
+    /// The client asks for the size of the table.
     TableInfo,
-    /// A row of it.
+    /// The client asks for this row of the table.
     TableItem(u16),
-    /// A new block.
+    /// A new block is to be created.
     Create {
-        /// Its number.
+        /// The block's number.
         block: u8,
-        /// What is in it.
+        /// The variables of the block.
         entries: Entries<'a>,
     },
-    /// More into a block.
+    /// Variables are to be added to a block.
     Append {
-        /// Its number.
+        /// The block's number.
         block: u8,
-        /// What is added.
+        /// The variables to be added.
         entries: Entries<'a>,
     },
-    /// A block less.
+    /// The block with this number is to be deleted.
     Delete(u8),
-    /// A block is to be sent.
+    /// A block is to be sent from now on.
     Start {
-        /// Its number.
+        /// The block's number.
         block: u8,
-        /// How often; zero is once.
+        /// The period at which the block is sent; zero sends it once.
         period: Duration,
-        /// The request's number, which is in the answer: 3 counts in 10 ms, 8 in 1 ms.
+        /// The command's number, which the answer repeats: 3 counts the period in 10 ms, 8 in 1 ms.
         command: u8,
     },
-    /// A block is not to be sent.
+    /// The block with this number is to be sent no more.
     Stop(u8),
-    /// All blocks less.
+    /// All blocks are to be deleted.
     Reset,
-    /// Control, but of what? It is answered all the same.
+    /// A control command that the service does not know; it is answered all the same.
     Unknown {
-        /// The command.
+        /// The command's number.
         command: u8,
-        /// The block that it names, or zero.
+        /// The block that the command names, or zero.
         block: u8,
     },
 }
@@ -114,8 +114,8 @@ impl<'a> LogRequest<'a> {
     }
 }
 
-/// What goes into a block. Clients leave the first byte of an entry that does not fit at the end of
-/// a packet, and send the whole of it in the next: an entry that is not whole is none.
+/// The variables of a block. A client leaves the first byte of an entry that does not fit at the
+/// end of a packet, and sends the whole entry in the next: an incomplete entry is ignored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Entries<'a>(&'a [u8]);
@@ -124,9 +124,10 @@ pub struct Entries<'a>(&'a [u8]);
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Entry {
-    /// As what it is asked for: the number of a [`LogType`](super::LogType), perhaps.
+    /// The type in which the client wants the value: the number of a [`LogType`](super::LogType),
+    /// if there is one.
     pub kind: u8,
-    /// Its row in the table.
+    /// The variable's row in the table.
     pub variable: u16,
 }
 
@@ -139,7 +140,7 @@ impl<'a> Entries<'a> {
         Self(bytes.get(..whole).unwrap_or_default())
     }
 
-    /// One by one.
+    /// The entries, one by one.
     pub fn iter(&self) -> impl Iterator<Item = Entry> + 'a {
         self.0.chunks_exact(Self::SIZE).filter_map(|entry| match entry {
             // The upper half says how it is stored, which the table knows better.

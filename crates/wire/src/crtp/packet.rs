@@ -1,38 +1,38 @@
 //! A packet: a header and at most 30 bytes.
 
-/// The most bytes behind the header (crazyflie-firmware, `crtp.h`).
+/// The most bytes after the header (crazyflie-firmware, `crtp.h`).
 pub const MAX_DATA: usize = 30;
 
 /// The most bytes of a packet.
 pub const MAX_PACKET: usize = 1 + MAX_DATA;
 
-/// Bits 2 and 3 of a header mean nothing, and are set.
+/// Bits 2 and 3 of a header, which have no meaning and are set.
 const IDLE_BITS: u8 = 0b0000_1100;
 
-/// Who a packet is for.
+/// The service that a packet belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 pub enum Port {
-    /// Text.
+    /// Text for a console.
     Console = 0,
     /// Parameters.
     Param = 2,
-    /// Roll, pitch, yaw rate and thrust.
+    /// Set-points of roll, pitch, yaw rate and thrust.
     Commander = 3,
     /// Memories.
     Memory = 4,
     /// The log.
     Log = 5,
-    /// Positions from outside.
+    /// Positions from an external positioning system.
     Localization = 6,
     /// Set-points.
     Setpoint = 7,
-    /// Take-off, landing, and ways between.
+    /// High-level commands: take-off, landing, trajectories.
     HighLevel = 8,
-    /// What may fly.
+    /// The supervisor, which decides whether the drone may fly.
     Supervisor = 9,
-    /// What this drone is.
+    /// Facts about the drone and its firmware.
     Platform = 13,
     /// The link itself.
     Link = 15,
@@ -52,23 +52,23 @@ impl Port {
             9 => Ok(Self::Supervisor),
             13 => Ok(Self::Platform),
             15 => Ok(Self::Link),
-            nobody => Err(nobody),
+            other => Err(other),
         }
     }
 }
 
-/// A packet.
+/// A packet: a header byte and up to [`MAX_DATA`] bytes of data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Packet {
-    /// Those behind `length` are zero.
+    /// The packet's bytes; those after `length` are zero.
     bytes: [u8; MAX_PACKET],
-    /// Of all bytes, 1 to 31.
+    /// The number of bytes, header included, 1 to 31.
     length: u8,
 }
 
 impl Packet {
-    /// Nothing: what is sent to give the other side an occasion to speak.
+    /// A packet without content, which is sent to let the other side send one in return.
     pub const NULL: Self = Self::empty(Port::Link, 3);
 
     pub(super) const fn empty(port: Port, channel: u8) -> Self {
@@ -77,7 +77,7 @@ impl Packet {
         Self { bytes, length: 1 }
     }
 
-    /// A packet with `data`.
+    /// A packet with this data.
     ///
     /// # Errors
     /// [`Error::Channel`](super::Error::Channel) above 3, [`Error::Length`](super::Error::Length)
@@ -92,7 +92,7 @@ impl Packet {
         Ok(Self::empty(port, channel).with(data))
     }
 
-    /// The packet with `more` at its end; what does not fit is left out.
+    /// The packet with `more` at its end; bytes that do not fit are left out.
     pub(super) fn with(mut self, more: &[u8]) -> Self {
         let free = self.bytes.iter_mut().skip(usize::from(self.length));
         for (place, byte) in free.zip(more) {
@@ -102,10 +102,10 @@ impl Packet {
         self
     }
 
-    /// The packet that came in.
+    /// The packet with these bytes, as they were received.
     ///
     /// # Errors
-    /// [`Error::Length`](super::Error::Length) when there is no byte or more than [`MAX_PACKET`].
+    /// [`Error::Length`](super::Error::Length) when there is no byte, or more than [`MAX_PACKET`].
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, super::Error> {
         let wrong = super::Error::Length(bytes.len());
         let (header, data) = bytes.split_first().ok_or(wrong)?;
@@ -117,13 +117,13 @@ impl Packet {
         Ok(packet.with(data))
     }
 
-    /// All its bytes, 1 to [`MAX_PACKET`].
+    /// All bytes of the packet, 1 to [`MAX_PACKET`].
     #[must_use]
     pub fn bytes(&self) -> &[u8] {
         self.bytes.get(..usize::from(self.length)).unwrap_or_default()
     }
 
-    /// What is behind the header.
+    /// The bytes after the header.
     #[must_use]
     pub fn data(&self) -> &[u8] {
         self.bytes.get(1..usize::from(self.length)).unwrap_or_default()
@@ -134,21 +134,21 @@ impl Packet {
         header
     }
 
-    /// Who it is for.
+    /// The service that the packet belongs to.
     ///
     /// # Errors
-    /// [`Error::Port`](super::Error::Port) when nobody is there.
+    /// [`Error::Port`](super::Error::Port) when no service has the packet's port.
     pub fn port(&self) -> Result<Port, super::Error> {
         Port::from_header(self.header()).map_err(super::Error::Port)
     }
 
-    /// Its channel, 0 to 3.
+    /// The packet's channel, 0 to 3.
     #[must_use]
     pub const fn channel(&self) -> u8 {
         self.header() & 0b11
     }
 
-    /// Whether it says nothing.
+    /// Whether this is a packet without content.
     #[must_use]
     pub const fn is_null(&self) -> bool {
         self.header() == Self::NULL.header()

@@ -1,53 +1,53 @@
-//! Parameters: their table, their values, and what is known of them beside.
+//! Requests to the parameter service: its table, the values, and their defaults.
 
 use super::{Error, Packet, Port};
 
-/// What is asked of the parameters.
+/// A request to the parameter service. A parameter is named by its row in the table.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ParamRequest<'a> {
-    /// How large the table is.
+    /// The client asks for the size of the table.
     TableInfo,
-    /// A row of it.
+    /// The client asks for this row of the table.
     TableItem(u16),
-    /// A value.
+    /// The client asks for the value of this parameter.
     Read(u16),
-    /// A value is to be changed.
+    /// A parameter is to be set.
     Write {
-        /// Which.
+        /// The parameter.
         id: u16,
-        /// To what; how many bytes count is for the table to say.
+        /// The new value; the parameter's type says how many of the bytes count.
         value: &'a [u8],
     },
-    /// A value is to be changed, by somebody who has not read the table.
+    /// A parameter is to be set by its name, by a client that has not read the table.
     SetByName {
-        /// Its group.
+        /// The parameter's group.
         group: &'a [u8],
-        /// Its name.
+        /// The parameter's name.
         name: &'a [u8],
-        /// What the client thinks it is.
+        /// The number of the type that the client sends.
         kind: u8,
-        /// To what.
+        /// The new value.
         value: &'a [u8],
     },
-    /// Whether it can be kept.
+    /// The client asks whether a parameter can be stored.
     ExtendedType {
-        /// Which.
+        /// The parameter.
         id: u16,
-        /// Whether the answer begins with how it went.
+        /// Whether the answer begins with a status byte.
         with_status: bool,
     },
-    /// Keep it.
+    /// The value of this parameter is to be stored.
     Store(u16),
-    /// Whether it is kept.
+    /// The client asks whether the value of this parameter is stored.
     StoredState(u16),
-    /// Forget what was kept.
+    /// The stored value of this parameter is to be deleted.
     Clear(u16),
-    /// What it is when nobody has changed it.
+    /// The client asks for the default of a parameter.
     Default {
-        /// Which.
+        /// The parameter.
         id: u16,
-        /// Whether the answer begins with how it went.
+        /// Whether the answer begins with a status byte.
         with_status: bool,
     },
 }
@@ -84,7 +84,7 @@ impl<'a> ParamRequest<'a> {
         }
     }
 
-    /// `group 0 name 0 type value`
+    /// A request to set a parameter by its name, laid out as `group 0 name 0 type value`.
     fn by_name(named: &'a [u8]) -> Result<Self, Error> {
         let wrong = Error::Length(named.len() + 1);
         let mut parts = named.splitn(3, |byte| *byte == 0);

@@ -1,4 +1,4 @@
-//! What goes out.
+//! Packets from a drone to a client.
 
 use units::Instant;
 
@@ -7,30 +7,30 @@ use super::{
     SupervisorQuestion, Value,
 };
 
-/// Why a request was not met, by the numbers that clients know from C (`errno.h`).
+/// Why a request was refused, by the numbers that clients know from C (`errno.h`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 pub enum Errno {
-    /// There is no such thing: `ENOENT`.
+    /// There is no such item: `ENOENT`.
     Missing = 2,
-    /// It cannot be read or written: `EIO`.
+    /// The item cannot be read or written: `EIO`.
     Broken = 5,
-    /// It is too large: `E2BIG`.
+    /// The item is too large: `E2BIG`.
     TooBig = 7,
     /// There is no such command: `ENOEXEC`.
     NoCommand = 8,
-    /// There is no more room: `ENOMEM`.
+    /// There is no room for more: `ENOMEM`.
     NoRoom = 12,
-    /// It may not be done: `EACCES`.
+    /// The client is not allowed to do this: `EACCES`.
     NotAllowed = 13,
-    /// It is there already: `EEXIST`.
+    /// The item exists already: `EEXIST`.
     Exists = 17,
-    /// That value it cannot have: `EINVAL`.
+    /// The value is out of its range: `EINVAL`.
     Invalid = 22,
 }
 
-/// How it went, as a byte.
+/// The status byte of an answer.
 const fn status(outcome: Result<(), Errno>) -> u8 {
     match outcome {
         Ok(()) => 0,
@@ -38,170 +38,169 @@ const fn status(outcome: Result<(), Errno>) -> u8 {
     }
 }
 
-/// What a drone answers, or says unasked.
+/// A packet that a drone sends: the answer to a request, or one that it sends by itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Reply<'a> {
-    /// Text; of more than [`MAX_DATA`] bytes the first.
+    /// Text for the console, of which at most [`MAX_DATA`] bytes are sent.
     Console(&'a [u8]),
-    /// How large the log's table is.
+    /// The size of the log's table.
     LogTable {
-        /// Rows.
+        /// The number of rows.
         count: u16,
-        /// Changes whenever the table does.
+        /// A checksum that changes whenever the table does.
         crc: u32,
         /// The most blocks.
         blocks: u8,
         /// The most variables in all blocks together.
         entries: u8,
     },
-    /// A row of it.
+    /// A row of the log's table.
     LogVariable {
-        /// Which.
+        /// The row's number.
         id: u16,
-        /// As what it is stored.
+        /// The type in which the variable is stored.
         kind: LogType,
-        /// Its group …
+        /// The variable's group.
         group: &'a str,
-        /// … and its name, together no longer than 24 bytes.
+        /// The variable's name; group and name together have at most 24 bytes.
         name: &'a str,
     },
-    /// There is no such row.
+    /// The log's table has no such row.
     NoLogVariable,
-    /// How a control request went.
+    /// The outcome of a control request to the log.
     LogControl {
         /// The request's number.
         command: u8,
-        /// The block that it named.
+        /// The block that the request named.
         block: u8,
-        /// How it went.
+        /// Whether the request was carried out.
         outcome: Result<(), Errno>,
     },
-    /// How large the parameters' table is.
+    /// The size of the parameters' table.
     ParamTable {
-        /// Rows.
+        /// The number of rows.
         count: u16,
-        /// Changes whenever the table does.
+        /// A checksum that changes whenever the table does.
         crc: u32,
     },
-    /// A row of it.
+    /// A row of the parameters' table.
     Param {
-        /// Which.
+        /// The row's number.
         id: u16,
-        /// What it is.
+        /// The parameter's type.
         kind: ParamType,
-        /// Whether it can be read only.
+        /// Whether clients can read the parameter but not set it.
         read_only: bool,
-        /// Its group …
+        /// The parameter's group.
         group: &'a str,
-        /// … and its name, together no longer than 24 bytes.
+        /// The parameter's name; group and name together have at most 24 bytes.
         name: &'a str,
     },
-    /// There is no such row.
+    /// The parameters' table has no such row.
     NoParam,
-    /// A value that was asked for.
+    /// The value of a parameter, as it was asked for.
     ParamRead {
-        /// Of which.
+        /// The parameter's row.
         id: u16,
-        /// Itself.
+        /// The value.
         value: Result<Value, Errno>,
     },
-    /// The value after somebody wanted to change it.
+    /// The value of a parameter after a request to set it.
     ParamWritten {
-        /// Of which.
+        /// The parameter's row.
         id: u16,
-        /// Itself.
+        /// The value.
         value: Result<Value, Errno>,
     },
-    /// How changing a value by its name went.
+    /// The outcome of a request to set a parameter by its name.
     ParamSetByName {
-        /// Its group.
+        /// The parameter's group.
         group: &'a [u8],
-        /// Its name.
+        /// The parameter's name.
         name: &'a [u8],
-        /// How it went.
+        /// Whether the parameter was set.
         outcome: Result<(), Errno>,
     },
-    /// Whether a value can be kept: it cannot.
+    /// The answer to whether a parameter can be stored: it cannot.
     ParamNotExtended {
-        /// Which.
+        /// The parameter's row.
         id: u16,
-        /// Whether the answer begins with how it went.
+        /// Whether the answer begins with a status byte.
         with_status: bool,
     },
-    /// A value was not kept, is not, or was not forgotten.
+    /// The refusal to store a value, to tell whether it is stored, or to delete the stored one.
     ParamNotKept {
-        /// The request's number: 3 to keep, 4 whether it is kept, 5 to forget.
+        /// The request's number: 3 to store, 4 to ask, 5 to delete.
         command: u8,
-        /// Which.
+        /// The parameter's row.
         id: u16,
     },
-    /// What a value is when nobody has changed it.
+    /// The default of a parameter.
     ParamDefault {
-        /// Which.
+        /// The parameter's row.
         id: u16,
-        /// Itself.
+        /// The default.
         value: Result<Value, Errno>,
-        /// Whether the answer begins with how it went.
+        /// Whether the answer begins with a status byte.
         with_status: bool,
     },
-    /// How many memories there are.
+    /// The number of memories.
     MemoryCount(u8),
-    /// There is no such memory to be told about.
+    /// There is no memory with this number to be described.
     NoMemoryInfo(u8),
-    /// Nothing was read.
+    /// The refusal to read from a memory.
     NoMemoryRead {
-        /// From which.
+        /// The memory's number.
         memory: u8,
-        /// From where.
+        /// The address in the memory.
         address: u32,
     },
-    /// Nothing was written.
+    /// The refusal to write to a memory.
     NoMemoryWrite {
-        /// To which.
+        /// The memory's number.
         memory: u8,
-        /// To where.
+        /// The address in the memory.
         address: u32,
     },
-    /// How a high-level command went.
+    /// The outcome of a high-level command.
     HighLevel {
         /// The first bytes of the command.
         head: [u8; 3],
-        /// How it went.
+        /// Whether the command was carried out.
         outcome: Result<(), Errno>,
     },
-    /// What the supervisor sees.
+    /// The supervisor's state.
     Supervisor {
-        /// What was asked.
+        /// The question.
         question: SupervisorQuestion,
-        /// All that it sees.
+        /// All bits of the state, of which the question may name one.
         state: u16,
     },
-    /// What became of a command to the supervisor, and of what it is about: whether the drone is
-    /// armed, has recovered.
+    /// The outcome of a command to the supervisor.
     Commanded {
         /// The command.
         command: SupervisorCommand,
-        /// Whether it was done.
+        /// Whether the command was carried out.
         done: bool,
-        /// Whether what it is about is so now.
+        /// Whether the drone is now in the state that the command asks for: armed, or recovered.
         holds: bool,
     },
-    /// Which protocol is spoken.
+    /// The protocol's version.
     Protocol,
-    /// Which firmware runs.
+    /// The firmware's version.
     Firmware(&'a str),
-    /// Which drone this is.
+    /// The type of the drone.
     DeviceType(&'a str),
-    /// What the link's source gives: how clients know whom they talk to.
+    /// The text by which clients recognise a Crazyflie, from the link's source.
     Source,
 }
 
-/// What a Crazyflie says of itself (crazyflie-firmware, `crtpservice.c`).
+/// The text of the link's source (crazyflie-firmware, `crtpservice.c`).
 const SOURCE: &[u8; MAX_DATA] = b"Bitcraze Crazyflie\0\0\0\0\0\0\0\0\0\0\0\0";
 
 impl Reply<'_> {
-    /// As it is sent. What is too long is cut off.
+    /// The packet to be sent; bytes that do not fit are left out.
     #[must_use]
     pub fn packet(&self) -> Packet {
         let on = Packet::empty;
@@ -302,7 +301,7 @@ impl Reply<'_> {
         }
     }
 
-    /// Of a log block, what comes before its values.
+    /// The head of a log block, to which its values are added.
     #[must_use]
     pub fn log_data(block: u8, now: Instant) -> LogData {
         let [a, b, c, ..] = (now.as_micros() / 1_000).to_le_bytes();
@@ -331,7 +330,7 @@ fn valued(packet: Packet, value: Result<Value, Errno>, with_status: bool) -> Pac
     }
 }
 
-/// A log block as it is put together.
+/// A log block that is being put together.
 #[derive(Clone, Copy, Debug)]
 pub struct LogData(Packet);
 
@@ -339,13 +338,13 @@ impl LogData {
     /// The most bytes of a block's values.
     pub const MAX: usize = MAX_DATA - 4;
 
-    /// Adds a value, as a `kind`.
+    /// Adds a value in this type.
     #[must_use]
     pub fn with(self, value: Value, kind: LogType) -> Self {
         Self(self.0.with(value.log_bytes(kind).as_slice()))
     }
 
-    /// As it is sent.
+    /// The packet to be sent.
     #[must_use]
     pub const fn packet(self) -> Packet {
         self.0

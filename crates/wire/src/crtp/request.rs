@@ -1,121 +1,121 @@
-//! What comes in.
+//! Packets from a client to a drone.
 
 use super::{Error, HighLevel, LogRequest, Packet, ParamRequest, Port, Rpyt, Setpoint};
 
-/// What a client wants.
+/// A request of a client.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Request<'a> {
-    /// Nothing: it gives the drone an occasion to speak.
+    /// A packet without content, which lets the drone send one in return.
     Null,
-    /// About parameters.
+    /// A request to the parameter service.
     Param(ParamRequest<'a>),
-    /// The oldest kind of set-point.
+    /// A set-point in the oldest format.
     Rpyt(Rpyt),
-    /// About memories.
+    /// A request to the memory service.
     Memory(MemoryRequest),
-    /// About the log.
+    /// A request to the log service.
     Log(LogRequest<'a>),
     /// A set-point.
     Setpoint(Setpoint),
-    /// No more set-points will come, and the last one holds for so many milliseconds.
+    /// The notice that no more set-points will come; the last one holds for this many milliseconds.
     SetpointsEnd(u32),
-    /// Take-off, landing, and ways between.
+    /// A high-level command: take-off, landing, trajectories.
     HighLevel(HighLevel),
-    /// What the supervisor sees.
+    /// A question to the supervisor.
     Supervisor(SupervisorQuestion),
-    /// What the supervisor is to do.
+    /// A command to the supervisor.
     Command(SupervisorCommand),
-    /// The same, from a client that is older than the supervisor's port; who is answered by its
-    /// own packet.
+    /// A command to the supervisor from a client that is older than the supervisor's port. The
+    /// answer to it is the client's own packet.
     OldCommand(SupervisorCommand),
-    /// About the drone itself.
+    /// A question or a command about the drone itself.
     Platform(PlatformRequest<'a>),
-    /// About the link.
+    /// A request to the link service.
     Link(LinkRequest<'a>),
 }
 
-/// What is asked of the memories.
+/// A request to the memory service.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum MemoryRequest {
-    /// How many there are.
+    /// The client asks for the number of memories.
     Count,
-    /// What one of them is.
+    /// The client asks for a description of this memory.
     Info(u8),
-    /// What is in one.
+    /// The client reads from a memory.
     Read {
-        /// Which.
+        /// The memory's number.
         memory: u8,
-        /// Where in it.
+        /// The address in the memory.
         address: u32,
     },
-    /// Something is to be put into one.
+    /// The client writes to a memory.
     Write {
-        /// Which.
+        /// The memory's number.
         memory: u8,
-        /// Where in it.
+        /// The address in the memory.
         address: u32,
     },
 }
 
-/// What the supervisor is asked.
+/// A question to the supervisor about its state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum SupervisorQuestion {
-    /// For one bit of its state, 0 to 10.
+    /// The client asks for one bit of the state, 0 to 10.
     Bit(u8),
-    /// For all of them.
+    /// The client asks for all bits of the state.
     All,
 }
 
-/// What the supervisor is to do.
+/// A command to the supervisor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum SupervisorCommand {
-    /// Arm, or disarm.
+    /// The drone is to be armed (true) or disarmed.
     Arm(bool),
-    /// Forget a crash.
+    /// The drone is to recover from a crash.
     Recover,
-    /// Motors off now.
+    /// The motors are to be switched off now.
     EmergencyStop,
-    /// Motors off unless this is said again within a second.
+    /// The motors are to be switched off unless this command comes again within a second.
     EmergencyStopWatchdog,
 }
 
-/// What is asked of the drone itself.
+/// A question or a command about the drone itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum PlatformRequest<'a> {
-    /// To send without end, so that the radio can be measured.
+    /// The radio is to transmit without end, so that it can be measured.
     ContinuousWave,
-    /// To beep or blink.
+    /// The drone is to beep or blink.
     Notify,
-    /// Which protocol it speaks.
+    /// The client asks for the protocol's version.
     Protocol,
-    /// Which firmware it runs.
+    /// The client asks for the firmware's version.
     Firmware,
-    /// Which drone it is.
+    /// The client asks for the type of the drone.
     DeviceType,
-    /// The application's own.
+    /// A packet for the application, which defines its bytes.
     Application(&'a [u8]),
 }
 
-/// What is asked of the link.
+/// A request to the link service.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum LinkRequest<'a> {
-    /// The same again.
+    /// The drone is to send these bytes back.
     Echo(&'a [u8]),
-    /// Something.
+    /// The drone is to send the text of its source.
     Source,
-    /// Nothing.
+    /// The drone is to answer nothing.
     Sink,
 }
 
 impl<'a> Request<'a> {
-    /// What `packet` wants. What stands behind a request is not looked at, as the vendor's
-    /// firmware does not.
+    /// The request that a packet contains. Bytes after the request are ignored, as the vendor's
+    /// firmware ignores them.
     ///
     /// # Errors
     /// [`Error`].
@@ -193,7 +193,7 @@ impl<'a> Request<'a> {
         }
     }
 
-    /// As a client sends it.
+    /// The packet that a client sends for this request.
     #[must_use]
     pub fn packet(&self) -> Packet {
         let on = Packet::empty;
@@ -255,7 +255,7 @@ impl MemoryRequest {
 }
 
 impl SupervisorCommand {
-    /// Its number.
+    /// The command's number.
     #[must_use]
     pub const fn code(self) -> u8 {
         match self {

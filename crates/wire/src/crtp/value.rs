@@ -1,6 +1,6 @@
-//! A number of one of the types that the log and the parameters have.
+//! Numbers in the types that log variables and parameters have.
 
-/// A number.
+/// A number with its type.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Value {
@@ -20,7 +20,7 @@ pub enum Value {
     F32(f32),
 }
 
-/// What a log variable can be asked for as.
+/// A type in which a log variable can be sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
@@ -39,7 +39,7 @@ pub enum LogType {
     I32 = 6,
     /// `float`
     F32 = 7,
-    /// Half a `float`.
+    /// A half-precision `float` (IEEE 754 binary16).
     F16 = 8,
 }
 
@@ -60,7 +60,7 @@ impl LogType {
         }
     }
 
-    /// How many bytes it takes.
+    /// The number of bytes of this type.
     #[must_use]
     pub const fn size(self) -> usize {
         match self {
@@ -70,7 +70,7 @@ impl LogType {
         }
     }
 
-    /// Its name, as clients have it.
+    /// The name of the type, as clients know it.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -86,7 +86,7 @@ impl LogType {
     }
 }
 
-/// What a parameter is.
+/// The type of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
@@ -123,7 +123,7 @@ impl ParamType {
         }
     }
 
-    /// Its name, as clients have it.
+    /// The name of the type, as clients know it.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -137,8 +137,8 @@ impl ParamType {
         }
     }
 
-    /// The number of this type at the beginning of `bytes`. What stands behind it is not looked
-    /// at, as the vendor's firmware does not.
+    /// The number of this type at the beginning of `bytes`. Bytes after it are ignored, as the
+    /// vendor's firmware ignores them.
     #[must_use]
     pub fn read(self, bytes: &[u8]) -> Option<Value> {
         let two = || bytes.first_chunk::<2>().copied();
@@ -155,7 +155,7 @@ impl ParamType {
     }
 }
 
-/// The bytes of a number: four, and how many of them count.
+/// The bytes of a number: four, and the number of them that count.
 pub(super) struct Bytes([u8; 4], usize);
 
 impl Bytes {
@@ -165,7 +165,7 @@ impl Bytes {
 }
 
 impl Value {
-    /// What it is stored as, to the log.
+    /// The type in which the log stores the number.
     #[must_use]
     pub const fn log_type(self) -> LogType {
         match self {
@@ -179,7 +179,7 @@ impl Value {
         }
     }
 
-    /// What it is, as a parameter.
+    /// The type that the number has as a parameter.
     #[must_use]
     pub const fn param_type(self) -> ParamType {
         match self {
@@ -207,7 +207,7 @@ impl Value {
         }
     }
 
-    /// As a `float`.
+    /// The number as a `float`.
     const fn as_float(self) -> f32 {
         match self {
             Self::U8(n) => n as f32,
@@ -220,8 +220,8 @@ impl Value {
         }
     }
 
-    /// As a whole number no smaller than `least` and no larger than `most`. A fraction is cut off,
-    /// what is not a number is zero.
+    /// The number as a whole number from `least` to `most`. A fraction is cut off; NaN becomes
+    /// zero.
     fn as_whole(self, least: i64, most: i64) -> i64 {
         let n = match self {
             Self::U8(n) => i64::from(n),
@@ -237,8 +237,8 @@ impl Value {
         n.clamp(least, most)
     }
 
-    /// Its bytes when it is asked for as `kind`. A number too large for that becomes the largest
-    /// there is.
+    /// The bytes of the number in the type `kind`. A number beyond the range of that type becomes
+    /// the largest or smallest of it.
     pub(super) fn log_bytes(self, kind: LogType) -> Bytes {
         let whole = |least: i64, most: i64| {
             let [a, b, c, d, ..] = self.as_whole(least, most).to_le_bytes();
@@ -260,7 +260,8 @@ impl Value {
     }
 }
 
-/// The nearest number of 16 bits (IEEE 754 binary16), the even one of two; too large is infinite.
+/// The nearest half-precision number (IEEE 754 binary16), ties to even; a number that is too large
+/// becomes infinite.
 fn half(x: f32) -> u16 {
     let bits = x.to_bits();
     let sign = (bits >> 16) & 0x8000;
@@ -282,7 +283,7 @@ fn half(x: f32) -> u16 {
     (sign | half) as u16
 }
 
-/// `n / 2^places`, rounded to the nearest, the even one of two; `places` is 1 to 24.
+/// `n / 2^places`, rounded to the nearest, ties to even; `places` is 1 to 24.
 const fn round(n: u32, places: u32) -> u32 {
     let below_half = (1 << (places - 1)) - 1;
     (n + below_half + ((n >> places) & 1)) >> places

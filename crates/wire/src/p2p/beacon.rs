@@ -1,24 +1,24 @@
-//! Who is there: once at boot and once a second.
+//! Beacons: each node sends one at boot, and one a second.
 
 use units::{Role, Volts};
 
 use super::{Error, exactly, steps};
 
-/// Who is there, in 3 bytes.
+/// The existence of a node, in 3 bytes.
 ///
 /// | byte | type | field | what | unit |
 /// |---|---|---|---|---|
 /// | 0 | `u8` | `role` | 0 head, 1 relay, 2 base | |
-/// | 1 | `u8` | `state` | what it is doing | |
+/// | 1 | `u8` | `state` | state of the node's agent, by its code | |
 /// | 2 | `u8` | `battery` | 0 none | 20 mV |
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Beacon {
-    /// What the sender is.
+    /// The sender's role.
     pub role: Role,
-    /// What it is doing: `agent::State::code`.
+    /// The state of the sender's agent: `agent::State::code`.
     pub state: u8,
-    /// Its battery, to 20 mV; `None` where it has none or does not know.
+    /// The sender's battery, to 20 mV; `None` where it has none or has not measured it.
     pub battery: Option<Volts>,
 }
 

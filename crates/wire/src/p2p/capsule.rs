@@ -1,4 +1,4 @@
-//! What travels end to end, between the base and one node, sealed for those two alone.
+//! Messages that travel end to end, between the base and one node, sealed for those two alone.
 
 use heapless::Vec;
 use units::{Dbm, Duration, Metres, MetresPerSecond, NodeId, Volts};
@@ -18,20 +18,20 @@ const _: () = assert!(OPEN + TELEMETRY + TAG <= MAX_BODY && ORDER <= TELEMETRY, 
 /// | byte | type | field | what | unit |
 /// |---|---|---|---|---|
 /// | 0 | `u8` | `node` | the end that is not the base, 0 to 15 | |
-/// | 1 | `u24` | `count` | counts what its writer has sealed since it was switched on | |
-/// | 4 | `u24` | `epoch` | counts how often the writer was switched on, from 1 | |
+/// | 1 | `u24` | `count` | number of the messages that the writer has sealed since its boot | |
+/// | 4 | `u24` | `epoch` | number of the writer's boots, from 1 | |
 /// | 7 | `N` bytes | `sealed` | the message, encrypted | |
-/// | 7 + `N` | 8 bytes | `tag` | its tag | |
+/// | 7 + `N` | 8 bytes | `tag` | tag of the message | |
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Capsule<const N: usize> {
-    /// The end that is not the base: where a command goes, where telemetry comes from.
+    /// The end that is not the base: the recipient of a command, the sender of telemetry.
     pub node: NodeId,
-    /// The number that whoever sealed it gave it.
+    /// The number that the node that sealed the message gave it.
     pub counter: Counter,
     /// The message, encrypted.
     pub sealed: [u8; N],
-    /// Its tag.
+    /// The tag of the message.
     pub tag: [u8; TAG],
 }
 
@@ -53,7 +53,7 @@ impl<const N: usize> Capsule<N> {
     }
 }
 
-/// Steps of a quantity in one of its unit.
+/// Steps of each quantity in one of its unit.
 mod per {
     pub(super) const WAY: f32 = 10.0;
     pub(super) const VELOCITY: f32 = 100.0;
@@ -63,54 +63,54 @@ mod per {
 /// A step of the endurance, in µs.
 const ENDURANCE_STEP: u64 = 4_000_000;
 
-/// A byte that stands for no number.
+/// The byte that stands for no number.
 const NONE: u8 = u8::MAX;
 
-/// There is a neighbour.
+/// The bit that says that there is a neighbour.
 const THERE: u8 = 1 << 4;
 
-/// What a node tells the base of itself, in 14 bytes.
+/// The state of a node, which it tells the base, in 14 bytes.
 ///
 /// | byte | type | field | what | unit |
 /// |---|---|---|---|---|
-/// | 0 | `u8` | `state` | what it is doing | |
-/// | 1 | `u8` | `fault` | what is wrong with it, 0 nothing | |
+/// | 0 | `u8` | `state` | state of the node's agent, by its code | |
+/// | 1 | `u8` | `fault` | the node's fault by its code, 0 none | |
 /// | 2 | `u8` | `battery` | 0 none | 20 mV |
-/// | 3 | `u8` | `endurance` | how long the battery still carries it, 255 none | 4 s |
-/// | 4 | bits 0–3 | `front_node` | who is in front, 0 to 15 | |
-/// | 4 | bit 4 | `front` | 0 nobody, 1 somebody | |
+/// | 3 | `u8` | `endurance` | time that the battery still carries the node, 255 none | 4 s |
+/// | 4 | bits 0–3 | `front_node` | neighbour towards the head, 0 to 15 | |
+/// | 4 | bit 4 | `front` | 0 absent, 1 present | |
 /// | 4 | bits 5–7 | zero | | |
-/// | 5 | `u8` | `front_link` | how weak the link to it is | −1 dBm |
-/// | 6 | bits 0–3 | `back_node` | who is behind, 0 to 15 | |
-/// | 6 | bit 4 | `back` | 0 nobody, 1 somebody | |
+/// | 5 | `u8` | `front_link` | strength of the link to it | −1 dBm |
+/// | 6 | bits 0–3 | `back_node` | neighbour towards the base, 0 to 15 | |
+/// | 6 | bit 4 | `back` | 0 absent, 1 present | |
 /// | 6 | bits 5–7 | zero | | |
-/// | 7 | `u8` | `back_link` | how weak the link to it is | −1 dBm |
+/// | 7 | `u8` | `back_link` | strength of the link to it | −1 dBm |
 /// | 8 | `i16` | `odometer` | way along the tunnel | 0.1 m |
 /// | 10 | `i8` | `velocity` | along the tunnel | 1 cm/s |
 /// | 11 | `u8` | `height` | 255 none | 2 cm |
-/// | 12 | `u16` | `heeded` | the low half of the last obeyed command's count, or 0 | |
+/// | 12 | `u16` | `heeded` | low half of the count of the last command that the node obeyed, or 0 | |
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Telemetry {
-    /// What it is doing: `agent::State::code`.
+    /// The state of the node's agent: `agent::State::code`.
     pub state: u8,
-    /// What is wrong with it, 0 for nothing.
+    /// The node's fault, 0 for none.
     pub fault: u8,
-    /// Its battery, to 20 mV.
+    /// The node's battery, to 20 mV.
     pub battery: Option<Volts>,
-    /// How long the battery still carries it, to 4 s, at most 1016 s.
+    /// The time that the battery still carries the node, to 4 s, at most 1016 s.
     pub endurance: Option<Duration>,
-    /// Who is in front, and how strong that link is.
+    /// The neighbour towards the head, and the strength of the link to it.
     pub front: Option<(NodeId, Dbm)>,
-    /// Who is behind, and how strong that link is.
+    /// The neighbour towards the base, and the strength of the link to it.
     pub back: Option<(NodeId, Dbm)>,
-    /// Its way along the tunnel, to 0.1 m.
+    /// The node's way along the tunnel, to 0.1 m.
     pub odometer: Metres,
-    /// Its velocity along the tunnel, to 1 cm/s.
+    /// The node's velocity along the tunnel, to 1 cm/s.
     pub velocity: MetresPerSecond,
-    /// Its height, to 2 cm, at most 5.08 m: the ranger that measures it sees 4 m.
+    /// The node's height, to 2 cm, at most 5.08 m: the ranger that measures it sees 4 m.
     pub height: Option<Metres>,
-    /// The last 16 bits of the count of the last command that it obeyed, or zero.
+    /// The last 16 bits of the count of the last command that the node obeyed, or zero.
     pub heeded: u16,
 }
 
@@ -147,7 +147,7 @@ impl Telemetry {
         ]
     }
 
-    /// The telemetry that these bytes are.
+    /// The telemetry in these bytes.
     ///
     /// # Errors
     /// [`Error::Length`] or [`Error::Reserved`].
@@ -175,7 +175,7 @@ fn endurance(endurance: Duration) -> u8 {
     steps.min(u64::from(NONE) - 1) as u8
 }
 
-/// A neighbour and its link. One without a name on the air is none.
+/// The bytes of a neighbour and its link. A neighbour that cannot be named on the air is left out.
 fn neighbour(neighbour: Option<(NodeId, Dbm)>) -> [u8; 2] {
     let named = neighbour.and_then(|(node, link)| Some((steps::name(node)?, link)));
     named.map_or([0, 0], |(name, link)| [THERE | name, steps::weakness(link)])

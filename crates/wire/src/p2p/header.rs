@@ -1,5 +1,5 @@
-//! The first 8 bytes of every packet, in clear: who speaks, and the number that is never used
-//! twice.
+//! Headers: the first 8 bytes of every packet, in clear. They name the sender and carry the number
+//! that is never used twice.
 
 use units::NodeId;
 
@@ -8,7 +8,7 @@ use super::{Error, exactly, steps};
 /// Bytes of a header.
 pub const HEADER: usize = 8;
 
-/// What a message is about.
+/// The kind of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Kind {
@@ -25,7 +25,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// All of them.
+    /// All kinds.
     pub const ALL: [Self; 5] =
         [Self::Beacon, Self::Report, Self::Command, Self::Telemetry, Self::Membership];
 
@@ -51,23 +51,23 @@ impl Kind {
     }
 }
 
-/// Which of a sender's two turns in a frame a packet was sent in.
+/// The turn of a frame in which a packet was sent: each node has two.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Wave {
-    /// From the base to the head.
+    /// The turns run from the base to the head.
     Outward,
-    /// From the head to the base.
+    /// The turns run from the head to the base.
     Inward,
 }
 
-/// How often a node has been switched on: 24 bits, never the same twice, never zero.
+/// The number of a node's boot: 24 bits, never the same twice, never zero.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Epoch(u32);
 
 impl Epoch {
-    /// That of a node that has never been switched on before.
+    /// The epoch of a node that is switched on for the first time.
     pub const FIRST: Self = Self(1);
 
     /// Epoch `number`, if there is one: 1 to 2²⁴ − 1.
@@ -76,19 +76,19 @@ impl Epoch {
         if number != 0 && number <= LOW { Some(Self(number)) } else { None }
     }
 
-    /// Its number.
+    /// The epoch's number.
     #[must_use]
     pub const fn get(self) -> u32 {
         self.0
     }
 
-    /// The one after it; `None` after 16 million.
+    /// The epoch after this one; `None` after 16 million.
     #[must_use]
     pub const fn next(self) -> Option<Self> {
         Self::new(self.0 + 1)
     }
 
-    /// Its last 16 bits, by which a peer says which epoch it hears.
+    /// The last 16 bits of the epoch, by which a peer tells which epoch it hears.
     #[must_use]
     pub const fn low16(self) -> u16 {
         self.0 as u16
@@ -101,7 +101,7 @@ impl Epoch {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Counter(u64);
 
-/// 24 bits.
+/// The largest number of 24 bits.
 const LOW: u32 = (1 << 24) - 1;
 
 impl Counter {
@@ -117,32 +117,32 @@ impl Counter {
         Epoch((self.0 >> 24) as u32)
     }
 
-    /// Which packet of that epoch.
+    /// The packet's number within its epoch.
     #[must_use]
     pub const fn count(self) -> u32 {
         self.0 as u32 & LOW
     }
 
-    /// The one after it in the same epoch; `None` when that is used up.
+    /// The counter after this one in the same epoch; `None` when the epoch is used up.
     #[must_use]
     pub const fn next(self) -> Option<Self> {
         Self::new(self.epoch(), self.count() + 1)
     }
 
-    /// Its last 16 bits, by which telemetry says which command was obeyed.
+    /// The last 16 bits of the count, by which telemetry names the command that was obeyed.
     #[must_use]
     pub const fn low16(self) -> u16 {
         self.0 as u16
     }
 
-    /// Its bytes: the count and then the epoch, each in three, the lowest first.
+    /// The counter's bytes: the count and then the epoch, each in three, the lowest first.
     #[must_use]
     pub const fn to_bytes(self) -> [u8; 6] {
         let [b0, b1, b2, b3, b4, b5, ..] = self.0.to_le_bytes();
         [b0, b1, b2, b3, b4, b5]
     }
 
-    /// The counter of these bytes; `None` where their epoch is zero.
+    /// The counter with these bytes; `None` where their epoch is zero.
     #[must_use]
     pub const fn from_bytes([b0, b1, b2, b3, b4, b5]: [u8; 6]) -> Option<Self> {
         let counter = Self(u64::from_le_bytes([b0, b1, b2, b3, b4, b5, 0, 0]));
@@ -158,20 +158,20 @@ impl Counter {
 /// | 0 | bits 4–7 | `version` | 1 | |
 /// | 1 | bits 0–3 | `from` | the sender, 0 the head to 15 | |
 /// | 1 | bit 4 | `wave` | 0 outward, 1 inward | |
-/// | 1 | bits 5–6 | `place` | which packet of that turn, 0 to 3 | |
+/// | 1 | bits 5–6 | `place` | the packet's place in the turn, 0 to 3 | |
 /// | 1 | bit 7 | zero | | |
-/// | 2 | `u24` | `count` | counts the sender's packets since it was switched on | |
-/// | 5 | `u24` | `epoch` | counts how often it was switched on, from 1 | |
+/// | 2 | `u24` | `count` | number of the sender's packets since its boot | |
+/// | 5 | `u24` | `epoch` | number of the sender's boots, from 1 | |
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Header {
-    /// What the body is.
+    /// The kind of message in the body.
     pub kind: Kind,
-    /// Who sends it (not: who wrote what is passed on in it).
+    /// The sender of this packet, which may pass on a message that another node wrote.
     pub from: NodeId,
-    /// In which of its turns.
+    /// The turn in which the packet was sent.
     pub wave: Wave,
-    /// As which packet of that turn, 0 to 3.
+    /// The packet's place among those of the turn, 0 to 3.
     pub place: u8,
     /// The packet's number.
     pub counter: Counter,
@@ -184,7 +184,7 @@ const LAST_PLACE: u8 = 3;
 const ZERO: u8 = 1 << 7;
 
 impl Header {
-    /// The header's bytes. A place beyond the last is the last.
+    /// The header's bytes. A place above 3 becomes 3.
     #[must_use]
     pub fn encode(&self) -> [u8; HEADER] {
         let wave = match self.wave {
@@ -197,13 +197,13 @@ impl Header {
         [VERSION << 4 | self.kind.code(), sender, c0, c1, c2, c3, c4, c5]
     }
 
-    /// The header that a packet begins with, and the rest of the packet: body and tag.
+    /// The header of a packet, and the rest of the packet: body and tag.
     ///
     /// # Errors
     /// [`Error`].
     pub fn decode(packet: &[u8]) -> Result<(Self, &[u8]), Error> {
         let &first = packet.first().ok_or(Error::Length(0))?;
-        // Before all else, which a later version may have elsewhere.
+        // Before anything else, which a later version may have elsewhere.
         if first >> 4 != VERSION {
             return Err(Error::Version(first >> 4));
         }

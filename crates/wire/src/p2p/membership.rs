@@ -1,29 +1,29 @@
-//! Who comes, goes, or may not.
+//! Messages by which nodes join and leave the chain, and are refused.
 
 use heapless::Vec;
 use units::NodeId;
 
 use super::{Error, exactly, steps};
 
-/// A change in who belongs to the chain, in 1 byte or, where somebody is refused, 4.
+/// A change in the members of the chain, in 1 byte or, where a node is refused, 4.
 ///
 /// | byte | type | field | what | unit |
 /// |---|---|---|---|---|
 /// | 0 | `u8` | `change` | 1 join, 2 leave, 3 refused | |
-/// | 1 | `u8` | `node` | who is refused, 0 to 15 | |
-/// | 2 | `u16` | `epoch` | the low half of its epoch | |
+/// | 1 | `u8` | `node` | the node that is refused, 0 to 15 | |
+/// | 2 | `u16` | `epoch` | low half of its epoch | |
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Membership {
-    /// The sender would like to speak.
+    /// The sender asks to be a member.
     Join,
-    /// The sender will not speak again.
+    /// The sender will not transmit again.
     Leave,
-    /// Somebody may not speak: its number is the sender's.
+    /// A node must not transmit: it has the sender's number.
     Refused {
-        /// The number that it goes by.
+        /// The number that both nodes have.
         node: NodeId,
-        /// The last 16 bits of its epoch, which tell it from another of that number.
+        /// The last 16 bits of the epoch of the refused node, which tell the two apart.
         epoch: u16,
     },
 }

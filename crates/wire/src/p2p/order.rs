@@ -1,4 +1,4 @@
-//! The text of a command: one [`Order`] in 4 bytes.
+//! Orders as the text of a command: one [`Order`] in 4 bytes.
 
 use units::{MetresPerSecond, Order};
 
@@ -30,7 +30,7 @@ pub fn encode_order(order: Order) -> [u8; ORDER] {
     [code, s0, s1, 0]
 }
 
-/// The order that these bytes are.
+/// The order in these bytes.
 ///
 /// # Errors
 /// [`Error::Length`], [`Error::Code`] or [`Error::Reserved`].

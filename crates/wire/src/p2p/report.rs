@@ -1,61 +1,61 @@
-//! How a node flies and how it hears the others: five times a second.
+//! Reports: each node tells five times a second how it flies and how well it hears the others.
 
 use heapless::Vec;
 use units::{Dbm, LinkSpan, Metres, MetresPerSecond, NodeId, Phase};
 
 use super::{Error, MAX_BODY, steps};
 
-/// The most others that one report tells of.
+/// The most other nodes that one report lists.
 pub const HEARD: usize = 4;
 
-/// Bytes of a report that tells of nobody.
+/// Bytes of a report that lists no node.
 const ALONE: usize = 20;
 /// Bytes of a [`Heard`].
 const ONE: usize = 4;
 
 const _: () = assert!(ALONE + HEARD * ONE <= MAX_BODY, "a report is one packet");
 
-/// A report, in 20 bytes and 4 for each node that it tells of.
+/// A report, in 20 bytes and 4 for each node that it lists.
 ///
 /// | byte | type | field | what | unit |
 /// |---|---|---|---|---|
 /// | 0 | bits 0–2 | `phase` | 0 waiting, 1 transit, 2 linked, 3 base, 4 out | |
 /// | 0 | bit 3 | `recall` | 1 the chain is called home | |
-/// | 0 | bit 4 | `has_links` | 1 the links at 6 and 8 are there | |
-/// | 0 | bit 5 | `has_front` | 1 the link at 10 is there | |
-/// | 0 | bit 6 | `has_back` | 1 the link at 12 is there | |
+/// | 0 | bit 4 | `has_links` | 1 bytes 6 to 9 hold links | |
+/// | 0 | bit 5 | `has_front` | 1 bytes 10 and 11 hold a link | |
+/// | 0 | bit 6 | `has_back` | 1 bytes 12 and 13 hold a link | |
 /// | 0 | bit 7 | zero | | |
 /// | 1 | `i16` | `velocity` | along the tunnel, towards the head | 1 mm/s |
 /// | 3 | `i24` | `odometer` | way along the tunnel since take-off | 1/128 m |
-/// | 6 | `i16` | `weakest` | link from the head to here, or 0 | 1/4 dBm |
-/// | 8 | `i16` | `strongest` | link from the head to here, or 0 | 1/4 dBm |
+/// | 6 | `i16` | `weakest` | weakest link between the head and the sender, or 0 | 1/4 dBm |
+/// | 8 | `i16` | `strongest` | strongest link between the head and the sender, or 0 | 1/4 dBm |
 /// | 10 | `i16` | `front` | the sender's link towards the head, or 0 | 1/4 dBm |
 /// | 12 | `i16` | `back` | the sender's link towards the base, or 0 | 1/4 dBm |
 /// | 14 | `u16` | `front_total` | sum over the links towards the head, or 0 | 1/64 |
-/// | 16 | `u8` | `front_links` | of how many links, 1 to 15, 0 none | |
+/// | 16 | `u8` | `front_links` | number of these links, 1 to 15, 0 none | |
 /// | 17 | `u16` | `back_total` | sum over the links towards the base, or 0 | 1/64 |
-/// | 19 | `u8` | `back_links` | of how many links, 1 to 15, 0 none | |
-/// | 20 | 0 to 4 × 4 bytes | `heard` | whom it hears | |
+/// | 19 | `u8` | `back_links` | number of these links, 1 to 15, 0 none | |
+/// | 20 | 0 to 4 × 4 bytes | `heard` | the nodes that the sender hears | |
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Report {
-    /// Where the sender is in its mission.
+    /// The stage of the sender's mission.
     pub phase: Phase,
-    /// Somebody in the chain must come home, and so everybody does.
+    /// Whether the whole chain must come home, because one of its drones must.
     pub recall: bool,
-    /// Its velocity along the tunnel, positive towards the head.
+    /// The sender's velocity along the tunnel, positive towards the head.
     pub velocity: MetresPerSecond,
-    /// Its way along the tunnel since take-off, positive towards the head.
+    /// The sender's way along the tunnel since take-off, positive towards the head.
     pub odometer: Metres,
-    /// The links from the head down to the sender, where it knows of any.
+    /// The links from the head down to the sender, if it knows of any.
     pub links: Option<LinkSpan>,
-    /// Its own link towards the head, filtered.
+    /// The sender's link towards the head, filtered.
     pub front: Option<Dbm>,
-    /// Its own link towards the base, filtered.
+    /// The sender's link towards the base, filtered.
     pub back: Option<Dbm>,
     /// Sums over all links on its side of the chain, towards the head and towards the base.
     pub sums: [Option<Sum>; 2],
-    /// Whom it hears, how well; nobody twice.
+    /// The nodes that the sender hears, each once.
     pub heard: Vec<Heard, HEARD>,
 }
 
@@ -63,31 +63,31 @@ pub struct Report {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Sum {
-    /// The sum of what the policy adds up, 0 to 1023, to 1/64.
+    /// The sum of the quantity that the policy adds up, 0 to 1023, to 1/64.
     pub total: f32,
-    /// Over how many links, 1 to 15.
+    /// The number of links in the sum, 1 to 15.
     pub links: u8,
 }
 
-/// How one other node is heard, in 4 bytes.
+/// The strength with which one other node is heard, in 4 bytes.
 ///
 /// | byte | type | field | what | unit |
 /// |---|---|---|---|---|
-/// | 0 | `u8` | `node` | whom, 0 to 15 | |
-/// | 1 | `u8` | `rssi` | how weak its last packet was | −1 dBm |
-/// | 2 | `u16` | `epoch` | the low half of its epoch | |
+/// | 0 | `u8` | `node` | the node that is heard, 0 to 15 | |
+/// | 1 | `u8` | `rssi` | strength of its last packet | −1 dBm |
+/// | 2 | `u16` | `epoch` | low half of its epoch | |
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Heard {
-    /// Whom.
+    /// The node that is heard.
     pub node: NodeId,
-    /// How strong its last packet was, unfiltered.
+    /// The strength of its last packet, unfiltered.
     pub rssi: Dbm,
     /// The last 16 bits of its epoch.
     pub epoch: u16,
 }
 
-/// Steps of a quantity in one of its unit.
+/// Steps of each quantity in one of its unit.
 mod per {
     pub(super) const VELOCITY: f32 = 1000.0;
     /// A power of two, so that an f32 has every step of the three bytes: 65 km, to 8 mm.
@@ -95,7 +95,7 @@ mod per {
     pub(super) const TOTAL: f32 = 64.0;
 }
 
-/// The ends of three bytes with a sign.
+/// The smallest number of three bytes with a sign.
 const LEAST: i32 = -(1 << 23);
 const MOST: i32 = (1 << 23) - 1;
 
@@ -138,7 +138,7 @@ impl Report {
             .collect()
     }
 
-    /// Whom it hears, of those who have a name on the air, each once.
+    /// The nodes that the sender hears and that can be named on the air, each once.
     fn named(&self) -> impl Iterator<Item = [u8; ONE]> {
         let so_far = |count| self.heard.iter().take(count);
         self.heard.iter().enumerate().filter_map(move |(i, heard)| {
@@ -164,7 +164,7 @@ impl Report {
             phase: phase_of_code(codes & PHASE)?,
             recall: codes & RECALL != 0,
             velocity: MetresPerSecond(f32::from(i16::from_le_bytes([v0, v1])) / per::VELOCITY),
-            // The shift brings the sign down.
+            // The shift extends the sign.
             odometer: Metres((i32::from_le_bytes([0, o0, o1, o2]) >> 8) as f32 / per::WAY),
             links: span_of_steps(codes & HAS_LINKS != 0, links)?,
             front: power(codes & HAS_FRONT != 0, i16::from_le_bytes([f0, f1]))?,
@@ -175,7 +175,7 @@ impl Report {
     }
 }
 
-/// Each once.
+/// The entries; an error where a node is listed twice.
 fn all(entries: &[[u8; ONE]]) -> Result<Vec<Heard, HEARD>, Error> {
     let mut all = Vec::new();
     for entry in entries {
@@ -217,7 +217,7 @@ const fn phase_of_code(code: u8) -> Result<Phase, Error> {
     }
 }
 
-/// Nothing where the two contradict each other or are no numbers.
+/// The span in steps, unless its ends contradict each other or are NaN.
 fn span_in_steps(span: LinkSpan) -> Option<(i16, i16)> {
     if span.weakest > span.strongest {
         return None;
@@ -237,7 +237,7 @@ fn span_of_steps(there: bool, (weakest, strongest): (i16, i16)) -> Result<Option
 }
 
 impl Sum {
-    /// Zeros where it is no number, or of no links.
+    /// The sum's bytes: zeros where the total is NaN or there are no links.
     fn encode(self) -> [u8; 3] {
         match (steps::number(self.total), self.links.min(LINKS)) {
             (None, _) | (_, 0) => [0; 3],

@@ -1,15 +1,15 @@
-//! Numbers in whole steps, and what else several messages share.
+//! Conversions between quantities and whole steps, which several messages share.
 
 use units::{Dbm, NodeId, Volts};
 
 use units::NODES;
 
-/// Steps of a quantity in one of its unit.
+/// Steps of each quantity in one of its unit.
 const POWER: f32 = 4.0;
 const VOLTAGE: f32 = 50.0;
 
 /// The nearest whole number, ties away from zero. A conversion by `as` saturates, and makes zero of
-/// what is not a number.
+/// NaN.
 pub(super) fn nearest(number: f32) -> i32 {
     (number + if number < 0.0 { -0.5 } else { 0.5 }) as i32
 }
@@ -19,17 +19,17 @@ pub(super) fn within(number: f32, least: i32, most: i32) -> i32 {
     nearest(number).clamp(least, most)
 }
 
-/// The same as two bytes with a sign.
+/// The nearest whole number of two bytes with a sign.
 pub(super) fn short(number: f32) -> i16 {
     within(number, i16::MIN.into(), i16::MAX.into()) as i16
 }
 
-/// What is a number.
+/// The number, unless it is NaN.
 pub(super) fn number(number: f32) -> Option<f32> {
     (!number.is_nan()).then_some(number)
 }
 
-/// A signal strength, to ¼ dBm; none when it is no number.
+/// A signal strength, to ¼ dBm; none for NaN.
 pub(super) fn quarters(power: Dbm) -> Option<i16> {
     number(power.0).map(|power| short(power * POWER))
 }
@@ -38,13 +38,13 @@ pub(super) fn of_quarters(steps: i16) -> Dbm {
     Dbm(f32::from(steps) / POWER)
 }
 
-/// An unfiltered signal strength, to 1 dBm. What is no number counts as the weakest.
+/// An unfiltered signal strength, to 1 dBm. NaN counts as the weakest.
 pub(super) fn weakness(power: Dbm) -> u8 {
     number(power.0).map_or(u8::MAX, |power| within(-power, 0, u8::MAX.into()) as u8)
 }
 
 pub(super) fn of_weakness(weakness: u8) -> Dbm {
-    // Not `-0.0`, which is a strength of its own to whoever compares bits.
+    // Not `-0.0`, whose bits differ from those of zero.
     Dbm(0.0 - f32::from(weakness))
 }
 
@@ -58,17 +58,17 @@ pub(super) fn of_voltage(steps: u8) -> Option<Volts> {
     (steps != 0).then(|| Volts(f32::from(steps) / VOLTAGE))
 }
 
-/// A node's number, if it has one on the air.
+/// The number by which a node is named on the air, if it can be.
 pub(super) fn name(node: NodeId) -> Option<u8> {
     (usize::from(node.0) < NODES).then_some(node.0)
 }
 
-/// The same where there must be one.
+/// The nearest number by which a node can be named on the air.
 pub(super) fn nearest_name(node: NodeId) -> u8 {
     name(node).unwrap_or(NODES as u8 - 1)
 }
 
-/// The node of this name, where there is one.
+/// The node with this number on the air, if there is one.
 pub(super) fn of_name(name: u8) -> Result<NodeId, super::Error> {
     if usize::from(name) < NODES { Ok(NodeId(name)) } else { Err(super::Error::Reserved) }
 }

@@ -1,4 +1,5 @@
-//! Frames: finding them in a stream of bytes that may have been disturbed, and writing them.
+//! Frames of the serial line: finding them in a stream of bytes that may be disturbed, and writing
+//! them.
 
 /// The most data that one frame carries (`SYSLINK_MTU`).
 pub const MAX_DATA: usize = 64;
@@ -7,62 +8,62 @@ pub const MAX_DATA: usize = 64;
 pub const MAX_FRAME: usize = HEADER + MAX_DATA + CHECKSUM;
 
 const START: [u8; 2] = [0xBC, 0xCF];
-/// Start, type and length.
+/// Bytes of start, type and length.
 const HEADER: usize = 4;
 const CHECKSUM: usize = 2;
 
-/// What a frame carries. Its checksum was right, its data has not been looked at.
+/// The contents of a frame whose checksum was right. The data has not been checked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Frame<'a> {
     /// The type byte.
     pub kind: u8,
-    /// At most [`MAX_DATA`] bytes.
+    /// The data, at most [`MAX_DATA`] bytes.
     pub data: &'a [u8],
 }
 
-/// How the line has been doing. Each counts up and wraps.
+/// Counters of what the decoder has found on the line. Each counts up and wraps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Counters {
-    /// Frames that were handed on.
+    /// Frames with the right checksum.
     pub good: u32,
-    /// What looked like a frame to its end, but for its checksum.
+    /// Frames with a wrong checksum.
     pub bad_checksums: u32,
-    /// How often, after a good frame, something came that was none.
+    /// The number of times that a good frame was followed by bytes that are no frame.
     pub resyncs: u32,
 }
 
-/// Takes bytes as they come and hands on the frames among them.
+/// Finds the frames in a stream of bytes.
 ///
-/// It keeps the bytes of a frame until the checksum has been compared. When that fails, the frame's
-/// first byte was no start, and the search goes on with the second: a frame that begins inside of
-/// what only looked like one is found. It is handed on late, though: when the bytes have come that
+/// The decoder keeps the bytes of a frame until it has compared the checksum. When that is wrong,
+/// the first byte was no start of a frame, and the search goes on with the second: a frame that
+/// begins inside a false one is found. It is returned late, though: when as many bytes have come as
 /// the false start promised, 70 at most.
 #[derive(Clone, Debug)]
 pub struct Decoder {
-    /// What could yet become a frame: empty, or beginning with a start or the first half of one.
+    /// Bytes that may become a frame: none, or beginning with a start or the first half of one.
     kept: [u8; MAX_FRAME],
     length: usize,
-    /// So many of the kept bytes are the frame that was handed on last.
+    /// The number of kept bytes that are the frame that was returned last.
     done: usize,
     in_step: bool,
     counters: Counters,
 }
 
-/// What the kept bytes are.
+/// A verdict on the kept bytes.
 enum Look {
-    /// As far as they go they could be a frame.
+    /// The bytes could be the beginning of a frame.
     Unfinished,
-    /// A frame with this much data.
+    /// The bytes begin with a frame that has this much data.
     Whole(usize),
-    /// Anything else.
+    /// The bytes are no frame.
     Nothing,
-    /// The same, and only the checksum says so.
+    /// The bytes are a frame but for their checksum.
     BadChecksum,
 }
 
 impl Decoder {
-    /// A decoder that has seen nothing.
+    /// A decoder that has received nothing.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -74,12 +75,12 @@ impl Decoder {
         }
     }
 
-    /// The next frame of `line`, which moves on past the bytes that have been used. `None` when
-    /// they are all used up; one call may be followed by another with the bytes that come next.
+    /// The next frame of `line`, which moves on past the bytes that have been used. `None` when all
+    /// of them are used; the next call may pass the bytes that follow.
     pub fn next<'d>(&'d mut self, line: &mut &[u8]) -> Option<Frame<'d>> {
         let done = core::mem::take(&mut self.done);
         self.drop_first(done);
-        // Each turn takes a byte from the line or drops one that was kept.
+        // Each iteration takes a byte from the line or drops one that was kept.
         let data = loop {
             match self.look() {
                 Look::Whole(data) => break data,
@@ -102,7 +103,7 @@ impl Decoder {
         Some(Frame { kind: *kind, data: data_on.get(..data)? })
     }
 
-    /// How the line has been doing.
+    /// The counters of this decoder.
     #[must_use]
     pub const fn counters(&self) -> Counters {
         self.counters
@@ -129,7 +130,7 @@ impl Decoder {
         }
     }
 
-    /// Drops the first byte, and all after it up to the next that may be a start.
+    /// Drops the first byte, and the bytes after it up to the next that may be a start.
     fn search_on(&mut self) {
         if self.in_step {
             self.in_step = false;
@@ -154,7 +155,7 @@ impl Decoder {
         self.length = left;
     }
 
-    /// There is room: what is kept is never more than an unfinished frame.
+    /// Keeps a byte. There is room for it, because only an unfinished frame is ever kept.
     fn keep(&mut self, byte: u8) {
         if let Some(place) = self.kept.get_mut(self.length) {
             *place = byte;
@@ -169,8 +170,8 @@ impl Default for Decoder {
     }
 }
 
-/// Writes a frame whose data are `head` and `tail` together. `None` when it does not fit, or is
-/// more than a frame carries.
+/// Writes a frame whose data is `head` followed by `tail`. `None` when the frame does not fit into
+/// `out`, or has more data than a frame can carry.
 pub(super) fn write(kind: u8, head: &[u8], tail: &[u8], out: &mut [u8]) -> Option<usize> {
     let data = head.len().checked_add(tail.len()).filter(|data| *data <= MAX_DATA)?;
     let length = HEADER + data + CHECKSUM;

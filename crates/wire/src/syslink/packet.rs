@@ -1,4 +1,4 @@
-//! What frames mean: their types, and what each must carry.
+//! The packets in the frames of the serial line: their types, and the data of each.
 
 use core::fmt;
 
@@ -10,11 +10,11 @@ use crate::radio::{Address, Channel, Datarate, TxPower};
 /// The most data of one P2P packet (`P2P_MAX_DATA_SIZE`).
 pub const MAX_P2P: usize = 60;
 
-/// The most bytes of a raw packet that the radio chip sends: it wants less than `SYSLINK_MTU`
-/// (crazyflie2-nrf-firmware, `main.c`).
+/// The most bytes of a raw packet that the radio chip sends: its firmware accepts fewer than
+/// `SYSLINK_MTU` (crazyflie2-nrf-firmware, `main.c`).
 pub const MAX_RAW: usize = frame::MAX_DATA - 1;
 
-/// Types, from `interface/syslink.h` of crazyflie2-nrf-firmware.
+/// Type bytes, from `interface/syslink.h` of crazyflie2-nrf-firmware.
 mod kind {
     pub(super) const RAW: u8 = 0x00;
     pub(super) const CHANNEL: u8 = 0x01;
@@ -35,36 +35,36 @@ mod kind {
     pub(super) const NRF_VERSION: u8 = 0x30;
 }
 
-/// A P2P port: what a packet between drones is about, 0 to 15.
+/// A P2P port, 0 to 15: it tells protocols between drones apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Port(u8);
 
 impl Port {
-    /// Port `number`, if there is one: it has four bits on the air.
+    /// The port with this number, if there is one: a port has four bits on the air.
     #[must_use]
     pub const fn new(number: u8) -> Option<Self> {
         if number < 16 { Some(Self(number)) } else { None }
     }
 
-    /// The number.
+    /// The port's number.
     #[must_use]
     pub const fn number(self) -> u8 {
         self.0
     }
 }
 
-/// The battery, as the radio chip measures it.
+/// The state of the battery, as the radio chip measures it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Battery {
-    /// It is being charged.
+    /// Whether the battery is being charged.
     pub charging: bool,
-    /// USB power is there.
+    /// Whether there is USB power.
     pub usb: bool,
-    /// The charger could charge.
+    /// Whether the charger could charge.
     pub can_charge: bool,
-    /// Its voltage.
+    /// The battery's voltage.
     pub voltage: Volts,
     /// The charger's current, in mA.
     pub charge_milliamperes: f32,
@@ -72,11 +72,11 @@ pub struct Battery {
     pub celsius: Option<f32>,
 }
 
-/// From the radio chip.
+/// A packet from the radio chip.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Incoming<'a> {
-    /// A packet of the ground station's, as it was on the air; one may be sent in return.
+    /// A packet of the ground station, as it was on the air; one may be sent in return.
     Raw(&'a [u8]),
     /// The channel has been set.
     Channel(Channel),
@@ -86,37 +86,37 @@ pub enum Incoming<'a> {
     Address(Address),
     /// The transmit power has been set.
     Power(TxPower),
-    /// How strong the last packet was, no matter whose; `None` before the first.
+    /// The strength of the last packet, whichever device sent it; `None` before the first.
     Rssi(Option<Dbm>),
-    /// Another drone's packet.
+    /// A packet of another drone.
     P2pBroadcast {
-        /// What it is about.
+        /// The packet's port.
         port: Port,
-        /// How strong it came in.
+        /// The strength with which it was received.
         rssi: Dbm,
-        /// At most [`MAX_P2P`] bytes.
+        /// The packet's data, at most [`MAX_P2P`] bytes.
         data: &'a [u8],
     },
-    /// A packet laid out like another drone's, for this one alone: a ground station can send it.
+    /// A packet laid out like another drone's, for this drone alone: a ground station can send it.
     P2p {
-        /// What it is about.
+        /// The packet's port.
         port: Port,
-        /// How strong it came in.
+        /// The strength with which it was received.
         rssi: Dbm,
-        /// At most [`MAX_P2P`] bytes.
+        /// The packet's data, at most [`MAX_P2P`] bytes.
         data: &'a [u8],
     },
-    /// The battery.
+    /// The state of the battery.
     Battery(Battery),
-    /// The button was pressed: answer with [`Outgoing::ShutdownAck`], or power goes in a second.
+    /// The button was pressed: unless [`Outgoing::ShutdownAck`] comes, the supply ends in a second.
     ShutdownRequest,
-    /// The firmware's version, as text, without the zero at its end.
+    /// The version of the radio chip's firmware, as text without the zero at its end.
     NrfVersion(&'a [u8]),
-    /// A type that nothing here knows.
+    /// A packet of this type, which this code does not know.
     Unknown(u8),
 }
 
-/// A frame of this type came with data that its type does not allow.
+/// A frame of this type had data that the type does not allow.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Malformed(pub u8);
@@ -130,10 +130,10 @@ impl fmt::Display for Malformed {
 impl core::error::Error for Malformed {}
 
 impl<'a> Incoming<'a> {
-    /// What the frame means.
+    /// The packet that a frame contains.
     ///
     /// # Errors
-    /// [`Malformed`] when its data has not the length or the values of its type.
+    /// [`Malformed`] when the data has not the length or the values of the frame's type.
     pub fn parse(frame: &Frame<'a>) -> Result<Self, Malformed> {
         let data = frame.data;
         match frame.kind {
@@ -169,7 +169,8 @@ fn one(data: &[u8]) -> Option<u8> {
     }
 }
 
-/// The chip's sample has seven bits and leaves out the sign (nRF51 reference manual, RSSISAMPLE).
+/// The strength that a sample stands for: it has seven bits and no sign (nRF51 reference manual,
+/// RSSISAMPLE).
 fn rssi(sample: u8) -> Option<Dbm> {
     (sample < 128).then_some(Dbm(-f32::from(sample)))
 }
@@ -203,7 +204,7 @@ fn battery(data: &[u8]) -> Option<Battery> {
     })
 }
 
-/// The number at the beginning, if it is one, and what follows.
+/// The finite number at the beginning of `bytes`, and the bytes after it.
 fn float(bytes: &[u8]) -> Option<(f32, &[u8])> {
     let (number, rest) = bytes.split_first_chunk()?;
     let number = f32::from_le_bytes(*number);
@@ -214,40 +215,40 @@ fn until_zero(text: &[u8]) -> &[u8] {
     text.split(|byte| *byte == 0).next().unwrap_or_default()
 }
 
-/// To the radio chip.
+/// A packet to the radio chip.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Outgoing<'a> {
     /// A packet for the ground station, 1 to [`MAX_RAW`] bytes: one for each that came from there.
     Raw(&'a [u8]),
-    /// Set the channel.
+    /// The channel is to be set.
     Channel(Channel),
-    /// Set the data rate.
+    /// The data rate is to be set.
     Datarate(Datarate),
-    /// Set the address.
+    /// The address is to be set.
     Address(Address),
-    /// Set the transmit power.
+    /// The transmit power is to be set.
     Power(TxPower),
-    /// Send this to every drone that hears it, now.
+    /// The data is to be sent now, to every drone in range.
     P2pBroadcast {
-        /// What it is about.
+        /// The packet's port.
         port: Port,
-        /// At most [`MAX_P2P`] bytes.
+        /// The packet's data, at most [`MAX_P2P`] bytes.
         data: &'a [u8],
     },
-    /// The radio is set: begin to listen.
+    /// The radio is configured: the chip is to begin to listen.
     RadioReady,
-    /// Report battery and signal strength from now on.
+    /// Battery and signal strength are to be reported from now on.
     BatteryAutoupdate,
-    /// All is saved: power may go.
+    /// All data is saved: the supply may end.
     ShutdownAck,
-    /// Light the radio chip's LED.
+    /// The radio chip's LED is to be switched on.
     LedOn,
-    /// Put it out.
+    /// The radio chip's LED is to be switched off.
     LedOff,
-    /// Switch everything off.
+    /// The whole drone is to be switched off.
     SwitchOff,
-    /// Tell the firmware's version.
+    /// The chip is to send the version of its firmware.
     NrfVersion,
 }
 
@@ -255,10 +256,10 @@ pub enum Outgoing<'a> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum EncodeError {
-    /// It has no data, or more than its type carries.
+    /// The packet has no data, or more than its type can carry.
     Length,
-    /// The buffer has less room than the frame needs; [`MAX_FRAME`](frame::MAX_FRAME) is enough
-    /// for any.
+    /// The buffer has less room than the frame needs; [`MAX_FRAME`](frame::MAX_FRAME) bytes are
+    /// enough for every frame.
     NoRoom,
 }
 
@@ -277,7 +278,7 @@ impl Outgoing<'_> {
     /// Writes the frame to the beginning of `out` and returns its length.
     ///
     /// # Errors
-    /// [`EncodeError`]; `out` is then as it was.
+    /// [`EncodeError`]; `out` is then unchanged.
     pub fn encode(&self, out: &mut [u8]) -> Result<usize, EncodeError> {
         let carried = match self {
             Self::Raw(data) => (1..=MAX_RAW).contains(&data.len()),

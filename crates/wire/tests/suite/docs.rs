@@ -135,7 +135,8 @@ fn table(heading: &str) -> Vec<&'static str> {
     section.filter(|line| line.starts_with("| ")).skip(1).collect()
 }
 
-/// Whether the table has a row for each field of the message and each bit, and all of them are true.
+/// Whether the table has a row for each field of the message and each bit, and all of them are
+/// true.
 fn check(
     lines: &[&str],
     letters: usize,
@@ -295,7 +296,7 @@ fn of_task(task: &Order) -> Fields {
 
 fn of_telemetry(telemetry: &Telemetry) -> Fields {
     let Telemetry { front, back, .. } = telemetry;
-    let who = |there: bool| Called(if there { "somebody" } else { "nobody" });
+    let who = |there: bool| Called(if there { "present" } else { "absent" });
     vec![
         ("state", Steps(telemetry.state.into())),
         ("fault", Steps(telemetry.fault.into())),
@@ -513,8 +514,8 @@ fn the_sizes_in_the_book_are_those_of_the_code() {
             "[beacon](#beacon)",
             Message::Beacon(Beacon { role: Role::Base, state: 0, battery: None }),
         ),
-        (2, "[report](#report), hearing nobody", heard(0)),
-        (2, "[report](#report), hearing four", heard(4)),
+        (2, "[report](#report), no node heard", heard(0)),
+        (2, "[report](#report), four nodes heard", heard(4)),
         (3, "[command](#command)", Message::Command(command)),
         (4, "[telemetry](#telemetry)", Message::Telemetry(telemetry)),
         (5, "[membership](#membership), join or leave", Message::Membership(Membership::Join)),
