@@ -13,6 +13,7 @@ use core::mem::discriminant;
 use agent::air::{self, Machine};
 use agent::{Agent, AgentConfig, Fitness, Inputs, Outputs, State, mounting};
 use chain::neighbours::Heard;
+use chain::policy::Policy;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_time::{Duration, Ticker};
@@ -110,6 +111,12 @@ fn wake(settings: &Settings, fault: bool) -> (&'static mut Agent, AgentConfig) {
     let mut config = AgentConfig::DEFAULT;
     if let Some(height) = settings.height {
         config.flight.height = height;
+    }
+    if let Some(code) = settings.policy {
+        match Policy::with_code(code) {
+            Some(policy) => config.policy = policy.config,
+            None => defmt::error!("the default is flown instead of the unknown {}", code),
+        }
     }
     let limited = config.with_limits(settings.limits.launch, settings.limits.retreat);
     match limited.check() {

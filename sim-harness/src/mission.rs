@@ -47,7 +47,6 @@ use seal::Cipher;
 pub use sections::{Drones, PilotStep, Start};
 pub(crate) use sections::{
     DronesTable, LaunchTable, MOST_DRONES, MindTables, PilotTable, PolicyTable, RetreatTable,
-    policy_named,
 };
 use station::{News, Station};
 pub use track::Linked;

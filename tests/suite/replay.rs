@@ -4,9 +4,10 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use chain::policy::Policy;
 use proptest::prelude::*;
 use serde_json::{Value, json};
-use sim_harness::replay::{Format, Policy, ReplayOptions, ReplaySummary, replay};
+use sim_harness::replay::{Format, ReplayOptions, ReplaySummary, replay};
 
 /// A folder of this test's own, empty.
 fn folder(name: &str) -> PathBuf {
@@ -211,7 +212,7 @@ fn a_flight_shows_what_the_policies_would_have_done() {
 #[test]
 fn one_policy_can_be_asked_for() {
     let file = write(&folder("policy"), "flight.csv", SPOILT_FLIGHT);
-    let options = ReplayOptions { policy: Some(Policy::T5), ..ReplayOptions::default() };
+    let options = ReplayOptions { policy: Policy::named("t5"), ..ReplayOptions::default() };
     let summary = serde_json::to_value(replay(&[file], &options).unwrap()).unwrap();
     let commands = summary["files"][0]["policy"].as_array().unwrap();
     assert!(commands.len() == 2 && commands.iter().all(|told| told["policy"] == "t5"));

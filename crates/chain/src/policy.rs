@@ -12,16 +12,20 @@
 //! gain oscillates even without noise (the chain's fastest mode has gain 4κ), so the default is
 //! less than a tenth of it.
 
+mod registry;
+
 use units::{Db, DbPerMetre, Dbm, MetresPerSecond};
 
 use crate::filter::{Kalman, Slope, Smoothing};
+
+pub use registry::{NAMES, Policy, REGISTRY};
 
 /// The other end of one of a relay's links.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinkEnd {
     /// The link's strength.
     pub rssi: Dbm,
-    /// How fast the neighbour flies along the tunnel, positive towards the head.
+    /// The neighbour's velocity along the tunnel, positive towards the head.
     pub velocity: MetresPerSecond,
 }
 
@@ -33,17 +37,17 @@ impl LinkEnd {
     }
 }
 
-/// Which of a relay's two links tells how far to move.
+/// The one of a relay's two links whose slope turns the imbalance into a distance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SlopeOf {
     /// The weaker link, which equation (11) improves. With a log-distance law the stronger link
     /// is the steeper one and changes by more than the proof allows.
     WeakerLink,
-    /// The steeper one, so that neither link changes by more than was meant.
+    /// The steeper link, so that neither link changes by more than intended.
     SteeperLink,
 }
 
-/// How the imbalance e becomes a velocity.
+/// The law by which the imbalance e becomes a velocity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SpeedLaw {
     /// v = κ·e/g.
@@ -54,7 +58,7 @@ pub enum SpeedLaw {
         slope: Slope,
         /// The link at which it is taken.
         of: SlopeOf,
-        /// How much of the motion that would keep the links as they are is flown along, 0 to 1:
+        /// The part, 0 to 1, of the velocity that would keep both links as they are:
         /// with g_f and g_b the slopes of the two links and v_f and v_b the neighbours'
         /// velocities, (g_f·v_f + g_b·v_b) / (g_f + g_b). The paper has none. Without it a gain
         /// that is low enough for a corner lags metres behind a moving head.
@@ -68,35 +72,35 @@ pub enum SpeedLaw {
     },
 }
 
-/// Keeping off the neighbours: a tunnel has no room to pass, and their signal is all that tells
-/// how near they are.
+/// The rule that keeps a relay off its neighbours: a tunnel has no room to pass, and only the
+/// strength of their signal tells how near they are.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clearance {
-    /// Above this a neighbour is too near,
+    /// A neighbour that is heard more strongly than this is too near.
     pub too_near: Dbm,
-    /// and this is the speed away from it.
+    /// The speed away from a neighbour that is too near.
     pub away: MetresPerSecond,
 }
 
-/// One movement policy with its filter.
+/// The constants of one movement policy and of its filter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PolicyConfig {
-    /// What the policy compares.
+    /// The filter of the links that the policy compares.
     pub smoothing: Smoothing,
-    /// T of Algorithm 1: an imbalance no larger than this moves nothing.
+    /// T of Algorithm 1: with an imbalance no larger than this the relay hovers.
     pub tolerance: Db,
-    /// Imbalance to velocity.
+    /// The law by which the imbalance becomes a velocity.
     pub law: SpeedLaw,
-    /// Keeping off the neighbours, which the paper leaves out.
+    /// The rule that keeps the relay off its neighbours, which the paper leaves out.
     pub clearance: Option<Clearance>,
-    /// v_max.
+    /// v_max, the largest speed.
     pub max_speed: MetresPerSecond,
 }
 
-/// The log-distance law with the exponent halfway between the 2 of air and the 4 of one wall: what
-/// a drone can assume of equation (19) without knowing the walls. The first metre costs 40 dB at
-/// 2.4 GHz (free space, 20·log₁₀(4π/λ)); the paper's equation leaves it out, which shifts every
-/// link by the same amount and moves nothing.
+/// The log-distance law with the exponent halfway between the 2 of air and the 4 of one wall: the
+/// best assumption for equation (19) of a drone that does not know the walls. The first metre costs
+/// 40 dB at 2.4 GHz (free space, 20·log₁₀(4π/λ)); the paper's equation leaves it out, which shifts
+/// every link by the same amount and changes no velocity.
 const PAPER_SLOPE: Slope = Slope::LogDistance { exponent: 3.0, loss_at_1m: Db(40.0) };
 
 /// Equation (11) to the letter: a third of the imbalance per round of 0.2 s.
@@ -110,9 +114,10 @@ const PAPER_LAW: SpeedLaw = SpeedLaw::Proportional {
 /// MAX_SPEED of the authors' firmware (`tunnel_config.h`).
 const MAX_SPEED: MetresPerSecond = MetresPerSecond(0.4);
 
-/// Neighbours' motion below this is not followed: it is as fast as the noise of its own filter
-/// makes a relay move, measured in the corridors of the `chain` benchmark.
-const TREMBLE: MetresPerSecond = MetresPerSecond(0.06);
+/// The speed of a hovering relay, which the noise of its filter keeps moving (measured by
+/// simulation in the corridors of the `chain` benchmark). Slower motion of a neighbour is not
+/// followed.
+const HOVER_NOISE: MetresPerSecond = MetresPerSecond(0.06);
 
 impl PolicyConfig {
     /// The paper's T0: raw signal, no tolerance.
@@ -124,7 +129,7 @@ impl PolicyConfig {
         max_speed: MAX_SPEED,
     };
 
-    /// The paper's T5: raw signal, an imbalance of up to 5 dB is let be.
+    /// The paper's T5: raw signal, hovering at an imbalance of up to 5 dB.
     pub const T5: Self = Self { tolerance: Db(5.0), ..Self::T0 };
 
     /// The paper's K: the Kalman filter. R is the variance of the paper's simulated noise; Q is
@@ -139,9 +144,9 @@ impl PolicyConfig {
         ..Self::T0
     };
 
-    /// What the authors flew: an exponential average of 0.27 (the steady state of their filter,
-    /// whose velocity input was always zero), ±0.3 m/s outside a dead zone of 1.5 dB, away at
-    /// 0.2 m/s from a neighbour above −40 dBm (`tunnel_config.h`, `behavior_positioning.c`).
+    /// The rule of the authors' firmware: an exponential average of 0.27 (the steady state of their
+    /// filter, whose velocity input was always zero), ±0.3 m/s outside a dead zone of 1.5 dB, away
+    /// at 0.2 m/s from a neighbour above −40 dBm (`tunnel_config.h`, `behavior_positioning.c`).
     pub const AUTHORS: Self = Self {
         smoothing: Smoothing::Average { weight: 0.27 },
         tolerance: Db(1.5),
@@ -151,11 +156,11 @@ impl PolicyConfig {
     };
 
     /// K with a gain that is stable with real lag and delay, also where a corner makes a link ten
-    /// times as steep as the log-distance law says, and the slope of the steeper link. What is
-    /// gained in calm is paid back by flying along with the neighbours. Gain, Q and doubt were
+    /// times as steep as the log-distance law says, and the slope of the steeper link. Flying
+    /// along with the neighbours makes up for the low gain. Gain, Q and doubt were
     /// chosen from a search over the three corridors of the `chain` benchmark and the demonstration
-    /// (gains of 0.07 to 0.4 1/s), by simulation; −37 dBm is 0.7 m in free space, twice the row at
-    /// the mouth.
+    /// (gains of 0.07 to 0.4 1/s), by simulation; −37 dBm is 0.7 m in free space, twice the
+    /// spacing of the drones at the mouth.
     pub const DEFAULT: Self = Self {
         smoothing: Smoothing::Kalman(Kalman {
             slope: PAPER_SLOPE,
@@ -220,8 +225,8 @@ impl PolicyConfig {
                     (g_f.0 * front.velocity.0 + g_b.0 * back.velocity.0) / (g_f.0 + g_b.0);
                 let steepness = slope_of(of, front.rssi, back.rssi, g_f, g_b);
                 let correction = if balanced { 0.0 } else { gain * imbalance.0 / steepness.0 };
-                // Hovering neighbours tremble, and must not be trembled after.
-                let led = carried - carried.clamp(-TREMBLE.0, TREMBLE.0);
+                // The noise of hovering neighbours must not be followed.
+                let led = carried - carried.clamp(-HOVER_NOISE.0, HOVER_NOISE.0);
                 MetresPerSecond(correction + follow * led)
             }
         }

@@ -1,13 +1,14 @@
 //! How well and how fast each movement policy makes links equal: five links, a head that stands
 //! still, relays anywhere between it and the base, 180 s. The same seeds for every policy.
 
+use chain::policy::NAMES;
 use serde_json::{Value, json};
 
 use crate::campaign::{figures, fly};
 use crate::input_error::InputError;
 use crate::metrics::Reference;
 use crate::mission::World;
-use crate::scenario::{POLICIES, Scenario};
+use crate::scenario::Scenario;
 
 /// The corridors, with a continuous radio and with walls counted as equation (19) prints it.
 pub const SCENARIOS: [&str; 6] =
@@ -61,7 +62,7 @@ pub fn run(runs: usize, seed: u64, after_each: impl Fn() + Sync) -> Result<Vec<R
         let plain = Scenario::open(name)?;
         let world = World::of(&plain);
         let reference = Reference::of(&plain, &world);
-        for policy in POLICIES {
+        for policy in NAMES {
             let Some(scenario) = plain.with_policy(policy) else { continue };
             let all = fly(&scenario, &world, &reference, seed, runs, &after_each);
             let measured = figures(&all);

@@ -12,7 +12,6 @@ use super::{Common, Trouble, Verdict, complain, interrupt, runs};
 use crate::bench::{attacks, chain, estimator, faults, link, throughput};
 use crate::emulated::Firmware;
 use crate::input_error::InputError;
-use crate::scenario::POLICIES;
 
 #[derive(Args)]
 pub(super) struct BenchArgs {
@@ -122,7 +121,7 @@ pub(super) fn run(args: &BenchArgs) -> Result<Verdict, Trouble> {
 
 fn chain_bench(args: &BenchArgs) -> Result<(String, Value), Trouble> {
     let count = runs(args.runs.unwrap_or(100))?;
-    let total = chain::SCENARIOS.len() * POLICIES.len() * count;
+    let total = chain::SCENARIOS.len() * ::chain::policy::NAMES.len() * count;
     let progress = Progress::new(total as u64, args.common.quiet);
     progress.say("missions");
     let rows = chain::run(count, args.common.seed, || progress.step())?;

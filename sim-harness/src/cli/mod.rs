@@ -28,11 +28,12 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use chain::policy::NAMES;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::input_error::InputError;
 use crate::output::{Folder, OutputError};
-use crate::scenario::{Fidelity, POLICIES, Scenario, builtin};
+use crate::scenario::{Fidelity, Scenario, builtin};
 use crate::suggest;
 
 /// U-Chain: relay drones that keep a team connected underground, in simulation and replay.
@@ -277,7 +278,7 @@ fn scenario(
         Some(policy) => scenario.with_policy(policy).ok_or_else(|| {
             InputError::new(
                 format!("there is no policy \"{policy}\""),
-                suggest::one_of(policy, &POLICIES),
+                suggest::one_of(policy, &NAMES),
             )
         }),
     }

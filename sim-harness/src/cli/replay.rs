@@ -2,11 +2,13 @@
 
 use std::path::PathBuf;
 
+use chain::policy::{NAMES, Policy};
 use clap::Args;
+use clap::builder::PossibleValuesParser;
 
 use super::progress::Progress;
 use super::{Common, Trouble, Verdict, complain, interrupt};
-use crate::replay::{Format, Policy, ReplayOptions, replay};
+use crate::replay::{Format, ReplayOptions, replay};
 
 #[derive(Args)]
 pub(super) struct ReplayArgs {
@@ -17,15 +19,15 @@ pub(super) struct ReplayArgs {
     #[arg(long, value_enum)]
     format: Option<Format>,
     /// Movement policy to run over recorded flights; where left out, all of them
-    #[arg(long, value_enum)]
-    policy: Option<Policy>,
+    #[arg(long, value_parser = PossibleValuesParser::new(NAMES))]
+    policy: Option<String>,
     #[command(flatten)]
     common: Common,
 }
 
 pub(super) fn run(args: &ReplayArgs) -> Result<Verdict, Trouble> {
-    let options =
-        ReplayOptions { format: args.format, policy: args.policy, ..ReplayOptions::default() };
+    let policy = args.policy.as_deref().and_then(Policy::named);
+    let options = ReplayOptions { format: args.format, policy, ..ReplayOptions::default() };
     interrupt::ends();
     let mut folder = args.common.folder()?;
     let progress = Progress::busy("replay", args.common.quiet);

@@ -3,6 +3,7 @@
 
 use agent::AgentConfig;
 use airlink::keys::{FleetSecret, node as node_key};
+use chain::policy::{Policy, REGISTRY};
 use storage::epoch::Issue;
 use storage::keys::{KeysRecord, Secret};
 use storage::settings::{Limits, Radio, Settings};
@@ -52,12 +53,18 @@ fn settings(scenario: &Scenario, node: NodeId, role: Role) -> Settings {
         role,
         radio: Radio { datarate: scenario.radio.datarate, ..Settings::DEFAULT.radio },
         height: (agent.flight.height != default.flight.height).then_some(agent.flight.height),
+        policy: policy(agent).filter(|_| agent.policy != default.policy).map(|policy| policy.code),
         limits: Limits {
             launch: changed(agent.launch.limit, default.launch.limit),
             retreat: changed(agent.retreat.limit, default.retreat.limit),
         },
         ..Settings::DEFAULT
     }
+}
+
+/// The policy of the registry that the agent flies.
+fn policy(agent: &AgentConfig) -> Option<&'static Policy> {
+    REGISTRY.iter().find(|policy| policy.config == agent.policy)
 }
 
 /// Why the firmware cannot fly this scenario, if it cannot: what it has compiled in is not what the
@@ -69,8 +76,8 @@ pub fn unfit(scenario: &Scenario) -> Option<&'static str> {
         AgentConfig::DEFAULT.with_limits(Some(agent.launch.limit), Some(agent.retreat.limit));
     let range = Limits::RANGE;
     let kept = |limit: Dbm| limit >= range[0] && limit <= range[1];
-    if agent.policy != default.policy {
-        Some("another movement policy, or another loss over the first metre")
+    if policy(agent).is_none() {
+        Some("another loss over the first metre than the one that is compiled in")
     } else if agent.launch != default.launch {
         Some("another launch policy: only launch.limit_dbm can be set on a drone")
     } else if agent.retreat != default.retreat {

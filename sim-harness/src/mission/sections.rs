@@ -6,6 +6,6 @@ mod pilot;
 
 pub use drones::{Drones, Start};
 pub(crate) use drones::{DronesTable, MOST_DRONES};
-pub(crate) use mind::{LaunchTable, MindTables, PolicyTable, RetreatTable, policy_named};
+pub(crate) use mind::{LaunchTable, MindTables, PolicyTable, RetreatTable};
 pub use pilot::PilotStep;
 pub(crate) use pilot::PilotTable;

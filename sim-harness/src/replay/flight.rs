@@ -5,58 +5,17 @@
 //! policy.
 
 use chain::launch::{LaunchConfig, LaunchWatch};
-use chain::policy::{LinkEnd, PolicyConfig};
-use clap::ValueEnum;
+use chain::policy::{LinkEnd, Policy, PolicyConfig};
 use serde::Serialize;
 use units::{Db, Dbm, Instant, LinkSpan, MetresPerSecond};
 
 use super::recording::{LOST_AFTER, Recording, Sample};
 
-/// A movement policy, by the name that the paper's figures and the scenarios use.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Policy {
-    /// The paper's T0.
-    T0,
-    /// The paper's T5.
-    T5,
-    /// The paper's K.
-    K,
-    /// The rule of the authors' firmware.
-    Authors,
-    /// The policy that is flashed unless another is chosen.
-    Default,
-}
-
-impl Policy {
-    const fn config(self) -> PolicyConfig {
-        match self {
-            Self::T0 => PolicyConfig::T0,
-            Self::T5 => PolicyConfig::T5,
-            Self::K => PolicyConfig::K,
-            Self::Authors => PolicyConfig::AUTHORS,
-            Self::Default => PolicyConfig::DEFAULT,
-        }
-    }
-
-    /// The name, as on the command line.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::T0 => "t0",
-            Self::T5 => "t5",
-            Self::K => "k",
-            Self::Authors => "authors",
-            Self::Default => "default",
-        }
-    }
-}
-
 /// The commands of one policy to one relay.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Commands {
-    /// The policy.
-    pub policy: Policy,
+    /// The name of the policy.
+    pub policy: &'static str,
     /// The relay; 1 is next to the head.
     pub relay: usize,
     /// Rows in which it had both of its links.
@@ -119,12 +78,12 @@ fn rows(recording: &Recording) -> impl Iterator<Item = Row<'_>> {
 }
 
 /// Runs the policies over a flight.
-pub(super) fn analyse(recording: &Recording, policies: &[Policy]) -> Flight {
+pub(super) fn analyse(recording: &Recording, policies: &[&'static Policy]) -> Flight {
     let relays = 1..recording.links.len();
     Flight {
         commands: policies
             .iter()
-            .flat_map(|policy| relays.clone().map(|relay| commands(recording, *policy, relay)))
+            .flat_map(|policy| relays.clone().map(|relay| commands(recording, policy, relay)))
             .collect(),
         launches: launches(recording, &LaunchConfig::WHEN_SETTLED),
         launches_at_once: launches(recording, &LaunchConfig::AT_ONCE),
@@ -137,12 +96,11 @@ fn direction(velocity: MetresPerSecond) -> i8 {
     i8::from(velocity > MetresPerSecond::ZERO) - i8::from(velocity < MetresPerSecond::ZERO)
 }
 
-fn commands(recording: &Recording, policy: Policy, relay: usize) -> Commands {
-    let config = policy.config();
+fn commands(recording: &Recording, policy: &'static Policy, relay: usize) -> Commands {
     let (mut counts, mut agreed, mut speed, mut turns) = ([0usize; 3], 0, 0.0, 0);
     let mut heading = 0;
     for (front, back) in rows(recording).filter_map(|row| row.pair(relay - 1)) {
-        let velocity = config.velocity(LinkEnd::still(front), LinkEnd::still(back));
+        let velocity = policy.config.velocity(LinkEnd::still(front), LinkEnd::still(back));
         let way = direction(velocity);
         if let Some(count) = counts.get_mut((way + 1) as usize) {
             *count += 1;
@@ -159,7 +117,7 @@ fn commands(recording: &Recording, policy: Policy, relay: usize) -> Commands {
     let rows = counts.iter().sum();
     let [back, hover, forward] = counts.map(|count| part(count, rows));
     Commands {
-        policy,
+        policy: policy.name,
         relay,
         rows,
         forward,
@@ -269,7 +227,7 @@ mod tests {
     #[test]
     fn a_relay_flies_towards_its_weaker_link() {
         let recording = flight(&[[-60.0, -50.0], [-55.0, -55.0], [-50.0, -60.0], [-60.0, -50.0]]);
-        let commands = commands(&recording, Policy::Authors, 1);
+        let commands = commands(&recording, Policy::named("authors").unwrap(), 1);
         assert_eq!((commands.forward, commands.hover, commands.back), (0.5, 0.25, 0.25));
         assert_eq!((commands.sign_changes, commands.agrees_with_authors), (2, 1.0));
         assert!((commands.mean_speed_mps - 0.225).abs() < 1e-6);

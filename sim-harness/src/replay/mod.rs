@@ -27,9 +27,9 @@ mod summary;
 use std::path::PathBuf;
 
 use chain::filter::Kalman;
-use clap::ValueEnum;
+use chain::policy::{Policy, REGISTRY};
 
-pub use flight::{Commands, Equality, Policy};
+pub use flight::{Commands, Equality};
 pub use formats::Format;
 pub use mind::MindReport;
 pub use prediction::{Prediction, REAL_LINK, Score};
@@ -44,7 +44,7 @@ pub struct ReplayOptions {
     /// The format of all logs; with `None` each is recognized by its content.
     pub format: Option<Format>,
     /// The movement policy to run over flights; `None` runs them all.
-    pub policy: Option<Policy>,
+    pub policy: Option<&'static Policy>,
     /// The constants of the filters.
     pub kalman: Kalman,
 }
@@ -64,16 +64,13 @@ pub fn replay(files: &[PathBuf], options: &ReplayOptions) -> Result<ReplaySummar
     if files.is_empty() {
         return Err(InputError::new("no log was given", "name at least one: uchain replay LOG…"));
     }
-    let policies = match &options.policy {
-        Some(policy) => std::slice::from_ref(policy),
-        None => Policy::value_variants(),
-    };
+    let policies = options.policy.map_or_else(|| REGISTRY.iter().collect(), |policy| vec![policy]);
     let mut summary = ReplaySummary::default();
     for file in files {
         let (format, recording) = formats::read(file, options.format)?;
         summary.add(match format {
             Format::UchainFlight => {
-                let flight = flight::analyse(&recording, policies);
+                let flight = flight::analyse(&recording, &policies);
                 let minds = mind::minds(&recording);
                 FileReport::of_flight(file, recording, flight, minds)
             }

@@ -394,14 +394,14 @@ fn write_commands(f: &mut fmt::Formatter<'_>, commands: &[Commands]) -> fmt::Res
     )?;
     for told in commands {
         if told.rows == 0 {
-            let (policy, relay) = (told.policy.name(), told.relay);
+            let (policy, relay) = (told.policy, told.relay);
             writeln!(f, "  {policy:<10}{relay:>5}{:>7}  never had both of its links", 0)?;
             continue;
         }
         writeln!(
             f,
             "  {:<10}{:>5}{:>7}{:>8.0} %{:>6.0} %{:>6.0} %{:>10.3}{:>8}{:>11.0} %",
-            told.policy.name(),
+            told.policy,
             told.relay,
             told.rows,
             100.0 * told.forward,

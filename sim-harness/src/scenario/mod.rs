@@ -12,6 +12,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use agent::AgentConfig;
+use chain::policy::Policy;
 use units::Order;
 
 use crate::craft::flow::Ground;
@@ -154,7 +155,7 @@ impl Scenario {
     /// not known.
     #[must_use]
     pub fn with_policy(&self, name: &str) -> Option<Self> {
-        let policy = crate::mission::policy_named(name)?.for_loss_at_1m(self.assumed_loss_at_1m);
+        let policy = Policy::named(name)?.config.for_loss_at_1m(self.assumed_loss_at_1m);
         let agent = AgentConfig { policy, ..self.agent };
         Some(Self { policy: name.to_owned(), agent, ..self.clone() })
     }
@@ -187,6 +188,3 @@ impl Scenario {
         self.duration_us as f32 * 1e-6
     }
 }
-
-/// The names of the movement policies, as scenarios and benchmarks call them.
-pub const POLICIES: [&str; 5] = ["t0", "t5", "k", "authors", "default"];

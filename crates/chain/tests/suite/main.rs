@@ -4,3 +4,4 @@ mod filter;
 mod launch;
 mod neighbours;
 mod policy;
+mod registry;

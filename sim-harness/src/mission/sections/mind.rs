@@ -3,13 +3,12 @@
 
 use agent::{AgentConfig, ConfigError};
 use chain::launch::LaunchConfig;
-use chain::policy::PolicyConfig;
+use chain::policy::{NAMES, Policy};
 use chain::retreat::RetreatConfig;
 use serde::Deserialize;
 use units::{Db, Dbm, Metres, MetresPerSecond};
 
 use crate::input_error::InputError;
-use crate::scenario::POLICIES;
 use crate::scenario::reader::{At, Reader};
 use crate::suggest;
 use crate::vehicle::VehicleSpec;
@@ -60,18 +59,6 @@ pub(crate) struct RetreatTable {
     max_distance_m: Option<At<f32>>,
 }
 
-/// The named movement policies.
-pub(crate) fn policy_named(name: &str) -> Option<PolicyConfig> {
-    Some(match name {
-        "t0" => PolicyConfig::T0,
-        "t5" => PolicyConfig::T5,
-        "k" => PolicyConfig::K,
-        "authors" => PolicyConfig::AUTHORS,
-        "default" => PolicyConfig::DEFAULT,
-        _ => return None,
-    })
-}
-
 impl MindTables<'_> {
     /// Checks the sections.
     pub(crate) fn read(
@@ -83,9 +70,9 @@ impl MindTables<'_> {
         let mut agent = AgentConfig::DEFAULT;
         let table = self.policy;
         let name = table.name.as_ref().map_or("default", |name| name.as_ref().as_str());
-        let Some(policy) = policy_named(name) else {
+        let Some(policy) = Policy::named(name) else {
             let wrong = format!("there is no policy \"{name}\"");
-            let remedy = suggest::one_of(name, &POLICIES);
+            let remedy = suggest::one_of(name, &NAMES);
             return Err(match &table.name {
                 Some(at) => reader.wrong(at, wrong, remedy),
                 None => reader.at_byte(0, InputError::new(wrong, remedy)),
@@ -93,7 +80,7 @@ impl MindTables<'_> {
         };
         let assumed =
             reader.or(table.loss_at_1m_db.as_ref(), "loss_at_1m_db", 0.0..=100.0, loss_at_1m.0)?;
-        agent.policy = policy.for_loss_at_1m(Db(assumed));
+        agent.policy = policy.config.for_loss_at_1m(Db(assumed));
         agent.nav.reach = Metres(vehicle.reach);
         self.launch(&mut agent.launch, reader)?;
         self.retreat(&mut agent.retreat, reader)?;
