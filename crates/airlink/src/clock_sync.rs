@@ -9,10 +9,11 @@ use crate::schedule::FramePhase;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Leader {
     node: NodeId,
-    /// When its last packet came. A leader that has been silent for `LinkConfig::lost_after` is
-    /// replaced by the next node that is heard; every node sends at least a beacon a second.
+    /// When the leader's last packet came. A leader that has been silent for
+    /// `LinkConfig::lost_after` is replaced by the next node that is heard; every node sends at
+    /// least a beacon a second.
     heard_at: Instant,
-    /// Whether it was fresh when its last packet came.
+    /// Whether the leader was fresh when its last packet came.
     fresh: bool,
 }
 

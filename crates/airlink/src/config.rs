@@ -25,7 +25,7 @@ pub struct LinkConfig {
     pub forgets_after: Duration,
     /// Time between two commands to the head while the operator steers it.
     pub stick_every: Duration,
-    /// The base sends an order to explore to the head only until it is this old.
+    /// The base sends an order to explore to the head only until the order is this old.
     pub stick_lasts: Duration,
     /// Time that a node's telemetry has to acknowledge a new order before the base repeats it.
     pub again_after: Duration,

@@ -16,11 +16,11 @@ struct Peer {
     /// The counter of the last packet that was accepted. The radio has no queue in which packets
     /// could overtake each other, so an earlier counter means a recording.
     last: Counter,
-    /// When its last packet came; `None` once it has left.
+    /// When the peer's last packet came; `None` once the peer has left.
     heard_at: Option<Instant>,
     rssi: Dbm,
     fresh: bool,
-    /// How many reports of this node have named it.
+    /// How many reports of this node have named the peer.
     times_named: u8,
 }
 

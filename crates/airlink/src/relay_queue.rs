@@ -13,13 +13,13 @@ use wire::p2p::{Capsule, Wave};
 #[derive(Clone, Copy, Debug)]
 struct Entry<const N: usize> {
     capsule: Capsule<N>,
-    /// When this node last sent it, or stored it if it has not sent it yet.
+    /// When this node last sent the capsule, or stored it if the capsule was not sent yet.
     touched_at: Instant,
-    /// How many times this node has sent it.
+    /// How many times this node has sent the capsule.
     sent: u8,
-    /// How many times this node may still send it.
+    /// How many times this node may still send the capsule.
     sends_left: u8,
-    /// Time between two sends.
+    /// Time between two sends of the capsule.
     interval: Duration,
 }
 
@@ -35,11 +35,11 @@ pub(crate) enum Side {
 /// How a heard capsule compares with the stored one of the same far end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Novelty {
-    /// It is newer, or none is stored.
+    /// The heard capsule is newer, or none is stored.
     New,
-    /// It is the stored one.
+    /// The heard capsule is the stored one.
     Repeated,
-    /// It is older.
+    /// The heard capsule is older.
     Old,
 }
 
@@ -80,7 +80,7 @@ impl<const N: usize> RelayQueue<N> {
         }
     }
 
-    /// Stops sending the capsule of `node`, because it has got farther along.
+    /// Stops sending the capsule of `node`, because a node farther along has sent it.
     pub(crate) fn stop(&mut self, node: NodeId) {
         self.allow(node, 0);
     }

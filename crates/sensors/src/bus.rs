@@ -55,7 +55,7 @@ where
     sda.is_high().ok()
 }
 
-/// When a device counts as lost, and when it is tried again.
+/// The limits by which a device counts as lost and is tried again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct HealthConfig {

@@ -8,17 +8,17 @@ use super::Standing;
 /// The state of a node in its life. `next` is the counter of its next packet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Lifecycle {
-    /// It listens for the other nodes' turns until `until`, and does not send yet.
+    /// The node listens for the other nodes' turns until `until`, and does not send yet.
     Listening { until: Instant, next: Counter },
-    /// It has been sending since `since`.
+    /// The node has been sending since `since`.
     Member { since: Instant, next: Counter },
-    /// It says that it leaves, in this many more packets.
+    /// The node announces in this many more packets that it leaves.
     Leaving { packets_left: u8, next: Counter },
-    /// It has said that it leaves.
+    /// The node has announced that it leaves.
     Left,
-    /// Another node keeps the number that both have.
+    /// The node has the number of another node, which keeps it.
     Refused,
-    /// It has used up the counters of its epoch.
+    /// The node has used up the counters of its epoch.
     Exhausted,
 }
 

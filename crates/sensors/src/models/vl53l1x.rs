@@ -161,7 +161,7 @@ impl<L: Deref<Target = AtomicU8>> Vl53l1xModel<L> {
         u32::try_from(measuring.max(period)).unwrap_or(u32::MAX)
     }
 
-    /// Whether it is without supply or held in reset. A change of that resets it.
+    /// Whether the sensor is without supply or held in reset. A change of either resets the sensor.
     fn is_off(&mut self) -> bool {
         let held = self
             .reset_line
