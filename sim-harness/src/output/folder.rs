@@ -50,7 +50,7 @@ impl Staging {
     }
 
     /// Removes the directory, and stops the thread that fills it at its next file: for a handler
-    /// that ends the process. Whether there was anything to remove.
+    /// that ends the process. Returns whether there was anything to remove.
     #[must_use]
     pub fn discard_at_exit(&self) -> bool {
         let mut path = self.0.lock().unwrap_or_else(PoisonError::into_inner);
