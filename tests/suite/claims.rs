@@ -535,7 +535,7 @@ fn fly_all(
             while !mission.is_over() {
                 mission.round();
                 mission.chain(&mut chain);
-                let lost = chain.windows(2).any(|pair| pair[1].1 < pair[0].1);
+                let lost = chain.windows(2).any(|pair| pair[1].way < pair[0].way);
                 rounds_out_of_order += u32::from(lost);
             }
             let wrong = Wrong {

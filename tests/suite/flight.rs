@@ -65,7 +65,7 @@ fn every_built_in_scenario_flies_at_both_fidelities() {
             let crafts = mission.bodies().filter(|body| body.craft().is_some()).count();
             let wanted = if fidelity == Fidelity::Flight { scenario.drones.relays + 1 } else { 0 };
             assert_eq!(crafts, wanted, "{name}");
-            assert!(mission.bodies().all(|body| body.position()[0].is_finite()), "{name}");
+            assert!(mission.bodies().all(|body| body.position().x.is_finite()), "{name}");
         }
     });
 }

@@ -101,7 +101,7 @@ order = \"return\"
 #[test]
 fn the_full_scenario_and_every_built_in_one_are_read() {
     let full = read("full.toml", FULL).unwrap_or_else(|error| panic!("{error}"));
-    assert_eq!((full.name.as_str(), full.relays, full.pilot.len()), ("full", 2, 2));
+    assert_eq!((full.name.as_str(), full.drones.relays, full.pilot.len()), ("full", 2, 2));
     for name in builtin::names() {
         let text = builtin::text(name).unwrap();
         let again = read(&format!("{name}.toml"), text).unwrap_or_else(|error| panic!("{error}"));
