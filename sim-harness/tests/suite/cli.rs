@@ -177,7 +177,7 @@ fn a_campaign_leaves_its_summary_and_every_run() {
     assert!(output.stderr.is_empty());
     let printed: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(printed["runs"], 3);
-    assert!(printed["metrics"]["gap_db"]["value"].is_number());
+    assert!(printed["metrics"]["farthest_m"]["value"].is_number());
     assert_eq!(files(&folder), ["files.txt", "runs.json", "summary.json"]);
     let runs: serde_json::Value =
         serde_json::from_slice(&fs::read(folder.join("runs.json")).unwrap()).unwrap();
