@@ -1,33 +1,15 @@
 //! The firmware: everything that touches the chip, and nothing else.
 //!
-//! What a drone does is decided in `crates/agent` and `crates/flight`; what its sensors say and
+//! What a drone does is decided in `crates/onboard` and `crates/flight`; what its sensors say and
 //! what the radio's bytes mean, in `crates/sensors` and `crates/wire`. This package gives them
 //! clocks, pins and buses, and tasks that wait, step and publish. The book's chapter "The firmware"
 //! has the tasks with their priorities and the bounds of their waits.
 //!
-//! | module | what it holds |
+//! | module | holds |
 //! |---|---|
-//! | [`board`] | clocks, pins, buses and priorities of the board that was chosen |
-//! | [`bus`] | an I²C bus on which no transaction waits for ever |
-//! | [`deadline`] | the bounds of such waits, kept by the control loop's tick |
-//! | [`motors`] | the motors: how to stop them whatever has happened, and how to drive them |
-//! | [`imu`] | the tasks that read the inertial sensor's two dies, 1 kHz |
-//! | [`control`] | the task that runs `flight::Flight`, 1 kHz, and feeds the watchdog |
-//! | [`flow`] | the task that reads the optic flow, 100 Hz |
-//! | [`rangers`] | the task that reads the rangers |
-//! | [`radio`] | the tasks that talk to the radio chip |
-//! | [`link`] | the drone's end of the chain's link, which they share with the mind |
-//! | [`desk`] | what cfclient and cflib talk to |
-//! | [`mind`] | the task that runs `agent::Agent`, 5 Hz |
-//! | [`store`] | the task that keeps settings, keys and epochs in the EEPROM |
-//! | [`page`] | the page in flash through which keys come in |
-//! | [`lamps`] | the task that shows on the LEDs what goes on |
-//! | [`health`] | signs of life, and the task that says how it all does, 1 Hz |
-//! | [`aloft`] | whether the last run ended in the air |
-//! | [`reset`] | why the chip started, and the watchdog |
-//! | [`mod@panic`], [`fault`] | panics and faults: motors off, leave a reason, reset |
-//! | [`stack`] | where the stack lies and how deep it has been |
-//! | [`latest`], [`clock`] | how tasks hand each other values; the time |
+//! | [`board`] | clocks, pins, buses and motors of the board that was chosen |
+//! | [`tasks`] | the tasks, which wait, step and publish |
+//! | [`safety`] | panics, faults, resets, and what outlives them |
 //!
 //! Nothing here allocates, panics on purpose, or waits without a bound.
 #![no_std]
@@ -41,29 +23,9 @@
     clippy::string_slice
 )]
 
-mod aloft;
 mod board;
-mod bus;
-mod clock;
-mod control;
-mod deadline;
-mod desk;
-mod fault;
-mod flow;
-mod health;
-mod imu;
-mod lamps;
-mod latest;
-mod link;
-mod mind;
-mod motors;
-mod page;
-mod panic;
-mod radio;
-mod rangers;
-mod reset;
-mod stack;
-mod store;
+mod safety;
+mod tasks;
 
 use defmt_rtt as _;
 use embassy_executor::{Executor, InterruptExecutor, SpawnError, SpawnToken, Spawner};
@@ -71,12 +33,14 @@ use embassy_stm32::interrupt;
 use embassy_sync::mutex::Mutex;
 use static_cell::StaticCell;
 
+use board::motors::{self, Motors};
 use board::{DeckParts, FlowParts, ImuParts, Lamps, RadioParts};
-use desk::Desk;
-use imu::ImuBus;
-use link::Link;
-use motors::Motors;
-use rangers::DeckBus;
+use safety::{panic, reset, restart_mark};
+use tasks::drone::Shared;
+use tasks::imu::{self, ImuBus};
+use tasks::rangers::{self, DeckBus};
+use tasks::store::LastRun;
+use tasks::{control, flow, health, lamps, mission, radio, store};
 
 /// Runs the inertial sensor and the control loop, above everything but what wakes them.
 static CONTROL: InterruptExecutor = InterruptExecutor::new();
@@ -85,25 +49,28 @@ static THREAD: StaticCell<Executor> = StaticCell::new();
 
 static IMU_BUS: StaticCell<ImuBus> = StaticCell::new();
 static DECK_BUS: StaticCell<DeckBus> = StaticCell::new();
-static LINK: StaticCell<Link> = StaticCell::new();
-static DESK: StaticCell<Desk> = StaticCell::new();
+static SHARED: StaticCell<Shared> = StaticCell::new();
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
     motors::stop();
     let cause = reset::take_cause();
-    let last_words = panic::take_last_words();
-    let fell = aloft::take();
+    let crash = panic::take_crash_record();
+    let mark = restart_mark::take();
     reset::start_watchdog();
     defmt::info!("uchain-firmware {=str}, started by {}", env!("CARGO_PKG_VERSION"), cause);
     defmt::info!("brown-out below {=u16} mV", reset::brown_out_millivolts());
-    if let Some(words) = &last_words {
-        words.log();
+    if let Some(record) = &crash {
+        record.log();
     }
-    if fell {
+    if mark.aloft {
         defmt::error!("last run: it ended in the air");
     }
-    let fault = fell || last_words.is_some() || cause.is_fault();
+    if mark.stopped {
+        defmt::warn!("a stop stands: switch the drone off by its button to end it");
+    }
+    let failed = mark.aloft || crash.is_some() || cause.is_fault();
+    let last_run = LastRun { failed, stopped: mark.stopped };
 
     if !board::crystal_starts() {
         panic::give_up("the crystal does not start");
@@ -113,7 +80,7 @@ fn main() -> ! {
     start_control(parts.imu);
     match THREAD.try_init_with(Executor::new) {
         Some(executor) => executor.run(|spawner| {
-            start(spawner, parts.lamps, fault, parts.flow, parts.decks, parts.radio);
+            start(spawner, parts.lamps, last_run, parts.flow, parts.decks, parts.radio);
         }),
         None => panic::give_up("the executor was started twice"),
     }
@@ -140,7 +107,7 @@ fn start_control(imu: ImuParts) {
 fn start(
     spawner: Spawner,
     lamps: Lamps,
-    fault: bool,
+    last_run: LastRun,
     flow: FlowParts,
     decks: DeckParts,
     radio: RadioParts,
@@ -149,19 +116,18 @@ fn start(
         panic::give_up("the decks' bus was made twice");
     };
     let decks: &'static DeckBus = decks;
-    let (Some(link), Some(desk)) = (LINK.try_init_with(Link::new), DESK.try_init_with(Desk::new))
-    else {
-        panic::give_up("the link was made twice");
+    let Some(shared) = SHARED.try_init_with(Shared::new) else {
+        panic::give_up("the drone was made twice");
     };
-    let link: &'static Link = link;
-    spawner.spawn(granted(store::run(decks, link)));
-    spawner.spawn(granted(radio::receive(radio.receive, link, desk)));
-    spawner.spawn(granted(radio::transmit(radio.transmit, radio.wait, link)));
+    let shared: &'static Shared = shared;
+    spawner.spawn(granted(store::run(decks, shared, last_run)));
+    spawner.spawn(granted(radio::receive(radio.receive, shared)));
+    spawner.spawn(granted(radio::transmit(radio.transmit, radio.wait, shared)));
     spawner.spawn(granted(flow::run(flow)));
     spawner.spawn(granted(rangers::run(decks)));
-    spawner.spawn(granted(mind::run(link, fault)));
-    spawner.spawn(granted(lamps::run(lamps, fault, link)));
-    spawner.spawn(granted(health::run(link)));
+    spawner.spawn(granted(mission::run(shared)));
+    spawner.spawn(granted(lamps::run(lamps, last_run.failed, shared)));
+    spawner.spawn(granted(health::run(shared)));
 }
 
 /// Each task is started once, so that none is refused unless memory is corrupt.

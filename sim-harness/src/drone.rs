@@ -1,50 +1,13 @@
 //! A drone's body at either fidelity, as a mission sees it: set-points in, senses out.
 
-use agent::{BodyVelocity, Fitness, mounting};
-use tunnel_nav::Diagonals;
-use units::{Duration, Metres, Point2, Pose2, Radians, Setpoint, Volts};
+use agent::Fitness;
+use onboard::{Sensed, mounting};
+use units::{Metres, Point2, Pose2, Radians, Setpoint};
 
 use crate::craft::{Craft, Surroundings};
 use crate::random::Stream;
 use crate::vehicle::{Body, Response, VehicleSpec};
 use crate::world::Tunnel;
-
-/// What the agent is told of the machine.
-#[derive(Clone, Copy, Debug)]
-pub struct Senses {
-    /// The four side beams.
-    pub ranges: Diagonals,
-    /// Velocity over ground.
-    pub velocity: Option<BodyVelocity>,
-    /// Heading by gyro.
-    pub heading: Option<Radians>,
-    /// Height over ground.
-    pub height: Option<Metres>,
-    /// How far it is fit to fly.
-    pub fitness: Fitness,
-    /// The battery at its terminals.
-    pub battery: Option<Volts>,
-    /// How long the battery still carries it.
-    pub endurance: Option<Duration>,
-}
-
-impl Senses {
-    /// Of a node that does not fly.
-    pub(crate) const NONE: Self = Self {
-        ranges: Diagonals {
-            nw: tunnel_nav::Range::Invalid,
-            ne: tunnel_nav::Range::Invalid,
-            sw: tunnel_nav::Range::Invalid,
-            se: tunnel_nav::Range::Invalid,
-        },
-        velocity: None,
-        heading: None,
-        height: None,
-        fitness: Fitness::Fit,
-        battery: None,
-        endurance: None,
-    };
-}
 
 /// One drone's body.
 pub enum Drone {
@@ -185,11 +148,11 @@ impl Drone {
         tunnel: &Tunnel,
         spec: &VehicleSpec,
         random: &mut Stream,
-    ) -> Senses {
+    ) -> Sensed {
         match self {
             Self::Point(body) => {
                 body.renew_nose();
-                Senses {
+                Sensed {
                     ranges: body.read_ranges(tunnel, spec, random),
                     velocity: Some(body.read_flow(elapsed, spec, random)),
                     heading: Some(Radians(body.yaw())),
@@ -200,16 +163,8 @@ impl Drone {
                 }
             }
             Self::Craft(flown) => {
-                let status = flown.craft.outputs().status;
-                Senses {
-                    ranges: flown.craft.diagonals(Metres(spec.reach)),
-                    velocity: status.velocity.map(mounting::from_board),
-                    heading: Some(mounting::heading(status.attitude.yaw)),
-                    height: status.height,
-                    fitness: mounting::fitness(status.mode),
-                    battery: Some(status.battery.volts),
-                    endurance: status.battery.endurance,
-                }
+                let status = &flown.craft.outputs().status;
+                Sensed::by_board(status, &flown.craft.sides(), Metres(spec.reach))
             }
         }
     }

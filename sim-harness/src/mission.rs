@@ -2,31 +2,30 @@
 //!
 //! Time moves in physics steps of 20 ms at point level, of a millisecond at flight level; the
 //! packets on the air have the very microsecond. Every member has its own phase of the 5 Hz loop:
-//! in the step where its turn comes it reads its sensors and its mailbox, runs [`agent::Agent::step`], and
-//! hands its report to its radio link, which sends it in its slot. The same scenario and seed give
-//! the same mission, bit for bit, in however small steps it is flown.
+//! in the step where its turn comes it reads its sensors and runs [`onboard::Drone::step`], whose
+//! radio link sends its report in its slot. The same scenario and seed give the same mission, bit for bit, in however small steps it is flown.
 //!
 //! The operator is the scenario's pilot, or, in a live mission, whoever calls [`Mission::order`].
 
 mod air;
+mod hosted;
 mod intruders;
 mod log;
 mod member;
 mod seal;
 mod sections;
-mod station;
 mod track;
 
-use agent::{Inputs, Outputs, State};
-use chain::neighbours::Heard;
+use agent::{Outputs, State};
+use onboard::{Operator, Sensed};
 use tunnel_nav::Range;
-use units::{Instant, NodeId, Order, Role, Setpoint};
+use units::{NodeId, Order, Role, Setpoint};
 use wire::p2p::{self, Telemetry};
 use wire::radio::Datarate;
 
 use crate::craft::Surroundings;
 use crate::craft::faults::Failing;
-use crate::drone::{Drone, Senses};
+use crate::drone::Drone;
 use crate::emulated::{Emulated, Halted, RAMP_UP};
 use crate::medium::timing::air_us;
 use crate::medium::{Arrives, Medium, MediumConfig};
@@ -48,7 +47,6 @@ pub use sections::{Drones, PilotStep, Start};
 pub(crate) use sections::{
     DronesTable, LaunchTable, MOST_DRONES, MindTables, PilotTable, PolicyTable, RetreatTable,
 };
-use station::{News, Station};
 pub use track::Linked;
 use track::Track;
 
@@ -73,13 +71,15 @@ const _: () = {
     assert!(CRAFT_STEP_US.is_multiple_of(EMULATED_STEP_IN_SILENCE_US));
 };
 
-/// Who says what is to be done.
+/// Where a mission's orders come from.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Operator {
+enum Source {
     /// The scenario's pilot.
     Script,
-    /// Somebody outside, whose last word this is.
+    /// The caller of [`Mission::order`], whose last order this is.
     Live(Order),
+    /// Clients at the drones' own CRTP servers.
+    Clients,
 }
 
 /// What the base last heard of a node.
@@ -100,15 +100,12 @@ pub struct View<'a> {
     pub role: Role,
     /// Its body; at flight level with a [`craft`](Drone::craft), unless it is the base.
     pub body: &'a Drone,
-    /// What its mind last put out; `None` before its first turn.
+    /// What its agent last put out; `None` before its first turn.
     pub outputs: Option<&'a Outputs>,
-    /// What its mind last sensed.
-    pub senses: &'a Senses,
-    /// What its radio link is doing, and what it sent, took and refused; `None` where the link is
-    /// in an emulator.
-    pub link: Option<(airlink::Status, airlink::Counters)>,
-    /// The last 16 bits of the count of the last order that reached it; zero for none.
-    pub heeded: u16,
+    /// What it last sensed.
+    pub senses: &'a Sensed,
+    /// The operator's orders as it has them; `None` for a drone in an emulator.
+    pub operator: Option<Operator>,
 }
 
 /// A mission under way.
@@ -120,14 +117,11 @@ pub struct Mission<'a> {
     track: Track,
     strengths: Strengths,
     response: Response,
-    operator: Operator,
+    source: Source,
     now_us: u64,
     drone_contacts: u32,
     touching: Vec<(usize, usize)>,
-    /// What the base has heard of everybody.
-    told: Vec<Option<Told>>,
     orders: OrderLog,
-    unpacked: Vec<Heard>,
     intruders: Option<Intruders>,
     /// Why the mission cannot go on.
     halted: Option<Halted>,
@@ -151,15 +145,13 @@ impl<'a> Mission<'a> {
             medium: Medium::new(scenario.medium(), count, seed),
             track: Track::new(spots.iter().map(|spot| spot.on).collect()),
             strengths: Strengths::new(spots.iter().map(|spot| spot.on)),
-            told: vec![None; count],
             members,
             response: Response::new(&scenario.vehicle),
-            operator: Operator::Script,
+            source: Source::Script,
             now_us: 0,
             drone_contacts: 0,
             touching: Vec::new(),
             orders: OrderLog::default(),
-            unpacked: Vec::new(),
             intruders: None,
             halted: None,
         }
@@ -203,16 +195,56 @@ impl<'a> Mission<'a> {
     /// The same without the scenario's pilot: everybody waits for [`order`](Self::order).
     #[must_use]
     pub fn live(scenario: &'a Scenario, world: &'a World, seed: u64) -> Self {
-        Self { operator: Operator::Live(Order::Wait), ..Self::new(scenario, world, seed) }
+        Self { source: Source::Live(Order::Wait), ..Self::new(scenario, world, seed) }
+    }
+
+    /// The same with clients at the drones in the pilot's place, by [`client`](Self::client).
+    #[must_use]
+    pub fn served(scenario: &'a Scenario, world: &'a World, seed: u64) -> Self {
+        Self { source: Source::Clients, ..Self::new(scenario, world, seed) }
+    }
+
+    /// Gives a member that is on the host a packet of a client.
+    pub fn client(&mut self, member: usize, packet: &[u8]) {
+        let now_us = self.now_us;
+        if let Some(hosted) = self.members.get_mut(member).and_then(|m| m.mind.hosted_mut()) {
+            let (drone, now) = hosted.at(now_us);
+            drone.client(now, packet);
+            hosted.look(now_us);
+        }
+    }
+
+    /// Lets what is due by the clock at a member's server happen, and gives `take` the packets that
+    /// it then sends to its client. `measured` is what the member's body has to show.
+    pub fn poll_client(
+        &mut self,
+        member: usize,
+        measured: &crtp::Snapshot,
+        mut take: impl FnMut(&[u8]),
+    ) {
+        /// More packets than a server's queues hold.
+        const BURST: usize = 64;
+        let now_us = self.now_us;
+        let Some(hosted) = self.members.get_mut(member).and_then(|m| m.mind.hosted_mut()) else {
+            return;
+        };
+        let (drone, now) = hosted.at(now_us);
+        drone.attend(now);
+        let snapshot = drone.snapshot(now, measured);
+        for _ in 0..BURST {
+            let Some(packet) = drone.poll_client(now, &snapshot) else { break };
+            take(packet.bytes());
+        }
+        hosted.look(now_us);
     }
 
     /// In a live mission: the operator's word at the base, which holds until the next.
     pub fn order(&mut self, task: Order) {
-        let word = Operator::Live(task);
-        if self.operator == Operator::Script || self.operator == word {
+        let word = Source::Live(task);
+        if self.source == Source::Script || self.source == word {
             return;
         }
-        self.operator = word;
+        self.source = word;
         self.give_order(self.now_us);
     }
 
@@ -251,13 +283,15 @@ impl<'a> Mission<'a> {
     /// Whether the operator is a client, and not the scenario's script.
     #[must_use]
     pub const fn is_live(&self) -> bool {
-        matches!(self.operator, Operator::Live(_))
+        !matches!(self.source, Source::Script)
     }
 
     /// The operator's order at this time.
     #[must_use]
     pub fn task(&self) -> Order {
-        operators_word(self.scenario, self.operator, self.now_us)
+        let of_clients = || self.members.last()?.mind.hosted()?.drone().operator().order();
+        let order = operators_word(self.scenario, self.source, self.now_us);
+        order.or_else(of_clients).unwrap_or(Order::Wait)
     }
 
     /// Whether the scenario's time is up, or it cannot go on.
@@ -305,22 +339,22 @@ impl<'a> Mission<'a> {
     #[must_use]
     pub fn view(&self, member: usize) -> Option<View<'_>> {
         let found = self.members.get(member)?;
-        let station = found.mind.hosted().map(|hosted| &hosted.station);
         Some(View {
             id: NodeId(member as u8),
             role: found.role,
             body: &found.body,
             outputs: found.outputs.as_ref(),
             senses: &found.senses,
-            link: station.map(|station| (station.status(), station.counters())),
-            heeded: station.and_then(Station::heeded).map_or(0, |counter| counter.low16()),
+            operator: found.mind.hosted().map(|hosted| hosted.drone().operator()),
         })
     }
 
     /// What the base last heard of a member, and when.
     #[must_use]
     pub fn told(&self, member: usize) -> Option<Told> {
-        self.told.get(member).copied().flatten()
+        let base = self.members.last()?.mind.hosted()?;
+        let node = base.drone().node(NodeId(member as u8))?;
+        Some(Told { at_us: base.mission_us(node.heard), telemetry: node.telemetry })
     }
 
     /// What has become of all packets.
@@ -382,10 +416,10 @@ impl<'a> Mission<'a> {
             let (elapsed, spec) = (ROUND_US as f32 * 1e-6, &self.scenario.vehicle);
             member.body.sense(elapsed, &self.world.tunnel, spec, &mut member.random)
         } else {
-            Senses::NONE
+            Sensed::NONE
         };
         match &mut member.mind {
-            Mind::Hosted(_) => self.think(n),
+            Mind::Hosted(_) => self.step_hosted(n),
             Mind::Emulated(emulated) => {
                 member.outputs = emulated.outputs();
                 if let Some(outputs) = member.outputs {
@@ -393,60 +427,27 @@ impl<'a> Mission<'a> {
                 }
             }
         }
-        if !flies {
-            self.give_order(self.now_us);
-        }
     }
 
-    /// What the agent of a member on the host makes of its turn.
-    fn think(&mut self, n: usize) {
+    /// One round of a member on the host. The operator's stick is read at every round of the base.
+    fn step_hosted(&mut self, n: usize) {
         let now_us = self.now_us;
-        let scenario = self.scenario;
+        if self.members[n].role == Role::Base {
+            self.give_order(now_us);
+        }
         let member = &mut self.members[n];
         let Mind::Hosted(hosted) = &mut member.mind else { return };
-        self.unpacked.clear();
-        let mut order = None;
-        while let Some(parcel) = hosted.mailbox.pop_front_if(|p| p.arrives_us <= now_us) {
-            match parcel.news {
-                News::Heard(heard) => self.unpacked.push(heard),
-                News::Order(task) => order = Some(task),
-                News::Telemetry(..) => {}
-            }
-        }
-        if member.role == Role::Base {
-            order = Some(operators_word(scenario, self.operator, now_us));
-        }
-        let senses = &member.senses;
-        let inputs = Inputs {
-            ranges: senses.ranges,
-            velocity: senses.velocity,
-            heading: senses.heading,
-            height: senses.height,
-            heard: &self.unpacked,
-            order,
-            fitness: senses.fitness,
-            endurance: senses.endurance,
-            emergency: false,
-        };
-        let machine = agent::air::Machine {
-            fitness: senses.fitness,
-            battery: senses.battery,
-            endurance: senses.endurance,
-            height: senses.height,
-            heeded: None,
-        };
-        let outputs = hosted.agent.step(&scenario.agent, Instant::from_micros(now_us), &inputs);
+        let outputs = hosted.step(now_us, &member.senses);
         member.body.command(outputs.setpoint);
-        member.outputs = Some(outputs);
-        hosted.station.say(now_us, &outputs, member.role, &machine);
+        member.outputs = Some(outputs.agent);
     }
 
-    /// The operator's stick is read at every turn of the base, and the base's link told.
+    /// Tells the base what the operator wants now.
     fn give_order(&mut self, now_us: u64) {
-        let task = operators_word(self.scenario, self.operator, now_us);
+        self.orders.given(now_us);
+        let Some(order) = operators_word(self.scenario, self.source, now_us) else { return };
         if let Some(Member { mind: Mind::Hosted(base), .. }) = self.members.last_mut() {
-            self.orders.given(now_us);
-            base.station.order(now_us, task);
+            base.order(now_us, order);
         }
     }
 
@@ -566,15 +567,14 @@ impl<'a> Mission<'a> {
 }
 
 /// What the operator wants now.
-fn operators_word(scenario: &Scenario, operator: Operator, now_us: u64) -> Order {
-    match operator {
-        Operator::Live(task) => task,
-        Operator::Script => scenario
-            .pilot
-            .iter()
-            .take_while(|step| step.at_us <= now_us)
-            .last()
-            .map_or(Order::Wait, |step| step.task),
+fn operators_word(scenario: &Scenario, source: Source, now_us: u64) -> Option<Order> {
+    match source {
+        Source::Clients => None,
+        Source::Live(task) => Some(task),
+        Source::Script => {
+            let step = scenario.pilot.iter().take_while(|step| step.at_us <= now_us).last();
+            Some(step.map_or(Order::Wait, |step| step.task))
+        }
     }
 }
 

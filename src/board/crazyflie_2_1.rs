@@ -28,9 +28,9 @@ use embassy_stm32::{Config, bind_interrupts, dma, i2c, pac, peripherals};
 use flight::FlightConfig;
 use static_cell::StaticCell;
 
-use crate::bus::{Bus, Line};
-use crate::deadline;
-use crate::panic;
+use crate::board::bus::{Bus, Line};
+use crate::board::deadline;
+use crate::safety::panic;
 
 /// What flies.
 pub(crate) const FLIGHT: FlightConfig = if cfg!(feature = "crazyflie-2-1-plus") {

@@ -18,14 +18,14 @@ const FLASH_BUDGET: u32 = 200_000;
 /// Half of the RAM, worst-case stack included. Bytes.
 const RAM_BUDGET: u32 = 64_000;
 
-/// One round of the agent, kept whole for this (`src/mind.rs`),
-const CHAIN_STEP: &str = "uchain_firmware::mind::step";
-/// and one of the flight code (`src/control.rs`).
-const CONTROL_STEP: &str = "uchain_firmware::control::step";
-/// The agent (`src/mind.rs`),
-const AGENT: &str = "uchain_firmware::mind::AGENT";
-/// and the flight code (`src/control.rs`).
-const FLYER: &str = "uchain_firmware::control::FLYER";
+/// One round of the agent, kept whole for this (`src/tasks/drone.rs`),
+const CHAIN_STEP: &str = "uchain_firmware::tasks::mission::step";
+/// and one of the flight code (`src/tasks/control.rs`).
+const CONTROL_STEP: &str = "uchain_firmware::tasks::control::step";
+/// The drone (`src/tasks/drone.rs`),
+const DRONE: &str = "uchain_firmware::tasks::drone::DRONE";
+/// and the flight code (`src/tasks/control.rs`).
+const FLYER: &str = "uchain_firmware::tasks::control::FLYER";
 
 /// Prints the table; false when a budget or a rule is broken.
 pub(crate) fn report(path: &Path) -> Result<bool> {
@@ -84,7 +84,7 @@ impl Table {
         self.row("RAM, static", ram, None);
         self.row("RAM, with the worst case of the stack", ram + worst_stack, Some(RAM_BUDGET));
         self.row("CCM", ccm, None);
-        for (what, name) in [("agent", AGENT), ("flight code", FLYER)] {
+        for (what, name) in [("drone", DRONE), ("flight code", FLYER)] {
             match image.variable(name) {
                 Some(part) => {
                     let size = part.len() as u32;

@@ -41,8 +41,6 @@ pub struct Inputs<'a> {
     pub fitness: Fitness,
     /// How long the battery still carries the drone; `None` while that is not known.
     pub endurance: Option<Duration>,
-    /// The motors must stop now: the red switch.
-    pub emergency: bool,
 }
 
 /// How far the machine is fit to do what the agent wants.

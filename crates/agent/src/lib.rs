@@ -22,10 +22,8 @@
 //! A drone that comes back from a fault begins as Landed ([`Agent::restarted`]).
 #![no_std]
 
-pub mod air;
 mod config;
 mod io;
-pub mod mounting;
 mod state;
 
 pub use config::{AgentConfig, ConfigError, FlightConfig};
@@ -108,12 +106,12 @@ impl Agent {
         agent
     }
 
-    /// A drone already at its place in the air, with two seconds to hear its neighbours: for
-    /// studies that begin in mid-mission.
+    /// A drone that is already at its place in the air, with two seconds from `now` on to hear its
+    /// neighbours: for studies that begin in mid-mission.
     #[must_use]
-    pub const fn new_linked(id: NodeId, role: Role) -> Self {
+    pub fn new_linked(id: NodeId, role: Role, now: Instant) -> Self {
         let mut agent = Self::new(id, role);
-        let patient_until = Instant::from_millis(2_000);
+        let patient_until = now + Duration::from_secs(2);
         agent.state = match role {
             Role::Head => State::Leading { patient_until },
             Role::Relay => State::Relaying { patient_until },
@@ -240,7 +238,6 @@ impl Agent {
             task: self.task(),
             fit: self.fit,
             fitness: inputs.fitness,
-            emergency: inputs.emergency,
             front: front.map(|n| n.rssi()),
             back: back.map(|n| n.rssi()),
             base: back.filter(|n| n.report.phase == Phase::Base).map(|n| n.rssi()),

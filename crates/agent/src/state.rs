@@ -89,7 +89,6 @@ pub(crate) struct Situation {
     /// It would take off.
     pub(crate) fit: bool,
     pub(crate) fitness: Fitness,
-    pub(crate) emergency: bool,
     /// The filtered strength of the front link, if there is one.
     pub(crate) front: Option<Dbm>,
     /// The filtered strength of the back link, if there is one.
@@ -157,11 +156,9 @@ impl State {
         }
     }
 
-    /// The transition function. Orders and emergencies come first, in that order of weight; then
-    /// each state has its own arm.
+    /// The transition function. An order to stop comes first; then each state has its own arm.
     pub(crate) fn next(self, config: &AgentConfig, role: Role, at: &Situation) -> Self {
-        let stop = at.emergency || at.task == Some(Order::Stop);
-        if stop || at.fitness == Fitness::Stopped || self == Self::Stopped {
+        if at.task == Some(Order::Stop) || at.fitness == Fitness::Stopped || self == Self::Stopped {
             return Self::Stopped;
         }
         if role == Role::Base {

@@ -1,19 +1,19 @@
 //! The services that cfclient and cflib expect of a Crazyflie: the log, the parameters, the
 //! console, the supervisor, and set-points from whoever may give them.
 //!
-//! [`Server`] is the door. Each packet that comes in goes to [`Server::receive`], which may give an
-//! [`Event`] for the rest of the drone to act on; whenever a packet may be sent, [`Server::poll`]
-//! says which. What is shown is taken from a [`Snapshot`], what can be set is in [`Parameters`].
+//! [`Server`] is the door. Each packet that comes in goes to [`Server::receive`], which may have the
+//! rest of the drone act on an [`Event`] and answers by its [`Outcome`]; whenever a packet may be
+//! sent, [`Server::poll`] says which. What is shown is taken from a [`Snapshot`], what can be set is in [`Parameters`].
 //! It owns no clock and no line, never allocates and never panics.
 //!
 //! ```
-//! use crtp::{Access, Parameters, Server, Snapshot};
+//! use crtp::{Access, Outcome, Parameters, Server, Snapshot};
 //! use units::Instant;
 //!
 //! let mut server = Server::new();
 //! let mut parameters = Parameters::DEFAULT;
 //! // "Who are you?"
-//! server.receive(Instant::ZERO, &[0xFD, 0], Access::Read, &mut parameters);
+//! server.receive(Instant::ZERO, &[0xFD, 0], Access::Read, &mut parameters, |_, _| Outcome::Done);
 //! let answer = server.poll(Instant::ZERO, &Snapshot::DEFAULT, &parameters).unwrap();
 //! assert_eq!(&answer.bytes()[1..19], b"Bitcraze Crazyflie");
 //! ```
@@ -26,7 +26,7 @@
 //!
 //! | module | its part |
 //! |---|---|
-//! | `server` | who answers what |
+//! | `server` | answers the requests of clients |
 //! | `blocks` | log blocks: what is in them, and when they are due |
 //! | `console` | text on its way out |
 //! | `variables` | the table of what can be logged |
@@ -44,7 +44,7 @@ mod table;
 mod variables;
 
 pub use parameters::{About, OperatorTask, ParameterId, Parameters, parameters};
-pub use server::{Access, Counters, Event, Server, Setpoint};
+pub use server::{Access, Counters, Event, Notice, Outcome, Server, Setpoint};
 pub use snapshot::{Link, LinkState, Node, Power, Radio, Ranges, Snapshot};
 pub use table::Documented;
 pub use variables::variables;

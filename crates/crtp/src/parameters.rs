@@ -90,6 +90,17 @@ impl Parameters {
         self.retreat_limit = limits.retreat.unwrap_or(Self::DEFAULT.retreat_limit);
     }
 
+    /// Shows an order that was given in another way.
+    pub const fn show(&mut self, order: Order) {
+        self.task = match order {
+            Order::Wait => OperatorTask::Wait,
+            Order::Explore(_) => OperatorTask::Explore,
+            Order::Return => OperatorTask::Return,
+            Order::Land => OperatorTask::Land,
+            Order::Stop => OperatorTask::Stop,
+        };
+    }
+
     /// The operator's order.
     #[must_use]
     pub const fn order(&self) -> Order {

@@ -1,4 +1,4 @@
-//! Who answers what.
+//! Answers the requests of clients to the log, parameter, supervisor, … services.
 
 use heapless::Deque;
 use units::{Instant, Metres, MetresPerSecond, RadiansPerSecond};
@@ -30,7 +30,7 @@ pub enum Access {
     Read,
 }
 
-/// What a client wants of the rest of the drone.
+/// What a client wants of the rest of the drone, which says what came of it by an [`Outcome`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Event {
@@ -40,14 +40,50 @@ pub enum Event {
     EmergencyStop,
     /// Motors off, unless this comes again within a second.
     EmergencyStopWatchdog,
-    /// Arm, or disarm.
-    Arm(bool),
     /// Land.
     Land,
     /// Take off.
     TakeOff,
-    /// A parameter was set.
+    /// A parameter was set. Where the drone refuses it, the value from before holds again.
     ParameterSet(ParameterId),
+}
+
+impl Event {
+    /// Whether any client may ask for it, over whatever link: everybody may stop a drone.
+    const fn is_open_to_all(&self) -> bool {
+        match self {
+            Self::EmergencyStop | Self::EmergencyStopWatchdog => true,
+            Self::Setpoint(_) | Self::Land | Self::TakeOff | Self::ParameterSet(_) => false,
+        }
+    }
+}
+
+/// What came of an [`Event`]: the client is answered by it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Outcome {
+    /// The drone has done it.
+    Done,
+    /// The drone has done it in its own way, which the console tells.
+    DoneBut(Notice),
+    /// The drone has not done it; the console tells why.
+    Refused(Notice),
+}
+
+impl Outcome {
+    const fn is_done(self) -> bool {
+        match self {
+            Self::Done | Self::DoneBut(_) => true,
+            Self::Refused(_) => false,
+        }
+    }
+
+    const fn notice(self) -> Option<Notice> {
+        match self {
+            Self::Done => None,
+            Self::DoneBut(notice) | Self::Refused(notice) => Some(notice),
+        }
+    }
 }
 
 /// A set-point that is followed.
@@ -91,26 +127,48 @@ pub struct Counters {
     pub unsaid: u32,
 }
 
-/// What a client is told once, so that it does not wonder.
-#[derive(Clone, Copy)]
-enum Notice {
-    MayOnlyLook = 1,
-    UnknownSetpoint = 2,
-    UnknownHighLevel = 4,
-    OutOfRange = 8,
-    NoSuchService = 16,
+/// What the console tells a client, once for each client, where a request is not followed, or not as
+/// the client may think.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Notice {
+    /// The client may only look.
+    MayOnlyLook,
+    /// The drone flies no set-points of this kind.
+    UnknownSetpoint,
+    /// The drone knows no high-level commands of this kind.
+    UnknownHighLevel,
+    /// The parameter is read-only or the value is none of its own.
+    OutOfRange,
+    /// The drone does not have the service.
+    NoSuchService,
+    /// The drone is armed whenever it would fly, so that it can not be disarmed.
+    NeverDisarmed,
+    /// Of a hover set-point the drone flies the forward velocity alone.
+    OnlyForward,
+    /// The value holds from the next boot on.
+    NextBoot,
+    /// A Stop stands.
+    StopStands,
+    /// The drone's link cannot take an order out, so that no drone has heard it.
+    NotHeard,
 }
 
 impl Notice {
     const fn text(self) -> &'static str {
         match self {
-            Self::MayOnlyLook => "Refused: over this link one may look, not set or fly.",
+            Self::MayOnlyLook => "Refused: over this link one may look and stop, not set or fly.",
             Self::UnknownSetpoint => "Refused: only hover and stop set-points are flown.",
             Self::UnknownHighLevel => {
                 "Refused: of high-level commands only take-off, land and stop."
             }
             Self::OutOfRange => "Refused: a parameter is read-only, or the value out of its range.",
             Self::NoSuchService => "Refused: this drone does not do that.",
+            Self::NeverDisarmed => "Not disarmed: it is armed whenever it would fly. Land or stop.",
+            Self::OnlyForward => "Of a hover set-point only vx is flown: the drones steer.",
+            Self::NextBoot => "Kept: it holds from the next boot on.",
+            Self::StopStands => "Refused: a stop stands until the base is switched off.",
+            Self::NotHeard => "Refused: this drone has no open link, nobody hears the order.",
         }
     }
 }
@@ -125,8 +183,13 @@ enum Waiting {
     Written(u16),
     /// What the supervisor sees when it is sent.
     Supervisor(SupervisorQuestion),
-    /// What became of a command when that is sent.
-    Commanded(SupervisorCommand, bool),
+    /// What became of a command when that is sent, and whether it was asked for as clients did
+    /// before there was a port for it.
+    Commanded {
+        command: SupervisorCommand,
+        done: bool,
+        old: bool,
+    },
 }
 
 /// What answers a client. It keeps nothing of one client that could mislead the next: log blocks
@@ -136,8 +199,8 @@ pub struct Server {
     blocks: Blocks,
     waiting: Deque<Waiting, WAITING>,
     console: Console,
-    /// The notices that were given.
-    given: u8,
+    /// Bit n: the notice of that number was given.
+    given: u16,
     counters: Counters,
 }
 
@@ -169,69 +232,52 @@ impl Server {
         }
     }
 
-    /// Takes in a packet: header and data, as it came from the line. Any bytes may.
+    /// Takes in a packet: header and data, as it came from the line. Any bytes may. `act` does what
+    /// the client wants of the rest of the drone, once at most, and says what came of it, so that
+    /// the client is never told "done" of what was not done.
     pub fn receive(
         &mut self,
         now: Instant,
         packet: &[u8],
         access: Access,
         parameters: &mut Parameters,
-    ) -> Option<Event> {
+        act: impl FnMut(Event, &mut Parameters) -> Outcome,
+    ) {
         count(&mut self.counters.received);
         let Ok(packet) = Packet::from_bytes(packet) else {
-            count(&mut self.counters.malformed);
-            return None;
+            return count(&mut self.counters.malformed);
         };
-        let request = match Request::parse(&packet) {
-            Ok(request) => request,
-            Err(_) => {
-                count(&mut self.counters.malformed);
-                return None;
-            }
+        let Ok(request) = Request::parse(&packet) else {
+            return count(&mut self.counters.malformed);
         };
         // What cannot be answered is not done either, so that what is not answered can be asked
         // again. What needs no answer is never kept waiting.
         if is_answered(&request) && self.waiting.is_full() {
-            count(&mut self.counters.overrun);
-            return None;
+            return count(&mut self.counters.overrun);
         }
+        let mut asked = Asked { access, parameters, act };
         match request {
-            Request::Null | Request::SetpointsEnd(_) | Request::Link(LinkRequest::Sink) => None,
-            Request::Log(request) => {
-                self.log(now, request);
-                None
+            Request::Null | Request::SetpointsEnd(_) | Request::Link(LinkRequest::Sink) => {}
+            Request::Log(request) => self.log(now, request),
+            Request::Param(request) => self.param(request, &mut asked),
+            Request::Memory(request) => self.answer(&memory(request)),
+            Request::Link(LinkRequest::Echo(_)) => self.wait(Waiting::Ready(packet)),
+            Request::Link(LinkRequest::Source) => self.answer(&Reply::Source),
+            Request::Platform(request) => self.platform(request, packet),
+            Request::Supervisor(question) => self.wait(Waiting::Supervisor(question)),
+            Request::Command(command) => {
+                let done = self.command(command, &mut asked);
+                self.wait(Waiting::Commanded { command, done, old: false });
             }
-            Request::Param(request) => self.param(request, access, parameters),
-            Request::Memory(request) => {
-                self.answer(&memory(request));
-                None
-            }
-            Request::Link(LinkRequest::Echo(_)) => {
-                self.wait(Waiting::Ready(packet));
-                None
-            }
-            Request::Link(LinkRequest::Source) => {
-                self.answer(&Reply::Source);
-                None
-            }
-            Request::Platform(request) => {
-                self.platform(request, packet);
-                None
-            }
-            Request::Supervisor(question) => {
-                self.wait(Waiting::Supervisor(question));
-                None
-            }
-            Request::Command(command) => self.command(command, access),
             Request::OldCommand(command) => {
+                let done = self.command(command, &mut asked);
                 if packet.port() == Ok(crtp::Port::Platform) {
-                    self.wait(Waiting::Ready(packet));
+                    self.wait(Waiting::Commanded { command, done, old: true });
                 }
-                self.allow(access).then(|| event_of(command)).flatten()
             }
-            Request::Setpoint(setpoint) => self.setpoint(setpoint, access),
+            Request::Setpoint(setpoint) => self.setpoint(setpoint, &mut asked),
             Request::Rpyt(setpoint) => self.rpyt(setpoint, access),
-            Request::HighLevel(command) => self.high_level(command, packet, access),
+            Request::HighLevel(command) => self.high_level(command, packet, &mut asked),
         }
     }
 
@@ -279,16 +325,22 @@ impl Server {
             Waiting::Read(id) => Reply::ParamRead { id, value: value(id) }.packet(),
             Waiting::Written(id) => Reply::ParamWritten { id, value: value(id) }.packet(),
             Waiting::Supervisor(question) => Reply::Supervisor { question, state }.packet(),
-            Waiting::Commanded(command, allowed) => {
-                // Nobody arms these drones: a request to arm has come true when it would fly.
+            Waiting::Commanded { command, done, old } => {
                 let (armed, crashed) = (is(1), is(7));
+                // A drone is armed whenever it would fly: a request to arm or to disarm has come
+                // true when the drone is so, and changes nothing.
                 let (done, holds) = match command {
-                    SupervisorCommand::Arm(true) => (allowed && armed, armed),
-                    SupervisorCommand::Arm(false) => (allowed, armed),
-                    SupervisorCommand::Recover => (allowed && !crashed, !crashed),
-                    _ => (allowed, false),
+                    SupervisorCommand::Arm(arm) => (done && armed == arm, armed),
+                    SupervisorCommand::Recover => (done && !crashed, !crashed),
+                    SupervisorCommand::EmergencyStop | SupervisorCommand::EmergencyStopWatchdog => {
+                        (done, false)
+                    }
                 };
-                Reply::Commanded { command, done, holds }.packet()
+                if command == SupervisorCommand::Arm(false) && armed {
+                    self.notice(Notice::NeverDisarmed);
+                }
+                let reply = Reply::Commanded { command, done, holds };
+                if old { reply.old_packet() } else { reply.packet() }
             }
         })
     }
@@ -317,7 +369,7 @@ impl Server {
     }
 
     fn notice(&mut self, notice: Notice) {
-        let bit = notice as u8;
+        let bit = 1 << notice as u16;
         if self.given & bit == 0 {
             self.given |= bit;
             self.say(notice.text());
@@ -333,6 +385,22 @@ impl Server {
                 false
             }
         }
+    }
+
+    /// Has the drone do it, where the client may ask for it.
+    fn act<A: Act>(&mut self, event: Event, asked: &mut Asked<'_, A>) -> Result<(), Errno> {
+        if !event.is_open_to_all() && !self.allow(asked.access) {
+            return Err(Errno::NotAllowed);
+        }
+        let outcome = (asked.act)(event, asked.parameters);
+        if let Some(notice) = outcome.notice() {
+            self.notice(notice);
+        }
+        if outcome.is_done() {
+            return Ok(());
+        }
+        count(&mut self.counters.refused);
+        Err(Errno::NotAllowed)
     }
 
     fn unsupported(&mut self, notice: Notice) {
@@ -377,12 +445,7 @@ impl Server {
         self.answer(&Reply::LogControl { command, block, outcome });
     }
 
-    fn param(
-        &mut self,
-        request: ParamRequest<'_>,
-        access: Access,
-        parameters: &mut Parameters,
-    ) -> Option<Event> {
+    fn param<A: Act>(&mut self, request: ParamRequest<'_>, asked: &mut Asked<'_, A>) {
         let missing = Err(Errno::Missing);
         let reply = match request {
             ParamRequest::TableInfo => {
@@ -392,15 +455,11 @@ impl Server {
                 let (kind, group, name) = (row.kind(), row.group, row.name);
                 Reply::Param { id, kind, read_only: row.is_read_only(), group, name }
             }),
-            ParamRequest::Read(id) => {
-                self.wait(Waiting::Read(id));
-                return None;
-            }
-            ParamRequest::Write { id, value } => return self.write(id, value, access, parameters),
+            ParamRequest::Read(id) => return self.wait(Waiting::Read(id)),
+            ParamRequest::Write { id, value } => return self.write(id, value, asked),
             ParamRequest::SetByName { group, name, kind, value } => {
-                let outcome = self.set_by_name(group, name, kind, value, access, parameters);
-                self.answer(&Reply::ParamSetByName { group, name, outcome: outcome.map(|_| ()) });
-                return outcome.ok().map(Event::ParameterSet);
+                let outcome = self.set_by_name(group, name, kind, value, asked);
+                Reply::ParamSetByName { group, name, outcome }
             }
             // Nothing can be kept: what a drone remembers is written by other tools.
             ParamRequest::ExtendedType { id, with_status } => {
@@ -416,36 +475,29 @@ impl Server {
             }
         };
         self.answer(&reply);
-        None
     }
 
     /// Whatever becomes of it, the answer is the value that holds afterwards: clients take what
     /// they get for that value, and wait until they get one.
-    fn write(
-        &mut self,
-        id: u16,
-        value: &[u8],
-        access: Access,
-        parameters: &mut Parameters,
-    ) -> Option<Event> {
+    fn write<A: Act>(&mut self, id: u16, value: &[u8], asked: &mut Asked<'_, A>) {
         self.wait(Waiting::Written(id));
-        let Some(row) = parameters::row(id) else {
-            count(&mut self.counters.refused);
-            return None;
-        };
-        let done = self.set(row, row.kind().read(value), access, parameters).is_ok();
-        done.then_some(Event::ParameterSet(ParameterId::new(id)))
+        match parameters::row(id) {
+            Some(row) => {
+                let value = row.kind().read(value);
+                let _ = self.set(ParameterId::new(id), row, value, asked);
+            }
+            None => count(&mut self.counters.refused),
+        }
     }
 
-    fn set_by_name(
+    fn set_by_name<A: Act>(
         &mut self,
         group: &[u8],
         name: &[u8],
         kind: u8,
         value: &[u8],
-        access: Access,
-        parameters: &mut Parameters,
-    ) -> Result<ParameterId, Errno> {
+        asked: &mut Asked<'_, A>,
+    ) -> Result<(), Errno> {
         let Some((id, row)) = parameters::named(group, name) else {
             count(&mut self.counters.refused);
             return Err(Errno::Missing);
@@ -453,22 +505,30 @@ impl Server {
         let value = ParamType::from_code(kind)
             .filter(|kind| *kind == row.kind())
             .and_then(|kind| kind.read(value));
-        self.set(row, value, access, parameters)?;
-        Ok(id)
+        self.set(id, row, value, asked)
     }
 
-    fn set(
+    /// Sets a parameter and has the drone follow it. Where the drone does not, the parameter is
+    /// again what it was before.
+    fn set<A: Act>(
         &mut self,
+        id: ParameterId,
         row: &Parameter,
         value: Option<Value>,
-        access: Access,
-        parameters: &mut Parameters,
+        asked: &mut Asked<'_, A>,
     ) -> Result<(), Errno> {
+        let before = *asked.parameters;
         let outcome = match value {
             None => Err(Errno::Invalid),
             Some(_) if row.is_read_only() => Err(Errno::NotAllowed),
-            Some(_) if !self.allow(access) => return Err(Errno::NotAllowed),
-            Some(value) if row.set(parameters, value) => return Ok(()),
+            Some(_) if !self.allow(asked.access) => return Err(Errno::NotAllowed),
+            Some(value) if row.set(asked.parameters, value) => {
+                let done = self.act(Event::ParameterSet(id), asked);
+                if done.is_err() {
+                    *asked.parameters = before;
+                }
+                return done;
+            }
             Some(_) => Err(Errno::Invalid),
         };
         count(&mut self.counters.refused);
@@ -491,55 +551,58 @@ impl Server {
         }
     }
 
-    fn command(&mut self, command: SupervisorCommand, access: Access) -> Option<Event> {
-        let allowed = self.allow(access);
-        self.wait(Waiting::Commanded(command, allowed));
-        allowed.then(|| event_of(command)).flatten()
+    /// Whether the drone does it, as far as that is known before the answer is sent.
+    fn command<A: Act>(&mut self, command: SupervisorCommand, asked: &mut Asked<'_, A>) -> bool {
+        match command {
+            SupervisorCommand::Arm(_) | SupervisorCommand::Recover => self.allow(asked.access),
+            SupervisorCommand::EmergencyStop => self.act(Event::EmergencyStop, asked).is_ok(),
+            SupervisorCommand::EmergencyStopWatchdog => {
+                self.act(Event::EmergencyStopWatchdog, asked).is_ok()
+            }
+        }
     }
 
-    fn setpoint(&mut self, setpoint: crtp::Setpoint, access: Access) -> Option<Event> {
-        if !self.allow(access) {
-            return None;
-        }
-        match setpoint {
-            crtp::Setpoint::Stop => Some(Event::Setpoint(Setpoint::Stop)),
+    fn setpoint<A: Act>(&mut self, setpoint: crtp::Setpoint, asked: &mut Asked<'_, A>) {
+        let setpoint = match setpoint {
+            crtp::Setpoint::Stop => Setpoint::Stop,
             crtp::Setpoint::Hover { forward, lateral, yaw_rate, height } => {
-                Some(Event::Setpoint(Setpoint::Hover { forward, lateral, yaw_rate, height }))
+                Setpoint::Hover { forward, lateral, yaw_rate, height }
             }
             // There is neither a room to have axes, nor anyone to hold angles against the walls.
             crtp::Setpoint::Velocity { .. }
             | crtp::Setpoint::Height { .. }
             | crtp::Setpoint::Position { .. }
             | crtp::Setpoint::Other(_) => {
-                self.unsupported(Notice::UnknownSetpoint);
-                None
+                if self.allow(asked.access) {
+                    self.unsupported(Notice::UnknownSetpoint);
+                }
+                return;
             }
-        }
+        };
+        // A set-point has no answer; the console tells of a refusal.
+        let _ = self.act(Event::Setpoint(setpoint), asked);
     }
 
     /// A client sends zeros while nobody touches its gamepad, and when it goes: they end nothing.
-    fn rpyt(&mut self, setpoint: Rpyt, access: Access) -> Option<Event> {
+    fn rpyt(&mut self, setpoint: Rpyt, access: Access) {
         if !setpoint.is_off() && self.allow(access) {
             self.unsupported(Notice::UnknownSetpoint);
         }
-        None
     }
 
-    fn high_level(&mut self, command: HighLevel, packet: Packet, access: Access) -> Option<Event> {
+    fn high_level<A: Act>(&mut self, command: HighLevel, packet: Packet, asked: &mut Asked<'_, A>) {
         // A drone belongs to no group but that of all.
         const ALL: u8 = 0;
-        let (event, outcome) = match command {
-            HighLevel::Other(0) => (None, Ok(())),
-            _ if !self.allow(access) => (None, Err(Errno::NotAllowed)),
-            HighLevel::TakeOff { group: ALL } => (Some(Event::TakeOff), Ok(())),
-            HighLevel::Land { group: ALL } => (Some(Event::Land), Ok(())),
-            HighLevel::Stop { group: ALL } => (Some(Event::Setpoint(Setpoint::Stop)), Ok(())),
-            HighLevel::TakeOff { .. } | HighLevel::Land { .. } | HighLevel::Stop { .. } => {
-                (None, Ok(()))
-            }
+        let outcome = match command {
+            HighLevel::Other(0) => Ok(()),
+            HighLevel::TakeOff { group: ALL } => self.act(Event::TakeOff, asked),
+            HighLevel::Land { group: ALL } => self.act(Event::Land, asked),
+            HighLevel::Stop { group: ALL } => self.act(Event::Setpoint(Setpoint::Stop), asked),
+            _ if !self.allow(asked.access) => Err(Errno::NotAllowed),
+            HighLevel::TakeOff { .. } | HighLevel::Land { .. } | HighLevel::Stop { .. } => Ok(()),
             HighLevel::Other(_) => {
                 self.unsupported(Notice::UnknownHighLevel);
-                (None, Err(Errno::NoCommand))
+                Err(Errno::NoCommand)
             }
         };
         let mut head = [0; 3];
@@ -547,9 +610,20 @@ impl Server {
             *place = *byte;
         }
         self.answer(&Reply::HighLevel { head, outcome });
-        event
     }
 }
+
+/// What a request is followed with: what the client may do, the parameters, and the drone's hand.
+struct Asked<'a, A> {
+    access: Access,
+    parameters: &'a mut Parameters,
+    act: A,
+}
+
+/// What does an [`Event`].
+trait Act: FnMut(Event, &mut Parameters) -> Outcome {}
+
+impl<A: FnMut(Event, &mut Parameters) -> Outcome> Act for A {}
 
 /// Whether a client may wait for an answer to it. Set-points and everything that stops a drone are
 /// followed however many answers wait.
@@ -577,15 +651,6 @@ const fn is_answered(request: &Request<'_>) -> bool {
         | Request::OldCommand(_)
         | Request::Platform(_)
         | Request::Link(_) => true,
-    }
-}
-
-const fn event_of(command: SupervisorCommand) -> Option<Event> {
-    match command {
-        SupervisorCommand::Arm(arm) => Some(Event::Arm(arm)),
-        SupervisorCommand::Recover => None,
-        SupervisorCommand::EmergencyStop => Some(Event::EmergencyStop),
-        SupervisorCommand::EmergencyStopWatchdog => Some(Event::EmergencyStopWatchdog),
     }
 }
 

@@ -1,6 +1,6 @@
 //! What can be looked at, at one moment.
 
-use agent::{BodyVelocity, LinkView, Outputs, mounting};
+use agent::{BodyVelocity, LinkView};
 use flight::{Attitude, Duties, Mode, StopCause};
 use sensors::pmw3901::Motion;
 use units::{
@@ -89,30 +89,6 @@ impl Snapshot {
         link: Link::SILENT,
         nodes: [None; NODES],
     };
-
-    /// What the mind put out and what the flight code knows, where they have. All else is left for
-    /// the caller to fill in.
-    #[must_use]
-    pub fn of(now: Instant, mind: Option<&Outputs>, flight: Option<&flight::Status>) -> Self {
-        let mut snapshot = Self { taken: now, ..Self::DEFAULT };
-        if let Some(Outputs { report, status, .. }) = mind {
-            snapshot.state = Some(status.state);
-            snapshot.front = status.front;
-            snapshot.back = status.back;
-            snapshot.odometer = status.odometer;
-            snapshot.along = report.velocity;
-            snapshot.recalled = report.recall;
-        }
-        if let Some(status) = flight {
-            snapshot.mode = Some(status.mode);
-            snapshot.attitude = status.attitude;
-            snapshot.velocity = status.velocity.map(mounting::from_board);
-            snapshot.height = status.height;
-            snapshot.volts = Some(status.battery.volts);
-            snapshot.endurance = status.battery.endurance;
-        }
-        snapshot
-    }
 
     /// What the supervisor sees, by the bits of `supervisor.info` (crazyflie-firmware,
     /// `supervisor.c`). Nobody arms these drones: they are armed whenever they would fly.

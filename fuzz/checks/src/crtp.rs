@@ -1,7 +1,7 @@
 //! Packets of any client: answers are packets, and end; and a client with read access changes
-//! nothing.
+//! nothing but that it may stop the drone.
 
-use crtp::{Access, Event, Packet, Parameters, Server, Setpoint, Snapshot};
+use crtp::{Access, Event, Outcome, Packet, Parameters, Server, Setpoint, Snapshot};
 use units::{Duration, Instant, Metres};
 use wire::crtp::Request;
 
@@ -70,7 +70,11 @@ impl Bench {
             assert_eq!(Request::parse(&again).map(|request| request.packet()), Ok(again));
         }
         let before = self.parameters;
-        let event = self.server.receive(self.now, bytes, access, &mut self.parameters);
+        let mut event = None;
+        self.server.receive(self.now, bytes, access, &mut self.parameters, |asked, _| {
+            assert_eq!(event.replace(asked), None, "one packet asks for one thing");
+            Outcome::Done
+        });
         self.received += 1;
         assert_eq!(self.server.counters().received, self.received);
         match event {
@@ -82,7 +86,9 @@ impl Bench {
             Some(_) => {}
         }
         if access == Access::Read {
-            assert_eq!(event, None);
+            // Every client may stop a drone.
+            let stop = [Event::EmergencyStop, Event::EmergencyStopWatchdog];
+            assert!(event.is_none_or(|event| stop.contains(&event)), "{event:?}");
         }
         if !matches!(event, Some(Event::ParameterSet(_))) {
             assert_eq!(self.parameters, before);

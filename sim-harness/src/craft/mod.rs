@@ -25,11 +25,10 @@ pub mod rangers;
 pub mod record;
 mod section;
 
-use agent::mounting::{self, Beams};
 use flight::{Airframe, Command, Flight, FlightConfig, Mode, Outputs, Sensed};
+use onboard::mounting::Sides;
 use sensors::pmw3901::Motion;
 use sensors::vl53l1x::Reading;
-use tunnel_nav::Diagonals;
 use units::{
     Acceleration, AngularVelocity, Instant, Metres, MetresPerSecond, Point2, Setpoint, Volts,
 };
@@ -415,12 +414,11 @@ impl Craft {
         self.body.height() + DECK_ABOVE_FEET
     }
 
-    /// The four side beams, as the agent gets them.
+    /// The latest readings of the side rangers.
     #[must_use]
-    pub fn diagonals(&self, reach: Metres) -> Diagonals {
-        let [front, right, back, left] =
-            self.ranges.each_ref().map(|reading| mounting::side_beam(reading.as_ref(), reach));
-        Beams { front, right, back, left }.diagonals()
+    pub const fn sides(&self) -> Sides {
+        let [front, right, back, left] = self.ranges;
+        Sides { front, right, back, left }
     }
 
     /// How often it has touched a wall.

@@ -37,7 +37,6 @@ pub struct Told {
     pub order: Option<Order>,
     pub fitness: Fitness,
     pub endurance: Option<Duration>,
-    pub emergency: bool,
 }
 
 impl Told {
@@ -53,7 +52,6 @@ impl Told {
             order: self.order,
             fitness: self.fitness,
             endurance: self.endurance,
-            emergency: self.emergency,
         }
     }
 }

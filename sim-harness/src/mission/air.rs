@@ -8,10 +8,10 @@ use rayon::prelude::*;
 use units::{Dbm, Role};
 use wire::syslink::MAX_P2P;
 
+use super::hosted::Hosted;
 use super::log::OrderLog;
-use super::member::{Hosted, Member, Mind, OnLine, Parcel};
-use super::station::News;
-use super::{CRAFT_STEP_US, Mission, Told};
+use super::member::{Member, Mind, OnLine};
+use super::{CRAFT_STEP_US, Mission};
 use crate::medium::{Arrives, Ether, timing};
 use crate::world::{Radio, SkeletonPlace};
 
@@ -58,7 +58,7 @@ impl Mission<'_> {
         let member = &mut self.members[n];
         let silenced = member.is_silenced();
         let Mind::Hosted(hosted) = &mut member.mind else { return };
-        let Some(length) = hosted.station.transmit(now_us, &mut packet) else { return };
+        let Some(length) = hosted.transmit(now_us, &mut packet) else { return };
         if silenced {
             return;
         }
@@ -71,8 +71,7 @@ impl Mission<'_> {
 
     /// The packet that arrives next, at all who hear it.
     fn receive(&mut self) {
-        let Self { medium, members, strengths, world, told, orders, scenario, intruders, .. } =
-            self;
+        let Self { medium, members, strengths, world, orders, intruders, .. } = self;
         let arrives = medium.arrives();
         let count = members.len();
         let mut ether = Tube { members, strengths, radio: &world.radio };
@@ -97,11 +96,10 @@ impl Mission<'_> {
                 hosted.line.push(OnLine::new(now_us, receipt.rssi, arrival.data));
                 continue;
             }
-            let taken = hosted.station.counters().taken;
-            deliver(hosted, role, (now_us, receipt.rssi, arrival.data), told, orders)
-                .hand_over(hosted, now_us + scenario.radio.latency_us);
+            let taken = taken(hosted);
+            deliver(hosted, role, (now_us, receipt.rssi, arrival.data), orders);
             if let Some(intruders) = intruders.as_mut().filter(|_| arrival.from >= count)
-                && hosted.station.counters().taken != taken
+                && self::taken(hosted) != taken
             {
                 intruders.accept();
             }
@@ -109,13 +107,12 @@ impl Mission<'_> {
     }
 
     fn take_from_line(&mut self, n: usize, place: usize) {
-        let Self { members, told, orders, scenario, .. } = self;
+        let Self { members, orders, .. } = self;
         let Some(Member { role, mind: Mind::Hosted(hosted), .. }) = members.get_mut(n) else {
             return;
         };
         let OnLine { at_us, rssi, length, data } = hosted.line.swap_remove(place);
-        deliver(hosted, *role, (at_us, rssi, &data[..length]), told, orders)
-            .hand_over(hosted, at_us + scenario.radio.latency_us);
+        deliver(hosted, *role, (at_us, rssi, &data[..length]), orders);
     }
 
     /// Lets the emulated drones run up to this moment, and takes what their radio chips send.
@@ -164,15 +161,9 @@ impl OnLine {
     }
 }
 
-/// What a link on the host has made of a packet.
-struct Delivered(Option<News>);
-
-impl Delivered {
-    fn hand_over(self, hosted: &mut Hosted, arrives_us: u64) {
-        if let Some(news) = self.0 {
-            hosted.mailbox.push_back(Parcel { arrives_us, news });
-        }
-    }
+/// Packets that a drone on the host has taken.
+fn taken(hosted: &Hosted) -> u32 {
+    hosted.drone().link_counters().map_or(0, |counters| counters.taken.total())
 }
 
 /// A packet comes to the processor of a member on the host.
@@ -180,24 +171,13 @@ fn deliver(
     hosted: &mut Hosted,
     role: Role,
     (now_us, rssi, data): (u64, Dbm, &[u8]),
-    told: &mut [Option<Told>],
     orders: &mut OrderLog,
-) -> Delivered {
-    let news = hosted.station.receive(now_us, rssi, data);
-    match news {
-        Some(News::Telemetry(from, telemetry)) => {
-            if let Some(told) = told.get_mut(usize::from(from.0)) {
-                *told = Some(Told { at_us: now_us, telemetry });
-            }
-        }
-        Some(News::Order(_)) if role == Role::Head => {
-            if let Some(counter) = hosted.station.heeded() {
-                orders.delivered(now_us, counter);
-            }
-        }
-        _ => {}
+) {
+    if let Some(counter) = hosted.receive(now_us, rssi, data)
+        && role == Role::Head
+    {
+        orders.delivered(now_us, counter);
     }
-    Delivered(news)
 }
 
 /// The links' strengths, which change only when somebody has moved.

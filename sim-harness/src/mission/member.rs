@@ -1,17 +1,14 @@
-//! Who takes part in a mission: where everybody starts, in what body, with what mind and radio.
+//! The members of a mission: where each starts, in what body, and what flies it.
 
-use std::collections::VecDeque;
-
-use agent::{Agent, Outputs, State};
-use airlink::Identity;
+use agent::{Outputs, State};
+use onboard::Sensed;
 use units::{Dbm, Metres, NodeId, Point2, Role, Setpoint};
 use wire::syslink::MAX_P2P;
 
-use super::seal::Cipher;
-use super::station::{News, Station};
+use super::hosted::Hosted;
 use super::{STEPS_PER_ROUND, World, surroundings};
 use crate::craft::Craft;
-use crate::drone::{Drone, Flown, Senses};
+use crate::drone::{Drone, Flown};
 use crate::emulated::Emulated;
 use crate::random::{Purpose, Stream};
 use crate::scenario::{Fidelity, Scenario, Spot, Start};
@@ -27,24 +24,15 @@ pub(super) struct Member {
     /// In which physics step of a round its turn comes.
     pub(super) phase: u64,
     pub(super) outputs: Option<Outputs>,
-    pub(super) senses: Senses,
+    pub(super) senses: Sensed,
 }
 
-/// What thinks and speaks for a member.
+/// What flies a member.
 pub(super) enum Mind {
-    /// The crates, called from here.
+    /// The crates of the firmware, called from here.
     Hosted(Box<Hosted>),
     /// The firmware's ELF, in an emulator.
     Emulated(Box<Emulated>),
-}
-
-/// An agent and a radio link on the host.
-pub(super) struct Hosted {
-    pub(super) agent: Agent,
-    pub(super) station: Station,
-    pub(super) mailbox: VecDeque<Parcel>,
-    /// Packets on their way from its radio to its processor.
-    pub(super) line: Vec<OnLine>,
 }
 
 /// A packet on the serial line of somebody who has heard it.
@@ -59,12 +47,19 @@ impl Mind {
     /// When it next has something to send, as far as that is known before it does so.
     pub(super) fn due_us(&self) -> u64 {
         match self {
-            Self::Hosted(hosted) => hosted.station.due_us(),
+            Self::Hosted(hosted) => hosted.due_us(),
             Self::Emulated(_) => u64::MAX,
         }
     }
 
     pub(super) fn hosted(&self) -> Option<&Hosted> {
+        match self {
+            Self::Hosted(hosted) => Some(hosted),
+            Self::Emulated(_) => None,
+        }
+    }
+
+    pub(super) fn hosted_mut(&mut self) -> Option<&mut Hosted> {
         match self {
             Self::Hosted(hosted) => Some(hosted),
             Self::Emulated(_) => None,
@@ -86,18 +81,11 @@ impl Mind {
     }
 }
 
-/// What the link brought and the mind has not taken yet.
-#[derive(Clone, Copy)]
-pub(super) struct Parcel {
-    pub(super) arrives_us: u64,
-    pub(super) news: News,
-}
-
 impl Member {
-    /// What its mind is doing.
+    /// What it is doing.
     pub(super) fn state(&self) -> State {
         match &self.mind {
-            Mind::Hosted(hosted) => hosted.agent.state(),
+            Mind::Hosted(hosted) => hosted.drone().state(),
             Mind::Emulated(_) => self.outputs.map_or(State::Idle, |outputs| outputs.status.state),
         }
     }
@@ -208,15 +196,7 @@ pub(super) fn member(
             Drone::Point(body)
         }
     };
-    let identity = Identity { node: id, role };
-    let cipher = Cipher::of(scenario.fidelity, seed, id, role == Role::Base);
-    let station = Station::new(identity, cipher, scenario.radio.datarate, seed);
-    let hosted = Hosted {
-        agent: if flying { Agent::new_linked(id, role) } else { Agent::new(id, role) },
-        station,
-        mailbox: VecDeque::new(),
-        line: Vec::new(),
-    };
+    let hosted = Hosted::new(scenario, seed, (id, role), flying);
     Member {
         mind: Mind::Hosted(Box::new(hosted)),
         role,
@@ -224,6 +204,6 @@ pub(super) fn member(
         random,
         phase: ((start.uniform() * STEPS_PER_ROUND as f32) as u64).min(STEPS_PER_ROUND - 1),
         outputs: None,
-        senses: Senses::NONE,
+        senses: Sensed::NONE,
     }
 }

@@ -126,11 +126,11 @@ fn state(k: usize, t: f32, up: bool) -> State {
     let now = Instant::from_millis((t * 1000.0) as u64);
     match k {
         BASE => State::Idle,
-        0 => Agent::new_linked(NodeId::HEAD, Role::Head).state(),
+        0 => Agent::new_linked(NodeId::HEAD, Role::Head, units::Instant::ZERO).state(),
         _ if !up => State::Armed { since: Instant::ZERO },
         _ if t < 60.0 * k as f32 + 3.0 => State::TakingOff { since: now },
         2 if lost(t) => State::Reconnecting { since: now, from: Metres(4.0) },
-        _ => Agent::new_linked(NodeId(k as u8), Role::Relay).state(),
+        _ => Agent::new_linked(NodeId(k as u8), Role::Relay, units::Instant::ZERO).state(),
     }
 }
 

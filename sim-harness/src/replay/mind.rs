@@ -42,7 +42,7 @@ fn mind(recording: &Recording, relay: usize) -> MindReport {
     let policy = PolicyConfig { smoothing: Smoothing::Raw, ..PolicyConfig::DEFAULT };
     let config = AgentConfig { policy, ..AgentConfig::DEFAULT };
     // A chain of more than 256 drones does not come out of a checked flight.
-    let mut agent = Agent::new_linked(number(relay), Role::Relay);
+    let mut agent = Agent::new_linked(number(relay), Role::Relay, units::Instant::ZERO);
     let mut report = MindReport { relay, ..MindReport::default() };
     let (mut relaying, mut reconnecting, mut backing_up) = (0_usize, 0_usize, 0_usize);
     for (n, row) in recording.samples.chunk_by(|a, b| a.line == b.line).enumerate() {
@@ -63,7 +63,6 @@ fn mind(recording: &Recording, relay: usize) -> MindReport {
                 order: Some(Order::Explore(MetresPerSecond::ZERO)),
                 fitness: Fitness::Fit,
                 endurance: None,
-                emergency: false,
             },
         );
         report.rows += 1;

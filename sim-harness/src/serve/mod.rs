@@ -1,19 +1,19 @@
 //! Drones that cflib and cfclient connect to: each has a UDP port of its own, with one CRTP packet
 //! in each datagram, and simulated time follows the clock on the wall.
 //!
-//! An order at any of the ports is an order of the operator, who stands at the base: it goes out to
-//! the chain over the simulated radio, hop by hop, as it does underground.
+//! Each drone answers for itself, by the server that it has on board too. Orders are taken by the
+//! base alone: they go out to the chain over the simulated radio, hop by hop, as they do
+//! underground.
 //!
 //! ```text
-//!   cflib ──UDP──▶ ports ──▶ chain: a CRTP server per drone ──▶ desk ──order──▶ world
-//!     ▲                        │                                                  │
-//!     └──────── UDP ───────────┴──────────────────── snapshot ────────────────────┘
+//!   cflib ──UDP──▶ ports ──▶ chain ──▶ the drones of a world, each with its own CRTP server
+//!     ▲                                                                              │
+//!     └───────────────────────────────── UDP ────────────────────────────────────────┘
 //! ```
 //! Only [`Ports`] and the pace know of sockets and of the clock; the rest is as deterministic as
 //! any other run.
 
 mod chain;
-mod desk;
 mod journal;
 mod live;
 mod pace;
@@ -23,10 +23,8 @@ mod tests;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use ::units::Order;
-use agent::State;
-use crtp::{Parameters, Snapshot};
-use units::{Duration, Instant};
+use onboard::State;
+use units::{Duration, Instant, Order};
 
 use self::chain::Chain;
 pub use self::chain::Tally;
@@ -47,14 +45,14 @@ pub trait World {
     fn advance(&mut self);
     /// How many drones there are.
     fn members(&self) -> usize;
-    /// What a drone's parameters are when it boots.
-    fn parameters(&self, member: usize) -> Parameters;
     /// What a drone is doing; `None` where that is not known.
     fn state(&self, member: usize) -> Option<State>;
-    /// What there is to be logged of a drone.
-    fn snapshot(&self, member: usize) -> Snapshot;
-    /// What the operator orders at the base, told at every step.
-    fn order(&mut self, task: Order);
+    /// A packet of a client has come to a drone.
+    fn client(&mut self, member: usize, packet: &[u8]);
+    /// Gives `take` the packets that a drone now sends to its client.
+    fn poll_client(&mut self, member: usize, take: &mut dyn FnMut(&[u8]));
+    /// What the operator orders at the base; `None` while nothing was ordered.
+    fn ordered(&self) -> Option<Order>;
 }
 
 /// Serves a world until its time is up, or `stop` is set.

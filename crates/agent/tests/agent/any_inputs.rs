@@ -168,7 +168,6 @@ fn play(agent: &mut Agent, config: &AgentConfig, rounds: &[Round]) -> Result<(),
             order: round.order,
             fitness: Fitness::Fit,
             endurance: None,
-            emergency: false,
         };
         let outputs = agent.step(config, now, &inputs);
         sound(config, &outputs)?;
@@ -191,7 +190,7 @@ proptest! {
         let role = if number == 0 { Role::Head } else { Role::Relay };
         let id = NodeId(number);
         let mut agent =
-            if linked { Agent::new_linked(id, role) } else { Agent::new(id, role) };
+            if linked { Agent::new_linked(id, role, Instant::ZERO) } else { Agent::new(id, role) };
         prop_assert_eq!(play(&mut agent, &config, &rounds), Ok(()));
     }
 
@@ -202,7 +201,7 @@ proptest! {
         before in prop::collection::vec(round(), 0..20),
         after in prop::collection::vec(round(), 0..20),
     ) {
-        let mut agent = Agent::new_linked(NodeId(1), Role::Relay);
+        let mut agent = Agent::new_linked(NodeId(1), Role::Relay, Instant::ZERO);
         let _ = play(&mut agent, &config, &before);
         let stop = Inputs {
             ranges: gallery(),
@@ -210,10 +209,9 @@ proptest! {
             heading: None,
             height: None,
             heard: &[],
-            order: None,
+            order: Some(Order::Stop),
             fitness: Fitness::Fit,
             endurance: None,
-            emergency: true,
         };
         let outputs = agent.step(&config, Instant::ZERO, &stop);
         prop_assert_eq!(outputs.setpoint, Setpoint::Stop);
@@ -226,7 +224,7 @@ proptest! {
     fn a_mind_has_no_moods(
         config in configs(), rounds in prop::collection::vec(round(), 1..20),
     ) {
-        let mut one = Agent::new_linked(NodeId(1), Role::Relay);
+        let mut one = Agent::new_linked(NodeId(1), Role::Relay, Instant::ZERO);
         let mut other = one.clone();
         let _ = play(&mut one, &config, &rounds);
         let _ = play(&mut other, &config, &rounds);
@@ -254,7 +252,6 @@ fn a_packet_storm_passes() {
         order: Some(EXPLORE),
         fitness: Fitness::Fit,
         endurance: None,
-        emergency: false,
     };
     rig.now = rig.now + units::Duration::from_millis(200);
     let outputs = rig.agent.step(&super::rig::CONFIG, rig.now, &inputs);
@@ -301,7 +298,7 @@ fn a_first_packet_without_a_strength_moves_nothing() {
 #[test]
 fn an_absurd_claim_of_a_neighbour_passes() {
     let config = AgentConfig::DEFAULT;
-    let mut agent = Agent::new_linked(NodeId::HEAD, Role::Head);
+    let mut agent = Agent::new_linked(NodeId::HEAD, Role::Head, Instant::ZERO);
     let mut last = None;
     for n in 0..50u16 {
         let mut packet = heard(1, n, Phase::Linked, -55.0);
@@ -315,7 +312,6 @@ fn an_absurd_claim_of_a_neighbour_passes() {
             order: Some(EXPLORE),
             fitness: Fitness::Fit,
             endurance: None,
-            emergency: false,
         };
         let outputs = agent.step(&config, Instant::from_millis(200 * u64::from(n)), &inputs);
         sound(&config, &outputs).unwrap();

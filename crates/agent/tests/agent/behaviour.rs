@@ -24,16 +24,6 @@ fn stop_latches() {
     }
 }
 
-#[test]
-fn an_emergency_stops_for_good_though_it_passes() {
-    for role in [Role::Head, Role::Relay, Role::Base] {
-        let mut rig = Rig::new(role);
-        rig.step(&Scene::quiet().emergency());
-        let outputs = rig.during(15.0, &Scene::quiet().order(EXPLORE));
-        assert_eq!((outputs.status.state, outputs.setpoint), (State::Stopped, Setpoint::Stop));
-    }
-}
-
 /// The base keeps speaking as the base, whatever happens to it: the chain hangs on it.
 #[test]
 fn the_base_never_flies() {
@@ -370,7 +360,6 @@ fn a_recall_that_is_heard_is_obeyed_and_passed_on_until_the_next_mission() {
             order: None,
             fitness: agent::Fitness::Fit,
             endurance: None,
-            emergency: false,
         };
         let outputs = rig.agent.step(&CONFIG, rig.now, &inputs);
         assert!(outputs.report.recall);

@@ -36,7 +36,6 @@ pub(crate) struct Scene {
     pub(crate) fitness: Fitness,
     /// Seconds left in the battery.
     pub(crate) endurance: Option<u64>,
-    pub(crate) emergency: bool,
 }
 
 impl Scene {
@@ -49,7 +48,6 @@ impl Scene {
             flow: Some(0.0),
             fitness: Fitness::Fit,
             endurance: None,
-            emergency: false,
         }
     }
 
@@ -96,11 +94,6 @@ impl Scene {
     /// The battery lasts for so many seconds.
     pub(crate) fn endurance(mut self, seconds: u64) -> Self {
         self.endurance = Some(seconds);
-        self
-    }
-
-    pub(crate) fn emergency(mut self) -> Self {
-        self.emergency = true;
         self
     }
 }
@@ -152,7 +145,6 @@ impl Rig {
             order: scene.task,
             fitness: scene.fitness,
             endurance: scene.endurance.map(Duration::from_secs),
-            emergency: scene.emergency,
         };
         self.agent.step(&CONFIG, self.now, &inputs)
     }

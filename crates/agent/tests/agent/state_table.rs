@@ -96,7 +96,7 @@ fn in_state(role: Role, name: &str) -> Option<(Rig, Scene)> {
 /// The situations: a name, how long after the last step, and what becomes of the scene.
 type Situation = (&'static str, u64, fn(Scene) -> Scene);
 
-const SITUATIONS: [Situation; 30] = [
+const SITUATIONS: [Situation; 28] = [
     ("nothing new", 2_200, |s| s),
     ("order: wait", 2_200, |s| s.order(Order::Wait)),
     ("order: explore", 2_200, |s| s.order(EXPLORE)),
@@ -104,8 +104,6 @@ const SITUATIONS: [Situation; 30] = [
     ("order: return, base as at home", 2_200, |s| s.order(Order::Return).link(BASE, -50.0)),
     ("order: land", 2_200, |s| s.order(Order::Land)),
     ("order: stop", 2_200, |s| s.order(Order::Stop)),
-    ("emergency", 2_200, Scene::emergency),
-    ("emergency, order: explore", 2_200, |s| s.order(EXPLORE).emergency()),
     ("both links good", 2_200, |s| good(s)),
     ("front weak", 2_200, |s| good(s).link(0, -62.0)),
     ("front lost", 2_200, |s| good(s).without(0)),

@@ -1,8 +1,8 @@
-//! Whatever comes in: no harm is done, nothing grows without bound, and who may only look changes
-//! nothing.
+//! Any packets: they do no harm, nothing grows without bound, and a client that may only look changes
+//! nothing but that it may stop the drone.
 
 use crate::common::{Line, seeded};
-use crtp::{Access, Packet, Parameters, Server, Snapshot};
+use crtp::{Access, Event, Packet, Parameters, Server, Snapshot};
 use proptest::prelude::*;
 use units::{Duration, Instant};
 
@@ -31,6 +31,11 @@ fn packets() -> impl Strategy<Value = Vec<u8>> {
     prop_oneof![4 => likely, 4 => small, 1 => bytes, 2 => by_name]
 }
 
+/// Every client may stop a drone, and do no more than that.
+fn stops_at_most(event: Option<Event>) -> bool {
+    matches!(event, None | Some(Event::EmergencyStop | Event::EmergencyStopWatchdog))
+}
+
 fn sessions() -> impl Strategy<Value = Vec<(Vec<u8>, u64, u8)>> {
     prop::collection::vec((packets(), 0_u64..100_000, 0_u8..4), 0..200)
 }
@@ -43,7 +48,7 @@ proptest! {
         let mut line = Line::new();
         for (packet, micros, polls) in session {
             line.pass(Duration::from_micros(micros));
-            line.server.receive(line.now, &packet, line.access, &mut line.parameters);
+            line.receive(&packet);
             for _ in 0..polls {
                 line.next();
             }
@@ -63,8 +68,8 @@ proptest! {
         let before = (line.parameters, line.snapshot);
         for (packet, micros, _) in session {
             line.pass(Duration::from_micros(micros));
-            let event = line.server.receive(line.now, &packet, line.access, &mut line.parameters);
-            prop_assert_eq!(event, None);
+            let event = line.receive(&packet);
+            prop_assert!(stops_at_most(event), "{:?}", event);
             line.server.poll(line.now, &line.snapshot, &line.parameters);
         }
         prop_assert_eq!((line.parameters, line.snapshot), before);
@@ -84,7 +89,7 @@ proptest! {
             }
             for line in [&mut full, &mut read] {
                 line.pass(Duration::from_micros(micros));
-                line.server.receive(line.now, &packet, line.access, &mut line.parameters);
+                line.receive(&packet);
             }
             prop_assert_eq!(full.all(), read.all());
         }
@@ -95,7 +100,7 @@ proptest! {
         let mut line = Line::new();
         for (packet, micros, _) in session {
             line.pass(Duration::from_micros(micros));
-            line.server.receive(line.now, &packet, line.access, &mut line.parameters);
+            line.receive(&packet);
             while let Some(packet) =
                 line.server.poll(line.now, &line.snapshot, &line.parameters)
             {

@@ -1,7 +1,7 @@
 //! A client connects, looks, sets and flies, byte for byte as cflib 0.1.34 does.
 
 use crate::common::{Line, port};
-use crtp::{Access, Event, OperatorTask, ParameterId, Setpoint};
+use crtp::{Access, Event, Notice, OperatorTask, Outcome, ParameterId, Setpoint};
 use flight::{Mode, StopCause};
 use units::{Dbm, Instant, Metres, MetresPerSecond, NodeId, Volts};
 
@@ -282,14 +282,63 @@ fn the_supervisor_is_asked_and_told() {
     assert_eq!(state(&mut line), 0b1110_0000);
 
     line.snapshot.mode = Some(Mode::Grounded { waits_for: None });
-    assert_eq!(line.send(port::COMMAND, &[1, 1]), Some(Event::Arm(true)));
-    assert_eq!(line.next(), Some((port::COMMAND, vec![0x81, 1, 1])));
+    assert_eq!(line.ask(port::COMMAND, &[1, 1]), [0x81, 1, 1]);
     assert_eq!(line.send(port::COMMAND, &[3]), Some(Event::EmergencyStop));
     assert_eq!(line.send(port::COMMAND, &[4]), Some(Event::EmergencyStopWatchdog));
     assert_eq!(line.send(port::COMMAND, &[2]), None);
     // As clients did before there was a port for it.
     assert_eq!(line.send(0x6D, &[3]), Some(Event::EmergencyStop));
-    assert_eq!(line.send(port::PLATFORM, &[1, 0]), Some(Event::Arm(false)));
+}
+
+/// No drone is ever disarmed, and no client is told that it was; see the console of the drone.
+#[test]
+fn a_client_is_not_told_that_a_drone_is_disarmed_that_is_not() {
+    let mut line = Line::new();
+    for mode in [Mode::Flying { since: Instant::ZERO }, Mode::Grounded { waits_for: None }] {
+        line.snapshot.mode = Some(mode);
+        assert_eq!(line.ask(port::COMMAND, &[1, 0]), [0x81, 0, 1]);
+        // As clients asked before there was a port for it.
+        assert_eq!(line.ask(port::PLATFORM, &[1, 0]), [1, 0, 1]);
+        assert_eq!(line.ask(port::PLATFORM, &[1, 1]), [1, 1, 1]);
+    }
+    line.snapshot.mode = Some(Mode::Stopped { why: StopCause::Ordered });
+    assert_eq!(line.ask(port::COMMAND, &[1, 0]), [0x81, 1, 0], "it is not armed");
+    assert_eq!(line.ask(port::COMMAND, &[1, 1]), [0x81, 0, 0], "and does not get so");
+    line.ask(port::LOG_CONTROL, &[5]);
+    line.snapshot.mode = Some(Mode::Flying { since: Instant::ZERO });
+    line.send(port::COMMAND, &[1, 0]);
+    assert!(line.console().contains("Not disarmed"));
+}
+
+/// What the drone refuses is answered with an error, and parameters are again what they were.
+#[test]
+fn a_client_is_not_told_done_of_what_the_drone_refuses() {
+    let mut line = Line::new();
+    line.outcome = Outcome::Refused(Notice::StopStands);
+    let before = line.parameters;
+    let [a, b] = line.id_of(port::PARAM_TABLE, "uchain.task");
+    assert_eq!(line.ask(port::PARAM_WRITE, &[a, b, 1]), [a, b, 0], "the value that holds");
+    let answer = line.ask(port::PARAM_MISC, b"\0uchain\0task\0\x08\x01");
+    assert_eq!(answer.last(), Some(&13), "EACCES");
+    assert_eq!(line.parameters, before);
+    assert_eq!(line.ask(port::HIGH_LEVEL, &[7, 0, 1]), [7, 0, 1, 13]);
+    assert_eq!(line.ask(port::COMMAND, &[3]), [0x83, 0, 0]);
+    line.ask(port::LOG_CONTROL, &[5]);
+    line.send(port::SETPOINT, &[0]);
+    assert!(line.console().contains("a stop stands"));
+}
+
+/// Every client may stop a drone, whatever else it may.
+#[test]
+fn a_client_that_may_only_look_may_stop() {
+    let mut line = Line::new();
+    line.access = Access::Read;
+    assert_eq!(line.send(port::COMMAND, &[3]), Some(Event::EmergencyStop));
+    assert_eq!(line.next(), Some((port::COMMAND, vec![0x83, 1, 0])));
+    assert_eq!(line.send(port::COMMAND, &[4]), Some(Event::EmergencyStopWatchdog));
+    assert_eq!(line.send(0x6D, &[3]), Some(Event::EmergencyStop));
+    assert_eq!(line.send(0x6D, &[4]), Some(Event::EmergencyStopWatchdog));
+    assert_eq!(line.send(port::SETPOINT, &[0]), None, "which lands");
 }
 
 #[test]

@@ -3,5 +3,4 @@
 mod any_bytes;
 mod client;
 mod common;
-mod docs;
 mod log;

@@ -234,6 +234,18 @@ impl Reply<'_> {
         }
     }
 
+    /// A [`Commanded`](Self::Commanded) as clients expect it that command on the platform's port
+    /// (crazyflie-firmware, `platformservice.c`).
+    #[must_use]
+    pub fn old_packet(&self) -> Packet {
+        match *self {
+            Self::Commanded { command, done, holds } => {
+                Packet::empty(Port::Platform, 0).with(&[command.code(), done.into(), holds.into()])
+            }
+            _ => self.packet(),
+        }
+    }
+
     fn supervisor(&self) -> Packet {
         const RESPONSE: u8 = 0x80;
         match *self {

@@ -2,7 +2,7 @@
 
 #![allow(dead_code, reason = "each test takes what it needs")]
 
-use crtp::{Access, Event, Parameters, Server, Snapshot};
+use crtp::{Access, Event, Outcome, Parameters, Server, Snapshot};
 use proptest::test_runner::{Config, RngSeed};
 use units::{Duration, Instant};
 
@@ -18,6 +18,8 @@ pub(crate) struct Line {
     pub(crate) snapshot: Snapshot,
     pub(crate) access: Access,
     pub(crate) now: Instant,
+    /// What the drone says to every event.
+    pub(crate) outcome: Outcome,
 }
 
 impl Line {
@@ -28,12 +30,24 @@ impl Line {
             snapshot: Snapshot::DEFAULT,
             access: Access::Full,
             now: Instant::from_millis(1_000),
+            outcome: Outcome::Done,
         }
     }
 
     pub(crate) fn send(&mut self, header: u8, data: &[u8]) -> Option<Event> {
-        let bytes = [&[header], data].concat();
-        self.server.receive(self.now, &bytes, self.access, &mut self.parameters)
+        self.receive(&[&[header], data].concat())
+    }
+
+    /// Sends any bytes; what the drone is asked to do for them.
+    pub(crate) fn receive(&mut self, bytes: &[u8]) -> Option<Event> {
+        let Self { server, parameters, now, access, outcome, .. } = self;
+        let mut events = Vec::new();
+        server.receive(*now, bytes, *access, parameters, |event, _| {
+            events.push(event);
+            *outcome
+        });
+        assert!(events.len() <= 1, "{events:?}");
+        events.pop()
     }
 
     /// The next packet that comes: its header and its data.

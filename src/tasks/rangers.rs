@@ -1,26 +1,24 @@
 //! The rangers: one down from the Flow deck, five from the Multi-ranger deck.
 //!
-//! They share the decks' bus with the EEPROM ([`crate::store`]), one transaction at a time. Which
-//! decks there are is found out at boot, and holds until the next one: of a deck that is missing
-//! then, the other's rangers do not depend.
+//! They share the decks' bus with the EEPROM ([`crate::tasks::store`]), one transaction at a time. Which
+//! decks there are is found out at boot, and holds until the next one: a missing deck does not stop the other
+//! deck's rangers.
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
-use agent::AgentConfig;
-use agent::mounting::{self, Beams};
-use crtp::Ranges;
 use embassy_embedded_hal::shared_bus::asynch::i2c::I2cDevice;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::mutex::Mutex;
 use embassy_time::{Duration, Timer};
+use onboard::mounting::Sides;
 use sensors::multi_ranger::{Beam, BeamState, DeckProbe, MultiRanger, RangerConfig, Sweep};
 use sensors::vl53l1x::{RangeStatus, Reading};
 use units::{Instant, Metres};
 
-use crate::bus::Bus;
-use crate::clock;
-use crate::health::{self, Tally, Task};
-use crate::latest::Latest;
+use crate::board::bus::Bus;
+use crate::board::clock;
+use crate::tasks::health::{self, Tally, Task};
+use crate::tasks::latest::Latest;
 
 /// The decks' bus, for tasks of the thread.
 pub(crate) type DeckBus = Mutex<NoopRawMutex, Bus>;
@@ -48,9 +46,6 @@ const PROBE_ROUND: Duration = Duration::from_millis(50);
 /// A reading that is older is none any more: three of the sides' periods.
 const BELIEVED_FOR: units::Duration = units::Duration::from_millis(100);
 
-/// Farther than this nobody steers by a side beam.
-const REACH: Metres = AgentConfig::DEFAULT.nav.reach;
-
 /// In the order of [`Beam::ALL`].
 #[derive(Clone, Copy)]
 struct Seen([Option<(Reading, Instant)>; 6]);
@@ -63,37 +58,21 @@ impl Seen {
     }
 }
 
-const SIDE_BEAMS: [Beam; 4] = [Beam::Front, Beam::Right, Beam::Back, Beam::Left];
-
-/// What the four side beams say now.
-pub(crate) fn sides(now: Instant) -> Beams {
+/// What the four side rangers have to give now.
+pub(crate) fn sides(now: Instant) -> Sides {
     let seen = SEEN.get();
-    let [front, right, back, left] =
-        SIDE_BEAMS.map(|beam| mounting::side_beam(seen.of(beam, now).as_ref(), REACH));
-    Beams { front, right, back, left }
-}
-
-/// Whether each of the four is there: it says something, whatever it sees.
-pub(crate) fn all_sides(now: Instant) -> bool {
-    let seen = SEEN.get();
-    SIDE_BEAMS.into_iter().all(|beam| seen.of(beam, now).is_some())
-}
-
-/// What all six have measured, for whoever looks.
-pub(crate) fn seen(now: Instant) -> Ranges {
-    let seen = SEEN.get();
-    let distance = |beam| {
-        let reading = seen.of(beam, now)?;
-        (reading.status == RangeStatus::Valid).then_some(reading.distance)
-    };
-    Ranges {
-        front: distance(Beam::Front),
-        back: distance(Beam::Back),
-        left: distance(Beam::Left),
-        right: distance(Beam::Right),
-        up: distance(Beam::Up),
-        down: distance(Beam::Down),
+    Sides {
+        front: seen.of(Beam::Front, now),
+        right: seen.of(Beam::Right, now),
+        back: seen.of(Beam::Back, now),
+        left: seen.of(Beam::Left, now),
     }
+}
+
+/// What a ranger has measured, for clients.
+pub(crate) fn measured(beam: Beam, now: Instant) -> Option<Metres> {
+    let reading = SEEN.get().of(beam, now)?;
+    (reading.status == RangeStatus::Valid).then_some(reading.distance)
 }
 
 /// Whether there is a Multi-ranger deck.

@@ -1,15 +1,16 @@
-//! What the mind knows, and what is on the air: reports, orders and telemetry, there and back.
+//! Conversions between what the agent knows and what is on the air: reports and telemetry.
 
+use agent::{Fitness, LandReason, LinkView, Outputs, State};
 use chain::neighbours::Heard;
 use chain::report::Report;
-use units::{Dbm, Duration, Metres, NodeId, Volts};
+use units::{Dbm, NodeId};
 use wire::p2p;
 
-use crate::{Fitness, LandReason, LinkView, Outputs, State};
+use crate::Sensed;
 
 /// This round's report, as it is handed to the radio link, which adds who is heard.
 #[must_use]
-pub fn report_to_air(outputs: &Outputs) -> p2p::Report {
+pub(crate) fn report_to_air(outputs: &Outputs) -> p2p::Report {
     let Outputs { report, status, .. } = outputs;
     let strength = |link: &Option<LinkView>| link.as_ref().map(|link| link.rssi);
     p2p::Report {
@@ -28,7 +29,7 @@ pub fn report_to_air(outputs: &Outputs) -> p2p::Report {
 /// A report that the radio link has delivered: whose it is and where it stands among the sender's
 /// reports is in the packet's header.
 #[must_use]
-pub fn report_from_air(
+pub(crate) fn report_from_air(
     from: NodeId,
     counter: p2p::Counter,
     report: &p2p::Report,
@@ -46,37 +47,22 @@ pub fn report_from_air(
     Heard { report, rssi }
 }
 
-/// What telemetry tells of the machine, beside what the mind put out.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Machine {
-    /// What the flight code says of it.
-    pub fitness: Fitness,
-    /// The battery's voltage, where it is measured.
-    pub battery: Option<Volts>,
-    /// How long the battery still carries it, where that is known.
-    pub endurance: Option<Duration>,
-    /// Its height over ground, where it is measured.
-    pub height: Option<Metres>,
-    /// The number of the last order that the link delivered.
-    pub heeded: Option<p2p::Counter>,
-}
-
-/// What a node tells the base of itself.
+/// What a node tells the base of itself. The link adds which order it has heard last.
 #[must_use]
-pub fn telemetry(outputs: &Outputs, machine: &Machine) -> p2p::Telemetry {
+pub(crate) fn telemetry(outputs: &Outputs, sensed: &Sensed) -> p2p::Telemetry {
     let Outputs { report, status, .. } = outputs;
     let link = |link: &Option<LinkView>| link.as_ref().map(|link| (link.peer, link.rssi));
     p2p::Telemetry {
         state: status.state.code(),
-        fault: fault(status.state, machine.fitness),
-        battery: machine.battery,
-        endurance: machine.endurance,
+        fault: fault(status.state, sensed.fitness),
+        battery: sensed.battery,
+        endurance: sensed.endurance,
         front: link(&status.front),
         back: link(&status.back),
         odometer: status.odometer,
         velocity: report.velocity,
-        height: machine.height,
-        heeded: machine.heeded.map_or(0, |counter| counter.low16()),
+        height: sensed.height,
+        heeded: 0,
     }
 }
 
@@ -116,9 +102,9 @@ const fn cause_code(cause: flight::Cause) -> u8 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Status;
+    use agent::Status;
     use tunnel_nav::Walls;
-    use units::{Instant, LinkSpan, MetresPerSecond, Phase, Setpoint};
+    use units::{Instant, LinkSpan, Metres, MetresPerSecond, Phase, Setpoint, Volts};
 
     fn outputs(phase: Phase, links: Option<LinkSpan>) -> Outputs {
         let link = |peer, rssi| LinkView {
@@ -171,8 +157,8 @@ mod tests {
     #[test]
     fn telemetry_says_what_is_wrong() {
         let fit = outputs(Phase::Linked, None);
-        let machine = Machine { battery: Some(Volts(3.8)), ..Machine::default() };
-        let told = telemetry(&fit, &machine);
+        let sensed = Sensed { battery: Some(Volts(3.8)), ..Sensed::NONE };
+        let told = telemetry(&fit, &sensed);
         assert_eq!((told.state, told.fault, told.heeded), (4, 0, 0));
         assert_eq!(told.front, Some((NodeId(1), Dbm(-63.0))));
         let cause = flight::Cause::NoFlow;

@@ -1,8 +1,8 @@
-//! The LEDs: what the drone is doing, for whoever stands beside it without a computer.
+//! The LEDs, which show the drone's state to a person beside it without a computer.
 //!
 //! | LED | tells |
 //! |---|---|
-//! | blue, left | what the mind is doing |
+//! | blue, left | what the drone is doing |
 //! | green, right | whether it may fly, and speak, and if not, why |
 //! | red, right | battery and charger |
 //! | green, left | reports of the chain, as they come in |
@@ -12,16 +12,17 @@
 //! or a flicker. The blue one's frames are never all dark or all lit: when it stays as it is, the
 //! firmware does not run.
 
-use agent::State;
 use embassy_stm32::gpio::{Level, Output};
 use embassy_time::{Duration, Ticker};
 use flight::{Mode, NotReady};
+use onboard::{LinkHealth, State};
 use units::Role;
 
 use crate::board::Lamps;
-use crate::health::{self, Task};
-use crate::link::{Link, Standing};
-use crate::{clock, control, mind, radio, rangers, store};
+use crate::board::clock;
+use crate::tasks::drone::Shared;
+use crate::tasks::health::{self, Task};
+use crate::tasks::{control, radio, rangers, store};
 
 /// Two seconds in 32 slots, the first in the highest bit; a one is lit.
 type Frame = u32;
@@ -31,7 +32,7 @@ const SLOT: Duration = Duration::from_micros(62_500);
 
 /// The task. `fault`: the last run ended in one.
 #[embassy_executor::task]
-pub(crate) async fn run(lamps: Lamps, fault: bool, link: &'static Link) -> ! {
+pub(crate) async fn run(lamps: Lamps, fault: bool, shared: &'static Shared) -> ! {
     let mut blue_left = Lamp::new(lamps.blue_left, Level::High);
     let mut green_left = Lamp::new(lamps.green_left, Level::Low);
     let mut red_left = Lamp::new(lamps.red_left, Level::Low);
@@ -42,10 +43,9 @@ pub(crate) async fn run(lamps: Lamps, fault: bool, link: &'static Link) -> ! {
     loop {
         ticker.next().await;
         health::sign(Task::Lamps);
-        let state = mind::latest().map_or(State::Idle, |outputs| outputs.status.state);
         let mode = control::STATUS.get().map(|status| status.mode);
-        blue_left.step(of_mind(state));
-        green_right.step(mode.map_or(DARK, |mode| of_readiness(mode, link.standing())));
+        blue_left.step(of_state(shared.state()));
+        green_right.step(mode.map_or(DARK, |mode| of_readiness(mode, shared.health())));
         red_right.step(of_battery());
         red_left.step(of_faults(mode, fault));
         let news = radio::HEARD.get();
@@ -102,7 +102,7 @@ const FAST: Frame = 0b1010_1010_1010_1010_1010_1010_1010_1010;
 const SLOW: Frame = 0b1100_1100_1100_1100_1100_1100_1100_1100;
 const HALF: Frame = 0b1111_1111_1111_1111_0000_0000_0000_0000;
 
-fn of_mind(state: State) -> Frame {
+fn of_state(state: State) -> Frame {
     match state {
         State::Idle => FLASH_1,
         State::Armed { .. } => FLASH_2,
@@ -118,12 +118,14 @@ fn of_mind(state: State) -> Frame {
 }
 
 /// Of the base it is only asked whether it may speak.
-fn of_readiness(mode: Mode, standing: Standing) -> Frame {
+fn of_readiness(mode: Mode, health: LinkHealth) -> Frame {
     let is_base = store::settings().is_some_and(|settings| settings.role == Role::Base);
     match mode {
-        Mode::Grounded { .. } if is_base => of_standing(standing),
-        Mode::Grounded { waits_for: None } if !rangers::all_sides(clock::now()) => FLASH_7,
-        Mode::Grounded { waits_for: None } => of_standing(standing),
+        Mode::Grounded { .. } if is_base => of_link(health),
+        Mode::Grounded { waits_for: None } if !rangers::sides(clock::now()).are_all_there() => {
+            FLASH_7
+        }
+        Mode::Grounded { waits_for: None } => of_link(health),
         Mode::Grounded { waits_for: Some(reason) } => match reason {
             NotReady::Calibrating => FAST,
             NotReady::NoImu => FLASH_1,
@@ -140,12 +142,12 @@ fn of_readiness(mode: Mode, standing: Standing) -> Frame {
     }
 }
 
-fn of_standing(standing: Standing) -> Frame {
-    match standing {
-        Standing::Fine => GAP_1,
-        Standing::NoKeys => LONG_1,
-        Standing::Shut => LONG_2,
-        Standing::Out => LONG_3,
+fn of_link(health: LinkHealth) -> Frame {
+    match health {
+        LinkHealth::Fine => GAP_1,
+        LinkHealth::NoKeys => LONG_1,
+        LinkHealth::Shut => LONG_2,
+        LinkHealth::Out => LONG_3,
     }
 }
 

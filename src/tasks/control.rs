@@ -16,22 +16,24 @@ use static_cell::StaticCell;
 use units::{Acceleration, AngularVelocity, Instant};
 
 use crate::board::FLIGHT;
-use crate::latest::Latest;
-use crate::motors::Motors;
-use crate::{aloft, clock, deadline, flow, health, imu, mind, panic, radio, rangers, reset};
+use crate::board::motors::Motors;
+use crate::board::{clock, deadline};
+use crate::safety::{panic, reset, restart_mark};
+use crate::tasks::latest::Latest;
+use crate::tasks::{flow, health, imu, mission, radio, rangers};
 
 /// What the flight code knew in its last step; `None` before the first.
 pub(crate) static STATUS: Latest<Option<Status>> = Latest::new(None);
 
-/// What it felt and did in its last step, for whoever looks.
+/// What the control loop has measured and done in its last step, for clients.
 #[derive(Clone, Copy)]
-pub(crate) struct Felt {
+pub(crate) struct Measured {
     pub(crate) gyro: AngularVelocity,
     pub(crate) accel: Acceleration,
     pub(crate) duties: Duties,
 }
 
-pub(crate) static FELT: Latest<Felt> = Latest::new(Felt {
+pub(crate) static MEASURED: Latest<Measured> = Latest::new(Measured {
     gyro: AngularVelocity([0.0; 3]),
     accel: Acceleration([0.0; 3]),
     duties: Duties::OFF,
@@ -57,7 +59,7 @@ pub(crate) fn is_airborne() -> bool {
 #[embassy_executor::task]
 pub(crate) async fn run(flight: &'static mut Flight, mut motors: Motors) -> ! {
     let mut last = DWT::cycle_count();
-    let mut felt = FELT.get();
+    let mut measured = MEASURED.get();
     loop {
         let gyro = with_timeout(PATIENCE, imu::RATES.wait()).await.ok();
         let begin = DWT::cycle_count();
@@ -71,12 +73,12 @@ pub(crate) async fn run(flight: &'static mut Flight, mut motors: Motors) -> ! {
         let outputs = step(flight, clock::now(), &sensed, &command());
         motors.set(outputs.duties);
         STATUS.set(Some(outputs.status));
-        felt = Felt {
-            gyro: sensed.gyro.unwrap_or(felt.gyro),
-            accel: sensed.accel.unwrap_or(felt.accel),
+        measured = Measured {
+            gyro: sensed.gyro.unwrap_or(measured.gyro),
+            accel: sensed.accel.unwrap_or(measured.accel),
             duties: outputs.duties,
         };
-        FELT.set(felt);
+        MEASURED.set(measured);
         watch_over(&outputs.status);
         deadline::tick();
         time(begin.wrapping_sub(last), DWT::cycle_count().wrapping_sub(begin));
@@ -91,21 +93,21 @@ fn step(flight: &mut Flight, now: Instant, sensed: &Sensed, command: &Command) -
     flight.step(&FLIGHT, now, sensed, command)
 }
 
-/// What the mind wants, but on the ground the power button comes first.
+/// The mission's set-point, but on the ground the power button comes first.
 fn command() -> Command {
     if radio::is_shutting_down() && !is_airborne() {
         Command { setpoint: units::Setpoint::Stop, given: clock::now() }
     } else {
-        mind::COMMAND.get()
+        mission::COMMAND.get()
     }
 }
 
 /// Feeds the watchdog, unless a task has fallen silent and the drone is on the ground.
 fn watch_over(status: &Status) {
     let flies = status.mode.is_airborne();
-    aloft::note(flies);
+    restart_mark::note_aloft(flies);
     if !flies && let Some(task) = health::silent() {
-        panic::give_up(task.last_words());
+        panic::give_up(task.silence());
     }
     reset::feed_watchdog();
 }

@@ -15,13 +15,12 @@
 //! (crazyflie2-nrf-firmware, `main.c`): so the first drone that speaks ends it for itself and for
 //! whoever hears it, and a drone without keys has to hear nobody but a Crazyradio.
 //!
-//! The operator's packets are the vendor's protocol, CRTP, which [`crate::desk`] answers: for each
+//! The operator's packets are the vendor's protocol, CRTP, which `onboard::Drone` answers: for each
 //! that comes in, one may go out.
 
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
-use agent::air;
-use airlink::{Airlink, Event};
+use crtp::{Packet, Power, Ranges, Snapshot};
 use embassy_futures::select::{Either4, select4};
 use embassy_futures::yield_now;
 use embassy_stm32::mode::Async;
@@ -30,17 +29,18 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
 use embassy_time::{Duration, Instant, Timer, with_timeout};
+use sensors::multi_ranger::Beam;
 use storage::settings::Settings;
 use units::{Dbm, Volts};
-use wire::crtp::Packet;
+use wire::p2p::Kind;
 use wire::syslink::{Battery, Decoder, Frame, Incoming, MAX_FRAME, MAX_P2P, Outgoing, Port};
 
 use crate::board::Edge;
-use crate::desk::Desk;
-use crate::health::{self, Tally, Task};
-use crate::latest::Latest;
-use crate::link::Link;
-use crate::{clock, control, mind, store};
+use crate::board::clock;
+use crate::tasks::drone::{Drone, Shared};
+use crate::tasks::health::{self, Tally, Task};
+use crate::tasks::latest::Latest;
+use crate::tasks::{control, flow, rangers, store};
 
 /// Where the chain's packets are. 15 is the port of the vendor's token ring, 0 that of its
 /// example.
@@ -92,13 +92,12 @@ const ROUND: Duration = Duration::from_millis(250);
 /// The shortest one after a turn in which nothing was sent.
 const PAUSE: Duration = Duration::from_millis(1);
 
+/// In the air, less flying time than this left is little.
+const SCARCE: units::Duration = units::Duration::from_secs(60);
+
 /// The receiving task.
 #[embassy_executor::task]
-pub(crate) async fn receive(
-    mut line: RingBufferedUartRx<'static>,
-    link: &'static Link,
-    desk: &'static mut Desk,
-) -> ! {
+pub(crate) async fn receive(mut line: RingBufferedUartRx<'static>, shared: &'static Shared) -> ! {
     let mut decoder = Decoder::new();
     let mut bytes = [0; 128];
     loop {
@@ -109,7 +108,7 @@ pub(crate) async fn receive(
                 let bad = decoder.counters().bad_checksums;
                 while let Some(frame) = decoder.next(&mut rest) {
                     FRAMES.fetch_add(1, Ordering::Relaxed);
-                    take(&frame, link, desk);
+                    take(&frame, shared);
                 }
                 if decoder.counters().bad_checksums != bad {
                     ERRORS.count();
@@ -122,22 +121,23 @@ pub(crate) async fn receive(
             }
             Err(_) => {}
         }
-        desk.look(clock::now(), link);
+        shared.attend(clock::now());
     }
 }
 
 /// Passes on what came in.
-fn take(frame: &Frame<'_>, link: &Link, desk: &mut Desk) {
+fn take(frame: &Frame<'_>, shared: &Shared) {
     match Incoming::parse(frame) {
         Ok(Incoming::P2pBroadcast { port, rssi, data } | Incoming::P2p { port, rssi, data })
             if port.number() == PORT =>
         {
-            if let Some(event) = link.tell(|end| end.receive(clock::now(), rssi, data)).flatten() {
-                pass_on(event, desk);
+            let kind = shared.tell(|drone| drone.receive(clock::now(), rssi, data)).flatten();
+            if kind == Some(Kind::Report) {
+                HEARD.count();
             }
         }
         Ok(Incoming::Raw(packet)) => {
-            if let Some(answer) = desk.answer(clock::now(), packet, link) {
+            if let Some(answer) = shared.tell(|drone| answer(drone, packet)).flatten() {
                 // Where there is no room, the chip has not asked for the ones before.
                 let _ = ANSWERS.try_send(answer);
             }
@@ -156,19 +156,47 @@ fn take(frame: &Frame<'_>, link: &Link, desk: &mut Desk) {
     }
 }
 
-/// Whoever it is for hears of it.
-fn pass_on(event: Event, desk: &mut Desk) {
-    match event {
-        Event::Report { from, counter, report, rssi } => {
-            HEARD.count();
-            mind::hear(air::report_from_air(from, counter, &report, rssi));
-        }
-        Event::Order { task, .. } => {
-            desk.heed();
-            mind::order(task);
-        }
-        Event::Telemetry { from, telemetry, .. } => desk.hear(clock::now(), from, telemetry),
-        Event::Beacon { .. } | Event::Membership { .. } => {}
+/// Takes a packet of a client: the answer to it, or to one before it.
+fn answer(drone: &mut Drone, packet: &[u8]) -> Option<Packet> {
+    let now = clock::now();
+    drone.note_decks(flow::is_there(), rangers::are_there());
+    drone.client(now, packet);
+    store::keep_settings(drone.take_unsaved());
+    let snapshot = drone.snapshot(now, &measured(now));
+    drone.poll_client(now, &snapshot)
+}
+
+/// What the board has measured, for clients.
+fn measured(now: units::Instant) -> Snapshot {
+    let loop_measured = control::MEASURED.get();
+    let status = control::STATUS.get();
+    let mut snapshot = status.map_or(Snapshot::DEFAULT, |status| onboard::observed(&status));
+    snapshot.duties = loop_measured.duties;
+    snapshot.gyro = loop_measured.gyro;
+    snapshot.accel = loop_measured.accel;
+    let range = |beam| rangers::measured(beam, now);
+    snapshot.ranges = Ranges {
+        front: range(Beam::Front),
+        back: range(Beam::Back),
+        left: range(Beam::Left),
+        right: range(Beam::Right),
+        up: range(Beam::Up),
+        down: range(Beam::Down),
+    };
+    snapshot.flow = flow::latest();
+    snapshot.power = power(&snapshot);
+    snapshot.radio.rssi = RSSI.get();
+    snapshot.radio.broadcasts = HEARD.get();
+    snapshot
+}
+
+fn power(snapshot: &Snapshot) -> Power {
+    match BATTERY.get() {
+        _ if is_shutting_down() => Power::ShuttingDown,
+        Some(battery) if battery.charging => Power::Charging,
+        Some(battery) if battery.usb => Power::Charged,
+        _ if snapshot.endurance.is_some_and(|left| left < SCARCE) => Power::Low,
+        _ => Power::Battery,
     }
 }
 
@@ -177,7 +205,7 @@ fn pass_on(event: Event, desk: &mut Desk) {
 pub(crate) async fn transmit(
     mut line: UartTx<'static, Async>,
     mut hold: Edge,
-    link: &'static Link,
+    shared: &'static Shared,
 ) -> ! {
     let mut out = Out { line: &mut line, hold: &mut hold };
     let mut chip = Chip::new();
@@ -189,11 +217,11 @@ pub(crate) async fn transmit(
             out.introduce(&settings).await;
             chip.told(Instant::now());
         }
-        let due = if chip.answers { link.due().map(at) } else { None };
+        let due = if chip.answers { shared.due().map(at) } else { None };
         let wake = (Instant::now() + ROUND).min(due.unwrap_or(Instant::MAX));
-        match select4(Timer::at(wake), link.news(), ANSWERS.receive(), BUTTON.wait()).await {
+        match select4(Timer::at(wake), shared.news(), ANSWERS.receive(), BUTTON.wait()).await {
             Either4::First(()) if due.is_some_and(|due| due <= Instant::now()) => {
-                out.speak(link).await;
+                out.speak(shared).await;
             }
             Either4::First(()) | Either4::Second(()) => {}
             Either4::Third(answer) => {
@@ -201,11 +229,11 @@ pub(crate) async fn transmit(
                     && due < Instant::now() + ANSWER
                 {
                     Timer::at(due).await;
-                    out.speak(link).await;
+                    out.speak(shared).await;
                 }
                 out.send(&Outgoing::Raw(answer.bytes())).await;
             }
-            Either4::Fourth(()) => out.let_go(link).await,
+            Either4::Fourth(()) => out.let_go(shared).await,
         }
     }
 }
@@ -275,7 +303,7 @@ impl Out<'_> {
 
     /// Sends what the link has to say now. Where the chip does not take it, nothing is asked of
     /// the link, which says it in its next turn.
-    async fn speak(&mut self, link: &Link) {
+    async fn speak(&mut self, shared: &Shared) {
         let (Some(port), Ok(())) =
             (Port::new(PORT), with_timeout(LATE, self.hold.wait_for_low()).await)
         else {
@@ -284,7 +312,7 @@ impl Out<'_> {
             return;
         };
         let mut packet = [0; MAX_P2P];
-        let length = link.with(|end| end.transmit(clock::now(), &mut packet)).flatten();
+        let length = shared.with(|drone| drone.transmit(clock::now(), &mut packet)).flatten();
         match length.and_then(|length| packet.get(..length)) {
             Some(data) => self.send(&Outgoing::P2pBroadcast { port, data }).await,
             None => Timer::after(PAUSE).await,
@@ -294,12 +322,12 @@ impl Out<'_> {
     /// Power may go as soon as the motors stand and nothing is being written; where one of its
     /// turns comes by then, the drone says goodbye to the chain. A drone in the air does not answer;
     /// the chip will then take the power away by itself after a second.
-    async fn let_go(&mut self, link: &Link) {
+    async fn let_go(&mut self, shared: &Shared) {
         let until = Instant::now() + FLUSH_LIMIT;
-        let leaves = !control::is_airborne() && link.with(Airlink::leave).is_some();
+        let leaves = !control::is_airborne() && shared.with(Drone::leave) == Some(true);
         while Instant::now() < until {
-            match link.due().map(at).filter(|_| leaves) {
-                Some(due) if due <= Instant::now() => self.speak(link).await,
+            match shared.due().map(at).filter(|_| leaves) {
+                Some(due) if due <= Instant::now() => self.speak(shared).await,
                 None if store::is_idle() => break,
                 Some(_) | None => Timer::after(PAUSE).await,
             }

@@ -10,11 +10,11 @@
 //! | 0x240 and 0x340 | the keys ([`storage::keys`]) | the newer record; its number and role replace those of the settings |
 //! | 0x280 and 0x380 | the epoch ([`storage::epoch`]) | the higher one, and one more for this boot |
 //!
-//! New keys come in through a page of the flash ([`crate::page`]). They are written to the EEPROM
+//! New keys come in through a page of the flash ([`crate::board::page`]). They are written to the EEPROM
 //! and read back before anything else happens, and only then wiped from the page.
 //!
-//! The link is opened ([`Link::open`]) when there are keys, and an epoch that was read back from
-//! the EEPROM. Otherwise it stays shut until the next boot, and the drone silent and on the ground;
+//! The drone's link is opened ([`onboard::Drone::open_link`]) when there are keys, and an epoch that
+//! was read back from the EEPROM. Otherwise it stays shut until the next boot, and the drone silent and on the ground;
 //! [`keys_state`] tells the reason.
 //!
 //! An image that was built with `UCHAIN_NODE=3` writes that number to the EEPROM, where it stays
@@ -22,10 +22,12 @@
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
-use airlink::keys::{Key, Keys, Own};
-use airlink::{Identity, Schedule};
+use airlink::keys::{Key, Own};
+use airlink::{Schedule, Sealed, keys as link_keys};
 use embassy_embedded_hal::shared_bus::asynch::i2c::I2cDevice;
+use embassy_stm32::uid;
 use embassy_time::{Delay, Duration, Timer};
+use onboard::{Config, Keys, Setup, Start, Unsaved};
 use sensors::eeprom::Eeprom;
 use storage::epoch::{self, EpochError, EpochRecord, Provisioned};
 use storage::keys::{self, KeysRecord, Page};
@@ -34,12 +36,13 @@ use storage::{Record, Slot, Slots, Write, vendor};
 use units::{Metres, NODES, NodeId, Role};
 use wire::p2p::Epoch;
 
-use crate::health::{self, Task};
-use crate::latest::Latest;
-use crate::link::{Credentials, Link};
-use crate::page;
-use crate::rangers::{DeckBus, Share};
-use crate::{clock, control};
+use crate::board::clock;
+use crate::board::page;
+use crate::tasks::control;
+use crate::tasks::drone::Shared;
+use crate::tasks::health::{self, Task};
+use crate::tasks::latest::Latest;
+use crate::tasks::rangers::{DeckBus, Share};
 
 /// The settings, as far as they are known.
 #[derive(Clone, Copy)]
@@ -111,14 +114,15 @@ pub(crate) fn keys_state() -> KeysState {
     KEYS.get()
 }
 
-/// Has this height flown from the next boot on.
-pub(crate) fn keep_height(height: Metres) {
-    HEIGHT.set(Some(height));
-}
-
-/// Has these limits hold from the next boot on.
-pub(crate) fn keep_limits(limits: Limits) {
-    LIMITS.set(Some(limits));
+/// Keeps what a client has set, for the next boot.
+pub(crate) fn keep_settings(unsaved: Unsaved) {
+    let Unsaved { height, limits } = unsaved;
+    if height.is_some() {
+        HEIGHT.set(height);
+    }
+    if let Some([launch, retreat]) = limits {
+        LIMITS.set(Some(Limits { launch: Some(launch), retreat: Some(retreat) }));
+    }
 }
 
 /// Whether the supply may be switched off without cutting a write short.
@@ -155,11 +159,35 @@ const fn node(text: &[u8]) -> Option<NodeId> {
 
 type Memory = Eeprom<Share>;
 
+/// How the last run ended.
+#[derive(Clone, Copy)]
+pub(crate) struct LastRun {
+    /// By a fault, or in the air.
+    pub(crate) failed: bool,
+    /// While a stop stood.
+    pub(crate) stopped: bool,
+}
+
+/// Makes the drone that the settings describe.
+fn make(shared: &Shared, settings: &Settings, last_run: LastRun) {
+    let config = Config::DEFAULT.with_settings(settings, |unusable| {
+        defmt::error!("a setting is not used: {}", unusable);
+    });
+    let start = if last_run.failed { Start::AfterFault } else { Start::OnGround };
+    let stopped = last_run.stopped;
+    let mut setup = Setup { start, stopped, ..Setup::new(settings.node, settings.role) };
+    for (place, word) in setup.about.unique.iter_mut().zip(uid::uid().as_chunks::<4>().0) {
+        *place = u32::from_le_bytes(*word);
+    }
+    shared.make(config, &setup);
+    defmt::info!("node {=u8}, {}", settings.node.0, settings.role);
+}
+
 /// The task.
 #[embassy_executor::task]
-pub(crate) async fn run(bus: &'static DeckBus, link: &'static Link) -> ! {
+pub(crate) async fn run(bus: &'static DeckBus, shared: &'static Shared, last_run: LastRun) -> ! {
     let mut memory = Eeprom::new(I2cDevice::new(bus));
-    let (mut settings, from, mut unsaved) = boot(&mut memory, link).await;
+    let (mut settings, from, mut unsaved) = boot(&mut memory, shared, last_run).await;
     CHOICE.set(Choice::Settled { settings, from });
     loop {
         health::sign(Task::Store);
@@ -171,16 +199,16 @@ pub(crate) async fn run(bus: &'static DeckBus, link: &'static Link) -> ! {
             unsaved = TRIES;
         }
         if unsaved > 0 && !control::is_airborne() {
-            unsaved = save(&mut memory, &settings, unsaved).await;
+            unsaved = save(&mut memory, shared, &settings, unsaved).await;
         }
         Timer::after(ROUND).await;
     }
 }
 
-/// Reads the settings, takes keys over from the page and opens the link. Returns the settings,
+/// Reads the settings, takes keys over from the page, makes the drone and opens its link. Returns the settings,
 /// where they come from, and how many attempts they are worth to be saved. Nothing flies yet,
-/// because the mind waits for the settings.
-async fn boot(memory: &mut Memory, link: &Link) -> (Settings, Source, u8) {
+/// because there is no drone before.
+async fn boot(memory: &mut Memory, shared: &Shared, last_run: LastRun) -> (Settings, Source, u8) {
     let (mut settings, from) = load(memory).await;
     WRITES.store(true, Ordering::Release);
     let keys = provisioned(memory).await;
@@ -196,7 +224,8 @@ async fn boot(memory: &mut Memory, link: &Link) -> (Settings, Source, u8) {
         }
         _ => {}
     }
-    KEYS.set(open(memory, link, &settings, keys).await);
+    make(shared, &settings, last_run);
+    KEYS.set(open(memory, shared, &settings, keys).await);
     WRITES.store(false, Ordering::Release);
     (settings, from, unsaved)
 }
@@ -212,7 +241,7 @@ async fn load(memory: &mut Memory) -> (Settings, Source) {
 }
 
 /// Makes one attempt to save the settings; returns how many attempts are left.
-async fn save(memory: &mut Memory, settings: &Settings, tries: u8) -> u8 {
+async fn save(memory: &mut Memory, shared: &Shared, settings: &Settings, tries: u8) -> u8 {
     WRITES.store(true, Ordering::Release);
     let saved = keep(memory, settings).await;
     WRITES.store(false, Ordering::Release);
@@ -222,42 +251,45 @@ async fn save(memory: &mut Memory, settings: &Settings, tries: u8) -> u8 {
     }
     let left = tries - 1;
     defmt::warn!("settings not saved, {=u8} tries left", left);
+    if left == 0 {
+        shared.with(|drone| drone.say("Not kept: the memory does not take it."));
+    }
     left
 }
 
 /// Opens the link, if there are keys and an epoch to use them in.
 async fn open(
     memory: &mut Memory,
-    link: &Link,
+    shared: &Shared,
     settings: &Settings,
     keys: Result<Option<(KeysRecord, Provisioned)>, Why>,
 ) -> KeysState {
-    let (keys, provisioned) = match keys {
-        Ok(Some(keys)) => keys,
-        Ok(None) => return KeysState::Missing,
-        Err(why) => return KeysState::Shut(why),
+    let (state, keys) = match unlock(memory, settings, keys).await {
+        Ok(Some((keys, may_fly))) => (KeysState::Held { may_fly }, keys),
+        Ok(None) => (KeysState::Missing, Keys::Missing),
+        Err(why) => (KeysState::Shut(why), Keys::Unusable),
     };
-    let Ok(schedule) = Schedule::new(settings.radio.datarate, keys.node) else {
-        return KeysState::Shut(Why::NoSlot);
-    };
-    let epoch = match begin_epoch(memory, &keys, provisioned).await {
-        Ok(epoch) => epoch,
-        Err(why) => return KeysState::Shut(why),
-    };
-    defmt::info!("keys of issue {=u8}, epoch {=u32}", keys.issue.get(), epoch.get());
-    let credentials = Credentials {
-        identity: Identity { node: keys.node, role: keys.role },
-        keys: for_the_link(&keys),
-        epoch,
-        schedule,
-    };
-    link.open(credentials, clock::now());
-    KeysState::Held { may_fly: keys.may_fly }
+    shared.tell(|drone| drone.open_link(clock::now(), keys));
+    state
 }
 
-fn for_the_link(keys: &KeysRecord) -> Keys {
+/// The keys for the link, if there are usable ones, and whether clients may give orders by them.
+async fn unlock(
+    memory: &mut Memory,
+    settings: &Settings,
+    keys: Result<Option<(KeysRecord, Provisioned)>, Why>,
+) -> Result<Option<(Keys<Sealed>, bool)>, Why> {
+    let Some((keys, provisioned)) = keys? else { return Ok(None) };
+    let schedule = Schedule::new(settings.radio.datarate, keys.node).map_err(|_| Why::NoSlot)?;
+    let epoch = begin_epoch(memory, &keys, provisioned).await?;
+    defmt::info!("keys of issue {=u8}, epoch {=u32}", keys.issue.get(), epoch.get());
+    let (seal, may_fly) = (Sealed::new(for_the_link(&keys)), keys.may_fly);
+    Ok(Some((Keys::Held { seal, epoch, schedule, may_fly }, may_fly)))
+}
+
+fn for_the_link(keys: &KeysRecord) -> link_keys::Keys {
     let own = Key::from_bytes(*keys.own.expose());
-    Keys {
+    link_keys::Keys {
         group: Key::from_bytes(*keys.group.expose()),
         own: if keys.role == Role::Base { Own::Base(own) } else { Own::Node(own) },
     }

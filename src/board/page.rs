@@ -1,5 +1,5 @@
 //! The provisioning page: keys are loaded into this page of the flash by cable, copied into the
-//! EEPROM at the next boot ([`crate::store`]), and then wiped from the page.
+//! EEPROM at the next boot ([`crate::tasks::store`]), and then wiped from the page.
 //!
 //! The page has the last sector of the flash for itself (`memory.x`). It is wiped by programming
 //! its bits to zero, which needs no erasing (RM0090, "Embedded Flash memory interface", bits go

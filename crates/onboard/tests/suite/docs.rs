@@ -1,13 +1,14 @@
 //! The tables of the book's chapter on cfclient are those of the code.
 //!
-//! `REMINT=1 cargo test -p crtp --test suite docs` writes them anew.
+//! `REMINT=1 cargo test -p onboard --test suite docs` writes them anew.
 
 use std::fmt::Write;
 use std::path::Path;
 
-use agent::{Fitness, LandReason, State, air};
+use agent::{Fitness, LandReason, State};
 use crtp::Documented;
 use flight::Cause;
+use onboard::air;
 use units::{Instant, Metres};
 
 const CHAPTER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/src/cfclient.md");
@@ -117,7 +118,7 @@ fn the_book_lists_every_variable_and_parameter() {
     assert!(
         chapter == right,
         "docs/src/cfclient.md has other tables than the code: \
-         write them anew by `REMINT=1 cargo test -p crtp --test suite docs`"
+         write them anew by `REMINT=1 cargo test -p onboard --test suite docs`"
     );
 }
 

@@ -11,9 +11,9 @@ use sensors::bus::{Health, HealthConfig};
 use sensors::pmw3901::{Motion, Pmw3901};
 
 use crate::board::FlowParts;
-use crate::clock;
-use crate::health::{self, Tally, Task};
-use crate::latest::Latest;
+use crate::board::clock;
+use crate::tasks::health::{self, Tally, Task};
+use crate::tasks::latest::Latest;
 
 /// What was counted since the control loop took it last.
 pub(crate) static MOTION: Latest<Option<Motion>> = Latest::new(None);

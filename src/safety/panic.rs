@@ -4,7 +4,7 @@
 //! boot logs it: nothing is logged from here, because the fault may have happened in the middle of
 //! the logger. A magic number and a checksum tell a reason from what power-up leaves in a RAM.
 //!
-//! What comes here: panics, faults ([`crate::fault`]), interrupts that nobody handles, and
+//! What comes here: panics, faults ([`crate::safety::fault`]), interrupts that nobody handles, and
 //! [`give_up`].
 
 use core::panic::PanicInfo;
@@ -14,9 +14,11 @@ use cortex_m::peripheral::SCB;
 use cortex_m_rt::exception;
 use heapless::String;
 
-use crate::{board, motors, stack};
+use crate::board;
+use crate::board::motors;
+use crate::safety::stack;
 
-/// What was going on.
+/// How the run ended.
 #[derive(Clone, Copy, PartialEq, Eq, defmt::Format)]
 enum Kind {
     /// A panic; `detail` is the line, the column and the exception that was being handled, the
@@ -59,14 +61,14 @@ const FILE: usize = 48;
 /// Numbers that are kept.
 const DETAIL: usize = 6;
 
-/// A reason, as the boot after it reads it.
-pub(crate) struct LastWords {
+/// Why a run ended, as the boot after it reads it.
+pub(crate) struct CrashRecord {
     kind: Kind,
     detail: [u32; DETAIL],
     text: String<TEXT>,
 }
 
-impl LastWords {
+impl CrashRecord {
     const fn new(kind: Kind, detail: [u32; DETAIL]) -> Self {
         Self { kind, detail, text: String::new() }
     }
@@ -122,8 +124,8 @@ fn place(exception: u32) -> &'static str {
 /// memory would report a fault that never was.
 const MAGIC: u32 = 0x0BAD_F11E;
 
-/// Where the reason lies: plain words, so that every content is a valid one.
-struct Grave {
+/// Where the crash record lies: plain words, so that every content is a valid one.
+struct CrashMemory {
     magic: AtomicU32,
     checksum: AtomicU32,
     kind: AtomicU32,
@@ -137,8 +139,8 @@ struct Grave {
 #[used]
 // SAFETY: the section is reserved by memory.x, in memory; and as nothing writes this value there,
 // the static holds whatever bits it held before the reset, all of which are valid for its type.
-#[unsafe(link_section = ".outlives_reset.last_words")]
-static GRAVE: Grave = Grave {
+#[unsafe(link_section = ".outlives_reset.crash_record")]
+static CRASH_MEMORY: CrashMemory = CrashMemory {
     magic: AtomicU32::new(0),
     checksum: AtomicU32::new(0),
     kind: AtomicU32::new(0),
@@ -147,15 +149,15 @@ static GRAVE: Grave = Grave {
     text: [const { AtomicU32::new(0) }; TEXT / 4],
 };
 
-impl Grave {
-    fn write(&self, words: &LastWords) {
+impl CrashMemory {
+    fn write(&self, record: &CrashRecord) {
         self.magic.store(0, Ordering::SeqCst);
-        self.kind.store(words.kind.code(), Ordering::SeqCst);
-        for (cell, value) in self.detail.iter().zip(words.detail) {
+        self.kind.store(record.kind.code(), Ordering::SeqCst);
+        for (cell, value) in self.detail.iter().zip(record.detail) {
             cell.store(value, Ordering::SeqCst);
         }
-        self.length.store(words.text.len() as u32, Ordering::SeqCst);
-        let mut bytes = words.text.bytes();
+        self.length.store(record.text.len() as u32, Ordering::SeqCst);
+        let mut bytes = record.text.bytes();
         for cell in &self.text {
             let mut next = || bytes.next().unwrap_or(0);
             cell.store(u32::from_le_bytes([next(), next(), next(), next()]), Ordering::SeqCst);
@@ -165,21 +167,21 @@ impl Grave {
     }
 
     /// The reason, once: a second boot does not report it again.
-    fn take(&self) -> Option<LastWords> {
+    fn take(&self) -> Option<CrashRecord> {
         let magic = self.magic.swap(0, Ordering::SeqCst);
         if magic != MAGIC || self.checksum.load(Ordering::SeqCst) != self.sum() {
             return None;
         }
         let kind = Kind::from_code(self.kind.load(Ordering::SeqCst))?;
-        let mut words = LastWords::new(kind, [0; DETAIL]);
-        for (value, cell) in words.detail.iter_mut().zip(&self.detail) {
+        let mut record = CrashRecord::new(kind, [0; DETAIL]);
+        for (value, cell) in record.detail.iter_mut().zip(&self.detail) {
             *value = cell.load(Ordering::SeqCst);
         }
         let bytes = self.text.iter().flat_map(|cell| cell.load(Ordering::SeqCst).to_le_bytes());
         let mut text = heapless::Vec::<u8, TEXT>::new();
         text.extend(bytes.take(self.length.load(Ordering::SeqCst) as usize));
-        words.say(core::str::from_utf8(&text).unwrap_or_default());
-        Some(words)
+        record.say(core::str::from_utf8(&text).unwrap_or_default());
+        Some(record)
     }
 
     /// FNV-1a, by words instead of bytes.
@@ -192,28 +194,28 @@ impl Grave {
 }
 
 /// Why the last run ended, if it ended here.
-pub(crate) fn take_last_words() -> Option<LastWords> {
-    GRAVE.take()
+pub(crate) fn take_crash_record() -> Option<CrashRecord> {
+    CRASH_MEMORY.take()
 }
 
 /// Motors off, reason written, reset. In this order: it may all go wrong again on the way.
-fn end(words: &LastWords) -> ! {
+fn end(record: &CrashRecord) -> ! {
     cortex_m::interrupt::disable();
     motors::stop();
-    GRAVE.write(words);
+    CRASH_MEMORY.write(record);
     SCB::sys_reset()
 }
 
 /// Ends a run in a hard fault: `detail` as [`Kind::HardFault`] has it.
 pub(crate) fn end_by_fault(detail: [u32; DETAIL]) -> ! {
-    end(&LastWords::new(Kind::HardFault, detail))
+    end(&CrashRecord::new(Kind::HardFault, detail))
 }
 
 /// Ends a run that cannot go on, for a reason that is not a panic.
 pub(crate) fn give_up(why: &str) -> ! {
-    let mut words = LastWords::new(Kind::GivenUp, [0; DETAIL]);
-    words.say(why);
-    end(&words)
+    let mut record = CrashRecord::new(Kind::GivenUp, [0; DETAIL]);
+    record.say(why);
+    end(&record)
 }
 
 #[panic_handler]
@@ -221,19 +223,19 @@ fn panicked(info: &PanicInfo<'_>) -> ! {
     // Before anything else: what follows is safe code, but so was what panicked.
     cortex_m::interrupt::disable();
     motors::stop();
-    let mut words = LastWords::new(Kind::Panic, [0; DETAIL]);
+    let mut record = CrashRecord::new(Kind::Panic, [0; DETAIL]);
     if let Some(location) = info.location() {
-        words.detail = [location.line(), location.column(), exception_now(), 0, 0, 0];
+        record.detail = [location.line(), location.column(), exception_now(), 0, 0, 0];
         let file = location.file();
         let tail = file.ceil_char_boundary(file.len().saturating_sub(FILE));
-        words.say(file.get(tail..).unwrap_or_default());
+        record.say(file.get(tail..).unwrap_or_default());
     }
     // A message with values in it would have to be formatted, which costs kilobytes of flash.
     if let Some(message) = info.message().as_str() {
-        words.say(": ");
-        words.say(message);
+        record.say(": ");
+        record.say(message);
     }
-    end(&words)
+    end(&record)
 }
 
 /// The number of the exception that is being handled, 0 for none.
@@ -247,5 +249,5 @@ fn exception_now() -> u32 {
 #[exception]
 #[allow(unsafe_code, reason = "cortex-m-rt asks for `unsafe fn`")]
 unsafe fn DefaultHandler(number: i16) -> ! {
-    end(&LastWords::new(Kind::Interrupt, [number as u32, 0, 0, 0, 0, 0]))
+    end(&CrashRecord::new(Kind::Interrupt, [number as u32, 0, 0, 0, 0, 0]))
 }

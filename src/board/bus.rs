@@ -17,7 +17,7 @@ use embassy_time::{Delay, Duration};
 use embedded_hal::digital::{self, InputPin, OutputPin};
 use embedded_hal::i2c::{ErrorKind, ErrorType, NoAcknowledgeSource, Operation};
 
-use crate::deadline::{Deadline, Over};
+use crate::board::deadline::{Deadline, Over};
 
 /// What a transaction may take: a byte takes 23 µs at 400 kHz, the rest is for tasks that are
 /// served before this one.

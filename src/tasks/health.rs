@@ -9,11 +9,12 @@ use core::sync::atomic::{AtomicU32, Ordering};
 
 use embassy_time::{Duration, Ticker};
 
-use crate::link::Link;
-use crate::store::{Choice, KeysState};
-use crate::{control, flow, imu, mind, radio, rangers, stack, store};
+use crate::safety::stack;
+use crate::tasks::drone::Shared;
+use crate::tasks::store::{Choice, KeysState};
+use crate::tasks::{control, flow, imu, radio, rangers, store};
 
-/// The tasks that owe a sign of life. The control task owes none: it is who looks.
+/// The tasks that owe a sign of life. The control task owes none: it checks the others.
 #[derive(Clone, Copy, PartialEq, Eq, defmt::Format)]
 pub(crate) enum Task {
     Gyro,
@@ -22,7 +23,7 @@ pub(crate) enum Task {
     Rangers,
     Receive,
     Transmit,
-    Mind,
+    Mission,
     Store,
     Lamps,
     Health,
@@ -36,7 +37,7 @@ impl Task {
         Self::Rangers,
         Self::Receive,
         Self::Transmit,
-        Self::Mind,
+        Self::Mission,
         Self::Store,
         Self::Lamps,
         Self::Health,
@@ -53,7 +54,7 @@ impl Task {
             Self::Rangers => 1_500_000,
             Self::Receive => 1_500_000,
             Self::Transmit => 1_500_000,
-            Self::Mind => 1_000_000,
+            Self::Mission => 1_000_000,
             Self::Store => 3_000_000,
             Self::Lamps => 1_000_000,
             Self::Health => 3_000_000,
@@ -61,7 +62,7 @@ impl Task {
     }
 
     /// What the next boot reports when it fell silent.
-    pub(crate) const fn last_words(self) -> &'static str {
+    pub(crate) const fn silence(self) -> &'static str {
         match self {
             Self::Gyro => "the gyroscope's task fell silent",
             Self::Accel => "the accelerometer's task fell silent",
@@ -69,7 +70,7 @@ impl Task {
             Self::Rangers => "the rangers' task fell silent",
             Self::Receive => "the radio's receiving task fell silent",
             Self::Transmit => "the radio's sending task fell silent",
-            Self::Mind => "the mind fell silent",
+            Self::Mission => "the mission's task fell silent",
             Self::Store => "the store fell silent",
             Self::Lamps => "the lamps' task fell silent",
             Self::Health => "the health task fell silent",
@@ -84,7 +85,7 @@ impl Task {
             Self::Rangers => &SIGNS.rangers,
             Self::Receive => &SIGNS.receive,
             Self::Transmit => &SIGNS.transmit,
-            Self::Mind => &SIGNS.mind,
+            Self::Mission => &SIGNS.mission,
             Self::Store => &SIGNS.store,
             Self::Lamps => &SIGNS.lamps,
             Self::Health => &SIGNS.health,
@@ -101,7 +102,7 @@ struct Signs {
     rangers: AtomicU32,
     receive: AtomicU32,
     transmit: AtomicU32,
-    mind: AtomicU32,
+    mission: AtomicU32,
     store: AtomicU32,
     lamps: AtomicU32,
     health: AtomicU32,
@@ -114,7 +115,7 @@ static SIGNS: Signs = Signs {
     rangers: AtomicU32::new(0),
     receive: AtomicU32::new(0),
     transmit: AtomicU32::new(0),
-    mind: AtomicU32::new(0),
+    mission: AtomicU32::new(0),
     store: AtomicU32::new(0),
     lamps: AtomicU32::new(0),
     health: AtomicU32::new(0),
@@ -172,7 +173,7 @@ pub(crate) fn start_cycle_counter() {
 
 /// The task: once a second, what there is to say.
 #[embassy_executor::task]
-pub(crate) async fn run(link: &'static Link) -> ! {
+pub(crate) async fn run(shared: &'static Shared) -> ! {
     let mut ticker = Ticker::every(Duration::from_secs(1));
     loop {
         ticker.next().await;
@@ -196,7 +197,7 @@ pub(crate) async fn run(link: &'static Link) -> ! {
             rangers::errors(),
             radio::ERRORS.get(),
             radio::DROPPED.get(),
-            mind::MAILBOX_FULL.get(),
+            shared.with(|drone| drone.dropped_reports()).unwrap_or_default(),
         );
         if let Some(status) = control::STATUS.get() {
             defmt::info!("{}, {=f32} V", status.mode, status.battery.volts.0);
@@ -205,7 +206,9 @@ pub(crate) async fn run(link: &'static Link) -> ! {
             Choice::Unread => defmt::info!("settings: not read yet"),
             Choice::Settled { from, .. } => defmt::debug!("settings: {}", from),
         }
-        match (store::keys_state(), link.status(), link.counters()) {
+        let status = shared.with(|drone| drone.link_status()).flatten();
+        let counters = shared.with(|drone| drone.link_counters()).flatten();
+        match (store::keys_state(), status, counters) {
             (KeysState::Held { .. }, Some(status), Some(counters)) => {
                 defmt::info!("link: {}", status);
                 defmt::debug!("{}", counters);

@@ -1,4 +1,5 @@
-//! How the board is mounted under the mind: the one place where the two sets of axes meet.
+//! The rotation between the board's axes and those of the drone's nose: the one place where the two
+//! meet.
 //!
 //! The drone flies along the tunnel with the board's front-right diagonal ahead, as the authors of
 //! U-Chain flew theirs: so the four beams of a stock Multi-ranger deck, which look along the
@@ -15,45 +16,55 @@
 //!        left     M3      back
 //! ```
 //!
-//! What the mind calls forward and lateral is along the nose and to its left, what the flight code
-//! calls so is along the board's x and y. Nothing else in the house knows of both.
+//! The agent's forward and lateral are along the nose and to its left, those of the flight code along
+//! the board's x and y.
 
 use core::f32::consts::{FRAC_1_SQRT_2, FRAC_PI_4, PI};
 
+use agent::{BodyVelocity, Fitness};
 use sensors::vl53l1x::{RangeStatus, Reading};
 use tunnel_nav::{Diagonals, Range};
-use units::{Metres, MetresPerSecond, Radians};
+use units::{Metres, MetresPerSecond, Radians, Setpoint};
 
-use crate::{BodyVelocity, Fitness, Setpoint};
-
-/// The four side beams, by where they look from the board.
+/// The latest readings of the four side rangers, by where they look from the board; `None` is a
+/// ranger that has none to give.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Beams {
+pub struct Sides {
     /// Along x.
-    pub front: Range,
+    pub front: Option<Reading>,
     /// Against y.
-    pub right: Range,
+    pub right: Option<Reading>,
     /// Against x.
-    pub back: Range,
+    pub back: Option<Reading>,
     /// Along y.
-    pub left: Range,
+    pub left: Option<Reading>,
 }
 
-impl Beams {
-    /// By where they look from the nose.
+impl Sides {
+    /// The beams by where they look from the nose.
     #[must_use]
-    pub const fn diagonals(&self) -> Diagonals {
-        Diagonals { nw: self.front, ne: self.right, se: self.back, sw: self.left }
+    pub fn diagonals(&self, reach: Metres) -> Diagonals {
+        let beam = |reading: &Option<Reading>| side_beam(reading.as_ref(), reach);
+        Diagonals {
+            nw: beam(&self.front),
+            ne: beam(&self.right),
+            se: beam(&self.back),
+            sw: beam(&self.left),
+        }
+    }
+
+    /// Whether each of the four rangers is there: it says something, whatever it sees.
+    #[must_use]
+    pub const fn are_all_there(&self) -> bool {
+        self.front.is_some() && self.right.is_some() && self.back.is_some() && self.left.is_some()
     }
 }
 
-/// What a side beam says by its latest reading; `None` is a sensor that has none to give.
+/// What a side beam says by its ranger's latest reading.
 ///
 /// A sensor that gets no light back, or whose phase is out of bounds, looks into the open. What it
 /// doubts otherwise is no measurement.
-#[must_use]
-pub fn side_beam(reading: Option<&Reading>, reach: Metres) -> Range {
+fn side_beam(reading: Option<&Reading>, reach: Metres) -> Range {
     let Some(reading) = reading else { return Range::Invalid };
     match reading.status {
         RangeStatus::Valid => Range::measured(reading.distance, reach),
@@ -64,7 +75,7 @@ pub fn side_beam(reading: Option<&Reading>, reach: Metres) -> Range {
     }
 }
 
-/// The mind's set-point, in the board's axes.
+/// The agent's set-point, in the board's axes.
 #[must_use]
 pub fn to_board(setpoint: Setpoint) -> Setpoint {
     match setpoint {
@@ -78,7 +89,7 @@ pub fn to_board(setpoint: Setpoint) -> Setpoint {
     }
 }
 
-/// The board's velocity over ground, as the mind sees it.
+/// The board's velocity over ground, as the agent sees it.
 #[must_use]
 pub fn from_board([x, y]: [MetresPerSecond; 2]) -> BodyVelocity {
     BodyVelocity { forward: (x - y) * FRAC_1_SQRT_2, lateral: (x + y) * FRAC_1_SQRT_2 }
@@ -91,7 +102,7 @@ pub fn heading(yaw: Radians) -> Radians {
     Radians(if nose < -PI { nose + 2.0 * PI } else { nose })
 }
 
-/// What the mind needs to know of what the flight code is doing.
+/// What the agent must know of what the flight code is doing.
 #[must_use]
 pub const fn fitness(mode: flight::Mode) -> Fitness {
     match mode {

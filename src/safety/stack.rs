@@ -1,7 +1,7 @@
 //! The stack: where it lies and how deep it has been.
 //!
 //! It lies at the lower end of the RAM and grows down into nothing (`memory.x`), so that one that
-//! overflows faults ([`crate::fault`]). All tasks and interrupts share it.
+//! overflows faults ([`crate::safety::fault`]). All tasks and interrupts share it.
 #![expect(unsafe_code, reason = "looks at memory that is nobody's variable")]
 
 unsafe extern "C" {

@@ -15,10 +15,11 @@ use sensors::bmi088::{Accel, Die, Gyro, Keeper};
 use units::{Acceleration, AngularVelocity};
 
 use crate::board::Edge;
-use crate::bus::Bus;
-use crate::health::{self, Tally, Task};
-use crate::latest::Latest;
-use crate::{clock, store};
+use crate::board::bus::Bus;
+use crate::board::clock;
+use crate::tasks::health::{self, Tally, Task};
+use crate::tasks::latest::Latest;
+use crate::tasks::store;
 
 /// The sensor's bus, for the two tasks of this module.
 pub(crate) type ImuBus = Mutex<CriticalSectionRawMutex, Bus>;

@@ -1,8 +1,8 @@
 //! Why the chip started, and the watchdog that makes it start again.
 //!
 //! The watchdog is independent: it has an oscillator of its own, and once started nothing stops it
-//! but a reset. Only the control task feeds it ([`crate::control`]), so it bites when the control
-//! executor no longer runs, for whatever reason; what the other tasks owe is in [`crate::health`].
+//! but a reset. Only the control task feeds it ([`crate::tasks::control`]), so it bites when the control
+//! executor no longer runs, for whatever reason; what the other tasks owe is in [`crate::tasks::health`].
 
 use embassy_stm32::pac::iwdg::vals::{Key, Pr};
 use embassy_stm32::pac::{DBGMCU, FLASH, IWDG, RCC};
@@ -16,7 +16,7 @@ pub(crate) enum Cause {
     BrownOut,
     /// The watchdog was not fed.
     Watchdog,
-    /// The firmware said so: [`crate::panic`], or the bootloader.
+    /// The firmware said so: [`crate::safety::panic`], or the bootloader.
     Software,
     /// The reset pin: a probe, or the radio chip.
     Pin,

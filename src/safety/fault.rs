@@ -8,7 +8,8 @@ use core::arch::naked_asm;
 
 use cortex_m::peripheral::SCB;
 
-use crate::{motors, panic, stack};
+use crate::board::motors;
+use crate::safety::{panic, stack};
 
 /// Changes over to the stack that `memory.x` keeps for it, and goes on in [`hard_fault`] with where
 /// the other had got to.

@@ -1,0 +1,477 @@
+//! One whole drone without its chip: the agent, the radio link, the server for clients, the
+//! operator's orders, the gates before a take-off, and the mounting of the board.
+//!
+//! The firmware's tasks and the simulator's members both run exactly this type. [`Drone`] is
+//! sans-I/O: it owns no clock and no line, never allocates and never panics. It is told the time,
+//! what has come in and what is sensed, and says what goes out:
+//!
+//! ```text
+//!                     receive ┌───────────────────────────────┐ transmit
+//!   packets of the chain ────▶│ airlink ──▶ mailbox ──▶ agent │────────▶ packets of the chain
+//!                      client │    ▲                          │ poll_client
+//!   packets of a client ─────▶│ server ──▶ orders             │────────▶ packets to the client
+//!                        step │                               │
+//!   what is sensed ──────────▶│ gates, mounting               │────────▶ set-point
+//!                             └───────────────────────────────┘
+//! ```
+//!
+//! # Stopping wins
+//! Every node takes an emergency stop from any client: a drone for itself, the base for the whole
+//! mission. A stop is latched in the operator's orders, in the link and in the agent, and nothing
+//! replaces it but switching the drone off. [`Drone::is_stopped`] is to be kept where it outlives a
+//! restart by a fault, and given back as [`Setup::stopped`].
+//!
+//! | module | holds |
+//! |---|---|
+//! | `operator` | the state machine of the operator's orders |
+//! | `client` | what cfclient and cflib may look at, set and order |
+//! | `link` | the end of the radio link, shut or open |
+//! | `mailbox` | reports and orders between link and agent |
+//! | `sensed` | what a drone senses in a round |
+//! | [`mounting`] | the rotation between board and nose |
+//! | [`air`] | conversions between the agent's words and those on the air |
+//! | [`probe`] | a place in memory where a firmware shows all that to an emulator |
+#![no_std]
+#![deny(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::unreachable,
+    clippy::indexing_slicing,
+    clippy::string_slice
+)]
+#![cfg_attr(
+    test,
+    allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)
+)]
+
+#[cfg(test)]
+extern crate std;
+
+pub mod air;
+mod client;
+mod link;
+mod mailbox;
+pub mod mounting;
+mod operator;
+pub mod probe;
+mod sensed;
+
+use agent::{Agent, AgentConfig, ConfigError, Fitness};
+use airlink::{Airlink, Counters, Event, Identity, LinkConfig, Schedule, Seal, Status};
+use chain::policy::Policy;
+use crtp::{About, Node, Parameters};
+use storage::settings::{Limits, Settings};
+use units::{Dbm, Duration, Instant, NODES, NodeId, Order, PolicyCode, Role, Setpoint};
+use wire::p2p::{Beacon, Counter, Epoch, Kind};
+use wire::syslink::MAX_P2P;
+
+use client::{Client, Orders};
+use link::{Heeded, Link};
+use mailbox::Mailbox;
+
+pub use agent::State;
+pub use client::{Unsaved, observed};
+pub use link::LinkHealth;
+pub use operator::Operator;
+pub use sensed::Sensed;
+
+/// A drone's constants.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Config {
+    /// The agent's.
+    pub agent: AgentConfig,
+    /// The radio link's.
+    pub link: LinkConfig,
+    /// For how long reports and orders lie in the mailbox before the agent may take them. It is zero
+    /// on board; the simulator studies delays with it.
+    pub mailbox_delay: Duration,
+}
+
+impl Config {
+    /// The constants that are flashed unless others are chosen.
+    pub const DEFAULT: Self = Self {
+        agent: AgentConfig::DEFAULT,
+        link: LinkConfig::DEFAULT,
+        mailbox_delay: Duration::ZERO,
+    };
+
+    /// The same with what the drone remembers. `complain` is told of what cannot be used, for which
+    /// the constants hold as they were.
+    #[must_use]
+    pub fn with_settings(
+        mut self,
+        settings: &Settings,
+        mut complain: impl FnMut(Unusable),
+    ) -> Self {
+        if let Some(height) = settings.height {
+            self.agent.flight.height = height;
+        }
+        match settings.policy.map(|code| (code, Policy::with_code(code))) {
+            None => {}
+            Some((_, Some(policy))) => self.agent.policy = policy.config,
+            Some((code, None)) => complain(Unusable::Policy(code)),
+        }
+        let Limits { launch, retreat } = settings.limits;
+        let limited = self.agent.with_limits(launch, retreat);
+        match limited.check() {
+            Ok(()) => self.agent = limited,
+            Err(why) => complain(Unusable::Limits(why)),
+        }
+        self
+    }
+}
+
+/// A setting that cannot be used.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Unusable {
+    /// The limits contradict each other.
+    Limits(ConfigError),
+    /// There is no movement policy of this code.
+    Policy(PolicyCode),
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+/// How a drone begins.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Setup {
+    /// The drone's number and role.
+    pub identity: Identity,
+    /// Where the drone finds itself.
+    pub start: Start,
+    /// A stop stood when the last run ended, and the drone was not switched off since.
+    pub stopped: bool,
+    /// What clients are told of the drone.
+    pub about: About,
+}
+
+impl Setup {
+    /// A drone of this number and role that was switched on, on the ground.
+    #[must_use]
+    pub const fn new(node: NodeId, role: Role) -> Self {
+        Self {
+            identity: Identity { node, role },
+            start: Start::OnGround,
+            stopped: false,
+            about: About { node, role, ..Parameters::DEFAULT.about },
+        }
+    }
+}
+
+/// Where a drone finds itself at the start of a run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Start {
+    /// On the ground, switched on.
+    OnGround,
+    /// On the ground, as far as it knows, after a run that ended by a fault or in the air.
+    AfterFault,
+    /// In the air, at its place in the chain, at this moment: for studies.
+    InAir(Instant),
+}
+
+/// The keys that a drone has, for its link.
+#[derive(Debug)]
+pub enum Keys<S> {
+    /// It was never provisioned.
+    Missing,
+    /// It must not use them.
+    Unusable,
+    /// It has them, and an epoch to use them in.
+    Held {
+        /// What seals packets with them.
+        seal: S,
+        /// The epoch of this run, which was never used before with these keys.
+        epoch: Epoch,
+        /// The turns of the drone's number.
+        schedule: Schedule,
+        /// Whether clients may give orders through it, if it is the base.
+        may_fly: bool,
+    },
+}
+
+/// What a round of the mission has decided.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Outputs {
+    /// The set-point in the axes of the nose.
+    pub setpoint: Setpoint,
+    /// What the agent has decided.
+    pub agent: agent::Outputs,
+}
+
+impl Outputs {
+    /// The set-point in the axes of the board.
+    #[must_use]
+    pub fn board_setpoint(&self) -> Setpoint {
+        mounting::to_board(self.setpoint)
+    }
+}
+
+/// One whole drone without its chip. `S` seals its packets.
+#[derive(Debug)]
+pub struct Drone<S> {
+    config: Config,
+    identity: Identity,
+    agent: Agent,
+    link: Link<S>,
+    mailbox: Mailbox,
+    orders: Orders,
+    client: Client,
+    heeded: Heeded,
+    /// Whether clients may give orders through this drone, if it is the base.
+    may_fly: bool,
+    /// What each node has told the base of itself.
+    nodes: [Option<Node>; NODES],
+    /// What the agent has decided last.
+    outputs: Option<agent::Outputs>,
+}
+
+impl<S: Seal> Drone<S> {
+    /// A drone without a link, before its first round.
+    #[must_use]
+    pub fn new(config: Config, setup: &Setup) -> Self {
+        let Identity { node, role } = setup.identity;
+        let agent = match setup.start {
+            Start::OnGround => Agent::new(node, role),
+            Start::AfterFault => Agent::restarted(node, role),
+            Start::InAir(now) => Agent::new_linked(node, role, now),
+        };
+        let operator = if setup.stopped { Operator::Stopped } else { Operator::Silent };
+        let parameters = Parameters {
+            height: config.agent.flight.height,
+            launch_limit: config.agent.launch.limit,
+            retreat_limit: config.agent.retreat.limit,
+            about: setup.about,
+            ..Parameters::DEFAULT
+        };
+        Self {
+            config,
+            identity: setup.identity,
+            agent,
+            link: Link::NoKeys,
+            mailbox: Mailbox::new(),
+            orders: Orders::new(operator),
+            client: Client::new(parameters),
+            heeded: Heeded::default(),
+            may_fly: false,
+            nodes: [None; NODES],
+            outputs: None,
+        }
+    }
+
+    /// Gives the drone its keys, once. With usable ones its link opens: it listens, and then speaks.
+    pub fn open_link(&mut self, now: Instant, keys: Keys<S>) {
+        match keys {
+            Keys::Missing => self.link = Link::NoKeys,
+            Keys::Unusable => self.link = Link::Shut,
+            Keys::Held { seal, epoch, schedule, may_fly } => {
+                self.may_fly = may_fly;
+                let (config, identity) = (self.config.link, self.identity);
+                let link = Airlink::new(config, identity, seal, epoch, schedule, now);
+                self.link = Link::Open(link);
+                self.repeat_order(now);
+            }
+        }
+    }
+
+    /// Takes a P2P packet of the chain the moment that it has come in. Returns the kind of message
+    /// that it has brought for this drone, if any.
+    pub fn receive(&mut self, now: Instant, rssi: Dbm, packet: &[u8]) -> Option<Kind> {
+        Some(match self.link.open_mut()?.receive(now, rssi, packet)? {
+            Event::Report { from, counter, report, rssi } => {
+                self.mailbox.report(now, air::report_from_air(from, counter, &report, rssi));
+                Kind::Report
+            }
+            Event::Order { task, counter } => {
+                self.heeded =
+                    Heeded { last: Some(counter), count: self.heeded.count.wrapping_add(1) };
+                self.mailbox.order(now, task);
+                Kind::Command
+            }
+            Event::Telemetry { from, telemetry, .. } => {
+                if let Some(place) = self.nodes.get_mut(usize::from(from.0)) {
+                    *place = Some(Node { telemetry, heard: now });
+                }
+                Kind::Telemetry
+            }
+            Event::Beacon { .. } => Kind::Beacon,
+            Event::Membership { .. } => Kind::Membership,
+        })
+    }
+
+    /// When to call [`Drone::transmit`] next; ask again after every other call.
+    #[must_use]
+    pub fn due(&self) -> Option<Instant> {
+        self.link.open()?.due()
+    }
+
+    /// Writes the packet of the chain that is to be sent now, if there is one, and returns its
+    /// length. The packet must be given to the serial line at once.
+    pub fn transmit(&mut self, now: Instant, out: &mut [u8; MAX_P2P]) -> Option<usize> {
+        self.link.open_mut()?.transmit(now, out)
+    }
+
+    /// Says goodbye to the chain in the drone's next turn, if its link is open. Returns whether it is.
+    pub fn leave(&mut self) -> bool {
+        self.link.open_mut().map(Airlink::leave).is_some()
+    }
+
+    /// Runs one round of the mission, 5 times a second.
+    pub fn step(&mut self, now: Instant, sensed: &Sensed) -> Outputs {
+        self.step_shown(now, sensed, |_, _| {})
+    }
+
+    /// The same; `show` is given what the agent was told and what it has decided.
+    pub fn step_shown(
+        &mut self,
+        now: Instant,
+        sensed: &Sensed,
+        show: impl FnOnce(&agent::Inputs<'_>, &agent::Outputs),
+    ) -> Outputs {
+        self.attend(now);
+        self.repeat_order(now);
+        let sensed = Sensed { fitness: self.fitness(sensed.fitness), ..*sensed };
+        let order = self.order_of_round(now);
+        let delay = self.config.mailbox_delay;
+        let heard = self.mailbox.due(now, delay);
+        let count = heard.len();
+        let inputs = agent::Inputs {
+            ranges: sensed.ranges,
+            velocity: sensed.velocity,
+            heading: sensed.heading,
+            height: sensed.height,
+            heard,
+            order,
+            fitness: sensed.fitness,
+            endurance: sensed.endurance,
+        };
+        let outputs = self.agent.step(&self.config.agent, now, &inputs);
+        show(&inputs, &outputs);
+        self.mailbox.forget(count);
+        self.publish(&outputs, &sensed);
+        self.outputs = Some(outputs);
+        let setpoint = match self.identity.role {
+            Role::Base => Setpoint::Off,
+            Role::Head | Role::Relay => outputs.setpoint,
+        };
+        Outputs { setpoint, agent: outputs }
+    }
+
+    /// Gives the operator's order to the whole mission again: the link tells the head of an order to
+    /// explore once for each time.
+    fn repeat_order(&mut self, now: Instant) {
+        if let Some(order) = self.orders.operator.order() {
+            self.link.order(now, order);
+        }
+    }
+
+    /// The order that the agent is given in this round.
+    fn order_of_round(&mut self, now: Instant) -> Option<Order> {
+        match (self.identity.role, self.orders.operator) {
+            (_, Operator::Stopped) => Some(Order::Stop),
+            (Role::Base, operator) => operator.order(),
+            (Role::Head | Role::Relay, _) => {
+                self.mailbox.take_order(now, self.config.mailbox_delay)
+            }
+        }
+    }
+
+    /// A drone whose link is shut, or that was refused by the chain, does not take off: no order to
+    /// land would reach it.
+    fn fitness(&self, machine: Fitness) -> Fitness {
+        match machine {
+            Fitness::Fit
+                if !self.agent.state().is_airborne() && self.link_health() != LinkHealth::Fine =>
+            {
+                Fitness::Unfit
+            }
+            machine => machine,
+        }
+    }
+
+    /// Tells the others by the link.
+    fn publish(&mut self, outputs: &agent::Outputs, sensed: &Sensed) {
+        let role = self.identity.role;
+        let Some(link) = self.link.open_mut() else { return };
+        link.report(air::report_to_air(outputs));
+        let state = outputs.status.state.code();
+        link.beacon(Beacon { role, state, battery: sensed.battery });
+        if role != Role::Base {
+            link.telemeter(air::telemetry(outputs, sensed));
+        }
+    }
+
+    /// The drone's number and role.
+    #[must_use]
+    pub const fn identity(&self) -> Identity {
+        self.identity
+    }
+
+    /// What the agent is doing.
+    #[must_use]
+    pub const fn state(&self) -> State {
+        self.agent.state()
+    }
+
+    /// What the agent has decided last; `None` before the first round.
+    #[must_use]
+    pub const fn outputs(&self) -> Option<&agent::Outputs> {
+        self.outputs.as_ref()
+    }
+
+    /// The operator's orders, as this node has them.
+    #[must_use]
+    pub const fn operator(&self) -> Operator {
+        self.orders.operator
+    }
+
+    /// Whether a stop stands: the motors must be off, and the drone's memory must keep it over a
+    /// restart.
+    #[must_use]
+    pub fn is_stopped(&self) -> bool {
+        self.orders.operator == Operator::Stopped
+            || self.mailbox.stops()
+            || self.agent.state() == State::Stopped
+    }
+
+    /// Whether the drone is part of a chain, or could be.
+    #[must_use]
+    pub fn link_health(&self) -> LinkHealth {
+        self.link.health()
+    }
+
+    /// How the drone stands with the others; `None` while its link is shut.
+    #[must_use]
+    pub fn link_status(&self) -> Option<Status> {
+        self.link.open().map(Airlink::status)
+    }
+
+    /// What the link has counted; `None` while it is shut.
+    #[must_use]
+    pub fn link_counters(&self) -> Option<Counters> {
+        self.link.open().map(Airlink::counters)
+    }
+
+    /// The number of the last order that the drone has heard over its link.
+    #[must_use]
+    pub const fn last_order(&self) -> Option<Counter> {
+        self.heeded.last
+    }
+
+    /// What a node has last told this one, which is the base.
+    #[must_use]
+    pub fn node(&self, node: NodeId) -> Option<Node> {
+        self.nodes.get(usize::from(node.0)).copied().flatten()
+    }
+
+    /// Reports that were dropped because the mailbox was full.
+    #[must_use]
+    pub const fn dropped_reports(&self) -> u32 {
+        self.mailbox.dropped()
+    }
+}

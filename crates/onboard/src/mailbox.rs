@@ -1,0 +1,137 @@
+//! The mailbox between the radio link, which brings reports and orders at any time, and the
+//! agent, which takes them five times a second.
+
+use chain::neighbours::Heard;
+use heapless::Vec;
+use units::{Duration, Instant, NODES, Order};
+
+/// Reports that may come in between two rounds: two of each other node, since one that was held
+/// back on the air may arrive shortly before the next.
+pub(crate) const REPORTS: usize = 2 * (NODES - 1);
+
+/// Orders that may come in between two rounds: the base repeats its order every 200 ms at most, and
+/// the simulator may delay them by several rounds.
+const ORDERS: usize = 8;
+
+/// Reports and orders in order of arrival.
+#[derive(Clone, Debug)]
+pub(crate) struct Mailbox {
+    reports: Vec<Heard, REPORTS>,
+    /// When each of them came in.
+    arrived: Vec<Instant, REPORTS>,
+    orders: Vec<(Instant, Order), ORDERS>,
+    /// An order to stop has come in. It is neither delayed nor replaced.
+    stop: bool,
+    dropped: u32,
+}
+
+impl Mailbox {
+    pub(crate) const fn new() -> Self {
+        Self {
+            reports: Vec::new(),
+            arrived: Vec::new(),
+            orders: Vec::new(),
+            stop: false,
+            dropped: 0,
+        }
+    }
+
+    /// Puts a report in. Where there is no room, the oldest goes.
+    pub(crate) fn report(&mut self, now: Instant, heard: Heard) {
+        if self.reports.is_full() {
+            self.forget(1);
+            self.dropped = self.dropped.wrapping_add(1);
+        }
+        // There is room for one now.
+        let _ = self.reports.push(heard);
+        let _ = self.arrived.push(now);
+    }
+
+    /// Puts an order in. Where there is no room, the oldest goes: a newer order replaces it anyway.
+    pub(crate) fn order(&mut self, now: Instant, order: Order) {
+        self.stop |= order == Order::Stop;
+        if self.orders.is_full() {
+            self.orders.remove_first();
+        }
+        let _ = self.orders.push((now, order));
+    }
+
+    /// The newest order that has lain for `delay`. Each is given once, but a stop for ever.
+    pub(crate) fn take_order(&mut self, now: Instant, delay: Duration) -> Option<Order> {
+        let due = self.orders.iter().take_while(|(at, _)| *at + delay <= now).count();
+        let newest = due.checked_sub(1).and_then(|last| self.orders.get(last)).copied();
+        (0..due).for_each(|_| self.orders.remove_first());
+        if self.stop { Some(Order::Stop) } else { newest.map(|(_, order)| order) }
+    }
+
+    /// The reports that have lain for `delay`.
+    pub(crate) fn due(&self, now: Instant, delay: Duration) -> &[Heard] {
+        let due = self.arrived.iter().take_while(|at| **at + delay <= now).count();
+        self.reports.get(..due).unwrap_or_default()
+    }
+
+    /// Takes the oldest `count` reports out.
+    pub(crate) fn forget(&mut self, count: usize) {
+        let count = count.min(self.reports.len());
+        self.reports.rotate_left(count);
+        self.reports.truncate(self.reports.len() - count);
+        self.arrived.rotate_left(count);
+        self.arrived.truncate(self.arrived.len() - count);
+    }
+
+    /// Whether an order to stop has come in.
+    pub(crate) const fn stops(&self) -> bool {
+        self.stop
+    }
+
+    /// Reports that there was no room for.
+    pub(crate) const fn dropped(&self) -> u32 {
+        self.dropped
+    }
+}
+
+/// What a [`Vec`] of heapless has under no other name.
+trait RemoveFirst {
+    /// Takes out the first element, if there is one.
+    fn remove_first(&mut self);
+}
+
+impl<T, const N: usize> RemoveFirst for Vec<T, N> {
+    fn remove_first(&mut self) {
+        if !self.is_empty() {
+            self.rotate_left(1);
+            self.truncate(self.len() - 1);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use units::MetresPerSecond;
+
+    const EXPLORE: Order = Order::Explore(MetresPerSecond(0.25));
+
+    #[test]
+    fn nothing_replaces_a_stop() {
+        let mut mailbox = Mailbox::new();
+        let now = Instant::from_millis(1);
+        mailbox.order(now, Order::Stop);
+        (0..20).for_each(|_| mailbox.order(now, EXPLORE));
+        for _ in 0..3 {
+            assert_eq!(mailbox.take_order(now, Duration::ZERO), Some(Order::Stop));
+        }
+    }
+
+    #[test]
+    fn an_order_is_given_once_and_not_before_its_time() {
+        let mut mailbox = Mailbox::new();
+        let delay = Duration::from_millis(200);
+        mailbox.order(Instant::from_millis(100), Order::Land);
+        mailbox.order(Instant::from_millis(150), Order::Return);
+        assert_eq!(mailbox.take_order(Instant::from_millis(299), delay), None);
+        assert_eq!(mailbox.take_order(Instant::from_millis(300), delay), Some(Order::Land));
+        assert_eq!(mailbox.take_order(Instant::from_millis(400), delay), Some(Order::Return));
+        assert_eq!(mailbox.take_order(Instant::from_millis(500), delay), None);
+    }
+}

@@ -1,0 +1,221 @@
+//! The operator's orders: a small state machine that turns what clients ask for, and their silence,
+//! into the one order that the base gives to the whole mission.
+//!
+//! | the newest request | holds |
+//! |---|---|
+//! | a set-point | for half a second; then the head hovers |
+//! | explore, by parameter | while the client is heard, and for 2 s more; then the head hovers |
+//! | wait, return, land | until the next request |
+//! | stop | until the base is switched off |
+//!
+//! A client that vanishes takes no drone down: the head hovers, and the relays hold the chain.
+
+use units::{Duration, Instant, MetresPerSecond, Order};
+
+/// A set-point that is older is not flown any more: a Crazyflie levels out after as long
+/// (crazyflie-firmware, supervisor.c, COMMANDER_WDT_TIMEOUT_STABILIZE).
+const SETPOINT_HOLDS: Duration = Duration::from_millis(500);
+
+/// A client that has been silent for as long is gone. cflib asks for something at least once a
+/// second (cflib, crazyflie/link_statistics.py), and a Crazyradio much oftener.
+pub(crate) const CLIENT_GONE: Duration = Duration::from_secs(2);
+
+/// The emergency stop's watchdog must be fed within this time (crazyflie-firmware, supervisor.c,
+/// DEFAULT_EMERGENCY_STOP_WATCHDOG_TIMEOUT).
+const WATCHDOG: Duration = Duration::from_secs(1);
+
+/// What the operator wants of the mission.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Operator {
+    /// The operator has not asked for anything since the drone was switched on.
+    #[default]
+    Silent,
+    /// The head follows a set-point until that is too old.
+    Setpoint {
+        /// The speed along the tunnel.
+        forward: MetresPerSecond,
+        /// When the set-point was given.
+        given: Instant,
+    },
+    /// The head explores at this speed as long as the client is heard.
+    Explore(MetresPerSecond),
+    /// The head hovers, since its set-points ended or its client is gone.
+    Hover,
+    /// All drones wait on the ground.
+    Wait,
+    /// All drones fly home.
+    Return,
+    /// All drones land where they are.
+    Land,
+    /// All drones have their motors off.
+    Stopped,
+}
+
+/// What happens to the operator's orders.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Request {
+    /// A client, or a pilot's stick, asks for this speed now.
+    Setpoint(MetresPerSecond),
+    /// A client asks for a lasting order.
+    Order(Order),
+    /// A client changes the speed at which the head explores by itself.
+    Speed(MetresPerSecond),
+}
+
+impl Operator {
+    /// The orders after `request`.
+    #[must_use]
+    pub(crate) fn after(self, now: Instant, request: Request) -> Self {
+        match (self, request) {
+            (Self::Stopped, _) => Self::Stopped,
+            (_, Request::Setpoint(forward)) => Self::Setpoint { forward, given: now },
+            (_, Request::Order(Order::Explore(speed))) => Self::Explore(speed),
+            (_, Request::Order(Order::Wait)) => Self::Wait,
+            (_, Request::Order(Order::Return)) => Self::Return,
+            (_, Request::Order(Order::Land)) => Self::Land,
+            (_, Request::Order(Order::Stop)) => Self::Stopped,
+            (Self::Explore(_), Request::Speed(speed)) => Self::Explore(speed),
+            (same, Request::Speed(_)) => same,
+        }
+    }
+
+    /// The orders after time has passed. `has_client` says whether a client has been heard within
+    /// the last 2 s.
+    #[must_use]
+    pub(crate) fn at(self, now: Instant, has_client: bool) -> Self {
+        match self {
+            Self::Setpoint { given, .. } if now.since(given) > SETPOINT_HOLDS => Self::Hover,
+            Self::Explore(_) if !has_client => Self::Hover,
+            Self::Silent
+            | Self::Setpoint { .. }
+            | Self::Explore(_)
+            | Self::Hover
+            | Self::Wait
+            | Self::Return
+            | Self::Land
+            | Self::Stopped => self,
+        }
+    }
+
+    /// The order that the base gives; `None` while the operator has not asked for anything.
+    #[must_use]
+    pub const fn order(self) -> Option<Order> {
+        match self {
+            Self::Silent => None,
+            Self::Setpoint { forward, .. } => Some(Order::Explore(forward)),
+            Self::Explore(speed) => Some(Order::Explore(speed)),
+            Self::Hover => Some(Order::Explore(MetresPerSecond::ZERO)),
+            Self::Wait => Some(Order::Wait),
+            Self::Return => Some(Order::Return),
+            Self::Land => Some(Order::Land),
+            Self::Stopped => Some(Order::Stop),
+        }
+    }
+}
+
+/// The watchdog of the emergency stop: once a client has fed it, its silence stops the motors.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Watchdog(Option<Instant>);
+
+impl Watchdog {
+    /// A client is there, and wants the motors to stop when it is not any more.
+    pub(crate) const fn feed(&mut self, now: Instant) {
+        self.0 = Some(now);
+    }
+
+    /// Whether it has been fed once, and not in time since.
+    pub(crate) fn is_starved(self, now: Instant) -> bool {
+        self.0.is_some_and(|fed| now.since(fed) > WATCHDOG)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SPEED: MetresPerSecond = MetresPerSecond(0.3);
+    const OTHER: MetresPerSecond = MetresPerSecond(-0.2);
+
+    fn at(ms: u64) -> Instant {
+        Instant::from_millis(ms)
+    }
+
+    const fn setpoint(given_ms: u64) -> Operator {
+        Operator::Setpoint { forward: SPEED, given: Instant::from_millis(given_ms) }
+    }
+
+    const ALL: [Operator; 8] = [
+        Operator::Silent,
+        setpoint(0),
+        Operator::Explore(SPEED),
+        Operator::Hover,
+        Operator::Wait,
+        Operator::Return,
+        Operator::Land,
+        Operator::Stopped,
+    ];
+
+    /// What each request makes of each state, by rows: a speed changes nothing but a speed, and
+    /// nothing follows a stop.
+    #[test]
+    fn the_newest_request_counts_but_after_a_stop() {
+        use Operator::{Explore, Hover, Land, Return, Silent, Stopped, Wait};
+        let table = [
+            (Request::Setpoint(SPEED), [setpoint(7); 8]),
+            (Request::Order(Order::Explore(OTHER)), [Explore(OTHER); 8]),
+            (Request::Order(Order::Wait), [Wait; 8]),
+            (Request::Order(Order::Return), [Return; 8]),
+            (Request::Order(Order::Land), [Land; 8]),
+            (Request::Order(Order::Stop), [Stopped; 8]),
+            (
+                Request::Speed(OTHER),
+                [Silent, setpoint(0), Explore(OTHER), Hover, Wait, Return, Land, Stopped],
+            ),
+        ];
+        for (request, mut wanted) in table {
+            wanted[7] = Stopped;
+            for (from, wanted) in ALL.into_iter().zip(wanted) {
+                assert_eq!(from.after(at(7), request), wanted, "{from:?}, {request:?}");
+            }
+        }
+    }
+
+    /// What time makes of each state, by rows: after how long, with a client and without.
+    #[test]
+    fn time_ends_what_needs_a_client_and_takes_no_drone_down() {
+        use Operator::{Explore, Hover, Land, Return, Silent, Stopped, Wait};
+        let lasting = [Silent, setpoint(0), Explore(SPEED), Hover, Wait, Return, Land, Stopped];
+        let with = |changed: &[(usize, Operator)]| {
+            let mut row = lasting;
+            changed.iter().for_each(|(place, to)| row[*place] = *to);
+            row
+        };
+        let table = [
+            (500, true, lasting),
+            (501, true, with(&[(1, Hover)])),
+            (500, false, with(&[(2, Hover)])),
+            (3_600_000, false, with(&[(1, Hover), (2, Hover)])),
+        ];
+        for (ms, has_client, wanted) in table {
+            for (from, wanted) in ALL.into_iter().zip(wanted) {
+                assert_eq!(from.at(at(ms), has_client), wanted, "{from:?} after {ms} ms");
+            }
+        }
+    }
+
+    #[test]
+    fn a_head_without_a_pilot_hovers() {
+        assert_eq!(Operator::Hover.order(), Some(Order::Explore(MetresPerSecond::ZERO)));
+        assert_eq!(Operator::Silent.order(), None);
+    }
+
+    #[test]
+    fn a_watchdog_that_was_never_fed_never_starves() {
+        let mut watchdog = Watchdog::default();
+        assert!(!watchdog.is_starved(at(3_600_000)));
+        watchdog.feed(at(100));
+        assert!(!watchdog.is_starved(at(1_100)));
+        assert!(watchdog.is_starved(at(1_101)));
+    }
+}

@@ -1,0 +1,550 @@
+//! The probe: a place in memory where a firmware shows, in a layout of its own, what its drone was
+//! told and has decided, for an emulator or a debugger that knows nothing else of it.
+//!
+//! | field | what | words |
+//! |---|---|---|
+//! | `version` | [`VERSION`] | 1 |
+//! | `flight` | a [`Slot`] with the flight code's [`Status`], after each of its steps | 2 and [`FLIGHT`] |
+//! | `order` | a [`Slot`] with the number of the last order that the link has brought | 2 and [`ORDER`] |
+//! | `round` | a [`Slot`] with the [`Round`] that the agent made last | 2 and [`ROUND`] |
+//!
+//! A slot begins with a count, which is odd while the slot is being written and grows by two each
+//! time, and with the number of words that follow. Each value is a run of words of 32 bits, low
+//! word first: a number or the bits of a float takes one, a moment two; an `Option` has a word 0 or
+//! 1 before its value, an enum the number of its variant before the variant's fields; a struct is
+//! its fields in the order of the lists below.
+
+use core::mem::offset_of;
+use core::sync::atomic::{AtomicU32, Ordering};
+
+use agent::{
+    BodyVelocity, Fitness, Inputs, LandReason, LinkView, Outputs, State, Status as AgentStatus,
+};
+use chain::neighbours::Heard;
+use chain::report::Report;
+use flight::{Attitude, Battery, Cause, Mode, NotReady, Status, StopCause};
+use heapless::Vec;
+use tunnel_nav::{Diagonals, Range, Side, Walls};
+use units::{
+    Dbm, Duration, Instant, LinkSpan, Metres, MetresPerSecond, NodeId, Order, Phase, Radians,
+    RadiansPerSecond, Setpoint, Volts,
+};
+
+use crate::mailbox::REPORTS;
+
+/// The name of the probe's symbol.
+pub const SYMBOL: &str = "UCHAIN_PROBE";
+/// The version of the layout.
+pub const VERSION: u32 = 1;
+
+/// Words of the flight code's status at most.
+pub const FLIGHT: usize = 20;
+/// Words of an order's number.
+pub const ORDER: usize = 2;
+/// Words of a round at most.
+pub const ROUND: usize = 60 + REPORTS * 10;
+
+/// The probe, as it lies in memory.
+#[repr(C)]
+#[derive(Debug)]
+pub struct Probe {
+    version: u32,
+    flight: Slot<FLIGHT>,
+    order: Slot<ORDER>,
+    round: Slot<ROUND>,
+}
+
+impl Default for Probe {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Probe {
+    /// Where the slots begin, in bytes from the probe's beginning.
+    pub const FLIGHT_AT: usize = offset_of!(Self, flight);
+    /// See [`FLIGHT_AT`](Self::FLIGHT_AT).
+    pub const ORDER_AT: usize = offset_of!(Self, order);
+    /// See [`FLIGHT_AT`](Self::FLIGHT_AT).
+    pub const ROUND_AT: usize = offset_of!(Self, round);
+
+    /// A probe that shows nothing yet.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { version: VERSION, flight: Slot::new(), order: Slot::new(), round: Slot::new() }
+    }
+
+    /// Shows what the flight code knows.
+    pub fn show_flight(&self, status: &Status) {
+        self.flight.write(|out| status.put(out));
+    }
+
+    /// Shows the number of an order that the link has brought.
+    pub fn show_order(&self, counter: u64) {
+        self.order.write(|out| counter.put(out));
+    }
+
+    /// Shows what the agent was told and has decided.
+    pub fn show_round(&self, now: Instant, inputs: &Inputs<'_>, outputs: &Outputs) {
+        self.round.write(|out| {
+            now.put(out);
+            put_inputs(inputs, out);
+            outputs.put(out);
+        });
+    }
+}
+
+/// A value and how often it was written.
+#[repr(C)]
+#[derive(Debug)]
+pub struct Slot<const N: usize> {
+    count: AtomicU32,
+    length: AtomicU32,
+    words: [AtomicU32; N],
+}
+
+impl<const N: usize> Slot<N> {
+    const fn new() -> Self {
+        Self {
+            count: AtomicU32::new(0),
+            length: AtomicU32::new(0),
+            words: [const { AtomicU32::new(0) }; N],
+        }
+    }
+
+    fn write(&self, put: impl FnOnce(&mut Writer<'_>)) {
+        // There is one writer of each slot, and a reader has stopped the processor.
+        let count = self.count.load(Ordering::Relaxed).wrapping_add(1);
+        self.count.store(count, Ordering::SeqCst);
+        let mut writer = Writer { words: &self.words, length: 0 };
+        put(&mut writer);
+        self.length.store(writer.length as u32, Ordering::SeqCst);
+        self.count.store(count.wrapping_add(1), Ordering::SeqCst);
+    }
+}
+
+/// Words on their way into a slot. Those beyond its end are lost, and the length tells.
+struct Writer<'a> {
+    words: &'a [AtomicU32],
+    length: usize,
+}
+
+impl Writer<'_> {
+    fn word(&mut self, word: u32) {
+        if let Some(place) = self.words.get(self.length) {
+            place.store(word, Ordering::Relaxed);
+        }
+        self.length += 1;
+    }
+}
+
+/// Words that were read from a slot.
+struct Reader<'a>(&'a [u32]);
+
+impl Reader<'_> {
+    fn word(&mut self) -> Option<u32> {
+        let (word, rest) = self.0.split_first()?;
+        self.0 = rest;
+        Some(*word)
+    }
+}
+
+/// One round of an agent, as it was read from a probe.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Round {
+    /// When it was, by the drone's clock.
+    pub now: Instant,
+    /// What the agent was told.
+    pub told: Told,
+    /// What the agent has decided.
+    pub decided: Outputs,
+}
+
+/// What an agent was told: [`Inputs`] that own what was heard.
+#[derive(Clone, Debug, PartialEq)]
+#[expect(missing_docs, reason = "as in agent::Inputs")]
+pub struct Told {
+    pub ranges: Diagonals,
+    pub velocity: Option<BodyVelocity>,
+    pub heading: Option<Radians>,
+    pub height: Option<Metres>,
+    pub order: Option<Order>,
+    pub fitness: Fitness,
+    pub endurance: Option<Duration>,
+    pub heard: Vec<Heard, REPORTS>,
+}
+
+impl Told {
+    /// As the agent takes it.
+    #[must_use]
+    pub fn inputs(&self) -> Inputs<'_> {
+        Inputs {
+            ranges: self.ranges,
+            velocity: self.velocity,
+            heading: self.heading,
+            height: self.height,
+            heard: &self.heard,
+            order: self.order,
+            fitness: self.fitness,
+            endurance: self.endurance,
+        }
+    }
+}
+
+/// The flight code's status by the words of its slot.
+#[must_use]
+pub fn flight(words: &[u32]) -> Option<Status> {
+    whole(words, Status::get)
+}
+
+/// The number of the last order by the words of its slot.
+#[must_use]
+pub fn order(words: &[u32]) -> Option<u64> {
+    whole(words, u64::get)
+}
+
+/// A round by the words of its slot.
+#[must_use]
+pub fn round(words: &[u32]) -> Option<Round> {
+    whole(words, |from| {
+        Some(Round {
+            now: Instant::get(from)?,
+            told: get_inputs(from)?,
+            decided: Outputs::get(from)?,
+        })
+    })
+}
+
+fn whole<T>(words: &[u32], get: impl FnOnce(&mut Reader<'_>) -> Option<T>) -> Option<T> {
+    let mut reader = Reader(words);
+    get(&mut reader).filter(|_| reader.0.is_empty())
+}
+
+fn put_inputs(inputs: &Inputs<'_>, out: &mut Writer<'_>) {
+    inputs.ranges.put(out);
+    inputs.velocity.put(out);
+    inputs.heading.put(out);
+    inputs.height.put(out);
+    inputs.order.put(out);
+    inputs.fitness.put(out);
+    inputs.endurance.put(out);
+    out.word(inputs.heard.len() as u32);
+    inputs.heard.iter().for_each(|heard| heard.put(out));
+}
+
+fn get_inputs(from: &mut Reader<'_>) -> Option<Told> {
+    Some(Told {
+        ranges: Diagonals::get(from)?,
+        velocity: Option::get(from)?,
+        heading: Option::get(from)?,
+        height: Option::get(from)?,
+        order: Option::get(from)?,
+        fitness: Fitness::get(from)?,
+        endurance: Option::get(from)?,
+        heard: {
+            let count = from.word()? as usize;
+            (0..count.min(REPORTS)).map(|_| Heard::get(from)).collect::<Option<_>>()?
+        },
+    })
+}
+
+/// A value that has words.
+trait Words: Sized {
+    fn put(&self, out: &mut Writer<'_>);
+    fn get(from: &mut Reader<'_>) -> Option<Self>;
+}
+
+impl Words for u64 {
+    fn put(&self, out: &mut Writer<'_>) {
+        out.word(*self as u32);
+        out.word((*self >> 32) as u32);
+    }
+
+    fn get(from: &mut Reader<'_>) -> Option<Self> {
+        Some(Self::from(from.word()?) | Self::from(from.word()?) << 32)
+    }
+}
+
+impl Words for u16 {
+    fn put(&self, out: &mut Writer<'_>) {
+        out.word((*self).into());
+    }
+
+    fn get(from: &mut Reader<'_>) -> Option<Self> {
+        from.word()?.try_into().ok()
+    }
+}
+
+impl Words for bool {
+    fn put(&self, out: &mut Writer<'_>) {
+        out.word((*self).into());
+    }
+
+    fn get(from: &mut Reader<'_>) -> Option<Self> {
+        match from.word()? {
+            0 => Some(false),
+            1 => Some(true),
+            _ => None,
+        }
+    }
+}
+
+impl<T: Words> Words for Option<T> {
+    fn put(&self, out: &mut Writer<'_>) {
+        self.is_some().put(out);
+        if let Some(value) = self {
+            value.put(out);
+        }
+    }
+
+    fn get(from: &mut Reader<'_>) -> Option<Self> {
+        if bool::get(from)? { T::get(from).map(Some) } else { Some(None) }
+    }
+}
+
+impl<T: Words> Words for [T; 2] {
+    fn put(&self, out: &mut Writer<'_>) {
+        self.iter().for_each(|value| value.put(out));
+    }
+
+    fn get(from: &mut Reader<'_>) -> Option<Self> {
+        Some([T::get(from)?, T::get(from)?])
+    }
+}
+
+impl Words for NodeId {
+    fn put(&self, out: &mut Writer<'_>) {
+        out.word(self.0.into());
+    }
+
+    fn get(from: &mut Reader<'_>) -> Option<Self> {
+        from.word()?.try_into().ok().map(Self)
+    }
+}
+
+impl Words for Instant {
+    fn put(&self, out: &mut Writer<'_>) {
+        self.as_micros().put(out);
+    }
+
+    fn get(from: &mut Reader<'_>) -> Option<Self> {
+        u64::get(from).map(Self::from_micros)
+    }
+}
+
+impl Words for Duration {
+    fn put(&self, out: &mut Writer<'_>) {
+        self.as_micros().put(out);
+    }
+
+    fn get(from: &mut Reader<'_>) -> Option<Self> {
+        u64::get(from).map(Self::from_micros)
+    }
+}
+
+/// Quantities, each one float.
+macro_rules! quantities {
+    ($($name:ident),*) => {
+        $(impl Words for $name {
+            fn put(&self, out: &mut Writer<'_>) {
+                out.word(self.0.to_bits());
+            }
+
+            fn get(from: &mut Reader<'_>) -> Option<Self> {
+                from.word().map(f32::from_bits).map(Self)
+            }
+        })*
+    };
+}
+
+/// Structs by their fields.
+macro_rules! structs {
+    ($($name:ident { $($field:ident),* })*) => {
+        $(impl Words for $name {
+            fn put(&self, out: &mut Writer<'_>) {
+                let Self { $($field),* } = self;
+                $($field.put(out);)*
+            }
+
+            fn get(from: &mut Reader<'_>) -> Option<Self> {
+                $(let $field = Words::get(from)?;)*
+                Some(Self { $($field),* })
+            }
+        })*
+    };
+}
+
+/// Enums by the numbers of their variants.
+macro_rules! enums {
+    ($($name:ident {
+        $($code:literal = $variant:ident $(($value:ident))? $({ $($field:ident),* })?),* $(,)?
+    })*) => {
+        $(impl Words for $name {
+            fn put(&self, out: &mut Writer<'_>) {
+                match self {
+                    $(Self::$variant $(($value))? $({ $($field),* })? => {
+                        out.word($code);
+                        $($value.put(out);)?
+                        $($($field.put(out);)*)?
+                    })*
+                }
+            }
+
+            fn get(from: &mut Reader<'_>) -> Option<Self> {
+                Some(match from.word()? {
+                    $($code => {
+                        $(let $value = Words::get(from)?;)?
+                        $($(let $field = Words::get(from)?;)*)?
+                        Self::$variant $(($value))? $({ $($field),* })?
+                    })*
+                    _ => return None,
+                })
+            }
+        })*
+    };
+}
+
+quantities! { Dbm, Metres, MetresPerSecond, Radians, RadiansPerSecond, Volts }
+
+structs! {
+    BodyVelocity { forward, lateral }
+    Diagonals { nw, ne, sw, se }
+    LinkSpan { weakest, strongest }
+    Report { from, sequence, phase, velocity, odometer, links, recall }
+    Heard { report, rssi }
+    LinkView { peer, raw, rssi, velocity, is_base }
+    AgentStatus { state, front, back, odometer, walls }
+    Outputs { setpoint, report, status }
+    Attitude { roll, pitch, yaw }
+    Battery { volts, endurance }
+    Status { mode, attitude, velocity, height, battery }
+}
+
+enums! {
+    Range { 0 = At(distance), 1 = Clear, 2 = Invalid }
+    Walls { 0 = Both, 1 = One(side), 2 = Neither }
+    Side { 0 = Left, 1 = Right }
+    Phase { 0 = Waiting, 1 = Transit, 2 = Linked, 3 = Base, 4 = Out }
+    Order { 0 = Wait, 1 = Explore(speed), 2 = Return, 3 = Land, 4 = Stop }
+    Setpoint { 0 = Off, 1 = Fly { forward, lateral, yaw_rate, height }, 2 = Stop }
+    Fitness { 0 = Fit, 1 = Unfit, 2 = Landing(why), 3 = Landed(why), 4 = Stopped }
+    LandReason {
+        0 = Ordered, 1 = Home, 2 = TakeOffFailed, 3 = LinkLost, 4 = Unfit(why), 5 = Restarted,
+    }
+    State {
+        0 = Idle,
+        1 = Armed { since },
+        2 = TakingOff { since },
+        3 = Leading { patient_until },
+        4 = Relaying { patient_until },
+        5 = Reconnecting { since, from },
+        6 = BackingUp { since, from },
+        7 = Landing { since, why },
+        8 = Landed { why },
+        9 = Stopped,
+    }
+    Mode {
+        0 = Grounded { waits_for },
+        1 = Flying { since },
+        2 = Landing { since, why },
+        3 = Landed { why },
+        4 = Stopped { why },
+    }
+    NotReady {
+        0 = NoImu, 1 = Calibrating, 2 = Tilted, 3 = NoFlow, 4 = NoHeight, 5 = NoBattery,
+        6 = BatteryLow,
+    }
+    Cause {
+        0 = NoSetpoint, 1 = NoImu, 2 = NoFlow, 3 = NoHeight, 4 = Battery, 5 = Overload, 6 = Blocked,
+    }
+    StopCause { 0 = Ordered, 1 = Tumbled, 2 = FreeFall, 3 = PropellerStuck }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read<const N: usize>(slot: &Slot<N>) -> std::vec::Vec<u32> {
+        let length = slot.length.load(Ordering::Relaxed) as usize;
+        assert!(length <= N, "{length} words in a slot of {N}");
+        slot.words[..length].iter().map(|word| word.load(Ordering::Relaxed)).collect()
+    }
+
+    /// The longest round there is comes back as it went, to the last bit.
+    #[test]
+    fn the_longest_round_comes_back_as_it_went() {
+        let report = Report {
+            from: NodeId(7),
+            sequence: u16::MAX,
+            phase: Phase::Linked,
+            velocity: MetresPerSecond(-0.1),
+            odometer: Metres(3.3),
+            links: Some(LinkSpan { weakest: Dbm(-70.5), strongest: Dbm(-50.1) }),
+            recall: true,
+        };
+        let heard = [Heard { report, rssi: Dbm(-61.7) }; REPORTS];
+        let speed = MetresPerSecond(0.3);
+        let inputs = Inputs {
+            ranges: Diagonals {
+                nw: Range::At(Metres(1.1)),
+                ne: Range::At(Metres(0.2)),
+                sw: Range::Clear,
+                se: Range::Invalid,
+            },
+            velocity: Some(BodyVelocity { forward: speed, lateral: MetresPerSecond(-0.0) }),
+            heading: Some(Radians(-3.1)),
+            height: Some(Metres(0.31)),
+            heard: &heard,
+            order: Some(Order::Explore(speed)),
+            fitness: Fitness::Landing(Cause::Overload),
+            endurance: Some(Duration::from_micros(u64::MAX)),
+        };
+        let link = LinkView {
+            peer: NodeId(3),
+            raw: Dbm(-63.0),
+            rssi: Dbm(-62.25),
+            velocity: speed,
+            is_base: true,
+        };
+        let since = Instant::from_micros(1 << 40);
+        let state = State::BackingUp { since, from: Metres(9.0) };
+        let walls = Walls::One(Side::Left);
+        let (front, back) = (Some(link), Some(link));
+        let setpoint = Setpoint::Fly {
+            forward: speed,
+            lateral: speed,
+            yaw_rate: RadiansPerSecond(0.5),
+            height: Metres(0.3),
+        };
+        let odometer = Metres(-1.0);
+        let outputs = Outputs {
+            setpoint,
+            report,
+            status: AgentStatus { state, front, back, odometer, walls },
+        };
+        let probe = Probe::new();
+        probe.show_round(since, &inputs, &outputs);
+        let back = round(&read(&probe.round)).unwrap();
+        assert_eq!((back.now, &back.decided), (since, &outputs));
+        assert_eq!(std::format!("{:?}", back.told.inputs()), std::format!("{inputs:?}"));
+        assert_eq!(probe.round.count.load(Ordering::Relaxed), 2);
+    }
+
+    #[test]
+    fn a_status_comes_back_as_it_went() {
+        let status = Status {
+            mode: Mode::Landing { since: Instant::from_micros(1), why: Cause::Blocked },
+            attitude: Attitude { roll: Radians(0.1), pitch: Radians(-0.2), yaw: Radians(3.0) },
+            velocity: Some([MetresPerSecond(0.1), MetresPerSecond(0.2)]),
+            height: Some(Metres(0.3)),
+            battery: Battery { volts: Volts(3.7), endurance: Some(Duration::from_secs(200)) },
+        };
+        let probe = Probe::new();
+        probe.show_flight(&status);
+        probe.show_order(1 << 33 | 5);
+        assert_eq!(flight(&read(&probe.flight)), Some(status));
+        assert_eq!(order(&read(&probe.order)), Some(1 << 33 | 5));
+        let words = read(&probe.flight);
+        assert_eq!(flight(&words[..words.len() - 1]), None);
+    }
+}

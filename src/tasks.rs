@@ -1,0 +1,27 @@
+//! The tasks: each waits for something, steps a crate's type, and publishes what came of it.
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`control`] | the task that runs `flight::Flight`, 1 kHz, and feeds the watchdog |
+//! | [`imu`] | the tasks that read the inertial sensor's two dies, 1 kHz |
+//! | [`flow`] | the task that reads the optic flow, 100 Hz |
+//! | [`rangers`] | the task that reads the rangers |
+//! | [`drone`] | the one `onboard::Drone`, which the tasks of the thread share |
+//! | [`mission`] | the task that steps it, 5 Hz |
+//! | [`radio`] | the tasks that talk to the radio chip |
+//! | [`store`] | the task that keeps settings, keys and epochs in the EEPROM |
+//! | [`lamps`] | the task that shows the drone's state on the LEDs |
+//! | [`health`] | signs of life, and the task that logs them, 1 Hz |
+//! | [`latest`] | places for the latest value of something |
+
+pub(crate) mod control;
+pub(crate) mod drone;
+pub(crate) mod flow;
+pub(crate) mod health;
+pub(crate) mod imu;
+pub(crate) mod lamps;
+pub(crate) mod latest;
+pub(crate) mod mission;
+pub(crate) mod radio;
+pub(crate) mod rangers;
+pub(crate) mod store;

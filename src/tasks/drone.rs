@@ -1,0 +1,101 @@
+//! The one `onboard::Drone`, which the tasks of the thread share.
+//!
+//! They need no lock for it: one executor runs them, one at a time, and no task waits while it has
+//! borrowed the drone. So what takes long in it, encrypting and checking, is done with all interrupts
+//! on, and delays no control step.
+
+use core::cell::{Cell, RefCell};
+
+use airlink::Sealed;
+use embassy_sync::blocking_mutex::raw::NoopRawMutex;
+use embassy_sync::signal::Signal;
+use onboard::{Config, LinkHealth, Setup, State};
+use static_cell::StaticCell;
+use units::{Instant, Role};
+
+use crate::safety::restart_mark;
+use crate::tasks::{mission, radio};
+
+/// The drone of this firmware.
+pub(crate) type Drone = onboard::Drone<Sealed>;
+
+/// Too large for a stack; here the linker accounts for it.
+static DRONE: StaticCell<RefCell<Drone>> = StaticCell::new();
+
+/// The drone, once [`crate::tasks::store`] knows its number and settings.
+pub(crate) struct Shared {
+    drone: Cell<Option<&'static RefCell<Drone>>>,
+    news: Signal<NoopRawMutex, ()>,
+}
+
+impl Shared {
+    pub(crate) const fn new() -> Self {
+        Self { drone: Cell::new(None), news: Signal::new() }
+    }
+
+    /// Makes the drone, once.
+    pub(crate) fn make(&self, config: Config, setup: &Setup) {
+        self.drone
+            .set(DRONE.try_init_with(|| RefCell::new(Drone::new(config, setup))).map(|d| &*d));
+    }
+
+    /// Does something with the drone, once it is made.
+    pub(crate) fn with<R>(&self, act: impl FnOnce(&mut Drone) -> R) -> Option<R> {
+        // No other task has borrowed it now: see above.
+        self.drone.get()?.try_borrow_mut().ok().map(|mut drone| act(&mut drone))
+    }
+
+    /// The same, for what may give the sending task something to send or may stop the drone.
+    pub(crate) fn tell<R>(&self, act: impl FnOnce(&mut Drone) -> R) -> Option<R> {
+        let result = self.with(|drone| {
+            let result = act(drone);
+            heed_stop(drone);
+            result
+        });
+        self.news.signal(());
+        result
+    }
+
+    /// Lets what is due by the clock happen to the drone.
+    pub(crate) fn attend(&self, now: Instant) {
+        let changes = self.with(|drone| {
+            let before = drone.operator();
+            drone.attend(now);
+            heed_stop(drone);
+            before != drone.operator()
+        });
+        if changes == Some(true) {
+            self.news.signal(());
+        }
+    }
+
+    /// Waits for [`tell`](Self::tell). One task does.
+    pub(crate) async fn news(&self) {
+        self.news.wait().await;
+    }
+
+    /// When there is something to send to the chain, if there is.
+    pub(crate) fn due(&self) -> Option<Instant> {
+        self.with(|drone| drone.due()).flatten()
+    }
+
+    /// Whether the drone may take part in the chain.
+    pub(crate) fn health(&self) -> LinkHealth {
+        self.with(|drone| drone.link_health()).unwrap_or(LinkHealth::NoKeys)
+    }
+
+    /// What the agent is doing.
+    pub(crate) fn state(&self) -> State {
+        self.with(|drone| drone.state()).unwrap_or(State::Idle)
+    }
+}
+
+/// A stop reaches the motors at once, not with the next round of the mission, and is kept over a
+/// restart. Switching the drone off by its button ends it.
+fn heed_stop(drone: &Drone) {
+    let stops = drone.is_stopped();
+    restart_mark::note_stopped(stops && !radio::is_shutting_down());
+    if stops && drone.identity().role != Role::Base {
+        mission::stop_motors();
+    }
+}
