@@ -165,34 +165,6 @@ impl Bytes {
 }
 
 impl Value {
-    /// The type in which the log stores the number.
-    #[must_use]
-    pub const fn log_type(self) -> LogType {
-        match self {
-            Self::U8(_) => LogType::U8,
-            Self::U16(_) => LogType::U16,
-            Self::U32(_) => LogType::U32,
-            Self::I8(_) => LogType::I8,
-            Self::I16(_) => LogType::I16,
-            Self::I32(_) => LogType::I32,
-            Self::F32(_) => LogType::F32,
-        }
-    }
-
-    /// The type that the number has as a parameter.
-    #[must_use]
-    pub const fn param_type(self) -> ParamType {
-        match self {
-            Self::U8(_) => ParamType::U8,
-            Self::U16(_) => ParamType::U16,
-            Self::U32(_) => ParamType::U32,
-            Self::I8(_) => ParamType::I8,
-            Self::I16(_) => ParamType::I16,
-            Self::I32(_) => ParamType::I32,
-            Self::F32(_) => ParamType::F32,
-        }
-    }
-
     pub(super) fn bytes(self) -> Bytes {
         let one = |byte| Bytes([byte, 0, 0, 0], 1);
         let two = |[a, b]: [u8; 2]| Bytes([a, b, 0, 0], 2);

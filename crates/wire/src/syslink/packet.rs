@@ -25,13 +25,10 @@ mod kind {
     pub(super) const P2P: u8 = 0x08;
     pub(super) const P2P_BROADCAST: u8 = 0x0A;
     pub(super) const RADIO_READY: u8 = 0x0B;
-    pub(super) const SWITCH_OFF: u8 = 0x11;
     pub(super) const BATTERY_STATE: u8 = 0x13;
     pub(super) const BATTERY_AUTOUPDATE: u8 = 0x14;
     pub(super) const SHUTDOWN_REQUEST: u8 = 0x15;
     pub(super) const SHUTDOWN_ACK: u8 = 0x16;
-    pub(super) const LED_ON: u8 = 0x17;
-    pub(super) const LED_OFF: u8 = 0x18;
     pub(super) const NRF_VERSION: u8 = 0x30;
 }
 
@@ -62,14 +59,8 @@ pub struct Battery {
     pub charging: bool,
     /// Whether there is USB power.
     pub usb: bool,
-    /// Whether the charger could charge.
-    pub can_charge: bool,
     /// The battery's voltage.
     pub voltage: Volts,
-    /// The charger's current, in mA.
-    pub charge_milliamperes: f32,
-    /// The radio chip's temperature in °C, from builds that send it.
-    pub celsius: Option<f32>,
 }
 
 /// A packet from the radio chip.
@@ -186,22 +177,12 @@ fn p2p(data: &[u8]) -> Option<(Port, Dbm, &[u8])> {
 fn battery(data: &[u8]) -> Option<Battery> {
     let (flags, numbers) = data.split_first()?;
     let (voltage, numbers) = float(numbers)?;
-    let (charge_milliamperes, numbers) = float(numbers)?;
-    let celsius = match numbers {
-        [] => None,
-        numbers => match float(numbers)? {
-            (celsius, []) => Some(celsius),
-            _ => return None,
-        },
-    };
-    Some(Battery {
-        charging: flags & 1 != 0,
-        usb: flags & 2 != 0,
-        can_charge: flags & 4 != 0,
-        voltage: Volts(voltage),
-        charge_milliamperes,
-        celsius,
-    })
+    let (_charge_milliamperes, numbers) = float(numbers)?;
+    // Some builds of the radio chip's firmware add its temperature.
+    if !numbers.is_empty() {
+        let (_celsius, []) = float(numbers)? else { return None };
+    }
+    Some(Battery { charging: flags & 1 != 0, usb: flags & 2 != 0, voltage: Volts(voltage) })
 }
 
 /// The finite number at the beginning of `bytes`, and the bytes after it.
@@ -242,12 +223,6 @@ pub enum Outgoing<'a> {
     BatteryAutoupdate,
     /// All data is saved: the supply may end.
     ShutdownAck,
-    /// The radio chip's LED is to be switched on.
-    LedOn,
-    /// The radio chip's LED is to be switched off.
-    LedOff,
-    /// The whole drone is to be switched off.
-    SwitchOff,
     /// The chip is to send the version of its firmware.
     NrfVersion,
 }
@@ -300,9 +275,6 @@ impl Outgoing<'_> {
             Self::RadioReady => frame::write(kind::RADIO_READY, &[], &[], out),
             Self::BatteryAutoupdate => frame::write(kind::BATTERY_AUTOUPDATE, &[], &[], out),
             Self::ShutdownAck => frame::write(kind::SHUTDOWN_ACK, &[], &[], out),
-            Self::LedOn => frame::write(kind::LED_ON, &[], &[], out),
-            Self::LedOff => frame::write(kind::LED_OFF, &[], &[], out),
-            Self::SwitchOff => frame::write(kind::SWITCH_OFF, &[], &[], out),
             Self::NrfVersion => frame::write(kind::NRF_VERSION, &[], &[], out),
         }
         .ok_or(EncodeError::NoRoom)

@@ -62,13 +62,11 @@ fn sent_by_radio(packet: &Incoming<'_>) -> Vec<u8> {
             frame(0x0A, &[&[port.number(), -rssi.0 as u8], *data].concat())
         }
         Incoming::Battery(battery) => {
-            let flags = u8::from(battery.charging)
-                | u8::from(battery.usb) << 1
-                | u8::from(battery.can_charge) << 2;
+            let flags = u8::from(battery.charging) | u8::from(battery.usb) << 1;
             let mut data = vec![flags];
             data.extend(battery.voltage.0.to_le_bytes());
-            data.extend(battery.charge_milliamperes.to_le_bytes());
-            data.extend(battery.celsius.into_iter().flat_map(f32::to_le_bytes));
+            // The charger's current.
+            data.extend(250_f32.to_le_bytes());
             frame(0x13, &data)
         }
         Incoming::ShutdownRequest => frame(0x15, &[]),
@@ -87,11 +85,8 @@ fn received_by_radio(packet: &Outgoing<'_>) -> (u8, Vec<u8>) {
         Outgoing::Power(power) => (0x07, vec![power.dbm().0 as i8 as u8]),
         Outgoing::P2pBroadcast { port, data } => (0x0A, [&[port.number()], *data].concat()),
         Outgoing::RadioReady => (0x0B, vec![]),
-        Outgoing::SwitchOff => (0x11, vec![]),
         Outgoing::BatteryAutoupdate => (0x14, vec![]),
         Outgoing::ShutdownAck => (0x16, vec![]),
-        Outgoing::LedOn => (0x17, vec![]),
-        Outgoing::LedOff => (0x18, vec![]),
         Outgoing::NrfVersion => (0x30, vec![]),
     }
 }
@@ -119,17 +114,11 @@ fn bytes(most: usize) -> impl Strategy<Value = Vec<u8>> {
 }
 
 fn batteries() -> impl Strategy<Value = Battery> {
-    let flags = (any::<bool>(), any::<bool>(), any::<bool>());
-    (flags, -10f32..10.0, -2000f32..2000.0, prop::option::of(-40f32..90.0)).prop_map(
-        |((charging, usb, can_charge), voltage, charge_milliamperes, celsius)| Battery {
-            charging,
-            usb,
-            can_charge,
-            voltage: Volts(voltage),
-            charge_milliamperes,
-            celsius,
-        },
-    )
+    (any::<bool>(), any::<bool>(), -10f32..10.0).prop_map(|(charging, usb, voltage)| Battery {
+        charging,
+        usb,
+        voltage: Volts(voltage),
+    })
 }
 
 /// Packets of the radio chip with their data, which they borrow.
@@ -164,9 +153,6 @@ fn outgoing(pick: u8, data: &[u8], parts: Parts) -> Outgoing<'_> {
         6 => Outgoing::RadioReady,
         7 => Outgoing::BatteryAutoupdate,
         8 => Outgoing::ShutdownAck,
-        9 => Outgoing::LedOn,
-        10 => Outgoing::LedOff,
-        11 => Outgoing::SwitchOff,
         _ => Outgoing::NrfVersion,
     }
 }
@@ -235,7 +221,7 @@ proptest! {
 
     #[test]
     fn what_is_said_to_the_radio_chip_arrives(
-        pick in 0_u8..13, data in bytes(MAX_DATA), parts in parts(), room in 0..=MAX_FRAME,
+        pick in 0_u8..10, data in bytes(MAX_DATA), parts in parts(), room in 0..=MAX_FRAME,
     ) {
         let packet = outgoing(pick, &data, parts);
         let mut out = [0; MAX_FRAME];
