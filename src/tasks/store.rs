@@ -211,7 +211,7 @@ pub(crate) async fn run(bus: &'static DeckBus, shared: &'static Shared, last_run
 async fn boot(memory: &mut Memory, shared: &Shared, last_run: LastRun) -> (Settings, Source, u8) {
     let (mut settings, from) = load(memory).await;
     WRITES.store(true, Ordering::Release);
-    let keys = provisioned(memory).await;
+    let keys = provisioned(memory, &mut settings).await;
     let number = if keys == Ok(None) { FLASHED } else { None };
     let mut unsaved = 0;
     match (&keys, number) {
@@ -295,16 +295,25 @@ fn for_the_link(keys: &KeysRecord) -> link_keys::Keys {
     }
 }
 
-/// The keys that hold, and whether they have just come in. The page is wiped, unless a later
+/// The keys that hold, and whether they have just come in. A policy on the page goes into the
+/// settings. The page is wiped, unless a later
 /// firmware may be able to read it or the memory did not keep its keys.
-async fn provisioned(memory: &mut Memory) -> Result<Option<(KeysRecord, Provisioned)>, Why> {
+async fn provisioned(
+    memory: &mut Memory,
+    settings: &mut Settings,
+) -> Result<Option<(KeysRecord, Provisioned)>, Why> {
     let slots = slots::<KeysRecord>(memory).await.ok_or(Why::Memory)?;
     let current = slots.newest().copied();
     let before = current.map(|keys| (keys, Provisioned::Before));
     let news = match KeysRecord::on_page(&page::read(), current.as_ref()) {
         Page::Empty => return Ok(before),
-        Page::New(keys) => {
-            keep_keys(memory, &keys).await?;
+        Page::New { keys, policy } => {
+            // First, since a page is not read again once its keys are the drone's.
+            if policy.is_some() && settings.policy != policy {
+                settings.policy = policy;
+                keep_by_trying(memory, settings).await?;
+            }
+            keep_by_trying(memory, &keys).await?;
             Some((keys, Provisioned::Now))
         }
         Page::Old => {
@@ -326,9 +335,10 @@ async fn provisioned(memory: &mut Memory) -> Result<Option<(KeysRecord, Provisio
     Ok(news.or(before))
 }
 
-async fn keep_keys(memory: &mut Memory, keys: &KeysRecord) -> Result<(), Why> {
+/// Makes up to [`TRIES`] attempts to replace a record.
+async fn keep_by_trying<R: Record>(memory: &mut Memory, record: &R) -> Result<(), Why> {
     for _ in 0..TRIES {
-        if keep(memory, keys).await {
+        if keep(memory, record).await {
             return Ok(());
         }
         Timer::after(PAUSE).await;

@@ -24,10 +24,20 @@
 //! | 20 | 16 bytes | the group's key |
 //! | 36 | 16 bytes | the drone's own key: a node's, or the base's |
 //! | 52 | `u32` | CRC-32 of the bytes before |
+//!
+//! On the page a movement policy may follow, which goes into the drone's settings when its keys are
+//! taken over:
+//!
+//! | byte | type | field |
+//! |---|---|---|
+//! | 56 | 2 bytes | `UP` |
+//! | 58 | `u8` | version, 1 |
+//! | 59 | `u8` | code of the policy |
+//! | 60 | `u32` | CRC-32 of bytes 56 to 59 |
 
 use core::fmt;
 
-use units::{NODES, NodeId, Role};
+use units::{NODES, NodeId, PolicyCode, Role};
 
 use crate::bytes::{Reader, check_crc, role_code, role_of_code, sealed};
 use crate::epoch::Issue;
@@ -111,7 +121,10 @@ impl KeysRecord {
     #[must_use]
     pub fn on_page(page: &[u8], current: Option<&Self>) -> Page {
         match Self::decode(page) {
-            Ok((keys, _)) if keys.supersedes(current) => Page::New(keys),
+            Ok((keys, _)) if keys.supersedes(current) => {
+                let policy = page.get(LENGTH..).and_then(decode_policy);
+                Page::New { keys, policy }
+            }
             Ok(_) => Page::Old,
             // Erased words and wiped ones, also where a wipe was cut short.
             Err(_) if page.iter().all(|byte| matches!(byte, 0 | 0xFF)) => Page::Empty,
@@ -132,8 +145,14 @@ impl KeysRecord {
 pub enum Page {
     /// The page was erased or wiped: there is nothing to do.
     Empty,
-    /// The page holds new keys: they are written to the EEPROM, and then the page is wiped.
-    New(KeysRecord),
+    /// The page holds new keys: the policy and then the keys are written to the EEPROM, and then the
+    /// page is wiped.
+    New {
+        /// The keys.
+        keys: KeysRecord,
+        /// The movement policy for the drone's settings; `None` leaves the one that is there.
+        policy: Option<PolicyCode>,
+    },
     /// The page holds keys that are not newer than the drone's: it is wiped.
     Old,
     /// The page holds keys of a version that this code does not know: it stays for the firmware
@@ -141,6 +160,26 @@ pub enum Page {
     Unknown(u8),
     /// The page holds no keys: it is wiped.
     Damaged(Error),
+}
+
+const POLICY_MAGIC: [u8; 2] = *b"UP";
+const POLICY_VERSION: u8 = 1;
+
+/// Bytes of a policy on the page.
+pub const POLICY_LENGTH: usize = 8;
+
+/// The bytes by which a page, after its keys, gives the drone a movement policy.
+#[must_use]
+pub fn encode_policy(policy: PolicyCode) -> [u8; POLICY_LENGTH] {
+    sealed(&[&POLICY_MAGIC, &[POLICY_VERSION, policy.get()]])
+}
+
+fn decode_policy(bytes: &[u8]) -> Option<PolicyCode> {
+    check_crc(bytes, POLICY_LENGTH).ok()?;
+    match bytes {
+        [m0, m1, POLICY_VERSION, code, ..] if [*m0, *m1] == POLICY_MAGIC => PolicyCode::new(*code),
+        _ => None,
+    }
 }
 
 impl Record for KeysRecord {

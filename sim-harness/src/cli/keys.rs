@@ -3,6 +3,8 @@
 use std::fmt::Write;
 use std::path::PathBuf;
 
+use chain::policy::{NAMES, Policy};
+use clap::builder::PossibleValuesParser;
 use clap::{Args, Subcommand, ValueEnum};
 use serde_json::{Value, json};
 use units::{NodeId, Role};
@@ -54,6 +56,10 @@ struct ProvisionArgs {
     /// Let cfclient fly the head through this drone, which must be the base
     #[arg(long)]
     allow_cfclient: bool,
+    /// The movement policy that the drone is to fly from now on; where left out, it keeps the one
+    /// that it has
+    #[arg(long, value_parser = PossibleValuesParser::new(NAMES), value_name = "NAME")]
+    policy: Option<String>,
     /// The file to write the page to
     #[arg(long, value_name = "FILE.bin")]
     out: PathBuf,
@@ -150,13 +156,15 @@ fn provision(args: &ProvisionArgs) -> Result<Verdict, Trouble> {
         node: NodeId(args.node),
         role: args.role.map(Role::from),
         may_fly: args.allow_cfclient,
+        policy: args.policy.as_deref().and_then(Policy::named),
     };
     let made = keys::provision(&args.file, &request, &args.out)?;
     args.print.print(&provisioned_text(&made), &provisioned_json(&made))
 }
 
 fn provisioned_text(made: &Provisioned) -> String {
-    let Drone { role, may_fly, generation, issue } = made.drone;
+    let Drone { role, may_fly, generation, issue, policy } = made.drone;
+    let policy = policy.map_or_else(String::new, |policy| format!(", policy {}", policy.name));
     let [probe, usb] = made.commands();
     let cfclient = if may_fly { ", cfclient may fly the head through it" } else { "" };
     let replaces = if made.replaces {
@@ -166,7 +174,7 @@ fn provisioned_text(made: &Provisioned) -> String {
         ""
     };
     format!(
-        "fleet {}: node {}, {}, generation {generation}, issue {issue}{cfclient}\n\
+        "fleet {}: node {}, {}, generation {generation}, issue {issue}{policy}{cfclient}\n\
          wrote {}; load it into one drone, once, by cable, and delete it\n\n\
          With a probe:\n  {probe}\n\
          By USB, the drone in DFU mode (battery unplugged; hold the button while you plug the cable \
@@ -211,13 +219,14 @@ fn fleet_text(fleet: &Fleet) -> String {
     }
     text += "  node  role   cfclient  generation  issue\n";
     for (node, drone) in fleet.drones() {
-        let Drone { role, may_fly, generation, issue } = drone;
+        let Drone { role, may_fly, generation, issue, policy } = drone;
+        let policy = policy.map_or_else(String::new, |policy| format!("  policy {}", policy.name));
         let may_fly = if *may_fly { "yes" } else { "no" };
         let stale = if *generation == fleet.generation() { "" } else { "  provision it anew" };
         // Writing to a string cannot fail.
         let _ = writeln!(
             text,
-            "  {node:>4}  {:5}  {may_fly:8}  {generation:>10}  {:>5}{stale}",
+            "  {node:>4}  {:5}  {may_fly:8}  {generation:>10}  {:>5}{policy}{stale}",
             role_name(*role),
             issue.get()
         );
@@ -244,6 +253,7 @@ fn drone_json(fleet: &Fleet, node: u8, drone: &Drone) -> Value {
         "cfclient": drone.may_fly,
         "generation": drone.generation,
         "issue": drone.issue.get(),
+        "policy": drone.policy.map(|policy| policy.name),
         "stale": drone.generation != fleet.generation(),
     })
 }

@@ -9,6 +9,7 @@
 //! cfclient = false
 //! generation = 1
 //! issue = 1
+//! policy = "t5"
 //!
 //! [fleet]
 //! generation = 1
@@ -16,6 +17,8 @@
 //! secret = "32 hexadecimal digits"
 //! name = "8 hexadecimal digits"
 //! ```
+//!
+//! A drone has a `policy` when it was given one; without, it flies the one in its settings.
 //!
 //! The secret stands near the end and the name, which is checked against it, last: a file that was
 //! cut off anywhere is refused.
@@ -26,6 +29,7 @@ use std::ops::RangeInclusive;
 use std::path::Path;
 
 use airlink::keys::{FleetSecret, node as node_key};
+use chain::policy::{NAMES, Policy};
 use serde::Deserialize;
 use storage::Record;
 use storage::epoch::Issue;
@@ -33,7 +37,9 @@ use storage::keys::{self, KeysRecord, Secret};
 use toml::{Spanned, Value};
 use units::{NODES, NodeId, Role};
 
+use super::Request;
 use crate::input_error::InputError;
+use crate::suggest;
 
 const VERSION: i64 = 1;
 
@@ -44,7 +50,7 @@ const HEADING: &str = "\
 ";
 
 /// A fleet: its secret, and the keys that each drone was given.
-#[derive(Clone, PartialEq, Eq)]
+#[derive(Clone, PartialEq)]
 pub struct Fleet {
     secret: [u8; 16],
     generation: u8,
@@ -53,7 +59,7 @@ pub struct Fleet {
 }
 
 /// The entry of one drone in the fleet file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Drone {
     /// The role of the drone.
     pub role: Role,
@@ -63,6 +69,8 @@ pub struct Drone {
     pub generation: u8,
     /// The issue by which it has its keys.
     pub issue: Issue,
+    /// The movement policy that it was given; `None` for the one in its settings.
+    pub policy: Option<&'static Policy>,
 }
 
 impl std::fmt::Debug for Fleet {
@@ -114,13 +122,10 @@ impl Fleet {
     }
 
     /// The next issue, for this node, and the page with its keys.
-    pub(super) fn give_out(
-        &mut self,
-        node: NodeId,
-        role: Option<Role>,
-        may_fly: bool,
-    ) -> Result<(Drone, [u8; keys::LENGTH]), InputError> {
+    pub(super) fn give_out(&mut self, request: &Request) -> Result<(Drone, Vec<u8>), InputError> {
+        let Request { node, role, may_fly, policy } = *request;
         let role = role.unwrap_or(Role::usual_of(node));
+        let policy = policy.or_else(|| self.drones.get(&node.0)?.policy);
         self.check_place(node, role, may_fly)?;
         let issue = self.issued.map_or(Some(Issue::FIRST), Issue::next).ok_or_else(|| {
             InputError::new(
@@ -128,12 +133,14 @@ impl Fleet {
                 "make a new fleet with uchain keys new and provision every drone from it",
             )
         })?;
-        let drone = Drone { role, may_fly, generation: self.generation, issue };
+        let drone = Drone { role, may_fly, generation: self.generation, issue, policy };
         let record = self.record(node, &drone).encode(0);
         let record = record.map_err(|error| InputError::new(error.to_string(), REPORT))?;
+        let policy = policy.map(|policy| keys::encode_policy(policy.code));
+        let page = record.into_iter().chain(policy.into_iter().flatten()).collect();
         self.issued = Some(issue);
         self.drones.insert(node.0, drone);
-        Ok((drone, record))
+        Ok((drone, page))
     }
 
     fn check_place(&self, node: NodeId, role: Role, may_fly: bool) -> Result<(), InputError> {
@@ -206,14 +213,18 @@ impl Fleet {
     pub(super) fn text(&self) -> String {
         let mut text = format!("{HEADING}version = {VERSION}\n\n");
         for (node, drone) in &self.drones {
-            let Drone { role, may_fly, generation, issue } = drone;
+            let Drone { role, may_fly, generation, issue, policy } = drone;
             // Writing to a string cannot fail.
             let _ = writeln!(
                 text,
                 "[[drone]]\nnode = {node}\nrole = \"{}\"\ncfclient = {may_fly}\ngeneration = \
-                 {generation}\nissue = {issue}\n",
+                 {generation}\nissue = {issue}",
                 role_name(*role)
             );
+            if let Some(policy) = policy {
+                let _ = writeln!(text, "policy = \"{}\"", policy.name);
+            }
+            text.push('\n');
         }
         let _ = writeln!(
             text,
@@ -297,6 +308,7 @@ struct DroneTable {
     cfclient: Spanned<bool>,
     generation: Spanned<i64>,
     issue: Spanned<i64>,
+    policy: Option<Spanned<String>>,
 }
 
 #[derive(Clone, Copy, Deserialize)]
@@ -371,6 +383,14 @@ impl Reader<'_> {
         Ok(fleet)
     }
 
+    fn policy(&self, name: &Spanned<String>) -> Result<&'static Policy, InputError> {
+        let (at, name) = (name, name.as_ref());
+        Policy::named(name).ok_or_else(|| {
+            let wrong = format!("there is no policy \"{name}\"");
+            self.wrong(at, wrong, &suggest::one_of(name, &NAMES))
+        })
+    }
+
     fn drone(&self, table: &DroneTable, fleet: &Fleet) -> Result<(u8, Drone), InputError> {
         let node = self.number(&table.node, "node", 0..=NODES as u8 - 1)?;
         let generation = self.number(&table.generation, "generation", 1..=fleet.generation)?;
@@ -381,6 +401,7 @@ impl Reader<'_> {
             RoleKey::Base => Role::Base,
         };
         let may_fly = *table.cfclient.as_ref();
+        let policy = table.policy.as_ref().map(|name| self.policy(name)).transpose()?;
         let issue = Issue::new(number).filter(|issue| Some(*issue) <= fleet.issued);
         match issue {
             None => {
@@ -391,7 +412,7 @@ impl Reader<'_> {
                 let wrong = "cfclient = true is for the base alone".to_owned();
                 Err(self.wrong(&table.cfclient, wrong, RESTORE))
             }
-            Some(issue) => Ok((node, Drone { role, may_fly, generation, issue })),
+            Some(issue) => Ok((node, Drone { role, may_fly, generation, issue, policy })),
         }
     }
 }

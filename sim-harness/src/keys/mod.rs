@@ -16,6 +16,7 @@ mod fleet;
 
 use std::path::{Path, PathBuf};
 
+use chain::policy::Policy;
 use storage::epoch::Issue;
 use storage::keys::PAGE_ADDRESS;
 use units::{NodeId, Role};
@@ -34,6 +35,8 @@ pub struct Request {
     pub role: Option<Role>,
     /// Whether cfclient may fly the head through it.
     pub may_fly: bool,
+    /// The movement policy that the drone is to fly from now on; `None` leaves it as it is.
+    pub policy: Option<&'static Policy>,
 }
 
 /// A page that was made.
@@ -130,10 +133,10 @@ fn provision_on(
     request: &Request,
     out: &Path,
 ) -> Result<Provisioned, InputError> {
-    let Request { node, role, may_fly } = *request;
+    let Request { node, .. } = *request;
     let before = fleet.drones().get(&node.0);
     let replaces = before.is_some_and(|drone| drone.generation == fleet.generation());
-    let (drone, record) = fleet.give_out(node, role, may_fly).map_err(|e| e.in_file(path))?;
+    let (drone, record) = fleet.give_out(request).map_err(|e| e.in_file(path))?;
     if disk.exists(out) {
         return Err(InputError::new(
             "there is something here already, and a page is never overwritten",

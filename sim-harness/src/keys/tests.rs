@@ -26,7 +26,7 @@ fn page_path() -> PathBuf {
 }
 
 fn relay(node: u8) -> Request {
-    Request { node: NodeId(node), role: None, may_fly: false }
+    Request { node: NodeId(node), role: None, may_fly: false, policy: None }
 }
 
 /// A disk that can be stopped after any step: what it does not know to be kept may be lost then,
@@ -174,7 +174,7 @@ fn all_is_well(before: &Fleet, paper: &Paper, place: &str) {
 
 fn before() -> (Fleet, Paper) {
     let mut fleet = Fleet::new(SECRET, 3);
-    fleet.give_out(NodeId(0), None, false).unwrap();
+    fleet.give_out(&relay(0)).unwrap();
     let paper = Paper::with(&fleet_path(), fleet.text().as_bytes());
     (fleet, paper)
 }
@@ -221,7 +221,7 @@ fn what_is_refused_costs_no_issue() {
     let (fleet, mut paper) = before();
     paper.contents.push((b"somebody's".to_vec(), 10));
     paper.names.insert(page_path(), 1);
-    let base = |node, may_fly| Request { node: NodeId(node), role: None, may_fly };
+    let base = |node, may_fly| Request { node: NodeId(node), role: None, may_fly, policy: None };
     let two_heads = Request { role: Some(Role::Head), ..relay(4) };
     for (request, out, why) in [
         (relay(1), page_path(), "never overwritten"),
@@ -257,7 +257,7 @@ fn a_fleet_has_254_issues_and_then_no_more() {
     assert_eq!(fleet_on(&paper), fleet);
     // Another generation does not make the numbers good again.
     fleet.rekey(&[]).unwrap();
-    assert!(fleet.give_out(NodeId(1), None, false).is_err());
+    assert!(fleet.give_out(&relay(1)).is_err());
 }
 
 #[test]
@@ -277,7 +277,11 @@ fn fleets() -> impl Strategy<Value = Fleet> {
             match act {
                 0 => fleet.rekey(&[]).unwrap(),
                 1 if fleet.drones().contains_key(&node) => fleet.rekey(&[NodeId(node)]).unwrap(),
-                _ => drop(fleet.give_out(NodeId(node), None, may_fly && node == 15)),
+                _ => {
+                    let may_fly = may_fly && node == 15;
+                    let policy = chain::policy::REGISTRY.get(act);
+                    let _ = fleet.give_out(&Request { may_fly, policy, ..relay(node) });
+                }
             }
         }
         fleet
@@ -337,7 +341,7 @@ fn refused_when_cut_off(fleet: &Fleet, end: usize) {
 #[test]
 fn no_place_is_one_where_a_file_may_be_cut_off() {
     let (mut fleet, _) = before();
-    fleet.give_out(NodeId(15), None, true).unwrap();
+    fleet.give_out(&Request { node: NodeId(15), role: None, may_fly: true, policy: None }).unwrap();
     for end in 0..fleet.text().trim_end().len() {
         refused_when_cut_off(&fleet, end);
     }
@@ -399,12 +403,31 @@ fn what_is_wrong_is_told_with_its_line_and_a_remedy() {
 #[test]
 fn two_drones_of_one_number_or_one_issue_are_refused() {
     let (mut fleet, _) = before();
-    fleet.give_out(NodeId(7), None, false).unwrap();
+    fleet.give_out(&relay(7)).unwrap();
     for (find, put) in [("node = 7", "node = 0"), ("issue = 2", "issue = 1")] {
         let text = fleet.text().replacen(find, put, 1);
         let complaint = Fleet::parse(&fleet_path(), &text).unwrap_err().to_string();
         assert!(complaint.contains("the same node or the same issue"), "{complaint}");
     }
+}
+
+#[test]
+fn a_drone_keeps_the_policy_that_it_was_given() {
+    let mut fleet = Fleet::new(SECRET, 1);
+    let t5 = Policy::named("t5");
+    let code = t5.map(|policy| policy.code);
+    for (policy, on_page) in [(None, None), (t5, code), (None, code)] {
+        let (drone, page) = fleet.give_out(&Request { policy, ..relay(3) }).unwrap();
+        let storage::keys::Page::New { keys, policy } = KeysRecord::on_page(&page, None) else {
+            panic!("{page:x?}");
+        };
+        assert_eq!((keys.node, policy), (NodeId(3), on_page));
+        assert_eq!(drone.policy.map(|policy| policy.code), on_page);
+        assert_eq!(Fleet::parse(&fleet_path(), &fleet.text()).unwrap(), fleet);
+    }
+    let text = fleet.text().replace("\"t5\"", "\"t6\"");
+    let complaint = Fleet::parse(&fleet_path(), &text).unwrap_err().to_string();
+    assert!(complaint.contains("there is no policy \"t6\"; did you mean t5?"), "{complaint}");
 }
 
 #[test]

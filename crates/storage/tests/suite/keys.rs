@@ -3,9 +3,9 @@
 use crate::common::{crc32, keys, seeded};
 use proptest::prelude::*;
 use storage::epoch::Issue;
-use storage::keys::{KeysRecord, LENGTH, PAGE_ADDRESS, Page, Secret};
+use storage::keys::{KeysRecord, LENGTH, PAGE_ADDRESS, Page, Secret, encode_policy};
 use storage::{Error, Record, Slots};
-use units::{NodeId, Role};
+use units::{NodeId, PolicyCode, Role};
 
 const fn counting(from: u8) -> Secret {
     let mut bytes = [0; 16];
@@ -94,9 +94,9 @@ fn a_page_is_taken_over_wiped_or_left() {
     let page = |keys: KeysRecord| keys.encode(0).unwrap();
     let newer = KeysRecord { issue: Issue::new(10).unwrap(), ..GOLDEN };
     let on_page = |page: &[u8]| KeysRecord::on_page(page, Some(&GOLDEN));
-    assert_eq!(on_page(&page(newer)), Page::New(newer));
+    assert_eq!(on_page(&page(newer)), Page::New { keys: newer, policy: None });
     assert_eq!(on_page(&page(GOLDEN)), Page::Old);
-    assert_eq!(KeysRecord::on_page(&page(GOLDEN), None), Page::New(GOLDEN));
+    assert_eq!(KeysRecord::on_page(&page(GOLDEN), None), Page::New { keys: GOLDEN, policy: None });
     assert_eq!(on_page(&[0xFF; LENGTH]), Page::Empty);
     assert_eq!(on_page(&[0; LENGTH]), Page::Empty);
     assert_eq!(on_page(&[&[0; LENGTH][..], &[0xFF; 8]].concat()), Page::Empty);
@@ -109,6 +109,25 @@ fn a_page_is_taken_over_wiped_or_left() {
     assert_eq!(on_page(&with(0, 0)), Page::Damaged(Error::Magic));
     assert_eq!(on_page(&with(30, 0)), Page::Damaged(Error::Checksum));
     assert_eq!(on_page(&page(newer)[..LENGTH - 1]), Page::Damaged(Error::Short));
+}
+
+#[test]
+fn a_policy_may_follow_the_keys_on_the_page() {
+    let policy = PolicyCode::new(2).unwrap();
+    // The CRC by Python's `zlib.crc32`.
+    let bytes = [b'U', b'P', 1, 2, 0x51, 0x5E, 0x3E, 0x46];
+    assert_eq!(encode_policy(policy), bytes);
+    let on_page = |after: &[u8]| KeysRecord::on_page(&[&GOLDEN_BYTES[..], after].concat(), None);
+    let new = |policy| Page::New { keys: GOLDEN, policy };
+    assert_eq!(on_page(&bytes), new(Some(policy)));
+    for none in [&[][..], &[0xFF; 8], &bytes[..7]] {
+        assert_eq!(on_page(none), new(None));
+    }
+    for at in 0..bytes.len() {
+        let mut bytes = bytes;
+        bytes[at] ^= 1;
+        assert_eq!(on_page(&bytes), new(None), "byte {at}");
+    }
 }
 
 #[test]
