@@ -63,8 +63,12 @@ impl Graph {
             self.end_joint(end, length, line.at(length).0),
         ];
         for (number, (mine, theirs)) in self.crossings(&line) {
+            // Where an end joins the other gallery, the lines often cross once more beside it.
             let width = 0.5 * (gallery.width + self.edges[number].width);
-            let known = |joint: &Joint| (joint.along - mine).abs() < width;
+            let meets = |joint: &Joint| {
+                self.edges[number].joints.iter().any(|theirs| theirs.node == joint.node)
+            };
+            let known = |joint: &Joint| meets(joint) && (joint.along - mine).abs() < width;
             if !joints.iter().any(known) {
                 let node = self.junction(number, theirs);
                 joints.push(Joint { node, along: mine });
