@@ -1,4 +1,4 @@
-//! A drone's body at either fidelity, as a mission sees it: set-points in, senses out.
+//! A drone's body at any fidelity, as a mission sees it: set-points in, senses out.
 
 use agent::Fitness;
 use onboard::{Sensed, mounting};
@@ -118,14 +118,14 @@ impl Drone {
         }
     }
 
-    /// Somebody else flies it from now on.
+    /// Lets the body be flown from outside from now on.
     pub(crate) fn hand_over(&mut self) {
         if let Self::Craft(flown) = self {
             flown.craft.fly_from_outside();
         }
     }
 
-    /// Somebody else has told it so.
+    /// Notes a set-point that the firmware in an emulator has given.
     pub(crate) fn note(&mut self, setpoint: Setpoint) {
         match self {
             Self::Point(body) => body.command(setpoint),

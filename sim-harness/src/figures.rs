@@ -1,7 +1,7 @@
 //! The paper's figure 3 again, A to F, with its claims put to the test.
 //!
 //! * **A to C**: three corridors, the head at rest, relays anywhere: do the links become equal?
-//! * **D**: an exploration, everybody at the mouth, the head at 0.2 m/s for 50 s, with T0, T5 and K.
+//! * **D**: an exploration, all drones at the mouth, the head at 0.2 m/s for 50 s, with T0, T5 and K.
 //! * **E, F**: over many seeds of D: when were the links equal after the head had stopped, and how
 //!   much do the relays still move? As in the paper both look at the first three links only.
 
@@ -123,7 +123,7 @@ pub const fn missions(runs: usize) -> usize {
     2 * runs * CORRIDORS.len() * VARIANTS.len()
 }
 
-/// The same corridor with everybody in the air and the head at rest.
+/// The same corridor with all drones in the air and the head at rest.
 fn at_rest(exploring: &Scenario) -> Scenario {
     let hold = units::Order::Explore(units::MetresPerSecond::ZERO);
     let head = SkeletonPlace::main(HEAD_RESTS_M);

@@ -6,7 +6,7 @@
 //! | module | what it holds |
 //! |---|---|
 //! | [`scenario`] | what a mission is: the TOML files, checked |
-//! | [`world`] | walls, beams, radio, and the best chain that could be |
+//! | [`world`] | floor plan, skeleton, beams, radio, and the best chain that could be |
 //! | [`vehicle`] | a drone's body at point level |
 //! | [`craft`] | a drone at flight level, with the flight code in the loop |
 //! | [`drone`] | either of them, as a mission sees it |

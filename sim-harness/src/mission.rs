@@ -3,9 +3,10 @@
 //! Time moves in physics steps of 20 ms at point level, of a millisecond at flight level; the
 //! packets on the air have the very microsecond. Every member has its own phase of the 5 Hz loop:
 //! in the step where its turn comes it reads its sensors and runs [`onboard::Drone::step`], whose
-//! radio link sends its report in its slot. The same scenario and seed give the same mission, bit for bit, in however small steps it is flown.
+//! radio link sends its report in its slot. The same scenario and seed give the same mission, bit
+//! for bit, in however small steps it is flown.
 //!
-//! The operator is the scenario's pilot, or, in a live mission, whoever calls [`Mission::order`].
+//! The operator is the scenario's pilot, or, in a live mission, the caller of [`Mission::order`].
 
 mod air;
 mod hosted;
@@ -56,9 +57,9 @@ const STEPS_PER_ROUND: u64 = 10;
 pub const ROUND_US: u64 = STEPS_PER_ROUND * STEP_US;
 /// Length of a step of a craft, in microseconds.
 const CRAFT_STEP_US: u64 = 1_000;
-/// How far emulated drones run before they hear of each other while something is on the air. No
-/// packet that one of them sends meanwhile is on the air by then, so that nobody hears anything
-/// late, and whatever disturbs a packet is known when that arrives.
+/// How far emulated drones run before they exchange packets while one is on the air. No packet
+/// that one of them sends meanwhile is on the air by then, so that no packet is heard late, and
+/// all that disturbs a packet is known when it arrives.
 const EMULATED_STEP_US: u64 = 100;
 /// The same while nothing is: none has arrived by then, either.
 const EMULATED_STEP_IN_SILENCE_US: u64 = 250;
@@ -128,7 +129,7 @@ pub struct Mission<'a> {
 }
 
 impl<'a> Mission<'a> {
-    /// Everybody at their places, nothing said yet.
+    /// All members at their places, before the first packet.
     #[must_use]
     pub fn new(scenario: &'a Scenario, world: &'a World, seed: u64) -> Self {
         let mut start = Stream::new(seed, Purpose::Start);
@@ -192,7 +193,7 @@ impl<'a> Mission<'a> {
         self.members.get_mut(member)?.mind.emulated_mut()
     }
 
-    /// The same without the scenario's pilot: everybody waits for [`order`](Self::order).
+    /// The same without the scenario's pilot: all drones wait for [`order`](Self::order).
     #[must_use]
     pub fn live(scenario: &'a Scenario, world: &'a World, seed: u64) -> Self {
         Self { source: Source::Live(Order::Wait), ..Self::new(scenario, world, seed) }
@@ -324,7 +325,7 @@ impl<'a> Mission<'a> {
         }
     }
 
-    /// What everybody's mind is doing, head first, base last.
+    /// The state of each member's mind, head first, base last.
     pub fn states(&self) -> impl Iterator<Item = State> {
         self.members.iter().map(Member::state)
     }
@@ -451,7 +452,7 @@ impl<'a> Mission<'a> {
         }
     }
 
-    /// One physics step of everybody.
+    /// One physics step of all members.
     fn move_bodies(&mut self) {
         let around = surroundings(self.scenario, self.world);
         for member in &mut self.members {

@@ -8,7 +8,7 @@
 //! | [`imu`], [`flow`], [`rangers`] | what it senses with |
 //! | [`faults`] | what can go wrong |
 //! | [`record`] | what it went through |
-//! | `outside` | flown by somebody else: by the firmware in an emulator |
+//! | `outside` | flown from outside: by the firmware in an emulator |
 //!
 //! A craft has a clock of its own, which starts when it is switched on: a mission that begins in
 //! the air begins some seconds later ([`Craft::hovering`]).
@@ -402,7 +402,7 @@ impl Craft {
         &self.record
     }
 
-    /// The flight code itself, for whoever looks into it; `None` where an emulator has it.
+    /// The flight code itself, to be observed; `None` where it runs in an emulator.
     #[must_use]
     pub const fn flight(&self) -> Option<&Flight> {
         self.flight.as_ref()

@@ -1,7 +1,8 @@
-//! A craft that somebody else flies: the firmware, in an emulator with its own sensors' registers.
+//! A craft that is flown from outside: by the firmware, in an emulator with its own sensors'
+//! registers.
 //!
-//! Every millisecond has two halves: what there is to measure ([`Craft::observe`]), and, after
-//! whoever flies it has made of that what it wants, what its motors do ([`Craft::obey`]).
+//! Every millisecond has two halves: [`Craft::observe`] gives what the sensors measure, and, once
+//! the firmware has computed its motor duties from that, [`Craft::obey`] moves the craft.
 
 use flight::{Duties, Outputs, Status};
 use sensors::pmw3901::Motion;
@@ -53,7 +54,7 @@ impl Craft {
         Observed { gyro, accel, flow, down, sides, volts: self.sense_battery() }
     }
 
-    /// The second half: the motors run so, and whoever flies it believes this.
+    /// The second half: the motors run at these duties; `status` is the firmware's own estimate.
     pub(crate) fn obey(
         &mut self,
         around: Surroundings<'_>,

@@ -1,8 +1,8 @@
 //! The air between radios: who hears which bytes, how strongly, and when.
 //!
-//! Sans-I/O like the rest: whoever owns the stations hands in what they send ([`Medium::send`]),
+//! Sans-I/O like the rest: the owner of the stations hands in what they send ([`Medium::send`]),
 //! asks when the next packet arrives ([`Medium::next`]), and takes it ([`Medium::arrive`]) with
-//! everybody who heard it. How strong a link is, an [`Ether`] says, so a mission with its tunnel
+//! all stations that heard it. How strong a link is, an [`Ether`] says, so a mission with its tunnel
 //! and a bench with a table of losses use the same air.
 //!
 //! A packet goes over its sender's serial line, on the air, and over the receivers' serial lines
@@ -12,8 +12,8 @@
 //! rest one by one. What is then left is lost by chance, or heard with noise
 //! ([`radio_model::Reception`]), drawn from the stream of that directed link.
 //!
-//! Nothing is heard of who is not on the air, but anybody may be: an attacker is a station like
-//! the others, at a place that its `Ether` knows, whose bytes nobody checks
+//! A station that is not on the air is not heard, but any station may be on it: an attacker is a station like
+//! the others, at a place that its `Ether` knows, whose bytes are not checked
 //! ([`Medium::inject`], [`Medium::jam`]).
 
 mod polling;
@@ -48,7 +48,7 @@ impl<F: FnMut(usize, usize) -> Option<Dbm>> Ether for F {
 /// What air and radios are like.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MediumConfig {
-    /// The rate at which everybody speaks.
+    /// The rate at which all stations send.
     pub datarate: Datarate,
     /// Noise, chance and sensitivity.
     pub reception: Reception,
@@ -68,13 +68,13 @@ pub enum Arrives {
     /// At the processor: behind the receiver's serial line.
     #[default]
     AtProcessor,
-    /// At the antenna, as soon as it is off the air: whoever owns the stations has their serial
-    /// lines.
+    /// At the antenna, as soon as it is off the air: the owner of the stations has their
+    /// serial lines.
     AtAntenna,
 }
 
 impl MediumConfig {
-    /// At the drones' default rate, with nobody polling.
+    /// At the drones' default rate, without a dongle that polls.
     #[must_use]
     pub const fn of(reception: Reception) -> Self {
         Self {
@@ -87,7 +87,7 @@ impl MediumConfig {
     }
 }
 
-/// Somebody who heard a packet.
+/// A station that heard a packet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Receipt {
     /// Which station.
@@ -116,7 +116,7 @@ struct Transmission {
     start_us: u64,
     end_us: u64,
     arrives_us: u64,
-    /// A packet, that nobody has heard yet.
+    /// Whether it is a packet that no station has heard yet.
     waits: bool,
     cut: bool,
     length: usize,
@@ -206,7 +206,7 @@ impl Medium {
         self.tally.air_us += end_us - start_us;
     }
 
-    /// A carrier without a packet: nobody hears anything through it that is not much stronger.
+    /// A carrier without a packet: no station hears a packet through it that is not much stronger.
     pub fn jam(&mut self, from: usize, start_us: u64, until_us: u64) {
         self.on_air.push(Transmission {
             from,

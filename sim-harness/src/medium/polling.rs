@@ -11,7 +11,7 @@ use super::timing::{TURN_US, raw_air_us};
 /// A dongle at work.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Polling {
-    /// Whom it asks. The dongle is beside it: to everybody else both sound alike.
+    /// The station that it asks. The dongle is beside it: all others hear both equally well.
     pub station: usize,
     /// Microseconds between two questions.
     pub period_us: u64,

@@ -7,7 +7,7 @@ pub enum Loss {
     Weak,
     /// By chance, at the rate of [`radio_model::Reception::loss_rate`].
     Chance,
-    /// Somebody else was on the air, and not weaker by enough.
+    /// Another station was on the air, and not weaker by enough.
     Collision,
     /// The receiver was sending itself, or its radio was busy with the operator's.
     Deaf,

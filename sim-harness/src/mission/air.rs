@@ -1,7 +1,7 @@
 //! What the members of a mission say to each other, and how it gets from one to the other.
 //!
 //! Links on the host ask for their turns; the radio chips of emulated drones send when their
-//! firmware has told them to. With emulated drones, packets arrive at everybody's antenna, and a
+//! firmware has told them to. With emulated drones, packets arrive at each receiver's antenna, and a
 //! link on the host has its serial line behind that, as an emulated one has by itself.
 
 use rayon::prelude::*;
@@ -120,7 +120,7 @@ impl Mission<'_> {
         let drones = self.members.iter_mut().filter_map(|member| member.mind.emulated_mut());
         let mut drones: Vec<_> = drones.collect();
         let ran = match drones.as_mut_slice() {
-            // Alone there is nobody to share a processor with.
+            // One drone alone needs no second thread.
             [alone] => alone.run_until(until_us),
             several => several.par_iter_mut().try_for_each(|drone| drone.run_until(until_us)),
         };
@@ -180,7 +180,7 @@ fn deliver(
     }
 }
 
-/// The links' strengths, which change only when somebody has moved.
+/// The links' strengths, which change only when a member has moved.
 pub(super) struct Strengths {
     count: usize,
     places: Vec<SkeletonPlace>,

@@ -1,5 +1,5 @@
-//! Somebody with radios of his own beside the chain: what he hears, what he sends, and what any
-//! drone takes of it.
+//! An intruder with radios of their own beside the chain: the packets that these hear and send,
+//! and how many of them a drone takes for packets of the chain.
 
 use std::collections::VecDeque;
 

@@ -38,7 +38,7 @@ fn fly(scenario: &Scenario, world: &World, seed: u64) -> (Trace, RunMetrics) {
 }
 
 #[test]
-fn everybody_starts_where_the_file_says() {
+fn every_drone_starts_where_the_file_says() {
     let (scenario, world) = open();
     let mission = Mission::new(&scenario, &world, 1);
     let ways: Vec<f32> = mission.ways().collect();
@@ -125,7 +125,7 @@ fn a_mission_in_both_branches_has_figures_that_make_sense() {
 fn the_gap_is_taken_from_each_explorers_own_best_chain() {
     let (scenario, world) = open();
     let spot = |edge, along| Spot::on(world.skeleton(), place(&world, edge, along));
-    // Nobody astray: two relays before the fork, where both explorers need them.
+    // No relay astray: two relays before the fork, where both explorers need them.
     let spots = [("left", 3.0), ("right", 3.0), ("main", 7.3), ("main", 3.7)];
     let start = Start::Placed(spots.iter().map(|(edge, along)| spot(*edge, *along)).collect());
     let drones = Drones { relays: 2, start, ..scenario.drones.clone() };
