@@ -270,7 +270,7 @@ fn there_are_255_generations_and_then_no_more() {
 }
 
 fn fleets() -> impl Strategy<Value = Fleet> {
-    let acts = prop::collection::vec((0_u8..16, any::<bool>(), 0..10), 0..40);
+    let acts = prop::collection::vec((0_u8..16, any::<bool>(), 0_usize..10), 0..40);
     (any::<[u8; 16]>(), 1_u8..200, acts).prop_map(|(secret, generation, acts)| {
         let mut fleet = Fleet::new(secret, generation);
         for (node, may_fly, act) in acts {

@@ -1,30 +1,27 @@
 //! The served chain through real sockets of the loopback and through none, with a world that does
-//! nothing but keep time and remember what it was told.
+//! nothing but keep time and answer clients.
 
 use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4, UdpSocket};
 use std::sync::atomic::AtomicBool;
 use std::thread;
 
-use agent::State;
-use crtp::ParameterId;
+use crtp::{Access, Outcome, Parameters, Server, Snapshot};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use units::MetresPerSecond;
 
 use super::*;
 use crate::metrics::Reference;
 use crate::scenario::Scenario;
 
-/// As many drones as asked for; their state is "idle", their odometer the time in seconds.
+/// A world of drones that do nothing but keep time and answer their clients; their state is "idle".
 struct Clockwork {
     now: Instant,
-    members: usize,
-    orders: Vec<(u64, Order)>,
+    servers: Vec<Server>,
 }
 
 impl Clockwork {
     fn new(members: usize) -> Self {
-        Self { now: Instant::ZERO, members, orders: Vec::new() }
+        Self { now: Instant::ZERO, servers: (0..members).map(|_| Server::new()).collect() }
     }
 }
 
@@ -38,25 +35,30 @@ impl World for Clockwork {
     }
 
     fn members(&self) -> usize {
-        self.members
-    }
-
-    fn parameters(&self, _member: usize) -> Parameters {
-        Parameters::DEFAULT
+        self.servers.len()
     }
 
     fn state(&self, _member: usize) -> Option<State> {
         Some(State::Idle)
     }
 
-    fn snapshot(&self, _member: usize) -> Snapshot {
-        Snapshot { taken: self.now, state: Some(State::Idle), ..Snapshot::DEFAULT }
+    fn client(&mut self, member: usize, packet: &[u8]) {
+        let mut parameters = Parameters::DEFAULT;
+        if let Some(server) = self.servers.get_mut(member) {
+            server.receive(self.now, packet, Access::Full, &mut parameters, |_, _| Outcome::Done);
+        }
     }
 
-    fn order(&mut self, task: Order) {
-        if self.orders.last().is_none_or(|(_, last)| *last != task) {
-            self.orders.push((self.now.as_micros() / 1_000, task));
+    fn poll_client(&mut self, member: usize, take: &mut dyn FnMut(&[u8])) {
+        let snapshot = Snapshot { taken: self.now, state: Some(State::Idle), ..Snapshot::DEFAULT };
+        let Some(server) = self.servers.get_mut(member) else { return };
+        while let Some(packet) = server.poll(self.now, &snapshot, &Parameters::DEFAULT) {
+            take(packet.bytes());
         }
+    }
+
+    fn ordered(&self) -> Option<Order> {
+        None
     }
 }
 
@@ -66,8 +68,6 @@ const LOG_RESET: [u8; 2] = [0x51, 5];
 /// Block 7 with the first variable, a float, and its start at 100 Hz.
 const LOG_CREATE: [u8; 6] = [0x51, 6, 7, 7, 0, 0];
 const LOG_START: [u8; 4] = [0x51, 3, 7, 1];
-const STOP: [u8; 2] = [0x70, 0];
-const E_STOP: [u8; 2] = [0x91, 3];
 
 fn hover(forward: f32) -> Vec<u8> {
     let mut packet = vec![0x70, 10];
@@ -75,10 +75,6 @@ fn hover(forward: f32) -> Vec<u8> {
         packet.extend(value.to_le_bytes());
     }
     packet
-}
-
-fn set(id: ParameterId, value: &[u8]) -> Vec<u8> {
-    [&[0x22], &id.row().to_le_bytes()[..], value].concat()
 }
 
 fn client(port: u16) -> SocketAddr {
@@ -103,58 +99,6 @@ fn said<W: World>(
     (chain.into_world(), sent)
 }
 
-fn orders(steps: u64, packets: &[(u64, usize, Vec<u8>)]) -> Vec<(u64, Order)> {
-    said(Clockwork::new(5), steps, packets).0.orders
-}
-
-const fn explore(speed: f32) -> Order {
-    Order::Explore(MetresPerSecond(speed))
-}
-
-#[test]
-fn what_is_said_at_any_port_is_the_operators_word() {
-    for member in 0..5 {
-        let orders = orders(100, &[(10, member, hover(0.25)), (30, 4 - member, STOP.to_vec())]);
-        assert_eq!(orders, [(100, explore(0.25)), (300, Order::Land)]);
-    }
-}
-
-#[test]
-fn a_set_point_is_a_word_for_half_a_second() {
-    let orders = orders(200, &[(0, 0, hover(0.25)), (100, 0, hover(-0.25))]);
-    let halt = explore(0.0);
-    assert_eq!(orders, [(0, explore(0.25)), (510, halt), (1_000, explore(-0.25)), (1_510, halt)]);
-}
-
-#[test]
-fn parameters_order_and_are_the_same_at_every_port() {
-    let speed = set(ParameterId::SPEED, &0.125_f32.to_le_bytes());
-    let faster = set(ParameterId::SPEED, &0.25_f32.to_le_bytes());
-    let task = |code| set(ParameterId::TASK, &[code]);
-    let read = [&[0x2D], &ParameterId::TASK.row().to_le_bytes()[..]].concat();
-    let (world, sent) = said(
-        Clockwork::new(3),
-        100,
-        &[
-            (0, 0, speed),
-            (1, 1, task(1)),
-            (2, 2, faster),
-            (3, 2, task(2)),
-            (4, 0, task(9)),
-            (5, 1, read.clone()),
-        ],
-    );
-    assert_eq!(world.orders, [(10, explore(0.125)), (20, explore(0.25)), (30, Order::Return)]);
-    let answer = [&read[..], &[0, 2]].concat();
-    assert_eq!(sent.last(), Some(&(1, answer)));
-}
-
-#[test]
-fn an_emergency_stop_is_the_last_order() {
-    let orders = orders(100, &[(0, 2, E_STOP.to_vec()), (1, 0, hover(0.25))]);
-    assert_eq!(orders, [(0, Order::Stop)]);
-}
-
 #[test]
 fn a_scan_is_answered_and_takes_the_drone_from_nobody() {
     let mut chain = Chain::new(Clockwork::new(2));
@@ -175,12 +119,9 @@ fn a_scan_is_answered_and_takes_the_drone_from_nobody() {
 
 #[test]
 fn what_is_no_packet_or_at_no_drone_does_nothing() {
-    let (world, sent) = said(
-        Clockwork::new(1),
-        10,
-        &[(0, 7, ECHO.to_vec()), (0, 0, Vec::new()), (0, 0, vec![0; 64])],
-    );
-    assert!(sent.is_empty() && world.orders.is_empty());
+    let packets = [(0, 7, ECHO.to_vec()), (0, 0, Vec::new()), (0, 0, vec![0; 64])];
+    let (_, sent) = said(Clockwork::new(1), 10, &packets);
+    assert!(sent.is_empty());
 }
 
 /// A mission at point level, half a minute of it flown by hover set-points.
@@ -270,7 +211,7 @@ proptest! {
         ..ProptestConfig::default()
     })]
 
-    /// Whatever anybody sends, time goes on and nothing falls over.
+    /// Time goes on whatever datagrams come.
     #[test]
     fn any_datagrams_at_any_ports_are_survived(
         packets in prop::collection::vec(
