@@ -51,7 +51,7 @@ impl Mailbox {
     pub(crate) fn order(&mut self, now: Instant, order: Order) {
         self.stop |= order == Order::Stop;
         if self.orders.is_full() {
-            self.orders.remove_first();
+            self.orders.remove_first(1);
         }
         let _ = self.orders.push((now, order));
     }
@@ -60,7 +60,7 @@ impl Mailbox {
     pub(crate) fn take_order(&mut self, now: Instant, delay: Duration) -> Option<Order> {
         let due = self.orders.iter().take_while(|(at, _)| *at + delay <= now).count();
         let newest = due.checked_sub(1).and_then(|last| self.orders.get(last)).copied();
-        (0..due).for_each(|_| self.orders.remove_first());
+        self.orders.remove_first(due);
         if self.stop { Some(Order::Stop) } else { newest.map(|(_, order)| order) }
     }
 
@@ -72,11 +72,8 @@ impl Mailbox {
 
     /// Takes the oldest `count` reports out.
     pub(crate) fn forget(&mut self, count: usize) {
-        let count = count.min(self.reports.len());
-        self.reports.rotate_left(count);
-        self.reports.truncate(self.reports.len() - count);
-        self.arrived.rotate_left(count);
-        self.arrived.truncate(self.arrived.len() - count);
+        self.reports.remove_first(count);
+        self.arrived.remove_first(count);
     }
 
     /// Whether an order to stop has come in.
@@ -90,18 +87,23 @@ impl Mailbox {
     }
 }
 
-/// What a [`Vec`] of heapless has under no other name.
+/// Removal from the front of a [`Vec`], which heapless does not have. The slice's `rotate_left`
+/// panics on a count that is too large; this does not.
 trait RemoveFirst {
-    /// Takes out the first element, if there is one.
-    fn remove_first(&mut self);
+    /// Takes out the first `count` elements, or all where there are fewer.
+    fn remove_first(&mut self, count: usize);
 }
 
-impl<T, const N: usize> RemoveFirst for Vec<T, N> {
-    fn remove_first(&mut self) {
-        if !self.is_empty() {
-            self.rotate_left(1);
-            self.truncate(self.len() - 1);
+impl<T: Copy, const N: usize> RemoveFirst for Vec<T, N> {
+    fn remove_first(&mut self, count: usize) {
+        let left = self.len().saturating_sub(count);
+        for place in 0..left {
+            let Some(&moved) = self.get(place + count) else { return };
+            if let Some(slot) = self.get_mut(place) {
+                *slot = moved;
+            }
         }
+        self.truncate(left);
     }
 }
 
