@@ -10,6 +10,7 @@
 //! | [`board`] | clocks, pins, buses and motors of the board that was chosen |
 //! | [`tasks`] | the tasks, which wait, step and publish |
 //! | [`safety`] | panics, faults, resets, and what outlives them |
+//! | [`mod@probe`] | what the drone was told and has decided, shown to an emulator |
 //!
 //! Nothing here allocates, panics on purpose, or waits without a bound.
 #![no_std]
@@ -24,6 +25,7 @@
 )]
 
 mod board;
+mod probe;
 mod safety;
 mod tasks;
 
@@ -58,6 +60,7 @@ fn main() -> ! {
     let crash = panic::take_crash_record();
     let mark = restart_mark::take();
     reset::start_watchdog();
+    probe::UCHAIN_PROBE.begin();
     defmt::info!("uchain-firmware {=str}, started by {}", env!("CARGO_PKG_VERSION"), cause);
     defmt::info!("brown-out below {=u16} mV", reset::brown_out_millivolts());
     if let Some(record) = &crash {

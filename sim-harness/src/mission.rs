@@ -38,6 +38,7 @@ use crate::world::SkeletonPlace;
 pub use crate::world::World;
 
 use air::Strengths;
+use hosted::Clocks;
 use intruders::Intruders;
 pub use intruders::Overheard;
 use log::OrderLog;
@@ -132,13 +133,17 @@ impl<'a> Mission<'a> {
     /// All members at their places, before the first packet.
     #[must_use]
     pub fn new(scenario: &'a Scenario, world: &'a World, seed: u64) -> Self {
+        Self::with_clocks(scenario, world, seed, Clocks::Apart)
+    }
+
+    fn with_clocks(scenario: &'a Scenario, world: &'a World, seed: u64, clocks: Clocks) -> Self {
         let mut start = Stream::new(seed, Purpose::Start);
         let spots = spots(scenario, world, &mut start);
         let count = spots.len();
         let members: Vec<_> = spots
             .iter()
             .enumerate()
-            .map(|(n, spot)| member(scenario, world, seed, &mut start, n, spot))
+            .map(|(n, spot)| member(scenario, world, seed, &mut start, n, spot, clocks))
             .collect();
         Self {
             scenario,
@@ -202,7 +207,8 @@ impl<'a> Mission<'a> {
     /// The same with clients at the drones in the pilot's place, by [`client`](Self::client).
     #[must_use]
     pub fn served(scenario: &'a Scenario, world: &'a World, seed: u64) -> Self {
-        Self { source: Source::Clients, ..Self::new(scenario, world, seed) }
+        let mission = Self::with_clocks(scenario, world, seed, Clocks::InStep);
+        Self { source: Source::Clients, ..mission }
     }
 
     /// Gives a member that is on the host a packet of a client.

@@ -18,6 +18,7 @@ use units::{Acceleration, AngularVelocity, Instant};
 use crate::board::FLIGHT;
 use crate::board::motors::Motors;
 use crate::board::{clock, deadline};
+use crate::probe::UCHAIN_PROBE;
 use crate::safety::{panic, reset, restart_mark};
 use crate::tasks::latest::Latest;
 use crate::tasks::{flow, health, imu, mission, radio, rangers};
@@ -73,6 +74,7 @@ pub(crate) async fn run(flight: &'static mut Flight, mut motors: Motors) -> ! {
         let outputs = step(flight, clock::now(), &sensed, &command());
         motors.set(outputs.duties);
         STATUS.set(Some(outputs.status));
+        UCHAIN_PROBE.show_flight(&outputs.status);
         measured = Measured {
             gyro: sensed.gyro.unwrap_or(measured.gyro),
             accel: sensed.accel.unwrap_or(measured.accel),

@@ -12,6 +12,7 @@ use onboard::{Outputs, Sensed, State};
 use units::{Instant, Metres, Setpoint};
 
 use crate::board::clock;
+use crate::probe::UCHAIN_PROBE;
 use crate::tasks::drone::{Drone, Shared};
 use crate::tasks::health::{self, Task};
 use crate::tasks::latest::Latest;
@@ -65,7 +66,7 @@ fn sensed(now: Instant) -> Sensed {
 /// `.ci/sizes` can weigh it.
 #[inline(never)]
 fn step(drone: &mut Drone, now: Instant, sensed: &Sensed) -> Outputs {
-    drone.step(now, sensed)
+    drone.step_shown(now, sensed, |inputs, outputs| UCHAIN_PROBE.show_round(now, inputs, outputs))
 }
 
 fn log_change(before: State, outputs: &Outputs) {

@@ -37,6 +37,7 @@ use wire::syslink::{Battery, Decoder, Frame, Incoming, MAX_FRAME, MAX_P2P, Outgo
 
 use crate::board::Edge;
 use crate::board::clock;
+use crate::probe::UCHAIN_PROBE;
 use crate::tasks::drone::{Drone, Shared};
 use crate::tasks::health::{self, Tally, Task};
 use crate::tasks::latest::Latest;
@@ -132,8 +133,10 @@ fn take(frame: &Frame<'_>, shared: &Shared) {
             if port.number() == PORT =>
         {
             let kind = shared.tell(|drone| drone.receive(clock::now(), rssi, data)).flatten();
-            if kind == Some(Kind::Report) {
-                HEARD.count();
+            match kind {
+                Some(Kind::Report) => HEARD.count(),
+                Some(Kind::Command) => show_order(shared),
+                _ => {}
             }
         }
         Ok(Incoming::Raw(packet)) => {
@@ -153,6 +156,12 @@ fn take(frame: &Frame<'_>, shared: &Shared) {
         }
         Ok(_) => {}
         Err(_) => ERRORS.count(),
+    }
+}
+
+fn show_order(shared: &Shared) {
+    if let Some(counter) = shared.with(|drone| drone.last_order()).flatten() {
+        UCHAIN_PROBE.show_order(counter);
     }
 }
 

@@ -6,9 +6,9 @@
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
-use agent::{Agent, AgentConfig, Outputs};
+use agent::{Agent, AgentConfig};
+use onboard::probe::Round;
 use rayon::ThreadPoolBuilder;
-use sim_harness::emulated::decisions::{Decision, Recorder};
 use sim_harness::emulated::{Emulated, Firmware};
 use sim_harness::metrics::{Reference, RunMetrics, Watch};
 use sim_harness::mission::{Mission, World};
@@ -35,7 +35,7 @@ struct Flown {
     metrics: RunMetrics,
     orders: u32,
     states: Vec<&'static str>,
-    decisions: Vec<Vec<Decision>>,
+    decisions: Vec<Vec<Round>>,
     hashes: Vec<u64>,
 }
 
@@ -45,11 +45,10 @@ fn fly(scenario: &Scenario, firmware: Option<&Firmware>, threads: usize) -> Flow
     let world = World::of(scenario);
     let reference = Reference::of(scenario, &world);
     let nodes = (0..=scenario.drones.relays as u8).map(NodeId);
-    let mut recorders = Vec::new();
     let mut drones = Vec::new();
     for (node, firmware) in nodes.filter_map(|node| Some((node, firmware?))) {
         let mut drone = Emulated::new(scenario, firmware, node, SEED);
-        recorders.push(Recorder::begin(&mut drone).expect("the ELF says where it decides"));
+        drone.record_decisions();
         drones.push(drone);
     }
     pool.install(|| {
@@ -70,7 +69,9 @@ fn fly(scenario: &Scenario, firmware: Option<&Firmware>, threads: usize) -> Flow
             metrics: watch.verdict(&mission),
             orders: mission.radio().orders,
             states: mission.states().map(|state| state.name()).collect(),
-            decisions: recorders.iter().zip(drones()).map(|(r, drone)| r.end(drone)).collect(),
+            decisions: drones()
+                .map(|drone| drone.decisions().expect("no round was missed").to_vec())
+                .collect(),
             hashes: drones().map(|drone| drone.machine().state_hash()).collect(),
         }
     })
@@ -120,9 +121,8 @@ fn the_agent_on_the_chip_decides_what_the_agent_on_the_host_does() {
         let role = if node == 0 { Role::Head } else { Role::Relay };
         let mut agent = Agent::new(NodeId(node as u8), role);
         let mut heard = 0;
-        for (n, Decision { now, told, decided }) in decisions.iter().enumerate() {
+        for (n, Round { now, told, decided: there }) in decisions.iter().enumerate() {
             let here = agent.step(&config, *now, &told.inputs());
-            let there: &Outputs = decided.as_ref().expect("every step ended");
             assert_eq!(
                 format!("{here:?}"),
                 format!("{there:?}"),

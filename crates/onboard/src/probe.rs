@@ -3,7 +3,7 @@
 //!
 //! | field | what | words |
 //! |---|---|---|
-//! | `version` | [`VERSION`] | 1 |
+//! | `version` | [`VERSION`], once the firmware has begun | 1 |
 //! | `flight` | a [`Slot`] with the flight code's [`Status`], after each of its steps | 2 and [`FLIGHT`] |
 //! | `order` | a [`Slot`] with the number of the last order that the link has brought | 2 and [`ORDER`] |
 //! | `round` | a [`Slot`] with the [`Round`] that the agent made last | 2 and [`ROUND`] |
@@ -30,6 +30,8 @@ use units::{
     RadiansPerSecond, Setpoint, Volts,
 };
 
+use wire::p2p::Counter;
+
 use crate::mailbox::REPORTS;
 
 /// The name of the probe's symbol.
@@ -48,7 +50,7 @@ pub const ROUND: usize = 60 + REPORTS * 10;
 #[repr(C)]
 #[derive(Debug)]
 pub struct Probe {
-    version: u32,
+    version: AtomicU32,
     flight: Slot<FLIGHT>,
     order: Slot<ORDER>,
     round: Slot<ROUND>,
@@ -71,7 +73,18 @@ impl Probe {
     /// A probe that shows nothing yet.
     #[must_use]
     pub const fn new() -> Self {
-        Self { version: VERSION, flight: Slot::new(), order: Slot::new(), round: Slot::new() }
+        Self {
+            version: AtomicU32::new(0),
+            flight: Slot::new(),
+            order: Slot::new(),
+            round: Slot::new(),
+        }
+    }
+
+    /// Shows the version of the layout, from then on. Until then it is 0, so that a probe takes no
+    /// room in flash.
+    pub fn begin(&self) {
+        self.version.store(VERSION, Ordering::Relaxed);
     }
 
     /// Shows what the flight code knows.
@@ -80,8 +93,9 @@ impl Probe {
     }
 
     /// Shows the number of an order that the link has brought.
-    pub fn show_order(&self, counter: u64) {
-        self.order.write(|out| counter.put(out));
+    pub fn show_order(&self, counter: Counter) {
+        let number = u64::from(counter.epoch().get()) << 24 | u64::from(counter.count());
+        self.order.write(|out| number.put(out));
     }
 
     /// Shows what the agent was told and has decided.
@@ -197,7 +211,7 @@ pub fn flight(words: &[u32]) -> Option<Status> {
     whole(words, Status::get)
 }
 
-/// The number of the last order by the words of its slot.
+/// The number of the last order by the words of its slot: the epoch, and 24 bits of count.
 #[must_use]
 pub fn order(words: &[u32]) -> Option<u64> {
     whole(words, u64::get)
@@ -462,6 +476,8 @@ enums! {
 
 #[cfg(test)]
 mod tests {
+    use wire::p2p::Epoch;
+
     use super::*;
 
     fn read<const N: usize>(slot: &Slot<N>) -> std::vec::Vec<u32> {
@@ -541,7 +557,8 @@ mod tests {
         };
         let probe = Probe::new();
         probe.show_flight(&status);
-        probe.show_order(1 << 33 | 5);
+        let epoch = Epoch::new(1 << 9).unwrap();
+        probe.show_order(Counter::new(epoch, 5).unwrap());
         assert_eq!(flight(&read(&probe.flight)), Some(status));
         assert_eq!(order(&read(&probe.order)), Some(1 << 33 | 5));
         let words = read(&probe.flight);

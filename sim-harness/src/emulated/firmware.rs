@@ -1,27 +1,18 @@
-//! An ELF that emulated drones run, and where in it their thoughts lie.
+//! An ELF that emulated drones run, and where in it its probe lies.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use agent::Outputs;
 use flight::Status;
-use serde::Deserialize;
-use serde::de::IgnoredAny;
+use onboard::probe::{self, Probe, Round};
 use virtual_crazyflie::board::Crazyflie;
 use virtual_crazyflie::cpu::Program;
 use virtual_crazyflie::image::Image;
-use virtual_crazyflie::inspect::{Arguments, Inspector, Place};
 use virtual_crazyflie::machine::{self, Machine, MachineConfig};
 use virtual_crazyflie::memory::Memory;
 use wire::p2p::{Counter, Epoch};
 
 use crate::input_error::InputError;
-
-/// What the firmware calls them.
-const THOUGHTS: &str = "uchain_firmware::mind::LATEST";
-const STATUS: &str = "uchain_firmware::control::STATUS";
-const LINK: &str = "uchain_firmware::link::END";
-const STEP: &str = "uchain_firmware::mind::step";
 
 /// What builds it.
 const BUILD: &str = "build it with `cargo fw`, or name another with --elf";
@@ -34,12 +25,8 @@ struct Shared {
     path: PathBuf,
     image: Arc<Image>,
     program: Program,
-    thoughts: Place,
-    status: Place,
-    end: Option<Place>,
-    step: Option<Arguments>,
-    /// Keeps the types that the places have.
-    _inspector: Inspector,
+    /// Where the probe begins.
+    probe: u32,
 }
 
 impl Firmware {
@@ -49,29 +36,20 @@ impl Firmware {
     /// Reads an ELF.
     ///
     /// # Errors
-    /// When it cannot be read, is none that could be flashed, or was built without debug
-    /// information.
+    /// When it cannot be read, is none that could be flashed, or has no probe.
     pub fn open(path: &Path) -> Result<Self, InputError> {
         let bytes = std::fs::read(path).map_err(|why| {
             InputError::new(format!("cannot be read: {why}"), BUILD).in_file(path)
         })?;
-        let inspector = Inspector::of(&bytes, &[THOUGHTS, STATUS, LINK], &[STEP])
-            .map_err(|why| InputError::new(why, BUILD).in_file(path))?;
-        let place = |name: &str| {
-            let place = inspector.variable(name).map(Place::inner);
-            place.ok_or_else(|| InputError::new(format!("has no {name}"), BUILD).in_file(path))
-        };
-        let (thoughts, status) = (place(THOUGHTS)?, place(STATUS)?);
-        let end = inspector.variable(LINK).and_then(end);
         let image = Image::parse(bytes)
             .map_err(|why| InputError::new(why.to_string(), BUILD).in_file(path))?;
+        let Some(probe) = image.address_of(probe::SYMBOL) else {
+            let why = format!("has no {}", probe::SYMBOL);
+            return Err(InputError::new(why, BUILD).in_file(path));
+        };
         let program = machine::decode(&image);
-        let step = inspector.function(STEP).cloned();
-        let path = path.to_owned();
-        let image = Arc::new(image);
-        let shared =
-            Shared { path, image, program, thoughts, status, end, step, _inspector: inspector };
-        Ok(Self(Arc::new(shared)))
+        let (path, image) = (path.to_owned(), Arc::new(image));
+        Ok(Self(Arc::new(Shared { path, image, program, probe })))
     }
 
     /// Where it was read.
@@ -91,47 +69,43 @@ impl Firmware {
         Machine::with_program(Arc::clone(&self.0.image), self.0.program.clone(), board, config)
     }
 
-    /// Where the arguments of the agent's step are.
-    pub(super) fn step(&self) -> Option<&Arguments> {
-        self.0.step.as_ref()
+    /// What the agent was told in its last round, and what it has decided; `None` before its first
+    /// round. The number counts the rounds.
+    pub(super) fn round(&self, memory: &Memory) -> Option<(u32, Round)> {
+        let (count, words) = self.slot(memory, Probe::ROUND_AT)?;
+        Some((count, probe::round(&words)?))
     }
 
-    /// What the agent last decided; `None` before its first step.
-    pub(super) fn thoughts(&self, memory: &Memory) -> Option<Outputs> {
-        self.0.thoughts.get(memory).ok().flatten()
+    /// The number of the round that the agent has made last; 0 before its first.
+    pub(super) fn rounds(&self, memory: &Memory) -> u32 {
+        word(memory, self.0.probe + Probe::ROUND_AT as u32).unwrap_or_default()
     }
 
     /// What the flight code last said; `None` before its first step.
     pub(super) fn status(&self, memory: &Memory) -> Option<Status> {
-        self.0.status.get(memory).ok().flatten()
+        probe::flight(&self.slot(memory, Probe::FLIGHT_AT)?.1)
     }
 
-    /// The number of the last order that a drone's link has opened.
-    pub(super) fn heeded(&self, memory: &Memory) -> Option<Counter> {
-        let End::Drone(teller) = self.0.end.as_ref()?.get(memory).ok()? else { return None };
-        let Number(number) = teller.last?;
+    /// The number of the last order that a drone's link has brought.
+    pub(super) fn last_order(&self, memory: &Memory) -> Option<Counter> {
+        let number = probe::order(&self.slot(memory, Probe::ORDER_AT)?.1)?;
         Counter::new(Epoch::new((number >> 24) as u32)?, number as u32 & 0xFF_FFFF)
     }
+
+    /// The words of a slot of the probe, and how often it was written; `None` while it is being
+    /// written, and where the firmware has another layout.
+    fn slot(&self, memory: &Memory, at: usize) -> Option<(u32, Vec<u32>)> {
+        let start = self.0.probe + at as u32;
+        let (count, length) = (word(memory, start)?, word(memory, start + 4)?);
+        let is_whole = count != 0 && count.is_multiple_of(2);
+        if word(memory, self.0.probe)? != probe::VERSION || !is_whole {
+            return None;
+        }
+        let words = memory.bytes(start + 8, 4 * length)?.as_chunks::<4>().0;
+        Some((count, words.iter().copied().map(u32::from_le_bytes).collect()))
+    }
 }
 
-/// Where a drone's link keeps what its end of it has heard: `Airlink::end`, in a cell that is in a
-/// static that is made when the keys are there.
-fn end(link: &Place) -> Option<Place> {
-    link.part("val")?.inner().part("value")?.inner().part("end")
+fn word(memory: &Memory, address: u32) -> Option<u32> {
+    memory.bytes(address, 4)?.first_chunk().copied().map(u32::from_le_bytes)
 }
-
-/// What is looked at of it.
-#[derive(Deserialize)]
-enum End {
-    Base(IgnoredAny),
-    Drone(Teller),
-}
-
-#[derive(Deserialize)]
-struct Teller {
-    last: Option<Number>,
-}
-
-/// `wire::p2p::Counter`.
-#[derive(Deserialize)]
-struct Number(u64);

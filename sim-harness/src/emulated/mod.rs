@@ -7,12 +7,12 @@
 //!
 //! | module | what it holds |
 //! |---|---|
-//! | [`firmware`](Firmware) | an ELF, and where in it a drone's thoughts lie |
-//! | [`decisions`] | what the firmware's agent was told and what it decided, step by step |
+//! | [`firmware`](Firmware) | an ELF, and where in it its probe lies |
+//! | `decisions` | what the firmware's agent was told and what it decided, step by step |
 //! | `provision` | what a drone is given before its first flight: keys and settings |
 //! | `watch` | what it logs, and where its processor's time goes |
 
-pub mod decisions;
+mod decisions;
 mod firmware;
 mod provision;
 mod watch;
@@ -46,6 +46,8 @@ pub use provision::unfit;
 pub(crate) use virtual_crazyflie::board::nrf51::RAMP_UP;
 pub use watch::{AGENT_STEP, CONTROL_STEP};
 
+use decisions::Decisions;
+use onboard::probe::Round;
 use provision::provision;
 use watch::Watch;
 
@@ -109,7 +111,8 @@ pub struct Emulated {
     firmware: Firmware,
     /// When it is switched on, by the mission's clock.
     on_us: u64,
-    heeded: Option<Counter>,
+    last_order: Option<Counter>,
+    decisions: Option<Decisions>,
 }
 
 impl Emulated {
@@ -136,7 +139,15 @@ impl Emulated {
         let on_us = (random.uniform() * SWITCHED_ON_WITHIN_US) as u64;
         let watch = Watch::none(&machine);
         let core = Core::Free(Box::new(machine));
-        Self { node, core, watch, firmware: firmware.clone(), on_us, heeded: None }
+        Self {
+            node,
+            core,
+            watch,
+            firmware: firmware.clone(),
+            on_us,
+            last_order: None,
+            decisions: None,
+        }
     }
 
     /// The machine, to look at.
@@ -170,6 +181,18 @@ impl Emulated {
     /// What it has logged since this was last called.
     pub fn new_lines(&mut self) -> &[LogLine] {
         self.watch.new_lines()
+    }
+
+    /// From now on, keeps what its agent is told and decides.
+    pub fn record_decisions(&mut self) {
+        self.decisions = Some(Decisions::default());
+    }
+
+    /// What its agent was told and has decided since [`record_decisions`](Self::record_decisions);
+    /// `None` where that was not asked for, or a round was missed.
+    #[must_use]
+    pub fn decisions(&self) -> Option<&[Round]> {
+        self.decisions.as_ref()?.rounds()
     }
 
     /// From now on, keeps account of its processor's time.
@@ -228,6 +251,9 @@ impl Emulated {
             Core::Debugged(debugger) => debugger.run_until(until),
         };
         self.watch.look(self.core.machine_mut());
+        if let Some(decisions) = &mut self.decisions {
+            decisions.look(&self.firmware, self.core.machine().memory());
+        }
         ran.map_err(|halt| Halted { node: self.node, halt })
     }
 
@@ -250,17 +276,17 @@ impl Emulated {
 
     /// The number of the last order that came in, if it is another than when this was last asked.
     pub(crate) fn newly_heeded(&mut self) -> Option<Counter> {
-        let heeded = self.firmware.heeded(self.core.machine().memory());
-        if heeded == self.heeded {
+        let last = self.firmware.last_order(self.core.machine().memory());
+        if last == self.last_order {
             return None;
         }
-        self.heeded = heeded;
-        heeded
+        self.last_order = last;
+        last
     }
 
     /// What its agent last decided.
     pub(crate) fn outputs(&self) -> Option<Outputs> {
-        self.firmware.thoughts(self.core.machine().memory())
+        Some(self.firmware.round(self.core.machine().memory())?.1.decided)
     }
 
     /// A millisecond of its body: its motors turn as they are driven, and there is something new

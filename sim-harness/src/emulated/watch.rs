@@ -8,9 +8,9 @@ use virtual_crazyflie::machine::Machine;
 use virtual_crazyflie::profile::{Profile, Report};
 
 /// The functions whose times are told by name: a step of the control loop, and one of the agent.
-pub const CONTROL_STEP: &str = "uchain_firmware::control::step";
+pub const CONTROL_STEP: &str = "uchain_firmware::tasks::control::step";
 /// See [`CONTROL_STEP`].
-pub const AGENT_STEP: &str = "uchain_firmware::mind::step";
+pub const AGENT_STEP: &str = "uchain_firmware::tasks::mission::step";
 
 /// A look over the shoulder.
 #[derive(Debug)]

@@ -22,6 +22,15 @@ const BOOTS: f32 = 1_000.0;
 /// after this long.
 const RETRY_US: u64 = 1_000;
 
+/// What drones' clocks show at the beginning of a mission.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Clocks {
+    /// Each another time: every drone was switched on at another moment before.
+    Apart,
+    /// Zero, so that what clients log has the mission's time.
+    InStep,
+}
+
 /// A drone on the host, and its clock.
 pub(super) struct Hosted {
     drone: Drone<Cipher>,
@@ -40,9 +49,14 @@ impl Hosted {
         seed: u64,
         (node, role): (NodeId, Role),
         flying: bool,
+        clocks: Clocks,
     ) -> Self {
         let mut random = Stream::new(seed, Purpose::Radio(node.0));
-        let offset_us = (random.uniform() * OFFSETS_S * 1e6) as u64;
+        let apart_us = (random.uniform() * OFFSETS_S * 1e6) as u64;
+        let offset_us = match clocks {
+            Clocks::Apart => apart_us,
+            Clocks::InStep => 0,
+        };
         let boots = (random.uniform() * BOOTS) as u32;
         let now = Instant::from_micros(offset_us);
         let config = Config {

@@ -5,7 +5,7 @@ use onboard::Sensed;
 use units::{Dbm, Metres, NodeId, Point2, Role, Setpoint};
 use wire::syslink::MAX_P2P;
 
-use super::hosted::Hosted;
+use super::hosted::{Clocks, Hosted};
 use super::{STEPS_PER_ROUND, World, surroundings};
 use crate::craft::Craft;
 use crate::drone::{Drone, Flown};
@@ -175,6 +175,7 @@ pub(super) fn member(
     start: &mut Stream,
     n: usize,
     spot: &Spot,
+    clocks: Clocks,
 ) -> Member {
     let role = scenario.drones.role(n);
     let id = NodeId(n as u8);
@@ -196,7 +197,7 @@ pub(super) fn member(
             Drone::Point(body)
         }
     };
-    let hosted = Hosted::new(scenario, seed, (id, role), flying);
+    let hosted = Hosted::new(scenario, seed, (id, role), flying, clocks);
     Member {
         mind: Mind::Hosted(Box::new(hosted)),
         role,

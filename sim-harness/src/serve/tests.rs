@@ -1,27 +1,63 @@
 //! The served chain through real sockets of the loopback and through none, with a world that does
-//! nothing but keep time and answer clients.
+//! nothing but keep time and remember what it was told.
 
 use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4, UdpSocket};
 use std::sync::atomic::AtomicBool;
 use std::thread;
 
-use crtp::{Access, Outcome, Parameters, Server, Snapshot};
+use airlink::{Schedule, Scope, Seal};
+use crtp::{ParameterId, Snapshot};
+use onboard::{Config, Drone, Keys, Setup};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
+use units::{MetresPerSecond, NodeId, Role};
+use wire::p2p::{Epoch, TAG};
+use wire::radio::Datarate;
 
 use super::*;
 use crate::metrics::Reference;
 use crate::scenario::Scenario;
 
-/// A world of drones that do nothing but keep time and answer their clients; their state is "idle".
+/// Drones that hear nothing but their clients.
 struct Clockwork {
     now: Instant,
-    servers: Vec<Server>,
+    drones: Vec<Drone<Clear>>,
+    orders: Vec<(u64, Order)>,
+}
+
+/// Sealing that does not seal.
+struct Clear;
+
+impl Seal for Clear {
+    fn seal(&self, _: Scope, _: &[u8; 16], _: &[u8], _: &mut [u8]) -> [u8; TAG] {
+        [0; TAG]
+    }
+
+    fn open(&self, _: Scope, _: &[u8; 16], _: &[u8], _: &mut [u8], _: &[u8; TAG]) -> bool {
+        true
+    }
 }
 
 impl Clockwork {
     fn new(members: usize) -> Self {
-        Self { now: Instant::ZERO, servers: (0..members).map(|_| Server::new()).collect() }
+        let drone = |n| {
+            let role = if n + 1 == members { Role::Base } else { Role::Relay };
+            let node = NodeId(n as u8);
+            let mut drone = Drone::new(Config::DEFAULT, &Setup::new(node, role));
+            let schedule = Schedule::new(Datarate::Mbit2, node).unwrap();
+            let (seal, epoch) = (Clear, Epoch::FIRST);
+            let keys = Keys::Held { seal, epoch, schedule, may_fly: true };
+            drone.open_link(Instant::ZERO, keys);
+            drone
+        };
+        Self { now: Instant::ZERO, drones: (0..members).map(drone).collect(), orders: Vec::new() }
+    }
+
+    fn note(&mut self) {
+        let Some(order) = self.ordered() else { return };
+        if self.orders.last().is_none_or(|(_, last)| *last != order) {
+            self.orders.push((self.now.as_micros() / 1_000, order));
+        }
     }
 }
 
@@ -32,33 +68,33 @@ impl World for Clockwork {
 
     fn advance(&mut self) {
         self.now = self.now + STEP;
+        self.drones.iter_mut().for_each(|drone| drone.attend(self.now));
+        self.note();
     }
 
     fn members(&self) -> usize {
-        self.servers.len()
+        self.drones.len()
     }
 
-    fn state(&self, _member: usize) -> Option<State> {
-        Some(State::Idle)
+    fn state(&self, member: usize) -> Option<State> {
+        Some(self.drones.get(member)?.state())
     }
 
     fn client(&mut self, member: usize, packet: &[u8]) {
-        let mut parameters = Parameters::DEFAULT;
-        if let Some(server) = self.servers.get_mut(member) {
-            server.receive(self.now, packet, Access::Full, &mut parameters, |_, _| Outcome::Done);
-        }
+        self.drones[member].client(self.now, packet);
+        self.note();
     }
 
     fn poll_client(&mut self, member: usize, take: &mut dyn FnMut(&[u8])) {
-        let snapshot = Snapshot { taken: self.now, state: Some(State::Idle), ..Snapshot::DEFAULT };
-        let Some(server) = self.servers.get_mut(member) else { return };
-        while let Some(packet) = server.poll(self.now, &snapshot, &Parameters::DEFAULT) {
+        let drone = &mut self.drones[member];
+        let snapshot = drone.snapshot(self.now, &Snapshot::DEFAULT);
+        while let Some(packet) = drone.poll_client(self.now, &snapshot) {
             take(packet.bytes());
         }
     }
 
     fn ordered(&self) -> Option<Order> {
-        None
+        self.drones.last()?.operator().order()
     }
 }
 
@@ -68,6 +104,8 @@ const LOG_RESET: [u8; 2] = [0x51, 5];
 /// Block 7 with the first variable, a float, and its start at 100 Hz.
 const LOG_CREATE: [u8; 6] = [0x51, 6, 7, 7, 0, 0];
 const LOG_START: [u8; 4] = [0x51, 3, 7, 1];
+const STOP: [u8; 2] = [0x70, 0];
+const E_STOP: [u8; 2] = [0x91, 3];
 
 fn hover(forward: f32) -> Vec<u8> {
     let mut packet = vec![0x70, 10];
@@ -77,11 +115,21 @@ fn hover(forward: f32) -> Vec<u8> {
     packet
 }
 
+fn set(id: ParameterId, value: &[u8]) -> Vec<u8> {
+    [&[0x22], &id.row().to_le_bytes()[..], value].concat()
+}
+
 fn client(port: u16) -> SocketAddr {
     SocketAddrV4::new(Ipv4Addr::LOCALHOST, port).into()
 }
 
-/// Drives a chain without sockets: what is said, at whose port, at which step.
+/// Whether a packet is of another service than the console.
+fn is_answer(packet: &[u8]) -> bool {
+    packet.first().is_some_and(|header| header >> 4 != 0)
+}
+
+/// Drives a chain without sockets: what is said, at whose port, at which step. The console is left
+/// out of what the drones send.
 fn said<W: World>(
     world: W,
     steps: u64,
@@ -89,7 +137,11 @@ fn said<W: World>(
 ) -> (W, Vec<(usize, Vec<u8>)>) {
     let mut chain = Chain::new(world);
     let mut sent = Vec::new();
-    let mut out = |member, _, packet: &[u8]| sent.push((member, packet.to_vec()));
+    let mut out = |member, _, packet: &[u8]| {
+        if is_answer(packet) {
+            sent.push((member, packet.to_vec()));
+        }
+    };
     for step in 0..steps {
         for (_, member, packet) in said.iter().filter(|(at, ..)| *at == step) {
             chain.receive(*member, client(1), packet, &mut out);
@@ -99,11 +151,82 @@ fn said<W: World>(
     (chain.into_world(), sent)
 }
 
+fn orders(steps: u64, packets: &[(u64, usize, Vec<u8>)]) -> Vec<(u64, Order)> {
+    said(Clockwork::new(5), steps, packets).0.orders
+}
+
+/// The base of five drones.
+const BASE: usize = 4;
+
+const fn explore(speed: f32) -> Order {
+    Order::Explore(MetresPerSecond(speed))
+}
+
+#[test]
+fn the_base_alone_takes_orders() {
+    let packets = |member| [(10, member, hover(0.25)), (30, member, STOP.to_vec())];
+    assert_eq!(orders(100, &packets(BASE)), [(100, explore(0.25)), (300, Order::Land)]);
+    for member in 0..BASE {
+        assert_eq!(orders(100, &packets(member)), []);
+    }
+}
+
+/// A client at another drone than the base stops that drone alone.
+#[test]
+fn every_drone_takes_an_emergency_stop() {
+    for member in 0..BASE {
+        let (world, sent) = said(Clockwork::new(5), 10, &[(0, member, E_STOP.to_vec())]);
+        assert_eq!(sent, [(member, vec![0x9D, 0x83, 1, 0])]);
+        let stopped: Vec<_> = world.drones.iter().map(Drone::is_stopped).collect();
+        assert!((0..5).all(|n| stopped[n] == (n == member)), "{stopped:?}");
+    }
+}
+
+#[test]
+fn a_set_point_is_a_word_for_half_a_second() {
+    let orders = orders(200, &[(0, BASE, hover(0.25)), (100, BASE, hover(-0.25))]);
+    let halt = explore(0.0);
+    assert_eq!(orders, [(0, explore(0.25)), (510, halt), (1_000, explore(-0.25)), (1_510, halt)]);
+}
+
+#[test]
+fn parameters_order() {
+    let speed = set(ParameterId::SPEED, &0.125_f32.to_le_bytes());
+    let faster = set(ParameterId::SPEED, &0.25_f32.to_le_bytes());
+    let task = |code| set(ParameterId::TASK, &[code]);
+    let read = [&[0x2D], &ParameterId::TASK.row().to_le_bytes()[..]].concat();
+    let (world, sent) = said(
+        Clockwork::new(5),
+        100,
+        &[
+            (0, BASE, speed),
+            (1, BASE, task(1)),
+            (2, BASE, faster),
+            (3, BASE, task(2)),
+            (4, BASE, task(9)),
+            (5, BASE, read.clone()),
+        ],
+    );
+    assert_eq!(world.orders, [(10, explore(0.125)), (20, explore(0.25)), (30, Order::Return)]);
+    let answer = [&read[..], &[0, 2]].concat();
+    assert_eq!(sent.last(), Some(&(BASE, answer)));
+}
+
+#[test]
+fn an_emergency_stop_is_the_last_order() {
+    let orders = orders(100, &[(0, BASE, E_STOP.to_vec()), (1, BASE, hover(0.25))]);
+    assert_eq!(orders, [(0, Order::Stop)]);
+}
+
 #[test]
 fn a_scan_is_answered_and_takes_the_drone_from_nobody() {
     let mut chain = Chain::new(Clockwork::new(2));
     let mut sent = Vec::new();
-    let mut out = |member, to, packet: &[u8]| sent.push((member, to, packet.to_vec()));
+    let mut out = |member, to, packet: &[u8]| {
+        if is_answer(packet) {
+            sent.push((member, to, packet.to_vec()));
+        }
+    };
     chain.receive(1, client(1), &LOG_RESET, &mut out);
     chain.receive(1, client(1), &LOG_CREATE, &mut out);
     chain.receive(1, client(1), &LOG_START, &mut out);
@@ -119,9 +242,12 @@ fn a_scan_is_answered_and_takes_the_drone_from_nobody() {
 
 #[test]
 fn what_is_no_packet_or_at_no_drone_does_nothing() {
-    let packets = [(0, 7, ECHO.to_vec()), (0, 0, Vec::new()), (0, 0, vec![0; 64])];
-    let (_, sent) = said(Clockwork::new(1), 10, &packets);
-    assert!(sent.is_empty());
+    let (world, sent) = said(
+        Clockwork::new(1),
+        10,
+        &[(0, 7, ECHO.to_vec()), (0, 0, Vec::new()), (0, 0, vec![0; 64])],
+    );
+    assert!(sent.is_empty() && world.orders.is_empty());
 }
 
 /// A mission at point level, half a minute of it flown by hover set-points.
@@ -139,7 +265,7 @@ fn flight(seed: u64) -> Vec<(usize, Vec<u8>)> {
         .position(|variable| (variable.group, variable.name) == ("uchain", "backRaw"))
         .unwrap();
     packets[1].2[4..].copy_from_slice(&(variable as u16).to_le_bytes());
-    packets.extend((0..300).map(|n| (10 * n, 0, hover(0.3))));
+    packets.extend((0..300).map(|n| (10 * n, BASE, hover(0.3))));
     said(live, 3_000, &packets).1
 }
 
@@ -211,7 +337,7 @@ proptest! {
         ..ProptestConfig::default()
     })]
 
-    /// Time goes on whatever datagrams come.
+    /// Whatever anybody sends, time goes on and nothing falls over.
     #[test]
     fn any_datagrams_at_any_ports_are_survived(
         packets in prop::collection::vec(
