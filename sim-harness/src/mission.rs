@@ -18,7 +18,7 @@ mod sections;
 mod track;
 
 use agent::{Outputs, State};
-use onboard::{Operator, Sensed};
+use onboard::{Operator, Sensed, Snapshot};
 use tunnel_nav::Range;
 use units::{NodeId, Order, Role, Setpoint};
 use wire::p2p::{self, Telemetry};
@@ -223,12 +223,7 @@ impl<'a> Mission<'a> {
 
     /// Lets what is due by the clock at a member's server happen, and gives `take` the packets that
     /// it then sends to its client. `measured` is what the member's body has to show.
-    pub fn poll_client(
-        &mut self,
-        member: usize,
-        measured: &crtp::Snapshot,
-        mut take: impl FnMut(&[u8]),
-    ) {
+    pub fn poll_client(&mut self, member: usize, measured: &Snapshot, mut take: impl FnMut(&[u8])) {
         /// More packets than a server's queues hold.
         const BURST: usize = 64;
         let now_us = self.now_us;

@@ -6,6 +6,7 @@ mod flight;
 mod golden;
 mod keys;
 mod link;
+mod one_drone;
 mod replay;
 mod scenario_refusals;
 mod serve;

@@ -72,6 +72,7 @@ use mailbox::Mailbox;
 
 pub use agent::State;
 pub use client::{Unsaved, observed};
+pub use crtp::Snapshot;
 pub use link::LinkHealth;
 pub use operator::Operator;
 pub use sensed::Sensed;
