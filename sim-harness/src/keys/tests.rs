@@ -427,7 +427,7 @@ fn a_drone_keeps_the_policy_that_it_was_given() {
     }
     let text = fleet.text().replace("\"t5\"", "\"t6\"");
     let complaint = Fleet::parse(&fleet_path(), &text).unwrap_err().to_string();
-    assert!(complaint.contains("there is no policy \"t6\"; did you mean t5?"), "{complaint}");
+    assert!(complaint.contains("there is no policy \"t6\"; give one of t0, t5"), "{complaint}");
 }
 
 #[test]
