@@ -211,13 +211,18 @@ impl<'a> Mission<'a> {
         Self { source: Source::Clients, ..mission }
     }
 
-    /// Gives a member that is on the host a packet of a client.
+    /// Gives a member a packet of a client: one on the host at once, one in an emulator over its
+    /// radio chip.
     pub fn client(&mut self, member: usize, packet: &[u8]) {
         let now_us = self.now_us;
-        if let Some(hosted) = self.members.get_mut(member).and_then(|m| m.mind.hosted_mut()) {
-            let (drone, now) = hosted.at(now_us);
-            drone.client(now, packet);
-            hosted.look(now_us);
+        match self.members.get_mut(member).map(|member| &mut member.mind) {
+            Some(Mind::Hosted(hosted)) => {
+                let (drone, now) = hosted.at(now_us);
+                drone.client(now, packet);
+                hosted.look(now_us);
+            }
+            Some(Mind::Emulated(emulated)) => emulated.client(now_us, packet),
+            None => {}
         }
     }
 
@@ -227,8 +232,11 @@ impl<'a> Mission<'a> {
         /// More packets than a server's queues hold.
         const BURST: usize = 64;
         let now_us = self.now_us;
-        let Some(hosted) = self.members.get_mut(member).and_then(|m| m.mind.hosted_mut()) else {
-            return;
+        let hosted = match self.members.get_mut(member).map(|member| &mut member.mind) {
+            Some(Mind::Hosted(hosted)) => hosted,
+            // Its radio chip answers one packet for each that it is asked for.
+            Some(Mind::Emulated(emulated)) => return emulated.take_answers(take),
+            None => return,
         };
         let (drone, now) = hosted.at(now_us);
         drone.attend(now);

@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use std::sync::OnceLock;
 
 use agent::{Agent, AgentConfig};
+use onboard::Snapshot;
 use onboard::probe::Round;
 use rayon::ThreadPoolBuilder;
 use sim_harness::emulated::{Emulated, Firmware};
@@ -143,4 +144,88 @@ fn any_number_of_threads_ends_in_the_same_state() {
     let [one, two] = [1, 2].map(|threads| fly(&scenario, Some(firmware()), threads));
     assert_eq!(one.hashes.len(), 2);
     assert_eq!(one.hashes, two.hashes);
+}
+
+/// A client's emergency stop, and an empty packet by which a client asks for the answer.
+const EMERGENCY_STOP: [u8; 2] = [0x9D, 3];
+const FEED_WATCHDOG: [u8; 2] = [0x9D, 4];
+const ECHO: [u8; 2] = [0xFC, 1];
+
+fn hover(forward: f32) -> Vec<u8> {
+    let mut packet = vec![0x7C, 10];
+    for value in [forward, 0.0, 0.0, 0.3] {
+        packet.extend(value.to_le_bytes());
+    }
+    packet
+}
+
+/// Stops of clients, as `crates/onboard/tests/suite/stop.rs` gives them to the same code on the
+/// host: at which node, by which packet, and which drones are then owed a stop.
+const STOPS: [(usize, [u8; 2], &[usize]); 3] = [
+    // At the base, for all.
+    (2, EMERGENCY_STOP, &[0, 1]),
+    // At the relay's own radio chip, for the relay.
+    (1, EMERGENCY_STOP, &[1]),
+    // At the head's, by a client that feeds the watchdog once and vanishes.
+    (0, FEED_WATCHDOG, &[0]),
+];
+
+/// In mid-flight a client stops a drone or all; then clients at every node go on sending set-points,
+/// and the scenario's pilot goes on, too.
+#[test]
+#[ignore = "needs the firmware's ELF: `cargo fw` makes it"]
+fn no_emulated_drone_that_is_owed_a_stop_flies() {
+    /// The relay flies by then.
+    const STOPS_AT_US: u64 = 14_000_000;
+    /// For the watchdog, and for the order's way.
+    const WITHIN_US: u64 = 2_500_000;
+    let scenario = scenario();
+    let world = World::of(&scenario);
+    let emulated = |node| Emulated::new(&scenario, firmware(), NodeId(node), 1);
+    for (at, packet, owed) in STOPS {
+        let drones = vec![emulated(0), emulated(1)];
+        let mut mission = Mission::emulated(&scenario, &world, 1, drones);
+        mission.advance(STOPS_AT_US);
+        let flies = |mission: &Mission<'_>, n: usize| {
+            let body = mission.view(n).unwrap().body.craft().unwrap();
+            body.outputs().duties.0.iter().any(|duty| *duty > 0.0)
+        };
+        assert!(flies(&mission, 0) && flies(&mission, 1), "both fly at first");
+        mission.client(at, &packet);
+        mission.advance(WITHIN_US);
+        for _ in 0..40 {
+            for n in owed {
+                assert!(!flies(&mission, *n), "drone {n} flies after a stop at node {at}");
+            }
+            for node in (0..3).filter(|node| packet != FEED_WATCHDOG || *node != at) {
+                mission.client(node, &hover(0.2));
+            }
+            mission.advance(100_000);
+        }
+        let states: Vec<_> = mission.states().map(|state| state.name()).collect();
+        assert!(owed.iter().all(|n| states[*n] == "stopped"), "stop at {at}: {states:?}");
+        if owed.len() == 1 {
+            let other = 1 - owed[0];
+            assert_ne!(states[other], "stopped", "a drone stops itself alone");
+        }
+    }
+}
+
+/// What a client asks of a drone in an emulator comes back from its firmware.
+#[test]
+#[ignore = "needs the firmware's ELF: `cargo fw` makes it"]
+fn a_client_of_an_emulated_drone_is_answered() {
+    let scenario = scenario();
+    let world = World::of(&scenario);
+    let drone = Emulated::new(&scenario, firmware(), NodeId(1), 1);
+    let mut mission = Mission::emulated(&scenario, &world, 1, vec![drone]);
+    mission.advance(3_000_000);
+    let mut answers = Vec::new();
+    for packet in [&EMERGENCY_STOP[..], &ECHO, &ECHO, &ECHO] {
+        mission.client(1, packet);
+        mission.advance(20_000);
+        mission.poll_client(1, &Snapshot::DEFAULT, |answer| answers.push(answer.to_vec()));
+    }
+    let done = |answer: &&Vec<u8>| answer.get(1..) == Some(&[0x83, 1, 0]);
+    assert!(answers.iter().find(done).is_some(), "{answers:?}");
 }

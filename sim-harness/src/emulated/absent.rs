@@ -53,6 +53,14 @@ impl Emulated {
         match self.0 {}
     }
 
+    pub(crate) fn client(&mut self, _: u64, _: &[u8]) {
+        match self.0 {}
+    }
+
+    pub(crate) fn take_answers(&mut self, _: impl FnMut(&[u8])) {
+        match self.0 {}
+    }
+
     pub(crate) fn newly_heeded(&mut self) -> Option<Counter> {
         match self.0 {}
     }

@@ -274,6 +274,20 @@ impl Emulated {
         self.core.machine_mut().board_mut().hear(at, p2p::PORT, data, rssi);
     }
 
+    /// A packet of a client has come off the air, as strong as from across a room.
+    pub(crate) fn client(&mut self, mission_us: u64, packet: &[u8]) {
+        const ACROSS_A_ROOM: Dbm = Dbm(-50.0);
+        let at = self.nanos(mission_us);
+        self.core.machine_mut().board_mut().hear_crtp(at, packet, ACROSS_A_ROOM);
+    }
+
+    /// The packets with which its radio chip has acknowledged those of clients.
+    pub(crate) fn take_answers(&mut self, mut take: impl FnMut(&[u8])) {
+        for answer in self.core.machine_mut().board_mut().take_crtp() {
+            take(&answer.data);
+        }
+    }
+
     /// The number of the last order that came in, if it is another than when this was last asked.
     pub(crate) fn newly_heeded(&mut self) -> Option<Counter> {
         let last = self.firmware.last_order(self.core.machine().memory());

@@ -59,13 +59,6 @@ impl Mind {
         }
     }
 
-    pub(super) fn hosted_mut(&mut self) -> Option<&mut Hosted> {
-        match self {
-            Self::Hosted(hosted) => Some(hosted),
-            Self::Emulated(_) => None,
-        }
-    }
-
     pub(super) fn emulated(&self) -> Option<&Emulated> {
         match self {
             Self::Hosted(_) => None,
