@@ -1,5 +1,5 @@
-//! The drone's mind: one state machine that turns what was sensed and heard into a set-point and
-//! what to say.
+//! What decides for a drone: one state machine that turns what was sensed and heard into a set-point
+//! and a report.
 //!
 //! The firmware, the simulator and the replay of recorded flights all run exactly this type, five
 //! times a second. It is sans-I/O: [`Agent::step`] is handed the time and everything that happened
@@ -16,38 +16,39 @@
 //!   Landed ◀──────── Landing ◀──────── Reconnecting       BackingUp
 //!             touched down    order, home, bound reached
 //!
-//!   Stopped: from anywhere, by order or emergency; for good.
+//!   Stopped: from anywhere, by order; for good.
 //! ```
 //!
 //! A drone that comes back from a fault begins as Landed ([`Agent::restarted`]).
+//!
+//! The states on the ground, take-off, landing and stopping are a shell that every mission shares;
+//! the four states on the right are the chain's, one of the missions that an agent can be on.
 #![no_std]
 
 mod config;
 mod io;
+mod mission;
 mod state;
 
 pub use config::{AgentConfig, ConfigError, FlightConfig};
 pub use io::{BodyVelocity, Fitness, Inputs, LinkView, Outputs, Status};
 pub use state::{LandReason, State};
 
-use chain::launch::LaunchWatch;
-use chain::neighbours::{Neighbour, Neighbours};
-use chain::report::Report;
+use ::chain::report::Report;
 use tunnel_nav::{Bearings, Navigator, Walls};
-use units::{
-    Dbm, Duration, Instant, LinkSpan, Metres, MetresPerSecond, NodeId, Order, Phase, Role, Setpoint,
-};
+use units::{Duration, Instant, Metres, MetresPerSecond, NodeId, Order, Phase, Role, Setpoint};
 
+use mission::chain::{Chain, Duty};
+use mission::{Mission, Round, Task, Wish};
 use state::Situation;
 
-/// One drone's mind.
+/// What decides for one drone: the shell that every mission shares, around the one that it is on.
 #[derive(Clone, Debug)]
 pub struct Agent {
     id: NodeId,
     role: Role,
     state: State,
-    neighbours: Neighbours,
-    launch: LaunchWatch,
+    mission: Mission,
     navigator: Navigator,
     heeded: Option<Heeded>,
     /// Somebody in the chain must come home.
@@ -55,8 +56,6 @@ pub struct Agent {
     /// Whether it would take off.
     fit: bool,
     odometer: Metres,
-    /// The strength of the base where this drone took off.
-    home_rssi: Option<Dbm>,
     last_step: Option<Instant>,
     sequence: u16,
 }
@@ -80,14 +79,12 @@ impl Agent {
             id,
             role,
             state: State::Idle,
-            neighbours: Neighbours::new(),
-            launch: LaunchWatch::new(),
+            mission: Mission::Chain(Chain::new()),
             navigator: Navigator::new(),
             heeded: None,
             recalled: false,
             fit: true,
             odometer: Metres::ZERO,
-            home_rssi: None,
             last_step: None,
             sequence: 0,
         }
@@ -132,14 +129,15 @@ impl Agent {
         self.last_step = Some(now);
         self.listen(config, now, dt, inputs);
 
-        let situation = self.situation(config, now, inputs);
+        let round = self.round(now);
+        let situation = self.situation(config, &round, inputs);
         let next = self.state.next(config, self.role, &situation);
         if matches!(next, State::TakingOff { .. }) && !matches!(self.state, State::TakingOff { .. })
         {
             self.odometer = Metres::ZERO;
         }
         if matches!(next, State::TakingOff { .. }) {
-            self.home_rssi = situation.base;
+            self.mission.note_home(&situation.links);
         }
         self.state = next;
         self.outputs(config, now, inputs)
@@ -149,13 +147,9 @@ impl Agent {
     fn listen(&mut self, config: &AgentConfig, now: Instant, dt: Duration, inputs: &Inputs<'_>) {
         let velocity = self.along_tunnel(inputs);
         self.odometer += velocity * dt;
-        let smoothing = &config.policy.smoothing;
-        self.neighbours.predict(self.id, velocity, dt, smoothing);
-        for heard in inputs.heard {
-            let lost_after = config.retreat.lost_after;
-            self.neighbours.hear(self.id, now, heard, smoothing, lost_after);
-            self.recalled |= heard.report.recall;
-        }
+        let round = self.round(now);
+        self.mission.listen(config, &round, dt, velocity, inputs.heard);
+        self.recalled |= inputs.heard.iter().any(|heard| heard.report.recall);
         if let Some(task) = inputs.order {
             self.heeded = Some(Heeded { task, at: now });
         }
@@ -200,71 +194,42 @@ impl Agent {
         }
     }
 
-    fn front(&self, config: &AgentConfig, now: Instant) -> Option<&Neighbour> {
-        self.neighbours.front(self.id, now, config.retreat.lost_after)
-    }
-
-    fn back(&self, config: &AgentConfig, now: Instant) -> Option<&Neighbour> {
-        self.neighbours.back(self.id, now, config.retreat.lost_after)
+    /// What the mission is told of this round.
+    fn round(&self, now: Instant) -> Round {
+        let task = self.task().zip(self.heeded);
+        let task = task.map(|(order, Heeded { at, .. })| Task { order, given: at });
+        Round { now, id: self.id, role: self.role, task, way: self.odometer }
     }
 
     /// Everything a transition depends on.
-    fn situation(&mut self, config: &AgentConfig, now: Instant, inputs: &Inputs<'_>) -> Situation {
-        let front = self.front(config, now).copied();
-        let back = self.back(config, now).copied();
-        let (lower_waits, lower_linked) = self
-            .neighbours
-            .heard(now, config.retreat.lost_after)
-            .filter(|n| n.report.from < self.id)
-            .fold((false, false), |(waits, linked), n| {
-                let phase = n.report.phase;
-                (
-                    waits || matches!(phase, Phase::Waiting | Phase::Transit),
-                    linked || phase == Phase::Linked,
-                )
-            });
-        let launch = match self.state {
-            State::Armed { since } if now.since(since) >= config.launch.arm_delay => {
-                let ahead = front.and_then(|n| n.report.links);
-                self.launch.step(now, &config.launch, front.map(|n| n.rssi()), ahead)
-            }
-            _ => {
-                self.launch = LaunchWatch::new();
-                false
-            }
-        };
+    fn situation(&mut self, config: &AgentConfig, round: &Round, inputs: &Inputs<'_>) -> Situation {
         Situation {
-            now,
-            task: self.task(),
+            now: round.now,
+            task: round.order(),
             fit: self.fit,
             fitness: inputs.fitness,
-            front: front.map(|n| n.rssi()),
-            back: back.map(|n| n.rssi()),
-            base: back.filter(|n| n.report.phase == Phase::Base).map(|n| n.rssi()),
-            home_rssi: self.home_rssi,
+            links: self.mission.links(config, round),
             height: inputs.height,
             odometer: self.odometer,
-            my_turn: !lower_waits,
-            chain_flies: lower_linked,
-            launch,
+            call: self.mission.call(config, round, self.state),
         }
     }
 
     fn outputs(&mut self, config: &AgentConfig, now: Instant, inputs: &Inputs<'_>) -> Outputs {
-        let front = self.front(config, now).map(LinkView::of);
-        let back = self.back(config, now).map(LinkView::of);
-        let (setpoint, walls) = match self.wish(config, now, front, back) {
+        let round = self.round(now);
+        let links @ [front, back] = self.mission.views(config, &round);
+        let (setpoint, walls) = match self.wish(config, &round, links) {
             Wish::Rest => {
                 self.navigator = Navigator::new();
                 (Setpoint::Off, Walls::Neither)
             }
             Wish::Stop => (Setpoint::Stop, Walls::Neither),
             // Low above the floor the side beams see the floor.
-            Wish::Fly { height, .. } if self.is_low(config, inputs.height) => {
+            Wish::Along { height, .. } if self.is_low(config, inputs.height) => {
                 self.navigator = Navigator::new();
                 (Setpoint::hover(height), Walls::Neither)
             }
-            Wish::Fly { speed, height } => {
+            Wish::Along { speed, height } => {
                 let bearings = Bearings { way: self.odometer, heading: inputs.heading };
                 let command = self.navigator.step(&config.nav, &inputs.ranges, speed, &bearings);
                 let setpoint = Setpoint::Fly {
@@ -276,14 +241,13 @@ impl Agent {
                 (setpoint, command.walls)
             }
         };
-        let ahead = self.front(config, now).and_then(|n| n.report.links);
         let report = Report {
             from: self.id,
             sequence: self.sequence,
             phase: self.phase(),
             velocity: self.along_tunnel(inputs),
             odometer: self.odometer,
-            links: front.map(|link| LinkSpan::extended(ahead, link.rssi)),
+            links: self.mission.span(config, &round, front),
             recall: self.recalled,
         };
         self.sequence = self.sequence.wrapping_add(1);
@@ -313,124 +277,23 @@ impl Agent {
         }
     }
 
-    /// How fast along the tunnel, and how high.
-    fn wish(
-        &self,
-        config: &AgentConfig,
-        now: Instant,
-        front: Option<LinkView>,
-        back: Option<LinkView>,
-    ) -> Wish {
-        let flight = &config.flight;
-        let (speed, height) = match self.state {
-            State::Idle | State::Armed { .. } | State::Landed { .. } => return Wish::Rest,
-            State::Stopped => return Wish::Stop,
-            State::TakingOff { since } => {
-                (MetresPerSecond::ZERO, flight.climbing(now.since(since)))
-            }
-            State::Landing { since, .. } => {
-                (MetresPerSecond::ZERO, flight.descending(now.since(since)))
-            }
-            State::Leading { .. } => (self.leading_speed(config, now, back), flight.height),
-            State::Relaying { .. } => (self.relaying_speed(config, front, back), flight.height),
-            State::Reconnecting { since, from } => {
-                let waited = now.since(since);
-                (reconnecting_speed(config, waited, self.odometer - from, back), flight.height)
-            }
-            State::BackingUp { .. } => (-config.retreat.speed, flight.height),
-        };
-        Wish::Fly { speed, height }
-    }
-
-    /// The pilot's stick while it is alive and the link can spare it, or the way home.
-    fn leading_speed(
-        &self,
-        config: &AgentConfig,
-        now: Instant,
-        back: Option<LinkView>,
-    ) -> MetresPerSecond {
-        let (Some(task), Some(Heeded { at, .. })) = (self.task(), self.heeded) else {
-            return MetresPerSecond::ZERO;
-        };
-        match task {
-            Order::Explore(speed) if now.since(at) <= config.flight.pilot_timeout => {
-                let speed = speed.limited_to(config.policy.max_speed);
-                if speed.0 >= 0.0 {
-                    speed * config.retreat.freedom(back.map(|link| link.rssi))
-                } else {
-                    behind_clear(config, back, speed)
-                }
-            }
-            Order::Return => homeward(config, back),
-            Order::Explore(_) | Order::Wait | Order::Land | Order::Stop => MetresPerSecond::ZERO,
+    /// How the drone is to fly: the mission says so at a duty of its own, the shell everywhere else.
+    fn wish(&self, config: &AgentConfig, round: &Round, links: [Option<LinkView>; 2]) -> Wish {
+        if let Some(duty) = Duty::of(self.state) {
+            return self.mission.wish(config, round, duty, links);
         }
-    }
-
-    /// Algorithm 1; a relay that is called home and has nobody in front any more flies home.
-    fn relaying_speed(
-        &self,
-        config: &AgentConfig,
-        front: Option<LinkView>,
-        back: Option<LinkView>,
-    ) -> MetresPerSecond {
-        let called_home = self.task() == Some(Order::Return);
-        match (front, back) {
-            (None, _) if called_home => homeward(config, back),
-            // The base is not to be kept clear of by who goes home to it.
-            (_, Some(back)) if called_home && back.is_base && is_too_near(config, back) => {
-                homeward(config, Some(back))
-            }
-            (Some(front), Some(back)) => config.policy.velocity(front.end(), back.end()),
-            _ => MetresPerSecond::ZERO,
+        let hover = |height| Wish::Along { speed: MetresPerSecond::ZERO, height };
+        match self.state {
+            State::TakingOff { since } => hover(config.flight.climbing(round.now.since(since))),
+            State::Landing { since, .. } => hover(config.flight.descending(round.now.since(since))),
+            State::Stopped => Wish::Stop,
+            State::Idle
+            | State::Armed { .. }
+            | State::Landed { .. }
+            | State::Leading { .. }
+            | State::Relaying { .. }
+            | State::Reconnecting { .. }
+            | State::BackingUp { .. } => Wish::Rest,
         }
-    }
-}
-
-/// Flying home, but not into the next drone that has not landed yet.
-fn homeward(config: &AgentConfig, back: Option<LinkView>) -> MetresPerSecond {
-    behind_clear(config, back, -config.flight.return_speed)
-}
-
-/// `speed`, a backward one, unless a drone is too near behind.
-fn behind_clear(
-    config: &AgentConfig,
-    back: Option<LinkView>,
-    speed: MetresPerSecond,
-) -> MetresPerSecond {
-    match back {
-        Some(back) if !back.is_base && is_too_near(config, back) => MetresPerSecond::ZERO,
-        _ => speed,
-    }
-}
-
-fn is_too_near(config: &AgentConfig, link: LinkView) -> bool {
-    config.policy.is_too_near(link.rssi)
-}
-
-/// What a state wants before the walls have their say.
-enum Wish {
-    /// Motors off.
-    Rest,
-    /// Motors off for good.
-    Stop,
-    /// Along the tunnel at this speed and height.
-    Fly { speed: MetresPerSecond, height: Metres },
-}
-
-/// With the front neighbour lost, a relay advances while its own back link can spare it, and
-/// waits where that, or the bound on its advance, ends. Half of all relays that only hover are
-/// found after 20 s, of those that advance after 12 s (the book, "Lost neighbours").
-fn reconnecting_speed(
-    config: &AgentConfig,
-    waited: Duration,
-    advanced: Metres,
-    back: Option<LinkView>,
-) -> MetresPerSecond {
-    let retreat = &config.retreat;
-    let spare = !retreat.wanted(None, back.map(|link| link.rssi), true);
-    if spare && waited <= retreat.max_time && advanced < retreat.max_distance {
-        retreat.speed
-    } else {
-        MetresPerSecond::ZERO
     }
 }

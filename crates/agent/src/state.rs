@@ -1,9 +1,11 @@
 //! What a drone is doing, and the one function that moves it from one state to the next.
 
 use flight::Cause;
-use units::{Dbm, Instant, Metres, Order};
+use units::{Instant, Metres, Order, Role};
 
-use crate::{AgentConfig, Fitness, FlightConfig, Role};
+use crate::mission::Call;
+use crate::mission::chain::{Duty, Links, on_duty};
+use crate::{AgentConfig, Fitness, FlightConfig};
 
 /// What a drone is doing. The base stays [`Idle`](Self::Idle): its part is to speak and listen.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -89,22 +91,10 @@ pub(crate) struct Situation {
     /// It would take off.
     pub(crate) fit: bool,
     pub(crate) fitness: Fitness,
-    /// The filtered strength of the front link, if there is one.
-    pub(crate) front: Option<Dbm>,
-    /// The filtered strength of the back link, if there is one.
-    pub(crate) back: Option<Dbm>,
-    /// The same, where the base is that neighbour.
-    pub(crate) base: Option<Dbm>,
-    /// The strength of the base where the drone took off.
-    pub(crate) home_rssi: Option<Dbm>,
+    pub(crate) links: Links,
     pub(crate) height: Option<Metres>,
     pub(crate) odometer: Metres,
-    /// No smaller number is still waiting or climbing.
-    pub(crate) my_turn: bool,
-    /// A smaller number is a flying link of the chain.
-    pub(crate) chain_flies: bool,
-    /// The launch policy calls for a relay.
-    pub(crate) launch: bool,
+    pub(crate) call: Call,
 }
 
 impl State {
@@ -167,20 +157,24 @@ impl State {
         if let Some(down) = self.brought_down(at) {
             return down;
         }
+        if let Some(duty) = Duty::of(self) {
+            return duty.next(config, role, at);
+        }
         match self {
-            Self::Stopped => Self::Stopped,
-            Self::Idle => idle(role, at),
-            Self::Armed { since } => armed(since, role, at),
+            Self::Idle => idle(at),
+            Self::Armed { since } => armed(since, at),
             Self::TakingOff { since } => taking_off(since, config, role, at),
-            Self::Leading { patient_until } => leading(patient_until, config, at),
-            Self::Relaying { patient_until } => relaying(patient_until, config, at),
-            Self::Reconnecting { since, from } => reconnecting(since, from, config, at),
-            Self::BackingUp { since, from } => backing_up(since, from, config, role, at),
             Self::Landing { since, why } => landing(since, why, config, at),
             Self::Landed { why } => match at.task {
                 Some(Order::Wait) => Self::Idle,
                 _ => Self::Landed { why },
             },
+            // A duty has its own transitions.
+            same @ (Self::Stopped
+            | Self::Leading { .. }
+            | Self::Relaying { .. }
+            | Self::Reconnecting { .. }
+            | Self::BackingUp { .. }) => same,
         }
     }
 }
@@ -206,20 +200,18 @@ fn explores(at: &Situation) -> bool {
     matches!(at.task, Some(Order::Explore(_)))
 }
 
-fn idle(role: Role, at: &Situation) -> State {
-    let called = match role {
-        Role::Head => true,
-        Role::Relay => at.my_turn && at.chain_flies,
-        Role::Base => false,
-    };
-    if explores(at) && called && at.fit { State::Armed { since: at.now } } else { State::Idle }
+fn idle(at: &Situation) -> State {
+    if explores(at) && at.call.arms && at.fit {
+        State::Armed { since: at.now }
+    } else {
+        State::Idle
+    }
 }
 
-fn armed(since: Instant, role: Role, at: &Situation) -> State {
-    let launch = role == Role::Head || at.launch;
-    if !explores(at) || !at.fit || (role == Role::Relay && !at.my_turn) {
+fn armed(since: Instant, at: &Situation) -> State {
+    if !explores(at) || !at.fit || !at.call.stays_armed {
         State::Idle
-    } else if launch {
+    } else if at.call.takes_off {
         State::TakingOff { since: at.now }
     } else {
         State::Armed { since }
@@ -239,88 +231,6 @@ fn taking_off(since: Instant, config: &AgentConfig, role: Role, at: &Situation) 
         State::Landing { since: at.now, why: LandReason::TakeOffFailed }
     } else {
         State::TakingOff { since }
-    }
-}
-
-/// Head or relay at its work, bearing with its links until `patient_until`.
-fn on_duty(role: Role, patient_until: Instant) -> State {
-    match role {
-        Role::Head => State::Leading { patient_until },
-        Role::Relay | Role::Base => State::Relaying { patient_until },
-    }
-}
-
-/// What ends every duty: an order to land, or having come home when called.
-fn dismissed(config: &AgentConfig, at: &Situation) -> Option<State> {
-    let why = match at.task {
-        Some(Order::Land) => LandReason::Ordered,
-        Some(Order::Return) if is_home(config, at) => LandReason::Home,
-        _ => return None,
-    };
-    Some(State::Landing { since: at.now, why })
-}
-
-/// Next to the base, and where it took off by odometer or by signal: ways flown round bends
-/// differ out and back, and the base is nowhere stronger than at home.
-fn is_home(config: &AgentConfig, at: &Situation) -> bool {
-    let Some(base) = at.base else { return false };
-    at.odometer <= config.flight.home || at.home_rssi.is_some_and(|home| base >= home)
-}
-
-fn leading(patient_until: Instant, config: &AgentConfig, at: &Situation) -> State {
-    if let Some(landing) = dismissed(config, at) {
-        landing
-    } else if at.now >= patient_until && config.retreat.wanted(at.front, at.back, false) {
-        State::BackingUp { since: at.now, from: at.odometer }
-    } else {
-        State::Leading { patient_until }
-    }
-}
-
-fn relaying(patient_until: Instant, config: &AgentConfig, at: &Situation) -> State {
-    if let Some(landing) = dismissed(config, at) {
-        landing
-    } else if at.now >= patient_until && config.retreat.wanted(at.front, at.back, false) {
-        State::BackingUp { since: at.now, from: at.odometer }
-    } else if at.now >= patient_until && at.front.is_none() && at.task != Some(Order::Return) {
-        State::Reconnecting { since: at.now, from: at.odometer }
-    } else {
-        State::Relaying { patient_until }
-    }
-}
-
-fn reconnecting(since: Instant, from: Metres, config: &AgentConfig, at: &Situation) -> State {
-    if let Some(landing) = dismissed(config, at) {
-        landing
-    } else if config.retreat.wanted(at.front, at.back, false) {
-        State::BackingUp { since: at.now, from: at.odometer }
-    } else if at.front.is_some() || at.task == Some(Order::Return) {
-        State::Relaying { patient_until: at.now }
-    } else {
-        State::Reconnecting { since, from }
-    }
-}
-
-fn backing_up(
-    since: Instant,
-    from: Metres,
-    config: &AgentConfig,
-    role: Role,
-    at: &Situation,
-) -> State {
-    let retreat = &config.retreat;
-    let spent =
-        at.now.since(since) >= retreat.max_time || (from - at.odometer) >= retreat.max_distance;
-    if let Some(landing) = dismissed(config, at) {
-        landing
-    } else if !retreat.wanted(at.front, at.back, true) {
-        on_duty(role, at.now)
-    } else if !spent {
-        State::BackingUp { since, from }
-    } else if at.back.is_some() {
-        on_duty(role, at.now + retreat.rest)
-    } else {
-        State::Landing { since: at.now, why: LandReason::LinkLost }
     }
 }
 

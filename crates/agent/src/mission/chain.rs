@@ -1,0 +1,357 @@
+//! The chain mission: a head that explores and relays that keep its link alive, by the U-Chain paper.
+
+use chain::launch::LaunchWatch;
+use chain::neighbours::{Heard, Neighbour, Neighbours};
+use units::{Dbm, Duration, Instant, LinkSpan, Metres, MetresPerSecond, Order, Phase, Role};
+
+use super::{Call, Round, Task};
+use crate::state::Situation;
+use crate::{AgentConfig, LandReason, LinkView, State};
+
+/// What a drone of a chain knows of the others.
+#[derive(Clone, Debug)]
+pub(crate) struct Chain {
+    neighbours: Neighbours,
+    launch: LaunchWatch,
+    /// The strength of the base where this drone took off.
+    home_rssi: Option<Dbm>,
+}
+
+/// A drone's two links, as the transitions of the chain's duties need them.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Links {
+    /// The filtered strength of the front link, if there is one.
+    pub(crate) front: Option<Dbm>,
+    /// The filtered strength of the back link, if there is one.
+    pub(crate) back: Option<Dbm>,
+    /// The same, where the base is that neighbour.
+    pub(crate) base: Option<Dbm>,
+    /// The strength of the base where the drone took off.
+    pub(crate) home_rssi: Option<Dbm>,
+}
+
+impl Chain {
+    /// A drone that has not heard any other.
+    pub(crate) const fn new() -> Self {
+        Self { neighbours: Neighbours::new(), launch: LaunchWatch::new(), home_rssi: None }
+    }
+
+    /// Takes in `dt` of motion at `velocity` along the tunnel, and the reports that came in
+    /// meanwhile.
+    pub(crate) fn listen(
+        &mut self,
+        config: &AgentConfig,
+        round: &Round,
+        dt: Duration,
+        velocity: MetresPerSecond,
+        heard: &[Heard],
+    ) {
+        let smoothing = &config.policy.smoothing;
+        self.neighbours.predict(round.id, velocity, dt, smoothing);
+        let lost_after = config.retreat.lost_after;
+        for heard in heard {
+            self.neighbours.hear(round.id, round.now, heard, smoothing, lost_after);
+        }
+    }
+
+    fn front(&self, config: &AgentConfig, round: &Round) -> Option<&Neighbour> {
+        self.neighbours.front(round.id, round.now, config.retreat.lost_after)
+    }
+
+    fn back(&self, config: &AgentConfig, round: &Round) -> Option<&Neighbour> {
+        self.neighbours.back(round.id, round.now, config.retreat.lost_after)
+    }
+
+    /// The link towards the head.
+    pub(crate) fn front_view(&self, config: &AgentConfig, round: &Round) -> Option<LinkView> {
+        self.front(config, round).map(LinkView::of)
+    }
+
+    /// The link towards the base.
+    pub(crate) fn back_view(&self, config: &AgentConfig, round: &Round) -> Option<LinkView> {
+        self.back(config, round).map(LinkView::of)
+    }
+
+    /// The two links of this round.
+    pub(crate) fn links(&self, config: &AgentConfig, round: &Round) -> Links {
+        let back = self.back(config, round);
+        Links {
+            front: self.front(config, round).map(Neighbour::rssi),
+            back: back.map(Neighbour::rssi),
+            base: back.filter(|n| n.report.phase == Phase::Base).map(Neighbour::rssi),
+            home_rssi: self.home_rssi,
+        }
+    }
+
+    /// Whether the chain calls for this drone, which is in `state` on the ground.
+    pub(crate) fn call(&mut self, config: &AgentConfig, round: &Round, state: State) -> Call {
+        let (lower_waits, lower_linked) = self
+            .neighbours
+            .heard(round.now, config.retreat.lost_after)
+            .filter(|n| n.report.from < round.id)
+            .fold((false, false), |(waits, linked), n| {
+                let phase = n.report.phase;
+                (
+                    waits || matches!(phase, Phase::Waiting | Phase::Transit),
+                    linked || phase == Phase::Linked,
+                )
+            });
+        let launch = match state {
+            State::Armed { since } if round.now.since(since) >= config.launch.arm_delay => {
+                let front = self.front(config, round).copied();
+                let ahead = front.and_then(|n| n.report.links);
+                self.launch.step(round.now, &config.launch, front.map(|n| n.rssi()), ahead)
+            }
+            _ => {
+                self.launch = LaunchWatch::new();
+                false
+            }
+        };
+        let head = round.role == Role::Head;
+        Call {
+            arms: head || (!lower_waits && lower_linked),
+            stays_armed: head || !lower_waits,
+            takes_off: head || launch,
+        }
+    }
+
+    /// Notes where the drone takes off.
+    pub(crate) const fn note_home(&mut self, links: &Links) {
+        self.home_rssi = links.base;
+    }
+
+    /// The span of the links from the head down to this drone, which its report tells.
+    pub(crate) fn span(
+        &self,
+        config: &AgentConfig,
+        round: &Round,
+        front: Option<LinkView>,
+    ) -> Option<LinkSpan> {
+        let ahead = self.front(config, round).and_then(|n| n.report.links);
+        front.map(|link| LinkSpan::extended(ahead, link.rssi))
+    }
+
+    /// How fast the drone is to fly along the tunnel at a duty of the chain.
+    pub(crate) fn speed(
+        config: &AgentConfig,
+        round: &Round,
+        duty: Duty,
+        front: Option<LinkView>,
+        back: Option<LinkView>,
+    ) -> MetresPerSecond {
+        match duty {
+            Duty::Leading { .. } => Self::leading_speed(config, round, back),
+            Duty::Relaying { .. } => Self::relaying_speed(config, round, front, back),
+            Duty::Reconnecting { since, from } => {
+                let waited = round.now.since(since);
+                reconnecting_speed(config, waited, round.way - from, back)
+            }
+            Duty::BackingUp { .. } => -config.retreat.speed,
+        }
+    }
+
+    /// The pilot's stick while it is alive and the link can spare it, or the way home.
+    fn leading_speed(
+        config: &AgentConfig,
+        round: &Round,
+        back: Option<LinkView>,
+    ) -> MetresPerSecond {
+        let Some(Task { order, given }) = round.task else { return MetresPerSecond::ZERO };
+        match order {
+            Order::Explore(speed) if round.now.since(given) <= config.flight.pilot_timeout => {
+                let speed = speed.limited_to(config.policy.max_speed);
+                if speed.0 >= 0.0 {
+                    speed * config.retreat.freedom(back.map(|link| link.rssi))
+                } else {
+                    behind_clear(config, back, speed)
+                }
+            }
+            Order::Return => homeward(config, back),
+            Order::Explore(_) | Order::Wait | Order::Land | Order::Stop => MetresPerSecond::ZERO,
+        }
+    }
+
+    /// Algorithm 1; a relay that is called home and has nobody in front any more flies home.
+    fn relaying_speed(
+        config: &AgentConfig,
+        round: &Round,
+        front: Option<LinkView>,
+        back: Option<LinkView>,
+    ) -> MetresPerSecond {
+        let called_home = round.order() == Some(Order::Return);
+        match (front, back) {
+            (None, _) if called_home => homeward(config, back),
+            // The base is not to be kept clear of by who goes home to it.
+            (_, Some(back)) if called_home && back.is_base && is_too_near(config, back) => {
+                homeward(config, Some(back))
+            }
+            (Some(front), Some(back)) => config.policy.velocity(front.end(), back.end()),
+            _ => MetresPerSecond::ZERO,
+        }
+    }
+}
+
+/// Flying home, but not into the next drone that has not landed yet.
+fn homeward(config: &AgentConfig, back: Option<LinkView>) -> MetresPerSecond {
+    behind_clear(config, back, -config.flight.return_speed)
+}
+
+/// `speed`, a backward one, unless a drone is too near behind.
+fn behind_clear(
+    config: &AgentConfig,
+    back: Option<LinkView>,
+    speed: MetresPerSecond,
+) -> MetresPerSecond {
+    match back {
+        Some(back) if !back.is_base && is_too_near(config, back) => MetresPerSecond::ZERO,
+        _ => speed,
+    }
+}
+
+fn is_too_near(config: &AgentConfig, link: LinkView) -> bool {
+    config.policy.is_too_near(link.rssi)
+}
+
+/// With the front neighbour lost, a relay advances while its own back link can spare it, and
+/// waits where that, or the bound on its advance, ends. Half of all relays that only hover are
+/// found after 20 s, of those that advance after 12 s (the book, "Lost neighbours").
+fn reconnecting_speed(
+    config: &AgentConfig,
+    waited: Duration,
+    advanced: Metres,
+    back: Option<LinkView>,
+) -> MetresPerSecond {
+    let retreat = &config.retreat;
+    let spare = !retreat.wanted(None, back.map(|link| link.rssi), true);
+    if spare && waited <= retreat.max_time && advanced < retreat.max_distance {
+        retreat.speed
+    } else {
+        MetresPerSecond::ZERO
+    }
+}
+
+/// What a drone of the chain does in the air, at its place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Duty {
+    /// The head: flies as the pilot says, and bears a weak or missing link until a time.
+    Leading { patient_until: Instant },
+    /// A relay: makes its two links equal, and bears a weak or missing one until a time.
+    Relaying { patient_until: Instant },
+    /// A relay that no longer hears a neighbour in front, since a time and a place.
+    Reconnecting { since: Instant, from: Metres },
+    /// A drone that flies back towards a neighbour that it hears too weakly, or not at all.
+    BackingUp { since: Instant, from: Metres },
+}
+
+impl Duty {
+    /// The duty of a drone in this state, if it has one.
+    pub(crate) const fn of(state: State) -> Option<Self> {
+        match state {
+            State::Leading { patient_until } => Some(Self::Leading { patient_until }),
+            State::Relaying { patient_until } => Some(Self::Relaying { patient_until }),
+            State::Reconnecting { since, from } => Some(Self::Reconnecting { since, from }),
+            State::BackingUp { since, from } => Some(Self::BackingUp { since, from }),
+            State::Idle
+            | State::Armed { .. }
+            | State::TakingOff { .. }
+            | State::Landing { .. }
+            | State::Landed { .. }
+            | State::Stopped => None,
+        }
+    }
+
+    /// The state after this duty's round: another duty, or the landing that ends it.
+    pub(crate) fn next(self, config: &AgentConfig, role: Role, at: &Situation) -> State {
+        match self {
+            Self::Leading { patient_until } => leading(patient_until, config, at),
+            Self::Relaying { patient_until } => relaying(patient_until, config, at),
+            Self::Reconnecting { since, from } => reconnecting(since, from, config, at),
+            Self::BackingUp { since, from } => backing_up(since, from, config, role, at),
+        }
+    }
+}
+
+/// Head or relay at its work, bearing with its links until `patient_until`.
+pub(crate) fn on_duty(role: Role, patient_until: Instant) -> State {
+    match role {
+        Role::Head => State::Leading { patient_until },
+        Role::Relay | Role::Base => State::Relaying { patient_until },
+    }
+}
+
+/// What ends every duty: an order to land, or having come home when called.
+fn dismissed(config: &AgentConfig, at: &Situation) -> Option<State> {
+    let why = match at.task {
+        Some(Order::Land) => LandReason::Ordered,
+        Some(Order::Return) if is_home(config, at) => LandReason::Home,
+        _ => return None,
+    };
+    Some(State::Landing { since: at.now, why })
+}
+
+/// Next to the base, and where it took off by odometer or by signal: ways flown round bends
+/// differ out and back, and the base is nowhere stronger than at home.
+fn is_home(config: &AgentConfig, at: &Situation) -> bool {
+    let Some(base) = at.links.base else { return false };
+    at.odometer <= config.flight.home || at.links.home_rssi.is_some_and(|home| base >= home)
+}
+
+fn leading(patient_until: Instant, config: &AgentConfig, at: &Situation) -> State {
+    if let Some(landing) = dismissed(config, at) {
+        landing
+    } else if at.now >= patient_until && config.retreat.wanted(at.links.front, at.links.back, false)
+    {
+        State::BackingUp { since: at.now, from: at.odometer }
+    } else {
+        State::Leading { patient_until }
+    }
+}
+
+fn relaying(patient_until: Instant, config: &AgentConfig, at: &Situation) -> State {
+    if let Some(landing) = dismissed(config, at) {
+        landing
+    } else if at.now >= patient_until && config.retreat.wanted(at.links.front, at.links.back, false)
+    {
+        State::BackingUp { since: at.now, from: at.odometer }
+    } else if at.now >= patient_until && at.links.front.is_none() && at.task != Some(Order::Return)
+    {
+        State::Reconnecting { since: at.now, from: at.odometer }
+    } else {
+        State::Relaying { patient_until }
+    }
+}
+
+fn reconnecting(since: Instant, from: Metres, config: &AgentConfig, at: &Situation) -> State {
+    if let Some(landing) = dismissed(config, at) {
+        landing
+    } else if config.retreat.wanted(at.links.front, at.links.back, false) {
+        State::BackingUp { since: at.now, from: at.odometer }
+    } else if at.links.front.is_some() || at.task == Some(Order::Return) {
+        State::Relaying { patient_until: at.now }
+    } else {
+        State::Reconnecting { since, from }
+    }
+}
+
+fn backing_up(
+    since: Instant,
+    from: Metres,
+    config: &AgentConfig,
+    role: Role,
+    at: &Situation,
+) -> State {
+    let retreat = &config.retreat;
+    let spent =
+        at.now.since(since) >= retreat.max_time || (from - at.odometer) >= retreat.max_distance;
+    if let Some(landing) = dismissed(config, at) {
+        landing
+    } else if !retreat.wanted(at.links.front, at.links.back, true) {
+        on_duty(role, at.now)
+    } else if !spent {
+        State::BackingUp { since, from }
+    } else if at.links.back.is_some() {
+        on_duty(role, at.now + retreat.rest)
+    } else {
+        State::Landing { since: at.now, why: LandReason::LinkLost }
+    }
+}
