@@ -363,7 +363,7 @@ fn a_file_that_is_not_what_it_claims_is_refused_in_one_line() {
         ("blank", b"\n \n\n", Some(Format::Csv), "blank: the file is empty"),
         ("c.csv", b"time,rssi\n0,-50\n", Some(Format::Csv), "c.csv:1: the first row does not name"),
         ("d.csv", b"Frame,Time\n", Some(Format::Mitll), "d.csv:1: the first row does not name"),
-        ("e.csv", b"time_s,link,rssi_dbm\n", None, "e.csv: none of its 0 rows holds"),
+        ("e.csv", b"time_s,link,rssi_dbm\n", None, "e.csv: no row follows the header"),
         (
             "f.csv",
             b"time_s,link,rssi_dbm\n0,a,5\n",

@@ -122,7 +122,7 @@ fn a_misspelt_key_is_refused_at_its_line() {
             .collect();
         let error = read("misspelt.toml", text.join("\n")).unwrap_err().to_string();
         let place = format!("misspelt.toml:{}: ", n + 1);
-        assert!(error.contains(&place) && error.contains("unknown field"), "{line}: {error}");
+        assert!(error.contains(&place) && error.contains("unknown key"), "{line}: {error}");
     }
 }
 
