@@ -21,7 +21,7 @@ fn beams(nw: Range, ne: Range, sw: Range, se: Range) -> Diagonals {
     Diagonals { nw, ne, sw, se }
 }
 
-/// What a drone that has seen nothing yet does about these beams.
+/// The command of a drone that has seen no wall yet, with these beams.
 fn first_look(ranges: &Diagonals, speed: f32) -> NavCommand {
     Navigator::new().step(&CONFIG, ranges, MetresPerSecond(speed), &Bearings::default())
 }
@@ -163,7 +163,7 @@ fn the_trail_turns_a_lost_nose_back() {
     assert!(turn > 0.5, "{turn} rad/s");
 }
 
-/// What the drone meets in one round.
+/// The drone's inputs of one round.
 #[derive(Clone, Copy, Debug)]
 struct Moment {
     ranges: Diagonals,

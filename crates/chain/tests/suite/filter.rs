@@ -35,7 +35,7 @@ fn variance(link: &LinkFilter, kalman: &Kalman) -> f32 {
     expected.variance.unwrap() - kalman.measurement_variance
 }
 
-/// What can happen to a link in one round.
+/// The events of a link in one round.
 #[derive(Clone, Copy, Debug)]
 struct Round {
     separating: f32,

@@ -12,7 +12,7 @@ fn seeded() -> ProptestConfig {
     ProptestConfig { rng_seed: RngSeed::Fixed(1), failure_persistence: None, ..Default::default() }
 }
 
-/// What the watch sees in one round: the last link, the span ahead of it.
+/// The watch's inputs of one round: the last link, and the span ahead of it.
 type Seen = (Option<f32>, Option<(f32, f32)>);
 
 fn seen() -> impl Strategy<Value = Vec<Seen>> {
@@ -31,7 +31,7 @@ fn span(ahead: Option<(f32, f32)>) -> Option<LinkSpan> {
 proptest! {
     #![proptest_config(seeded())]
 
-    /// Nobody is launched while the last link is good, nor before it has been bad for as long as
+    /// No relay is launched while the last link is good, nor before it has been bad for as long as
     /// the shorter of hold and patience.
     #[test]
     fn no_launch_without_a_weak_last_link(seen in seen()) {
@@ -158,7 +158,7 @@ fn the_freedom_of_the_head_is_a_part_for_any_bits() {
     }
 }
 
-/// A clock that runs backwards launches nobody early.
+/// A clock that runs backwards launches no relay early.
 #[test]
 fn a_clock_that_jumps_back_begins_no_launch() {
     let config = LaunchConfig::WHEN_SETTLED;

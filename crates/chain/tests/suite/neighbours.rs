@@ -1,4 +1,4 @@
-//! Who is in front and who is behind: the table of neighbours through its public door. Shows the
+//! The neighbours in front and behind: the table of neighbours through its public door. Shows the
 //! rules one by one, and then that any run of packets leads to what a naive model says.
 
 use chain::filter::Smoothing;
@@ -119,7 +119,7 @@ fn who_lands_is_skipped_at_once() {
 }
 
 #[test]
-fn ones_own_echo_is_nobody() {
+fn a_drones_own_echo_is_no_neighbour() {
     let mut table = Table::default();
     table.link(ME.0, 0, -20.0);
     assert_eq!(table.neighbours.heard(table.now, LOST_AFTER).count(), 0);
@@ -143,7 +143,7 @@ fn duplicates_and_stragglers_change_nothing() {
     assert_eq!(table.front_rssi(), Some(-64.0));
 }
 
-/// A duplicate keeps nobody alive: a repeater must not hide a loss.
+/// A duplicate keeps no neighbour alive: a repeater must not hide a loss.
 #[test]
 fn duplicates_do_not_keep_a_neighbour_alive() {
     let mut table = Table::default();
@@ -171,7 +171,7 @@ fn a_rebooted_neighbour_comes_back() {
     assert_eq!((table.front(), table.front_rssi()), (Some(4), Some(-66.0)));
 }
 
-/// What was known of a link before it was lost does not weigh on what is heard after.
+/// The estimate from before a link was lost does not weigh on the packets after.
 #[test]
 fn a_lost_link_begins_anew() {
     let slow = Smoothing::Average { weight: 0.1 };
@@ -313,7 +313,7 @@ proptest! {
         }
     }
 
-    /// Whoever shouts, the table stays within its bounds and never lists anybody twice.
+    /// Whichever drones send, the table stays within its bounds and lists each once.
     #[test]
     fn any_storm_is_borne(
         storm in prop::collection::vec((any::<u8>(), any::<u16>(), any::<f32>()), 0..1_000),

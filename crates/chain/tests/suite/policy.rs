@@ -124,7 +124,7 @@ proptest! {
     }
 
     /// Between two neighbours that fly as one, a relay whose links are equal flies no faster than
-    /// they and not the other way: feed-forward leads nobody astray.
+    /// they and not the other way: feed-forward leads no relay astray.
     #[test]
     fn with_equal_links_a_relay_follows_but_never_overtakes(
         rssi in -90.0f32..-45.0, v in -0.4f32..0.4,

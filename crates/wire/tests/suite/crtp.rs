@@ -1,4 +1,4 @@
-//! What clients and drones say to each other: the bytes are those of cflib and of the vendor's
+//! Packets between clients and drones: the bytes are those of cflib and of the vendor's
 //! firmware, what is encoded is what is read, and no bytes do harm.
 
 use proptest::prelude::*;

@@ -15,7 +15,7 @@ use wire::syslink::MAX_P2P;
 
 const BOOK: &str = include_str!("../../../../docs/src/air.md");
 
-/// What a message says, by field.
+/// The fields of a message with their values.
 type Fields = Vec<(&'static str, Value)>;
 
 enum Value {
@@ -23,7 +23,7 @@ enum Value {
     Steps(i64),
     /// This number in the unit without its prefix, to half a step.
     Measured(f32),
-    /// What the table calls it.
+    /// The name that the table gives the value.
     Called(&'static str),
     /// These bytes.
     Bytes(Vec<u8>),
@@ -78,7 +78,7 @@ impl Row {
         }))
     }
 
-    /// What it says of these bytes, in steps.
+    /// The value that the row reads from these bytes, in steps.
     fn steps(&self, bytes: &[u8]) -> i64 {
         let bits = self.bits.clone().rev();
         let sum = bits.fold(0, |sum, bit| sum << 1 | i64::from(bytes[bit / 8] >> (bit % 8) & 1));
@@ -238,7 +238,7 @@ fn of_heard(heard: &Heard) -> Fields {
     ]
 }
 
-/// What follows the 20 bytes is each entry of [`of_heard`].
+/// The bytes after the first 20 are the entries, each by [`of_heard`].
 fn of_report(report: &Report, bytes: &[u8]) -> Fields {
     let phase = match report.phase {
         Phase::Waiting => "waiting",

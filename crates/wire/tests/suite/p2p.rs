@@ -1,4 +1,4 @@
-//! What is on the air: the bytes of each message, that they and it say the same, and that nothing
+//! Messages on the air: the bytes of each message, that they and it say the same, and that nothing
 //! else is taken.
 
 use crate::messages;
@@ -149,7 +149,7 @@ fn the_bytes_of_what_is_sealed_are_those_of_the_tables() {
 proptest! {
     #![proptest_config(seeded())]
 
-    /// What has been on the air once goes and comes unchanged from then on.
+    /// A value that has been on the air once is sent and received unchanged from then on.
     #[test]
     fn whole_steps_go_and_come_unchanged(
         message in messages::messages(Flying),
@@ -422,8 +422,8 @@ fn bits_without_a_meaning_are_refused() {
         assert_eq!(wire::p2p::decode_order(&flipped(&explore, bit)), Err(Error::Reserved));
     }
     let lonely = Telemetry { front: None, back: None, ..telemetry() }.encode();
-    let of_nobody = (32..64).filter(|bit| ![32 + 4, 48 + 4].contains(bit));
-    for bit in of_nobody {
+    let without_neighbour = (32..64).filter(|bit| ![32 + 4, 48 + 4].contains(bit));
+    for bit in without_neighbour {
         assert_eq!(Telemetry::decode(&flipped(&lonely, bit)), Err(Error::Reserved), "bit {bit}");
     }
     let told = Telemetry { back: Some((NodeId(9), Dbm(-70.0))), ..telemetry() }.encode();
@@ -456,8 +456,8 @@ fn what_is_no_message_says_why() {
         ("no such phase", with(&told, 0, 0b0000_0101), Error::Code(5)),
         ("no such change", with(&join, 0, 0), Error::Code(0)),
         ("nor that", with(&join, 0, 4), Error::Code(4)),
-        ("a refusal of nobody", with(&join, 0, 3), Error::Length(1)),
-        ("a join of somebody", with(&refused, 0, 1), Error::Length(4)),
+        ("a refusal without a node", with(&join, 0, 3), Error::Length(1)),
+        ("a join with a node", with(&refused, 0, 1), Error::Length(4)),
         ("the weakest the strongest", with(&told, 7, 0xFF), Error::Reserved),
         ("heard twice", with(&told, 24, 2), Error::Reserved),
         ("never switched on", Message::decode(Kind::Command, &no_epoch), Error::Reserved),

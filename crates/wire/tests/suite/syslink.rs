@@ -27,7 +27,7 @@ fn frame(kind: u8, data: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// What the decoder finds when the line brings `bytes` in pieces of `chunk`.
+/// The frames that the decoder finds when `bytes` arrive in pieces of `chunk`.
 fn decoded(decoder: &mut Decoder, bytes: &[u8], chunk: usize) -> Vec<(u8, Vec<u8>)> {
     let mut found = Vec::new();
     for mut piece in bytes.chunks(chunk) {
@@ -39,7 +39,7 @@ fn decoded(decoder: &mut Decoder, bytes: &[u8], chunk: usize) -> Vec<(u8, Vec<u8
     found
 }
 
-/// What one frame means.
+/// The packet in a frame.
 fn parsed(bytes: &[u8], check: impl FnOnce(Result<Incoming<'_>, Malformed>)) {
     let mut decoder = Decoder::new();
     let mut line = bytes;
@@ -157,7 +157,7 @@ fn outgoing(pick: u8, data: &[u8], parts: Parts) -> Outgoing<'_> {
     }
 }
 
-/// What packets are made of.
+/// The values that packets are made of.
 #[derive(Clone, Copy, Debug)]
 struct Parts {
     channel: Channel,
