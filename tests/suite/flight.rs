@@ -63,7 +63,8 @@ fn every_built_in_scenario_flies_at_both_fidelities() {
                 mission.round();
             }
             let crafts = mission.bodies().filter(|body| body.craft().is_some()).count();
-            let wanted = if fidelity == Fidelity::Flight { scenario.drones.relays + 1 } else { 0 };
+            let flying = scenario.drones.explorers + scenario.drones.relays;
+            let wanted = if fidelity == Fidelity::Flight { flying } else { 0 };
             assert_eq!(crafts, wanted, "{name}");
             assert!(mission.bodies().all(|body| body.position().x.is_finite()), "{name}");
         }

@@ -366,7 +366,7 @@ fn a_file_that_is_not_what_it_claims_is_refused_in_one_line() {
         ("e.csv", b"time_s,link,rssi_dbm\n", None, "e.csv: no row follows the header"),
         (
             "f.csv",
-            b"time_s,link,rssi_dbm\n0,a,5\n",
+            b"time_s,link,rssi_dbm\n0,a,127\n",
             None,
             "f.csv: none of its 1 rows holds a usable sample",
         ),
