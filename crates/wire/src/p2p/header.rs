@@ -16,7 +16,7 @@ pub enum Kind {
     Beacon,
     /// [`Report`](super::Report).
     Report,
-    /// A [`Capsule`](super::Capsule) with a [`Order`](super::Order) in it.
+    /// A [`Capsule`](super::Capsule) with an [`Order`](units::Order) in it.
     Command,
     /// A [`Capsule`](super::Capsule) with [`Telemetry`](super::Telemetry) in it.
     Telemetry,
