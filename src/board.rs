@@ -6,11 +6,11 @@
 //! | `crazyflie-2-1` | Crazyflie 2.1 with its first propellers | `board/crazyflie_2_1.rs` |
 //! | `crazyflie-2-1-plus` | the same with the propellers of the 2.1+ | `board/crazyflie_2_1.rs` |
 //!
-//! Another board is another module with the same names in it: [`init`], which takes the chip's
-//! peripherals apart into parts; [`motor`], what [`motors`] must know of its pins and timers;
-//! [`FLIGHT`], what flies; and the interrupt of the control executor. The tasks know parts, not
-//! boards. A Bolt differs in its inertial sensor's bus (SPI2 instead of I2C3), its fourth motor's
-//! pin and the signal its speed controllers take, so in those three.
+//! Another board is another module with the same names in it: [`init`], which divides the chip's
+//! peripherals into the parts of the tasks; [`motor`], the motors' pins and timers; [`FLIGHT`], the
+//! configuration of the flight code; and the interrupt of the control executor. A Bolt differs in
+//! the bus of its inertial sensor (SPI2 instead of I2C3), the pin of its fourth motor and the signal
+//! for its speed controllers.
 
 #[cfg(any(
     all(feature = "crazyflie-2-1", feature = "crazyflie-2-1-plus"),

@@ -1,16 +1,16 @@
 //! The firmware: everything that touches the chip, and nothing else.
 //!
-//! What a drone does is decided in `crates/onboard` and `crates/flight`; what its sensors say and
-//! what the radio's bytes mean, in `crates/sensors` and `crates/wire`. This package gives them
-//! clocks, pins and buses, and tasks that wait, step and publish. The book's chapter "The firmware"
-//! has the tasks with their priorities and the bounds of their waits.
+//! `crates/onboard` and `crates/flight` decide what the drone does; `crates/sensors` drives its
+//! sensors, and `crates/wire` reads and writes the radio's bytes. This package gives them clocks,
+//! pins and buses, and tasks that wait, step and publish. The book's chapter "The firmware" has the
+//! tasks with their priorities and the bounds of their waits.
 //!
 //! | module | holds |
 //! |---|---|
 //! | [`board`] | clocks, pins, buses and motors of the board that was chosen |
 //! | [`tasks`] | the tasks, which wait, step and publish |
 //! | [`safety`] | panics, faults, resets, and what outlives them |
-//! | [`mod@probe`] | what the drone was told and has decided, shown to an emulator |
+//! | [`mod@probe`] | the inputs and decisions of the drone, shown to an emulator |
 //!
 //! Nothing here allocates, panics on purpose, or waits without a bound.
 #![no_std]
@@ -44,9 +44,10 @@ use tasks::rangers::{self, DeckBus};
 use tasks::store::LastRun;
 use tasks::{control, flow, health, lamps, mission, radio, store};
 
-/// Runs the inertial sensor and the control loop, above everything but what wakes them.
+/// The executor of the inertial sensor and the control loop. Only the interrupts that wake these
+/// tasks have a higher priority.
 static CONTROL: InterruptExecutor = InterruptExecutor::new();
-/// Runs all others, when there is nothing else to do.
+/// The executor of all other tasks, which runs while no interrupt does.
 static THREAD: StaticCell<Executor> = StaticCell::new();
 
 static IMU_BUS: StaticCell<ImuBus> = StaticCell::new();
@@ -89,7 +90,7 @@ fn main() -> ! {
     }
 }
 
-/// Starts what flies.
+/// Starts the tasks of the control executor: control loop, gyroscope, accelerometer.
 fn start_control(imu: ImuParts) {
     let Some(flight) = control::new_flight() else {
         panic::give_up("the flight code was made twice");
@@ -104,8 +105,8 @@ fn start_control(imu: ImuParts) {
     spawner.spawn(granted(imu::accel(bus)));
 }
 
-/// Starts all the rest. A function of its own, so that what it needs of the stack is given back
-/// before the first task runs.
+/// Starts the tasks of the thread. It is a function of its own, so that its stack frame is given
+/// back before the first task runs.
 #[inline(never)]
 fn start(
     spawner: Spawner,
@@ -133,7 +134,7 @@ fn start(
     spawner.spawn(granted(health::run(shared)));
 }
 
-/// Each task is started once, so that none is refused unless memory is corrupt.
+/// Takes the token of a task. It is there unless memory is corrupt, since each task is started once.
 fn granted<S>(task: Result<SpawnToken<S>, SpawnError>) -> SpawnToken<S> {
     match task {
         Ok(task) => task,
@@ -145,7 +146,7 @@ fn granted<S>(task: Result<SpawnToken<S>, SpawnError>) -> SpawnToken<S> {
 #[interrupt]
 #[allow(unsafe_code, reason = "embassy asks for a promise")]
 unsafe fn CAN2_SCE() {
-    // SAFETY: this is the interrupt that the executor was started with, and nobody else raises it
-    // before that, nor calls this.
+    // SAFETY: this is the interrupt that the executor was started with; it is not raised before
+    // that, and no code calls this function.
     unsafe { CONTROL.on_interrupt() }
 }

@@ -1,8 +1,8 @@
-//! The probe: what the drone was told and has decided, shown in memory to an emulator or a debugger.
+//! The probe: a static that shows the inputs and decisions of the drone to an emulator or a debugger.
 
 use onboard::probe::Probe;
 
-/// Nothing in the firmware reads it.
+/// The probe. Tasks write it; no code of the firmware reads it.
 #[expect(unsafe_code, reason = "a name without its module is unsafe as such")]
 // SAFETY: nothing else has this name, which is `onboard::probe::SYMBOL`.
 #[unsafe(no_mangle)]

@@ -1,5 +1,4 @@
-//! What happens when something goes wrong: panics, faults and resets, and what the next boot knows of
-//! them.
+//! Panics, faults, resets and the watchdog, and the records of them that the next boot reads.
 //!
 //! | module | holds |
 //! |---|---|

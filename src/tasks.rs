@@ -1,4 +1,4 @@
-//! The tasks: each waits for something, steps a crate's type, and publishes what came of it.
+//! The tasks: each waits for an event, steps a type of a crate, and publishes the result.
 //!
 //! | module | holds |
 //! |---|---|
@@ -11,8 +11,8 @@
 //! | [`radio`] | the tasks that talk to the radio chip |
 //! | [`store`] | the task that keeps settings, keys and epochs in the EEPROM |
 //! | [`lamps`] | the task that shows the drone's state on the LEDs |
-//! | [`health`] | signs of life, and the task that logs them, 1 Hz |
-//! | [`latest`] | places for the latest value of something |
+//! | [`health`] | the check that every task still runs, and the task that logs, 1 Hz |
+//! | [`latest`] | a cell for the latest value, by which tasks exchange values |
 
 pub(crate) mod control;
 pub(crate) mod drone;

@@ -1,10 +1,10 @@
-//! An I²C bus on which no transaction waits for ever.
+//! An I²C bus whose transactions all have a time limit.
 //!
 //! embassy's driver for this chip's I²C waits for interrupts that a disturbed bus never raises
-//! (embassy #2372), and leaves a transaction that failed in the middle without its stop. So each
-//! transaction here has a limit of time, and where it is exceeded, or the peripheral reports what
-//! it cannot have caused itself, the bus is mended: nine clocks by hand until every device has let
-//! go of the data line, and a peripheral that is reset.
+//! (embassy #2372), and leaves a transaction that failed in the middle without its stop condition.
+//! So each transaction here has a time limit. When the limit is exceeded, or the peripheral reports
+//! a bus error or a lost arbitration, the bus is recovered: up to nine clock pulses, until every
+//! device has released the data line, and a reset of the peripheral.
 
 use embassy_embedded_hal::SetConfig;
 use embassy_stm32::i2c::{self, I2c, Master};
@@ -19,24 +19,25 @@ use embedded_hal::i2c::{ErrorKind, ErrorType, NoAcknowledgeSource, Operation};
 
 use crate::board::deadline::{Deadline, Over};
 
-/// What a transaction may take: a byte takes 23 µs at 400 kHz, the rest is for tasks that are
-/// served before this one.
+/// The time limit of a transaction: a byte takes 23 µs at 400 kHz, the rest is for tasks of a higher
+/// priority.
 const LIMIT_US: u64 = 1_000;
 const LIMIT_PER_BYTE_US: u64 = 60;
 
 const SPEED: Hertz = Hertz(400_000);
 
-/// Turns of a loop that waits for a stop to be over, which takes 5 µs; a turn takes 0.1 µs or more.
+/// Iterations of a loop that waits for the end of a stop condition, which takes 5 µs; an iteration
+/// takes 0.1 µs or more.
 const STOP_TURNS: u32 = 500;
 
 /// Why a transaction failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, defmt::Format)]
 pub(crate) enum Error {
-    /// Nobody answered, or did not take a byte.
+    /// No device acknowledged the address, or the device refused a byte.
     NotAcknowledged,
-    /// It took too long, or the bus does not come free.
+    /// The transaction took too long, or the bus does not become free.
     Hung,
-    /// The lines did what nobody told them.
+    /// The peripheral reported a bus error, a lost arbitration or another error of the lines.
     Disturbed,
     /// There is nothing to send or to read.
     Empty,
@@ -52,7 +53,7 @@ impl embedded_hal::i2c::Error for Error {
     }
 }
 
-/// The bus.
+/// An I²C bus as its only master.
 pub(crate) struct Bus {
     i2c: I2c<'static, Async, Master>,
     registers: pac::i2c::I2c,
@@ -62,8 +63,8 @@ pub(crate) struct Bus {
 }
 
 impl Bus {
-    /// The bus that `i2c` drives, with the registers and the pins that it drives it by, and the
-    /// deadline that is its own.
+    /// The bus of the driver `i2c`, with the registers and pins of its peripheral, and a deadline
+    /// that no other bus uses.
     pub(crate) fn new(
         i2c: I2c<'static, Async, Master>,
         registers: pac::i2c::I2c,
@@ -74,8 +75,9 @@ impl Bus {
         Self { i2c, registers, clock, data, deadline }
     }
 
-    /// Before a transaction: the stop of the last one is over and the lines are free. A start that
-    /// is asked for while a stop is pending may be lost (RM0090, note on I2C_CR1).
+    /// Waits before a transaction until the stop condition of the last one is over and the lines
+    /// are free. A start that is requested while a stop is pending may be lost (RM0090, note on
+    /// I2C_CR1).
     async fn ready(&mut self) -> Result<(), Error> {
         if self.comes_free() || self.mend().await { Ok(()) } else { Err(Error::Hung) }
     }
@@ -85,7 +87,7 @@ impl Bus {
         (0..STOP_TURNS).any(|_| is_free())
     }
 
-    /// After a transaction: what its end means, and the bus as the next one needs it.
+    /// Translates the end of a transaction into a result, and readies the bus for the next one.
     async fn close(&mut self, end: Result<Result<(), i2c::Error>, Over>) -> Result<(), Error> {
         let error = match end {
             Ok(Ok(())) => return Ok(()),
@@ -195,24 +197,24 @@ impl Line {
         Self { port, number }
     }
 
-    /// The pin's number, of which the compiler sees that a port has it.
+    /// The pin's number, below 16 so that the compiler can leave out the bounds check.
     const fn number(&self) -> usize {
         self.number % 16
     }
 
-    /// From the peripheral.
+    /// Takes the pin from the peripheral.
     fn take(&mut self) {
         self.port.bsrr().write(|w| w.set_bs(self.number(), true));
         self.set_mode(Moder::OUTPUT);
     }
 
-    /// To the peripheral.
+    /// Gives the pin back to the peripheral.
     fn give_back(&mut self) {
         self.set_mode(Moder::ALTERNATE);
     }
 
     fn set_mode(&mut self, mode: Moder) {
-        // The port's other pins are other tasks'.
+        // Other tasks use the port's other pins.
         cortex_m::interrupt::free(|_| {
             self.port.moder().modify(|w| w.set_moder(self.number(), mode));
         });

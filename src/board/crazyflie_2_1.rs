@@ -1,4 +1,4 @@
-//! The Crazyflie 2.1 and 2.1+: clocks, pins, buses, and who may interrupt whom.
+//! The Crazyflie 2.1 and 2.1+: clocks, pins, buses, and the priorities of the interrupts.
 //!
 //! | function | pins | peripheral | DMA |
 //! |---|---|---|---|
@@ -32,7 +32,7 @@ use crate::board::bus::{Bus, Line};
 use crate::board::deadline;
 use crate::safety::panic;
 
-/// What flies.
+/// The configuration of the flight code, with the propellers of this board.
 pub(crate) const FLIGHT: FlightConfig = if cfg!(feature = "crazyflie-2-1-plus") {
     FlightConfig::CRAZYFLIE_2_1_PLUS
 } else {
@@ -52,7 +52,7 @@ pub(crate) mod motor {
     use embassy_stm32::pac::gpio::Gpio;
     use embassy_stm32::pac::timer::vals::Ocm;
 
-    /// A motor's pin, which turns it while it is high.
+    /// The pin of a motor, which turns while the pin is high.
     pub(crate) struct Pin {
         pub(crate) port: Gpio,
         pub(crate) number: usize,
@@ -149,21 +149,22 @@ bind_interrupts!(struct Irqs {
     DMA2_STREAM7 => dma::InterruptHandler<peripherals::DMA2_CH7>;
 });
 
-/// The interrupt that the control executor borrows: no Crazyflie has a CAN bus.
+/// The interrupt of the control executor: that of a CAN bus, which no Crazyflie has.
 pub(crate) const CONTROL: interrupt::Interrupt = interrupt::CAN2_SCE;
 
-/// What wakes the control executor: time, data ready, and the sensor bus. Nothing of it may
-/// interrupt another, because the handlers of both EXTI lines write one mask register.
+/// The priority of the interrupts that wake the control executor: time, data ready, and the sensor
+/// bus. None of them may interrupt another, because the handlers of both EXTI lines write one mask
+/// register.
 const WAKE: Priority = Priority::P1;
-/// The control executor.
+/// The priority of the control executor.
 const STEP: Priority = Priority::P2;
-/// Radio and decks, which only wake tasks of the thread.
+/// The priority of radio and decks, whose interrupts only wake tasks of the thread.
 const REST: Priority = Priority::P4;
 
 /// A pin whose edges can be waited for.
 pub(crate) type Edge = ExtiInput<'static, Async>;
 
-/// The board, taken apart.
+/// The parts of the board, by the tasks that use them.
 pub(crate) struct Parts {
     pub(crate) lamps: Lamps,
     pub(crate) imu: ImuParts,
@@ -206,8 +207,8 @@ pub(crate) struct RadioParts {
     pub(crate) wait: Edge,
 }
 
-/// Bytes of the radio line that may come in before anybody looks: 5 ms at full speed, while control
-/// steps keep the thread waiting for less than one.
+/// The bytes that the radio line can buffer: 5 ms at full speed, while control steps keep the thread
+/// waiting for less than one.
 static RING: StaticCell<[u8; 512]> = StaticCell::new();
 
 /// Starts the 8 MHz crystal; false when it does not come within 50 ms or a little more, by the
@@ -280,9 +281,8 @@ pub(crate) fn init() -> Parts {
     }
 }
 
-/// Switches on what makes up for a slow flash, as ST's start-up code for this chip does. Without it
-/// each line of 16 bytes is waited for through five cycles, and embassy, which sets these five,
-/// leaves it off. (Of the first revision of the chip, A, the prefetch is not to be used: ES0182.)
+/// Switches the flash accelerator on, as ST's start-up code for this chip does. Without it each line
+/// of 16 bytes costs five wait states. embassy sets the wait states and leaves the accelerator off. (Of the first revision of the chip, A, the prefetch is not to be used: ES0182.)
 fn cache_flash() {
     pac::FLASH.acr().modify(|w| {
         w.set_icen(true);
@@ -291,7 +291,7 @@ fn cache_flash() {
     });
 }
 
-/// Before any of them is enabled by a driver.
+/// Sets the priorities of the interrupts; to be called before a driver enables one.
 fn set_priorities() {
     let wake = [
         interrupt::TIM5,

@@ -1,9 +1,9 @@
 //! Bounds of the waits for a bus, kept by the control loop's tick.
 //!
-//! The executor's timers are looked through whenever what they bound is polled, and a transaction on
-//! an I²C bus is polled eight times. Here a wait is noted once, and the control loop, which itself
-//! waits no longer than its own timer, looks in each of its rounds whether one is over. That saves
-//! 8 % of all instructions (22.7 to 20.9 million a second on the ground, in the emulator).
+//! A timer of the executor scans the timer queue at each poll, and a transaction on an I²C bus is
+//! polled eight times. Here a wait stores its end once, and the control loop, whose own wait is
+//! bounded by a timer, checks in each of its rounds whether the end has passed. That saves 8 % of
+//! all instructions (22.7 to 20.9 million a second on the ground, in the emulator).
 
 use core::future::poll_fn;
 use core::pin::pin;
@@ -13,12 +13,12 @@ use core::task::Poll;
 use embassy_sync::waitqueue::AtomicWaker;
 use embassy_time::{Duration, Instant};
 
-/// The inertial sensor's bus,
+/// The deadline of the inertial sensor's bus.
 pub(crate) static INERTIAL: Deadline = Deadline::new();
-/// and that of the decks.
+/// The deadline of the decks' bus.
 pub(crate) static DECKS: Deadline = Deadline::new();
 
-/// It took too long.
+/// The error of a wait that took too long.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Over;
 
@@ -37,15 +37,15 @@ impl Deadline {
         Self { at: AtomicU32::new(NONE), over: AtomicBool::new(false), waker: AtomicWaker::new() }
     }
 
-    /// Waits, but not much longer than `limit`: up to a round of the control loop. Nobody else
-    /// waits by this deadline meanwhile.
+    /// Waits, at most a round of the control loop longer than `limit`. A deadline bounds one wait at
+    /// a time.
     pub(crate) async fn bound<F: Future>(
         &self,
         limit: Duration,
         wait: F,
     ) -> Result<F::Output, Over> {
         let mut wait = pin!(wait);
-        // In this order: the tick may come in between, and must not find an old one.
+        // In this order: a tick between the two lines must not see the end of the last wait.
         self.at.store(micros().wrapping_add(limit.as_micros() as u32) | 1, Ordering::SeqCst);
         self.over.store(false, Ordering::SeqCst);
         let mut is_known = false;

@@ -1,11 +1,11 @@
-//! The four motors: how to stop them, whatever else has happened, and how to drive them.
+//! Stops the four motors in any state of the firmware, and drives them.
 //!
-//! Which pins and timers these are is the board's to say; a motor turns while its pin is high. The
-//! pins are held low from the first instruction of `main`, because a floating gate is a motor that
-//! may turn, and go to the timers when the control task takes [`Motors`].
+//! The board names their pins and timers; a motor turns while its pin is high. The pins are held low
+//! from the first instruction of `main`, because a motor may turn while its gate floats, and are
+//! handed to the timers when the control task takes [`Motors`].
 //!
-//! By registers, not by embassy's driver: that one checks each duty with an assertion, and a panic
-//! is the last thing wanted between the controller and a motor.
+//! This module writes the registers itself: embassy's driver checks each duty with an assertion, and
+//! a control step must not panic.
 
 use embassy_stm32::pac::gpio::vals::{Moder, Ot};
 use flight::Duties;
@@ -23,11 +23,11 @@ pub(crate) fn stop() {
         pin.port.otyper().modify(|w| w.set_ot(number, Ot::PUSH_PULL));
         pin.port.moder().modify(|w| w.set_moder(number, Moder::OUTPUT));
     }
-    // The timers too: a task that comes back to life must find them unconfigured.
+    // The timers too: a task that runs once more must find them unconfigured.
     motor::reset_timers();
 }
 
-/// The right to drive them: there is one, in the control task.
+/// The right to drive the motors: there is one, in the control task.
 pub(crate) struct Motors(());
 
 impl Motors {
@@ -44,11 +44,11 @@ impl Motors {
         Self(())
     }
 
-    /// Drives each at its part of the battery's voltage; what is not a number stops its motor.
+    /// Drives each motor at its part of the battery's voltage; a NaN stops its motor.
     pub(crate) fn set(&mut self, duties: Duties) {
         motor::compare(duties.0.map(|duty| {
             let steps = duty.clamp(0.0, 1.0) * f32::from(STEPS) + 0.5;
-            // Saturates, and makes zero of what is not a number.
+            // The conversion saturates, and gives zero for a NaN.
             steps as u16
         }));
     }

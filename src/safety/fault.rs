@@ -1,7 +1,7 @@
-//! Hard faults: what becomes of a bad address, a bad instruction, and a stack that overflows.
+//! The handler of hard faults: bad addresses, undefined instructions, stack overflows.
 //!
-//! The stack may be what failed, so the handler takes another before it pushes anything, and then
-//! does what every end begins with: it stops the motors.
+//! The stack itself may have failed, so the handler switches to another one before it pushes
+//! anything. Then it stops the motors, writes the crash record and resets.
 #![expect(unsafe_code, reason = "an exception's handler")]
 
 use core::arch::naked_asm;
@@ -11,10 +11,10 @@ use cortex_m::peripheral::SCB;
 use crate::board::motors;
 use crate::safety::{panic, stack};
 
-/// Changes over to the stack that `memory.x` keeps for it, and goes on in [`hard_fault`] with where
-/// the other had got to.
+/// Switches to the stack that `memory.x` reserves for it, and calls [`hard_fault`] with the old stack
+/// pointer.
 ///
-/// In place of cortex-m-rt's handler, whose first instruction needs the stack.
+/// It replaces cortex-m-rt's handler, whose first instruction needs the stack.
 #[unsafe(naked)]
 // SAFETY: nothing else has this name; cortex-m-rt leaves it to the program.
 #[unsafe(export_name = "HardFault")]
@@ -32,8 +32,8 @@ unsafe extern "C" fn enter() -> ! {
     )
 }
 
-/// `frame` is where the processor has pushed what it was doing, or where it would have, had there
-/// been room.
+/// Reads the exception frame and ends the run. `frame` is the address at which the processor has
+/// pushed its registers, or would have if there had been room.
 extern "C" fn hard_fault(frame: *const u32) -> ! {
     motors::stop();
     let address = frame.addr() as u32;

@@ -1,11 +1,11 @@
-//! When nothing else works any more: stop the motors, leave a reason, reset.
+//! Ends a run: stops the motors, writes a crash record, resets the chip.
 //!
-//! The reason goes to a corner of memory that no start-up code clears (`memory.x`), and the next
-//! boot logs it: nothing is logged from here, because the fault may have happened in the middle of
-//! the logger. A magic number and a checksum tell a reason from what power-up leaves in a RAM.
+//! The record lies in memory that no start-up code clears (`memory.x`), and the next boot logs it:
+//! nothing is logged here, because the fault may have happened in the middle of the logger. A magic
+//! number and a checksum distinguish a record from the random contents of a RAM at power-up.
 //!
-//! What comes here: panics, faults ([`crate::safety::fault`]), interrupts that nobody handles, and
-//! [`give_up`].
+//! Runs end here by panics, by faults ([`crate::safety::fault`]), by interrupts without a handler,
+//! and by [`give_up`].
 
 use core::panic::PanicInfo;
 use core::sync::atomic::{AtomicU32, Ordering};
@@ -29,7 +29,7 @@ enum Kind {
     HardFault,
     /// An interrupt without a handler; `detail` is its number.
     Interrupt,
-    /// [`give_up`]; the text says why.
+    /// A call of [`give_up`]; the text is its reason.
     GivenUp,
 }
 
@@ -56,7 +56,7 @@ impl Kind {
 
 /// Bytes of text that are kept.
 const TEXT: usize = 96;
-/// Bytes of a file's path that are kept: its end, which is what tells.
+/// Bytes of a file's path that are kept, from its end.
 const FILE: usize = 48;
 /// Numbers that are kept.
 const DETAIL: usize = 6;
@@ -73,7 +73,7 @@ impl CrashRecord {
         Self { kind, detail, text: String::new() }
     }
 
-    /// As much of `more` as there is room for.
+    /// Appends as much of `more` as there is room for.
     fn say(&mut self, more: &str) {
         let room = TEXT.saturating_sub(self.text.len());
         let fits = more.get(..more.floor_char_boundary(room)).unwrap_or_default();
@@ -81,7 +81,7 @@ impl CrashRecord {
         let _ = self.text.push_str(fits);
     }
 
-    /// Tells whoever watches.
+    /// Logs the record.
     pub(crate) fn log(&self) {
         let [a, b, c, d, e, f] = self.detail;
         let text = self.text.as_str();
@@ -109,7 +109,7 @@ impl CrashRecord {
     }
 }
 
-/// What was running, by the number of the exception that was being handled.
+/// The code that was running, by the number of the exception that was being handled.
 fn place(exception: u32) -> &'static str {
     /// Exceptions of the core come before the chip's interrupts.
     const CORE: u32 = 16;
@@ -120,11 +120,11 @@ fn place(exception: u32) -> &'static str {
     }
 }
 
-/// "What went wrong?" in hexadecimal speech; with the checksum, one start in 2⁶⁴ from scrambled
-/// memory would report a fault that never was.
+/// The magic number of a crash record. With the checksum, one start in 2⁶⁴ from random memory reports
+/// a crash that never happened.
 const MAGIC: u32 = 0x0BAD_F11E;
 
-/// Where the crash record lies: plain words, so that every content is a valid one.
+/// The memory of the crash record: plain words, so that every content is a valid value.
 struct CrashMemory {
     magic: AtomicU32,
     checksum: AtomicU32,
@@ -166,7 +166,7 @@ impl CrashMemory {
         self.magic.store(MAGIC, Ordering::SeqCst);
     }
 
-    /// The reason, once: a second boot does not report it again.
+    /// Takes the record: a second boot does not report it again.
     fn take(&self) -> Option<CrashRecord> {
         let magic = self.magic.swap(0, Ordering::SeqCst);
         if magic != MAGIC || self.checksum.load(Ordering::SeqCst) != self.sum() {
@@ -193,12 +193,12 @@ impl CrashMemory {
     }
 }
 
-/// Why the last run ended, if it ended here.
+/// Takes the crash record of the last run, if it ended in this module.
 pub(crate) fn take_crash_record() -> Option<CrashRecord> {
     CRASH_MEMORY.take()
 }
 
-/// Motors off, reason written, reset. In this order: it may all go wrong again on the way.
+/// Stops the motors, writes the record and resets, in this order, since each step may fail again.
 fn end(record: &CrashRecord) -> ! {
     cortex_m::interrupt::disable();
     motors::stop();
@@ -220,7 +220,7 @@ pub(crate) fn give_up(why: &str) -> ! {
 
 #[panic_handler]
 fn panicked(info: &PanicInfo<'_>) -> ! {
-    // Before anything else: what follows is safe code, but so was what panicked.
+    // Before anything else: the rest is code that may panic in turn.
     cortex_m::interrupt::disable();
     motors::stop();
     let mut record = CrashRecord::new(Kind::Panic, [0; DETAIL]);

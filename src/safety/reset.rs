@@ -1,8 +1,8 @@
 //! Why the chip started, and the watchdog that makes it start again.
 //!
-//! The watchdog is independent: it has an oscillator of its own, and once started nothing stops it
-//! but a reset. Only the control task feeds it ([`crate::tasks::control`]), so it bites when the control
-//! executor no longer runs, for whatever reason; what the other tasks owe is in [`crate::tasks::health`].
+//! The independent watchdog has an oscillator of its own, and once started only a reset stops it.
+//! Only the control task feeds it ([`crate::tasks::control`]), so it resets the chip when the control
+//! executor no longer runs. [`crate::tasks::health`] checks the other tasks.
 
 use embassy_stm32::pac::iwdg::vals::{Key, Pr};
 use embassy_stm32::pac::{DBGMCU, FLASH, IWDG, RCC};
@@ -16,27 +16,27 @@ pub(crate) enum Cause {
     BrownOut,
     /// The watchdog was not fed.
     Watchdog,
-    /// The firmware said so: [`crate::safety::panic`], or the bootloader.
+    /// Software requested it: [`crate::safety::panic`], or the bootloader.
     Software,
     /// The reset pin: a probe, or the radio chip.
     Pin,
-    /// Something that this firmware has never set up.
+    /// A source that this firmware does not use.
     Other,
 }
 
 impl Cause {
-    /// Whether nobody wanted it.
+    /// Whether the reset was unintended.
     pub(crate) const fn is_fault(self) -> bool {
         matches!(self, Self::BrownOut | Self::Watchdog)
     }
 }
 
-/// What reset the chip, read once: the flags are cleared for the next time.
+/// Takes the cause of the reset: the flags are cleared for the next time.
 pub(crate) fn take_cause() -> Cause {
     let flags = RCC.csr().read();
     RCC.csr().modify(|w| w.set_rmvf(true));
     // Each reset pulls the pin low as well, and power-on raises the brown-out flag too (RM0090,
-    // RCC_CSR), so the order tells.
+    // RCC_CSR), so the flags are read in this order.
     if flags.wdgrstf() {
         Cause::Watchdog
     } else if flags.sftrstf() {
@@ -69,11 +69,11 @@ pub(crate) fn brown_out_millivolts() -> u16 {
 /// periods of 32 kHz or less, 160 µs; a turn takes 0.1 µs or more.
 const TURNS: u32 = 10_000;
 
-/// Starts the watchdog: fed within 189 periods of 1 kHz, or it bites. Its oscillator runs at 17 to
-/// 47 kHz (STM32F405 data sheet, LSI), so that is 129 to 356 ms. The values are those of
-/// crazyflie-firmware's `watchdog.h`.
+/// Starts the watchdog: it resets the chip unless it is fed within 189 periods of 1 kHz. Its
+/// oscillator runs at 17 to 47 kHz (STM32F405 data sheet, LSI), so that is 129 to 356 ms. The values
+/// are those of crazyflie-firmware's `watchdog.h`.
 ///
-/// While a probe has halted the processor it stands still, and so does the time. The motors do not.
+/// While a probe has halted the processor, watchdog and time stand still, but the motors go on.
 pub(crate) fn start_watchdog() {
     DBGMCU.apb1fzr().modify(|w| {
         w.set_iwdg(true);
@@ -88,7 +88,7 @@ pub(crate) fn start_watchdog() {
     feed_watchdog();
 }
 
-/// Puts the watchdog off.
+/// Feeds the watchdog.
 pub(crate) fn feed_watchdog() {
     IWDG.kr().write(|w| w.set_key(Key::RESET));
 }

@@ -1,15 +1,15 @@
 //! The marks that outlive a reset: whether the drone flew, and whether a stop stood.
 //!
-//! The reset's cause does not tell: the radio chip pulls the pin, a battery's plug has a bad contact,
-//! and both look like an engineer at a bench. So marks are left where no start-up code clears them
-//! (`memory.x`). They outlive a reset, and a supply that was gone for less time than the RAM's
+//! The cause of a reset does not show that: the radio chip may pull the reset pin, or a battery's
+//! plug may lose contact, and both look like a reset on the bench. So marks are stored in memory
+//! that no start-up code clears (`memory.x`). They outlive a reset, and a supply that was gone for less time than the RAM's
 //! retention. Switching the drone off by its button clears the mark of a stop.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
-/// "Aloft" in hexadecimal speech; one start in 2³² from scrambled memory would take it for a mark.
+/// The mark of a drone in the air. One start in 2³² from random memory finds it by chance.
 const ALOFT: u32 = 0xA10F_7A10;
-/// "Stopped", likewise.
+/// The mark of a stop, likewise.
 const STOPPED: u32 = 0x5709_9ED0;
 
 #[expect(unsafe_code, reason = "naming a section of the linker script is unsafe as such")]
@@ -20,7 +20,7 @@ const STOPPED: u32 = 0x5709_9ED0;
 #[unsafe(link_section = ".outlives_reset.marks")]
 static MARKS: [AtomicU32; 2] = [AtomicU32::new(0), AtomicU32::new(0)];
 
-/// How the last run ended, as far as its marks tell.
+/// How the last run ended, by its marks.
 #[derive(Clone, Copy)]
 pub(crate) struct RestartMark {
     /// In the air.
@@ -41,8 +41,8 @@ pub(crate) fn note_stopped(stands: bool) {
     stopped.store(if stands { STOPPED } else { 0 }, Ordering::Relaxed);
 }
 
-/// How the last run ended. The air is told of once: a second boot does not report it again. A stop
-/// stands on.
+/// Takes the marks of the last run. That of the air is cleared, so that a second boot does not report
+/// it again; that of a stop stays.
 pub(crate) fn take() -> RestartMark {
     let [aloft, stopped] = &MARKS;
     RestartMark {

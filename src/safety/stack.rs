@@ -1,21 +1,21 @@
-//! The stack: where it lies and how deep it has been.
+//! The bounds of the stack, and how deep it has been.
 //!
-//! It lies at the lower end of the RAM and grows down into nothing (`memory.x`), so that one that
-//! overflows faults ([`crate::safety::fault`]). All tasks and interrupts share it.
-#![expect(unsafe_code, reason = "looks at memory that is nobody's variable")]
+//! The stack lies at the lower end of the RAM (`memory.x`), so that an overflow leaves the memory and
+//! faults ([`crate::safety::fault`]). All tasks and interrupts share it.
+#![expect(unsafe_code, reason = "reads memory that belongs to no variable")]
 
 unsafe extern "C" {
-    /// Symbols of `memory.x`; their addresses are what is meant.
+    // Symbols of `memory.x`, of which only the addresses are used.
     static _stack_start: u32;
     static _stack_end: u32;
 }
 
-/// The lowest address, and the one above the highest.
+/// The stack's lowest address, and the one above its highest.
 fn bounds() -> (usize, usize) {
     ((&raw const _stack_end).addr(), (&raw const _stack_start).addr())
 }
 
-/// Bytes in all.
+/// The size of the stack in bytes.
 pub(crate) fn size() -> u32 {
     let (end, start) = bounds();
     start.saturating_sub(end) as u32
@@ -30,7 +30,7 @@ pub(crate) fn used() -> u32 {
         .take_while(|word| {
             let place = (&raw const _stack_end).wrapping_add(*word);
             // SAFETY: between the two symbols there is memory, aligned to 8 bytes; every bit
-            // pattern is a number; and it is read as what others may write at any time.
+            // pattern is a number; and the read is volatile because interrupts write there.
             let content = unsafe { place.read_volatile() };
             content == cortex_m_rt::STACK_PAINT_VALUE
         })

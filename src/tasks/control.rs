@@ -1,9 +1,9 @@
 //! The control loop: a thousand times a second from the sensors to the motors.
 //!
-//! It waits for one thing, the gyroscope's next sample, and for that no longer than
-//! [`PATIENCE`]: without a sample it steps all the same, so that the flight code can land on what
-//! it has. Everything else it takes as it finds it. It feeds the watchdog, and ends what takes too
-//! long at a bus.
+//! It waits for the gyroscope's next sample, no longer than [`PATIENCE`]: without a sample it steps
+//! all the same, so that the flight code can land with the other sensors. It takes the latest values
+//! of everything else without waiting. It feeds the watchdog, and ends bus transactions that take too
+//! long.
 
 use core::cell::Cell;
 
@@ -23,10 +23,10 @@ use crate::safety::{panic, reset, restart_mark};
 use crate::tasks::latest::Latest;
 use crate::tasks::{flow, health, imu, mission, radio, rangers};
 
-/// What the flight code knew in its last step; `None` before the first.
+/// The status of the flight code after its last step; `None` before the first.
 pub(crate) static STATUS: Latest<Option<Status>> = Latest::new(None);
 
-/// What the control loop has measured and done in its last step, for clients.
+/// The measurements and motor duties of the last step, for clients.
 #[derive(Clone, Copy)]
 pub(crate) struct Measured {
     pub(crate) gyro: AngularVelocity,
@@ -43,15 +43,15 @@ pub(crate) static MEASURED: Latest<Measured> = Latest::new(Measured {
 /// Two samples missed.
 const PATIENCE: Duration = Duration::from_millis(2);
 
-/// Everything from sensors to motors of one drone, too large for a stack.
+/// The memory of the flight code, which is too large for a stack.
 static FLYER: StaticCell<Flight> = StaticCell::new();
 
-/// The one flight code; `None` when it has been given out already.
+/// Makes the flight code, once; `None` at a second call.
 pub(crate) fn new_flight() -> Option<&'static mut Flight> {
     FLYER.try_init_with(Flight::new)
 }
 
-/// Whether the drone is in the air, or so nearly that a reset would be a fall.
+/// Whether the drone is in the air or about to be, so that a reset would be a fall.
 pub(crate) fn is_airborne() -> bool {
     STATUS.get().is_some_and(|status| status.mode.is_airborne())
 }
@@ -88,14 +88,14 @@ pub(crate) async fn run(flight: &'static mut Flight, mut motors: Motors) -> ! {
     }
 }
 
-/// One step. Kept whole, with everything that it calls and nothing else, so that `.ci/sizes` can
-/// weigh it.
+/// Steps the flight code. It is not inlined, so that `.ci/sizes` can measure it and all that it
+/// calls.
 #[inline(never)]
 fn step(flight: &mut Flight, now: Instant, sensed: &Sensed, command: &Command) -> Outputs {
     flight.step(&FLIGHT, now, sensed, command)
 }
 
-/// The mission's set-point, but on the ground the power button comes first.
+/// The set-point of the mission, or a stop when the power button was pressed on the ground.
 fn command() -> Command {
     if radio::is_shutting_down() && !is_airborne() {
         Command { setpoint: units::Setpoint::Stop, given: clock::now() }
@@ -104,7 +104,7 @@ fn command() -> Command {
     }
 }
 
-/// Feeds the watchdog, unless a task has fallen silent and the drone is on the ground.
+/// Feeds the watchdog, unless a task has stopped and the drone is on the ground.
 fn watch_over(status: &Status) {
     let flies = status.mode.is_airborne();
     restart_mark::note_aloft(flies);
@@ -114,7 +114,7 @@ fn watch_over(status: &Status) {
     reset::feed_watchdog();
 }
 
-/// How the loop kept its time, in µs.
+/// The timing of the loop, in µs.
 #[derive(Clone, Copy)]
 pub(crate) struct Timing {
     pub(crate) longest_step: u32,
@@ -126,7 +126,7 @@ impl Timing {
     const NONE: Self = Self { longest_step: 0, shortest_period: u32::MAX, longest_period: 0 };
 }
 
-/// Since it was last asked for, in cycles.
+/// The timing since it was last taken, in cycles.
 static TIMING: Mutex<CriticalSectionRawMutex, Cell<Timing>> = Mutex::new(Cell::new(Timing::NONE));
 
 fn time(period: u32, step: u32) {
@@ -140,7 +140,7 @@ fn time(period: u32, step: u32) {
     });
 }
 
-/// How the loop has kept its time since this was last asked.
+/// Takes the timing of the loop since the last call.
 pub(crate) fn take_timing() -> Timing {
     /// At 168 MHz.
     const CYCLES: u32 = 168;

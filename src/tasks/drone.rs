@@ -1,8 +1,8 @@
 //! The one `onboard::Drone`, which the tasks of the thread share.
 //!
 //! They need no lock for it: one executor runs them, one at a time, and no task waits while it has
-//! borrowed the drone. So what takes long in it, encrypting and checking, is done with all interrupts
-//! on, and delays no control step.
+//! borrowed the drone. So its long operations, encryption and authentication, run with interrupts
+//! enabled, and delay no control step.
 
 use core::cell::{Cell, RefCell};
 
@@ -19,7 +19,7 @@ use crate::tasks::{mission, radio};
 /// The drone of this firmware.
 pub(crate) type Drone = onboard::Drone<Sealed>;
 
-/// Too large for a stack; here the linker accounts for it.
+/// The memory of the drone, which is too large for a stack.
 static DRONE: StaticCell<RefCell<Drone>> = StaticCell::new();
 
 /// The drone, once [`crate::tasks::store`] knows its number and settings.
@@ -45,23 +45,23 @@ impl Shared {
         self.drone.get()?.try_borrow_mut().ok().map(|mut drone| act(&mut drone))
     }
 
-    /// The same, for what may give the sending task something to send or may stop the drone.
+    /// The same, for calls after which there may be a packet to send or a stop to obey.
     pub(crate) fn tell<R>(&self, act: impl FnOnce(&mut Drone) -> R) -> Option<R> {
         let result = self.with(|drone| {
             let result = act(drone);
-            heed_stop(drone);
+            obey_stop(drone);
             result
         });
         self.news.signal(());
         result
     }
 
-    /// Lets what is due by the clock happen to the drone.
+    /// Lets the drone's link act on the time.
     pub(crate) fn attend(&self, now: Instant) {
         let changes = self.with(|drone| {
             let before = drone.operator();
             drone.attend(now);
-            heed_stop(drone);
+            obey_stop(drone);
             before != drone.operator()
         });
         if changes == Some(true) {
@@ -74,7 +74,7 @@ impl Shared {
         self.news.wait().await;
     }
 
-    /// When there is something to send to the chain, if there is.
+    /// When the next packet to the chain is due, if there is one.
     pub(crate) fn due(&self) -> Option<Instant> {
         self.with(|drone| drone.due()).flatten()
     }
@@ -90,9 +90,9 @@ impl Shared {
     }
 }
 
-/// A stop reaches the motors at once, not with the next round of the mission, and is kept over a
-/// restart. Switching the drone off by its button ends it.
-fn heed_stop(drone: &Drone) {
+/// Hands a stop to the motors at once, instead of in the next round of the mission, and marks it for
+/// the next boot. Switching the drone off by its button clears the mark.
+fn obey_stop(drone: &Drone) {
     let stops = drone.is_stopped();
     restart_mark::note_stopped(stops && !radio::is_shutting_down());
     if stops && drone.identity().role != Role::Base {

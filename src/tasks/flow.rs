@@ -15,18 +15,18 @@ use crate::board::clock;
 use crate::tasks::health::{self, Tally, Task};
 use crate::tasks::latest::Latest;
 
-/// What was counted since the control loop took it last.
+/// The counts since the control loop took them last.
 pub(crate) static MOTION: Latest<Option<Motion>> = Latest::new(None);
 
-/// The last count, for whoever looks.
+/// The last reading, for clients.
 static LATEST: Latest<Option<Motion>> = Latest::new(None);
 
-/// What was counted last; `None` until the sensor has been there.
+/// The last reading; `None` until the sensor has answered.
 pub(crate) fn latest() -> Option<Motion> {
     LATEST.get()
 }
 
-/// Whether the sensor has been there since boot.
+/// Whether the sensor has answered since boot.
 pub(crate) fn is_there() -> bool {
     LATEST.get().is_some()
 }
@@ -41,7 +41,7 @@ const INIT_LIMIT: Duration = Duration::from_millis(500);
 /// A reading takes 0.25 ms.
 const READ_LIMIT: Duration = Duration::from_millis(5);
 
-/// The driver, on a bus that it has for itself.
+/// The driver, on a bus that no other device shares.
 type Sensor<'a> =
     Pmw3901<SpiDevice<'a, NoopRawMutex, Spi<'static, Async, Master>, Output<'static>>>;
 

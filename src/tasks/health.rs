@@ -1,9 +1,9 @@
-//! Whether everybody is still alive, and how near to its limits the firmware runs.
+//! Checks that every task still runs, and logs how near to its limits the firmware runs.
 //!
-//! Each task gives a sign of life in every round, and each has a time within which the next must
-//! come. What happens to one that falls silent depends on where the drone is. On the ground the
-//! control task ends the run, with the silent task's name as the reason. In the air it does not: a
-//! reset is a fall, and the flight code lands by itself on what the silent task no longer brings.
+//! Each task signs in every round, and must sign again within a time limit of its own. When a task
+//! does not, on the ground the control task ends the run, with the name of that task as the reason.
+//! In the air it does not, since a reset is a fall: there the flight code notices that the task's
+//! values are missing, and lands.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
@@ -14,7 +14,7 @@ use crate::tasks::drone::Shared;
 use crate::tasks::store::{Choice, KeysState};
 use crate::tasks::{control, flow, imu, radio, rangers, store};
 
-/// The tasks that owe a sign of life. The control task owes none: it checks the others.
+/// The tasks that sign. The control task does not: it checks the others.
 #[derive(Clone, Copy, PartialEq, Eq, defmt::Format)]
 pub(crate) enum Task {
     Gyro,
@@ -43,11 +43,10 @@ impl Task {
         Self::Health,
     ];
 
-    /// The longest that each may take for a round, by the sum of its own limits, and half as much
-    /// again. In µs.
+    /// The longest round of each task in µs: the sum of its time limits, and half as much again.
     const fn limit(self) -> u32 {
         match self {
-            // Bringing a sensor up that answers every question too late.
+            // Time to bring up a sensor that answers every request too late.
             Self::Gyro => 1_500_000,
             Self::Accel => 1_500_000,
             Self::Flow => 1_500_000,
@@ -61,7 +60,7 @@ impl Task {
         }
     }
 
-    /// What the next boot reports when it fell silent.
+    /// The reason that the next boot reports when this task has stopped.
     pub(crate) const fn silence(self) -> &'static str {
         match self {
             Self::Gyro => "the gyroscope's task fell silent",
@@ -93,8 +92,8 @@ impl Task {
     }
 }
 
-/// When each gave its last sign, in µs since boot. They wrap after 71 minutes, and so does their
-/// difference to now.
+/// The time of each task's last signature, in µs since boot. The times wrap after 71 minutes, and so
+/// do differences of them.
 struct Signs {
     gyro: AtomicU32,
     accel: AtomicU32,
@@ -125,14 +124,14 @@ fn micros() -> u32 {
     embassy_time::Instant::now().as_micros() as u32
 }
 
-/// `task` is alive.
+/// Notes that `task` still runs.
 pub(crate) fn sign(task: Task) {
     task.sign().store(micros(), Ordering::Relaxed);
 }
 
-/// A task that has been silent for too long.
+/// A task that has not signed for too long.
 pub(crate) fn silent() -> Option<Task> {
-    // A sign that is given between the two lines must not look like one from the future.
+    // In this order: a task that signs between the two lines must not seem to sign in the future.
     let signs = Task::ALL.map(|task| (task, task.sign().load(Ordering::Relaxed)));
     let now = micros();
     signs
@@ -141,7 +140,7 @@ pub(crate) fn silent() -> Option<Task> {
         .map(|(task, _)| task)
 }
 
-/// A number that one task keeps and others look at: errors, mostly.
+/// A counter that one task increments and others read, mostly of errors.
 pub(crate) struct Tally(AtomicU32);
 
 impl Tally {
@@ -149,7 +148,7 @@ impl Tally {
         Self(AtomicU32::new(0))
     }
 
-    /// One more.
+    /// Adds one.
     pub(crate) fn count(&self) {
         self.0.fetch_add(1, Ordering::Relaxed);
     }
@@ -171,7 +170,7 @@ pub(crate) fn start_cycle_counter() {
     }
 }
 
-/// The task: once a second, what there is to say.
+/// The task, which logs once a second.
 #[embassy_executor::task]
 pub(crate) async fn run(shared: &'static Shared) -> ! {
     let mut ticker = Ticker::every(Duration::from_secs(1));

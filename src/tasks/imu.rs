@@ -1,9 +1,9 @@
 //! The inertial sensor: a gyroscope, whose samples set the control loop's pace, and an
 //! accelerometer, read after each of them.
 //!
-//! The two are dies with nothing in common but a bus, and each has a task: neither waits for the
-//! other, nor is lost with it. A sample of both takes 0.42 ms of the bus, so that there is room in
-//! each millisecond for what it takes to bring one of them up.
+//! The two dies share only a bus, and each has a task of its own, so that one goes on when the other
+//! fails. A sample of both takes 0.42 ms of the bus, which leaves room in each millisecond to bring
+//! one of them up.
 
 use embassy_embedded_hal::shared_bus::asynch::i2c::I2cDevice;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
@@ -31,26 +31,27 @@ pub(crate) static RATES: Signal<CriticalSectionRawMutex, AngularVelocity> = Sign
 /// gyroscope's starts the loop's step, and the accelerometer is read after it.
 pub(crate) static FORCE: Latest<Option<Acceleration>> = Latest::new(None);
 
-/// What went wrong with the gyroscope,
+/// The errors of the gyroscope.
 pub(crate) static GYRO: Troubles = Troubles::new();
-/// and with the accelerometer.
+/// The errors of the accelerometer.
 pub(crate) static ACCEL: Troubles = Troubles::new();
 
-/// The gyroscope has been read, or should have been: the bus is the accelerometer's.
+/// Signalled when the gyroscope has been read, or should have been: the accelerometer may use the
+/// bus.
 static TURN: Signal<CriticalSectionRawMutex, ()> = Signal::new();
 
 /// Samples come 1000 times a second, so this is two of them missed.
 const SILENCE: Duration = Duration::from_micros(2_500);
 /// Without a gyroscope the accelerometer is read as often.
 const PATIENCE: Duration = Duration::from_millis(2);
-/// Between looks at a die that waits to be brought up.
+/// The pause between polls of a die that is being brought up.
 const PAUSE: Duration = Duration::from_millis(1);
 
-/// What is counted of a die.
+/// The error counters of a die.
 pub(crate) struct Troubles {
     /// Samples that could not be read, or did not come, and attempts to bring it up that failed.
     pub(crate) errors: Tally,
-    /// How often it was given up.
+    /// How often the die was lost.
     pub(crate) losses: Tally,
 }
 
@@ -98,7 +99,7 @@ pub(crate) async fn accel(bus: &'static ImuBus) -> ! {
         if die.is_lost(clock::now()) {
             revive(&mut die).await;
         } else {
-            // Whoever's turn did not come takes it.
+            // Without the signal the accelerometer takes the bus all the same.
             let _ = with_timeout(PATIENCE, TURN.wait()).await;
             let force = die.read(clock::now).await;
             // The settings may be read a little later than the first samples.

@@ -3,14 +3,13 @@
 //! | LED | tells |
 //! |---|---|
 //! | blue, left | what the drone is doing |
-//! | green, right | whether it may fly, and speak, and if not, why |
+//! | green, right | whether the drone may fly and transmit, and if not, why |
 //! | red, right | battery and charger |
 //! | green, left | reports of the chain, as they come in |
 //! | red, left | faults |
 //!
 //! A LED repeats a frame of two seconds as long as nothing changes: flashes or gaps to be counted,
-//! or a flicker. The blue one's frames are never all dark or all lit: when it stays as it is, the
-//! firmware does not run.
+//! or a flicker. The blue LED is never dark or lit for a whole frame while the firmware runs.
 
 use embassy_stm32::gpio::{Level, Output};
 use embassy_time::{Duration, Ticker};
@@ -30,7 +29,7 @@ type Frame = u32;
 /// One of the 32 slots of two seconds.
 const SLOT: Duration = Duration::from_micros(62_500);
 
-/// The task. `fault`: the last run ended in one.
+/// The task. `fault` says that the last run ended in a fault.
 #[embassy_executor::task]
 pub(crate) async fn run(lamps: Lamps, fault: bool, shared: &'static Shared) -> ! {
     let mut blue_left = Lamp::new(lamps.blue_left, Level::High);
@@ -63,12 +62,12 @@ struct Lamp {
 }
 
 impl Lamp {
-    /// A dark one, which is lit at this level.
+    /// A dark LED, which is lit at this level of its pin.
     fn new(led: Output<'static>, lit: Level) -> Self {
         Self { led, lit_when_high: lit == Level::High, whole: DARK, rest: DARK }
     }
 
-    /// The next slot; a new frame begins at once, at its first.
+    /// Shows the next slot; a new frame begins at once, with its first slot.
     fn step(&mut self, wanted: Frame) {
         if wanted != self.whole {
             self.whole = wanted;
@@ -80,7 +79,7 @@ impl Lamp {
     }
 }
 
-// The tables in the book's chapter "The first flight" are what follows.
+// The tables in the book's chapter "The first flight" describe the functions below.
 
 const DARK: Frame = 0;
 const LIT: Frame = u32::MAX;
@@ -117,7 +116,7 @@ fn of_state(state: State) -> Frame {
     }
 }
 
-/// Of the base it is only asked whether it may speak.
+/// The frame of the green LED on the right. The base shows only whether it may transmit.
 fn of_readiness(mode: Mode, health: LinkHealth) -> Frame {
     let is_base = store::settings().is_some_and(|settings| settings.role == Role::Base);
     match mode {

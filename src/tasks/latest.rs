@@ -1,19 +1,17 @@
-//! A place for the latest value of something: how the tasks talk to each other.
+//! A cell for the latest value, by which the tasks exchange values.
 //!
-//! Whoever writes never waits for who reads, nor the other way round. What nobody has read is
-//! replaced.
+//! Writing replaces the value, read or not. Neither writing nor reading waits.
 
 use core::cell::Cell;
 
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 
-/// The place. A cell, which cannot be borrowed twice, behind a pause of all interrupts, for no
-/// longer than a copy takes.
+/// A cell for the latest value. Each access copies the value with all interrupts off.
 pub(crate) struct Latest<T>(Mutex<CriticalSectionRawMutex, Cell<T>>);
 
 impl<T: Copy> Latest<T> {
-    /// Holding `value` until something later comes.
+    /// A cell that holds `value` until it is set.
     pub(crate) const fn new(value: T) -> Self {
         Self(Mutex::new(Cell::new(value)))
     }
@@ -23,14 +21,14 @@ impl<T: Copy> Latest<T> {
         self.0.lock(Cell::get)
     }
 
-    /// A later one.
+    /// Replaces the value.
     pub(crate) fn set(&self, value: T) {
         self.0.lock(|cell| cell.set(value));
     }
 }
 
 impl<T: Copy> Latest<Option<T>> {
-    /// The latest value, if nobody has taken it yet.
+    /// Takes the latest value, if it was not taken yet.
     pub(crate) fn take(&self) -> Option<T> {
         self.0.lock(Cell::take)
     }

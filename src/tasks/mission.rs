@@ -1,7 +1,7 @@
-//! The mission loop: five times a second the drone is told what it senses and decides what to do.
+//! The mission loop: steps the drone five times a second with its sensors' values.
 //!
-//! Its set-point is left for the control loop to take ([`COMMAND`]); its report and its telemetry
-//! leave by the link. The loop waits for nothing but its tick.
+//! The control loop takes the set-point from [`COMMAND`]; the link sends report and telemetry. The
+//! loop waits for its tick only.
 
 use core::mem::discriminant;
 
@@ -18,10 +18,10 @@ use crate::tasks::health::{self, Task};
 use crate::tasks::latest::Latest;
 use crate::tasks::{control, rangers};
 
-/// One round: 5 Hz, the rate of the reports (`crates/agent`).
+/// The period of the loop: 5 Hz, the rate of the reports (`crates/agent`).
 const ROUND: Duration = Duration::from_millis(200);
 
-/// Farther than this no drone steers by a side beam.
+/// The reach of the side beams: the agent takes a longer range for clear.
 const REACH: Metres = AgentConfig::DEFAULT.nav.reach;
 
 /// The set-point, for the control loop.
@@ -56,14 +56,13 @@ fn round(drone: &mut Drone) -> Outputs {
     outputs
 }
 
-/// What the drone senses.
+/// The values of the drone's sensors.
 fn sensed(now: Instant) -> Sensed {
     let status = control::STATUS.get();
     status.map_or(Sensed::NOT_YET, |status| Sensed::by_board(&status, &rangers::sides(now), REACH))
 }
 
-/// One round of the drone. Kept whole, with everything that it calls and nothing else, so that
-/// `.ci/sizes` can weigh it.
+/// Steps the drone. It is not inlined, so that `.ci/sizes` can measure it and all that it calls.
 #[inline(never)]
 fn step(drone: &mut Drone, now: Instant, sensed: &Sensed) -> Outputs {
     drone.step_shown(now, sensed, |inputs, outputs| UCHAIN_PROBE.show_round(now, inputs, outputs))

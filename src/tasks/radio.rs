@@ -1,22 +1,22 @@
-//! The radio chip, at the other end of a serial line: the chain's packets and the operator's in and
-//! out, battery, power button.
+//! Exchanges frames with the radio chip over a serial line: packets of the chain and of clients,
+//! battery, power button.
 //!
-//! The chip is silent until it has received a good frame, and deaf to the air until it is told
-//! that its radio is set, so [`transmit`] tells it everything at boot, and again when the line has
-//! been dead for a while: then the chip was reset, and has forgotten. Nothing goes on the air
-//! before it has answered.
+//! The chip sends nothing until it has received a good frame, and receives no packets until it is
+//! told that its radio is set up. So [`transmit`] sends it all settings at boot, and again when the
+//! line has been silent for a while, since then the chip was reset. No packet goes on the air before
+//! the chip has answered.
 //!
-//! The chain's packets are P2P packets on port [`PORT`]. What is in them, who may say it and when is
-//! decided in `crates/airlink`; here they are sent at the moment that it names, or not at all: a
-//! packet that the chip does not take at once would talk into somebody else's turn.
+//! The chain's packets are P2P packets on port [`PORT`]. `crates/airlink` decides their content and
+//! the moment at which they are sent. A packet that the chip does not take at that moment is not
+//! sent, since it would collide in another drone's turn.
 //!
 //! A drone without keys sends no such packet, not even an empty one. The chip begins in Bluetooth
-//! mode, which the first packet ends that it receives or sends by its own protocol
-//! (crazyflie2-nrf-firmware, `main.c`): so the first drone that speaks ends it for itself and for
-//! whoever hears it, and a drone without keys has to hear nobody but a Crazyradio.
+//! mode, which ends with the first packet of its own protocol that it receives or sends
+//! (crazyflie2-nrf-firmware, `main.c`): so the first drone that transmits ends it for itself and for
+//! the drones in range, and a drone without keys needs to receive only a Crazyradio.
 //!
-//! The operator's packets are the vendor's protocol, CRTP, which `onboard::Drone` answers: for each
-//! that comes in, one may go out.
+//! Clients send the vendor's protocol, CRTP, which `onboard::Drone` answers with at most one packet
+//! for each that comes in.
 
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
@@ -51,12 +51,12 @@ const PORT: u8 = 11;
 pub(crate) static VOLTAGE: Latest<Option<Volts>> = Latest::new(None);
 /// Battery and charger.
 pub(crate) static BATTERY: Latest<Option<Battery>> = Latest::new(None);
-/// How strong the last packet was that the chip received, no matter whose.
+/// The strength of the last packet that the chip received from any sender.
 pub(crate) static RSSI: Latest<Option<Dbm>> = Latest::new(None);
 
 /// Reports of others that came in.
 pub(crate) static HEARD: Tally = Tally::new();
-/// Frames and bytes that were none, and errors of the line.
+/// Counts bytes that are no frame, damaged frames, and errors of the line.
 pub(crate) static ERRORS: Tally = Tally::new();
 /// Frames that the chip did not take in time.
 pub(crate) static DROPPED: Tally = Tally::new();
@@ -86,14 +86,15 @@ const LATE: Duration = Duration::from_micros(300);
 /// An answer of 31 bytes takes 0.4 ms of the line; it is not begun when it would delay a packet of
 /// the chain's.
 const ANSWER: Duration = Duration::from_millis(1);
-/// For the store to finish a write, two pages at 5 ms, and for a turn to come: a frame is 100 ms.
+/// The delay before the power may go: for the store to finish a write, two pages at 5 ms, and for
+/// the drone's next turn on the air, which comes within a frame of 100 ms.
 const FLUSH_LIMIT: Duration = Duration::from_millis(110);
 /// The sending task's longest round.
 const ROUND: Duration = Duration::from_millis(250);
 /// The shortest one after a turn in which nothing was sent.
 const PAUSE: Duration = Duration::from_millis(1);
 
-/// In the air, less flying time than this left is little.
+/// In the air, a drone with less flying time than this left has a low battery.
 const SCARCE: units::Duration = units::Duration::from_secs(60);
 
 /// The receiving task.
@@ -126,7 +127,7 @@ pub(crate) async fn receive(mut line: RingBufferedUartRx<'static>, shared: &'sta
     }
 }
 
-/// Passes on what came in.
+/// Hands a received frame to the drone or to the cells of this module.
 fn take(frame: &Frame<'_>, shared: &Shared) {
     match Incoming::parse(frame) {
         Ok(Incoming::P2pBroadcast { port, rssi, data } | Incoming::P2p { port, rssi, data })
@@ -175,7 +176,7 @@ fn answer(drone: &mut Drone, packet: &[u8]) -> Option<Packet> {
     drone.poll_client(now, &snapshot)
 }
 
-/// What the board has measured, for clients.
+/// The measurements of the board, for clients.
 fn measured(now: units::Instant) -> Snapshot {
     let loop_measured = control::MEASURED.get();
     let status = control::STATUS.get();
@@ -247,18 +248,18 @@ pub(crate) async fn transmit(
     }
 }
 
-/// A moment, as the executor counts it.
+/// Converts a moment to the executor's type.
 fn at(moment: units::Instant) -> Instant {
     Instant::from_micros(moment.as_micros())
 }
 
-/// What is known of the chip.
+/// Whether the chip has answered, and has been set up.
 struct Chip {
-    /// Frames that it had sent when this was last looked at,
+    /// The number of frames that the chip had sent at the last look.
     frames: u32,
-    /// and when that was not the number before; `None` before it was told anything.
+    /// When that number last changed; `None` before the chip was set up.
     last: Option<Instant>,
-    /// It has sent something since it was told everything.
+    /// Whether the chip has sent a frame since it was set up.
     answers: bool,
 }
 
@@ -267,7 +268,7 @@ impl Chip {
         Self { frames: FRAMES.load(Ordering::Relaxed), last: None, answers: false }
     }
 
-    /// Whether it is new, or has been silent for so long that it must have forgotten everything.
+    /// Whether the chip has to be set up: it never was, or its silence shows that it was reset.
     fn is_to_be_told(&mut self, now: Instant) -> bool {
         let frames = FRAMES.load(Ordering::Relaxed);
         let Some(last) = &mut self.last else { return true };
@@ -293,7 +294,7 @@ struct Out<'a> {
 }
 
 impl Out<'_> {
-    /// Sets the radio and asks for what the chip tells only those who ask.
+    /// Sets the radio up, and requests the reports that the chip sends only on request.
     async fn introduce(&mut self, settings: &Settings) {
         let radio = &settings.radio;
         let frames = [
@@ -310,8 +311,8 @@ impl Out<'_> {
         }
     }
 
-    /// Sends what the link has to say now. Where the chip does not take it, nothing is asked of
-    /// the link, which says it in its next turn.
+    /// Sends the packet that the link has for this turn. Where the chip does not take it, the packet
+    /// stays in the link, which sends it in its next turn.
     async fn speak(&mut self, shared: &Shared) {
         let (Some(port), Ok(())) =
             (Port::new(PORT), with_timeout(LATE, self.hold.wait_for_low()).await)
@@ -328,9 +329,9 @@ impl Out<'_> {
         }
     }
 
-    /// Power may go as soon as the motors stand and nothing is being written; where one of its
-    /// turns comes by then, the drone says goodbye to the chain. A drone in the air does not answer;
-    /// the chip will then take the power away by itself after a second.
+    /// Answers the power button: the power may go as soon as the motors stand and no write is under
+    /// way. If one of its turns comes before that, the drone leaves the chain. A drone in the air
+    /// does not answer; the chip then switches the power off by itself after a second.
     async fn let_go(&mut self, shared: &Shared) {
         let until = Instant::now() + FLUSH_LIMIT;
         let leaves = !control::is_airborne() && shared.with(Drone::leave) == Some(true);

@@ -1,8 +1,7 @@
 //! The rangers: one down from the Flow deck, five from the Multi-ranger deck.
 //!
 //! They share the decks' bus with the EEPROM ([`crate::tasks::store`]), one transaction at a time. Which
-//! decks there are is found out at boot, and holds until the next one: a missing deck does not stop the other
-//! deck's rangers.
+//! decks there are is determined at boot: a missing deck does not stop the other deck's rangers.
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
@@ -22,28 +21,28 @@ use crate::tasks::latest::Latest;
 
 /// The decks' bus, for tasks of the thread.
 pub(crate) type DeckBus = Mutex<NoopRawMutex, Bus>;
-/// One task's share of it.
+/// The handle of one task to the bus.
 pub(crate) type Share = I2cDevice<'static, NoopRawMutex, Bus>;
 
 /// The height, until the control loop takes it.
 pub(crate) static DOWN: Latest<Option<Reading>> = Latest::new(None);
 
-/// The latest reading of each.
+/// The latest reading of each ranger.
 static SEEN: Latest<Seen> = Latest::new(Seen([None; 6]));
 
-/// There is a Multi-ranger deck.
+/// Set when there is a Multi-ranger deck.
 static DECK: AtomicBool = AtomicBool::new(false);
 
 /// Transactions that failed.
 static ERRORS: Tally = Tally::new();
 
-/// Between polls: a fifth of the shortest time between two readings.
+/// The pause between polls: a fifth of the shortest time between two readings.
 const ROUND: Duration = Duration::from_millis(5);
 
-/// Between questions for the decks, of which there are 20 at most.
+/// The pause between attempts to find the decks, of which there are 20 at most.
 const PROBE_ROUND: Duration = Duration::from_millis(50);
 
-/// A reading that is older is none any more: three of the sides' periods.
+/// The age at which a reading is discarded: three periods of the side rangers.
 const BELIEVED_FOR: units::Duration = units::Duration::from_millis(100);
 
 /// In the order of [`Beam::ALL`].
@@ -51,14 +50,14 @@ const BELIEVED_FOR: units::Duration = units::Duration::from_millis(100);
 struct Seen([Option<(Reading, Instant)>; 6]);
 
 impl Seen {
-    /// What is believed of a beam now.
+    /// The valid reading of a beam, if there is one.
     fn of(&self, beam: Beam, now: Instant) -> Option<Reading> {
         let (_, latest) = Beam::ALL.into_iter().zip(self.0).find(|(other, _)| *other == beam)?;
         latest.filter(|(_, at)| now.since(*at) <= BELIEVED_FOR).map(|(reading, _)| reading)
     }
 }
 
-/// What the four side rangers have to give now.
+/// The valid readings of the four side rangers.
 pub(crate) fn sides(now: Instant) -> Sides {
     let seen = SEEN.get();
     Sides {
@@ -69,7 +68,7 @@ pub(crate) fn sides(now: Instant) -> Sides {
     }
 }
 
-/// What a ranger has measured, for clients.
+/// The distance that a ranger has measured, for clients.
 pub(crate) fn measured(beam: Beam, now: Instant) -> Option<Metres> {
     let reading = SEEN.get().of(beam, now)?;
     (reading.status == RangeStatus::Valid).then_some(reading.distance)
@@ -106,7 +105,7 @@ pub(crate) async fn run(bus: &'static DeckBus) -> ! {
     }
 }
 
-/// Which rangers there are, a second after boot at the latest.
+/// Determines which rangers there are, within a second after boot.
 async fn decks(bus: &'static DeckBus) -> RangerConfig {
     let mut probe = DeckProbe::new();
     loop {

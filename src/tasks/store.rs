@@ -6,7 +6,7 @@
 //! |---|---|---|
 //! | 0x200 and 0x300 | the settings ([`storage::settings`]) | the newer record, if there is one |
 //! | 0 | the vendor's configuration block | else: channel, data rate, address, trims; the drone's number is the address's last byte, if there is such a node |
-//! | | neither is readable | else: [`Settings::DEFAULT`] |
+//! | | [`Settings::DEFAULT`] | else |
 //! | 0x240 and 0x340 | the keys ([`storage::keys`]) | the newer record; its number and role replace those of the settings |
 //! | 0x280 and 0x380 | the epoch ([`storage::epoch`]) | the higher one, and one more for this boot |
 //!
@@ -159,12 +159,12 @@ const fn node(text: &[u8]) -> Option<NodeId> {
 
 type Memory = Eeprom<Share>;
 
-/// How the last run ended.
+/// How the last run ended, as the agent needs to know it.
 #[derive(Clone, Copy)]
 pub(crate) struct LastRun {
-    /// By a fault, or in the air.
+    /// It ended by a fault, or in the air.
     pub(crate) failed: bool,
-    /// While a stop stood.
+    /// It ended while a stop stood.
     pub(crate) stopped: bool,
 }
 
@@ -206,8 +206,8 @@ pub(crate) async fn run(bus: &'static DeckBus, shared: &'static Shared, last_run
 }
 
 /// Reads the settings, takes keys over from the page, makes the drone and opens its link. Returns the settings,
-/// where they come from, and how many attempts they are worth to be saved. Nothing flies yet,
-/// because there is no drone before.
+/// their source, and the number of attempts to save them. The drone cannot fly before this function
+/// has made it.
 async fn boot(memory: &mut Memory, shared: &Shared, last_run: LastRun) -> (Settings, Source, u8) {
     let (mut settings, from) = load(memory).await;
     WRITES.store(true, Ordering::Release);
@@ -295,9 +295,9 @@ fn for_the_link(keys: &KeysRecord) -> link_keys::Keys {
     }
 }
 
-/// The keys that hold, and whether they have just come in. A policy on the page goes into the
-/// settings. The page is wiped, unless a later
-/// firmware may be able to read it or the memory did not keep its keys.
+/// The drone's keys, and whether they have just come from the page. A policy on the page goes into
+/// the settings. The page is wiped, unless a later firmware may be able to read it or the EEPROM did
+/// not keep its keys.
 async fn provisioned(
     memory: &mut Memory,
     settings: &mut Settings,
@@ -308,7 +308,7 @@ async fn provisioned(
     let news = match KeysRecord::on_page(&page::read(), current.as_ref()) {
         Page::Empty => return Ok(before),
         Page::New { keys, policy } => {
-            // First, since a page is not read again once its keys are the drone's.
+            // First, so that after a power cut between the two the page still counts as new.
             if policy.is_some() && settings.policy != policy {
                 settings.policy = policy;
                 keep_by_trying(memory, settings).await?;
@@ -386,7 +386,7 @@ async fn slots<R: Record>(memory: &mut Memory) -> Option<Slots<R>> {
     Some(Slots::read(&a, &b))
 }
 
-/// As many bytes as the longest record has, so that one function reads them all.
+/// The bytes of the longest record, so that one function reads all kinds.
 type Bytes = [u8; LONGEST];
 
 const LONGEST: usize = keys::LENGTH;

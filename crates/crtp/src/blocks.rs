@@ -1,4 +1,4 @@
-//! Log blocks: what is in them, and when they are due.
+//! Log blocks: the variables in them, and when they are due.
 
 use heapless::Vec;
 use units::{Duration, Instant};
@@ -24,26 +24,26 @@ struct Block {
     run: Option<Run>,
 }
 
-/// How a block is sent.
+/// When a block is sent.
 #[derive(Clone, Copy, Debug)]
 struct Run {
     due: Instant,
-    /// Zero: once.
+    /// The period; zero sends the block once.
     period: Duration,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Entry {
-    /// The block's place.
+    /// The place of the block.
     block: u8,
     kind: LogType,
     variable: u16,
 }
 
-/// A block that is sent, and what came before it.
+/// A block to send, and how many were missed before it.
 pub(crate) struct Sent {
     pub(crate) packet: Packet,
-    /// How often it should have been sent before, and was not.
+    /// How often the block was due before and could not be sent.
     pub(crate) missed: u32,
 }
 
@@ -66,7 +66,7 @@ impl Blocks {
         self.append(id, entries)
     }
 
-    /// Adds entry by entry; those before one that cannot be stay, as in the vendor's firmware.
+    /// Adds entry by entry. The entries before a wrong one stay, as in the vendor's firmware.
     pub(crate) fn append(&mut self, id: u8, entries: Entries<'_>) -> Result<(), Errno> {
         let block = self.place(id).ok_or(Errno::Missing)?;
         let mut size: usize = self.entries_of(block).map(|entry| entry.kind.size()).sum();
@@ -109,7 +109,7 @@ impl Blocks {
         Ok(())
     }
 
-    /// When the next is due.
+    /// When the next block is due.
     pub(crate) fn due(&self) -> Option<Instant> {
         self.blocks.iter().flatten().filter_map(|block| block.run).map(|run| run.due).min()
     }
@@ -150,8 +150,8 @@ impl Blocks {
 }
 
 impl Block {
-    /// To the next time it is due, which keeps to the beat of the first. A line that was too slow
-    /// for it does not get what it missed at once: that would be the same values again.
+    /// Moves on to the next multiple of the period. Blocks that a slow line has missed are not sent
+    /// afterwards: they would hold the same values again.
     fn advance(&mut self, now: Instant) -> u32 {
         let Some(Run { due, period }) = self.run else { return 0 };
         if period == Duration::ZERO {

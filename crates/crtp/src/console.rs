@@ -1,9 +1,9 @@
-//! Text on its way to whoever listens.
+//! Buffers the lines of the console until a client's packets carry them.
 
 use heapless::Deque;
 use wire::crtp::MAX_DATA;
 
-/// Bytes that can wait: about eight lines.
+/// The size of the buffer: about eight lines.
 const ROOM: usize = 512;
 
 /// The text that was not sent yet.
@@ -31,7 +31,7 @@ impl Console {
         true
     }
 
-    /// As much of it as fits into a packet.
+    /// Takes as much text as fits into a packet.
     pub(crate) fn next(&mut self, out: &mut [u8; MAX_DATA]) -> usize {
         let mut length = 0;
         for place in out.iter_mut() {

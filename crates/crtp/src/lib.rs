@@ -1,10 +1,10 @@
 //! The services that cfclient and cflib expect of a Crazyflie: the log, the parameters, the
-//! console, the supervisor, and set-points from whoever may give them.
+//! console, the supervisor, and set-points from clients with access.
 //!
-//! [`Server`] is the door. Each packet that comes in goes to [`Server::receive`], which may have the
-//! rest of the drone act on an [`Event`] and answers by its [`Outcome`]; whenever a packet may be
-//! sent, [`Server::poll`] says which. What is shown is taken from a [`Snapshot`], what can be set is in [`Parameters`].
-//! It owns no clock and no line, never allocates and never panics.
+//! [`Server`] is the whole interface. [`Server::receive`] takes each packet that comes in; it may
+//! have the rest of the drone act on an [`Event`], and answers by the [`Outcome`]. [`Server::poll`]
+//! gives the next packet to send. Log variables are read from a [`Snapshot`], and [`Parameters`]
+//! holds the parameters. The server owns no clock and no line, never allocates and never panics.
 //!
 //! ```
 //! use crtp::{Access, Outcome, Parameters, Server, Snapshot};
@@ -12,14 +12,14 @@
 //!
 //! let mut server = Server::new();
 //! let mut parameters = Parameters::DEFAULT;
-//! // "Who are you?"
+//! // A client asks for the kind of device.
 //! server.receive(Instant::ZERO, &[0xFD, 0], Access::Read, &mut parameters, |_, _| Outcome::Done);
 //! let answer = server.poll(Instant::ZERO, &Snapshot::DEFAULT, &parameters).unwrap();
 //! assert_eq!(&answer.bytes()[1..19], b"Bitcraze Crazyflie");
 //! ```
 //!
 //! # Two kinds of line
-//! Over UDP the drone speaks when it likes: after each packet that came in, and at
+//! Over UDP the drone may send at any time: after each packet that came in, and at
 //! [`Server::due`], poll until there is nothing more. Over the radio it may send one packet for
 //! each that comes in: poll once for each, and send nothing, or [`Packet::NULL`], when nothing is
 //! due. Both may be mixed.
@@ -28,11 +28,11 @@
 //! |---|---|
 //! | `server` | answers the requests of clients |
 //! | `blocks` | log blocks: what is in them, and when they are due |
-//! | `console` | text on its way out |
-//! | `variables` | the table of what can be logged |
-//! | `parameters` | the table of what can be set |
-//! | `snapshot` | what the first table is filled from |
-//! | `table` | what the two have in common |
+//! | `console` | the buffer of console text |
+//! | `variables` | the table of log variables |
+//! | `parameters` | the table of parameters |
+//! | `snapshot` | the values of the log variables at one moment |
+//! | `table` | the rows and checksums of both tables |
 #![no_std]
 
 mod blocks;

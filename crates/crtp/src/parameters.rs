@@ -1,4 +1,4 @@
-//! What can be set, and what is told of the drone itself.
+//! The table of parameters: those that a client can set, and the read-only ones about the drone.
 
 use agent::AgentConfig;
 use storage::settings::{Limits, Settings};
@@ -20,11 +20,11 @@ pub struct Parameters {
     pub launch_limit: Dbm,
     /// A back link weaker than this sends this drone back.
     pub retreat_limit: Dbm,
-    /// What nobody can set.
+    /// The values of the read-only parameters.
     pub about: About,
 }
 
-/// What the drone says of itself.
+/// The read-only parameters: number, role and hardware of the drone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct About {
     /// Its place in the chain.
@@ -48,8 +48,8 @@ pub struct About {
 }
 
 impl Parameters {
-    /// Before anybody has set anything: nothing is ordered. The speed is that of the demonstration's
-    /// pilot, height and limits are those of `agent::AgentConfig`.
+    /// The parameters before a client has set one: nothing is ordered. The speed is that of the
+    /// demonstration's pilot, height and limits are those of `agent::AgentConfig`.
     pub const DEFAULT: Self = Self {
         task: OperatorTask::Wait,
         speed: MetresPerSecond(0.2),
@@ -78,19 +78,19 @@ impl Parameters {
     /// 17 % grey, in the dark), and less where there is light.
     const MAX_HEIGHT: f32 = 1.0;
 
-    /// The limits, to be kept.
+    /// The limits, to be stored.
     #[must_use]
     pub const fn limits(&self) -> Limits {
         Limits { launch: Some(self.launch_limit), retreat: Some(self.retreat_limit) }
     }
 
-    /// Takes over the limits that were kept.
+    /// Takes over the limits that were stored.
     pub fn set_limits(&mut self, limits: Limits) {
         self.launch_limit = limits.launch.unwrap_or(Self::DEFAULT.launch_limit);
         self.retreat_limit = limits.retreat.unwrap_or(Self::DEFAULT.retreat_limit);
     }
 
-    /// Shows an order that was given in another way.
+    /// Shows an order that was not given by a parameter.
     pub const fn show(&mut self, order: Order) {
         self.task = match order {
             Order::Wait => OperatorTask::Wait,
@@ -178,7 +178,7 @@ impl ParameterId {
         self.0
     }
 
-    /// Found while compiling, or not compiled.
+    /// The row of a name. A wrong name does not compile.
     const fn of(group: &str, name: &str) -> Self {
         let mut id = 0;
         while !(same(TABLE[id].group, group) && same(TABLE[id].name, name)) {
@@ -204,7 +204,7 @@ pub(crate) struct Parameter {
     pub(crate) group: &'static str,
     pub(crate) name: &'static str,
     get: Get<Parameters>,
-    /// `None` where it can be read only.
+    /// Sets the value; `None` where the parameter is read-only.
     set: Option<Set>,
 }
 
@@ -232,7 +232,7 @@ impl Parameter {
         self.get.value(of)
     }
 
-    /// Whether it is now what was wanted.
+    /// Whether the parameter now has the value.
     pub(crate) fn set(&self, of: &mut Parameters, value: Value) -> bool {
         self.set.is_some_and(|set| set(of, value))
     }
@@ -266,7 +266,7 @@ pub(crate) const CRC: u32 = {
     crc
 };
 
-/// All parameters, as the book has them.
+/// All parameters, as rows of the book's table.
 pub fn parameters() -> impl Iterator<Item = Documented> {
     TABLE.iter().zip(NOTES).map(|(row, (unit, meaning))| Documented {
         group: row.group,
@@ -284,7 +284,7 @@ const fn within(x: f32, least: f32, most: f32) -> bool {
 }
 
 /// Rows of `name: type "unit" "meaning" => getter [, setter];` by groups, split into the table and
-/// what only the book needs, so that no drone carries that.
+/// the texts for the book, which are not linked into a firmware.
 macro_rules! table {
     ($($group:literal {
         $($name:literal: $kind:ident $unit:literal $meaning:literal => $get:expr $(, $set:expr)?;)*

@@ -12,44 +12,45 @@ use crate::console::Console;
 use crate::parameters::{self, Parameter, ParameterId};
 use crate::{Parameters, Snapshot, variables};
 
-/// Answers that can wait. A client asks for one thing at a time, from a few of its threads.
+/// The capacity of the queue of answers. A client sends one request at a time, from a few of its
+/// threads.
 const WAITING: usize = 16;
 
-/// What this drone is to a client: the board (crazyflie-firmware, `platform_cf2.c`).
+/// The name of the board (crazyflie-firmware, `platform_cf2.c`).
 const DEVICE_TYPE: &str = "CF21";
-/// And what runs on it.
+/// The name of the firmware.
 const FIRMWARE: &str = concat!("uchain ", env!("CARGO_PKG_VERSION"));
 
 /// What a client may do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Access {
-    /// Look, set and fly.
+    /// The client may read, set and fly.
     Full,
-    /// Look.
+    /// The client may read.
     Read,
 }
 
-/// What a client wants of the rest of the drone, which says what came of it by an [`Outcome`].
+/// A request of a client to the rest of the drone, which answers by an [`Outcome`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Event {
-    /// Fly like this, now.
+    /// The client gives a set-point, to be flown now.
     Setpoint(Setpoint),
-    /// Motors off, until the next boot.
+    /// The client stops the motors until the drone is switched off.
     EmergencyStop,
-    /// Motors off, unless this comes again within a second.
+    /// The client stops the motors unless it repeats this within a second.
     EmergencyStopWatchdog,
-    /// Land.
+    /// The client orders to land.
     Land,
-    /// Take off.
+    /// The client orders to take off.
     TakeOff,
     /// A parameter was set. Where the drone refuses it, the value from before holds again.
     ParameterSet(ParameterId),
 }
 
 impl Event {
-    /// Whether any client may ask for it, over whatever link: everybody may stop a drone.
+    /// Whether every client may request it, with any access: that is so for stops.
     const fn is_open_to_all(&self) -> bool {
         match self {
             Self::EmergencyStop | Self::EmergencyStopWatchdog => true,
@@ -58,15 +59,15 @@ impl Event {
     }
 }
 
-/// What came of an [`Event`]: the client is answered by it.
+/// The result of an [`Event`], by which the client is answered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Outcome {
-    /// The drone has done it.
+    /// The drone has followed the request.
     Done,
-    /// The drone has done it in its own way, which the console tells.
+    /// The drone has followed the request in part, or later will; the console says how.
     DoneBut(Notice),
-    /// The drone has not done it; the console tells why.
+    /// The drone has not followed the request; the console says why.
     Refused(Notice),
 }
 
@@ -86,7 +87,7 @@ impl Outcome {
     }
 }
 
-/// A set-point that is followed.
+/// A set-point of a kind that this drone can follow.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Setpoint {
@@ -94,46 +95,46 @@ pub enum Setpoint {
     Stop,
     /// A height, and velocities along the nose and to its left.
     Hover {
-        /// Along the nose.
+        /// Velocity along the nose.
         forward: MetresPerSecond,
-        /// To its left.
+        /// Velocity to the left of the nose.
         lateral: MetresPerSecond,
-        /// Counter-clockwise.
+        /// Yaw rate, counter-clockwise.
         yaw_rate: RadiansPerSecond,
-        /// Over ground.
+        /// Height over ground.
         height: Metres,
     },
 }
 
-/// What happened to packets.
+/// Counts of packets, by what happened to them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Counters {
-    /// Came in.
+    /// Packets that came in.
     pub received: u32,
-    /// Were none, or asked for nothing that there is.
+    /// Packets of no known format, or for a service that does not exist.
     pub malformed: u32,
-    /// Wanted what the client may not, or a value that cannot be.
+    /// Requests without access, or with a value out of range.
     pub refused: u32,
-    /// Wanted a kind of flying that this drone does not know.
+    /// Set-points and commands of a kind that this drone cannot fly.
     pub unsupported: u32,
-    /// Were not answered, because too many answers waited.
+    /// Requests that were not answered, because too many answers waited.
     pub overrun: u32,
-    /// Went out.
+    /// Packets that went out.
     pub sent: u32,
     /// Log blocks that were not sent, because the line was too slow.
     pub missed: u32,
-    /// Lines for the console that there was no room for.
+    /// Lines that the console had no room for.
     pub unsaid: u32,
 }
 
-/// What the console tells a client, once for each client, where a request is not followed, or not as
-/// the client may think.
+/// A notice on the console, once for each client, that a request is not followed, or in another way
+/// than the client may expect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Notice {
-    /// The client may only look.
-    MayOnlyLook,
+    /// The client may only read.
+    ReadOnlyAccess,
     /// The drone flies no set-points of this kind.
     UnknownSetpoint,
     /// The drone knows no high-level commands of this kind.
@@ -157,7 +158,7 @@ pub enum Notice {
 impl Notice {
     const fn text(self) -> &'static str {
         match self {
-            Self::MayOnlyLook => "Refused: over this link one may look and stop, not set or fly.",
+            Self::ReadOnlyAccess => "Refused: at this drone a client may read and stop, not fly.",
             Self::UnknownSetpoint => "Refused: only hover and stop set-points are flown.",
             Self::UnknownHighLevel => {
                 "Refused: of high-level commands only take-off, land and stop."
@@ -168,23 +169,23 @@ impl Notice {
             Self::OnlyForward => "Of a hover set-point only vx is flown: the drones steer.",
             Self::NextBoot => "Kept: it holds from the next boot on.",
             Self::StopStands => "Refused: a stop stands until the base is switched off.",
-            Self::NotHeard => "Refused: this drone has no open link, nobody hears the order.",
+            Self::NotHeard => "Refused: this drone has no open link, no drone hears the order.",
         }
     }
 }
 
-/// An answer on its way.
+/// An answer that waits to be sent.
 #[derive(Clone, Copy, Debug)]
 enum Waiting {
     Ready(Packet),
-    /// A value, as it is when it is sent, to who asked for it
+    /// The value of a parameter at the time of sending, as the answer to a read.
     Read(u16),
-    /// or wanted to change it.
+    /// The value of a parameter at the time of sending, as the answer to a write.
     Written(u16),
-    /// What the supervisor sees when it is sent.
+    /// The state of the supervisor at the time of sending.
     Supervisor(SupervisorQuestion),
-    /// What became of a command when that is sent, and whether it was asked for as clients did
-    /// before there was a port for it.
+    /// The result of a command to the supervisor; `old` says that the command came by the port that
+    /// clients used before the supervisor had one.
     Commanded {
         command: SupervisorCommand,
         done: bool,
@@ -192,14 +193,14 @@ enum Waiting {
     },
 }
 
-/// What answers a client. It keeps nothing of one client that could mislead the next: log blocks
-/// go when the next one connects.
+/// Answers the packets of a client. The log blocks of one client are deleted when the next one
+/// connects.
 #[derive(Debug)]
 pub struct Server {
     blocks: Blocks,
     waiting: Deque<Waiting, WAITING>,
     console: Console,
-    /// Bit n: the notice of that number was given.
+    /// Bit n says that the notice of that number was given.
     given: u16,
     counters: Counters,
 }
@@ -211,7 +212,7 @@ impl Default for Server {
 }
 
 impl Server {
-    /// Before anybody has asked anything.
+    /// A server that has had no request.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -232,9 +233,9 @@ impl Server {
         }
     }
 
-    /// Takes in a packet: header and data, as it came from the line. Any bytes may. `act` does what
-    /// the client wants of the rest of the drone, once at most, and says what came of it, so that
-    /// the client is never told "done" of what was not done.
+    /// Takes a packet: header and data, as it came from the line; any bytes are accepted. `act`, which
+    /// is called once at most, follows the client's request and returns the outcome, so that an
+    /// answer "done" is always true.
     pub fn receive(
         &mut self,
         now: Instant,
@@ -250,8 +251,8 @@ impl Server {
         let Ok(request) = Request::parse(&packet) else {
             return count(&mut self.counters.malformed);
         };
-        // What cannot be answered is not done either, so that what is not answered can be asked
-        // again. What needs no answer is never kept waiting.
+        // A request that cannot be answered is not followed, so that the client can repeat it. One
+        // that needs no answer never waits.
         if is_answered(&request) && self.waiting.is_full() {
             return count(&mut self.counters.overrun);
         }
@@ -303,14 +304,14 @@ impl Server {
         self.blocks.due()
     }
 
-    /// A line for the console. When too many wait, it is lost.
+    /// Prints a line on the console. When too many lines wait, it is lost.
     pub fn say(&mut self, line: &str) {
         if !self.console.say(line) {
             count(&mut self.counters.unsaid);
         }
     }
 
-    /// What happened so far.
+    /// The counts of packets so far.
     #[must_use]
     pub const fn counters(&self) -> Counters {
         self.counters
@@ -327,8 +328,8 @@ impl Server {
             Waiting::Supervisor(question) => Reply::Supervisor { question, state }.packet(),
             Waiting::Commanded { command, done, old } => {
                 let (armed, crashed) = (is(1), is(7));
-                // A drone is armed whenever it would fly: a request to arm or to disarm has come
-                // true when the drone is so, and changes nothing.
+                // A drone is armed whenever it would fly: a request to arm or to disarm is answered
+                // with "done" when that is the drone's state, and changes nothing.
                 let (done, holds) = match command {
                     SupervisorCommand::Arm(arm) => (done && armed == arm, armed),
                     SupervisorCommand::Recover => (done && !crashed, !crashed),
@@ -381,13 +382,13 @@ impl Server {
             Access::Full => true,
             Access::Read => {
                 count(&mut self.counters.refused);
-                self.notice(Notice::MayOnlyLook);
+                self.notice(Notice::ReadOnlyAccess);
                 false
             }
         }
     }
 
-    /// Has the drone do it, where the client may ask for it.
+    /// Has the drone follow a request, if the client has the access for it.
     fn act<A: Act>(&mut self, event: Event, asked: &mut Asked<'_, A>) -> Result<(), Errno> {
         if !event.is_open_to_all() && !self.allow(asked.access) {
             return Err(Errno::NotAllowed);
@@ -461,7 +462,7 @@ impl Server {
                 let outcome = self.set_by_name(group, name, kind, value, asked);
                 Reply::ParamSetByName { group, name, outcome }
             }
-            // Nothing can be kept: what a drone remembers is written by other tools.
+            // Nothing can be stored: other tools write the drone's memory.
             ParamRequest::ExtendedType { id, with_status } => {
                 Reply::ParamNotExtended { id, with_status }
             }
@@ -477,8 +478,8 @@ impl Server {
         self.answer(&reply);
     }
 
-    /// Whatever becomes of it, the answer is the value that holds afterwards: clients take what
-    /// they get for that value, and wait until they get one.
+    /// The answer is the value that holds afterwards, set or not: clients wait for an answer, and
+    /// take it for that value.
     fn write<A: Act>(&mut self, id: u16, value: &[u8], asked: &mut Asked<'_, A>) {
         self.wait(Waiting::Written(id));
         match parameters::row(id) {
@@ -551,7 +552,8 @@ impl Server {
         }
     }
 
-    /// Whether the drone does it, as far as that is known before the answer is sent.
+    /// Whether the drone has followed the command, as far as that is known before the answer is
+    /// sent.
     fn command<A: Act>(&mut self, command: SupervisorCommand, asked: &mut Asked<'_, A>) -> bool {
         match command {
             SupervisorCommand::Arm(_) | SupervisorCommand::Recover => self.allow(asked.access),
@@ -568,7 +570,7 @@ impl Server {
             crtp::Setpoint::Hover { forward, lateral, yaw_rate, height } => {
                 Setpoint::Hover { forward, lateral, yaw_rate, height }
             }
-            // There is neither a room to have axes, nor anyone to hold angles against the walls.
+            // A chain has no coordinate system, and a client could not hold angles between walls.
             crtp::Setpoint::Velocity { .. }
             | crtp::Setpoint::Height { .. }
             | crtp::Setpoint::Position { .. }
@@ -579,11 +581,12 @@ impl Server {
                 return;
             }
         };
-        // A set-point has no answer; the console tells of a refusal.
+        // A set-point has no answer; the console reports a refusal.
         let _ = self.act(Event::Setpoint(setpoint), asked);
     }
 
-    /// A client sends zeros while nobody touches its gamepad, and when it goes: they end nothing.
+    /// A client sends zeros while its gamepad is not touched, and when it disconnects: they end no
+    /// flight.
     fn rpyt(&mut self, setpoint: Rpyt, access: Access) {
         if !setpoint.is_off() && self.allow(access) {
             self.unsupported(Notice::UnknownSetpoint);
@@ -613,20 +616,21 @@ impl Server {
     }
 }
 
-/// What a request is followed with: what the client may do, the parameters, and the drone's hand.
+/// The context of a request: the client's access, the parameters, and the function that acts on an
+/// [`Event`].
 struct Asked<'a, A> {
     access: Access,
     parameters: &'a mut Parameters,
     act: A,
 }
 
-/// What does an [`Event`].
+/// Acts on an [`Event`].
 trait Act: FnMut(Event, &mut Parameters) -> Outcome {}
 
 impl<A: FnMut(Event, &mut Parameters) -> Outcome> Act for A {}
 
-/// Whether a client may wait for an answer to it. Set-points and everything that stops a drone are
-/// followed however many answers wait.
+/// Whether a client waits for an answer to a packet. Set-points and stops are followed even when too
+/// many answers wait.
 const fn is_answered(request: &Request<'_>) -> bool {
     match request {
         Request::Null
@@ -654,7 +658,7 @@ const fn is_answered(request: &Request<'_>) -> bool {
     }
 }
 
-/// A drone has no memories that it would show.
+/// The answer to a question about memories, of which there are none.
 const fn memory(request: MemoryRequest) -> Reply<'static> {
     match request {
         MemoryRequest::Count => Reply::MemoryCount(0),

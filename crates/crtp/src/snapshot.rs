@@ -1,4 +1,4 @@
-//! What can be looked at, at one moment.
+//! The values of all log variables at one moment.
 
 use agent::{BodyVelocity, LinkView};
 use flight::{Attitude, Duties, Mode, StopCause};
@@ -9,13 +9,13 @@ use units::{
 };
 use wire::p2p::Telemetry;
 
-/// What a drone knows of itself and, at the base, of the others. What nobody fills in stays as in
-/// [`Snapshot::DEFAULT`] and shows as nothing.
+/// The state of a drone and, at the base, of the others. A field that is not filled in keeps its
+/// value of [`Snapshot::DEFAULT`], "unknown" or zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Snapshot {
-    /// When it was taken.
+    /// When the snapshot was taken.
     pub taken: Instant,
-    /// What the drone's mind is doing.
+    /// The state of the agent.
     pub state: Option<agent::State>,
     /// The link towards the head.
     pub front: Option<LinkView>,
@@ -25,29 +25,29 @@ pub struct Snapshot {
     pub odometer: Metres,
     /// Its velocity along the tunnel, positive towards the head.
     pub along: MetresPerSecond,
-    /// Somebody in the chain must come home.
+    /// Whether a drone of the chain must come home.
     pub recalled: bool,
-    /// What the flight code is doing.
+    /// The mode of the flight code.
     pub mode: Option<Mode>,
-    /// How the board is turned.
+    /// The attitude of the board.
     pub attitude: Attitude,
     /// Velocity over ground, along the nose and to its left.
     pub velocity: Option<BodyVelocity>,
     /// Height over ground.
     pub height: Option<Metres>,
-    /// How the motors are driven.
+    /// The duties of the motors.
     pub duties: Duties,
     /// Angular velocity about the board's axes.
     pub gyro: AngularVelocity,
     /// Specific force along the board's axes.
     pub accel: Acceleration,
-    /// What the rangers see.
+    /// The readings of the rangers.
     pub ranges: Ranges,
-    /// What the optic flow sensor said last.
+    /// The last reading of the optic flow sensor.
     pub flow: Option<Motion>,
-    /// At the battery's terminals.
+    /// The voltage at the battery's terminals.
     pub volts: Option<Volts>,
-    /// What the battery is doing.
+    /// Whether the battery is used, charging or full.
     pub power: Power,
     /// How long the battery still carries the drone.
     pub endurance: Option<Duration>,
@@ -55,12 +55,12 @@ pub struct Snapshot {
     pub radio: Radio,
     /// The chain's link.
     pub link: Link,
-    /// What the others have told; filled at the base only.
+    /// The telemetry of the other drones; filled at the base only.
     pub nodes: [Option<Node>; NODES],
 }
 
 impl Snapshot {
-    /// Of nothing.
+    /// A snapshot in which every value is unknown.
     pub const DEFAULT: Self = Self {
         taken: Instant::ZERO,
         state: None,
@@ -90,8 +90,8 @@ impl Snapshot {
         nodes: [None; NODES],
     };
 
-    /// What the supervisor sees, by the bits of `supervisor.info` (crazyflie-firmware,
-    /// `supervisor.c`). Nobody arms these drones: they are armed whenever they would fly.
+    /// The bits of `supervisor.info` (crazyflie-firmware, `supervisor.c`). These drones need no
+    /// arming: they are armed whenever they are ready to fly.
     pub(crate) fn supervisor(&self) -> u16 {
         const ARMED: u16 = 1 << 1;
         const ARMS_ITSELF: u16 = 1 << 2;
@@ -125,20 +125,20 @@ impl Default for Snapshot {
     }
 }
 
-/// What the rangers see, by where they look from the board; `None` where nothing was measured.
+/// The readings of the rangers, by their direction from the board; `None` where there is none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Ranges {
-    /// Along x.
+    /// The ranger along x.
     pub front: Option<Metres>,
-    /// Against x.
+    /// The ranger against x.
     pub back: Option<Metres>,
-    /// Along y.
+    /// The ranger along y.
     pub left: Option<Metres>,
-    /// Against y.
+    /// The ranger against y.
     pub right: Option<Metres>,
-    /// At the ceiling.
+    /// The ranger that looks up.
     pub up: Option<Metres>,
-    /// At the ground.
+    /// The ranger that looks down.
     pub down: Option<Metres>,
 }
 
@@ -148,18 +148,18 @@ impl Ranges {
         Self { front: None, back: None, left: None, right: None, up: None, down: None };
 }
 
-/// What the battery is doing, by the numbers of `pm.state` (crazyflie-firmware, `pm.h`).
+/// The state of battery and charger, by the numbers of `pm.state` (crazyflie-firmware, `pm.h`).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(i8)]
 pub enum Power {
-    /// It is drawn on.
+    /// The battery supplies the drone.
     #[default]
     Battery = 0,
-    /// It is filled.
+    /// The battery is charging.
     Charging = 1,
-    /// It is full, and at a charger.
+    /// The battery is full, and at a charger.
     Charged = 2,
-    /// It is nearly empty.
+    /// The battery is nearly empty.
     Low = 3,
     /// The drone is being switched off.
     ShuttingDown = 4,
@@ -168,29 +168,29 @@ pub enum Power {
 /// The radio.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Radio {
-    /// How strongly the last packet of a client came in.
+    /// The strength of the last packet of a client.
     pub rssi: Option<Dbm>,
-    /// Whether a client is there.
+    /// Whether a client is connected.
     pub connected: bool,
-    /// Packets that came to all.
+    /// Packets to all drones that came in.
     pub broadcasts: u32,
-    /// Packets that came to this drone alone.
+    /// Packets to this drone alone that came in.
     pub unicasts: u32,
 }
 
 impl Radio {
-    /// Nothing came in.
+    /// A radio that has received nothing.
     pub const SILENT: Self = Self { rssi: None, connected: false, broadcasts: 0, unicasts: 0 };
 }
 
 /// The chain's link.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Link {
-    /// Whether the drone speaks, and if not, why.
+    /// Whether the drone takes part in the chain, and if not, why.
     pub state: LinkState,
     /// Packets of others that were taken in.
     pub accepted: u32,
-    /// Packets that were refused, for whatever reason.
+    /// Packets that were refused, for any reason.
     pub refused: u32,
     /// Packets that were sent.
     pub sent: u32,
@@ -199,7 +199,7 @@ pub struct Link {
 }
 
 impl Link {
-    /// Nothing was said.
+    /// A link that is off.
     pub const SILENT: Self =
         Self { state: LinkState::Off, accepted: 0, refused: 0, sent: 0, orders: 0 };
 }
@@ -208,27 +208,27 @@ impl Link {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(u8)]
 pub enum LinkState {
-    /// It has no keys, or no radio.
+    /// The drone has no keys, or no radio.
     #[default]
     Off = 0,
-    /// It listens before it speaks.
+    /// The drone listens before it transmits.
     Listening = 1,
-    /// It takes part.
+    /// The drone takes part.
     Member = 2,
-    /// It may not take part: its number is another's, or has no slot.
+    /// The drone may not take part: another drone has its number, or the number has no slot.
     Refused = 3,
-    /// It has said all that it may until the next boot.
+    /// The drone has used all packet numbers of this boot.
     Exhausted = 4,
 }
 
-/// What another drone has told the base of itself.
+/// The telemetry of another drone at the base.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Node {
-    /// What it told.
+    /// The last telemetry that came in.
     pub telemetry: Telemetry,
-    /// When that came in.
+    /// When it came in.
     pub heard: Instant,
 }
 
-/// The number of a neighbour that is not there.
-pub(crate) const NOBODY: NodeId = NodeId(255);
+/// The number that stands for no neighbour.
+pub(crate) const NO_NEIGHBOUR: NodeId = NodeId(255);

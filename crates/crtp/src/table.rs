@@ -1,5 +1,4 @@
-//! What the table of log variables and that of parameters have in common: rows, and a number that
-//! changes whenever one of them does.
+//! Rows and checksums of the tables of log variables and of parameters.
 
 use wire::crtp::{LogType, Value};
 
@@ -37,24 +36,24 @@ impl<S> Get<S> {
     }
 }
 
-/// A row as the book has it.
+/// A row of the book's table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Documented {
-    /// The first half of its name,
+    /// The group, the first half of the name.
     pub group: &'static str,
-    /// and the second.
+    /// The second half of the name.
     pub name: &'static str,
     /// Its type, as clients name it.
     pub kind: &'static str,
-    /// What can be done with it: `ro` or `rw`.
+    /// The access: `ro` or `rw`.
     pub access: &'static str,
-    /// In what it is counted, where it is counted in something.
+    /// The unit, or nothing.
     pub unit: &'static str,
-    /// What it means.
+    /// The meaning.
     pub meaning: &'static str,
 }
 
-/// CRC-32 as in Ethernet and zip, over a row more.
+/// Continues a CRC-32, as in Ethernet and zip, over one more row.
 pub(crate) const fn crc_of_row(crc: u32, kind: u8, group: &str, name: &str) -> u32 {
     let crc = crc_of(crc, &[kind]);
     let crc = crc_of(crc_of(crc, group.as_bytes()), &[0]);

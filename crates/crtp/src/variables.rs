@@ -1,4 +1,4 @@
-//! What can be logged.
+//! The table of log variables.
 
 use core::f32::consts::PI;
 
@@ -8,7 +8,7 @@ use units::{Dbm, Duration, Metres, NODES, NodeId, Radians, Volts};
 use wire::crtp::{LogType, Value};
 use wire::p2p::Telemetry;
 
-use crate::snapshot::{NOBODY, Node, Snapshot};
+use crate::snapshot::{NO_NEIGHBOUR, Node, Snapshot};
 use crate::table::{Documented, Get, crc_of_row};
 
 /// A log variable.
@@ -18,20 +18,20 @@ pub(crate) enum Variable {
     Told(usize, &'static Told),
 }
 
-/// Something that a drone knows of itself.
+/// A variable of the drone itself.
 pub(crate) struct Own {
     group: &'static str,
     name: &'static str,
     get: Get<Snapshot>,
 }
 
-/// Something that the base was told by each node.
+/// A variable of each node's telemetry at the base.
 pub(crate) struct Told {
     name: &'static str,
     get: Get<Hearsay>,
 }
 
-/// What was told, and how many seconds ago.
+/// The telemetry of a node, and its age in seconds.
 struct Hearsay {
     telemetry: Telemetry,
     age: f32,
@@ -81,7 +81,7 @@ impl Hearsay {
     }
 }
 
-/// From somebody who never said anything.
+/// The telemetry of a node that has never sent any.
 const NOTHING: Telemetry = Telemetry {
     state: 255,
     fault: 0,
@@ -132,7 +132,7 @@ pub(crate) const CRC: u32 = {
     crc
 };
 
-/// All log variables, as the book has them: what each node has told only once, as `nodeN`.
+/// All log variables, as rows of the book's table: the groups of the nodes only once, as `nodeN`.
 pub fn variables() -> impl Iterator<Item = Documented> {
     let own = OWN.iter().zip(OWN_NOTES).map(|(row, (unit, meaning))| Documented {
         group: row.group,
@@ -159,8 +159,8 @@ const NODE_GROUPS: [&str; NODES] = [
     "node10", "node11", "node12", "node13", "node14", "node15",
 ];
 
-/// Rows of `name: type "unit" "meaning" => getter;` by groups, split into the table and what only
-/// the book needs, so that no drone carries that.
+/// Rows of `name: type "unit" "meaning" => getter;` by groups, split into the table and the texts
+/// for the book, which are not linked into a firmware.
 macro_rules! own {
     ($($group:literal {
         $($name:literal: $kind:ident $unit:literal $meaning:literal => $get:expr;)*
@@ -172,7 +172,7 @@ macro_rules! own {
     };
 }
 
-/// The same, of the one group that each node has.
+/// The same for the group that each node has.
 macro_rules! told {
     ($($name:literal: $kind:ident $unit:literal $meaning:literal => $get:expr;)*) => {
         static TOLD: [Told; [$($name),*].len()] = [
@@ -267,20 +267,20 @@ own! {
     "uchain" {
         "state": U8 "" "what the drone is doing, see below; 255 while unknown"
             => |s| s.state.map_or(255, |state| state.code());
-        "frontPeer": U8 "" "number of the neighbour towards the head; 255 for nobody"
+        "frontPeer": U8 "" "number of the neighbour towards the head; 255 for none"
             => |s| peer(s.front).0;
-        "frontRssi": F32 "dBm" "the link to it, filtered; 0 for nobody" => |s| rssi(s.front);
-        "frontRaw": F32 "dBm" "its last packet; 0 for nobody" => |s| raw(s.front);
-        "backPeer": U8 "" "number of the neighbour towards the base; 255 for nobody"
+        "frontRssi": F32 "dBm" "the link to it, filtered; 0 for none" => |s| rssi(s.front);
+        "frontRaw": F32 "dBm" "its last packet; 0 for none" => |s| raw(s.front);
+        "backPeer": U8 "" "number of the neighbour towards the base; 255 for none"
             => |s| peer(s.back).0;
-        "backRssi": F32 "dBm" "the link to it, filtered; 0 for nobody" => |s| rssi(s.back);
-        "backRaw": F32 "dBm" "its last packet; 0 for nobody" => |s| raw(s.back);
+        "backRssi": F32 "dBm" "the link to it, filtered; 0 for none" => |s| rssi(s.back);
+        "backRaw": F32 "dBm" "its last packet; 0 for none" => |s| raw(s.back);
         "odometer": F32 "m" "way along the tunnel since take-off" => |s| s.odometer.0;
         "forward": F32 "m/s" "velocity along the tunnel, positive towards the head"
             => |s| s.along.0;
         "endurance": F32 "s" "for which the battery still carries it; -1 while unknown"
             => |s| seconds(s.endurance);
-        "recalled": U8 "" "1 when somebody in the chain must come home" => |s| s.recalled.into();
+        "recalled": U8 "" "1 when a drone of the chain must come home" => |s| s.recalled.into();
         "orders": U16 "" "orders that came in; begins again at 0" => |s| s.link.orders as u16;
         "linkStatus": U8 "" "0 off, 1 listening, 2 member, 3 refused, 4 exhausted"
             => |s| s.link.state as u8;
@@ -299,18 +299,18 @@ told! {
         => |t| t.telemetry.battery.map_or(0.0, |v| v.0);
     "endurance": F32 "s" "for which its battery still carries it; -1 while unknown"
         => |t| seconds(t.telemetry.endurance);
-    "frontPeer": U8 "" "its neighbour towards the head; 255 for nobody"
-        => |t| t.telemetry.front.map_or(NOBODY, |(peer, _)| peer).0;
-    "frontRssi": F32 "dBm" "the link to it; 0 for nobody"
+    "frontPeer": U8 "" "its neighbour towards the head; 255 for none"
+        => |t| t.telemetry.front.map_or(NO_NEIGHBOUR, |(peer, _)| peer).0;
+    "frontRssi": F32 "dBm" "the link to it; 0 for none"
         => |t| t.telemetry.front.map_or(0.0, |(_, rssi)| rssi.0);
-    "backPeer": U8 "" "its neighbour towards the base; 255 for nobody"
-        => |t| t.telemetry.back.map_or(NOBODY, |(peer, _)| peer).0;
-    "backRssi": F32 "dBm" "the link to it; 0 for nobody"
+    "backPeer": U8 "" "its neighbour towards the base; 255 for none"
+        => |t| t.telemetry.back.map_or(NO_NEIGHBOUR, |(peer, _)| peer).0;
+    "backRssi": F32 "dBm" "the link to it; 0 for none"
         => |t| t.telemetry.back.map_or(0.0, |(_, rssi)| rssi.0);
     "odometer": F32 "m" "its way along the tunnel since take-off" => |t| t.telemetry.odometer.0;
     "forward": F32 "m/s" "its velocity along the tunnel" => |t| t.telemetry.velocity.0;
     "height": F32 "m" "its height over ground; 0 while unknown" => |t| metres(t.telemetry.height);
-    "heeded": U16 "" "the last 16 bits of the number of the order that it heeded last"
+    "heeded": U16 "" "the last 16 bits of the number of the order that it obeyed last"
         => |t| t.telemetry.heeded;
 }
 
@@ -330,7 +330,7 @@ fn seconds(span: Option<Duration>) -> f32 {
     span.map_or(-1.0, Duration::as_secs_f32)
 }
 
-/// What the vendor's firmware says where nothing is measured (`range.h`).
+/// The vendor's value for "nothing measured" (`range.h`).
 const OUT_OF_RANGE: u16 = 32_767;
 
 fn millimetres(range: Option<Metres>) -> u16 {
@@ -363,7 +363,7 @@ fn loss(rssi: Option<Dbm>) -> u8 {
 }
 
 fn peer(link: Option<LinkView>) -> NodeId {
-    link.map_or(NOBODY, |link| link.peer)
+    link.map_or(NO_NEIGHBOUR, |link| link.peer)
 }
 
 fn rssi(link: Option<LinkView>) -> f32 {

@@ -1,4 +1,4 @@
-//! Conversions between what the agent knows and what is on the air: reports and telemetry.
+//! Conversions between the agent's types and the messages on the air: reports and telemetry.
 
 use agent::{Fitness, LandReason, LinkView, Outputs, State};
 use chain::neighbours::Heard;
@@ -8,7 +8,7 @@ use wire::p2p;
 
 use crate::Sensed;
 
-/// This round's report, as it is handed to the radio link, which adds who is heard.
+/// Converts this round's report for the radio link, which adds the nodes that are heard.
 #[must_use]
 pub(crate) fn report_to_air(outputs: &Outputs) -> p2p::Report {
     let Outputs { report, status, .. } = outputs;
@@ -26,8 +26,8 @@ pub(crate) fn report_to_air(outputs: &Outputs) -> p2p::Report {
     }
 }
 
-/// A report that the radio link has delivered: whose it is and where it stands among the sender's
-/// reports is in the packet's header.
+/// Converts a report that the radio link has delivered; the sender and the sequence number are in the
+/// packet's header.
 #[must_use]
 pub(crate) fn report_from_air(
     from: NodeId,
@@ -47,7 +47,7 @@ pub(crate) fn report_from_air(
     Heard { report, rssi }
 }
 
-/// What a node tells the base of itself. The link adds which order it has heard last.
+/// The telemetry of a node. The link adds the number of the last order that it obeyed.
 #[must_use]
 pub(crate) fn telemetry(outputs: &Outputs, sensed: &Sensed) -> p2p::Telemetry {
     let Outputs { report, status, .. } = outputs;
@@ -66,7 +66,7 @@ pub(crate) fn telemetry(outputs: &Outputs, sensed: &Sensed) -> p2p::Telemetry {
     }
 }
 
-/// What is wrong, in one byte: 0 nothing; 1 unfit to take off; 2 motors off until the next boot;
+/// The code of a fault: 0 none; 1 unfit to take off; 2 motors off until the next boot;
 /// 3 lost the base's side; 4 never reached its height; 5 restarted by itself; from 16 on the flight code's
 /// [`Cause`](flight::Cause), in its order.
 #[must_use]

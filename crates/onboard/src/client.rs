@@ -1,16 +1,16 @@
-//! The client's side of a drone: what cfclient and cflib may look at, set and order, and what
-//! becomes of it.
+//! The client's side of a drone: the values that cfclient and cflib may read and set, and the orders
+//! that they may give.
 //!
 //! | the drone | may be read | may be set | may give orders | may be stopped |
 //! |---|---|---|---|---|
 //! | the base, provisioned for it | yes | yes | yes | with all others |
 //! | any other base | yes | no | no | with all others |
 //! | any other with keys | yes | no | no | itself |
-//! | one without keys, which does not fly | yes | yes | no drone hears it | itself |
+//! | one without keys, which does not fly | yes | yes | no, since no drone would hear it | itself |
 //!
-//! CRTP has no authentication: anybody with a Crazyradio may say what he likes. So no drone is
-//! steered by it. The base makes orders of what a client asks for, and these go to the drones
-//! sealed. An emergency stop is taken from every client by every node.
+//! CRTP has no authentication: anyone with a Crazyradio can send it. So no drone is steered by it.
+//! The base turns a client's requests into orders, which go to the drones sealed. Every node takes an
+//! emergency stop from every client.
 
 use airlink::{Identity, Seal};
 use crtp::{
@@ -23,10 +23,10 @@ use crate::link::{Link, LinkHealth};
 use crate::operator::{CLIENT_GONE, Operator, Request, Watchdog};
 use crate::{Drone, mounting};
 
-/// A hover set-point that names a height as far off the drone's own asks for another.
+/// A hover set-point whose height differs from the drone's by more asks for another height.
 const OTHER_HEIGHT: Metres = Metres(0.1);
 
-/// What a client has set that the drone is to remember while it is switched off.
+/// Settings that a client has changed and the drone must store.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Unsaved {
     /// The flying height.
@@ -35,7 +35,7 @@ pub struct Unsaved {
     pub limits: Option<[Dbm; 2]>,
 }
 
-/// A client, and what it has been told.
+/// The server for clients, and its state between requests.
 #[derive(Debug)]
 pub(crate) struct Client {
     server: Server,
@@ -43,7 +43,7 @@ pub(crate) struct Client {
     /// When the client was last heard.
     heard: Option<Instant>,
     packets: u32,
-    /// The agent's state that the console has told last.
+    /// The agent's state that the console has printed last.
     told_state: Option<u8>,
 }
 
@@ -70,7 +70,7 @@ impl Orders {
         Self { operator, watchdog: Watchdog::default(), unsaved: Unsaved::default() }
     }
 
-    /// Does what a client asks for.
+    /// Follows a request of a client.
     fn act<S: Seal>(
         &mut self,
         now: Instant,
@@ -181,8 +181,8 @@ impl<S: Seal> Drone<S> {
         self.client.server.say(line);
     }
 
-    /// What there is to look at. The caller fills in what it has measured, such as by
-    /// [`observed`], and how the radio heard the client; the drone adds the rest.
+    /// The values of all log variables. The caller fills in its measurements, such as by
+    /// [`observed`], and the radio's reception of the client; the drone adds the rest.
     #[must_use]
     pub fn snapshot(&self, now: Instant, measured: &Snapshot) -> Snapshot {
         let mut snapshot = Snapshot { taken: now, ..*measured };
@@ -204,7 +204,7 @@ impl<S: Seal> Drone<S> {
         snapshot
     }
 
-    /// What clients may look at and set.
+    /// The parameters.
     #[must_use]
     pub const fn parameters(&self) -> &Parameters {
         &self.client.parameters
@@ -218,13 +218,13 @@ impl<S: Seal> Drone<S> {
         about.selftest_passed = flow && rangers;
     }
 
-    /// What clients have set since this was last asked, for the drone to remember.
+    /// Takes the settings that clients have changed since the last call, for the caller to store.
     pub fn take_unsaved(&mut self) -> Unsaved {
         core::mem::take(&mut self.orders.unsaved)
     }
 
-    /// Takes an order of an operator who speaks by something else than CRTP. An order to explore is
-    /// a pilot's stick, which must say it again and again; every other order holds until the next.
+    /// Takes an operator's order that does not come by CRTP. An order to explore is that of a pilot's
+    /// stick, which must be repeated; every other order holds until the next.
     /// Returns whether the order stands: it does at the base alone, unless a stop stands there.
     pub fn order(&mut self, now: Instant, order: Order) -> bool {
         let request = match order {
@@ -234,8 +234,8 @@ impl<S: Seal> Drone<S> {
         self.orders.ask(now, request, self.identity, &mut self.link) == Outcome::Done
     }
 
-    /// Does what passing time brings: set-points grow old, clients vanish, a watchdog starves. To
-    /// be called often; [`Drone::step`] does it too.
+    /// Ends set-points that are too old and orders of clients that are gone, and stops the motors when
+    /// the emergency stop's watchdog was not fed. To be called often; [`Drone::step`] calls it too.
     pub fn attend(&mut self, now: Instant) {
         let has_client = self.client.is_there(now);
         let Self { orders, link, identity, client, .. } = self;
@@ -258,7 +258,7 @@ impl<S: Seal> Drone<S> {
         }
     }
 
-    /// What a client may do.
+    /// The access of a client.
     fn access(&self) -> Access {
         match self.link.health() {
             LinkHealth::NoKeys => Access::Full,
@@ -268,7 +268,7 @@ impl<S: Seal> Drone<S> {
     }
 }
 
-/// What a client is told first.
+/// The first line on the console.
 const fn greeting(health: LinkHealth) -> &'static str {
     match health {
         LinkHealth::Fine => "The link of the chain is open.",
@@ -278,7 +278,7 @@ const fn greeting(health: LinkHealth) -> &'static str {
     }
 }
 
-/// What there is to look at of a board's flight code.
+/// The log variables by the status of a board's flight code.
 #[must_use]
 pub fn observed(status: &flight::Status) -> Snapshot {
     Snapshot {

@@ -2,8 +2,8 @@
 //! operator's orders, the gates before a take-off, and the mounting of the board.
 //!
 //! The firmware's tasks and the simulator's members both run exactly this type. [`Drone`] is
-//! sans-I/O: it owns no clock and no line, never allocates and never panics. It is told the time,
-//! what has come in and what is sensed, and says what goes out:
+//! sans-I/O: it owns no clock and no line, never allocates and never panics. The caller passes the
+//! time, received packets and sensor values, and takes packets and set-points from it:
 //!
 //! ```text
 //!                     receive ┌───────────────────────────────┐ transmit
@@ -11,26 +11,26 @@
 //!                      client │    ▲                          │ poll_client
 //!   packets of a client ─────▶│ server ──▶ orders             │────────▶ packets to the client
 //!                        step │                               │
-//!   what is sensed ──────────▶│ gates, mounting               │────────▶ set-point
+//!   sensor values ───────────▶│ gates, mounting               │────────▶ set-point
 //!                             └───────────────────────────────┘
 //! ```
 //!
 //! # Stopping wins
 //! Every node takes an emergency stop from any client: a drone for itself, the base for the whole
 //! mission. A stop is latched in the operator's orders, in the link and in the agent, and nothing
-//! replaces it but switching the drone off. [`Drone::is_stopped`] is to be kept where it outlives a
-//! restart by a fault, and given back as [`Setup::stopped`].
+//! replaces it but switching the drone off. The caller stores [`Drone::is_stopped`] where it outlives
+//! a restart by a fault, and passes it to the next drone as [`Setup::stopped`].
 //!
 //! | module | holds |
 //! |---|---|
 //! | `operator` | the state machine of the operator's orders |
-//! | `client` | what cfclient and cflib may look at, set and order |
+//! | `client` | the access of cfclient and cflib: reading, setting, orders |
 //! | `link` | the end of the radio link, shut or open |
 //! | `mailbox` | reports and orders between link and agent |
-//! | `sensed` | what a drone senses in a round |
+//! | `sensed` | the sensor values of a round |
 //! | [`mounting`] | the rotation between board and nose |
-//! | [`air`] | conversions between the agent's words and those on the air |
-//! | [`probe`] | a place in memory where a firmware shows all that to an emulator |
+//! | [`air`] | conversions between the agent's types and the messages on the air |
+//! | [`probe`] | a static in which a firmware shows its drone's decisions to an emulator |
 #![no_std]
 #![deny(
     clippy::unwrap_used,
@@ -97,8 +97,8 @@ impl Config {
         mailbox_delay: Duration::ZERO,
     };
 
-    /// The same with what the drone remembers. `complain` is told of what cannot be used, for which
-    /// the constants hold as they were.
+    /// The same with the settings that the drone has stored. `complain` is called for each setting
+    /// that cannot be used; in its place the constants hold.
     #[must_use]
     pub fn with_settings(
         mut self,
@@ -144,11 +144,11 @@ impl Default for Config {
 pub struct Setup {
     /// The drone's number and role.
     pub identity: Identity,
-    /// Where the drone finds itself.
+    /// Whether the drone starts on the ground, after a fault, or in the air.
     pub start: Start,
-    /// A stop stood when the last run ended, and the drone was not switched off since.
+    /// Whether a stop stood when the last run ended and the drone was not switched off since.
     pub stopped: bool,
-    /// What clients are told of the drone.
+    /// The read-only parameters of the drone.
     pub about: About,
 }
 
@@ -165,7 +165,7 @@ impl Setup {
     }
 }
 
-/// Where a drone finds itself at the start of a run.
+/// How and where a drone starts a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Start {
     /// On the ground, switched on.
@@ -181,11 +181,11 @@ pub enum Start {
 pub enum Keys<S> {
     /// It was never provisioned.
     Missing,
-    /// It must not use them.
+    /// It has keys that it must not use.
     Unusable,
-    /// It has them, and an epoch to use them in.
+    /// It has keys, and an epoch to use them in.
     Held {
-        /// What seals packets with them.
+        /// Seals packets with the keys.
         seal: S,
         /// The epoch of this run, which was never used before with these keys.
         epoch: Epoch,
@@ -196,12 +196,12 @@ pub enum Keys<S> {
     },
 }
 
-/// What a round of the mission has decided.
+/// The result of a round of the mission.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outputs {
     /// The set-point in the axes of the nose.
     pub setpoint: Setpoint,
-    /// What the agent has decided.
+    /// The outputs of the agent.
     pub agent: agent::Outputs,
 }
 
@@ -226,9 +226,9 @@ pub struct Drone<S> {
     heeded: Heeded,
     /// Whether clients may give orders through this drone, if it is the base.
     may_fly: bool,
-    /// What each node has told the base of itself.
+    /// The last telemetry of each node, at the base.
     nodes: [Option<Node>; NODES],
-    /// What the agent has decided last.
+    /// The outputs of the agent's last round.
     outputs: Option<agent::Outputs>,
 }
 
@@ -265,7 +265,7 @@ impl<S: Seal> Drone<S> {
         }
     }
 
-    /// Gives the drone its keys, once. With usable ones its link opens: it listens, and then speaks.
+    /// Gives the drone its keys, once. With usable ones its link opens: it listens, then transmits.
     pub fn open_link(&mut self, now: Instant, keys: Keys<S>) {
         match keys {
             Keys::Missing => self.link = Link::NoKeys,
@@ -317,7 +317,7 @@ impl<S: Seal> Drone<S> {
         self.link.open_mut()?.transmit(now, out)
     }
 
-    /// Says goodbye to the chain in the drone's next turn, if its link is open. Returns whether it is.
+    /// Leaves the chain in the drone's next turn, if its link is open. Returns whether it is.
     pub fn leave(&mut self) -> bool {
         self.link.open_mut().map(Airlink::leave).is_some()
     }
@@ -327,7 +327,7 @@ impl<S: Seal> Drone<S> {
         self.step_shown(now, sensed, |_, _| {})
     }
 
-    /// The same; `show` is given what the agent was told and what it has decided.
+    /// The same; `show` is called with the inputs and the outputs of the agent.
     pub fn step_shown(
         &mut self,
         now: Instant,
@@ -395,7 +395,7 @@ impl<S: Seal> Drone<S> {
         }
     }
 
-    /// Tells the others by the link.
+    /// Hands report and telemetry to the link.
     fn publish(&mut self, outputs: &agent::Outputs, sensed: &Sensed) {
         let role = self.identity.role;
         let Some(link) = self.link.open_mut() else { return };
@@ -413,13 +413,13 @@ impl<S: Seal> Drone<S> {
         self.identity
     }
 
-    /// What the agent is doing.
+    /// The state of the agent.
     #[must_use]
     pub const fn state(&self) -> State {
         self.agent.state()
     }
 
-    /// What the agent has decided last; `None` before the first round.
+    /// The outputs of the agent's last round; `None` before the first.
     #[must_use]
     pub const fn outputs(&self) -> Option<&agent::Outputs> {
         self.outputs.as_ref()
@@ -431,7 +431,7 @@ impl<S: Seal> Drone<S> {
         self.orders.operator
     }
 
-    /// Whether a stop stands: the motors must be off, and the drone's memory must keep it over a
+    /// Whether a stop stands: the motors must be off, and the caller must store the stop over a
     /// restart.
     #[must_use]
     pub fn is_stopped(&self) -> bool {
@@ -452,19 +452,19 @@ impl<S: Seal> Drone<S> {
         self.link.open().map(Airlink::status)
     }
 
-    /// What the link has counted; `None` while it is shut.
+    /// The counters of the link; `None` while it is shut.
     #[must_use]
     pub fn link_counters(&self) -> Option<Counters> {
         self.link.open().map(Airlink::counters)
     }
 
-    /// The number of the last order that the drone has heard over its link.
+    /// The number of the last order that has come over the link.
     #[must_use]
     pub const fn last_order(&self) -> Option<Counter> {
         self.heeded.last
     }
 
-    /// What a node has last told this one, which is the base.
+    /// The last telemetry of a node, at the base.
     #[must_use]
     pub fn node(&self, node: NodeId) -> Option<Node> {
         self.nodes.get(usize::from(node.0)).copied().flatten()

@@ -11,9 +11,9 @@ use wire::p2p::Counter;
 pub(crate) enum Link<S> {
     /// The drone was never provisioned, or its memory has not been read yet.
     NoKeys,
-    /// The drone was provisioned, but may not speak.
+    /// The drone was provisioned, but must not transmit.
     Shut,
-    /// The drone may speak.
+    /// The drone may transmit.
     Open(Airlink<S>),
 }
 
@@ -49,7 +49,7 @@ impl<S> Link<S> {
 }
 
 impl<S: Seal> Link<S> {
-    /// Gives an order to the whole mission; whether it stands.
+    /// Gives an order to the whole mission; returns whether it stands.
     pub(crate) fn order(&mut self, now: Instant, order: Order) -> bool {
         self.open_mut().is_some_and(|link| link.order(now, order))
     }
@@ -65,7 +65,7 @@ impl<S: Seal> Link<S> {
         }
     }
 
-    /// What clients are told of it, but for the orders that came in.
+    /// The link's log variables. `orders` is the number of orders that came in.
     pub(crate) fn told(&self, orders: u32) -> crtp::Link {
         let Some(link) = self.open() else { return crtp::Link { orders, ..crtp::Link::SILENT } };
         let counters = link.counters();
@@ -94,11 +94,11 @@ fn total(refused: &Refused) -> u32 {
         .fold(0, u32::wrapping_add)
 }
 
-/// An order that a drone has heard over its link.
+/// The orders that a drone has received over its link.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Heeded {
     /// The number of the last one.
     pub(crate) last: Option<Counter>,
-    /// How many there were.
+    /// The number of orders.
     pub(crate) count: u32,
 }

@@ -17,10 +17,10 @@ const ORDERS: usize = 8;
 #[derive(Clone, Debug)]
 pub(crate) struct Mailbox {
     reports: Vec<Heard, REPORTS>,
-    /// When each of them came in.
+    /// When each report came in.
     arrived: Vec<Instant, REPORTS>,
     orders: Vec<(Instant, Order), ORDERS>,
-    /// An order to stop has come in. It is neither delayed nor replaced.
+    /// Whether an order to stop has come in. It is neither delayed nor replaced.
     stop: bool,
     dropped: u32,
 }
@@ -36,7 +36,7 @@ impl Mailbox {
         }
     }
 
-    /// Puts a report in. Where there is no room, the oldest goes.
+    /// Puts a report in. When the mailbox is full, the oldest report is dropped.
     pub(crate) fn report(&mut self, now: Instant, heard: Heard) {
         if self.reports.is_full() {
             self.forget(1);
@@ -47,7 +47,8 @@ impl Mailbox {
         let _ = self.arrived.push(now);
     }
 
-    /// Puts an order in. Where there is no room, the oldest goes: a newer order replaces it anyway.
+    /// Puts an order in. When the mailbox is full, the oldest order is dropped: a newer one replaces
+    /// it anyway.
     pub(crate) fn order(&mut self, now: Instant, order: Order) {
         self.stop |= order == Order::Stop;
         if self.orders.is_full() {
@@ -56,7 +57,7 @@ impl Mailbox {
         let _ = self.orders.push((now, order));
     }
 
-    /// The newest order that has lain for `delay`. Each is given once, but a stop for ever.
+    /// Takes the newest order that came in at least `delay` ago. A stop is returned each time.
     pub(crate) fn take_order(&mut self, now: Instant, delay: Duration) -> Option<Order> {
         let due = self.orders.iter().take_while(|(at, _)| *at + delay <= now).count();
         let newest = due.checked_sub(1).and_then(|last| self.orders.get(last)).copied();
@@ -64,7 +65,7 @@ impl Mailbox {
         if self.stop { Some(Order::Stop) } else { newest.map(|(_, order)| order) }
     }
 
-    /// The reports that have lain for `delay`.
+    /// The reports that came in at least `delay` ago.
     pub(crate) fn due(&self, now: Instant, delay: Duration) -> &[Heard] {
         let due = self.arrived.iter().take_while(|at| **at + delay <= now).count();
         self.reports.get(..due).unwrap_or_default()
@@ -81,7 +82,7 @@ impl Mailbox {
         self.stop
     }
 
-    /// Reports that there was no room for.
+    /// The number of reports that were dropped.
     pub(crate) const fn dropped(&self) -> u32 {
         self.dropped
     }

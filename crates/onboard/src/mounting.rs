@@ -1,5 +1,4 @@
-//! The rotation between the board's axes and those of the drone's nose: the one place where the two
-//! meet.
+//! The rotation between the board's axes and those of the drone's nose. No other code uses both.
 //!
 //! The drone flies along the tunnel with the board's front-right diagonal ahead, as the authors of
 //! U-Chain flew theirs: so the four beams of a stock Multi-ranger deck, which look along the
@@ -26,8 +25,8 @@ use sensors::vl53l1x::{RangeStatus, Reading};
 use tunnel_nav::{Diagonals, Range};
 use units::{Metres, MetresPerSecond, Radians, Setpoint};
 
-/// The latest readings of the four side rangers, by where they look from the board; `None` is a
-/// ranger that has none to give.
+/// The latest readings of the four side rangers, by their direction from the board; `None` is a
+/// ranger without a valid reading.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sides {
     /// Along x.
@@ -41,7 +40,7 @@ pub struct Sides {
 }
 
 impl Sides {
-    /// The beams by where they look from the nose.
+    /// The beams by their direction from the nose.
     #[must_use]
     pub fn diagonals(&self, reach: Metres) -> Diagonals {
         let beam = |reading: &Option<Reading>| side_beam(reading.as_ref(), reach);
@@ -53,17 +52,17 @@ impl Sides {
         }
     }
 
-    /// Whether each of the four rangers is there: it says something, whatever it sees.
+    /// Whether each of the four rangers is there: it gives readings, valid or not.
     #[must_use]
     pub const fn are_all_there(&self) -> bool {
         self.front.is_some() && self.right.is_some() && self.back.is_some() && self.left.is_some()
     }
 }
 
-/// What a side beam says by its ranger's latest reading.
+/// The range of a side beam by its ranger's latest reading.
 ///
-/// A sensor that gets no light back, or whose phase is out of bounds, looks into the open. What it
-/// doubts otherwise is no measurement.
+/// A sensor that gets no light back, or whose phase is out of bounds, sees no wall: the beam is clear.
+/// A reading with any other error is invalid.
 fn side_beam(reading: Option<&Reading>, reach: Metres) -> Range {
     let Some(reading) = reading else { return Range::Invalid };
     match reading.status {
@@ -89,20 +88,20 @@ pub fn to_board(setpoint: Setpoint) -> Setpoint {
     }
 }
 
-/// The board's velocity over ground, as the agent sees it.
+/// The board's velocity over ground, in the axes of the nose.
 #[must_use]
 pub fn from_board([x, y]: [MetresPerSecond; 2]) -> BodyVelocity {
     BodyVelocity { forward: (x - y) * FRAC_1_SQRT_2, lateral: (x + y) * FRAC_1_SQRT_2 }
 }
 
-/// Where the nose points, within half a turn, when the board's x points to `yaw`.
+/// The heading of the nose, within half a turn, when the board's x points to `yaw`.
 #[must_use]
 pub fn heading(yaw: Radians) -> Radians {
     let nose = yaw.0 - FRAC_PI_4;
     Radians(if nose < -PI { nose + 2.0 * PI } else { nose })
 }
 
-/// What the agent must know of what the flight code is doing.
+/// The fitness of the machine, by the mode of the flight code.
 #[must_use]
 pub const fn fitness(mode: flight::Mode) -> Fitness {
     match mode {

@@ -1,5 +1,5 @@
-//! The operator's orders: a small state machine that turns what clients ask for, and their silence,
-//! into the one order that the base gives to the whole mission.
+//! The operator's orders: a small state machine that turns the requests of clients, and their
+//! silence, into the one order that the base gives to the whole mission.
 //!
 //! | the newest request | holds |
 //! |---|---|
@@ -16,15 +16,15 @@ use units::{Duration, Instant, MetresPerSecond, Order};
 /// (crazyflie-firmware, supervisor.c, COMMANDER_WDT_TIMEOUT_STABILIZE).
 const SETPOINT_HOLDS: Duration = Duration::from_millis(500);
 
-/// A client that has been silent for as long is gone. cflib asks for something at least once a
-/// second (cflib, crazyflie/link_statistics.py), and a Crazyradio much oftener.
+/// A client that has been silent for as long counts as gone. cflib sends a packet at least once a
+/// second (cflib, crazyflie/link_statistics.py), and a Crazyradio much more often.
 pub(crate) const CLIENT_GONE: Duration = Duration::from_secs(2);
 
 /// The emergency stop's watchdog must be fed within this time (crazyflie-firmware, supervisor.c,
 /// DEFAULT_EMERGENCY_STOP_WATCHDOG_TIMEOUT).
 const WATCHDOG: Duration = Duration::from_secs(1);
 
-/// What the operator wants of the mission.
+/// The state of the operator's orders.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Operator {
@@ -52,7 +52,7 @@ pub enum Operator {
     Stopped,
 }
 
-/// What happens to the operator's orders.
+/// A request of the operator.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Request {
     /// A client, or a pilot's stick, asks for this speed now.
@@ -119,12 +119,12 @@ impl Operator {
 pub(crate) struct Watchdog(Option<Instant>);
 
 impl Watchdog {
-    /// A client is there, and wants the motors to stop when it is not any more.
+    /// Feeds the watchdog: from now on the client's silence stops the motors.
     pub(crate) const fn feed(&mut self, now: Instant) {
         self.0 = Some(now);
     }
 
-    /// Whether it has been fed once, and not in time since.
+    /// Whether the watchdog has been fed once, and not in time since.
     pub(crate) fn is_starved(self, now: Instant) -> bool {
         self.0.is_some_and(|fed| now.since(fed) > WATCHDOG)
     }
@@ -156,8 +156,8 @@ mod tests {
         Operator::Stopped,
     ];
 
-    /// What each request makes of each state, by rows: a speed changes nothing but a speed, and
-    /// nothing follows a stop.
+    /// The state after each request in each state, by rows: a speed changes nothing but a speed, and
+    /// no request replaces a stop.
     #[test]
     fn the_newest_request_counts_but_after_a_stop() {
         use Operator::{Explore, Hover, Land, Return, Silent, Stopped, Wait};
@@ -181,7 +181,7 @@ mod tests {
         }
     }
 
-    /// What time makes of each state, by rows: after how long, with a client and without.
+    /// The state after a time in each state, by rows, with a client and without.
     #[test]
     fn time_ends_what_needs_a_client_and_takes_no_drone_down() {
         use Operator::{Explore, Hover, Land, Return, Silent, Stopped, Wait};

@@ -1,5 +1,5 @@
-//! The probe: a place in memory where a firmware shows, in a layout of its own, what its drone was
-//! told and has decided, for an emulator or a debugger that knows nothing else of it.
+//! The probe: a static of fixed layout in which a firmware shows the inputs and decisions of its
+//! drone to an emulator or a debugger.
 //!
 //! | field | what | words |
 //! |---|---|---|
@@ -87,7 +87,7 @@ impl Probe {
         self.version.store(VERSION, Ordering::Relaxed);
     }
 
-    /// Shows what the flight code knows.
+    /// Shows the status of the flight code.
     pub fn show_flight(&self, status: &Status) {
         self.flight.write(|out| status.put(out));
     }
@@ -98,7 +98,7 @@ impl Probe {
         self.order.write(|out| number.put(out));
     }
 
-    /// Shows what the agent was told and has decided.
+    /// Shows the inputs and outputs of the agent.
     pub fn show_round(&self, now: Instant, inputs: &Inputs<'_>, outputs: &Outputs) {
         self.round.write(|out| {
             now.put(out);
@@ -137,7 +137,7 @@ impl<const N: usize> Slot<N> {
     }
 }
 
-/// Words on their way into a slot. Those beyond its end are lost, and the length tells.
+/// Writes words into a slot. Words beyond its end are lost, which shows in the length.
 struct Writer<'a> {
     words: &'a [AtomicU32],
     length: usize,
@@ -168,13 +168,13 @@ impl Reader<'_> {
 pub struct Round {
     /// When it was, by the drone's clock.
     pub now: Instant,
-    /// What the agent was told.
+    /// The inputs of the agent.
     pub told: Told,
-    /// What the agent has decided.
+    /// The outputs of the agent.
     pub decided: Outputs,
 }
 
-/// What an agent was told: [`Inputs`] that own what was heard.
+/// The inputs of an agent: [`Inputs`] that own the reports that were heard.
 #[derive(Clone, Debug, PartialEq)]
 #[expect(missing_docs, reason = "as in agent::Inputs")]
 pub struct Told {
@@ -189,7 +189,7 @@ pub struct Told {
 }
 
 impl Told {
-    /// As the agent takes it.
+    /// The inputs as the agent takes them.
     #[must_use]
     pub fn inputs(&self) -> Inputs<'_> {
         Inputs {
@@ -262,7 +262,7 @@ fn get_inputs(from: &mut Reader<'_>) -> Option<Told> {
     })
 }
 
-/// A value that has words.
+/// A value that is written as words.
 trait Words: Sized {
     fn put(&self, out: &mut Writer<'_>);
     fn get(from: &mut Reader<'_>) -> Option<Self>;

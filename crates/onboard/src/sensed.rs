@@ -1,4 +1,4 @@
-//! What a drone senses in one round of its mission.
+//! The sensor values of one round of the mission.
 
 use agent::{BodyVelocity, Fitness};
 use flight::Mode;
@@ -7,7 +7,7 @@ use units::{Duration, Metres, Radians, Volts};
 
 use crate::mounting::{self, Sides};
 
-/// What a drone senses of itself and of the walls, in the axes of its nose.
+/// The state of the drone and the ranges to the walls by its sensors, in the axes of its nose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sensed {
     /// The four side beams.
@@ -27,7 +27,7 @@ pub struct Sensed {
 }
 
 impl Sensed {
-    /// What a node without sensors senses, such as a base.
+    /// The values of a node without sensors, such as a base.
     pub const NONE: Self = Self {
         ranges: Diagonals {
             nw: Range::Invalid,
@@ -43,13 +43,13 @@ impl Sensed {
         endurance: None,
     };
 
-    /// What a board senses whose flight code has not made its first step: it would not take off.
+    /// The values before the first step of the flight code: the drone would not take off.
     pub const NOT_YET: Self = Self { fitness: Fitness::Unfit, ..Self::NONE };
 
-    /// What a board senses, by its flight code and its side rangers, which see as far as `reach`.
+    /// The values of a board, by its flight code and its side rangers, which see as far as `reach`.
     ///
-    /// To the navigator a beam without a reading is one that sees no wall, so that a drone that
-    /// misses a ranger is not fit to take off.
+    /// The navigator takes a beam without a reading for one that sees no wall, so a drone that misses
+    /// a ranger is not fit to take off.
     #[must_use]
     pub fn by_board(status: &flight::Status, sides: &Sides, reach: Metres) -> Self {
         let fitness = match status.mode {
