@@ -122,16 +122,16 @@ fn the_agent_on_the_chip_decides_what_the_agent_on_the_host_does() {
         let role = if node == 0 { Role::Head } else { Role::Relay };
         let mut agent = Agent::new(NodeId(node as u8), role);
         let mut heard = 0;
-        for (n, Round { now, told, decided: there }) in decisions.iter().enumerate() {
-            let here = agent.step(&config, *now, &told.inputs());
+        for (n, Round { now, inputs, outputs: there }) in decisions.iter().enumerate() {
+            let here = agent.step(&config, *now, &inputs.borrow());
             assert_eq!(
                 format!("{here:?}"),
                 format!("{there:?}"),
-                "drone {node}, step {n}: {told:?}"
+                "drone {node}, step {n}: {inputs:?}"
             );
-            heard += told.heard.len();
+            heard += inputs.heard.len();
         }
-        // Five times a second but for the boot; and who hears nobody decides nothing.
+        // Five times a second but for the boot; and a drone that hears no other decides nothing.
         assert!(decisions.len() > 200, "drone {node} decided {} times", decisions.len());
         assert!(heard > 200, "drone {node} heard {heard} reports");
     }

@@ -15,7 +15,7 @@ use crate::table::{Documented, Get, crc_of_row};
 #[derive(Clone, Copy)]
 pub(crate) enum Variable {
     Own(&'static Own),
-    Told(usize, &'static Told),
+    OfNode(usize, &'static NodeRow),
 }
 
 /// A variable of the drone itself.
@@ -26,13 +26,13 @@ pub(crate) struct Own {
 }
 
 /// A variable of each node's telemetry at the base.
-pub(crate) struct Told {
+pub(crate) struct NodeRow {
     name: &'static str,
-    get: Get<Hearsay>,
+    get: Get<NodeState>,
 }
 
 /// The telemetry of a node, and its age in seconds.
-struct Hearsay {
+struct NodeState {
     telemetry: Telemetry,
     age: f32,
 }
@@ -41,36 +41,36 @@ impl Variable {
     pub(crate) fn group(self) -> &'static str {
         match self {
             Self::Own(row) => row.group,
-            Self::Told(node, _) => NODE_GROUPS.get(node).copied().unwrap_or_default(),
+            Self::OfNode(node, _) => NODE_GROUPS.get(node).copied().unwrap_or_default(),
         }
     }
 
     pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Own(row) => row.name,
-            Self::Told(_, row) => row.name,
+            Self::OfNode(_, row) => row.name,
         }
     }
 
     pub(crate) const fn kind(self) -> LogType {
         match self {
             Self::Own(row) => row.get.kind(),
-            Self::Told(_, row) => row.get.kind(),
+            Self::OfNode(_, row) => row.get.kind(),
         }
     }
 
     pub(crate) fn value(self, snapshot: &Snapshot) -> Value {
         match self {
             Self::Own(row) => row.get.value(snapshot),
-            Self::Told(node, row) => {
+            Self::OfNode(node, row) => {
                 let node = snapshot.nodes.get(node).copied().flatten();
-                row.get.value(&Hearsay::of(node, snapshot))
+                row.get.value(&NodeState::of(node, snapshot))
             }
         }
     }
 }
 
-impl Hearsay {
+impl NodeState {
     fn of(node: Option<Node>, snapshot: &Snapshot) -> Self {
         match node {
             Some(Node { telemetry, heard }) => {
@@ -101,16 +101,16 @@ pub(crate) fn row(id: u16) -> Option<Variable> {
     if let Some(own) = OWN.get(id) {
         return Some(Variable::Own(own));
     }
-    let told = id - OWN.len();
-    let (node, field) = (told / TOLD.len(), told % TOLD.len());
+    let of_node = id - OWN.len();
+    let (node, field) = (of_node / NODE_ROWS.len(), of_node % NODE_ROWS.len());
     if node >= NODES {
         return None;
     }
-    Some(Variable::Told(node, TOLD.get(field)?))
+    Some(Variable::OfNode(node, NODE_ROWS.get(field)?))
 }
 
 /// Rows.
-pub(crate) const COUNT: u16 = (OWN.len() + NODES * TOLD.len()) as u16;
+pub(crate) const COUNT: u16 = (OWN.len() + NODES * NODE_ROWS.len()) as u16;
 
 /// Changes whenever the table does.
 pub(crate) const CRC: u32 = {
@@ -122,10 +122,10 @@ pub(crate) const CRC: u32 = {
     }
     let mut groups: &[&str] = &NODE_GROUPS;
     while let [group, other_groups @ ..] = groups {
-        let mut told: &[Told] = &TOLD;
-        while let [row, rest @ ..] = told {
+        let mut rows: &[NodeRow] = &NODE_ROWS;
+        while let [row, rest @ ..] = rows {
             crc = crc_of_row(crc, row.get.kind() as u8, group, row.name);
-            told = rest;
+            rows = rest;
         }
         groups = other_groups;
     }
@@ -142,7 +142,7 @@ pub fn variables() -> impl Iterator<Item = Documented> {
         unit,
         meaning,
     });
-    let told = TOLD.iter().zip(TOLD_NOTES).map(|(row, (unit, meaning))| Documented {
+    let of_nodes = NODE_ROWS.iter().zip(NODE_NOTES).map(|(row, (unit, meaning))| Documented {
         group: "nodeN",
         name: row.name,
         kind: row.get.kind().name(),
@@ -150,7 +150,7 @@ pub fn variables() -> impl Iterator<Item = Documented> {
         unit,
         meaning,
     });
-    own.chain(told)
+    own.chain(of_nodes)
 }
 
 /// One group for each node of a chain.
@@ -173,12 +173,12 @@ macro_rules! own {
 }
 
 /// The same for the group that each node has.
-macro_rules! told {
+macro_rules! node_rows {
     ($($name:literal: $kind:ident $unit:literal $meaning:literal => $get:expr;)*) => {
-        static TOLD: [Told; [$($name),*].len()] = [
-            $(Told { name: $name, get: Get::$kind($get) }),*
+        static NODE_ROWS: [NodeRow; [$($name),*].len()] = [
+            $(NodeRow { name: $name, get: Get::$kind($get) }),*
         ];
-        static TOLD_NOTES: [(&str, &str); TOLD.len()] = [$(($unit, $meaning)),*];
+        static NODE_NOTES: [(&str, &str); NODE_ROWS.len()] = [$(($unit, $meaning)),*];
     };
 }
 
@@ -290,7 +290,7 @@ own! {
     }
 }
 
-told! {
+node_rows! {
     "state": U8 "" "at the base: what node N last said it is doing; 255 when it never did"
         => |t| t.telemetry.state;
     "fault": U8 "" "what is wrong with it; 0 for nothing" => |t| t.telemetry.fault;

@@ -169,15 +169,15 @@ pub struct Round {
     /// When it was, by the drone's clock.
     pub now: Instant,
     /// The inputs of the agent.
-    pub told: Told,
+    pub inputs: OwnedInputs,
     /// The outputs of the agent.
-    pub decided: Outputs,
+    pub outputs: Outputs,
 }
 
 /// The inputs of an agent: [`Inputs`] that own the reports that were heard.
 #[derive(Clone, Debug, PartialEq)]
 #[expect(missing_docs, reason = "as in agent::Inputs")]
-pub struct Told {
+pub struct OwnedInputs {
     pub ranges: Diagonals,
     pub velocity: Option<BodyVelocity>,
     pub heading: Option<Radians>,
@@ -188,10 +188,10 @@ pub struct Told {
     pub heard: Vec<Heard, REPORTS>,
 }
 
-impl Told {
+impl OwnedInputs {
     /// The inputs as the agent takes them.
     #[must_use]
-    pub fn inputs(&self) -> Inputs<'_> {
+    pub fn borrow(&self) -> Inputs<'_> {
         Inputs {
             ranges: self.ranges,
             velocity: self.velocity,
@@ -223,8 +223,8 @@ pub fn round(words: &[u32]) -> Option<Round> {
     whole(words, |from| {
         Some(Round {
             now: Instant::get(from)?,
-            told: get_inputs(from)?,
-            decided: Outputs::get(from)?,
+            inputs: get_inputs(from)?,
+            outputs: Outputs::get(from)?,
         })
     })
 }
@@ -246,8 +246,8 @@ fn put_inputs(inputs: &Inputs<'_>, out: &mut Writer<'_>) {
     inputs.heard.iter().for_each(|heard| heard.put(out));
 }
 
-fn get_inputs(from: &mut Reader<'_>) -> Option<Told> {
-    Some(Told {
+fn get_inputs(from: &mut Reader<'_>) -> Option<OwnedInputs> {
+    Some(OwnedInputs {
         ranges: Diagonals::get(from)?,
         velocity: Option::get(from)?,
         heading: Option::get(from)?,
@@ -541,8 +541,8 @@ mod tests {
         let probe = Probe::new();
         probe.show_round(since, &inputs, &outputs);
         let back = round(&read(&probe.round)).unwrap();
-        assert_eq!((back.now, &back.decided), (since, &outputs));
-        assert_eq!(std::format!("{:?}", back.told.inputs()), std::format!("{inputs:?}"));
+        assert_eq!((back.now, &back.outputs), (since, &outputs));
+        assert_eq!(std::format!("{:?}", back.inputs.borrow()), std::format!("{inputs:?}"));
         assert_eq!(probe.round.count.load(Ordering::Relaxed), 2);
     }
 

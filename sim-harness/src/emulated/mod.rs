@@ -300,7 +300,7 @@ impl Emulated {
 
     /// What its agent last decided.
     pub(crate) fn outputs(&self) -> Option<Outputs> {
-        Some(self.firmware.round(self.core.machine().memory())?.1.decided)
+        Some(self.firmware.round(self.core.machine().memory())?.1.outputs)
     }
 
     /// A millisecond of its body: its motors turn as they are driven, and there is something new
