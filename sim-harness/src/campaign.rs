@@ -146,12 +146,12 @@ pub fn figures(runs: &[RunMetrics]) -> Vec<Figure> {
     let held = |of: fn(&HoldMetrics) -> f32| mean(runs, |run| run.held(of));
     let held_by = |part, of: fn(&HoldMetrics) -> f32| quantile_of(runs, part, |run| run.held(of));
     let none = Estimate { value: f64::NAN, interval: None };
-    // Where no chain is to hold, none converges.
+    // Without a hold, no run converges.
     let has_hold = runs.first().is_none_or(|run| run.hold.is_ok());
     let converged = |of: fn(&HoldMetrics) -> f32| {
         if has_hold { fraction(runs, |run| run.held(of).is_finite()) } else { none }
     };
-    // Where no relay can be launched, none is launched falsely.
+    // Where no relay can be launched, there is no false launch.
     let launches = |holds: fn(&RunMetrics) -> bool| match runs.first() {
         Some(run) if !run.launched.is_nan() => fraction(runs, holds),
         _ => none,

@@ -1,4 +1,4 @@
-//! A drone's body at any fidelity, as a mission sees it: set-points in, senses out.
+//! A drone's body at any fidelity, as a mission uses it: set-points in, sensor values out.
 
 use agent::Fitness;
 use onboard::{Sensed, mounting};
@@ -32,7 +32,7 @@ impl Flown {
 }
 
 impl Drone {
-    /// Where it is on the floor plan.
+    /// The place on the floor plan.
     #[must_use]
     pub const fn position(&self) -> Point2 {
         match self {
@@ -44,13 +44,13 @@ impl Drone {
         }
     }
 
-    /// Where it is, and the heading of its nose.
+    /// The place and the heading of the nose.
     #[must_use]
     pub fn pose(&self) -> Pose2 {
         Pose2 { at: self.position(), yaw: Radians(self.yaw()) }
     }
 
-    /// Height above the ground, m; zero for one that stands on it.
+    /// The height above the ground, m; zero for a drone that stands on it.
     #[must_use]
     pub fn height(&self) -> f32 {
         match self {
@@ -83,7 +83,7 @@ impl Drone {
         }
     }
 
-    /// What it was last told.
+    /// The last set-point.
     #[must_use]
     pub const fn setpoint(&self) -> Setpoint {
         match self {
@@ -118,14 +118,14 @@ impl Drone {
         }
     }
 
-    /// Lets the body be flown from outside from now on.
+    /// Lets the firmware in an emulator fly the body from now on.
     pub(crate) fn hand_over(&mut self) {
         if let Self::Craft(flown) = self {
             flown.craft.fly_from_outside();
         }
     }
 
-    /// Notes a set-point that the firmware in an emulator has given.
+    /// Notes a set-point of the firmware in an emulator.
     pub(crate) fn note(&mut self, setpoint: Setpoint) {
         match self {
             Self::Point(body) => body.command(setpoint),
@@ -141,7 +141,7 @@ impl Drone {
         }
     }
 
-    /// What it senses, `elapsed` seconds after it was last asked.
+    /// The sensor values, `elapsed` seconds after they were last read.
     pub(crate) fn sense(
         &mut self,
         elapsed: f32,

@@ -27,7 +27,7 @@ pub const VARIANTS: [&str; 4] = ["t0", "t5", "k", "default"];
 
 /// Seconds into the mission at which the head stops in the exploration scenarios.
 const HEAD_STOPS_S: f32 = 57.0;
-/// Where the head stands in A to C: where it ends in D to F, in metres.
+/// The place of the head in A to C: that at which it ends in D to F, in metres.
 const HEAD_RESTS_M: f32 = 11.75;
 /// Relays in the air in A to C: those that three links need.
 const RESTING_RELAYS: usize = 2;
@@ -68,7 +68,7 @@ pub struct Figures {
 
 /// A claim of the paper, and what was found.
 pub struct Claim {
-    /// In our words.
+    /// The claim, in our words.
     pub claim: &'static str,
     /// The panel that it is made from.
     pub panel: &'static str,
@@ -117,7 +117,7 @@ pub fn make(runs: usize, seed: u64, after_each: impl Fn() + Sync) -> Result<Figu
     Ok(made)
 }
 
-/// How many missions [`make`] flies.
+/// The number of missions that [`make`] flies.
 #[must_use]
 pub const fn missions(runs: usize) -> usize {
     2 * runs * CORRIDORS.len() * VARIANTS.len()

@@ -1,7 +1,7 @@
-//! How good a chain was, by numbers with exact definitions (the book's chapter "Metrics").
+//! The metrics of a chain, as the book's chapter "Metrics" defines them.
 //!
 //! All of them are taken on the *true* large-scale losses L_j of the links, five times a second:
-//! what a drone believes does not count.
+//! the estimates of a drone do not count.
 
 mod criteria;
 mod hold;
@@ -40,7 +40,7 @@ pub struct Watch<'a> {
     farthest: f32,
 }
 
-/// How weak links became while the operator had the head explore.
+/// The weakness of links while the operator has the head explore.
 #[derive(Default)]
 struct Exploration {
     samples: u32,
@@ -259,7 +259,7 @@ pub struct RunMetrics {
     pub violation: f32,
     /// The weakest link of the exploration, over the launch limit.
     pub peak_excess_db: f32,
-    /// How far the head came.
+    /// The farthest place of the head.
     pub farthest_m: f32,
     /// Samples in which two drones had changed places.
     pub order_lost: u32,
@@ -267,9 +267,9 @@ pub struct RunMetrics {
     pub wall_contacts: u32,
     /// Touches between flying drones.
     pub drone_contacts: u32,
-    /// What the radio did.
+    /// The tallies of the radio.
     pub radio: RadioMetrics,
-    /// What the flights were like, where drones are rigid bodies.
+    /// The flights, where drones are rigid bodies.
     pub flight: Option<FlightMetrics>,
 }
 

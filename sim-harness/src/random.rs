@@ -10,18 +10,18 @@ use std::sync::LazyLock;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
-/// What a stream is for. Its number keeps it apart from all others of the same seed.
+/// The purpose of a stream. Its number keeps it apart from all others of the same seed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
-    /// Where and when everything starts.
+    /// The places and moments of the start.
     Start,
     /// The sensors and the vehicle of one drone.
     Drone(u8),
     /// The same at flight level.
     Craft(u8),
-    /// What goes wrong with one drone, and when.
+    /// The faults of one drone, and their times.
     Fault(u8),
-    /// What somebody else on the air does.
+    /// The packets of an attacker.
     Intruder,
     /// The packets from one drone to another.
     Link(u8, u8),

@@ -1,5 +1,4 @@
-//! What happened on a mission, five times a second: the one record that every picture, table and
-//! file is made from.
+//! The record of a mission, five times a second, from which every picture, table and file is made.
 
 use agent::State;
 use units::{Dbm, NodeId, Order, Point2, Pose2, Role};
@@ -11,15 +10,15 @@ use crate::world::SkeletonPlace;
 pub struct Trace {
     /// The scenario's name.
     pub scenario: String,
-    /// The seed that it ran with.
+    /// The seed of the mission.
     pub seed: u64,
-    /// Where it happened.
+    /// The tunnel.
     pub floor_plan: FloorPlan,
-    /// Who flew, head first, base last; every frame lists them in this order.
+    /// The members, head first, base last; every frame lists them in this order.
     pub nodes: Vec<Node>,
     /// Launch limit: links weaker than this call for a relay.
     pub launch_limit: Dbm,
-    /// What was, in order of time, one frame per 0.2 s.
+    /// The frames, in order of time, one per 0.2 s.
     pub frames: Vec<Frame>,
 }
 
@@ -44,9 +43,9 @@ impl FloorPlan {
 /// One edge of the skeleton.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CentreLine {
-    /// The gallery's name.
+    /// The name of the gallery.
     pub name: String,
-    /// From its beginning to its end.
+    /// The centre-line, from its beginning to its end.
     pub points: Vec<Point2>,
 }
 
@@ -55,25 +54,25 @@ pub struct CentreLine {
 pub struct Node {
     /// Its number.
     pub id: NodeId,
-    /// Its part.
+    /// Its role.
     pub role: Role,
 }
 
-/// One moment.
+/// The mission at one moment.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Frame {
     /// Microseconds since the start of the mission.
     pub time_us: u64,
     /// The operator's order at the base.
     pub order: Order,
-    /// One for each of [`Trace::nodes`].
+    /// The members, one for each of [`Trace::nodes`].
     pub drones: Vec<DroneFrame>,
 }
 
 /// One drone at one moment. Metres, m/s and radians.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DroneFrame {
-    /// Where it truly is on the floor plan, and where its nose points.
+    /// The true place on the floor plan, and the heading of the nose.
     pub pose: Pose2,
     /// Its height above the ground.
     pub height: f32,
@@ -81,13 +80,13 @@ pub struct DroneFrame {
     pub place: SkeletonPlace,
     /// The length of the shortest way to it from the base (the paper's x).
     pub way: f32,
-    /// The velocity that it was told to fly, in body axes: forward, left.
+    /// The velocity of the set-point, in body axes: forward, left.
     pub commanded: [f32; 2],
-    /// The yaw rate that it was told to fly, counter-clockwise.
+    /// The yaw rate of the set-point, counter-clockwise.
     pub yaw_rate: f32,
     /// The four beams, NW, NE, SW, SE; infinite where nothing was seen, NaN where not measured.
     pub ranges: [f32; 4],
-    /// What it was doing.
+    /// The state of its agent.
     pub state: State,
     /// The voltage of its battery; NaN for the base, and for points, which have none.
     pub battery_v: f32,
@@ -97,16 +96,16 @@ pub struct DroneFrame {
     pub back: Option<LinkFrame>,
 }
 
-/// One link at one moment, as the drone at one end of it knew it, beside the truth.
+/// One link at one moment, by the drone at one end of it, and its true strength.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinkFrame {
     /// The drone at the other end.
     pub peer: NodeId,
     /// The last packet's RSSI.
     pub raw: Dbm,
-    /// What the on-board filter made of it.
+    /// The strength by the on-board filter.
     pub filtered: Dbm,
-    /// What it truly was, without noise, fading or rounding.
+    /// The true strength, without noise, fading or rounding.
     pub truth: Dbm,
 }
 

@@ -55,7 +55,7 @@ impl VehicleSpec {
 pub const STEP_US: u64 = 20_000;
 const STEP_S: f32 = STEP_US as f32 * 1e-6;
 
-/// What of a first-order response happens in one physics step.
+/// The part of a first-order response that happens in one physics step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Response {
     velocity: f32,
@@ -76,11 +76,11 @@ pub struct Body {
     height: f32,
     /// Unit vector along the nose.
     nose: [f32; 2],
-    /// Body axes: forward, left.
+    /// The velocity in body axes: forward, left.
     velocity: [f32; 2],
     yaw_rate: f32,
     setpoint: Setpoint,
-    /// Way in body axes since the flow was last read.
+    /// The way in body axes since the flow was last read.
     moved: [f32; 2],
     flow_scale: f32,
     touching: bool,
@@ -110,7 +110,7 @@ impl Body {
         }
     }
 
-    /// Where it is on the floor plan.
+    /// The place on the floor plan.
     #[must_use]
     pub const fn position(&self) -> Point2 {
         self.position
@@ -134,7 +134,7 @@ impl Body {
         self.contacts
     }
 
-    /// What it was last told.
+    /// The last set-point.
     #[must_use]
     pub const fn setpoint(&self) -> Setpoint {
         self.setpoint
@@ -202,7 +202,7 @@ impl Body {
         self.nose = [x * scale, y * scale];
     }
 
-    /// The optic flow: mean velocity since it was last read, `elapsed` seconds ago.
+    /// The reading of the optic flow: mean velocity since it was last read, `elapsed` seconds ago.
     pub(crate) fn read_flow(
         &mut self,
         elapsed: f32,

@@ -1,7 +1,7 @@
 //! The paper's claims about equal links, each put to the test where it can fail: that eq. (11)
 //! makes links equal, that equal is best, that the relative velocity is a difference, that the
 //! literal gain oscillates and the flashed one does not, that the order of the chain is kept, that
-//! nobody touches a wall, and that decibels lost over the first metre mean nothing.
+//! no drone touches a wall, and that decibels lost over the first metre mean nothing.
 //!
 //! Claims that hold for any signal are properties over random ones. Claims about whole missions
 //! fly the built-in scenarios.
@@ -263,7 +263,7 @@ fn no_random_chain_beats_the_best_chain() {
 
 // ---- The sign of the relative velocity ------------------------------------------------------
 
-/// What the filter is told about the motion of the two ends.
+/// The motion of the two ends that the filter is given.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Told {
     /// v₁ − v₂, the rate at which they separate.
@@ -279,7 +279,7 @@ enum Told {
 const ALL_TOLD: [Told; 4] = [Told::Difference, Told::Sum, Told::WrongSign, Told::Nothing];
 
 impl Told {
-    /// What is told of a link between these ends.
+    /// The rate of separation that the filter is given for a link between these ends.
     fn of(self, front: f32, back: f32) -> MetresPerSecond {
         MetresPerSecond(match self {
             Self::Difference => front - back,
@@ -328,7 +328,7 @@ fn filter_error(smoothing: &Smoothing, told: Told, seed: u64) -> f32 {
 }
 
 /// The paper prints the sum of two velocities. It must be their difference: with the sum the
-/// filter is worse than one that is told nothing, with the sign reversed worse still.
+/// filter is worse than one that is given no motion, with the sign reversed worse still.
 #[test]
 fn the_relative_velocity_is_a_difference() {
     let slope = Slope::LogDistance { exponent: 3.0, loss_at_1m: Db(40.0) };
@@ -349,7 +349,7 @@ fn the_relative_velocity_is_a_difference() {
     }
 }
 
-/// A whole chain in a straight gallery whose relays filter with what they are told: 5 links,
+/// A whole chain in a straight gallery whose relays filter with the motion that they are given: 5 links,
 /// noise, loss, 0.3 s of lag. Root mean square over the last minute of three of the largest
 /// difference between adjacent true losses, dB.
 fn chain_difference(policy: &PolicyConfig, told: Told, seed: u64) -> f32 {
@@ -506,7 +506,7 @@ struct Wrong {
 }
 
 /// Flies every built-in scenario that is wanted and tells of every mission in which two drones
-/// changed places or anybody touched anything.
+/// changed places or a drone touched anything.
 fn fly_all(
     policies: &[&'static str],
     wanted: impl Fn(&str) -> bool,
@@ -557,7 +557,7 @@ fn fly_all(
         .collect()
 }
 
-/// With the flashed policy, in every built-in scenario: nobody passes anybody, touches a wall or
+/// With the flashed policy, in every built-in scenario: no drone passes another, touches a wall or
 /// touches another drone.
 #[test]
 fn the_default_policy_keeps_the_order_and_off_everything() {

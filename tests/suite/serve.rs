@@ -127,7 +127,7 @@ const PILOT_REACHES: f32 = 22.9;
 #[test]
 #[ignore = "needs python3 and the Python package index"]
 fn cflib_flies_the_head_down_the_tunnel_and_back_while_relays_follow() {
-    // What the head believes of its way is off by its flow sensor's scale: some more is asked for.
+    // The head's odometer is off by its flow sensor's scale: so more is asked for.
     let far = (0.95 * PILOT_REACHES).to_string();
     let scenario = demonstration().at(Fidelity::Flight);
     let (metrics, states) = drive(&scenario, 6.0, host(1), python(), &["fly", &far]);
@@ -160,7 +160,7 @@ fn a_port_that_is_in_use_and_a_host_that_is_elsewhere_are_refused_with_a_remedy(
              --port"
         )
     );
-    // Of TEST-NET-1, which nobody has (RFC 5737).
+    // An address of TEST-NET-1, which no machine has (RFC 5737).
     assert_eq!(
         refused(Ipv4Addr::new(192, 0, 2, 1), FIRST_PORT, 1),
         "192.0.2.1 is no address of this machine; give --host one that is, or 0.0.0.0 for all of \

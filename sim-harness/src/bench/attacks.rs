@@ -1,7 +1,6 @@
-//! Whole missions at flight level with somebody beside the chain who has radios of his own, the
-//! vendor's firmware, and has heard every packet from the beginning, but no key.
-//!
-//! The mission is `relay-pair`, flown longer: a head that explores, its relay, and the base.
+//! Whole missions at flight level beside which an attacker sends. The attacker has radios with the
+//! vendor's firmware and has recorded every packet from the beginning, but has no key. The mission
+//! is `relay-pair`, flown longer: a head that explores, its relay, and the base.
 
 use agent::State;
 use rayon::prelude::*;
@@ -19,44 +18,44 @@ use crate::world::SkeletonPlace;
 
 /// The scenario's name.
 pub const SCENARIO: &str = "relay-pair";
-/// How long it is flown, µs.
+/// The length of a mission, µs.
 const SPAN_US: u64 = 20_000_000;
-/// Packets a second of an attack that is no flood: as many as a chain of three sends itself.
+/// Packets a second of an attack that is no flood: as many as a chain of three sends.
 const RATE: u64 = 50;
-/// A flood offers the air so many times what it can carry.
+/// A flood sends this many times the capacity of the channel.
 const FLOOD: usize = 10;
-/// A recording is at least so old, µs.
+/// The least age of a recording, µs.
 const OLD_US: u64 = 2_000_000;
-/// Halfway between base and relay at the beginning, m.
+/// The attacker's place halfway between base and relay at the beginning, m.
 const NEAR: f32 = 1.0;
-/// Far beyond the end of the tunnel, m: what comes from there is more than 12 dB weaker than the
-/// links that the chain flies by.
+/// The attacker's place far beyond the end of the tunnel, m: its packets arrive more than 12 dB
+/// weaker than the links of the chain.
 const FAR: f32 = 200.0;
 
-/// How many attacks there are.
+/// The number of attacks.
 pub const COUNT: usize = Attack::ALL.len();
 
-/// What is tried.
+/// An attack.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Attack {
-    /// Nothing: what the others are measured against.
+    /// No attack, for comparison.
     None,
-    /// Packets of every kind, from every number, with counters to come and bytes of chance.
+    /// Packets of every kind, from every number, with counters to come and random bytes.
     Forged,
-    /// What was heard at least [`OLD_US`] before, again.
+    /// Packets that were recorded at least [`OLD_US`] before.
     Replayed,
-    /// What was heard last, again at once: from a drone that had missed it, it is the first that
-    /// is heard of it, and not to be told from a better way through the rock.
+    /// The last packet, repeated at once. A drone that has missed the original cannot distinguish
+    /// the copy from it.
     Repeated,
-    /// What was heard, with bytes missing at the end.
+    /// Recorded packets with bytes missing at the end.
     Truncated,
-    /// What was heard, with one to three bits changed.
+    /// Recorded packets with one to three bits changed.
     BitFlipped,
-    /// What was heard, as if another had sent it, with that one's next numbers.
+    /// Recorded packets in another drone's name, with that drone's next numbers.
     WrongSender,
-    /// Ten radios in the middle of the chain that send without a pause, forged packets all.
+    /// Forged packets of ten radios in the middle of the chain that send without a pause.
     Flood,
-    /// The same, from where they are much weaker than the links of the chain.
+    /// The same from a place where they are much weaker than the links of the chain.
     FloodFromAfar,
 }
 
@@ -87,8 +86,8 @@ impl Attack {
         }
     }
 
-    /// Whether nothing of it may be taken: a packet that was lost and comes after all, in order, is
-    /// not to be told from one that the air brought.
+    /// Whether no packet of the attack may be accepted. A lost packet that is repeated in order
+    /// cannot be distinguished from the original.
     const fn is_refused(self) -> bool {
         !matches!(self, Self::Repeated)
     }
@@ -108,21 +107,21 @@ impl Attack {
     }
 }
 
-/// What came of one attack.
+/// The result of one attack.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
-    /// Its name.
+    /// The name of the attack.
     pub attack: &'static str,
-    /// How many packets were sent at the chain, in all missions.
+    /// The number of packets that were sent at the chain, in all missions.
     pub packets: u64,
-    /// How often a drone took one for the chain's.
+    /// How often a drone accepted one of them.
     pub accepted: u64,
-    /// What the chain did, in how many of the missions.
+    /// The effect on the chain, and in how many of the missions.
     pub effect: String,
 }
 
 impl Row {
-    /// As one object.
+    /// The result as one JSON object.
     #[must_use]
     pub fn json(&self) -> Value {
         json!({
@@ -134,7 +133,7 @@ impl Row {
     }
 }
 
-/// Every attack on `runs` missions, with seeds from `seed` on.
+/// Flies every attack on `runs` missions, with seeds from `seed` on.
 ///
 /// # Errors
 /// [`InputError`] if the built-in scenario cannot be read.
@@ -155,7 +154,7 @@ pub fn run(runs: usize, seed: u64, after_each: impl Fn() + Sync) -> Result<Vec<R
     Ok(rows.collect())
 }
 
-/// What was taken and should not have been.
+/// The attacks of which packets were accepted that should not have been.
 #[must_use]
 pub fn missed(rows: &[Row]) -> Vec<String> {
     let taken = |row: &&Row| row.accepted > 0;
@@ -173,7 +172,7 @@ pub fn missed(rows: &[Row]) -> Vec<String> {
 struct End {
     packets: u64,
     accepted: u64,
-    /// Head and relay are in the air and at their work, and hear each other and the base.
+    /// Whether head and relay fly their duties, and hear each other and the base.
     holds: bool,
     /// Orders that reached the head.
     orders: u32,
@@ -234,7 +233,8 @@ fn fly(scenario: &Scenario, world: &World, attack: Attack, seed: u64) -> End {
     }
 }
 
-/// Whether a member hears whom it should: the head one behind, the base one in front, others both.
+/// Whether a member hears its neighbours: the head the one behind, the base the one in front, a
+/// relay both.
 fn has_neighbours(mission: &Mission<'_>, n: usize) -> bool {
     let Some(status) = mission.view(n).and_then(|view| view.outputs).map(|out| out.status) else {
         return false;
@@ -244,14 +244,14 @@ fn has_neighbours(mission: &Mission<'_>, n: usize) -> bool {
     front && back
 }
 
-/// What he sends in the coming round.
+/// Sends the packets of the coming round.
 fn attack_for_a_round(mission: &mut Mission<'_>, attack: Attack, random: &mut Stream) {
     match attack {
         Attack::None => {}
         Attack::Flood | Attack::FloodFromAfar => {
             let each_us = timing::air_us(Datarate::Mbit2, MAX_P2P);
             for radio in 0..FLOOD {
-                // Out of step with each other, as nobody keeps ten radios in step.
+                // Out of step with each other, as ten real radios would be.
                 let mut at_us = random.below(each_us as u32).into();
                 while at_us < ROUND_US {
                     mission.intrude(radio, at_us, &forged(mission.count(), random));
@@ -278,7 +278,7 @@ fn made(mission: &Mission<'_>, attack: Attack, random: &mut Stream) -> Option<Ve
         Attack::Replayed => mission.overheard().take_while(|heard| heard.at_us < old_us).count(),
         _ => mission.overheard().len(),
     };
-    // Half of them the newest of these, half of them any.
+    // Half of the packets repeat the newest, half of them any.
     let which = match random.below(2) {
         _ if attack == Attack::Repeated => known.checked_sub(1)?,
         0 => known.checked_sub(1)?,
@@ -306,7 +306,7 @@ fn made(mission: &Mission<'_>, attack: Attack, random: &mut Stream) -> Option<Ve
     Some(packet)
 }
 
-/// A packet whose header is right and whose rest is chance.
+/// A packet with a valid header and random bytes after it.
 fn forged(members: usize, random: &mut Stream) -> Vec<u8> {
     let kind = 1 + random.below(5) as u8;
     let from = random.below(members as u32) as u8;

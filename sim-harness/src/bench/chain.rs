@@ -1,5 +1,5 @@
-//! How well and how fast each movement policy makes links equal: five links, a head that stands
-//! still, relays anywhere between it and the base, 180 s. The same seeds for every policy.
+//! Measures how well and how fast each movement policy makes links equal: five links, a head that
+//! stands still, relays anywhere between it and the base, 180 s. All policies fly the same seeds.
 
 use chain::policy::NAMES;
 use serde_json::{Value, json};
@@ -21,13 +21,13 @@ pub struct Row {
     pub scenario: &'static str,
     /// The policy's name.
     pub policy: &'static str,
-    /// How many missions.
+    /// The number of missions.
     pub runs: usize,
-    /// Name and value of each figure; the value of one that is infinite is `None`.
+    /// Name and value of each figure; an infinite value is `None`.
     pub figures: Vec<(&'static str, Option<f64>)>,
 }
 
-/// What of a campaign's figures a row holds, in its order.
+/// The figures of a campaign that a row holds, in its order.
 pub const FIGURES: [&str; 8] = [
     "c3",
     "c1",
@@ -52,7 +52,7 @@ impl Row {
     }
 }
 
-/// Runs all of it.
+/// Flies all scenarios under all policies.
 ///
 /// # Errors
 /// None, as long as the built-in scenarios are sound.

@@ -1,4 +1,4 @@
-//! How fast the emulator is, and how far its core was compared with another one.
+//! Measures how fast the emulator is, and replays the comparison of its core with another one.
 
 use std::path::Path;
 use std::time::Instant;
@@ -14,41 +14,42 @@ use crate::input_error::InputError;
 use crate::mission::{Mission, World};
 use crate::scenario::Scenario;
 
-/// What is flown.
+/// The scenario that is flown.
 pub const SCENARIO: &str = "short-hop";
-/// Instructions per second, in millions, in a loop of floating-point arithmetic.
+/// The aim for instructions per second, in millions, in a loop of floating-point arithmetic.
 pub const MIPS_AIM: f64 = 100.0;
-/// One drone on one core, in times of real time.
+/// The aim for one drone on one core, in times of real time.
 pub const ONE_AIM: f64 = 5.0;
-/// Four drones on two cores.
+/// The aim for four drones on two cores.
 pub const FOUR_AIM: f64 = 2.0;
-/// Simulated time that is measured: from take-off on.
+/// The simulated time that is measured, from take-off on.
 const BEGINS_US: u64 = 6_000_000;
 const LASTS_US: u64 = 8_000_000;
-/// The best of so many counts: the others were disturbed.
+/// The number of tries, of which the fastest counts: the others were disturbed.
 const TRIES: usize = 3;
 
-/// What was measured.
+/// The figures of the emulator.
 #[derive(Clone, Debug)]
 pub struct Measured {
     /// Millions of instructions per second in a loop of floating-point arithmetic.
     pub mips: f64,
     /// One drone in flight on one core, in times of real time.
     pub one: f64,
-    /// Four drones on two cores.
+    /// Four drones on two cores, in times of real time.
     pub four: f64,
-    /// How many drones these are, and how many threads there were: fewer on a smaller machine.
+    /// The number of these drones and of threads: fewer on a smaller machine.
     pub threads: usize,
     /// Millions of instructions per second of the one drone's firmware while its core did not
     /// sleep, by the emulated clock.
     pub busy: f64,
     /// The comparison with another core, replayed.
     pub compared: summary::Summary,
-    /// Two missions with the same seed ended in the same state, on one thread and on several.
+    /// Whether two missions with the same seed ended in the same state, on one thread and on
+    /// several.
     pub deterministic: bool,
 }
 
-/// Measures.
+/// Measures all figures.
 ///
 /// # Errors
 /// When there is no ELF to fly, or it does what the emulator does not know.

@@ -1,11 +1,11 @@
-//! Whether the estimator knows itself: the normalised innovation squared of flow and height over
-//! many seeded flights, and how far its estimates are from the truth.
+//! Measures whether the estimator predicts its own errors: the normalised innovation squared of
+//! flow and height over many seeded flights, and the errors against the truth.
 //!
 //! Each flight is ten seconds in a wide room: a third of them hover, a third fly straight legs, a
-//! third turn as they fly, at set-points that the seed draws anew every second. An estimator that
-//! knows itself has innovations that are distributed as χ²: their mean is the number of their
-//! degrees of freedom, 95 % of them are below its 95 % quantile, and at 95 % of all instants the
-//! mean over the flights lies within the χ² interval for that many flights.
+//! third turn as they fly, at set-points that the seed draws anew every second. When the variances
+//! of an estimator are right, the normalised innovations squared are distributed as χ²: their mean
+//! is the number of their degrees of freedom, 95 % of them are below its 95 % quantile, and at 95 %
+//! of all instants the mean over the flights lies within the χ² interval for that many flights.
 
 use flight::{FlightConfig, Verdict};
 use rayon::prelude::*;
@@ -30,10 +30,10 @@ const DOWN_EVERY: u64 = 25;
 const FASTEST: f32 = 0.4;
 const FASTEST_TURN: f32 = 1.0;
 
-/// How a flight goes, by the remainder of its seed.
+/// The kinds of flight, by the remainder of the seed.
 const KINDS: [&str; 3] = ["hover", "straight", "turning"];
 
-/// What one flight gave.
+/// The innovations and errors of one flight.
 struct Flown {
     /// Index into [`KINDS`].
     kind: usize,
@@ -61,13 +61,13 @@ pub struct Consistency {
     pub sensor: &'static str,
     /// Degrees of freedom of one reading.
     pub degrees: u32,
-    /// How many readings were weighed.
+    /// The number of readings that were weighed.
     pub readings: u64,
-    /// How many of them were not believed.
+    /// The number of those that were rejected or used only after insisting.
     pub rejected: u64,
-    /// How many were not weighed at all.
+    /// The number of readings that could not be weighed.
     pub unusable: u64,
-    /// Mean of all.
+    /// The mean over all readings.
     pub mean_nis: f64,
     /// The χ² interval for the mean over the flights at one instant, 95 %.
     pub interval: (f64, f64),
@@ -79,10 +79,10 @@ pub struct Consistency {
     pub by_kind: [f64; 3],
 }
 
-/// All that was found.
+/// The result of the benchmark.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Report {
-    /// How many flights.
+    /// The number of flights.
     pub runs: usize,
     /// Flow and height.
     pub sensors: [Consistency; 2],
@@ -95,7 +95,7 @@ pub struct Report {
 }
 
 impl Report {
-    /// As a JSON array, one object for each sensor and one for the errors.
+    /// The result as a JSON array, one object for each sensor and one for the errors.
     #[must_use]
     pub fn json(&self) -> Value {
         let round = |value: f64| (value * 1e4).round() / 1e4;
@@ -132,7 +132,7 @@ impl Report {
     }
 }
 
-/// Flies all of it.
+/// Flies all flights.
 #[must_use]
 pub fn run(runs: usize, seed: u64, after_each: impl Fn() + Sync) -> Report {
     let layout = Layout::corridor(&[[-10.0, 0.0], [10.0, 0.0]], 20.0);

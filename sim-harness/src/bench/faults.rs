@@ -1,10 +1,10 @@
-//! What becomes of a drone when something goes wrong: every sensor lost, frozen and lying, for
-//! 0.2 s, 2 s and for good, and what else can happen ([`crate::craft::faults`] has what each means).
+//! Measures how flights end after a fault: every sensor lost, frozen and lying, for 0.2 s, 2 s and
+//! for good, and other faults ([`crate::craft::faults`] defines each).
 //!
-//! Two places: *hover*, one drone over the middle of a room of 3 m by 3 m, told to stand still at
-//! 0.3 m; and *tunnel*, head and relay at work (scenario `relay-pair`), one of which, as the seed
-//! decides, has the fault. The fault begins between 2 and 6 s after the beginning; the run ends
-//! 14 s later, which is time for the slowest landing.
+//! Two places: *hover*, one drone over the middle of a room of 3 m by 3 m, with a set-point of rest
+//! at 0.3 m; and *tunnel*, head and relay at work (scenario `relay-pair`), one of which, as the
+//! seed decides, has the fault. The fault begins between 2 and 6 s after the beginning; the run
+//! ends 14 s later, which is time for the slowest landing.
 //!
 //! A run ends in one of three ways:
 //!
@@ -14,7 +14,7 @@
 //!   the tunnel its agent is in the air as well.
 //! * **landed safely**: it met the floor at less than [`SAFE_IMPACT`] and within 30° of upright, is
 //!   upright on the floor with its motors off, and a cause is known: the flight code's, or the
-//!   agent's where that told it to land.
+//!   agent's where the agent ordered the landing.
 //! * **uncontrolled**: everything else. There must be none.
 
 use agent::State;
@@ -53,20 +53,20 @@ pub const SCENARIO: &str = "relay-pair";
 /// At most so many seeds of uncontrolled runs are listed.
 const LISTED: usize = 5;
 
-/// For how long a fault lasts, ms.
+/// The duration of a fault, ms.
 const SPANS: [(u64, &str); 3] = [(200, "0.2 s"), (2_000, "2 s"), (u64::MAX, "for good")];
 
-/// Where.
+/// The place of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
-    /// Alone in a room.
+    /// One drone alone in a room.
     Hover,
-    /// In a chain.
+    /// Head and relay of a chain in a tunnel.
     Tunnel,
 }
 
 impl Place {
-    /// What the table calls it.
+    /// The name in the table.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -79,15 +79,15 @@ impl Place {
 /// One row of the benchmark.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Case {
-    /// What the table calls the fault.
+    /// The name of the fault in the table.
     pub name: String,
-    /// Where.
+    /// The place.
     pub place: Place,
     fault: Fault,
     lasts_ms: u64,
 }
 
-/// All of them.
+/// All rows.
 #[must_use]
 pub fn cases() -> Vec<Case> {
     let mut faults: Vec<(String, Fault, u64)> = Vec::new();
@@ -128,14 +128,14 @@ enum Ending {
     Uncontrolled,
 }
 
-/// One run.
+/// The result of one run.
 #[derive(Clone, Copy, Debug)]
 struct Run {
     ending: Ending,
-    /// What the flight code, or the agent, says of it.
+    /// The cause by the flight code, or by the agent.
     cause: &'static str,
     wall_contacts: u32,
-    /// How fast it met the floor, m/s.
+    /// The speed at which the drone met the floor, m/s.
     impact: f32,
     tilt_deg: f32,
 }
@@ -145,23 +145,23 @@ struct Run {
 pub struct Row {
     /// The fault.
     pub fault: String,
-    /// Where.
+    /// The place.
     pub place: Place,
-    /// How many runs.
+    /// The number of runs.
     pub runs: usize,
-    /// Still flew under control at the end.
+    /// Runs in which the drone still flew under control at the end.
     pub survived: usize,
-    /// Came down well, with a cause.
+    /// Runs in which it landed safely, with a cause.
     pub landed_safely: usize,
-    /// Neither.
+    /// Runs of neither kind.
     pub uncontrolled: usize,
     /// Touches of a wall, in all runs.
     pub wall_contacts: u32,
-    /// The hardest landing, m/s; nothing where there was none.
+    /// The hardest landing, m/s; `None` where there was none.
     pub max_impact_mps: f32,
     /// The largest tilt in the air since the run began, degrees.
     pub max_tilt_deg: f32,
-    /// How runs ended that did not survive, by cause.
+    /// How the other runs ended, by cause.
     pub causes: Vec<(&'static str, usize)>,
     /// Seeds of uncontrolled runs, to fly them again.
     pub uncontrolled_seeds: Vec<u64>,
@@ -189,7 +189,7 @@ impl Row {
     }
 }
 
-/// Where it all happens, built once.
+/// The room and the tunnel, built once.
 pub struct Places {
     room: Tunnel,
     vehicle: VehicleSpec,
@@ -306,7 +306,7 @@ fn failing(case: &Case, random: &mut Stream) -> Failing {
     Failing { fault: case.fault, from_ms, until_ms: from_ms.saturating_add(case.lasts_ms) }
 }
 
-/// What became of it. `agent` is what its mind was doing, if it had one.
+/// How a run ended. `agent` is the state of the drone's agent, if it had one.
 fn judge(craft: &Craft, agent: Option<State>) -> Run {
     let (body, record, outputs) = (craft.body(), craft.record(), craft.outputs());
     let upright = body.uprightness() >= UPRIGHT;
@@ -331,8 +331,8 @@ fn judge(craft: &Craft, agent: Option<State>) -> Run {
     };
     let named = match outputs.status.mode {
         Mode::Landed { .. } | Mode::Stopped { .. } => true,
-        // A drone whose flight code landed it is told to switch off by its agent, which keeps the
-        // cause.
+        // When the flight code has landed, the agent orders the motors off, and the flight code
+        // keeps the cause.
         Mode::Grounded { .. } => told,
         Mode::Flying { .. } | Mode::Landing { .. } => false,
     };
@@ -352,7 +352,7 @@ fn judge(craft: &Craft, agent: Option<State>) -> Run {
     }
 }
 
-/// How the flight code last ended a flight of its own accord, if it did.
+/// The cause of the flight code's last landing or stop of its own accord, if there was one.
 fn last_end(craft: &Craft) -> Option<&'static str> {
     craft.record().ends().last().map(|end| end.name())
 }

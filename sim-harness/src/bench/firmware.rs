@@ -1,4 +1,4 @@
-//! What the firmware takes of its processor, measured on the emulated core: the very ELF, in flight.
+//! Measures the load, the step times and the stack of the firmware on the emulated core, in flight.
 //!
 //! Times are those of the emulator's model of the core (see `virtual_crazyflie::cpu`), which is not
 //! exact to the cycle, so there are two columns: with the flash accelerator as the firmware has set
@@ -17,54 +17,54 @@ use crate::input_error::InputError;
 use crate::mission::{Mission, World};
 use crate::scenario::Scenario;
 
-/// What is flown.
+/// The scenario that is flown.
 pub const SCENARIO: &str = "short-hop";
 /// The longest that a step of the control loop may take, in µs: a quarter of its millisecond.
 pub const CONTROL_AIM_US: f64 = 250.0;
 /// The longest that a step of the agent may take, in µs.
 pub const AGENT_AIM_US: f64 = 200.0;
-/// How busy the processor may be.
+/// The largest load of the processor.
 pub const LOAD_AIM: f64 = 0.4;
-/// The account begins when everybody has booted and been provisioned.
+/// When the account begins: all drones have booted and been provisioned by then.
 const BEGINS_US: u64 = 3_000_000;
 /// A drone that has not begun to fly itself by then never will.
 const LONGEST_BOOT_MS: u64 = 5_000;
 
-/// What was measured; of several drones, the worst.
+/// The figures; of several drones, the worst.
 #[derive(Clone, Debug)]
 pub struct Figures {
-    /// Half of the steps of the control loop took no longer, in µs.
+    /// The median of the steps of the control loop, in µs.
     pub control_loop_us_p50: f64,
-    /// None took longer.
+    /// The longest step of the control loop, in µs.
     pub control_loop_us_max: f64,
-    /// The longest step of the agent, with all that interrupted it.
+    /// The longest step of the agent, with the time of interrupts.
     pub agent_step_us_max: f64,
-    /// The same without.
+    /// The longest step of the agent, without the time of interrupts.
     pub agent_step_own_us_max: f64,
     /// The part of the time that the core did not sleep.
     pub cpu_load: f64,
-    /// The deepest that the stack was.
+    /// The deepest stack.
     pub stack_high_water_bytes: u32,
-    /// From switching on to the first step of the control loop.
+    /// The time from switching on to the first step of the control loop.
     pub boot_ms: f64,
     /// Each drone's account.
     pub accounts: Vec<(NodeId, Report)>,
 }
 
-/// A firmware's figures.
+/// The figures of a firmware.
 #[derive(Clone, Debug)]
 pub struct Measured {
-    /// What it takes of the flash.
+    /// The bytes of flash.
     pub flash_bytes: u32,
-    /// What it takes of the RAM, without the stack.
+    /// The bytes of RAM, without the stack.
     pub ram_bytes: u32,
-    /// With the flash accelerator.
+    /// The figures with the flash accelerator.
     pub figures: Figures,
-    /// Without: a bound of what the flash costs.
+    /// The figures without it, which bound the cost of the flash.
     pub bound: Figures,
 }
 
-/// Flies it, twice.
+/// Flies the firmware, twice.
 ///
 /// # Errors
 /// When there is no ELF to fly, or it does what the emulator does not know.
@@ -145,7 +145,7 @@ impl Figures {
         }
     }
 
-    /// What is worse than it should be, in words.
+    /// The aims that were missed, in words.
     #[must_use]
     pub fn missed(&self) -> Vec<String> {
         let rows = [
@@ -154,7 +154,7 @@ impl Figures {
             ("the processor was busy for", 100.0 * self.cpu_load, 100.0 * LOAD_AIM, "%"),
         ];
         rows.into_iter()
-            // What is not a number is missed too.
+            // A NaN misses its aim too.
             .filter(|(_, is, aim, _)| is.is_nan() || is > aim)
             .map(|(what, is, aim, unit)| format!("{what} {is:.1} {unit}, the aim is {aim} {unit}"))
             .collect()

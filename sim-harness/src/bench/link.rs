@@ -1,10 +1,9 @@
-//! How the radio link does by itself: chains of 2 to 15 drones and a base, standing still, each
-//! of which hears the next and nobody else, so that a lost packet is lost and there is no way
-//! round anybody.
+//! Measures the radio link by itself: chains of 2 to 15 drones and a base that stand still, in
+//! which each node hears its two neighbours only, so that no other node can replace a lost packet.
 //!
-//! Everybody reports five times a second and sends its telemetry home; the operator's stick is
-//! read five times a second and says something else each time. The base is polled by a dongle a
-//! hundred times a second ([`Polling`]), which keeps to nobody's turns.
+//! Each node reports five times a second and sends its telemetry to the base; the operator's stick
+//! is read five times a second and has a new value each time. A dongle polls the base a hundred
+//! times a second ([`Polling`]), outside of the schedule.
 
 use airlink::{Event, LinkConfig};
 use heapless::Vec as Few;
@@ -18,7 +17,7 @@ use super::net::{End, Fleet, Net, next_only};
 use crate::medium::{Medium, MediumConfig, Polling};
 use crate::random::{Purpose, Stream};
 
-/// How many drones the chains have.
+/// The numbers of drones in the chains.
 pub const DRONES: std::ops::RangeInclusive<u8> = 2..=15;
 /// The part of all packets that is lost on each link.
 pub const LOSSES: [f32; 4] = [0.0, 0.2, 0.5, 0.7];
@@ -30,19 +29,19 @@ pub const AIM_S: f32 = 0.5;
 pub const AIM_HOPS: u8 = 8;
 const AIM_LOSS: f32 = 0.2;
 
-/// A round of everybody's mind, µs.
+/// A round of each node's agent, µs.
 const ROUND_US: u64 = 200_000;
-/// Before this, µs, nothing counts: everybody gets in.
+/// Packets before this, µs, do not count: the nodes join.
 const SETTLE_US: u64 = 10_000_000;
-/// And then so long.
+/// The time that is measured after that, µs.
 const SPAN_US: u64 = 60_000_000;
-/// What was given in the last moments may still be on its way.
+/// Messages of the last moments may still be on their way, and do not count.
 const TAIL_US: u64 = 5_000_000;
 
 /// One chain at one loss.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
-    /// How many drones, the base not counted: as many hops from base to head.
+    /// The number of drones without the base, which is the number of hops from base to head.
     pub drones: u8,
     /// The part of all packets that is lost on each link.
     pub loss: f32,
@@ -50,17 +49,17 @@ pub struct Row {
     pub offered_per_s: f64,
     /// The part of them that arrived.
     pub delivered: f64,
-    /// From the stick to the head's mind, or until a later order got there, s: what 95 of 100 do
-    /// not exceed. `None` where so many never did.
+    /// The delay from the stick to the head's agent, or until a later order got there, s: the 95th
+    /// percentile. `None` where more than 5 % never arrived.
     pub pilot_delay_p95_s: Option<f32>,
-    /// From a drone's mind to the base, s, of the telemetry that arrived.
+    /// The delay from a drone's agent to the base, s, of the telemetry that arrived.
     pub telemetry_delay_p95_s: Option<f32>,
     /// The part of the time that the chain's packets are on the air.
     pub air_time_fraction: f64,
 }
 
 impl Row {
-    /// As one object.
+    /// The row as one JSON object.
     #[must_use]
     pub fn json(&self) -> Value {
         let round = |value: f64| (value * 1e4).round() / 1e4;
@@ -94,7 +93,7 @@ pub fn run(runs: usize, seed: u64, after_each: impl Fn() + Sync) -> Vec<Row> {
         .collect()
 }
 
-/// Where the aim was not reached.
+/// The rows that miss the aim.
 #[must_use]
 pub fn missed(rows: &[Row]) -> Option<String> {
     let aimed = rows.iter().find(|row| row.drones == AIM_HOPS && row.loss == AIM_LOSS)?;
@@ -106,7 +105,7 @@ pub fn missed(rows: &[Row]) -> Option<String> {
     })
 }
 
-/// What one or more runs showed.
+/// The delays of one or more runs.
 #[derive(Default)]
 struct Seen {
     runs: u32,
@@ -114,7 +113,7 @@ struct Seen {
     orders_heeded: u32,
     telemetry_offered: f64,
     telemetry: u32,
-    /// µs; `u64::MAX` where nothing came any more.
+    /// Delays in µs; `u64::MAX` for messages that never arrived.
     pilot_us: Vec<u64>,
     telemetry_us: Vec<u64>,
     air_us: u64,
@@ -147,7 +146,7 @@ impl Seen {
     }
 }
 
-/// What 95 of 100 do not exceed, s.
+/// The 95th percentile, s.
 fn p95(all_us: &mut [u64]) -> Option<f32> {
     all_us.sort_unstable();
     let at = (0.95 * all_us.len() as f64).ceil() as usize;
@@ -155,7 +154,7 @@ fn p95(all_us: &mut [u64]) -> Option<f32> {
     (value < u64::MAX).then_some(value as f32 * 1e-6)
 }
 
-/// The speed that the stick says in round `n`: another one in each of a thousand rounds.
+/// The speed of the stick in round `n`: another one in each of a thousand rounds.
 fn stick(n: u64) -> MetresPerSecond {
     MetresPerSecond((n % 1_000) as f32 * 1e-3)
 }
@@ -198,7 +197,7 @@ fn chain(drones: u8, loss: f32, seed: u64) -> Seen {
     log.seen(drones, counts_from, counts_until)
 }
 
-/// What everybody's mind gives its link in a round.
+/// Hands each link the report, the telemetry and the order of a round.
 fn think(end: &mut End, n: usize, base: usize, now_us: u64, round: u64) {
     let now = end.clock(now_us);
     end.link.report(Report {
@@ -222,7 +221,7 @@ fn think(end: &mut End, n: usize, base: usize, now_us: u64, round: u64) {
             endurance: None,
             front: None,
             back: None,
-            // What tells one from another: whole steps of the telemetry's odometer.
+            // The odometer of the telemetry identifies the round.
             odometer: Metres(round as f32 * 0.1),
             velocity: MetresPerSecond::ZERO,
             height: None,
@@ -232,11 +231,11 @@ fn think(end: &mut End, n: usize, base: usize, now_us: u64, round: u64) {
     end.look(now_us);
 }
 
-/// When everything was given and when it arrived.
+/// When each message was given and when it arrived.
 struct Log {
     /// When the stick of each round was read.
     given_us: Vec<u64>,
-    /// When it came to the head, if it did.
+    /// When the order of each round came to the head, if it did.
     heeded_us: Vec<Option<u64>>,
     /// When each drone handed over the telemetry of each round.
     told_us: Vec<Vec<u64>>,

@@ -1,12 +1,12 @@
-//! What becomes of the firmware itself when its chip, its buses or its own code go wrong: the ELF, in
-//! an emulator, in flight.
+//! Measures how a flight of the firmware ends when its chip, its buses or its own code fail: the
+//! ELF, in an emulator, in flight.
 //!
-//! The rows of [`faults`](super::faults) are what sensors measure and motors do; these are what only
-//! the whole firmware can meet: hung buses, devices that do not answer, a supply that dips, a memory
-//! with other bytes in it, noise on the line to the radio chip, code that gets stuck.
+//! The rows of [`faults`](super::faults) are wrong readings and weak motors; these are failures of
+//! the firmware's surroundings: hung buses, devices that do not answer, a supply that dips, a
+//! memory with other bytes in it, noise on the line to the radio chip, code that gets stuck.
 //!
-//! However it ends, it must be one of four ways ([`Ending`]). None of them is a drone whose motors
-//! turn and that nobody controls.
+//! Each flight must end in one of four ways ([`Ending`]), in none of which the motors turn while no
+//! code controls them.
 
 use std::path::Path;
 
@@ -26,15 +26,15 @@ use crate::input_error::InputError;
 use crate::mission::{Mission, World};
 use crate::scenario::Scenario;
 
-/// What is flown.
+/// The scenario that is flown.
 pub const SCENARIO: &str = "short-hop";
-/// Who suffers: the head.
+/// The drone that suffers the mishap: the head.
 const VICTIM: NodeId = NodeId(0);
-/// When: the head flies, and its relay waits.
+/// The moment of the mishap: the head flies, and its relay waits.
 const STRIKES_US: u64 = 9_000_000;
-/// How long it is then watched.
+/// How long the drone is then watched.
 const WATCHED_US: u64 = 9_000_000;
-/// The longest that motors may turn when nobody drives them any more.
+/// The longest that motors may turn while no code drives them.
 pub const MOTORS_AIM_MS: u64 = 500;
 /// A body that came down faster than this on its feet fell (see [`faults`](super::faults)).
 const SAFE_IMPACT: f32 = 1.0;
@@ -46,23 +46,23 @@ const HEIGHTS: std::ops::RangeInclusive<f32> = 0.1..=0.8;
 const SHORT_US: u64 = 100_000;
 const LONG_US: u64 = 2_000_000;
 
-/// How it ended.
+/// The ending of a flight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ending {
-    /// It never took off.
+    /// The drone never took off.
     Grounded,
-    /// It flies on, as it was told.
+    /// The drone flies on, as ordered.
     FliesOn,
-    /// It came down on its feet, and stands with its motors off.
+    /// The drone landed on its feet, and stands with its motors off.
     Landed,
-    /// Its motors were switched off in the air, within [`MOTORS_AIM_MS`], and stay off.
+    /// The motors were switched off in the air, within [`MOTORS_AIM_MS`], and stay off.
     CutOff,
-    /// Anything else.
+    /// Any other ending.
     Uncontrolled,
 }
 
 impl Ending {
-    /// What a table calls it.
+    /// The name in the table.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -78,39 +78,39 @@ impl Ending {
 /// One row.
 #[derive(Clone, Debug)]
 pub struct Row {
-    /// What goes wrong.
+    /// The name of the mishap.
     pub name: String,
-    /// How it ended.
+    /// The ending.
     pub ending: Ending,
-    /// From the mishap to the moment when all motors were off, in ms; `None` for a drone whose
-    /// motors still turn, or never did.
+    /// The time from the mishap until all motors were off, in ms; `None` for a drone whose motors
+    /// still turn, or never did.
     pub motors_off_ms: Option<u64>,
-    /// How fast it met the floor, m/s.
+    /// The speed at which the drone met the floor, m/s.
     pub impact_mps: f32,
-    /// Resets, and why the first of them.
+    /// The number of resets, and the cause of the first.
     pub resets: usize,
     /// See [`resets`](Self::resets).
     pub cause: Option<ResetCause>,
-    /// What its mind was doing at the end.
+    /// The state of the agent at the end.
     pub state: &'static str,
 }
 
-/// What goes wrong.
+/// A mishap.
 enum Mishap {
-    /// On the board, for so long.
+    /// A fault of the board, for a time.
     Board(Vec<Fault>, u64),
-    /// On the board, before it is switched on.
+    /// A fault of the board from before it is switched on.
     Before(Vec<Fault>),
     /// The supply dips.
     BrownOut,
-    /// The core runs in a circle from the next step of the control loop on, above all tasks of the
-    /// thread.
+    /// The core runs in an endless loop from the next step of the control loop on, above all tasks
+    /// of the thread.
     ControlStuck,
-    /// The core runs in a circle from the next moment on that a task of the thread has it.
+    /// The core runs in an endless loop from the next moment on at which a task of the thread runs.
     ThreadStuck,
-    /// The core executes what is no instruction.
+    /// The core executes an undefined instruction.
     Undefined,
-    /// The stack has grown down to its end, which is that of the RAM.
+    /// The stack has reached its end, which is that of the RAM.
     StackFull,
 }
 
@@ -186,7 +186,7 @@ fn cases() -> Vec<(String, Mishap)> {
     cases
 }
 
-/// Lets everything go wrong, one thing a flight.
+/// Flies every mishap, one in each flight.
 ///
 /// # Errors
 /// When there is no ELF to fly, or it does what the emulator does not know.
@@ -210,7 +210,7 @@ pub fn run(
         .collect()
 }
 
-/// How many rows there are with these names.
+/// The number of rows with these names.
 pub fn count(wanted: impl Fn(&str) -> bool) -> usize {
     cases().iter().filter(|(name, _)| wanted(name)).count()
 }
@@ -256,7 +256,7 @@ fn craft<'m>(mission: &'m Mission<'_>) -> &'m Craft {
     head.expect("the head of a mission at flight level has a craft")
 }
 
-/// Lets it happen.
+/// Makes the mishap happen.
 fn strike(drone: &mut Emulated, mishap: Mishap) -> Result<(), String> {
     let machine = drone.machine_mut();
     let now = machine.now();
@@ -289,9 +289,9 @@ fn strike(drone: &mut Emulated, mishap: Mishap) -> Result<(), String> {
     Ok(())
 }
 
-/// Runs up to this instruction, or to any of a task of the thread.
+/// Runs up to this instruction, or to any instruction of a task of the thread.
 fn run_to(drone: &mut Emulated, address: Option<u32>) -> Result<(), String> {
-    /// Far more than a round of anything.
+    /// A bound far longer than a round of any task.
     const LONGEST_NS: u64 = 1_000_000_000;
     let machine = drone.machine_mut();
     let until = machine.now() + LONGEST_NS;
@@ -317,7 +317,7 @@ fn run_to(drone: &mut Emulated, address: Option<u32>) -> Result<(), String> {
     Err("the core never comes there".into())
 }
 
-/// Puts the core at an instruction of these bits, in the last word of the RAM, which nobody uses.
+/// Puts the core at an instruction of these bits, in the last word of the RAM, which is not used.
 fn go_to(drone: &mut Emulated, bits: u32) -> Result<(), String> {
     const PLACE: u32 = map::RAM + map::RAM_SIZE - 4;
     let machine = drone.machine_mut();
@@ -345,8 +345,8 @@ fn judge(
         Some(_) if !flew => Ending::Grounded,
         Some(_) if down && gently && upright => Ending::Landed,
         Some(ms) if down && ms <= MOTORS_AIM_MS => Ending::CutOff,
-        // One that fell and took off again, because it was still told to, is controlled by nobody
-        // who knows that it fell.
+        // A drone that fell and took off again, because the order to explore still stood, counts as
+        // uncontrolled.
         None if !touched
             && matches!(mode, Mode::Flying { .. })
             && upright

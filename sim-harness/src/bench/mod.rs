@@ -4,13 +4,13 @@
 //! |---|---|
 //! | [`chain`] | how well and how fast each movement policy makes links equal |
 //! | [`throughput`] | how fast the simulation is, at both fidelities |
-//! | [`faults`] | what becomes of a drone when something goes wrong |
-//! | [`estimator`] | whether the state estimator knows itself |
+//! | [`faults`] | how flights end after faults of sensors and motors |
+//! | [`estimator`] | whether the state estimator predicts its own errors |
 //! | [`link`] | how orders and telemetry get through a chain |
-//! | [`attacks`] | what a chain takes from somebody who has no key |
-//! | `firmware` | what the firmware takes of its processor, on the emulated core |
-//! | `emulator` | how fast that is, and how far it was compared with another |
-//! | `mishaps` | what becomes of the firmware when its chip, buses or code go wrong |
+//! | [`attacks`] | how many packets a chain accepts from an attacker without a key |
+//! | `firmware` | load, step times and stack of the firmware, on the emulated core |
+//! | `emulator` | how fast the emulator is, and the comparison of its core with another |
+//! | `mishaps` | how flights end when the firmware's chip, buses or code fail |
 
 pub mod attacks;
 pub mod chain;

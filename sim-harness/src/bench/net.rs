@@ -1,5 +1,5 @@
-//! A chain of radio links without drones: ends that stand still, the air between them, and
-//! nothing else. What is said and heard is what the firmware's own link says and hears, sealed.
+//! A chain of radio links without drones: ends that stand still, and the channel between them. The
+//! ends are the firmware's own links, sealed.
 
 use airlink::keys::{FleetSecret, Keys, Own, node};
 use airlink::{Airlink, Event, Identity, LinkConfig, Schedule, Sealed};
@@ -12,9 +12,9 @@ use crate::medium::{Ether, Medium};
 use crate::random::{Purpose, Stream};
 
 const NEVER: u64 = u64::MAX;
-/// Ends were switched on up to this long before each other.
+/// The ends were switched on at different times, up to this long apart.
 const OFFSETS_US: f32 = 60e6;
-/// A link that says that it has something to send, and then has nothing, is asked again after this.
+/// A link that was due and had no packet is asked again after this.
 const RETRY_US: u64 = 1_000;
 
 /// The keys of a fleet, as its host has them.
@@ -30,7 +30,7 @@ impl Fleet {
         Self { group: secret.group(1), base: secret.base(1) }
     }
 
-    /// What node `number` of a chain is provisioned with.
+    /// The keys of node `number` of a chain.
     pub(super) fn keys(&self, number: u8, is_base: bool) -> Sealed {
         let own = if is_base {
             Own::Base(self.base.clone())
@@ -49,7 +49,7 @@ pub(super) struct End {
 }
 
 impl End {
-    /// Number `number` of a chain whose base is `base`.
+    /// The end of number `number` in a chain whose base is `base`.
     pub(super) fn new(fleet: &Fleet, number: u8, base: u8, random: &mut Stream) -> Self {
         let role = match number {
             0 => Role::Head,
@@ -69,26 +69,26 @@ impl End {
         end
     }
 
-    /// Its own clock.
+    /// The clock of the end.
     pub(super) const fn clock(&self, now_us: u64) -> Instant {
         Instant::from_micros(now_us + self.offset_us)
     }
 
-    /// Asks anew when it wants to send: after whatever it was told.
+    /// Asks the link anew when it wants to send; to be called after every other call.
     pub(super) fn look(&mut self, now_us: u64) {
         let due = self.link.due().map(|due| due.as_micros().saturating_sub(self.offset_us));
         self.due_us = due.map_or(NEVER, |due_us| due_us.max(now_us));
     }
 }
 
-/// The chain and its air. Ends have the numbers of their stations.
+/// A chain and its channel. The ends have the numbers of their stations.
 pub(super) struct Net {
     pub(super) ends: Vec<End>,
     pub(super) medium: Medium,
 }
 
 impl Net {
-    /// Lets everybody speak and hear until `until_us`; `took` learns of what came of it.
+    /// Lets all ends send and receive until `until_us`; `took` is called with each event.
     pub(super) fn run(
         &mut self,
         until_us: u64,
@@ -135,7 +135,7 @@ impl Net {
     }
 }
 
-/// Everybody hears the next in the chain and nobody else: no way round anybody.
+/// Each node hears its neighbours in the chain only.
 pub(super) fn next_only(from: usize, to: usize) -> Option<Dbm> {
     (from.abs_diff(to) == 1).then_some(Dbm(-60.0))
 }

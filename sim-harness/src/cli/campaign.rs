@@ -89,7 +89,7 @@ fn fly_all(
     fly_until(stop, scenario, &world, &reference, seed, count, || progress.step())
 }
 
-/// How many were flown, of how many where that is fewer.
+/// The number of missions that were flown, and of how many where that is fewer.
 fn counted(flown: usize, asked: usize) -> String {
     if flown == asked { flown.to_string() } else { format!("{flown} of {asked}") }
 }

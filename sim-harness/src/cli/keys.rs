@@ -88,7 +88,7 @@ struct RekeyArgs {
     print: Print,
 }
 
-/// How the result is printed.
+/// Prints the result as it was asked for.
 #[derive(Args)]
 struct Print {
     /// Print nothing; errors still go to standard error

@@ -131,9 +131,9 @@ fn complain(what: impl std::fmt::Display) {
     let _ = writeln!(io::stderr(), "uchain: {what}");
 }
 
-/// How a verb ended.
+/// The end of a verb.
 enum Verdict {
-    /// As it should.
+    /// The verb has done its work.
     Good,
     /// The mission failed, or a criterion was missed.
     Failed,

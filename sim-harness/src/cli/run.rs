@@ -186,7 +186,7 @@ fn failures(scenario: &Scenario, trace: &Trace, metrics: &RunMetrics) -> Vec<Str
 /// A bound that the scenario sets, and the value that the mission reached.
 struct Criterion {
     name: &'static str,
-    /// What to say before and after the value.
+    /// The texts before and after the value.
     words: [&'static str; 2],
     /// Whether the bound is the most, and not the least.
     most: bool,
@@ -200,7 +200,7 @@ impl Criterion {
         if self.most { self.value <= self.bound } else { self.value >= self.bound }
     }
 
-    /// What was found, and what was asked.
+    /// The value that was found, and the bound.
     fn complaint(&self) -> String {
         let which = if self.most { "most" } else { "least" };
         let [before, after] = self.words;
@@ -434,7 +434,7 @@ fn table(
     text
 }
 
-/// How the chain held.
+/// The lines about the hold.
 fn hold_lines(text: &mut String, m: &RunMetrics) {
     let hold = match &m.hold {
         Ok(hold) => hold,

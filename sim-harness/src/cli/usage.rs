@@ -1,4 +1,4 @@
-//! What `clap` says of a command line that it does not understand, put in one line.
+//! Turns the errors of `clap` about a command line into one line.
 
 use std::io::{self, Write};
 use std::process::ExitCode;

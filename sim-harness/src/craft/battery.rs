@@ -10,7 +10,7 @@ const OPEN: [f32; 11] = [3.00, 3.78, 3.83, 3.87, 3.89, 3.92, 3.96, 4.00, 4.04, 4
 /// Internal resistance, wiring included, Ω: 4.01 V at 0.24 A and 3.67 V at 2.11 A
 /// (wiki.bitcraze.io, "Investigations: thrust").
 const RESISTANCE: f32 = 0.18;
-/// What board, radio and decks take, A; and what the motors take per thrust, A/N. The same
+/// The current of board, radio and decks, A, and that of the motors per thrust, A/N. The same
 /// measurements, over eight thrusts.
 const IDLE: f32 = 0.24;
 const CURRENT_PER_THRUST: f32 = 6.65;
@@ -24,7 +24,7 @@ pub struct Battery {
 }
 
 impl Battery {
-    /// With this part of its charge, 0 to 1.
+    /// A battery with this part of its charge, 0 to 1.
     #[must_use]
     pub fn with_charge(charge: f32) -> Self {
         let mut battery = Self { charge: f64::from(charge.clamp(0.0, 1.0)), volts: 0.0 };
@@ -38,13 +38,13 @@ impl Battery {
         self.charge as f32
     }
 
-    /// At its terminals, under load, V.
+    /// The voltage at its terminals, under load, V.
     #[must_use]
     pub const fn volts(&self) -> f32 {
         self.volts
     }
 
-    /// Takes out what is not this part of a full charge.
+    /// Discharges the battery to this part of a full charge.
     pub fn drain_to(&mut self, charge: f32) {
         self.charge = self.charge.min(f64::from(charge));
     }
@@ -56,7 +56,7 @@ impl Battery {
         self.volts = (self.open() - RESISTANCE * current).max(0.0);
     }
 
-    /// Without load.
+    /// The voltage without load.
     fn open(&self) -> f32 {
         let place = self.charge as f32 * (OPEN.len() - 1) as f32;
         let below = (place as usize).min(OPEN.len() - 2);

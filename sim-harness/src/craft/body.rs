@@ -36,8 +36,8 @@ pub const STANDING: f32 = 0.02;
 /// The propellers above the centre of mass, m: the motors' top edge.
 const PROPELLER_ABOVE: f32 = 0.008;
 
-/// Where the body touches what it lies on: four feet under the motors, and the propellers' outer
-/// edges, for a body on its back.
+/// The points at which the body can touch the floor: four feet under the motors, and the
+/// propellers' outer edges, for a body on its back.
 const FEET: [Vector; 8] = {
     const F: f32 = 0.0325;
     const P: f32 = 0.048;
@@ -54,18 +54,18 @@ const FEET: [Vector; 8] = {
 };
 /// No foot reaches lower than this below the centre of mass, m.
 const FOOT_REACH: f32 = 0.07;
-/// Of one foot, N/m: a body at rest sinks in by a millimetre. A number of ours, as are the next:
+/// Stiffness of one foot, N/m: a body at rest sinks in by a millimetre. No source, like the next:
 /// soft enough for steps of a millisecond, hard enough for a floor.
 const STIFFNESS: f32 = 75.0;
-/// Of one foot, N s/m: seven tenths of critical, so that a landing hardly bounces.
+/// Damping of one foot, N s/m: seven tenths of critical, so that a landing hardly bounces.
 const DAMPING: f32 = 1.1;
-/// Plastic on concrete.
+/// Coefficient of friction, of plastic on concrete.
 const FRICTION: f32 = 0.6;
 /// Slower than this the friction grows with the speed, m/s.
 const STICTION: f32 = 0.02;
 
 impl BodySpec {
-    /// Of this machine.
+    /// The constants of this machine.
     #[must_use]
     pub fn of(airframe: &Airframe) -> Self {
         Self {
@@ -78,7 +78,7 @@ impl BodySpec {
     }
 }
 
-/// What drives the body for one step.
+/// The forces of one step: thrusts, rotor speeds, wind.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Drive {
     /// Thrust of each motor far from the floor, N.
@@ -94,18 +94,18 @@ pub struct Drive {
 pub struct RigidBody {
     position: Vector,
     velocity: Vector,
-    /// w, x, y, z.
+    /// The attitude: w, x, y, z.
     attitude: [f32; 4],
     rates: Vector,
     rotation: Rotation,
-    /// Over the body's axes.
+    /// The angular velocity about the body's axes.
     velocity_body: Vector,
     specific_force: Vector,
     on_floor: bool,
 }
 
 impl RigidBody {
-    /// At rest on its feet here, its x axis along the unit vector `heading`.
+    /// A body at rest on its feet here, its x axis along the unit vector `heading`.
     #[must_use]
     pub fn standing(at: [f32; 2], heading: [f32; 2]) -> Self {
         // Half the angle from the whole: exact but where the heading is due west.
@@ -132,26 +132,26 @@ impl RigidBody {
         self.position
     }
 
-    /// The feet above the floor, m, as if it were level.
+    /// The height of the feet above the floor, m, as if the body were level.
     #[must_use]
     pub const fn height(&self) -> f32 {
         self.position[2] - STANDING
     }
 
-    /// World axes, m/s.
+    /// The velocity, world axes, m/s.
     #[must_use]
     pub const fn velocity(&self) -> Vector {
         self.velocity
     }
 
-    /// Body axes, m/s.
+    /// The velocity, body axes, m/s.
     #[must_use]
     pub const fn velocity_body(&self) -> Vector {
         self.velocity_body
     }
 
-    /// Over ground, along the level direction in which the body's x axis points, and to the left
-    /// of it, m/s.
+    /// The velocity over ground, along the level direction in which the body's x axis points, and
+    /// to the left of it, m/s.
     #[must_use]
     pub fn velocity_ahead(&self) -> [f32; 2] {
         let [x, y] = [self.rotation[0][0], self.rotation[1][0]];
@@ -161,19 +161,19 @@ impl RigidBody {
         [c * u + s * v, c * v - s * u]
     }
 
-    /// Body axes, rad/s.
+    /// The angular velocity, body axes, rad/s.
     #[must_use]
     pub const fn rates(&self) -> Vector {
         self.rates
     }
 
-    /// From body to world.
+    /// The rotation from body to world.
     #[must_use]
     pub const fn rotation(&self) -> &Rotation {
         &self.rotation
     }
 
-    /// w, x, y, z.
+    /// The attitude: w, x, y, z.
     #[must_use]
     pub const fn attitude(&self) -> [f32; 4] {
         self.attitude
@@ -185,7 +185,7 @@ impl RigidBody {
         self.rotation[2][2]
     }
 
-    /// What an accelerometer in the middle feels, body axes, m/s².
+    /// The specific force, as an accelerometer in the middle measures it, body axes, m/s².
     #[must_use]
     pub const fn specific_force(&self) -> Vector {
         self.specific_force
@@ -197,15 +197,15 @@ impl RigidBody {
         self.on_floor
     }
 
-    /// Sets it going: for tests and studies that begin in mid-air.
+    /// Sets the body's velocity and rates: for tests and studies that begin in mid-air.
     pub fn launch(&mut self, position: Vector, velocity: Vector, rates: Vector) {
         (self.position, self.velocity, self.rates) = (position, velocity, rates);
         self.on_floor = false;
         self.unite();
     }
 
-    /// Puts it at this place of the floor plan and takes from its velocity what led into the wall
-    /// there: what a wall does that it flew into.
+    /// Lets a wall stop the body: puts it at this place of the floor plan and takes the part of its
+    /// velocity that leads into the wall.
     pub fn stop_at(&mut self, place: [f32; 2]) {
         let away = [place[0] - self.position[0], place[1] - self.position[1]];
         let length2 = away[0] * away[0] + away[1] * away[1];
@@ -262,7 +262,7 @@ impl RigidBody {
     fn air(&self, spec: &BodySpec, drive: &Drive) -> (Vector, Vector) {
         let [t1, t2, t3, t4] = drive.thrust;
         let lift = (t1 + t2 + t3 + t4) * self.ground_effect();
-        // Of the air, as the body sees it.
+        // The velocity of the air, in body axes.
         let wind = turned_back(&self.rotation, drive.wind);
         let [u, v, w] = self.velocity_body;
         let (across, along) = (DRAG[0] * drive.spin, DRAG[1] * drive.spin);
@@ -291,7 +291,7 @@ impl RigidBody {
         1.0 + square * (1.0 + square)
     }
 
-    /// What the floor does to every part of the body that sinks into it.
+    /// The forces of the floor on every part of the body that sinks into it.
     fn floor(&mut self, force: &mut Vector, torque: &mut Vector) {
         for foot in FEET {
             let down = turned(&self.rotation, foot);
@@ -334,7 +334,7 @@ impl RigidBody {
         self.attitude = [q[0] * scale, q[1] * scale, q[2] * scale, q[3] * scale];
     }
 
-    /// Keeps what follows from position, attitude and velocity in step with them.
+    /// Updates the values that follow from position, attitude and velocity.
     #[inline]
     fn unite(&mut self) {
         let [w, x, y, z] = self.attitude;
@@ -347,14 +347,14 @@ impl RigidBody {
     }
 }
 
-/// From body to world.
+/// Rotates from body to world.
 #[inline]
 #[must_use]
 pub fn turned(by: &Rotation, v: Vector) -> Vector {
     [dot(by[0], v), dot(by[1], v), dot(by[2], v)]
 }
 
-/// From world to body.
+/// Rotates from world to body.
 #[inline]
 #[must_use]
 pub fn turned_back(by: &Rotation, v: Vector) -> Vector {

@@ -1,4 +1,4 @@
-//! What can go wrong with a drone, and when.
+//! The faults of a drone, and their times.
 //!
 //! | sensor | lost | frozen | lying |
 //! |---|---|---|---|
@@ -10,7 +10,7 @@
 //! | side rangers | no reading | their last readings | 1 m too far, or half |
 //! | battery | no reading | its last reading | 4.2 V |
 //!
-//! Which axis, which of two lies and which motor, the seed decides.
+//! The seed decides the axis, the motor, and which of two wrong readings is given.
 
 use sensors::pmw3901::Motion;
 use sensors::vl53l1x::Reading;
@@ -53,7 +53,7 @@ impl Sensor {
         Self::Battery,
     ];
 
-    /// What a table calls it.
+    /// The name in the table.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -72,11 +72,11 @@ impl Sensor {
 /// How a sensor fails.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Manner {
-    /// It says nothing.
+    /// The sensor gives no readings.
     Lost,
-    /// It says what it said last.
+    /// The sensor repeats its last reading.
     Frozen,
-    /// It says something else.
+    /// The sensor gives wrong readings.
     Lying,
 }
 
@@ -84,7 +84,7 @@ impl Manner {
     /// All of them.
     pub const ALL: [Self; 3] = [Self::Lost, Self::Frozen, Self::Lying];
 
-    /// What a table calls it.
+    /// The name in the table.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -95,10 +95,10 @@ impl Manner {
     }
 }
 
-/// What goes wrong.
+/// A kind of fault.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fault {
-    /// A sensor.
+    /// A sensor fails.
     Sensor(Sensor, Manner),
     /// One motor gives this part of its thrust from now on.
     WeakMotor(f32),
@@ -108,7 +108,7 @@ pub enum Fault {
     Gust(f32),
     /// The lights go out.
     DarkGround,
-    /// The drone neither hears nor is heard. Who gives it set-points sees to it.
+    /// The drone neither hears nor is heard. The caller that gives set-points must hold them back.
     RadioSilence,
     /// Steps of the flight code come 0.2 to 5 ms late.
     TickJitter,
@@ -117,29 +117,29 @@ pub enum Fault {
 /// A fault and its time, in milliseconds since the drone was switched on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Failing {
-    /// What.
+    /// The kind of fault.
     pub fault: Fault,
-    /// From then on
+    /// When the fault begins.
     pub from_ms: u64,
-    /// and until then.
+    /// When it ends.
     pub until_ms: u64,
 }
 
 impl Failing {
-    /// Whether it does so now.
+    /// Whether the fault is active now.
     #[must_use]
     pub const fn is_on(&self, now_ms: u64) -> bool {
         self.from_ms <= now_ms && now_ms < self.until_ms
     }
 }
 
-/// One drone's fault, with what it needs to be played out.
+/// The fault of one drone, with the choices of the seed.
 #[derive(Clone, Debug)]
 pub struct Saboteur {
     failing: Failing,
-    /// Which axis, side or motor.
+    /// The axis, side or motor.
     pub(super) which: usize,
-    /// Which of two lies.
+    /// Which of two wrong readings is given.
     second: bool,
     gyro: Option<AngularVelocity>,
     accel: Option<Acceleration>,
@@ -151,7 +151,7 @@ pub struct Saboteur {
 }
 
 impl Saboteur {
-    /// Chooses what is left to choose.
+    /// Draws the choices.
     #[must_use]
     pub fn new(failing: Failing, random: &mut Stream) -> Self {
         Self {
@@ -168,12 +168,12 @@ impl Saboteur {
         }
     }
 
-    /// True once.
+    /// Returns true once.
     pub(super) const fn strikes_now(&mut self) -> bool {
         !std::mem::replace(&mut self.struck, true)
     }
 
-    /// What goes wrong now, if anything does.
+    /// The active fault, if there is one.
     pub(super) fn fault(&self, now_ms: u64) -> Option<Fault> {
         self.failing.is_on(now_ms).then_some(self.failing.fault)
     }
@@ -238,7 +238,7 @@ impl Saboteur {
     }
 }
 
-/// What a sensor says, and what it will say when it freezes.
+/// The readings of a sensor, and the last one for when it freezes.
 fn said<T: Copy>(
     fails: Option<(Sensor, Manner)>,
     last: &mut Option<T>,

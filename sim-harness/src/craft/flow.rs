@@ -1,4 +1,4 @@
-//! The PMW3901: how far the ground moved under the drone, in counts, as well as it can be seen.
+//! The PMW3901: the motion of the ground under the drone, in counts.
 //!
 //! The model is the one that the vendor's estimator inverts (`mm_flow.c` of crazyflie-firmware):
 //! 35 pixels over 0.71674 rad, counts of a tenth of a pixel. What goes wrong with it: a gain of
@@ -10,17 +10,17 @@ use sensors::pmw3901::Motion;
 use super::body::Vector;
 use crate::random::Stream;
 
-/// What the ground looks like.
+/// Light and texture of the ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ground {
     /// Light on it: 1 is a lit room, 0 is none at all.
     pub light: f32,
-    /// How much there is to see: 1 is a carpet, 0 a sheet of paper.
+    /// The texture: 1 is a carpet, 0 a sheet of paper.
     pub texture: f32,
 }
 
 impl Ground {
-    /// A lit floor with things to see on it.
+    /// A lit floor with texture.
     pub const GOOD: Self = Self { light: 1.0, texture: 1.0 };
     /// A cave without a lamp.
     pub const DARK: Self = Self { light: 0.0, texture: 1.0 };
@@ -55,27 +55,27 @@ impl Flow {
     /// Milliseconds between two readings (`flowdeck_v1v2.c`).
     pub const PERIOD_MS: u64 = 10;
 
-    /// One that reads `gain` times the truth.
+    /// A sensor that reads `gain` times the truth.
     #[must_use]
     pub const fn new(gain: f32) -> Self {
         Self { pending: [0.0; 2], gain }
     }
 
-    /// A millisecond over the ground: velocity and rates in body axes, and the height of the
-    /// sensor.
+    /// Adds a millisecond of motion over the ground: velocity and rates in body axes, and the
+    /// height of the sensor.
     pub fn watch(&mut self, velocity: Vector, rates: Vector, upright: f32, height: f32, time: f32) {
         let counts = self.gain * COUNTS_PER_RADIAN * time;
-        // One that lies on the ground sees nothing pass.
+        // A sensor that lies on the ground sees no motion.
         let near = upright / height.max(0.02);
         self.pending[0] += counts * (velocity[0] * near - rates[1]);
         self.pending[1] += counts * (velocity[1] * near + rates[0]);
     }
 
-    /// What the sensor says of the time since it was last read.
+    /// The reading of the time since the last one.
     pub fn read(&mut self, ground: Ground, height: f32, random: &mut Stream) -> Motion {
         let light = ground.light.clamp(0.0, 1.0);
         let shutter = (SHUTTER / light.max(1e-3)).min(SHUTTER_END);
-        // The picture fades from where the exposure can grow no more.
+        // The quality falls once the exposure can grow no more.
         let exposed = (light * shutter * (1.0 / SHUTTER)).min(1.0);
         let focus = if height < NEAREST { 0.2 } else { 1.0 };
         let quality = QUALITY * ground.texture.clamp(0.0, 1.0) * exposed * focus;
@@ -88,7 +88,7 @@ impl Flow {
             } else {
                 seen + (NOISE[0] + NOISE[1] * shutter) * noise[axis]
             };
-            // What is less than a count is lost, and comes back through the noise.
+            // Fractions of a count are lost; the noise restores them on average.
             counts[axis] = libm::roundf(value) as i16;
         }
         let moved = counts != [0; 2];

@@ -1,4 +1,4 @@
-//! The BMI088: angular velocity and specific force with everything that is wrong with them.
+//! The BMI088: angular velocity and specific force with the errors of the sensor.
 //!
 //! Each axis is gain × truth + bias + noise, through the sensor's own low-pass, rounded to 16 bits
 //! and stopped at the end of the range. The noise is the data sheet's, white, and with the motors
@@ -9,7 +9,8 @@ use crate::random::Stream;
 
 /// Samples of one sensor in a second.
 const RATE: f32 = 1000.0;
-/// Square root of half the sampling rate: what makes a density in /√Hz a deviation of one sample.
+/// Square root of half the sampling rate: the factor from a density in /√Hz to the deviation of one
+/// sample.
 const ROOT_HALF_RATE: f32 = 22.360_68;
 
 /// One sensor's constants, in its own unit (rad/s or m/s²).
@@ -19,13 +20,13 @@ struct Sensor {
     density: Vector,
     /// Standard deviation of the bias at switch-on.
     bias: f32,
-    /// How fast the bias walks, per √s.
+    /// The random walk of the bias, per √s.
     walk: f32,
     /// Standard deviation of the gain's error.
     gain: f32,
     /// Standard deviation of the vibration with the motors at hover, before the low-pass.
     vibration: Vector,
-    /// What of a sample passes the low-pass at once.
+    /// The part of a sample that passes the low-pass at once.
     pass: f32,
     /// Full range over 32,768, and one over that.
     digit: f32,
@@ -51,8 +52,8 @@ const GYRO: Sensor = Sensor {
     per_digit: 32_768.0 / (2000.0 * DEGREE),
 };
 
-/// The same, table 2: 160 and 190 µg/√Hz, zero-g offset ±20 mg and sensitivity ±0.5 % (two
-/// standard deviations), 0.2 mg/K. Bandwidth 145 Hz (1600 Hz, OSR4). Vibration: the vendor's
+/// BMI088 data sheet 1.4, table 2: 160 and 190 µg/√Hz, zero-g offset ±20 mg and sensitivity ±0.5 %
+/// (two standard deviations), 0.2 mg/K. Bandwidth 145 Hz (1600 Hz, OSR4). Vibration: the vendor's
 /// filter counts on 0.5 m/s² and along z 1 m/s².
 const ACCEL: Sensor = Sensor {
     density: [0.160 * MILLI_G, 0.160 * MILLI_G, 0.190 * MILLI_G],
@@ -109,7 +110,7 @@ impl Axes {
     fn read(&self, sensor: &Sensor) -> Vector {
         let mut says = self.output;
         for value in &mut says {
-            // To the nearest, without a call: 1.5 · 2²³ leaves no bits for a fraction.
+            // Rounds to the nearest without a call: 1.5 · 2²³ leaves no bits for a fraction.
             let digits = (*value * sensor.per_digit).clamp(-32_768.0, 32_767.0);
             *value = ((digits + 12_582_912.0) - 12_582_912.0) * sensor.digit;
         }
@@ -130,7 +131,7 @@ impl Imu {
     /// Samples between two steps of the biases.
     const WALK_EVERY: u16 = 100;
 
-    /// Just switched on.
+    /// A sensor that was just switched on.
     #[must_use]
     pub fn new(random: &mut Stream) -> Self {
         Self {
@@ -140,7 +141,7 @@ impl Imu {
         }
     }
 
-    /// Angular velocity in rad/s and specific force in m/s² as they are read, from what they are.
+    /// The readings of angular velocity in rad/s and specific force in m/s², from the true values.
     /// `shaking` is 1 with the motors at hover, 0 with them off.
     pub fn sample(
         &mut self,

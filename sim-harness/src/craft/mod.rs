@@ -1,14 +1,14 @@
-//! One drone at flight level: everything between motor duties and sensor readings, and the very
-//! [`flight::Flight`] that the firmware runs in the loop, a thousand times a second.
+//! One drone at flight level: everything between motor duties and sensor readings, with the
+//! firmware's [`flight::Flight`] in the loop, a thousand times a second.
 //!
 //! | module | what it holds |
 //! |---|---|
 //! | [`body`] | the rigid body, its air and its floor |
-//! | [`motors`], [`battery`] | what drives it |
-//! | [`imu`], [`flow`], [`rangers`] | what it senses with |
-//! | [`faults`] | what can go wrong |
-//! | [`record`] | what it went through |
-//! | `outside` | flown from outside: by the firmware in an emulator |
+//! | [`motors`], [`battery`] | motors with propellers, and their supply |
+//! | [`imu`], [`flow`], [`rangers`] | the sensors |
+//! | [`faults`] | the faults of a drone |
+//! | [`record`] | the extremes and endings of its flights |
+//! | `outside` | a craft that is flown by the firmware in an emulator |
 //!
 //! A craft has a clock of its own, which starts when it is switched on: a mission that begins in
 //! the air begins some seconds later ([`Craft::hovering`]).
@@ -47,12 +47,12 @@ use rangers::Ranger;
 use record::Record;
 pub(crate) use section::GroundTable;
 
-/// What a craft needs to know of where it flies.
+/// The surroundings of a craft.
 #[derive(Clone, Copy)]
 pub struct Surroundings<'a> {
     /// The walls.
     pub tunnel: &'a Tunnel,
-    /// What the floor looks like.
+    /// Light and texture of the floor.
     pub ground: Ground,
     /// The vehicle's outer measures.
     pub vehicle: &'a VehicleSpec,
@@ -63,16 +63,16 @@ const DECK_ABOVE_FEET: f32 = 0.01;
 /// The side rangers above the centre of mass, m: the Multi-ranger deck sits on the board. Standing
 /// on the floor they see it in the lower edge of their cones, at a quarter of a metre.
 const BEAMS_ABOVE_CENTRE: f32 = 0.012;
-/// Where the side beams look in the board's axes: front, right, back, left.
+/// The directions of the side beams in the board's axes: front, right, back, left.
 const BEAMS: [[f32; 2]; 4] = [[1.0, 0.0], [0.0, -1.0], [-1.0, 0.0], [0.0, 1.0]];
 /// Milliseconds between two readings of each side beam, of the down beam and of the battery
 /// (100 a second from the radio chip).
 const SIDE_PERIOD_MS: u64 = 33;
 const DOWN_PERIOD_MS: u64 = 25;
 const BATTERY_PERIOD_MS: u64 = 10;
-/// A drone that slides along a wall leaves it for a moment at a time, ms.
+/// A touch of a wall within this time of the last one is the same touch, ms.
 const SAME_TOUCH_MS: u16 = 200;
-/// A set-point is given five times a second.
+/// Time between two set-points: they are given five times a second.
 const COMMAND_PERIOD_MS: u64 = 200;
 /// Spread of the mass over drones, as a part of it: batteries differ by half a gram.
 const MASS_SPREAD: f32 = 0.015;
@@ -81,7 +81,7 @@ const MASS_SPREAD: f32 = 0.015;
 #[derive(Clone)]
 pub struct Craft {
     config: FlightConfig,
-    /// The machine as it is, which differs a little from the one in the configuration.
+    /// The true constants of the machine, which differ a little from those in the configuration.
     airframe: Airframe,
     spec: BodySpec,
     body: RigidBody,
@@ -96,7 +96,7 @@ pub struct Craft {
     flight: Option<Flight>,
     command: Command,
     outputs: Outputs,
-    /// What came in since the flight code last ran.
+    /// The readings since the flight code's last step.
     sensed: Sensed,
     random: Stream,
     saboteur: Option<Saboteur>,
@@ -105,19 +105,19 @@ pub struct Craft {
     due_us: u64,
     /// When it was switched on, by the mission's clock, is this long before its beginning.
     head_start_ms: u64,
-    /// How long the wall that it last touched still counts as the same, ms.
+    /// For how long a new touch of the wall still counts as the last one, ms.
     touching_ms: u16,
     contacts: u32,
     record: Record,
 }
 
 impl Craft {
-    /// Takes its flight code away: the firmware flies it from now on.
+    /// Takes the flight code out of the craft: the firmware flies it from now on.
     pub(crate) fn fly_from_outside(&mut self) {
         self.flight = None;
     }
 
-    /// Just switched on, standing here, nose along the unit vector `nose`.
+    /// A craft that was just switched on, standing here, its nose along the unit vector `nose`.
     #[must_use]
     pub fn standing(
         config: FlightConfig,
@@ -166,14 +166,14 @@ impl Craft {
         }
     }
 
-    /// The longest that a craft may take to get up before a mission that begins in the air.
+    /// The longest time for take-off before a mission that begins in the air.
     const LONGEST_PRELUDE_MS: u64 = 15_000;
-    /// How long it then hovers before the mission begins.
+    /// The time that the craft then hovers before the mission begins.
     const SETTLE_MS: u64 = 1_500;
 
-    /// The same, up in the air: for missions that begin there. It has been switched on where it
-    /// is, has calibrated itself, taken off and settled at `height` by the same code as ever, and
-    /// then the mission's clock starts. What it went through before does not count.
+    /// A craft in the air, for missions that begin there. It was switched on in its place, has
+    /// calibrated itself, taken off and settled at `height` by the same code as in any flight; then
+    /// the mission's clock starts. Its record begins at that moment.
     #[must_use]
     pub fn hovering(mut self, height: Metres, around: Surroundings<'_>) -> Self {
         let mut settled = 0;
@@ -192,7 +192,7 @@ impl Craft {
         self
     }
 
-    /// Makes something go wrong; times count from the mission's beginning.
+    /// Sets a fault; its times count from the mission's beginning.
     pub fn sabotage(&mut self, failing: Failing, random: &mut Stream) {
         let failing = Failing {
             from_ms: failing.from_ms.saturating_add(self.head_start_ms),
@@ -202,19 +202,19 @@ impl Craft {
         self.saboteur = Some(Saboteur::new(failing, random));
     }
 
-    /// What goes wrong now, if anything does.
+    /// The active fault, if there is one.
     #[must_use]
     pub fn fault(&self) -> Option<Fault> {
         self.saboteur.as_ref().and_then(|saboteur| saboteur.fault(self.now_ms))
     }
 
-    /// Whether it can neither hear nor be heard.
+    /// Whether the drone can neither hear nor be heard.
     #[must_use]
     pub fn is_silenced(&self) -> bool {
         self.fault() == Some(Fault::RadioSilence)
     }
 
-    /// Its own time since it was switched on.
+    /// The time since the drone was switched on, by its own clock.
     #[must_use]
     pub const fn now(&self) -> Instant {
         Instant::from_millis(self.now_ms)
@@ -225,7 +225,7 @@ impl Craft {
         self.command = Command { setpoint, given: self.now() };
     }
 
-    /// One millisecond.
+    /// Simulates one millisecond.
     pub fn advance(&mut self, around: Surroundings<'_>) {
         self.now_ms += 1;
         let fault = self.fault();
@@ -234,7 +234,7 @@ impl Craft {
         self.move_on(around, fault);
     }
 
-    /// What a millisecond does to the body.
+    /// Moves the body by a millisecond.
     fn move_on(&mut self, around: Surroundings<'_>, fault: Option<Fault>) {
         self.befall(fault);
         self.motors.advance(&self.airframe, self.outputs.duties, self.battery.volts());
@@ -249,7 +249,7 @@ impl Craft {
         self.record.look(self.now_ms, &self.body, &self.outputs.status, self.battery.volts());
     }
 
-    /// Reads what the sensors have ready.
+    /// Reads the sensors that have a new reading.
     fn sense(&mut self, around: Surroundings<'_>, fault: Option<Fault>) {
         let now = self.now_ms;
         let (gyro, accel) = self.sense_inertia();
@@ -265,7 +265,7 @@ impl Craft {
         if now % BATTERY_PERIOD_MS == 5 {
             self.sensed.battery = self.sense_battery().or(self.sensed.battery);
         }
-        // One after the other, an eighth of their period apart.
+        // The side rangers are read one after the other, an eighth of their period apart.
         let phase = now % SIDE_PERIOD_MS;
         if phase.is_multiple_of(8) && phase < 32 {
             self.sense_side(around, (phase / 8) as usize);
@@ -333,7 +333,7 @@ impl Craft {
         };
     }
 
-    /// Runs the flight code, if it is its time.
+    /// Runs the flight code when its time has come.
     fn think(&mut self, fault: Option<Fault>) {
         let now_us = self.now_ms * 1_000;
         let at_us = if fault == Some(Fault::TickJitter) {
@@ -354,7 +354,7 @@ impl Craft {
         }
     }
 
-    /// What happens once, when it happens.
+    /// Applies the faults that happen at one moment.
     fn befall(&mut self, fault: Option<Fault>) {
         let Some(saboteur) = &mut self.saboteur else { return };
         match fault {
@@ -390,19 +390,19 @@ impl Craft {
         &self.battery
     }
 
-    /// What the flight code last decided.
+    /// The outputs of the flight code's last step.
     #[must_use]
     pub const fn outputs(&self) -> &Outputs {
         &self.outputs
     }
 
-    /// What it went through.
+    /// The record of the flights.
     #[must_use]
     pub const fn record(&self) -> &Record {
         &self.record
     }
 
-    /// The flight code itself, to be observed; `None` where it runs in an emulator.
+    /// The flight code, for observation; `None` where it runs in an emulator.
     #[must_use]
     pub const fn flight(&self) -> Option<&Flight> {
         self.flight.as_ref()
@@ -427,7 +427,7 @@ impl Craft {
         self.contacts
     }
 
-    /// Where its nose points on the floor plan: a unit vector.
+    /// The heading of the nose on the floor plan: a unit vector.
     #[must_use]
     pub fn nose(&self) -> [f32; 2] {
         let rotation = self.body.rotation();
@@ -437,7 +437,7 @@ impl Craft {
     }
 }
 
-/// Level hover at this height.
+/// Hovering level at this height.
 fn hover(height: Metres) -> Setpoint {
     Setpoint::Fly {
         forward: MetresPerSecond::ZERO,

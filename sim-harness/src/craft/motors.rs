@@ -5,8 +5,8 @@ use flight::{Airframe, Duties};
 use super::body::STEP;
 use crate::random::Stream;
 
-/// Time constant of the thrust behind what is asked for, s: the pole at 0.9695404 for steps of
-/// 2 ms that Förster identified ("System Identification of the Crazyflie 2.0", ETH Zürich 2015).
+/// Time constant of the thrust behind its set-point, s: the pole at 0.9695404 for steps of 2 ms
+/// that Förster identified ("System Identification of the Crazyflie 2.0", ETH Zürich 2015).
 /// Eschmann and others found 0.069 s for a propeller that speeds up ("Data-Driven System
 /// Identification of Quadrotors Subject to Motor Delays", 2024).
 pub const LAG: f32 = 0.064_66;
@@ -21,26 +21,26 @@ const THRUST_PER_SPEED2: f32 = 2.15e-8;
 #[derive(Clone, Debug)]
 pub struct Motors {
     thrust: [f32; 4],
-    /// What each gives of what the mean motor would.
+    /// The strength of each motor, in parts of the mean motor's.
     strength: [f32; 4],
     response: f32,
 }
 
 impl Motors {
-    /// Standing still, each as strong as the mean.
+    /// Motors at rest, each as strong as the mean.
     #[must_use]
     pub fn new() -> Self {
         Self { thrust: [0.0; 4], strength: [1.0; 4], response: -libm::expm1f(-STEP / LAG) }
     }
 
-    /// Standing still, as strong as they came out of the box.
+    /// Motors at rest, each with a random strength.
     #[must_use]
     pub fn drawn(random: &mut Stream) -> Self {
         let strength = std::array::from_fn(|_| 1.0 + SPREAD * random.gauss());
         Self { strength, ..Self::new() }
     }
 
-    /// Makes one of them this much of what it was.
+    /// Scales the strength of one motor.
     pub fn weaken(&mut self, motor: usize, part: f32) {
         if let Some(strength) = self.strength.get_mut(motor) {
             *strength *= part;
@@ -50,20 +50,20 @@ impl Motors {
     /// One millisecond at these duties of a battery of `volts`.
     pub fn advance(&mut self, airframe: &Airframe, duties: Duties, volts: f32) {
         for ((thrust, strength), duty) in self.thrust.iter_mut().zip(self.strength).zip(duties.0) {
-            // A duty that is no number is a bridge that stays off.
+            // A NaN as duty leaves the bridge off.
             let duty = if duty.is_nan() { 0.0 } else { duty.clamp(0.0, 1.0) };
             let wanted = strength * airframe.thrust_at(duty * volts);
             *thrust += self.response * (wanted - *thrust);
         }
     }
 
-    /// Thrust of each, N.
+    /// The thrust of each motor, N.
     #[must_use]
     pub const fn thrust(&self) -> [f32; 4] {
         self.thrust
     }
 
-    /// Of all together, N.
+    /// The thrust of all motors together, N.
     #[must_use]
     pub const fn lift(&self) -> f32 {
         let [a, b, c, d] = self.thrust;

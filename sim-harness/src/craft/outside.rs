@@ -11,20 +11,20 @@ use units::{Acceleration, AngularVelocity, Volts};
 
 use super::{Craft, Surroundings};
 
-/// Which rangers are about to finish a measurement: rays are only cast for those.
+/// The rangers that are about to finish a measurement: rays are cast for those only.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Wants {
     pub(crate) down: bool,
-    /// Front, right, back, left.
+    /// The side rangers: front, right, back, left.
     pub(crate) sides: [bool; 4],
 }
 
-/// What there is to measure.
+/// The true values for the sensors.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Observed {
     pub(crate) gyro: Option<AngularVelocity>,
     pub(crate) accel: Option<Acceleration>,
-    /// What the ground has moved in this millisecond.
+    /// The motion of the ground in this millisecond.
     pub(crate) flow: Option<Motion>,
     pub(crate) down: Option<Reading>,
     pub(crate) sides: [Option<Reading>; 4],
@@ -32,7 +32,7 @@ pub(crate) struct Observed {
 }
 
 impl Craft {
-    /// The first half of a millisecond.
+    /// The first half of a millisecond: gives the true values.
     pub(crate) fn observe(&mut self, around: Surroundings<'_>, wants: Wants) -> Observed {
         self.now_ms += 1;
         let fault = self.fault();

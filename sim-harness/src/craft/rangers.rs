@@ -1,8 +1,8 @@
-//! The VL53L1x: how far it is along a beam, if anything comes back.
+//! The VL53L1x: the distance along a beam, if enough light comes back.
 //!
-//! A beam is a cone of five rays; the nearest of those that come back strongly counts. What comes
-//! back falls with the square of the distance and with the slant of what is hit, and below a limit
-//! there is no reading. Beams point where the body points: one that looks down can see the floor.
+//! A beam is a cone of five rays; the nearest of those with a strong reflection counts. The
+//! reflected light falls with the square of the distance and with the slant of the surface, and
+//! below a limit there is no reading. Beams are fixed to the body: a tilted one can see the floor.
 
 use sensors::vl53l1x::{CountRate, RangeStatus, Reading};
 use units::{Metres, Point2};
@@ -11,27 +11,25 @@ use super::body::{Rotation, Vector, turned};
 use crate::random::Stream;
 use crate::world::Tunnel;
 
-/// Tangent of half the cone: 7.5°, what the vendor's estimator takes for it (`mm_tof.c`). The data
-/// sheet's 27° are from edge to edge of the whole array, where little comes back.
+/// Tangent of half the cone: 7.5°, as in the vendor's estimator (`mm_tof.c`). The data sheet's 27°
+/// are from edge to edge of the whole array, where little light comes back.
 const CONE: f32 = 0.131_65;
-/// What of the strongest ray's light another must bring back to count.
+/// A ray counts when it returns at least this part of the strongest ray's light.
 const STRONG: f32 = 0.5;
-/// The part of the light that walls and floor send back: grey. The data sheet tests with 17, 54
-/// and 88 %.
+/// The reflectance of walls and floor: grey. The data sheet tests with 17, 54 and 88 %.
 const REFLECTANCE: f32 = 0.5;
-/// What must come back, of what a white wall square to the beam at 1 m sends: the data sheet's
-/// 3.6 m on 88 % and 1.7 m on 17 % in the dark at 100 ms are 0.07 and 0.06; a budget of 33 ms
-/// takes √3 times that.
+/// The least light for a reading, in parts of that from a white wall square to the beam at 1 m: the
+/// data sheet's 3.6 m on 88 % and 1.7 m on 17 % in the dark at 100 ms are 0.07 and 0.06; a budget
+/// of 33 ms takes √3 times that.
 const LEAST_SIGNAL: f32 = 0.11;
-/// Standard deviation of what comes back, as a part of it. A number of ours.
+/// Standard deviation of the reflected light, as a part of it. No source.
 const FADING: f32 = 0.1;
-/// Photons counted of a signal of 1, Mcps. A number of ours; the tests of the drivers have the
-/// same size.
+/// Photons counted of a signal of 1, Mcps. No source; the tests of the drivers have the same size.
 const RATE: f32 = 10.0;
 /// Standard deviation of the error that stays, m: the data sheet's ranging error of ±20 mm, read
 /// as three of them.
 const OFFSET: f32 = 0.007;
-/// Nearer than this it is no longer accurate, m (data sheet).
+/// The least distance at which the sensor is accurate, m (data sheet).
 const NEAREST: f32 = 0.04;
 
 /// Standard deviation of one reading at this distance, m: the vendor's (`zranger2.c`).
@@ -50,7 +48,7 @@ pub struct Ranger {
 }
 
 impl Ranger {
-    /// One with an error of its own.
+    /// A sensor with a constant error of its own.
     #[must_use]
     pub fn new(random: &mut Stream) -> Self {
         Self { offset: OFFSET * random.gauss(), stream: 0 }
@@ -66,7 +64,7 @@ impl Ranger {
         self.reading(seen, random)
     }
 
-    /// A measurement from here along the unit vector `beam`, in body axes and level there.
+    /// A measurement from here along the unit vector `beam`, given in body axes and level there.
     pub fn look_along(
         &mut self,
         tunnel: &Tunnel,
@@ -94,7 +92,7 @@ impl Ranger {
         self.reading(nearest, random)
     }
 
-    /// What the sensor makes of what came back.
+    /// The reading by the light that comes back.
     fn reading(&mut self, seen: Option<Seen>, random: &mut Stream) -> Reading {
         self.stream = if self.stream == u8::MAX { 128 } else { self.stream + 1 };
         let signal = seen.map_or(0.0, |seen| seen.signal * (1.0 + FADING * random.gauss()));
@@ -114,23 +112,24 @@ impl Ranger {
             sigma += 0.005;
         }
         let distance = seen.distance + self.offset + sigma * random.gauss();
-        // To a millimetre, as it is read.
+        // The reading is in whole millimetres.
         let millimetres = libm::roundf(distance.max(0.0) * 1e3);
         reading(millimetres * 1e-3, sigma, RangeStatus::Valid)
     }
 }
 
-/// What one ray meets.
+/// The surface that one ray meets.
 #[derive(Clone, Copy)]
 struct Seen {
     distance: f32,
     signal: f32,
 }
 
-/// Farther than this nothing is looked for, m.
+/// The length of a ray, m.
 const FARTHEST: f32 = 4.0;
 
-/// What a ray along `way` (world axes, about a unit vector) meets first: a wall or the floor.
+/// The first surface that a ray along `way` (world axes, about a unit vector) meets: a wall or the
+/// floor.
 fn strike(tunnel: &Tunnel, from: Vector, way: Vector) -> Option<Seen> {
     let level = libm::sqrtf(way[0] * way[0] + way[1] * way[1]);
     let seen = |distance: f32, slant: f32| Seen {

@@ -1,4 +1,4 @@
-//! What a flight was like, by the truth: extremes, take-offs, landings and their causes.
+//! The record of a flight, by the truth: extremes, take-offs, landings and their causes.
 
 use flight::{Cause, Mode, Status, StopCause};
 
@@ -19,18 +19,18 @@ pub struct Record {
     velocity_error2: f64,
     velocity_samples: u32,
     touchdown: Option<Touchdown>,
-    /// How fast it fell before it touched the floor.
+    /// The speed of the fall before the body touched the floor.
     sinking: f32,
 }
 
 /// How the flight code ended a flight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum End {
-    /// Motors off as it was told to, on the ground.
+    /// The flight code switched the motors off by order, on the ground.
     Told,
-    /// It came down by itself.
+    /// The flight code landed of its own accord.
     Landed(Cause),
-    /// It stopped its motors for good.
+    /// The flight code stopped the motors for good.
     Stopped(StopCause),
 }
 
@@ -51,7 +51,7 @@ impl End {
         Self::Stopped(StopCause::PropellerStuck),
     ];
 
-    /// What a table calls it.
+    /// The name in the table.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -76,7 +76,7 @@ impl End {
 pub struct Touchdown {
     /// When, in milliseconds since it was switched on.
     pub at_ms: u64,
-    /// How fast it came down, m/s.
+    /// The speed of the descent, m/s.
     pub speed: f32,
     /// Cosine of its tilt.
     pub upright: f32,
@@ -93,16 +93,16 @@ pub struct FlightMetrics {
     pub velocity_error_mps: f32,
     /// The lowest voltage of any battery under load.
     pub min_battery_v: f32,
-    /// How often a drone took off,
+    /// The number of take-offs.
     pub take_offs: u32,
-    /// and came down on its feet, as it was told to or by itself.
+    /// The number of landings on the feet, by order or by itself.
     pub landings: u32,
     /// How flights ended, counted in the order of [`End::ALL`].
     pub ends: [u32; End::ALL.len()],
 }
 
 impl FlightMetrics {
-    /// Over these drones; `None` where there are none.
+    /// The sum over these drones; `None` where there are none.
     pub fn of<'a>(records: impl Iterator<Item = &'a Record>) -> Option<Self> {
         let mut all = Self {
             max_tilt_deg: 0.0,
@@ -134,19 +134,19 @@ impl FlightMetrics {
         (drones > 0).then_some(all)
     }
 
-    /// How flights ended, by name, those that never did so left out.
+    /// The endings of flights, by name, without those that never happened.
     pub fn ends(&self) -> impl Iterator<Item = (&'static str, u32)> {
         End::ALL.iter().zip(self.ends).filter(|(_, n)| *n > 0).map(|(end, n)| (end.name(), n))
     }
 }
 
-/// Higher than this a body has left the floor, m.
+/// A body above this height has left the floor, m.
 const ABOVE_FLOOR: f32 = 0.03;
 /// Velocities are compared this often, ms.
 const COMPARE_EVERY: u64 = 10;
 
 impl Record {
-    /// Of one that stands.
+    /// The record of a drone that stands.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -164,7 +164,7 @@ impl Record {
         }
     }
 
-    /// Of one that flies already.
+    /// The record of a drone that flies already.
     pub(super) fn begun_flying(mode: Mode) -> Self {
         Self { airborne: true, mode: Some(mode), ..Self::new() }
     }
@@ -192,8 +192,8 @@ impl Record {
         self.follow(status.mode);
     }
 
-    /// What the flight code thinks of its velocity, over ground along its heading, against what
-    /// it is.
+    /// Compares the flight code's estimate of the velocity, over ground along its heading, with the
+    /// truth.
     fn compare(&mut self, now_ms: u64, body: &RigidBody, status: &Status) {
         let Some([x, y]) = status.velocity else { return };
         if !self.airborne || !now_ms.is_multiple_of(COMPARE_EVERY) {
@@ -205,7 +205,7 @@ impl Record {
         self.velocity_samples += 1;
     }
 
-    /// Which way the flight code went.
+    /// Notes the changes of the flight code's mode.
     fn follow(&mut self, mode: Mode) {
         let before = self.mode.replace(mode);
         let flew = before.is_some_and(|mode| mode.is_airborne());
@@ -257,19 +257,19 @@ impl Record {
         self.least_volts
     }
 
-    /// How often it took off.
+    /// The number of take-offs.
     #[must_use]
     pub const fn take_offs(&self) -> u32 {
         self.take_offs
     }
 
-    /// How its flights ended, in order.
+    /// The endings of its flights, in order.
     #[must_use]
     pub fn ends(&self) -> &[End] {
         &self.ends
     }
 
-    /// Sum of the squares of the velocity's errors, and of how many.
+    /// The sum of the squares of the velocity's errors, and their number.
     #[must_use]
     pub const fn velocity_error2(&self) -> (f64, u32) {
         (self.velocity_error2, self.velocity_samples)

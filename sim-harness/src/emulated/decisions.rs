@@ -1,5 +1,5 @@
-//! A recording of what a firmware's agent was told and has decided, round by round: the same agent
-//! on the host can be asked to decide the same.
+//! Records the inputs and outputs of a firmware's agent, round by round, so that a test can give
+//! the same inputs to the agent on the host.
 
 use onboard::probe::Round;
 
@@ -10,14 +10,14 @@ use virtual_crazyflie::memory::Memory;
 #[derive(Debug, Default)]
 pub(super) struct Decisions {
     rounds: Vec<Round>,
-    /// What the probe's count of rounds was when it was last looked at.
+    /// The probe's count of rounds at the last look.
     count: u32,
     /// Rounds that came and went between two looks.
     missed: u32,
 }
 
 impl Decisions {
-    /// Looks whether there is a new round. To be called more often than there are rounds.
+    /// Takes a new round, if there is one. To be called more often than there are rounds.
     pub(super) fn look(&mut self, firmware: &Firmware, memory: &Memory) {
         if firmware.rounds(memory) == self.count {
             return;

@@ -1,4 +1,4 @@
-//! An ELF that emulated drones run, and where in it its probe lies.
+//! An ELF that emulated drones run, and the address of its probe.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -14,7 +14,7 @@ use wire::p2p::{Counter, Epoch};
 
 use crate::input_error::InputError;
 
-/// What builds it.
+/// How to build it.
 const BUILD: &str = "build it with `cargo fw`, or name another with --elf";
 
 /// An ELF, read once and shared by all drones that run it.
@@ -25,7 +25,7 @@ struct Shared {
     path: PathBuf,
     image: Arc<Image>,
     program: Program,
-    /// Where the probe begins.
+    /// The address of the probe.
     probe: u32,
 }
 
@@ -52,7 +52,7 @@ impl Firmware {
         Ok(Self(Arc::new(Shared { path, image, program, probe })))
     }
 
-    /// Where it was read.
+    /// The path that it was read from.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.0.path
@@ -69,19 +69,19 @@ impl Firmware {
         Machine::with_program(Arc::clone(&self.0.image), self.0.program.clone(), board, config)
     }
 
-    /// What the agent was told in its last round, and what it has decided; `None` before its first
-    /// round. The number counts the rounds.
+    /// The inputs and outputs of the agent in its last round; `None` before its first round. The
+    /// number counts the rounds.
     pub(super) fn round(&self, memory: &Memory) -> Option<(u32, Round)> {
         let (count, words) = self.slot(memory, Probe::ROUND_AT)?;
         Some((count, probe::round(&words)?))
     }
 
-    /// The number of the round that the agent has made last; 0 before its first.
+    /// The number of the agent's last round; 0 before its first.
     pub(super) fn rounds(&self, memory: &Memory) -> u32 {
         word(memory, self.0.probe + Probe::ROUND_AT as u32).unwrap_or_default()
     }
 
-    /// What the flight code last said; `None` before its first step.
+    /// The status of the flight code; `None` before its first step.
     pub(super) fn status(&self, memory: &Memory) -> Option<Status> {
         probe::flight(&self.slot(memory, Probe::FLIGHT_AT)?.1)
     }

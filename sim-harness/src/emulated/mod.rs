@@ -1,16 +1,16 @@
 //! Drones that run the firmware's ELF, in the same world as all others.
 //!
-//! An emulated drone has the body of one at flight level, without its flight code: what there is to
-//! measure goes into the registers of its emulated sensors, what its motors do comes from the pins
-//! of its emulated timers, and its packets go over the emulated radio chip. What it thinks is read
-//! from its memory, by the ELF's own debug information, for the record alone.
+//! An emulated drone has the body of one at flight level, without the flight code of the host: true
+//! values go into the registers of its emulated sensors, the duties of its motors come from the
+//! pins of its emulated timers, and its packets go over the emulated radio chip. For the record,
+//! its agent's decisions are read from the firmware's probe in its memory.
 //!
 //! | module | what it holds |
 //! |---|---|
-//! | [`firmware`](Firmware) | an ELF, and where in it its probe lies |
-//! | `decisions` | what the firmware's agent was told and what it decided, step by step |
-//! | `provision` | what a drone is given before its first flight: keys and settings |
-//! | `watch` | what it logs, and where its processor's time goes |
+//! | [`firmware`](Firmware) | an ELF, and the address of its probe |
+//! | `decisions` | the inputs and outputs of the firmware's agent, step by step |
+//! | `provision` | the keys and settings of a drone before its first flight |
+//! | `watch` | the log of a drone, and the account of its processor's time |
 
 mod decisions;
 mod firmware;
@@ -54,7 +54,7 @@ use watch::Watch;
 /// Nanoseconds in a microsecond, and in the millisecond of a craft's step.
 const US: u64 = 1_000;
 const MS: u64 = 1_000_000;
-/// Drones are switched on within so many µs of each other.
+/// Drones are switched on at different times, up to so many µs apart.
 const SWITCHED_ON_WITHIN_US: f32 = 200_000.0;
 
 /// The motors' pins, in the order of [`Duties`] (crazyflie-firmware, `motors_def.c`).
@@ -65,9 +65,9 @@ const SIDES: [Beam; 4] = [Beam::Front, Beam::Right, Beam::Back, Beam::Left];
 /// Why a mission with emulated drones cannot go on.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Halted {
-    /// Which drone.
+    /// The drone.
     pub node: NodeId,
-    /// What happened.
+    /// What stopped its machine.
     pub halt: Halt,
 }
 
@@ -79,11 +79,11 @@ impl fmt::Display for Halted {
 
 impl std::error::Error for Halted {}
 
-/// Who runs the machine.
+/// The runner of the machine.
 enum Core {
     /// The mission.
     Free(Box<Machine<Crazyflie>>),
-    /// Somebody at a GDB, who may hold it.
+    /// A GDB, which may hold the machine.
     Debugged(Box<Debugger<Machine<Crazyflie>>>),
 }
 
@@ -122,7 +122,7 @@ impl Emulated {
         Self::on(scenario, firmware, node, seed, MachineConfig::default())
     }
 
-    /// The same on a machine of another kind.
+    /// The same with another configuration of the machine.
     #[must_use]
     pub fn on(
         scenario: &Scenario,
@@ -150,13 +150,13 @@ impl Emulated {
         }
     }
 
-    /// The machine, to look at.
+    /// The machine, for observation.
     #[must_use]
     pub fn machine(&self) -> &Machine<Crazyflie> {
         self.core.machine()
     }
 
-    /// The machine, to make something go wrong with it.
+    /// The machine, to inject a fault.
     pub fn machine_mut(&mut self) -> &mut Machine<Crazyflie> {
         self.core.machine_mut()
     }
@@ -167,35 +167,35 @@ impl Emulated {
         self.node
     }
 
-    /// From now on, keeps what it logs.
+    /// Keeps the log of the drone from now on.
     pub fn read_log(&mut self, messages: &Arc<Messages>) {
         self.watch.read_log(messages);
     }
 
-    /// What it has logged.
+    /// The log of the drone.
     #[must_use]
     pub fn log(&self) -> &[LogLine] {
         self.watch.lines()
     }
 
-    /// What it has logged since this was last called.
+    /// The lines of the log since the last call.
     pub fn new_lines(&mut self) -> &[LogLine] {
         self.watch.new_lines()
     }
 
-    /// From now on, keeps what its agent is told and decides.
+    /// Records the inputs and outputs of its agent from now on.
     pub fn record_decisions(&mut self) {
         self.decisions = Some(Decisions::default());
     }
 
-    /// What its agent was told and has decided since [`record_decisions`](Self::record_decisions);
-    /// `None` where that was not asked for, or a round was missed.
+    /// The inputs and outputs of its agent since [`record_decisions`](Self::record_decisions);
+    /// `None` where that was not called, or a round was missed.
     #[must_use]
     pub fn decisions(&self) -> Option<&[Round]> {
         self.decisions.as_ref()?.rounds()
     }
 
-    /// From now on, keeps account of its processor's time.
+    /// Keeps account of the processor's time from now on.
     pub fn profile(&mut self) {
         self.watch.profile(self.core.machine_mut());
     }
@@ -205,13 +205,13 @@ impl Emulated {
         self.watch.restart(self.core.machine());
     }
 
-    /// Where its processor's time went; `None` where nobody kept account.
+    /// The account of the processor's time; `None` where none is kept.
     #[must_use]
     pub fn account(&self) -> Option<Report> {
         self.watch.report(self.core.machine())
     }
 
-    /// Hands it to a GDB, and waits until one has come.
+    /// Hands the machine to a GDB, and waits until one has connected.
     ///
     /// # Errors
     /// When none can.
@@ -225,19 +225,19 @@ impl Emulated {
         Ok(Self { core: Core::Debugged(Box::new(debugger)), ..self })
     }
 
-    /// What it runs.
+    /// The ELF that it runs.
     #[must_use]
     pub const fn firmware(&self) -> &Firmware {
         &self.firmware
     }
 
-    /// Runs up to a moment of its own clock, in ns, in no world at all; whether the control loop
-    /// runs by then.
+    /// Runs up to a moment of its own clock, in ns, without a world; returns whether the control
+    /// loop runs by then.
     pub fn has_booted_by(&mut self, nanos: u64) -> bool {
         self.core.machine_mut().run_until(nanos).is_ok() && self.status().is_some()
     }
 
-    /// A moment of the mission by the drone's own clock, in ns.
+    /// Converts a moment of the mission to the drone's own clock, in ns.
     #[must_use]
     pub const fn nanos(&self, mission_us: u64) -> u64 {
         mission_us.saturating_sub(self.on_us) * US
@@ -257,8 +257,8 @@ impl Emulated {
         ran.map_err(|halt| Halted { node: self.node, halt })
     }
 
-    /// What its radio has sent since this was last asked, with the moment at which each packet
-    /// goes on the air.
+    /// The packets that its radio has sent since the last call, with the moment at which each goes
+    /// on the air.
     pub(crate) fn take_sent(&mut self, mut take: impl FnMut(u64, Vec<u8>)) {
         for sent in self.core.machine_mut().board_mut().take_packets() {
             let on_air_us = self.on_us + (sent.at + RAMP_UP).div_ceil(US);
@@ -268,13 +268,13 @@ impl Emulated {
         }
     }
 
-    /// A packet of the chain has come off the air.
+    /// Delivers a packet of the chain.
     pub(crate) fn hear(&mut self, mission_us: u64, rssi: Dbm, data: &[u8]) {
         let at = self.nanos(mission_us);
         self.core.machine_mut().board_mut().hear(at, p2p::PORT, data, rssi);
     }
 
-    /// A packet of a client has come off the air, as strong as from across a room.
+    /// Delivers a packet of a client, with the strength of a sender across the room.
     pub(crate) fn client(&mut self, mission_us: u64, packet: &[u8]) {
         const ACROSS_A_ROOM: Dbm = Dbm(-50.0);
         let at = self.nanos(mission_us);
@@ -288,7 +288,7 @@ impl Emulated {
         }
     }
 
-    /// The number of the last order that came in, if it is another than when this was last asked.
+    /// The number of the last order that came in, if it has changed since the last call.
     pub(crate) fn newly_heeded(&mut self) -> Option<Counter> {
         let last = self.firmware.last_order(self.core.machine().memory());
         if last == self.last_order {
@@ -298,13 +298,12 @@ impl Emulated {
         last
     }
 
-    /// What its agent last decided.
+    /// The outputs of its agent's last step.
     pub(crate) fn outputs(&self) -> Option<Outputs> {
         Some(self.firmware.round(self.core.machine().memory())?.1.outputs)
     }
 
-    /// A millisecond of its body: its motors turn as they are driven, and there is something new
-    /// to measure.
+    /// Moves its body by a millisecond: reads the motors' duties, and gives the sensors new values.
     pub(crate) fn fly(&mut self, craft: &mut Craft, around: Surroundings<'_>) {
         let wants = self.wants();
         let observed = craft.observe(around, wants);
@@ -346,13 +345,13 @@ impl Emulated {
         Duties(MOTORS.map(|pin| match self.core.machine().output(pin) {
             PinOutput::Pwm { duty, .. } => duty,
             PinOutput::High => 1.0,
-            // A gate that nobody drives floats; the board's resistor pulls it low.
+            // A gate that is not driven floats; the board's resistor pulls it low.
             PinOutput::Low | PinOutput::Input | PinOutput::Alternate(_) => 0.0,
         }))
     }
 }
 
-/// As the chip's own axes have it.
+/// Converts to the axes of the chip.
 fn ground(motion: &Motion) -> Flow {
     Flow {
         dx: motion.y.saturating_neg(),

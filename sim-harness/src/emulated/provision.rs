@@ -1,5 +1,5 @@
-//! What a drone is given before its first flight: keys, as `uchain keys provision` makes them, and
-//! settings.
+//! The keys and settings of a drone before its first flight. The keys are made as `uchain keys
+//! provision` makes them.
 
 use agent::AgentConfig;
 use airlink::keys::{FleetSecret, node as node_key};
@@ -13,7 +13,7 @@ use units::{Dbm, NodeId, Role};
 use crate::random::{Purpose, Stream};
 use crate::scenario::Scenario;
 
-/// What a drone is switched on with.
+/// The memories of a drone that is switched on for the first time.
 pub(super) struct Provisions {
     /// The page that the firmware takes over at its first boot.
     pub(super) page: Vec<u8>,
@@ -21,7 +21,7 @@ pub(super) struct Provisions {
     pub(super) eeprom: Vec<u8>,
 }
 
-/// The keys are those that the seed makes for the drones of the host.
+/// Makes them. The keys are those that the seed makes for the drones of the host.
 pub(super) fn provision(scenario: &Scenario, node: NodeId, seed: u64) -> Provisions {
     const GENERATION: u8 = 1;
     let secret = FleetSecret::from_bytes(Stream::new(seed, Purpose::Keys).bytes());
@@ -67,8 +67,8 @@ fn policy(agent: &AgentConfig) -> Option<&'static Policy> {
     REGISTRY.iter().find(|policy| policy.config == agent.policy)
 }
 
-/// Why the firmware cannot fly this scenario, if it cannot: what it has compiled in is not what the
-/// scenario asks for.
+/// The reason why the firmware cannot fly this scenario, if it cannot: some constants are compiled
+/// in.
 #[must_use]
 pub fn unfit(scenario: &Scenario) -> Option<&'static str> {
     let agent = &scenario.agent;

@@ -1,4 +1,4 @@
-//! Looking over an emulated drone's shoulder: what it logs, and where its processor's time goes.
+//! Observes an emulated drone: its log, and the account of its processor's time.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -7,16 +7,16 @@ use virtual_crazyflie::log::{Log, LogLine, Messages, Probe};
 use virtual_crazyflie::machine::Machine;
 use virtual_crazyflie::profile::{Profile, Report};
 
-/// The functions whose times are told by name: a step of the control loop, and one of the agent.
+/// The functions whose times are kept by name: a step of the control loop, and one of the agent.
 pub const CONTROL_STEP: &str = "uchain_firmware::tasks::control::step";
 /// See [`CONTROL_STEP`].
 pub const AGENT_STEP: &str = "uchain_firmware::tasks::mission::step";
 
-/// A look over the shoulder.
+/// The observer of a drone.
 #[derive(Debug)]
 pub(super) struct Watch {
     log: Option<Log>,
-    /// How many of its lines have been asked for.
+    /// The number of lines that were taken.
     told: usize,
     profile: Option<Arc<Mutex<Profile>>>,
     resets: u64,
@@ -35,7 +35,7 @@ impl Watch {
         let image = Arc::clone(machine.image());
         let mut profile = Profile::new(&image);
         for function in [CONTROL_STEP, AGENT_STEP] {
-            // A firmware that has none of that name is profiled without it.
+            // A firmware without a function of that name is profiled without it.
             let _ = profile.watch(&image, function);
         }
         profile.restart(machine.cpu());
@@ -47,7 +47,7 @@ impl Watch {
         self.profile = Some(profile);
     }
 
-    /// After each slice of time.
+    /// Looks at the machine; to be called after each slice of time.
     pub(super) fn look(&mut self, machine: &mut Machine<Crazyflie>) {
         let now = machine.now();
         let resets = machine.reset_count();

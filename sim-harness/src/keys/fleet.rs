@@ -102,7 +102,7 @@ impl Fleet {
         self.generation
     }
 
-    /// How many issues have been given out.
+    /// The number of issues that have been given out.
     #[must_use]
     pub fn issued(&self) -> u8 {
         self.issued.map_or(0, Issue::get)

@@ -50,7 +50,7 @@ pub struct Provisioned {
     pub drone: Drone,
     /// Whether another drone may have keys of this number and generation.
     pub replaces: bool,
-    /// Where the page is.
+    /// The path of the page.
     pub page: PathBuf,
 }
 
@@ -168,7 +168,7 @@ pub fn rekey(path: &Path, without: &[NodeId]) -> Result<Fleet, InputError> {
     Ok(fleet)
 }
 
-/// How many issues a fleet has.
+/// The number of issues of a fleet.
 #[must_use]
 pub const fn issues() -> u8 {
     Issue::LAST.get()

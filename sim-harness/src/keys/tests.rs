@@ -33,7 +33,7 @@ fn relay(node: u8) -> Request {
 /// names and contents each for itself.
 #[derive(Clone, Default)]
 struct Paper {
-    /// What each file holds, and how much of it is sure to be kept.
+    /// The contents of each file, and how much of it is sure to be kept.
     contents: Vec<(Vec<u8>, usize)>,
     /// Which file a name means, and which it means for sure after a power cut.
     names: BTreeMap<PathBuf, usize>,

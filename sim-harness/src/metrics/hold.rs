@@ -60,7 +60,7 @@ struct LinkLoss {
     loss: f32,
 }
 
-/// What is kept of a hold to take its figures from.
+/// The samples of a hold.
 pub(super) struct HoldRecord {
     span: Stretch,
     samples: Vec<Sample>,
@@ -80,7 +80,7 @@ pub struct HoldMetrics {
     /// When the largest difference between adjacent links came below 3 dB to stay, s since the
     /// hold began; infinite if it never did.
     pub t3_s: f32,
-    /// The same for 1 dB.
+    /// The time of convergence to 1 dB.
     pub t1_s: f32,
     /// When the weakest link came within 1 dB of the best chain's to stay.
     pub t_gap1_s: f32,

@@ -4,12 +4,12 @@ use crate::mission::{Linked, World};
 use crate::scenario::{Scenario, Start};
 use crate::world::{Leg, Optimum, Path, SkeletonPlace, best_chain, best_chains};
 
-/// What the best chain could do in a scenario, solved once for all its runs.
+/// The best chains of a scenario, solved once for all its runs.
 pub struct Reference {
     /// The optimum for the scenario's own number of links with the head where it starts, for
     /// scenarios that begin in the air.
     pub(super) fixed: Option<(Path, Optimum)>,
-    /// What could be done on the way to each end of the skeleton.
+    /// The best chains on the way to each end of the skeleton.
     ways: Vec<Way>,
     /// The links of an explorer's chain with all relays in it.
     pub(super) links: usize,

@@ -127,7 +127,7 @@ impl Folder {
     /// Writes a value as indented JSON.
     ///
     /// # Errors
-    /// As [`put`](Self::put).
+    /// See [`put`](Self::put).
     pub fn put_json(
         &mut self,
         name: &str,
@@ -142,7 +142,7 @@ impl Folder {
     /// Writes a text.
     ///
     /// # Errors
-    /// As [`put`](Self::put).
+    /// See [`put`](Self::put).
     pub fn put_text(&mut self, name: &str, text: &str) -> Result<(), InputError> {
         self.put(name, |out| out.write_all(text.as_bytes()))
     }

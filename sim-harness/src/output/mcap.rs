@@ -2,7 +2,7 @@
 //!
 //! Foxglove draws `SceneUpdate`s and knows every well-known schema; Rerun draws point clouds,
 //! transforms and logs of the same family, and plots any number in any protobuf message. So
-//! places are told twice, as a scene and as points, and everything else once. The book's chapter
+//! places are written twice, as a scene and as points, and everything else once. The book's chapter
 //! "What a run leaves behind" lists topics and fields.
 //!
 //! Times are those of the mission: it begins at 0, the first of January 1970. The file holds no
@@ -107,7 +107,7 @@ fn write_frame<W: Write + Seek>(
 /// A time of the mission.
 #[derive(Clone, Copy)]
 struct Moment {
-    /// Since its start.
+    /// The time since the beginning of the mission.
     micros: u64,
 }
 
@@ -127,7 +127,7 @@ impl Moment {
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Topic(u16);
 
-/// Topics that speak of everyone.
+/// Topics about all drones.
 #[derive(Clone, Copy)]
 struct SharedTopics {
     map: Topic,
@@ -192,7 +192,7 @@ impl<W: Write + Seek> Recording<W> {
         Ok(Self { writer, counts: BTreeMap::new() })
     }
 
-    /// What it is a record of.
+    /// The scenario of the record.
     fn describe(&mut self, trace: &Trace) -> Result<(), WriteError> {
         let metadata = BTreeMap::from([
             ("scenario".to_owned(), trace.scenario.clone()),

@@ -68,7 +68,7 @@ fn along(way: f32) -> (Point2, f32) {
     (CORNERS[3], 0.0)
 }
 
-/// How far each node has come at this time: the head flies, relays launch and spread evenly.
+/// The way of each node at this time: the head flies, relays launch and spread evenly.
 fn ways(t: f32) -> [f32; BASE + 1] {
     let head = (0.16 * t).min(34.0);
     let mut all = [0.0; BASE + 1];

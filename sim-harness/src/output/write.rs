@@ -13,7 +13,7 @@ use crate::trace::Trace;
 pub enum OutputError {
     /// The directory cannot be used: the user's to mend.
     Input(InputError),
-    /// Something that should not be able to fail did.
+    /// A step that cannot fail has failed: a defect.
     Picture(PictureError),
 }
 

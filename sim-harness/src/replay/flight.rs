@@ -24,26 +24,26 @@ pub struct Commands {
     pub forward: f64,
     /// stood still,
     pub hover: f64,
-    /// and flown towards the base.
+    /// The part of the rows in which the relay is flown towards the base.
     pub back: f64,
     /// Mean of the speed in either direction.
     pub mean_speed_mps: f64,
-    /// How often the direction turned round, hovering left out.
+    /// How often the direction changed, hovering left out.
     pub sign_changes: usize,
     /// The part of the rows in which it flies the same way as the authors' rule, hovering included.
     pub agrees_with_authors: f64,
 }
 
-/// How equal the links were.
+/// How far the links of a flight were equal.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Equality {
     /// The mean strength of each link, head first, in dBm; `None` for one that was never heard.
     pub means_dbm: Vec<Option<f64>>,
-    /// How many pairs of adjacent links there are in all rows.
+    /// The number of pairs of adjacent links in all rows.
     pub pairs: usize,
     /// The part of them that differ by 3 dB or less,
     pub within_3_db: f64,
-    /// and by 5 dB or less.
+    /// The part of the pairs that differ by 5 dB or less.
     pub within_5_db: f64,
 }
 
@@ -53,7 +53,7 @@ pub(super) struct Flight {
     pub(super) commands: Vec<Commands>,
     /// When the on-board launch policy would have called for a relay, in the log's seconds.
     pub(super) launches: Vec<f64>,
-    /// The same for the paper's experiments: at once, on the last link alone.
+    /// The launches by the rule of the paper's experiments: at once, on the last link alone.
     pub(super) launches_at_once: Vec<f64>,
     pub(super) equality: Equality,
 }

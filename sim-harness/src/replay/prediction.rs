@@ -34,7 +34,7 @@ pub const REAL_LINK: Kalman = Kalman {
 /// One round of the chain's loop, 5 Hz: the on-board filter predicts at least this often.
 const ROUND: Duration = Duration::from_millis(200);
 
-/// How many predictors there are.
+/// The number of predictors.
 const N: usize = 4;
 
 /// The predictors: last sample, average, filter without velocity, filter with it.
@@ -62,9 +62,9 @@ struct Residuals {
 }
 
 impl Residuals {
-    /// Before the first residual the variance is that of (5 dB)², what links in motion show,
+    /// Before the first residual the variance is that of (5 dB)², as links in motion show it.
     const PRIOR: f64 = 25.0;
-    /// and it counts like this many.
+    /// The weight of that variance, in residuals.
     const PRIOR_WEIGHT: f64 = 4.0;
 
     fn variance(&self) -> f64 {
@@ -211,22 +211,22 @@ pub struct Score {
     /// normal one, with the variance that the filter claims for itself, or, for the last sample and
     /// the average, which claim none, with that of their residuals so far.
     pub log_likelihood: f64,
-    /// The same with the variance of the residuals so far for all of them: like with like.
+    /// The log-likelihood with the variance of the residuals so far, for all four predictors alike.
     pub log_likelihood_seen: f64,
 }
 
-/// How well each of the four did on the same packets.
+/// The scores of the four predictors on the same packets.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Prediction {
-    /// How many packets were predicted.
+    /// The number of packets that were predicted.
     pub samples: u64,
-    /// By the packet before.
+    /// The prediction by the packet before.
     pub last: Score,
-    /// By the authors' average, of weight 0.27.
+    /// The prediction by the authors' average, of weight 0.27.
     pub average: Score,
-    /// By the filter that takes both ends to stand still.
+    /// The prediction by the filter that takes both ends to stand still.
     pub kalman_still: Score,
-    /// By the filter that knows how fast they separate; `None` where the log does not tell.
+    /// The prediction by the filter with the rate of separation; `None` where the log has none.
     pub kalman: Option<Score>,
 }
 

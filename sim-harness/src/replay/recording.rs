@@ -6,7 +6,7 @@ use agent::AgentConfig;
 use serde::Serialize;
 use units::{Dbm, Duration, Instant, Metres, MetresPerSecond};
 
-/// What can be wrong with a row that is no reason to refuse its file.
+/// An error in a row for which its file is not refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Anomaly {
@@ -126,7 +126,7 @@ pub(super) struct Recording {
     pub(super) links: Vec<String>,
     pub(super) samples: Vec<Sample>,
     pub(super) anomalies: Anomalies,
-    /// How the file was interpreted, where that is not obvious.
+    /// How the file was interpreted, where that needs to be said.
     pub(super) note: Option<&'static str>,
 }
 

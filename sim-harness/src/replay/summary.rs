@@ -30,22 +30,22 @@ pub struct FileReport {
     pub file: String,
     /// The format of the log.
     pub format: Format,
-    /// How many rows it has, empty ones and a header left out.
+    /// The number of rows, without empty ones and a header.
     pub rows: usize,
-    /// In how many of them at least one packet counted.
+    /// The number of rows in which at least one packet counted.
     pub used: usize,
-    /// How many packets counted.
+    /// The number of packets that counted.
     pub packets: usize,
     /// The anomalies of the other rows.
     pub anomalies: Anomalies,
-    /// How the file was interpreted, where that is not obvious.
+    /// How the file was interpreted, where that needs to be said.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub note: Option<&'static str>,
-    /// How well the next packet was foreseen; `None` for a flight, whose packets are not raw.
+    /// The scores of the predictors; `None` for a flight, whose packets are not raw.
     pub prediction: Option<Prediction>,
-    /// The same for each link.
+    /// The scores for each link.
     pub links: Vec<LinkReport>,
-    /// What the movement policies would have told each relay; `None` for all but flights.
+    /// The commands of the movement policies to each relay; `None` for all but flights.
     pub policy: Option<Vec<Commands>>,
     /// When the launch policy that is flashed by default would have called for a relay: seconds,
     /// by the log's clock.
@@ -55,7 +55,7 @@ pub struct FileReport {
     /// What the whole on-board mind of each relay would have done; empty where the log is not a
     /// flight.
     pub minds: Vec<MindReport>,
-    /// How equal the links were; `None` for all but flights.
+    /// How far the links were equal; `None` for all but flights.
     pub equality: Option<Equality>,
     #[serde(skip)]
     series: Series,
@@ -68,11 +68,11 @@ pub struct FileReport {
 pub struct LinkReport {
     /// The link's name in the log.
     pub link: String,
-    /// How many of its packets counted.
+    /// The number of its packets that counted.
     pub packets: usize,
     /// Their mean, in dBm; `None` without any.
     pub mean_dbm: Option<f64>,
-    /// How well they were foreseen.
+    /// The scores of the predictors.
     pub prediction: Option<Prediction>,
 }
 
@@ -181,7 +181,7 @@ impl ReplaySummary {
     /// is left empty.
     ///
     /// # Errors
-    /// What `out` returns.
+    /// The error of `out`.
     pub fn write_series(&self, out: &mut dyn io::Write) -> io::Result<()> {
         let mut writer = csv::Writer::from_writer(out);
         writer.write_record([
@@ -230,10 +230,10 @@ impl FileReport {
     }
 }
 
-/// How many line numbers of one kind of anomaly the table names.
+/// The number of line numbers of one kind of anomaly in the table.
 const LINES_SHOWN: usize = 5;
 
-/// How many links the table has rows for.
+/// The number of links in the table.
 const LINKS_SHOWN: usize = 12;
 
 impl fmt::Display for ReplaySummary {

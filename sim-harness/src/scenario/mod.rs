@@ -25,7 +25,7 @@ use crate::vehicle::VehicleSpec;
 pub use crate::world::Spot;
 use crate::world::Tunnel;
 
-/// How closely a drone is simulated: one ladder, from the fastest to the most faithful.
+/// The fidelity of a simulated drone: one ladder, from the fastest to the most faithful.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fidelity {
     /// A point on the floor plan that follows velocity commands with a lag.
@@ -65,31 +65,31 @@ impl Fidelity {
 pub struct Scenario {
     /// The file's name without its ending.
     pub name: String,
-    /// One line that says what it is for.
+    /// One line that says what the scenario is for.
     pub title: String,
-    /// How long it lasts.
+    /// The duration.
     pub duration_us: u64,
-    /// How closely the vehicle is simulated.
+    /// The fidelity of the drones.
     pub fidelity: Fidelity,
     /// The walls and the skeleton, dug when the scenario was read.
     pub tunnel: Arc<Tunnel>,
-    /// What the air is like.
+    /// The channel and the radios.
     pub radio: RadioSpec,
     /// The bodies.
     pub vehicle: VehicleSpec,
-    /// What the floor looks like to a flow sensor; at flight level.
+    /// Light and texture of the floor; at flight level.
     pub ground: Ground,
-    /// Who flies, and from where.
+    /// The members of the chain, and their places at the start.
     pub drones: Drones,
     /// The constants of the on-board code.
     pub agent: AgentConfig,
-    /// What the drones believe their radios lose over the first metre.
+    /// The loss over the first metre that the drones assume.
     pub assumed_loss_at_1m: units::Db,
     /// The name of the movement policy in [`agent`](Self::agent).
     pub policy: String,
-    /// What the operator does, in order of time.
+    /// The operator's orders, in order of time.
     pub pilot: Vec<PilotStep>,
-    /// What a mission must keep to, beside what every mission must.
+    /// The bounds that the mission must keep, beside those of every mission.
     pub criteria: Criteria,
 }
 
@@ -160,7 +160,7 @@ impl Scenario {
         Some(Self { policy: name.to_owned(), agent, ..self.clone() })
     }
 
-    /// The same scenario, simulated as closely as this.
+    /// The same scenario at this fidelity.
     #[must_use]
     pub fn at(&self, fidelity: Fidelity) -> Self {
         Self { fidelity, ..self.clone() }
@@ -182,7 +182,7 @@ impl Scenario {
             .max_by_key(|hold| hold.until_us - hold.from_us)
     }
 
-    /// How long it lasts, in seconds.
+    /// The duration in seconds.
     #[must_use]
     pub fn duration_s(&self) -> f32 {
         self.duration_us as f32 * 1e-6

@@ -35,7 +35,7 @@ impl From<Pair> for Point2 {
     }
 }
 
-/// Words of the parser, and those of a person who does not write Rust.
+/// Replaces terms of the parser by those of a person who does not write Rust.
 const PLAIN: [(&str, &str); 6] = [
     ("unknown field", "unknown key"),
     ("missing field", "missing key"),
@@ -75,7 +75,7 @@ impl<'a> Reader<'a> {
         InputError::new(wrong, remedy).at_line(self.path, self.line_at(at.span().start))
     }
 
-    /// What the TOML parser has to say, on one line.
+    /// The error of the TOML parser, on one line.
     pub(crate) fn syntax(&self, error: &toml::de::Error) -> InputError {
         let message = error.message().lines().collect::<Vec<_>>().join(" ");
         let meant = suggest::question_about(&message);
@@ -101,7 +101,7 @@ impl<'a> Reader<'a> {
         Err(self.wrong(value, format!("{key} = {number} is out of range"), remedy))
     }
 
-    /// The same where the key may be left out.
+    /// Reads a key that may be left out.
     pub(crate) fn or(
         &self,
         value: Option<&At<f32>>,

@@ -1,5 +1,5 @@
-//! The served chain without sockets and without a clock: the world that the drones fly in, and who
-//! is a client of which. The same datagrams at the same simulated times make the same run.
+//! The served chain without sockets and without a clock: the world of the drones, and the client of
+//! each drone. The same datagrams at the same simulated times make the same run.
 
 use std::net::SocketAddr;
 
@@ -12,7 +12,7 @@ use super::World;
 const NULL: u8 = 0xFF;
 const NULL_MASK: u8 = 0xF3;
 
-/// What was served.
+/// The tallies of a served chain.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tally {
     /// Packets that came from clients.
@@ -23,7 +23,7 @@ pub struct Tally {
     pub orders: u64,
 }
 
-/// Takes packets out: from which drone's port, to whom, and what.
+/// Takes outgoing packets: the drone whose port sends it, the receiver, and the bytes.
 pub(super) type Outbox<'a> = dyn FnMut(usize, SocketAddr, &[u8]) + 'a;
 
 /// A world, and the clients of its drones.
@@ -53,12 +53,12 @@ impl<W: World> Chain<W> {
         self.clients.get(member).copied().flatten()
     }
 
-    /// What the chain is ordered; `None` before the first order.
+    /// The order that the base gives; `None` before the first order.
     pub(super) fn ordered(&self) -> Option<Order> {
         self.ordered
     }
 
-    /// What each drone is doing, where it is known.
+    /// The state of each drone, where it is known.
     pub(super) fn states(&self) -> impl Iterator<Item = (usize, State)> {
         let state = |member| Some((member, self.world.state(member)?));
         (0..self.clients.len()).filter_map(state)

@@ -36,7 +36,7 @@ pub enum Event {
 pub struct Drone {
     /// 0 for the head.
     pub place: usize,
-    /// How many drones there are, base included.
+    /// The number of drones, base included.
     pub of: usize,
 }
 

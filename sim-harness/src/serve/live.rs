@@ -14,7 +14,7 @@ use crate::mission::{self, Mission, ROUND_US, View};
 use crate::scenario::Scenario;
 use crate::trace::Trace;
 
-/// A mission that is flown by whoever connects.
+/// A mission that is flown by the clients that connect.
 pub struct Live<'a> {
     mission: Mission<'a>,
     watch: Watch<'a>,
@@ -24,7 +24,7 @@ pub struct Live<'a> {
 }
 
 impl<'a> Live<'a> {
-    /// Everybody at their places; `keep` for a trace of it all.
+    /// All drones at their places; with `keep` the trace is kept.
     #[must_use]
     pub fn new(
         scenario: &'a Scenario,
@@ -50,26 +50,26 @@ impl<'a> Live<'a> {
         self.mission.time_us()
     }
 
-    /// How good it was.
+    /// The metrics of the mission.
     #[must_use]
     pub fn metrics(&self) -> RunMetrics {
         self.watch.verdict(&self.mission)
     }
 
-    /// What was, round by round; without frames where they were not to be kept.
+    /// The record, round by round; without frames where they are not kept.
     #[must_use]
     pub const fn trace(&self) -> &Trace {
         &self.trace
     }
 
-    /// What everybody is doing, head first, base last.
+    /// The state of each member, head first, base last.
     pub fn states(&self) -> impl Iterator<Item = (NodeId, State)> {
         (0..).map(NodeId).zip(self.mission.states())
     }
 }
 
 impl Live<'_> {
-    /// What a drone's body has to show to a client.
+    /// The values of a drone's body for clients.
     fn measured(&self, member: usize) -> Snapshot {
         let Some(view) = self.mission.view(member) else { return Snapshot::DEFAULT };
         match view.body.craft() {
@@ -87,7 +87,7 @@ impl Live<'_> {
     }
 }
 
-/// What a craft's flight code and its body have, beside what the flight code says itself.
+/// Adds the values of a craft that the flight code's status does not have.
 fn look_at_craft(snapshot: &mut Snapshot, craft: &Craft, reach: Metres) {
     snapshot.duties = craft.outputs().duties;
     snapshot.gyro = AngularVelocity(craft.body().rates());
@@ -108,7 +108,7 @@ fn look_at_point(snapshot: &mut Snapshot, view: &View<'_>) {
     snapshot.ranges = ranges(&view.senses.ranges, snapshot.height);
 }
 
-/// By where the beams look from the board (see [`onboard::mounting`]).
+/// The ranges by the directions of the beams from the board (see [`onboard::mounting`]).
 fn ranges(beams: &Diagonals, height: Option<Metres>) -> Ranges {
     let seen = |range| match range {
         Range::At(distance) => Some(distance),

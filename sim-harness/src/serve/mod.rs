@@ -37,21 +37,21 @@ pub use self::ports::{FIRST_PORT, Ports};
 /// A step of simulated time: log blocks come at multiples of it, and cflib's periods are.
 pub const STEP: Duration = Duration::from_millis(10);
 
-/// What is served: drones, head first, base last.
+/// The drones that are served, head first, base last.
 pub trait World {
     /// Simulated time.
     fn now(&self) -> Instant;
-    /// One [`STEP`] on.
+    /// Advances by one [`STEP`].
     fn advance(&mut self);
-    /// How many drones there are.
+    /// The number of drones.
     fn members(&self) -> usize;
-    /// What a drone is doing; `None` where that is not known.
+    /// The state of a drone; `None` where that is not known.
     fn state(&self, member: usize) -> Option<State>;
-    /// A packet of a client has come to a drone.
+    /// Delivers a packet of a client to a drone.
     fn client(&mut self, member: usize, packet: &[u8]);
     /// Gives `take` the packets that a drone now sends to its client.
     fn poll_client(&mut self, member: usize, take: &mut dyn FnMut(&[u8]));
-    /// What the operator orders at the base; `None` while nothing was ordered.
+    /// The operator's order at the base; `None` before the first.
     fn ordered(&self) -> Option<Order>;
 }
 

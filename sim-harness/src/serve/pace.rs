@@ -2,12 +2,12 @@
 
 use std::time::{Duration, Instant};
 
-/// How far simulated time may lag before the lag is taken for good: a hiccup is caught up with,
-/// a slow machine is not chased.
+/// The lag of simulated time that is still caught up with, after a short delay; a longer lag is
+/// accepted for good.
 const SLACK: Duration = Duration::from_millis(250);
-/// Over this time is judged whether the machine keeps up,
+/// The time over which the machine is judged.
 const WINDOW: Duration = Duration::from_secs(5);
-/// and this part of it may be lost.
+/// The part of that time that may be lost.
 const LOST: f64 = 0.05;
 
 /// The pace of simulated time.
@@ -16,7 +16,7 @@ pub(super) struct Pace {
     speed: f64,
     /// A moment on the wall, and the simulated microsecond that belongs to it.
     anchor: (Instant, u64),
-    /// Since when the lag below was taken for good.
+    /// The begin of the time over which lags are added up.
     judged: Instant,
     lost: Duration,
     complained: bool,
@@ -35,8 +35,8 @@ impl Pace {
         self.anchor.0 + Duration::from_secs_f64(ahead as f64 * 1e-6 / self.speed)
     }
 
-    /// To be told of every simulated moment as it is reached. True once, where the machine does
-    /// not keep up.
+    /// Takes every simulated moment as it is reached. Returns true once, when the machine does not
+    /// keep up.
     pub(super) fn reached(&mut self, simulated_us: u64, now: Instant) -> bool {
         let lag = now.saturating_duration_since(self.due(simulated_us));
         if lag > SLACK {

@@ -22,14 +22,14 @@ pub(super) const LONGEST: usize = 31;
 /// Datagrams that wait to be looked at; the rest wait in the system's own queue.
 pub(super) const WAITING: usize = 256;
 
-/// How often a listening thread looks up to see whether it is still wanted.
+/// How often a listening thread checks whether it should end.
 const LOOKS_UP: Duration = Duration::from_millis(100);
 
 /// A datagram that arrived.
 pub(super) struct Datagram {
-    /// At whose port: the place of the drone, head first.
+    /// The drone at whose port it came in, by its place, head first.
     pub(super) member: usize,
-    /// Who sent it.
+    /// The address of the sender.
     pub(super) from: SocketAddr,
     length: usize,
     bytes: [u8; LONGEST],
@@ -79,7 +79,7 @@ impl Ports {
         Ok(Self { sockets, addresses, inbox, listeners, closing })
     }
 
-    /// Where the drones are, head first.
+    /// The addresses of the drones, head first.
     #[must_use]
     pub fn addresses(&self) -> &[SocketAddr] {
         &self.addresses

@@ -1,5 +1,5 @@
 //! The served chain through real sockets of the loopback and through none, with a world that does
-//! nothing but keep time and remember what it was told.
+//! nothing but keep time and record the calls.
 
 use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4, UdpSocket};
 use std::sync::atomic::AtomicBool;
@@ -98,7 +98,7 @@ impl World for Clockwork {
     }
 }
 
-/// With the two bits set that are always set on the air.
+/// The two bits that are always set on the air are set.
 const ECHO: [u8; 3] = [0xFC, 1, 2];
 const LOG_RESET: [u8; 2] = [0x51, 5];
 /// Block 7 with the first variable, a float, and its start at 100 Hz.
@@ -337,7 +337,7 @@ proptest! {
         ..ProptestConfig::default()
     })]
 
-    /// Whatever anybody sends, time goes on and nothing falls over.
+    /// Time goes on and no call panics, with any bytes from any sender.
     #[test]
     fn any_datagrams_at_any_ports_are_survived(
         packets in prop::collection::vec(

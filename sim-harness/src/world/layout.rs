@@ -1,4 +1,4 @@
-//! From centre-lines, widths and rooms to the outlines of the free space.
+//! Computes the outlines of the free space from centre-lines, widths and rooms.
 //!
 //! Only sums, products and square roots: the outlines are the same bits on every machine.
 

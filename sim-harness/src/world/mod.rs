@@ -1,4 +1,4 @@
-//! Where the drones fly: a tunnel on a floor plan, and the radio that it lets through.
+//! The world of the drones: a tunnel on a floor plan, and the radio in it.
 //!
 //! The floor plan is a union of corridors and rooms ([`layout`]). A place is a point of it; where
 //! that lies along the tunnel, and how far it is from another by the shortest way, are questions
@@ -49,7 +49,7 @@ pub struct World {
     pub tunnel: Arc<Tunnel>,
     /// The radio.
     pub radio: Radio,
-    /// Where the base stands.
+    /// The place of the base.
     pub base: Spot,
 }
 

@@ -73,7 +73,7 @@ pub fn best_chains(radio: &Radio, way: &Path, most: usize) -> Vec<Vec<Db>> {
     rows
 }
 
-/// From `from` to `to` in equal steps of at most `step`, ends included.
+/// The points from `from` to `to` in equal steps of at most `step`, ends included.
 fn grid(from: f32, to: f32, step: f32) -> Vec<f32> {
     let count = ((to - from) / step).ceil().max(1.0) as usize;
     (0..=count).map(|n| from + (to - from) * n as f32 / count as f32).collect()

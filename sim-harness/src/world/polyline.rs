@@ -98,7 +98,7 @@ impl Polyline {
         best
     }
 
-    /// Where this line and `other` cross: the arc lengths on both.
+    /// The crossings of this line and `other`: the arc lengths on both.
     pub(super) fn crossings(&self, other: &Self) -> Vec<(f32, f32)> {
         let mut found = Vec::new();
         for (n, mine) in self.points.windows(2).enumerate() {

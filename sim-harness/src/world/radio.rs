@@ -17,7 +17,7 @@ use units::{Dbm, Point2};
 
 use super::{Skeleton, SkeletonPlace, Tunnel};
 
-/// What the walls are to the radio.
+/// How walls attenuate the radio.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Walls {
     /// Waves go round by the tunnel, and through with a loss.
@@ -93,7 +93,7 @@ impl Radio {
 /// The exponents α of equation (19) for all pairs of tabulated places.
 #[derive(Default)]
 struct Table {
-    /// Where each edge's places begin, and where the last one's end.
+    /// The indices at which each edge's places begin, and the one at which the last edge's end.
     starts: Vec<usize>,
     /// Row-major.
     exponents: Vec<f32>,
@@ -104,7 +104,7 @@ struct Table {
 struct Index {
     before: usize,
     after: usize,
-    /// How far on the way from the one to the other, 0 to 1.
+    /// The place between the two, as a part from 0 to 1.
     part: f32,
     /// The nearer of the two.
     nearest: usize,

@@ -22,13 +22,13 @@ pub use path::{Leg, Path};
 pub struct Gallery {
     /// The name by which a scenario refers to it.
     pub name: String,
-    /// At least two points, no two successive ones equal.
+    /// The points of the centre-line: at least two, no two successive ones equal.
     pub centre_line: Vec<Point2>,
     /// Wall to wall, m.
     pub width: f32,
 }
 
-/// What a node of the skeleton is.
+/// The kind of a node of the skeleton.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NodeKind {
     /// The beginning of the first gallery.
@@ -44,11 +44,11 @@ pub enum NodeKind {
 pub struct Node {
     /// The point.
     pub at: Point2,
-    /// What it is.
+    /// The kind.
     pub kind: NodeKind,
 }
 
-/// Where a node lies on an edge.
+/// The place of a node on an edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Joint {
     /// The node's number.

@@ -88,7 +88,7 @@ impl Tunnel {
         self.edges.iter().filter(right_of).count() % 2 == 1
     }
 
-    /// What the straight line from `a` to `b`, both in the free space, goes through.
+    /// The obstacles on the straight line from `a` to `b`, both in the free space.
     #[must_use]
     pub fn obstruction(&self, a: Point2, b: Point2) -> Obstruction {
         let mut crossings: Vec<f32> =
@@ -108,8 +108,8 @@ impl Tunnel {
     }
 }
 
-/// Where between 0 (`a`) and 1 (`b`) the line crosses this edge. An edge owns its lower end only,
-/// so a line through a corner crosses once.
+/// The crossing of the line with this edge, from 0 (`a`) to 1 (`b`). An edge owns its lower end
+/// only, so a line through a corner crosses once.
 fn crossing(a: Point2, b: Point2, edge: &[Point2; 2]) -> Option<f32> {
     let [p, q] = *edge;
     let side = |c: Point2| (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);

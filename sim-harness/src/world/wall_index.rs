@@ -10,7 +10,7 @@ use units::Point2;
 #[derive(Clone, Copy, Debug)]
 struct Segment {
     from: Point2,
-    /// To its other end, m.
+    /// The vector to its other end, m.
     way: [f32; 2],
     length_squared: f32,
 }
@@ -111,7 +111,8 @@ impl Segment {
         (distance >= 0.0 && (0.0..=1.0).contains(&along)).then_some(distance)
     }
 
-    /// The same for a beam that is parallel to the segment, and meets it only if it runs along it.
+    /// The distance for a beam that is parallel to the segment, and meets it only if it runs along
+    /// it.
     fn met_lengthways(&self, at: Point2, direction: [f32; 2]) -> Option<f32> {
         let r = [self.from.x - at.x, self.from.y - at.y];
         if dot(r, self.normal()).abs() >= f32::EPSILON {
@@ -237,7 +238,8 @@ impl Lattice {
 #[derive(Debug)]
 struct Grid {
     lattice: Lattice,
-    /// Where each cell's segments begin in `members`, row-major, and where the last one's end.
+    /// The indices in `members` at which each cell's segments begin, row-major, and the end of the
+    /// last one's.
     starts: Vec<u32>,
     members: Vec<u32>,
 }
@@ -339,7 +341,7 @@ impl Walk {
         self.next[0].min(self.next[1])
     }
 
-    /// Goes on to the next cell, unless the grid ends here.
+    /// Moves on to the next cell, unless the grid ends here.
     fn step(&mut self) -> bool {
         let axis = usize::from(self.next[1] < self.next[0]);
         let (index, count) =
@@ -371,7 +373,7 @@ impl Clearance {
     fn new(bounds: &Bounds, segments: &[Segment]) -> Self {
         let cell = bounds.cell(Self::CELL, Self::MOST_CELLS);
         let lattice = Lattice::over(bounds, cell);
-        // From the middle of a cell to its corner.
+        // The distance from the middle of a cell to its corner.
         let slack = cell * core::f32::consts::FRAC_1_SQRT_2;
         let mut cells = vec![Self::FAR.max(cell) - slack; lattice.columns * lattice.rows];
         for segment in segments {
@@ -406,7 +408,7 @@ mod tests {
         points.iter().zip(points.iter().cycle().skip(1)).map(|(a, b)| [*a, *b]).collect()
     }
 
-    /// The same without a grid.
+    /// The answer without the grid.
     fn cast_at_all(index: &WallIndex, at: Point2, direction: [f32; 2], reach: f32) -> Option<f32> {
         let all = index.segments.iter().filter_map(|segment| segment.met_by(at, direction));
         all.filter(|distance| *distance < reach).min_by(f32::total_cmp)

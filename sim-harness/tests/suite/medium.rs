@@ -27,7 +27,7 @@ fn all(
     arrivals
 }
 
-/// Everybody hears everybody, equally well.
+/// All members hear each other, equally well.
 fn equal(_: usize, _: usize) -> Option<Dbm> {
     Some(Dbm(-60.0))
 }

@@ -6,7 +6,7 @@ use crtp::{Access, Event, Packet, Parameters, Server, Snapshot};
 use proptest::prelude::*;
 use units::{Duration, Instant};
 
-/// Bytes that are half way to a request: a port where somebody is, and a small first byte.
+/// Bytes that resemble a request: a port with a service, and a small first byte.
 fn packets() -> impl Strategy<Value = Vec<u8>> {
     let port = prop::sample::select(&[0_u8, 2, 3, 4, 5, 6, 7, 8, 9, 13, 15]);
     let likely = (port, 0_u8..4, 0_u8..14, prop::collection::vec(any::<u8>(), 0..30)).prop_map(

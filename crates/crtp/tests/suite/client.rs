@@ -185,7 +185,8 @@ fn requests_for_parameters_that_are_not_are_answered_as_the_vendor_does() {
     assert_eq!(line.ask(port::PARAM_MISC, &[8, a, b]), [8, a, b, 0, 0]);
     let [a, b] = line.id_of(port::PARAM_TABLE, "uchain.node");
     assert_eq!(line.ask(port::PARAM_MISC, &[8, a, b]), [8, a, b, 2]);
-    // Neither what is read-only nor half a number changes anything, and who waits gets the value.
+    // Neither a read-only parameter nor half a number changes a value, and the client gets the
+    // value.
     assert_eq!(line.ask(port::PARAM_WRITE, &[a, b, 9]), [a, b, 1]);
     let [a, b] = line.id_of(port::PARAM_TABLE, "uchain.speed");
     assert_eq!(line.ask(port::PARAM_WRITE, &[a, b, 0, 0])[2..], 0.2_f32.to_le_bytes());
@@ -242,7 +243,7 @@ fn what_is_not_flown_is_refused_counted_and_said_once() {
     let said = line.console();
     assert_eq!(said.matches("set-point").count(), 1, "{said}");
     assert_eq!(line.console(), "");
-    // The next client is told again.
+    // The notice is printed again for the next client.
     line.ask(port::LOG_CONTROL, &[5]);
     line.send(port::RPYT, &thrust);
     assert!(line.console().contains("set-point"));
@@ -290,7 +291,7 @@ fn the_supervisor_is_asked_and_told() {
     assert_eq!(line.send(0x6D, &[3]), Some(Event::EmergencyStop));
 }
 
-/// No drone is ever disarmed, and no client is told that it was; see the console of the drone.
+/// No drone is ever disarmed, and no answer says that it was; see the console of the drone.
 #[test]
 fn a_client_is_not_told_that_a_drone_is_disarmed_that_is_not() {
     let mut line = Line::new();

@@ -42,7 +42,7 @@ impl Fleet {
     }
 }
 
-/// What became of the virtual drones: nothing.
+/// The table of the virtual drones, which is empty in this build.
 pub(super) struct Aftermath;
 
 impl Aftermath {

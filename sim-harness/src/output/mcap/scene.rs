@@ -79,7 +79,7 @@ pub(super) fn walls(plan: &FloorPlan, now: Moment) -> PointCloud {
     cloud(points, now)
 }
 
-/// Where everyone is, each in its colour, for viewers that draw no scenes.
+/// The drones as points, each in its colour, for viewers that draw no scenes.
 pub(super) fn points(trace: &Trace, frame: &Frame, now: Moment) -> PointCloud {
     let points = trace.nodes.iter().zip(&frame.drones);
     cloud(points.map(|(node, drone)| (spatial(drone), node_rgb(node))), now)

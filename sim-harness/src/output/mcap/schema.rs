@@ -21,10 +21,10 @@ pub(super) struct Link {
     /// The last packet.
     #[prost(float, required, tag = "2")]
     pub(super) raw_dbm: f32,
-    /// What the on-board filter made of it.
+    /// The strength by the on-board filter.
     #[prost(float, required, tag = "3")]
     pub(super) filtered_dbm: f32,
-    /// Without noise, fading or rounding.
+    /// The true strength, without noise, fading or rounding.
     #[prost(float, required, tag = "4")]
     pub(super) true_dbm: f32,
 }
@@ -43,7 +43,7 @@ impl From<&LinkFrame> for Link {
 /// One drone at one moment.
 #[derive(Clone, PartialEq, Message)]
 pub(super) struct DroneState {
-    /// What it was doing, as `trace.csv` spells it.
+    /// The state of the agent, as `trace.csv` spells it.
     #[prost(string, required, tag = "1")]
     pub(super) state: String,
     #[prost(float, required, tag = "2")]

@@ -17,11 +17,11 @@ pub(super) struct Chart<'a> {
     area: Area<'a>,
 }
 
-/// What is written around a chart.
+/// The texts around a chart.
 pub(super) struct Frame<'t> {
     /// Top left, bold.
     pub(super) title: &'t str,
-    /// After the title: what the y axis counts, and its unit.
+    /// The quantity of the y axis and its unit, after the title.
     pub(super) y_name: &'t str,
     /// Below; without it the x axis has neither name nor numbers.
     pub(super) x_name: Option<&'t str>,
@@ -94,7 +94,7 @@ impl<'a> Chart<'a> {
         Ok(())
     }
 
-    /// The same, dashed.
+    /// A dashed line of the same kind.
     pub(super) fn dashes(
         &self,
         points: impl IntoIterator<Item = (f64, f64)>,
@@ -140,7 +140,7 @@ impl<'a> Chart<'a> {
         Ok(())
     }
 
-    /// Where the plot lies on the sheet.
+    /// The place of the plot on the sheet.
     pub(super) fn frame(&self, x: &Axis) -> PlotFrame {
         let (xs, ys) = self.context.plotting_area().get_pixel_range();
         let px = |v: i32| f64::from(v) / 10.0;

@@ -19,13 +19,13 @@ use super::ticks::Axis;
 /// One chart of box plots.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BoxChart {
-    /// What it shows.
+    /// The title of the picture.
     pub title: String,
-    /// What is measured, and its unit: `Convergence time, s`.
+    /// The quantity and its unit: `Convergence time, s`.
     pub value_name: String,
-    /// What an infinite value means, after a count of them: `never`.
+    /// The meaning of an infinite value, printed after a count of them: `never`.
     pub infinite_name: String,
-    /// From left to right.
+    /// The groups, from left to right.
     pub groups: Vec<BoxGroup>,
 }
 
@@ -34,14 +34,14 @@ pub struct BoxChart {
 pub struct BoxGroup {
     /// Written below.
     pub label: String,
-    /// From left to right; the same names in the same order in every group.
+    /// The boxes, from left to right; the same names in the same order in every group.
     pub series: Vec<BoxPlotData>,
 }
 
 /// The values behind one box.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BoxPlotData {
-    /// Whose values these are: `T0`.
+    /// The name of the box: `T0`.
     pub name: String,
     /// One for each run, in the unit of [`BoxChart::value_name`]; infinite for a run that never
     /// got there.
@@ -133,7 +133,7 @@ fn draw_group(
     write(column, &group.label, (width / 2.0, height - 8.0), name)
 }
 
-/// How many values were infinite, above the plot.
+/// Prints the number of infinite values, above the plot.
 fn never(
     column: &Area<'_>,
     series: &BoxPlotData,
@@ -201,7 +201,7 @@ struct Summary {
 }
 
 impl Summary {
-    /// Of the finite values; `None` where there are none.
+    /// The quartiles of the finite values; `None` where there are none.
     fn of(values: &[f32]) -> Option<Self> {
         let mut sorted: Vec<f64> =
             values.iter().map(|v| f64::from(*v)).filter(|v| v.is_finite()).collect();

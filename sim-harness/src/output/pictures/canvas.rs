@@ -17,11 +17,11 @@ pub(super) const FONT_SCALE: f64 = 1.24;
 pub(super) struct Shape {
     pub(super) form: Form,
     pub(super) colour: RGBColor,
-    /// From 0, invisible, to 1.
+    /// The opacity, from 0, invisible, to 1.
     pub(super) opacity: f32,
 }
 
-/// What a shape looks like but for its colour.
+/// The style of a shape without its colour.
 #[derive(Clone)]
 pub(super) enum Form {
     /// A line through points.

@@ -30,7 +30,7 @@ pub struct Figure3<'a> {
 pub struct Corridor<'a> {
     /// The corridor's name.
     pub name: &'a str,
-    /// What happened.
+    /// The runs.
     pub trace: &'a Trace,
 }
 
@@ -39,7 +39,7 @@ pub struct Corridor<'a> {
 pub struct Variant<'a> {
     /// The variant's name: `T0`.
     pub name: &'a str,
-    /// What happened.
+    /// The runs.
     pub trace: &'a Trace,
 }
 

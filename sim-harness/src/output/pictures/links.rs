@@ -115,7 +115,7 @@ fn name_peers(area: &Area<'_>, chart: &Chart<'_>, link: &LinkSeries) -> Result<(
     Ok(())
 }
 
-/// What dots and lines mean, in one row.
+/// Draws the legend of dots and lines, in one row.
 pub(super) fn key(area: &Area<'_>, with_limit: bool) -> Result<(), Fault> {
     use plotters::element::{Circle, PathElement};
     let rule = |x: f64, from: f64, to: f64| vec![(px(x + from), px(6.0)), (px(x + to), px(6.0))];

@@ -1,4 +1,4 @@
-//! The floor plan, who flew where, and where they ended.
+//! Draws the floor plan with the ways and last places of the drones.
 
 use plotters::element::{Circle, PathElement, Polygon};
 use plotters::style::{Color, RGBColor};
@@ -51,7 +51,7 @@ pub(super) fn panel(area: &Area<'_>, trace: &Trace, title: &str) -> Drawn {
     Ok(Vec::new())
 }
 
-/// From metres to pixels: the same scale both ways, north up.
+/// The scale from metres to pixels, the same both ways, north up.
 struct View {
     /// Pixels to a metre.
     scale: f64,
@@ -81,7 +81,7 @@ impl View {
         (self.origin.0 + f64::from(x) * self.scale, self.origin.1 - f64::from(y) * self.scale)
     }
 
-    /// Where a drone is, if that is anywhere.
+    /// The place of a drone, if it is finite.
     fn of(&self, drone: &DroneFrame) -> Option<(f64, f64)> {
         drone.pose.at.is_finite().then(|| self.pixel(drone.pose.at))
     }
@@ -168,7 +168,7 @@ fn trajectory(area: &Area<'_>, view: &View, trace: &Trace, index: usize) -> Resu
     if path.len() > 1 { area.draw(&PathElement::new(path, stroke(&colour, 1.5))) } else { Ok(()) }
 }
 
-/// What labels had better not cover.
+/// The shapes that labels should not cover.
 struct Obstacles {
     /// Points of walls and ways, in pixels: each costs a little.
     ink: Vec<(f64, f64)>,
@@ -215,14 +215,14 @@ fn farthest(trace: &Trace) -> Option<&Frame> {
     (way(far) - way(end) >= 1.0).then_some(far)
 }
 
-/// How a place is marked.
+/// The mark of a place.
 #[derive(Clone, Copy)]
 enum Mark {
     Dot,
     Ring,
 }
 
-/// Everyone's place at one moment.
+/// The places of all drones at one moment.
 fn marks(
     area: &Area<'_>,
     view: &View,
@@ -243,7 +243,7 @@ fn marks(
     Ok(())
 }
 
-/// Everyone's name, where it hides least.
+/// Writes the names of all drones, each where it hides least.
 fn names(area: &Area<'_>, view: &View, trace: &Trace, frame: Option<&Frame>) -> Result<(), Fault> {
     let drones = frame.map_or(&[][..], |frame| &frame.drones);
     let mut obstacles = Obstacles::new(view, trace);

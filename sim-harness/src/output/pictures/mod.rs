@@ -70,7 +70,7 @@ pub fn links(trace: &Trace) -> Result<Picture, PictureError> {
     links::picture(trace)
 }
 
-/// Where along the tunnel every node was, over time.
+/// Draws every node's way along the tunnel, over time.
 ///
 /// # Errors
 /// See [`PictureError`].

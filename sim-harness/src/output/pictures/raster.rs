@@ -113,7 +113,7 @@ fn written(
     pen.path.finish()
 }
 
-/// From each glyph to the next, kerning included, in units of the font.
+/// The advance from each glyph to the next, kerning included, in units of the font.
 fn advances(face: &Face<'_>, glyphs: &[GlyphId]) -> impl Iterator<Item = f32> {
     glyphs.iter().enumerate().map(|(index, glyph)| {
         let own = face.glyph_hor_advance(*glyph).unwrap_or_default();

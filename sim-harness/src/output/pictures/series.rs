@@ -1,4 +1,4 @@
-//! What the charts over time show, pulled out of a trace.
+//! Extracts the series of the charts over time from a trace.
 
 use units::NodeId;
 
@@ -14,7 +14,7 @@ const MOST_DOTS: usize = 600;
 pub(super) struct LinkSeries {
     /// Both ends by name.
     pub(super) name: String,
-    /// Since when, in s, who was at the other end, where that changed at all.
+    /// The neighbour and since when it was that, in s, where the neighbour changed at all.
     pub(super) peers: Vec<(f64, String)>,
     /// Time in s, and RSSI in dBm as received, filtered, true; NaN where there was no link, and
     /// between two different peers.
@@ -34,7 +34,7 @@ impl LinkSeries {
     /// Points of a line.
     pub(super) fn line(&self, value: impl Fn(&Sample) -> f64) -> Vec<(f64, f64)> {
         let step = self.samples.len().div_ceil(MOST_POINTS).max(1);
-        // Whatever is left out, a break of the line is not.
+        // A break of the line is never thinned out.
         let kept = self.samples.iter().enumerate().filter(|(index, sample)| {
             index.is_multiple_of(step) || index + 1 == self.samples.len() || sample.raw.is_nan()
         });

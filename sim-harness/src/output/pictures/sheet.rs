@@ -25,9 +25,9 @@ const FONT: FontFamily<'static> = FontFamily::Name("DejaVu Sans, Verdana, sans-s
 
 /// A rectangle to draw in.
 pub(super) type Area<'a> = DrawingArea<Canvas<'a>, Shift>;
-/// What drawing says when it fails.
+/// The error of a drawing.
 pub(super) type Fault = DrawingAreaErrorKind<std::io::Error>;
-/// What a panel returns: the frame of each time axis that it drew.
+/// The result of a panel: the frame of each time axis that it drew.
 pub(super) type Drawn = Result<Vec<PlotFrame>, Fault>;
 
 /// Pixels in units.
@@ -50,7 +50,7 @@ pub struct Picture {
     frames: Vec<PlotFrame>,
 }
 
-/// Where on a picture a time axis lies, in pixels from the top left, for cursors drawn over it.
+/// The place of a time axis on a picture, in pixels from the top left, for cursors drawn over it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlotFrame {
     /// Left edge, in pixels; here is [`from`](Self::from).
@@ -102,7 +102,7 @@ impl Picture {
         raster::png(&self.shapes, (pixels(self.size.0), pixels(self.size.1)), scale as f32)
     }
 
-    /// Where the time axes lie.
+    /// The places of the time axes.
     #[must_use]
     pub fn frames(&self) -> &[PlotFrame] {
         &self.frames
@@ -140,7 +140,7 @@ pub(in crate::output) fn escaped(text: &str) -> String {
     out
 }
 
-/// How a piece of text looks: size in pixels, colour, weight and which of its points is placed.
+/// The style of a text: size in pixels, colour, weight and which of its points is placed.
 #[derive(Clone, Copy)]
 pub(super) struct Look {
     pub(super) size: f64,
@@ -174,7 +174,7 @@ impl Look {
         Self { size, ..self }
     }
 
-    /// As plotters wants it.
+    /// The style in the type of plotters.
     pub(super) fn style(self) -> TextStyle<'static> {
         let weight = if self.bold { FontStyle::Bold } else { FontStyle::Normal };
         let size = self.size * FONT_SCALE * UNITS;
@@ -184,7 +184,7 @@ impl Look {
     }
 }
 
-/// How wide a text is, in pixels, to the accuracy that placing labels needs.
+/// The width of a text in pixels, to the accuracy that placing labels needs.
 pub(super) fn text_width(text: &str, look: Look) -> f64 {
     // Advance widths of DejaVu Sans, as shares of its size, by kind of letter.
     let ems: f64 = text
@@ -200,7 +200,7 @@ pub(super) fn text_width(text: &str, look: Look) -> f64 {
     ems * look.size * if look.bold { 1.1 } else { 1.0 }
 }
 
-/// As much of a text as fits, with an ellipsis for the rest.
+/// Cuts a text to the width, with an ellipsis for the rest.
 fn fitted(text: &str, width: f64, look: Look) -> String {
     if text_width(text, look) <= width {
         return text.to_owned();
@@ -223,7 +223,7 @@ pub(super) fn write(
     (x, y): (f64, f64),
     look: Look,
 ) -> Result<(), Fault> {
-    // SVG knows no control characters, not even escaped.
+    // SVG allows no control characters, not even escaped.
     let clean: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
     area.draw(&Text::new(clean, (px(x), px(y)), look.style()))
 }

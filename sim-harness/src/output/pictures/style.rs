@@ -21,9 +21,9 @@ pub(super) const FLOOR: RGBColor = RGBColor(243, 244, 246);
 pub(super) const WALL: RGBColor = RGBColor(82, 96, 109);
 /// Single packets.
 pub(super) const RAW: RGBColor = RGBColor(154, 165, 177);
-/// What the on-board filter made of them.
+/// The colour of filtered strengths.
 pub(super) const FILTERED: RGBColor = SKY;
-/// What no drone can know.
+/// The colour of true strengths.
 pub(super) const TRUTH: RGBColor = INK;
 /// Limits.
 pub(super) const LIMIT: RGBColor = VERMILION;
@@ -57,7 +57,7 @@ pub(super) fn node_colour(node: &Node) -> RGBColor {
     }
 }
 
-/// What a node is called: `head`, `relay 2`, `base`.
+/// The name of a node: `head`, `relay 2`, `base`.
 pub(in crate::output) fn node_name(node: &Node) -> String {
     match node.role {
         Role::Head => "head".to_owned(),

@@ -103,7 +103,7 @@ fn number_of(state: &'static str, states: &mut Vec<&'static str>) -> i64 {
     i64::try_from(place).unwrap_or(0)
 }
 
-/// Whole units; `None` for what is not finite.
+/// Rounds to whole units; `None` for a number that is not finite.
 fn rounded(value: f32, units: f64) -> Option<i64> {
     value.is_finite().then(|| (f64::from(value) * units).round() as i64)
 }

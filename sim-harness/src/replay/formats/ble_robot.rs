@@ -28,22 +28,22 @@ const TAG_HEIGHT: f64 = 1.3;
 /// The robot drives at 0.15 m/s and turns on the spot with the tag 0.14 m off the axis.
 const FASTEST: MetresPerSecond = MetresPerSecond(5.0);
 
-/// What was measured round the log.
+/// The files beside the log: anchors and poses.
 #[derive(Debug, Default)]
 pub(super) struct Surroundings {
-    /// By the number that the log calls them.
+    /// The anchors, by their numbers in the log.
     anchors: BTreeMap<i64, Position>,
     track: Track,
 }
 
-/// Where the tag was, in order of time.
+/// The positions of the tag, in order of time.
 #[derive(Debug, Default)]
 struct Track {
     tag: Vec<(Instant, [f64; 2])>,
 }
 
 impl Track {
-    /// A position that is older says nothing of now: three poses come in a second.
+    /// The age at which a position is no longer used: three poses come in a second.
     const FRESH: Duration = Duration::from_secs(2);
 
     /// The latest position that was known at `now`.
@@ -239,7 +239,7 @@ fn positions(bytes: &[u8], file: &Path) -> Result<BTreeMap<i64, Position>, Input
         .collect())
 }
 
-/// Where the tag was in the anchors' frame, from the robot's poses.
+/// The positions of the tag in the anchors' frame, from the robot's poses.
 fn track(bytes: &[u8], file: &Path) -> Result<Track, InputError> {
     let table = Table::open(bytes, file, ["ts", "x", "y", "heading"], 4)?;
     let cell = |field: &Option<String>| number(field.as_deref()?);
@@ -265,9 +265,9 @@ struct Pose {
 impl Pose {
     /// The run whose poses are on the map that the robot drew; the others are in the flat's frame.
     const CALIB3: std::ops::Range<u64> = 1_628_001_500_000_000..1_628_001_900_000_000;
-    /// From the lidar to the tag, in the robot's frame.
+    /// The vector from the lidar to the tag, in the robot's frame.
     const LEVER: [f64; 2] = [-0.14, 0.01];
-    /// That map in the flat: turned by 179°,
+    /// The rotation of the robot's map in the flat: 179°.
     const TURN: f64 = 179.0;
     /// then shifted. All three by least squares from 17 rows that the data set also publishes in
     /// the flat's frame; they fit to 10 nm, so this is what its author did.
@@ -321,7 +321,7 @@ mod tests {
         let positions = BTreeMap::from([(1, [1.0; 3]), (2, [2.0; 3])]);
         let named = identified(&BTreeSet::from([5, 11]), &positions);
         assert_eq!(named, BTreeMap::from([(5, [1.0; 3]), (11, [2.0; 3])]));
-        // Too few were heard to tell who is who but by their numbers.
+        // Too few receivers were heard to identify them but by their numbers.
         assert_eq!(identified(&BTreeSet::from([2]), &positions), positions);
     }
 }

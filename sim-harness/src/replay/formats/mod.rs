@@ -148,7 +148,8 @@ pub(super) fn read(file: &Path, format: Option<Format>) -> Result<(Format, Recor
         )
         .in_file(file)
     })?;
-    // Before a file that belongs to it is missed, or a large one is read to its end.
+    // This is checked before a file that belongs to the log is missed, or a large one is read to
+    // its end.
     if let Some(line) = format.first_stranger(&first_rows(&bytes)) {
         return Err(not_the_format(format, line, file));
     }
@@ -189,7 +190,7 @@ fn read_bytes(file: &Path) -> Result<Vec<u8>, InputError> {
     read_companion(file, "check the path and its permissions")
 }
 
-/// The bytes of a file that belongs to a log; `remedy` says where it should be.
+/// Reads a file that belongs to a log; `remedy` says where it should be.
 fn read_companion(file: &Path, remedy: &str) -> Result<Vec<u8>, InputError> {
     let unreadable = |error: std::io::Error| {
         InputError::new(format!("cannot be read: {error}"), remedy).in_file(file)

@@ -19,7 +19,7 @@ pub(super) struct Table<'a, const N: usize> {
 
 /// One row of it.
 pub(super) struct Row<const N: usize> {
-    /// Where it is; the first line of the file is 1.
+    /// The number of the line; the first line of the file is 1.
     pub(super) line: usize,
     /// The fields of the named columns, each `None` where the table has no such column.
     pub(super) fields: [Option<String>; N],

@@ -18,7 +18,7 @@ const FIELDS: usize = 16;
 /// The beacon is carried by a walker; nothing in the set reaches half of this.
 const FASTEST: MetresPerSecond = MetresPerSecond(5.0);
 
-/// Where each receiver is, by its address.
+/// The position of each receiver, by its address.
 pub(super) type Receivers = BTreeMap<String, Position>;
 
 pub(super) fn is_row(row: &str) -> bool {

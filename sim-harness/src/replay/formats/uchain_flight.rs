@@ -9,7 +9,7 @@ use units::Instant;
 use super::{instant, lines, number, received};
 use crate::replay::recording::{Anomaly, Clock, Recorder, Recording};
 
-/// As many links as a chain of the authors' 16 identities has.
+/// The most links: those of a chain of the authors' 16 identities.
 const MOST_LINKS: usize = 15;
 
 pub(super) fn is_row(row: &str) -> bool {
@@ -18,13 +18,13 @@ pub(super) fn is_row(row: &str) -> bool {
 
 struct Row {
     time: Instant,
-    /// From the head on; 0 is a link that has never been heard.
+    /// The losses, from the head on; 0 is a link that has never been heard.
     losses: Vec<i32>,
 }
 
 impl Row {
     fn read(row: &str) -> Result<Self, Anomaly> {
-        // With or without the authors' trailing comma.
+        // A row may end in the authors' trailing comma.
         let row = row.trim_end().strip_suffix(',').unwrap_or(row);
         let mut fields = row.split(',').take(MOST_LINKS + 2);
         let time = fields.next().and_then(number).and_then(instant);

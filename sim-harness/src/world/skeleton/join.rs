@@ -1,4 +1,4 @@
-//! How galleries become edges that meet in nodes.
+//! Joins galleries to edges that meet in nodes.
 
 use units::Point2;
 
@@ -26,7 +26,7 @@ struct Graph {
     nodes: Vec<Node>,
 }
 
-/// Where the end of a new gallery meets an earlier one.
+/// The place at which the end of a new gallery meets an earlier one.
 #[derive(Clone, Copy)]
 struct Contact {
     edge: usize,
@@ -43,7 +43,7 @@ impl Graph {
         let crosses = self.edges.iter().any(|edge| !line.crossings(&edge.line).is_empty());
         let touches = |it: &Option<(Contact, bool)>| it.is_some_and(|(_, touches)| touches);
         if !touches(&begin) && !touches(&end) && !crosses {
-            // Nothing touches: the nearer end is joined however far it is.
+            // Without a crossing or a near end, the nearer end is joined at any distance.
             let gap = |it: &Option<(Contact, bool)>| it.map_or(f32::INFINITY, |(c, _)| c.gap);
             let nearer = if gap(&end) < gap(&begin) { &mut end } else { &mut begin };
             if let Some((_, touches)) = nearer {

@@ -22,7 +22,7 @@ impl Leg {
 /// The shortest way from one place to another.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Path {
-    /// At least one.
+    /// The points of the path: at least one.
     legs: Vec<Leg>,
 }
 

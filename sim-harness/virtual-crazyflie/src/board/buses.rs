@@ -62,7 +62,7 @@ impl Wires {
         !matches!(self.hold, Hold::None)
     }
 
-    /// A line as it is: low if anybody holds it.
+    /// The level of a line: low if any device holds it.
     pub(super) const fn level(&self, line: Line) -> Level {
         let (clock, data) = self.released();
         let high = match line {

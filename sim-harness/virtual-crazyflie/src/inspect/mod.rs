@@ -41,7 +41,7 @@ pub struct Inspector {
 
 impl Inspector {
     /// Reads the debug information of these statics and functions, or of all for empty lists.
-    /// Names are paths, such as `uchain_firmware::mind::LATEST`.
+    /// Names are paths, such as `uchain_firmware::tasks::mission::COMMAND`.
     ///
     /// # Errors
     /// When the ELF has no debug information, or none that can be read.

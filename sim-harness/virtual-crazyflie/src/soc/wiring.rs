@@ -97,9 +97,9 @@ pub trait Board {
     /// When a pin will next change, or a byte begin to come in, by itself; `u64::MAX` for never.
     fn due(&self) -> Nanos;
 
-    /// A start or repeated start with an address: whether anybody acknowledges.
+    /// A start or repeated start with an address: whether a device acknowledges.
     fn i2c_start(&mut self, bus: I2cBus, address: u8, read: bool) -> bool;
-    /// A byte from the chip: whether anybody acknowledges.
+    /// A byte from the chip: whether a device acknowledges.
     fn i2c_write(&mut self, bus: I2cBus, byte: u8) -> bool;
     /// A byte for the chip.
     fn i2c_read(&mut self, bus: I2cBus) -> u8;

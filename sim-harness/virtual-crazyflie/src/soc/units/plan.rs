@@ -51,7 +51,7 @@ impl Plan {
         Self { due: [u64::MAX; SLOTS], lines: [0; SLOTS], next: u64::MAX, all: 0 }
     }
 
-    /// The next cycle at which anybody is due.
+    /// The next cycle at which a unit is due.
     #[inline(always)]
     pub(in crate::soc) const fn next(&self) -> u64 {
         self.next
