@@ -10,7 +10,7 @@ use crate::Result;
 /// Sections, functions, instructions and vector table of the firmware.
 pub(crate) struct Elf {
     pub(crate) sections: Vec<Section>,
-    /// By address, one name each.
+    /// The functions by address, one name each.
     pub(crate) functions: Vec<Function>,
     /// All names of each function.
     pub(crate) names: BTreeMap<u32, Vec<String>>,
@@ -20,7 +20,7 @@ pub(crate) struct Elf {
 
 /// The vector table.
 pub(crate) struct Vectors {
-    /// Where the main stack begins.
+    /// The initial address of the main stack.
     pub(crate) stack: u32,
     /// Handlers with their numbers: 1 is reset, 16 and up are the chip's interrupts.
     pub(crate) handlers: Vec<(u32, u32)>,

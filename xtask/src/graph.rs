@@ -151,7 +151,7 @@ impl Function {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Edge {
     pub(crate) to: usize,
-    /// What the caller has on the stack then.
+    /// The depth of the caller's stack at the call.
     pub(crate) depth: u32,
     /// The top of the stack, when the caller has changed over to another.
     pub(crate) stack: Option<u32>,
@@ -167,7 +167,7 @@ impl Call {
 #[derive(Clone, Debug)]
 pub(crate) struct Edges(pub(crate) Vec<Vec<Edge>>);
 
-/// How deep the stack gets below a function's entry, itself included.
+/// The depth of the stack below a function's entry, itself included.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Bound {
     pub(crate) bytes: u32,

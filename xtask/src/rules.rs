@@ -87,11 +87,11 @@ pub(crate) struct Because {
     pub(crate) why: String,
 }
 
-/// What the disassembly does not tell about the stack.
+/// The facts about the stack that the disassembly does not show.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Stack {
-    /// Whom calls through pointers reach; the first that fits a call counts.
+    /// The targets of calls through pointers; the first rule that fits a call counts.
     #[serde(default)]
     pub(crate) indirect: Vec<Indirect>,
     /// Functions that call themselves, by whatever way.
@@ -121,7 +121,7 @@ pub(crate) struct Indirect {
 #[serde(deny_unknown_fields)]
 pub(crate) struct Recursion {
     pub(crate) function: Pattern,
-    /// How often it is at most active at once.
+    /// The most times that it is active at once.
     pub(crate) times: u32,
     #[serde(rename = "why")]
     pub(crate) _why: String,
@@ -130,7 +130,7 @@ pub(crate) struct Recursion {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Level {
-    /// As the NVIC counts: 0 is the most urgent.
+    /// The priority as the NVIC counts: 0 is the most urgent.
     pub(crate) priority: u8,
     pub(crate) handlers: Vec<Pattern>,
     #[serde(rename = "why")]

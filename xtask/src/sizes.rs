@@ -57,7 +57,7 @@ pub(crate) fn report(path: &Path) -> Result<bool> {
     Ok(table.wrong.is_empty())
 }
 
-/// What has been printed, and what was wrong with it.
+/// The printed table, and the broken rules.
 #[derive(Default)]
 struct Table {
     wrong: Vec<String>,

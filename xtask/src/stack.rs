@@ -41,9 +41,9 @@ pub(crate) struct Table {
     /// All rows and the exception frames between them.
     pub(crate) worst: u32,
     pub(crate) frames: u32,
-    /// What the stack can take.
+    /// The size of the stack.
     pub(crate) room: u32,
-    /// What functions have on stacks of their own, and what those can take.
+    /// The use and the size of other stacks.
     pub(crate) elsewhere: Vec<(Row, u32)>,
     /// Errors: a call or priority that is not known.
     pub(crate) complaints: Vec<String>,
@@ -118,7 +118,8 @@ pub(crate) fn measure(
     Ok(table)
 }
 
-/// Where the stack below `top` ends: above what lies there for good, or with the RAM.
+/// The end of the stack below `top`: above the memory that is reserved there, or the end of the
+/// RAM.
 fn bottom(elf: &Elf, top: u32) -> u32 {
     elf.sections
         .iter()

@@ -7,7 +7,7 @@ use virtual_crazyflie::image::{Function, Section};
 
 use crate::elf::{Elf, Vectors};
 
-/// Where the flash begins.
+/// The beginning of the flash.
 pub(crate) const FLASH: u32 = 0x0800_4000;
 pub(crate) const SP: u8 = 13;
 pub(crate) const LR: u8 = 14;

@@ -38,7 +38,7 @@ pub fn check(mut data: &[u8]) {
     }
 }
 
-/// What is decoded would have been written the same, and holds once it is written into the other
+/// A decoded record would have been written the same, and holds once it is written into the other
 /// slot.
 fn holds<R: Record + Debug>(a: &[u8], b: &[u8]) {
     for slot in [a, b] {

@@ -24,14 +24,14 @@ mod block {
     pub(super) const FLAGS: u32 = 44;
 }
 const IDENTIFIER: &[u8] = b"SEGGER RTT\0";
-/// In the flags: the firmware waits while the ring is full.
+/// The flag by which the firmware waits while the ring is full.
 const BLOCK_IF_FULL: u32 = 2;
 /// No position in any ring: until the firmware has written the block anew, there is nothing.
 const NOWHERE: u32 = u32::MAX;
 /// More than this without an end is no message.
 const LONGEST: usize = 64 * 1024;
 
-/// How much a message matters.
+/// The level of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Level {
     /// `defmt::trace!`
@@ -82,13 +82,13 @@ impl fmt::Display for Level {
 pub struct LogLine {
     /// When it was seen in the ring, complete.
     pub at: Nanos,
-    /// How much it matters.
+    /// The level.
     pub level: Level,
-    /// What the firmware says of the time, if it does (`defmt::timestamp!`).
+    /// The firmware's timestamp, if it has one (`defmt::timestamp!`).
     pub timestamp: Option<String>,
     /// The message.
     pub text: String,
-    /// Where in the source it comes from, if the image has debug information.
+    /// The line in the source, if the image has debug information.
     pub location: Option<Source>,
 }
 
@@ -141,7 +141,7 @@ impl std::error::Error for LogError {}
 pub struct Messages {
     control_block: u32,
     table: Table,
-    /// Where each stands in the source, by its index.
+    /// The line in the source of each message, by its index.
     locations: BTreeMap<u64, Source>,
 }
 
@@ -248,7 +248,7 @@ fn garbled(at: Nanos, bytes: usize) -> LogLine {
 pub struct Log {
     messages: Arc<Messages>,
     probe: Probe,
-    /// How far it has been read: a position in the ring, or [`NOWHERE`].
+    /// The position in the ring up to which it has been read, or [`NOWHERE`].
     read: u32,
     /// The beginning of a message that is not yet complete.
     partial: Vec<u8>,
@@ -328,7 +328,7 @@ impl Log {
     }
 }
 
-/// What the control block says of its up-channel 0, when it says anything sensible.
+/// The up-channel 0 of the control block, if its values are possible.
 struct Ring {
     control_block: u32,
     buffer: u32,

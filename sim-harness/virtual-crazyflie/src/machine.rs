@@ -69,11 +69,11 @@ pub struct Halt {
 pub enum HaltReason {
     /// An access to what is not modelled.
     Unmodelled {
-        /// Where.
+        /// The address.
         address: u32,
         /// The access was a store.
         store: bool,
-        /// How much.
+        /// The size of the access.
         width: Width,
         /// The register or feature that is not modelled.
         what: &'static str,
@@ -123,14 +123,14 @@ impl fmt::Display for HaltReason {
 
 impl std::error::Error for Halt {}
 
-/// Where a machine has stopped without anything being wrong.
+/// The place at which a machine has stopped without an error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pause {
-    /// At the moment that was asked for, or an instruction later.
+    /// The machine stopped at the requested moment, or an instruction later.
     Until,
-    /// At a marked address. [`Machine::step`] goes past it.
+    /// The machine stopped at a marked address. [`Machine::step`] goes past it.
     Trap,
-    /// At a BKPT.
+    /// The machine stopped at a BKPT.
     Breakpoint,
 }
 
@@ -147,7 +147,7 @@ pub struct Machine<B> {
     observer: Option<Box<dyn Observer + Send>>,
 }
 
-/// How many resets are kept: the first ones.
+/// The number of resets that are kept: the first ones.
 const KEPT: usize = 64;
 
 /// The image's code, decoded: the same for all machines that run it, which share it.
@@ -387,7 +387,7 @@ impl<B: Board> Machine<B> {
         &self.resets
     }
 
-    /// How many resets there were, those included that are not kept.
+    /// The number of resets, those included that are not kept.
     #[must_use]
     pub const fn reset_count(&self) -> u64 {
         self.reset_count

@@ -1,6 +1,6 @@
 //! The memories of an STM32F405RG, as the core and the DMA see them (RM0090, "Memory map").
 
-/// How much is loaded or stored.
+/// The size of a load or store.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Width {
     /// 8 bits.
@@ -12,7 +12,7 @@ pub enum Width {
 }
 
 impl Width {
-    /// In bytes.
+    /// The size in bytes.
     #[must_use]
     pub const fn bytes(self) -> u32 {
         match self {
@@ -23,7 +23,7 @@ impl Width {
     }
 }
 
-/// Where the memories lie, and how large they are.
+/// The addresses and sizes of the memories.
 pub mod map {
     /// Flash: 1 MiB.
     pub const FLASH: u32 = 0x0800_0000;
@@ -39,7 +39,7 @@ pub mod map {
     pub const CCM_SIZE: u32 = 64 * 1024;
 }
 
-/// What RAM holds before it is written: a value that no program should rely on.
+/// The value of RAM before it is written, which no program should rely on.
 const GARBAGE: u8 = 0xA5;
 
 /// A stretch of memory. Its size is part of its type, so that a look at an offset that has been
@@ -112,7 +112,7 @@ pub struct Memory {
 }
 
 impl Memory {
-    /// As after power-up of an empty chip: flash erased, RAM full of `0xA5`.
+    /// The memories after power-up of an empty chip: flash erased, RAM full of `0xA5`.
     #[must_use]
     pub fn new() -> Self {
         Self { ram: Region::new(GARBAGE), flash: Region::new(0xFF), ccm: Region::new(GARBAGE) }
@@ -198,7 +198,7 @@ impl Memory {
         self.ram.bytes.as_chunks::<4>().0.get(offset / 4..offset / 4 + count as usize)
     }
 
-    /// The same, to be written.
+    /// The bytes, to be written.
     #[inline(always)]
     pub(crate) fn words_mut(&mut self, address: u32, count: u32) -> Option<&mut [[u8; 4]]> {
         let offset = address.wrapping_sub(map::RAM) as usize;

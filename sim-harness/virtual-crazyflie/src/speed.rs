@@ -9,7 +9,7 @@ use crate::cpu::{Cpu, FlashTiming, Program, Stop};
 use crate::memory::Memory;
 
 const KERNEL: &[u8] = include_bytes!("../examples/mips/kernel.bin");
-/// Where the kernel lies, and begins.
+/// The address of the kernel, at which it begins.
 const CODE: u32 = 0x0800_4000;
 /// The address at which the kernel counts its rounds.
 const ROUNDS: u32 = 0x2000_0000;
@@ -27,7 +27,7 @@ pub struct Speed {
     pub times: f64,
     /// Cycles of the emulated core over its instructions.
     pub cycles_per_instruction: f64,
-    /// How often the kernel went round.
+    /// The number of the kernel's rounds.
     pub rounds: u32,
 }
 

@@ -22,12 +22,12 @@ const PC_BIT: u16 = 1 << 15;
 /// R0 to R3, R12 and LR, which a call does not preserve (AAPCS32, 6.1.1).
 const CALL_CLOBBERED: u16 = 0b0101_0000_0000_1111;
 
-/// What a function does to the stack.
+/// The use of the stack by a function.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Flow {
     /// The most bytes that it takes itself.
     pub(crate) frame: u32,
-    /// The same of other stacks that it changes over to, by their tops.
+    /// The use of other stacks that it switches to, by their tops.
     pub(crate) elsewhere: BTreeMap<u32, u32>,
     pub(crate) calls: Vec<Call>,
     /// Whether it ever returns.
@@ -64,7 +64,7 @@ pub(crate) struct Code<'a> {
     pub(crate) diverging: &'a BTreeSet<u32>,
 }
 
-/// Where executing one instruction leads.
+/// The targets of one instruction.
 struct Step {
     state: State,
     /// The next instruction is executed.
@@ -132,7 +132,7 @@ impl Code<'_> {
         (self.start..self.end).contains(&address)
     }
 
-    /// What is known before each instruction that can be reached.
+    /// The known values before each instruction that can be reached.
     fn states(&self) -> Result<BTreeMap<u32, State>, String> {
         let mut states = BTreeMap::from([(self.start, State::at_entry())]);
         let mut waiting = vec![self.start];

@@ -8,7 +8,7 @@ pub(super) const ABSURD: u32 = 0x2_0000;
 
 const SP: usize = 13;
 
-/// What is known of a register.
+/// The known value of a register.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Value {
     Unknown,
@@ -41,7 +41,7 @@ impl Value {
     }
 }
 
-/// What is known before an instruction is executed.
+/// The known values before an instruction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct State {
     registers: [Value; 16],
@@ -50,14 +50,14 @@ pub(super) struct State {
 }
 
 impl State {
-    /// At a function's entry.
+    /// The values at a function's entry.
     pub(super) fn at_entry() -> Self {
         let mut registers = [Value::Unknown; 16];
         registers[SP] = Value::Depth(0);
         Self { registers, stack: None }
     }
 
-    /// Where two ways meet: what both agree on, and the deeper stack.
+    /// The values where two paths meet: those on which both agree, and the deeper stack.
     pub(super) fn join(&self, other: &Self) -> Self {
         let value = |i| match (self.registers[i], other.registers[i]) {
             (a, b) if a == b => a,

@@ -9,22 +9,22 @@ use serde::Serialize;
 use crate::exemptions::{self, EXEMPTIONS};
 use crate::unicorn::Other;
 
-/// What came of one state.
+/// The result of one state.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Verdict {
     /// Everything is the same after it.
     Equal,
     /// Both say that it is a fault.
     BothFault,
-    /// They differ, and it is known why: the number of the exemption.
+    /// The two differ for a known reason: the number of the exemption.
     Exempt(usize),
     /// The form cannot be compared in this way.
     Incomparable,
-    /// They differ.
+    /// The two differ.
     Different(String),
 }
 
-/// How many of each.
+/// The counts of each result.
 #[derive(Clone, Debug, Default, Serialize)]
 pub(crate) struct Tally {
     pub(crate) encodings: u64,
@@ -97,7 +97,8 @@ impl Pair {
         Self { ours: Rig::new(), other: Other::new(), last: None }
     }
 
-    /// What both make of it. After an exclusive load the other core must forget.
+    /// Executes a state on both cores. After an exclusive load the other core must forget its
+    /// monitor.
     pub(crate) fn outcomes(&mut self, encoding: u32, state: &State) -> (Outcome, Outcome) {
         if self.last.replace(encoding) != Some(encoding) {
             let exclusive = forms::of(encoding)
@@ -109,7 +110,7 @@ impl Pair {
         (self.ours.run(encoding, state), self.other.run(encoding, state))
     }
 
-    /// So many states of an encoding. The caller gets each outcome.
+    /// Compares so many states of an encoding. The caller gets each outcome.
     pub(crate) fn compare(
         &mut self,
         encoding: u32,
@@ -154,7 +155,7 @@ impl Pair {
     }
 }
 
-/// What is to be said of two outcomes.
+/// Judges two outcomes.
 pub(crate) fn judge(
     form: Option<&Form>,
     encoding: u32,

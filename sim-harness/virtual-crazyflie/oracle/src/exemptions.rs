@@ -1,4 +1,5 @@
-//! Where Unicorn is known not to do as the architecture says, or as an STM32F4 does, and why.
+//! The known cases in which Unicorn differs from the architecture, or from an STM32F4, with the
+//! reasons.
 
 use core_vectors::forms::Form;
 use core_vectors::{After, Outcome, State};
@@ -6,7 +7,7 @@ use core_vectors::{After, Outcome, State};
 /// A difference that is no error of ours.
 pub(crate) struct Exemption {
     pub(crate) name: &'static str,
-    /// Where the manual says so.
+    /// The passage of the manual.
     pub(crate) reason: &'static str,
     applies: fn(&Case<'_>) -> bool,
 }

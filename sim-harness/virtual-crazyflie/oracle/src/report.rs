@@ -152,7 +152,7 @@ impl Bits {
     }
 }
 
-/// What came of a bug.
+/// The result of a planted bug.
 #[derive(Serialize)]
 pub(crate) struct Row {
     name: &'static str,

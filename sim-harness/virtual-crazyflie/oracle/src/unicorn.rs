@@ -26,9 +26,9 @@ pub(crate) struct Other {
     literals: Vec<u8>,
     dirty: bool,
     steps: u64,
-    /// How many engines there have been.
+    /// The number of engines that were made.
     pub(crate) engines: u64,
-    /// How many instructions with a known answer were right.
+    /// The number of instructions with a known answer that were right.
     pub(crate) known: u64,
 }
 

@@ -11,7 +11,7 @@ pub(super) enum Hold {
     /// A device that was interrupted while it sent. It lets go of the data line at the falling edge
     /// of its last clock; without a number, never.
     Data { clocks: Option<u32> },
-    /// Something that no clock can reach.
+    /// The clock line is held, which no clock pulse can end.
     Clock,
 }
 

@@ -33,12 +33,12 @@ pub enum Fault {
     /// The device acknowledges nothing, and keeps what it knows. The flow sensor's SPI has no
     /// acknowledgement: it reads as ones.
     Silent(Device),
-    /// The device does not acknowledge the last of so many bytes and addresses, over and over.
-    /// Nothing happens to the flow sensor.
+    /// The device does not acknowledge the last of so many bytes and addresses, over and over. It
+    /// has no effect on the flow sensor.
     NackEvery(Device, u32),
     /// The device has no supply: silent, and afterwards as if just switched on.
     Unpowered(Device),
-    /// Whatever is read from the device is this byte.
+    /// Every byte that is read from the device is this one.
     Reads(Device, u8),
     /// Both dies of the inertial sensor go on sampling what they measured last.
     ImuFrozen,
@@ -83,7 +83,7 @@ pub(super) enum Turn {
     Ends(Fault),
 }
 
-/// What is to come. At one moment, what was asked for first happens first.
+/// The faults to come. Of several at one moment, the one that was requested first happens first.
 #[derive(Debug, Default)]
 pub(super) struct Schedule {
     turns: BTreeMap<(Nanos, u64), Turn>,

@@ -146,8 +146,8 @@ impl Crazyflie {
         self.radio.take_sent()
     }
 
-    /// What the chip has acknowledged packets of the ground's with since this was last called: one
-    /// for each that it heard.
+    /// The packets with which the chip has acknowledged those of the ground since the last call:
+    /// one for each that it received.
     #[must_use]
     pub fn take_crtp(&mut self) -> Vec<Answer> {
         self.radio.take_answers()
@@ -186,7 +186,7 @@ impl Crazyflie {
         self.leds.is_lit(led)
     }
 
-    /// What the LEDs did since this was last called, the latest 4096 changes of it.
+    /// The changes of the LEDs since the last call, the latest 4096 of them.
     #[must_use]
     pub fn take_blinks(&mut self) -> Vec<Blink> {
         self.leds.take_log()

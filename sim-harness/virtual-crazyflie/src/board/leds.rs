@@ -50,7 +50,7 @@ pub struct Blink {
     pub on: bool,
 }
 
-/// How many changes are kept at most.
+/// The most changes that are kept.
 const KEPT: usize = 4_096;
 
 /// All of them, and what they did last.

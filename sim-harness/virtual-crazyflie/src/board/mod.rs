@@ -47,7 +47,7 @@ use device::Timed;
 use faults::Schedule;
 use leds::Leds;
 
-/// How the board is equipped.
+/// The equipment of the board.
 #[derive(Clone, Debug)]
 pub struct Config {
     /// A Flow deck v2: optic flow, and the ranger that looks down.
@@ -386,7 +386,7 @@ impl Board for Crazyflie {
     }
 }
 
-/// Where a pin leads, LEDs left out.
+/// The target of a pin, LEDs left out.
 #[derive(Clone, Copy)]
 enum Wire {
     I2c(I2cBus, Line),

@@ -109,11 +109,11 @@ pub struct Cpu {
     pub(crate) exclusive: Option<u32>,
     /// The event register of WFE.
     pub(crate) event: bool,
-    /// It sleeps in WFE or WFI.
+    /// Whether the core sleeps in WFE or WFI.
     pub(crate) asleep: Option<Sleep>,
     /// Cycles since power-up, sleep included.
     pub(crate) cycles: u64,
-    /// Of these, cycles that it slept.
+    /// The part of these cycles that the core slept.
     pub(crate) slept: u64,
     /// Instructions executed.
     pub(crate) instructions: u64,

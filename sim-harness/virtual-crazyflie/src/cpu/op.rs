@@ -15,7 +15,7 @@ pub(super) struct Op {
     pub(super) quiet_in_it: bool,
     /// The line of flash that it begins in; see [`timing`](super::timing).
     pub(super) line: u16,
-    /// In bytes: 2 or 4.
+    /// The length in bytes: 2 or 4.
     pub(super) len: u8,
     /// Cycles, without what only turns out when it is executed.
     pub(super) cycles: u8,
@@ -43,7 +43,7 @@ pub(super) enum Shift {
     Rrx,
 }
 
-/// What a load makes of the bits.
+/// The conversion of the bits by a load.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Load {
     Word,
@@ -72,7 +72,7 @@ impl Load {
     }
 }
 
-/// Where a load into PC or SP finds its address.
+/// The address of a load into PC or SP.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Mode {
     /// Rn + imm.
@@ -87,7 +87,7 @@ pub(super) enum Mode {
     Literal,
 }
 
-/// What the stack pointer is set to.
+/// The new value of the stack pointer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum ToSp {
     /// Rm.
@@ -173,7 +173,7 @@ pub(super) enum Accumulate {
     Fnms,
 }
 
-/// What is done. Unless said otherwise an instruction works on Rd, Rn and `imm` (`Imm`), Rm (`Reg`)
+/// An operation. Unless said otherwise an instruction works on Rd, Rn and `imm` (`Imm`), Rm (`Reg`)
 /// or a shifted Rm (`Shifted`); one whose name ends in `S` sets the flags.
 ///
 /// Logical instructions with an immediate keep in `a` what the carry becomes: 2 for what it was.
@@ -283,9 +283,9 @@ pub(super) enum Kind {
     AsrRegS,
     RorReg,
     RorRegS,
-    /// What SP becomes has its low bits cleared.
+    /// The low bits of the new SP are cleared.
     ToSp(ToSp),
-    /// The same, and the flags are set. Not [`ToSp::Mov`].
+    /// Also sets the flags. Not [`ToSp::Mov`].
     ToSpS(ToSp),
 
     // Multiplication and division.
@@ -314,7 +314,7 @@ pub(super) enum Kind {
     Uxtb,
     Uxth,
     Extend(Extend),
-    /// To `imm` bits, of Rn shifted.
+    /// Saturates the shifted Rn to `imm` bits.
     Ssat(Shift),
     Usat(Shift),
     Ssat16,
@@ -329,7 +329,7 @@ pub(super) enum Kind {
     // Loads and stores: Rd and [Rn + imm] or [Rn + (Rm << a)].
     LdrImm,
     LdrReg,
-    /// From the address `imm`.
+    /// Loads from the address `imm`.
     LdrLiteral,
     LdrbImm,
     LdrbReg,
@@ -493,7 +493,7 @@ pub(super) enum Kind {
     NoCoprocessor,
     /// An encoding whose effect the manual leaves open; no compiler emits it.
     Unpredictable,
-    /// Not part of the program, or not all of it.
+    /// The place is not, or not wholly, in the program.
     Outside,
     /// No instruction: what comes next stands at the place `imm` in the program.
     Goto,
@@ -501,12 +501,12 @@ pub(super) enum Kind {
     Trap,
 }
 
-/// How VLDM and VSTM use their base.
+/// The use of the base by VLDM and VSTM.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Multiple {
-    /// From Rn on.
+    /// The registers begin at Rn.
     From,
-    /// From Rn on, and Rn becomes the end.
+    /// The registers begin at Rn, and Rn becomes their end.
     FromAndUpdate,
     /// Up to Rn, and Rn becomes the start.
     UpToAndUpdate,
@@ -529,12 +529,12 @@ impl Op {
         }
     }
 
-    /// What comes next is elsewhere.
+    /// An operation that goes on at another place.
     pub(super) const fn goto(place: u32) -> Self {
         Self { imm: place, ..Self::new(Kind::Goto, 0) }
     }
 
-    /// Something else in the same place.
+    /// The same operands with another operation.
     pub(super) const fn as_kind(self, kind: Kind) -> Self {
         Self { kind, ..self }
     }
@@ -547,7 +547,7 @@ impl Op {
 }
 
 impl Kind {
-    /// What it is together with a branch that follows.
+    /// The instruction fused with the branch that follows.
     pub(super) const fn with_branch(self) -> Self {
         match self {
             Self::CmpImm => Self::CmpImmThen,
@@ -676,7 +676,7 @@ impl Kind {
         )
     }
 
-    /// The same of the last instruction of a block.
+    /// The same for the last instruction of a block.
     pub(super) const fn ends_block(self) -> bool {
         self.falls_through()
             || matches!(
@@ -694,7 +694,7 @@ impl Kind {
             )
     }
 
-    /// What sets flags in a 16-bit encoding, without doing so.
+    /// A 16-bit operation that sets flags, without setting them.
     const fn quiet(self) -> Self {
         match self {
             Self::AddImmS => Self::AddImm,

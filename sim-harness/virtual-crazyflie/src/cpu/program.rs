@@ -34,7 +34,7 @@ pub struct Program {
     /// Where the copies of blocks begin, and ITSTATE at each of their places.
     blocks: usize,
     it_states: Arc<[u8]>,
-    /// What a trap stands in for, by address; where there are copies, the original first.
+    /// The instructions that traps replace, by address; where there are copies, the original first.
     trapped: BTreeMap<u32, Vec<(usize, Op)>>,
 }
 
@@ -140,7 +140,7 @@ impl Program {
         true
     }
 
-    /// It no longer does.
+    /// Removes a trap.
     pub fn untrap(&mut self, address: u32) {
         for (place, op) in self.trapped.remove(&address).unwrap_or_default() {
             Arc::make_mut(&mut self.ops)[place] = op;
@@ -156,20 +156,20 @@ impl Program {
     /// The place of what is not part of the program.
     pub(super) const OUTSIDE: usize = 0;
 
-    /// Where the instruction at an address stands.
+    /// The place of the instruction at an address.
     #[inline(always)]
     pub(super) fn place(&self, address: u32) -> usize {
         let half = (address.wrapping_sub(self.base) >> 1) as usize;
         self.places.get(half).map_or(Self::OUTSIDE, |&place| place as usize)
     }
 
-    /// What stands at a place, traps and all.
+    /// The instruction at a place, or the trap on it.
     #[inline(always)]
     pub(super) fn op(&self, place: usize) -> &Op {
         &self.ops[place]
     }
 
-    /// Where in memory a place is.
+    /// The address of a place.
     #[inline(always)]
     pub(super) fn address(&self, place: usize) -> u32 {
         self.addresses[place]
@@ -186,7 +186,7 @@ impl Program {
         self.it_states.get(place.wrapping_sub(self.blocks)).copied()
     }
 
-    /// What stands at a place, seen through the traps.
+    /// The instruction at a place, without the trap on it.
     pub(super) fn real_op(&self, place: usize) -> &Op {
         match self.ops[place] {
             Op { kind: Kind::Trap, .. } => &self.trapped[&self.addresses[place]][0].1,

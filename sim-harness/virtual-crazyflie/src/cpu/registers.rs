@@ -121,7 +121,7 @@ impl Cpu {
         self.cycles
     }
 
-    /// Of these, cycles that it slept.
+    /// The part of these cycles that the core slept.
     #[must_use]
     pub const fn slept(&self) -> u64 {
         self.slept
@@ -139,7 +139,7 @@ impl Cpu {
         self.asleep.is_some()
     }
 
-    /// What fetching from flash costs, until the bus says other wait states.
+    /// The cost of a fetch from flash, until the bus reports other wait states.
     pub fn set_flash_timing(&mut self, timing: FlashTiming, wait_states: u8) {
         self.timing.set_flash(timing, wait_states);
     }

@@ -28,13 +28,13 @@ pub enum Stop {
     Lockup,
     /// The next instruction accesses something that is not modelled.
     Refused {
-        /// Where.
+        /// The address.
         address: u32,
-        /// It is a store.
+        /// Whether it is a store.
         store: bool,
-        /// How much.
+        /// The size of the access.
         width: Width,
-        /// What is missing.
+        /// The name of the part that is not modelled.
         why: Refused,
     },
     /// The manual does not say what the next instruction does (UNPREDICTABLE).
@@ -150,7 +150,7 @@ impl Cpu {
         }
     }
 
-    /// What came in the way of an instruction.
+    /// Acts on the event that has interrupted an instruction.
     fn settle(&mut self, memory: &mut Memory) -> Option<Stop> {
         match self.abort.take()? {
             Abort::Fault(fault) => {
@@ -324,7 +324,7 @@ fn fetch(memory: &Memory, address: u32) -> Result<u16, Fault> {
     }
 }
 
-/// For each condition, which of the sixteen states of N, Z, C and V pass it.
+/// The states of N, Z, C and V that pass each condition, as a set of sixteen bits.
 const PASSES: [u16; 16] = {
     let mut passes = [0; 16];
     let mut state = 0;

@@ -116,7 +116,7 @@ impl Cpu {
         self.reconsider();
     }
 
-    /// It cannot be set where it would change nothing: in HardFault and NMI.
+    /// Sets FAULTMASK, but not in HardFault and NMI, where it would change nothing.
     fn set_faultmask(&mut self, on: bool) {
         if !on || self.exceptions.priorities.execution() > -1 {
             self.exceptions.priorities.set_faultmask(on);
@@ -124,7 +124,7 @@ impl Cpu {
         }
     }
 
-    /// What is pending may come in now.
+    /// To be called when a pending exception may have become eligible.
     #[inline]
     pub(super) fn reconsider(&mut self) {
         if self.exceptions.wants_in() {

@@ -33,16 +33,17 @@
 
 use super::op::{Kind, NO_LINE, Op};
 
-/// What the flash adds to the core's own cycles.
+/// The cycles that the flash adds to the core's own.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum FlashTiming {
-    /// Nothing: the accelerator always has what is wanted. A lower bound.
+    /// No cycles: the accelerator has every line at hand. A lower bound.
     #[default]
     Ideal,
     /// As the accelerator works: 64 lines of instructions, 8 of data, and the next line fetched
     /// ahead.
     Accelerated,
-    /// As without it: each line of 16 bytes costs the wait states. An upper bound.
+    /// The flash without the accelerator: each line of 16 bytes costs the wait states. An upper
+    /// bound.
     Off,
 }
 
@@ -122,7 +123,7 @@ pub(super) fn cycles(op: &Op) -> u8 {
     }
 }
 
-/// Of a division, what comes on top of the least.
+/// The cycles of a division above the least.
 #[inline]
 pub(super) fn division(dividend: u32, divisor: u32) -> u64 {
     let bits = divisor.leading_zeros().saturating_sub(dividend.leading_zeros());
@@ -189,14 +190,14 @@ pub(super) const fn line_of_code(address: u32) -> u16 {
 /// Lines of instructions that are held, the one used longest ago going first.
 #[derive(Clone, Debug)]
 struct Lines {
-    /// By slot.
+    /// The lines, by slot.
     held: [u16; LINES],
     /// When each slot was used, with its number in the lowest bits, so that the least of them tells
     /// which slot it is. What is written to `NO_SLOT` does not matter.
     used: [i32; 256],
     /// A multiple of `TICK`.
     clock: i32,
-    /// Where each line is held, or [`NO_SLOT`].
+    /// The slot of each line, or [`NO_SLOT`].
     slots: Box<[u8; FLASH_LINES]>,
 }
 
@@ -218,13 +219,13 @@ impl Lines {
         lines
     }
 
-    /// Where a line is held.
+    /// The slot of a line.
     #[inline(always)]
     fn find(&self, line: u16) -> u8 {
         self.slots[usize::from(line)]
     }
 
-    /// What is in a slot is used.
+    /// Notes that the line in a slot is used.
     #[inline(always)]
     fn touch(&mut self, slot: u8) {
         self.clock = match self.clock.checked_add(TICK) {

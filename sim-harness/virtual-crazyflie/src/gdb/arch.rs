@@ -20,7 +20,7 @@ pub enum Register {
 }
 
 impl Register {
-    /// In the order in which `DESCRIPTION` has them.
+    /// The registers in the order of `DESCRIPTION`.
     pub(super) fn all() -> impl Iterator<Item = Self> {
         (0..16)
             .map(Self::R)
@@ -30,7 +30,7 @@ impl Register {
             .chain(SPECIAL.map(Self::Special))
     }
 
-    /// In bytes.
+    /// The length in bytes.
     pub(super) const fn size(self) -> usize {
         if let Self::D(_) = self { 8 } else { 4 }
     }
@@ -98,7 +98,7 @@ impl RegId for Register {
     }
 }
 
-/// What they hold, in the order of [`Register::all`].
+/// The values of the registers, in the order of [`Register::all`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct All(pub(super) Vec<u64>);
 

@@ -26,7 +26,7 @@ pub trait Debuggee {
     /// The moment that it has come to.
     fn now(&self) -> Nanos;
 
-    /// What a register holds.
+    /// The value of a register.
     fn register(&self, register: Register) -> u64;
 
     /// Sets it.
@@ -51,7 +51,7 @@ pub trait Debuggee {
     /// If it cannot go on.
     fn step(&mut self, moment: Nanos) -> Result<Pause, Self::Halt>;
 
-    /// From now on it pauses before the instruction at this address; false where it cannot.
+    /// Sets a breakpoint at the instruction of this address; false where that is not possible.
     fn trap(&mut self, address: u32) -> bool;
 
     /// No longer.

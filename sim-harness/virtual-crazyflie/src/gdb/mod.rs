@@ -31,9 +31,9 @@ pub use arch::Register;
 pub use machine::Debuggee;
 use stub::{Resume, Stub};
 
-/// How long the machine runs between two looks at whether GDB wants something.
+/// The time that the machine runs between two polls of GDB.
 const SLICE: Nanos = 1_000_000;
-/// The same in instructions, when one steps.
+/// The instructions between two polls, when GDB steps.
 const STEPS: usize = 20_000;
 
 type State<M> = GdbStubStateMachine<'static, Stub<M>, TcpStream>;
@@ -66,7 +66,7 @@ impl<M: Debuggee> Debugger<M> {
         Ok(Self { stub: Stub::new(machine, log), listener, session: None })
     }
 
-    /// Where a GDB finds it: `target remote` and this.
+    /// The address for GDB's `target remote`.
     ///
     /// # Errors
     /// If the listener does not know.
@@ -91,7 +91,7 @@ impl<M: Debuggee> Debugger<M> {
         self.stub.machine
     }
 
-    /// What has been logged, but for what was taken.
+    /// The log, without the lines that were taken.
     pub fn take_log(&mut self) -> Vec<LogLine> {
         self.stub.take_log()
     }

@@ -28,7 +28,7 @@ use super::machine::{Debuggee, memory_map};
 /// The errno that says that there is nothing at an address.
 const EFAULT: u8 = 14;
 
-/// What GDB wants the machine to do next.
+/// GDB's request to the machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Resume {
     Continue,
@@ -54,14 +54,14 @@ pub(super) struct Watch {
 pub(super) struct Stub<M> {
     pub(super) machine: M,
     pub(super) resume: Resume,
-    /// It has not executed anything since GDB let it go.
+    /// Whether the machine has executed nothing since GDB let it go.
     pub(super) fresh: bool,
     pub(super) watches: Vec<Watch>,
     /// Why it cannot go on.
     pub(super) halt: Option<String>,
     marks: BTreeMap<u32, Mark>,
     log: Option<Log>,
-    /// So many of the lines has GDB been shown.
+    /// The number of lines that GDB has been shown.
     shown: usize,
 }
 

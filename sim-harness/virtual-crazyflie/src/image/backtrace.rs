@@ -14,7 +14,7 @@ use super::lines::{Bytes, SourceFrame};
 /// More frames than these are a stack that runs in circles.
 const DEPTH: usize = 64;
 
-/// Where a core is: what a back-trace begins from.
+/// The state of a core with which a back-trace begins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct State {
     /// R0 to R15.
@@ -137,7 +137,7 @@ struct Walk<'a> {
 }
 
 impl Walk<'_> {
-    /// To the caller of the function that `place` lies in.
+    /// Goes to the caller of the function that `place` lies in.
     fn step(&mut self, place: u32, first: bool) -> Step {
         if self.start_of(place) == self.image.entry() {
             return Step::Start;

@@ -100,13 +100,13 @@ impl Lines {
         addresses.iter().map(|address| known[address].clone()).collect()
     }
 
-    /// Where the compiler ran: once for each unit that it says so of.
+    /// The directories of the compiler's runs, one for each unit that has one.
     pub(super) fn directories(&self) -> Vec<String> {
         let directories = self.dwarf().map(|dwarf| directories(&dwarf));
         directories.and_then(Result::ok).unwrap_or_default()
     }
 
-    /// How far into a structure a member lies. Rust orders members as it likes.
+    /// The offset of a member in a structure. Rust orders members freely.
     pub(super) fn member_offset(&self, structure: &str, member: &str) -> Option<u32> {
         member_offset(&self.dwarf()?, structure, member).ok()?
     }

@@ -83,7 +83,7 @@ impl fmt::Display for ImageError {
 
 impl std::error::Error for ImageError {}
 
-/// How much memory an image takes, in bytes.
+/// The memory of an image, in bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Sizes {
     /// Flash: code, constants and the initial values of variables.
@@ -97,11 +97,11 @@ pub struct Sizes {
 /// A stretch of memory that the program takes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Section {
-    /// As in the file: `.text`, `.bss`.
+    /// The name in the file: `.text`, `.bss`.
     pub name: String,
     /// The address while the program runs.
     pub address: u32,
-    /// In bytes.
+    /// The length in bytes.
     pub size: u32,
 }
 
@@ -109,7 +109,7 @@ pub struct Section {
 #[derive(Clone, Debug)]
 struct Segment {
     address: u32,
-    /// Where in the file.
+    /// The offset in the file.
     bytes: Range<usize>,
 }
 
@@ -190,7 +190,7 @@ impl Image {
         Ok(image)
     }
 
-    /// What is to be written to flash: address and bytes of each piece, in order.
+    /// The pieces that are written to flash, in order: address and bytes.
     pub fn segments(&self) -> impl Iterator<Item = (u32, &[u8])> {
         self.segments.iter().map(|segment| (segment.address, &self.file[segment.bytes.clone()]))
     }
@@ -208,13 +208,13 @@ impl Image {
         (start, flat)
     }
 
-    /// Where the vector table lies.
+    /// The address of the vector table.
     #[must_use]
     pub fn vector_table(&self) -> u32 {
         self.vector_table
     }
 
-    /// Where execution begins, by the file's header.
+    /// The entry point, by the file's header.
     #[must_use]
     pub fn entry(&self) -> u32 {
         self.entry & !1
@@ -267,7 +267,7 @@ impl Image {
         bytes.get((address - start) as usize..)?.first_chunk().copied()
     }
 
-    /// What an address is called: the function or variable that it lies in.
+    /// The name of the function or variable that an address lies in.
     #[must_use]
     pub fn symbol_at(&self, address: u32) -> Option<Symbol<'_>> {
         self.symbols.at(address)
@@ -302,7 +302,7 @@ impl Image {
         self.symbols.names_of(function)
     }
 
-    /// Where a variable lies.
+    /// The address of a variable.
     #[must_use]
     pub fn variable(&self, name: &str) -> Option<Range<u32>> {
         self.symbols.variable(name)
@@ -376,7 +376,7 @@ impl Image {
         }
     }
 
-    /// How far into a structure a member lies, by the debug information.
+    /// The offset of a member in a structure, by the debug information.
     pub(crate) fn member_offset(&self, structure: &str, member: &str) -> Option<u32> {
         self.lines.member_offset(structure, member)
     }

@@ -15,7 +15,7 @@ pub struct Function {
     pub name: String,
     /// The address of the first instruction.
     pub address: u32,
-    /// In bytes, with the constants that lie behind its code.
+    /// The length in bytes, with the constants after its code.
     pub size: u32,
 }
 
@@ -34,13 +34,13 @@ pub struct Symbol<'a> {
     pub name: &'a str,
     /// The address at which the function or variable begins.
     pub address: u32,
-    /// How far into it the address lies.
+    /// The offset of the address in it.
     pub offset: u32,
 }
 
 /// All symbols of an image.
 pub(super) struct Symbols {
-    /// By address, one name each.
+    /// The symbols by address, one name each.
     functions: Vec<Function>,
     variables: Vec<Function>,
     /// All names of each function, as they are written in Rust.

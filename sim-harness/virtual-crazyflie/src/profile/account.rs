@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use super::Moment;
 use super::quick::QuickMap;
 
-/// How often something took how many cycles. Exact; equal times are common.
+/// A histogram of durations in cycles. Exact; equal times are common.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Tally {
     counts: QuickMap<u64, u64>,
@@ -47,7 +47,7 @@ impl Tally {
     }
 }
 
-/// Of a task's polls, a watched function's calls, or an interrupt's runs.
+/// The durations of a task's polls, a watched function's calls, or an interrupt's runs.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Runs {
     /// Time without what broke in.
@@ -62,7 +62,7 @@ pub(super) struct Runs {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Task {
     pub(super) runs: Runs,
-    /// From being woken to being polled.
+    /// The times from a task's wake-up to its poll.
     pub(super) latency: Tally,
 }
 

@@ -123,7 +123,7 @@ impl Profile {
         self.lowest = u32::MAX;
     }
 
-    /// What has been measured, up to now. `core_hz` is the core's clock.
+    /// The measurements so far. `core_hz` is the core's clock.
     #[must_use]
     pub fn report(&mut self, cpu: &Cpu, memory: &Memory, core_hz: u32) -> Report {
         self.account.charge(&Moment::of(cpu));

@@ -5,10 +5,10 @@ use std::fmt;
 use super::account::{Account, Runs, Tally};
 use super::names;
 
-/// How long something takes, in microseconds.
+/// Durations in microseconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Durations {
-    /// How often it was measured.
+    /// The number of measurements.
     pub count: u64,
     /// Half of them took no longer.
     pub p50: f64,
@@ -25,9 +25,9 @@ pub struct TaskLoad {
     pub name: String,
     /// The share of the time, 0 to 1.
     pub share: f64,
-    /// How long a poll takes, without what broke in.
+    /// The duration of a poll, without interrupts.
     pub own: Durations,
-    /// How long a poll takes, with it.
+    /// The duration of a poll, with interrupts.
     pub whole: Durations,
     /// How long it waits from being woken to being polled. `None` where it is not known when tasks
     /// are woken: the image's debug information does not tell.
@@ -43,9 +43,9 @@ pub struct InterruptLoad {
     pub number: u16,
     /// The share of the time, 0 to 1, without the tasks that the exception polls.
     pub share: f64,
-    /// How long its handler takes, with the tasks that it polls, but without what broke in.
+    /// The duration of its handler, with the tasks that it polls, without other interrupts.
     pub own: Durations,
-    /// From its begin to its end.
+    /// The duration from its beginning to its end.
     pub whole: Durations,
 }
 
@@ -56,16 +56,16 @@ pub struct WatchedTime {
     pub name: String,
     /// The share of the time, 0 to 1.
     pub share: f64,
-    /// Without what broke in.
+    /// The duration without interrupts.
     pub own: Durations,
-    /// With it.
+    /// The duration with interrupts.
     pub whole: Durations,
 }
 
-/// How deep the stack has been, in bytes.
+/// The depth of the stack, in bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StackUse {
-    /// How large it is.
+    /// The size of the stack.
     pub size: u32,
     /// Since the start, by the paint that is gone; `None` where it was never painted.
     pub by_paint: Option<u32>,
@@ -76,18 +76,18 @@ pub struct StackUse {
 /// A profile.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Report {
-    /// How long was measured, in seconds.
+    /// The time that was measured, in seconds.
     pub seconds: f64,
     /// The share of it that the core did not sleep, 0 to 1.
     pub load: f64,
     /// The share of the program itself, outside of tasks and interrupts: start-up, and the
     /// thread's executor.
     pub executor: f64,
-    /// By name.
+    /// The tasks, by name.
     pub tasks: Vec<TaskLoad>,
-    /// By number.
+    /// The interrupts, by number.
     pub interrupts: Vec<InterruptLoad>,
-    /// In the order in which they were asked for.
+    /// The watched functions, in the order in which they were requested.
     pub watched: Vec<WatchedTime>,
     /// The stack, if the image says where it is.
     pub stack: Option<StackUse>,

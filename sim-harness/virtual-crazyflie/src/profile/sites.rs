@@ -26,7 +26,7 @@ pub(super) enum Site {
     Wake {
         /// The register.
         register: u8,
-        /// How far.
+        /// The distance.
         offset: u32,
     },
     /// A watched function begins.
@@ -35,7 +35,7 @@ pub(super) enum Site {
     WatchedReturn,
 }
 
-/// Where a return takes its target from.
+/// The source of a return's target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Target {
     /// A register.
@@ -91,7 +91,7 @@ impl Sites {
         Self { tasks, ..Self::default() }
     }
 
-    /// Where the handlers of the vector table begin and end.
+    /// The beginnings and ends of the handlers in the vector table.
     fn find_handlers(&mut self, image: &Image) {
         let table = image.vector_table();
         // 16 of the system and 82 of the chip (RM0090, "Vector table"); the first two are no
@@ -129,7 +129,7 @@ impl Sites {
         }
     }
 
-    /// Where the tasks' poll functions begin.
+    /// The beginnings of the tasks' poll functions.
     fn find_polls(&mut self, image: &Image) {
         for function in image.functions() {
             if let Some(future) = names::future_of(&function.name) {
@@ -177,7 +177,7 @@ impl Sites {
         }
     }
 
-    /// Where a function begins, and where it returns to.
+    /// The beginning of a function, and its returns.
     pub(super) fn watch(&mut self, image: &Image, function: &Function, index: usize) {
         self.add(function.address, Site::Watched(index));
         // A function that ends by jumping to it lets it return to its own caller.
@@ -210,7 +210,7 @@ impl Image {
     }
 }
 
-/// Where a return takes its target from, if the instruction is one.
+/// The source of a return's target, if the instruction is a return.
 fn return_target(effect: &Effect) -> Option<Target> {
     match *effect {
         Effect::JumpRegister(register) => Some(Target::Register(register)),

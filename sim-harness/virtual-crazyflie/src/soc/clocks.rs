@@ -27,7 +27,7 @@ impl Frequency {
         Self { denominator: self.denominator * divisor as u64, ..self }
     }
 
-    /// In Hz, rounded down.
+    /// The frequency in Hz, rounded down.
     pub(crate) const fn floor(self) -> u64 {
         self.numerator / self.denominator
     }
@@ -42,7 +42,7 @@ impl Frequency {
         self.numerator < hertz * self.denominator
     }
 
-    /// As it is for people.
+    /// The frequency as text.
     #[expect(clippy::cast_precision_loss, reason = "for people")]
     pub(crate) fn as_f64(self) -> f64 {
         self.numerator as f64 / self.denominator as f64
@@ -73,7 +73,7 @@ pub(crate) struct Clocks {
 }
 
 impl Clocks {
-    /// From cycle 0 at 0 ns, without prescalers.
+    /// A clock from cycle 0 at 0 ns, without prescalers.
     pub(crate) fn new(hclk: Frequency) -> Self {
         Self {
             hclk,
@@ -86,7 +86,7 @@ impl Clocks {
         }
     }
 
-    /// From `now` on it runs so. `apb1` and `apb2` are HCLK over PCLK1 and PCLK2.
+    /// Changes the clock from `now` on. `apb1` and `apb2` are HCLK over PCLK1 and PCLK2.
     pub(crate) fn change(&mut self, now: u64, hclk: Frequency, apb1: u64, apb2: u64) {
         if hclk != self.hclk {
             self.anchor = self.moment(now);

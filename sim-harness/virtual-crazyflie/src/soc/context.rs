@@ -14,7 +14,7 @@ use crate::soc::wiring::{Board, Nanos, Pin};
 pub(crate) struct Context<'a, B> {
     /// The cycle of the core. It never runs backwards.
     pub(crate) now: u64,
-    /// How fast everything is clocked, and cycles to nanoseconds and back.
+    /// The clocks, and the conversion of cycles to nanoseconds and back.
     pub(crate) clocks: &'a Clocks,
     /// The board at the pins, already advanced to `now`.
     pub(crate) board: &'a mut B,
@@ -76,7 +76,7 @@ pub(crate) enum Request {
     Usart6Transmit,
 }
 
-/// What a DMA controller reaches besides memory. The moment is the same throughout one call.
+/// The ports of a DMA controller besides memory. The moment is the same throughout one call.
 pub(crate) trait Reach {
     /// Whether the peripheral wants a transfer now.
     fn requests(&self, request: Request) -> bool;
@@ -86,7 +86,7 @@ pub(crate) trait Reach {
     fn store(&mut self, address: u32, width: Width, value: u32) -> Result<(), Refused>;
     /// The stream that serves this request has one transfer left (I2C_CR2, LAST).
     fn one_left(&mut self, request: Request);
-    /// Something came up by itself that this emulator does not know: the machine stops, and says so.
+    /// Stops the machine: a unit needs a function that this emulator does not model.
     /// A problem that arises in an access is [`Refused`] instead.
     fn complain(&mut self, what: &'static str);
 }

@@ -17,7 +17,7 @@ pub(crate) enum Mode {
     Analog,
 }
 
-/// Where the sequence that locks a port stands (GPIO_LCKR).
+/// The state of the sequence that locks a port (GPIO_LCKR).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Lock {
     #[default]

@@ -25,7 +25,7 @@ pub(super) enum Unit {
     Dbgmcu,
 }
 
-/// What is at an address.
+/// The unit at an address.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Place {
     Unit(Unit),
@@ -47,7 +47,7 @@ static PLACES: [Place; 0xA0] = {
     places
 };
 
-/// What is at an address.
+/// Finds the unit at an address.
 #[inline(always)]
 pub(super) fn locate(address: u32) -> Place {
     let stretch = address.wrapping_sub(PERIPHERALS) >> 10;
@@ -133,7 +133,7 @@ impl Unit {
         !matches!(self, Self::Gpio(_) | Self::Dma(_) | Self::Rcc | Self::Flash)
     }
 
-    /// What is said when its clock is off.
+    /// The message when its clock is off.
     pub(super) const fn stopped(self) -> &'static str {
         match self {
             Self::Timer(_) => "a timer whose clock is off (RCC_APBxENR)",
@@ -148,7 +148,7 @@ impl Unit {
         }
     }
 
-    /// What is said when it is held in reset.
+    /// The message when it is held in reset.
     pub(super) const fn held(self) -> &'static str {
         match self {
             Self::Timer(_) => "a timer that is held in reset (RCC_APBxRSTR)",

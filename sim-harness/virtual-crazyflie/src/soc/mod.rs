@@ -41,10 +41,11 @@ pub use rcc::ResetCause;
 use units::{Slot, Units};
 pub use wiring::{Board, I2cBus, Level, Nanos, Pin, SpiBus, UartBus, UartByte};
 
-/// What of a chip differs from the next, and what its firmware cannot change.
+/// The individual properties of a chip, which its firmware cannot change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SocConfig {
-    /// What the internal oscillator really does, in Hz: 16 MHz to within 1 % at room temperature.
+    /// The true frequency of the internal oscillator, in Hz: 16 MHz to within 1 % at room
+    /// temperature.
     pub hsi_hz: u32,
     /// The crystal, in Hz; none when it is broken.
     pub hse_hz: Option<u32>,
@@ -74,7 +75,8 @@ impl Default for SocConfig {
 /// The output of a pin, as a motor or an LED sees it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PinOutput {
-    /// Nothing: an input, an open drain that is let go, or a timer's channel that is not enabled.
+    /// The pin is not driven: an input, a released open drain, or a timer's channel that is not
+    /// enabled.
     Input,
     /// Low.
     Low,
@@ -84,7 +86,7 @@ pub enum PinOutput {
     Pwm {
         /// Which part, 0 to 1.
         duty: f32,
-        /// How often a second.
+        /// The frequency in Hz.
         hz: f32,
     },
     /// Another peripheral's, by alternate function.
@@ -98,19 +100,19 @@ pub struct Soc<B> {
 }
 
 impl<B: Board> Soc<B> {
-    /// As after power-up.
+    /// The chip after power-up.
     pub fn new(board: B, config: SocConfig) -> Self {
         let mut soc = Self { units: Units::new(board, config), dma: [Dma::new(0), Dma::new(1)] };
         soc.reset(0, ResetCause::PowerOn);
         soc
     }
 
-    /// What is wired to it.
+    /// The board.
     pub const fn board(&self) -> &B {
         &self.units.board
     }
 
-    /// What is wired to it, to be changed. [`Self::touch`] comes afterwards.
+    /// The board, to be changed. [`Self::touch`] must be called afterwards.
     pub const fn board_mut(&mut self) -> &mut B {
         self.units.pins_dirty = true;
         &mut self.units.board
@@ -137,7 +139,7 @@ impl<B: Board> Soc<B> {
         self.units.clocks.cycle(nanos)
     }
 
-    /// What the core is clocked with, in Hz.
+    /// The core's clock, in Hz.
     pub fn core_hz(&self) -> f64 {
         self.units.clocks.hclk().as_f64()
     }
@@ -147,7 +149,7 @@ impl<B: Board> Soc<B> {
         (self.units.clocks.apb1(), self.units.clocks.apb2())
     }
 
-    /// What is not modelled and came up without an access of the core.
+    /// Takes a function that is not modelled and was needed without an access of the core.
     pub const fn trouble(&self) -> Option<&'static str> {
         self.units.trouble
     }
@@ -183,7 +185,7 @@ impl<B: Board> Soc<B> {
         self.units.code = code;
     }
 
-    /// What a pin does at a cycle that is not before the last access.
+    /// The state of a pin at a cycle that is not before the last access.
     pub fn output(&self, pin: Pin, now: u64) -> PinOutput {
         self.units.output(pin, now)
     }

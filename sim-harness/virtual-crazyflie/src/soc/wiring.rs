@@ -17,7 +17,7 @@ impl Pin {
         Self(((port as u32 as u8).wrapping_sub(b'A') % 9) * 16 + number % 16)
     }
 
-    /// By number of the port, A being 0.
+    /// The number of the port, A being 0.
     #[must_use]
     pub const fn of(port: usize, number: usize) -> Self {
         Self((port % 9) as u8 * 16 + (number % 16) as u8)
@@ -36,14 +36,14 @@ impl Pin {
     }
 }
 
-/// What drives a pin, as seen from one side.
+/// The drive of a pin, as seen from one side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Level {
     /// Driven low.
     Low,
     /// Driven high.
     High,
-    /// Not driven: an input, or an open drain that is let go.
+    /// The pin is not driven: an input, or a released open drain.
     Released,
 }
 
@@ -77,7 +77,7 @@ pub enum UartBus {
 pub struct UartByte {
     /// When its start bit begins.
     pub at: Nanos,
-    /// How long one bit takes, in ns: what the sender's baud rate makes of it.
+    /// The duration of one bit, in ns, by the sender's baud rate.
     pub bit: u32,
     /// The byte.
     pub data: u8,
@@ -87,7 +87,7 @@ pub struct UartByte {
     pub broken: bool,
 }
 
-/// What is wired to the chip.
+/// The wiring of the chip.
 ///
 /// [`advance`](Self::advance) is called before anything else, with the moment of what follows.
 pub trait Board {
@@ -118,6 +118,6 @@ pub trait Board {
 
     /// The chip drives this pin, as a plain output, from now on.
     fn drive(&mut self, pin: Pin, level: Level);
-    /// What the board makes of a pin.
+    /// Shows a pin to the board.
     fn level(&self, pin: Pin) -> Level;
 }

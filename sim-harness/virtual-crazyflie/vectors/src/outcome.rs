@@ -13,7 +13,7 @@ pub struct After {
     pub it: u8,
     /// S0 to S31.
     pub s: [u32; 32],
-    /// As bits.
+    /// The outcome as bits.
     pub fpscr: u32,
     /// MSP, PSP, PRIMASK, BASEPRI, FAULTMASK, CONTROL.
     pub special: [u32; 6],
@@ -21,14 +21,14 @@ pub struct After {
     pub memory: Vec<(u32, u8)>,
 }
 
-/// How it ended.
+/// The ending of an instruction.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Outcome {
     /// The instruction was executed.
     Done(Box<After>),
-    /// It was a fault.
+    /// A fault.
     Fault(String),
-    /// It ended in a way that is neither.
+    /// Any other ending.
     Other(String),
 }
 
@@ -50,7 +50,7 @@ impl After {
         hash.finish()
     }
 
-    /// In which of its parts it differs from another.
+    /// The parts in which it differs from another.
     #[must_use]
     pub fn differs_from(&self, other: &Self) -> Vec<String> {
         let mut found = Vec::new();

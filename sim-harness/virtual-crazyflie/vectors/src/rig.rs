@@ -7,7 +7,7 @@ use virtual_crazyflie::cpu::fp::Fpscr;
 use virtual_crazyflie::cpu::{Cpu, Flags, Program, Stop};
 use virtual_crazyflie::memory::Memory;
 
-/// What follows the instruction: `B .`.
+/// The instruction after the tested one: `B .`.
 const HERE: u16 = 0xE7FE;
 
 /// A core that can be put into any state.

@@ -4,7 +4,7 @@ use crate::forms::{Aim, Form};
 use crate::random::Random;
 use virtual_crazyflie::memory::map;
 
-/// Where the instruction lies: the middle of the flash, so that branches stay within it.
+/// The address of the instruction: the middle of the flash, so that branches stay within it.
 pub const CODE: u32 = map::FLASH + map::FLASH_SIZE / 2;
 /// Flash that holds literals, from here …
 pub const LITERALS: u32 = CODE - 0x8000;
@@ -15,7 +15,7 @@ pub const WINDOW: u32 = map::RAM + 0x8000;
 /// Its size: the middle reaches as far as any offset.
 pub const WINDOW_SIZE: u32 = 0x4000;
 
-/// What an instruction begins with.
+/// The state before an instruction.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct State {
     /// R0 to R12, SP, LR.
@@ -26,7 +26,7 @@ pub struct State {
     pub it: u8,
     /// S0 to S31.
     pub s: [u32; 32],
-    /// As bits.
+    /// The state as bits.
     pub fpscr: u32,
     /// The window holds addresses of code, so that what is loaded can be jumped to.
     pub window_of_code: bool,
@@ -108,7 +108,8 @@ impl Iterator for States {
     }
 }
 
-/// What may not stand in an IT block, or could not be told from the block's own end.
+/// The instructions that must not stand in an IT block, or cannot be distinguished from the block's
+/// own end.
 const OUTSIDE_BLOCKS: [&str; 7] = ["B cond", "CBZ", "CBNZ", "IT", "CPS", "BKPT", "MOVS.N"];
 
 /// A flash address with bit 0 set.
@@ -289,7 +290,8 @@ fn fpscr(random: &mut Random, index: u32) -> u32 {
     flags | mode | sticky
 }
 
-/// What the window and the literals hold: addresses of code and data, and numbers of all kinds.
+/// The contents of the window and the literals: addresses of code and data, and numbers of all
+/// kinds.
 #[must_use]
 pub fn background(size: u32, of_code: bool) -> Vec<u8> {
     let mut random = Random::new(0x5EED);

@@ -6,7 +6,7 @@ use std::fmt;
 use crate::rig::Rig;
 use crate::{forms, vectors};
 
-/// What replaying the kept outcomes came to.
+/// The result of replaying the kept outcomes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Summary {
     /// Forms of instructions,

@@ -7,7 +7,7 @@ use virtual_crazyflie::image::Image;
 
 use crate::forms;
 
-/// How often each encoding occurs in a file.
+/// The number of times that each encoding occurs in a file.
 ///
 /// # Errors
 /// If the file has no mapping symbols, without which code cannot be told from constants.

@@ -6,14 +6,14 @@ use crate::outcome::Outcome;
 use crate::rig::Rig;
 use crate::state::States;
 
-/// How many states are kept for each encoding.
+/// The number of states that are kept for each encoding.
 pub const STATES: usize = 16;
 /// The seed of the states.
 pub const SEED: u64 = 0x0D01_0403;
 
 const MAGIC: &[u8; 8] = b"CM4FVEC1";
 
-/// What is known of one encoding.
+/// The kept outcomes of one encoding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Vector {
     /// The instruction.
@@ -41,7 +41,7 @@ impl Vector {
     }
 }
 
-/// As a file.
+/// Writes the file.
 #[must_use]
 pub fn write(vectors: &[Vector]) -> Vec<u8> {
     let mut bytes = MAGIC.to_vec();
@@ -57,7 +57,7 @@ pub fn write(vectors: &[Vector]) -> Vec<u8> {
     bytes
 }
 
-/// From a file; `None` if it is not one.
+/// Reads a file; `None` if its format is wrong.
 #[must_use]
 pub fn read(bytes: &[u8]) -> Option<Vec<Vector>> {
     let mut rest = bytes.strip_prefix(MAGIC)?;

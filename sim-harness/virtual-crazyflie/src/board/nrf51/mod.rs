@@ -57,7 +57,7 @@ pub struct Sent {
     pub port: u8,
     /// The packet's data, without port.
     pub data: Vec<u8>,
-    /// How the radio is set.
+    /// The settings of the radio.
     pub tuning: Tuning,
 }
 
@@ -131,9 +131,9 @@ struct State {
     /// The flight processor has set a channel, a data rate and an address.
     configured: [bool; 3],
     counters: Counters,
-    /// Until then it is sending, or booting.
+    /// The chip sends, or boots, until then.
     busy_until: Nanos,
-    /// Where the next round begins.
+    /// The position of the next round.
     next_step: usize,
 }
 
@@ -172,7 +172,7 @@ pub struct Nrf51 {
     power: Power,
     battery: Battery,
     led: bool,
-    /// On their way through the air, by the moment at which they have come off it.
+    /// Packets on the air, by the moment at which they end.
     flying: VecDeque<(Nanos, Packet)>,
     sent: Vec<Sent>,
     clock: Nanos,
@@ -210,7 +210,7 @@ impl Nrf51 {
         counters
     }
 
-    /// How its radio is set.
+    /// The settings of the radio.
     #[must_use]
     pub const fn tuning(&self) -> Tuning {
         self.state.radio.tuning

@@ -100,7 +100,7 @@ impl Nrf51 {
         }
     }
 
-    /// Without a queue, and whatever the radio is doing (`esbSendP2PPacket`).
+    /// Sends a packet without a queue, in any state of the radio (`esbSendP2PPacket`).
     fn broadcast(&mut self, port: u8, data: &[u8]) {
         self.state.bluetooth = false;
         self.state.radio.send(self.clock, data.len());

@@ -13,7 +13,7 @@ const SLOTS: usize = 8;
 /// (`SYSLINK_RADIO_DISABLED_TIMEOUT_MS`).
 const GATE: Nanos = 3_000_000_000;
 
-/// How fast the radio sends.
+/// The data rate of the radio.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Datarate {
     /// 250 kbit/s.
@@ -24,12 +24,12 @@ pub enum Datarate {
     M2,
 }
 
-/// How the radio is set.
+/// The settings of the radio.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Tuning {
     /// MHz above 2400.
     pub channel: u8,
-    /// How fast.
+    /// The data rate.
     pub datarate: Datarate,
     /// The address at which it is spoken to alone, lowest byte first. Broadcasts have one of their
     /// own.
@@ -49,7 +49,7 @@ impl Tuning {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Packet {
     pub(super) data: Vec<u8>,
-    /// To the address of all, not to this chip's own.
+    /// Whether the packet goes to the address of all chips, not to this chip's own.
     pub(super) broadcast: bool,
     /// −dBm.
     pub(super) rssi: u8,
@@ -65,7 +65,7 @@ impl Packet {
         self.is_null() && self.data.get(1).is_some_and(|byte| byte & 0xF0 == 0x80)
     }
 
-    /// To the chip's own loader.
+    /// A packet for the chip's own loader.
     pub(super) fn is_loaders(&self) -> bool {
         self.is_null() && self.data.get(1) == Some(&0xFE) && self.data.len() > 2
     }
@@ -113,7 +113,7 @@ pub(super) struct Radio {
     pub(super) carrier: bool,
     /// Since when it runs.
     since: Nanos,
-    /// Until then it sends, or turns round.
+    /// The radio sends, or turns round, until then.
     sends_until: Nanos,
     incoming: VecDeque<Packet>,
     outgoing: VecDeque<Vec<u8>>,

@@ -61,7 +61,7 @@ impl FpControl {
         self.fpccr & LSPACT != 0
     }
 
-    /// That state is wanted where it is.
+    /// Cancels the lazy save: the state stays in the registers.
     pub(in crate::cpu) fn forget_save(&mut self) {
         self.fpccr &= !LSPACT;
     }

@@ -39,7 +39,7 @@ pub(crate) struct Control {
 }
 
 impl Control {
-    /// As after reset.
+    /// The registers after a reset.
     pub(crate) fn new() -> Self {
         Self {
             vtor: 0,
@@ -60,7 +60,7 @@ impl Control {
     }
 }
 
-/// What answers where nothing is known.
+/// The refusal of a register or bit that is not modelled.
 const fn unmodelled<T>(what: &'static str) -> Result<T, Refused> {
     Err(Refused::Unmodelled { what })
 }
@@ -70,7 +70,7 @@ const fn unmodelled<T>(what: &'static str) -> Result<T, Refused> {
 struct Store {
     /// The register.
     address: u32,
-    /// What is stored, where it belongs in the word.
+    /// The stored value, shifted to its place in the word.
     value: u32,
     /// Which bits are stored.
     mask: u32,

@@ -66,7 +66,7 @@ const SHCSR_PENDING: [(u32, u16); 4] = [
 const SHCSR_ENABLED: [(u32, u16); 3] =
     [(1 << 16, number::MEM_MANAGE), (1 << 17, number::BUS_FAULT), (1 << 18, number::USAGE_FAULT)];
 
-/// What tells a handler what went wrong.
+/// The registers by which a handler learns the cause of a fault.
 #[derive(Clone, Copy, Debug, Default)]
 pub(in crate::cpu) struct FaultStatus {
     pub(in crate::cpu) cfsr: u32,
@@ -126,12 +126,12 @@ impl super::Control {
     }
 }
 
-/// Of a table of bits, those whose exceptions are in a set.
+/// The bits of a table whose exceptions are in a set.
 fn shown(table: &[(u32, u16)], set: u128) -> u32 {
     table.iter().filter(|(_, n)| set & bit(*n) != 0).fold(0, |word, (flag, _)| word | flag)
 }
 
-/// Of a table of bits, the exceptions whose bits are set, and those whose are not.
+/// The exceptions whose bits in a table are set, and those whose are not.
 fn split(table: &[(u32, u16)], word: u32) -> (u128, u128) {
     table.iter().fold((0, 0), |(on, off), (flag, n)| {
         if word & flag != 0 { (on | bit(*n), off) } else { (on, off | bit(*n)) }

@@ -22,7 +22,7 @@ const CALIB: u32 = 1 << 30 | 18_750;
 pub(super) struct SysTick {
     control: u32,
     reload: u32,
-    /// What the counter was at `since`.
+    /// The value of the counter at `since`.
     current: u32,
     /// A tick, in ticks since power-up.
     since: u64,

@@ -102,7 +102,7 @@ fn narrow_exclusive(address: u32, first: u32, second: u32) -> Op {
     }
 }
 
-/// How an instruction with an immediate of eight bits uses its base.
+/// The use of the base by an instruction with an immediate of eight bits.
 enum Base {
     Offset,
     Pre,

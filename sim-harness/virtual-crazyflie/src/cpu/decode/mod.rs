@@ -58,7 +58,7 @@ const fn signed(value: u32, bits: u32) -> u32 {
     ((value << (32 - bits)) as i32 >> (32 - bits)) as u32
 }
 
-/// Of a literal, an ADR, a table: the program counter as an operand is four ahead.
+/// The program counter as the operand of a literal, an ADR or a table: four ahead.
 const fn pc(address: u32) -> u32 {
     address.wrapping_add(4)
 }

@@ -10,7 +10,7 @@ fn low(bits: u32, at: u32) -> u8 {
     field(bits, at, 3) as u8
 }
 
-/// What sets flags outside an IT block only.
+/// The operation with flags outside an IT block, without them inside.
 fn flags(kind: Kind) -> Op {
     Op { quiet_in_it: true, ..Op::new(kind, 2) }
 }

@@ -5,7 +5,7 @@
 #[cfg(test)]
 mod tests;
 
-/// What becomes of each lane of a parallel addition or subtraction: the instruction's prefix.
+/// The treatment of each lane of a parallel addition or subtraction: the instruction's prefix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Prefix {

@@ -16,18 +16,18 @@ const PC: u8 = 15;
 /// One instruction of a program.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Instruction {
-    /// Where it lies.
+    /// The address.
     pub address: u32,
-    /// In bytes: 2 or 4.
+    /// The length in bytes: 2 or 4.
     pub size: u32,
     /// The effect may also be none, and execution falls through: a branch on a condition, or an
     /// instruction of an IT block.
     pub conditional: bool,
-    /// What it does.
+    /// The effect.
     pub effect: Effect,
 }
 
-/// What an instruction does. Unless said otherwise, execution falls through to the next one.
+/// The effect of an instruction. Unless said otherwise, execution falls through to the next one.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Effect {
     /// Execution continues at this address.
@@ -66,7 +66,7 @@ pub enum Effect {
         base: u8,
         /// The register that gets the status.
         status: u8,
-        /// It stores one byte.
+        /// Whether it stores one byte.
         byte: bool,
     },
     /// Registers, one bit each, get values that are not described; neither SP nor PC is among them.
@@ -92,11 +92,11 @@ pub enum Value {
     Masked(u8, u32),
 }
 
-/// What stands around an instruction in its program.
+/// The surroundings of an instruction in its program.
 pub(crate) struct Surroundings<'a> {
     /// The halfword at an address.
     pub(crate) half: &'a dyn Fn(u32) -> Option<u16>,
-    /// Where the next instruction begins, and a branch table therefore ends.
+    /// The beginning of the next instruction, which ends a branch table.
     pub(crate) next: u32,
 }
 

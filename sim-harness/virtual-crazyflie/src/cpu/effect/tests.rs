@@ -3,7 +3,7 @@
 use super::*;
 use crate::cpu::is_wide;
 
-/// What `halves` holds from `address` on, decoded one after the other.
+/// The instructions of `halves` from `address` on.
 fn decoded(address: u32, halves: &[u16]) -> Vec<Instruction> {
     let half = |at: u32| halves.get((at.checked_sub(address)? / 2) as usize).copied();
     let (mut decoder, mut found, mut at) = (Decoder::default(), Vec::new(), address);

@@ -9,7 +9,7 @@ use super::priorities::number::{BUS_FAULT, DEBUG_MONITOR, HARD_FAULT, MEM_MANAGE
 use crate::bus::Width;
 use crate::memory::Memory;
 
-/// From the request to the first instruction of the handler.
+/// The cycles from the request to the first instruction of the handler.
 const ENTRY: u64 = 12;
 /// S0 to S15 and FPSCR.
 pub(crate) const FP_WORDS: u64 = 17;
@@ -17,7 +17,7 @@ pub(crate) const FP_WORDS: u64 = 17;
 pub(super) const BASIC: u32 = 0x20;
 /// A frame with it.
 pub(super) const EXTENDED: u32 = 0x68;
-/// Where in it that state lies.
+/// The offset of that state in the frame.
 pub(super) const FP_OFFSET: u32 = 0x20;
 
 /// Which exceptions could have come in when room was left for floating-point state.
@@ -88,7 +88,7 @@ impl Cpu {
         Ok(())
     }
 
-    /// What a return to the present mode, stack and kind of frame takes.
+    /// The EXC_RETURN to the present mode, stack and kind of frame.
     fn exc_return(&self) -> u32 {
         let frame = if self.special.fpca { 0xFFFF_FFE0 } else { 0xFFFF_FFF0 };
         frame

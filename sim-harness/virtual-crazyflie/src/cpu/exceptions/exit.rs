@@ -15,7 +15,7 @@ use crate::memory::Memory;
 const RETURN: u64 = 10;
 const TAIL_CHAIN: u64 = 6;
 
-/// Where an EXC_RETURN leads.
+/// The target of an EXC_RETURN.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Target {
     Handler,
@@ -24,7 +24,7 @@ enum Target {
 }
 
 impl Target {
-    /// `None` for what the manual reserves.
+    /// The target of an EXC_RETURN; `None` for the values that the manual reserves.
     const fn of(exc_return: u32) -> Option<Self> {
         match exc_return | 0x10 {
             0xFFFF_FFF1 => Some(Self::Handler),
@@ -36,7 +36,7 @@ impl Target {
 }
 
 impl Cpu {
-    /// What a branch to an EXC_RETURN does in handler mode.
+    /// Executes a branch to an EXC_RETURN in handler mode.
     pub(crate) fn exception_return(&mut self, memory: &mut Memory, exc_return: u32) {
         let target = self.target(exc_return);
         self.exceptions.priorities.deactivate(self.special.ipsr);

@@ -16,31 +16,31 @@ pub enum Fault {
     InvalidState,
     /// UsageFault, INVPC: a return that does not fit.
     InvalidReturn {
-        /// What was returned with.
+        /// The value that was returned with.
         exc_return: u32,
     },
     /// UsageFault, NOCP: the FPU is not enabled, or there is no such coprocessor.
     NoCoprocessor,
     /// UsageFault, UNALIGNED.
     Unaligned {
-        /// Of the access.
+        /// The address of the access.
         address: u32,
     },
     /// UsageFault, DIVBYZERO.
     DivideByZero,
     /// MemManage, IACCVIOL: execution where memory is execute-never.
     ExecuteNever {
-        /// Of the instruction.
+        /// The address of the instruction.
         address: u32,
     },
     /// BusFault, IBUSERR: execution where nothing is.
     FetchBus {
-        /// Of the instruction.
+        /// The address of the instruction.
         address: u32,
     },
     /// BusFault, PRECISERR.
     DataBus {
-        /// Of the access.
+        /// The address of the access.
         address: u32,
     },
     /// BusFault, STKERR: the frame of an exception found no room.

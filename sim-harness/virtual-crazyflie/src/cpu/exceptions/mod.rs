@@ -40,12 +40,12 @@ pub(crate) struct Exceptions {
 }
 
 impl Exceptions {
-    /// As after reset, with no fault seen yet.
+    /// The state after a reset, with no fault seen yet.
     pub(crate) fn new() -> Self {
         Self { priorities: Priorities::default(), reports: Reports::default(), locked: false }
     }
 
-    /// Something pending has a higher priority than what is executed.
+    /// Whether a pending exception has a higher priority than the running code.
     #[inline(always)]
     pub(crate) const fn wants_in(&self) -> bool {
         self.priorities.wants_in()
@@ -74,7 +74,7 @@ impl Cpu {
         }
     }
 
-    /// Something that was not pending is so now, or not.
+    /// To be called when an exception has become pending, or is not any more.
     fn pended(&mut self, new: bool) {
         if new {
             self.event |= self.control.sends_event_on_pend();
@@ -141,7 +141,7 @@ impl Cpu {
         }
     }
 
-    /// Nothing can be done any more but to wait for a reset.
+    /// The core is locked up and waits for a reset.
     fn lock_up(&mut self, memory: &Memory, fault: Fault) {
         self.report(memory, fault, None);
         self.exceptions.locked = true;

@@ -28,7 +28,7 @@ use number::{FIRST_INTERRUPT, HARD_FAULT, NMI, PEND_SV, SV_CALL, SYS_TICK};
 /// The priority of what no exception has interrupted: lower than any.
 const BASE: i16 = 256;
 
-/// What is always enabled.
+/// The exceptions that are always enabled.
 const ALWAYS: u128 = bit(NMI) | bit(HARD_FAULT) | bit(SV_CALL) | bit(PEND_SV) | bit(SYS_TICK);
 
 const ALL_INTERRUPTS: u128 = ((1 << INTERRUPTS) - 1) << FIRST_INTERRUPT;
@@ -52,7 +52,7 @@ pub(crate) struct Priorities {
     primask: bool,
     faultmask: bool,
     basepri: u8,
-    /// Of what is pending and enabled the highest, and its group priority.
+    /// The highest of the pending and enabled exceptions, and its group priority.
     best: Option<u16>,
     best_priority: i16,
     /// The highest group priority of what is active.
@@ -81,7 +81,7 @@ impl Default for Priorities {
 }
 
 impl Priorities {
-    /// Something pending has a higher priority than what is executed.
+    /// Whether a pending exception has a higher priority than the running code.
     #[inline(always)]
     pub(crate) const fn wants_in(&self) -> bool {
         self.wants_in
@@ -177,7 +177,7 @@ impl Priorities {
         lines == self.lines >> FIRST_INTERRUPT
     }
 
-    /// It comes in: it is active, and pending no more.
+    /// Enters an exception: it is active, and no longer pending.
     pub(crate) fn activate(&mut self, exception: u16) {
         self.pending &= !bit(exception);
         self.active |= bit(exception);

@@ -8,13 +8,13 @@ use super::priorities::number::HARD_FAULT;
 use crate::bus::Width;
 use crate::memory::Memory;
 
-/// How many are kept: the first ones, as what follows a fault often follows from it.
+/// The number of faults that are kept: the first ones, as later faults often follow from them.
 const KEPT: usize = 16;
 
 /// A fault that happened: what, where, and what the registers say of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FaultReport {
-    /// What happened.
+    /// The fault.
     pub fault: Fault,
     /// The number of the exception that it made pending: its own, or HardFault's. None where
     /// nothing could be done, and the core is locked up.
@@ -53,7 +53,7 @@ impl Cpu {
         &self.exceptions.reports.kept
     }
 
-    /// How many faults there were, those included that are not kept.
+    /// The number of faults, those included that are not kept.
     #[must_use]
     pub const fn fault_count(&self) -> u64 {
         self.exceptions.reports.seen

@@ -8,7 +8,7 @@ use super::*;
 use crate::bus::Width;
 use crate::memory::map::{FLASH, RAM};
 
-/// Where handlers lie: that of exception n at `HANDLERS + 16 * n`.
+/// The address of the handlers: that of exception n is `HANDLERS + 16 * n`.
 const HANDLERS: u32 = FLASH + 0x1000;
 const MAIN_STACK: u32 = RAM + 0x8000;
 const PROCESS_STACK: u32 = RAM + 0x4000;

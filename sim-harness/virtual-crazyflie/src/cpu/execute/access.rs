@@ -16,7 +16,7 @@ struct BitBand {
 }
 
 impl BitBand {
-    /// What an alias stands for.
+    /// The address that an alias stands for.
     const fn of(alias: u32, width: Width) -> Option<Self> {
         if !matches!(alias >> 25, 0x11 | 0x21) {
             return None;
@@ -78,7 +78,7 @@ impl Cpu {
             || self.store_slowly(op, memory, bus, address, width, value)
     }
 
-    /// What is not aligned takes longer, where it may be at all.
+    /// An access that is not aligned takes longer, where it is allowed.
     fn admits(&mut self, op: &Op, address: u32, width: Width) -> bool {
         if address.is_multiple_of(width.bytes()) {
             return true;
@@ -225,7 +225,7 @@ impl Cpu {
     }
 }
 
-/// Where the manual leaves open what happens (A3.2.1).
+/// The error of an access whose effect the manual leaves open (A3.2.1).
 const fn beyond_memory(address: u32, width: Width) -> Result<(), Refused> {
     if address.is_multiple_of(width.bytes()) {
         Ok(())

@@ -283,7 +283,7 @@ impl Cpu {
         })
     }
 
-    /// Where VLDM and VSTM begin, and what their base becomes.
+    /// The first address of VLDM and VSTM, and the new value of their base.
     const fn stretch(&self, op: &Op, how: Multiple) -> (u32, u32) {
         let base = self.get(op.n);
         let size = 4 * op.a as u32;

@@ -422,7 +422,7 @@ impl Cpu {
         self.r[(register & 15) as usize] = value;
     }
 
-    /// As if the instruction had not been begun.
+    /// Undoes the beginning of the instruction.
     #[inline(always)]
     const fn forget(&mut self, op: &Op) {
         self.cycles -= op.cycles as u64;

@@ -8,15 +8,15 @@ use crate::cpu::{Cpu, Program};
 pub(in crate::cpu) trait Position {
     /// The address of the instruction behind this one.
     fn next(&self, program: &Program) -> u32;
-    /// On where an instruction says that branches to what it knows.
+    /// Goes on at the fixed target of a branch.
     fn branch(&mut self, target: u32);
-    /// On where R15 says.
+    /// Goes on at the address in R15.
     fn resume(&mut self, cpu: &mut Cpu, program: &Program);
-    /// Back at this instruction, and R15 says where that is.
+    /// Goes back to this instruction, and sets R15 to its address.
     fn retreat(&mut self, cpu: &mut Cpu, program: &Program);
-    /// On at a place in the program.
+    /// Goes on at a place in the program.
     fn follow(&mut self, place: u32);
-    /// On behind so many instructions.
+    /// Goes on after so many instructions.
     fn pass(&mut self, count: u8);
     /// The branch that stands here is executed, too, if there is time for it.
     fn then(&mut self, cpu: &mut Cpu, program: &Program);

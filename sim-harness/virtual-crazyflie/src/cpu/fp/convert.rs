@@ -10,7 +10,7 @@ use super::{Flag, Fpscr, INFINITY, Rounding, SIGN};
 pub struct Fixed {
     /// Its bits: 16 or 32.
     pub bits: u8,
-    /// So many of them are behind the point.
+    /// The number of bits behind the point.
     pub fraction: u8,
     /// Two's complement.
     pub signed: bool,
@@ -30,7 +30,7 @@ impl Fixed {
         }
     }
 
-    /// What the bits in a register mean, in units of the last bit.
+    /// The value of the bits in a register, in units of the last bit.
     const fn value(self, bits: u32) -> i64 {
         let unused = 32 - self.bits as u32;
         if self.signed {

@@ -52,7 +52,7 @@ pub(super) const HALF: Format = Format { fraction: 10, smallest: -14, end: 0x7C0
 pub(super) const ALTERNATIVE_HALF: Format = Format { fraction: 10, smallest: -14, end: 0x8000 };
 
 impl Number {
-    /// Of any mantissa but zero.
+    /// The exponent of any mantissa but zero.
     pub(super) const fn new(negative: bool, mantissa: u128, exponent: i32) -> Self {
         let up = mantissa.leading_zeros() as i32 - (127 - TOP as i32);
         if up < 0 {
@@ -110,7 +110,7 @@ impl Number {
         Self::with_rest(false, root, root * root != square, (self.exponent + odd) / 2)
     }
 
-    /// Without so many bits below, rounded, and whether that lost anything.
+    /// Drops so many bits, rounded; returns whether that lost anything.
     fn without(self, bits: u32, rounding: Rounding) -> (u128, bool) {
         // No mantissa is half as much as the 127th bit.
         let bits = bits.min(127);
@@ -244,7 +244,7 @@ fn process_nans(operands: &[u32], fpscr: &mut Fpscr) -> u32 {
     }
 }
 
-/// What is exactly zero though its parts are not: negative if rounding goes down.
+/// The zero of a sum or product whose parts are not zero: negative if rounding goes down.
 fn cancelled(fpscr: Fpscr) -> u32 {
     signed(fpscr.rounding() == Rounding::Down, 0)
 }

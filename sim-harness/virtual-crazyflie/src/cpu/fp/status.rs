@@ -22,10 +22,10 @@ pub enum Flag {
     InputDenormal = 1 << 7,
 }
 
-/// Where a result goes that lies between two numbers: FPSCR.RMode.
+/// The rounding of a result between two numbers: FPSCR.RMode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rounding {
-    /// To the nearest, and of two equally near to the even one: RN.
+    /// To the nearest, and of two equally near numbers to the even one: RN.
     Nearest,
     /// Towards plus infinity: RP.
     Up,
@@ -47,7 +47,7 @@ impl Fpscr {
     /// Those that a new floating-point context takes from FPDSCR: AHP, DN, FZ and RMode.
     pub const CONTROL: u32 = AHP | DN | FZ | RMODE;
 
-    /// From the bits of the register; what is reserved is dropped.
+    /// The status by the bits of the register; reserved bits are dropped.
     #[inline]
     #[must_use]
     pub const fn from_bits(bits: u32) -> Self {

@@ -93,7 +93,7 @@ fn modes() -> impl Strategy<Value = Fpscr> {
     )
 }
 
-/// What the operands are to the operation once FZ has seen them.
+/// The operands of the operation after FZ was applied.
 fn flushed(operands: &[u32], fpscr: &mut Fpscr) -> Vec<u32> {
     let flush = fpscr.fz();
     let mut each = |bits: &u32| {
@@ -137,7 +137,7 @@ fn beyond(singles: &[Single], operation: Operation) -> bool {
     f64::from_bits(truncated.to_bits() as u64).abs() >= 128f64.exp2()
 }
 
-/// What an operation must give, from what apfloat gives for it in each mode.
+/// The result that an operation must give, from those of apfloat in each mode.
 fn expected(operands: &[u32], operation: Operation, mut fpscr: Fpscr) -> (u32, Fpscr) {
     let operands = flushed(operands, &mut fpscr);
     let singles: Vec<Single> = operands.iter().map(|bits| single(*bits)).collect();

@@ -126,7 +126,7 @@ fn each(mut streams: u8) -> impl Iterator<Item = usize> {
     })
 }
 
-/// Where a stream's six bits begin in its status register.
+/// The place of a stream's six bits in its status register.
 const fn position(stream: usize) -> usize {
     [0, 6, 16, 22][stream % 4]
 }

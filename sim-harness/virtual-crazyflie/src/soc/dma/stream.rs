@@ -37,7 +37,7 @@ mod fcr {
     pub(super) const DMDIS: u32 = 1 << 2;
     pub(super) const FEIE: u32 = 1 << 7;
     pub(super) const ALL: u32 = FTH | DMDIS | FEIE;
-    /// After a reset: threshold at a half.
+    /// The FIFO after a reset: threshold at a half.
     pub(super) const RESET: u32 = 1;
 }
 
@@ -97,13 +97,13 @@ pub(super) struct Stream {
     m1ar: u32,
     fcr: u32,
     pub(super) flags: u8,
-    /// What software wrote to NDTR: what a round has.
+    /// The length of a round: the value that software wrote to NDTR.
     items: u16,
-    /// What NDTR reads.
+    /// The value that NDTR reads.
     left: u16,
     /// The request that it serves; none when it copies.
     request: Option<Request>,
-    /// Where the next item is at either port.
+    /// The addresses of the next item at either port.
     peripheral: u32,
     memory: u32,
     /// Bytes of this round that memory has still to deliver.

@@ -27,7 +27,7 @@ mod cr1 {
     pub(super) const SWRST: u32 = 1 << 15;
     /// SMBUS, SMBTYPE, ENARP, ENPEC, ENGC, PEC, ALERT.
     pub(super) const REFUSED: u32 = 0x307A;
-    /// What falls back to zero with PE.
+    /// The bits that are cleared with PE.
     pub(super) const FALL: u32 = START | STOP | ACK | POS;
 }
 
@@ -144,7 +144,7 @@ pub(crate) struct I2c {
     transmitter: bool,
     /// A byte that was stored to DR and has not begun to go out.
     out: Option<u8>,
-    /// What DR reads.
+    /// The value that DR reads.
     data: u8,
     /// A byte that has come in while DR was full.
     shift: Option<u8>,

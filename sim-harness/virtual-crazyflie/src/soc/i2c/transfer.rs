@@ -10,7 +10,7 @@ use super::{ALTERNATE, I2c, ccr, cr1, pins, sr1};
 use crate::soc::context::Context;
 use crate::soc::wiring::Board;
 
-/// Where a transfer stands.
+/// The state of a transfer.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Phase {
     /// The lines are let go.
@@ -84,7 +84,8 @@ impl I2c {
             .all(|line| line.iter().any(|pin| context.connected(*pin, ALTERNATE)))
     }
 
-    /// What the devices let the clock and the data line be. A line without a pin is high.
+    /// The levels to which the devices hold the clock and the data line. A line without a pin is
+    /// high.
     pub(super) fn levels<B: Board>(&self, context: &Context<'_, B>) -> (bool, bool) {
         let pins = pins(self.bus);
         let has_pin = |line: &[_]| line.iter().any(|pin| context.connected(*pin, ALTERNATE));

@@ -231,7 +231,8 @@ impl<B: Board> Units<B> {
         }
     }
 
-    /// What was written into the chip when it was made (RM0090, "Device electronic signature").
+    /// The data that were written into the chip when it was made (RM0090, "Device electronic
+    /// signature").
     fn engraved(&self, address: u32, width: Width) -> Result<u32, Refused> {
         let word = match address & !3 {
             // One-time programmable bytes and their locks, never used.

@@ -14,7 +14,7 @@ pub(in crate::soc) enum Slot {
     Usart6,
     /// The board; and EXTI, which watches its pins.
     Board,
-    /// What runs in nanoseconds inside the chip: RCC, flash, the watchdog.
+    /// The units that run in nanoseconds: RCC, flash, the watchdog.
     Own,
     /// DMA1 is 0.
     Dma(usize),

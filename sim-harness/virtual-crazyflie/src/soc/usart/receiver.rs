@@ -10,7 +10,7 @@ use super::{Usart, cr1, cr3, place, sr};
 use crate::soc::context::Context;
 use crate::soc::wiring::{Board, Nanos, UartByte};
 
-/// Where the receiver stands. Moments are cycles.
+/// The state of the receiver. Moments are cycles.
 #[derive(Clone, Copy, Debug)]
 enum State {
     Quiet,

@@ -14,7 +14,7 @@ use std::sync::OnceLock;
 
 use crate::random::Random;
 
-/// Where an instruction finds its data, so that a state can put it within the window.
+/// The source of an instruction's data, so that a state can put it within the window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Aim {
     /// It has none, or it lies by PC or SP.
@@ -130,7 +130,7 @@ impl Form {
         self.name.starts_with("B cond") || matches!(self.name.as_str(), "MRS" | "MSR")
     }
 
-    /// It loads or stores at an address that one register holds.
+    /// Whether it loads or stores at an address that one register holds.
     #[must_use]
     pub fn aim_is_base(&self) -> bool {
         self.aim == Aim::Base

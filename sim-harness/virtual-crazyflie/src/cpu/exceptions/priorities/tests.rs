@@ -16,7 +16,7 @@ enum Change {
     Primask(bool),
     Faultmask(bool),
     Basepri(u8),
-    /// What may come in, comes in.
+    /// Enters all exceptions that may be entered.
     Enter,
     /// The exception that came in last returns.
     Return,

@@ -146,7 +146,7 @@ fn without_aspen_the_unit_marks_no_context() {
     assert!(cpu.fpu.ready);
 }
 
-/// What a program was doing.
+/// The state of a program.
 #[derive(Clone, Debug)]
 struct Doing {
     registers: [u32; 16],
