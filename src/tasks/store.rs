@@ -33,7 +33,7 @@ use storage::epoch::{self, EpochError, EpochRecord, Provisioned};
 use storage::keys::{self, KeysRecord, Page};
 use storage::settings::{self, Limits, Settings, Source, Trim};
 use storage::{Record, Slot, Slots, Write, vendor};
-use units::{Metres, NODES, NodeId, Role};
+use units::{Metres, NODES, NodeId, PolicyCode, Role};
 use wire::p2p::Epoch;
 
 use crate::board::clock;
@@ -88,6 +88,9 @@ static HEIGHT: Latest<Option<Metres>> = Latest::new(None);
 /// The limits that an operator has asked for, until the task takes them.
 static LIMITS: Latest<Option<Limits>> = Latest::new(None);
 
+/// The movement policy that an operator has chosen, until the task takes it.
+static POLICY: Latest<Option<PolicyCode>> = Latest::new(None);
+
 /// Whether a write has begun and is not over.
 static WRITES: AtomicBool = AtomicBool::new(false);
 
@@ -116,12 +119,15 @@ pub(crate) fn keys_state() -> KeysState {
 
 /// Keeps what a client has set, for the next boot.
 pub(crate) fn keep_settings(unsaved: Unsaved) {
-    let Unsaved { height, limits } = unsaved;
+    let Unsaved { height, limits, policy } = unsaved;
     if height.is_some() {
         HEIGHT.set(height);
     }
     if let Some([launch, retreat]) = limits {
         LIMITS.set(Some(Limits { launch: Some(launch), retreat: Some(retreat) }));
+    }
+    if policy.is_some() {
+        POLICY.set(policy);
     }
 }
 
@@ -191,8 +197,9 @@ pub(crate) async fn run(bus: &'static DeckBus, shared: &'static Shared, last_run
     CHOICE.set(Choice::Settled { settings, from });
     loop {
         health::sign(Task::Store);
-        let (height, limits) = (HEIGHT.take(), LIMITS.take());
-        if height.is_some() || limits.is_some() {
+        let (height, limits, policy) = (HEIGHT.take(), LIMITS.take(), POLICY.take());
+        if height.is_some() || limits.is_some() || policy.is_some() {
+            settings.policy = policy.or(settings.policy);
             settings.height = height.or(settings.height);
             settings.limits = limits.unwrap_or(settings.limits);
             CHOICE.set(Choice::Settled { settings, from });

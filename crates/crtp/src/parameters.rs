@@ -2,7 +2,7 @@
 
 use agent::AgentConfig;
 use storage::settings::{Limits, Settings};
-use units::{Dbm, Metres, MetresPerSecond, NodeId, Order, Role};
+use units::{Dbm, Metres, MetresPerSecond, NodeId, Order, PolicyCode, Role};
 use wire::crtp::{LogType, ParamType, Value};
 
 use crate::table::{Documented, Get, crc_of_row};
@@ -20,6 +20,8 @@ pub struct Parameters {
     pub launch_limit: Dbm,
     /// A back link weaker than this sends this drone back.
     pub retreat_limit: Dbm,
+    /// The movement policy; `None` for one that has no code.
+    pub policy: Option<PolicyCode>,
     /// The values of the read-only parameters.
     pub about: About,
 }
@@ -56,6 +58,7 @@ impl Parameters {
         height: agent::FlightConfig::DEFAULT.height,
         launch_limit: AgentConfig::DEFAULT.launch.limit,
         retreat_limit: AgentConfig::DEFAULT.retreat.limit,
+        policy: None,
         about: About {
             node: Settings::DEFAULT.node,
             role: Settings::DEFAULT.role,
@@ -167,6 +170,8 @@ impl ParameterId {
     pub const LAUNCH_LIMIT: Self = Self::of("uchain", "launchLimit");
     /// `uchain.retreatLimit`
     pub const RETREAT_LIMIT: Self = Self::of("uchain", "retreatLimit");
+    /// `uchain.policy`
+    pub const POLICY: Self = Self::of("uchain", "policy");
 
     pub(crate) const fn new(row: u16) -> Self {
         Self(row)
@@ -315,6 +320,8 @@ table! {
             => |p| p.launch_limit.0, set_launch_limit;
         "retreatLimit": F32 "dBm" "a back link weaker than this sends this drone back; likewise"
             => |p| p.retreat_limit.0, set_retreat_limit;
+        "policy": U8 "" "movement policy that this drone flies: 1 t0, 2 t5, 3 k, 4 authors, 5 default; 0 for one without a code; it can be set on the ground only"
+            => |p| p.policy.map_or(0, PolicyCode::get), set_policy;
         "node": U8 "" "its place in the chain: 0 head, 1 to 15" => |p| p.about.node.0;
         "role": U8 "" "its part in the chain: 0 head, 1 relay, 2 base" => |p| role_code(p.about.role);
     }
@@ -392,6 +399,14 @@ fn set_launch_limit(of: &mut Parameters, value: Value) -> bool {
 fn set_retreat_limit(of: &mut Parameters, value: Value) -> bool {
     let Value::F32(limit) = value else { return false };
     set_limits(of, of.launch_limit, Dbm(limit))
+}
+
+/// The drone refuses a code that has no policy.
+fn set_policy(of: &mut Parameters, value: Value) -> bool {
+    let Value::U8(code) = value else { return false };
+    let Some(code) = PolicyCode::new(code) else { return false };
+    of.policy = Some(code);
+    true
 }
 
 /// Each must be a limit, and the two must fit each other.

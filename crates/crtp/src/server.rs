@@ -149,6 +149,10 @@ pub enum Notice {
     OnlyForward,
     /// The value holds from the next boot on.
     NextBoot,
+    /// There is no movement policy of this code.
+    NoSuchPolicy,
+    /// The policy of a drone in the air cannot be changed.
+    Airborne,
     /// A Stop stands.
     StopStands,
     /// The drone's link cannot take an order out, so that no drone has heard it.
@@ -168,6 +172,8 @@ impl Notice {
             Self::NeverDisarmed => "Not disarmed: it is armed whenever it would fly. Land or stop.",
             Self::OnlyForward => "Of a hover set-point only vx is flown: the drones steer.",
             Self::NextBoot => "Kept: it holds from the next boot on.",
+            Self::NoSuchPolicy => "Refused: there is no policy of this code.",
+            Self::Airborne => "Refused: a drone in the air keeps its policy.",
             Self::StopStands => "Refused: a stop stands until the base is switched off.",
             Self::NotHeard => "Refused: this drone has no open link, no drone hears the order.",
         }

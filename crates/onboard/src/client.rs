@@ -12,12 +12,14 @@
 //! The base turns a client's requests into orders, which go to the drones sealed. Every node takes an
 //! emergency stop from every client.
 
+use agent::{Agent, AgentConfig};
 use airlink::{Identity, Seal};
+use chain::policy::Policy;
 use crtp::{
     Access, Event, Notice, Outcome, Packet, ParameterId, Parameters, Radio, Server, Setpoint,
     Snapshot,
 };
-use units::{Dbm, Instant, Metres, MetresPerSecond, Order, Role};
+use units::{Dbm, Instant, Metres, MetresPerSecond, Order, PolicyCode, Role};
 
 use crate::link::{Link, LinkHealth};
 use crate::operator::{CLIENT_GONE, Operator, Request, Watchdog};
@@ -33,6 +35,8 @@ pub struct Unsaved {
     pub height: Option<Metres>,
     /// The limits at which a relay is launched and at which a drone backs up.
     pub limits: Option<[Dbm; 2]>,
+    /// The movement policy.
+    pub policy: Option<PolicyCode>,
 }
 
 /// The server for clients, and its state between requests.
@@ -119,6 +123,24 @@ impl Orders {
         outcome
     }
 
+    /// Gives a drone on the ground another movement policy, and notes it for storing.
+    fn choose(
+        &mut self,
+        code: Option<PolicyCode>,
+        agent: &Agent,
+        config: &mut AgentConfig,
+    ) -> Outcome {
+        let Some(policy) = code.and_then(Policy::with_code) else {
+            return Outcome::Refused(Notice::NoSuchPolicy);
+        };
+        if agent.state().is_airborne() {
+            return Outcome::Refused(Notice::Airborne);
+        }
+        config.policy = policy.config;
+        self.unsaved.policy = code;
+        Outcome::Done
+    }
+
     /// Takes a request, and gives the order that follows from it. A stop is taken in any case: by
     /// a drone for itself, by the base for all.
     pub(crate) fn ask<S: Seal>(
@@ -156,10 +178,13 @@ impl<S: Seal> Drone<S> {
             self.client.told_state = None;
             self.client.server.say(greeting(self.link.health()));
         }
-        let Self { client, orders, link, identity, .. } = self;
+        let Self { client, orders, link, identity, agent, config, .. } = self;
         client.packets = client.packets.wrapping_add(1);
         client.heard = Some(now);
         client.server.receive(now, packet, access, &mut client.parameters, |event, parameters| {
+            if event == Event::ParameterSet(ParameterId::POLICY) {
+                return orders.choose(parameters.policy, agent, &mut config.agent);
+            }
             orders.act(now, event, parameters, *identity, link)
         });
     }

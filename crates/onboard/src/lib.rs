@@ -59,7 +59,7 @@ mod sensed;
 
 use agent::{Agent, AgentConfig, ConfigError, Fitness};
 use airlink::{Airlink, Counters, Event, Identity, LinkConfig, Schedule, Seal, Status};
-use chain::policy::Policy;
+use chain::policy::{Policy, PolicyConfig, REGISTRY};
 use crtp::{About, Node, Parameters};
 use storage::settings::{Limits, Settings};
 use units::{Dbm, Duration, Instant, NODES, NodeId, Order, PolicyCode, Role, Setpoint};
@@ -232,6 +232,11 @@ pub struct Drone<S> {
     outputs: Option<agent::Outputs>,
 }
 
+/// The code of a movement policy; `None` for one that is not in the registry.
+fn code_of(config: &PolicyConfig) -> Option<PolicyCode> {
+    REGISTRY.iter().find(|policy| policy.config == *config).map(|policy| policy.code)
+}
+
 impl<S: Seal> Drone<S> {
     /// A drone without a link, before its first round.
     #[must_use]
@@ -247,6 +252,7 @@ impl<S: Seal> Drone<S> {
             height: config.agent.flight.height,
             launch_limit: config.agent.launch.limit,
             retreat_limit: config.agent.retreat.limit,
+            policy: code_of(&config.agent.policy),
             about: setup.about,
             ..Parameters::DEFAULT
         };
@@ -405,6 +411,12 @@ impl<S: Seal> Drone<S> {
         if role != Role::Base {
             link.telemeter(air::telemetry(outputs, sensed));
         }
+    }
+
+    /// The drone's constants, with the policy that a client may have chosen.
+    #[must_use]
+    pub const fn config(&self) -> &Config {
+        &self.config
     }
 
     /// The drone's number and role.

@@ -1,6 +1,7 @@
-//! Tests of whole drones through their public interface: a stop that stands, and the tables of the
-//! book.
+//! Tests of whole drones through their public interface: a stop that stands, the policy that a client
+//! chooses, and the tables of the book.
 
 mod common;
 mod docs;
+mod policy;
 mod stop;
