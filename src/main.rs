@@ -38,7 +38,7 @@ use static_cell::StaticCell;
 use board::motors::{self, Motors};
 use board::{DeckParts, FlowParts, ImuParts, Lamps, RadioParts};
 use safety::{panic, reset, restart_mark};
-use tasks::drone::Shared;
+use tasks::drone::{self, Shared};
 use tasks::imu::{self, ImuBus};
 use tasks::rangers::{self, DeckBus};
 use tasks::store::LastRun;
@@ -120,8 +120,11 @@ fn start(
         panic::give_up("the decks' bus was made twice");
     };
     let decks: &'static DeckBus = decks;
-    let Some(shared) = SHARED.try_init_with(Shared::new) else {
+    let Some(drone) = drone::make() else {
         panic::give_up("the drone was made twice");
+    };
+    let Some(shared) = SHARED.try_init_with(|| Shared::new(drone)) else {
+        panic::give_up("the drone was shared twice");
     };
     let shared: &'static Shared = shared;
     spawner.spawn(granted(store::run(decks, shared, last_run)));

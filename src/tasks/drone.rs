@@ -11,6 +11,7 @@ use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::signal::Signal;
 use onboard::{Config, LinkHealth, Setup, State};
 use static_cell::StaticCell;
+use storage::settings::Settings;
 use units::{Instant, Role};
 
 use crate::safety::restart_mark;
@@ -19,30 +20,43 @@ use crate::tasks::{mission, radio};
 /// The drone of this firmware.
 pub(crate) type Drone = onboard::Drone<Sealed>;
 
-/// The memory of the drone, which is too large for a stack.
-static DRONE: StaticCell<RefCell<Drone>> = StaticCell::new();
+/// The memory of the drone.
+static DRONE: StaticCell<Drone> = StaticCell::new();
 
-/// The drone, once [`crate::tasks::store`] knows its number and settings.
+/// Makes the drone, once. To be called at boot: a drone takes 11 kB, half of the stack, on its way
+/// into its memory, and in a task's frame the rest of the task would come on top.
+#[inline(never)]
+pub(crate) fn make() -> Option<&'static mut Drone> {
+    let Settings { node, role, .. } = Settings::DEFAULT;
+    DRONE.try_init_with(|| Drone::new(Config::DEFAULT, &Setup::new(node, role)))
+}
+
+/// The drone, which runs once [`crate::tasks::store`] has read its number and settings.
 pub(crate) struct Shared {
-    drone: Cell<Option<&'static RefCell<Drone>>>,
+    drone: RefCell<&'static mut Drone>,
+    runs: Cell<bool>,
     news: Signal<NoopRawMutex, ()>,
 }
 
 impl Shared {
-    pub(crate) const fn new() -> Self {
-        Self { drone: Cell::new(None), news: Signal::new() }
+    pub(crate) const fn new(drone: &'static mut Drone) -> Self {
+        Self { drone: RefCell::new(drone), runs: Cell::new(false), news: Signal::new() }
     }
 
-    /// Makes the drone, once.
-    pub(crate) fn make(&self, config: Config, setup: &Setup) {
-        self.drone
-            .set(DRONE.try_init_with(|| RefCell::new(Drone::new(config, setup))).map(|d| &*d));
+    /// Begins the run of the drone.
+    #[inline(never)]
+    pub(crate) fn begin(&self, config: Config, setup: &Setup) {
+        if let Ok(mut drone) = self.drone.try_borrow_mut() {
+            drone.restart(config, setup);
+            self.runs.set(true);
+        }
     }
 
-    /// Does something with the drone, once it is made.
+    /// Does something with the drone, once it runs.
     pub(crate) fn with<R>(&self, act: impl FnOnce(&mut Drone) -> R) -> Option<R> {
         // No other task has borrowed it now: see above.
-        self.drone.get()?.try_borrow_mut().ok().map(|mut drone| act(&mut drone))
+        let mut drone = self.drone.try_borrow_mut().ok()?;
+        self.runs.get().then(|| act(&mut drone))
     }
 
     /// The same, for calls after which there may be a packet to send or a stop to obey.

@@ -185,7 +185,7 @@ fn make(shared: &Shared, settings: &Settings, last_run: LastRun) {
     for (place, word) in setup.about.unique.iter_mut().zip(uid::uid().as_chunks::<4>().0) {
         *place = u32::from_le_bytes(*word);
     }
-    shared.make(config, &setup);
+    shared.begin(config, &setup);
     defmt::info!("node {=u8}, {}", settings.node.0, settings.role);
 }
 
@@ -276,8 +276,15 @@ async fn open(
         Ok(None) => (KeysState::Missing, Keys::Missing),
         Err(why) => (KeysState::Shut(why), Keys::Unusable),
     };
-    shared.tell(|drone| drone.open_link(clock::now(), keys));
+    open_link(shared, keys);
     state
+}
+
+/// Opens the drone's link. It is a function of its own, so that the frame with the link is gone
+/// before the task waits for the memory again.
+#[inline(never)]
+fn open_link(shared: &Shared, keys: Keys<Sealed>) {
+    shared.tell(|drone| drone.open_link(clock::now(), keys));
 }
 
 /// The keys for the link, if there are usable ones, and whether clients may give orders by them.

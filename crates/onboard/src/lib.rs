@@ -232,6 +232,33 @@ pub struct Drone<S> {
     outputs: Option<agent::Outputs>,
 }
 
+/// The agent at the start of a run.
+fn agent(setup: &Setup) -> Agent {
+    let Identity { node, role } = setup.identity;
+    match setup.start {
+        Start::OnGround => Agent::new(node, role),
+        Start::AfterFault => Agent::restarted(node, role),
+        Start::InAir(now) => Agent::new_linked(node, role, now),
+    }
+}
+
+/// The operator's orders at the start of a run.
+const fn operator(setup: &Setup) -> Operator {
+    if setup.stopped { Operator::Stopped } else { Operator::Silent }
+}
+
+/// The parameters at the start of a run.
+fn parameters(config: &Config, setup: &Setup) -> Parameters {
+    Parameters {
+        height: config.agent.flight.height,
+        launch_limit: config.agent.launch.limit,
+        retreat_limit: config.agent.retreat.limit,
+        policy: code_of(&config.agent.policy),
+        about: setup.about,
+        ..Parameters::DEFAULT
+    }
+}
+
 /// The code of a movement policy; `None` for one that is not in the registry.
 fn code_of(config: &PolicyConfig) -> Option<PolicyCode> {
     REGISTRY.iter().find(|policy| policy.config == *config).map(|policy| policy.code)
@@ -241,34 +268,35 @@ impl<S: Seal> Drone<S> {
     /// A drone without a link, before its first round.
     #[must_use]
     pub fn new(config: Config, setup: &Setup) -> Self {
-        let Identity { node, role } = setup.identity;
-        let agent = match setup.start {
-            Start::OnGround => Agent::new(node, role),
-            Start::AfterFault => Agent::restarted(node, role),
-            Start::InAir(now) => Agent::new_linked(node, role, now),
-        };
-        let operator = if setup.stopped { Operator::Stopped } else { Operator::Silent };
-        let parameters = Parameters {
-            height: config.agent.flight.height,
-            launch_limit: config.agent.launch.limit,
-            retreat_limit: config.agent.retreat.limit,
-            policy: code_of(&config.agent.policy),
-            about: setup.about,
-            ..Parameters::DEFAULT
-        };
         Self {
             config,
             identity: setup.identity,
-            agent,
+            agent: agent(setup),
             link: Link::NoKeys,
             mailbox: Mailbox::new(),
-            orders: Orders::new(operator),
-            client: Client::new(parameters),
+            orders: Orders::new(operator(setup)),
+            client: Client::new(parameters(&config, setup)),
             heeded: Heeded::default(),
             may_fly: false,
             nodes: [None; NODES],
             outputs: None,
         }
+    }
+
+    /// Begins another run: the drone is then as [`new`](Self::new) makes it. A drone is too large
+    /// for a small stack; this function changes it where it is, part by part.
+    pub fn restart(&mut self, config: Config, setup: &Setup) {
+        let Self { link, mailbox, orders, client, heeded, may_fly, nodes, outputs, .. } = self;
+        *link = Link::NoKeys;
+        *mailbox = Mailbox::new();
+        *orders = Orders::new(operator(setup));
+        *client = Client::new(parameters(&config, setup));
+        *heeded = Heeded::default();
+        *may_fly = false;
+        *nodes = [None; NODES];
+        *outputs = None;
+        self.agent = agent(setup);
+        (self.config, self.identity) = (config, setup.identity);
     }
 
     /// Gives the drone its keys, once. With usable ones its link opens: it listens, then transmits.
