@@ -211,6 +211,13 @@ impl<'a> Mission<'a> {
         Self { source: Source::Clients, ..mission }
     }
 
+    /// This mission with clients in the pilot's place, as [`served`](Self::served): for one with
+    /// emulated drones.
+    #[must_use]
+    pub fn for_clients(self) -> Self {
+        Self { source: Source::Clients, ..self }
+    }
+
     /// Gives a member a packet of a client: one on the host at once, one in an emulator over its
     /// radio chip.
     pub fn client(&mut self, member: usize, packet: &[u8]) {

@@ -14,6 +14,7 @@ use sim_harness::emulated::{Emulated, Firmware};
 use sim_harness::metrics::{Reference, RunMetrics, Watch};
 use sim_harness::mission::{Mission, World};
 use sim_harness::scenario::Scenario;
+use sim_harness::serve::{Live, World as _};
 use units::{NodeId, Role};
 
 /// The ELF, read once.
@@ -226,4 +227,35 @@ fn a_client_of_an_emulated_drone_is_answered() {
     }
     let done = |answer: &&Vec<u8>| answer.get(1..) == Some(&[0x83, 1, 0]);
     assert!(answers.iter().find(done).is_some(), "{answers:?}");
+}
+
+/// Clients of a served chain reach the firmware of its drones as through a Crazyradio, and the base
+/// takes their orders.
+#[test]
+#[ignore = "needs the firmware's ELF: `cargo fw` makes it"]
+fn served_virtual_drones_answer_their_clients_and_fly_by_their_orders() {
+    /// Asks for the kind of device; on the air the bits 2 and 3 of the header count packets.
+    const DEVICE: [u8; 2] = [0xFD, 0];
+    let scenario = scenario();
+    let world = World::of(&scenario);
+    let reference = Reference::of(&scenario, &world);
+    let drones = [0, 1].map(|node| Emulated::new(&scenario, firmware(), NodeId(node), 1));
+    let mut live = Live::emulated(&scenario, &world, &reference, 1, false, drones.into());
+    let base = live.members() - 1;
+    let mut answers = Vec::new();
+    for step in 0..1_500 {
+        if step == 300 {
+            live.client(0, &DEVICE);
+        }
+        if step % 10 == 0 {
+            live.client(base, &hover(0.2));
+        }
+        live.advance();
+        live.poll_client(0, &mut |packet| answers.push(packet.to_vec()));
+    }
+    assert!(!live.is_halted());
+    let named = |answer: &Vec<u8>| answer.get(1..19) == Some(b"Bitcraze Crazyflie");
+    assert!(answers.iter().any(named), "{answers:?}");
+    let state = live.state(0).map(|state| state.name());
+    assert_eq!(state, Some("leading"), "the head flies by the order of a client");
 }

@@ -12,13 +12,12 @@ use units::NodeId;
 use virtual_crazyflie::log::{LogLine, Messages};
 use virtual_crazyflie::profile::{Durations, Report};
 
-use super::complain;
-use super::run::RunArgs;
+use super::{VirtualArgs, complain};
 use crate::emulated::{self, Emulated, Firmware};
 use crate::input_error::InputError;
-use crate::mission::{Mission, World};
+use crate::mission::Mission;
 use crate::output::Folder;
-use crate::scenario::{Fidelity, Scenario};
+use crate::scenario::Scenario;
 
 /// The virtual drones of a mission.
 pub(super) struct Fleet {
@@ -33,37 +32,36 @@ pub(super) struct Fleet {
 }
 
 impl Fleet {
-    /// The drones that are to be virtual; `None` at every other fidelity.
-    pub(super) fn of(args: &RunArgs, scenario: &Scenario) -> Result<Option<Self>, InputError> {
-        if scenario.fidelity != Fidelity::Virtual {
-            args.refuse_virtual_options()?;
-            return Ok(None);
-        }
+    /// The virtual drones of a scenario. `port` is the value of `--gdb`.
+    pub(super) fn of(
+        args: &VirtualArgs,
+        port: Option<&str>,
+        prints_log: bool,
+        scenario: &Scenario,
+    ) -> Result<Self, InputError> {
         if let Some(what) = emulated::unfit(scenario) {
             let wrong = format!("the scenario has what the firmware does not fly with: {what}");
             return Err(InputError::new(wrong, "fly it with --fidelity flight"));
         }
         let nodes = nodes(&args.virtual_drones, scenario)?;
-        let gdb = args.gdb.as_deref().map(|text| gdb(text, &nodes)).transpose()?;
+        let gdb = port.map(|text| gdb(text, &nodes)).transpose()?;
         let elf = args.elf.as_deref().unwrap_or(Path::new(Firmware::DEFAULT));
         let firmware = Firmware::open(elf)?;
         let messages = Messages::of(firmware.image()).ok().map(Arc::new);
-        if args.log && messages.is_none() {
+        if prints_log && messages.is_none() {
             let wrong = "the firmware logs nothing that could be read";
             return Err(InputError::new(wrong, "leave --log out").in_file(elf));
         }
-        Ok(Some(Self { firmware, messages, nodes, gdb, prints_log: args.log }))
+        Ok(Self { firmware, messages, nodes, gdb, prints_log })
     }
 
-    /// Makes the mission with these drones in it.
-    pub(super) fn mission<'a>(
+    /// Makes the drones.
+    pub(super) fn drones(
         &self,
-        scenario: &'a Scenario,
-        world: &'a World,
+        scenario: &Scenario,
         seed: u64,
-    ) -> Result<Mission<'a>, InputError> {
-        let drones = self.nodes.iter().map(|node| self.drone(scenario, *node, seed));
-        Ok(Mission::emulated(scenario, world, seed, drones.collect::<Result<_, _>>()?))
+    ) -> Result<Vec<Emulated>, InputError> {
+        self.nodes.iter().map(|node| self.drone(scenario, *node, seed)).collect()
     }
 
     fn drone(&self, scenario: &Scenario, node: NodeId, seed: u64) -> Result<Emulated, InputError> {

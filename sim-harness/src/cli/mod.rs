@@ -119,6 +119,24 @@ impl Common {
     }
 }
 
+/// The options that name the virtual drones of a mission.
+#[derive(Args)]
+struct VirtualArgs {
+    /// The firmware's ELF file, for virtual drones; where left out, the one that `cargo fw` builds
+    #[arg(long, value_name = "FILE")]
+    elf: Option<PathBuf>,
+    /// Numbers of the virtual drones, separated by commas; where left out, all are. 0 is the head
+    #[arg(long, allow_negative_numbers = true, value_name = "N", value_delimiter = ',')]
+    virtual_drones: Vec<u8>,
+}
+
+impl VirtualArgs {
+    /// Whether one of them was given.
+    const fn are_given(&self) -> bool {
+        self.elf.is_some() || !self.virtual_drones.is_empty()
+    }
+}
+
 /// Writes to standard output.
 fn put(text: &str) -> Result<(), Trouble> {
     let mut out = io::stdout().lock();
@@ -257,7 +275,7 @@ fn host_scenario(
 ) -> Result<Scenario, InputError> {
     let scenario = scenario(name, policy, fidelity)?;
     if scenario.fidelity == Fidelity::Virtual {
-        let wrong = "virtual drones fly with `uchain run` only";
+        let wrong = "virtual drones fly with `uchain run` and `uchain serve` only";
         return Err(InputError::new(wrong, "give --fidelity flight"));
     }
     Ok(scenario)

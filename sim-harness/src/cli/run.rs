@@ -1,7 +1,6 @@
 //! `uchain run`: one mission.
 
 use std::fmt::Write;
-use std::path::PathBuf;
 
 use agent::{LandReason, State};
 use clap::Args;
@@ -11,14 +10,15 @@ use units::{Order, Role};
 use super::emulated::{Aftermath, Fleet};
 use super::progress::Progress;
 use super::{
-    Common, FidelityArg, Trouble, Verdict, builtin_scenarios, complain, interrupt, scenario,
+    Common, FidelityArg, Trouble, Verdict, VirtualArgs, builtin_scenarios, complain, interrupt,
+    scenario,
 };
 use crate::craft::record::FlightMetrics;
 use crate::input_error::InputError;
 use crate::metrics::{HoldMetrics, Reference, RunMetrics, Watch};
 use crate::mission::{Mission, ROUND_US, RadioMetrics, World};
 use crate::output;
-use crate::scenario::{Scenario, builtin};
+use crate::scenario::{Fidelity, Scenario, builtin};
 use crate::trace::{Node, Trace};
 
 #[derive(Args)]
@@ -36,19 +36,15 @@ pub(super) struct RunArgs {
     /// The former option for virtual drones, refused with a line that names the present one
     #[arg(long, hide = true, value_name = "NAME")]
     vehicle: Option<String>,
-    /// The firmware's ELF file, for virtual drones; where left out, the one that `cargo fw` builds
-    #[arg(long, value_name = "FILE")]
-    pub(super) elf: Option<PathBuf>,
-    /// Numbers of the virtual drones, separated by commas; where left out, all are. 0 is the head
-    #[arg(long, allow_negative_numbers = true, value_name = "N", value_delimiter = ',')]
-    pub(super) virtual_drones: Vec<u8>,
+    #[command(flatten)]
+    emulated: VirtualArgs,
     /// Port at which GDB connects to a virtual drone: the first one, or number NODE. The mission
     /// waits for GDB
     #[arg(long, value_name = "[NODE:]PORT")]
-    pub(super) gdb: Option<String>,
+    gdb: Option<String>,
     /// Print the log messages of virtual drones on standard error
     #[arg(long)]
-    pub(super) log: bool,
+    log: bool,
     /// Print the file of the built-in scenario, as a start for your own, and fly nothing
     #[arg(long)]
     show: bool,
@@ -57,14 +53,17 @@ pub(super) struct RunArgs {
 }
 
 impl RunArgs {
-    /// Refuses the options of virtual drones, for a mission that has none.
-    pub(super) fn refuse_virtual_options(&self) -> Result<(), InputError> {
-        let asked = self.elf.is_some() || self.gdb.is_some() || self.log;
-        if asked || !self.virtual_drones.is_empty() {
+    /// The virtual drones of the mission, if it has any.
+    fn fleet(&self, scenario: &Scenario) -> Result<Option<Fleet>, InputError> {
+        if scenario.fidelity == Fidelity::Virtual {
+            let gdb = self.gdb.as_deref();
+            return Fleet::of(&self.emulated, gdb, self.log, scenario).map(Some);
+        }
+        if self.emulated.are_given() || self.gdb.is_some() || self.log {
             let wrong = "--elf, --gdb, --log and --virtual-drones are for virtual drones";
             return Err(InputError::new(wrong, "add --fidelity virtual"));
         }
-        Ok(())
+        Ok(None)
     }
 }
 
@@ -77,7 +76,7 @@ pub(super) fn run(args: &RunArgs) -> Result<Verdict, Trouble> {
         return Err(InputError::new(wrong, "give --fidelity virtual, or flight").into());
     }
     let scenario = scenario(&args.scenario, args.policy.as_deref(), args.fidelity)?;
-    let fleet = Fleet::of(args, &scenario)?;
+    let fleet = args.fleet(&scenario)?;
     interrupt::ends();
     let mut folder = args.common.folder()?;
     let seed = args.common.seed;
@@ -128,7 +127,7 @@ fn fly(
     progress.say("rounds");
     let mut mission = match fleet {
         None => Mission::new(scenario, &world, seed),
-        Some(fleet) => fleet.mission(scenario, &world, seed)?,
+        Some(fleet) => Mission::emulated(scenario, &world, seed, fleet.drones(scenario, seed)?),
     };
     let mut watch = Watch::new(scenario, &world, &reference);
     let mut trace = mission.begin_trace(seed);

@@ -8,15 +8,17 @@ use clap::Args;
 use serde_json::{Value, json};
 use units::{Duration, Instant};
 
+use super::emulated::{Aftermath, Fleet};
 use super::run::{metrics_json, named};
 use super::{
-    Common, FidelityArg, Trouble, Verdict, builtin_scenarios, complain, host_scenario, interrupt,
+    Common, FidelityArg, Trouble, Verdict, VirtualArgs, builtin_scenarios, complain, interrupt,
+    scenario,
 };
 use crate::input_error::InputError;
 use crate::metrics::{Reference, RunMetrics};
 use crate::mission::World;
 use crate::output::{self, Folder};
-use crate::scenario::{Scenario, builtin};
+use crate::scenario::{Fidelity, Scenario, builtin};
 use crate::serve::{self, Event, FIRST_PORT, Live, Ports, Tally};
 
 #[derive(Args)]
@@ -45,11 +47,28 @@ pub(super) struct ServeArgs {
     #[arg(long, value_enum)]
     fidelity: Option<FidelityArg>,
     #[command(flatten)]
+    emulated: VirtualArgs,
+    #[command(flatten)]
     common: Common,
 }
 
+impl ServeArgs {
+    /// The virtual drones that are served, if any are.
+    fn fleet(&self, scenario: &Scenario) -> Result<Option<Fleet>, InputError> {
+        if scenario.fidelity == Fidelity::Virtual {
+            return Fleet::of(&self.emulated, None, false, scenario).map(Some);
+        }
+        if self.emulated.are_given() {
+            let wrong = "--elf and --virtual-drones are for virtual drones";
+            return Err(InputError::new(wrong, "add --fidelity virtual"));
+        }
+        Ok(None)
+    }
+}
+
 pub(super) fn run(args: &ServeArgs) -> Result<Verdict, Trouble> {
-    let scenario = host_scenario(&args.scenario, args.policy.as_deref(), args.fidelity)?;
+    let scenario = scenario(&args.scenario, args.policy.as_deref(), args.fidelity)?;
+    let fleet = args.fleet(&scenario)?;
     let speed = within("--speed", args.speed, 0.01, 1_000.0)?;
     let duration = match args.duration {
         None => None,
@@ -62,7 +81,14 @@ pub(super) fn run(args: &ServeArgs) -> Result<Verdict, Trouble> {
     let world = World::of(&scenario);
     let reference = Reference::of(&scenario, &world);
     let keep = args.common.out.is_some();
-    let live = Live::new(&scenario, &world, &reference, args.common.seed, keep);
+    let seed = args.common.seed;
+    let live = match fleet {
+        None => Live::new(&scenario, &world, &reference, seed, keep),
+        Some(fleet) => {
+            let drones = fleet.drones(&scenario, seed)?;
+            Live::emulated(&scenario, &world, &reference, seed, keep, drones)
+        }
+    };
     announce(&args.common, &scenario, &ports)?;
     let tell = |now: Instant, event: Event| {
         if !args.common.quiet || event == Event::Late {
@@ -117,12 +143,20 @@ fn finish(
     tally: Tally,
 ) -> Result<Verdict, Trouble> {
     let metrics = live.metrics();
-    let summary = summary(args, scenario, live, &metrics, tally);
+    let aftermath = Aftermath::of(live.mission());
+    let mut summary = summary(args, scenario, live, &metrics, tally);
+    if let (Some(summary), false) = (summary.as_object_mut(), aftermath.is_empty()) {
+        summary.insert("virtual".into(), aftermath.json());
+    }
     if let Some(folder) = &mut folder {
         output::write_all(folder, live.trace(), &summary)?;
+        aftermath.write(folder)?;
     }
-    args.common.finish(folder, &table(scenario, live, &metrics, tally), &summary)?;
-    Ok(Verdict::Good)
+    let table = table(scenario, live, &metrics, tally) + &aftermath.table();
+    args.common.finish(folder, &table, &summary)?;
+    let failures: Vec<_> = aftermath.failures().collect();
+    failures.iter().for_each(|failure| complain(format_args!("{}: {failure}", scenario.name)));
+    Ok(if failures.is_empty() { Verdict::Good } else { Verdict::Failed })
 }
 
 fn seconds(live: &Live<'_>) -> f64 {

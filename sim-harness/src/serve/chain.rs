@@ -64,6 +64,11 @@ impl<W: World> Chain<W> {
         (0..self.clients.len()).filter_map(state)
     }
 
+    /// Whether the world cannot go on.
+    pub(super) fn is_halted(&self) -> bool {
+        self.world.is_halted()
+    }
+
     pub(super) fn tally(&self) -> Tally {
         self.tally
     }

@@ -7,8 +7,10 @@ use onboard::State;
 use tunnel_nav::{Diagonals, Range};
 use units::{Acceleration, AngularVelocity, Instant, Metres, NodeId, Order, Radians, Role};
 
+use super::dongle::Dongle;
 use super::{STEP, World};
 use crate::craft::Craft;
+use crate::emulated::Emulated;
 use crate::metrics::{Reference, RunMetrics, Watch};
 use crate::mission::{self, Mission, ROUND_US, View};
 use crate::scenario::Scenario;
@@ -21,6 +23,9 @@ pub struct Live<'a> {
     trace: Trace,
     keep: bool,
     reach: Metres,
+    /// For each member the Crazyradio of its client; `None` for members on the host, whose server
+    /// answers at once, and before the first packet of a client.
+    dongles: Vec<Option<Dongle>>,
 }
 
 impl<'a> Live<'a> {
@@ -34,14 +39,45 @@ impl<'a> Live<'a> {
         keep: bool,
     ) -> Self {
         let mission = Mission::served(scenario, world, seed);
-        let trace = mission.begin_trace(seed);
+        Self::of(mission, scenario, world, reference, seed, keep)
+    }
+
+    /// The same with emulated drones in the mission.
+    #[must_use]
+    pub fn emulated(
+        scenario: &'a Scenario,
+        world: &'a mission::World,
+        reference: &'a Reference,
+        seed: u64,
+        keep: bool,
+        drones: Vec<Emulated>,
+    ) -> Self {
+        let mission = Mission::emulated(scenario, world, seed, drones).for_clients();
+        Self::of(mission, scenario, world, reference, seed, keep)
+    }
+
+    fn of(
+        mission: Mission<'a>,
+        scenario: &'a Scenario,
+        world: &'a mission::World,
+        reference: &'a Reference,
+        seed: u64,
+        keep: bool,
+    ) -> Self {
         Self {
             reach: Metres(scenario.vehicle.reach),
             watch: Watch::new(scenario, world, reference),
+            trace: mission.begin_trace(seed),
+            dongles: (0..mission.count()).map(|_| None).collect(),
             mission,
-            trace,
             keep,
         }
+    }
+
+    /// The mission, for the accounts of its emulated drones.
+    #[must_use]
+    pub const fn mission(&self) -> &Mission<'a> {
+        &self.mission
     }
 
     /// Microseconds since the start.
@@ -69,6 +105,16 @@ impl<'a> Live<'a> {
 }
 
 impl Live<'_> {
+    /// Lets the Crazyradios of clients exchange a packet each with their drones.
+    fn poll_emulated(&mut self) {
+        for (member, dongle) in self.dongles.iter_mut().enumerate() {
+            let Some(dongle) = dongle else { continue };
+            let take = |answer: &[u8]| dongle.acknowledged(answer);
+            self.mission.poll_client(member, &Snapshot::DEFAULT, take);
+            self.mission.client(member, dongle.next());
+        }
+    }
+
     /// The values of a drone's body for clients.
     fn measured(&self, member: usize) -> Snapshot {
         let Some(view) = self.mission.view(member) else { return Snapshot::DEFAULT };
@@ -130,6 +176,7 @@ impl World for Live<'_> {
     }
 
     fn advance(&mut self) {
+        self.poll_emulated();
         self.mission.advance(STEP.as_micros());
         if self.time_us().is_multiple_of(ROUND_US) {
             self.watch.look(&self.mission);
@@ -148,12 +195,23 @@ impl World for Live<'_> {
     }
 
     fn client(&mut self, member: usize, packet: &[u8]) {
-        self.mission.client(member, packet);
+        if self.mission.emulated_drone(member).is_none() {
+            self.mission.client(member, packet);
+        } else if let Some(dongle) = self.dongles.get_mut(member) {
+            dongle.get_or_insert_default().give(packet);
+        }
     }
 
     fn poll_client(&mut self, member: usize, take: &mut dyn FnMut(&[u8])) {
+        if let Some(Some(dongle)) = self.dongles.get_mut(member) {
+            return dongle.take_received().iter().for_each(|packet| take(packet));
+        }
         let measured = self.measured(member);
         self.mission.poll_client(member, &measured, take);
+    }
+
+    fn is_halted(&self) -> bool {
+        self.mission.halted().is_some()
     }
 
     fn ordered(&self) -> Option<Order> {

@@ -10,10 +10,14 @@
 //!     ▲                                                                              │
 //!     └───────────────────────────────── UDP ────────────────────────────────────────┘
 //! ```
+//! A drone in an emulator has the server of its firmware, which clients reach by its radio chip, as
+//! through a Crazyradio.
+//!
 //! Only [`Ports`] and the pace know of sockets and of the clock; the rest is as deterministic as
 //! any other run.
 
 mod chain;
+mod dongle;
 mod journal;
 mod live;
 mod pace;
@@ -53,9 +57,13 @@ pub trait World {
     fn poll_client(&mut self, member: usize, take: &mut dyn FnMut(&[u8]));
     /// The operator's order at the base; `None` before the first.
     fn ordered(&self) -> Option<Order>;
+    /// Whether the world cannot go on.
+    fn is_halted(&self) -> bool {
+        false
+    }
 }
 
-/// Serves a world until its time is up, or `stop` is set.
+/// Serves a world until its time is up, it cannot go on, or `stop` is set.
 ///
 /// `tell` is given what the person at the terminal may want to know, with the simulated time.
 /// Where the machine cannot keep up with `speed`, simulated time goes slower, and nothing is left
@@ -74,6 +82,7 @@ pub fn serve<W: World>(
     let began = chain.now();
     let mut pace = Pace::new(speed, std::time::Instant::now(), began.as_micros());
     while !stop.load(Ordering::Relaxed)
+        && !chain.is_halted()
         && duration.is_none_or(|duration| chain.now().since(began) < duration)
     {
         let due = pace.due((chain.now() + STEP).as_micros());

@@ -5,11 +5,12 @@ use std::convert::Infallible;
 
 use serde_json::Value;
 
-use super::run::RunArgs;
+use super::VirtualArgs;
+use crate::emulated::Emulated;
 use crate::input_error::InputError;
-use crate::mission::{Mission, World};
+use crate::mission::Mission;
 use crate::output::Folder;
-use crate::scenario::{Fidelity, Scenario};
+use crate::scenario::Scenario;
 
 fn missing(what: &str) -> InputError {
     let wrong = format!("{what}: this uchain was built without the emulator");
@@ -20,20 +21,16 @@ fn missing(what: &str) -> InputError {
 pub(super) struct Fleet(Infallible);
 
 impl Fleet {
-    pub(super) fn of(args: &RunArgs, scenario: &Scenario) -> Result<Option<Self>, InputError> {
-        if scenario.fidelity == Fidelity::Virtual {
-            return Err(missing("the fidelity \"virtual\""));
-        }
-        args.refuse_virtual_options()?;
-        Ok(None)
+    pub(super) fn of(
+        _: &VirtualArgs,
+        _: Option<&str>,
+        _: bool,
+        _: &Scenario,
+    ) -> Result<Self, InputError> {
+        Err(missing("the fidelity \"virtual\""))
     }
 
-    pub(super) fn mission<'a>(
-        &self,
-        _: &'a Scenario,
-        _: &'a World,
-        _: u64,
-    ) -> Result<Mission<'a>, InputError> {
+    pub(super) fn drones(&self, _: &Scenario, _: u64) -> Result<Vec<Emulated>, InputError> {
         match self.0 {}
     }
 

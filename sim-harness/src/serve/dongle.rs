@@ -1,0 +1,94 @@
+//! The Crazyradio between a client and an emulated drone: sends one packet each step, repeats those
+//! that the drone's radio chip did not acknowledge, and collects the packets that come back in
+//! acknowledgements.
+//!
+//! A Crazyradio polls a drone, because the drone's radio chip sends nothing but acknowledgements. One
+//! packet each [`STEP`](super::STEP) is a hundred a second, the rate that leaves room for the
+//! chain's packets on the same channel.
+
+use std::collections::VecDeque;
+use std::mem;
+
+/// The null packet by which a Crazyradio asks for an acknowledgement: port 15, channel 3.
+const NULL: u8 = 0xFF;
+/// The bits of a header that make a packet null; the others count acknowledgements.
+const NULL_MASK: u8 = 0xF3;
+/// The most packets of a client that wait; more are lost, as datagrams may be.
+const WAITING: usize = 64;
+
+/// The Crazyradio of one drone.
+#[derive(Debug, Default)]
+pub(super) struct Dongle {
+    waiting: VecDeque<Vec<u8>>,
+    /// The packet that was sent last and is not acknowledged.
+    unacknowledged: Option<Vec<u8>>,
+    received: Vec<Vec<u8>>,
+}
+
+impl Dongle {
+    /// Takes a packet of the client.
+    pub(super) fn give(&mut self, packet: &[u8]) {
+        if self.waiting.len() < WAITING {
+            self.waiting.push_back(packet.to_owned());
+        }
+    }
+
+    /// Takes an acknowledgement of the drone's radio chip.
+    pub(super) fn acknowledged(&mut self, answer: &[u8]) {
+        self.unacknowledged = None;
+        if answer.first().is_some_and(|header| header & NULL_MASK != NULL & NULL_MASK) {
+            self.received.push(answer.to_owned());
+        }
+    }
+
+    /// The packet to send in this step.
+    pub(super) fn next(&mut self) -> &[u8] {
+        let Self { waiting, unacknowledged, .. } = self;
+        unacknowledged.get_or_insert_with(|| waiting.pop_front().unwrap_or_else(|| vec![NULL]))
+    }
+
+    /// The packets of the drone that have come since the last call.
+    pub(super) fn take_received(&mut self) -> Vec<Vec<u8>> {
+        mem::take(&mut self.received)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_packet_is_repeated_until_it_is_acknowledged() {
+        let mut dongle = Dongle::default();
+        dongle.give(&[0x3C, 1]);
+        dongle.give(&[0x3C, 2]);
+        assert_eq!(dongle.next(), [0x3C, 1]);
+        assert_eq!(dongle.next(), [0x3C, 1]);
+        dongle.acknowledged(&[0xF3]);
+        assert_eq!(dongle.next(), [0x3C, 2]);
+    }
+
+    #[test]
+    fn a_drone_is_polled_with_null_packets_and_its_empty_answers_are_dropped() {
+        let mut dongle = Dongle::default();
+        assert_eq!(dongle.next(), [NULL]);
+        dongle.acknowledged(&[0xF7]);
+        dongle.acknowledged(&[0x2D, 7]);
+        assert_eq!(dongle.take_received(), [[0x2D, 7]]);
+        assert!(dongle.take_received().is_empty());
+    }
+
+    #[test]
+    fn a_client_that_floods_its_drone_loses_packets() {
+        let mut dongle = Dongle::default();
+        for n in 0..=u8::MAX {
+            dongle.give(&[0x3C, n]);
+        }
+        let mut sent = 0;
+        while dongle.next() != [NULL] {
+            dongle.acknowledged(&[0xF3]);
+            sent += 1;
+        }
+        assert_eq!(sent, WAITING);
+    }
+}
