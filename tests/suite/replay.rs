@@ -152,7 +152,7 @@ const SPOILT_FLIGHT: &str = "\
 6.0,50,60,70,
 ";
 
-/// The whole mind of a relay over a flight: it relays while both links are there, backs up when
+/// The whole agent of a relay over a flight: it relays while both links are there, backs up when
 /// the base's side falls silent, and lands when that goes on for longer than its bound.
 #[test]
 fn a_flight_shows_what_the_whole_mind_would_have_done() {
@@ -163,16 +163,16 @@ fn a_flight_shows_what_the_whole_mind_would_have_done() {
         let back = if row < 5 { "55," } else { "" };
         log.push_str(&format!("{time:.2},55,{back}\n"));
     }
-    let report = report(write(&folder("mind"), "flight.csv", &log));
-    let minds = report["minds"].as_array().unwrap();
-    assert_eq!(minds.len(), 1);
-    let part = |name: &str| minds[0][name].as_f64().unwrap();
-    assert!(part("relaying") > 0.05 && part("relaying") < 0.15, "{minds:?}");
-    assert!(part("backing_up") > 0.7, "{minds:?}");
+    let report = report(write(&folder("agents"), "flight.csv", &log));
+    let agents = report["agents"].as_array().unwrap();
+    assert_eq!(agents.len(), 1);
+    let part = |name: &str| agents[0][name].as_f64().unwrap();
+    assert!(part("relaying") > 0.05 && part("relaying") < 0.15, "{agents:?}");
+    assert!(part("backing_up") > 0.7, "{agents:?}");
     assert_eq!(part("reconnecting"), 0.0);
     // Lost 2 s after the last packet, and 30 s of retreat.
     let landed = part("landed_s");
-    assert!((33.0..35.0).contains(&landed), "{minds:?}");
+    assert!((33.0..35.0).contains(&landed), "{agents:?}");
 }
 
 #[test]

@@ -12,14 +12,14 @@
 //! | `recording` | the samples, and the anomalies of the other rows |
 //! | `prediction` | the four predictors and their scores |
 //! | `flight` | the policies over a recorded flight |
-//! | `mind` | the agent over a recorded flight |
+//! | `agents` | the agent over a recorded flight |
 //! | `summary` | the results as a table, as JSON and as a CSV of every sample |
 //!
 //! The book's chapter "Replay" defines every number.
 
+mod agents;
 mod flight;
 mod formats;
-mod mind;
 mod prediction;
 mod recording;
 mod summary;
@@ -29,9 +29,9 @@ use std::path::PathBuf;
 use chain::filter::Kalman;
 use chain::policy::{Policy, REGISTRY};
 
+pub use agents::AgentReport;
 pub use flight::{Commands, Equality};
 pub use formats::Format;
-pub use mind::MindReport;
 pub use prediction::{Prediction, REAL_LINK, Score};
 pub use recording::{Anomalies, Anomaly};
 pub use summary::{FileReport, LinkReport, ReplaySummary};
@@ -71,8 +71,8 @@ pub fn replay(files: &[PathBuf], options: &ReplayOptions) -> Result<ReplaySummar
         summary.add(match format {
             Format::UchainFlight => {
                 let flight = flight::analyse(&recording, &policies);
-                let minds = mind::minds(&recording);
-                FileReport::of_flight(file, recording, flight, minds)
+                let agents = agents::agents(&recording);
+                FileReport::of_flight(file, recording, flight, agents)
             }
             Format::Tetam | Format::BleRobot | Format::Mitll | Format::Csv | Format::Trace => {
                 let foresights = prediction::foresee_all(&recording, options.kalman);

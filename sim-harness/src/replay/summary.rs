@@ -6,9 +6,9 @@ use std::path::Path;
 
 use serde::Serialize;
 
+use super::agents::AgentReport;
 use super::flight::{Commands, Equality, Flight};
 use super::formats::Format;
-use super::mind::MindReport;
 use super::prediction::{Foresights, Prediction, Score, Tally};
 use super::recording::{Anomalies, Recording, Sample};
 
@@ -52,9 +52,9 @@ pub struct FileReport {
     pub launches_s: Vec<f64>,
     /// When the one of the paper's experiments would have.
     pub launches_at_once_s: Vec<f64>,
-    /// What the whole on-board mind of each relay would have done; empty where the log is not a
+    /// The agent of each relay; empty where the log is not a
     /// flight.
-    pub minds: Vec<MindReport>,
+    pub agents: Vec<AgentReport>,
     /// How far the links were equal; `None` for all but flights.
     pub equality: Option<Equality>,
     #[serde(skip)]
@@ -88,13 +88,13 @@ impl FileReport {
         file: &Path,
         recording: Recording,
         flight: Flight,
-        minds: Vec<MindReport>,
+        agents: Vec<AgentReport>,
     ) -> Self {
         Self {
             policy: Some(flight.commands),
             launches_s: flight.launches,
             launches_at_once_s: flight.launches_at_once,
-            minds,
+            agents,
             equality: Some(flight.equality),
             ..Self::new(file, Format::UchainFlight, recording, Vec::new())
         }
@@ -130,7 +130,7 @@ impl FileReport {
             policy: None,
             launches_s: Vec::new(),
             launches_at_once_s: Vec::new(),
-            minds: Vec::new(),
+            agents: Vec::new(),
             equality: None,
             series: Series { samples, foresights },
             tally: None,
@@ -277,16 +277,16 @@ impl fmt::Display for FileReport {
             write_equality(f, equality, &self.links)?;
             write_launches(f, "settled", &self.launches_s)?;
             write_launches(f, "at once", &self.launches_at_once_s)?;
-            for mind in &self.minds {
+            for agent in &self.agents {
                 write!(
                     f,
                     "    agent, relay {}: relaying {:.0} %, reconnecting {:.0} %, backing up {:.0} %",
-                    mind.relay,
-                    100.0 * mind.relaying,
-                    100.0 * mind.reconnecting,
-                    100.0 * mind.backing_up
+                    agent.relay,
+                    100.0 * agent.relaying,
+                    100.0 * agent.reconnecting,
+                    100.0 * agent.backing_up
                 )?;
-                match mind.landed_s {
+                match agent.landed_s {
                     Some(landed) => writeln!(f, ", landed at {landed:.1} s")?,
                     None => writeln!(f)?,
                 }

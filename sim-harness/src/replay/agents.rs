@@ -1,9 +1,8 @@
-//! The whole on-board mind over a recorded flight: for each relay the very `agent::Agent` that
-//! flies, hearing the strengths that the log holds.
+//! Runs the `agent::Agent` of each relay over a recorded flight, with the strengths of the log.
 //!
-//! A log has no reports, so the neighbours say the least that a link of the chain says, and the
-//! base says that it is the base. The operator has them explore. The logged strengths were
-//! filtered on board already, so the agent takes them as they are.
+//! A log has no reports, so each neighbour is given the simplest report of a link of the chain, and
+//! the base that of a base. The order is to explore. The logged strengths were filtered on board
+//! already, so the agent takes them as they are.
 
 use agent::{Agent, AgentConfig, Fitness, Inputs, State};
 use chain::filter::Smoothing;
@@ -16,34 +15,34 @@ use units::{Metres, MetresPerSecond, NodeId, Order, Phase, Role};
 
 use super::recording::{Recording, Sample};
 
-/// What the mind of one relay would have done: parts of the rows, 0 to 1.
+/// The states of one relay's agent, as parts of the rows, 0 to 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct MindReport {
+pub struct AgentReport {
     /// The relay's number; the head is 0.
     pub relay: usize,
     /// Rows of the log.
     pub rows: usize,
-    /// Making its links equal.
+    /// The part in which it makes its links equal.
     pub relaying: f64,
-    /// Waiting for, or looking for, the drone in front.
+    /// The part in which it looks for the drone in front, or waits for it.
     pub reconnecting: f64,
-    /// Flying back towards the base's side.
+    /// The part in which it flies back towards the base's side.
     pub backing_up: f64,
-    /// Seconds into the log at which it gave up and landed.
+    /// When it landed, in seconds of the log.
     pub landed_s: Option<f64>,
 }
 
-/// The minds of all relays of the flight.
-pub(super) fn minds(recording: &Recording) -> Vec<MindReport> {
-    (1..recording.links.len()).map(|relay| mind(recording, relay)).collect()
+/// The agents of all relays of the flight.
+pub(super) fn agents(recording: &Recording) -> Vec<AgentReport> {
+    (1..recording.links.len()).map(|relay| report(recording, relay)).collect()
 }
 
-fn mind(recording: &Recording, relay: usize) -> MindReport {
+fn report(recording: &Recording, relay: usize) -> AgentReport {
     let policy = PolicyConfig { smoothing: Smoothing::Raw, ..PolicyConfig::DEFAULT };
     let config = AgentConfig { policy, ..AgentConfig::DEFAULT };
     // A chain of more than 256 drones does not come out of a checked flight.
     let mut agent = Agent::new_linked(number(relay), Role::Relay, units::Instant::ZERO);
-    let mut report = MindReport { relay, ..MindReport::default() };
+    let mut report = AgentReport { relay, ..AgentReport::default() };
     let (mut relaying, mut reconnecting, mut backing_up) = (0_usize, 0_usize, 0_usize);
     for (n, row) in recording.samples.chunk_by(|a, b| a.line == b.line).enumerate() {
         let Some(now) = row.first().map(|sample| sample.time) else { continue };
@@ -82,7 +81,7 @@ fn mind(recording: &Recording, relay: usize) -> MindReport {
     }
     let part =
         |count: usize| if report.rows == 0 { 0.0 } else { count as f64 / report.rows as f64 };
-    MindReport {
+    AgentReport {
         relaying: part(relaying),
         reconnecting: part(reconnecting),
         backing_up: part(backing_up),
@@ -90,7 +89,7 @@ fn mind(recording: &Recording, relay: usize) -> MindReport {
     }
 }
 
-/// What this relay hears of one sample: link n joins drones n and n + 1.
+/// The report that this relay hears with one sample: link n joins drones n and n + 1.
 fn heard(sample: &Sample, relay: usize, last: usize, sequence: u16) -> Option<Heard> {
     let from = match sample.link {
         link if link + 1 == relay => link,
