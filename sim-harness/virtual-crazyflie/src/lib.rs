@@ -7,7 +7,6 @@
 //! | [`board`] | what is wired to the chip: sensors, memory, LEDs, motors, the radio chip |
 //! | [`memory`], [`bus`] | what the core reads and writes |
 //! | [`image`] | an ELF: what is flashed, and what its addresses are called |
-//! | [`inspect`] | what its variables hold, by its own debug information |
 //! | [`machine`] | all of it together, run up to a moment |
 //! | [`log`] | what the firmware logs by defmt, decoded |
 //! | [`profile`] | which task has the processor, how long, and how late |
@@ -25,7 +24,6 @@ pub mod bus;
 pub mod cpu;
 pub mod gdb;
 pub mod image;
-pub mod inspect;
 pub mod log;
 pub mod machine;
 pub mod memory;
