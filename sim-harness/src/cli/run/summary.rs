@@ -1,0 +1,124 @@
+//! The summary of a mission as JSON.
+
+use serde_json::{Value, json};
+
+use super::failures::criteria;
+use super::last_states;
+use crate::craft::record::FlightMetrics;
+use crate::metrics::{HoldMetrics, RunMetrics};
+use crate::mission::RadioMetrics;
+use crate::scenario::Scenario;
+use crate::trace::Trace;
+
+/// The summary of one mission.
+pub(super) fn summary(
+    scenario: &Scenario,
+    seed: u64,
+    trace: &Trace,
+    metrics: &RunMetrics,
+    failures: &[String],
+) -> Value {
+    let drones: Vec<_> = last_states(trace)
+        .map(|(node, state)| json!({ "id": node.id.0, "state": state.name() }))
+        .collect();
+    let criteria: serde_json::Map<_, _> = criteria(scenario, metrics)
+        .iter()
+        .map(|criterion| (criterion.name.to_owned(), criterion.json()))
+        .collect();
+    let mut summary = json!({
+        "scenario": scenario.name,
+        "title": scenario.title,
+        "seed": seed,
+        "version": env!("CARGO_PKG_VERSION"),
+        "fidelity": scenario.fidelity.name(),
+        "policy": scenario.policy,
+        "duration_s": scenario.duration_s(),
+        "success": failures.is_empty(),
+        "failures": failures,
+        "metrics": metrics_json(metrics),
+        "radio": radio_json(&metrics.radio),
+        "drones": drones,
+    });
+    if let Some(summary) = summary.as_object_mut() {
+        if !criteria.is_empty() {
+            summary.insert("criteria".into(), Value::Object(criteria));
+        }
+        if let Some(flight) = &metrics.flight {
+            summary.insert("flight".into(), flight_json(flight));
+        }
+    }
+    summary
+}
+
+/// The figures of the radio.
+fn radio_json(radio: &RadioMetrics) -> Value {
+    let packets = &radio.packets;
+    json!({
+        "sealed": radio.sealed,
+        "air_time": number(radio.air_time),
+        "packets_sent": packets.sent,
+        "packets_heard": packets.heard,
+        "packets_lost": {
+            "weak": packets.weak,
+            "chance": packets.chance,
+            "collision": packets.collisions,
+            "deaf": packets.deaf,
+            "cut": packets.cut,
+        },
+        "orders_heard": radio.orders,
+        "pilot_delay_p50_s": number(radio.pilot_delay_p50_s),
+        "pilot_delay_p95_s": number(radio.pilot_delay_p95_s),
+    })
+}
+
+/// The figures of the flights.
+fn flight_json(flight: &FlightMetrics) -> Value {
+    let ends: serde_json::Map<_, _> =
+        flight.ends().map(|(name, count)| (name.to_owned(), json!(count))).collect();
+    json!({
+        "max_tilt_deg": number(flight.max_tilt_deg),
+        "max_rate_dps": number(flight.max_rate_dps),
+        "velocity_error_mps": number(flight.velocity_error_mps),
+        "min_battery_v": number(flight.min_battery_v),
+        "take_offs": flight.take_offs,
+        "landings": flight.landings,
+        "ends": ends,
+    })
+}
+
+/// Converts through text, so that 0.1 stays 0.1 and does not become the double nearest to a float;
+/// a value that is not finite is `null`.
+pub(super) fn number(value: f32) -> Value {
+    if !value.is_finite() {
+        return Value::Null;
+    }
+    serde_json::from_str(&format!("{value}")).unwrap_or(Value::Null)
+}
+
+/// Every metric by name; `null` for one that was never reached or does not apply.
+pub(in crate::cli) fn metrics_json(m: &RunMetrics) -> Value {
+    let held = |of: fn(&HoldMetrics) -> f32| number(m.held(of));
+    json!({
+        "hold_from_s": held(|hold| hold.from_s),
+        "hold_until_s": held(|hold| hold.until_s),
+        "no_hold": m.hold.as_ref().err().map(ToString::to_string),
+        "t3_s": held(|hold| hold.t3_s),
+        "t1_s": held(|hold| hold.t1_s),
+        "t_gap1_s": held(|hold| hold.t_gap1_s),
+        "gap_db": held(|hold| hold.gap_db),
+        "difference_db": held(|hold| hold.difference_db),
+        "hold_spread_db": held(|hold| hold.spread_db),
+        "swing_p95_db": held(|hold| hold.swing_p95_db),
+        "position_sd_m": held(|hold| hold.position_sd_m),
+        "path_m": held(|hold| hold.path_m),
+        "bound_s": number(m.bound_s),
+        "launched": number(m.launched),
+        "needed": number(m.needed),
+        "violation": number(m.violation),
+        "peak_excess_db": number(m.peak_excess_db),
+        "farthest_m": number(m.farthest_m),
+        "order_lost": m.order_lost,
+        "wall_contacts": m.wall_contacts,
+        "drone_contacts": m.drone_contacts,
+    })
+}

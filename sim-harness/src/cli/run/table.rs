@@ -1,0 +1,91 @@
+//! The summary of a mission as a table for people.
+
+use std::fmt::Write;
+
+use super::{last_states, named};
+use crate::metrics::RunMetrics;
+use crate::scenario::Scenario;
+use crate::trace::Trace;
+
+/// The table of one mission.
+pub(super) fn table(
+    scenario: &Scenario,
+    seed: u64,
+    trace: &Trace,
+    m: &RunMetrics,
+    failures: &[String],
+) -> String {
+    let mut text = match failures {
+        [] => "success\n".to_owned(),
+        failures => failures.iter().map(|failure| format!("failure: {failure}\n")).collect(),
+    };
+    // Writing to a string cannot fail.
+    let _ = writeln!(text, "{}: {}", scenario.name, scenario.title);
+    let _ = writeln!(
+        text,
+        "  {:.0} s, seed {seed}, policy {}, head reached {:.1} m\n",
+        scenario.duration_s(),
+        scenario.policy,
+        m.farthest_m
+    );
+    if m.launched.is_finite() {
+        let _ = writeln!(
+            text,
+            "  relays flown          {} ({} in an optimal chain)",
+            m.launched, m.needed
+        );
+    }
+    hold_lines(&mut text, m);
+    if m.violation.is_finite() {
+        let _ = writeln!(text, "  link below limit      {:.1} % of the time", 100.0 * m.violation);
+    }
+    let _ = writeln!(
+        text,
+        "  touches               {} of walls, {} of drones",
+        m.wall_contacts, m.drone_contacts
+    );
+    if let Some(flight) = &m.flight {
+        let _ = writeln!(
+            text,
+            "  flight                {} take-offs, {} landings; tilt to {:.0}°, velocity known to \
+             {:.3} m/s, battery down to {:.2} V",
+            flight.take_offs,
+            flight.landings,
+            flight.max_tilt_deg,
+            flight.velocity_error_mps,
+            flight.min_battery_v
+        );
+    }
+    let states: Vec<_> = last_states(trace)
+        .map(|(node, state)| format!("{} {}", named(node), state.name()))
+        .collect();
+    let _ = writeln!(text, "  at the end            {}", states.join(", "));
+    text
+}
+
+/// The lines about the hold.
+fn hold_lines(text: &mut String, m: &RunMetrics) {
+    let hold = match &m.hold {
+        Ok(hold) => hold,
+        Err(why) => {
+            let _ = writeln!(text, "  hold                  n/a: {why}");
+            return;
+        }
+    };
+    let _ = writeln!(text, "  hold                  {:.0} s to {:.0} s", hold.from_s, hold.until_s);
+    let _ = match hold.t3_s.is_finite() {
+        true => writeln!(text, "  links within 3 dB     from {:.1} s of the hold on", hold.t3_s),
+        false => writeln!(text, "  links                 never stayed within 3 dB"),
+    };
+    let _ = writeln!(text, "  end of the hold       links differ by {:.2} dB,", hold.difference_db);
+    let _ = writeln!(
+        text,
+        "                        the weakest is {:.2} dB below the optimum,",
+        hold.gap_db
+    );
+    let _ = writeln!(
+        text,
+        "                        95 % swing by less than {:.2} dB",
+        hold.swing_p95_db
+    );
+}
