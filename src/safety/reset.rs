@@ -7,7 +7,7 @@
 use embassy_stm32::pac::iwdg::vals::{Key, Pr};
 use embassy_stm32::pac::{DBGMCU, FLASH, IWDG, RCC};
 
-/// What reset the chip.
+/// The cause of a reset.
 #[derive(Clone, Copy, PartialEq, Eq, defmt::Format)]
 pub(crate) enum Cause {
     /// It was switched on.

@@ -98,7 +98,7 @@ impl Shared {
         self.with(|drone| drone.link_health()).unwrap_or(LinkHealth::NoKeys)
     }
 
-    /// What the agent is doing.
+    /// The state of the agent.
     pub(crate) fn state(&self) -> State {
         self.with(|drone| drone.state()).unwrap_or(State::Idle)
     }

@@ -140,7 +140,7 @@ pub(crate) fn is_idle() -> bool {
 const TRIES: u8 = 3;
 /// The pause between attempts.
 const PAUSE: Duration = Duration::from_millis(50);
-/// How often the task looks for changes, and shows that it is alive.
+/// The period in which the task looks for changes, and signs.
 const ROUND: Duration = Duration::from_millis(500);
 
 /// The number that the image was built with.

@@ -25,8 +25,8 @@ use crate::image;
 use crate::inlining::is_core;
 use crate::rules::{Indirect, Pattern, Stack};
 
-/// What the processor pushes: 26 words with the floating-point registers, and up to one to align
-/// (Armv7-M Architecture Reference Manual, B1.5.6 and B1.5.7).
+/// The bytes that the processor pushes: 26 words with the floating-point registers, and up to one
+/// to align (Armv7-M Architecture Reference Manual, B1.5.6 and B1.5.7).
 const EXCEPTION_FRAME: u32 = 4 * 26 + 4;
 
 /// The reset handler's place in the vector table.

@@ -10,11 +10,11 @@ use crate::table::{Documented, Get, crc_of_row};
 /// The parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parameters {
-    /// What the operator orders.
+    /// The operator's order.
     pub task: OperatorTask,
-    /// At which speed the head explores.
+    /// The speed at which the head explores.
     pub speed: MetresPerSecond,
-    /// At which height this drone flies.
+    /// The height at which this drone flies.
     pub height: Metres,
     /// A last link weaker than this calls for the next relay.
     pub launch_limit: Dbm,
@@ -123,7 +123,7 @@ impl Default for Parameters {
     }
 }
 
-/// What an operator can order.
+/// An operator's order, without its speed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]

@@ -21,7 +21,7 @@ const DEVICE_TYPE: &str = "CF21";
 /// The name of the firmware.
 const FIRMWARE: &str = concat!("uchain ", env!("CARGO_PKG_VERSION"));
 
-/// What a client may do.
+/// The access of a client.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Access {

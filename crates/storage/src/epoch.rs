@@ -181,7 +181,7 @@ impl fmt::Display for EpochError {
 
 impl core::error::Error for EpochError {}
 
-/// What a slot says of the epochs under the present keys.
+/// The content of a slot, judged by the present keys.
 #[derive(Clone, Copy)]
 enum Content {
     /// The slot was never written.

@@ -174,7 +174,7 @@ impl Settings {
     }
 }
 
-/// Where a drone's settings come from.
+/// The source of a drone's settings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Source {

@@ -1,6 +1,6 @@
-//! What must be true of any bytes that a drone receives or reads. Each module has one function
-//! `check`, which panics where it is not: the fuzz targets call it with bytes that libFuzzer makes
-//! up, and `tests/corpus.rs` with those that it has found so far.
+//! Properties that must hold for any bytes that a drone receives or reads. Each module has one
+//! function `check`, which panics where its property does not hold: the fuzz targets call it with
+//! the bytes of libFuzzer, and `tests/corpus.rs` with those that it has found so far.
 //!
 //! | module | the bytes are |
 //! |---|---|

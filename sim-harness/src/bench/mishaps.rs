@@ -32,7 +32,7 @@ pub const SCENARIO: &str = "short-hop";
 const VICTIM: NodeId = NodeId(0);
 /// The moment of the mishap: the head flies, and its relay waits.
 const STRIKES_US: u64 = 9_000_000;
-/// How long the drone is then watched.
+/// The time for which the drone is then watched.
 const WATCHED_US: u64 = 9_000_000;
 /// The longest that motors may turn while no code drives them.
 pub const MOTORS_AIM_MS: u64 = 500;

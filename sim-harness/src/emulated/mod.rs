@@ -67,7 +67,7 @@ const SIDES: [Beam; 4] = [Beam::Front, Beam::Right, Beam::Back, Beam::Left];
 pub struct Halted {
     /// The drone.
     pub node: NodeId,
-    /// What stopped its machine.
+    /// The event that stopped its machine.
     pub halt: Halt,
 }
 

@@ -15,7 +15,7 @@ pub struct Criteria {
     pub swing_p95_db: Option<f32>,
     /// The largest tilt in the air, degrees.
     pub tilt_deg: Option<f32>,
-    /// How many relays must have flown.
+    /// The number of relays that must have flown.
     pub launched: Option<u32>,
 }
 

@@ -91,8 +91,8 @@ pub struct HoldMetrics {
     /// The largest difference between any two links, each averaged over the end of the hold; not
     /// a number where the links changed in it.
     pub spread_db: f32,
-    /// How much a link changes within 10 s: 95 % of all links and moments of the end of the hold
-    /// change less.
+    /// The swing of a link within 10 s that 95 % of all links and moments of the end of the hold do
+    /// not exceed.
     pub swing_p95_db: f32,
     /// Standard deviation of the relays' positions over the end of the hold.
     pub position_sd_m: f32,

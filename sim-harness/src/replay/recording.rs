@@ -110,8 +110,8 @@ pub(super) struct Sample {
     /// Index into [`Recording::links`].
     pub(super) link: usize,
     pub(super) rssi: Dbm,
-    /// How fast the two ends separated since the link's previous packet; `None` where the log does
-    /// not tell.
+    /// The rate at which the two ends separated since the link's previous packet; `None` where the
+    /// log has none.
     pub(super) separating: Option<MetresPerSecond>,
     /// Nothing that was known of the link before holds: it is the link's first packet, the clock
     /// restarted, or the link was silent for longer than on-board code waits.
@@ -247,8 +247,8 @@ impl Clock {
     }
 }
 
-/// How fast two ends separate, from their distance at each packet: what a drone knows of its own
-/// motion at that moment, and nothing of what comes after.
+/// The rate at which two ends separate, from their distances at this packet and at the one before.
+/// Later packets are not used.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct RadialSpeed {
     since: Option<(Instant, Metres)>,

@@ -141,7 +141,7 @@ fn look_at_craft(snapshot: &mut Snapshot, craft: &Craft, reach: Metres) {
     snapshot.ranges = ranges(&craft.sides().diagonals(reach), snapshot.height);
 }
 
-/// What there is of a point on the floor plan: it is always level, with the board's front an
+/// Adds the values of a point on the floor plan: it is always level, with the board's front an
 /// eighth of a turn to the left of its nose, as it is mounted.
 fn look_at_point(snapshot: &mut Snapshot, view: &View<'_>) {
     if view.role == Role::Base {

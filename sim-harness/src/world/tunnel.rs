@@ -50,7 +50,7 @@ impl Tunnel {
         FloorPlan { outlines: self.outlines.clone(), centre_lines: lines.collect() }
     }
 
-    /// How far it is from `at` to the first wall along the unit vector `direction`, or infinity
+    /// The distance from `at` to the first wall along the unit vector `direction`, or infinity
     /// where there is none within `reach`.
     #[must_use]
     pub fn range(&self, at: Point2, direction: [f32; 2], reach: f32) -> f32 {
@@ -65,8 +65,8 @@ impl Tunnel {
         Some((hit.distance, hit.slant))
     }
 
-    /// Where a disc of this radius at `at` is stopped by the walls: the nearest place where it
-    /// fits, or `None` where it does not touch any.
+    /// The place at which the walls stop a disc of this radius at `at`: the nearest place where it
+    /// fits, or `None` where it touches no wall.
     #[must_use]
     pub fn bump(&self, at: Point2, radius: f32) -> Option<Point2> {
         let wall = self.walls.touching(at, radius)?;

@@ -93,7 +93,7 @@ impl WallIndex {
 }
 
 impl Segment {
-    /// How far a beam flies until it meets the segment. (Ericson, *Real-Time Collision Detection*,
+    /// The distance at which a beam meets the segment. (Ericson, *Real-Time Collision Detection*,
     /// 5.1.9: the parameters of the closest points of two lines.)
     fn met_by(&self, at: Point2, direction: [f32; 2]) -> Option<f32> {
         let r = [at.x - self.from.x, at.y - self.from.y];

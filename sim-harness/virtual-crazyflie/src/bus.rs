@@ -58,7 +58,7 @@ pub trait Bus {
     /// The levels of the interrupt lines, one bit each.
     fn lines(&self) -> u128;
 
-    /// How many wait states the flash is set to (FLASH_ACR.LATENCY).
+    /// The number of wait states of the flash (FLASH_ACR.LATENCY).
     fn flash_wait_states(&self) -> u8 {
         0
     }

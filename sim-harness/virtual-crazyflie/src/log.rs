@@ -137,7 +137,7 @@ impl fmt::Display for LogError {
 
 impl std::error::Error for LogError {}
 
-/// What an image's messages mean. All drones that fly the image may share it.
+/// The messages of an image, by their indices. All drones that fly the image may share them.
 pub struct Messages {
     control_block: u32,
     table: Table,

@@ -99,8 +99,8 @@ fn panel(
     Ok(chart.frame(&x))
 }
 
-/// Who was at the other end, at the top of the plot from where on; names that would run into the
-/// next are left out.
+/// Writes the neighbours' names at the top of the plot, each where its time begins; names that
+/// would run into the next are left out.
 fn name_peers(area: &Area<'_>, chart: &Chart<'_>, link: &LinkSeries) -> Result<(), Fault> {
     let (top, _) = chart.vertical();
     let (_, end) = chart.horizontal();

@@ -1,5 +1,5 @@
-//! What a flight controller computes in a thousandth of a second, more or less: an attitude filter,
-//! three controllers, a covariance that is moved on, and some bytes that are packed and checked.
+//! About the computation of a flight controller in a millisecond: an attitude filter, three
+//! controllers, the propagation of a covariance, and some bytes that are packed and checked.
 //!
 //! `kernel.bin` is made of it by
 //!

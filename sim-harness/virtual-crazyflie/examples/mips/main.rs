@@ -1,4 +1,4 @@
-//! How fast the core is executed, for each model of the flash.
+//! Measures the speed of the core, for each model of the flash.
 //!
 //! ```text
 //! cargo run --release -p virtual-crazyflie --example mips

@@ -137,9 +137,9 @@ fn from_fixed(case: &Case<'_>) -> u32 {
     (exact as f32).to_bits()
 }
 
-/// What leaves the stream of instructions: an exception's entry, or sleep. And IT, of which Unicorn
-/// makes one with what follows: blocks are tried one instruction at a time, with ITSTATE in the
-/// state.
+/// Instructions that leave the stream: an exception's entry, or sleep. IT is one of them, because
+/// Unicorn fuses it with the instructions that follow: blocks are tried one instruction at a time,
+/// with ITSTATE in the state.
 pub(crate) fn cannot_be_compared(form: &Form) -> bool {
     if form.name == "IT" {
         return true;

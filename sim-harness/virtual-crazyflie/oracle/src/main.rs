@@ -58,7 +58,7 @@ enum What {
         /// An ELF with mapping symbols.
         #[arg(long)]
         elf: Vec<PathBuf>,
-        /// Where to.
+        /// The path of the output.
         #[arg(long, default_value = concat!(env!("CARGO_MANIFEST_DIR"), "/../vectors/core.bin"))]
         to: PathBuf,
         /// Of each form, at most.

@@ -77,7 +77,7 @@ pub(crate) fn cases(findings: &Findings) {
     }
 }
 
-/// What is written as JSON.
+/// The counts that are written as JSON.
 #[derive(Serialize)]
 struct Summary<'a> {
     total: &'a crate::compare::Tally,
@@ -146,7 +146,8 @@ impl Bits {
         }
     }
 
-    /// What has no form and is refused by the other core is UNDEFINED, and must be to ours.
+    /// An encoding that has no form and that the other core refuses is UNDEFINED, and must be so on
+    /// ours.
     pub(crate) fn is_right(&self) -> bool {
         self.undefined_yet_executed == 0
     }

@@ -209,7 +209,7 @@ impl Other {
         }
     }
 
-    /// What follows must not see what an exclusive load has marked.
+    /// Marks the engine as used up: the next instruction must not see its exclusive monitor.
     pub(crate) fn forget(&mut self) {
         self.dirty = true;
     }

@@ -37,11 +37,11 @@ pub struct Flow {
 /// The result of a ranger's measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sight {
-    /// How far.
+    /// The distance.
     pub distance: Metres,
     /// The standard deviation that the sensor reports.
     pub sigma: Metres,
-    /// How it ends.
+    /// The status of the measurement.
     pub status: RangeStatus,
     /// The signal rate of the reflected light.
     pub signal: CountRate,

@@ -36,7 +36,7 @@ impl fmt::Display for Source {
 pub struct SourceFrame {
     /// The function's name as it is written in Rust, without hashes.
     pub function: Option<String>,
-    /// Where in it: the instruction's own place in the innermost, the call's in the others.
+    /// The source line: the instruction's own in the innermost function, the call's in the others.
     pub source: Option<Source>,
 }
 

@@ -195,8 +195,8 @@ impl Image {
         self.segments.iter().map(|segment| (segment.address, &self.file[segment.bytes.clone()]))
     }
 
-    /// What lies in flash from the first byte to the last, with the address of the first; gaps are
-    /// as erased.
+    /// The bytes of the flash from the first to the last of the image, with the address of the
+    /// first; gaps are as erased.
     #[must_use]
     pub fn flat(&self) -> (u32, Vec<u8>) {
         let start = self.segments.first().map_or(map::FLASH, |segment| segment.address);
@@ -342,7 +342,7 @@ impl Image {
         self.symbols.code().flat_map(|code| Instructions { image: self, code })
     }
 
-    /// Where in the source an address comes from: the innermost of the functions that were inlined
+    /// The source line of an address: that of the innermost of the functions that were inlined
     /// there.
     #[must_use]
     pub fn source(&self, address: u32) -> Option<Source> {

@@ -163,8 +163,8 @@ pub(super) fn demangled(name: &str) -> String {
     format!("{:#}", rustc_demangle::demangle(name))
 }
 
-/// What a mapping symbol says of what follows: `Some(true)` for Thumb code, `Some(false)` for
-/// anything else (AAELF32, "Mapping symbols"; they may have a suffix after a dot).
+/// Whether a mapping symbol marks Thumb code, `Some(true)`, or anything else, `Some(false)`
+/// (AAELF32, "Mapping symbols"; they may have a suffix after a dot).
 fn mapping(name: &str) -> Option<bool> {
     match name.split('.').next() {
         Some("$t") => Some(true),

@@ -301,7 +301,7 @@ fn top(levels: &mut [Level]) -> &mut Level {
     levels.last_mut().expect("the program's own level is never closed")
 }
 
-/// Where a call stands: its stack pointer, and where it returns to.
+/// The identity of a call: its stack pointer, and its return address.
 fn frame(now: &Moment) -> (u32, u32) {
     (now.registers[13], now.registers[14] & !1)
 }

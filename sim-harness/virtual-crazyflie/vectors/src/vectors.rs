@@ -20,7 +20,7 @@ pub struct Vector {
     pub encoding: u32,
     /// Which of the states are compared, one bit each: the others faulted, or differ for a reason.
     pub compared: u16,
-    /// What [`crate::After::hash`] is after each of them; zero where it is not compared.
+    /// The value of [`crate::After::hash`] after each of them; zero where it is not compared.
     pub hashes: [u32; STATES],
 }
 

@@ -66,7 +66,7 @@ impl Bug<'_> {
         self.form.field(letter, self.encoding).unwrap_or(16)
     }
 
-    /// What the register in a field held.
+    /// The value of the register in a field.
     fn reg(&self, letter: u8) -> u32 {
         self.before.r.get(self.f(letter) as usize).copied().unwrap_or(CODE)
     }

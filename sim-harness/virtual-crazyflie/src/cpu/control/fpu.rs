@@ -109,8 +109,8 @@ impl Cpu {
         self.control.fp.cpacr = 0xF << 20;
     }
 
-    /// What comes before a floating-point instruction where `fpu.ready` is false: is the unit
-    /// enabled, is a lazy save outstanding, does a new context begin (ExecuteFPCheck())?
+    /// Makes the checks before a floating-point instruction where `fpu.ready` is false: whether the unit
+    /// is enabled, a lazy save is outstanding, or a new context begins (ExecuteFPCheck()).
     pub(crate) fn prepare_fp(&mut self, memory: &mut Memory) -> Result<(), Fault> {
         if !self.fpu_allowed() {
             return Err(Fault::NoCoprocessor);

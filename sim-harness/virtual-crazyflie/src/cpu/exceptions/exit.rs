@@ -58,8 +58,8 @@ impl Cpu {
         }
     }
 
-    /// Where it leads, if that can be: the exception is active, and thread mode is reached from
-    /// the last one only, unless CCR.NONBASETHRDENA says otherwise.
+    /// The target, if it is allowed: the exception is active, and thread mode is reached from the
+    /// last one only, unless CCR.NONBASETHRDENA says otherwise.
     fn target(&self, exc_return: u32) -> Option<Target> {
         let active = self.exceptions.priorities.active();
         if active & bit(self.special.ipsr) == 0 {

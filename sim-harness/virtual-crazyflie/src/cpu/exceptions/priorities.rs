@@ -102,7 +102,7 @@ impl Priorities {
         masks.min(self.running)
     }
 
-    /// What BASEPRI lets nothing below or at come in.
+    /// The priority of BASEPRI: exceptions at it and below are masked.
     fn basepri_ceiling(&self) -> i16 {
         if self.basepri == 0 { BASE } else { self.group(i16::from(self.basepri)) }
     }

@@ -196,7 +196,8 @@ impl Cpu {
         }
     }
 
-    /// What an access has changed: an interrupt may come, or something may be due earlier.
+    /// To be called after an access: an interrupt may have become pending, or an event may be due
+    /// earlier.
     fn look_at<B: Bus>(&mut self, bus: &B) {
         self.set_lines(bus.lines());
         self.deadline = if bus.resets() { 0 } else { self.deadline.min(bus.due()) };

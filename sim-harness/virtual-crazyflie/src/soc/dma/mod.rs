@@ -71,7 +71,7 @@ impl Dma {
         }
     }
 
-    /// What is kept of a stream outside it.
+    /// Updates the sets of streams, by the state of this one.
     fn note(&mut self, stream: usize) {
         let bit = 1 << stream;
         let set = |mask: u8, is_set: bool| if is_set { mask | bit } else { mask & !bit };

@@ -27,7 +27,7 @@ mod cr {
     pub(super) const CT: u32 = 1 << 19;
     pub(super) const PBURST: u32 = 3 << 21;
     pub(super) const ALL: u32 = 0x0FEF_FFFF;
-    /// What can be written while EN is set; the rest stays as it is.
+    /// The bits that can be written while EN is set; the others keep their values.
     pub(super) const FREE: u32 = DMEIE | TEIE | HTIE | TCIE | CIRC;
 }
 

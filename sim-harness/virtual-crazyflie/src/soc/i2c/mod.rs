@@ -119,7 +119,7 @@ impl Acknowledge {
         }
     }
 
-    /// What it was at that cycle, of which no more than one change has passed.
+    /// The value at that cycle, of which no more than one change has passed.
     const fn at(self, cycle: u64) -> bool {
         if self.since > cycle { self.before } else { self.now }
     }
@@ -138,7 +138,7 @@ pub(crate) struct I2c {
     acknowledge: Acknowledge,
     /// SR1 but for TXE.
     flags: u32,
-    /// What the last load of SR1 has shown of these: half of a clearing sequence.
+    /// The bits of these that the last load of SR1 has shown: half of a clearing sequence.
     seen: u32,
     /// SR2.TRA.
     transmitter: bool,

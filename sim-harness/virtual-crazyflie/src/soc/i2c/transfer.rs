@@ -314,8 +314,8 @@ impl I2c {
         self.leave(at, context);
     }
 
-    /// What is answered to the byte whose ninth bit begins at this cycle: what ACK was then, or
-    /// with POS what it was when the byte began, and no to the last that DMA will take.
+    /// Whether the byte whose ninth bit begins at this cycle is acknowledged: by the value of ACK
+    /// then, or with POS by that when the byte began; the last byte of a DMA is not acknowledged.
     fn answer(&mut self, ninth: u64) -> bool {
         let now = self.acknowledge.at(ninth);
         let answer = if self.is_on(cr1::POS) { self.latched } else { now };

@@ -90,7 +90,8 @@ impl Form {
         self.field(letter, encoding).unwrap_or_else(|| panic!("{}: no such field", self.name))
     }
 
-    /// What the manual defines: registers that may stand there, no overlap that it forbids.
+    /// Whether the manual defines the instruction: its registers are allowed, and none overlap that
+    /// must not.
     #[must_use]
     pub fn is_predictable(&self, encoding: u32) -> bool {
         let registers = b"dnmtualhDNMTUALH".iter().all(|letter| {
