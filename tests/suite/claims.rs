@@ -481,7 +481,7 @@ fn the_literal_gain_is_a_limit_cycle_and_the_default_is_not() {
         println!("{name}: {swing} m");
         assert!(swing > 1.0, "{name} flies {swing} m to and fro only");
     }
-    for default in [PolicyConfig::DEFAULT, knowing(PolicyConfig::DEFAULT, 2.0)] {
+    for default in [PolicyConfig::K_TUNED, knowing(PolicyConfig::K_TUNED, 2.0)] {
         let swing = swing_with(default);
         println!("default: {swing} m");
         assert!(swing < 0.02, "default flies {swing} m to and fro");
@@ -561,7 +561,7 @@ fn fly_all(
 /// touches another drone.
 #[test]
 fn the_default_policy_keeps_the_order_and_off_everything() {
-    let wrong = fly_all(&["default"], |_| true, SEEDS);
+    let wrong = fly_all(&["k-tuned"], |_| true, SEEDS);
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
 
@@ -606,7 +606,7 @@ fn decibels_of_the_first_metre_change_no_decision() {
         }
         frames
     };
-    for policy in ["k", "default"] {
+    for policy in ["k", "k-tuned"] {
         let (here, there) = (flown(0.0, policy), flown(7.0, policy));
         for (one, other) in here.iter().zip(&there) {
             for (a, b) in one.drones.iter().zip(&other.drones) {

@@ -156,9 +156,9 @@ fn report() -> wire::p2p::Report {
         velocity: units::MetresPerSecond(0.0),
         odometer: units::Metres(0.0),
         links: None,
-        front: None,
-        back: None,
-        sums: [None; 2],
+        sums: [units::LinkSum::NONE; 2],
+        waiting: 0,
+        head_velocity: units::MetresPerSecond(0.0),
         heard: Default::default(),
     }
 }

@@ -19,6 +19,8 @@ struct Peer {
     /// When the peer's last packet came; `None` once the peer has left.
     heard_at: Option<Instant>,
     rssi: Dbm,
+    /// Whether the last packet has not been named in a report yet.
+    is_new: bool,
     fresh: bool,
     /// How many reports of this node have named the peer.
     times_named: u8,
@@ -53,6 +55,7 @@ impl Peers {
                 last: counter,
                 heard_at: Some(now),
                 rssi,
+                is_new: true,
                 fresh: false,
                 times_named: 0,
             });
@@ -73,6 +76,7 @@ impl Peers {
         }
         peer.heard_at = Some(now);
         peer.rssi = rssi;
+        peer.is_new = true;
         Ok(())
     }
 
@@ -138,7 +142,8 @@ impl Peers {
     fn add(&mut self, node: NodeId, selected: &mut Vec<Heard, HEARD>) {
         let Some(Some(peer)) = self.all.get_mut(usize::from(node.0)) else { return };
         let epoch = peer.last.epoch().low16();
-        if selected.push(Heard { node, rssi: peer.rssi, epoch }).is_ok() {
+        let is_new = core::mem::take(&mut peer.is_new);
+        if selected.push(Heard { node, rssi: peer.rssi, is_new, epoch }).is_ok() {
             // Counts that saturated would select the same nodes for ever, so all are halved below.
             peer.times_named = peer.times_named.saturating_add(1);
         }

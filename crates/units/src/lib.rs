@@ -12,6 +12,7 @@
 //! | [`Radians`], [`RadiansPerSecond`] | rad, rad/s | yaw counter-clockwise seen from above |
 //! | [`Point2`], [`Pose2`] | m, rad | floor plan: x east, y north, yaw counter-clockwise from east |
 //! | [`AngularVelocity`], [`Acceleration`] | rad/s, m/s² | along the board's axes |
+//! | [`DbPerMetre`], [`MetresPerDb`] | dB/m, m/dB | slope and compliance of a link, positive |
 //! | [`Volts`] | V | |
 //! | [`Instant`], [`Duration`] | µs | since boot; never runs backwards |
 //!
@@ -31,10 +32,11 @@ mod quantity;
 mod time;
 mod triad;
 
-pub use mission::{LinkSpan, NODES, Order, Phase, PolicyCode, Role, Setpoint};
+pub use mission::{LinkSpan, LinkSum, NODES, Order, Phase, PolicyCode, Role, Setpoint};
 pub use plane::{Point2, Pose2};
 pub use quantity::{
-    Db, DbPerMetre, Dbm, Metres, MetresPerSecond, NodeId, Radians, RadiansPerSecond, Volts,
+    Db, DbPerMetre, Dbm, Metres, MetresPerDb, MetresPerSecond, NodeId, Radians, RadiansPerSecond,
+    Volts,
 };
 pub use time::{Duration, Instant};
 pub use triad::{Acceleration, AngularVelocity};

@@ -2,7 +2,7 @@
 
 use core::num::NonZeroU8;
 
-use crate::{Dbm, Metres, MetresPerSecond, NodeId, RadiansPerSecond};
+use crate::{Db, Dbm, Metres, MetresPerDb, MetresPerSecond, NodeId, RadiansPerSecond};
 
 /// The most nodes that a mission can have, head and base included: a node's number is four bits on
 /// the air.
@@ -128,6 +128,50 @@ impl LinkSpan {
                 weakest: Dbm(run.weakest.0.min(link.0)),
                 strongest: Dbm(run.strongest.0.max(link.0)),
             },
+        }
+    }
+}
+
+/// The sums over a run of links from which every drone of a chain finds the loss that all links
+/// would have if they were equal: what a chain-wide movement policy must know, in a size that does
+/// not grow with the chain.
+///
+/// With the loss r_j and the slope g_j of link j, `surplus` is Σ (r_j − r₀) / g_j: by how much the
+/// run is longer than it would be if all of its links had the loss r₀ = [`LinkSum::REFERENCE`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct LinkSum {
+    /// The sum of (r_j − r₀) / g_j.
+    pub surplus: Metres,
+    /// The sum of 1 / g_j.
+    pub compliance: MetresPerDb,
+    /// The number of links in the run.
+    pub links: u8,
+}
+
+impl LinkSum {
+    /// r₀, in the middle of the losses of a chain's links underground. Any other value would give
+    /// the same movements; this one makes small numbers on the air.
+    pub const REFERENCE: Db = Db(64.0);
+
+    /// The sum over a run without any link.
+    pub const NONE: Self = Self { surplus: Metres::ZERO, compliance: MetresPerDb::ZERO, links: 0 };
+
+    /// The loss over r₀ that all links of the run would have if they were equal and the run kept
+    /// its length; `None` for a run without links.
+    #[must_use]
+    pub fn level(self) -> Option<Db> {
+        (self.compliance.0 > 0.0).then(|| Db(self.surplus.0 / self.compliance.0))
+    }
+
+    /// The sum over this run and `other`.
+    #[must_use]
+    pub fn and(self, other: Self) -> Self {
+        Self {
+            surplus: self.surplus + other.surplus,
+            compliance: self.compliance + other.compliance,
+            links: self.links.saturating_add(other.links),
         }
     }
 }

@@ -99,6 +99,11 @@ linear_quantity! {
     DbPerMetre, " dB/m"
 }
 linear_quantity! {
+    /// The compliance of a link or a chain of links: by how many metres it grows longer where its
+    /// loss may grow by one decibel. The inverse of a [`DbPerMetre`].
+    MetresPerDb, " m/dB"
+}
+linear_quantity! {
     /// A length or a position, in metres.
     Metres, " m"
 }

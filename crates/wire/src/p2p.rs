@@ -34,7 +34,7 @@ pub use capsule::{Capsule, TELEMETRY, Telemetry};
 pub use header::{Counter, Epoch, HEADER, Header, Kind, Wave};
 pub use membership::Membership;
 pub use order::{ORDER, decode_order, encode_order};
-pub use report::{HEARD, Heard, Report, Sum};
+pub use report::{HEARD, Heard, Report};
 
 use crate::syslink::MAX_P2P;
 

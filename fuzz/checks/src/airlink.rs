@@ -6,7 +6,7 @@ use std::collections::HashSet;
 
 use airlink::keys::{self, FleetSecret, Key, Keys, Own};
 use airlink::{Airlink, Event, Identity, LinkConfig, Schedule, Scope, Seal, Sealed};
-use units::{Dbm, Duration, Instant, Metres, MetresPerSecond, NodeId, Order, Phase, Role};
+use units::{Dbm, Duration, Instant, LinkSum, Metres, MetresPerSecond, NodeId, Order, Phase, Role};
 use wire::p2p::{Counter, Epoch, HEADER, Report, Telemetry};
 use wire::radio::Datarate;
 use wire::syslink::MAX_P2P;
@@ -189,9 +189,9 @@ impl Air {
             velocity: MetresPerSecond(value / 1000.0),
             odometer: Metres(value),
             links: None,
-            front: None,
-            back: None,
-            sums: [None; 2],
+            sums: [LinkSum::NONE; 2],
+            waiting: 0,
+            head_velocity: MetresPerSecond::ZERO,
             heard: heapless::Vec::new(),
         });
         let telemetry = Telemetry {

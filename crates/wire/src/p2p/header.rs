@@ -155,7 +155,7 @@ impl Counter {
 /// | byte | type | field | what | unit |
 /// |---|---|---|---|---|
 /// | 0 | bits 0–3 | `kind` | 1 beacon, 2 report, 3 command, 4 telemetry, 5 membership | |
-/// | 0 | bits 4–7 | `version` | 1 | |
+/// | 0 | bits 4–7 | `version` | 2 | |
 /// | 1 | bits 0–3 | `from` | the sender, 0 the head to 15 | |
 /// | 1 | bit 4 | `wave` | 0 outward, 1 inward | |
 /// | 1 | bits 5–6 | `place` | the packet's place in the turn, 0 to 3 | |
@@ -177,7 +177,7 @@ pub struct Header {
     pub counter: Counter,
 }
 
-const VERSION: u8 = 1;
+const VERSION: u8 = 2;
 const INWARD: u8 = 1 << 4;
 const PLACE_SHIFT: u8 = 5;
 const LAST_PLACE: u8 = 3;

@@ -1,7 +1,7 @@
 //! Reports: each node tells five times a second how it flies and how well it hears the others.
 
 use heapless::Vec;
-use units::{Dbm, LinkSpan, Metres, MetresPerSecond, NodeId, Phase};
+use units::{Dbm, LinkSpan, LinkSum, Metres, MetresPerDb, MetresPerSecond, NodeId, Phase};
 
 use super::{Error, MAX_BODY, steps};
 
@@ -22,19 +22,19 @@ const _: () = assert!(ALONE + HEARD * ONE <= MAX_BODY, "a report is one packet")
 /// | 0 | bits 0–2 | `phase` | 0 waiting, 1 transit, 2 linked, 3 base, 4 out | |
 /// | 0 | bit 3 | `recall` | 1 the chain is called home | |
 /// | 0 | bit 4 | `has_links` | 1 bytes 6 to 9 hold links | |
-/// | 0 | bit 5 | `has_front` | 1 bytes 10 and 11 hold a link | |
-/// | 0 | bit 6 | `has_back` | 1 bytes 12 and 13 hold a link | |
+/// | 0 | bits 5–6 | `waiting` | relays that wait on the ground, 3 for more | |
 /// | 0 | bit 7 | zero | | |
 /// | 1 | `i16` | `velocity` | along the tunnel, towards the head | 1 mm/s |
-/// | 3 | `i24` | `odometer` | way along the tunnel since take-off | 1/128 m |
+/// | 3 | `i24` | `odometer` | way along the tunnel since take-off | 1/512 m |
 /// | 6 | `i16` | `weakest` | weakest link between the head and the sender, or 0 | 1/4 dBm |
 /// | 8 | `i16` | `strongest` | strongest link between the head and the sender, or 0 | 1/4 dBm |
-/// | 10 | `i16` | `front` | the sender's link towards the head, or 0 | 1/4 dBm |
-/// | 12 | `i16` | `back` | the sender's link towards the base, or 0 | 1/4 dBm |
-/// | 14 | `u16` | `front_total` | sum over the links towards the head, or 0 | 1/64 |
-/// | 16 | `u8` | `front_links` | number of these links, 1 to 15, 0 none | |
-/// | 17 | `u16` | `back_total` | sum over the links towards the base, or 0 | 1/64 |
-/// | 19 | `u8` | `back_links` | number of these links, 1 to 15, 0 none | |
+/// | 10 | `i16` | `front_surplus` | surplus of the links towards the head, or 0 | 1/16 m |
+/// | 12 | `u16` | `front_compliance` | compliance of the links towards the head, or 0 | 1/1024 m/dB |
+/// | 14 | `i16` | `back_surplus` | surplus of the links towards the base, or 0 | 1/16 m |
+/// | 16 | `u16` | `back_compliance` | compliance of the links towards the base, or 0 | 1/1024 m/dB |
+/// | 18 | bits 0–3 | `front_links` | number of the links in the sum towards the head | |
+/// | 18 | bits 4–7 | `back_links` | number of the links in the sum towards the base | |
+/// | 19 | `i8` | `head_velocity` | of the head along the tunnel, away from the base | 4 mm/s |
 /// | 20 | 0 to 4 × 4 bytes | `heard` | the nodes that the sender hears | |
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -49,31 +49,25 @@ pub struct Report {
     pub odometer: Metres,
     /// The links from the head down to the sender, if it knows of any.
     pub links: Option<LinkSpan>,
-    /// The sender's link towards the head, filtered.
-    pub front: Option<Dbm>,
-    /// The sender's link towards the base, filtered.
-    pub back: Option<Dbm>,
-    /// Sums over all links on its side of the chain, towards the head and towards the base.
-    pub sums: [Option<Sum>; 2],
+    /// The sums over all links between the sender and the head, and between the sender and the
+    /// base.
+    pub sums: [LinkSum; 2],
+    /// The number of relays that wait on the ground, as far as the sender knows; 3 stands for more
+    /// as well.
+    pub waiting: u8,
+    /// The head's velocity along the tunnel, positive away from the base, as the head reported it.
+    pub head_velocity: MetresPerSecond,
     /// The nodes that the sender hears, each once.
     pub heard: Vec<Heard, HEARD>,
-}
-
-/// A sum over links.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Sum {
-    /// The sum of the quantity that the policy adds up, 0 to 1023, to 1/64.
-    pub total: f32,
-    /// The number of links in the sum, 1 to 15.
-    pub links: u8,
 }
 
 /// The strength with which one other node is heard, in 4 bytes.
 ///
 /// | byte | type | field | what | unit |
 /// |---|---|---|---|---|
-/// | 0 | `u8` | `node` | the node that is heard, 0 to 15 | |
+/// | 0 | bits 0–3 | `node` | the node that is heard, 0 to 15 | |
+/// | 0 | bits 4–6 | zero | | |
+/// | 0 | bit 7 | `is_new` | 1 a packet of the node has come since the sender's last report | |
 /// | 1 | `u8` | `rssi` | strength of its last packet | −1 dBm |
 /// | 2 | `u16` | `epoch` | low half of its epoch | |
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -83,6 +77,8 @@ pub struct Heard {
     pub node: NodeId,
     /// The strength of its last packet, unfiltered.
     pub rssi: Dbm,
+    /// Whether a packet of it has come since the sender's last report.
+    pub is_new: bool,
     /// The last 16 bits of its epoch.
     pub epoch: u16,
 }
@@ -90,49 +86,55 @@ pub struct Heard {
 /// Steps of each quantity in one of its unit.
 mod per {
     pub(super) const VELOCITY: f32 = 1000.0;
-    /// A power of two, so that an f32 has every step of the three bytes: 65 km, to 8 mm.
-    pub(super) const WAY: f32 = 128.0;
-    pub(super) const TOTAL: f32 = 64.0;
+    /// A power of two, so that an f32 has every step of the three bytes: 16 km, to 2 mm.
+    pub(super) const WAY: f32 = 512.0;
+    pub(super) const SURPLUS: f32 = 16.0;
+    pub(super) const COMPLIANCE: f32 = 1024.0;
+    pub(super) const HEAD_VELOCITY: f32 = 250.0;
 }
 
 /// The smallest number of three bytes with a sign.
 const LEAST: i32 = -(1 << 23);
 const MOST: i32 = (1 << 23) - 1;
 
-/// The most links of a [`Sum`].
+/// The most links of a sum.
 const LINKS: u8 = 15;
 
 const PHASE: u8 = 0b111;
 const RECALL: u8 = 1 << 3;
 const HAS_LINKS: u8 = 1 << 4;
-const HAS_FRONT: u8 = 1 << 5;
-const HAS_BACK: u8 = 1 << 6;
+const WAITING: u8 = 5;
+const MOST_WAITING: u8 = 3;
 const ZERO: u8 = 1 << 7;
+
+const NODE: u8 = 0b1111;
+const IS_NEW: u8 = 1 << 7;
 
 impl Report {
     pub(super) fn encode(&self) -> Vec<u8, MAX_BODY> {
         let links = self.links.and_then(span_in_steps);
-        let front = self.front.and_then(steps::quarters);
-        let back = self.back.and_then(steps::quarters);
-        let [front_sum, back_sum] = self.sums.map(|sum| sum.map_or([0; 3], Sum::encode));
-
         let flag = |set, bit| if set { bit } else { 0 };
         let codes = phase_code(self.phase)
             | flag(self.recall, RECALL)
             | flag(links.is_some(), HAS_LINKS)
-            | flag(front.is_some(), HAS_FRONT)
-            | flag(back.is_some(), HAS_BACK);
+            | self.waiting.min(MOST_WAITING) << WAITING;
         let (weakest, strongest) = links.unwrap_or_default();
         let way = steps::within(self.odometer.0 * per::WAY, LEAST, MOST);
+        let head = steps::within(
+            self.head_velocity.0 * per::HEAD_VELOCITY,
+            i8::MIN.into(),
+            i8::MAX.into(),
+        ) as i8;
 
         let [v0, v1] = steps::short(self.velocity.0 * per::VELOCITY).to_le_bytes();
         let [o0, o1, o2, _] = way.to_le_bytes();
-        let powers = [weakest, strongest, front.unwrap_or_default(), back.unwrap_or_default()];
+        let [(front, front_links), (back, back_links)] = self.sums.map(sum_in_bytes);
         [codes, v0, v1, o0, o1, o2]
             .into_iter()
-            .chain(powers.into_iter().flat_map(i16::to_le_bytes))
-            .chain(front_sum)
-            .chain(back_sum)
+            .chain([weakest, strongest].into_iter().flat_map(i16::to_le_bytes))
+            .chain(front)
+            .chain(back)
+            .chain([front_links | back_links << 4, head.to_le_bytes()[0]])
             .chain(self.named().flatten())
             .take(MAX_BODY)
             .collect()
@@ -154,12 +156,13 @@ impl Report {
         if heard.len() > HEARD {
             return Err(length);
         }
-        let [codes, v0, v1, o0, o1, o2, w0, w1, s0, s1, f0, f1, b0, b1, sums @ ..] = *alone;
-        let [front0, front1, front2, back0, back1, back2] = sums;
+        let [codes, v0, v1, o0, o1, o2, w0, w1, s0, s1, sums @ ..] = *alone;
+        let [f0, f1, f2, f3, b0, b1, b2, b3, counts, head] = sums;
         if codes & ZERO != 0 {
             return Err(Error::Reserved);
         }
         let links = (i16::from_le_bytes([w0, w1]), i16::from_le_bytes([s0, s1]));
+        let head = f32::from(i8::from_le_bytes([head]));
         Ok(Self {
             phase: phase_of_code(codes & PHASE)?,
             recall: codes & RECALL != 0,
@@ -167,9 +170,12 @@ impl Report {
             // The shift extends the sign.
             odometer: Metres((i32::from_le_bytes([0, o0, o1, o2]) >> 8) as f32 / per::WAY),
             links: span_of_steps(codes & HAS_LINKS != 0, links)?,
-            front: power(codes & HAS_FRONT != 0, i16::from_le_bytes([f0, f1]))?,
-            back: power(codes & HAS_BACK != 0, i16::from_le_bytes([b0, b1]))?,
-            sums: [Sum::decode([front0, front1, front2])?, Sum::decode([back0, back1, back2])?],
+            sums: [
+                sum_of_bytes([f0, f1, f2, f3], counts & LINKS)?,
+                sum_of_bytes([b0, b1, b2, b3], counts >> 4)?,
+            ],
+            waiting: codes >> WAITING & MOST_WAITING,
+            head_velocity: MetresPerSecond(head / per::HEAD_VELOCITY),
             heard: all(heard)?,
         })
     }
@@ -186,14 +192,6 @@ fn all(entries: &[[u8; ONE]]) -> Result<Vec<Heard, HEARD>, Error> {
         all.push(heard).map_err(|_| Error::Length(entries.len()))?;
     }
     Ok(all)
-}
-
-fn power(there: bool, steps: i16) -> Result<Option<Dbm>, Error> {
-    match (there, steps) {
-        (true, steps) => Ok(Some(steps::of_quarters(steps))),
-        (false, 0) => Ok(None),
-        (false, _) => Err(Error::Reserved),
-    }
 }
 
 const fn phase_code(phase: Phase) -> u8 {
@@ -236,38 +234,46 @@ fn span_of_steps(there: bool, (weakest, strongest): (i16, i16)) -> Result<Option
     }
 }
 
-impl Sum {
-    /// The sum's bytes: zeros where the total is NaN or there are no links.
-    fn encode(self) -> [u8; 3] {
-        match (steps::number(self.total), self.links.min(LINKS)) {
-            (None, _) | (_, 0) => [0; 3],
-            (Some(total), links) => {
-                let total = steps::within(total * per::TOTAL, 0, u16::MAX.into()) as u16;
-                let [t0, t1] = total.to_le_bytes();
-                [t0, t1, links]
-            }
+/// A sum's bytes and its number of links: zeros where a number is NaN or there are no links.
+fn sum_in_bytes(sum: LinkSum) -> ([u8; 4], u8) {
+    let numbers = steps::number(sum.surplus.0).zip(steps::number(sum.compliance.0));
+    match (numbers, sum.links.min(LINKS)) {
+        (None, _) | (_, 0) => ([0; 4], 0),
+        (Some((surplus, compliance)), links) => {
+            let compliance = steps::within(compliance * per::COMPLIANCE, 0, u16::MAX.into());
+            let [s0, s1] = steps::short(surplus * per::SURPLUS).to_le_bytes();
+            let [c0, c1] = (compliance as u16).to_le_bytes();
+            ([s0, s1, c0, c1], links)
         }
     }
+}
 
-    fn decode([t0, t1, links]: [u8; 3]) -> Result<Option<Self>, Error> {
-        match (u16::from_le_bytes([t0, t1]), links) {
-            (0, 0) => Ok(None),
-            (total, 1..=LINKS) => Ok(Some(Self { total: f32::from(total) / per::TOTAL, links })),
-            _ => Err(Error::Reserved),
-        }
+fn sum_of_bytes([s0, s1, c0, c1]: [u8; 4], links: u8) -> Result<LinkSum, Error> {
+    if links == 0 && [s0, s1, c0, c1] != [0; 4] {
+        return Err(Error::Reserved);
     }
+    Ok(LinkSum {
+        surplus: Metres(f32::from(i16::from_le_bytes([s0, s1])) / per::SURPLUS),
+        compliance: MetresPerDb(f32::from(u16::from_le_bytes([c0, c1])) / per::COMPLIANCE),
+        links,
+    })
 }
 
 impl Heard {
     fn encode(&self) -> Option<[u8; ONE]> {
         let [e0, e1] = self.epoch.to_le_bytes();
-        steps::name(self.node).map(|name| [name, steps::weakness(self.rssi), e0, e1])
+        let is_new = if self.is_new { IS_NEW } else { 0 };
+        steps::name(self.node).map(|name| [name | is_new, steps::weakness(self.rssi), e0, e1])
     }
 
-    fn decode([name, rssi, e0, e1]: [u8; ONE]) -> Result<Self, Error> {
+    fn decode([codes, rssi, e0, e1]: [u8; ONE]) -> Result<Self, Error> {
+        if codes & !(NODE | IS_NEW) != 0 {
+            return Err(Error::Reserved);
+        }
         Ok(Self {
-            node: steps::of_name(name)?,
+            node: steps::of_name(codes & NODE)?,
             rssi: steps::of_weakness(rssi),
+            is_new: codes & IS_NEW != 0,
             epoch: u16::from_le_bytes([e0, e1]),
         })
     }

@@ -6,7 +6,7 @@ use crate::messages::Numbers;
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::{Config, RngSeed, TestRunner};
-use units::{NodeId, Order, Phase, Role};
+use units::{LinkSum, NodeId, Order, Phase, Role};
 use wire::p2p::{
     Beacon, Capsule, Counter, HEADER, Header, Heard, Kind, MAX_BODY, Membership, Message, PORT,
     Report, TAG, Telemetry, Wave,
@@ -21,6 +21,8 @@ type Fields = Vec<(&'static str, Value)>;
 enum Value {
     /// This number, in steps.
     Steps(i64),
+    /// This number, which the table says as well.
+    Constant(i64),
     /// This number in the unit without its prefix, to half a step.
     Measured(f32),
     /// The name that the table gives the value.
@@ -29,7 +31,7 @@ enum Value {
     Bytes(Vec<u8>),
 }
 
-use Value::{Bytes, Called, Measured, Steps};
+use Value::{Bytes, Called, Constant, Measured, Steps};
 
 /// A row of a table.
 #[derive(Clone, Debug)]
@@ -89,6 +91,7 @@ impl Row {
     fn agrees(&self, bytes: &[u8], value: &Value) -> bool {
         match value {
             Steps(steps) => self.steps(bytes) == *steps,
+            Constant(steps) => self.steps(bytes) == *steps && self.what == steps.to_string(),
             Measured(measured) => {
                 let step = step(&self.unit);
                 let said = self.steps(bytes) as f64 * step;
@@ -114,13 +117,15 @@ fn number(text: &str) -> Result<usize, String> {
 fn step(unit: &str) -> f64 {
     match unit {
         "1 mm/s" => 0.001,
+        "4 mm/s" => 0.004,
         "1 cm/s" => 0.01,
         "2 cm" => 0.02,
         "0.1 m" => 0.1,
-        "1/128 m" => 1.0 / 128.0,
+        "1/16 m" => 1.0 / 16.0,
+        "1/512 m" => 1.0 / 512.0,
         "1/4 dBm" => 0.25,
         "−1 dBm" => -1.0,
-        "1/64" => 1.0 / 64.0,
+        "1/1024 m/dB" => 1.0 / 1024.0,
         "20 mV" => 0.02,
         "4 s" => 4.0,
         _ => f64::NAN,
@@ -208,7 +213,7 @@ fn of_header(header: &Header) -> Fields {
     };
     let mut fields = vec![
         ("kind", Called(kind)),
-        ("version", Steps(1)),
+        ("version", Constant(2)),
         ("from", node(header.from)),
         ("wave", Called(wave)),
         ("place", Steps(header.place.into())),
@@ -234,6 +239,7 @@ fn of_heard(heard: &Heard) -> Fields {
     vec![
         ("node", node(heard.node)),
         ("rssi", Measured(heard.rssi.0)),
+        ("is_new", flag(heard.is_new)),
         ("epoch", Steps(heard.epoch.into())),
     ]
 }
@@ -248,24 +254,23 @@ fn of_report(report: &Report, bytes: &[u8]) -> Fields {
         Phase::Out => "out",
     };
     let [front, back] = report.sums;
-    let total = |sum: Option<wire::p2p::Sum>| measured(sum.map(|sum| sum.total), 0);
-    let links = |sum: Option<wire::p2p::Sum>| Steps(sum.map_or(0, |sum| sum.links.into()));
+    let links = |sum: LinkSum| Steps(sum.links.into());
     let mut fields = vec![
         ("phase", Called(phase)),
         ("recall", flag(report.recall)),
         ("has_links", flag(report.links.is_some())),
-        ("has_front", flag(report.front.is_some())),
-        ("has_back", flag(report.back.is_some())),
         ("velocity", Measured(report.velocity.0)),
         ("odometer", Measured(report.odometer.0)),
         ("weakest", measured(report.links.map(|links| links.weakest.0), 0)),
         ("strongest", measured(report.links.map(|links| links.strongest.0), 0)),
-        ("front", measured(report.front.map(|front| front.0), 0)),
-        ("back", measured(report.back.map(|back| back.0), 0)),
-        ("front_total", total(front)),
+        ("front_surplus", Measured(front.surplus.0)),
+        ("front_compliance", Measured(front.compliance.0)),
         ("front_links", links(front)),
-        ("back_total", total(back)),
+        ("back_surplus", Measured(back.surplus.0)),
+        ("back_compliance", Measured(back.compliance.0)),
         ("back_links", links(back)),
+        ("waiting", Steps(report.waiting.into())),
+        ("head_velocity", Measured(report.head_velocity.0)),
     ];
     if !report.heard.is_empty() {
         fields.push(("heard", Bytes(bytes[20..].to_vec())));
@@ -441,6 +446,10 @@ fn a_row_that_lies_is_found() {
         ("`epoch`", "`count`"),
         ("`weakest`", "`strongest`"),
         ("`front`", "`back`"),
+        ("`front_", "`back_"),
+        ("_surplus`", "_compliance`"),
+        ("`is_new`", "`is_old`"),
+        ("`head_velocity`", "`velocity`"),
         ("zero", "`spare`"),
         ("1 wait, 2 explore", "2 wait, 1 explore"),
         ("1 wait, 2 explore", "1 wait"),
@@ -449,11 +458,13 @@ fn a_row_that_lies_is_found() {
         ("1 mm/s", "1 cm/s"),
         ("1 cm/s", "1 mm/s"),
         ("2 cm", "1 cm/s"),
-        ("1/128 m", "0.1 m"),
+        ("1/512 m", "0.1 m"),
+        ("1/16 m", "1/512 m"),
+        ("1/1024 m/dB", "1/512 m"),
+        ("4 mm/s", "1 mm/s"),
         ("1/4 dBm", "−1 dBm"),
         ("−1 dBm", "1/4 dBm"),
-        ("20 mV", "1/64"),
-        ("1/64", "20 mV"),
+        ("20 mV", "4 s"),
         ("4 s", "2 cm"),
     ];
     let mut untold = Vec::from(lies);
@@ -501,7 +512,8 @@ fn the_tables_beside_the_code_are_those_of_the_book() {
 #[test]
 fn the_sizes_in_the_book_are_those_of_the_code() {
     let heard = |count: u8| {
-        let one = |node| Heard { node: NodeId(node), rssi: units::Dbm(-60.0), epoch: 1 };
+        let one =
+            |node| Heard { node: NodeId(node), rssi: units::Dbm(-60.0), is_new: true, epoch: 1 };
         Message::Report(Report { heard: (0..count).map(one).collect(), ..messages::SILENT })
     };
     let (node, counter) = (NodeId(1), Counter::new(wire::p2p::Epoch::FIRST, 0).unwrap());

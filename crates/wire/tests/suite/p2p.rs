@@ -5,10 +5,13 @@ use crate::messages;
 use crate::messages::Numbers::{Flying, Wild};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use units::{Dbm, Duration, LinkSpan, Metres, MetresPerSecond, NodeId, Order, Phase, Role, Volts};
+use units::{
+    Dbm, Duration, LinkSpan, LinkSum, Metres, MetresPerDb, MetresPerSecond, NodeId, Order, Phase,
+    Role, Volts,
+};
 use wire::p2p::{
     Beacon, Capsule, Counter, Epoch, Error, HEADER, HEARD, Header, Heard, Kind, MAX_BODY,
-    Membership, Message, ORDER, Report, Sum, TAG, TELEMETRY, Telemetry, Wave,
+    Membership, Message, ORDER, Report, TAG, TELEMETRY, Telemetry, Wave,
 };
 
 fn seeded() -> ProptestConfig {
@@ -26,21 +29,24 @@ fn counter() -> Counter {
     Counter::new(Epoch::new(0x00_0102).unwrap(), 0x0A_0B0C).unwrap()
 }
 
+fn sum(surplus: f32, compliance: f32, links: u8) -> LinkSum {
+    LinkSum { surplus: Metres(surplus), compliance: MetresPerDb(compliance), links }
+}
+
 fn report() -> Report {
-    let heard = [(2, -57.0, 0x0102), (4, -83.0, 0xFFEE)].map(|(node, rssi, epoch)| Heard {
-        node: NodeId(node),
-        rssi: Dbm(rssi),
-        epoch,
-    });
+    let heard =
+        [(2, -57.0, true, 0x0102), (4, -83.0, false, 0xFFEE)].map(|(node, rssi, is_new, epoch)| {
+            Heard { node: NodeId(node), rssi: Dbm(rssi), is_new, epoch }
+        });
     Report {
         phase: Phase::Linked,
         recall: true,
         velocity: MetresPerSecond(-0.25),
         odometer: Metres(-12.5),
         links: Some(LinkSpan { weakest: Dbm(-71.25), strongest: Dbm(-58.0) }),
-        front: Some(Dbm(-60.5)),
-        back: None,
-        sums: [Some(Sum { total: 3.5, links: 2 }), None],
+        sums: [sum(-2.5, 0.75, 2), LinkSum::NONE],
+        waiting: 2,
+        head_velocity: MetresPerSecond(-0.1),
         heard: heapless::Vec::from_iter(heard),
     }
 }
@@ -74,27 +80,27 @@ fn the_bytes_are_those_of_the_tables() {
         [&[5, 0x0C, 0x0B, 0x0A, 0x02, 0x01, 0x00][..], &vec![0x5E; length], &[0x7A; 8]].concat()
     };
     let reported = vec![
-        0b0011_1010, // front, links, recall, linked
+        0b0001_1010, // links, recall, linked
         0x06,
         0xFF, // -250 mm/s
-        0xC0,
-        0xF9,
-        0xFF, // -1600/128 m
+        0x00,
+        0xE7,
+        0xFF, // -6400/512 m
         0xE3,
         0xFE, // -285 quarters
         0x18,
         0xFF, // -232 quarters
-        0x0E,
-        0xFF, // -242 quarters
-        0,
-        0, // no link towards the base
-        224,
-        0,
-        2, // 3.5 over two links
+        0xD8,
+        0xFF, // -40/16 m
+        0x00,
+        0x03, // 768/1024 m/dB
         0,
         0,
-        0, // nothing known
-        2,
+        0,
+        0,    // nothing known towards the base
+        0x02, // two links towards the head
+        0xE7, // -25 * 4 mm/s
+        0x82,
         57,
         0x02,
         0x01, // the one
@@ -127,7 +133,7 @@ fn the_bytes_of_a_header_are_those_of_the_table() {
         place: 2,
         counter: counter(),
     };
-    let bytes = [0x12, 0b0101_0011, 0x0C, 0x0B, 0x0A, 0x02, 0x01, 0x00];
+    let bytes = [0x22, 0b0101_0011, 0x0C, 0x0B, 0x0A, 0x02, 0x01, 0x00];
     assert_eq!(header.encode(), bytes);
     let packet = [&bytes[..], &[1, 2, 3]].concat();
     assert_eq!(Header::decode(&packet), Ok((header, &packet[HEADER..])));
@@ -185,20 +191,21 @@ proptest! {
         let bytes = encoded(&Message::Report(report.clone()));
         let Ok(Message::Report(back)) = Message::decode(Kind::Report, &bytes) else { panic!() };
         near(back.velocity.0, report.velocity.0, 0.000_5)?;
-        near(back.odometer.0, report.odometer.0, 1.0 / 256.0)?;
-        near_too(back.front.map(|is| is.0), report.front.map(|is| is.0), 0.125)?;
-        near_too(back.back.map(|is| is.0), report.back.map(|is| is.0), 0.125)?;
+        near(back.odometer.0, report.odometer.0, 1.0 / 1024.0)?;
+        near(back.head_velocity.0, report.head_velocity.0, 0.002)?;
         for end in [|links: LinkSpan| links.weakest.0, |links: LinkSpan| links.strongest.0] {
             near_too(back.links.map(end), report.links.map(end), 0.125)?;
         }
         for (back, sum) in back.sums.into_iter().zip(report.sums) {
-            near_too(back.map(|sum| sum.total), sum.map(|sum| sum.total), 1.0 / 128.0)?;
-            prop_assert_eq!(back.map(|sum| sum.links), sum.map(|sum| sum.links));
+            near(back.surplus.0, sum.surplus.0, 1.0 / 32.0)?;
+            near(back.compliance.0, sum.compliance.0, 1.0 / 2048.0)?;
+            prop_assert_eq!(back.links, sum.links);
         }
         prop_assert_eq!(back.heard.len(), report.heard.len());
         for (back, heard) in back.heard.iter().zip(&report.heard) {
             near(back.rssi.0, heard.rssi.0, 0.5)?;
-            prop_assert_eq!((back.node, back.epoch), (heard.node, heard.epoch));
+            let rest = |of: &Heard| (of.node, of.is_new, of.epoch);
+            prop_assert_eq!(rest(back), rest(heard));
         }
         prop_assert_eq!((back.phase, back.recall), (report.phase, report.recall));
     }
@@ -361,12 +368,11 @@ fn every_step_goes_and_comes() {
         let [low, high] = step.to_le_bytes();
         taken(Kind::Report, &[2, low, high, 0]);
         let mut report = silent.clone();
-        for at in [1, 3, 10, 14] {
+        for at in [1, 3, 10, 12, 14, 16] {
             report[at..at + 2].copy_from_slice(&[low, high]);
         }
-        report[0] = 1 << 5;
         report[5] = low ^ high;
-        report[16] = 1;
+        report[18] = 0x1F;
         taken(Kind::Report, &report);
         let steps = [0, 0, low, high, 0, 0, 0, 0, low, high, low, high, 0, 0];
         assert!(Telemetry::decode(&steps).is_ok());
@@ -391,14 +397,18 @@ fn bits_without_a_meaning_are_refused() {
         }
     };
     let silent = Message::Report(messages::SILENT);
-    // The zero bit, then links, front, back and sums that are not there: a sum's links alone are
-    // one of nothing, its total alone is one of no links, and more than 15 links are none.
-    let numbers = (8 * 6..8 * 16).chain([8 * 16 + 4]).chain(8 * 17..8 * 19).chain([8 * 19 + 4]);
-    reserved(&silent, &mut [7].into_iter().chain(numbers));
-    let sum = Some(Sum { total: 1.0, links: 2 });
-    let summed = Message::Report(Report { sums: [sum; 2], ..messages::SILENT });
-    reserved(&summed, &mut (4..8).map(|bit| 8 * 16 + bit).chain((4..8).map(|bit| 8 * 19 + bit)));
-    reserved(&Message::Report(report()), &mut (4..8).flat_map(|bit| [8 * 20 + bit, 8 * 24 + bit]));
+    // The zero bit, then links and sums that are not there: a surplus or a compliance alone is a
+    // sum over no links.
+    reserved(&silent, &mut [7].into_iter().chain(8 * 6..8 * 18));
+    // A sum in one direction says nothing of the other.
+    for (sums, denied) in [
+        ([sum(1.0, 2.0, 2), LinkSum::NONE], 8 * 14..8 * 18),
+        ([LinkSum::NONE, sum(1.0, 2.0, 2)], 8 * 10..8 * 14),
+    ] {
+        let summed = Message::Report(Report { sums, ..messages::SILENT });
+        reserved(&summed, &mut denied.into_iter());
+    }
+    reserved(&Message::Report(report()), &mut (4..7).flat_map(|bit| [8 * 20 + bit, 8 * 24 + bit]));
     reserved(&Message::Membership(REFUSED), &mut (8 + 4..16));
     let (node, counter) = (NodeId(5), counter());
     let command = Capsule { node, counter, sealed: [0x5E; 4], tag: [0; TAG] };
@@ -460,6 +470,8 @@ fn what_is_no_message_says_why() {
         ("a join with a node", with(&refused, 0, 1), Error::Length(4)),
         ("the weakest the strongest", with(&told, 7, 0xFF), Error::Reserved),
         ("heard twice", with(&told, 24, 2), Error::Reserved),
+        ("heard twice, once anew", with(&told, 24, 0x82), Error::Reserved),
+        ("a sum over no links", with(&told, 18, 0), Error::Reserved),
         ("never switched on", Message::decode(Kind::Command, &no_epoch), Error::Reserved),
     ];
     for (what, decoded, error) in table {
@@ -467,11 +479,12 @@ fn what_is_no_message_says_why() {
     }
     let header = [
         ("nothing", vec![], Error::Length(0)),
-        ("another version of another length", vec![0x22], Error::Version(2)),
-        ("no such kind", vec![0x16], Error::Kind(6)),
-        ("nor that", vec![0x10], Error::Kind(0)),
-        ("short", vec![0x11, 0, 0, 0, 0, 1, 0], Error::Length(7)),
-        ("never switched on", vec![0x11, 0, 0, 0, 0, 0, 0, 0], Error::Reserved),
+        ("a later version of another length", vec![0x32], Error::Version(3)),
+        ("the version before", vec![0x12], Error::Version(1)),
+        ("no such kind", vec![0x26], Error::Kind(6)),
+        ("nor that", vec![0x20], Error::Kind(0)),
+        ("short", vec![0x21, 0, 0, 0, 0, 1, 0], Error::Length(7)),
+        ("never switched on", vec![0x21, 0, 0, 0, 0, 0, 0, 0], Error::Reserved),
     ];
     for (what, bytes, error) in header {
         assert_eq!(Header::decode(&bytes), Err(error), "{what}");
@@ -486,13 +499,13 @@ fn what_is_no_message_says_why() {
 fn what_cannot_be_said_is_left_out() {
     let nan = Dbm(f32::NAN);
     let heard = [(16, Dbm(-60.0)), (3, nan), (3, Dbm(-60.0)), (4, Dbm(7.0))]
-        .map(|(node, rssi)| Heard { node: NodeId(node), rssi, epoch: 1 });
+        .map(|(node, rssi)| Heard { node: NodeId(node), rssi, is_new: true, epoch: 1 });
     let report = Report {
         velocity: MetresPerSecond(f32::NAN),
         odometer: Metres(f32::INFINITY),
         links: Some(LinkSpan { weakest: Dbm(-50.0), strongest: Dbm(-60.0) }),
-        front: Some(nan),
-        sums: [Some(Sum { total: f32::NAN, links: 1 }), Some(Sum { total: -1.0, links: 200 })],
+        sums: [sum(f32::NAN, 1.0, 1), sum(f32::NEG_INFINITY, -1.0, 200)],
+        head_velocity: MetresPerSecond(f32::NAN),
         heard: heapless::Vec::from_iter(heard),
         ..messages::SILENT
     };
@@ -500,11 +513,12 @@ fn what_cannot_be_said_is_left_out() {
     let left = [(3, -255.0), (4, 0.0)].map(|(node, rssi)| Heard {
         node: NodeId(node),
         rssi: Dbm(rssi),
+        is_new: true,
         epoch: 1,
     });
     let said = Report {
-        odometer: Metres(((1 << 23) - 1) as f32 / 128.0),
-        sums: [None, Some(Sum { total: 0.0, links: 15 })],
+        odometer: Metres(((1 << 23) - 1) as f32 / 512.0),
+        sums: [LinkSum::NONE, sum(-2048.0, 0.0, 15)],
         heard: heapless::Vec::from_iter(left),
         ..messages::SILENT
     };
@@ -529,9 +543,65 @@ fn what_cannot_be_said_is_left_out() {
     assert_eq!(Telemetry::decode(&low.encode()), Ok(said));
 }
 
+/// A number beyond its bytes becomes the largest or the smallest of them, and one that is none makes
+/// its sum a sum over no links.
+#[test]
+fn the_numbers_of_a_sum_saturate() {
+    let (most, least) = (32767.0 / 16.0, -2048.0);
+    let table = [
+        (sum(most, 65535.0 / 1024.0, 15), sum(most, 65535.0 / 1024.0, 15)),
+        (sum(3000.0, 64.0, 16), sum(most, 65535.0 / 1024.0, 15)),
+        (sum(f32::INFINITY, f32::INFINITY, u8::MAX), sum(most, 65535.0 / 1024.0, 15)),
+        (sum(-3000.0, -0.1, 1), sum(least, 0.0, 1)),
+        (sum(f32::NEG_INFINITY, f32::NEG_INFINITY, 1), sum(least, 0.0, 1)),
+        (sum(-0.0, -0.0, 1), sum(0.0, 0.0, 1)),
+        (sum(1.0, 1.0, 0), LinkSum::NONE),
+        (sum(f32::NAN, 1.0, 3), LinkSum::NONE),
+        (sum(1.0, f32::NAN, 3), LinkSum::NONE),
+        (sum(f32::NAN, f32::NAN, 0), LinkSum::NONE),
+    ];
+    for (told, heard) in table {
+        for sums in [[told, LinkSum::NONE], [LinkSum::NONE, told], [told; 2]] {
+            let expected = sums.map(|sum| if sum == LinkSum::NONE { sum } else { heard });
+            let bytes = encoded(&Message::Report(Report { sums, ..messages::SILENT }));
+            let Ok(Message::Report(back)) = Message::decode(Kind::Report, &bytes) else { panic!() };
+            assert_eq!(back.sums, expected, "{told:?}");
+        }
+    }
+}
+
+#[test]
+fn the_heads_velocity_saturates() {
+    let table = [
+        (0.508, 0.508),
+        (0.6, 0.508),
+        (f32::INFINITY, 0.508),
+        (-0.508, -0.508),
+        (-0.6, -0.508),
+        (f32::NEG_INFINITY, -0.508),
+        (f32::NAN, 0.0),
+    ];
+    for (told, heard) in table {
+        let head_velocity = MetresPerSecond(told);
+        let bytes = encoded(&Message::Report(Report { head_velocity, ..messages::SILENT }));
+        let Ok(Message::Report(back)) = Message::decode(Kind::Report, &bytes) else { panic!() };
+        assert_eq!(back.head_velocity, MetresPerSecond(heard), "{told}");
+    }
+}
+
+/// A message has one encoding: a step that no velocity becomes is either refused or sent again.
+#[test]
+fn every_step_of_the_heads_velocity_goes_and_comes() {
+    let mut report = encoded(&Message::Report(messages::SILENT));
+    for step in i8::MIN..=i8::MAX {
+        report[19] = step.to_le_bytes()[0];
+        taken(Kind::Report, &report);
+    }
+}
+
 #[test]
 fn the_longest_report_fits() {
-    let one = |node| Heard { node: NodeId(node), rssi: Dbm(-60.0), epoch: 1 };
+    let one = |node| Heard { node: NodeId(node), rssi: Dbm(-60.0), is_new: true, epoch: 1 };
     let heard = (0..HEARD as u8).map(one).collect();
     let bytes = encoded(&Message::Report(Report { heard, ..report() }));
     assert_eq!(bytes.len(), 20 + 4 * HEARD);

@@ -8,7 +8,7 @@ use airlink::keys::{self, FleetSecret, Keys, Own};
 use airlink::{Identity, Sealed};
 use proptest::prelude::ProptestConfig;
 use proptest::test_runner::RngSeed;
-use units::{Dbm, Metres, MetresPerSecond, NodeId, Phase, Role};
+use units::{LinkSum, Metres, MetresPerSecond, NodeId, Phase, Role};
 use wire::p2p::{Report, Telemetry};
 
 pub fn seeded() -> ProptestConfig {
@@ -75,9 +75,9 @@ pub fn report() -> Report {
         velocity: MetresPerSecond(0.25),
         odometer: Metres(12.0),
         links: None,
-        front: Some(Dbm(-60.0)),
-        back: Some(Dbm(-61.0)),
-        sums: [None; 2],
+        sums: [LinkSum::NONE; 2],
+        waiting: 1,
+        head_velocity: MetresPerSecond(0.25),
         heard: heapless::Vec::new(),
     }
 }

@@ -2,10 +2,13 @@
 #![allow(dead_code, unreachable_pub, missing_docs)]
 
 use proptest::prelude::*;
-use units::{Dbm, Duration, LinkSpan, Metres, MetresPerSecond, NodeId, Order, Phase, Role, Volts};
+use units::{
+    Dbm, Duration, LinkSpan, LinkSum, Metres, MetresPerDb, MetresPerSecond, NodeId, Order, Phase,
+    Role, Volts,
+};
 use wire::p2p::{
-    Beacon, Capsule, Counter, Epoch, HEARD, Header, Heard, Kind, Membership, Message, Report, Sum,
-    TAG, Telemetry, Wave,
+    Beacon, Capsule, Counter, Epoch, HEARD, Header, Heard, Kind, Membership, Message, Report, TAG,
+    Telemetry, Wave,
 };
 
 /// A report of which nothing is worth saying.
@@ -15,9 +18,9 @@ pub const SILENT: Report = Report {
     velocity: MetresPerSecond(0.0),
     odometer: Metres(0.0),
     links: None,
-    front: None,
-    back: None,
-    sums: [None; 2],
+    sums: [LinkSum::NONE; 2],
+    waiting: 0,
+    head_velocity: MetresPerSecond(0.0),
     heard: heapless::Vec::new(),
 };
 
@@ -94,21 +97,24 @@ fn phases() -> impl Strategy<Value = Phase> {
     prop::sample::select(&[Phase::Waiting, Phase::Transit, Phase::Linked, Phase::Base, Phase::Out])
 }
 
-fn sums(numbers: Numbers) -> impl Strategy<Value = [Option<Sum>; 2]> {
+fn sums(numbers: Numbers) -> impl Strategy<Value = [LinkSum; 2]> {
     let links = match numbers {
         Numbers::Flying => (1_u8..16).boxed(),
         Numbers::Wild => any::<u8>().boxed(),
     };
-    let sum = (numbers.of(0.0..1023.9), links).prop_map(|(total, links)| Sum { total, links });
-    prop::array::uniform2(prop::option::of(sum))
+    let sum = (numbers.of(-2047.0..2047.0), numbers.of(0.0..63.9), links).prop_map(
+        |(surplus, compliance, links)| LinkSum {
+            surplus: Metres(surplus),
+            compliance: MetresPerDb(compliance),
+            links,
+        },
+    );
+    prop::array::uniform2(prop_oneof![1 => Just(LinkSum::NONE), 3 => sum])
 }
 
 pub fn heard(numbers: Numbers) -> impl Strategy<Value = Heard> {
-    (numbers.nodes(), numbers.powers(), any::<u16>()).prop_map(|(node, rssi, epoch)| Heard {
-        node,
-        rssi,
-        epoch,
-    })
+    (numbers.nodes(), numbers.powers(), any::<bool>(), any::<u16>())
+        .prop_map(|(node, rssi, is_new, epoch)| Heard { node, rssi, is_new, epoch })
 }
 
 fn all_heard(numbers: Numbers) -> impl Strategy<Value = heapless::Vec<Heard, HEARD>> {
@@ -125,13 +131,19 @@ fn all_heard(numbers: Numbers) -> impl Strategy<Value = heapless::Vec<Heard, HEA
 }
 
 pub fn reports(numbers: Numbers) -> impl Strategy<Value = Report> {
-    let flown = (numbers.speeds(), numbers.of(-65_000.0..65_000.0).prop_map(Metres));
-    let own = prop::option::of(numbers.powers());
+    let flown = (numbers.speeds(), numbers.of(-16_000.0..16_000.0).prop_map(Metres));
+    let head = numbers.of(-0.5..0.5).prop_map(MetresPerSecond);
     let heard = all_heard(numbers);
-    (phases(), any::<bool>(), flown, links(numbers), (own.clone(), own), sums(numbers), heard)
-        .prop_map(|(phase, recall, (velocity, odometer), links, (front, back), sums, heard)| {
-            Report { phase, recall, velocity, odometer, links, front, back, sums, heard }
-        })
+    let waiting = match numbers {
+        Numbers::Flying => (0_u8..4).boxed(),
+        Numbers::Wild => any::<u8>().boxed(),
+    };
+    let head = (waiting, head);
+    (phases(), any::<bool>(), flown, links(numbers), sums(numbers), head, heard).prop_map(
+        |(phase, recall, (velocity, odometer), links, sums, (waiting, head_velocity), heard)| {
+            Report { phase, recall, velocity, odometer, links, sums, waiting, head_velocity, heard }
+        },
+    )
 }
 
 pub fn capsules<const N: usize>(numbers: Numbers) -> impl Strategy<Value = Capsule<N>> {
