@@ -23,7 +23,7 @@ use crate::world::SkeletonPlace;
 pub const CORRIDORS: [(&str, &str); 3] =
     [("paper-z10", "Z"), ("paper-u10", "U"), ("paper-wave10", "winding")];
 /// The paper's variants, and the policy that is flashed.
-pub const VARIANTS: [&str; 4] = ["t0", "t5", "k", "default"];
+pub const VARIANTS: [&str; 4] = ["t0", "t5", "k", "chain"];
 
 /// Seconds into the mission at which the head stops in the exploration scenarios.
 const HEAD_STOPS_S: f32 = 57.0;
@@ -108,7 +108,7 @@ pub fn make(runs: usize, seed: u64, after_each: impl Fn() + Sync) -> Result<Figu
             if policy == "k" {
                 made.resting.push(Mission::record(&rester, &world, seed));
             }
-            if n == 0 && policy != "default" {
+            if n == 0 && policy != "chain" {
                 made.exploring.push(Mission::record(&explorer, &world, seed));
             }
             made.cells.push(Cell { scenario: name, policy, convergence, exploration });
@@ -278,7 +278,7 @@ impl Figures {
             claim(
                 "A to C",
                 "all runs converge to equal links (3 dB) in all three corridors",
-                self.compare(("k", "default"), |c| named(c, "c3", false), |k, _| k >= 0.99, ""),
+                self.compare(("k", "chain"), |c| named(c, "c3", false), |k, _| k >= 0.99, ""),
             ),
             claim(
                 "D",

@@ -26,7 +26,7 @@ pub struct AgentConfig {
 impl AgentConfig {
     /// What is flashed unless somebody chooses otherwise.
     pub const DEFAULT: Self = Self {
-        policy: PolicyConfig::DEFAULT,
+        policy: PolicyConfig::CHAIN,
         launch: LaunchConfig::WHEN_SETTLED,
         retreat: RetreatConfig::DEFAULT,
         nav: NavConfig::DEFAULT,

@@ -28,6 +28,7 @@
 mod config;
 mod io;
 mod mission;
+mod motion;
 mod state;
 
 pub use config::{AgentConfig, ConfigError, FlightConfig};
@@ -39,7 +40,8 @@ use tunnel_nav::{Bearings, Navigator, Walls};
 use units::{Duration, Instant, Metres, MetresPerSecond, NodeId, Order, Phase, Role, Setpoint};
 
 use mission::chain::{Chain, Duty};
-use mission::{Mission, Round, Task, Wish};
+use mission::{Mission, PassedOn, Round, Task, Wish};
+use motion::Motion;
 use state::Situation;
 
 /// What decides for one drone: the shell that every mission shares, around the one that it is on.
@@ -56,6 +58,7 @@ pub struct Agent {
     /// Whether it would take off.
     fit: bool,
     odometer: Metres,
+    motion: Motion,
     last_step: Option<Instant>,
     sequence: u16,
 }
@@ -85,6 +88,7 @@ impl Agent {
             recalled: false,
             fit: true,
             odometer: Metres::ZERO,
+            motion: Motion::STILL,
             last_step: None,
             sequence: 0,
         }
@@ -145,8 +149,18 @@ impl Agent {
 
     /// Motion, packets and orders since the last step.
     fn listen(&mut self, config: &AgentConfig, now: Instant, dt: Duration, inputs: &Inputs<'_>) {
-        let velocity = self.along_tunnel(inputs);
-        self.odometer += velocity * dt;
+        let measured = self.along_tunnel(inputs);
+        let flown = if self.state.is_airborne() {
+            self.motion.step(measured, dt)
+        } else {
+            self.motion = Motion::STILL;
+            MetresPerSecond::ZERO
+        };
+        self.odometer += flown * dt;
+        let velocity = match config.policy.estimates_slopes() {
+            true => flown,
+            false => measured.unwrap_or(MetresPerSecond::ZERO),
+        };
         let round = self.round(now);
         self.mission.listen(config, &round, dt, velocity, inputs.heard);
         self.recalled |= inputs.heard.iter().any(|heard| heard.report.recall);
@@ -183,15 +197,11 @@ impl Agent {
         }
     }
 
-    /// The drone's velocity along the tunnel: its nose points along it, so the body's own forward
-    /// velocity. Without flow it is taken to stand still, and on the ground it does.
-    fn along_tunnel(&self, inputs: &Inputs<'_>) -> MetresPerSecond {
-        match inputs.velocity {
-            Some(velocity) if self.state.is_airborne() && velocity.forward.0.is_finite() => {
-                velocity.forward
-            }
-            _ => MetresPerSecond::ZERO,
-        }
+    /// The measured velocity along the tunnel: the drone's nose points along it, so it is the body's
+    /// own forward velocity. `None` without flow, and on the ground, where the flow sees nothing.
+    fn along_tunnel(&self, inputs: &Inputs<'_>) -> Option<MetresPerSecond> {
+        let forward = inputs.velocity?.forward;
+        (self.state.is_airborne() && forward.0.is_finite()).then_some(forward)
     }
 
     /// What the mission is told of this round.
@@ -220,18 +230,24 @@ impl Agent {
         let links @ [front, back] = self.mission.views(config, &round);
         let (setpoint, walls) = match self.wish(config, &round, links) {
             Wish::Rest => {
+                self.motion.command(MetresPerSecond::ZERO);
                 self.navigator = Navigator::new();
                 (Setpoint::Off, Walls::Neither)
             }
-            Wish::Stop => (Setpoint::Stop, Walls::Neither),
+            Wish::Stop => {
+                self.motion.command(MetresPerSecond::ZERO);
+                (Setpoint::Stop, Walls::Neither)
+            }
             // Low above the floor the side beams see the floor.
             Wish::Along { height, .. } if self.is_low(config, inputs.height) => {
+                self.motion.command(MetresPerSecond::ZERO);
                 self.navigator = Navigator::new();
                 (Setpoint::hover(height), Walls::Neither)
             }
             Wish::Along { speed, height } => {
                 let bearings = Bearings { way: self.odometer, heading: inputs.heading };
                 let command = self.navigator.step(&config.nav, &inputs.ranges, speed, &bearings);
+                self.motion.command(command.forward);
                 let setpoint = Setpoint::Fly {
                     forward: command.forward,
                     lateral: command.lateral,
@@ -241,13 +257,17 @@ impl Agent {
                 (setpoint, command.walls)
             }
         };
+        let PassedOn { sums, waiting, head_velocity } = self.mission.passed_on(config, &round);
         let report = Report {
             from: self.id,
             sequence: self.sequence,
             phase: self.phase(),
-            velocity: self.along_tunnel(inputs),
+            velocity: self.along_tunnel(inputs).unwrap_or(MetresPerSecond::ZERO),
             odometer: self.odometer,
             links: self.mission.span(config, &round, front),
+            sums,
+            waiting,
+            head_velocity,
             recall: self.recalled,
         };
         self.sequence = self.sequence.wrapping_add(1);
@@ -278,7 +298,7 @@ impl Agent {
     }
 
     /// How the drone is to fly: the mission says so at a duty of its own, the shell everywhere else.
-    fn wish(&self, config: &AgentConfig, round: &Round, links: [Option<LinkView>; 2]) -> Wish {
+    fn wish(&mut self, config: &AgentConfig, round: &Round, links: [Option<LinkView>; 2]) -> Wish {
         if let Some(duty) = Duty::of(self.state) {
             return self.mission.wish(config, round, duty, links);
         }

@@ -7,7 +7,7 @@
 pub(crate) mod chain;
 
 use ::chain::neighbours::Heard;
-use units::{Duration, Instant, LinkSpan, Metres, MetresPerSecond, NodeId, Order, Role};
+use units::{Duration, Instant, LinkSpan, LinkSum, Metres, MetresPerSecond, NodeId, Order, Role};
 
 use crate::{AgentConfig, LinkView, State};
 use chain::{Chain, Duty, Links};
@@ -62,6 +62,17 @@ pub(crate) enum Wish {
     Stop,
     /// The drone flies along the tunnel at this speed and height, its nose along the way.
     Along { speed: MetresPerSecond, height: Metres },
+}
+
+/// What a drone's report passes on along the chain.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PassedOn {
+    /// The sums over the links towards the head, and over those towards the base.
+    pub(crate) sums: [LinkSum; 2],
+    /// How many relays wait on the ground.
+    pub(crate) waiting: u8,
+    /// The head's velocity.
+    pub(crate) head_velocity: MetresPerSecond,
 }
 
 /// The mission that a drone is on.
@@ -126,17 +137,24 @@ impl Mission {
         }
     }
 
+    /// What the drone's report passes on along the chain.
+    pub(crate) fn passed_on(&self, config: &AgentConfig, round: &Round) -> PassedOn {
+        match self {
+            Self::Chain(chain) => chain.passed_on(config, round),
+        }
+    }
+
     /// How the drone is to fly at its duty.
     pub(crate) fn wish(
-        &self,
+        &mut self,
         config: &AgentConfig,
         round: &Round,
         duty: Duty,
         [front, back]: [Option<LinkView>; 2],
     ) -> Wish {
         match self {
-            Self::Chain(_) => Wish::Along {
-                speed: Chain::speed(config, round, duty, front, back),
+            Self::Chain(chain) => Wish::Along {
+                speed: chain.speed(config, round, duty, front, back),
                 height: config.flight.height,
             },
         }

@@ -26,11 +26,22 @@
 //! assert!(link.rssi().unwrap() < Dbm(-60.0));
 //! ```
 
+mod slopes;
+
 use units::{Db, DbPerMetre, Dbm, Duration, Metres, MetresPerSecond};
+
+use slopes::SlopeEstimate;
+pub use slopes::{LinkStep, Separation, SlopeFilter};
 
 /// The fastest that two drones can separate: a neighbour that reports more is wrong, and must not
 /// make the estimate overflow.
 const FASTEST: MetresPerSecond = MetresPerSecond(10.0);
+
+/// The farthest that one drone flies between two packets: more is an odometer that is wrong.
+const FARTHEST: Metres = Metres(10.0);
+
+/// The largest loss that a radio measures, dB; a larger one must not make the estimate overflow.
+const MOST_LOSS: f32 = 1_000.0;
 
 /// The natural logarithm of 10.
 const LN_10: f32 = core::f32::consts::LN_10;
@@ -107,6 +118,8 @@ pub enum Smoothing {
     },
     /// The strength is estimated by equations (13) to (16).
     Kalman(Kalman),
+    /// The strength is estimated together with the slopes of both ends.
+    Slopes(SlopeFilter),
 }
 
 /// The distribution of the next packet's RSSI: normal, with this mean and variance.
@@ -124,11 +137,26 @@ pub struct LinkFilter {
     estimate: Option<Estimate>,
 }
 
-/// The loss r̂ in dB and its variance P in dB².
+/// The estimate of a link, as far as its smoothing has one.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Estimate {
-    loss: f32,
-    variance: f32,
+enum Estimate {
+    /// The loss r̂ in dB and its variance P in dB².
+    Loss { loss: f32, variance: f32 },
+    /// The loss and both slopes.
+    Slopes(SlopeEstimate),
+}
+
+/// A link as a movement policy sees it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LinkState {
+    /// The loss.
+    pub loss: Db,
+    /// The slopes of this drone's own motion and of its neighbour's.
+    pub slopes: [DbPerMetre; 2],
+    /// The variance of the loss, dB².
+    pub variance: f32,
+    /// The length at which the link steps, if one is known near by.
+    pub step: Option<LinkStep>,
 }
 
 impl LinkFilter {
@@ -142,17 +170,35 @@ impl LinkFilter {
     /// when they approached) for `dt`. Before the first packet, and without a Kalman filter, it
     /// does nothing.
     pub fn predict(&mut self, smoothing: &Smoothing, separating: MetresPerSecond, dt: Duration) {
-        let (Smoothing::Kalman(kalman), Some(estimate)) = (smoothing, &mut self.estimate) else {
-            return;
-        };
         if !separating.0.is_finite() {
             return;
         }
         let separated = separating.limited_to(FASTEST) * dt;
-        let change = (kalman.slope.at(Db(estimate.loss)) * separated).0;
-        let doubt = kalman.motion_doubt * change;
-        estimate.loss += change;
-        estimate.variance += kalman.process_variance * dt.as_secs_f32() + doubt * doubt;
+        match (smoothing, &mut self.estimate) {
+            (Smoothing::Kalman(kalman), Some(Estimate::Loss { loss, variance })) => {
+                let change = (kalman.slope.at(Db(*loss)) * separated).0;
+                let doubt = kalman.motion_doubt * change;
+                *loss += change;
+                *variance += kalman.process_variance * dt.as_secs_f32() + doubt * doubt;
+            }
+            (Smoothing::Slopes(config), Some(Estimate::Slopes(estimate))) => {
+                estimate.wait(config, dt.as_secs_f32());
+                estimate.separate(config, Separation { own: Metres::ZERO, peer: separated });
+            }
+            _ => {}
+        }
+    }
+
+    /// Moves the estimate on over a measured separation, where the smoothing estimates slopes.
+    pub fn separate(&mut self, smoothing: &Smoothing, by: Separation) {
+        if let (Smoothing::Slopes(config), Some(Estimate::Slopes(estimate))) =
+            (smoothing, &mut self.estimate)
+            && by.own.0.is_finite()
+            && by.peer.0.is_finite()
+        {
+            let [own, peer] = [by.own, by.peer].map(|way| way.limited_to(FARTHEST));
+            estimate.separate(config, Separation { own, peer });
+        }
     }
 
     /// Carries out equation (16), once per packet. NaN is ignored.
@@ -161,39 +207,74 @@ impl LinkFilter {
         if !measured.is_finite() {
             return;
         }
-        let measurement_variance = match smoothing {
-            Smoothing::Kalman(kalman) => kalman.measurement_variance,
-            Smoothing::Raw | Smoothing::Average { .. } => 0.0,
-        };
-        let Some(estimate) = &mut self.estimate else {
-            self.estimate = Some(Estimate { loss: measured, variance: measurement_variance });
-            return;
-        };
-        let gain = match smoothing {
-            Smoothing::Raw => 1.0,
-            Smoothing::Average { weight } => *weight,
-            Smoothing::Kalman(_) => estimate.variance / (estimate.variance + measurement_variance),
-        };
-        estimate.loss += gain * (measured - estimate.loss);
-        estimate.variance *= 1.0 - gain;
+        let measured = measured.clamp(-MOST_LOSS, MOST_LOSS);
+        match (&mut self.estimate, smoothing) {
+            (Some(Estimate::Slopes(estimate)), Smoothing::Slopes(config)) => {
+                estimate.update(config, measured);
+            }
+            (Some(Estimate::Loss { loss, variance }), _) => {
+                let gain = match smoothing {
+                    Smoothing::Raw | Smoothing::Slopes(_) => 1.0,
+                    Smoothing::Average { weight } => *weight,
+                    Smoothing::Kalman(kalman) => {
+                        *variance / (*variance + kalman.measurement_variance)
+                    }
+                };
+                *loss += gain * (measured - *loss);
+                *variance *= 1.0 - gain;
+            }
+            (estimate, smoothing) => *estimate = Some(Self::first(smoothing, measured)),
+        }
+    }
+
+    /// The estimate after a link's first packet.
+    fn first(smoothing: &Smoothing, loss: f32) -> Estimate {
+        match smoothing {
+            Smoothing::Slopes(config) => Estimate::Slopes(SlopeEstimate::first(config, loss)),
+            Smoothing::Kalman(kalman) => {
+                Estimate::Loss { loss, variance: kalman.measurement_variance }
+            }
+            Smoothing::Raw | Smoothing::Average { .. } => Estimate::Loss { loss, variance: 0.0 },
+        }
     }
 
     /// The link's strength, or `None` before the first packet.
     #[must_use]
     pub fn rssi(&self) -> Option<Dbm> {
-        self.estimate.map(|estimate| Dbm::after_loss(Db(estimate.loss)))
+        self.estimate.map(|estimate| match estimate {
+            Estimate::Loss { loss, .. } => Dbm::after_loss(Db(loss)),
+            Estimate::Slopes(estimate) => Dbm::after_loss(Db(estimate.loss)),
+        })
+    }
+
+    /// The link's loss and slopes; `None` before the first packet, and for a smoothing that has no
+    /// estimate of slopes.
+    #[must_use]
+    pub fn state(&self) -> Option<LinkState> {
+        match self.estimate? {
+            Estimate::Loss { .. } => None,
+            Estimate::Slopes(estimate) => Some(LinkState {
+                loss: Db(estimate.loss),
+                slopes: estimate.slopes(),
+                variance: estimate.variance(),
+                step: estimate.step(),
+            }),
+        }
     }
 
     /// The distribution of the next packet's RSSI: mean r̂, variance P + R. Called between
     /// `predict` and `update`, it lets a caller judge the filter by its own claim.
     #[must_use]
     pub fn expectation(&self, smoothing: &Smoothing) -> Option<Expectation> {
-        let estimate = self.estimate?;
-        let variance = match smoothing {
-            Smoothing::Kalman(kalman) => Some(estimate.variance + kalman.measurement_variance),
-            Smoothing::Raw | Smoothing::Average { .. } => None,
+        let rssi = self.rssi()?;
+        let variance = match (self.estimate?, smoothing) {
+            (Estimate::Loss { variance, .. }, Smoothing::Kalman(kalman)) => {
+                Some(variance + kalman.measurement_variance)
+            }
+            (Estimate::Slopes(estimate), _) => Some(estimate.expected_variance()),
+            _ => None,
         };
-        Some(Expectation { rssi: Dbm::after_loss(Db(estimate.loss)), variance })
+        Some(Expectation { rssi, variance })
     }
 
     /// Forgets the estimate, after a neighbour was lost for so long that it no longer holds.

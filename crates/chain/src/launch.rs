@@ -23,6 +23,9 @@ pub struct LaunchConfig {
     /// never settled: behind a corner its links may stay unequal whatever the relays do, and a
     /// head that waits for a relay that waits for the chain would wait for ever.
     pub patience: Duration,
+    /// With a chain-wide policy, a relay is called when the links, all equal, would come this near
+    /// to the limit: before the head, which stops at the limit, has to.
+    pub margin: Db,
     /// The least time between the moment at which the drone before becomes a link and the launch:
     /// TUNNEL_ARM_DELAY of the authors' firmware, 3 s, in which the new link is still forming.
     pub arm_delay: Duration,
@@ -36,6 +39,7 @@ impl LaunchConfig {
         settled: None,
         hold: Duration::ZERO,
         patience: Duration::ZERO,
+        margin: Db(1.0),
         arm_delay: Duration::from_secs(3),
     };
 
@@ -49,6 +53,12 @@ impl LaunchConfig {
         ..Self::AT_ONCE
     };
 }
+
+/// For so long the level must have been too weak: two seconds of packets average its noise.
+const LEVEL_HOLD: Duration = Duration::from_secs(2);
+/// For so long a single link must have been too weak: a link that steps may stay weaker than the
+/// level, and a head that waits for a relay would wait for ever.
+const LEVEL_PATIENCE: Duration = Duration::from_secs(10);
 
 /// Watches the last link of the chain from the base's end of it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -89,6 +99,29 @@ impl LaunchWatch {
         };
         let waited = for_long(&mut self.weak_since, weak, config.patience);
         let held = for_long(&mut self.settled_since, settled, config.hold);
+        waited || held
+    }
+
+    /// The same with a chain-wide policy: `level` is the strength that all links of the chain would
+    /// have if they were equal, and `chain` is the span of the links as they are.
+    pub fn step_level(
+        &mut self,
+        now: Instant,
+        config: &LaunchConfig,
+        level: Dbm,
+        chain: LinkSpan,
+    ) -> bool {
+        let near = config.limit + config.margin;
+        let level = Dbm(level.0.max(chain.weakest.0).min(chain.strongest.0));
+        let for_long = |since: &mut Option<Instant>, holds: bool, long| {
+            if !holds {
+                *since = None;
+                return false;
+            }
+            now.since(*since.get_or_insert(now)) >= long
+        };
+        let waited = for_long(&mut self.weak_since, chain.weakest < near, LEVEL_PATIENCE);
+        let held = for_long(&mut self.settled_since, level < near, LEVEL_HOLD);
         waited || held
     }
 }

@@ -22,6 +22,7 @@
 //! No code of this crate reads a clock, draws a random number, allocates or panics.
 #![no_std]
 
+pub mod chain_wide;
 pub mod filter;
 pub mod launch;
 pub mod neighbours;

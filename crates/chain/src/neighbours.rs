@@ -6,9 +6,9 @@
 //! next one can be heard the chain closes over the gap by itself.
 
 use heapless::Vec;
-use units::{Dbm, Duration, Instant, MetresPerSecond, NodeId};
+use units::{Dbm, Duration, Instant, Metres, MetresPerSecond, NodeId};
 
-use crate::filter::{LinkFilter, Smoothing};
+use crate::filter::{LinkFilter, LinkState, Separation, Smoothing};
 use crate::report::{Report, newer};
 
 /// The most other drones that one drone keeps track of. With itself that is a chain of 16, the
@@ -23,6 +23,9 @@ pub struct Heard {
     pub report: Report,
     /// The strength with which it was received.
     pub rssi: Dbm,
+    /// The strength with which its sender received this drone's last packet, if one came since the
+    /// sender's report before.
+    pub reverse: Option<Dbm>,
 }
 
 /// Another drone that has been heard.
@@ -42,6 +45,12 @@ impl Neighbour {
     pub fn rssi(&self) -> Dbm {
         self.filter.rssi().unwrap_or(self.raw)
     }
+
+    /// The loss and the slopes of the link to it, where the smoothing estimates slopes.
+    #[must_use]
+    pub fn state(&self) -> Option<LinkState> {
+        self.filter.state()
+    }
 }
 
 /// All drones that have been heard.
@@ -55,6 +64,40 @@ impl Neighbours {
     #[must_use]
     pub const fn new() -> Self {
         Self { all: Vec::new() }
+    }
+
+    /// Takes in a round: `dt` of flight at `own_velocity` along the tunnel, and the reports that
+    /// came meanwhile.
+    pub fn listen(
+        &mut self,
+        me: NodeId,
+        now: Instant,
+        (own_velocity, dt): (MetresPerSecond, Duration),
+        heard: &[Heard],
+        smoothing: &Smoothing,
+        lost_after: Duration,
+    ) {
+        let Smoothing::Slopes(_) = smoothing else {
+            self.predict(me, own_velocity, dt, smoothing);
+            heard.iter().for_each(|heard| self.hear(me, now, heard, smoothing, lost_after));
+            return;
+        };
+        // The reports came at any time of the round: in the middle of it, on average.
+        let half = own_velocity * dt * 0.5;
+        self.fly(me, half, smoothing);
+        heard.iter().for_each(|heard| self.hear(me, now, heard, smoothing, lost_after));
+        self.fly(me, half, smoothing);
+        for neighbour in &mut self.all {
+            neighbour.filter.predict(smoothing, MetresPerSecond::ZERO, dt);
+        }
+    }
+
+    /// Moves every link on over a way of this drone.
+    fn fly(&mut self, me: NodeId, way: Metres, smoothing: &Smoothing) {
+        for neighbour in &mut self.all {
+            let own = if neighbour.report.from < me { -way } else { way };
+            neighbour.filter.separate(smoothing, Separation { own, peer: Metres::ZERO });
+        }
     }
 
     /// Predicts every link over `dt`, in which this drone flew at `own_velocity` along the tunnel
@@ -88,7 +131,7 @@ impl Neighbours {
         smoothing: &Smoothing,
         lost_after: Duration,
     ) {
-        let Heard { report, rssi } = *heard;
+        let Heard { report, rssi, reverse } = *heard;
         if report.from == me || !rssi.0.is_finite() {
             return;
         }
@@ -100,7 +143,14 @@ impl Neighbours {
             if was_lost {
                 known.filter.reset();
             }
+            let elapsed = now.since(known.heard_at);
+            let peer = way_since(&known.report, &report, elapsed);
+            let peer = if report.from < me { peer } else { -peer };
+            known.filter.separate(smoothing, Separation { own: Metres::ZERO, peer });
             known.filter.update(smoothing, rssi);
+            if let (Smoothing::Slopes(_), Some(reverse)) = (smoothing, reverse) {
+                known.filter.update(smoothing, reverse);
+            }
             known.report = report;
             known.raw = rssi;
             known.heard_at = now;
@@ -136,4 +186,14 @@ impl Neighbours {
     fn links(&self, now: Instant, lost_after: Duration) -> impl Iterator<Item = &Neighbour> {
         self.heard(now, lost_after).filter(|n| n.report.phase.is_link())
     }
+}
+
+/// A neighbour's way between two of its reports; zero where its odometer has begun anew.
+fn way_since(before: &Report, after: &Report, elapsed: Duration) -> Metres {
+    /// Drones fly at half of this.
+    const FASTEST: MetresPerSecond = MetresPerSecond(1.0);
+    const ROUND: Duration = Duration::from_millis(400);
+    let way = after.odometer - before.odometer;
+    let most = FASTEST * (elapsed + ROUND);
+    if way.0.abs() <= most.0 { way } else { Metres::ZERO }
 }

@@ -14,9 +14,10 @@
 
 mod registry;
 
-use units::{Db, DbPerMetre, Dbm, MetresPerSecond};
+use units::{Db, DbPerMetre, Dbm, Metres, MetresPerSecond};
 
-use crate::filter::{Kalman, Slope, Smoothing};
+use crate::chain_wide::{Caution, ChainWide};
+use crate::filter::{Kalman, Slope, SlopeFilter, Smoothing};
 
 pub use registry::{NAMES, Policy, REGISTRY};
 
@@ -70,6 +71,9 @@ pub enum SpeedLaw {
         /// Speed towards the weaker link.
         speed: MetresPerSecond,
     },
+    /// The chain-wide rule; where a neighbour reports no sums, the rule of
+    /// [`PolicyConfig::K_TUNED`].
+    ChainWide(ChainWide),
 }
 
 /// The rule that keeps a relay off its neighbours: a tunnel has no room to pass, and only the
@@ -161,7 +165,7 @@ impl PolicyConfig {
     /// chosen from a search over the three corridors of the `chain` benchmark and the demonstration
     /// (gains of 0.07 to 0.4 1/s), by simulation; −37 dBm is 0.7 m in free space, twice the
     /// spacing of the drones at the mouth.
-    pub const DEFAULT: Self = Self {
+    pub const K_TUNED: Self = Self {
         smoothing: Smoothing::Kalman(Kalman {
             slope: PAPER_SLOPE,
             process_variance: 0.02,
@@ -178,11 +182,42 @@ impl PolicyConfig {
         ..Self::T0
     };
 
+    /// The chain-wide policy, which is flashed: slopes estimated in flight, and sums over the whole
+    /// chain. The gain bounds what a chain of 15 links bears whose sums take a round a hop
+    /// (κ ≤ 4 / (15 · 0.2 s / 0.8), the study behind the book's chapter "Policies"); the other
+    /// constants were chosen by simulation in the corridors of the `chain` benchmark, on seeds and
+    /// corridors other than those that the book reports.
+    pub const CHAIN: Self = Self {
+        smoothing: Smoothing::Slopes(SlopeFilter {
+            prior: PAPER_SLOPE,
+            prior_doubt: 0.7,
+            motion_doubt: 0.2,
+            still_variance: 0.05,
+            way_variance: 0.15,
+            bending: 0.6,
+            noise: [2.0, 30.0],
+            noise_weight: 0.02,
+        }),
+        law: SpeedLaw::ChainWide(ChainWide {
+            gain: 0.3,
+            local_gain: 0.4,
+            near: Metres(0.03),
+            deviations: 1.0,
+            tolerance: Db(0.3),
+            margin: Metres(0.08),
+            caution: Caution { least: 0.2, down: 0.6, up: 1.06 },
+        }),
+        ..Self::K_TUNED
+    };
+
     /// The same policy for radios that lose this much over the first metre.
     #[must_use]
     pub fn for_loss_at_1m(mut self, loss_at_1m: Db) -> Self {
         if let Smoothing::Kalman(kalman) = &mut self.smoothing {
             kalman.slope = kalman.slope.for_loss_at_1m(loss_at_1m);
+        }
+        if let Smoothing::Slopes(slopes) = &mut self.smoothing {
+            slopes.prior = slopes.prior.for_loss_at_1m(loss_at_1m);
         }
         if let SpeedLaw::Proportional { slope, .. } = &mut self.law {
             *slope = slope.for_loss_at_1m(loss_at_1m);
@@ -195,6 +230,12 @@ impl PolicyConfig {
 
     /// The loss over the first metre that the named policies are made for.
     const LOSS_AT_1M: Db = Db(40.0);
+
+    /// Whether the policy's filter estimates slopes.
+    #[must_use]
+    pub const fn estimates_slopes(&self) -> bool {
+        matches!(self.smoothing, Smoothing::Slopes(_))
+    }
 
     /// Algorithm 1: the forward velocity of a relay between these two neighbours.
     #[must_use]
@@ -219,6 +260,7 @@ impl PolicyConfig {
         match self.law {
             SpeedLaw::BangBang { .. } if balanced => MetresPerSecond::ZERO,
             SpeedLaw::BangBang { speed } => MetresPerSecond(speed.0.copysign(imbalance.0)),
+            SpeedLaw::ChainWide(_) => Self::K_TUNED.towards_weaker(front, back),
             SpeedLaw::Proportional { gain, slope, of, follow } => {
                 let (g_f, g_b) = (slope.at(front.rssi.loss()), slope.at(back.rssi.loss()));
                 let carried =
@@ -235,7 +277,7 @@ impl PolicyConfig {
 
 impl Default for PolicyConfig {
     fn default() -> Self {
-        Self::DEFAULT
+        Self::CHAIN
     }
 }
 

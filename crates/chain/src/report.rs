@@ -4,7 +4,7 @@
 //! the head to the sender. The operator's [`Order`](units::Order)s travel from end to end, apart
 //! from reports.
 
-use units::{LinkSpan, Metres, MetresPerSecond, NodeId, Phase};
+use units::{LinkSpan, LinkSum, Metres, MetresPerSecond, NodeId, Phase};
 
 /// The report of one drone in one round.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,6 +25,14 @@ pub struct Report {
     /// The links from the head down to the sender, or `None` where it knows of none: the head
     /// itself, and a drone that hears no drone in front.
     pub links: Option<LinkSpan>,
+    /// The sums over all links between the sender and the head, and between the sender and the
+    /// base; [`LinkSum::NONE`] where the sender is that end, or knows of no link there.
+    pub sums: [LinkSum; 2],
+    /// How many relays wait on the ground, as far as the sender knows: 0 to 3, where 3 stands for
+    /// more as well.
+    pub waiting: u8,
+    /// The head's velocity along the tunnel, positive away from the base, as the head reported it.
+    pub head_velocity: MetresPerSecond,
     /// Whether the whole chain must come home because one of its drones must: no drone can pass
     /// another in a tunnel.
     pub recall: bool,

@@ -11,17 +11,16 @@ use crate::Sensed;
 /// Converts this round's report for the radio link, which adds the nodes that are heard.
 #[must_use]
 pub(crate) fn report_to_air(outputs: &Outputs) -> p2p::Report {
-    let Outputs { report, status, .. } = outputs;
-    let strength = |link: &Option<LinkView>| link.as_ref().map(|link| link.rssi);
+    let report = &outputs.report;
     p2p::Report {
         phase: report.phase,
         recall: report.recall,
         velocity: report.velocity,
         odometer: report.odometer,
         links: report.links,
-        front: strength(&status.front),
-        back: strength(&status.back),
-        sums: [None; 2],
+        sums: report.sums,
+        waiting: report.waiting,
+        head_velocity: report.head_velocity,
         heard: heapless::Vec::new(),
     }
 }
@@ -30,11 +29,14 @@ pub(crate) fn report_to_air(outputs: &Outputs) -> p2p::Report {
 /// packet's header.
 #[must_use]
 pub(crate) fn report_from_air(
+    me: NodeId,
     from: NodeId,
     counter: p2p::Counter,
     report: &p2p::Report,
     rssi: Dbm,
 ) -> Heard {
+    let named = report.heard.iter().find(|heard| heard.node == me && heard.is_new);
+    let reverse = named.map(|heard| heard.rssi);
     let report = Report {
         from,
         sequence: counter.low16(),
@@ -42,9 +44,12 @@ pub(crate) fn report_from_air(
         velocity: report.velocity,
         odometer: report.odometer,
         links: report.links,
+        sums: report.sums,
+        waiting: report.waiting,
+        head_velocity: report.head_velocity,
         recall: report.recall,
     };
-    Heard { report, rssi }
+    Heard { report, rssi, reverse }
 }
 
 /// The telemetry of a node. The link adds the number of the last order that it obeyed.
@@ -104,7 +109,9 @@ mod tests {
     use super::*;
     use agent::Status;
     use tunnel_nav::Walls;
-    use units::{Instant, LinkSpan, Metres, MetresPerSecond, Phase, Setpoint, Volts};
+    use units::{
+        Instant, LinkSpan, LinkSum, Metres, MetresPerDb, MetresPerSecond, Phase, Setpoint, Volts,
+    };
 
     fn outputs(phase: Phase, links: Option<LinkSpan>) -> Outputs {
         let link = |peer, rssi| LinkView {
@@ -114,6 +121,7 @@ mod tests {
             velocity: MetresPerSecond::ZERO,
             is_base: false,
         };
+        let sum = LinkSum { surplus: Metres(-4.25), compliance: MetresPerDb(1.5), links: 3 };
         Outputs {
             setpoint: Setpoint::Off,
             report: Report {
@@ -123,6 +131,9 @@ mod tests {
                 velocity: MetresPerSecond(-0.125),
                 odometer: Metres(3.5),
                 links,
+                sums: [LinkSum::NONE, sum],
+                waiting: 3,
+                head_velocity: MetresPerSecond(0.252),
                 recall: phase == Phase::Linked,
             },
             status: Status {
@@ -148,9 +159,30 @@ mod tests {
             let heard = p2p::Message::decode(message.kind(), &body[..length]).unwrap();
             let p2p::Message::Report(heard) = heard else { panic!("{heard:?}") };
             let counter = p2p::Counter::new(p2p::Epoch::FIRST, 9).unwrap();
-            let heard = report_from_air(NodeId(2), counter, &heard, Dbm(-60.0));
+            let heard = report_from_air(NodeId(1), NodeId(2), counter, &heard, Dbm(-60.0));
             assert_eq!(heard.report, outputs.report);
-            assert_eq!(heard.rssi, Dbm(-60.0));
+            assert_eq!((heard.rssi, heard.reverse), (Dbm(-60.0), None));
+        }
+    }
+
+    /// Of the nodes that a report names, only this drone itself measures the link to the sender,
+    /// and only a packet that has come since the report before.
+    #[test]
+    fn the_way_back_is_measured_once_by_the_drone_that_is_named() {
+        let counter = p2p::Counter::new(p2p::Epoch::FIRST, 9).unwrap();
+        let named = |node, rssi, is_new| p2p::Heard {
+            node: NodeId(node),
+            rssi: Dbm(rssi),
+            is_new,
+            epoch: 1,
+        };
+        let entries = [named(1, -61.0, true), named(3, -72.0, false), named(5, -83.0, true)];
+        let mut report = report_to_air(&outputs(Phase::Linked, None));
+        report.heard = entries.into_iter().collect();
+        let expected = [(1, Some(Dbm(-61.0))), (3, None), (4, None), (5, Some(Dbm(-83.0)))];
+        for (me, reverse) in expected {
+            let heard = report_from_air(NodeId(me), NodeId(2), counter, &report, Dbm(-60.0));
+            assert_eq!((heard.rssi, heard.reverse), (Dbm(-60.0), reverse), "by node {me}");
         }
     }
 

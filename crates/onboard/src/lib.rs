@@ -319,7 +319,8 @@ impl<S: Seal> Drone<S> {
     pub fn receive(&mut self, now: Instant, rssi: Dbm, packet: &[u8]) -> Option<Kind> {
         Some(match self.link.open_mut()?.receive(now, rssi, packet)? {
             Event::Report { from, counter, report, rssi } => {
-                self.mailbox.report(now, air::report_from_air(from, counter, &report, rssi));
+                let me = self.identity.node;
+                self.mailbox.report(now, air::report_from_air(me, from, counter, &report, rssi));
                 Kind::Report
             }
             Event::Order { task, counter } => {

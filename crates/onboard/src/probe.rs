@@ -26,8 +26,8 @@ use flight::{Attitude, Battery, Cause, Mode, NotReady, Status, StopCause};
 use heapless::Vec;
 use tunnel_nav::{Diagonals, Range, Side, Walls};
 use units::{
-    Dbm, Duration, Instant, LinkSpan, Metres, MetresPerSecond, NodeId, Order, Phase, Radians,
-    RadiansPerSecond, Setpoint, Volts,
+    Dbm, Duration, Instant, LinkSpan, LinkSum, Metres, MetresPerDb, MetresPerSecond, NodeId, Order,
+    Phase, Radians, RadiansPerSecond, Setpoint, Volts,
 };
 
 use wire::p2p::Counter;
@@ -44,7 +44,7 @@ pub const FLIGHT: usize = 20;
 /// Words of an order's number.
 pub const ORDER: usize = 2;
 /// Words of a round at most.
-pub const ROUND: usize = 60 + REPORTS * 10;
+pub const ROUND: usize = 70 + REPORTS * 20;
 
 /// The probe, as it lies in memory.
 #[repr(C)]
@@ -356,6 +356,16 @@ impl Words for Duration {
     }
 }
 
+impl Words for u8 {
+    fn put(&self, out: &mut Writer<'_>) {
+        out.word((*self).into());
+    }
+
+    fn get(from: &mut Reader<'_>) -> Option<Self> {
+        from.word()?.try_into().ok()
+    }
+}
+
 /// Quantities, each one float.
 macro_rules! quantities {
     ($($name:ident),*) => {
@@ -418,14 +428,15 @@ macro_rules! enums {
     };
 }
 
-quantities! { Dbm, Metres, MetresPerSecond, Radians, RadiansPerSecond, Volts }
+quantities! { Dbm, Metres, MetresPerDb, MetresPerSecond, Radians, RadiansPerSecond, Volts }
 
 structs! {
     BodyVelocity { forward, lateral }
     Diagonals { nw, ne, sw, se }
     LinkSpan { weakest, strongest }
-    Report { from, sequence, phase, velocity, odometer, links, recall }
-    Heard { report, rssi }
+    LinkSum { surplus, compliance, links }
+    Report { from, sequence, phase, velocity, odometer, links, sums, waiting, head_velocity, recall }
+    Heard { report, rssi, reverse }
     LinkView { peer, raw, rssi, velocity, is_base }
     AgentStatus { state, front, back, odometer, walls }
     Outputs { setpoint, report, status }
@@ -489,6 +500,7 @@ mod tests {
     /// The longest round there is comes back as it went, to the last bit.
     #[test]
     fn the_longest_round_comes_back_as_it_went() {
+        let sum = LinkSum { surplus: Metres(-7.7), compliance: MetresPerDb(1.3), links: u8::MAX };
         let report = Report {
             from: NodeId(7),
             sequence: u16::MAX,
@@ -496,9 +508,12 @@ mod tests {
             velocity: MetresPerSecond(-0.1),
             odometer: Metres(3.3),
             links: Some(LinkSpan { weakest: Dbm(-70.5), strongest: Dbm(-50.1) }),
+            sums: [sum; 2],
+            waiting: 3,
+            head_velocity: MetresPerSecond(0.2),
             recall: true,
         };
-        let heard = [Heard { report, rssi: Dbm(-61.7) }; REPORTS];
+        let heard = [Heard { report, rssi: Dbm(-61.7), reverse: Some(Dbm(-62.9)) }; REPORTS];
         let speed = MetresPerSecond(0.3);
         let inputs = Inputs {
             ranges: Diagonals {

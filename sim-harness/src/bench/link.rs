@@ -10,7 +10,7 @@ use heapless::Vec as Few;
 use radio_model::Reception;
 use rayon::prelude::*;
 use serde_json::{Value, json};
-use units::{Dbm, Metres, MetresPerSecond, NodeId, Order, Phase};
+use units::{LinkSum, Metres, MetresPerSecond, NodeId, Order, Phase};
 use wire::p2p::{Report, Telemetry};
 
 use super::net::{End, Fleet, Net, next_only};
@@ -206,9 +206,9 @@ fn think(end: &mut End, n: usize, base: usize, now_us: u64, round: u64) {
         velocity: MetresPerSecond::ZERO,
         odometer: Metres::ZERO,
         links: None,
-        front: Some(Dbm(-60.0)),
-        back: Some(Dbm(-60.0)),
-        sums: [None; 2],
+        sums: [LinkSum::NONE; 2],
+        waiting: 0,
+        head_velocity: MetresPerSecond::ZERO,
         heard: Few::new(),
     });
     if n == base {

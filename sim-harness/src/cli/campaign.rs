@@ -25,7 +25,7 @@ pub(super) struct CampaignArgs {
     /// Number of missions
     #[arg(long, allow_negative_numbers = true, default_value_t = 100, value_name = "N")]
     runs: usize,
-    /// Movement policy, instead of the scenario's: t0, t5, k, authors or default
+    /// Movement policy, instead of the scenario's: t0, t5, k, authors, default or chain
     #[arg(long, value_name = "NAME")]
     policy: Option<String>,
     /// How closely the drones are simulated

@@ -32,7 +32,7 @@ pub(super) struct RunArgs {
     /// Name of a built-in scenario (listed below), or a scenario file
     #[arg(default_value = builtin::DEMONSTRATION)]
     scenario: String,
-    /// Movement policy, instead of the scenario's: t0, t5, k, authors or default
+    /// Movement policy, instead of the scenario's: t0, t5, k, authors, default or chain
     #[arg(long, value_name = "NAME")]
     policy: Option<String>,
     /// How closely the drones are simulated

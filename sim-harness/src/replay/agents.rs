@@ -11,7 +11,7 @@ use chain::policy::PolicyConfig;
 use chain::report::Report;
 use serde::Serialize;
 use tunnel_nav::Diagonals;
-use units::{Metres, MetresPerSecond, NodeId, Order, Phase, Role};
+use units::{LinkSum, Metres, MetresPerSecond, NodeId, Order, Phase, Role};
 
 use super::recording::{Recording, Sample};
 
@@ -38,7 +38,7 @@ pub(super) fn agents(recording: &Recording) -> Vec<AgentReport> {
 }
 
 fn report(recording: &Recording, relay: usize) -> AgentReport {
-    let policy = PolicyConfig { smoothing: Smoothing::Raw, ..PolicyConfig::DEFAULT };
+    let policy = PolicyConfig { smoothing: Smoothing::Raw, ..PolicyConfig::K_TUNED };
     let config = AgentConfig { policy, ..AgentConfig::DEFAULT };
     // A chain of more than 256 drones does not come out of a checked flight.
     let mut agent = Agent::new_linked(number(relay), Role::Relay, units::Instant::ZERO);
@@ -103,9 +103,12 @@ fn heard(sample: &Sample, relay: usize, last: usize, sequence: u16) -> Option<He
         velocity: MetresPerSecond::ZERO,
         odometer: Metres::ZERO,
         links: None,
+        sums: [LinkSum::NONE; 2],
+        waiting: 0,
+        head_velocity: MetresPerSecond::ZERO,
         recall: false,
     };
-    Some(Heard { report, rssi: sample.rssi })
+    Some(Heard { report, rssi: sample.rssi, reverse: None })
 }
 
 fn number(drone: usize) -> NodeId {

@@ -1,10 +1,14 @@
 //! The chain mission: a head that explores and relays that keep its link alive, by the U-Chain paper.
 
+use chain::chain_wide::{ChainWideState, Side};
 use chain::launch::LaunchWatch;
 use chain::neighbours::{Heard, Neighbour, Neighbours};
-use units::{Dbm, Duration, Instant, LinkSpan, Metres, MetresPerSecond, Order, Phase, Role};
+use chain::policy::SpeedLaw;
+use units::{
+    Dbm, Duration, Instant, LinkSpan, LinkSum, Metres, MetresPerSecond, NodeId, Order, Phase, Role,
+};
 
-use super::{Call, Round, Task};
+use super::{Call, PassedOn, Round, Task};
 use crate::state::Situation;
 use crate::{AgentConfig, LandReason, LinkView, State};
 
@@ -15,6 +19,12 @@ pub(crate) struct Chain {
     launch: LaunchWatch,
     /// The strength of the base where this drone took off.
     home_rssi: Option<Dbm>,
+    /// The state of the chain-wide policy.
+    chain_wide: ChainWideState,
+    /// The head's velocity, smoothed at the head and passed on by the relays.
+    head_velocity: MetresPerSecond,
+    /// The length of the last round.
+    dt: Duration,
 }
 
 /// A drone's two links, as the transitions of the chain's duties need them.
@@ -33,7 +43,14 @@ pub(crate) struct Links {
 impl Chain {
     /// A drone that has not heard any other.
     pub(crate) const fn new() -> Self {
-        Self { neighbours: Neighbours::new(), launch: LaunchWatch::new(), home_rssi: None }
+        Self {
+            neighbours: Neighbours::new(),
+            launch: LaunchWatch::new(),
+            home_rssi: None,
+            chain_wide: ChainWideState::new(),
+            head_velocity: MetresPerSecond::ZERO,
+            dt: Duration::ZERO,
+        }
     }
 
     /// Takes in `dt` of motion at `velocity` along the tunnel, and the reports that came in
@@ -47,11 +64,55 @@ impl Chain {
         heard: &[Heard],
     ) {
         let smoothing = &config.policy.smoothing;
-        self.neighbours.predict(round.id, velocity, dt, smoothing);
         let lost_after = config.retreat.lost_after;
-        for heard in heard {
-            self.neighbours.hear(round.id, round.now, heard, smoothing, lost_after);
+        self.dt = dt;
+        self.neighbours.listen(round.id, round.now, (velocity, dt), heard, smoothing, lost_after);
+        self.chain_wide.listen(self.sums(config, round));
+        self.head_velocity = match round.role {
+            Role::Head => smoothed(self.head_velocity, velocity, dt),
+            Role::Relay | Role::Base => {
+                let front = self.front(config, round);
+                front.map_or(MetresPerSecond::ZERO, |front| front.report.head_velocity)
+            }
+        };
+    }
+
+    /// The sums over the links towards the head, and over those towards the base.
+    fn sums(&self, config: &AgentConfig, round: &Round) -> [LinkSum; 2] {
+        let SpeedLaw::ChainWide(law) = &config.policy.law else { return [LinkSum::NONE; 2] };
+        let sum = |neighbour: Option<&Neighbour>, beyond: usize| {
+            let side = neighbour.and_then(|n| side(n, beyond));
+            side.map_or(LinkSum::NONE, |side| self.chain_wide.sum(law, &side))
+        };
+        [sum(self.front(config, round), AHEAD), sum(self.back(config, round), BEHIND)]
+    }
+
+    /// What the drone's report passes on along the chain.
+    pub(crate) fn passed_on(&self, config: &AgentConfig, round: &Round) -> PassedOn {
+        PassedOn {
+            sums: self.sums(config, round),
+            waiting: self.waiting(config, round),
+            head_velocity: self.head_velocity,
         }
+    }
+
+    /// How many relays wait on the ground: the base and the last drone in the air hear them, all
+    /// others are told by the drone behind.
+    fn waiting(&self, config: &AgentConfig, round: &Round) -> u8 {
+        let heard = || self.neighbours.heard(round.now, config.retreat.lost_after);
+        let on_ground = heard().filter(|n| n.report.phase == Phase::Waiting).count();
+        let told = heard().filter(|n| n.report.from > round.id).map(|n| n.report.waiting).max();
+        u8::try_from(on_ground).unwrap_or(u8::MAX).max(told.unwrap_or(0)).min(3)
+    }
+
+    /// The strength that all links would have if they were equal, and the links' span, as the base
+    /// reports them to a relay on the ground.
+    fn told_by_base(&self, config: &AgentConfig, round: &Round) -> Option<(Dbm, LinkSpan)> {
+        let base = self.back(config, round).filter(|n| n.report.phase == Phase::Base)?;
+        let ahead = base.report.sums[0];
+        (ahead.links > 0).then_some(())?;
+        let level = LinkSum::REFERENCE + ahead.level()?;
+        Some((Dbm::after_loss(level), base.report.links?))
     }
 
     fn front(&self, config: &AgentConfig, round: &Round) -> Option<&Neighbour> {
@@ -98,9 +159,13 @@ impl Chain {
             });
         let launch = match state {
             State::Armed { since } if round.now.since(since) >= config.launch.arm_delay => {
-                let front = self.front(config, round).copied();
-                let ahead = front.and_then(|n| n.report.links);
-                self.launch.step(round.now, &config.launch, front.map(|n| n.rssi()), ahead)
+                if let Some((level, chain)) = self.told_by_base(config, round) {
+                    self.launch.step_level(round.now, &config.launch, level, chain)
+                } else {
+                    let front = self.front(config, round).copied();
+                    let ahead = front.and_then(|n| n.report.links);
+                    self.launch.step(round.now, &config.launch, front.map(|n| n.rssi()), ahead)
+                }
             }
             _ => {
                 self.launch = LaunchWatch::new();
@@ -133,6 +198,7 @@ impl Chain {
 
     /// How fast the drone is to fly along the tunnel at a duty of the chain.
     pub(crate) fn speed(
+        &mut self,
         config: &AgentConfig,
         round: &Round,
         duty: Duty,
@@ -140,8 +206,8 @@ impl Chain {
         back: Option<LinkView>,
     ) -> MetresPerSecond {
         match duty {
-            Duty::Leading { .. } => Self::leading_speed(config, round, back),
-            Duty::Relaying { .. } => Self::relaying_speed(config, round, front, back),
+            Duty::Leading { .. } => self.leading_speed(config, round, back),
+            Duty::Relaying { .. } => self.relaying_speed(config, round, front, back),
             Duty::Reconnecting { since, from } => {
                 let waited = round.now.since(since);
                 reconnecting_speed(config, waited, round.way - from, back)
@@ -152,6 +218,7 @@ impl Chain {
 
     /// The pilot's stick while it is alive and the link can spare it, or the way home.
     fn leading_speed(
+        &self,
         config: &AgentConfig,
         round: &Round,
         back: Option<LinkView>,
@@ -161,7 +228,9 @@ impl Chain {
             Order::Explore(speed) if round.now.since(given) <= config.flight.pilot_timeout => {
                 let speed = speed.limited_to(config.policy.max_speed);
                 if speed.0 >= 0.0 {
-                    speed * config.retreat.freedom(back.map(|link| link.rssi))
+                    speed
+                        * config.retreat.freedom(back.map(|link| link.rssi))
+                        * self.patience_for_relays(config, round, back)
                 } else {
                     behind_clear(config, back, speed)
                 }
@@ -171,8 +240,27 @@ impl Chain {
         }
     }
 
+    /// The part of the pilot's forward speed that the head still flies while relays wait: it stops
+    /// where its links have become as weak as a launch allows, and waits for the next relay.
+    fn patience_for_relays(
+        &self,
+        config: &AgentConfig,
+        round: &Round,
+        back: Option<LinkView>,
+    ) -> f32 {
+        let Some(level) = self.chain_wide.level() else { return 1.0 };
+        if self.waiting(config, round) == 0 {
+            return 1.0;
+        }
+        let level = Dbm::after_loss(level);
+        let weakest = back.map_or(level, |link| Dbm(link.rssi.0.min(level.0)));
+        let spare = (weakest - config.launch.limit).0;
+        (spare / (2.0 * config.launch.margin.0)).clamp(0.0, 1.0)
+    }
+
     /// Algorithm 1; a relay that is called home and has nobody in front any more flies home.
     fn relaying_speed(
+        &mut self,
         config: &AgentConfig,
         round: &Round,
         front: Option<LinkView>,
@@ -185,10 +273,46 @@ impl Chain {
             (_, Some(back)) if called_home && back.is_base && is_too_near(config, back) => {
                 homeward(config, Some(back))
             }
-            (Some(front), Some(back)) => config.policy.velocity(front.end(), back.end()),
+            (Some(front), Some(back)) => self
+                .chain_wide_speed(config, round)
+                .unwrap_or_else(|| config.policy.velocity(front.end(), back.end())),
             _ => MetresPerSecond::ZERO,
         }
     }
+
+    /// The speed by the chain-wide policy; `None` where another one flies, where a neighbour is too
+    /// near, and where one reports no sums, because it is no relay of this policy or has only just
+    /// joined.
+    fn chain_wide_speed(&mut self, config: &AgentConfig, round: &Round) -> Option<MetresPerSecond> {
+        let SpeedLaw::ChainWide(law) = &config.policy.law else { return None };
+        let (front, back) = (self.front(config, round)?, self.back(config, round)?);
+        if [front, back].into_iter().any(|n| config.policy.is_too_near(n.rssi())) {
+            return None;
+        }
+        let (ahead, behind) = (side(front, AHEAD)?, side(back, BEHIND)?);
+        let ends_ahead = front.report.from == NodeId::HEAD || ahead.beyond.links > 0;
+        let ends_behind = back.report.phase == Phase::Base || behind.beyond.links > 0;
+        if !ends_ahead || !ends_behind {
+            return None;
+        }
+        let speed = self.chain_wide.step(law, self.dt, [&ahead, &behind], self.head_velocity);
+        Some(speed.limited_to(config.policy.max_speed))
+    }
+}
+
+/// The places of both directions in a report's sums.
+const AHEAD: usize = 0;
+const BEHIND: usize = 1;
+
+/// A neighbour as one side of this drone, for a smoothing that estimates slopes.
+fn side(neighbour: &Neighbour, beyond: usize) -> Option<Side> {
+    Some(Side { link: neighbour.state()?, beyond: *neighbour.report.sums.get(beyond)? })
+}
+
+/// The head's velocity, smoothed: its noise would move every relay.
+fn smoothed(before: MetresPerSecond, measured: MetresPerSecond, dt: Duration) -> MetresPerSecond {
+    let part = dt.as_secs_f32() / (dt.as_secs_f32() + 1.0);
+    before + (measured - before) * part
 }
 
 /// Flying home, but not into the next drone that has not landed yet.

@@ -9,7 +9,8 @@ use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use tunnel_nav::{Diagonals, Range};
 use units::{
-    Dbm, Instant, LinkSpan, Metres, MetresPerSecond, NodeId, Order, Phase, Radians, Role, Setpoint,
+    Dbm, Instant, LinkSpan, LinkSum, Metres, MetresPerDb, MetresPerSecond, NodeId, Order, Phase,
+    Radians, Role, Setpoint,
 };
 
 use super::rig::{EXPLORE, Rig, Scene, gallery, heard};
@@ -25,7 +26,8 @@ fn configs() -> impl Strategy<Value = AgentConfig> {
         PolicyConfig::T5,
         PolicyConfig::K,
         PolicyConfig::AUTHORS,
-        PolicyConfig::DEFAULT,
+        PolicyConfig::K_TUNED,
+        PolicyConfig::CHAIN,
     ])
     .prop_map(|policy| AgentConfig { policy, ..AgentConfig::DEFAULT })
 }
@@ -82,11 +84,22 @@ fn packet() -> impl Strategy<Value = Heard> {
     ]);
     let sender = prop_oneof![4 => 0u8..5, 1 => any::<u8>()];
     let links = prop::option::of((number(-90.0..-40.0), number(-90.0..-40.0)));
+    let sum = (number(-50.0..50.0), number(0.0..10.0), 0u8..=15).prop_map(
+        |(surplus, compliance, links)| LinkSum {
+            surplus: Metres(surplus),
+            compliance: MetresPerDb(compliance),
+            links,
+        },
+    );
+    let head = number(-0.5..0.5).prop_map(MetresPerSecond);
     (
         (sender, any::<u16>(), phase, any::<bool>(), links),
+        (prop::array::uniform2(sum), head, prop::option::of(number(-90.0..-30.0))),
         (number(-90.0..-30.0), number(-0.5..0.5), number(-10.0..30.0)),
     )
-        .prop_map(|((from, sequence, phase, recall, links), (rssi, velocity, odometer))| {
+        .prop_map(|(of_chain, (sums, head_velocity, reverse), own)| {
+            let (from, sequence, phase, recall, links) = of_chain;
+            let (rssi, velocity, odometer) = own;
             let report = Report {
                 from: NodeId(from),
                 sequence,
@@ -97,9 +110,12 @@ fn packet() -> impl Strategy<Value = Heard> {
                     weakest: Dbm(weakest),
                     strongest: Dbm(strongest),
                 }),
+                sums,
+                waiting: 2,
+                head_velocity,
                 recall,
             };
-            Heard { report, rssi: Dbm(rssi) }
+            Heard { report, rssi: Dbm(rssi), reverse: reverse.map(Dbm) }
         })
 }
 

@@ -2,6 +2,7 @@
 //!
 //! * [`state_table`]: every state in every situation, as a golden table.
 //! * [`behaviour`]: what a mission depends on, story by story.
+//! * [`odometer`]: the way that a drone has flown, by command and by optic flow.
 //! * [`any_inputs`]: packet storms, bad clocks and numbers of any bits.
 //!
 //! All of it flies with the paper's T0, whose raw signal makes one packet count at once; what the
@@ -9,5 +10,6 @@
 
 mod any_inputs;
 mod behaviour;
+mod odometer;
 mod rig;
 mod state_table;

@@ -7,7 +7,7 @@ use chain::policy::PolicyConfig;
 use chain::report::Report;
 use tunnel_nav::{Diagonals, Range};
 use units::{
-    Dbm, Duration, Instant, Metres, MetresPerSecond, NodeId, Order, Phase, Role, Setpoint,
+    Dbm, Duration, Instant, LinkSum, Metres, MetresPerSecond, NodeId, Order, Phase, Role, Setpoint,
 };
 
 /// The length of a round.
@@ -184,7 +184,9 @@ impl Rig {
         let duty = if role == Role::Head { "leading" } else { "relaying" };
         rig.until(duty, &home.at_height(Some(0.3)));
         let here = Scene::quiet().order(EXPLORE).at_height(Some(0.3));
-        rig.during(1.0, &here.flow(Some(0.5)));
+        rig.during(1.0, &here.clone().flow(Some(0.5)));
+        // A drift shows in the odometer within seconds, not at once.
+        rig.during(4.0, &here);
         rig
     }
 }
@@ -198,9 +200,12 @@ pub(crate) fn heard(from: u8, sequence: u16, phase: Phase, rssi: f32) -> Heard {
         velocity: MetresPerSecond::ZERO,
         odometer: Metres::ZERO,
         links: None,
+        sums: [LinkSum::NONE; 2],
+        waiting: 0,
+        head_velocity: MetresPerSecond::ZERO,
         recall: false,
     };
-    Heard { report, rssi: Dbm(rssi) }
+    Heard { report, rssi: Dbm(rssi), reverse: None }
 }
 
 /// In the middle of a straight gallery.

@@ -20,7 +20,7 @@ pub struct Policy {
 }
 
 /// Every movement policy.
-pub static REGISTRY: [Policy; 5] = [
+pub static REGISTRY: [Policy; 6] = [
     Policy {
         name: "t0",
         code: const { PolicyCode::new(1).unwrap() },
@@ -46,10 +46,16 @@ pub static REGISTRY: [Policy; 5] = [
         summary: "the rule of the authors' published firmware: averaged links, one speed, a dead zone",
     },
     Policy {
-        name: "default",
+        name: "k-tuned",
         code: const { PolicyCode::new(5).unwrap() },
-        config: PolicyConfig::DEFAULT,
+        config: PolicyConfig::K_TUNED,
         summary: "k with a small gain, feed-forward and clearance: stable with lag and at corners",
+    },
+    Policy {
+        name: "chain",
+        code: const { PolicyCode::new(6).unwrap() },
+        config: PolicyConfig::CHAIN,
+        summary: "all links at once by sums in the reports, slopes estimated in flight",
     },
 ];
 

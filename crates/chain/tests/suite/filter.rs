@@ -26,7 +26,7 @@ fn kalman_of(policy: &PolicyConfig) -> Kalman {
 
 /// The filters that fly: the paper's and the one that is flashed.
 fn kalmans() -> [Kalman; 2] {
-    [&PolicyConfig::K, &PolicyConfig::DEFAULT].map(kalman_of)
+    [&PolicyConfig::K, &PolicyConfig::K_TUNED].map(kalman_of)
 }
 
 /// P, which the filter tells as part of what it expects of the next packet.
@@ -86,7 +86,7 @@ proptest! {
         rounds in rounds(), first in -100.0f32..-30.0,
     ) {
         for policy in [PolicyConfig::T0, PolicyConfig::K, PolicyConfig::AUTHORS,
-            PolicyConfig::DEFAULT]
+            PolicyConfig::K_TUNED]
         {
             let mut link = LinkFilter::new();
             link.update(&policy.smoothing, Dbm(first));
@@ -129,7 +129,7 @@ proptest! {
     #[test]
     fn the_loss_of_the_first_metre_only_shifts(rounds in rounds(), shift in -40i8..40) {
         let shift = Db(f32::from(shift));
-        for policy in [PolicyConfig::K, PolicyConfig::DEFAULT] {
+        for policy in [PolicyConfig::K, PolicyConfig::K_TUNED] {
             let shifted_policy = policy.for_loss_at_1m(Db(40.0) + shift);
             let (here, there) = (policy.smoothing, shifted_policy.smoothing);
             let (mut link, mut shifted) = (LinkFilter::new(), LinkFilter::new());
@@ -156,7 +156,7 @@ proptest! {
         bad in prop::sample::select(&[f32::NAN, f32::INFINITY, f32::NEG_INFINITY]),
     ) {
         for policy in [PolicyConfig::T0, PolicyConfig::K, PolicyConfig::AUTHORS,
-            PolicyConfig::DEFAULT]
+            PolicyConfig::K_TUNED]
         {
             let smoothing = &policy.smoothing;
             let (mut link, mut disturbed) = (LinkFilter::new(), LinkFilter::new());
@@ -182,7 +182,7 @@ proptest! {
         velocity in any::<f32>().prop_filter("finite", |v| v.is_finite()),
         packet in any::<f32>().prop_filter("finite", |v| v.is_finite() && v.abs() < 1e4),
     ) {
-        for policy in [PolicyConfig::K, PolicyConfig::DEFAULT] {
+        for policy in [PolicyConfig::K, PolicyConfig::K_TUNED] {
             let smoothing = &policy.smoothing;
             let mut link = LinkFilter::new();
             link.update(smoothing, Dbm(-60.0));

@@ -1,7 +1,10 @@
 //! The chain through its public door: neighbours, filters, policies and launches.
 
+mod chain_wide;
 mod filter;
 mod launch;
 mod neighbours;
+mod noise;
 mod policy;
 mod registry;
+mod slopes;

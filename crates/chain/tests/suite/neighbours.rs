@@ -7,7 +7,7 @@ use chain::policy::PolicyConfig;
 use chain::report::Report;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use units::{Dbm, Duration, Instant, Metres, MetresPerSecond, NodeId, Phase};
+use units::{Dbm, Duration, Instant, LinkSum, Metres, MetresPerSecond, NodeId, Phase};
 
 const ME: NodeId = NodeId(5);
 const LOST_AFTER: Duration = Duration::from_secs(2);
@@ -21,9 +21,12 @@ fn heard(from: u8, sequence: u16, phase: Phase, rssi: f32) -> Heard {
         velocity: MetresPerSecond::ZERO,
         odometer: Metres::ZERO,
         links: None,
+        sums: [LinkSum::NONE; 2],
+        waiting: 0,
+        head_velocity: MetresPerSecond::ZERO,
         recall: false,
     };
-    Heard { report, rssi: Dbm(rssi) }
+    Heard { report, rssi: Dbm(rssi), reverse: None }
 }
 
 /// A table with a clock beside it.

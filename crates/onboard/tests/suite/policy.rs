@@ -51,9 +51,9 @@ fn a_drone_on_the_ground_flies_and_stores_the_policy_that_a_client_sets() {
 fn a_code_without_a_policy_is_refused() {
     let mut drone = drone(Start::OnGround);
     for unknown in [0, 99, u8::MAX] {
-        assert_eq!(set(&mut drone, unknown), Some(code("default")), "{unknown}");
+        assert_eq!(set(&mut drone, unknown), Some(code("chain")), "{unknown}");
     }
-    assert_eq!(drone.config().agent.policy, PolicyConfig::DEFAULT);
+    assert_eq!(drone.config().agent.policy, PolicyConfig::CHAIN);
     assert_eq!(drone.take_unsaved().policy, None);
 }
 
@@ -61,8 +61,8 @@ fn a_code_without_a_policy_is_refused() {
 fn a_drone_in_the_air_keeps_its_policy() {
     let mut drone = drone(Start::InAir(NOW));
     drone.step(NOW, &Sensed { fitness: Fitness::Fit, ..Sensed::NONE });
-    assert_eq!(set(&mut drone, code("t0").get()), Some(code("default")));
-    assert_eq!(drone.config().agent.policy, PolicyConfig::DEFAULT);
+    assert_eq!(set(&mut drone, code("t0").get()), Some(code("chain")));
+    assert_eq!(drone.config().agent.policy, PolicyConfig::CHAIN);
     assert_eq!(drone.take_unsaved().policy, None);
 }
 

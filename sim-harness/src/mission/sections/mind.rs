@@ -69,7 +69,7 @@ impl MindTables<'_> {
     ) -> Result<Mind, InputError> {
         let mut agent = AgentConfig::DEFAULT;
         let table = self.policy;
-        let name = table.name.as_ref().map_or("default", |name| name.as_ref().as_str());
+        let name = table.name.as_ref().map_or("chain", |name| name.as_ref().as_str());
         let Some(policy) = Policy::named(name) else {
             let wrong = format!("there is no policy \"{name}\"");
             let remedy = suggest::one_of(name, &NAMES);
