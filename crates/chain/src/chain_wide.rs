@@ -17,8 +17,8 @@
 //! the report ([`LinkSum`]); a relay adds its own link to its neighbour's sums and passes the
 //! result on. The quotient of both sums over the whole chain is the next L: this is Newton's method
 //! on the equations "all links are equal", carried out by the chain itself, with as many numbers in
-//! a packet for 15 links as for two. A relay whose neighbour reports no sums falls back to the rule
-//! that compares its two links.
+//! a packet for 15 links as for two. A neighbour that reports no sums is taken for an end of the
+//! chain.
 //!
 //! # Links that step
 //! Where a corner takes the line of sight away, a link steps by 10 to 20 dB, no chain has equal

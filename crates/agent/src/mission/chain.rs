@@ -5,7 +5,7 @@ use chain::launch::LaunchWatch;
 use chain::neighbours::{Heard, Neighbour, Neighbours};
 use chain::policy::SpeedLaw;
 use units::{
-    Dbm, Duration, Instant, LinkSpan, LinkSum, Metres, MetresPerSecond, NodeId, Order, Phase, Role,
+    Dbm, Duration, Instant, LinkSpan, LinkSum, Metres, MetresPerSecond, Order, Phase, Role,
 };
 
 use super::{Call, PassedOn, Round, Task};
@@ -84,7 +84,9 @@ impl Chain {
             let side = neighbour.and_then(|n| side(n, beyond));
             side.map_or(LinkSum::NONE, |side| self.chain_wide.sum(law, &side))
         };
-        [sum(self.front(config, round), AHEAD), sum(self.back(config, round), BEHIND)]
+        // An explorer is an end of the chain, also where it hears another one.
+        let front = self.front(config, round).filter(|_| round.role != Role::Head);
+        [sum(front, AHEAD), sum(self.back(config, round), BEHIND)]
     }
 
     /// What the drone's report passes on along the chain.
@@ -280,21 +282,17 @@ impl Chain {
         }
     }
 
-    /// The speed by the chain-wide policy; `None` where another one flies, where a neighbour is too
-    /// near, and where one reports no sums, because it is no relay of this policy or has only just
-    /// joined.
+    /// The speed by the chain-wide policy; `None` where another one flies, and where a neighbour is
+    /// too near.
     fn chain_wide_speed(&mut self, config: &AgentConfig, round: &Round) -> Option<MetresPerSecond> {
         let SpeedLaw::ChainWide(law) = &config.policy.law else { return None };
         let (front, back) = (self.front(config, round)?, self.back(config, round)?);
         if [front, back].into_iter().any(|n| config.policy.is_too_near(n.rssi())) {
             return None;
         }
+        // A neighbour without sums is an end of the chain: the base, an explorer, or a relay of
+        // another policy, between which and the base the chain is equal at least.
         let (ahead, behind) = (side(front, AHEAD)?, side(back, BEHIND)?);
-        let ends_ahead = front.report.from == NodeId::HEAD || ahead.beyond.links > 0;
-        let ends_behind = back.report.phase == Phase::Base || behind.beyond.links > 0;
-        if !ends_ahead || !ends_behind {
-            return None;
-        }
         let speed = self.chain_wide.step(law, self.dt, [&ahead, &behind], self.head_velocity);
         Some(speed.limited_to(config.policy.max_speed))
     }
