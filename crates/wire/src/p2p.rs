@@ -80,11 +80,11 @@ impl Message {
     /// Writes the body to the beginning of `out` and returns its length.
     pub fn encode(&self, out: &mut [u8; MAX_BODY]) -> usize {
         match self {
-            Self::Beacon(beacon) => fill(out, beacon.encode()),
-            Self::Report(report) => fill(out, report.encode()),
-            Self::Command(capsule) => fill(out, capsule.encode()),
-            Self::Telemetry(capsule) => fill(out, capsule.encode()),
-            Self::Membership(membership) => fill(out, membership.encode()),
+            Self::Beacon(beacon) => fill(out, [&beacon.encode()]),
+            Self::Report(report) => report.encode(out),
+            Self::Command(capsule) => capsule.encode(out),
+            Self::Telemetry(capsule) => capsule.encode(out),
+            Self::Membership(membership) => fill(out, [&membership.encode()]),
         }
     }
 
@@ -103,11 +103,13 @@ impl Message {
     }
 }
 
-/// Copies as many bytes as there is room for, and returns their number.
-fn fill(out: &mut [u8], bytes: impl IntoIterator<Item = u8>) -> usize {
-    out.iter_mut().zip(bytes).fold(0, |length, (place, byte)| {
-        *place = byte;
-        length + 1
+/// Copies the parts one behind the other, as many as there is room for, and returns their length.
+fn fill<const N: usize>(out: &mut [u8; MAX_BODY], parts: [&[u8]; N]) -> usize {
+    parts.into_iter().fold(0, |length, part| {
+        let end = length + part.len();
+        let Some(room) = out.get_mut(length..end) else { return length };
+        room.copy_from_slice(part);
+        end
     })
 }
 

@@ -1,9 +1,8 @@
 //! Messages that travel end to end, between the base and one node, sealed for those two alone.
 
-use heapless::Vec;
 use units::{Dbm, Duration, Metres, MetresPerSecond, NodeId, Volts};
 
-use super::{Counter, Error, MAX_BODY, ORDER, TAG, exactly, steps};
+use super::{Counter, Error, MAX_BODY, ORDER, TAG, exactly, fill, steps};
 
 /// Bytes of telemetry in clear.
 pub const TELEMETRY: usize = 14;
@@ -36,9 +35,9 @@ pub struct Capsule<const N: usize> {
 }
 
 impl<const N: usize> Capsule<N> {
-    pub(super) fn encode(&self) -> Vec<u8, MAX_BODY> {
-        let open = core::iter::once(steps::nearest_name(self.node)).chain(self.counter.to_bytes());
-        open.chain(self.sealed).chain(self.tag).take(MAX_BODY).collect()
+    pub(super) fn encode(&self, out: &mut [u8; MAX_BODY]) -> usize {
+        let node = [steps::nearest_name(self.node)];
+        fill(out, [&node, &self.counter.to_bytes(), &self.sealed, &self.tag])
     }
 
     pub(super) fn decode(body: &[u8]) -> Result<Self, Error> {

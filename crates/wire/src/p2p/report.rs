@@ -3,7 +3,7 @@
 use heapless::Vec;
 use units::{Dbm, LinkSpan, LinkSum, Metres, MetresPerDb, MetresPerSecond, NodeId, Phase};
 
-use super::{Error, MAX_BODY, steps};
+use super::{Error, MAX_BODY, fill, steps};
 
 /// The most other nodes that one report lists.
 pub const HEARD: usize = 4;
@@ -111,7 +111,7 @@ const NODE: u8 = 0b1111;
 const IS_NEW: u8 = 1 << 7;
 
 impl Report {
-    pub(super) fn encode(&self) -> Vec<u8, MAX_BODY> {
+    pub(super) fn encode(&self, out: &mut [u8; MAX_BODY]) -> usize {
         let links = self.links.and_then(span_in_steps);
         let flag = |set, bit| if set { bit } else { 0 };
         let codes = phase_code(self.phase)
@@ -129,15 +129,12 @@ impl Report {
         let [v0, v1] = steps::short(self.velocity.0 * per::VELOCITY).to_le_bytes();
         let [o0, o1, o2, _] = way.to_le_bytes();
         let [(front, front_links), (back, back_links)] = self.sums.map(sum_in_bytes);
-        [codes, v0, v1, o0, o1, o2]
-            .into_iter()
-            .chain([weakest, strongest].into_iter().flat_map(i16::to_le_bytes))
-            .chain(front)
-            .chain(back)
-            .chain([front_links | back_links << 4, head.to_le_bytes()[0]])
-            .chain(self.named().flatten())
-            .take(MAX_BODY)
-            .collect()
+        let motion = [codes, v0, v1, o0, o1, o2];
+        let span = [weakest, strongest].map(i16::to_le_bytes);
+        let ends = [front_links | back_links << 4, head.to_le_bytes()[0]];
+        let heard: Vec<_, HEARD> = self.named().collect();
+        let heard = heard.as_flattened();
+        fill(out, [&motion, span.as_flattened(), &front, &back, &ends, heard])
     }
 
     /// The nodes that the sender hears and that can be named on the air, each once.
