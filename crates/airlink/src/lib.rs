@@ -107,6 +107,6 @@ mod telemetry_sender;
 
 pub use config::LinkConfig;
 pub use counters::{Counters, Kinds, Refused};
-pub use link::{Airlink, Event, Identity, Standing, Status};
+pub use link::{Airlink, Event, Identity, Opened, Standing, Status};
 pub use schedule::{FRAME, Full, Schedule};
 pub use seal::{Scope, Seal, Sealed};

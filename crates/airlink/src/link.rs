@@ -2,11 +2,13 @@
 //! and returns packets.
 
 mod lifecycle;
+mod opened;
 mod receiving;
 mod sending;
 mod turns;
 
 use lifecycle::Lifecycle;
+pub use opened::Opened;
 use turns::OpenTurn;
 use units::{Dbm, Instant, NodeId, Order, Role};
 use wire::p2p::{Beacon, Counter, Epoch, Membership, ORDER, Report, TELEMETRY, Telemetry, Wave};
@@ -194,7 +196,20 @@ impl<S: Seal> Airlink<S> {
     /// Takes the data of a P2P packet at the moment of its reception, and returns its event, if
     /// any.
     pub fn receive(&mut self, now: Instant, rssi: Dbm, data: &[u8]) -> Option<Event> {
-        match self.process(now, rssi, data) {
+        let opened = self.open(data);
+        self.receive_opened(now, rssi, &opened)
+    }
+
+    /// Reads the data of a P2P packet with the fleet's key. All nodes that share the key and the
+    /// data rate read the same, so a simulator can open a packet once for all nodes that hear it.
+    #[must_use]
+    pub fn open(&self, data: &[u8]) -> Opened {
+        Opened::open(&self.seal, &self.schedule, data)
+    }
+
+    /// Takes an opened packet as [`receive`](Self::receive) takes its data.
+    pub fn receive_opened(&mut self, now: Instant, rssi: Dbm, opened: &Opened) -> Option<Event> {
+        match self.process(now, rssi, opened) {
             Ok(event) => event,
             Err(reason) => {
                 self.counters.refused.count(reason);

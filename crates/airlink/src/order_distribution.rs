@@ -19,6 +19,8 @@ pub(crate) struct OrderDistribution {
     /// The counter of each node's last telemetry. A node without one gets no order, because its
     /// epoch, which an order names, is not known.
     last_telemetry: [Option<Counter>; NODES],
+    /// Bit `n` is set when telemetry of node `n` has come.
+    known: u16,
     /// Bit `n` is set when node `n` has acknowledged the order.
     acknowledged: u16,
     /// Bit `n` is set while the order is to be sent to node `n` as soon as possible.
@@ -43,6 +45,7 @@ impl OrderDistribution {
             order: None,
             changed_at: 0,
             last_telemetry: [None; NODES],
+            known: 0,
             acknowledged: 0,
             pending: 0,
             pending_since: Instant::ZERO,
@@ -75,7 +78,7 @@ impl OrderDistribution {
         if is_other {
             self.changed_at = next.low16();
             self.acknowledged = 0;
-            self.add_pending(now, self.known_nodes());
+            self.add_pending(now, self.known);
             self.retry_due_at = now + config.again_after;
             self.reminder_due_at = now + config.remind_every;
         }
@@ -107,6 +110,7 @@ impl OrderDistribution {
         let rebooted = self.epoch(node) != Some(counter.epoch());
         if let Some(last) = self.last_telemetry.get_mut(usize::from(node.0)) {
             *last = Some(counter);
+            self.known |= bit(node);
         }
         let bit = bit(node);
         let heeded = telemetry.heeded;
@@ -131,9 +135,9 @@ impl OrderDistribution {
         self.order?;
         let pending = (self.pending != 0).then_some(self.pending_since);
         let retry = (self.unacknowledged() != 0).then_some(self.retry_due_at);
-        let reminder = (self.known_nodes() & !HEAD != 0).then_some(self.reminder_due_at);
+        let reminder = (self.known & !HEAD != 0).then_some(self.reminder_due_at);
         let head = self.head_needs_order().then_some(self.head_due_at);
-        let due_at = [pending, retry, reminder, head].into_iter().flatten().min()?;
+        let due_at = pending.into_iter().chain(retry).chain(reminder).chain(head).min()?;
         match wave {
             Wave::Outward => Some(due_at),
             Wave::Inward => Some(due_at + AGAINST_WAVE_DELAY),
@@ -162,7 +166,7 @@ impl OrderDistribution {
             self.retry_due_at = now + config.again_every;
         }
         if self.reminder_due_at <= now {
-            self.remind_next(self.known_nodes() & !HEAD);
+            self.remind_next(self.known & !HEAD);
             self.reminder_due_at = now + config.remind_every;
         }
         if self.head_needs_order() && self.head_due_at <= now {
@@ -200,7 +204,7 @@ impl OrderDistribution {
     /// Whether the order is to be repeated to the head: an order to explore for as long as the
     /// operator goes on giving it, any other order until the head acknowledges it.
     fn head_needs_order(&self) -> bool {
-        self.known_nodes() & HEAD != 0
+        self.known & HEAD != 0
             && match self.order {
                 None => false,
                 Some(Order::Explore(_)) => self.stick_at.is_some(),
@@ -212,7 +216,7 @@ impl OrderDistribution {
 
     /// The known nodes other than the head that have not acknowledged the order.
     fn unacknowledged(&self) -> u16 {
-        self.known_nodes() & !self.acknowledged & !HEAD
+        self.known & !self.acknowledged & !HEAD
     }
 
     /// Makes the order pending for the one of `nodes` that follows the last reminded node, going
@@ -224,15 +228,6 @@ impl OrderDistribution {
             self.last_reminded = from.trailing_zeros() as u8;
             self.pending |= from & from.wrapping_neg();
         }
-    }
-
-    /// The nodes whose telemetry has come, one bit each.
-    fn known_nodes(&self) -> u16 {
-        self.last_telemetry
-            .iter()
-            .zip(0..16)
-            .filter(|(last, _)| last.is_some())
-            .fold(0, |set, (_, n)| set | 1 << n)
     }
 }
 

@@ -100,9 +100,6 @@ impl<const N: usize> RelayQueue<N> {
 
     /// The time from which a capsule may be sent in a turn of `wave`.
     pub(crate) fn due_at(&self, wave: Wave) -> Option<Instant> {
-        if self.pending == 0 {
-            return None;
-        }
         self.pending_entries().map(|entry| entry.due_at(wave == self.wave)).min()
     }
 
@@ -145,7 +142,7 @@ impl<const N: usize> RelayQueue<N> {
     }
 
     fn pending_entries(&self) -> impl Iterator<Item = &Entry<N>> {
-        self.entries.iter().flatten().filter(|entry| entry.sends_left > 0)
+        set_bits(self.pending).filter_map(|number| self.get(NodeId(number)))
     }
 
     const fn set_pending(&mut self, number: u8, pending: bool) {
@@ -156,6 +153,15 @@ impl<const N: usize> RelayQueue<N> {
             self.pending &= !bit;
         }
     }
+}
+
+/// The numbers of the bits that are set, the lowest first.
+fn set_bits(mut bits: u16) -> impl Iterator<Item = u8> {
+    core::iter::from_fn(move || {
+        let lowest = (bits != 0).then(|| bits.trailing_zeros() as u8)?;
+        bits &= bits - 1;
+        Some(lowest)
+    })
 }
 
 impl<const N: usize> Entry<N> {

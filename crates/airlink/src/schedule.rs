@@ -66,6 +66,8 @@ impl core::error::Error for Full {}
 pub struct Schedule {
     node: NodeId,
     datarate: Datarate,
+    /// Length of a turn in µs.
+    slot_us: u32,
 }
 
 /// A turn of this node: from `start` on packets may be given to the serial line.
@@ -81,7 +83,12 @@ impl Schedule {
     /// # Errors
     /// [`Full`] if the node's number has no turns.
     pub const fn new(datarate: Datarate, node: NodeId) -> Result<Self, Full> {
-        if node.0 < Self::capacity(datarate) { Ok(Self { node, datarate }) } else { Err(Full) }
+        let capacity = Self::capacity(datarate);
+        if node.0 >= capacity {
+            return Err(Full);
+        }
+        let slot_us = (FRAME_US / (2 * capacity as u64)) as u32;
+        Ok(Self { node, datarate, slot_us })
     }
 
     /// The number of nodes that have turns. At 250 kbit/s, where a packet takes a longer slot,
@@ -126,7 +133,7 @@ impl Schedule {
     }
 
     const fn slot_us(&self) -> u64 {
-        FRAME_US / (2 * Self::capacity(self.datarate) as u64)
+        self.slot_us as u64
     }
 
     const fn air_us(&self, length: u64) -> u64 {
@@ -248,7 +255,7 @@ const _: () = {
     let rates = [Datarate::Kbit250, Datarate::Mbit1, Datarate::Mbit2];
     let mut at = 0;
     while at < rates.len() {
-        let schedule = Schedule { node: NodeId::HEAD, datarate: rates[at] };
+        let Ok(schedule) = Schedule::new(rates[at], NodeId::HEAD) else { panic!() };
         assert!(schedule.lateness().as_micros() >= 200, "the last packet of a turn ends within it");
         at += 1;
     }

@@ -58,7 +58,7 @@ pub mod probe;
 mod sensed;
 
 use agent::{Agent, AgentConfig, ConfigError, Fitness};
-use airlink::{Airlink, Counters, Event, Identity, LinkConfig, Schedule, Seal, Status};
+use airlink::{Airlink, Counters, Event, Identity, LinkConfig, Opened, Schedule, Seal, Status};
 use chain::policy::{Policy, PolicyConfig, REGISTRY};
 use crtp::{About, Node, Parameters};
 use storage::settings::{Limits, Settings};
@@ -317,7 +317,20 @@ impl<S: Seal> Drone<S> {
     /// Takes a P2P packet of the chain the moment that it has come in. Returns the kind of message
     /// that it has brought for this drone, if any.
     pub fn receive(&mut self, now: Instant, rssi: Dbm, packet: &[u8]) -> Option<Kind> {
-        Some(match self.link.open_mut()?.receive(now, rssi, packet)? {
+        let opened = self.open(packet)?;
+        self.receive_opened(now, rssi, &opened)
+    }
+
+    /// Reads a P2P packet of the chain with the fleet's key; `None` while the link is shut. All
+    /// drones of a fleet read the same.
+    #[must_use]
+    pub fn open(&self, packet: &[u8]) -> Option<Opened> {
+        Some(self.link.open()?.open(packet))
+    }
+
+    /// Takes an opened packet as [`Drone::receive`] takes its bytes.
+    pub fn receive_opened(&mut self, now: Instant, rssi: Dbm, packet: &Opened) -> Option<Kind> {
+        Some(match self.link.open_mut()?.receive_opened(now, rssi, packet)? {
             Event::Report { from, counter, report, rssi } => {
                 let me = self.identity.node;
                 self.mailbox.report(now, air::report_from_air(me, from, counter, &report, rssi));

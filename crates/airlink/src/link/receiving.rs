@@ -3,12 +3,12 @@
 
 use units::{Dbm, Duration, Instant, NodeId};
 use wire::p2p::{
-    Capsule, Header, Kind, MAX_BODY, Membership, Message, ORDER, TAG, TELEMETRY, Telemetry,
-    decode_order,
+    Capsule, Header, Kind, Membership, Message, ORDER, TELEMETRY, Telemetry, decode_order,
 };
 
 use super::lifecycle::Lifecycle;
-use super::{Airlink, End, Event};
+use super::opened::Content;
+use super::{Airlink, End, Event, Opened};
 use crate::clock_sync::ObservedFrame;
 use crate::config::LinkConfig;
 use crate::counters::Reason;
@@ -25,38 +25,28 @@ impl<S: Seal> Airlink<S> {
         &mut self,
         now: Instant,
         rssi: Dbm,
-        data: &[u8],
+        opened: &Opened,
     ) -> Result<Option<Event>, Reason> {
-        let (header, rest) = Header::decode(data).map_err(|_| Reason::Malformed)?;
-        let (sealed, tag) = rest.split_last_chunk::<TAG>().ok_or(Reason::Malformed)?;
-        let mut bytes = [0; MAX_BODY];
-        let body = bytes.get_mut(..sealed.len()).ok_or(Reason::Malformed)?;
-        body.copy_from_slice(sealed);
-        if !self.schedule.has_turns(header.from) {
-            return Err(Reason::NoSlot);
-        }
-        let encoded = header.encode();
-        if !self.seal.open(Scope::Fleet, &nonce::hop(encoded), &encoded, body, tag) {
-            return Err(Reason::Tag);
-        }
+        let length = opened.length;
+        let Content { header, message } = opened.content.as_ref().map_err(|reason| *reason)?;
         if header.from == self.identity.node {
-            return self.process_own_number(now, &header, rssi, body);
+            return self.process_own_number(now, header, rssi, message.as_ref());
         }
         self.peers.accept(now, header.from, header.counter, rssi, self.config.alive)?;
         let fresh = self.peers.is_fresh(header.from);
         if !fresh && header.kind != Kind::Report {
-            self.synchronise(now, &header, data.len(), false);
+            self.synchronise(now, header, length, false);
             return Err(Reason::Stale);
         }
-        let message = Message::decode(header.kind, body).map_err(|_| Reason::Body)?;
-        let fresh = fresh || self.is_named_in(&message);
-        self.synchronise(now, &header, data.len(), fresh);
+        let message = message.as_ref().ok_or(Reason::Body)?;
+        let fresh = fresh || self.is_named_in(message);
+        self.synchronise(now, header, length, fresh);
         if !fresh {
             return Err(Reason::Stale);
         }
         self.peers.mark_fresh(header.from);
         self.counters.taken.count(header.kind);
-        self.act_on(now, rssi, &header, message)
+        self.act_on(now, rssi, header, message)
     }
 
     /// Acts on a message that has passed the checks of the hop.
@@ -65,11 +55,13 @@ impl<S: Seal> Airlink<S> {
         now: Instant,
         rssi: Dbm,
         header: &Header,
-        message: Message,
+        message: &Message,
     ) -> Result<Option<Event>, Reason> {
         let Header { from, counter, .. } = *header;
-        match message {
-            Message::Report(report) => Ok(Some(Event::Report { from, counter, report, rssi })),
+        match *message {
+            Message::Report(ref report) => {
+                Ok(Some(Event::Report { from, counter, report: report.clone(), rssi }))
+            }
             Message::Beacon(beacon) => Ok(Some(Event::Beacon { from, beacon, rssi })),
             Message::Membership(membership) => {
                 if membership == Membership::Leave {
@@ -108,7 +100,7 @@ impl<S: Seal> Airlink<S> {
         now: Instant,
         header: &Header,
         rssi: Dbm,
-        body: &[u8],
+        message: Option<&Message>,
     ) -> Result<Option<Event>, Reason> {
         let me = self.identity.node;
         let theirs = header.counter.epoch();
@@ -124,8 +116,7 @@ impl<S: Seal> Airlink<S> {
         self.peers.accept(now, me, header.counter, rssi, Duration::ZERO)?;
         let settled = self.lifecycle.has_settled(now, self.config.settles_after);
         let refusal = Membership::Refused { node: me, epoch: self.epoch.low16() };
-        let refused = header.kind == Kind::Membership
-            && Message::decode(header.kind, body) == Ok(Message::Membership(refusal));
+        let refused = message == Some(&Message::Membership(refusal));
         if refused && (!settled || self.epoch > theirs) {
             self.lifecycle.refuse();
         } else if settled && self.pending_refusal.is_none() {

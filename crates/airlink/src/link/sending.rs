@@ -138,9 +138,10 @@ impl<S: Seal> Airlink<S> {
         let tag = self.seal.seal(Scope::Fleet, &nonce::hop(header), &header, body);
         let parts: [&[u8]; 3] = [&header, body, &tag];
         parts.into_iter().fold(0, |length, part| {
-            let room = out.get_mut(length..).unwrap_or_default();
-            room.iter_mut().zip(part).for_each(|(place, byte)| *place = *byte);
-            length + part.len()
+            let end = length + part.len();
+            let Some(room) = out.get_mut(length..end) else { return length };
+            room.copy_from_slice(part);
+            end
         })
     }
 }

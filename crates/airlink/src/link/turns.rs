@@ -24,25 +24,27 @@ impl<S: Seal> Airlink<S> {
     /// The next moment in a turn of this node at which it has a packet to send.
     pub(super) fn next_turn(&self) -> Option<Instant> {
         let counter = self.lifecycle.next()?;
-        let due = |wave| {
-            let ready = self.message_due_at(wave);
-            match self.open_turn {
-                Some(open) if open.turn.wave == wave && open.place < self.schedule.burst() => {
-                    let at = self.packet_start(open.turn, counter, open.place, open.not_before);
-                    if open.repeats_command || ready.is_some_and(|ready| ready <= at) {
-                        return Some(at);
-                    }
+        let any = self.any_message_due_at();
+        let outward = self.next_turn_of(Wave::Outward, counter, any);
+        let inward = self.next_turn_of(Wave::Inward, counter, any);
+        Some(outward.min(inward))
+    }
+
+    /// The same of one wave, where a message for either wave is due from `any` on.
+    fn next_turn_of(&self, wave: Wave, counter: Counter, any: Instant) -> Instant {
+        let ready = self.earlier(any, wave);
+        match self.open_turn {
+            Some(open) if open.turn.wave == wave && open.place < self.schedule.burst() => {
+                let at = self.packet_start(open.turn, counter, open.place, open.not_before);
+                if open.repeats_command || ready <= at {
+                    return at;
                 }
-                _ => {}
             }
-            let turn = self.schedule.turn_from(
-                wave,
-                ready?.max(self.no_turn_before),
-                self.clock_sync.phase(),
-            );
-            Some(self.packet_start(turn, counter, 0, turn.start))
-        };
-        [Wave::Outward, Wave::Inward].into_iter().filter_map(due).min()
+            _ => {}
+        }
+        let earliest = ready.max(self.no_turn_before);
+        let turn = self.schedule.turn_from(wave, earliest, self.clock_sync.phase());
+        self.packet_start(turn, counter, 0, turn.start)
     }
 
     /// The counter of the next packet, if this node may send at `now`. A node that has listened for
@@ -96,7 +98,7 @@ impl<S: Seal> Airlink<S> {
             return None;
         }
         if now > at + self.schedule.lateness() {
-            if self.message_due_at(turn.wave).is_some_and(|ready| ready <= at) {
+            if self.earlier(self.any_message_due_at(), turn.wave) <= at {
                 self.counters.missed = self.counters.missed.wrapping_add(1);
             }
             self.close_turn(turn, now);
@@ -129,25 +131,30 @@ impl<S: Seal> Airlink<S> {
         self.open_turn = Some(open);
     }
 
-    /// The time from which this node has a message to send in a turn of `wave`.
-    fn message_due_at(&self, wave: Wave) -> Option<Instant> {
-        if matches!(self.lifecycle, Lifecycle::Leaving { .. }) {
-            return Some(Instant::ZERO);
+    /// The time from which this node has a message to send that may go in either wave. There is
+    /// always one, since the next beacon is.
+    fn any_message_due_at(&self) -> Instant {
+        let leaves = matches!(self.lifecycle, Lifecycle::Leaving { .. });
+        if leaves || self.join_pending || self.report.is_some() {
+            return Instant::ZERO;
         }
-        let membership = match (self.join_pending, self.pending_refusal) {
-            (true, _) => Some(Instant::ZERO),
-            (false, Some((_, at))) => Some(at),
-            (false, None) => None,
-        };
-        let report = self.report.as_ref().map(|_| Instant::ZERO);
-        let end = match &self.end {
+        match self.pending_refusal {
+            Some((_, at)) => at.min(self.beacon_due_at),
+            None => self.beacon_due_at,
+        }
+    }
+
+    /// `any`, or the time from which this node has a command or telemetry to send in a turn of
+    /// `wave`, whichever is earlier.
+    fn earlier(&self, any: Instant, wave: Wave) -> Instant {
+        if any == Instant::ZERO {
+            return any;
+        }
+        let own = match &self.end {
             End::Base(orders) => orders.due_at(wave),
             End::Drone(sender) => sender.due_at().filter(|_| wave == Wave::Inward),
         };
-        let [commands, telemetry] = [self.commands.due_at(wave), self.telemetry.due_at(wave)];
-        [membership, report, end, commands, telemetry, Some(self.beacon_due_at)]
-            .into_iter()
-            .flatten()
-            .min()
+        let queued = self.commands.due_at(wave).into_iter().chain(self.telemetry.due_at(wave));
+        queued.chain(own).fold(any, Instant::min)
     }
 }
