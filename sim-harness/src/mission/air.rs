@@ -4,6 +4,7 @@
 //! firmware has told them to. With emulated drones, packets arrive at each receiver's antenna, and a
 //! link on the host has its serial line behind that, as an emulated one has by itself.
 
+use airlink::Opened;
 use rayon::prelude::*;
 use units::{Dbm, Role};
 use wire::syslink::MAX_P2P;
@@ -42,15 +43,23 @@ impl Mission<'_> {
     /// Of what happens at the same moment, arrivals are first.
     fn next_on_air(&self) -> Option<(u64, Next)> {
         let arrival = self.medium.next().map(|at_us| (at_us, Next::Arrival));
+        let line = match self.medium.arrives() {
+            Arrives::AtProcessor => None,
+            Arrives::AtAntenna => self.next_on_line(),
+        };
         let speech = self.members.iter().enumerate().min_by_key(|(_, m)| m.mind.due_us());
         let speech = speech.map(|(n, member)| (member.mind.due_us(), Next::Speech(n)));
+        arrival.into_iter().chain(line).chain(speech).min_by_key(|(at_us, _)| *at_us)
+    }
+
+    /// The packet that comes out of a serial line next.
+    fn next_on_line(&self) -> Option<(u64, Next)> {
         let lines = self.members.iter().enumerate().filter_map(|(n, member)| {
             let line = &member.mind.hosted()?.line;
             let (place, first) = line.iter().enumerate().min_by_key(|(_, on)| on.at_us)?;
             Some((first.at_us, Next::Line(n, place)))
         });
-        let line = lines.min_by_key(|(at_us, _)| *at_us);
-        arrival.into_iter().chain(line).chain(speech).min_by_key(|(at_us, _)| *at_us)
+        lines.min_by_key(|(at_us, _)| *at_us)
     }
 
     fn transmit(&mut self, n: usize, now_us: u64) {
@@ -77,6 +86,7 @@ impl Mission<'_> {
         let mut ether = Tube { members, strengths, radio: &world.radio };
         let Some(arrival) = medium.arrive(&mut ether) else { return };
         let now_us = arrival.at_us;
+        let mut opened = None;
         for receipt in arrival.heard {
             let Some(member) = members.get_mut(receipt.by) else {
                 if let Some(intruders) = intruders.as_mut().filter(|_| receipt.by == count) {
@@ -96,10 +106,16 @@ impl Mission<'_> {
                 hosted.line.push(OnLine::new(now_us, receipt.rssi, arrival.data));
                 continue;
             }
-            let taken = taken(hosted);
-            deliver(hosted, role, (now_us, receipt.rssi, arrival.data), orders);
-            if let Some(intruders) = intruders.as_mut().filter(|_| arrival.from >= count)
-                && self::taken(hosted) != taken
+            if opened.is_none() {
+                opened = hosted.open(arrival.data);
+            }
+            let Some(opened) = &opened else { continue };
+            // Of an intruder's packets is counted how many are taken for the chain's.
+            let of_intruder = intruders.as_mut().filter(|_| arrival.from >= count);
+            let before = of_intruder.is_some().then(|| taken(hosted));
+            deliver(hosted, role, (now_us, receipt.rssi, opened), orders);
+            if let Some(intruders) = of_intruder
+                && before != Some(taken(hosted))
             {
                 intruders.accept();
             }
@@ -112,7 +128,8 @@ impl Mission<'_> {
             return;
         };
         let OnLine { at_us, rssi, length, data } = hosted.line.swap_remove(place);
-        deliver(hosted, *role, (at_us, rssi, &data[..length]), orders);
+        let Some(opened) = hosted.open(&data[..length]) else { return };
+        deliver(hosted, *role, (at_us, rssi, &opened), orders);
     }
 
     /// Lets the emulated drones run up to this moment, and takes what their radio chips send.
@@ -170,10 +187,10 @@ fn taken(hosted: &Hosted) -> u32 {
 fn deliver(
     hosted: &mut Hosted,
     role: Role,
-    (now_us, rssi, data): (u64, Dbm, &[u8]),
+    (now_us, rssi, packet): (u64, Dbm, &Opened),
     orders: &mut OrderLog,
 ) {
-    if let Some(counter) = hosted.receive(now_us, rssi, data)
+    if let Some(counter) = hosted.receive(now_us, rssi, packet)
         && role == Role::Head
     {
         orders.delivered(now_us, counter);
@@ -184,31 +201,37 @@ fn deliver(
 pub(super) struct Strengths {
     count: usize,
     places: Vec<SkeletonPlace>,
-    /// By sender and receiver: their places, and the strength between them.
-    known: Vec<(SkeletonPlace, SkeletonPlace, Dbm)>,
+    /// By sender and receiver; `None` since one of them has moved.
+    known: Vec<Option<Dbm>>,
 }
 
 impl Strengths {
     pub(super) fn new(places: impl Iterator<Item = SkeletonPlace>) -> Self {
         let places: Vec<_> = places.collect();
         let count = places.len();
-        // Equal to no place.
-        let nowhere = SkeletonPlace::main(f32::NAN);
-        let unknown = (nowhere, nowhere, Dbm(f32::NEG_INFINITY));
-        Self { count, places, known: vec![unknown; count * count] }
+        Self { count, places, known: vec![None; count * count] }
     }
 
     pub(super) fn moved(&mut self, n: usize, place: SkeletonPlace) {
+        if self.places[n] == place {
+            return;
+        }
         self.places[n] = place;
+        for other in 0..self.count {
+            self.known[n * self.count + other] = None;
+            self.known[other * self.count + n] = None;
+        }
     }
 
+    #[inline]
     fn between(&mut self, radio: &Radio, from: usize, to: usize) -> Dbm {
-        let (here, there) = (self.places[from], self.places[to]);
-        let known = &mut self.known[from * self.count + to];
-        if known.0 != here || known.1 != there {
-            *known = (here, there, radio.strength(here, there));
+        let at = from * self.count + to;
+        if let Some(known) = self.known[at] {
+            return known;
         }
-        known.2
+        let strength = radio.strength(self.places[from], self.places[to]);
+        self.known[at] = Some(strength);
+        strength
     }
 }
 

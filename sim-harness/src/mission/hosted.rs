@@ -1,7 +1,7 @@
 //! A drone on the host: the very `onboard::Drone` that the firmware runs, on a clock that no other
 //! drone has.
 
-use airlink::{LinkConfig, Schedule};
+use airlink::{LinkConfig, Opened, Schedule};
 use onboard::{Config, Drone, Keys, Outputs, Sensed, Setup, Start};
 use units::{Dbm, Duration, Instant, NodeId, Order, Role};
 use wire::p2p::{Counter, Epoch, Kind};
@@ -114,9 +114,14 @@ impl Hosted {
         self.due_us
     }
 
+    /// Reads a packet. All members have the fleet's key, so each of them reads the same in it.
+    pub(super) fn open(&self, data: &[u8]) -> Option<Opened> {
+        self.drone.open(data)
+    }
+
     /// Takes a packet from the radio. Returns the number of the order that it has brought, if any.
-    pub(super) fn receive(&mut self, now_us: u64, rssi: Dbm, data: &[u8]) -> Option<Counter> {
-        let kind = self.drone.receive(self.clock(now_us), rssi, data);
+    pub(super) fn receive(&mut self, now_us: u64, rssi: Dbm, packet: &Opened) -> Option<Counter> {
+        let kind = self.drone.receive_opened(self.clock(now_us), rssi, packet);
         // A report or a beacon gives the drone nothing new to pass on. Its turn may have moved by a
         // little, which it finds out when it comes.
         if !matches!(kind, Some(Kind::Report | Kind::Beacon)) {
