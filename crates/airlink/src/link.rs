@@ -144,7 +144,13 @@ pub struct Airlink<S> {
     beacon: Beacon,
     beacon_due_at: Instant,
     counters: Counters,
+    /// What [`due`](Self::due) has found, until something changes on which it depends.
+    due: Option<Due>,
 }
+
+/// The time at which a link has something to send next, if ever.
+#[derive(Clone, Copy, Debug)]
+struct Due(Option<Instant>);
 
 /// The count of a node's first packet. It is not zero, because a zero in telemetry means that no
 /// command was accepted.
@@ -190,6 +196,7 @@ impl<S: Seal> Airlink<S> {
             beacon: Beacon { role: identity.role, state: 0, battery: None },
             beacon_due_at: until,
             counters: Counters::default(),
+            due: None,
         }
     }
 
@@ -209,7 +216,12 @@ impl<S: Seal> Airlink<S> {
 
     /// Takes an opened packet as [`receive`](Self::receive) takes its data.
     pub fn receive_opened(&mut self, now: Instant, rssi: Dbm, opened: &Opened) -> Option<Event> {
-        match self.process(now, rssi, opened) {
+        let before = self.turn_state();
+        let processed = self.process(now, rssi, opened);
+        if self.turn_state() != before {
+            self.due = None;
+        }
+        match processed {
             Ok(event) => event,
             Err(reason) => {
                 self.counters.refused.count(reason);
@@ -221,6 +233,7 @@ impl<S: Seal> Airlink<S> {
     /// Sets the agent's newest report, which is sent once. The link fills in which nodes it hears.
     pub fn report(&mut self, report: Report) {
         self.report = Some(report);
+        self.due = None;
     }
 
     /// Sets the content of the next beacons.
@@ -236,6 +249,7 @@ impl<S: Seal> Airlink<S> {
     /// which only a reset of the base takes back, nor at a node that is not the base or that may
     /// not send any more.
     pub fn order(&mut self, now: Instant, order: Order) -> bool {
+        self.due = None;
         match (&mut self.end, self.lifecycle.next()) {
             (End::Base(orders), Some(next)) => orders.set_order(now, order, next, &self.config),
             (End::Base(_), None) | (End::Drone(_), _) => false,
@@ -247,6 +261,7 @@ impl<S: Seal> Airlink<S> {
     pub fn telemeter(&mut self, telemetry: Telemetry) {
         if let End::Drone(sender) = &mut self.end {
             sender.set_telemetry(telemetry);
+            self.due = None;
         }
     }
 
@@ -254,20 +269,24 @@ impl<S: Seal> Airlink<S> {
     /// until its next boot. Nodes that hear it forget this node at once.
     pub fn leave(&mut self) {
         self.lifecycle.leave();
+        self.due = None;
     }
 
     /// The time at which to call [`transmit`](Self::transmit) next; `None` if there is nothing to
     /// send. Any other call may change it. The time may be past, and [`transmit`](Self::transmit)
     /// may then have nothing to send; call `due` again afterwards.
     #[must_use]
-    pub fn due(&self) -> Option<Instant> {
-        self.next_turn()
+    pub fn due(&mut self) -> Option<Instant> {
+        let Due(due) = self.due.unwrap_or_else(|| Due(self.next_turn()));
+        self.due = Some(Due(due));
+        due
     }
 
     /// Writes the packet to send at `now`, if there is one, and returns its length. The packet must
     /// be given to the serial line at once, because the other nodes derive this node's frame from
     /// the time at which they receive it.
     pub fn transmit(&mut self, now: Instant, out: &mut [u8; MAX_P2P]) -> Option<usize> {
+        self.due = None;
         self.write_next(now, out)
     }
 

@@ -137,7 +137,11 @@ impl OrderDistribution {
         let retry = (self.unacknowledged() != 0).then_some(self.retry_due_at);
         let reminder = (self.known & !HEAD != 0).then_some(self.reminder_due_at);
         let head = self.head_needs_order().then_some(self.head_due_at);
-        let due_at = pending.into_iter().chain(retry).chain(reminder).chain(head).min()?;
+        let sooner = |a: Option<Instant>, b: Option<Instant>| match (a, b) {
+            (Some(a), Some(b)) => Some(a.min(b)),
+            (a, b) => a.or(b),
+        };
+        let due_at = sooner(sooner(pending, retry), sooner(reminder, head))?;
         match wave {
             Wave::Outward => Some(due_at),
             Wave::Inward => Some(due_at + AGAINST_WAVE_DELAY),

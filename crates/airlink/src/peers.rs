@@ -30,11 +30,13 @@ struct Peer {
 #[derive(Clone, Debug)]
 pub(crate) struct Peers {
     all: [Option<Peer>; NODES],
+    /// The set of the known nodes, one bit each.
+    known: u16,
 }
 
 impl Peers {
     pub(crate) const fn new() -> Self {
-        Self { all: [None; NODES] }
+        Self { all: [None; NODES], known: 0 }
     }
 
     /// Records an authentic packet of `from`, or refuses it as a repetition.
@@ -59,6 +61,7 @@ impl Peers {
                 fresh: false,
                 times_named: 0,
             });
+            self.known |= 1 << (from.0 & 15);
             return Ok(());
         };
         let rebooted = counter.epoch() > peer.last.epoch();
@@ -115,9 +118,9 @@ impl Peers {
     ) -> Vec<Heard, HEARD> {
         let mut selected = Vec::new();
         let heard = |peer: &Peer| peer.heard_at.is_some_and(|at| now.since(at) <= lost_after);
-        let mut left: u16 = numbered(&self.all)
-            .filter(|(node, peer)| *node != me && heard(peer))
-            .fold(0, |set, (node, _)| set | 1 << node.0);
+        let mut left = nodes_of(self.known)
+            .filter(|node| *node != me && self.get(*node).is_some_and(heard))
+            .fold(0, |set, node| set | 1 << (node.0 & 15));
         let beside = [highest(left & below(me)), lowest(left & !below(me))];
         for node in beside.into_iter().flatten() {
             left &= !(1 << node.0);
@@ -133,10 +136,8 @@ impl Peers {
     }
 
     fn least_named(&self, among: u16) -> Option<NodeId> {
-        numbered(&self.all)
-            .filter(|(node, _)| among & 1 << node.0 != 0)
-            .min_by_key(|(_, peer)| peer.times_named)
-            .map(|(node, _)| node)
+        let named = |node| Some((self.get(node)?.times_named, node));
+        nodes_of(among).filter_map(named).min_by_key(|(times, _)| *times).map(|(_, node)| node)
     }
 
     fn add(&mut self, node: NodeId, selected: &mut Vec<Heard, HEARD>) {
@@ -155,9 +156,13 @@ impl Peers {
     }
 }
 
-/// The known nodes, each with its number.
-fn numbered(all: &[Option<Peer>; NODES]) -> impl Iterator<Item = (NodeId, &Peer)> {
-    (0..).zip(all).filter_map(|(number, peer)| Some((NodeId(number), peer.as_ref()?)))
+/// The nodes of a set, one bit each, the lowest number first.
+pub(crate) fn nodes_of(mut set: u16) -> impl Iterator<Item = NodeId> {
+    core::iter::from_fn(move || {
+        let node = lowest(set)?;
+        set &= set.wrapping_sub(1);
+        Some(node)
+    })
 }
 
 /// The set of the numbers below that of `node`, one bit each.

@@ -9,6 +9,8 @@
 use units::{Duration, Instant, NODES, NodeId};
 use wire::p2p::{Capsule, Wave};
 
+use crate::peers::nodes_of;
+
 /// A capsule and the state of its sending.
 #[derive(Clone, Copy, Debug)]
 struct Entry<const N: usize> {
@@ -51,11 +53,13 @@ pub(crate) struct RelayQueue<const N: usize> {
     wave: Wave,
     /// Bit `n` is set while the capsule of far end `n` has sends left.
     pending: u16,
+    /// Counts, wrapping, what may have changed [`due_at`](Self::due_at).
+    changes: u8,
 }
 
 impl<const N: usize> RelayQueue<N> {
     pub(crate) const fn new(wave: Wave) -> Self {
-        Self { entries: [None; NODES], wave, pending: 0 }
+        Self { entries: [None; NODES], wave, pending: 0, changes: 0 }
     }
 
     /// Compares `capsule` with the stored one. A stored capsule that was last sent or stored longer
@@ -87,7 +91,9 @@ impl<const N: usize> RelayQueue<N> {
 
     /// Lets the stored capsule of `node` be sent `tries` times more.
     pub(crate) fn allow(&mut self, node: NodeId, tries: u8) {
-        if let Some(Some(entry)) = self.entries.get_mut(usize::from(node.0)) {
+        if let Some(Some(entry)) = self.entries.get_mut(usize::from(node.0))
+            && entry.sends_left != tries
+        {
             entry.sends_left = tries;
             self.set_pending(node.0, tries > 0);
         }
@@ -96,6 +102,11 @@ impl<const N: usize> RelayQueue<N> {
     /// Whether no send of the capsule of `node` is left.
     pub(crate) fn is_done(&self, node: NodeId) -> bool {
         self.get(node).is_none_or(|entry| entry.sends_left == 0)
+    }
+
+    /// A number that is another one once [`due_at`](Self::due_at) may have changed.
+    pub(crate) const fn changes(&self) -> u8 {
+        self.changes
     }
 
     /// The time from which a capsule may be sent in a turn of `wave`.
@@ -142,10 +153,11 @@ impl<const N: usize> RelayQueue<N> {
     }
 
     fn pending_entries(&self) -> impl Iterator<Item = &Entry<N>> {
-        set_bits(self.pending).filter_map(|number| self.get(NodeId(number)))
+        nodes_of(self.pending).filter_map(|node| self.get(node))
     }
 
     const fn set_pending(&mut self, number: u8, pending: bool) {
+        self.changes = self.changes.wrapping_add(1);
         let bit = 1 << (number & 15);
         if pending {
             self.pending |= bit;
@@ -153,15 +165,6 @@ impl<const N: usize> RelayQueue<N> {
             self.pending &= !bit;
         }
     }
-}
-
-/// The numbers of the bits that are set, the lowest first.
-fn set_bits(mut bits: u16) -> impl Iterator<Item = u8> {
-    core::iter::from_fn(move || {
-        let lowest = (bits != 0).then(|| bits.trailing_zeros() as u8)?;
-        bits &= bits - 1;
-        Some(lowest)
-    })
 }
 
 impl<const N: usize> Entry<N> {

@@ -68,6 +68,8 @@ pub struct Schedule {
     datarate: Datarate,
     /// Length of a turn in µs.
     slot_us: u32,
+    /// Time of two bits on the air in µs.
+    two_bits_us: u8,
 }
 
 /// A turn of this node: from `start` on packets may be given to the serial line.
@@ -88,7 +90,12 @@ impl Schedule {
             return Err(Full);
         }
         let slot_us = (FRAME_US / (2 * capacity as u64)) as u32;
-        Ok(Self { node, datarate, slot_us })
+        let two_bits_us = match datarate {
+            Datarate::Mbit2 => 1,
+            Datarate::Mbit1 => 2,
+            Datarate::Kbit250 => 8,
+        };
+        Ok(Self { node, datarate, slot_us, two_bits_us })
     }
 
     /// The number of nodes that have turns. At 250 kbit/s, where a packet takes a longer slot,
@@ -108,6 +115,7 @@ impl Schedule {
     }
 
     /// Half the length of a turn: two moments that are nearer to each other belong to one turn.
+    #[inline]
     pub(crate) const fn half_slot(&self) -> Duration {
         Duration::from_micros(self.slot_us() / 2)
     }
@@ -132,17 +140,15 @@ impl Schedule {
         node.0 < Self::capacity(self.datarate)
     }
 
+    #[inline]
     const fn slot_us(&self) -> u64 {
         self.slot_us as u64
     }
 
+    #[inline]
     const fn air_us(&self, length: u64) -> u64 {
         let bits = 8 * length + ESB_BITS;
-        match self.datarate {
-            Datarate::Mbit2 => bits / 2,
-            Datarate::Mbit1 => bits,
-            Datarate::Kbit250 => bits * 4,
-        }
+        bits * self.two_bits_us as u64 / 2
     }
 
     /// Time in µs from the first byte on the sender's serial line to the end of the packet on the
@@ -167,6 +173,7 @@ impl Schedule {
     }
 
     /// Time in µs from the beginning of the frame to the turn of `node`.
+    #[inline]
     const fn offset_us(&self, node: NodeId, wave: Wave) -> u64 {
         let slot = match wave {
             Wave::Outward => 2 * (Self::capacity(self.datarate) - 1).saturating_sub(node.0),
@@ -177,6 +184,7 @@ impl Schedule {
 
     /// Time from the beginning of a turn to the moment at which its packet `place`, numbered
     /// `counter`, is given to the serial line.
+    #[inline]
     pub(crate) fn wait(&self, counter: Counter, place: u8) -> Duration {
         let first = counter.count().wrapping_sub(u32::from(place));
         Duration::from_micros(
@@ -184,15 +192,15 @@ impl Schedule {
         )
     }
 
-    /// The phase of the sender's frame, given that all `length` bytes of its packet had come
-    /// through the serial line at `arrival`.
-    pub(crate) fn phase_of(&self, header: &Header, length: usize, arrival: Instant) -> FramePhase {
+    /// Time from the beginning of the sender's frame to the moment at which all `length` bytes of
+    /// its packet have come through the receiver's serial line.
+    pub(crate) fn since_frame(&self, header: &Header, length: usize) -> Duration {
         let length = length as u64;
-        let ago = self.offset_us(header.from, header.wave)
+        let micros = self.offset_us(header.from, header.wave)
             + self.wait(header.counter, header.place).as_micros()
             + self.sending_us(length)
             + UART_BYTE_US * (SYSLINK_RECEIVED + length);
-        FramePhase::at(arrival.as_micros() + 2 * FRAME_US - ago)
+        Duration::from_micros(micros)
     }
 
     /// The turn of this node that `now` is in, if any.
@@ -206,9 +214,11 @@ impl Schedule {
     }
 
     /// The first turn of `wave` that begins at `earliest` or later.
+    #[inline]
     pub(crate) fn turn_from(&self, wave: Wave, earliest: Instant, phase: FramePhase) -> Turn {
         let offset = self.offset_us(self.node, wave);
-        let wait = (offset + FRAME_US - phase.into_frame(earliest)) % FRAME_US;
+        let in_frame = phase.into_frame(earliest);
+        let wait = if offset >= in_frame { offset } else { offset + FRAME_US } - in_frame;
         Turn { start: earliest + Duration::from_micros(wait), wave }
     }
 }
@@ -222,7 +232,14 @@ impl FramePhase {
         Self((micros % FRAME_US) as u32)
     }
 
+    /// The phase of a frame that began `span` before `now`; `span` is shorter than two frames.
+    #[inline]
+    pub(crate) const fn before(now: Instant, span: Duration) -> Self {
+        Self::at(now.as_micros() + 2 * FRAME_US - span.as_micros())
+    }
+
     /// Time in µs from the beginning of the frame to `now`.
+    #[inline]
     fn into_frame(self, now: Instant) -> u64 {
         (now.as_micros() + FRAME_US - u64::from(self.0)) % FRAME_US
     }
@@ -307,7 +324,8 @@ mod tests {
             let length = 52;
             let flight = sending.sending_us(length) + UART_BYTE_US * (SYSLINK_RECEIVED + length);
             let arrival = on_line + Duration::from_micros(flight);
-            assert_eq!(receiving.phase_of(&header, length as usize, arrival), phase);
+            let since = receiving.since_frame(&header, length as usize);
+            assert_eq!(FramePhase::before(arrival, since), phase);
         }
     }
 

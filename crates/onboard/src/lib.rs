@@ -59,6 +59,7 @@ mod sensed;
 
 use agent::{Agent, AgentConfig, ConfigError, Fitness};
 use airlink::{Airlink, Counters, Event, Identity, LinkConfig, Opened, Schedule, Seal, Status};
+use chain::neighbours::Heard;
 use chain::policy::{Policy, PolicyConfig, REGISTRY};
 use crtp::{About, Node, Parameters};
 use storage::settings::{Limits, Settings};
@@ -333,13 +334,12 @@ impl<S: Seal> Drone<S> {
         Some(match self.link.open_mut()?.receive_opened(now, rssi, packet)? {
             Event::Report { from, counter, report, rssi } => {
                 let me = self.identity.node;
-                self.mailbox.report(now, air::report_from_air(me, from, counter, &report, rssi));
+                self.hear(now, air::report_from_air(me, from, counter, &report, rssi));
                 Kind::Report
             }
             Event::Order { task, counter } => {
-                self.heeded =
-                    Heeded { last: Some(counter), count: self.heeded.count.wrapping_add(1) };
-                self.mailbox.order(now, task);
+                self.heeded.last = Some(counter);
+                self.heed(now, task);
                 Kind::Command
             }
             Event::Telemetry { from, telemetry, .. } => {
@@ -353,10 +353,22 @@ impl<S: Seal> Drone<S> {
         })
     }
 
+    /// Takes another node's report, however it has come: out of a packet, or without one in a
+    /// simulation of an ideal link.
+    pub fn hear(&mut self, now: Instant, report: Heard) {
+        self.mailbox.report(now, report);
+    }
+
+    /// Takes an order of the base, however it has come.
+    pub fn heed(&mut self, now: Instant, order: Order) {
+        self.heeded.count = self.heeded.count.wrapping_add(1);
+        self.mailbox.order(now, order);
+    }
+
     /// When to call [`Drone::transmit`] next; ask again after every other call.
     #[must_use]
-    pub fn due(&self) -> Option<Instant> {
-        self.link.open()?.due()
+    pub fn due(&mut self) -> Option<Instant> {
+        self.link.open_mut()?.due()
     }
 
     /// Writes the packet of the chain that is to be sent now, if there is one, and returns its

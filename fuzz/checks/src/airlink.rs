@@ -133,7 +133,7 @@ impl Air {
         let end = self.now + Duration::from_millis(milliseconds);
         for turn in 0.. {
             assert!(turn < 1000, "there is no end to what is sent");
-            let due = |node: usize| Some((self.nodes[node].link.due()?, node));
+            let mut due = |node: usize| Some((self.nodes[node].link.due()?, node));
             let first = [due(RELAY), due(BASE)].into_iter().flatten().min();
             let Some((due, who)) = first.filter(|(due, _)| *due <= end) else { break };
             self.now = self.now.max(due);

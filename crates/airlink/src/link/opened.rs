@@ -1,5 +1,6 @@
 //! [`Opened`], a packet as all nodes with the fleet's key read it.
 
+use units::Duration;
 use wire::p2p::{Header, MAX_BODY, Message, TAG};
 
 use crate::counters::Reason;
@@ -11,8 +12,6 @@ use crate::seal::{Scope, Seal};
 /// Nothing in it depends on the node that received the packet.
 #[derive(Clone, Debug)]
 pub struct Opened {
-    /// Length of the packet in bytes.
-    pub(super) length: usize,
     pub(super) content: Result<Content, Reason>,
 }
 
@@ -20,13 +19,15 @@ pub struct Opened {
 #[derive(Clone, Debug)]
 pub(super) struct Content {
     pub(super) header: Header,
+    /// Time from the beginning of the sender's frame to the packet's arrival.
+    pub(super) since_frame: Duration,
     /// `None` if the body is no message.
     pub(super) message: Option<Message>,
 }
 
 impl Opened {
     pub(super) fn open(seal: &impl Seal, schedule: &Schedule, data: &[u8]) -> Self {
-        Self { length: data.len(), content: Content::open(seal, schedule, data) }
+        Self { content: Content::open(seal, schedule, data) }
     }
 }
 
@@ -45,6 +46,7 @@ impl Content {
             return Err(Reason::Tag);
         }
         let message = Message::decode(header.kind, body).ok();
-        Ok(Self { header, message })
+        let since_frame = schedule.since_frame(&header, data.len());
+        Ok(Self { header, since_frame, message })
     }
 }

@@ -14,6 +14,7 @@ use crate::config::LinkConfig;
 use crate::counters::Reason;
 use crate::nonce;
 use crate::relay_queue::{Novelty, RelayQueue, Side};
+use crate::schedule::FramePhase;
 use crate::seal::{Scope, Seal};
 
 /// Time between two refusals of another node with this node's number.
@@ -27,20 +28,20 @@ impl<S: Seal> Airlink<S> {
         rssi: Dbm,
         opened: &Opened,
     ) -> Result<Option<Event>, Reason> {
-        let length = opened.length;
-        let Content { header, message } = opened.content.as_ref().map_err(|reason| *reason)?;
+        let opened = opened.content.as_ref().map_err(|reason| *reason)?;
+        let Content { header, since_frame, message } = opened;
         if header.from == self.identity.node {
             return self.process_own_number(now, header, rssi, message.as_ref());
         }
         self.peers.accept(now, header.from, header.counter, rssi, self.config.alive)?;
         let fresh = self.peers.is_fresh(header.from);
         if !fresh && header.kind != Kind::Report {
-            self.synchronise(now, header, length, false);
+            self.synchronise(now, header, *since_frame, false);
             return Err(Reason::Stale);
         }
         let message = message.as_ref().ok_or(Reason::Body)?;
         let fresh = fresh || self.is_named_in(message);
-        self.synchronise(now, header, length, fresh);
+        self.synchronise(now, header, *since_frame, fresh);
         if !fresh {
             return Err(Reason::Stale);
         }
@@ -102,6 +103,7 @@ impl<S: Seal> Airlink<S> {
         rssi: Dbm,
         message: Option<&Message>,
     ) -> Result<Option<Event>, Reason> {
+        self.due = None;
         let me = self.identity.node;
         let theirs = header.counter.epoch();
         if theirs == self.epoch {
@@ -128,10 +130,10 @@ impl<S: Seal> Airlink<S> {
 
     /// Aligns this node's frame to that of a sender nearer to the base. A node that still listens
     /// follows any sender, so that it fits into the frame even where it is the base itself.
-    fn synchronise(&mut self, now: Instant, header: &Header, length: usize, fresh: bool) {
+    fn synchronise(&mut self, now: Instant, header: &Header, since_frame: Duration, fresh: bool) {
         let listens = matches!(self.lifecycle, Lifecycle::Listening { .. });
         if header.from > self.identity.node || listens {
-            let phase = self.schedule.phase_of(header, length, now);
+            let phase = FramePhase::before(now, since_frame);
             let observed = ObservedFrame { sender: header.from, fresh, phase };
             let (lost_after, jump) = (self.config.lost_after, self.schedule.half_slot());
             self.clock_sync.observe(now, observed, lost_after, jump);

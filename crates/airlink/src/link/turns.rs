@@ -5,7 +5,7 @@ use wire::p2p::{Counter, Wave};
 
 use super::lifecycle::Lifecycle;
 use super::{Airlink, End};
-use crate::schedule::Turn;
+use crate::schedule::{FramePhase, Turn};
 use crate::seal::Seal;
 
 /// The turn in which this node has sent last, or that it has closed.
@@ -20,7 +20,23 @@ pub(super) struct OpenTurn {
     pub(super) repeats_command: bool,
 }
 
+/// What a packet of another node can change of that on which a link's next turn depends.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) struct TurnState {
+    phase: FramePhase,
+    queues: [u8; 2],
+}
+
 impl<S: Seal> Airlink<S> {
+    /// The state from which it is seen whether a packet of another node has changed the next turn.
+    /// An order or telemetry that has come to its end is put in a queue as well.
+    pub(super) const fn turn_state(&self) -> TurnState {
+        TurnState {
+            phase: self.clock_sync.phase(),
+            queues: [self.commands.changes(), self.telemetry.changes()],
+        }
+    }
+
     /// The next moment in a turn of this node at which it has a packet to send.
     pub(super) fn next_turn(&self) -> Option<Instant> {
         let counter = self.lifecycle.next()?;
@@ -154,7 +170,8 @@ impl<S: Seal> Airlink<S> {
             End::Base(orders) => orders.due_at(wave),
             End::Drone(sender) => sender.due_at().filter(|_| wave == Wave::Inward),
         };
-        let queued = self.commands.due_at(wave).into_iter().chain(self.telemetry.due_at(wave));
-        queued.chain(own).fold(any, Instant::min)
+        let sooner = |at: Instant, other: Option<Instant>| other.map_or(at, |other| at.min(other));
+        let at = sooner(sooner(any, own), self.commands.due_at(wave));
+        sooner(at, self.telemetry.due_at(wave))
     }
 }

@@ -69,7 +69,7 @@ impl Node {
         Instant::from_micros(now + self.offset)
     }
 
-    fn due(&self, now: u64) -> Option<u64> {
+    fn due(&mut self, now: u64) -> Option<u64> {
         let due = self.drone.due()?.as_micros();
         Some(due.saturating_sub(self.offset).max(now))
     }
