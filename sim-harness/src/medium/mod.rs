@@ -124,6 +124,20 @@ struct Transmission {
 }
 
 impl Transmission {
+    /// A carrier without a packet.
+    const fn carrier(from: usize, start_us: u64, end_us: u64) -> Self {
+        Self {
+            from,
+            start_us,
+            end_us,
+            arrives_us: end_us,
+            waits: false,
+            cut: false,
+            length: 0,
+            data: [0; MAX_P2P],
+        }
+    }
+
     const fn overlaps(&self, from_us: u64, until_us: u64) -> bool {
         self.start_us < until_us && from_us < self.end_us
     }
@@ -139,8 +153,10 @@ pub struct Medium {
     line_free_us: Vec<u64>,
     /// What has not arrived yet, and what it met on its way.
     on_air: Vec<Transmission>,
+    /// When the first of those arrives that have not arrived yet.
+    next_us: Option<u64>,
     /// The packet that is arriving, and who hears it.
-    arriving: [u8; MAX_P2P],
+    arriving: Transmission,
     heard: Vec<Receipt>,
     tally: Tally,
 }
@@ -156,7 +172,8 @@ impl Medium {
             links: (0..stations * stations).map(|n| Stream::new(seed, link(n))).collect(),
             line_free_us: vec![0; stations],
             on_air: Vec::new(),
-            arriving: [0; MAX_P2P],
+            next_us: None,
+            arriving: Transmission::carrier(0, 0, 0),
             heard: Vec::with_capacity(stations),
             tally: Tally::default(),
         }
@@ -186,21 +203,15 @@ impl Medium {
                 own.end_us = start_us;
             }
         }
-        let mut bytes = [0; MAX_P2P];
-        bytes[..data.len()].copy_from_slice(data);
-        self.on_air.push(Transmission {
-            from,
-            start_us,
-            end_us,
-            arrives_us: match self.config.arrives {
-                Arrives::AtProcessor => end_us + timing::line_in_us(data.len()),
-                Arrives::AtAntenna => end_us,
-            },
-            waits: true,
-            cut: false,
-            length: data.len(),
-            data: bytes,
-        });
+        let arrives_us = match self.config.arrives {
+            Arrives::AtProcessor => end_us + timing::line_in_us(data.len()),
+            Arrives::AtAntenna => end_us,
+        };
+        let carrier = Transmission::carrier(from, start_us, end_us);
+        let mut packet = Transmission { arrives_us, waits: true, length: data.len(), ..carrier };
+        packet.data[..data.len()].copy_from_slice(data);
+        self.on_air.push(packet);
+        self.next_us = Some(self.next_us.map_or(arrives_us, |next_us| next_us.min(arrives_us)));
         self.tally.sent += 1;
         self.tally.bytes += data.len() as u64;
         self.tally.air_us += end_us - start_us;
@@ -208,28 +219,19 @@ impl Medium {
 
     /// A carrier without a packet: no station hears a packet through it that is not much stronger.
     pub fn jam(&mut self, from: usize, start_us: u64, until_us: u64) {
-        self.on_air.push(Transmission {
-            from,
-            start_us,
-            end_us: until_us,
-            arrives_us: until_us,
-            waits: false,
-            cut: false,
-            length: 0,
-            data: [0; MAX_P2P],
-        });
+        self.on_air.push(Transmission::carrier(from, start_us, until_us));
     }
 
     /// When the next packet arrives, of those that are on their way.
     #[must_use]
-    pub fn next(&self) -> Option<u64> {
-        self.on_air.iter().filter(|on| on.waits).map(|on| on.arrives_us).min()
+    pub const fn next(&self) -> Option<u64> {
+        self.next_us
     }
 
     /// Nothing is on the air, nor on its way there.
     #[must_use]
-    pub fn is_silent(&self) -> bool {
-        self.next().is_none()
+    pub const fn is_silent(&self) -> bool {
+        self.next_us.is_none()
     }
 
     /// What became of everything so far.
@@ -241,15 +243,13 @@ impl Medium {
     /// Takes the packet that arrives next. All that was sent before it arrived must have been
     /// handed in.
     pub fn arrive(&mut self, ether: &mut impl Ether) -> Option<Arrival<'_>> {
-        let (at, packet) = self
-            .on_air
-            .iter()
-            .enumerate()
-            .filter(|(_, on)| on.waits)
-            .min_by_key(|(_, on)| on.arrives_us)
-            .map(|(at, on)| (at, *on))?;
+        let next_us = self.next_us?;
+        let at = self.on_air.iter().position(|on| on.waits && on.arrives_us == next_us)?;
+        let packet = self.on_air[at];
+        let is_contested = self.is_contested(&packet, at);
         self.heard.clear();
         for to in (0..self.stations).filter(|&to| to != packet.from) {
+            let at = is_contested.then_some(at);
             match self.reception(&packet, at, to, ether) {
                 Ok(rssi) => {
                     self.tally.heard += 1;
@@ -260,20 +260,26 @@ impl Medium {
         }
         self.on_air[at].waits = false;
         self.forget(packet.arrives_us);
-        self.arriving = packet.data;
-        Some(Arrival {
-            at_us: packet.arrives_us,
-            from: packet.from,
-            data: &self.arriving[..packet.length],
-            heard: &self.heard,
-        })
+        self.arriving = packet;
+        let Transmission { from, arrives_us, length, ref data, .. } = self.arriving;
+        Some(Arrival { at_us: arrives_us, from, data: &data[..length], heard: &self.heard })
     }
 
-    /// What becomes of one packet at one receiver.
+    /// Whether anything else on the air can keep a station from hearing this packet: another
+    /// packet at the same time, or one for which a radio turns round.
+    fn is_contested(&self, packet: &Transmission, at: usize) -> bool {
+        let from_us = packet.start_us.saturating_sub(timing::TURN_US);
+        let until_us = packet.end_us + timing::TURN_US;
+        let others = self.on_air.iter().enumerate().filter(|(n, _)| *n != at);
+        others.into_iter().any(|(_, other)| other.overlaps(from_us, until_us))
+    }
+
+    /// What becomes of one packet at one receiver. Its place `at` among all that is on the air is
+    /// given where others contest it.
     fn reception(
         &mut self,
         packet: &Transmission,
-        at: usize,
+        at: Option<usize>,
         to: usize,
         ether: &mut impl Ether,
     ) -> Result<Dbm, Loss> {
@@ -284,7 +290,7 @@ impl Medium {
         if packet.cut {
             return Err(Loss::Cut);
         }
-        if self.on_air.len() > 1 {
+        if let Some(at) = at {
             self.contest(packet, at, to, strength, ether)?;
         }
         if let Some(polling) = self.config.polling {
@@ -352,8 +358,10 @@ impl Medium {
 
     /// What was over before anything that has yet to arrive began is no longer of interest.
     fn forget(&mut self, now_us: u64) {
-        let waiting = self.on_air.iter().filter(|on| on.waits).map(|on| on.start_us);
-        let first_us = waiting.fold(now_us, u64::min).saturating_sub(timing::TURN_US);
+        let waiting = || self.on_air.iter().filter(|on| on.waits);
+        self.next_us = waiting().map(|on| on.arrives_us).min();
+        let first_us = waiting().map(|on| on.start_us).fold(now_us, u64::min);
+        let first_us = first_us.saturating_sub(timing::TURN_US);
         self.on_air.retain(|on| on.waits || on.end_us > first_us);
     }
 }

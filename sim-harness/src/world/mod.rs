@@ -19,7 +19,7 @@ use units::Point2;
 
 pub use optimum::{Optimum, best_chain, best_chains};
 pub use polyline::Polyline;
-pub use radio::{Radio, Walls};
+pub use radio::{Radio, SurveyedPlace, Walls};
 pub(crate) use section::{PlaceKey, TunnelTable};
 pub use skeleton::{Edge, Gallery, Joint, Leg, Node, NodeKind, Path, Skeleton, SkeletonPlace};
 pub use tunnel::Tunnel;

@@ -53,14 +53,30 @@ impl Radio {
     /// The strength of a link between two places, without noise.
     #[must_use]
     pub fn strength(&self, a: SkeletonPlace, b: SkeletonPlace) -> Dbm {
+        self.strength_at(&self.survey_place(a), &self.survey_place(b))
+    }
+
+    /// A place, with where the table has it. It saves a search for each of the place's links.
+    #[must_use]
+    pub fn survey_place(&self, place: SkeletonPlace) -> SurveyedPlace {
+        let index = match self.walls {
+            Walls::Paper => Index::default(),
+            Walls::Rock => self.table.index(place),
+        };
+        SurveyedPlace { place, index }
+    }
+
+    /// The strength of a link between two surveyed places, without noise.
+    #[must_use]
+    pub fn strength_at(&self, a: &SurveyedPlace, b: &SurveyedPlace) -> Dbm {
         let loss = match self.walls {
             Walls::Paper => {
-                let distance = self.skeleton.at(a).0.distance(self.skeleton.at(b).0);
+                let distance = self.skeleton.at(a.place).0.distance(self.skeleton.at(b.place).0);
                 self.law.loss(distance, Obstruction::NONE)
             }
             Walls::Rock => {
-                let distance = self.skeleton.distance(a, b);
-                self.law.loss_with_exponent(distance, self.exponent(a, b))
+                let distance = self.skeleton.distance(a.place, b.place);
+                self.law.loss_with_exponent(distance, self.exponent(a.index, b.index))
             }
         };
         Dbm::after_loss(loss)
@@ -73,8 +89,7 @@ impl Radio {
         self.strength(self.skeleton.locate(a), self.skeleton.locate(b))
     }
 
-    fn exponent(&self, a: SkeletonPlace, b: SkeletonPlace) -> f32 {
-        let (row, column) = (self.table.index(a), self.table.index(b));
+    fn exponent(&self, row: Index, column: Index) -> f32 {
         match self.law.attenuation {
             Attenuation::WallCount => self.table.at(row.nearest, column.nearest),
             Attenuation::RockDepth => {
@@ -90,17 +105,27 @@ impl Radio {
     }
 }
 
+/// A place of the skeleton, with where the radio's table has it.
+#[derive(Clone, Copy, Debug)]
+pub struct SurveyedPlace {
+    /// The place.
+    pub place: SkeletonPlace,
+    index: Index,
+}
+
 /// The exponents α of equation (19) for all pairs of tabulated places.
 #[derive(Default)]
 struct Table {
     /// The indices at which each edge's places begin, and the one at which the last edge's end.
     starts: Vec<usize>,
+    /// How many places there are.
+    places: usize,
     /// Row-major.
     exponents: Vec<f32>,
 }
 
 /// Between which of the tabulated places a place lies.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Index {
     before: usize,
     after: usize,
@@ -128,27 +153,23 @@ impl Table {
                 exponents[column * places + row] = alpha;
             }
         }
-        Self { starts, exponents }
-    }
-
-    fn places(&self) -> usize {
-        self.starts.last().copied().unwrap_or(0)
+        Self { starts, places, exponents }
     }
 
     fn index(&self, place: SkeletonPlace) -> Index {
         let edge = usize::from(place.edge).min(self.starts.len() - 2);
         let (first, last) = (self.starts[edge], self.starts[edge + 1] - 1);
         let steps = (place.along / Radio::STEP).clamp(0.0, (last - first) as f32);
-        let before = first + steps as usize;
+        let before = first + steps as u32 as usize;
         Index {
             before,
             after: (before + 1).min(last),
-            part: steps - (steps as usize) as f32,
-            nearest: (first + (steps + 0.5) as usize).min(last),
+            part: steps - (steps as u32) as f32,
+            nearest: (first + (steps + 0.5) as u32 as usize).min(last),
         }
     }
 
     fn at(&self, row: usize, column: usize) -> f32 {
-        self.exponents[row * self.places() + column]
+        self.exponents[row * self.places + column]
     }
 }

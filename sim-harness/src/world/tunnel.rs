@@ -65,6 +65,12 @@ impl Tunnel {
         Some((hit.distance, hit.slant))
     }
 
+    /// A lower bound on the distance from `at` to the nearest wall, m.
+    #[must_use]
+    pub fn clearance(&self, at: Point2) -> f32 {
+        self.walls.clearance(at)
+    }
+
     /// The place at which the walls stop a disc of this radius at `at`: the nearest place where it
     /// fits, or `None` where it touches no wall.
     #[must_use]
