@@ -56,7 +56,16 @@ pub struct Row {
     pub telemetry_delay_p95_s: Option<f32>,
     /// The part of the time that the chain's packets are on the air.
     pub air_time_fraction: f64,
+    /// The part of all reports between two drones that arrived.
+    pub reports_delivered: f64,
+    /// From the sender's mind to the receiver's, s, of the reports that arrived.
+    pub report_delay_s: Deciles,
+    /// From the stick to the head's mind, s, of the orders that arrived themselves.
+    pub order_delay_s: Deciles,
 }
+
+/// The least value, those that each further tenth of all does not exceed, and the greatest.
+pub type Deciles = [f32; 11];
 
 impl Row {
     /// The row as one JSON object.
@@ -72,6 +81,9 @@ impl Row {
             "pilot_delay_p95_s": seconds(self.pilot_delay_p95_s),
             "telemetry_delay_p95_s": seconds(self.telemetry_delay_p95_s),
             "air_time_fraction": round(self.air_time_fraction),
+            "reports_delivered": round(self.reports_delivered),
+            "report_delay_s": self.report_delay_s.map(|value| round(f64::from(value))),
+            "order_delay_s": self.order_delay_s.map(|value| round(f64::from(value))),
         })
     }
 }
@@ -80,17 +92,17 @@ impl Row {
 #[must_use]
 pub fn run(runs: usize, seed: u64, after_each: impl Fn() + Sync) -> Vec<Row> {
     let cases: Vec<_> = DRONES.flat_map(|drones| LOSSES.map(|loss| (drones, loss))).collect();
-    cases
-        .into_par_iter()
-        .map(|(drones, loss)| {
-            let mut sum = Seen::default();
-            for n in 0..runs as u64 {
-                sum.add(chain(drones, loss, seed.wrapping_add(n)));
-                after_each();
-            }
-            sum.row(drones, loss)
-        })
-        .collect()
+    cases.into_par_iter().map(|(drones, loss)| row(drones, loss, runs, seed, &after_each)).collect()
+}
+
+/// One chain at one loss, with `runs` seeds from `seed` on.
+pub(crate) fn row(drones: u8, loss: f32, runs: usize, seed: u64, after_each: impl Fn()) -> Row {
+    let mut sum = Seen::default();
+    for n in 0..runs as u64 {
+        sum.add(chain(drones, loss, seed.wrapping_add(n)));
+        after_each();
+    }
+    sum.row(drones, loss)
 }
 
 /// The rows that miss the aim.
@@ -117,6 +129,9 @@ struct Seen {
     pilot_us: Vec<u64>,
     telemetry_us: Vec<u64>,
     air_us: u64,
+    reports_offered: u64,
+    report_us: Vec<u64>,
+    order_us: Vec<u64>,
 }
 
 impl Seen {
@@ -129,6 +144,9 @@ impl Seen {
         self.pilot_us.extend(other.pilot_us);
         self.telemetry_us.extend(other.telemetry_us);
         self.air_us += other.air_us;
+        self.reports_offered += other.reports_offered;
+        self.report_us.extend(other.report_us);
+        self.order_us.extend(other.order_us);
     }
 
     fn row(mut self, drones: u8, loss: f32) -> Row {
@@ -142,8 +160,21 @@ impl Seen {
             pilot_delay_p95_s: p95(&mut self.pilot_us),
             telemetry_delay_p95_s: p95(&mut self.telemetry_us),
             air_time_fraction: self.air_us as f64 * 1e-6 / seconds,
+            reports_delivered: self.report_us.len() as f64 / self.reports_offered as f64,
+            report_delay_s: deciles(&mut self.report_us),
+            order_delay_s: deciles(&mut self.order_us),
         }
     }
+}
+
+/// The deciles of these times, s; NaN where there are none.
+fn deciles(all_us: &mut [u64]) -> Deciles {
+    all_us.sort_unstable();
+    let last = all_us.len().saturating_sub(1) as f64;
+    std::array::from_fn(|tenth| {
+        let at = (last * tenth as f64 * 0.1).round() as usize;
+        all_us.get(at).map_or(f32::NAN, |value| *value as f32 * 1e-6)
+    })
 }
 
 /// The 95th percentile, s.
@@ -204,7 +235,7 @@ fn think(end: &mut End, n: usize, base: usize, now_us: u64, round: u64) {
         phase: if n == base { Phase::Base } else { Phase::Linked },
         recall: false,
         velocity: MetresPerSecond::ZERO,
-        odometer: Metres::ZERO,
+        odometer: round_of_report(round),
         links: None,
         sums: [LinkSum::NONE; 2],
         waiting: 0,
@@ -231,6 +262,11 @@ fn think(end: &mut End, n: usize, base: usize, now_us: u64, round: u64) {
     end.look(now_us);
 }
 
+/// The odometer by which a report's round is known: whole steps of a report's odometer.
+fn round_of_report(round: u64) -> Metres {
+    Metres(round as f32 * 0.125)
+}
+
 /// When each message was given and when it arrived.
 struct Log {
     /// When the stick of each round was read.
@@ -241,6 +277,8 @@ struct Log {
     told_us: Vec<Vec<u64>>,
     /// When telemetry was handed over and how long it took.
     arrived: Vec<(u64, u64)>,
+    /// The same of reports from one drone to another.
+    reports: Vec<(u64, u64)>,
     air_us: u64,
 }
 
@@ -251,6 +289,7 @@ impl Log {
             heeded_us: Vec::new(),
             told_us: vec![Vec::new(); stations],
             arrived: Vec::new(),
+            reports: Vec::new(),
             air_us: 0,
         }
     }
@@ -274,6 +313,12 @@ impl Log {
                     self.heeded_us[n].get_or_insert(at_us);
                 }
             }
+            Event::Report { from: NodeId(from), report, .. } => {
+                let base = self.told_us.len() - 1;
+                let round = (report.odometer.0 * 8.0).round() as usize;
+                let told = self.told_us[usize::from(from)].get(round).filter(|_| by != base);
+                self.reports.extend(told.map(|&told_us| (told_us, at_us - told_us)));
+            }
             Event::Telemetry { from: NodeId(from), telemetry, .. } => {
                 let round = (telemetry.odometer.0 * 10.0).round() as usize;
                 let told = self.told_us[usize::from(from)].get(round);
@@ -291,7 +336,10 @@ impl Log {
         let a_second = 1.0 / f64::from(config.telemetry_every.as_secs_f32());
         let head_a_second = 1.0 / f64::from(config.head_telemetry_every.as_secs_f32());
         let offered = a_second * f64::from(drones - 1) + head_a_second;
+        // Each drone has a neighbour on each side, but the base does not count as one.
+        let drone_links = 2 * u64::from(drones) - 2;
         let mut seen = Seen {
+            reports_offered: drone_links * (SPAN_US / ROUND_US),
             telemetry_offered: offered * SPAN_US as f64 * 1e-6,
             air_us: self.air_us,
             ..Seen::default()
@@ -306,8 +354,16 @@ impl Log {
                 seen.pilot_us.push(if next_us == u64::MAX { next_us } else { next_us - given_us });
             }
         }
-        let arrived = self.arrived.iter().filter(|(told_us, _)| counts(*told_us));
-        seen.telemetry_us = arrived.map(|(_, delay_us)| *delay_us).collect();
+        let delays = |arrived: &[(u64, u64)]| {
+            let counted = arrived.iter().filter(|(told_us, _)| counts(*told_us));
+            counted.map(|(_, delay_us)| *delay_us).collect::<Vec<_>>()
+        };
+        let heeded = self.given_us.iter().zip(&self.heeded_us);
+        let heeded = heeded.filter_map(|(given_us, heeded_us)| Some((*given_us, (*heeded_us)?)));
+        let heeded: Vec<_> = heeded.map(|(given_us, at_us)| (given_us, at_us - given_us)).collect();
+        seen.order_us = delays(&heeded);
+        seen.report_us = delays(&self.reports);
+        seen.telemetry_us = delays(&self.arrived);
         seen.telemetry = seen.telemetry_us.len() as u32;
         seen
     }
