@@ -10,9 +10,11 @@
 
 mod air;
 mod hosted;
+mod ideal;
 mod intruders;
 mod log;
 mod member;
+mod parts;
 mod seal;
 mod sections;
 mod track;
@@ -20,7 +22,7 @@ mod track;
 use agent::{Outputs, State};
 use onboard::{Operator, Sensed, Snapshot};
 use tunnel_nav::Range;
-use units::{NodeId, Order, Role, Setpoint};
+use units::{NodeId, Order, Point2, Role, Setpoint};
 use wire::p2p::{self, Telemetry};
 use wire::radio::Datarate;
 
@@ -31,7 +33,7 @@ use crate::emulated::{Emulated, Halted, RAMP_UP};
 use crate::medium::timing::air_us;
 use crate::medium::{Arrives, Medium, MediumConfig};
 use crate::random::{Purpose, Stream};
-use crate::scenario::{Fidelity, Scenario};
+use crate::scenario::{Fidelity, LinkModel, Scenario};
 use crate::trace::{DroneFrame, Frame, LinkFrame, Node, Trace};
 use crate::vehicle::{Response, STEP_US};
 use crate::world::SkeletonPlace;
@@ -39,11 +41,14 @@ pub use crate::world::World;
 
 use air::Strengths;
 use hosted::Clocks;
+use ideal::IdealLink;
 use intruders::Intruders;
 pub use intruders::Overheard;
 use log::OrderLog;
 pub use log::RadioMetrics;
 use member::{Member, Mind, member, spots};
+pub use parts::Part;
+use parts::Stopwatch;
 use seal::Cipher;
 pub use sections::{Drones, PilotStep, Start};
 pub(crate) use sections::{
@@ -118,13 +123,20 @@ pub struct Mission<'a> {
     medium: Medium,
     track: Track,
     strengths: Strengths,
+    /// While packets are carried: when each member next has something to send.
+    due_us: Vec<u64>,
     response: Response,
     source: Source,
     now_us: u64,
     drone_contacts: u32,
+    /// While contacts are counted: where each member is.
+    positions: Vec<Point2>,
     touching: Vec<(usize, usize)>,
     orders: OrderLog,
     intruders: Option<Intruders>,
+    /// The link that carries words without packets, where the scenario has it.
+    ideal: Option<IdealLink>,
+    stopwatch: Stopwatch,
     /// Why the mission cannot go on.
     halted: Option<Halted>,
 }
@@ -150,15 +162,22 @@ impl<'a> Mission<'a> {
             world,
             medium: Medium::new(scenario.medium(), count, seed),
             track: Track::new(spots.iter().map(|spot| spot.on).collect()),
-            strengths: Strengths::new(spots.iter().map(|spot| spot.on)),
+            strengths: Strengths::new(&world.radio, spots.iter().map(|spot| spot.on)),
+            due_us: Vec::with_capacity(count),
             members,
             response: Response::new(&scenario.vehicle),
             source: Source::Script,
             now_us: 0,
             drone_contacts: 0,
+            positions: Vec::with_capacity(count),
             touching: Vec::new(),
             orders: OrderLog::default(),
             intruders: None,
+            ideal: match scenario.link {
+                LinkModel::Exact => None,
+                LinkModel::Ideal => Some(IdealLink::new(scenario, count, seed)),
+            },
+            stopwatch: Stopwatch::default(),
             halted: None,
         }
     }
@@ -180,6 +199,18 @@ impl<'a> Mission<'a> {
             }
         }
         mission
+    }
+
+    /// The same with a stopwatch that tells what [`spent`](Self::spent) is asked for.
+    #[must_use]
+    pub fn timed(self) -> Self {
+        Self { stopwatch: Stopwatch::started(), ..self }
+    }
+
+    /// The time that this machine has spent in each part of the simulation, of a
+    /// [timed](Self::timed) mission.
+    pub fn spent(&self) -> impl Iterator<Item = (Part, std::time::Duration)> {
+        self.stopwatch.spent().into_iter().flat_map(|spent| Part::ALL.into_iter().zip(spent))
     }
 
     /// Whether any drone is in an emulator.
@@ -286,7 +317,9 @@ impl<'a> Mission<'a> {
             };
             let next_us = (self.now_us / quantum_us + 1) * quantum_us;
             let step_us = next_us.min(until_us);
+            self.stopwatch.enter(Part::Medium);
             self.carry_packets(step_us);
+            self.stopwatch.enter(Part::Rest);
             if is_emulated {
                 self.emulate(step_us);
             }
@@ -378,7 +411,8 @@ impl<'a> Mission<'a> {
     #[must_use]
     pub fn radio(&self) -> RadioMetrics {
         let sealed = Cipher::is_sealed(self.scenario.fidelity);
-        RadioMetrics::of(sealed, self.medium.tally(), self.now_us, &self.orders)
+        let tally = self.ideal.as_ref().map_or(self.medium.tally(), IdealLink::tally);
+        RadioMetrics::of(sealed, tally, self.now_us, &self.orders)
     }
 
     /// The links of the chain as it is now, base first, head last: the base, and every drone that
@@ -425,9 +459,10 @@ impl<'a> Mission<'a> {
 
     /// One turn of one member's 5 Hz loop.
     fn tick(&mut self, n: usize) {
+        self.stopwatch.enter(Part::Bodies);
         let member = &mut self.members[n];
         let place = self.track.follow(n, member.body.position(), self.world.skeleton());
-        self.strengths.moved(n, place);
+        self.strengths.moved(n, place, &self.world.radio);
         let flies = member.role != Role::Base;
         member.senses = if flies {
             let (elapsed, spec) = (ROUND_US as f32 * 1e-6, &self.scenario.vehicle);
@@ -435,6 +470,7 @@ impl<'a> Mission<'a> {
         } else {
             Sensed::NONE
         };
+        self.stopwatch.enter(Part::Agents);
         match &mut member.mind {
             Mind::Hosted(_) => self.step_hosted(n),
             Mind::Emulated(emulated) => {
@@ -455,8 +491,19 @@ impl<'a> Mission<'a> {
         let member = &mut self.members[n];
         let Mind::Hosted(hosted) = &mut member.mind else { return };
         let outputs = hosted.step(now_us, &member.senses);
+        self.stopwatch.enter(Part::Links);
+        match &mut self.ideal {
+            None => hosted.look(now_us),
+            Some(ideal) => {
+                ideal.report(now_us, outputs.agent.report);
+                if member.role == Role::Base {
+                    ideal.order(now_us, hosted.drone().operator().order());
+                }
+            }
+        }
         member.body.command(outputs.setpoint);
         member.outputs = Some(outputs.agent);
+        self.stopwatch.enter(Part::Rest);
     }
 
     /// Tells the base what the operator wants now.
@@ -470,6 +517,7 @@ impl<'a> Mission<'a> {
 
     /// One physics step of all members.
     fn move_bodies(&mut self) {
+        self.stopwatch.enter(Part::Bodies);
         let around = surroundings(self.scenario, self.world);
         for member in &mut self.members {
             match &mut member.mind {
@@ -484,17 +532,24 @@ impl<'a> Mission<'a> {
         if self.now_us.is_multiple_of(2 * STEP_US) {
             self.count_drone_contacts();
         }
+        self.stopwatch.enter(Part::Rest);
     }
 
     fn count_drone_contacts(&mut self) {
         let least = 2.0 * self.scenario.vehicle.radius;
-        for a in 0..self.members.len() {
+        let Self { members, positions, .. } = self;
+        positions.clear();
+        positions.extend(members.iter().map(|member| member.body.position()));
+        for a in 0..self.positions.len() {
             for b in 0..a {
-                let (one, other) = (&self.members[a].body, &self.members[b].body);
-                let flying = one.height() > 0.0 && other.height() > 0.0;
-                let (here, there) = (one.position(), other.position());
+                let (here, there) = (self.positions[a], self.positions[b]);
                 let (dx, dy) = (here.x - there.x, here.y - there.y);
-                let touch = flying && dx * dx + dy * dy < least * least;
+                let near = dx * dx + dy * dy < least * least;
+                if !near && self.touching.is_empty() {
+                    continue;
+                }
+                let flies = |n: usize| self.members[n].body.height() > 0.0;
+                let touch = near && flies(a) && flies(b);
                 let known = self.touching.iter().position(|&pair| pair == (a, b));
                 match (touch, known) {
                     (true, None) => {

@@ -29,6 +29,8 @@ pub enum Purpose {
     Radio(u8),
     /// The keys of the fleet.
     Keys,
+    /// How long the words of one drone are on their way by the ideal link.
+    Delay(u8),
 }
 
 impl Purpose {
@@ -40,6 +42,7 @@ impl Purpose {
             Self::Craft(id) => 0x3_0000 | u64::from(id),
             Self::Fault(id) => 0x4_0000 | u64::from(id),
             Self::Intruder => 0x7_0000,
+            Self::Delay(id) => 0x8_0000 | u64::from(id),
             Self::Radio(id) => 0x5_0000 | u64::from(id),
             Self::Keys => 0x6_0000,
         }

@@ -45,6 +45,7 @@ const FULL: &str = "\
 title = \"Every key there is\"
 duration_s = 20.0
 fidelity = \"point\"
+link = \"ideal\"
 [tunnel]
 width_m = 1.5
 centre_line_m = [[0.0, 0.0], [8.0, 0.0], [8.0, 8.0]]

@@ -9,8 +9,8 @@ use serde_json::{Value, json};
 use super::progress::Progress;
 use super::run::metrics_json;
 use super::{
-    Common, FidelityArg, Trouble, Verdict, builtin_scenarios, complain, host_scenario, interrupt,
-    runs,
+    Common, FidelityArg, LinkArg, Trouble, Verdict, builtin_scenarios, complain, host_scenario,
+    interrupt, runs, with_link,
 };
 use crate::campaign::{Figure, figures, fly_until, json as figures_json};
 use crate::metrics::{Reference, RunMetrics};
@@ -31,12 +31,16 @@ pub(super) struct CampaignArgs {
     /// How closely the drones are simulated
     #[arg(long, value_enum)]
     fidelity: Option<FidelityArg>,
+    /// How the drones' words get from one to another
+    #[arg(long, value_enum)]
+    link: Option<LinkArg>,
     #[command(flatten)]
     common: Common,
 }
 
 pub(super) fn run(args: &CampaignArgs) -> Result<Verdict, Trouble> {
     let scenario = host_scenario(&args.scenario, args.policy.as_deref(), args.fidelity)?;
+    let scenario = with_link(scenario, args.link)?;
     let asked = runs(args.runs)?;
     let stop = interrupt::asks(
         "Ctrl-C: the missions that have begun are flown to their ends; a second Ctrl-C drops all",
@@ -53,6 +57,7 @@ pub(super) fn run(args: &CampaignArgs) -> Result<Verdict, Trouble> {
         "scenario": scenario.name,
         "policy": scenario.policy,
         "fidelity": scenario.fidelity.name(),
+        "link": scenario.link.name(),
         "seed": args.common.seed,
         "runs": flown.len(),
         "runs_asked": asked,

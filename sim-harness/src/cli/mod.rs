@@ -33,7 +33,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::input_error::InputError;
 use crate::output::{Folder, OutputError};
-use crate::scenario::{Fidelity, Scenario, builtin};
+use crate::scenario::{Fidelity, LinkModel, Scenario, builtin};
 use crate::suggest;
 
 /// U-Chain: relay drones that keep a team connected underground, in simulation and replay.
@@ -265,6 +265,35 @@ impl FidelityArg {
             }
         }
     }
+}
+
+/// How the drones' words get from one to another.
+#[derive(Clone, Copy, ValueEnum)]
+enum LinkArg {
+    /// In packets, byte by byte, in turns
+    Exact,
+    /// Reports and orders alone, with a loss and a delay from a table; for points only
+    Ideal,
+}
+
+impl LinkArg {
+    const fn link(self) -> LinkModel {
+        match self {
+            Self::Exact => LinkModel::Exact,
+            Self::Ideal => LinkModel::Ideal,
+        }
+    }
+}
+
+/// The scenario with this link, or the link that it has.
+fn with_link(scenario: Scenario, link: Option<LinkArg>) -> Result<Scenario, InputError> {
+    let link = link.map_or(scenario.link, LinkArg::link);
+    if !link.suits(scenario.fidelity) {
+        let fidelity = scenario.fidelity.name();
+        let wrong = format!("the link \"ideal\" is not for the fidelity \"{fidelity}\"");
+        return Err(InputError::new(wrong, "give --link exact, or --fidelity point"));
+    }
+    Ok(Scenario { link, ..scenario })
 }
 
 /// A scenario for a verb that flies no virtual drones.

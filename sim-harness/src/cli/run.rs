@@ -11,8 +11,8 @@ use units::Role;
 use super::emulated::{Aftermath, Fleet};
 use super::progress::Progress;
 use super::{
-    Common, FidelityArg, Trouble, Verdict, VirtualArgs, builtin_scenarios, complain, interrupt,
-    scenario,
+    Common, FidelityArg, LinkArg, Trouble, Verdict, VirtualArgs, builtin_scenarios, complain,
+    interrupt, scenario, with_link,
 };
 use crate::input_error::InputError;
 use crate::metrics::{Reference, RunMetrics, Watch};
@@ -38,6 +38,9 @@ pub(super) struct RunArgs {
     /// How closely the drones are simulated
     #[arg(long, value_enum)]
     fidelity: Option<FidelityArg>,
+    /// How the drones' words get from one to another
+    #[arg(long, value_enum)]
+    link: Option<LinkArg>,
     /// The former option for virtual drones, refused with a line that names the present one
     #[arg(long, hide = true, value_name = "NAME")]
     vehicle: Option<String>,
@@ -81,6 +84,7 @@ pub(super) fn run(args: &RunArgs) -> Result<Verdict, Trouble> {
         return Err(InputError::new(wrong, "give --fidelity virtual, or flight").into());
     }
     let scenario = scenario(&args.scenario, args.policy.as_deref(), args.fidelity)?;
+    let scenario = with_link(scenario, args.link)?;
     let fleet = args.fleet(&scenario)?;
     interrupt::ends();
     let mut folder = args.common.folder()?;

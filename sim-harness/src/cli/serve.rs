@@ -12,7 +12,7 @@ use super::emulated::{Aftermath, Fleet};
 use super::run::{metrics_json, named};
 use super::{
     Common, FidelityArg, Trouble, Verdict, VirtualArgs, builtin_scenarios, complain, interrupt,
-    scenario,
+    scenario, with_link,
 };
 use crate::input_error::InputError;
 use crate::metrics::{Reference, RunMetrics};
@@ -68,6 +68,7 @@ impl ServeArgs {
 
 pub(super) fn run(args: &ServeArgs) -> Result<Verdict, Trouble> {
     let scenario = scenario(&args.scenario, args.policy.as_deref(), args.fidelity)?;
+    let scenario = with_link(scenario, None)?;
     let fleet = args.fleet(&scenario)?;
     let speed = within("--speed", args.speed, 0.01, 1_000.0)?;
     let duration = match args.duration {

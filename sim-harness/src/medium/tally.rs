@@ -39,7 +39,7 @@ pub struct Tally {
 }
 
 impl Tally {
-    pub(super) fn lose(&mut self, loss: Loss) {
+    pub(crate) fn lose(&mut self, loss: Loss) {
         let count = match loss {
             Loss::Weak => &mut self.weak,
             Loss::Chance => &mut self.chance,

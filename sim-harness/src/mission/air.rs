@@ -12,9 +12,9 @@ use wire::syslink::MAX_P2P;
 use super::hosted::Hosted;
 use super::log::OrderLog;
 use super::member::{Member, Mind, OnLine};
-use super::{CRAFT_STEP_US, Mission};
+use super::{CRAFT_STEP_US, Mission, Part};
 use crate::medium::{Arrives, Ether, timing};
-use crate::world::{Radio, SkeletonPlace};
+use crate::world::{Radio, SkeletonPlace, SurveyedPlace};
 
 /// What happens next on the air.
 enum Next {
@@ -29,6 +29,12 @@ enum Next {
 impl Mission<'_> {
     /// All that is on the air before `until_us`.
     pub(super) fn carry_packets(&mut self, until_us: u64) {
+        if self.ideal.is_some() {
+            return self.carry_words(until_us);
+        }
+        let due_us = self.members.iter().map(|member| member.mind.due_us());
+        self.due_us.clear();
+        self.due_us.extend(due_us);
         while let Some((at_us, next)) = self.next_on_air()
             && at_us < until_us
         {
@@ -47,9 +53,10 @@ impl Mission<'_> {
             Arrives::AtProcessor => None,
             Arrives::AtAntenna => self.next_on_line(),
         };
-        let speech = self.members.iter().enumerate().min_by_key(|(_, m)| m.mind.due_us());
-        let speech = speech.map(|(n, member)| (member.mind.due_us(), Next::Speech(n)));
-        arrival.into_iter().chain(line).chain(speech).min_by_key(|(at_us, _)| *at_us)
+        let speech = self.due_us.iter().enumerate().min_by_key(|(_, due_us)| **due_us);
+        let speech = speech.map(|(n, &due_us)| (due_us, Next::Speech(n)));
+        let first = earlier(arrival, line);
+        earlier(first, speech)
     }
 
     /// The packet that comes out of a serial line next.
@@ -67,7 +74,11 @@ impl Mission<'_> {
         let member = &mut self.members[n];
         let silenced = member.is_silenced();
         let Mind::Hosted(hosted) = &mut member.mind else { return };
-        let Some(length) = hosted.transmit(now_us, &mut packet) else { return };
+        self.stopwatch.enter(Part::Links);
+        let sent = hosted.transmit(now_us, &mut packet);
+        self.due_us[n] = hosted.due_us();
+        self.stopwatch.enter(Part::Medium);
+        let Some(length) = sent else { return };
         if silenced {
             return;
         }
@@ -80,13 +91,15 @@ impl Mission<'_> {
 
     /// The packet that arrives next, at all who hear it.
     fn receive(&mut self) {
-        let Self { medium, members, strengths, world, orders, intruders, .. } = self;
+        let Self { medium, members, strengths, world, orders, intruders, due_us, .. } = self;
+        let stopwatch = &mut self.stopwatch;
         let arrives = medium.arrives();
         let count = members.len();
         let mut ether = Tube { members, strengths, radio: &world.radio };
         let Some(arrival) = medium.arrive(&mut ether) else { return };
         let now_us = arrival.at_us;
         let mut opened = None;
+        stopwatch.enter(Part::Links);
         for receipt in arrival.heard {
             let Some(member) = members.get_mut(receipt.by) else {
                 if let Some(intruders) = intruders.as_mut().filter(|_| receipt.by == count) {
@@ -114,22 +127,25 @@ impl Mission<'_> {
             let of_intruder = intruders.as_mut().filter(|_| arrival.from >= count);
             let before = of_intruder.is_some().then(|| taken(hosted));
             deliver(hosted, role, (now_us, receipt.rssi, opened), orders);
+            due_us[receipt.by] = hosted.due_us();
             if let Some(intruders) = of_intruder
                 && before != Some(taken(hosted))
             {
                 intruders.accept();
             }
         }
+        stopwatch.enter(Part::Medium);
     }
 
     fn take_from_line(&mut self, n: usize, place: usize) {
-        let Self { members, orders, .. } = self;
+        let Self { members, orders, due_us, .. } = self;
         let Some(Member { role, mind: Mind::Hosted(hosted), .. }) = members.get_mut(n) else {
             return;
         };
         let OnLine { at_us, rssi, length, data } = hosted.line.swap_remove(place);
         let Some(opened) = hosted.open(&data[..length]) else { return };
         deliver(hosted, *role, (at_us, rssi, &opened), orders);
+        due_us[n] = hosted.due_us();
     }
 
     /// Lets the emulated drones run up to this moment, and takes what their radio chips send.
@@ -178,6 +194,14 @@ impl OnLine {
     }
 }
 
+/// What comes earlier, or else the first of two.
+fn earlier(a: Option<(u64, Next)>, b: Option<(u64, Next)>) -> Option<(u64, Next)> {
+    match (a, b) {
+        (Some(a), Some(b)) => Some(if b.0 < a.0 { b } else { a }),
+        (a, b) => a.or(b),
+    }
+}
+
 /// Packets that a drone on the host has taken.
 fn taken(hosted: &Hosted) -> u32 {
     hosted.drone().link_counters().map_or(0, |counters| counters.taken.total())
@@ -200,23 +224,23 @@ fn deliver(
 /// The links' strengths, which change only when a member has moved.
 pub(super) struct Strengths {
     count: usize,
-    places: Vec<SkeletonPlace>,
+    places: Vec<SurveyedPlace>,
     /// By sender and receiver; `None` since one of them has moved.
     known: Vec<Option<Dbm>>,
 }
 
 impl Strengths {
-    pub(super) fn new(places: impl Iterator<Item = SkeletonPlace>) -> Self {
-        let places: Vec<_> = places.collect();
+    pub(super) fn new(radio: &Radio, places: impl Iterator<Item = SkeletonPlace>) -> Self {
+        let places: Vec<_> = places.map(|place| radio.survey_place(place)).collect();
         let count = places.len();
         Self { count, places, known: vec![None; count * count] }
     }
 
-    pub(super) fn moved(&mut self, n: usize, place: SkeletonPlace) {
-        if self.places[n] == place {
+    pub(super) fn moved(&mut self, n: usize, place: SkeletonPlace, radio: &Radio) {
+        if self.places[n].place == place {
             return;
         }
-        self.places[n] = place;
+        self.places[n] = radio.survey_place(place);
         for other in 0..self.count {
             self.known[n * self.count + other] = None;
             self.known[other * self.count + n] = None;
@@ -224,12 +248,12 @@ impl Strengths {
     }
 
     #[inline]
-    fn between(&mut self, radio: &Radio, from: usize, to: usize) -> Dbm {
+    pub(super) fn between(&mut self, radio: &Radio, from: usize, to: usize) -> Dbm {
         let at = from * self.count + to;
         if let Some(known) = self.known[at] {
             return known;
         }
-        let strength = radio.strength(self.places[from], self.places[to]);
+        let strength = radio.strength_at(&self.places[from], &self.places[to]);
         self.known[at] = Some(strength);
         strength
     }

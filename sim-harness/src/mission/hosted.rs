@@ -2,6 +2,7 @@
 //! drone has.
 
 use airlink::{LinkConfig, Opened, Schedule};
+use chain::neighbours::Heard;
 use onboard::{Config, Drone, Keys, Outputs, Sensed, Setup, Start};
 use units::{Dbm, Duration, Instant, NodeId, Order, Role};
 use wire::p2p::{Counter, Epoch, Kind};
@@ -140,11 +141,19 @@ impl Hosted {
         sent
     }
 
-    /// One round of the mission.
+    /// Takes a report that has come by the ideal link.
+    pub(super) fn hear(&mut self, now_us: u64, report: Heard) {
+        self.drone.hear(self.clock(now_us), report);
+    }
+
+    /// Takes an order that has come by the ideal link.
+    pub(super) fn heed(&mut self, now_us: u64, order: Order) {
+        self.drone.heed(self.clock(now_us), order);
+    }
+
+    /// One round of the mission. Where there are packets, [`look`](Self::look) has to follow.
     pub(super) fn step(&mut self, now_us: u64, sensed: &Sensed) -> Outputs {
-        let outputs = self.drone.step(self.clock(now_us), sensed);
-        self.look(now_us);
-        outputs
+        self.drone.step(self.clock(now_us), sensed)
     }
 
     /// Gives the operator's order, at the base.

@@ -53,8 +53,14 @@ impl OrderLog {
     /// that number or a later one brought it out.
     pub(super) fn delivered(&mut self, now_us: u64, sealed: Counter) {
         let at = self.sent.partition_point(|(counter, _)| *counter < sealed);
-        let Some((_, given_us)) = self.sent.get(at) else { return };
-        let ms = (now_us.saturating_sub(*given_us) / 1_000) as usize;
+        if let Some((_, given_us)) = self.sent.get(at) {
+            self.delivered_after(now_us.saturating_sub(*given_us));
+        }
+    }
+
+    /// An order has reached the head so long after the stick was read.
+    pub(super) fn delivered_after(&mut self, delay_us: u64) {
+        let ms = (delay_us / 1_000) as usize;
         self.delays[ms.min(LONGEST_MS)] += 1;
         self.delivered += 1;
     }

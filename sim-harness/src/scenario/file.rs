@@ -9,7 +9,7 @@ use std::sync::Arc;
 use serde::Deserialize;
 
 use super::reader::{At, Reader};
-use super::{Fidelity, Scenario};
+use super::{Fidelity, LinkModel, Scenario};
 use crate::craft::GroundTable;
 use crate::input_error::InputError;
 use crate::medium::RadioTable;
@@ -24,6 +24,7 @@ struct File {
     title: At<String>,
     duration_s: At<f32>,
     fidelity: Option<At<String>>,
+    link: Option<At<String>>,
     tunnel: At<TunnelTable>,
     #[serde(default)]
     radio: RadioTable,
@@ -56,11 +57,13 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Scenario, InputError> {
     let mind = tables.read(radio.path_loss.loss_at_1m, &vehicle, &reader)?;
     let name = path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
     let duration_us = reader.micros(&file.duration_s, "duration_s", 0.2..=86_400.0)?;
+    let fidelity = fidelity(file.fidelity.as_ref(), &reader)?;
     Ok(Scenario {
         name,
         title: file.title.as_ref().clone(),
         duration_us,
-        fidelity: fidelity(file.fidelity.as_ref(), &reader)?,
+        fidelity,
+        link: link(file.link.as_ref(), fidelity, &reader)?,
         tunnel: Arc::new(tunnel),
         radio,
         vehicle,
@@ -72,6 +75,27 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Scenario, InputError> {
         pilot: PilotTable::read(&file.pilot, duration_us, &reader)?,
         criteria: file.criteria.read(&reader)?,
     })
+}
+
+fn link(
+    key: Option<&At<String>>,
+    fidelity: Fidelity,
+    reader: &Reader<'_>,
+) -> Result<LinkModel, InputError> {
+    let Some(key) = key else { return Ok(LinkModel::Exact) };
+    let name = key.as_ref().as_str();
+    match LinkModel::named(name) {
+        Some(link) if link.suits(fidelity) => Ok(link),
+        Some(link) => {
+            let (link, fidelity) = (link.name(), fidelity.name());
+            let wrong = format!("the link \"{link}\" is not for the fidelity \"{fidelity}\"");
+            Err(reader.wrong(key, wrong, "write link = \"exact\", or fidelity = \"point\""))
+        }
+        None => {
+            let wrong = format!("there is no link \"{name}\"");
+            Err(reader.wrong(key, wrong, "give \"exact\" or \"ideal\""))
+        }
+    }
 }
 
 fn fidelity(key: Option<&At<String>>, reader: &Reader<'_>) -> Result<Fidelity, InputError> {

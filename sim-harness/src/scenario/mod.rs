@@ -60,6 +60,39 @@ impl Fidelity {
     }
 }
 
+/// How the words of a mission get from one drone to another.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LinkModel {
+    /// In packets, byte by byte, in turns, each of which the radio carries or loses.
+    #[default]
+    Exact,
+    /// Reports and orders alone, with a loss and a delay drawn from a table.
+    Ideal,
+}
+
+impl LinkModel {
+    /// The name in files and on the command line.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Exact => "exact",
+            Self::Ideal => "ideal",
+        }
+    }
+
+    /// The link of that name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        [Self::Exact, Self::Ideal].into_iter().find(|it| it.name() == name)
+    }
+
+    /// Whether drones of this fidelity have such a link: the ideal one is for points alone.
+    #[must_use]
+    pub fn suits(self, fidelity: Fidelity) -> bool {
+        self == Self::Exact || fidelity == Fidelity::Point
+    }
+}
+
 /// A checked scenario: everything in it is within its bounds and fits together.
 #[derive(Clone, Debug)]
 pub struct Scenario {
@@ -71,6 +104,8 @@ pub struct Scenario {
     pub duration_us: u64,
     /// The fidelity of the drones.
     pub fidelity: Fidelity,
+    /// How the drones' words get from one to another.
+    pub link: LinkModel,
     /// The walls and the skeleton, dug when the scenario was read.
     pub tunnel: Arc<Tunnel>,
     /// The channel and the radios.

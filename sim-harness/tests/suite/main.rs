@@ -4,6 +4,7 @@ mod cli;
 mod craft;
 mod fork;
 mod huge_geometry;
+mod ideal;
 mod keys;
 mod medium;
 mod radio;

@@ -31,6 +31,7 @@ pub(super) fn summary(
         "seed": seed,
         "version": env!("CARGO_PKG_VERSION"),
         "fidelity": scenario.fidelity.name(),
+        "link": scenario.link.name(),
         "policy": scenario.policy,
         "duration_s": scenario.duration_s(),
         "success": failures.is_empty(),

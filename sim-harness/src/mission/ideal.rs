@@ -1,0 +1,208 @@
+//! The ideal link: reports and orders get from one member to another without packets.
+//!
+//! Every report reaches each other member with the strength, the noise and the loss of the radio
+//! model, and an order reaches the drone that it is for. Both take a time that is drawn from what
+//! the exact link was measured to take ([`delays`]). There are no packets, turns, serial lines,
+//! collisions, telemetry or keys: a mission flies several times as fast, and what a drone decides
+//! is decided by the same `onboard::Drone`.
+
+mod delays;
+
+use std::collections::VecDeque;
+
+use chain::neighbours::Heard;
+use chain::report::Report;
+use radio_model::{Draws, Reception};
+use units::{Dbm, NodeId, Order, Role};
+
+use super::Mission;
+use super::air::Strengths;
+use super::member::Mind;
+use crate::medium::{Loss, Tally};
+use crate::random::{Purpose, Stream};
+use crate::scenario::Scenario;
+use crate::world::Radio;
+use delays::Delays;
+
+/// Words on their way.
+#[derive(Clone, Copy, Debug)]
+struct OnWay {
+    arrives_us: u64,
+    word: Word,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Word {
+    /// For all who hear it.
+    Report(Report),
+    /// For one drone.
+    Order { to: usize, order: Order, given_us: u64 },
+}
+
+/// The ideal link between the members of a mission.
+pub(super) struct IdealLink {
+    count: usize,
+    reception: Reception,
+    delays: Delays,
+    /// How long each member's reports take, µs.
+    report_us: Vec<u64>,
+    /// For the delays of the base's orders.
+    base: Stream,
+    /// One stream per directed link, sender-major.
+    links: Vec<Stream>,
+    /// The next to arrive is the first.
+    on_way: VecDeque<OnWay>,
+    /// The operator's last order.
+    order: Option<Order>,
+    /// When the last order was given that has reached each member.
+    heeded_us: Vec<u64>,
+    tally: Tally,
+}
+
+impl IdealLink {
+    pub(super) fn new(scenario: &Scenario, count: usize, seed: u64) -> Self {
+        let reception = scenario.radio.reception;
+        let link = |n: usize| Purpose::Link((n / count) as u8, (n % count) as u8);
+        let sender = |n: usize| Stream::new(seed, Purpose::Delay(n as u8));
+        Self {
+            count,
+            reception,
+            delays: Delays::of(reception.loss_rate, count - 1),
+            report_us: (0..count).map(|n| Delays::report_us(sender(n).uniform())).collect(),
+            base: sender(count),
+            links: (0..count * count).map(|n| Stream::new(seed, link(n))).collect(),
+            on_way: VecDeque::new(),
+            order: None,
+            heeded_us: vec![0; count],
+            tally: Tally::default(),
+        }
+    }
+
+    /// What became of all reports. None of them has taken any time on the air.
+    pub(super) const fn tally(&self) -> &Tally {
+        &self.tally
+    }
+
+    /// A member has this to report.
+    pub(super) fn report(&mut self, now_us: u64, report: Report) {
+        let Some(delay_us) = self.report_us.get(usize::from(report.from.0)) else { return };
+        let arrives_us = now_us + delay_us;
+        self.tally.sent += 1;
+        self.put(OnWay { arrives_us, word: Word::Report(report) });
+    }
+
+    /// The base has had its round with this order. An order to explore goes to the head every time;
+    /// a change of order goes to every drone.
+    pub(super) fn order(&mut self, now_us: u64, order: Option<Order>) {
+        let Some(order) = order else { return };
+        let kind = |order: &Order| core::mem::discriminant(order);
+        let is_other = self.order.as_ref().map(kind) != Some(kind(&order));
+        self.order = Some(order);
+        let base = self.count - 1;
+        for to in 0..base {
+            let steers = to == usize::from(NodeId::HEAD.0) && matches!(order, Order::Explore(_));
+            if is_other || steers {
+                let luck = self.base.uniform();
+                let arrives_us = now_us + self.delays.order_us(base - to, luck);
+                self.put(OnWay { arrives_us, word: Word::Order { to, order, given_us: now_us } });
+            }
+        }
+    }
+
+    fn put(&mut self, on_way: OnWay) {
+        let earlier = |other: &OnWay| other.arrives_us <= on_way.arrives_us;
+        let place = self.on_way.iter().rposition(earlier).map_or(0, |last| last + 1);
+        self.on_way.insert(place, on_way);
+    }
+
+    fn next_before(&mut self, until_us: u64) -> Option<OnWay> {
+        self.on_way.pop_front_if(|next| next.arrives_us < until_us)
+    }
+
+    /// The strength with which a report is heard, if it is. Luck is drawn before anything else, as
+    /// a report that is lost needs no strength.
+    #[inline]
+    fn receive(&mut self, from: usize, to: usize, strength: impl FnOnce() -> Dbm) -> Option<Dbm> {
+        let stream = &mut self.links[from * self.count + to];
+        let luck = stream.uniform();
+        if luck < self.reception.loss_rate {
+            self.tally.lose(Loss::Chance);
+            return None;
+        }
+        let strength = strength();
+        if !self.reception.reaches(strength) {
+            self.tally.lose(Loss::Weak);
+            return None;
+        }
+        self.tally.heard += 1;
+        self.reception.receive(strength, Draws { luck, normal: stream.gauss() })
+    }
+
+    /// Whether an order of the base can get to a member, passed on by those between them.
+    fn is_in_reach(&self, member: usize, strengths: &mut Strengths, radio: &Radio) -> bool {
+        if !self.reception.sensitivity.0.is_finite() {
+            return true;
+        }
+        let mut reached = vec![self.count - 1];
+        let mut next = 0;
+        while let Some(&from) = reached.get(next) {
+            for to in 0..self.count {
+                let mut hears = || self.reception.reaches(strengths.between(radio, from, to));
+                if !reached.contains(&to) && hears() {
+                    reached.push(to);
+                }
+            }
+            if reached.contains(&member) {
+                return true;
+            }
+            next += 1;
+        }
+        false
+    }
+}
+
+impl Mission<'_> {
+    /// All words that arrive before `until_us`, by the ideal link.
+    pub(super) fn carry_words(&mut self, until_us: u64) {
+        while let Some(OnWay { arrives_us, word }) =
+            self.ideal.as_mut().and_then(|ideal| ideal.next_before(until_us))
+        {
+            match word {
+                Word::Report(report) => self.carry_report(arrives_us, report),
+                Word::Order { to, order, given_us } => {
+                    self.carry_order(arrives_us, to, order, given_us);
+                }
+            }
+        }
+    }
+
+    fn carry_report(&mut self, now_us: u64, report: Report) {
+        let Self { ideal: Some(ideal), members, strengths, world, .. } = self else { return };
+        let from = usize::from(report.from.0);
+        for (to, member) in members.iter_mut().enumerate().filter(|(to, _)| *to != from) {
+            let heard = ideal.receive(from, to, || strengths.between(&world.radio, from, to));
+            if let (Some(rssi), Mind::Hosted(hosted)) = (heard, &mut member.mind) {
+                hosted.hear(now_us, Heard { report, rssi });
+            }
+        }
+    }
+
+    /// An order that a later one has overtaken is dropped.
+    fn carry_order(&mut self, now_us: u64, to: usize, order: Order, given_us: u64) {
+        let Self { ideal: Some(ideal), members, strengths, world, orders, .. } = self else {
+            return;
+        };
+        let overtaken = ideal.heeded_us[to] > given_us;
+        if overtaken || !ideal.is_in_reach(to, strengths, &world.radio) {
+            return;
+        }
+        ideal.heeded_us[to] = given_us;
+        let Some(member) = members.get_mut(to) else { return };
+        if let Mind::Hosted(hosted) = &mut member.mind {
+            hosted.heed(now_us, order);
+            if member.role == Role::Head {
+                orders.delivered_after(now_us - given_us);
+            }
+        }
+    }
+}

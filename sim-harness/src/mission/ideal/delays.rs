@@ -1,0 +1,139 @@
+//! How long reports and orders take over the exact link: a table of what was measured.
+//!
+//! `cargo sim bench link --runs 20 --json` measures it again: `report_delay_s` and `order_delay_s`
+//! of each row are the deciles of delays, from one drone's mind to the other's, without the time
+//! for which they lie in the mailbox. It was measured with the seeds 1 to 20, in chains of 2 to 15
+//! drones that stand still, each of which hears the next and no other.
+//!
+//! A report is sent in the next turn of its sender and not repeated, so its delay depends on where
+//! the sender's rounds lie in its frame, which does not change over a mission. Neither the loss
+//! nor the length of the chain moved a decile of all reports by more than a tenth of a frame, so
+//! there is one row of them. An order is repeated until it is heard, hop by hop: its delay grows
+//! with both.
+
+/// The least delay, those that each further tenth of all did not exceed, and the greatest, ms.
+type Deciles = [f32; 11];
+
+/// Reports, in all chains at all losses.
+const REPORTS: Deciles = [1.0, 7.0, 14.0, 21.0, 30.0, 38.0, 47.0, 58.0, 70.0, 82.0, 101.0];
+
+/// The parts of all packets that were lost on each link.
+const LOSSES: [f32; 4] = [0.0, 0.2, 0.5, 0.7];
+/// The numbers of hops from base to head.
+const HOPS: [f32; 4] = [2.0, 4.0, 8.0, 15.0];
+/// Orders to the head, by [`HOPS`] and by [`LOSSES`].
+const ORDERS: [[[u16; 11]; LOSSES.len()]; HOPS.len()] = [
+    // 2 hops
+    [
+        [9, 22, 27, 35, 44, 59, 64, 88, 90, 92, 192],
+        [9, 22, 28, 43, 51, 61, 69, 90, 92, 123, 292],
+        [9, 28, 44, 60, 88, 92, 115, 144, 165, 191, 412],
+        [10, 44, 69, 105, 127, 145, 166, 190, 223, 280, 560],
+    ],
+    // 4 hops
+    [
+        [28, 36, 40, 66, 70, 78, 79, 80, 97, 106, 111],
+        [28, 36, 58, 70, 78, 80, 96, 105, 112, 170, 309],
+        [28, 66, 80, 106, 136, 166, 179, 200, 227, 279, 525],
+        [28, 118, 170, 197, 231, 270, 296, 333, 379, 458, 979],
+    ],
+    // 8 hops
+    [
+        [46, 59, 68, 74, 83, 86, 88, 106, 109, 119, 133],
+        [46, 61, 74, 85, 105, 109, 125, 160, 183, 209, 405],
+        [46, 112, 169, 205, 230, 269, 289, 320, 370, 425, 725],
+        [62, 289, 374, 419, 483, 526, 583, 630, 705, 805, 1485],
+    ],
+    // 15 hops
+    [
+        [103, 115, 124, 132, 144, 156, 162, 167, 172, 178, 267],
+        [103, 124, 144, 162, 169, 186, 224, 247, 267, 286, 535],
+        [103, 315, 372, 426, 468, 525, 567, 625, 678, 769, 1279],
+        [303, 787, 904, 1003, 1068, 1156, 1232, 1312, 1439, 1611, 2556],
+    ],
+];
+
+/// The delays at the loss of one mission.
+#[derive(Clone, Debug)]
+pub(super) struct Delays {
+    /// By number of hops.
+    orders: Vec<Deciles>,
+}
+
+impl Delays {
+    /// The delays of orders over up to `hops` hops, at this loss.
+    pub(super) fn of(loss: f32, hops: usize) -> Self {
+        Self { orders: (0..=hops).map(|hops| order_deciles(loss, hops as f32)).collect() }
+    }
+
+    /// The delay of all reports of a drone, in microseconds, by a number uniform in [0, 1).
+    pub(super) fn report_us(luck: f32) -> u64 {
+        draw(&REPORTS, luck)
+    }
+
+    /// The delay of an order over so many hops, in microseconds, by a number uniform in [0, 1).
+    pub(super) fn order_us(&self, hops: usize, luck: f32) -> u64 {
+        self.orders.get(hops).map_or(0, |deciles| draw(deciles, luck))
+    }
+}
+
+/// The deciles of orders between the losses and the hops that were measured.
+fn order_deciles(loss: f32, hops: f32) -> Deciles {
+    let (row, along) = bracket(&HOPS, hops);
+    let (column, across) = bracket(&LOSSES, loss);
+    std::array::from_fn(|n| {
+        let of = |row: usize| {
+            let [low, high] = [column, column + 1].map(|at| f32::from(ORDERS[row][at][n]));
+            low + across * (high - low)
+        };
+        of(row) + along * (of(row + 1) - of(row))
+    })
+}
+
+/// Between which two of these values another lies, and how far on the way from one to the other; a
+/// value beyond all counts as the last.
+fn bracket(values: &[f32; 4], value: f32) -> (usize, f32) {
+    let at = values.iter().take(3).rposition(|low| *low <= value).unwrap_or(0);
+    let [low, high] = [values[at], values[at + 1]];
+    (at, ((value - low) / (high - low)).clamp(0.0, 1.0))
+}
+
+/// The delay in microseconds below which this part of all lies.
+fn draw(deciles: &Deciles, part: f32) -> u64 {
+    let tenths = part * 10.0;
+    let at = (tenths as usize).min(9);
+    let [from, to] = [deciles[at], deciles[at + 1]];
+    ((from + (tenths - at as f32) * (to - from)) * 1e3) as u64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bench::link;
+
+    /// A few seconds' measurement cannot be as exact as the table; what it must find is a table
+    /// that is of another link.
+    #[test]
+    fn the_table_is_of_the_present_link() {
+        for (drones, loss) in [(4, 0.2), (8, 0.5)] {
+            let row = link::row(drones, loss, 8, 100, || {});
+            for part in [2, 5, 8] {
+                let order = order_deciles(loss, f32::from(drones))[part];
+                let found = row.order_delay_s[part] * 1e3;
+                assert!((found - order).abs() < 15.0 + 0.25 * order, "{drones} {part}: {found}");
+                let (report, found) = (REPORTS[part], row.report_delay_s[part] * 1e3);
+                assert!((found - report).abs() < 20.0, "{drones} {part}: {found}");
+            }
+            assert!((row.reports_delivered - f64::from(1.0 - loss)).abs() < 0.05);
+        }
+    }
+
+    #[test]
+    fn between_the_rows_delays_are_between_theirs() {
+        assert_eq!(order_deciles(0.2, 4.0)[0], f32::from(ORDERS[1][1][0]));
+        let middle = f32::midpoint(f32::from(ORDERS[1][1][5]), f32::from(ORDERS[2][1][5]));
+        assert!((order_deciles(0.2, 6.0)[5] - middle).abs() < 1e-3);
+        assert_eq!(order_deciles(0.9, 16.0)[10], f32::from(ORDERS[3][3][10]));
+        assert_eq!(draw(&REPORTS, 0.0), (REPORTS[0] * 1e3) as u64);
+    }
+}
