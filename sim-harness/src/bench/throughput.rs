@@ -1,10 +1,12 @@
-//! How fast it all is.
+//! How fast the simulator is.
 //!
-//! Point level, in drone-rounds per second: one drone, one round of 0.2 s with its four beams,
-//! its filters, its packets and ten physics steps. The base, which does not fly, is not counted.
+//! Point level is measured in drone-rounds per second, with either link: one drone, one round of
+//! 0.2 s with its four beams, its filters, its words and ten physics steps. The base, which does
+//! not fly, is not counted.
 //!
-//! Flight level, in drone-steps per second: one drone, one millisecond with its sensors, its
-//! estimator, its controllers and its body, in the same mission. And the rigid body alone.
+//! Flight level is measured in drone-steps per second: one drone, one millisecond with its
+//! sensors, its estimator, its controllers and its body, in the same mission. The rigid body is
+//! also measured alone.
 
 use std::time::Instant;
 
@@ -13,13 +15,14 @@ use rayon::prelude::*;
 
 use crate::craft::body::{BodySpec, Drive, RigidBody};
 use crate::input_error::InputError;
-use crate::mission::{Mission, ROUND_US, World};
-use crate::scenario::{Fidelity, Scenario};
+use crate::mission::{Mission, Part, ROUND_US, World};
+use crate::scenario::{Fidelity, LinkModel, Scenario};
 
 /// What is flown.
 pub const SCENARIO: &str = "s-turns-5";
-/// The aim, in drone-rounds per second on one core.
-pub const AIM: f64 = 1_000_000.0;
+/// The links at point level, each with its aim in drone-rounds per second on one core.
+pub const LINKS: [(LinkModel, f64); 2] =
+    [(LinkModel::Exact, 300_000.0), (LinkModel::Ideal, 1_000_000.0)];
 /// How many times each number of threads is measured; the best counts, as the others were
 /// disturbed.
 const TRIES: usize = 3;
@@ -27,7 +30,7 @@ const TRIES: usize = 3;
 /// The aim for the rigid body alone, in steps per second on one core,
 pub const RIGID_AIM: f64 = 3_000_000.0;
 /// and at flight level, in drone-steps per second on one core.
-pub const FLIGHT_AIM: f64 = 300_000.0;
+pub const FLIGHT_AIM: f64 = 2_000_000.0;
 /// How long the mission at flight level is, in microseconds.
 const FLIGHT_US: u64 = 20_000_000;
 
@@ -94,9 +97,13 @@ fn pool(threads: usize) -> Result<rayon::ThreadPool, InputError> {
     })
 }
 
-/// One measurement.
+/// One measurement at point level.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Throughput {
+    /// How the drones' words get from one to another.
+    pub link: LinkModel,
+    /// The aim, in drone-rounds per second on one core.
+    pub aim: f64,
     /// Threads.
     pub threads: usize,
     /// Drone-rounds per second over all of them.
@@ -105,26 +112,53 @@ pub struct Throughput {
     pub scaling: f64,
 }
 
-/// Measures one thread and, where there are more cores, all of them.
+/// Measures each link on one thread and, where there are more cores, on all of them.
 ///
 /// # Errors
 /// Where no threads can be had.
 pub fn run(runs_per_thread: usize) -> Result<Vec<Throughput>, InputError> {
-    let scenario = Scenario::open(SCENARIO)?;
-    let world = World::of(&scenario);
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let mut measured: Vec<Throughput> = Vec::new();
-    for threads in if cores > 1 { vec![1, cores] } else { vec![1] } {
-        let pool = pool(threads)?;
-        let missions = runs_per_thread * threads;
-        let rate = (0..TRIES)
-            .map(|_| pool.install(|| measure(&scenario, &world, missions)))
-            .fold(0.0, f64::max);
-        let alone = measured.first().map_or(rate, |one| one.drone_rounds_per_s);
-        let scaling = rate / (alone * threads as f64);
-        measured.push(Throughput { threads, drone_rounds_per_s: rate, scaling });
+    for (link, aim) in LINKS {
+        let scenario = with_link(link)?;
+        let world = World::of(&scenario);
+        let mut alone = None;
+        for threads in if cores > 1 { vec![1, cores] } else { vec![1] } {
+            let pool = pool(threads)?;
+            let missions = runs_per_thread * threads;
+            let rate = (0..TRIES)
+                .map(|_| pool.install(|| measure(&scenario, &world, missions)))
+                .fold(0.0, f64::max);
+            let scaling = rate / (*alone.get_or_insert(rate) * threads as f64);
+            measured.push(Throughput { link, aim, threads, drone_rounds_per_s: rate, scaling });
+        }
     }
     Ok(measured)
+}
+
+fn with_link(link: LinkModel) -> Result<Scenario, InputError> {
+    Ok(Scenario { link, ..Scenario::open(SCENARIO)? })
+}
+
+/// The share of the time that each part of the simulation takes with this link, on one thread.
+///
+/// # Errors
+/// None, as long as the built-in scenario is sound.
+pub fn profile(link: LinkModel, runs: usize) -> Result<Vec<(Part, f64)>, InputError> {
+    let scenario = with_link(link)?;
+    let world = World::of(&scenario);
+    let mut spent = Part::ALL.map(|part| (part, 0.0));
+    for seed in 0..runs as u64 {
+        let mut mission = Mission::new(&scenario, &world, seed).timed();
+        while !mission.is_over() {
+            mission.round();
+        }
+        for (sum, (_, time)) in spent.iter_mut().zip(mission.spent()) {
+            sum.1 += time.as_secs_f64();
+        }
+    }
+    let all: f64 = spent.iter().map(|(_, time)| time).sum();
+    Ok(spent.iter().map(|(part, time)| (*part, time / all)).collect())
 }
 
 fn measure(scenario: &Scenario, world: &World, missions: usize) -> f64 {

@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 
 use super::emulated::bench as emulated;
 use super::progress::Progress;
@@ -12,6 +12,9 @@ use super::{Common, Trouble, Verdict, complain, interrupt, runs};
 use crate::bench::{attacks, chain, estimator, faults, link, throughput};
 use crate::emulated::Firmware;
 use crate::input_error::InputError;
+
+/// Missions whose parts are timed: enough for a share to a hundredth.
+const PROFILED: usize = 20;
 
 #[derive(Args)]
 pub(super) struct BenchArgs {
@@ -150,41 +153,58 @@ fn chain_bench(args: &BenchArgs) -> Result<(String, Value), Trouble> {
 
 fn throughput_bench(args: &BenchArgs) -> Result<(String, Value), Trouble> {
     let progress = Progress::busy("throughput", args.common.quiet);
-    let rows = throughput::run(runs(args.runs.unwrap_or(200))?)?;
-    let mut table = format!(
-        "throughput: {}, aim {:.0} drone-rounds/s on one core\n\n",
-        throughput::SCENARIO,
-        throughput::AIM
-    );
+    let count = runs(args.runs.unwrap_or(200))?;
+    let rows = throughput::run(count)?;
+    let steps = throughput::steps()?;
+    let mut table = format!("throughput: {}, point level by link\n\n", throughput::SCENARIO);
+    let mut value = Vec::new();
     for row in &rows {
         // Writing to a string cannot fail.
         let _ = writeln!(
             table,
-            "  {} threads {:>12.0} drone-rounds/s, {:.2} of linear",
-            row.threads, row.drone_rounds_per_s, row.scaling
+            "  {:6} {} threads {:>12.0} drone-rounds/s, {:.2} of linear; aim {:.0} on one core",
+            row.link.name(),
+            row.threads,
+            row.drone_rounds_per_s,
+            row.scaling,
+            row.aim,
         );
+        value.push(json!({
+            "scenario": throughput::SCENARIO,
+            "fidelity": "point",
+            "link": row.link.name(),
+            "threads": row.threads,
+            "drone_rounds_per_s": row.drone_rounds_per_s.round(),
+            "scaling": row.scaling,
+            "aim_one_core": row.aim,
+        }));
     }
-    let steps = throughput::steps()?;
-    drop(progress);
     for (rate, what, aim) in [
         (steps.flight, "drone-steps/s at flight level", throughput::FLIGHT_AIM),
         (steps.rigid, "steps/s of the rigid body alone", throughput::RIGID_AIM),
     ] {
-        let _ = writeln!(table, "  1 threads {rate:>12.0} {what}, aim {aim:.0}");
+        let _ = writeln!(table, "  {:6} 1 threads {rate:>12.0} {what}; aim {aim:.0}", "");
     }
-    let mut value: Vec<Value> = rows
-        .iter()
-        .map(|row| {
-            json!({
-                "scenario": throughput::SCENARIO,
-                "fidelity": "point",
-                "threads": row.threads,
-                "drone_rounds_per_s": row.drone_rounds_per_s.round(),
-                "scaling": row.scaling,
-                "aim_one_core": throughput::AIM,
-            })
-        })
-        .collect();
+    table.push_str("\n  the time of one thread at point level, by part\n");
+    let mut profiles = Vec::new();
+    for (link, _) in throughput::LINKS {
+        let shares = throughput::profile(link, count.min(PROFILED))?;
+        let _ = write!(table, "  {:6}", link.name());
+        for (part, share) in &shares {
+            let _ = write!(table, " {} {:.0} %,", part.name(), 100.0 * share);
+        }
+        table.truncate(table.len() - 1);
+        table.push('\n');
+        let shares: Map<_, _> =
+            shares.iter().map(|(part, share)| (part.name().to_owned(), json!(share))).collect();
+        profiles.push(json!({
+            "scenario": throughput::SCENARIO,
+            "fidelity": "point",
+            "link": link.name(),
+            "shares": shares,
+        }));
+    }
+    drop(progress);
     value.push(json!({
         "scenario": throughput::SCENARIO,
         "fidelity": "flight",
@@ -198,6 +218,7 @@ fn throughput_bench(args: &BenchArgs) -> Result<(String, Value), Trouble> {
         "steps_per_s": steps.rigid.round(),
         "aim_one_core": throughput::RIGID_AIM,
     }));
+    value.extend(profiles);
     Ok((table, Value::Array(value)))
 }
 
