@@ -561,7 +561,7 @@ fn fly_all(
 /// touches another drone.
 #[test]
 fn the_default_policy_keeps_the_order_and_off_everything() {
-    let wrong = fly_all(&["k-tuned"], |_| true, SEEDS);
+    let wrong = fly_all(&["chain"], |_| true, SEEDS);
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
 

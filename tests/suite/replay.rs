@@ -192,7 +192,7 @@ fn a_flight_shows_what_the_policies_would_have_done() {
     );
     assert_eq!(report["prediction"], Value::Null);
     let commands = report["policy"].as_array().unwrap();
-    assert_eq!(commands.len(), 5 * 2);
+    assert_eq!(commands.len(), 6 * 2);
     // Three rows forward, one back. Full speed either way, as T0 does.
     assert_eq!(commands[0]["policy"], "t0");
     assert_eq!(commands[0]["relay"], 1);

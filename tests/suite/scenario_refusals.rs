@@ -76,7 +76,7 @@ relays = 2
 start = \"placed\"
 at_m = [9.0, 6.0, 3.0]
 [policy]
-name = \"default\"
+name = \"chain\"
 loss_at_1m_db = 40.0
 [launch]
 limit_dbm = -60.0

@@ -50,6 +50,9 @@ pub(super) struct IdealLink {
     base: Stream,
     /// One stream per directed link, sender-major.
     links: Vec<Stream>,
+    /// The strengths of the reports that have been heard and not named in a report of the receiver
+    /// yet, sender-major.
+    unnamed: Vec<Option<Dbm>>,
     /// The next to arrive is the first.
     on_way: VecDeque<OnWay>,
     /// The operator's last order.
@@ -71,6 +74,7 @@ impl IdealLink {
             report_us: (0..count).map(|n| Delays::report_us(sender(n).uniform())).collect(),
             base: sender(count),
             links: (0..count * count).map(|n| Stream::new(seed, link(n))).collect(),
+            unnamed: vec![None; count * count],
             on_way: VecDeque::new(),
             order: None,
             heeded_us: vec![0; count],
@@ -181,8 +185,10 @@ impl Mission<'_> {
         let from = usize::from(report.from.0);
         for (to, member) in members.iter_mut().enumerate().filter(|(to, _)| *to != from) {
             let heard = ideal.receive(from, to, || strengths.between(&world.radio, from, to));
+            let reverse = ideal.unnamed[to * ideal.count + from].take();
             if let (Some(rssi), Mind::Hosted(hosted)) = (heard, &mut member.mind) {
-                hosted.hear(now_us, Heard { report, rssi });
+                ideal.unnamed[from * ideal.count + to] = Some(rssi);
+                hosted.hear(now_us, Heard { report, rssi, reverse });
             }
         }
     }
