@@ -59,6 +59,8 @@ pub struct Agent {
     fit: bool,
     odometer: Metres,
     motion: Motion,
+    /// The way to the left since take-off, in the body axes of each moment.
+    aside: Metres,
     last_step: Option<Instant>,
     sequence: u16,
 }
@@ -89,6 +91,7 @@ impl Agent {
             fit: true,
             odometer: Metres::ZERO,
             motion: Motion::STILL,
+            aside: Metres::ZERO,
             last_step: None,
             sequence: 0,
         }
@@ -139,6 +142,7 @@ impl Agent {
         if matches!(next, State::TakingOff { .. }) && !matches!(self.state, State::TakingOff { .. })
         {
             self.odometer = Metres::ZERO;
+            self.aside = Metres::ZERO;
         }
         if matches!(next, State::TakingOff { .. }) {
             self.mission.note_home(&situation.links);
@@ -161,6 +165,7 @@ impl Agent {
             true => flown,
             false => measured.unwrap_or(MetresPerSecond::ZERO),
         };
+        self.aside += self.aside_of_tunnel(inputs) * dt;
         let round = self.round(now);
         self.mission.listen(config, &round, dt, velocity, inputs.heard);
         self.recalled |= inputs.heard.iter().any(|heard| heard.report.recall);
@@ -204,6 +209,17 @@ impl Agent {
         (self.state.is_airborne() && forward.0.is_finite()).then_some(forward)
     }
 
+    /// The drone's velocity to its left. Without flow it is taken to stand still, and on the ground
+    /// it does.
+    fn aside_of_tunnel(&self, inputs: &Inputs<'_>) -> MetresPerSecond {
+        match inputs.velocity {
+            Some(velocity) if self.state.is_airborne() && velocity.lateral.0.is_finite() => {
+                velocity.lateral
+            }
+            _ => MetresPerSecond::ZERO,
+        }
+    }
+
     /// What the mission is told of this round.
     fn round(&self, now: Instant) -> Round {
         let task = self.task().zip(self.heeded);
@@ -245,7 +261,11 @@ impl Agent {
                 (Setpoint::hover(height), Walls::Neither)
             }
             Wish::Along { speed, height } => {
-                let bearings = Bearings { way: self.odometer, heading: inputs.heading };
+                let bearings = Bearings {
+                    way: self.odometer,
+                    aside: self.aside,
+                    heading: inputs.heading,
+                };
                 let command = self.navigator.step(&config.nav, &inputs.ranges, speed, &bearings);
                 self.motion.command(command.forward);
                 let setpoint = Setpoint::Fly {

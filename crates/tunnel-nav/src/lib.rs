@@ -29,6 +29,7 @@
 //! yaw law as it is and centres by the two beams that look where the drone is going.
 #![no_std]
 
+mod gallery;
 mod ranges;
 mod steer;
 mod trail;

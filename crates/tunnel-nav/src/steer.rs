@@ -2,8 +2,10 @@
 
 use units::{Metres, MetresPerSecond, Radians, RadiansPerSecond};
 
+use crate::gallery::{Expected, Gallery};
+use crate::ranges::Bridge;
 use crate::trail::Trail;
-use crate::wall::{Beams, Track};
+use crate::wall::{Beams, SAME_GALLERY, Track, Wall};
 use crate::{Diagonals, Range};
 
 /// A side of the drone.
@@ -119,8 +121,22 @@ const BLOCKED: f32 = 0.2;
 const ROUND: f32 = 0.2;
 /// A wall that is passed within this many iterations was a corner.
 const PATIENCE: u8 = 5;
-/// The largest difference between trail and odometer, m: four right angles make 1.5.
-const MOST_SLIP: f32 = 2.0;
+/// A corner is passed within this many lengths of the beams in the middle: two and a half widths.
+const CORNER: f32 = 3.5;
+/// The time ahead for which the trail is read, s.
+const LOOK_AHEAD: f32 = 1.5;
+/// The farthest that the trail is read ahead, m.
+const FARTHEST_LOOK: f32 = 0.3;
+/// This last part of the path counts as new ground for a drone that flies on, m: it must turn where
+/// the tunnel turns, and not where it stopped.
+const FRONTIER: f32 = 0.4;
+/// The gain, in 1/s, by which the trail holds the nose where walls decide: enough against a nose
+/// that turns freely in a bend, and an eighth of what two walls do.
+const HOLD_GAIN: f32 = 0.3;
+/// The part of a new speed in the average speed: the average of 3 s.
+const CREEP: f32 = 0.07;
+/// A drone with this average speed goes somewhere, and with less it trembles, m/s.
+const CREEPING: f32 = 0.02;
 /// The part of its speed that a drone flies while its nose is a radian or more off the trail, and
 /// while it turns away from an obstacle ahead.
 const LEAST_PACE: f32 = 0.3;
@@ -130,6 +146,8 @@ const LEAST_PACE: f32 = 0.3;
 pub struct Bearings {
     /// The way along the tunnel since take-off, by optic flow.
     pub way: Metres,
+    /// The way to the left since take-off, by optic flow, in the body axes of each moment.
+    pub aside: Metres,
     /// The heading by gyro, from any origin, within half a turn, drifting slowly; `None` while
     /// there is none.
     pub heading: Option<Radians>,
@@ -144,11 +162,15 @@ pub struct Navigator {
     centred: f32,
     trail: Trail,
     way: Metres,
-    /// The trail's lead over the odometer: the way round a bend is not as long out as back, and a
-    /// drone that stands before a wall on a known way is already at the bend.
-    slip: Metres,
+    aside: Metres,
     /// The number of iterations for which the drone has stood before a wall.
     blocked: u8,
+    bridge: Bridge,
+    /// The side on which the tunnel last opened while there was a wall on the other, and the way
+    /// then: the tunnel may turn there.
+    opening: Option<(Side, Metres)>,
+    /// The speed along the tunnel, averaged over some seconds, m/s.
+    creep: f32,
 }
 
 impl Navigator {
@@ -161,8 +183,11 @@ impl Navigator {
             centred: 0.0,
             trail: Trail::new(),
             way: Metres::ZERO,
-            slip: Metres::ZERO,
+            aside: Metres::ZERO,
             blocked: 0,
+            bridge: Bridge::new(),
+            opening: None,
+            creep: 0.0,
         }
     }
 
@@ -175,67 +200,94 @@ impl Navigator {
         speed: MetresPerSecond,
         bearings: &Bearings,
     ) -> NavCommand {
-        let moved = bearings.way - self.way;
-        self.way = bearings.way;
-        self.look(config, ranges, moved);
-        let bearings = &Bearings { way: bearings.way + self.slip, ..*bearings };
+        let ranges = &self.bridge.fill(ranges);
+        let moved = [bearings.way - self.way, bearings.aside - self.aside];
+        (self.way, self.aside) = (bearings.way, bearings.aside);
+        self.look(config, ranges, moved[0]);
+        let gallery = self.find_place(ranges, bearings, moved, speed);
         let off = self.off_trail(bearings, speed);
         let ahead = self.one_way(config, ranges);
         let astern = self.one_way(config, &ranges.seen_backwards());
         let leading = if speed.0 < 0.0 { &astern } else { &ahead };
-        if off.is_some() && leading.nearness < BLOCKED {
-            self.blocked = self.blocked.saturating_add(1);
-        } else {
-            self.blocked = 0;
-        }
-        if self.blocked > PATIENCE {
-            let slip = self.slip.0 + speed.0 * ROUND;
-            self.slip = Metres(slip.clamp(-MOST_SLIP, MOST_SLIP));
-        }
+        self.pass_corner(off.is_some() && leading.nearness < BLOCKED, speed);
 
         // 1 when flying nose first, 0 when tail first, between the two when hovering.
         let nose_leads = (0.5 + 0.5 * speed.0 / HOVERING).clamp(0.0, 1.0);
         let blend = |nose: f32, tail: f32| nose_leads * nose + (1.0 - nose_leads) * tail;
-
-        let push = push_away(config, ranges);
-        let mut lateral = blend(ahead.lateral, astern.lateral) + push.lateral;
-        // Without walls the trail alone leads, and obstacles ahead are passed: turning away from
-        // one would lead off the trail, and the trail back to it, for ever.
-        let by_trail = off.filter(|off| off.abs() > ASTRAY || leading.walls == Walls::Neither);
-        // Mirroring front to back turns counter-clockwise into clockwise.
-        let (yaw_rate, pace) = match by_trail {
-            Some(off) => {
-                if leading.walls == Walls::Neither {
-                    lateral += leading.sidestep;
-                }
-                (TRAIL_GAIN * off, leading.nearness * (1.0 - off.abs()).max(LEAST_PACE))
+        // Only in a straight gallery are walls a better guide than the trail.
+        let is_straight = gallery.is_some_and(|gallery| gallery.whole) && !self.trail.bends();
+        let (lateral, yaw_rate, pace) = match off {
+            Some(off) if !is_straight || off.abs() > ASTRAY => {
+                let pace = leading.nearness * (1.0 - off.abs()).max(LEAST_PACE);
+                (blend(ahead.sidestep, astern.sidestep), TRAIL_GAIN * off, pace)
             }
-            None => (blend(ahead.yaw_rate, -astern.yaw_rate), leading.pace),
+            _ => {
+                // Mirroring front to back turns counter-clockwise into clockwise.
+                let yaw_rate = blend(ahead.yaw_rate, -astern.yaw_rate);
+                let hold = HOLD_GAIN * off.unwrap_or(0.0);
+                (blend(ahead.lateral, astern.lateral), yaw_rate + hold, leading.pace)
+            }
         };
+        let push = push_away(config, ranges);
         NavCommand {
             forward: MetresPerSecond(speed.0 * pace + push.forward),
-            lateral: MetresPerSecond(lateral).limited_to(config.max_lateral),
+            lateral: MetresPerSecond(lateral + push.lateral).limited_to(config.max_lateral),
             yaw_rate: RadiansPerSecond(yaw_rate).limited_to(config.max_yaw_rate),
             walls: leading.walls,
         }
     }
 
-    /// The angle by which the nose of a flying drone is off the trail, in radians, if there is a
-    /// trail.
-    fn off_trail(&mut self, bearings: &Bearings, speed: MetresPerSecond) -> Option<f32> {
+    /// Updates the place on the trail, and returns the straight gallery that the beams see, if they
+    /// do.
+    fn find_place(
+        &mut self,
+        ranges: &Diagonals,
+        bearings: &Bearings,
+        moved: [Metres; 2],
+        speed: MetresPerSecond,
+    ) -> Option<Gallery> {
         let heading = bearings.heading.filter(|heading| heading.0.is_finite())?;
-        let by_walls = self.left.is_seen() || self.right.is_seen();
-        self.trail.record(bearings.way, heading, by_walls);
-        let off = self.trail.off(bearings.way, speed.0 >= 0.0, heading)?;
-        (speed.0.abs() > HOVERING).then_some(off.0)
+        self.trail.advance(moved.map(|way| way.0), heading, speed.0 >= 0.0);
+        let by_two = || {
+            let walls = [self.left.is_seen(), self.right.is_seen()];
+            let expected = Expected { aside: self.trail.aside(), walls };
+            self.trail.is_straight().then(|| Gallery::by_two(ranges, self.centred, expected))?
+        };
+        let gallery = Gallery::by_all(ranges, self.centred).or_else(by_two)?;
+        self.trail.correct(gallery.skew, gallery.offset);
+        Some(gallery)
     }
 
-    /// Updates the walls of both sides, and returns them.
+    /// The angle by which the nose is off the trail, in radians; `None` on new ground.
+    fn off_trail(&mut self, bearings: &Bearings, speed: MetresPerSecond) -> Option<f32> {
+        bearings.heading.filter(|heading| heading.0.is_finite())?;
+        self.creep += CREEP * (speed.0 - self.creep);
+        let creeps = self.creep * speed.0 > 0.0 && self.creep.abs() > CREEPING;
+        let ahead = (LOOK_AHEAD * speed.0).clamp(-FARTHEST_LOOK, FARTHEST_LOOK);
+        let flies_on = creeps || speed.0.abs() > HOVERING;
+        if flies_on && !self.trail.knows(ahead + FRONTIER * speed.0.signum()) {
+            self.trail.turn(speed.0 > 0.0);
+            return None;
+        }
+        Some(self.trail.off(ahead).0)
+    }
+
+    /// Moves a drone that has stood before a wall for a while on along its trail: the place drifts,
+    /// and the drone is already at the bend.
+    fn pass_corner(&mut self, is_blocked: bool, speed: MetresPerSecond) {
+        let is_blocked = is_blocked && speed.0.abs() > HOVERING;
+        self.blocked = if is_blocked { self.blocked.saturating_add(1) } else { 0 };
+        if self.blocked > PATIENCE {
+            self.trail.shift(speed.0 * ROUND);
+        }
+    }
+
+    /// Updates the walls of both sides.
     fn look(&mut self, config: &NavConfig, ranges: &Diagonals, moved: Metres) {
         let (left, right) = (Beams::new(ranges.nw, ranges.sw), Beams::new(ranges.ne, ranges.se));
-        let (had_left, had_right) = (self.left.is_seen(), self.right.is_seen());
-        self.left = self.left.next(config, left, moved, had_right, self.centred);
-        self.right = self.right.next(config, right, moved, had_left, self.centred);
+        let before = [self.left, self.right];
+        self.left = before[0].next(config, left, moved, before[1].is_seen(), self.centred);
+        self.right = before[1].next(config, right, moved, before[0].is_seen(), self.centred);
         match (self.left, self.right) {
             (Track::Seen { length: left }, Track::Seen { length: right }) => {
                 self.centred = 0.5 * (left + right);
@@ -246,12 +298,36 @@ impl Navigator {
             }
             _ => {}
         }
+        let opens = |before: Track, now: Track, beams: Beams, other: Track| {
+            let is_new = now.is_lost() && !before.is_lost();
+            is_new && other.is_seen() && beams.opens(SAME_GALLERY * self.centred)
+        };
+        if opens(before[0], self.left, left, self.right) {
+            self.opening = Some((Side::Left, self.way));
+        } else if opens(before[1], self.right, right, self.left) {
+            self.opening = Some((Side::Right, self.way));
+        } else {
+            let near = CORNER * self.centred;
+            self.opening = self.opening.filter(|(_, way)| (self.way - *way).0.abs() <= near);
+        }
+    }
+
+    /// The walls to steer by. Where the tunnel opened to a side, a wall on that side alone is that of
+    /// another gallery.
+    fn walls(&self, ranges: &Diagonals) -> (Option<Wall>, Option<Wall>) {
+        let left = self.left.wall(Beams::new(ranges.nw, ranges.sw));
+        let right = self.right.wall(Beams::new(ranges.ne, ranges.se));
+        match (left, right, self.opening) {
+            (Some(_), None, Some((Side::Left, _))) | (None, Some(_), Some((Side::Right, _))) => {
+                (None, None)
+            }
+            _ => (left, right),
+        }
     }
 
     fn one_way(&self, config: &NavConfig, ranges: &Diagonals) -> OneWay {
         let (c_l, c_r) = (config.lateral_gain, config.yaw_gain);
-        let left = self.left.wall(Beams::new(ranges.nw, ranges.sw));
-        let right = self.right.wall(Beams::new(ranges.ne, ranges.se));
+        let (left, right) = self.walls(ranges);
         let keep = self.centred.max(config.wall_distance.0).min(WIDEST * config.reach.0);
         // An obstacle that the beam over the lost wall sees nearer than the wall that is kept is
         // ahead.
@@ -270,7 +346,7 @@ impl Navigator {
                 let yaw_rate = -2.0 * c_r * r.excess() + ahead(ranges.nw);
                 (c_l * (keep - r.front), yaw_rate, Walls::One(Side::Right))
             }
-            (None, None) => (0.0, turn_to_open(config, ranges), Walls::Neither),
+            (None, None) => (0.0, self.turn_to_open(config, ranges), Walls::Neither),
         };
         let turns_away = walls == Walls::Neither && yaw_rate != 0.0;
         let most = if turns_away { LEAST_PACE } else { 1.0 };
@@ -285,6 +361,33 @@ impl Navigator {
             walls,
         }
     }
+
+    /// The yaw rate with no wall to follow and an obstacle ahead: towards an open leading beam, else
+    /// to the side that has opened. A drone that has flown no farther than across a bend has seen
+    /// nothing open, and turns to the side where a trailing beam looks into a gallery. Else it is
+    /// towards the longer leading beam, or the preferred side where they are alike.
+    fn turn_to_open(&self, config: &NavConfig, ranges: &Diagonals) -> f32 {
+        let length = |beam: Range| nearest(beam).min(config.reach.0);
+        let (left, right) = (length(ranges.nw), length(ranges.ne));
+        if left.min(right) > TURN_BELOW * config.wall_distance.0 {
+            return 0.0;
+        }
+        let is_open = |length: f32| length > SAME_GALLERY * self.centred;
+        let alike = (left - right).abs() < 0.1 * (left + right);
+        let leading = (is_open(left), is_open(right));
+        let trailing = (is_open(length(ranges.sw)), is_open(length(ranges.se)));
+        let to_left = match (leading, self.opening, trailing) {
+            ((true, false), _, _) => true,
+            ((false, true), _, _) => false,
+            (_, Some((side, _)), _) => side == Side::Left,
+            (_, None, (true, false)) if self.trail.is_short() => true,
+            (_, None, (false, true)) if self.trail.is_short() => false,
+            _ if alike => config.prefer == Side::Left,
+            _ => left > right,
+        };
+        let turn = config.max_yaw_rate.0;
+        if to_left { turn } else { -turn }
+    }
 }
 
 /// The command for a drone that flies nose first.
@@ -298,23 +401,6 @@ struct OneWay {
     /// The part of the speed that is safe for a drone that turns away from them, 0 to 1.
     pace: f32,
     walls: Walls,
-}
-
-/// The yaw rate with no wall to follow and an obstacle ahead: towards the longer of the two leading
-/// beams, or the preferred side where they are alike.
-fn turn_to_open(config: &NavConfig, ranges: &Diagonals) -> f32 {
-    let length = |beam: Range| nearest(beam).min(config.reach.0);
-    let (left, right) = (length(ranges.nw), length(ranges.ne));
-    if left.min(right) > TURN_BELOW * config.wall_distance.0 {
-        return 0.0;
-    }
-    let turn = config.max_yaw_rate.0;
-    let to_left = if (left - right).abs() < 0.1 * (left + right) {
-        config.prefer == Side::Left
-    } else {
-        left > right
-    };
-    if to_left { turn } else { -turn }
 }
 
 /// With no wall at its side a drone turns away from an obstacle that is nearer than this many times

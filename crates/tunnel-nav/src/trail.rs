@@ -1,43 +1,89 @@
-//! The trail: the heading of the nose along the last metres of way.
+//! The trail: the path that the drone has flown, and the heading of its nose along it.
 //!
 //! In the middle of a right-angle bend all four beams are equal, whichever of the two galleries the
-//! drone is aligned with: the ranges of one moment cannot tell forward from sideways. But a relay
-//! that hovers in a bend has flown there, and its gyro kept the heading. The trail holds the
-//! heading at each 0.2 m of way; a drone that is about to fly over a stretch again with its nose
-//! well off turns to the heading that it had there.
+//! drone is aligned with: the ranges of one moment cannot tell forward from sideways, and a nose
+//! that walls hold turns freely there. But a relay that hovers in a bend has flown there, and its
+//! gyro kept the heading. The trail is a row of crumbs, one each 0.2 m, with a position by dead
+//! reckoning and the heading of the nose. A drone on known ground finds its place among them and
+//! holds the heading that it had there.
 //!
-//! The gyro drifts, by 5° to 10° a minute once the board has warmed up. Along walls the walls hold
-//! the nose, so on a stretch that was flown before, the difference between the heading now and then
-//! is the drift, and is corrected.
+//! The place is found by the position and not by the odometer: the forward velocity alone is not
+//! the way along the tunnel while the nose points across it, so a drone that creeps through a bend
+//! and back would read the trail at another place each time. By position, a drone that has come
+//! back along its path is back, whichever way its nose points.
+//!
+//! Position and heading drift: the optic flow of a hovering drone by a few millimetres a second,
+//! the gyro by 5° to 10° a minute. So the trail gives headings only and no position is held by it.
+//! Where walls show that the drone is in a straight gallery, both are corrected.
 
-use units::{Metres, Radians};
+use units::Radians;
 
-/// The length of way that one heading stands for, m.
-const BIN: f32 = 0.2;
-/// The number of headings kept: 25.6 m of way. A relay needs a few metres of it to hover in a bend;
+/// The distance between two crumbs, m.
+const SPACING: f32 = 0.2;
+/// The number of crumbs kept: 25.6 m of path. A relay needs a few metres of it to hover in a bend;
 /// a drone that comes home past a junction needs all of the way since then.
-const BINS: usize = 128;
-/// The distance ahead along the way at which the trail is read, m.
-const LOOK_AHEAD: f32 = 0.3;
-/// A heading along walls that differs from the trail by less than this is the same but for drift,
-/// rad. A larger difference does not change the trail: the drone is lost.
-const SAME: f32 = 0.5;
-/// The part of the difference that is taken for drift, each time: at 5 Hz two thirds of it in 20 s.
-/// In that time the gyro drifts by 3°, and a nose that is late in a bend is straight again before
-/// much of its lag has been taken for drift.
-const FOLLOW: f32 = 0.01;
+const CRUMBS: usize = 128;
+/// The number of crumbs ahead and behind among which the place is looked for in each round.
+const SEARCH: i32 = 3;
+/// The path bends where its heading changes by more than this, rad, from …
+const BEND: f32 = 0.35;
+/// … this far behind to this far ahead, in crumbs.
+const AROUND: f32 = 3.0;
+/// A gallery is known to be straight where the path is straight and known this far both ways, m.
+const STRAIGHT: f32 = 0.5;
+/// A heading that differs by less than this from what walls say is off by drift, rad. A larger
+/// difference does not change the trail: what the beams see is another gallery.
+const SAME: f32 = 0.6;
+/// The part of this difference that is taken for drift in each round: within 4 s most of it.
+const FOLLOW: f32 = 0.05;
+/// The part of the distance from where the walls say the drone is that is taken for drift of the
+/// position in each round.
+const PULL: f32 = 0.2;
+/// The part of the distance from the path that is taken for drift of the position in each round,
+/// walls or not: 3 mm/s of drift stay below 3 cm.
+const LEAK: f32 = 0.02;
+/// The drone has left the path where it is farther than this beside it, m.
+const LEFT: f32 = 0.4;
+/// A path with fewer pieces than this is not longer than a bend.
+const SHORT: i32 = 8;
+/// A detour is longer than this, in crumbs, …
+const DETOUR: i32 = 5;
+/// … and ends where the drone is nearer than this to an earlier part of its path, m: galleries lie
+/// farther apart than this.
+const BACK: f32 = 0.35;
+/// No drone moves farther than this in a round, m.
+const FARTHEST: f32 = 0.5;
 
-/// The heading of one stretch.
+type Vec2 = [f32; 2];
+
+/// One point of the path.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Stretch {
-    bin: i32,
+struct Crumb {
+    at: Vec2,
     heading: f32,
 }
 
-/// The headings of all stretches, and the drift.
+impl Crumb {
+    const ORIGIN: Self = Self { at: [0.0; 2], heading: 0.0 };
+}
+
+/// The path, and the place of the drone on it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Trail {
-    stretches: [Option<Stretch>; BINS],
+    /// A ring: the crumb with number `n` is at `n` modulo the length.
+    crumbs: [Crumb; CRUMBS],
+    /// The number of the crumb at the end where the drone came from.
+    first: i32,
+    /// The number of the crumb at the other end; before `first` while there are no crumbs.
+    last: i32,
+    /// The position of the drone by dead reckoning.
+    at: Vec2,
+    /// The heading of the nose, less the drift.
+    heading: f32,
+    /// The number of the crumb behind the drone …
+    near: i32,
+    /// … and the part of the way from there to the next crumb.
+    part: f32,
     /// The angle by which the gyro's heading has drifted since the start, rad.
     drift: f32,
 }
@@ -50,44 +96,243 @@ impl Default for Trail {
 
 impl Trail {
     pub(crate) const fn new() -> Self {
-        Self { stretches: [None; BINS], drift: 0.0 }
-    }
-
-    /// Records the heading after this way; `by_walls` says whether walls hold the nose.
-    pub(crate) fn record(&mut self, way: Metres, heading: Radians, by_walls: bool) {
-        let bin = bin_of(way.0);
-        let heading = wrapped(heading.0 - self.drift);
-        let Some(slot) = self.stretches.get_mut(slot_of(bin)) else { return };
-        match slot {
-            Some(known) if known.bin == bin => {
-                let off = wrapped(heading - known.heading);
-                if by_walls && off.abs() < SAME {
-                    self.drift = wrapped(self.drift + FOLLOW * off);
-                }
-            }
-            _ => *slot = Some(Stretch { bin, heading }),
+        Self {
+            crumbs: [Crumb::ORIGIN; CRUMBS],
+            first: 0,
+            last: -1,
+            at: [0.0; 2],
+            heading: 0.0,
+            near: 0,
+            part: 0.0,
+            drift: 0.0,
         }
     }
 
-    /// The angle by which the nose is off the heading a little further on in this direction, if the
-    /// drone has been there: positive when it must turn counter-clockwise.
-    pub(crate) fn off(&self, way: Metres, forward: bool, heading: Radians) -> Option<Radians> {
-        let ahead = if forward { way.0 + LOOK_AHEAD } else { way.0 - LOOK_AHEAD };
-        let bin = bin_of(ahead);
-        let known = (*self.stretches.get(slot_of(bin))?)?;
-        let heading = wrapped(heading.0 - self.drift);
-        (known.bin == bin).then(|| Radians(wrapped(known.heading - heading)))
+    /// Moves the drone by this way, forward and to the left; `forward` says whether its nose leads.
+    pub(crate) fn advance(&mut self, moved: Vec2, heading: Radians, forward: bool) {
+        self.heading = wrapped(heading.0 - self.drift);
+        let [ahead, left] = axes(self.heading);
+        let bounded = |way: f32| if way.is_finite() { way.clamp(-FARTHEST, FARTHEST) } else { 0.0 };
+        self.at = plus(plus(self.at, ahead, bounded(moved[0])), left, bounded(moved[1]));
+        self.locate();
+        if self.is_between() {
+            self.at = plus(self.at, minus(self.foot(), self.at), LEAK);
+            self.leave(forward);
+        }
+        self.extend();
+    }
+
+    fn crumb(&self, number: i32) -> Crumb {
+        let number = number.clamp(self.first, self.last.max(self.first));
+        self.crumbs.get(slot(number)).copied().unwrap_or(Crumb::ORIGIN)
+    }
+
+    fn put(&mut self, number: i32, crumb: Crumb) {
+        if let Some(slot) = self.crumbs.get_mut(slot(number)) {
+            *slot = crumb;
+        }
+    }
+
+    fn here(&self) -> Crumb {
+        Crumb { at: self.at, heading: self.heading }
+    }
+
+    /// Whether the drone is beside the path and not beyond one of its ends.
+    fn is_between(&self) -> bool {
+        self.last > self.first && self.part > 0.0 && self.part < 1.0
+    }
+
+    /// The point of the path next to the drone.
+    fn foot(&self) -> Vec2 {
+        let at = self.crumb(self.near).at;
+        plus(at, minus(self.crumb(self.near.saturating_add(1)).at, at), self.part)
+    }
+
+    /// Finds the place on the path that is next to the drone.
+    fn locate(&mut self) {
+        let mut nearest = f32::INFINITY;
+        let from = self.near.saturating_sub(SEARCH).max(self.first);
+        let to = self.near.saturating_add(SEARCH).min(self.last.saturating_sub(1));
+        for number in from..=to {
+            let at = self.crumb(number).at;
+            let (leg, way) = (minus(self.crumb(number + 1).at, at), minus(self.at, at));
+            let square = dot(leg, leg);
+            let part = if square > 0.0 { (dot(way, leg) / square).clamp(0.0, 1.0) } else { 0.0 };
+            let off = plus(way, leg, -part);
+            if dot(off, off) < nearest {
+                nearest = dot(off, off);
+                (self.near, self.part) = (number, part);
+            }
+        }
+    }
+
+    /// Ends the path here if the drone has left it to a side: what is ahead on it is not where the
+    /// drone flies.
+    fn leave(&mut self, forward: bool) {
+        let off = minus(self.at, self.foot());
+        if dot(off, off) < LEFT * LEFT {
+            return;
+        }
+        let here = self.here();
+        if forward {
+            self.last = self.near.saturating_add(1);
+            self.put(self.last, here);
+            self.part = 1.0;
+        } else {
+            self.first = self.near;
+            self.put(self.first, here);
+            self.part = 0.0;
+        }
+    }
+
+    /// Adds a crumb where the drone flies beyond an end of the path.
+    fn extend(&mut self) {
+        let here = self.here();
+        if self.last < self.first {
+            self.put(0, here);
+            (self.first, self.last, self.near, self.part) = (0, 0, 0, 0.0);
+            return;
+        }
+        let place = self.near as f32 + self.part;
+        let beyond = |end: Crumb, sign: f32| {
+            let way = minus(self.at, end.at);
+            dot(way, way) >= SPACING * SPACING && sign * dot(way, axes(end.heading)[0]) > 0.0
+        };
+        if place >= self.last as f32 && beyond(self.crumb(self.last), 1.0) {
+            self.last = self.last.saturating_add(1);
+            self.put(self.last, here);
+            self.first = self.first.max(self.last.saturating_sub(CRUMBS as i32 - 1));
+            (self.near, self.part) = (self.last.saturating_sub(1), 1.0);
+            self.end_detour(self.last);
+        } else if place <= self.first as f32 && beyond(self.crumb(self.first), -1.0) {
+            self.first = self.first.saturating_sub(1);
+            self.put(self.first, here);
+            self.last = self.last.min(self.first.saturating_add(CRUMBS as i32 - 1));
+            (self.near, self.part) = (self.first, 0.0);
+            self.end_detour(self.first);
+        }
+    }
+
+    /// Forgets the detour of a drone that has come back to an earlier part of its path: its place
+    /// is there again. `newest` is the number of the crumb where it is.
+    fn end_detour(&mut self, newest: i32) {
+        let mut nearest = (BACK * BACK, None);
+        for number in self.first..=self.last {
+            let off = minus(self.crumb(number).at, self.at);
+            if (number - newest).abs() > DETOUR && dot(off, off) < nearest.0 {
+                nearest = (dot(off, off), Some(number));
+            }
+        }
+        let Some(number) = nearest.1 else { return };
+        if newest == self.last {
+            self.last = number;
+        } else {
+            self.first = number;
+        }
+        (self.near, self.part) = (number, 0.0);
+        self.locate();
+    }
+
+    /// The heading this far ahead on the path, in crumbs; beyond its ends that of the end.
+    fn heading_at(&self, ahead: f32) -> f32 {
+        let place = self.part + ahead;
+        let whole = libm::floorf(place);
+        let number = self.near.saturating_add(whole as i32);
+        let (a, b) = (self.crumb(number).heading, self.crumb(number.saturating_add(1)).heading);
+        wrapped(a + (place - whole) * wrapped(b - a))
+    }
+
+    /// Whether the path is known this far ahead, in metres.
+    pub(crate) fn knows(&self, ahead: f32) -> bool {
+        let place = self.near as f32 + self.part + ahead / SPACING;
+        place >= self.first as f32 && place <= self.last as f32
+    }
+
+    /// The angle by which the nose is off the heading this far ahead, in metres: positive when it
+    /// must turn counter-clockwise.
+    pub(crate) fn off(&self, ahead: f32) -> Radians {
+        Radians(wrapped(self.heading_at(ahead / SPACING) - self.heading))
+    }
+
+    /// Whether the path is no longer than a bend.
+    pub(crate) fn is_short(&self) -> bool {
+        self.last.saturating_sub(self.first) < SHORT
+    }
+
+    /// Whether the path bends here.
+    pub(crate) fn bends(&self) -> bool {
+        let turn =
+            |from: f32, to: f32| wrapped(self.heading_at(to) - self.heading_at(from)).abs() > BEND;
+        turn(0.0, AROUND) || turn(-AROUND, 0.0) || turn(-AROUND, AROUND)
+    }
+
+    /// Whether the path is known to be straight here.
+    pub(crate) fn is_straight(&self) -> bool {
+        self.knows(STRAIGHT) && self.knows(-STRAIGHT) && !self.bends()
+    }
+
+    /// The unit vector along the path here.
+    fn along(&self) -> Vec2 {
+        let crumb = self.crumb(self.near);
+        let leg = minus(self.crumb(self.near.saturating_add(1)).at, crumb.at);
+        let length = libm::sqrtf(dot(leg, leg));
+        if length > 0.0 { [leg[0] / length, leg[1] / length] } else { axes(crumb.heading)[0] }
+    }
+
+    /// How far the drone is to the left of the path, m.
+    pub(crate) fn aside(&self) -> f32 {
+        let along = self.along();
+        dot(minus(self.at, self.foot()), [-along[1], along[0]])
+    }
+
+    /// Corrects heading and position by the walls of a straight gallery, which say that the nose is
+    /// turned from it by `skew`, and that the drone is to the left of its middle by `offset`, m.
+    pub(crate) fn correct(&mut self, skew: Radians, offset: f32) {
+        if self.bends() {
+            return;
+        }
+        let wrong = -self.off(0.0).0 - skew.0;
+        if wrong.abs() < SAME {
+            self.drift = wrapped(self.drift + FOLLOW * wrong);
+        }
+        let along = self.along();
+        self.at = plus(self.at, [-along[1], along[0]], PULL * (offset - self.aside()));
+    }
+
+    /// Takes the heading of a drone that turned on the spot at the end towards which it flies.
+    pub(crate) fn turn(&mut self, forward: bool) {
+        let number = if forward { self.last } else { self.first };
+        let at = self.crumb(number).at;
+        self.put(number, Crumb { at, heading: self.heading });
+    }
+
+    /// Moves the drone along the path without a measured motion.
+    pub(crate) fn shift(&mut self, way: f32) {
+        self.at = plus(self.at, axes(self.heading_at(0.0))[0], way);
+        self.locate();
     }
 }
 
-fn bin_of(way: f32) -> i32 {
-    // Towards minus infinity; `as` saturates and turns NaN into zero.
-    let bin = (way / BIN) as i32;
-    if way < 0.0 { bin.saturating_sub(1) } else { bin }
+fn slot(number: i32) -> usize {
+    number.rem_euclid(CRUMBS as i32) as usize
 }
 
-fn slot_of(bin: i32) -> usize {
-    bin.rem_euclid(BINS as i32) as usize
+fn minus(a: Vec2, b: Vec2) -> Vec2 {
+    [a[0] - b[0], a[1] - b[1]]
+}
+
+fn plus(a: Vec2, b: Vec2, scale: f32) -> Vec2 {
+    [a[0] + scale * b[0], a[1] + scale * b[1]]
+}
+
+fn dot(a: Vec2, b: Vec2) -> f32 {
+    a[0] * b[0] + a[1] * b[1]
+}
+
+/// The unit vectors forward and to the left of a nose with this heading.
+fn axes(heading: f32) -> [Vec2; 2] {
+    let (sin, cos) = libm::sincosf(heading);
+    [[cos, sin], [-sin, cos]]
 }
 
 /// The same angle within half a turn, for angles within one and a half turns of zero, such as the
@@ -107,40 +352,91 @@ pub(crate) fn wrapped(angle: f32) -> f32 {
 mod tests {
     use super::*;
 
-    #[test]
-    fn a_stretch_is_known_once_flown_and_forgotten_far_away() {
+    /// A trail of `metres` straight ahead, then of as many to the left.
+    fn right_angle(metres: usize) -> Trail {
         let mut trail = Trail::new();
-        assert_eq!(trail.off(Metres(0.0), true, Radians(0.0)), None);
-        trail.record(Metres(0.3), Radians(1.5), true);
-        let off = trail.off(Metres(0.0), true, Radians(0.2)).unwrap();
-        assert!((off.0 - 1.3).abs() < 1e-6);
-        assert_eq!(trail.off(Metres(0.0), false, Radians(0.2)), None);
-        // 25.6 m on, another stretch takes its place in memory.
-        trail.record(Metres(25.9), Radians(0.0), true);
-        assert_eq!(trail.off(Metres(0.0), true, Radians(0.2)), None);
+        for heading in [0.0, core::f32::consts::FRAC_PI_2] {
+            for _ in 0..20 * metres {
+                trail.advance([0.05, 0.0], Radians(heading), true);
+            }
+        }
+        trail
     }
 
     #[test]
-    fn a_lost_drone_does_not_spoil_the_memory() {
+    fn ground_is_known_once_flown_and_forgotten_far_away() {
         let mut trail = Trail::new();
-        trail.record(Metres(-0.1), Radians(0.0), true);
+        trail.advance([0.0, 0.0], Radians(1.5), true);
+        assert!(trail.knows(0.0) && !trail.knows(0.1) && !trail.knows(-0.1));
+        for _ in 0..20 {
+            trail.advance([0.05, 0.0], Radians(1.5), true);
+        }
+        assert!(trail.knows(-0.7) && !trail.knows(0.2));
+        for _ in 0..600 {
+            trail.advance([0.05, 0.0], Radians(1.5), true);
+        }
+        assert!(trail.knows(-25.0) && !trail.knows(-26.0));
+    }
+
+    #[test]
+    fn a_drone_that_comes_back_by_any_motion_finds_its_headings() {
+        let mut trail = right_angle(3);
+        assert!(!trail.bends());
+        // Tail first, sideways round the corner, and tail first again.
+        for _ in 0..60 {
+            trail.advance([-0.05, 0.0], Radians(core::f32::consts::FRAC_PI_2), false);
+        }
+        assert!(trail.bends());
+        for _ in 0..40 {
+            trail.advance([0.0, 0.05], Radians(core::f32::consts::FRAC_PI_2), false);
+        }
+        let off = trail.off(0.0).0;
+        assert!((off + core::f32::consts::FRAC_PI_2).abs() < 0.01, "{off}");
+        assert!(trail.knows(-0.8) && !trail.knows(-1.5));
+    }
+
+    #[test]
+    fn a_drone_that_turned_round_is_back_on_its_path() {
+        let mut trail = right_angle(3);
+        // A narrow bow to the right, and back.
+        for step in 0..70 {
+            let turned = core::f32::consts::PI * (step as f32 / 10.0).min(1.0);
+            let heading = wrapped(core::f32::consts::FRAC_PI_2 - turned);
+            trail.advance([0.05, 0.0], Radians(heading), true);
+        }
+        let off = trail.off(0.0).0;
+        assert!(off.abs() > 2.9, "the nose points back along the path: {off}");
+    }
+
+    #[test]
+    fn walls_correct_the_drift_of_the_gyro_but_not_a_turn() {
+        let mut trail = right_angle(4);
+        for _ in 0..20 {
+            trail.advance([-0.05, 0.0], Radians(core::f32::consts::FRAC_PI_2), false);
+        }
         for _ in 0..100 {
-            trail.record(Metres(-0.1), Radians(2.0), true);
+            trail.advance([0.0, 0.0], Radians(core::f32::consts::FRAC_PI_2 + 0.3), true);
+            trail.correct(Radians(0.0), 0.0);
         }
-        assert_eq!(trail.off(Metres(-0.4), true, Radians(0.0)), Some(Radians(0.0)));
-        for _ in 0..500 {
-            trail.record(Metres(-0.1), Radians(0.3), true); // the gyro drifts
+        assert!(trail.off(0.0).0.abs() < 0.01);
+        for _ in 0..100 {
+            trail.advance([0.0, 0.0], Radians(core::f32::consts::FRAC_PI_2 + 1.8), true);
+            trail.correct(Radians(0.0), 0.0);
         }
-        let off = trail.off(Metres(-0.4), true, Radians(0.3)).unwrap();
-        assert!(off.0.abs() < 0.01);
+        assert!(trail.off(0.0).0.abs() > 1.0);
     }
 
     #[test]
     fn any_bits_are_borne() {
         let mut trail = Trail::new();
         for way in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, -f32::MAX] {
-            trail.record(Metres(way), Radians(way), true);
-            let _ = trail.off(Metres(way), false, Radians(way));
+            for forward in [true, false] {
+                trail.advance([way, -way], Radians(way), forward);
+                trail.correct(Radians(way), way);
+                trail.shift(way);
+                trail.turn(forward);
+                let _ = (trail.off(way), trail.knows(way), trail.is_straight(), trail.aside());
+            }
         }
     }
 }

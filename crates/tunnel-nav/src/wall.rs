@@ -48,13 +48,20 @@ impl Beams {
         Self { front, rear }
     }
 
+    /// Whether one of the beams is measured and sees no obstacle nearer than this, in metres.
+    pub(crate) fn opens(&self, length: f32) -> bool {
+        let open =
+            |beam: Range| beam != Range::Invalid && beam.length().is_none_or(|beam| beam > length);
+        open(self.front) || open(self.rear)
+    }
+
     fn wall(&self) -> Option<Wall> {
         Some(Wall { front: self.front.length()?, rear: self.rear.length()? })
     }
 }
 
 /// A wall whose beams are longer than this many times the usual length is that of another gallery.
-const SAME_GALLERY: f32 = 1.3;
+pub(crate) const SAME_GALLERY: f32 = 1.3;
 
 /// The state of one side.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -71,10 +78,16 @@ pub(crate) enum Track {
     Lost {
         /// The way flown since its beams agree again, forward positive; `None` while they do not.
         agreed: Option<f32>,
+        /// Whether the other side had a wall then: the gallery opens or turns to this side.
+        alone: bool,
     },
 }
 
 impl Track {
+    pub(crate) const fn is_lost(&self) -> bool {
+        matches!(self, Self::Lost { .. })
+    }
+
     pub(crate) const fn is_seen(&self) -> bool {
         matches!(self, Self::Seen { .. })
     }
@@ -94,8 +107,12 @@ impl Track {
         other_seen: bool,
         usual: f32,
     ) -> Self {
+        let alone = match self {
+            Self::Lost { alone, .. } => alone,
+            Self::Unknown | Self::Seen { .. } => other_seen && beams.opens(SAME_GALLERY * usual),
+        };
         let Some(wall) = beams.wall() else {
-            return Self::Lost { agreed: None };
+            return Self::Lost { agreed: None, alone };
         };
         let agrees = wall.agrees(config.ratio);
         match self {
@@ -105,19 +122,25 @@ impl Track {
                 Self::Seen { length }
             }
             // With no wall left, the first one that could be of this gallery counts.
-            Self::Lost { .. } if agrees && !other_seen && wall.mean() <= SAME_GALLERY * usual => {
+            Self::Lost { alone: false, .. }
+                if agrees && !other_seen && wall.mean() <= SAME_GALLERY * usual =>
+            {
                 Self::Seen { length: wall.mean() }
             }
             Self::Unknown if agrees => Self::Seen { length: wall.mean() },
-            Self::Lost { agreed } if wall.agrees(0.5 * config.ratio) => {
+            Self::Lost { agreed, .. } if wall.agrees(0.5 * config.ratio) => {
                 let way = agreed.map_or(0.0, |way| way + moved.0);
-                if way.abs() >= config.confirm * wall.mean() {
+                // An opening beside no wall is over sooner.
+                let confirm = if other_seen { config.confirm } else { 0.5 * config.confirm };
+                if way.abs() >= confirm * wall.mean() {
                     Self::Seen { length: wall.mean() }
                 } else {
-                    Self::Lost { agreed: Some(way) }
+                    Self::Lost { agreed: Some(way), alone }
                 }
             }
-            Self::Unknown | Self::Seen { .. } | Self::Lost { .. } => Self::Lost { agreed: None },
+            Self::Unknown | Self::Seen { .. } | Self::Lost { .. } => {
+                Self::Lost { agreed: None, alone }
+            }
         }
     }
 }

@@ -150,16 +150,17 @@ fn the_trail_turns_a_lost_nose_back() {
     let mut navigator = Navigator::new();
     let square = beams(at(0.7), at(0.7), at(0.7), at(0.7));
     let mut fly = |way: f32, speed: f32, heading: f32| {
-        let bearings = Bearings { way: Metres(way), heading: Some(Radians(heading)) };
+        let heading = Some(Radians(heading));
+        let bearings = Bearings { way: Metres(way), heading, ..Bearings::default() };
         navigator.step(&CONFIG, &square, MetresPerSecond(speed), &bearings).yaw_rate.0
     };
     for n in 0..=30 {
         assert_eq!(fly(0.1 * n as f32, 0.2, 0.1), 0.0);
     }
     // Four equal beams tell nothing; the gyro says 70° to the left of what was.
-    let turn = fly(2.5, -0.2, 0.1 + 1.2);
+    let turn = fly(2.9, -0.2, 0.1 + 1.2);
     assert!(turn < -0.5, "{turn} rad/s");
-    let turn = fly(2.5, -0.2, 0.1 - 1.2);
+    let turn = fly(2.9, -0.2, 0.1 - 1.2);
     assert!(turn > 0.5, "{turn} rad/s");
 }
 
@@ -213,16 +214,17 @@ proptest! {
     fn left_and_right_are_alike(flight in flight()) {
         let other_config = NavConfig { prefer: Side::Left, ..CONFIG };
         let (mut here, mut there) = (Navigator::new(), Navigator::new());
-        let mut way = Metres(0.0);
+        let (mut way, mut aside) = (Metres(0.0), 0.0);
         for Moment { ranges, speed, step, heading } in flight {
             way += Metres(step);
+            aside += 0.5 * step * heading.unwrap_or(0.0);
             let speed = MetresPerSecond(speed);
             let here = here.step(
-                &CONFIG, &ranges, speed, &Bearings { way, heading: heading.map(Radians) },
+                &CONFIG, &ranges, speed, &Bearings { way, aside: Metres(aside), heading: heading.map(Radians) },
             );
             let there = there.step(
                 &other_config, &mirrored(&ranges), speed,
-                &Bearings { way, heading: heading.map(|h| Radians(-h)) },
+                &Bearings { way, aside: Metres(-aside), heading: heading.map(|h| Radians(-h)) },
             );
             prop_assert!((here.forward - there.forward).abs().0 < 1e-5);
             prop_assert!((here.lateral + there.lateral).abs().0 < 1e-5, "{here:?} {there:?}");
@@ -255,7 +257,8 @@ proptest! {
         let ranges = beams(at(beam), at(beam), at(beam), at(beam));
         for n in 0..rounds {
             let way = Metres(speed * 0.2 * n as f32);
-            let bearings = Bearings { way, heading: Some(Radians(1.0)) };
+            let heading = Some(Radians(1.0));
+            let bearings = Bearings { way, heading, ..Bearings::default() };
             let command = navigator.step(&CONFIG, &ranges, MetresPerSecond(speed), &bearings);
             prop_assert_eq!(command.walls, Walls::Both);
             prop_assert_eq!(command.lateral.0, 0.0);
@@ -290,7 +293,8 @@ proptest! {
             let beam = |d: f32| Range::measured(Metres(d), CONFIG.reach);
             let ranges = beams(beam(nw), beam(ne), beam(sw), beam(se));
             let way = if other > 0.0 { way } else { other };
-            let bearings = Bearings { way: Metres(way), heading: heading.map(Radians) };
+            let heading = heading.map(Radians);
+            let bearings = Bearings { way: Metres(way), aside: Metres(other), heading };
             let command = navigator.step(&CONFIG, &ranges, MetresPerSecond(speed), &bearings);
             check(&command, speed)?;
         }

@@ -1,0 +1,215 @@
+//! Tunnels for a point-level drone: the free space is a union of convex pieces.
+
+use std::f32::consts::{FRAC_PI_2, PI};
+
+/// A point, or a vector, in metres.
+pub type Vec2 = [f32; 2];
+
+/// The unit vector at this angle.
+pub fn unit(angle: f32) -> Vec2 {
+    [libm::cosf(angle), libm::sinf(angle)]
+}
+
+pub fn add(a: Vec2, b: Vec2, scale: f32) -> Vec2 {
+    [a[0] + scale * b[0], a[1] + scale * b[1]]
+}
+
+fn cross(a: Vec2, b: Vec2) -> f32 {
+    a[0] * b[1] - a[1] * b[0]
+}
+
+/// A tunnel and the centre-line from its mouth to its end.
+#[derive(Clone, Debug)]
+pub struct Tunnel {
+    pub name: String,
+    /// Convex polygons, counter-clockwise.
+    pieces: Vec<Vec<Vec2>>,
+    centre: Vec<Vec2>,
+    pub width: f32,
+}
+
+/// The place on the centre-line next to a point.
+#[derive(Clone, Copy, Debug)]
+pub struct Place {
+    /// The way from the mouth.
+    pub way: f32,
+    /// The direction of the centre-line towards the end, smoothed over the width of the tunnel.
+    pub direction: f32,
+}
+
+impl Tunnel {
+    /// A tunnel that turns by these angles (counter-clockwise), with straights of this length
+    /// between.
+    pub fn turning(name: &str, width: f32, straight: f32, turns: &[f32]) -> Self {
+        let (mut at, mut angle) = ([0.0, 0.0], 0.0);
+        let mut centre = vec![at];
+        for turn in turns {
+            at = add(at, unit(angle), straight);
+            centre.push(at);
+            angle += turn;
+        }
+        centre.push(add(at, unit(angle), straight));
+        Self::along(format!("{name}, {width} m"), centre, width)
+    }
+
+    /// A right angle of which the corner is rounded with this radius.
+    pub fn rounded(width: f32, straight: f32, radius: f32) -> Self {
+        let pieces = 8;
+        let turn = FRAC_PI_2 / pieces as f32;
+        let step = 2.0 * radius * libm::tanf(0.5 * turn);
+        let (mut at, mut angle) = ([0.0, 0.0], 0.0);
+        let mut centre = vec![at];
+        at = add(at, unit(0.0), straight - 0.5 * step);
+        for _ in 0..pieces {
+            centre.push(at);
+            angle += turn;
+            at = add(at, unit(angle), step);
+        }
+        centre.push(add(at, unit(angle), straight));
+        Self::along(format!("rounded {radius} m, {width} m"), centre, width)
+    }
+
+    /// A tunnel with a gallery that leaves at the middle of its first straight, at this angle.
+    pub fn with_branch(mut self, name: &str, angle: f32, length: f32) -> Self {
+        let [a, b] = [self.centre[0], self.centre[1]];
+        let mouth = [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])];
+        let end = add(mouth, unit(angle), length);
+        let branch = Self::along(String::new(), vec![mouth, end], self.width);
+        self.pieces.extend(branch.pieces);
+        self.name = format!("{name}, {} m", self.width);
+        self
+    }
+
+    fn along(name: String, centre: Vec<Vec2>, width: f32) -> Self {
+        let directions: Vec<Vec2> = centre
+            .windows(2)
+            .map(|pair| {
+                let d = [pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]];
+                let length = libm::sqrtf(d[0] * d[0] + d[1] * d[1]);
+                [d[0] / length, d[1] / length]
+            })
+            .collect();
+        let last = centre.len() - 1;
+        let walls: Vec<[Vec2; 2]> = (0..=last)
+            .map(|n| {
+                let (before, after) =
+                    (directions[n.saturating_sub(1)], directions[n.min(last - 1)]);
+                let mitre = [before[0] + after[0], before[1] + after[1]];
+                let scale = width / (mitre[0] * mitre[0] + mitre[1] * mitre[1]);
+                let cap = match n {
+                    0 => -0.5 * width,
+                    _ if n == last => 0.5 * width,
+                    _ => 0.0,
+                };
+                let at = add(centre[n], after, cap);
+                let left = [-mitre[1], mitre[0]];
+                [add(at, left, scale), add(at, left, -scale)]
+            })
+            .collect();
+        let pieces = walls.windows(2).map(|w| vec![w[0][1], w[1][1], w[1][0], w[0][0]]).collect();
+        Self { name, pieces, centre, width }
+    }
+
+    /// The length of the centre-line.
+    pub fn length(&self) -> f32 {
+        self.legs().map(|(_, _, length)| length).sum()
+    }
+
+    /// The ways at which the centre-line turns.
+    pub fn bends(&self) -> Vec<f32> {
+        let mut way = 0.0;
+        let mut bends: Vec<f32> = self
+            .legs()
+            .map(|(_, _, length)| {
+                way += length;
+                way
+            })
+            .collect();
+        bends.pop();
+        bends
+    }
+
+    fn legs(&self) -> impl Iterator<Item = (Vec2, Vec2, f32)> + '_ {
+        self.centre.windows(2).map(|pair| {
+            let d = [pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]];
+            (pair[0], d, libm::sqrtf(d[0] * d[0] + d[1] * d[1]))
+        })
+    }
+
+    /// The point of the centre-line at this way, and the angle of its direction there.
+    pub fn at(&self, way: f32) -> (Vec2, f32) {
+        let mut left = way.max(0.0);
+        let mut found = (self.centre[0], 0.0);
+        for (from, d, length) in self.legs() {
+            found = (add(from, d, left.min(length) / length), libm::atan2f(d[1], d[0]));
+            if left <= length {
+                break;
+            }
+            left -= length;
+        }
+        found
+    }
+
+    /// The place on the centre-line next to this point.
+    pub fn place(&self, at: Vec2) -> Place {
+        let (mut best, mut way, mut start) = (f32::INFINITY, 0.0, 0.0);
+        for (from, d, length) in self.legs() {
+            let along = ((at[0] - from[0]) * d[0] + (at[1] - from[1]) * d[1]) / (length * length);
+            let along = along.clamp(0.0, 1.0);
+            let foot = add(from, d, along);
+            let off = (at[0] - foot[0]) * (at[0] - foot[0]) + (at[1] - foot[1]) * (at[1] - foot[1]);
+            if off < best {
+                (best, way) = (off, start + along * length);
+            }
+            start += length;
+        }
+        let reach = self.width;
+        let (a, b) = (self.at(way - reach).0, self.at((way + reach).min(self.length())).0);
+        Place { way, direction: libm::atan2f(b[1] - a[1], b[0] - a[0]) }
+    }
+
+    /// The way from this point in this direction to the first wall.
+    pub fn cast(&self, from: Vec2, direction: Vec2) -> f32 {
+        let mut free = 0.0;
+        loop {
+            let spans = self.pieces.iter().filter_map(|piece| span(piece, from, direction));
+            let joined = spans.filter(|&(enter, _)| enter <= free + 1e-4).map(|(_, leave)| leave);
+            let farther = joined.fold(free, f32::max);
+            if farther == free {
+                return free;
+            }
+            free = farther;
+        }
+    }
+
+    /// The distance to the nearest wall.
+    pub fn clearance(&self, at: Vec2) -> f32 {
+        (0..48).map(|n| self.cast(at, unit(PI * n as f32 / 24.0))).fold(f32::INFINITY, f32::min)
+    }
+}
+
+/// Where the line through this point enters and leaves a convex polygon.
+fn span(piece: &[Vec2], from: Vec2, direction: Vec2) -> Option<(f32, f32)> {
+    let (mut enter, mut leave) = (f32::NEG_INFINITY, f32::INFINITY);
+    for (n, &a) in piece.iter().enumerate() {
+        let b = piece[(n + 1) % piece.len()];
+        let edge = [b[0] - a[0], b[1] - a[1]];
+        let inside = cross(edge, [from[0] - a[0], from[1] - a[1]]);
+        let closing = cross(edge, direction);
+        if closing.abs() < 1e-9 {
+            if inside < 0.0 {
+                return None;
+            }
+        } else if closing > 0.0 {
+            enter = enter.max(-inside / closing);
+        } else {
+            leave = leave.min(-inside / closing);
+        }
+    }
+    (leave > 0.0 && enter < leave).then_some((enter, leave))
+}
+
+/// The same angle within half a turn.
+pub fn wrapped(angle: f32) -> f32 {
+    libm::remainderf(angle, 2.0 * PI)
+}
