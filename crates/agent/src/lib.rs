@@ -261,11 +261,8 @@ impl Agent {
                 (Setpoint::hover(height), Walls::Neither)
             }
             Wish::Along { speed, height } => {
-                let bearings = Bearings {
-                    way: self.odometer,
-                    aside: self.aside,
-                    heading: inputs.heading,
-                };
+                let bearings =
+                    Bearings { way: self.odometer, aside: self.aside, heading: inputs.heading };
                 let command = self.navigator.step(&config.nav, &inputs.ranges, speed, &bearings);
                 self.motion.command(command.forward);
                 let setpoint = Setpoint::Fly {

@@ -3,8 +3,16 @@
 //!
 //! While the chain decides only *how fast along the tunnel* a drone flies, this crate turns that
 //! speed into body velocities and a yaw rate that keep the drone off the walls and pointing along
-//! the tunnel. Its state is the walls that it has, and the heading of the nose along the last
-//! metres of way.
+//! the tunnel. Its state is the walls that it has, the side on which the tunnel last opened, and the
+//! path of the last metres with the headings of the nose along it.
+//!
+//! # Rest in a bend
+//! In a right angle four beams tell too little, and a drone that rested there used to end with its
+//! nose towards the base. One missing range ended a wall, and the false wall on the other side was
+//! taken up; between four equal beams the nose turned freely; and headings remembered by the forward
+//! odometer were held at another place after some creeping back and forth. So a missing range is
+//! bridged for a moment, the nose is held by the headings of the flown path wherever the drone is
+//! not in a straight gallery, and the place on the path is found by position.
 //!
 //! ```text
 //!        x forward           NW, NE, SW, SE: beams at ±45° and ±135° from the nose.

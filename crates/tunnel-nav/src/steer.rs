@@ -363,9 +363,8 @@ impl Navigator {
     }
 
     /// The yaw rate with no wall to follow and an obstacle ahead: towards an open leading beam, else
-    /// to the side that has opened. A drone that has flown no farther than across a bend has seen
-    /// nothing open, and turns to the side where a trailing beam looks into a gallery. Else it is
-    /// towards the longer leading beam, or the preferred side where they are alike.
+    /// to the side that has opened, else towards the longer leading beam, or the preferred side where
+    /// they are alike.
     fn turn_to_open(&self, config: &NavConfig, ranges: &Diagonals) -> f32 {
         let length = |beam: Range| nearest(beam).min(config.reach.0);
         let (left, right) = (length(ranges.nw), length(ranges.ne));
@@ -374,14 +373,10 @@ impl Navigator {
         }
         let is_open = |length: f32| length > SAME_GALLERY * self.centred;
         let alike = (left - right).abs() < 0.1 * (left + right);
-        let leading = (is_open(left), is_open(right));
-        let trailing = (is_open(length(ranges.sw)), is_open(length(ranges.se)));
-        let to_left = match (leading, self.opening, trailing) {
-            ((true, false), _, _) => true,
-            ((false, true), _, _) => false,
-            (_, Some((side, _)), _) => side == Side::Left,
-            (_, None, (true, false)) if self.trail.is_short() => true,
-            (_, None, (false, true)) if self.trail.is_short() => false,
+        let to_left = match (is_open(left), is_open(right), self.opening) {
+            (true, false, _) => true,
+            (false, true, _) => false,
+            (_, _, Some((side, _))) => side == Side::Left,
             _ if alike => config.prefer == Side::Left,
             _ => left > right,
         };

@@ -44,8 +44,6 @@ const PULL: f32 = 0.2;
 const LEAK: f32 = 0.02;
 /// The drone has left the path where it is farther than this beside it, m.
 const LEFT: f32 = 0.4;
-/// A path with fewer pieces than this is not longer than a bend.
-const SHORT: i32 = 8;
 /// A detour is longer than this, in crumbs, …
 const DETOUR: i32 = 5;
 /// … and ends where the drone is nearer than this to an earlier part of its path, m: galleries lie
@@ -254,11 +252,6 @@ impl Trail {
         Radians(wrapped(self.heading_at(ahead / SPACING) - self.heading))
     }
 
-    /// Whether the path is no longer than a bend.
-    pub(crate) fn is_short(&self) -> bool {
-        self.last.saturating_sub(self.first) < SHORT
-    }
-
     /// Whether the path bends here.
     pub(crate) fn bends(&self) -> bool {
         let turn =
@@ -331,7 +324,7 @@ fn dot(a: Vec2, b: Vec2) -> f32 {
 
 /// The unit vectors forward and to the left of a nose with this heading.
 fn axes(heading: f32) -> [Vec2; 2] {
-    let (sin, cos) = libm::sincosf(heading);
+    let (sin, cos) = Radians(heading).sin_cos();
     [[cos, sin], [-sin, cos]]
 }
 

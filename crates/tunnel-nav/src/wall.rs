@@ -1,7 +1,6 @@
 //! The wall on one side of the drone: whether there is one, and how long its beams are.
 //!
 //! The paper's ratio test looks at one moment: two beams that differ by more than 40 % see no wall.
-//! At a right-angle bend that is not enough. Past the inner corner the front beam comes back wall.
 //! At a right-angle bend that is not enough. Past the inner corner the front beam ends at the *far*
 //! wall, for a while with just the length that a straight wall would give, and a drone that centres
 //! on it is drawn into the corner, where all four beams are equal and no range tells forward from

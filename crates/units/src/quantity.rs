@@ -120,6 +120,31 @@ linear_quantity! {
     RadiansPerSecond, " rad/s"
 }
 
+impl Radians {
+    /// Sine and cosine, to 1e-6 within some turns of zero, without the double precision and the
+    /// tables of the C library's functions, which take a microcontroller 3 kB.
+    #[must_use]
+    pub fn sin_cos(self) -> (f32, f32) {
+        use core::f32::consts::FRAC_2_PI;
+        // π/2 in two parts, so that quarter turns are taken away exactly.
+        const HALF_PI: [f32; 2] = [1.570_312_5, 4.838_268e-4];
+        let half = if self.0 < 0.0 { -0.5 } else { 0.5 };
+        let quarters = (self.0 * FRAC_2_PI + half) as i32;
+        let n = quarters as f32;
+        let x = self.0 - n * HALF_PI[0] - n * HALF_PI[1];
+        let square = x * x;
+        let sin = x * (1.0 - square / 6.0 * (1.0 - square / 20.0 * (1.0 - square / 42.0)));
+        let cos = 1.0
+            - square / 2.0 * (1.0 - square / 12.0 * (1.0 - square / 30.0 * (1.0 - square / 56.0)));
+        match quarters & 3 {
+            0 => (sin, cos),
+            1 => (cos, -sin),
+            2 => (-sin, -cos),
+            _ => (-cos, sin),
+        }
+    }
+}
+
 linear_quantity! {
     /// A voltage, in volts.
     Volts, " V"
@@ -216,6 +241,33 @@ impl fmt::Display for NodeId {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn sine_and_cosine_are_those_of_the_c_library() {
+        for n in -2_000..=2_000 {
+            let angle = n as f32 * 0.01;
+            let (sin, cos) = Radians(angle).sin_cos();
+            assert!((sin - series(angle)).abs() < 4e-6, "sin {angle} is not {sin}");
+            assert!((cos - series(angle + core::f32::consts::FRAC_PI_2)).abs() < 4e-6);
+        }
+    }
+
+    /// The series of the sine, in double precision.
+    fn series(angle: f32) -> f32 {
+        let turn = 2.0 * core::f64::consts::PI;
+        let mut x = f64::from(angle) % turn;
+        if x.abs() > 0.5 * turn {
+            x -= turn.copysign(x);
+        }
+        let mut term = x;
+        let mut sum = x;
+        for n in 1..20 {
+            let n = f64::from(2 * n);
+            term *= -x * x / (n * (n + 1.0));
+            sum += term;
+        }
+        sum as f32
+    }
 
     #[test]
     fn a_limit_holds_for_any_bits() {

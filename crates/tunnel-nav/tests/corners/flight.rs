@@ -7,17 +7,17 @@ use crate::world::{Place, Tunnel, Vec2, add, unit, wrapped};
 
 const CONFIG: NavConfig = NavConfig::DEFAULT;
 /// The time of one round, s.
-pub const ROUND: f32 = 0.2;
+pub(crate) const ROUND: f32 = 0.2;
 const STEPS: u32 = 10;
 /// Half the drone's width with its guards, m.
 const RADIUS: f32 = 0.08;
 
 /// Random numbers: xorshift64*.
 #[derive(Clone, Debug)]
-pub struct Random(u64);
+pub(crate) struct Random(u64);
 
 impl Random {
-    pub fn new(seed: u64) -> Self {
+    pub(crate) fn new(seed: u64) -> Self {
         let mut random = Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1);
         for _ in 0..8 {
             random.uniform();
@@ -26,68 +26,63 @@ impl Random {
     }
 
     /// Between 0 and 1.
-    pub fn uniform(&mut self) -> f32 {
+    pub(crate) fn uniform(&mut self) -> f32 {
         self.0 ^= self.0 >> 12;
         self.0 ^= self.0 << 25;
         self.0 ^= self.0 >> 27;
         (self.0.wrapping_mul(0x2545_f491_4f6c_dd1d) >> 40) as f32 / (1u64 << 24) as f32
     }
 
-    pub fn between(&mut self, low: f32, high: f32) -> f32 {
+    pub(crate) fn between(&mut self, low: f32, high: f32) -> f32 {
         low + (high - low) * self.uniform()
     }
 
     /// With mean 0 and standard deviation 1.
-    pub fn normal(&mut self) -> f32 {
+    pub(crate) fn normal(&mut self) -> f32 {
         (0..12).map(|_| self.uniform()).sum::<f32>() - 6.0
     }
 }
 
 /// The errors of a drone's sensors.
 #[derive(Clone, Copy, Debug)]
-pub struct Errors {
+pub(crate) struct Errors {
     /// Standard deviation of a range, m.
-    pub range: f32,
+    pub(crate) range: f32,
     /// The part of ranges that are missing.
-    pub missing: f32,
+    pub(crate) missing: f32,
     /// Standard deviation of a round's mean velocity, m/s.
-    pub flow: f32,
+    pub(crate) flow: f32,
     /// The velocity that the flow sensor sees at rest, m/s.
-    pub bias: Vec2,
+    pub(crate) bias: Vec2,
     /// The factor of the flow sensor.
-    pub scale: f32,
+    pub(crate) scale: f32,
     /// The drift of the gyro, rad/s.
-    pub drift: f32,
+    pub(crate) drift: f32,
     /// Standard deviation of a disturbance of the yaw rate, rad/s.
-    pub yaw: f32,
+    pub(crate) yaw: f32,
 }
 
 /// A drone in a tunnel.
-pub struct Flight<'a> {
+pub(crate) struct Flight<'a> {
     tunnel: &'a Tunnel,
     errors: Errors,
     random: Random,
     navigator: Navigator,
     at: Vec2,
-    pub yaw: f32,
+    yaw: f32,
     velocity: Vec2,
     yaw_rate: f32,
     odometer: f32,
     aside: f32,
     gyro: f32,
-    touching: bool,
+    /// A lower bound of the distance to the nearest wall.
     clear: f32,
-    /// How often it has touched a wall.
-    pub touches: u32,
-    /// The greatest angle between the nose and the tunnel so far.
-    pub worst: f32,
-    pub trace: bool,
-    time: f32,
+    touches: bool,
 }
 
 impl<'a> Flight<'a> {
     /// A drone that hovers at this way, along the tunnel.
-    pub fn new(tunnel: &'a Tunnel, way: f32, errors: Errors, random: Random) -> Self {
+    pub(crate) fn new(tunnel: &'a Tunnel, way: f32, errors: Errors, random: Random) -> Self {
         let (at, yaw) = tunnel.at(way);
         Self {
             tunnel,
@@ -101,32 +96,48 @@ impl<'a> Flight<'a> {
             odometer: 0.0,
             aside: 0.0,
             gyro: 0.0,
-            touching: false,
             clear: 0.0,
-            touches: 0,
-            worst: 0.0,
-            trace: false,
-            time: 0.0,
+            touches: false,
         }
     }
 
     /// The place of the drone.
-    pub fn place(&self) -> Place {
+    fn place(&self) -> Place {
         self.tunnel.place(self.at)
     }
 
-    /// The way flown by its own odometer.
-    pub fn odometer(&self) -> f32 {
-        self.odometer
+    /// The way from the mouth along the tunnel.
+    pub(crate) fn way(&self) -> f32 {
+        self.place().way
+    }
+
+    /// The length of the tunnel.
+    pub(crate) fn length(&self) -> f32 {
+        self.tunnel.length()
+    }
+
+    /// Whether all is well: no wall touched, and the nose towards the end of the tunnel.
+    ///
+    /// # Errors
+    /// What is wrong.
+    pub(crate) fn check(&self, when: &str) -> Result<(), String> {
+        if self.touches {
+            return Err(format!("touches a wall {when}"));
+        }
+        // Across the tunnel, and 10° for the noise: a drone turns by right angles.
+        if self.astray().to_degrees() > 100.0 {
+            return Err(format!("is reversed {when}"));
+        }
+        Ok(())
     }
 
     /// The angle between the nose and the tunnel's direction towards its end.
-    pub fn astray(&self) -> f32 {
+    fn astray(&self) -> f32 {
         wrapped(self.yaw - self.place().direction).abs()
     }
 
     /// Flies for one round at this speed along the tunnel.
-    pub fn round(&mut self, speed: f32) {
+    pub(crate) fn round(&mut self, speed: f32) {
         let ranges = self.ranges();
         let bearings = Bearings {
             way: Metres(self.odometer),
@@ -134,28 +145,6 @@ impl<'a> Flight<'a> {
             heading: Some(Radians(wrapped(self.yaw + self.gyro))),
         };
         let command = self.navigator.step(&CONFIG, &ranges, MetresPerSecond(speed), &bearings);
-        if self.trace {
-            let place = self.place();
-            println!(
-                "{:6.1} speed {speed:5.2} way {:5.2} odo {:5.2} at {:5.2} {:5.2} yaw {:4.0} off {:4.0} {:?} fwd {:.2} lat {:.2} yaw {:.2} | {:?}",
-                self.time,
-                place.way,
-                self.odometer,
-                self.at[0],
-                self.at[1],
-                self.yaw.to_degrees(),
-                wrapped(self.yaw - place.direction).to_degrees(),
-                command.walls,
-                command.forward.0,
-                command.lateral.0,
-                command.yaw_rate.0,
-                [ranges.nw, ranges.ne, ranges.sw, ranges.se].map(|r| match r {
-                    Range::At(m) => m.0,
-                    Range::Clear => 9.0,
-                    Range::Invalid => -1.0,
-                }),
-            );
-        }
         let mut moved = [0.0; 2];
         let yaw_error = self.errors.yaw * self.random.normal();
         for _ in 0..STEPS {
@@ -174,12 +163,8 @@ impl<'a> Flight<'a> {
             if self.clear < RADIUS + 0.01 {
                 self.clear = self.tunnel.clearance(to);
             }
-            let touches = self.clear < RADIUS;
-            self.touches += u32::from(touches && !self.touching);
-            self.touching = touches;
-            if !touches {
-                self.at = to;
-            }
+            self.touches |= self.clear < RADIUS;
+            self.at = to;
             self.yaw += self.yaw_rate * dt;
         }
         self.odometer += self.errors.bias[0] * ROUND
@@ -189,8 +174,6 @@ impl<'a> Flight<'a> {
             + moved[1] * self.errors.scale
             + ROUND * self.errors.flow * self.random.normal();
         self.gyro += self.errors.drift * ROUND;
-        self.time += ROUND;
-        self.worst = self.worst.max(self.astray());
     }
 
     fn ranges(&mut self) -> Diagonals {

@@ -1,52 +1,73 @@
-//! Drones that rest and dither in corners: afterwards the nose still points along the tunnel.
+//! Drones that rest, tremble and creep in bends: afterwards the nose still points along the tunnel,
+//! no wall was touched, and the drone goes on to the end of the tunnel and home again.
+//!
+//! Until the trail had positions, a drone ended with its nose towards the base in 7 of 100 flights
+//! into a right angle, by three causes: one missing range ended a wall, and a false one
+//! was taken up; the nose turned freely between four equal beams; and the forward odometer parted
+//! from the way along the tunnel, so that the headings of another place were held.
 
 mod flight;
 mod world;
 
+use std::collections::BTreeMap;
+use std::f32::consts::TAU;
+
 use flight::{Errors, Flight, ROUND, Random};
 use world::Tunnel;
 
-fn tunnels(width: f32) -> Vec<Tunnel> {
-    let degrees = |turns: &[f32]| turns.iter().map(|t| t.to_radians()).collect::<Vec<_>>();
-    let of = |name: &str, turns: &[f32]| Tunnel::turning(name, width, 3.0 + width, &degrees(turns));
-    vec![
-        of("right angle", &[90.0]),
-        of("right angle to the right", &[-90.0]),
+/// What the drone does in the bend.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Rest {
+    /// It hovers: no speed is commanded, and it drifts with its optic flow.
+    Still,
+    /// Small speeds of changing sign are commanded, and it drifts.
+    Tremble,
+    /// It is held at a place by a closed loop with noise.
+    Hold,
+    /// It is led back and forth over 0.6 m by a closed loop.
+    Creep,
+    /// It flies to places within 1 m at full speed, with stops.
+    Hop,
+    /// It flies on at once.
+    Leave,
+}
+
+const RESTS: [Rest; 6] =
+    [Rest::Still, Rest::Tremble, Rest::Hold, Rest::Creep, Rest::Hop, Rest::Leave];
+
+/// One flight into a bend, a rest of 3 min there, and a flight out of it.
+#[derive(Clone, Copy, Debug)]
+struct Trial {
+    rest: Rest,
+    /// Whether the drone has flown to the bend, or is set there without a trail.
+    arrives: bool,
+    seed: u64,
+}
+
+fn right_angles(width: f32) -> [Tunnel; 2] {
+    let of = |name, turn: f32| Tunnel::turning(name, width, 3.0 + width, &[turn.to_radians()]);
+    [of("left", 90.0), of("right", -90.0)]
+}
+
+fn other_tunnels(width: f32) -> [Tunnel; 8] {
+    let of = |name, turns: &[f32]| {
+        let turns: Vec<_> = turns.iter().map(|turn| turn.to_radians()).collect();
+        Tunnel::turning(name, width, 3.0 + width, &turns)
+    };
+    [
         of("60 degrees", &[60.0]),
         of("120 degrees", &[120.0]),
         of("U", &[90.0, 90.0]),
         of("Z", &[90.0, -90.0]),
         Tunnel::rounded(width, 3.0 + width, 0.8 * width),
         of("dead end", &[]),
-        of("", &[90.0]).with_branch("T and right angle", -1.5708, 4.0),
-        of("", &[90.0]).with_branch("fork and right angle", 1.0472, 4.0),
+        of("", &[90.0]).with_branch("T and right angle", -90.0, 4.0),
+        of("", &[90.0]).with_branch("fork and right angle", 60.0, 4.0),
     ]
 }
 
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Rest {
-    /// No speed is commanded.
-    Still,
-    /// Zero-mean speeds whose sign flips.
-    Dither,
-    /// A place is held by a closed loop with noise.
-    Hold,
-    /// The drone creeps back and forth.
-    Creep,
-    /// The drone leaves at once.
-    Leave,
-    /// The drone flies at full speed or not at all, to a place nearby.
-    Bang,
-}
-
-struct Trial {
-    arrives: bool,
-    rest: Rest,
-    back: bool,
-}
-
-fn fly(tunnel: &Tunnel, seed: u64, trial: &Trial, trace: bool) -> Result<f32, String> {
-    let mut random = Random::new(seed);
+/// The errors of an ordinary drone; every third drone has none but of its optic flow.
+fn errors(seed: u64, random: &mut Random) -> Errors {
     let errors = Errors {
         range: 0.02,
         missing: 0.03,
@@ -56,11 +77,20 @@ fn fly(tunnel: &Tunnel, seed: u64, trial: &Trial, trace: bool) -> Result<f32, St
         drift: random.between(-5.0, 5.0).to_radians() / 60.0,
         yaw: 0.02,
     };
-    let errors = if seed % 3 == 0 {
-        Errors { range: 0.0, missing: 0.0, drift: 0.0, yaw: 0.0, bias: [0.0; 2], ..errors }
+    if seed.is_multiple_of(3) {
+        Errors { range: 0.0, missing: 0.0, bias: [0.0; 2], drift: 0.0, yaw: 0.0, ..errors }
     } else {
         errors
-    };
+    }
+}
+
+/// Flies one trial.
+///
+/// # Errors
+/// What went wrong first.
+fn fly(tunnel: &Tunnel, trial: Trial) -> Result<(), String> {
+    let mut random = Random::new(trial.seed);
+    let errors = errors(trial.seed, &mut random);
     let bends = tunnel.bends();
     let around = match bends.len() {
         0 => tunnel.length() - 0.5,
@@ -69,145 +99,110 @@ fn fly(tunnel: &Tunnel, seed: u64, trial: &Trial, trace: bool) -> Result<f32, St
     let goal = (around + random.between(-1.2, 1.2)).clamp(0.3, tunnel.length() - 0.4);
     let start = if trial.arrives { 0.3 } else { goal };
     let mut flight = Flight::new(tunnel, start, errors, random.clone());
-    flight.trace = trace;
-    if trial.arrives {
-        for _ in 0..600 {
-            let left = goal - flight.place().way;
-            if left < 0.02 {
-                break;
-            }
-            flight.round((0.5 * left).clamp(0.06, 0.3));
+    for _ in 0..600 {
+        if !trial.arrives || flight.way() >= goal - 0.02 {
+            break;
         }
+        flight.round((0.5 * (goal - flight.way())).clamp(0.06, 0.3));
+        flight.check("arriving")?;
     }
-    let reversed = |flight: &Flight, when: &str| {
-        if flight.touches > 0 {
-            return Err(format!("touched {when}"));
-        }
-        if flight.astray().to_degrees() > 100.0 {
-            return Err(format!("reversed {when}"));
-        }
-        Ok(())
-    };
-    let arrived = flight.place().way;
-    reversed(&flight, "arriving")?;
-    let period = random.between(2.0, 12.0);
-    let size = random.between(0.02, 0.05);
-    let bang: [f32; 6] = std::array::from_fn(|_| {
-        (goal + random.between(-1.0, 1.0)).clamp(0.5, tunnel.length() - 0.5)
-    });
-    let mut noise = 0.0;
-    let rounds = if trial.rest == Rest::Leave { 5 } else { 900 };
+    rest(&mut flight, trial.rest, goal, &mut random)?;
     let cruise = if trial.rest == Rest::Leave { random.between(0.1, 0.4) } else { 0.2 };
-    for n in 0..rounds {
-        let t = n as f32 * ROUND;
-        let way = flight.place().way;
-        noise += 0.1 * (random.normal() * 0.06 - noise);
-        let to = bang[(t / 30.0) as usize % 6] - way;
-        let speed = match trial.rest {
-            Rest::Bang => {
-                if to.abs() > 0.08 && random.uniform() < 0.7 {
-                    0.4 * to.signum()
-                } else {
-                    0.0
-                }
-            }
-            Rest::Still | Rest::Leave => 0.0,
-            Rest::Dither => {
-                if (t / period) as u32 % 2 == 0 {
-                    size
-                } else {
-                    -size
-                }
-            }
-            Rest::Hold => (0.3 * (goal - way) + noise * 2.0).clamp(-0.3, 0.3),
-            Rest::Creep => {
-                let to = goal + 0.3 * libm::sinf(6.2832 * t / (2.0 * period + 6.0));
-                (0.5 * (to - way) + noise).clamp(-0.3, 0.3)
-            }
-        };
-        flight.round(speed);
-        reversed(&flight, "resting")?;
+    let home = trial.seed.is_multiple_of(2);
+    // A drone that was set into the bend has no trail home, and need not find one after a rest.
+    if home && !trial.arrives && trial.rest != Rest::Leave {
+        return Ok(());
     }
-    let rested = flight.place().way;
-    let _ = (arrived, rested);
-    if trial.back {
-        if !trial.arrives && trial.rest != Rest::Leave {
-            return Ok(flight.worst);
+    let is_there = |way: f32| if home { way < 0.7 } else { way > tunnel.length() - 0.7 };
+    for _ in 0..1200 {
+        if is_there(flight.way()) {
+            return Ok(());
         }
-        for _ in 0..1200 {
-            if flight.place().way < 0.6 {
-                break;
-            }
-            flight.round(-cruise);
-            reversed(&flight, "going back")?;
-        }
-        if flight.place().way > 0.7 {
-            return Err(format!("not home but at {}", flight.place().way));
-        }
-    } else {
-        for _ in 0..1200 {
-            if flight.place().way > tunnel.length() - 0.5 {
-                break;
-            }
-            flight.round(cruise);
-            reversed(&flight, "going on")?;
-        }
-        if flight.place().way < tunnel.length() - 0.7 {
-            return Err(format!("not on but at {} of {}", flight.place().way, tunnel.length()));
-        }
+        flight.round(if home { -cruise } else { cruise });
+        flight.check(if home { "going home" } else { "going on" })?;
     }
-    Ok(flight.worst)
+    Err(format!("stands at {:.1} of {:.1} m", flight.way(), tunnel.length()))
 }
 
+fn rest(flight: &mut Flight, rest: Rest, goal: f32, random: &mut Random) -> Result<(), String> {
+    let end = flight.length() - 0.5;
+    let period = random.between(2.0, 12.0);
+    let size = random.between(0.02, 0.05);
+    let places: [f32; 6] =
+        std::array::from_fn(|_| (goal + random.between(-1.0, 1.0)).clamp(0.5, end));
+    let mut noise = 0.0;
+    for n in 0..if rest == Rest::Leave { 5 } else { 900 } {
+        let t = n as f32 * ROUND;
+        noise += 0.1 * (random.normal() * 0.06 - noise);
+        let to = |place: f32| place - flight.way();
+        let speed = match rest {
+            Rest::Still | Rest::Leave => 0.0,
+            Rest::Tremble if ((t / period) as u32).is_multiple_of(2) => size,
+            Rest::Tremble => -size,
+            Rest::Hold => 0.3 * to(goal) + 2.0 * noise,
+            Rest::Creep => {
+                0.5 * to(goal + 0.3 * libm::sinf(TAU * t / (2.0 * period + 6.0))) + noise
+            }
+            Rest::Hop => {
+                let to = to(places[(t / 30.0) as usize % places.len()]);
+                if to.abs() > 0.08 && random.uniform() < 0.7 { 0.4 * to.signum() } else { 0.0 }
+            }
+        };
+        let most = if rest == Rest::Hop { 0.4 } else { 0.3 };
+        flight.round(speed.clamp(-most, most));
+        flight.check("resting")?;
+    }
+    Ok(())
+}
+
+/// The closed loops of a mission, in single right angles: no drone of these seeds is reversed.
 #[test]
-fn survey() {
-    let runs: u64 = std::env::var("RUNS").ok().and_then(|r| r.parse().ok()).unwrap_or(20);
-    let first: u64 = std::env::var("FIRST").ok().and_then(|r| r.parse().ok()).unwrap_or(1);
-    let mut table = std::collections::BTreeMap::<String, [u32; 2]>::new();
-    let mut reasons = std::collections::BTreeMap::<String, u32>::new();
-    let mut all = [0, 0];
-    let which = std::env::var("TRACE").ok();
-    for width in [0.8, 1.0, 1.5, 2.0] {
-        for tunnel in tunnels(width) {
-            for rest in
-                [Rest::Still, Rest::Dither, Rest::Hold, Rest::Creep, Rest::Leave, Rest::Bang]
-            {
+fn a_relay_in_a_right_angle_keeps_its_nose() {
+    let mut failures = Vec::new();
+    for width in [0.8, 1.0, 1.5] {
+        for tunnel in &right_angles(width) {
+            for rest in [Rest::Hold, Rest::Creep, Rest::Hop, Rest::Leave] {
                 for arrives in [true, false] {
-                    for seed in first..first + runs {
-                        let trial = Trial { arrives, rest, back: seed % 2 == 0 };
-                        let name = format!("{}/{rest:?}/{arrives}/{seed}", tunnel.name);
-                        if let Some(which) = &which {
-                            if *which != name {
-                                continue;
-                            }
-                        }
-                        let result = fly(&tunnel, seed, &trial, which.is_some());
-                        if let Err(why) = &result {
-                            println!("{name}: {why}");
-                            let why: String = why.chars().filter(|c| !c.is_ascii_digit()).collect();
-                            *reasons.entry(why).or_default() += 1;
-                        }
-                        let bad = u32::from(result.is_err());
-                        all[0] += bad;
-                        all[1] += 1;
-                        for key in [
-                            format!("tunnel {}", tunnel.name),
-                            format!("rest {rest:?} arrives {arrives}"),
-                        ] {
-                            let row = table.entry(key).or_default();
-                            row[0] += bad;
-                            row[1] += 1;
+                    for seed in 1..=6 {
+                        let trial = Trial { rest, arrives, seed };
+                        if let Err(why) = fly(tunnel, trial) {
+                            failures.push(format!("{}: {trial:?}: {why}", tunnel.name));
                         }
                     }
                 }
             }
         }
     }
-    for (key, [bad, of]) in &table {
-        println!("== {key}: {bad} of {of}");
+    assert!(failures.is_empty(), "{failures:#?}");
+}
+
+/// Counts the failures of all tunnels, rests and widths; for the book.
+#[test]
+#[ignore = "a survey without an assertion: cargo test --release -p tunnel-nav -- --ignored --nocapture"]
+fn survey_of_all_bends() {
+    let seeds = 1001..=1040;
+    let mut table = BTreeMap::<String, [u32; 2]>::new();
+    for width in [0.8, 1.0, 1.5, 2.0] {
+        for tunnel in right_angles(width).iter().chain(&other_tunnels(width)) {
+            for rest in RESTS {
+                for arrives in [true, false] {
+                    for seed in seeds.clone() {
+                        let result = fly(tunnel, Trial { rest, arrives, seed });
+                        let name = tunnel.name.split(',').next().unwrap_or_default();
+                        for row in [name.to_owned(), format!("{rest:?}, arrives: {arrives}")] {
+                            let [bad, all] = table.entry(row).or_default();
+                            *bad += u32::from(result.is_err());
+                            *all += 1;
+                        }
+                        if let Err(why) = result {
+                            println!("{} {rest:?} {arrives} {seed}: {why}", tunnel.name);
+                        }
+                    }
+                }
+            }
+        }
     }
-    for (key, n) in &reasons {
-        println!("=== {key}: {n}");
+    for (row, [bad, all]) in &table {
+        println!("{row:30} {bad:4} of {all}");
     }
-    println!("=== all {all:?}");
 }

@@ -3,14 +3,14 @@
 use std::f32::consts::{FRAC_PI_2, PI};
 
 /// A point, or a vector, in metres.
-pub type Vec2 = [f32; 2];
+pub(crate) type Vec2 = [f32; 2];
 
-/// The unit vector at this angle.
-pub fn unit(angle: f32) -> Vec2 {
+/// The unit vector at this angle, in degrees.
+pub(crate) fn unit(angle: f32) -> Vec2 {
     [libm::cosf(angle), libm::sinf(angle)]
 }
 
-pub fn add(a: Vec2, b: Vec2, scale: f32) -> Vec2 {
+pub(crate) fn add(a: Vec2, b: Vec2, scale: f32) -> Vec2 {
     [a[0] + scale * b[0], a[1] + scale * b[1]]
 }
 
@@ -20,27 +20,27 @@ fn cross(a: Vec2, b: Vec2) -> f32 {
 
 /// A tunnel and the centre-line from its mouth to its end.
 #[derive(Clone, Debug)]
-pub struct Tunnel {
-    pub name: String,
+pub(crate) struct Tunnel {
+    pub(crate) name: String,
     /// Convex polygons, counter-clockwise.
     pieces: Vec<Vec<Vec2>>,
     centre: Vec<Vec2>,
-    pub width: f32,
+    width: f32,
 }
 
 /// The place on the centre-line next to a point.
 #[derive(Clone, Copy, Debug)]
-pub struct Place {
+pub(crate) struct Place {
     /// The way from the mouth.
-    pub way: f32,
+    pub(crate) way: f32,
     /// The direction of the centre-line towards the end, smoothed over the width of the tunnel.
-    pub direction: f32,
+    pub(crate) direction: f32,
 }
 
 impl Tunnel {
     /// A tunnel that turns by these angles (counter-clockwise), with straights of this length
     /// between.
-    pub fn turning(name: &str, width: f32, straight: f32, turns: &[f32]) -> Self {
+    pub(crate) fn turning(name: &str, width: f32, straight: f32, turns: &[f32]) -> Self {
         let (mut at, mut angle) = ([0.0, 0.0], 0.0);
         let mut centre = vec![at];
         for turn in turns {
@@ -53,7 +53,7 @@ impl Tunnel {
     }
 
     /// A right angle of which the corner is rounded with this radius.
-    pub fn rounded(width: f32, straight: f32, radius: f32) -> Self {
+    pub(crate) fn rounded(width: f32, straight: f32, radius: f32) -> Self {
         let pieces = 8;
         let turn = FRAC_PI_2 / pieces as f32;
         let step = 2.0 * radius * libm::tanf(0.5 * turn);
@@ -69,11 +69,11 @@ impl Tunnel {
         Self::along(format!("rounded {radius} m, {width} m"), centre, width)
     }
 
-    /// A tunnel with a gallery that leaves at the middle of its first straight, at this angle.
-    pub fn with_branch(mut self, name: &str, angle: f32, length: f32) -> Self {
+    /// A tunnel with a gallery that leaves at the middle of its first straight, at this angle, in degrees.
+    pub(crate) fn with_branch(mut self, name: &str, angle: f32, length: f32) -> Self {
         let [a, b] = [self.centre[0], self.centre[1]];
         let mouth = [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])];
-        let end = add(mouth, unit(angle), length);
+        let end = add(mouth, unit(angle.to_radians()), length);
         let branch = Self::along(String::new(), vec![mouth, end], self.width);
         self.pieces.extend(branch.pieces);
         self.name = format!("{name}, {} m", self.width);
@@ -111,12 +111,12 @@ impl Tunnel {
     }
 
     /// The length of the centre-line.
-    pub fn length(&self) -> f32 {
+    pub(crate) fn length(&self) -> f32 {
         self.legs().map(|(_, _, length)| length).sum()
     }
 
     /// The ways at which the centre-line turns.
-    pub fn bends(&self) -> Vec<f32> {
+    pub(crate) fn bends(&self) -> Vec<f32> {
         let mut way = 0.0;
         let mut bends: Vec<f32> = self
             .legs()
@@ -137,7 +137,7 @@ impl Tunnel {
     }
 
     /// The point of the centre-line at this way, and the angle of its direction there.
-    pub fn at(&self, way: f32) -> (Vec2, f32) {
+    pub(crate) fn at(&self, way: f32) -> (Vec2, f32) {
         let mut left = way.max(0.0);
         let mut found = (self.centre[0], 0.0);
         for (from, d, length) in self.legs() {
@@ -151,7 +151,7 @@ impl Tunnel {
     }
 
     /// The place on the centre-line next to this point.
-    pub fn place(&self, at: Vec2) -> Place {
+    pub(crate) fn place(&self, at: Vec2) -> Place {
         let (mut best, mut way, mut start) = (f32::INFINITY, 0.0, 0.0);
         for (from, d, length) in self.legs() {
             let along = ((at[0] - from[0]) * d[0] + (at[1] - from[1]) * d[1]) / (length * length);
@@ -169,7 +169,7 @@ impl Tunnel {
     }
 
     /// The way from this point in this direction to the first wall.
-    pub fn cast(&self, from: Vec2, direction: Vec2) -> f32 {
+    pub(crate) fn cast(&self, from: Vec2, direction: Vec2) -> f32 {
         let mut free = 0.0;
         loop {
             let spans = self.pieces.iter().filter_map(|piece| span(piece, from, direction));
@@ -183,7 +183,7 @@ impl Tunnel {
     }
 
     /// The distance to the nearest wall.
-    pub fn clearance(&self, at: Vec2) -> f32 {
+    pub(crate) fn clearance(&self, at: Vec2) -> f32 {
         (0..48).map(|n| self.cast(at, unit(PI * n as f32 / 24.0))).fold(f32::INFINITY, f32::min)
     }
 }
@@ -210,6 +210,6 @@ fn span(piece: &[Vec2], from: Vec2, direction: Vec2) -> Option<(f32, f32)> {
 }
 
 /// The same angle within half a turn.
-pub fn wrapped(angle: f32) -> f32 {
+pub(crate) fn wrapped(angle: f32) -> f32 {
     libm::remainderf(angle, 2.0 * PI)
 }

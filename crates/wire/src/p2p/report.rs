@@ -132,7 +132,9 @@ impl Report {
         let motion = [codes, v0, v1, o0, o1, o2];
         let span = [weakest, strongest].map(i16::to_le_bytes);
         let ends = [front_links | back_links << 4, head.to_le_bytes()[0]];
-        let heard: Vec<_, HEARD> = self.named().collect();
+        let mut heard: Vec<_, HEARD> = Vec::new();
+        // There are no more than fit; collecting them would link a panic.
+        self.named().for_each(|one| _ = heard.push(one));
         let heard = heard.as_flattened();
         fill(out, [&motion, span.as_flattened(), &front, &back, &ends, heard])
     }
