@@ -320,7 +320,7 @@ table! {
             => |p| p.launch_limit.0, set_launch_limit;
         "retreatLimit": F32 "dBm" "a back link weaker than this sends this drone back; likewise"
             => |p| p.retreat_limit.0, set_retreat_limit;
-        "policy": U8 "" "movement policy that this drone flies: 1 t0, 2 t5, 3 k, 4 authors, 5 default; 0 for one without a code; it can be set on the ground only"
+        "policy": U8 "" "movement policy that this drone flies: 1 t0, 2 t5, 3 k, 4 authors, 5 k-tuned, 6 chain; 0 for one without a code; it can be set on the ground only"
             => |p| p.policy.map_or(0, PolicyCode::get), set_policy;
         "node": U8 "" "its place in the chain: 0 head, 1 to 15" => |p| p.about.node.0;
         "role": U8 "" "its part in the chain: 0 head, 1 relay, 2 base" => |p| role_code(p.about.role);

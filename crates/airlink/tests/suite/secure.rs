@@ -446,7 +446,7 @@ fn keys_stay_and_packets_stay_within_a_version() {
         (
             "report",
             hex(&first_packets(1)[1]),
-            "22210200000100007d316a91b29091b62b75e80b69f9e592cc438b7b8785d0aeb5e01d4a",
+            "22210200000100005d316a91b29091b62b75e80b69f9e59258c13b00b5889be40cdcc6d6",
         ),
         (
             "telemetry",

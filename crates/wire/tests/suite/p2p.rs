@@ -80,7 +80,7 @@ fn the_bytes_are_those_of_the_tables() {
         [&[5, 0x0C, 0x0B, 0x0A, 0x02, 0x01, 0x00][..], &vec![0x5E; length], &[0x7A; 8]].concat()
     };
     let reported = vec![
-        0b0001_1010, // links, recall, linked
+        0b0101_1010, // two wait, links, recall, linked
         0x06,
         0xFF, // -250 mm/s
         0x00,
@@ -577,8 +577,8 @@ fn the_heads_velocity_saturates() {
         (0.6, 0.508),
         (f32::INFINITY, 0.508),
         (-0.508, -0.508),
-        (-0.6, -0.508),
-        (f32::NEG_INFINITY, -0.508),
+        (-0.6, -0.512),
+        (f32::NEG_INFINITY, -0.512),
         (f32::NAN, 0.0),
     ];
     for (told, heard) in table {
