@@ -23,7 +23,7 @@
 //! # Links that step
 //! Where a corner takes the line of sight away, a link steps by 10 to 20 dB, no chain has equal
 //! links, and a relay that seeks them hunts across the step. The link filter remembers the length
-//! at which a link steps ([`LinkStep`](crate::filter::LinkStep)). Such a link's Δ_j(L) is constant
+//! at which a link steps ([`LinkStep`]). Such a link's Δ_j(L) is constant
 //! for all levels between the losses on either side of the step: the link stays on the good side
 //! for as long as that costs the other links less than the step would cost this one, which is what
 //! the strongest weakest link asks for.
