@@ -53,6 +53,7 @@ enum AttenuationKey {
 enum WallsKey {
     Rock,
     Paper,
+    Leaky,
 }
 
 impl RadioTable {
@@ -95,6 +96,7 @@ impl RadioTable {
             walls: match self.walls {
                 None | Some(WallsKey::Rock) => Walls::Rock,
                 Some(WallsKey::Paper) => Walls::Paper,
+                Some(WallsKey::Leaky) => Walls::Leaky,
             },
             reception,
             datarate: Datarate::Mbit2,

@@ -10,10 +10,12 @@
 //! and 100 MB for the 500 m that all galleries of a scenario may have together.
 //!
 //! Between walls of paper it is simpler: nothing stands in the way, and the distance is the
-//! straight line.
+//! straight line. Between walls that leak the distance is the straight line, too, and the table
+//! holds what a wave loses on its way through them, in decibels; it is interpolated, so that the
+//! loss of a wall comes over 0.1 m.
 
 use radio_model::{Attenuation, Obstruction, PathLoss};
-use units::{Dbm, Point2};
+use units::{Db, Dbm, Point2};
 
 use super::{Skeleton, SkeletonPlace, Tunnel};
 
@@ -25,6 +27,8 @@ pub enum Walls {
     Rock,
     /// Waves go straight through, as in the circuit of section V-B.
     Paper,
+    /// Waves go straight through, with a loss for every wall and every metre of it.
+    Leaky,
 }
 
 /// The radio in one tunnel.
@@ -44,7 +48,8 @@ impl Radio {
     pub fn survey(tunnel: &Tunnel, law: PathLoss, walls: Walls) -> Self {
         let skeleton = tunnel.skeleton().clone();
         let table = match walls {
-            Walls::Rock => Table::survey(tunnel, law),
+            Walls::Rock => Table::survey(tunnel, |between| law.exponent(between)),
+            Walls::Leaky => Table::survey(tunnel, |between| between.leak().0),
             Walls::Paper => Table::default(),
         };
         Self { law, walls, skeleton, table }
@@ -61,7 +66,7 @@ impl Radio {
     pub fn survey_place(&self, place: SkeletonPlace) -> SurveyedPlace {
         let index = match self.walls {
             Walls::Paper => Index::default(),
-            Walls::Rock => self.table.index(place),
+            Walls::Rock | Walls::Leaky => self.table.index(place),
         };
         SurveyedPlace { place, index }
     }
@@ -73,6 +78,11 @@ impl Radio {
             Walls::Paper => {
                 let distance = self.skeleton.at(a.place).0.distance(self.skeleton.at(b.place).0);
                 self.law.loss(distance, Obstruction::NONE)
+            }
+            Walls::Leaky => {
+                let distance = self.skeleton.at(a.place).0.distance(self.skeleton.at(b.place).0);
+                let through = self.interpolated(a.index, b.index);
+                self.law.loss(distance, Obstruction::NONE) + Db(through)
             }
             Walls::Rock => {
                 let distance = self.skeleton.distance(a.place, b.place);
@@ -92,16 +102,17 @@ impl Radio {
     fn exponent(&self, row: Index, column: Index) -> f32 {
         match self.law.attenuation {
             Attenuation::WallCount => self.table.at(row.nearest, column.nearest),
-            Attenuation::RockDepth => {
-                let mix = |f: f32, a: f32, b: f32| a + f * (b - a);
-                let across = |r: usize| {
-                    let (near, far) =
-                        (self.table.at(r, column.before), self.table.at(r, column.after));
-                    mix(column.part, near, far)
-                };
-                mix(row.part, across(row.before), across(row.after))
-            }
+            Attenuation::RockDepth => self.interpolated(row, column),
         }
+    }
+
+    fn interpolated(&self, row: Index, column: Index) -> f32 {
+        let mix = |f: f32, a: f32, b: f32| a + f * (b - a);
+        let across = |r: usize| {
+            let (near, far) = (self.table.at(r, column.before), self.table.at(r, column.after));
+            mix(column.part, near, far)
+        };
+        mix(row.part, across(row.before), across(row.after))
     }
 }
 
@@ -113,7 +124,8 @@ pub struct SurveyedPlace {
     index: Index,
 }
 
-/// The exponents α of equation (19) for all pairs of tabulated places.
+/// The exponents α of equation (19), or the losses through walls that leak, for all pairs of
+/// tabulated places.
 #[derive(Default)]
 struct Table {
     /// The indices at which each edge's places begin, and the one at which the last edge's end.
@@ -121,7 +133,7 @@ struct Table {
     /// How many places there are.
     places: usize,
     /// Row-major.
-    exponents: Vec<f32>,
+    values: Vec<f32>,
 }
 
 /// Between which of the tabulated places a place lies.
@@ -136,7 +148,7 @@ struct Index {
 }
 
 impl Table {
-    fn survey(tunnel: &Tunnel, law: PathLoss) -> Self {
+    fn survey(tunnel: &Tunnel, of: impl Fn(Obstruction) -> f32) -> Self {
         let mut starts = vec![0];
         let mut points = Vec::new();
         for edge in tunnel.skeleton().edges() {
@@ -145,15 +157,15 @@ impl Table {
             starts.push(points.len());
         }
         let places = points.len();
-        let mut exponents = vec![law.exponent(Obstruction::NONE); places * places];
+        let mut values = vec![of(Obstruction::NONE); places * places];
         for row in 0..places {
             for column in 0..row {
-                let alpha = law.exponent(tunnel.obstruction(points[row], points[column]));
-                exponents[row * places + column] = alpha;
-                exponents[column * places + row] = alpha;
+                let value = of(tunnel.obstruction(points[row], points[column]));
+                values[row * places + column] = value;
+                values[column * places + row] = value;
             }
         }
-        Self { starts, places, exponents }
+        Self { starts, places, values }
     }
 
     fn index(&self, place: SkeletonPlace) -> Index {
@@ -170,6 +182,6 @@ impl Table {
     }
 
     fn at(&self, row: usize, column: usize) -> f32 {
-        self.exponents[row * self.places + column]
+        self.values[row * self.places + column]
     }
 }
