@@ -50,9 +50,9 @@ use member::{Member, Mind, member, spots};
 pub use parts::Part;
 use parts::Stopwatch;
 use seal::Cipher;
-pub use sections::{Drones, PilotStep, Start};
+pub use sections::{Drones, Loss, LossKind, PilotStep, Start};
 pub(crate) use sections::{
-    DronesTable, LaunchTable, MOST_DRONES, MindTables, PilotTable, PolicyTable, RetreatTable,
+    DronesTable, LaunchTable, LossTable, MOST_DRONES, MindTables, PilotTable, PolicyTable, RetreatTable,
 };
 pub use track::Linked;
 use track::Track;
@@ -307,6 +307,7 @@ impl<'a> Mission<'a> {
         let is_emulated = self.is_emulated();
         while self.now_us < until_us && self.halted.is_none() {
             if self.now_us.is_multiple_of(STEP_US) {
+                self.lose_drones();
                 self.take_turns();
             }
             let quantum_us = match self.scenario.fidelity {
@@ -416,11 +417,12 @@ impl<'a> Mission<'a> {
     }
 
     /// The links of the chain as it is now, base first, head last: the base, and every drone that
-    /// flies as relay or explorer.
+    /// flies as relay or explorer and is not lost.
     pub fn chain(&self, into: &mut Vec<Linked>) {
         into.clear();
         let linked = self.members.iter().enumerate().rev().filter(|(_, member)| {
-            member.outputs.is_some_and(|outputs| outputs.report.phase.is_link())
+            let is_link = member.outputs.is_some_and(|outputs| outputs.report.phase.is_link());
+            is_link && member.lost.is_none()
         });
         into.extend(linked.map(|(n, _)| self.track.linked(n, self.world)));
     }
@@ -447,6 +449,21 @@ impl<'a> Mission<'a> {
         self.drone_contacts
     }
 
+    /// Whether the scenario has taken this member from the chain.
+    #[must_use]
+    pub fn is_lost(&self, member: usize) -> bool {
+        self.members.get(member).is_some_and(|member| member.lost.is_some())
+    }
+
+    /// Takes from the chain the drones that the scenario loses by now.
+    fn lose_drones(&mut self) {
+        for loss in self.scenario.losses.iter().take_while(|loss| loss.at_us <= self.now_us) {
+            if let Some(member) = self.members.get_mut(loss.drone) {
+                member.lose(loss.how);
+            }
+        }
+    }
+
     /// The turns of those whose turn it is in this physics step.
     fn take_turns(&mut self) {
         let phase = self.now_us / STEP_US % STEPS_PER_ROUND;
@@ -461,6 +478,9 @@ impl<'a> Mission<'a> {
     fn tick(&mut self, n: usize) {
         self.stopwatch.enter(Part::Bodies);
         let member = &mut self.members[n];
+        if member.lost == Some(LossKind::Gone) {
+            return;
+        }
         let place = self.track.follow(n, member.body.position(), self.world.skeleton());
         self.strengths.moved(n, place, &self.world.radio);
         let flies = member.role != Role::Base;
@@ -470,6 +490,9 @@ impl<'a> Mission<'a> {
         } else {
             Sensed::NONE
         };
+        if member.lost == Some(LossKind::Lands) {
+            member.senses.fitness = member.forced_down();
+        }
         self.stopwatch.enter(Part::Agents);
         match &mut member.mind {
             Mind::Hosted(_) => self.step_hosted(n),

@@ -97,6 +97,10 @@ speed_mps = 0.2
 [[pilot]]
 at_s = 10.0
 order = \"return\"
+[[loss]]
+at_s = 5.0
+drone = 2
+how = \"lands\"
 ";
 
 #[test]

@@ -1,12 +1,13 @@
 //! The members of a mission: where each starts, in what body, and what flies it.
 
-use agent::{Outputs, State};
+use agent::{Fitness, Outputs, State};
+use flight::Cause;
 use onboard::Sensed;
 use units::{Dbm, Metres, NodeId, Point2, Role, Setpoint};
 use wire::syslink::MAX_P2P;
 
 use super::hosted::{Clocks, Hosted};
-use super::{STEPS_PER_ROUND, World, surroundings};
+use super::{LossKind, STEPS_PER_ROUND, World, surroundings};
 use crate::craft::Craft;
 use crate::drone::{Drone, Flown};
 use crate::emulated::Emulated;
@@ -25,6 +26,8 @@ pub(super) struct Member {
     pub(super) phase: u64,
     pub(super) outputs: Option<Outputs>,
     pub(super) senses: Sensed,
+    /// How the scenario has taken it from the chain, if it has.
+    pub(super) lost: Option<LossKind>,
 }
 
 /// What flies a member.
@@ -91,7 +94,22 @@ impl Member {
 
     /// Whether it can neither hear nor be heard.
     pub(super) fn is_silenced(&self) -> bool {
-        self.body.craft().is_some_and(Craft::is_silenced)
+        let is_lost = self.lost.is_some_and(LossKind::is_silent);
+        is_lost || self.body.craft().is_some_and(Craft::is_silenced)
+    }
+
+    /// Takes it from the chain; a drone that is lost already stays as it is.
+    pub(super) fn lose(&mut self, how: LossKind) {
+        if self.lost.is_none() && how == LossKind::Gone {
+            self.body.command(Setpoint::Stop);
+        }
+        self.lost.get_or_insert(how);
+    }
+
+    /// The fitness of a drone whose flight code brings it down.
+    pub(super) fn forced_down(&self) -> Fitness {
+        let why = Cause::Overload;
+        if self.body.height() > 0.0 { Fitness::Landing(why) } else { Fitness::Landed(why) }
     }
 }
 
@@ -199,5 +217,6 @@ pub(super) fn member(
         phase: ((start.uniform() * STEPS_PER_ROUND as f32) as u64).min(STEPS_PER_ROUND - 1),
         outputs: None,
         senses: Sensed::NONE,
+        lost: None,
     }
 }

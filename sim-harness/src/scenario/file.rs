@@ -14,7 +14,9 @@ use crate::craft::GroundTable;
 use crate::input_error::InputError;
 use crate::medium::RadioTable;
 use crate::metrics::CriteriaTable;
-use crate::mission::{DronesTable, LaunchTable, MindTables, PilotTable, PolicyTable, RetreatTable};
+use crate::mission::{
+    DronesTable, LaunchTable, LossTable, MindTables, PilotTable, PolicyTable, RetreatTable,
+};
 use crate::vehicle::VehicleTable;
 use crate::world::TunnelTable;
 
@@ -39,6 +41,8 @@ struct File {
     retreat: RetreatTable,
     #[serde(default)]
     pilot: Vec<At<PilotTable>>,
+    #[serde(default)]
+    loss: Vec<At<LossTable>>,
     #[serde(default)]
     ground: GroundTable,
     #[serde(default)]
@@ -68,6 +72,7 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Scenario, InputError> {
         radio,
         vehicle,
         ground: file.ground.read(&reader)?,
+        losses: LossTable::read(&file.loss, &drones, duration_us, &reader)?,
         drones,
         agent: mind.agent,
         assumed_loss_at_1m: mind.assumed_loss_at_1m,

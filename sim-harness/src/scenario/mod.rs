@@ -13,13 +13,13 @@ use std::sync::Arc;
 
 use agent::AgentConfig;
 use chain::policy::Policy;
-use units::Order;
+use units::{MetresPerSecond, Order};
 
 use crate::craft::flow::Ground;
 use crate::input_error::InputError;
 use crate::medium::{MediumConfig, Polling, RadioSpec};
 pub use crate::metrics::Criteria;
-pub use crate::mission::{Drones, PilotStep, Start};
+pub use crate::mission::{Drones, Loss, LossKind, PilotStep, Start};
 use crate::suggest;
 use crate::vehicle::VehicleSpec;
 pub use crate::world::Spot;
@@ -124,6 +124,8 @@ pub struct Scenario {
     pub policy: String,
     /// The operator's orders, in order of time.
     pub pilot: Vec<PilotStep>,
+    /// The drones that are lost, in order of time.
+    pub losses: Vec<Loss>,
     /// The bounds that the mission must keep, beside those of every mission.
     pub criteria: Criteria,
 }
@@ -208,13 +210,24 @@ impl Scenario {
         if self.pilot.is_empty() && !matches!(self.drones.start, Start::Mouth) {
             return Some(Stretch { from_us: 0, until_us: self.duration_us });
         }
+        let still = Order::Explore(MetresPerSecond::ZERO);
+        self.longest(|order| order == still)
+    }
+
+    /// The longest time for which the operator has the head fly in at one speed.
+    #[must_use]
+    pub fn cruise(&self) -> Option<Stretch> {
+        self.longest(|order| matches!(order, Order::Explore(speed) if speed.0 > 0.0))
+    }
+
+    /// The longest time for which the operator's order is one that is `wanted`.
+    fn longest(&self, wanted: impl Fn(Order) -> bool) -> Option<Stretch> {
         let ends = self.pilot.iter().skip(1).map(|step| step.at_us).chain([self.duration_us]);
-        let still = Order::Explore(units::MetresPerSecond::ZERO);
-        let holds = self.pilot.iter().zip(ends).filter(|(step, _)| step.task == still);
-        holds
+        let steps = self.pilot.iter().zip(ends).filter(|(step, _)| wanted(step.task));
+        steps
             .map(|(step, end)| Stretch { from_us: step.at_us, until_us: end.min(self.duration_us) })
-            .filter(|hold| hold.from_us < hold.until_us)
-            .max_by_key(|hold| hold.until_us - hold.from_us)
+            .filter(|stretch| stretch.from_us < stretch.until_us)
+            .max_by_key(|stretch| stretch.until_us - stretch.from_us)
     }
 
     /// The duration in seconds.

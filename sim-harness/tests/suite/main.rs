@@ -6,5 +6,6 @@ mod fork;
 mod huge_geometry;
 mod ideal;
 mod keys;
+mod loss;
 mod medium;
 mod radio;

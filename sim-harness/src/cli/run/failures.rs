@@ -8,7 +8,7 @@ use super::summary::number;
 use super::{last_states, named};
 use crate::metrics::RunMetrics;
 use crate::scenario::Scenario;
-use crate::trace::Trace;
+use crate::trace::{Node, Trace};
 
 /// The reasons why the mission failed; empty for one that succeeded.
 pub(super) fn failures(scenario: &Scenario, trace: &Trace, metrics: &RunMetrics) -> Vec<String> {
@@ -25,7 +25,10 @@ pub(super) fn failures(scenario: &Scenario, trace: &Trace, metrics: &RunMetrics)
     for criterion in criteria(scenario, metrics).iter().filter(|criterion| !criterion.met()) {
         failures.push(criterion.complaint());
     }
-    for (node, state) in last_states(trace) {
+    let is_lost = |node: &Node| {
+        scenario.losses.iter().any(|loss| loss.drone == usize::from(node.id.0))
+    };
+    for (node, state) in last_states(trace).filter(|(node, _)| !is_lost(node)) {
         let called_home = matches!(ordered, Some(Order::Return | Order::Land));
         let lost = match state {
             state if called_home && state.is_airborne() => {
