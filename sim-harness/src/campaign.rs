@@ -156,6 +156,15 @@ pub fn figures(runs: &[RunMetrics]) -> Vec<Figure> {
         Some(run) if !run.launched.is_nan() => fraction(runs, holds),
         _ => none,
     };
+    // Where no drone is lost, nothing is repaired.
+    let repaired = |holds: fn(&RunMetrics) -> bool| match runs.first() {
+        Some(run) if !run.held(|hold| hold.t_repair_s).is_nan() => fraction(runs, holds),
+        _ => none,
+    };
+    let called_down = match runs.first() {
+        Some(run) if !run.still_flying.is_nan() => fraction(runs, |run| run.still_flying == 0.0),
+        _ => none,
+    };
     let all = vec![
         figure("c3", converged(|hold| hold.t3_s)),
         figure("c1", converged(|hold| hold.t1_s)),
@@ -163,13 +172,20 @@ pub fn figures(runs: &[RunMetrics]) -> Vec<Figure> {
         figure("t3_median_s", held_by(0.5, |hold| hold.t3_s)),
         figure("t3_p95_s", held_by(0.95, |hold| hold.t3_s)),
         figure("t_gap1_median_s", held_by(0.5, |hold| hold.t_gap1_s)),
+        figure("c_repair", repaired(|r| r.held(|hold| hold.t_repair_s).is_finite())),
+        figure("t_repair_median_s", held_by(0.5, |hold| hold.t_repair_s)),
+        figure("t_repair_p95_s", held_by(0.95, |hold| hold.t_repair_s)),
         figure("bound_s", median(|r| r.bound_s)),
+        figure("t_gap1_over_bound", median(|r| r.held(|hold| hold.t_gap1_s) / r.bound_s.max(1.0))),
         figure("gap_db", held(|hold| hold.gap_db)),
         figure("difference_db", held(|hold| hold.difference_db)),
         figure("hold_spread_db", held(|hold| hold.spread_db)),
         figure("swing_p95_db", held(|hold| hold.swing_p95_db)),
         figure("position_sd_m", held(|hold| hold.position_sd_m)),
         figure("path_m", held(|hold| hold.path_m)),
+        figure("hold_violation", held(|hold| hold.violation)),
+        figure("relays_beyond_need", held(|hold| hold.relays_beyond_need)),
+        figure("cruise_gap_db", mean(runs, |r| r.cruise_gap_db)),
         figure("launched", mean(runs, |r| r.launched)),
         figure("needed", mean(runs, |r| r.needed)),
         figure("excess", mean(runs, excess)),
@@ -178,6 +194,8 @@ pub fn figures(runs: &[RunMetrics]) -> Vec<Figure> {
         figure("violation", mean(runs, |r| r.violation)),
         figure("peak_excess_db", mean(runs, |r| r.peak_excess_db)),
         figure("farthest_m", mean(runs, |r| r.farthest_m)),
+        figure("t_farthest_median_s", median(|r| r.t_farthest_s)),
+        figure("all_down", called_down),
         figure("wall_contact", fraction(runs, |r| r.wall_contacts > 0)),
         figure("drone_contact", fraction(runs, |r| r.drone_contacts > 0)),
         figure("order_lost", fraction(runs, |r| r.order_lost > 0)),

@@ -4,6 +4,7 @@
 //! the estimates of a drone do not count.
 
 mod criteria;
+mod cruise;
 mod hold;
 mod reference;
 
@@ -16,9 +17,10 @@ use crate::world::SkeletonPlace;
 
 pub use criteria::Criteria;
 pub(crate) use criteria::CriteriaTable;
-use hold::HoldRecord;
+use cruise::CruiseRecord;
 pub(crate) use hold::converged_at;
 pub use hold::{HoldMetrics, NoHold};
+use hold::{HoldRecord, Sample};
 pub use reference::Reference;
 
 /// Seconds in a round.
@@ -30,6 +32,7 @@ pub struct Watch<'a> {
     world: &'a World,
     reference: &'a Reference,
     hold: Result<HoldRecord, NoHold>,
+    cruise: Option<CruiseRecord>,
     exploration: Exploration,
     /// The places of all members at the end of the first round.
     start: Vec<SkeletonPlace>,
@@ -38,7 +41,17 @@ pub struct Watch<'a> {
     most_relays: usize,
     needed_links: usize,
     farthest: f32,
+    /// The last place that was farther by [`FARTHER`] than the one before it, m, and when an explorer
+    /// came there, s.
+    advance: (f32, f32),
 }
+
+/// A head that has come so near to its farthest place has come there, m.
+const FARTHER: f32 = 0.5;
+/// An explorer within this of its first place is still there, m.
+const HOVERING: f32 = 0.5;
+/// A link violates the limit when it is weaker by more than this, dB.
+const VIOLATION: f32 = 0.5;
 
 /// The weakness of links while the operator has the head explore.
 #[derive(Default)]
@@ -53,7 +66,7 @@ struct Exploration {
 impl Exploration {
     fn take(&mut self, excess: f32) {
         self.samples += 1;
-        self.violations += u32::from(excess > 0.5);
+        self.violations += u32::from(excess > VIOLATION);
         self.peak_excess = Some(self.peak_excess.map_or(excess, |peak| peak.max(excess)));
     }
 
@@ -118,12 +131,14 @@ impl<'a> Watch<'a> {
     #[must_use]
     pub fn new(scenario: &'a Scenario, world: &'a World, reference: &'a Reference) -> Self {
         let members = scenario.drones.explorers + scenario.drones.relays + 1;
-        let hold = scenario.hold().map(|span| HoldRecord::new(span, members));
+        let losses = || scenario.losses.iter().map(|loss| loss.at_us);
+        let hold = scenario.hold().map(|span| HoldRecord::new(span, members, losses()));
         Self {
             scenario,
             world,
             reference,
             hold: hold.ok_or(NoHold::NeverStill),
+            cruise: scenario.cruise().map(CruiseRecord::new),
             exploration: Exploration::default(),
             start: Vec::new(),
             chain: Vec::new(),
@@ -131,6 +146,7 @@ impl<'a> Watch<'a> {
             most_relays: 0,
             needed_links: 0,
             farthest: 0.0,
+            advance: (0.0, 0.0),
         }
     }
 
@@ -144,6 +160,7 @@ impl<'a> Watch<'a> {
         }
         if mission.is_live() {
             self.hold = Err(NoHold::Live);
+            self.cruise = None;
         }
         let (explorers, trunk): (Vec<Linked>, Vec<Linked>) =
             chain.iter().partition(|link| self.role(link) == Role::Head);
@@ -165,26 +182,47 @@ impl<'a> Watch<'a> {
         let limit = self.scenario.agent.launch.limit.loss().0;
         let (mut worst, mut difference) = (f32::NEG_INFINITY, 0.0_f32);
         let mut gap = f32::NEG_INFINITY;
+        let (mut farthest, mut needed_links, mut links) = (0.0_f32, 0, 0);
         for chain in chains {
             let explorer = chain.explorer();
             worst = worst.max(chain.weakest());
             difference = difference.max(chain.difference());
             gap = gap.max(chain.weakest() - self.best(chain.losses.len(), explorer));
-            self.needed_links = self.needed_links.max(self.reference.least_links(limit, explorer));
-            self.most_relays = self.most_relays.max(chain.losses.len() - 1);
-            self.farthest = self.farthest.max(explorer.way);
+            needed_links = needed_links.max(self.reference.least_links(limit, explorer));
+            links = links.max(chain.losses.len());
+            farthest = farthest.max(explorer.way);
         }
+        self.needed_links = self.needed_links.max(needed_links);
+        self.most_relays = self.most_relays.max(links - 1);
+        let now_us = mission.time_us();
+        self.note_farthest(farthest, now_us);
         if matches!(mission.task(), Order::Explore(_)) {
             self.exploration.take(worst - limit);
         }
-        let now_us = mission.time_us();
+        if let Some(cruise) = self.cruise.as_mut() {
+            cruise.take(now_us, gap);
+        }
         if let Ok(hold) = self.hold.as_mut()
             && hold.covers(now_us)
         {
             // The links between base and last relay are the same in every chain.
             let first = chains.iter().take(1).flat_map(Chain::links);
             let others = chains.iter().skip(1).filter_map(|chain| chain.links().last());
-            hold.take(now_us, (difference, gap), first.chain(others), mission.ways());
+            let sample = Sample {
+                time: hold.time(now_us),
+                difference,
+                gap,
+                is_violated: worst - limit > VIOLATION,
+                surplus: links as f32 - needed_links as f32,
+            };
+            hold.take(sample, first.chain(others), mission.ways());
+        }
+    }
+
+    fn note_farthest(&mut self, way: f32, now_us: u64) {
+        self.farthest = self.farthest.max(way);
+        if way > self.advance.0 + FARTHER {
+            self.advance = (way, (now_us as f64 * 1e-6) as f32);
         }
     }
 
@@ -195,7 +233,12 @@ impl<'a> Watch<'a> {
     /// The loss of the weakest link of the best chain of so many links to an explorer, dB.
     fn best(&self, links: usize, explorer: &Linked) -> f32 {
         match &self.reference.fixed {
-            Some((_, fixed)) if links == self.reference.links => fixed.worst.0,
+            Some((path, fixed))
+                if links == self.reference.links
+                    && (path.length() - explorer.way).abs() < HOVERING =>
+            {
+                fixed.worst.0
+            }
             _ => self.reference.worst(links, explorer),
         }
     }
@@ -203,12 +246,18 @@ impl<'a> Watch<'a> {
     /// The verdict.
     #[must_use]
     pub fn verdict(&self, mission: &Mission<'_>) -> RunMetrics {
-        let relays = self.scenario.drones.explorers
-            ..self.scenario.drones.explorers + self.scenario.drones.relays;
-        let hold = self.hold.as_ref().map_err(|why| *why).and_then(|hold| hold.metrics(relays));
+        let drones = &self.scenario.drones;
+        let relays = drones.explorers..drones.flying();
+        let relays: Vec<_> = relays.filter(|relay| !mission.is_lost(*relay)).collect();
+        let hold = self.hold.as_ref().map_err(|why| *why).and_then(|hold| hold.metrics(&relays));
         // Where the drones are in the air from the start, none is launched.
-        let launches = matches!(self.scenario.drones.start, Start::Mouth);
+        let launches = matches!(drones.start, Start::Mouth);
         let of_launches = |value: f32| if launches { value } else { f32::NAN };
+        let hold = hold.map(|hold| HoldMetrics {
+            violation: of_launches(hold.violation),
+            relays_beyond_need: of_launches(hold.relays_beyond_need),
+            ..hold
+        });
         RunMetrics {
             hold,
             bound_s: self.bound(),
@@ -216,7 +265,10 @@ impl<'a> Watch<'a> {
             needed: of_launches(self.needed_links.saturating_sub(1) as f32),
             violation: of_launches(self.exploration.violation()),
             peak_excess_db: of_launches(self.exploration.peak_excess.unwrap_or(f32::NAN)),
+            cruise_gap_db: self.cruise.as_ref().map_or(f32::NAN, CruiseRecord::gap),
             farthest_m: self.farthest,
+            t_farthest_s: self.advance.1,
+            still_flying: still_flying(self.scenario, mission),
             order_lost: self.order_lost,
             wall_contacts: mission.wall_contacts(),
             drone_contacts: mission.drone_contacts(),
@@ -259,8 +311,15 @@ pub struct RunMetrics {
     pub violation: f32,
     /// The weakest link of the exploration, over the launch limit.
     pub peak_excess_db: f32,
+    /// Weakest link over the best chain's while the operator has the head fly in, mean over the
+    /// second half of that time.
+    pub cruise_gap_db: f32,
     /// The farthest place of the head.
     pub farthest_m: f32,
+    /// When it had come within 0.5 m of there, s since the start.
+    pub t_farthest_s: f32,
+    /// How many drones still flew at the end, although the last order was to return or to land.
+    pub still_flying: f32,
     /// Samples in which two drones had changed places.
     pub order_lost: u32,
     /// Touches of a wall.
@@ -279,6 +338,16 @@ impl RunMetrics {
     pub fn held(&self, of: impl Fn(&HoldMetrics) -> f32) -> f32 {
         self.hold.as_ref().map_or(f32::NAN, of)
     }
+}
+
+/// How many drones fly that were called down; not a number where none was. A drone that the
+/// scenario has let fall is on the ground, whatever its agent last did.
+fn still_flying(scenario: &Scenario, mission: &Mission<'_>) -> f32 {
+    if !matches!(scenario.pilot.last().map(|step| step.task), Some(Order::Return | Order::Land)) {
+        return f32::NAN;
+    }
+    let drones = mission.bodies().zip(mission.states()).take(scenario.drones.flying());
+    drones.filter(|(body, state)| body.height() > 0.0 && state.is_airborne()).count() as f32
 }
 
 fn mean(values: impl Iterator<Item = f32>) -> f32 {

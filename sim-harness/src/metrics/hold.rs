@@ -50,6 +50,10 @@ pub(super) struct Sample {
     pub(super) difference: f32,
     /// The weakest link over the best chain's, dB.
     pub(super) gap: f32,
+    /// Whether a link is weaker than the launch limit.
+    pub(super) is_violated: bool,
+    /// Relays that are links, less those that the best chain must have.
+    pub(super) surplus: f32,
 }
 
 /// The loss of one link at one sample of the hold.
@@ -63,6 +67,8 @@ struct LinkLoss {
 /// The samples of a hold.
 pub(super) struct HoldRecord {
     span: Stretch,
+    /// When the last drone is lost that the scenario loses in the hold, s since it began.
+    lost_s: Option<f32>,
     samples: Vec<Sample>,
     losses: Vec<LinkLoss>,
     /// The ways of all members, sample-major, m.
@@ -84,6 +90,9 @@ pub struct HoldMetrics {
     pub t1_s: f32,
     /// When the weakest link came within 1 dB of the best chain's to stay.
     pub t_gap1_s: f32,
+    /// The time from the last loss of a drone in the hold to when the weakest link came within 1 dB
+    /// of the best chain's to stay; infinite if it never did, not a number where none was lost.
+    pub t_repair_s: f32,
     /// Weakest link over the best chain's, mean over the end of the hold.
     pub gap_db: f32,
     /// Largest difference between adjacent links, root mean square over the end of the hold.
@@ -98,11 +107,19 @@ pub struct HoldMetrics {
     pub position_sd_m: f32,
     /// Way flown per relay during the hold.
     pub path_m: f32,
+    /// The part of the hold in which a link was over 0.5 dB weaker than the launch limit.
+    pub violation: f32,
+    /// Relays that were links, less those that the best chain must have, mean over the end of the
+    /// hold.
+    pub relays_beyond_need: f32,
 }
 
 impl HoldRecord {
-    pub(super) fn new(span: Stretch, members: usize) -> Self {
-        Self { span, samples: Vec::new(), losses: Vec::new(), ways: Vec::new(), members }
+    /// A record of a hold in which drones are lost at the times `losses`.
+    pub(super) fn new(span: Stretch, members: usize, losses: impl Iterator<Item = u64>) -> Self {
+        let within = losses.filter(|at_us| (span.from_us..span.until_us).contains(at_us));
+        let lost_s = within.max().map(|at_us| since(span, at_us));
+        Self { span, lost_s, samples: Vec::new(), losses: Vec::new(), ways: Vec::new(), members }
     }
 
     /// Whether a sample at this time belongs to the hold.
@@ -110,23 +127,26 @@ impl HoldRecord {
         self.span.from_us < now_us && now_us <= self.span.until_us
     }
 
+    /// The time since the hold began, s.
+    pub(super) fn time(&self, now_us: u64) -> f32 {
+        since(self.span, now_us)
+    }
+
     /// Takes one sample of the chain, the losses of its links and the ways of all members.
     pub(super) fn take(
         &mut self,
-        now_us: u64,
-        (difference, gap): (f32, f32),
+        taken: Sample,
         links: impl Iterator<Item = ((NodeId, NodeId), f32)>,
         ways: impl Iterator<Item = f32>,
     ) {
         let sample = self.samples.len();
-        let time = ((now_us - self.span.from_us) as f64 * 1e-6) as f32;
-        self.samples.push(Sample { time, difference, gap });
+        self.samples.push(taken);
         self.losses.extend(links.map(|(ends, loss)| LinkLoss { ends, sample, loss }));
         self.ways.extend(ways);
     }
 
     /// The figures; the relays are members `relays`.
-    pub(super) fn metrics(&self, relays: std::ops::Range<usize>) -> Result<HoldMetrics, NoHold> {
+    pub(super) fn metrics(&self, relays: &[usize]) -> Result<HoldMetrics, NoHold> {
         if self.samples.is_empty() {
             return Err(NoHold::NoChain);
         }
@@ -141,13 +161,23 @@ impl HoldRecord {
             t3_s: converged(|s| s.difference, 3.0),
             t1_s: converged(|s| s.difference, 1.0),
             t_gap1_s: converged(|s| s.gap, 1.0),
+            t_repair_s: self.repaired(),
             gap_db: mean(end.iter().map(|s| s.gap)),
             difference_db: mean(end.iter().map(|s| s.difference * s.difference)).sqrt(),
             spread_db: self.spread(),
             swing_p95_db: self.swing(),
-            position_sd_m: self.position_sd(relays.clone()),
+            position_sd_m: self.position_sd(relays),
             path_m: self.path(relays),
+            violation: mean(self.samples.iter().map(|s| f32::from(u8::from(s.is_violated)))),
+            relays_beyond_need: mean(end.iter().map(|s| s.surplus)),
         })
+    }
+
+    /// The time from the last loss of a drone to the convergence of the gap, s.
+    fn repaired(&self) -> f32 {
+        let Some(lost) = self.lost_s else { return f32::NAN };
+        let later = self.samples.iter().filter(|sample| sample.time > lost);
+        converged_at(later.map(|sample| (sample.time - lost, sample.gap)), 1.0)
     }
 
     /// The first sample of the end of the hold.
@@ -201,22 +231,27 @@ impl HoldRecord {
     }
 
     /// Standard deviation of each relay's position about its own mean, pooled.
-    fn position_sd(&self, relays: std::ops::Range<usize>) -> f32 {
+    fn position_sd(&self, relays: &[usize]) -> f32 {
         let samples = self.end()..self.samples.len();
-        let variance = |relay: usize| {
+        let variance = |&relay: &usize| {
             let middle = mean(samples.clone().map(|n| self.way(n, relay)));
             mean(samples.clone().map(|n| (self.way(n, relay) - middle).powi(2)))
         };
-        mean(relays.map(variance)).sqrt()
+        mean(relays.iter().map(variance)).sqrt()
     }
 
-    fn path(&self, relays: std::ops::Range<usize>) -> f32 {
-        let flown = |relay: usize| -> f32 {
+    fn path(&self, relays: &[usize]) -> f32 {
+        let flown = |&relay: &usize| -> f32 {
             let step = |n: usize| (self.way(n, relay) - self.way(n - 1, relay)).abs();
             (1..self.samples.len()).map(step).sum()
         };
-        mean(relays.map(flown))
+        mean(relays.iter().map(flown))
     }
+}
+
+/// A moment of the hold, s since it began.
+fn since(span: Stretch, now_us: u64) -> f32 {
+    ((now_us - span.from_us) as f64 * 1e-6) as f32
 }
 
 fn bounds(values: impl Iterator<Item = f32>) -> (f32, f32) {
@@ -247,19 +282,27 @@ pub(crate) fn converged_at(
 mod tests {
     use super::*;
 
-    /// A hold of 100 s of a chain of two links, whose losses are `loss(link, time)`.
+    /// A hold of 100 s of a chain of two links, whose losses are `loss(link, time)`; a third link
+    /// went at 30 s.
     fn held(loss: impl Fn(u8, f32) -> f32) -> HoldMetrics {
         let span = Stretch { from_us: 50_000_000, until_us: 150_000_000 };
-        let mut record = HoldRecord::new(span, 3);
+        let mut record = HoldRecord::new(span, 3, [80_000_000, 200_000_000].into_iter());
         for n in 1..=500_u64 {
             let now_us = span.from_us + n * 200_000;
-            let time = n as f32 * ROUND_S;
+            let time = record.time(now_us);
             let (near, far) = (loss(0, time), loss(1, time));
             let links = [((NodeId(2), NodeId(1)), near), ((NodeId(1), NodeId(0)), far)];
-            let sample = ((near - far).abs(), near.max(far) - 60.0);
-            record.take(now_us, sample, links.into_iter(), [9.0, 4.0, 0.0].into_iter());
+            let weakest = near.max(far);
+            let sample = Sample {
+                time,
+                difference: (near - far).abs(),
+                gap: weakest - 60.0,
+                is_violated: weakest > 65.0,
+                surplus: 1.0,
+            };
+            record.take(sample, links.into_iter(), [9.0, 4.0, 0.0].into_iter());
         }
-        record.metrics(1..2).unwrap()
+        record.metrics(&[1]).unwrap()
     }
 
     /// Both links swing by 20 dB together: every mean is that of a chain at rest.
@@ -292,8 +335,18 @@ mod tests {
     }
 
     #[test]
+    fn a_repair_counts_from_the_loss() {
+        let repaired = held(|_, time| if (30.0..42.0).contains(&time) { 70.0 } else { 60.0 });
+        assert!((11.5..=12.5).contains(&repaired.t_repair_s), "{repaired:?}");
+        assert!((0.11..=0.13).contains(&repaired.violation), "{repaired:?}");
+        assert_eq!(repaired.relays_beyond_need, 1.0);
+        let never = held(|_, time| if time < 30.0 { 60.0 } else { 62.0 });
+        assert!(never.t_repair_s.is_infinite(), "{never:?}");
+    }
+
+    #[test]
     fn a_hold_without_a_chain_has_no_figures() {
-        let record = HoldRecord::new(Stretch { from_us: 0, until_us: 1 }, 3);
-        assert_eq!(record.metrics(1..2), Err(NoHold::NoChain));
+        let record = HoldRecord::new(Stretch { from_us: 0, until_us: 1 }, 3, std::iter::empty());
+        assert_eq!(record.metrics(&[1]), Err(NoHold::NoChain));
     }
 }

@@ -36,6 +36,14 @@ pub(super) fn table(
         );
     }
     hold_lines(&mut text, m);
+    if let Ok(hold) = m.hold.as_ref()
+        && !hold.t_repair_s.is_nan()
+    {
+        let _ = match hold.t_repair_s.is_finite() {
+            true => writeln!(text, "  repaired              {:.1} s after the loss", hold.t_repair_s),
+            false => writeln!(text, "  repaired              never"),
+        };
+    }
     if m.violation.is_finite() {
         let _ = writeln!(text, "  link below limit      {:.1} % of the time", 100.0 * m.violation);
     }
