@@ -34,6 +34,20 @@ files![
     "relay-pair",
     "short-hop",
     "fork",
+    "right-angles",
+    "spiral",
+    "straight-n4",
+    "straight-n8",
+    "straight-n15",
+    "random-n15",
+    "tracking-n15",
+    "loss-70-n15",
+    "meander-105",
+    "leaky-u",
+    "repair-6",
+    "repair-corners",
+    "repair-15",
+    "cut",
 ];
 
 /// The scenario that `run` flies when it is given none.
