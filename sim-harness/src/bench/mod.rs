@@ -2,7 +2,7 @@
 //!
 //! | name | what it measures |
 //! |---|---|
-//! | [`chain`] | how well and how fast each movement policy makes links equal |
+//! | [`chain`] | how well the chain holds, grows, heals and comes home under each movement policy |
 //! | [`throughput`] | how fast the simulation is, at both fidelities |
 //! | [`faults`] | how flights end after faults of sensors and motors |
 //! | [`estimator`] | whether the state estimator predicts its own errors |

@@ -1,5 +1,7 @@
 //! `uchain bench`: the named benchmarks.
 
+mod chain;
+
 use std::fmt::Write;
 use std::path::PathBuf;
 
@@ -9,7 +11,7 @@ use serde_json::{Map, Value, json};
 use super::emulated::bench as emulated;
 use super::progress::Progress;
 use super::{Common, Trouble, Verdict, complain, interrupt, runs};
-use crate::bench::{attacks, chain, estimator, faults, link, throughput};
+use crate::bench::{attacks, estimator, faults, link, throughput};
 use crate::emulated::Firmware;
 use crate::input_error::InputError;
 
@@ -27,6 +29,15 @@ pub(super) struct BenchArgs {
     /// Run only the faults and mishaps that have this text in their names
     #[arg(long, value_name = "TEXT", default_value = "")]
     pub(super) only: String,
+    /// Run only this scenario of the benchmark `chain`; may be given more than once
+    #[arg(long, value_name = "NAME")]
+    scenario: Vec<String>,
+    /// Fly only this policy in the benchmark `chain`; may be given more than once
+    #[arg(long, value_name = "NAME")]
+    policy: Vec<String>,
+    /// In the benchmark `chain`, fly the policy `chain` without each of its ingredients instead
+    #[arg(long)]
+    ablation: bool,
     /// The firmware's ELF file, for the benchmarks that measure it
     #[arg(long, value_name = "FILE", default_value = Firmware::DEFAULT)]
     pub(super) elf: PathBuf,
@@ -36,7 +47,7 @@ pub(super) struct BenchArgs {
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Name {
-    /// How well and how fast each movement policy makes the links equal
+    /// How well the chain holds, grows, heals and comes home under each movement policy
     Chain,
     /// How fast the simulator is
     Throughput,
@@ -88,7 +99,7 @@ pub(super) fn run(args: &BenchArgs) -> Result<Verdict, Trouble> {
     let mut missed = Vec::new();
     for name in &names {
         let (table, value) = match name {
-            Name::Chain => chain_bench(args)?,
+            Name::Chain => chain::bench(args)?,
             Name::Throughput => throughput_bench(args)?,
             Name::Faults => faults_bench(args)?,
             Name::Estimator => estimator_bench(args)?,
@@ -120,35 +131,6 @@ pub(super) fn run(args: &BenchArgs) -> Result<Verdict, Trouble> {
         complain(what);
     }
     Ok(if missed.is_empty() { Verdict::Good } else { Verdict::Failed })
-}
-
-fn chain_bench(args: &BenchArgs) -> Result<(String, Value), Trouble> {
-    let count = runs(args.runs.unwrap_or(100))?;
-    let total = chain::SCENARIOS.len() * ::chain::policy::NAMES.len() * count;
-    let progress = Progress::new(total as u64, args.common.quiet);
-    progress.say("missions");
-    let rows = chain::run(count, args.common.seed, || progress.step())?;
-    drop(progress);
-    let mut table = format!(
-        "chain: {count} missions a row; bound_s: the way to the best chain at full speed\n\n"
-    );
-    let mut heading = format!("  {:16} {:8}", "scenario", "policy");
-    for name in chain::FIGURES {
-        // Writing to a string cannot fail.
-        let _ = write!(heading, " {name:>13}");
-    }
-    let _ = writeln!(table, "{heading}");
-    for row in &rows {
-        let _ = write!(table, "  {:16} {:8}", row.scenario, row.policy);
-        for (_, value) in &row.figures {
-            let _ = match value {
-                Some(value) => write!(table, " {value:>13.3}"),
-                None => write!(table, " {:>13}", "never"),
-            };
-        }
-        table.push('\n');
-    }
-    Ok((table, rows.iter().map(chain::Row::json).collect()))
 }
 
 fn throughput_bench(args: &BenchArgs) -> Result<(String, Value), Trouble> {

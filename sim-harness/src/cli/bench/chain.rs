@@ -1,0 +1,90 @@
+//! `uchain bench chain`: the table of how the chain holds.
+
+use std::fmt::Write;
+
+use serde_json::Value;
+
+use super::super::progress::Progress;
+use super::super::{Trouble, runs};
+use super::BenchArgs;
+use crate::bench::chain::cases::Bound;
+use crate::bench::chain::{Choice, Row, count, count_ablation, run, run_ablation};
+
+/// Missions of a row where the command line does not say.
+const RUNS: usize = 40;
+
+pub(super) fn bench(args: &BenchArgs) -> Result<(String, Value), Trouble> {
+    let choice = Choice {
+        scenarios: args.scenario.clone(),
+        policies: args.policy.clone(),
+        runs: runs(args.runs.unwrap_or(RUNS))?,
+        seed: args.common.seed,
+    };
+    let total = if args.ablation { count_ablation(&choice)? } else { count(&choice)? };
+    let progress = Progress::new(total as u64, args.common.quiet);
+    progress.say("missions");
+    let step = || progress.step();
+    let rows = if args.ablation { run_ablation(&choice, step)? } else { run(&choice, step)? };
+    drop(progress);
+    let what = if args.ablation { "without" } else { "policy" };
+    Ok((table(&choice, what, &rows), rows.iter().map(Row::json).collect()))
+}
+
+/// One block for each scenario: its figures, their bounds and targets, and a row for each policy.
+fn table(choice: &Choice, what: &str, rows: &[Row]) -> String {
+    let last = choice.seed.wrapping_add(choice.runs as u64).wrapping_sub(1);
+    let mut text = format!(
+        "chain: {} missions a row, seeds {} to {last}; ! marks a figure that misses its target\n",
+        choice.runs, choice.seed
+    );
+    for block in rows.chunk_by(|one, next| one.scenario == next.scenario) {
+        let Some(first) = block.first() else { continue };
+        // Writing to a string cannot fail.
+        let _ = write!(text, "\n  {}\n    {what:18}", first.scenario);
+        for (name, _) in &first.figures {
+            let _ = write!(text, " {:>w$} ", name, w = width(name));
+        }
+        line(&mut text, "bound", first, |name| bound(first, name));
+        line(&mut text, "target", first, |name| first.target(name).map(told));
+        for row in block {
+            let _ = write!(text, "\n    {:18}", row.policy);
+            for (name, value) in &row.figures {
+                let mark = if row.misses(name, *value) { '!' } else { ' ' };
+                let value = value.map_or_else(|| "never".to_owned(), |value| format!("{value:.3}"));
+                let _ = write!(text, " {value:>w$}{mark}", w = width(name));
+            }
+        }
+        text.push('\n');
+    }
+    text
+}
+
+fn line(text: &mut String, heading: &str, row: &Row, of: impl Fn(&str) -> Option<String>) {
+    // Writing to a string cannot fail.
+    let _ = write!(text, "\n    {heading:18}");
+    for (name, _) in &row.figures {
+        let cell = of(name).unwrap_or_default();
+        let _ = write!(text, " {cell:>w$} ", w = width(name));
+    }
+}
+
+/// What no policy can beat.
+fn bound(row: &Row, figure: &str) -> Option<String> {
+    match figure {
+        "t3_median_s" | "t_gap1_median_s" => row.bound_s.map(|bound| format!("{bound:.1}")),
+        "t_gap1_over_bound" => Some("1".to_owned()),
+        "gap_db" | "cruise_gap_db" => Some("0".to_owned()),
+        _ => None,
+    }
+}
+
+fn told(bound: Bound) -> String {
+    match bound {
+        Bound::Most(most) => format!("<= {most}"),
+        Bound::Least(least) => format!(">= {least}"),
+    }
+}
+
+fn width(name: &str) -> usize {
+    name.len().max(7)
+}
