@@ -52,7 +52,8 @@ use parts::Stopwatch;
 use seal::Cipher;
 pub use sections::{Drones, Loss, LossKind, PilotStep, Start};
 pub(crate) use sections::{
-    DronesTable, LaunchTable, LossTable, MOST_DRONES, MindTables, PilotTable, PolicyTable, RetreatTable,
+    DronesTable, LaunchTable, LossTable, MOST_DRONES, MindTables, PilotTable, PolicyTable,
+    RetreatTable,
 };
 pub use track::Linked;
 use track::Track;

@@ -123,15 +123,8 @@ const CALM: [Target; 4] = [
 const SAFE: [Target; 2] = [CALM[2], CALM[3]];
 
 /// Continuous losses, five links.
-const CONTINUOUS: &[Target] = &[
-    least("c3", 1.0),
-    least("c1", 0.99),
-    most("gap_db", 0.3),
-    CALM[0],
-    CALM[1],
-    CALM[2],
-    CALM[3],
-];
+const CONTINUOUS: &[Target] =
+    &[least("c3", 1.0), least("c1", 0.99), most("gap_db", 0.3), CALM[0], CALM[1], CALM[2], CALM[3]];
 /// Losses that jump by the wall.
 const STEPS: &[Target] = &[most("gap_db", 1.0), CALM[0], CALM[1], CALM[2], CALM[3]];
 const SPIRAL: &[Target] =
@@ -147,8 +140,7 @@ const DEMO: &[Target] = &[
 ];
 const CIRCUIT: &[Target] = &[CALM[0], CALM[1], most("violation", 0.01), CALM[2], CALM[3]];
 const PAPER: &[Target] = &[most("violation", 0.08), most("false_launch", 0.0), SAFE[0], SAFE[1]];
-const CLUMPED: &[Target] =
-    &[most("t_gap1_over_bound", 1.1), CALM[0], CALM[1], CALM[2], CALM[3]];
+const CLUMPED: &[Target] = &[most("t_gap1_over_bound", 1.1), CALM[0], CALM[1], CALM[2], CALM[3]];
 const RANDOM: &[Target] = &[most("t_gap1_over_bound", 1.2), CALM[0], CALM[1], CALM[2], CALM[3]];
 const LOSSY: &[Target] = &[most("t_gap1_over_bound", 1.4), CALM[0], CALM[1], CALM[2], CALM[3]];
 const TRACKING: &[Target] = &[most("cruise_gap_db", 0.6), SAFE[0], SAFE[1]];

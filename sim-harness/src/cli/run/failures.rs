@@ -25,9 +25,8 @@ pub(super) fn failures(scenario: &Scenario, trace: &Trace, metrics: &RunMetrics)
     for criterion in criteria(scenario, metrics).iter().filter(|criterion| !criterion.met()) {
         failures.push(criterion.complaint());
     }
-    let is_lost = |node: &Node| {
-        scenario.losses.iter().any(|loss| loss.drone == usize::from(node.id.0))
-    };
+    let is_lost =
+        |node: &Node| scenario.losses.iter().any(|loss| loss.drone == usize::from(node.id.0));
     for (node, state) in last_states(trace).filter(|(node, _)| !is_lost(node)) {
         let called_home = matches!(ordered, Some(Order::Return | Order::Land));
         let lost = match state {

@@ -40,7 +40,9 @@ pub(super) fn table(
         && !hold.t_repair_s.is_nan()
     {
         let _ = match hold.t_repair_s.is_finite() {
-            true => writeln!(text, "  repaired              {:.1} s after the loss", hold.t_repair_s),
+            true => {
+                writeln!(text, "  repaired              {:.1} s after the loss", hold.t_repair_s)
+            }
             false => writeln!(text, "  repaired              never"),
         };
     }
