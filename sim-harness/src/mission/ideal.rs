@@ -17,7 +17,7 @@ use units::{Dbm, NodeId, Order, Role};
 
 use super::Mission;
 use super::air::Strengths;
-use super::member::Mind;
+use super::member::{Member, Mind};
 use crate::medium::{Loss, Tally};
 use crate::random::{Purpose, Stream};
 use crate::scenario::Scenario;
@@ -142,16 +142,26 @@ impl IdealLink {
         self.reception.receive(strength, Draws { luck, normal: stream.gauss() })
     }
 
-    /// Whether an order of the base can get to a member, passed on by those between them.
-    fn is_in_reach(&self, member: usize, strengths: &mut Strengths, radio: &Radio) -> bool {
-        if !self.reception.sensitivity.0.is_finite() {
-            return true;
+    /// Whether an order of the base can get to a member, passed on by those between them that are
+    /// not `silent`.
+    fn is_in_reach(
+        &self,
+        member: usize,
+        silent: &[bool],
+        strengths: &mut Strengths,
+        radio: &Radio,
+    ) -> bool {
+        let hears_nothing = |n: usize| silent.get(n).copied().unwrap_or(true);
+        if hears_nothing(member) || !self.reception.sensitivity.0.is_finite() {
+            return !hears_nothing(member);
         }
         let mut reached = vec![self.count - 1];
         let mut next = 0;
         while let Some(&from) = reached.get(next) {
             for to in 0..self.count {
-                let mut hears = || self.reception.reaches(strengths.between(radio, from, to));
+                let mut hears = || {
+                    !hears_nothing(to) && self.reception.reaches(strengths.between(radio, from, to))
+                };
                 if !reached.contains(&to) && hears() {
                     reached.push(to);
                 }
@@ -183,7 +193,11 @@ impl Mission<'_> {
     fn carry_report(&mut self, now_us: u64, report: Report) {
         let Self { ideal: Some(ideal), members, strengths, world, .. } = self else { return };
         let from = usize::from(report.from.0);
-        for (to, member) in members.iter_mut().enumerate().filter(|(to, _)| *to != from) {
+        if members.get(from).is_none_or(Member::is_silenced) {
+            return;
+        }
+        let others = members.iter_mut().enumerate().filter(|(to, _)| *to != from);
+        for (to, member) in others.filter(|(_, member)| !member.is_silenced()) {
             let heard = ideal.receive(from, to, || strengths.between(&world.radio, from, to));
             let reverse = ideal.unnamed[to * ideal.count + from].take();
             if let (Some(rssi), Mind::Hosted(hosted)) = (heard, &mut member.mind) {
@@ -199,7 +213,8 @@ impl Mission<'_> {
             return;
         };
         let overtaken = ideal.heeded_us[to] > given_us;
-        if overtaken || !ideal.is_in_reach(to, strengths, &world.radio) {
+        let silent: Vec<_> = members.iter().map(Member::is_silenced).collect();
+        if overtaken || !ideal.is_in_reach(to, &silent, strengths, &world.radio) {
             return;
         }
         ideal.heeded_us[to] = given_us;

@@ -14,11 +14,12 @@ use units::{NodeId, Point2};
 /// The drone that is lost.
 const LOST: usize = 2;
 
-/// A mission in which relay 2 is lost in this way.
-fn losing(how: LossKind) -> Scenario {
+/// A mission in which relay 2 is lost in this way, with this link between the drones.
+fn losing(how: LossKind, link: &str) -> Scenario {
     let text = "\
 title = \"A relay is lost\"
 duration_s = 60.0
+link = \"exact\"
 [tunnel]
 width_m = 1.5
 centre_line_m = [[0.0, 0.0], [16.0, 0.0]]
@@ -39,9 +40,9 @@ how = \"gone\"
 ";
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("loss");
     std::fs::create_dir_all(&folder).unwrap();
-    let file = folder.join(format!("{how:?}.toml"));
     let name = format!("{how:?}").to_lowercase();
-    std::fs::write(&file, text.replace("gone", &name)).unwrap();
+    let file = folder.join(format!("{name}-{link}.toml"));
+    std::fs::write(&file, text.replace("gone", &name).replace("exact", link)).unwrap();
     Scenario::read(&file).unwrap_or_else(|error| panic!("{error}"))
 }
 
@@ -58,8 +59,8 @@ struct Seen {
 }
 
 /// Flies the mission and returns what is seen at each whole second, and its figures.
-fn fly(how: LossKind) -> (Vec<Seen>, RunMetrics) {
-    let scenario = losing(how);
+fn fly(how: LossKind, link: &str) -> (Vec<Seen>, RunMetrics) {
+    let scenario = losing(how, link);
     let world = World::of(&scenario);
     let reference = Reference::of(&scenario, &world);
     let mut mission = Mission::new(&scenario, &world, 7);
@@ -96,7 +97,7 @@ fn is_repaired(seen: &[Seen], metrics: &RunMetrics) {
 
 #[test]
 fn a_drone_that_lands_says_so_and_stays_on_the_ground() {
-    let (seen, metrics) = fly(LossKind::Lands);
+    let (seen, metrics) = fly(LossKind::Lands, "exact");
     let end = seen[59];
     assert!(matches!(end.state, State::Landed { why: agent::LandReason::Unfit(_) }), "{end:?}");
     assert_eq!(end.height, 0.0);
@@ -106,7 +107,7 @@ fn a_drone_that_lands_says_so_and_stays_on_the_ground() {
 
 #[test]
 fn a_silent_drone_flies_on_and_is_not_heard() {
-    let (seen, metrics) = fly(LossKind::Silent);
+    let (seen, metrics) = fly(LossKind::Silent, "exact");
     assert!(seen[13].height > 0.0, "{:?}", seen[13]);
     let end = seen[59];
     assert!((9.0..=10.5).contains(&end.heard_s), "{end:?}");
@@ -118,10 +119,13 @@ fn a_silent_drone_flies_on_and_is_not_heard() {
 
 #[test]
 fn a_drone_that_is_gone_lies_where_it_was() {
-    let (seen, metrics) = fly(LossKind::Gone);
-    let (before, end) = (seen[10], seen[59]);
-    assert_eq!(end.height, 0.0);
-    assert!(before.at.distance(end.at).0 < 0.05, "{before:?} {end:?}");
-    assert!((9.0..=10.5).contains(&end.heard_s), "{end:?}");
-    is_repaired(&seen, &metrics);
+    for link in ["exact", "ideal"] {
+        let (seen, metrics) = fly(LossKind::Gone, link);
+        let (before, end) = (seen[10], seen[59]);
+        assert_eq!(end.height, 0.0);
+        assert!(before.at.distance(end.at).0 < 0.05, "{link}: {before:?} {end:?}");
+        // The ideal link carries no telemetry.
+        assert!(link == "ideal" || (9.0..=10.5).contains(&end.heard_s), "{end:?}");
+        is_repaired(&seen, &metrics);
+    }
 }
