@@ -1,7 +1,7 @@
 //! The world the drones fly in when there are none, and the `uchain` command.
 //!
 //! The on-board code of `crates/` flies here unchanged: [`mission`] moves time, bodies and packets
-//! around the very [`agent::Agent`] that the firmware runs.
+//! around the very [`onboard::Drone`] that the firmware runs.
 //!
 //! | module | what it holds |
 //! |---|---|

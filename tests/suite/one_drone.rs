@@ -1,5 +1,6 @@
 //! `onboard` is the only place where agent, link and CRTP server meet: a file of the firmware or of
-//! the simulator that joined two of them would begin a second drone beside it.
+//! the simulator that joined two of them, or ran an agent by itself, would begin a second drone
+//! beside it.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -11,6 +12,21 @@ const EXCEPTIONS: [(&str, &str); 2] = [
     ("sim-harness/src/emulated/provision.rs", "makes keys and limits for a drone, and no drone"),
     ("sim-harness/src/serve/tests.rs", "builds drones for a world of its own"),
 ];
+
+/// The file that may run an agent by itself: it gives the agent the inputs that the chip's agent had,
+/// and compares the decisions.
+const COMPARES_AGENTS: &str = "tests/suite/virtual_drones.rs";
+
+/// The Rust files of the firmware, of the simulator and of the tests, each with its name from the
+/// root and its code without the comments.
+fn code() -> Vec<(String, String)> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut files = Vec::new();
+    ["src", "sim-harness/src", "tests"].iter().for_each(|at| sources(&root.join(at), &mut files));
+    assert!(files.len() > 100, "{} files", files.len());
+    let name = |file: &Path| file.strip_prefix(root).unwrap().to_str().unwrap().replace('\\', "/");
+    files.iter().map(|file| (name(file), without_comments(file))).collect()
+}
 
 fn sources(folder: &Path, all: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).unwrap() {
@@ -24,29 +40,36 @@ fn sources(folder: &Path, all: &mut Vec<PathBuf>) {
     }
 }
 
-/// Whether the code of a file, its comments left out, names a path of this crate.
+fn without_comments(file: &Path) -> String {
+    let code = fs::read_to_string(file).unwrap();
+    let lines: Vec<_> = code.lines().filter(|line| !line.trim_start().starts_with("//")).collect();
+    lines.join("\n")
+}
+
+/// Whether the code names a path of this crate.
 fn names(code: &str, part: &str) -> bool {
     let path = format!("{part}::");
-    code.lines().filter(|line| !line.trim_start().starts_with("//")).any(|line| {
-        line.match_indices(&path).any(|(at, _)| {
-            let before = line[..at].chars().next_back();
-            before.is_none_or(|c| !(c.is_alphanumeric() || c == '_' || c == ':'))
-        })
+    code.match_indices(&path).any(|(at, _)| {
+        let before = code[..at].chars().next_back();
+        before.is_none_or(|c| !(is_of_a_name(c) || c == ':'))
     })
+}
+
+/// Whether the code names this type.
+fn names_type(code: &str, name: &str) -> bool {
+    code.split(|c| !is_of_a_name(c)).any(|word| word == name)
+}
+
+fn is_of_a_name(c: char) -> bool {
+    c.is_alphanumeric() || c == '_'
 }
 
 #[test]
 fn agent_link_and_crtp_server_meet_in_onboard_alone() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let mut files = Vec::new();
-    ["src", "sim-harness/src", "tests"].iter().for_each(|at| sources(&root.join(at), &mut files));
-    assert!(files.len() > 100, "{} files", files.len());
     let mut used = Vec::new();
     let mut wrong = Vec::new();
-    for file in files {
-        let code = fs::read_to_string(&file).unwrap();
+    for (name, code) in code() {
         let found: Vec<_> = PARTS.into_iter().filter(|part| names(&code, part)).collect();
-        let name = file.strip_prefix(root).unwrap().to_str().unwrap().replace('\\', "/");
         if found.len() < 2 {
             continue;
         }
@@ -59,4 +82,15 @@ fn agent_link_and_crtp_server_meet_in_onboard_alone() {
     for (file, why) in EXCEPTIONS {
         assert!(used.contains(&file), "{file} is no exception any more: it {why}");
     }
+}
+
+#[test]
+fn no_agent_runs_outside_onboard() {
+    let this = "tests/suite/one_drone.rs";
+    let runs: Vec<_> = code()
+        .into_iter()
+        .filter(|(name, code)| name != this && names_type(code, "Agent"))
+        .map(|(name, _)| name)
+        .collect();
+    assert_eq!(runs, [COMPARES_AGENTS], "use onboard::Drone instead of agent::Agent");
 }

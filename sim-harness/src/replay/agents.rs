@@ -1,17 +1,19 @@
-//! Runs the `agent::Agent` of each relay over a recorded flight, with the strengths of the log.
+//! Runs the whole `onboard::Drone` of each relay over a recorded flight, with the strengths of the
+//! log.
 //!
-//! A log has no reports, so each neighbour is given the simplest report of a link of the chain, and
-//! the base that of a base. The order is to explore. The logged strengths were filtered on board
-//! already, so the agent takes them as they are.
+//! A log has no packets, so the drone's link stays shut, and the reports come to it as they do from
+//! an ideal link: each neighbour is given the simplest report of a link of the chain, and the base
+//! that of a base. The order is to explore. The logged strengths were filtered on board already, so
+//! the drone takes them as they are.
 
-use agent::{Agent, AgentConfig, Fitness, Inputs, State};
+use airlink::Sealed;
 use chain::filter::Smoothing;
 use chain::neighbours::Heard;
 use chain::policy::PolicyConfig;
 use chain::report::Report;
+use onboard::{Config, Drone, Sensed, Setup, Start, State};
 use serde::Serialize;
-use tunnel_nav::Diagonals;
-use units::{LinkSum, Metres, MetresPerSecond, NodeId, Order, Phase, Role};
+use units::{Instant, LinkSum, Metres, MetresPerSecond, NodeId, Order, Phase, Role};
 
 use super::recording::{Recording, Sample};
 
@@ -32,45 +34,59 @@ pub struct AgentReport {
     pub landed_s: Option<f64>,
 }
 
-/// The agents of all relays of the flight.
+/// The states of the agents of all relays of the flight.
 pub(super) fn agents(recording: &Recording) -> Vec<AgentReport> {
     (1..recording.links.len()).map(|relay| report(recording, relay)).collect()
 }
 
 fn report(recording: &Recording, relay: usize) -> AgentReport {
-    let policy = PolicyConfig { smoothing: Smoothing::Raw, ..PolicyConfig::K_TUNED };
-    let config = AgentConfig { policy, ..AgentConfig::DEFAULT };
-    // A chain of more than 256 drones does not come out of a checked flight.
-    let mut agent = Agent::new_linked(number(relay), Role::Relay, units::Instant::ZERO);
-    let mut report = AgentReport { relay, ..AgentReport::default() };
-    let (mut relaying, mut reconnecting, mut backing_up) = (0_usize, 0_usize, 0_usize);
+    let mut drone = drone(relay);
+    let last = recording.links.len();
+    let height = Some(drone.config().agent.flight.height);
+    let sensed = Sensed { height, ..Sensed::NONE };
+    let mut tally = Tally::default();
     for (n, row) in recording.samples.chunk_by(|a, b| a.line == b.line).enumerate() {
         let Some(now) = row.first().map(|sample| sample.time) else { continue };
         let sequence = n as u16;
-        let last = recording.links.len();
-        let heard: Vec<Heard> =
-            row.iter().filter_map(|sample| heard(sample, relay, last, sequence)).collect();
-        let outputs = agent.step(
-            &config,
-            now,
-            &Inputs {
-                ranges: Diagonals::default(),
-                velocity: None,
-                heading: None,
-                height: Some(Metres(config.flight.height.0)),
-                heard: &heard,
-                order: Some(Order::Explore(MetresPerSecond::ZERO)),
-                fitness: Fitness::Fit,
-                endurance: None,
-            },
-        );
-        report.rows += 1;
-        match outputs.status.state {
-            State::Relaying { .. } => relaying += 1,
-            State::Reconnecting { .. } => reconnecting += 1,
-            State::BackingUp { .. } => backing_up += 1,
+        for report in row.iter().filter_map(|sample| heard(sample, relay, last, sequence)) {
+            drone.hear(now, report);
+        }
+        drone.heed(now, Order::Explore(MetresPerSecond::ZERO));
+        drone.step(now, &sensed);
+        tally.add(now, drone.state());
+    }
+    tally.report(relay)
+}
+
+/// A relay in the air at the start of the log, without keys: it sends no packet.
+fn drone(relay: usize) -> Drone<Sealed> {
+    let mut config = Config::DEFAULT;
+    config.agent.policy = PolicyConfig { smoothing: Smoothing::Raw, ..PolicyConfig::K_TUNED };
+    let start = Start::InAir(Instant::ZERO);
+    // A chain of more than 256 drones does not come out of a checked flight.
+    let setup = Setup { start, ..Setup::new(number(relay), Role::Relay) };
+    Drone::new(config, &setup)
+}
+
+/// The rows of the log by the agent's state.
+#[derive(Default)]
+struct Tally {
+    rows: usize,
+    relaying: usize,
+    reconnecting: usize,
+    backing_up: usize,
+    landed_s: Option<f64>,
+}
+
+impl Tally {
+    fn add(&mut self, now: Instant, state: State) {
+        self.rows += 1;
+        match state {
+            State::Relaying { .. } => self.relaying += 1,
+            State::Reconnecting { .. } => self.reconnecting += 1,
+            State::BackingUp { .. } => self.backing_up += 1,
             State::Landing { .. } | State::Landed { .. } => {
-                report.landed_s.get_or_insert(now.as_micros() as f64 / 1e6);
+                self.landed_s.get_or_insert(now.as_micros() as f64 / 1e6);
             }
             State::Idle
             | State::Armed { .. }
@@ -79,13 +95,18 @@ fn report(recording: &Recording, relay: usize) -> AgentReport {
             | State::Stopped => {}
         }
     }
-    let part =
-        |count: usize| if report.rows == 0 { 0.0 } else { count as f64 / report.rows as f64 };
-    AgentReport {
-        relaying: part(relaying),
-        reconnecting: part(reconnecting),
-        backing_up: part(backing_up),
-        ..report
+
+    fn report(self, relay: usize) -> AgentReport {
+        let part =
+            |count: usize| if self.rows == 0 { 0.0 } else { count as f64 / self.rows as f64 };
+        AgentReport {
+            relay,
+            rows: self.rows,
+            relaying: part(self.relaying),
+            reconnecting: part(self.reconnecting),
+            backing_up: part(self.backing_up),
+            landed_s: self.landed_s,
+        }
     }
 }
 

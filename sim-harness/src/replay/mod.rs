@@ -12,7 +12,7 @@
 //! | `recording` | the samples, and the anomalies of the other rows |
 //! | `prediction` | the four predictors and their scores |
 //! | `flight` | the policies over a recorded flight |
-//! | `agents` | the agent over a recorded flight |
+//! | `agents` | the whole drone of each relay over a recorded flight |
 //! | `summary` | the results as a table, as JSON and as a CSV of every sample |
 //!
 //! The book's chapter "Replay" defines every number.
