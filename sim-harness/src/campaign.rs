@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use rayon::prelude::*;
 use serde_json::{Map, Value, json};
 
-use crate::craft::record::FlightMetrics;
+use crate::bodies::craft::record::FlightMetrics;
 use crate::metrics::{HoldMetrics, Reference, RunMetrics, measure};
 use crate::mission::World;
 use crate::scenario::Scenario;

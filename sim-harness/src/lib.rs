@@ -7,10 +7,7 @@
 //! |---|---|
 //! | [`scenario`] | what a mission is: the TOML files, checked |
 //! | [`world`] | floor plan, skeleton, beams, radio, and the best chain that could be |
-//! | [`vehicle`] | a drone's body at point level |
-//! | [`craft`] | a drone at flight level, with the flight code in the loop |
-//! | [`drone`] | either of them, as a mission sees it |
-//! | [`emulated`] | a drone whose firmware runs in an emulator, with the feature `virtual` |
+//! | [`bodies`] | the bodies of drones: a point, a rigid body, or one whose firmware runs in an emulator |
 //! | [`medium`] | the air between the radios, packet by packet |
 //! | [`mission`] | one mission, step by step |
 //! | [`trace`] | the record of a mission |
@@ -25,12 +22,9 @@
 //! | [`cli`] | the command line |
 
 pub mod bench;
+pub mod bodies;
 pub mod campaign;
 pub mod cli;
-pub mod craft;
-pub mod drone;
-#[cfg_attr(not(feature = "virtual"), path = "emulated/absent.rs")]
-pub mod emulated;
 pub mod figures;
 pub mod input_error;
 pub mod keys;
@@ -44,5 +38,4 @@ pub mod scenario;
 pub mod serve;
 pub mod suggest;
 pub mod trace;
-pub mod vehicle;
 pub mod world;

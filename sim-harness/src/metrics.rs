@@ -10,7 +10,7 @@ mod reference;
 
 use units::{NodeId, Order, Role};
 
-use crate::craft::record::FlightMetrics;
+use crate::bodies::craft::record::FlightMetrics;
 use crate::mission::{Linked, Mission, ROUND_US, RadioMetrics, World};
 use crate::scenario::{Scenario, Start};
 use crate::world::SkeletonPlace;

@@ -26,16 +26,16 @@ use units::{NodeId, Order, Point2, Role, Setpoint};
 use wire::p2p::{self, Telemetry};
 use wire::radio::Datarate;
 
-use crate::craft::Surroundings;
-use crate::craft::faults::Failing;
-use crate::drone::Drone;
-use crate::emulated::{Emulated, Halted, RAMP_UP};
+use crate::bodies::Body;
+use crate::bodies::craft::Surroundings;
+use crate::bodies::craft::faults::Failing;
+use crate::bodies::emulated::{Emulated, Halted, RAMP_UP};
+use crate::bodies::point::{Response, STEP_US};
 use crate::medium::timing::air_us;
 use crate::medium::{Arrives, Medium, MediumConfig};
 use crate::random::{Purpose, Stream};
 use crate::scenario::{Fidelity, LinkModel, Scenario};
 use crate::trace::{DroneFrame, Frame, LinkFrame, Node, Trace};
-use crate::vehicle::{Response, STEP_US};
 use crate::world::SkeletonPlace;
 pub use crate::world::World;
 
@@ -106,8 +106,8 @@ pub struct View<'a> {
     pub id: NodeId,
     /// Its part.
     pub role: Role,
-    /// Its body; at flight level with a [`craft`](Drone::craft), unless it is the base.
-    pub body: &'a Drone,
+    /// Its body; at flight level with a [`craft`](Body::craft), unless it is the base.
+    pub body: &'a Body,
     /// What its agent last put out; `None` before its first turn.
     pub outputs: Option<&'a Outputs>,
     /// What it last sensed.
@@ -365,7 +365,7 @@ impl<'a> Mission<'a> {
     }
 
     /// The bodies, head first, base last.
-    pub fn bodies(&self) -> impl Iterator<Item = &Drone> {
+    pub fn bodies(&self) -> impl Iterator<Item = &Body> {
         self.members.iter().map(|member| &member.body)
     }
 

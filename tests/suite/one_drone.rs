@@ -9,7 +9,10 @@ const PARTS: [&str; 3] = ["agent", "airlink", "crtp"];
 
 /// Files that may know two of them, and why.
 const EXCEPTIONS: [(&str, &str); 2] = [
-    ("sim-harness/src/emulated/provision.rs", "makes keys and limits for a drone, and no drone"),
+    (
+        "sim-harness/src/bodies/emulated/provision.rs",
+        "makes keys and limits for a drone, and no drone",
+    ),
     ("sim-harness/src/serve/tests.rs", "builds drones for a world of its own"),
 ];
 

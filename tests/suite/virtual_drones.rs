@@ -10,7 +10,7 @@ use agent::{Agent, AgentConfig};
 use onboard::Snapshot;
 use onboard::probe::Round;
 use rayon::ThreadPoolBuilder;
-use sim_harness::emulated::{Emulated, Firmware};
+use sim_harness::bodies::emulated::{Emulated, Firmware};
 use sim_harness::metrics::{Reference, RunMetrics, Watch};
 use sim_harness::mission::{Mission, World};
 use sim_harness::scenario::Scenario;

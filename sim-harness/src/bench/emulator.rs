@@ -9,7 +9,7 @@ use units::NodeId;
 use virtual_crazyflie::cpu::FlashTiming;
 use virtual_crazyflie::speed;
 
-use crate::emulated::{Emulated, Firmware};
+use crate::bodies::emulated::{Emulated, Firmware};
 use crate::input_error::InputError;
 use crate::mission::{Mission, World};
 use crate::scenario::Scenario;

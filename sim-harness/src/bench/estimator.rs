@@ -12,10 +12,10 @@ use rayon::prelude::*;
 use serde_json::{Value, json};
 use units::{Metres, MetresPerSecond, Point2, RadiansPerSecond, Setpoint};
 
-use crate::craft::flow::Ground;
-use crate::craft::{Craft, Surroundings};
+use crate::bodies::craft::flow::Ground;
+use crate::bodies::craft::{Craft, Surroundings};
+use crate::bodies::point::VehicleSpec;
 use crate::random::{Purpose, Stream};
-use crate::vehicle::VehicleSpec;
 use crate::world::Tunnel;
 use crate::world::layout::Layout;
 

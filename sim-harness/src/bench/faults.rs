@@ -1,5 +1,5 @@
 //! Measures how flights end after a fault: every sensor lost, frozen and lying, for 0.2 s, 2 s and
-//! for good, and other faults ([`crate::craft::faults`] defines each).
+//! for good, and other faults ([`crate::bodies::craft::faults`] defines each).
 //!
 //! Two places: *hover*, one drone over the middle of a room of 3 m by 3 m, with a set-point of rest
 //! at 0.3 m; and *tunnel*, head and relay at work (scenario `relay-pair`), one of which, as the
@@ -23,14 +23,14 @@ use rayon::prelude::*;
 use serde_json::{Map, Value, json};
 use units::{Metres, MetresPerSecond, Point2, RadiansPerSecond, Setpoint};
 
-use crate::craft::faults::{Failing, Fault, Manner, Sensor};
-use crate::craft::flow::Ground;
-use crate::craft::{Craft, Surroundings};
+use crate::bodies::craft::faults::{Failing, Fault, Manner, Sensor};
+use crate::bodies::craft::flow::Ground;
+use crate::bodies::craft::{Craft, Surroundings};
+use crate::bodies::point::VehicleSpec;
 use crate::input_error::InputError;
 use crate::mission::{Mission, World};
 use crate::random::{Purpose, Stream};
 use crate::scenario::Scenario;
-use crate::vehicle::VehicleSpec;
 use crate::world::Tunnel;
 use crate::world::layout::Layout;
 
@@ -326,8 +326,8 @@ fn judge(craft: &Craft, agent: Option<State>) -> Run {
         Mode::Flying { .. } => "flying",
         Mode::Landing { .. } => "landing",
         Mode::Grounded { .. } => "told",
-        Mode::Landed { why } => crate::craft::record::End::Landed(why).name(),
-        Mode::Stopped { why } => crate::craft::record::End::Stopped(why).name(),
+        Mode::Landed { why } => crate::bodies::craft::record::End::Landed(why).name(),
+        Mode::Stopped { why } => crate::bodies::craft::record::End::Stopped(why).name(),
     };
     let named = match outputs.status.mode {
         Mode::Landed { .. } | Mode::Stopped { .. } => true,

@@ -12,7 +12,7 @@ use virtual_crazyflie::cpu::FlashTiming;
 use virtual_crazyflie::machine::{FlashModel, MachineConfig};
 use virtual_crazyflie::profile::{Report, WatchedTime};
 
-use crate::emulated::{AGENT_STEP, CONTROL_STEP, Emulated, Firmware};
+use crate::bodies::emulated::{AGENT_STEP, CONTROL_STEP, Emulated, Firmware};
 use crate::input_error::InputError;
 use crate::mission::{Mission, World};
 use crate::scenario::Scenario;

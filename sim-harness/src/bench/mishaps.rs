@@ -20,8 +20,8 @@ use virtual_crazyflie::machine::Pause;
 use virtual_crazyflie::memory::map;
 use virtual_crazyflie::soc::{I2cBus, ResetCause};
 
-use crate::craft::Craft;
-use crate::emulated::{CONTROL_STEP, Emulated, Firmware};
+use crate::bodies::craft::Craft;
+use crate::bodies::emulated::{CONTROL_STEP, Emulated, Firmware};
 use crate::input_error::InputError;
 use crate::mission::{Mission, World};
 use crate::scenario::Scenario;

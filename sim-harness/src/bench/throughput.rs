@@ -13,7 +13,7 @@ use std::time::Instant;
 use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
 
-use crate::craft::body::{BodySpec, Drive, RigidBody};
+use crate::bodies::craft::body::{BodySpec, Drive, RigidBody};
 use crate::input_error::InputError;
 use crate::mission::{Mission, Part, ROUND_US, World};
 use crate::scenario::{Fidelity, LinkModel, Scenario};

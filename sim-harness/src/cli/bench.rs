@@ -12,7 +12,7 @@ use super::emulated::bench as emulated;
 use super::progress::Progress;
 use super::{Common, Trouble, Verdict, complain, interrupt, runs};
 use crate::bench::{attacks, estimator, faults, link, throughput};
-use crate::emulated::Firmware;
+use crate::bodies::emulated::Firmware;
 use crate::input_error::InputError;
 
 /// Missions whose parts are timed: enough for a share to a hundredth.

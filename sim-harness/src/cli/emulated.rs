@@ -13,7 +13,7 @@ use virtual_crazyflie::log::{LogLine, Messages};
 use virtual_crazyflie::profile::{Durations, Report};
 
 use super::{VirtualArgs, complain};
-use crate::emulated::{self, Emulated, Firmware};
+use crate::bodies::emulated::{self, Emulated, Firmware};
 use crate::input_error::InputError;
 use crate::mission::Mission;
 use crate::output::Folder;

@@ -8,19 +8,19 @@ use wire::syslink::MAX_P2P;
 
 use super::hosted::{Clocks, Hosted};
 use super::{LossKind, STEPS_PER_ROUND, World, surroundings};
-use crate::craft::Craft;
-use crate::drone::{Drone, Flown};
-use crate::emulated::Emulated;
+use crate::bodies::craft::Craft;
+use crate::bodies::emulated::Emulated;
+use crate::bodies::point::PointBody;
+use crate::bodies::{Body, Flown};
 use crate::random::{Purpose, Stream};
 use crate::scenario::{Fidelity, Scenario, Spot, Start};
-use crate::vehicle::Body;
 use crate::world::SkeletonPlace;
 
 /// One member of the chain.
 pub(super) struct Member {
     pub(super) mind: Mind,
     pub(super) role: Role,
-    pub(super) body: Drone,
+    pub(super) body: Body,
     pub(super) random: Stream,
     /// In which physics step of a round its turn comes.
     pub(super) phase: u64,
@@ -198,14 +198,14 @@ pub(super) fn member(
         (Fidelity::Flight | Fidelity::Virtual, Role::Head | Role::Relay) => {
             let random = Stream::new(seed, Purpose::Craft(id.0));
             let at = (spot.at, nose);
-            Drone::Craft(Box::new(flown(scenario, world, at, flying, height, random)))
+            Body::Craft(Box::new(flown(scenario, world, at, flying, height, random)))
         }
         (Fidelity::Point, _) | (_, Role::Base) => {
-            let mut body = Body::at(spot.at, nose, height.0, &scenario.vehicle, &mut random);
+            let mut body = PointBody::at(spot.at, nose, height.0, &scenario.vehicle, &mut random);
             if flying {
                 body.command(Setpoint::hover(height));
             }
-            Drone::Point(body)
+            Body::Point(body)
         }
     };
     let hosted = Hosted::new(scenario, seed, (id, role), flying, clocks);

@@ -10,14 +10,14 @@ use serde::Deserialize;
 
 use super::reader::{At, Reader};
 use super::{Fidelity, LinkModel, Scenario};
-use crate::craft::GroundTable;
+use crate::bodies::craft::GroundTable;
+use crate::bodies::point::VehicleTable;
 use crate::input_error::InputError;
 use crate::medium::RadioTable;
 use crate::metrics::CriteriaTable;
 use crate::mission::{
     DronesTable, LaunchTable, LossTable, MindTables, PilotTable, PolicyTable, RetreatTable,
 };
-use crate::vehicle::VehicleTable;
 use crate::world::TunnelTable;
 
 #[derive(Deserialize)]

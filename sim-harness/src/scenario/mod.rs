@@ -15,13 +15,13 @@ use agent::AgentConfig;
 use chain::policy::Policy;
 use units::{MetresPerSecond, Order};
 
-use crate::craft::flow::Ground;
+use crate::bodies::craft::flow::Ground;
+use crate::bodies::point::VehicleSpec;
 use crate::input_error::InputError;
 use crate::medium::{MediumConfig, Polling, RadioSpec};
 pub use crate::metrics::Criteria;
 pub use crate::mission::{Drones, Loss, LossKind, PilotStep, Start};
 use crate::suggest;
-use crate::vehicle::VehicleSpec;
 pub use crate::world::Spot;
 use crate::world::Tunnel;
 

@@ -9,8 +9,8 @@ use units::{Acceleration, AngularVelocity, Instant, Metres, NodeId, Order, Radia
 
 use super::dongle::Dongle;
 use super::{STEP, World};
-use crate::craft::Craft;
-use crate::emulated::Emulated;
+use crate::bodies::craft::Craft;
+use crate::bodies::emulated::Emulated;
 use crate::metrics::{Reference, RunMetrics, Watch};
 use crate::mission::{self, Mission, ROUND_US, View};
 use crate::scenario::Scenario;

@@ -3,14 +3,14 @@
 use flight::{Airframe, Duties, GRAVITY};
 use proptest::prelude::*;
 use sensors::vl53l1x::RangeStatus;
-use sim_harness::craft::battery::Battery;
-use sim_harness::craft::body::{
+use sim_harness::bodies::craft::battery::Battery;
+use sim_harness::bodies::craft::body::{
     BodySpec, Drive, PROPELLER_RADIUS, RigidBody, STANDING, turned, turned_back,
 };
-use sim_harness::craft::flow::{Flow, Ground};
-use sim_harness::craft::imu::Imu;
-use sim_harness::craft::motors::{LAG, Motors};
-use sim_harness::craft::rangers::{Ranger, deviation};
+use sim_harness::bodies::craft::flow::{Flow, Ground};
+use sim_harness::bodies::craft::imu::Imu;
+use sim_harness::bodies::craft::motors::{LAG, Motors};
+use sim_harness::bodies::craft::rangers::{Ranger, deviation};
 use sim_harness::random::{Purpose, Stream};
 use sim_harness::world::Tunnel;
 use sim_harness::world::layout::Layout;

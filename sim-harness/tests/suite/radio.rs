@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use agent::State;
-use sim_harness::craft::faults::{Failing, Fault};
+use sim_harness::bodies::craft::faults::{Failing, Fault};
 use sim_harness::mission::{Mission, World};
 use sim_harness::random::{Purpose, Stream};
 use sim_harness::scenario::{Fidelity, Scenario};

@@ -6,7 +6,7 @@ use std::convert::Infallible;
 use serde_json::Value;
 
 use super::VirtualArgs;
-use crate::emulated::Emulated;
+use crate::bodies::emulated::Emulated;
 use crate::input_error::InputError;
 use crate::mission::Mission;
 use crate::output::Folder;

@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use super::failures::criteria;
 use super::last_states;
-use crate::craft::record::FlightMetrics;
+use crate::bodies::craft::record::FlightMetrics;
 use crate::metrics::{HoldMetrics, RunMetrics};
 use crate::mission::RadioMetrics;
 use crate::scenario::Scenario;

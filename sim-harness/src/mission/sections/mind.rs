@@ -8,10 +8,10 @@ use chain::retreat::RetreatConfig;
 use serde::Deserialize;
 use units::{Db, Dbm, Metres, MetresPerSecond};
 
+use crate::bodies::point::VehicleSpec;
 use crate::input_error::InputError;
 use crate::scenario::reader::{At, Reader};
 use crate::suggest;
-use crate::vehicle::VehicleSpec;
 
 /// The tables that configure the on-board code.
 pub(crate) struct MindTables<'a> {

@@ -36,8 +36,8 @@ use virtual_crazyflie::profile::Report;
 use virtual_crazyflie::soc::{Pin, PinOutput};
 use wire::p2p::{self, Counter};
 
-use crate::craft::outside::{Observed, Wants};
-use crate::craft::{Craft, Surroundings};
+use crate::bodies::craft::outside::{Observed, Wants};
+use crate::bodies::craft::{Craft, Surroundings};
 use crate::random::{Purpose, Stream};
 use crate::scenario::Scenario;
 

@@ -7,7 +7,7 @@ use agent::Outputs;
 use units::{Dbm, NodeId};
 use wire::p2p::Counter;
 
-use crate::craft::{Craft, Surroundings};
+use crate::bodies::craft::{Craft, Surroundings};
 
 /// The time from handing a packet to the radio to its first bit on the air, in ns (nRF51822 product
 /// specification, t_TXEN).

@@ -71,7 +71,7 @@ impl Response {
 
 /// One drone's body.
 #[derive(Clone, Debug)]
-pub struct Body {
+pub struct PointBody {
     position: Point2,
     height: f32,
     /// Unit vector along the nose.
@@ -89,7 +89,7 @@ pub struct Body {
     clear_way: f32,
 }
 
-impl Body {
+impl PointBody {
     /// A body at rest at this point, its nose along the unit vector `nose`.
     pub(crate) fn at(
         position: Point2,

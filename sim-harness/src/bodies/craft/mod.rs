@@ -33,8 +33,8 @@ use units::{
     Acceleration, AngularVelocity, Instant, Metres, MetresPerSecond, Point2, Setpoint, Volts,
 };
 
+use crate::bodies::point::VehicleSpec;
 use crate::random::Stream;
-use crate::vehicle::VehicleSpec;
 use crate::world::Tunnel;
 
 use battery::Battery;

@@ -1,18 +1,31 @@
-//! A drone's body at any fidelity, as a mission uses it: set-points in, sensor values out.
+//! The bodies of drones. A [`Body`] is one at any fidelity, as a mission uses it: set-points in,
+//! sensor values out.
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`point`] | a point on the floor plan that follows set-points with a lag |
+//! | [`craft`] | a rigid body with motors and sensors, and the flight code in the loop |
+//! | [`emulated`] | a craft whose firmware runs in an emulator, with the feature `virtual` |
+
+pub mod craft;
+#[cfg_attr(not(feature = "virtual"), path = "emulated/absent.rs")]
+pub mod emulated;
+pub mod point;
 
 use agent::Fitness;
 use onboard::{Sensed, mounting};
 use units::{Metres, Point2, Pose2, Radians, Setpoint};
 
-use crate::craft::{Craft, Surroundings};
 use crate::random::Stream;
-use crate::vehicle::{Body, Response, VehicleSpec};
 use crate::world::Tunnel;
 
+use craft::{Craft, Surroundings};
+use point::{PointBody, Response, VehicleSpec};
+
 /// One drone's body.
-pub enum Drone {
+pub enum Body {
     /// A point on the floor plan.
-    Point(Body),
+    Point(PointBody),
     /// A rigid body with its motors, its sensors and its flight code.
     Craft(Box<Flown>),
 }
@@ -31,7 +44,7 @@ impl Flown {
     }
 }
 
-impl Drone {
+impl Body {
     /// The place on the floor plan.
     #[must_use]
     pub const fn position(&self) -> Point2 {
