@@ -10,10 +10,7 @@
 //! | [`bodies`] | the bodies of drones: a point, a rigid body, or one whose firmware runs in an emulator |
 //! | [`medium`] | the air between the radios, packet by packet |
 //! | [`mission`] | one mission, step by step |
-//! | [`trace`] | the record of a mission |
-//! | [`metrics`] | how good it was |
-//! | [`campaign`] | many seeds on all cores |
-//! | [`figures`] | the paper's figure 3 |
+//! | [`measure`] | the record of a mission, its figures, campaigns, and the paper's figure 3 |
 //! | [`mod@bench`] | the named benchmarks |
 //! | [`replay`] | recorded RSSI through the on-board code |
 //! | [`output`] | files and pictures |
@@ -23,13 +20,11 @@
 
 pub mod bench;
 pub mod bodies;
-pub mod campaign;
 pub mod cli;
-pub mod figures;
 pub mod input_error;
 pub mod keys;
+pub mod measure;
 pub mod medium;
-pub mod metrics;
 pub mod mission;
 pub mod output;
 pub mod random;
@@ -37,5 +32,4 @@ pub mod replay;
 pub mod scenario;
 pub mod serve;
 pub mod suggest;
-pub mod trace;
 pub mod world;

@@ -31,11 +31,11 @@ use crate::bodies::craft::Surroundings;
 use crate::bodies::craft::faults::Failing;
 use crate::bodies::emulated::{Emulated, Halted, RAMP_UP};
 use crate::bodies::point::{Response, STEP_US};
+use crate::measure::trace::{DroneFrame, Frame, LinkFrame, Node, Trace};
 use crate::medium::timing::air_us;
 use crate::medium::{Arrives, Medium, MediumConfig};
 use crate::random::{Purpose, Stream};
 use crate::scenario::{Fidelity, LinkModel, Scenario};
-use crate::trace::{DroneFrame, Frame, LinkFrame, Node, Trace};
 use crate::world::SkeletonPlace;
 pub use crate::world::World;
 

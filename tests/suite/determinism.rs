@@ -10,12 +10,12 @@ use std::path::Path;
 
 use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
-use sim_harness::campaign::fly;
-use sim_harness::metrics::Reference;
+use sim_harness::measure::campaign::fly;
+use sim_harness::measure::metrics::Reference;
+use sim_harness::measure::trace::Trace;
 use sim_harness::mission::{Mission, World};
 use sim_harness::output::{csv, mcap};
 use sim_harness::scenario::Scenario;
-use sim_harness::trace::Trace;
 
 use crate::golden;
 

@@ -12,7 +12,7 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
-use sim_harness::metrics::{Reference, RunMetrics};
+use sim_harness::measure::metrics::{Reference, RunMetrics};
 use sim_harness::mission::World;
 use sim_harness::scenario::{Fidelity, Scenario};
 use sim_harness::serve::{self, FIRST_PORT, Live, Ports};

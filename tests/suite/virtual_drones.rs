@@ -11,7 +11,7 @@ use onboard::Snapshot;
 use onboard::probe::Round;
 use rayon::ThreadPoolBuilder;
 use sim_harness::bodies::emulated::{Emulated, Firmware};
-use sim_harness::metrics::{Reference, RunMetrics, Watch};
+use sim_harness::measure::metrics::{Reference, RunMetrics, Watch};
 use sim_harness::mission::{Mission, World};
 use sim_harness::scenario::Scenario;
 use sim_harness::serve::{Live, World as _};

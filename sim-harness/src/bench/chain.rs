@@ -11,9 +11,9 @@ use rayon::prelude::*;
 use serde_json::{Value, json};
 use units::Order;
 
-use crate::campaign::{figures, fly, fraction};
 use crate::input_error::InputError;
-use crate::metrics::{Reference, RunMetrics, measure};
+use crate::measure::campaign::{figures, fly, fraction};
+use crate::measure::metrics::{Reference, RunMetrics, measure};
 use crate::mission::World;
 use crate::scenario::{Fidelity, PilotStep, Scenario};
 use crate::suggest;

@@ -12,8 +12,8 @@ use super::{
     Common, FidelityArg, LinkArg, Trouble, Verdict, builtin_scenarios, complain, host_scenario,
     interrupt, runs, with_link,
 };
-use crate::campaign::{Figure, figures, fly_until, json as figures_json};
-use crate::metrics::{Reference, RunMetrics};
+use crate::measure::campaign::{Figure, figures, fly_until, json as figures_json};
+use crate::measure::metrics::{Reference, RunMetrics};
 use crate::mission::World;
 use crate::scenario::Scenario;
 

@@ -6,8 +6,8 @@ use clap::Args;
 
 use super::progress::Progress;
 use super::{Common, Trouble, Verdict, interrupt, runs};
-use crate::campaign::Figure;
-use crate::figures::{Figures, make, missions};
+use crate::measure::campaign::Figure;
+use crate::measure::figures::{Figures, make, missions};
 use crate::output;
 use crate::output::pictures::box_plots;
 
@@ -47,7 +47,7 @@ pub(super) fn run(args: &FiguresArgs) -> Result<Verdict, Trouble> {
 
 fn table(figures: &Figures, count: usize) -> String {
     let mut text = format!("The paper's figure 3, {count} missions for each row\n");
-    let mut part = |heading: &str, of: fn(&crate::figures::Cell) -> Vec<Figure>| {
+    let mut part = |heading: &str, of: fn(&crate::measure::figures::Cell) -> Vec<Figure>| {
         let mut names = None;
         for cell in &figures.cells {
             let row = of(cell);
@@ -72,10 +72,13 @@ fn table(figures: &Figures, count: usize) -> String {
             text.push('\n');
         }
     };
-    part("A to C: relays anywhere, the head at rest", crate::figures::Cell::convergence_figures);
+    part(
+        "A to C: relays anywhere, the head at rest",
+        crate::measure::figures::Cell::convergence_figures,
+    );
     part(
         "D to F: exploration, the head at 0.2 m/s for 50 s",
-        crate::figures::Cell::exploration_figures,
+        crate::measure::figures::Cell::exploration_figures,
     );
     text.push_str("\nThe paper's claims\n\n");
     for claim in figures.claims() {

@@ -15,11 +15,11 @@ use super::{
     interrupt, scenario, with_link,
 };
 use crate::input_error::InputError;
-use crate::metrics::{Reference, RunMetrics, Watch};
+use crate::measure::metrics::{Reference, RunMetrics, Watch};
+use crate::measure::trace::{Node, Trace};
 use crate::mission::{Mission, ROUND_US, World};
 use crate::output;
 use crate::scenario::{Fidelity, Scenario, builtin};
-use crate::trace::{Node, Trace};
 
 use failures::failures;
 pub(super) use summary::metrics_json;

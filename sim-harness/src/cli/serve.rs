@@ -15,7 +15,7 @@ use super::{
     scenario, with_link,
 };
 use crate::input_error::InputError;
-use crate::metrics::{Reference, RunMetrics};
+use crate::measure::metrics::{Reference, RunMetrics};
 use crate::mission::World;
 use crate::output::{self, Folder};
 use crate::scenario::{Fidelity, Scenario, builtin};

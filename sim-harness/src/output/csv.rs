@@ -7,7 +7,7 @@
 use std::io::{self, Write};
 use units::Role;
 
-use crate::trace::{DroneFrame, LinkFrame, Node, Trace};
+use crate::measure::trace::{DroneFrame, LinkFrame, Node, Trace};
 
 const HEADER: [&str; 26] = [
     "time_s",

@@ -22,7 +22,7 @@ use foxglove::Encode;
 use foxglove::messages::Timestamp;
 use prost::Message;
 
-use crate::trace::{Frame, Trace};
+use crate::measure::trace::{Frame, Trace};
 use schema::{DroneState, Link};
 
 /// The frame of reference of the floor plan.
@@ -234,8 +234,8 @@ mod tests {
     use ::mcap::MessageStream;
 
     use super::*;
+    use crate::measure::trace::LinkFrame;
     use crate::output::synthetic;
-    use crate::trace::LinkFrame;
 
     fn written(trace: &Trace) -> Vec<u8> {
         let mut out = Cursor::new(Vec::new());

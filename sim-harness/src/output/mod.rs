@@ -1,4 +1,4 @@
-//! Files and pictures made from a [`crate::trace::Trace`].
+//! Files and pictures made from a [`crate::measure::trace::Trace`].
 //!
 //! [`write_all`] is what `--out` does. Everything is a pure function of the trace: the same
 //! mission gives the same bytes, wherever and whenever it is written.

@@ -9,7 +9,7 @@ mod metrics;
 use serde_json::Value;
 
 use super::pictures::{self, PictureError, escaped};
-use crate::trace::Trace;
+use crate::measure::trace::Trace;
 
 const PAGE: &str = include_str!("../../assets/report/report.html");
 const STYLE: &str = include_str!("../../assets/report/report.css");

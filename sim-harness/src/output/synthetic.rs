@@ -4,7 +4,7 @@
 use agent::State;
 use units::{Dbm, Instant, Metres, MetresPerSecond, NodeId, Order, Point2, Pose2, Radians, Role};
 
-use crate::trace::{CentreLine, DroneFrame, FloorPlan, Frame, LinkFrame, Node, Trace};
+use crate::measure::trace::{CentreLine, DroneFrame, FloorPlan, Frame, LinkFrame, Node, Trace};
 use crate::world::SkeletonPlace;
 
 const CORNERS: [Point2; 4] =

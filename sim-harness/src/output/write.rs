@@ -6,7 +6,7 @@ use super::folder::Folder;
 use super::pictures::{self, Picture, PictureError};
 use super::{csv, mcap, report};
 use crate::input_error::InputError;
-use crate::trace::Trace;
+use crate::measure::trace::Trace;
 
 /// A run's files could not be written.
 #[derive(Debug)]

@@ -13,8 +13,8 @@ use super::{Fidelity, LinkModel, Scenario};
 use crate::bodies::craft::GroundTable;
 use crate::bodies::point::VehicleTable;
 use crate::input_error::InputError;
+use crate::measure::metrics::CriteriaTable;
 use crate::medium::RadioTable;
-use crate::metrics::CriteriaTable;
 use crate::mission::{
     DronesTable, LaunchTable, LossTable, MindTables, PilotTable, PolicyTable, RetreatTable,
 };

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use agent::{LandReason, State};
 use units::Order;
 
-use crate::trace::order_words;
+use crate::measure::trace::order_words;
 
 /// An event that is printed at the terminal.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -11,10 +11,10 @@ use super::dongle::Dongle;
 use super::{STEP, World};
 use crate::bodies::craft::Craft;
 use crate::bodies::emulated::Emulated;
-use crate::metrics::{Reference, RunMetrics, Watch};
+use crate::measure::metrics::{Reference, RunMetrics, Watch};
+use crate::measure::trace::Trace;
 use crate::mission::{self, Mission, ROUND_US, View};
 use crate::scenario::Scenario;
-use crate::trace::Trace;
 
 /// A mission that is flown by the clients that connect.
 pub struct Live<'a> {

@@ -15,7 +15,7 @@ use wire::p2p::{Epoch, TAG};
 use wire::radio::Datarate;
 
 use super::*;
-use crate::metrics::Reference;
+use crate::measure::metrics::Reference;
 use crate::scenario::Scenario;
 
 /// Drones that hear nothing but their clients.

@@ -7,7 +7,7 @@ use units::{Metres, Point2};
 use super::Skeleton;
 use super::layout::{GeometryError, Layout, outlines};
 use super::wall_index::WallIndex;
-use crate::trace::{CentreLine, FloorPlan};
+use crate::measure::trace::{CentreLine, FloorPlan};
 
 /// A floor plan that can be flown in.
 #[derive(Debug)]

@@ -6,11 +6,11 @@
 
 use std::path::Path;
 
-use sim_harness::metrics::{Reference, RunMetrics, Watch};
+use sim_harness::measure::metrics::{Reference, RunMetrics, Watch};
+use sim_harness::measure::trace::Trace;
 use sim_harness::mission::{Mission, World};
 use sim_harness::output::{Folder, write_all};
 use sim_harness::scenario::{Drones, Scenario, Spot, Start};
-use sim_harness::trace::Trace;
 use sim_harness::world::{SkeletonPlace, best_chain};
 use units::{NodeId, Point2};
 

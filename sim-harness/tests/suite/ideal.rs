@@ -1,7 +1,7 @@
 //! The ideal link: it flies chains as the exact link does, and the same seed gives the same bytes.
 
-use sim_harness::campaign::{figures, fly};
-use sim_harness::metrics::Reference;
+use sim_harness::measure::campaign::{figures, fly};
+use sim_harness::measure::metrics::Reference;
 use sim_harness::mission::{Mission, World};
 use sim_harness::scenario::{LinkModel, Scenario};
 use units::Order;

@@ -6,7 +6,7 @@
 use std::path::Path;
 
 use agent::State;
-use sim_harness::metrics::{Reference, RunMetrics, Watch};
+use sim_harness::measure::metrics::{Reference, RunMetrics, Watch};
 use sim_harness::mission::{Mission, World};
 use sim_harness::scenario::{LossKind, Scenario};
 use units::{NodeId, Point2};

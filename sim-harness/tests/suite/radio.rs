@@ -5,10 +5,10 @@ use std::path::Path;
 
 use agent::State;
 use sim_harness::bodies::craft::faults::{Failing, Fault};
+use sim_harness::measure::trace::Frame;
 use sim_harness::mission::{Mission, World};
 use sim_harness::random::{Purpose, Stream};
 use sim_harness::scenario::{Fidelity, Scenario};
-use sim_harness::trace::Frame;
 use units::{MetresPerSecond, Order};
 
 fn short() -> Scenario {

@@ -6,9 +6,9 @@ use units::Order;
 
 use super::summary::number;
 use super::{last_states, named};
-use crate::metrics::RunMetrics;
+use crate::measure::metrics::RunMetrics;
+use crate::measure::trace::{Node, Trace};
 use crate::scenario::Scenario;
-use crate::trace::{Node, Trace};
 
 /// The reasons why the mission failed; empty for one that succeeded.
 pub(super) fn failures(scenario: &Scenario, trace: &Trace, metrics: &RunMetrics) -> Vec<String> {

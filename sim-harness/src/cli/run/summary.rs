@@ -5,10 +5,10 @@ use serde_json::{Value, json};
 use super::failures::criteria;
 use super::last_states;
 use crate::bodies::craft::record::FlightMetrics;
-use crate::metrics::{HoldMetrics, RunMetrics};
+use crate::measure::metrics::{HoldMetrics, RunMetrics};
+use crate::measure::trace::Trace;
 use crate::mission::RadioMetrics;
 use crate::scenario::Scenario;
-use crate::trace::Trace;
 
 /// The summary of one mission.
 pub(super) fn summary(

@@ -3,9 +3,9 @@
 use std::fmt::Write;
 
 use super::{last_states, named};
-use crate::metrics::RunMetrics;
+use crate::measure::metrics::RunMetrics;
+use crate::measure::trace::Trace;
 use crate::scenario::Scenario;
-use crate::trace::Trace;
 
 /// The table of one mission.
 pub(super) fn table(

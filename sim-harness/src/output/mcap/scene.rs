@@ -13,8 +13,8 @@ use units::Role;
 use super::{MAP_FRAME, Moment};
 use units::Point2;
 
+use crate::measure::trace::{DroneFrame, FloorPlan, Frame, Node, Trace};
 use crate::output::pictures::{launch_limit, node_name, node_rgb};
-use crate::trace::{DroneFrame, FloorPlan, Frame, Node, Trace};
 
 const WALL: Color = Color { r: 0.5, g: 0.56, b: 0.62, a: 1.0 };
 const CENTRE_LINE: Color = Color { r: 0.6, g: 0.65, b: 0.7, a: 0.6 };

@@ -10,7 +10,7 @@ use prost::{EncodeError, Message};
 use prost_types::field_descriptor_proto::{Label, Type};
 use prost_types::{DescriptorProto, FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet};
 
-use crate::trace::{DroneFrame, LinkFrame};
+use crate::measure::trace::{DroneFrame, LinkFrame};
 
 /// One link as the drone at one end of it knew it, beside the truth.
 #[derive(Clone, PartialEq, Message)]

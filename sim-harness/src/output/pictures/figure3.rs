@@ -6,7 +6,7 @@ use super::boxes::{self, BoxChart};
 use super::series::launch_limit;
 use super::sheet::{Area, Drawn, Fault, Look, Picture, headed, part, size_of, write};
 use super::{links, map, positions};
-use crate::trace::Trace;
+use crate::measure::trace::Trace;
 
 /// Everything on the page.
 #[derive(Clone, Debug)]

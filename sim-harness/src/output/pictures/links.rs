@@ -11,7 +11,7 @@ use super::sheet::{
 };
 use super::style::{FILTERED, LIMIT, QUIET, RAW, TRUTH};
 use super::ticks::Axis;
-use crate::trace::Trace;
+use crate::measure::trace::Trace;
 
 /// Height of one panel of a picture of its own, in pixels.
 const PANEL: f64 = 150.0;

@@ -10,7 +10,7 @@ use super::dashes;
 use super::sheet::{Area, Drawn, Fault, Look, Picture, headed, px, size_of, text_width, write};
 use super::style::{AXIS, FLOOR, INK, PAPER, QUIET, WALL, node_colour, node_name};
 use super::ticks::round_step;
-use crate::trace::{DroneFrame, FloorPlan, Frame, Trace};
+use crate::measure::trace::{DroneFrame, FloorPlan, Frame, Trace};
 
 /// The picture of a run.
 pub(super) fn picture(trace: &Trace) -> Result<Picture, PictureError> {

@@ -33,7 +33,7 @@ pub(super) use sheet::escaped;
 pub use sheet::{Picture, PlotFrame};
 pub(super) use style::{node_name, node_rgb};
 
-use crate::trace::Trace;
+use crate::measure::trace::Trace;
 
 /// A picture could not be made. Nothing that a user does leads here: drawing goes to memory, and
 /// the font is built in.
@@ -154,7 +154,7 @@ mod tests {
             let mut empty = trace.clone();
             empty.frames.clear();
             empty.nodes.clear();
-            empty.floor_plan = crate::trace::FloorPlan::default();
+            empty.floor_plan = crate::measure::trace::FloorPlan::default();
             draw(&empty).unwrap();
         }
     }

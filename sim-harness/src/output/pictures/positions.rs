@@ -6,7 +6,7 @@ use super::series::{time_span, way};
 use super::sheet::{Area, Drawn, Picture, headed};
 use super::style::{node_colour, node_name};
 use super::ticks::Axis;
-use crate::trace::Trace;
+use crate::measure::trace::Trace;
 
 /// The picture of a run.
 pub(super) fn picture(trace: &Trace) -> Result<Picture, PictureError> {

@@ -3,7 +3,7 @@
 use units::NodeId;
 
 use super::style::node_name;
-use crate::trace::{Frame, LinkFrame, Trace};
+use crate::measure::trace::{Frame, LinkFrame, Trace};
 
 /// More points to a line than this no screen or paper shows.
 const MOST_POINTS: usize = 2000;

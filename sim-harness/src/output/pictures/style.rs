@@ -3,7 +3,7 @@
 use plotters::style::RGBColor;
 use units::Role;
 
-use crate::trace::Node;
+use crate::measure::trace::Node;
 
 /// The page.
 pub(super) const PAPER: RGBColor = RGBColor(255, 255, 255);

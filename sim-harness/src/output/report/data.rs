@@ -7,9 +7,9 @@
 use serde_json::{Value, json};
 use units::Point2;
 
+use crate::measure::trace::{DroneFrame, LinkFrame, Trace, order_words};
 use crate::output::csv::role_name;
 use crate::output::pictures::{PlotFrame, launch_limit, nested, node_name, node_rgb};
-use crate::trace::{DroneFrame, LinkFrame, Trace, order_words};
 
 /// The JSON text, safe within a `<script>` element.
 pub(super) fn json(trace: &Trace, positions: &[PlotFrame], links: &[PlotFrame]) -> String {

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use serde_json::{Map, Value, json};
 
 use crate::bodies::craft::record::FlightMetrics;
-use crate::metrics::{HoldMetrics, Reference, RunMetrics, measure};
+use crate::measure::metrics::{HoldMetrics, Reference, RunMetrics, measure};
 use crate::mission::World;
 use crate::scenario::Scenario;
 

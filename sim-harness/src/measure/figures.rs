@@ -8,15 +8,15 @@
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-use crate::campaign::{Estimate, Figure, figures, fly, fraction, mean, quantile_of};
 use crate::input_error::InputError;
-use crate::metrics::{Reference, RunMetrics, Watch, converged_at};
+use crate::measure::campaign::{Estimate, Figure, figures, fly, fraction, mean, quantile_of};
+use crate::measure::metrics::{Reference, RunMetrics, Watch, converged_at};
+use crate::measure::trace::Trace;
 use crate::mission::{Linked, Mission, World};
 use crate::output::pictures::{
     BoxChart, BoxGroup, BoxPlotData, Corridor, Figure3, Picture, PictureError, Variant, figure3,
 };
 use crate::scenario::{Drones, PilotStep, Scenario, Spot, Start};
-use crate::trace::Trace;
 use crate::world::SkeletonPlace;
 
 /// The three corridors.
@@ -333,8 +333,8 @@ impl Figures {
                 json!({
                     "scenario": cell.scenario,
                     "policy": cell.policy,
-                    "convergence": crate::campaign::json(&cell.convergence_figures()),
-                    "exploration": crate::campaign::json(&cell.exploration_figures()),
+                    "convergence": crate::measure::campaign::json(&cell.convergence_figures()),
+                    "exploration": crate::measure::campaign::json(&cell.exploration_figures()),
                 })
             })
             .collect();

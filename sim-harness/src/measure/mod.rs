@@ -1,0 +1,13 @@
+//! Measures missions: the record of one, the figures of its chain, and the figures of many.
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`trace`] | the record of a mission |
+//! | [`metrics`] | the figures of one mission's chain |
+//! | [`mod@campaign`] | many seeded missions on all cores, with intervals of confidence |
+//! | [`mod@figures`] | the paper's figure 3 |
+
+pub mod campaign;
+pub mod figures;
+pub mod metrics;
+pub mod trace;
