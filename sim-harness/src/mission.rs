@@ -46,15 +46,15 @@ use intruders::Intruders;
 pub use intruders::Overheard;
 use log::OrderLog;
 pub use log::RadioMetrics;
-use member::{Member, Mind, member, spots};
+use member::{Member, Onboard, member, spots};
 pub use parts::Part;
 use parts::Stopwatch;
 use seal::Cipher;
-pub use sections::{Drones, Loss, LossKind, PilotStep, Start};
 pub(crate) use sections::{
-    DronesTable, LaunchTable, LossTable, MOST_DRONES, MindTables, PilotTable, PolicyTable,
+    AgentTables, DronesTable, LaunchTable, LossTable, MOST_DRONES, PilotTable, PolicyTable,
     RetreatTable,
 };
+pub use sections::{Drones, Loss, LossKind, PilotStep, Start};
 pub use track::Linked;
 use track::Track;
 
@@ -222,12 +222,12 @@ impl<'a> Mission<'a> {
     /// A drone that is in an emulator.
     #[must_use]
     pub fn emulated_drone(&self, member: usize) -> Option<&Emulated> {
-        self.members.get(member)?.mind.emulated()
+        self.members.get(member)?.onboard.emulated()
     }
 
     /// The same, to make something go wrong with it, or to watch it.
     pub fn emulated_drone_mut(&mut self, member: usize) -> Option<&mut Emulated> {
-        self.members.get_mut(member)?.mind.emulated_mut()
+        self.members.get_mut(member)?.onboard.emulated_mut()
     }
 
     /// The same without the scenario's pilot: all drones wait for [`order`](Self::order).
@@ -254,13 +254,13 @@ impl<'a> Mission<'a> {
     /// radio chip.
     pub fn client(&mut self, member: usize, packet: &[u8]) {
         let now_us = self.now_us;
-        match self.members.get_mut(member).map(|member| &mut member.mind) {
-            Some(Mind::Hosted(hosted)) => {
+        match self.members.get_mut(member).map(|member| &mut member.onboard) {
+            Some(Onboard::Hosted(hosted)) => {
                 let (drone, now) = hosted.at(now_us);
                 drone.client(now, packet);
                 hosted.look(now_us);
             }
-            Some(Mind::Emulated(emulated)) => emulated.client(now_us, packet),
+            Some(Onboard::Emulated(emulated)) => emulated.client(now_us, packet),
             None => {}
         }
     }
@@ -271,10 +271,10 @@ impl<'a> Mission<'a> {
         /// More packets than a server's queues hold.
         const BURST: usize = 64;
         let now_us = self.now_us;
-        let hosted = match self.members.get_mut(member).map(|member| &mut member.mind) {
-            Some(Mind::Hosted(hosted)) => hosted,
+        let hosted = match self.members.get_mut(member).map(|member| &mut member.onboard) {
+            Some(Onboard::Hosted(hosted)) => hosted,
             // Its radio chip answers one packet for each that it is asked for.
-            Some(Mind::Emulated(emulated)) => return emulated.take_answers(take),
+            Some(Onboard::Emulated(emulated)) => return emulated.take_answers(take),
             None => return,
         };
         let (drone, now) = hosted.at(now_us);
@@ -341,7 +341,7 @@ impl<'a> Mission<'a> {
     /// The operator's order at this time.
     #[must_use]
     pub fn task(&self) -> Order {
-        let of_clients = || self.members.last()?.mind.hosted()?.drone().operator().order();
+        let of_clients = || self.members.last()?.onboard.hosted()?.drone().operator().order();
         let order = operators_word(self.scenario, self.source, self.now_us);
         order.or_else(of_clients).unwrap_or(Order::Wait)
     }
@@ -376,7 +376,7 @@ impl<'a> Mission<'a> {
         }
     }
 
-    /// The state of each member's mind, head first, base last.
+    /// The state of each member's agent, head first, base last.
     pub fn states(&self) -> impl Iterator<Item = State> {
         self.members.iter().map(Member::state)
     }
@@ -397,14 +397,14 @@ impl<'a> Mission<'a> {
             body: &found.body,
             outputs: found.outputs.as_ref(),
             senses: &found.senses,
-            operator: found.mind.hosted().map(|hosted| hosted.drone().operator()),
+            operator: found.onboard.hosted().map(|hosted| hosted.drone().operator()),
         })
     }
 
     /// What the base last heard of a member, and when.
     #[must_use]
     pub fn told(&self, member: usize) -> Option<Told> {
-        let base = self.members.last()?.mind.hosted()?;
+        let base = self.members.last()?.onboard.hosted()?;
         let node = base.drone().node(NodeId(member as u8))?;
         Some(Told { at_us: base.mission_us(node.heard), telemetry: node.telemetry })
     }
@@ -495,9 +495,9 @@ impl<'a> Mission<'a> {
             member.senses.fitness = member.forced_down();
         }
         self.stopwatch.enter(Part::Agents);
-        match &mut member.mind {
-            Mind::Hosted(_) => self.step_hosted(n),
-            Mind::Emulated(emulated) => {
+        match &mut member.onboard {
+            Onboard::Hosted(_) => self.step_hosted(n),
+            Onboard::Emulated(emulated) => {
                 member.outputs = emulated.outputs();
                 if let Some(outputs) = member.outputs {
                     member.body.note(outputs.setpoint);
@@ -513,7 +513,7 @@ impl<'a> Mission<'a> {
             self.give_order(now_us);
         }
         let member = &mut self.members[n];
-        let Mind::Hosted(hosted) = &mut member.mind else { return };
+        let Onboard::Hosted(hosted) = &mut member.onboard else { return };
         let outputs = hosted.step(now_us, &member.senses);
         self.stopwatch.enter(Part::Links);
         match &mut self.ideal {
@@ -534,7 +534,7 @@ impl<'a> Mission<'a> {
     fn give_order(&mut self, now_us: u64) {
         self.orders.given(now_us);
         let Some(order) = operators_word(self.scenario, self.source, now_us) else { return };
-        if let Some(Member { mind: Mind::Hosted(base), .. }) = self.members.last_mut() {
+        if let Some(Member { onboard: Onboard::Hosted(base), .. }) = self.members.last_mut() {
             base.order(now_us, order);
         }
     }
@@ -544,9 +544,9 @@ impl<'a> Mission<'a> {
         self.stopwatch.enter(Part::Bodies);
         let around = surroundings(self.scenario, self.world);
         for member in &mut self.members {
-            match &mut member.mind {
-                Mind::Hosted(_) => member.body.advance(around, self.response),
-                Mind::Emulated(emulated) => {
+            match &mut member.onboard {
+                Onboard::Hosted(_) => member.body.advance(around, self.response),
+                Onboard::Emulated(emulated) => {
                     if let Some(craft) = member.body.craft_mut() {
                         emulated.fly(craft, around);
                     }

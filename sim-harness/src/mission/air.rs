@@ -11,7 +11,7 @@ use wire::syslink::MAX_P2P;
 
 use super::hosted::Hosted;
 use super::log::OrderLog;
-use super::member::{Member, Mind, OnLine};
+use super::member::{Member, OnLine, Onboard};
 use super::{CRAFT_STEP_US, Mission, Part};
 use crate::medium::{Arrives, Ether, timing};
 use crate::world::{Radio, SkeletonPlace, SurveyedPlace};
@@ -32,7 +32,7 @@ impl Mission<'_> {
         if self.ideal.is_some() {
             return self.carry_words(until_us);
         }
-        let due_us = self.members.iter().map(|member| member.mind.due_us());
+        let due_us = self.members.iter().map(|member| member.onboard.due_us());
         self.due_us.clear();
         self.due_us.extend(due_us);
         while let Some((at_us, next)) = self.next_on_air()
@@ -62,7 +62,7 @@ impl Mission<'_> {
     /// The packet that comes out of a serial line next.
     fn next_on_line(&self) -> Option<(u64, Next)> {
         let lines = self.members.iter().enumerate().filter_map(|(n, member)| {
-            let line = &member.mind.hosted()?.line;
+            let line = &member.onboard.hosted()?.line;
             let (place, first) = line.iter().enumerate().min_by_key(|(_, on)| on.at_us)?;
             Some((first.at_us, Next::Line(n, place)))
         });
@@ -73,7 +73,7 @@ impl Mission<'_> {
         let mut packet = [0; MAX_P2P];
         let member = &mut self.members[n];
         let silenced = member.is_silenced();
-        let Mind::Hosted(hosted) = &mut member.mind else { return };
+        let Onboard::Hosted(hosted) = &mut member.onboard else { return };
         self.stopwatch.enter(Part::Links);
         let sent = hosted.transmit(now_us, &mut packet);
         self.due_us[n] = hosted.due_us();
@@ -108,12 +108,12 @@ impl Mission<'_> {
                 continue;
             };
             let role = member.role;
-            let hosted = match &mut member.mind {
-                Mind::Emulated(emulated) => {
+            let hosted = match &mut member.onboard {
+                Onboard::Emulated(emulated) => {
                     emulated.hear(now_us, receipt.rssi, arrival.data);
                     continue;
                 }
-                Mind::Hosted(hosted) => hosted,
+                Onboard::Hosted(hosted) => hosted,
             };
             if arrives == Arrives::AtAntenna {
                 hosted.line.push(OnLine::new(now_us, receipt.rssi, arrival.data));
@@ -139,7 +139,7 @@ impl Mission<'_> {
 
     fn take_from_line(&mut self, n: usize, place: usize) {
         let Self { members, orders, due_us, .. } = self;
-        let Some(Member { role, mind: Mind::Hosted(hosted), .. }) = members.get_mut(n) else {
+        let Some(Member { role, onboard: Onboard::Hosted(hosted), .. }) = members.get_mut(n) else {
             return;
         };
         let OnLine { at_us, rssi, length, data } = hosted.line.swap_remove(place);
@@ -150,7 +150,7 @@ impl Mission<'_> {
 
     /// Lets the emulated drones run up to this moment, and takes what their radio chips send.
     pub(super) fn emulate(&mut self, until_us: u64) {
-        let drones = self.members.iter_mut().filter_map(|member| member.mind.emulated_mut());
+        let drones = self.members.iter_mut().filter_map(|member| member.onboard.emulated_mut());
         let mut drones: Vec<_> = drones.collect();
         let ran = match drones.as_mut_slice() {
             // One drone alone needs no second thread.
@@ -164,7 +164,7 @@ impl Mission<'_> {
         for (n, member) in self.members.iter_mut().enumerate() {
             let silenced = member.is_silenced();
             let role = member.role;
-            let Mind::Emulated(emulated) = &mut member.mind else { continue };
+            let Onboard::Emulated(emulated) = &mut member.onboard else { continue };
             emulated.take_sent(|on_air_us, data| {
                 if !silenced {
                     sent.push((on_air_us, n, data));

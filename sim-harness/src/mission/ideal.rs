@@ -17,7 +17,7 @@ use units::{Dbm, NodeId, Order, Role};
 
 use super::Mission;
 use super::air::Strengths;
-use super::member::{Member, Mind};
+use super::member::{Member, Onboard};
 use crate::medium::{Loss, Tally};
 use crate::random::{Purpose, Stream};
 use crate::scenario::Scenario;
@@ -200,7 +200,7 @@ impl Mission<'_> {
         for (to, member) in others.filter(|(_, member)| !member.is_silenced()) {
             let heard = ideal.receive(from, to, || strengths.between(&world.radio, from, to));
             let reverse = ideal.unnamed[to * ideal.count + from].take();
-            if let (Some(rssi), Mind::Hosted(hosted)) = (heard, &mut member.mind) {
+            if let (Some(rssi), Onboard::Hosted(hosted)) = (heard, &mut member.onboard) {
                 ideal.unnamed[from * ideal.count + to] = Some(rssi);
                 hosted.hear(now_us, Heard { report, rssi, reverse });
             }
@@ -219,7 +219,7 @@ impl Mission<'_> {
         }
         ideal.heeded_us[to] = given_us;
         let Some(member) = members.get_mut(to) else { return };
-        if let Mind::Hosted(hosted) = &mut member.mind {
+        if let Onboard::Hosted(hosted) = &mut member.onboard {
             hosted.heed(now_us, order);
             if member.role == Role::Head {
                 orders.delivered_after(now_us - given_us);

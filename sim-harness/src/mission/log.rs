@@ -1,5 +1,5 @@
-//! How long the pilot's word takes from the base's mind to the head's, and what became of all
-//! packets.
+//! Measures how long the operator's order takes from the base's agent to the head's, and counts the
+//! packets by what became of them.
 
 use std::collections::VecDeque;
 

@@ -1,4 +1,4 @@
-//! The members of a mission: where each starts, in what body, and what flies it.
+//! The members of a mission: where each starts, its body, and its on-board code.
 
 use agent::{Fitness, Outputs, State};
 use flight::Cause;
@@ -18,7 +18,7 @@ use crate::world::SkeletonPlace;
 
 /// One member of the chain.
 pub(super) struct Member {
-    pub(super) mind: Mind,
+    pub(super) onboard: Onboard,
     pub(super) role: Role,
     pub(super) body: Body,
     pub(super) random: Stream,
@@ -30,15 +30,15 @@ pub(super) struct Member {
     pub(super) lost: Option<LossKind>,
 }
 
-/// What flies a member.
-pub(super) enum Mind {
+/// The on-board code of a member.
+pub(super) enum Onboard {
     /// The crates of the firmware, called from here.
     Hosted(Box<Hosted>),
     /// The firmware's ELF, in an emulator.
     Emulated(Box<Emulated>),
 }
 
-/// A packet on the serial line of somebody who has heard it.
+/// A packet on the serial line of a drone whose radio has received it.
 pub(super) struct OnLine {
     pub(super) at_us: u64,
     pub(super) rssi: Dbm,
@@ -46,8 +46,9 @@ pub(super) struct OnLine {
     pub(super) data: [u8; MAX_P2P],
 }
 
-impl Mind {
-    /// When it next has something to send, as far as that is known before it does so.
+impl Onboard {
+    /// When the member next has something to send; never, for an emulated one, whose packets come out
+    /// of its radio chip.
     pub(super) fn due_us(&self) -> u64 {
         match self {
             Self::Hosted(hosted) => hosted.due_us(),
@@ -78,27 +79,29 @@ impl Mind {
 }
 
 impl Member {
-    /// What it is doing.
+    /// The state of the member's agent.
     pub(super) fn state(&self) -> State {
-        match &self.mind {
-            Mind::Hosted(hosted) => hosted.drone().state(),
-            Mind::Emulated(_) => self.outputs.map_or(State::Idle, |outputs| outputs.status.state),
+        match &self.onboard {
+            Onboard::Hosted(hosted) => hosted.drone().state(),
+            Onboard::Emulated(_) => {
+                self.outputs.map_or(State::Idle, |outputs| outputs.status.state)
+            }
         }
     }
 
-    /// Its body is flown by the firmware from now on.
+    /// Lets the firmware in an emulator fly the body from now on.
     pub(super) fn emulate(&mut self, emulated: Emulated) {
-        self.mind = Mind::Emulated(Box::new(emulated));
+        self.onboard = Onboard::Emulated(Box::new(emulated));
         self.body.hand_over();
     }
 
-    /// Whether it can neither hear nor be heard.
+    /// Whether the member can neither hear nor be heard.
     pub(super) fn is_silenced(&self) -> bool {
         let is_lost = self.lost.is_some_and(LossKind::is_silent);
         is_lost || self.body.craft().is_some_and(Craft::is_silenced)
     }
 
-    /// Takes it from the chain; a drone that is lost already stays as it is.
+    /// Takes the member from the chain; a drone that is lost already stays as it is.
     pub(super) fn lose(&mut self, how: LossKind) {
         if self.lost.is_none() && how == LossKind::Gone {
             self.body.command(Setpoint::Stop);
@@ -210,7 +213,7 @@ pub(super) fn member(
     };
     let hosted = Hosted::new(scenario, seed, (id, role), flying, clocks);
     Member {
-        mind: Mind::Hosted(Box::new(hosted)),
+        onboard: Onboard::Hosted(Box::new(hosted)),
         role,
         body,
         random,

@@ -16,7 +16,7 @@ use crate::input_error::InputError;
 use crate::measure::metrics::CriteriaTable;
 use crate::medium::RadioTable;
 use crate::mission::{
-    DronesTable, LaunchTable, LossTable, MindTables, PilotTable, PolicyTable, RetreatTable,
+    AgentTables, DronesTable, LaunchTable, LossTable, PilotTable, PolicyTable, RetreatTable,
 };
 use crate::world::TunnelTable;
 
@@ -57,8 +57,8 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Scenario, InputError> {
     let drones = DronesTable::read(&file.drones, &tunnel, &reader)?;
     let vehicle = file.vehicle.read(&reader)?;
     let radio = file.radio.read(&reader)?;
-    let tables = MindTables { policy: &file.policy, launch: &file.launch, retreat: &file.retreat };
-    let mind = tables.read(radio.path_loss.loss_at_1m, &vehicle, &reader)?;
+    let tables = AgentTables { policy: &file.policy, launch: &file.launch, retreat: &file.retreat };
+    let constants = tables.read(radio.path_loss.loss_at_1m, &vehicle, &reader)?;
     let name = path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
     let duration_us = reader.micros(&file.duration_s, "duration_s", 0.2..=86_400.0)?;
     let fidelity = fidelity(file.fidelity.as_ref(), &reader)?;
@@ -74,9 +74,9 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Scenario, InputError> {
         ground: file.ground.read(&reader)?,
         losses: LossTable::read(&file.loss, &drones, duration_us, &reader)?,
         drones,
-        agent: mind.agent,
-        assumed_loss_at_1m: mind.assumed_loss_at_1m,
-        policy: mind.policy,
+        agent: constants.agent,
+        assumed_loss_at_1m: constants.assumed_loss_at_1m,
+        policy: constants.policy,
         pilot: PilotTable::read(&file.pilot, duration_us, &reader)?,
         criteria: file.criteria.read(&reader)?,
     })

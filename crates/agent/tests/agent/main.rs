@@ -1,4 +1,4 @@
-//! The drone's mind through its one door, [`agent::Agent::step`], with scripted inputs.
+//! Tests the agent by [`agent::Agent::step`] alone, with scripted inputs.
 //!
 //! * [`state_table`]: every state in every situation, as a golden table.
 //! * [`behaviour`]: what a mission depends on, story by story.

@@ -127,7 +127,7 @@ pub(in crate::cli) fn mishaps(
     drop(progress);
     let mut table = format!("mishaps: {}, the head suffers\n\n", mishaps::SCENARIO);
     // Writing to a string cannot fail.
-    let _ = writeln!(table, "  {:65} {:>8} {:>7} {:18} mind", "", "off, ms", "m/s", "reset");
+    let _ = writeln!(table, "  {:65} {:>8} {:>7} {:18} agent", "", "off, ms", "m/s", "reset");
     for row in &rows {
         let off = row.motors_off_ms.map_or_else(|| "-".to_owned(), |ms| ms.to_string());
         let cause = row.cause.map_or_else(String::new, |cause| cause.to_string());

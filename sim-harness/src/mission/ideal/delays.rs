@@ -1,7 +1,7 @@
 //! How long reports and orders take over the exact link: a table of what was measured.
 //!
 //! `cargo sim bench link --runs 20 --json` measures it again: `report_delay_s` and `order_delay_s`
-//! of each row are the deciles of delays, from one drone's mind to the other's, without the time
+//! of each row are the deciles of delays, from one drone's agent to the other's, without the time
 //! for which they lie in the mailbox. It was measured with the seeds 1 to 20, in chains of 2 to 15
 //! drones that stand still, each of which hears the next and no other.
 //!

@@ -14,14 +14,14 @@ use crate::scenario::reader::{At, Reader};
 use crate::suggest;
 
 /// The tables that configure the on-board code.
-pub(crate) struct MindTables<'a> {
+pub(crate) struct AgentTables<'a> {
     pub(crate) policy: &'a PolicyTable,
     pub(crate) launch: &'a LaunchTable,
     pub(crate) retreat: &'a RetreatTable,
 }
 
 /// The on-board code's constants, and from where they come.
-pub(crate) struct Mind {
+pub(crate) struct AgentConstants {
     /// The name of the movement policy.
     pub(crate) policy: String,
     /// What the drones believe their radios lose over the first metre.
@@ -59,14 +59,14 @@ pub(crate) struct RetreatTable {
     max_distance_m: Option<At<f32>>,
 }
 
-impl MindTables<'_> {
+impl AgentTables<'_> {
     /// Checks the sections.
     pub(crate) fn read(
         &self,
         loss_at_1m: Db,
         vehicle: &VehicleSpec,
         reader: &Reader<'_>,
-    ) -> Result<Mind, InputError> {
+    ) -> Result<AgentConstants, InputError> {
         let mut agent = AgentConfig::DEFAULT;
         let table = self.policy;
         let name = table.name.as_ref().map_or("chain", |name| name.as_ref().as_str());
@@ -85,7 +85,7 @@ impl MindTables<'_> {
         self.launch(&mut agent.launch, reader)?;
         self.retreat(&mut agent.retreat, reader)?;
         agent.check().map_err(|ConfigError::LaunchBehindRetreat| self.contradiction(reader))?;
-        Ok(Mind { policy: name.to_owned(), assumed_loss_at_1m: Db(assumed), agent })
+        Ok(AgentConstants { policy: name.to_owned(), assumed_loss_at_1m: Db(assumed), agent })
     }
 
     fn contradiction(&self, reader: &Reader<'_>) -> InputError {
