@@ -25,13 +25,13 @@ pub(super) struct CampaignArgs {
     /// Number of missions
     #[arg(long, allow_negative_numbers = true, default_value_t = 100, value_name = "N")]
     runs: usize,
-    /// Movement policy, instead of the scenario's: t0, t5, k, authors, default or chain
+    /// Movement policy, instead of the scenario's: t0, t5, k, authors, k-tuned or chain
     #[arg(long, value_name = "NAME")]
     policy: Option<String>,
     /// How closely the drones are simulated
     #[arg(long, value_enum)]
     fidelity: Option<FidelityArg>,
-    /// How the drones' words get from one to another
+    /// How reports and orders get from drone to drone
     #[arg(long, value_enum)]
     link: Option<LinkArg>,
     #[command(flatten)]

@@ -267,7 +267,7 @@ impl FidelityArg {
     }
 }
 
-/// How the drones' words get from one to another.
+/// How reports and orders get from drone to drone.
 #[derive(Clone, Copy, ValueEnum)]
 enum LinkArg {
     /// In packets, byte by byte, in turns

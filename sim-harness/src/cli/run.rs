@@ -32,13 +32,13 @@ pub(super) struct RunArgs {
     /// Name of a built-in scenario (listed below), or a scenario file
     #[arg(default_value = builtin::DEMONSTRATION)]
     scenario: String,
-    /// Movement policy, instead of the scenario's: t0, t5, k, authors, default or chain
+    /// Movement policy, instead of the scenario's: t0, t5, k, authors, k-tuned or chain
     #[arg(long, value_name = "NAME")]
     policy: Option<String>,
     /// How closely the drones are simulated
     #[arg(long, value_enum)]
     fidelity: Option<FidelityArg>,
-    /// How the drones' words get from one to another
+    /// How reports and orders get from drone to drone
     #[arg(long, value_enum)]
     link: Option<LinkArg>,
     /// The former option for virtual drones, refused with a line that names the present one

@@ -40,7 +40,7 @@ pub(super) struct ServeArgs {
     /// End after this many simulated seconds; where left out, at Ctrl-C
     #[arg(long, allow_negative_numbers = true, value_name = "SECONDS")]
     duration: Option<f64>,
-    /// Movement policy, instead of the scenario's: t0, t5, k, authors, default or chain
+    /// Movement policy, instead of the scenario's: t0, t5, k, authors, k-tuned or chain
     #[arg(long, value_name = "NAME")]
     policy: Option<String>,
     /// How closely the drones are simulated

@@ -104,7 +104,7 @@ pub struct Scenario {
     pub duration_us: u64,
     /// The fidelity of the drones.
     pub fidelity: Fidelity,
-    /// How the drones' words get from one to another.
+    /// How reports and orders get from drone to drone.
     pub link: LinkModel,
     /// The walls and the skeleton, dug when the scenario was read.
     pub tunnel: Arc<Tunnel>,
