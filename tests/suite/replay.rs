@@ -152,10 +152,10 @@ const SPOILT_FLIGHT: &str = "\
 6.0,50,60,70,
 ";
 
-/// The whole agent of a relay over a flight: it relays while both links are there, backs up when
+/// The whole drone of a relay over a flight: it relays while both links are there, backs up when
 /// the base's side falls silent, and lands when that goes on for longer than its bound.
 #[test]
-fn a_flight_shows_what_the_whole_mind_would_have_done() {
+fn a_flight_shows_what_the_whole_drone_would_have_done() {
     let mut log = String::new();
     for row in 0..100 {
         let time = f64::from(row) * 0.4;
