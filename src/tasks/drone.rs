@@ -11,7 +11,6 @@ use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::signal::Signal;
 use onboard::{Config, LinkHealth, Setup, State};
 use static_cell::StaticCell;
-use storage::settings::Settings;
 use units::{Instant, Role};
 
 use crate::safety::restart_mark;
@@ -23,12 +22,11 @@ pub(crate) type Drone = onboard::Drone<Sealed>;
 /// The memory of the drone.
 static DRONE: StaticCell<Drone> = StaticCell::new();
 
-/// Makes the drone, once. To be called at boot: a drone takes 11 kB, half of the stack, on its way
-/// into its memory, and in a task's frame the rest of the task would come on top.
+/// Makes the drone in its memory, once, switched off. It begins as a constant, of which the compiler
+/// writes most parts in place; a drone of a setup would be made on the stack, and take half of it.
 #[inline(never)]
 pub(crate) fn make() -> Option<&'static mut Drone> {
-    let Settings { node, role, .. } = Settings::DEFAULT;
-    DRONE.try_init_with(|| Drone::new(Config::DEFAULT, &Setup::new(node, role)))
+    DRONE.try_init_with(Drone::switched_off)
 }
 
 /// The drone, which runs once [`crate::tasks::store`] has read its number and settings.
@@ -47,7 +45,7 @@ impl Shared {
     #[inline(never)]
     pub(crate) fn begin(&self, config: Config, setup: &Setup) {
         if let Ok(mut drone) = self.drone.try_borrow_mut() {
-            drone.restart(config, setup);
+            drone.begin(config, setup);
             self.runs.set(true);
         }
     }

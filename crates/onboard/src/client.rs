@@ -29,7 +29,7 @@ use crate::{Drone, mounting};
 const OTHER_HEIGHT: Metres = Metres(0.1);
 
 /// Settings that a client has changed and the drone must store.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Unsaved {
     /// The flying height.
     pub height: Option<Metres>,
@@ -37,6 +37,11 @@ pub struct Unsaved {
     pub limits: Option<[Dbm; 2]>,
     /// The movement policy.
     pub policy: Option<PolicyCode>,
+}
+
+impl Unsaved {
+    /// No client has changed a setting.
+    pub const NONE: Self = Self { height: None, limits: None, policy: None };
 }
 
 /// The server for clients, and its state between requests.
@@ -70,8 +75,8 @@ pub(crate) struct Orders {
 }
 
 impl Orders {
-    pub(crate) fn new(operator: Operator) -> Self {
-        Self { operator, watchdog: Watchdog::default(), unsaved: Unsaved::default() }
+    pub(crate) const fn new(operator: Operator) -> Self {
+        Self { operator, watchdog: Watchdog::UNFED, unsaved: Unsaved::NONE }
     }
 
     /// Follows a request of a client.
@@ -245,7 +250,7 @@ impl<S: Seal> Drone<S> {
 
     /// Takes the settings that clients have changed since the last call, for the caller to store.
     pub fn take_unsaved(&mut self) -> Unsaved {
-        core::mem::take(&mut self.orders.unsaved)
+        core::mem::replace(&mut self.orders.unsaved, Unsaved::NONE)
     }
 
     /// Takes an operator's order that does not come by CRTP. An order to explore is that of a pilot's
@@ -265,7 +270,7 @@ impl<S: Seal> Drone<S> {
         let has_client = self.client.is_there(now);
         let Self { orders, link, identity, client, .. } = self;
         if orders.watchdog.is_starved(now) {
-            orders.watchdog = Watchdog::default();
+            orders.watchdog = Watchdog::UNFED;
             orders.ask(now, Request::Order(Order::Stop), *identity, link);
             client.parameters.show(Order::Stop);
         }

@@ -265,39 +265,59 @@ fn code_of(config: &PolicyConfig) -> Option<PolicyCode> {
     REGISTRY.iter().find(|policy| policy.config == *config).map(|policy| policy.code)
 }
 
-impl<S: Seal> Drone<S> {
-    /// A drone without a link, before its first round.
+/// Replaces a part of a drone. It is a function of its own, so that of all new parts only one at a
+/// time is on the stack.
+#[inline(never)]
+fn replace<T>(part: &mut T, new: impl FnOnce() -> T) {
+    *part = new();
+}
+
+impl<S> Drone<S> {
+    /// A drone that is switched off: on the ground, with the default settings and without a link.
+    ///
+    /// It is a constant for a static: a drone is too large for a small stack, so a firmware does not
+    /// move one, but lets [`begin`](Self::begin) change the static where it is.
     #[must_use]
-    pub fn new(config: Config, setup: &Setup) -> Self {
+    pub const fn switched_off() -> Self {
+        let Settings { node, role, .. } = Settings::DEFAULT;
         Self {
-            config,
-            identity: setup.identity,
-            agent: agent(setup),
+            config: Config::DEFAULT,
+            identity: Identity { node, role },
+            agent: Agent::new(node, role),
             link: Link::NoKeys,
             mailbox: Mailbox::new(),
-            orders: Orders::new(operator(setup)),
-            client: Client::new(parameters(&config, setup)),
-            heeded: Heeded::default(),
+            orders: Orders::new(Operator::Silent),
+            client: Client::new(Parameters::DEFAULT),
+            heeded: Heeded::NONE,
             may_fly: false,
             nodes: [None; NODES],
             outputs: None,
         }
     }
+}
 
-    /// Begins another run: the drone is then as [`new`](Self::new) makes it. A drone is too large
-    /// for a small stack; this function changes it where it is, part by part.
-    pub fn restart(&mut self, config: Config, setup: &Setup) {
-        let Self { link, mailbox, orders, client, heeded, may_fly, nodes, outputs, .. } = self;
-        *link = Link::NoKeys;
-        *mailbox = Mailbox::new();
-        *orders = Orders::new(operator(setup));
-        *client = Client::new(parameters(&config, setup));
-        *heeded = Heeded::default();
-        *may_fly = false;
-        *nodes = [None; NODES];
-        *outputs = None;
-        self.agent = agent(setup);
-        (self.config, self.identity) = (config, setup.identity);
+impl<S: Seal> Drone<S> {
+    /// A drone at the beginning of a run, without a link, before its first round.
+    #[must_use]
+    pub fn new(config: Config, setup: &Setup) -> Self {
+        let mut drone = Self::switched_off();
+        drone.begin(config, setup);
+        drone
+    }
+
+    /// Begins a run: the drone is then as [`new`](Self::new) makes it, whatever it was before.
+    pub fn begin(&mut self, config: Config, setup: &Setup) {
+        replace(&mut self.config, || config);
+        replace(&mut self.identity, || setup.identity);
+        replace(&mut self.agent, || agent(setup));
+        replace(&mut self.link, || Link::NoKeys);
+        replace(&mut self.mailbox, Mailbox::new);
+        replace(&mut self.orders, || Orders::new(operator(setup)));
+        replace(&mut self.client, || Client::new(parameters(&config, setup)));
+        replace(&mut self.heeded, || Heeded::NONE);
+        replace(&mut self.may_fly, || false);
+        replace(&mut self.nodes, || [None; NODES]);
+        replace(&mut self.outputs, || None);
     }
 
     /// Gives the drone its keys, once. With usable ones its link opens: it listens, then transmits.

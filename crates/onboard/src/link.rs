@@ -95,10 +95,15 @@ fn total(refused: &Refused) -> u32 {
 }
 
 /// The orders that a drone has received over its link.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Heeded {
     /// The number of the last one.
     pub(crate) last: Option<Counter>,
     /// The number of orders.
     pub(crate) count: u32,
+}
+
+impl Heeded {
+    /// No order has come.
+    pub(crate) const NONE: Self = Self { last: None, count: 0 };
 }

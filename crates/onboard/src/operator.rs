@@ -115,10 +115,13 @@ impl Operator {
 }
 
 /// The watchdog of the emergency stop: once a client has fed it, its silence stops the motors.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Watchdog(Option<Instant>);
 
 impl Watchdog {
+    /// A watchdog that no client has fed.
+    pub(crate) const UNFED: Self = Self(None);
+
     /// Feeds the watchdog: from now on the client's silence stops the motors.
     pub(crate) const fn feed(&mut self, now: Instant) {
         self.0 = Some(now);
@@ -212,7 +215,7 @@ mod tests {
 
     #[test]
     fn a_watchdog_that_was_never_fed_never_starves() {
-        let mut watchdog = Watchdog::default();
+        let mut watchdog = Watchdog::UNFED;
         assert!(!watchdog.is_starved(at(3_600_000)));
         watchdog.feed(at(100));
         assert!(!watchdog.is_starved(at(1_100)));

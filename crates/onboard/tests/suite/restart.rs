@@ -23,7 +23,7 @@ fn a_drone_that_begins_another_run_is_as_a_new_one() {
         let setup = Setup { start, stopped, ..Setup::new(NodeId(2), Role::Relay) };
         let new = Drone::<Clear>::new(config, &setup);
         for node in &mut net.nodes {
-            node.drone.restart(config, &setup);
+            node.drone.begin(config, &setup);
             assert_eq!(format!("{:?}", node.drone), format!("{new:?}"));
         }
         net = flown();
