@@ -10,15 +10,13 @@
 //! | [`bodies`] | the bodies of drones: a point, a rigid body, or one whose firmware runs in an emulator |
 //! | [`medium`] | the air between the radios, packet by packet |
 //! | [`mission`] | one mission, step by step |
-//! | [`measure`] | the record of a mission, its figures, campaigns, and the paper's figure 3 |
-//! | [`mod@bench`] | the named benchmarks |
+//! | [`measure`] | the record of a mission, its figures, campaigns, the paper's figure 3, and the benchmarks |
 //! | [`replay`] | recorded RSSI through the on-board code |
 //! | [`output`] | files and pictures |
 //! | [`serve`] | drones that cflib and cfclient connect to |
 //! | [`keys`] | the keys of a fleet, and the pages that bring them to its drones |
 //! | [`cli`] | the command line |
 
-pub mod bench;
 pub mod bodies;
 pub mod cli;
 pub mod input_error;

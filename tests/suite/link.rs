@@ -1,6 +1,6 @@
 //! The link as a pilot has it: chains that stand still, through the door of `uchain bench link`.
 
-use sim_harness::bench::link;
+use sim_harness::measure::bench::link;
 
 #[test]
 fn an_order_is_through_eight_hops_at_a_fifth_lost_within_half_a_second() {

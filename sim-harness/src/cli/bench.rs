@@ -11,9 +11,9 @@ use serde_json::{Map, Value, json};
 use super::emulated::bench as emulated;
 use super::progress::Progress;
 use super::{Common, Trouble, Verdict, complain, interrupt, runs};
-use crate::bench::{attacks, estimator, faults, link, throughput};
 use crate::bodies::emulated::Firmware;
 use crate::input_error::InputError;
+use crate::measure::bench::{attacks, estimator, faults, link, throughput};
 
 /// Missions whose parts are timed: enough for a share to a hundredth.
 const PROFILED: usize = 20;

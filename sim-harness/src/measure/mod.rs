@@ -6,7 +6,9 @@
 //! | [`metrics`] | the figures of one mission's chain |
 //! | [`mod@campaign`] | many seeded missions on all cores, with intervals of confidence |
 //! | [`mod@figures`] | the paper's figure 3 |
+//! | [`mod@bench`] | the named benchmarks |
 
+pub mod bench;
 pub mod campaign;
 pub mod figures;
 pub mod metrics;

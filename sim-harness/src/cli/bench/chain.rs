@@ -7,8 +7,8 @@ use serde_json::Value;
 use super::super::progress::Progress;
 use super::super::{Trouble, runs};
 use super::BenchArgs;
-use crate::bench::chain::cases::Bound;
-use crate::bench::chain::{Choice, Row, count, count_ablation, run, run_ablation};
+use crate::measure::bench::chain::cases::Bound;
+use crate::measure::bench::chain::{Choice, Row, count, count_ablation, run, run_ablation};
 
 /// Missions of a row where the command line does not say.
 const RUNS: usize = 40;

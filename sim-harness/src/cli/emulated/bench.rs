@@ -5,10 +5,10 @@ use std::fmt::Write;
 use serde_json::{Value, json};
 
 use super::rounded;
-use crate::bench::{emulator, firmware, mishaps};
 use crate::cli::Trouble;
 use crate::cli::bench::BenchArgs;
 use crate::cli::progress::Progress;
+use crate::measure::bench::{emulator, firmware, mishaps};
 
 /// Whether this build has them.
 pub(in crate::cli) const PRESENT: bool = true;
