@@ -131,12 +131,12 @@ fn gdb(text: &str, nodes: &[NodeId]) -> Result<(NodeId, u16), InputError> {
 
 /// The state of the virtual drones at the end.
 pub(super) struct Aftermath {
-    drones: Vec<Drone>,
+    drones: Vec<DroneEnd>,
     failures: Vec<String>,
 }
 
-/// One of them.
-struct Drone {
+/// The state of one virtual drone at the end.
+struct DroneEnd {
     node: NodeId,
     account: Option<Report>,
     log: Vec<String>,
@@ -158,7 +158,7 @@ impl Aftermath {
                 failures.push(format!("virtual drone {member}: {report}"));
             }
             let node = NodeId(member as u8);
-            drones.push(Drone {
+            drones.push(DroneEnd {
                 node,
                 account: drone.account(),
                 log: drone.log().iter().map(|line| said(node, line)).collect(),
@@ -193,7 +193,7 @@ impl Aftermath {
     }
 
     pub(super) fn json(&self) -> Value {
-        self.drones.iter().map(Drone::json).collect()
+        self.drones.iter().map(DroneEnd::json).collect()
     }
 
     /// Each drone's log, as a file.
@@ -206,7 +206,7 @@ impl Aftermath {
     }
 }
 
-impl Drone {
+impl DroneEnd {
     fn json(&self) -> Value {
         let mut drone = json!({
             "id": self.node.0,

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use units::{NodeId, Role};
 
 use super::{Trouble, Verdict, put};
-use crate::keys::{self, Drone, Fleet, Provisioned, Request, role_name};
+use crate::keys::{self, Fleet, FleetEntry, Provisioned, Request, role_name};
 
 #[derive(Args)]
 pub(super) struct KeysArgs {
@@ -163,7 +163,7 @@ fn provision(args: &ProvisionArgs) -> Result<Verdict, Trouble> {
 }
 
 fn provisioned_text(made: &Provisioned) -> String {
-    let Drone { role, may_fly, generation, issue, policy } = made.drone;
+    let FleetEntry { role, may_fly, generation, issue, policy } = made.drone;
     let policy = policy.map_or_else(String::new, |policy| format!(", policy {}", policy.name));
     let [probe, usb] = made.commands();
     let cfclient = if may_fly { ", cfclient may fly the head through it" } else { "" };
@@ -219,7 +219,7 @@ fn fleet_text(fleet: &Fleet) -> String {
     }
     text += "  node  role   cfclient  generation  issue\n";
     for (node, drone) in fleet.drones() {
-        let Drone { role, may_fly, generation, issue, policy } = drone;
+        let FleetEntry { role, may_fly, generation, issue, policy } = drone;
         let policy = policy.map_or_else(String::new, |policy| format!("  policy {}", policy.name));
         let may_fly = if *may_fly { "yes" } else { "no" };
         let stale = if *generation == fleet.generation() { "" } else { "  provision it anew" };
@@ -246,7 +246,7 @@ fn fleet_json(fleet: &Fleet) -> Value {
     })
 }
 
-fn drone_json(fleet: &Fleet, node: u8, drone: &Drone) -> Value {
+fn drone_json(fleet: &Fleet, node: u8, drone: &FleetEntry) -> Value {
     json!({
         "node": node,
         "role": role_name(drone.role),

@@ -55,12 +55,12 @@ pub struct Fleet {
     secret: [u8; 16],
     generation: u8,
     issued: Option<Issue>,
-    drones: BTreeMap<u8, Drone>,
+    drones: BTreeMap<u8, FleetEntry>,
 }
 
 /// The entry of one drone in the fleet file.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Drone {
+pub struct FleetEntry {
     /// The role of the drone.
     pub role: Role,
     /// Whether cfclient may fly the head through it.
@@ -110,7 +110,7 @@ impl Fleet {
 
     /// Its drones by number.
     #[must_use]
-    pub const fn drones(&self) -> &BTreeMap<u8, Drone> {
+    pub const fn drones(&self) -> &BTreeMap<u8, FleetEntry> {
         &self.drones
     }
 
@@ -122,7 +122,10 @@ impl Fleet {
     }
 
     /// The next issue, for this node, and the page with its keys.
-    pub(super) fn give_out(&mut self, request: &Request) -> Result<(Drone, Vec<u8>), InputError> {
+    pub(super) fn give_out(
+        &mut self,
+        request: &Request,
+    ) -> Result<(FleetEntry, Vec<u8>), InputError> {
         let Request { node, role, may_fly, policy } = *request;
         let role = role.unwrap_or(Role::usual_of(node));
         let policy = policy.or_else(|| self.drones.get(&node.0)?.policy);
@@ -133,7 +136,7 @@ impl Fleet {
                 "make a new fleet with uchain keys new and provision every drone from it",
             )
         })?;
-        let drone = Drone { role, may_fly, generation: self.generation, issue, policy };
+        let drone = FleetEntry { role, may_fly, generation: self.generation, issue, policy };
         let record = self.record(node, &drone).encode(0);
         let record = record.map_err(|error| InputError::new(error.to_string(), REPORT))?;
         let policy = policy.map(|policy| keys::encode_policy(policy.code));
@@ -170,7 +173,7 @@ impl Fleet {
         }
     }
 
-    fn record(&self, node: NodeId, drone: &Drone) -> KeysRecord {
+    fn record(&self, node: NodeId, drone: &FleetEntry) -> KeysRecord {
         let secret = FleetSecret::from_bytes(self.secret);
         let base = secret.base(drone.generation);
         let own = match drone.role {
@@ -213,7 +216,7 @@ impl Fleet {
     pub(super) fn text(&self) -> String {
         let mut text = format!("{HEADING}version = {VERSION}\n\n");
         for (node, drone) in &self.drones {
-            let Drone { role, may_fly, generation, issue, policy } = drone;
+            let FleetEntry { role, may_fly, generation, issue, policy } = drone;
             // Writing to a string cannot fail.
             let _ = writeln!(
                 text,
@@ -391,7 +394,7 @@ impl Reader<'_> {
         })
     }
 
-    fn drone(&self, table: &DroneTable, fleet: &Fleet) -> Result<(u8, Drone), InputError> {
+    fn drone(&self, table: &DroneTable, fleet: &Fleet) -> Result<(u8, FleetEntry), InputError> {
         let node = self.number(&table.node, "node", 0..=NODES as u8 - 1)?;
         let generation = self.number(&table.generation, "generation", 1..=fleet.generation)?;
         let number = self.number(&table.issue, "issue", 1..=fleet.issued().max(1))?;
@@ -412,7 +415,7 @@ impl Reader<'_> {
                 let wrong = "cfclient = true is for the base alone".to_owned();
                 Err(self.wrong(&table.cfclient, wrong, RESTORE))
             }
-            Some(issue) => Ok((node, Drone { role, may_fly, generation, issue, policy })),
+            Some(issue) => Ok((node, FleetEntry { role, may_fly, generation, issue, policy })),
         }
     }
 }

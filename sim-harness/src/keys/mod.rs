@@ -23,7 +23,7 @@ use units::{NodeId, Role};
 
 use self::disk::{Disk, Draft, Lock, Real};
 pub(crate) use self::fleet::role_name;
-pub use self::fleet::{Drone, Fleet};
+pub use self::fleet::{Fleet, FleetEntry};
 use crate::input_error::InputError;
 
 /// The drone for which a page is to be made.
@@ -47,7 +47,7 @@ pub struct Provisioned {
     /// The number of the drone.
     pub node: NodeId,
     /// The drone's entry in the fleet file.
-    pub drone: Drone,
+    pub drone: FleetEntry,
     /// Whether another drone may have keys of this number and generation.
     pub replaces: bool,
     /// The path of the page.

@@ -16,31 +16,31 @@ pub enum Event {
     /// Simulated time goes slower than was asked, since this machine cannot keep up.
     Late,
     /// A client speaks to a drone.
-    Connected(Drone, SocketAddr),
+    Connected(ChainMember, SocketAddr),
     /// A drone has not heard its client for a while.
-    Gone(Drone, SocketAddr),
+    Gone(ChainMember, SocketAddr),
     /// The chain was given another order.
     Ordered(Order),
     /// A drone takes off.
-    TakesOff(Drone),
+    TakesOff(ChainMember),
     /// A drone comes down where it is.
-    Lands(Drone, LandReason),
+    Lands(ChainMember, LandReason),
     /// A drone stands on the ground again.
-    Landed(Drone),
+    Landed(ChainMember),
     /// A drone's motors were stopped.
-    Stopped(Drone),
+    Stopped(ChainMember),
 }
 
 /// A drone, by its place in the chain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Drone {
+pub struct ChainMember {
     /// 0 for the head.
     pub place: usize,
     /// The number of drones, base included.
     pub of: usize,
 }
 
-impl fmt::Display for Drone {
+impl fmt::Display for ChainMember {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.place {
             0 => f.write_str("head"),
@@ -91,8 +91,8 @@ impl Journal {
         Self { clients: vec![None; drones], states: vec![None; drones], ordered: None }
     }
 
-    fn drone(&self, place: usize) -> Drone {
-        Drone { place, of: self.clients.len() }
+    fn drone(&self, place: usize) -> ChainMember {
+        ChainMember { place, of: self.clients.len() }
     }
 
     /// A drone has heard its client.
@@ -157,7 +157,7 @@ mod tests {
 
     use super::*;
 
-    const HEAD: Drone = Drone { place: 0, of: 3 };
+    const HEAD: ChainMember = ChainMember { place: 0, of: 3 };
 
     fn client(port: u16) -> SocketAddr {
         ([127, 0, 0, 1], port).into()
@@ -190,7 +190,7 @@ mod tests {
 
     #[test]
     fn the_base_and_the_relays_are_named() {
-        let names = [0, 1, 2].map(|place| Drone { place, of: 3 }.to_string());
+        let names = [0, 1, 2].map(|place| ChainMember { place, of: 3 }.to_string());
         assert_eq!(names, ["head", "relay 1", "base"]);
     }
 

@@ -33,7 +33,7 @@ use units::{Duration, Instant, Order};
 use self::chain::Chain;
 pub use self::chain::Tally;
 use self::journal::Journal;
-pub use self::journal::{Drone, Event};
+pub use self::journal::{ChainMember, Event};
 pub use self::live::Live;
 use self::pace::Pace;
 pub use self::ports::{FIRST_PORT, Ports};

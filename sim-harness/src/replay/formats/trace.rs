@@ -32,7 +32,7 @@ pub(super) fn is_header(row: &str) -> bool {
 }
 
 /// The contents of a row.
-struct Drone {
+struct DroneRow {
     line: usize,
     time: Instant,
     node: u8,
@@ -43,7 +43,7 @@ struct Drone {
 
 pub(super) fn parse(bytes: &[u8], file: &Path) -> Result<Recording, InputError> {
     let mut recorder = Recorder::default();
-    let mut drones: Vec<Drone> = Vec::new();
+    let mut drones: Vec<DroneRow> = Vec::new();
     for row in Table::open(bytes, file, NAMES, NAMES.len())? {
         recorder.row();
         let line = row.line;
@@ -63,14 +63,14 @@ pub(super) fn parse(bytes: &[u8], file: &Path) -> Result<Recording, InputError> 
     Ok(recorder.finish())
 }
 
-fn read(row: Row<{ NAMES.len() }>) -> Result<Drone, Anomaly> {
+fn read(row: Row<{ NAMES.len() }>) -> Result<DroneRow, Anomaly> {
     let Row { line, fields: [time, node, x, y, z, front, front_raw, back, back_raw], whole } = row;
     if !whole {
         return Err(Anomaly::RowLength);
     }
     let time = instant(figure(time)?).ok_or(Anomaly::NotANumber)?;
     let heard = [packet(front, front_raw)?, packet(back, back_raw)?];
-    Ok(Drone {
+    Ok(DroneRow {
         line,
         time,
         node: node_of(&node.ok_or(Anomaly::RowLength)?)?,
@@ -96,7 +96,7 @@ fn packet(peer: Option<String>, raw: Option<String>) -> Result<Option<(u8, f64)>
     Ok(Some((node_of(&peer)?, figure(Some(raw))?)))
 }
 
-fn record(recorder: &mut Recorder, speeds: &mut Vec<RadialSpeed>, frame: &[Drone]) {
+fn record(recorder: &mut Recorder, speeds: &mut Vec<RadialSpeed>, frame: &[DroneRow]) {
     for drone in frame {
         for &(peer, raw) in &drone.heard {
             let Some(rssi) = received(raw) else {
