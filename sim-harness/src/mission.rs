@@ -68,7 +68,7 @@ const CRAFT_STEP_US: u64 = 1_000;
 /// that one of them sends meanwhile is on the air by then, so that no packet is heard late, and
 /// all that disturbs a packet is known when it arrives.
 const EMULATED_STEP_US: u64 = 100;
-/// The same while nothing is: none has arrived by then, either.
+/// How far they run while nothing is on the air: no packet has arrived by then, either.
 const EMULATED_STEP_IN_SILENCE_US: u64 = 250;
 const _: () = {
     assert!(EMULATED_STEP_US * 1_000 < RAMP_UP);
@@ -90,29 +90,29 @@ enum Source {
     Clients,
 }
 
-/// What the base last heard of a node.
+/// The last telemetry that the base has received from a node.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Told {
-    /// When, by the mission's clock.
+    /// The moment at which it came, by the mission's clock, µs.
     pub at_us: u64,
-    /// What.
+    /// The telemetry.
     pub telemetry: Telemetry,
 }
 
-/// A look at one member.
+/// The values of one member that may be looked at from outside.
 #[derive(Clone, Copy)]
 pub struct View<'a> {
-    /// Its number.
+    /// The member's number.
     pub id: NodeId,
-    /// Its part.
+    /// The member's role.
     pub role: Role,
-    /// Its body; at flight level with a [`craft`](Body::craft), unless it is the base.
+    /// The member's body; at flight level with a [`craft`](Body::craft), unless it is the base.
     pub body: &'a Body,
-    /// What its agent last put out; `None` before its first turn.
+    /// The outputs of the agent's last round; `None` before the first.
     pub outputs: Option<&'a Outputs>,
-    /// What it last sensed.
+    /// The sensor values of the last round.
     pub senses: &'a Sensed,
-    /// The operator's orders as it has them; `None` for a drone in an emulator.
+    /// The operator's orders as the member has them; `None` for a drone in an emulator.
     pub operator: Option<Operator>,
 }
 
@@ -135,7 +135,7 @@ pub struct Mission<'a> {
     touching: Vec<(usize, usize)>,
     orders: OrderLog,
     intruders: Option<Intruders>,
-    /// The link that carries words without packets, where the scenario has it.
+    /// The link that carries reports and orders without packets, where the scenario has it.
     ideal: Option<IdealLink>,
     stopwatch: Stopwatch,
     /// Why the mission cannot go on.
@@ -287,7 +287,7 @@ impl<'a> Mission<'a> {
         hosted.look(now_us);
     }
 
-    /// In a live mission: the operator's word at the base, which holds until the next.
+    /// Gives the operator's order at the base of a live mission; it holds until the next.
     pub fn order(&mut self, task: Order) {
         let word = Source::Live(task);
         if self.source == Source::Script || self.source == word {
@@ -342,7 +342,7 @@ impl<'a> Mission<'a> {
     #[must_use]
     pub fn task(&self) -> Order {
         let of_clients = || self.members.last()?.onboard.hosted()?.drone().operator().order();
-        let order = operators_word(self.scenario, self.source, self.now_us);
+        let order = operators_order(self.scenario, self.source, self.now_us);
         order.or_else(of_clients).unwrap_or(Order::Wait)
     }
 
@@ -401,7 +401,7 @@ impl<'a> Mission<'a> {
         })
     }
 
-    /// What the base last heard of a member, and when.
+    /// The last telemetry that the base has received from a member.
     #[must_use]
     pub fn told(&self, member: usize) -> Option<Told> {
         let base = self.members.last()?.onboard.hosted()?;
@@ -409,7 +409,7 @@ impl<'a> Mission<'a> {
         Some(Told { at_us: base.mission_us(node.heard), telemetry: node.telemetry })
     }
 
-    /// What has become of all packets.
+    /// The figures of the radio so far.
     #[must_use]
     pub fn radio(&self) -> RadioMetrics {
         let sealed = Cipher::is_sealed(self.scenario.fidelity);
@@ -530,10 +530,10 @@ impl<'a> Mission<'a> {
         self.stopwatch.enter(Part::Rest);
     }
 
-    /// Tells the base what the operator wants now.
+    /// Gives the base the operator's present order.
     fn give_order(&mut self, now_us: u64) {
         self.orders.given(now_us);
-        let Some(order) = operators_word(self.scenario, self.source, now_us) else { return };
+        let Some(order) = operators_order(self.scenario, self.source, now_us) else { return };
         if let Some(Member { onboard: Onboard::Hosted(base), .. }) = self.members.last_mut() {
             base.order(now_us, order);
         }
@@ -619,7 +619,7 @@ impl<'a> Mission<'a> {
         }
     }
 
-    /// What is, for the record.
+    /// The present state of the mission, for the record.
     #[must_use]
     pub fn frame(&self) -> Frame {
         let drones = (0..self.members.len()).map(|n| self.drone_frame(n)).collect();
@@ -662,8 +662,8 @@ impl<'a> Mission<'a> {
     }
 }
 
-/// What the operator wants now.
-fn operators_word(scenario: &Scenario, source: Source, now_us: u64) -> Option<Order> {
+/// The operator's order at this time; `None` where clients give orders.
+fn operators_order(scenario: &Scenario, source: Source, now_us: u64) -> Option<Order> {
     match source {
         Source::Clients => None,
         Source::Live(task) => Some(task),
@@ -682,7 +682,7 @@ fn metres(range: Range) -> f32 {
     }
 }
 
-/// What drones of this scenario fly among.
+/// The surroundings of the drones of this scenario.
 pub(crate) fn surroundings<'a>(scenario: &'a Scenario, world: &'a World) -> Surroundings<'a> {
     Surroundings { tunnel: &world.tunnel, ground: scenario.ground, vehicle: &scenario.vehicle }
 }

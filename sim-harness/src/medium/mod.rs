@@ -1,9 +1,10 @@
-//! The air between radios: who hears which bytes, how strongly, and when.
+//! Simulates the air between radios: which stations receive which packets, how strongly, and when.
 //!
-//! Sans-I/O like the rest: the owner of the stations hands in what they send ([`Medium::send`]),
-//! asks when the next packet arrives ([`Medium::next`]), and takes it ([`Medium::arrive`]) with
-//! all stations that heard it. How strong a link is, an [`Ether`] says, so a mission with its tunnel
-//! and a bench with a table of losses use the same air.
+//! The medium is sans-I/O: the owner of the stations hands in the packets that they send
+//! ([`Medium::send`]), asks when the next packet arrives ([`Medium::next`]), and takes it
+//! ([`Medium::arrive`]) with all stations that have received it. The strengths of the links come from
+//! an [`Ether`], so a mission with its tunnel and a benchmark with a table of losses use the same
+//! medium.
 //!
 //! A packet goes over its sender's serial line, on the air, and over the receivers' serial lines
 //! ([`timing`]). A radio does one thing at a time: while it sends, and while it turns round, it
@@ -45,7 +46,7 @@ impl<F: FnMut(usize, usize) -> Option<Dbm>> Ether for F {
     }
 }
 
-/// What air and radios are like.
+/// The constants of the air and of the radios.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MediumConfig {
     /// The rate at which all stations send.
@@ -87,29 +88,29 @@ impl MediumConfig {
     }
 }
 
-/// A station that heard a packet.
+/// A station that has received a packet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Receipt {
-    /// Which station.
+    /// The number of the station.
     pub by: usize,
     /// The strength that its radio reports.
     pub rssi: Dbm,
 }
 
-/// A packet that has come to those who heard it.
+/// A packet that has arrived at the stations that have received it.
 #[derive(Debug)]
 pub struct Arrival<'a> {
-    /// When.
+    /// The moment of its arrival, µs.
     pub at_us: u64,
-    /// Who sent it.
+    /// The station that has sent the packet.
     pub from: usize,
     /// Its bytes.
     pub data: &'a [u8],
-    /// By whom it was heard, in the order of their numbers.
+    /// The stations that have received it, in the order of their numbers.
     pub heard: &'a [Receipt],
 }
 
-/// Something on the air.
+/// A packet or a carrier on the air.
 #[derive(Clone, Copy)]
 struct Transmission {
     from: usize,
@@ -151,18 +152,18 @@ pub struct Medium {
     links: Vec<Stream>,
     /// When the serial line of each station is free again.
     line_free_us: Vec<u64>,
-    /// What has not arrived yet, and what it met on its way.
+    /// The packets that have not arrived yet, and those that were on the air together with them.
     on_air: Vec<Transmission>,
-    /// When the first of those arrives that have not arrived yet.
+    /// When the next packet arrives.
     next_us: Option<u64>,
-    /// The packet that is arriving, and who hears it.
+    /// The packet that is arriving, and the stations that receive it.
     arriving: Transmission,
     heard: Vec<Receipt>,
     tally: Tally,
 }
 
 impl Medium {
-    /// Silence, between so many stations.
+    /// A medium between so many stations, on which nothing has been sent.
     #[must_use]
     pub fn new(config: MediumConfig, stations: usize, seed: u64) -> Self {
         let link = |n: usize| Purpose::Link((n / stations) as u8, (n % stations) as u8);
@@ -185,7 +186,8 @@ impl Medium {
         self.config.arrives
     }
 
-    /// A processor hands this to its radio. What is longer than a P2P packet is cut off.
+    /// Takes bytes that a processor hands to its radio. Those beyond the length of a P2P packet are
+    /// cut off.
     pub fn send(&mut self, from: usize, now_us: u64, data: &[u8]) {
         let Some(free_us) = self.line_free_us.get_mut(from) else { return };
         let over_us = now_us.max(*free_us) + timing::line_out_us(data.len().min(MAX_P2P));
@@ -193,7 +195,7 @@ impl Medium {
         self.inject(from, over_us + timing::TURN_US, data);
     }
 
-    /// These bytes go on the air at `start_us`, which is now or later.
+    /// Puts bytes on the air at `start_us`, which is now or later.
     pub fn inject(&mut self, from: usize, start_us: u64, data: &[u8]) {
         let data = &data[..data.len().min(MAX_P2P)];
         let end_us = start_us + timing::air_us(self.config.datarate, data.len());
@@ -217,24 +219,25 @@ impl Medium {
         self.tally.air_us += end_us - start_us;
     }
 
-    /// A carrier without a packet: no station hears a packet through it that is not much stronger.
+    /// Puts a carrier without a packet on the air: a station receives only packets that are much
+    /// stronger.
     pub fn jam(&mut self, from: usize, start_us: u64, until_us: u64) {
         self.on_air.push(Transmission::carrier(from, start_us, until_us));
     }
 
-    /// When the next packet arrives, of those that are on their way.
+    /// When the next packet on its way arrives; `None` while there is none.
     #[must_use]
     pub const fn next(&self) -> Option<u64> {
         self.next_us
     }
 
-    /// Nothing is on the air, nor on its way there.
+    /// Whether nothing is on the air, nor on its way there.
     #[must_use]
     pub const fn is_silent(&self) -> bool {
         self.next_us.is_none()
     }
 
-    /// What became of everything so far.
+    /// The tally of all packets so far.
     #[must_use]
     pub const fn tally(&self) -> &Tally {
         &self.tally
@@ -274,8 +277,8 @@ impl Medium {
         others.into_iter().any(|(_, other)| other.overlaps(from_us, until_us))
     }
 
-    /// What becomes of one packet at one receiver. Its place `at` among all that is on the air is
-    /// given where others contest it.
+    /// Decides whether one receiver gets one packet, and how strongly. The packet's place `at` among all that
+    /// is on the air is given where others contest it.
     fn reception(
         &mut self,
         packet: &Transmission,
@@ -305,7 +308,7 @@ impl Medium {
         self.config.reception.receive(strength, draws).ok_or(Loss::Chance)
     }
 
-    /// Against all else that is on the air.
+    /// Whether the packet is lost to another one that is on the air at the same time.
     fn contest(
         &self,
         packet: &Transmission,
@@ -334,7 +337,7 @@ impl Medium {
         Ok(())
     }
 
-    /// Against the operator's dongle, and the base's answers to it.
+    /// Whether the packet is lost to the operator's dongle, or to the base's answers to it.
     fn bear(
         &self,
         polling: Polling,
@@ -356,7 +359,7 @@ impl Medium {
         Ok(())
     }
 
-    /// What was over before anything that has yet to arrive began is no longer of interest.
+    /// Forgets packets that were over before any that has yet to arrive began.
     fn forget(&mut self, now_us: u64) {
         let waiting = || self.on_air.iter().filter(|on| on.waits);
         self.next_us = waiting().map(|on| on.arrives_us).min();

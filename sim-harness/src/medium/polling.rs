@@ -1,8 +1,8 @@
-//! The operator's own traffic: a Crazyradio beside the base asks it for news a hundred times a
-//! second, and the base answers. None of it keeps to anybody's slots.
+//! Simulates the operator's own traffic: a Crazyradio beside the base polls it a hundred times a
+//! second, and the base answers. Neither keeps to a drone's slots.
 //!
 //! `rate_limit=100` in the address is what Bitcraze tells users of P2P to give, as a dongle that
-//! asks as fast as it can leaves no air to anybody else (docs of crazyflie-firmware, `p2p_api.md`).
+//! asks as fast as it can leaves no time on the air to other stations (docs of crazyflie-firmware, `p2p_api.md`).
 
 use wire::radio::Datarate;
 
@@ -22,7 +22,7 @@ pub struct Polling {
 }
 
 impl Polling {
-    /// What the documentation asks for, with a log running.
+    /// The rate that the vendor's documentation asks for, with a log running.
     #[must_use]
     pub const fn of(station: usize) -> Self {
         Self { station, period_us: 10_000, question: 1, answer: 28 }

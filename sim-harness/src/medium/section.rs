@@ -14,7 +14,7 @@ use crate::world::Walls;
 pub struct RadioSpec {
     /// Large-scale loss.
     pub path_loss: PathLoss,
-    /// What the walls are to it.
+    /// How walls attenuate the signal.
     pub walls: Walls,
     /// Loss and noise of packets.
     pub reception: Reception,

@@ -1,11 +1,11 @@
-//! What became of all packets.
+//! Counts the packets by what became of them.
 
-/// Why a packet did not reach one of those who might have heard it.
+/// Why a packet did not reach a station that might have received it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Loss {
-    /// It was too weak there, or the receiver is silenced.
+    /// The packet was too weak there, or the receiver is silenced.
     Weak,
-    /// By chance, at the rate of [`radio_model::Reception::loss_rate`].
+    /// The packet was lost by chance, at the rate of [`radio_model::Reception::loss_rate`].
     Chance,
     /// Another station was on the air, and not weaker by enough.
     Collision,

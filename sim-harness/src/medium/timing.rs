@@ -1,4 +1,4 @@
-//! How long a packet takes, from the processor of one drone to the processor of another.
+//! Computes how long a packet takes from the processor of one drone to the processor of another.
 //!
 //! The processor hands a packet to the radio chip over a serial line; the radio chip sends it; the
 //! radio chip of each receiver hands it on over another such line.

@@ -1,4 +1,4 @@
-//! What the members of a mission say to each other, and how it gets from one to the other.
+//! Carries the packets between the members of a mission.
 //!
 //! Links on the host ask for their turns; the radio chips of emulated drones send when their
 //! firmware has told them to. With emulated drones, packets arrive at each receiver's antenna, and a
@@ -16,21 +16,21 @@ use super::{CRAFT_STEP_US, Mission, Part};
 use crate::medium::{Arrives, Ether, timing};
 use crate::world::{Radio, SkeletonPlace, SurveyedPlace};
 
-/// What happens next on the air.
+/// The next event on the air.
 enum Next {
     /// A packet arrives.
     Arrival,
-    /// One that has arrived comes out of this member's serial line.
+    /// A packet that has arrived comes out of this member's serial line.
     Line(usize, usize),
-    /// This member has something to say.
-    Speech(usize),
+    /// This member has a packet to send.
+    Turn(usize),
 }
 
 impl Mission<'_> {
-    /// All that is on the air before `until_us`.
+    /// Carries all packets that are on the air before `until_us`.
     pub(super) fn carry_packets(&mut self, until_us: u64) {
         if self.ideal.is_some() {
-            return self.carry_words(until_us);
+            return self.carry_messages(until_us);
         }
         let due_us = self.members.iter().map(|member| member.onboard.due_us());
         self.due_us.clear();
@@ -41,22 +41,22 @@ impl Mission<'_> {
             match next {
                 Next::Arrival => self.receive(),
                 Next::Line(n, place) => self.take_from_line(n, place),
-                Next::Speech(n) => self.transmit(n, at_us),
+                Next::Turn(n) => self.transmit(n, at_us),
             }
         }
     }
 
-    /// Of what happens at the same moment, arrivals are first.
+    /// The next event. Of several at the same moment, arrivals are first.
     fn next_on_air(&self) -> Option<(u64, Next)> {
         let arrival = self.medium.next().map(|at_us| (at_us, Next::Arrival));
         let line = match self.medium.arrives() {
             Arrives::AtProcessor => None,
             Arrives::AtAntenna => self.next_on_line(),
         };
-        let speech = self.due_us.iter().enumerate().min_by_key(|(_, due_us)| **due_us);
-        let speech = speech.map(|(n, &due_us)| (due_us, Next::Speech(n)));
+        let turn = self.due_us.iter().enumerate().min_by_key(|(_, due_us)| **due_us);
+        let turn = turn.map(|(n, &due_us)| (due_us, Next::Turn(n)));
         let first = earlier(arrival, line);
-        earlier(first, speech)
+        earlier(first, turn)
     }
 
     /// The packet that comes out of a serial line next.
@@ -89,7 +89,7 @@ impl Mission<'_> {
         self.medium.send(n, now_us, data);
     }
 
-    /// The packet that arrives next, at all who hear it.
+    /// Hands the packet that arrives next to all members that receive it.
     fn receive(&mut self) {
         let Self { medium, members, strengths, world, orders, intruders, due_us, .. } = self;
         let stopwatch = &mut self.stopwatch;
@@ -194,7 +194,7 @@ impl OnLine {
     }
 }
 
-/// What comes earlier, or else the first of two.
+/// The earlier of two events, or the first where they are at the same moment.
 fn earlier(a: Option<(u64, Next)>, b: Option<(u64, Next)>) -> Option<(u64, Next)> {
     match (a, b) {
         (Some(a), Some(b)) => Some(if b.0 < a.0 { b } else { a }),
@@ -207,7 +207,7 @@ fn taken(hosted: &Hosted) -> u32 {
     hosted.drone().link_counters().map_or(0, |counters| counters.taken.total())
 }
 
-/// A packet comes to the processor of a member on the host.
+/// Hands a packet to the processor of a member on the host.
 fn deliver(
     hosted: &mut Hosted,
     role: Role,

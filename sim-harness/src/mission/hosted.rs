@@ -13,7 +13,7 @@ use super::seal::Cipher;
 use crate::random::{Purpose, Stream};
 use crate::scenario::Scenario;
 
-/// Never.
+/// The due time of a drone that never sends.
 const NEVER: u64 = u64::MAX;
 /// Clocks are up to this far apart: a drone may have been switched on an hour before.
 const OFFSETS_S: f32 = 3_600.0;
@@ -23,7 +23,7 @@ const BOOTS: f32 = 1_000.0;
 /// after this long.
 const RETRY_US: u64 = 1_000;
 
-/// What drones' clocks show at the beginning of a mission.
+/// The times that drones' clocks show at the beginning of a mission.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Clocks {
     /// Each another time: every drone was switched on at another moment before.

@@ -3,8 +3,8 @@
 //! Every report reaches each other member with the strength, the noise and the loss of the radio
 //! model, and an order reaches the drone that it is for. Both take a time that is drawn from what
 //! the exact link was measured to take ([`delays`]). There are no packets, turns, serial lines,
-//! collisions, telemetry or keys: a mission flies several times as fast, and what a drone decides
-//! is decided by the same `onboard::Drone`.
+//! collisions, telemetry or keys: a mission flies several times as fast, and the same
+//! `onboard::Drone` decides.
 
 mod delays;
 
@@ -24,18 +24,18 @@ use crate::scenario::Scenario;
 use crate::world::Radio;
 use delays::Delays;
 
-/// Words on their way.
+/// A report or an order on its way.
 #[derive(Clone, Copy, Debug)]
 struct OnWay {
     arrives_us: u64,
-    word: Word,
+    message: Message,
 }
 
 #[derive(Clone, Copy, Debug)]
-enum Word {
-    /// For all who hear it.
+enum Message {
+    /// A report, for all members that receive it.
     Report(Report),
-    /// For one drone.
+    /// An order, for one drone.
     Order { to: usize, order: Order, given_us: u64 },
 }
 
@@ -46,14 +46,14 @@ pub(super) struct IdealLink {
     delays: Delays,
     /// How long each member's reports take, µs.
     report_us: Vec<u64>,
-    /// For the delays of the base's orders.
+    /// The random numbers for the delays of the base's orders.
     base: Stream,
     /// One stream per directed link, sender-major.
     links: Vec<Stream>,
     /// The strengths of the reports that have been heard and not named in a report of the receiver
     /// yet, sender-major.
     unnamed: Vec<Option<Dbm>>,
-    /// The next to arrive is the first.
+    /// The reports and orders on their way; the next to arrive is the first.
     on_way: VecDeque<OnWay>,
     /// The operator's last order.
     order: Option<Order>,
@@ -82,21 +82,21 @@ impl IdealLink {
         }
     }
 
-    /// What became of all reports. None of them has taken any time on the air.
+    /// The tally of all reports. They take no time on the air.
     pub(super) const fn tally(&self) -> &Tally {
         &self.tally
     }
 
-    /// A member has this to report.
+    /// Sends a member's report.
     pub(super) fn report(&mut self, now_us: u64, report: Report) {
         let Some(delay_us) = self.report_us.get(usize::from(report.from.0)) else { return };
         let arrives_us = now_us + delay_us;
         self.tally.sent += 1;
-        self.put(OnWay { arrives_us, word: Word::Report(report) });
+        self.put(OnWay { arrives_us, message: Message::Report(report) });
     }
 
-    /// The base has had its round with this order. An order to explore goes to the head every time;
-    /// a change of order goes to every drone.
+    /// Sends the base's order after its round. An order to explore goes to the head every time; a
+    /// change of order goes to every drone.
     pub(super) fn order(&mut self, now_us: u64, order: Option<Order>) {
         let Some(order) = order else { return };
         let kind = |order: &Order| core::mem::discriminant(order);
@@ -108,7 +108,10 @@ impl IdealLink {
             if is_other || steers {
                 let luck = self.base.uniform();
                 let arrives_us = now_us + self.delays.order_us(base - to, luck);
-                self.put(OnWay { arrives_us, word: Word::Order { to, order, given_us: now_us } });
+                self.put(OnWay {
+                    arrives_us,
+                    message: Message::Order { to, order, given_us: now_us },
+                });
             }
         }
     }
@@ -176,14 +179,14 @@ impl IdealLink {
 }
 
 impl Mission<'_> {
-    /// All words that arrive before `until_us`, by the ideal link.
-    pub(super) fn carry_words(&mut self, until_us: u64) {
-        while let Some(OnWay { arrives_us, word }) =
+    /// Hands over all reports and orders that arrive before `until_us` by the ideal link.
+    pub(super) fn carry_messages(&mut self, until_us: u64) {
+        while let Some(OnWay { arrives_us, message }) =
             self.ideal.as_mut().and_then(|ideal| ideal.next_before(until_us))
         {
-            match word {
-                Word::Report(report) => self.carry_report(arrives_us, report),
-                Word::Order { to, order, given_us } => {
+            match message {
+                Message::Report(report) => self.carry_report(arrives_us, report),
+                Message::Order { to, order, given_us } => {
                     self.carry_order(arrives_us, to, order, given_us);
                 }
             }

@@ -1,5 +1,5 @@
-//! An intruder with radios of their own beside the chain: the packets that these hear and send,
-//! and how many of them a drone takes for packets of the chain.
+//! Simulates an intruder with radios beside the chain: the packets that they receive and send, and
+//! how many of them a drone takes for packets of the chain.
 
 use std::collections::VecDeque;
 
@@ -8,19 +8,19 @@ use crate::medium::Medium;
 use crate::scenario::Scenario;
 use crate::world::SkeletonPlace;
 
-/// A packet that he has heard.
+/// A packet that the intruder has received.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Overheard {
-    /// When, by the mission's clock.
+    /// The moment of its arrival, by the mission's clock, µs.
     pub at_us: u64,
     /// Its bytes.
     pub data: Vec<u8>,
 }
 
-/// The most packets that are remembered, the newest.
+/// The most packets that are kept, the newest ones.
 const REMEMBERED: usize = 4_096;
 
-/// His radios are the stations after the last member; the first of them listens.
+/// The intruder's radios are the stations after the last member; the first of them listens.
 #[derive(Default)]
 pub(super) struct Intruders {
     overheard: VecDeque<Overheard>,
@@ -59,7 +59,7 @@ impl<'a> Mission<'a> {
         mission
     }
 
-    /// One of his radios will send these bytes, `in_us` from now.
+    /// Has one of the intruder's radios send these bytes, `in_us` from now.
     pub fn intrude(&mut self, radio: usize, in_us: u64, data: &[u8]) {
         if let Some(intruders) = &mut self.intruders {
             intruders.sent += 1;
@@ -67,20 +67,20 @@ impl<'a> Mission<'a> {
         }
     }
 
-    /// The packets that he has heard, the oldest first.
+    /// The packets that the intruder has received, the oldest first.
     pub fn overheard(&self) -> impl ExactSizeIterator<Item = &Overheard> {
         const NOTHING: &VecDeque<Overheard> = &VecDeque::new();
         let heard = self.intruders.as_ref().map_or(NOTHING, |intruders| &intruders.overheard);
         heard.iter()
     }
 
-    /// How many packets he has sent.
+    /// The number of packets that the intruder has sent.
     #[must_use]
     pub fn intruded(&self) -> u64 {
         self.intruders.as_ref().map_or(0, |intruders| intruders.sent)
     }
 
-    /// How often any member took one of his packets for one of the chain's.
+    /// How often a member took one of the intruder's packets for one of the chain's.
     #[must_use]
     pub fn accepted(&self) -> u64 {
         self.intruders.as_ref().map_or(0, |intruders| intruders.accepted)

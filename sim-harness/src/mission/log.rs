@@ -9,7 +9,7 @@ use crate::medium::Tally;
 
 /// Delays are counted by the millisecond, up to this many.
 const LONGEST_MS: usize = 5_000;
-/// Commands of the base that may still come in anywhere.
+/// The most commands of the base of which one may still arrive at some node.
 const REMEMBERED: usize = 256;
 
 /// The operator's orders on their way to the head.
@@ -17,9 +17,9 @@ const REMEMBERED: usize = 256;
 pub(super) struct OrderLog {
     /// When the operator's stick was last read.
     given_us: u64,
-    /// The numbers of the base's packets, and when the stick had been read that they speak of.
+    /// The numbers of the base's packets, and when the stick was read whose order they carry.
     sent: VecDeque<(Counter, u64)>,
-    /// How many came in after so many milliseconds; the last one counts all that took longer.
+    /// The number of orders that took so many milliseconds; the last entry counts all that took longer.
     delays: Vec<u32>,
     delivered: u32,
 }
@@ -32,12 +32,12 @@ impl Default for OrderLog {
 }
 
 impl OrderLog {
-    /// The stick is read.
+    /// Notes that the stick is read.
     pub(super) fn given(&mut self, now_us: u64) {
         self.given_us = now_us;
     }
 
-    /// The base sends a packet.
+    /// Notes that the base sends a packet.
     pub(super) fn sent(&mut self, data: &[u8]) {
         let Ok((header, _)) = Header::decode(data) else { return };
         if header.kind != Kind::Command {
@@ -49,7 +49,7 @@ impl OrderLog {
         self.sent.push_back((header.counter, self.given_us));
     }
 
-    /// An order that was sealed under this number has reached the head: the first packet with
+    /// Notes that an order that was sealed under this number has reached the head: the first packet with
     /// that number or a later one brought it out.
     pub(super) fn delivered(&mut self, now_us: u64, sealed: Counter) {
         let at = self.sent.partition_point(|(counter, _)| *counter < sealed);
@@ -58,7 +58,7 @@ impl OrderLog {
         }
     }
 
-    /// An order has reached the head so long after the stick was read.
+    /// Notes that an order has reached the head so long after the stick was read.
     pub(super) fn delivered_after(&mut self, delay_us: u64) {
         let ms = (delay_us / 1_000) as usize;
         self.delays[ms.min(LONGEST_MS)] += 1;
@@ -80,14 +80,14 @@ impl OrderLog {
     }
 }
 
-/// What the radio did over a mission.
+/// The figures of the radio over a mission.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RadioMetrics {
     /// Whether packets were sealed, as they are at flight level.
     pub sealed: bool,
     /// The part of the time that the air was in use.
     pub air_time: f32,
-    /// What became of all packets.
+    /// The tally of all packets.
     pub packets: Tally,
     /// Orders that reached the head.
     pub orders: u32,

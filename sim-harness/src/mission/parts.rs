@@ -11,7 +11,7 @@ pub enum Part {
     Agents,
     /// The drones' ends of the radio link.
     Links,
-    /// The air between them, or the ideal link.
+    /// The air between the drones, or the ideal link.
     Medium,
     /// Everything else.
     Rest,
@@ -21,7 +21,7 @@ impl Part {
     /// All parts.
     pub const ALL: [Self; 5] = [Self::Bodies, Self::Agents, Self::Links, Self::Medium, Self::Rest];
 
-    /// The part in a few words.
+    /// The name of the part.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -57,7 +57,7 @@ impl Stopwatch {
         })))
     }
 
-    /// This part begins, and the last one ends.
+    /// Notes that this part begins, and that the one before it ends.
     #[inline]
     pub(super) fn enter(&mut self, part: Part) {
         if let Some(times) = &mut self.0 {

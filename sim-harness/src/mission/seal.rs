@@ -1,6 +1,5 @@
-//! How packets are sealed in the simulator: at flight level as on board, at point level not at
-//! all, as thousands of missions a minute have other things to do with their time. Lengths, counters
-//! and every check but that of the tag are the same.
+//! Seals packets in the simulator: at flight level as on board, at point level not at all, to save
+//! time. Lengths, counters and every check but that of the tag are the same.
 
 use airlink::keys::{FleetSecret, Keys, Own, node};
 use airlink::{Scope, Seal, Sealed};
@@ -10,16 +9,16 @@ use wire::p2p::TAG;
 use crate::random::{Purpose, Stream};
 use crate::scenario::Fidelity;
 
-/// What a member's packets are sealed with.
+/// The cipher of a member's packets.
 pub(super) enum Cipher {
-    /// Nothing: text in clear, a tag of zeros.
+    /// No cipher: bodies in clear, tags of zeros.
     Clear,
-    /// What the firmware uses.
+    /// The cipher of the firmware.
     Sealed(Sealed),
 }
 
 impl Cipher {
-    /// For this member of the chain, with the keys of the fleet that this seed makes.
+    /// The cipher of this member of the chain, with the keys of the fleet that this seed makes.
     pub(super) fn of(fidelity: Fidelity, seed: u64, id: NodeId, base: bool) -> Self {
         const GENERATION: u8 = 1;
         if fidelity == Fidelity::Point {

@@ -28,7 +28,7 @@ impl Track {
         Self { places }
     }
 
-    /// Takes in that a member is at this point now, and returns its place.
+    /// Notes that a member is at this point now, and returns its place.
     pub(super) fn follow(&mut self, n: usize, at: Point2, skeleton: &Skeleton) -> SkeletonPlace {
         let place = &mut self.places[n];
         *place = skeleton.project(at, *place);

@@ -20,11 +20,11 @@ pub(crate) struct AgentTables<'a> {
     pub(crate) retreat: &'a RetreatTable,
 }
 
-/// The on-board code's constants, and from where they come.
+/// The on-board code's constants, with the name of the policy that they come from.
 pub(crate) struct AgentConstants {
     /// The name of the movement policy.
     pub(crate) policy: String,
-    /// What the drones believe their radios lose over the first metre.
+    /// The loss over the first metre that the drones assume.
     pub(crate) assumed_loss_at_1m: Db,
     pub(crate) agent: AgentConfig,
 }

@@ -1,4 +1,4 @@
-//! The section `[drones]` of a scenario file: who flies, and from where.
+//! The section `[drones]` of a scenario file: the drones that fly, and where they start.
 
 use serde::Deserialize;
 use units::Role;
@@ -22,7 +22,7 @@ pub struct Drones {
 }
 
 impl Drones {
-    /// How many fly.
+    /// The number of drones that fly.
     #[must_use]
     pub const fn flying(&self) -> usize {
         self.explorers + self.relays
@@ -34,7 +34,7 @@ impl Drones {
         self.flying() + 1
     }
 
-    /// The part of the member of that number.
+    /// The role of the member of that number.
     #[must_use]
     pub const fn role(&self, member: usize) -> Role {
         if member < self.explorers {
@@ -89,14 +89,14 @@ enum StartKey {
     Placed,
 }
 
-/// Who flies, and the base.
+/// The numbers of explorers and relays, and the place of the base.
 struct Crew {
     explorers: usize,
     relays: usize,
     base: Spot,
 }
 
-/// Head, base and what the air leaves for relays and further explorers.
+/// The most explorers and relays together: a chain without its base.
 pub(crate) const MOST_DRONES: usize = chain::neighbours::MAX_NEIGHBOURS;
 
 impl DronesTable {

@@ -6,12 +6,12 @@ use units::{MetresPerSecond, Order};
 use crate::input_error::InputError;
 use crate::scenario::reader::{At, Reader};
 
-/// One thing that the operator does.
+/// One entry of the operator's script.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PilotStep {
-    /// From when on.
+    /// The moment from which on the order stands.
     pub at_us: u64,
-    /// What.
+    /// The order.
     pub task: Order,
 }
 
