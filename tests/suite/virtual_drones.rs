@@ -241,7 +241,7 @@ fn served_virtual_drones_answer_their_clients_and_fly_by_their_orders() {
     let reference = Reference::of(&scenario, &world);
     let drones = [0, 1].map(|node| Emulated::new(&scenario, firmware(), NodeId(node), 1));
     let mut live = Live::emulated(&scenario, &world, &reference, 1, false, drones.into());
-    let base = live.members() - 1;
+    let base = live.nodes().len() - 1;
     let mut answers = Vec::new();
     for step in 0..1_500 {
         if step == 300 {

@@ -6,7 +6,6 @@ mod table;
 
 use agent::State;
 use clap::Args;
-use units::Role;
 
 use super::emulated::{Aftermath, Fleet};
 use super::progress::Progress;
@@ -156,13 +155,4 @@ fn fly(
 fn last_states(trace: &Trace) -> impl Iterator<Item = (Node, State)> {
     let last = trace.frames.last().into_iter().flat_map(|frame| &frame.drones);
     trace.nodes.iter().zip(last).map(|(node, drone)| (*node, drone.state))
-}
-
-/// A drone as people call it: `head`, `relay 2`, `base`.
-pub(super) fn named(node: Node) -> String {
-    match node.role {
-        Role::Head => "head".to_owned(),
-        Role::Relay => format!("relay {}", node.id.0),
-        Role::Base => "base".to_owned(),
-    }
 }

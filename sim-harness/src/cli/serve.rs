@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use units::{Duration, Instant};
 
 use super::emulated::{Aftermath, Fleet};
-use super::run::{metrics_json, named};
+use super::run::metrics_json;
 use super::{
     Common, FidelityArg, Trouble, Verdict, VirtualArgs, builtin_scenarios, complain, interrupt,
     scenario, with_link,
@@ -210,7 +210,7 @@ fn table(scenario: &Scenario, live: &Live<'_>, m: &RunMetrics, tally: Tally) -> 
         .nodes
         .iter()
         .zip(live.states())
-        .map(|(node, (_, state))| format!("{} {}", named(*node), state.name()))
+        .map(|(node, (_, state))| format!("{node} {}", state.name()))
         .collect();
     let _ = writeln!(text, "  at the end            {}", states.join(", "));
     text

@@ -1,5 +1,7 @@
 //! The record of a mission, five times a second, from which every picture, table and file is made.
 
+use std::fmt;
+
 use agent::State;
 use units::{Dbm, NodeId, Order, Point2, Pose2, Role};
 
@@ -49,13 +51,24 @@ pub struct CentreLine {
     pub points: Vec<Point2>,
 }
 
-/// One member of the chain.
+/// One member of the chain. It displays as `head`, `explorer 1`, `relay 2` or `base`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Node {
-    /// Its number.
+    /// The member's number.
     pub id: NodeId,
-    /// Its role.
+    /// The member's role.
     pub role: Role,
+}
+
+impl fmt::Display for Node {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.role {
+            Role::Head if self.id == NodeId::HEAD => f.write_str("head"),
+            Role::Head => write!(f, "explorer {}", self.id),
+            Role::Relay => write!(f, "relay {}", self.id),
+            Role::Base => f.write_str("base"),
+        }
+    }
 }
 
 /// The mission at one moment.
@@ -118,5 +131,18 @@ pub fn order_words(order: Order) -> String {
         Order::Return => "return".to_owned(),
         Order::Land => "land".to_owned(),
         Order::Stop => "stop".to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_two_explorers_one_alone_is_called_the_head() {
+        let roles = [Role::Head, Role::Head, Role::Relay, Role::Base];
+        let names: Vec<_> =
+            (0..).zip(roles).map(|(n, role)| Node { id: NodeId(n), role }.to_string()).collect();
+        assert_eq!(names, ["head", "explorer 1", "relay 2", "base"]);
     }
 }

@@ -7,6 +7,7 @@ use onboard::State;
 use units::{Instant, Order};
 
 use super::World;
+use crate::measure::trace::Node;
 
 /// The null packet of CRTP: port 15, channel 3; bits 2 and 3 say nothing.
 const NULL: u8 = 0xFF;
@@ -36,7 +37,7 @@ pub(super) struct Chain<W: World> {
 
 impl<W: World> Chain<W> {
     pub(super) fn new(world: W) -> Self {
-        let clients = vec![None; world.members()];
+        let clients = vec![None; world.nodes().len()];
         Self { world, clients, ordered: None, tally: Tally::default() }
     }
 
@@ -44,8 +45,8 @@ impl<W: World> Chain<W> {
         self.world.now()
     }
 
-    pub(super) fn members(&self) -> usize {
-        self.clients.len()
+    pub(super) fn nodes(&self) -> Vec<Node> {
+        self.world.nodes()
     }
 
     /// The client that a drone answers.

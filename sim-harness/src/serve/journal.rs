@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use agent::{LandReason, State};
 use units::Order;
 
-use crate::measure::trace::order_words;
+use crate::measure::trace::{Node, order_words};
 
 /// An event that is printed at the terminal.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,38 +16,19 @@ pub enum Event {
     /// Simulated time goes slower than was asked, since this machine cannot keep up.
     Late,
     /// A client speaks to a drone.
-    Connected(ChainMember, SocketAddr),
+    Connected(Node, SocketAddr),
     /// A drone has not heard its client for a while.
-    Gone(ChainMember, SocketAddr),
+    Gone(Node, SocketAddr),
     /// The chain was given another order.
     Ordered(Order),
     /// A drone takes off.
-    TakesOff(ChainMember),
+    TakesOff(Node),
     /// A drone comes down where it is.
-    Lands(ChainMember, LandReason),
+    Lands(Node, LandReason),
     /// A drone stands on the ground again.
-    Landed(ChainMember),
+    Landed(Node),
     /// A drone's motors were stopped.
-    Stopped(ChainMember),
-}
-
-/// A drone, by its place in the chain.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct ChainMember {
-    /// 0 for the head.
-    pub place: usize,
-    /// The number of drones, base included.
-    pub of: usize,
-}
-
-impl fmt::Display for ChainMember {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.place {
-            0 => f.write_str("head"),
-            place if place + 1 == self.of => f.write_str("base"),
-            place => write!(f, "relay {place}"),
-        }
-    }
+    Stopped(Node),
 }
 
 impl fmt::Display for Event {
@@ -80,6 +61,7 @@ const SILENCE: Duration = Duration::from_secs(3);
 
 /// Compares the chain with what it was before, and makes the events.
 pub(super) struct Journal {
+    nodes: Vec<Node>,
     /// For each drone the client that speaks to it, and when it last did.
     clients: Vec<Option<(SocketAddr, Instant)>>,
     states: Vec<Option<State>>,
@@ -87,19 +69,16 @@ pub(super) struct Journal {
 }
 
 impl Journal {
-    pub(super) fn new(drones: usize) -> Self {
-        Self { clients: vec![None; drones], states: vec![None; drones], ordered: None }
-    }
-
-    fn drone(&self, place: usize) -> ChainMember {
-        ChainMember { place, of: self.clients.len() }
+    pub(super) fn new(nodes: Vec<Node>) -> Self {
+        let count = nodes.len();
+        Self { nodes, clients: vec![None; count], states: vec![None; count], ordered: None }
     }
 
     /// A drone has heard its client.
     pub(super) fn heard(&mut self, place: usize, from: SocketAddr, now: Instant) -> Option<Event> {
         let before = self.clients.get_mut(place)?.replace((from, now));
         let is_new = before.is_none_or(|(client, _)| client != from);
-        is_new.then(|| Event::Connected(self.drone(place), from))
+        Some(Event::Connected(*self.nodes.get(place)?, from)).filter(|_| is_new)
     }
 
     /// A client that has been silent for too long, if there is one.
@@ -109,7 +88,7 @@ impl Journal {
         };
         let place = self.clients.iter().position(silent)?;
         let (client, _) = self.clients.get_mut(place)?.take()?;
-        Some(Event::Gone(self.drone(place), client))
+        Some(Event::Gone(*self.nodes.get(place)?, client))
     }
 
     /// Takes the order that stands now. A change of speed alone is not an event: a stick moves all
@@ -123,7 +102,7 @@ impl Journal {
     /// Takes the state of a drone.
     pub(super) fn doing(&mut self, place: usize, state: State) -> Option<Event> {
         let before = self.states.get_mut(place)?.replace(state)?;
-        let drone = self.drone(place);
+        let drone = *self.nodes.get(place)?;
         let is_new = before.name() != state.name();
         match state {
             _ if !is_new => None,
@@ -153,11 +132,17 @@ fn kind(order: Order) -> (core::mem::Discriminant<Order>, i8) {
 
 #[cfg(test)]
 mod tests {
-    use units::MetresPerSecond;
+    use units::{MetresPerSecond, NodeId, Role};
 
     use super::*;
 
-    const HEAD: ChainMember = ChainMember { place: 0, of: 3 };
+    const HEAD: Node = Node { id: NodeId(0), role: Role::Head };
+    const RELAY: Node = Node { id: NodeId(1), role: Role::Relay };
+    const BASE: Node = Node { id: NodeId(2), role: Role::Base };
+
+    fn journal() -> Journal {
+        Journal::new(vec![HEAD, RELAY, BASE])
+    }
 
     fn client(port: u16) -> SocketAddr {
         ([127, 0, 0, 1], port).into()
@@ -165,7 +150,7 @@ mod tests {
 
     #[test]
     fn a_client_is_told_when_it_comes_and_when_it_has_gone() {
-        let (mut journal, start) = (Journal::new(3), Instant::now());
+        let (mut journal, start) = (journal(), Instant::now());
         let at = |ms| start + Duration::from_millis(ms);
         let connected = |port| Some(Event::Connected(HEAD, client(port)));
         assert_eq!(journal.heard(0, client(1), at(0)), connected(1));
@@ -179,7 +164,7 @@ mod tests {
 
     #[test]
     fn a_stick_that_moves_a_little_is_not_told() {
-        let mut journal = Journal::new(3);
+        let mut journal = journal();
         let explore = |speed| Order::Explore(MetresPerSecond(speed));
         let orders = [0.2, 0.3, 0.0, -0.1].map(explore);
         let told = orders.map(|order| journal.ordered(Some(order)).is_some());
@@ -189,14 +174,8 @@ mod tests {
     }
 
     #[test]
-    fn the_base_and_the_relays_are_named() {
-        let names = [0, 1, 2].map(|place| ChainMember { place, of: 3 }.to_string());
-        assert_eq!(names, ["head", "relay 1", "base"]);
-    }
-
-    #[test]
     fn a_flight_is_told_from_take_off_to_landing() {
-        let mut journal = Journal::new(3);
+        let mut journal = journal();
         let since = units::Instant::ZERO;
         let why = LandReason::Ordered;
         let states = [

@@ -12,7 +12,7 @@ use super::{STEP, World};
 use crate::bodies::craft::Craft;
 use crate::bodies::emulated::Emulated;
 use crate::measure::metrics::{Reference, RunMetrics, Watch};
-use crate::measure::trace::Trace;
+use crate::measure::trace::{Node, Trace};
 use crate::mission::{self, Mission, ROUND_US, View};
 use crate::scenario::Scenario;
 
@@ -186,8 +186,8 @@ impl World for Live<'_> {
         }
     }
 
-    fn members(&self) -> usize {
-        self.mission.count()
+    fn nodes(&self) -> Vec<Node> {
+        self.trace.nodes.clone()
     }
 
     fn state(&self, member: usize) -> Option<State> {

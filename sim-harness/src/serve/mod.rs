@@ -30,10 +30,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use onboard::State;
 use units::{Duration, Instant, Order};
 
+use crate::measure::trace::Node;
+
 use self::chain::Chain;
 pub use self::chain::Tally;
+pub use self::journal::Event;
 use self::journal::Journal;
-pub use self::journal::{ChainMember, Event};
 pub use self::live::Live;
 use self::pace::Pace;
 pub use self::ports::{FIRST_PORT, Ports};
@@ -47,8 +49,8 @@ pub trait World {
     fn now(&self) -> Instant;
     /// Advances by one [`STEP`].
     fn advance(&mut self);
-    /// The number of drones.
-    fn members(&self) -> usize;
+    /// The drones.
+    fn nodes(&self) -> Vec<Node>;
     /// The state of a drone; `None` where that is not known.
     fn state(&self, member: usize) -> Option<State>;
     /// Delivers a packet of a client to a drone.
@@ -77,7 +79,7 @@ pub fn serve<W: World>(
     mut tell: impl FnMut(Instant, Event),
 ) -> (W, Tally) {
     let mut chain = Chain::new(world);
-    let mut journal = Journal::new(chain.members());
+    let mut journal = Journal::new(chain.nodes());
     let mut out = |member: usize, to, packet: &[u8]| ports.send(member, to, packet);
     let began = chain.now();
     let mut pace = Pace::new(speed, std::time::Instant::now(), began.as_micros());

@@ -5,7 +5,7 @@ use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4, UdpSocket};
 use std::sync::atomic::AtomicBool;
 use std::thread;
 
-use airlink::{Schedule, Scope, Seal};
+use airlink::{Identity, Schedule, Scope, Seal};
 use crtp::{ParameterId, Snapshot};
 use onboard::{Config, Drone, Keys, Setup};
 use proptest::prelude::*;
@@ -72,8 +72,9 @@ impl World for Clockwork {
         self.note();
     }
 
-    fn members(&self) -> usize {
-        self.drones.len()
+    fn nodes(&self) -> Vec<Node> {
+        let node = |Identity { node, role }| Node { id: node, role };
+        self.drones.iter().map(|drone| node(drone.identity())).collect()
     }
 
     fn state(&self, member: usize) -> Option<State> {

@@ -4,8 +4,8 @@ use agent::{LandReason, State};
 use serde_json::{Value, json};
 use units::Order;
 
+use super::last_states;
 use super::summary::number;
-use super::{last_states, named};
 use crate::measure::metrics::RunMetrics;
 use crate::measure::trace::{Node, Trace};
 use crate::scenario::Scenario;
@@ -44,7 +44,7 @@ pub(super) fn failures(scenario: &Scenario, trace: &Trace, metrics: &RunMetrics)
             _ => None,
         };
         if let Some(what) = lost {
-            failures.push(format!("{} {what}", named(node)));
+            failures.push(format!("{node} {what}"));
         }
     }
     failures

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::{last_states, named};
+use super::last_states;
 use crate::measure::metrics::RunMetrics;
 use crate::measure::trace::Trace;
 use crate::scenario::Scenario;
@@ -66,9 +66,8 @@ pub(super) fn table(
             flight.min_battery_v
         );
     }
-    let states: Vec<_> = last_states(trace)
-        .map(|(node, state)| format!("{} {}", named(node), state.name()))
-        .collect();
+    let states: Vec<_> =
+        last_states(trace).map(|(node, state)| format!("{node} {}", state.name())).collect();
     let _ = writeln!(text, "  at the end            {}", states.join(", "));
     text
 }

@@ -14,7 +14,7 @@ use super::{MAP_FRAME, Moment};
 use units::Point2;
 
 use crate::measure::trace::{DroneFrame, FloorPlan, Frame, Node, Trace};
-use crate::output::pictures::{launch_limit, node_name, node_rgb};
+use crate::output::pictures::{launch_limit, node_rgb};
 
 const WALL: Color = Color { r: 0.5, g: 0.56, b: 0.62, a: 1.0 };
 const CENTRE_LINE: Color = Color { r: 0.6, g: 0.65, b: 0.7, a: 0.6 };
@@ -182,7 +182,7 @@ fn body(node: &Node, drone: &DroneFrame, now: Moment) -> SceneEntity {
             font_size: 14.0,
             scale_invariant: true,
             color: Some(colour),
-            text: format!("{}\n{}", node_name(node), drone.state.name()),
+            text: format!("{node}\n{}", drone.state.name()),
         }],
         lines: beams(drone).into_iter().collect(),
         ..SceneEntity::default()
@@ -258,7 +258,7 @@ pub(super) fn state_changes(
         changes.push(Log {
             timestamp: Some(now.timestamp()),
             level: level as i32,
-            message: format!("{}: {state}", node_name(node)),
+            message: format!("{node}: {state}"),
             name: format!("drone_{}", node.id),
             ..Log::default()
         });

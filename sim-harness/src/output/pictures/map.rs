@@ -8,7 +8,7 @@ use super::PictureError;
 use super::axes::{filled, stroke};
 use super::dashes;
 use super::sheet::{Area, Drawn, Fault, Look, Picture, headed, px, size_of, text_width, write};
-use super::style::{AXIS, FLOOR, INK, PAPER, QUIET, WALL, node_colour, node_name};
+use super::style::{AXIS, FLOOR, INK, PAPER, QUIET, WALL, node_colour};
 use super::ticks::round_step;
 use crate::measure::trace::{DroneFrame, FloorPlan, Frame, Trace};
 
@@ -251,7 +251,7 @@ fn names(area: &Area<'_>, view: &View, trace: &Trace, frame: Option<&Frame>) -> 
     obstacles.taken.extend(places.map(|(x, y)| (x - 5.0, y - 5.0, x + 5.0, y + 5.0)));
     for (node, drone) in trace.nodes.iter().zip(drones) {
         if let Some(place) = view.of(drone) {
-            label(area, &node_name(node), place, node_colour(node), &mut obstacles)?;
+            label(area, &node.to_string(), place, node_colour(node), &mut obstacles)?;
         }
     }
     Ok(())

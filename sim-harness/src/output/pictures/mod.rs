@@ -31,7 +31,7 @@ pub(super) use map::nested;
 pub(super) use series::launch_limit;
 pub(super) use sheet::escaped;
 pub use sheet::{Picture, PlotFrame};
-pub(super) use style::{node_name, node_rgb};
+pub(super) use style::node_rgb;
 
 use crate::measure::trace::Trace;
 

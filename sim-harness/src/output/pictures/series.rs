@@ -2,8 +2,7 @@
 
 use units::NodeId;
 
-use super::style::node_name;
-use crate::measure::trace::{Frame, LinkFrame, Trace};
+use crate::measure::trace::{Frame, LinkFrame, Node, Trace};
 
 /// More points to a line than this no screen or paper shows.
 const MOST_POINTS: usize = 2000;
@@ -81,9 +80,9 @@ fn link(trace: &Trace, receiver: usize) -> Option<LinkSeries> {
         });
     }
     let name = |id: NodeId| {
-        trace.nodes.iter().find(|n| n.id == id).map_or_else(|| id.to_string(), node_name)
+        trace.nodes.iter().find(|n| n.id == id).map_or_else(|| id.to_string(), Node::to_string)
     };
-    let own = node_name(trace.nodes.get(receiver)?);
+    let own = trace.nodes.get(receiver)?.to_string();
     let (name, peers) = match peers.as_slice() {
         [] => return None,
         [(_, only)] => (format!("{} \u{2013} {own}", name(*only)), Vec::new()),

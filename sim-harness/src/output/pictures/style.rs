@@ -57,15 +57,6 @@ pub(super) fn node_colour(node: &Node) -> RGBColor {
     }
 }
 
-/// The name of a node: `head`, `relay 2`, `base`.
-pub(in crate::output) fn node_name(node: &Node) -> String {
-    match node.role {
-        Role::Head => "head".to_owned(),
-        Role::Relay => format!("relay {}", node.id),
-        Role::Base => "base".to_owned(),
-    }
-}
-
 /// A node's colour as red, green and blue.
 pub(in crate::output) fn node_rgb(node: &Node) -> [u8; 3] {
     let RGBColor(r, g, b) = node_colour(node);

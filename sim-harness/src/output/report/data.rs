@@ -7,9 +7,9 @@
 use serde_json::{Value, json};
 use units::Point2;
 
-use crate::measure::trace::{DroneFrame, LinkFrame, Trace, order_words};
+use crate::measure::trace::{DroneFrame, LinkFrame, Node, Trace, order_words};
 use crate::output::csv::role_name;
-use crate::output::pictures::{PlotFrame, launch_limit, nested, node_name, node_rgb};
+use crate::output::pictures::{PlotFrame, launch_limit, nested, node_rgb};
 
 /// The JSON text, safe within a `<script>` element.
 pub(super) fn json(trace: &Trace, positions: &[PlotFrame], links: &[PlotFrame]) -> String {
@@ -57,7 +57,7 @@ fn node(trace: &Trace, index: usize, states: &mut Vec<&'static str>) -> Value {
     let state = column(drones.iter().map(|drone| Some(number_of(drone.state.name(), states))));
     let [r, g, b] = trace.nodes.get(index).map(node_rgb).unwrap_or_default();
     json!({
-        "name": trace.nodes.get(index).map(node_name),
+        "name": trace.nodes.get(index).map(Node::to_string),
         "role": trace.nodes.get(index).map(|node| role_name(node.role)),
         "colour": format!("#{r:02x}{g:02x}{b:02x}"),
         "x": metres(&|drone| drone.pose.at.x),
