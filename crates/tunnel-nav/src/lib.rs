@@ -14,6 +14,12 @@
 //! bridged for a moment, the nose is held by the headings of the flown path wherever the drone is
 //! not in a straight gallery, and the place on the path is found by position.
 //!
+//! A drone that *starts* in a right angle has no path yet. It flew on into the outer corner, and took
+//! the long rear beam beside the near front beam for an opening: it turned towards the wall, and on
+//! until its nose was reversed. So a side with an obstacle near one of its beams does not open, an
+//! obstacle that one leading beam alone sees is beside the drone, and the end of the path follows the
+//! nose by less than a half turn: a drone that turns farther there faces back, and turns again.
+//!
 //! ```text
 //!        x forward           NW, NE, SW, SE: beams at ±45° and ±135° from the nose.
 //!     NW   ↑   NE            The multi-ranger deck looks along the drone's own axes; the drone

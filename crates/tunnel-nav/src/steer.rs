@@ -123,6 +123,12 @@ const ROUND: f32 = 0.2;
 const PATIENCE: u8 = 5;
 /// A corner is passed within this many lengths of the beams in the middle: two and a half widths.
 const CORNER: f32 = 3.5;
+/// A side of which one beam is shorter than this part of its usual length does not open, however
+/// long the other beam is: the drone stands askew before a wall there.
+const ASKEW: f32 = 0.5;
+/// An obstacle is beside the drone, and not ahead of it, where one leading beam is shorter than this
+/// part of the other: both see a wall ahead, at up to 10° from square to it within 0.7.
+const BESIDE: f32 = 0.5;
 /// The time ahead for which the trail is read, s.
 const LOOK_AHEAD: f32 = 1.5;
 /// The farthest that the trail is read ahead, m.
@@ -130,6 +136,10 @@ const FARTHEST_LOOK: f32 = 0.3;
 /// This last part of the path counts as new ground for a drone that flies on, m: it must turn where
 /// the tunnel turns, and not where it stopped.
 const FRONTIER: f32 = 0.4;
+/// Before a wall, the path this far ahead says to which side the tunnel turns, m, …
+const HINT: f32 = 0.4;
+/// … where its heading there differs by more than this, rad.
+const BENT: f32 = 0.35;
 /// The gain, in 1/s, by which the trail holds the nose where walls decide: enough against a nose
 /// that turns freely in a bend, and an eighth of what two walls do.
 const HOLD_GAIN: f32 = 0.3;
@@ -171,6 +181,8 @@ pub struct Navigator {
     opening: Option<(Side, Metres)>,
     /// The speed along the tunnel, averaged over some seconds, m/s.
     creep: f32,
+    /// Whether the drone is turning back to its path, which it faced the wrong way.
+    faces_back: bool,
 }
 
 impl Navigator {
@@ -188,6 +200,7 @@ impl Navigator {
             bridge: Bridge::new(),
             opening: None,
             creep: 0.0,
+            faces_back: false,
         }
     }
 
@@ -206,8 +219,8 @@ impl Navigator {
         self.look(config, ranges, moved[0]);
         let gallery = self.find_place(ranges, bearings, moved, speed);
         let off = self.off_trail(bearings, speed);
-        let ahead = self.one_way(config, ranges);
-        let astern = self.one_way(config, &ranges.seen_backwards());
+        let ahead = self.one_way(config, ranges, self.trail.off(HINT).0);
+        let astern = self.one_way(config, &ranges.seen_backwards(), -self.trail.off(-HINT).0);
         let leading = if speed.0 < 0.0 { &astern } else { &ahead };
         self.pass_corner(off.is_some() && leading.nearness < BLOCKED, speed);
 
@@ -265,9 +278,13 @@ impl Navigator {
         let creeps = self.creep * speed.0 > 0.0 && self.creep.abs() > CREEPING;
         let ahead = (LOOK_AHEAD * speed.0).clamp(-FARTHEST_LOOK, FARTHEST_LOOK);
         let flies_on = creeps || speed.0.abs() > HOVERING;
-        if flies_on && !self.trail.knows(ahead + FRONTIER * speed.0.signum()) {
-            self.trail.turn(speed.0 > 0.0);
-            return None;
+        let knows = self.trail.knows(ahead + FRONTIER * speed.0.signum());
+        self.faces_back &= self.trail.off(0.0).0.abs() > ASTRAY;
+        if flies_on && !knows && !self.faces_back {
+            if self.trail.turn(speed.0 > 0.0) {
+                return None;
+            }
+            self.faces_back = true;
         }
         Some(self.trail.off(ahead).0)
     }
@@ -300,7 +317,8 @@ impl Navigator {
         }
         let opens = |before: Track, now: Track, beams: Beams, other: Track| {
             let is_new = now.is_lost() && !before.is_lost();
-            is_new && other.is_seen() && beams.opens(SAME_GALLERY * self.centred)
+            let is_askew = beams.is_nearer(ASKEW * self.centred);
+            is_new && other.is_seen() && !is_askew && beams.opens(SAME_GALLERY * self.centred)
         };
         if opens(before[0], self.left, left, self.right) {
             self.opening = Some((Side::Left, self.way));
@@ -325,13 +343,20 @@ impl Navigator {
         }
     }
 
-    fn one_way(&self, config: &NavConfig, ranges: &Diagonals) -> OneWay {
+    /// The command for one direction of flight; `hint` is the angle by which the path turns there.
+    fn one_way(&self, config: &NavConfig, ranges: &Diagonals, hint: f32) -> OneWay {
         let (c_l, c_r) = (config.lateral_gain, config.yaw_gain);
         let (left, right) = self.walls(ranges);
         let keep = self.centred.max(config.wall_distance.0).min(WIDEST * config.reach.0);
         // An obstacle that the beam over the lost wall sees nearer than the wall that is kept is
-        // ahead.
-        let ahead = |beam: Range| c_r * (keep - nearest(beam)).max(0.0);
+        // ahead, and the tunnel turns to the lost side. But where no side has opened, one that only
+        // this beam sees is beside the drone, on that very side.
+        let ahead = |over_lost: Range, over_kept: Range| {
+            let turn = c_r * (keep - nearest(over_lost)).max(0.0);
+            let is_beside =
+                self.opening.is_none() && nearest(over_lost) < BESIDE * nearest(over_kept);
+            if is_beside { -turn } else { turn }
+        };
         let (lateral, yaw_rate, walls) = match (left, right) {
             // Equation (17).
             (Some(l), Some(r)) => {
@@ -339,14 +364,14 @@ impl Navigator {
             }
             // Equation (18), and its mirror image.
             (Some(l), None) => {
-                let yaw_rate = 2.0 * c_r * l.excess() - ahead(ranges.ne);
+                let yaw_rate = 2.0 * c_r * l.excess() - ahead(ranges.ne, ranges.nw);
                 (c_l * (l.front - keep), yaw_rate, Walls::One(Side::Left))
             }
             (None, Some(r)) => {
-                let yaw_rate = -2.0 * c_r * r.excess() + ahead(ranges.nw);
+                let yaw_rate = -2.0 * c_r * r.excess() + ahead(ranges.nw, ranges.ne);
                 (c_l * (keep - r.front), yaw_rate, Walls::One(Side::Right))
             }
-            (None, None) => (0.0, self.turn_to_open(config, ranges), Walls::Neither),
+            (None, None) => (0.0, self.turn_to_open(config, ranges, hint), Walls::Neither),
         };
         let turns_away = walls == Walls::Neither && yaw_rate != 0.0;
         let most = if turns_away { LEAST_PACE } else { 1.0 };
@@ -363,9 +388,9 @@ impl Navigator {
     }
 
     /// The yaw rate with no wall to follow and an obstacle ahead: towards an open leading beam, else
-    /// to the side that has opened, else towards the longer leading beam, or the preferred side where
-    /// they are alike.
-    fn turn_to_open(&self, config: &NavConfig, ranges: &Diagonals) -> f32 {
+    /// to the side that has opened, else to the side to which the end of the path turned, else
+    /// towards the longer leading beam, or the preferred side where they are alike.
+    fn turn_to_open(&self, config: &NavConfig, ranges: &Diagonals, hint: f32) -> f32 {
         let length = |beam: Range| nearest(beam).min(config.reach.0);
         let (left, right) = (length(ranges.nw), length(ranges.ne));
         if left.min(right) > TURN_BELOW * config.wall_distance.0 {
@@ -377,6 +402,7 @@ impl Navigator {
             (true, false, _) => true,
             (false, true, _) => false,
             (_, _, Some((side, _))) => side == Side::Left,
+            _ if hint.abs() > BENT => hint > 0.0,
             _ if alike => config.prefer == Side::Left,
             _ => left > right,
         };

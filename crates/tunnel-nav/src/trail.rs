@@ -49,6 +49,9 @@ const DETOUR: i32 = 5;
 /// … and ends where the drone is nearer than this to an earlier part of its path, m: galleries lie
 /// farther apart than this.
 const BACK: f32 = 0.35;
+/// No tunnel turns by more than this within a crumb, rad; a drone that flies back turns by half a
+/// turn.
+const REVERSED: f32 = 2.3;
 /// No drone moves farther than this in a round, m.
 const FARTHEST: f32 = 0.5;
 
@@ -84,6 +87,10 @@ pub(crate) struct Trail {
     part: f32,
     /// The angle by which the gyro's heading has drifted since the start, rad.
     drift: f32,
+    /// The number of the crumb at which the drone last turned on the spot …
+    turned_at: Option<i32>,
+    /// … and the angle by which it has turned there since the path reached that crumb, rad.
+    turned: f32,
 }
 
 impl Default for Trail {
@@ -103,6 +110,8 @@ impl Trail {
             near: 0,
             part: 0.0,
             drift: 0.0,
+            turned_at: None,
+            turned: 0.0,
         }
     }
 
@@ -113,8 +122,10 @@ impl Trail {
         let bounded = |way: f32| if way.is_finite() { way.clamp(-FARTHEST, FARTHEST) } else { 0.0 };
         self.at = plus(plus(self.at, ahead, bounded(moved[0])), left, bounded(moved[1]));
         self.locate();
-        if self.is_between() {
+        if self.is_beside() {
             self.at = plus(self.at, minus(self.foot(), self.at), LEAK);
+        }
+        if self.is_between() {
             self.leave(forward);
         }
         self.extend();
@@ -135,9 +146,16 @@ impl Trail {
         Crumb { at: self.at, heading: self.heading }
     }
 
-    /// Whether the drone is beside the path and not beyond one of its ends.
-    fn is_between(&self) -> bool {
+    /// Whether the drone is beside a leg of the path.
+    fn is_beside(&self) -> bool {
         self.last > self.first && self.part > 0.0 && self.part < 1.0
+    }
+
+    /// Whether the point of the path next to the drone is none of its ends. It may be a crumb where
+    /// the path folds back, with the end of the path behind it.
+    fn is_between(&self) -> bool {
+        let place = self.near as f32 + self.part;
+        place > self.first as f32 && place < self.last as f32
     }
 
     /// The point of the path next to the drone.
@@ -164,13 +182,14 @@ impl Trail {
         }
     }
 
-    /// Ends the path here if the drone has left it to a side: what is ahead on it is not where the
-    /// drone flies.
+    /// Ends the path here if the drone has left it before its end: what is ahead on it is not where
+    /// the drone flies.
     fn leave(&mut self, forward: bool) {
         let off = minus(self.at, self.foot());
         if dot(off, off) < LEFT * LEFT {
             return;
         }
+        self.turned_at = None;
         let here = self.here();
         if forward {
             self.last = self.near.saturating_add(1);
@@ -222,6 +241,7 @@ impl Trail {
             }
         }
         let Some(number) = nearest.1 else { return };
+        self.turned_at = None;
         if newest == self.last {
             self.last = number;
         } else {
@@ -293,10 +313,22 @@ impl Trail {
     }
 
     /// Takes the heading of a drone that turned on the spot at the end towards which it flies.
-    pub(crate) fn turn(&mut self, forward: bool) {
+    /// Returns `false` if no tunnel turns so far there: the drone faces the way by which it came. The
+    /// end then has the heading back with which it was reached.
+    pub(crate) fn turn(&mut self, forward: bool) -> bool {
         let number = if forward { self.last } else { self.first };
-        let at = self.crumb(number).at;
-        self.put(number, Crumb { at, heading: self.heading });
+        if (self.near as f32 + self.part - number as f32).abs() > 1.0 {
+            return true;
+        }
+        let Crumb { at, heading } = self.crumb(number);
+        let turned = if self.turned_at == Some(number) { self.turned } else { 0.0 };
+        let total = turned + wrapped(self.heading - heading);
+        let is_bend = total.abs() <= REVERSED;
+        let heading = if is_bend { self.heading } else { wrapped(heading - turned) };
+        self.turned = if is_bend { total } else { 0.0 };
+        self.turned_at = Some(number);
+        self.put(number, Crumb { at, heading });
+        is_bend
     }
 
     /// Moves the drone along the path without a measured motion.
@@ -399,6 +431,36 @@ mod tests {
         }
         let off = trail.off(0.0).0;
         assert!(off.abs() > 2.9, "the nose points back along the path: {off}");
+    }
+
+    /// The drone backs up by less than a leg and flies on aslant, so that the end of its path lies
+    /// behind the crumb before it; then the next point of the path stayed that crumb for ever.
+    #[test]
+    fn a_path_that_folds_back_at_its_end_grows_on() {
+        let mut trail = right_angle(2);
+        let at = trail.crumb(trail.last).at;
+        trail.last += 1;
+        let folded = plus(at, [0.16, -0.2], 1.0);
+        trail.put(trail.last, Crumb { at: folded, heading: core::f32::consts::FRAC_PI_2 });
+        for _ in 0..40 {
+            trail.advance([0.05, 0.0], Radians(core::f32::consts::FRAC_PI_2), true);
+        }
+        assert!(trail.knows(-1.5) && !trail.knows(0.2));
+        assert!(dot(minus(trail.crumb(trail.last).at, trail.at), [0.0, 1.0]).abs() < SPACING);
+    }
+
+    #[test]
+    fn the_end_of_the_path_turns_with_the_nose_but_not_right_round() {
+        let mut trail = right_angle(2);
+        let ahead = core::f32::consts::FRAC_PI_2;
+        let turned = |trail: &mut Trail, degrees: i32| {
+            let heading = wrapped(ahead + (degrees as f32).to_radians());
+            trail.advance([0.0, 0.0], Radians(heading), true);
+            trail.turn(true)
+        };
+        assert!((0..130).all(|degrees| turned(&mut trail, degrees)));
+        assert!(!(130..140).all(|degrees| turned(&mut trail, degrees)));
+        assert!((trail.crumb(trail.last).heading - ahead).abs() < 0.2);
     }
 
     #[test]

@@ -54,6 +54,12 @@ impl Beams {
         open(self.front) || open(self.rear)
     }
 
+    /// Whether one of the beams sees an obstacle nearer than this, in metres.
+    pub(crate) fn is_nearer(&self, length: f32) -> bool {
+        let near = |beam: Range| beam.length().is_some_and(|beam| beam < length);
+        near(self.front) || near(self.rear)
+    }
+
     fn wall(&self) -> Option<Wall> {
         Some(Wall { front: self.front.length()?, rear: self.rear.length()? })
     }

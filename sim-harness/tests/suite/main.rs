@@ -8,4 +8,5 @@ mod ideal;
 mod keys;
 mod loss;
 mod medium;
+mod order;
 mod radio;

@@ -176,6 +176,41 @@ fn a_relay_in_a_right_angle_keeps_its_nose() {
     assert!(failures.is_empty(), "{failures:#?}");
 }
 
+/// A drone that is set into a right angle, where it has seen neither gallery alone, and flies at once
+/// and fast: it may fly the wrong way round the corner's walls, but not turn its nose.
+#[test]
+fn a_drone_set_into_a_right_angle_leaves_it_nose_to_the_end() {
+    let exact = Errors {
+        range: 0.0,
+        missing: 0.0,
+        flow: 0.02,
+        bias: [0.0; 2],
+        scale: 1.0,
+        drift: 0.0,
+        yaw: 0.0,
+    };
+    let mut failures = Vec::new();
+    for tunnel in [0.8, 1.0, 1.5].iter().flat_map(|&width| right_angles(width)) {
+        let bend = tunnel.bends()[0];
+        for centimetres in (-30..=30).step_by(3) {
+            for (speed, pause) in [0.4, -0.4].into_iter().flat_map(|v| [(v, 1), (v, 3), (v, 5)]) {
+                let start = bend + centimetres as f32 / 100.0;
+                let mut flight = Flight::new(&tunnel, start, exact, Random::new(1));
+                let flown = (0..60).try_for_each(|n| {
+                    let is_there = (flight.way() - bend).abs() > 2.0;
+                    flight.round(if n < pause || is_there { 0.0 } else { speed });
+                    flight.check("leaving")
+                });
+                if let Err(why) = flown {
+                    let name = &tunnel.name;
+                    failures.push(format!("{name}: {centimetres} cm, {speed} m/s, {pause}: {why}"));
+                }
+            }
+        }
+    }
+    assert!(failures.is_empty(), "{} of them: {failures:#?}", failures.len());
+}
+
 /// Counts the failures of all tunnels, rests and widths; for the book.
 #[test]
 #[ignore = "a survey without an assertion: cargo test --release -p tunnel-nav -- --ignored --nocapture"]
