@@ -5,6 +5,7 @@ use core::fmt;
 use chain::launch::LaunchConfig;
 use chain::policy::PolicyConfig;
 use chain::retreat::RetreatConfig;
+use chain::search::SearchConfig;
 use tunnel_nav::NavConfig;
 use units::{Db, Dbm, Duration, Metres, MetresPerSecond};
 
@@ -17,6 +18,8 @@ pub struct AgentConfig {
     pub launch: LaunchConfig,
     /// Backing up and waiting for a lost neighbour.
     pub retreat: RetreatConfig,
+    /// Looking for a better place where equal links are too weak; the policy `chain` alone does.
+    pub search: SearchConfig,
     /// Centring and wall following.
     pub nav: NavConfig,
     /// Heights, speeds and time limits of a flight.
@@ -29,6 +32,7 @@ impl AgentConfig {
         policy: PolicyConfig::CHAIN,
         launch: LaunchConfig::WHEN_SETTLED,
         retreat: RetreatConfig::DEFAULT,
+        search: SearchConfig::DEFAULT,
         nav: NavConfig::DEFAULT,
         flight: FlightConfig::DEFAULT,
     };

@@ -11,7 +11,7 @@
 //! ```text
 //!          order             its turn           high enough
 //!   Idle ─────────▶ Armed ─────────▶ TakingOff ─────────▶ Leading (head)
-//!    ▲                                                    Relaying (relay)
+//!    ▲                                                    Relaying (relay) ⇄ Searching
 //!    │ order: wait                           front lost ⇅      ⇅ back weak or lost
 //!   Landed ◀──────── Landing ◀──────── Reconnecting       BackingUp
 //!             touched down    order, home, bound reached
@@ -238,6 +238,7 @@ impl Agent {
             height: inputs.height,
             odometer: self.odometer,
             call: self.mission.call(config, round, self.state),
+            searches: self.mission.searches(config, round, self.state),
         }
     }
 
@@ -310,6 +311,7 @@ impl Agent {
             | State::Relaying { .. }
             | State::Reconnecting { .. }
             | State::BackingUp { .. } => Phase::Linked,
+            State::Searching { .. } => Phase::Searching,
             State::Landing { .. } | State::Landed { .. } | State::Stopped => Phase::Out,
         }
     }
@@ -330,6 +332,7 @@ impl Agent {
             | State::Leading { .. }
             | State::Relaying { .. }
             | State::Reconnecting { .. }
+            | State::Searching { .. }
             | State::BackingUp { .. } => Wish::Rest,
         }
     }

@@ -118,6 +118,13 @@ impl Mission {
         }
     }
 
+    /// Whether a relay in `state` should look for a better place now.
+    pub(crate) fn searches(&mut self, config: &AgentConfig, round: &Round, state: State) -> bool {
+        match self {
+            Self::Chain(chain) => chain.searches(config, round, state),
+        }
+    }
+
     /// Notes where the drone takes off.
     pub(crate) const fn note_home(&mut self, links: &Links) {
         match self {

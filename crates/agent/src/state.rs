@@ -1,5 +1,6 @@
 //! What a drone is doing, and the one function that moves it from one state to the next.
 
+use chain::search::Search;
 use flight::Cause;
 use units::{Instant, Metres, Order, Role};
 
@@ -40,6 +41,11 @@ pub enum State {
         since: Instant,
         /// The odometer then.
         from: Metres,
+    },
+    /// A relay that looks for a better place where its links are too weak.
+    Searching {
+        /// How far it is.
+        search: Search,
     },
     /// Flying back towards a neighbour that it hears too weakly, or not at all.
     BackingUp {
@@ -95,6 +101,8 @@ pub(crate) struct Situation {
     pub(crate) height: Option<Metres>,
     pub(crate) odometer: Metres,
     pub(crate) call: Call,
+    /// Whether a relay should look for a better place now.
+    pub(crate) searches: bool,
 }
 
 impl State {
@@ -106,6 +114,7 @@ impl State {
             | Self::Leading { .. }
             | Self::Relaying { .. }
             | Self::Reconnecting { .. }
+            | Self::Searching { .. }
             | Self::BackingUp { .. }
             | Self::Landing { .. } => true,
             Self::Idle | Self::Armed { .. } | Self::Landed { .. } | Self::Stopped => false,
@@ -122,6 +131,7 @@ impl State {
             Self::Leading { .. } => "leading",
             Self::Relaying { .. } => "relaying",
             Self::Reconnecting { .. } => "reconnecting",
+            Self::Searching { .. } => "searching",
             Self::BackingUp { .. } => "backing-up",
             Self::Landing { .. } => "landing",
             Self::Landed { .. } => "landed",
@@ -143,6 +153,7 @@ impl State {
             Self::Landing { .. } => 7,
             Self::Landed { .. } => 8,
             Self::Stopped => 9,
+            Self::Searching { .. } => 10,
         }
     }
 
@@ -174,6 +185,7 @@ impl State {
             | Self::Leading { .. }
             | Self::Relaying { .. }
             | Self::Reconnecting { .. }
+            | Self::Searching { .. }
             | Self::BackingUp { .. }) => same,
         }
     }

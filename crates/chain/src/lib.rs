@@ -11,6 +11,7 @@
 //! | [`policy`] | IV-A, (11), Algorithm 1 | the forward velocity that makes two links equal; the registry of policies |
 //! | [`launch`] | IV-D | the moment at which a waiting relay takes off |
 //! | [`retreat`] | IV-D | the conditions under which a drone backs up towards the base |
+//! | [`search`] | — | the search for a better place where equal links are not the best ones |
 //! | [`neighbours`] | III-A | the neighbours in front and behind, with their last reports |
 //! | [`report`] | — | the report that every drone sends in each round |
 //!
@@ -29,3 +30,4 @@ pub mod neighbours;
 pub mod policy;
 pub mod report;
 pub mod retreat;
+pub mod search;

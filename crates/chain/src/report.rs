@@ -28,7 +28,7 @@ pub struct Report {
     /// The sums over all links between the sender and the head, and between the sender and the
     /// base; [`LinkSum::NONE`] where the sender is that end, or knows of no link there.
     pub sums: [LinkSum; 2],
-    /// How many relays wait on the ground, as far as the sender knows: 0 to 3, where 3 stands for
+    /// How many relays wait on the ground or climb, as far as the sender knows: 0 to 3, where 3 stands for
     /// more as well.
     pub waiting: u8,
     /// The head's velocity along the tunnel, positive away from the base, as the head reported it.

@@ -148,7 +148,14 @@ mod tests {
 
     #[test]
     fn every_phase_comes_back_as_it_went() {
-        let phases = [Phase::Waiting, Phase::Transit, Phase::Linked, Phase::Base, Phase::Out];
+        let phases = [
+            Phase::Waiting,
+            Phase::Transit,
+            Phase::Linked,
+            Phase::Base,
+            Phase::Out,
+            Phase::Searching,
+        ];
         for (n, phase) in phases.into_iter().enumerate() {
             let links =
                 (n % 2 == 0).then_some(LinkSpan { weakest: Dbm(-63.25), strongest: Dbm(-51.5) });

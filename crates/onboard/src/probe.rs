@@ -22,6 +22,7 @@ use agent::{
 };
 use chain::neighbours::Heard;
 use chain::report::Report;
+use chain::search::{Leg, Place, Search};
 use flight::{Attitude, Battery, Cause, Mode, NotReady, Status, StopCause};
 use heapless::Vec;
 use tunnel_nav::{Diagonals, Range, Side, Walls};
@@ -44,7 +45,7 @@ pub const FLIGHT: usize = 20;
 /// Words of an order's number.
 pub const ORDER: usize = 2;
 /// Words of a round at most.
-pub const ROUND: usize = 70 + REPORTS * 20;
+pub const ROUND: usize = 76 + REPORTS * 20;
 
 /// The probe, as it lies in memory.
 #[repr(C)]
@@ -435,6 +436,8 @@ structs! {
     Diagonals { nw, ne, sw, se }
     LinkSpan { weakest, strongest }
     LinkSum { surplus, compliance, links }
+    Place { way, weaker }
+    Search { from, best, leg, since }
     Report { from, sequence, phase, velocity, odometer, links, sums, waiting, head_velocity, recall }
     Heard { report, rssi, reverse }
     LinkView { peer, raw, rssi, velocity, is_base }
@@ -449,7 +452,7 @@ enums! {
     Range { 0 = At(distance), 1 = Clear, 2 = Invalid }
     Walls { 0 = Both, 1 = One(side), 2 = Neither }
     Side { 0 = Left, 1 = Right }
-    Phase { 0 = Waiting, 1 = Transit, 2 = Linked, 3 = Base, 4 = Out }
+    Phase { 0 = Waiting, 1 = Transit, 2 = Linked, 3 = Base, 4 = Out, 5 = Searching }
     Order { 0 = Wait, 1 = Explore(speed), 2 = Return, 3 = Land, 4 = Stop }
     Setpoint { 0 = Off, 1 = Fly { forward, lateral, yaw_rate, height }, 2 = Stop }
     Fitness { 0 = Fit, 1 = Unfit, 2 = Landing(why), 3 = Landed(why), 4 = Stopped }
@@ -467,7 +470,9 @@ enums! {
         7 = Landing { since, why },
         8 = Landed { why },
         9 = Stopped,
+        10 = Searching { search },
     }
+    Leg { 0 = Ahead, 1 = Behind, 2 = ToBest, 3 = Back }
     Mode {
         0 = Grounded { waits_for },
         1 = Flying { since },
@@ -538,7 +543,8 @@ mod tests {
             is_base: true,
         };
         let since = Instant::from_micros(1 << 40);
-        let state = State::BackingUp { since, from: Metres(9.0) };
+        let place = Place { way: Metres(9.0), weaker: Dbm(-71.5) };
+        let state = State::Searching { search: Search::begin(since, place) };
         let walls = Walls::One(Side::Left);
         let (front, back) = (Some(link), Some(link));
         let setpoint = Setpoint::Fly {

@@ -92,6 +92,9 @@ pub enum Phase {
     Transit,
     /// The node flies as head or relay: it is a link of the chain.
     Linked,
+    /// The node is a relay that leaves its place to look for a better one: a link of the chain whose
+    /// neighbours hold their places.
+    Searching,
     /// The node is the operator's end of the chain, on the ground for good.
     Base,
     /// The node is on the ground and out of the mission.
@@ -102,7 +105,7 @@ impl Phase {
     /// Whether the node's neighbours measure their links to it.
     #[must_use]
     pub const fn is_link(self) -> bool {
-        matches!(self, Self::Linked | Self::Base)
+        matches!(self, Self::Linked | Self::Searching | Self::Base)
     }
 }
 

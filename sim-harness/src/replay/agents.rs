@@ -92,6 +92,7 @@ impl Tally {
             | State::Armed { .. }
             | State::TakingOff { .. }
             | State::Leading { .. }
+            | State::Searching { .. }
             | State::Stopped => {}
         }
     }

@@ -115,6 +115,7 @@ impl Journal {
             | State::Leading { .. }
             | State::Relaying { .. }
             | State::Reconnecting { .. }
+            | State::Searching { .. }
             | State::BackingUp { .. } => None,
         }
     }

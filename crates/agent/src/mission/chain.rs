@@ -1,9 +1,12 @@
 //! The chain mission: a head that explores and relays that keep its link alive, by the U-Chain paper.
 
+mod search;
+
 use chain::chain_wide::{ChainWideState, Side};
 use chain::launch::LaunchWatch;
 use chain::neighbours::{Heard, Neighbour, Neighbours};
 use chain::policy::SpeedLaw;
+use chain::search::{Place, Search, SearchWatch, View};
 use units::{
     Dbm, Duration, Instant, LinkSpan, LinkSum, Metres, MetresPerSecond, Order, Phase, Role,
 };
@@ -11,19 +14,31 @@ use units::{
 use super::{Call, PassedOn, Round, Task};
 use crate::state::Situation;
 use crate::{AgentConfig, LandReason, LinkView, State};
+use search::{is_searching, searching};
 
 /// What a drone of a chain knows of the others.
 #[derive(Clone, Debug)]
 pub(crate) struct Chain {
     neighbours: Neighbours,
     launch: LaunchWatch,
+    search: SearchWatch,
     /// The strength of the base where this drone took off.
     home_rssi: Option<Dbm>,
     /// The state of the chain-wide policy.
     chain_wide: ChainWideState,
     /// The head's velocity, smoothed at the head and passed on by the relays.
     head_velocity: MetresPerSecond,
-    /// The length of the last round.
+    /// The sums over the links towards the head and towards the base, held while a drone searches.
+    sums: [LinkSum; 2],
+    /// Whether this drone searches.
+    is_searching: bool,
+    /// The place at which a search has ended that was worth it: the drone stays there, as an end of
+    /// the chains on either side.
+    found: Option<Metres>,
+    /// How often the drone has searched anew from a place that it had found.
+    renewals: u8,
+    /// The drone's velocity in the last round, and its length.
+    velocity: MetresPerSecond,
     dt: Duration,
 }
 
@@ -38,6 +53,22 @@ pub(crate) struct Links {
     pub(crate) base: Option<Dbm>,
     /// The strength of the base where the drone took off.
     pub(crate) home_rssi: Option<Dbm>,
+    /// Whether the drone in front leaves no room to come nearer.
+    pub(crate) is_front_near: bool,
+    /// Whether the drone behind leaves no room to come nearer.
+    pub(crate) is_back_near: bool,
+    /// Whether a neighbour has left its place to look for a better one.
+    pub(crate) is_searched: bool,
+    /// The same of the neighbour in front.
+    pub(crate) is_front_searching: bool,
+}
+
+impl Links {
+    /// Both links, as a search needs them.
+    fn view(&self) -> View {
+        let weaker = self.front.zip(self.back).map(|(front, back)| Dbm(front.0.min(back.0)));
+        View { weaker, is_front_near: self.is_front_near, is_back_near: self.is_back_near }
+    }
 }
 
 impl Chain {
@@ -46,9 +77,15 @@ impl Chain {
         Self {
             neighbours: Neighbours::new(),
             launch: LaunchWatch::new(),
+            search: SearchWatch::new(),
             home_rssi: None,
             chain_wide: ChainWideState::new(),
             head_velocity: MetresPerSecond::ZERO,
+            sums: [LinkSum::NONE; 2],
+            is_searching: false,
+            found: None,
+            renewals: 0,
+            velocity: MetresPerSecond::ZERO,
             dt: Duration::ZERO,
         }
     }
@@ -65,9 +102,10 @@ impl Chain {
     ) {
         let smoothing = &config.policy.smoothing;
         let lost_after = config.retreat.lost_after;
-        self.dt = dt;
+        (self.velocity, self.dt) = (velocity, dt);
         self.neighbours.listen(round.id, round.now, (velocity, dt), heard, smoothing, lost_after);
-        self.chain_wide.listen(self.sums(config, round));
+        self.sums = self.sums(config, round);
+        self.chain_wide.listen(self.sums);
         self.head_velocity = match round.role {
             Role::Head => smoothed(self.head_velocity, velocity, dt),
             Role::Relay | Role::Base => {
@@ -80,7 +118,14 @@ impl Chain {
     /// The sums over the links towards the head, and over those towards the base.
     fn sums(&self, config: &AgentConfig, round: &Round) -> [LinkSum; 2] {
         let SpeedLaw::ChainWide(law) = &config.policy.law else { return [LinkSum::NONE; 2] };
+        if self.found.is_some() && !self.is_searching {
+            return [LinkSum::NONE; 2];
+        }
         let sum = |neighbour: Option<&Neighbour>, beyond: usize| {
+            // A search moves one drone: the others need not know how its links change.
+            if self.is_searching || neighbour.is_some_and(is_searching) {
+                return self.sums.get(beyond).copied().unwrap_or(LinkSum::NONE);
+            }
             let side = neighbour.and_then(|n| side(n, beyond));
             side.map_or(LinkSum::NONE, |side| self.chain_wide.sum(law, &side))
         };
@@ -98,11 +143,12 @@ impl Chain {
         }
     }
 
-    /// How many relays wait on the ground: the base and the last drone in the air hear them, all
+    /// How many relays wait on the ground or climb: the base and the last drone in the air hear them, all
     /// others are told by the drone behind.
     fn waiting(&self, config: &AgentConfig, round: &Round) -> u8 {
         let heard = || self.neighbours.heard(round.now, config.retreat.lost_after);
-        let on_ground = heard().filter(|n| n.report.phase == Phase::Waiting).count();
+        let is_coming = |n: &&Neighbour| matches!(n.report.phase, Phase::Waiting | Phase::Transit);
+        let on_ground = heard().filter(is_coming).count();
         let told = heard().filter(|n| n.report.from > round.id).map(|n| n.report.waiting).max();
         u8::try_from(on_ground).unwrap_or(u8::MAX).max(told.unwrap_or(0)).min(3)
     }
@@ -137,12 +183,17 @@ impl Chain {
 
     /// The two links of this round.
     pub(crate) fn links(&self, config: &AgentConfig, round: &Round) -> Links {
-        let back = self.back(config, round);
+        let (front, back) = (self.front(config, round), self.back(config, round));
+        let is_near = |n: &Neighbour| config.policy.is_too_near(n.rssi());
         Links {
-            front: self.front(config, round).map(Neighbour::rssi),
+            front: front.map(Neighbour::rssi),
             back: back.map(Neighbour::rssi),
             base: back.filter(|n| n.report.phase == Phase::Base).map(Neighbour::rssi),
             home_rssi: self.home_rssi,
+            is_front_near: front.is_some_and(is_near),
+            is_back_near: back.is_some_and(is_near),
+            is_searched: [front, back].into_iter().flatten().any(is_searching),
+            is_front_searching: front.is_some_and(is_searching),
         }
     }
 
@@ -156,7 +207,7 @@ impl Chain {
                 let phase = n.report.phase;
                 (
                     waits || matches!(phase, Phase::Waiting | Phase::Transit),
-                    linked || phase == Phase::Linked,
+                    linked || phase.is_link(),
                 )
             });
         let launch = match state {
@@ -207,12 +258,21 @@ impl Chain {
         front: Option<LinkView>,
         back: Option<LinkView>,
     ) -> MetresPerSecond {
+        self.is_searching = matches!(duty, Duty::Searching { .. });
+        let relays = matches!(duty, Duty::Relaying { .. })
+            && matches!(round.order(), Some(Order::Explore(_)));
+        self.found = self.found.filter(|_| relays);
         match duty {
             Duty::Leading { .. } => self.leading_speed(config, round, back),
             Duty::Relaying { .. } => self.relaying_speed(config, round, front, back),
             Duty::Reconnecting { since, from } => {
                 let waited = round.now.since(since);
                 reconnecting_speed(config, waited, round.way - from, back)
+            }
+            Duty::Searching { search } => {
+                self.note_search(config, round);
+                self.found = search.found();
+                search.velocity(&config.search, round.way)
             }
             Duty::BackingUp { .. } => -config.retreat.speed,
         }
@@ -232,7 +292,7 @@ impl Chain {
                 if speed.0 >= 0.0 {
                     speed
                         * config.retreat.freedom(back.map(|link| link.rssi))
-                        * self.patience_for_relays(config, round, back)
+                        * self.spare_at_limit(config, round, back)
                 } else {
                     behind_clear(config, back, speed)
                 }
@@ -242,22 +302,19 @@ impl Chain {
         }
     }
 
-    /// The part of the pilot's forward speed that the head still flies while relays wait: it stops
-    /// where its links have become as weak as a launch allows, and waits for the next relay.
-    fn patience_for_relays(
-        &self,
-        config: &AgentConfig,
-        round: &Round,
-        back: Option<LinkView>,
-    ) -> f32 {
+    /// The part of the pilot's forward speed that the head flies by what its links can spare: it
+    /// slows down as the links, were they equal, come near to the launch limit, stops there to wait
+    /// for the next relay, and comes back at half the speed where they are weaker. While the relay
+    /// behind it searches the head stays.
+    fn spare_at_limit(&self, config: &AgentConfig, round: &Round, back: Option<LinkView>) -> f32 {
         let Some(level) = self.chain_wide.level() else { return 1.0 };
-        if self.waiting(config, round) == 0 {
-            return 1.0;
+        if self.back(config, round).is_some_and(is_searching) {
+            return 0.0;
         }
         let level = Dbm::after_loss(level);
         let weakest = back.map_or(level, |link| Dbm(link.rssi.0.min(level.0)));
         let spare = (weakest - config.launch.limit).0;
-        (spare / (2.0 * config.launch.margin.0)).clamp(0.0, 1.0)
+        (spare / (2.0 * config.launch.margin.0)).clamp(-0.5, 1.0)
     }
 
     /// Algorithm 1; a relay that is called home and has nobody in front any more flies home.
@@ -276,7 +333,8 @@ impl Chain {
                 homeward(config, Some(back))
             }
             (Some(front), Some(back)) => self
-                .chain_wide_speed(config, round)
+                .staying_speed(config, round)
+                .or_else(|| self.chain_wide_speed(config, round))
                 .unwrap_or_else(|| config.policy.velocity(front.end(), back.end())),
             _ => MetresPerSecond::ZERO,
         }
@@ -287,6 +345,9 @@ impl Chain {
     fn chain_wide_speed(&mut self, config: &AgentConfig, round: &Round) -> Option<MetresPerSecond> {
         let SpeedLaw::ChainWide(law) = &config.policy.law else { return None };
         let (front, back) = (self.front(config, round)?, self.back(config, round)?);
+        if [front, back].into_iter().any(is_searching) {
+            return Some(MetresPerSecond::ZERO);
+        }
         if [front, back].into_iter().any(|n| config.policy.is_too_near(n.rssi())) {
             return None;
         }
@@ -361,6 +422,8 @@ pub(crate) enum Duty {
     Relaying { patient_until: Instant },
     /// A relay that no longer hears a neighbour in front, since a time and a place.
     Reconnecting { since: Instant, from: Metres },
+    /// A relay that looks for a better place.
+    Searching { search: Search },
     /// A drone that flies back towards a neighbour that it hears too weakly, or not at all.
     BackingUp { since: Instant, from: Metres },
 }
@@ -372,6 +435,7 @@ impl Duty {
             State::Leading { patient_until } => Some(Self::Leading { patient_until }),
             State::Relaying { patient_until } => Some(Self::Relaying { patient_until }),
             State::Reconnecting { since, from } => Some(Self::Reconnecting { since, from }),
+            State::Searching { search } => Some(Self::Searching { search }),
             State::BackingUp { since, from } => Some(Self::BackingUp { since, from }),
             State::Idle
             | State::Armed { .. }
@@ -388,6 +452,7 @@ impl Duty {
             Self::Leading { patient_until } => leading(patient_until, config, at),
             Self::Relaying { patient_until } => relaying(patient_until, config, at),
             Self::Reconnecting { since, from } => reconnecting(since, from, config, at),
+            Self::Searching { search } => searching(search, config, at),
             Self::BackingUp { since, from } => backing_up(since, from, config, role, at),
         }
     }
@@ -418,11 +483,16 @@ fn is_home(config: &AgentConfig, at: &Situation) -> bool {
     at.odometer <= config.flight.home || at.links.home_rssi.is_some_and(|home| base >= home)
 }
 
+/// Whether links call for a retreat. A drone whose neighbour searches bears a weak one.
+fn retreats(config: &AgentConfig, links: &Links) -> bool {
+    let bears = links.is_searched && links.back.is_some();
+    !bears && config.retreat.wanted(links.front, links.back, false)
+}
+
 fn leading(patient_until: Instant, config: &AgentConfig, at: &Situation) -> State {
     if let Some(landing) = dismissed(config, at) {
         landing
-    } else if at.now >= patient_until && config.retreat.wanted(at.links.front, at.links.back, false)
-    {
+    } else if at.now >= patient_until && retreats(config, &at.links) {
         State::BackingUp { since: at.now, from: at.odometer }
     } else {
         State::Leading { patient_until }
@@ -432,12 +502,13 @@ fn leading(patient_until: Instant, config: &AgentConfig, at: &Situation) -> Stat
 fn relaying(patient_until: Instant, config: &AgentConfig, at: &Situation) -> State {
     if let Some(landing) = dismissed(config, at) {
         landing
-    } else if at.now >= patient_until && config.retreat.wanted(at.links.front, at.links.back, false)
-    {
+    } else if at.now >= patient_until && retreats(config, &at.links) {
         State::BackingUp { since: at.now, from: at.odometer }
     } else if at.now >= patient_until && at.links.front.is_none() && at.task != Some(Order::Return)
     {
         State::Reconnecting { since: at.now, from: at.odometer }
+    } else if let (true, Some(weaker)) = (at.searches, at.links.view().weaker) {
+        State::Searching { search: Search::begin(at.now, Place { way: at.odometer, weaker }) }
     } else {
         State::Relaying { patient_until }
     }

@@ -6,10 +6,11 @@ use std::fmt::Write;
 use std::path::Path;
 
 use agent::{Fitness, LandReason, State};
+use chain::search::{Place, Search};
 use crtp::Documented;
 use flight::Cause;
 use onboard::air;
-use units::{Instant, Metres};
+use units::{Dbm, Instant, Metres};
 
 const CHAPTER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/src/cfclient.md");
 
@@ -31,6 +32,7 @@ fn table(rows: impl Iterator<Item = Documented>, with_access: bool) -> String {
 fn states() -> String {
     let now = Instant::ZERO;
     let why = LandReason::Home;
+    let search = Search::begin(now, Place { way: Metres::ZERO, weaker: Dbm(-70.0) });
     let all = [
         (State::Idle, "on the ground, not asked for"),
         (State::Armed { since: now }, "on the ground, next to fly"),
@@ -45,6 +47,7 @@ fn states() -> String {
         (State::Landing { since: now, why }, "comes down"),
         (State::Landed { why }, "on the ground, out of the mission until told to wait"),
         (State::Stopped, "motors off until the next boot"),
+        (State::Searching { search }, "a relay whose links are too weak: looks for a better place"),
     ];
     let mut table = String::from("| code | state | the drone |\n|---|---|---|\n");
     for (n, (state, meaning)) in (0..).zip(all) {
@@ -58,7 +61,8 @@ fn states() -> String {
             | State::BackingUp { .. }
             | State::Landing { .. }
             | State::Landed { .. }
-            | State::Stopped => assert_eq!(state.code(), n, "the rows are in order"),
+            | State::Stopped
+            | State::Searching { .. } => assert_eq!(state.code(), n, "the rows are in order"),
         }
         writeln!(table, "| {} | {} | {meaning} |", state.code(), state.name()).unwrap();
     }

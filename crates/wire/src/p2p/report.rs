@@ -19,10 +19,10 @@ const _: () = assert!(ALONE + HEARD * ONE <= MAX_BODY, "a report is one packet")
 ///
 /// | byte | type | field | what | unit |
 /// |---|---|---|---|---|
-/// | 0 | bits 0–2 | `phase` | 0 waiting, 1 transit, 2 linked, 3 base, 4 out | |
+/// | 0 | bits 0–2 | `phase` | 0 waiting, 1 transit, 2 linked, 3 base, 4 out, 5 searching | |
 /// | 0 | bit 3 | `recall` | 1 the chain is called home | |
 /// | 0 | bit 4 | `has_links` | 1 bytes 6 to 9 hold links | |
-/// | 0 | bits 5–6 | `waiting` | relays that wait on the ground, 3 for more | |
+/// | 0 | bits 5–6 | `waiting` | relays that wait on the ground or climb, 3 for more | |
 /// | 0 | bit 7 | zero | | |
 /// | 1 | `i16` | `velocity` | along the tunnel, towards the head | 1 mm/s |
 /// | 3 | `i24` | `odometer` | way along the tunnel since take-off | 1/512 m |
@@ -52,7 +52,7 @@ pub struct Report {
     /// The sums over all links between the sender and the head, and between the sender and the
     /// base.
     pub sums: [LinkSum; 2],
-    /// The number of relays that wait on the ground, as far as the sender knows; 3 stands for more
+    /// The number of relays that wait on the ground or climb, as far as the sender knows; 3 stands for more
     /// as well.
     pub waiting: u8,
     /// The head's velocity along the tunnel, positive away from the base, as the head reported it.
@@ -200,6 +200,7 @@ const fn phase_code(phase: Phase) -> u8 {
         Phase::Linked => 2,
         Phase::Base => 3,
         Phase::Out => 4,
+        Phase::Searching => 5,
     }
 }
 
@@ -210,6 +211,7 @@ const fn phase_of_code(code: u8) -> Result<Phase, Error> {
         2 => Ok(Phase::Linked),
         3 => Ok(Phase::Base),
         4 => Ok(Phase::Out),
+        5 => Ok(Phase::Searching),
         _ => Err(Error::Code(code)),
     }
 }

@@ -252,6 +252,7 @@ fn of_report(report: &Report, bytes: &[u8]) -> Fields {
         Phase::Linked => "linked",
         Phase::Base => "base",
         Phase::Out => "out",
+        Phase::Searching => "searching",
     };
     let [front, back] = report.sums;
     let links = |sum: LinkSum| Steps(sum.links.into());

@@ -94,7 +94,14 @@ fn links(numbers: Numbers) -> impl Strategy<Value = Option<LinkSpan>> {
 }
 
 fn phases() -> impl Strategy<Value = Phase> {
-    prop::sample::select(&[Phase::Waiting, Phase::Transit, Phase::Linked, Phase::Base, Phase::Out])
+    prop::sample::select(&[
+        Phase::Waiting,
+        Phase::Transit,
+        Phase::Linked,
+        Phase::Base,
+        Phase::Out,
+        Phase::Searching,
+    ])
 }
 
 fn sums(numbers: Numbers) -> impl Strategy<Value = [LinkSum; 2]> {

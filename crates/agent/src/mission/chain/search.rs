@@ -1,0 +1,99 @@
+//! The search of a relay for a better place, as a duty of the chain.
+
+use chain::neighbours::Neighbour;
+use chain::policy::SpeedLaw;
+use chain::search::{Place, Scene, Search};
+use units::{Dbm, Duration, MetresPerSecond, Order, Phase};
+
+use super::{Chain, dismissed};
+use crate::mission::Round;
+use crate::state::Situation;
+use crate::{AgentConfig, State};
+
+/// As its neighbours move to their new places, the best place of a drone that has found one moves as
+/// well: it searches again where its links become too weak, but no more often than this.
+const MOST_RENEWALS: u8 = 3;
+
+/// A drone that flies no faster than this stands still, m/s: three times the noise of its velocity.
+const STILL: f32 = 0.06;
+
+impl Chain {
+    /// Whether this relay, which is in `state`, should look for a better place now.
+    pub(crate) fn searches(&mut self, config: &AgentConfig, round: &Round, state: State) -> bool {
+        let law = &config.policy.law;
+        let (State::Relaying { .. }, SpeedLaw::ChainWide(_)) = (state, law) else { return false };
+        let ends = self.front(config, round).zip(self.back(config, round));
+        let (Some((front, back)), Some(Order::Explore(_))) = (ends, round.order()) else {
+            self.search.rest();
+            return false;
+        };
+        let weaker = Dbm(front.rssi().0.min(back.rssi().0));
+        let may_renew = self.found.is_some() && self.renewals < MOST_RENEWALS;
+        if may_renew && weaker < config.launch.limit && ![front, back].into_iter().any(is_searching)
+        {
+            self.renewals += 1;
+            return true;
+        }
+        let velocities =
+            [self.velocity, self.head_velocity, front.report.velocity, back.report.velocity];
+        let is_still = velocities.iter().all(|velocity| velocity.0.abs() < STILL);
+        let scene = Scene {
+            place: Place { way: round.way, weaker },
+            neighbours: [front.report.odometer, back.report.odometer],
+            is_calm: is_still && ![front, back].into_iter().any(is_searching),
+            is_help_near: self.waiting(config, round) > 0,
+            wanted: config.launch.limit + config.launch.margin,
+        };
+        // Of three relays the one in the middle begins: its neighbours can share what it gains.
+        let turn = if round.id.0.is_multiple_of(2) { Duration::ZERO } else { config.search.turn };
+        self.search.step(&config.search, round.now, turn, &scene)
+    }
+
+    /// The velocity of a relay that stays at a place that it has found, while that place is worth it.
+    pub(super) fn staying_speed(
+        &mut self,
+        config: &AgentConfig,
+        round: &Round,
+    ) -> Option<MetresPerSecond> {
+        let place = self.found?;
+        let (front, back) = (self.front(config, round)?, self.back(config, round)?);
+        let weaker = Dbm(front.rssi().0.min(back.rssi().0));
+        let lasts = weaker >= config.launch.limit || self.renewals < MOST_RENEWALS;
+        let is_good =
+            lasts && ![front, back].into_iter().any(|n| config.policy.is_too_near(n.rssi()));
+        if !is_good {
+            (self.found, self.renewals) = (None, 0);
+            return None;
+        }
+        Some(config.search.towards(place, round.way))
+    }
+
+    /// Notes the places of this drone and its neighbours while it searches.
+    pub(super) fn note_search(&mut self, config: &AgentConfig, round: &Round) {
+        let ends = self.front(config, round).zip(self.back(config, round));
+        if let Some((front, back)) = ends {
+            let ways = [front.report.odometer, back.report.odometer];
+            self.search.end(round.way, ways);
+        }
+    }
+}
+
+/// Whether a neighbour has left its place to look for a better one.
+pub(super) fn is_searching(neighbour: &Neighbour) -> bool {
+    neighbour.report.phase == Phase::Searching
+}
+
+/// A search ends with an order other than to explore. Of two neighbours that began at once, the one
+/// behind goes back.
+pub(super) fn searching(search: Search, config: &AgentConfig, at: &Situation) -> State {
+    if let Some(landing) = dismissed(config, at) {
+        return landing;
+    }
+    let relaying = State::Relaying { patient_until: at.now };
+    if !matches!(at.task, Some(Order::Explore(_))) {
+        return relaying;
+    }
+    let search = if at.links.is_front_searching { search.given_up(at.now) } else { search };
+    let next = search.step(&config.search, at.now, at.odometer, &at.links.view());
+    next.map_or(relaying, |search| State::Searching { search })
+}
