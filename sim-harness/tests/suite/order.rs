@@ -4,7 +4,7 @@
 //! the outer wall, it took the long rear beam on that side for an opening, turned towards the wall
 //! and on, and came back nose first: towards the base, through its neighbours. Every seed here did.
 
-use sim_harness::metrics::{Reference, Watch};
+use sim_harness::measure::metrics::{Reference, Watch};
 use sim_harness::mission::{Mission, World};
 use sim_harness::scenario::Scenario;
 
