@@ -79,6 +79,8 @@ const LONGEST_STEP: Duration = Duration::from_secs(1);
 impl Agent {
     /// A drone on the ground that has heard nothing.
     #[must_use]
+    // Not inlined, it would be made on the stack where a static is initialised with it.
+    #[inline(always)]
     pub const fn new(id: NodeId, role: Role) -> Self {
         Self {
             id,
