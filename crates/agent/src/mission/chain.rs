@@ -304,8 +304,8 @@ impl Chain {
 
     /// The part of the pilot's forward speed that the head flies by what its links can spare: it
     /// slows down as the links, were they equal, come near to the launch limit, stops there to wait
-    /// for the next relay, and comes back at half the speed where they are weaker. While the relay
-    /// behind it searches the head stays.
+    /// for the next relay, and where none is left comes back at half the speed from where they are
+    /// weaker. While the relay behind it searches the head stays.
     fn spare_at_limit(&self, config: &AgentConfig, round: &Round, back: Option<LinkView>) -> f32 {
         let Some(level) = self.chain_wide.level() else { return 1.0 };
         if self.back(config, round).is_some_and(is_searching) {
@@ -314,7 +314,8 @@ impl Chain {
         let level = Dbm::after_loss(level);
         let weakest = back.map_or(level, |link| Dbm(link.rssi.0.min(level.0)));
         let spare = (weakest - config.launch.limit).0;
-        (spare / (2.0 * config.launch.margin.0)).clamp(-0.5, 1.0)
+        let least = if self.waiting(config, round) > 0 { 0.0 } else { -0.5 };
+        (spare / (2.0 * config.launch.margin.0)).max(least).min(1.0)
     }
 
     /// Algorithm 1; a relay that is called home and has nobody in front any more flies home.
