@@ -16,12 +16,14 @@ with SyncCrazyflie(URI, cf=Crazyflie(rw_cache="./cache")) as scf:
     log = LogConfig("chain", period_in_ms=100)
     for name in ("node0.odometer", "node0.backRssi", "node0.state"):
         log.add_variable(name)
-    speed, farthest = 0.3, 0.0
+    speed, farthest, start_ms = 0.3, 0.0, None
     with SyncLogger(scf, log) as rows:
         for time_ms, row, _ in rows:
+            start_ms = start_ms or time_ms
             way = row["node0.odometer"]
             farthest = max(farthest, way)
-            if way > FAR:
+            # The head stops where its links can bear no more: give up after five minutes.
+            if way > FAR or time_ms - start_ms > 300_000:
                 speed = -0.3
             elif speed < 0 and way < 2.0:
                 break
