@@ -236,7 +236,7 @@ impl Agent {
             task: round.order(),
             fit: self.fit,
             fitness: inputs.fitness,
-            links: self.mission.links(config, round),
+            links: self.mission.links(config),
             height: inputs.height,
             odometer: self.odometer,
             call: self.mission.call(config, round, self.state),
@@ -246,7 +246,7 @@ impl Agent {
 
     fn outputs(&mut self, config: &AgentConfig, now: Instant, inputs: &Inputs<'_>) -> Outputs {
         let round = self.round(now);
-        let links @ [front, back] = self.mission.views(config, &round);
+        let links @ [front, back] = self.mission.views();
         let (setpoint, walls) = match self.wish(config, &round, links) {
             Wish::Rest => {
                 self.motion.command(MetresPerSecond::ZERO);
@@ -284,7 +284,7 @@ impl Agent {
             phase: self.phase(),
             velocity: self.along_tunnel(inputs).unwrap_or(MetresPerSecond::ZERO),
             odometer: self.odometer,
-            links: self.mission.span(config, &round, front),
+            links: self.mission.span(front),
             sums,
             waiting,
             head_velocity,

@@ -105,16 +105,16 @@ impl Mission {
     }
 
     /// The drone's links to its neighbours.
-    pub(crate) fn links(&self, config: &AgentConfig, round: &Round) -> Links {
+    pub(crate) fn links(&self, config: &AgentConfig) -> Links {
         match self {
-            Self::Chain(chain) => chain.links(config, round),
+            Self::Chain(chain) => chain.links(config),
         }
     }
 
     /// The links to the neighbours in front and behind, as others may look at them.
-    pub(crate) fn views(&self, config: &AgentConfig, round: &Round) -> [Option<LinkView>; 2] {
+    pub(crate) fn views(&self) -> [Option<LinkView>; 2] {
         match self {
-            Self::Chain(chain) => [chain.front_view(config, round), chain.back_view(config, round)],
+            Self::Chain(chain) => [chain.front_view(), chain.back_view()],
         }
     }
 
@@ -133,14 +133,9 @@ impl Mission {
     }
 
     /// The span of links that the drone's report tells.
-    pub(crate) fn span(
-        &self,
-        config: &AgentConfig,
-        round: &Round,
-        front: Option<LinkView>,
-    ) -> Option<LinkSpan> {
+    pub(crate) fn span(&self, front: Option<LinkView>) -> Option<LinkSpan> {
         match self {
-            Self::Chain(chain) => chain.span(config, round, front),
+            Self::Chain(chain) => chain.span(front),
         }
     }
 

@@ -53,6 +53,18 @@ impl Neighbour {
     }
 }
 
+/// The places of a drone's two links in its table of neighbours.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Ends {
+    front: Option<usize>,
+    back: Option<usize>,
+}
+
+impl Ends {
+    /// No link in either direction.
+    pub const NONE: Self = Self { front: None, back: None };
+}
+
 /// All drones that have been heard.
 #[derive(Clone, Debug, Default)]
 pub struct Neighbours {
@@ -166,25 +178,43 @@ impl Neighbours {
         }
     }
 
-    /// The nearest link of the chain towards the head, or `None` while none is heard.
+    /// The two links of a drone of this number: the nearest drones of the chain towards the head and
+    /// towards the base among those that are heard. They hold until the table takes in the next
+    /// packet.
     #[must_use]
-    pub fn front(&self, me: NodeId, now: Instant, lost_after: Duration) -> Option<&Neighbour> {
-        self.links(now, lost_after).filter(|n| n.report.from < me).max_by_key(|n| n.report.from)
+    pub fn ends(&self, me: NodeId, now: Instant, lost_after: Duration) -> Ends {
+        let mut ends = Ends::NONE;
+        for (index, n) in self.all.iter().enumerate() {
+            let is_link = n.report.phase.is_link() && now.since(n.heard_at) <= lost_after;
+            let from = n.report.from;
+            if is_link && from < me && self.front(ends).is_none_or(|front| front.report.from < from)
+            {
+                ends.front = Some(index);
+            } else if is_link
+                && from > me
+                && self.back(ends).is_none_or(|back| back.report.from > from)
+            {
+                ends.back = Some(index);
+            }
+        }
+        ends
     }
 
-    /// The nearest link of the chain towards the base, or `None` while none is heard.
+    /// The drone in front, or `None` while none is heard.
     #[must_use]
-    pub fn back(&self, me: NodeId, now: Instant, lost_after: Duration) -> Option<&Neighbour> {
-        self.links(now, lost_after).filter(|n| n.report.from > me).min_by_key(|n| n.report.from)
+    pub fn front(&self, ends: Ends) -> Option<&Neighbour> {
+        self.all.get(ends.front?)
+    }
+
+    /// The drone behind, or `None` while none is heard.
+    #[must_use]
+    pub fn back(&self, ends: Ends) -> Option<&Neighbour> {
+        self.all.get(ends.back?)
     }
 
     /// All drones heard within the last `lost_after`, whether links of the chain or not.
     pub fn heard(&self, now: Instant, lost_after: Duration) -> impl Iterator<Item = &Neighbour> {
         self.all.iter().filter(move |n| now.since(n.heard_at) <= lost_after)
-    }
-
-    fn links(&self, now: Instant, lost_after: Duration) -> impl Iterator<Item = &Neighbour> {
-        self.heard(now, lost_after).filter(|n| n.report.phase.is_link())
     }
 }
 

@@ -4,7 +4,7 @@ mod search;
 
 use chain::chain_wide::{ChainWideState, Side};
 use chain::launch::LaunchWatch;
-use chain::neighbours::{Heard, Neighbour, Neighbours};
+use chain::neighbours::{Ends, Heard, Neighbour, Neighbours};
 use chain::policy::SpeedLaw;
 use chain::search::{Place, Search, SearchWatch, View};
 use units::{
@@ -20,6 +20,8 @@ use search::{is_searching, searching};
 #[derive(Clone, Debug)]
 pub(crate) struct Chain {
     neighbours: Neighbours,
+    /// The drone's two links in this round.
+    ends: Ends,
     launch: LaunchWatch,
     search: SearchWatch,
     /// The strength of the base where this drone took off.
@@ -76,6 +78,7 @@ impl Chain {
     pub(crate) const fn new() -> Self {
         Self {
             neighbours: Neighbours::new(),
+            ends: Ends::NONE,
             launch: LaunchWatch::new(),
             search: SearchWatch::new(),
             home_rssi: None,
@@ -104,12 +107,13 @@ impl Chain {
         let lost_after = config.retreat.lost_after;
         (self.velocity, self.dt) = (velocity, dt);
         self.neighbours.listen(round.id, round.now, (velocity, dt), heard, smoothing, lost_after);
+        self.ends = self.neighbours.ends(round.id, round.now, lost_after);
         self.sums = self.sums(config, round);
         self.chain_wide.listen(self.sums);
         self.head_velocity = match round.role {
             Role::Head => smoothed(self.head_velocity, velocity, dt),
             Role::Relay | Role::Base => {
-                let front = self.front(config, round);
+                let front = self.front();
                 front.map_or(MetresPerSecond::ZERO, |front| front.report.head_velocity)
             }
         };
@@ -130,8 +134,8 @@ impl Chain {
             side.map_or(LinkSum::NONE, |side| self.chain_wide.sum(law, &side))
         };
         // An explorer is an end of the chain, also where it hears another one.
-        let front = self.front(config, round).filter(|_| round.role != Role::Head);
-        [sum(front, AHEAD), sum(self.back(config, round), BEHIND)]
+        let front = self.front().filter(|_| round.role != Role::Head);
+        [sum(front, AHEAD), sum(self.back(), BEHIND)]
     }
 
     /// What the drone's report passes on along the chain.
@@ -155,35 +159,35 @@ impl Chain {
 
     /// The strength that all links would have if they were equal, and the links' span, as the base
     /// reports them to a relay on the ground.
-    fn told_by_base(&self, config: &AgentConfig, round: &Round) -> Option<(Dbm, LinkSpan)> {
-        let base = self.back(config, round).filter(|n| n.report.phase == Phase::Base)?;
+    fn told_by_base(&self) -> Option<(Dbm, LinkSpan)> {
+        let base = self.back().filter(|n| n.report.phase == Phase::Base)?;
         let ahead = base.report.sums[0];
         (ahead.links > 0).then_some(())?;
         let level = LinkSum::REFERENCE + ahead.level()?;
         Some((Dbm::after_loss(level), base.report.links?))
     }
 
-    fn front(&self, config: &AgentConfig, round: &Round) -> Option<&Neighbour> {
-        self.neighbours.front(round.id, round.now, config.retreat.lost_after)
+    fn front(&self) -> Option<&Neighbour> {
+        self.neighbours.front(self.ends)
     }
 
-    fn back(&self, config: &AgentConfig, round: &Round) -> Option<&Neighbour> {
-        self.neighbours.back(round.id, round.now, config.retreat.lost_after)
+    fn back(&self) -> Option<&Neighbour> {
+        self.neighbours.back(self.ends)
     }
 
     /// The link towards the head.
-    pub(crate) fn front_view(&self, config: &AgentConfig, round: &Round) -> Option<LinkView> {
-        self.front(config, round).map(LinkView::of)
+    pub(crate) fn front_view(&self) -> Option<LinkView> {
+        self.front().map(LinkView::of)
     }
 
     /// The link towards the base.
-    pub(crate) fn back_view(&self, config: &AgentConfig, round: &Round) -> Option<LinkView> {
-        self.back(config, round).map(LinkView::of)
+    pub(crate) fn back_view(&self) -> Option<LinkView> {
+        self.back().map(LinkView::of)
     }
 
     /// The two links of this round.
-    pub(crate) fn links(&self, config: &AgentConfig, round: &Round) -> Links {
-        let (front, back) = (self.front(config, round), self.back(config, round));
+    pub(crate) fn links(&self, config: &AgentConfig) -> Links {
+        let (front, back) = (self.front(), self.back());
         let is_near = |n: &Neighbour| config.policy.is_too_near(n.rssi());
         Links {
             front: front.map(Neighbour::rssi),
@@ -212,10 +216,10 @@ impl Chain {
             });
         let launch = match state {
             State::Armed { since } if round.now.since(since) >= config.launch.arm_delay => {
-                if let Some((level, chain)) = self.told_by_base(config, round) {
+                if let Some((level, chain)) = self.told_by_base() {
                     self.launch.step_level(round.now, &config.launch, level, chain)
                 } else {
-                    let front = self.front(config, round).copied();
+                    let front = self.front().copied();
                     let ahead = front.and_then(|n| n.report.links);
                     self.launch.step(round.now, &config.launch, front.map(|n| n.rssi()), ahead)
                 }
@@ -239,13 +243,8 @@ impl Chain {
     }
 
     /// The span of the links from the head down to this drone, which its report tells.
-    pub(crate) fn span(
-        &self,
-        config: &AgentConfig,
-        round: &Round,
-        front: Option<LinkView>,
-    ) -> Option<LinkSpan> {
-        let ahead = self.front(config, round).and_then(|n| n.report.links);
+    pub(crate) fn span(&self, front: Option<LinkView>) -> Option<LinkSpan> {
+        let ahead = self.front().and_then(|n| n.report.links);
         front.map(|link| LinkSpan::extended(ahead, link.rssi))
     }
 
@@ -270,7 +269,7 @@ impl Chain {
                 reconnecting_speed(config, waited, round.way - from, back)
             }
             Duty::Searching { search } => {
-                self.note_search(config, round);
+                self.note_search(round);
                 self.found = search.found();
                 search.velocity(&config.search, round.way)
             }
@@ -308,7 +307,7 @@ impl Chain {
     /// weaker. While the relay behind it searches the head stays.
     fn spare_at_limit(&self, config: &AgentConfig, round: &Round, back: Option<LinkView>) -> f32 {
         let Some(level) = self.chain_wide.level() else { return 1.0 };
-        if self.back(config, round).is_some_and(is_searching) {
+        if self.back().is_some_and(is_searching) {
             return 0.0;
         }
         let level = Dbm::after_loss(level);
@@ -335,7 +334,7 @@ impl Chain {
             }
             (Some(front), Some(back)) => self
                 .staying_speed(config, round)
-                .or_else(|| self.chain_wide_speed(config, round))
+                .or_else(|| self.chain_wide_speed(config))
                 .unwrap_or_else(|| config.policy.velocity(front.end(), back.end())),
             _ => MetresPerSecond::ZERO,
         }
@@ -343,9 +342,9 @@ impl Chain {
 
     /// The speed by the chain-wide policy; `None` where another one flies, and where a neighbour is
     /// too near.
-    fn chain_wide_speed(&mut self, config: &AgentConfig, round: &Round) -> Option<MetresPerSecond> {
+    fn chain_wide_speed(&mut self, config: &AgentConfig) -> Option<MetresPerSecond> {
         let SpeedLaw::ChainWide(law) = &config.policy.law else { return None };
-        let (front, back) = (self.front(config, round)?, self.back(config, round)?);
+        let (front, back) = (self.front()?, self.back()?);
         if [front, back].into_iter().any(is_searching) {
             return Some(MetresPerSecond::ZERO);
         }

@@ -2,7 +2,7 @@
 //! rules one by one, and then that any run of packets leads to what a naive model says.
 
 use chain::filter::Smoothing;
-use chain::neighbours::{Heard, MAX_NEIGHBOURS, Neighbours};
+use chain::neighbours::{Ends, Heard, MAX_NEIGHBOURS, Neighbours};
 use chain::policy::PolicyConfig;
 use chain::report::Report;
 use proptest::prelude::*;
@@ -52,16 +52,20 @@ impl Table {
         self.hear(heard(from, sequence, Phase::Linked, rssi))
     }
 
+    fn ends(&self) -> Ends {
+        self.neighbours.ends(ME, self.now, LOST_AFTER)
+    }
+
     fn front(&self) -> Option<u8> {
-        self.neighbours.front(ME, self.now, LOST_AFTER).map(|n| n.report.from.0)
+        self.neighbours.front(self.ends()).map(|n| n.report.from.0)
     }
 
     fn back(&self) -> Option<u8> {
-        self.neighbours.back(ME, self.now, LOST_AFTER).map(|n| n.report.from.0)
+        self.neighbours.back(self.ends()).map(|n| n.report.from.0)
     }
 
     fn front_rssi(&self) -> Option<f32> {
-        self.neighbours.front(ME, self.now, LOST_AFTER).map(|n| n.rssi().0)
+        self.neighbours.front(self.ends()).map(|n| n.rssi().0)
     }
 }
 
@@ -186,7 +190,8 @@ fn a_lost_link_begins_anew() {
     hear(&mut neighbours, 0, 0, -50.0);
     hear(&mut neighbours, 200, 1, -60.0);
     let front = |neighbours: &Neighbours, ms| {
-        neighbours.front(ME, Instant::from_millis(ms), LOST_AFTER).unwrap().rssi().0
+        let ends = neighbours.ends(ME, Instant::from_millis(ms), LOST_AFTER);
+        neighbours.front(ends).unwrap().rssi().0
     };
     assert!((front(&neighbours, 200) - -51.0).abs() < 1e-3);
     hear(&mut neighbours, 10_000, 2, -80.0);

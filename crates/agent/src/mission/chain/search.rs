@@ -22,7 +22,7 @@ impl Chain {
     pub(crate) fn searches(&mut self, config: &AgentConfig, round: &Round, state: State) -> bool {
         let law = &config.policy.law;
         let (State::Relaying { .. }, SpeedLaw::ChainWide(_)) = (state, law) else { return false };
-        let ends = self.front(config, round).zip(self.back(config, round));
+        let ends = self.front().zip(self.back());
         let (Some((front, back)), Some(Order::Explore(_))) = (ends, round.order()) else {
             self.search.rest();
             return false;
@@ -56,7 +56,7 @@ impl Chain {
         round: &Round,
     ) -> Option<MetresPerSecond> {
         let place = self.found?;
-        let (front, back) = (self.front(config, round)?, self.back(config, round)?);
+        let (front, back) = (self.front()?, self.back()?);
         let weaker = Dbm(front.rssi().0.min(back.rssi().0));
         let lasts = weaker >= config.launch.limit || self.renewals < MOST_RENEWALS;
         let is_good =
@@ -69,8 +69,8 @@ impl Chain {
     }
 
     /// Notes the places of this drone and its neighbours while it searches.
-    pub(super) fn note_search(&mut self, config: &AgentConfig, round: &Round) {
-        let ends = self.front(config, round).zip(self.back(config, round));
+    pub(super) fn note_search(&mut self, round: &Round) {
+        let ends = self.front().zip(self.back());
         if let Some((front, back)) = ends {
             let ways = [front.report.odometer, back.report.odometer];
             self.search.end(round.way, ways);
