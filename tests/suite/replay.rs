@@ -122,11 +122,11 @@ fn the_series_has_every_packet_and_what_was_expected_of_it() {
         series,
         "\
 file,line,time_s,link,rssi_dbm,velocity_mps,\
-last_dbm,average_dbm,kalman_still_dbm,kalman_dbm,\
-last_error_db,average_error_db,kalman_still_error_db,kalman_error_db
-F,2,0.500000,a,-50,,,,,,,,,
-F,3,0.700000,a,-60,,-50.000,-50.000,-50.000,-50.000,-10.000,-10.000,-10.000,-10.000
-F,4,0.900000,a,-50,,-60.000,-52.700,-55.082,-55.082,10.000,2.700,5.082,5.082
+last_dbm,average_dbm,kalman_still_dbm,kalman_dbm,k_tuned_dbm,chain_dbm,\
+last_error_db,average_error_db,kalman_still_error_db,kalman_error_db,k_tuned_error_db,chain_error_db
+F,2,0.500000,a,-50,,,,,,,,,,,,,
+F,3,0.700000,a,-60,,-50.000,-50.000,-50.000,-50.000,-50.000,-50.000,-10.000,-10.000,-10.000,-10.000,-10.000,-10.000
+F,4,0.900000,a,-50,,-60.000,-52.700,-55.082,-55.082,-55.003,-52.262,10.000,2.700,5.082,5.082,5.003,2.262
 "
     );
 }
@@ -501,7 +501,8 @@ fn recorded(names: &[&str]) -> Vec<PathBuf> {
 }
 
 /// The scores of each file, as a table: predicted packets, then RMSE and mean log-likelihood of
-/// the last sample, the average, the filter without and with velocity.
+/// the last sample, the average, the filter without and with velocity, and the filters of the
+/// policies `k-tuned` and `chain`.
 fn scores(files: &[PathBuf]) -> String {
     let summary = replay(files, &ReplayOptions::default()).unwrap();
     let summary = serde_json::to_value(summary).unwrap();
@@ -512,12 +513,14 @@ fn scores(files: &[PathBuf]) -> String {
             format!("{:.3} {likelihood:.3}", rmse(prediction, who))
         };
         format!(
-            "{} | {} | {} | {} | {}\n",
+            "{} | {} | {} | {} | {} | {} | {}\n",
             prediction["samples"],
             score("last"),
             score("average"),
             score("kalman_still"),
-            score("kalman")
+            score("kalman"),
+            score("k_tuned"),
+            score("chain")
         )
     };
     summary["files"].as_array().unwrap().iter().map(row).collect()
@@ -550,10 +553,10 @@ fn recorded_tetam_tracks_are_foreseen_best_with_their_motion() {
     assert_eq!(
         scores(&files),
         "\
-1353 | 6.185 -3.264 | 5.025 -3.050 | 5.009 -3.030 | 4.988 -3.026
-1048 | 6.047 -3.232 | 4.862 -3.007 | 4.860 -2.998 | 4.812 -2.988
-544 | 6.257 -3.294 | 5.317 -3.114 | 5.275 -3.082 | 5.163 -3.058
-1922 | 6.270 -3.267 | 5.178 -3.070 | 5.169 -3.064 | 5.113 -3.053
+1353 | 6.185 -3.264 | 5.025 -3.050 | 5.009 -3.030 | 4.988 -3.026 | 4.936 -5.247 | 5.054 -3.163
+1048 | 6.047 -3.232 | 4.862 -3.007 | 4.860 -2.998 | 4.812 -2.988 | 5.017 -5.338 | 4.873 -3.111
+544 | 6.257 -3.294 | 5.317 -3.114 | 5.275 -3.082 | 5.163 -3.058 | 5.320 -5.652 | 5.583 -3.519
+1922 | 6.270 -3.267 | 5.178 -3.070 | 5.169 -3.064 | 5.113 -3.053 | 5.329 -5.887 | 5.234 -3.146
 "
     );
 }
@@ -568,7 +571,9 @@ fn a_recorded_robot_is_foreseen_no_better_with_its_slow_motion() {
     assert_eq!(report["anomalies"]["gap"]["count"], 6);
     assert_eq!(
         scores(&files),
-        "9991 | 5.228 -3.076 | 4.611 -2.952 | 4.705 -2.968 | 4.697 -2.967\n"
+        "\
+9991 | 5.228 -3.076 | 4.611 -2.952 | 4.705 -2.968 | 4.697 -2.967 | 5.438 -6.143 | 4.756 -3.088
+"
     );
 }
 
@@ -580,8 +585,8 @@ fn recorded_still_links_are_foreseen_alike_by_both_filters() {
     assert_eq!(
         scores(&files),
         "\
-7901 | 5.994 -3.024 | 4.245 -2.727 | 4.190 -2.855 | 4.190 -2.855
-6658 | 10.658 -3.616 | 7.560 -3.271 | 6.983 -3.664 | 6.983 -3.664
+7901 | 5.994 -3.024 | 4.245 -2.727 | 4.190 -2.855 | 4.190 -2.855 | 4.637 -5.016 | 4.221 -2.704
+6658 | 10.658 -3.616 | 7.560 -3.271 | 6.983 -3.664 | 6.983 -3.664 | 6.971 -9.394 | 7.081 -3.364
 "
     );
 }

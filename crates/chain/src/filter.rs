@@ -31,7 +31,7 @@ mod slopes;
 use units::{Db, DbPerMetre, Dbm, Duration, Metres, MetresPerSecond};
 
 use slopes::SlopeEstimate;
-pub use slopes::{LinkStep, Separation, SlopeFilter};
+pub use slopes::{LinkStep, Separation, SlopeFilter, Wandering};
 
 /// The fastest that two drones can separate: a neighbour that reports more is wrong, and must not
 /// make the estimate overflow.

@@ -17,7 +17,7 @@ mod registry;
 use units::{Db, DbPerMetre, Dbm, Metres, MetresPerSecond};
 
 use crate::chain_wide::{Caution, ChainWide};
-use crate::filter::{Kalman, Slope, SlopeFilter, Smoothing};
+use crate::filter::{Kalman, Slope, SlopeFilter, Smoothing, Wandering};
 
 pub use registry::{NAMES, Policy, REGISTRY};
 
@@ -193,9 +193,11 @@ impl PolicyConfig {
             prior_doubt: 0.7,
             motion_doubt: 0.2,
             still_variance: 0.05,
+            wandering: Wandering { at_first: 4.0, most: 300.0, weight: 0.1, bias: 0.1 },
             way_variance: 0.15,
             bending: 0.6,
-            noise: [2.0, 30.0],
+            noise: [2.0, 100.0],
+            noise_at_first: 6.0,
             noise_weight: 0.02,
         }),
         law: SpeedLaw::ChainWide(ChainWide {

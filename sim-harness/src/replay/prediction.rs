@@ -1,11 +1,12 @@
-//! Measures how well four predictors foresee the RSSI of the next packet.
+//! Measures how well six predictors foresee the RSSI of the next packet.
 //!
-//! Four predictors hear the same packets, all through the on-board [`LinkFilter`]. Before each
+//! Six predictors hear the same packets, all through the on-board [`LinkFilter`]. Before each
 //! packet each predicts it from earlier packets and from the motion since; then each is given the
 //! packet. The first packet of a link, and the first after a silence that on board makes a link
 //! lost, are not predicted.
 
 use chain::filter::{Kalman, LinkFilter, Slope, Smoothing};
+use chain::policy::PolicyConfig;
 use serde::Serialize;
 use units::{Db, Dbm, Duration, Instant, MetresPerSecond};
 
@@ -35,9 +36,10 @@ pub const REAL_LINK: Kalman = Kalman {
 const ROUND: Duration = Duration::from_millis(200);
 
 /// The number of predictors.
-const N: usize = 4;
+const N: usize = 6;
 
-/// The predictors: last sample, average, filter without velocity, filter with it.
+/// The predictors: last sample, average, filter without velocity, filter with it, and the
+/// filters of the policies `k-tuned` and `chain` with it.
 #[derive(Clone, Copy)]
 struct Predictor {
     smoothing: Smoothing,
@@ -51,6 +53,8 @@ fn predictors(kalman: Kalman) -> [Predictor; N] {
         still(Smoothing::Average { weight: 0.27 }),
         still(Smoothing::Kalman(kalman)),
         Predictor { smoothing: Smoothing::Kalman(kalman), moves: true },
+        Predictor { smoothing: PolicyConfig::K_TUNED.smoothing, moves: true },
+        Predictor { smoothing: PolicyConfig::CHAIN.smoothing, moves: true },
     ]
 }
 
@@ -211,11 +215,11 @@ pub struct Score {
     /// normal one, with the variance that the filter claims for itself, or, for the last sample and
     /// the average, which claim none, with that of their residuals so far.
     pub log_likelihood: f64,
-    /// The log-likelihood with the variance of the residuals so far, for all four predictors alike.
+    /// The log-likelihood with the variance of the residuals so far, for all predictors alike.
     pub log_likelihood_seen: f64,
 }
 
-/// The scores of the four predictors on the same packets.
+/// The scores of the predictors on the same packets.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Prediction {
     /// The number of packets that were predicted.
@@ -228,6 +232,12 @@ pub struct Prediction {
     pub kalman_still: Score,
     /// The prediction by the filter with the rate of separation; `None` where the log has none.
     pub kalman: Option<Score>,
+    /// The prediction by the filter of the policy `k-tuned`, with the rate of separation where the
+    /// log has one.
+    pub k_tuned: Score,
+    /// The prediction by the filter of the policy `chain`, with the rate of separation where the
+    /// log has one.
+    pub chain: Score,
 }
 
 /// Sums over all predictors, which can be pooled before they become a [`Prediction`].
@@ -262,13 +272,15 @@ impl Tally {
     }
 
     pub(super) fn prediction(&self) -> Option<Prediction> {
-        let [last, average, still, moving] = &self.sums;
+        let [last, average, still, moving, k_tuned, chain] = &self.sums;
         Some(Prediction {
             samples: last.count,
             last: last.score()?,
             average: average.score()?,
             kalman_still: still.score()?,
             kalman: moving.score().filter(|_| !self.motionless),
+            k_tuned: k_tuned.score()?,
+            chain: chain.score()?,
         })
     }
 }

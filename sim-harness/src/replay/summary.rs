@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::agents::AgentReport;
 use super::flight::{Commands, Equality, Flight};
 use super::formats::Format;
-use super::prediction::{Foresights, Prediction, Score, Tally};
+use super::prediction::{Foresights, Prediction, Tally};
 use super::recording::{Anomalies, Recording, Sample};
 
 /// The results of a replay for all of its files.
@@ -195,10 +195,14 @@ impl ReplaySummary {
             "average_dbm",
             "kalman_still_dbm",
             "kalman_dbm",
+            "k_tuned_dbm",
+            "chain_dbm",
             "last_error_db",
             "average_error_db",
             "kalman_still_error_db",
             "kalman_error_db",
+            "k_tuned_error_db",
+            "chain_error_db",
         ])?;
         for report in &self.files {
             let Series { samples, foresights } = &report.series;
@@ -304,26 +308,31 @@ fn write_anomaly(f: &mut fmt::Formatter<'_>, kind: &str, lines: &[usize]) -> fmt
 }
 
 fn write_prediction(f: &mut fmt::Formatter<'_>, prediction: &Prediction) -> fmt::Result {
-    let Prediction { samples, last, average, kalman_still, kalman } = prediction;
+    let Prediction { samples, last, average, kalman_still, kalman, k_tuned, chain } = prediction;
     writeln!(
         f,
         "\n  next packet ({samples} predicted)   RMSE dB   log-likelihood   same variance"
     )?;
     let pad = 27 + samples.to_string().len();
-    let mut row = |name: &str, score: &Score| {
-        writeln!(
-            f,
-            "  {name:<pad$}{:>7.3}{:>17.4}{:>16.4}",
-            score.rmse_db, score.log_likelihood, score.log_likelihood_seen,
-        )
-    };
-    row("last sample", last)?;
-    row("average 0.27", average)?;
-    row("filter, still", kalman_still)?;
-    match kalman {
-        Some(kalman) => row("filter, velocity", kalman),
-        None => writeln!(f, "  filter, velocity: the log has no motion"),
+    let rows = [
+        ("last sample", Some(last)),
+        ("average 0.27", Some(average)),
+        ("filter, still", Some(kalman_still)),
+        ("filter, velocity", kalman.as_ref()),
+        ("k-tuned", Some(k_tuned)),
+        ("chain", Some(chain)),
+    ];
+    for (name, score) in rows {
+        match score {
+            Some(score) => writeln!(
+                f,
+                "  {name:<pad$}{:>7.3}{:>17.4}{:>16.4}",
+                score.rmse_db, score.log_likelihood, score.log_likelihood_seen,
+            )?,
+            None => writeln!(f, "  {name}: the log has no motion")?,
+        }
     }
+    Ok(())
 }
 
 fn write_links(f: &mut fmt::Formatter<'_>, links: &[LinkReport]) -> fmt::Result {
@@ -336,19 +345,20 @@ fn write_links(f: &mut fmt::Formatter<'_>, links: &[LinkReport]) -> fmt::Result 
     predicted.sort_by_key(|(link, _)| std::cmp::Reverse(link.packets));
     writeln!(
         f,
-        "\n  {:<20}{:>9}{:>10}{:>9}{:>9}{:>9}{:>10}",
-        "RMSE dB of link", "packets", "mean dBm", "last", "average", "still", "velocity"
+        "\n  {:<20}{:>9}{:>10}{:>9}{:>9}{:>9}{:>10}{:>9}",
+        "RMSE dB of link", "packets", "mean dBm", "last", "average", "still", "velocity", "chain"
     )?;
     for (link, prediction) in predicted.iter().take(LINKS_SHOWN) {
-        let Prediction { last, average, kalman_still, kalman, .. } = prediction;
+        let Prediction { last, average, kalman_still, kalman, chain, .. } = prediction;
         write!(f, "  {:<20}{:>9}", link.link, link.packets)?;
         write!(f, "{:>10.1}", link.mean_dbm.unwrap_or(f64::NAN))?;
         write!(f, "{:>9.2}{:>9.2}", last.rmse_db, average.rmse_db)?;
         write!(f, "{:>9.2}", kalman_still.rmse_db)?;
         match kalman {
-            Some(kalman) => writeln!(f, "{:>10.2}", kalman.rmse_db)?,
-            None => writeln!(f, "{:>10}", "–")?,
+            Some(kalman) => write!(f, "{:>10.2}", kalman.rmse_db)?,
+            None => write!(f, "{:>10}", "–")?,
         }
+        writeln!(f, "{:>9.2}", chain.rmse_db)?;
     }
     match links.len().saturating_sub(predicted.len().min(LINKS_SHOWN)) {
         0 => Ok(()),

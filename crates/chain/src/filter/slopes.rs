@@ -30,8 +30,10 @@ pub struct SlopeFilter {
     pub prior_doubt: f32,
     /// The part of a predicted change that may be wrong (one standard deviation).
     pub motion_doubt: f32,
-    /// dB² that the loss may wander in a second of hovering.
+    /// The least dB² that the loss wanders in a second of hovering.
     pub still_variance: f32,
+    /// How the multiple of that variance by which the loss does wander is learned.
+    pub wandering: Wandering,
     /// dB² that the loss may wander for each metre of motion, beside the slopes: fading and
     /// shadows of walls.
     pub way_variance: f32,
@@ -39,8 +41,24 @@ pub struct SlopeFilter {
     pub bending: f32,
     /// The least and the largest variance of a packet's RSSI about the link's strength, dB².
     pub noise: [f32; 2],
-    /// The weight of a packet in the estimate of that variance.
+    /// The variance that is assumed before any packet has come, dB².
+    pub noise_at_first: f32,
+    /// The least weight of a packet in the estimate of that variance. The first ones weigh more.
     pub noise_weight: f32,
+}
+
+/// The constants by which a filter learns how much its link wanders.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wandering {
+    /// The multiple of the least variance before any packet has come.
+    pub at_first: f32,
+    /// The largest multiple.
+    pub most: f32,
+    /// The change of the multiple's logarithm for two errors of one standard deviation each.
+    pub weight: f32,
+    /// The product of two successive errors, in variances, at which the multiple stays as it is: with
+    /// zero it would drift upwards by chance on a link that does not wander.
+    pub bias: f32,
 }
 
 /// The least and the largest slope, dB/m: a line of sight of 20 m has 0.4, and the steepest corner
@@ -60,9 +78,14 @@ const STEP_AFTER: u8 = 2;
 /// The same while the drones hover, where a step is less likely than two unlucky packets.
 const STEP_AFTER_AT_REST: u8 = 5;
 
-/// Metres of motion over the last second or so from which on outliers may be a step, and up to
-/// which the noise is learned.
+/// Metres of motion over the last second or so from which on outliers may be a step.
 const STILL: f32 = 0.05;
+
+/// Metres of motion over the last second or so up to which the noise is learned.
+const SLOW: f32 = 0.2;
+
+/// The first packets weigh as if this many had come before.
+const PACKETS_BEFORE: f32 = 6.0;
 
 /// The least step that is remembered, dB, and the slope at which a link's loss may change without
 /// a step, dB for each metre of motion over the last second.
@@ -86,6 +109,12 @@ pub(super) struct SlopeEstimate {
     covariance: [[f32; 3]; 3],
     /// R, the variance of a packet's RSSI, dB².
     noise: f32,
+    /// The weight of the next packet in the estimate of R.
+    noise_weight: f32,
+    /// The multiple of the least variance by which the loss wanders.
+    wandering: f32,
+    /// The last error, in standard deviations.
+    last_error: f32,
     /// Metres flown in the last second or so.
     recent: f32,
     /// Outliers in a row: how many, with the sign of their side.
@@ -141,12 +170,15 @@ impl SlopeEstimate {
         let variance = doubt * doubt;
         // In a straight corridor both slopes are the same.
         let shared = 0.5 * variance;
-        let noise = config.noise[0].max(3.0).min(config.noise[1]);
+        let noise = config.noise_at_first;
         Self {
             loss,
             slopes: [slope; 2],
             covariance: [[noise, 0.0, 0.0], [0.0, variance, shared], [0.0, shared, variance]],
             noise,
+            noise_weight: 1.0 / PACKETS_BEFORE,
+            wandering: config.wandering.at_first,
+            last_error: 0.0,
             recent: 0.0,
             outliers: 0,
             length: 0.0,
@@ -195,7 +227,7 @@ impl SlopeEstimate {
 
     /// Lets the loss wander for `seconds`.
     pub(super) fn wait(&mut self, config: &SlopeFilter, seconds: f32) {
-        self.covariance[0][0] += config.still_variance * seconds;
+        self.covariance[0][0] += self.wandering * config.still_variance * seconds;
         self.recent *= libm::expf(-seconds / RECENT_S);
     }
 
@@ -207,6 +239,7 @@ impl SlopeEstimate {
         let ratio = error.abs() / deviation;
         self.count_outlier(error, ratio);
         self.learn_noise(config, error, expected);
+        self.learn_wandering(&config.wandering, error / deviation);
         let mut noise = self.noise;
         if self.has_stepped() {
             self.covariance[0][0] += error * error - expected;
@@ -278,15 +311,32 @@ impl SlopeEstimate {
         ];
     }
 
-    /// Learns R from the errors of a link whose ends hover: those of moving ends tell of the
-    /// slopes' errors as well, and those of outliers in a row of a step.
+    /// Learns R from the errors of a link whose ends move slowly: those of fast ones tell of the
+    /// slopes' errors as well, and those of outliers, or near a step, of the step.
     fn learn_noise(&mut self, config: &SlopeFilter, error: f32, expected: f32) {
-        if self.recent > STILL || self.outliers.unsigned_abs() > 1 {
+        let (most_way, most_outliers) =
+            if self.step.is_some() { (STILL, 1) } else { (SLOW, u8::from(self.recent <= STILL)) };
+        if self.recent > most_way || self.outliers.unsigned_abs() > most_outliers {
             return;
         }
-        let square = (error * error).min(9.0 * expected);
-        let noise = self.noise + config.noise_weight * (square - expected);
+        let square = (error * error).min(OUTLIER * OUTLIER * expected);
+        let noise = self.noise + self.noise_weight * (square - expected);
         self.noise = noise.max(config.noise[0]).min(config.noise[1]);
+        let next = 1.0 / (1.0 / self.noise_weight + 1.0);
+        self.noise_weight = next.max(config.noise_weight);
+    }
+
+    /// Learns how much the loss wanders from this error and the last one, in standard deviations.
+    /// Outliers have no say, nor has a link that is known to step: two errors after a step are on the
+    /// same side, though the link does not wander.
+    fn learn_wandering(&mut self, config: &Wandering, error: f32) {
+        if error.abs() > OUTLIER || self.step.is_some() {
+            self.last_error = 0.0;
+            return;
+        }
+        let change = config.weight * (error * self.last_error - config.bias);
+        self.wandering = (self.wandering * libm::expf(change)).max(1.0).min(config.most);
+        self.last_error = error;
     }
 
     /// The variance of the loss, dB².
