@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! height ─▶ climb rate ─▶ thrust ────────────────────────────▶ force
-//! velocity ─▶ roll, pitch ─▶ roll and pitch rate ─▶ torque x, y
+//! way ─▶ velocity ─▶ roll, pitch ─▶ roll and pitch rate ─▶ torque x, y
 //! yaw rate ─▶ yaw ─▶ yaw rate ────────────────────▶ torque z
 //! ```
 //!
@@ -16,6 +16,9 @@
 //! | roll, pitch | 4 · ½ · 0.12/65,535 · l = 1.191e-7 N m |
 //! | yaw | 4 · 0.12/65,535 · 0.005965 = 4.369e-8 N m |
 //! | thrust | 4 · 0.12/65,535 = 7.324e-6 N |
+//!
+//! A velocity loop alone lets a hovering drone drift by any error of its velocity that stands. So a
+//! place moves along with the velocity that is asked for, and the drone is drawn to it.
 
 use core::f32::consts::PI;
 
@@ -42,6 +45,11 @@ pub struct ControlConfig {
     pub tilt: Gains,
     /// Yaw → rate, rad/s per rad.
     pub yaw: Gains,
+    /// Way that the drone lags behind the velocity it was asked for → velocity, m/s per m.
+    pub way: f32,
+    /// The largest such way, m: a drone that was held or blown away does not hurry to make up for
+    /// more.
+    pub most_lag: f32,
     /// Horizontal velocity → tilt, rad per m/s.
     pub velocity: Gains,
     /// Climb rate → thrust, N per m/s.
@@ -70,7 +78,13 @@ impl ControlConfig {
     /// for at 45°. The integral of its climb loop has a limit that is never met; here it is half
     /// the weight. Of its ±1 m/s of vertical speed a tunnel needs no more than half, and less on
     /// the way down.
+    ///
+    /// The gain of the way is a quarter of the Crazyflie's position loop (`PID_POS_X_KP`, 2): it
+    /// trembles least within a second, and wanders no more in ten than the flow's noise makes it.
+    /// The largest lag asks for 0.05 m/s.
     pub const DEFAULT: Self = Self {
+        way: 0.5,
+        most_lag: 0.1,
         tilt_rate: Gains {
             kp: 250.0 * TILT_STEP / DEGREE,
             ki: 500.0 * TILT_STEP / DEGREE,
@@ -139,6 +153,8 @@ pub(crate) enum Vertical {
 pub(crate) struct BodyState {
     /// Velocity over ground along the nose and to its left, in the level frame, m/s.
     pub(crate) velocity: [f32; 2],
+    /// Position over ground in the world's axes, m.
+    pub(crate) position: [f32; 2],
     /// Vertical speed, m/s.
     pub(crate) climb: f32,
     /// Height over ground, m.
@@ -156,6 +172,9 @@ pub(crate) struct BodyState {
 pub(crate) struct Control {
     height: Pid,
     climb: Pid,
+    /// The place, in the world's axes, at which a drone would be that has flown at the velocities
+    /// it was asked for; `None` while the drone drifts.
+    place: Option<[f32; 2]>,
     velocity: [Pid; 2],
     attitude: [Pid; 3],
     rates: [Pid; 3],
@@ -180,6 +199,7 @@ impl Control {
         Self {
             height: Pid::new(),
             climb: Pid::new(),
+            place: None,
             velocity: [Pid::new(); 2],
             attitude: [Pid::new(); 3],
             rates: [Pid::new(); 3],
@@ -213,13 +233,41 @@ impl Control {
         Wrench { thrust: self.thrust, torque: self.torque_for(config, &rates, body, last, dt) }
     }
 
+    /// Runs the loop of the way: the velocity that keeps the drone at the place that moves at the
+    /// velocity `asked`, along the nose and to its left.
+    fn velocity_for(
+        &mut self,
+        config: &ControlConfig,
+        asked: [f32; 2],
+        body: &BodyState,
+        dt: f32,
+    ) -> [f32; 2] {
+        let [_, _, yaw] = body.attitude;
+        let (sin, cos) = (libm::sinf(yaw), libm::cosf(yaw));
+        let [forward, left] = asked;
+        let [x, y] = body.position;
+        let [place_x, place_y] = self.place.unwrap_or(body.position);
+        let lag_x = place_x + (cos * forward - sin * left) * dt - x;
+        let lag_y = place_y + (sin * forward + cos * left) * dt - y;
+        let length = libm::sqrtf(lag_x * lag_x + lag_y * lag_y);
+        let kept = if length > config.most_lag { config.most_lag / length } else { 1.0 };
+        let (lag_x, lag_y) = (kept * lag_x, kept * lag_y);
+        self.place = Some([x + lag_x, y + lag_y]);
+        [
+            forward + config.way * (cos * lag_x + sin * lag_y),
+            left + config.way * (cos * lag_y - sin * lag_x),
+        ]
+    }
+
     /// Runs the velocity loop: horizontal velocity → roll and pitch.
     fn tilt_for(&mut self, config: &ControlConfig, goal: &Goal, body: &BodyState, dt: f32) {
         let at_limit = self.wanted_tilt.map(|tilt| tilt.abs() >= config.most_tilt);
-        let Horizontal::Velocity([goal_x, goal_y]) = goal.horizontal else {
+        let Horizontal::Velocity(asked) = goal.horizontal else {
             self.wanted_tilt = [0.0; 2];
+            self.place = None;
             return;
         };
+        let [goal_x, goal_y] = self.velocity_for(config, asked, body, dt);
         let [forward, lateral] = &mut self.velocity;
         let [vx, vy] = body.velocity;
         let gains = &config.velocity;

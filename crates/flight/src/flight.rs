@@ -10,6 +10,7 @@ use crate::airframe::{Airframe, GRAVITY};
 use crate::battery::{BatteryConfig, Gauge};
 use crate::calibration::{Calibration, CalibrationConfig, RestMean};
 use crate::control::{BodyState, Control, ControlConfig, Goal, Horizontal, Vertical};
+use crate::drift::Drift;
 use crate::estimator::{Estimator, EstimatorConfig, InertialConfig, Verdict};
 use crate::gyro::{Gyro, GyroConfig};
 use crate::io::{Attitude, Command, Outputs, Sensed, Status};
@@ -100,6 +101,7 @@ pub struct Flight {
     /// When the velocity and the height were last measured.
     measured: [Instant; 2],
     clearance: Option<f32>,
+    drift: Drift,
     verdicts: Verdicts,
     control: Control,
     mix: Mix,
@@ -123,6 +125,7 @@ impl Flight {
             estimator: Estimator::new(),
             measured: [Instant::ZERO; 2],
             clearance: None,
+            drift: Drift::new(),
             verdicts: Verdicts { flow: None, down: None },
             control: Control::new(),
             mix: Mix::OFF,
@@ -157,7 +160,7 @@ impl Flight {
         if mode.is_airborne() && !before.is_airborne() {
             self.take_off(now);
         }
-        let body = self.body(config);
+        let body = self.body(config, dt);
         self.mix = match self.goal(config, now, command, mode) {
             Some(goal) => {
                 let wrench = self.control.step(
@@ -243,6 +246,7 @@ impl Flight {
         }
         if !self.estimator.is_sound() {
             self.estimator = Estimator::new();
+            self.drift = Drift::new();
         }
     }
 
@@ -269,6 +273,7 @@ impl Flight {
 
     fn take_off(&mut self, now: Instant) {
         self.measured = [now; 2];
+        self.drift = Drift::new();
         self.control = Control::new();
         self.rates = LowPassState::new();
     }
@@ -338,10 +343,14 @@ impl Flight {
         }
     }
 
-    fn body(&mut self, config: &FlightConfig) -> BodyState {
+    fn body(&mut self, config: &FlightConfig, dt: f32) -> BodyState {
         let Attitude { roll, pitch, yaw } = self.estimator.attitude();
+        let velocity = level(self.estimator.velocity(), self.estimator.up());
+        let [x, y, _] = self.estimator.position();
+        let position = [x, y];
         BodyState {
-            velocity: level(self.estimator.velocity(), self.estimator.up()),
+            velocity: self.drift.corrected(velocity, position, yaw.0, dt),
+            position,
             climb: self.estimator.climb(),
             height: self.estimator.height(),
             attitude: [roll.0, pitch.0, yaw.0],

@@ -12,6 +12,7 @@
 //! | `calibration` | the gyroscope's bias, measured on the ground |
 //! | `gyro`, `accel`, `monitor`, `battery` | check each sensor and replace failed readings |
 //! | `estimator`, `attitude` | position, velocity and attitude |
+//! | `drift` | the standing error of the estimated velocity |
 //! | `control`, `pid`, `mixer` | from set-point to motor duties |
 //! | `supervisor` | when to take off, land, or stop the motors |
 #![no_std]
@@ -27,6 +28,7 @@ mod attitude;
 mod battery;
 mod calibration;
 mod control;
+mod drift;
 mod estimator;
 mod flight;
 mod gyro;

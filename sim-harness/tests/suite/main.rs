@@ -3,6 +3,7 @@
 mod cli;
 mod craft;
 mod fork;
+mod hover;
 mod huge_geometry;
 mod ideal;
 mod keys;
