@@ -72,9 +72,43 @@ impl Polyline {
         self.nearest_within(point, 0.0, f32::INFINITY)
     }
 
-    /// The point of the line nearest to `point`, within [`WINDOW_M`](Self::WINDOW_M) of `near`.
-    pub(super) fn follow(&self, point: Point2, near: f32) -> Foot {
-        self.nearest_within(point, near, Self::WINDOW_M)
+    /// The foot of `point` on the line, within [`WINDOW_M`](Self::WINDOW_M) of `near`, for a gallery
+    /// of this `width`.
+    ///
+    /// It is the nearest point of the line, but on the inside of a corner. There a point has a foot
+    /// on either piece, and the nearer one changes across the corner's diagonal, by 0.6 m of length
+    /// for a point that is 0.3 m from both. A link that jumped so would be no link of a gallery, so
+    /// the length passes from one foot to the other over the inside of the corner.
+    pub(super) fn follow(&self, point: Point2, near: f32, width: f32) -> Foot {
+        let nearest = self.nearest_within(point, near, Self::WINDOW_M);
+        let after = self.lengths.partition_point(|&a| a <= nearest.along);
+        let corners = [after.saturating_sub(1), after];
+        let inside = corners.into_iter().find_map(|corner| self.inside(corner, point, width));
+        inside.map_or(nearest, |along| Foot { along, ..nearest })
+    }
+
+    /// The length that belongs to `point` on the inside of this corner; `None` elsewhere.
+    ///
+    /// Its feet are `a` before the corner and `b` behind it, and the length there is the mean of both
+    /// with weights that make it that of one foot where the other comes to the corner, and where
+    /// the other is as far from the corner as the gallery is wide.
+    fn inside(&self, corner: usize, point: Point2, width: f32) -> Option<f32> {
+        let piece = |n: usize| Some((*self.points.get(n)?, *self.points.get(n + 1)?));
+        let length = |(a, b): (Point2, Point2)| a.distance(b).0;
+        let (before, behind) = (piece(corner.checked_sub(1)?)?, piece(corner)?);
+        let at = behind.0;
+        let along = |(from, to): (Point2, Point2)| {
+            let (x, y) = (to.x - from.x, to.y - from.y);
+            ((point.x - at.x) * x + (point.y - at.y) * y) / length((from, to))
+        };
+        let (a, b) = (-along(before), along(behind));
+        // Two corners do not share a part of the piece between them.
+        let reach = width.min(0.5 * length(before)).min(0.5 * length(behind));
+        if a <= 0.0 || b <= 0.0 || a >= reach || b >= reach {
+            return None;
+        }
+        let (ahead, back) = (b * (reach - a), a * (reach - b));
+        Some(self.lengths.get(corner)? + (b * ahead - a * back) / (ahead + back))
     }
 
     fn nearest_within(&self, point: Point2, near: f32, window: f32) -> Foot {

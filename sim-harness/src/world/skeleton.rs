@@ -209,7 +209,7 @@ impl Skeleton {
     #[must_use]
     pub fn project(&self, point: Point2, last: SkeletonPlace) -> SkeletonPlace {
         let edge = self.edge(last.edge);
-        let foot = edge.line.follow(point, last.along);
+        let foot = edge.line.follow(point, last.along, edge.width);
         let mut best = SkeletonPlace { along: foot.along, ..last };
         if self.edges.len() == 1 {
             return best;
@@ -217,7 +217,8 @@ impl Skeleton {
         let mut nearest = foot.off_squared.sqrt() - Self::LOYALTY_M;
         for joint in edge.joints.iter().filter(|j| near(j.along, foot.along)) {
             for (other, there) in self.others_at(joint.node, last.edge) {
-                let foot = self.edge(other).line.follow(point, there);
+                let edge = self.edge(other);
+                let foot = edge.line.follow(point, there, edge.width);
                 if foot.off_squared.sqrt() < nearest {
                     nearest = foot.off_squared.sqrt();
                     best = SkeletonPlace { edge: other, along: foot.along };

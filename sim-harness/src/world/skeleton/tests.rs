@@ -133,6 +133,37 @@ fn a_drone_changes_over_to_a_branch_only_where_it_is_clearly_nearer() {
     assert_eq!((at.edge, (at.along - 6.0).abs() < 1e-4), (0, true));
 }
 
+/// A relay that rests in a right angle trembles across its diagonal, and its links do not jump.
+#[test]
+fn round_a_corner_the_place_of_a_point_moves_with_the_point() {
+    let line = [[0.0, 0.0], [5.0, 0.0], [5.0, 4.0], [8.0, 6.0], [12.0, 6.0]];
+    let skeleton = Skeleton::of(&[Gallery { width: 1.5, ..gallery("main", &line) }]);
+    let corners = [(5.0, 5.0, 0.0), (9.0, 5.0, 4.0), (12.606, 8.0, 6.0)];
+    for (length, x, y) in corners {
+        for radius in [0.1_f32, 0.3, 0.5, 0.7] {
+            let count = 2_000;
+            let point = |n: usize| {
+                let (sin, cos) = (core::f32::consts::TAU * n as f32 / count as f32).sin_cos();
+                Point2::new(x + radius * cos, y + radius * sin)
+            };
+            let step = core::f32::consts::TAU * radius / count as f32;
+            let mut at = skeleton.project(point(0), SkeletonPlace::main(length));
+            for n in 1..=count {
+                let next = skeleton.project(point(n), at);
+                let moved = (next.along - at.along).abs();
+                assert!(moved < 2.5 * step + 1e-4, "{moved} m at {:?}, over {step} m", point(n));
+                at = next;
+            }
+        }
+        // On the centre-line nothing has changed.
+        for ahead in [-0.8, -0.2, 0.0, 0.1, 0.6] {
+            let (point, _) = skeleton.edge(0).line.at(length + ahead);
+            let at = skeleton.project(point, SkeletonPlace::main(length));
+            assert!((at.along - length - ahead).abs() < 1e-3, "{ahead} m from {length} m: {at:?}");
+        }
+    }
+}
+
 #[test]
 fn only_places_on_one_way_from_the_base_are_in_line() {
     let skeleton = fork();
