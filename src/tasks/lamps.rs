@@ -109,7 +109,7 @@ fn of_state(state: State) -> Frame {
         State::TakingOff { .. } => FAST,
         State::Landing { .. } => SLOW,
         State::Leading { .. } => GAP_1,
-        State::Relaying { .. } | State::Searching { .. } => GAP_2,
+        State::Relaying { .. } | State::Searching { .. } | State::Retiring => GAP_2,
         State::Reconnecting { .. } => GAP_3,
         State::BackingUp { .. } => GAP_4,
         State::Stopped => HALF,

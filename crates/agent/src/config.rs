@@ -4,6 +4,7 @@ use core::fmt;
 
 use chain::launch::LaunchConfig;
 use chain::policy::PolicyConfig;
+use chain::retirement::RetirementConfig;
 use chain::retreat::RetreatConfig;
 use chain::search::SearchConfig;
 use tunnel_nav::NavConfig;
@@ -20,6 +21,8 @@ pub struct AgentConfig {
     pub retreat: RetreatConfig,
     /// Looking for a better place where equal links are too weak; the policy `chain` alone does.
     pub search: SearchConfig,
+    /// When a relay that was launched flies home again; the policy `chain` alone does.
+    pub retirement: RetirementConfig,
     /// Centring and wall following.
     pub nav: NavConfig,
     /// Heights, speeds and time limits of a flight.
@@ -33,6 +36,7 @@ impl AgentConfig {
         launch: LaunchConfig::WHEN_SETTLED,
         retreat: RetreatConfig::DEFAULT,
         search: SearchConfig::DEFAULT,
+        retirement: RetirementConfig::DEFAULT,
         nav: NavConfig::DEFAULT,
         flight: FlightConfig::DEFAULT,
     };

@@ -11,7 +11,7 @@
 //! ```text
 //!          order             its turn           high enough
 //!   Idle ─────────▶ Armed ─────────▶ TakingOff ─────────▶ Leading (head)
-//!    ▲                                                    Relaying (relay) ⇄ Searching
+//!    ▲                                                    Relaying (relay) ⇄ Searching, Retiring
 //!    │ order: wait                           front lost ⇅      ⇅ back weak or lost
 //!   Landed ◀──────── Landing ◀──────── Reconnecting       BackingUp
 //!             touched down    order, home, bound reached
@@ -241,6 +241,7 @@ impl Agent {
             odometer: self.odometer,
             call: self.mission.call(config, round, self.state),
             searches: self.mission.searches(config, round, self.state),
+            retires: self.mission.retires(config, round, self.state),
         }
     }
 
@@ -312,6 +313,7 @@ impl Agent {
             State::Leading { .. }
             | State::Relaying { .. }
             | State::Reconnecting { .. }
+            | State::Retiring
             | State::BackingUp { .. } => Phase::Linked,
             State::Searching { .. } => Phase::Searching,
             State::Landing { .. } | State::Landed { .. } | State::Stopped => Phase::Out,
@@ -335,6 +337,7 @@ impl Agent {
             | State::Relaying { .. }
             | State::Reconnecting { .. }
             | State::Searching { .. }
+            | State::Retiring
             | State::BackingUp { .. } => Wish::Rest,
         }
     }

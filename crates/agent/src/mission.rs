@@ -125,6 +125,13 @@ impl Mission {
         }
     }
 
+    /// Whether the mission no longer needs a drone in `state`.
+    pub(crate) fn retires(&mut self, config: &AgentConfig, round: &Round, state: State) -> bool {
+        match self {
+            Self::Chain(chain) => chain.retires(config, round, state),
+        }
+    }
+
     /// Notes where the drone takes off.
     pub(crate) const fn note_home(&mut self, links: &Links) {
         match self {

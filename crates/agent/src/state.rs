@@ -47,6 +47,8 @@ pub enum State {
         /// How far it is.
         search: Search,
     },
+    /// A relay that is no longer needed, on its way home.
+    Retiring,
     /// Flying back towards a neighbour that it hears too weakly, or not at all.
     BackingUp {
         /// Since when.
@@ -79,6 +81,8 @@ pub enum LandReason {
     Ordered,
     /// It is where it took off, and was called home.
     Home,
+    /// The chain no longer needs it: it waits for its next turn.
+    Retired,
     /// It never reached its height.
     TakeOffFailed,
     /// The base's side stayed silent over the whole of a retreat.
@@ -103,6 +107,8 @@ pub(crate) struct Situation {
     pub(crate) call: Call,
     /// Whether a relay should look for a better place now.
     pub(crate) searches: bool,
+    /// Whether the chain no longer needs a relay.
+    pub(crate) retires: bool,
 }
 
 impl State {
@@ -115,6 +121,7 @@ impl State {
             | Self::Relaying { .. }
             | Self::Reconnecting { .. }
             | Self::Searching { .. }
+            | Self::Retiring
             | Self::BackingUp { .. }
             | Self::Landing { .. } => true,
             Self::Idle | Self::Armed { .. } | Self::Landed { .. } | Self::Stopped => false,
@@ -132,6 +139,7 @@ impl State {
             Self::Relaying { .. } => "relaying",
             Self::Reconnecting { .. } => "reconnecting",
             Self::Searching { .. } => "searching",
+            Self::Retiring => "retiring",
             Self::BackingUp { .. } => "backing-up",
             Self::Landing { .. } => "landing",
             Self::Landed { .. } => "landed",
@@ -154,6 +162,7 @@ impl State {
             Self::Landed { .. } => 8,
             Self::Stopped => 9,
             Self::Searching { .. } => 10,
+            Self::Retiring => 11,
         }
     }
 
@@ -176,6 +185,7 @@ impl State {
             Self::Armed { since } => armed(since, at),
             Self::TakingOff { since } => taking_off(since, config, role, at),
             Self::Landing { since, why } => landing(since, why, config, at),
+            Self::Landed { why: LandReason::Retired } => Self::Idle,
             Self::Landed { why } => match at.task {
                 Some(Order::Wait) => Self::Idle,
                 _ => Self::Landed { why },
@@ -186,6 +196,7 @@ impl State {
             | Self::Relaying { .. }
             | Self::Reconnecting { .. }
             | Self::Searching { .. }
+            | Self::Retiring
             | Self::BackingUp { .. }) => same,
         }
     }

@@ -90,7 +90,7 @@ struct Wanted {
 
 /// d_j for an exponent of 2.5: 10 · 2.5 / ln 10. Over so many decibels a link becomes longer by a
 /// factor of e.
-const FOLD_DB: f32 = 10.857;
+pub(crate) const FOLD_DB: f32 = 10.857;
 /// The largest number of such factors that is believed.
 const MOST_FOLDS: f32 = 2.0;
 

@@ -10,6 +10,7 @@
 //! | [`filter`] | IV-C, (13)–(16) | the strength of a link, from noisy packets and known motion |
 //! | [`policy`] | IV-A, (11), Algorithm 1 | the forward velocity that makes two links equal; the registry of policies |
 //! | [`launch`] | IV-D | the moment at which a waiting relay takes off |
+//! | [`retirement`] | — | the moment at which a launched relay is no longer needed |
 //! | [`retreat`] | IV-D | the conditions under which a drone backs up towards the base |
 //! | [`search`] | — | the search for a better place where equal links are not the best ones |
 //! | [`neighbours`] | III-A | the neighbours in front and behind, with their last reports |
@@ -29,5 +30,6 @@ pub mod launch;
 pub mod neighbours;
 pub mod policy;
 pub mod report;
+pub mod retirement;
 pub mod retreat;
 pub mod search;

@@ -458,6 +458,7 @@ enums! {
     Fitness { 0 = Fit, 1 = Unfit, 2 = Landing(why), 3 = Landed(why), 4 = Stopped }
     LandReason {
         0 = Ordered, 1 = Home, 2 = TakeOffFailed, 3 = LinkLost, 4 = Unfit(why), 5 = Restarted,
+        6 = Retired,
     }
     State {
         0 = Idle,
@@ -471,6 +472,7 @@ enums! {
         8 = Landed { why },
         9 = Stopped,
         10 = Searching { search },
+        11 = Retiring,
     }
     Leg { 0 = Ahead, 1 = Behind, 2 = ToBest, 3 = Back }
     Mode {

@@ -93,6 +93,7 @@ impl Tally {
             | State::TakingOff { .. }
             | State::Leading { .. }
             | State::Searching { .. }
+            | State::Retiring
             | State::Stopped => {}
         }
     }

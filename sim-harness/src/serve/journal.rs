@@ -44,6 +44,7 @@ impl fmt::Display for Event {
             Self::Lands(drone, why) => match why {
                 LandReason::Ordered => write!(f, "{drone}: lands, as ordered"),
                 LandReason::Home => write!(f, "{drone}: lands at home"),
+                LandReason::Retired => write!(f, "{drone}: lands at home, not needed for now"),
                 LandReason::TakeOffFailed => write!(f, "{drone}: lands, its take-off failed"),
                 LandReason::LinkLost => write!(f, "{drone}: lands, its link to the base is lost"),
                 LandReason::Unfit(cause) => write!(f, "{drone}: lands, unfit to fly ({cause:?})"),
@@ -116,6 +117,7 @@ impl Journal {
             | State::Relaying { .. }
             | State::Reconnecting { .. }
             | State::Searching { .. }
+            | State::Retiring
             | State::BackingUp { .. } => None,
         }
     }

@@ -11,3 +11,4 @@ mod loss;
 mod medium;
 mod order;
 mod radio;
+mod retirement;

@@ -6,6 +6,7 @@ use chain::chain_wide::{ChainWideState, Side};
 use chain::launch::LaunchWatch;
 use chain::neighbours::{Ends, Heard, Neighbour, Neighbours};
 use chain::policy::SpeedLaw;
+use chain::retirement::{RetirementWatch, with_one_link_less};
 use chain::search::{Place, Search, SearchWatch, View};
 use units::{
     Dbm, Duration, Instant, LinkSpan, LinkSum, Metres, MetresPerSecond, Order, Phase, Role,
@@ -24,6 +25,7 @@ pub(crate) struct Chain {
     ends: Ends,
     launch: LaunchWatch,
     search: SearchWatch,
+    retirement: RetirementWatch,
     /// The strength of the base where this drone took off.
     home_rssi: Option<Dbm>,
     /// The state of the chain-wide policy.
@@ -34,6 +36,8 @@ pub(crate) struct Chain {
     sums: [LinkSum; 2],
     /// Whether this drone searches.
     is_searching: bool,
+    /// Whether this drone flies home because it is not needed.
+    is_retiring: bool,
     /// The place at which a search has ended that was worth it: the drone stays there, as an end of
     /// the chains on either side.
     found: Option<Metres>,
@@ -81,11 +85,13 @@ impl Chain {
             ends: Ends::NONE,
             launch: LaunchWatch::new(),
             search: SearchWatch::new(),
+            retirement: RetirementWatch::new(),
             home_rssi: None,
             chain_wide: ChainWideState::new(),
             head_velocity: MetresPerSecond::ZERO,
             sums: [LinkSum::NONE; 2],
             is_searching: false,
+            is_retiring: false,
             found: None,
             renewals: 0,
             velocity: MetresPerSecond::ZERO,
@@ -122,7 +128,7 @@ impl Chain {
     /// The sums over the links towards the head, and over those towards the base.
     fn sums(&self, config: &AgentConfig, round: &Round) -> [LinkSum; 2] {
         let SpeedLaw::ChainWide(law) = &config.policy.law else { return [LinkSum::NONE; 2] };
-        if self.found.is_some() && !self.is_searching {
+        if self.is_retiring || self.found.is_some() && !self.is_searching {
             return [LinkSum::NONE; 2];
         }
         let sum = |neighbour: Option<&Neighbour>, beyond: usize| {
@@ -237,9 +243,26 @@ impl Chain {
         }
     }
 
+    /// Whether the chain no longer needs this drone, which is in `state`: the relay next to the base
+    /// that was launched in this mission.
+    pub(crate) fn retires(&mut self, config: &AgentConfig, round: &Round, state: State) -> bool {
+        let is_last = self.back().is_some_and(|back| back.report.phase == Phase::Base);
+        let is_free = matches!(state, State::Relaying { .. })
+            && matches!(round.order(), Some(Order::Explore(_)))
+            && self.front().is_some_and(|front| !is_searching(front))
+            && self.found.is_none();
+        let [ahead, behind] = self.sums;
+        let without = with_one_link_less(ahead.and(behind))
+            .filter(|_| is_last && is_free && self.home_rssi.is_some());
+        let wanted = config.launch.limit + config.launch.margin;
+        let head_way = self.head_velocity * self.dt;
+        self.retirement.step(&config.retirement, round.now, head_way, without, wanted)
+    }
+
     /// Notes where the drone takes off.
     pub(crate) const fn note_home(&mut self, links: &Links) {
         self.home_rssi = links.base;
+        self.retirement = RetirementWatch::new();
     }
 
     /// The span of the links from the head down to this drone, which its report tells.
@@ -258,6 +281,11 @@ impl Chain {
         back: Option<LinkView>,
     ) -> MetresPerSecond {
         self.is_searching = matches!(duty, Duty::Searching { .. });
+        if self.is_retiring && duty != Duty::Retiring {
+            // It is needed after all: the head has to come back as far again.
+            self.retirement = RetirementWatch::new();
+        }
+        self.is_retiring = duty == Duty::Retiring;
         let relays = matches!(duty, Duty::Relaying { .. })
             && matches!(round.order(), Some(Order::Explore(_)));
         self.found = self.found.filter(|_| relays);
@@ -273,6 +301,7 @@ impl Chain {
                 self.found = search.found();
                 search.velocity(&config.search, round.way)
             }
+            Duty::Retiring => homeward(config, back),
             Duty::BackingUp { .. } => -config.retreat.speed,
         }
     }
@@ -424,6 +453,9 @@ pub(crate) enum Duty {
     Reconnecting { since: Instant, from: Metres },
     /// A relay that looks for a better place.
     Searching { search: Search },
+    /// A relay that is no longer needed and flies home. The relays in front take it for the end of
+    /// their chain, as they take the base.
+    Retiring,
     /// A drone that flies back towards a neighbour that it hears too weakly, or not at all.
     BackingUp { since: Instant, from: Metres },
 }
@@ -436,6 +468,7 @@ impl Duty {
             State::Relaying { patient_until } => Some(Self::Relaying { patient_until }),
             State::Reconnecting { since, from } => Some(Self::Reconnecting { since, from }),
             State::Searching { search } => Some(Self::Searching { search }),
+            State::Retiring => Some(Self::Retiring),
             State::BackingUp { since, from } => Some(Self::BackingUp { since, from }),
             State::Idle
             | State::Armed { .. }
@@ -453,6 +486,7 @@ impl Duty {
             Self::Relaying { patient_until } => relaying(patient_until, config, at),
             Self::Reconnecting { since, from } => reconnecting(since, from, config, at),
             Self::Searching { search } => searching(search, config, at),
+            Self::Retiring => retiring(config, at),
             Self::BackingUp { since, from } => backing_up(since, from, config, role, at),
         }
     }
@@ -507,10 +541,30 @@ fn relaying(patient_until: Instant, config: &AgentConfig, at: &Situation) -> Sta
     } else if at.now >= patient_until && at.links.front.is_none() && at.task != Some(Order::Return)
     {
         State::Reconnecting { since: at.now, from: at.odometer }
+    } else if at.retires {
+        State::Retiring
     } else if let (true, Some(weaker)) = (at.searches, at.links.view().weaker) {
         State::Searching { search: Search::begin(at.now, Place { way: at.odometer, weaker }) }
     } else {
         State::Relaying { patient_until }
+    }
+}
+
+/// A relay that flies home stays where it is needed again: where a link is missing or becomes too weak.
+fn retiring(config: &AgentConfig, at: &Situation) -> State {
+    if let Some(landing) = dismissed(config, at) {
+        return landing;
+    }
+    let least = config.launch.limit + config.launch.margin;
+    let can_go = matches!(at.task, Some(Order::Explore(_)))
+        && at.links.base.is_some()
+        && at.links.front.is_some_and(|front| front >= least);
+    if !can_go {
+        State::Relaying { patient_until: at.now }
+    } else if is_home(config, at) {
+        State::Landing { since: at.now, why: LandReason::Retired }
+    } else {
+        State::Retiring
     }
 }
 

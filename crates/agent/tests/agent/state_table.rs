@@ -139,6 +139,7 @@ fn named(state: State) -> String {
         State::Landing { why, .. } | State::Landed { why } => match why {
             LandReason::Ordered => " (ordered)",
             LandReason::Home => " (home)",
+            LandReason::Retired => " (retired)",
             LandReason::TakeOffFailed => " (take-off)",
             LandReason::LinkLost => " (link)",
             LandReason::Unfit(_) => " (unfit)",

@@ -48,6 +48,7 @@ fn states() -> String {
         (State::Landed { why }, "on the ground, out of the mission until told to wait"),
         (State::Stopped, "motors off until the next boot"),
         (State::Searching { search }, "a relay whose links are too weak: looks for a better place"),
+        (State::Retiring, "a relay that is no longer needed: flies home"),
     ];
     let mut table = String::from("| code | state | the drone |\n|---|---|---|\n");
     for (n, (state, meaning)) in (0..).zip(all) {
@@ -62,7 +63,8 @@ fn states() -> String {
             | State::Landing { .. }
             | State::Landed { .. }
             | State::Stopped
-            | State::Searching { .. } => assert_eq!(state.code(), n, "the rows are in order"),
+            | State::Searching { .. }
+            | State::Retiring => assert_eq!(state.code(), n, "the rows are in order"),
         }
         writeln!(table, "| {} | {} | {meaning} |", state.code(), state.name()).unwrap();
     }

@@ -1,0 +1,71 @@
+//! A head that flies out and comes back: the relay that it no longer needs flies home, and flies out
+//! again when the head does.
+
+use std::path::Path;
+
+use sim_harness::measure::metrics::{Reference, Watch};
+use sim_harness::mission::{Mission, World};
+use sim_harness::scenario::Scenario;
+
+/// 300 s in a straight gallery: 23 m out, 12 m back, and from 240 s on out again.
+const OUT_AND_BACK: &str = "\
+title = \"The head flies out and comes back\"
+duration_s = 300.0
+[tunnel]
+width_m = 1.5
+centre_line_m = [[0.0, 0.0], [40.0, 0.0]]
+[drones]
+relays = 4
+[launch]
+limit_dbm = -60.0
+[retreat]
+limit_dbm = -80.0
+[[pilot]]
+at_s = 0.0
+order = \"explore\"
+speed_mps = 0.25
+[[pilot]]
+at_s = 120.0
+order = \"explore\"
+speed_mps = -0.25
+[[pilot]]
+at_s = 170.0
+order = \"explore\"
+speed_mps = 0.0
+[[pilot]]
+at_s = 240.0
+order = \"explore\"
+speed_mps = 0.25
+";
+
+#[test]
+fn a_relay_that_is_not_needed_flies_home_and_out_again() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("retirement");
+    std::fs::create_dir_all(&folder).unwrap();
+    let file = folder.join("out-and-back.toml");
+    std::fs::write(&file, OUT_AND_BACK).unwrap();
+    let scenario = Scenario::read(&file).unwrap_or_else(|error| panic!("{error}"));
+    let world = World::of(&scenario);
+    let reference = Reference::of(&scenario, &world);
+    for seed in 1..=5 {
+        let mut mission = Mission::new(&scenario, &world, seed);
+        let mut watch = Watch::new(&scenario, &world, &reference);
+        let mut flying = [0; 3];
+        while !mission.is_over() {
+            mission.round();
+            watch.look(&mission);
+            let relays_in_flight =
+                || mission.states().skip(1).filter(|state| state.is_airborne()).count();
+            match mission.time_us() {
+                120_000_000 => flying[0] = relays_in_flight(),
+                230_000_000 => flying[1] = relays_in_flight(),
+                300_000_000 => flying[2] = relays_in_flight(),
+                _ => {}
+            }
+        }
+        assert_eq!(flying, [2, 1, 2], "seed {seed}");
+        let metrics = watch.verdict(&mission);
+        assert_eq!((metrics.drone_contacts, metrics.order_lost), (0, 0), "seed {seed}");
+        assert_eq!(metrics.violation, 0.0, "seed {seed}: no link became too weak");
+    }
+}
