@@ -346,6 +346,13 @@ impl<'a> Mission<'a> {
         order.or_else(of_clients).unwrap_or(Order::Wait)
     }
 
+    /// Whether a drone calls the whole chain home, against the operator's order to explore.
+    #[must_use]
+    pub fn is_recalled(&self) -> bool {
+        let calls = |outputs: &Outputs| outputs.report.recall;
+        self.members.iter().any(|member| member.outputs.as_ref().is_some_and(calls))
+    }
+
     /// Whether the scenario's time is up, or it cannot go on.
     #[must_use]
     pub fn is_over(&self) -> bool {

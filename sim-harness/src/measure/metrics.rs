@@ -196,6 +196,10 @@ impl<'a> Watch<'a> {
         self.most_relays = self.most_relays.max(links - 1);
         let now_us = mission.time_us();
         self.note_farthest(farthest, now_us);
+        // On the way home nothing is explored or held, also where a drone has called for it.
+        if mission.is_recalled() {
+            return;
+        }
         if matches!(mission.task(), Order::Explore(_)) {
             self.exploration.take(worst - limit);
         }
@@ -365,11 +369,21 @@ fn quantile(values: &mut [f32], part: f32) -> f32 {
 /// Flies a whole mission without keeping more of it than its figures.
 #[must_use]
 pub fn measure(scenario: &Scenario, world: &World, reference: &Reference, seed: u64) -> RunMetrics {
-    let mut mission = Mission::new(scenario, world, seed);
+    watched(scenario, world, reference, &mut Mission::new(scenario, world, seed))
+}
+
+/// The same of a mission that has not begun.
+#[must_use]
+pub fn watched(
+    scenario: &Scenario,
+    world: &World,
+    reference: &Reference,
+    mission: &mut Mission<'_>,
+) -> RunMetrics {
     let mut watch = Watch::new(scenario, world, reference);
     while !mission.is_over() {
         mission.round();
-        watch.look(&mission);
+        watch.look(mission);
     }
-    watch.verdict(&mission)
+    watch.verdict(mission)
 }

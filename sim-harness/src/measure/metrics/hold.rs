@@ -27,7 +27,7 @@ pub enum NoHold {
     NeverStill,
     /// The mission follows a client and no script.
     Live,
-    /// The head was not a link of the chain during the hold.
+    /// The head was not a link of the chain during the hold, or the drones were on their way home.
     NoChain,
 }
 
@@ -36,7 +36,9 @@ impl fmt::Display for NoHold {
         f.write_str(match self {
             Self::NeverStill => "the operator never orders \"explore\" at 0 m/s",
             Self::Live => "the mission follows its clients and no script",
-            Self::NoChain => "the head was not in the chain while it was to stand still",
+            Self::NoChain => {
+                "the head had left the chain, or came home, when it was to stand still"
+            }
         })
     }
 }
