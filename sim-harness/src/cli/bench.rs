@@ -10,7 +10,7 @@ use serde_json::{Map, Value, json};
 
 use super::emulated::bench as emulated;
 use super::progress::Progress;
-use super::{Common, Trouble, Verdict, complain, interrupt, runs};
+use super::{Common, FidelityArg, Trouble, Verdict, complain, interrupt, runs};
 use crate::bodies::emulated::Firmware;
 use crate::input_error::InputError;
 use crate::measure::bench::{attacks, estimator, faults, link, throughput};
@@ -36,8 +36,11 @@ pub(super) struct BenchArgs {
     #[arg(long, value_name = "NAME")]
     policy: Vec<String>,
     /// In the benchmark `chain`, fly the policy `chain` without each of its ingredients instead
-    #[arg(long)]
+    #[arg(long, conflicts_with = "fidelity")]
     ablation: bool,
+    /// How closely the drones of the benchmark `chain` are simulated; where left out, as points
+    #[arg(long, value_enum)]
+    fidelity: Option<FidelityArg>,
     /// The firmware's ELF file, for the benchmarks that measure it
     #[arg(long, value_name = "FILE", default_value = Firmware::DEFAULT)]
     pub(super) elf: PathBuf,

@@ -4,27 +4,44 @@ use std::fmt::Write;
 
 use serde_json::Value;
 
+use super::super::emulated::Fleet;
 use super::super::progress::Progress;
-use super::super::{Trouble, runs};
+use super::super::{FidelityArg, Trouble, VirtualArgs, runs};
 use super::BenchArgs;
 use crate::measure::bench::chain::cases::Bound;
-use crate::measure::bench::chain::{Choice, Row, count, count_ablation, run, run_ablation};
+use crate::measure::bench::chain::{
+    Choice, MakeDrones, Row, count, count_ablation, run, run_ablation,
+};
+use crate::scenario::{Fidelity, Scenario};
 
 /// Missions of a row where the command line does not say.
-const RUNS: usize = 40;
+const fn default_runs(fidelity: Fidelity) -> usize {
+    match fidelity {
+        Fidelity::Point => 40,
+        Fidelity::Flight => 30,
+        Fidelity::Virtual => 3,
+    }
+}
 
 pub(super) fn bench(args: &BenchArgs) -> Result<(String, Value), Trouble> {
+    let fidelity = args.fidelity.map_or(Ok(Fidelity::Point), FidelityArg::fidelity)?;
     let choice = Choice {
+        fidelity,
         scenarios: args.scenario.clone(),
         policies: args.policy.clone(),
-        runs: runs(args.runs.unwrap_or(RUNS))?,
+        runs: runs(args.runs.unwrap_or(default_runs(fidelity)))?,
         seed: args.common.seed,
     };
     let total = if args.ablation { count_ablation(&choice)? } else { count(&choice)? };
     let progress = Progress::new(total as u64, args.common.quiet);
     progress.say("missions");
     let step = || progress.step();
-    let rows = if args.ablation { run_ablation(&choice, step)? } else { run(&choice, step)? };
+    let make = |scenario: &Scenario, seed| {
+        let drones = VirtualArgs { elf: Some(args.elf.clone()), virtual_drones: Vec::new() };
+        Fleet::of(&drones, None, false, scenario)?.drones(scenario, seed)
+    };
+    let make: Option<&MakeDrones<'_>> = (fidelity == Fidelity::Virtual).then_some(&make);
+    let rows = if args.ablation { run_ablation(&choice, step)? } else { run(&choice, make, step)? };
     drop(progress);
     let what = if args.ablation { "without" } else { "policy" };
     Ok((table(&choice, what, &rows), rows.iter().map(Row::json).collect()))
@@ -34,8 +51,11 @@ pub(super) fn bench(args: &BenchArgs) -> Result<(String, Value), Trouble> {
 fn table(choice: &Choice, what: &str, rows: &[Row]) -> String {
     let last = choice.seed.wrapping_add(choice.runs as u64).wrapping_sub(1);
     let mut text = format!(
-        "chain: {} missions a row, seeds {} to {last}; ! marks a figure that misses its target\n",
-        choice.runs, choice.seed
+        "chain: {} missions a row, level {}, seeds {} to {last}; \
+         ! marks a figure that misses its target\n",
+        choice.runs,
+        choice.fidelity.name(),
+        choice.seed
     );
     for block in rows.chunk_by(|one, next| one.scenario == next.scenario) {
         let Some(first) = block.first() else { continue };

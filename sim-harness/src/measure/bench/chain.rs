@@ -1,6 +1,6 @@
 //! Measures how well the chain holds under each movement policy: how equal, calm and quick it is,
 //! how far from the best chain, how it is launched, repaired and called home. All policies fly the
-//! same seeds, at point level, and figures of a hold are of the hold alone.
+//! same seeds, and figures of a hold are of the hold alone.
 
 pub mod ablation;
 pub mod cases;
@@ -9,16 +9,17 @@ use agent::AgentConfig;
 use chain::policy::{NAMES, PolicyConfig};
 use rayon::prelude::*;
 use serde_json::{Value, json};
-use units::Order;
+use units::{MetresPerSecond, Order};
 
+use crate::bodies::emulated::Emulated;
 use crate::input_error::InputError;
-use crate::measure::campaign::{figures, fly, fraction};
-use crate::measure::metrics::{Reference, RunMetrics, measure};
-use crate::mission::World;
+use crate::measure::campaign::{figures, fraction};
+use crate::measure::metrics::{Reference, RunMetrics, measure, watched};
+use crate::mission::{Mission, World};
 use crate::scenario::{Fidelity, PilotStep, Scenario};
 use crate::suggest;
 
-use cases::{Bound, CASES, COMPARED, Case, Target};
+use cases::{Bound, COMPARED, Case, Target};
 
 /// What to fly.
 #[derive(Clone, Debug)]
@@ -31,7 +32,12 @@ pub struct Choice {
     pub runs: usize,
     /// The first seed.
     pub seed: u64,
+    /// How closely the drones are simulated.
+    pub fidelity: Fidelity,
 }
+
+/// Makes the virtual drones of the mission of a seed.
+pub type MakeDrones<'a> = dyn Fn(&Scenario, u64) -> Result<Vec<Emulated>, InputError> + Sync + 'a;
 
 /// One scenario under one policy.
 #[derive(Clone, Debug, PartialEq)]
@@ -96,12 +102,15 @@ struct Campaign {
 
 /// The rows that a choice asks for.
 fn campaigns(choice: &Choice) -> Result<Vec<Campaign>, InputError> {
+    let cases = cases::at(choice.fidelity);
     let mut wanted = Vec::new();
     for name in &choice.scenarios {
-        let found = CASES.iter().find(|case| case.name == name);
+        let found = cases.iter().find(|case| case.name == name);
         wanted.push(found.ok_or_else(|| {
-            let names: Vec<_> = CASES.iter().map(|case| case.name).collect();
-            let wrong = format!("the benchmark \"chain\" has no scenario \"{name}\"");
+            let names: Vec<_> = cases.iter().map(|case| case.name).collect();
+            let level = choice.fidelity.name();
+            let wrong =
+                format!("the benchmark \"chain\" has no scenario \"{name}\" at level {level}");
             InputError::new(wrong, suggest::one_of(name, &names))
         })?);
     }
@@ -114,10 +123,14 @@ fn campaigns(choice: &Choice) -> Result<Vec<Campaign>, InputError> {
         })?);
     }
     if wanted.is_empty() {
-        wanted.extend(&CASES);
+        wanted.extend(cases);
     }
     let flown = wanted.into_iter().flat_map(|case| {
-        let own: &[&str] = if case.is_for_all { &NAMES } else { &COMPARED };
+        let own: &[&str] = match choice.fidelity {
+            Fidelity::Point if case.is_for_all => &NAMES,
+            Fidelity::Point => &COMPARED,
+            Fidelity::Flight | Fidelity::Virtual => &["chain"],
+        };
         let policies = if policies.is_empty() { own.to_vec() } else { policies.clone() };
         policies.into_iter().map(move |policy| Campaign { case, policy })
     });
@@ -132,19 +145,25 @@ pub fn count(choice: &Choice) -> Result<usize, InputError> {
     Ok(campaigns(choice)?.len() * choice.runs)
 }
 
-/// Flies the scenarios under the policies that are asked for.
+/// Flies the scenarios under the policies that are asked for, with virtual drones where `drones`
+/// makes some.
 ///
 /// # Errors
-/// [`InputError`] for a scenario or a policy that there is not.
-pub fn run(choice: &Choice, after_each: impl Fn() + Sync) -> Result<Vec<Row>, InputError> {
+/// [`InputError`] for a scenario or a policy that there is not, and for a virtual drone that cannot
+/// go on.
+pub fn run(
+    choice: &Choice,
+    drones: Option<&MakeDrones<'_>>,
+    after_each: impl Fn() + Sync,
+) -> Result<Vec<Row>, InputError> {
     let campaigns = campaigns(choice)?;
     let mut rows = Vec::with_capacity(campaigns.len());
     for of_case in campaigns.chunk_by(|one, next| one.case.name == next.case.name) {
         let Some(case) = of_case.first().map(|first| first.case) else { continue };
-        let ground = Ground::of(case.scenario)?;
+        let ground = Ground::of(case.scenario, choice.fidelity)?;
         for Campaign { policy, .. } in of_case {
             let Some(scenario) = ground.plain.with_policy(policy) else { continue };
-            let flown = ground.fly(case, &scenario, choice, &after_each);
+            let flown = ground.fly(case, &scenario, choice, drones, &after_each)?;
             rows.push(row(case, policy, &flown));
         }
     }
@@ -158,10 +177,10 @@ pub fn run(choice: &Choice, after_each: impl Fn() + Sync) -> Result<Vec<Row>, In
 pub fn run_ablation(choice: &Choice, after_each: impl Fn() + Sync) -> Result<Vec<Row>, InputError> {
     let mut rows = Vec::new();
     for case in ablated(choice)? {
-        let ground = Ground::of(case.scenario)?;
+        let ground = Ground::of(case.scenario, Fidelity::Point)?;
         for variant in ablation::variants() {
             let scenario = with_config(&ground.plain, variant.config);
-            let flown = ground.fly(case, &scenario, choice, &after_each);
+            let flown = ground.fly(case, &scenario, choice, None, &after_each)?;
             rows.push(row(case, variant.name, &flown));
         }
     }
@@ -178,7 +197,9 @@ fn ablated(choice: &Choice) -> Result<Vec<&'static Case>, InputError> {
     let wanted = |name: &str| {
         choice.scenarios.is_empty() || choice.scenarios.iter().any(|asked| asked == name)
     };
-    let cases = CASES.iter().filter(|case| names.contains(&case.name) && wanted(case.name));
+    let cases = cases::at(Fidelity::Point)
+        .iter()
+        .filter(|case| names.contains(&case.name) && wanted(case.name));
     Ok(cases.collect())
 }
 
@@ -204,8 +225,8 @@ struct Ground {
 }
 
 impl Ground {
-    fn of(name: &str) -> Result<Self, InputError> {
-        let plain = Scenario::open(name)?.at(Fidelity::Point);
+    fn of(name: &str, fidelity: Fidelity) -> Result<Self, InputError> {
+        let plain = Scenario::open(name)?.at(fidelity);
         let world = World::of(&plain);
         let reference = Reference::of(&plain, &world);
         Ok(Self { plain, world, reference })
@@ -216,20 +237,52 @@ impl Ground {
         case: &Case,
         scenario: &Scenario,
         choice: &Choice,
+        drones: Option<&MakeDrones<'_>>,
         after_each: &(impl Fn() + Sync),
-    ) -> Vec<RunMetrics> {
-        let Choice { seed, runs, .. } = *choice;
-        if !case.is_recalled {
-            return fly(scenario, &self.world, &self.reference, seed, runs, after_each);
-        }
-        let all = (0..runs as u64).into_par_iter().map(|n| {
-            let seed = seed.wrapping_add(n);
-            let metrics = measure(&recalled(scenario, seed), &self.world, &self.reference, seed);
+    ) -> Result<Vec<RunMetrics>, InputError> {
+        let scenario = case.holds_s.map_or_else(|| scenario.clone(), |at| held(scenario, at));
+        let all = (0..choice.runs as u64).into_par_iter().map(|n| {
+            let seed = choice.seed.wrapping_add(n);
+            let metrics = match drones {
+                Some(make) => self.fly_virtual(&scenario, seed, make)?,
+                None if case.is_recalled => {
+                    measure(&recalled(&scenario, seed), &self.world, &self.reference, seed)
+                }
+                None => measure(&scenario, &self.world, &self.reference, seed),
+            };
             after_each();
-            metrics
+            Ok(metrics)
         });
         all.collect()
     }
+
+    fn fly_virtual(
+        &self,
+        scenario: &Scenario,
+        seed: u64,
+        make: &MakeDrones<'_>,
+    ) -> Result<RunMetrics, InputError> {
+        let drones = make(scenario, seed)?;
+        let mut mission = Mission::emulated(scenario, &self.world, seed, drones);
+        let metrics = watched(scenario, &self.world, &self.reference, &mut mission);
+        match mission.halted() {
+            None => Ok(metrics),
+            Some(why) => {
+                let wrong = format!("{}, seed {seed}: {why}", scenario.name);
+                Err(InputError::new(wrong, "fly it with `uchain run --fidelity virtual --log`"))
+            }
+        }
+    }
+}
+
+/// The same mission, in which the operator lets the chain hold from and until these moments, s.
+fn held(scenario: &Scenario, [from_s, until_s]: [u64; 2]) -> Scenario {
+    let still = Order::Explore(MetresPerSecond::ZERO);
+    let mut pilot = scenario.pilot.clone();
+    pilot.retain(|step| step.task != still && step.task != Order::Return);
+    pilot.push(PilotStep { at_us: from_s * 1_000_000, task: still });
+    pilot.push(PilotStep { at_us: until_s * 1_000_000, task: Order::Return });
+    Scenario { pilot, ..scenario.clone() }
 }
 
 /// The same mission, called home earlier: each seed at another moment, and many seeds evenly over

@@ -1,5 +1,7 @@
 //! The scenarios of the benchmark, the figures that matter in each, and the targets.
 
+use crate::scenario::Fidelity;
+
 /// One scenario of the benchmark.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Case {
@@ -9,6 +11,9 @@ pub struct Case {
     pub scenario: &'static str,
     /// Whether the operator calls the drones home at a moment that is another one in each run.
     pub is_recalled: bool,
+    /// When the operator lets the chain hold and when the drones are called home, s, where that is
+    /// not when the scenario says.
+    pub holds_s: Option<[u64; 2]>,
     /// Whether all policies fly it unless others are asked for, and not only [`COMPARED`].
     pub is_for_all: bool,
     /// The figures of its rows, in their order.
@@ -168,15 +173,47 @@ const fn case(
     figures: &'static [&'static str],
     targets: &'static [Target],
 ) -> Case {
-    Case { name: scenario, scenario, is_recalled: false, is_for_all: false, figures, targets }
+    Case {
+        name: scenario,
+        scenario,
+        is_recalled: false,
+        holds_s: None,
+        is_for_all: false,
+        figures,
+        targets,
+    }
 }
 
 const fn for_all(scenario: &'static str, targets: &'static [Target]) -> Case {
     Case { is_for_all: true, ..case(scenario, EQUAL, targets) }
 }
 
-/// All of them, in the order of the table.
-pub const CASES: [Case; 26] = [
+/// The cases at a fidelity, in the order of the table.
+#[must_use]
+pub const fn at(fidelity: Fidelity) -> &'static [Case] {
+    match fidelity {
+        Fidelity::Point => &CASES,
+        Fidelity::Flight => &FLOWN,
+        Fidelity::Virtual => &EMULATED,
+    }
+}
+
+/// The cases that rigid bodies fly. In the demonstration their batteries call them home before it
+/// lets the chain hold, so it holds earlier.
+const FLOWN: [Case; 6] = [
+    case("s-turns-5", EQUAL, CONTINUOUS),
+    case("zigzag-5", EQUAL, CONTINUOUS),
+    case("winding-5", EQUAL, CONTINUOUS),
+    case("right-angles", EQUAL, CONTINUOUS),
+    Case { holds_s: Some([110, 170]), ..case("demo", LAUNCH, DEMO) },
+    case("paper-circuit", LAUNCH, CIRCUIT),
+];
+
+/// The case that virtual drones fly: they start on the ground, and a second of one takes seconds.
+const EMULATED: [Case; 1] = [case("short-hop", LAUNCH, &CALM)];
+
+/// The cases at point level.
+const CASES: [Case; 26] = [
     for_all("s-turns-5", CONTINUOUS),
     for_all("zigzag-5", CONTINUOUS),
     for_all("winding-5", CONTINUOUS),
