@@ -116,6 +116,9 @@ const REPAIR: &[&str] = &[
 ];
 /// Equal links are not the best ones.
 const STUCK: &[&str] = &["stuck", "gap_db", "difference_db", "touched", "order_lost"];
+/// A whole mission that is too short for a chain to settle.
+const WHOLE: &[&str] =
+    &["launched", "needed", "farthest_m", "violation", "all_down", "touched", "order_lost"];
 /// The drones are called home.
 const RECALL: &[&str] = &["all_down", "touched", "order_lost"];
 
@@ -166,6 +169,7 @@ const REPAIR_CORNERS: &[Target] =
 const REPAIR_15: &[Target] =
     &[least("c_repair", 1.0), most("t_repair_median_s", 30.0), SAFE[0], SAFE[1]];
 const CUT: &[Target] = &[least("c_repair", 1.0), least("all_down", 1.0), SAFE[0], SAFE[1]];
+const HOP: &[Target] = &[least("launched", 1.0), least("all_down", 1.0), SAFE[0], SAFE[1]];
 const RECALLED: &[Target] = &[least("all_down", 1.0), SAFE[0], SAFE[1]];
 
 const fn case(
@@ -210,7 +214,7 @@ const FLOWN: [Case; 6] = [
 ];
 
 /// The case that virtual drones fly: they start on the ground, and a second of one takes seconds.
-const EMULATED: [Case; 1] = [case("short-hop", LAUNCH, &CALM)];
+const EMULATED: [Case; 1] = [case("short-hop", WHOLE, HOP)];
 
 /// The cases at point level.
 const CASES: [Case; 26] = [
