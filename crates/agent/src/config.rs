@@ -15,13 +15,13 @@ use units::{Db, Dbm, Duration, Metres, MetresPerSecond};
 pub struct AgentConfig {
     /// Filter and movement policy.
     pub policy: PolicyConfig,
-    /// When a waiting relay takes off.
+    /// The launch of a waiting relay.
     pub launch: LaunchConfig,
-    /// Backing up and waiting for a lost neighbour.
+    /// The retreat towards the base, and the wait for a lost neighbour.
     pub retreat: RetreatConfig,
-    /// Looking for a better place where equal links are too weak; the policy `chain` alone does.
+    /// The search for a better place where equal links are too weak; the policy `chain` alone searches.
     pub search: SearchConfig,
-    /// When a relay that was launched flies home again; the policy `chain` alone does.
+    /// The return of a relay that is no longer needed; under the policy `chain` alone it retires.
     pub retirement: RetirementConfig,
     /// Centring and wall following.
     pub nav: NavConfig,
@@ -30,7 +30,7 @@ pub struct AgentConfig {
 }
 
 impl AgentConfig {
-    /// What is flashed unless somebody chooses otherwise.
+    /// The constants that are flashed unless others are chosen.
     pub const DEFAULT: Self = Self {
         policy: PolicyConfig::CHAIN,
         launch: LaunchConfig::WHEN_SETTLED,

@@ -1,4 +1,4 @@
-//! What goes into a step of the agent, and what comes out.
+//! The inputs and outputs of one step of the agent.
 
 use chain::neighbours::{Heard, Neighbour};
 use chain::policy::LinkEnd;
@@ -13,9 +13,9 @@ use crate::State;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct BodyVelocity {
-    /// Along x.
+    /// The velocity along x.
     pub forward: MetresPerSecond,
-    /// Along y.
+    /// The velocity along y.
     pub lateral: MetresPerSecond,
 }
 
@@ -37,27 +37,27 @@ pub struct Inputs<'a> {
     /// from the radio link, which sees to it that it is authentic and newer than the last. A
     /// pilot's stick comes in anew each time that it is read, though it says the same.
     pub order: Option<Order>,
-    /// What the flight code says of the machine.
+    /// The flight code's verdict on the machine.
     pub fitness: Fitness,
     /// How long the battery still carries the drone; `None` while that is not known.
     pub endurance: Option<Duration>,
 }
 
-/// How far the machine is fit to do what the agent wants.
+/// Whether the machine is fit to do what the agent wants.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Fitness {
-    /// It flies, or would.
+    /// The drone flies, or would.
     #[default]
     Fit,
-    /// On the ground, and would not take off.
+    /// The drone is on the ground and would not take off.
     Unfit,
-    /// Coming down by itself.
+    /// The flight code brings the drone down.
     Landing(Cause),
-    /// It came down by itself and is on the ground.
+    /// The flight code has brought the drone down.
     Landed(Cause),
-    /// Its motors are off until the next boot.
+    /// The motors are off until the next boot.
     Stopped,
 }
 
@@ -67,7 +67,7 @@ pub enum Fitness {
 pub struct LinkView {
     /// The neighbour at the other end.
     pub peer: NodeId,
-    /// Its last packet.
+    /// The strength of its last packet.
     pub raw: Dbm,
     /// The filtered strength.
     pub rssi: Dbm,
@@ -93,30 +93,30 @@ impl LinkView {
     }
 }
 
-/// What the drone thinks: for logs, displays and tests, never for control.
+/// The agent's view of its drone, for logs, displays and tests; nothing is controlled by it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Status {
-    /// What it is doing.
+    /// The state of the drone.
     pub state: State,
     /// The link towards the head.
     pub front: Option<LinkView>,
     /// The link towards the base.
     pub back: Option<LinkView>,
-    /// Its way along the tunnel since take-off.
+    /// The drone's way along the tunnel since take-off.
     pub odometer: Metres,
-    /// The walls that it steers by.
+    /// The walls that the drone steers by.
     pub walls: Walls,
 }
 
-/// What a step decided.
+/// The decisions of one step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Outputs {
-    /// For the flight controller.
+    /// The set-point of the flight controller.
     pub setpoint: Setpoint,
-    /// For everyone in earshot.
+    /// The report to all drones that hear this one.
     pub report: Report,
-    /// For whoever watches.
+    /// The agent's view of its drone.
     pub status: Status,
 }

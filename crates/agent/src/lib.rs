@@ -1,5 +1,5 @@
-//! What decides for a drone: one state machine that turns what was sensed and heard into a set-point
-//! and a report.
+//! The decisions of a drone: one state machine turns what the drone has sensed and heard into a
+//! set-point and a report.
 //!
 //! The firmware, the simulator and the replay of recorded flights all run exactly this type, five
 //! times a second. It is sans-I/O: [`Agent::step`] is handed the time and everything that happened
@@ -44,7 +44,7 @@ use mission::{Mission, PassedOn, Round, Task, Wish};
 use motion::Motion;
 use state::Situation;
 
-/// What decides for one drone: the shell that every mission shares, around the one that it is on.
+/// The agent of one drone: the shell that every mission shares, around the one that the drone is on.
 #[derive(Clone, Debug)]
 pub struct Agent {
     id: NodeId,
@@ -53,9 +53,9 @@ pub struct Agent {
     mission: Mission,
     navigator: Navigator,
     heeded: Option<Heeded>,
-    /// Somebody in the chain must come home.
+    /// Whether the chain must come home because one of its drones must.
     recalled: bool,
-    /// Whether it would take off.
+    /// Whether the drone would take off.
     fit: bool,
     odometer: Metres,
     motion: Motion,
@@ -65,15 +65,15 @@ pub struct Agent {
     sequence: u16,
 }
 
-/// The operator's latest word, and when it was last said.
+/// The operator's latest order, and when it was last given.
 #[derive(Clone, Copy, Debug)]
 struct Heeded {
     task: Order,
     at: Instant,
 }
 
-/// A step longer than this is a clock that jumped, not a drone that flew so long unattended:
-/// the most that one step may move the estimates on.
+/// The most that one step may move the estimates on: after a longer one the clock has jumped, and
+/// the drone has not flown for so long unattended.
 const LONGEST_STEP: Duration = Duration::from_secs(1);
 
 impl Agent {
@@ -126,13 +126,14 @@ impl Agent {
         agent
     }
 
-    /// What the drone is doing.
+    /// The state of the drone.
     #[must_use]
     pub const fn state(&self) -> State {
         self.state
     }
 
-    /// One round. `now` must not run backwards; a step it calls negative counts as none.
+    /// Carries out one round. `now` must not run backwards; a negative time since the last step counts
+    /// as none.
     pub fn step(&mut self, config: &AgentConfig, now: Instant, inputs: &Inputs<'_>) -> Outputs {
         let dt = self.last_step.map_or(Duration::ZERO, |last| now.since(last)).min(LONGEST_STEP);
         self.last_step = Some(now);
@@ -153,7 +154,7 @@ impl Agent {
         self.outputs(config, now, inputs)
     }
 
-    /// Motion, packets and orders since the last step.
+    /// Takes in the motion, the packets and the orders since the last step.
     fn listen(&mut self, config: &AgentConfig, now: Instant, dt: Duration, inputs: &Inputs<'_>) {
         let measured = self.along_tunnel(inputs);
         let flown = if self.state.is_airborne() {
@@ -182,7 +183,7 @@ impl Agent {
         }
     }
 
-    /// Whether the battery has what the way home takes, and little more.
+    /// Whether the battery has little more than the way home takes.
     fn must_turn_back(&self, config: &AgentConfig, inputs: &Inputs<'_>) -> bool {
         let way = self.odometer.0.max(0.0) / config.flight.return_speed.0;
         inputs
@@ -190,12 +191,12 @@ impl Agent {
             .is_some_and(|left| left.as_secs_f32() < config.flight.turns_back_below(way))
     }
 
-    /// The operator's latest word.
+    /// The operator's latest order.
     fn told(&self) -> Option<Order> {
         self.heeded.map(|heeded| heeded.task)
     }
 
-    /// What is to be done: the operator's latest word, but exploring ends for everybody when one
+    /// The order to follow: the operator's latest one, but exploring ends for all drones when one
     /// of the chain must come home.
     fn task(&self) -> Option<Order> {
         match self.told() {
@@ -222,7 +223,7 @@ impl Agent {
         }
     }
 
-    /// What the mission is told of this round.
+    /// This round as the mission is told of it.
     fn round(&self, now: Instant) -> Round {
         let task = self.task().zip(self.heeded);
         let task = task.map(|(order, Heeded { at, .. })| Task { order, given: at });
@@ -296,7 +297,7 @@ impl Agent {
         Outputs { setpoint, report, status }
     }
 
-    /// On the way up or down, and not near its height.
+    /// Whether the drone is on its way up or down and not near its height.
     fn is_low(&self, config: &AgentConfig, height: Option<Metres>) -> bool {
         matches!(self.state, State::TakingOff { .. } | State::Landing { .. })
             && !config.flight.sees_walls(height)
@@ -320,7 +321,7 @@ impl Agent {
         }
     }
 
-    /// How the drone is to fly: the mission says so at a duty of its own, the shell everywhere else.
+    /// The wish of the mission at a duty of its own, and of the shell everywhere else.
     fn wish(&mut self, config: &AgentConfig, round: &Round, links: [Option<LinkView>; 2]) -> Wish {
         if let Some(duty) = Duty::of(self.state) {
             return self.mission.wish(config, round, duty, links);

@@ -1,4 +1,4 @@
-//! What a drone is doing, and the one function that moves it from one state to the next.
+//! The states of a drone, and the one function that moves it from one state to the next.
 
 use chain::search::Search;
 use flight::Cause;
@@ -13,62 +13,62 @@ use crate::{AgentConfig, Fitness, FlightConfig};
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum State {
-    /// On the ground, not asked for.
+    /// The drone is on the ground and the mission does not call for it.
     Idle,
-    /// On the ground, next to fly.
+    /// The drone is on the ground and is the next to fly.
     Armed {
-        /// Since when.
+        /// When it became the next.
         since: Instant,
     },
-    /// Climbing to its height and settling there.
+    /// The drone climbs to its height and settles there.
     TakingOff {
-        /// Since when.
+        /// When it began to climb.
         since: Instant,
     },
-    /// The head: flies as the pilot says.
+    /// The head flies as the pilot says.
     Leading {
-        /// Until then it bears a weak or missing link.
+        /// Until then the head bears a weak or missing link.
         patient_until: Instant,
     },
-    /// A relay: makes its two links equal.
+    /// A relay makes its two links equal.
     Relaying {
-        /// Until then it bears a weak or missing link.
+        /// Until then the relay bears a weak or missing link.
         patient_until: Instant,
     },
-    /// A relay that no longer hears anyone in front.
+    /// A relay that no longer hears a drone in front flies on to find one.
     Reconnecting {
-        /// Since when.
+        /// When the relay lost its front neighbour.
         since: Instant,
-        /// The odometer then.
+        /// The odometer at that moment.
         from: Metres,
     },
-    /// A relay that looks for a better place where its links are too weak.
+    /// A relay whose links are too weak looks for a better place.
     Searching {
-        /// How far it is.
+        /// The search, with the part of it that is done.
         search: Search,
     },
-    /// A relay that is no longer needed, on its way home.
+    /// A relay that is no longer needed flies home.
     Retiring,
-    /// Flying back towards a neighbour that it hears too weakly, or not at all.
+    /// The drone flies back towards a neighbour that it hears too weakly, or not at all.
     BackingUp {
-        /// Since when.
+        /// When it began to fly back.
         since: Instant,
-        /// The odometer then.
+        /// The odometer at that moment.
         from: Metres,
     },
-    /// Coming down where it is.
+    /// The drone comes down where it is.
     Landing {
-        /// Since when.
+        /// When it began to come down.
         since: Instant,
-        /// Why.
+        /// The reason for it.
         why: LandReason,
     },
-    /// On the ground, out of the mission until told to wait for the next.
+    /// The drone is on the ground and out of the mission, until it is told to wait for the next one.
     Landed {
-        /// Why.
+        /// The reason for its landing.
         why: LandReason,
     },
-    /// Motors off for good.
+    /// The motors are off for good.
     Stopped,
 }
 
@@ -77,28 +77,27 @@ pub enum State {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum LandReason {
-    /// The operator said so.
+    /// The operator ordered it.
     Ordered,
-    /// It is where it took off, and was called home.
+    /// The drone was called home and is where it took off.
     Home,
-    /// The chain no longer needs it: it waits for its next turn.
+    /// The chain no longer needs the relay, which waits for its next turn.
     Retired,
-    /// It never reached its height.
+    /// The drone never reached its height.
     TakeOffFailed,
     /// The base's side stayed silent over the whole of a retreat.
     LinkLost,
-    /// The flight code brought it down.
+    /// The flight code brought the drone down.
     Unfit(Cause),
-    /// Its last run ended by a fault or in the air: however it came down, nobody who orders flight
-    /// knows of it.
+    /// The drone's last run ended by a fault or in the air, which the operator does not know.
     Restarted,
 }
 
-/// All that a transition depends on.
+/// Everything that a transition depends on.
 pub(crate) struct Situation {
     pub(crate) now: Instant,
     pub(crate) task: Option<Order>,
-    /// It would take off.
+    /// Whether the drone would take off.
     pub(crate) fit: bool,
     pub(crate) fitness: Fitness,
     pub(crate) links: Links,
@@ -203,7 +202,7 @@ impl State {
 }
 
 impl State {
-    /// What the flight code has decided over the agent's head.
+    /// The state that the flight code has forced on the drone, if it has.
     fn brought_down(self, at: &Situation) -> Option<Self> {
         match at.fitness {
             Fitness::Landed(why) if self.is_airborne() => {

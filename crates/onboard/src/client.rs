@@ -8,7 +8,7 @@
 //! | any other with keys | yes | no | no | itself |
 //! | one without keys, which does not fly | yes | yes | no, since no drone would hear it | itself |
 //!
-//! CRTP has no authentication: anyone with a Crazyradio can send it. So no drone is steered by it.
+//! CRTP has no authentication: every Crazyradio can send it. So no drone is steered by it.
 //! The base turns a client's requests into orders, which go to the drones sealed. Every node takes an
 //! emergency stop from every client.
 

@@ -346,7 +346,8 @@ impl Chain {
         (spare / (2.0 * config.launch.margin.0)).max(least).min(1.0)
     }
 
-    /// Algorithm 1; a relay that is called home and has nobody in front any more flies home.
+    /// The velocity by Algorithm 1; a relay that is called home and has no drone in front any more flies
+    /// home.
     fn relaying_speed(
         &mut self,
         config: &AgentConfig,

@@ -58,7 +58,7 @@ impl End {
         };
         let offset_us = (random.uniform() * OFFSETS_US) as u64;
         let schedule = Schedule::new(Datarate::Mbit2, NodeId(number))
-            .expect("a chain of 16 has turns for everybody");
+            .expect("a chain of 16 has turns for all of its drones");
         let identity = Identity { node: NodeId(number), role };
         let seal = fleet.keys(number, number == base);
         let now = Instant::from_micros(offset_us);

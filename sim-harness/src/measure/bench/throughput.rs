@@ -69,7 +69,7 @@ fn rigid() -> f64 {
     });
     let begun = Instant::now();
     for n in 0..STEPS {
-        // Anew every second: what nobody disturbs comes to rest, in numbers too small for speed.
+        // Anew every second: an undisturbed body comes to rest, in numbers too small for speed.
         if n.is_multiple_of(1_000) {
             body.launch([0.0, 0.0, 1.0], [0.1, 0.0, 0.0], [0.01, 0.02, 0.3]);
         }

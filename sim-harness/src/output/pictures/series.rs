@@ -52,7 +52,7 @@ impl LinkSeries {
 }
 
 /// Every link that there ever was, from the head's end to the base's: one for each node that had
-/// someone in front of it.
+/// a drone in front of it.
 pub(super) fn links(trace: &Trace) -> Vec<LinkSeries> {
     (1..trace.nodes.len()).filter_map(|receiver| link(trace, receiver)).collect()
 }

@@ -146,7 +146,7 @@ impl<B: Board> Units<B> {
     }
 
     /// Whether a peripheral answers: its clock is on, and it is not held in reset. The chip would
-    /// read zero and ignore what is stored, which is never what anybody wants.
+    /// read zero and ignore what is stored, which no firmware means to do.
     pub(in crate::soc) fn is_reachable(&self, unit: Unit) -> Result<(), Refused> {
         let Some((domain, bit)) = unit.gate() else { return Ok(()) };
         if !self.rcc.is_clocked(domain, bit) {
