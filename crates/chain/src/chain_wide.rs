@@ -46,6 +46,9 @@ pub struct ChainWide {
     pub gain: f32,
     /// The part of its own imbalance that a relay takes away in a second, 1/s.
     pub local_gain: f32,
+    /// The part, 0 to 1, of the head's velocity by which a relay flies along in the measure of its
+    /// place in the chain.
+    pub follow: f32,
     /// A relay nearer to its place than this only evens out its own two links.
     pub near: Metres,
     /// A link counts as equal to the level within this many of the filter's standard deviations,
@@ -226,7 +229,7 @@ impl ChainWideState {
         self.adapt(&config.caution, dt, imbalance / deviation, missing);
         let feedback = config.gain * outside(missing, config.near.0) + config.local_gain * local;
         let share = behind.compliance.0 / (ahead.compliance.0 + behind.compliance.0);
-        MetresPerSecond(self.caution * feedback) + head_velocity * share
+        MetresPerSecond(self.caution * feedback) + head_velocity * (config.follow * share)
     }
 
     /// Adapts the part of the gain to an imbalance, in standard deviations, and a way that is

@@ -160,7 +160,9 @@ impl Neighbours {
             let peer = if report.from < me { peer } else { -peer };
             known.filter.separate(smoothing, Separation { own: Metres::ZERO, peer });
             known.filter.update(smoothing, rssi);
-            if let (Smoothing::Slopes(_), Some(reverse)) = (smoothing, reverse) {
+            if let (Smoothing::Slopes(config), Some(reverse)) = (smoothing, reverse)
+                && config.hears_both_ends
+            {
                 known.filter.update(smoothing, reverse);
             }
             known.report = report;

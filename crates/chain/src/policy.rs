@@ -196,6 +196,8 @@ impl PolicyConfig {
             wandering: Wandering { at_first: 4.0, most: 300.0, weight: 0.1, bias: 0.1 },
             way_variance: 0.15,
             bending: 0.6,
+            least_step: Db(6.0),
+            hears_both_ends: true,
             noise: [2.0, 100.0],
             noise_at_first: 6.0,
             noise_weight: 0.02,
@@ -203,6 +205,7 @@ impl PolicyConfig {
         law: SpeedLaw::ChainWide(ChainWide {
             gain: 0.3,
             local_gain: 0.4,
+            follow: 1.0,
             near: Metres(0.03),
             deviations: 1.0,
             tolerance: Db(0.3),

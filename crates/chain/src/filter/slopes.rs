@@ -39,6 +39,10 @@ pub struct SlopeFilter {
     pub way_variance: f32,
     /// The part by which a slope may change over a metre of motion (one standard deviation).
     pub bending: f32,
+    /// The least step of a link that is remembered.
+    pub least_step: Db,
+    /// Whether the strengths that the other end has measured count as well.
+    pub hears_both_ends: bool,
     /// The least and the largest variance of a packet's RSSI about the link's strength, dB².
     pub noise: [f32; 2],
     /// The variance that is assumed before any packet has come, dB².
@@ -87,9 +91,8 @@ const SLOW: f32 = 0.2;
 /// The first packets weigh as if this many had come before.
 const PACKETS_BEFORE: f32 = 6.0;
 
-/// The least step that is remembered, dB, and the slope at which a link's loss may change without
-/// a step, dB for each metre of motion over the last second.
-const LEAST_STEP: f32 = 6.0;
+/// The slope at which a link's loss may change without a step, dB for each metre of motion over the
+/// last second.
 const STEEPEST: f32 = 30.0;
 
 /// A step is forgotten once the middle of the link is this far from where it was, m.
@@ -244,7 +247,7 @@ impl SlopeEstimate {
         if self.has_stepped() {
             self.covariance[0][0] += error * error - expected;
             self.outliers = 0;
-            self.remember_step(error, deviation);
+            self.remember_step(config, error, deviation);
         } else if ratio > OUTLIER {
             noise = expected * ratio / OUTLIER - self.covariance[0][0];
         } else {
@@ -271,9 +274,9 @@ impl SlopeEstimate {
 
     /// Remembers where the loss has stepped by `error`. What a fast drone takes for a step may be a
     /// steep slope.
-    fn remember_step(&mut self, error: f32, deviation: f32) {
+    fn remember_step(&mut self, config: &SlopeFilter, error: f32, deviation: f32) {
         let is_beyond = error > 0.0;
-        let least = (OUTLIER * deviation).max(LEAST_STEP) + STEEPEST * self.recent;
+        let least = (OUTLIER * deviation).max(config.least_step.0) + STEEPEST * self.recent;
         match &mut self.step {
             Some(step) if error.abs() > 0.5 * step.height => {
                 step.is_beyond = is_beyond;

@@ -60,14 +60,14 @@ fn table(choice: &Choice, what: &str, rows: &[Row]) -> String {
     for block in rows.chunk_by(|one, next| one.scenario == next.scenario) {
         let Some(first) = block.first() else { continue };
         // Writing to a string cannot fail.
-        let _ = write!(text, "\n  {}\n    {what:18}", first.scenario);
+        let _ = write!(text, "\n  {}\n    {what:26}", first.scenario);
         for (name, _) in &first.figures {
             let _ = write!(text, " {:>w$} ", name, w = width(name));
         }
         line(&mut text, "bound", first, |name| bound(first, name));
         line(&mut text, "target", first, |name| first.target(name).map(told));
         for row in block {
-            let _ = write!(text, "\n    {:18}", row.policy);
+            let _ = write!(text, "\n    {:26}", row.policy);
             for (name, value) in &row.figures {
                 let mark = if row.misses(name, *value) { '!' } else { ' ' };
                 let value = value.map_or_else(|| "never".to_owned(), |value| format!("{value:.3}"));
@@ -81,7 +81,7 @@ fn table(choice: &Choice, what: &str, rows: &[Row]) -> String {
 
 fn line(text: &mut String, heading: &str, row: &Row, of: impl Fn(&str) -> Option<String>) {
     // Writing to a string cannot fail.
-    let _ = write!(text, "\n    {heading:18}");
+    let _ = write!(text, "\n    {heading:26}");
     for (name, _) in &row.figures {
         let cell = of(name).unwrap_or_default();
         let _ = write!(text, " {cell:>w$} ", w = width(name));

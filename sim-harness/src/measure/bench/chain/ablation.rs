@@ -1,11 +1,8 @@
-//! The policy `chain` with one ingredient removed at a time.
-//!
-//! Each variant is the policy's own constants with some of them changed, so that an ingredient that
-//! no constant switches off is not among them: the memory of steps, the strengths that the other
-//! end of a link measures, and the feed-forward of the head's velocity.
+//! The policy `chain` with one ingredient removed at a time: the policy's own constants with some of
+//! them changed.
 
 use chain::chain_wide::Caution;
-use chain::filter::Smoothing;
+use chain::filter::{Smoothing, Wandering};
 use chain::policy::{PolicyConfig, SpeedLaw};
 use units::{Db, Metres};
 
@@ -19,7 +16,8 @@ pub struct Variant {
 }
 
 /// The scenarios that the variants fly.
-pub const SCENARIOS: [&str; 4] = ["s-turns-5", "zigzag-5", "winding-5", "spiral"];
+pub const SCENARIOS: [&str; 6] =
+    ["s-turns-5", "zigzag-5", "winding-5", "spiral", "zigzag-5-step", "tracking-n15"];
 
 /// The whole policy, and then the policy without each ingredient.
 #[must_use]
@@ -34,12 +32,21 @@ pub fn variants() -> Vec<Variant> {
     (certain.prior_doubt, certain.bending) = (0.0, 0.0);
     let mut rigid = filter;
     (rigid.motion_doubt, rigid.way_variance) = (0.0, 0.0);
+    // The noise of the simulator's radio.
     let mut deaf = filter;
-    deaf.noise_weight = 0.0;
+    (deaf.noise, deaf.noise_at_first) = ([3.0, 3.0], 3.0);
+    let mut steady = filter;
+    steady.wandering = Wandering { at_first: 1.0, most: 1.0, ..filter.wandering };
+    let mut forgetful = filter;
+    forgetful.least_step = Db(f32::INFINITY);
+    let mut one_sided = filter;
+    one_sided.hears_both_ends = false;
     let mut local = law;
     local.gain = 0.0;
     let mut global = law;
     global.local_gain = 0.0;
+    let mut late = law;
+    late.follow = 0.0;
     let mut rash = law;
     rash.caution = Caution { least: 1.0, down: 1.0, up: 1.0 };
     let mut restless = law;
@@ -52,6 +59,10 @@ pub fn variants() -> Vec<Variant> {
         variant("slope estimation", filtered(certain)),
         variant("noise of motion", filtered(rigid)),
         variant("learned noise", filtered(deaf)),
+        variant("learned wandering", filtered(steady)),
+        variant("memory of steps", filtered(forgetful)),
+        variant("strengths at the other end", filtered(one_sided)),
+        variant("head's velocity", moved(late)),
         variant("caution", moved(rash)),
         variant("dead zones", moved(restless)),
     ]
