@@ -22,6 +22,8 @@
 
 use core::f32::consts::PI;
 
+use units::Radians;
+
 use crate::airframe::{Airframe, GRAVITY};
 use crate::mixer::{Mix, Wrench};
 use crate::pid::{Actuator, Gains, Pid};
@@ -243,7 +245,7 @@ impl Control {
         dt: f32,
     ) -> [f32; 2] {
         let [_, _, yaw] = body.attitude;
-        let (sin, cos) = (libm::sinf(yaw), libm::cosf(yaw));
+        let (sin, cos) = Radians(yaw).sin_cos();
         let [forward, left] = asked;
         let [x, y] = body.position;
         let [place_x, place_y] = self.place.unwrap_or(body.position);

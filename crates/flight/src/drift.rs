@@ -6,6 +6,8 @@
 //! up to 14 mm/s. The estimated position does not share the error, since each flow reading corrects
 //! it as well. So the mean difference of the velocity from the change of the position is the error.
 
+use units::Radians;
+
 /// The time over which the error is averaged, s: longer than the noise of the flow needs, shorter
 /// than the board takes to warm up.
 const MEMORY_S: f32 = 2.0;
@@ -37,7 +39,7 @@ impl Drift {
         let ([vx, vy], [x, y]) = (velocity, position);
         if let Some([last_x, last_y]) = self.last.replace(position) {
             let (east, north) = (x - last_x, y - last_y);
-            let (sin, cos) = (libm::sinf(yaw), libm::cosf(yaw));
+            let (sin, cos) = Radians(yaw).sin_cos();
             let way = [cos * east + sin * north, cos * north - sin * east];
             let [ahead, left] = &mut self.error;
             let [way_ahead, way_left] = way;
