@@ -340,7 +340,7 @@ impl<B: Board> Machine<B> {
         }
         let done = self.soc.cycle(self.now().saturating_add(self.config.bootloader));
         self.wait(done);
-        self.cpu.reset_core(&self.memory, self.image.vector_table());
+        self.cpu.boot(&self.memory, self.image.vector_table());
         self.soc.take_change();
         self.adopt();
     }

@@ -10,7 +10,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
-use object::elf::{FileHeader32, PT_LOAD};
+use object::elf::{FileHeader32, PF_X, PT_LOAD};
 use object::read::elf::{ElfFile32, FileHeader as _, ProgramHeader as _};
 use object::{Endianness, Object, ObjectSection};
 
@@ -390,16 +390,20 @@ impl Image {
     fn find_vector_table(&self, elf: &ElfFile32<'_>) -> Result<u32, ImageError> {
         let by_section = elf.section_by_name(".vector_table").map(|table| table.address() as u32);
         let by_symbol = || self.address_of("__RESET_VECTOR").map(|reset| reset.wrapping_sub(4));
-        let address = by_section.or_else(by_symbol).ok_or(ImageError::NoVectorTable)?;
+        // Without either name: the bootloader takes the table from where the image begins.
+        let by_place = || self.segments.first().map(|segment| segment.address);
+        let address =
+            by_section.or_else(by_symbol).or_else(by_place).ok_or(ImageError::NoVectorTable)?;
         let (Some(stack), Some(reset)) =
             (self.word(address), address.checked_add(4).and_then(|reset| self.word(reset)))
         else {
             return Err(ImageError::NoVectorTable);
         };
-        // A stack is 8-byte aligned (AAPCS32) and grows down from its end; code is Thumb.
-        let inside = |base, size| stack > base && stack <= base + size;
-        let stack_is_good =
-            stack % 8 == 0 && (inside(map::RAM, map::RAM_SIZE) || inside(map::CCM, map::CCM_SIZE));
+        // The core clears the two lowest bits of the initial stack pointer (DDI 0403, B1.5.5); a
+        // stack grows down from its end. Code is Thumb.
+        let top = stack & !3;
+        let inside = |base, size| top > base && top <= base + size;
+        let stack_is_good = inside(map::RAM, map::RAM_SIZE) || inside(map::CCM, map::CCM_SIZE);
         if stack_is_good && reset % 2 == 1 && self.word(reset & !3).is_some() {
             Ok(address)
         } else {
@@ -429,6 +433,11 @@ fn segments(
         if file.get(bytes.clone()).is_none() {
             return Err(ImageError::NotElf("a segment lies outside the file".into()));
         }
+        // A flash tool writes flash only. Variables that a reset must not clear stand in the file
+        // with RAM as the address to load them at, and keep what the RAM holds.
+        if !header.p_flags(endian).contains(PF_X) && is_ram(address, size) {
+            continue;
+        }
         let offset = address.wrapping_sub(map::FLASH);
         if offset.checked_add(size).is_none_or(|end| end > map::FLASH_SIZE) {
             return Err(ImageError::OutsideFlash { address, size });
@@ -445,6 +454,14 @@ fn segments(
         }
     }
     Ok(segments)
+}
+
+/// Whether a stretch lies in RAM or in core-coupled memory.
+fn is_ram(address: u32, size: u32) -> bool {
+    [(map::RAM, map::RAM_SIZE), (map::CCM, map::CCM_SIZE)].into_iter().any(|(base, capacity)| {
+        let end = address.wrapping_sub(base).checked_add(size);
+        end.is_some_and(|end| end <= capacity)
+    })
 }
 
 fn sections(elf: &ElfFile32<'_>) -> Vec<Section> {

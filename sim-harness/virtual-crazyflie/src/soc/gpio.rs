@@ -117,6 +117,8 @@ impl Port {
         }
     }
 
+    /// PUPDR's reserved value 3 is kept and taken for no pull: the vendor's LED set-up writes bytes
+    /// that it has not initialised there, which reach the pulls of neighbouring pins.
     fn pulls_up(&self, pin: usize) -> bool {
         self.pupdr >> (2 * pin) & 3 == 1
     }
@@ -209,12 +211,7 @@ impl Pins {
             0x00 => keep(&mut port.moder, value, spread(locked, 2)),
             0x04 => keep(&mut port.otyper, value & 0xFFFF, locked),
             0x08 => keep(&mut port.ospeedr, value, spread(locked, 2)),
-            0x0C => {
-                if value & value >> 1 & 0x5555_5555 != 0 {
-                    return Err(Refused::Unmodelled { what: "GPIO_PUPDR: reserved value 3" });
-                }
-                keep(&mut port.pupdr, value, spread(locked, 2));
-            }
+            0x0C => keep(&mut port.pupdr, value, spread(locked, 2)),
             // Read-only.
             0x10 => {}
             0x14 => port.odr = value & 0xFFFF,

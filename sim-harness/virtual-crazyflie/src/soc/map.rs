@@ -23,6 +23,8 @@ pub(super) enum Unit {
     Iwdg,
     Rtc,
     Dbgmcu,
+    Adc,
+    Usb,
 }
 
 /// The unit at an address.
@@ -79,7 +81,7 @@ const fn search(address: u32) -> Place {
         0x10_0041 => return Known("TIM8"),
         0x10_0044 => return Known("USART1"),
         0x10_0045 => Unit::Usart6,
-        0x10_0048 => return Known("ADC1, ADC2, ADC3"),
+        0x10_0048 => Unit::Adc,
         0x10_004B => return Known("SDIO"),
         0x10_004C => Unit::Spi1,
         0x10_004E => Unit::Syscfg,
@@ -92,7 +94,7 @@ const fn search(address: u32) -> Place {
         0x10_0090..=0x10_0093 => return Known("BKPSRAM"),
         0x10_0098..=0x10_0099 => Unit::Dma((address >> 10) as usize - 0x10_0098),
         0x10_0100..=0x10_01FF => return Known("USB OTG HS"),
-        0x14_0000..=0x14_00FF => return Known("USB OTG FS"),
+        0x14_0000..=0x14_00FF => Unit::Usb,
         0x14_0182 => return Known("RNG"),
         0x18_0000..=0x27_FFFF => return Known("FSMC's banks"),
         0x28_0000..=0x28_0003 => return Known("FSMC"),
@@ -114,9 +116,15 @@ impl Unit {
             Self::Dma(index) => (Domain::Ahb1, 21 + index as u32),
             Self::Syscfg => (Domain::Apb2, 14),
             Self::Pwr => (Domain::Apb1, 28),
-            Self::Exti | Self::Rcc | Self::Flash | Self::Iwdg | Self::Rtc | Self::Dbgmcu => {
-                return None;
-            }
+            Self::Usb => (Domain::Ahb2, 7),
+            // Each converter has a gate of its own.
+            Self::Adc
+            | Self::Exti
+            | Self::Rcc
+            | Self::Flash
+            | Self::Iwdg
+            | Self::Rtc
+            | Self::Dbgmcu => return None,
         })
     }
 
@@ -130,7 +138,15 @@ impl Unit {
 
     /// Whether a narrow store comes in all lanes (APB) or in its own (AHB).
     pub(super) const fn is_behind_bridge(self) -> bool {
-        !matches!(self, Self::Gpio(_) | Self::Dma(_) | Self::Rcc | Self::Flash)
+        !matches!(self, Self::Gpio(_) | Self::Dma(_) | Self::Rcc | Self::Flash | Self::Usb)
+    }
+
+    /// The offset of an address in it: its registers take 1 KiB, those of USB more.
+    pub(super) const fn offset(self, address: u32) -> u32 {
+        match self {
+            Self::Usb => address & 0x3_FFFC,
+            _ => address & 0x3FC,
+        }
     }
 
     /// The message when its clock is off.
@@ -144,6 +160,7 @@ impl Unit {
             Self::Dma(_) => "a DMA controller whose clock is off (RCC_AHB1ENR)",
             Self::Syscfg => "SYSCFG, whose clock is off (RCC_APB2ENR)",
             Self::Pwr => "PWR, whose clock is off (RCC_APB1ENR)",
+            Self::Usb => "USB OTG FS, whose clock is off (RCC_AHB2ENR)",
             _ => "a peripheral whose clock is off",
         }
     }

@@ -9,10 +9,12 @@
 //! | `rcc`, `pwr`, `flash`, `iwdg`, `rtc`, `dbgmcu` | clocks, resets and what keeps the chip going |
 //! | `gpio`, `exti`, `timer` | pins, their edges, timers |
 //! | `i2c`, `spi`, `usart`, `dma` | serial buses, and the DMA that serves them |
+//! | `adc`, `usb` | the converters and USB, of which nothing more is there than a drone in flight uses |
 //! | `units` | the peripherals together, without DMA, which reaches them |
 //!
 //! [`Soc`] is what the core sees of all this: a [`Bus`].
 
+mod adc;
 mod clocks;
 mod context;
 mod dbgmcu;
@@ -30,6 +32,7 @@ mod spi;
 mod timer;
 mod units;
 mod usart;
+mod usb;
 mod wiring;
 
 use crate::bus::{Bus, Refused, Width};
@@ -57,6 +60,9 @@ pub struct SocConfig {
     pub option_bytes: u32,
     /// The number that no other chip has.
     pub unique_id: [u32; 3],
+    /// The text that was written into the first block of the one-time programmable bytes: by it
+    /// the vendor's firmware knows the board (crazyflie-firmware, `platform_stm32f4.c`).
+    pub board_name: &'static str,
 }
 
 impl Default for SocConfig {
@@ -68,6 +74,7 @@ impl Default for SocConfig {
             supply_millivolts: 3_000,
             option_bytes: 0x0FFF_AAED,
             unique_id: [0x0031_0027, 0x3436_5102, 0x3832_3539],
+            board_name: "0;CF21",
         }
     }
 }

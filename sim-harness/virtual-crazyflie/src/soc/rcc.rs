@@ -46,6 +46,7 @@ pub(crate) struct Oscillators {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Domain {
     Ahb1 = 0,
+    Ahb2 = 1,
     Apb1 = 3,
     Apb2 = 4,
 }

@@ -290,6 +290,8 @@ impl Timer {
             0x14 => self.set_egr(value)?,
             0x18 | 0x1C => self.set_ccmr((offset as usize - 0x18) / 4, value)?,
             0x20 => {
+                // Sixteen bits, which a halfword's store has in both halves of the word.
+                let value = value & 0xFFFF;
                 refuse(
                     value & !self.enables() != 0,
                     "TIM_CCER: a complementary or missing channel",

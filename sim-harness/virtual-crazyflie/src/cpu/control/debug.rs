@@ -9,6 +9,9 @@ use crate::bus::Refused;
 use crate::cpu::Cpu;
 use crate::cpu::exceptions::priorities::{bit, number};
 
+/// The stimulus ports of the instrumentation trace, ITM_STIM0 to ITM_STIM31.
+pub(super) const STIMULUS: u32 = 0xE000_0000;
+pub(super) const STIMULUS_END: u32 = 0xE000_0080;
 const DWT_CTRL: u32 = 0xE000_1000;
 const DWT_CYCCNT: u32 = 0xE000_1004;
 /// The lock that Cortex-M4 has not got. Software that also runs on a Cortex-M7 opens it.
@@ -44,6 +47,12 @@ pub(super) struct Debug {
     since: u64,
     /// Its clock goes on in sleep.
     in_sleep: bool,
+}
+
+/// A stimulus port of a trace that is disabled has no room (C1.7.3, FIFOREADY). Stores to it are
+/// ignored, which firmware that is sometimes traced relies on.
+pub(super) const fn load_stimulus() -> u32 {
+    0
 }
 
 impl Debug {

@@ -2,7 +2,7 @@
 //!
 //! | module | addresses |
 //! |---|---|
-//! | [`debug`] | 0xE000_1000: DWT; 0xE000_EDF0: debug registers as software sees them |
+//! | [`debug`] | 0xE000_0000: ITM; 0xE000_1000: DWT; 0xE000_EDF0: debug registers as software sees them |
 //! | [`systick`] | 0xE000_E010: SysTick |
 //! | [`nvic`] | 0xE000_E100: interrupts |
 //! | [`scb`] | 0xE000_ED00: the core itself |
@@ -85,10 +85,16 @@ impl Store {
     }
 }
 
-/// Registers of which parts can be accessed (B3.2.2, B3.4.2): SHPR1 to SHPR3, CFSR and NVIC_IPRn.
+/// Registers of which parts can be accessed (B3.2.2, B3.4.2, C1.7.3): SHPR1 to SHPR3, CFSR,
+/// NVIC_IPRn and ITM_STIMn.
 const fn takes_parts(register: u32) -> bool {
-    matches!(register, 0xE000_ED18..=0xE000_ED28 | 0xE000_E400..=0xE000_E5EC)
-        && register != 0xE000_ED24
+    matches!(
+        register,
+        0xE000_ED18..=0xE000_ED20
+            | 0xE000_ED28
+            | 0xE000_E400..=0xE000_E5EC
+            | debug::STIMULUS..debug::STIMULUS_END
+    )
 }
 
 impl Cpu {
@@ -99,6 +105,7 @@ impl Cpu {
         }
         let (register, shift, mask) = part(address, width)?;
         let value = match register {
+            debug::STIMULUS..debug::STIMULUS_END => Ok(debug::load_stimulus()),
             0xE000_1000..=0xE000_1FFF => self.load_dwt(register),
             0xE000_E010..=0xE000_E01F => Ok(self.load_systick(register)),
             0xE000_E004 | 0xE000_E100..=0xE000_E5EF | nvic::STIR => self.load_nvic(register),
@@ -124,6 +131,8 @@ impl Cpu {
         let (register, shift, mask) = part(address, width)?;
         let store = Store { address: register, value: value << shift & mask, mask };
         match register {
+            // The instrumentation trace is never enabled here: nothing leaves the core.
+            debug::STIMULUS..debug::STIMULUS_END => Ok(()),
             0xE000_1000..=0xE000_1FFF => self.store_dwt(store),
             0xE000_E010..=0xE000_E01F => self.store_systick(store),
             0xE000_E004 | 0xE000_E100..=0xE000_E5EF | nvic::STIR => self.store_nvic(store),
@@ -157,7 +166,7 @@ fn part(address: u32, width: Width) -> Result<(u32, u32, u32), Refused> {
 /// The name of the register at an address that is not modelled.
 const fn name(address: u32) -> &'static str {
     match address {
-        0xE000_0000..=0xE000_0FFF => "ITM",
+        0xE000_0000..=0xE000_0FFF => "ITM: a register other than its stimulus ports",
         0xE000_2000..=0xE000_2FFF => "FPB",
         0xE000_EF50..=0xE000_EF78 => "cache maintenance: there is no cache",
         0xE000_EFD0..=0xE000_EFFF => "CoreSight identification of the system control space",

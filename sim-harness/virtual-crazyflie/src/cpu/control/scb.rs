@@ -119,8 +119,7 @@ impl super::Control {
         self.vtor
     }
 
-    /// VTOR, wherever it may point.
-    #[cfg(test)]
+    /// Sets VTOR, wherever it may point.
     pub(in crate::cpu) const fn set_vtor(&mut self, vtor: u32) {
         self.vtor = vtor;
     }

@@ -133,6 +133,13 @@ impl Cpu {
         }
     }
 
+    /// Starts an image as the vendor's bootloader does after a reset: from the image's vector table,
+    /// which it also sets as VTOR (crazyflie2-stm-bootloader, `main.c`: `NVIC_SetVectorTable`).
+    pub fn boot(&mut self, memory: &Memory, table: u32) {
+        self.reset_core(memory, table);
+        self.control.set_vtor(table);
+    }
+
     /// Sleep-on-exit (B1.5.19): as if WFI followed the return.
     fn sleep_on_exit(&mut self) {
         if self.control.sleeps_on_exit() {

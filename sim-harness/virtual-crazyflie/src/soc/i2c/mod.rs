@@ -423,10 +423,14 @@ impl<B: Board> Peripheral<B> for I2c {
                     self.last = false;
                 }
             }
-            // Bit 14 "should always be kept at 1 by software"; the rest is a slave's.
-            0x08 if value & !(1 << 14) == 0 => self.oar1 = value,
+            // ADDMODE. Without it an own address is seven bits, to which no device of the bus
+            // speaks: the peripheral is its only master.
+            0x08 if value & 1 << 15 != 0 => {
+                return Err(unmodelled("I2C_OAR1: an own address of ten bits"));
+            }
+            0x08 => self.oar1 = value & 0x43FF,
             0x0C if value == 0 => self.oar2 = value,
-            0x08 | 0x0C => return Err(unmodelled("I2C_OAR: an address of its own")),
+            0x0C => return Err(unmodelled("I2C_OAR2: a second address of its own")),
             #[expect(clippy::cast_possible_truncation, reason = "the register has eight bits")]
             0x10 => self.store_dr(value as u8, context)?,
             0x14 => self.flags &= value | !sr1::ERRORS,

@@ -18,6 +18,7 @@ mod time;
 
 use crate::bus::{Refused, Width};
 use crate::memory::Memory;
+use crate::soc::adc::Adc;
 use crate::soc::clocks::Clocks;
 use crate::soc::context::{Context, Peripheral};
 use crate::soc::dbgmcu::Dbgmcu;
@@ -33,6 +34,7 @@ use crate::soc::rtc::Rtc;
 use crate::soc::spi::Spi;
 use crate::soc::timer::{Shape, Timer};
 use crate::soc::usart::Usart;
+use crate::soc::usb::Usb;
 use crate::soc::{Board, I2cBus, SocConfig, SpiBus, UartBus};
 use plan::Plan;
 pub(in crate::soc) use plan::Slot;
@@ -64,6 +66,8 @@ pub(in crate::soc) struct Units<B> {
     i2c: [I2c; 3],
     spi1: Spi,
     usart6: Usart,
+    adc: Adc,
+    usb: Usb,
     /// When each is due, and its interrupt lines. A unit notes its changes there.
     pub(in crate::soc) plan: Plan,
     /// The moments in nanoseconds at which the board and the chip's own units are due.
@@ -108,6 +112,8 @@ impl<B: Board> Units<B> {
             i2c: [I2cBus::I2c1, I2cBus::I2c2, I2cBus::I2c3].map(I2c::new),
             spi1: Spi::new(SpiBus::Spi1),
             usart6: Usart::new(UartBus::Usart6),
+            adc: Adc::new(),
+            usb: Usb::new(),
             plan: Plan::new(),
             board_moment: Moment::NEVER,
             own_moment: Moment::NEVER,
@@ -140,6 +146,8 @@ impl<B: Board> Units<B> {
         }
         Peripheral::<B>::reset(&mut self.spi1);
         Peripheral::<B>::reset(&mut self.usart6);
+        self.adc = Adc::new();
+        self.usb = Usb::new();
         (self.trouble, self.watchdog_fired) = (None, false);
         self.clock(now);
         self.note_all();
@@ -186,7 +194,7 @@ impl<B: Board> Units<B> {
         width: Width,
     ) -> Result<u32, Refused> {
         match found {
-            Ok(unit) => Ok(narrow(self.read(unit, address & 0x3FC, now)?, address, width)),
+            Ok(unit) => Ok(narrow(self.read(unit, unit.offset(address), now)?, address, width)),
             Err(_) if address >> 16 == 0x1FFF => self.engraved(address, width),
             Err(refused) => Err(refused),
         }
@@ -202,7 +210,7 @@ impl<B: Board> Units<B> {
         value: u32,
     ) -> Result<(), Refused> {
         let value = self.widen(unit, now, address, width, value)?;
-        self.write(unit, address & 0x3FC, value, now)
+        self.write(unit, unit.offset(address), value, now)
     }
 
     /// Widens a narrow store as the bus does.
@@ -219,7 +227,7 @@ impl<B: Board> Units<B> {
             Width::Half => ((value & 0xFFFF) * 0x0001_0001, 0xFFFF << (8 * (address & 2))),
             Width::Byte => ((value & 0xFF) * 0x0101_0101, 0xFF << (8 * (address & 3))),
         };
-        let offset = address & 0x3FC;
+        let offset = unit.offset(address);
         match unit {
             unit if unit.is_behind_bridge() => Ok(repeated),
             // Zeros do nothing in GPIO_BSRR.
@@ -235,8 +243,9 @@ impl<B: Board> Units<B> {
     /// signature").
     fn engraved(&self, address: u32, width: Width) -> Result<u32, Refused> {
         let word = match address & !3 {
-            // One-time programmable bytes and their locks, never used.
-            0x1FFF_7800..0x1FFF_7A10 => u32::MAX,
+            0x1FFF_7800..0x1FFF_7820 => self.board_name(address & 0x1C),
+            // The other one-time programmable bytes and the locks, never used.
+            0x1FFF_7820..0x1FFF_7A10 => u32::MAX,
             0x1FFF_7A10 => self.config.unique_id[0],
             0x1FFF_7A14 => self.config.unique_id[1],
             0x1FFF_7A18 => self.config.unique_id[2],
@@ -253,6 +262,13 @@ impl<B: Board> Units<B> {
             _ => return Err(Refused::Fault),
         };
         Ok(narrow(word, address, width))
+    }
+
+    /// A word of the board's name, which zeros follow.
+    fn board_name(&self, offset: u32) -> u32 {
+        let byte = |at| self.config.board_name.as_bytes().get(at).copied().unwrap_or_default();
+        let offset = offset as usize;
+        u32::from_le_bytes([byte(offset), byte(offset + 1), byte(offset + 2), byte(offset + 3)])
     }
 
     fn read_timer(&mut self, index: usize, offset: u32, now: u64) -> Result<u32, Refused> {
@@ -281,12 +297,13 @@ impl<B: Board> Units<B> {
             Unit::Syscfg => self.syscfg.read(offset),
             Unit::Exti => self.exti.read(offset),
             Unit::Pwr => self.pwr.read(offset),
-            Unit::Rcc | Unit::Flash | Unit::Iwdg => {
+            Unit::Rcc | Unit::Flash | Unit::Iwdg | Unit::Usb => {
                 let value = self.read_own(unit, offset, now);
                 self.note_own();
                 value
             }
             Unit::Rtc => self.rtc.read(offset),
+            Unit::Adc => self.converters(offset)?.read(offset),
             Unit::Dbgmcu => self.dbgmcu.read(offset),
             Unit::Dma(_) => Err(Refused::Unmodelled { what: "DMA that reaches a DMA controller" }),
         }
@@ -298,6 +315,7 @@ impl<B: Board> Units<B> {
         match unit {
             Unit::Flash => self.flash.read(offset, nanos),
             Unit::Iwdg => self.iwdg.read(offset, nanos),
+            Unit::Usb => self.usb.read(offset, nanos),
             _ => {
                 if self.rcc.settle(nanos) {
                     self.clock(now);
@@ -347,6 +365,12 @@ impl<B: Board> Units<B> {
                 self.note_own();
                 return result;
             }
+            Unit::Usb => {
+                let result = self.usb.write(offset, value, self.clocks.nanos(now));
+                self.note_own();
+                return result;
+            }
+            Unit::Adc => self.converters(offset)?.write(offset, value)?,
             Unit::Rtc => self.rtc.write(offset, value, self.pwr.opens_backup())?,
             Unit::Dbgmcu => {
                 self.dbgmcu.write(offset, value)?;
@@ -359,6 +383,16 @@ impl<B: Board> Units<B> {
             }
         }
         Ok(())
+    }
+
+    /// The converters, if the one that an offset belongs to has its clock.
+    fn converters(&mut self, offset: u32) -> Result<&mut Adc, Refused> {
+        let runs = |converter| self.rcc.is_clocked(Domain::Apb2, 8 + converter);
+        if Adc::converter(offset).is_none_or(runs) {
+            Ok(&mut self.adc)
+        } else {
+            Err(Refused::Unmodelled { what: "an ADC whose clock is off (RCC_APB2ENR)" })
+        }
     }
 
     fn write_exti(&mut self, offset: u32, value: u32) -> Result<(), Refused> {
@@ -419,6 +453,12 @@ impl<B: Board> Units<B> {
             self.syscfg.reset();
             self.exti.reset();
         }
+        if self.rcc.is_held(Domain::Apb2, 8) {
+            self.adc = Adc::new();
+        }
+        if held(Unit::Usb) {
+            self.usb = Usb::new();
+        }
         if held(Unit::Pwr) {
             self.pwr = Pwr::new();
         }
@@ -451,7 +491,7 @@ impl<B: Board> Units<B> {
             let (domain, bit) = place.gate;
             let divider = match domain {
                 Domain::Apb2 => self.clocks.timers2(),
-                Domain::Ahb1 | Domain::Apb1 => self.clocks.timers1(),
+                Domain::Ahb1 | Domain::Ahb2 | Domain::Apb1 => self.clocks.timers1(),
             };
             self.timers[index].clock(now, divider, self.rcc.is_clocked(domain, bit));
             self.note_timer(index);

@@ -138,6 +138,7 @@ impl<B: Board> Units<B> {
         if self.rcc.settle(nanos) {
             self.clock(now);
         }
+        self.usb.settle(nanos);
         self.watchdog_fired |= self.iwdg.fired(nanos);
         self.note_own();
     }
@@ -185,11 +186,11 @@ impl<B: Board> Units<B> {
         self.plan.note(Slot::Board, due, self.exti.lines());
     }
 
-    /// Notes the due times of RCC, flash and the watchdog.
+    /// Notes the due times of RCC, flash, the watchdog and USB.
     pub(super) fn note_own(&mut self) {
-        let due = self.rcc.due().min(self.flash.due()).min(self.iwdg.due());
+        let due = self.rcc.due().min(self.flash.due()).min(self.iwdg.due()).min(self.usb.due());
         let due = self.own_moment.set(due, &self.clocks);
-        self.plan.note(Slot::Own, due, self.flash.lines());
+        self.plan.note(Slot::Own, due, self.flash.lines() | self.usb.lines());
     }
 
     /// Notes the due times of all peripherals but DMA.

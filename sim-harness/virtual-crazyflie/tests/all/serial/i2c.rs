@@ -639,8 +639,10 @@ fn what_a_lone_master_never_needs_is_refused_loudly() {
     for bit in [1, 3, 4, 5, 6, 12, 13] {
         assert!(rig.refusal(CR1, PE | 1 << bit).contains("I2C_CR1"), "bit {bit}");
     }
-    assert!(rig.refusal(OAR1, 0x40).contains("OAR"));
-    rig.write(OAR1, 1 << 14);
+    assert!(rig.refusal(OAR1, 1 << 15).contains("OAR1"));
+    assert!(rig.refusal(OAR1 + 4, 1).contains("OAR2"));
+    // An address of its own, to which no device speaks: bit 14 "should always be kept at 1".
+    rig.write(OAR1, 1 << 14 | 0x30 << 1);
     assert!(rig.refusal(I2C3 + 0x24, 0).contains("STM32F405"));
     rig.modify(CR1, 0, START);
     rig.wait(SR1, SB);
