@@ -1,4 +1,4 @@
-//! Register-level models of the five devices, for tests and for emulators.
+//! Register-level models of the five devices and of the barometer, for tests and for emulators.
 //!
 //! A model has a device's registers and its clock: it is driven byte by byte, as on the wire, and
 //! does not depend on a driver. The quantity that it measures and its faults can be set at any
@@ -18,6 +18,7 @@
 //! ```
 
 mod bmi088;
+mod bmp388;
 mod eeprom;
 mod expander;
 mod pmw3901;
@@ -26,6 +27,7 @@ mod vl53l1x;
 mod wires;
 
 pub use bmi088::Bmi088Model;
+pub use bmp388::Bmp388Model;
 pub use eeprom::EepromModel;
 pub use expander::ExpanderModel;
 pub use pmw3901::Pmw3901Model;

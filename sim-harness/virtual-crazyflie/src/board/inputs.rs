@@ -10,6 +10,7 @@ use units::{Acceleration, AngularVelocity, Dbm, Metres, Volts};
 use super::faults::Fault;
 use super::leds::{Blink, Led};
 use super::nrf51::{Answer, Nrf51, Power, Sent};
+use super::transcript::Transfer;
 use super::{Crazyflie, beam_index};
 use crate::soc::{Board as _, Nanos};
 
@@ -178,6 +179,17 @@ impl Crazyflie {
         self.schedule.add(fault, from, until);
         self.settle();
         self.advance(self.now);
+    }
+
+    /// Records the traffic on the sensor buses from now on.
+    pub fn record_transfers(&mut self) {
+        self.transcript.begin();
+    }
+
+    /// The traffic on the sensor buses since the last call, if it is recorded.
+    #[must_use]
+    pub fn take_transfers(&mut self) -> Vec<Transfer> {
+        self.transcript.take()
     }
 
     /// Whether an LED is lit.

@@ -3,10 +3,10 @@
 //!
 //! | bus or pin | what is there |
 //! |---|---|
-//! | I2C3: PA8, PC9 | BMI088, both dies; "data ready" of the gyroscope on PC14 |
+//! | I2C3: PA8, PC9 | BMP388; BMI088, both dies; "data ready" of the gyroscope on PC14 |
 //! | I2C1: PB6, PB7 | EEPROM; the Flow deck's ranger; the Multi-ranger's expander and five rangers |
 //! | SPI1, select PB4 | the Flow deck's PMW3901 |
-//! | USART6, "wait" on PA4 | the radio chip, [`nrf51`] |
+//! | USART6, "wait" on PA4 | the radio chip, [`nrf51`], with the decks' one-wire memories |
 //! | PC0 to PC3, PD2 | LEDs |
 //!
 //! The sensors are the register-level models of `sensors::models`. Each is advanced only when it
@@ -18,19 +18,21 @@
 //! `deck_spi.c`, `uart_syslink.h`, `multiranger.c`, `led.h`.
 
 mod buses;
+mod deck_memory;
 mod device;
 mod faults;
 mod inputs;
 mod leds;
 mod noise;
 pub mod nrf51;
+mod transcript;
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicU8;
 
 use sensors::expander::Lines;
 use sensors::models::{
-    Bmi088Model, EepromModel, ExpanderModel, I2cModel, Pmw3901Model, SpiModel, Vl53l1xModel,
+    Bmi088Model, Bmp388Model, EepromModel, ExpanderModel, I2cModel, Pmw3901Model, SpiModel, Vl53l1xModel,
 };
 use sensors::multi_ranger::Beam;
 use units::{Acceleration, AngularVelocity};
@@ -40,12 +42,14 @@ pub use inputs::{Flow, Sight};
 pub use leds::{Blink, Led};
 pub use noise::Shares;
 pub use nrf51::Nrf51;
+pub use transcript::{Peer, Transfer};
 
 use crate::soc::{Board, I2cBus, Level, Nanos, Pin, SpiBus, UartBus, UartByte};
 use buses::{Gesture, Line, Wires};
 use device::Timed;
 use faults::Schedule;
 use leds::Leds;
+use transcript::{Bus, Transcript};
 
 /// The equipment of the board.
 #[derive(Clone, Debug)]
@@ -99,6 +103,7 @@ pub struct Crazyflie {
     multi_ranger: bool,
 
     imu: Timed<Bmi088Model>,
+    barometer: Timed<Bmp388Model>,
     imu_frozen: bool,
     ready_missing: bool,
     ready_due: Nanos,
@@ -117,6 +122,7 @@ pub struct Crazyflie {
     radio: Nrf51,
     leds: Leds,
     schedule: Schedule,
+    transcript: Transcript,
 }
 
 impl Crazyflie {
@@ -141,6 +147,7 @@ impl Crazyflie {
             flow_deck: config.flow_deck,
             multi_ranger: config.multi_ranger,
             imu: Timed::new(imu),
+            barometer: Timed::new(Bmp388Model::new()),
             imu_frozen: false,
             ready_missing: false,
             ready_due: Nanos::MAX,
@@ -153,9 +160,13 @@ impl Crazyflie {
             flow: Pmw3901Model::new(),
             flow_advanced_until: 0,
             flow_selected: false,
-            radio: Nrf51::new(&config.version),
+            radio: Nrf51::new(
+                &config.version,
+                deck_memory::memories(config.flow_deck, config.multi_ranger),
+            ),
             leds: Leds::new(),
             schedule: Schedule::default(),
+            transcript: Transcript::default(),
         };
         board.settle();
         board
@@ -197,6 +208,9 @@ impl Crazyflie {
                 if whom & 1 != 0 {
                     visit(1, self.imu.at(now));
                 }
+                if whom & 2 != 0 {
+                    visit(2, self.barometer.at(now));
+                }
             }
         }
     }
@@ -231,6 +245,9 @@ impl Crazyflie {
             return;
         }
         self.flow_selected = selected;
+        if selected {
+            self.transcript.start(self.now, Peer::Flow, false, true);
+        }
         let chip = self.flow_now();
         if selected { chip.select() } else { chip.deselect() }
     }
@@ -294,6 +311,9 @@ impl Board for Crazyflie {
         if let Some(wires) = self.wires(bus) {
             wires.taking_part = taking_part;
         }
+        if let Some(peer) = Peer::i2c(bus, address) {
+            self.transcript.start(self.now, peer, read, taking_part != 0);
+        }
         taking_part != 0
     }
 
@@ -306,6 +326,9 @@ impl Board for Crazyflie {
         let whom = wires.taking_part;
         let mut acknowledged = false;
         self.each(bus, whom, |_, device| acknowledged |= device.write(byte));
+        if let Some(bus) = Bus::i2c(bus) {
+            self.transcript.add(bus, Some(byte), None);
+        }
         if bus == I2cBus::I2c3 {
             self.plan_ready();
             self.settle();
@@ -321,6 +344,9 @@ impl Board for Crazyflie {
         let whom = wires.taking_part;
         let mut byte = 0xFF;
         self.each(bus, whom, |_, device| byte &= device.read());
+        if let Some(bus) = Bus::i2c(bus) {
+            self.transcript.add(bus, None, Some(byte));
+        }
         byte
     }
 
@@ -341,7 +367,11 @@ impl Board for Crazyflie {
     /// A line that no device drives reads as ones, as with a pull-up.
     fn spi_exchange(&mut self, bus: SpiBus, byte: u8) -> u8 {
         match bus {
-            SpiBus::Spi1 if self.flow_deck && self.flow_selected => self.flow_now().transfer(byte),
+            SpiBus::Spi1 if self.flow_deck && self.flow_selected => {
+                let answer = self.flow_now().transfer(byte);
+                self.transcript.add(Bus::Flow, Some(byte), Some(answer));
+                answer
+            }
             SpiBus::Spi1 => 0xFF,
         }
     }

@@ -28,6 +28,10 @@ pub(super) mod kind {
     pub(in super::super) const LED_ON: u8 = 0x17;
     pub(in super::super) const LED_OFF: u8 = 0x18;
     pub(in super::super) const PROCESSOR_OFF: u8 = 0x1A;
+    pub(in super::super) const MEMORY_SCAN: u8 = 0x20;
+    pub(in super::super) const MEMORY_INFO: u8 = 0x21;
+    pub(in super::super) const MEMORY_READ: u8 = 0x22;
+    pub(in super::super) const MEMORY_WRITE: u8 = 0x23;
     pub(in super::super) const VERSION: u8 = 0x30;
     pub(in super::super) const PROBE: u8 = 0xF0;
 }

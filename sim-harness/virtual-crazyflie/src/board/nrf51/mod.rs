@@ -26,6 +26,7 @@ use std::collections::VecDeque;
 pub use power::Power;
 pub use radio::{Answer, Datarate, Tuning};
 
+use super::deck_memory::DeckMemory;
 use super::noise::{Noise, Shares};
 use crate::soc::{Level, Nanos, UartByte};
 use frame::{Found, MTU, Parser, frame, kind};
@@ -77,7 +78,7 @@ pub struct Counters {
     /// Bytes that were none: sent at another speed, or without a stop bit.
     pub broken_bytes: u32,
     /// Frames of a type or with data that this model does not know what to do with. The chip may
-    /// do something with some of them: one-wire memories are an example.
+    /// do something with some of them.
     pub not_understood: u32,
     /// The type of the latest of these.
     pub last_not_understood: Option<u8>,
@@ -167,6 +168,7 @@ impl State {
 pub struct Nrf51 {
     /// The version that the chip reports for its firmware.
     version: String,
+    memories: Vec<DeckMemory>,
     line: Line,
     state: State,
     power: Power,
@@ -183,9 +185,10 @@ pub struct Nrf51 {
 
 impl Nrf51 {
     /// The chip of a drone that it has just given power: it is up already.
-    pub(super) fn new(version: &str) -> Self {
+    pub(super) fn new(version: &str, memories: Vec<DeckMemory>) -> Self {
         let mut chip = Self {
             version: version.to_owned(),
+            memories,
             line: Line::new(),
             state: State::new(0),
             power: Power::On,

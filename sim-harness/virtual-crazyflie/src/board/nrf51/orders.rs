@@ -57,11 +57,43 @@ impl Nrf51 {
                 self.say(kind, &text);
             }
             (kind::PROBE, _) => self.answer_probe(),
+            (kind::MEMORY_SCAN, _) => self.say(kind, &[self.memories.len() as u8]),
+            (kind::MEMORY_INFO, &[number, ..]) => self.tell_serial(number),
+            (kind::MEMORY_READ, &[number, low, high, ..]) => {
+                self.read_memory(number, u16::from_le_bytes([low, high]));
+            }
+            // A chip that can do Bluetooth does not write them.
+            (kind::MEMORY_WRITE, _) => self.say(kind, &[0xFE]),
             _ => {
                 self.state.counters.not_understood += 1;
                 self.state.counters.last_not_understood = Some(kind);
             }
         }
+    }
+
+    /// Answers with the serial number of a deck's memory; minus one stands for none.
+    fn tell_serial(&mut self, number: u8) {
+        let mut answer = vec![number];
+        match self.memories.get(usize::from(number)) {
+            Some(memory) => answer.extend_from_slice(&memory.serial),
+            None => answer = vec![0xFF],
+        }
+        self.say(kind::MEMORY_INFO, &answer);
+    }
+
+    /// Answers with 29 bytes of a deck's memory, which the chip has read when it started.
+    fn read_memory(&mut self, number: u8, address: u16) {
+        const LENGTH: usize = 29;
+        let mut answer = vec![number];
+        answer.extend_from_slice(&address.to_le_bytes());
+        match self.memories.get(usize::from(number)) {
+            Some(memory) => {
+                let bytes = memory.bytes.iter().skip(address.into()).chain(&[0xFF; LENGTH]);
+                answer.extend(bytes.take(LENGTH));
+            }
+            None => answer = vec![0xFF],
+        }
+        self.say(kind::MEMORY_READ, &answer);
     }
 
     /// Answers the request by which a test of the board probes the radio.

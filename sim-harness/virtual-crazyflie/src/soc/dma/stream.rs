@@ -209,11 +209,19 @@ impl Stream {
                 }
             }
             #[expect(clippy::cast_possible_truncation, reason = "the register has 16 bits")]
-            0x04 if !runs => {
+            0x04 if !runs || self.is_untouched() => {
                 self.items = value as u16;
                 self.left = self.items;
+                self.restart();
             }
-            0x08 if !runs => self.par = value,
+            0x08 if !runs || self.is_untouched() => {
+                self.par = value;
+                self.restart();
+            }
+            0x0C if self.is_untouched() => {
+                self.m0ar = value;
+                self.restart();
+            }
             0x0C if !runs || self.is_spare(false) => self.m0ar = value,
             0x10 if !runs || self.is_spare(true) => self.m1ar = value,
             // "A write access to the memory address register of the current target" (TEIF).
@@ -224,6 +232,24 @@ impl Stream {
             _ => {}
         }
         Ok(())
+    }
+
+    /// Whether it is enabled and has not moved anything: a read for which a device did not answer
+    /// leaves a stream so. The manual forbids to write NDTR and the addresses then. The vendor's
+    /// I²C driver does it after every such read, and reads on, so the chip takes them.
+    const fn is_untouched(&self) -> bool {
+        self.is_enabled()
+            && !self.closing
+            && self.left == self.items
+            && self.fifo.level == 0
+            && self.cr & (cr::CIRC | cr::DBM) == 0
+    }
+
+    /// An enabled stream goes on from its registers.
+    fn restart(&mut self) {
+        if self.is_enabled() {
+            self.begin_round();
+        }
     }
 
     /// With two buffers, whether memory `second` is the one that is not in use.
