@@ -187,6 +187,12 @@ impl DieState {
         match (self.die, at, byte) {
             (Die::Gyro, 0x14, 0xB6) => self.reset(id, 30_000),
             (Die::Accel, 0x7E, 0xB6) => self.reset(id, 1_000),
+            // The built-in self-test is over at once: ready, no failure, rate good (data sheet,
+            // GYRO_SELF_TEST).
+            (Die::Gyro, 0x3C, _) => {
+                let ready = if byte & 0x01 != 0 { 0x02 } else { 0x00 };
+                poke(&mut self.registers, 0x3C, &[0x10 | ready]);
+            }
             (Die::Gyro, 0x10, _) => poke(&mut self.registers, at.into(), &[byte | 0x80]),
             _ => poke(&mut self.registers, at.into(), &[byte]),
         }

@@ -12,8 +12,9 @@ use crate::vl53l1x::{CountRate, DEFAULT_ADDRESS};
 
 /// Number of registers, up to the identification.
 const FILE: usize = 0x0112;
-/// Time from the reset to the first answer, in µs (data sheet, t_BOOT).
-const BOOT_US: u32 = 1_200;
+/// Time from the reset to the first answer, in µs. The data sheet's t_BOOT is 1200 at most; the
+/// vendor's firmware waits for two ticks, of which the first is cut, and finds every sensor there.
+const BOOT_US: u32 = 1_000;
 /// The oscillator's calibration: ticks of the period register in a millisecond.
 const OSCILLATOR: u16 = 800;
 /// Time in ns of the 2304 ticks of the laser's clock that make a macro period, as ST's API
