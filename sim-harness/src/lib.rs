@@ -14,6 +14,7 @@
 //! | [`replay`] | recorded RSSI through the on-board code |
 //! | [`output`] | files and pictures |
 //! | [`serve`] | drones that cflib and cfclient connect to |
+//! | `stock` | a drone that runs the vendor's firmware, with the feature `virtual` |
 //! | [`keys`] | the keys of a fleet, and the pages that bring them to its drones |
 //! | [`cli`] | the command line |
 
@@ -29,5 +30,7 @@ pub mod random;
 pub mod replay;
 pub mod scenario;
 pub mod serve;
+#[cfg(feature = "virtual")]
+pub mod stock;
 pub mod suggest;
 pub mod world;

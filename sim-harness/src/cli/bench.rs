@@ -68,6 +68,8 @@ enum Name {
     Emulator,
     /// What the firmware does when its chip, its buses or its code fail, in the emulator
     Mishaps,
+    /// How far the vendor's own firmware flies the emulated drone; --elf names its cf2.elf
+    Stock,
 }
 
 impl Name {
@@ -75,7 +77,10 @@ impl Name {
     fn all() -> Vec<Self> {
         let elf = [Self::Firmware, Self::Emulator, Self::Mishaps];
         let all = Self::value_variants().iter().copied();
-        all.filter(|name| emulated::PRESENT || !elf.contains(name)).collect()
+        // The vendor's firmware is another file than the one of the other benchmarks.
+        all.filter(|name| *name != Self::Stock)
+            .filter(|name| emulated::PRESENT || !elf.contains(name))
+            .collect()
     }
 
     const fn file(self) -> &'static str {
@@ -89,6 +94,7 @@ impl Name {
             Self::Firmware => "firmware.json",
             Self::Emulator => "emulator.json",
             Self::Mishaps => "mishaps.json",
+            Self::Stock => "stock.json",
         }
     }
 }
@@ -111,6 +117,7 @@ pub(super) fn run(args: &BenchArgs) -> Result<Verdict, Trouble> {
             Name::Firmware => emulated::firmware(args, &mut missed)?,
             Name::Emulator => emulated::emulator(args, &mut missed)?,
             Name::Mishaps => emulated::mishaps(args, &mut missed)?,
+            Name::Stock => emulated::stock(args, &mut missed)?,
         };
         tables.push_str(&table);
         values.push(value);

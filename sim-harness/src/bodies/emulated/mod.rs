@@ -8,10 +8,12 @@
 //! | module | what it holds |
 //! |---|---|
 //! | [`firmware`](Firmware) | an ELF, and the address of its probe |
+//! | `coupling` | sensors' registers and motors' pins to and from a body |
 //! | `decisions` | the inputs and outputs of the firmware's agent, step by step |
 //! | `provision` | the keys and settings of a drone before its first flight |
 //! | `watch` | the log of a drone, and the account of its processor's time |
 
+pub(crate) mod coupling;
 mod decisions;
 mod firmware;
 mod provision;
@@ -23,20 +25,15 @@ use std::net::TcpListener;
 use std::sync::Arc;
 
 use agent::Outputs;
-use flight::{Duties, Status};
-use sensors::multi_ranger::Beam;
-use sensors::pmw3901::Motion;
-use sensors::vl53l1x::Reading;
+use flight::Status;
 use units::{Dbm, NodeId};
-use virtual_crazyflie::board::{Config, Crazyflie, Flow, Sight};
+use virtual_crazyflie::board::{Config, Crazyflie};
 use virtual_crazyflie::gdb::Debugger;
 use virtual_crazyflie::log::{LogLine, Messages};
 use virtual_crazyflie::machine::{Halt, Machine, MachineConfig};
 use virtual_crazyflie::profile::Report;
-use virtual_crazyflie::soc::{Pin, PinOutput};
 use wire::p2p::{self, Counter};
 
-use crate::bodies::craft::outside::{Observed, Wants};
 use crate::bodies::craft::{Craft, Surroundings};
 use crate::random::{Purpose, Stream};
 use crate::scenario::Scenario;
@@ -51,16 +48,10 @@ use onboard::probe::Round;
 use provision::provision;
 use watch::Watch;
 
-/// Nanoseconds in a microsecond, and in the millisecond of a craft's step.
+/// Nanoseconds in a microsecond.
 const US: u64 = 1_000;
-const MS: u64 = 1_000_000;
 /// Drones are switched on at different times, up to so many µs apart.
 const SWITCHED_ON_WITHIN_US: f32 = 200_000.0;
-
-/// The motors' pins, in the order of [`Duties`] (crazyflie-firmware, `motors_def.c`).
-const MOTORS: [Pin; 4] = [Pin::new('A', 1), Pin::new('B', 11), Pin::new('A', 15), Pin::new('B', 9)];
-/// The side rangers in the order of a craft's beams.
-const SIDES: [Beam; 4] = [Beam::Front, Beam::Right, Beam::Back, Beam::Left];
 
 /// Why a mission with emulated drones cannot go on.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -305,66 +296,13 @@ impl Emulated {
 
     /// Moves its body by a millisecond: reads the motors' duties, and gives the sensors new values.
     pub(crate) fn fly(&mut self, craft: &mut Craft, around: Surroundings<'_>) {
-        let wants = self.wants();
-        let observed = craft.observe(around, wants);
-        self.show(&observed);
-        craft.obey(around, self.duties(), self.status());
+        let board = self.core.machine_mut().board_mut();
+        let observed = craft.observe(around, coupling::wants(board));
+        coupling::show(board, &observed);
+        craft.obey(around, coupling::duties(self.core.machine()), self.status());
     }
 
     fn status(&self) -> Option<Status> {
         self.firmware.status(self.core.machine().memory())
     }
-
-    /// Which rangers end a measurement within the next millisecond.
-    fn wants(&mut self) -> Wants {
-        let board = self.core.machine_mut().board_mut();
-        let mut wants = |beam| board.wants_range(beam, MS + MS / 4);
-        Wants { down: wants(Beam::Down), sides: SIDES.map(&mut wants) }
-    }
-
-    fn show(&mut self, observed: &Observed) {
-        let board = self.core.machine_mut().board_mut();
-        if let (Some(gyro), Some(accel)) = (observed.gyro, observed.accel) {
-            board.set_inertia(gyro, accel);
-        }
-        if let Some(motion) = &observed.flow {
-            board.push_flow(ground(motion));
-        }
-        let sides = SIDES.into_iter().zip(&observed.sides);
-        for (beam, reading) in sides.chain([(Beam::Down, &observed.down)]) {
-            if let Some(reading) = reading {
-                board.set_range(beam, sight(reading));
-            }
-        }
-        if let Some(volts) = observed.volts {
-            board.set_battery(volts, false, false);
-        }
-    }
-
-    fn duties(&self) -> Duties {
-        Duties(MOTORS.map(|pin| match self.core.machine().output(pin) {
-            PinOutput::Pwm { duty, .. } => duty,
-            PinOutput::High => 1.0,
-            // A gate that is not driven floats; the board's resistor pulls it low.
-            PinOutput::Low | PinOutput::Input | PinOutput::Alternate(_) => 0.0,
-        }))
-    }
-}
-
-/// Converts to the axes of the chip.
-fn ground(motion: &Motion) -> Flow {
-    Flow {
-        dx: motion.y.saturating_neg(),
-        dy: motion.x.saturating_neg(),
-        squal: motion.squal,
-        shutter: motion.shutter,
-        raw_sum: motion.raw_sum,
-        raw_max: motion.raw_max,
-        raw_min: motion.raw_min,
-    }
-}
-
-fn sight(reading: &Reading) -> Sight {
-    let Reading { distance, sigma, status, signal, ambient, .. } = *reading;
-    Sight { distance, sigma, status, signal, ambient }
 }

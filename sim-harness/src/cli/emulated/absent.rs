@@ -93,6 +93,13 @@ pub(super) mod bench {
         Err(missing("bench emulator").into())
     }
 
+    pub(in crate::cli) fn stock(
+        _: &BenchArgs,
+        _: &mut Vec<String>,
+    ) -> Result<(String, Value), Trouble> {
+        Err(missing("bench stock").into())
+    }
+
     pub(in crate::cli) fn mishaps(
         _: &BenchArgs,
         _: &mut Vec<String>,

@@ -8,7 +8,7 @@ use super::rounded;
 use crate::cli::Trouble;
 use crate::cli::bench::BenchArgs;
 use crate::cli::progress::Progress;
-use crate::measure::bench::{emulator, firmware, mishaps};
+use crate::measure::bench::{emulator, firmware, mishaps, stock};
 
 /// Whether this build has them.
 pub(in crate::cli) const PRESENT: bool = true;
@@ -112,6 +112,41 @@ pub(in crate::cli) fn emulator(
             "states": compared.states,
             "mismatches": compared.mismatches,
         },
+    });
+    Ok((table, value))
+}
+
+pub(in crate::cli) fn stock(
+    args: &BenchArgs,
+    missed: &mut Vec<String>,
+) -> Result<(String, Value), Trouble> {
+    let progress = Progress::busy("stock", args.common.quiet);
+    let measured = stock::run(&args.elf, args.common.seed)?;
+    drop(progress);
+    let (logged, parameters) = measured.contents;
+    let mut table = format!("stock: {}\n\n", args.elf.display());
+    for (name, value) in [
+        ("booted", measured.boot.to_string()),
+        ("passed its self-test", measured.self_test.to_string()),
+        ("variables and parameters read", format!("{logged} and {parameters}")),
+        ("hovered, s", format!("{:.1}", measured.hover_s)),
+        ("from the point of hover, m rms", format!("{:.3}", measured.hover_rms_m)),
+        ("height, estimate - truth, m rms", format!("{:.3}", measured.height_rms_m)),
+        ("refused", measured.refused.len().to_string()),
+    ] {
+        // Writing to a string cannot fail.
+        let _ = writeln!(table, "  {name:34} {value}");
+    }
+    for (name, rate) in &measured.streams {
+        let _ = writeln!(table, "  {name:34} {rate:.0} a second");
+    }
+    missed.extend(measured.missed());
+    let value = json!({
+        "boot": measured.boot,
+        "self_test": measured.self_test,
+        "hover_s": rounded(measured.hover_s, 1),
+        "hover_rms_m": rounded(measured.hover_rms_m, 3),
+        "refused": measured.refused,
     });
     Ok((table, value))
 }

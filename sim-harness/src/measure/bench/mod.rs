@@ -11,6 +11,7 @@
 //! | `firmware` | load, step times and stack of the firmware, on the emulated core |
 //! | `emulator` | how fast the emulator is, and the comparison of its core with another |
 //! | `mishaps` | how flights end when the firmware's chip, buses or code fail |
+//! | `stock` | how far the vendor's firmware flies the emulated drone |
 
 pub mod attacks;
 pub mod chain;
@@ -24,4 +25,6 @@ pub mod link;
 #[cfg(feature = "virtual")]
 pub mod mishaps;
 mod net;
+#[cfg(feature = "virtual")]
+pub mod stock;
 pub mod throughput;

@@ -1,0 +1,66 @@
+//! The vendor's ELF.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use virtual_crazyflie::board::Crazyflie;
+use virtual_crazyflie::cpu::Program;
+use virtual_crazyflie::image::Image;
+use virtual_crazyflie::machine::{self, Machine, MachineConfig};
+
+use crate::input_error::InputError;
+
+/// Where it comes from.
+const REMEDY: &str = "give crazyflie-firmware's cf2.elf with --elf: its own `make` builds it";
+/// A function of the vendor's that every build of crazyflie-firmware has.
+const SYMBOL: &str = "platformInit";
+
+/// An ELF of crazyflie-firmware.
+#[derive(Clone)]
+pub struct StockFirmware {
+    image: Arc<Image>,
+    program: Program,
+}
+
+impl StockFirmware {
+    /// Reads an ELF.
+    ///
+    /// # Errors
+    /// One line, when it cannot be read, could not be flashed, or is another firmware.
+    pub fn open(path: &Path) -> Result<Self, InputError> {
+        let refused = |why: String| InputError::new(why, REMEDY).in_file(path);
+        let bytes =
+            std::fs::read(path).map_err(|why| refused(format!("cannot be read: {why}")))?;
+        let image = Image::parse(bytes).map_err(|why| refused(why.to_string()))?;
+        if !Self::is_in(&image) {
+            return Err(refused("is not crazyflie-firmware".into()));
+        }
+        let program = machine::decode(&image);
+        Ok(Self { image: Arc::new(image), program })
+    }
+
+    /// Whether a file is an ELF of crazyflie-firmware.
+    #[must_use]
+    pub fn is_at(path: &Path) -> bool {
+        std::fs::read(path).ok().and_then(|bytes| Image::parse(bytes).ok()).as_ref().is_some_and(Self::is_in)
+    }
+
+    fn is_in(image: &Image) -> bool {
+        image.find(SYMBOL).is_some()
+    }
+
+    /// The ELF.
+    #[must_use]
+    pub fn image(&self) -> &Arc<Image> {
+        &self.image
+    }
+
+    /// A machine that runs it.
+    pub(super) fn machine(
+        &self,
+        board: Crazyflie,
+        config: MachineConfig,
+    ) -> Machine<Crazyflie> {
+        Machine::with_program(Arc::clone(&self.image), self.program.clone(), board, config)
+    }
+}

@@ -1,0 +1,124 @@
+//! A drone that runs the vendor's firmware: Bitcraze's crazyflie-firmware, as it is released, in the
+//! emulator, with the body of a drone at flight level in a room.
+//!
+//! Nothing of ours decides anything here: the vendor's drivers read the emulated sensors, its
+//! estimator and its controller fly the body, and its radio link answers a ground station. So it is
+//! a witness for the models: of sensors, motors, bus and chip.
+//!
+//! | module | what it holds |
+//! |---|---|
+//! | `firmware` | the ELF |
+//! | [`client`] | a ground station that speaks CRTP to it, in simulated time |
+//! | [`transcript`] | the traffic on its sensor buses, beside that of this project's drivers |
+//! | [`served`] | the drone for cflib, over UDP |
+
+pub mod client;
+mod firmware;
+pub mod served;
+pub mod transcript;
+
+use flight::FlightConfig;
+use units::{Dbm, Point2};
+use virtual_crazyflie::board::{Config, Crazyflie};
+use virtual_crazyflie::machine::{Halt, Machine, MachineConfig};
+
+use crate::bodies::craft::flow::Ground;
+use crate::bodies::craft::{Craft, Surroundings};
+use crate::bodies::emulated::coupling;
+use crate::bodies::point::VehicleSpec;
+use crate::random::{Purpose, Stream};
+use crate::world::Tunnel;
+use crate::world::layout::Layout;
+
+pub use firmware::StockFirmware;
+
+/// Nanoseconds in the millisecond of a step.
+const MS: u64 = 1_000_000;
+/// The strength with which the drone hears a ground station across the room.
+const ACROSS_A_ROOM: Dbm = Dbm(-50.0);
+/// Half the width of the room, m: within the side rangers' reach.
+const HALF_WIDTH: f32 = 1.5;
+
+/// The drone.
+pub struct StockDrone {
+    machine: Machine<Crazyflie>,
+    craft: Craft,
+    room: Tunnel,
+    vehicle: VehicleSpec,
+    now_ms: u64,
+}
+
+impl StockDrone {
+    /// A drone that has just been switched on, on the floor in the middle of a room.
+    #[must_use]
+    pub fn new(firmware: &StockFirmware, seed: u64) -> Self {
+        let board = Crazyflie::new(&Config::default());
+        let vehicle = VehicleSpec::DEFAULT;
+        let random = Stream::new(seed, Purpose::Craft(0));
+        let config = FlightConfig::CRAZYFLIE_2_1;
+        let spread = vehicle.flow_scale_error;
+        let mut craft =
+            Craft::standing(config, Point2::default(), [1.0, 0.0], 1.0, spread, random);
+        craft.fly_from_outside();
+        let machine = firmware.machine(board, MachineConfig::default());
+        Self { machine, craft, room: room(), vehicle, now_ms: 0 }
+    }
+
+    /// Milliseconds since it was switched on.
+    #[must_use]
+    pub const fn now_ms(&self) -> u64 {
+        self.now_ms
+    }
+
+    /// Its body.
+    #[must_use]
+    pub const fn craft(&self) -> &Craft {
+        &self.craft
+    }
+
+    /// The machine, for observation.
+    #[must_use]
+    pub const fn machine(&self) -> &Machine<Crazyflie> {
+        &self.machine
+    }
+
+    /// The board, to record its buses.
+    pub const fn board_mut(&mut self) -> &mut Crazyflie {
+        self.machine.board_mut()
+    }
+
+    /// Simulates a millisecond.
+    ///
+    /// # Errors
+    /// When the firmware does what the emulator does not know.
+    pub fn advance(&mut self) -> Result<(), Halt> {
+        self.now_ms += 1;
+        self.machine.run_until(self.now_ms * MS)?;
+        let around = Surroundings {
+            tunnel: &self.room,
+            ground: Ground::GOOD,
+            vehicle: &self.vehicle,
+        };
+        let board = self.machine.board_mut();
+        let observed = self.craft.observe(around, coupling::wants(board));
+        coupling::show(board, &observed);
+        self.craft.obey(around, coupling::duties(&self.machine), None);
+        Ok(())
+    }
+
+    /// A packet of the ground station comes off the air.
+    pub fn hear(&mut self, packet: &[u8]) {
+        let now = self.machine.now();
+        self.machine.board_mut().hear_crtp(now, packet, ACROSS_A_ROOM);
+    }
+
+    /// The packets with which the radio chip has acknowledged those of the ground station.
+    pub fn take_answers(&mut self) -> impl Iterator<Item = Vec<u8>> + use<> {
+        self.machine.board_mut().take_crtp().into_iter().map(|answer| answer.data)
+    }
+}
+
+fn room() -> Tunnel {
+    let layout = Layout::corridor(&[[-0.05, 0.0], [0.05, 0.0]], HALF_WIDTH);
+    Tunnel::dig(&layout).expect("a room is a layout that can be built")
+}
