@@ -64,6 +64,8 @@ pub struct Vl53l1xModel<L> {
     booting: u32,
     until_result: Option<u32>,
     stream: Option<u8>,
+    /// A result that was not acknowledged.
+    ready: bool,
     results: u32,
 }
 
@@ -103,6 +105,7 @@ impl<L: Deref<Target = AtomicU8>> Vl53l1xModel<L> {
             booting: 0,
             until_result: None,
             stream: None,
+            ready: false,
             results: 0,
         };
         model.reset();
@@ -119,6 +122,7 @@ impl<L: Deref<Target = AtomicU8>> Vl53l1xModel<L> {
         poke(&mut self.registers, 0x010F, &self.model_id.to_be_bytes());
         self.booting = BOOT_US;
         self.until_result = None;
+        self.ready = false;
     }
 
     /// The I²C address at which it answers.
@@ -145,21 +149,28 @@ impl<L: Deref<Target = AtomicU8>> Vl53l1xModel<L> {
         self.until_result
     }
 
-    /// Time in µs from one result to the next: the period, or the measurement if that takes longer.
-    #[must_use]
-    pub fn result_period(&self) -> u32 {
-        let word = |at: usize| (peek(&self.registers, at), peek(&self.registers, at + 1));
+    fn word(&self, at: usize) -> (u8, u8) {
+        (peek(&self.registers, at), peek(&self.registers, at + 1))
+    }
+
+    /// Time in µs of a measurement, by the two timeouts.
+    fn measurement(&self) -> u64 {
         let phase = |timeout: usize, vcsel: usize| {
-            let (exponent, mantissa) = word(timeout);
+            let (exponent, mantissa) = self.word(timeout);
             let macro_periods = (u64::from(mantissa) << (exponent & 0x0F)) + 1;
             let ticks = (u64::from(peek(&self.registers, vcsel)) + 1) * 2;
             macro_periods * ticks * MACRO_TICK_NS / 1_000
         };
-        let measuring = phase(0x005E, 0x0060) + phase(0x0061, 0x0063) + OVERHEAD_US;
-        let ((p3, p2), (p1, p0)) = (word(0x006C), word(0x006E));
+        phase(0x005E, 0x0060) + phase(0x0061, 0x0063) + OVERHEAD_US
+    }
+
+    /// Time in µs from one result to the next: the period, or the measurement if that takes longer.
+    #[must_use]
+    pub fn result_period(&self) -> u32 {
+        let ((p3, p2), (p1, p0)) = (self.word(0x006C), self.word(0x006E));
         let period = u64::from(u32::from_be_bytes([p3, p2, p1, p0])) * 1_000_000
             / (u64::from(OSCILLATOR) * 1_075);
-        u32::try_from(measuring.max(period)).unwrap_or(u32::MAX)
+        u32::try_from(self.measurement().max(period)).unwrap_or(u32::MAX)
     }
 
     /// Whether the sensor is without supply or held in reset. A change of either resets the sensor.
@@ -180,7 +191,7 @@ impl<L: Deref<Target = AtomicU8>> Vl53l1xModel<L> {
         if self.ranging_fault == Vl53l1xFault::NeverReady {
             return;
         }
-        poke(&mut self.registers, 0x0031, &[0x03]);
+        self.ready = true;
         if self.ranging_fault == Vl53l1xFault::Frozen {
             return;
         }
@@ -200,18 +211,26 @@ impl<L: Deref<Target = AtomicU8>> Vl53l1xModel<L> {
         poke(&mut self.registers, 0x0098, &word(self.signal.0 * 128.0));
     }
 
+    /// GPIO__TIO_HV_STATUS: the level of the interrupt line, which is low for a result where
+    /// GPIO_HV_MUX__CTRL has chosen active low, as after a reset.
+    fn line_status(&self) -> u8 {
+        let active_low = peek(&self.registers, 0x0030) & 0x10 != 0;
+        0x02 | u8::from(self.ready != active_low)
+    }
+
     fn write_register(&mut self, at: u16, byte: u8) {
         match at {
             0x0086 => {
                 if byte & 0x01 != 0 {
-                    poke(&mut self.registers, 0x0031, &[0x02]);
+                    self.ready = false;
                 }
             }
             0x0087 => {
                 poke(&mut self.registers, at.into(), &[byte]);
                 if byte & 0x40 != 0 {
                     self.stream = None;
-                    self.until_result = Some(self.result_period());
+                    // The first measurement begins at once; the period is from one to the next.
+                    self.until_result = Some(u32::try_from(self.measurement()).unwrap_or(u32::MAX));
                 } else {
                     self.until_result = None;
                 }
@@ -253,6 +272,7 @@ impl<L: Deref<Target = AtomicU8>> I2cModel for Vl53l1xModel<L> {
         let byte = match at {
             0x00E5 if self.ranging_fault == Vl53l1xFault::NeverBoots => 0x00,
             0x00E5 => 0x03,
+            0x0031 => self.line_status(),
             _ => peek(&self.registers, at.into()),
         };
         self.fault.read(byte)

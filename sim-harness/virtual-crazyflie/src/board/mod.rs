@@ -247,6 +247,8 @@ impl Crazyflie {
         self.flow_selected = selected;
         if selected {
             self.transcript.start(self.now, Peer::Flow, false, true);
+        } else {
+            self.transcript.stop(Bus::Flow);
         }
         let chip = self.flow_now();
         if selected { chip.select() } else { chip.deselect() }
@@ -354,6 +356,9 @@ impl Board for Crazyflie {
         let Some(wires) = self.wires(bus) else { return };
         wires.taking_part = 0;
         self.each(bus, 0xFF, |_, device| device.stop());
+        if let Some(bus) = Bus::i2c(bus) {
+            self.transcript.stop(bus);
+        }
     }
 
     fn i2c_lines(&self, bus: I2cBus) -> (bool, bool) {

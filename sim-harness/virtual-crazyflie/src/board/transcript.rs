@@ -32,31 +32,44 @@ pub struct Transfer {
 
 /// The record, while it is kept.
 #[derive(Debug, Default)]
-pub(super) struct Transcript {
-    transfers: Option<Vec<Transfer>>,
+pub(super) struct Transcript(Option<Box<Record>>);
+
+#[derive(Debug, Default)]
+struct Record {
+    /// The transfer that goes on, of each bus.
+    ongoing: [Option<Transfer>; 3],
+    done: Vec<Transfer>,
 }
 
 impl Transcript {
     pub(super) fn begin(&mut self) {
-        self.transfers.get_or_insert_default();
+        self.0.get_or_insert_default();
     }
 
     pub(super) fn take(&mut self) -> Vec<Transfer> {
-        self.transfers.as_mut().map(std::mem::take).unwrap_or_default()
+        self.0.as_mut().map(|record| std::mem::take(&mut record.done)).unwrap_or_default()
     }
 
     pub(super) fn start(&mut self, at: Nanos, peer: Peer, read: bool, acknowledged: bool) {
-        if let Some(transfers) = &mut self.transfers {
+        let bus = Bus::of(peer);
+        self.stop(bus);
+        if let Some(record) = &mut self.0 {
             let (written, answered) = (Vec::new(), Vec::new());
-            transfers.push(Transfer { at, peer, acknowledged, read, written, answered });
+            let transfer = Transfer { at, peer, acknowledged, read, written, answered };
+            record.ongoing[bus as usize] = Some(transfer);
         }
     }
 
-    /// Adds bytes to the latest transfer with a peer of the same bus.
+    pub(super) fn stop(&mut self, bus: Bus) {
+        if let Some(record) = &mut self.0 {
+            record.done.extend(record.ongoing[bus as usize].take());
+        }
+    }
+
+    /// Adds bytes to the transfer that goes on.
     pub(super) fn add(&mut self, bus: Bus, written: Option<u8>, answered: Option<u8>) {
-        let of_bus = |transfer: &&mut Transfer| Bus::of(transfer.peer) == bus;
-        let latest = self.transfers.as_mut().and_then(|all| all.iter_mut().rev().find(of_bus));
-        if let Some(transfer) = latest {
+        let Some(record) = &mut self.0 else { return };
+        if let Some(transfer) = &mut record.ongoing[bus as usize] {
             transfer.written.extend(written);
             transfer.answered.extend(answered);
         }
