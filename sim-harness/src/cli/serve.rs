@@ -8,7 +8,7 @@ use clap::Args;
 use serde_json::{Value, json};
 use units::{Duration, Instant};
 
-use super::emulated::{Aftermath, Fleet};
+use super::emulated::{Aftermath, Fleet, stock};
 use super::run::metrics_json;
 use super::{
     Common, FidelityArg, Trouble, Verdict, VirtualArgs, builtin_scenarios, complain, interrupt,
@@ -69,7 +69,9 @@ impl ServeArgs {
 pub(super) fn run(args: &ServeArgs) -> Result<Verdict, Trouble> {
     let scenario = scenario(&args.scenario, args.policy.as_deref(), args.fidelity)?;
     let scenario = with_link(scenario, None)?;
-    let fleet = args.fleet(&scenario)?;
+    let is_virtual = scenario.fidelity == Fidelity::Virtual;
+    let stock = stock::firmware(args.emulated.elf.as_deref().filter(|_| is_virtual))?;
+    let fleet = if stock.is_some() { None } else { args.fleet(&scenario)? };
     let speed = within("--speed", args.speed, 0.01, 1_000.0)?;
     let duration = match args.duration {
         None => None,
@@ -77,6 +79,10 @@ pub(super) fn run(args: &ServeArgs) -> Result<Verdict, Trouble> {
     };
     let duration = duration.map(|seconds| Duration::from_micros((seconds * 1e6) as u64));
     let asked = interrupt::asks("Ctrl-C: the drones are no longer served");
+    if let Some(firmware) = stock {
+        let ports = Ports::open(args.host, args.port, 1)?;
+        return stock::serve(&firmware, &args.common, ports, (speed, duration), asked);
+    }
     let folder = args.common.folder()?;
     let ports = Ports::open(args.host, args.port, scenario.drones.members())?;
     let world = World::of(&scenario);

@@ -18,7 +18,7 @@ const WAITING: usize = 64;
 
 /// The Crazyradio of one drone.
 #[derive(Debug, Default)]
-pub(super) struct Dongle {
+pub(crate) struct Dongle {
     waiting: VecDeque<Vec<u8>>,
     /// The packet that was sent last and is not acknowledged.
     unacknowledged: Option<Vec<u8>>,
@@ -27,14 +27,14 @@ pub(super) struct Dongle {
 
 impl Dongle {
     /// Takes a packet of the client.
-    pub(super) fn give(&mut self, packet: &[u8]) {
+    pub(crate) fn give(&mut self, packet: &[u8]) {
         if self.waiting.len() < WAITING {
             self.waiting.push_back(packet.to_owned());
         }
     }
 
     /// Takes an acknowledgement of the drone's radio chip.
-    pub(super) fn acknowledged(&mut self, answer: &[u8]) {
+    pub(crate) fn acknowledged(&mut self, answer: &[u8]) {
         self.unacknowledged = None;
         if answer.first().is_some_and(|header| header & NULL_MASK != NULL & NULL_MASK) {
             self.received.push(answer.to_owned());
@@ -42,13 +42,13 @@ impl Dongle {
     }
 
     /// The packet to send in this step.
-    pub(super) fn next(&mut self) -> &[u8] {
+    pub(crate) fn next(&mut self) -> &[u8] {
         let Self { waiting, unacknowledged, .. } = self;
         unacknowledged.get_or_insert_with(|| waiting.pop_front().unwrap_or_else(|| vec![NULL]))
     }
 
     /// The packets of the drone that have come since the last call.
-    pub(super) fn take_received(&mut self) -> Vec<Vec<u8>> {
+    pub(crate) fn take_received(&mut self) -> Vec<Vec<u8>> {
         mem::take(&mut self.received)
     }
 }

@@ -34,6 +34,8 @@ use crate::measure::trace::Node;
 
 use self::chain::Chain;
 pub use self::chain::Tally;
+#[cfg(feature = "virtual")]
+pub(crate) use self::dongle::Dongle;
 pub use self::journal::Event;
 use self::journal::Journal;
 pub use self::live::Live;

@@ -23,6 +23,11 @@ const MACRO_TICK_NS: u64 = 3_051;
 /// Time of a measurement beside the two timeouts, in µs.
 const OVERHEAD_US: u64 = 4_500;
 
+/// SYSTEM__MODE_START: ranging is aborted, after which the stream count goes on when it is started
+/// again. A stop, which is a zero, lets it begin anew. ST's API takes a count of zero for a range
+/// without a check for wrapping; the vendor aborts after every range, and has good ones.
+const ABORT: u8 = 0x80;
+
 /// A fault of this sensor beside a [`Fault`] of its bus.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Vl53l1xFault {
@@ -122,7 +127,7 @@ impl<L: Deref<Target = AtomicU8>> Vl53l1xModel<L> {
         poke(&mut self.registers, 0x010F, &self.model_id.to_be_bytes());
         self.booting = BOOT_US;
         self.until_result = None;
-        self.ready = false;
+        (self.stream, self.ready) = (None, false);
     }
 
     /// The I²C address at which it answers.
@@ -228,11 +233,13 @@ impl<L: Deref<Target = AtomicU8>> Vl53l1xModel<L> {
             0x0087 => {
                 poke(&mut self.registers, at.into(), &[byte]);
                 if byte & 0x40 != 0 {
-                    self.stream = None;
                     // The first measurement begins at once; the period is from one to the next.
                     self.until_result = Some(u32::try_from(self.measurement()).unwrap_or(u32::MAX));
                 } else {
                     self.until_result = None;
+                    if byte & ABORT == 0 {
+                        self.stream = None;
+                    }
                 }
             }
             _ => poke(&mut self.registers, at.into(), &[byte]),

@@ -68,6 +68,33 @@ impl Aftermath {
     }
 }
 
+/// The vendor's firmware, which cannot be run in this build.
+pub(super) mod stock {
+    use std::convert::Infallible;
+    use std::path::Path;
+    use std::sync::atomic::AtomicBool;
+
+    use units::Duration;
+
+    use crate::cli::{Common, Trouble, Verdict};
+    use crate::input_error::InputError;
+    use crate::serve::Ports;
+
+    pub(in crate::cli) fn firmware(_: Option<&Path>) -> Result<Option<Infallible>, InputError> {
+        Ok(None)
+    }
+
+    pub(in crate::cli) fn serve(
+        firmware: &Infallible,
+        _: &Common,
+        _: Ports,
+        _: (f64, Option<Duration>),
+        _: &AtomicBool,
+    ) -> Result<Verdict, Trouble> {
+        match *firmware {}
+    }
+}
+
 /// The benchmarks that fly the firmware's ELF.
 pub(super) mod bench {
     use serde_json::Value;
