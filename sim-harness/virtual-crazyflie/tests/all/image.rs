@@ -160,6 +160,34 @@ fn what_is_no_firmware_is_refused_in_one_line() {
     }
 }
 
+/// Variables that a reset must not clear stand in the vendor's ELF with RAM as their load address.
+#[test]
+fn a_segment_in_ram_that_is_no_code_is_not_flashed() {
+    const WRITABLE: u32 = 6;
+    let mut elf = TINY.to_vec();
+    let segment = |elf: &[u8], index: usize| {
+        let header = 52 + 32 * index;
+        let word = |at: usize| u32::from_le_bytes(elf[at..at + 4].try_into().unwrap());
+        (word(header), word(header + 16), word(header + 24), header)
+    };
+    let last = (0..5).rev().map(|index| segment(&elf, index)).find(|(kind, size, ..)| {
+        *kind == 1 && *size > 0
+    });
+    let (_, _, _, header) = last.unwrap();
+    elf[header + 12..header + 16].copy_from_slice(&0x2000_1000_u32.to_le_bytes());
+    elf[header + 24..header + 28].copy_from_slice(&WRITABLE.to_le_bytes());
+    let before = tiny().segments().count();
+    assert_eq!(Image::parse(elf).unwrap().segments().count(), before - 1);
+}
+
+/// The core clears the two lowest bits of the initial stack pointer: the vendor's ends in 0xFFFF.
+#[test]
+fn low_bits_of_the_initial_stack_pointer_are_ignored() {
+    let mut elf = TINY.to_vec();
+    elf[0xF4..0xF8].copy_from_slice(&0x2001_FFFF_u32.to_le_bytes());
+    assert!(Image::parse(elf).is_ok());
+}
+
 #[test]
 fn without_anything_to_load_there_is_nothing_to_fly() {
     let mut elf = TINY.to_vec();

@@ -272,7 +272,9 @@ fn the_buffer_in_use_must_not_be_moved() {
 fn what_is_configured_is_write_protected_while_enabled() {
     let mut rig = rig();
     let cr = cr::channel(5) | cr::MINC;
-    RECEIVE.start(&mut rig, cr, UART_DR, TO, 4);
+    RECEIVE.start(&mut rig, cr, UART_DR, TO, 5);
+    send(&mut rig, &[7]);
+    rig.micros(25);
     rig.write(RECEIVE.register(Stream::PAR), 1);
     rig.write(RECEIVE.register(Stream::M0AR), 1);
     rig.write(RECEIVE.register(Stream::NDTR), 1);
@@ -283,6 +285,22 @@ fn what_is_configured_is_write_protected_while_enabled() {
     assert_eq!(RECEIVE.left(&mut rig), 4);
     assert_eq!(rig.read(RECEIVE.register(Stream::FCR)), 0xA1, "but for FEIE");
     assert_eq!(rig.read(RECEIVE.register(Stream::CR)), cr | 1 | cr::TCIE, "but for interrupts");
+}
+
+/// As the vendor's I²C driver leaves a stream after a read that no device has answered.
+#[test]
+fn an_enabled_stream_that_has_moved_nothing_takes_another_address_and_length() {
+    let mut rig = rig();
+    let cr = cr::channel(5) | cr::MINC;
+    RECEIVE.start(&mut rig, cr, UART_DR, TO, 4);
+    rig.write(RECEIVE.register(Stream::NDTR), 1);
+    rig.write(RECEIVE.register(Stream::M0AR), TO + 8);
+    assert_eq!(RECEIVE.left(&mut rig), 1);
+    send(&mut rig, &[7]);
+    rig.micros(25);
+    assert_eq!(rig.bytes(TO + 8, 1), [7]);
+    assert_eq!(RECEIVE.flags(&mut rig) & Stream::TCIF, Stream::TCIF);
+    assert!(!RECEIVE.is_enabled(&mut rig));
 }
 
 #[test]
