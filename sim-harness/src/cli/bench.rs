@@ -44,6 +44,9 @@ pub(super) struct BenchArgs {
     /// The firmware's ELF file, for the benchmarks that measure it
     #[arg(long, value_name = "FILE", default_value = Firmware::DEFAULT)]
     pub(super) elf: PathBuf,
+    /// A Python that has cflib, by which the benchmark `stock` flies a second time
+    #[arg(long, value_name = "FILE")]
+    pub(super) python: Option<PathBuf>,
     #[command(flatten)]
     pub(super) common: Common,
 }

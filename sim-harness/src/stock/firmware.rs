@@ -29,8 +29,7 @@ impl StockFirmware {
     /// One line, when it cannot be read, could not be flashed, or is another firmware.
     pub fn open(path: &Path) -> Result<Self, InputError> {
         let refused = |why: String| InputError::new(why, REMEDY).in_file(path);
-        let bytes =
-            std::fs::read(path).map_err(|why| refused(format!("cannot be read: {why}")))?;
+        let bytes = std::fs::read(path).map_err(|why| refused(format!("cannot be read: {why}")))?;
         let image = Image::parse(bytes).map_err(|why| refused(why.to_string()))?;
         if !Self::is_in(&image) {
             return Err(refused("is not crazyflie-firmware".into()));
@@ -42,7 +41,11 @@ impl StockFirmware {
     /// Whether a file is an ELF of crazyflie-firmware.
     #[must_use]
     pub fn is_at(path: &Path) -> bool {
-        std::fs::read(path).ok().and_then(|bytes| Image::parse(bytes).ok()).as_ref().is_some_and(Self::is_in)
+        std::fs::read(path)
+            .ok()
+            .and_then(|bytes| Image::parse(bytes).ok())
+            .as_ref()
+            .is_some_and(Self::is_in)
     }
 
     fn is_in(image: &Image) -> bool {
@@ -56,11 +59,7 @@ impl StockFirmware {
     }
 
     /// A machine that runs it.
-    pub(super) fn machine(
-        &self,
-        board: Crazyflie,
-        config: MachineConfig,
-    ) -> Machine<Crazyflie> {
+    pub(super) fn machine(&self, board: Crazyflie, config: MachineConfig) -> Machine<Crazyflie> {
         Machine::with_program(Arc::clone(&self.image), self.program.clone(), board, config)
     }
 }

@@ -57,8 +57,7 @@ impl StockDrone {
         let random = Stream::new(seed, Purpose::Craft(0));
         let config = FlightConfig::CRAZYFLIE_2_1;
         let spread = vehicle.flow_scale_error;
-        let mut craft =
-            Craft::standing(config, Point2::default(), [1.0, 0.0], 1.0, spread, random);
+        let mut craft = Craft::standing(config, Point2::default(), [1.0, 0.0], 1.0, spread, random);
         craft.fly_from_outside();
         let machine = firmware.machine(board, MachineConfig::default());
         Self { machine, craft, room: room(), vehicle, now_ms: 0 }
@@ -94,11 +93,8 @@ impl StockDrone {
     pub fn advance(&mut self) -> Result<(), Halt> {
         self.now_ms += 1;
         self.machine.run_until(self.now_ms * MS)?;
-        let around = Surroundings {
-            tunnel: &self.room,
-            ground: Ground::GOOD,
-            vehicle: &self.vehicle,
-        };
+        let around =
+            Surroundings { tunnel: &self.room, ground: Ground::GOOD, vehicle: &self.vehicle };
         let board = self.machine.board_mut();
         let observed = self.craft.observe(around, coupling::wants(board));
         coupling::show(board, &observed);

@@ -218,8 +218,9 @@ mod tests {
         model.advance(1);
         assert_eq!(read(&mut model, 0x03), [COMMAND_READY | DATA_READY]);
         let raw: [u8; 6] = read(&mut model, 0x04);
-        let value = |at: usize| f32::from(raw[at]) + 256.0 * f32::from(raw[at + 1])
-            + 65_536.0 * f32::from(raw[at + 2]);
+        let value = |at: usize| {
+            f32::from(raw[at]) + 256.0 * f32::from(raw[at + 1]) + 65_536.0 * f32::from(raw[at + 2])
+        };
         let celsius = (value(3) - f32::from(T1) * 256.0) * f32::from(T2) / 1_073_741_824.0;
         let pascal = f32::from(P5) * 8.0 + value(0) * (f32::from(P1) - 16_384.0) / 1_048_576.0;
         assert!((celsius - 25.0).abs() < 0.01 && (pascal - 101_325.0).abs() < 1.0);

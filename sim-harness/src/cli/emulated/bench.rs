@@ -1,5 +1,6 @@
 //! The benchmarks that fly the firmware's ELF.
 
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use serde_json::{Value, json};
@@ -121,13 +122,14 @@ pub(in crate::cli) fn stock(
     missed: &mut Vec<String>,
 ) -> Result<(String, Value), Trouble> {
     let progress = Progress::busy("stock", args.common.quiet);
-    let measured = stock::run(&args.elf, args.common.seed)?;
+    let measured = stock::run(&args.elf, args.common.seed, args.python.as_deref())?;
     drop(progress);
     let (logged, parameters) = measured.contents;
     let mut table = format!("stock: {}\n\n", args.elf.display());
     for (name, value) in [
         ("booted", measured.boot.to_string()),
         ("passed its self-test", measured.self_test.to_string()),
+        ("flown by cflib", measured.cflib.map_or("not asked".into(), |flown| flown.to_string())),
         ("variables and parameters read", format!("{logged} and {parameters}")),
         ("hovered, s", format!("{:.1}", measured.hover_s)),
         ("from the point of hover, m rms", format!("{:.3}", measured.hover_rms_m)),
@@ -138,13 +140,18 @@ pub(in crate::cli) fn stock(
         let _ = writeln!(table, "  {name:34} {value}");
     }
     for (name, rate) in &measured.streams {
-        let _ = writeln!(table, "  {name:34} {rate:.0} a second");
+        let _ = writeln!(table, "  {name:34} read {rate:.0} times a second");
     }
     missed.extend(measured.missed());
     let value = json!({
         "boot": measured.boot,
         "self_test": measured.self_test,
+        "streams": measured.streams.iter().copied().collect::<BTreeMap<_, _>>(),
+        "cflib": measured.cflib,
+        "log_variables": logged,
+        "parameters": parameters,
         "hover_s": rounded(measured.hover_s, 1),
+        "height_rms_m": rounded(measured.height_rms_m, 3),
         "hover_rms_m": rounded(measured.hover_rms_m, 3),
         "refused": measured.refused,
     });

@@ -47,7 +47,8 @@ pub(in crate::cli) fn serve(
     let mut table = String::from("crazyflie-firmware\n");
     // Writing to a string cannot fail.
     let _ = writeln!(table, "  served for            {seconds:.1} s of simulated time");
-    let _ = writeln!(table, "  packets               {} received, {} sent", tally.received, tally.sent);
+    let _ =
+        writeln!(table, "  packets               {} received, {} sent", tally.received, tally.sent);
     let summary = json!({
         "firmware": "crazyflie-firmware",
         "duration_s": seconds,

@@ -32,7 +32,8 @@ use std::sync::atomic::AtomicU8;
 
 use sensors::expander::Lines;
 use sensors::models::{
-    Bmi088Model, Bmp388Model, EepromModel, ExpanderModel, I2cModel, Pmw3901Model, SpiModel, Vl53l1xModel,
+    Bmi088Model, Bmp388Model, EepromModel, ExpanderModel, I2cModel, Pmw3901Model, SpiModel,
+    Vl53l1xModel,
 };
 use sensors::multi_ranger::Beam;
 use units::{Acceleration, AngularVelocity};

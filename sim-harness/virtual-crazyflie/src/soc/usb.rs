@@ -289,12 +289,9 @@ mod tests {
 
     fn switched_on(now: Nanos) -> Usb {
         let mut usb = Usb::new();
-        for (register, value) in [
-            (GRSTCTL, CSRST),
-            (GCCFG, PWRDWN | NOVBUSSENS),
-            (GINTMSK, USBSUSP),
-            (GAHBCFG, GINT),
-        ] {
+        for (register, value) in
+            [(GRSTCTL, CSRST), (GCCFG, PWRDWN | NOVBUSSENS), (GINTMSK, USBSUSP), (GAHBCFG, GINT)]
+        {
             usb.write(register, value, now).expect("it is modelled");
         }
         usb

@@ -170,9 +170,10 @@ fn a_segment_in_ram_that_is_no_code_is_not_flashed() {
         let word = |at: usize| u32::from_le_bytes(elf[at..at + 4].try_into().unwrap());
         (word(header), word(header + 16), word(header + 24), header)
     };
-    let last = (0..5).rev().map(|index| segment(&elf, index)).find(|(kind, size, ..)| {
-        *kind == 1 && *size > 0
-    });
+    let last = (0..5)
+        .rev()
+        .map(|index| segment(&elf, index))
+        .find(|(kind, size, ..)| *kind == 1 && *size > 0);
     let (_, _, _, header) = last.unwrap();
     elf[header + 12..header + 16].copy_from_slice(&0x2000_1000_u32.to_le_bytes());
     elf[header + 24..header + 28].copy_from_slice(&WRITABLE.to_le_bytes());
