@@ -12,11 +12,12 @@ const CONVERTERS: usize = 3;
 /// Registers of a converter: SR to DR.
 const REGISTERS: usize = 20;
 
-const SR: usize = 0x00 / 4;
-const CR1: usize = 0x04 / 4;
-const CR2: usize = 0x08 / 4;
-const HTR: usize = 0x24 / 4;
-const DR: usize = 0x4C / 4;
+/// Registers by their words.
+const SR: usize = 0;
+const CR1: usize = 1;
+const CR2: usize = 2;
+const HTR: usize = 9;
+const DR: usize = 19;
 
 /// ADC_CR2: a conversion asked for by software or by a timer, regular or injected; DMA.
 const STARTS: u32 = 1 << 30 | 3 << 28 | 1 << 22 | 3 << 20 | 1 << 8;
