@@ -33,7 +33,8 @@
 //! equal to it, so that a chain that has settled stands still. The part of its gain that a relay uses
 //! shrinks each time that its imbalance changes its sign, and grows again while an imbalance or a
 //! missing way persists (M. Riedmiller and H. Braun, *A direct adaptive method for faster
-//! backpropagation learning*, 1993, do so with the steps of a descent).
+//! backpropagation learning*, 1993, do so with the steps of a descent). A relay uses its whole gain
+//! while the head flies, whose motion and not the noise then makes the links unequal.
 
 use units::{Db, DbPerMetre, Duration, LinkSum, Metres, MetresPerDb, MetresPerSecond};
 
@@ -71,6 +72,9 @@ pub struct Caution {
     /// The factor in each round in which the imbalance is larger than three standard deviations and
     /// has kept its sign.
     pub up: f32,
+    /// A relay uses its whole gain while the head is this fast, and of the rest of its gain a part
+    /// in proportion to the head's velocity below that.
+    pub whole_gain_from: MetresPerSecond,
 }
 
 /// One side of a relay: the link to its neighbour, and the links beyond.
@@ -229,7 +233,9 @@ impl ChainWideState {
         self.adapt(&config.caution, dt, imbalance / deviation, missing);
         let feedback = config.gain * outside(missing, config.near.0) + config.local_gain * local;
         let share = behind.compliance.0 / (ahead.compliance.0 + behind.compliance.0);
-        MetresPerSecond(self.caution * feedback) + head_velocity * (config.follow * share)
+        let under_way = (head_velocity.0.abs() / config.caution.whole_gain_from.0).min(1.0);
+        let used = self.caution + (1.0 - self.caution) * under_way;
+        MetresPerSecond(used * feedback) + head_velocity * (config.follow * share)
     }
 
     /// Adapts the part of the gain to an imbalance, in standard deviations, and a way that is

@@ -210,7 +210,12 @@ impl PolicyConfig {
             deviations: 1.0,
             tolerance: Db(0.3),
             margin: Metres(0.08),
-            caution: Caution { least: 0.2, down: 0.6, up: 1.06 },
+            caution: Caution {
+                least: 0.2,
+                down: 0.6,
+                up: 1.06,
+                whole_gain_from: MetresPerSecond(0.1),
+            },
         }),
         ..Self::K_TUNED
     };

@@ -4,7 +4,7 @@
 use chain::chain_wide::Caution;
 use chain::filter::{Smoothing, Wandering};
 use chain::policy::{PolicyConfig, SpeedLaw};
-use units::{Db, Metres};
+use units::{Db, Metres, MetresPerSecond};
 
 /// A variant of the policy.
 #[derive(Clone, Copy, Debug)]
@@ -48,7 +48,9 @@ pub fn variants() -> Vec<Variant> {
     let mut late = law;
     late.follow = 0.0;
     let mut rash = law;
-    rash.caution = Caution { least: 1.0, down: 1.0, up: 1.0 };
+    rash.caution = Caution { least: 1.0, down: 1.0, up: 1.0, ..law.caution };
+    let mut unmoved = law;
+    unmoved.caution.whole_gain_from = MetresPerSecond(f32::INFINITY);
     let mut restless = law;
     (restless.tolerance, restless.near) = (Db(0.0), Metres(0.0));
     let variant = |name, config| Variant { name, config };
@@ -64,6 +66,7 @@ pub fn variants() -> Vec<Variant> {
         variant("strengths at the other end", filtered(one_sided)),
         variant("head's velocity", moved(late)),
         variant("caution", moved(rash)),
+        variant("whole gain under way", moved(unmoved)),
         variant("dead zones", moved(restless)),
     ]
 }
