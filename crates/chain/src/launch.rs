@@ -26,6 +26,12 @@ pub struct LaunchConfig {
     /// With a chain-wide policy, a relay is called when the links, all equal, would come this near
     /// to the limit: before the head, which stops at the limit, has to.
     pub margin: Db,
+    /// With a chain-wide policy, the head slows down where the links, all equal, would be this near
+    /// to the limit,
+    pub slows_from: Db,
+    /// and where its own link falls so steeply that it would be at the limit within this time: what
+    /// the filter and the level that comes along the chain are late by.
+    pub foresight: Duration,
     /// The least time between the moment at which the drone before becomes a link and the launch:
     /// TUNNEL_ARM_DELAY of the authors' firmware, 3 s, in which the new link is still forming.
     pub arm_delay: Duration,
@@ -39,7 +45,9 @@ impl LaunchConfig {
         settled: None,
         hold: Duration::ZERO,
         patience: Duration::ZERO,
-        margin: Db(1.0),
+        margin: Db(1.5),
+        slows_from: Db(2.0),
+        foresight: Duration::from_secs(1),
         arm_delay: Duration::from_secs(3),
     };
 

@@ -18,7 +18,8 @@ pub struct SearchConfig {
     pub speed: MetresPerSecond,
     /// The time for which the chain must have stood still with links that are too weak.
     pub calm: Duration,
-    /// The time by which the turns of two neighbours differ: reports need less to come through.
+    /// The time by which the turns of two neighbours differ: a neighbour that moves when the chain
+    /// has come to rest is at rest as well by then.
     pub turn: Duration,
     /// The longest way from where the search began, in either direction.
     pub most_way: Metres,
@@ -43,7 +44,7 @@ impl SearchConfig {
     pub const DEFAULT: Self = Self {
         speed: MetresPerSecond(0.4),
         calm: Duration::from_secs(2),
-        turn: Duration::from_secs(1),
+        turn: Duration::from_secs(6),
         most_way: Metres(10.0),
         most_time: Duration::from_secs(60),
         most_loss: Db(20.0),
@@ -243,8 +244,8 @@ pub struct Scene {
     pub is_calm: bool,
     /// Whether another relay waits to be launched.
     pub is_help_near: bool,
-    /// The strength that the links should have.
-    pub wanted: Dbm,
+    /// Whether the links of the chain are weaker than they should be.
+    pub is_weak: bool,
 }
 
 /// Watches whether a relay should search.
@@ -280,8 +281,7 @@ impl SearchWatch {
                 .any(|(then, now)| (*now - *then).0.abs() > config.again_after.0)
         };
         let is_new = self.searched.is_none_or(moved);
-        let is_weak = scene.place.weaker < scene.wanted;
-        if !(is_weak && is_new && scene.is_calm && !scene.is_help_near) {
+        if !(scene.is_weak && is_new && scene.is_calm && !scene.is_help_near) {
             self.weak_since = None;
             return false;
         }
@@ -362,7 +362,7 @@ mod tests {
             neighbours: [Metres(6.0), Metres::ZERO],
             is_calm: true,
             is_help_near: false,
-            wanted: Dbm(-70.0),
+            is_weak: true,
         };
         let mut watch = SearchWatch::new();
         let begins = |from: u64, scene: &Scene, watch: &mut SearchWatch| {
@@ -374,7 +374,7 @@ mod tests {
         for not in [
             Scene { is_calm: false, ..scene },
             Scene { is_help_near: true, ..scene },
-            Scene { wanted: Dbm(-80.0), ..scene },
+            Scene { is_weak: false, ..scene },
         ] {
             assert_eq!(begins(20_000, &not, &mut SearchWatch::new()), None);
         }

@@ -7,7 +7,7 @@ use sim_harness::measure::metrics::{Reference, Watch};
 use sim_harness::mission::{Mission, World};
 use sim_harness::scenario::Scenario;
 
-/// 300 s in a straight gallery: 23 m out, 12 m back, and from 240 s on out again.
+/// 300 s in a straight gallery: 23 m out, 15 m back, and from 240 s on out again.
 const OUT_AND_BACK: &str = "\
 title = \"The head flies out and comes back\"
 duration_s = 300.0
@@ -17,7 +17,7 @@ centre_line_m = [[0.0, 0.0], [40.0, 0.0]]
 [drones]
 relays = 4
 [launch]
-limit_dbm = -60.0
+limit_dbm = -61.0
 [retreat]
 limit_dbm = -80.0
 [[pilot]]
@@ -29,7 +29,7 @@ at_s = 120.0
 order = \"explore\"
 speed_mps = -0.25
 [[pilot]]
-at_s = 170.0
+at_s = 180.0
 order = \"explore\"
 speed_mps = 0.0
 [[pilot]]

@@ -3,7 +3,7 @@
 mod search;
 
 use chain::chain_wide::{ChainWideState, Side};
-use chain::launch::LaunchWatch;
+use chain::launch::{LaunchConfig, LaunchWatch};
 use chain::neighbours::{Ends, Heard, Neighbour, Neighbours};
 use chain::policy::SpeedLaw;
 use chain::retirement::{RetirementWatch, with_one_link_less};
@@ -318,9 +318,8 @@ impl Chain {
             Order::Explore(speed) if round.now.since(given) <= config.flight.pilot_timeout => {
                 let speed = speed.limited_to(config.policy.max_speed);
                 if speed.0 >= 0.0 {
-                    speed
-                        * config.retreat.freedom(back.map(|link| link.rssi))
-                        * self.spare_at_limit(config, round, back)
+                    let freedom = config.retreat.freedom(back.map(|link| link.rssi));
+                    self.speed_at_limit(&config.launch, speed * freedom, back)
                 } else {
                     behind_clear(config, back, speed)
                 }
@@ -330,20 +329,29 @@ impl Chain {
         }
     }
 
-    /// The part of the pilot's forward speed that the head flies by what its links can spare: it
-    /// slows down as the links, were they equal, come near to the launch limit, stops there to wait
-    /// for the next relay, and where none is left comes back at half the speed from where they are
-    /// weaker. While the relay behind it searches the head stays.
-    fn spare_at_limit(&self, config: &AgentConfig, round: &Round, back: Option<LinkView>) -> f32 {
-        let Some(level) = self.chain_wide.level() else { return 1.0 };
+    /// The pilot's forward `speed` as far as the links can spare it. The head slows down as the
+    /// links, were they equal, come near to the launch limit, and where its own link falls steeply
+    /// flies no faster than what is spare lasts for [`LaunchConfig::foresight`]; at the limit it
+    /// waits for the next relay, and from where the links are weaker it comes back at half the speed.
+    /// While the relay behind it searches the head stays.
+    fn speed_at_limit(
+        &self,
+        config: &LaunchConfig,
+        speed: MetresPerSecond,
+        back: Option<LinkView>,
+    ) -> MetresPerSecond {
+        let Some(level) = self.chain_wide.level() else { return speed };
         if self.back().is_some_and(is_searching) {
-            return 0.0;
+            return MetresPerSecond::ZERO;
         }
         let level = Dbm::after_loss(level);
         let weakest = back.map_or(level, |link| Dbm(link.rssi.0.min(level.0)));
-        let spare = (weakest - config.launch.limit).0;
-        let least = if self.waiting(config, round) > 0 { 0.0 } else { -0.5 };
-        (spare / (2.0 * config.launch.margin.0)).max(least).min(1.0)
+        let spare = weakest - config.limit;
+        let fall = self.back().and_then(Neighbour::state).map_or(0.0, |link| {
+            let [own, other] = link.slopes;
+            own.0.max(other.0) * speed.0 * config.foresight.as_secs_f32()
+        });
+        speed * (spare.0 / config.slows_from.0.max(fall)).clamp(-0.5, 1.0)
     }
 
     /// The velocity by Algorithm 1; a relay that is called home and has no drone in front any more flies

@@ -36,13 +36,17 @@ impl Chain {
         }
         let velocities =
             [self.velocity, self.head_velocity, front.report.velocity, back.report.velocity];
+        // All relays of a chain that is too weak know it at the same time, whichever of them has the
+        // weaker links of the moment: their turns decide which of them looks first.
+        let level = self.chain_wide.level().map_or(weaker, Dbm::after_loss);
+        let wanted = config.launch.limit + config.launch.margin;
         let is_still = velocities.iter().all(|velocity| velocity.0.abs() < STILL);
         let scene = Scene {
             place: Place { way: round.way, weaker },
             neighbours: [front.report.odometer, back.report.odometer],
             is_calm: is_still && ![front, back].into_iter().any(is_searching),
             is_help_near: self.waiting(config, round) > 0,
-            wanted: config.launch.limit + config.launch.margin,
+            is_weak: weaker < wanted || level < wanted,
         };
         // Of three relays the one in the middle begins: its neighbours can share what it gains.
         let turn = if round.id.0.is_multiple_of(2) { Duration::ZERO } else { config.search.turn };
