@@ -77,13 +77,33 @@ pub enum SpeedLaw {
 }
 
 /// The rule that keeps a relay off its neighbours: a tunnel has no room to pass, and only the
-/// strength of their signal tells how near they are.
+/// strength of their signal tells how near they are. Between two neighbours that are too near a
+/// relay stays, or keeps away from the one that is clearly nearer: of drones that stand close
+/// together those at the ends leave first, and none is pushed into the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clearance {
     /// A neighbour that is heard more strongly than this is too near.
     pub too_near: Dbm,
     /// The speed away from a neighbour that is too near.
     pub away: MetresPerSecond,
+}
+
+impl Clearance {
+    /// By so many decibels a neighbour is clearly nearer than the other, which in free space is half
+    /// as far again.
+    const CLEARLY: f32 = 3.5;
+
+    /// The velocity of a relay whose neighbours are heard this strongly, if one is too near.
+    fn velocity(&self, front: Dbm, back: Dbm) -> Option<MetresPerSecond> {
+        match (front > self.too_near, back > self.too_near) {
+            (false, false) => None,
+            (true, false) => Some(-self.away),
+            (false, true) => Some(self.away),
+            (true, true) if (front - back).0 > Self::CLEARLY => Some(-self.away),
+            (true, true) if (back - front).0 > Self::CLEARLY => Some(self.away),
+            (true, true) => Some(MetresPerSecond::ZERO),
+        }
+    }
 }
 
 /// The constants of one movement policy and of its filter.
@@ -250,11 +270,8 @@ impl PolicyConfig {
     /// Algorithm 1: the forward velocity of a relay between these two neighbours.
     #[must_use]
     pub fn velocity(&self, front: LinkEnd, back: LinkEnd) -> MetresPerSecond {
-        let wanted = match self.clearance {
-            Some(clear) if front.rssi > clear.too_near => -clear.away,
-            Some(clear) if back.rssi > clear.too_near => clear.away,
-            _ => self.towards_weaker(front, back),
-        };
+        let away = self.clearance.and_then(|clearance| clearance.velocity(front.rssi, back.rssi));
+        let wanted = away.unwrap_or_else(|| self.towards_weaker(front, back));
         wanted.limited_to(self.max_speed)
     }
 

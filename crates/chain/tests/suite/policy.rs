@@ -152,3 +152,16 @@ proptest! {
         prop_assert!((v - gain * e / slope).abs() < 1e-5 + 1e-4 * v.abs(), "{v}");
     }
 }
+
+/// −37 dBm is too near. Drones that stand close together must not push each other: between two that
+/// are too near a relay stays, unless one of them is clearly nearer.
+#[test]
+fn between_two_near_neighbours_a_relay_stays_or_leaves_the_nearer() {
+    let policy = &PolicyConfig::CHAIN;
+    assert_eq!(still(policy, -35.0, -60.0), -0.2);
+    assert_eq!(still(policy, -60.0, -35.0), 0.2);
+    assert_eq!(still(policy, -35.0, -35.0), 0.0);
+    assert_eq!(still(policy, -36.0, -33.0), 0.0);
+    assert_eq!(still(policy, -36.0, -31.0), 0.2);
+    assert_eq!(still(policy, -31.0, -36.0), -0.2);
+}
