@@ -14,7 +14,7 @@
 use embassy_stm32::gpio::{Level, Output};
 use embassy_time::{Duration, Ticker};
 use flight::{Mode, NotReady};
-use onboard::{LinkHealth, State};
+use onboard::{ChainDuty, Duty, LinkHealth, State};
 use units::Role;
 
 use crate::board::Lamps;
@@ -108,10 +108,12 @@ fn of_state(state: State) -> Frame {
         State::Landed { .. } => FLASH_3,
         State::TakingOff { .. } => FAST,
         State::Landing { .. } => SLOW,
-        State::Leading { .. } => GAP_1,
-        State::Relaying { .. } | State::Searching { .. } | State::Retiring => GAP_2,
-        State::Reconnecting { .. } => GAP_3,
-        State::BackingUp { .. } => GAP_4,
+        State::OnMission(Duty::Chain(duty)) => match duty {
+            ChainDuty::Leading { .. } => GAP_1,
+            ChainDuty::Relaying { .. } | ChainDuty::Searching { .. } | ChainDuty::Retiring => GAP_2,
+            ChainDuty::Reconnecting { .. } => GAP_3,
+            ChainDuty::BackingUp { .. } => GAP_4,
+        },
         State::Stopped => HALF,
     }
 }

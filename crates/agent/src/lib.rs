@@ -33,13 +33,15 @@ mod state;
 
 pub use config::{AgentConfig, ConfigError, FlightConfig};
 pub use io::{BodyVelocity, Fitness, Inputs, LinkView, Outputs, Status};
+pub use mission::Duty;
+pub use mission::chain::ChainDuty;
 pub use state::{LandReason, State};
 
 use ::chain::report::Report;
 use tunnel_nav::{Bearings, Navigator, Walls};
 use units::{Duration, Instant, Metres, MetresPerSecond, NodeId, Order, Phase, Role, Setpoint};
 
-use mission::chain::{Chain, Duty};
+use mission::chain::Chain;
 use mission::{Mission, PassedOn, Round, Task, Wish};
 use motion::Motion;
 use state::Situation;
@@ -119,8 +121,9 @@ impl Agent {
         let mut agent = Self::new(id, role);
         let patient_until = now + Duration::from_secs(2);
         agent.state = match role {
-            Role::Head => State::Leading { patient_until },
-            Role::Relay => State::Relaying { patient_until },
+            Role::Head | Role::Relay => {
+                State::OnMission(agent.mission.first_duty(role, patient_until))
+            }
             Role::Base => State::Idle,
         };
         agent
@@ -140,15 +143,16 @@ impl Agent {
         self.listen(config, now, dt, inputs);
 
         let round = self.round(now);
-        let situation = self.situation(config, &round, inputs);
-        let next = self.state.next(config, self.role, &situation);
+        let Inputs { fitness, height, .. } = *inputs;
+        let situation = Situation { fit: self.fit, fitness, height };
+        let next = self.state.next(config, &mut self.mission, &round, &situation);
         if matches!(next, State::TakingOff { .. }) && !matches!(self.state, State::TakingOff { .. })
         {
             self.odometer = Metres::ZERO;
             self.aside = Metres::ZERO;
         }
         if matches!(next, State::TakingOff { .. }) {
-            self.mission.note_home(&situation.links);
+            self.mission.note_home();
         }
         self.state = next;
         self.outputs(config, now, inputs)
@@ -230,26 +234,10 @@ impl Agent {
         Round { now, id: self.id, role: self.role, task, way: self.odometer }
     }
 
-    /// Everything a transition depends on.
-    fn situation(&mut self, config: &AgentConfig, round: &Round, inputs: &Inputs<'_>) -> Situation {
-        Situation {
-            now: round.now,
-            task: round.order(),
-            fit: self.fit,
-            fitness: inputs.fitness,
-            links: self.mission.links(config),
-            height: inputs.height,
-            odometer: self.odometer,
-            call: self.mission.call(config, round, self.state),
-            searches: self.mission.searches(config, round, self.state),
-            retires: self.mission.retires(config, round, self.state),
-        }
-    }
-
     fn outputs(&mut self, config: &AgentConfig, now: Instant, inputs: &Inputs<'_>) -> Outputs {
         let round = self.round(now);
-        let links @ [front, back] = self.mission.views();
-        let (setpoint, walls) = match self.wish(config, &round, links) {
+        let [front, back] = self.mission.views();
+        let (setpoint, walls) = match self.wish(config, &round) {
             Wish::Rest => {
                 self.motion.command(MetresPerSecond::ZERO);
                 self.navigator = Navigator::new();
@@ -279,14 +267,15 @@ impl Agent {
                 (setpoint, command.walls)
             }
         };
-        let PassedOn { sums, waiting, head_velocity } = self.mission.passed_on(config, &round);
+        let PassedOn { links, sums, waiting, head_velocity } =
+            self.mission.passed_on(config, &round);
         let report = Report {
             from: self.id,
             sequence: self.sequence,
             phase: self.phase(),
             velocity: self.along_tunnel(inputs).unwrap_or(MetresPerSecond::ZERO),
             odometer: self.odometer,
-            links: self.mission.span(front),
+            links,
             sums,
             waiting,
             head_velocity,
@@ -311,35 +300,20 @@ impl Agent {
             State::Idle | State::Armed { .. } if !self.fit => Phase::Out,
             State::Idle | State::Armed { .. } => Phase::Waiting,
             State::TakingOff { .. } => Phase::Transit,
-            State::Leading { .. }
-            | State::Relaying { .. }
-            | State::Reconnecting { .. }
-            | State::Retiring
-            | State::BackingUp { .. } => Phase::Linked,
-            State::Searching { .. } => Phase::Searching,
+            State::OnMission(duty) => duty.phase(),
             State::Landing { .. } | State::Landed { .. } | State::Stopped => Phase::Out,
         }
     }
 
-    /// The wish of the mission at a duty of its own, and of the shell everywhere else.
-    fn wish(&mut self, config: &AgentConfig, round: &Round, links: [Option<LinkView>; 2]) -> Wish {
-        if let Some(duty) = Duty::of(self.state) {
-            return self.mission.wish(config, round, duty, links);
-        }
+    /// The wish of the mission at its duties, and of the shell everywhere else.
+    fn wish(&mut self, config: &AgentConfig, round: &Round) -> Wish {
         let hover = |height| Wish::Along { speed: MetresPerSecond::ZERO, height };
         match self.state {
             State::TakingOff { since } => hover(config.flight.climbing(round.now.since(since))),
+            State::OnMission(duty) => self.mission.wish(config, round, duty),
             State::Landing { since, .. } => hover(config.flight.descending(round.now.since(since))),
             State::Stopped => Wish::Stop,
-            State::Idle
-            | State::Armed { .. }
-            | State::Landed { .. }
-            | State::Leading { .. }
-            | State::Relaying { .. }
-            | State::Reconnecting { .. }
-            | State::Searching { .. }
-            | State::Retiring
-            | State::BackingUp { .. } => Wish::Rest,
+            State::Idle | State::Armed { .. } | State::Landed { .. } => Wish::Rest,
         }
     }
 }

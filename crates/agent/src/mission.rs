@@ -2,15 +2,56 @@
 //!
 //! The shell sees to orders, take-off, fitness, the way home by battery, landing and stopping. It
 //! tells the mission of each [`Round`], asks it whether it [`Call`]s for a drone on the ground, and
-//! in the air asks for a [`Wish`].
+//! in the air asks for the next [`Duty`] and for a [`Wish`].
 
 pub(crate) mod chain;
 
-use ::chain::neighbours::Heard;
-use units::{Duration, Instant, LinkSpan, LinkSum, Metres, MetresPerSecond, NodeId, Order, Role};
+use core::ops::ControlFlow;
 
-use crate::{AgentConfig, LinkView, State};
-use chain::{Chain, Duty, Links};
+use ::chain::neighbours::Heard;
+use units::{
+    Duration, Instant, LinkSpan, LinkSum, Metres, MetresPerSecond, NodeId, Order, Phase, Role,
+};
+
+use crate::{AgentConfig, LandReason, LinkView};
+use chain::{Chain, ChainDuty};
+
+/// What a drone does in the air for its mission.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Duty {
+    /// A duty in a chain of relays behind a head.
+    Chain(ChainDuty),
+}
+
+impl Duty {
+    /// The duty's name, without its data. No two states of a drone have the same.
+    #[must_use]
+    pub const fn name(&self) -> &'static str {
+        match self {
+            Self::Chain(duty) => duty.name(),
+        }
+    }
+
+    /// The duty's number on the air, without its data. No two states of a drone have the same.
+    #[must_use]
+    pub const fn code(&self) -> u8 {
+        match self {
+            Self::Chain(duty) => duty.code(),
+        }
+    }
+
+    /// What the other drones of the mission are told of the duty.
+    pub(crate) const fn phase(&self) -> Phase {
+        match self {
+            Self::Chain(duty) => duty.phase(),
+        }
+    }
+}
+
+/// What follows a round of a duty: the next duty, or the landing that ends it.
+pub(crate) type Next<D> = ControlFlow<LandReason, D>;
 
 /// What a mission is told of a round.
 #[derive(Clone, Copy, Debug)]
@@ -28,8 +69,14 @@ pub(crate) struct Round {
 }
 
 impl Round {
+    /// The order to follow, if there was any.
     pub(crate) fn order(&self) -> Option<Order> {
         self.task.map(|task| task.order)
+    }
+
+    /// Whether the order is to explore.
+    pub(crate) fn explores(&self) -> bool {
+        matches!(self.order(), Some(Order::Explore(_)))
     }
 }
 
@@ -67,6 +114,8 @@ pub(crate) enum Wish {
 /// What a drone's report passes on along the chain.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PassedOn {
+    /// The span of the links from the head down to the drone.
+    pub(crate) links: Option<LinkSpan>,
     /// The sums over the links towards the head, and over those towards the base.
     pub(crate) sums: [LinkSum; 2],
     /// How many relays wait on the ground.
@@ -83,6 +132,14 @@ pub(crate) enum Mission {
 }
 
 impl Mission {
+    /// The duty of a drone that is at its place in the air, and bears with its links until
+    /// `patient_until`.
+    pub(crate) const fn first_duty(&self, role: Role, patient_until: Instant) -> Duty {
+        match self {
+            Self::Chain(_) => Duty::Chain(ChainDuty::at_place(role, patient_until)),
+        }
+    }
+
     /// Takes in motion and reports.
     pub(crate) fn listen(
         &mut self,
@@ -97,52 +154,53 @@ impl Mission {
         }
     }
 
-    /// Whether it calls for this drone, which is in `state` on the ground.
-    pub(crate) fn call(&mut self, config: &AgentConfig, round: &Round, state: State) -> Call {
+    /// Whether it calls for this drone, which is on the ground and was armed at `armed`, if it is.
+    pub(crate) fn call(
+        &mut self,
+        config: &AgentConfig,
+        round: &Round,
+        armed: Option<Instant>,
+    ) -> Call {
         match self {
-            Self::Chain(chain) => chain.call(config, round, state),
+            Self::Chain(chain) => chain.call(config, round, armed),
         }
     }
 
-    /// The drone's links to its neighbours.
-    pub(crate) fn links(&self, config: &AgentConfig) -> Links {
+    /// Notes where the drone takes off.
+    pub(crate) fn note_home(&mut self) {
         match self {
-            Self::Chain(chain) => chain.links(config),
+            Self::Chain(chain) => chain.note_home(),
+        }
+    }
+
+    /// What follows this round of a duty.
+    pub(crate) fn next_duty(
+        &mut self,
+        config: &AgentConfig,
+        round: &Round,
+        duty: Duty,
+    ) -> Next<Duty> {
+        match (self, duty) {
+            (Self::Chain(chain), Duty::Chain(duty)) => {
+                chain.next_duty(config, round, duty).map_continue(Duty::Chain)
+            }
+        }
+    }
+
+    /// How the drone is to fly at its duty.
+    pub(crate) fn wish(&mut self, config: &AgentConfig, round: &Round, duty: Duty) -> Wish {
+        match (self, duty) {
+            (Self::Chain(chain), Duty::Chain(duty)) => Wish::Along {
+                speed: chain.speed(config, round, duty),
+                height: config.flight.height,
+            },
         }
     }
 
     /// The links to the neighbours in front and behind, as others may look at them.
     pub(crate) fn views(&self) -> [Option<LinkView>; 2] {
         match self {
-            Self::Chain(chain) => [chain.front_view(), chain.back_view()],
-        }
-    }
-
-    /// Whether a relay in `state` should look for a better place now.
-    pub(crate) fn searches(&mut self, config: &AgentConfig, round: &Round, state: State) -> bool {
-        match self {
-            Self::Chain(chain) => chain.searches(config, round, state),
-        }
-    }
-
-    /// Whether the mission no longer needs a drone in `state`.
-    pub(crate) fn retires(&mut self, config: &AgentConfig, round: &Round, state: State) -> bool {
-        match self {
-            Self::Chain(chain) => chain.retires(config, round, state),
-        }
-    }
-
-    /// Notes where the drone takes off.
-    pub(crate) const fn note_home(&mut self, links: &Links) {
-        match self {
-            Self::Chain(chain) => chain.note_home(links),
-        }
-    }
-
-    /// The span of links that the drone's report tells.
-    pub(crate) fn span(&self, front: Option<LinkView>) -> Option<LinkSpan> {
-        match self {
-            Self::Chain(chain) => chain.span(front),
+            Self::Chain(chain) => chain.views(),
         }
     }
 
@@ -150,22 +208,6 @@ impl Mission {
     pub(crate) fn passed_on(&self, config: &AgentConfig, round: &Round) -> PassedOn {
         match self {
             Self::Chain(chain) => chain.passed_on(config, round),
-        }
-    }
-
-    /// How the drone is to fly at its duty.
-    pub(crate) fn wish(
-        &mut self,
-        config: &AgentConfig,
-        round: &Round,
-        duty: Duty,
-        [front, back]: [Option<LinkView>; 2],
-    ) -> Wish {
-        match self {
-            Self::Chain(chain) => Wish::Along {
-                speed: chain.speed(config, round, duty, front, back),
-                height: config.flight.height,
-            },
         }
     }
 }

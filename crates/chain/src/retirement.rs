@@ -59,18 +59,20 @@ impl RetirementWatch {
         Self { head_way: Metres::ZERO, unneeded_since: None }
     }
 
-    /// Whether the relay should retire. The head has flown `head_way` since the last round; `without` is
-    /// the strength that the links would have without the relay, and `wanted` the one below which
-    /// links call for a relay.
+    /// Notes that the head has flown `way` farther.
+    pub fn follow_head(&mut self, way: Metres) {
+        self.head_way += way;
+    }
+
+    /// Whether the relay should retire. `without` is the strength that the links would have without
+    /// the relay, and `wanted` the one below which links call for a relay.
     pub fn step(
         &mut self,
         config: &RetirementConfig,
         now: Instant,
-        head_way: Metres,
         without: Option<Dbm>,
         wanted: Dbm,
     ) -> bool {
-        self.head_way += head_way;
         let is_unneeded = self.head_way <= -config.back_by
             && without.is_some_and(|without| without >= wanted + config.spare);
         if !is_unneeded {
@@ -117,7 +119,8 @@ mod tests {
             (0..300u64).find(|round| {
                 let way = if *round < 50 { 0.06 } else { -0.06 };
                 let now = Instant::from_millis(200 * round);
-                watch.step(&config, now, Metres(way), Some(Dbm(without)), Dbm(-60.0))
+                watch.follow_head(Metres(way));
+                watch.step(&config, now, Some(Dbm(without)), Dbm(-60.0))
             })
         };
         // It is back at the launch's place after 100 rounds, 2 m behind it after 134, and 5 s pass.

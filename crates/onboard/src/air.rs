@@ -107,7 +107,7 @@ const fn cause_code(cause: flight::Cause) -> u8 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use agent::Status;
+    use agent::{ChainDuty, Duty, Status};
     use tunnel_nav::Walls;
     use units::{
         Instant, LinkSpan, LinkSum, Metres, MetresPerDb, MetresPerSecond, Phase, Setpoint, Volts,
@@ -121,6 +121,7 @@ mod tests {
             velocity: MetresPerSecond::ZERO,
             is_base: false,
         };
+        let relaying = ChainDuty::Relaying { patient_until: Instant::ZERO };
         let sum = LinkSum { surplus: Metres(-4.25), compliance: MetresPerDb(1.5), links: 3 };
         Outputs {
             setpoint: Setpoint::Off,
@@ -137,7 +138,7 @@ mod tests {
                 recall: phase == Phase::Linked,
             },
             status: Status {
-                state: State::Relaying { patient_until: Instant::ZERO },
+                state: State::OnMission(Duty::Chain(relaying)),
                 front: Some(link(1, -63.0)),
                 back: Some(link(3, -51.0)),
                 odometer: Metres(3.5),

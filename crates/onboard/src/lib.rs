@@ -71,7 +71,7 @@ use client::{Client, Orders};
 use link::{Heeded, Link};
 use mailbox::Mailbox;
 
-pub use agent::State;
+pub use agent::{ChainDuty, Duty, State};
 pub use client::{Unsaved, observed};
 pub use crtp::Snapshot;
 pub use link::LinkHealth;

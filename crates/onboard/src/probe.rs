@@ -18,7 +18,8 @@ use core::mem::offset_of;
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use agent::{
-    BodyVelocity, Fitness, Inputs, LandReason, LinkView, Outputs, State, Status as AgentStatus,
+    BodyVelocity, ChainDuty, Duty, Fitness, Inputs, LandReason, LinkView, Outputs, State,
+    Status as AgentStatus,
 };
 use chain::neighbours::Heard;
 use chain::report::Report;
@@ -38,14 +39,14 @@ use crate::mailbox::REPORTS;
 /// The name of the probe's symbol.
 pub const SYMBOL: &str = "UCHAIN_PROBE";
 /// The version of the layout.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 
 /// Words of the flight code's status at most.
 pub const FLIGHT: usize = 20;
 /// Words of an order's number.
 pub const ORDER: usize = 2;
 /// Words of a round at most.
-pub const ROUND: usize = 76 + REPORTS * 20;
+pub const ROUND: usize = 78 + REPORTS * 20;
 
 /// The probe, as it lies in memory.
 #[repr(C)]
@@ -464,15 +465,19 @@ enums! {
         0 = Idle,
         1 = Armed { since },
         2 = TakingOff { since },
-        3 = Leading { patient_until },
-        4 = Relaying { patient_until },
-        5 = Reconnecting { since, from },
-        6 = BackingUp { since, from },
-        7 = Landing { since, why },
-        8 = Landed { why },
-        9 = Stopped,
-        10 = Searching { search },
-        11 = Retiring,
+        3 = OnMission(duty),
+        4 = Landing { since, why },
+        5 = Landed { why },
+        6 = Stopped,
+    }
+    Duty { 0 = Chain(duty) }
+    ChainDuty {
+        0 = Leading { patient_until },
+        1 = Relaying { patient_until },
+        2 = Reconnecting { since, from },
+        3 = Searching { search },
+        4 = Retiring,
+        5 = BackingUp { since, from },
     }
     Leg { 0 = Ahead, 1 = Behind, 2 = ToBest, 3 = Back }
     Mode {
@@ -546,7 +551,8 @@ mod tests {
         };
         let since = Instant::from_micros(1 << 40);
         let place = Place { way: Metres(9.0), weaker: Dbm(-71.5) };
-        let state = State::Searching { search: Search::begin(since, place) };
+        let search = Search::begin(since, place);
+        let state = State::OnMission(Duty::Chain(ChainDuty::Searching { search }));
         let walls = Walls::One(Side::Left);
         let (front, back) = (Some(link), Some(link));
         let setpoint = Setpoint::Fly {

@@ -1,7 +1,7 @@
 //! A made-up mission for tests: a head and three relays in an S-shaped tunnel, with every kind
 //! of thing in it that the outputs have to show. No simulator, just formulas.
 
-use agent::State;
+use agent::{ChainDuty, Duty, State};
 use units::{Dbm, Instant, Metres, MetresPerSecond, NodeId, Order, Point2, Pose2, Radians, Role};
 
 use crate::measure::trace::{CentreLine, DroneFrame, FloorPlan, Frame, LinkFrame, Node, Trace};
@@ -123,14 +123,15 @@ fn lost(t: f32) -> bool {
 }
 
 fn state(k: usize, t: f32, up: bool) -> State {
+    let on_duty = |duty| State::OnMission(Duty::Chain(duty));
     let now = Instant::from_millis((t * 1000.0) as u64);
     match k {
         BASE => State::Idle,
-        0 => State::Leading { patient_until: Instant::from_millis(2_000) },
+        0 => on_duty(ChainDuty::Leading { patient_until: Instant::from_millis(2_000) }),
         _ if !up => State::Armed { since: Instant::ZERO },
         _ if t < 60.0 * k as f32 + 3.0 => State::TakingOff { since: now },
-        2 if lost(t) => State::Reconnecting { since: now, from: Metres(4.0) },
-        _ => State::Relaying { patient_until: Instant::from_millis(2_000) },
+        2 if lost(t) => on_duty(ChainDuty::Reconnecting { since: now, from: Metres(4.0) }),
+        _ => on_duty(ChainDuty::Relaying { patient_until: Instant::from_millis(2_000) }),
     }
 }
 

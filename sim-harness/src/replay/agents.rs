@@ -11,7 +11,7 @@ use chain::filter::Smoothing;
 use chain::neighbours::Heard;
 use chain::policy::PolicyConfig;
 use chain::report::Report;
-use onboard::{Config, Drone, Sensed, Setup, Start, State};
+use onboard::{ChainDuty, Config, Drone, Duty, Sensed, Setup, Start, State};
 use serde::Serialize;
 use units::{Instant, LinkSum, Metres, MetresPerSecond, NodeId, Order, Phase, Role};
 
@@ -82,19 +82,16 @@ impl Tally {
     fn add(&mut self, now: Instant, state: State) {
         self.rows += 1;
         match state {
-            State::Relaying { .. } => self.relaying += 1,
-            State::Reconnecting { .. } => self.reconnecting += 1,
-            State::BackingUp { .. } => self.backing_up += 1,
+            State::OnMission(Duty::Chain(duty)) => match duty {
+                ChainDuty::Relaying { .. } => self.relaying += 1,
+                ChainDuty::Reconnecting { .. } => self.reconnecting += 1,
+                ChainDuty::BackingUp { .. } => self.backing_up += 1,
+                ChainDuty::Leading { .. } | ChainDuty::Searching { .. } | ChainDuty::Retiring => {}
+            },
             State::Landing { .. } | State::Landed { .. } => {
                 self.landed_s.get_or_insert(now.as_micros() as f64 / 1e6);
             }
-            State::Idle
-            | State::Armed { .. }
-            | State::TakingOff { .. }
-            | State::Leading { .. }
-            | State::Searching { .. }
-            | State::Retiring
-            | State::Stopped => {}
+            State::Idle | State::Armed { .. } | State::TakingOff { .. } | State::Stopped => {}
         }
     }
 

@@ -111,14 +111,7 @@ impl Journal {
             State::Landing { why, .. } => Some(Event::Lands(drone, why)),
             State::Landed { .. } => Some(Event::Landed(drone)),
             State::Stopped => Some(Event::Stopped(drone)),
-            State::Idle
-            | State::Armed { .. }
-            | State::Leading { .. }
-            | State::Relaying { .. }
-            | State::Reconnecting { .. }
-            | State::Searching { .. }
-            | State::Retiring
-            | State::BackingUp { .. } => None,
+            State::Idle | State::Armed { .. } | State::OnMission(_) => None,
         }
     }
 }

@@ -1,6 +1,6 @@
 //! What a mission depends on, story by story.
 
-use agent::{LandReason, State};
+use agent::{ChainDuty, Duty, LandReason, State};
 use units::{Instant, Metres, MetresPerSecond, NodeId, Order, Phase, Role, Setpoint};
 
 use super::rig::{BASE, CONFIG, EXPLORE, Rig, Scene, flown, heard};
@@ -86,11 +86,17 @@ fn the_head_slows_down_before_its_link_breaks() {
     assert_eq!(speed, -0.2, "home is always free");
 }
 
+/// Whether head or relay does its ordinary part.
+fn is_at_place(state: State) -> bool {
+    use ChainDuty::{Leading, Relaying};
+    matches!(state, State::OnMission(Duty::Chain(Leading { .. } | Relaying { .. })))
+}
+
 /// Flies back at the retreat's speed until it ends, and says for how long and how far.
 fn retreat(rig: &mut Rig, scene: &Scene, flow: Option<f32>) -> (f32, f32) {
     rig.until("backing-up", scene);
     let (since, from) = match rig.state() {
-        State::BackingUp { since, from } => (since, from),
+        State::OnMission(Duty::Chain(ChainDuty::BackingUp { since, from })) => (since, from),
         other => panic!("{other:?}"),
     };
     for _ in 0..1_000 {
@@ -125,10 +131,10 @@ fn a_retreat_is_bounded_in_time_and_in_distance() {
                 assert!(matches!(rig.state(), State::Landing { why: is, .. } if is == why));
             } else {
                 // Weak but alive: it bears with it for a while, then tries again.
-                assert!(matches!(rig.state(), State::Leading { .. } | State::Relaying { .. }));
+                assert!(is_at_place(rig.state()));
                 let rest = bounds.rest.as_secs_f32();
                 rig.during(rest - 0.4, &scene);
-                assert!(matches!(rig.state(), State::Leading { .. } | State::Relaying { .. }));
+                assert!(is_at_place(rig.state()));
                 rig.during(0.6, &scene);
                 assert_eq!(rig.state().name(), "backing-up");
             }
@@ -144,7 +150,7 @@ fn a_retreat_ends_where_the_link_is_good_again_by_its_hysteresis() {
         rig.during(2.0, &air().link(BASE, -64.0));
         assert_eq!(rig.state().name(), "backing-up", "above the limit is not enough");
         rig.step(&air().link(BASE, -62.0));
-        assert!(matches!(rig.state(), State::Leading { .. } | State::Relaying { .. }));
+        assert!(is_at_place(rig.state()));
     }
 }
 

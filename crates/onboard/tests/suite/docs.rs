@@ -5,7 +5,7 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use agent::{Fitness, LandReason, State};
+use agent::{ChainDuty, Duty, Fitness, LandReason, State};
 use chain::search::{Place, Search};
 use crtp::Documented;
 use flight::Cause;
@@ -30,6 +30,7 @@ fn table(rows: impl Iterator<Item = Documented>, with_access: bool) -> String {
 
 /// What `uchain.state` can be. A state that is missing here is missed by the match.
 fn states() -> String {
+    let on_duty = |duty| State::OnMission(Duty::Chain(duty));
     let now = Instant::ZERO;
     let why = LandReason::Home;
     let search = Search::begin(now, Place { way: Metres::ZERO, weaker: Dbm(-70.0) });
@@ -37,18 +38,24 @@ fn states() -> String {
         (State::Idle, "on the ground, not asked for"),
         (State::Armed { since: now }, "on the ground, next to fly"),
         (State::TakingOff { since: now }, "climbs to its height"),
-        (State::Leading { patient_until: now }, "the head: flies as the pilot says"),
-        (State::Relaying { patient_until: now }, "a relay: makes its two links equal"),
+        (on_duty(ChainDuty::Leading { patient_until: now }), "the head: flies as the pilot says"),
+        (on_duty(ChainDuty::Relaying { patient_until: now }), "a relay: makes its two links equal"),
         (
-            State::Reconnecting { since: now, from: Metres::ZERO },
+            on_duty(ChainDuty::Reconnecting { since: now, from: Metres::ZERO }),
             "a relay that hears nobody in front: flies on to find them",
         ),
-        (State::BackingUp { since: now, from: Metres::ZERO }, "a link is too weak: flies back"),
+        (
+            on_duty(ChainDuty::BackingUp { since: now, from: Metres::ZERO }),
+            "a link is too weak: flies back",
+        ),
         (State::Landing { since: now, why }, "comes down"),
         (State::Landed { why }, "on the ground, out of the mission until told to wait"),
         (State::Stopped, "motors off until the next boot"),
-        (State::Searching { search }, "a relay whose links are too weak: looks for a better place"),
-        (State::Retiring, "a relay that is no longer needed: flies home"),
+        (
+            on_duty(ChainDuty::Searching { search }),
+            "a relay whose links are too weak: looks for a better place",
+        ),
+        (on_duty(ChainDuty::Retiring), "a relay that is no longer needed: flies home"),
     ];
     let mut table = String::from("| code | state | the drone |\n|---|---|---|\n");
     for (n, (state, meaning)) in (0..).zip(all) {
@@ -56,15 +63,17 @@ fn states() -> String {
             State::Idle
             | State::Armed { .. }
             | State::TakingOff { .. }
-            | State::Leading { .. }
-            | State::Relaying { .. }
-            | State::Reconnecting { .. }
-            | State::BackingUp { .. }
+            | State::OnMission(Duty::Chain(
+                ChainDuty::Leading { .. }
+                | ChainDuty::Relaying { .. }
+                | ChainDuty::Reconnecting { .. }
+                | ChainDuty::BackingUp { .. }
+                | ChainDuty::Searching { .. }
+                | ChainDuty::Retiring,
+            ))
             | State::Landing { .. }
             | State::Landed { .. }
-            | State::Stopped
-            | State::Searching { .. }
-            | State::Retiring => assert_eq!(state.code(), n, "the rows are in order"),
+            | State::Stopped => assert_eq!(state.code(), n, "the rows are in order"),
         }
         writeln!(table, "| {} | {} | {meaning} |", state.code(), state.name()).unwrap();
     }

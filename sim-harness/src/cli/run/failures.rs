@@ -1,6 +1,6 @@
 //! Judges a mission: the reasons why it failed, and the scenario's criteria.
 
-use agent::{LandReason, State};
+use agent::{ChainDuty, Duty, LandReason, State};
 use serde_json::{Value, json};
 use units::Order;
 
@@ -40,7 +40,9 @@ pub(super) fn failures(scenario: &Scenario, trace: &Trace, metrics: &RunMetrics)
                 LandReason::Restarted => Some("restarted by itself and stays down"),
                 LandReason::Ordered | LandReason::Home | LandReason::Retired => None,
             },
-            State::Reconnecting { .. } => Some("heard no drone in front at the end"),
+            State::OnMission(Duty::Chain(ChainDuty::Reconnecting { .. })) => {
+                Some("heard no drone in front at the end")
+            }
             _ => None,
         };
         if let Some(what) = lost {

@@ -2,7 +2,7 @@
 //! vendor's firmware and has recorded every packet from the beginning, but has no key. The mission
 //! is `relay-pair`, flown longer: a head that explores, its relay, and the base.
 
-use agent::State;
+use agent::{ChainDuty, Duty, State};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use wire::p2p::{HEADER, MAX_BODY, TAG};
@@ -216,8 +216,8 @@ fn fly(scenario: &Scenario, world: &World, attack: Attack, seed: u64) -> End {
     }
     let states: Vec<_> = mission.states().collect();
     let flies = |n: usize, state: &State| match state {
-        State::Leading { .. } => n == 0,
-        State::Relaying { .. } => n > 0,
+        State::OnMission(Duty::Chain(ChainDuty::Leading { .. })) => n == 0,
+        State::OnMission(Duty::Chain(ChainDuty::Relaying { .. })) => n > 0,
         _ => false,
     };
     let drones = states.len() - 1;

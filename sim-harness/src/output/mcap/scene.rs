@@ -1,5 +1,6 @@
 //! The mission in Foxglove's own messages: scenes, points, transforms and log lines.
 
+use agent::{ChainDuty, Duty, State};
 use foxglove::messages::log::Level;
 use foxglove::messages::packed_element_field::NumericType;
 use foxglove::messages::scene_entity_deletion;
@@ -252,7 +253,9 @@ pub(super) fn state_changes(
             continue;
         }
         let level = match drone.state {
-            agent::State::Reconnecting { .. } | agent::State::BackingUp { .. } => Level::Warning,
+            State::OnMission(Duty::Chain(
+                ChainDuty::Reconnecting { .. } | ChainDuty::BackingUp { .. },
+            )) => Level::Warning,
             _ => Level::Info,
         };
         changes.push(Log {

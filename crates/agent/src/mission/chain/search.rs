@@ -2,13 +2,12 @@
 
 use chain::neighbours::Neighbour;
 use chain::policy::SpeedLaw;
-use chain::search::{Place, Scene, Search};
+use chain::search::{Place, Scene};
 use units::{Dbm, Duration, MetresPerSecond, Order, Phase};
 
-use super::{Chain, dismissed};
+use super::{Chain, ChainDuty};
+use crate::AgentConfig;
 use crate::mission::Round;
-use crate::state::Situation;
-use crate::{AgentConfig, State};
 
 /// As its neighbours move to their new places, the best place of a drone that has found one moves as
 /// well: it searches again where its links become too weak, but no more often than this.
@@ -18,10 +17,17 @@ const MOST_RENEWALS: u8 = 3;
 const STILL: f32 = 0.06;
 
 impl Chain {
-    /// Whether this relay, which is in `state`, should look for a better place now.
-    pub(crate) fn searches(&mut self, config: &AgentConfig, round: &Round, state: State) -> bool {
+    /// Whether this relay, at its `duty`, should look for a better place now.
+    pub(super) fn searches(
+        &mut self,
+        config: &AgentConfig,
+        round: &Round,
+        duty: ChainDuty,
+    ) -> bool {
         let law = &config.policy.law;
-        let (State::Relaying { .. }, SpeedLaw::ChainWide(_)) = (state, law) else { return false };
+        let (ChainDuty::Relaying { .. }, SpeedLaw::ChainWide(_)) = (duty, law) else {
+            return false;
+        };
         let ends = self.front().zip(self.back());
         let (Some((front, back)), Some(Order::Explore(_))) = (ends, round.order()) else {
             self.search.rest();
@@ -85,19 +91,4 @@ impl Chain {
 /// Whether a neighbour has left its place to look for a better one.
 pub(super) fn is_searching(neighbour: &Neighbour) -> bool {
     neighbour.report.phase == Phase::Searching
-}
-
-/// A search ends with an order other than to explore. Of two neighbours that began at once, the one
-/// behind goes back.
-pub(super) fn searching(search: Search, config: &AgentConfig, at: &Situation) -> State {
-    if let Some(landing) = dismissed(config, at) {
-        return landing;
-    }
-    let relaying = State::Relaying { patient_until: at.now };
-    if !matches!(at.task, Some(Order::Explore(_))) {
-        return relaying;
-    }
-    let search = if at.links.is_front_searching { search.given_up(at.now) } else { search };
-    let next = search.step(&config.search, at.now, at.odometer, &at.links.view());
-    next.map_or(relaying, |search| State::Searching { search })
 }

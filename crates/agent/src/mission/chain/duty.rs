@@ -1,0 +1,363 @@
+//! The duties of a drone of a chain, and the one function that moves it from one duty to the next.
+
+use core::ops::ControlFlow::{Break, Continue};
+
+use chain::search::{Place, Search};
+use units::{Instant, Metres, Order, Phase, Role};
+
+use super::links::Links;
+use crate::mission::{Next, Round};
+use crate::{AgentConfig, LandReason};
+
+/// What a drone of a chain does in the air, at its place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum ChainDuty {
+    /// The head flies as the pilot says.
+    Leading {
+        /// Until then the head bears a weak or missing link.
+        patient_until: Instant,
+    },
+    /// A relay makes its two links equal.
+    Relaying {
+        /// Until then the relay bears a weak or missing link.
+        patient_until: Instant,
+    },
+    /// A relay that no longer hears a drone in front flies on to find one.
+    Reconnecting {
+        /// When the relay lost its front neighbour.
+        since: Instant,
+        /// The odometer at that moment.
+        from: Metres,
+    },
+    /// A relay whose links are too weak looks for a better place.
+    Searching {
+        /// The search, with the part of it that is done.
+        search: Search,
+    },
+    /// A relay that is no longer needed flies home. The relays in front take it for the end of
+    /// their chain, as they take the base.
+    Retiring,
+    /// The drone flies back towards a neighbour that it hears too weakly, or not at all.
+    BackingUp {
+        /// When it began to fly back.
+        since: Instant,
+        /// The odometer at that moment.
+        from: Metres,
+    },
+}
+
+/// Everything that a transition between duties depends on.
+pub(super) struct Standing<'a> {
+    pub(super) config: &'a AgentConfig,
+    pub(super) round: &'a Round,
+    pub(super) links: Links,
+    /// Whether a relay should look for a better place now.
+    pub(super) searches: bool,
+    /// Whether the chain no longer needs a relay.
+    pub(super) retires: bool,
+}
+
+impl ChainDuty {
+    /// The duty of a head or a relay at its place, which bears with its links until `patient_until`.
+    pub(crate) const fn at_place(role: Role, patient_until: Instant) -> Self {
+        match role {
+            Role::Head => Self::Leading { patient_until },
+            Role::Relay | Role::Base => Self::Relaying { patient_until },
+        }
+    }
+
+    /// The duty's name, without its data.
+    #[must_use]
+    pub const fn name(&self) -> &'static str {
+        match self {
+            Self::Leading { .. } => "leading",
+            Self::Relaying { .. } => "relaying",
+            Self::Reconnecting { .. } => "reconnecting",
+            Self::Searching { .. } => "searching",
+            Self::Retiring => "retiring",
+            Self::BackingUp { .. } => "backing-up",
+        }
+    }
+
+    /// The duty's number on the air, among those of all states.
+    #[must_use]
+    pub const fn code(&self) -> u8 {
+        match self {
+            Self::Leading { .. } => 3,
+            Self::Relaying { .. } => 4,
+            Self::Reconnecting { .. } => 5,
+            Self::BackingUp { .. } => 6,
+            Self::Searching { .. } => 10,
+            Self::Retiring => 11,
+        }
+    }
+
+    /// What the other drones of the mission are told of the duty.
+    pub(crate) const fn phase(&self) -> Phase {
+        match self {
+            Self::Leading { .. }
+            | Self::Relaying { .. }
+            | Self::Reconnecting { .. }
+            | Self::Retiring
+            | Self::BackingUp { .. } => Phase::Linked,
+            Self::Searching { .. } => Phase::Searching,
+        }
+    }
+
+    /// The transition function: the duty after this one's round, or the landing that ends it.
+    pub(super) fn next(self, at: &Standing<'_>) -> Next<Self> {
+        dismissed(at)?;
+        match self {
+            Self::Leading { patient_until } => Continue(leading(patient_until, at)),
+            Self::Relaying { patient_until } => Continue(relaying(patient_until, at)),
+            Self::Reconnecting { since, from } => Continue(reconnecting(since, from, at)),
+            Self::Searching { search } => Continue(searching(search, at)),
+            Self::Retiring => retiring(at),
+            Self::BackingUp { since, from } => backing_up(since, from, at),
+        }
+    }
+}
+
+/// What ends every duty: an order to land, or having come home when called.
+fn dismissed(at: &Standing<'_>) -> Next<()> {
+    match at.round.order() {
+        Some(Order::Land) => Break(LandReason::Ordered),
+        Some(Order::Return) if is_home(at) => Break(LandReason::Home),
+        _ => Continue(()),
+    }
+}
+
+/// Next to the base, and where it took off by odometer or by signal: ways flown round bends
+/// differ out and back, and the base is nowhere stronger than at home.
+fn is_home(at: &Standing<'_>) -> bool {
+    let Some(base) = at.links.base else { return false };
+    at.round.way <= at.config.flight.home || at.links.home_rssi.is_some_and(|home| base >= home)
+}
+
+/// Whether links call for a retreat. A drone whose neighbour searches bears a weak one.
+fn retreats(at: &Standing<'_>) -> bool {
+    let links = &at.links;
+    let bears = links.is_searched && links.back.is_some();
+    !bears && at.config.retreat.wanted(links.front, links.back, false)
+}
+
+/// The duty of a drone that flies back from where it is.
+const fn backs_up(at: &Standing<'_>) -> ChainDuty {
+    ChainDuty::BackingUp { since: at.round.now, from: at.round.way }
+}
+
+fn leading(patient_until: Instant, at: &Standing<'_>) -> ChainDuty {
+    if at.round.now >= patient_until && retreats(at) {
+        backs_up(at)
+    } else {
+        ChainDuty::Leading { patient_until }
+    }
+}
+
+fn relaying(patient_until: Instant, at: &Standing<'_>) -> ChainDuty {
+    let Round { now, way, .. } = *at.round;
+    let is_patient = now < patient_until;
+    let is_called_home = at.round.order() == Some(Order::Return);
+    if !is_patient && retreats(at) {
+        backs_up(at)
+    } else if !is_patient && at.links.front.is_none() && !is_called_home {
+        ChainDuty::Reconnecting { since: now, from: way }
+    } else if at.retires {
+        ChainDuty::Retiring
+    } else if let (true, Some(weaker)) = (at.searches, at.links.view().weaker) {
+        ChainDuty::Searching { search: Search::begin(now, Place { way, weaker }) }
+    } else {
+        ChainDuty::Relaying { patient_until }
+    }
+}
+
+fn reconnecting(since: Instant, from: Metres, at: &Standing<'_>) -> ChainDuty {
+    if at.config.retreat.wanted(at.links.front, at.links.back, false) {
+        backs_up(at)
+    } else if at.links.front.is_some() || at.round.order() == Some(Order::Return) {
+        ChainDuty::Relaying { patient_until: at.round.now }
+    } else {
+        ChainDuty::Reconnecting { since, from }
+    }
+}
+
+/// A search ends with an order other than to explore. Of two neighbours that began at once, the one
+/// behind goes back.
+fn searching(search: Search, at: &Standing<'_>) -> ChainDuty {
+    let Round { now, way, .. } = *at.round;
+    let relaying = ChainDuty::Relaying { patient_until: now };
+    if !at.round.explores() {
+        return relaying;
+    }
+    let search = if at.links.is_front_searching { search.given_up(now) } else { search };
+    let next = search.step(&at.config.search, now, way, &at.links.view());
+    next.map_or(relaying, |search| ChainDuty::Searching { search })
+}
+
+/// A relay that flies home stays where it is needed again: where a link is missing or becomes too weak.
+fn retiring(at: &Standing<'_>) -> Next<ChainDuty> {
+    let least = at.config.launch.limit + at.config.launch.margin;
+    let can_go = at.round.explores()
+        && at.links.base.is_some()
+        && at.links.front.is_some_and(|front| front >= least);
+    if !can_go {
+        Continue(ChainDuty::Relaying { patient_until: at.round.now })
+    } else if is_home(at) {
+        Break(LandReason::Retired)
+    } else {
+        Continue(ChainDuty::Retiring)
+    }
+}
+
+fn backing_up(since: Instant, from: Metres, at: &Standing<'_>) -> Next<ChainDuty> {
+    let Round { now, role, way, .. } = *at.round;
+    let retreat = &at.config.retreat;
+    let is_spent = now.since(since) >= retreat.max_time || from - way >= retreat.max_distance;
+    if !retreat.wanted(at.links.front, at.links.back, true) {
+        Continue(ChainDuty::at_place(role, now))
+    } else if !is_spent {
+        Continue(ChainDuty::BackingUp { since, from })
+    } else if at.links.back.is_some() {
+        Continue(ChainDuty::at_place(role, now + retreat.rest))
+    } else {
+        Break(LandReason::LinkLost)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use units::{Dbm, Duration, MetresPerSecond, NodeId};
+
+    use super::*;
+    use crate::mission::Task;
+
+    const EXPLORE: Order = Order::Explore(MetresPerSecond(0.2));
+    const NOW: Instant = Instant::from_millis(100_000);
+    /// Where the drone is.
+    const HERE: Metres = Metres(5.0);
+    const CONFIG: AgentConfig = AgentConfig::DEFAULT;
+
+    const GOOD: Links = Links {
+        front: Some(Dbm(-50.0)),
+        back: Some(Dbm(-50.0)),
+        base: Some(Dbm(-50.0)),
+        home_rssi: Some(Dbm(-40.0)),
+        is_front_near: false,
+        is_back_near: false,
+        is_searched: false,
+        is_front_searching: false,
+    };
+    const AT_HOME: Links = Links { base: Some(Dbm(-40.0)), ..GOOD };
+    const WEAK: Dbm = Dbm(-95.0);
+
+    fn search() -> Search {
+        Search::begin(NOW, Place { way: HERE, weaker: Dbm(-70.0) })
+    }
+
+    fn duties() -> [ChainDuty; 6] {
+        [
+            ChainDuty::Leading { patient_until: Instant::ZERO },
+            ChainDuty::Relaying { patient_until: Instant::ZERO },
+            ChainDuty::Reconnecting { since: NOW, from: HERE },
+            ChainDuty::Searching { search: search() },
+            ChainDuty::Retiring,
+            ChainDuty::BackingUp { since: NOW, from: HERE },
+        ]
+    }
+
+    fn after(duty: ChainDuty, order: Order, links: Links) -> Next<ChainDuty> {
+        after_asking(duty, order, links, [false; 2])
+    }
+
+    /// The same where the chain asks for a search, or no longer needs the relay.
+    fn after_asking(
+        duty: ChainDuty,
+        order: Order,
+        links: Links,
+        [searches, retires]: [bool; 2],
+    ) -> Next<ChainDuty> {
+        let role = if duty.name() == "leading" { Role::Head } else { Role::Relay };
+        let task = Some(Task { order, given: NOW });
+        let round = Round { now: NOW, id: NodeId(1), role, task, way: HERE };
+        duty.next(&Standing { config: &CONFIG, round: &round, links, searches, retires })
+    }
+
+    const RELAYING: Next<ChainDuty> = Continue(ChainDuty::Relaying { patient_until: NOW });
+
+    #[test]
+    fn every_duty_ends_by_an_order_to_land_and_at_home_when_called_there() {
+        for duty in duties() {
+            assert_eq!(after(duty, Order::Land, GOOD), Break(LandReason::Ordered));
+            assert_eq!(after(duty, Order::Return, AT_HOME), Break(LandReason::Home));
+            assert!(after(duty, Order::Return, GOOD).is_continue(), "away from home");
+        }
+    }
+
+    #[test]
+    fn names_and_codes_are_of_one_duty_each() {
+        let duties = duties();
+        for (n, one) in duties.iter().enumerate() {
+            for other in duties.iter().skip(n + 1) {
+                assert_ne!(one.name(), other.name());
+                assert_ne!(one.code(), other.code());
+            }
+        }
+    }
+
+    #[test]
+    fn a_relay_searches_when_the_chain_asks_it_to_and_retires_rather() {
+        let [_, relaying, ..] = duties();
+        let weaker = Dbm(-50.0);
+        let search = Search::begin(NOW, Place { way: HERE, weaker });
+        let after = |asks| after_asking(relaying, EXPLORE, GOOD, asks);
+        assert_eq!(after([true, false]), Continue(ChainDuty::Searching { search }));
+        assert_eq!(after([true, true]), Continue(ChainDuty::Retiring));
+        assert_eq!(after([false, false]), Continue(relaying));
+    }
+
+    #[test]
+    fn a_search_ends_with_the_order_to_explore_and_gives_way_to_the_neighbour_in_front() {
+        let searching = ChainDuty::Searching { search: search() };
+        assert_eq!(after(searching, Order::Return, GOOD), RELAYING);
+        let links = Links { is_searched: true, is_front_searching: true, ..GOOD };
+        assert_eq!(after(searching, EXPLORE, links), RELAYING, "it has not left its place yet");
+        let away = Place { way: HERE - Metres(3.0), weaker: Dbm(-70.0) };
+        let searching = ChainDuty::Searching { search: Search::begin(NOW, away) };
+        let given_up = Search::begin(NOW, away).given_up(NOW);
+        let goes_back = Continue(ChainDuty::Searching { search: given_up });
+        assert_eq!(after(searching, EXPLORE, links), goes_back);
+    }
+
+    #[test]
+    fn a_relay_that_is_not_needed_flies_home_and_stays_where_it_is_needed_again() {
+        let retires = |links| after(ChainDuty::Retiring, EXPLORE, links);
+        assert_eq!(retires(GOOD), Continue(ChainDuty::Retiring));
+        assert_eq!(retires(AT_HOME), Break(LandReason::Retired));
+        assert_eq!(retires(Links { front: Some(WEAK), ..GOOD }), RELAYING);
+        assert_eq!(retires(Links { front: None, ..GOOD }), RELAYING);
+        assert_eq!(retires(Links { base: None, ..GOOD }), RELAYING);
+        assert_eq!(after(ChainDuty::Retiring, Order::Return, GOOD), RELAYING);
+    }
+
+    #[test]
+    fn a_drone_whose_neighbour_searches_bears_a_weak_link_but_not_a_lost_one() {
+        let [leading, ..] = duties();
+        let weak = Links { back: Some(WEAK), base: None, ..GOOD };
+        let backs_up = Continue(ChainDuty::BackingUp { since: NOW, from: HERE });
+        assert_eq!(after(leading, EXPLORE, weak), backs_up);
+        let searched = Links { is_searched: true, ..weak };
+        assert_eq!(after(leading, EXPLORE, searched), Continue(leading));
+        assert_eq!(after(leading, EXPLORE, Links { back: None, ..searched }), backs_up);
+    }
+
+    #[test]
+    fn patience_outlasts_a_weak_link_for_a_while() {
+        let patient_until = NOW + Duration::from_secs(1);
+        let weak = Links { front: Some(Dbm(-50.0)), back: Some(WEAK), base: None, ..GOOD };
+        for duty in [ChainDuty::Leading { patient_until }, ChainDuty::Relaying { patient_until }] {
+            assert_eq!(after(duty, EXPLORE, weak), Continue(duty));
+        }
+    }
+}

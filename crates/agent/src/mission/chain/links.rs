@@ -1,0 +1,56 @@
+//! The two links of a drone of a chain, as the transitions between its duties need them.
+
+use chain::neighbours::Neighbour;
+use chain::search::View;
+use units::{Dbm, Phase};
+
+use super::Chain;
+use super::search::is_searching;
+use crate::AgentConfig;
+
+/// A drone's two links.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Links {
+    /// The filtered strength of the front link, if there is one.
+    pub(super) front: Option<Dbm>,
+    /// The filtered strength of the back link, if there is one.
+    pub(super) back: Option<Dbm>,
+    /// The same, where the base is that neighbour.
+    pub(super) base: Option<Dbm>,
+    /// The strength of the base where the drone took off.
+    pub(super) home_rssi: Option<Dbm>,
+    /// Whether the drone in front leaves no room to come nearer.
+    pub(super) is_front_near: bool,
+    /// Whether the drone behind leaves no room to come nearer.
+    pub(super) is_back_near: bool,
+    /// Whether a neighbour has left its place to look for a better one.
+    pub(super) is_searched: bool,
+    /// The same of the neighbour in front.
+    pub(super) is_front_searching: bool,
+}
+
+impl Links {
+    /// Both links, as a search needs them.
+    pub(super) fn view(&self) -> View {
+        let weaker = self.front.zip(self.back).map(|(front, back)| Dbm(front.0.min(back.0)));
+        View { weaker, is_front_near: self.is_front_near, is_back_near: self.is_back_near }
+    }
+}
+
+impl Chain {
+    /// The two links of this round.
+    pub(super) fn links(&self, config: &AgentConfig) -> Links {
+        let (front, back) = (self.front(), self.back());
+        let is_near = |n: &Neighbour| config.policy.is_too_near(n.rssi());
+        Links {
+            front: front.map(Neighbour::rssi),
+            back: back.map(Neighbour::rssi),
+            base: back.filter(|n| n.report.phase == Phase::Base).map(Neighbour::rssi),
+            home_rssi: self.home_rssi,
+            is_front_near: front.is_some_and(is_near),
+            is_back_near: back.is_some_and(is_near),
+            is_searched: [front, back].into_iter().flatten().any(is_searching),
+            is_front_searching: front.is_some_and(is_searching),
+        }
+    }
+}

@@ -1,0 +1,72 @@
+//! The turns of the relays: which of those on the ground flies next, and which of those in the air is
+//! no longer needed.
+
+use chain::launch::LaunchWatch;
+use chain::retirement::with_one_link_less;
+use units::{Instant, Phase, Role};
+
+use super::search::is_searching;
+use super::{Chain, ChainDuty};
+use crate::AgentConfig;
+use crate::mission::{Call, Round};
+
+impl Chain {
+    /// Whether the chain calls for this drone, which is on the ground and was armed at `armed`, if it
+    /// is.
+    pub(crate) fn call(
+        &mut self,
+        config: &AgentConfig,
+        round: &Round,
+        armed: Option<Instant>,
+    ) -> Call {
+        let (lower_waits, lower_linked) = self
+            .neighbours
+            .heard(round.now, config.retreat.lost_after)
+            .filter(|n| n.report.from < round.id)
+            .fold((false, false), |(waits, linked), n| {
+                let phase = n.report.phase;
+                (
+                    waits || matches!(phase, Phase::Waiting | Phase::Transit),
+                    linked || phase.is_link(),
+                )
+            });
+        let is_ready = |since| round.now.since(since) >= config.launch.arm_delay;
+        let launches = if armed.is_some_and(is_ready) {
+            self.launches(config, round)
+        } else {
+            self.launch = LaunchWatch::new();
+            false
+        };
+        let head = round.role == Role::Head;
+        Call {
+            arms: head || (!lower_waits && lower_linked),
+            stays_armed: head || !lower_waits,
+            takes_off: head || launches,
+        }
+    }
+
+    /// Whether the links call for this relay, which is the next to fly.
+    fn launches(&mut self, config: &AgentConfig, round: &Round) -> bool {
+        if let Some((level, chain)) = self.told_by_base() {
+            return self.launch.step_level(round.now, &config.launch, level, chain);
+        }
+        let front = self.front().map(|front| (front.rssi(), front.report.links));
+        let (rssi, ahead) = front.unzip();
+        self.launch.step(round.now, &config.launch, rssi, ahead.flatten())
+    }
+
+    /// Whether the chain no longer needs this drone at its `duty`: the relay next to the base that was
+    /// launched in this mission.
+    pub(super) fn retires(&mut self, config: &AgentConfig, round: &Round, duty: ChainDuty) -> bool {
+        let is_last = self.back().is_some_and(|back| back.report.phase == Phase::Base);
+        let is_free = matches!(duty, ChainDuty::Relaying { .. })
+            && round.explores()
+            && self.front().is_some_and(|front| !is_searching(front))
+            && self.found.is_none();
+        let [ahead, behind] = self.sums;
+        let without = with_one_link_less(ahead.and(behind))
+            .filter(|_| is_last && is_free && self.home_rssi.is_some());
+        let wanted = config.launch.limit + config.launch.margin;
+        self.retirement.step(&config.retirement, round.now, without, wanted)
+    }
+}
