@@ -8,8 +8,7 @@
 //! | [`scenario`] | what a mission is: the TOML files, checked |
 //! | [`world`] | floor plan, skeleton, beams, radio, and the best chain that could be |
 //! | [`bodies`] | the bodies of drones: a point, a rigid body, or one whose firmware runs in an emulator |
-//! | [`medium`] | the air between the radios, packet by packet |
-//! | [`mission`] | one mission, step by step |
+//! | [`mission`] | one mission, step by step: on-board code, bodies, and the medium between the radios |
 //! | [`measure`] | the record of a mission, its figures, campaigns, the paper's figure 3, and the benchmarks |
 //! | [`replay`] | recorded RSSI through the on-board code |
 //! | [`output`] | files and pictures |
@@ -23,7 +22,6 @@ pub mod cli;
 pub mod input_error;
 pub mod keys;
 pub mod measure;
-pub mod medium;
 pub mod mission;
 pub mod output;
 pub mod random;

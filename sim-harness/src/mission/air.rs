@@ -13,7 +13,7 @@ use super::hosted::Hosted;
 use super::log::OrderLog;
 use super::member::{Member, OnLine, Onboard};
 use super::{CRAFT_STEP_US, Mission, Part};
-use crate::medium::{Arrives, Ether, timing};
+use crate::mission::medium::{Arrives, Ether, timing};
 use crate::world::{Radio, SkeletonPlace, SurveyedPlace};
 
 /// The next event on the air.

@@ -18,7 +18,7 @@ use units::{Dbm, NodeId, Order, Role};
 use super::Mission;
 use super::air::Strengths;
 use super::member::{Member, Onboard};
-use crate::medium::{Loss, Tally};
+use crate::mission::medium::{Loss, Tally};
 use crate::random::{Purpose, Stream};
 use crate::scenario::Scenario;
 use crate::world::Radio;

@@ -4,7 +4,7 @@
 use std::collections::VecDeque;
 
 use super::{Mission, Strengths, World};
-use crate::medium::Medium;
+use crate::mission::medium::Medium;
 use crate::scenario::Scenario;
 use crate::world::SkeletonPlace;
 

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 
 use wire::p2p::{Counter, Header, Kind};
 
-use crate::medium::Tally;
+use crate::mission::medium::Tally;
 
 /// Delays are counted by the millisecond, up to this many.
 const LONGEST_MS: usize = 5_000;

@@ -14,7 +14,7 @@ use crate::bodies::craft::GroundTable;
 use crate::bodies::point::VehicleTable;
 use crate::input_error::InputError;
 use crate::measure::metrics::CriteriaTable;
-use crate::medium::RadioTable;
+use crate::mission::medium::RadioTable;
 use crate::mission::{
     AgentTables, DronesTable, LaunchTable, LossTable, PilotTable, PolicyTable, RetreatTable,
 };

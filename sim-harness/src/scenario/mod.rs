@@ -19,7 +19,7 @@ use crate::bodies::craft::flow::Ground;
 use crate::bodies::point::VehicleSpec;
 use crate::input_error::InputError;
 pub use crate::measure::metrics::Criteria;
-use crate::medium::{MediumConfig, Polling, RadioSpec};
+use crate::mission::medium::{MediumConfig, Polling, RadioSpec};
 pub use crate::mission::{Drones, Loss, LossKind, PilotStep, Start};
 use crate::suggest;
 pub use crate::world::Spot;

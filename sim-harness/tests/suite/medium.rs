@@ -1,8 +1,8 @@
 //! The air, packet by packet: what two, three and four stations hear of each other.
 
 use radio_model::Reception;
-use sim_harness::medium::timing::{air_us, flight_us};
-use sim_harness::medium::{Medium, MediumConfig, Polling};
+use sim_harness::mission::medium::timing::{air_us, flight_us};
+use sim_harness::mission::medium::{Medium, MediumConfig, Polling};
 use units::{Db, Dbm};
 use wire::radio::Datarate;
 

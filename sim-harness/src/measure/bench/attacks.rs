@@ -10,7 +10,7 @@ use wire::radio::Datarate;
 use wire::syslink::MAX_P2P;
 
 use crate::input_error::InputError;
-use crate::medium::timing;
+use crate::mission::medium::timing;
 use crate::mission::{Mission, ROUND_US, World};
 use crate::random::{Purpose, Stream};
 use crate::scenario::{Fidelity, Scenario};

@@ -14,7 +14,7 @@ use units::{LinkSum, Metres, MetresPerSecond, NodeId, Order, Phase};
 use wire::p2p::{Report, Telemetry};
 
 use super::net::{End, Fleet, Net, next_only};
-use crate::medium::{Medium, MediumConfig, Polling};
+use crate::mission::medium::{Medium, MediumConfig, Polling};
 use crate::random::{Purpose, Stream};
 
 /// The numbers of drones in the chains.

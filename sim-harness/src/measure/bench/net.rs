@@ -8,7 +8,7 @@ use wire::p2p::Epoch;
 use wire::radio::Datarate;
 use wire::syslink::MAX_P2P;
 
-use crate::medium::{Ether, Medium};
+use crate::mission::medium::{Ether, Medium};
 use crate::random::{Purpose, Stream};
 
 const NEVER: u64 = u64::MAX;
