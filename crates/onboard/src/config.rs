@@ -1,0 +1,69 @@
+//! A drone's constants, and what the settings that it has stored make of them.
+
+use agent::{AgentConfig, ConfigError};
+use airlink::LinkConfig;
+use chain::policy::Policy;
+use storage::settings::{Limits, Settings};
+use units::{Duration, PolicyCode};
+
+/// A drone's constants.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Config {
+    /// The agent's.
+    pub agent: AgentConfig,
+    /// The radio link's.
+    pub link: LinkConfig,
+    /// For how long reports and orders lie in the mailbox before the agent may take them. It is zero
+    /// on board; the simulator studies delays with it.
+    pub mailbox_delay: Duration,
+}
+
+impl Config {
+    /// The constants that are flashed unless others are chosen.
+    pub const DEFAULT: Self = Self {
+        agent: AgentConfig::DEFAULT,
+        link: LinkConfig::DEFAULT,
+        mailbox_delay: Duration::ZERO,
+    };
+
+    /// The same with the settings that the drone has stored. `complain` is called for each setting
+    /// that cannot be used; in its place the constants hold.
+    #[must_use]
+    pub fn with_settings(
+        mut self,
+        settings: &Settings,
+        mut complain: impl FnMut(Unusable),
+    ) -> Self {
+        if let Some(height) = settings.height {
+            self.agent.flight.height = height;
+        }
+        match settings.policy.map(|code| (code, Policy::with_code(code))) {
+            None => {}
+            Some((_, Some(policy))) => self.agent.policy = policy.config,
+            Some((code, None)) => complain(Unusable::Policy(code)),
+        }
+        let Limits { launch, retreat } = settings.limits;
+        let limited = self.agent.with_limits(launch, retreat);
+        match limited.check() {
+            Ok(()) => self.agent = limited,
+            Err(why) => complain(Unusable::Limits(why)),
+        }
+        self
+    }
+}
+
+/// A setting that cannot be used.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Unusable {
+    /// The limits contradict each other.
+    Limits(ConfigError),
+    /// There is no movement policy of this code.
+    Policy(PolicyCode),
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}

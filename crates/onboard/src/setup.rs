@@ -1,0 +1,95 @@
+//! How a drone begins a run.
+
+use agent::Agent;
+use airlink::{Identity, Schedule};
+use chain::policy::REGISTRY;
+use crtp::{About, Parameters};
+use units::{Instant, NodeId, Role};
+use wire::p2p::Epoch;
+
+use crate::{Config, Operator};
+
+/// How a drone begins.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Setup {
+    /// The drone's number and role.
+    pub identity: Identity,
+    /// Whether the drone starts on the ground, after a fault, or in the air.
+    pub start: Start,
+    /// Whether a stop stood when the last run ended and the drone was not switched off since.
+    pub stopped: bool,
+    /// The read-only parameters of the drone.
+    pub about: About,
+}
+
+impl Setup {
+    /// A drone of this number and role that was switched on, on the ground.
+    #[must_use]
+    pub const fn new(node: NodeId, role: Role) -> Self {
+        Self {
+            identity: Identity { node, role },
+            start: Start::OnGround,
+            stopped: false,
+            about: About { node, role, ..Parameters::DEFAULT.about },
+        }
+    }
+
+    /// The agent at the start of the run.
+    pub(crate) fn agent(&self) -> Agent {
+        let Identity { node, role } = self.identity;
+        match self.start {
+            Start::OnGround => Agent::new(node, role),
+            Start::AfterFault => Agent::restarted(node, role),
+            Start::InAir(now) => Agent::new_linked(node, role, now),
+        }
+    }
+
+    /// The operator's orders at the start of the run.
+    pub(crate) const fn operator(&self) -> Operator {
+        if self.stopped { Operator::Stopped } else { Operator::Silent }
+    }
+
+    /// The parameters at the start of the run.
+    pub(crate) fn parameters(&self, config: &Config) -> Parameters {
+        let policy = REGISTRY.iter().find(|policy| policy.config == config.agent.policy);
+        Parameters {
+            height: config.agent.flight.height,
+            launch_limit: config.agent.launch.limit,
+            retreat_limit: config.agent.retreat.limit,
+            policy: policy.map(|policy| policy.code),
+            about: self.about,
+            ..Parameters::DEFAULT
+        }
+    }
+}
+
+/// How and where a drone starts a run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Start {
+    /// On the ground, switched on.
+    OnGround,
+    /// On the ground, as far as it knows, after a run that ended by a fault or in the air.
+    AfterFault,
+    /// In the air, at its place in the chain, at this moment: for studies.
+    InAir(Instant),
+}
+
+/// The keys that a drone has, for its link.
+#[derive(Debug)]
+pub enum Keys<S> {
+    /// It was never provisioned.
+    Missing,
+    /// It has keys that it must not use.
+    Unusable,
+    /// It has keys, and an epoch to use them in.
+    Held {
+        /// Seals packets with the keys.
+        seal: S,
+        /// The epoch of this run, which was never used before with these keys.
+        epoch: Epoch,
+        /// The turns of the drone's number.
+        schedule: Schedule,
+        /// Whether clients may give orders through it, if it is the base.
+        may_fly: bool,
+    },
+}

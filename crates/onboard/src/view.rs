@@ -1,0 +1,86 @@
+//! What may be looked at of a drone.
+
+use agent::State;
+use airlink::{Airlink, Counters, Identity, Seal, Status};
+use crtp::Node;
+use units::NodeId;
+use wire::p2p::Counter;
+
+use crate::{Config, Drone, LinkHealth, Operator};
+
+impl<S: Seal> Drone<S> {
+    /// The drone's constants, with the policy that a client may have chosen.
+    #[must_use]
+    pub const fn config(&self) -> &Config {
+        &self.config
+    }
+
+    /// The drone's number and role.
+    #[must_use]
+    pub const fn identity(&self) -> Identity {
+        self.identity
+    }
+
+    /// The state of the agent.
+    #[must_use]
+    pub const fn state(&self) -> State {
+        self.agent.state()
+    }
+
+    /// The outputs of the agent's last round; `None` before the first.
+    #[must_use]
+    pub const fn outputs(&self) -> Option<&agent::Outputs> {
+        self.outputs.as_ref()
+    }
+
+    /// The operator's orders, as this node has them.
+    #[must_use]
+    pub const fn operator(&self) -> Operator {
+        self.orders.operator
+    }
+
+    /// Whether a stop stands: the motors must be off, and the caller must store the stop over a
+    /// restart.
+    #[must_use]
+    pub fn is_stopped(&self) -> bool {
+        self.orders.operator == Operator::Stopped
+            || self.mailbox.stops()
+            || self.agent.state() == State::Stopped
+    }
+
+    /// Whether the drone is part of a chain, or could be.
+    #[must_use]
+    pub fn link_health(&self) -> LinkHealth {
+        self.link.health()
+    }
+
+    /// How the drone stands with the others; `None` while its link is shut.
+    #[must_use]
+    pub fn link_status(&self) -> Option<Status> {
+        self.link.open().map(Airlink::status)
+    }
+
+    /// The counters of the link; `None` while it is shut.
+    #[must_use]
+    pub fn link_counters(&self) -> Option<Counters> {
+        self.link.open().map(Airlink::counters)
+    }
+
+    /// The number of the last order that has come over the link.
+    #[must_use]
+    pub const fn last_order(&self) -> Option<Counter> {
+        self.heeded.last
+    }
+
+    /// The last telemetry of a node, at the base.
+    #[must_use]
+    pub fn node(&self, node: NodeId) -> Option<Node> {
+        self.nodes.get(usize::from(node.0)).copied().flatten()
+    }
+
+    /// Reports that were dropped because the mailbox was full.
+    #[must_use]
+    pub const fn dropped_reports(&self) -> u32 {
+        self.mailbox.dropped()
+    }
+}
