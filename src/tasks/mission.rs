@@ -77,7 +77,7 @@ fn log_change(before: State, outputs: &Outputs) {
             status.state.name(),
             status.front.map(|link| link.rssi.0),
             status.back.map(|link| link.rssi.0),
-            status.odometer.0,
+            status.here.odometer.0,
         );
         defmt::debug!("{}", status.state);
     }

@@ -7,7 +7,7 @@ use flight::Cause;
 use tunnel_nav::{Diagonals, Walls};
 use units::{Dbm, Duration, Metres, MetresPerSecond, NodeId, Order, Phase, Radians, Setpoint};
 
-use crate::State;
+use crate::{Reckoning, State};
 
 /// A velocity over ground in body axes, as the optic flow measures it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -103,8 +103,8 @@ pub struct Status {
     pub front: Option<LinkView>,
     /// The link towards the base.
     pub back: Option<LinkView>,
-    /// The drone's way along the tunnel since take-off.
-    pub odometer: Metres,
+    /// Where the drone is by its own reckoning.
+    pub here: Reckoning,
     /// The walls that the drone steers by.
     pub walls: Walls,
 }

@@ -6,44 +6,57 @@
 //! since the last call, and returns what to do. It owns no clock, no radio and no random number,
 //! never allocates and never panics; the same inputs give the same outputs, bit for bit.
 //!
-//! Head, relay and base are [`Role`]s of it. What a drone is doing is its [`State`]:
+//! Head, relay and base are [`Role`]s of it. What a drone is doing is its [`State`]: on the ground,
+//! on its way up or down, and stopped it is in the hands of a shell that every mission shares; in the
+//! air it is [`State::OnMission`], with the [`Duty`] that the mission has for it.
 //!
 //! ```text
 //!          order             its turn           high enough
-//!   Idle ─────────▶ Armed ─────────▶ TakingOff ─────────▶ Leading (head)
-//!    ▲                                                    Relaying (relay) ⇄ Searching, Retiring
-//!    │ order: wait                           front lost ⇅      ⇅ back weak or lost
-//!   Landed ◀──────── Landing ◀──────── Reconnecting       BackingUp
-//!             touched down    order, home, bound reached
+//!   Idle ─────────▶ Armed ─────────▶ TakingOff ─────────▶ OnMission(Duty)
+//!    ▲                                    │                   │
+//!    │ order: wait, or it                 │ order: land,      │ unfit, or for the mission's
+//!    │ landed as not needed               │ unfit, too slow   │ reason: order: land, home …
+//!   Landed ◀──────── Landing ◀────────────┴───────────────────┘
+//!             touched down
 //!
 //!   Stopped: from anywhere, by order; for good.
 //! ```
 //!
 //! A drone that comes back from a fault begins as Landed ([`Agent::restarted`]).
 //!
-//! The states on the ground, take-off, landing and stopping are a shell that every mission shares;
-//! the four states on the right are the chain's, one of the missions that an agent can be on.
+//! The duties of the chain, the one mission that there is so far ([`ChainDuty`]):
+//!
+//! ```text
+//!   Leading (head) ⇄ BackingUp      back link weak or lost; lands where it stays lost
+//!
+//!   Relaying (relay) ⇄ BackingUp    the same
+//!                    ⇄ Reconnecting front link lost; backs up where the back link is weak or lost
+//!                    ⇄ Searching    the chain is at rest, and weak with equal links
+//!                    ⇄ Retiring     no longer needed; lands at home
+//! ```
 #![no_std]
 
 mod config;
 mod io;
 mod mission;
 mod motion;
+mod odometry;
 mod state;
 
 pub use config::{AgentConfig, ConfigError, FlightConfig};
 pub use io::{BodyVelocity, Fitness, Inputs, LinkView, Outputs, Status};
 pub use mission::Duty;
 pub use mission::chain::ChainDuty;
+pub use odometry::Reckoning;
 pub use state::{LandReason, State};
 
 use ::chain::report::Report;
-use tunnel_nav::{Bearings, Navigator, Walls};
+use tunnel_nav::{NavCommand, Navigator, Walls};
 use units::{Duration, Instant, Metres, MetresPerSecond, NodeId, Order, Phase, Role, Setpoint};
 
 use mission::chain::Chain;
 use mission::{Mission, PassedOn, Round, Task, Wish};
-use motion::Motion;
+use odometry::{Odometry, along_tunnel};
 use state::Situation;
 
 /// The agent of one drone: the shell that every mission shares, around the one that the drone is on.
@@ -59,10 +72,7 @@ pub struct Agent {
     recalled: bool,
     /// Whether the drone would take off.
     fit: bool,
-    odometer: Metres,
-    motion: Motion,
-    /// The way to the left since take-off, in the body axes of each moment.
-    aside: Metres,
+    odometry: Odometry,
     last_step: Option<Instant>,
     sequence: u16,
 }
@@ -93,9 +103,7 @@ impl Agent {
             heeded: None,
             recalled: false,
             fit: true,
-            odometer: Metres::ZERO,
-            motion: Motion::STILL,
-            aside: Metres::ZERO,
+            odometry: Odometry::new(),
             last_step: None,
             sequence: 0,
         }
@@ -148,8 +156,7 @@ impl Agent {
         let next = self.state.next(config, &mut self.mission, &round, &situation);
         if matches!(next, State::TakingOff { .. }) && !matches!(self.state, State::TakingOff { .. })
         {
-            self.odometer = Metres::ZERO;
-            self.aside = Metres::ZERO;
+            self.odometry.take_off();
         }
         if matches!(next, State::TakingOff { .. }) {
             self.mission.note_home();
@@ -160,19 +167,12 @@ impl Agent {
 
     /// Takes in the motion, the packets and the orders since the last step.
     fn listen(&mut self, config: &AgentConfig, now: Instant, dt: Duration, inputs: &Inputs<'_>) {
-        let measured = self.along_tunnel(inputs);
-        let flown = if self.state.is_airborne() {
-            self.motion.step(measured, dt)
-        } else {
-            self.motion = Motion::STILL;
-            MetresPerSecond::ZERO
-        };
-        self.odometer += flown * dt;
+        let is_airborne = self.state.is_airborne();
+        let flown = self.odometry.step(inputs, is_airborne, dt);
         let velocity = match config.policy.estimates_slopes() {
             true => flown,
-            false => measured.unwrap_or(MetresPerSecond::ZERO),
+            false => along_tunnel(inputs.velocity, is_airborne).unwrap_or(MetresPerSecond::ZERO),
         };
-        self.aside += self.aside_of_tunnel(inputs) * dt;
         let round = self.round(now);
         self.mission.listen(config, &round, dt, velocity, inputs.heard);
         self.recalled |= inputs.heard.iter().any(|heard| heard.report.recall);
@@ -181,7 +181,7 @@ impl Agent {
         }
         let lasts = |left| left >= config.flight.least_endurance;
         self.fit = inputs.fitness == Fitness::Fit && inputs.endurance.is_none_or(lasts);
-        self.recalled |= self.state.is_airborne() && self.must_turn_back(config, inputs);
+        self.recalled |= is_airborne && self.must_turn_back(config, inputs);
         if self.told() == Some(Order::Wait) {
             self.recalled = false;
         }
@@ -189,7 +189,7 @@ impl Agent {
 
     /// Whether the battery has little more than the way home takes.
     fn must_turn_back(&self, config: &AgentConfig, inputs: &Inputs<'_>) -> bool {
-        let way = self.odometer.0.max(0.0) / config.flight.return_speed.0;
+        let way = self.odometry.reckoning().odometer.0.max(0.0) / config.flight.return_speed.0;
         inputs
             .endurance
             .is_some_and(|left| left.as_secs_f32() < config.flight.turns_back_below(way))
@@ -209,72 +209,27 @@ impl Agent {
         }
     }
 
-    /// The measured velocity along the tunnel: the drone's nose points along it, so it is the body's
-    /// own forward velocity. `None` without flow, and on the ground, where the flow sees nothing.
-    fn along_tunnel(&self, inputs: &Inputs<'_>) -> Option<MetresPerSecond> {
-        let forward = inputs.velocity?.forward;
-        (self.state.is_airborne() && forward.0.is_finite()).then_some(forward)
-    }
-
-    /// The drone's velocity to its left. Without flow it is taken to stand still, and on the ground
-    /// it does.
-    fn aside_of_tunnel(&self, inputs: &Inputs<'_>) -> MetresPerSecond {
-        match inputs.velocity {
-            Some(velocity) if self.state.is_airborne() && velocity.lateral.0.is_finite() => {
-                velocity.lateral
-            }
-            _ => MetresPerSecond::ZERO,
-        }
-    }
-
     /// This round as the mission is told of it.
     fn round(&self, now: Instant) -> Round {
         let task = self.task().zip(self.heeded);
         let task = task.map(|(order, Heeded { at, .. })| Task { order, given: at });
-        Round { now, id: self.id, role: self.role, task, way: self.odometer }
+        Round { now, id: self.id, role: self.role, task, here: self.odometry.reckoning() }
     }
 
     fn outputs(&mut self, config: &AgentConfig, now: Instant, inputs: &Inputs<'_>) -> Outputs {
         let round = self.round(now);
         let [front, back] = self.mission.views();
-        let (setpoint, walls) = match self.wish(config, &round) {
-            Wish::Rest => {
-                self.motion.command(MetresPerSecond::ZERO);
-                self.navigator = Navigator::new();
-                (Setpoint::Off, Walls::Neither)
-            }
-            Wish::Stop => {
-                self.motion.command(MetresPerSecond::ZERO);
-                (Setpoint::Stop, Walls::Neither)
-            }
-            // Low above the floor the side beams see the floor.
-            Wish::Along { height, .. } if self.is_low(config, inputs.height) => {
-                self.motion.command(MetresPerSecond::ZERO);
-                self.navigator = Navigator::new();
-                (Setpoint::hover(height), Walls::Neither)
-            }
-            Wish::Along { speed, height } => {
-                let bearings =
-                    Bearings { way: self.odometer, aside: self.aside, heading: inputs.heading };
-                let command = self.navigator.step(&config.nav, &inputs.ranges, speed, &bearings);
-                self.motion.command(command.forward);
-                let setpoint = Setpoint::Fly {
-                    forward: command.forward,
-                    lateral: command.lateral,
-                    yaw_rate: command.yaw_rate,
-                    height,
-                };
-                (setpoint, command.walls)
-            }
-        };
+        let wish = self.wish(config, &round);
+        let (setpoint, walls) = self.carry_out(wish, config, inputs);
         let PassedOn { links, sums, waiting, head_velocity } =
             self.mission.passed_on(config, &round);
+        let velocity = along_tunnel(inputs.velocity, self.state.is_airborne());
         let report = Report {
             from: self.id,
             sequence: self.sequence,
             phase: self.phase(),
-            velocity: self.along_tunnel(inputs).unwrap_or(MetresPerSecond::ZERO),
-            odometer: self.odometer,
+            velocity: velocity.unwrap_or(MetresPerSecond::ZERO),
+            odometer: round.way(),
             links,
             sums,
             waiting,
@@ -282,8 +237,37 @@ impl Agent {
             recall: self.recalled,
         };
         self.sequence = self.sequence.wrapping_add(1);
-        let status = Status { state: self.state, front, back, odometer: self.odometer, walls };
+        let status = Status { state: self.state, front, back, here: round.here, walls };
         Outputs { setpoint, report, status }
+    }
+
+    /// The set-point that carries a wish out, and the walls that it steers by.
+    fn carry_out(
+        &mut self,
+        wish: Wish,
+        config: &AgentConfig,
+        inputs: &Inputs<'_>,
+    ) -> (Setpoint, Walls) {
+        let (forward, setpoint, walls) = match wish {
+            Wish::Rest => {
+                self.navigator = Navigator::new();
+                (MetresPerSecond::ZERO, Setpoint::Off, Walls::Neither)
+            }
+            Wish::Stop => (MetresPerSecond::ZERO, Setpoint::Stop, Walls::Neither),
+            // Low above the floor the side beams see the floor.
+            Wish::Along { height, .. } if self.is_low(config, inputs.height) => {
+                self.navigator = Navigator::new();
+                (MetresPerSecond::ZERO, Setpoint::hover(height), Walls::Neither)
+            }
+            Wish::Along { speed, height } => {
+                let bearings = self.odometry.bearings(inputs.heading);
+                let NavCommand { forward, lateral, yaw_rate, walls } =
+                    self.navigator.step(&config.nav, &inputs.ranges, speed, &bearings);
+                (forward, Setpoint::Fly { forward, lateral, yaw_rate, height }, walls)
+            }
+        };
+        self.odometry.command(forward);
+        (setpoint, walls)
     }
 
     /// Whether the drone is on its way up or down and not near its height.

@@ -13,7 +13,7 @@ use units::{
     Duration, Instant, LinkSpan, LinkSum, Metres, MetresPerSecond, NodeId, Order, Phase, Role,
 };
 
-use crate::{AgentConfig, LandReason, LinkView};
+use crate::{AgentConfig, LandReason, LinkView, Reckoning};
 use chain::{Chain, ChainDuty};
 
 /// What a drone does in the air for its mission.
@@ -64,14 +64,19 @@ pub(crate) struct Round {
     pub(crate) role: Role,
     /// What is to be done.
     pub(crate) task: Option<Task>,
-    /// The drone's way along the tunnel since take-off.
-    pub(crate) way: Metres,
+    /// Where the drone is by its own reckoning.
+    pub(crate) here: Reckoning,
 }
 
 impl Round {
     /// The order to follow, if there was any.
     pub(crate) fn order(&self) -> Option<Order> {
         self.task.map(|task| task.order)
+    }
+
+    /// The drone's way along the tunnel since take-off.
+    pub(crate) const fn way(&self) -> Metres {
+        self.here.odometer
     }
 
     /// Whether the order is to explore.

@@ -5,7 +5,7 @@ use flight::{Attitude, Duties, Mode, StopCause};
 use sensors::pmw3901::Motion;
 use units::{
     Acceleration, AngularVelocity, Dbm, Duration, Instant, Metres, MetresPerSecond, NODES, NodeId,
-    Volts,
+    Point2, Volts,
 };
 use wire::p2p::Telemetry;
 
@@ -23,6 +23,8 @@ pub struct Snapshot {
     pub back: Option<LinkView>,
     /// Its way along the tunnel since take-off.
     pub odometer: Metres,
+    /// Its place in the frame of its take-off.
+    pub position: Point2,
     /// Its velocity along the tunnel, positive towards the head.
     pub along: MetresPerSecond,
     /// Whether a drone of the chain must come home.
@@ -67,6 +69,7 @@ impl Snapshot {
         front: None,
         back: None,
         odometer: Metres::ZERO,
+        position: Point2::new(0.0, 0.0),
         along: MetresPerSecond::ZERO,
         recalled: false,
         mode: None,

@@ -192,8 +192,9 @@ own! {
         "thrust": F32 "1/65535" "mean of the four motors" => |s| thrust(s.duties);
     }
     "stateEstimate" {
-        "x": F32 "m" "way along the tunnel since take-off" => |s| s.odometer.0;
-        "y": F32 "m" "always 0: the way has one dimension" => |_| 0.0;
+        "x": F32 "m" "place by dead reckoning: along the nose as it pointed at take-off"
+            => |s| s.position.x;
+        "y": F32 "m" "place by dead reckoning: to the left of that" => |s| s.position.y;
         "z": F32 "m" "height over ground" => |s| metres(s.height);
         "vx": F32 "m/s" "velocity over ground along the nose"
             => |s| s.velocity.map_or(0.0, |v| v.forward.0);

@@ -64,7 +64,7 @@ pub(crate) fn telemetry(outputs: &Outputs, sensed: &Sensed) -> p2p::Telemetry {
         endurance: sensed.endurance,
         front: link(&status.front),
         back: link(&status.back),
-        odometer: status.odometer,
+        odometer: status.here.odometer,
         velocity: report.velocity,
         height: sensed.height,
         heeded: 0,
@@ -107,7 +107,7 @@ const fn cause_code(cause: flight::Cause) -> u8 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use agent::{ChainDuty, Duty, Status};
+    use agent::{ChainDuty, Duty, Reckoning, Status};
     use tunnel_nav::Walls;
     use units::{
         Instant, LinkSpan, LinkSum, Metres, MetresPerDb, MetresPerSecond, Phase, Setpoint, Volts,
@@ -141,7 +141,7 @@ mod tests {
                 state: State::OnMission(Duty::Chain(relaying)),
                 front: Some(link(1, -63.0)),
                 back: Some(link(3, -51.0)),
-                odometer: Metres(3.5),
+                here: Reckoning { odometer: Metres(3.5), ..Reckoning::default() },
                 walls: Walls::Neither,
             },
         }

@@ -220,7 +220,8 @@ impl<S: Seal> Drone<S> {
             snapshot.state = Some(outputs.status.state);
             snapshot.front = outputs.status.front;
             snapshot.back = outputs.status.back;
-            snapshot.odometer = outputs.status.odometer;
+            snapshot.odometer = outputs.status.here.odometer;
+            snapshot.position = outputs.status.here.pose.at;
             snapshot.along = outputs.report.velocity;
             snapshot.recalled = outputs.report.recall;
         }

@@ -40,7 +40,7 @@ pub const FLIGHT: usize = 20;
 /// Words of an order's number.
 pub const ORDER: usize = 2;
 /// Words of a round at most.
-pub const ROUND: usize = 78 + REPORTS * 20;
+pub const ROUND: usize = 81 + REPORTS * 20;
 
 /// The probe, as it lies in memory.
 #[repr(C)]
@@ -229,14 +229,14 @@ fn get_inputs(from: &mut Reader<'_>) -> Option<OwnedInputs> {
 
 #[cfg(test)]
 mod tests {
-    use agent::{ChainDuty, Duty, LinkView, State, Status as AgentStatus};
+    use agent::{ChainDuty, Duty, LinkView, Reckoning, State, Status as AgentStatus};
     use chain::report::Report;
     use chain::search::{Place, Search};
     use flight::{Attitude, Battery, Cause, Mode};
     use tunnel_nav::{Range, Side, Walls};
     use units::{
-        Dbm, LinkSpan, LinkSum, MetresPerDb, MetresPerSecond, NodeId, Phase, RadiansPerSecond,
-        Setpoint, Volts,
+        Dbm, LinkSpan, LinkSum, MetresPerDb, MetresPerSecond, NodeId, Phase, Point2, Pose2,
+        RadiansPerSecond, Setpoint, Volts,
     };
     use wire::p2p::Epoch;
 
@@ -300,12 +300,10 @@ mod tests {
             yaw_rate: RadiansPerSecond(0.5),
             height: Metres(0.3),
         };
-        let odometer = Metres(-1.0);
-        let outputs = Outputs {
-            setpoint,
-            report,
-            status: AgentStatus { state, front, back, odometer, walls },
-        };
+        let pose = Pose2 { at: Point2::new(1.5, -0.25), yaw: Radians(0.75) };
+        let here = Reckoning { odometer: Metres(-1.0), pose };
+        let outputs =
+            Outputs { setpoint, report, status: AgentStatus { state, front, back, here, walls } };
         let probe = Probe::new();
         probe.show_round(since, &inputs, &outputs);
         let back = round(&read(&probe.round)).unwrap();

@@ -121,6 +121,17 @@ linear_quantity! {
 }
 
 impl Radians {
+    /// The same direction as an angle of half a turn at most, for one of a turn and a half at most.
+    #[must_use]
+    pub fn wrapped(self) -> Self {
+        use core::f32::consts::{PI, TAU};
+        match self.0 {
+            angle if angle > PI => Self(angle - TAU),
+            angle if angle < -PI => Self(angle + TAU),
+            angle => Self(angle),
+        }
+    }
+
     /// Sine and cosine, to 1e-6 within some turns of zero, without the double precision and the
     /// tables of the C library's functions, which take a microcontroller 3 kB.
     #[must_use]

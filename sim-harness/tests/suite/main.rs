@@ -9,6 +9,7 @@ mod ideal;
 mod keys;
 mod loss;
 mod medium;
+mod odometry;
 mod order;
 mod radio;
 mod retirement;

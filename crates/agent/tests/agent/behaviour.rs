@@ -102,7 +102,7 @@ fn retreat(rig: &mut Rig, scene: &Scene, flow: Option<f32>) -> (f32, f32) {
     for _ in 0..1_000 {
         let outputs = rig.step(&scene.clone().flow(flow));
         if outputs.status.state.name() != "backing-up" {
-            let way = from - outputs.status.odometer;
+            let way = from - outputs.status.here.odometer;
             return (rig.now.since(since).as_secs_f32(), way.0);
         }
         assert_eq!(flown(outputs.setpoint), Some((-CONFIG.retreat.speed.0, 0.3)));
@@ -326,11 +326,11 @@ fn a_report_says_who_and_what() {
 #[test]
 fn a_jump_of_the_clock_is_a_second_at_most() {
     let mut rig = Rig::on_duty(Role::Relay);
-    let before = rig.step(&air()).status.odometer;
-    let after = rig.step_after(86_400_000, &air().flow(Some(0.4))).status.odometer;
+    let before = rig.step(&air()).status.here.odometer;
+    let after = rig.step_after(86_400_000, &air().flow(Some(0.4))).status.here.odometer;
     assert!((after - before).abs() <= Metres(0.4 + 1e-4), "{before} to {after}");
     rig.now = Instant::from_millis(5);
-    let back = rig.step_after(0, &air().flow(Some(0.4))).status.odometer;
+    let back = rig.step_after(0, &air().flow(Some(0.4))).status.here.odometer;
     assert_eq!(back, after, "backwards is no time at all");
 }
 

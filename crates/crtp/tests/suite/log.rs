@@ -1,7 +1,7 @@
 //! Log blocks: nothing is missing, and what cannot be is refused as the vendor's firmware does.
 
 use crate::common::{Line, port};
-use units::{Duration, Metres, Radians};
+use units::{Duration, Radians};
 
 /// Ten variables as ten `float`s, which is as much as two blocks hold.
 const VARIABLES: [&str; 10] = [
@@ -50,13 +50,13 @@ fn ten_variables_come_a_hundred_times_a_second_for_half_a_minute_without_a_gap()
     let mut stamps = [const { Vec::new() }; 2];
     while line.now.since(begin) < Duration::from_secs(30) {
         line.pass(line.server.due().unwrap().since(line.now));
-        line.snapshot.odometer = Metres(line.now.since(begin).as_secs_f32());
+        line.snapshot.position.x = line.now.since(begin).as_secs_f32();
         line.snapshot.attitude.roll = Radians(0.5);
         for (header, data) in line.all() {
             assert_eq!((header, data.len()), (port::LOG_DATA, 4 + 20));
             stamps[usize::from(data[0]) - 1].push(stamp(&data));
             let first = f32::from_le_bytes(data[4..8].try_into().unwrap());
-            let right = [28.647_89, line.snapshot.odometer.0][usize::from(data[0]) - 1];
+            let right = [28.647_89, line.snapshot.position.x][usize::from(data[0]) - 1];
             assert!((first - right).abs() < 1e-4);
         }
     }

@@ -3,7 +3,7 @@
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use agent::{
-    BodyVelocity, ChainDuty, Duty, Fitness, LandReason, LinkView, Outputs, State,
+    BodyVelocity, ChainDuty, Duty, Fitness, LandReason, LinkView, Outputs, Reckoning, State,
     Status as AgentStatus,
 };
 use chain::neighbours::Heard;
@@ -13,7 +13,7 @@ use flight::{Attitude, Battery, Cause, Mode, NotReady, Status, StopCause};
 use tunnel_nav::{Diagonals, Range, Side, Walls};
 use units::{
     Dbm, Duration, Instant, LinkSpan, LinkSum, Metres, MetresPerDb, MetresPerSecond, NodeId, Order,
-    Phase, Radians, RadiansPerSecond, Setpoint, Volts,
+    Phase, Point2, Pose2, Radians, RadiansPerSecond, Setpoint, Volts,
 };
 
 /// Writes words into a slot. Words beyond its end are lost, which shows in the length.
@@ -82,6 +82,16 @@ impl Words for u16 {
 
     fn get(from: &mut Reader<'_>) -> Option<Self> {
         from.word()?.try_into().ok()
+    }
+}
+
+impl Words for f32 {
+    fn put(&self, out: &mut Writer<'_>) {
+        out.word(self.to_bits());
+    }
+
+    fn get(from: &mut Reader<'_>) -> Option<Self> {
+        from.word().map(Self::from_bits)
     }
 }
 
@@ -167,11 +177,11 @@ macro_rules! quantities {
     ($($name:ident),*) => {
         $(impl Words for $name {
             fn put(&self, out: &mut Writer<'_>) {
-                out.word(self.0.to_bits());
+                self.0.put(out);
             }
 
             fn get(from: &mut Reader<'_>) -> Option<Self> {
-                from.word().map(f32::from_bits).map(Self)
+                f32::get(from).map(Self)
             }
         })*
     };
@@ -236,7 +246,10 @@ structs! {
     Report { from, sequence, phase, velocity, odometer, links, sums, waiting, head_velocity, recall }
     Heard { report, rssi, reverse }
     LinkView { peer, raw, rssi, velocity, is_base }
-    AgentStatus { state, front, back, odometer, walls }
+    Point2 { x, y }
+    Pose2 { at, yaw }
+    Reckoning { odometer, pose }
+    AgentStatus { state, front, back, here, walls }
     Outputs { setpoint, report, status }
     Attitude { roll, pitch, yaw }
     Battery { volts, endurance }

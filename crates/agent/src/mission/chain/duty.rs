@@ -133,7 +133,7 @@ fn dismissed(at: &Standing<'_>) -> Next<()> {
 /// differ out and back, and the base is nowhere stronger than at home.
 fn is_home(at: &Standing<'_>) -> bool {
     let Some(base) = at.links.base else { return false };
-    at.round.way <= at.config.flight.home || at.links.home_rssi.is_some_and(|home| base >= home)
+    at.round.way() <= at.config.flight.home || at.links.home_rssi.is_some_and(|home| base >= home)
 }
 
 /// Whether links call for a retreat. A drone whose neighbour searches bears a weak one.
@@ -144,8 +144,8 @@ fn retreats(at: &Standing<'_>) -> bool {
 }
 
 /// The duty of a drone that flies back from where it is.
-const fn backs_up(at: &Standing<'_>) -> ChainDuty {
-    ChainDuty::BackingUp { since: at.round.now, from: at.round.way }
+fn backs_up(at: &Standing<'_>) -> ChainDuty {
+    ChainDuty::BackingUp { since: at.round.now, from: at.round.way() }
 }
 
 fn leading(patient_until: Instant, at: &Standing<'_>) -> ChainDuty {
@@ -157,7 +157,7 @@ fn leading(patient_until: Instant, at: &Standing<'_>) -> ChainDuty {
 }
 
 fn relaying(patient_until: Instant, at: &Standing<'_>) -> ChainDuty {
-    let Round { now, way, .. } = *at.round;
+    let (now, way) = (at.round.now, at.round.way());
     let is_patient = now < patient_until;
     let is_called_home = at.round.order() == Some(Order::Return);
     if !is_patient && retreats(at) {
@@ -186,7 +186,7 @@ fn reconnecting(since: Instant, from: Metres, at: &Standing<'_>) -> ChainDuty {
 /// A search ends with an order other than to explore. Of two neighbours that began at once, the one
 /// behind goes back.
 fn searching(search: Search, at: &Standing<'_>) -> ChainDuty {
-    let Round { now, way, .. } = *at.round;
+    let (now, way) = (at.round.now, at.round.way());
     let relaying = ChainDuty::Relaying { patient_until: now };
     if !at.round.explores() {
         return relaying;
@@ -212,15 +212,15 @@ fn retiring(at: &Standing<'_>) -> Next<ChainDuty> {
 }
 
 fn backing_up(since: Instant, from: Metres, at: &Standing<'_>) -> Next<ChainDuty> {
-    let Round { now, role, way, .. } = *at.round;
+    let (now, way) = (at.round.now, at.round.way());
     let retreat = &at.config.retreat;
     let is_spent = now.since(since) >= retreat.max_time || from - way >= retreat.max_distance;
     if !retreat.wanted(at.links.front, at.links.back, true) {
-        Continue(ChainDuty::at_place(role, now))
+        Continue(ChainDuty::at_place(at.round.role, now))
     } else if !is_spent {
         Continue(ChainDuty::BackingUp { since, from })
     } else if at.links.back.is_some() {
-        Continue(ChainDuty::at_place(role, now + retreat.rest))
+        Continue(ChainDuty::at_place(at.round.role, now + retreat.rest))
     } else {
         Break(LandReason::LinkLost)
     }
@@ -231,6 +231,7 @@ mod tests {
     use units::{Dbm, Duration, MetresPerSecond, NodeId};
 
     use super::*;
+    use crate::Reckoning;
     use crate::mission::Task;
 
     const EXPLORE: Order = Order::Explore(MetresPerSecond(0.2));
@@ -280,7 +281,8 @@ mod tests {
     ) -> Next<ChainDuty> {
         let role = if duty.name() == "leading" { Role::Head } else { Role::Relay };
         let task = Some(Task { order, given: NOW });
-        let round = Round { now: NOW, id: NodeId(1), role, task, way: HERE };
+        let here = Reckoning { odometer: HERE, ..Reckoning::default() };
+        let round = Round { now: NOW, id: NodeId(1), role, task, here };
         duty.next(&Standing { config: &CONFIG, round: &round, links, searches, retires })
     }
 

@@ -48,7 +48,7 @@ impl Chain {
         let wanted = config.launch.limit + config.launch.margin;
         let is_still = velocities.iter().all(|velocity| velocity.0.abs() < STILL);
         let scene = Scene {
-            place: Place { way: round.way, weaker },
+            place: Place { way: round.way(), weaker },
             neighbours: [front.report.odometer, back.report.odometer],
             is_calm: is_still && ![front, back].into_iter().any(is_searching),
             is_help_near: self.waiting(config, round) > 0,
@@ -75,7 +75,7 @@ impl Chain {
             (self.found, self.renewals) = (None, 0);
             return None;
         }
-        Some(config.search.towards(place, round.way))
+        Some(config.search.towards(place, round.way()))
     }
 
     /// Notes the places of this drone and its neighbours while it searches.
@@ -83,7 +83,7 @@ impl Chain {
         let ends = self.front().zip(self.back());
         if let Some((front, back)) = ends {
             let ways = [front.report.odometer, back.report.odometer];
-            self.search.end(round.way, ways);
+            self.search.end(round.way(), ways);
         }
     }
 }

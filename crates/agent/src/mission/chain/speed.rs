@@ -27,9 +27,9 @@ impl Chain {
             ChainDuty::Relaying { .. } => self.relaying_speed(config, round, front, back),
             ChainDuty::Reconnecting { since, from } => {
                 let waited = round.now.since(since);
-                reconnecting_speed(config, waited, round.way - from, back)
+                reconnecting_speed(config, waited, round.way() - from, back)
             }
-            ChainDuty::Searching { search } => search.velocity(&config.search, round.way),
+            ChainDuty::Searching { search } => search.velocity(&config.search, round.way()),
             ChainDuty::Retiring => homeward(config, back),
             ChainDuty::BackingUp { .. } => -config.retreat.speed,
         }
