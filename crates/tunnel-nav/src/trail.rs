@@ -183,7 +183,8 @@ impl Trail {
     }
 
     /// Ends the path here if the drone has left it before its end: what is ahead on it is not where
-    /// the drone flies.
+    /// the drone flies. A drone beside the last leg at either end has flown on from there, whichever
+    /// way it flies at the moment.
     fn leave(&mut self, forward: bool) {
         let off = minus(self.at, self.foot());
         if dot(off, off) < LEFT * LEFT {
@@ -191,7 +192,13 @@ impl Trail {
         }
         self.turned_at = None;
         let here = self.here();
-        if forward {
+        let is_at = [self.near <= self.first, self.near.saturating_add(1) >= self.last];
+        let ends_ahead = match is_at {
+            [false, true] => true,
+            [true, false] => false,
+            [true, true] | [false, false] => forward,
+        };
+        if ends_ahead {
             self.last = self.near.saturating_add(1);
             self.put(self.last, here);
             self.part = 1.0;
@@ -447,6 +454,26 @@ mod tests {
         }
         assert!(trail.knows(-1.5) && !trail.knows(0.2));
         assert!(dot(minus(trail.crumb(trail.last).at, trail.at), [0.0, 1.0]).abs() < SPACING);
+    }
+
+    /// The last leg of the path lies across the way on; a drone that has flown on beside it and comes
+    /// back then lost all of its path but that leg, and read that leg the wrong way round.
+    #[test]
+    fn a_drone_that_comes_back_beyond_the_end_keeps_its_path() {
+        let mut trail = right_angle(2);
+        let ahead = Radians(core::f32::consts::FRAC_PI_2);
+        let at = trail.crumb(trail.last).at;
+        trail.last += 1;
+        trail.put(trail.last, Crumb { at: plus(at, [-0.21, 0.01], 1.0), heading: ahead.0 });
+        trail.at = plus(at, [-0.18, 0.01], 1.0);
+        for _ in 0..8 {
+            trail.advance([0.045, 0.0], ahead, true);
+        }
+        for _ in 0..4 {
+            trail.advance([0.045, 0.0], ahead, false);
+        }
+        assert!(trail.knows(-3.0), "{} to {}, {}", trail.first, trail.last, trail.near);
+        assert!(trail.off(-2.5).0 < -1.0, "the path behind bends to the right");
     }
 
     #[test]
