@@ -2,7 +2,8 @@
 //! [`Phase`], [`Setpoint`] …).
 //!
 //! A quantity crosses a function boundary in its own type and becomes a plain `f32` inside the
-//! maths: `link.rssi.0`. Everything is SI but signal strength, which is in decibels:
+//! maths: `link.rssi.0`. All quantities are in SI units, except signal strength, which is in
+//! decibels:
 //!
 //! | type | unit | sign |
 //! |---|---|---|

@@ -39,7 +39,8 @@ impl Role {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Order {
-    /// The drone stays on the ground; one that has landed is free to fly again.
+    /// A drone on the ground stays there, and one that has landed may fly again at the next order
+    /// to explore; a head in flight stops where it is.
     Wait,
     /// The head flies at this speed along the tunnel, positive away from the base; the relays form
     /// the chain behind it.
@@ -53,7 +54,7 @@ pub enum Order {
 }
 
 /// The number that stands for a movement policy in a drone's settings (`chain::policy::REGISTRY`).
-/// It stays with its policy for good, whatever else the registry gains or loses.
+/// A policy keeps its code when other policies are added to the registry or removed from it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct PolicyCode(NonZeroU8);
 
@@ -81,12 +82,12 @@ impl defmt::Format for PolicyCode {
     }
 }
 
-/// The stage of its mission that a node tells its neighbours.
+/// The stage of its mission that a node reports to its neighbours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Phase {
-    /// The node is on the ground at the base, free to be launched.
+    /// The node is on the ground at the base and may be launched.
     Waiting,
     /// The node is in the air and not yet a link of the chain.
     Transit,
@@ -109,8 +110,8 @@ impl Phase {
     }
 }
 
-/// The weakest and the strongest of a run of links: what a launch policy must know of the whole
-/// chain, in a size that does not grow with it.
+/// The weakest and the strongest of a run of adjacent links: all that a launch policy must know of
+/// the whole chain, in a size that does not grow with the chain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -135,12 +136,12 @@ impl LinkSpan {
     }
 }
 
-/// The sums over a run of links from which every drone of a chain finds the loss that all links
-/// would have if they were equal: what a chain-wide movement policy must know, in a size that does
-/// not grow with the chain.
+/// The sums over a run of adjacent links, from which every drone of a chain computes the loss that
+/// all links would have if they were equal: what a chain-wide movement policy must know, in a size
+/// that does not grow with the chain.
 ///
-/// With the loss r_j and the slope g_j of link j, `surplus` is Σ (r_j − r₀) / g_j: by how much the
-/// run is longer than it would be if all of its links had the loss r₀ = [`LinkSum::REFERENCE`].
+/// With the loss r_j and the slope g_j of link j, `surplus` is Σ (r_j − r₀) / g_j: the length by
+/// which the run exceeds a run whose links all have the loss r₀ = [`LinkSum::REFERENCE`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -154,8 +155,8 @@ pub struct LinkSum {
 }
 
 impl LinkSum {
-    /// r₀, in the middle of the losses of a chain's links underground. Any other value would give
-    /// the same movements; this one makes small numbers on the air.
+    /// The loss r₀, in the middle of the losses of a chain's links underground. Any other value
+    /// would give the same movements; this one keeps the transmitted numbers small.
     pub const REFERENCE: Db = Db(64.0);
 
     /// The sum over a run without any link.
@@ -184,7 +185,7 @@ impl LinkSum {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Setpoint {
-    /// The motors are off. In the air this drops the drone: land it first.
+    /// The motors are off. In the air this drops the drone, so the agent lands it first.
     #[default]
     Off,
     /// The drone holds this velocity, turn rate and height.

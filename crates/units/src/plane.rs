@@ -34,7 +34,7 @@ impl Point2 {
     }
 }
 
-/// A point of a floor plan and the direction of a nose there.
+/// A point of a floor plan and the direction in which a drone's nose points there.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
