@@ -15,9 +15,10 @@ impl Obstruction {
     /// The line of sight, without any rock.
     pub const NONE: Self = Self { walls: 0, rock: Metres(0.0) };
 
-    /// The loss of a wave that goes straight through walls that leak: 4 dB a wall and 2 dB a metre,
-    /// a thin brick wall by the study behind the book's chapter "Chain control" (its environment
-    /// `euclid`). Rock of a mine takes far more.
+    /// The loss of a wave that goes straight through walls that leak: 4 dB for each wall and 2 dB
+    /// for each metre in a wall. These are the figures for thin brick walls in the study behind the
+    /// book's chapter "Chain control" (its environment `euclid`). The rock of a mine causes far
+    /// more loss.
     #[must_use]
     pub fn leak(self) -> Db {
         Db(4.0 * f32::from(self.walls) + 2.0 * self.rock.0)
@@ -31,19 +32,19 @@ pub enum Attenuation {
     /// 20 dB at 10 m: in this model equal links need not exist, and the best chain is not always
     /// one with equal links.
     WallCount,
-    /// α = 2 + 4·(1 − exp(−rock / 2 m)), a continuous reading of the same, which meets the
-    /// assumption of section III-B that the loss is continuous. Two metres of rock cost as much as
-    /// one wall and a quarter.
+    /// α = 2 + 4·(1 − exp(−rock / 2 m)), a continuous version of the same law, which meets the
+    /// assumption of section III-B that the loss is continuous. Two metres of rock add as much as
+    /// one and a quarter walls.
     RockDepth,
 }
 
-/// Equation (19) without its noise.
+/// The law of the path loss: equation (19) without its noise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PathLoss {
     /// The law for α.
     pub attenuation: Attenuation,
-    /// L₁, the loss over the first metre: zero as the paper prints it, 40 dB for a real 2.4 GHz
-    /// link in free space (20·log₁₀(4π/λ), λ = 0.125 m).
+    /// The loss L₁ over the first metre: zero as the paper prints it, 40 dB for a real 2.4 GHz link
+    /// in free space (20·log₁₀(4π/λ), λ = 0.125 m).
     pub loss_at_1m: Db,
 }
 

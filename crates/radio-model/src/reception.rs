@@ -14,19 +14,20 @@ pub struct Draws {
 /// The effects of the air and the receiver on a packet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reception {
-    /// B of equation (19), dB²: the variance of one packet's RSSI about the link's strength.
+    /// The B of equation (19), in dB²: the variance of one packet's RSSI about the link's strength.
     pub noise_variance: f32,
     /// The step in which RSSI is reported; the nRF51's RSSI register counts whole decibels.
     pub resolution: Db,
     /// The part of all packets that is lost whatever the signal, 0 to 1: 20 % "consistent with our
     /// experience with the Crazyflies" (section V-A.2).
     pub loss_rate: f32,
-    /// −s_min of section V-A.1: a weaker packet is not received.
+    /// The −s_min of section V-A.1: a weaker packet is not received.
     pub sensitivity: Dbm,
 }
 
 impl Reception {
-    /// The paper's noise and loss (section V-A.2), whole decibels, and a receiver with no limit.
+    /// The paper's noise and packet loss (section V-A.2), with RSSI in whole decibels and a
+    /// receiver without a limit of sensitivity.
     pub const PAPER: Self = Self {
         noise_variance: 3.0,
         resolution: Db(1.0),
