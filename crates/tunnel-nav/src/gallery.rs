@@ -1,7 +1,8 @@
-//! A straight gallery as the beams see it: the angle of the nose to it, and the place across it.
+//! Measures a straight gallery with the beams: the angle of the nose to it, and the drone's
+//! distance from its middle.
 //!
-//! A gallery of known width has two unknowns, and there are four beams, so that most other shapes
-//! are told from it. Two beams suffice where the trail knows that the gallery is straight.
+//! In a gallery of known width there are two unknowns and four beams, so that most other shapes can
+//! be distinguished from it. Two beams suffice where the trail shows that the gallery is straight.
 
 use core::f32::consts::{FRAC_1_SQRT_2, FRAC_PI_4, SQRT_2};
 

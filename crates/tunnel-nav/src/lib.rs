@@ -3,22 +3,26 @@
 //!
 //! While the chain decides only *how fast along the tunnel* a drone flies, this crate turns that
 //! speed into body velocities and a yaw rate that keep the drone off the walls and pointing along
-//! the tunnel. Its state is the walls that it has, the side on which the tunnel last opened, and the
-//! path of the last metres with the headings of the nose along it.
+//! the tunnel. The state of the [`Navigator`] consists of the walls that the drone follows, the
+//! side on which the tunnel last opened, and the path of the last metres with the headings of the
+//! nose along it.
 //!
 //! # Rest in a bend
-//! In a right angle four beams tell too little, and a drone that rested there used to end with its
-//! nose towards the base. One missing range ended a wall, and the false wall on the other side was
-//! taken up; between four equal beams the nose turned freely; and headings remembered by the forward
-//! odometer were held at another place after some creeping back and forth. So a missing range is
-//! bridged for a moment, the nose is held by the headings of the flown path wherever the drone is
-//! not in a straight gallery, and the place on the path is found by position.
+//! In the middle of a right-angle bend the four ranges do not determine the heading, and in early
+//! versions a drone that hovered there ended with its nose towards the base. There were three
+//! causes: one missing range made a wall count as lost, and the drone followed a false wall on the
+//! other side; with four equal beams nothing corrected the heading; and headings that were looked
+//! up by the forward odometer came at the wrong place after some motion back and forth. So a
+//! missing range is replaced by the last one for a moment, the headings of the flown path correct
+//! the nose wherever the drone is not in a straight gallery, and the place on the path is found by
+//! position.
 //!
-//! A drone that *starts* in a right angle has no path yet. It flew on into the outer corner, and took
-//! the long rear beam beside the near front beam for an opening: it turned towards the wall, and on
-//! until its nose was reversed. So a side with an obstacle near one of its beams does not open, an
-//! obstacle that one leading beam alone sees is beside the drone, and the end of the path follows the
-//! nose by less than a half turn: a drone that turns farther there faces back, and turns again.
+//! A drone that *starts* in a right-angle bend has no path yet. In early versions it flew on into
+//! the outer corner, treated the long rear beam beside the short front beam as an opening, turned
+//! towards the wall, and continued until its nose was reversed. So a side with an obstacle near one
+//! of its beams does not count as open, an obstacle that only one leading beam sees counts as
+//! beside the drone, and the heading at the end of the path follows a drone that turns on the spot
+//! by less than half a turn: a drone that turns farther faces back, and is turned round again.
 //!
 //! ```text
 //!        x forward           NW, NE, SW, SE: beams at ±45° and ±135° from the nose.
@@ -30,7 +34,8 @@
 //! ```
 //!
 //! # Modes
-//! Each side has a wall while its two beams agree to within 40 %; a side that opens has none.
+//! A side counts as a wall while its two beams agree to within 40 %, and does not where the tunnel
+//! opens to that side.
 //!
 //! | walls | command |
 //! |---|---|

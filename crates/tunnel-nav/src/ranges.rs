@@ -1,4 +1,4 @@
-//! The measurements of the time-of-flight beams.
+//! Holds the ranges of the four time-of-flight beams, and fills in missing ones.
 
 use units::Metres;
 
@@ -47,13 +47,13 @@ impl Range {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Diagonals {
-    /// Front left.
+    /// The beam to the front left.
     pub nw: Range,
-    /// Front right.
+    /// The beam to the front right.
     pub ne: Range,
-    /// Rear left.
+    /// The beam to the rear left.
     pub sw: Range,
-    /// Rear right.
+    /// The beam to the rear right.
     pub se: Range,
 }
 

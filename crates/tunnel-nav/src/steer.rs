@@ -1,4 +1,5 @@
-//! The centring policy: from four ranges and a speed along the tunnel to a command for the body.
+//! The centring policy: it computes velocities and a yaw rate from four ranges and a speed along
+//! the tunnel.
 
 use units::{Metres, MetresPerSecond, Radians, RadiansPerSecond};
 
@@ -35,30 +36,31 @@ pub enum Walls {
 /// Gains and limits of the centring policy.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NavConfig {
-    /// C_l of equations (17) and (18), in (m/s)/m. 2 in the authors' firmware (0.02 m/s per cm),
-    /// whose vehicle followed at once; with a lag of 0.3 s a corridor's 2√2·C_l must stay below 2.
+    /// The gain C_l of equations (17) and (18), in (m/s)/m. It is 2 in the authors' firmware (0.02
+    /// m/s per cm), whose vehicle followed without a lag; with a lag of 0.3 s a corridor's 2√2·C_l
+    /// must stay below 2.
     pub lateral_gain: f32,
-    /// C_r of equations (17) and (18), in (rad/s)/m.
+    /// The gain C_r of equations (17) and (18), in (rad/s)/m.
     pub yaw_gain: f32,
     /// A side whose beams differ by more than this part of their mean has no wall: 40 % "after
     /// calibration tests" (section IV-E).
     pub ratio: f32,
-    /// A wall that was lost beside another counts again after its beams have agreed, to within half
-    /// the ratio, over this part of their length of way.
+    /// A wall that was lost while the other side still had one counts again after its two beams
+    /// have agreed, to within half the ratio, while the drone flew this part of their length.
     pub confirm: f32,
-    /// D of equation (18): the least length of the beams at which a single wall is kept. A drone
-    /// that was centred between two walls before keeps the distance that it had then, as the
-    /// authors' firmware does: a drone that hugs the outer wall of a bend sees the wall ahead too
-    /// late to turn.
+    /// The D of equation (18): the least length of the beams at which a single wall is kept. A
+    /// drone that was centred between two walls before keeps the distance that it had then, as in
+    /// the authors' firmware: a drone that flies close to the outer wall of a bend sees the wall
+    /// ahead too late to turn.
     pub wall_distance: Metres,
     /// The range that stands for "no obstacle" in the maths: the ranger's reach, 2 m (V-B).
     pub reach: Metres,
     /// Below this beam length the drone slows down for an obstacle ahead.
     pub slow_below: Metres,
-    /// Below this beam length the drone stops and is pushed away. RANGER_DANGER_DIST of the
-    /// authors' firmware.
+    /// Below this beam length the drone stops and moves away from the obstacle (RANGER_DANGER_DIST
+    /// of the authors' firmware).
     pub danger: Metres,
-    /// The gain of this push, in (m/s)/m.
+    /// The gain of this motion away from an obstacle, in (m/s)/m.
     pub push_gain: f32,
     /// The limit of the sideways velocity.
     pub max_lateral: MetresPerSecond,
@@ -97,7 +99,7 @@ impl Default for NavConfig {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct NavCommand {
-    /// The velocity along x: the speed that was asked for, less where an obstacle is in the way.
+    /// The velocity along x: the speed that was asked for, or less where an obstacle is in the way.
     pub forward: MetresPerSecond,
     /// The velocity along y.
     pub lateral: MetresPerSecond,
@@ -151,19 +153,20 @@ const CREEPING: f32 = 0.02;
 /// while it turns away from an obstacle ahead.
 const LEAST_PACE: f32 = 0.3;
 
-/// The position of the drone by its own sensors: its way along the tunnel, and its heading.
+/// The position of the drone by its own sensors: the distance flown, and the heading.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Bearings {
-    /// The way along the tunnel since take-off, by optic flow.
+    /// The distance flown forward along the tunnel since take-off, by optic flow.
     pub way: Metres,
-    /// The way to the left since take-off, by optic flow, in the body axes of each moment.
+    /// The distance flown to the left since take-off, by optic flow, in the body axes of each
+    /// moment.
     pub aside: Metres,
-    /// The heading by gyro, from any origin, within half a turn, drifting slowly; `None` while
-    /// there is none.
+    /// The heading by gyroscope, from any origin, within half a turn; it drifts slowly, and is
+    /// `None` while it is unknown.
     pub heading: Option<Radians>,
 }
 
-/// The state of the centring policy: the walls that it has, and the trail.
+/// The state of the centring policy: the walls that the drone follows, and the trail.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Navigator {
     left: Track,
@@ -204,8 +207,8 @@ impl Navigator {
         }
     }
 
-    /// Carries out one iteration: the command with which a drone at `bearings`, with these ranges,
-    /// flies along the tunnel at `speed` (negative: tail first).
+    /// Carries out one iteration and returns the command with which a drone at `bearings`, with
+    /// these ranges, flies along the tunnel at `speed` (negative for backward flight).
     pub fn step(
         &mut self,
         config: &NavConfig,

@@ -1,20 +1,20 @@
 //! The trail: the path that the drone has flown, and the heading of its nose along it.
 //!
 //! In the middle of a right-angle bend all four beams are equal, whichever of the two galleries the
-//! drone is aligned with: the ranges of one moment cannot tell forward from sideways, and a nose
-//! that walls hold turns freely there. But a relay that hovers in a bend has flown there, and its
-//! gyro kept the heading. The trail is a row of crumbs, one each 0.2 m, with a position by dead
-//! reckoning and the heading of the nose. A drone on known ground finds its place among them and
-//! holds the heading that it had there.
+//! drone is aligned with: the ranges of one moment cannot distinguish forward from sideways, and do
+//! not correct the heading there. But a relay that hovers in a bend has flown there, and its
+//! gyroscope measured the heading. The trail is a list of points (crumbs), one each 0.2 m, with a
+//! position by dead reckoning and the heading of the nose. A drone on known ground finds its place
+//! among them and holds the heading that it had there.
 //!
 //! The place is found by the position and not by the odometer: the forward velocity alone is not
-//! the way along the tunnel while the nose points across it, so a drone that creeps through a bend
-//! and back would read the trail at another place each time. By position, a drone that has come
-//! back along its path is back, whichever way its nose points.
+//! the way along the tunnel while the nose points across it, so a drone that flies slowly through a
+//! bend and back would look up the trail at another place each time. The position of a drone that
+//! has come back along its path is the old one again, whichever way its nose points.
 //!
 //! Position and heading drift: the optic flow of a hovering drone by a few millimetres a second,
-//! the gyro by 5° to 10° a minute. So the trail gives headings only and no position is held by it.
-//! Where walls show that the drone is in a straight gallery, both are corrected.
+//! the gyro by 5° to 10° a minute. So the trail is used for headings only, and never to hold a
+//! position. Where walls show that the drone is in a straight gallery, both are corrected.
 
 use units::Radians;
 

@@ -1,12 +1,13 @@
 //! The wall on one side of the drone: whether there is one, and how long its beams are.
 //!
-//! The paper's ratio test looks at one moment: two beams that differ by more than 40 % see no wall.
-//! At a right-angle bend that is not enough. Past the inner corner the front beam ends at the *far*
-//! wall, for a while with just the length that a straight wall would give, and a drone that centres
-//! on it is drawn into the corner, where all four beams are equal and no range tells forward from
-//! sideways. So a wall that opened stays lost, while the other side still has one, until its beams
-//! have agreed over some way; and a front beam that becomes *shorter* does not end a wall but sees
-//! one ahead, from which the drone turns away.
+//! The paper's ratio test uses the ranges of one moment: two beams that differ by more than 40 %
+//! see no wall. At a right-angle bend that is not enough. Past the inner corner the front beam ends
+//! at the *far* wall, for a while with just the length that a straight wall would give, and a drone
+//! that centres itself by it flies into the corner, where all four beams are equal and no range
+//! distinguishes forward from sideways. So a wall that opened stays lost, while the other side
+//! still has one, until its beams have agreed while the drone flew some distance; and when the
+//! front beam becomes *shorter*, the wall does not count as lost: the beam sees a wall ahead, from
+//! which the drone turns away.
 
 use units::Metres;
 
