@@ -1,9 +1,11 @@
-//! The chain-wide movement policy: every relay knows from its neighbours' reports which loss all
-//! links of the chain would have if they were equal, and flies to where its own links have it.
+//! The chain-wide movement policy: every relay computes from its neighbours' reports the loss that
+//! all links of the chain would have if they were equal, and flies to the place where its own links
+//! have that loss.
 //!
-//! A rule that compares a relay's two links only spreads a difference along the chain as heat
-//! spreads, in a time that grows with the square of the number of links. Two sums in each report
-//! take its place. Link j, with the loss r_j and the slope g_j, has the loss L once it is longer by
+//! With a rule that compares only a relay's two links, differences spread along the chain by
+//! diffusion, in a time that grows with the square of the number of links. This policy uses two
+//! sums in each report instead. Link j, with the loss r_j and the slope g_j, has the loss L once it
+//! is longer by
 //!
 //! > Δ_j(L) = (d_j / g_j) · (exp((L − r_j) / d_j) − 1),  d_j = 10.9 dB,
 //!
@@ -17,16 +19,16 @@
 //! the report ([`LinkSum`]); a relay adds its own link to its neighbour's sums and passes the
 //! result on. The quotient of both sums over the whole chain is the next L: this is Newton's method
 //! on the equations "all links are equal", carried out by the chain itself, with as many numbers in
-//! a packet for 15 links as for two. A neighbour that reports no sums is taken for an end of the
+//! a packet for 15 links as for two. A neighbour that reports no sums counts as an end of the
 //! chain.
 //!
 //! # Links that step
-//! Where a corner takes the line of sight away, a link steps by 10 to 20 dB, no chain has equal
-//! links, and a relay that seeks them hunts across the step. The link filter remembers the length
-//! at which a link steps ([`LinkStep`]). Such a link's Δ_j(L) is constant
-//! for all levels between the losses on either side of the step: the link stays on the good side
-//! for as long as that costs the other links less than the step would cost this one, which is what
-//! the strongest weakest link asks for.
+//! Where a corner interrupts the line of sight, the loss of a link steps by 10 to 20 dB. No chain
+//! has equal links then, and a relay that seeks them oscillates across the step. The link filter
+//! remembers the length at which a link steps ([`LinkStep`]). Such a link's Δ_j(L) is constant for
+//! all levels between the losses on either side of the step: the link stays on the side with the
+//! smaller loss for as long as that costs the other links less than the step would cost this one,
+//! which makes the weakest link as strong as possible.
 //!
 //! # Noise
 //! A link whose loss differs from the level by no more than the filter's own deviation counts as
@@ -43,37 +45,39 @@ use crate::filter::{LinkState, LinkStep};
 /// The constants of the chain-wide policy.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChainWide {
-    /// The part of the way to its place that a relay flies in a second, 1/s.
+    /// The part of the distance to its place that a relay flies in a second, 1/s.
     pub gain: f32,
     /// The part of its own imbalance that a relay takes away in a second, 1/s.
     pub local_gain: f32,
-    /// The part, 0 to 1, of the head's velocity by which a relay flies along in the measure of its
-    /// place in the chain.
+    /// The part, 0 to 1, of the head's velocity with which a relay follows the head, in proportion
+    /// to its place in the chain.
     pub follow: f32,
     /// A relay nearer to its place than this only evens out its own two links.
     pub near: Metres,
-    /// A link counts as equal to the level within this many of the filter's standard deviations,
+    /// A link counts as equal to the level when it differs by no more than this many of the
+    /// filter's standard deviations.
     pub deviations: f32,
-    /// but within no more than this.
+    /// The largest difference within which a link counts as equal to the level, whatever the
+    /// filter's standard deviation.
     pub tolerance: Db,
     /// The distance that a link keeps from a length at which it steps.
     pub margin: Metres,
-    /// How the part of the gain that a relay uses adapts.
+    /// The constants by which the part of the gain that a relay uses adapts.
     pub caution: Caution,
 }
 
 /// The constants by which the part of its gain that a relay uses adapts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Caution {
-    /// The least part.
+    /// The least part of its gain that a relay uses.
     pub least: f32,
-    /// The factor after a change of sign of the imbalance.
+    /// The factor by which the part changes when the imbalance changes its sign.
     pub down: f32,
-    /// The factor in each round in which the imbalance is larger than three standard deviations and
-    /// has kept its sign.
+    /// The factor by which the part changes in each round in which the imbalance is larger than
+    /// three standard deviations and has kept its sign.
     pub up: f32,
-    /// A relay uses its whole gain while the head is this fast, and of the rest of its gain a part
-    /// in proportion to the head's velocity below that.
+    /// A relay uses its whole gain while the head is at least this fast. While the head is slower,
+    /// the unused part of the gain is used in proportion to the head's velocity.
     pub whole_gain_from: MetresPerSecond,
 }
 
@@ -184,7 +188,7 @@ impl Default for ChainWideState {
 }
 
 impl ChainWideState {
-    /// The state of a drone that knows of no chain.
+    /// The state of a drone that has not received any sums yet.
     #[must_use]
     pub const fn new() -> Self {
         Self { level: None, caution: 1.0, sign: 0.0, away_s: 0.0 }
@@ -197,7 +201,7 @@ impl ChainWideState {
         self.level.map(|level| LinkSum::REFERENCE + level)
     }
 
-    /// Takes in the sums over the links in front and behind, once a round.
+    /// Processes the sums over the links in front and behind, once a round.
     pub fn listen(&mut self, [ahead, behind]: [LinkSum; 2]) {
         self.level = ahead.and(behind).level();
     }
@@ -210,9 +214,9 @@ impl ChainWideState {
         Wanted::of(config, &side.link, reference + level).sum(level).and(side.beyond)
     }
 
-    /// The velocity of a relay between these two sides over the next round of `dt`.
-    /// `head_velocity` is that of the head, which every relay follows in the measure of its place
-    /// in the chain: the links cannot tell of a motion before it has made them unequal.
+    /// The velocity of a relay between these two sides over the next round of `dt`. `head_velocity`
+    /// is that of the head, which every relay follows in proportion to its place in the chain,
+    /// because the links show a motion of the head only after it has made them unequal.
     pub fn step(
         &mut self,
         config: &ChainWide,

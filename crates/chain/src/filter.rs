@@ -4,9 +4,9 @@
 //! The paper's insight is that a link's strength changes because two drones move, and that both
 //! know how fast they do: their optic flow measures it and their packets carry it. So the scalar
 //! Kalman filter of equations (13) to (16) is *predicted* at every round with the change of
-//! distance and *updated* once per packet; a lost packet costs nothing but certainty.
+//! distance and *updated* once per packet; a lost packet only makes the estimate less certain.
 //!
-//! Two readings of the paper are fixed here:
+//! Two points of the paper are corrected here:
 //! * u is the rate at which the two drones separate, a **difference** of velocities. The sum
 //!   that Algorithm 1 prints makes the estimate worse than using no velocity at all.
 //! * A is a slope in dB **per metre**, so the prediction is A·u·dt and the tuning does not depend
@@ -95,14 +95,17 @@ impl Slope {
 /// The constants of the Kalman filter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Kalman {
-    /// A of equation (13).
+    /// The slope A of equation (13).
     pub slope: Slope,
-    /// Q of equation (15), for one second: dB² that the link may wander in a second of hovering.
+    /// The Q of equation (15), for one second: the variance in dB² by which the loss may change at
+    /// random in a second of hovering.
     pub process_variance: f32,
-    /// The part of a predicted change that may be wrong (one standard deviation, 0 to 1): the
-    /// slope is a guess, and a wrong guess matters only while the drones move. The paper has none.
+    /// The relative uncertainty of a predicted change (one standard deviation, 0 to 1): the slope
+    /// is only assumed, and a wrong slope matters only while the drones move. The paper has no such
+    /// term.
     pub motion_doubt: f32,
-    /// R of equation (16), dB²: the variance of one packet's RSSI about the link's true strength.
+    /// The R of equation (16), in dB²: the variance of one packet's RSSI about the link's true
+    /// strength.
     pub measurement_variance: f32,
 }
 
@@ -122,7 +125,7 @@ pub enum Smoothing {
     Slopes(SlopeFilter),
 }
 
-/// The distribution of the next packet's RSSI: normal, with this mean and variance.
+/// The expected distribution of the next packet's RSSI: normal, with this mean and variance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Expectation {
     /// The mean.
@@ -155,7 +158,8 @@ pub struct LinkState {
     pub slopes: [DbPerMetre; 2],
     /// The variance of the loss, dB².
     pub variance: f32,
-    /// The length at which the link steps, if one is known near by.
+    /// The length at which the loss of the link steps, if the filter knows such a length near the
+    /// present one.
     pub step: Option<LinkStep>,
 }
 
@@ -189,7 +193,7 @@ impl LinkFilter {
         }
     }
 
-    /// Moves the estimate on over a measured separation, where the smoothing estimates slopes.
+    /// Updates the estimate for a measured separation, where the smoothing estimates slopes.
     pub fn separate(&mut self, smoothing: &Smoothing, by: Separation) {
         if let (Smoothing::Slopes(config), Some(Estimate::Slopes(estimate))) =
             (smoothing, &mut self.estimate)
@@ -263,7 +267,8 @@ impl LinkFilter {
     }
 
     /// The distribution of the next packet's RSSI: mean r̂, variance P + R. Called between
-    /// `predict` and `update`, it lets a caller judge the filter by its own claim.
+    /// `predict` and `update`, it lets a caller compare the filter's predicted variance with its
+    /// real errors.
     #[must_use]
     pub fn expectation(&self, smoothing: &Smoothing) -> Option<Expectation> {
         let rssi = self.rssi()?;
@@ -277,7 +282,8 @@ impl LinkFilter {
         Some(Expectation { rssi, variance })
     }
 
-    /// Forgets the estimate, after a neighbour was lost for so long that it no longer holds.
+    /// Resets the estimate, after a neighbour was lost for so long that the estimate is no longer
+    /// valid.
     pub fn reset(&mut self) {
         self.estimate = None;
     }

@@ -2,35 +2,36 @@
 //!
 //! The paper gives two rules. Its text launches "when the other flying UAVs converged to an equal
 //! links configuration" and that configuration is too weak; its experiments launch as soon as "the
-//! last active link reaches the fixed limit". Both are here: the second is the first with no
-//! [`settled`](LaunchConfig::settled) spread asked and no [`hold`](LaunchConfig::hold).
-//! Launching at once wastes a relay on every unlucky packet; waiting for the chain to settle
-//! leaves the links weaker than the limit for longer. The book measures both.
+//! last active link reaches the fixed limit". Both rules exist here: the second is the first
+//! without a [`settled`](LaunchConfig::settled) spread and without a [`hold`](LaunchConfig::hold)
+//! time. A launch at once may waste a relay because of a single weak packet; a launch after the
+//! chain has settled leaves the links weaker than the limit for longer. The book has measurements
+//! of both.
 
 use units::{Db, Dbm, Duration, Instant, LinkSpan};
 
 /// The constants of the launch policy.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LaunchConfig {
-    /// −s_min: a last link weaker than this calls for a relay.
+    /// The limit −s_min: when the last link is weaker, a relay takes off.
     pub limit: Dbm,
     /// The chain counts as equal while its strongest and weakest links differ by less; with `None`
     /// every chain does.
     pub settled: Option<Db>,
     /// The time for which the chain must have been equal and its last link too weak.
     pub hold: Duration,
-    /// After the last link has been too weak for this long, a relay is launched though the chain
-    /// never settled: behind a corner its links may stay unequal whatever the relays do, and a
-    /// head that waits for a relay that waits for the chain would wait for ever.
+    /// After the last link has been too weak for this long, a relay is launched even if the chain
+    /// has not settled: behind a corner its links may stay unequal whatever the relays do, and the
+    /// head and the waiting relay would wait for each other without end.
     pub patience: Duration,
-    /// With a chain-wide policy, a relay is called when the links, all equal, would come this near
-    /// to the limit: before the head, which stops at the limit, has to.
+    /// With a chain-wide policy, a relay takes off when all links, if they were equal, would be
+    /// this near to the limit: early enough that the head need not stop at the limit.
     pub margin: Db,
-    /// With a chain-wide policy, the head slows down where the links, all equal, would be this near
-    /// to the limit,
+    /// With a chain-wide policy, the head slows down when all links, if they were equal, would be
+    /// this near to the limit.
     pub slows_from: Db,
-    /// and where its own link falls so steeply that it would be at the limit within this time: what
-    /// the filter and the level that comes along the chain are late by.
+    /// The head also slows down when its own link falls so steeply that it would reach the limit
+    /// within this time, which is the delay of the filter and of the reports along the chain.
     pub foresight: Duration,
     /// The least time between the moment at which the drone before becomes a link and the launch:
     /// TUNNEL_ARM_DELAY of the authors' firmware, 3 s, in which the new link is still forming.
@@ -52,8 +53,8 @@ impl LaunchConfig {
     };
 
     /// The rule of the paper's text: the chain has been equal to within 4 dB, and too weak, for 2
-    /// s. A chain that did not settle in 10 s, the time a relay needs for 4 m, is not waited for
-    /// any longer.
+    /// s. A relay waits no longer than 10 s, the time it needs for 4 m, for a chain that does not
+    /// settle.
     pub const WHEN_SETTLED: Self = Self {
         settled: Some(Db(4.0)),
         hold: Duration::from_secs(2),
@@ -68,7 +69,7 @@ const LEVEL_HOLD: Duration = Duration::from_secs(2);
 /// level, and a head that waits for a relay would wait for ever.
 const LEVEL_PATIENCE: Duration = Duration::from_secs(10);
 
-/// Watches the last link of the chain from the base's end of it.
+/// Decides in each round, for the relay that waits beside the base, whether it should take off.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LaunchWatch {
     weak_since: Option<Instant>,
@@ -76,7 +77,7 @@ pub struct LaunchWatch {
 }
 
 impl LaunchWatch {
-    /// A watch that has seen no link.
+    /// The watch before the first round.
     #[must_use]
     pub const fn new() -> Self {
         Self { weak_since: None, settled_since: None }
@@ -110,8 +111,9 @@ impl LaunchWatch {
         waited || held
     }
 
-    /// The same with a chain-wide policy: `level` is the strength that all links of the chain would
-    /// have if they were equal, and `chain` is the span of the links as they are.
+    /// Whether a relay should take off now, by the rule of a chain-wide policy: `level` is the
+    /// strength that all links of the chain would have if they were equal, and `chain` is the span
+    /// of the links as they are.
     pub fn step_level(
         &mut self,
         now: Instant,

@@ -1,9 +1,10 @@
-//! U-Chain: the rules by which a relay between two links knows which way to fly, and by which the
-//! next relay starts.
+//! U-Chain: the rules by which a relay chooses its speed along the tunnel, and by which the next
+//! relay takes off.
 //!
-//! After P. Laclau et al., *Signal-based self-organization of a chain of UAVs for subterranean
-//! exploration* (2020); equation and section numbers below are that paper's. Where the paper can
-//! be read two ways, the book's chapter "The paper, resolved" says which way is taken and why.
+//! The method is that of P. Laclau et al., *Signal-based self-organization of a chain of UAVs for
+//! subterranean exploration* (2020); equation and section numbers below are that paper's. Where the
+//! paper can be read in two ways, the book's chapter "The paper, resolved" says which reading is
+//! followed here, and why.
 //!
 //! | module | paper | contents |
 //! |---|---|---|

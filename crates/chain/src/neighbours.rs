@@ -1,9 +1,10 @@
-//! The neighbours of one drone in the chain: which is in front, which is behind.
+//! Keeps a table of the other drones that one drone receives, and finds its neighbours in front and
+//! behind.
 //!
 //! The order is given by [`NodeId`], so it needs no negotiation: a drone's front neighbour is the
 //! nearest smaller number that is heard and is a link of the chain, its back neighbour the nearest
-//! larger one. A neighbour that falls silent is skipped as soon as it counts as lost, so where the
-//! next one can be heard the chain closes over the gap by itself.
+//! larger one. A neighbour that falls silent is skipped as soon as it counts as lost, so the chain
+//! closes a gap by itself wherever the next drone can be received.
 
 use heapless::Vec;
 use units::{Dbm, Duration, Instant, Metres, MetresPerSecond, NodeId};
@@ -78,7 +79,7 @@ impl Neighbours {
         Self { all: Vec::new() }
     }
 
-    /// Takes in a round: `dt` of flight at `own_velocity` along the tunnel, and the reports that
+    /// Processes a round: `dt` of flight at `own_velocity` along the tunnel, and the reports that
     /// came meanwhile.
     pub fn listen(
         &mut self,
@@ -132,9 +133,9 @@ impl Neighbours {
         }
     }
 
-    /// Takes in one packet. A drone's own echo, a packet without a strength, and a report older
-    /// than the last one of its sender change nothing; when the table is full, the drone that has
-    /// been silent for longest makes room.
+    /// Processes one received report. A drone's own echo, a packet without a strength, and a report
+    /// older than the last one of its sender change nothing; when the table is full, the drone that
+    /// has been silent for longest is removed.
     pub fn hear(
         &mut self,
         me: NodeId,
@@ -180,9 +181,9 @@ impl Neighbours {
         }
     }
 
-    /// The two links of a drone of this number: the nearest drones of the chain towards the head and
-    /// towards the base among those that are heard. They hold until the table takes in the next
-    /// packet.
+    /// The two links of a drone of this number: the nearest drones of the chain towards the head
+    /// and towards the base among those that are heard. They are valid until the next call of
+    /// [`Neighbours::hear`].
     #[must_use]
     pub fn ends(&self, me: NodeId, now: Instant, lost_after: Duration) -> Ends {
         let mut ends = Ends::NONE;

@@ -1,8 +1,8 @@
 //! The report that every drone sends in each round, five times a second.
 //!
-//! A report also passes one quantity along the chain, hop by hop: the span of link strengths from
-//! the head to the sender. The operator's [`Order`](units::Order)s travel from end to end, apart
-//! from reports.
+//! A report also carries quantities of the whole chain, which each drone updates and passes on to
+//! the next: the span of link strengths from the head to the sender, and the sums over all links on
+//! either side. The operator's [`Order`](units::Order)s are messages of their own.
 
 use units::{LinkSpan, LinkSum, Metres, MetresPerSecond, NodeId, Phase};
 
@@ -13,23 +13,24 @@ use units::{LinkSpan, LinkSum, Metres, MetresPerSecond, NodeId, Phase};
 pub struct Report {
     /// The sender.
     pub from: NodeId,
-    /// A number that grows with every report of the sender, wrapping: the last bits of the number
-    /// that the radio link gave the packet.
+    /// A number that grows with every report of the sender and wraps around: the last bits of the
+    /// number that the radio link gave the packet.
     pub sequence: u16,
     /// The stage of the sender's mission.
     pub phase: Phase,
     /// The sender's velocity along the tunnel, positive towards the head, by its optic flow.
     pub velocity: MetresPerSecond,
-    /// The sender's way along the tunnel since take-off, positive towards the head.
+    /// The distance along the tunnel that the sender has flown since take-off, positive towards the
+    /// head.
     pub odometer: Metres,
-    /// The links from the head down to the sender, or `None` where it knows of none: the head
-    /// itself, and a drone that hears no drone in front.
+    /// The span of the links from the head to the sender, or `None` where the sender knows of none:
+    /// the head itself, and a drone that hears no drone in front.
     pub links: Option<LinkSpan>,
     /// The sums over all links between the sender and the head, and between the sender and the
     /// base; [`LinkSum::NONE`] where the sender is that end, or knows of no link there.
     pub sums: [LinkSum; 2],
-    /// How many relays wait on the ground or climb, as far as the sender knows: 0 to 3, where 3 stands for
-    /// more as well.
+    /// The number of relays that wait on the ground or are taking off, as far as the sender knows:
+    /// 0 to 3, where 3 also stands for more.
     pub waiting: u8,
     /// The head's velocity along the tunnel, positive away from the base, as the head reported it.
     pub head_velocity: MetresPerSecond,

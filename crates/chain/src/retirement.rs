@@ -1,9 +1,10 @@
 //! Decides when a relay that was launched is no longer needed.
 //!
 //! A relay is launched where the head is too far for the relays in the air. Once the head has come
-//! back from there, the relay nearest to the base is one too many, and its battery is worth more on
-//! the ground. How strong the links would be without it is an estimate by the log-distance law, which
-//! knows no corners; where the head was at the launch is a measurement. The watch asks for both.
+//! back from there, the relay nearest to the base is no longer needed, and can save its battery on
+//! the ground. The strength of the links without that relay is only an estimate by the log-distance
+//! law, which ignores corners; the head's distance at the launch is a measurement. A relay retires
+//! only when both say so.
 
 use units::{Db, Dbm, Duration, Instant, LinkSum, Metres};
 
@@ -17,14 +18,14 @@ pub struct RetirementConfig {
     /// The links without the relay must be estimated this much stronger than those that call for a
     /// relay.
     pub spare: Db,
-    /// Both must have been so for this long.
+    /// Both conditions must have held for this long.
     pub hold: Duration,
 }
 
 impl RetirementConfig {
-    /// Two metres are a hundred times what the head's odometer drifts in a hold of a minute, and four
-    /// decibels at 4 m: a head that dithers at the limit sends no relay to and fro. Chosen by
-    /// simulation.
+    /// Two metres are a hundred times what the head's odometer drifts in a hold of a minute, and
+    /// four decibels at 4 m: so a head that moves to and fro at the limit does not make relays take
+    /// off and land in turn. Chosen by simulation.
     pub const DEFAULT: Self =
         Self { back_by: Metres(2.0), spare: Db(2.0), hold: Duration::from_secs(5) };
 }
@@ -44,7 +45,7 @@ pub fn with_one_link_less(chain: LinkSum) -> Option<Dbm> {
     Some(level - Db(FOLD_DB * libm::logf(links / (links - 1.0))))
 }
 
-/// Watches whether a relay is still needed.
+/// Decides in each round whether a relay is still needed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RetirementWatch {
     /// The way of the head since the launch, positive away from the base.
@@ -53,7 +54,7 @@ pub struct RetirementWatch {
 }
 
 impl RetirementWatch {
-    /// The watch of a relay that is launched now.
+    /// The watch for a relay that is launched now.
     #[must_use]
     pub const fn new() -> Self {
         Self { head_way: Metres::ZERO, unneeded_since: None }

@@ -2,41 +2,44 @@
 //! connection to its predecessor is too weak or lost".
 //!
 //! The predecessor is the neighbour towards the base. A retreat is bounded twice, in time and in
-//! distance: the optic flow that measures the distance may be blind in the dark.
+//! distance: the optic flow that measures the distance may fail in the dark.
 //!
 //! A relay retreats from a weak link only while that is the weaker one of its two. Where the front
 //! link is weaker still, it is the drone in front that has to come back; a relay that backed away
-//! from it would swing between the two rules, by more than a metre round a corner.
+//! from that drone would oscillate between the two rules, by more than a metre round a corner.
 
 use units::{Db, Dbm, Duration, Metres, MetresPerSecond};
 
 /// The constants of the retreat and of the search for a lost neighbour.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RetreatConfig {
-    /// A back link weaker than this sends a drone back. RSSI_DANGER of the authors' firmware.
+    /// A drone whose back link is weaker than this flies back (RSSI_DANGER of the authors'
+    /// firmware).
     pub limit: Dbm,
     /// The link is good again when it is this much stronger than the limit.
     pub hysteresis: Db,
     /// The range above the limit over which the head's forward speed is reduced to zero: the head
     /// stops before it has to turn back.
     pub ease: Db,
-    /// A neighbour that was silent for longer is lost. With one packet in five lost at 5 Hz, 1 s
-    /// of silence happens by chance every 13 minutes on each link, 2 s about once a month.
+    /// A neighbour that was silent for longer than this counts as lost. With one packet in five
+    /// lost at 5 Hz, 1 s of silence happens by chance every 13 minutes on each link, 2 s about once
+    /// a month.
     pub lost_after: Duration,
     /// The speed of the retreat: DEFAULT_SPEED of the authors' firmware.
     pub speed: MetresPerSecond,
     /// The longest time of a retreat.
     pub max_time: Duration,
-    /// The longest way of a retreat.
+    /// The longest distance of a retreat.
     pub max_distance: Metres,
-    /// The time for which the drone carries on after a retreat that did not mend a weak link,
-    /// before it retreats again.
+    /// The time for which the drone goes on with its mission after a retreat that did not improve a
+    /// weak link, before it retreats again.
     pub rest: Duration,
 }
 
 impl RetreatConfig {
-    /// Limits from the authors' firmware (`tunnel_config.h`). The bounds are half a minute and
-    /// the longest hop that a 2.4 GHz link makes round one corner, about 6 m at 0.2 m/s.
+    /// The constants: the limits are from the authors' firmware (`tunnel_config.h`). The bounds are
+    /// half a minute and the longest hop that a 2.4 GHz link makes round one corner, about 6 m at
+    /// 0.2 m/s.
     pub const DEFAULT: Self = Self {
         limit: Dbm(-65.0),
         hysteresis: Db(2.0),

@@ -1,13 +1,14 @@
 //! The search of a relay for a better place where making links equal does not help.
 //!
-//! Equal links are the best ones only where signals fall with the way. Where a link is stronger at
-//! a distance, as through a wall or across a chamber, the links of a relay can be equal at two
-//! places, and a rule that goes by what is near stays at whichever it comes to first. A chain whose
-//! links are too weak, that stands still, and that no further relay can join, lets its relays look:
-//! one flies towards the head and then towards the base, notes where the weaker of its two links is
-//! strongest, and goes there if that is worth it. Its two neighbours hold their places meanwhile,
-//! so two neighbours never search at once. The search is bounded in way, in time and in how weak
-//! the links may become, and a relay that found nothing better ends where it began.
+//! Equal links are the best ones only where the signal falls steadily along the tunnel. Where a
+//! link is stronger at a larger distance, as through a wall or across a chamber, the links of a
+//! relay can be equal at two places, and a rule that only compares the two links stays at the first
+//! of them. When the links of a chain are too weak, the chain stands still, and no further relay
+//! can join, the relays search: one flies towards the head and then towards the base, remembers
+//! where the weaker of its two links is strongest, and flies there if the gain is large enough. Its
+//! two neighbours hold their places meanwhile, so two neighbours never search at once. The search
+//! is bounded in distance, in time and in the weakness of the links, and a relay that found no
+//! better place returns to where it began.
 
 use units::{Db, Dbm, Duration, Instant, Metres, MetresPerSecond};
 
@@ -18,18 +19,19 @@ pub struct SearchConfig {
     pub speed: MetresPerSecond,
     /// The time for which the chain must have stood still with links that are too weak.
     pub calm: Duration,
-    /// The time by which the turns of two neighbours differ: a neighbour that moves when the chain
-    /// has come to rest is at rest as well by then.
+    /// The time between the turns of two neighbours to begin a search, long enough for the chain to
+    /// come to rest after the search of the other.
     pub turn: Duration,
-    /// The longest way from where the search began, in either direction.
+    /// The longest distance from where the search began, in either direction.
     pub most_way: Metres,
     /// The longest time that one leg of the search may take.
     pub most_time: Duration,
-    /// By how much the weaker link may become weaker than where the search began.
+    /// The largest loss that the weaker link may gain, compared with where the search began.
     pub most_loss: Db,
     /// The weaker link is never made weaker than this.
     pub weakest: Dbm,
-    /// A place must be better than where the search began by this much to be worth it.
+    /// A relay flies to the best place that it found only if that place is better than where the
+    /// search began by this much.
     pub gain: Db,
     /// A place that is better by this much is taken as soon as the drone is past it.
     pub sure: Db,
@@ -38,9 +40,9 @@ pub struct SearchConfig {
 }
 
 impl SearchConfig {
-    /// The speed at which the filter of both slopes follows a corner of 30 dB/m to 2 dB. A wall
-    /// of one metre of rock, across which a link may recover, costs 18 dB at 7 m by equation (19).
-    /// The Crazyradio and the nRF51 hear a packet of 2 Mbit/s down to about −90 dBm.
+    /// The speed at which the filter of both slopes follows a corner of 30 dB/m to 2 dB. A wall of
+    /// one metre of rock, across which a link may recover, costs 18 dB at 7 m by equation (19). The
+    /// Crazyradio and the nRF51 receive packets at 2 Mbit/s down to about −90 dBm.
     pub const DEFAULT: Self = Self {
         speed: MetresPerSecond(0.4),
         calm: Duration::from_secs(2),
@@ -64,7 +66,8 @@ impl SearchConfig {
     }
 }
 
-/// What a relay sees of its two links.
+/// The measurements of a relay that searches: the strength of its weaker link, and whether its
+/// neighbours are near.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
     /// The strength of the weaker link; `None` while one of the neighbours is lost.
@@ -106,13 +109,13 @@ pub enum Leg {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Search {
-    /// Where it began.
+    /// The place where the search began.
     pub from: Place,
     /// The best place so far.
     pub best: Place,
-    /// What the relay is doing.
+    /// The leg that the relay is flying.
     pub leg: Leg,
-    /// Since when.
+    /// The moment at which this leg began.
     pub since: Instant,
 }
 
@@ -128,7 +131,8 @@ impl Search {
         Self { from, best: from, leg: Leg::Ahead, since: now }
     }
 
-    /// The search after another round, at `way` since take-off; `None` once it is over.
+    /// Returns the search after another round, at `way` since take-off; `None` once the search is
+    /// over.
     #[must_use]
     pub fn step(
         mut self,
@@ -180,7 +184,7 @@ impl Search {
         (self.leg == Leg::ToBest).then_some(self.best.way)
     }
 
-    /// The search of a relay that flies back to where it began.
+    /// Returns the search with a relay that flies back to where it began.
     #[must_use]
     pub fn given_up(mut self, now: Instant) -> Self {
         if self.leg != Leg::Back {
@@ -233,10 +237,10 @@ impl Search {
     }
 }
 
-/// What a relay must know to begin a search.
+/// The situation by which a relay decides whether to begin a search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scene {
-    /// Where the relay is.
+    /// The place of the relay.
     pub place: Place,
     /// The ways of the drones in front and behind since their take-offs.
     pub neighbours: [Metres; 2],
@@ -248,7 +252,7 @@ pub struct Scene {
     pub is_weak: bool,
 }
 
-/// Watches whether a relay should search.
+/// Decides in each round whether a relay should search.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SearchWatch {
     weak_since: Option<Instant>,
@@ -257,7 +261,7 @@ pub struct SearchWatch {
 }
 
 impl SearchWatch {
-    /// The watch of a relay that has not searched.
+    /// The watch for a relay that has not searched.
     #[must_use]
     pub const fn new() -> Self {
         Self { weak_since: None, searched: None }
@@ -288,12 +292,12 @@ impl SearchWatch {
         now.since(*self.weak_since.get_or_insert(now)) >= config.calm + turn
     }
 
-    /// Notes that there is nothing to search for.
+    /// Records that there is nothing to search for.
     pub const fn rest(&mut self) {
         self.weak_since = None;
     }
 
-    /// Notes that a search has ended.
+    /// Records that a search has ended.
     pub const fn end(&mut self, way: Metres, [front, back]: [Metres; 2]) {
         self.weak_since = None;
         self.searched = Some([way, front, back]);

@@ -2,11 +2,11 @@
 //! loss grows for each metre that this drone, and for each metre that its neighbour, flies away
 //! from the other.
 //!
-//! The paper's filter takes the slope for known. Round a corner it is not: the log-distance law
-//! says 1 to 3 dB/m there, the truth is 20 to 30 dB/m, and the slopes of both ends differ. With a
-//! slope that is ten times too small the filter lags by seconds and the movement policy, which
-//! divides by the slope, has ten times its gain. Both slopes are observable while the drones move,
-//! because both drones measure their ways by optic flow.
+//! The paper's filter treats the slope as known. Round a corner the slope is not known: the
+//! log-distance law says 1 to 3 dB/m there, the truth is 20 to 30 dB/m, and the slopes of both ends
+//! differ. With a slope that is ten times too small the filter lags by seconds and the movement
+//! policy, which divides by the slope, has ten times its gain. Both slopes are observable while the
+//! drones move, because both drones measure their ways by optic flow.
 //!
 //! The state is x = (r, a, b): the loss, the slope of this drone's own motion and the slope of the
 //! neighbour's. It is predicted with the lengths p and q by which the two motions have separated the
@@ -24,24 +24,25 @@ use super::Slope;
 /// The constants of the filter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SlopeFilter {
-    /// The law from which both slopes begin.
+    /// The law that gives the first values of both slopes.
     pub prior: Slope,
-    /// The part of the first slopes that may be wrong (one standard deviation).
+    /// The relative uncertainty of the first slopes (one standard deviation).
     pub prior_doubt: f32,
-    /// The part of a predicted change that may be wrong (one standard deviation).
+    /// The relative uncertainty of a predicted change (one standard deviation).
     pub motion_doubt: f32,
-    /// The least dB² that the loss wanders in a second of hovering.
+    /// The least variance, in dB², by which the loss changes at random in a second of hovering.
     pub still_variance: f32,
-    /// How the multiple of that variance by which the loss does wander is learned.
+    /// The constants by which the filter learns the multiple of that variance by which the loss
+    /// really changes.
     pub wandering: Wandering,
-    /// dB² that the loss may wander for each metre of motion, beside the slopes: fading and
-    /// shadows of walls.
+    /// The variance, in dB², by which the loss may change for each metre of motion in addition to
+    /// the slopes, through fading and the shadows of walls.
     pub way_variance: f32,
     /// The part by which a slope may change over a metre of motion (one standard deviation).
     pub bending: f32,
-    /// The least step of a link that is remembered.
+    /// The smallest step of a link's loss that the filter remembers.
     pub least_step: Db,
-    /// Whether the strengths that the other end has measured count as well.
+    /// Whether the filter also uses the strengths that the other end has measured.
     pub hears_both_ends: bool,
     /// The least and the largest variance of a packet's RSSI about the link's strength, dB².
     pub noise: [f32; 2],
@@ -51,7 +52,7 @@ pub struct SlopeFilter {
     pub noise_weight: f32,
 }
 
-/// The constants by which a filter learns how much its link wanders.
+/// The constants by which a filter learns how much the loss of its link changes at random.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wandering {
     /// The multiple of the least variance before any packet has come.
@@ -60,8 +61,8 @@ pub struct Wandering {
     pub most: f32,
     /// The change of the multiple's logarithm for two errors of one standard deviation each.
     pub weight: f32,
-    /// The product of two successive errors, in variances, at which the multiple stays as it is: with
-    /// zero it would drift upwards by chance on a link that does not wander.
+    /// The product of two successive errors, in variances, at which the multiple stays as it is:
+    /// with zero the multiple would drift upwards by chance on a link whose loss does not change.
     pub bias: f32,
 }
 
@@ -145,10 +146,10 @@ struct Step {
     is_beyond: bool,
 }
 
-/// A length at which a link steps, as seen from its present length.
+/// A length at which the loss of a link steps, relative to the link's present length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinkStep {
-    /// By how much longer the link may become before it steps; negative where it has.
+    /// The length that the link may still gain before its loss steps; negative beyond the step.
     pub room: Metres,
     /// The height of the step, positive.
     pub height: Db,
@@ -156,12 +157,13 @@ pub struct LinkStep {
     pub is_beyond: bool,
 }
 
-/// By how much two motions have moved the ends of a link apart, negative where together.
+/// The lengths by which two motions have moved the ends of a link apart, negative when they
+/// approached.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Separation {
-    /// By this drone's own motion.
+    /// The length by this drone's own motion.
     pub own: Metres,
-    /// By its neighbour's.
+    /// The length by its neighbour's motion.
     pub peer: Metres,
 }
 

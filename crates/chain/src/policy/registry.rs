@@ -8,10 +8,10 @@ use super::PolicyConfig;
 /// A movement policy with its names.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Policy {
-    /// The name by which people choose the policy.
+    /// The name by which a user chooses the policy.
     pub name: &'static str,
     /// The code that stands for the policy in a drone's settings. It is never given to another
-    /// policy, also when this one is removed.
+    /// policy, even after this one is removed.
     pub code: PolicyCode,
     /// The constants of the policy and of its filter.
     pub config: PolicyConfig,
