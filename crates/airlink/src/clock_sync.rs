@@ -1,5 +1,5 @@
-//! Clock synchronisation: there is no common clock, so each node aligns its frame to that of the
-//! node nearest to the base that it hears, and the base keeps its own.
+//! Synchronises the nodes' time frames without a common clock: each node aligns its frame to that
+//! of the node nearest to the base that it receives, and the base keeps its own.
 
 use units::{Duration, Instant, NodeId};
 

@@ -7,7 +7,8 @@ use units::Duration;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct LinkConfig {
-    /// The most times that a node sends a capsule that it hears no node farther along send.
+    /// The largest number of times that a node sends a capsule, unless it receives the same capsule
+    /// from a node nearer to the destination.
     pub tries: u8,
     /// Whether an outward turn that begins with a command to the head sends it twice, where the
     /// turn has room.
@@ -20,8 +21,8 @@ pub struct LinkConfig {
     pub alive: Duration,
     /// A node that has been a member for this long keeps its number when a newcomer claims it.
     pub settles_after: Duration,
-    /// A stored capsule no longer decides which capsules of its far end are new once it was stored
-    /// or sent longer ago than this.
+    /// A stored capsule that was stored or sent longer ago than this is no longer used to decide
+    /// which capsules of its far end are new.
     pub forgets_after: Duration,
     /// Time between two commands to the head while the operator steers it.
     pub stick_every: Duration,
@@ -42,7 +43,7 @@ pub struct LinkConfig {
 }
 
 impl LinkConfig {
-    /// The values that `tests/suite/delay.rs` measured to be good.
+    /// The values that gave short delays in the measurements of `tests/suite/delay.rs`.
     pub const DEFAULT: Self = Self {
         // A hop fails 10 times in a row once in 1,000 at 50 % loss, once in 35 at 70 %. Few of the
         // tries are used, because a node stops once it has heard the capsule from farther along.

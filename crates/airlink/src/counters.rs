@@ -12,8 +12,8 @@ pub struct Counters {
     pub refused: Refused,
     /// Packets that were sent.
     pub sent: Kinds,
-    /// Turns in which a packet was due that went by, because [`transmit`](crate::Airlink::transmit)
-    /// was called too late.
+    /// Turns that passed without the packet that was due in them, because
+    /// [`transmit`](crate::Airlink::transmit) was called too late.
     pub missed: u32,
 }
 

@@ -9,8 +9,9 @@
 //! ```
 //!
 //! A derived key does not reveal its parent: it is the ciphertext of 16 zero bytes by Ascon-AEAD128
-//! under the parent key, with the label as the nonce. To tell it from random bytes without the
-//! parent key is to break the cipher (NIST SP 800-232). No parent key ever encrypts anything else.
+//! under the parent key, with the label as the nonce. Without the parent key, only an attack that
+//! breaks the cipher (NIST SP 800-232) could distinguish it from random bytes. No parent key ever
+//! encrypts anything else.
 
 use core::fmt;
 
@@ -59,7 +60,8 @@ impl fmt::Debug for Key {
     }
 }
 
-/// The secret that all keys of a fleet are derived from. It belongs on the host alone.
+/// The secret that all keys of a fleet are derived from. It is stored on the host only, never on a
+/// drone.
 #[derive(Clone, Debug)]
 pub struct FleetSecret(Key);
 
@@ -76,8 +78,8 @@ impl FleetSecret {
         self.0.derive(b"group", generation)
     }
 
-    /// The base's key. Give it to one node number alone: two bases that count alike would use a
-    /// nonce twice.
+    /// The base's key. It must be given to one node number only: two bases with the same counter
+    /// would use a nonce twice.
     #[must_use]
     pub fn base(&self, generation: u8) -> Key {
         self.0.derive(b"base", generation)

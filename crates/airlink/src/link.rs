@@ -59,7 +59,7 @@ pub enum Event {
         /// The strength at which the packet was received.
         rssi: Dbm,
     },
-    /// The base orders this node to do something.
+    /// The base gives this node an order.
     Order {
         /// The order itself.
         task: Order,
@@ -207,8 +207,9 @@ impl<S: Seal> Airlink<S> {
         self.receive_opened(now, rssi, &opened)
     }
 
-    /// Reads the data of a P2P packet with the fleet's key. All nodes that share the key and the
-    /// data rate read the same, so a simulator can open a packet once for all nodes that hear it.
+    /// Reads the data of a P2P packet with the fleet's key. The result is the same for all nodes
+    /// with the same key and data rate, so a simulator can open a packet once for all nodes that
+    /// receive it.
     #[must_use]
     pub fn open(&self, data: &[u8]) -> Opened {
         Opened::open(&self.seal, &self.schedule, data)
@@ -230,7 +231,8 @@ impl<S: Seal> Airlink<S> {
         }
     }
 
-    /// Sets the agent's newest report, which is sent once. The link fills in which nodes it hears.
+    /// Sets the agent's newest report, which is sent once. The link adds the nodes that it
+    /// receives.
     pub fn report(&mut self, report: Report) {
         self.report = Some(report);
         self.due = None;
@@ -241,13 +243,14 @@ impl<S: Seal> Airlink<S> {
         self.beacon = beacon;
     }
 
-    /// Gives the base the operator's order to all drones, which stands until the next. An order to
-    /// explore is sent to the head once for each call, but no more often than every
-    /// [`LinkConfig::stick_every`]: when the operator falls silent, so does the base.
+    /// Gives the base the operator's order to all drones, which is valid until the next. An order
+    /// to explore is sent to the head once for each call, but no more often than every
+    /// [`LinkConfig::stick_every`]: when the operator's client stops sending, the base stops
+    /// sending it, too.
     ///
-    /// Returns whether the order now stands. It does not if a [`Stop`](Order::Stop) stands already,
-    /// which only a reset of the base takes back, nor at a node that is not the base or that may
-    /// not send any more.
+    /// Returns whether the order is now valid. The order is refused after a [`Stop`](Order::Stop),
+    /// which only a reset of the base revokes, and at a node that is not the base or that may not
+    /// send any more.
     pub fn order(&mut self, now: Instant, order: Order) -> bool {
         self.due = None;
         match (&mut self.end, self.lifecycle.next()) {
@@ -265,16 +268,17 @@ impl<S: Seal> Airlink<S> {
         }
     }
 
-    /// Lets this node leave: it says so in its next turn, sends nothing else, and is then silent
-    /// until its next boot. Nodes that hear it forget this node at once.
+    /// Lets this node leave the chain: it announces this in its next turn, sends nothing else, and
+    /// is then silent until its next boot. Nodes that receive the announcement remove this node
+    /// from their tables at once.
     pub fn leave(&mut self) {
         self.lifecycle.leave();
         self.due = None;
     }
 
-    /// The time at which to call [`transmit`](Self::transmit) next; `None` if there is nothing to
-    /// send. Any other call may change it. The time may be past, and [`transmit`](Self::transmit)
-    /// may then have nothing to send; call `due` again afterwards.
+    /// Returns the time at which to call [`transmit`](Self::transmit) next; `None` if there is
+    /// nothing to send. Any other call may change it. The time may be past, and
+    /// [`transmit`](Self::transmit) may then have nothing to send; call `due` again afterwards.
     #[must_use]
     pub fn due(&mut self) -> Option<Instant> {
         let Due(due) = self.due.unwrap_or_else(|| Due(self.next_turn()));

@@ -1,5 +1,5 @@
-//! The nonces of hops and capsules, of which none comes twice, and the associated data of a
-//! command.
+//! Makes the nonces of packets (hops) and of sealed orders and telemetry (capsules), each of which
+//! is used only once, and the associated data of a command.
 
 use units::NodeId;
 use wire::p2p::{Counter, Epoch, HEADER};

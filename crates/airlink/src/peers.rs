@@ -1,9 +1,9 @@
 //! The table of the other nodes that this node hears, which protects it from recorded packets.
 //!
-//! After a boot a node does not know how far the others have counted, so a recording of an earlier
-//! day would look new. No packet recorded before this boot can name this node's present epoch: a
-//! sender whose report names it has heard this node since, and is *fresh*. From then on a recording
-//! is told by its counter.
+//! After a boot a node does not know the present counters of the others, so packets that were
+//! recorded on an earlier day would look new. No packet recorded before this boot can name this
+//! node's present epoch: a sender whose report names it has heard this node since, and is *fresh*.
+//! From then on a recording is recognised by its counter.
 
 use heapless::Vec;
 use units::{Dbm, Duration, Instant, NODES, NodeId};

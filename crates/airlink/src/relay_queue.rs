@@ -1,10 +1,11 @@
-//! The queue of capsules that a node passes on between the base and the far ends.
+//! The queue of capsules (sealed orders and telemetry) that a node passes on between the base and
+//! the far ends.
 //!
-//! The queue holds only the newest capsule of each far end. A node that hears a new capsule and
-//! stands farther along its way sends it in its next turn, and again in later turns until it hears
-//! a node still farther along send it, until a newer capsule comes, or until its tries are used up.
-//! So the nearest hop passes the capsule on at once, and where the nearest has not heard it, the
-//! next one does.
+//! The queue holds only the newest capsule of each far end. A node that receives a new capsule, and
+//! is nearer to its destination than the sender, sends it in its next turn. It repeats the capsule
+//! in later turns until it receives the same capsule from a node still nearer to the destination,
+//! until a newer capsule comes, or until its tries are used up. So the next node passes the capsule
+//! on at once, and if that node has not received it, the one after it does.
 
 use units::{Duration, Instant, NODES, NodeId};
 use wire::p2p::{Capsule, Wave};

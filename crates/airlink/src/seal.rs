@@ -1,8 +1,9 @@
 //! Sealing of packets and capsules: encryption and authentication with Ascon-AEAD128 (NIST SP
 //! 800-232), with tags cut to 8 bytes.
 //!
-//! A tag of 8 bytes is guessed once in 2⁶⁴ tries, which at the few thousand packets a second that
-//! the air carries takes 100 million years. Header and tag leave 44 of 60 bytes for the message.
+//! An attacker needs 2⁶⁴ tries on average to guess a tag of 8 bytes, which takes 100 million years
+//! at the few thousand packets a second that the radio channel can carry. Header and tag leave 44
+//! of 60 bytes for the message.
 
 use ascon_aead::aead::consts::U8;
 use ascon_aead::aead::{AeadInOut, KeyInit};
@@ -27,7 +28,7 @@ pub enum Scope {
     EndToEnd(NodeId),
 }
 
-/// A way to seal. [`Sealed`] is the only one that a drone may fly with.
+/// A method to seal packets. [`Sealed`] is the only one that a real drone may use.
 pub trait Seal {
     /// Encrypts `body` in place and returns the tag of it and of `aad`.
     fn seal(&self, scope: Scope, nonce: &[u8; NONCE], aad: &[u8], body: &mut [u8]) -> [u8; TAG];
@@ -52,7 +53,7 @@ pub struct Sealed {
 }
 
 impl Sealed {
-    /// A seal with these keys.
+    /// Makes a seal with these keys.
     #[must_use]
     pub const fn new(keys: Keys) -> Self {
         Self { keys }
