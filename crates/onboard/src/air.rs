@@ -1,4 +1,4 @@
-//! Conversions between the agent's types and the messages on the air: reports and telemetry.
+//! Converts between the agent's types and the radio messages: reports and telemetry.
 
 use agent::{Fitness, LandReason, LinkView, Outputs, State};
 use chain::neighbours::Heard;
@@ -8,7 +8,7 @@ use wire::p2p;
 
 use crate::Sensed;
 
-/// Converts this round's report for the radio link, which adds the nodes that are heard.
+/// Converts this round's report for the radio link, which adds the nodes that it receives.
 #[must_use]
 pub(crate) fn report_to_air(outputs: &Outputs) -> p2p::Report {
     let report = &outputs.report;
@@ -52,7 +52,8 @@ pub(crate) fn report_from_air(
     Heard { report, rssi, reverse }
 }
 
-/// The telemetry of a node. The link adds the number of the last order that it obeyed.
+/// Returns the telemetry of a node. The link adds the number of the last order that the node
+/// obeyed.
 #[must_use]
 pub(crate) fn telemetry(outputs: &Outputs, sensed: &Sensed) -> p2p::Telemetry {
     let Outputs { report, status, .. } = outputs;

@@ -1,4 +1,4 @@
-//! The client's side of a drone: the values that cfclient and cflib may read and set, and the orders
+//! Handles a drone's clients: the values that cfclient and cflib may read and set, and the orders
 //! that they may give.
 //!
 //! | the drone | may be read | may be set | may give orders | may be stopped |
@@ -8,9 +8,9 @@
 //! | any other with keys | yes | no | no | itself |
 //! | one without keys, which does not fly | yes | yes | no, since no drone would hear it | itself |
 //!
-//! CRTP has no authentication: every Crazyradio can send it. So no drone is steered by it.
-//! The base turns a client's requests into orders, which go to the drones sealed. Every node takes an
-//! emergency stop from every client.
+//! CRTP has no authentication: every Crazyradio can send its packets. So no drone is controlled by
+//! CRTP directly. The base turns a client's requests into orders, which are sealed for the drones.
+//! Every node obeys an emergency stop from any client.
 
 use agent::{Agent, AgentConfig};
 use airlink::{Identity, Seal};
@@ -40,7 +40,7 @@ pub struct Unsaved {
 }
 
 impl Unsaved {
-    /// No client has changed a setting.
+    /// The value when no client has changed a setting.
     pub const NONE: Self = Self { height: None, limits: None, policy: None };
 }
 
@@ -176,7 +176,7 @@ impl Orders {
 }
 
 impl<S: Seal> Drone<S> {
-    /// Takes a packet of a client: header and data.
+    /// Processes a packet of a client, which consists of header and data.
     pub fn client(&mut self, now: Instant, packet: &[u8]) {
         let access = self.access();
         if !self.client.is_there(now) {
@@ -194,25 +194,25 @@ impl<S: Seal> Drone<S> {
         });
     }
 
-    /// The packet that is sent to the client next, if there is one. `snapshot` comes from
+    /// Returns the next packet to the client, if there is one. `snapshot` comes from
     /// [`Drone::snapshot`].
     pub fn poll_client(&mut self, now: Instant, snapshot: &Snapshot) -> Option<Packet> {
         self.client.server.poll(now, snapshot, &self.client.parameters)
     }
 
-    /// When the next log block of the client is due.
+    /// The time at which the next log block of the client is due.
     #[must_use]
     pub fn client_due(&self) -> Option<Instant> {
         self.client.server.due()
     }
 
-    /// Tells the client something on its console.
+    /// Prints a line on the client's console.
     pub fn say(&mut self, line: &str) {
         self.client.server.say(line);
     }
 
-    /// The values of all log variables. The caller fills in its measurements, such as by
-    /// [`observed`], and the radio's reception of the client; the drone adds the rest.
+    /// The values of all log variables. `measured` holds the caller's measurements, for example by
+    /// [`observed`], and the radio's state; the drone adds the other values.
     #[must_use]
     pub fn snapshot(&self, now: Instant, measured: &Snapshot) -> Snapshot {
         let mut snapshot = Snapshot { taken: now, ..*measured };
@@ -241,7 +241,7 @@ impl<S: Seal> Drone<S> {
         &self.client.parameters
     }
 
-    /// Tells clients which decks are there.
+    /// Records which decks are present, for clients to read.
     pub const fn note_decks(&mut self, flow: bool, rangers: bool) {
         let about = &mut self.client.parameters.about;
         about.has_flow = flow;
@@ -254,9 +254,10 @@ impl<S: Seal> Drone<S> {
         core::mem::replace(&mut self.orders.unsaved, Unsaved::NONE)
     }
 
-    /// Takes an operator's order that does not come by CRTP. An order to explore is that of a pilot's
-    /// stick, which must be repeated; every other order holds until the next.
-    /// Returns whether the order stands: it does at the base alone, unless a stop stands there.
+    /// Takes an operator's order that does not come by CRTP. An order to explore counts as a
+    /// reading of the pilot's stick, which must be repeated; every other order is valid until the
+    /// next. Returns whether the order is accepted: only the base accepts orders, and none after a
+    /// stop.
     pub fn order(&mut self, now: Instant, order: Order) -> bool {
         let request = match order {
             Order::Explore(speed) => Request::Setpoint(speed),
@@ -265,8 +266,9 @@ impl<S: Seal> Drone<S> {
         self.orders.ask(now, request, self.identity, &mut self.link) == Outcome::Done
     }
 
-    /// Ends set-points that are too old and orders of clients that are gone, and stops the motors when
-    /// the emergency stop's watchdog was not fed. To be called often; [`Drone::step`] calls it too.
+    /// Ends set-points that are too old and orders of clients that are gone, and stops the motors
+    /// when the emergency stop's watchdog was not fed. The caller should call it often;
+    /// [`Drone::step`] calls it, too.
     pub fn attend(&mut self, now: Instant) {
         let has_client = self.client.is_there(now);
         let Self { orders, link, identity, client, .. } = self;
@@ -309,7 +311,7 @@ const fn greeting(health: LinkHealth) -> &'static str {
     }
 }
 
-/// The log variables by the status of a board's flight code.
+/// Returns the log variables that follow from the status of a board's flight code.
 #[must_use]
 pub fn observed(status: &flight::Status) -> Snapshot {
     Snapshot {

@@ -1,4 +1,4 @@
-//! The drone's end of the radio link, which is shut until there are keys and an epoch for it.
+//! Wraps the drone's end of the radio link, which is shut until the drone has keys and an epoch.
 
 use airlink::{Airlink, Refused, Seal, Standing};
 use crtp::LinkState;
@@ -27,8 +27,8 @@ pub enum LinkHealth {
     NoKeys,
     /// The drone has keys that it cannot use.
     Shut,
-    /// The chain has refused the drone, or the drone has left it, or has no number for another
-    /// packet.
+    /// Another drone keeps this one's number, or the drone has left the chain, or it has used up
+    /// its packet numbers.
     Out,
 }
 

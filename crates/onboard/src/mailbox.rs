@@ -1,4 +1,4 @@
-//! The mailbox between the radio link, which brings reports and orders at any time, and the
+//! Stores reports and orders between the radio link, which delivers them at any time, and the
 //! agent, which takes them five times a second.
 
 use chain::neighbours::Heard;

@@ -1,8 +1,8 @@
-//! The rotation between the board's axes and those of the drone's nose. No other code uses both.
+//! Rotates between the board's axes and those of the drone's nose. No other code uses both.
 //!
 //! The drone flies along the tunnel with the board's front-right diagonal ahead, as the authors of
-//! U-Chain flew theirs: so the four beams of a stock Multi-ranger deck, which look along the
-//! board's own axes, look along the diagonals of the way. Motor M1 leads.
+//! U-Chain flew theirs: so the four beams of a standard Multi-ranger deck, which look along the
+//! board's own axes, look diagonally ahead and back. Motor M1 leads.
 //!
 //! ```text
 //!                 nose
@@ -29,18 +29,18 @@ use units::{Metres, MetresPerSecond, Radians, Setpoint};
 /// ranger without a valid reading.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sides {
-    /// Along x.
+    /// The ranger along x.
     pub front: Option<Reading>,
-    /// Against y.
+    /// The ranger against y.
     pub right: Option<Reading>,
-    /// Against x.
+    /// The ranger against x.
     pub back: Option<Reading>,
-    /// Along y.
+    /// The ranger along y.
     pub left: Option<Reading>,
 }
 
 impl Sides {
-    /// The beams by their direction from the nose.
+    /// Returns the ranges of the beams by their direction from the nose.
     #[must_use]
     pub fn diagonals(&self, reach: Metres) -> Diagonals {
         let beam = |reading: &Option<Reading>| side_beam(reading.as_ref(), reach);
@@ -52,7 +52,7 @@ impl Sides {
         }
     }
 
-    /// Whether each of the four rangers is there: it gives readings, valid or not.
+    /// Whether each of the four rangers gives readings, valid or not.
     #[must_use]
     pub const fn are_all_there(&self) -> bool {
         self.front.is_some() && self.right.is_some() && self.back.is_some() && self.left.is_some()
@@ -101,7 +101,7 @@ pub fn heading(yaw: Radians) -> Radians {
     Radians(if nose < -PI { nose + 2.0 * PI } else { nose })
 }
 
-/// The fitness of the machine, by the mode of the flight code.
+/// Returns the drone's fitness from the mode of the flight code.
 #[must_use]
 pub const fn fitness(mode: flight::Mode) -> Fitness {
     match mode {

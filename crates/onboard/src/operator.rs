@@ -1,4 +1,4 @@
-//! The operator's orders: a small state machine that turns the requests of clients, and their
+//! Holds the operator's orders: a state machine that turns the requests of clients, and their
 //! silence, into the one order that the base gives to the whole mission.
 //!
 //! | the newest request | holds |
@@ -8,7 +8,7 @@
 //! | wait, return, land | until the next request |
 //! | stop | until the base is switched off |
 //!
-//! A client that vanishes takes no drone down: the head hovers, and the relays hold the chain.
+//! When a client disappears, no drone lands: the head hovers, and the relays hold the chain.
 
 use units::{Duration, Instant, MetresPerSecond, Order};
 
@@ -48,7 +48,7 @@ pub enum Operator {
     Return,
     /// All drones land where they are.
     Land,
-    /// All drones have their motors off.
+    /// All drones have switched their motors off.
     Stopped,
 }
 

@@ -12,17 +12,17 @@ use crate::mounting::{self, Sides};
 pub struct Sensed {
     /// The four side beams.
     pub ranges: Diagonals,
-    /// Velocity over ground; `None` while nothing measures it.
+    /// The velocity over ground; `None` while no sensor measures it.
     pub velocity: Option<BodyVelocity>,
-    /// Heading by gyro; `None` while there is none.
+    /// The heading by gyroscope; `None` while it is unknown.
     pub heading: Option<Radians>,
-    /// Height over ground; `None` while nothing measures it.
+    /// The height over ground; `None` while no sensor measures it.
     pub height: Option<Metres>,
-    /// How far the machine is fit to fly.
+    /// Whether the drone is fit to take off or to go on flying.
     pub fitness: Fitness,
-    /// The battery at its terminals; `None` where there is none.
+    /// The voltage at the battery's terminals; `None` where it is unknown.
     pub battery: Option<Volts>,
-    /// How long the battery still carries the drone; `None` while that is not known.
+    /// The time for which the battery still carries the drone; `None` while it is unknown.
     pub endurance: Option<Duration>,
 }
 
@@ -43,13 +43,14 @@ impl Sensed {
         endurance: None,
     };
 
-    /// The values before the first step of the flight code: the drone would not take off.
+    /// The values before the first step of the flight code, with which a drone does not take off.
     pub const NOT_YET: Self = Self { fitness: Fitness::Unfit, ..Self::NONE };
 
-    /// The values of a board, by its flight code and its side rangers, which see as far as `reach`.
+    /// Returns the values of a board from the status of its flight code and from its side rangers,
+    /// which measure up to `reach`.
     ///
-    /// The navigator takes a beam without a reading for one that sees no wall, so a drone that misses
-    /// a ranger is not fit to take off.
+    /// The navigator treats a beam without a reading as one that sees no wall, so a drone without
+    /// one of its rangers is not fit to take off.
     #[must_use]
     pub fn by_board(status: &flight::Status, sides: &Sides, reach: Metres) -> Self {
         let fitness = match status.mode {
