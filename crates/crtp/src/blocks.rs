@@ -1,4 +1,4 @@
-//! Log blocks: the variables in them, and when they are due.
+//! Holds a client's log blocks: the variables in each, and the time at which each is due.
 
 use heapless::Vec;
 use units::{Duration, Instant};

@@ -1,10 +1,11 @@
-//! The services that cfclient and cflib expect of a Crazyflie: the log, the parameters, the
-//! console, the supervisor, and set-points from clients with access.
+//! Provides the services that cfclient and cflib expect of a Crazyflie: the log, the parameters,
+//! the console, the supervisor, and set-points from clients with access.
 //!
-//! [`Server`] is the whole interface. [`Server::receive`] takes each packet that comes in; it may
-//! have the rest of the drone act on an [`Event`], and answers by the [`Outcome`]. [`Server::poll`]
-//! gives the next packet to send. Log variables are read from a [`Snapshot`], and [`Parameters`]
-//! holds the parameters. The server owns no clock and no line, never allocates and never panics.
+//! [`Server`] is the whole interface. [`Server::receive`] processes each packet of a client; where
+//! the rest of the drone must act, it passes an [`Event`] to it and answers the client by the
+//! [`Outcome`]. [`Server::poll`] returns the next packet to send. Log variables are read from a
+//! [`Snapshot`], and [`Parameters`] holds the parameters. The server owns no clock and no line,
+//! never allocates and never panics.
 //!
 //! ```
 //! use crtp::{Access, Outcome, Parameters, Server, Snapshot};
@@ -19,10 +20,10 @@
 //! ```
 //!
 //! # Two kinds of line
-//! Over UDP the drone may send at any time: after each packet that came in, and at
-//! [`Server::due`], poll until there is nothing more. Over the radio it may send one packet for
-//! each that comes in: poll once for each, and send nothing, or [`Packet::NULL`], when nothing is
-//! due. Both may be mixed.
+//! Over UDP the drone may send at any time: after each received packet, and at [`Server::due`], the
+//! caller polls until there is nothing more to send. Over the radio the drone may send one packet
+//! for each that it receives: the caller polls once for each, and sends nothing, or
+//! [`Packet::NULL`], when nothing is due. A drone may use both lines at once.
 //!
 //! | module | its part |
 //! |---|---|

@@ -1,4 +1,5 @@
-//! The table of parameters: those that a client can set, and the read-only ones about the drone.
+//! Defines the table of parameters: those that a client can set, and the read-only ones about the
+//! drone.
 
 use agent::AgentConfig;
 use storage::settings::{Limits, Settings};
@@ -16,9 +17,9 @@ pub struct Parameters {
     pub speed: MetresPerSecond,
     /// The height at which this drone flies.
     pub height: Metres,
-    /// A last link weaker than this calls for the next relay.
+    /// The launch limit: when the last link is weaker, the next relay takes off.
     pub launch_limit: Dbm,
-    /// A back link weaker than this sends this drone back.
+    /// The retreat limit: when this drone's back link is weaker, it flies back.
     pub retreat_limit: Dbm,
     /// The movement policy; `None` for one that has no code.
     pub policy: Option<PolicyCode>,
@@ -29,28 +30,28 @@ pub struct Parameters {
 /// The read-only parameters: number, role and hardware of the drone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct About {
-    /// Its place in the chain.
+    /// The drone's place in the chain.
     pub node: NodeId,
-    /// Its part in the chain.
+    /// The drone's part in the chain.
     pub role: Role,
-    /// Whether everything was there at boot.
+    /// Whether all sensors and decks were found at boot.
     pub selftest_passed: bool,
-    /// Whether it has a Flow deck v2.
+    /// Whether the drone has a Flow deck v2.
     pub has_flow: bool,
-    /// Whether it has a Multi-ranger deck.
+    /// Whether the drone has a Multi-ranger deck.
     pub has_rangers: bool,
     /// The first 48 bits of the firmware's revision, 0 where there is none.
     pub revision: u64,
-    /// Whether the firmware was built of something else than that revision.
+    /// Whether the source code differed from that revision when the firmware was built.
     pub is_modified: bool,
-    /// Its processor's number.
+    /// The unique number of the drone's processor.
     pub unique: [u32; 3],
-    /// Its processor's flash, KB.
+    /// The size of the processor's flash, KB.
     pub flash: u16,
 }
 
 impl Parameters {
-    /// The parameters before a client has set one: nothing is ordered. The speed is that of the
+    /// The parameters before a client has set one, without an order. The speed is that of the
     /// demonstration's pilot, height and limits are those of `agent::AgentConfig`.
     pub const DEFAULT: Self = Self {
         task: OperatorTask::Wait,
@@ -81,19 +82,19 @@ impl Parameters {
     /// 17 % grey, in the dark), and less where there is light.
     const MAX_HEIGHT: f32 = 1.0;
 
-    /// The limits, to be stored.
+    /// Returns the limits, for the caller to store.
     #[must_use]
     pub const fn limits(&self) -> Limits {
         Limits { launch: Some(self.launch_limit), retreat: Some(self.retreat_limit) }
     }
 
-    /// Takes over the limits that were stored.
+    /// Sets the limits to the stored ones.
     pub fn set_limits(&mut self, limits: Limits) {
         self.launch_limit = limits.launch.unwrap_or(Self::DEFAULT.launch_limit);
         self.retreat_limit = limits.retreat.unwrap_or(Self::DEFAULT.retreat_limit);
     }
 
-    /// Shows an order that was not given by a parameter.
+    /// Sets the parameters to an order that was not given by a parameter, so that clients see it.
     pub const fn show(&mut self, order: Order) {
         self.task = match order {
             Order::Wait => OperatorTask::Wait,
@@ -128,16 +129,16 @@ impl Default for Parameters {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 pub enum OperatorTask {
-    /// Stay on the ground.
+    /// The drones stay on the ground.
     #[default]
     Wait = 0,
-    /// Fly, the head at [`Parameters::speed`].
+    /// The drones fly, the head at [`Parameters::speed`].
     Explore = 1,
-    /// Come home.
+    /// The drones come home.
     Return = 2,
-    /// Land where you are.
+    /// Each drone lands where it is.
     Land = 3,
-    /// Stop the motors now.
+    /// All drones stop their motors now.
     Stop = 4,
 }
 
@@ -177,7 +178,7 @@ impl ParameterId {
         Self(row)
     }
 
-    /// Its row.
+    /// The parameter's row in the table.
     #[must_use]
     pub const fn row(self) -> u16 {
         self.0
@@ -271,7 +272,7 @@ pub(crate) const CRC: u32 = {
     crc
 };
 
-/// All parameters, as rows of the book's table.
+/// Returns all parameters as rows of the book's table.
 pub fn parameters() -> impl Iterator<Item = Documented> {
     TABLE.iter().zip(NOTES).map(|(row, (unit, meaning))| Documented {
         group: row.group,

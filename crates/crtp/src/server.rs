@@ -25,9 +25,9 @@ const FIRMWARE: &str = concat!("uchain ", env!("CARGO_PKG_VERSION"));
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Access {
-    /// The client may read, set and fly.
+    /// The client may read and set values and give orders.
     Full,
-    /// The client may read.
+    /// The client may only read values, and stop the drone.
     Read,
 }
 
@@ -35,7 +35,7 @@ pub enum Access {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Event {
-    /// The client gives a set-point, to be flown now.
+    /// The client gives a set-point for the present moment.
     Setpoint(Setpoint),
     /// The client stops the motors until the drone is switched off.
     EmergencyStop,
@@ -45,7 +45,7 @@ pub enum Event {
     Land,
     /// The client orders to take off.
     TakeOff,
-    /// A parameter was set. Where the drone refuses it, the value from before holds again.
+    /// A parameter was set. Where the drone refuses it, the parameter gets back its previous value.
     ParameterSet(ParameterId),
 }
 
@@ -65,7 +65,7 @@ impl Event {
 pub enum Outcome {
     /// The drone has followed the request.
     Done,
-    /// The drone has followed the request in part, or later will; the console says how.
+    /// The drone has followed the request in part, or will follow it later; the console says how.
     DoneBut(Notice),
     /// The drone has not followed the request; the console says why.
     Refused(Notice),
@@ -95,13 +95,13 @@ pub enum Setpoint {
     Stop,
     /// A height, and velocities along the nose and to its left.
     Hover {
-        /// Velocity along the nose.
+        /// The velocity along the nose.
         forward: MetresPerSecond,
-        /// Velocity to the left of the nose.
+        /// The velocity to the left of the nose.
         lateral: MetresPerSecond,
-        /// Yaw rate, counter-clockwise.
+        /// The yaw rate, counter-clockwise.
         yaw_rate: RadiansPerSecond,
-        /// Height over ground.
+        /// The height over ground.
         height: Metres,
     },
 }
@@ -110,52 +110,52 @@ pub enum Setpoint {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Counters {
-    /// Packets that came in.
+    /// The number of packets received.
     pub received: u32,
-    /// Packets of no known format, or for a service that does not exist.
+    /// The number of packets of no known format, or for a service that does not exist.
     pub malformed: u32,
-    /// Requests without access, or with a value out of range.
+    /// The number of requests without access, or with a value out of range.
     pub refused: u32,
-    /// Set-points and commands of a kind that this drone cannot fly.
+    /// The number of set-points and commands of a kind that this drone cannot follow.
     pub unsupported: u32,
-    /// Requests that were not answered, because too many answers waited.
+    /// The number of requests that were not answered, because too many answers waited.
     pub overrun: u32,
-    /// Packets that went out.
+    /// The number of packets sent.
     pub sent: u32,
-    /// Log blocks that were not sent, because the line was too slow.
+    /// The number of log blocks that were not sent, because the line was too slow.
     pub missed: u32,
-    /// Lines that the console had no room for.
+    /// The number of lines for which the console had no room.
     pub unsaid: u32,
 }
 
-/// A notice on the console, once for each client, that a request is not followed, or in another way
-/// than the client may expect.
+/// A notice on the console, printed once for each client, that a request is not followed, or is
+/// followed in another way than the client may expect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Notice {
     /// The client may only read.
     ReadOnlyAccess,
-    /// The drone flies no set-points of this kind.
+    /// The drone follows no set-points of this kind.
     UnknownSetpoint,
     /// The drone knows no high-level commands of this kind.
     UnknownHighLevel,
-    /// The parameter is read-only or the value is none of its own.
+    /// The parameter is read-only, or the value is out of its range.
     OutOfRange,
     /// The drone does not have the service.
     NoSuchService,
-    /// The drone is armed whenever it would fly, so that it can not be disarmed.
+    /// The drone is armed whenever it is ready to fly, and cannot be disarmed.
     NeverDisarmed,
-    /// Of a hover set-point the drone flies the forward velocity alone.
+    /// The drone follows only the forward velocity of a hover set-point.
     OnlyForward,
-    /// The value holds from the next boot on.
+    /// The value takes effect at the next boot.
     NextBoot,
     /// There is no movement policy of this code.
     NoSuchPolicy,
     /// The policy of a drone in the air cannot be changed.
     Airborne,
-    /// A Stop stands.
+    /// A stop is valid, so no other order is followed.
     StopStands,
-    /// The drone's link cannot take an order out, so that no drone has heard it.
+    /// The drone's link cannot transmit, so that no drone has received the order.
     NotHeard,
 }
 
@@ -218,7 +218,7 @@ impl Default for Server {
 }
 
 impl Server {
-    /// A server that has had no request.
+    /// Makes a server that has received no request.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -239,9 +239,9 @@ impl Server {
         }
     }
 
-    /// Takes a packet: header and data, as it came from the line; any bytes are accepted. `act`, which
-    /// is called once at most, follows the client's request and returns the outcome, so that an
-    /// answer "done" is always true.
+    /// Processes a packet, header and data, as received; any bytes are accepted. `act` is called
+    /// once at most; it follows the client's request and returns the outcome, so that an answer
+    /// "done" is always true.
     pub fn receive(
         &mut self,
         now: Instant,
@@ -288,8 +288,8 @@ impl Server {
         }
     }
 
-    /// The packet that is sent next: answers first, then text, then the log block that has been
-    /// due for longest.
+    /// Returns the packet to send next: first answers, then console text, then the log block that
+    /// has been due for longest.
     pub fn poll(
         &mut self,
         now: Instant,
@@ -304,13 +304,13 @@ impl Server {
         Some(packet)
     }
 
-    /// When the next log block is due.
+    /// The time at which the next log block is due.
     #[must_use]
     pub fn due(&self) -> Option<Instant> {
         self.blocks.due()
     }
 
-    /// Prints a line on the console. When too many lines wait, it is lost.
+    /// Prints a line on the console. When too many lines wait, the line is lost.
     pub fn say(&mut self, line: &str) {
         if !self.console.say(line) {
             count(&mut self.counters.unsaid);

@@ -1,4 +1,4 @@
-//! Rows and checksums of the tables of log variables and of parameters.
+//! Defines the rows and the checksums of the tables of log variables and of parameters.
 
 use wire::crtp::{LogType, Value};
 
@@ -43,11 +43,11 @@ pub struct Documented {
     pub group: &'static str,
     /// The second half of the name.
     pub name: &'static str,
-    /// Its type, as clients name it.
+    /// The type, as clients name it.
     pub kind: &'static str,
     /// The access: `ro` or `rw`.
     pub access: &'static str,
-    /// The unit, or nothing.
+    /// The unit; empty where there is none.
     pub unit: &'static str,
     /// The meaning.
     pub meaning: &'static str,

@@ -1,4 +1,4 @@
-//! The table of log variables.
+//! Defines the table of log variables.
 
 use core::f32::consts::PI;
 
@@ -132,7 +132,8 @@ pub(crate) const CRC: u32 = {
     crc
 };
 
-/// All log variables, as rows of the book's table: the groups of the nodes only once, as `nodeN`.
+/// Returns all log variables as rows of the book's table, with the groups of the nodes only once,
+/// as `nodeN`.
 pub fn variables() -> impl Iterator<Item = Documented> {
     let own = OWN.iter().zip(OWN_NOTES).map(|(row, (unit, meaning))| Documented {
         group: row.group,
