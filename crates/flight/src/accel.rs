@@ -36,7 +36,7 @@ pub struct AccelConfig {
 }
 
 impl AccelConfig {
-    /// The constants for a Crazyflie; their reasons stand at the fields.
+    /// The constants for a Crazyflie; the fields give the reasons for them.
     pub const DEFAULT: Self = Self {
         smoothing: 0.2,
         most_residual: 1.5,

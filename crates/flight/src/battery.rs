@@ -1,6 +1,6 @@
 //! Estimates the battery's charge and endurance.
 //!
-//! The voltage under load says little about the charge: 0.3 V of it come and go with the throttle.
+//! The voltage under load says little about the charge, since it varies by 0.3 V with the thrust.
 //! The resting voltage is estimated by adding the drop over the internal resistance. The charge
 //! follows from the resting voltage, and the endurance from the charge.
 
@@ -40,8 +40,8 @@ impl BatteryConfig {
     /// 2.1 A; power grows with thrust to the 3/2, so 13 % more mass need 2.5 A. The critical
     /// voltage, its 5 s and the time constant (0.01 of a step at 1 kHz) are the vendor's
     /// (`platform_defaults_cf2.h`). Internal resistance: 0.3 V between hover and rest at 2.1 A. A
-    /// resting voltage of 3.7 V is a tenth of the charge. The uncertainty of the load's drop is 0.1
-    /// V.
+    /// resting voltage of 3.7 V is a tenth of the charge. The voltage drop under load is uncertain
+    /// by 0.1 V.
     pub const DEFAULT: Self = Self {
         capacity: 0.250 * 3_600.0,
         resistance: 0.14,

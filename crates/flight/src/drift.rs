@@ -1,10 +1,11 @@
-//! The error of the estimated velocity that stands.
+//! Estimates and removes the constant error of the estimated velocity.
 //!
-//! What remains of the gyroscope's bias tilts the estimate, and the filter balances the gravity that
-//! it then sees along the floor by an error of the velocity. A velocity loop turns that into motion:
-//! of twelve simulated drones that were to hover for two minutes, two went by 1.4 and 1.7 m, at
-//! up to 14 mm/s. The estimated position does not share the error, since each flow reading corrects
-//! it as well. So the mean difference of the velocity from the change of the position is the error.
+//! The remaining bias of the gyroscope tilts the estimated attitude, so the filter sees a
+//! horizontal part of gravity, which it balances by an error of the velocity. A velocity loop turns
+//! that error into motion: of twelve simulated drones that were to hover for two minutes, two
+//! drifted by 1.4 and 1.7 m, at up to 14 mm/s. The estimated position does not have the error,
+//! since each flow reading corrects the position as well. So the mean difference between the
+//! velocity and the change of the position is the error.
 
 use units::Radians;
 

@@ -85,7 +85,7 @@ const HEIGHT_FRESH_FOR: Duration = Duration::from_millis(100);
 /// steps means that the processor was stalled, and counts as the longest step.
 const STEP_US: (u64, u64) = (200, 20_000);
 
-/// The flight code of one drone: everything between its sensors and its motors.
+/// The flight code of one drone, from its sensor readings to its motor duties.
 #[derive(Clone, Debug)]
 pub struct Flight {
     last_step: Option<Instant>,

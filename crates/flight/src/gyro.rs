@@ -2,8 +2,8 @@
 //! rates a multicopter falls within a second.
 //!
 //! The rates are predicted from the torques of the motors, which works for a short time. Only the
-//! torque in excess of its recent mean turns the body; the mean is the trim that holds a crooked
-//! airframe, unequal motors or an off-centre battery still.
+//! torque in excess of its recent mean turns the body; the mean is the trim, which compensates for
+//! an asymmetric airframe, unequal motors or an off-centre battery.
 //!
 //! The prediction replaces samples that are missing or frozen. It also exposes a faulty gyroscope:
 //! rates do not jump by more than [`GyroConfig::jump`] within a millisecond unless the drone is

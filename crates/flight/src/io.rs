@@ -8,8 +8,8 @@ use units::{
 
 use crate::supervisor::Mode;
 
-/// The sensor readings since the last step. A field is `None` where no new reading came in,
-/// whatever the reason: the flight code itself detects that a sensor has failed.
+/// The sensor readings since the last step. A field is `None` where there is no new reading, for
+/// whatever reason: the flight code itself detects that a sensor has failed.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Sensed {
     /// Reading of the gyroscope, new at each step (1 kHz).
@@ -30,7 +30,7 @@ pub struct Sensed {
 pub struct Command {
     /// The set-point that the drone is to follow.
     pub setpoint: Setpoint,
-    /// When the set-point was given.
+    /// The time at which the set-point was given.
     pub given: Instant,
 }
 
@@ -92,7 +92,7 @@ pub struct Attitude {
 pub struct Battery {
     /// Voltage at the terminals, smoothed.
     pub volts: Volts,
-    /// For how long the battery can still carry the hovering drone; `None` while its voltage is
-    /// unknown.
+    /// The time for which the battery can still carry the hovering drone; `None` while its voltage
+    /// is unknown.
     pub endurance: Option<Duration>,
 }

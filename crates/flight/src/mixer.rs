@@ -1,7 +1,8 @@
 //! Distributes the wanted force and torque over four motors, and converts thrust to motor duty.
 //!
-//! Where the motors cannot give all of it, the torques that keep the drone upright come first: roll
-//! and pitch are kept, the total thrust moves to make room for them, and yaw gets the rest.
+//! Where the motors cannot give all of it, the torques that keep the drone upright have priority:
+//! roll and pitch are kept, the total thrust is changed to make room for them, and yaw gets the
+//! rest.
 
 use crate::airframe::Airframe;
 use crate::io::Duties;

@@ -3,10 +3,10 @@
 //! Every noise here is that of a physical source, and the simulator's sensors have the same
 //! sources. A test checks that the innovations come out as large as the estimator predicts.
 //!
-//! Two errors are not white, and this filter does not estimate them: what remains of the
-//! gyroscope's bias after calibration, and the accelerometer's bias. A constant error b acts on the
-//! state for the filter's time constant T and displaces it by b·T; white noise of density b²·T
-//! spreads the state by as much. That density is added to the process noise.
+//! Two errors are not white, and this filter does not estimate them: the gyroscope's bias that
+//! remains after calibration, and the accelerometer's bias. A constant error b acts on the state
+//! for the filter's time constant T and displaces it by b·T; white noise of density b²·T spreads
+//! the state by as much. That density is added to the process noise.
 
 /// The constants of the estimator.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,5 +1,5 @@
-//! Counts for how long rejected readings agree with each other: after a while it is the estimate
-//! that is wrong, and it is reset to them.
+//! Counts for how long rejected readings agree with each other. After a while the estimate must be
+//! wrong, and is reset to the readings.
 
 /// A run of rejected readings that agree with each other.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
