@@ -74,8 +74,8 @@ impl HealthConfig {
     /// The values for a device that is read some tens of times a second. They are chosen, not
     /// measured: three errors in a row are no accident on a bus that loses one transaction in a
     /// thousand; in a quarter of a second a drone at 0.4 m/s flies 10 cm without new readings;
-    /// attempts every two seconds at a device that is gone for good take hardly any time of the
-    /// other devices on the bus.
+    /// attempts every two seconds to start a device that has failed for good take hardly any time
+    /// from the other devices on the bus.
     pub const DEFAULT: Self = Self {
         tolerated: 2,
         silence: Duration::from_millis(250),

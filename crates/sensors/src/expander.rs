@@ -1,6 +1,8 @@
-//! The I/O expander of the Multi-ranger deck, whose lines hold five rangers in reset while low.
+//! Driver of the I/O expander of the Multi-ranger deck, whose lines hold five rangers in reset
+//! while they are low.
 //!
-//! The chip is a PCA9534 or a sibling of it (crazyflie-firmware, `multiranger.c` and `pca95x4.c`).
+//! The chip is a PCA9534 or a compatible type (crazyflie-firmware, `multiranger.c` and
+//! `pca95x4.c`).
 
 use core::ops::BitOr;
 

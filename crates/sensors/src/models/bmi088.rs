@@ -248,7 +248,7 @@ impl Bmi088Model {
         model
     }
 
-    /// Resets both dies as by a dip of the supply.
+    /// Resets both dies as a drop of the supply does.
     pub fn reset(&mut self) {
         self.reset_gyro();
         self.reset_accel();

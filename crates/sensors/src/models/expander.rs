@@ -27,7 +27,7 @@ impl<L: Deref<Target = AtomicU8>> ExpanderModel<L> {
         Self { fault: Fault::None, lines, floating, output, direction, command: None }
     }
 
-    /// Resets the expander as by a dip of its supply: all lines float again.
+    /// Resets the expander as a drop of its supply does: all lines float again.
     pub fn reset(&mut self) {
         (self.output, self.direction, self.command) = (0xFF, 0xFF, None);
         self.drive();

@@ -73,7 +73,7 @@ impl Pmw3901Model {
         }
     }
 
-    /// Resets the chip as by a dip of its supply: it loses its configuration and its counts.
+    /// Resets the chip as a drop of its supply does: it loses its configuration and its counts.
     pub fn reset(&mut self) {
         self.banks = [[0; FILE]; BANKS];
         self.counts = [0; 2];

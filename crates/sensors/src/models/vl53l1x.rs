@@ -38,7 +38,7 @@ pub enum Vl53l1xFault {
     NeverBoots,
     /// The sensor never has a result.
     NeverReady,
-    /// The sensor signals new results, which are always the same.
+    /// The sensor signals new results, but they are always the same.
     Frozen,
     /// Every measurement ends with this status code of the device.
     Status(u8),
@@ -56,11 +56,11 @@ pub struct Vl53l1xModel<L> {
     pub sigma: Metres,
     /// The status code of a measurement; with `None` it depends on the distance.
     pub status: Option<u8>,
-    /// Rate of its own light that comes back.
+    /// The rate of its own light that is reflected back.
     pub signal: CountRate,
     /// Rate of the ambient light.
     pub ambient: CountRate,
-    /// Its identification.
+    /// The value of its identification register.
     pub model_id: u16,
     reset_line: Option<(L, Lines)>,
     was_off: bool,
@@ -117,8 +117,8 @@ impl<L: Deref<Target = AtomicU8>> Vl53l1xModel<L> {
         model
     }
 
-    /// Resets the sensor as by a dip of its supply: it is back at its default address and does not
-    /// range.
+    /// Resets the sensor as a drop of its supply does: it answers at its default address again and
+    /// does not measure.
     pub fn reset(&mut self) {
         self.registers = [0; FILE];
         poke(&mut self.registers, 0x0001, &[DEFAULT_ADDRESS]);

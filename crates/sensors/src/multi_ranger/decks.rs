@@ -13,9 +13,9 @@ const MOST_ROUNDS: u8 = 20;
 /// rangers.
 ///
 /// A Multi-ranger deck counts as missing only if its expander has never answered: an expander that
-/// answers with errors is there, and its rangers may be at 0x29. The probe cannot tell a deck whose
-/// expander alone is dead from a missing deck: a drone that carries a Multi-ranger deck must not
-/// fly before its side rangers have ranged.
+/// answers with errors is there, and its rangers may be at 0x29. The probe cannot distinguish a
+/// missing deck from one whose expander alone is defective: a drone that carries a Multi-ranger
+/// deck must not fly before its side rangers have measured.
 #[derive(Clone, Copy, Debug)]
 pub struct DeckProbe {
     rounds: u8,

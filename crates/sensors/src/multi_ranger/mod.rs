@@ -4,8 +4,8 @@
 //! All of them answer at 0x29 after their reset, and each must get an address of its own while no
 //! other is there. The Multi-ranger deck can hold its five rangers in reset, but not the one that
 //! looks down, so that one gets its address first. Any ranger may lose its supply for a moment in
-//! flight and be back at 0x29, so start and recovery are the same sequence, which one ranger at a
-//! time goes through while the others range on:
+//! flight and then answer at 0x29 again, so start and recovery are the same sequence. One ranger at
+//! a time goes through it while the others go on measuring:
 //!
 //! ```text
 //!        due ┌─────────┐ 2 ms  ┌─────────────┐ one measurement ┌─────────┐
@@ -116,7 +116,7 @@ pub enum BeamState {
     Unused,
 }
 
-/// The rangers to use, and how they range.
+/// The rangers to use, and the configuration of each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RangerConfig {
     /// The configuration of the ranger that looks down. While that ranger is lost no other is
@@ -240,8 +240,8 @@ impl<I2C: I2c> MultiRanger<I2C> {
         self.slot(beam).and_then(|slot| slot.last_error.as_ref())
     }
 
-    /// Whether every ranger has started, or has failed to start at least once, or waits for one
-    /// that has failed: a program that waits for the rangers at its start need not wait any longer.
+    /// Whether every ranger has started, has failed to start at least once, or waits for one that
+    /// has failed. A program that waits for the rangers at its start need not wait any longer then.
     #[must_use]
     pub fn is_settled(&self) -> bool {
         let waiting = self.slot(Beam::Down).is_some_and(Slot::has_failed);

@@ -1,4 +1,4 @@
-//! The result of a measurement.
+//! Decodes the result of a measurement.
 
 use core::fmt;
 
@@ -11,7 +11,7 @@ pub enum RangeStatus {
     /// A target was measured, and the result was checked.
     Valid,
     /// The measurement is the first after a start, for which a target beyond reach cannot yet be
-    /// told from a near one.
+    /// distinguished from a near one.
     Unchecked,
     /// σ is above the limit, because too little light came back.
     SigmaFail,
@@ -23,13 +23,13 @@ pub enum RangeStatus {
     OutOfBounds,
     /// The laser or its supervision failed, with this code of the device.
     Hardware(u8),
-    /// A target beyond reach reads as a near one.
+    /// The result has wrapped: a target beyond reach is measured as a near one.
     WrapTarget,
-    /// No more light came back than the cover reflects.
+    /// The sensor received no more light than its cover reflects.
     Crosstalk,
     /// The interrupt is the first of a series and has no measurement.
     Synchronisation,
-    /// Two targets could not be told apart.
+    /// Two targets could not be distinguished.
     MergedPulse,
     /// The signal of the target is too weak to measure.
     LackOfSignal,
@@ -63,7 +63,7 @@ impl RangeStatus {
         }
     }
 
-    /// Whether the distance is reliable enough to fly by.
+    /// Whether the distance is reliable enough to be used in flight.
     #[must_use]
     pub const fn is_valid(self) -> bool {
         matches!(self, Self::Valid)
@@ -100,12 +100,12 @@ pub struct Reading {
     pub sigma: Metres,
     /// The status of the measurement.
     pub status: RangeStatus,
-    /// Rate of the sensor's own light that came back.
+    /// The rate of the sensor's own light that was reflected back.
     pub signal: CountRate,
-    /// Rate of the ambient light.
+    /// The rate of the ambient light.
     pub ambient: CountRate,
     /// The count of measurements. Two readings with the same count are the same measurement, and a
-    /// count that stands still means that the sensor does.
+    /// count that does not change means that the sensor has stopped measuring.
     pub stream: u8,
 }
 
@@ -124,7 +124,7 @@ impl Reading {
         }
     }
 
-    /// The distance, if it is reliable enough to fly by.
+    /// Returns the distance, if it is reliable enough to be used in flight.
     #[must_use]
     pub const fn range(&self) -> Option<Metres> {
         if self.status.is_valid() { Some(self.distance) } else { None }
