@@ -1,5 +1,5 @@
-//! The error for input that cannot be used: one line says where it is, what is wrong, and how to
-//! mend it.
+//! Defines the error for input that cannot be used. Its one line says where the mistake is, what is
+//! wrong, and how to correct it.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -13,7 +13,7 @@ pub struct InputError {
 }
 
 impl InputError {
-    /// Makes an error without a place: `wrong` says what is wrong, `remedy` how to mend it.
+    /// Makes an error without a place: `wrong` says what is wrong, `remedy` how to correct it.
     pub fn new(wrong: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self { place: None, wrong: wrong.into(), remedy: remedy.into() }
     }

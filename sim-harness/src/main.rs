@@ -1,4 +1,4 @@
-//! The `uchain` command: see [`sim_harness::cli`].
+//! Starts the `uchain` command, which is [`sim_harness::cli`].
 
 use std::process::ExitCode;
 

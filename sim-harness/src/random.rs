@@ -1,23 +1,23 @@
-//! Randomness with a seed: one stream per drone and per link, the same on every machine.
+//! Makes random numbers from a seed: one stream per drone and per link, the same on every machine.
 //!
-//! The generator is ChaCha8; the stream's number is part of its key, so streams never depend on
-//! the order in which others are read. Normal deviates come by Box and Muller through `libm`, not
-//! through the platform's mathematics, or, where millions are wanted, by Marsaglia and Tsang's
-//! ziggurat, which seldom needs any.
+//! The generator is ChaCha8; the stream's number is part of its key, so streams never depend on the
+//! order in which others are read. Normal deviates are made by Box and Muller's method with `libm`,
+//! not with the platform's mathematics; where millions are needed, they are made by Marsaglia and
+//! Tsang's ziggurat, which seldom calls any function.
 
 use std::sync::LazyLock;
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
-/// The purpose of a stream. Its number keeps it apart from all others of the same seed.
+/// The purpose of a stream. Its number makes it independent of all others of the same seed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
     /// The places and moments of the start.
     Start,
     /// The sensors and the vehicle of one drone.
     Drone(u8),
-    /// The same at flight level.
+    /// The sensors and the vehicle of one drone at flight level.
     Craft(u8),
     /// The faults of one drone, and their times.
     Fault(u8),
@@ -29,7 +29,7 @@ pub enum Purpose {
     Radio(u8),
     /// The keys of the fleet.
     Keys,
-    /// How long the words of one drone are on their way by the ideal link.
+    /// The delays of one drone's reports and orders on the ideal link.
     Delay(u8),
 }
 
@@ -68,22 +68,22 @@ impl Stream {
         Self { generator, spare: None }
     }
 
-    /// Uniform in [0, 1), a multiple of 2⁻²⁴.
+    /// Returns a number uniform in [0, 1), a multiple of 2⁻²⁴.
     pub fn uniform(&mut self) -> f32 {
         (self.generator.next_u32() >> 8) as f32 * (1.0 / 16_777_216.0)
     }
 
-    /// Any bytes.
+    /// Returns random bytes.
     pub fn bytes<const N: usize>(&mut self) -> [u8; N] {
         std::array::from_fn(|_| self.generator.next_u32() as u8)
     }
 
-    /// A whole number below `limit`, which is not zero.
+    /// Returns a whole number below `limit`, which must not be zero.
     pub fn below(&mut self, limit: u32) -> u32 {
         ((u64::from(self.generator.next_u32()) * u64::from(limit)) >> 32) as u32
     }
 
-    /// Standard normal.
+    /// Returns a standard normal number.
     pub fn normal(&mut self) -> f32 {
         if let Some(spare) = self.spare.take() {
             return spare;
@@ -94,7 +94,8 @@ impl Stream {
         radius * cos
     }
 
-    /// Standard normal, ten times as fast: one draw and one product nearly always.
+    /// Returns a standard normal number ten times as fast as [`normal`](Self::normal): nearly
+    /// always by one draw and one product.
     #[inline]
     pub fn gauss(&mut self) -> f32 {
         let ziggurat = &*ZIGGURAT;

@@ -1,4 +1,4 @@
-//! Finds the name that was probably meant where one is not known.
+//! Finds the name that the user probably meant when a name is unknown.
 
 /// The name that is most like `wrong`, if any is like it at all.
 fn nearest<'a>(wrong: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
@@ -12,21 +12,21 @@ fn nearest<'a>(wrong: &str, names: impl IntoIterator<Item = &'a str>) -> Option<
         .map(|(_, name)| name)
 }
 
-/// Asks whether that name was meant, before the remedy for when it was not; empty where no name is
-/// like `wrong`.
+/// Returns a question whether that name was meant, to be put before the remedy; it is empty where
+/// no name is like `wrong`.
 pub fn question<'a>(wrong: &str, names: impl IntoIterator<Item = &'a str>) -> String {
     nearest(wrong, names)
         .map_or_else(String::new, |meant| format!("did you mean {meant}? if not, "))
 }
 
-/// The remedy for a wrong name where these are the right ones.
+/// Returns the remedy for a wrong name where `names` are the right ones.
 #[must_use]
 pub fn one_of(wrong: &str, names: &[&str]) -> String {
     format!("{}give one of {}", question(wrong, names.iter().copied()), names.join(", "))
 }
 
-/// The [`question`] about an error message of `serde`'s, which puts the wrong name in backticks and
-/// after it every right one; empty for messages about something else.
+/// Returns the [`question`] for an error message of `serde`, which has the wrong name in backticks
+/// and after it every right one; it is empty for messages about something else.
 #[must_use]
 pub fn question_about(message: &str) -> String {
     if !message.starts_with("unknown field") && !message.starts_with("unknown variant") {

@@ -1,5 +1,5 @@
-//! The bodies of drones. A [`Body`] is one at any fidelity, as a mission uses it: set-points in,
-//! sensor values out.
+//! Simulates the bodies of drones. A [`Body`] is the body of one drone at any fidelity: it takes
+//! set-points and returns sensor values.
 //!
 //! | module | holds |
 //! |---|---|
@@ -30,7 +30,7 @@ pub enum Body {
     Craft(Box<Flown>),
 }
 
-/// A craft on a mission.
+/// A rigid body that flies in a mission.
 pub struct Flown {
     /// The craft itself.
     pub craft: Craft,
@@ -87,7 +87,7 @@ impl Body {
         }
     }
 
-    /// How often it has touched a wall.
+    /// The number of times that it has touched a wall.
     #[must_use]
     pub const fn contacts(&self) -> u32 {
         match self {
@@ -138,7 +138,7 @@ impl Body {
         }
     }
 
-    /// Notes a set-point of the firmware in an emulator.
+    /// Records a set-point of the firmware in an emulator.
     pub(crate) fn note(&mut self, setpoint: Setpoint) {
         match self {
             Self::Point(body) => body.command(setpoint),
@@ -146,7 +146,7 @@ impl Body {
         }
     }
 
-    /// One physics step: 20 ms of the point, a millisecond of the craft.
+    /// Simulates one physics step: 20 ms of a point, or a millisecond of a rigid body.
     pub(crate) fn advance(&mut self, around: Surroundings<'_>, response: Response) {
         match self {
             Self::Point(body) => body.advance(around.tunnel, around.vehicle, response),

@@ -23,11 +23,11 @@ pub struct VehicleSpec {
     pub flow_scale_error: f32,
     /// Half the drone's width with its guards, m.
     pub radius: f32,
-    /// How far a side ranger sees, m.
+    /// The largest distance that a side ranger measures, m.
     pub reach: f32,
     /// Standard deviation of one range, m.
     pub range_noise: f32,
-    /// How full the batteries of rigid bodies are, 0 to 1.
+    /// The charge of the batteries of rigid bodies at switch-on, 0 to 1.
     pub charge: f32,
 }
 
@@ -131,7 +131,7 @@ impl PointBody {
         libm::atan2f(self.nose[1], self.nose[0])
     }
 
-    /// How often it has touched a wall.
+    /// The number of times that it has touched a wall.
     #[must_use]
     pub const fn contacts(&self) -> u32 {
         self.contacts
@@ -147,8 +147,8 @@ impl PointBody {
         self.setpoint = setpoint;
     }
 
-    /// One physics step. The response to a command is first order and solved exactly; a command
-    /// to stop the motors stops the body where it is, as a floor plan has no falling.
+    /// Simulates one physics step. The response to a command is first order and solved exactly; a
+    /// command to stop the motors stops the body where it is, as a floor plan has no falling.
     pub(crate) fn advance(&mut self, tunnel: &Tunnel, spec: &VehicleSpec, response: Response) {
         let (wanted, wanted_yaw, wanted_height) = match self.setpoint {
             Setpoint::Off | Setpoint::Stop => {
@@ -215,7 +215,8 @@ impl PointBody {
         self.nose = [x * scale, y * scale];
     }
 
-    /// The reading of the optic flow: mean velocity since it was last read, `elapsed` seconds ago.
+    /// Returns the reading of the optic flow: the mean velocity since the last reading, `elapsed`
+    /// seconds ago.
     pub(crate) fn read_flow(
         &mut self,
         elapsed: f32,

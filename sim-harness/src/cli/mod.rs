@@ -1,15 +1,15 @@
-//! The `uchain` command.
+//! Defines the `uchain` command.
 //!
-//! Results go to standard output, progress and complaints to standard error. The exit status is
+//! Results go to standard output, progress and error messages to standard error. The exit status is
 //!
 //! | status | when |
 //! |---|---|
 //! | 0 | all went well |
 //! | 1 | the mission failed, or a criterion was missed |
-//! | 2 | the input cannot be used, or the output cannot be written; one line says what, where, and how to mend it |
-//! | 101 | `uchain` has a defect |
+//! | 2 | the input cannot be used, or the output cannot be written; one line says what, where, and how to correct it |
+//! | 101 | `uchain` panicked, which is a defect |
 //! | 130 | Ctrl-C ended the command |
-//! | 141 | the reader of standard output went away, as `head` does |
+//! | 141 | the program that read standard output ended early, as `head` does |
 
 mod bench;
 mod campaign;

@@ -1,4 +1,4 @@
-//! A fleet and its file.
+//! Reads and writes the file of a fleet.
 //!
 //! ```toml
 //! version = 1
@@ -18,10 +18,11 @@
 //! name = "8 hexadecimal digits"
 //! ```
 //!
-//! A drone has a `policy` when it was given one; without, it flies the one in its settings.
+//! A drone has an entry `policy` if it was given a movement policy; without it, the drone uses the
+//! policy in its settings.
 //!
-//! The secret stands near the end and the name, which is checked against it, last: a file that was
-//! cut off anywhere is refused.
+//! The secret stands near the end of the file and the name, which is checked against it, at the
+//! very end, so that a file that was cut off anywhere is refused.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -63,7 +64,7 @@ pub struct Fleet {
 pub struct FleetEntry {
     /// The role of the drone.
     pub role: Role,
-    /// Whether cfclient may fly the head through it.
+    /// Whether cfclient may fly the head through this drone.
     pub may_fly: bool,
     /// The generation of its keys.
     pub generation: u8,
@@ -96,7 +97,7 @@ impl Fleet {
         u32::from_le_bytes([a, b, c, d])
     }
 
-    /// The present generation of its keys.
+    /// The present generation of the fleet's keys.
     #[must_use]
     pub const fn generation(&self) -> u8 {
         self.generation
@@ -108,7 +109,7 @@ impl Fleet {
         self.issued.map_or(0, Issue::get)
     }
 
-    /// Its drones by number.
+    /// The drones of the fleet, by number.
     #[must_use]
     pub const fn drones(&self) -> &BTreeMap<u8, FleetEntry> {
         &self.drones

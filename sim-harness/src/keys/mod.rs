@@ -1,5 +1,5 @@
-//! Makes the keys of a fleet: the file from which they all follow, and the pages with which drones
-//! are provisioned.
+//! Makes the keys of a fleet: the file from which all keys are derived, and the pages with which
+//! drones are provisioned.
 //!
 //! A [`Fleet`] is a file that holds the fleet's secret and which number was given to which drone.
 //! Everything else follows from the secret ([`airlink::keys`]), so a page is made, loaded into its
@@ -31,11 +31,13 @@ use crate::input_error::InputError;
 pub struct Request {
     /// The number of the drone.
     pub node: NodeId,
-    /// Its role; by its number where this is left out: 0 is the head, 15 the base.
+    /// The role of the drone; where left out it follows from the number: 0 is the head, 15 the
+    /// base, and any other a relay.
     pub role: Option<Role>,
-    /// Whether cfclient may fly the head through it.
+    /// Whether cfclient may fly the head through this drone.
     pub may_fly: bool,
-    /// The movement policy that the drone is to fly from now on; `None` leaves it as it is.
+    /// The movement policy that the drone uses from now on; `None` leaves the drone's policy as it
+    /// is.
     pub policy: Option<&'static Policy>,
 }
 
@@ -55,10 +57,10 @@ pub struct Provisioned {
 }
 
 impl Provisioned {
-    /// The two commands that bring the page into a drone: with a probe, and by USB.
+    /// Returns the two commands that load the page into a drone: with a probe, and by USB.
     ///
-    /// `dfu-util`'s `:leave` is not among its options on purpose: it would start what lies at this
-    /// address, and that is keys.
+    /// `dfu-util`'s `:leave` is not among its options on purpose: it would start the program at
+    /// this address, where the keys are.
     #[must_use]
     pub fn commands(&self) -> [String; 2] {
         let (address, page) = (format!("0x{PAGE_ADDRESS:08X}"), quoted(&self.page));

@@ -1,4 +1,4 @@
-//! The record of a mission, five times a second, from which every picture, table and file is made.
+//! Records a mission five times a second; all pictures, tables and files are made from this record.
 
 use std::fmt;
 
@@ -18,7 +18,7 @@ pub struct Trace {
     pub floor_plan: FloorPlan,
     /// The members, head first, base last; every frame lists them in this order.
     pub nodes: Vec<Node>,
-    /// Launch limit: links weaker than this call for a relay.
+    /// The launch limit: when a link is weaker, the next relay takes off.
     pub launch_limit: Dbm,
     /// The frames, in order of time, one per 0.2 s.
     pub frames: Vec<Frame>,
@@ -82,7 +82,7 @@ pub struct Frame {
     pub drones: Vec<DroneFrame>,
 }
 
-/// One drone at one moment. Metres, m/s and radians.
+/// One drone at one moment, in metres, m/s and radians.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DroneFrame {
     /// The true place on the floor plan, and the heading of the nose.

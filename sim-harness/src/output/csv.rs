@@ -1,4 +1,4 @@
-//! `trace.csv`: one row for each drone and frame, for spreadsheets, pandas and R.
+//! Writes `trace.csv`, with one row for each drone and frame, for spreadsheets, pandas and R.
 //!
 //! The columns are documented in the book, "What a run leaves behind". A field is empty where
 //! there is no value: no link, no measurement. Numbers are rounded to a fixed count of decimals,

@@ -1,4 +1,5 @@
-//! The directory that `--out` names: filled out of sight and put in place at the end.
+//! Writes into the directory that `--out` names: the files are written into a temporary directory,
+//! and moved to their place at the end.
 //!
 //! A command that fails, is interrupted or finds the disk full leaves the directory as it was. It
 //! replaces and removes only files that this program wrote: `files.txt` lists them.

@@ -1,4 +1,4 @@
-//! `trace.mcap`: the mission for Foxglove and Rerun.
+//! Writes `trace.mcap`, the mission for the viewers Foxglove and Rerun.
 //!
 //! Foxglove draws `SceneUpdate`s and knows every well-known schema; Rerun draws point clouds,
 //! transforms and logs of the same family, and plots any number in any protobuf message. So

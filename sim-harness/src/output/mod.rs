@@ -1,7 +1,7 @@
 //! Files and pictures made from a [`crate::measure::trace::Trace`].
 //!
-//! [`write_all`] is what `--out` does. Everything is a pure function of the trace: the same
-//! mission gives the same bytes, wherever and whenever it is written.
+//! [`write_all`] writes all files of the option `--out`. All output is a pure function of the
+//! trace: the same mission gives the same bytes, on any machine and at any time.
 
 pub mod csv;
 mod folder;

@@ -1,4 +1,4 @@
-//! Makes `report.html`, a page that plays the mission.
+//! Makes `report.html`, a page that replays the mission.
 //!
 //! Style, script, pictures and data are all in the one file, so that it can be mailed and needs no
 //! network. `assets/report/` holds the page with `{{gaps}}`; this module fills them.

@@ -1,4 +1,4 @@
-//! The files of a run: what is written, and how it gets to where it was asked for.
+//! Writes the files of a run.
 
 use std::fmt;
 
@@ -11,9 +11,9 @@ use crate::measure::trace::Trace;
 /// A run's files could not be written.
 #[derive(Debug)]
 pub enum OutputError {
-    /// The directory cannot be used: the user's to mend.
+    /// The directory cannot be used, which the user can correct.
     Input(InputError),
-    /// A step that cannot fail has failed: a defect.
+    /// A step that cannot fail has failed, which is a defect of the program.
     Picture(PictureError),
 }
 

@@ -22,15 +22,15 @@ use super::recording::{Recording, Sample};
 pub struct AgentReport {
     /// The relay's number; the head is 0.
     pub relay: usize,
-    /// Rows of the log.
+    /// The number of rows of the log.
     pub rows: usize,
-    /// The part in which it makes its links equal.
+    /// The part of the rows in which the relay makes its links equal.
     pub relaying: f64,
-    /// The part in which it looks for the drone in front, or waits for it.
+    /// The part of the rows in which the relay searches for the drone in front, or waits for it.
     pub reconnecting: f64,
-    /// The part in which it flies back towards the base's side.
+    /// The part of the rows in which the relay flies back towards the base.
     pub backing_up: f64,
-    /// When it landed, in seconds of the log.
+    /// The time at which the relay landed, in seconds of the log; `None` if it did not land.
     pub landed_s: Option<f64>,
 }
 

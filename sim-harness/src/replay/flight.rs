@@ -18,30 +18,30 @@ pub struct Commands {
     pub policy: &'static str,
     /// The relay; 1 is next to the head.
     pub relay: usize,
-    /// Rows in which it had both of its links.
+    /// The number of rows in which the relay had both of its links.
     pub rows: usize,
-    /// The part of them in which it would have flown towards the head,
+    /// The part of these rows in which the relay is flown towards the head.
     pub forward: f64,
-    /// stood still,
+    /// The part of the rows in which the relay hovers.
     pub hover: f64,
     /// The part of the rows in which the relay is flown towards the base.
     pub back: f64,
-    /// Mean of the speed in either direction.
+    /// The mean speed, without its sign.
     pub mean_speed_mps: f64,
-    /// How often the direction changed, hovering left out.
+    /// The number of times that the direction of flight reversed, without counting hovering.
     pub sign_changes: usize,
     /// The part of the rows in which it flies the same way as the authors' rule, hovering included.
     pub agrees_with_authors: f64,
 }
 
-/// How far the links of a flight were equal.
+/// Measures of how equal the links of a flight were.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Equality {
     /// The mean strength of each link, head first, in dBm; `None` for one that was never heard.
     pub means_dbm: Vec<Option<f64>>,
     /// The number of pairs of adjacent links in all rows.
     pub pairs: usize,
-    /// The part of them that differ by 3 dB or less,
+    /// The part of the pairs that differ by 3 dB or less.
     pub within_3_db: f64,
     /// The part of the pairs that differ by 5 dB or less.
     pub within_5_db: f64,

@@ -1,7 +1,7 @@
 //! Runs recorded RSSI through the on-board code.
 //!
 //! Simulated noise is white and its distribution is known; recorded noise is neither. A replay
-//! gives the packets of a log to the [`LinkFilter`](chain::filter::LinkFilter) that flies, and
+//! gives the packets of a log to the on-board [`LinkFilter`](chain::filter::LinkFilter), and
 //! measures how well the filter predicts the next packet, with and without the motion that the log
 //! records. The flights of the U-Chain authors hold no raw packets; for those a replay computes the
 //! commands of the movement and launch policies.
@@ -10,7 +10,7 @@
 //! |---|---|
 //! | `formats/` | one parser per kind of log, from any bytes to checked samples |
 //! | `recording` | the samples, and the anomalies of the other rows |
-//! | `prediction` | the four predictors and their scores |
+//! | `prediction` | the six predictors and their scores |
 //! | `flight` | the policies over a recorded flight |
 //! | `agents` | the whole drone of each relay over a recorded flight |
 //! | `summary` | the results as a table, as JSON and as a CSV of every sample |

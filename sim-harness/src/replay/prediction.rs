@@ -1,9 +1,9 @@
 //! Measures how well six predictors foresee the RSSI of the next packet.
 //!
-//! Six predictors hear the same packets, all through the on-board [`LinkFilter`]. Before each
-//! packet each predicts it from earlier packets and from the motion since; then each is given the
-//! packet. The first packet of a link, and the first after a silence that on board makes a link
-//! lost, are not predicted.
+//! All six predictors get the same packets, and all are the on-board [`LinkFilter`] with different
+//! settings. Before each packet each predicts it from earlier packets and from the motion since;
+//! then each is given the packet. The first packet of a link, and the first after a silence that on
+//! board makes a link lost, are not predicted.
 
 use chain::filter::{Kalman, LinkFilter, Slope, Smoothing};
 use chain::policy::PolicyConfig;
@@ -17,7 +17,7 @@ use super::recording::{Recording, Sample};
 /// The slope is the on-board one. R and Q are those of the largest likelihood, of 7 values of R
 /// from 9 to 24 dB² and 9 of Q from 0.5 to 10 dB²/s, each of three recordings weighing the same:
 /// the TETAM tracks `straight_01` and `straight_03` and the robot. The other two tracks and the
-/// still links had no say. The book's chapter "Replay" has the numbers.
+/// links without motion were not used for the choice. The book's chapter "Replay" has the numbers.
 pub const REAL_LINK: Kalman = Kalman {
     // The exponent is between air and one wall, the first metre is free space at 2.4 GHz. On the
     // two tracks a constant 1 dB/m does as well, 2 dB/m worse.
@@ -212,8 +212,8 @@ pub struct Score {
     /// Root of the mean squared difference between the received and the expected strength.
     pub rmse_db: f64,
     /// Mean natural logarithm of the density that the predictor gave to the received strength: a
-    /// normal one, with the variance that the filter claims for itself, or, for the last sample and
-    /// the average, which claim none, with that of their residuals so far.
+    /// normal one, with the variance that the filter predicts, or, for the last sample and the
+    /// average, which predict none, with that of their residuals so far.
     pub log_likelihood: f64,
     /// The log-likelihood with the variance of the residuals so far, for all predictors alike.
     pub log_likelihood_seen: f64,

@@ -1,4 +1,4 @@
-//! A log after parsing: checked samples, and an account of what was wrong with the rest.
+//! Holds a log after parsing: the checked samples, and a list of the rows that were wrong.
 
 use std::collections::BTreeMap;
 
@@ -69,13 +69,13 @@ impl Anomalies {
         }
     }
 
-    /// The lines that had this, in order.
+    /// Returns the lines that had this anomaly, in order.
     #[must_use]
     pub fn of(&self, kind: Anomaly) -> &[usize] {
         self.lines.get(&kind).map_or(&[], Vec::as_slice)
     }
 
-    /// Every kind that was met.
+    /// Returns every kind of anomaly that occurred, with its lines.
     pub fn iter(&self) -> impl Iterator<Item = (Anomaly, &[usize])> {
         self.lines.iter().map(|(kind, lines)| (*kind, lines.as_slice()))
     }

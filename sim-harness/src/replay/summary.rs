@@ -1,4 +1,5 @@
-//! The results of a replay in three forms: a table, JSON, and a CSV of every sample.
+//! Prints the results of a replay in three forms: as a table, as JSON, and as a CSV of every
+//! sample.
 
 use std::fmt;
 use std::io;
@@ -15,9 +16,10 @@ use super::recording::{Anomalies, Recording, Sample};
 /// The results of a replay for all of its files.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct ReplaySummary {
-    /// One for each file, in the order given.
+    /// The results of each file, in the order given.
     pub files: Vec<FileReport>,
-    /// Over the packets of all files; `None` where no file has any that could be predicted.
+    /// The scores over the packets of all files; `None` where no file has any that could be
+    /// predicted.
     pub all: Option<Prediction>,
     #[serde(skip)]
     tally: Tally,
@@ -50,12 +52,12 @@ pub struct FileReport {
     /// When the launch policy that is flashed by default would have called for a relay: seconds,
     /// by the log's clock.
     pub launches_s: Vec<f64>,
-    /// When the one of the paper's experiments would have.
+    /// When the launch policy of the paper's experiments would have called for a relay.
     pub launches_at_once_s: Vec<f64>,
     /// The agent of each relay; empty where the log is not a
     /// flight.
     pub agents: Vec<AgentReport>,
-    /// How far the links were equal; `None` for all but flights.
+    /// Measures of how equal the links were; `None` for all but flights.
     pub equality: Option<Equality>,
     #[serde(skip)]
     series: Series,
@@ -70,7 +72,7 @@ pub struct LinkReport {
     pub link: String,
     /// The number of its packets that counted.
     pub packets: usize,
-    /// Their mean, in dBm; `None` without any.
+    /// The mean strength of these packets, in dBm; `None` without any.
     pub mean_dbm: Option<f64>,
     /// The scores of the predictors.
     pub prediction: Option<Prediction>,

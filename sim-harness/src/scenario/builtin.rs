@@ -1,4 +1,4 @@
-//! The scenarios that come with the program: the files of `sim-harness/scenarios/`, compiled in.
+//! Holds the scenarios that are part of the program: the files of `sim-harness/scenarios/`.
 
 use std::path::Path;
 
@@ -53,12 +53,12 @@ files![
 /// The scenario that `run` flies when it is given none.
 pub const DEMONSTRATION: &str = "demo";
 
-/// All names.
+/// Returns the names of all built-in scenarios.
 pub fn names() -> impl Iterator<Item = &'static str> {
     FILES.iter().map(|(name, _)| *name)
 }
 
-/// Name and title of each.
+/// Returns the name and the title of each built-in scenario.
 pub fn titles() -> impl Iterator<Item = (&'static str, String)> {
     #[derive(serde::Deserialize)]
     struct Titled {
@@ -76,7 +76,7 @@ pub fn find(name: &str) -> Option<Result<Scenario, InputError>> {
     Some(file::parse(Path::new(&format!("{name}.toml")), text))
 }
 
-/// The text of the built-in scenario of that name, to begin one's own with.
+/// Returns the text of the built-in scenario of that name, as a start for a new one.
 #[must_use]
 pub fn text(name: &str) -> Option<&'static str> {
     FILES.iter().find(|(known, _)| *known == name).map(|(_, text)| *text)

@@ -1,7 +1,8 @@
-//! The scenario file: its sections, and how a [`Scenario`] is assembled from them.
+//! Reads the scenario file: defines its sections, and assembles a [`Scenario`] from them.
 //!
-//! Each section is read beside what it configures. Nothing is guessed: an unknown key, a number
-//! out of its range or a tunnel that cannot be dug is refused with file, line and remedy.
+//! The code of each section is in the module that it configures. The reader guesses nothing: an
+//! unknown key, a number out of its range or an impossible tunnel is refused with file, line and
+//! remedy.
 
 use std::path::Path;
 use std::sync::Arc;

@@ -1,4 +1,5 @@
-//! Scenarios: where a mission is flown, by which drones, for how long, and what the operator does.
+//! Reads scenarios. A scenario says where a mission is flown, by which drones, for how long, and
+//! what the operator does.
 //!
 //! A scenario is a TOML file; the book's chapter "Scenarios" has every key. Its sections are read
 //! beside what they configure, and assembled here. The built-in scenarios are files of the same
@@ -25,7 +26,7 @@ use crate::suggest;
 pub use crate::world::Spot;
 use crate::world::Tunnel;
 
-/// The fidelity of a simulated drone: one ladder, from the fastest to the most faithful.
+/// The fidelity of a simulated drone, from the fastest to the most faithful.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fidelity {
     /// A point on the floor plan that follows velocity commands with a lag.
@@ -60,13 +61,15 @@ impl Fidelity {
     }
 }
 
-/// How the words of a mission get from one drone to another.
+/// The way in which reports and orders get from one drone to another.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum LinkModel {
-    /// In packets, byte by byte, in turns, each of which the radio carries or loses.
+    /// Reports and orders are sent in packets, byte by byte, in the drones' turns; the radio
+    /// delivers or loses each packet.
     #[default]
     Exact,
-    /// Reports and orders alone, with a loss and a delay drawn from a table.
+    /// Reports and orders are delivered without packets, with a loss and a delay drawn from a
+    /// table.
     Ideal,
 }
 
@@ -86,7 +89,7 @@ impl LinkModel {
         [Self::Exact, Self::Ideal].into_iter().find(|it| it.name() == name)
     }
 
-    /// Whether drones of this fidelity have such a link: the ideal one is for points alone.
+    /// Whether drones of this fidelity can use this link: the ideal one is for points only.
     #[must_use]
     pub fn suits(self, fidelity: Fidelity) -> bool {
         self == Self::Exact || fidelity == Fidelity::Point
@@ -104,9 +107,9 @@ pub struct Scenario {
     pub duration_us: u64,
     /// The fidelity of the drones.
     pub fidelity: Fidelity,
-    /// How reports and orders get from drone to drone.
+    /// The way in which reports and orders get from drone to drone.
     pub link: LinkModel,
-    /// The walls and the skeleton, dug when the scenario was read.
+    /// The walls and the skeleton, made when the scenario was read.
     pub tunnel: Arc<Tunnel>,
     /// The channel and the radios.
     pub radio: RadioSpec,
@@ -133,9 +136,9 @@ pub struct Scenario {
 /// A stretch of a mission, in microseconds since its start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Stretch {
-    /// When it begins.
+    /// The time at which it begins.
     pub from_us: u64,
-    /// When it ends.
+    /// The time at which it ends.
     pub until_us: u64,
 }
 
@@ -143,7 +146,7 @@ impl Scenario {
     /// Reads and checks a scenario file.
     ///
     /// # Errors
-    /// [`InputError`] with file and line, for anything that is not exactly right.
+    /// [`InputError`] with file and line, for the first mistake in the file.
     pub fn read(path: &Path) -> Result<Self, InputError> {
         let text = std::fs::read_to_string(path).map_err(|error| match error.kind() {
             std::io::ErrorKind::InvalidData => {
@@ -203,8 +206,8 @@ impl Scenario {
         Self { fidelity, ..self.clone() }
     }
 
-    /// The longest time for which the operator has the head stand still: `explore` at 0 m/s. The
-    /// whole mission where it begins in the air and has no operator.
+    /// Returns the longest time for which the operator lets the head hover: `explore` at 0 m/s. It
+    /// is the whole mission where that begins in the air and has no operator.
     #[must_use]
     pub fn hold(&self) -> Option<Stretch> {
         if self.pilot.is_empty() && !matches!(self.drones.start, Start::Mouth) {
@@ -214,7 +217,7 @@ impl Scenario {
         self.longest(|order| order == still)
     }
 
-    /// The longest time for which the operator has the head fly in at one speed.
+    /// Returns the longest time for which the operator lets the head fly in at one speed.
     #[must_use]
     pub fn cruise(&self) -> Option<Stretch> {
         self.longest(|order| matches!(order, Order::Explore(speed) if speed.0 > 0.0))

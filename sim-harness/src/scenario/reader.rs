@@ -1,5 +1,5 @@
-//! The scenario file as its sections read it: values with their lines, ranges, and complaints that
-//! say what is wrong, where, and how to mend it.
+//! Reads values from a scenario file for its sections: with their lines, with checks of their
+//! ranges, and with error messages that say what is wrong, where, and how to correct it.
 
 use std::ops::RangeInclusive;
 use std::path::Path;

@@ -1,5 +1,5 @@
-//! The served chain without sockets and without a clock: the world of the drones, and the client of
-//! each drone. The same datagrams at the same simulated times make the same run.
+//! Holds the served chain without sockets and without a clock: the world of the drones, and the
+//! client of each drone. The same datagrams at the same simulated times give the same run.
 
 use std::net::SocketAddr;
 
@@ -13,14 +13,14 @@ use crate::measure::trace::Node;
 const NULL: u8 = 0xFF;
 const NULL_MASK: u8 = 0xF3;
 
-/// The tallies of a served chain.
+/// The counts of packets and orders of a served chain.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tally {
-    /// Packets that came from clients.
+    /// The number of packets from clients.
     pub received: u64,
-    /// Packets that went to clients.
+    /// The number of packets to clients.
     pub sent: u64,
-    /// Orders that were given to the chain, each different from the one before.
+    /// The number of orders that were given to the chain, each different from the one before.
     pub orders: u64,
 }
 

@@ -1,6 +1,6 @@
-//! The Crazyradio between a client and an emulated drone: sends one packet each step, repeats those
-//! that the drone's radio chip did not acknowledge, and collects the packets that come back in
-//! acknowledgements.
+//! Simulates the Crazyradio between a client and an emulated drone: it sends one packet each step,
+//! repeats those that the drone's radio chip did not acknowledge, and collects the packets that
+//! come back in acknowledgements.
 //!
 //! A Crazyradio polls a drone, because the drone's radio chip sends nothing but acknowledgements. One
 //! packet each [`STEP`](super::STEP) is a hundred a second, the rate that leaves room for the

@@ -1,5 +1,5 @@
-//! Notices the events that a served chain prints: clients that come and go, orders, take-offs,
-//! landings and stops.
+//! Detects the events that a served chain prints: clients that connect and disconnect, orders,
+//! take-offs, landings and stops.
 
 use std::fmt;
 use std::net::SocketAddr;
@@ -17,7 +17,7 @@ pub enum Event {
     Late,
     /// A client speaks to a drone.
     Connected(Node, SocketAddr),
-    /// A drone has not heard its client for a while.
+    /// A drone has received nothing from its client for a while.
     Gone(Node, SocketAddr),
     /// The chain was given another order.
     Ordered(Order),

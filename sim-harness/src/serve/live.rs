@@ -1,4 +1,5 @@
-//! A mission as a world to be served, with the same figures and the same record as any other.
+//! Runs a mission whose orders come from clients, with the same metrics and the same trace as any
+//! other.
 
 use core::f32::consts::FRAC_PI_4;
 
@@ -16,7 +17,7 @@ use crate::measure::trace::{Node, Trace};
 use crate::mission::{self, Mission, ROUND_US, View};
 use crate::scenario::Scenario;
 
-/// A mission that is flown by the clients that connect.
+/// A mission whose orders come from the clients that connect.
 pub struct Live<'a> {
     mission: Mission<'a>,
     watch: Watch<'a>,
@@ -42,7 +43,7 @@ impl<'a> Live<'a> {
         Self::of(mission, scenario, world, reference, seed, keep)
     }
 
-    /// The same with emulated drones in the mission.
+    /// Makes a mission as [`new`](Self::new) does, with emulated drones in it.
     #[must_use]
     pub fn emulated(
         scenario: &'a Scenario,

@@ -1,9 +1,8 @@
-//! Drones that cflib and cfclient connect to: each has a UDP port of its own, with one CRTP packet
-//! in each datagram, and simulated time follows the clock on the wall.
+//! Serves simulated drones to cflib and cfclient: each drone has a UDP port of its own, with one
+//! CRTP packet in each datagram, and simulated time follows real time.
 //!
-//! Each drone answers for itself, by the server that it has on board too. Orders are taken by the
-//! base alone: they go out to the chain over the simulated radio, hop by hop, as they do
-//! underground.
+//! Each drone answers by its own on-board server. Only the base takes orders; it sends them to the
+//! chain over the simulated radio, from drone to drone, as a real base does.
 //!
 //! ```text
 //!   cflib ──UDP──▶ ports ──▶ chain ──▶ the drones of a world, each with its own CRTP server
@@ -13,8 +12,8 @@
 //! A drone in an emulator has the server of its firmware, which clients reach by its radio chip, as
 //! through a Crazyradio.
 //!
-//! Only [`Ports`] and the pace know of sockets and of the clock; the rest is as deterministic as
-//! any other run.
+//! Only [`Ports`] uses sockets, and only the module `pace` the clock; the rest is as deterministic
+//! as any other run.
 
 mod chain;
 mod dongle;
@@ -69,9 +68,9 @@ pub trait World {
 
 /// Serves a world until its time is up, it cannot go on, or `stop` is set.
 ///
-/// `tell` is given what the person at the terminal may want to know, with the simulated time.
-/// Where the machine cannot keep up with `speed`, simulated time goes slower, and nothing is left
-/// out.
+/// `tell` is called for each event that is printed at the terminal, with the simulated time. Where
+/// the machine cannot keep up with `speed`, simulated time goes slower, and the simulation does not
+/// change.
 pub fn serve<W: World>(
     world: W,
     ports: Ports,

@@ -1,4 +1,4 @@
-//! Simulated time after the clock on the wall.
+//! Makes simulated time follow real time.
 
 use std::time::{Duration, Instant};
 

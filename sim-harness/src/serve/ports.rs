@@ -1,4 +1,5 @@
-//! The UDP ports of a served chain, one per drone, and what arrives at them.
+//! Opens the UDP ports of a served chain, one per drone, and receives the datagrams that arrive at
+//! them.
 //!
 //! A datagram is one CRTP packet as it stands: header and up to 30 bytes, no checksum. Each port
 //! has a thread that only listens; everything else happens in the thread that moves time.
@@ -51,10 +52,10 @@ pub struct Ports {
 }
 
 impl Ports {
-    /// Takes `count` ports in a row from `first` on; where `first` is 0, any that are free.
+    /// Opens `count` successive ports from `first` on; where `first` is 0, any that are free.
     ///
     /// # Errors
-    /// If one of them cannot be had.
+    /// If one of the ports cannot be opened.
     pub fn open(host: Ipv4Addr, first: u16, count: usize) -> Result<Self, InputError> {
         let sockets = in_a_row(first, count)?
             .into_iter()

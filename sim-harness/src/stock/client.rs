@@ -1,4 +1,4 @@
-//! A ground station in simulated time: polls the drone as a Crazyradio does, and speaks CRTP
+//! Simulates a ground station: it polls the drone as a Crazyradio does, and speaks CRTP
 //! (crazyflie-firmware, `docs/functional-areas/crtp`).
 
 use std::collections::{HashMap, VecDeque};
@@ -32,7 +32,7 @@ pub enum Failure {
     Halted(Halt),
     /// The drone did not answer this.
     NoAnswer(&'static str),
-    /// It has no variable of this name.
+    /// The drone has no variable of this name.
     NoVariable(&'static str),
 }
 
@@ -73,7 +73,7 @@ pub struct Client {
 }
 
 impl Client {
-    /// A ground station that has not spoken yet.
+    /// Makes a ground station that has not sent anything yet.
     #[must_use]
     pub const fn new(drone: StockDrone) -> Self {
         Self {
@@ -104,7 +104,7 @@ impl Client {
         String::from_utf8_lossy(&self.console).into_owned()
     }
 
-    /// The number of rows of the log block that have come.
+    /// The number of rows of the log block that were received.
     #[must_use]
     pub const fn rows(&self) -> u32 {
         self.rows
@@ -285,7 +285,8 @@ impl Client {
         Ok(answer.last() == Some(&1))
     }
 
-    /// Lets its high-level commander take off to a height, or land at one, in a time.
+    /// Orders the drone's high-level commander to take off to a height, or to land at one, within a
+    /// time.
     ///
     /// # Errors
     /// When it does not answer.

@@ -1,4 +1,4 @@
-//! The vendor's ELF.
+//! Reads the ELF of Bitcraze's firmware.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -26,7 +26,7 @@ impl StockFirmware {
     /// Reads an ELF.
     ///
     /// # Errors
-    /// One line, when it cannot be read, could not be flashed, or is another firmware.
+    /// When the file cannot be read, could not be flashed, or is another firmware.
     pub fn open(path: &Path) -> Result<Self, InputError> {
         let refused = |why: String| InputError::new(why, REMEDY).in_file(path);
         let bytes = std::fs::read(path).map_err(|why| refused(format!("cannot be read: {why}")))?;

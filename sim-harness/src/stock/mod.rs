@@ -1,9 +1,10 @@
-//! A drone that runs the vendor's firmware: Bitcraze's crazyflie-firmware, as it is released, in the
-//! emulator, with the body of a drone at flight level in a room.
+//! Simulates a drone that runs Bitcraze's crazyflie-firmware, as it is released, in the emulator,
+//! with the body of a drone at flight level in a room.
 //!
-//! Nothing of ours decides anything here: the vendor's drivers read the emulated sensors, its
-//! estimator and its controller fly the body, and its radio link answers a ground station. So it is
-//! a witness for the models: of sensors, motors, bus and chip.
+//! No code of this project controls this drone: Bitcraze's drivers read the emulated sensors, its
+//! estimator and its controller fly the body, and its radio link answers a ground station. So its
+//! flights test the models of sensors, motors, buses and chip independently of this project's
+//! firmware.
 //!
 //! | module | what it holds |
 //! |---|---|
@@ -69,7 +70,7 @@ impl StockDrone {
         self.now_ms
     }
 
-    /// Its body.
+    /// The drone's body.
     #[must_use]
     pub const fn craft(&self) -> &Craft {
         &self.craft
@@ -89,7 +90,7 @@ impl StockDrone {
     /// Simulates a millisecond.
     ///
     /// # Errors
-    /// When the firmware does what the emulator does not know.
+    /// When the firmware does something that the emulator does not model.
     pub fn advance(&mut self) -> Result<(), Halt> {
         self.now_ms += 1;
         self.machine.run_until(self.now_ms * MS)?;
@@ -102,7 +103,7 @@ impl StockDrone {
         Ok(())
     }
 
-    /// A packet of the ground station comes off the air.
+    /// Delivers a packet of the ground station to the drone's radio chip.
     pub fn hear(&mut self, packet: &[u8]) {
         let now = self.machine.now();
         self.machine.board_mut().hear_crtp(now, packet, ACROSS_A_ROOM);

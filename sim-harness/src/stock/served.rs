@@ -1,4 +1,4 @@
-//! The drone for clients over UDP: cflib and cfclient connect to the vendor's own firmware.
+//! Serves the drone with Bitcraze's firmware to clients over UDP: cflib and cfclient connect to it.
 
 use onboard::State;
 use units::{Instant, NodeId, Order, Role};
@@ -30,7 +30,7 @@ impl Served {
         &self.drone
     }
 
-    /// The access that the emulator refused, where it did.
+    /// The access that the emulator refused, if it refused one.
     #[must_use]
     pub fn halted(&self) -> Option<&str> {
         self.halted.as_deref()

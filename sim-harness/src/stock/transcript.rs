@@ -1,5 +1,6 @@
-//! The traffic of a drone's sensor buses in short: what a driver has set up in each device, and
-//! what it reads how often. So the drivers of two firmwares can be laid side by side.
+//! Summarises the traffic on a drone's sensor buses: the configuration that a driver has written to
+//! each device, and how often it reads which registers. So the drivers of two firmwares can be
+//! compared.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +11,7 @@ use virtual_crazyflie::board::{Peer, Transfer};
 pub enum Device {
     /// The gyroscope of the BMI088.
     Gyroscope,
-    /// Its accelerometer.
+    /// The accelerometer of the BMI088.
     Accelerometer,
     /// The barometer.
     Barometer,
@@ -72,17 +73,17 @@ impl Device {
     }
 }
 
-/// What went over the buses to one device.
+/// The transfers between the processor and one device.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Traffic {
     /// The registers that were written, with the value that each was given last. The flow sensor's
     /// are counted in `writes` alone: their meaning depends on the bank.
     pub registers: BTreeMap<u16, u8>,
-    /// Transfers that wrote something.
+    /// The number of transfers that wrote something.
     pub writes: u32,
-    /// Transfers that read, by the register where they began and by their length.
+    /// The number of transfers that read, by their first register and their length.
     pub reads: BTreeMap<(u16, usize), u32>,
-    /// Addresses that were not acknowledged.
+    /// The number of addresses that were not acknowledged.
     pub refused: u32,
     /// The register whose address was written, to be read next.
     begun: Option<u16>,

@@ -1,6 +1,7 @@
 //! Computes the outlines of the free space from centre-lines, widths and rooms.
 //!
-//! Only sums, products and square roots: the outlines are the same bits on every machine.
+//! It uses only sums, products and square roots, so that the outlines have the same bits on every
+//! machine.
 
 use std::fmt;
 
@@ -14,23 +15,23 @@ use super::Gallery;
 /// A rectangle of free space with sides along x and y.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Room {
-    /// Its middle.
+    /// The middle of the room.
     pub centre: Point2,
-    /// Its extent along x and y, in metres.
+    /// The extent of the room along x and y, in metres.
     pub size: [f32; 2],
 }
 
-/// Everything that is not rock.
+/// The free space of a floor plan: galleries and rooms.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layout {
     /// The galleries, of which there must be one; the first is the main one.
     pub galleries: Vec<Gallery>,
-    /// Wide places.
+    /// The rooms, which are united with the galleries.
     pub rooms: Vec<Room>,
 }
 
 impl Layout {
-    /// A single corridor.
+    /// Returns the layout of a single corridor.
     #[must_use]
     pub fn corridor(centre_line: &[[f32; 2]], width: f32) -> Self {
         let centre_line = centre_line.iter().map(|&[x, y]| Point2::new(x, y)).collect();
@@ -66,9 +67,9 @@ pub enum GeometryError {
     TooShort,
     /// Two successive points of a centre-line in the same place; the number of the second.
     Repeated(usize),
-    /// A bend that its inner wall cannot follow: the number of the piece of centre-line.
+    /// A bend is too sharp for its inner wall; the number is that of the piece of centre-line.
     TooSharp(usize),
-    /// A wall would touch a drone that flies in the middle.
+    /// The gallery is so narrow that its walls would touch a drone in its middle.
     TooNarrow,
     /// A number that is not finite, or a room without extent.
     NotANumber,

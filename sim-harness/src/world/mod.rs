@@ -1,8 +1,8 @@
 //! The world of the drones: a tunnel on a floor plan, and the radio in it.
 //!
-//! The floor plan is a union of corridors and rooms ([`layout`]). A place is a point of it; where
-//! that lies along the tunnel, and how far it is from another by the shortest way, are questions
-//! to the [`Skeleton`], the graph of centre-lines.
+//! The floor plan is a union of corridors and rooms ([`layout`]). A place is a point of the plan.
+//! The [`Skeleton`], the graph of centre-lines, gives its position along the tunnel and its
+//! distance from another place by the shortest way.
 
 pub mod layout;
 mod optimum;
@@ -31,7 +31,7 @@ use crate::scenario::Scenario;
 pub struct Spot {
     /// The point.
     pub at: Point2,
-    /// The place on the skeleton that it belongs to.
+    /// The place on the skeleton that is nearest to it.
     pub on: SkeletonPlace,
 }
 
@@ -54,7 +54,7 @@ pub struct World {
 }
 
 impl World {
-    /// Surveys a scenario's tunnel.
+    /// Makes the world of a scenario, with the table of its radio.
     #[must_use]
     pub fn of(scenario: &Scenario) -> Self {
         let tunnel = Arc::clone(&scenario.tunnel);

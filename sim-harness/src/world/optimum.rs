@@ -1,4 +1,5 @@
-//! The best that any chain could do: equation (1), solved offline with everything known.
+//! Computes the best chain: equation (1) of the paper, solved with full knowledge of the world and
+//! the radio.
 //!
 //! The relays of the best chain stand on the shortest way from the base to the head. (Off that
 //! way, in a side gallery, a relay has longer links, by the model's distance along the tunnel; it

@@ -1,4 +1,4 @@
-//! A line of straight pieces with its arc length: the centre-line of a gallery.
+//! Holds the centre-line of a gallery: a line of straight pieces with its arc length.
 
 use units::Point2;
 

@@ -1,18 +1,19 @@
-//! The true strength of a link between two places of the skeleton.
+//! Computes the true strength of a link between two places of the skeleton.
 //!
 //! Equation (19) takes the distance along the tunnel, which is the geodesic distance of the two
-//! places, and counts walls on the straight line between their points. The attenuation exponent
-//! is tabulated once for all pairs of places, 0.1 m apart on every edge; between them a continuous
-//! model is interpolated, a wall count is taken from the nearest pair. What is tabulated is the
-//! exponent, not the loss: the logarithm is steep and exact.
+//! places, and counts walls on the straight line between their points. The attenuation exponent is
+//! tabulated once for all pairs of places, 0.1 m apart on every edge; between them a continuous
+//! model is interpolated, a wall count is taken from the nearest pair. The table holds the exponent
+//! and not the loss, because the logarithm of the distance is too steep to interpolate and can be
+//! computed exactly.
 //!
 //! The table takes 400 bytes times the square of the skeleton's length in metres: 0.4 MB for 30 m,
 //! and 100 MB for the 500 m that all galleries of a scenario may have together.
 //!
-//! Between walls of paper it is simpler: nothing stands in the way, and the distance is the
-//! straight line. Between walls that leak the distance is the straight line, too, and the table
-//! holds what a wave loses on its way through them, in decibels; it is interpolated, so that the
-//! loss of a wall comes over 0.1 m.
+//! Walls of paper need no table: they do not attenuate, and the distance is the straight line.
+//! Between walls that leak the distance is the straight line, too, and the table holds what a wave
+//! loses on its way through them, in decibels; it is interpolated, so that the loss of a wall sets
+//! in over 0.1 m.
 
 use radio_model::{Attenuation, Obstruction, PathLoss};
 use units::{Db, Dbm, Point2};
@@ -22,7 +23,7 @@ use super::{Skeleton, SkeletonPlace, Tunnel};
 /// How walls attenuate the radio.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Walls {
-    /// Waves go round by the tunnel, and through with a loss.
+    /// Waves follow the tunnel, and the exponent grows with the rock on the straight line.
     #[default]
     Rock,
     /// Waves go straight through, as in the circuit of section V-B.
@@ -43,7 +44,7 @@ impl Radio {
     /// Distance between tabulated places, in metres.
     pub const STEP: f32 = 0.1;
 
-    /// Surveys the tunnel.
+    /// Computes the table for a tunnel.
     #[must_use]
     pub fn survey(tunnel: &Tunnel, law: PathLoss, walls: Walls) -> Self {
         let skeleton = tunnel.skeleton().clone();
@@ -61,7 +62,8 @@ impl Radio {
         self.strength_at(&self.survey_place(a), &self.survey_place(b))
     }
 
-    /// A place, with where the table has it. It saves a search for each of the place's links.
+    /// Returns a place together with its index in the table, which saves a search for each of the
+    /// place's links.
     #[must_use]
     pub fn survey_place(&self, place: SkeletonPlace) -> SurveyedPlace {
         let index = match self.walls {
@@ -116,7 +118,7 @@ impl Radio {
     }
 }
 
-/// A place of the skeleton, with where the radio's table has it.
+/// A place of the skeleton, with its index in the radio's table.
 #[derive(Clone, Copy, Debug)]
 pub struct SurveyedPlace {
     /// The place.

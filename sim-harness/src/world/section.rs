@@ -1,4 +1,4 @@
-//! The section `[tunnel]` of a scenario file, and the places that other sections name.
+//! Reads the section `[tunnel]` of a scenario file, and the places that other sections name.
 
 use std::fmt;
 

@@ -1,5 +1,5 @@
-//! The skeleton of a floor plan: a graph of centre-lines with their widths, and the questions
-//! that are put to it.
+//! Holds the skeleton of a floor plan, which is a graph of centre-lines with their widths, and
+//! computes places, distances and shortest ways on it.
 //!
 //! An *edge* is the centre-line of one gallery. A *node* is a place where edges end or meet: the
 //! mouth, a junction, a dead end. Junctions may lie anywhere along an edge, so that the lengths
@@ -24,7 +24,7 @@ pub struct Gallery {
     pub name: String,
     /// The points of the centre-line: at least two, no two successive ones equal.
     pub centre_line: Vec<Point2>,
-    /// Wall to wall, m.
+    /// The width from wall to wall, m.
     pub width: f32,
 }
 
@@ -82,7 +82,7 @@ impl Edge {
         &self.line
     }
 
-    /// Wall to wall.
+    /// The width from wall to wall.
     #[must_use]
     pub fn width(&self) -> Metres {
         Metres(self.width)
@@ -144,9 +144,9 @@ struct Hop {
 }
 
 impl Skeleton {
-    /// By this much another edge must be nearer to a moving point than its present edge before
-    /// the point counts as having changed over, m: more than a drone strays from the middle of a
-    /// gallery where it passes the mouth of another.
+    /// A moving point changes to another edge only when that edge is nearer than its present one by
+    /// more than this, m: more than a drone deviates from the middle of a gallery where it passes
+    /// the entrance of another.
     pub const LOYALTY_M: f32 = 0.3;
 
     /// The skeleton of these galleries. The first is the main one; each later one joins those
@@ -193,7 +193,7 @@ impl Skeleton {
         self.edge(place.edge).line.at(place.along)
     }
 
-    /// The place nearest to a point of which nothing else is known.
+    /// Returns the place nearest to a point, among all edges.
     #[must_use]
     pub fn locate(&self, point: Point2) -> SkeletonPlace {
         let feet = self.edges.iter().enumerate().map(|(n, edge)| (n, edge.line.nearest(point)));
@@ -252,8 +252,8 @@ impl Skeleton {
         Metres(round.fold(direct, f32::min))
     }
 
-    /// Whether one of two places lies on the shortest way from `from` to the other: whether it
-    /// means something to say which of them is farther out.
+    /// Whether one of two places lies on the shortest way from `from` to the other, so that the two
+    /// have an order.
     #[must_use]
     pub fn in_line(&self, from: SkeletonPlace, a: SkeletonPlace, b: SkeletonPlace) -> bool {
         /// Rounding of a sum of lengths, m.

@@ -1,5 +1,5 @@
-//! A tunnel: the walls that beams hit, drones bump into and radio passes through, and the
-//! skeleton on which places are measured.
+//! Holds a tunnel: the walls that stop beams and drones and attenuate radio, and the skeleton on
+//! which places are measured.
 
 use radio_model::Obstruction;
 use units::{Metres, Point2};
@@ -9,7 +9,7 @@ use super::layout::{GeometryError, Layout, outlines};
 use super::wall_index::WallIndex;
 use crate::measure::trace::{CentreLine, FloorPlan};
 
-/// A floor plan that can be flown in.
+/// A tunnel, made from a floor plan.
 #[derive(Debug)]
 pub struct Tunnel {
     outlines: Vec<Vec<Point2>>,
@@ -19,7 +19,7 @@ pub struct Tunnel {
 }
 
 impl Tunnel {
-    /// Digs the tunnel.
+    /// Makes the tunnel from a layout.
     ///
     /// # Errors
     /// [`GeometryError`] where the layout has no walls that could be built.
@@ -57,8 +57,8 @@ impl Tunnel {
         self.walls.cast(at, direction, reach).map_or(f32::INFINITY, |hit| hit.distance)
     }
 
-    /// The same, with the cosine of the angle between the beam and the wall's normal; `None` where
-    /// there is no wall within `reach`.
+    /// Returns the distance as [`range`](Self::range) does, with the cosine of the angle between
+    /// the beam and the wall's normal; `None` where there is no wall within `reach`.
     #[must_use]
     pub fn strike(&self, at: Point2, direction: [f32; 2], reach: f32) -> Option<(f32, f32)> {
         let hit = self.walls.cast(at, direction, reach)?;

@@ -1,4 +1,4 @@
-//! The walls as segments, in a grid that finds those near a beam or a drone.
+//! Stores the walls as segments in a grid, which finds the segments near a beam or a drone.
 //!
 //! A beam is followed from cell to cell and compared with the segments of each; a drone is
 //! compared with the segments of the cells around it. A second, finer grid holds a lower bound on

@@ -1,5 +1,5 @@
 //! Couples an emulated board to a body: true values go into the sensors' registers, the motors'
-//! duties come from the timers' pins. Which firmware the machine runs makes no difference.
+//! duties come from the timers' pins. It works in the same way for any firmware.
 
 use flight::Duties;
 use sensors::multi_ranger::Beam;

@@ -1,4 +1,4 @@
-//! An ELF that emulated drones run, and the address of its probe.
+//! Reads an ELF that emulated drones run, and finds the address of its probe.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -36,7 +36,7 @@ impl Firmware {
     /// Reads an ELF.
     ///
     /// # Errors
-    /// When it cannot be read, is none that could be flashed, or has no probe.
+    /// When the file cannot be read, is not an ELF that could be flashed, or has no probe.
     pub fn open(path: &Path) -> Result<Self, InputError> {
         let bytes = std::fs::read(path).map_err(|why| {
             InputError::new(format!("cannot be read: {why}"), BUILD).in_file(path)

@@ -1,4 +1,4 @@
-//! Drones that run the firmware's ELF, in the same world as all others.
+//! Simulates drones that run the firmware's ELF, in the same world as all others.
 //!
 //! An emulated drone has the body of one at flight level, without the flight code of the host: true
 //! values go into the registers of its emulated sensors, the duties of its motors come from the
@@ -70,7 +70,7 @@ impl fmt::Display for Halted {
 
 impl std::error::Error for Halted {}
 
-/// The runner of the machine.
+/// The program that advances the machine.
 enum Core {
     /// The mission.
     Free(Box<Machine<Crazyflie>>),
@@ -113,7 +113,7 @@ impl Emulated {
         Self::on(scenario, firmware, node, seed, MachineConfig::default())
     }
 
-    /// The same with another configuration of the machine.
+    /// Makes a drone as [`new`](Self::new) does, with another configuration of the machine.
     #[must_use]
     pub fn on(
         scenario: &Scenario,
@@ -152,7 +152,7 @@ impl Emulated {
         self.core.machine_mut()
     }
 
-    /// Its number.
+    /// The drone's number.
     #[must_use]
     pub const fn node(&self) -> NodeId {
         self.node
@@ -186,12 +186,12 @@ impl Emulated {
         self.decisions.as_ref()?.rounds()
     }
 
-    /// Keeps account of the processor's time from now on.
+    /// Measures the processor's time, by function, from now on.
     pub fn profile(&mut self) {
         self.watch.profile(self.core.machine_mut());
     }
 
-    /// Begins the account anew.
+    /// Sets the measured times to zero.
     pub fn restart_profile(&mut self) {
         self.watch.restart(self.core.machine());
     }
@@ -205,7 +205,7 @@ impl Emulated {
     /// Hands the machine to a GDB, and waits until one has connected.
     ///
     /// # Errors
-    /// When none can.
+    /// When no debugger can connect.
     pub fn debug(self, listener: TcpListener) -> io::Result<Self> {
         let machine = match self.core {
             Core::Free(machine) => *machine,
@@ -279,7 +279,7 @@ impl Emulated {
         }
     }
 
-    /// The number of the last order that came in, if it has changed since the last call.
+    /// Returns the number of the last order received, if it has changed since the last call.
     pub(crate) fn newly_heeded(&mut self) -> Option<Counter> {
         let last = self.firmware.last_order(self.core.machine().memory());
         if last == self.last_order {

@@ -1,5 +1,5 @@
-//! The keys and settings of a drone before its first flight. The keys are made as `uchain keys
-//! provision` makes them.
+//! Makes the keys and settings of a drone before its first flight. The keys are made as `uchain
+//! keys provision` makes them.
 
 use agent::AgentConfig;
 use airlink::keys::{FleetSecret, node as node_key};

@@ -1,4 +1,4 @@
-//! How far a chain lags behind a head that flies in at one speed.
+//! Computes how far a chain lags behind a head that flies in at one speed.
 
 use super::mean;
 use crate::scenario::Stretch;

@@ -1,4 +1,4 @@
-//! The figures of a chain while the operator lets it hold.
+//! Computes the metrics of a chain while the operator lets the head hover.
 //!
 //! The book's chapter "Metrics" defines each of them. All are taken over the *hold*, and those of
 //! the steady chain over its end: the last half of the hold, but at most its last 60 s.
@@ -25,7 +25,7 @@ const LEAST_REST_S: f32 = 10.0;
 pub enum NoHold {
     /// The operator never lets the head stand still.
     NeverStill,
-    /// The mission follows a client and no script.
+    /// The orders of the mission come from a client and not from the scenario.
     Live,
     /// The head was not a link of the chain during the hold, or the drones were on their way home.
     NoChain,

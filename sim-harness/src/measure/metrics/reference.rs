@@ -1,4 +1,4 @@
-//! The best chains that a scenario allows, solved once for all its runs.
+//! Computes the best chains that a scenario allows, once for all its runs.
 
 use crate::mission::{Linked, World};
 use crate::scenario::{Scenario, Start};
@@ -53,7 +53,7 @@ impl Way {
 }
 
 impl Reference {
-    /// Solves the scenario.
+    /// Computes the best chains of the scenario.
     #[must_use]
     pub fn of(scenario: &Scenario, world: &World) -> Self {
         let links = scenario.drones.relays + 1;

@@ -1,9 +1,10 @@
-//! Box plots: medians, quartiles and outliers of groups of runs, and how many never finished.
+//! Draws box plots: medians, quartiles and outliers of groups of runs, and the number of runs
+//! without a finite value.
 //!
-//! The box spans the quartiles (linear interpolation, Hyndman and Fan's type 7, as R and NumPy
-//! do), the whiskers reach to the last value within 1.5 times the box's height of it (Tukey), and
-//! values beyond are dots. Infinite values, runs that never came to what is measured, cannot be
-//! drawn to scale: they are counted in words above their box, and NaN is left out.
+//! The box spans the quartiles (linear interpolation, Hyndman and Fan's type 7, as R and NumPy do),
+//! the whiskers reach to the last value within 1.5 times the box's height of it (Tukey), and values
+//! beyond are dots. Infinite values, of runs that never reached the measured event, cannot be drawn
+//! to scale: their number is written above their box, and NaN is left out.
 
 use plotters::element::{Circle, PathElement, Rectangle};
 use plotters::style::{Color, RGBColor};
@@ -32,7 +33,7 @@ pub struct BoxChart {
 /// Box plots that stand together, such as the variants in one corridor.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BoxGroup {
-    /// Written below.
+    /// The text below the group.
     pub label: String,
     /// The boxes, from left to right; the same names in the same order in every group.
     pub series: Vec<BoxPlotData>,
@@ -44,7 +45,7 @@ pub struct BoxPlotData {
     /// The name of the box: `T0`.
     pub name: String,
     /// One for each run, in the unit of [`BoxChart::value_name`]; infinite for a run that never
-    /// got there.
+    /// reached the event.
     pub values: Vec<f32>,
 }
 

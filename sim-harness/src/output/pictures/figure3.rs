@@ -1,5 +1,5 @@
-//! The paper's figure 3 on one page: A to C three corridors, D an exploration with three variants
-//! side by side, E and F box plots over many runs.
+//! Draws the paper's figure 3 on one page: A to C three corridors, D an exploration with three
+//! variants side by side, E and F box plots over many runs.
 
 use super::PictureError;
 use super::boxes::{self, BoxChart};
@@ -8,7 +8,7 @@ use super::sheet::{Area, Drawn, Fault, Look, Picture, headed, part, size_of, wri
 use super::{links, map, positions};
 use crate::measure::trace::Trace;
 
-/// Everything on the page.
+/// The contents of the page.
 #[derive(Clone, Debug)]
 pub struct Figure3<'a> {
     /// Title of the page.
@@ -19,9 +19,9 @@ pub struct Figure3<'a> {
     pub corridors: Vec<Corridor<'a>>,
     /// Panel D: the same exploration flown with each variant, from left to right.
     pub exploration: Vec<Variant<'a>>,
-    /// Panel E.
+    /// Panel E, the times of convergence.
     pub convergence: BoxChart,
-    /// Panel F.
+    /// Panel F, the variances of the positions.
     pub variance: BoxChart,
 }
 

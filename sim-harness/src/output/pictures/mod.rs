@@ -3,7 +3,7 @@
 //! Every picture is made of *panels*: functions that draw one thing (a map, links over time, box
 //! plots) into any rectangle, so that the same code makes the three pictures of a run and the
 //! composite pages. `plotters` does the plotting and writes the SVG, `tiny-skia` draws the PNG, and
-//! the font comes along, so that a picture has the same bytes on every machine.
+//! the font is part of the program, so that a picture has the same bytes on every machine.
 //!
 //! The palette is Okabe and Ito's, which people with any colour vision can tell apart; lines are
 //! labelled where they end rather than in a legend; the background is always painted, so that a
@@ -35,8 +35,8 @@ pub(super) use style::node_rgb;
 
 use crate::measure::trace::Trace;
 
-/// A picture could not be made. Nothing that a user does leads here: drawing goes to memory, and
-/// the font is built in.
+/// The error when a picture cannot be made. No input of a user causes it, since pictures are drawn
+/// in memory and the font is built in.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PictureError(String);
 

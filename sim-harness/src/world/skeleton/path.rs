@@ -1,4 +1,4 @@
-//! Shortest ways on the skeleton.
+//! Finds the shortest ways on the skeleton.
 
 use super::{Crossing, Skeleton, SkeletonPlace};
 
@@ -27,7 +27,7 @@ pub struct Path {
 }
 
 impl Path {
-    /// The stretches of edges that it consists of.
+    /// The stretches of edges of which the way consists.
     #[must_use]
     pub fn legs(&self) -> &[Leg] {
         &self.legs
@@ -39,7 +39,7 @@ impl Path {
         self.legs.iter().map(Leg::length).sum()
     }
 
-    /// The place so far along the way, m; the end of the way beyond it.
+    /// Returns the place at this distance along the way, m; beyond its end, the end of the way.
     #[must_use]
     pub fn at(&self, way: f32) -> SkeletonPlace {
         let mut rest = way.max(0.0);
