@@ -57,7 +57,7 @@ pub fn fly_until(
 pub struct Estimate {
     /// The figure.
     pub value: f64,
-    /// The limits between which the true value lies, 19 times in 20.
+    /// The limits of the 95 % confidence interval; `None` where there are too few runs.
     pub interval: Option<(f64, f64)>,
 }
 
@@ -104,7 +104,7 @@ pub fn mean<R>(runs: &[R], of: impl Fn(&R) -> f32) -> Estimate {
     Estimate { value: middle, interval: Some((middle - Z * error, middle + Z * error)) }
 }
 
-/// The q-quantile over *all* runs: one that never got there counts as infinite.
+/// Returns the q-quantile over *all* runs; a run that never reached the event counts as infinite.
 #[must_use]
 pub fn quantile_of<R>(runs: &[R], q: f64, of: impl Fn(&R) -> f32) -> Estimate {
     let mut values: Vec<f64> = runs.iter().map(|run| f64::from(of(run))).collect();

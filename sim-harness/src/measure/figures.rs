@@ -1,4 +1,4 @@
-//! The paper's figure 3 again, A to F, with its claims put to the test.
+//! Reproduces the paper's figure 3, A to F, and tests the paper's claims about it.
 //!
 //! * **A to C**: three corridors, the head at rest, relays anywhere: do the links become equal?
 //! * **D**: an exploration, all drones at the mouth, the head at 0.2 m/s for 50 s, with T0, T5 and K.
@@ -22,7 +22,7 @@ use crate::world::SkeletonPlace;
 /// The three corridors.
 pub const CORRIDORS: [(&str, &str); 3] =
     [("paper-z10", "Z"), ("paper-u10", "U"), ("paper-wave10", "winding")];
-/// The paper's variants, and the policy that is flashed.
+/// The paper's variants, and the default policy of the firmware.
 pub const VARIANTS: [&str; 4] = ["t0", "t5", "k", "chain"];
 
 /// Seconds into the mission at which the head stops in the exploration scenarios.
@@ -38,9 +38,9 @@ pub struct Cell {
     pub scenario: &'static str,
     /// The policy's name.
     pub policy: &'static str,
-    /// A to C: relays anywhere, the head at rest.
+    /// The runs for panels A to C: relays at random places, the head hovering.
     pub convergence: Vec<RunMetrics>,
-    /// D to F: the exploration.
+    /// The runs for panels D to F: the exploration.
     pub exploration: Vec<Explored>,
 }
 
@@ -49,16 +49,16 @@ pub struct Cell {
 pub struct Explored {
     /// The whole mission's figures.
     pub metrics: RunMetrics,
-    /// Seconds from the head's stop until the first three links were equal to 3 dB to stay.
+    /// The time from the head's stop until the first three links converged to 3 dB, s.
     pub settled_s: f32,
-    /// Variance of the positions of the first two relays over the second half of the time after
+    /// The variance of the positions of the first two relays over the second half of the time after
     /// the head's stop, m².
     pub variance_m2: f32,
 }
 
 /// All of figure 3.
 pub struct Figures {
-    /// Corridor-major, in the order of [`CORRIDORS`] and [`VARIANTS`].
+    /// The cells, corridor by corridor, in the order of [`CORRIDORS`] and [`VARIANTS`].
     pub cells: Vec<Cell>,
     /// Panels A to C: one run of `k` in each corridor.
     resting: Vec<Trace>,
@@ -72,13 +72,13 @@ pub struct Claim {
     pub claim: &'static str,
     /// The panel that it is made from.
     pub panel: &'static str,
-    /// Whether it holds here.
+    /// Whether the simulation confirms the claim.
     pub holds: bool,
-    /// The figures that say so.
+    /// The figures that decide this.
     pub found: String,
 }
 
-/// Flies everything.
+/// Flies all missions of the figure.
 ///
 /// # Errors
 /// None, as long as the built-in scenarios are sound.
@@ -323,7 +323,7 @@ impl Figures {
         ]
     }
 
-    /// Everything as JSON.
+    /// Returns all cells and claims as JSON.
     #[must_use]
     pub fn json(&self, runs: usize, seed: u64) -> Value {
         let cells: Vec<_> = self
@@ -375,7 +375,7 @@ impl Figures {
         })
     }
 
-    /// Panel E.
+    /// Draws panel E, the times of convergence.
     #[must_use]
     pub fn convergence_chart(&self) -> BoxChart {
         BoxChart {
@@ -386,7 +386,7 @@ impl Figures {
         }
     }
 
-    /// Panel F.
+    /// Draws panel F, the variances of the positions.
     #[must_use]
     pub fn variance_chart(&self) -> BoxChart {
         BoxChart {

@@ -1,7 +1,7 @@
-//! The metrics of a chain, as the book's chapter "Metrics" defines them.
+//! Computes the metrics of a chain, as the book's chapter "Metrics" defines them.
 //!
-//! All of them are taken on the *true* large-scale losses L_j of the links, five times a second:
-//! the estimates of a drone do not count.
+//! The metrics of links are computed from the *true* large-scale losses L_j of the links, five
+//! times a second; the drones' own estimates are not used.
 
 mod criteria;
 mod cruise;
@@ -26,7 +26,7 @@ pub use reference::Reference;
 /// Seconds in a round.
 const ROUND_S: f32 = ROUND_US as f32 * 1e-6;
 
-/// Watches one mission.
+/// Collects the metrics of one mission, round by round.
 pub struct Watch<'a> {
     scenario: &'a Scenario,
     world: &'a World,
@@ -127,7 +127,7 @@ impl Chain {
 }
 
 impl<'a> Watch<'a> {
-    /// A watch that has seen nothing yet.
+    /// Makes a watch that has taken no sample yet.
     #[must_use]
     pub fn new(scenario: &'a Scenario, world: &'a World, reference: &'a Reference) -> Self {
         let members = scenario.drones.explorers + scenario.drones.relays + 1;
@@ -247,7 +247,7 @@ impl<'a> Watch<'a> {
         }
     }
 
-    /// The verdict.
+    /// Returns the metrics of the mission.
     #[must_use]
     pub fn verdict(&self, mission: &Mission<'_>) -> RunMetrics {
         let drones = &self.scenario.drones;
@@ -299,45 +299,46 @@ impl<'a> Watch<'a> {
     }
 }
 
-/// One run's figures. Figures that a scenario does not have are not numbers.
+/// The metrics of one mission. A metric that the scenario does not have is NaN.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RunMetrics {
-    /// The figures of the hold, or why there are none.
+    /// The metrics of the hold, or the reason why there are none.
     pub hold: Result<HoldMetrics, NoHold>,
-    /// The time that no policy can beat.
+    /// A lower bound on the time of full convergence under any policy, s.
     pub bound_s: f32,
-    /// The most relays that flew at once.
+    /// The largest number of relays that were in the chain at the same time.
     pub launched: f32,
-    /// The most that were needed at once.
+    /// The largest number of relays that the best chain needed at any moment.
     pub needed: f32,
     /// The part of the time of exploration in which a link was over 0.5 dB weaker than the launch
     /// limit.
     pub violation: f32,
-    /// The weakest link of the exploration, over the launch limit.
+    /// The amount by which the weakest link of the exploration exceeded the launch limit, in loss.
     pub peak_excess_db: f32,
     /// Weakest link over the best chain's while the operator has the head fly in, mean over the
     /// second half of that time.
     pub cruise_gap_db: f32,
-    /// The farthest place of the head.
+    /// The longest distance from the base, along the tunnel, that the head reached.
     pub farthest_m: f32,
-    /// When it had come within 0.5 m of there, s since the start.
+    /// The time at which the head first came within 0.5 m of that distance, s since the start.
     pub t_farthest_s: f32,
-    /// How many drones still flew at the end, although the last order was to return or to land.
+    /// The number of drones that still flew at the end, although the last order was to return or to
+    /// land.
     pub still_flying: f32,
-    /// Samples in which two drones had changed places.
+    /// The number of samples in which two drones had changed places.
     pub order_lost: u32,
-    /// Touches of a wall.
+    /// The number of times that a drone touched a wall.
     pub wall_contacts: u32,
-    /// Touches between flying drones.
+    /// The number of times that two flying drones touched.
     pub drone_contacts: u32,
-    /// The tallies of the radio.
+    /// The metrics of the radio.
     pub radio: RadioMetrics,
-    /// The flights, where drones are rigid bodies.
+    /// The metrics of the flights, where drones are rigid bodies.
     pub flight: Option<FlightMetrics>,
 }
 
 impl RunMetrics {
-    /// A figure of the hold; not a number where there was none.
+    /// Returns a metric of the hold; NaN where there was no hold.
     #[must_use]
     pub fn held(&self, of: impl Fn(&HoldMetrics) -> f32) -> f32 {
         self.hold.as_ref().map_or(f32::NAN, of)

@@ -1,4 +1,4 @@
-//! Measures missions: the record of one, the figures of its chain, and the figures of many.
+//! Measures missions: records a mission, and computes the metrics of one mission and of many.
 //!
 //! | module | holds |
 //! |---|---|

@@ -1,4 +1,4 @@
-//! The section `[criteria]` of a scenario file.
+//! Reads the section `[criteria]` of a scenario file.
 
 use serde::Deserialize;
 
@@ -6,16 +6,16 @@ use crate::input_error::InputError;
 use crate::mission::MOST_DRONES;
 use crate::scenario::reader::{At, Reader};
 
-/// Bounds that a scenario sets. What is not set is not asked.
+/// The bounds that a scenario sets; a bound that is `None` is not checked.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Criteria {
-    /// The most that the mean losses of the links differ at the end of the hold, dB.
+    /// The largest difference between the mean losses of the links at the end of the hold, dB.
     pub hold_spread_db: Option<f32>,
-    /// The most that 95 % of the links swing by at the end of the hold, dB.
+    /// The largest swing of 95 % of the links at the end of the hold, dB.
     pub swing_p95_db: Option<f32>,
     /// The largest tilt in the air, degrees.
     pub tilt_deg: Option<f32>,
-    /// The number of relays that must have flown.
+    /// The number of relays that must at least have been in the chain at the same time.
     pub launched: Option<u32>,
 }
 

@@ -27,7 +27,7 @@ pub enum NoHold {
     NeverStill,
     /// The orders of the mission come from a client and not from the scenario.
     Live,
-    /// The head was not a link of the chain during the hold, or the drones were on their way home.
+    /// The head was not part of the chain during the hold, or the drones were on their way home.
     NoChain,
 }
 
@@ -81,38 +81,40 @@ pub(super) struct HoldRecord {
 /// The figures of a hold.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HoldMetrics {
-    /// When it began, s since the start of the mission.
+    /// The beginning of the hold, s since the start of the mission.
     pub from_s: f32,
-    /// When it ended.
+    /// The end of the hold, s since the start of the mission.
     pub until_s: f32,
-    /// When the largest difference between adjacent links came below 3 dB to stay, s since the
-    /// hold began; infinite if it never did.
+    /// The time at which the largest difference between adjacent links converged to 3 dB, s since
+    /// the hold began; infinite if it did not converge.
     pub t3_s: f32,
-    /// The time of convergence to 1 dB.
+    /// The time at which that difference converged to 1 dB, s since the hold began.
     pub t1_s: f32,
-    /// When the weakest link came within 1 dB of the best chain's to stay.
+    /// The time at which the weakest link converged to within 1 dB of the best chain's, s since the
+    /// hold began.
     pub t_gap1_s: f32,
-    /// The time from the last loss of a drone in the hold to when the weakest link came within 1 dB
-    /// of the best chain's to stay; infinite if it never did, not a number where none was lost.
+    /// The time from the last loss of a drone in the hold to when the weakest link converged to
+    /// within 1 dB of the best chain's; infinite if it did not converge, NaN where no drone was
+    /// lost.
     pub t_repair_s: f32,
-    /// Weakest link over the best chain's, mean over the end of the hold.
+    /// The loss of the weakest link minus that of the best chain's, mean over the end of the hold.
     pub gap_db: f32,
-    /// Largest difference between adjacent links, root mean square over the end of the hold.
+    /// The largest difference between adjacent links, root mean square over the end of the hold.
     pub difference_db: f32,
-    /// The largest difference between any two links, each averaged over the end of the hold; not
-    /// a number where the links changed in it.
+    /// The largest difference between any two links, each averaged over the end of the hold; NaN
+    /// where drones joined or left the chain in that time.
     pub spread_db: f32,
     /// The swing of a link within 10 s that 95 % of all links and moments of the end of the hold do
     /// not exceed.
     pub swing_p95_db: f32,
-    /// Standard deviation of the relays' positions over the end of the hold.
+    /// The standard deviation of the relays' positions over the end of the hold.
     pub position_sd_m: f32,
-    /// Way flown per relay during the hold.
+    /// The distance that a relay flew during the hold, mean over the relays.
     pub path_m: f32,
     /// The part of the hold in which a link was over 0.5 dB weaker than the launch limit.
     pub violation: f32,
-    /// Relays that were links, less those that the best chain must have, mean over the end of the
-    /// hold.
+    /// The number of relays in the chain minus the number that the best chain needs, mean over the
+    /// end of the hold.
     pub relays_beyond_need: f32,
 }
 
