@@ -24,21 +24,22 @@ pub struct LinkConfig {
     /// A stored capsule that was stored or sent longer ago than this is no longer used to decide
     /// which capsules of its far end are new.
     pub forgets_after: Duration,
-    /// Time between two commands to the head while the operator steers it.
+    /// The time between two commands to the head while the operator steers it.
     pub stick_every: Duration,
     /// The base sends an order to explore to the head only until the order is this old.
     pub stick_lasts: Duration,
-    /// Time that a node's telemetry has to acknowledge a new order before the base repeats it.
+    /// The time that a node's telemetry has to acknowledge a new order before the base repeats it.
     pub again_after: Duration,
-    /// Time between two repeats of an order, each to the next node that has not acknowledged it.
+    /// The time between two repeats of an order, each to the next node that has not acknowledged
+    /// it.
     pub again_every: Duration,
-    /// Time between two repeats of an order, each to the next node, acknowledged or not.
+    /// The time between two repeats of an order, each to the next node, acknowledged or not.
     pub remind_every: Duration,
-    /// Time between beacons.
+    /// The time between beacons.
     pub beacon_every: Duration,
-    /// Time between two telemetry packets of a relay.
+    /// The time between two telemetry packets of a relay.
     pub telemetry_every: Duration,
-    /// Time between two telemetry packets of the head.
+    /// The time between two telemetry packets of the head.
     pub head_telemetry_every: Duration,
 }
 

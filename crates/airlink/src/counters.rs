@@ -21,15 +21,15 @@ pub struct Counters {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Kinds {
-    /// Beacons.
+    /// The number of beacons.
     pub beacons: u32,
-    /// Reports.
+    /// The number of reports.
     pub reports: u32,
-    /// Commands, own and relayed.
+    /// The number of commands, own and relayed.
     pub commands: u32,
-    /// Telemetry, own and relayed.
+    /// The number of telemetry packets, own and relayed.
     pub telemetry: u32,
-    /// Membership: joins, leaves and refusals.
+    /// The number of membership packets: joins, leaves and refusals.
     pub membership: u32,
 }
 

@@ -29,9 +29,9 @@ struct Entry<const N: usize> {
 /// Where the sender of a capsule stands on the capsule's way, seen from this node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Side {
-    /// Nearer to the capsule's source than this node.
+    /// The sender is nearer to the capsule's source than this node.
     Upstream,
-    /// Nearer to the capsule's destination than this node, or the destination itself.
+    /// The sender is nearer to the capsule's destination than this node, or is the destination.
     Downstream,
 }
 
@@ -64,8 +64,8 @@ impl<const N: usize> RelayQueue<N> {
     }
 
     /// Compares `capsule` with the stored one. A stored capsule that was last sent or stored longer
-    /// than `forget` ago does not count, so that a counter that a liar made up does not block its
-    /// far end for ever.
+    /// than `forget` ago does not count, so that a forged counter does not block its far end for
+    /// ever.
     pub(crate) fn compare(&self, now: Instant, capsule: &Capsule<N>, forget: Duration) -> Novelty {
         match self.get(capsule.node) {
             Some(entry) if now.since(entry.touched_at) > forget => Novelty::New,

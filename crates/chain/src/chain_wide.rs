@@ -102,7 +102,7 @@ struct Wanted {
 /// d_j for an exponent of 2.5: 10 · 2.5 / ln 10. Over so many decibels a link becomes longer by a
 /// factor of e.
 pub(crate) const FOLD_DB: f32 = 10.857;
-/// The largest number of such factors that is believed.
+/// The largest number of such factors that is used.
 const MOST_FOLDS: f32 = 2.0;
 
 /// The slope of a link at a step, dB/m: a step of 10 dB is a slope over the reach of an antenna.

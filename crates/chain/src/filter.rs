@@ -46,8 +46,8 @@ const MOST_LOSS: f32 = 1_000.0;
 /// The natural logarithm of 10.
 const LN_10: f32 = core::f32::consts::LN_10;
 
-/// How the path loss grows with distance: the A of equation (13), and the derivative that the
-/// movement policy divides by.
+/// The law by which the path loss grows with distance: the A of equation (13), and the derivative
+/// by which the movement policy divides.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Slope {
     /// The slope is the same everywhere, as the paper prints it.

@@ -29,7 +29,7 @@ pub struct Heard {
     pub reverse: Option<Dbm>,
 }
 
-/// Another drone that has been heard.
+/// Another drone from which this one has received a report.
 #[derive(Clone, Copy, Debug)]
 pub struct Neighbour {
     /// The last report of the drone.
@@ -66,7 +66,7 @@ impl Ends {
     pub const NONE: Self = Self { front: None, back: None };
 }
 
-/// All drones that have been heard.
+/// The table of all drones from which this one has received reports.
 #[derive(Clone, Debug, Default)]
 pub struct Neighbours {
     all: Vec<Neighbour, MAX_NEIGHBOURS>,

@@ -51,7 +51,7 @@ pub enum SlopeOf {
 /// The law by which the imbalance e becomes a velocity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SpeedLaw {
-    /// v = κ·e/g.
+    /// The velocity is v = κ·e/g.
     Proportional {
         /// κ, in 1/s.
         gain: f32,
@@ -267,7 +267,7 @@ impl PolicyConfig {
         matches!(self.smoothing, Smoothing::Slopes(_))
     }
 
-    /// Algorithm 1: the forward velocity of a relay between these two neighbours.
+    /// Returns the forward velocity of a relay between these two neighbours, by Algorithm 1.
     #[must_use]
     pub fn velocity(&self, front: LinkEnd, back: LinkEnd) -> MetresPerSecond {
         let away = self.clearance.and_then(|clearance| clearance.velocity(front.rssi, back.rssi));

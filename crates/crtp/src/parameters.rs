@@ -161,17 +161,17 @@ impl OperatorTask {
 pub struct ParameterId(u16);
 
 impl ParameterId {
-    /// `uchain.task`
+    /// The parameter `uchain.task`.
     pub const TASK: Self = Self::of("uchain", "task");
-    /// `uchain.speed`
+    /// The parameter `uchain.speed`.
     pub const SPEED: Self = Self::of("uchain", "speed");
-    /// `uchain.height`
+    /// The parameter `uchain.height`.
     pub const HEIGHT: Self = Self::of("uchain", "height");
-    /// `uchain.launchLimit`
+    /// The parameter `uchain.launchLimit`.
     pub const LAUNCH_LIMIT: Self = Self::of("uchain", "launchLimit");
-    /// `uchain.retreatLimit`
+    /// The parameter `uchain.retreatLimit`.
     pub const RETREAT_LIMIT: Self = Self::of("uchain", "retreatLimit");
-    /// `uchain.policy`
+    /// The parameter `uchain.policy`.
     pub const POLICY: Self = Self::of("uchain", "policy");
 
     pub(crate) const fn new(row: u16) -> Self {

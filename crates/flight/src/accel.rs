@@ -22,12 +22,12 @@ const MAX_THRUST_SCALE: f32 = 1.4;
 /// The constants of the accelerometer's checks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AccelConfig {
-    /// Time constant of the smoothed residual (reading minus thrust), s.
+    /// The time constant of the smoothed residual (reading minus thrust), s.
     pub smoothing: f32,
     /// The largest residual of a sound accelerometer on any axis, m/s². A motor at 70 % causes 0.7,
     /// ground effect 1, offset and drag together 0.3.
     pub most_residual: f32,
-    /// Time constant with which the ratio of true to commanded thrust is learnt, s.
+    /// The time constant with which the ratio of true to commanded thrust is learnt, s.
     pub thrust_time_constant: f32,
     /// The ratio is learnt only while the vertical residual is smaller than this, m/s².
     pub learns_below: f32,

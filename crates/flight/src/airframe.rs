@@ -12,11 +12,11 @@ pub struct Airframe {
     pub mass: f32,
     /// Moments of inertia about x, y and z, kg m².
     pub inertia: [f32; 3],
-    /// Distance from the centre to a motor along x, which equals that along y, m.
+    /// The distance from the centre to a motor along x, which equals that along y, m.
     pub arm: f32,
     /// Coefficients of one motor's thrust in N over its voltage in V: c0 + c1·V + c2·V² + c3·V³.
     pub thrust_curve: [f32; 4],
-    /// Torque of a motor about z per thrust, N m / N.
+    /// The torque of a motor about z per thrust, N m / N.
     pub torque_per_thrust: f32,
     /// The smallest thrust of one motor in the air, N.
     pub least_thrust: f32,
@@ -49,13 +49,13 @@ impl Airframe {
         ..Self::CRAZYFLIE_2_1
     };
 
-    /// Thrust of one motor at hover, N.
+    /// The thrust of one motor at hover, N.
     #[must_use]
     pub const fn hover_thrust(&self) -> f32 {
         self.mass * GRAVITY / 4.0
     }
 
-    /// Thrust of one motor at this voltage, N, at least zero.
+    /// The thrust of one motor at this voltage, N, at least zero.
     #[must_use]
     pub const fn thrust_at(&self, volts: f32) -> f32 {
         let [c0, c1, c2, c3] = self.thrust_curve;

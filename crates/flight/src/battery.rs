@@ -11,27 +11,27 @@ use crate::io;
 /// The constants of a battery.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BatteryConfig {
-    /// Charge of a full battery, A s.
+    /// The charge of a full battery, A s.
     pub capacity: f32,
-    /// Internal resistance of battery, connector and cables, Ω.
+    /// The internal resistance of battery, connector and cables, Ω.
     pub resistance: f32,
-    /// Current at hover, A.
+    /// The current at hover, A.
     pub hover_current: f32,
-    /// Time constant of the smoothed voltage, s.
+    /// The time constant of the smoothed voltage, s.
     pub smoothing: f32,
-    /// Voltage under load below which the battery is critical, V, if it stays there for
+    /// The voltage under load below which the battery is critical, V, if it stays there for
     /// [`critical_for`](Self::critical_for).
     pub critical: f32,
-    /// Time for which the voltage must stay below [`critical`](Self::critical).
+    /// The time for which the voltage must stay below [`critical`](Self::critical).
     pub critical_for: Duration,
     /// The lowest resting voltage at which a flight may begin, V.
     pub least_to_fly: f32,
     /// A reading is rejected if it raises the estimated resting voltage by more than this, V: that
     /// estimate does not depend on the load, and charging takes minutes.
     pub most_gain: f32,
-    /// Time after which the last plausible reading is forgotten.
+    /// The time after which the last plausible reading is forgotten.
     pub kept_for: Duration,
-    /// Fraction of the charge that the endurance leaves out.
+    /// The fraction of the charge that the endurance leaves out.
     pub reserve: f32,
 }
 

@@ -12,11 +12,11 @@ use crate::airframe::GRAVITY;
 pub struct CalibrationConfig {
     /// Samples per window; at 1 kHz, as many milliseconds.
     pub samples: u16,
-    /// Largest variance on one axis of the gyroscope, (rad/s)².
+    /// The largest variance on one axis of the gyroscope, (rad/s)².
     pub most_variance: f32,
-    /// Largest plausible bias of the gyroscope, rad/s.
+    /// The largest plausible bias of the gyroscope, rad/s.
     pub most_bias: f32,
-    /// Largest plausible error of the measured gravity, as a fraction of gravity.
+    /// The largest plausible error of the measured gravity, as a fraction of gravity.
     pub most_scale: f32,
 }
 

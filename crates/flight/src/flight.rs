@@ -22,13 +22,13 @@ use crate::supervisor::{Cause, Mode, Observed, Supervisor, SupervisorConfig};
 /// The constants of the flight code, grouped by the module that reads them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FlightConfig {
-    /// Mass, inertia and propellers of the drone.
+    /// The mass, inertia and propellers of the drone.
     pub airframe: Airframe,
-    /// Gyroscope calibration on the ground.
+    /// The gyroscope calibration on the ground.
     pub calibration: CalibrationConfig,
     /// Checks of the gyroscope.
     pub gyro: GyroConfig,
-    /// Low-pass filter between the gyroscope and the rate controllers.
+    /// The low-pass filter between the gyroscope and the rate controllers.
     pub rate_filter: LowPass,
     /// Checks of the accelerometer.
     pub accel: AccelConfig,
@@ -64,9 +64,9 @@ impl FlightConfig {
 /// The estimator's verdicts on the readings of one step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Verdicts {
-    /// Verdict on the optic flow; `None` if this step had no reading.
+    /// The verdict on the optic flow; `None` if this step had no reading.
     pub flow: Option<Verdict>,
-    /// Verdict on the ranger that looks down; `None` if this step had no reading.
+    /// The verdict on the ranger that looks down; `None` if this step had no reading.
     pub down: Option<Verdict>,
 }
 

@@ -18,18 +18,18 @@ use crate::monitor::SensorMonitor;
 pub struct GyroConfig {
     /// A difference of more than this between reading and prediction is a jump, rad/s.
     pub jump: f32,
-    /// Lateral specific force of an impact that is strong enough to cause such a jump, m/s².
+    /// The lateral specific force of an impact that is strong enough to cause such a jump, m/s².
     pub impact_force: f32,
-    /// Time after a jump within which the accelerometer must show an impact and its end; its filter
-    /// is slower than the gyroscope's.
+    /// The time after a jump within which the accelerometer must show an impact and its end; its
+    /// filter is slower than the gyroscope's.
     pub suspect_for: Duration,
     /// A remaining offset smaller than this counts as none, rad/s.
     pub least_offset: f32,
     /// After this many bit-identical samples the sensor counts as frozen.
     pub most_repeats: u16,
-    /// First-order lag between a motor's command and its torque, s.
+    /// The first-order lag between a motor's command and its torque, s.
     pub motor_lag: f32,
-    /// Time constant of the mean torque that is taken for the trim, s.
+    /// The time constant of the mean torque that is taken for the trim, s.
     pub trim_time_constant: f32,
 }
 

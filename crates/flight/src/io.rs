@@ -12,15 +12,15 @@ use crate::supervisor::Mode;
 /// whatever reason: the flight code itself detects that a sensor has failed.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Sensed {
-    /// Reading of the gyroscope, new at each step (1 kHz).
+    /// The reading of the gyroscope, new at each step (1 kHz).
     pub gyro: Option<AngularVelocity>,
-    /// Reading of the accelerometer, new at each step (1 kHz).
+    /// The reading of the accelerometer, new at each step (1 kHz).
     pub accel: Option<Acceleration>,
-    /// Reading of the optic flow sensor: counts since the last reading, about 100 Hz.
+    /// The reading of the optic flow sensor: counts since the last reading, about 100 Hz.
     pub flow: Option<pmw3901::Motion>,
-    /// Reading of the ranger that looks down, about 40 Hz.
+    /// The reading of the ranger that looks down, about 40 Hz.
     pub down: Option<vl53l1x::Reading>,
-    /// Battery voltage at the terminals, under load.
+    /// The battery voltage at the terminals, under load.
     pub battery: Option<Volts>,
 }
 
@@ -34,8 +34,8 @@ pub struct Command {
     pub given: Instant,
 }
 
-/// Duty of each motor, as the fraction of the battery's voltage that the motor is given, 0 to 1.
-/// The order is front right, rear right, rear left, front left (M1 to M4 of the Crazyflie).
+/// The duty of each motor, as the fraction of the battery's voltage that the motor is given, 0 to
+/// 1. The order is front right, rear right, rear left, front left (M1 to M4 of the Crazyflie).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Duties(pub [f32; 4]);
@@ -61,13 +61,13 @@ pub struct Outputs {
 pub struct Status {
     /// The flight mode, with the reason for it.
     pub mode: Mode,
-    /// Roll, pitch and yaw.
+    /// The roll, pitch and yaw.
     pub attitude: Attitude,
-    /// Velocity over ground along the board's x and y; `None` while no sensor measures it.
+    /// The velocity over ground along the board's x and y; `None` while no sensor measures it.
     pub velocity: Option<[MetresPerSecond; 2]>,
-    /// Height over ground; `None` while no sensor measures it.
+    /// The height over ground; `None` while no sensor measures it.
     pub height: Option<Metres>,
-    /// State of the battery.
+    /// The state of the battery.
     pub battery: Battery,
 }
 
@@ -77,11 +77,11 @@ pub struct Status {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Attitude {
-    /// Angle about x.
+    /// The angle about x.
     pub roll: Radians,
-    /// Angle about y.
+    /// The angle about y.
     pub pitch: Radians,
-    /// Angle about z. It drifts slowly, since only the gyroscope measures it.
+    /// The angle about z. It drifts slowly, since only the gyroscope measures it.
     pub yaw: Radians,
 }
 
@@ -90,7 +90,7 @@ pub struct Attitude {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Battery {
-    /// Voltage at the terminals, smoothed.
+    /// The voltage at the terminals, smoothed.
     pub volts: Volts,
     /// The time for which the battery can still carry the hovering drone; `None` while its voltage
     /// is unknown.

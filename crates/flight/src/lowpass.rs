@@ -8,8 +8,9 @@ pub struct LowPass {
 }
 
 impl LowPass {
-    /// 80 Hz at a sampling rate of 1 kHz: the Crazyflie's filter between gyroscope and rate loop
-    /// (crazyflie-firmware, `sensors_bmi088_bmp3xx.c`, `GYRO_LPF_CUTOFF_FREQ`).
+    /// A filter of 80 Hz at a sampling rate of 1 kHz, which is the Crazyflie's filter between
+    /// gyroscope and rate loop (crazyflie-firmware, `sensors_bmi088_bmp3xx.c`,
+    /// `GYRO_LPF_CUTOFF_FREQ`).
     pub const HZ_80: Self =
         Self { b: [0.046_131_8, 0.092_263_6, 0.046_131_8], a: [-1.307_285, 0.491_812_2] };
 }

@@ -4,14 +4,14 @@
 /// The gains of a controller, in units of its output per unit of its error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gains {
-    /// Gain of the error.
+    /// The gain of the error.
     pub kp: f32,
-    /// Gain of the error's integral, per second.
+    /// The gain of the error's integral, per second.
     pub ki: f32,
-    /// Gain of the measurement's rate of change, seconds. Acting on the measurement, it gives no
-    /// kick when the set-point jumps.
+    /// The gain of the measurement's rate of change, seconds. It acts on the measurement, so the
+    /// output does not jump when the set-point does.
     pub kd: f32,
-    /// Limit of the integral part of the output, in either direction.
+    /// The limit of the integral part of the output, in either direction.
     pub integral_limit: f32,
 }
 

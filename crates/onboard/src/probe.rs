@@ -59,7 +59,7 @@ impl Default for Probe {
 }
 
 impl Probe {
-    /// Where the slots begin, in bytes from the probe's beginning.
+    /// The offset of the slot `flight`, in bytes from the probe's beginning.
     pub const FLIGHT_AT: usize = offset_of!(Self, flight);
     /// See [`FLIGHT_AT`](Self::FLIGHT_AT).
     pub const ORDER_AT: usize = offset_of!(Self, order);
@@ -136,7 +136,7 @@ impl<const N: usize> Slot<N> {
 /// One round of an agent, as it was read from a probe.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Round {
-    /// When it was, by the drone's clock.
+    /// The time of the round, by the drone's clock.
     pub now: Instant,
     /// The inputs of the agent.
     pub inputs: OwnedInputs,

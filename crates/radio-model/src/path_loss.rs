@@ -28,13 +28,13 @@ impl Obstruction {
 /// The law by which the attenuation exponent α grows with the obstruction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Attenuation {
-    /// α = min(6, 2 + 2 × walls), as the paper prints it. The loss jumps at every corner, by up to
-    /// 20 dB at 10 m: in this model equal links need not exist, and the best chain is not always
-    /// one with equal links.
+    /// The exponent is α = min(6, 2 + 2 × walls), as the paper prints it. The loss jumps at every
+    /// corner, by up to 20 dB at 10 m: in this model equal links need not exist, and the best chain
+    /// is not always one with equal links.
     WallCount,
-    /// α = 2 + 4·(1 − exp(−rock / 2 m)), a continuous version of the same law, which meets the
-    /// assumption of section III-B that the loss is continuous. Two metres of rock add as much as
-    /// one and a quarter walls.
+    /// The exponent is α = 2 + 4·(1 − exp(−rock / 2 m)), a continuous version of the same law,
+    /// which meets the assumption of section III-B that the loss is continuous. Two metres of rock
+    /// add as much as one and a quarter walls.
     RockDepth,
 }
 
@@ -59,7 +59,7 @@ impl PathLoss {
     /// two Crazyflies side by side.
     const NEAREST: Metres = Metres(0.3);
 
-    /// α for this obstruction.
+    /// Returns the exponent α for this obstruction.
     #[must_use]
     pub fn exponent(&self, between: Obstruction) -> f32 {
         match self.attenuation {

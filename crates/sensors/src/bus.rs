@@ -63,7 +63,7 @@ pub struct HealthConfig {
     pub tolerated: u8,
     /// A device that has delivered nothing new for this long is lost.
     pub silence: Duration,
-    /// Time from the loss to the first attempt to bring the device up again. Each attempt that
+    /// The time from the loss to the first attempt to bring the device up again. Each attempt that
     /// fails doubles the time to the next.
     pub first_retry: Duration,
     /// The longest time between two attempts.

@@ -8,9 +8,9 @@ use crate::error::is_absence;
 
 /// The memory's I²C address on the Crazyflie (crazyflie-firmware, `eeprom.h`).
 pub const ADDRESS: u8 = 0x50;
-/// Size of the memory in bytes.
+/// The size of the memory in bytes.
 pub const SIZE: u16 = 8192;
-/// Size of a page in bytes; one write must stay within a page (data sheet DS21189).
+/// The size of a page in bytes; one write must stay within a page (data sheet DS21189).
 pub const PAGE: u16 = 32;
 
 /// Size of the longest write in bytes: two of address and a page.

@@ -46,12 +46,12 @@ pub struct Motion {
     pub moved: bool,
     /// The motion byte.
     pub flags: u8,
-    /// Surface quality: a quarter of the number of features seen (data sheet). Below about 25 the
-    /// ground has too little texture.
+    /// The surface quality: a quarter of the number of features seen (data sheet). Below about 25
+    /// the ground has too little texture.
     pub squal: u8,
-    /// Exposure in cycles of the chip's clock: long where it is dark.
+    /// The exposure in cycles of the chip's clock: long where it is dark.
     pub shutter: u16,
-    /// Mean brightness of the image.
+    /// The mean brightness of the image.
     pub raw_sum: u8,
     /// Brightness of the brightest pixel.
     pub raw_max: u8,

@@ -126,7 +126,7 @@ const PATIENCE: u8 = 5;
 /// A corner is passed within this many lengths of the beams in the middle: two and a half widths.
 const CORNER: f32 = 3.5;
 /// A side of which one beam is shorter than this part of its usual length does not open, however
-/// long the other beam is: the drone stands askew before a wall there.
+/// long the other beam is: the drone stands at an angle before a wall there.
 const ASKEW: f32 = 0.5;
 /// An obstacle is beside the drone, and not ahead of it, where one leading beam is shorter than this
 /// part of the other: both see a wall ahead, at up to 10° from square to it within 0.7.
@@ -147,7 +147,8 @@ const BENT: f32 = 0.35;
 const HOLD_GAIN: f32 = 0.3;
 /// The part of a new speed in the average speed: the average of 3 s.
 const CREEP: f32 = 0.07;
-/// A drone with this average speed goes somewhere, and with less it trembles, m/s.
+/// A drone with this average speed or more flies to another place; with less it only drifts to and
+/// fro, m/s.
 const CREEPING: f32 = 0.02;
 /// The part of its speed that a drone flies while its nose is a radian or more off the trail, and
 /// while it turns away from an obstacle ahead.

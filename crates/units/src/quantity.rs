@@ -95,7 +95,7 @@ linear_quantity! {
     Db, " dB"
 }
 linear_quantity! {
-    /// Growth of a path loss with distance, in decibels per metre.
+    /// The growth of a path loss with distance, in decibels per metre.
     DbPerMetre, " dB/m"
 }
 linear_quantity! {
@@ -161,7 +161,7 @@ linear_quantity! {
     Volts, " V"
 }
 
-/// Received power in dBm: a negative number, larger is better. Two of them differ by [`Db`].
+/// The received power in dBm: a negative number, larger is better. Two of them differ by [`Db`].
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

@@ -75,7 +75,7 @@ impl Body {
         }
     }
 
-    /// Heading of the nose, counter-clockwise from east.
+    /// The heading of the nose, counter-clockwise from east.
     #[must_use]
     pub fn yaw(&self) -> f32 {
         match self {

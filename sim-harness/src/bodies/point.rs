@@ -15,7 +15,7 @@ pub(crate) use section::VehicleTable;
 /// The vehicle's constants, the same for all drones of a mission.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VehicleSpec {
-    /// Time constant of the response to a velocity command, s.
+    /// The time constant of the response to a velocity command, s.
     pub lag: f32,
     /// Standard deviation of one flow velocity (the mean over a round), m/s.
     pub flow_noise: f32,
@@ -32,8 +32,8 @@ pub struct VehicleSpec {
 }
 
 impl VehicleSpec {
-    /// Lag and flow errors from the studies behind the book's "Chain control" chapter; 0.08 m is
-    /// a Crazyflie with propeller guards; 2 m is the reach of section V-B.
+    /// The lag and flow errors from the studies behind the book's "Chain control" chapter; 0.08 m
+    /// is a Crazyflie with propeller guards; 2 m is the reach of section V-B.
     pub const DEFAULT: Self = Self {
         lag: 0.3,
         flow_noise: 0.02,
@@ -51,7 +51,7 @@ impl VehicleSpec {
     const CLIMB: f32 = 0.4;
 }
 
-/// Length of a physics step in microseconds.
+/// The length of a physics step in microseconds.
 pub const STEP_US: u64 = 20_000;
 const STEP_S: f32 = STEP_US as f32 * 1e-6;
 
@@ -119,7 +119,7 @@ impl PointBody {
         self.position
     }
 
-    /// Height above the ground, m.
+    /// The height above the ground, m.
     #[must_use]
     pub const fn height(&self) -> f32 {
         self.height

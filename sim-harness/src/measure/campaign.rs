@@ -131,9 +131,9 @@ fn quantile_ranks(count: usize, q: f64) -> Option<(usize, usize)> {
 
 /// A named figure of a campaign.
 pub struct Figure {
-    /// Its name, unit included.
+    /// The name of the figure, including its unit.
     pub name: &'static str,
-    /// Its value over all runs.
+    /// The value of the figure over all runs.
     pub estimate: Estimate,
 }
 

@@ -315,8 +315,8 @@ pub struct RunMetrics {
     pub violation: f32,
     /// The amount by which the weakest link of the exploration exceeded the launch limit, in loss.
     pub peak_excess_db: f32,
-    /// Weakest link over the best chain's while the operator has the head fly in, mean over the
-    /// second half of that time.
+    /// The loss of the weakest link minus that of the best chain's while the operator lets the head
+    /// fly in, mean over the second half of that time.
     pub cruise_gap_db: f32,
     /// The longest distance from the base, along the tunnel, that the head reached.
     pub farthest_m: f32,

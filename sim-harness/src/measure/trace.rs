@@ -87,9 +87,9 @@ pub struct Frame {
 pub struct DroneFrame {
     /// The true place on the floor plan, and the heading of the nose.
     pub pose: Pose2,
-    /// Its height above the ground.
+    /// The drone's height above the ground.
     pub height: f32,
-    /// Its place on the skeleton.
+    /// The drone's place on the skeleton.
     pub place: SkeletonPlace,
     /// The length of the shortest way to it from the base (the paper's x).
     pub way: f32,
@@ -103,9 +103,9 @@ pub struct DroneFrame {
     pub state: State,
     /// The voltage of its battery; NaN for the base, and for points, which have none.
     pub battery_v: f32,
-    /// Its link towards the head, while it has one.
+    /// The drone's link towards the head, while it has one.
     pub front: Option<LinkFrame>,
-    /// Its link towards the base, while it has one.
+    /// The drone's link towards the base, while it has one.
     pub back: Option<LinkFrame>,
 }
 

@@ -209,10 +209,10 @@ impl Sums {
 /// The scores of one predictor.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Score {
-    /// Root of the mean squared difference between the received and the expected strength.
+    /// The root of the mean squared difference between the received and the expected strength.
     pub rmse_db: f64,
-    /// Mean natural logarithm of the density that the predictor gave to the received strength: a
-    /// normal one, with the variance that the filter predicts, or, for the last sample and the
+    /// The mean natural logarithm of the density that the predictor gave to the received strength:
+    /// a normal one, with the variance that the filter predicts, or, for the last sample and the
     /// average, which predict none, with that of their residuals so far.
     pub log_likelihood: f64,
     /// The log-likelihood with the variance of the residuals so far, for all predictors alike.

@@ -138,7 +138,7 @@ impl Recording {
     }
 }
 
-/// A neighbour that was silent for longer is lost on board, and its filter forgets.
+/// A neighbour that was silent for longer counts as lost on board, and its filter is reset.
 pub(super) const LOST_AFTER: Duration = AgentConfig::DEFAULT.retreat.lost_after;
 
 /// Builds a [`Recording`]: what every parser writes into, and where clocks and gaps are judged.

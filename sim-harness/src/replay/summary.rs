@@ -40,7 +40,7 @@ pub struct FileReport {
     pub packets: usize,
     /// The anomalies of the other rows.
     pub anomalies: Anomalies,
-    /// How the file was interpreted, where that needs to be said.
+    /// A note on how the file was interpreted, where that is not obvious.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub note: Option<&'static str>,
     /// The scores of the predictors; `None` for a flight, whose packets are not raw.
@@ -49,10 +49,11 @@ pub struct FileReport {
     pub links: Vec<LinkReport>,
     /// The commands of the movement policies to each relay; `None` for all but flights.
     pub policy: Option<Vec<Commands>>,
-    /// When the launch policy that is flashed by default would have called for a relay: seconds,
-    /// by the log's clock.
+    /// The times at which the firmware's launch policy without sums over the links would have
+    /// called for a relay, in seconds of the log.
     pub launches_s: Vec<f64>,
-    /// When the launch policy of the paper's experiments would have called for a relay.
+    /// The times at which the launch policy of the paper's experiments would have called for a
+    /// relay, in seconds of the log.
     pub launches_at_once_s: Vec<f64>,
     /// The agent of each relay; empty where the log is not a
     /// flight.

@@ -115,7 +115,7 @@ pub struct Scenario {
     pub radio: RadioSpec,
     /// The bodies.
     pub vehicle: VehicleSpec,
-    /// Light and texture of the floor; at flight level.
+    /// The light and the texture of the floor, which count at flight level only.
     pub ground: Ground,
     /// The members of the chain, and their places at the start.
     pub drones: Drones,

@@ -13,9 +13,9 @@ use crate::measure::trace::{Node, order_words};
 /// An event that is printed at the terminal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Event {
-    /// Simulated time goes slower than was asked, since this machine cannot keep up.
+    /// Simulated time goes slower than requested, because the machine cannot keep up.
     Late,
-    /// A client speaks to a drone.
+    /// A client has connected to a drone.
     Connected(Node, SocketAddr),
     /// A drone has received nothing from its client for a while.
     Gone(Node, SocketAddr),

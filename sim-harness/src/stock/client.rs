@@ -1,4 +1,4 @@
-//! Simulates a ground station: it polls the drone as a Crazyradio does, and speaks CRTP
+//! Simulates a ground station: it polls the drone as a Crazyradio does, and uses CRTP
 //! (crazyflie-firmware, `docs/functional-areas/crtp`).
 
 use std::collections::{HashMap, VecDeque};
@@ -25,7 +25,7 @@ mod port {
     pub(super) const PLATFORM: u8 = 13;
 }
 
-/// Why a conversation failed.
+/// The reason why an exchange with the drone failed.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Failure {
     /// The emulator stopped the machine.
@@ -57,7 +57,7 @@ impl From<Halt> for Failure {
 /// A table of contents: the type and number of each variable, by `group.name`.
 pub type Contents = HashMap<String, (u8, u16)>;
 
-/// The ground station, and the drone that it speaks to.
+/// The ground station, and the drone to which it is connected.
 pub struct Client {
     drone: StockDrone,
     /// Packets that wait to be sent, the first of which is on its way.

@@ -51,8 +51,9 @@ pub fn best_chain(radio: &Radio, way: &Path, links: usize) -> Optimum {
     best
 }
 
-/// For every head position 0, 0.1, 0.2 … m along `way` and every number of links from 1 to
-/// `most`: the loss of the weakest link of the best chain. Indexed by links − 1, then by place.
+/// Returns the loss of the weakest link of the best chain, for every head position 0, 0.1, 0.2 … m
+/// along `way` and every number of links from 1 to `most`. The result is indexed by links − 1, then
+/// by place.
 #[must_use]
 pub fn best_chains(radio: &Radio, way: &Path, most: usize) -> Vec<Vec<Db>> {
     let places = grid(0.0, way.length(), COARSE);

@@ -20,7 +20,7 @@ use units::{Db, Dbm, Point2};
 
 use super::{Skeleton, SkeletonPlace, Tunnel};
 
-/// How walls attenuate the radio.
+/// The way in which walls attenuate the radio.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Walls {
     /// Waves follow the tunnel, and the exponent grows with the rock on the straight line.
@@ -41,7 +41,7 @@ pub struct Radio {
 }
 
 impl Radio {
-    /// Distance between tabulated places, in metres.
+    /// The distance between tabulated places, in metres.
     pub const STEP: f32 = 0.1;
 
     /// Computes the table for a tunnel.

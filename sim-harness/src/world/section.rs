@@ -109,7 +109,7 @@ impl<'de> Visitor<'de> for PlaceVisitor {
 }
 
 impl TunnelTable {
-    /// Checks and digs the tunnel.
+    /// Checks the section and makes the tunnel.
     pub(crate) fn dig(tunnel: &At<Self>, reader: &Reader<'_>) -> Result<Tunnel, InputError> {
         let table = tunnel.as_ref();
         let width = reader.number(&table.width_m, "width_m", LEAST_WIDTH..=50.0)?;

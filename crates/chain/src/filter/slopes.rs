@@ -80,7 +80,7 @@ const NEARLY: f32 = 1.5;
 /// So many outliers in a row on one side, while the drones move, are a step of the link and no
 /// outliers.
 const STEP_AFTER: u8 = 2;
-/// The same while the drones hover, where a step is less likely than two unlucky packets.
+/// The same while the drones hover, where a step is less likely than two weak packets by chance.
 const STEP_AFTER_AT_REST: u8 = 5;
 
 /// Metres of motion over the last second or so from which on outliers may be a step.
@@ -332,8 +332,8 @@ impl SlopeEstimate {
     }
 
     /// Learns how much the loss wanders from this error and the last one, in standard deviations.
-    /// Outliers have no say, nor has a link that is known to step: two errors after a step are on the
-    /// same side, though the link does not wander.
+    /// Outliers are not used, nor is a link that is known to step: two errors after a step are on
+    /// the same side, though the link does not wander.
     fn learn_wandering(&mut self, config: &Wandering, error: f32) {
         if error.abs() > OUTLIER || self.step.is_some() {
             self.last_error = 0.0;

@@ -17,7 +17,7 @@ pub struct EstimatorConfig {
     pub flow: FlowConfig,
     /// Errors and checks of the ranger that looks down.
     pub down: DownConfig,
-    /// Uncertainty of a drone that stands on the ground.
+    /// The uncertainty of a drone that stands on the ground.
     pub rest: RestConfig,
 }
 
@@ -40,27 +40,27 @@ impl Default for EstimatorConfig {
 /// Errors of the gyroscope and the accelerometer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InertialConfig {
-    /// Noise density of the gyroscope, rad/s/√Hz.
+    /// The noise density of the gyroscope, rad/s/√Hz.
     pub gyro_density: f32,
     /// Bias of the gyroscope that remains after calibration, one standard deviation, rad/s.
     pub gyro_residual: f32,
-    /// Time constant with which the filter forgets an error of the tilt, s.
+    /// The time constant with which the filter forgets an error of the tilt, s.
     pub tilt_time_constant: f32,
-    /// Noise density of the accelerometer in flight, m/s²/√Hz.
+    /// The noise density of the accelerometer in flight, m/s²/√Hz.
     pub accel_density: f32,
-    /// Vertical error of the accelerometer that remains after gravity was measured at rest, one
+    /// The vertical error of the accelerometer that remains after gravity was measured at rest, one
     /// standard deviation, m/s².
     pub accel_residual: f32,
-    /// Time constant with which the filter forgets an error of the climb rate, s.
+    /// The time constant with which the filter forgets an error of the climb rate, s.
     pub climb_time_constant: f32,
-    /// Fraction of its velocity along x and y that a drone loses to drag per second, 1/s. It must
-    /// be zero where the accelerometer's x and y are passed to the filter.
+    /// The fraction of its velocity along x and y that a drone loses to drag per second, 1/s. It
+    /// must be zero where the accelerometer's x and y are passed to the filter.
     pub drag: f32,
-    /// Relative uncertainty of the drag, one standard deviation.
+    /// The relative uncertainty of the drag, one standard deviation.
     pub drag_uncertainty: f32,
-    /// Time constant with which gravity is learnt in the air, s.
+    /// The time constant with which gravity is learnt in the air, s.
     pub gravity_time_constant: f32,
-    /// Time constant with which the filter forgets an error of the horizontal velocity, s.
+    /// The time constant with which the filter forgets an error of the horizontal velocity, s.
     pub velocity_time_constant: f32,
 }
 
@@ -105,11 +105,11 @@ impl InertialConfig {
 pub struct FlowConfig {
     /// Counts per radian of image motion.
     pub counts_per_radian: f32,
-    /// Noise of a reading at zero exposure, one standard deviation, counts.
+    /// The noise of a reading at zero exposure, one standard deviation, counts.
     pub noise: f32,
-    /// Growth of the noise with exposure, counts per cycle of the chip's clock.
+    /// The growth of the noise with exposure, counts per cycle of the chip's clock.
     pub noise_per_shutter: f32,
-    /// Relative error of the image motion that differs from reading to reading, one standard
+    /// The relative error of the image motion that differs from reading to reading, one standard
     /// deviation: it stands for a floor that is not flat.
     pub scale_noise: f32,
     /// Exposure, in cycles, from which on the sensor counts as dark: its longest.
@@ -118,9 +118,9 @@ pub struct FlowConfig {
     pub least_quality: u8,
     /// A reading with this many counts or more on one axis is out of range.
     pub most_counts: u16,
-    /// Cosine of the largest tilt at which a reading is used.
+    /// The cosine of the largest tilt at which a reading is used.
     pub least_tilt_cosine: f32,
-    /// Distance from the floor below which the image is out of focus, m.
+    /// The distance from the floor below which the image is out of focus, m.
     pub nearest: f32,
     /// The longest time that one reading may cover, s.
     pub longest_interval: f32,
@@ -169,22 +169,22 @@ impl FlowConfig {
 /// Errors and checks of the ranger that looks down.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DownConfig {
-    /// Noise of a reading at short range, one standard deviation, m.
+    /// The noise of a reading at short range, one standard deviation, m.
     pub noise: f32,
-    /// Distance at which the noise is twice `noise`, m.
+    /// The distance at which the noise is twice `noise`, m.
     pub doubled_at: f32,
-    /// Distance over which the distance-dependent part of the noise grows by the factor e, m.
+    /// The distance over which the distance-dependent part of the noise grows by the factor e, m.
     pub noise_grows_over: f32,
     /// Unevenness of the floor from one reading to the next, one standard deviation, m. It is zero
     /// for a built floor.
     pub relief: f32,
-    /// Distance below which the data sheet promises no accuracy, m.
+    /// The distance below which the data sheet promises no accuracy, m.
     pub nearest: f32,
-    /// Noise of a reading below `nearest`, one standard deviation, m.
+    /// The noise of a reading below `nearest`, one standard deviation, m.
     pub near_noise: f32,
-    /// Distance from which on a reading is out of range, m.
+    /// The distance from which on a reading is out of range, m.
     pub farthest: f32,
-    /// Cosine of the largest tilt at which a reading is used.
+    /// The cosine of the largest tilt at which a reading is used.
     pub least_tilt_cosine: f32,
     /// A reading is rejected if its innovation is larger than this many standard deviations.
     pub gate: f32,
@@ -221,17 +221,17 @@ impl DownConfig {
     };
 }
 
-/// Uncertainty of a drone that stands on the ground.
+/// The uncertainty of a drone that stands on the ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RestConfig {
-    /// Uncertainty of the velocity, one standard deviation, m/s.
+    /// The uncertainty of the velocity, one standard deviation, m/s.
     pub velocity: f32,
-    /// Uncertainty of the height, one standard deviation, m.
+    /// The uncertainty of the height, one standard deviation, m.
     pub height: f32,
-    /// Uncertainty of the tilt, one standard deviation, rad.
+    /// The uncertainty of the tilt, one standard deviation, rad.
     pub tilt: f32,
-    /// Fraction of the angle between measured and estimated vertical that is corrected per step of
-    /// 1 ms.
+    /// The fraction of the angle between measured and estimated vertical that is corrected per step
+    /// of 1 ms.
     pub gain: f32,
 }
 

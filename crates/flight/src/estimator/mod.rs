@@ -219,7 +219,7 @@ impl Estimator {
         Verdict::Reseated(Reseated::Height(Metres(self.height() - before)))
     }
 
-    /// Velocity along the board's axes, m/s.
+    /// The velocity along the board's axes, m/s.
     #[must_use]
     pub fn velocity(&self) -> [f32; 3] {
         self.rotation.to_body(self.velocity)
@@ -233,7 +233,7 @@ impl Estimator {
         libm::sqrtf(along_x.max(along_y).max(0.0))
     }
 
-    /// Height over ground, m.
+    /// The height over ground, m.
     #[must_use]
     pub const fn height(&self) -> f32 {
         let [_, _, z] = self.position;
@@ -247,7 +247,7 @@ impl Estimator {
         libm::sqrtf(z)
     }
 
-    /// Climb rate, m/s.
+    /// The climb rate, m/s.
     #[must_use]
     pub const fn climb(&self) -> f32 {
         let [_, _, z] = self.velocity;
@@ -261,21 +261,21 @@ impl Estimator {
         libm::sqrtf(x.max(y))
     }
 
-    /// Position in m: x forward and y left of where the drone was switched on, in the axes of that
-    /// moment; z is the height over the floor directly below.
+    /// The position in m: x forward and y left of where the drone was switched on, in the axes of
+    /// that moment; z is the height over the floor directly below.
     #[must_use]
     pub const fn position(&self) -> [f32; 3] {
         self.position
     }
 
-    /// Roll, pitch and yaw.
+    /// The roll, pitch and yaw.
     #[must_use]
     pub fn attitude(&self) -> Attitude {
         let [roll, pitch, yaw] = self.rotation.angles().map(Radians);
         Attitude { roll, pitch, yaw }
     }
 
-    /// Attitude as the unit quaternion (w, x, y, z) that rotates body axes into world axes.
+    /// The attitude as the unit quaternion (w, x, y, z) that rotates body axes into world axes.
     #[must_use]
     pub const fn quaternion(&self) -> [f32; 4] {
         let Quaternion { w, x, y, z } = self.quaternion;
@@ -289,13 +289,13 @@ impl Estimator {
         [x, y, z]
     }
 
-    /// Cosine of the tilt: 1 when level, 0 on the side, −1 upside down.
+    /// The cosine of the tilt: 1 when level, 0 on the side, −1 upside down.
     #[must_use]
     pub const fn tilt_cosine(&self) -> f32 {
         self.rotation.tilt_cosine()
     }
 
-    /// Covariance of the errors of position, velocity and attitude, along the world's axes, for
+    /// The covariance of the errors of position, velocity and attitude, along the world's axes, for
     /// logs and tests.
     #[must_use]
     pub fn covariance(&self) -> [[f32; 9]; 9] {

@@ -30,13 +30,13 @@ impl Verdict {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Nis {
-    /// νᵀ·S⁻¹·ν for the innovation ν and its covariance S.
+    /// The value νᵀ·S⁻¹·ν for the innovation ν and its covariance S.
     pub value: f32,
     /// Number of components of the reading.
     pub degrees: u8,
 }
 
-/// Why a reading cannot be used.
+/// The reason why a reading cannot be used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Unusable {

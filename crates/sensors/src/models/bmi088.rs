@@ -296,7 +296,7 @@ impl Bmi088Model {
         if open_drain && high { None } else { Some(high) }
     }
 
-    /// Time in µs until INT3 changes by itself; `None` if it does not.
+    /// The time in µs until INT3 changes by itself; `None` if it does not.
     #[must_use]
     pub fn int3_changes_in(&self) -> Option<u32> {
         if !self.gyro.int3_is_enabled() {

@@ -17,7 +17,7 @@ enum Phase {
 pub struct EepromModel {
     /// The memory's fault.
     pub fault: Fault,
-    /// Time in µs to store a page. The data sheet says 5000 at most.
+    /// The time in µs to store a page. The data sheet says 5000 at most.
     pub write_micros: u32,
     bytes: [u8; SIZE as usize],
     at: u16,

@@ -29,11 +29,11 @@ enum Phase {
 pub struct Pmw3901Model {
     /// The chip's fault. [`Fault::Absent`] reads as a line that is pulled high.
     pub fault: Fault,
-    /// Surface quality, once the chip is configured.
+    /// The surface quality, once the chip is configured.
     pub squal: u8,
-    /// Exposure in cycles of the chip's clock.
+    /// The exposure in cycles of the chip's clock.
     pub shutter: u16,
-    /// Mean brightness of the image.
+    /// The mean brightness of the image.
     pub raw_sum: u8,
     /// Brightness of the brightest pixel.
     pub raw_max: u8,

@@ -58,7 +58,7 @@ pub struct Vl53l1xModel<L> {
     pub status: Option<u8>,
     /// The rate of its own light that is reflected back.
     pub signal: CountRate,
-    /// Rate of the ambient light.
+    /// The rate of the ambient light.
     pub ambient: CountRate,
     /// The value of its identification register.
     pub model_id: u16,
@@ -148,7 +148,7 @@ impl<L: Deref<Target = AtomicU8>> Vl53l1xModel<L> {
         self.results
     }
 
-    /// Time in µs until the present measurement is over, if there is one.
+    /// The time in µs until the present measurement is over, if there is one.
     #[must_use]
     pub const fn until_result(&self) -> Option<u32> {
         self.until_result
@@ -169,7 +169,8 @@ impl<L: Deref<Target = AtomicU8>> Vl53l1xModel<L> {
         phase(0x005E, 0x0060) + phase(0x0061, 0x0063) + OVERHEAD_US
     }
 
-    /// Time in µs from one result to the next: the period, or the measurement if that takes longer.
+    /// The time in µs from one result to the next: the period, or the measurement if that takes
+    /// longer.
     #[must_use]
     pub fn result_period(&self) -> u32 {
         let ((p3, p2), (p1, p0)) = (self.word(0x006C), self.word(0x006E));

@@ -56,17 +56,17 @@ const BOOT_LIMIT: Duration = Duration::from_millis(20);
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Beam {
-    /// Downward to the ground, from the Flow deck.
+    /// The ranger of the Flow deck looks down to the ground.
     Down,
-    /// Forward.
+    /// The ranger looks forward.
     Front,
-    /// Backward.
+    /// The ranger looks backward.
     Back,
-    /// Upward to the ceiling.
+    /// The ranger looks up to the ceiling.
     Up,
-    /// To the left.
+    /// The ranger looks to the left.
     Left,
-    /// To the right.
+    /// The ranger looks to the right.
     Right,
 }
 

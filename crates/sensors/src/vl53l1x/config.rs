@@ -13,16 +13,16 @@ pub enum DistanceMode {
     Long,
 }
 
-/// Distance mode and timing of one sensor.
+/// The distance mode and timing of one sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Config {
     /// The distance mode.
     pub mode: DistanceMode,
-    /// Time for one measurement: 20 to 500 ms, in [`DistanceMode::Short`] 15 to 500 ms.
+    /// The time for one measurement: 20 to 500 ms, in [`DistanceMode::Short`] 15 to 500 ms.
     pub budget: Duration,
-    /// Time from one measurement to the next: at least the budget (UM2510), at most a minute. If it
-    /// equals the budget, the next measurement begins as soon as the last is over.
+    /// The time from one measurement to the next: at least the budget (UM2510), at most a minute.
+    /// If it equals the budget, the next measurement begins as soon as the last is over.
     pub period: Duration,
 }
 

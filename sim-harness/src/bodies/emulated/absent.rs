@@ -21,7 +21,7 @@ impl Firmware {
     pub const DEFAULT: &str = "target/thumbv7em-none-eabihf/firmware/uchain-firmware";
 }
 
-/// Why a mission with emulated drones cannot go on.
+/// The reason why a mission with emulated drones cannot go on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Halted(Infallible);
 

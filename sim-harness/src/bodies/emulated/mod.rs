@@ -53,7 +53,7 @@ const US: u64 = 1_000;
 /// Drones are switched on at different times, up to so many µs apart.
 const SWITCHED_ON_WITHIN_US: f32 = 200_000.0;
 
-/// Why a mission with emulated drones cannot go on.
+/// The reason why a mission with emulated drones cannot go on.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Halted {
     /// The drone.

@@ -9,7 +9,7 @@ use virtual_crazyflie::profile::{Profile, Report};
 
 /// The functions whose times are kept by name: a step of the control loop, and one of the agent.
 pub const CONTROL_STEP: &str = "uchain_firmware::tasks::control::step";
-/// See [`CONTROL_STEP`].
+/// The function that runs a step of the agent; see [`CONTROL_STEP`].
 pub const AGENT_STEP: &str = "uchain_firmware::tasks::mission::step";
 
 /// The observer of a drone.

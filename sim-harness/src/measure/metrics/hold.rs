@@ -20,7 +20,7 @@ const SUSTAINED: f32 = 0.95;
 /// and at least this much time is left to show it.
 const LEAST_REST_S: f32 = 10.0;
 
-/// Why a mission has no figures of a hold.
+/// The reason why a mission has no metrics of a hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoHold {
     /// The operator never lets the head stand still.

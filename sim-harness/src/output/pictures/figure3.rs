@@ -11,7 +11,7 @@ use crate::measure::trace::Trace;
 /// The contents of the page.
 #[derive(Clone, Debug)]
 pub struct Figure3<'a> {
-    /// Title of the page.
+    /// The title of the page.
     pub title: &'a str,
     /// One line below it.
     pub subtitle: &'a str,

@@ -53,17 +53,17 @@ pub struct Picture {
 /// The place of a time axis on a picture, in pixels from the top left, for cursors drawn over it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlotFrame {
-    /// Left edge, in pixels; here is [`from`](Self::from).
+    /// The left edge, in pixels; here is [`from`](Self::from).
     pub left: f64,
-    /// Right edge, in pixels; here is [`to`](Self::to).
+    /// The right edge, in pixels; here is [`to`](Self::to).
     pub right: f64,
-    /// Top edge, in pixels.
+    /// The top edge, in pixels.
     pub top: f64,
-    /// Bottom edge, in pixels.
+    /// The bottom edge, in pixels.
     pub bottom: f64,
-    /// Time at the left edge, in seconds.
+    /// The time at the left edge, in seconds.
     pub from: f64,
-    /// Time at the right edge, in seconds.
+    /// The time at the right edge, in seconds.
     pub to: f64,
 }
 
