@@ -34,8 +34,9 @@ pub struct Command {
     pub given: Instant,
 }
 
-/// The duty of each motor, as the fraction of the battery's voltage that the motor is given, 0 to
-/// 1. The order is front right, rear right, rear left, front left (M1 to M4 of the Crazyflie).
+/// The duty of each motor, which is the fraction, from 0 to 1, of the battery's voltage that the
+/// motor is given. The motors are in the order front right, rear right, rear left, front left (M1
+/// to M4 of the Crazyflie).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Duties(pub [f32; 4]);

@@ -55,8 +55,7 @@ pub struct FileReport {
     /// The times at which the launch policy of the paper's experiments would have called for a
     /// relay, in seconds of the log.
     pub launches_at_once_s: Vec<f64>,
-    /// The agent of each relay; empty where the log is not a
-    /// flight.
+    /// The states of each relay's agent; empty where the log is not a flight.
     pub agents: Vec<AgentReport>,
     /// Measures of how equal the links were; `None` for all but flights.
     pub equality: Option<Equality>,
