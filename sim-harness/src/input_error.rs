@@ -4,7 +4,7 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-/// Input of the user that cannot be used. It ends the command with exit status 2.
+/// The error for input of the user that cannot be used. It ends the command with exit status 2.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct InputError {
     place: Option<(PathBuf, Option<usize>)>,

@@ -1,20 +1,20 @@
-//! The world the drones fly in when there are none, and the `uchain` command.
+//! The simulator of U-Chain, and the `uchain` command.
 //!
-//! The on-board code of `crates/` flies here unchanged: [`mission`] moves time, bodies and packets
-//! around the very [`onboard::Drone`] that the firmware runs.
+//! The on-board code of `crates/` runs here unchanged: a [`mission`] advances time, bodies and
+//! packets, and calls the same [`onboard::Drone`] as the firmware.
 //!
 //! | module | what it holds |
 //! |---|---|
-//! | [`scenario`] | what a mission is: the TOML files, checked |
-//! | [`world`] | floor plan, skeleton, beams, radio, and the best chain that could be |
+//! | [`scenario`] | scenarios: the TOML files that describe missions, read and checked |
+//! | [`world`] | the floor plan, its skeleton, range beams, radio, and the best possible chain |
 //! | [`bodies`] | the bodies of drones: a point, a rigid body, or one whose firmware runs in an emulator |
 //! | [`mission`] | one mission, step by step: on-board code, bodies, and the medium between the radios |
-//! | [`measure`] | the record of a mission, its figures, campaigns, the paper's figure 3, and the benchmarks |
-//! | [`replay`] | recorded RSSI through the on-board code |
+//! | [`measure`] | the trace of a mission, its metrics, campaigns, the paper's figure 3, and the benchmarks |
+//! | [`replay`] | the replay of recorded RSSI through the on-board code |
 //! | [`output`] | files and pictures |
-//! | [`serve`] | drones that cflib and cfclient connect to |
+//! | [`serve`] | simulated drones for cflib and cfclient |
 //! | `stock` | a drone that runs the vendor's firmware, with the feature `virtual` |
-//! | [`keys`] | the keys of a fleet, and the pages that bring them to its drones |
+//! | [`keys`] | the keys of a fleet, and the pages of flash memory with which drones get them |
 //! | [`cli`] | the command line |
 
 pub mod bodies;

@@ -31,7 +31,7 @@ pub struct LinkEnd {
 }
 
 impl LinkEnd {
-    /// A neighbour that stands still, or whose motion is not known.
+    /// Returns the end of a link whose neighbour stands still, or whose motion is not known.
     #[must_use]
     pub const fn still(rssi: Dbm) -> Self {
         Self { rssi, velocity: MetresPerSecond::ZERO }
@@ -51,13 +51,13 @@ pub enum SlopeOf {
 /// The law by which the imbalance e becomes a velocity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SpeedLaw {
-    /// The velocity is v = κ·e/g.
+    /// The velocity is The velocity is v = κ·e/g.
     Proportional {
-        /// κ, in 1/s.
+        /// The gain κ, in 1/s.
         gain: f32,
-        /// The model that g is taken from.
+        /// The model that gives the slope g.
         slope: Slope,
-        /// The link at which it is taken.
+        /// The link whose slope is used.
         of: SlopeOf,
         /// The part, 0 to 1, of the velocity that would keep both links as they are:
         /// with g_f and g_b the slopes of the two links and v_f and v_b the neighbours'
@@ -65,10 +65,10 @@ pub enum SpeedLaw {
         /// that is low enough for a corner lags metres behind a moving head.
         follow: f32,
     },
-    /// The rule that flew (the authors' published firmware, `behavior_positioning.c`): full speed
-    /// one way or the other.
+    /// The rule of the authors' published firmware (`behavior_positioning.c`), which flew the
+    /// paper's experiment: full speed one way or the other.
     BangBang {
-        /// Speed towards the weaker link.
+        /// The speed towards the weaker link.
         speed: MetresPerSecond,
     },
     /// The chain-wide rule; where a neighbour reports no sums, the rule of
@@ -76,13 +76,13 @@ pub enum SpeedLaw {
     ChainWide(ChainWide),
 }
 
-/// The rule that keeps a relay off its neighbours: a tunnel has no room to pass, and only the
-/// strength of their signal tells how near they are. Between two neighbours that are too near a
+/// The rule that keeps a relay at a distance from its neighbours: a tunnel has no room to pass, and
+/// only the signal strength shows how near they are. Between two neighbours that are too near a
 /// relay stays, or keeps away from the one that is clearly nearer: of drones that stand close
 /// together those at the ends leave first, and none is pushed into the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clearance {
-    /// A neighbour that is heard more strongly than this is too near.
+    /// A neighbour whose signal is stronger than this is too near.
     pub too_near: Dbm,
     /// The speed away from a neighbour that is too near.
     pub away: MetresPerSecond,
@@ -111,13 +111,13 @@ impl Clearance {
 pub struct PolicyConfig {
     /// The filter of the links that the policy compares.
     pub smoothing: Smoothing,
-    /// T of Algorithm 1: with an imbalance no larger than this the relay hovers.
+    /// The T of Algorithm 1: with an imbalance no larger than this the relay hovers.
     pub tolerance: Db,
     /// The law by which the imbalance becomes a velocity.
     pub law: SpeedLaw,
     /// The rule that keeps the relay off its neighbours, which the paper leaves out.
     pub clearance: Option<Clearance>,
-    /// v_max, the largest speed.
+    /// The largest speed, v_max.
     pub max_speed: MetresPerSecond,
 }
 
@@ -144,7 +144,7 @@ const MAX_SPEED: MetresPerSecond = MetresPerSecond(0.4);
 const HOVER_NOISE: MetresPerSecond = MetresPerSecond(0.06);
 
 impl PolicyConfig {
-    /// The paper's T0: raw signal, no tolerance.
+    /// The paper's policy T0, which uses the raw signal without a tolerance.
     pub const T0: Self = Self {
         smoothing: Smoothing::Raw,
         tolerance: Db(0.0),
@@ -153,11 +153,11 @@ impl PolicyConfig {
         max_speed: MAX_SPEED,
     };
 
-    /// The paper's T5: raw signal, hovering at an imbalance of up to 5 dB.
+    /// The paper's policy T5, which uses the raw signal and hovers at an imbalance of up to 5 dB.
     pub const T5: Self = Self { tolerance: Db(5.0), ..Self::T0 };
 
-    /// The paper's K: the Kalman filter. R is the variance of the paper's simulated noise; Q is
-    /// 0.05 dB² per round of 0.2 s, hand-tuned like the paper's A.
+    /// The paper's policy K, which uses the Kalman filter. R is the variance of the paper's
+    /// simulated noise; Q is 0.05 dB² per round of 0.2 s, hand-tuned like the paper's A.
     pub const K: Self = Self {
         smoothing: Smoothing::Kalman(Kalman {
             slope: PAPER_SLOPE,
@@ -179,12 +179,12 @@ impl PolicyConfig {
         max_speed: MAX_SPEED,
     };
 
-    /// K with a gain that is stable with real lag and delay, also where a corner makes a link ten
-    /// times as steep as the log-distance law says, and the slope of the steeper link. Flying
-    /// along with the neighbours makes up for the low gain. Gain, Q and doubt were
-    /// chosen from a search over the three corridors of the `chain` benchmark and the demonstration
-    /// (gains of 0.07 to 0.4 1/s), by simulation; −37 dBm is 0.7 m in free space, twice the
-    /// spacing of the drones at the mouth.
+    /// The policy K with a gain that is stable with realistic lag and delay, also where a corner
+    /// makes a link ten times as steep as the log-distance law says, and with the slope of the
+    /// steeper link. The relay follows its neighbours' velocities, which compensates for the low
+    /// gain. Gain, Q and the uncertainty of the motion were chosen from a search over the three
+    /// corridors of the `chain` benchmark and the demonstration (gains of 0.07 to 0.4 1/s), by
+    /// simulation; −37 dBm is 0.7 m in free space, twice the spacing of the drones at the mouth.
     pub const K_TUNED: Self = Self {
         smoothing: Smoothing::Kalman(Kalman {
             slope: PAPER_SLOPE,
@@ -202,11 +202,12 @@ impl PolicyConfig {
         ..Self::T0
     };
 
-    /// The chain-wide policy, which is flashed: slopes estimated in flight, and sums over the whole
-    /// chain. The gain bounds what a chain of 15 links bears whose sums take a round a hop
-    /// (κ ≤ 4 / (15 · 0.2 s / 0.8), the study behind the book's chapter "Policies"); the other
-    /// constants were chosen by simulation in the corridors of the `chain` benchmark, on seeds and
-    /// corridors other than those that the book reports.
+    /// The chain-wide policy, the default of the firmware: it estimates slopes in flight and uses
+    /// sums over the whole chain. The gain is limited by the stability of a chain of 15 links whose
+    /// sums take one round for each hop (κ ≤ 4 / (15 · 0.2 s / 0.8), from the study behind the
+    /// book's chapter "Chain control"); the other constants were chosen by simulation in the
+    /// corridors of the `chain` benchmark, on seeds and corridors other than those that the book
+    /// reports.
     pub const CHAIN: Self = Self {
         smoothing: Smoothing::Slopes(SlopeFilter {
             prior: PAPER_SLOPE,
@@ -240,7 +241,7 @@ impl PolicyConfig {
         ..Self::K_TUNED
     };
 
-    /// The same policy for radios that lose this much over the first metre.
+    /// Returns the same policy for radios that lose this much over the first metre.
     #[must_use]
     pub fn for_loss_at_1m(mut self, loss_at_1m: Db) -> Self {
         if let Smoothing::Kalman(kalman) = &mut self.smoothing {
@@ -275,7 +276,7 @@ impl PolicyConfig {
         wanted.limited_to(self.max_speed)
     }
 
-    /// Whether a neighbour whose link is this strong leaves no room to come nearer.
+    /// Whether a neighbour whose link is this strong is too near.
     #[must_use]
     pub fn is_too_near(&self, rssi: Dbm) -> bool {
         self.clearance.is_some_and(|clearance| rssi > clearance.too_near)

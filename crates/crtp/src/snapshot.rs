@@ -1,4 +1,4 @@
-//! The values of all log variables at one moment.
+//! Holds the values of all log variables at one moment.
 
 use agent::{BodyVelocity, LinkView};
 use flight::{Attitude, Duties, Mode, StopCause};
@@ -13,7 +13,7 @@ use wire::p2p::Telemetry;
 /// value of [`Snapshot::DEFAULT`], "unknown" or zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Snapshot {
-    /// When the snapshot was taken.
+    /// The time at which the snapshot was taken.
     pub taken: Instant,
     /// The state of the agent.
     pub state: Option<agent::State>,
@@ -21,11 +21,11 @@ pub struct Snapshot {
     pub front: Option<LinkView>,
     /// The link towards the base.
     pub back: Option<LinkView>,
-    /// Its way along the tunnel since take-off.
+    /// The distance along the tunnel that the drone has flown since take-off.
     pub odometer: Metres,
-    /// Its place in the frame of its take-off.
+    /// The drone's place in the frame of its take-off.
     pub position: Point2,
-    /// Its velocity along the tunnel, positive towards the head.
+    /// The drone's velocity along the tunnel, positive towards the head.
     pub along: MetresPerSecond,
     /// Whether a drone of the chain must come home.
     pub recalled: bool,
@@ -33,15 +33,15 @@ pub struct Snapshot {
     pub mode: Option<Mode>,
     /// The attitude of the board.
     pub attitude: Attitude,
-    /// Velocity over ground, along the nose and to its left.
+    /// The velocity over ground, along the nose and to its left.
     pub velocity: Option<BodyVelocity>,
-    /// Height over ground.
+    /// The height over ground.
     pub height: Option<Metres>,
     /// The duties of the motors.
     pub duties: Duties,
-    /// Angular velocity about the board's axes.
+    /// The angular velocity about the board's axes.
     pub gyro: AngularVelocity,
-    /// Specific force along the board's axes.
+    /// The specific force along the board's axes.
     pub accel: Acceleration,
     /// The readings of the rangers.
     pub ranges: Ranges,
@@ -51,7 +51,7 @@ pub struct Snapshot {
     pub volts: Option<Volts>,
     /// Whether the battery is used, charging or full.
     pub power: Power,
-    /// How long the battery still carries the drone.
+    /// The time for which the battery still carries the drone.
     pub endurance: Option<Duration>,
     /// The radio.
     pub radio: Radio,
@@ -146,7 +146,7 @@ pub struct Ranges {
 }
 
 impl Ranges {
-    /// Nothing.
+    /// The readings before any ranger has measured.
     pub const NONE: Self =
         Self { front: None, back: None, left: None, right: None, up: None, down: None };
 }
@@ -175,14 +175,14 @@ pub struct Radio {
     pub rssi: Option<Dbm>,
     /// Whether a client is connected.
     pub connected: bool,
-    /// Packets to all drones that came in.
+    /// The number of packets received that were sent to all drones.
     pub broadcasts: u32,
-    /// Packets to this drone alone that came in.
+    /// The number of packets received that were sent to this drone alone.
     pub unicasts: u32,
 }
 
 impl Radio {
-    /// A radio that has received nothing.
+    /// The state of a radio that has received nothing.
     pub const SILENT: Self = Self { rssi: None, connected: false, broadcasts: 0, unicasts: 0 };
 }
 
@@ -191,18 +191,18 @@ impl Radio {
 pub struct Link {
     /// Whether the drone takes part in the chain, and if not, why.
     pub state: LinkState,
-    /// Packets of others that were taken in.
+    /// The number of packets of other nodes that were accepted.
     pub accepted: u32,
-    /// Packets that were refused, for any reason.
+    /// The number of packets that were refused, for any reason.
     pub refused: u32,
-    /// Packets that were sent.
+    /// The number of packets that were sent.
     pub sent: u32,
-    /// Orders that came in.
+    /// The number of orders that were received.
     pub orders: u32,
 }
 
 impl Link {
-    /// A link that is off.
+    /// The state of a link that is off.
     pub const SILENT: Self =
         Self { state: LinkState::Off, accepted: 0, refused: 0, sent: 0, orders: 0 };
 }
@@ -218,7 +218,8 @@ pub enum LinkState {
     Listening = 1,
     /// The drone takes part.
     Member = 2,
-    /// The drone may not take part: another drone has its number, or the number has no slot.
+    /// The drone may not take part: another drone has its number, or the number has no turn to
+    /// transmit.
     Refused = 3,
     /// The drone has used all packet numbers of this boot.
     Exhausted = 4,
@@ -227,9 +228,9 @@ pub enum LinkState {
 /// The telemetry of another drone at the base.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Node {
-    /// The last telemetry that came in.
+    /// The last telemetry that was received.
     pub telemetry: Telemetry,
-    /// When it came in.
+    /// The time at which it was received.
     pub heard: Instant,
 }
 

@@ -21,10 +21,10 @@ pub struct CalibrationConfig {
 }
 
 impl CalibrationConfig {
-    /// 512 samples with a variance below 100 steps² (of 0.061°/s each), as in crazyflie-firmware,
-    /// `sensors_bmi088_bmp3xx.c`. The largest bias, 10°/s, is ten times the BMI088's zero-rate
-    /// offset of ±1°/s, which grows with temperature. The BMI088's sensitivity and zero-g errors
-    /// add up to some 5 %.
+    /// The constants for the BMI088: 512 samples with a variance below 100 steps² (of 0.061°/s
+    /// each), as in crazyflie-firmware, `sensors_bmi088_bmp3xx.c`. The largest bias, 10°/s, is ten
+    /// times the BMI088's zero-rate offset of ±1°/s, which grows with temperature. The BMI088's
+    /// sensitivity and zero-g errors add up to some 5 %.
     pub const DEFAULT: Self = Self {
         samples: 512,
         most_variance: 100.0 * 1.065e-3 * 1.065e-3,

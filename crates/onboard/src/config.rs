@@ -1,4 +1,4 @@
-//! A drone's constants, and what the settings that it has stored make of them.
+//! Defines a drone's constants, and changes them by the settings that the drone has stored.
 
 use agent::{AgentConfig, ConfigError};
 use airlink::LinkConfig;
@@ -6,28 +6,28 @@ use chain::policy::Policy;
 use storage::settings::{Limits, Settings};
 use units::{Duration, PolicyCode};
 
-/// A drone's constants.
+/// The constants of a drone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Config {
-    /// The agent's.
+    /// The constants of the agent.
     pub agent: AgentConfig,
-    /// The radio link's.
+    /// The constants of the radio link.
     pub link: LinkConfig,
-    /// For how long reports and orders lie in the mailbox before the agent may take them. It is zero
-    /// on board; the simulator studies delays with it.
+    /// The time that reports and orders stay in the mailbox before the agent may take them. It is
+    /// zero in the firmware; the simulator uses it to study delays.
     pub mailbox_delay: Duration,
 }
 
 impl Config {
-    /// The constants that are flashed unless others are chosen.
+    /// The default constants of the firmware.
     pub const DEFAULT: Self = Self {
         agent: AgentConfig::DEFAULT,
         link: LinkConfig::DEFAULT,
         mailbox_delay: Duration::ZERO,
     };
 
-    /// The same with the settings that the drone has stored. `complain` is called for each setting
-    /// that cannot be used; in its place the constants hold.
+    /// Returns these constants with the settings that the drone has stored. `complain` is called
+    /// for each setting that cannot be used; the constant is used in its place.
     #[must_use]
     pub fn with_settings(
         mut self,

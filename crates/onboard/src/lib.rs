@@ -1,9 +1,9 @@
-//! One whole drone without its chip: the agent, the radio link, the server for clients, the
-//! operator's orders, the gates before a take-off, and the mounting of the board.
+//! All code of one drone that does not depend on the chip: the agent, the radio link, the server
+//! for clients, the operator's orders, the conditions of a take-off, and the mounting of the board.
 //!
-//! The firmware's tasks and the simulator's members both run exactly this type. [`Drone`] is
-//! sans-I/O: it owns no clock and no line, never allocates and never panics. The caller passes the
-//! time, received packets and sensor values, and takes packets and set-points from it:
+//! The firmware's tasks and the simulator's members both run exactly this type. [`Drone`] does no
+//! I/O: it owns no clock and no bus, never allocates and never panics. The caller passes the time,
+//! received packets and sensor values, and takes packets and set-points from it:
 //!
 //! ```text
 //!                     receive ┌───────────────────────────────┐ transmit
@@ -16,10 +16,10 @@
 //! ```
 //!
 //! # Stopping wins
-//! Every node takes an emergency stop from any client: a drone for itself, the base for the whole
-//! mission. A stop is latched in the operator's orders, in the link and in the agent, and nothing
-//! replaces it but switching the drone off. The caller stores [`Drone::is_stopped`] where it outlives
-//! a restart by a fault, and passes it to the next drone as [`Setup::stopped`].
+//! Every node obeys an emergency stop from any client: a drone stops itself, the base the whole
+//! mission. A stop is stored in the operator's orders, in the link and in the agent, and is valid
+//! until the drone is switched off. The caller stores [`Drone::is_stopped`] where it outlives a
+//! restart by a fault, and passes it to the next drone as [`Setup::stopped`].
 //!
 //! | module | holds |
 //! |---|---|
@@ -100,7 +100,7 @@ impl Outputs {
     }
 }
 
-/// One whole drone without its chip. `S` seals its packets.
+/// All code of one drone that does not depend on the chip. `S` seals its packets.
 #[derive(Debug)]
 pub struct Drone<S> {
     config: Config,
@@ -129,8 +129,9 @@ fn replace<T>(part: &mut T, new: impl FnOnce() -> T) {
 impl<S> Drone<S> {
     /// A drone that is switched off: on the ground, with the default settings and without a link.
     ///
-    /// It is a constant for a static: a drone is too large for a small stack, so a firmware does not
-    /// move one, but lets [`begin`](Self::begin) change the static where it is.
+    /// The function is `const`, so that a static can hold the drone: it is too large for a small
+    /// stack, so a firmware does not move it, but changes the static in place by
+    /// [`begin`](Self::begin).
     #[must_use]
     pub const fn switched_off() -> Self {
         let Settings { node, role, .. } = Settings::DEFAULT;
@@ -179,7 +180,8 @@ impl<S: Seal> Drone<S> {
         self.step_shown(now, sensed, |_, _| {})
     }
 
-    /// The same; `show` is called with the inputs and the outputs of the agent.
+    /// Runs one round of the mission as [`Drone::step`] does, and calls `show` with the inputs and
+    /// the outputs of the agent.
     pub fn step_shown(
         &mut self,
         now: Instant,

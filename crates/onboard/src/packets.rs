@@ -1,4 +1,4 @@
-//! The packets of the chain that a drone receives and transmits.
+//! Receives and transmits a drone's packets of the chain.
 
 use airlink::{Airlink, Event, Opened, Seal};
 use chain::neighbours::Heard;
@@ -26,21 +26,21 @@ impl<S: Seal> Drone<S> {
         }
     }
 
-    /// Takes a P2P packet of the chain the moment that it has come in. Returns the kind of message
-    /// that it has brought for this drone, if any.
+    /// Processes a P2P packet of the chain at the moment of its reception. Returns the kind of the
+    /// message in it that is for this drone, if any.
     pub fn receive(&mut self, now: Instant, rssi: Dbm, packet: &[u8]) -> Option<Kind> {
         let opened = self.open(packet)?;
         self.receive_opened(now, rssi, &opened)
     }
 
-    /// Reads a P2P packet of the chain with the fleet's key; `None` while the link is shut. All
-    /// drones of a fleet read the same.
+    /// Reads a P2P packet of the chain with the fleet's key; `None` while the link is shut. The
+    /// result is the same for all drones of a fleet.
     #[must_use]
     pub fn open(&self, packet: &[u8]) -> Option<Opened> {
         Some(self.link.open()?.open(packet))
     }
 
-    /// Takes an opened packet as [`Drone::receive`] takes its bytes.
+    /// Processes an opened packet as [`Drone::receive`] processes its bytes.
     pub fn receive_opened(&mut self, now: Instant, rssi: Dbm, packet: &Opened) -> Option<Kind> {
         Some(match self.link.open_mut()?.receive_opened(now, rssi, packet)? {
             Event::Report { from, counter, report, rssi } => {
@@ -64,19 +64,20 @@ impl<S: Seal> Drone<S> {
         })
     }
 
-    /// Takes another node's report, however it has come: out of a packet, or without one in a
-    /// simulation of an ideal link.
+    /// Processes another node's report, which came in a packet or, in a simulation with the ideal
+    /// link, without one.
     pub fn hear(&mut self, now: Instant, report: Heard) {
         self.mailbox.report(now, report);
     }
 
-    /// Takes an order of the base, however it has come.
+    /// Processes an order of the base, which came in a packet or, in a simulation with the ideal
+    /// link, without one.
     pub fn heed(&mut self, now: Instant, order: Order) {
         self.heeded.count = self.heeded.count.wrapping_add(1);
         self.mailbox.order(now, order);
     }
 
-    /// When to call [`Drone::transmit`] next; ask again after every other call.
+    /// Returns the time at which to call [`Drone::transmit`] next. Every other call may change it.
     #[must_use]
     pub fn due(&mut self) -> Option<Instant> {
         self.link.open_mut()?.due()
@@ -88,7 +89,8 @@ impl<S: Seal> Drone<S> {
         self.link.open_mut()?.transmit(now, out)
     }
 
-    /// Leaves the chain in the drone's next turn, if its link is open. Returns whether it is.
+    /// Leaves the chain in the drone's next turn, if its link is open. Returns whether the link is
+    /// open.
     pub fn leave(&mut self) -> bool {
         self.link.open_mut().map(Airlink::leave).is_some()
     }

@@ -1,5 +1,5 @@
-//! The probe: a static of fixed layout in which a firmware shows the inputs and decisions of its
-//! drone to an emulator or a debugger.
+//! Defines the probe: a static of fixed layout in which a firmware shows the inputs and decisions
+//! of its drone to an emulator or a debugger.
 //!
 //! | field | what | words |
 //! |---|---|---|

@@ -1,4 +1,4 @@
-//! How a drone begins a run.
+//! Defines the conditions under which a drone begins a run.
 
 use agent::Agent;
 use airlink::{Identity, Schedule};
@@ -9,14 +9,14 @@ use wire::p2p::Epoch;
 
 use crate::{Config, Operator};
 
-/// How a drone begins.
+/// The conditions under which a drone begins a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Setup {
     /// The drone's number and role.
     pub identity: Identity,
     /// Whether the drone starts on the ground, after a fault, or in the air.
     pub start: Start,
-    /// Whether a stop stood when the last run ended and the drone was not switched off since.
+    /// Whether a stop was valid when the last run ended, and the drone was not switched off since.
     pub stopped: bool,
     /// The read-only parameters of the drone.
     pub about: About,
@@ -63,33 +63,35 @@ impl Setup {
     }
 }
 
-/// How and where a drone starts a run.
+/// The place and the circumstances in which a drone starts a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Start {
-    /// On the ground, switched on.
+    /// The drone was switched on, on the ground.
     OnGround,
-    /// On the ground, as far as it knows, after a run that ended by a fault or in the air.
+    /// The drone restarts after a run that ended by a fault or in the air, and is presumably on the
+    /// ground.
     AfterFault,
-    /// In the air, at its place in the chain, at this moment: for studies.
+    /// The drone starts in the air, at its place in the chain, at this moment; only simulations use
+    /// this.
     InAir(Instant),
 }
 
 /// The keys that a drone has, for its link.
 #[derive(Debug)]
 pub enum Keys<S> {
-    /// It was never provisioned.
+    /// The drone was never provisioned.
     Missing,
-    /// It has keys that it must not use.
+    /// The drone has keys that it must not use.
     Unusable,
-    /// It has keys, and an epoch to use them in.
+    /// The drone has keys, and an epoch in which to use them.
     Held {
-        /// Seals packets with the keys.
+        /// The seal that encrypts packets with the keys.
         seal: S,
         /// The epoch of this run, which was never used before with these keys.
         epoch: Epoch,
         /// The turns of the drone's number.
         schedule: Schedule,
-        /// Whether clients may give orders through it, if it is the base.
+        /// Whether clients may give orders through this drone, if it is the base.
         may_fly: bool,
     },
 }

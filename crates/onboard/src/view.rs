@@ -1,4 +1,4 @@
-//! What may be looked at of a drone.
+//! Gives read access to the state of a drone.
 
 use agent::State;
 use airlink::{Airlink, Counters, Identity, Seal, Status};
@@ -33,14 +33,14 @@ impl<S: Seal> Drone<S> {
         self.outputs.as_ref()
     }
 
-    /// The operator's orders, as this node has them.
+    /// The operator's orders, as far as this node has received them.
     #[must_use]
     pub const fn operator(&self) -> Operator {
         self.orders.operator
     }
 
-    /// Whether a stop stands: the motors must be off, and the caller must store the stop over a
-    /// restart.
+    /// Whether a stop is valid: the motors must be off, and the caller must store the stop so that
+    /// it survives a restart.
     #[must_use]
     pub fn is_stopped(&self) -> bool {
         self.orders.operator == Operator::Stopped
@@ -54,19 +54,19 @@ impl<S: Seal> Drone<S> {
         self.link.health()
     }
 
-    /// How the drone stands with the others; `None` while its link is shut.
+    /// The status of the drone's link; `None` while the link is shut.
     #[must_use]
     pub fn link_status(&self) -> Option<Status> {
         self.link.open().map(Airlink::status)
     }
 
-    /// The counters of the link; `None` while it is shut.
+    /// The counters of the link; `None` while the link is shut.
     #[must_use]
     pub fn link_counters(&self) -> Option<Counters> {
         self.link.open().map(Airlink::counters)
     }
 
-    /// The number of the last order that has come over the link.
+    /// The number of the last order that was received over the link.
     #[must_use]
     pub const fn last_order(&self) -> Option<Counter> {
         self.heeded.last
@@ -78,7 +78,7 @@ impl<S: Seal> Drone<S> {
         self.nodes.get(usize::from(node.0)).copied().flatten()
     }
 
-    /// Reports that were dropped because the mailbox was full.
+    /// The number of reports that were dropped because the mailbox was full.
     #[must_use]
     pub const fn dropped_reports(&self) -> u32 {
         self.mailbox.dropped()

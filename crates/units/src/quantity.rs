@@ -99,8 +99,8 @@ linear_quantity! {
     DbPerMetre, " dB/m"
 }
 linear_quantity! {
-    /// The compliance of a link or a chain of links: by how many metres it grows longer where its
-    /// loss may grow by one decibel. The inverse of a [`DbPerMetre`].
+    /// The compliance of a link or a chain of links: the length in metres by which it grows when
+    /// its loss grows by one decibel. It is the inverse of a [`DbPerMetre`].
     MetresPerDb, " m/dB"
 }
 linear_quantity! {
@@ -132,8 +132,8 @@ impl Radians {
         }
     }
 
-    /// Sine and cosine, to 1e-6 within some turns of zero, without the double precision and the
-    /// tables of the C library's functions, which take a microcontroller 3 kB.
+    /// Returns sine and cosine, accurate to 1e-6 within some turns of zero. Unlike the C library's
+    /// functions this one needs neither double precision nor tables, which take 3 kB of flash.
     #[must_use]
     pub fn sin_cos(self) -> (f32, f32) {
         use core::f32::consts::FRAC_2_PI;

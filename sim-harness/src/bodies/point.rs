@@ -125,7 +125,7 @@ impl PointBody {
         self.height
     }
 
-    /// Heading, counter-clockwise from east.
+    /// The heading, counter-clockwise from east.
     #[must_use]
     pub fn yaw(&self) -> f32 {
         libm::atan2f(self.nose[1], self.nose[0])

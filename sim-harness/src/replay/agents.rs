@@ -4,7 +4,7 @@
 //! A log has no packets, so the drone's link stays shut, and the reports come to it as they do from
 //! an ideal link: each neighbour is given the simplest report of a link of the chain, and the base
 //! that of a base. The order is to explore. The logged strengths were filtered on board already, so
-//! the drone takes them as they are.
+//! the drone does not filter them again.
 
 use airlink::Sealed;
 use chain::filter::Smoothing;

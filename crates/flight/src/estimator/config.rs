@@ -112,7 +112,8 @@ pub struct FlowConfig {
     /// The relative error of the image motion that differs from reading to reading, one standard
     /// deviation: it stands for a floor that is not flat.
     pub scale_noise: f32,
-    /// Exposure, in cycles, from which on the sensor counts as dark: its longest.
+    /// The exposure, in cycles, from which on it counts as dark for the sensor: its longest
+    /// exposure.
     pub dark: u16,
     /// The lowest surface quality (SQUAL) at which a reading is used.
     pub least_quality: u8,

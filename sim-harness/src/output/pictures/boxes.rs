@@ -30,7 +30,7 @@ pub struct BoxChart {
     pub groups: Vec<BoxGroup>,
 }
 
-/// Box plots that stand together, such as the variants in one corridor.
+/// A group of box plots, such as the variants in one corridor.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BoxGroup {
     /// The text below the group.
