@@ -34,7 +34,7 @@ pub struct About {
     pub node: NodeId,
     /// The drone's part in the chain.
     pub role: Role,
-    /// Whether all sensors and decks were found at boot.
+    /// Whether both decks were found at boot.
     pub selftest_passed: bool,
     /// Whether the drone has a Flow deck v2.
     pub has_flow: bool,
