@@ -5,7 +5,7 @@ use units::{Metres, MetresPerSecond, Radians, RadiansPerSecond};
 
 use crate::gallery::{Expected, Gallery};
 use crate::ranges::Bridge;
-use crate::trail::Trail;
+use crate::trail::{Flies, Trail};
 use crate::wall::{Beams, SAME_GALLERY, Track, Wall};
 use crate::{Diagonals, Range};
 
@@ -264,7 +264,7 @@ impl Navigator {
         speed: MetresPerSecond,
     ) -> Option<Gallery> {
         let heading = bearings.heading.filter(|heading| heading.0.is_finite())?;
-        self.trail.advance(moved.map(|way| way.0), heading, speed.0 >= 0.0);
+        self.trail.advance(moved.map(|way| way.0), heading, self.flies(speed));
         let by_two = || {
             let walls = [self.left.is_seen(), self.right.is_seen()];
             let expected = Expected { aside: self.trail.aside(), walls };
@@ -275,11 +275,21 @@ impl Navigator {
         Some(gallery)
     }
 
+    /// Which end of the drone leads, by the speed of the moment if the drone has flown so for a while.
+    fn flies(&self, speed: MetresPerSecond) -> Flies {
+        let goes_on = self.creep * speed.0 > 0.0 && self.creep.abs() > CREEPING;
+        match goes_on {
+            true if speed.0 > 0.0 => Flies::NoseFirst,
+            true => Flies::TailFirst,
+            false => Flies::Hovering,
+        }
+    }
+
     /// The angle by which the nose is off the trail, in radians; `None` on new ground.
     fn off_trail(&mut self, bearings: &Bearings, speed: MetresPerSecond) -> Option<f32> {
         bearings.heading.filter(|heading| heading.0.is_finite())?;
         self.creep += CREEP * (speed.0 - self.creep);
-        let creeps = self.creep * speed.0 > 0.0 && self.creep.abs() > CREEPING;
+        let creeps = self.flies(speed) != Flies::Hovering;
         let ahead = (LOOK_AHEAD * speed.0).clamp(-FARTHEST_LOOK, FARTHEST_LOOK);
         let flies_on = creeps || speed.0.abs() > HOVERING;
         let knows = self.trail.knows(ahead + FRONTIER * speed.0.signum());

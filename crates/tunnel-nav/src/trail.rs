@@ -44,6 +44,9 @@ const PULL: f32 = 0.2;
 const LEAK: f32 = 0.02;
 /// The drone has left the path where it is farther than this beside it, m.
 const LEFT: f32 = 0.4;
+/// A drone that is farther than this from its path and has neither left it nor flown beyond its end
+/// is not where it reckons to be, m: the path begins anew.
+const LOST: f32 = 1.0;
 /// A detour is longer than this, in crumbs, …
 const DETOUR: i32 = 5;
 /// … and ends where the drone is nearer than this to an earlier part of its path, m: galleries lie
@@ -56,6 +59,17 @@ const REVERSED: f32 = 2.3;
 const FARTHEST: f32 = 0.5;
 
 type Vec2 = [f32; 2];
+
+/// Which end of a drone leads over the last seconds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Flies {
+    /// The drone flies forward.
+    NoseFirst,
+    /// The drone flies backward.
+    TailFirst,
+    /// The drone hovers or trembles, so that its velocity of the moment says nothing.
+    Hovering,
+}
 
 /// One point of the path.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -115,8 +129,8 @@ impl Trail {
         }
     }
 
-    /// Moves the drone by this way, forward and to the left; `forward` says whether its nose leads.
-    pub(crate) fn advance(&mut self, moved: Vec2, heading: Radians, forward: bool) {
+    /// Moves the drone by this way, forward and to the left.
+    pub(crate) fn advance(&mut self, moved: Vec2, heading: Radians, flies: Flies) {
         self.heading = wrapped(heading.0 - self.drift);
         let [ahead, left] = axes(self.heading);
         let bounded = |way: f32| if way.is_finite() { way.clamp(-FARTHEST, FARTHEST) } else { 0.0 };
@@ -126,7 +140,7 @@ impl Trail {
             self.at = plus(self.at, minus(self.foot(), self.at), LEAK);
         }
         if self.is_between() {
-            self.leave(forward);
+            self.leave(flies);
         }
         self.extend();
     }
@@ -183,9 +197,9 @@ impl Trail {
     }
 
     /// Ends the path here if the drone has left it before its end: what is ahead on it is not where
-    /// the drone flies. A drone beside the last leg at either end has flown on from there, whichever
-    /// way it flies at the moment.
-    fn leave(&mut self, forward: bool) {
+    /// the drone flies. A drone beside the last leg at either end has flown on from there, and one
+    /// that hovers has drifted from the shorter part of its path.
+    fn leave(&mut self, flies: Flies) {
         let off = minus(self.at, self.foot());
         if dot(off, off) < LEFT * LEFT {
             return;
@@ -196,7 +210,11 @@ impl Trail {
         let ends_ahead = match is_at {
             [false, true] => true,
             [true, false] => false,
-            [true, true] | [false, false] => forward,
+            [true, true] | [false, false] => match flies {
+                Flies::NoseFirst => true,
+                Flies::TailFirst => false,
+                Flies::Hovering => self.last - self.near <= self.near - self.first,
+            },
         };
         if ends_ahead {
             self.last = self.near.saturating_add(1);
@@ -209,12 +227,19 @@ impl Trail {
         }
     }
 
-    /// Adds a crumb where the drone flies beyond an end of the path.
+    /// Adds a crumb where the drone flies beyond an end of the path. Where the path is not found at
+    /// all it begins anew.
     fn extend(&mut self) {
         let here = self.here();
         if self.last < self.first {
             self.put(0, here);
             (self.first, self.last, self.near, self.part) = (0, 0, 0, 0.0);
+            return;
+        }
+        let off = minus(self.at, self.foot());
+        if dot(off, off) > LOST * LOST {
+            (self.first, self.near, self.part) = (self.last, self.last, 0.0);
+            self.put(self.last, here);
             return;
         }
         let place = self.near as f32 + self.part;
@@ -389,7 +414,7 @@ mod tests {
         let mut trail = Trail::new();
         for heading in [0.0, core::f32::consts::FRAC_PI_2] {
             for _ in 0..20 * metres {
-                trail.advance([0.05, 0.0], Radians(heading), true);
+                trail.advance([0.05, 0.0], Radians(heading), Flies::NoseFirst);
             }
         }
         trail
@@ -398,14 +423,14 @@ mod tests {
     #[test]
     fn ground_is_known_once_flown_and_forgotten_far_away() {
         let mut trail = Trail::new();
-        trail.advance([0.0, 0.0], Radians(1.5), true);
+        trail.advance([0.0, 0.0], Radians(1.5), Flies::NoseFirst);
         assert!(trail.knows(0.0) && !trail.knows(0.1) && !trail.knows(-0.1));
         for _ in 0..20 {
-            trail.advance([0.05, 0.0], Radians(1.5), true);
+            trail.advance([0.05, 0.0], Radians(1.5), Flies::NoseFirst);
         }
         assert!(trail.knows(-0.7) && !trail.knows(0.2));
         for _ in 0..600 {
-            trail.advance([0.05, 0.0], Radians(1.5), true);
+            trail.advance([0.05, 0.0], Radians(1.5), Flies::NoseFirst);
         }
         assert!(trail.knows(-25.0) && !trail.knows(-26.0));
     }
@@ -416,11 +441,11 @@ mod tests {
         assert!(!trail.bends());
         // Tail first, sideways round the corner, and tail first again.
         for _ in 0..60 {
-            trail.advance([-0.05, 0.0], Radians(core::f32::consts::FRAC_PI_2), false);
+            trail.advance([-0.05, 0.0], Radians(core::f32::consts::FRAC_PI_2), Flies::TailFirst);
         }
         assert!(trail.bends());
         for _ in 0..40 {
-            trail.advance([0.0, 0.05], Radians(core::f32::consts::FRAC_PI_2), false);
+            trail.advance([0.0, 0.05], Radians(core::f32::consts::FRAC_PI_2), Flies::TailFirst);
         }
         let off = trail.off(0.0).0;
         assert!((off + core::f32::consts::FRAC_PI_2).abs() < 0.01, "{off}");
@@ -434,7 +459,7 @@ mod tests {
         for step in 0..70 {
             let turned = core::f32::consts::PI * (step as f32 / 10.0).min(1.0);
             let heading = wrapped(core::f32::consts::FRAC_PI_2 - turned);
-            trail.advance([0.05, 0.0], Radians(heading), true);
+            trail.advance([0.05, 0.0], Radians(heading), Flies::NoseFirst);
         }
         let off = trail.off(0.0).0;
         assert!(off.abs() > 2.9, "the nose points back along the path: {off}");
@@ -450,7 +475,7 @@ mod tests {
         let folded = plus(at, [0.16, -0.2], 1.0);
         trail.put(trail.last, Crumb { at: folded, heading: core::f32::consts::FRAC_PI_2 });
         for _ in 0..40 {
-            trail.advance([0.05, 0.0], Radians(core::f32::consts::FRAC_PI_2), true);
+            trail.advance([0.05, 0.0], Radians(core::f32::consts::FRAC_PI_2), Flies::NoseFirst);
         }
         assert!(trail.knows(-1.5) && !trail.knows(0.2));
         assert!(dot(minus(trail.crumb(trail.last).at, trail.at), [0.0, 1.0]).abs() < SPACING);
@@ -467,13 +492,39 @@ mod tests {
         trail.put(trail.last, Crumb { at: plus(at, [-0.21, 0.01], 1.0), heading: ahead.0 });
         trail.at = plus(at, [-0.18, 0.01], 1.0);
         for _ in 0..8 {
-            trail.advance([0.045, 0.0], ahead, true);
+            trail.advance([0.045, 0.0], ahead, Flies::NoseFirst);
         }
         for _ in 0..4 {
-            trail.advance([0.045, 0.0], ahead, false);
+            trail.advance([0.045, 0.0], ahead, Flies::TailFirst);
         }
         assert!(trail.knows(-3.0), "{} to {}, {}", trail.first, trail.last, trail.near);
         assert!(trail.off(-2.5).0 < -1.0, "the path behind bends to the right");
+    }
+
+    /// A drone that trembles beside its path near the end, as in a corner, keeps the way back.
+    #[test]
+    fn a_drone_that_drifts_off_its_path_keeps_the_longer_part() {
+        let mut trail = right_angle(2);
+        let ahead = Radians(core::f32::consts::FRAC_PI_2);
+        for _ in 0..10 {
+            trail.advance([-0.05, 0.0], ahead, Flies::TailFirst);
+        }
+        for _ in 0..30 {
+            trail.advance([0.0, 0.02], ahead, Flies::Hovering);
+        }
+        assert!(trail.knows(-3.0), "{} to {}, {}", trail.first, trail.last, trail.near);
+    }
+
+    #[test]
+    fn a_drone_far_from_its_path_begins_it_anew() {
+        let mut trail = right_angle(2);
+        let ahead = Radians(core::f32::consts::FRAC_PI_2);
+        // The end's heading says that the drone comes from there.
+        trail.put(trail.last, Crumb { heading: -ahead.0, ..trail.crumb(trail.last) });
+        for _ in 0..60 {
+            trail.advance([0.05, 0.0], ahead, Flies::NoseFirst);
+        }
+        assert!(trail.knows(-1.0) && trail.off(0.0).0.abs() < 0.01);
     }
 
     #[test]
@@ -482,7 +533,7 @@ mod tests {
         let ahead = core::f32::consts::FRAC_PI_2;
         let turned = |trail: &mut Trail, degrees: i32| {
             let heading = wrapped(ahead + (degrees as f32).to_radians());
-            trail.advance([0.0, 0.0], Radians(heading), true);
+            trail.advance([0.0, 0.0], Radians(heading), Flies::NoseFirst);
             trail.turn(true)
         };
         assert!((0..130).all(|degrees| turned(&mut trail, degrees)));
@@ -494,15 +545,23 @@ mod tests {
     fn walls_correct_the_drift_of_the_gyro_but_not_a_turn() {
         let mut trail = right_angle(4);
         for _ in 0..20 {
-            trail.advance([-0.05, 0.0], Radians(core::f32::consts::FRAC_PI_2), false);
+            trail.advance([-0.05, 0.0], Radians(core::f32::consts::FRAC_PI_2), Flies::TailFirst);
         }
         for _ in 0..100 {
-            trail.advance([0.0, 0.0], Radians(core::f32::consts::FRAC_PI_2 + 0.3), true);
+            trail.advance(
+                [0.0, 0.0],
+                Radians(core::f32::consts::FRAC_PI_2 + 0.3),
+                Flies::NoseFirst,
+            );
             trail.correct(Radians(0.0), 0.0);
         }
         assert!(trail.off(0.0).0.abs() < 0.01);
         for _ in 0..100 {
-            trail.advance([0.0, 0.0], Radians(core::f32::consts::FRAC_PI_2 + 1.8), true);
+            trail.advance(
+                [0.0, 0.0],
+                Radians(core::f32::consts::FRAC_PI_2 + 1.8),
+                Flies::NoseFirst,
+            );
             trail.correct(Radians(0.0), 0.0);
         }
         assert!(trail.off(0.0).0.abs() > 1.0);
@@ -513,7 +572,8 @@ mod tests {
         let mut trail = Trail::new();
         for way in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, -f32::MAX] {
             for forward in [true, false] {
-                trail.advance([way, -way], Radians(way), forward);
+                let flies = if forward { Flies::NoseFirst } else { Flies::Hovering };
+                trail.advance([way, -way], Radians(way), flies);
                 trail.correct(Radians(way), way);
                 trail.shift(way);
                 trail.turn(forward);
