@@ -8,7 +8,7 @@ use units::Metres;
 
 use super::{Fault, I2cModel, peek, poke};
 use crate::expander::Lines;
-use crate::vl53l1x::{CountRate, DEFAULT_ADDRESS};
+use crate::vl53l1x::{CountRate, DEFAULT_ADDRESS, METRES_PER_STEP};
 
 /// Number of registers, up to the identification.
 const FILE: usize = 0x0112;
@@ -213,7 +213,7 @@ impl<L: Deref<Target = AtomicU8>> Vl53l1xModel<L> {
         poke(&mut self.registers, 0x0089, &[status, 0, stream]);
         poke(&mut self.registers, 0x0090, &word(self.ambient.0 * 128.0));
         poke(&mut self.registers, 0x0092, &word(self.sigma.0 * 4e3));
-        poke(&mut self.registers, 0x0096, &word(self.distance.0 * 1e3));
+        poke(&mut self.registers, 0x0096, &word(self.distance.0 / METRES_PER_STEP));
         poke(&mut self.registers, 0x0098, &word(self.signal.0 * 128.0));
     }
 

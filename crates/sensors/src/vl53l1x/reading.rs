@@ -89,6 +89,12 @@ impl fmt::Display for CountRate {
     }
 }
 
+/// What one step of RESULT__FINAL_CROSSTALK_CORRECTED_RANGE_MM_SD0 is worth: a millimetre times the
+/// gain of ST's full driver, 2011/2048 (`VL53L1_copy_sys_and_core_results_to_range_results` and
+/// `VL53L1_TUNINGPARM_LITE_RANGING_GAIN_FACTOR_DEFAULT` of its API, which crazyflie-firmware links;
+/// the Ultra Lite Driver leaves it out, and reads 1.8 % too far).
+pub(crate) const METRES_PER_STEP: f32 = 1e-3 * 2011.0 / 2048.0;
+
 /// The result of one measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -114,7 +120,7 @@ impl Reading {
     pub(super) fn from_registers(result: [u8; 17]) -> Self {
         let [status, _, stream, _, _, _, _, a1, a0, g1, g0, _, _, d1, d0, s1, s0] = result;
         Self {
-            distance: Metres(f32::from(u16::from_be_bytes([d1, d0])) * 1e-3),
+            distance: Metres(f32::from(u16::from_be_bytes([d1, d0])) * METRES_PER_STEP),
             // The register holds quarters of a millimetre.
             sigma: Metres(f32::from(u16::from_be_bytes([g1, g0])) * 0.25e-3),
             status: RangeStatus::from_registers(status, stream),
@@ -174,7 +180,8 @@ mod tests {
             0xD2, 0x01, 0x80,
         ]);
         assert_eq!(reading.stream, 0x21);
-        assert!((reading.distance.0 - 1.234).abs() < 1e-6);
+        // 1234 · 2011/2048, as ST's driver gives it.
+        assert!((reading.distance.0 - 1.211_7).abs() < 1e-4);
         assert!((reading.sigma.0 - 0.0025).abs() < 1e-7);
         assert_eq!(reading.ambient, CountRate(0.5));
         assert_eq!(reading.signal, CountRate(3.0));
