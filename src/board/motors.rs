@@ -7,7 +7,7 @@
 //! This module writes the registers itself: embassy's driver checks each duty with an assertion, and
 //! a control step must not panic.
 
-use embassy_stm32::pac::gpio::vals::{Moder, Ot};
+use embassy_stm32::pac::gpio::vals::{Moder, Ospeedr, Ot};
 use flight::Duties;
 
 use crate::board::motor::{self, PINS, STEPS};
@@ -37,6 +37,9 @@ impl Motors {
             motor::start();
             for pin in &PINS {
                 let number = pin.number % 16;
+                // A step of the timer is 12 ns; the slowest edge, which a pin has after a reset, takes
+                // 100. The vendor's firmware sets the fastest, too (`motors.c`).
+                pin.port.ospeedr().modify(|w| w.set_ospeedr(number, Ospeedr::VERY_HIGH_SPEED));
                 pin.port.afr(number / 8).modify(|w| w.set_afr(number % 8, pin.alternate));
                 pin.port.moder().modify(|w| w.set_moder(number, Moder::ALTERNATE));
             }
