@@ -1,8 +1,9 @@
 //! Estimates the battery's charge and endurance.
 //!
-//! The voltage under load says little about the charge, since it varies by 0.3 V with the thrust.
-//! The resting voltage is estimated by adding the drop over the internal resistance. The charge
-//! follows from the resting voltage, and the endurance from the charge.
+//! The voltage under load says little about the charge: 0.3 V of it come and go with the throttle,
+//! and with an aged battery 0.8 V. The resting voltage is estimated by adding the drop over the
+//! internal resistance, which is measured at each take-off. The charge follows from the resting
+//! voltage, and the endurance from the charge.
 
 use units::{Duration, Instant, Volts};
 
@@ -13,9 +14,14 @@ use crate::io;
 pub struct BatteryConfig {
     /// The charge of a full battery, A s.
     pub capacity: f32,
-    /// The internal resistance of battery, connector and cables, Ω.
+    /// Internal resistance of a new battery with connector and cables, Ω.
     pub resistance: f32,
-    /// The current at hover, A.
+    /// The least and the largest internal resistance that is believed, Ω.
+    pub resistances: (f32, f32),
+    /// After the motors have started, the internal resistance is measured from the first of these
+    /// times to the second, s.
+    pub measured_within: (f32, f32),
+    /// Current at hover, A.
     pub hover_current: f32,
     /// The time constant of the smoothed voltage, s.
     pub smoothing: f32,
@@ -26,8 +32,10 @@ pub struct BatteryConfig {
     pub critical_for: Duration,
     /// The lowest resting voltage at which a flight may begin, V.
     pub least_to_fly: f32,
-    /// A reading is rejected if it raises the estimated resting voltage by more than this, V: that
-    /// estimate does not depend on the load, and charging takes minutes.
+    /// A reading in flight is rejected if it raises the estimated resting voltage by more than this,
+    /// V: that estimate does not depend on the load, and charging takes minutes. With the motors off
+    /// a battery recovers, and when they have just started the resistance is not known, so no
+    /// reading is rejected then.
     pub most_gain: f32,
     /// The time after which the last plausible reading is forgotten.
     pub kept_for: Duration,
@@ -39,12 +47,15 @@ impl BatteryConfig {
     /// The Crazyflie's 250 mAh cell. A bare Crazyflie hovers for 7 minutes (product page), which is
     /// 2.1 A; power grows with thrust to the 3/2, so 13 % more mass need 2.5 A. The critical
     /// voltage, its 5 s and the time constant (0.01 of a step at 1 kHz) are the vendor's
-    /// (`platform_defaults_cf2.h`). Internal resistance: 0.3 V between hover and rest at 2.1 A. A
-    /// resting voltage of 3.7 V is a tenth of the charge. The voltage drop under load is uncertain
-    /// by 0.1 V.
+    /// (`platform_defaults_cf2.h`). Internal resistance: 0.3 V between hover and rest at 2.1 A; one
+    /// of 0.45 Ω leaves a full battery 3.1 V. The motors' speed has settled 0.3 s after the start,
+    /// and in 1.5 s a hover takes a two-hundredth of the charge. A resting voltage of 3.7 V is a
+    /// tenth of the charge. The uncertainty of the load's drop is 0.1 V.
     pub const DEFAULT: Self = Self {
         capacity: 0.250 * 3_600.0,
         resistance: 0.14,
+        resistances: (0.08, 0.45),
+        measured_within: (0.3, 1.5),
         hover_current: 2.5,
         smoothing: 0.1,
         critical: 3.0,
@@ -82,11 +93,25 @@ pub(crate) struct Gauge {
     read: Instant,
     /// Since when the voltage has been below critical.
     critical_since: Option<Instant>,
+    /// Internal resistance, Ω; `None` until it has been measured.
+    resistance: Option<f32>,
+    /// Smoothed voltage when the motors were last off, V; `None` if they never were.
+    unloaded: Option<f32>,
+    /// For how long the motors have been running, s.
+    loaded_for: f32,
 }
 
 impl Gauge {
     pub(crate) const fn new() -> Self {
-        Self { volts: None, rest_volts: 0.0, read: Instant::ZERO, critical_since: None }
+        Self {
+            volts: None,
+            rest_volts: 0.0,
+            read: Instant::ZERO,
+            critical_since: None,
+            resistance: None,
+            unloaded: None,
+            loaded_for: 0.0,
+        }
     }
 
     /// Advances by `dt` seconds in which the propellers give `load` times the thrust of a hover.
@@ -100,10 +125,14 @@ impl Gauge {
     ) {
         // Power grows with thrust to the 3/2, and current with power.
         let current = config.hover_current * load * libm::sqrtf(load.max(0.0));
+        let drop = self.resistance.unwrap_or(config.resistance) * current;
         // A battery that powers a running drone has between 2 and 5 V.
         let plausible = |volts: &f32| {
-            let gains = volts + config.resistance * current - self.rest_volts > config.most_gain;
-            (2.0..5.0).contains(volts) && !(self.rest_volts > 0.0 && gains)
+            let gains = current > 0.0
+                && self.loaded_for > config.measured_within.1
+                && self.rest_volts > 0.0
+                && volts + drop - self.rest_volts > config.most_gain;
+            (2.0..5.0).contains(volts) && !gains
         };
         let Some(volts) = reading.map(|reading| reading.0).filter(plausible) else {
             if now.since(self.read) > config.kept_for {
@@ -114,17 +143,41 @@ impl Gauge {
         // Readings come at 100 Hz, so the smoothing advances by the time since the last one.
         let gap = now.since(self.read).as_secs_f32().min(1.0).max(dt);
         self.read = now;
-        let rest = volts + config.resistance * current;
         let part = (gap / config.smoothing).min(1.0);
-        match &mut self.volts {
-            None => (self.volts, self.rest_volts) = (Some(volts), rest),
-            Some(smooth) => {
-                *smooth += part * (volts - *smooth);
-                self.rest_volts += 0.1 * part * (rest - self.rest_volts);
-            }
+        let smooth = self.volts.map_or(volts, |smooth| smooth + part * (volts - smooth));
+        self.volts = Some(smooth);
+        if current > 0.0 {
+            self.loaded_for += gap;
+            self.measure_resistance(config, smooth, current);
+        } else {
+            (self.unloaded, self.loaded_for) = (Some(smooth), 0.0);
+        }
+        if self.rest_volts == 0.0 {
+            self.rest_volts = volts + drop;
+        } else if self.unloaded.is_none() || !self.is_measuring(config) {
+            self.rest_volts += 0.1 * part * (volts + drop - self.rest_volts);
         }
         let low = self.volts.is_some_and(|volts| volts < config.critical);
         self.critical_since = if low { self.critical_since.or(Some(now)) } else { None };
+    }
+
+    /// Whether the motors have started so recently that the internal resistance is being measured.
+    fn is_measuring(&self, config: &BatteryConfig) -> bool {
+        let (_, until) = config.measured_within;
+        self.loaded_for > 0.0 && self.loaded_for < until
+    }
+
+    /// Measures the internal resistance by what the motors take off the resting voltage.
+    fn measure_resistance(&mut self, config: &BatteryConfig, volts: f32, current: f32) {
+        let (from, _) = config.measured_within;
+        if let Some(unloaded) = self.unloaded
+            && self.loaded_for > from
+            && self.is_measuring(config)
+            && current > 0.5 * config.hover_current
+        {
+            let (least, most) = config.resistances;
+            self.resistance = Some(((unloaded - volts) / current).max(least).min(most));
+        }
     }
 
     /// The voltage under load for the mixer, V; nominal while it is unknown.
@@ -218,6 +271,41 @@ mod tests {
         assert!(!critical_after(2.9, 12_000));
         assert!(!critical_after(3.4, 13_000));
         assert!(critical_after(2.9, 19_000));
+    }
+
+    /// The voltage of a battery that has this voltage at rest and this resistance, at 2.5 A per load.
+    fn under_load(rest: f32, ohm: f32, load: f32) -> Option<Volts> {
+        Some(Volts(rest - ohm * 2.5 * load))
+    }
+
+    #[test]
+    fn an_aged_battery_is_known_again_after_its_flight() {
+        for ohm in [0.1, 0.14, 0.24, 0.35, 0.4] {
+            let mut gauge = Gauge::new();
+            for n in 0..6_000_u64 {
+                // A minute: ten seconds at rest, ten of flight, and at rest again.
+                let (rest, load) =
+                    if (1_000..2_000).contains(&n) { (4.0, 1.0) } else { (4.05, 0.0) };
+                let at = Instant::from_millis(10 * n);
+                gauge.step(&CONFIG, at, under_load(rest, ohm, load), load, 1e-3);
+                assert!(n == 0 || gauge.is_known() && gauge.may_fly(&CONFIG), "{ohm} Ω, {n}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_endurance_of_an_aged_battery_is_that_of_its_charge() {
+        for ohm in [0.1, 0.14, 0.24, 0.35] {
+            let mut gauge = Gauge::new();
+            for n in 0..2_000_u64 {
+                let load = if n < 500 { 0.0 } else { 1.0 };
+                let at = Instant::from_millis(10 * n);
+                gauge.step(&CONFIG, at, under_load(3.9, ohm, load), load, 1e-3);
+            }
+            let lasts = gauge.endurance(&CONFIG).unwrap().as_secs_f32();
+            let wanted = (charge(3.9) - CONFIG.reserve) * CONFIG.capacity / CONFIG.hover_current;
+            assert!((lasts / wanted - 1.0).abs() < 0.1, "{ohm} Ω: {lasts} {wanted}");
+        }
     }
 
     #[test]
