@@ -115,7 +115,9 @@ pub struct FlowConfig {
     /// The exposure, in cycles, from which on it counts as dark for the sensor: its longest
     /// exposure.
     pub dark: u16,
-    /// The lowest surface quality (SQUAL) at which a reading is used.
+    /// The lowest surface quality (SQUAL) at which a reading in the dark is used.
+    pub least_quality_in_the_dark: u8,
+    /// The lowest surface quality at which any reading is used.
     pub least_quality: u8,
     /// A reading with this many counts or more on one axis is out of range.
     pub most_counts: u16,
@@ -141,9 +143,10 @@ impl FlowConfig {
     ///   floors of more and less texture (`flowdeck_v1v2.c`, where σ is in counts and `mm_flow.c`
     ///   turns it into pixels). Rounding to whole counts is added.
     /// * Scale noise: 2 %, which is 6 mm of relief seen from 0.3 m.
-    /// * Darkness from 0x1F00 cycles on, of 0x1FFF; quality from 0x19 on (PMW3901 data sheet,
-    ///   "false motion": discard where the upper shutter byte is 0x1F and SQUAL below 0x19). Here
-    ///   either of them is enough to discard.
+    /// * Darkness from 0x1F00 cycles on, of 0x1FFF, where a quality from 0x19 on is still good
+    ///   (PMW3901 data sheet, "false motion": discard where the upper shutter byte is 0x1F and SQUAL
+    ///   below 0x19). A long exposure alone costs noise, which `noise_per_shutter` counts.
+    /// * A quality below 10 is refused in any light. No source: the data sheet accepts it.
     /// * At most 100 counts (`flowdeck_v1v2.c`).
     /// * Tilt up to 45°: the supervisor stops a flight before that.
     /// * In focus from 80 mm on (data sheet).
@@ -157,7 +160,8 @@ impl FlowConfig {
         noise_per_shutter: 0.000_798_4,
         scale_noise: 0.02,
         dark: 0x1F00,
-        least_quality: 0x19,
+        least_quality_in_the_dark: 0x19,
+        least_quality: 10,
         most_counts: 100,
         least_tilt_cosine: core::f32::consts::FRAC_1_SQRT_2,
         nearest: 0.08,

@@ -154,7 +154,7 @@ pub(super) fn fault(
 ) -> Option<Unusable> {
     let most = config.most_counts;
     let still = motion.x == 0 && motion.y == 0;
-    if motion.shutter >= config.dark {
+    if motion.shutter >= config.dark && motion.squal < config.least_quality_in_the_dark {
         Some(Unusable::Dark)
     } else if motion.squal < config.least_quality {
         Some(Unusable::Featureless)

@@ -30,14 +30,16 @@ impl Ground {
 const COUNTS_PER_RADIAN: f32 = 35.0 / 0.716_74 * 10.0;
 /// Nearer than this the ground is out of focus, m (PMW3901 data sheet: working range from 80 mm).
 const NEAREST: f32 = 0.08;
-/// Exposure in a lit room and at its end stop, cycles: 0x1F00, with a surface quality below 0x19,
-/// is PixArt's mark of a picture that is no use.
+/// Exposure in a lit room and at its end stop, cycles. From 0x1F00 on, with a surface quality below
+/// 0x19, a picture is no use (PMW3901 data sheet).
 const SHUTTER: f32 = 500.0;
-const SHUTTER_END: f32 = 7936.0;
+const SHUTTER_END: f32 = 8191.0;
+const DARK: f32 = 7936.0;
 /// Surface quality of a good ground. 60 to 100 are seen over carpets.
 const QUALITY: f32 = 90.0;
-/// Below this the counts mean nothing.
-const LEAST_QUALITY: f32 = 25.0;
+/// Below this the counts mean nothing: at the end of the exposure (PMW3901 data sheet), and in any
+/// light (a number of ours).
+const LEAST_QUALITY: [f32; 2] = [25.0, 12.0];
 /// Standard deviation in counts by exposure: the vendor's adaptive model (`flowdeck_v1v2.c`).
 const NOISE: [f32; 2] = [0.433_5, 0.000_798_4];
 /// Standard deviation of counts that mean nothing. A number of ours.
@@ -77,13 +79,15 @@ impl Flow {
         let shutter = (SHUTTER / light.max(1e-3)).min(SHUTTER_END);
         // The quality falls once the exposure can grow no more.
         let exposed = (light * shutter * (1.0 / SHUTTER)).min(1.0);
-        let focus = if height < NEAREST { 0.2 } else { 1.0 };
+        let focus = if height < NEAREST { 0.1 } else { 1.0 };
         let quality = QUALITY * ground.texture.clamp(0.0, 1.0) * exposed * focus;
+        let [in_the_dark, at_all] = LEAST_QUALITY;
+        let least = if shutter >= DARK { in_the_dark } else { at_all };
         let noise = [random.gauss(), random.gauss()];
         let mut counts = [0_i16; 2];
         for axis in 0..2 {
             let seen = std::mem::take(&mut self.pending[axis]);
-            let value = if quality < LEAST_QUALITY {
+            let value = if quality < least {
                 NONSENSE * noise[axis]
             } else {
                 seen + (NOISE[0] + NOISE[1] * shutter) * noise[axis]

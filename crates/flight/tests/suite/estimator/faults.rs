@@ -36,16 +36,23 @@ fn apply_flow(drone: &mut SimulatedFlight, motion: Motion) -> (Verdict, bool) {
 fn a_flow_sensor_that_sees_nothing_changes_nothing() {
     let good = motion(2, -1);
     for (motion, why) in [
-        (Motion { shutter: 0x1FFF, ..good }, Unusable::Dark),
-        (Motion { squal: 12, ..good }, Unusable::Featureless),
+        (Motion { shutter: 0x1FFF, squal: 0x18, ..good }, Unusable::Dark),
+        (Motion { squal: 9, ..good }, Unusable::Featureless),
         (Motion { x: 100, ..good }, Unusable::OutOfRange),
         (Motion { y: i16::MIN, ..good }, Unusable::OutOfRange),
         (Motion { moved: false, ..good }, Unusable::Invalid),
     ] {
         assert_eq!(apply_flow(&mut hovering(), motion), (Verdict::Unusable(why), true));
     }
-    let (verdict, same) = apply_flow(&mut hovering(), good);
-    assert!(verdict.is_used() && !same, "{verdict:?}");
+    // The data sheet refuses what is dark and of little quality, neither alone.
+    for motion in [
+        good,
+        Motion { shutter: 0x1FFF, squal: 0x19, ..good },
+        Motion { shutter: 0x1EFF, squal: 0x18, ..good },
+    ] {
+        let (verdict, same) = apply_flow(&mut hovering(), motion);
+        assert!(verdict.is_used() && !same, "{verdict:?}");
+    }
 }
 
 #[test]
