@@ -32,13 +32,14 @@ impl Airframe {
     ///
     /// Mass: 29 g with battery, and 1.6 g and 2.3 g of decks (product pages). Inertia: that of the
     /// bare airframe (crazyflie-firmware, `controller_lee.c`). Arm, thrust curve, torque and
-    /// limits: `platform_defaults_cf2.h`, with 0.046 m along the diagonal.
+    /// limits: `platform_defaults_cf2.h` (of 2025, where `THRUST2TORQUE` was measured for either set
+    /// of propellers), with 0.046 m along the diagonal.
     pub const CRAZYFLIE_2_1: Self = Self {
         mass: 0.0329,
         inertia: [16.571_71e-6, 16.655_602e-6, 29.261_652e-6],
         arm: 0.046 * core::f32::consts::FRAC_1_SQRT_2,
         thrust_curve: [-0.014_830_745, 0.047_244_653, -0.018_473_644, 0.005_960_924],
-        torque_per_thrust: 0.005_964_552,
+        torque_per_thrust: 0.007_350_86,
         least_thrust: 0.0128,
         most_thrust: 0.15,
     };
@@ -46,6 +47,7 @@ impl Airframe {
     /// A Crazyflie 2.1 with the propellers of the 2.1+.
     pub const CRAZYFLIE_2_1_PLUS: Self = Self {
         thrust_curve: [-0.024_765_38, 0.065_237_93, -0.026_792_505, 0.006_776_789],
+        torque_per_thrust: 0.006_992_89,
         ..Self::CRAZYFLIE_2_1
     };
 

@@ -14,7 +14,7 @@
 //! | one step of | is |
 //! |---|---|
 //! | roll, pitch | 4 · ½ · 0.12/65,535 · l = 1.191e-7 N m |
-//! | yaw | 4 · 0.12/65,535 · 0.005965 = 4.369e-8 N m |
+//! | yaw | 4 · 0.12/65,535 · 0.007351 = 5.384e-8 N m |
 //! | thrust | 4 · 0.12/65,535 = 7.324e-6 N |
 //!
 //! A velocity loop alone lets a hovering drone drift by any error of its velocity that stands. So a
@@ -32,7 +32,7 @@ const DEGREE: f32 = PI / 180.0;
 /// Torque per roll or pitch step of the Crazyflie's rate controller, N m.
 const TILT_STEP: f32 = 1.191e-7;
 /// Torque per yaw step, N m.
-const YAW_STEP: f32 = 4.369e-8;
+const YAW_STEP: f32 = 5.384e-8;
 /// Thrust per thrust step, N.
 const THRUST_STEP: f32 = 7.324e-6;
 
@@ -182,6 +182,8 @@ pub(crate) struct Control {
     rates: [Pid; 3],
     /// Roll and pitch in rad that the slow loops asked for last.
     wanted_tilt: [f32; 2],
+    /// The velocity that was last missing, m/s.
+    velocity_error: [f32; 2],
     thrust: f32,
     wanted_climb: f32,
     wanted_yaw: Option<f32>,
@@ -192,6 +194,10 @@ pub(crate) struct Control {
 /// Largest lead of the yaw set-point over the drone's yaw, rad: a drone that was held does not spin
 /// up when it is released. 0.5 rad is half of what the yaw loop can turn in a second.
 const YAW_LEAD: f32 = 0.5;
+
+/// On the floor the integral of the climb loop grows by this factor faster, so that motors that give
+/// 70 % of their thrust lift the drone within half a second.
+const LIFT_OFF_HASTE: f32 = 3.0;
 
 /// Height below which a drone may still stand on the floor, m.
 const ON_FLOOR_BELOW: f32 = 0.02;
@@ -206,6 +212,7 @@ impl Control {
             attitude: [Pid::new(); 3],
             rates: [Pid::new(); 3],
             wanted_tilt: [0.0; 2],
+            velocity_error: [0.0; 2],
             thrust: 0.0,
             wanted_climb: 0.0,
             wanted_yaw: None,
@@ -266,12 +273,14 @@ impl Control {
         let at_limit = self.wanted_tilt.map(|tilt| tilt.abs() >= config.most_tilt);
         let Horizontal::Velocity(asked) = goal.horizontal else {
             self.wanted_tilt = [0.0; 2];
+            self.velocity_error = [0.0; 2];
             self.place = None;
             return;
         };
         let [goal_x, goal_y] = self.velocity_for(config, asked, body, dt);
         let [forward, lateral] = &mut self.velocity;
         let [vx, vy] = body.velocity;
+        self.velocity_error = [goal_x - vx, goal_y - vy];
         let gains = &config.velocity;
         let pitch = forward.step(gains, goal_x - vx, vx, dt, actuator(at_limit[1]));
         let left = lateral.step(gains, goal_y - vy, vy, dt, actuator(at_limit[0]));
@@ -298,11 +307,15 @@ impl Control {
         };
         let climb = climb.max(-config.most_descent).min(config.most_climb);
         self.wanted_climb = climb;
-        // On the floor the drone cannot sink, so the climb error must not wind up the integral.
+        // On the floor the drone cannot sink, so that error must not wind up the integral. But one
+        // that is to rise and does not needs more thrust than its constants say.
+        let error = climb - body.climb;
         let on_floor = body.height < ON_FLOOR_BELOW;
-        let short = on_floor || last.thrust_short || self.thrust <= config.least_thrust;
+        let short =
+            on_floor && error < 0.0 || last.thrust_short || self.thrust <= config.least_thrust;
+        let waits = if on_floor { LIFT_OFF_HASTE } else { 1.0 };
         let correction =
-            self.climb.step(&config.climb, climb - body.climb, body.climb, dt, actuator(short));
+            self.climb.step(&config.climb, error, body.climb, waits * dt, actuator(short));
         // The thrust makes up for the lift lost to the tilt, up to 60°: beyond that no thrust would
         // be left for control.
         let tilt_cosine = body.tilt_cosine.max(0.5);
@@ -364,6 +377,19 @@ impl Control {
             torque(y, &config.tilt_rate, 1, tilt),
             torque(z, &config.yaw_rate, 2, actuator(last.yaw_short)),
         ]
+    }
+
+    /// Takes out of the climb loop's integral what it had made up for until the thrust was known to be
+    /// `by` newtons more (or less, if negative) than commanded.
+    pub(crate) fn thrust_learnt(&mut self, by: f32) {
+        self.climb.relieve(by);
+    }
+
+    /// The difference between the horizontal velocity that was last asked for and the estimated one,
+    /// m/s.
+    pub(crate) fn velocity_error(&self) -> f32 {
+        let [x, y] = self.velocity_error;
+        libm::sqrtf(x * x + y * y)
     }
 
     /// The climb rate that the height loop asked for last, m/s.

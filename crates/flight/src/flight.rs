@@ -78,6 +78,8 @@ const MOST_DOWN_REPEATS: u16 = 8;
 /// Below this height, in m, a flow reading that cannot be used is no fault: the sensor's image is
 /// out of focus there (PMW3901 data sheet: sharp from 80 mm on).
 const FLOW_LEAST_HEIGHT: f32 = 0.1;
+/// A drone that is estimated to be higher than this has left the floor, m.
+const LIFTED_FROM: f32 = 0.05;
 /// The height counts as measured while the last used range is no older than this: four readings of
 /// the ranger.
 const HEIGHT_FRESH_FOR: Duration = Duration::from_millis(100);
@@ -171,7 +173,9 @@ impl Flight {
                     &self.mix,
                     dt,
                 );
-                mix(&config.airframe, &wrench, self.gauge.volts())
+                // The motors are asked for what by their constants gives the wanted thrust in truth.
+                let asked = wrench.times(1.0 / self.accel.thrust_scale());
+                mix(&config.airframe, &asked, self.gauge.volts())
             }
             None => Mix::OFF,
         };
@@ -194,7 +198,13 @@ impl Flight {
     fn inertial(&mut self, config: &FlightConfig, now: Instant, sensed: &Sensed, dt: f32) {
         let accel = sensed.accel.map(|Acceleration(force)| force);
         let specific_thrust = self.mix.achieved.thrust / config.airframe.mass;
-        self.accel.step(&config.accel, now, accel, specific_thrust, config.gyro.motor_lag, dt);
+        let lag = config.gyro.motor_lag;
+        let lifted = self.supervisor.mode().is_airborne() && self.estimator.height() > LIFTED_FROM;
+        let before = self.accel.thrust_scale();
+        self.accel.step(&config.accel, now, accel, specific_thrust, lag, lifted, dt);
+        let weight = config.airframe.mass * GRAVITY;
+        let scale = self.accel.thrust_scale();
+        self.control.thrust_learnt(weight * (scale - before) / scale);
 
         let gyro = sensed.gyro.map(|AngularVelocity(mut rates)| {
             let bias = self.rest_mean.map_or([0.0; 3], |rest_mean| rest_mean.gyro);
@@ -203,7 +213,7 @@ impl Flight {
             }
             rates
         });
-        let torque = self.mix.achieved.torque;
+        let torque = self.mix.achieved.times(scale).torque;
         let lateral_impact = self.accel.lateral_impact();
         let inertia = config.airframe.inertia;
         self.gyro.step(&config.gyro, now, gyro, lateral_impact, torque, inertia, dt);
@@ -237,7 +247,9 @@ impl Flight {
             self.clearance = down.range().map(|range| range.0);
             self.verdicts.down = Some(verdict);
         }
-        if let Some(flow) = self.flow.accept(now, sensed.flow, MOST_FLOW_REPEATS) {
+        let blocked = matches!(self.supervisor.mode(), Mode::Landing { why: Cause::Blocked, .. });
+        let flow = self.flow.accept(now, sensed.flow, MOST_FLOW_REPEATS).filter(|_| !blocked);
+        if let Some(flow) = flow {
             let verdict = self.estimator.flow(&config.estimator, &flow);
             if verdict.is_used() || self.estimator.height() < FLOW_LEAST_HEIGHT {
                 *velocity_at = now;
@@ -280,8 +292,7 @@ impl Flight {
 
     fn observe(&self, config: &FlightConfig, now: Instant, command: &Command) -> Observed {
         let [velocity_at, height_at] = self.measured;
-        let specific_force =
-            self.accel.reading().map(|[x, y, z]| libm::sqrtf(x * x + y * y + z * z));
+        let weight = config.airframe.mass * GRAVITY;
         Observed {
             now,
             setpoint: command.setpoint,
@@ -293,7 +304,7 @@ impl Flight {
             velocity_age: now.since(velocity_at),
             height_age: now.since(height_at),
             tilt_cosine: self.estimator.tilt_cosine(),
-            specific_force,
+            specific_force: self.accel.magnitude(),
             clearance: self.clearance,
             height: self.estimator.height(),
             battery_known: self.gauge.is_known(),
@@ -303,7 +314,10 @@ impl Flight {
             trim: self.control.trim(&config.control),
             wanted_climb: self.control.wanted_climb(),
             climb: self.estimator.climb(),
-            vertical_residual: self.accel.vertical_residual(),
+            lift: self.accel.thrust_scale() * self.mix.achieved.thrust / weight,
+            vertical_residual: self.accel.vertical_residual(&config.accel),
+            lateral_residual: self.accel.lateral_residual(),
+            velocity_error: self.control.velocity_error(),
             lateral_impact: self.accel.lateral_impact(),
             vertical_impact: self.accel.vertical_excess(),
         }
@@ -323,6 +337,8 @@ impl Flight {
         match mode {
             Mode::Grounded { .. } | Mode::Landed { .. } | Mode::Stopped { .. } => None,
             Mode::Landing { why, .. } => {
+                // What hit an obstacle that its rangers do not show may have a wrong velocity.
+                let hold = if why == Cause::Blocked { Horizontal::Level } else { hold };
                 let without_rates = why == Cause::NoImu;
                 let descent =
                     if without_rates { limits.descent_without_rates } else { limits.descent };

@@ -20,8 +20,11 @@ pub struct GyroConfig {
     pub jump: f32,
     /// The lateral specific force of an impact that is strong enough to cause such a jump, m/s².
     pub impact_force: f32,
-    /// The time after a jump within which the accelerometer must show an impact and its end; its
-    /// filter is slower than the gyroscope's.
+    /// Lateral specific force above which an offset is not corrected anew, m/s²: the drone is being
+    /// hit.
+    pub hit_force: f32,
+    /// Time after a jump within which the accelerometer must show an impact and its end, behind its
+    /// filter.
     pub suspect_for: Duration,
     /// A remaining offset smaller than this counts as none, rad/s.
     pub least_offset: f32,
@@ -37,13 +40,14 @@ impl GyroConfig {
     /// The strongest torque of a Crazyflie, with each motor at either zero or 0.12 N, changes the
     /// rate about one axis by 0.5 rad/s in a millisecond; in normal flight it is a tenth of that.
     /// An impact 5 cm from the centre that changes the rate by 0.5 rad/s changes the velocity by 5
-    /// mm/s, which is 5 m/s² over a millisecond; the accelerometer's 145 Hz filter leaves half of
-    /// it. Motor lag: 65 ms, the pole of the thrust in Förster's identification of the Crazyflie
+    /// mm/s. Behind the accelerometer's 30 Hz filter that is a pulse of 0.43 m/s² after 6 ms, half of
+    /// it after 14 ms; propellers that shake the sensor by 0.5 g leave 0.12 m/s². Motor lag: 65 ms, the pole of the thrust in Förster's identification of the Crazyflie
     /// (2015).
     pub const DEFAULT: Self = Self {
         jump: 0.5,
-        impact_force: 2.5,
-        suspect_for: Duration::from_millis(8),
+        impact_force: 0.4,
+        hit_force: 2.5,
+        suspect_for: Duration::from_millis(20),
         least_offset: 0.15,
         most_repeats: 4,
         motor_lag: 0.065,
@@ -182,7 +186,7 @@ impl Gyro {
             }
             RateSource::Offset { since, offset } => {
                 let rates = minus(reading, offset);
-                if lateral_force > config.impact_force || !differ(rates, predicted, config.jump) {
+                if lateral_force > config.hit_force || !differ(rates, predicted, config.jump) {
                     return (RateSource::Offset { since, offset }, rates);
                 }
                 let offset = minus(reading, predicted);

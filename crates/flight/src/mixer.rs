@@ -14,6 +14,13 @@ pub(crate) struct Wrench {
     pub(crate) torque: [f32; 3],
 }
 
+impl Wrench {
+    /// This wrench times a factor.
+    pub(crate) fn times(&self, factor: f32) -> Self {
+        Self { thrust: factor * self.thrust, torque: self.torque.map(|part| factor * part) }
+    }
+}
+
 /// The duties of the motors, and how much of the wanted wrench they give.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Mix {

@@ -67,6 +67,14 @@ impl Pid {
         gains.kp * error + self.integral - gains.kd * rate
     }
 
+    /// Moves the integral by `by` where that brings it nearer to zero, and no farther than zero.
+    pub(crate) fn relieve(&mut self, by: f32) {
+        if self.integral * by < 0.0 {
+            let left = self.integral + by;
+            self.integral = if left * self.integral > 0.0 { left } else { 0.0 };
+        }
+    }
+
     /// The used fraction of the integral's limit, 0 to 1.
     pub(crate) fn integral_use(&self, gains: &Gains) -> f32 {
         if gains.integral_limit > 0.0 { self.integral.abs() / gains.integral_limit } else { 0.0 }

@@ -156,9 +156,19 @@ pub struct SupervisorConfig {
     /// Most impacts that are tolerated. Each millisecond of impact counts one, and the count decays
     /// with a time constant of 1 s.
     pub most_impacts: f32,
+    /// Lasting lateral specific force above which something leans against the drone, m/s².
+    pub lean_force: f32,
+    /// Velocity over ground that must be missing meanwhile, m/s: an accelerometer that is wrong makes
+    /// none.
+    pub lean_error: f32,
+    /// A drone that leans against something for this long is blocked.
+    pub leans_for: Duration,
     /// Upward specific force beyond that of the motors, m/s², above which a sinking drone has hit
-    /// the floor.
+    /// the floor, if it lasts for [`floor_impact_for`](Self::floor_impact_for) and is stronger than
+    /// the lateral one: a wall that a tilted drone hits pushes it along its z as well.
     pub floor_impact: f32,
+    /// Time for which the force must be above `floor_impact`.
+    pub floor_impact_for: Duration,
     /// Estimated height below which a flying drone expects to touch the floor, m: there
     /// `floor_impact` is not looked at.
     pub floor_expected: f32,
@@ -178,9 +188,17 @@ pub struct SupervisorConfig {
     /// Upward specific force beyond that of the motors, m/s², above which something holds the drone
     /// up.
     pub support_force: f32,
-    /// A drone that is asked to sink, but stands still or is held up for this long, is on the
-    /// ground, whatever its ranger says.
+    /// A drone that sinks faster than this by its ranger, m/s, is not held up, whatever its
+    /// accelerometer says.
+    pub sinking_speed: f32,
+    /// Thrust, in multiples of the weight, at which a drone must sink, whatever its motors and
+    /// propellers are worth.
+    pub sinking_lift: f32,
+    /// A flying drone that is asked to sink, but is held up for this long, lands: it stands on
+    /// something that its ranger does not show.
     pub held_up_for: Duration,
+    /// A landing drone that is held up for this long stands, whatever its ranger says.
+    pub stands_for: Duration,
     /// A landing without a measured height ends this long after the drone should have touched down.
     pub touchdown_overdue: Duration,
 }
@@ -195,8 +213,12 @@ impl SupervisorConfig {
     ///
     /// The thresholds of impacts and of the floor are our own, tuned in the simulator (`uchain
     /// bench faults`). A wall that the drone bumps into is felt for some milliseconds, and one that
-    /// it scrapes along for some in each ten. A floor is detected that bears 7 % of the weight,
-    /// before the accelerometer is rejected for it.
+    /// it scrapes along for some in each ten. A drone that leans against a wall at 6° is pushed back
+    /// by 1 m/s², three times what offset and drag amount to. A floor is detected that bears 7 % of the weight,
+    /// before the accelerometer is rejected for it. A
+    /// drone that meets a floor at 0.15 m/s feels the impact for 6 ms behind the accelerometer's
+    /// filter. Motors that give 150 % of what they are asked
+    /// for, the most that is ever learnt, lift 90 % of the weight at `sinking_lift`.
     pub const DEFAULT: Self = Self {
         level_out_after: Duration::from_millis(500),
         give_up_after: Duration::from_secs(2),
@@ -214,7 +236,11 @@ impl SupervisorConfig {
         overload_for: Duration::from_millis(1_000),
         impact: 4.0,
         most_impacts: 12.0,
+        lean_force: 1.0,
+        lean_error: 0.25,
+        leans_for: Duration::from_millis(500),
         floor_impact: 8.0,
+        floor_impact_for: Duration::from_millis(5),
         floor_expected: 0.12,
         descent: 0.3,
         descent_without_rates: 0.4,
@@ -223,7 +249,10 @@ impl SupervisorConfig {
         commanded_speed: 0.15,
         standstill_speed: 0.04,
         support_force: 0.7,
+        sinking_speed: 0.15,
+        sinking_lift: 0.6,
         held_up_for: Duration::from_millis(700),
+        stands_for: Duration::from_millis(300),
         touchdown_overdue: Duration::from_millis(700),
     };
 }
@@ -269,8 +298,14 @@ pub(crate) struct Observed {
     pub(crate) wanted_climb: f32,
     /// Estimated climb rate, m/s.
     pub(crate) climb: f32,
+    /// Thrust that the motors were last asked for, in multiples of the weight.
+    pub(crate) lift: f32,
     /// Smoothed upward specific force that the motors do not explain, m/s².
     pub(crate) vertical_residual: f32,
+    /// Smoothed lateral specific force, m/s².
+    pub(crate) lateral_residual: f32,
+    /// Horizontal velocity that is missing, m/s.
+    pub(crate) velocity_error: f32,
     /// Momentary lateral specific force beyond its recent mean, m/s².
     pub(crate) lateral_impact: f32,
     /// Momentary upward specific force that the motors do not explain, m/s².
@@ -305,8 +340,10 @@ pub(crate) struct Supervisor {
     overload: HoldTimer,
     /// Decaying count of impacts, see [`SupervisorConfig::most_impacts`].
     impacts: f32,
+    leaning: HoldTimer,
     last: Option<Instant>,
     near_ground: HoldTimer,
+    hit_floor: HoldTimer,
     held_up: HoldTimer,
     /// Estimated height when the landing began, m.
     landing_from: f32,
@@ -320,8 +357,10 @@ struct Conditions {
     blocked: bool,
     /// The measured height says that the drone stands on its legs.
     touched_down: bool,
-    /// The drone stands on something, whatever its height says.
-    held_up: bool,
+    /// The drone met a floor while it was to sink, and not where a flying drone expects one.
+    hit_floor: bool,
+    /// For how long the drone has been held up while it was to sink.
+    held_up: Duration,
 }
 
 impl Supervisor {
@@ -333,8 +372,10 @@ impl Supervisor {
             fell_from: None,
             overload: HoldTimer::new(),
             impacts: 0.0,
+            leaning: HoldTimer::new(),
             last: None,
             near_ground: HoldTimer::new(),
+            hit_floor: HoldTimer::new(),
             held_up: HoldTimer::new(),
             landing_from: 0.0,
         }
@@ -359,6 +400,8 @@ impl Supervisor {
         };
         if matches!(next, Mode::Landing { .. }) && !matches!(self.mode, Mode::Landing { .. }) {
             self.landing_from = at.height;
+            // Whether it stands has still to be seen: what ends a flight does not stop the motors.
+            self.held_up = HoldTimer::new();
         }
         self.mode = next;
         next
@@ -382,14 +425,16 @@ impl Supervisor {
         let held_down = wanted > config.commanded_speed && climb < config.standstill_speed;
         let floor_expected =
             at.height < config.floor_expected && matches!(self.mode, Mode::Flying { .. });
-        let hit_floor = wanted < -config.commanded_speed
-            && at.vertical_impact > config.floor_impact
+        let hit_floor = airborne
+            && wanted < -config.commanded_speed
+            && at.vertical_impact > config.floor_impact.max(at.lateral_impact)
             && !floor_expected;
-        let supported =
-            climb > -config.standstill_speed || at.vertical_residual > config.support_force;
-        let held_up = wanted < -config.commanded_speed && supported;
-        let overload = airborne && (at.thrust_short || held_down || at.trim > config.most_trim);
         let measured = at.height_age < config.lost_after;
+        let sinks = measured && climb < -config.sinking_speed;
+        let supported = at.vertical_residual > config.support_force && !sinks;
+        let stays = climb > -config.standstill_speed && at.lift < config.sinking_lift;
+        let held_up = airborne && wanted < -config.commanded_speed && (supported || stays);
+        let overload = airborne && (at.thrust_short || held_down || at.trim > config.most_trim);
         let low = measured && at.height <= config.touchdown_height;
         let dt = self.last.map_or(0.0, |last| now.since(last).as_secs_f32().min(1.0));
         self.last = Some(now);
@@ -397,14 +442,18 @@ impl Supervisor {
         if at.lateral_impact > config.impact {
             self.impacts += 1.0;
         }
+        let leans = airborne
+            && at.lateral_residual > config.lean_force
+            && at.velocity_error > config.lean_error;
+        let leaning = self.leaning.step(now, leans);
         Conditions {
-            blocked: self.impacts > config.most_impacts,
+            blocked: self.impacts > config.most_impacts || leaning >= config.leans_for,
             tumbled: tumbling >= config.tumbled_for,
             fell: falling >= config.falling_for && sank,
             overloaded: self.overload.step(now, overload) >= config.overload_for,
             touched_down: self.near_ground.step(now, airborne && low) >= config.touchdown_for,
-            held_up: self.held_up.step(now, airborne && held_up) >= config.held_up_for
-                || (airborne && hit_floor),
+            hit_floor: self.hit_floor.step(now, hit_floor) >= config.floor_impact_for,
+            held_up: self.held_up.step(now, held_up),
         }
     }
 
@@ -421,8 +470,10 @@ impl Supervisor {
         let due = Duration::from_millis((1e3 * self.landing_from.max(0.0) / descent) as u32 as u64);
         let measured = at.height_age < config.lost_after;
         let overdue = !measured && at.now.since(since) >= due + config.touchdown_overdue;
-        if at.setpoint == Setpoint::Off || conditions.touched_down || conditions.held_up || overdue
-        {
+        let stands = conditions.touched_down
+            || conditions.hit_floor
+            || conditions.held_up >= config.stands_for;
+        if at.setpoint == Setpoint::Off || stands || overdue {
             Mode::Landed { why }
         } else if conditions.tumbled {
             Mode::Stopped { why: StopCause::Tumbled }
@@ -481,8 +532,10 @@ fn flying(
         land(Cause::NoImu)
     } else if at.height_age >= config.lost_after {
         land(Cause::NoHeight)
-    } else if conditions.held_up {
+    } else if conditions.hit_floor {
         Mode::Landed { why: Cause::NoHeight }
+    } else if conditions.held_up >= config.held_up_for {
+        land(Cause::NoHeight)
     } else if at.velocity_age >= config.lost_after {
         land(Cause::NoFlow)
     } else if at.battery_critical {
