@@ -29,11 +29,22 @@ pub struct VehicleSpec {
     pub range_noise: f32,
     /// The charge of the batteries of rigid bodies at switch-on, 0 to 1.
     pub charge: f32,
+    /// The vibration of the propellers of rigid bodies at hover: the root mean square of the
+    /// horizontal vector that an accelerometer reads, in multiples of gravity.
+    pub vibration: f32,
+    /// The thrust of rigid bodies as a multiple of what the flight code believes.
+    pub thrust: f32,
+    /// By this part is each motor stronger or weaker than the mean motor, at random.
+    pub motor_error: f32,
+    /// The internal resistance of the batteries, Ω.
+    pub battery_ohm: f32,
 }
 
 impl VehicleSpec {
-    /// The lag and flow errors from the studies behind the book's "Chain control" chapter; 0.08 m
-    /// is a Crazyflie with propeller guards; 2 m is the reach of section V-B.
+    /// Lag and flow errors from the studies behind the book's "Chain control" chapter; 0.08 m is
+    /// a Crazyflie with propeller guards; 2 m is the reach of section V-B. The vibration is a third
+    /// of what four propellers may make in the vendor's propeller test
+    /// ([`Vibration`](crate::bodies::craft::vibration::Vibration)).
     pub const DEFAULT: Self = Self {
         lag: 0.3,
         flow_noise: 0.02,
@@ -42,6 +53,10 @@ impl VehicleSpec {
         reach: 2.0,
         range_noise: 0.0,
         charge: 1.0,
+        vibration: 0.1,
+        thrust: 1.0,
+        motor_error: 0.0,
+        battery_ohm: crate::bodies::craft::battery::RESISTANCE,
     };
 
     /// Time constant of the yaw-rate response, s: the attitude loop is faster than the velocity

@@ -125,9 +125,8 @@ fn flown(
     height: Metres,
     random: Stream,
 ) -> Flown {
-    let spread = scenario.vehicle.flow_scale_error;
     let config = flight::FlightConfig::CRAZYFLIE_2_1;
-    let craft = Craft::standing(config, at, nose, scenario.vehicle.charge, spread, random);
+    let craft = Craft::standing(config, at, nose, &scenario.vehicle, random);
     if flying {
         let craft = craft.hovering(height, surroundings(scenario, world));
         Flown::new(craft, Setpoint::hover(height))

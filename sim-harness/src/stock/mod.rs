@@ -57,8 +57,7 @@ impl StockDrone {
         let vehicle = VehicleSpec::DEFAULT;
         let random = Stream::new(seed, Purpose::Craft(0));
         let config = FlightConfig::CRAZYFLIE_2_1;
-        let spread = vehicle.flow_scale_error;
-        let mut craft = Craft::standing(config, Point2::default(), [1.0, 0.0], 1.0, spread, random);
+        let mut craft = Craft::standing(config, Point2::default(), [1.0, 0.0], &vehicle, random);
         craft.fly_from_outside();
         let machine = firmware.machine(board, MachineConfig::default());
         Self { machine, craft, room: room(), vehicle, now_ms: 0 }

@@ -27,6 +27,9 @@ fn in_the_air(height: f32) -> RigidBody {
     body
 }
 
+/// No vibration of body rates and of specific force.
+const STILL: ([f32; 3], [f32; 3]) = ([0.0; 3], [0.0; 3]);
+
 fn random() -> Stream {
     Stream::new(1, Purpose::Craft(0))
 }
@@ -284,7 +287,7 @@ fn the_imu_at_rest_has_the_data_sheets_noise() {
     let mut imu = Imu::new(&mut random);
     let (mut gyro, mut accel) = (Vec::new(), Vec::new());
     for _ in 0..20_000 {
-        let (rates, force) = imu.sample([0.0; 3], [0.0, 0.0, GRAVITY], 0.0, &mut random);
+        let (rates, force) = imu.sample([0.0; 3], [0.0, 0.0, GRAVITY], 0.0, STILL, &mut random);
         gyro.push(f64::from(rates[1]));
         accel.push(f64::from(force[1]));
     }
@@ -309,7 +312,7 @@ fn vibration_shakes_the_sensors_and_turns_nothing() {
     let mut bias = 0.0_f64;
     for n in 0..40_000 {
         let shaking = if n < 20_000 { 0.0 } else { 1.0 };
-        let (rates, _) = imu.sample([0.0; 3], [0.0, 0.0, GRAVITY], shaking, &mut random);
+        let (rates, _) = imu.sample([0.0; 3], [0.0, 0.0, GRAVITY], shaking, STILL, &mut random);
         if n < 20_000 {
             bias += f64::from(rates[0]) / 20_000.0;
         } else {
@@ -331,7 +334,8 @@ fn readings_are_whole_digits_within_their_range() {
     let mut far = 0.0_f32;
     for n in 0..2_000 {
         let rate = 0.05 * n as f32;
-        let (rates, force) = imu.sample([rate, 0.0, 0.0], [300.0, 0.0, 9.8], 1.0, &mut random);
+        let (rates, force) =
+            imu.sample([rate, 0.0, 0.0], [300.0, 0.0, 9.8], 1.0, STILL, &mut random);
         let digits = f64::from(rates[0]) / digit;
         assert!((digits - digits.round()).abs() < 2e-2, "{digits}");
         assert!(force[0] <= 24.0 * 9.806_65 && rates[0] <= 2000.0_f32.to_radians());

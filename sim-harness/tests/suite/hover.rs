@@ -6,6 +6,7 @@
 use flight::FlightConfig;
 use sim_harness::bodies::craft::flow::Ground;
 use sim_harness::bodies::craft::{Craft, Surroundings};
+use sim_harness::bodies::point::VehicleSpec;
 use sim_harness::random::{Purpose, Stream};
 use sim_harness::scenario::Scenario;
 use units::{Metres, Point2, Setpoint};
@@ -19,8 +20,9 @@ fn drifted(seed: u64) -> [f32; 2] {
     let (config, height) = (FlightConfig::CRAZYFLIE_2_1, Metres(0.3));
     let random = Stream::new(seed, Purpose::Craft(1));
     let at = Point2::new(3.0, 0.0);
+    let vehicle = VehicleSpec { flow_scale_error: 0.0, ..scenario.vehicle };
     let mut craft =
-        Craft::standing(config, at, [1.0, 0.0], 1.0, 0.0, random).hovering(height, around);
+        Craft::standing(config, at, [1.0, 0.0], &vehicle, random).hovering(height, around);
     let places = |craft: &Craft| {
         let seen = craft.flight().unwrap().estimator().position();
         [craft.body().position(), seen].map(|[x, y, _]| Point2::new(x, y))

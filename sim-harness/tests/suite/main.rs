@@ -8,6 +8,7 @@ mod huge_geometry;
 mod ideal;
 mod keys;
 mod loss;
+mod machine;
 mod medium;
 mod odometry;
 mod order;

@@ -9,7 +9,7 @@ const CAPACITY: f64 = 0.25 * 3600.0;
 const OPEN: [f32; 11] = [3.00, 3.78, 3.83, 3.87, 3.89, 3.92, 3.96, 4.00, 4.04, 4.10, 4.20];
 /// Internal resistance, wiring included, Ω: 4.01 V at 0.24 A and 3.67 V at 2.11 A
 /// (wiki.bitcraze.io, "Investigations: thrust").
-const RESISTANCE: f32 = 0.18;
+pub const RESISTANCE: f32 = 0.18;
 /// The current of board, radio and decks, A, and that of the motors per thrust, A/N. The same
 /// measurements, over eight thrusts.
 const IDLE: f32 = 0.24;
@@ -20,15 +20,25 @@ const CURRENT_PER_THRUST: f32 = 6.65;
 pub struct Battery {
     /// The part of its charge that is left. Steps of 3e-6 of the whole do not add up in an `f32`.
     charge: f64,
+    /// Internal resistance, wiring included, Ω.
+    resistance: f32,
     volts: f32,
 }
 
 impl Battery {
-    /// A battery with this part of its charge, 0 to 1.
+    /// A new battery with this part of its charge, 0 to 1.
     #[must_use]
     pub fn with_charge(charge: f32) -> Self {
-        let mut battery = Self { charge: f64::from(charge.clamp(0.0, 1.0)), volts: 0.0 };
-        battery.volts = battery.open() - RESISTANCE * IDLE;
+        Self::aged(charge, RESISTANCE)
+    }
+
+    /// A battery with this part of its charge, 0 to 1, and this internal resistance, Ω: it grows with
+    /// age.
+    #[must_use]
+    pub fn aged(charge: f32, resistance: f32) -> Self {
+        let charge = f64::from(charge.clamp(0.0, 1.0));
+        let mut battery = Self { charge, resistance, volts: 0.0 };
+        battery.volts = battery.open() - resistance * IDLE;
         battery
     }
 
@@ -53,7 +63,7 @@ impl Battery {
     pub fn advance(&mut self, lift: f32) {
         let current = IDLE + CURRENT_PER_THRUST * lift;
         self.charge = (self.charge - f64::from(current * STEP) / CAPACITY).max(0.0);
-        self.volts = (self.open() - RESISTANCE * current).max(0.0);
+        self.volts = (self.open() - self.resistance * current).max(0.0);
     }
 
     /// The voltage without load.

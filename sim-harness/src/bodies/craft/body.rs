@@ -34,7 +34,7 @@ pub const PROPELLER_RADIUS: f32 = 0.0231;
 /// crazyflie-firmware).
 pub const STANDING: f32 = 0.02;
 /// The propellers above the centre of mass, m: the motors' top edge.
-const PROPELLER_ABOVE: f32 = 0.008;
+pub(super) const PROPELLER_ABOVE: f32 = 0.008;
 
 /// The points at which the body can touch the floor: four feet under the motors, and the
 /// propellers' outer edges, for a body on its back.

@@ -107,9 +107,10 @@ impl Axes {
         }
     }
 
-    fn read(&self, sensor: &Sensor) -> Vector {
+    fn read(&self, sensor: &Sensor, shake: Vector) -> Vector {
         let mut says = self.output;
-        for value in &mut says {
+        for (value, shake) in says.iter_mut().zip(shake) {
+            *value += shake;
             // Rounds to the nearest without a call: 1.5 · 2²³ leaves no bits for a fraction.
             let digits = (*value * sensor.per_digit).clamp(-32_768.0, 32_767.0);
             *value = ((digits + 12_582_912.0) - 12_582_912.0) * sensor.digit;
@@ -142,12 +143,14 @@ impl Imu {
     }
 
     /// The readings of angular velocity in rad/s and specific force in m/s², from the true values.
-    /// `shaking` is 1 with the motors at hover, 0 with them off.
+    /// `shaking` is 1 with the motors at hover, 0 with them off. `shake` is what the propellers'
+    /// imbalance adds to both readings, behind the sensor's low-pass.
     pub fn sample(
         &mut self,
         rates: Vector,
         specific_force: Vector,
         shaking: f32,
+        shake: (Vector, Vector),
         random: &mut Stream,
     ) -> (Vector, Vector) {
         self.gyro.sample(&GYRO, rates, shaking, random);
@@ -159,6 +162,7 @@ impl Imu {
             self.gyro.walk(&GYRO, root, random);
             self.accel.walk(&ACCEL, root, random);
         }
-        (self.gyro.read(&GYRO), self.accel.read(&ACCEL))
+        let (turn, push) = shake;
+        (self.gyro.read(&GYRO, turn), self.accel.read(&ACCEL, push))
     }
 }

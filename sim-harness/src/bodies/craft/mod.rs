@@ -6,6 +6,7 @@
 //! | [`body`] | the rigid body, its air and its floor |
 //! | [`motors`], [`battery`] | motors with propellers, and their supply |
 //! | [`imu`], [`flow`], [`rangers`] | the sensors |
+//! | [`vibration`] | the vibration of the propellers |
 //! | [`faults`] | the faults of a drone |
 //! | [`record`] | the extremes and endings of its flights |
 //! | `outside` | a craft that is flown by the firmware in an emulator |
@@ -24,6 +25,7 @@ pub(crate) mod outside;
 pub mod rangers;
 pub mod record;
 mod section;
+pub mod vibration;
 
 use flight::{Airframe, Command, Flight, FlightConfig, Mode, Outputs, Sensed};
 use onboard::mounting::Sides;
@@ -46,6 +48,7 @@ use motors::Motors;
 use rangers::Ranger;
 use record::Record;
 pub(crate) use section::GroundTable;
+use vibration::Vibration;
 
 /// The surroundings of a craft.
 #[derive(Clone, Copy)]
@@ -88,6 +91,7 @@ pub struct Craft {
     motors: Motors,
     battery: Battery,
     imu: Imu,
+    vibration: Vibration,
     flow: Flow,
     down: Ranger,
     sides: [Ranger; 4],
@@ -123,8 +127,7 @@ impl Craft {
         config: FlightConfig,
         at: Point2,
         nose: [f32; 2],
-        charge: f32,
-        flow_scale_error: f32,
+        vehicle: &VehicleSpec,
         mut random: Stream,
     ) -> Self {
         let mass = config.airframe.mass * (1.0 + MASS_SPREAD * random.gauss());
@@ -133,10 +136,12 @@ impl Craft {
         let half = core::f32::consts::FRAC_1_SQRT_2;
         let front = [(nose[0] - nose[1]) * half, (nose[0] + nose[1]) * half];
         let imu = Imu::new(&mut random);
-        let motors = Motors::drawn(&mut random);
-        let flow = Flow::new(1.0 + flow_scale_error * random.gauss());
+        let mut motors = Motors::drawn(&mut random);
+        let flow = Flow::new(1.0 + vehicle.flow_scale_error * random.gauss());
         let down = Ranger::new(&mut random);
         let sides = std::array::from_fn(|_| Ranger::new(&mut random));
+        let vibration = Vibration::new(&airframe, vehicle.vibration, &mut random);
+        motors.err(vehicle.thrust, vehicle.motor_error, &mut random);
         let mut flight = Flight::new();
         let outputs = flight.step(&config, Instant::ZERO, &Sensed::default(), &Command::default());
         Self {
@@ -145,8 +150,9 @@ impl Craft {
             spec: BodySpec::of(&airframe),
             body: RigidBody::standing([at.x, at.y], front),
             motors,
-            battery: Battery::with_charge(charge),
+            battery: Battery::aged(vehicle.charge, vehicle.battery_ohm),
             imu,
+            vibration,
             flow,
             down,
             sides,
@@ -276,7 +282,8 @@ impl Craft {
         let hovering = 4.0 * self.config.airframe.hover_thrust();
         let shaking = self.motors.lift() / hovering;
         let (rates, force) = (self.body.rates(), self.body.specific_force());
-        let (gyro, accel) = self.imu.sample(rates, force, shaking, &mut self.random);
+        let shake = self.vibration.shake(self.motors.thrust());
+        let (gyro, accel) = self.imu.sample(rates, force, shaking, shake, &mut self.random);
         let (gyro, accel) = (AngularVelocity(gyro), Acceleration(accel));
         match &mut self.saboteur {
             None => (Some(gyro), Some(accel)),

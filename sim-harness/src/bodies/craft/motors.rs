@@ -15,7 +15,7 @@ pub const LAG: f32 = 0.064_66;
 const SPREAD: f32 = 0.03;
 /// Thrust per square of the rotor's speed, N / (rad/s)²: 24.4 g of four at 15,924 turns a minute
 /// (wiki.bitcraze.io, "Investigations: thrust").
-const THRUST_PER_SPEED2: f32 = 2.15e-8;
+pub(super) const THRUST_PER_SPEED2: f32 = 2.15e-8;
 
 /// Four motors.
 #[derive(Clone, Debug)]
@@ -38,6 +38,15 @@ impl Motors {
     pub fn drawn(random: &mut Stream) -> Self {
         let strength = std::array::from_fn(|_| 1.0 + SPREAD * random.gauss());
         Self { strength, ..Self::new() }
+    }
+
+    /// Multiplies the strength of all motors by `common`, and makes each by the part `each` stronger
+    /// or weaker, at random.
+    pub fn err(&mut self, common: f32, each: f32, random: &mut Stream) {
+        for strength in &mut self.strength {
+            let sign = if random.uniform() < 0.5 { -1.0 } else { 1.0 };
+            *strength *= common * (1.0 + sign * each);
+        }
     }
 
     /// Scales the strength of one motor.

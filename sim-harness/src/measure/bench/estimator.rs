@@ -169,8 +169,7 @@ fn fly(room: &Tunnel, seed: u64) -> Flown {
     let around = Surroundings { tunnel: room, ground: Ground::GOOD, vehicle: &vehicle };
     let random = Stream::new(seed, Purpose::Craft(0));
     let config = FlightConfig::CRAZYFLIE_2_1;
-    let spread = vehicle.flow_scale_error;
-    let mut craft = Craft::standing(config, Point2::default(), [1.0, 0.0], 1.0, spread, random)
+    let mut craft = Craft::standing(config, Point2::default(), [1.0, 0.0], &vehicle, random)
         .hovering(Metres(HEIGHT), around);
     let mut pilot = Stream::new(seed, Purpose::Start);
     let mut flown = Flown {
