@@ -4,7 +4,9 @@
 //! Two places: *hover*, one drone over the middle of a room of 3 m by 3 m, with a set-point of rest
 //! at 0.3 m; and *tunnel*, head and relay at work (scenario `relay-pair`), one of which, as the
 //! seed decides, has the fault. The fault begins between 2 and 6 s after the beginning; the run
-//! ends 14 s later, which is time for the slowest landing.
+//! ends 14 s later, or when a landing that has begun by then is over. Machines that are not as the
+//! flight code believes (they shake, they are too weak or too strong, their batteries are old) and
+//! poor floors are so from the switching-on, in the tunnel for all drones.
 //!
 //! A run ends in one of three ways:
 //!
@@ -46,6 +48,9 @@ const HEIGHT: f32 = 0.3;
 const HEIGHTS: std::ops::RangeInclusive<f32> = 0.1..=0.7;
 /// A run lasts so long after the fault has begun, ms.
 const AFTER_MS: u64 = 14_000;
+/// A drone that is landing then is watched for so much longer, ms: a landing from 0.7 m at 0.3 m/s
+/// takes 2.4 s.
+const LANDING_MS: u64 = 4_000;
 /// When a fault begins, ms.
 const ONSET_MS: (u64, u64) = (2_000, 6_000);
 /// The scenario of the tunnel.
@@ -83,37 +88,125 @@ pub struct Case {
     pub name: String,
     /// The place.
     pub place: Place,
-    fault: Fault,
-    lasts_ms: u64,
+    trouble: Trouble,
+}
+
+/// What is wrong in one row.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Trouble {
+    /// Something fails in flight, for so many milliseconds.
+    Fault(Fault, u64),
+    /// The machine or the floor is not as the flight code believes, from the switching-on to the
+    /// end.
+    Machine(Machine),
+}
+
+/// A machine or a floor that is not as the flight code believes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Machine {
+    vibration: f32,
+    thrust: f32,
+    motor_error: f32,
+    battery_ohm: f32,
+    charge: f32,
+    flow_scale_error: f32,
+    ground: Ground,
+}
+
+impl Machine {
+    const USUAL: Self = Self {
+        vibration: VehicleSpec::DEFAULT.vibration,
+        thrust: VehicleSpec::DEFAULT.thrust,
+        motor_error: VehicleSpec::DEFAULT.motor_error,
+        battery_ohm: VehicleSpec::DEFAULT.battery_ohm,
+        charge: VehicleSpec::DEFAULT.charge,
+        flow_scale_error: VehicleSpec::DEFAULT.flow_scale_error,
+        ground: Ground::GOOD,
+    };
+
+    /// This machine with another vehicle's other constants.
+    const fn vehicle(&self, rest: VehicleSpec) -> VehicleSpec {
+        let Self { vibration, thrust, motor_error, battery_ohm, charge, flow_scale_error, .. } =
+            *self;
+        VehicleSpec {
+            vibration,
+            thrust,
+            motor_error,
+            battery_ohm,
+            charge,
+            flow_scale_error,
+            ..rest
+        }
+    }
+}
+
+/// The rows of machines and floors.
+fn machines() -> Vec<(String, Trouble)> {
+    let usual = Machine::USUAL;
+    let mut all: Vec<(String, Machine)> = Vec::new();
+    for vibration in [0.0, 0.1, 0.2, 0.3, 0.5] {
+        all.push((format!("vibration of {vibration} g"), Machine { vibration, ..usual }));
+    }
+    for percent in [-30, -25, -10, 10, 25, 30_i16] {
+        let thrust = 1.0 + 0.01 * f32::from(percent);
+        all.push((format!("thrust {percent:+} %"), Machine { thrust, ..usual }));
+    }
+    all.push(("each motor ±15 %".into(), Machine { motor_error: 0.15, ..usual }));
+    let poor = Machine { vibration: 0.3, motor_error: 0.1, ..usual };
+    for (percent, thrust) in [(-25, 0.75), (25, 1.25)] {
+        let name = format!("thrust {percent:+} %, each motor ±10 %, 0.3 g");
+        all.push((name, Machine { thrust, ..poor }));
+    }
+    for battery_ohm in [0.1, 0.25, 0.35] {
+        for (charge, is) in [(1.0, "full"), (0.5, "half full")] {
+            let name = format!("battery of {battery_ohm} Ω, {is}");
+            all.push((name, Machine { battery_ohm, charge, ..usual }));
+        }
+    }
+    let ground = |light, texture| Machine { ground: Ground { light, texture }, ..usual };
+    all.push(("dim light".into(), ground(0.1, 1.0)));
+    all.push(("little texture".into(), ground(1.0, 0.35)));
+    all.push(("flow gain off by 10 %".into(), Machine { flow_scale_error: 0.1, ..usual }));
+    all.into_iter().map(|(name, machine)| (name, Trouble::Machine(machine))).collect()
+}
+
+impl Case {
+    const fn machine(&self) -> Machine {
+        match self.trouble {
+            Trouble::Machine(machine) => machine,
+            Trouble::Fault(..) => Machine::USUAL,
+        }
+    }
 }
 
 /// All rows.
 #[must_use]
 pub fn cases() -> Vec<Case> {
-    let mut faults: Vec<(String, Fault, u64)> = Vec::new();
+    let mut faults: Vec<(String, Trouble)> = Vec::new();
     for sensor in Sensor::ALL {
         for manner in Manner::ALL {
             for (lasts, span) in SPANS {
                 let name = format!("{} {} {span}", sensor.name(), manner.name());
-                faults.push((name, Fault::Sensor(sensor, manner), lasts));
+                faults.push((name, Trouble::Fault(Fault::Sensor(sensor, manner), lasts)));
             }
         }
     }
+    let mut push = |name: String, fault, lasts| faults.push((name, Trouble::Fault(fault, lasts)));
     for (lasts, span) in SPANS {
-        faults.push((format!("dark floor {span}"), Fault::DarkGround, lasts));
-        faults.push((format!("radio silence {span}"), Fault::RadioSilence, lasts));
-        faults.push((format!("tick jitter {span}"), Fault::TickJitter, lasts));
+        push(format!("dark floor {span}"), Fault::DarkGround, lasts);
+        push(format!("radio silence {span}"), Fault::RadioSilence, lasts);
+        push(format!("tick jitter {span}"), Fault::TickJitter, lasts);
     }
     let for_good = u64::MAX;
-    faults.push(("motor at 70 %".into(), Fault::WeakMotor(0.7), for_good));
-    faults.push(("battery at its end".into(), Fault::LowBattery(0.04), for_good));
-    faults.push(("gust of 1 m/s for 2 s".into(), Fault::Gust(1.0), 2_000));
+    push("motor at 70 %".into(), Fault::WeakMotor(0.7), for_good);
+    push("battery at its end".into(), Fault::LowBattery(0.04), for_good);
+    push("gust of 1 m/s for 2 s".into(), Fault::Gust(1.0), 2_000);
+    faults.extend(machines());
     let at = |place| {
-        let case = move |(name, fault, lasts_ms): &(String, Fault, u64)| Case {
+        let case = move |(name, trouble): &(String, Trouble)| Case {
             name: name.clone(),
             place,
-            fault: *fault,
-            lasts_ms: *lasts_ms,
+            trouble: *trouble,
         };
         faults.iter().map(case)
     };
@@ -225,29 +318,32 @@ impl Places {
         row(case, &all)
     }
 
-    fn around(&self) -> Surroundings<'_> {
-        Surroundings { tunnel: &self.room, ground: Ground::GOOD, vehicle: &self.vehicle }
-    }
-
     fn hover(&self, case: &Case, seed: u64) -> Run {
         let mut random = Stream::new(seed, Purpose::Fault(0));
-        let spread = self.vehicle.flow_scale_error;
+        let machine = case.machine();
+        let vehicle = machine.vehicle(self.vehicle);
+        let around = Surroundings { tunnel: &self.room, ground: machine.ground, vehicle: &vehicle };
         let mut craft = Craft::standing(
             flight::FlightConfig::CRAZYFLIE_2_1,
             Point2::default(),
             [1.0, 0.0],
-            1.0,
-            spread,
+            &vehicle,
             Stream::new(seed, Purpose::Craft(0)),
         )
-        .hovering(Metres(HEIGHT), self.around());
-        let failing = failing(case, &mut random);
-        craft.sabotage(failing, &mut random);
-        for now_ms in 0..failing.from_ms + AFTER_MS {
+        .hovering(Metres(HEIGHT), around);
+        let (from_ms, failing) = failing(case, &mut random);
+        if let Some(failing) = failing {
+            craft.sabotage(failing, &mut random);
+        }
+        let end_ms = from_ms + AFTER_MS;
+        for now_ms in 0..end_ms + LANDING_MS {
+            if now_ms >= end_ms && !is_landing(&craft) {
+                break;
+            }
             if now_ms.is_multiple_of(200) && !craft.is_silenced() {
                 craft.command(stand_still());
             }
-            craft.advance(self.around());
+            craft.advance(around);
         }
         judge(&craft, None)
     }
@@ -255,15 +351,24 @@ impl Places {
     fn tunnel(&self, case: &Case, seed: u64) -> Run {
         let mut random = Stream::new(seed, Purpose::Fault(1));
         let victim = (random.uniform() * (self.scenario.drones.relays + 1) as f32) as usize;
-        let mut mission = Mission::new(&self.scenario, &self.world, seed);
-        let failing = failing(case, &mut random);
-        mission.sabotage(victim, failing, &mut random);
-        while mission.time_us() < (failing.from_ms + AFTER_MS) * 1_000 {
+        let machine = case.machine();
+        let mut scenario = self.scenario.clone();
+        (scenario.vehicle, scenario.ground) = (machine.vehicle(scenario.vehicle), machine.ground);
+        let mut mission = Mission::new(&scenario, &self.world, seed);
+        let (from_ms, failing) = failing(case, &mut random);
+        if let Some(failing) = failing {
+            mission.sabotage(victim, failing, &mut random);
+        }
+        let end_us = (from_ms + AFTER_MS) * 1_000;
+        let craft = |mission: &Mission<'_>| mission.bodies().nth(victim)?.craft().cloned();
+        while mission.time_us() < end_us
+            || mission.time_us() < end_us + LANDING_MS * 1_000
+                && craft(&mission).as_ref().is_some_and(is_landing)
+        {
             mission.round();
         }
         let agent = mission.states().nth(victim);
-        let craft = mission.bodies().nth(victim).and_then(|drone| drone.craft());
-        match craft {
+        match craft(&mission).as_ref() {
             Some(craft) => judge(craft, agent),
             None => unreachable!("head and relays have crafts at flight level"),
         }
@@ -300,10 +405,21 @@ fn stand_still() -> Setpoint {
     }
 }
 
-fn failing(case: &Case, random: &mut Stream) -> Failing {
+fn is_landing(craft: &Craft) -> bool {
+    matches!(craft.outputs().status.mode, Mode::Landing { .. })
+}
+
+/// When the fault begins, and the fault, if there is one.
+fn failing(case: &Case, random: &mut Stream) -> (u64, Option<Failing>) {
     let (first, last) = ONSET_MS;
     let from_ms = first + (random.uniform() * (last - first) as f32) as u64;
-    Failing { fault: case.fault, from_ms, until_ms: from_ms.saturating_add(case.lasts_ms) }
+    let failing = match case.trouble {
+        Trouble::Fault(fault, lasts_ms) => {
+            Some(Failing { fault, from_ms, until_ms: from_ms.saturating_add(lasts_ms) })
+        }
+        Trouble::Machine(_) => None,
+    };
+    (from_ms, failing)
 }
 
 /// How a run ended. `agent` is the state of the drone's agent, if it had one.
