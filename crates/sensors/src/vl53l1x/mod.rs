@@ -8,6 +8,7 @@ mod image;
 mod reading;
 
 pub use config::{Config, DistanceMode};
+#[cfg(feature = "models")]
 pub(crate) use reading::METRES_PER_STEP;
 pub use reading::{CountRate, RangeStatus, Reading};
 
