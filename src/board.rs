@@ -24,6 +24,7 @@ mod crazyflie_2_1;
 pub(crate) mod deadline;
 pub(crate) mod motors;
 pub(crate) mod page;
+pub(crate) mod random;
 
 pub(crate) use crazyflie_2_1::{
     CONTROL, DeckParts, Edge, FLIGHT, FlowParts, ImuParts, Lamps, RadioParts, crystal_starts, init,

@@ -9,9 +9,11 @@
 //! | | [`Settings::DEFAULT`] | else |
 //! | 0x240 and 0x340 | the keys ([`storage::keys`]) | the newer record; its number and role replace those of the settings |
 //! | 0x280 and 0x380 | the epoch ([`storage::epoch`]) | the higher one, and one more for this boot |
+//! | 0x2C0 and 0x3C0 | the ledger of the keys that were used ([`storage::ledger`]) | the newer record |
 //!
-//! New keys come in through a page of the flash ([`crate::board::page`]). They are written to the EEPROM
-//! and read back before anything else happens, and only then wiped from the page.
+//! New keys come in through a page of the flash ([`crate::board::page`]). They are written into both slots
+//! of the EEPROM and read back before anything else happens, and only then wiped from the page. Whatever
+//! is read from the EEPROM is read until two readings agree.
 //!
 //! The drone's link is opened ([`onboard::Drone::open_link`]) when there are keys, and an epoch that
 //! was read back from the EEPROM. Otherwise it stays shut until the next boot, and the drone silent and on the ground;
@@ -29,15 +31,16 @@ use embassy_stm32::uid;
 use embassy_time::{Delay, Duration, Timer};
 use onboard::{Config, Keys, Setup, Start, Unsaved};
 use sensors::eeprom::Eeprom;
-use storage::epoch::{self, EpochError, EpochRecord, Provisioned};
+use storage::epoch::{self, EpochError, EpochRecord};
 use storage::keys::{self, KeysRecord, Page};
+use storage::ledger::{self, Ledger};
 use storage::settings::{self, Limits, Settings, Source, Trim};
-use storage::{Record, Slot, Slots, Write, vendor};
+use storage::{Readings, Record, Slots, vendor};
 use units::{Metres, NODES, NodeId, PolicyCode, Role};
 use wire::p2p::Epoch;
 
 use crate::board::clock;
-use crate::board::page;
+use crate::board::{page, random};
 use crate::tasks::control;
 use crate::tasks::drone::Shared;
 use crate::tasks::health::{self, Task};
@@ -239,9 +242,9 @@ async fn boot(memory: &mut Memory, shared: &Shared, last_run: LastRun) -> (Setti
 
 /// The settings that hold, as far as the memory can be read.
 async fn load(memory: &mut Memory) -> (Settings, Source) {
-    let slots = slots::<Settings>(memory).await;
-    if let Some(settings) = slots.as_ref().and_then(Slots::newest) {
-        return (*settings, Source::Record);
+    let read_slots = read_both(memory, Settings::ADDRESSES).await;
+    if let Some(settings) = read_slots.and_then(|read| slots::<Settings>(&read).newest().copied()) {
+        return (settings, Source::Record);
     }
     let block = read(memory, vendor::ADDRESS).await;
     Settings::without_record(block.as_ref().map(|block| block.as_slice()))
@@ -250,7 +253,7 @@ async fn load(memory: &mut Memory) -> (Settings, Source) {
 /// Makes one attempt to save the settings; returns how many attempts are left.
 async fn save(memory: &mut Memory, shared: &Shared, settings: &Settings, tries: u8) -> u8 {
     WRITES.store(true, Ordering::Release);
-    let saved = keep(memory, settings).await;
+    let saved = keep_twice(memory, settings).await.is_ok();
     WRITES.store(false, Ordering::Release);
     if saved {
         defmt::info!("settings saved: node {=u8}", settings.node.0);
@@ -269,7 +272,7 @@ async fn open(
     memory: &mut Memory,
     shared: &Shared,
     settings: &Settings,
-    keys: Result<Option<(KeysRecord, Provisioned)>, Why>,
+    keys: Result<Option<(KeysRecord, Ledger)>, Why>,
 ) -> KeysState {
     let (state, keys) = match unlock(memory, settings, keys).await {
         Ok(Some((keys, may_fly))) => (KeysState::Held { may_fly }, keys),
@@ -291,11 +294,11 @@ fn open_link(shared: &Shared, keys: Keys<Sealed>) {
 async fn unlock(
     memory: &mut Memory,
     settings: &Settings,
-    keys: Result<Option<(KeysRecord, Provisioned)>, Why>,
+    keys: Result<Option<(KeysRecord, Ledger)>, Why>,
 ) -> Result<Option<(Keys<Sealed>, bool)>, Why> {
-    let Some((keys, provisioned)) = keys? else { return Ok(None) };
+    let Some((keys, ledger)) = keys? else { return Ok(None) };
     let schedule = Schedule::new(settings.radio.datarate, keys.node).map_err(|_| Why::NoSlot)?;
-    let epoch = begin_epoch(memory, &keys, provisioned).await?;
+    let epoch = begin_epoch(memory, &keys, &ledger).await?;
     defmt::info!("keys of issue {=u8}, epoch {=u32}", keys.issue.get(), epoch.get());
     let (seal, may_fly) = (Sealed::new(for_the_link(&keys)), keys.may_fly);
     Ok(Some((Keys::Held { seal, epoch, schedule, may_fly }, may_fly)))
@@ -309,69 +312,104 @@ fn for_the_link(keys: &KeysRecord) -> link_keys::Keys {
     }
 }
 
-/// The drone's keys, and whether they have just come from the page. A policy on the page goes into
-/// the settings. The page is wiped, unless a later firmware may be able to read it or the EEPROM did
-/// not keep its keys.
+/// The drone's keys, which are then in both slots, and the ledger of those that were used. A policy on
+/// the page goes into the settings. The page is wiped, unless a later firmware may be able to read it
+/// or the EEPROM did not keep its keys.
 async fn provisioned(
     memory: &mut Memory,
     settings: &mut Settings,
-) -> Result<Option<(KeysRecord, Provisioned)>, Why> {
-    let slots = slots::<KeysRecord>(memory).await.ok_or(Why::Memory)?;
-    let current = slots.newest().copied();
-    let before = current.map(|keys| (keys, Provisioned::Before));
-    let news = match KeysRecord::on_page(&page::read(), current.as_ref()) {
-        Page::Empty => return Ok(before),
-        Page::New { keys, policy } => {
+) -> Result<Option<(KeysRecord, Ledger)>, Why> {
+    let read = read_both(memory, Ledger::ADDRESSES).await.ok_or(Why::Memory)?;
+    let ledger = slots::<Ledger>(&read).newest().copied().unwrap_or(Ledger::EMPTY);
+    let read = read_both(memory, KeysRecord::ADDRESSES).await.ok_or(Why::Memory)?;
+    let mut keys = slots::<KeysRecord>(&read).newest().copied();
+    let mut wipes = true;
+    match KeysRecord::on_page(&page::read(), keys.as_ref(), &ledger) {
+        Page::Empty => wipes = false,
+        Page::New { keys: new, policy } => {
             // First, so that after a power cut between the two the page still counts as new.
             if policy.is_some() && settings.policy != policy {
                 settings.policy = policy;
-                keep_by_trying(memory, settings).await?;
+                keep_twice(memory, settings).await?;
             }
-            keep_by_trying(memory, &keys).await?;
-            Some((keys, Provisioned::Now))
+            keys = Some(new);
         }
-        Page::Old => {
-            defmt::warn!("the page's keys are not newer than the drone's");
-            None
-        }
+        Page::Old => defmt::warn!("the page's keys are not newer than the drone's"),
         Page::Unknown(version) => {
             defmt::error!("the page's keys are of the unknown version {=u8}", version);
-            return Ok(before);
+            wipes = false;
         }
-        Page::Damaged(why) => {
-            defmt::error!("the page holds no keys: {}", why);
-            None
-        }
-    };
-    if !page::wipe() {
+        Page::Damaged(why) => defmt::error!("the page holds no keys: {}", why),
+    }
+    if let Some(keys) = &keys {
+        keep_twice(memory, keys).await?;
+    }
+    if wipes && !page::wipe() {
         defmt::error!("the page cannot be wiped: its keys are still in the flash");
     }
-    Ok(news.or(before))
+    Ok(keys.map(|keys| (keys, ledger)))
 }
 
-/// Makes up to [`TRIES`] attempts to replace a record.
-async fn keep_by_trying<R: Record>(memory: &mut Memory, record: &R) -> Result<(), Why> {
-    for _ in 0..TRIES {
-        if keep(memory, record).await {
-            return Ok(());
+/// A record of any kind, so that one function keeps all kinds.
+trait Keep {
+    /// The addresses of the record's slots.
+    fn addresses(&self) -> [u16; 2];
+
+    /// The address and the bytes to write next, and how many they are, so that both slots hold the
+    /// record; `None` when they do.
+    fn missing(&self, read: &[Bytes; 2]) -> Result<Option<(u16, Bytes, usize)>, Why>;
+}
+
+impl<R: Record> Keep for R {
+    fn addresses(&self) -> [u16; 2] {
+        R::ADDRESSES
+    }
+
+    fn missing(&self, [a, b]: &[Bytes; 2]) -> Result<Option<(u16, Bytes, usize)>, Why> {
+        let slots = Slots::<R>::read(a, b);
+        if slots.both_hold(self) {
+            return Ok(None);
         }
-        Timer::after(PAUSE).await;
+        let write = slots.write(self).map_err(|_| Why::Memory)?;
+        let mut bytes = [0; LONGEST];
+        for (place, byte) in bytes.iter_mut().zip(write.bytes()) {
+            *place = *byte;
+        }
+        Ok(Some((write.address(), bytes, R::LENGTH)))
+    }
+}
+
+/// Writes a record into both slots, unless they hold it.
+async fn keep_twice(memory: &mut Memory, record: &dyn Keep) -> Result<(), Why> {
+    for _ in 0..2 * TRIES {
+        // A slot that cannot be read may hold the newer record, which must not be overwritten.
+        let Some(read) = read_both(memory, record.addresses()).await else { continue };
+        let Some((address, bytes, length)) = record.missing(&read)? else { return Ok(()) };
+        let _ = write(memory, address, bytes.get(..length).unwrap_or_default()).await;
     }
     Err(Why::Memory)
 }
 
-/// The epoch of this boot, once it was read back from the memory.
+/// The epoch of this boot, once it was read back from both slots and the ledger has the keys.
 async fn begin_epoch(
     memory: &mut Memory,
     keys: &KeysRecord,
-    provisioned: Provisioned,
+    ledger: &Ledger,
 ) -> Result<Epoch, Why> {
-    let slots = slots::<EpochRecord>(memory).await.ok_or(Why::Memory)?;
-    let next = epoch::next(&slots, keys, provisioned).map_err(Why::Epoch)?;
+    let read = read_both(memory, EpochRecord::ADDRESSES).await.ok_or(Why::Memory)?;
+    let next = epoch::next(&slots(&read), keys, ledger, random::draw()).map_err(Why::Epoch)?;
     for _ in 0..TRIES {
-        if let Some(read_back) = write(memory, &next.write).await
-            && let Some(epoch) = next.kept(&read_back)
-        {
+        let mut read_back = [[0; LONGEST]; 2];
+        for (put, read) in next.writes.iter().zip(&mut read_back) {
+            if let Some(bytes) = write(memory, put.address(), put.bytes()).await {
+                *read = bytes;
+            }
+        }
+        let [first, second] = &read_back;
+        if let Some(epoch) = next.kept([first, second]) {
+            if !ledger.has(keys) {
+                keep_twice(memory, &ledger.with(keys)).await?;
+            }
             return Ok(epoch);
         }
         Timer::after(PAUSE).await;
@@ -379,25 +417,21 @@ async fn begin_epoch(
     Err(Why::Memory)
 }
 
-/// Makes one attempt to replace a record: whether the new one was read back.
-async fn keep<R: Record>(memory: &mut Memory, record: &R) -> bool {
-    // A slot that cannot be read may hold the newer record, which must not be overwritten.
-    let Some(slots) = slots::<R>(memory).await else { return false };
-    let Ok(new) = slots.write(record) else { return false };
-    write(memory, &new).await.is_some_and(|read_back| new.is_kept(&read_back))
-}
-
 /// Carries out a write; returns the bytes that were read back.
-async fn write<R: Record>(memory: &mut Memory, write: &Write<R>) -> Option<Bytes> {
-    memory.write(write.address(), write.bytes(), &mut Delay).await.ok()?;
-    read(memory, write.address()).await
+async fn write(memory: &mut Memory, address: u16, bytes: &[u8]) -> Option<Bytes> {
+    memory.write(address, bytes, &mut Delay).await.ok()?;
+    read(memory, address).await
 }
 
-/// The two slots of a record; `None` where one of them cannot be read.
-async fn slots<R: Record>(memory: &mut Memory) -> Option<Slots<R>> {
-    let a = read(memory, R::address(Slot::A)).await?;
-    let b = read(memory, R::address(Slot::B)).await?;
-    Some(Slots::read(&a, &b))
+/// The bytes of a record's two slots; `None` where one of them cannot be read.
+async fn read_both(memory: &mut Memory, addresses: [u16; 2]) -> Option<[Bytes; 2]> {
+    let [a, b] = addresses;
+    Some([read(memory, a).await?, read(memory, b).await?])
+}
+
+/// A record's two slots.
+fn slots<R: Record>([a, b]: &[Bytes; 2]) -> Slots<R> {
+    Slots::read(a, b)
 }
 
 /// The bytes of the longest record, so that one function reads all kinds.
@@ -405,16 +439,20 @@ type Bytes = [u8; LONGEST];
 
 const LONGEST: usize = keys::LENGTH;
 const _: () = assert!(settings::LENGTH <= LONGEST && epoch::LENGTH <= LONGEST);
+const _: () = assert!(ledger::LENGTH <= LONGEST);
 const _: () = assert!(vendor::LENGTH <= LONGEST);
 
+/// Reads until two readings agree.
 async fn read(memory: &mut Memory, address: u16) -> Option<Bytes> {
-    let mut bytes = [0; LONGEST];
-    for _ in 0..TRIES {
+    let mut readings = Readings::new();
+    for _ in 0..2 * TRIES {
         health::sign(Task::Store);
-        if memory.read(address, &mut bytes).await.is_ok() {
+        let mut bytes = [0; LONGEST];
+        if memory.read(address, &mut bytes).await.is_err() {
+            Timer::after(PAUSE).await;
+        } else if readings.confirm(bytes) {
             return Some(bytes);
         }
-        Timer::after(PAUSE).await;
     }
     None
 }

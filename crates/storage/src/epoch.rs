@@ -14,20 +14,20 @@
 //! # Issues
 //! Each provisioning of a fleet has a number of its own, the [`Issue`], and each issue has epochs
 //! of its own, 65,793 of them. So epochs of a new issue are new under the fleet's keys, whatever a
-//! drone has forgotten, and whichever drone had the node's number before. An issue's first epoch is
-//! the issue's number in each of its three bytes, and not in the highest byte alone, because a
-//! packet names its epoch by the lower two: these differ from issue to issue, too.
+//! drone has forgotten, and whichever drone had the node's number before. The first epoch under an
+//! issue is a random one of the issue's first 32,768: a drone that has lost all memory of an issue
+//! and is given its keys again does not begin where it began before.
 //!
 //! # Why no epoch comes twice
-//! An epoch is *used* only once [`Next::kept`] has found its whole record read back. [`next`]
-//! writes into the slot that does not hold the highest epoch. So of these keys
-//! - the highest used epoch is in one of the slots, whole, whatever happened to later writes: the
-//!   epoch of a torn record was never used, and no write touches the slot of the highest;
-//! - a slot that cannot be decoded beside one that can is such a torn write;
-//! - a blank slot beside one that cannot be decoded is the very first write, torn;
-//! - two slots that cannot be decoded are not the result of a power cut. They may have held any
-//!   epoch: there is a next one only under an issue that has just come, and [`EpochError::Lost`]
-//!   under one that was in use.
+//! An epoch is *used* only once [`Next::kept`] has found its whole record read back from **both**
+//! slots, and the [`Ledger`] has the keys. So of these keys
+//! - the last used epoch was in both slots. A later write goes into one slot after the other, so
+//!   whatever becomes of it, or of the reading of one slot, the other has that epoch or a later one;
+//! - a slot that cannot be decoded beside one that can is a torn write, or one that was misread or
+//!   has decayed: the next epoch then leaves one out, because firmware that wrote one slot alone
+//!   may have used it;
+//! - where the ledger has the keys, but no slot an epoch of their issue, the epochs used before are
+//!   not known: [`EpochError::Lost`].
 //!
 //! A record that is whole, but of an unknown version, may hold a higher epoch:
 //! [`EpochError::Version`].
@@ -38,6 +38,7 @@ use wire::p2p::Epoch;
 
 use crate::bytes::{Reader, check_crc, sealed};
 use crate::keys::KeysRecord;
+use crate::ledger::Ledger;
 use crate::{Error, Record, Slot, Slots, Write};
 
 /// Bytes of a record.
@@ -125,32 +126,23 @@ impl fmt::Display for Issue {
     }
 }
 
-/// When the drone got its present keys.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Provisioned {
-    /// The keys came in this very boot and superseded those before ([`KeysRecord::supersedes`]): no
-    /// epoch of their issue was ever used.
-    Now,
-    /// The keys came in an earlier boot: epochs of their issue have been used.
-    Before,
-}
-
-/// The epoch to begin, and the write that records it.
+/// The epoch to begin, and the writes that record it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[must_use = "an epoch that is not written must not be used"]
 pub struct Next {
-    /// The write to carry out; it goes into the slot that does not hold the highest epoch.
-    pub write: Write<EpochRecord>,
+    /// The writes to carry out, one after the other: the first goes into the slot that does not
+    /// hold the highest epoch.
+    pub writes: [Write<EpochRecord>; 2],
     epoch: Epoch,
 }
 
 impl Next {
-    /// The epoch, if its record is what has been read back from the slot. There is no other way to
-    /// the epoch, since one that is not kept must not be used.
+    /// The epoch, if its record is what has been read back from both slots, in the order of the
+    /// writes. There is no other way to the epoch, since one that is not kept must not be used.
     #[must_use]
-    pub fn kept(&self, read_back: &[u8]) -> Option<Epoch> {
-        self.write.is_kept(read_back).then_some(self.epoch)
+    pub fn kept(&self, read_back: [&[u8]; 2]) -> Option<Epoch> {
+        let mut both = self.writes.iter().zip(read_back);
+        both.all(|(write, bytes)| write.is_kept(bytes)).then_some(self.epoch)
     }
 }
 
@@ -158,7 +150,8 @@ impl Next {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum EpochError {
-    /// Neither slot can be decoded, so the epochs used before are not known.
+    /// The keys have been used, but neither slot holds an epoch of theirs, so the epochs used before
+    /// are not known.
     Lost,
     /// A slot holds a record of this version, which this code does not know.
     Version(u8),
@@ -194,47 +187,51 @@ enum Content {
     Foreign,
 }
 
-/// The epoch of this boot under `keys`, after those that the two slots hold.
+/// The epoch of this boot under `keys`, after those that the two slots hold. `random` decides where
+/// the epochs of an issue begin; it must come from a source of randomness.
 ///
 /// # Errors
 /// [`EpochError`]: the drone stays silent.
 pub fn next(
     slots: &Slots<EpochRecord>,
     keys: &KeysRecord,
-    provisioned: Provisioned,
+    ledger: &Ledger,
+    random: u32,
 ) -> Result<Next, EpochError> {
     use Content::{Blank, Epoch as Is, Foreign, Garbage};
+    let used = ledger.has(keys);
     let content = |slot| match content(slot, keys.fleet) {
-        // Of an issue that has just come, no record can be an epoch.
-        Err(_) if provisioned == Provisioned::Now => Ok(Garbage),
+        // No record can be an epoch of an issue under which nothing was sealed.
+        Err(_) if !used => Ok(Garbage),
         content => content,
     };
-    let (highest, slot) = match (content(slots.a)?, content(slots.b)?) {
+    let contents = (content(slots.a)?, content(slots.b)?);
+    let (highest, slot) = match contents {
         (Is(a), Is(b)) if b > a => (Some(b), Slot::A),
         (Is(a), _) => (Some(a), Slot::B),
         (_, Is(b)) => (Some(b), Slot::A),
-        (Garbage, Garbage) if provisioned == Provisioned::Before => return Err(EpochError::Lost),
         (Foreign, Blank | Garbage) => (None, Slot::B),
         (Blank | Garbage | Foreign, Blank | Garbage | Foreign) => (None, Slot::A),
     };
-    let epoch = after(highest, keys.issue)?;
+    let step = if matches!(contents, (Is(_), Is(_))) { 1 } else { 2 };
+    let last_issue = highest.and_then(Issue::of).max(ledger.last_issue(keys.fleet));
+    if last_issue > Some(keys.issue) {
+        return Err(EpochError::Older);
+    }
+    let epoch = match highest {
+        Some(highest) if Issue::of(highest) == Some(keys.issue) => highest + step,
+        _ if used => return Err(EpochError::Lost),
+        _ => keys.issue.first() + random % RANDOM_FIRSTS,
+    };
+    let is_of_the_issue = Issue::of(epoch) == Some(keys.issue);
+    let epoch = Epoch::new(epoch).filter(|_| is_of_the_issue).ok_or(EpochError::Spent)?;
     let record = EpochRecord { fleet: keys.fleet };
-    let write = Write::new(slot, &record, epoch.get()).map_err(|_| EpochError::Spent)?;
-    Ok(Next { write, epoch })
+    let write = |slot| Write::new(slot, &record, epoch.get()).map_err(|_| EpochError::Spent);
+    Ok(Next { writes: [write(slot)?, write(slot.other())?], epoch })
 }
 
-/// The first epoch of the issue that is higher than the highest used one.
-fn after(highest: Option<u32>, issue: Issue) -> Result<Epoch, EpochError> {
-    let epoch = match highest {
-        Some(highest) if Issue::of(highest) > Some(issue) => return Err(EpochError::Older),
-        Some(highest) => highest.saturating_add(1).max(issue.first()),
-        None => issue.first(),
-    };
-    if Issue::of(epoch) != Some(issue) {
-        return Err(EpochError::Spent);
-    }
-    Epoch::new(epoch).ok_or(EpochError::Spent)
-}
+/// The epochs of an issue that may be its first.
+const RANDOM_FIRSTS: u32 = 1 << 15;
 
 fn content(slot: Result<(EpochRecord, u32), Error>, fleet: u32) -> Result<Content, EpochError> {
     match slot {

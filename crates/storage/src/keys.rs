@@ -5,7 +5,7 @@
 //! |---|---|
 //! | flash, [`PAGE_ADDRESS`] | the *provisioning page*: a record as the tool wrote it, sequence number 0; wiped once the EEPROM has it |
 //! | EEPROM 0x240 | the record in slot A |
-//! | EEPROM 0x340 | the record in slot B |
+//! | EEPROM 0x340 | the same record in slot B, so that no earlier keys stay in the memory |
 //!
 //! A record takes 56 bytes:
 //!
@@ -41,6 +41,7 @@ use units::{NODES, NodeId, PolicyCode, Role};
 
 use crate::bytes::{Reader, check_crc, role_code, role_of_code, sealed};
 use crate::epoch::Issue;
+use crate::ledger::Ledger;
 use crate::{Error, Record};
 
 /// Bytes of a record: whole words, by which flash is written.
@@ -108,20 +109,21 @@ pub struct KeysRecord {
 }
 
 impl KeysRecord {
-    /// Whether a page with these keys replaces the keys that the drone has. A page of the same
-    /// fleet must be a later issue: one that was loaded twice must not set the epochs back. Epochs
-    /// of another fleet have nothing to do with those.
+    /// Whether a page with these keys replaces the keys that the drone has. A page of a fleet that
+    /// the drone is in, or was in, must be a later issue: one that was loaded twice must not set
+    /// the epochs back.
     #[must_use]
-    pub fn supersedes(&self, current: Option<&Self>) -> bool {
-        current.is_none_or(|current| self.fleet != current.fleet || self.issue > current.issue)
+    pub fn supersedes(&self, current: Option<&Self>, ledger: &Ledger) -> bool {
+        let later = current.is_none_or(|now| self.fleet != now.fleet || self.issue > now.issue);
+        later && !ledger.has(self)
     }
 
     /// What is to be done with the contents of the provisioning page on a drone that has the keys
-    /// `current`.
+    /// `current`, and this ledger of those that it had.
     #[must_use]
-    pub fn on_page(page: &[u8], current: Option<&Self>) -> Page {
+    pub fn on_page(page: &[u8], current: Option<&Self>, ledger: &Ledger) -> Page {
         match Self::decode(page) {
-            Ok((keys, _)) if keys.supersedes(current) => {
+            Ok((keys, _)) if keys.supersedes(current, ledger) => {
                 let policy = page.get(LENGTH..).and_then(decode_policy);
                 Page::New { keys, policy }
             }
@@ -145,15 +147,16 @@ impl KeysRecord {
 pub enum Page {
     /// The page was erased or wiped: there is nothing to do.
     Empty,
-    /// The page holds new keys: the policy and then the keys are written to the EEPROM, and then the
-    /// page is wiped.
+    /// The page holds new keys: the policy and then the keys are written to the EEPROM, the keys into
+    /// both slots, and then the page is wiped.
     New {
         /// The keys.
         keys: KeysRecord,
         /// The movement policy for the drone's settings; `None` leaves the one that is there.
         policy: Option<PolicyCode>,
     },
-    /// The page holds keys that are not newer than the drone's: it is wiped.
+    /// The page holds keys that are not newer than the drone's, or that the drone has had before: it
+    /// is wiped.
     Old,
     /// The page holds keys of a version that this code does not know: it stays for the firmware
     /// that does.

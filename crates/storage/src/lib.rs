@@ -7,6 +7,7 @@
 //! | 0x200 and 0x300 | number, role, radio, trims, limits, policy | [`settings`] |
 //! | 0x240 and 0x340 | the keys that the drone was provisioned with | [`keys`] |
 //! | 0x280 and 0x380 | the boot counter that makes nonces unique | [`epoch`] |
+//! | 0x2C0 and 0x3C0 | the provisionings that the drone has used | [`ledger`] |
 //! | 0x400 | the vendor's persistent parameters, neither read nor written | |
 //!
 //! Every slot begins a page of the EEPROM and no two slots share one, so no write touches another
@@ -14,7 +15,7 @@
 //!
 //! # Reading and writing
 //! This crate does no I/O. At boot the caller reads [`Record::LENGTH`] bytes from each of
-//! [`Record::ADDRESSES`] and passes them to [`Slots::read`]; [`Slots::newest`] is the record that
+//! [`Record::ADDRESSES`], each until two [`Readings`] agree, and passes them to [`Slots::read`]; [`Slots::newest`] is the record that
 //! holds. To change it the caller asks [`Slots::write`] for a [`Write`], writes its bytes at its
 //! address, reads them back and asks [`Write::is_kept`]: only then does the new record count.
 //!
@@ -44,9 +45,10 @@ mod bytes;
 pub mod epoch;
 mod error;
 pub mod keys;
+pub mod ledger;
 pub mod settings;
 mod slots;
 pub mod vendor;
 
 pub use error::Error;
-pub use slots::{Record, Slot, Slots, Write};
+pub use slots::{Readings, Record, Slot, Slots, Write};

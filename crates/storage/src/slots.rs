@@ -57,6 +57,32 @@ pub trait Record: Copy + PartialEq {
     }
 }
 
+/// Successive readings of the same bytes. A reading counts only once the next one is the same,
+/// because a bit that the bus has turned over makes a whole record look torn, or another.
+#[derive(Clone, Copy, Debug)]
+pub struct Readings<B> {
+    last: Option<B>,
+}
+
+impl<B: PartialEq + Copy> Readings<B> {
+    /// No reading yet.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { last: None }
+    }
+
+    /// Takes a reading and returns whether it is the same as the last one.
+    pub fn confirm(&mut self, reading: B) -> bool {
+        self.last.replace(reading) == Some(reading)
+    }
+}
+
+impl<B: PartialEq + Copy> Default for Readings<B> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 /// The contents of a record's two slots.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Slots<R> {
@@ -81,6 +107,12 @@ impl<R: Record> Slots<R> {
     #[must_use]
     pub fn newest_slot(&self) -> Option<Slot> {
         self.newest_in().map(|(_, _, slot)| slot)
+    }
+
+    /// Whether both slots hold `record`.
+    #[must_use]
+    pub fn both_hold(&self, record: &R) -> bool {
+        [&self.a, &self.b].iter().all(|slot| slot.as_ref().is_ok_and(|(held, _)| held == record))
     }
 
     /// The write that replaces the newer record by `record`: it goes into the other slot.

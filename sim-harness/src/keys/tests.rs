@@ -418,7 +418,9 @@ fn a_drone_keeps_the_policy_that_it_was_given() {
     let code = t5.map(|policy| policy.code);
     for (policy, on_page) in [(None, None), (t5, code), (None, code)] {
         let (drone, page) = fleet.give_out(&Request { policy, ..relay(3) }).unwrap();
-        let storage::keys::Page::New { keys, policy } = KeysRecord::on_page(&page, None) else {
+        let storage::keys::Page::New { keys, policy } =
+            KeysRecord::on_page(&page, None, &storage::ledger::Ledger::EMPTY)
+        else {
             panic!("{page:x?}");
         };
         assert_eq!((keys.node, policy), (NodeId(3), on_page));

@@ -5,9 +5,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::common::{Cut, Memory, Power, mended, seeded};
 use proptest::prelude::*;
-use storage::epoch::{EpochError, EpochRecord, Issue, LENGTH, Next, Provisioned, next};
-use storage::keys::{KeysRecord, Secret};
-use storage::{Record, Slot, Slots};
+use storage::epoch::{EpochError, EpochRecord, Issue, LENGTH, Next, next};
+use storage::keys::{KeysRecord, Page, Secret};
+use storage::ledger::{FLEETS, Ledger};
+use storage::{Readings, Record, Slot, Slots};
 use units::{NodeId, Role};
 use wire::p2p::Epoch;
 
@@ -51,13 +52,16 @@ fn seal(record: [u8; LENGTH]) -> [u8; LENGTH] {
 }
 
 /// What `next` makes of the bytes of two slots.
-fn next_of(
-    a: &[u8],
-    b: &[u8],
-    keys: &KeysRecord,
-    provisioned: Provisioned,
-) -> Result<Next, EpochError> {
-    next(&Slots::read(a, b), keys, provisioned)
+fn next_of(a: &[u8], b: &[u8], keys: &KeysRecord, ledger: &Ledger) -> Result<Next, EpochError> {
+    next(&Slots::read(a, b), keys, ledger, RANDOM)
+}
+
+/// The random number of the tests, of which the lower 15 bits count.
+const RANDOM: u32 = 0x8000_0064;
+const FIRST: u32 = 0x64;
+
+fn epoch_of(next: &Next) -> u32 {
+    next.kept([next.writes[0].bytes(), next.writes[1].bytes()]).unwrap().get()
 }
 
 #[test]
@@ -71,17 +75,18 @@ fn the_bytes_are_those_of_the_table() {
         ]
     );
     let keys = keys_of(FLEET, issue(3));
-    let next = next_of(&golden(first(3) + 4, FLEET), &BLANK, &keys, BEFORE);
-    assert_eq!(next.unwrap().write.bytes(), record);
+    let before = golden(first(3) + 4, FLEET);
+    let next = next_of(&before, &before, &keys, &Ledger::EMPTY.with(&keys)).unwrap();
+    assert_eq!(next.writes.map(|write| write.bytes().to_vec()), [record, record]);
+    assert_eq!(next.writes.map(|write| write.slot()), [Slot::B, Slot::A]);
 }
 
-const BEFORE: Provisioned = Provisioned::Before;
-const NOW: Provisioned = Provisioned::Now;
-
-/// The slot and the epoch that `next` chooses under issue 3.
-fn of(a: &[u8], b: &[u8], provisioned: Provisioned) -> Result<(Slot, u32), EpochError> {
-    let next = next_of(a, b, &keys_of(FLEET, issue(3)), provisioned)?;
-    Ok((next.write.slot(), next.kept(next.write.bytes()).unwrap().get()))
+/// The slot that is written first, and the epoch that `next` chooses under issue 3.
+fn of(a: &[u8], b: &[u8], used: bool) -> Result<(Slot, u32), EpochError> {
+    let keys = keys_of(FLEET, issue(3));
+    let ledger = if used { Ledger::EMPTY.with(&keys) } else { Ledger::EMPTY };
+    let next = next_of(a, b, &keys, &ledger)?;
+    Ok((next.writes[0].slot(), epoch_of(&next)))
 }
 
 #[test]
@@ -95,52 +100,75 @@ fn each_state_of_two_slots_has_one_answer() {
     version[4] = 2;
     let version = seal(version);
     let fresh = first(3);
-    for provisioned in [BEFORE, NOW] {
-        let of = |a: &[u8], b: &[u8]| of(a, b, provisioned);
+    for used in [true, false] {
+        let of = |a: &[u8], b: &[u8]| of(a, b, used);
         assert_eq!(of(&ours(5), &ours(4)), Ok((Slot::B, fresh + 6)));
         assert_eq!(of(&ours(4), &ours(5)), Ok((Slot::A, fresh + 6)));
         assert_eq!(of(&ours(5), &ours(5)), Ok((Slot::B, fresh + 6)));
-        for other in [BLANK, GARBAGE, old, foreign] {
-            assert_eq!(of(&ours(5), &other), Ok((Slot::B, fresh + 6)));
-            assert_eq!(of(&other, &ours(5)), Ok((Slot::A, fresh + 6)));
-        }
-        // Nothing of this issue yet.
-        assert_eq!(of(&BLANK, &BLANK), Ok((Slot::A, fresh)));
+        assert_eq!(of(&ours(5), &old), Ok((Slot::B, fresh + 6)));
+        // The slot that cannot be read may have held the next one.
         for other in [BLANK, GARBAGE, foreign] {
-            assert_eq!(of(&old, &other), Ok((Slot::B, fresh)));
-            assert_eq!(of(&other, &old), Ok((Slot::A, fresh)));
+            assert_eq!(of(&ours(5), &other), Ok((Slot::B, fresh + 7)));
+            assert_eq!(of(&other, &ours(5)), Ok((Slot::A, fresh + 7)));
         }
-        assert_eq!(of(&foreign, &foreign), Ok((Slot::A, fresh)));
-        assert_eq!(of(&foreign, &GARBAGE), Ok((Slot::B, fresh)));
-        assert_eq!(of(&GARBAGE, &foreign), Ok((Slot::A, fresh)));
-        assert_eq!(of(&BLANK, &GARBAGE), Ok((Slot::A, fresh)));
-        assert_eq!(of(&GARBAGE, &BLANK), Ok((Slot::A, fresh)));
         // An old page on a drone that has had a later one.
         assert_eq!(of(&later, &ours(5)), Err(EpochError::Older));
         assert_eq!(of(&BLANK, &later), Err(EpochError::Older));
         // The last of an issue, and none of the next.
-        assert_eq!(of(&ours(Issue::EPOCHS - 2), &BLANK), Ok((Slot::B, first(4) - 1)));
-        assert_eq!(of(&ours(Issue::EPOCHS - 1), &BLANK), Err(EpochError::Spent));
+        let [last_but_one, last] = [2, 1].map(|n| ours(Issue::EPOCHS - n));
+        assert_eq!(of(&last_but_one, &last_but_one), Ok((Slot::B, first(4) - 1)));
+        assert_eq!(of(&last, &last_but_one), Err(EpochError::Spent));
+        assert_eq!(of(&last_but_one, &BLANK), Err(EpochError::Spent));
     }
-    // What may hide a higher epoch: closed, unless nothing of the issue can have been used.
-    assert_eq!(of(&GARBAGE, &GARBAGE, BEFORE), Err(EpochError::Lost));
-    assert_eq!(of(&GARBAGE, &GARBAGE, NOW), Ok((Slot::A, fresh)));
-    assert_eq!(of(&[], &[], BEFORE), Err(EpochError::Lost));
-    assert_eq!(of(&ours(5), &version, BEFORE), Err(EpochError::Version(2)));
-    assert_eq!(of(&version, &BLANK, BEFORE), Err(EpochError::Version(2)));
-    assert_eq!(of(&version, &old, NOW), Ok((Slot::A, fresh)));
+    // Nothing of this issue yet, or what may hide a higher epoch: closed, unless nothing of the
+    // issue can have been used.
+    for a in [BLANK, GARBAGE, foreign, old] {
+        for b in [BLANK, GARBAGE, foreign, old] {
+            assert_eq!(of(&a, &b, true), Err(EpochError::Lost));
+            assert_eq!(of(&a, &b, false).map(|(_, epoch)| epoch), Ok(fresh + FIRST));
+        }
+    }
+    assert_eq!(of(&old, &GARBAGE, false), Ok((Slot::B, fresh + FIRST)));
+    assert_eq!(of(&foreign, &GARBAGE, false), Ok((Slot::B, fresh + FIRST)));
+    assert_eq!(of(&GARBAGE, &foreign, false), Ok((Slot::A, fresh + FIRST)));
+    assert_eq!(of(&[], &[], true), Err(EpochError::Lost));
+    assert_eq!(of(&ours(5), &version, true), Err(EpochError::Version(2)));
+    assert_eq!(of(&version, &BLANK, true), Err(EpochError::Version(2)));
+    assert_eq!(of(&version, &old, false), Ok((Slot::A, fresh + FIRST)));
+}
+
+/// The slot with the last epoch was misread once, and the drone took the other slot's successor: the
+/// epoch of the boot before.
+#[test]
+fn a_slot_that_is_misread_brings_no_epoch_back() {
+    let keys = keys_of(FLEET, issue(3));
+    let ledger = Ledger::EMPTY.with(&keys);
+    let mut slots = [golden(first(3), FLEET); 2];
+    let mut used = BTreeSet::from([first(3)]);
+    for misread in [0, 1, 1, 0, 0, 1] {
+        let mut read = slots;
+        read[misread] = GARBAGE;
+        let next = next_of(&read[0], &read[1], &keys, &ledger).unwrap();
+        assert!(used.insert(epoch_of(&next)));
+        for write in &next.writes {
+            slots[usize::from(write.slot() == Slot::B)].copy_from_slice(write.bytes());
+        }
+    }
 }
 
 #[test]
-fn an_epoch_that_is_not_read_back_is_none() {
-    let next = next_of(&BLANK, &BLANK, &keys_of(FLEET, issue(1)), NOW).unwrap();
-    assert_eq!(next.kept(next.write.bytes()), Epoch::new(first(1)));
-    assert_eq!(next.kept(&BLANK), None);
-    assert_eq!(next.kept(&next.write.bytes()[..LENGTH - 1]), None);
+fn an_epoch_that_is_not_read_back_from_both_slots_is_none() {
+    let next = next_of(&BLANK, &BLANK, &keys_of(FLEET, issue(1)), &Ledger::EMPTY).unwrap();
+    let bytes = next.writes[0].bytes();
+    assert_eq!(next.kept([bytes; 2]), Epoch::new(first(1) + FIRST));
+    for bad in [&BLANK[..], &bytes[..LENGTH - 1]] {
+        assert_eq!(next.kept([bytes, bad]), None);
+        assert_eq!(next.kept([bad, bytes]), None);
+    }
     for bit in 0..8 * LENGTH {
-        let mut read_back = next.write.bytes().to_vec();
+        let mut read_back = bytes.to_vec();
         read_back[bit / 8] ^= 1 << (bit % 8);
-        assert_eq!(next.kept(&read_back), None);
+        assert_eq!(next.kept([bytes, &read_back]), None);
     }
 }
 
@@ -151,11 +179,12 @@ fn issues_share_no_epoch_and_the_last_one_fits() {
     let mut number = 1;
     loop {
         assert_eq!(issue.get(), number);
+        let keys = keys_of(FLEET, issue);
         let epoch = |record: &[u8]| {
-            let next = next_of(record, &BLANK, &keys_of(FLEET, issue), BEFORE)?;
-            Ok::<_, EpochError>(next.kept(next.write.bytes()).unwrap().get())
+            let next = next_of(record, record, &keys, &Ledger::EMPTY)?;
+            Ok::<_, EpochError>(epoch_of(&next))
         };
-        assert_eq!(epoch(&BLANK), Ok(first(number)));
+        assert_eq!(epoch(&BLANK), Ok(first(number) + FIRST));
         let last = first(number) + Issue::EPOCHS - 1;
         assert_eq!(epoch(&golden(last - 1, FLEET)), Ok(last));
         assert_eq!(epoch(&golden(last, FLEET)), Err(EpochError::Spent));
@@ -169,16 +198,31 @@ fn issues_share_no_epoch_and_the_last_one_fits() {
     assert_eq!((Issue::new(0), Issue::new(255)), (None, None));
 }
 
-/// A packet names an epoch by its lower 16 bits: what was recorded under one issue must name
-/// nothing of the next ones, for as many boots as there are between their beginnings.
 #[test]
-fn the_short_name_of_an_epoch_does_not_come_back_with_the_next_issue() {
-    let mut names = BTreeSet::new();
-    for number in 1..=254 {
-        for boot in 0..257 {
-            assert!(names.insert((first(number) + boot) as u16), "issue {number}, boot {boot}");
-        }
+fn the_ledger_remembers_the_last_issue_of_the_last_fleets() {
+    let fleets = FLEETS as u32;
+    let mut ledger = Ledger::EMPTY;
+    for fleet in 0..=fleets {
+        assert!(!ledger.has(&keys_of(fleet, issue(1))));
+        ledger = ledger.with(&keys_of(fleet, issue(4)));
     }
+    assert_eq!(ledger.last_issue(0), None, "the first of nine");
+    for fleet in 1..=fleets {
+        let has = [3, 4, 5].map(|number| ledger.has(&keys_of(fleet, issue(number))));
+        assert_eq!(has, [true, true, false]);
+    }
+    let ledger = ledger.with(&keys_of(1, issue(5)));
+    assert!((1..=fleets).all(|fleet| ledger.last_issue(fleet).is_some()), "no fleet twice");
+    let bytes = ledger.encode(7).unwrap();
+    assert_eq!(Ledger::decode(&bytes), Ok((ledger, 7)));
+}
+
+/// What a boot came to.
+#[derive(Debug)]
+enum Fate {
+    /// The drone seals with this epoch of these keys.
+    Speaks(KeysRecord, Epoch),
+    Silent,
 }
 
 /// A drone's memory, and the page that lies in its flash.
@@ -187,74 +231,123 @@ struct Drone {
     page: Option<Vec<u8>>,
 }
 
+/// Attempts at each step, as the firmware makes them.
+const TRIES: usize = 6;
+
 impl Drone {
     fn new() -> Self {
         Self { eeprom: Memory::filled_with(0xFF, 32), page: None }
     }
 
-    fn keys(&self) -> Option<KeysRecord> {
-        self.eeprom.slots().newest().copied()
+    /// Reads until two readings agree; `None` where none do.
+    fn read(&self, address: u16, length: usize, power: &mut Power) -> Option<Vec<u8>> {
+        let mut readings = Readings::new();
+        (0..TRIES).find_map(|_| {
+            let mut bytes = [0; 64];
+            bytes[..length].copy_from_slice(self.eeprom.at(address, length));
+            if power.misreads() {
+                let bit = power.draw() as usize % (8 * length);
+                bytes[bit / 8] ^= 1 << (bit % 8);
+            }
+            readings.confirm(bytes).then(|| bytes[..length].to_vec())
+        })
     }
 
-    /// As the firmware does it.
-    fn take_page(&mut self, power: &mut Power) -> Result<Provisioned, Cut> {
-        let Some((page, _)) = self.page.as_ref().and_then(|page| KeysRecord::decode(page).ok())
-        else {
-            return Ok(Provisioned::Before);
-        };
-        let mut provisioned = Provisioned::Before;
-        if page.supersedes(self.keys().as_ref()) {
-            let write = self.eeprom.slots().write(&page).unwrap();
+    fn slots<R: Record>(&self, power: &mut Power) -> Option<Slots<R>> {
+        let [a, b] = R::ADDRESSES.map(|address| self.read(address, R::LENGTH, power));
+        Some(Slots::read(&a?, &b?))
+    }
+
+    /// Writes a record into both slots, as the firmware does; whether it is in both.
+    fn keep_twice<R: Record>(&mut self, record: &R, power: &mut Power) -> Result<bool, Cut> {
+        for _ in 0..TRIES {
+            let Some(slots) = self.slots::<R>(power) else { continue };
+            if slots.both_hold(record) {
+                return Ok(true);
+            }
+            let write = slots.write(record).unwrap();
             self.eeprom.write(write.address(), write.bytes(), power)?;
-            assert_eq!(self.keys(), Some(page));
-            provisioned = Provisioned::Now;
+        }
+        Ok(false)
+    }
+
+    /// The keys, after those of the page were taken over.
+    fn keys(&mut self, ledger: &Ledger, power: &mut Power) -> Result<Option<KeysRecord>, Cut> {
+        let Some(slots) = self.slots::<KeysRecord>(power) else { return Ok(None) };
+        let current = slots.newest().copied();
+        let page = self.page.clone().unwrap_or_default();
+        let keys = match KeysRecord::on_page(&page, current.as_ref(), ledger) {
+            Page::New { keys, .. } => Some(keys),
+            _ => current,
+        };
+        let Some(keys) = keys else { return Ok(None) };
+        if !self.keep_twice(&keys, power)? {
+            return Ok(None);
         }
         // Wiping it can be cut short, too; torn it is no record.
         let wiped = power.spend();
         if wiped || power.draw().is_multiple_of(2) {
             self.page = None;
         }
-        if wiped { Ok(provisioned) } else { Err(Cut) }
+        if wiped { Ok(Some(keys)) } else { Err(Cut) }
     }
 
     /// Switched on: the keys and the epoch that it then seals with, unless power goes first.
-    fn boot(&mut self, power: &mut Power) -> Result<Option<(KeysRecord, Epoch)>, Cut> {
-        let provisioned = self.take_page(power)?;
-        let Some(keys) = self.keys() else { return Ok(None) };
-        let Ok(next) = next(&self.eeprom.slots(), &keys, provisioned) else { return Ok(None) };
-        let address = next.write.address();
-        self.eeprom.write(address, next.write.bytes(), power)?;
-        let read_back = self.eeprom.at(address, EpochRecord::LENGTH);
-        Ok(next.kept(read_back).map(|epoch| (keys, epoch)))
+    fn boot(&mut self, power: &mut Power) -> Result<Fate, Cut> {
+        let Some(ledgers) = self.slots::<Ledger>(power) else { return Ok(Fate::Silent) };
+        let ledger = ledgers.newest().copied().unwrap_or(Ledger::EMPTY);
+        let Some(keys) = self.keys(&ledger, power)? else { return Ok(Fate::Silent) };
+        let Some(slots) = self.slots(power) else { return Ok(Fate::Silent) };
+        let random = power.draw() as u32;
+        let Ok(next) = next(&slots, &keys, &ledger, random) else { return Ok(Fate::Silent) };
+        let mut read_back = Vec::new();
+        for write in &next.writes {
+            self.eeprom.write(write.address(), write.bytes(), power)?;
+            let read = self.read(write.address(), EpochRecord::LENGTH, power);
+            read_back.push(read.unwrap_or_default());
+        }
+        let Some(epoch) = next.kept([&read_back[0], &read_back[1]]) else {
+            return Ok(Fate::Silent);
+        };
+        if !ledger.has(&keys) && !self.keep_twice(&ledger.with(&keys), power)? {
+            return Ok(Fate::Silent);
+        }
+        Ok(Fate::Speaks(keys, epoch))
     }
 }
 
 #[derive(Clone, Copy, Debug)]
 enum Act {
-    /// Switched on, perhaps cut off after so many bytes.
-    Boot { drone: usize, cut: Option<usize>, random: u64 },
+    /// Switched on, perhaps cut off after so many bytes, on a bus that may turn bits over.
+    Boot { drone: usize, cut: Option<usize>, misreads: u8, random: u64 },
+    /// A byte of a slot of epochs or keys decays.
+    Decay { drone: usize, record: usize, slot: usize, byte: usize },
     /// A page of this fleet for this node is made and loaded.
     Provision { drone: usize, fleet: u32, node: u8 },
-    /// The page that was loaded so many pages ago is loaded once more into the same drone.
+    /// The page that was loaded so many pages ago is loaded once more into the same drone, whatever
+    /// fleets it was in since.
     Reload { drone: usize, back: usize },
 }
 
 const DRONES: usize = 3;
 
 fn acts() -> impl Strategy<Value = Vec<Act>> {
-    let boot = (0..DRONES, prop::option::of(0..90_usize), any::<u64>())
-        .prop_map(|(drone, cut, random)| Act::Boot { drone, cut, random });
-    let provision = (0..DRONES, 0..2_u32, 0..2_u8)
+    let misreads = prop_oneof![2 => Just(0), 1 => 1..60_u8];
+    let boot = (0..DRONES, prop::option::of(0..400_usize), misreads, any::<u64>())
+        .prop_map(|(drone, cut, misreads, random)| Act::Boot { drone, cut, misreads, random });
+    let provision = (0..DRONES, 0..3_u32, 0..2_u8)
         .prop_map(|(drone, fleet, node)| Act::Provision { drone, fleet, node });
-    let reload = (0..DRONES, 0..3_usize).prop_map(|(drone, back)| Act::Reload { drone, back });
-    prop::collection::vec(prop_oneof![8 => boot, 2 => provision, 1 => reload], 1..120)
+    let reload = (0..DRONES, 0..5_usize).prop_map(|(drone, back)| Act::Reload { drone, back });
+    let decay = (0..DRONES, 0..2_usize, 0..2_usize, 0..LENGTH)
+        .prop_map(|(drone, record, slot, byte)| Act::Decay { drone, record, slot, byte });
+    prop::collection::vec(prop_oneof![8 => boot, 2 => provision, 2 => reload, 1 => decay], 1..120)
 }
 
 /// Everything that happens to a bag of drones, and what came of it.
 struct Fleet {
     drones: Vec<Drone>,
-    /// The last issue of either fleet.
-    issued: [Option<Issue>; 2],
+    /// The last issue of each fleet.
+    issued: [Option<Issue>; 3],
     /// The pages that each drone was given.
     pages: Vec<Vec<KeysRecord>>,
     /// What has been sealed with.
@@ -266,7 +359,7 @@ impl Fleet {
     fn new() -> Self {
         Self {
             drones: (0..DRONES).map(|_| Drone::new()).collect(),
-            issued: [None; 2],
+            issued: [None; 3],
             pages: vec![Vec::new(); DRONES],
             used: BTreeMap::new(),
             last: BTreeMap::new(),
@@ -275,11 +368,16 @@ impl Fleet {
 
     fn act(&mut self, act: Act) {
         match act {
-            Act::Boot { drone, cut, random } => {
-                let mut power = Power { left: cut, random };
-                if let Ok(Some((keys, epoch))) = self.drones[drone].boot(&mut power) {
+            Act::Boot { drone, cut, misreads, random } => {
+                let mut power = Power { left: cut, random, misreads };
+                if let Ok(Fate::Speaks(keys, epoch)) = self.drones[drone].boot(&mut power) {
                     self.uses(drone, &keys, epoch.get());
                 }
+            }
+            Act::Decay { drone, record, slot, byte } => {
+                let records = [EpochRecord::ADDRESSES, KeysRecord::ADDRESSES];
+                let at = usize::from(records[record][slot]) + byte;
+                self.drones[drone].eeprom.bytes[at] ^= 0x10;
             }
             Act::Provision { drone, fleet, node } => {
                 let issued = &mut self.issued[fleet as usize];
@@ -289,14 +387,9 @@ impl Fleet {
                 self.drones[drone].page = Some(keys.encode(0).unwrap().to_vec());
                 self.pages[drone].push(keys);
             }
-            // A page of the fleet that it is in: that it was in another in between, and what it
-            // used before, is no longer written anywhere.
             Act::Reload { drone, back } => {
                 let pages = &self.pages[drone];
-                let Some(old) = pages.len().checked_sub(1 + back).map(|at| pages[at]) else {
-                    return;
-                };
-                if pages[pages.len() - 1 - back..].iter().all(|page| page.fleet == old.fleet) {
+                if let Some(old) = pages.len().checked_sub(1 + back).map(|at| pages[at]) {
                     self.drones[drone].page = Some(old.encode(0).unwrap().to_vec());
                 }
             }
@@ -327,26 +420,26 @@ proptest! {
     /// Not by staying silent: once power stays, a drone that was provisioned speaks.
     #[test]
     fn a_drone_whose_power_was_cut_any_number_of_times_speaks_again(
-        cuts in prop::collection::vec((0..90_usize, any::<u64>()), 0..40), spare in any::<bool>(),
+        cuts in prop::collection::vec((0..400_usize, any::<u64>()), 0..40), spare in any::<bool>(),
     ) {
         let mut fleet = Fleet::new();
         fleet.act(Act::Provision { drone: 0, fleet: 0, node: 1 });
         if spare {
-            fleet.act(Act::Boot { drone: 0, cut: None, random: 1 });
+            fleet.act(Act::Boot { drone: 0, cut: None, misreads: 0, random: 1 });
         }
         for (cut, random) in cuts {
-            fleet.act(Act::Boot { drone: 0, cut: Some(cut), random });
+            fleet.act(Act::Boot { drone: 0, cut: Some(cut), misreads: 0, random });
         }
-        let spoke = fleet.drones[0].boot(&mut Power { left: None, random: 0 });
-        prop_assert!(matches!(spoke, Ok(Some(_))));
+        let spoke = fleet.drones[0].boot(&mut Power { left: None, random: 0, misreads: 0 });
+        prop_assert!(matches!(spoke, Ok(Fate::Speaks(..))));
     }
 
     #[test]
     fn any_bytes_in_the_slots_give_an_epoch_of_the_issue_or_an_error(
         a in prop::collection::vec(any::<u8>(), 0..20), b in any::<[u8; LENGTH]>(), n in 1_u8..=254,
     ) {
-        if let Ok(next) = next_of(&a, &b, &keys_of(FLEET, issue(n)), NOW) {
-            let epoch = next.kept(next.write.bytes()).unwrap().get();
+        if let Ok(next) = next_of(&a, &b, &keys_of(FLEET, issue(n)), &Ledger::EMPTY) {
+            let epoch = epoch_of(&next);
             prop_assert!((first(n)..first(n) + Issue::EPOCHS).contains(&epoch));
         }
     }
@@ -355,12 +448,44 @@ proptest! {
 /// Every byte at which a boot can be cut, and every byte of the boot after it.
 #[test]
 fn no_byte_is_a_bad_moment() {
-    for (cut, again) in (0..=80).flat_map(|cut| (0..=80).map(move |again| (cut, again))) {
+    // Keys, epoch and ledger, each twice, and the wiping of the page.
+    const BYTES: usize = 2 * (56 + 16 + 53) + 1;
+    for (cut, again) in (0..=BYTES).flat_map(|cut| (0..=BYTES).map(move |again| (cut, again))) {
         let mut fleet = Fleet::new();
         fleet.act(Act::Provision { drone: 0, fleet: 0, node: 1 });
         for cut in [Some(cut), Some(again), None, Some(cut), Some(again), None] {
-            fleet.act(Act::Boot { drone: 0, cut, random: 7 });
+            fleet.act(Act::Boot { drone: 0, cut, misreads: 0, random: 7 });
         }
         assert!(fleet.used[&(0, 1)].len() >= 2, "cut after {cut}, then {again}");
     }
+}
+
+/// A drone that has had another fleet's keys in between began the first fleet's epochs anew when
+/// it was given the old page again.
+#[test]
+fn an_old_page_is_not_taken_again_after_another_fleets() {
+    let mut fleet = Fleet::new();
+    let boot = |random| Act::Boot { drone: 0, cut: None, misreads: 0, random };
+    fleet.act(Act::Provision { drone: 0, fleet: 0, node: 1 });
+    fleet.act(boot(1));
+    fleet.act(Act::Provision { drone: 0, fleet: 1, node: 1 });
+    fleet.act(boot(2));
+    fleet.act(Act::Reload { drone: 0, back: 1 });
+    fleet.act(boot(1));
+    assert_eq!(fleet.used[&(0, 1)].len(), 1);
+    assert_eq!(fleet.used[&(1, 1)].len(), 2, "the drone keeps the later fleet's keys");
+}
+
+/// The keys of the fleet that a drone was in before stayed in the second slot.
+#[test]
+fn no_earlier_key_stays_in_the_memory() {
+    let mut drone = Drone::new();
+    let power = &mut Power { left: None, random: 1, misreads: 0 };
+    for (number, secret) in [(1, 0xA1), (2, 0xB2)] {
+        let secret = Secret::new([secret; 16]);
+        let keys = KeysRecord { group: secret, own: secret, ..keys_of(FLEET, issue(number)) };
+        drone.page = Some(keys.encode(0).unwrap().to_vec());
+        assert!(matches!(drone.boot(power), Ok(Fate::Speaks(..))));
+    }
+    assert!(!drone.eeprom.bytes.windows(4).any(|bytes| bytes == [0xA1; 4]));
 }

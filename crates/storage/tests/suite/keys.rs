@@ -4,6 +4,7 @@ use crate::common::{crc32, keys, seeded};
 use proptest::prelude::*;
 use storage::epoch::Issue;
 use storage::keys::{KeysRecord, LENGTH, PAGE_ADDRESS, Page, Secret, encode_policy};
+use storage::ledger::Ledger;
 use storage::{Error, Record, Slots};
 use units::{NodeId, PolicyCode, Role};
 
@@ -80,23 +81,32 @@ proptest! {
 #[test]
 fn a_page_of_the_same_fleet_must_be_a_later_issue_and_another_fleets_need_not() {
     let issue = |number| KeysRecord { issue: Issue::new(number).unwrap(), ..GOLDEN };
-    assert!(issue(1).supersedes(None));
-    assert!(issue(10).supersedes(Some(&issue(9))));
-    assert!(!issue(9).supersedes(Some(&issue(9))), "loaded twice");
-    assert!(!issue(8).supersedes(Some(&issue(9))), "an old page");
+    assert!(issue(1).supersedes(None, &Ledger::EMPTY));
+    assert!(issue(10).supersedes(Some(&issue(9)), &Ledger::EMPTY));
+    assert!(!issue(9).supersedes(Some(&issue(9)), &Ledger::EMPTY), "loaded twice");
+    assert!(!issue(8).supersedes(Some(&issue(9)), &Ledger::EMPTY), "an old page");
     let renumbered = KeysRecord { node: NodeId(3), role: Role::Relay, may_fly: false, ..issue(8) };
-    assert!(!renumbered.supersedes(Some(&issue(9))), "an old page for another number");
-    assert!(KeysRecord { fleet: 1, ..issue(1) }.supersedes(Some(&issue(9))));
+    assert!(
+        !renumbered.supersedes(Some(&issue(9)), &Ledger::EMPTY),
+        "an old page for another number"
+    );
+    assert!(KeysRecord { fleet: 1, ..issue(1) }.supersedes(Some(&issue(9)), &Ledger::EMPTY));
 }
 
 #[test]
 fn a_page_is_taken_over_wiped_or_left() {
     let page = |keys: KeysRecord| keys.encode(0).unwrap();
     let newer = KeysRecord { issue: Issue::new(10).unwrap(), ..GOLDEN };
-    let on_page = |page: &[u8]| KeysRecord::on_page(page, Some(&GOLDEN));
+    let on_page = |page: &[u8]| KeysRecord::on_page(page, Some(&GOLDEN), &Ledger::EMPTY);
     assert_eq!(on_page(&page(newer)), Page::New { keys: newer, policy: None });
     assert_eq!(on_page(&page(GOLDEN)), Page::Old);
-    assert_eq!(KeysRecord::on_page(&page(GOLDEN), None), Page::New { keys: GOLDEN, policy: None });
+    assert_eq!(
+        KeysRecord::on_page(&page(GOLDEN), None, &Ledger::EMPTY),
+        Page::New { keys: GOLDEN, policy: None }
+    );
+    let other = KeysRecord { fleet: !GOLDEN.fleet, ..GOLDEN };
+    let ledger = Ledger::EMPTY.with(&GOLDEN).with(&other);
+    assert_eq!(KeysRecord::on_page(&page(GOLDEN), Some(&other), &ledger), Page::Old);
     assert_eq!(on_page(&[0xFF; LENGTH]), Page::Empty);
     assert_eq!(on_page(&[0; LENGTH]), Page::Empty);
     assert_eq!(on_page(&[&[0; LENGTH][..], &[0xFF; 8]].concat()), Page::Empty);
@@ -117,7 +127,9 @@ fn a_policy_may_follow_the_keys_on_the_page() {
     // The CRC by Python's `zlib.crc32`.
     let bytes = [b'U', b'P', 1, 2, 0x51, 0x5E, 0x3E, 0x46];
     assert_eq!(encode_policy(policy), bytes);
-    let on_page = |after: &[u8]| KeysRecord::on_page(&[&GOLDEN_BYTES[..], after].concat(), None);
+    let on_page = |after: &[u8]| {
+        KeysRecord::on_page(&[&GOLDEN_BYTES[..], after].concat(), None, &Ledger::EMPTY)
+    };
     let new = |policy| Page::New { keys: GOLDEN, policy };
     assert_eq!(on_page(&bytes), new(Some(policy)));
     for none in [&[][..], &[0xFF; 8], &bytes[..7]] {

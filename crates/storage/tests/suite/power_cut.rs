@@ -4,11 +4,12 @@
 
 use std::fmt::Debug;
 
-use crate::common::{Memory, Power, epochs, keys, mended, seeded, settings};
+use crate::common::{Memory, Power, epochs, keys, ledgers, mended, seeded, settings};
 use proptest::prelude::*;
 use proptest::test_runner::TestCaseResult;
 use storage::epoch::EpochRecord;
 use storage::keys::KeysRecord;
+use storage::ledger::Ledger;
 use storage::settings::Settings;
 use storage::{Record, Slot};
 
@@ -37,7 +38,8 @@ fn the_old_record_or_the_new<R: Record + Debug>(
         let write = slots.write(&record).unwrap();
         prop_assert_ne!(slots.newest_slot(), Some(write.slot()), "the newer record stays");
         let before = memory.bytes.clone();
-        let written = memory.write(write.address(), write.bytes(), &mut Power { left, random });
+        let written =
+            memory.write(write.address(), write.bytes(), &mut Power { left, random, misreads: 0 });
         let is = memory.slots::<R>().newest().copied();
         let kept = write.is_kept(memory.at(write.address(), R::LENGTH));
         if written.is_ok() {
@@ -63,11 +65,11 @@ fn no_byte_is_a_bad_moment<R: Record + Debug>(old: R, new: R, random: u64) {
             let mut memory = Memory::filled_with(0xFF, page);
             for _ in 0..rounds {
                 let write = memory.slots::<R>().write(&old).unwrap();
-                let power = &mut Power { left: None, random };
+                let power = &mut Power { left: None, random, misreads: 0 };
                 memory.write(write.address(), write.bytes(), power).unwrap();
             }
             let write = memory.slots::<R>().write(&new).unwrap();
-            let power = &mut Power { left: Some(cut), random };
+            let power = &mut Power { left: Some(cut), random, misreads: 0 };
             let written = memory.write(write.address(), write.bytes(), power);
             assert_eq!(written.is_ok(), cut == R::LENGTH);
             let slots = memory.slots::<R>();
@@ -175,6 +177,7 @@ macro_rules! properties {
 properties!(of_settings, Settings, settings);
 properties!(of_keys, KeysRecord, keys);
 properties!(of_epochs, EpochRecord, epochs);
+properties!(of_ledgers, Ledger, ledgers);
 
 #[test]
 fn the_newer_of_two_records_holds_also_where_the_numbers_begin_anew() {
@@ -205,6 +208,7 @@ fn each_slot_has_pages_of_its_own() {
         spans(Settings::ADDRESSES, Settings::LENGTH),
         spans(KeysRecord::ADDRESSES, KeysRecord::LENGTH),
         spans(EpochRecord::ADDRESSES, EpochRecord::LENGTH),
+        spans(Ledger::ADDRESSES, Ledger::LENGTH),
     ]
     .concat();
     spans.sort_unstable();

@@ -25,6 +25,7 @@ pub(super) enum Unit {
     Dbgmcu,
     Adc,
     Usb,
+    Rng,
 }
 
 /// The unit at an address.
@@ -95,7 +96,7 @@ const fn search(address: u32) -> Place {
         0x10_0098..=0x10_0099 => Unit::Dma((address >> 10) as usize - 0x10_0098),
         0x10_0100..=0x10_01FF => return Known("USB OTG HS"),
         0x14_0000..=0x14_00FF => Unit::Usb,
-        0x14_0182 => return Known("RNG"),
+        0x14_0182 => Unit::Rng,
         0x18_0000..=0x27_FFFF => return Known("FSMC's banks"),
         0x28_0000..=0x28_0003 => return Known("FSMC"),
         0x38_0108 => Unit::Dbgmcu,
@@ -117,6 +118,7 @@ impl Unit {
             Self::Syscfg => (Domain::Apb2, 14),
             Self::Pwr => (Domain::Apb1, 28),
             Self::Usb => (Domain::Ahb2, 7),
+            Self::Rng => (Domain::Ahb2, 6),
             // Each converter has a gate of its own.
             Self::Adc
             | Self::Exti
@@ -138,7 +140,10 @@ impl Unit {
 
     /// Whether a narrow store comes in all lanes (APB) or in its own (AHB).
     pub(super) const fn is_behind_bridge(self) -> bool {
-        !matches!(self, Self::Gpio(_) | Self::Dma(_) | Self::Rcc | Self::Flash | Self::Usb)
+        !matches!(
+            self,
+            Self::Gpio(_) | Self::Dma(_) | Self::Rcc | Self::Flash | Self::Usb | Self::Rng
+        )
     }
 
     /// The offset of an address in it: its registers take 1 KiB, those of USB more.

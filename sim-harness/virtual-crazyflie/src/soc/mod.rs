@@ -9,6 +9,7 @@
 //! | `rcc`, `pwr`, `flash`, `iwdg`, `rtc`, `dbgmcu` | clocks, resets and what keeps the chip going |
 //! | `gpio`, `exti`, `timer` | pins, their edges, timers |
 //! | `i2c`, `spi`, `usart`, `dma` | serial buses, and the DMA that serves them |
+//! | `rng` | the random number generator |
 //! | `adc`, `usb` | the converters and USB, of which nothing more is there than a drone in flight uses |
 //! | `units` | the peripherals together, without DMA, which reaches them |
 //!
@@ -27,6 +28,7 @@ mod iwdg;
 mod map;
 mod pwr;
 mod rcc;
+mod rng;
 mod rtc;
 mod spi;
 mod timer;

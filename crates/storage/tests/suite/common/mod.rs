@@ -4,6 +4,7 @@ use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use storage::epoch::{EpochRecord, Issue};
 use storage::keys::{KeysRecord, Secret};
+use storage::ledger::Ledger;
 use storage::settings::{Limits, Radio, Settings, Trim};
 use storage::{Record, Slots};
 use units::{Dbm, Metres, NodeId, PolicyCode, Radians, Role};
@@ -29,6 +30,8 @@ pub(crate) struct Memory {
 pub(crate) struct Power {
     pub(crate) left: Option<usize>,
     pub(crate) random: u64,
+    /// The percentage of readings in which the bus turns a bit over.
+    pub(crate) misreads: u8,
 }
 
 /// The power went during a write.
@@ -42,6 +45,10 @@ impl Power {
             .wrapping_mul(6_364_136_223_846_793_005)
             .wrapping_add(1_442_695_040_888_963_407);
         self.random >> 33
+    }
+
+    pub(crate) fn misreads(&mut self) -> bool {
+        self.misreads > 0 && self.draw() % 100 < u64::from(self.misreads)
     }
 
     /// Whether another byte gets written.
@@ -154,6 +161,11 @@ pub(crate) fn keys() -> impl Strategy<Value = KeysRecord> {
 
 pub(crate) fn epochs() -> impl Strategy<Value = EpochRecord> {
     any::<u32>().prop_map(|fleet| EpochRecord { fleet })
+}
+
+pub(crate) fn ledgers() -> impl Strategy<Value = Ledger> {
+    prop::collection::vec(keys(), 0..12)
+        .prop_map(|all| all.iter().fold(Ledger::EMPTY, |ledger, keys| ledger.with(keys)))
 }
 
 /// CRC-32, put together here and not by the code under test.

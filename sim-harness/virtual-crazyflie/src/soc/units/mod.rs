@@ -30,6 +30,7 @@ use crate::soc::iwdg::Iwdg;
 use crate::soc::map::{self, Place, TIMERS, Unit};
 use crate::soc::pwr::Pwr;
 use crate::soc::rcc::{Domain, Oscillators, Rcc, ResetCause};
+use crate::soc::rng::Rng;
 use crate::soc::rtc::Rtc;
 use crate::soc::spi::Spi;
 use crate::soc::timer::{Shape, Timer};
@@ -62,6 +63,7 @@ pub(in crate::soc) struct Units<B> {
     iwdg: Iwdg,
     rtc: Rtc,
     dbgmcu: Dbgmcu,
+    rng: Rng,
     timers: [Timer; TIMERS.len()],
     i2c: [I2c; 3],
     spi1: Spi,
@@ -105,6 +107,7 @@ impl<B: Board> Units<B> {
             iwdg: Iwdg::new(config.lsi_hz),
             rtc: Rtc::default(),
             dbgmcu: Dbgmcu::default(),
+            rng: Rng::new(config.unique_id),
             timers: std::array::from_fn(|index| {
                 let map::TimerPlace { channels, bits, interrupt, .. } = TIMERS[index];
                 Timer::new(Shape { channels, bits, interrupt })
@@ -132,6 +135,7 @@ impl<B: Board> Units<B> {
         self.exti.reset();
         self.syscfg.reset();
         self.pwr = Pwr::new();
+        self.rng.reset();
         self.flash.reset();
         self.iwdg.reset();
         if cause == ResetCause::PowerOn {
@@ -305,6 +309,7 @@ impl<B: Board> Units<B> {
             Unit::Rtc => self.rtc.read(offset),
             Unit::Adc => self.converters(offset)?.read(offset),
             Unit::Dbgmcu => self.dbgmcu.read(offset),
+            Unit::Rng => self.rng.read(offset),
             Unit::Dma(_) => Err(Refused::Unmodelled { what: "DMA that reaches a DMA controller" }),
         }
     }
@@ -372,6 +377,7 @@ impl<B: Board> Units<B> {
             }
             Unit::Adc => self.converters(offset)?.write(offset, value)?,
             Unit::Rtc => self.rtc.write(offset, value, self.pwr.opens_backup())?,
+            Unit::Rng => self.rng.write(offset, value)?,
             Unit::Dbgmcu => {
                 self.dbgmcu.write(offset, value)?;
                 self.changed = true;
