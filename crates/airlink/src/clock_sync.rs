@@ -22,7 +22,12 @@ struct Leader {
 pub(crate) struct ClockSync {
     phase: FramePhase,
     leader: Option<Leader>,
+    /// A phase far from the own one, and when a packet first told of it.
+    doubtful: Option<(FramePhase, Instant)>,
 }
+
+/// Half a frame: longer than the turns in which a burst is sent.
+const DOUBT: Duration = Duration::from_millis(50);
 
 /// The frame of a packet's sender, derived from that packet.
 #[derive(Clone, Copy, Debug)]
@@ -35,7 +40,7 @@ pub(crate) struct ObservedFrame {
 impl ClockSync {
     /// A frame on this node's own clock, which begins at `now`.
     pub(crate) const fn new(now: Instant) -> Self {
-        Self { phase: FramePhase::at(now.as_micros()), leader: None }
+        Self { phase: FramePhase::at(now.as_micros()), leader: None, doubtful: None }
     }
 
     pub(crate) const fn phase(&self) -> FramePhase {
@@ -48,7 +53,7 @@ impl ClockSync {
 
     /// Aligns this node's frame to the one that a packet at `now` told of, unless a better leader
     /// is still heard. A difference above `jump`, which exceeds any lateness of a packet, is taken
-    /// over at once.
+    /// over once packets have told of it for [`DOUBT`], because one turn may have been held back.
     pub(crate) fn observe(
         &mut self,
         now: Instant,
@@ -64,10 +69,24 @@ impl ClockSync {
             {
                 return;
             }
+            Some(_) if !self.is_likely(now, observed.phase, jump) => return,
             Some(leader) if leader.node == observed.sender => self.correct(observed.phase, jump),
             _ => self.phase = observed.phase,
         }
         self.leader = Some(Leader { node: observed.sender, heard_at: now, fresh: observed.fresh });
+    }
+
+    /// Whether `phase` is near this node's own, or near the one that has been doubtful for a while.
+    fn is_likely(&mut self, now: Instant, phase: FramePhase, jump: Duration) -> bool {
+        let is_near =
+            |to: FramePhase| u64::from(to.until(phase).unsigned_abs()) <= jump.as_micros();
+        if is_near(self.phase) {
+            self.doubtful = None;
+            return true;
+        }
+        let known = self.doubtful.filter(|(doubtful, _)| is_near(*doubtful));
+        let (_, since) = *self.doubtful.insert(known.unwrap_or((phase, now)));
+        now.since(since) >= DOUBT
     }
 
     /// Stops following `node`, and keeps the phase that it had.

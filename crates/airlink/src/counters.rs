@@ -71,6 +71,8 @@ pub struct Refused {
     pub twin: u32,
     /// The packet is not newer than the last one of its sender.
     pub replayed: u32,
+    /// The packet, or an order in it, was held back on its way.
+    pub held: u32,
     /// The sender has not proved that it sends now, so the packet may be a recording.
     pub stale: u32,
     /// The tag is right, but the body is no message.
@@ -90,6 +92,7 @@ impl Refused {
             Reason::Own => &mut self.own,
             Reason::Twin => &mut self.twin,
             Reason::Replayed => &mut self.replayed,
+            Reason::Held => &mut self.held,
             Reason::Stale => &mut self.stale,
             Reason::Body => &mut self.body,
             Reason::Forged => &mut self.forged,
@@ -108,6 +111,7 @@ pub(crate) enum Reason {
     Own,
     Twin,
     Replayed,
+    Held,
     Stale,
     Body,
     Forged,

@@ -96,6 +96,7 @@ mod clock_sync;
 mod config;
 mod counters;
 pub mod keys;
+mod lateness;
 mod link;
 mod nonce;
 mod order_distribution;

@@ -20,7 +20,7 @@ use crate::counters::Counters;
 use crate::order_distribution::OrderDistribution;
 use crate::peers::Peers;
 use crate::relay_queue::RelayQueue;
-use crate::schedule::{FRAME, Schedule, first_wait};
+use crate::schedule::{FRAME, Schedule, Turns, first_wait};
 use crate::seal::Seal;
 use crate::telemetry_sender::TelemetrySender;
 
@@ -47,7 +47,7 @@ pub enum Event {
         counter: Counter,
         /// The report itself.
         report: Report,
-        /// The strength at which the packet was received.
+        /// The strength at which the sender's last packet in its turn was received.
         rssi: Dbm,
     },
     /// A node is present.
@@ -56,7 +56,7 @@ pub enum Event {
         from: NodeId,
         /// The beacon itself.
         beacon: Beacon,
-        /// The strength at which the packet was received.
+        /// The strength at which the sender's last packet in its turn was received.
         rssi: Dbm,
     },
     /// The base gives this node an order.
@@ -136,9 +136,12 @@ pub struct Airlink<S> {
     /// A turn that began before this moment is not used any more.
     no_turn_before: Instant,
     open_turn: Option<OpenTurn>,
+    turns: Turns,
+    /// When nodes that would share turns were last seen to be too near to each other.
+    crowded_at: Option<Instant>,
     join_pending: bool,
     /// The epoch of another node with this one's number, and when to send the refusal to it.
-    pending_refusal: Option<(u16, Instant)>,
+    pending_refusal: Option<(Epoch, Instant)>,
     last_refusal: Option<Instant>,
     report: Option<Report>,
     beacon: Beacon,
@@ -189,6 +192,8 @@ impl<S: Seal> Airlink<S> {
             },
             no_turn_before: until,
             open_turn: None,
+            turns: Turns::Own,
+            crowded_at: None,
             join_pending: true,
             pending_refusal: None,
             last_refusal: None,

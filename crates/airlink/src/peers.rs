@@ -9,13 +9,16 @@ use heapless::Vec;
 use units::{Dbm, Duration, Instant, NODES, NodeId};
 use wire::p2p::{Counter, HEARD, Heard};
 
+use crate::config::LinkConfig;
 use crate::counters::Reason;
+use crate::lateness::Lateness;
 
 #[derive(Clone, Copy, Debug)]
 struct Peer {
     /// The counter of the last packet that was accepted. The radio has no queue in which packets
     /// could overtake each other, so an earlier counter means a recording.
     last: Counter,
+    lateness: Lateness,
     /// When the peer's last packet came; `None` once the peer has left.
     heard_at: Option<Instant>,
     rssi: Dbm,
@@ -39,7 +42,8 @@ impl Peers {
         Self { all: [None; NODES], known: 0 }
     }
 
-    /// Records an authentic packet of `from`, or refuses it as a repetition.
+    /// Records an authentic packet of `from`, or refuses it as a repetition, or as one that was held
+    /// back. Returns whether it came as promptly as the sender's packets do.
     ///
     /// A later epoch of a node that was heard less than `alive` ago is taken for a second node with
     /// that number, and does not take the first one's place.
@@ -49,12 +53,13 @@ impl Peers {
         from: NodeId,
         counter: Counter,
         rssi: Dbm,
-        alive: Duration,
-    ) -> Result<(), Reason> {
+        config: &LinkConfig,
+    ) -> Result<bool, Reason> {
         let slot = self.all.get_mut(usize::from(from.0)).ok_or(Reason::NoSlot)?;
         let Some(peer) = slot else {
             *slot = Some(Peer {
                 last: counter,
+                lateness: Lateness::new(now, counter),
                 heard_at: Some(now),
                 rssi,
                 is_new: true,
@@ -62,10 +67,10 @@ impl Peers {
                 times_named: 0,
             });
             self.known |= 1 << (from.0 & 15);
-            return Ok(());
+            return Ok(true);
         };
         let rebooted = counter.epoch() > peer.last.epoch();
-        let recently = peer.heard_at.is_some_and(|at| now.since(at) < alive);
+        let recently = peer.heard_at.is_some_and(|at| now.since(at) < config.alive);
         if rebooted && peer.fresh && recently {
             return Err(Reason::Twin);
         }
@@ -73,14 +78,35 @@ impl Peers {
         if counter <= peer.last || has_left {
             return Err(Reason::Replayed);
         }
-        peer.last = counter;
         if rebooted {
             peer.times_named = 0;
+            peer.lateness = Lateness::new(now, counter);
         }
+        let late = peer.lateness.of(now, counter);
+        if late > config.held_after {
+            return Err(Reason::Held);
+        }
+        peer.last = counter;
         peer.heard_at = Some(now);
-        peer.rssi = rssi;
-        peer.is_new = true;
-        Ok(())
+        // The reports of a node that is not fresh yet bring no strength into the chain.
+        if !peer.fresh {
+            peer.rssi = rssi;
+            peer.is_new = true;
+        }
+        Ok(late <= config.prompt_within)
+    }
+
+    /// Takes the strength of the packet of `from` that was accepted last, which came in its turn.
+    pub(crate) fn measure(&mut self, from: NodeId, rssi: Dbm) {
+        if let Some(Some(peer)) = self.all.get_mut(usize::from(from.0)) {
+            peer.rssi = rssi;
+            peer.is_new = true;
+        }
+    }
+
+    /// The strength of the last packet of `node` that came in its turn.
+    pub(crate) fn rssi(&self, node: NodeId) -> Option<Dbm> {
+        self.get(node).map(|peer| peer.rssi)
     }
 
     pub(crate) fn is_fresh(&self, node: NodeId) -> bool {
@@ -142,7 +168,7 @@ impl Peers {
 
     fn add(&mut self, node: NodeId, selected: &mut Vec<Heard, HEARD>) {
         let Some(Some(peer)) = self.all.get_mut(usize::from(node.0)) else { return };
-        let epoch = peer.last.epoch().low16();
+        let epoch = peer.last.epoch();
         let is_new = core::mem::take(&mut peer.is_new);
         if selected.push(Heard { node, rssi: peer.rssi, is_new, epoch }).is_ok() {
             // Counts that saturated would select the same nodes for ever, so all are halved below.

@@ -11,6 +11,7 @@ use units::{Duration, Instant, NODES, NodeId};
 use wire::p2p::{Capsule, Wave};
 
 use crate::peers::nodes_of;
+use crate::schedule::Turns;
 
 /// A capsule and the state of its sending.
 #[derive(Clone, Copy, Debug)]
@@ -24,6 +25,8 @@ struct Entry<const N: usize> {
     sends_left: u8,
     /// Time between two sends of the capsule.
     interval: Duration,
+    /// Whether the capsule was sent again to answer a node upstream.
+    answered: bool,
 }
 
 /// Where the sender of a capsule stands on the capsule's way, seen from this node.
@@ -76,11 +79,18 @@ impl<const N: usize> RelayQueue<N> {
     }
 
     /// Stores `capsule`, to be sent `tries` times, in place of the last one of its far end.
-    pub(crate) fn store(&mut self, now: Instant, capsule: Capsule<N>, tries: u8) {
+    pub(crate) fn store(&mut self, now: Instant, capsule: Capsule<N>, tries: u8, turns: Turns) {
         let number = capsule.node.0;
-        let interval = self.interval(capsule.node);
+        let interval = self.interval(capsule.node, turns);
         if let Some(slot) = self.entries.get_mut(usize::from(number)) {
-            *slot = Some(Entry { capsule, touched_at: now, sent: 0, sends_left: tries, interval });
+            *slot = Some(Entry {
+                capsule,
+                touched_at: now,
+                sent: 0,
+                sends_left: tries,
+                interval,
+                answered: false,
+            });
             self.set_pending(number, tries > 0);
         }
     }
@@ -97,6 +107,19 @@ impl<const N: usize> RelayQueue<N> {
         {
             entry.sends_left = tries;
             self.set_pending(node.0, tries > 0);
+        }
+    }
+
+    /// Sends the capsule of `node`, of which no send is left, once more for a node upstream that goes on
+    /// sending it. It does so once only, because the nodes downstream take that for a repeat as well.
+    pub(crate) fn answer(&mut self, node: NodeId) {
+        if let Some(Some(entry)) = self.entries.get_mut(usize::from(node.0))
+            && entry.sends_left == 0
+            && !entry.answered
+        {
+            entry.answered = true;
+            entry.sends_left = 1;
+            self.set_pending(node.0, true);
         }
     }
 
@@ -122,7 +145,7 @@ impl<const N: usize> RelayQueue<N> {
         let node = self
             .pending_entries()
             .filter(|entry| entry.due_at(with_wave) <= now)
-            .min_by_key(|entry| (entry.rank(), entry.capsule.node))?
+            .min_by_key(|entry| (entry.rank(self.wave), entry.capsule.node))?
             .capsule
             .node;
         self.take(now, node)
@@ -141,11 +164,14 @@ impl<const N: usize> RelayQueue<N> {
 
     /// The time between two sends of a capsule of `node`. A command to the head is repeated in
     /// every turn, because the operator steers by it. Any other capsule is repeated a frame later,
-    /// when the next hop has had its turn, even in a busy chain.
-    fn interval(&self, node: NodeId) -> Duration {
-        match self.wave {
-            Wave::Outward if node == NodeId::HEAD => TURN_INTERVAL,
-            Wave::Outward | Wave::Inward => FRAME_INTERVAL,
+    /// when the next hop has had its turn, even in a busy chain; where turns are shared, an order is
+    /// repeated in the next turn of either wave, and telemetry in the next but one.
+    fn interval(&self, node: NodeId, turns: Turns) -> Duration {
+        match (self.wave, turns) {
+            (Wave::Outward, _) if node == NodeId::HEAD => TURN_INTERVAL,
+            (Wave::Outward | Wave::Inward, Turns::Own) => FRAME_INTERVAL,
+            (Wave::Outward, Turns::Shared) => WAVE_INTERVAL,
+            (Wave::Inward, Turns::Shared) => SHARED_INTERVAL,
         }
     }
 
@@ -182,16 +208,17 @@ impl<const N: usize> Entry<N> {
 
     /// The rank in the queue, of which the smallest is sent first: the number of sends so far, of
     /// which the head's count less.
-    fn rank(&self) -> u8 {
-        match self.capsule.node {
-            NodeId::HEAD => self.sent / HEAD_SENDS_PER_RANK,
-            _ => self.sent,
+    fn rank(&self, wave: Wave) -> u8 {
+        match (wave, self.capsule.node) {
+            (_, NodeId::HEAD) => self.sent / HEAD_SENDS_PER_RANK,
+            (Wave::Outward, node) => SEND_WEIGHT.saturating_mul(self.sent).saturating_add(node.0),
+            (Wave::Inward, _) => self.sent,
         }
     }
 }
 
 /// After this delay a new capsule or order is also sent in the wave that runs against its way.
-pub(crate) const AGAINST_WAVE_DELAY: Duration = Duration::from_millis(25);
+pub(crate) const AGAINST_WAVE_DELAY: Duration = Duration::from_millis(8);
 
 /// So many sends of the head's capsule count as one: it has the longest way, and the base can order
 /// the head only once it has received the head's telemetry. With 1 the head of 16 nodes at 70 %
@@ -204,3 +231,16 @@ const TURN_INTERVAL: Duration = Duration::from_micros(1_500);
 
 /// A little less than from a turn to the same one of the next frame.
 const FRAME_INTERVAL: Duration = Duration::from_millis(95);
+
+/// About half of the time from a turn to the same one of a node whose number is 6 less, which is 6
+/// times 6.25 ms.
+const SHARED_INTERVAL: Duration = Duration::from_millis(17);
+
+/// A little longer than two neighbouring turns of both waves.
+const WAVE_INTERVAL: Duration = Duration::from_millis(7);
+
+/// One send of an order counts as much as this many hops: the order that has the longest way is
+/// sent again before the first send of an order for a node this much nearer. With 3 and 5 all of 16
+/// nodes at 20 % loss stopped within 0.49 s, with 8, and where any first send went before, within
+/// 0.54 s (95th percentiles of 20 seeds).
+const SEND_WEIGHT: u8 = 5;

@@ -5,11 +5,15 @@
 //! sends first and each next node towards the head after it, so that an order crosses the whole
 //! chain within one frame. The *inward* wave carries telemetry the other way. The two waves are
 //! interleaved, slot by slot.
+//!
+//! In a chain that is stretched, so that a node hears only nodes up to two numbers away, no receiver
+//! hears two nodes whose numbers are six apart. There a node [may use](Turns::Shared) the turns of the
+//! numbers 6 and 12 from its own as well: three times as many.
 
 use core::fmt;
 
 use units::{Duration, Instant, NODES, NodeId};
-use wire::p2p::{Counter, HEADER, Header, TAG, Wave};
+use wire::p2p::{Counter, HEADER, Header, REUSE, TAG, Wave};
 use wire::radio::Datarate;
 use wire::syslink::MAX_P2P;
 
@@ -77,6 +81,17 @@ pub struct Schedule {
 pub(crate) struct Turn {
     pub(crate) start: Instant,
     pub(crate) wave: Wave,
+    /// The node whose number has this turn.
+    pub(crate) owner: NodeId,
+}
+
+/// The turns that a node may use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Turns {
+    /// Those of its own number.
+    Own,
+    /// Also those of the numbers that differ from its own by a multiple of [`REUSE`].
+    Shared,
 }
 
 impl Schedule {
@@ -196,30 +211,51 @@ impl Schedule {
     /// its packet have come through the receiver's serial line.
     pub(crate) fn since_frame(&self, header: &Header, length: usize) -> Duration {
         let length = length as u64;
-        let micros = self.offset_us(header.from, header.wave)
+        let micros = self.offset_us(header.owner, header.wave)
             + self.wait(header.counter, header.place).as_micros()
             + self.sending_us(length)
             + UART_BYTE_US * (SYSLINK_RECEIVED + length);
         Duration::from_micros(micros)
     }
 
+    /// The numbers whose turns this node uses.
+    fn owners(&self, turns: Turns) -> impl Iterator<Item = NodeId> {
+        let (first, step) = match turns {
+            Turns::Own => (self.node.0, NODES),
+            Turns::Shared => (self.node.0 % REUSE, REUSE.into()),
+        };
+        (first..Self::capacity(self.datarate)).step_by(step).map(NodeId)
+    }
+
     /// The turn of this node that `now` is in, if any.
-    pub(crate) fn turn_at(&self, now: Instant, phase: FramePhase) -> Option<Turn> {
+    pub(crate) fn turn_at(&self, now: Instant, phase: FramePhase, turns: Turns) -> Option<Turn> {
         let in_frame = phase.into_frame(now);
         [Wave::Outward, Wave::Inward].into_iter().find_map(|wave| {
-            let since = in_frame.checked_sub(self.offset_us(self.node, wave))?;
-            let start = now - Duration::from_micros(since);
-            (since < self.slot_us()).then_some(Turn { start, wave })
+            self.owners(turns).find_map(|owner| {
+                let since = in_frame.checked_sub(self.offset_us(owner, wave))?;
+                let start = now - Duration::from_micros(since);
+                (since < self.slot_us()).then_some(Turn { start, wave, owner })
+            })
         })
     }
 
     /// The first turn of `wave` that begins at `earliest` or later.
     #[inline]
-    pub(crate) fn turn_from(&self, wave: Wave, earliest: Instant, phase: FramePhase) -> Turn {
-        let offset = self.offset_us(self.node, wave);
+    pub(crate) fn turn_from(
+        &self,
+        wave: Wave,
+        earliest: Instant,
+        phase: FramePhase,
+        turns: Turns,
+    ) -> Turn {
         let in_frame = phase.into_frame(earliest);
-        let wait = if offset >= in_frame { offset } else { offset + FRAME_US } - in_frame;
-        Turn { start: earliest + Duration::from_micros(wait), wave }
+        let wait = |owner| {
+            let offset = self.offset_us(owner, wave);
+            if offset >= in_frame { offset - in_frame } else { offset + FRAME_US - in_frame }
+        };
+        let first = self.owners(turns).map(|owner| (wait(owner), owner)).min();
+        let (wait, owner) = first.unwrap_or((wait(self.node), self.node));
+        Turn { start: earliest + Duration::from_micros(wait), wave, owner }
     }
 }
 
@@ -318,8 +354,9 @@ mod tests {
             [(9, 0, Wave::Outward), (10, 1, Wave::Outward), (3, 0, Wave::Inward)]
         {
             let counter = Counter::new(Epoch::FIRST, count).unwrap();
-            let header = Header { kind: Kind::Report, from: sender, wave, place, counter };
-            let turn = sending.turn_from(wave, Instant::from_millis(5_000), phase);
+            let turn = sending.turn_from(wave, Instant::from_millis(5_000), phase, Turns::Shared);
+            let (kind, owner) = (Kind::Report, turn.owner);
+            let header = Header { kind, from: sender, wave, place, owner, counter };
             let on_line = turn.start + sending.wait(counter, place);
             let length = 52;
             let flight = sending.sending_us(length) + UART_BYTE_US * (SYSLINK_RECEIVED + length);

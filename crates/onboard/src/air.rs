@@ -183,7 +183,7 @@ mod tests {
             node: NodeId(node),
             rssi: Dbm(rssi),
             is_new,
-            epoch: 1,
+            epoch: p2p::Epoch::FIRST,
         };
         let entries = [named(1, -61.0, true), named(3, -72.0, false), named(5, -83.0, true)];
         let mut report = report_to_air(&outputs(Phase::Linked, None));

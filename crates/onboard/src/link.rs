@@ -87,9 +87,20 @@ impl<S: Seal> Link<S> {
 
 /// The counts of a link wrap.
 fn total(refused: &Refused) -> u32 {
-    let Refused { malformed, no_slot, tag, own, twin, replayed, stale, body, forged, outdated } =
-        *refused;
-    [malformed, no_slot, tag, own, twin, replayed, stale, body, forged, outdated]
+    let Refused {
+        malformed,
+        no_slot,
+        tag,
+        own,
+        twin,
+        replayed,
+        held,
+        stale,
+        body,
+        forged,
+        outdated,
+    } = *refused;
+    [malformed, no_slot, tag, own, twin, replayed, held, stale, body, forged, outdated]
         .into_iter()
         .fold(0, u32::wrapping_add)
 }

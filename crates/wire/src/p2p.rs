@@ -6,10 +6,10 @@
 //! | kind | body | bytes |
 //! |---|---|---|
 //! | 1 | [`Beacon`] | 3 |
-//! | 2 | [`Report`] | 20, and 4 for each [`Heard`] |
+//! | 2 | [`Report`] | 20, and 5 for each [`Heard`] |
 //! | 3 | [`Capsule`] with an [`Order`](units::Order) in it | 19 |
 //! | 4 | [`Capsule`] with [`Telemetry`] in it | 29 |
-//! | 5 | [`Membership`] | 1 or 4 |
+//! | 5 | [`Membership`] | 1 or 5 |
 //!
 //! A number is rounded to the nearest step; a number beyond the range of its type becomes the
 //! largest or smallest value. NaN becomes zero where there must be a number, and none where there
@@ -31,7 +31,7 @@ use core::fmt;
 
 pub use beacon::Beacon;
 pub use capsule::{Capsule, TELEMETRY, Telemetry};
-pub use header::{Counter, Epoch, HEADER, Header, Kind, Wave};
+pub use header::{Counter, Epoch, HEADER, Header, Kind, REUSE, STAMP_US, Wave};
 pub use membership::Membership;
 pub use order::{ORDER, decode_order, encode_order};
 pub use report::{HEARD, Heard, Report};

@@ -37,9 +37,9 @@ impl Lifecycle {
         }
     }
 
-    /// Records that a packet has been sent.
-    pub(super) fn packet_sent(&mut self) {
-        *self = match (*self, self.next().and_then(Counter::next)) {
+    /// Records that the packet with this counter has been sent.
+    pub(super) fn packet_sent(&mut self, counter: Counter) {
+        *self = match (*self, counter.next()) {
             (Self::Leaving { packets_left: 0 | 1, .. }, _) => Self::Left,
             (Self::Leaving { packets_left, .. }, Some(next)) => {
                 Self::Leaving { packets_left: packets_left - 1, next }
@@ -65,6 +65,13 @@ impl Lifecycle {
     pub(super) const fn refuse(&mut self) {
         if self.next().is_some() {
             *self = Self::Refused;
+        }
+    }
+
+    /// Forbids a node whose counter has no room for the time to send, if it still could.
+    pub(super) const fn exhaust(&mut self) {
+        if self.next().is_some() {
+            *self = Self::Exhausted;
         }
     }
 

@@ -1,9 +1,10 @@
 //! Receiving: checks a packet in the order of the crate's documentation, and acts on the message
 //! in it.
 
-use units::{Dbm, Duration, Instant, NodeId};
+use units::{Dbm, Duration, Instant, NodeId, Order};
 use wire::p2p::{
-    Capsule, Header, Kind, Membership, Message, ORDER, TELEMETRY, Telemetry, decode_order,
+    Capsule, Header, Kind, Membership, Message, ORDER, REUSE, Report, TELEMETRY, Telemetry,
+    decode_order,
 };
 
 use super::lifecycle::Lifecycle;
@@ -14,7 +15,7 @@ use crate::config::LinkConfig;
 use crate::counters::Reason;
 use crate::nonce;
 use crate::relay_queue::{Novelty, RelayQueue, Side};
-use crate::schedule::FramePhase;
+use crate::schedule::{FramePhase, Turns};
 use crate::seal::{Scope, Seal};
 
 /// Time between two refusals of another node with this node's number.
@@ -33,7 +34,7 @@ impl<S: Seal> Airlink<S> {
         if header.from == self.identity.node {
             return self.process_own_number(now, header, rssi, message.as_ref());
         }
-        self.peers.accept(now, header.from, header.counter, rssi, self.config.alive)?;
+        let prompt = self.peers.accept(now, header.from, header.counter, rssi, &self.config)?;
         let fresh = self.peers.is_fresh(header.from);
         if !fresh && header.kind != Kind::Report {
             self.synchronise(now, header, *since_frame, false);
@@ -41,13 +42,41 @@ impl<S: Seal> Airlink<S> {
         }
         let message = message.as_ref().ok_or(Reason::Body)?;
         let fresh = fresh || self.is_named_in(message);
-        self.synchronise(now, header, *since_frame, fresh);
+        if prompt {
+            self.synchronise(now, header, *since_frame, fresh);
+            if self.is_in_turn(now, *since_frame) {
+                self.peers.measure(header.from, rssi);
+            }
+        }
         if !fresh {
             return Err(Reason::Stale);
         }
         self.peers.mark_fresh(header.from);
+        self.watch_for_crowds(now, header.from, message);
         self.counters.taken.count(header.kind);
+        let rssi = self.peers.rssi(header.from).unwrap_or(rssi);
         self.act_on(now, rssi, header, message)
+    }
+
+    /// Notes whether nodes that would share turns may be in range of one receiver: where this node
+    /// hears one three numbers away, or a neighbour names one that would share this node's turns.
+    fn watch_for_crowds(&mut self, now: Instant, from: NodeId, message: &Message) {
+        let me = self.identity.node;
+        let is_far = from.0.abs_diff(me.0) >= REUSE / 2;
+        let shares = |node: NodeId| node != me && node.0 % REUSE == me.0 % REUSE;
+        let names = |report: &Report| report.heard.iter().any(|heard| shares(heard.node));
+        if is_far || matches!(message, Message::Report(report) if names(report)) {
+            self.crowded_at = Some(now);
+            self.turns = Turns::Own;
+            self.due = None;
+        }
+    }
+
+    /// Whether a packet that arrived at `now` came in the turn that its header names, by this node's
+    /// own frame.
+    fn is_in_turn(&self, now: Instant, since_frame: Duration) -> bool {
+        let error = self.clock_sync.phase().until(FramePhase::before(now, since_frame));
+        u64::from(error.unsigned_abs()) <= self.schedule.half_slot().as_micros()
     }
 
     /// Acts on a message that has passed the checks of the hop.
@@ -85,7 +114,7 @@ impl<S: Seal> Airlink<S> {
 
     /// Whether `message` is a report whose sender hears this node in its present epoch.
     fn is_named_in(&self, message: &Message) -> bool {
-        let me = (self.identity.node, self.epoch.low16());
+        let me = (self.identity.node, self.epoch);
         let Message::Report(report) = message else { return false };
         report.heard.iter().any(|heard| (heard.node, heard.epoch) == me)
     }
@@ -115,15 +144,16 @@ impl<S: Seal> Airlink<S> {
             }
             return Err(Reason::Own);
         }
-        self.peers.accept(now, me, header.counter, rssi, Duration::ZERO)?;
+        let config = LinkConfig { alive: Duration::ZERO, ..self.config };
+        self.peers.accept(now, me, header.counter, rssi, &config)?;
         let settled = self.lifecycle.has_settled(now, self.config.settles_after);
-        let refusal = Membership::Refused { node: me, epoch: self.epoch.low16() };
+        let refusal = Membership::Refused { node: me, epoch: self.epoch };
         let refused = message == Some(&Message::Membership(refusal));
         if refused && (!settled || self.epoch > theirs) {
             self.lifecycle.refuse();
         } else if settled && self.pending_refusal.is_none() {
             let at = self.last_refusal.map_or(now, |last| now.max(last + REFUSAL_INTERVAL));
-            self.pending_refusal = Some((theirs.low16(), at));
+            self.pending_refusal = Some((theirs, at));
         }
         Err(Reason::Twin)
     }
@@ -149,7 +179,9 @@ impl<S: Seal> Airlink<S> {
     ) -> Result<Option<Event>, Reason> {
         let me = self.identity.node;
         let (End::Drone(sender), true) = (&mut self.end, capsule.node == me) else {
-            relay(&mut self.commands, now, side(from, me, capsule.node), capsule, &self.config);
+            let side = side(from, me, capsule.node);
+            let tries = self.config.command_tries(capsule.node);
+            relay(&mut self.commands, now, side, capsule, tries, &self.config, self.turns);
             return Ok(None);
         };
         match sender.last_order() {
@@ -170,8 +202,12 @@ impl<S: Seal> Airlink<S> {
             return Err(Reason::Forged);
         }
         let order = decode_order(&text).map_err(|_| Reason::Body)?;
+        // A stop stands until the base's next boot, so it is never too old.
+        if sender.lateness(now, capsule.counter) > self.config.held_after && order != Order::Stop {
+            return Err(Reason::Held);
+        }
         sender.accept(now, capsule.counter, order);
-        self.commands.store(now, capsule, 1);
+        self.commands.store(now, capsule, 1, self.turns);
         Ok(Some(Event::Order { task: order, counter: capsule.counter }))
     }
 
@@ -190,7 +226,8 @@ impl<S: Seal> Airlink<S> {
                 Some(Side::Downstream) => Some(Side::Upstream),
                 None => None,
             };
-            relay(&mut self.telemetry, now, side, capsule, &self.config);
+            let tries = self.config.tries;
+            relay(&mut self.telemetry, now, side, capsule, tries, &self.config, self.turns);
             return Ok(None);
         };
         match orders.last_telemetry(node) {
@@ -210,7 +247,7 @@ impl<S: Seal> Airlink<S> {
         }
         let telemetry = Telemetry::decode(&text).map_err(|_| Reason::Body)?;
         orders.accept_telemetry(now, node, counter, &telemetry);
-        self.telemetry.store(now, capsule, 1);
+        self.telemetry.store(now, capsule, 1, self.turns);
         Ok(Some(Event::Telemetry { from: node, telemetry, counter }))
     }
 }
@@ -234,13 +271,17 @@ fn relay<const N: usize>(
     now: Instant,
     side: Option<Side>,
     capsule: Capsule<N>,
+    tries: u8,
     config: &LinkConfig,
+    turns: Turns,
 ) {
     let Some(side) = side else { return };
     match (queue.compare(now, &capsule, config.forgets_after), side) {
-        (Novelty::New, Side::Upstream) => queue.store(now, capsule, config.tries),
-        (Novelty::New, Side::Downstream) => queue.store(now, capsule, 0),
+        (Novelty::New, Side::Upstream) => queue.store(now, capsule, tries, turns),
+        (Novelty::New, Side::Downstream) => queue.store(now, capsule, 0, turns),
         (Novelty::Repeated, Side::Downstream) => queue.stop(capsule.node),
-        (Novelty::Repeated, Side::Upstream) | (Novelty::Old, _) => {}
+        // The sender has not heard this node send the capsule, or has not heard it in time.
+        (Novelty::Repeated, Side::Upstream) => queue.answer(capsule.node),
+        (Novelty::Old, _) => {}
     }
 }

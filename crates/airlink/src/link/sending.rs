@@ -7,6 +7,7 @@ use wire::p2p::{
 use wire::syslink::MAX_P2P;
 
 use super::lifecycle::Lifecycle;
+use super::turns::stamped;
 use super::{Airlink, End};
 use crate::nonce;
 use crate::seal::{Scope, Seal};
@@ -14,22 +15,27 @@ use crate::seal::{Scope, Seal};
 impl<S: Seal> Airlink<S> {
     /// Writes the packet to send at `now`, if one is due, and returns its length.
     pub(super) fn write_next(&mut self, now: Instant, out: &mut [u8; MAX_P2P]) -> Option<usize> {
-        let counter = self.next_counter(now)?;
-        let (turn, place) = self.turn_and_place(now, counter)?;
+        let next = self.next_counter(now)?;
+        let (turn, place) = self.turn_and_place(now, next)?;
+        let Some(counter) = stamped(next, turn, place) else {
+            self.lifecycle.exhaust();
+            return None;
+        };
         let Some(message) = self.pick_message(now, turn.wave, place, counter) else {
             self.close_turn(turn, now);
             return None;
         };
         let kind = message.kind();
-        let header = Header { kind, from: self.identity.node, wave: turn.wave, place, counter };
+        let (from, owner) = (self.identity.node, turn.owner);
+        let header = Header { kind, from, wave: turn.wave, place, owner, counter };
         let length = self.write_packet(&header, &message, out);
         let not_before = now + self.schedule.spacing();
         let repeats_command = self.config.doubles
-            && matches!((turn.wave, place), (Wave::Outward, 0))
+            && place == 0
             && matches!(&message, Message::Command(capsule) if capsule.node == NodeId::HEAD);
         self.advance_turn(turn, place, not_before, repeats_command);
         self.counters.sent.count(kind);
-        self.lifecycle.packet_sent();
+        self.lifecycle.packet_sent(counter);
         Some(length)
     }
 
@@ -53,7 +59,9 @@ impl<S: Seal> Airlink<S> {
                 .or_else(|| self.pick_telemetry(now, wave, counter)),
             // The last packet is kept for the report: in a busy chain commands and telemetry would
             // leave it no room.
-            Wave::Inward => (if last { self.pick_report(now) } else { None })
+            Wave::Inward => self
+                .pick_repeated_command(now)
+                .or_else(|| if last { self.pick_report(now) } else { None })
                 .or_else(|| self.pick_command(now, wave, counter))
                 .or_else(|| self.pick_telemetry(now, wave, counter))
                 .or_else(|| self.pick_report(now)),
@@ -104,7 +112,8 @@ impl<S: Seal> Airlink<S> {
             let mut sealed = encode_order(order);
             let (nonce, aad) = (nonce::command(node, counter), nonce::command_aad(node, epoch));
             let tag = self.seal.seal(Scope::EndToEnd(node), &nonce, &aad, &mut sealed);
-            self.commands.store(now, Capsule { node, counter, sealed, tag }, self.config.tries);
+            let capsule = Capsule { node, counter, sealed, tag };
+            self.commands.store(now, capsule, self.config.command_tries(node), self.turns);
             return self.commands.take(now, node).map(Message::Command);
         }
         self.commands.take_next(now, wave).map(Message::Command)
@@ -123,7 +132,8 @@ impl<S: Seal> Airlink<S> {
             let mut sealed = telemetry.encode();
             let nonce = nonce::telemetry(node, counter);
             let tag = self.seal.seal(Scope::EndToEnd(node), &nonce, &[node.0], &mut sealed);
-            self.telemetry.store(now, Capsule { node, counter, sealed, tag }, self.config.tries);
+            let capsule = Capsule { node, counter, sealed, tag };
+            self.telemetry.store(now, capsule, self.config.tries, self.turns);
             return self.telemetry.take(now, node).map(Message::Telemetry);
         }
         self.telemetry.take_next(now, wave).map(Message::Telemetry)

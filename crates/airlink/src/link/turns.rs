@@ -5,7 +5,7 @@ use wire::p2p::{Counter, Wave};
 
 use super::lifecycle::Lifecycle;
 use super::{Airlink, End};
-use crate::schedule::{FramePhase, Turn};
+use crate::schedule::{FramePhase, Turn, Turns};
 use crate::seal::Seal;
 
 /// The turn in which this node has sent last, or that it has closed.
@@ -18,6 +18,13 @@ pub(super) struct OpenTurn {
     not_before: Instant,
     /// Whether the turn has begun with a command to the head, which is to be sent twice.
     pub(super) repeats_command: bool,
+}
+
+/// The counter of the packet `place` of `turn`, where `next` is the one after that of the last packet:
+/// the first packet of a turn is stamped with the turn's beginning, and those after it follow.
+/// `None` where counters have no room for that time.
+pub(super) fn stamped(next: Counter, turn: Turn, place: u8) -> Option<Counter> {
+    if place == 0 { next.stamped(turn.start) } else { Some(next) }
 }
 
 /// What a packet of another node can change of that on which a link's next turn depends.
@@ -59,7 +66,7 @@ impl<S: Seal> Airlink<S> {
             _ => {}
         }
         let earliest = ready.max(self.no_turn_before);
-        let turn = self.schedule.turn_from(wave, earliest, self.clock_sync.phase());
+        let turn = self.schedule.turn_from(wave, earliest, self.clock_sync.phase(), self.turns);
         self.packet_start(turn, counter, 0, turn.start)
     }
 
@@ -76,6 +83,15 @@ impl<S: Seal> Airlink<S> {
         self.lifecycle.next()
     }
 
+    /// The turns that this node may use at `now`. It shares those of other numbers once it has been
+    /// a member for a while in which the chain was stretched.
+    fn turns_at(&mut self, now: Instant) -> Turns {
+        let alone = self.crowded_at.is_none_or(|at| now.since(at) > self.config.lost_after);
+        let shares = alone && self.lifecycle.has_settled(now, self.config.lost_after);
+        self.turns = if shares { Turns::Shared } else { Turns::Own };
+        self.turns
+    }
+
     /// The moment at which the packet `place` of `turn` begins.
     fn packet_start(
         &self,
@@ -84,6 +100,7 @@ impl<S: Seal> Airlink<S> {
         place: u8,
         not_before: Instant,
     ) -> Instant {
+        let counter = stamped(counter, turn, place).unwrap_or(counter);
         (turn.start + self.schedule.wait(counter, place)).max(not_before)
     }
 
@@ -91,7 +108,8 @@ impl<S: Seal> Airlink<S> {
     /// or too late for a packet.
     pub(super) fn turn_and_place(&mut self, now: Instant, counter: Counter) -> Option<(Turn, u8)> {
         let half = self.schedule.half_slot();
-        let Some(turn) = self.schedule.turn_at(now, self.clock_sync.phase()) else {
+        let turns = self.turns_at(now);
+        let Some(turn) = self.schedule.turn_at(now, self.clock_sync.phase(), turns) else {
             self.no_turn_before = self.no_turn_before.max(now);
             self.open_turn = None;
             return None;

@@ -188,6 +188,61 @@ fn a_recording_of_a_node_that_has_left_is_refused() {
     }
 }
 
+/// The packets that the others have sent while node 0 was jammed for `jammed` µs, played to it in their
+/// order and loudly; returns the events.
+fn jam_and_hold(net: &mut Net<Sealed>, jammed: u64) -> Vec<Event> {
+    let since = net.sent.len();
+    net.nodes[0].position += 100;
+    net.run(jammed);
+    let held: Vec<_> = net.sent[since..].iter().filter(|sent| sent.from != 0).cloned().collect();
+    held.iter().filter_map(|sent| net.inject(0, &sent.bytes)).collect()
+}
+
+/// A packet that was jammed, recorded and played in its order later has the counter that is due. It
+/// was obeyed, however late it came.
+#[test]
+fn a_packet_that_was_held_back_for_seconds_is_refused() {
+    let mut net = running_chain(16);
+    let refused = |net: &Net<Sealed>| net.nodes[0].link.counters().refused;
+    let events = jam_and_hold(&mut net, 20_000_000);
+    let (held, replayed) = (refused(&net).held, refused(&net).replayed);
+    // The packets of the last two seconds are not too old yet.
+    let orders = |event: &&Event| matches!(event, Event::Order { .. });
+    assert!(events.iter().filter(orders).count() <= 10, "{events:?}");
+    assert!(held > 400, "{held} held, {replayed} replayed");
+    // The drone hears the others as before, and obeys.
+    net.nodes[0].position -= 100;
+    let seen = net.received.len();
+    net.run(1_000_000);
+    let obeyed = |received: &&common::net::Received| {
+        received.to == 0 && matches!(received.event, Event::Order { .. })
+    };
+    assert!(net.received[seen..].iter().filter(obeyed).count() >= 3);
+}
+
+/// The strength of a packet that was held back is the attacker's, and so is its phase.
+#[test]
+fn a_packet_out_of_its_turn_brings_no_strength_and_no_phase() {
+    let mut net = running_chain(17);
+    let frame = |net: &Net<Sealed>| {
+        let all = format!("{:?}", net.nodes[0].link);
+        let (_, sync) = all.split_once("clock_sync: ").unwrap();
+        sync.split_once("leader").unwrap().0.to_owned()
+    };
+    let before = frame(&net);
+    let events = jam_and_hold(&mut net, 1_000_000);
+    let reports: Vec<_> = events
+        .iter()
+        .filter_map(|event| match event {
+            Event::Report { rssi, .. } => Some(*rssi),
+            _ => None,
+        })
+        .collect();
+    assert!(reports.len() >= 10, "a report that is a second old still counts");
+    assert!(reports.iter().all(|rssi| *rssi == Dbm(-60.0)), "the attacker's is -50: {reports:?}");
+    assert_eq!(frame(&net), before);
+}
+
 /// The head does not accept orders that were on the air before its reboot.
 #[test]
 fn an_order_from_before_the_reboot_is_void() {
@@ -216,7 +271,8 @@ fn an_order_from_before_the_reboot_is_void() {
 
 /// A packet in the name of `from`, sealed for the hop with the group key, which every drone has.
 fn packet(seal: &Sealed, from: NodeId, counter: Counter, message: &Message) -> Vec<u8> {
-    let header = Header { kind: message.kind(), from, wave: Wave::Outward, place: 0, counter };
+    let (kind, wave, owner) = (message.kind(), Wave::Outward, from);
+    let header = Header { kind, from, wave, place: 0, owner, counter };
     let clear = header.encode();
     let mut body = [0; MAX_BODY];
     let length = message.encode(&mut body);
@@ -429,7 +485,7 @@ fn hex(bytes: &[u8]) -> String {
 }
 
 /// Every version of the crate must make these keys, and these packets for as long as the version in
-/// their header is 2.
+/// their header is 3.
 #[test]
 fn keys_stay_and_packets_stay_within_a_version() {
     let base = fleet().base(1);
@@ -446,14 +502,14 @@ fn keys_stay_and_packets_stay_within_a_version() {
         (
             "report",
             hex(&first_packets(1)[1]),
-            "22210200000100005d316a91b29091b62b75e80b69f9e59258c13b00b5889be40cdcc6d6",
+            "322124000001000004ad8e9d3be36cdb1c22b79923e6eb83c29006c184f47145f517ccac",
         ),
         (
             "telemetry",
             hex(&first_packets(1)[2]),
-            "24110300000100004aed0ea7f469b803794b2464733e6dba99d96d37a008ba33c64502f558e420aa6d64a6d09c",
+            "3411250000010000698028b810c5f172dda0ee1fb31a2e6caddd458dcbb1c63159d9e4d166f11f762e03bbbaf7",
         ),
-        ("beacon", hex(&first_packets(1)[3]), "21310400000100001182f967743a4422a211f0"),
+        ("beacon", hex(&first_packets(1)[3]), "3131260000010000284d6cabbcec0dc079c23f"),
     ];
     for (name, is, should) in table {
         assert_eq!(is, should, "{name}");

@@ -17,7 +17,7 @@ const _: () = assert!(OPEN + TELEMETRY + TAG <= MAX_BODY && ORDER <= TELEMETRY, 
 /// | byte | type | field | what | unit |
 /// |---|---|---|---|---|
 /// | 0 | `u8` | `node` | the end that is not the base, 0 to 15 | |
-/// | 1 | `u24` | `count` | number of the messages that the writer has sealed since its boot | |
+/// | 1 | `u24` | `count` | of the writer's packet: the time since the writer's boot in steps of 8.192 ms | |
 /// | 4 | `u24` | `epoch` | number of the writer's boots, from 1 | |
 /// | 7 | `N` bytes | `sealed` | the message, encrypted | |
 /// | 7 + `N` | 8 bytes | `tag` | tag of the message | |
@@ -87,7 +87,7 @@ const THERE: u8 = 1 << 4;
 /// | 8 | `i16` | `odometer` | way along the tunnel | 0.1 m |
 /// | 10 | `i8` | `velocity` | along the tunnel | 1 cm/s |
 /// | 11 | `u8` | `height` | 255 none | 2 cm |
-/// | 12 | `u16` | `heeded` | low half of the count of the last command that the node obeyed, or 0 | |
+/// | 12 | `u16` | `heeded` | low half of the count of the last command that the node obeyed in the last two minutes, or 0 | |
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Telemetry {
@@ -109,7 +109,8 @@ pub struct Telemetry {
     pub velocity: MetresPerSecond,
     /// The node's height, to 2 cm, at most 5.08 m: the ranger that measures it sees 4 m.
     pub height: Option<Metres>,
-    /// The last 16 bits of the count of the last command that the node obeyed, or zero.
+    /// The last 16 bits of the count of the last command that the node obeyed in the last two
+    /// minutes, or zero.
     pub heeded: u16,
 }
 

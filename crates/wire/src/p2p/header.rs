@@ -1,7 +1,7 @@
 //! Headers: the first 8 bytes of every packet, in clear. They name the sender and carry the number
 //! that is never used twice.
 
-use units::NodeId;
+use units::{Instant, NODES, NodeId};
 
 use super::{Error, exactly, steps};
 
@@ -88,18 +88,35 @@ impl Epoch {
         Self::new(self.0 + 1)
     }
 
-    /// The last 16 bits of the epoch, by which a peer tells which epoch it hears.
+    /// The epoch's three bytes, the lowest first.
     #[must_use]
-    pub const fn low16(self) -> u16 {
-        self.0 as u16
+    pub const fn to_bytes(self) -> [u8; 3] {
+        let [e0, e1, e2, _] = self.0.to_le_bytes();
+        [e0, e1, e2]
+    }
+
+    /// The epoch with these bytes; `None` where they are zero.
+    #[must_use]
+    pub const fn from_bytes([e0, e1, e2]: [u8; 3]) -> Option<Self> {
+        Self::new(u32::from_le_bytes([e0, e1, e2, 0]))
     }
 }
 
 /// The number of a packet: 24 bits of [`Epoch`] above 24 bits that count within it. A later packet
 /// of the same node has the larger one.
+///
+/// The count is also the packet's time stamp: the time since the sender's boot in steps of
+/// [`STAMP_US`], or one more than the count of the packet before, whichever is later. A burst runs
+/// ahead of the time by a few steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Counter(u64);
+
+/// A step of a packet's time stamp in µs. 24 bits of it are 38 hours, and a node sends fewer than
+/// the 122 packets a second that would make its count run ahead of the time for good.
+pub const STAMP_US: u64 = 1 << STAMP_BITS;
+
+const STAMP_BITS: u32 = 13;
 
 /// The largest number of 24 bits.
 const LOW: u32 = (1 << 24) - 1;
@@ -109,6 +126,24 @@ impl Counter {
     #[must_use]
     pub const fn new(epoch: Epoch, count: u32) -> Option<Self> {
         if count <= LOW { Some(Self((epoch.0 as u64) << 24 | count as u64)) } else { None }
+    }
+
+    /// This counter, or the one of the same epoch that stamps the time `now` since the sender's boot,
+    /// whichever is later; `None` where a count has no room for that time.
+    #[must_use]
+    pub const fn stamped(self, now: Instant) -> Option<Self> {
+        let stamp = now.as_micros() >> STAMP_BITS;
+        if stamp <= self.count() as u64 {
+            return Some(self);
+        }
+        if stamp <= LOW as u64 { Self::new(self.epoch(), stamp as u32) } else { None }
+    }
+
+    /// Steps of [`STAMP_US`] by which `now` on the receiver's clock is later than the stamp. The two
+    /// clocks began at different times, so only differences of such delays have a meaning.
+    #[must_use]
+    pub const fn delay(self, now: Instant) -> i32 {
+        ((now.as_micros() >> STAMP_BITS) as u32).wrapping_sub(self.count()) as i32
     }
 
     /// The sender's epoch.
@@ -155,12 +190,12 @@ impl Counter {
 /// | byte | type | field | what | unit |
 /// |---|---|---|---|---|
 /// | 0 | bits 0–3 | `kind` | 1 beacon, 2 report, 3 command, 4 telemetry, 5 membership | |
-/// | 0 | bits 4–7 | `version` | 2 | |
+/// | 0 | bits 4–7 | `version` | 3 | |
 /// | 1 | bits 0–3 | `from` | the sender, 0 the head to 15 | |
 /// | 1 | bit 4 | `wave` | 0 outward, 1 inward | |
-/// | 1 | bits 5–6 | `place` | the packet's place in the turn, 0 to 3 | |
-/// | 1 | bit 7 | zero | | |
-/// | 2 | `u24` | `count` | number of the sender's packets since its boot | |
+/// | 1 | bit 5 | `place` | the packet's place in the turn, 0 or 1 | |
+/// | 1 | bits 6–7 | `turn` | the sixth part, rounded down, of the number whose turn it is, 0 to 2 | |
+/// | 2 | `u24` | `count` | time since the sender's boot in steps of 8.192 ms, or one more than in its last packet | |
 /// | 5 | `u24` | `epoch` | number of the sender's boots, from 1 | |
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -171,20 +206,26 @@ pub struct Header {
     pub from: NodeId,
     /// The turn in which the packet was sent.
     pub wave: Wave,
-    /// The packet's place among those of the turn, 0 to 3.
+    /// The packet's place among those of the turn, 0 or 1.
     pub place: u8,
+    /// The node whose turn it is: the sender, or a node whose number is [`REUSE`] or twice as many
+    /// from the sender's.
+    pub owner: NodeId,
     /// The packet's number.
     pub counter: Counter,
 }
 
-const VERSION: u8 = 2;
+/// A node may use the turns of the nodes whose numbers are a multiple of this from its own.
+pub const REUSE: u8 = 6;
+
+const VERSION: u8 = 3;
 const INWARD: u8 = 1 << 4;
 const PLACE_SHIFT: u8 = 5;
-const LAST_PLACE: u8 = 3;
-const ZERO: u8 = 1 << 7;
+const LAST_PLACE: u8 = 1;
+const TURN_SHIFT: u8 = 6;
 
 impl Header {
-    /// The header's bytes. A place above 3 becomes 3.
+    /// The header's bytes. A place above 1 becomes 1.
     #[must_use]
     pub fn encode(&self) -> [u8; HEADER] {
         let wave = match self.wave {
@@ -193,7 +234,8 @@ impl Header {
         };
         let place = self.place.min(LAST_PLACE) << PLACE_SHIFT;
         let [c0, c1, c2, c3, c4, c5] = self.counter.to_bytes();
-        let sender = steps::nearest_name(self.from) | wave | place;
+        let turn = (steps::nearest_name(self.owner) / REUSE) << TURN_SHIFT;
+        let sender = steps::nearest_name(self.from) | wave | place | turn;
         [VERSION << 4 | self.kind.code(), sender, c0, c1, c2, c3, c4, c5]
     }
 
@@ -210,14 +252,17 @@ impl Header {
         let kind = Kind::from_code(first & 0xF).ok_or(Error::Kind(first & 0xF))?;
         let (header, rest) = packet.split_at_checked(HEADER).ok_or(Error::Length(packet.len()))?;
         let [_, sender, c0, c1, c2, c3, c4, c5] = exactly(header)?;
-        if sender & ZERO != 0 {
+        let from = sender & 0xF;
+        let owner = from % REUSE + REUSE * (sender >> TURN_SHIFT);
+        if usize::from(owner) >= NODES {
             return Err(Error::Reserved);
         }
         let header = Self {
             kind,
-            from: NodeId(sender & 0xF),
+            from: NodeId(from),
+            owner: NodeId(owner),
             wave: if sender & INWARD != 0 { Wave::Inward } else { Wave::Outward },
-            place: sender >> PLACE_SHIFT,
+            place: sender >> PLACE_SHIFT & LAST_PLACE,
             counter: Counter::from_bytes([c0, c1, c2, c3, c4, c5]).ok_or(Error::Reserved)?,
         };
         Ok((header, rest))

@@ -3,15 +3,15 @@
 use heapless::Vec;
 use units::NodeId;
 
-use super::{Error, exactly, steps};
+use super::{Epoch, Error, exactly, steps};
 
-/// A change in the members of the chain, in 1 byte or, where a node is refused, 4.
+/// A change in the members of the chain, in 1 byte or, where a node is refused, 5.
 ///
 /// | byte | type | field | what | unit |
 /// |---|---|---|---|---|
 /// | 0 | `u8` | `change` | 1 join, 2 leave, 3 refused | |
 /// | 1 | `u8` | `node` | the node that is refused, 0 to 15 | |
-/// | 2 | `u16` | `epoch` | low half of its epoch | |
+/// | 2 | `u24` | `epoch` | its epoch | |
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Membership {
@@ -23,8 +23,8 @@ pub enum Membership {
     Refused {
         /// The number that both nodes have.
         node: NodeId,
-        /// The last 16 bits of the epoch of the refused node, which tell the two apart.
-        epoch: u16,
+        /// The epoch of the refused node, which tells the two apart.
+        epoch: Epoch,
     },
 }
 
@@ -35,13 +35,13 @@ mod code {
 }
 
 impl Membership {
-    pub(super) fn encode(&self) -> Vec<u8, 4> {
+    pub(super) fn encode(&self) -> Vec<u8, 5> {
         match *self {
             Self::Join => Vec::from_iter([code::JOIN]),
             Self::Leave => Vec::from_iter([code::LEAVE]),
             Self::Refused { node, epoch } => {
-                let [e0, e1] = epoch.to_le_bytes();
-                Vec::from_iter([code::REFUSED, steps::nearest_name(node), e0, e1])
+                let [e0, e1, e2] = epoch.to_bytes();
+                Vec::from_iter([code::REFUSED, steps::nearest_name(node), e0, e1, e2])
             }
         }
     }
@@ -53,8 +53,8 @@ impl Membership {
             code::JOIN => Ok(Self::Join),
             code::LEAVE => Ok(Self::Leave),
             code::REFUSED => {
-                let [_, node, e0, e1] = exactly(body)?;
-                let epoch = u16::from_le_bytes([e0, e1]);
+                let [_, node, e0, e1, e2] = exactly(body)?;
+                let epoch = Epoch::from_bytes([e0, e1, e2]).ok_or(Error::Reserved)?;
                 Ok(Self::Refused { node: steps::of_name(node)?, epoch })
             }
             _ => Err(Error::Code(code)),

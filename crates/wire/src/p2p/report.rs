@@ -3,7 +3,7 @@
 use heapless::Vec;
 use units::{Dbm, LinkSpan, LinkSum, Metres, MetresPerDb, MetresPerSecond, NodeId, Phase};
 
-use super::{Error, MAX_BODY, fill, steps};
+use super::{Epoch, Error, MAX_BODY, fill, steps};
 
 /// The most other nodes that one report lists.
 pub const HEARD: usize = 4;
@@ -11,11 +11,11 @@ pub const HEARD: usize = 4;
 /// Bytes of a report that lists no node.
 const ALONE: usize = 20;
 /// Bytes of a [`Heard`].
-const ONE: usize = 4;
+const ONE: usize = 5;
 
 const _: () = assert!(ALONE + HEARD * ONE <= MAX_BODY, "a report is one packet");
 
-/// A report, in 20 bytes and 4 for each node that it lists.
+/// A report, in 20 bytes and 5 for each node that it lists.
 ///
 /// | byte | type | field | what | unit |
 /// |---|---|---|---|---|
@@ -35,7 +35,7 @@ const _: () = assert!(ALONE + HEARD * ONE <= MAX_BODY, "a report is one packet")
 /// | 18 | bits 0–3 | `front_links` | number of the links in the sum towards the head | |
 /// | 18 | bits 4–7 | `back_links` | number of the links in the sum towards the base | |
 /// | 19 | `i8` | `head_velocity` | of the head along the tunnel, away from the base | 4 mm/s |
-/// | 20 | 0 to 4 × 4 bytes | `heard` | the nodes that the sender hears | |
+/// | 20 | 0 to 4 × 5 bytes | `heard` | the nodes that the sender hears | |
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Report {
@@ -61,7 +61,7 @@ pub struct Report {
     pub heard: Vec<Heard, HEARD>,
 }
 
-/// The strength with which one other node is heard, in 4 bytes.
+/// The strength with which one other node is heard, in 5 bytes.
 ///
 /// | byte | type | field | what | unit |
 /// |---|---|---|---|---|
@@ -69,7 +69,7 @@ pub struct Report {
 /// | 0 | bits 4–6 | zero | | |
 /// | 0 | bit 7 | `is_new` | 1 a packet of the node has come since the sender's last report | |
 /// | 1 | `u8` | `rssi` | strength of its last packet | −1 dBm |
-/// | 2 | `u16` | `epoch` | low half of its epoch | |
+/// | 2 | `u24` | `epoch` | its epoch | |
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Heard {
@@ -79,8 +79,8 @@ pub struct Heard {
     pub rssi: Dbm,
     /// Whether a packet of it has come since the sender's last report.
     pub is_new: bool,
-    /// The last 16 bits of its epoch.
-    pub epoch: u16,
+    /// Its epoch.
+    pub epoch: Epoch,
 }
 
 /// Steps of each quantity in one of its unit.
@@ -262,12 +262,12 @@ fn sum_of_bytes([s0, s1, c0, c1]: [u8; 4], links: u8) -> Result<LinkSum, Error> 
 
 impl Heard {
     fn encode(&self) -> Option<[u8; ONE]> {
-        let [e0, e1] = self.epoch.to_le_bytes();
+        let [e0, e1, e2] = self.epoch.to_bytes();
         let is_new = if self.is_new { IS_NEW } else { 0 };
-        steps::name(self.node).map(|name| [name | is_new, steps::weakness(self.rssi), e0, e1])
+        steps::name(self.node).map(|name| [name | is_new, steps::weakness(self.rssi), e0, e1, e2])
     }
 
-    fn decode([codes, rssi, e0, e1]: [u8; ONE]) -> Result<Self, Error> {
+    fn decode([codes, rssi, e0, e1, e2]: [u8; ONE]) -> Result<Self, Error> {
         if codes & !(NODE | IS_NEW) != 0 {
             return Err(Error::Reserved);
         }
@@ -275,7 +275,7 @@ impl Heard {
             node: steps::of_name(codes & NODE)?,
             rssi: steps::of_weakness(rssi),
             is_new: codes & IS_NEW != 0,
-            epoch: u16::from_le_bytes([e0, e1]),
+            epoch: Epoch::from_bytes([e0, e1, e2]).ok_or(Error::Reserved)?,
         })
     }
 }

@@ -8,8 +8,8 @@ use proptest::strategy::ValueTree;
 use proptest::test_runner::{Config, RngSeed, TestRunner};
 use units::{LinkSum, NodeId, Order, Phase, Role};
 use wire::p2p::{
-    Beacon, Capsule, Counter, HEADER, Header, Heard, Kind, MAX_BODY, Membership, Message, PORT,
-    Report, TAG, Telemetry, Wave,
+    Beacon, Capsule, Counter, Epoch, HEADER, Header, Heard, Kind, MAX_BODY, Membership, Message,
+    PORT, Report, TAG, Telemetry, Wave,
 };
 use wire::syslink::MAX_P2P;
 
@@ -63,7 +63,7 @@ impl Row {
                 let (from, to) = bits.split_once('–').ok_or("bits from where to where?")?;
                 (number(from)?, number(to)? + 1)
             }
-            Some(("0 to 4 × 4", "bytes")) => (0, 8 * (length - byte)),
+            Some(("0 to 4 × 5", "bytes")) => (0, 8 * (length - byte)),
             Some((count, "bytes")) => (0, 8 * number(&count.replace('N', &letters.to_string()))?),
             None => (0, number(kind.get(1..).unwrap_or_default())?),
             _ => return Err(format!("what is a {kind}?")),
@@ -213,10 +213,11 @@ fn of_header(header: &Header) -> Fields {
     };
     let mut fields = vec![
         ("kind", Called(kind)),
-        ("version", Constant(2)),
+        ("version", Constant(3)),
         ("from", node(header.from)),
         ("wave", Called(wave)),
         ("place", Steps(header.place.into())),
+        ("turn", Steps((header.owner.0 / 6).into())),
     ];
     fields.extend(count(header.counter));
     fields
@@ -240,7 +241,7 @@ fn of_heard(heard: &Heard) -> Fields {
         ("node", node(heard.node)),
         ("rssi", Measured(heard.rssi.0)),
         ("is_new", flag(heard.is_new)),
-        ("epoch", Steps(heard.epoch.into())),
+        ("epoch", Steps(heard.epoch.get().into())),
     ]
 }
 
@@ -328,7 +329,7 @@ fn of_membership(membership: &Membership) -> Fields {
         Membership::Refused { node: who, epoch } => vec![
             ("change", Called("refused")),
             ("node", node(*who)),
-            ("epoch", Steps((*epoch).into())),
+            ("epoch", Steps(epoch.get().into())),
         ],
     }
 }
@@ -436,7 +437,7 @@ fn the_tables_of_the_book_are_true_row_by_row() {
 fn a_row_that_lies_is_found() {
     let lies = [
         ("| 0 |", "| 1 |"),
-        ("| 2 |", "| 3 |"),
+        ("| 3 |", "| 2 |"),
         ("`u8`", "`u16`"),
         ("`i16`", "`u16`"),
         ("`i24`", "`u24`"),
@@ -513,12 +514,16 @@ fn the_tables_beside_the_code_are_those_of_the_book() {
 #[test]
 fn the_sizes_in_the_book_are_those_of_the_code() {
     let heard = |count: u8| {
-        let one =
-            |node| Heard { node: NodeId(node), rssi: units::Dbm(-60.0), is_new: true, epoch: 1 };
+        let one = |node| Heard {
+            node: NodeId(node),
+            rssi: units::Dbm(-60.0),
+            is_new: true,
+            epoch: Epoch::FIRST,
+        };
         Message::Report(Report { heard: (0..count).map(one).collect(), ..messages::SILENT })
     };
     let (node, counter) = (NodeId(1), Counter::new(wire::p2p::Epoch::FIRST, 0).unwrap());
-    let refused = Membership::Refused { node, epoch: 1 };
+    let refused = Membership::Refused { node, epoch: Epoch::FIRST };
     let command = Capsule { node, counter, sealed: [0; 4], tag: [0; TAG] };
     let telemetry = Capsule { node, counter, sealed: [0; 14], tag: [0; TAG] };
     let sizes = [

@@ -6,12 +6,12 @@ use crate::messages::Numbers::{Flying, Wild};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use units::{
-    Dbm, Duration, LinkSpan, LinkSum, Metres, MetresPerDb, MetresPerSecond, NodeId, Order, Phase,
-    Role, Volts,
+    Dbm, Duration, Instant, LinkSpan, LinkSum, Metres, MetresPerDb, MetresPerSecond, NodeId, Order,
+    Phase, Role, Volts,
 };
 use wire::p2p::{
     Beacon, Capsule, Counter, Epoch, Error, HEADER, HEARD, Header, Heard, Kind, MAX_BODY,
-    Membership, Message, ORDER, Report, TAG, TELEMETRY, Telemetry, Wave,
+    Membership, Message, ORDER, Report, STAMP_US, TAG, TELEMETRY, Telemetry, Wave,
 };
 
 fn seeded() -> ProptestConfig {
@@ -34,10 +34,14 @@ fn sum(surplus: f32, compliance: f32, links: u8) -> LinkSum {
 }
 
 fn report() -> Report {
-    let heard =
-        [(2, -57.0, true, 0x0102), (4, -83.0, false, 0xFFEE)].map(|(node, rssi, is_new, epoch)| {
-            Heard { node: NodeId(node), rssi: Dbm(rssi), is_new, epoch }
-        });
+    let heard = [(2, -57.0, true, 0x0102), (4, -83.0, false, 0xCC_FFEE)].map(
+        |(node, rssi, is_new, epoch)| Heard {
+            node: NodeId(node),
+            rssi: Dbm(rssi),
+            is_new,
+            epoch: Epoch::new(epoch).unwrap(),
+        },
+    );
     Report {
         phase: Phase::Linked,
         recall: true,
@@ -66,7 +70,7 @@ fn telemetry() -> Telemetry {
     }
 }
 
-const REFUSED: Membership = Membership::Refused { node: NodeId(9), epoch: 0x0102 };
+const REFUSED: Membership = Membership::Refused { node: NodeId(9), epoch: Epoch::FIRST };
 
 /// By the tables in the types' documentation.
 #[test]
@@ -103,11 +107,13 @@ fn the_bytes_are_those_of_the_tables() {
         0x82,
         57,
         0x02,
-        0x01, // the one
+        0x01,
+        0x00, // the one
         4,
         83,
         0xEE,
-        0xFF, // the other
+        0xFF,
+        0xCC, // the other
     ];
     let table = [
         (Message::Beacon(beacon), vec![1, 7, 185]),
@@ -116,7 +122,7 @@ fn the_bytes_are_those_of_the_tables() {
         (Message::Telemetry(sealed), capsule(14)),
         (Message::Membership(Membership::Join), vec![1]),
         (Message::Membership(Membership::Leave), vec![2]),
-        (Message::Membership(REFUSED), vec![3, 9, 0x02, 0x01]),
+        (Message::Membership(REFUSED), vec![3, 9, 1, 0, 0]),
     ];
     for (message, bytes) in table {
         assert_eq!(encoded(&message), bytes, "{message:?}");
@@ -130,10 +136,11 @@ fn the_bytes_of_a_header_are_those_of_the_table() {
         kind: Kind::Report,
         from: NodeId(3),
         wave: Wave::Inward,
-        place: 2,
+        place: 1,
+        owner: NodeId(15),
         counter: counter(),
     };
-    let bytes = [0x22, 0b0101_0011, 0x0C, 0x0B, 0x0A, 0x02, 0x01, 0x00];
+    let bytes = [0x32, 0b1011_0011, 0x0C, 0x0B, 0x0A, 0x02, 0x01, 0x00];
     assert_eq!(header.encode(), bytes);
     let packet = [&bytes[..], &[1, 2, 3]].concat();
     assert_eq!(Header::decode(&packet), Ok((header, &packet[HEADER..])));
@@ -300,7 +307,7 @@ proptest! {
         for length in 0..=MAX_BODY + 16 {
             let mut other = bytes.clone();
             other.resize(length, 0);
-            if length == bytes.len() || (message.kind() == Kind::Report && other.len().is_multiple_of(4)) {
+            if length == bytes.len() || (message.kind() == Kind::Report && other.len().is_multiple_of(5)) {
                 continue;
             }
             prop_assert_eq!(Message::decode(message.kind(), &other), Err(Error::Length(length)));
@@ -312,7 +319,7 @@ proptest! {
         prop_assert_eq!(Counter::from_bytes(counter.to_bytes()), Some(counter));
         prop_assert_eq!(Counter::new(counter.epoch(), counter.count()), Some(counter));
         prop_assert_eq!(u32::from(counter.low16()), counter.count() & 0xFFFF);
-        prop_assert_eq!(u32::from(counter.epoch().low16()), counter.epoch().get() & 0xFFFF);
+        prop_assert_eq!(Epoch::from_bytes(counter.epoch().to_bytes()), Some(counter.epoch()));
         if let Some(next) = counter.next() {
             prop_assert!(next > counter && next.epoch() == counter.epoch());
             prop_assert_eq!(next.count(), counter.count() + 1);
@@ -408,16 +415,24 @@ fn bits_without_a_meaning_are_refused() {
         let summed = Message::Report(Report { sums, ..messages::SILENT });
         reserved(&summed, &mut denied.into_iter());
     }
-    reserved(&Message::Report(report()), &mut (4..7).flat_map(|bit| [8 * 20 + bit, 8 * 24 + bit]));
-    reserved(&Message::Membership(REFUSED), &mut (8 + 4..16));
+    reserved(&Message::Report(report()), &mut (4..7).flat_map(|bit| [8 * 20 + bit, 8 * 25 + bit]));
+    reserved(&Message::Membership(REFUSED), &mut (8 + 4..17));
     let (node, counter) = (NodeId(5), counter());
     let command = Capsule { node, counter, sealed: [0x5E; 4], tag: [0; TAG] };
     let sealed = Capsule { node, counter, sealed: [0x5E; 14], tag: [0; TAG] };
     reserved(&Message::Command(command), &mut (4..8));
     reserved(&Message::Telemetry(sealed), &mut (4..8));
 
-    let header =
-        Header { kind: Kind::Beacon, from: node, wave: Wave::Outward, place: 0, counter }.encode();
+    let header = Header {
+        kind: Kind::Beacon,
+        from: node,
+        owner: node,
+        wave: Wave::Outward,
+        place: 0,
+        counter,
+    }
+    .encode();
+    // Node 5 with the turn of a node 17, which there is not.
     assert_eq!(Header::decode(&flipped(&header, 15)), Err(Error::Reserved));
     for task in [Order::Wait, Order::Return, Order::Land, Order::Stop] {
         for bit in 8..32 {
@@ -467,10 +482,11 @@ fn what_is_no_message_says_why() {
         ("no such change", with(&join, 0, 0), Error::Code(0)),
         ("nor that", with(&join, 0, 4), Error::Code(4)),
         ("a refusal without a node", with(&join, 0, 3), Error::Length(1)),
-        ("a join with a node", with(&refused, 0, 1), Error::Length(4)),
+        ("a join with a node", with(&refused, 0, 1), Error::Length(5)),
+        ("a refusal of no epoch", with(&refused, 2, 0), Error::Reserved),
         ("the weakest the strongest", with(&told, 7, 0xFF), Error::Reserved),
-        ("heard twice", with(&told, 24, 2), Error::Reserved),
-        ("heard twice, once anew", with(&told, 24, 0x82), Error::Reserved),
+        ("heard twice", with(&told, 25, 2), Error::Reserved),
+        ("heard twice, once anew", with(&told, 25, 0x82), Error::Reserved),
         ("a sum over no links", with(&told, 18, 0), Error::Reserved),
         ("never switched on", Message::decode(Kind::Command, &no_epoch), Error::Reserved),
     ];
@@ -479,12 +495,14 @@ fn what_is_no_message_says_why() {
     }
     let header = [
         ("nothing", vec![], Error::Length(0)),
-        ("a later version of another length", vec![0x32], Error::Version(3)),
-        ("the version before", vec![0x12], Error::Version(1)),
-        ("no such kind", vec![0x26], Error::Kind(6)),
-        ("nor that", vec![0x20], Error::Kind(0)),
-        ("short", vec![0x21, 0, 0, 0, 0, 1, 0], Error::Length(7)),
-        ("never switched on", vec![0x21, 0, 0, 0, 0, 0, 0, 0], Error::Reserved),
+        ("a later version of another length", vec![0x42], Error::Version(4)),
+        ("the version before", vec![0x22], Error::Version(2)),
+        ("no such kind", vec![0x36], Error::Kind(6)),
+        ("nor that", vec![0x30], Error::Kind(0)),
+        ("short", vec![0x31, 0, 0, 0, 0, 1, 0], Error::Length(7)),
+        ("never switched on", vec![0x31, 0, 0, 0, 0, 0, 0, 0], Error::Reserved),
+        ("no such turn", vec![0x31, 0xC0, 0, 0, 0, 1, 0, 0], Error::Reserved),
+        ("nor that", vec![0x31, 0x84, 0, 0, 0, 1, 0, 0], Error::Reserved),
     ];
     for (what, bytes, error) in header {
         assert_eq!(Header::decode(&bytes), Err(error), "{what}");
@@ -499,7 +517,7 @@ fn what_is_no_message_says_why() {
 fn what_cannot_be_said_is_left_out() {
     let nan = Dbm(f32::NAN);
     let heard = [(16, Dbm(-60.0)), (3, nan), (3, Dbm(-60.0)), (4, Dbm(7.0))]
-        .map(|(node, rssi)| Heard { node: NodeId(node), rssi, is_new: true, epoch: 1 });
+        .map(|(node, rssi)| Heard { node: NodeId(node), rssi, is_new: true, epoch: Epoch::FIRST });
     let report = Report {
         velocity: MetresPerSecond(f32::NAN),
         odometer: Metres(f32::INFINITY),
@@ -514,7 +532,7 @@ fn what_cannot_be_said_is_left_out() {
         node: NodeId(node),
         rssi: Dbm(rssi),
         is_new: true,
-        epoch: 1,
+        epoch: Epoch::FIRST,
     });
     let said = Report {
         odometer: Metres(((1 << 23) - 1) as f32 / 512.0),
@@ -601,12 +619,24 @@ fn every_step_of_the_heads_velocity_goes_and_comes() {
 
 #[test]
 fn the_longest_report_fits() {
-    let one = |node| Heard { node: NodeId(node), rssi: Dbm(-60.0), is_new: true, epoch: 1 };
+    let one =
+        |node| Heard { node: NodeId(node), rssi: Dbm(-60.0), is_new: true, epoch: Epoch::FIRST };
     let heard = (0..HEARD as u8).map(one).collect();
     let bytes = encoded(&Message::Report(Report { heard, ..report() }));
-    assert_eq!(bytes.len(), 20 + 4 * HEARD);
-    let one_more = [&bytes[..], &[15, 60, 1, 0]].concat();
-    assert_eq!(Message::decode(Kind::Report, &one_more), Err(Error::Length(40)));
+    assert_eq!(bytes.len(), 20 + 5 * HEARD);
+    let one_more = [&bytes[..], &[15, 60, 1, 0, 0]].concat();
+    assert_eq!(Message::decode(Kind::Report, &one_more), Err(Error::Length(45)));
+}
+
+/// The stamp never goes back, nor past the last count.
+#[test]
+fn a_counter_is_stamped_with_the_time() {
+    let at = |steps: u64| Instant::from_micros(steps * STAMP_US + 1);
+    let counter = |count| Counter::new(Epoch::FIRST, count).unwrap();
+    assert_eq!(counter(5).stamped(at(900)), Some(counter(900)));
+    assert_eq!(counter(901).stamped(at(900)), Some(counter(901)));
+    assert_eq!(counter(5).stamped(at(1 << 24)), None);
+    assert_eq!((counter(900).delay(at(907)), counter(900).delay(at(893))), (7, -7));
 }
 
 #[test]

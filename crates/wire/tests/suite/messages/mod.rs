@@ -7,8 +7,8 @@ use units::{
     Role, Volts,
 };
 use wire::p2p::{
-    Beacon, Capsule, Counter, Epoch, HEARD, Header, Heard, Kind, Membership, Message, Report, TAG,
-    Telemetry, Wave,
+    Beacon, Capsule, Counter, Epoch, HEARD, Header, Heard, Kind, Membership, Message, REUSE,
+    Report, TAG, Telemetry, Wave,
 };
 
 /// A report of which nothing is worth saying.
@@ -65,6 +65,10 @@ impl Numbers {
     }
 }
 
+pub fn epochs() -> impl Strategy<Value = Epoch> {
+    (1_u32..1 << 24).prop_map(|epoch| Epoch::new(epoch).unwrap())
+}
+
 pub fn counters() -> impl Strategy<Value = Counter> {
     (1_u32..1 << 24, 0_u32..1 << 24)
         .prop_map(|(epoch, count)| Counter::new(Epoch::new(epoch).unwrap(), count).unwrap())
@@ -72,8 +76,14 @@ pub fn counters() -> impl Strategy<Value = Counter> {
 
 pub fn headers(numbers: Numbers) -> impl Strategy<Value = Header> {
     let wave = prop::sample::select(&[Wave::Outward, Wave::Inward]);
-    (prop::sample::select(&Kind::ALL), numbers.nodes(), wave, 0_u8..4, counters())
-        .prop_map(|(kind, from, wave, place, counter)| Header { kind, from, wave, place, counter })
+    (prop::sample::select(&Kind::ALL), numbers.nodes(), wave, 0_u8..8, counters()).prop_map(
+        |(kind, from, wave, code, counter)| {
+            let first = from.0.min(15) % REUSE;
+            let owners: Vec<u8> = (first..16).step_by(REUSE.into()).collect();
+            let owner = NodeId(owners[usize::from(code / 2) % owners.len()]);
+            Header { kind, from, wave, place: code % 2, owner, counter }
+        },
+    )
 }
 
 pub fn beacons(numbers: Numbers) -> impl Strategy<Value = Beacon> {
@@ -120,7 +130,7 @@ fn sums(numbers: Numbers) -> impl Strategy<Value = [LinkSum; 2]> {
 }
 
 pub fn heard(numbers: Numbers) -> impl Strategy<Value = Heard> {
-    (numbers.nodes(), numbers.powers(), any::<bool>(), any::<u16>())
+    (numbers.nodes(), numbers.powers(), any::<bool>(), epochs())
         .prop_map(|(node, rssi, is_new, epoch)| Heard { node, rssi, is_new, epoch })
 }
 
@@ -162,8 +172,7 @@ pub fn memberships(numbers: Numbers) -> impl Strategy<Value = Membership> {
     prop_oneof![
         Just(Membership::Join),
         Just(Membership::Leave),
-        (numbers.nodes(), any::<u16>())
-            .prop_map(|(node, epoch)| Membership::Refused { node, epoch }),
+        (numbers.nodes(), epochs()).prop_map(|(node, epoch)| Membership::Refused { node, epoch }),
     ]
 }
 
