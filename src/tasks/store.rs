@@ -253,7 +253,7 @@ async fn load(memory: &mut Memory) -> (Settings, Source) {
 /// Makes one attempt to save the settings; returns how many attempts are left.
 async fn save(memory: &mut Memory, shared: &Shared, settings: &Settings, tries: u8) -> u8 {
     WRITES.store(true, Ordering::Release);
-    let saved = keep_twice(memory, settings).await.is_ok();
+    let saved = keep_twice(memory, Keep::Settings(settings)).await.is_ok();
     WRITES.store(false, Ordering::Release);
     if saved {
         defmt::info!("settings saved: node {=u8}", settings.node.0);
@@ -330,7 +330,7 @@ async fn provisioned(
             // First, so that after a power cut between the two the page still counts as new.
             if policy.is_some() && settings.policy != policy {
                 settings.policy = policy;
-                keep_twice(memory, settings).await?;
+                keep_twice(memory, Keep::Settings(settings)).await?;
             }
             keys = Some(new);
         }
@@ -342,7 +342,7 @@ async fn provisioned(
         Page::Damaged(why) => defmt::error!("the page holds no keys: {}", why),
     }
     if let Some(keys) = &keys {
-        keep_twice(memory, keys).await?;
+        keep_twice(memory, Keep::Keys(keys)).await?;
     }
     if wipes && !page::wipe() {
         defmt::error!("the page cannot be wiped: its keys are still in the flash");
@@ -350,37 +350,54 @@ async fn provisioned(
     Ok(keys.map(|keys| (keys, ledger)))
 }
 
-/// A record of any kind, so that one function keeps all kinds.
-trait Keep {
+/// A record to keep, so that one function keeps all kinds.
+#[derive(Clone, Copy)]
+enum Keep<'a> {
+    Settings(&'a Settings),
+    Keys(&'a KeysRecord),
+    Ledger(&'a Ledger),
+}
+
+impl Keep<'_> {
     /// The addresses of the record's slots.
-    fn addresses(&self) -> [u16; 2];
+    const fn addresses(self) -> [u16; 2] {
+        match self {
+            Self::Settings(_) => Settings::ADDRESSES,
+            Self::Keys(_) => KeysRecord::ADDRESSES,
+            Self::Ledger(_) => Ledger::ADDRESSES,
+        }
+    }
 
     /// The address and the bytes to write next, and how many they are, so that both slots hold the
     /// record; `None` when they do.
-    fn missing(&self, read: &[Bytes; 2]) -> Result<Option<(u16, Bytes, usize)>, Why>;
+    fn missing(self, read: &[Bytes; 2]) -> Result<Option<(u16, Bytes, usize)>, Why> {
+        match self {
+            Self::Settings(settings) => missing(settings, read),
+            Self::Keys(keys) => missing(keys, read),
+            Self::Ledger(ledger) => missing(ledger, read),
+        }
+    }
 }
 
-impl<R: Record> Keep for R {
-    fn addresses(&self) -> [u16; 2] {
-        R::ADDRESSES
+/// See [`Keep::missing`].
+fn missing<R: Record>(
+    record: &R,
+    [a, b]: &[Bytes; 2],
+) -> Result<Option<(u16, Bytes, usize)>, Why> {
+    let slots = Slots::<R>::read(a, b);
+    if slots.both_hold(record) {
+        return Ok(None);
     }
-
-    fn missing(&self, [a, b]: &[Bytes; 2]) -> Result<Option<(u16, Bytes, usize)>, Why> {
-        let slots = Slots::<R>::read(a, b);
-        if slots.both_hold(self) {
-            return Ok(None);
-        }
-        let write = slots.write(self).map_err(|_| Why::Memory)?;
-        let mut bytes = [0; LONGEST];
-        for (place, byte) in bytes.iter_mut().zip(write.bytes()) {
-            *place = *byte;
-        }
-        Ok(Some((write.address(), bytes, R::LENGTH)))
+    let write = slots.write(record).map_err(|_| Why::Memory)?;
+    let mut bytes = [0; LONGEST];
+    for (place, byte) in bytes.iter_mut().zip(write.bytes()) {
+        *place = *byte;
     }
+    Ok(Some((write.address(), bytes, R::LENGTH)))
 }
 
 /// Writes a record into both slots, unless they hold it.
-async fn keep_twice(memory: &mut Memory, record: &dyn Keep) -> Result<(), Why> {
+async fn keep_twice(memory: &mut Memory, record: Keep<'_>) -> Result<(), Why> {
     for _ in 0..2 * TRIES {
         // A slot that cannot be read may hold the newer record, which must not be overwritten.
         let Some(read) = read_both(memory, record.addresses()).await else { continue };
@@ -408,7 +425,7 @@ async fn begin_epoch(
         let [first, second] = &read_back;
         if let Some(epoch) = next.kept([first, second]) {
             if !ledger.has(keys) {
-                keep_twice(memory, &ledger.with(keys)).await?;
+                keep_twice(memory, Keep::Ledger(&ledger.with(keys))).await?;
             }
             return Ok(epoch);
         }

@@ -24,6 +24,7 @@ impl Lateness {
     }
 
     /// How much later a packet is than the fastest one, which it may become itself.
+    #[inline(never)]
     pub(crate) fn of(&mut self, now: Instant, counter: Counter) -> Duration {
         let delay = counter.delay(now);
         let drift = now.since(self.least_at).as_micros() / STAMP_US >> DRIFT_BITS;

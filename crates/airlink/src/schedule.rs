@@ -220,11 +220,15 @@ impl Schedule {
 
     /// The numbers whose turns this node uses.
     fn owners(&self, turns: Turns) -> impl Iterator<Item = NodeId> {
-        let (first, step) = match turns {
-            Turns::Own => (self.node.0, NODES),
-            Turns::Shared => (self.node.0 % REUSE, REUSE.into()),
+        let (mut next, step) = match turns {
+            Turns::Own => (self.node.0, NODES as u8),
+            Turns::Shared => (self.node.0 % REUSE, REUSE),
         };
-        (first..Self::capacity(self.datarate)).step_by(step).map(NodeId)
+        core::iter::from_fn(move || {
+            let owner = next;
+            next += step;
+            (owner < Self::capacity(self.datarate)).then_some(NodeId(owner))
+        })
     }
 
     /// The turn of this node that `now` is in, if any.
@@ -240,7 +244,7 @@ impl Schedule {
     }
 
     /// The first turn of `wave` that begins at `earliest` or later.
-    #[inline]
+    #[inline(never)]
     pub(crate) fn turn_from(
         &self,
         wave: Wave,
@@ -248,14 +252,17 @@ impl Schedule {
         phase: FramePhase,
         turns: Turns,
     ) -> Turn {
-        let in_frame = phase.into_frame(earliest);
-        let wait = |owner| {
-            let offset = self.offset_us(owner, wave);
-            if offset >= in_frame { offset - in_frame } else { offset + FRAME_US - in_frame }
-        };
-        let first = self.owners(turns).map(|owner| (wait(owner), owner)).min();
-        let (wait, owner) = first.unwrap_or((wait(self.node), self.node));
-        Turn { start: earliest + Duration::from_micros(wait), wave, owner }
+        let in_frame = phase.into_frame(earliest) as u32;
+        let (mut soonest, mut first) = (u32::MAX, self.node);
+        for owner in self.owners(turns) {
+            let offset = self.offset_us(owner, wave) as u32;
+            let later = if offset >= in_frame { 0 } else { FRAME_US as u32 };
+            let wait = offset + later - in_frame;
+            if wait < soonest {
+                (soonest, first) = (wait, owner);
+            }
+        }
+        Turn { start: earliest + Duration::from_micros(soonest.into()), wave, owner: first }
     }
 }
 

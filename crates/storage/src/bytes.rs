@@ -51,6 +51,13 @@ fn is_blank(bytes: &[u8]) -> bool {
 /// The `N` bytes of a record: `fields` in their order, and the CRC-32 of everything before it.
 pub(crate) fn sealed<const N: usize>(fields: &[&[u8]]) -> [u8; N] {
     let mut record = [0; N];
+    fill(&mut record, fields);
+    record
+}
+
+/// One function for the records of all lengths.
+#[inline(never)]
+fn fill(record: &mut [u8], fields: &[&[u8]]) {
     if let Some((body, crc)) = record.split_last_chunk_mut::<4>() {
         let bytes = fields.iter().copied().flatten();
         for (place, byte) in body.iter_mut().zip(bytes) {
@@ -58,10 +65,10 @@ pub(crate) fn sealed<const N: usize>(fields: &[&[u8]]) -> [u8; N] {
         }
         *crc = crc32(body).to_le_bytes();
     }
-    record
 }
 
 /// Checks that the first `length` bytes end in the CRC-32 of the others.
+#[inline(never)]
 pub(crate) fn check_crc(bytes: &[u8], length: usize) -> Result<(), Error> {
     let record = bytes.get(..length).ok_or(Error::Short)?;
     let (body, crc) = record.split_last_chunk().ok_or(Error::Short)?;
@@ -70,6 +77,7 @@ pub(crate) fn check_crc(bytes: &[u8], length: usize) -> Result<(), Error> {
 
 /// CRC-32 as in Ethernet and zip (polynomial 0x04C11DB7, reflected). It is calculated bit by bit: a
 /// table would take a kilobyte of flash, and records are seldom written.
+#[inline(never)]
 fn crc32(bytes: &[u8]) -> u32 {
     !bytes.iter().fold(!0, |crc, byte| {
         (0..8).fold(crc ^ u32::from(*byte), |crc, _| {

@@ -3,8 +3,9 @@
 
 use std::fmt::Debug;
 
-use storage::epoch::{self, EpochRecord, Provisioned};
+use storage::epoch::{self, EpochRecord};
 use storage::keys::KeysRecord;
+use storage::ledger::Ledger;
 use storage::settings::Settings;
 use storage::vendor::{self, VendorConfig};
 use storage::{Record, Slot, Slots};
@@ -28,7 +29,7 @@ pub fn check(mut data: &[u8]) {
         if let Some(keys) = Slots::read(&keys[0][1], &keys[1][1]).newest() {
             epochs_rise(&epochs[0][a], &epochs[1][b], keys);
         }
-        let _ = KeysRecord::on_page(&keys[0][a], None);
+        let _ = KeysRecord::on_page(&keys[0][a], None, &Ledger::EMPTY);
     }
     let _ = Settings::without_record(Some(&vendor));
     if let Ok(vendor) = VendorConfig::decode(&summed(&vendor))
@@ -63,18 +64,19 @@ fn holds<R: Record + Debug>(a: &[u8], b: &[u8]) {
     assert_eq!((after.newest(), after.newest_slot()), (Some(newest), Some(write.slot())));
 }
 
-/// Each boot has a higher epoch than the one before.
+/// Each boot has a higher epoch than the one before, also where one slot is misread.
 fn epochs_rise(a: &[u8], b: &[u8], keys: &KeysRecord) {
-    for provisioned in [Provisioned::Now, Provisioned::Before] {
-        let Ok(first) = epoch::next(&Slots::read(a, b), keys, provisioned) else { continue };
-        let epoch = first.kept(first.write.bytes()).unwrap();
-        let slots = match first.write.slot() {
-            Slot::A => Slots::read(first.write.bytes(), b),
-            Slot::B => Slots::read(a, first.write.bytes()),
-        };
-        if let Ok(then) = epoch::next(&slots, keys, Provisioned::Before) {
-            assert!(then.kept(then.write.bytes()).unwrap() > epoch);
-            assert_ne!(then.write.slot(), first.write.slot());
+    let used = Ledger::EMPTY.with(keys);
+    for ledger in [Ledger::EMPTY, used] {
+        let Ok(first) = epoch::next(&Slots::read(a, b), keys, &ledger, 5) else { continue };
+        let [one, other] = [first.writes[0].bytes(), first.writes[1].bytes()];
+        assert_ne!(first.writes[0].slot(), first.writes[1].slot());
+        let epoch = first.kept([one, other]).unwrap();
+        for (a, b) in [(one, other), (one, &[][..]), (&[], other)] {
+            if let Ok(then) = epoch::next(&Slots::read(a, b), keys, &used, 5) {
+                let [one, other] = [then.writes[0].bytes(), then.writes[1].bytes()];
+                assert!(then.kept([one, other]).unwrap() > epoch);
+            }
         }
     }
 }
