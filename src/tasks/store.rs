@@ -380,10 +380,7 @@ impl Keep<'_> {
 }
 
 /// See [`Keep::missing`].
-fn missing<R: Record>(
-    record: &R,
-    [a, b]: &[Bytes; 2],
-) -> Result<Option<(u16, Bytes, usize)>, Why> {
+fn missing<R: Record>(record: &R, [a, b]: &[Bytes; 2]) -> Result<Option<(u16, Bytes, usize)>, Why> {
     let slots = Slots::<R>::read(a, b);
     if slots.both_hold(record) {
         return Ok(None);

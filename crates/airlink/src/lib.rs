@@ -40,6 +40,9 @@
 //! its own frame to that of the largest node number that it hears, so that the whole chain follows
 //! the base. A node that hears no larger number keeps time by its own clock.
 //!
+//! In a chain that is stretched, where a node hears only nodes up to two numbers away, it sends in the
+//! turns of the numbers 6 and 12 from its own as well.
+//!
 //! # Receiving
 //! A packet passes these checks in this order, and each kind of refusal is counted apart
 //! ([`Refused`]). Until the tag is found right, a packet changes nothing but a count:
@@ -50,22 +53,28 @@
 //! 4. The sender's number is not this node's own. If it is, the packet is an echo, or two nodes
 //!    have that number: of the two the newcomer falls silent, or, when both have been members for a
 //!    while, the one with the later epoch.
-//! 5. Its counter is higher than that of the sender's last packet.
+//! 5. Its counter is higher than that of the sender's last packet, and the packet is no more than
+//!    [`LinkConfig::held_after`] later than the sender's fastest, by the time stamp in the counter.
+//!    The strength and the phase of one that is later than [`LinkConfig::prompt_within`], or off the
+//!    turn that its header names, are not used.
 //! 6. The sender is fresh, or this packet proves that it is.
 //! 7. The body decodes to a message.
 //! 8. If the message is a capsule for this end, the capsule's counter is higher than that of the
-//!    last one, and the capsule's own tag is right.
+//!    last one, the capsule's own tag is right, and an order other than to stop is not too late
+//!    either.
 //!
 //! # Sending
 //! The most urgent message goes first: membership (join, leave, refusal); then commands; in an
 //! outward turn the report and then telemetry; in an inward turn telemetry and then the report,
 //! which always gets the last packet of that turn; at last the beacon. Of several commands, or
 //! several pieces of telemetry, the one that was sent the fewest times goes first, and the head's
-//! before the others'. A command to the head is sent twice in an outward turn.
+//! before the others'; a command that was sent already counts like one for a node a few hops nearer. A
+//! turn that begins with a command to the head sends it twice.
 //!
 //! A node sends a capsule in turn after turn until it hears a node farther along send it, until a
 //! newer capsule of the same far end comes, or until it has sent it ten times
-//! ([`LinkConfig::tries`]).
+//! ([`LinkConfig::tries`]). A node that has stopped and hears the capsule from upstream again sends it
+//! once more.
 //!
 //! A node that [leaves](Airlink::leave) announces it in each packet of one turn and then falls
 //! silent. A node that hears the announcement forgets the sender until it comes back with another
@@ -74,7 +83,8 @@
 //! # Nonces
 //! The nonce of a hop is the header, which holds sender and counter; the nonce of a capsule holds
 //! which of the two ends sealed it, the node's number and the counter. A counter is the epoch and a
-//! count of packets within it; when the count is used up the node falls silent. So no nonce is used
+//! count within it, which is the time since boot or one more than the last; when the count is used up,
+//! after 38 hours, the node falls silent. So no nonce is used
 //! twice under one key as long as no epoch is, and as long as one node number alone has the base's
 //! key.
 //!

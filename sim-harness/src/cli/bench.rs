@@ -300,7 +300,7 @@ fn estimator_bench(args: &BenchArgs) -> Result<(String, Value), Trouble> {
 /// Aims that were not reached are added to `missed`.
 fn link_bench(args: &BenchArgs, missed: &mut Vec<String>) -> Result<(String, Value), Trouble> {
     let count = runs(args.runs.unwrap_or(10))?;
-    let total = link::DRONES.count() * link::LOSSES.len() * count;
+    let total = link::count() * count;
     let progress = Progress::new(total as u64, args.common.quiet);
     progress.say("chains");
     let rows = link::run(count, args.common.seed, || progress.step());
@@ -308,15 +308,17 @@ fn link_bench(args: &BenchArgs, missed: &mut Vec<String>) -> Result<(String, Val
     drop(progress);
     let mut table = format!(
         "link: {count} times 60 s a row; aim: 95 of 100 orders through {} hops at 20 % loss within \
-         {} s\n\n  {:>6} {:>5} {:>10} {:>10} {:>9} {:>12} {:>6}\n",
+         {} s\n\n  {:>6} {:>5} {:>7} {:>10} {:>10} {:>9} {:>12} {:>7} {:>6}\n",
         link::AIM_HOPS,
         link::AIM_S,
         "drones",
         "loss",
+        "polls/s",
         "offered/s",
         "delivered",
         "pilot, s",
         "telemetry, s",
+        "stop, s",
         "air",
     );
     let seconds = |value: Option<f32>| {
@@ -326,15 +328,23 @@ fn link_bench(args: &BenchArgs, missed: &mut Vec<String>) -> Result<(String, Val
         // Writing to a string cannot fail.
         let _ = writeln!(
             table,
-            "  {:>6} {:>5.2} {:>10.1} {:>10.3} {:>9} {:>12} {:>6.3}",
+            "  {:>6} {:>5.2} {:>7} {:>10.1} {:>10.3} {:>9} {:>12} {:>7} {:>6.3}",
             row.drones,
             row.loss,
+            row.polls_per_s,
             row.offered_per_s,
             row.delivered,
             seconds(row.pilot_delay_p95_s),
             seconds(row.telemetry_delay_p95_s),
+            seconds(row.stop_p95_s),
             row.air_time_fraction,
         );
+    }
+    let _ = writeln!(table, "\n  aims with {} drones, 95th percentiles", link::LONGEST);
+    for aim in &link::AIMS {
+        let measured = seconds(aim.measured(&rows));
+        let link::Aim { figure, loss, aim_s, .. } = aim;
+        let _ = writeln!(table, "  {figure:12} at {loss:.2} {measured:>7} s; aim {aim_s} s");
     }
     Ok((table, rows.iter().map(link::Row::json).collect()))
 }
@@ -348,18 +358,21 @@ fn attacks_bench(args: &BenchArgs, missed: &mut Vec<String>) -> Result<(String, 
     missed.extend(attacks::missed(&rows));
     drop(progress);
     let mut table = format!(
-        "attacks: {}, flight level, {count} missions a row\n\n  {:40} {:>8} {:>8}  effect\n",
+        "attacks: {}, flight level, {count} missions a row\n\n  {:40} {:>8} {:>8} {:>5} {:>5}  \
+         effect\n",
         attacks::SCENARIO,
         "attack",
         "packets",
         "accepted",
+        "dB",
+        "m",
     );
     for row in &rows {
         // Writing to a string cannot fail.
         let _ = writeln!(
             table,
-            "  {:40} {:>8} {:>8}  {}",
-            row.attack, row.packets, row.accepted, row.effect
+            "  {:40} {:>8} {:>8} {:>5.1} {:>5.1}  {}",
+            row.attack, row.packets, row.accepted, row.link_error_db, row.displaced_m, row.effect
         );
     }
     Ok((table, rows.iter().map(attacks::Row::json).collect()))

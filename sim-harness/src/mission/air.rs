@@ -10,6 +10,7 @@ use units::{Dbm, Role};
 use wire::syslink::MAX_P2P;
 
 use super::hosted::Hosted;
+use super::intruders::Intruders;
 use super::log::OrderLog;
 use super::member::{Member, OnLine, Onboard};
 use super::{CRAFT_STEP_US, Mission, Part};
@@ -100,7 +101,8 @@ impl Mission<'_> {
         let now_us = arrival.at_us;
         let mut opened = None;
         stopwatch.enter(Part::Links);
-        for receipt in arrival.heard {
+        let jammed = arrival.from < count && intruders.as_ref().is_some_and(Intruders::jams);
+        for receipt in arrival.heard.iter().filter(|receipt| !jammed || receipt.by >= count) {
             let Some(member) = members.get_mut(receipt.by) else {
                 if let Some(intruders) = intruders.as_mut().filter(|_| receipt.by == count) {
                     intruders.overhear(now_us, arrival.data);

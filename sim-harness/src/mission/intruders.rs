@@ -3,6 +3,8 @@
 
 use std::collections::VecDeque;
 
+use units::Dbm;
+
 use super::{Mission, Strengths, World};
 use crate::mission::medium::Medium;
 use crate::scenario::Scenario;
@@ -26,6 +28,8 @@ pub(super) struct Intruders {
     overheard: VecDeque<Overheard>,
     sent: u64,
     accepted: u64,
+    /// Whether the intruder keeps the members from hearing each other.
+    jams: bool,
 }
 
 impl Intruders {
@@ -38,6 +42,10 @@ impl Intruders {
 
     pub(super) const fn accept(&mut self) {
         self.accepted += 1;
+    }
+
+    pub(super) const fn jams(&self) -> bool {
+        self.jams
     }
 }
 
@@ -65,6 +73,18 @@ impl<'a> Mission<'a> {
             intruders.sent += 1;
             self.medium.inject(self.members.len() + radio, self.now_us + in_us, data);
         }
+    }
+
+    /// Has the intruder jam every packet of a member at all other members, and receive it nevertheless.
+    pub const fn jam_and_listen(&mut self) {
+        if let Some(intruders) = &mut self.intruders {
+            intruders.jams = true;
+        }
+    }
+
+    /// The strength of one member's signal at another, without noise.
+    pub fn strength(&mut self, from: usize, to: usize) -> Dbm {
+        self.strengths.between(&self.world.radio, from, to)
     }
 
     /// The packets that the intruder has received, the oldest first.

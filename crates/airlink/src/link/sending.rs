@@ -59,9 +59,8 @@ impl<S: Seal> Airlink<S> {
                 .or_else(|| self.pick_telemetry(now, wave, counter)),
             // The last packet is kept for the report: in a busy chain commands and telemetry would
             // leave it no room.
-            Wave::Inward => self
-                .pick_repeated_command(now)
-                .or_else(|| if last { self.pick_report(now) } else { None })
+            Wave::Inward => (if last { self.pick_report(now) } else { None })
+                .or_else(|| self.pick_repeated_command(now))
                 .or_else(|| self.pick_command(now, wave, counter))
                 .or_else(|| self.pick_telemetry(now, wave, counter))
                 .or_else(|| self.pick_report(now)),

@@ -24,6 +24,12 @@ const SPAN_US: u64 = 20_000_000;
 const RATE: u64 = 50;
 /// A flood sends this many times the capacity of the channel.
 const FLOOD: usize = 10;
+/// From this moment on an attacker jams and holds packets back, µs: the chain has formed.
+const HOLD_FROM_US: u64 = 10_000_000;
+/// The time for which packets are held back that are still taken, µs.
+const SHORT_HOLD_US: u64 = 1_000_000;
+/// The time for which packets are held back that are refused, µs.
+const LONG_HOLD_US: u64 = 5_000_000;
 /// The least age of a recording, µs.
 const OLD_US: u64 = 2_000_000;
 /// The attacker's place halfway between base and relay at the beginning, m.
@@ -53,6 +59,10 @@ enum Attack {
     BitFlipped,
     /// Recorded packets in another drone's name, with that drone's next numbers.
     WrongSender,
+    /// Every packet is jammed at its receivers, and played in its order [`SHORT_HOLD_US`] later.
+    HeldShortly,
+    /// The same [`LONG_HOLD_US`] later.
+    HeldLong,
     /// Forged packets of ten radios in the middle of the chain that send without a pause.
     Flood,
     /// The same from a place where they are much weaker than the links of the chain.
@@ -60,7 +70,7 @@ enum Attack {
 }
 
 impl Attack {
-    const ALL: [Self; 9] = [
+    const ALL: [Self; 11] = [
         Self::None,
         Self::Forged,
         Self::Replayed,
@@ -68,6 +78,8 @@ impl Attack {
         Self::Truncated,
         Self::BitFlipped,
         Self::WrongSender,
+        Self::HeldShortly,
+        Self::HeldLong,
         Self::Flood,
         Self::FloodFromAfar,
     ];
@@ -81,15 +93,27 @@ impl Attack {
             Self::Truncated => "truncated",
             Self::BitFlipped => "bit-flipped",
             Self::WrongSender => "wrong sender",
+            Self::HeldShortly => "jam and hold, 1 s",
+            Self::HeldLong => "jam and hold, 5 s",
             Self::Flood => "flood, 10 times the air, in the middle",
             Self::FloodFromAfar => "flood, 10 times the air, from afar",
         }
     }
 
     /// Whether no packet of the attack may be accepted. A lost packet that is repeated in order
-    /// cannot be distinguished from the original.
+    /// cannot be distinguished from the original, and one that was held back for a while still says
+    /// what it said.
     const fn is_refused(self) -> bool {
-        !matches!(self, Self::Repeated)
+        !matches!(self, Self::Repeated | Self::HeldShortly)
+    }
+
+    /// How long packets are held back, µs.
+    const fn hold_us(self) -> Option<u64> {
+        match self {
+            Self::HeldShortly => Some(SHORT_HOLD_US),
+            Self::HeldLong => Some(LONG_HOLD_US),
+            _ => None,
+        }
     }
 
     const fn radios(self) -> usize {
@@ -116,6 +140,11 @@ pub struct Row {
     pub packets: u64,
     /// How often a drone accepted one of them.
     pub accepted: u64,
+    /// The mean error of the drones' filtered links from [`HOLD_FROM_US`] on, dB.
+    pub link_error_db: f32,
+    /// How far a relay was from its place in the same mission without an attack, m: the greatest,
+    /// from [`HOLD_FROM_US`] on.
+    pub displaced_m: f32,
     /// The effect on the chain, and in how many of the missions.
     pub effect: String,
 }
@@ -124,10 +153,13 @@ impl Row {
     /// The result as one JSON object.
     #[must_use]
     pub fn json(&self) -> Value {
+        let round = |value: f32| (f64::from(value) * 1e2).round() / 1e2;
         json!({
             "attack": self.attack,
             "packets": self.packets,
             "accepted": self.accepted,
+            "link_error_db": round(self.link_error_db),
+            "displaced_m": round(self.displaced_m),
             "effect": self.effect,
         })
     }
@@ -141,17 +173,19 @@ pub fn run(runs: usize, seed: u64, after_each: impl Fn() + Sync) -> Result<Vec<R
     let mut scenario = Scenario::open(SCENARIO)?.at(Fidelity::Flight);
     scenario.duration_us = SPAN_US;
     let world = World::of(&scenario);
-    let rows = Attack::ALL.into_par_iter().map(|attack| {
-        let ends: Vec<End> = (0..runs as u64)
+    let fly_all = |attack| -> Vec<End> {
+        (0..runs as u64)
             .map(|n| {
                 let end = fly(&scenario, &world, attack, seed.wrapping_add(n));
                 after_each();
                 end
             })
-            .collect();
-        row(attack, &ends)
-    });
-    Ok(rows.collect())
+            .collect()
+    };
+    let all: Vec<_> = Attack::ALL.into_par_iter().map(|attack| (attack, fly_all(attack))).collect();
+    let undisturbed = all.iter().find(|(attack, _)| *attack == Attack::None);
+    let undisturbed = undisturbed.map_or(&[][..], |(_, ends)| ends);
+    Ok(all.iter().map(|(attack, ends)| row(*attack, ends, undisturbed)).collect())
 }
 
 /// The attacks of which packets were accepted that should not have been.
@@ -179,9 +213,13 @@ struct End {
     /// How long each drone was without the neighbours that it had, s.
     deaf_s: f32,
     states: Vec<&'static str>,
+    /// The mean error of the filtered links, dB.
+    link_error_db: f32,
+    /// The ways of the relays in each round from [`HOLD_FROM_US`] on.
+    ways: Vec<f32>,
 }
 
-fn row(attack: Attack, ends: &[End]) -> Row {
+fn row(attack: Attack, ends: &[End], undisturbed: &[End]) -> Row {
     let holds = ends.iter().filter(|end| end.holds).count();
     let orders: u32 = ends.iter().map(|end| end.orders).sum();
     let mean_orders = f64::from(orders) / ends.len().max(1) as f64;
@@ -194,8 +232,12 @@ fn row(attack: Attack, ends: &[End]) -> Row {
     if let Some(end) = ends.iter().find(|end| !end.holds) {
         effect += &format!("; else it ends {}", end.states.join(", "));
     }
+    let pairs = ends.iter().zip(undisturbed);
+    let ways = pairs.flat_map(|(end, calm)| end.ways.iter().zip(&calm.ways));
     Row {
         attack: attack.name(),
+        link_error_db: mean(ends.iter().map(|end| end.link_error_db)),
+        displaced_m: ways.map(|(is, was)| (is - was).abs()).fold(0.0, f32::max),
         packets: ends.iter().map(|end| end.packets).sum(),
         accepted: ends.iter().map(|end| end.accepted).sum(),
         effect,
@@ -207,11 +249,16 @@ fn fly(scenario: &Scenario, world: &World, attack: Attack, seed: u64) -> End {
     let mut mission = Mission::besieged(scenario, world, seed, &places);
     let mut random = Stream::new(seed, Purpose::Intruder);
     let mut missed = vec![0_u32; mission.count()];
+    let (mut errors, mut ways) = (Vec::new(), Vec::new());
     while !mission.is_over() {
         attack_for_a_round(&mut mission, attack, &mut random);
         mission.round();
         for (n, missed) in missed.iter_mut().enumerate() {
             *missed += u32::from(!has_neighbours(&mission, n));
+        }
+        if mission.time_us() > HOLD_FROM_US {
+            errors.extend(link_errors(&mut mission));
+            ways.extend(mission.ways().skip(1).take(mission.count() - 2));
         }
     }
     let states: Vec<_> = mission.states().collect();
@@ -230,7 +277,30 @@ fn fly(scenario: &Scenario, world: &World, attack: Attack, seed: u64) -> End {
         orders: mission.radio().orders,
         deaf_s: missed.iter().max().map_or(0.0, |&n| n as f32 * ROUND_US as f32 * 1e-6),
         states: states.iter().map(|state| state.name()).collect(),
+        link_error_db: mean(errors.into_iter()),
+        ways,
     }
+}
+
+/// The mean of these values, or 0 where there are none.
+fn mean(values: impl Iterator<Item = f32>) -> f32 {
+    let (sum, count) = values.fold((0.0, 0), |(sum, count), value| (sum + value, count + 1));
+    if count == 0 { 0.0 } else { sum / count as f32 }
+}
+
+/// How far each filtered link of the members is from the link's strength, dB.
+fn link_errors(mission: &mut Mission<'_>) -> Vec<f32> {
+    let links: Vec<_> = (0..mission.count())
+        .filter_map(|n| Some((n, mission.view(n)?.outputs?.status)))
+        .flat_map(|(n, status)| [status.front, status.back].map(|link| (n, link)))
+        .filter_map(|(n, link)| link.map(|link| (n, usize::from(link.peer.0), link.rssi)))
+        .collect();
+    let base = mission.count() - 1;
+    let station = |node: usize| if node >= base { base } else { node };
+    let error = |(n, peer, rssi): (usize, usize, units::Dbm)| {
+        (rssi - mission.strength(station(peer), n)).0.abs()
+    };
+    links.into_iter().map(error).collect()
 }
 
 /// Whether a member hears its neighbours: the head the one behind, the base the one in front, a
@@ -248,6 +318,19 @@ fn has_neighbours(mission: &Mission<'_>, n: usize) -> bool {
 fn attack_for_a_round(mission: &mut Mission<'_>, attack: Attack, random: &mut Stream) {
     match attack {
         Attack::None => {}
+        Attack::HeldShortly | Attack::HeldLong => {
+            let hold_us = attack.hold_us().unwrap_or_default();
+            if mission.time_us() >= HOLD_FROM_US {
+                mission.jam_and_listen();
+            }
+            let due_us = mission.time_us().saturating_sub(hold_us).max(HOLD_FROM_US);
+            let until_us = (mission.time_us() + ROUND_US).saturating_sub(hold_us);
+            let due = mission.overheard().filter(|heard| (due_us..until_us).contains(&heard.at_us));
+            let due: Vec<_> = due.map(|heard| (heard.at_us, heard.data.clone())).collect();
+            for (at_us, data) in due {
+                mission.intrude(0, at_us + hold_us - mission.time_us(), &data);
+            }
+        }
         Attack::Flood | Attack::FloodFromAfar => {
             let each_us = timing::air_us(Datarate::Mbit2, MAX_P2P);
             for radio in 0..FLOOD {
@@ -312,7 +395,7 @@ fn forged(members: usize, random: &mut Stream) -> Vec<u8> {
     let from = random.below(members as u32) as u8;
     let length = HEADER + 1 + random.below(MAX_BODY as u32) as usize + TAG;
     let mut packet: Vec<u8> = (0..length).map(|_| random.below(256) as u8).collect();
-    packet[0] = 0x10 | kind;
+    packet[0] = 0x30 | kind;
     packet[1] = from | ((random.below(2) as u8) << 4);
     // An epoch that the node may well have.
     packet[6] &= 0x0F;

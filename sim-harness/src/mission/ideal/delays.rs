@@ -7,15 +7,15 @@
 //!
 //! A report is sent in the next turn of its sender and not repeated, so its delay depends on where
 //! the sender's rounds lie in its frame, which does not change over a mission. Neither the loss
-//! nor the length of the chain moved a decile of all reports by more than a tenth of a frame, so
-//! there is one row of them. An order is repeated until it is heard, hop by hop: its delay grows
-//! with both.
+//! nor the length of the chain moved a decile of all reports by more than 13 ms, but for the upper
+//! two, which they moved by up to 24 and 47 ms, so there is one row of them. An order is repeated
+//! until it is heard, hop by hop: its delay grows with both.
 
 /// The least delay, those that each further tenth of all did not exceed, and the greatest, ms.
 type Deciles = [f32; 11];
 
 /// Reports, in all chains at all losses.
-const REPORTS: Deciles = [1.0, 7.0, 14.0, 21.0, 30.0, 38.0, 47.0, 58.0, 70.0, 82.0, 101.0];
+const REPORTS: Deciles = [1.0, 4.0, 6.0, 9.0, 12.0, 15.0, 19.0, 24.0, 35.0, 56.0, 201.0];
 
 /// The parts of all packets that were lost on each link.
 const LOSSES: [f32; 4] = [0.0, 0.2, 0.5, 0.7];
@@ -25,31 +25,31 @@ const HOPS: [f32; 4] = [2.0, 4.0, 8.0, 15.0];
 const ORDERS: [[[u16; 11]; LOSSES.len()]; HOPS.len()] = [
     // 2 hops
     [
-        [9, 22, 27, 35, 44, 59, 64, 88, 90, 92, 192],
-        [9, 22, 28, 43, 51, 61, 69, 90, 92, 123, 292],
-        [9, 28, 44, 60, 88, 92, 115, 144, 165, 191, 412],
-        [10, 44, 69, 105, 127, 145, 166, 190, 223, 280, 560],
+        [6, 11, 14, 15, 18, 22, 25, 26, 29, 40, 57],
+        [4, 12, 15, 16, 21, 23, 26, 28, 35, 41, 89],
+        [4, 14, 16, 23, 27, 32, 41, 49, 52, 62, 167],
+        [4, 17, 28, 40, 49, 52, 60, 70, 88, 111, 233],
     ],
     // 4 hops
     [
-        [28, 36, 40, 66, 70, 78, 79, 80, 97, 106, 111],
-        [28, 36, 58, 70, 78, 80, 96, 105, 112, 170, 309],
-        [28, 66, 80, 106, 136, 166, 179, 200, 227, 279, 525],
-        [28, 118, 170, 197, 231, 270, 296, 333, 379, 458, 979],
+        [17, 28, 31, 36, 40, 41, 41, 55, 59, 68, 108],
+        [17, 29, 33, 37, 40, 41, 55, 59, 68, 74, 141],
+        [17, 33, 41, 55, 63, 69, 77, 93, 102, 117, 222],
+        [17, 58, 71, 90, 99, 106, 128, 137, 162, 191, 403],
     ],
     // 8 hops
     [
-        [46, 59, 68, 74, 83, 86, 88, 106, 109, 119, 133],
-        [46, 61, 74, 85, 105, 109, 125, 160, 183, 209, 405],
-        [46, 112, 169, 205, 230, 269, 289, 320, 370, 425, 725],
-        [62, 289, 374, 419, 483, 526, 583, 630, 705, 805, 1485],
+        [43, 46, 48, 56, 65, 68, 69, 71, 74, 81, 96],
+        [43, 47, 50, 66, 68, 71, 74, 82, 93, 110, 231],
+        [43, 72, 87, 106, 111, 130, 143, 160, 174, 200, 341],
+        [44, 132, 167, 183, 205, 220, 237, 262, 283, 310, 511],
     ],
     // 15 hops
     [
-        [103, 115, 124, 132, 144, 156, 162, 167, 172, 178, 267],
-        [103, 124, 144, 162, 169, 186, 224, 247, 267, 286, 535],
-        [103, 315, 372, 426, 468, 525, 567, 625, 678, 769, 1279],
-        [303, 787, 904, 1003, 1068, 1156, 1232, 1312, 1439, 1611, 2556],
+        [100, 112, 117, 121, 124, 127, 132, 135, 137, 146, 169],
+        [100, 116, 122, 127, 132, 136, 146, 160, 173, 194, 308],
+        [101, 169, 192, 216, 229, 242, 261, 274, 294, 329, 496],
+        [116, 290, 332, 363, 386, 411, 432, 460, 487, 536, 800],
     ],
 ];
 
@@ -116,7 +116,7 @@ mod tests {
     #[test]
     fn the_table_is_of_the_present_link() {
         for (drones, loss) in [(4, 0.2), (8, 0.5)] {
-            let row = link::row(drones, loss, 8, 100, || {});
+            let row = link::row(drones, loss, link::POLLS_PER_S, 8, 100, || {});
             for part in [2, 5, 8] {
                 let order = order_deciles(loss, f32::from(drones))[part];
                 let found = row.order_delay_s[part] * 1e3;
