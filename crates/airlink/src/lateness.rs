@@ -27,7 +27,7 @@ impl Lateness {
     #[inline(never)]
     pub(crate) fn of(&mut self, now: Instant, counter: Counter) -> Duration {
         let delay = counter.delay(now);
-        let drift = now.since(self.least_at).as_micros() / STAMP_US >> DRIFT_BITS;
+        let drift = (now.since(self.least_at).as_micros() / STAMP_US) >> DRIFT_BITS;
         let late = delay.wrapping_sub(self.least).wrapping_sub(drift as i32);
         if late <= 0 {
             *self = Self { least: delay, least_at: now };

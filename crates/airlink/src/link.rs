@@ -112,7 +112,6 @@ pub enum Standing {
 
 /// This node's end of the exchange that is sealed end to end between the base and each drone.
 #[derive(Clone, Debug)]
-#[expect(clippy::large_enum_variant, reason = "one per link, and there is no heap")]
 enum End {
     Base(OrderDistribution),
     Drone(TelemetrySender),

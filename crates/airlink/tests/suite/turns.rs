@@ -29,7 +29,7 @@ fn overlaps(net: &Net<Unsealed>, since: u64, apart: usize) -> usize {
 /// The difference in µs between the frames of a packet's sender and of the base, at 2 Mbit/s. Up to
 /// 1.1 ms of it are the packet's jitter and its time on the serial line. The second packet of a
 /// turn comes 854 µs after the first.
-fn off_frame(net: &Net<Unsealed>, sent: &Sent, base: &Sent) -> u64 {
+fn off_frame(sent: &Sent, base: &Sent) -> u64 {
     let frame = |sent: &Sent| {
         let header = Header::decode(&sent.bytes).unwrap().0;
         let owner = u64::from(header.owner.0);
@@ -269,7 +269,7 @@ fn two_halves_that_meet_agree_on_one_frame() {
         let met_at = net.now;
         net.run(8 * SECOND);
         let base = net.sent.iter().rev().find(|sent| sent.from == 9).unwrap();
-        let off = |sent: &&Sent| sent.start >= met_at && off_frame(&net, sent, base) > 2_000;
+        let off = |sent: &&Sent| sent.start >= met_at && off_frame(sent, base) > 2_000;
         let last = net.sent.iter().rev().find(off);
         let frames = last.map_or(0, |sent| (sent.start - met_at) / FRAME);
         worst = worst.max(frames);
