@@ -77,31 +77,31 @@ pub enum SpeedLaw {
 }
 
 /// The rule that keeps a relay at a distance from its neighbours: a tunnel has no room to pass, and
-/// only the signal strength shows how near they are. Between two neighbours that are too near a
-/// relay stays, or keeps away from the one that is clearly nearer: of drones that stand close
-/// together those at the ends leave first, and none is pushed into the next.
+/// only the signal strength shows how near they are.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clearance {
     /// A neighbour whose signal is stronger than this is too near.
     pub too_near: Dbm,
     /// The speed away from a neighbour that is too near.
     pub away: MetresPerSecond,
+    /// Between two neighbours that are too near a relay stays, unless the signal of one is stronger
+    /// by more than this: of drones that stand close together those at the ends leave first, and
+    /// none is pushed into the next. With `None` a relay always flies back from the one in front, as
+    /// the authors' firmware does.
+    pub clearly_nearer: Option<Db>,
 }
 
 impl Clearance {
-    /// By so many decibels a neighbour is clearly nearer than the other, which in free space is half
-    /// as far again.
-    const CLEARLY: f32 = 3.5;
-
     /// The velocity of a relay whose neighbours are heard this strongly, if one is too near.
     fn velocity(&self, front: Dbm, back: Dbm) -> Option<MetresPerSecond> {
-        match (front > self.too_near, back > self.too_near) {
-            (false, false) => None,
-            (true, false) => Some(-self.away),
-            (false, true) => Some(self.away),
-            (true, true) if (front - back).0 > Self::CLEARLY => Some(-self.away),
-            (true, true) if (back - front).0 > Self::CLEARLY => Some(self.away),
-            (true, true) => Some(MetresPerSecond::ZERO),
+        let nearer_by = (front - back).0;
+        match (front > self.too_near, back > self.too_near, self.clearly_nearer) {
+            (false, false, _) => None,
+            (false, true, _) => Some(self.away),
+            (true, false, _) | (true, true, None) => Some(-self.away),
+            (true, true, Some(clearly)) if nearer_by > clearly.0 => Some(-self.away),
+            (true, true, Some(clearly)) if nearer_by < -clearly.0 => Some(self.away),
+            (true, true, Some(_)) => Some(MetresPerSecond::ZERO),
         }
     }
 }
@@ -175,7 +175,11 @@ impl PolicyConfig {
         smoothing: Smoothing::Average { weight: 0.27 },
         tolerance: Db(1.5),
         law: SpeedLaw::BangBang { speed: MetresPerSecond(0.3) },
-        clearance: Some(Clearance { too_near: Dbm(-40.0), away: MetresPerSecond(0.2) }),
+        clearance: Some(Clearance {
+            too_near: Dbm(-40.0),
+            away: MetresPerSecond(0.2),
+            clearly_nearer: None,
+        }),
         max_speed: MAX_SPEED,
     };
 
@@ -184,7 +188,8 @@ impl PolicyConfig {
     /// steeper link. The relay follows its neighbours' velocities, which compensates for the low
     /// gain. Gain, Q and the uncertainty of the motion were chosen from a search over the three
     /// corridors of the `chain` benchmark and the demonstration (gains of 0.07 to 0.4 1/s), by
-    /// simulation; −37 dBm is 0.7 m in free space, twice the spacing of the drones at the mouth.
+    /// simulation; −37 dBm is 0.7 m in free space, twice the spacing of the drones at the mouth,
+    /// and 3.5 dB are half as far again there.
     pub const K_TUNED: Self = Self {
         smoothing: Smoothing::Kalman(Kalman {
             slope: PAPER_SLOPE,
@@ -198,7 +203,11 @@ impl PolicyConfig {
             of: SlopeOf::SteeperLink,
             follow: 1.0,
         },
-        clearance: Some(Clearance { too_near: Dbm(-37.0), away: MetresPerSecond(0.2) }),
+        clearance: Some(Clearance {
+            too_near: Dbm(-37.0),
+            away: MetresPerSecond(0.2),
+            clearly_nearer: Some(Db(3.5)),
+        }),
         ..Self::T0
     };
 

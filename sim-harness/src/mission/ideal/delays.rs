@@ -7,15 +7,15 @@
 //!
 //! A report is sent in the next turn of its sender and not repeated, so its delay depends on where
 //! the sender's rounds lie in its frame, which does not change over a mission. Neither the loss
-//! nor the length of the chain moved a decile of all reports by more than 13 ms, but for the upper
-//! two, which they moved by up to 24 and 47 ms, so there is one row of them. An order is repeated
+//! nor the length of the chain moved a decile of all reports by more than 8 ms, but for the upper
+//! two, which they moved by up to 14 and 29 ms, so there is one row of them. An order is repeated
 //! until it is heard, hop by hop: its delay grows with both.
 
 /// The least delay, those that each further tenth of all did not exceed, and the greatest, ms.
 type Deciles = [f32; 11];
 
 /// Reports, in all chains at all losses.
-const REPORTS: Deciles = [1.0, 4.0, 6.0, 9.0, 12.0, 15.0, 19.0, 24.0, 35.0, 56.0, 201.0];
+const REPORTS: Deciles = [1.0, 3.0, 6.0, 8.0, 10.0, 13.0, 16.0, 20.0, 25.0, 34.0, 62.0];
 
 /// The parts of all packets that were lost on each link.
 const LOSSES: [f32; 4] = [0.0, 0.2, 0.5, 0.7];
@@ -25,31 +25,31 @@ const HOPS: [f32; 4] = [2.0, 4.0, 8.0, 15.0];
 const ORDERS: [[[u16; 11]; LOSSES.len()]; HOPS.len()] = [
     // 2 hops
     [
-        [6, 11, 14, 15, 18, 22, 25, 26, 29, 40, 57],
-        [4, 12, 15, 16, 21, 23, 26, 28, 35, 41, 89],
-        [4, 14, 16, 23, 27, 32, 41, 49, 52, 62, 167],
-        [4, 17, 28, 40, 49, 52, 60, 70, 88, 111, 233],
+        [4, 11, 14, 15, 18, 22, 25, 26, 30, 40, 57],
+        [4, 12, 15, 16, 21, 24, 26, 29, 35, 42, 91],
+        [4, 14, 16, 23, 28, 33, 44, 50, 56, 67, 181],
+        [4, 16, 28, 41, 50, 55, 66, 84, 90, 117, 227],
     ],
     // 4 hops
     [
         [17, 28, 31, 36, 40, 41, 41, 55, 59, 68, 108],
-        [17, 29, 33, 37, 40, 41, 55, 59, 68, 74, 141],
-        [17, 33, 41, 55, 63, 69, 77, 93, 102, 117, 222],
-        [17, 58, 71, 90, 99, 106, 128, 137, 162, 191, 403],
+        [17, 29, 33, 37, 40, 41, 55, 59, 68, 75, 166],
+        [17, 36, 41, 58, 66, 72, 80, 96, 105, 128, 254],
+        [18, 62, 77, 94, 103, 121, 134, 154, 171, 203, 359],
     ],
     // 8 hops
     [
         [43, 46, 48, 56, 65, 68, 69, 71, 74, 81, 96],
-        [43, 47, 50, 66, 68, 71, 74, 82, 93, 110, 231],
-        [43, 72, 87, 106, 111, 130, 143, 160, 174, 200, 341],
-        [44, 132, 167, 183, 205, 220, 237, 262, 283, 310, 511],
+        [43, 47, 50, 66, 68, 71, 74, 83, 94, 110, 205],
+        [43, 72, 88, 107, 116, 131, 145, 161, 175, 203, 345],
+        [44, 134, 169, 187, 207, 230, 246, 269, 291, 330, 506],
     ],
     // 15 hops
     [
         [100, 112, 117, 121, 124, 127, 132, 135, 137, 146, 169],
-        [100, 116, 122, 127, 132, 136, 146, 160, 173, 194, 308],
-        [101, 169, 192, 216, 229, 242, 261, 274, 294, 329, 496],
-        [116, 290, 332, 363, 386, 411, 432, 460, 487, 536, 800],
+        [100, 116, 122, 127, 132, 136, 146, 162, 173, 195, 300],
+        [103, 170, 194, 216, 231, 244, 263, 275, 296, 330, 495],
+        [124, 294, 339, 370, 395, 425, 447, 475, 511, 558, 826],
     ],
 ];
 

@@ -129,7 +129,8 @@ fn a_peripheral_without_a_clock_is_an_error_and_one_that_is_missing_a_fault() {
     assert!(unmodelled(chip.try_store(0x4002_0018, WORD, 1)).contains("GPIO port whose clock"));
     assert!(unmodelled(chip.try_load(0x4001_2000, WORD)).contains("ADC"));
     assert!(unmodelled(chip.try_load(0x4000_6400, WORD)).contains("CAN1"));
-    assert!(unmodelled(chip.try_load(0x5006_0800, WORD)).contains("RNG"));
+    assert!(unmodelled(chip.try_load(0x5006_0800, WORD)).contains("clock is off"));
+    assert!(unmodelled(chip.try_load(0x4000_7400, WORD)).contains("DAC"));
     // Ethernet, the camera and the hash unit are in other chips of the family.
     for nothing in [0x4002_8000, 0x5005_0000, 0x5006_0400, 0x4000_2400, 0x3000_0000] {
         assert_eq!(chip.try_load(nothing, WORD), Err(Refused::Fault), "{nothing:#x}");
