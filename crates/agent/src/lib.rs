@@ -47,7 +47,7 @@ pub use config::{AgentConfig, ConfigError, FlightConfig};
 pub use io::{BodyVelocity, Fitness, Inputs, LinkView, Outputs, Status};
 pub use mission::Duty;
 pub use mission::chain::ChainDuty;
-pub use odometry::Reckoning;
+pub use odometry::{Reckoning, odometer_deviation};
 pub use state::{LandReason, State};
 
 use ::chain::report::Report;

@@ -310,6 +310,8 @@ node_rows! {
     "backRssi": F32 "dBm" "the link to it; 0 for none"
         => |t| t.telemetry.back.map_or(0.0, |(_, rssi)| rssi.0);
     "odometer": F32 "m" "its way along the tunnel since take-off" => |t| t.telemetry.odometer.0;
+    "odometerSd": F32 "m" "how far this may be off, as one standard deviation"
+        => |t| agent::odometer_deviation(t.telemetry.odometer).0;
     "forward": F32 "m/s" "its velocity along the tunnel" => |t| t.telemetry.velocity.0;
     "height": F32 "m" "its height over ground; 0 while unknown" => |t| metres(t.telemetry.height);
     "heeded": U16 "" "the last 16 bits of the number of the order that it obeyed last"

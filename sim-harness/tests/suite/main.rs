@@ -12,5 +12,6 @@ mod machine;
 mod medium;
 mod odometry;
 mod order;
+mod place;
 mod radio;
 mod retirement;
