@@ -140,10 +140,10 @@ pub struct Row {
     pub packets: u64,
     /// How often a drone accepted one of them.
     pub accepted: u64,
-    /// The mean error of the drones' filtered links from [`HOLD_FROM_US`] on, dB.
+    /// The mean error of the drones' filtered links from the tenth second on, dB.
     pub link_error_db: f32,
     /// How far a relay was from its place in the same mission without an attack, m: the greatest,
-    /// from [`HOLD_FROM_US`] on.
+    /// from the tenth second on.
     pub displaced_m: f32,
     /// The effect on the chain, and in how many of the missions.
     pub effect: String,
