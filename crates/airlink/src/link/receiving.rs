@@ -59,13 +59,16 @@ impl<S: Seal> Airlink<S> {
     }
 
     /// Notes whether nodes that would share turns may be in range of one receiver: where this node
-    /// hears one three numbers away, or a neighbour names one that would share this node's turns.
+    /// hears one three numbers away, or a neighbour names one that is as far from it, as where nodes
+    /// between them are lost, or that would share this node's turns.
     fn watch_for_crowds(&mut self, now: Instant, from: NodeId, message: &Message) {
         let me = self.identity.node;
-        let is_far = from.0.abs_diff(me.0) >= REUSE / 2;
+        let is_far = |node: NodeId| node.0.abs_diff(from.0) >= REUSE / 2;
         let shares = |node: NodeId| node != me && node.0 % REUSE == me.0 % REUSE;
-        let names = |report: &Report| report.heard.iter().any(|heard| shares(heard.node));
-        if is_far || matches!(message, Message::Report(report) if names(report)) {
+        let names = |report: &Report| {
+            report.heard.iter().any(|heard| shares(heard.node) || is_far(heard.node))
+        };
+        if is_far(me) || matches!(message, Message::Report(report) if names(report)) {
             self.crowded_at = Some(now);
             self.turns = Turns::Own;
             self.due = None;
