@@ -18,6 +18,24 @@ impl<'a> Reader<'a> {
         }
     }
 
+    /// A reader of a record of `length` bytes with this magic number, whose CRC-32 is right and whose
+    /// version must be `version`; what follows the version is left to read.
+    #[inline(never)]
+    pub(crate) fn of_record(
+        bytes: &'a [u8],
+        length: usize,
+        magic: [u8; 4],
+        version: u8,
+    ) -> Result<Self, Error> {
+        let record = bytes.get(..length).ok_or(Error::Short)?;
+        let mut fields = Self::after_magic(record, magic)?;
+        check_crc(record, length)?;
+        match fields.u8()? {
+            found if found == version => Ok(fields),
+            found => Err(Error::Version(found)),
+        }
+    }
+
     pub(crate) fn array<const N: usize>(&mut self) -> Result<[u8; N], Error> {
         let (field, rest) = self.0.split_first_chunk().ok_or(Error::Short)?;
         self.0 = rest;

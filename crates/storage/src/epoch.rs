@@ -36,7 +36,7 @@ use core::fmt;
 
 use wire::p2p::Epoch;
 
-use crate::bytes::{Reader, check_crc, sealed};
+use crate::bytes::{Reader, sealed};
 use crate::keys::KeysRecord;
 use crate::ledger::Ledger;
 use crate::{Error, Record, Slot, Slots, Write};
@@ -66,13 +66,7 @@ impl Record for EpochRecord {
     }
 
     fn decode(bytes: &[u8]) -> Result<(Self, u32), Error> {
-        let (record, _) = bytes.split_first_chunk::<LENGTH>().ok_or(Error::Short)?;
-        let mut fields = Reader::after_magic(record, MAGIC)?;
-        check_crc(record, LENGTH)?;
-        let version = fields.u8()?;
-        if version != VERSION {
-            return Err(Error::Version(version));
-        }
+        let mut fields = Reader::of_record(bytes, LENGTH, MAGIC, VERSION)?;
         let [e0, e1, e2] = fields.array()?;
         Ok((Self { fleet: fields.u32()? }, u32::from_le_bytes([e0, e1, e2, 0])))
     }

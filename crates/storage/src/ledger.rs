@@ -16,7 +16,7 @@
 //! in the ledger the epochs begin at a random one ([`crate::epoch`]), so the page of a fleet that
 //! was forgotten is unlikely to bring epochs back.
 
-use crate::bytes::{Reader, check_crc, sealed};
+use crate::bytes::{Reader, sealed};
 use crate::epoch::Issue;
 use crate::keys::KeysRecord;
 use crate::{Error, Record};
@@ -86,13 +86,7 @@ impl Record for Ledger {
     }
 
     fn decode(bytes: &[u8]) -> Result<(Self, u32), Error> {
-        let (record, _) = bytes.split_first_chunk::<LENGTH>().ok_or(Error::Short)?;
-        let mut fields = Reader::after_magic(record, MAGIC)?;
-        check_crc(record, LENGTH)?;
-        let version = fields.u8()?;
-        if version != VERSION {
-            return Err(Error::Version(version));
-        }
+        let mut fields = Reader::of_record(bytes, LENGTH, MAGIC, VERSION)?;
         let sequence = fields.u32()?;
         let mut ledger = Self::EMPTY;
         for entry in &mut ledger.entries {
