@@ -51,10 +51,16 @@ impl Airframe {
         ..Self::CRAZYFLIE_2_1
     };
 
+    /// The weight of the drone, N.
+    #[must_use]
+    pub const fn weight(&self) -> f32 {
+        self.mass * GRAVITY
+    }
+
     /// The thrust of one motor at hover, N.
     #[must_use]
     pub const fn hover_thrust(&self) -> f32 {
-        self.mass * GRAVITY / 4.0
+        self.weight() / 4.0
     }
 
     /// The thrust of one motor at this voltage, N, at least zero.

@@ -24,7 +24,7 @@ use core::f32::consts::PI;
 
 use units::Radians;
 
-use crate::airframe::{Airframe, GRAVITY};
+use crate::airframe::Airframe;
 use crate::mixer::{Mix, Wrench};
 use crate::pid::{Actuator, Gains, Pid};
 
@@ -319,7 +319,7 @@ impl Control {
         // The thrust makes up for the lift lost to the tilt, up to 60°: beyond that no thrust would
         // be left for control.
         let tilt_cosine = body.tilt_cosine.max(0.5);
-        let thrust = (airframe.mass * GRAVITY + correction) / tilt_cosine;
+        let thrust = (airframe.weight() + correction) / tilt_cosine;
         self.thrust = thrust.max(config.least_thrust).min(4.0 * airframe.most_thrust);
     }
 

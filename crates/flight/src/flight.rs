@@ -6,7 +6,7 @@ use units::{
 };
 
 use crate::accel::{Accel, AccelConfig};
-use crate::airframe::{Airframe, GRAVITY};
+use crate::airframe::Airframe;
 use crate::battery::{BatteryConfig, Gauge};
 use crate::calibration::{Calibration, CalibrationConfig, RestMean};
 use crate::control::{BodyState, Control, ControlConfig, Goal, Horizontal, Vertical};
@@ -149,7 +149,7 @@ impl Flight {
         self.last_step = Some(now);
 
         self.inertial(config, now, sensed, dt);
-        let load = self.mix.achieved.thrust / (config.airframe.mass * GRAVITY);
+        let load = self.mix.achieved.thrust / config.airframe.weight();
         self.gauge.step(&config.battery, now, sensed.battery, load, dt);
         if self.supervisor.mode().is_airborne() {
             self.estimate(config, now, sensed, dt);
@@ -202,7 +202,7 @@ impl Flight {
         let lifted = self.supervisor.mode().is_airborne() && self.estimator.height() > LIFTED_FROM;
         let before = self.accel.thrust_scale();
         self.accel.step(&config.accel, now, accel, specific_thrust, lag, lifted, dt);
-        let weight = config.airframe.mass * GRAVITY;
+        let weight = config.airframe.weight();
         let scale = self.accel.thrust_scale();
         self.control.thrust_learnt(weight * (scale - before) / scale);
 
@@ -292,7 +292,7 @@ impl Flight {
 
     fn observe(&self, config: &FlightConfig, now: Instant, command: &Command) -> Observed {
         let [velocity_at, height_at] = self.measured;
-        let weight = config.airframe.mass * GRAVITY;
+        let weight = config.airframe.weight();
         Observed {
             now,
             setpoint: command.setpoint,
