@@ -28,8 +28,8 @@ pub struct Reckoning {
 
 /// How far a drone's odometer may be off, as one standard deviation: 0.12 m, which it drifts and
 /// cuts in the corners near its take-off, and 3 % of the way, the error of the scale of optic flow
-/// over a measured height. By simulation at both fidelities: 0.07 to 0.14 m within the first metre,
-/// 0.15 to 0.29 m at 8 m, 0.28 to 0.48 m at 15 m and 0.38 to 0.66 m at 28 m.
+/// over a measured height. By simulation at both fidelities: 0.03 to 0.14 m within the first metre,
+/// 0.15 to 0.33 m at 8 m, 0.28 to 0.48 m at 15 m and 0.38 to 0.66 m at 28 m.
 #[must_use]
 pub fn odometer_deviation(odometer: Metres) -> Metres {
     let of_scale = 0.03 * odometer.0;
