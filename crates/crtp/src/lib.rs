@@ -31,20 +31,23 @@
 //! | `blocks` | log blocks: what is in them, and when they are due |
 //! | `console` | the buffer of console text |
 //! | `variables` | the table of log variables |
-//! | `parameters` | the table of parameters |
+//! | `parameters` | the values of the parameters |
+//! | `parameter_table` | the table of parameters |
 //! | `snapshot` | the values of the log variables at one moment |
 //! | `table` | the rows and checksums of both tables |
 #![no_std]
 
 mod blocks;
 mod console;
+mod parameter_table;
 mod parameters;
 mod server;
 mod snapshot;
 mod table;
 mod variables;
 
-pub use parameters::{About, OperatorTask, ParameterId, Parameters, parameters};
+pub use parameter_table::{ParameterId, parameters};
+pub use parameters::{About, OperatorTask, Parameters};
 pub use server::{Access, Counters, Event, Notice, Outcome, Server, Setpoint};
 pub use snapshot::{Link, LinkState, Node, Power, Radio, Ranges, Snapshot};
 pub use table::Documented;

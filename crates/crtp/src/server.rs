@@ -9,7 +9,7 @@ use wire::crtp::{
 
 use crate::blocks::{self, Blocks};
 use crate::console::Console;
-use crate::parameters::{self, Parameter, ParameterId};
+use crate::parameter_table::{self as table, Parameter, ParameterId};
 use crate::{Parameters, Snapshot, variables};
 
 /// The capacity of the queue of answers. A client sends one request at a time, from a few of its
@@ -326,7 +326,7 @@ impl Server {
     fn next_answer(&mut self, snapshot: &Snapshot, parameters: &Parameters) -> Option<Packet> {
         let state = snapshot.supervisor();
         let is = |bit: u16| state >> bit & 1 == 1;
-        let value = |id| parameters::row(id).map(|row| row.value(parameters)).ok_or(Errno::Missing);
+        let value = |id| table::row(id).map(|row| row.value(parameters)).ok_or(Errno::Missing);
         Some(match self.waiting.pop_front()? {
             Waiting::Ready(packet) => packet,
             Waiting::Read(id) => Reply::ParamRead { id, value: value(id) }.packet(),
@@ -455,10 +455,8 @@ impl Server {
     fn param<A: Act>(&mut self, request: ParamRequest<'_>, asked: &mut Asked<'_, A>) {
         let missing = Err(Errno::Missing);
         let reply = match request {
-            ParamRequest::TableInfo => {
-                Reply::ParamTable { count: parameters::COUNT, crc: parameters::CRC }
-            }
-            ParamRequest::TableItem(id) => parameters::row(id).map_or(Reply::NoParam, |row| {
+            ParamRequest::TableInfo => Reply::ParamTable { count: table::COUNT, crc: table::CRC },
+            ParamRequest::TableItem(id) => table::row(id).map_or(Reply::NoParam, |row| {
                 let (kind, group, name) = (row.kind(), row.group, row.name);
                 Reply::Param { id, kind, read_only: row.is_read_only(), group, name }
             }),
@@ -476,7 +474,7 @@ impl Server {
             ParamRequest::StoredState(id) => Reply::ParamNotKept { command: 4, id },
             ParamRequest::Clear(id) => Reply::ParamNotKept { command: 5, id },
             ParamRequest::Default { id, with_status } => {
-                let row = parameters::row(id).filter(|row| !row.is_read_only());
+                let row = table::row(id).filter(|row| !row.is_read_only());
                 let value = row.map_or(missing, |row| Ok(row.value(&Parameters::DEFAULT)));
                 Reply::ParamDefault { id, value, with_status }
             }
@@ -488,7 +486,7 @@ impl Server {
     /// take it for that value.
     fn write<A: Act>(&mut self, id: u16, value: &[u8], asked: &mut Asked<'_, A>) {
         self.wait(Waiting::Written(id));
-        match parameters::row(id) {
+        match table::row(id) {
             Some(row) => {
                 let value = row.kind().read(value);
                 let _ = self.set(ParameterId::new(id), row, value, asked);
@@ -505,7 +503,7 @@ impl Server {
         value: &[u8],
         asked: &mut Asked<'_, A>,
     ) -> Result<(), Errno> {
-        let Some((id, row)) = parameters::named(group, name) else {
+        let Some((id, row)) = table::named(group, name) else {
             count(&mut self.counters.refused);
             return Err(Errno::Missing);
         };

@@ -73,7 +73,26 @@ pub struct ControlConfig {
     pub slow_period: f32,
 }
 
+/// The gains of a loop in the units of the Crazyflie's parameters: proportional, integral and
+/// derivative.
+pub type ParameterGains = [f32; 3];
+
 impl ControlConfig {
+    /// The Crazyflie's `pid_rate.roll_*` and `pid_rate.pitch_*`, motor steps per °/s.
+    pub const TILT_RATE: ParameterGains = [250.0, 500.0, 2.5];
+    /// The Crazyflie's `pid_rate.yaw_*`, motor steps per °/s.
+    pub const YAW_RATE: ParameterGains = [120.0, 16.7, 0.0];
+    /// The Crazyflie's `pid_attitude.roll_*` and `pid_attitude.pitch_*`, °/s per °.
+    pub const TILT: ParameterGains = [6.0, 3.0, 0.0];
+    /// The Crazyflie's `pid_attitude.yaw_*`, °/s per °.
+    pub const YAW: ParameterGains = [6.0, 1.0, 0.35];
+    /// The Crazyflie's `velCtlPid.vx*` and `velCtlPid.vy*`, ° per m/s.
+    pub const VELOCITY: ParameterGains = [25.0, 1.0, 0.0];
+    /// The Crazyflie's `velCtlPid.vz*`, 1000 motor steps per m/s.
+    pub const CLIMB: ParameterGains = [25.0, 15.0, 0.0];
+    /// The Crazyflie's `posCtlPid.z*`, m/s per m.
+    pub const HEIGHT: ParameterGains = [2.0, 0.5, 0.0];
+
     /// The Crazyflie's gains, with limits of our own.
     ///
     /// The Crazyflie's rates are limited by its motors only; 5 rad/s is what the attitude loop asks
@@ -88,32 +107,42 @@ impl ControlConfig {
         way: 0.5,
         most_lag: 0.1,
         tilt_rate: Gains {
-            kp: 250.0 * TILT_STEP / DEGREE,
-            ki: 500.0 * TILT_STEP / DEGREE,
-            kd: 2.5 * TILT_STEP / DEGREE,
-            integral_limit: 33.3 * 500.0 * TILT_STEP,
+            kp: Self::TILT_RATE[0] * TILT_STEP / DEGREE,
+            ki: Self::TILT_RATE[1] * TILT_STEP / DEGREE,
+            kd: Self::TILT_RATE[2] * TILT_STEP / DEGREE,
+            integral_limit: 33.3 * Self::TILT_RATE[1] * TILT_STEP,
         },
         yaw_rate: Gains {
-            kp: 120.0 * YAW_STEP / DEGREE,
-            ki: 16.7 * YAW_STEP / DEGREE,
-            kd: 0.0,
-            integral_limit: 166.7 * 16.7 * YAW_STEP,
+            kp: Self::YAW_RATE[0] * YAW_STEP / DEGREE,
+            ki: Self::YAW_RATE[1] * YAW_STEP / DEGREE,
+            kd: Self::YAW_RATE[2] * YAW_STEP / DEGREE,
+            integral_limit: 166.7 * Self::YAW_RATE[1] * YAW_STEP,
         },
-        tilt: Gains { kp: 6.0, ki: 3.0, kd: 0.0, integral_limit: 3.0 * 20.0 * DEGREE },
-        yaw: Gains { kp: 6.0, ki: 1.0, kd: 0.35, integral_limit: 1.0 },
+        tilt: Gains {
+            kp: Self::TILT[0],
+            ki: Self::TILT[1],
+            kd: Self::TILT[2],
+            integral_limit: Self::TILT[1] * 20.0 * DEGREE,
+        },
+        yaw: Gains { kp: Self::YAW[0], ki: Self::YAW[1], kd: Self::YAW[2], integral_limit: 1.0 },
         velocity: Gains {
-            kp: 25.0 * DEGREE,
-            ki: 1.0 * DEGREE,
-            kd: 0.0,
+            kp: Self::VELOCITY[0] * DEGREE,
+            ki: Self::VELOCITY[1] * DEGREE,
+            kd: Self::VELOCITY[2] * DEGREE,
             integral_limit: 20.0 * DEGREE,
         },
         climb: Gains {
-            kp: 25_000.0 * THRUST_STEP,
-            ki: 15_000.0 * THRUST_STEP,
-            kd: 0.0,
+            kp: Self::CLIMB[0] * 1_000.0 * THRUST_STEP,
+            ki: Self::CLIMB[1] * 1_000.0 * THRUST_STEP,
+            kd: Self::CLIMB[2] * 1_000.0 * THRUST_STEP,
             integral_limit: 0.15,
         },
-        height: Gains { kp: 2.0, ki: 0.5, kd: 0.0, integral_limit: 0.1 },
+        height: Gains {
+            kp: Self::HEIGHT[0],
+            ki: Self::HEIGHT[1],
+            kd: Self::HEIGHT[2],
+            integral_limit: 0.1,
+        },
         most_tilt: 20.0 * DEGREE,
         most_tilt_rate: 5.0,
         most_climb: 0.5,

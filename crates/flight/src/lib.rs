@@ -43,7 +43,7 @@ pub use accel::AccelConfig;
 pub use airframe::{Airframe, GRAVITY};
 pub use battery::BatteryConfig;
 pub use calibration::CalibrationConfig;
-pub use control::ControlConfig;
+pub use control::{ControlConfig, ParameterGains};
 pub use estimator::{
     DownConfig, Estimator, EstimatorConfig, FlowConfig, InertialConfig, Nis, Reseated, RestConfig,
     Unusable, Verdict,

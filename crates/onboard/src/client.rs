@@ -179,6 +179,7 @@ impl<S: Seal> Drone<S> {
     /// Processes a packet of a client, which consists of header and data.
     pub fn client(&mut self, now: Instant, packet: &[u8]) {
         let access = self.access();
+        self.client.parameters.about.takes_orders = self.takes_orders();
         if !self.client.is_there(now) {
             self.client.told_state = None;
             self.client.server.say(greeting(self.link.health()));
@@ -224,6 +225,10 @@ impl<S: Seal> Drone<S> {
             snapshot.position = outputs.status.here.pose.at;
             snapshot.along = outputs.report.velocity;
             snapshot.recalled = outputs.report.recall;
+        }
+        if self.takes_orders() {
+            // Clients that want to fly ask the base whether it can, and mean its chain.
+            snapshot.mode = None;
         }
         snapshot.radio = Radio {
             connected: self.client.is_there(now),
@@ -291,11 +296,17 @@ impl<S: Seal> Drone<S> {
         }
     }
 
+    /// Whether the drone is a base that turns the requests of clients into orders.
+    fn takes_orders(&self) -> bool {
+        let has_keys = !matches!(self.link.health(), LinkHealth::NoKeys);
+        has_keys && self.may_fly && self.identity.role == Role::Base
+    }
+
     /// The access of a client.
     fn access(&self) -> Access {
         match self.link.health() {
             LinkHealth::NoKeys => Access::Full,
-            _ if self.may_fly && self.identity.role == Role::Base => Access::Full,
+            _ if self.takes_orders() => Access::Full,
             LinkHealth::Fine | LinkHealth::Shut | LinkHealth::Out => Access::Read,
         }
     }

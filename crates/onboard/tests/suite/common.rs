@@ -116,7 +116,7 @@ impl Net {
                     _ => Start::InAir(Instant::from_micros(offset)),
                 };
                 let (node, next_round) = (NodeId(n as u8), chance.below(ROUND));
-                let drone = drone(node, role, start, false, 1, Instant::from_micros(offset));
+                let drone = with_keys(node, role, start, false, 1, Instant::from_micros(offset));
                 let (flew, stopped, broke_out) = (None, None, false);
                 Node { drone, node, role, epoch: 1, offset, next_round, flew, stopped, broke_out }
             })
@@ -150,7 +150,7 @@ impl Net {
             Reboot::Button => Start::OnGround,
         };
         let now = node.at(self.now);
-        node.drone = drone(node.node, node.role, start, stopped, node.epoch, now);
+        node.drone = with_keys(node.node, node.role, start, stopped, node.epoch, now);
         (node.stopped, node.broke_out) = (None, node.broke_out);
     }
 
@@ -238,7 +238,12 @@ impl Net {
     }
 }
 
-fn drone(
+/// A drone with keys that stands on the ground.
+pub fn drone(node: NodeId, role: Role) -> Drone<Clear> {
+    with_keys(node, role, Start::OnGround, false, 1, Instant::ZERO)
+}
+
+fn with_keys(
     node: NodeId,
     role: Role,
     start: Start,
@@ -270,6 +275,10 @@ pub mod packets {
         [&[0x2E], &id.row().to_le_bytes()[..], value].concat()
     }
 
+    pub fn read(row: u16) -> Vec<u8> {
+        [&[0x2D], &row.to_le_bytes()[..]].concat()
+    }
+
     pub fn task(code: u8) -> Vec<u8> {
         set(ParameterId::TASK, &[code])
     }
@@ -279,6 +288,7 @@ pub mod packets {
     pub const OLD_EMERGENCY_STOP: [u8; 2] = [0x6D, 3];
     pub const TAKE_OFF: [u8; 3] = [0x8C, 7, 0];
     pub const LAND: [u8; 3] = [0x8C, 8, 0];
+    pub const SUPERVISOR_INFO: [u8; 2] = [0x9C, 12];
     pub const DISARM: [u8; 3] = [0x9D, 1, 0];
     pub const ECHO: [u8; 2] = [0xFC, 1];
 }

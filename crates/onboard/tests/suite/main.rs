@@ -1,8 +1,9 @@
 //! Tests of whole drones through their public interface: a stop that stands, the policy that a client
-//! chooses, a run that begins anew, and the tables of the book.
+//! chooses, what cfclient's window asks for, a run that begins anew, and the tables of the book.
 
 mod common;
 mod docs;
 mod policy;
 mod restart;
 mod stop;
+mod window;
