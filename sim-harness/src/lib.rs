@@ -13,11 +13,13 @@
 //! | [`replay`] | the replay of recorded RSSI through the on-board code |
 //! | [`output`] | files and pictures |
 //! | [`serve`] | simulated drones for cflib and cfclient |
+//! | [`bridge`] | a UDP port behind which a real drone is, through a Crazyradio |
 //! | `stock` | a drone that runs the vendor's firmware, with the feature `virtual` |
 //! | [`keys`] | the keys of a fleet, and the pages of flash memory with which drones get them |
 //! | [`cli`] | the command line |
 
 pub mod bodies;
+pub mod bridge;
 pub mod cli;
 pub mod input_error;
 pub mod keys;

@@ -12,6 +12,7 @@
 //! | 141 | the program that read standard output ended early, as `head` does |
 
 mod bench;
+mod bridge;
 mod campaign;
 #[cfg_attr(not(feature = "virtual"), path = "emulated/absent.rs")]
 mod emulated;
@@ -56,6 +57,8 @@ enum Verb {
     Replay(replay::ReplayArgs),
     /// Simulate drones that cfclient and cflib connect to over UDP
     Serve(serve::ServeArgs),
+    /// Give cfclient a real drone at a UDP port, through a Crazyradio with a limit on its polls
+    Bridge(bridge::BridgeArgs),
     /// Make the keys of a fleet, and give them to its drones
     Keys(keys::KeysArgs),
     /// Run one of the benchmarks; without a name, all of them
@@ -203,6 +206,7 @@ pub fn main() -> ExitCode {
         Verb::Figures(args) => figures::run(&args),
         Verb::Replay(args) => replay::run(&args),
         Verb::Serve(args) => serve::run(&args),
+        Verb::Bridge(args) => bridge::run(&args),
         Verb::Keys(args) => keys::run(&args),
         Verb::Bench(args) => bench::run(&args),
     };

@@ -7,11 +7,8 @@ use onboard::State;
 use units::{Instant, Order};
 
 use super::World;
+use super::polled::{NULL, is_null};
 use crate::measure::trace::Node;
-
-/// The null packet of CRTP: port 15, channel 3; bits 2 and 3 say nothing.
-const NULL: u8 = 0xFF;
-const NULL_MASK: u8 = 0xF3;
 
 /// The counts of packets and orders of a served chain.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -86,12 +83,10 @@ impl<W: World> Chain<W> {
         packet: &[u8],
         out: &mut Outbox<'_>,
     ) {
-        let (Some(client), Some(&header)) = (self.clients.get_mut(member), packet.first()) else {
-            return;
-        };
+        let Some(client) = self.clients.get_mut(member) else { return };
         self.tally.received += 1;
         // A scan does not take the drone from its client.
-        if header & NULL_MASK == NULL & NULL_MASK {
+        if is_null(packet) {
             out(member, from, &[NULL]);
             self.tally.sent += 1;
             return;

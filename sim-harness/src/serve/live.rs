@@ -8,7 +8,7 @@ use onboard::State;
 use tunnel_nav::{Diagonals, Range};
 use units::{Acceleration, AngularVelocity, Instant, Metres, NodeId, Order, Radians, Role};
 
-use super::dongle::Dongle;
+use super::polled::Polled;
 use super::{STEP, World};
 use crate::bodies::craft::Craft;
 use crate::bodies::emulated::Emulated;
@@ -24,9 +24,9 @@ pub struct Live<'a> {
     trace: Trace,
     keep: bool,
     reach: Metres,
-    /// For each member the Crazyradio of its client; `None` for members on the host, whose server
+    /// For each member the packets of its client; `None` for members on the host, whose server
     /// answers at once, and before the first packet of a client.
-    dongles: Vec<Option<Dongle>>,
+    polled: Vec<Option<Polled>>,
 }
 
 impl<'a> Live<'a> {
@@ -69,7 +69,7 @@ impl<'a> Live<'a> {
             reach: Metres(scenario.vehicle.reach),
             watch: Watch::new(scenario, world, reference),
             trace: mission.begin_trace(seed),
-            dongles: (0..mission.count()).map(|_| None).collect(),
+            polled: (0..mission.count()).map(|_| None).collect(),
             mission,
             keep,
         }
@@ -108,11 +108,11 @@ impl<'a> Live<'a> {
 impl Live<'_> {
     /// Lets the Crazyradios of clients exchange a packet each with their drones.
     fn poll_emulated(&mut self) {
-        for (member, dongle) in self.dongles.iter_mut().enumerate() {
-            let Some(dongle) = dongle else { continue };
-            let take = |answer: &[u8]| dongle.acknowledged(answer);
+        for (member, polled) in self.polled.iter_mut().enumerate() {
+            let Some(polled) = polled else { continue };
+            let take = |answer: &[u8]| polled.acknowledged(answer);
             self.mission.poll_client(member, &Snapshot::DEFAULT, take);
-            self.mission.client(member, dongle.next());
+            self.mission.client(member, polled.next());
         }
     }
 
@@ -198,14 +198,14 @@ impl World for Live<'_> {
     fn client(&mut self, member: usize, packet: &[u8]) {
         if self.mission.emulated_drone(member).is_none() {
             self.mission.client(member, packet);
-        } else if let Some(dongle) = self.dongles.get_mut(member) {
-            dongle.get_or_insert_default().give(packet);
+        } else if let Some(polled) = self.polled.get_mut(member) {
+            polled.get_or_insert_default().give(packet);
         }
     }
 
     fn poll_client(&mut self, member: usize, take: &mut dyn FnMut(&[u8])) {
-        if let Some(Some(dongle)) = self.dongles.get_mut(member) {
-            return dongle.take_received().iter().for_each(|packet| take(packet));
+        if let Some(Some(polled)) = self.polled.get_mut(member) {
+            return polled.take_received().iter().for_each(|packet| take(packet));
         }
         let measured = self.measured(member);
         self.mission.poll_client(member, &measured, take);

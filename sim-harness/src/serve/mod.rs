@@ -16,10 +16,10 @@
 //! as any other run.
 
 mod chain;
-mod dongle;
 mod journal;
 mod live;
 mod pace;
+mod polled;
 mod ports;
 #[cfg(test)]
 mod tests;
@@ -33,12 +33,11 @@ use crate::measure::trace::Node;
 
 use self::chain::Chain;
 pub use self::chain::Tally;
-#[cfg(feature = "virtual")]
-pub(crate) use self::dongle::Dongle;
 pub use self::journal::Event;
 use self::journal::Journal;
 pub use self::live::Live;
 use self::pace::Pace;
+pub(crate) use self::polled::{NULL, Polled, is_null};
 pub use self::ports::{FIRST_PORT, Ports};
 
 /// A step of simulated time: log blocks come at multiples of it, and cflib's periods are.

@@ -27,17 +27,17 @@ pub(super) const WAITING: usize = 256;
 const LOOKS_UP: Duration = Duration::from_millis(100);
 
 /// A datagram that arrived.
-pub(super) struct Datagram {
+pub(crate) struct Datagram {
     /// The drone at whose port it came in, by its place, head first.
-    pub(super) member: usize,
+    pub(crate) member: usize,
     /// The address of the sender.
-    pub(super) from: SocketAddr,
+    pub(crate) from: SocketAddr,
     length: usize,
     bytes: [u8; LONGEST],
 }
 
 impl Datagram {
-    pub(super) fn bytes(&self) -> &[u8] {
+    pub(crate) fn bytes(&self) -> &[u8] {
         self.bytes.get(..self.length).unwrap_or_default()
     }
 }
@@ -87,7 +87,7 @@ impl Ports {
     }
 
     /// The next datagram that is there, or comes before `deadline`.
-    pub(super) fn next(&self, deadline: Instant) -> Option<Datagram> {
+    pub(crate) fn next(&self, deadline: Instant) -> Option<Datagram> {
         let left = deadline.saturating_duration_since(Instant::now());
         if left.is_zero() {
             return self.inbox.try_recv().ok();
@@ -104,7 +104,7 @@ impl Ports {
     }
 
     /// Sends a packet from a drone's port. Where no client receives it, it is lost, as on the air.
-    pub(super) fn send(&self, member: usize, to: SocketAddr, packet: &[u8]) {
+    pub(crate) fn send(&self, member: usize, to: SocketAddr, packet: &[u8]) {
         if let Some(socket) = self.sockets.get(member) {
             let _ = socket.send_to(packet, to);
         }

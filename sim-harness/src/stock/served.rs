@@ -5,7 +5,7 @@ use units::{Instant, NodeId, Order, Role};
 
 use super::StockDrone;
 use crate::measure::trace::Node;
-use crate::serve::{Dongle, STEP, World};
+use crate::serve::{Polled, STEP, World};
 
 /// Milliseconds between two packets of the client's Crazyradio: half of its rate.
 const POLL_MS: u64 = 2;
@@ -13,7 +13,7 @@ const POLL_MS: u64 = 2;
 /// A drone, and the Crazyradio of its client.
 pub struct Served {
     drone: StockDrone,
-    dongle: Dongle,
+    packets: Polled,
     halted: Option<String>,
 }
 
@@ -21,7 +21,7 @@ impl Served {
     /// A drone that has just been switched on.
     #[must_use]
     pub fn new(drone: StockDrone) -> Self {
-        Self { drone, dongle: Dongle::default(), halted: None }
+        Self { drone, packets: Polled::default(), halted: None }
     }
 
     /// The drone.
@@ -42,10 +42,10 @@ impl Served {
             return;
         }
         for answer in self.drone.take_answers() {
-            self.dongle.acknowledged(&answer);
+            self.packets.acknowledged(&answer);
         }
         if self.drone.now_ms().is_multiple_of(POLL_MS) {
-            self.drone.hear(self.dongle.next());
+            self.drone.hear(self.packets.next());
         }
     }
 }
@@ -73,11 +73,11 @@ impl World for Served {
     }
 
     fn client(&mut self, _: usize, packet: &[u8]) {
-        self.dongle.give(packet);
+        self.packets.give(packet);
     }
 
     fn poll_client(&mut self, _: usize, take: &mut dyn FnMut(&[u8])) {
-        self.dongle.take_received().iter().for_each(|packet| take(packet));
+        self.packets.take_received().iter().for_each(|packet| take(packet));
     }
 
     fn ordered(&self) -> Option<Order> {
