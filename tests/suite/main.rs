@@ -1,4 +1,4 @@
-//! The whole system: missions, links, keys, replays and clients, through the library of the simulator.
+//! The whole system: missions, links, keys, replays, clients and the window of one, through the library of the simulator.
 
 mod claims;
 mod determinism;
@@ -11,3 +11,4 @@ mod replay;
 mod scenario_refusals;
 mod serve;
 mod virtual_drones;
+mod window;

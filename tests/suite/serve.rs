@@ -21,7 +21,7 @@ const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/serve");
 
 /// The ports of cflib's scan, on a loopback address of this test's own where there are many, so
 /// that nothing else that runs here is met.
-fn host(test: u8) -> Ipv4Addr {
+pub(super) fn host(test: u8) -> Ipv4Addr {
     if !cfg!(target_os = "linux") {
         return Ipv4Addr::LOCALHOST;
     }
