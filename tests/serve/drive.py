@@ -1,4 +1,4 @@
-"""What tests/suite/serve.rs has an unmodified cflib do to a served chain: `drive.py PART HOST PORT COUNT`.
+"""What tests/suite/serve.rs and bridge.rs have an unmodified cflib do to served drones: `drive.py PART HOST PORT COUNT`.
 
 Nothing here is timed: every wait is for something to happen, and one generous limit ends the whole
 with a trace of where it stood. The script to learn from is fly.py.
@@ -132,6 +132,15 @@ def look():
         assert close(scf.cf.param.get_value("uchain.speed"), 0.125)
 
 
+def bridged():
+    """The one drone behind a bridge, which is polled."""
+    scan()
+    with SyncCrazyflie(URIS[0], cf=Crazyflie()) as scf:
+        scf.wait_for_params()
+        tables(scf.cf)
+        parameters(scf.cf)
+
+
 class Watched:
     """A drone that is connected to for what it does."""
 
@@ -183,7 +192,7 @@ def fly():
 faulthandler.dump_traceback_later(LIMIT_S, exit=True)
 cflib.crtp.init_drivers()
 try:
-    {"look": look, "fly": fly}[PART]()
+    {"look": look, "fly": fly, "bridged": bridged}[PART]()
 except BaseException:
     traceback.print_exc()
     sys.stdout.flush()

@@ -4,7 +4,7 @@ An unmodified cfclient is started in this process, and a script inside of it pre
 a hand would. It connects to the last of the COUNT drones that its scan finds, the base. Then, by
 PART, it
 
-    look    shows every tab, presses what a drone of the chain does not do, takes off and lands
+    look    shows every tab, presses what a drone of the chain does not do, takes off, lands, and stops
     hover   flies the head with the assist mode Hover, by a gamepad
 
 It needs a display, such as Xvfb's. `tests/suite/window.rs` runs it against `uchain serve`; FOLDER
@@ -176,6 +176,11 @@ class Hand:
         watch.stop()
         watch.delete()
 
+    def stop(self):
+        """The red button, which is the last order that a base takes."""
+        click(self.window.esButton)
+        wait_for(lambda: self.ask_task() == "4", "the emergency stop")
+
     def watch(self, seen):
         """Logs the head's state, as the Plotter would."""
         from cflib.crazyflie.log import LogConfig
@@ -204,6 +209,7 @@ def drive():
             hand.look_at_every_tab()
             hand.press_what_does_nothing()
             hand.fly()
+            hand.stop()
         hand.leave()
         assert not problems, problems
     except BaseException:

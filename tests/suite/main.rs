@@ -1,5 +1,6 @@
 //! The whole system: missions, links, keys, replays, clients and the window of one, through the library of the simulator.
 
+mod bridge;
 mod claims;
 mod determinism;
 mod flight;

@@ -5,6 +5,7 @@
 //! `cargo test --test suite serve -- --ignored`.
 
 use std::fs::{self, File};
+use std::io;
 use std::net::{Ipv4Addr, UdpSocket};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -30,7 +31,7 @@ pub(super) fn host(test: u8) -> Ipv4Addr {
 }
 
 /// The interpreter of a virtual environment with cflib, made once.
-fn python() -> &'static Path {
+pub(super) fn python() -> &'static Path {
     static PYTHON: OnceLock<PathBuf> = OnceLock::new();
     PYTHON.get_or_init(|| environment().unwrap_or_else(|why| panic!("{why}")))
 }
@@ -71,8 +72,23 @@ fn run(command: &mut Command) -> Result<(), String> {
     Err(format!("{command:?} failed: {}", said(&output)))
 }
 
-fn said(output: &Output) -> String {
+pub(super) fn said(output: &Output) -> String {
     [&output.stdout, &output.stderr].map(|text| String::from_utf8_lossy(text)).join("\n")
+}
+
+/// Runs a part of `drive.py` against so many drones.
+pub(super) fn script(
+    python: &Path,
+    part: &str,
+    host: Ipv4Addr,
+    count: usize,
+    rest: &[&str],
+) -> io::Result<Output> {
+    Command::new(python)
+        .arg(Path::new(FOLDER).join("drive.py"))
+        .args([part, &*host.to_string(), &FIRST_PORT.to_string(), &count.to_string()])
+        .args(rest)
+        .output()
 }
 
 /// Serves a scenario while a part of `drive.py` is run against it; what came of the mission.
@@ -80,13 +96,12 @@ fn drive(
     scenario: &Scenario,
     speed: f64,
     host: Ipv4Addr,
-    python: &Path,
     arguments: &[&str],
 ) -> (RunMetrics, Vec<&'static str>) {
     let world = World::of(scenario);
     let reference = Reference::of(scenario, &world);
     let ports = Ports::open(host, FIRST_PORT, scenario.drones.relays + 2).unwrap();
-    let done = AtomicBool::new(false);
+    let (python, done) = (python(), AtomicBool::new(false));
     let (live, output) = thread::scope(|scope| {
         let (world, reference, stop) = (&world, &reference, &done);
         let served = scope.spawn(move || {
@@ -95,12 +110,7 @@ fn drive(
             serve::serve(live, ports, speed, None, stop, tell).0
         });
         let (part, rest) = arguments.split_first().unwrap();
-        let output = Command::new(python)
-            .arg(Path::new(FOLDER).join("drive.py"))
-            .args([part, &*host.to_string(), &FIRST_PORT.to_string()])
-            .arg((scenario.drones.relays + 2).to_string())
-            .args(rest)
-            .output();
+        let output = script(python, part, host, scenario.drones.members(), rest);
         done.store(true, Ordering::Relaxed);
         (served.join().unwrap(), output.unwrap())
     });
@@ -117,7 +127,7 @@ fn demonstration() -> Scenario {
 #[test]
 #[ignore = "needs python3 and the Python package index"]
 fn cflib_finds_a_drone_reads_its_tables_logs_at_100_hz_and_sets_its_parameters() {
-    drive(&demonstration().at(Fidelity::Flight), 1.0, host(0), python(), &["look"]);
+    drive(&demonstration().at(Fidelity::Flight), 1.0, host(0), &["look"]);
 }
 
 /// How far the client flies the head, in metres. The demonstration's own pilot gets to 23 m at
@@ -130,7 +140,7 @@ const FAR_M: f32 = 16.0;
 fn cflib_flies_the_head_down_the_tunnel_and_back_while_relays_follow() {
     let far = FAR_M.to_string();
     let scenario = demonstration().at(Fidelity::Flight);
-    let (metrics, states) = drive(&scenario, 6.0, host(1), python(), &["fly", &far]);
+    let (metrics, states) = drive(&scenario, 6.0, host(1), &["fly", &far]);
     // The head's odometer is off by its flow sensor's scale.
     assert!(metrics.farthest_m >= 0.95 * FAR_M, "only {} m", metrics.farthest_m);
     assert!(metrics.launched >= 2.0, "only {} relays flew", metrics.launched);

@@ -72,7 +72,7 @@ fn window(part: &str, host: Ipv4Addr) -> RunMetrics {
     let reference = Reference::of(&scenario, &world);
     let count = scenario.drones.relays + 2;
     let ports = Ports::open(host, FIRST_PORT, count).unwrap();
-    let (folder, display) = (folder(), Display::open());
+    let (python, folder, display) = (python(), folder(), Display::open());
     fs::create_dir_all(&folder).unwrap();
     let done = AtomicBool::new(false);
     thread::scope(|scope| {
@@ -82,7 +82,7 @@ fn window(part: &str, host: Ipv4Addr) -> RunMetrics {
             let tell = |_, event: serve::Event| eprintln!("{event}");
             serve::serve(live, ports, 1.0, None, stop, tell).0.metrics()
         });
-        let output = Command::new(python())
+        let output = Command::new(python)
             .args([SCRIPT, part, &count.to_string()])
             .arg(&folder)
             .envs([("DISPLAY", &*display.name), ("SCAN_ADDRESS", &*host.to_string())])
@@ -100,7 +100,7 @@ fn window(part: &str, host: Ipv4Addr) -> RunMetrics {
 #[ignore = "needs cfclient and Xvfb"]
 fn cfclient_shows_every_tab_and_flies_by_its_buttons() {
     let metrics = window("look", crate::serve::host(2));
-    assert_eq!(metrics.wall_contacts, 0.0);
+    assert_eq!(metrics.wall_contacts, 0);
     assert!(folder().join("flight.png").is_file());
 }
 
