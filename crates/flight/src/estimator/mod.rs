@@ -33,6 +33,7 @@ use self::flow::{Decorrelated, FlowIntegral};
 use self::rejections::Rejections;
 use crate::airframe::GRAVITY;
 use crate::attitude::{Quaternion, Rotation, Vector, add, cross, dot, scaled};
+use crate::calibration::CalibrationConfig;
 use crate::io::Attitude;
 
 /// The longest step of [`Estimator::predict`], s. A longer gap is a stall, and is cut to this.
@@ -49,9 +50,10 @@ const MAX_HEIGHT: f32 = 20.0;
 /// A specific force whose magnitude differs from gravity by more than this fraction does not show
 /// the vertical.
 const GRAVITY_TOLERANCE: f32 = 0.2;
-/// Bound of the accelerometer's scale error and z offset together, as a fraction of gravity (BMI088
-/// data sheet: 0.5 % and 20 mg).
-const MAX_SCALE_ERROR: f32 = 0.03;
+/// Bound of the accelerometer's scale error and z offset together, as a fraction of gravity: that
+/// within which the calibration accepts a drone at rest. The BMI088's data sheet says 0.5 % and
+/// 20 mg, of which some drones exceed either.
+const MAX_SCALE_ERROR: f32 = CalibrationConfig::DEFAULT.most_scale;
 
 /// An error-state Kalman filter of the drone's motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -146,7 +148,9 @@ impl Estimator {
     pub fn learn_gravity(&mut self, config: &EstimatorConfig, dt: f32, accel: [f32; 3]) {
         let [_, _, up] = self.rotation.to_world(limited(accel, MAX_ACCEL));
         let part = (dt / config.inertial.gravity_time_constant).max(0.0).min(1.0);
-        self.gravity = plausible_gravity(self.gravity + part * (up - self.gravity));
+        let learnt = self.gravity + part * (up - self.gravity);
+        let most = MAX_SCALE_ERROR * GRAVITY;
+        self.gravity = learnt.max(GRAVITY - most).min(GRAVITY + most);
     }
 
     /// Keeps the estimate at rest, once per step of 1 ms on the ground with the motors off:

@@ -3,5 +3,6 @@
 
 mod consistency;
 mod faults;
+mod gravity;
 mod robustness;
 mod world;
