@@ -21,6 +21,7 @@ use crtp::{
 };
 use units::{Dbm, Instant, Metres, MetresPerSecond, Order, PolicyCode, Role};
 
+use crate::hardware::HardwareFault;
 use crate::link::{Link, LinkHealth};
 use crate::operator::{CLIENT_GONE, Operator, Request, Watchdog};
 use crate::{Drone, mounting};
@@ -183,6 +184,7 @@ impl<S: Seal> Drone<S> {
         if !self.client.is_there(now) {
             self.client.told_state = None;
             self.client.server.say(greeting(self.link.health()));
+            self.say_hardware();
         }
         let Self { client, orders, link, identity, agent, config, .. } = self;
         client.packets = client.packets.wrapping_add(1);
@@ -210,6 +212,27 @@ impl<S: Seal> Drone<S> {
     /// Prints a line on the client's console.
     pub fn say(&mut self, line: &str) {
         self.client.server.say(line);
+    }
+
+    /// Notes the fault of the hardware that keeps the drone on the ground, or that there is none. A
+    /// new one is printed on the client's console.
+    pub fn note_hardware(&mut self, fault: Option<HardwareFault>) {
+        if fault != self.hardware {
+            self.hardware = fault;
+            self.say_hardware();
+        }
+    }
+
+    fn say_hardware(&mut self) {
+        if let Some(fault) = self.hardware {
+            self.client.server.say(fault.words());
+        }
+    }
+
+    /// The fault of the hardware that keeps the drone on the ground, if there is one.
+    #[must_use]
+    pub const fn hardware(&self) -> Option<HardwareFault> {
+        self.hardware
     }
 
     /// The values of all log variables. `measured` holds the caller's measurements, for example by

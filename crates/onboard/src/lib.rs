@@ -27,6 +27,7 @@
 //! | `packets`, `view` | the packets of the chain, and what may be looked at |
 //! | `operator` | the state machine of the operator's orders |
 //! | `client` | the access of cfclient and cflib: reading, setting, orders |
+//! | [`hardware`] | faults of board and radio chip that forbid a take-off |
 //! | `link` | the end of the radio link, shut or open |
 //! | `mailbox` | reports and orders between link and agent |
 //! | `sensed` | the sensor values of a round |
@@ -53,6 +54,7 @@ extern crate std;
 pub mod air;
 mod client;
 mod config;
+pub mod hardware;
 mod link;
 mod mailbox;
 pub mod mounting;
@@ -71,6 +73,7 @@ use units::{Instant, NODES, Order, Role, Setpoint};
 use wire::p2p::Beacon;
 
 use client::{Client, Orders};
+use hardware::HardwareFault;
 use link::{Heeded, Link};
 use mailbox::Mailbox;
 
@@ -111,6 +114,8 @@ pub struct Drone<S> {
     orders: Orders,
     client: Client,
     heeded: Heeded,
+    /// The fault of the hardware that keeps the drone on the ground, if there is one.
+    hardware: Option<HardwareFault>,
     /// Whether clients may give orders through this drone, if it is the base.
     may_fly: bool,
     /// The last telemetry of each node, at the base.
@@ -144,6 +149,7 @@ impl<S> Drone<S> {
             orders: Orders::new(Operator::Silent),
             client: Client::new(Parameters::DEFAULT),
             heeded: Heeded::NONE,
+            hardware: None,
             may_fly: false,
             nodes: [None; NODES],
             outputs: None,
@@ -170,6 +176,7 @@ impl<S: Seal> Drone<S> {
         replace(&mut self.orders, || Orders::new(setup.operator()));
         replace(&mut self.client, || Client::new(setup.parameters(&config)));
         replace(&mut self.heeded, || Heeded::NONE);
+        replace(&mut self.hardware, || None);
         replace(&mut self.may_fly, || false);
         replace(&mut self.nodes, || [None; NODES]);
         replace(&mut self.outputs, || None);
@@ -237,14 +244,11 @@ impl<S: Seal> Drone<S> {
     }
 
     /// A drone whose link is shut, or that was refused by the chain, does not take off: no order to
-    /// land would reach it.
+    /// land would reach it. Nor does one with a fault of its hardware.
     fn fitness(&self, machine: Fitness) -> Fitness {
+        let is_bound = self.link_health() == LinkHealth::Fine && self.hardware.is_none();
         match machine {
-            Fitness::Fit
-                if !self.agent.state().is_airborne() && self.link_health() != LinkHealth::Fine =>
-            {
-                Fitness::Unfit
-            }
+            Fitness::Fit if !self.agent.state().is_airborne() && !is_bound => Fitness::Unfit,
             machine => machine,
         }
     }

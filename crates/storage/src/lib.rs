@@ -41,6 +41,7 @@
 //! ```
 #![no_std]
 
+pub mod board_name;
 mod bytes;
 pub mod epoch;
 mod error;

@@ -37,6 +37,8 @@
 
 mod frame;
 mod packet;
+mod release;
 
 pub use frame::{Counters, Decoder, Frame, MAX_DATA, MAX_FRAME};
 pub use packet::{Battery, EncodeError, Incoming, MAX_P2P, MAX_RAW, Malformed, Outgoing, Port};
+pub use release::Release;

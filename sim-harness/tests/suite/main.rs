@@ -2,6 +2,7 @@
 
 mod cli;
 mod craft;
+mod faults;
 mod fork;
 mod hover;
 mod huge_geometry;

@@ -243,6 +243,11 @@ pub fn drone(node: NodeId, role: Role) -> Drone<Clear> {
     with_keys(node, role, Start::OnGround, false, 1, Instant::ZERO)
 }
 
+/// A relay that was switched on, with keys.
+pub fn relay() -> Drone<Clear> {
+    drone(NodeId(1), Role::Relay)
+}
+
 fn with_keys(
     node: NodeId,
     role: Role,

@@ -3,6 +3,7 @@
 
 mod common;
 mod docs;
+mod hardware;
 mod policy;
 mod restart;
 mod stop;

@@ -7,7 +7,7 @@ use units::{Dbm, Volts};
 use wire::radio::{Address, Channel, Datarate, TxPower};
 use wire::syslink::{
     Battery, Decoder, EncodeError, Incoming, MAX_DATA, MAX_FRAME, MAX_P2P, MAX_RAW, Malformed,
-    Outgoing, Port,
+    Outgoing, Port, Release,
 };
 
 fn seeded() -> ProptestConfig {
@@ -383,4 +383,25 @@ fn packets_that_carry_too_much_or_nothing_are_refused() {
         assert_eq!(packet.encode(&mut out), Err(EncodeError::Length));
     }
     assert_eq!(Port::new(16), None);
+}
+
+#[test]
+fn a_release_is_what_a_version_begins_with() {
+    let release = |year, month| Some(Release { year, month });
+    for (text, expected) in [
+        (&b"2025.02 (CF21)"[..], release(2025, 2)),
+        (b"2022.01", release(2022, 1)),
+        (b"2022.01.1 (CF21)", release(2022, 1)),
+        (b"2021.06-12-g1a2b3c4*", release(2021, 6)),
+        (b"2021.06*", release(2021, 6)),
+        (b"2021.13", None),
+        (b"2021.00", None),
+        (b"2021.061", None),
+        (b"021.06", None),
+        (b"NA", None),
+        (b"", None),
+    ] {
+        assert_eq!(Release::parse(text), expected, "{}", text.escape_ascii());
+    }
+    assert!(Release { year: 2021, month: 12 } < Release { year: 2022, month: 1 });
 }

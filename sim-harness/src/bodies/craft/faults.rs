@@ -7,6 +7,7 @@
 //! | IMU | both of these | both of these | both of these |
 //! | flow | no reading | its last reading | counts doubled, or 10 counts more along one axis: 0.6 m/s at 0.3 m |
 //! | down ranger | no reading | its last reading, stream count and all | 1 m too far, or half |
+//! | Flow deck | both of these | both of these | both of these |
 //! | side rangers | no reading | their last readings | 1 m too far, or half |
 //! | battery | no reading | its last reading | 4.2 V |
 //!
@@ -32,9 +33,11 @@ pub enum Sensor {
     Flow,
     /// The ranger that looks down.
     Down,
+    /// The Flow deck: optic flow and the ranger that looks down.
+    FlowDeck,
     /// One of the side rangers.
     OneSide,
-    /// All four.
+    /// All four, and so the Multi-ranger deck.
     AllSides,
     /// The voltage at the battery.
     Battery,
@@ -42,12 +45,13 @@ pub enum Sensor {
 
 impl Sensor {
     /// All of them.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Imu,
         Self::Gyro,
         Self::Accel,
         Self::Flow,
         Self::Down,
+        Self::FlowDeck,
         Self::OneSide,
         Self::AllSides,
         Self::Battery,
@@ -62,6 +66,7 @@ impl Sensor {
             Self::Accel => "accel",
             Self::Flow => "flow",
             Self::Down => "down-ranger",
+            Self::FlowDeck => "flow-deck",
             Self::OneSide => "side-ranger",
             Self::AllSides => "side-rangers",
             Self::Battery => "battery-reading",
@@ -200,7 +205,7 @@ impl Saboteur {
     }
 
     pub(super) fn flow(&mut self, now_ms: u64, reading: Motion) -> Option<Motion> {
-        let fails = self.on(now_ms, &[Sensor::Flow]);
+        let fails = self.on(now_ms, &[Sensor::Flow, Sensor::FlowDeck]);
         let (x, y) = match (self.second, self.which % 2) {
             (true, _) => (reading.x.saturating_mul(2), reading.y.saturating_mul(2)),
             (false, 0) => (reading.x.saturating_add(10), reading.y),
@@ -212,7 +217,7 @@ impl Saboteur {
     }
 
     pub(super) fn down(&mut self, now_ms: u64, reading: Reading) -> Option<Reading> {
-        let fails = self.on(now_ms, &[Sensor::Down]);
+        let fails = self.on(now_ms, &[Sensor::Down, Sensor::FlowDeck]);
         let lie = self.wrong_range(reading);
         said(fails, &mut self.down, reading, lie)
     }

@@ -58,6 +58,13 @@ pub const SCENARIO: &str = "relay-pair";
 /// At most so many seeds of uncontrolled runs are listed.
 const LISTED: usize = 5;
 
+/// A radio chip that is reset is silent for so long, ms: the firmware notices it after a second
+/// (`onboard::hardware`), and the chip takes half of one to boot.
+const CHIP_RESET_MS: u64 = 1_500;
+/// A radio chip that has lost its channel is told it again after so long, ms: when it has heard
+/// nothing for 5 s (`onboard::hardware`), and within a report's 200 ms.
+const SETTINGS_LOST_MS: u64 = 5_200;
+
 /// The duration of a fault, ms.
 const SPANS: [(u64, &str); 3] = [(200, "0.2 s"), (2_000, "2 s"), (u64::MAX, "for good")];
 
@@ -197,6 +204,8 @@ pub fn cases() -> Vec<Case> {
         push(format!("radio silence {span}"), Fault::RadioSilence, lasts);
         push(format!("tick jitter {span}"), Fault::TickJitter, lasts);
     }
+    push("radio chip reset".into(), Fault::RadioSilence, CHIP_RESET_MS);
+    push("radio settings lost".into(), Fault::RadioSilence, SETTINGS_LOST_MS);
     let for_good = u64::MAX;
     push("motor at 70 %".into(), Fault::WeakMotor(0.7), for_good);
     push("battery at its end".into(), Fault::LowBattery(0.04), for_good);
@@ -405,8 +414,16 @@ fn stand_still() -> Setpoint {
     }
 }
 
+/// Whether it is on its way to the floor: the flight code switches the motors off some centimetres
+/// above it.
 fn is_landing(craft: &Craft) -> bool {
-    matches!(craft.outputs().status.mode, Mode::Landing { .. })
+    match craft.outputs().status.mode {
+        Mode::Flying { .. } => false,
+        Mode::Landing { .. } => true,
+        Mode::Grounded { .. } | Mode::Landed { .. } | Mode::Stopped { .. } => {
+            !craft.body().is_on_floor()
+        }
+    }
 }
 
 /// When the fault begins, and the fault, if there is one.

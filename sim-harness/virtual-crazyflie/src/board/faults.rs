@@ -65,6 +65,17 @@ pub enum Fault {
     },
     /// The radio chip says that it cannot take any more.
     FlowControlStuck,
+    /// The radio chip's core has something else to do for a part of each period, as in Bluetooth
+    /// mode around each event of its radio: it reads no bytes from the line, and its "wait" pin goes
+    /// high after the second.
+    RadioBusy {
+        /// The period, ns.
+        every: Nanos,
+        /// The part of it, ns.
+        busy: Nanos,
+    },
+    /// The radio chip is set to this channel from the air, at the beginning of the time given.
+    RadioRetuned(u8),
     /// The radio chip is reset, at the beginning of the time given.
     RadioReset,
     /// The EEPROM holds other bytes from an address on, from the beginning of the time given.
@@ -140,6 +151,8 @@ impl Crazyflie {
             Fault::SclHeld(bus) => self.hold(bus, Hold::Clock),
             Fault::Noise { shares, seed } => self.radio.disturb(shares, seed),
             Fault::FlowControlStuck => self.radio.stuck_full = true,
+            Fault::RadioBusy { every, busy } => self.radio.keep_busy(self.now, every, busy),
+            Fault::RadioRetuned(channel) => self.radio.retune(channel),
             Fault::RadioReset => self.radio.reset(self.now),
             Fault::EepromBytes { at, bytes } => fill(self.eeprom.at(self.now), at, &bytes),
         }
@@ -164,7 +177,8 @@ impl Crazyflie {
             Fault::SdaHeld { bus, .. } | Fault::SclHeld(bus) => self.hold(bus, Hold::None),
             Fault::Noise { .. } => self.radio.disturb(Shares::default(), 0),
             Fault::FlowControlStuck => self.radio.stuck_full = false,
-            Fault::RadioReset | Fault::EepromBytes { .. } => {}
+            Fault::RadioBusy { .. } => self.radio.keep_busy(self.now, 1, 0),
+            Fault::RadioRetuned(_) | Fault::RadioReset | Fault::EepromBytes { .. } => {}
         }
     }
 

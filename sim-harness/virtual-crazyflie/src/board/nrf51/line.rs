@@ -13,15 +13,34 @@ const BYTE: Nanos = 10 * BIT as Nanos;
 /// A receiver follows a sender whose bits are longer or shorter by so many ns: half a bit in ten.
 const TOLERANCE: u32 = BIT / 20;
 
-/// Bytes that the chip's program keeps (`Q_LENGTH` less the one that stays empty).
+/// Bytes that the chip's program keeps (`uart.c`: `Q_LENGTH` less the one that stays empty). The
+/// interrupt drops what comes when they are full, and the pin does not tell.
 const KEPT: usize = 127;
-/// Bytes that the peripheral keeps beyond these (nRF51 reference manual, UART).
+/// Bytes that the peripheral keeps until an interrupt reads them (nRF51 reference manual, UART).
 const FIFO: usize = 6;
+/// The pin says "wait" when the peripheral has room for no more than so many bytes (the same, RTS).
+const HEADROOM: usize = 4;
+
+/// When the chip's interrupts read no bytes: for `busy` in each `every`, from `since` on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Busy {
+    pub(super) since: Nanos,
+    pub(super) every: Nanos,
+    pub(super) busy: Nanos,
+}
+
+impl Busy {
+    /// The end of the span at `now`, if it is busy then.
+    fn until(&self, now: Nanos) -> Option<Nanos> {
+        let phase = now.checked_sub(self.since)? % self.every.max(1);
+        (phase < self.busy).then(|| now - phase + self.busy)
+    }
+}
 
 /// Counts of received bytes that were lost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Losses {
-    /// Bytes for which there was no room.
+    /// Bytes for which there was no room, in the peripheral or in the program.
     pub(super) dropped: u32,
     /// Bytes at another speed, or without a stop bit.
     pub(super) broken: u32,
@@ -30,7 +49,9 @@ pub(super) struct Losses {
 /// Both directions.
 #[derive(Debug)]
 pub(super) struct Line {
+    fifo: VecDeque<u8>,
     kept: VecDeque<u8>,
+    pub(super) busy: Option<Busy>,
     out: VecDeque<UartByte>,
     pub(super) noise: (Noise, Noise),
     pub(super) losses: Losses,
@@ -39,7 +60,9 @@ pub(super) struct Line {
 impl Line {
     pub(super) const fn new() -> Self {
         Self {
+            fifo: VecDeque::new(),
             kept: VecDeque::new(),
+            busy: None,
             out: VecDeque::new(),
             noise: (Noise::none(), Noise::none()),
             losses: Losses { dropped: 0, broken: 0 },
@@ -48,12 +71,13 @@ impl Line {
 
     /// The chip was reset, or has lost its power: what has not left it never will.
     pub(super) fn fall_silent(&mut self, now: Nanos) {
+        self.fifo.clear();
         self.kept.clear();
         self.out.retain(|byte| byte.at < now);
     }
 
-    /// A byte from the flight processor.
-    pub(super) fn take(&mut self, byte: u8, bit: u32) {
+    /// A byte from the flight processor, whose stop bit passes now.
+    pub(super) fn take(&mut self, now: Nanos, byte: u8, bit: u32) {
         let fits = BIT.abs_diff(bit) <= TOLERANCE;
         let byte = match self.noise.0.pass(byte) {
             Fate::Intact(byte) | Fate::Noisy(byte) if fits => byte,
@@ -63,11 +87,42 @@ impl Line {
                 return;
             }
         };
-        if self.kept.len() < KEPT + FIFO {
-            self.kept.push_back(byte);
+        self.read_fifo(now);
+        if self.fifo.len() < FIFO {
+            self.fifo.push_back(byte);
         } else {
             self.losses.dropped += 1;
         }
+        self.read_fifo(now);
+    }
+
+    /// The interrupt reads the peripheral, unless the chip is busy. It takes less than the 10 µs of
+    /// a byte, and no time here.
+    pub(super) fn read_fifo(&mut self, now: Nanos) {
+        if self.is_busy(now) {
+            return;
+        }
+        for byte in self.fifo.drain(..) {
+            if self.kept.len() < KEPT {
+                self.kept.push_back(byte);
+            } else {
+                self.losses.dropped += 1;
+            }
+        }
+    }
+
+    pub(super) fn is_busy(&self, now: Nanos) -> bool {
+        self.busy.is_some_and(|busy| busy.until(now).is_some())
+    }
+
+    /// When the chip's program runs: now, or at the end of a busy span.
+    pub(super) fn free_at(&self, now: Nanos) -> Nanos {
+        self.busy.and_then(|busy| busy.until(now)).unwrap_or(now)
+    }
+
+    /// When the interrupt reads bytes that have waited in the peripheral.
+    pub(super) fn reads_at(&self, now: Nanos) -> Nanos {
+        if self.fifo.is_empty() { Nanos::MAX } else { self.free_at(now) }
     }
 
     /// The next byte that came in.
@@ -81,7 +136,7 @@ impl Line {
 
     /// Whether the chip asks for a pause.
     pub(super) fn is_full(&self) -> bool {
-        self.kept.len() >= KEPT
+        self.fifo.len() + HEADROOM >= FIFO
     }
 
     /// Sends from a moment on, without a gap. Returns when the last stop bit is over.

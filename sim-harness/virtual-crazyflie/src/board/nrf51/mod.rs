@@ -12,8 +12,13 @@
 //! on one packet from the air, handles one frame from the line, reports the battery and the signal
 //! when 10 ms have passed, and looks at the button. It waits for every byte that it sends, 10 µs
 //! each. So a frame that comes in meanwhile is handled when the sending is over, up to 0.7 ms later:
-//! that is the chip's latency, and its only one here. What its 16 MHz core takes for a round, a few
-//! µs, is left out.
+//! that is the chip's latency. What its 16 MHz core takes for a round, a few µs, is left out.
+//!
+//! Bytes from the flight processor go into the six of the peripheral and, by an interrupt, into the
+//! 127 of the program (`uart.c`). The "wait" pin is the peripheral's RTS: it tells of the six only,
+//! in the middle of a frame as well, and what the program has no room for is lost without a sign.
+//! Interrupts are served at once, except while [`Fault::RadioBusy`](super::Fault::RadioBusy) says
+//! that the core has something else to do.
 
 mod frame;
 mod line;
@@ -30,7 +35,7 @@ use super::deck_memory::DeckMemory;
 use super::noise::{Noise, Shares};
 use crate::soc::{Level, Nanos, UartByte};
 use frame::{Found, MTU, Parser, frame, kind};
-use line::Line;
+use line::{Busy, Line};
 use power::{Shutdown, TICK, tick};
 use radio::{Landed, Packet, Radio};
 
@@ -287,7 +292,7 @@ impl Nrf51 {
     /// A byte from the flight processor, whose stop bit passes now.
     pub(super) fn take(&mut self, now: Nanos, byte: u8, bit: u32) {
         if self.power == Power::On && now >= self.state.up_since() {
-            self.line.take(byte, bit);
+            self.line.take(now, byte, bit);
             self.run(now);
         }
     }
@@ -350,12 +355,27 @@ impl Nrf51 {
         self.clock = self.clock.max(now);
     }
 
+    /// The chip's core, interrupts and all, is busy for a part of each `every` from now on; for none
+    /// of it with zero.
+    pub(super) fn keep_busy(&mut self, now: Nanos, every: Nanos, busy: Nanos) {
+        self.line.busy = (busy > 0).then_some(Busy { since: now, every, busy });
+        self.run(now);
+    }
+
+    /// Sets the radio to a channel as a command from the air does: the flight processor is not told.
+    pub(super) const fn retune(&mut self, channel: u8) {
+        self.state.radio.tuning.channel = channel;
+    }
+
     /// When the next thing happens.
     fn plan(&mut self) {
+        self.line.read_fifo(self.clock);
         let landing = self.flying.front().map_or(Nanos::MAX, |(at, _)| *at);
         let work = Step::ROUND.into_iter().map(|step| self.ready(step)).min();
         let work = work.unwrap_or(Nanos::MAX);
-        let work = if work == Nanos::MAX { work } else { work.max(self.state.busy_until) };
+        let free = self.state.busy_until.max(self.line.free_at(self.clock));
+        let work = if work == Nanos::MAX { work } else { work.max(free) };
+        let work = work.min(self.line.reads_at(self.clock));
         // Its "wait" pin is driven from then on.
         let up = self.state.up_since();
         let up = if self.clock < up { up } else { Nanos::MAX };
@@ -382,7 +402,7 @@ impl Nrf51 {
         while let Some((_, packet)) = self.flying.pop_front_if(|(at, _)| *at <= now) {
             self.land(now, packet);
         }
-        if self.power != Power::On || self.state.busy_until > now {
+        if self.power != Power::On || self.state.busy_until > now || self.line.is_busy(now) {
             return;
         }
         let order = (self.state.next_step..).take(Step::ROUND.len());

@@ -4,12 +4,13 @@ use std::fmt::Write as _;
 
 use super::{Bench, MS, US, frame};
 use units::{Dbm, Volts};
-use virtual_crazyflie::board::Led;
 use virtual_crazyflie::board::nrf51::{Datarate, Power, Tuning};
+use virtual_crazyflie::board::{Fault, Led};
 use virtual_crazyflie::soc::{Board, Level, Nanos, Pin, UartBus};
 
 const READY: u8 = 0x0B;
 const AUTOUPDATE: u8 = 0x14;
+const WAIT: Pin = Pin::new('A', 4);
 
 /// The frames that came, one a line: µs at which it began, type, data.
 fn transcript(bench: &mut Bench) -> String {
@@ -290,31 +291,69 @@ fn its_led_is_the_processors() {
 }
 
 #[test]
-fn while_it_has_no_room_its_wait_pin_is_high_and_what_comes_even_so_is_lost() {
-    let wait = Pin::new('A', 4);
+fn a_full_program_drops_what_comes_and_its_wait_pin_does_not_tell() {
     let mut bench = ready();
-    assert_eq!(bench.board.level(wait), Level::Low);
     for _ in 0..7 {
         bench.board.hear(bench.now, 1, &[1; 60], Dbm(-50.0));
     }
     // One small frame is taken for each large one that is passed on.
-    let small = frame(0x17, &[]).repeat(22);
+    let small = frame(0x17, &[]).repeat(30);
     bench.send_bytes(&small);
-    assert_eq!(bench.board.level(wait), Level::Low, "one less is kept than would fill it");
-    bench.send_bytes(&small[..60]);
-    assert_eq!(bench.board.level(wait), Level::High);
+    assert_eq!(bench.board.level(WAIT), Level::Low);
     let dropped = bench.board.radio().counters().dropped_bytes;
     assert!(dropped > 0);
-    // The pin falls by itself, and at a moment that was announced.
-    while bench.board.level(wait) == Level::High {
-        let due = bench.board.due();
-        assert!(due < bench.now + 2 * MS);
-        bench.run_to(due);
-    }
     bench.wait(100 * MS);
     let counters = bench.board.radio().counters();
     assert_eq!(counters.dropped_bytes, dropped);
-    assert!(counters.good > 20);
+    assert!((20..30).contains(&counters.good), "{counters:?}");
+}
+
+#[test]
+fn a_busy_chip_says_wait_in_the_middle_of_a_frame_and_takes_four_bytes_more() {
+    let mut bench = ready();
+    let good = bench.board.radio().counters().good;
+    let fault = Fault::RadioBusy { every: MS, busy: 300 * US };
+    bench.board.inject(fault, bench.now, bench.now + 3 * MS);
+    let bytes = frame(0x07, &[4]);
+    bench.send_bytes(&bytes[..1]);
+    assert_eq!(bench.board.level(WAIT), Level::Low);
+    bench.send_bytes(&bytes[1..2]);
+    assert_eq!(bench.board.level(WAIT), Level::High);
+    bench.send_bytes(&bytes[2..6]);
+    assert_eq!(bench.board.radio().counters().dropped_bytes, 0);
+    // The pin falls by itself, and at a moment that was announced.
+    let begin = bench.now;
+    while bench.board.level(WAIT) == Level::High {
+        let due = bench.board.due();
+        bench.run_to(due);
+    }
+    assert_eq!(bench.now - begin, 240 * US);
+    bench.send_bytes(&bytes[6..]);
+    bench.wait(MS);
+    let counters = bench.board.radio().counters();
+    assert_eq!((counters.good - good, counters.dropped_bytes), (1, 0));
+    assert_eq!(kinds(&mut bench), [0x07]);
+}
+
+#[test]
+fn bytes_that_come_though_a_busy_chip_says_wait_are_lost() {
+    let mut bench = ready();
+    let fault = Fault::RadioBusy { every: MS, busy: 300 * US };
+    bench.board.inject(fault, bench.now, bench.now + MS);
+    bench.send(0x07, &[4]);
+    bench.wait(2 * MS);
+    let counters = bench.board.radio().counters();
+    assert_eq!((counters.good, counters.dropped_bytes), (1, 1), "one of seven, beyond six");
+    assert!(kinds(&mut bench).is_empty());
+}
+
+#[test]
+fn a_radio_that_is_set_from_the_air_does_not_tell() {
+    let mut bench = ready();
+    bench.board.inject(Fault::RadioRetuned(33), bench.now, bench.now);
+    bench.wait(MS);
+    assert_eq!(bench.board.radio().tuning().channel, 33);
+    assert_eq!(transcript(&mut bench), "");
 }
 
 #[test]

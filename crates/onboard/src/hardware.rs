@@ -1,0 +1,163 @@
+//! The drone's hardware: the faults of it that keep a drone on the ground, and the radio chip's
+//! firmware and settings, by the chip's own answers.
+
+use storage::settings::Radio;
+use units::{Duration, Instant};
+use wire::syslink::{Incoming, Release};
+
+/// A fault of the hardware that keeps the drone on the ground.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum HardwareFault {
+    /// The board is not a Crazyflie 2.1.
+    Board,
+    /// The radio chip's firmware is older than [`RadioChip::OLDEST`], or does not tell its version.
+    RadioFirmware,
+    /// The radio chip has not confirmed its settings.
+    RadioSettings,
+}
+
+impl HardwareFault {
+    /// The fault in words, for the operator's console.
+    #[must_use]
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::Board => "This board is no Crazyflie 2.1: it does not fly.",
+            Self::RadioFirmware => "The radio chip needs firmware 2022.01 or newer: no flight.",
+            Self::RadioSettings => "The radio chip does not confirm its settings: no flight.",
+        }
+    }
+}
+
+/// The chip reports battery and signal every 5 ms once it was asked to; one that is silent for this
+/// long was reset.
+const SILENCE: Duration = Duration::from_secs(1);
+/// A chip that has heard no packet for this long may listen on another channel: any Crazyradio can
+/// set it from the air (crazyflie2-nrf-firmware, `main.c`, `handleRadioCmd`). Drones of a chain
+/// report five times a second.
+const QUIET: Duration = Duration::from_secs(5);
+/// The chip answers within milliseconds; settings that it has not confirmed after this time, or has
+/// confirmed wrongly, are told again.
+const CONFIRMS_WITHIN: Duration = Duration::from_millis(200);
+
+/// The settings that the chip has confirmed since they were told.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Confirmed {
+    channel: bool,
+    datarate: bool,
+    address: bool,
+    power: bool,
+}
+
+impl Confirmed {
+    const ALL: Self = Self { channel: true, datarate: true, address: true, power: true };
+}
+
+/// The version of the chip's firmware, by its answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Firmware {
+    /// The chip has not told it.
+    Unknown,
+    /// It is new enough, or no release of the vendor's, whose builders know what they run.
+    Good,
+    /// It is older than the oldest that the drone flies with.
+    TooOld,
+}
+
+/// The radio chip as its answers show it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RadioChip {
+    /// The settings that it was told, and when; `None` before the first time.
+    told: Option<(Radio, Instant)>,
+    confirmed: Confirmed,
+    firmware: Firmware,
+    /// When the last frame of any kind came from it, and the last packet off the air.
+    spoke: Instant,
+    heard: Instant,
+    /// Whether it has sent a frame since it was told its settings.
+    answers: bool,
+}
+
+impl RadioChip {
+    /// The oldest release of the chip's firmware with which a drone flies.
+    pub const OLDEST: Release = Release { year: 2022, month: 1 };
+
+    /// The chip before it was told anything.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            told: None,
+            confirmed: Confirmed { channel: false, datarate: false, address: false, power: false },
+            firmware: Firmware::Unknown,
+            spoke: Instant::ZERO,
+            heard: Instant::ZERO,
+            answers: false,
+        }
+    }
+
+    /// Notes that the chip was told these settings, and asked for its version. What it has confirmed
+    /// before holds on, unless the settings are others or the chip was silent.
+    pub fn note_told(&mut self, now: Instant, settings: Radio) {
+        let same = self.told.is_some_and(|(told, _)| told == settings);
+        if !same || now.since(self.spoke) >= SILENCE {
+            *self = Self::new();
+        }
+        *self = Self { told: Some((settings, now)), spoke: now, heard: now, ..*self };
+    }
+
+    /// Takes a packet of the chip. A packet of another kind than those below shows that it is alive.
+    pub fn take(&mut self, now: Instant, packet: &Incoming<'_>) {
+        self.spoke = now;
+        self.answers = self.told.is_some();
+        let Some((told, _)) = self.told else { return };
+        let confirmed = &mut self.confirmed;
+        match packet {
+            Incoming::Channel(channel) => confirmed.channel = *channel == told.channel,
+            Incoming::Datarate(datarate) => confirmed.datarate = *datarate == told.datarate,
+            Incoming::Address(address) => confirmed.address = *address == told.address,
+            Incoming::Power(power) => confirmed.power = *power == told.power,
+            Incoming::NrfVersion(text) => {
+                let old = Release::parse(text).is_some_and(|release| release < Self::OLDEST);
+                self.firmware = if old { Firmware::TooOld } else { Firmware::Good };
+            }
+            Incoming::Raw(_) | Incoming::P2p { .. } | Incoming::P2pBroadcast { .. } => {
+                self.heard = now;
+            }
+            _ => {}
+        }
+    }
+
+    /// Whether the chip is to be told its settings: it never was, it does not confirm them, it was
+    /// reset, or it hears nothing.
+    #[must_use]
+    pub fn is_to_be_told(&self, now: Instant) -> bool {
+        let Some((_, told)) = self.told else { return true };
+        let unconfirmed = self.confirmed != Confirmed::ALL || self.firmware == Firmware::Unknown;
+        unconfirmed && now.since(told) >= CONFIRMS_WITHIN
+            || now.since(self.spoke) >= SILENCE
+            || now.since(self.heard) >= QUIET
+    }
+
+    /// Whether the chip has sent a frame since it was told its settings.
+    #[must_use]
+    pub const fn answers(&self) -> bool {
+        self.answers
+    }
+
+    /// The chip's fault, if it has one.
+    #[must_use]
+    pub fn fault(&self) -> Option<HardwareFault> {
+        match self.firmware {
+            Firmware::TooOld => Some(HardwareFault::RadioFirmware),
+            _ if self.confirmed != Confirmed::ALL => Some(HardwareFault::RadioSettings),
+            Firmware::Unknown => Some(HardwareFault::RadioFirmware),
+            Firmware::Good => None,
+        }
+    }
+}
+
+impl Default for RadioChip {
+    fn default() -> Self {
+        Self::new()
+    }
+}
