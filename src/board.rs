@@ -10,7 +10,8 @@
 //! peripherals into the parts of the tasks; [`motor`], the motors' pins and timers; [`FLIGHT`], the
 //! configuration of the flight code; and the interrupt of the control executor. A Bolt differs in
 //! the bus of its inertial sensor (SPI2 instead of I2C3), the pin of its fourth motor and the signal
-//! for its speed controllers.
+//! for its speed controllers. It cannot be mistaken for a Crazyflie: [`identity`] reads the name that
+//! the vendor has written into each board, and on another board the motors get no signal.
 
 #[cfg(any(
     all(feature = "crazyflie-2-1", feature = "crazyflie-2-1-plus"),
@@ -22,6 +23,8 @@ pub(crate) mod bus;
 pub(crate) mod clock;
 mod crazyflie_2_1;
 pub(crate) mod deadline;
+pub(crate) mod flow_control;
+pub(crate) mod identity;
 pub(crate) mod motors;
 pub(crate) mod page;
 pub(crate) mod random;

@@ -34,7 +34,9 @@ use embassy_executor::{Executor, InterruptExecutor, SpawnError, SpawnToken, Spaw
 use embassy_stm32::interrupt;
 use embassy_sync::mutex::Mutex;
 use static_cell::StaticCell;
+use storage::board_name::Board;
 
+use board::identity;
 use board::motors::{self, Motors};
 use board::{DeckParts, FlowParts, ImuParts, Lamps, RadioParts};
 use safety::{panic, reset, restart_mark};
@@ -100,7 +102,11 @@ fn start_control(imu: ImuParts) {
     };
     let bus: &'static ImuBus = bus;
     let spawner = CONTROL.start(board::CONTROL);
-    spawner.spawn(granted(control::run(flight, Motors::take())));
+    let board = identity::board();
+    defmt::info!("board: {}", board);
+    // The pins of other boards' motors drive speed controllers.
+    let motors = (board == Board::Crazyflie21).then(Motors::take);
+    spawner.spawn(granted(control::run(flight, motors)));
     spawner.spawn(granted(imu::gyro(bus, imu.ready)));
     spawner.spawn(granted(imu::accel(bus)));
 }

@@ -30,6 +30,7 @@ use static_cell::StaticCell;
 
 use crate::board::bus::{Bus, Line};
 use crate::board::deadline;
+use crate::board::flow_control::FlowControl;
 use crate::safety::panic;
 
 /// The configuration of the flight code, with the propellers of this board.
@@ -132,7 +133,6 @@ pub(crate) mod motor {
 }
 
 bind_interrupts!(struct Irqs {
-    EXTI4 => exti::InterruptHandler<embassy_stm32::interrupt::typelevel::EXTI4>;
     EXTI15_10 => exti::InterruptHandler<embassy_stm32::interrupt::typelevel::EXTI15_10>;
     I2C3_EV => i2c::EventInterruptHandler<peripherals::I2C3>;
     I2C3_ER => i2c::ErrorInterruptHandler<peripherals::I2C3>;
@@ -152,9 +152,10 @@ bind_interrupts!(struct Irqs {
 /// The interrupt of the control executor: that of a CAN bus, which no Crazyflie has.
 pub(crate) const CONTROL: interrupt::Interrupt = interrupt::CAN2_SCE;
 
+/// The priority of the interrupt that holds the line to the radio chip back: a byte takes 10 µs.
+const HOLD: Priority = Priority::P0;
 /// The priority of the interrupts that wake the control executor: time, data ready, and the sensor
-/// bus. None of them may interrupt another, because the handlers of both EXTI lines write one mask
-/// register.
+/// bus.
 const WAKE: Priority = Priority::P1;
 /// The priority of the control executor.
 const STEP: Priority = Priority::P2;
@@ -203,8 +204,8 @@ pub(crate) struct DeckParts {
 pub(crate) struct RadioParts {
     pub(crate) receive: RingBufferedUartRx<'static>,
     pub(crate) transmit: UartTx<'static, Async>,
-    /// High while the radio chip cannot take any more.
-    pub(crate) wait: Edge,
+    /// Holds back what is sent while the chip cannot take any more.
+    pub(crate) wait: FlowControl,
 }
 
 /// The bytes that the radio line can buffer: 5 ms at full speed, while control steps keep the thread
@@ -276,7 +277,7 @@ pub(crate) fn init() -> Parts {
         radio: RadioParts {
             receive: receive.into_ring_buffered(ring),
             transmit,
-            wait: ExtiInput::new(p.PA4, p.EXTI4, Pull::Up, Irqs),
+            wait: FlowControl::new(p.PA4, p.EXTI4),
         },
     }
 }
@@ -295,7 +296,6 @@ fn cache_flash() {
 fn set_priorities() {
     let wake = [
         interrupt::TIM5,
-        interrupt::EXTI4,
         interrupt::EXTI15_10,
         interrupt::I2C3_EV,
         interrupt::I2C3_ER,
@@ -313,6 +313,7 @@ fn set_priorities() {
         interrupt::DMA2_STREAM1,
         interrupt::DMA2_STREAM7,
     ];
+    interrupt::EXTI4.set_priority(HOLD);
     for interrupt in wake {
         interrupt.set_priority(WAKE);
     }

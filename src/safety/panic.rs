@@ -16,7 +16,7 @@ use heapless::String;
 
 use crate::board;
 use crate::board::motors;
-use crate::safety::stack;
+use crate::safety::{reset, stack};
 
 /// How the run ended.
 #[derive(Clone, Copy, PartialEq, Eq, defmt::Format)]
@@ -203,6 +203,7 @@ fn end(record: &CrashRecord) -> ! {
     cortex_m::interrupt::disable();
     motors::stop();
     CRASH_MEMORY.write(record);
+    reset::wait_for_quiet_line();
     SCB::sys_reset()
 }
 

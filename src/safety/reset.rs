@@ -4,8 +4,9 @@
 //! Only the control task feeds it ([`crate::tasks::control`]), so it resets the chip when the control
 //! executor no longer runs. [`crate::tasks::health`] checks the other tasks.
 
+use embassy_stm32::pac::gpio::vals::Idr;
 use embassy_stm32::pac::iwdg::vals::{Key, Pr};
-use embassy_stm32::pac::{DBGMCU, FLASH, IWDG, RCC};
+use embassy_stm32::pac::{DBGMCU, FLASH, GPIOA, GPIOC, IWDG, RCC};
 
 /// The cause of a reset.
 #[derive(Clone, Copy, PartialEq, Eq, defmt::Format)]
@@ -62,6 +63,30 @@ pub(crate) fn brown_out_millivolts() -> u16 {
         1 => 2_550,
         2 => 2_230,
         _ => 1_680,
+    }
+}
+
+/// Waits until the radio chip is not sending, to be called before a reset, with the motors off.
+///
+/// The vendor's bootloader reads two lines of the chip in its first microseconds
+/// (crazyflie2-stm-bootloader, `bootpin.c`): where the serial line (PC7) is low, as in every zero
+/// bit, and "wait" (PA4) low, it starts ST's loader for USB instead of the firmware; where both are
+/// high, it waits for an image. Then the drone does not come back before it is switched off and on.
+/// Bytes of one frame follow each other without a gap, so a line that is high for longer than the ten
+/// bits of a byte is at rest.
+pub(crate) fn wait_for_quiet_line() {
+    /// A turn of the loop takes 10 cycles or more of 168 MHz: 30 µs.
+    const REST: u32 = 500;
+    /// 6 ms or more; at 16 MHz less than the watchdog's time.
+    const TURNS: u32 = 100_000;
+    let mut rests = 0;
+    for _ in 0..TURNS {
+        let is_idle = GPIOC.idr().read().idr(7) == Idr::HIGH;
+        let has_room = GPIOA.idr().read().idr(4) == Idr::LOW;
+        rests = if is_idle && has_room { rests + 1 } else { 0 };
+        if rests >= REST {
+            return;
+        }
     }
 }
 

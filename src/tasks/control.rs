@@ -56,9 +56,9 @@ pub(crate) fn is_airborne() -> bool {
     STATUS.get().is_some_and(|status| status.mode.is_airborne())
 }
 
-/// The task, on the control executor.
+/// The task, on the control executor. Without motors it does the same, but for their signals.
 #[embassy_executor::task]
-pub(crate) async fn run(flight: &'static mut Flight, mut motors: Motors) -> ! {
+pub(crate) async fn run(flight: &'static mut Flight, mut motors: Option<Motors>) -> ! {
     let mut last = DWT::cycle_count();
     let mut measured = MEASURED.get();
     loop {
@@ -72,7 +72,9 @@ pub(crate) async fn run(flight: &'static mut Flight, mut motors: Motors) -> ! {
             battery: radio::VOLTAGE.take(),
         };
         let outputs = step(flight, clock::now(), &sensed, &command());
-        motors.set(outputs.duties);
+        if let Some(motors) = &mut motors {
+            motors.set(outputs.duties);
+        }
         STATUS.set(Some(outputs.status));
         UCHAIN_PROBE.show_flight(&outputs.status);
         measured = Measured {

@@ -198,6 +198,9 @@ pub(crate) async fn run(shared: &'static Shared) -> ! {
             radio::DROPPED.get(),
             shared.with(|drone| drone.dropped_reports()).unwrap_or_default(),
         );
+        if let Some(fault) = radio::hardware_fault() {
+            defmt::warn!("hardware: {}", fault);
+        }
         if let Some(status) = control::STATUS.get() {
             defmt::info!("{}, {=f32} V", status.mode, status.battery.volts.0);
         }

@@ -93,6 +93,7 @@ const FLASH_7: Frame = 0b1000_1000_1000_1000_1000_1000_1000_0000;
 const LONG_1: Frame = 0b1111_1111_1111_0000_1000_0000_0000_0000;
 const LONG_2: Frame = 0b1111_1111_1111_0000_1000_1000_0000_0000;
 const LONG_3: Frame = 0b1111_1111_1111_0000_1000_1000_1000_0000;
+const LONG_4: Frame = 0b1111_1111_1111_0000_1000_1000_1000_1000;
 const GAP_1: Frame = 0b0011_1111_1111_1111_1111_1111_1111_1111;
 const GAP_2: Frame = 0b0011_0011_1111_1111_1111_1111_1111_1111;
 const GAP_3: Frame = 0b0011_0011_0011_1111_1111_1111_1111_1111;
@@ -122,6 +123,7 @@ fn of_state(state: State) -> Frame {
 fn of_readiness(mode: Mode, health: LinkHealth) -> Frame {
     let is_base = store::settings().is_some_and(|settings| settings.role == Role::Base);
     match mode {
+        Mode::Grounded { .. } if radio::hardware_fault().is_some() => LONG_4,
         Mode::Grounded { .. } if is_base => of_link(health),
         Mode::Grounded { waits_for: None } if !rangers::sides(clock::now()).are_all_there() => {
             FLASH_7

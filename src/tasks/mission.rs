@@ -16,7 +16,7 @@ use crate::probe::UCHAIN_PROBE;
 use crate::tasks::drone::{Drone, Shared};
 use crate::tasks::health::{self, Task};
 use crate::tasks::latest::Latest;
-use crate::tasks::{control, rangers};
+use crate::tasks::{control, radio, rangers};
 
 /// The period of the loop: 5 Hz, the rate of the reports (`crates/agent`).
 const ROUND: Duration = Duration::from_millis(200);
@@ -51,6 +51,7 @@ pub(crate) async fn run(shared: &'static Shared) -> ! {
 /// One round: sense, decide, publish.
 fn round(drone: &mut Drone) -> Outputs {
     let now = clock::now();
+    drone.note_hardware(radio::hardware_fault());
     let outputs = step(drone, now, &sensed(now));
     COMMAND.set(Command { setpoint: outputs.board_setpoint(), given: now });
     outputs

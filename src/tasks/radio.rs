@@ -2,9 +2,15 @@
 //! battery, power button.
 //!
 //! The chip sends nothing until it has received a good frame, and receives no packets until it is
-//! told that its radio is set up. So [`transmit`] sends it all settings at boot, and again when the
-//! line has been silent for a while, since then the chip was reset. No packet goes on the air before
-//! the chip has answered.
+//! told that its radio is set up. So [`transmit`] sends it all settings at boot, and again when its
+//! answers say otherwise, when it hears nothing, and when the line has been silent for a while, since
+//! then the chip was reset (`onboard::hardware`). No packet goes on the air before the chip has
+//! answered.
+//!
+//! The chip's program drops what it has no room for, 127 bytes, and does not tell. It takes one frame
+//! in each round of its loop, of a millisecond at most: so the settings are sent one in two
+//! milliseconds, and what else is sent is a packet of the chain's, once in its turn, and one answer
+//! for each packet that a client sent.
 //!
 //! The chain's packets are P2P packets on port [`PORT`]. `crates/airlink` decides their content and
 //! the moment at which they are sent. A packet that the chip does not take at that moment is not
@@ -18,25 +24,29 @@
 //! Clients send the vendor's protocol, CRTP, which `onboard::Drone` answers with at most one packet
 //! for each that comes in.
 
-use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use core::future::{Future, poll_fn};
+use core::pin::pin;
+use core::sync::atomic::{AtomicBool, Ordering};
 
 use crtp::{Packet, Power, Ranges, Snapshot};
 use embassy_futures::select::{Either4, select4};
 use embassy_futures::yield_now;
 use embassy_stm32::mode::Async;
-use embassy_stm32::usart::{RingBufferedUartRx, UartTx};
+use embassy_stm32::usart::{self, RingBufferedUartRx, UartTx};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
 use embassy_time::{Duration, Instant, Timer, with_timeout};
+use onboard::hardware::{HardwareFault, RadioChip};
 use sensors::multi_ranger::Beam;
-use storage::settings::Settings;
+use storage::board_name::Board;
+use storage::settings::Radio;
 use units::{Dbm, Volts};
 use wire::p2p::Kind;
 use wire::syslink::{Battery, Decoder, Frame, Incoming, MAX_FRAME, MAX_P2P, Outgoing, Port};
 
-use crate::board::Edge;
-use crate::board::clock;
+use crate::board::flow_control::FlowControl;
+use crate::board::{clock, identity};
 use crate::probe::UCHAIN_PROBE;
 use crate::tasks::drone::{Drone, Shared};
 use crate::tasks::health::{self, Tally, Task};
@@ -67,20 +77,23 @@ static ANSWERS: Channel<CriticalSectionRawMutex, Packet, 4> = Channel::new();
 /// The power button was pressed.
 static BUTTON: Signal<CriticalSectionRawMutex, ()> = Signal::new();
 static SHUTS_DOWN: AtomicBool = AtomicBool::new(false);
-/// Good frames so far.
-static FRAMES: AtomicU32 = AtomicU32::new(0);
+/// The chip, as far as its answers show it. Both tasks change it: they share an executor, and do not
+/// wait in between.
+static CHIP: Latest<RadioChip> = Latest::new(RadioChip::new());
 
 /// Whether the power button was pressed, so that power is about to go.
 pub(crate) fn is_shutting_down() -> bool {
     SHUTS_DOWN.load(Ordering::Relaxed)
 }
 
-/// The chip sends a frame every 5 ms once it has been asked to.
+/// The receiving task's longest wait: the chip sends a frame every 5 ms once it has been asked to.
 const SILENCE: Duration = Duration::from_secs(1);
-/// A frame of 70 bytes takes 0.7 ms.
+/// A frame of 70 bytes takes 0.7 ms, and longer where the chip says "wait".
 const WRITE_LIMIT: Duration = Duration::from_millis(5);
-/// The chip empties its buffer of 128 bytes in a few ms.
+/// The chip says "wait" for a few ms at most while it works.
 const HOLD_LIMIT: Duration = Duration::from_millis(20);
+/// Between two settings: see above.
+const SETTINGS_APART: Duration = Duration::from_millis(2);
 /// A packet of the chain's that the chip does not take within this time would be late for its turn.
 const LATE: Duration = Duration::from_micros(300);
 /// An answer of 31 bytes takes 0.4 ms of the line; it is not begun when it would delay a packet of
@@ -109,7 +122,6 @@ pub(crate) async fn receive(mut line: RingBufferedUartRx<'static>, shared: &'sta
                 let mut rest = bytes.get(..length).unwrap_or_default();
                 let bad = decoder.counters().bad_checksums;
                 while let Some(frame) = decoder.next(&mut rest) {
-                    FRAMES.fetch_add(1, Ordering::Relaxed);
                     take(&frame, shared);
                 }
                 if decoder.counters().bad_checksums != bad {
@@ -129,7 +141,13 @@ pub(crate) async fn receive(mut line: RingBufferedUartRx<'static>, shared: &'sta
 
 /// Hands a received frame to the drone or to the cells of this module.
 fn take(frame: &Frame<'_>, shared: &Shared) {
-    match Incoming::parse(frame) {
+    let packet = Incoming::parse(frame);
+    if let Ok(packet) = &packet {
+        let mut chip = CHIP.get();
+        chip.take(clock::now(), packet);
+        CHIP.set(chip);
+    }
+    match packet {
         Ok(Incoming::P2pBroadcast { port, rssi, data } | Incoming::P2p { port, rssi, data })
             if port.number() == PORT =>
         {
@@ -214,20 +232,19 @@ fn power(snapshot: &Snapshot) -> Power {
 #[embassy_executor::task]
 pub(crate) async fn transmit(
     mut line: UartTx<'static, Async>,
-    mut hold: Edge,
+    mut hold: FlowControl,
     shared: &'static Shared,
 ) -> ! {
     let mut out = Out { line: &mut line, hold: &mut hold };
-    let mut chip = Chip::new();
     loop {
         health::sign(Task::Transmit);
-        if chip.is_to_be_told(Instant::now())
+        if CHIP.get().is_to_be_told(clock::now())
             && let Some(settings) = store::settings()
         {
-            out.introduce(&settings).await;
-            chip.told(Instant::now());
+            note_told(settings.radio);
+            out.introduce(&settings.radio).await;
         }
-        let due = if chip.answers { shared.due().map(at) } else { None };
+        let due = if CHIP.get().answers() { shared.due().map(at) } else { None };
         let wake = (Instant::now() + ROUND).min(due.unwrap_or(Instant::MAX));
         match select4(Timer::at(wake), shared.news(), ANSWERS.receive(), BUTTON.wait()).await {
             Either4::First(()) if due.is_some_and(|due| due <= Instant::now()) => {
@@ -253,50 +270,29 @@ fn at(moment: units::Instant) -> Instant {
     Instant::from_micros(moment.as_micros())
 }
 
-/// Whether the chip has answered, and has been set up.
-struct Chip {
-    /// The number of frames that the chip had sent at the last look.
-    frames: u32,
-    /// When that number last changed; `None` before the chip was set up.
-    last: Option<Instant>,
-    /// Whether the chip has sent a frame since it was set up.
-    answers: bool,
+fn note_told(radio: Radio) {
+    let mut chip = CHIP.get();
+    chip.note_told(clock::now(), radio);
+    CHIP.set(chip);
 }
 
-impl Chip {
-    fn new() -> Self {
-        Self { frames: FRAMES.load(Ordering::Relaxed), last: None, answers: false }
-    }
-
-    /// Whether the chip has to be set up: it never was, or its silence shows that it was reset.
-    fn is_to_be_told(&mut self, now: Instant) -> bool {
-        let frames = FRAMES.load(Ordering::Relaxed);
-        let Some(last) = &mut self.last else { return true };
-        if frames != self.frames {
-            self.frames = frames;
-            *last = now;
-            self.answers = true;
-        }
-        now.saturating_duration_since(*last) >= SILENCE
-    }
-
-    fn told(&mut self, now: Instant) {
-        self.frames = FRAMES.load(Ordering::Relaxed);
-        self.last = Some(now);
-        self.answers = false;
+/// The fault of the board or the radio chip that keeps the drone on the ground, if there is one.
+pub(crate) fn hardware_fault() -> Option<HardwareFault> {
+    match identity::board() {
+        Board::Crazyflie21 => CHIP.get().fault(),
+        Board::Crazyflie20 | Board::Other => Some(HardwareFault::Board),
     }
 }
 
 /// The line to the chip.
 struct Out<'a> {
     line: &'a mut UartTx<'static, Async>,
-    hold: &'a mut Edge,
+    hold: &'a mut FlowControl,
 }
 
 impl Out<'_> {
     /// Sets the radio up, and requests the reports that the chip sends only on request.
-    async fn introduce(&mut self, settings: &Settings) {
-        let radio = &settings.radio;
+    async fn introduce(&mut self, radio: &Radio) {
         let frames = [
             Outgoing::NrfVersion,
             Outgoing::Channel(radio.channel),
@@ -308,6 +304,7 @@ impl Out<'_> {
         ];
         for frame in &frames {
             self.send(frame).await;
+            Timer::after(SETTINGS_APART).await;
         }
     }
 
@@ -315,7 +312,7 @@ impl Out<'_> {
     /// stays in the link, which sends it in its next turn.
     async fn speak(&mut self, shared: &Shared) {
         let (Some(port), Ok(())) =
-            (Port::new(PORT), with_timeout(LATE, self.hold.wait_for_low()).await)
+            (Port::new(PORT), with_timeout(LATE, self.hold.wait_for_room()).await)
         else {
             DROPPED.count();
             Timer::after(PAUSE).await;
@@ -355,13 +352,18 @@ impl Out<'_> {
         if bytes.is_empty() {
             return;
         }
-        let held = with_timeout(HOLD_LIMIT, self.hold.wait_for_low()).await;
-        let sent = match held {
-            Ok(()) => with_timeout(WRITE_LIMIT, self.line.write(bytes)).await,
+        let sent = match with_timeout(HOLD_LIMIT, self.hold.wait_for_room()).await {
+            Ok(()) => with_timeout(WRITE_LIMIT, self.write(bytes)).await,
             Err(timeout) => Err(timeout),
         };
         if !matches!(sent, Ok(Ok(()))) {
             DROPPED.count();
         }
+    }
+
+    /// Writes bytes, with pauses where the chip asks for them.
+    async fn write(&mut self, bytes: &[u8]) -> Result<(), usart::Error> {
+        let mut written = pin!(self.line.write(bytes));
+        poll_fn(|context| self.hold.guard(|| written.as_mut().poll(context))).await
     }
 }

@@ -13,3 +13,4 @@ mod scenario_refusals;
 mod serve;
 mod virtual_drones;
 mod window;
+mod virtual_hardware;

@@ -18,7 +18,7 @@ use sim_harness::serve::{Live, World as _};
 use units::{NodeId, Role};
 
 /// The ELF, read once.
-fn firmware() -> &'static Firmware {
+pub(crate) fn firmware() -> &'static Firmware {
     static FIRMWARE: OnceLock<Firmware> = OnceLock::new();
     FIRMWARE.get_or_init(|| {
         let built = PathBuf::from(env!("CARGO_TARGET_TMPDIR"))
@@ -28,7 +28,7 @@ fn firmware() -> &'static Firmware {
     })
 }
 
-fn scenario() -> Scenario {
+pub(crate) fn scenario() -> Scenario {
     Scenario::open("short-hop").unwrap_or_else(|why| panic!("{why}"))
 }
 

@@ -122,9 +122,23 @@ impl Emulated {
         seed: u64,
         config: MachineConfig,
     ) -> Self {
+        Self::with_board(scenario, firmware, node, seed, config, Config::default())
+    }
+
+    /// Makes a drone as [`on`](Self::on) does, with another board; its EEPROM is the provisioned
+    /// drone's.
+    #[must_use]
+    pub fn with_board(
+        scenario: &Scenario,
+        firmware: &Firmware,
+        node: NodeId,
+        seed: u64,
+        config: MachineConfig,
+        board: Config,
+    ) -> Self {
         let mut random = Stream::new(seed, Purpose::Radio(node.0));
         let provisions = provision(scenario, node, seed);
-        let board = Crazyflie::new(&Config { eeprom: provisions.eeprom, ..Config::default() });
+        let board = Crazyflie::new(&Config { eeprom: provisions.eeprom, ..board });
         let mut machine = firmware.machine(board, config);
         machine.memory_mut().program(storage::keys::PAGE_ADDRESS, &provisions.page);
         let on_us = (random.uniform() * SWITCHED_ON_WITHIN_US) as u64;
