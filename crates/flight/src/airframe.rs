@@ -31,9 +31,10 @@ impl Airframe {
     /// A Crazyflie 2.1 with its first propellers, Flow deck v2 and Multi-ranger deck.
     ///
     /// Mass: 29 g with battery, and 1.6 g and 2.3 g of decks (product pages). Inertia: that of the
-    /// bare airframe (crazyflie-firmware, `controller_lee.c`). Arm, thrust curve, torque and
-    /// limits: `platform_defaults_cf2.h` (of 2025, where `THRUST2TORQUE` was measured for either set
-    /// of propellers), with 0.046 m along the diagonal.
+    /// bare airframe (crazyflie-firmware, `controller_lee.c`). Arm, thrust curve, torque and least
+    /// thrust: `platform_defaults_cf2.h` (of 2025, where `THRUST2TORQUE` was measured for either set
+    /// of propellers), with 0.046 m along the diagonal. Most thrust: a number of ours. That file has
+    /// 0.12 N, so that an empty battery gives as much as a full one; the curve gives 0.18 N at 3.5 V.
     pub const CRAZYFLIE_2_1: Self = Self {
         mass: 0.0329,
         inertia: [16.571_71e-6, 16.655_602e-6, 29.261_652e-6],
