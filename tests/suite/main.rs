@@ -12,5 +12,5 @@ mod replay;
 mod scenario_refusals;
 mod serve;
 mod virtual_drones;
-mod window;
 mod virtual_hardware;
+mod window;
