@@ -26,6 +26,7 @@ mod air;
 mod begin;
 mod clients;
 mod contacts;
+mod directed_link;
 mod hosted;
 mod ideal;
 mod intruders;
@@ -47,7 +48,7 @@ use wire::radio::Datarate;
 
 use crate::bodies::craft::Surroundings;
 use crate::bodies::craft::faults::Failing;
-use crate::bodies::emulated::{Halted, RAMP_UP};
+use crate::bodies::emulated::Halted;
 use crate::bodies::point::{Response, STEP_US};
 use crate::random::Stream;
 use crate::scenario::{Fidelity, Scenario};
@@ -60,7 +61,7 @@ use intruders::Intruders;
 pub use intruders::Overheard;
 use log::OrderLog;
 pub use log::RadioMetrics;
-use medium::timing::air_us;
+use medium::timing::{RAMP_UP_US, air_us};
 use medium::{Arrives, Medium};
 use member::{Member, Onboard};
 use operator::Source;
@@ -88,10 +89,10 @@ const EMULATED_STEP_US: u64 = 100;
 /// How far they run while nothing is on the air: no packet has arrived by then, either.
 const EMULATED_STEP_IN_SILENCE_US: u64 = 250;
 const _: () = {
-    assert!(EMULATED_STEP_US * 1_000 < RAMP_UP);
+    assert!(EMULATED_STEP_US < RAMP_UP_US);
     // None of the chain's is shorter, since no message is empty, and none faster.
     let on_air_us = air_us(Datarate::Mbit2, p2p::HEADER + 1 + p2p::TAG);
-    assert!(EMULATED_STEP_IN_SILENCE_US * 1_000 < RAMP_UP + on_air_us * 1_000);
+    assert!(EMULATED_STEP_IN_SILENCE_US < RAMP_UP_US + on_air_us);
     assert!(CRAFT_STEP_US.is_multiple_of(EMULATED_STEP_US));
     assert!(CRAFT_STEP_US.is_multiple_of(EMULATED_STEP_IN_SILENCE_US));
 };

@@ -27,6 +27,8 @@ pub enum Purpose {
     Link(u8, u8),
     /// One drone's clock, and how often it has been switched on.
     Radio(u8),
+    /// The moments at which one drone's radio chip reports.
+    Chip(u8),
     /// The keys of the fleet.
     Keys,
     /// The delays of one drone's reports and orders on the ideal link.
@@ -43,6 +45,7 @@ impl Purpose {
             Self::Fault(id) => 0x4_0000 | u64::from(id),
             Self::Intruder => 0x7_0000,
             Self::Delay(id) => 0x8_0000 | u64::from(id),
+            Self::Chip(id) => 0x9_0000 | u64::from(id),
             Self::Radio(id) => 0x5_0000 | u64::from(id),
             Self::Keys => 0x6_0000,
         }

@@ -15,6 +15,7 @@ use core::fmt;
 use units::{Duration, Instant, NODES, NodeId};
 use wire::p2p::{Counter, HEADER, Header, REUSE, TAG, Wave};
 use wire::radio::Datarate;
+use wire::radio::timing::{air_us, flight_us, line_out_us, sending_us};
 use wire::syslink::MAX_P2P;
 
 /// Length of a frame, in which every node has two turns.
@@ -27,25 +28,8 @@ const FRAME_US: u64 = FRAME.as_micros();
 /// or two newcomers, that happen to have the same turns do not collide for ever.
 const JITTER_US: u64 = 300;
 
-/// The radio of the Crazyflie's nRF51 takes this many µs from the command to send to the first bit
-/// (nRF51822 product specification, radio timing: TX enable delay).
-const RAMP_UP_US: u64 = 140;
-
-/// Time in µs of a byte on the serial line to the radio chip: 10 bits at 1 Mbaud
-/// (crazyflie-firmware, `uart_syslink.c`).
-const UART_BYTE_US: u64 = 10;
-/// Bytes that syslink adds to the data of a P2P packet to send: start, type, length, port,
-/// checksum.
-const SYSLINK_SENT: u64 = 7;
-/// Bytes that syslink adds to the data of a received P2P packet: those above and the RSSI.
-const SYSLINK_RECEIVED: u64 = 8;
-
-/// Bits that Enhanced ShockBurst adds on the air: preamble 1, address 5, P2P header 2, CRC 2 bytes,
-/// and the 9 bits of its packet control field (crazyflie2-nrf-firmware, `esb.c`).
-const ESB_BITS: u64 = 10 * 8 + 9;
-
-const LONGEST: u64 = MAX_P2P as u64;
-const SHORTEST: u64 = (HEADER + 1 + TAG) as u64;
+const LONGEST: usize = MAX_P2P;
+const SHORTEST: usize = HEADER + 1 + TAG;
 
 /// How late, in µs, a packet may be given to the serial line, unless the slot has room for less. A
 /// packet that is later waits for the next turn.
@@ -72,8 +56,6 @@ pub struct Schedule {
     datarate: Datarate,
     /// Length of a turn in µs.
     slot_us: u32,
-    /// Time of two bits on the air in µs.
-    two_bits_us: u8,
 }
 
 /// A turn of this node: from `start` on packets may be given to the serial line.
@@ -105,12 +87,7 @@ impl Schedule {
             return Err(Full);
         }
         let slot_us = (FRAME_US / (2 * capacity as u64)) as u32;
-        let two_bits_us = match datarate {
-            Datarate::Mbit2 => 1,
-            Datarate::Mbit1 => 2,
-            Datarate::Kbit250 => 8,
-        };
-        Ok(Self { node, datarate, slot_us, two_bits_us })
+        Ok(Self { node, datarate, slot_us })
     }
 
     /// The number of nodes that have turns. At 250 kbit/s, where a packet takes a longer slot,
@@ -147,7 +124,7 @@ impl Schedule {
     /// Time that a packet of `length` bytes takes on the air.
     #[must_use]
     pub const fn air_time(&self, length: usize) -> Duration {
-        Duration::from_micros(self.air_us(length as u64))
+        Duration::from_micros(air_us(self.datarate, length))
     }
 
     /// Whether `node` has turns at this data rate.
@@ -160,30 +137,17 @@ impl Schedule {
         self.slot_us as u64
     }
 
-    #[inline]
-    const fn air_us(&self, length: u64) -> u64 {
-        let bits = 8 * length + ESB_BITS;
-        bits * self.two_bits_us as u64 / 2
-    }
-
-    /// Time in µs from the first byte on the sender's serial line to the end of the packet on the
-    /// air.
-    const fn sending_us(&self, length: u64) -> u64 {
-        UART_BYTE_US * (SYSLINK_SENT + length) + RAMP_UP_US + self.air_us(length)
-    }
-
     /// Time from one packet of a turn to the next. The radio chip has one buffer, which the next
     /// packet overwrites once it is through the serial line (crazyflie2-nrf-firmware, `esb.c`), so
     /// the time suffices for the shortest packet after the longest.
     pub(crate) const fn spacing(&self) -> Duration {
-        let serial = UART_BYTE_US * (SYSLINK_SENT + SHORTEST);
-        Duration::from_micros(self.sending_us(LONGEST) - serial)
+        Duration::from_micros(sending_us(self.datarate, LONGEST) - line_out_us(SHORTEST))
     }
 
     /// How late a packet may begin so that its turn still has room for it.
     pub(crate) const fn lateness(&self) -> Duration {
         let last = (self.burst() as u64 - 1) * self.spacing().as_micros();
-        let room = self.slot_us() - JITTER_US - last - self.sending_us(LONGEST);
+        let room = self.slot_us() - JITTER_US - last - sending_us(self.datarate, LONGEST);
         Duration::from_micros(if room < LATE_US { room } else { LATE_US })
     }
 
@@ -210,11 +174,9 @@ impl Schedule {
     /// Time from the beginning of the sender's frame to the moment at which all `length` bytes of
     /// its packet have come through the receiver's serial line.
     pub(crate) fn since_frame(&self, header: &Header, length: usize) -> Duration {
-        let length = length as u64;
         let micros = self.offset_us(header.owner, header.wave)
             + self.wait(header.counter, header.place).as_micros()
-            + self.sending_us(length)
-            + UART_BYTE_US * (SYSLINK_RECEIVED + length);
+            + flight_us(self.datarate, length);
         Duration::from_micros(micros)
     }
 
@@ -366,9 +328,8 @@ mod tests {
             let header = Header { kind, from: sender, wave, place, owner, counter };
             let on_line = turn.start + sending.wait(counter, place);
             let length = 52;
-            let flight = sending.sending_us(length) + UART_BYTE_US * (SYSLINK_RECEIVED + length);
-            let arrival = on_line + Duration::from_micros(flight);
-            let since = receiving.since_frame(&header, length as usize);
+            let arrival = on_line + Duration::from_micros(flight_us(Datarate::Mbit1, length));
+            let since = receiving.since_frame(&header, length);
             assert_eq!(FramePhase::before(arrival, since), phase);
         }
     }

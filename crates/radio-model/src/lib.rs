@@ -8,7 +8,8 @@
 //!
 //! with |x₁ − x₂| the distance along the tunnel and α between 2 (line of sight) and 6, depending on
 //! the rock between the ends ([`Attenuation`]). On top of it a packet suffers Gaussian noise,
-//! rounding to whole decibels and loss ([`Reception`]).
+//! rounding to whole decibels and loss, which grows with its length and weakness ([`Reception`]),
+//! and a link may be in a fade, in which it loses every packet ([`Fades`]).
 //!
 //! The model draws no random numbers: the caller passes it [`Draws`], and owns the seed.
 //!
@@ -23,8 +24,10 @@
 //! ```
 #![no_std]
 
+mod fades;
 mod path_loss;
 mod reception;
 
+pub use fades::Fades;
 pub use path_loss::{Attenuation, Obstruction, PathLoss};
 pub use reception::{Draws, Reception};

@@ -1,5 +1,7 @@
 //! The configuration of the radio: channel, data rate, address and power, each a type that holds
-//! only values that the chip accepts.
+//! only values that the chip accepts; and the [times](timing) that packets take.
+
+pub mod timing;
 
 use units::Dbm;
 
@@ -47,6 +49,16 @@ impl Datarate {
             Self::Kbit250 => 0,
             Self::Mbit1 => 1,
             Self::Mbit2 => 2,
+        }
+    }
+
+    /// Time of two bits on the air in µs: a whole number at every rate.
+    #[must_use]
+    pub const fn two_bits_us(self) -> u8 {
+        match self {
+            Self::Kbit250 => 8,
+            Self::Mbit1 => 2,
+            Self::Mbit2 => 1,
         }
     }
 

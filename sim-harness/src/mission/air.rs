@@ -19,8 +19,8 @@ use crate::world::{Radio, SkeletonPlace, SurveyedPlace};
 
 /// The next event on the air.
 enum Next {
-    /// A packet arrives.
-    Arrival,
+    /// Something happens in the medium: a packet may arrive.
+    Medium,
     /// A packet that has arrived comes out of this member's serial line.
     Line(usize, usize),
     /// This member has a packet to send.
@@ -40,7 +40,7 @@ impl Mission<'_> {
             && at_us < until_us
         {
             match next {
-                Next::Arrival => self.receive(),
+                Next::Medium => self.receive(),
                 Next::Line(n, place) => self.take_from_line(n, place),
                 Next::Turn(n) => self.transmit(n, at_us),
             }
@@ -49,7 +49,7 @@ impl Mission<'_> {
 
     /// The next event. Of several at the same moment, arrivals are first.
     fn next_on_air(&self) -> Option<(u64, Next)> {
-        let arrival = self.medium.next().map(|at_us| (at_us, Next::Arrival));
+        let arrival = self.medium.next().map(|at_us| (at_us, Next::Medium));
         let line = match self.medium.arrives() {
             Arrives::AtProcessor => None,
             Arrives::AtAntenna => self.next_on_line(),
@@ -90,14 +90,14 @@ impl Mission<'_> {
         self.medium.send(n, now_us, data);
     }
 
-    /// Hands the packet that arrives next to all members that receive it.
+    /// Lets the medium go on, and hands a packet that arrives to all members that receive it.
     fn receive(&mut self) {
         let Self { medium, members, strengths, world, orders, intruders, due_us, .. } = self;
         let stopwatch = &mut self.stopwatch;
         let arrives = medium.arrives();
         let count = members.len();
         let mut ether = Tube { members, strengths, radio: &world.radio };
-        let Some(arrival) = medium.arrive(&mut ether) else { return };
+        let Some(arrival) = medium.advance(&mut ether) else { return };
         let now_us = arrival.at_us;
         let mut opened = None;
         stopwatch.enter(Part::Links);

@@ -12,17 +12,21 @@ use std::collections::VecDeque;
 
 use chain::neighbours::Heard;
 use chain::report::Report;
-use radio_model::{Draws, Reception};
+use radio_model::{Draws, Fades, Reception};
 use units::{Dbm, NodeId, Order, Role};
 
 use super::Mission;
 use super::air::Strengths;
+use super::directed_link::DirectedLink;
 use super::member::{Member, Onboard};
-use crate::mission::medium::{Loss, Tally};
+use crate::mission::medium::{Loss, Tally, timing};
 use crate::random::{Purpose, Stream};
 use crate::scenario::Scenario;
 use crate::world::Radio;
 use delays::Delays;
+
+/// Bits on the air of a report that names four nodes.
+const REPORT_BITS: u64 = timing::air_bits(56);
 
 /// A report or an order on its way.
 #[derive(Clone, Copy, Debug)]
@@ -43,13 +47,14 @@ enum Message {
 pub(super) struct IdealLink {
     count: usize,
     reception: Reception,
+    fades: Fades,
     delays: Delays,
     /// How long each member's reports take, µs.
     report_us: Vec<u64>,
     /// The random numbers for the delays of the base's orders.
     base: Stream,
-    /// One stream per directed link, sender-major.
-    links: Vec<Stream>,
+    /// By sender and receiver.
+    links: Vec<DirectedLink>,
     /// The strengths of the reports that have been heard and not named in a report of the receiver
     /// yet, sender-major.
     unnamed: Vec<Option<Dbm>>,
@@ -65,15 +70,15 @@ pub(super) struct IdealLink {
 impl IdealLink {
     pub(super) fn new(scenario: &Scenario, count: usize, seed: u64) -> Self {
         let reception = scenario.radio.reception;
-        let link = |n: usize| Purpose::Link((n / count) as u8, (n % count) as u8);
         let sender = |n: usize| Stream::new(seed, Purpose::Delay(n as u8));
         Self {
             count,
             reception,
+            fades: scenario.radio.fades,
             delays: Delays::of(reception.loss_rate, count - 1),
             report_us: (0..count).map(|n| Delays::report_us(sender(n).uniform())).collect(),
             base: sender(count),
-            links: (0..count * count).map(|n| Stream::new(seed, link(n))).collect(),
+            links: DirectedLink::all(count, seed),
             unnamed: vec![None; count * count],
             on_way: VecDeque::new(),
             order: None,
@@ -129,20 +134,31 @@ impl IdealLink {
     /// The strength with which a report is heard, if it is. Luck is drawn before anything else, as
     /// a report that is lost needs no strength.
     #[inline]
-    fn receive(&mut self, from: usize, to: usize, strength: impl FnOnce() -> Dbm) -> Option<Dbm> {
-        let stream = &mut self.links[from * self.count + to];
-        let luck = stream.uniform();
-        if luck < self.reception.loss_rate {
+    fn receive(
+        &mut self,
+        now_us: u64,
+        (from, to): (usize, usize),
+        strength: impl FnOnce() -> Dbm,
+    ) -> Option<Dbm> {
+        let link = &mut self.links[from * self.count + to];
+        let is_faded = link.is_faded(self.fades, now_us);
+        let luck = link.stream.uniform();
+        if is_faded || luck < self.reception.loss_rate {
             self.tally.lose(Loss::Chance);
             return None;
         }
-        let strength = strength();
-        if !self.reception.reaches(strength) {
-            self.tally.lose(Loss::Weak);
-            return None;
+        let draws = Draws { luck, normal: link.stream.gauss() };
+        let heard = self.reception.receive(strength(), REPORT_BITS, draws);
+        match heard {
+            Some(_) => self.tally.heard += 1,
+            None => self.tally.lose(Loss::Weak),
         }
-        self.tally.heard += 1;
-        self.reception.receive(strength, Draws { luck, normal: stream.gauss() })
+        heard
+    }
+
+    /// Whether most packets of a link of this strength get through.
+    fn is_link(&self, strength: Dbm) -> bool {
+        self.reception.packet_error_rate(strength, REPORT_BITS) < 0.5
     }
 
     /// Whether an order of the base can get to a member, passed on by those between them that are
@@ -162,9 +178,8 @@ impl IdealLink {
         let mut next = 0;
         while let Some(&from) = reached.get(next) {
             for to in 0..self.count {
-                let mut hears = || {
-                    !hears_nothing(to) && self.reception.reaches(strengths.between(radio, from, to))
-                };
+                let mut hears =
+                    || !hears_nothing(to) && self.is_link(strengths.between(radio, from, to));
                 if !reached.contains(&to) && hears() {
                     reached.push(to);
                 }
@@ -201,7 +216,8 @@ impl Mission<'_> {
         }
         let others = members.iter_mut().enumerate().filter(|(to, _)| *to != from);
         for (to, member) in others.filter(|(_, member)| !member.is_silenced()) {
-            let heard = ideal.receive(from, to, || strengths.between(&world.radio, from, to));
+            let heard =
+                ideal.receive(now_us, (from, to), || strengths.between(&world.radio, from, to));
             let reverse = ideal.unnamed[to * ideal.count + from].take();
             if let (Some(rssi), Onboard::Hosted(hosted)) = (heard, &mut member.onboard) {
                 ideal.unnamed[from * ideal.count + to] = Some(rssi);

@@ -1,92 +1,49 @@
 //! Simulates the air between radios: which stations receive which packets, how strongly, and when.
 //!
 //! The medium is sans-I/O: the owner of the stations hands in the packets that they send
-//! ([`Medium::send`]), asks when the next packet arrives ([`Medium::next`]), and takes it
-//! ([`Medium::arrive`]) with all stations that have received it. The strengths of the links come from
-//! an [`Ether`], so a mission with its tunnel and a benchmark with a table of losses use the same
-//! medium.
+//! ([`Medium::send`]), asks when something happens next ([`Medium::next`]), and lets it happen
+//! ([`Medium::advance`]): then a packet may arrive, with all stations that have received it. The
+//! strengths of the links come from an [`Ether`], so a mission with its tunnel and a benchmark with a
+//! table of losses use the same medium.
 //!
-//! A packet goes over its sender's serial line, on the air, and over the receivers' serial lines
-//! ([`timing`]). A radio does one thing at a time: while it sends, and while it turns round, it
-//! hears nothing. Of two packets at once a receiver hears the one that is stronger by
-//! [`MediumConfig::capture`], or neither; of more than two, the strongest counts against the
-//! rest one by one. What is then left is lost by chance, or heard with noise
-//! ([`radio_model::Reception`]), drawn from the stream of that directed link.
+//! A packet goes over its sender's serial line, waits for the main loop of the sender's radio chip
+//! (`chip`), is on the air, waits for the main loops of the receivers' chips, and goes over their
+//! serial lines ([`timing`]). A radio does one thing at a time: while it sends, and while it turns
+//! round, it hears nothing. A receiver stays with the first packet whose address it finds (`on_air`),
+//! and decodes it if it is stronger by [`MediumConfig::capture`] than each other that is on the air at
+//! the same time. What is then left is lost by chance, in a fade, or to the noise of the receiver, or
+//! heard with a noisy strength ([`radio_model::Reception`], [`radio_model::Fades`]), drawn from the
+//! stream of that directed link.
 //!
 //! A station that is not on the air is not heard, but any station may be on it: an attacker is a station like
 //! the others, at a place that its `Ether` knows, whose bytes are not checked
 //! ([`Medium::inject`], [`Medium::jam`]).
 
+mod chip;
+mod config;
+mod on_air;
 mod polling;
 mod section;
 mod tally;
-pub mod timing;
 
-use radio_model::{Draws, Reception};
-use units::{Db, Dbm};
-use wire::radio::Datarate;
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use radio_model::Draws;
+use units::Dbm;
+pub use wire::radio::timing;
 use wire::syslink::MAX_P2P;
 
+use super::directed_link::DirectedLink;
 use crate::random::{Purpose, Stream};
 
+use chip::Chip;
+pub use config::{Arrives, Ether, MediumConfig};
+use on_air::{MOST_STATIONS, OnAir, Transmission};
 pub use polling::Polling;
 pub use section::RadioSpec;
 pub(crate) use section::RadioTable;
 pub use tally::{Loss, Tally};
-
-/// How strongly stations hear each other.
-pub trait Ether {
-    /// The strength of `from`'s signal at `to`, without noise; `None` where one of them is dead.
-    fn strength(&mut self, from: usize, to: usize) -> Option<Dbm>;
-}
-
-impl<F: FnMut(usize, usize) -> Option<Dbm>> Ether for F {
-    fn strength(&mut self, from: usize, to: usize) -> Option<Dbm> {
-        self(from, to)
-    }
-}
-
-/// The constants of the air and of the radios.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MediumConfig {
-    /// The rate at which all stations send.
-    pub datarate: Datarate,
-    /// Noise, chance and sensitivity.
-    pub reception: Reception,
-    /// A packet is heard through another that is weaker by this much. 12 dB is what Nordic's
-    /// support names as the co-channel ratio of the nRF24L01 at 2 Mbit/s; the nRF51, whose radio
-    /// descends from it, may differ by a few dB.
-    pub capture: Db,
-    /// The operator's dongle, if one is at work.
-    pub polling: Option<Polling>,
-    /// Where packets arrive.
-    pub arrives: Arrives,
-}
-
-/// Where a packet arrives.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Arrives {
-    /// At the processor: behind the receiver's serial line.
-    #[default]
-    AtProcessor,
-    /// At the antenna, as soon as it is off the air: the owner of the stations has their
-    /// serial lines.
-    AtAntenna,
-}
-
-impl MediumConfig {
-    /// At the drones' default rate, without a dongle that polls.
-    #[must_use]
-    pub const fn of(reception: Reception) -> Self {
-        Self {
-            datarate: Datarate::Mbit2,
-            reception,
-            capture: Db(12.0),
-            polling: None,
-            arrives: Arrives::AtProcessor,
-        }
-    }
-}
 
 /// A station that has received a packet.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -110,71 +67,67 @@ pub struct Arrival<'a> {
     pub heard: &'a [Receipt],
 }
 
-/// A packet or a carrier on the air.
-#[derive(Clone, Copy)]
-struct Transmission {
+/// A packet that is not on the air yet.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Pending {
+    /// When its last byte has come to the radio chip, or its radio turns round to send it.
+    at_us: u64,
+    /// Of packets at the same moment the one that was handed in first goes first.
+    number: u64,
     from: usize,
-    start_us: u64,
-    end_us: u64,
-    arrives_us: u64,
-    /// Whether it is a packet that no station has heard yet.
-    waits: bool,
-    cut: bool,
+    /// Whether it has to wait for the main loop of the sender's chip.
+    queues: bool,
     length: usize,
     data: [u8; MAX_P2P],
 }
 
-impl Transmission {
-    /// A carrier without a packet.
-    const fn carrier(from: usize, start_us: u64, end_us: u64) -> Self {
-        Self {
-            from,
-            start_us,
-            end_us,
-            arrives_us: end_us,
-            waits: false,
-            cut: false,
-            length: 0,
-            data: [0; MAX_P2P],
-        }
-    }
-
-    const fn overlaps(&self, from_us: u64, until_us: u64) -> bool {
-        self.start_us < until_us && from_us < self.end_us
-    }
+/// A packet that has come off the air, on its way to the receivers' processors.
+struct Landed {
+    from: usize,
+    length: usize,
+    data: [u8; MAX_P2P],
+    /// The stations that receive it, and when it is at their processors.
+    receipts: Vec<(u64, Receipt)>,
 }
 
 /// The air.
 pub struct Medium {
     config: MediumConfig,
-    stations: usize,
-    /// One stream per directed link, sender-major.
-    links: Vec<Stream>,
-    /// When the serial line of each station is free again.
-    line_free_us: Vec<u64>,
-    /// The packets that have not arrived yet, and those that were on the air together with them.
-    on_air: Vec<Transmission>,
-    /// When the next packet arrives.
+    /// By sender and receiver.
+    links: Vec<DirectedLink>,
+    chips: Vec<Chip>,
+    pending: BinaryHeap<Reverse<Pending>>,
+    on_air: OnAir,
+    landed: Vec<Landed>,
+    /// The number of packets that were handed in.
+    handed: u64,
+    /// When something happens next.
     next_us: Option<u64>,
     /// The packet that is arriving, and the stations that receive it.
-    arriving: Transmission,
+    arriving: [u8; MAX_P2P],
     heard: Vec<Receipt>,
     tally: Tally,
 }
 
 impl Medium {
-    /// A medium between so many stations, on which nothing has been sent.
+    /// A medium between so many stations, 64 at most, on which nothing has been sent.
     #[must_use]
     pub fn new(config: MediumConfig, stations: usize, seed: u64) -> Self {
-        let link = |n: usize| Purpose::Link((n / stations) as u8, (n % stations) as u8);
+        assert!(stations <= MOST_STATIONS, "{stations} stations are more than a medium has");
+        let chip = |n: usize| {
+            let phase = Stream::new(seed, Purpose::Chip(n as u8)).uniform();
+            Chip::new(phase, config.polling.filter(|polling| polling.station == n))
+        };
         Self {
             config,
-            stations,
-            links: (0..stations * stations).map(|n| Stream::new(seed, link(n))).collect(),
-            line_free_us: vec![0; stations],
-            on_air: Vec::new(),
+            links: DirectedLink::all(stations, seed),
+            chips: (0..stations).map(chip).collect(),
+            pending: BinaryHeap::new(),
+            on_air: OnAir::default(),
+            landed: Vec::new(),
+            handed: 0,
             next_us: None,
-            arriving: Transmission::carrier(0, 0, 0),
+            arriving: [0; MAX_P2P],
             heard: Vec::with_capacity(stations),
             tally: Tally::default(),
         }
@@ -189,43 +142,33 @@ impl Medium {
     /// Takes bytes that a processor hands to its radio. Those beyond the length of a P2P packet are
     /// cut off.
     pub fn send(&mut self, from: usize, now_us: u64, data: &[u8]) {
-        let Some(free_us) = self.line_free_us.get_mut(from) else { return };
-        let over_us = now_us.max(*free_us) + timing::line_out_us(data.len().min(MAX_P2P));
-        *free_us = over_us;
-        self.inject(from, over_us + timing::TURN_US, data);
+        let Some(chip) = self.chips.get_mut(from) else { return };
+        let at_us = chip.take(now_us, data.len().min(MAX_P2P));
+        self.put(from, at_us, true, data);
     }
 
     /// Puts bytes on the air at `start_us`, which is now or later.
     pub fn inject(&mut self, from: usize, start_us: u64, data: &[u8]) {
-        let data = &data[..data.len().min(MAX_P2P)];
-        let end_us = start_us + timing::air_us(self.config.datarate, data.len());
-        for own in self.on_air.iter_mut().filter(|other| other.from == from && other.waits) {
-            if own.overlaps(start_us, end_us) {
-                own.cut = true;
-                own.end_us = start_us;
-            }
-        }
-        let arrives_us = match self.config.arrives {
-            Arrives::AtProcessor => end_us + timing::line_in_us(data.len()),
-            Arrives::AtAntenna => end_us,
-        };
-        let carrier = Transmission::carrier(from, start_us, end_us);
-        let mut packet = Transmission { arrives_us, waits: true, length: data.len(), ..carrier };
-        packet.data[..data.len()].copy_from_slice(data);
-        self.on_air.push(packet);
-        self.next_us = Some(self.next_us.map_or(arrives_us, |next_us| next_us.min(arrives_us)));
-        self.tally.sent += 1;
-        self.tally.bytes += data.len() as u64;
-        self.tally.air_us += end_us - start_us;
+        self.put(from, start_us.saturating_sub(timing::RAMP_UP_US), false, data);
+    }
+
+    fn put(&mut self, from: usize, at_us: u64, queues: bool, bytes: &[u8]) {
+        let length = bytes.len().min(MAX_P2P);
+        let mut data = [0; MAX_P2P];
+        data[..length].copy_from_slice(&bytes[..length]);
+        let number = self.handed;
+        self.handed += 1;
+        self.pending.push(Reverse(Pending { at_us, number, from, queues, length, data }));
+        self.next_us = Some(self.next_us.map_or(at_us, |next_us| next_us.min(at_us)));
     }
 
     /// Puts a carrier without a packet on the air: a station receives only packets that are much
     /// stronger.
     pub fn jam(&mut self, from: usize, start_us: u64, until_us: u64) {
-        self.on_air.push(Transmission::carrier(from, start_us, until_us));
+        self.on_air.put(Transmission::carrier(from, start_us, until_us));
     }
 
-    /// When the next packet on its way arrives; `None` while there is none.
+    /// When something happens next on the way of a packet; `None` while there is none.
     #[must_use]
     pub const fn next(&self) -> Option<u64> {
         self.next_us
@@ -243,17 +186,77 @@ impl Medium {
         &self.tally
     }
 
-    /// Takes the packet that arrives next. All that was sent before it arrived must have been
-    /// handed in.
-    pub fn arrive(&mut self, ether: &mut impl Ether) -> Option<Arrival<'_>> {
-        let next_us = self.next_us?;
-        let at = self.on_air.iter().position(|on| on.waits && on.arrives_us == next_us)?;
-        let packet = self.on_air[at];
-        let is_contested = self.is_contested(&packet, at);
+    /// Lets happen what is next: a packet goes on the air, comes off it, or arrives, and then it is
+    /// returned. One that no station receives arrives when it comes off the air. All that was sent
+    /// before must have been handed in.
+    pub fn advance(&mut self, ether: &mut impl Ether) -> Option<Arrival<'_>> {
+        let now_us = self.next_us?;
+        let arrived = if self.begin(now_us) {
+            None
+        } else if let Some((at, packet, is_contested)) = self.on_air.end(now_us) {
+            self.land(at, &packet, is_contested, ether)
+        } else {
+            self.deliver(now_us)
+        };
+        self.next_us = self.soonest();
+        let (from, length) = arrived?;
+        Some(Arrival { at_us: now_us, from, data: &self.arriving[..length], heard: &self.heard })
+    }
+
+    fn soonest(&self) -> Option<u64> {
+        let begins_us = self.pending.peek().map(|Reverse(pending)| pending.at_us);
+        let arrives_us = self.landed.iter().flat_map(|landed| &landed.receipts);
+        let arrives_us = arrives_us.map(|(at_us, _)| *at_us).min();
+        [begins_us, self.on_air.next_end_us(), arrives_us].into_iter().flatten().min()
+    }
+
+    /// Gives the packet that is next to its radio, if one is, or to the queue of the main loop.
+    fn begin(&mut self, now_us: u64) -> bool {
+        let is_due = |Reverse(pending): &Reverse<Pending>| pending.at_us == now_us;
+        if !self.pending.peek().is_some_and(is_due) {
+            return false;
+        }
+        let Some(Reverse(packet)) = self.pending.pop() else { return false };
+        if packet.queues
+            && let Some(chip) = self.chips.get_mut(packet.from)
+        {
+            let free_us = chip.free_at(now_us);
+            if free_us > now_us {
+                self.pending.push(Reverse(Pending { at_us: free_us, ..packet }));
+                return true;
+            }
+        }
+        let datarate = self.config.datarate;
+        let start_us = now_us + timing::RAMP_UP_US;
+        let air_us = timing::air_us(datarate, packet.length);
+        let times = (start_us, start_us + timing::address_us(datarate), start_us + air_us);
+        let data = &packet.data[..packet.length];
+        self.on_air.put(Transmission::packet(packet.from, times, data));
+        self.tally.sent += 1;
+        self.tally.bytes += packet.length as u64;
+        self.tally.air_us += air_us;
+        true
+    }
+
+    /// Decides which stations receive a packet that comes off the air, and hands it to their chips,
+    /// or returns it where it arrives at the antenna.
+    fn land(
+        &mut self,
+        at: usize,
+        packet: &Transmission,
+        is_contested: bool,
+        ether: &mut impl Ether,
+    ) -> Option<(usize, usize)> {
+        if is_contested {
+            let reception = self.config.reception;
+            let air = (self.chips.len(), self.config.capture);
+            self.on_air.settle(at, air, ether, |strength| reception.reaches(strength));
+        }
+        let Transmission { from, length, data, end_us, .. } = *packet;
         self.heard.clear();
-        for to in (0..self.stations).filter(|&to| to != packet.from) {
+        for to in (0..self.chips.len()).filter(|&to| to != from) {
             let at = is_contested.then_some(at);
-            match self.reception(&packet, at, to, ether) {
+            match self.reception(packet, at, to, ether) {
                 Ok(rssi) => {
                     self.tally.heard += 1;
                     self.heard.push(Receipt { by: to, rssi });
@@ -261,20 +264,47 @@ impl Medium {
                 Err(loss) => self.tally.lose(loss),
             }
         }
-        self.on_air[at].waits = false;
-        self.forget(packet.arrives_us);
-        self.arriving = packet;
-        let Transmission { from, arrives_us, length, ref data, .. } = self.arriving;
-        Some(Arrival { at_us: arrives_us, from, data: &data[..length], heard: &self.heard })
+        self.on_air.forget(end_us);
+        if self.config.arrives == Arrives::AtAntenna {
+            self.arriving = data;
+            return Some((from, length));
+        }
+        let mut receipts = Vec::with_capacity(self.heard.len());
+        for receipt in &self.heard {
+            match self.chips[receipt.by].forward(end_us, length) {
+                Some(at_us) => receipts.push((at_us, *receipt)),
+                None => {
+                    self.tally.heard -= 1;
+                    self.tally.lose(Loss::Deaf);
+                }
+            }
+        }
+        if receipts.is_empty() {
+            self.arriving = data;
+            self.heard.clear();
+            return Some((from, length));
+        }
+        self.landed.push(Landed { from, length, data, receipts });
+        None
     }
 
-    /// Whether anything else on the air can keep a station from hearing this packet: another
-    /// packet at the same time, or one for which a radio turns round.
-    fn is_contested(&self, packet: &Transmission, at: usize) -> bool {
-        let from_us = packet.start_us.saturating_sub(timing::TURN_US);
-        let until_us = packet.end_us + timing::TURN_US;
-        let others = self.on_air.iter().enumerate().filter(|(n, _)| *n != at);
-        others.into_iter().any(|(_, other)| other.overlaps(from_us, until_us))
+    /// Takes the packet that is at processors now.
+    fn deliver(&mut self, now_us: u64) -> Option<(usize, usize)> {
+        let is_due = |landed: &Landed| landed.receipts.iter().any(|(at_us, _)| *at_us == now_us);
+        let place = self.landed.iter().position(is_due)?;
+        let landed = &mut self.landed[place];
+        self.heard.clear();
+        for (_, receipt) in landed.receipts.iter().filter(|(at_us, _)| *at_us == now_us) {
+            self.heard.push(*receipt);
+            self.chips[receipt.by].forwarded();
+        }
+        landed.receipts.retain(|(at_us, _)| *at_us != now_us);
+        self.arriving = landed.data;
+        let (from, length) = (landed.from, landed.length);
+        if landed.receipts.is_empty() {
+            self.landed.swap_remove(place);
+        }
+        Some((from, length))
     }
 
     /// Decides whether one receiver gets one packet, and how strongly. The packet's place `at` among all that
@@ -286,55 +316,30 @@ impl Medium {
         to: usize,
         ether: &mut impl Ether,
     ) -> Result<Dbm, Loss> {
+        let reception = self.config.reception;
         let strength = ether
             .strength(packet.from, to)
-            .filter(|&strength| self.config.reception.reaches(strength))
+            .filter(|&strength| reception.reaches(strength))
             .ok_or(Loss::Weak)?;
         if packet.cut {
             return Err(Loss::Cut);
         }
         if let Some(at) = at {
-            self.contest(packet, at, to, strength, ether)?;
+            self.on_air.contest(at, to, (strength, self.config.capture), ether)?;
         }
         if let Some(polling) = self.config.polling {
             self.bear(polling, packet, to, strength, ether)?;
         }
-        let stream = &mut self.links[packet.from * self.stations + to];
-        let luck = stream.uniform();
-        if luck < self.config.reception.loss_rate {
+        let link = &mut self.links[packet.from * self.chips.len() + to];
+        if link.is_faded(self.config.fades, packet.end_us) {
             return Err(Loss::Chance);
         }
-        let draws = Draws { luck, normal: stream.gauss() };
-        self.config.reception.receive(strength, draws).ok_or(Loss::Chance)
-    }
-
-    /// Whether the packet is lost to another one that is on the air at the same time.
-    fn contest(
-        &self,
-        packet: &Transmission,
-        at: usize,
-        to: usize,
-        strength: Dbm,
-        ether: &mut impl Ether,
-    ) -> Result<(), Loss> {
-        let Transmission { start_us, end_us, .. } = *packet;
-        for (_, other) in self.on_air.iter().enumerate().filter(|(n, _)| *n != at) {
-            // A radio that sends is deaf while it turns round as well.
-            let deaf_until = end_us + timing::TURN_US;
-            if other.from == to
-                && other.overlaps(start_us.saturating_sub(timing::TURN_US), deaf_until)
-            {
-                return Err(Loss::Deaf);
-            }
-            if other.from == to || !other.overlaps(start_us, end_us) {
-                continue;
-            }
-            let against = ether.strength(other.from, to);
-            if against.is_some_and(|against| strength - against < self.config.capture) {
-                return Err(Loss::Collision);
-            }
+        let luck = link.stream.uniform();
+        if luck < reception.loss_rate {
+            return Err(Loss::Chance);
         }
-        Ok(())
+        let draws = Draws { luck, normal: link.stream.gauss() };
+        reception.receive(strength, timing::air_bits(packet.length), draws).ok_or(Loss::Weak)
     }
 
     /// Whether the packet is lost to the operator's dongle, or to the base's answers to it.
@@ -357,14 +362,5 @@ impl Medium {
             return Err(Loss::Collision);
         }
         Ok(())
-    }
-
-    /// Forgets packets that were over before any that has yet to arrive began.
-    fn forget(&mut self, now_us: u64) {
-        let waiting = || self.on_air.iter().filter(|on| on.waits);
-        self.next_us = waiting().map(|on| on.arrives_us).min();
-        let first_us = waiting().map(|on| on.start_us).fold(now_us, u64::min);
-        let first_us = first_us.saturating_sub(timing::TURN_US);
-        self.on_air.retain(|on| on.waits || on.end_us > first_us);
     }
 }

@@ -185,10 +185,9 @@ impl Scenario {
     pub(crate) fn medium(&self) -> MediumConfig {
         let base = self.drones.flying();
         let hz = self.radio.polling_hz;
-        let polling =
-            (hz > 0.0).then(|| Polling { period_us: (1e6 / hz) as u64, ..Polling::of(base) });
+        let polling = (hz > 0.0).then(|| Polling::at(base, hz));
         let config = MediumConfig::of(self.radio.reception);
-        MediumConfig { datarate: self.radio.datarate, polling, ..config }
+        MediumConfig { datarate: self.radio.datarate, fades: self.radio.fades, polling, ..config }
     }
 
     /// The same scenario with another of the named movement policies; `None` for a name that is

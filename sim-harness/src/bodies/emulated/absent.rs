@@ -9,10 +9,6 @@ use wire::p2p::Counter;
 
 use crate::bodies::craft::{Craft, Surroundings};
 
-/// The time from handing a packet to the radio to its first bit on the air, in ns (nRF51822 product
-/// specification, t_TXEN).
-pub(crate) const RAMP_UP: u64 = 140_000;
-
 /// An ELF, which cannot be run in this build.
 pub enum Firmware {}
 

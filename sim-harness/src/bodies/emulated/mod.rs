@@ -33,6 +33,7 @@ use virtual_crazyflie::log::{LogLine, Messages};
 use virtual_crazyflie::machine::{Halt, Machine, MachineConfig};
 use virtual_crazyflie::profile::Report;
 use wire::p2p::{self, Counter};
+use wire::radio::timing::RAMP_UP_US;
 
 use crate::bodies::craft::{Craft, Surroundings};
 use crate::random::{Purpose, Stream};
@@ -40,7 +41,6 @@ use crate::scenario::Scenario;
 
 pub use firmware::Firmware;
 pub use provision::unfit;
-pub(crate) use virtual_crazyflie::board::nrf51::RAMP_UP;
 pub use watch::{AGENT_STEP, CONTROL_STEP};
 
 use decisions::Decisions;
@@ -50,6 +50,7 @@ use watch::Watch;
 
 /// Nanoseconds in a microsecond.
 const US: u64 = 1_000;
+const _: () = assert!(virtual_crazyflie::board::nrf51::RAMP_UP == RAMP_UP_US * US);
 /// Drones are switched on at different times, up to so many µs apart.
 const SWITCHED_ON_WITHIN_US: f32 = 200_000.0;
 
@@ -266,7 +267,7 @@ impl Emulated {
     /// on the air.
     pub(crate) fn take_sent(&mut self, mut take: impl FnMut(u64, Vec<u8>)) {
         for sent in self.core.machine_mut().board_mut().take_packets() {
-            let on_air_us = self.on_us + (sent.at + RAMP_UP).div_ceil(US);
+            let on_air_us = self.on_us + (sent.at + RAMP_UP_US * US).div_ceil(US);
             if sent.port == p2p::PORT {
                 take(on_air_us, sent.data);
             }

@@ -111,7 +111,7 @@ impl Net {
     }
 
     fn arrive(&mut self, ether: &mut impl Ether, took: &mut impl FnMut(usize, u64, Event)) {
-        let Some(arrival) = self.medium.arrive(ether) else { return };
+        let Some(arrival) = self.medium.advance(ether) else { return };
         for receipt in arrival.heard {
             let Some(end) = self.ends.get_mut(receipt.by) else { continue };
             let event = end.link.receive(end.clock(arrival.at_us), receipt.rssi, arrival.data);

@@ -116,7 +116,9 @@ mod tests {
     #[test]
     fn the_table_is_of_the_present_link() {
         for (drones, loss) in [(4, 0.2), (8, 0.5)] {
-            let row = link::row(drones, loss, link::POLLS_PER_S, 8, 100, || {});
+            let polls_per_s = link::POLLS_PER_S_LIMITED;
+            let case = link::Case { polls_per_s, ..link::Case::of(drones, loss) };
+            let row = link::row(case, 8, 100, || {});
             for part in [2, 5, 8] {
                 let order = order_deciles(loss, f32::from(drones))[part];
                 let found = row.order_delay_s[part] * 1e3;

@@ -6,7 +6,10 @@
 
 use wire::radio::Datarate;
 
-use super::timing::{TURN_US, raw_air_us};
+use super::timing::{RAMP_UP_US, payload_air_us};
+
+/// How often a second the base has something to say: a log of ten variables.
+const LOG_HZ: f32 = 100.0;
 
 /// A dongle at work.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,31 +27,36 @@ pub struct Polling {
 }
 
 impl Polling {
-    /// The rate that the vendor's documentation asks for, with a log running.
+    /// A dongle that asks so often a second, beside a base that logs at [`LOG_HZ`].
+    ///
+    /// 100 is the rate that the vendor's documentation asks for. Without a rate limit, as cflib drives
+    /// it, a dongle asks as soon as it is answered, about a thousand times a second over USB, and
+    /// pauses only after ten empty answers, which a log at 100 Hz prevents (crazyflie-lib-python,
+    /// `cflib/crtp/radiodriver.py`, `_RadioDriverThread.run`).
     #[must_use]
-    pub const fn of(station: usize) -> Self {
-        Self { station, period_us: 10_000, question: 1, answer: 28, answers_every: 1 }
+    pub fn at(station: usize, hz: f32) -> Self {
+        Self {
+            station,
+            period_us: (1e6 / hz) as u64,
+            question: 1,
+            answer: 28,
+            answers_every: ((hz / LOG_HZ).round() as u64).max(1),
+        }
     }
 
-    /// A dongle without a rate limit, as cflib drives it: it asks as soon as it is answered, about a
-    /// thousand times a second over USB, and pauses only after ten empty answers, which a log at
-    /// 100 Hz prevents (crazyflie-lib-python, `cflib/crtp/radiodriver.py`, `_RadioDriverThread.run`).
-    #[must_use]
-    pub const fn unlimited(station: usize) -> Self {
-        Self { period_us: 1_000, answers_every: 10, ..Self::of(station) }
-    }
-
-    /// When the question of this number begins: the host's timers are good to a millisecond or
-    /// two, or a frame of ten questions would meet the same slots for ever.
-    const fn begin_us(&self, number: u64) -> u64 {
+    /// When the question of this number begins: the host's timers are good to 2 ms, and a dongle
+    /// without a rate limit keeps no time at all. With less jitter all frames of a chain would meet the
+    /// questions at the same places, for ever.
+    fn begin_us(&self, number: u64) -> u64 {
         let mixed = number.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 40;
-        number * self.period_us + mixed % (self.period_us / 5 + 1)
+        let jitter_us = (self.period_us * 6 / 10).min(2_000);
+        number * self.period_us + mixed % (jitter_us + 1)
     }
 
-    const fn end_us(&self, datarate: Datarate, number: u64) -> u64 {
+    fn end_us(&self, datarate: Datarate, number: u64) -> u64 {
         let answer = if number.is_multiple_of(self.answers_every) { self.answer } else { 1 };
-        let air = raw_air_us(datarate, self.question as u64) + raw_air_us(datarate, answer as u64);
-        self.begin_us(number) + air + TURN_US
+        let air = payload_air_us(datarate, self.question) + payload_air_us(datarate, answer);
+        self.begin_us(number) + air + RAMP_UP_US
     }
 
     /// Whether question or answer is on the air at any time between these two.

@@ -1,8 +1,8 @@
 //! The section `[radio]` of a scenario file.
 
-use radio_model::{Attenuation, PathLoss, Reception};
+use radio_model::{Attenuation, Fades, PathLoss, Reception};
 use serde::Deserialize;
-use units::{Db, Dbm};
+use units::{Db, Dbm, Duration};
 use wire::radio::Datarate;
 
 use crate::input_error::InputError;
@@ -18,6 +18,8 @@ pub struct RadioSpec {
     pub walls: Walls,
     /// Loss and noise of packets.
     pub reception: Reception,
+    /// The fades of each directed link.
+    pub fades: Fades,
     /// The rate at which the drones send.
     pub datarate: Datarate,
     /// How often a second the operator's dongle asks the base for news; zero for no dongle.
@@ -36,6 +38,8 @@ pub(crate) struct RadioTable {
     noise_variance_db2: Option<At<f32>>,
     resolution_db: Option<At<f32>>,
     packet_loss: Option<At<f32>>,
+    fade_share: Option<At<f32>>,
+    fade_s: Option<At<f32>>,
     latency_s: Option<At<f32>>,
     polling_hz: Option<At<f32>>,
     sensitivity_dbm: Option<At<f32>>,
@@ -88,8 +92,17 @@ impl RadioTable {
                 &self.sensitivity_dbm,
                 "sensitivity_dbm",
                 -300.0..=0.0,
-                paper.sensitivity.0,
+                Reception::NRF51_AT_2_MBIT.0,
             )?),
+        };
+        let fades = Fades {
+            share: number(&self.fade_share, "fade_share", 0.0..=0.9, Fades::NONE.share)?,
+            mean: match &self.fade_s {
+                Some(value) => {
+                    Duration::from_micros(reader.micros(value, "fade_s", 0.01..=60.0)?)
+                }
+                None => Fades::NONE.mean,
+            },
         };
         Ok(RadioSpec {
             path_loss,
@@ -99,8 +112,9 @@ impl RadioTable {
                 Some(WallsKey::Leaky) => Walls::Leaky,
             },
             reception,
+            fades,
             datarate: Datarate::Mbit2,
-            polling_hz: number(&self.polling_hz, "polling_hz", 0.0..=500.0, 0.0)?,
+            polling_hz: number(&self.polling_hz, "polling_hz", 0.0..=1_000.0, 0.0)?,
             latency_us: match &self.latency_s {
                 Some(value) => reader.micros(value, "latency_s", 0.0..=10.0)?,
                 None => 0,

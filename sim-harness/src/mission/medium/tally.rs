@@ -3,13 +3,17 @@
 /// Why a packet did not reach a station that might have received it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Loss {
-    /// The packet was too weak there, or the receiver is silenced.
+    /// The packet was too weak there, so that some of its bits were wrong, or the receiver is
+    /// silenced.
     Weak,
-    /// The packet was lost by chance, at the rate of [`radio_model::Reception::loss_rate`].
+    /// The packet was lost by chance, at the rate of [`radio_model::Reception::loss_rate`], or in a
+    /// fade.
     Chance,
-    /// Another station was on the air, and not weaker by enough.
+    /// Another station was on the air, and not weaker by enough, or the receiver had found the address
+    /// of its packet before.
     Collision,
-    /// The receiver was sending itself, or its radio was busy with the operator's.
+    /// The receiver was sending itself, its radio was busy with the operator's, or its chip had no
+    /// room for the packet.
     Deaf,
     /// Its own sender took the radio for the next packet before this one was out.
     Cut,

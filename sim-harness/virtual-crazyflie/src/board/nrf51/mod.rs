@@ -50,7 +50,7 @@ const MAX_P2P: usize = 60;
 const CHARGE_AMPERES: f32 = 0.5;
 
 /// From the moment at which the loop hands a packet to the radio to the first bit on the air
-/// (nRF51822 product specification, t_TXEN).
+/// (zephyr, `radio_nrf51.h`: `HAL_RADIO_NRF51_TXEN_TXIDLE_TX_US`).
 pub const RAMP_UP: Nanos = 140_000;
 
 /// A packet for all drones, handed to the radio. It is on the air [`RAMP_UP`] later, for as long as
