@@ -139,12 +139,17 @@ impl<const N: usize> RelayQueue<N> {
     }
 
     /// The capsule to send at `now`: of those that were sent the fewest times, the one with the
-    /// longest way. The head's way is the longest.
-    pub(crate) fn take_next(&mut self, now: Instant, wave: Wave) -> Option<Capsule<N>> {
+    /// longest way. The head's way is the longest. The capsule of a node that is `taken` is left out.
+    pub(crate) fn take_next(
+        &mut self,
+        now: Instant,
+        wave: Wave,
+        taken: Option<NodeId>,
+    ) -> Option<Capsule<N>> {
         let with_wave = wave == self.wave;
         let node = self
             .pending_entries()
-            .filter(|entry| entry.due_at(with_wave) <= now)
+            .filter(|entry| entry.due_at(with_wave) <= now && taken != Some(entry.capsule.node))
             .min_by_key(|entry| (entry.rank(self.wave), entry.capsule.node))?
             .capsule
             .node;

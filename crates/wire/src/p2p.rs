@@ -7,7 +7,7 @@
 //! |---|---|---|
 //! | 1 | [`Beacon`] | 3 |
 //! | 2 | [`Report`] | 20, and 5 for each [`Heard`] |
-//! | 3 | [`Capsule`] with an [`Order`](units::Order) in it | 19 |
+//! | 3 | [`Commands`]: one or two of [`Capsule`] with an [`Order`](units::Order) in it | 19 or 38 |
 //! | 4 | [`Capsule`] with [`Telemetry`] in it | 29 |
 //! | 5 | [`Membership`] | 1 or 5 |
 //!
@@ -21,6 +21,7 @@
 
 mod beacon;
 mod capsule;
+mod commands;
 mod header;
 mod membership;
 mod order;
@@ -31,7 +32,8 @@ use core::fmt;
 
 pub use beacon::Beacon;
 pub use capsule::{Capsule, TELEMETRY, Telemetry};
-pub use header::{Counter, Epoch, HEADER, Header, Kind, REUSE, STAMP_US, Wave};
+pub use commands::Commands;
+pub use header::{Counter, Epoch, HEADER, Header, Kind, REUSE, STAMP_US, VERSION, Wave};
 pub use membership::Membership;
 pub use order::{ORDER, decode_order, encode_order};
 pub use report::{HEARD, Heard, Report};
@@ -56,8 +58,8 @@ pub enum Message {
     Beacon(Beacon),
     /// How the sender flies, and how well it hears the others.
     Report(Report),
-    /// An order of the base to one node, passed on by the nodes between them.
-    Command(Capsule<ORDER>),
+    /// Orders of the base to one node or to two, passed on by the nodes between them.
+    Command(Commands),
     /// The state of one node for the base, passed on by the nodes between them.
     Telemetry(Capsule<TELEMETRY>),
     /// A node joins or leaves the chain, or is refused.
@@ -82,7 +84,7 @@ impl Message {
         match self {
             Self::Beacon(beacon) => fill(out, [&beacon.encode()]),
             Self::Report(report) => report.encode(out),
-            Self::Command(capsule) => capsule.encode(out),
+            Self::Command(commands) => commands.encode(out),
             Self::Telemetry(capsule) => capsule.encode(out),
             Self::Membership(membership) => fill(out, [&membership.encode()]),
         }
@@ -96,7 +98,7 @@ impl Message {
         match kind {
             Kind::Beacon => Beacon::decode(body).map(Self::Beacon),
             Kind::Report => Report::decode(body).map(Self::Report),
-            Kind::Command => Capsule::decode(body).map(Self::Command),
+            Kind::Command => Commands::decode(body).map(Self::Command),
             Kind::Telemetry => Capsule::decode(body).map(Self::Telemetry),
             Kind::Membership => Membership::decode(body).map(Self::Membership),
         }

@@ -3,8 +3,8 @@
 
 use units::{Dbm, Duration, Instant, NodeId, Order};
 use wire::p2p::{
-    Capsule, Header, Kind, Membership, Message, ORDER, REUSE, Report, TELEMETRY, Telemetry,
-    decode_order,
+    Capsule, Commands, Header, Kind, Membership, Message, ORDER, REUSE, Report, TELEMETRY,
+    Telemetry, decode_order,
 };
 
 use super::lifecycle::Lifecycle;
@@ -102,7 +102,13 @@ impl<S: Seal> Airlink<S> {
                 }
                 Ok(Some(Event::Membership { from, membership }))
             }
-            Message::Command(capsule) => self.accept_command(now, from, capsule),
+            Message::Command(Commands { first, second }) => {
+                let taken = self.accept_command(now, from, first);
+                let Some(second) = second else { return taken };
+                // One of them at most is for this node.
+                let other = self.accept_command(now, from, second);
+                if matches!(taken, Ok(None)) { other } else { taken }
+            }
             Message::Telemetry(capsule) => self.accept_telemetry(now, from, capsule),
         }
     }

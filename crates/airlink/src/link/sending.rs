@@ -2,7 +2,8 @@
 
 use units::{Instant, NodeId, Role};
 use wire::p2p::{
-    Capsule, Counter, Header, MAX_BODY, Membership, Message, Report, Wave, encode_order,
+    Capsule, Commands, Counter, Header, MAX_BODY, Membership, Message, ORDER, Report, Wave,
+    encode_order,
 };
 use wire::syslink::MAX_P2P;
 
@@ -32,7 +33,7 @@ impl<S: Seal> Airlink<S> {
         let not_before = now + self.schedule.spacing();
         let repeats_command = self.config.doubles
             && place == 0
-            && matches!(&message, Message::Command(capsule) if capsule.node == NodeId::HEAD);
+            && matches!(&message, Message::Command(commands) if commands.first.node == NodeId::HEAD);
         self.advance_turn(turn, place, not_before, repeats_command);
         self.counters.sent.count(kind);
         self.lifecycle.packet_sent(counter);
@@ -53,15 +54,13 @@ impl<S: Seal> Airlink<S> {
         let last = place + 1 == self.schedule.burst();
         let picked = match wave {
             Wave::Outward => self
-                .pick_command(now, wave, counter)
-                .or_else(|| self.pick_repeated_command(now))
+                .pick_commands(now, wave, counter)
                 .or_else(|| self.pick_report(now))
                 .or_else(|| self.pick_telemetry(now, wave, counter)),
             // The last packet is kept for the report: in a busy chain commands and telemetry would
             // leave it no room.
             Wave::Inward => (if last { self.pick_report(now) } else { None })
-                .or_else(|| self.pick_repeated_command(now))
-                .or_else(|| self.pick_command(now, wave, counter))
+                .or_else(|| self.pick_commands(now, wave, counter))
                 .or_else(|| self.pick_telemetry(now, wave, counter))
                 .or_else(|| self.pick_report(now)),
         };
@@ -81,12 +80,6 @@ impl<S: Seal> Airlink<S> {
         Some(Membership::Refused { node: self.identity.node, epoch })
     }
 
-    /// Picks the command to the head that this turn has begun with a second time.
-    fn pick_repeated_command(&mut self, now: Instant) -> Option<Message> {
-        self.open_turn.filter(|open| open.repeats_command)?;
-        self.commands.take(now, NodeId::HEAD).map(Message::Command)
-    }
-
     fn pick_beacon(&mut self, now: Instant) -> Option<Message> {
         if self.beacon_due_at > now {
             return None;
@@ -101,10 +94,38 @@ impl<S: Seal> Airlink<S> {
         Some(Message::Report(Report { heard, ..report }))
     }
 
-    /// At the base, picks a new order if one is due; otherwise the next command in the queue.
-    fn pick_command(&mut self, now: Instant, wave: Wave, counter: Counter) -> Option<Message> {
+    /// Picks the most urgent command and, for the room that is left, the next one for another node.
+    fn pick_commands(&mut self, now: Instant, wave: Wave, counter: Counter) -> Option<Message> {
+        let first = match wave {
+            Wave::Outward => self
+                .pick_command(now, wave, counter, None)
+                .or_else(|| self.pick_repeated_command(now)),
+            Wave::Inward => self
+                .pick_repeated_command(now)
+                .or_else(|| self.pick_command(now, wave, counter, None)),
+        }?;
+        let second = self.pick_command(now, wave, counter, Some(first.node));
+        Some(Message::Command(Commands { first, second }))
+    }
+
+    /// Picks the command to the head that this turn has begun with a second time.
+    fn pick_repeated_command(&mut self, now: Instant) -> Option<Capsule<ORDER>> {
+        self.open_turn.filter(|open| open.repeats_command)?;
+        self.commands.take(now, NodeId::HEAD)
+    }
+
+    /// At the base, picks a new order if one is due to a node that is not `taken`; otherwise the next
+    /// command in the queue.
+    fn pick_command(
+        &mut self,
+        now: Instant,
+        wave: Wave,
+        counter: Counter,
+        taken: Option<NodeId>,
+    ) -> Option<Capsule<ORDER>> {
         if let End::Base(orders) = &mut self.end
             && let Some(node) = orders.next_recipient(now, wave, &self.config)
+            && taken != Some(node)
             && let (Some(order), Some(epoch)) = (orders.order(), orders.epoch(node))
         {
             orders.mark_sent(now, node, &self.config);
@@ -113,9 +134,9 @@ impl<S: Seal> Airlink<S> {
             let tag = self.seal.seal(Scope::EndToEnd(node), &nonce, &aad, &mut sealed);
             let capsule = Capsule { node, counter, sealed, tag };
             self.commands.store(now, capsule, self.config.command_tries(node), self.turns);
-            return self.commands.take(now, node).map(Message::Command);
+            return self.commands.take(now, node);
         }
-        self.commands.take_next(now, wave).map(Message::Command)
+        self.commands.take_next(now, wave, taken)
     }
 
     /// Picks this drone's own telemetry if it is due; otherwise the next in the queue.
@@ -135,7 +156,7 @@ impl<S: Seal> Airlink<S> {
             self.telemetry.store(now, capsule, self.config.tries, self.turns);
             return self.telemetry.take(now, node).map(Message::Telemetry);
         }
-        self.telemetry.take_next(now, wave).map(Message::Telemetry)
+        self.telemetry.take_next(now, wave, None).map(Message::Telemetry)
     }
 
     /// Writes the sealed packet to `out` and returns its length.

@@ -3,7 +3,8 @@
 
 use airlink::Event;
 use proptest::prelude::*;
-use units::{MetresPerSecond, Order};
+use units::{MetresPerSecond, NodeId, Order};
+use wire::p2p::{Commands, Header, Message, TAG};
 
 use crate::common::net::{Net, Setup};
 use crate::common::seeded;
@@ -43,6 +44,34 @@ fn later_set_points_do_not_replace_a_stop() {
             received[first..].iter().all(|order| *order == Order::Stop),
             "{drone}: {received:?}"
         );
+    }
+}
+
+/// The base sends its order to eight drones in its next two turns, two orders to a packet.
+#[test]
+fn a_stop_goes_out_two_to_a_packet() {
+    let (drones, base) = (8, 8);
+    let mut net = Net::row(Setup::default(), 1, drones + 1, |_| Unsealed);
+    net.run(10 * SECOND);
+    net.order(base, Order::Stop);
+    let before = net.sent.len();
+    net.run(300_000);
+    let mut nodes = Vec::new();
+    for sent in &net.sent[before..] {
+        let (header, rest) = Header::decode(&sent.bytes).unwrap();
+        let body = &rest[..rest.len() - TAG];
+        let Ok(Message::Command(Commands { first, second })) = Message::decode(header.kind, body)
+        else {
+            continue;
+        };
+        assert_ne!(second.map(|second| second.node), Some(first.node));
+        if header.from == NodeId(8) && nodes.len() < drones {
+            nodes.extend([first.node].into_iter().chain(second.map(|second| second.node)));
+        }
+    }
+    assert_eq!(nodes, (0..8).map(NodeId).collect::<Vec<_>>(), "in four packets, the head first");
+    for drone in 0..drones {
+        assert_eq!(orders(&net, drone, 10 * SECOND), [Order::Stop], "{drone}");
     }
 }
 

@@ -8,8 +8,8 @@ use proptest::strategy::ValueTree;
 use proptest::test_runner::{Config, RngSeed, TestRunner};
 use units::{LinkSum, NodeId, Order, Phase, Role};
 use wire::p2p::{
-    Beacon, Capsule, Counter, Epoch, HEADER, Header, Heard, Kind, MAX_BODY, Membership, Message,
-    PORT, Report, TAG, Telemetry, Wave,
+    Beacon, Capsule, Commands, Counter, Epoch, HEADER, Header, Heard, Kind, MAX_BODY, Membership,
+    Message, PORT, Report, TAG, Telemetry, Wave,
 };
 use wire::syslink::MAX_P2P;
 
@@ -213,7 +213,7 @@ fn of_header(header: &Header) -> Fields {
     };
     let mut fields = vec![
         ("kind", Called(kind)),
-        ("version", Constant(3)),
+        ("version", Constant(4)),
         ("from", node(header.from)),
         ("wave", Called(wave)),
         ("place", Steps(header.place.into())),
@@ -355,7 +355,7 @@ fn tables() -> Vec<(&'static str, &'static str, &'static str, Vec<Sample>)> {
     let report = include_str!("../../src/p2p/report.rs");
     let order = include_str!("../../src/p2p/order.rs");
     let mut capsules = samples(messages::capsules(NUMBERS), |capsule| {
-        (4, body(&Message::Command(*capsule)), of_capsule(capsule))
+        (4, body(&Message::Command((*capsule).into())), of_capsule(capsule))
     });
     capsules.extend(samples(messages::capsules(NUMBERS), |capsule| {
         (14, body(&Message::Telemetry(*capsule)), of_capsule(capsule))
@@ -525,6 +525,7 @@ fn the_sizes_in_the_book_are_those_of_the_code() {
     let (node, counter) = (NodeId(1), Counter::new(wire::p2p::Epoch::FIRST, 0).unwrap());
     let refused = Membership::Refused { node, epoch: Epoch::FIRST };
     let command = Capsule { node, counter, sealed: [0; 4], tag: [0; TAG] };
+    let second = Some(Capsule { node: NodeId(2), ..command });
     let telemetry = Capsule { node, counter, sealed: [0; 14], tag: [0; TAG] };
     let sizes = [
         (
@@ -534,7 +535,8 @@ fn the_sizes_in_the_book_are_those_of_the_code() {
         ),
         (2, "[report](#report), no node heard", heard(0)),
         (2, "[report](#report), four nodes heard", heard(4)),
-        (3, "[command](#command)", Message::Command(command)),
+        (3, "[command](#command)", Message::Command(command.into())),
+        (3, "[command](#command), two", Message::Command(Commands { first: command, second })),
         (4, "[telemetry](#telemetry)", Message::Telemetry(telemetry)),
         (5, "[membership](#membership), join or leave", Message::Membership(Membership::Join)),
         (5, "[membership](#membership), refused", Message::Membership(refused)),

@@ -5,7 +5,7 @@
 use agent::{ChainDuty, Duty, State};
 use rayon::prelude::*;
 use serde_json::{Value, json};
-use wire::p2p::{HEADER, MAX_BODY, TAG};
+use wire::p2p::{HEADER, MAX_BODY, TAG, VERSION};
 use wire::radio::Datarate;
 use wire::syslink::MAX_P2P;
 
@@ -395,7 +395,7 @@ fn forged(members: usize, random: &mut Stream) -> Vec<u8> {
     let from = random.below(members as u32) as u8;
     let length = HEADER + 1 + random.below(MAX_BODY as u32) as usize + TAG;
     let mut packet: Vec<u8> = (0..length).map(|_| random.below(256) as u8).collect();
-    packet[0] = 0x30 | kind;
+    packet[0] = VERSION << 4 | kind;
     packet[1] = from | ((random.below(2) as u8) << 4);
     // An epoch that the node may well have.
     packet[6] &= 0x0F;

@@ -7,8 +7,8 @@ use units::{
     Role, Volts,
 };
 use wire::p2p::{
-    Beacon, Capsule, Counter, Epoch, HEARD, Header, Heard, Kind, Membership, Message, REUSE,
-    Report, TAG, Telemetry, Wave,
+    Beacon, Capsule, Commands, Counter, Epoch, HEARD, Header, Heard, Kind, Membership, Message,
+    REUSE, Report, TAG, Telemetry, Wave,
 };
 
 /// A report of which nothing is worth saying.
@@ -168,6 +168,15 @@ pub fn capsules<const N: usize>(numbers: Numbers) -> impl Strategy<Value = Capsu
         .prop_map(|(node, counter, sealed, tag)| Capsule { node, counter, sealed, tag })
 }
 
+pub fn commands(numbers: Numbers) -> impl Strategy<Value = Commands> {
+    let pair = (capsules(numbers), proptest::option::of(capsules(numbers)));
+    pair.prop_map(move |(first, second): (Capsule<4>, Option<Capsule<4>>)| {
+        let differs = |second: &Capsule<4>| second.node != first.node;
+        let second = second.filter(|second| matches!(numbers, Numbers::Wild) || differs(second));
+        Commands { first, second }
+    })
+}
+
 pub fn memberships(numbers: Numbers) -> impl Strategy<Value = Membership> {
     prop_oneof![
         Just(Membership::Join),
@@ -180,7 +189,7 @@ pub fn messages(numbers: Numbers) -> impl Strategy<Value = Message> {
     prop_oneof![
         beacons(numbers).prop_map(Message::Beacon),
         reports(numbers).prop_map(Message::Report),
-        capsules(numbers).prop_map(Message::Command),
+        commands(numbers).prop_map(Message::Command),
         capsules(numbers).prop_map(Message::Telemetry),
         memberships(numbers).prop_map(Message::Membership),
     ]
