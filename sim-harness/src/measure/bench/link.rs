@@ -3,15 +3,16 @@
 //!
 //! Each node reports five times a second and sends its telemetry to the base; the operator's stick
 //! is read five times a second and has a new value each time. At the end the operator stops all. A
-//! dongle polls the base a hundred times a second ([`Polling`]), outside of the schedule; the longest
-//! chain is also measured with one that polls as often as it can.
+//! dongle polls the base a thousand times a second ([`Polling`]), outside of the schedule, as cflib
+//! drives it; the longest chain is also measured with one that polls a hundred times a second, which
+//! is the rate limit that the vendor asks users of P2P to set, and in fades.
 
 use airlink::{Event, LinkConfig};
 use heapless::Vec as Few;
-use radio_model::Reception;
+use radio_model::{Fades, Reception};
 use rayon::prelude::*;
 use serde_json::{Value, json};
-use units::{LinkSum, Metres, MetresPerSecond, NodeId, Order, Phase};
+use units::{Duration, LinkSum, Metres, MetresPerSecond, NodeId, Order, Phase};
 use wire::p2p::{Report, Telemetry};
 
 use super::net::{End, Fleet, Net, next_only};
@@ -56,20 +57,24 @@ pub const AIMS: [Aim; 4] = [
 ];
 
 impl Aim {
-    /// The figure as it was measured.
+    /// The figure as it was measured with so many polls a second, without fades.
     #[must_use]
-    pub fn measured(&self, rows: &[Row]) -> Option<f32> {
+    pub fn measured(&self, rows: &[Row], polls_per_s: u32) -> Option<f32> {
         let is_meant = |row: &&Row| {
-            row.drones == LONGEST && row.loss == self.loss && row.polls_per_s == POLLS_PER_S
+            let is_longest = row.drones == LONGEST && row.loss == self.loss;
+            is_longest && row.polls_per_s == polls_per_s && !row.fades
         };
         rows.iter().find(is_meant).and_then(self.of)
     }
 }
 
+/// How often a second a dongle polls that cflib drives without a rate limit.
+pub const POLLS_PER_S: u32 = 1_000;
 /// How often a second a dongle with the rate limit that the vendor asks for polls.
-pub const POLLS_PER_S: u32 = 100;
-/// How often a second a dongle without a rate limit polls.
-pub const POLLS_PER_S_UNLIMITED: u32 = 1_000;
+pub const POLLS_PER_S_LIMITED: u32 = 100;
+/// The fades of the rows that have any: the part of all packets that such a row loses is lost in
+/// fades of this mean length alone. A drone at 0.5 m/s crosses half a wavelength, 6 cm, in this time.
+const FADE: Duration = Duration::from_millis(120);
 
 /// A round of each node's agent, µs.
 const ROUND_US: u64 = 200_000;
@@ -91,6 +96,8 @@ pub struct Row {
     pub loss: f32,
     /// How often a second the operator's dongle polls the base.
     pub polls_per_s: u32,
+    /// Whether packets are lost in fades, not one by one.
+    pub fades: bool,
     /// Messages a second that are to go through the chain: orders to the head, telemetry of all.
     pub offered_per_s: f64,
     /// The part of them that arrived.
@@ -126,6 +133,7 @@ impl Row {
             "drones": self.drones,
             "loss": round(f64::from(self.loss)),
             "polls_per_s": self.polls_per_s,
+            "fades": self.fades,
             "offered_per_s": round(self.offered_per_s),
             "delivered": round(self.delivered),
             "pilot_delay_p95_s": seconds(self.pilot_delay_p95_s),
@@ -142,15 +150,31 @@ impl Row {
 /// All chains at all losses, each with `runs` seeds from `seed` on.
 #[must_use]
 pub fn run(runs: usize, seed: u64, after_each: impl Fn() + Sync) -> Vec<Row> {
-    let one = |(drones, loss, polls_per_s)| row(drones, loss, polls_per_s, runs, seed, &after_each);
-    cases().into_par_iter().map(one).collect()
+    cases().into_par_iter().map(|case| row(case, runs, seed, &after_each)).collect()
 }
 
-/// Drones, loss and polls a second of all rows.
-fn cases() -> Vec<(u8, f32, u32)> {
-    let limited = DRONES.flat_map(|drones| LOSSES.map(|loss| (drones, loss, POLLS_PER_S)));
-    let unlimited = LOSSES.map(|loss| (LONGEST, loss, POLLS_PER_S_UNLIMITED));
-    limited.chain(unlimited).collect()
+/// The chain of a row, and its air.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Case {
+    pub(crate) drones: u8,
+    pub(crate) loss: f32,
+    pub(crate) polls_per_s: u32,
+    pub(crate) fades: bool,
+}
+
+impl Case {
+    /// A chain as most rows have it.
+    pub(crate) const fn of(drones: u8, loss: f32) -> Self {
+        Self { drones, loss, polls_per_s: POLLS_PER_S, fades: false }
+    }
+}
+
+fn cases() -> Vec<Case> {
+    let all = DRONES.flat_map(|drones| LOSSES.map(|loss| Case::of(drones, loss)));
+    let longest = LOSSES.map(|loss| Case::of(LONGEST, loss));
+    let limited = longest.map(|case| Case { polls_per_s: POLLS_PER_S_LIMITED, ..case });
+    let fades = longest.into_iter().skip(1).map(|case| Case { fades: true, ..case });
+    all.chain(limited).chain(fades).collect()
 }
 
 /// The number of rows.
@@ -160,20 +184,13 @@ pub fn count() -> usize {
 }
 
 /// One chain at one loss, with `runs` seeds from `seed` on.
-pub(crate) fn row(
-    drones: u8,
-    loss: f32,
-    polls_per_s: u32,
-    runs: usize,
-    seed: u64,
-    after_each: impl Fn(),
-) -> Row {
+pub(crate) fn row(case: Case, runs: usize, seed: u64, after_each: impl Fn()) -> Row {
     let mut sum = Seen::default();
     for n in 0..runs as u64 {
-        sum.add(chain(drones, loss, polls_per_s, seed.wrapping_add(n)));
+        sum.add(chain(case, seed.wrapping_add(n)));
         after_each();
     }
-    sum.row(drones, loss, polls_per_s)
+    sum.row(case)
 }
 
 /// The aims that are missed.
@@ -186,11 +203,16 @@ pub fn missed(rows: &[Row]) -> Vec<String> {
             "orders take {delay_s} s through {AIM_HOPS} hops at a loss of {AIM_LOSS}, not {AIM_S} s"
         )
     });
-    let longest = AIMS.iter().filter_map(|aim| {
-        let measured = aim.measured(rows).unwrap_or(f32::INFINITY);
+    let rates = [POLLS_PER_S, POLLS_PER_S_LIMITED];
+    let aims = AIMS.iter().flat_map(|aim| rates.map(|polls| (aim, polls)));
+    let longest = aims.filter_map(|(aim, polls)| {
+        let measured = aim.measured(rows, polls).unwrap_or(f32::INFINITY);
         let Aim { figure, loss, aim_s, .. } = aim;
         (measured > *aim_s).then(|| {
-            format!("{figure} takes {measured} s in a chain of {LONGEST} at a loss of {loss}, not {aim_s} s")
+            format!(
+                "{figure} takes {measured} s in a chain of {LONGEST} at a loss of {loss} and {polls} \
+                 polls a second, not {aim_s} s"
+            )
         })
     });
     steered.into_iter().chain(longest).collect()
@@ -230,13 +252,14 @@ impl Seen {
         self.stop_us.extend(other.stop_us);
     }
 
-    fn row(mut self, drones: u8, loss: f32, polls_per_s: u32) -> Row {
+    fn row(mut self, Case { drones, loss, polls_per_s, fades }: Case) -> Row {
         let seconds = f64::from(self.runs) * SPAN_US as f64 * 1e-6;
         let offered = f64::from(self.orders) + self.telemetry_offered;
         Row {
             drones,
             loss,
             polls_per_s,
+            fades,
             offered_per_s: offered / seconds,
             delivered: f64::from(self.orders_heeded + self.telemetry) / offered,
             pilot_delay_p95_s: p95(&mut self.pilot_us),
@@ -274,17 +297,19 @@ fn stick(n: u64) -> MetresPerSecond {
 }
 
 /// One chain, once.
-fn chain(drones: u8, loss: f32, polls_per_s: u32, seed: u64) -> Seen {
+fn chain(case: Case, seed: u64) -> Seen {
+    let Case { drones, loss, polls_per_s, fades } = case;
     let fleet = Fleet::of(seed);
     let mut random = Stream::new(seed, Purpose::Start);
     let stations = usize::from(drones) + 1;
     let base = usize::from(drones);
     let config = MediumConfig {
-        polling: Some(match polls_per_s {
-            POLLS_PER_S_UNLIMITED => Polling::unlimited(base),
-            _ => Polling::of(base),
-        }),
-        ..MediumConfig::of(Reception { loss_rate: loss, ..Reception::PAPER })
+        polling: Some(Polling::at(base, polls_per_s as f32)),
+        fades: Fades { share: if fades { loss } else { 0.0 }, mean: FADE },
+        ..MediumConfig::of(Reception {
+            loss_rate: if fades { 0.0 } else { loss },
+            ..Reception::PAPER
+        })
     };
     let mut net = Net {
         ends: (0..=drones).map(|n| End::new(&fleet, n, drones, &mut random)).collect(),
