@@ -38,11 +38,12 @@ mod parts;
 mod record;
 mod seal;
 mod sections;
+mod strengths;
 mod track;
 mod view;
 
 use onboard::Sensed;
-use units::Role;
+use units::{Radians, Role};
 use wire::p2p;
 use wire::radio::Datarate;
 
@@ -54,7 +55,6 @@ use crate::random::Stream;
 use crate::scenario::{Fidelity, Scenario};
 pub use crate::world::World;
 
-use air::Strengths;
 use contacts::Contacts;
 use ideal::IdealLink;
 use intruders::Intruders;
@@ -72,6 +72,7 @@ pub(crate) use sections::{
     RetreatTable,
 };
 pub use sections::{Drones, Loss, LossKind, PilotStep, Start};
+use strengths::Strengths;
 pub use track::Linked;
 use track::Track;
 pub use view::{Told, View};
@@ -213,7 +214,8 @@ impl Mission<'_> {
             return;
         }
         let place = self.track.follow(n, member.body.position(), self.world.skeleton());
-        self.strengths.moved(n, place, &self.world.radio);
+        let nose = (member.body.position(), Radians(member.body.yaw()));
+        self.strengths.moved(n, place, nose, &self.world.radio);
         let flies = member.role != Role::Base;
         member.senses = if flies {
             let (elapsed, spec) = (ROUND_US as f32 * 1e-6, &self.scenario.vehicle);

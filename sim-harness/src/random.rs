@@ -33,6 +33,10 @@ pub enum Purpose {
     Keys,
     /// The delays of one drone's reports and orders on the ideal link.
     Delay(u8),
+    /// The fields of shadowing and fading.
+    Place,
+    /// The errors of one drone's antenna and radio.
+    Gain(u8),
 }
 
 impl Purpose {
@@ -48,6 +52,8 @@ impl Purpose {
             Self::Chip(id) => 0x9_0000 | u64::from(id),
             Self::Radio(id) => 0x5_0000 | u64::from(id),
             Self::Keys => 0x6_0000,
+            Self::Place => 0x9_0000,
+            Self::Gain(id) => 0xA_0000 | u64::from(id),
         }
     }
 }

@@ -1,33 +1,48 @@
-//! The model of a radio link underground: path loss, noise, and packet loss, for the simulator and
-//! the planners.
+//! The model of a radio link underground: path loss, shadowing, fading, noise, and packet loss, for
+//! the simulator and the planners.
 //!
-//! The large-scale loss is equation (19) of the U-Chain paper, which follows E. Vinogradov and
-//! S. Pollin, *Wireless Communications with Unmanned Aerial Vehicles* (ICC 2019):
+//! The large-scale loss follows one of four laws ([`PathLoss`]), each with its source: equation
+//! (19) of the U-Chain paper ([`UChain`]), log-distance with losses by material ([`LogDistance`]),
+//! the DARPA Subterranean Challenge's ([`Subt`]), and a waveguide ([`Waveguide`]). The place of both
+//! ends adds correlated [`Shadowing`] and small-scale [`Fading`], a drone's heading the pattern of its
+//! [`Antenna`]. On top of it a packet suffers Gaussian noise, rounding to whole decibels and loss,
+//! which grows with its length and weakness ([`Reception`]), and a link may be in a fade, in which it
+//! loses every packet ([`Fades`]).
 //!
-//! > L(x₁, x₂) = L₁ + 10 · α · log₁₀ |x₁ − x₂|
-//!
-//! with |x₁ − x₂| the distance along the tunnel and α between 2 (line of sight) and 6, depending on
-//! the rock between the ends ([`Attenuation`]). On top of it a packet suffers Gaussian noise,
-//! rounding to whole decibels and loss, which grows with its length and weakness ([`Reception`]),
-//! and a link may be in a fade, in which it loses every packet ([`Fades`]).
-//!
-//! The model draws no random numbers: the caller passes it [`Draws`], and owns the seed.
+//! The model draws no random numbers: the caller passes them in, and owns the seed.
 //!
 //! ```
-//! use radio_model::{Attenuation, Obstruction, PathLoss};
+//! use radio_model::{Attenuation, Geometry, Obstruction, PathLoss, UChain, Walls};
 //! use units::{Db, Metres};
 //!
-//! let air = PathLoss { attenuation: Attenuation::WallCount, loss_at_1m: Db(0.0) };
+//! let air = PathLoss::UChain(UChain {
+//!     attenuation: Attenuation::WallCount,
+//!     walls: Walls::Rock,
+//!     loss_at_1m: Db(0.0),
+//! });
+//! let link = Geometry::in_sight(Metres(10.0));
+//! assert_eq!(air.loss(link, air.term(Obstruction::NONE)), Db(20.0));
 //! let round_a_corner = Obstruction { walls: 1, rock: Metres(0.8) };
-//! assert_eq!(air.loss(Metres(10.0), Obstruction::NONE), Db(20.0));
-//! assert_eq!(air.loss(Metres(10.0), round_a_corner), Db(40.0));
+//! assert_eq!(air.loss(link, air.term(round_a_corner)), Db(40.0));
 //! ```
 #![no_std]
 
+mod antenna;
 mod fades;
+mod field;
+mod log_distance;
+mod material;
 mod path_loss;
 mod reception;
+mod u_chain;
+mod waveguide;
 
+pub use antenna::Antenna;
 pub use fades::Fades;
-pub use path_loss::{Attenuation, Obstruction, PathLoss};
+pub use field::{Fading, Shadowing, WAVES, WaveDraws};
+pub use log_distance::{Corner, LogDistance, Subt};
+pub use material::Material;
+pub use path_loss::{Geometry, Obstruction, PathLoss};
 pub use reception::{Draws, Reception};
+pub use u_chain::{Attenuation, UChain, Walls};
+pub use waveguide::{WAVELENGTH, Waveguide};

@@ -1,6 +1,14 @@
 //! The large-scale loss: the part of the path loss that distance and rock cause.
+//!
+//! A law splits the loss into a *term* that depends on the obstruction of the straight line alone
+//! ([`PathLoss::term`]) and the rest, which depends on distances ([`PathLoss::loss`]). A simulator
+//! tabulates the term, which takes a search through all walls, and computes the rest anew.
 
 use units::{Db, Metres};
+
+use crate::u_chain::{Attenuation, UChain, Walls};
+use crate::waveguide::Waveguide;
+use crate::{LogDistance, Subt};
 
 /// The obstruction of the straight line between two antennas.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -14,113 +22,96 @@ pub struct Obstruction {
 impl Obstruction {
     /// The line of sight, without any rock.
     pub const NONE: Self = Self { walls: 0, rock: Metres(0.0) };
+}
 
-    /// The loss of a wave that goes straight through walls that leak: 4 dB for each wall and 2 dB
-    /// for each metre in a wall. These are the figures for thin brick walls in the study behind the
-    /// book's chapter "Chain control" (its environment `euclid`). The rock of a mine causes far
-    /// more loss.
+/// The distances between two antennas.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Geometry {
+    /// The length of the shortest way through the tunnel.
+    pub along: Metres,
+    /// The length of the straight line.
+    pub straight: Metres,
+}
+
+impl Geometry {
+    /// Two antennas with nothing but air between them.
     #[must_use]
-    pub fn leak(self) -> Db {
-        Db(4.0 * f32::from(self.walls) + 2.0 * self.rock.0)
+    pub const fn in_sight(distance: Metres) -> Self {
+        Self { along: distance, straight: distance }
     }
 }
 
-/// The law by which the attenuation exponent α grows with the obstruction.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Attenuation {
-    /// The exponent is α = min(6, 2 + 2 × walls), as the paper prints it. The loss jumps at every
-    /// corner, by up to 20 dB at 10 m: in this model equal links need not exist, and the best chain
-    /// is not always one with equal links.
-    WallCount,
-    /// The exponent is α = 2 + 4·(1 − exp(−rock / 2 m)), a continuous version of the same law,
-    /// which meets the assumption of section III-B that the loss is continuous. Two metres of rock
-    /// add as much as one and a quarter walls.
-    RockDepth,
-}
-
-/// The law of the path loss: equation (19) without its noise.
+/// The law of the path loss.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PathLoss {
-    /// The law for α.
-    pub attenuation: Attenuation,
-    /// The loss L₁ over the first metre: zero as the paper prints it, 40 dB for a real 2.4 GHz link
-    /// in free space (20·log₁₀(4π/λ), λ = 0.125 m).
-    pub loss_at_1m: Db,
+pub enum PathLoss {
+    /// Equation (19) of the U-Chain paper.
+    UChain(UChain),
+    /// A constant exponent, with losses at walls, in rock and at corners.
+    LogDistance(LogDistance),
+    /// The radio of the DARPA Subterranean Challenge's simulator.
+    Subt(Subt),
+    /// A tunnel as a waveguide: free space near by, modes that decay farther on.
+    Waveguide(Waveguide),
 }
 
 impl PathLoss {
-    /// The exponent in line of sight.
-    const LEAST: f32 = 2.0;
-    /// The exponent behind any amount of rock.
-    const MOST: f32 = 6.0;
-    /// Metres of rock over which a continuous α makes 63 % of its way from least to most.
-    const ROCK_DEPTH: f32 = 2.0;
-    /// The least distance between two antennas, below which the logarithm would fall without end:
-    /// two Crazyflies side by side.
-    const NEAREST: Metres = Metres(0.3);
-
-    /// Returns the exponent α for this obstruction.
+    /// The term of this obstruction, in a unit that is the law's own.
     #[must_use]
-    pub fn exponent(&self, between: Obstruction) -> f32 {
-        match self.attenuation {
-            Attenuation::WallCount => {
-                (Self::LEAST + 2.0 * f32::from(between.walls)).min(Self::MOST)
-            }
-            Attenuation::RockDepth => {
-                let taken = -libm::expm1f(-between.rock.0 / Self::ROCK_DEPTH);
-                Self::LEAST + (Self::MOST - Self::LEAST) * taken
-            }
+    pub fn term(&self, between: Obstruction) -> f32 {
+        match self {
+            Self::UChain(law) => law.term(between),
+            Self::LogDistance(law) => law.term(between),
+            Self::Subt(law) => law.term(between),
+            Self::Waveguide(law) => law.corner.term(between),
         }
     }
 
-    /// The loss over `distance` along the tunnel with this obstruction.
+    /// The loss over a link with these distances and the [term](Self::term) of its obstruction.
     #[must_use]
-    pub fn loss(&self, distance: Metres, between: Obstruction) -> Db {
-        self.loss_with_exponent(distance, self.exponent(between))
+    pub fn loss(&self, link: Geometry, term: f32) -> Db {
+        match self {
+            Self::UChain(law) => law.loss(link, term),
+            Self::LogDistance(law) => law.loss(link, term),
+            Self::Subt(law) => law.loss(link, term),
+            Self::Waveguide(law) => law.loss(link, term),
+        }
     }
 
-    /// The loss over `distance` with this exponent.
+    /// Whether the term is zero whatever stands between two antennas, so that it needs no table.
     #[must_use]
-    pub fn loss_with_exponent(&self, distance: Metres, exponent: f32) -> Db {
-        let distance = distance.0.max(Self::NEAREST.0);
-        // Below a metre the logarithm is negative, and more rock would make the link better.
-        let exponent = if distance < 1.0 { Self::LEAST } else { exponent };
-        self.loss_at_1m + Db(10.0 * exponent * libm::log10f(distance))
+    pub fn ignores_walls(&self) -> bool {
+        matches!(self, Self::UChain(UChain { walls: Walls::Paper, .. }))
+    }
+
+    /// Whether the term jumps from place to place, so that it must not be interpolated.
+    #[must_use]
+    pub fn jumps(&self) -> bool {
+        match self {
+            Self::UChain(law) => {
+                law.walls == Walls::Rock && law.attenuation == Attenuation::WallCount
+            }
+            Self::Subt(_) => true,
+            Self::LogDistance(_) | Self::Waveguide(_) => false,
+        }
+    }
+
+    /// The loss over the first metre.
+    #[must_use]
+    pub fn loss_at_1m(&self) -> Db {
+        match self {
+            Self::UChain(law) => law.loss_at_1m,
+            Self::LogDistance(law) => law.loss_at_1m,
+            Self::Subt(law) => law.loss_at_1m,
+            Self::Waveguide(law) => law.loss_at_1m,
+        }
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use proptest::prelude::*;
+/// The least distance between two antennas, below which the logarithm would fall without end: two
+/// Crazyflies side by side.
+const NEAREST: Metres = Metres(0.3);
 
-    #[test]
-    fn the_exponent_goes_from_two_to_six() {
-        let printed = PathLoss { attenuation: Attenuation::WallCount, loss_at_1m: Db(0.0) };
-        let walls = |walls| printed.exponent(Obstruction { walls, rock: Metres(1.0) });
-        assert_eq!([0, 1, 2, 3, 200].map(walls), [2.0, 4.0, 6.0, 6.0, 6.0]);
-
-        let continuous = PathLoss { attenuation: Attenuation::RockDepth, ..printed };
-        let rock = |m| continuous.exponent(Obstruction { walls: 1, rock: Metres(m) });
-        assert_eq!(rock(0.0), 2.0);
-        assert!((rock(2.0) - 4.53).abs() < 0.01);
-        assert!((rock(1e6) - 6.0).abs() < 1e-6);
-    }
-
-    proptest! {
-        /// Section III-B assumes it: the farther apart two drones, the weaker their link.
-        #[test]
-        fn loss_never_falls_with_distance_or_rock(
-            near in 0.0f32..40.0, farther in 0.0f32..10.0,
-            rock in 0.0f32..20.0, more in 0.0f32..5.0,
-        ) {
-            let law = PathLoss { attenuation: Attenuation::RockDepth, loss_at_1m: Db(40.0) };
-            let a = law.loss(Metres(near), Obstruction { walls: 1, rock: Metres(rock) });
-            let b = law.loss(
-                Metres(near + farther),
-                Obstruction { walls: 1, rock: Metres(rock + more) },
-            );
-            prop_assert!(b.0 >= a.0 - 1e-4, "{a} then {b}");
-        }
-    }
+/// The loss over this distance beyond that over the first metre, with this exponent.
+pub(crate) fn beyond(distance: Metres, exponent: f32) -> Db {
+    Db(10.0 * exponent * libm::log10f(distance.0.max(NEAREST.0)))
 }

@@ -13,9 +13,10 @@ use super::hosted::Hosted;
 use super::intruders::Intruders;
 use super::log::OrderLog;
 use super::member::{Member, OnLine, Onboard};
+use super::strengths::Strengths;
 use super::{CRAFT_STEP_US, Mission, Part};
 use crate::mission::medium::{Arrives, Ether, timing};
-use crate::world::{Radio, SkeletonPlace, SurveyedPlace};
+use crate::world::Radio;
 
 /// The next event on the air.
 enum Next {
@@ -220,44 +221,6 @@ fn deliver(
         && role == Role::Head
     {
         orders.delivered(now_us, counter);
-    }
-}
-
-/// The links' strengths, which change only when a member has moved.
-pub(super) struct Strengths {
-    count: usize,
-    places: Vec<SurveyedPlace>,
-    /// By sender and receiver; `None` since one of them has moved.
-    known: Vec<Option<Dbm>>,
-}
-
-impl Strengths {
-    pub(super) fn new(radio: &Radio, places: impl Iterator<Item = SkeletonPlace>) -> Self {
-        let places: Vec<_> = places.map(|place| radio.survey_place(place)).collect();
-        let count = places.len();
-        Self { count, places, known: vec![None; count * count] }
-    }
-
-    pub(super) fn moved(&mut self, n: usize, place: SkeletonPlace, radio: &Radio) {
-        if self.places[n].place == place {
-            return;
-        }
-        self.places[n] = radio.survey_place(place);
-        for other in 0..self.count {
-            self.known[n * self.count + other] = None;
-            self.known[other * self.count + n] = None;
-        }
-    }
-
-    #[inline]
-    pub(super) fn between(&mut self, radio: &Radio, from: usize, to: usize) -> Dbm {
-        let at = from * self.count + to;
-        if let Some(known) = self.known[at] {
-            return known;
-        }
-        let strength = radio.strength_at(&self.places[from], &self.places[to]);
-        self.known[at] = Some(strength);
-        strength
     }
 }
 

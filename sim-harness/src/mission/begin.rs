@@ -2,7 +2,6 @@
 
 use units::Order;
 
-use super::air::Strengths;
 use super::contacts::Contacts;
 use super::hosted::Clocks;
 use super::ideal::IdealLink;
@@ -11,6 +10,7 @@ use super::medium::{Arrives, Medium, MediumConfig};
 use super::member::{member, spots};
 use super::operator::Source;
 use super::parts::Stopwatch;
+use super::strengths::Strengths;
 use super::track::Track;
 use super::{Mission, World};
 use crate::bodies::emulated::Emulated;
@@ -39,7 +39,12 @@ impl<'a> Mission<'a> {
             world,
             medium: Medium::new(scenario.medium(), count, seed),
             track: Track::new(spots.iter().map(|spot| spot.on).collect()),
-            strengths: Strengths::new(&world.radio, spots.iter().map(|spot| spot.on)),
+            strengths: Strengths::new(
+                &world.radio,
+                &scenario.radio,
+                seed,
+                spots.iter().map(|spot| spot.on),
+            ),
             due_us: Vec::with_capacity(count),
             members,
             response: Response::new(&scenario.vehicle),

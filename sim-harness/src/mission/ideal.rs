@@ -16,9 +16,9 @@ use radio_model::{Draws, Fades, Reception};
 use units::{Dbm, NodeId, Order, Role};
 
 use super::Mission;
-use super::air::Strengths;
 use super::directed_link::DirectedLink;
 use super::member::{Member, Onboard};
+use super::strengths::Strengths;
 use crate::mission::medium::{Loss, Tally, timing};
 use crate::random::{Purpose, Stream};
 use crate::scenario::Scenario;

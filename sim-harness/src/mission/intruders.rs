@@ -62,7 +62,8 @@ impl<'a> Mission<'a> {
         let members = mission.members.len();
         mission.medium = Medium::new(scenario.medium(), members + at.len(), seed);
         let members = (0..members).map(|n| mission.track.place(n));
-        mission.strengths = Strengths::new(&world.radio, members.chain(at.iter().copied()));
+        let places = members.chain(at.iter().copied());
+        mission.strengths = Strengths::new(&world.radio, &scenario.radio, seed, places);
         mission.intruders = Some(Intruders::default());
         mission
     }

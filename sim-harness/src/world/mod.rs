@@ -19,7 +19,8 @@ use units::Point2;
 
 pub use optimum::{Optimum, best_chain, best_chains};
 pub use polyline::Polyline;
-pub use radio::{Radio, SurveyedPlace, Walls};
+pub(crate) use radio::{AntennaTable, FadingTable, ModelTable, ShadowingTable};
+pub use radio::{Radio, SurveyedPlace};
 pub(crate) use section::{PlaceKey, TunnelTable};
 pub use skeleton::{Edge, Gallery, Joint, Leg, Node, NodeKind, Path, Skeleton, SkeletonPlace};
 pub use tunnel::Tunnel;
@@ -58,7 +59,7 @@ impl World {
     #[must_use]
     pub fn of(scenario: &Scenario) -> Self {
         let tunnel = Arc::clone(&scenario.tunnel);
-        let radio = Radio::survey(&tunnel, scenario.radio.path_loss, scenario.radio.walls);
+        let radio = Radio::of(&tunnel, &scenario.radio);
         Self { tunnel, radio, base: scenario.drones.base }
     }
 

@@ -1,41 +1,35 @@
 //! Computes the true strength of a link between two places of the skeleton.
 //!
-//! Equation (19) takes the distance along the tunnel, which is the geodesic distance of the two
-//! places, and counts walls on the straight line between their points. The attenuation exponent is
-//! tabulated once for all pairs of places, 0.1 m apart on every edge; between them a continuous
-//! model is interpolated, a wall count is taken from the nearest pair. The table holds the exponent
-//! and not the loss, because the logarithm of the distance is too steep to interpolate and can be
-//! computed exactly.
+//! A law of the path loss takes the distance along the tunnel, which is the geodesic distance of
+//! the two places, the straight line between their points, and a term for the rock on that line.
+//! The term (for equation (19) of the paper: the attenuation exponent) is tabulated once for all
+//! pairs of places, 0.1 m apart on every edge; between them a continuous term is interpolated, one
+//! that jumps is taken from the nearest pair. The table does not hold the loss itself, because the
+//! logarithm of the distance is too steep to interpolate and can be computed exactly.
 //!
 //! The table takes 400 bytes times the square of the skeleton's length in metres: 0.4 MB for 30 m,
-//! and 100 MB for the 500 m that all galleries of a scenario may have together.
+//! and 100 MB for the 500 m that all galleries of a scenario may have together. A law that ignores
+//! walls needs no table.
 //!
-//! Walls of paper need no table: they do not attenuate, and the distance is the straight line.
-//! Between walls that leak the distance is the straight line, too, and the table holds what a wave
-//! loses on its way through them, in decibels; it is interpolated, so that the loss of a wall sets
-//! in over 0.1 m.
+//! Shadowing and fading belong to the places of both ends. They are the same in both directions:
+//! the end that is earlier on the skeleton comes first.
 
-use radio_model::{Attenuation, Obstruction, PathLoss};
-use units::{Db, Dbm, Point2};
+mod section;
+
+use radio_model::{Fading, Geometry, Obstruction, PathLoss, Shadowing, WAVELENGTH, WaveDraws};
+use units::{Db, Dbm, Metres, Point2};
 
 use super::{Skeleton, SkeletonPlace, Tunnel};
+use crate::mission::medium::RadioSpec;
+use crate::random::{Purpose, Stream};
 
-/// The way in which walls attenuate the radio.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Walls {
-    /// Waves follow the tunnel, and the exponent grows with the rock on the straight line.
-    #[default]
-    Rock,
-    /// Waves go straight through, as in the circuit of section V-B.
-    Paper,
-    /// Waves go straight through, with a loss for every wall and every metre of it.
-    Leaky,
-}
+pub(crate) use section::{AntennaTable, FadingTable, ModelTable, ShadowingTable};
 
 /// The radio in one tunnel.
 pub struct Radio {
     law: PathLoss,
-    walls: Walls,
+    shadowing: Option<Shadowing>,
+    fading: Option<Fading>,
     skeleton: Skeleton,
     table: Table,
 }
@@ -44,16 +38,30 @@ impl Radio {
     /// The distance between tabulated places, in metres.
     pub const STEP: f32 = 0.1;
 
-    /// Computes the table for a tunnel.
+    /// Computes the table for a tunnel, with the shadowing and the fading that the section
+    /// `[radio]` asks for.
     #[must_use]
-    pub fn survey(tunnel: &Tunnel, law: PathLoss, walls: Walls) -> Self {
+    pub fn of(tunnel: &Tunnel, spec: &RadioSpec) -> Self {
+        let mut field = Stream::new(spec.place_seed, Purpose::Place);
+        let mut draw = || -> WaveDraws { std::array::from_fn(|_| field.uniform()) };
+        let shadowing = spec
+            .shadowing
+            .map(|(deviation, decorrelation)| Shadowing::new(deviation, decorrelation, &mut draw));
+        let wavelength = Metres(WAVELENGTH);
+        let fading = spec.fading_k.map(|k| Fading::new(k, wavelength, &mut draw));
+        Self { shadowing, fading, ..Self::survey(tunnel, spec.path_loss) }
+    }
+
+    /// Computes the table for a tunnel without shadowing and fading.
+    #[must_use]
+    pub fn survey(tunnel: &Tunnel, law: PathLoss) -> Self {
         let skeleton = tunnel.skeleton().clone();
-        let table = match walls {
-            Walls::Rock => Table::survey(tunnel, |between| law.exponent(between)),
-            Walls::Leaky => Table::survey(tunnel, |between| between.leak().0),
-            Walls::Paper => Table::default(),
+        let table = if law.ignores_walls() {
+            Table::default()
+        } else {
+            Table::survey(tunnel, |between| law.term(between))
         };
-        Self { law, walls, skeleton, table }
+        Self { law, shadowing: None, fading: None, skeleton, table }
     }
 
     /// The strength of a link between two places, without noise.
@@ -66,32 +74,20 @@ impl Radio {
     /// place's links.
     #[must_use]
     pub fn survey_place(&self, place: SkeletonPlace) -> SurveyedPlace {
-        let index = match self.walls {
-            Walls::Paper => Index::default(),
-            Walls::Rock | Walls::Leaky => self.table.index(place),
-        };
-        SurveyedPlace { place, index }
+        let index =
+            if self.law.ignores_walls() { Index::default() } else { self.table.index(place) };
+        SurveyedPlace { place, at: self.skeleton.at(place).0, index }
     }
 
     /// The strength of a link between two surveyed places, without noise.
     #[must_use]
     pub fn strength_at(&self, a: &SurveyedPlace, b: &SurveyedPlace) -> Dbm {
-        let loss = match self.walls {
-            Walls::Paper => {
-                let distance = self.skeleton.at(a.place).0.distance(self.skeleton.at(b.place).0);
-                self.law.loss(distance, Obstruction::NONE)
-            }
-            Walls::Leaky => {
-                let distance = self.skeleton.at(a.place).0.distance(self.skeleton.at(b.place).0);
-                let through = self.interpolated(a.index, b.index);
-                self.law.loss(distance, Obstruction::NONE) + Db(through)
-            }
-            Walls::Rock => {
-                let distance = self.skeleton.distance(a.place, b.place);
-                self.law.loss_with_exponent(distance, self.exponent(a.index, b.index))
-            }
+        let link = Geometry {
+            along: self.skeleton.distance(a.place, b.place),
+            straight: a.at.distance(b.at),
         };
-        Dbm::after_loss(loss)
+        let loss = self.law.loss(link, self.term(a.index, b.index));
+        Dbm::after_loss(loss + self.place_loss(a, b))
     }
 
     /// The strength of a link between two points of the floor plan, each of which counts as the
@@ -101,10 +97,23 @@ impl Radio {
         self.strength(self.skeleton.locate(a), self.skeleton.locate(b))
     }
 
-    fn exponent(&self, row: Index, column: Index) -> f32 {
-        match self.law.attenuation {
-            Attenuation::WallCount => self.table.at(row.nearest, column.nearest),
-            Attenuation::RockDepth => self.interpolated(row, column),
+    /// The loss by shadowing and fading.
+    fn place_loss(&self, a: &SurveyedPlace, b: &SurveyedPlace) -> Db {
+        let order = |place: SkeletonPlace| (place.edge, place.along);
+        let (first, other) =
+            if order(a.place) <= order(b.place) { (a.at, b.at) } else { (b.at, a.at) };
+        let shadow = self.shadowing.as_ref().map_or(Db(0.0), |field| field.loss(first, other));
+        let fade = self.fading.as_ref().map_or(Db(0.0), |field| field.loss(first, other));
+        shadow + fade
+    }
+
+    fn term(&self, row: Index, column: Index) -> f32 {
+        if self.law.ignores_walls() {
+            self.law.term(Obstruction::NONE)
+        } else if self.law.jumps() {
+            self.table.at(row.nearest, column.nearest)
+        } else {
+            self.interpolated(row, column)
         }
     }
 
@@ -123,11 +132,11 @@ impl Radio {
 pub struct SurveyedPlace {
     /// The place.
     pub place: SkeletonPlace,
+    at: Point2,
     index: Index,
 }
 
-/// The exponents α of equation (19), or the losses through walls that leak, for all pairs of
-/// tabulated places.
+/// The law's terms for all pairs of tabulated places.
 #[derive(Default)]
 struct Table {
     /// The indices at which each edge's places begin, and the one at which the last edge's end.

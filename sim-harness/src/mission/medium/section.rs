@@ -1,21 +1,31 @@
 //! The section `[radio]` of a scenario file.
 
-use radio_model::{Attenuation, Fades, PathLoss, Reception};
+use radio_model::{Antenna, Attenuation, Fades, PathLoss, Reception, UChain, Walls};
 use serde::Deserialize;
-use units::{Db, Dbm, Duration};
+use units::{Db, Dbm, Duration, Metres};
 use wire::radio::Datarate;
 
 use crate::input_error::InputError;
 use crate::scenario::reader::{At, Reader};
-use crate::world::Walls;
+use crate::world::{AntennaTable, FadingTable, ModelTable, ShadowingTable};
 
 /// The radio of a scenario.
 #[derive(Clone, Debug)]
 pub struct RadioSpec {
     /// Large-scale loss.
     pub path_loss: PathLoss,
-    /// How walls attenuate the signal.
-    pub walls: Walls,
+    /// The standard deviation and the decorrelation distance of shadowing.
+    pub shadowing: Option<(Db, Metres)>,
+    /// The factor K of small-scale fading.
+    pub fading_k: Option<f32>,
+    /// The seed of the fields of shadowing and fading, which are a property of the place and not
+    /// of the mission.
+    pub place_seed: u64,
+    /// The standard deviation, over drones, of the gain by which a drone sends, and of that by
+    /// which it receives.
+    pub gain_error: Db,
+    /// The pattern of the drones' antennas, if they have a preferred direction.
+    pub antenna: Option<Antenna>,
     /// Loss and noise of packets.
     pub reception: Reception,
     /// The fades of each directed link.
@@ -43,6 +53,12 @@ pub(crate) struct RadioTable {
     latency_s: Option<At<f32>>,
     polling_hz: Option<At<f32>>,
     sensitivity_dbm: Option<At<f32>>,
+    gain_error_db: Option<At<f32>>,
+    place_seed: Option<u32>,
+    model: Option<At<ModelTable>>,
+    shadowing: Option<ShadowingTable>,
+    fading: Option<FadingTable>,
+    antenna: Option<AntennaTable>,
 }
 
 #[derive(Clone, Copy, Deserialize)]
@@ -67,19 +83,15 @@ impl RadioTable {
         let number = |value: &Option<At<f32>>, key, range, default| {
             reader.or(value.as_ref(), key, range, default)
         };
-        let path_loss = PathLoss {
-            attenuation: match self.attenuation {
-                Some(AttenuationKey::WallCount) => Attenuation::WallCount,
-                None | Some(AttenuationKey::RockDepth) => Attenuation::RockDepth,
-            },
-            loss_at_1m: Db(number(&self.loss_at_1m_db, "loss_at_1m_db", 0.0..=100.0, 40.0)?),
-        };
+        let loss_at_1m = Db(number(&self.loss_at_1m_db, "loss_at_1m_db", 0.0..=100.0, 40.0)?);
+        let model = self.model.as_ref();
+        let law_noise = model.and_then(|model| model.as_ref().noise_variance());
         let reception = Reception {
             noise_variance: number(
                 &self.noise_variance_db2,
                 "noise_variance_db2",
                 0.0..=400.0,
-                paper.noise_variance,
+                law_noise.unwrap_or(paper.noise_variance),
             )?,
             resolution: Db(number(
                 &self.resolution_db,
@@ -105,12 +117,12 @@ impl RadioTable {
             },
         };
         Ok(RadioSpec {
-            path_loss,
-            walls: match self.walls {
-                None | Some(WallsKey::Rock) => Walls::Rock,
-                Some(WallsKey::Paper) => Walls::Paper,
-                Some(WallsKey::Leaky) => Walls::Leaky,
-            },
+            path_loss: self.path_loss(loss_at_1m, reader)?,
+            shadowing: self.shadowing.as_ref().map(|table| table.read(reader)).transpose()?,
+            fading_k: self.fading.as_ref().map(|table| table.read(reader)).transpose()?,
+            place_seed: self.place_seed.map_or(1, u64::from),
+            gain_error: Db(number(&self.gain_error_db, "gain_error_db", 0.0..=20.0, 0.0)?),
+            antenna: self.antenna.as_ref().map(|table| table.read(reader)).transpose()?,
             reception,
             fades,
             datarate: Datarate::Mbit2,
@@ -120,5 +132,31 @@ impl RadioTable {
                 None => 0,
             },
         })
+    }
+
+    /// The law of the path loss: that of `[radio.model]`, or the paper's.
+    fn path_loss(&self, loss_at_1m: Db, reader: &Reader<'_>) -> Result<PathLoss, InputError> {
+        if let Some(model) = &self.model {
+            if self.attenuation.is_some() || self.walls.is_some() {
+                return Err(reader.wrong(
+                    model,
+                    "attenuation and walls belong to the paper's law".into(),
+                    "remove them, or the table [radio.model]",
+                ));
+            }
+            return ModelTable::read(model, loss_at_1m, reader);
+        }
+        Ok(PathLoss::UChain(UChain {
+            attenuation: match self.attenuation {
+                Some(AttenuationKey::WallCount) => Attenuation::WallCount,
+                None | Some(AttenuationKey::RockDepth) => Attenuation::RockDepth,
+            },
+            walls: match self.walls {
+                None | Some(WallsKey::Rock) => Walls::Rock,
+                Some(WallsKey::Paper) => Walls::Paper,
+                Some(WallsKey::Leaky) => Walls::Leaky,
+            },
+            loss_at_1m,
+        }))
     }
 }

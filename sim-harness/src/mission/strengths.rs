@@ -1,0 +1,93 @@
+//! The strengths of the links between the members of a mission, which change only when a member
+//! moves or turns.
+
+use radio_model::Antenna;
+use units::{Db, Dbm, Point2, Radians};
+
+use super::medium::RadioSpec;
+use crate::random::{Purpose, Stream};
+use crate::world::{Radio, SkeletonPlace, SurveyedPlace};
+
+/// The strengths of all links.
+pub(super) struct Strengths {
+    stations: Vec<Station>,
+    antenna: Option<Antenna>,
+    /// By sender and receiver, without antennas; `None` since one of them has moved.
+    known: Vec<Option<Dbm>>,
+}
+
+/// One end of the links.
+struct Station {
+    on: SurveyedPlace,
+    /// Where the antenna is and where the drone's nose points; `None` for a station whose antenna
+    /// has no preferred direction.
+    nose: Option<(Point2, Radians)>,
+    /// The errors of its gain in sending and in receiving.
+    gains: [Db; 2],
+}
+
+impl Strengths {
+    /// The strengths of links between stations at these places.
+    pub(super) fn new(
+        radio: &Radio,
+        spec: &RadioSpec,
+        seed: u64,
+        places: impl Iterator<Item = SkeletonPlace>,
+    ) -> Self {
+        let station = |(n, place)| {
+            let mut stream = Stream::new(seed, Purpose::Gain(n as u8));
+            let gains = std::array::from_fn(|_| Db(spec.gain_error.0 * stream.normal()));
+            Station { on: radio.survey_place(place), nose: None, gains }
+        };
+        let stations: Vec<_> = places.enumerate().map(station).collect();
+        let known = vec![None; stations.len() * stations.len()];
+        Self { stations, antenna: spec.antenna, known }
+    }
+
+    /// Notes that a member is at this place of the skeleton and this point, with its nose in this
+    /// direction.
+    pub(super) fn moved(
+        &mut self,
+        n: usize,
+        place: SkeletonPlace,
+        nose: (Point2, Radians),
+        radio: &Radio,
+    ) {
+        let count = self.stations.len();
+        let station = &mut self.stations[n];
+        station.nose = Some(nose);
+        if station.on.place == place {
+            return;
+        }
+        station.on = radio.survey_place(place);
+        for other in 0..count {
+            self.known[n * count + other] = None;
+            self.known[other * count + n] = None;
+        }
+    }
+
+    /// The strength of one station's signal at another, without noise.
+    #[inline]
+    pub(super) fn between(&mut self, radio: &Radio, from: usize, to: usize) -> Dbm {
+        let at = from * self.stations.len() + to;
+        let (sender, receiver) = (&self.stations[from], &self.stations[to]);
+        let strength = self.known[at].unwrap_or_else(|| {
+            radio.strength_at(&sender.on, &receiver.on) + sender.gains[0] + receiver.gains[1]
+        });
+        self.known[at] = Some(strength);
+        match &self.antenna {
+            None => strength,
+            Some(antenna) => strength + gain(antenna, sender, receiver),
+        }
+    }
+}
+
+/// The gain of both antennas towards each other, along the straight line.
+fn gain(antenna: &Antenna, a: &Station, b: &Station) -> Db {
+    let one = |this: &Station, other: &Station| {
+        let ((at, nose), (to, _)) = this.nose.zip(other.nose)?;
+        let bearing = libm::atan2f(to.y - at.y, to.x - at.x);
+        Some(antenna.gain(Radians(bearing - nose.0)))
+    };
+    one(a, b).unwrap_or(Db(0.0)) + one(b, a).unwrap_or(Db(0.0))
+}
