@@ -33,6 +33,8 @@ pub enum Purpose {
     Keys,
     /// The delays of one drone's reports and orders on the ideal link.
     Delay(u8),
+    /// The samples drawn again for the standard errors of a fit.
+    Fit,
     /// The fields of shadowing and fading.
     Place,
     /// The errors of one drone's antenna and radio.
@@ -53,6 +55,7 @@ impl Purpose {
             Self::Radio(id) => 0x5_0000 | u64::from(id),
             Self::Keys => 0x6_0000,
             Self::Place => 0x9_0000,
+            Self::Fit => 0xB_0000,
             Self::Gain(id) => 0xA_0000 | u64::from(id),
         }
     }

@@ -21,13 +21,17 @@ pub(super) struct ReplayArgs {
     /// Movement policy to run over recorded flights; where left out, all of them
     #[arg(long, value_parser = PossibleValuesParser::new(NAMES))]
     policy: Option<String>,
+    /// Fit a radio model to the packets, and write it as sections of a scenario file, radio.toml
+    #[arg(long)]
+    fit: bool,
     #[command(flatten)]
     common: Common,
 }
 
 pub(super) fn run(args: &ReplayArgs) -> Result<Verdict, Trouble> {
     let policy = args.policy.as_deref().and_then(Policy::named);
-    let options = ReplayOptions { format: args.format, policy, ..ReplayOptions::default() };
+    let options =
+        ReplayOptions { format: args.format, policy, fit: args.fit, ..ReplayOptions::default() };
     interrupt::ends();
     let mut folder = args.common.folder()?;
     let progress = Progress::busy("replay", args.common.quiet);
@@ -43,6 +47,9 @@ pub(super) fn run(args: &ReplayArgs) -> Result<Verdict, Trouble> {
     if let Some(folder) = &mut folder {
         folder.put_json("summary.json", &value)?;
         folder.put("trace.csv", |out| summary.write_series(out))?;
+        if let Some(fit) = &summary.fit {
+            folder.put_text("radio.toml", &fit.scenario())?;
+        }
     }
     args.common.finish(folder, &summary.to_string(), &value)?;
     Ok(Verdict::Good)

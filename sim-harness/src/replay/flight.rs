@@ -212,6 +212,7 @@ mod tests {
             time: Instant::from_millis(500 * row as u64),
             link,
             rssi: Dbm(rssi),
+            ends: None,
             separating: None,
             restarts: row == 0,
         };

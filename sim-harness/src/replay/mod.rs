@@ -13,11 +13,13 @@
 //! | `prediction` | the six predictors and their scores |
 //! | `flight` | the policies over a recorded flight |
 //! | `agents` | the whole drone of each relay over a recorded flight |
+//! | `fit` | a radio model, fitted to the packets |
 //! | `summary` | the results as a table, as JSON and as a CSV of every sample |
 //!
 //! The book's chapter "Replay" defines every number.
 
 mod agents;
+mod fit;
 mod flight;
 mod formats;
 mod prediction;
@@ -30,6 +32,7 @@ use chain::filter::Kalman;
 use chain::policy::{Policy, REGISTRY};
 
 pub use agents::AgentReport;
+pub use fit::{Estimate, HeldOut, RadioFit};
 pub use flight::{Commands, Equality};
 pub use formats::Format;
 pub use prediction::{Prediction, REAL_LINK, Score};
@@ -47,11 +50,13 @@ pub struct ReplayOptions {
     pub policy: Option<&'static Policy>,
     /// The constants of the filters.
     pub kalman: Kalman,
+    /// Whether a radio model is fitted to the packets.
+    pub fit: bool,
 }
 
 impl Default for ReplayOptions {
     fn default() -> Self {
-        Self { format: None, policy: None, kalman: REAL_LINK }
+        Self { format: None, policy: None, kalman: REAL_LINK, fit: false }
     }
 }
 
@@ -66,8 +71,12 @@ pub fn replay(files: &[PathBuf], options: &ReplayOptions) -> Result<ReplaySummar
     }
     let policies = options.policy.map_or_else(|| REGISTRY.iter().collect(), |policy| vec![policy]);
     let mut summary = ReplaySummary::default();
+    let mut recordings = Vec::new();
     for file in files {
         let (format, recording) = formats::read(file, options.format)?;
+        if options.fit {
+            recordings.push(recording.clone());
+        }
         summary.add(match format {
             Format::UchainFlight => {
                 let flight = flight::analyse(&recording, &policies);
@@ -79,6 +88,9 @@ pub fn replay(files: &[PathBuf], options: &ReplayOptions) -> Result<ReplaySummar
                 FileReport::of_packets(file, format, recording, foresights)
             }
         });
+    }
+    if options.fit {
+        summary.fit = Some(fit::fit(&recordings)?);
     }
     Ok(summary)
 }

@@ -295,6 +295,7 @@ mod tests {
             time: Instant::from_millis(ms),
             link: 0,
             rssi: Dbm(rssi),
+            ends: None,
             separating: Some(MetresPerSecond(speed)),
             restarts: index == 0,
         };

@@ -113,9 +113,28 @@ pub(super) struct Sample {
     /// The rate at which the two ends separated since the link's previous packet; `None` where the
     /// log has none.
     pub(super) separating: Option<MetresPerSecond>,
+    /// Where the ends were; `None` where the log does not say.
+    pub(super) ends: Option<Ends>,
     /// Nothing that was known of the link before holds: it is the link's first packet, the clock
     /// restarted, or the link was silent for longer than on-board code waits.
     pub(super) restarts: bool,
+}
+
+/// Where the ends of a link were when a packet was received.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Ends {
+    /// The distance between them.
+    pub(super) distance: Metres,
+    /// The point of the end that moves, m. Where only the distance is known, a point at that
+    /// distance from the origin.
+    pub(super) moving: [f64; 3],
+}
+
+impl Ends {
+    /// Ends of which only the distance is known.
+    pub(super) fn apart(distance: Metres) -> Self {
+        Self { distance, moving: [f64::from(distance.0), 0.0, 0.0] }
+    }
 }
 
 /// A checked file of samples.
@@ -198,6 +217,7 @@ impl Recorder {
         link: usize,
         rssi: Dbm,
         separating: Option<MetresPerSecond>,
+        ends: Option<Ends>,
     ) {
         let Some(heard) = self.heard.get_mut(link) else { return };
         let before = heard.replace(time);
@@ -211,7 +231,7 @@ impl Recorder {
             self.anomaly(Anomaly::Gap, line);
         }
         let restarts = gap || silence.is_none();
-        let sample = Sample { line, time, link, rssi, separating, restarts };
+        let sample = Sample { line, time, link, rssi, separating, ends, restarts };
         self.recording.samples.push(sample);
     }
 
@@ -304,7 +324,7 @@ mod tests {
         let mut recorder = Recorder::default();
         let (a, b) = (recorder.link("a"), recorder.link("b"));
         for (line, ms, link) in [(1, 0, a), (2, 1_000, b), (3, 2_001, a), (4, 2_900, b)] {
-            recorder.sample(line, at(ms), link, Dbm(-60.0), None);
+            recorder.sample(line, at(ms), link, Dbm(-60.0), None, None);
         }
         let recording = recorder.finish();
         let restarts: Vec<bool> = recording.samples.iter().map(|s| s.restarts).collect();

@@ -8,6 +8,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::agents::AgentReport;
+use super::fit::RadioFit;
 use super::flight::{Commands, Equality, Flight};
 use super::formats::Format;
 use super::prediction::{Foresights, Prediction, Tally};
@@ -21,6 +22,9 @@ pub struct ReplaySummary {
     /// The scores over the packets of all files; `None` where no file has any that could be
     /// predicted.
     pub all: Option<Prediction>,
+    /// The radio model that was fitted to all packets, where one was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fit: Option<RadioFit>,
     #[serde(skip)]
     tally: Tally,
 }
@@ -250,13 +254,14 @@ impl fmt::Display for ReplaySummary {
             }
             write!(f, "{report}")?;
         }
-        match &self.all {
-            Some(all) if self.files.len() > 1 => {
-                writeln!(f, "\nall files")?;
-                write_prediction(f, all)
-            }
-            _ => Ok(()),
+        if let Some(all) = self.all.as_ref().filter(|_| self.files.len() > 1) {
+            writeln!(f, "\nall files")?;
+            write_prediction(f, all)?;
         }
+        if let Some(fit) = &self.fit {
+            write!(f, "\n{fit}")?;
+        }
+        Ok(())
     }
 }
 

@@ -156,7 +156,15 @@ impl Scenario {
             _ => InputError::new(format!("cannot be read: {error}"), "give a TOML file")
                 .in_file(path),
         })?;
-        file::parse(path, &text)
+        Self::of_text(path, &text)
+    }
+
+    /// Checks the text of a scenario whose errors name this path.
+    ///
+    /// # Errors
+    /// [`InputError`] with file and line, for the first mistake in the text.
+    pub(crate) fn of_text(path: &Path, text: &str) -> Result<Self, InputError> {
+        file::parse(path, text)
     }
 
     /// The built-in scenario of that name, or the file at that path.

@@ -17,7 +17,7 @@ use units::{Dbm, Duration, Instant, MetresPerSecond};
 use super::table::Table;
 use super::{Position, distance, instant, lines, number, read_companion, received};
 use crate::input_error::InputError;
-use crate::replay::recording::{Anomaly, Clock, RadialSpeed, Recorder, Recording};
+use crate::replay::recording::{Anomaly, Clock, Ends, RadialSpeed, Recorder, Recording};
 
 const PER_BLE: usize = 8;
 const PER_UWB: usize = 4;
@@ -192,15 +192,17 @@ fn record(
     if position.is_none() {
         recorder.anomaly(Anomaly::UnknownReceiver, line);
     }
-    let speed = position.zip(surroundings.track.at(time)).map(|(position, tag)| {
-        anchor.speeds.entry(packet.receiver).or_default().at(time, distance(position, &tag))
-    });
+    let ends = position
+        .zip(surroundings.track.at(time))
+        .map(|(position, tag)| Ends { distance: distance(position, &tag), moving: tag });
+    let speeds = &mut anchor.speeds;
+    let speed = ends.map(|ends| speeds.entry(packet.receiver).or_default().at(time, ends.distance));
     let separating = speed.filter(|speed| speed.abs() <= FASTEST);
     if separating != speed {
         recorder.anomaly(Anomaly::ImpossibleMotion, line);
     }
     let link = recorder.link(&format!("{number}.{}", packet.receiver));
-    recorder.sample(line, time, link, rssi, separating);
+    recorder.sample(line, time, link, rssi, separating, ends);
 }
 
 /// Reads the two files that belong to a log.

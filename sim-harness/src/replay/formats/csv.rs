@@ -1,19 +1,19 @@
 //! Parses a table of packets: a header, then one row per packet.
 //!
 //! `time_s`, `link` and `rssi_dbm` must be there; `velocity_mps` may be: the rate at which the two
-//! ends separated since the link's previous row. Other columns are ignored. The book's chapter
+//! ends separated since the link's previous row; so may `distance_m`, the distance between them. Other columns are ignored. The book's chapter
 //! "Replay" defines all columns.
 
 use std::path::Path;
 
-use units::MetresPerSecond;
+use units::{Metres, MetresPerSecond};
 
 use super::table::{Row, Table};
 use super::{instant, number, received};
 use crate::input_error::InputError;
-use crate::replay::recording::{Anomaly, Clock, Recorder, Recording};
+use crate::replay::recording::{Anomaly, Clock, Ends, Recorder, Recording};
 
-const NAMES: [&str; 4] = ["time_s", "link", "rssi_dbm", "velocity_mps"];
+const NAMES: [&str; 5] = ["time_s", "link", "rssi_dbm", "velocity_mps", "distance_m"];
 const REQUIRED: usize = 3;
 
 /// Faster than any multirotor; a value beyond it is in another unit.
@@ -49,7 +49,7 @@ pub(super) fn parse(bytes: &[u8], file: &Path) -> Result<Recording, InputError> 
 /// authors' logs have them. A value that no link has, such as 0 or 127 for "none", says nothing.
 fn lacks_the_sign(rows: &[Row<{ NAMES.len() }>]) -> bool {
     let strengths =
-        rows.iter().filter_map(|Row { fields: [_, _, rssi, _], .. }| number(rssi.as_deref()?));
+        rows.iter().filter_map(|Row { fields: [_, _, rssi, ..], .. }| number(rssi.as_deref()?));
     let (mut positive, mut negative) = (false, false);
     for strength in strengths {
         positive |= strength >= 1.0 && received(-strength).is_some();
@@ -59,18 +59,18 @@ fn lacks_the_sign(rows: &[Row<{ NAMES.len() }>]) -> bool {
 }
 
 fn record(recorder: &mut Recorder, clock: &mut Clock, row: Row<{ NAMES.len() }>, sign: f64) {
-    let Row { line, fields: [time, link, rssi, velocity], whole } = row;
+    let Row { line, fields: [time, link, rssi, velocity, distance], whole } = row;
     let link = link.filter(|link| !link.is_empty());
     let (Some(time), Some(link), Some(rssi), true) = (time, link, rssi, whole) else {
         return recorder.anomaly(Anomaly::RowLength, line);
     };
     // A cell left empty is a speed that was not measured, not a wrong one.
-    let velocity = velocity.filter(|cell| !cell.is_empty());
-    let (Some(time), Some(rssi), Some(speed)) = (
-        number(&time).and_then(instant),
-        number(&rssi),
-        velocity.map_or(Some(None), |cell| number(&cell).map(Some)),
-    ) else {
+    let optional = |cell: Option<String>| {
+        cell.filter(|cell| !cell.is_empty()).map_or(Some(None), |cell| number(&cell).map(Some))
+    };
+    let (Some(time), Some(rssi), Some(speed), Some(distance)) =
+        (number(&time).and_then(instant), number(&rssi), optional(velocity), optional(distance))
+    else {
         return recorder.anomaly(Anomaly::NotANumber, line);
     };
     let Some(rssi) = received(sign * rssi) else {
@@ -84,5 +84,7 @@ fn record(recorder: &mut Recorder, clock: &mut Clock, row: Row<{ NAMES.len() }>,
         recorder.anomaly(Anomaly::ImpossibleMotion, line);
     }
     let link = recorder.link(&link);
-    recorder.sample(line, time, link, rssi, separating.map(|v| MetresPerSecond(v as f32)));
+    let separating = separating.map(|v| MetresPerSecond(v as f32));
+    let ends = distance.filter(|m| *m > 0.0).map(|m| Ends::apart(Metres(m as f32)));
+    recorder.sample(line, time, link, rssi, separating, ends);
 }

@@ -43,7 +43,7 @@ pub(super) fn parse(bytes: &[u8], file: &Path) -> Result<Recording, InputError> 
         };
         if recorder.clock_is_sound(&mut clock, time, line) {
             let link = recorder.link(&source);
-            recorder.sample(line, time, link, rssi, Some(MetresPerSecond::ZERO));
+            recorder.sample(line, time, link, rssi, Some(MetresPerSecond::ZERO), None);
         }
     }
     Ok(recorder.finish())

@@ -11,7 +11,7 @@ use units::{Instant, MetresPerSecond};
 
 use super::{Position, distance, instant, lines, number, read_companion, received};
 use crate::input_error::InputError;
-use crate::replay::recording::{Anomaly, Clock, RadialSpeed, Recorder, Recording};
+use crate::replay::recording::{Anomaly, Clock, Ends, RadialSpeed, Recorder, Recording};
 
 const FIELDS: usize = 16;
 
@@ -78,14 +78,14 @@ pub(super) fn parse(bytes: &[u8], receivers: &Receivers) -> Recording {
         if position.is_none() {
             recorder.anomaly(Anomaly::UnknownReceiver, line);
         }
-        let speed = position.map(|position| {
-            speeds.entry(link).or_default().at(row.time, distance(position, &row.beacon))
-        });
+        let ends = position
+            .map(|position| Ends { distance: distance(position, &row.beacon), moving: row.beacon });
+        let speed = ends.map(|ends| speeds.entry(link).or_default().at(row.time, ends.distance));
         let separating = speed.filter(|speed| speed.abs() <= FASTEST);
         if separating != speed {
             recorder.anomaly(Anomaly::ImpossibleMotion, line);
         }
-        recorder.sample(line, row.time, link, rssi, separating);
+        recorder.sample(line, row.time, link, rssi, separating, ends);
     }
     recorder.finish()
 }

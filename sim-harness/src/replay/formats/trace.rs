@@ -12,7 +12,7 @@ use units::Instant;
 use super::table::{Row, Table};
 use super::{Position, distance, instant, number, received};
 use crate::input_error::InputError;
-use crate::replay::recording::{Anomaly, Clock, RadialSpeed, Recorder, Recording};
+use crate::replay::recording::{Anomaly, Clock, Ends, RadialSpeed, Recorder, Recording};
 
 const NAMES: [&str; 9] = [
     "time_s",
@@ -108,13 +108,14 @@ fn record(recorder: &mut Recorder, speeds: &mut Vec<RadialSpeed>, frame: &[Drone
                 speeds.resize(link + 1, RadialSpeed::default());
             }
             let sender = frame.iter().find(|other| other.node == peer);
-            let separating = match (sender, speeds.get_mut(link)) {
-                (Some(sender), Some(speed)) => {
-                    Some(speed.at(drone.time, distance(&drone.position, &sender.position)))
-                }
-                _ => None,
-            };
-            recorder.sample(drone.line, drone.time, link, rssi, separating);
+            let ends = sender.map(|sender| Ends {
+                distance: distance(&drone.position, &sender.position),
+                moving: drone.position,
+            });
+            let separating = ends
+                .zip(speeds.get_mut(link))
+                .map(|(ends, speed)| speed.at(drone.time, ends.distance));
+            recorder.sample(drone.line, drone.time, link, rssi, separating, ends);
         }
     }
 }

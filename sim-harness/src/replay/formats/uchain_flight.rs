@@ -70,7 +70,7 @@ fn record(recorder: &mut Recorder, line: usize, row: &Row) {
             continue;
         }
         match received(-f64::from(*loss)) {
-            Some(rssi) => recorder.sample(line, row.time, link, rssi, None),
+            Some(rssi) => recorder.sample(line, row.time, link, rssi, None, None),
             None => recorder.anomaly(Anomaly::ImpossibleRssi, line),
         }
     }
