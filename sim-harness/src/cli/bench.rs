@@ -5,6 +5,7 @@ mod chain;
 use std::fmt::Write;
 use std::path::PathBuf;
 
+use clap::builder::PossibleValuesParser;
 use clap::{Args, ValueEnum};
 use serde_json::{Map, Value, json};
 
@@ -14,6 +15,7 @@ use super::{Common, FidelityArg, Trouble, Verdict, complain, interrupt, runs};
 use crate::bodies::emulated::Firmware;
 use crate::input_error::InputError;
 use crate::measure::bench::{attacks, estimator, faults, link, throughput};
+use crate::world::PRESETS;
 
 /// Missions whose parts are timed: enough for a share to a hundredth.
 const PROFILED: usize = 20;
@@ -38,6 +40,9 @@ pub(super) struct BenchArgs {
     /// In the benchmark `chain`, fly the policy `chain` without each of its ingredients instead
     #[arg(long, conflicts_with = "fidelity")]
     ablation: bool,
+    /// Fly the benchmark `chain` through this radio in place of the scenarios' own
+    #[arg(long, value_parser = PossibleValuesParser::new(PRESETS.map(|preset| preset.name)))]
+    radio: Option<String>,
     /// How closely the drones of the benchmark `chain` are simulated; where left out, as points
     #[arg(long, value_enum)]
     fidelity: Option<FidelityArg>,

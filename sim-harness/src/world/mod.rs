@@ -20,7 +20,7 @@ use units::Point2;
 pub use optimum::{Optimum, best_chain, best_chains};
 pub use polyline::Polyline;
 pub(crate) use radio::{AntennaTable, FadingTable, ModelTable, ShadowingTable};
-pub use radio::{Radio, SurveyedPlace};
+pub use radio::{PRESETS, Radio, RadioPreset, SurveyedPlace};
 pub(crate) use section::{PlaceKey, TunnelTable};
 pub use skeleton::{Edge, Gallery, Joint, Leg, Node, NodeKind, Path, Skeleton, SkeletonPlace};
 pub use tunnel::Tunnel;

@@ -14,6 +14,7 @@
 //! Shadowing and fading belong to the places of both ends. They are the same in both directions:
 //! the end that is earlier on the skeleton comes first.
 
+mod presets;
 mod section;
 
 use radio_model::{Fading, Geometry, Obstruction, PathLoss, Shadowing, WAVELENGTH, WaveDraws};
@@ -23,6 +24,7 @@ use super::{Skeleton, SkeletonPlace, Tunnel};
 use crate::mission::medium::RadioSpec;
 use crate::random::{Purpose, Stream};
 
+pub use presets::{PRESETS, RadioPreset};
 pub(crate) use section::{AntennaTable, FadingTable, ModelTable, ShadowingTable};
 
 /// The radio in one tunnel.

@@ -13,6 +13,7 @@ use crate::measure::bench::chain::{
     Choice, MakeDrones, Row, count, count_ablation, run, run_ablation,
 };
 use crate::scenario::{Fidelity, Scenario};
+use crate::world::RadioPreset;
 
 /// Missions of a row where the command line does not say.
 const fn default_runs(fidelity: Fidelity) -> usize {
@@ -31,6 +32,7 @@ pub(super) fn bench(args: &BenchArgs) -> Result<(String, Value), Trouble> {
         policies: args.policy.clone(),
         runs: runs(args.runs.unwrap_or(default_runs(fidelity)))?,
         seed: args.common.seed,
+        radio: args.radio.as_deref().and_then(RadioPreset::named),
     };
     let total = if args.ablation { count_ablation(&choice)? } else { count(&choice)? };
     let progress = Progress::new(total as u64, args.common.quiet);
@@ -51,11 +53,12 @@ pub(super) fn bench(args: &BenchArgs) -> Result<(String, Value), Trouble> {
 fn table(choice: &Choice, what: &str, rows: &[Row]) -> String {
     let last = choice.seed.wrapping_add(choice.runs as u64).wrapping_sub(1);
     let mut text = format!(
-        "chain: {} missions a row, level {}, seeds {} to {last}; \
+        "chain: {} missions a row, level {}, seeds {} to {last}{}; \
          ! marks a figure that misses its target\n",
         choice.runs,
         choice.fidelity.name(),
-        choice.seed
+        choice.seed,
+        choice.radio.map_or_else(String::new, |radio| format!(", radio: {}", radio.line))
     );
     for block in rows.chunk_by(|one, next| one.scenario == next.scenario) {
         let Some(first) = block.first() else { continue };

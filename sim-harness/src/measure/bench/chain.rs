@@ -18,6 +18,7 @@ use crate::measure::metrics::{Reference, RunMetrics, measure, watched};
 use crate::mission::{Mission, World};
 use crate::scenario::{Fidelity, PilotStep, Scenario};
 use crate::suggest;
+use crate::world::RadioPreset;
 
 use cases::{Bound, COMPARED, Case, Target};
 
@@ -34,6 +35,8 @@ pub struct Choice {
     pub seed: u64,
     /// How closely the drones are simulated.
     pub fidelity: Fidelity,
+    /// The radio in place of the scenarios' own.
+    pub radio: Option<&'static RadioPreset>,
 }
 
 /// Makes the virtual drones of the mission of a seed.
@@ -160,7 +163,7 @@ pub fn run(
     let mut rows = Vec::with_capacity(campaigns.len());
     for of_case in campaigns.chunk_by(|one, next| one.case.name == next.case.name) {
         let Some(case) = of_case.first().map(|first| first.case) else { continue };
-        let ground = Ground::of(case.scenario, choice.fidelity)?;
+        let ground = Ground::of(case.scenario, choice.fidelity, choice.radio)?;
         for Campaign { policy, .. } in of_case {
             let Some(scenario) = ground.plain.with_policy(policy) else { continue };
             let flown = ground.fly(case, &scenario, choice, drones, &after_each)?;
@@ -177,7 +180,7 @@ pub fn run(
 pub fn run_ablation(choice: &Choice, after_each: impl Fn() + Sync) -> Result<Vec<Row>, InputError> {
     let mut rows = Vec::new();
     for case in ablated(choice)? {
-        let ground = Ground::of(case.scenario, Fidelity::Point)?;
+        let ground = Ground::of(case.scenario, Fidelity::Point, choice.radio)?;
         for variant in ablation::variants() {
             let scenario = with_config(&ground.plain, variant.config);
             let flown = ground.fly(case, &scenario, choice, None, &after_each)?;
@@ -225,8 +228,11 @@ struct Ground {
 }
 
 impl Ground {
-    fn of(name: &str, fidelity: Fidelity) -> Result<Self, InputError> {
-        let plain = Scenario::open(name)?.at(fidelity);
+    fn of(name: &str, fidelity: Fidelity, radio: Option<&RadioPreset>) -> Result<Self, InputError> {
+        let mut plain = Scenario::open(name)?.at(fidelity);
+        if let Some(preset) = radio {
+            plain.radio = preset.applied(&plain.radio);
+        }
         let world = World::of(&plain);
         let reference = Reference::of(&plain, &world);
         Ok(Self { plain, world, reference })
