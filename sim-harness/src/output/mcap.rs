@@ -23,7 +23,7 @@ use foxglove::messages::Timestamp;
 use prost::Message;
 
 use crate::measure::trace::{Frame, Trace};
-use schema::{DroneState, Link};
+pub(crate) use schema::{DroneState, Link};
 
 /// The frame of reference of the floor plan.
 const MAP_FRAME: &str = "map";

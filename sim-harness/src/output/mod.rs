@@ -9,7 +9,7 @@ pub mod mcap;
 pub mod pictures;
 pub mod report;
 #[cfg(test)]
-mod synthetic;
+pub(crate) mod synthetic;
 mod write;
 
 pub use folder::{Folder, Staging};

@@ -14,19 +14,19 @@ use crate::measure::trace::{DroneFrame, LinkFrame};
 
 /// One link as the drone at one end of it knew it, beside the truth.
 #[derive(Clone, PartialEq, Message)]
-pub(super) struct Link {
+pub(crate) struct Link {
     /// Number of the drone at the other end.
     #[prost(uint32, required, tag = "1")]
-    pub(super) peer: u32,
+    pub(crate) peer: u32,
     /// The last packet.
     #[prost(float, required, tag = "2")]
-    pub(super) raw_dbm: f32,
+    pub(crate) raw_dbm: f32,
     /// The strength by the on-board filter.
     #[prost(float, required, tag = "3")]
-    pub(super) filtered_dbm: f32,
+    pub(crate) filtered_dbm: f32,
     /// The true strength, without noise, fading or rounding.
     #[prost(float, required, tag = "4")]
-    pub(super) true_dbm: f32,
+    pub(crate) true_dbm: f32,
 }
 
 impl From<&LinkFrame> for Link {
@@ -42,35 +42,35 @@ impl From<&LinkFrame> for Link {
 
 /// One drone at one moment.
 #[derive(Clone, PartialEq, Message)]
-pub(super) struct DroneState {
+pub(crate) struct DroneState {
     /// The state of the agent, as `trace.csv` spells it.
     #[prost(string, required, tag = "1")]
-    pub(super) state: String,
+    pub(crate) state: String,
     #[prost(float, required, tag = "2")]
-    pub(super) x_m: f32,
+    pub(crate) x_m: f32,
     #[prost(float, required, tag = "3")]
-    pub(super) y_m: f32,
+    pub(crate) y_m: f32,
     #[prost(float, required, tag = "4")]
-    pub(super) z_m: f32,
+    pub(crate) z_m: f32,
     #[prost(float, required, tag = "5")]
-    pub(super) yaw_rad: f32,
+    pub(crate) yaw_rad: f32,
     #[prost(float, required, tag = "6")]
-    pub(super) way_m: f32,
+    pub(crate) way_m: f32,
     #[prost(float, required, tag = "7")]
-    pub(super) forward_m_s: f32,
+    pub(crate) forward_m_s: f32,
     #[prost(float, required, tag = "8")]
-    pub(super) left_m_s: f32,
+    pub(crate) left_m_s: f32,
     #[prost(float, required, tag = "9")]
-    pub(super) yaw_rate_rad_s: f32,
+    pub(crate) yaw_rate_rad_s: f32,
     /// The beams; absent where nothing was seen or measured.
     #[prost(float, optional, tag = "10")]
-    pub(super) range_nw_m: Option<f32>,
+    pub(crate) range_nw_m: Option<f32>,
     #[prost(float, optional, tag = "11")]
-    pub(super) range_ne_m: Option<f32>,
+    pub(crate) range_ne_m: Option<f32>,
     #[prost(float, optional, tag = "12")]
-    pub(super) range_sw_m: Option<f32>,
+    pub(crate) range_sw_m: Option<f32>,
     #[prost(float, optional, tag = "13")]
-    pub(super) range_se_m: Option<f32>,
+    pub(crate) range_se_m: Option<f32>,
 }
 
 impl From<&DroneFrame> for DroneState {

@@ -7,11 +7,13 @@
 
 mod ble_robot;
 mod csv;
+mod mcap;
 mod mitll;
 mod table;
 mod tetam;
 mod trace;
 mod uchain_flight;
+mod usd;
 
 use std::fmt;
 use std::fs::File;
@@ -41,6 +43,10 @@ pub enum Format {
     Csv,
     /// The trace.csv that `uchain run --out` writes.
     Trace,
+    /// The trace.mcap that `uchain run --out` writes.
+    Mcap,
+    /// A log of the Crazyflie's µSD card deck.
+    Usd,
 }
 
 impl Format {
@@ -53,6 +59,8 @@ impl Format {
             Self::Mitll => "a row of a MITLL log (Frame, Time, Source, DeviceName, RSSI, …)",
             Self::Csv => "a row of time_s, link and rssi_dbm",
             Self::Trace => "a row of the trace.csv of a run",
+            Self::Mcap => "a message of /drone/N/link/front or back",
+            Self::Usd => "an event of a µSD log",
         }
     }
 
@@ -66,6 +74,8 @@ impl Format {
             Self::Mitll => mitll::parse(bytes, file),
             Self::Csv => csv::parse(bytes, file),
             Self::Trace => trace::parse(bytes, file),
+            Self::Mcap => mcap::parse(bytes, file),
+            Self::Usd => usd::parse(bytes, file),
         }
     }
 
@@ -75,12 +85,18 @@ impl Format {
             Self::UchainFlight => Some(uchain_flight::is_row),
             Self::Tetam => Some(tetam::is_row),
             Self::BleRobot => Some(ble_robot::is_row),
-            Self::Mitll | Self::Csv | Self::Trace => None,
+            Self::Mitll | Self::Csv | Self::Trace | Self::Mcap | Self::Usd => None,
         }
     }
 
     /// Recognizes the format of a file by its first rows.
     fn told_from(bytes: &[u8]) -> Option<Self> {
+        if bytes.starts_with(mcap::MAGIC) {
+            return Some(Self::Mcap);
+        }
+        if bytes.first() == Some(&usd::MAGIC) {
+            return Some(Self::Usd);
+        }
         let rows = first_rows(bytes);
         let (_, header) = rows.first()?;
         if csv::is_header(header) {
@@ -115,6 +131,8 @@ impl fmt::Display for Format {
             Self::Mitll => "mitll",
             Self::Csv => "csv",
             Self::Trace => "trace",
+            Self::Mcap => "mcap",
+            Self::Usd => "usd",
         })
     }
 }
@@ -144,7 +162,7 @@ pub(super) fn read(file: &Path, format: Option<Format>) -> Result<(Format, Recor
     let format = format.or_else(|| Format::told_from(&bytes)).ok_or_else(|| {
         InputError::new(
             "this is in none of the known log formats",
-            "name one with --format uchain-flight|tetam|ble-robot|mitll|csv|trace",
+            "name one with --format uchain-flight|tetam|ble-robot|mitll|csv|trace|mcap|usd",
         )
         .in_file(file)
     })?;

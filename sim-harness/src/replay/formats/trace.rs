@@ -32,13 +32,14 @@ pub(super) fn is_header(row: &str) -> bool {
 }
 
 /// The contents of a row.
-struct DroneRow {
-    line: usize,
-    time: Instant,
-    node: u8,
-    position: Position,
+pub(super) struct DroneRow {
+    pub(super) line: usize,
+    pub(super) time: Instant,
+    pub(super) node: u8,
+    /// Not numbers where the place is not known.
+    pub(super) position: Position,
     /// Each neighbour's number, and the strength of the packet from it.
-    heard: Vec<(u8, f64)>,
+    pub(super) heard: Vec<(u8, f64)>,
 }
 
 pub(super) fn parse(bytes: &[u8], file: &Path) -> Result<Recording, InputError> {
@@ -52,6 +53,11 @@ pub(super) fn parse(bytes: &[u8], file: &Path) -> Result<Recording, InputError> 
             Err(anomaly) => recorder.anomaly(anomaly, line),
         }
     }
+    Ok(of_rows(recorder, &drones))
+}
+
+/// The recording of rows in order of time.
+pub(super) fn of_rows(mut recorder: Recorder, drones: &[DroneRow]) -> Recording {
     let mut clock = Clock::default();
     let mut speeds: Vec<RadialSpeed> = Vec::new();
     for frame in drones.chunk_by(|one, other| one.time == other.time) {
@@ -60,7 +66,7 @@ pub(super) fn parse(bytes: &[u8], file: &Path) -> Result<Recording, InputError> 
             record(&mut recorder, &mut speeds, frame);
         }
     }
-    Ok(recorder.finish())
+    recorder.finish()
 }
 
 fn read(row: Row<{ NAMES.len() }>) -> Result<DroneRow, Anomaly> {
@@ -108,10 +114,12 @@ fn record(recorder: &mut Recorder, speeds: &mut Vec<RadialSpeed>, frame: &[Drone
                 speeds.resize(link + 1, RadialSpeed::default());
             }
             let sender = frame.iter().find(|other| other.node == peer);
-            let ends = sender.map(|sender| Ends {
-                distance: distance(&drone.position, &sender.position),
-                moving: drone.position,
-            });
+            let ends = sender
+                .map(|sender| Ends {
+                    distance: distance(&drone.position, &sender.position),
+                    moving: drone.position,
+                })
+                .filter(|ends| ends.distance.0.is_finite());
             let separating = ends
                 .zip(speeds.get_mut(link))
                 .map(|(ends, speed)| speed.at(drone.time, ends.distance));

@@ -1,0 +1,132 @@
+//! Reads the `trace.mcap` of a run, or of a ground station that writes the same messages.
+//!
+//! The topics `/drone/N/state` hold a drone's place, `/drone/N/link/front` and `…/back` its last
+//! packets from its neighbours. Messages of other topics and of other schemas are passed over. What
+//! the table `trace.csv` calls a line is here the number of the message.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use ::mcap::MessageStream;
+use ::mcap::read::Options;
+use prost::Message;
+use units::Instant;
+
+use super::trace::{DroneRow, of_rows};
+use crate::input_error::InputError;
+use crate::output::mcap::{DroneState, Link};
+use crate::replay::recording::{Anomaly, Recorder, Recording};
+
+/// The first bytes of an MCAP file.
+pub(super) const MAGIC: &[u8] = b"\x89MCAP";
+
+/// What a topic is about.
+#[derive(Clone, Copy)]
+enum About {
+    State,
+    Link,
+}
+
+/// The drone and the kind of a topic's messages.
+fn about(topic: &str) -> Option<(u8, About)> {
+    let (node, rest) = topic.strip_prefix("/drone/")?.split_once('/')?;
+    let about = match rest {
+        "state" => About::State,
+        "link/front" | "link/back" => About::Link,
+        _ => return None,
+    };
+    Some((node.parse().ok()?, about))
+}
+
+pub(super) fn parse(bytes: &[u8], file: &Path) -> Result<Recording, InputError> {
+    let mut recorder = Recorder::default();
+    let mut rows: BTreeMap<(u64, u8), DroneRow> = BTreeMap::new();
+    // The end of a file whose writer was killed is missing, and everything before it is sound.
+    let stream = MessageStream::new_with_options(bytes, Options::IgnoreEndMagic.into());
+    let unreadable = |error: ::mcap::McapError| {
+        InputError::new(format!("is no sound MCAP file: {error}"), "give another copy of it")
+            .in_file(file)
+    };
+    for (index, message) in stream.map_err(unreadable)?.enumerate() {
+        let line = index + 1;
+        let message = match message {
+            Ok(message) => message,
+            Err(_) if !rows.is_empty() => {
+                recorder.note("its end is damaged: what stands before that was read");
+                break;
+            }
+            Err(error) => return Err(unreadable(error)),
+        };
+        let Some((node, about)) = about(&message.channel.topic) else { continue };
+        let micros = message.log_time / 1000;
+        let row = rows.entry((micros, node)).or_insert_with(|| DroneRow {
+            line,
+            time: Instant::from_micros(micros),
+            node,
+            position: [f64::NAN; 3],
+            heard: Vec::new(),
+        });
+        if take(row, about, &message.data).is_none() {
+            recorder.anomaly(Anomaly::NotANumber, line);
+        }
+    }
+    for _ in 0..rows.len() {
+        recorder.row();
+    }
+    // Rows without a place belong to a drone that was not simulated: their packets count.
+    Ok(of_rows(recorder, &rows.into_values().collect::<Vec<_>>()))
+}
+
+fn take(row: &mut DroneRow, about: About, data: &[u8]) -> Option<()> {
+    match about {
+        About::State => {
+            let state = DroneState::decode(data).ok()?;
+            let position = [state.x_m, state.y_m, state.z_m].map(f64::from);
+            row.position = position.iter().all(|m| m.is_finite()).then_some(position)?;
+        }
+        About::Link => {
+            let link = Link::decode(data).ok()?;
+            row.heard.push((u8::try_from(link.peer).ok()?, f64::from(link.raw_dbm)));
+        }
+    }
+    Some(())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Cursor;
+
+    use super::*;
+    use crate::output::{mcap, synthetic};
+
+    fn written() -> Vec<u8> {
+        let mut out = Cursor::new(Vec::new());
+        mcap::write(&synthetic::mission(), &mut out).unwrap();
+        out.into_inner()
+    }
+
+    #[test]
+    fn a_trace_holds_the_packets_of_both_neighbours() {
+        let recording = parse(&written(), Path::new("trace.mcap")).unwrap();
+        let trace = synthetic::mission();
+        let links = trace.frames.iter().flat_map(|frame| &frame.drones);
+        let packets: usize =
+            links.map(|d| usize::from(d.front.is_some()) + usize::from(d.back.is_some())).sum();
+        assert_eq!(recording.samples.len(), packets);
+        assert!(recording.links.contains(&"1 from 0".to_owned()), "{:?}", recording.links);
+        assert!(recording.samples.iter().all(|sample| sample.ends.is_some()));
+    }
+
+    /// A recorder that is killed leaves a file without its end.
+    #[test]
+    fn a_file_that_was_cut_gives_what_stands_before_the_cut() {
+        let whole = written();
+        let all = parse(&whole, Path::new("trace.mcap")).unwrap().samples.len();
+        for cut in [whole.len() / 2, whole.len() - 9, whole.len() - 1] {
+            let recording = parse(&whole[..cut], Path::new("trace.mcap"));
+            let samples = recording.map_or(0, |recording| recording.samples.len());
+            assert!(samples <= all);
+        }
+        assert!(parse(b"\x89MCAP0\r\nnothing", Path::new("trace.mcap")).is_err());
+    }
+}
