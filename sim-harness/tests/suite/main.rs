@@ -15,4 +15,5 @@ mod odometry;
 mod order;
 mod place;
 mod radio;
+mod radios;
 mod retirement;
