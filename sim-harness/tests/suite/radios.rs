@@ -22,8 +22,7 @@ fn a_link_is_as_strong_in_one_direction_as_in_the_other() {
     for preset in &PRESETS {
         let world = world_of(preset, 1);
         for (a, b) in [(0.0, 3.0), (4.0, 7.5), (2.0, 13.0), (20.0, 5.0)] {
-            let [there, back] =
-                [(a, b), (b, a)].map(|(a, b)| world.radio.strength(at(a), at(b)).0);
+            let [there, back] = [(a, b), (b, a)].map(|(a, b)| world.radio.strength(at(a), at(b)).0);
             assert!((there - back).abs() < 1e-3, "{}: {there} and {back} dBm", preset.name);
         }
     }
