@@ -8,6 +8,7 @@
 //! | [`memory`], [`bus`] | what the core reads and writes |
 //! | [`image`] | an ELF: what is flashed, and what its addresses are called |
 //! | [`machine`] | all of it together, run up to a moment |
+//! | [`rtt`] | the channels between firmware and debug probe |
 //! | [`log`] | what the firmware logs by defmt, decoded |
 //! | [`profile`] | which task has the processor, how long, and how late |
 //! | [`gdb`] | a debugger's way in |
@@ -28,5 +29,6 @@ pub mod log;
 pub mod machine;
 pub mod memory;
 pub mod profile;
+pub mod rtt;
 pub mod soc;
 pub mod speed;

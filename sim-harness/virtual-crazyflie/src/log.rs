@@ -12,18 +12,9 @@ use defmt_decoder::{DecodeError, Encoding, Table};
 use crate::bus::Width;
 use crate::image::{Image, Source};
 use crate::memory::Memory;
+use crate::rtt::ControlBlock;
 use crate::soc::Nanos;
 
-/// Of the control block: up-channel 0, behind 16 bytes of identifier and the numbers of channels
-/// (SEGGER UM08001, "RTT implementation").
-mod block {
-    pub(super) const BUFFER: u32 = 28;
-    pub(super) const SIZE: u32 = 32;
-    pub(super) const WRITE: u32 = 36;
-    pub(super) const READ: u32 = 40;
-    pub(super) const FLAGS: u32 = 44;
-}
-const IDENTIFIER: &[u8] = b"SEGGER RTT\0";
 /// The flag by which the firmware waits while the ring is full.
 const BLOCK_IF_FULL: u32 = 2;
 /// No position in any ring: until the firmware has written the block anew, there is nothing.
@@ -139,7 +130,7 @@ impl std::error::Error for LogError {}
 
 /// The messages of an image, by their indices. All drones that fly the image may share them.
 pub struct Messages {
-    control_block: u32,
+    control_block: ControlBlock,
     table: Table,
     /// The line in the source of each message, by its index.
     locations: BTreeMap<u64, Source>,
@@ -148,7 +139,7 @@ pub struct Messages {
 impl fmt::Debug for Messages {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Messages")
-            .field("control_block", &format_args!("{:#010x}", self.control_block))
+            .field("control_block", &self.control_block)
             .finish_non_exhaustive()
     }
 }
@@ -162,7 +153,7 @@ impl Messages {
         let wrong = |why: &dyn fmt::Display| LogError::Table(why.to_string());
         let table = Table::parse(image.file()).map_err(|why| wrong(&why))?;
         let table = table.ok_or(LogError::NoDefmt)?;
-        let control_block = image.address_of("_SEGGER_RTT").ok_or(LogError::NoRtt)?;
+        let control_block = ControlBlock::of(image).ok_or(LogError::NoRtt)?;
         // Without debug information there are none.
         let shortened = image.shortened_paths();
         let locations = table.get_locations(image.file()).unwrap_or_default();
@@ -265,7 +256,7 @@ impl Log {
     /// Reads what is new in the ring. It costs a comparison where nothing is.
     #[inline]
     pub fn drain(&mut self, memory: &mut Memory, now: Nanos) {
-        let write = memory.load(self.messages.control_block + block::WRITE, Width::Word);
+        let write = memory.load(self.messages.control_block.first_write(), Width::Word);
         if write != Some(self.read) {
             self.look(memory, now);
         }
@@ -286,7 +277,7 @@ impl Log {
             self.partial.clear();
         }
         self.read = NOWHERE;
-        memory.store(self.messages.control_block + block::WRITE, Width::Word, NOWHERE);
+        memory.store(self.messages.control_block.first_write(), Width::Word, NOWHERE);
     }
 
     /// All messages so far, but for those that have been taken.
@@ -302,57 +293,20 @@ impl Log {
 
     #[cold]
     fn look(&mut self, memory: &mut Memory, now: Nanos) {
-        let Some(ring) = Ring::at(self.messages.control_block, memory) else { return };
+        let Some(ring) = self.messages.control_block.up(memory, 0) else { return };
         if self.read >= ring.size {
             // The first look at this block.
             self.read = 0;
             if self.probe == Probe::Attached {
-                ring.set(memory, block::FLAGS, ring.flags & !3 | BLOCK_IF_FULL);
+                ring.set_flags(memory, ring.flags & !3 | BLOCK_IF_FULL);
             }
         }
-        let parts = if self.read <= ring.write {
-            [self.read..ring.write, 0..0]
-        } else {
-            [self.read..ring.size, 0..ring.write]
-        };
-        for part in parts {
-            let bytes = memory.bytes(ring.buffer.wrapping_add(part.start), part.end - part.start);
-            self.partial.extend_from_slice(bytes.unwrap_or_default());
-        }
+        self.partial.extend(ring.since(memory, self.read));
         self.read = ring.write;
         if self.probe == Probe::Attached {
-            ring.set(memory, block::READ, ring.write);
+            ring.set_read(memory);
         }
         let messages = self.messages.clone();
         messages.decode(now, &mut self.partial, &mut self.lines);
-    }
-}
-
-/// The up-channel 0 of the control block, if its values are possible.
-struct Ring {
-    control_block: u32,
-    buffer: u32,
-    size: u32,
-    write: u32,
-    flags: u32,
-}
-
-impl Ring {
-    fn at(control_block: u32, memory: &Memory) -> Option<Self> {
-        let word = |offset| memory.load(control_block.wrapping_add(offset), Width::Word);
-        let ring = Self {
-            control_block,
-            buffer: word(block::BUFFER)?,
-            size: word(block::SIZE)?,
-            write: word(block::WRITE)?,
-            flags: word(block::FLAGS)?,
-        };
-        let written = memory.bytes(control_block, IDENTIFIER.len() as u32)? == IDENTIFIER;
-        let sensible = ring.write < ring.size && memory.bytes(ring.buffer, ring.size).is_some();
-        (written && sensible).then_some(ring)
-    }
-
-    fn set(&self, memory: &mut Memory, offset: u32, value: u32) {
-        memory.store(self.control_block + offset, Width::Word, value);
     }
 }

@@ -23,6 +23,9 @@ pub trait Debuggee {
     /// Why it cannot go on.
     type Halt: fmt::Display;
 
+    /// Attaches a debugger, or detaches it, which the firmware can see.
+    fn set_debugger(&mut self, is_attached: bool);
+
     /// The moment that it has come to.
     fn now(&self) -> Nanos;
 
@@ -72,6 +75,10 @@ pub trait Debuggee {
 
 impl<B: Board> Debuggee for Machine<B> {
     type Halt = Halt;
+
+    fn set_debugger(&mut self, is_attached: bool) {
+        self.cpu_mut().set_debugger(is_attached);
+    }
 
     fn now(&self) -> Nanos {
         Self::now(self)

@@ -61,8 +61,9 @@ impl<M: Debuggee> Debugger<M> {
     ///
     /// # Errors
     /// If the listener cannot be looked at without waiting.
-    pub fn new(machine: M, listener: TcpListener, log: Option<Log>) -> io::Result<Self> {
+    pub fn new(mut machine: M, listener: TcpListener, log: Option<Log>) -> io::Result<Self> {
         listener.set_nonblocking(true)?;
+        machine.set_debugger(true);
         Ok(Self { stub: Stub::new(machine, log), listener, session: None })
     }
 
@@ -88,6 +89,7 @@ impl<M: Debuggee> Debugger<M> {
     #[must_use]
     pub fn into_machine(mut self) -> M {
         self.stub.forget_breakpoints();
+        self.stub.machine.set_debugger(false);
         self.stub.machine
     }
 

@@ -42,7 +42,8 @@ impl Writer {
         for (at, byte) in (self.block..).zip(*b"SEGGER RTT\0\0\0\0\0\0") {
             self.memory.store(at, Width::Byte, byte.into());
         }
-        for (offset, value) in [(28, RING), (32, SIZE), (36, 0), (40, 0), (44, 0)] {
+        for (offset, value) in [(16, 1), (20, 0), (28, RING), (32, SIZE), (36, 0), (40, 0), (44, 0)]
+        {
             self.set(offset, value);
         }
     }

@@ -1,4 +1,4 @@
-//! Debug and trace, as software on the core sees them without a debugger (DDI 0403, C1).
+//! Debug and trace, as software on the core sees them (DDI 0403, C1).
 //!
 //! The cycle counter does not count while the core sleeps. The manual leaves it to the chip; on an
 //! STM32F405 the core's HCLK, which clocks it, is off in sleep mode unless DBGMCU_CR.DBG_SLEEP is
@@ -32,8 +32,11 @@ const MON_EN: u32 = 1 << 16;
 /// Vector catch: it needs a debugger to do anything.
 const VECTOR_CATCH: u32 = 0x07F1;
 
-/// S_RETIRE_ST and S_REGRDY, and no debugger.
+/// S_RETIRE_ST and S_REGRDY.
 const DHCSR_READS: u32 = 1 << 24 | 1 << 16;
+
+/// C_DEBUGEN: a debugger is attached.
+const C_DEBUGEN: u32 = 1;
 
 /// DEMCR and the cycle counter.
 #[derive(Clone, Debug, Default)]
@@ -47,6 +50,8 @@ pub(super) struct Debug {
     since: u64,
     /// Its clock goes on in sleep.
     in_sleep: bool,
+    /// A debugger is attached.
+    debugger: bool,
 }
 
 /// A stimulus port of a trace that is disabled has no room (C1.7.3, FIFOREADY). Stores to it are
@@ -70,11 +75,16 @@ impl Debug {
     }
 
     pub(super) fn after_reset(&self) -> Self {
-        Self { in_sleep: self.in_sleep, ..Self::default() }
+        Self { in_sleep: self.in_sleep, debugger: self.debugger, ..Self::default() }
     }
 }
 
 impl Cpu {
+    /// Attaches a debugger, or detaches it: DHCSR.C_DEBUGEN, which outlasts resets.
+    pub const fn set_debugger(&mut self, is_attached: bool) {
+        self.control.debug.debugger = is_attached;
+    }
+
     /// Whether the cycle counter goes on while the core sleeps: DBGMCU_CR.DBG_SLEEP.
     pub const fn set_counts_in_sleep(&mut self, on: bool) {
         let before = self.control.debug.count(self.trace_clock());
@@ -136,6 +146,7 @@ impl Cpu {
 
     pub(super) fn load_debug(&self, address: u32) -> Result<u32, Refused> {
         match address {
+            DHCSR if self.control.debug.debugger => Ok(DHCSR_READS | C_DEBUGEN),
             DHCSR => Ok(DHCSR_READS),
             DEMCR => Ok(self.demcr()),
             _ => unmodelled("DCRSR or DCRDR, a debugger's registers"),
