@@ -50,6 +50,7 @@ pub use mission::chain::ChainDuty;
 pub use odometry::{Reckoning, odometer_deviation};
 pub use state::{LandReason, State};
 
+use ::chain::filter::LinkEstimate;
 use ::chain::report::Report;
 use tunnel_nav::{NavCommand, Navigator, Walls};
 use units::{Duration, Instant, Metres, MetresPerSecond, NodeId, Order, Phase, Role, Setpoint};
@@ -141,6 +142,11 @@ impl Agent {
     #[must_use]
     pub const fn state(&self) -> State {
         self.state
+    }
+
+    /// The estimates of the links to all drones that were heard, lost or not, for observers.
+    pub fn estimates(&self) -> impl Iterator<Item = (NodeId, LinkEstimate)> {
+        self.mission.estimates()
     }
 
     /// Carries out one round. `now` must not run backwards; a negative time since the last step counts

@@ -8,6 +8,7 @@ pub(crate) mod chain;
 
 use core::ops::ControlFlow;
 
+use ::chain::filter::LinkEstimate;
 use ::chain::neighbours::Heard;
 use units::{
     Duration, Instant, LinkSpan, LinkSum, Metres, MetresPerSecond, NodeId, Order, Phase, Role,
@@ -199,6 +200,13 @@ impl Mission {
                 speed: chain.speed(config, round, duty),
                 height: config.flight.height,
             },
+        }
+    }
+
+    /// The estimates of the links to all drones that were heard.
+    pub(crate) fn estimates(&self) -> impl Iterator<Item = (NodeId, LinkEstimate)> {
+        match self {
+            Self::Chain(chain) => chain.estimates(),
         }
     }
 

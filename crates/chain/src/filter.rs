@@ -163,6 +163,18 @@ pub struct LinkState {
     pub step: Option<LinkStep>,
 }
 
+/// The estimate of a link, for observers; nothing is controlled by it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LinkEstimate {
+    /// The strength.
+    pub rssi: Dbm,
+    /// The variance of the strength, dB²; zero for a smoothing that has no estimate of it.
+    pub variance: f32,
+    /// The slopes of this drone's own motion and of its neighbour's, where the smoothing estimates
+    /// them.
+    pub slopes: Option<[DbPerMetre; 2]>,
+}
+
 impl LinkFilter {
     /// The filter of a link on which no packet has come.
     #[must_use]
@@ -264,6 +276,20 @@ impl LinkFilter {
                 step: estimate.step(),
             }),
         }
+    }
+
+    /// The estimate of the link; `None` before the first packet.
+    #[must_use]
+    pub fn estimate(&self) -> Option<LinkEstimate> {
+        let rssi = self.rssi()?;
+        Some(match self.estimate? {
+            Estimate::Loss { variance, .. } => LinkEstimate { rssi, variance, slopes: None },
+            Estimate::Slopes(estimate) => LinkEstimate {
+                rssi,
+                variance: estimate.variance(),
+                slopes: Some(estimate.slopes()),
+            },
+        })
     }
 
     /// The distribution of the next packet's RSSI: mean r̂, variance P + R. Called between

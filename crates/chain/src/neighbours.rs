@@ -9,7 +9,7 @@
 use heapless::Vec;
 use units::{Dbm, Duration, Instant, Metres, MetresPerSecond, NodeId};
 
-use crate::filter::{LinkFilter, LinkState, Separation, Smoothing};
+use crate::filter::{LinkEstimate, LinkFilter, LinkState, Separation, Smoothing};
 use crate::report::{Report, newer};
 
 /// The most other drones that one drone keeps track of. With itself that is a chain of 16, the
@@ -207,6 +207,12 @@ impl Neighbours {
     #[must_use]
     pub fn front(&self, ends: Ends) -> Option<&Neighbour> {
         self.all.get(ends.front?)
+    }
+
+    /// The estimates of the links to all drones of the table, lost or not, in the order in which the
+    /// drones were first heard.
+    pub fn estimates(&self) -> impl Iterator<Item = (NodeId, LinkEstimate)> {
+        self.all.iter().filter_map(|n| Some((n.report.from, n.filter.estimate()?)))
     }
 
     /// The drone behind, or `None` while none is heard.

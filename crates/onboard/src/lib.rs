@@ -34,6 +34,8 @@
 //! | [`mounting`] | the rotation between board and nose |
 //! | [`air`] | conversions between the agent's types and the messages on the air |
 //! | [`probe`] | a static in which a firmware shows its drone's decisions to an emulator |
+//! | [`replay`] | recorded packets through a drone, step by step, on host and chip alike |
+//! | `words` | the values of an agent as words, for `probe` and `replay` |
 #![no_std]
 #![deny(
     clippy::unwrap_used,
@@ -61,9 +63,11 @@ pub mod mounting;
 mod operator;
 mod packets;
 pub mod probe;
+pub mod replay;
 mod sensed;
 mod setup;
 mod view;
+mod words;
 
 use agent::{Agent, Fitness};
 use airlink::{Identity, Seal};

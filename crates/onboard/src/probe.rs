@@ -9,12 +9,7 @@
 //! | `round` | a [`Slot`] with the [`Round`] that the agent made last | 2 and [`ROUND`] |
 //!
 //! A slot begins with a count, which is odd while the slot is being written and grows by two each
-//! time, and with the number of words that follow. Each value is a run of words of 32 bits, low
-//! word first: a number or the bits of a float takes one, a moment two; an `Option` has a word 0 or
-//! 1 before its value, an enum the number of its variant before the variant's fields; a struct is
-//! its fields in the order of the lists below.
-
-mod words;
+//! time, and with the number of words that follow. How values become words, `words.rs` says.
 
 use core::mem::offset_of;
 use core::sync::atomic::{AtomicU32, Ordering};
@@ -28,7 +23,7 @@ use units::{Duration, Instant, Metres, Order, Radians};
 use wire::p2p::Counter;
 
 use crate::mailbox::REPORTS;
-use words::{Reader, Words, Writer, whole};
+use crate::words::{Reader, Words, Writer, whole};
 
 /// The name of the probe's symbol.
 pub const SYMBOL: &str = "UCHAIN_PROBE";
@@ -220,10 +215,7 @@ fn get_inputs(from: &mut Reader<'_>) -> Option<OwnedInputs> {
         order: Option::get(from)?,
         fitness: Fitness::get(from)?,
         endurance: Option::get(from)?,
-        heard: {
-            let count = from.word()? as usize;
-            (0..count.min(REPORTS)).map(|_| Heard::get(from)).collect::<Option<_>>()?
-        },
+        heard: Vec::get(from)?,
     })
 }
 

@@ -2,6 +2,7 @@
 
 use agent::State;
 use airlink::{Airlink, Counters, Identity, Seal, Status};
+use chain::filter::LinkEstimate;
 use crtp::Node;
 use units::NodeId;
 use wire::p2p::Counter;
@@ -31,6 +32,11 @@ impl<S: Seal> Drone<S> {
     #[must_use]
     pub const fn outputs(&self) -> Option<&agent::Outputs> {
         self.outputs.as_ref()
+    }
+
+    /// The estimates of the links to all drones that were heard, lost or not.
+    pub fn estimates(&self) -> impl Iterator<Item = (NodeId, LinkEstimate)> {
+        self.agent.estimates()
     }
 
     /// The operator's orders, as far as this node has received them.

@@ -81,7 +81,7 @@ fn fill(record: &mut [u8], fields: &[&[u8]]) {
         for (place, byte) in body.iter_mut().zip(bytes) {
             *place = *byte;
         }
-        *crc = crc32(body).to_le_bytes();
+        *crc = crc32(body.iter().copied()).to_le_bytes();
     }
 }
 
@@ -90,15 +90,19 @@ fn fill(record: &mut [u8], fields: &[&[u8]]) {
 pub(crate) fn check_crc(bytes: &[u8], length: usize) -> Result<(), Error> {
     let record = bytes.get(..length).ok_or(Error::Short)?;
     let (body, crc) = record.split_last_chunk().ok_or(Error::Short)?;
-    if u32::from_le_bytes(*crc) == crc32(body) { Ok(()) } else { Err(Error::Checksum) }
+    if u32::from_le_bytes(*crc) == crc32(body.iter().copied()) {
+        Ok(())
+    } else {
+        Err(Error::Checksum)
+    }
 }
 
 /// CRC-32 as in Ethernet and zip (polynomial 0x04C11DB7, reflected). It is calculated bit by bit: a
 /// table would take a kilobyte of flash, and records are seldom written.
 #[inline(never)]
-fn crc32(bytes: &[u8]) -> u32 {
-    !bytes.iter().fold(!0, |crc, byte| {
-        (0..8).fold(crc ^ u32::from(*byte), |crc, _| {
+pub fn crc32(bytes: impl Iterator<Item = u8>) -> u32 {
+    !bytes.fold(!0, |crc, byte| {
+        (0..8).fold(crc ^ u32::from(byte), |crc, _| {
             (crc >> 1) ^ (0xEDB8_8320 & (crc & 1).wrapping_neg())
         })
     })
@@ -129,6 +133,6 @@ mod tests {
 
     #[test]
     fn the_crc_is_that_of_the_check_string() {
-        assert_eq!(crc32(b"123456789"), 0xCBF4_3926);
+        assert_eq!(crc32(b"123456789".iter().copied()), 0xCBF4_3926);
     }
 }

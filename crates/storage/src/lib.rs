@@ -51,5 +51,6 @@ pub mod settings;
 mod slots;
 pub mod vendor;
 
+pub use bytes::crc32;
 pub use error::Error;
 pub use slots::{Readings, Record, Slot, Slots, Write};

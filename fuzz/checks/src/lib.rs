@@ -10,10 +10,12 @@
 //! | [`storage`] | the contents of the EEPROM |
 //! | [`airlink`] | a script of what happens to two nodes that talk by radio |
 //! | [`crtp`] | packets of ground stations |
+//! | [`replay`] | requests of a replay, from a debug probe |
 
 pub mod airlink;
 pub mod capsule;
 pub mod crtp;
 pub mod p2p;
+pub mod replay;
 pub mod storage;
 pub mod syslink;

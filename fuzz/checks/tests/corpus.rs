@@ -7,11 +7,12 @@ use std::path::{Path, PathBuf};
 /// The name of a fuzz target, and its check.
 type Target = (&'static str, fn(&[u8]));
 
-const TARGETS: [Target; 6] = [
+const TARGETS: [Target; 7] = [
     ("airlink", fuzz_checks::airlink::check),
     ("capsule", fuzz_checks::capsule::check),
     ("crtp", fuzz_checks::crtp::check),
     ("p2p", fuzz_checks::p2p::check),
+    ("replay", fuzz_checks::replay::check),
     ("storage", fuzz_checks::storage::check),
     ("syslink", fuzz_checks::syslink::check),
 ];
@@ -77,4 +78,9 @@ fn no_packets_on_the_link_give_an_event_that_was_not_sealed() {
 #[test]
 fn no_packets_of_a_client_do_harm() {
     feed("crtp");
+}
+
+#[test]
+fn no_bytes_from_a_debug_probe_do_harm() {
+    feed("replay");
 }

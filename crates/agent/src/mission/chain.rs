@@ -19,11 +19,12 @@ mod turn;
 pub use duty::ChainDuty;
 
 use chain::chain_wide::ChainWideState;
+use chain::filter::LinkEstimate;
 use chain::launch::LaunchWatch;
 use chain::neighbours::{Ends, Heard, Neighbour, Neighbours};
 use chain::retirement::RetirementWatch;
 use chain::search::SearchWatch;
-use units::{Dbm, Duration, LinkSum, Metres, MetresPerSecond, Phase};
+use units::{Dbm, Duration, LinkSum, Metres, MetresPerSecond, NodeId, Phase};
 
 use super::{Next, Round};
 use crate::{AgentConfig, LinkView};
@@ -132,6 +133,11 @@ impl Chain {
 
     fn back(&self) -> Option<&Neighbour> {
         self.neighbours.back(self.ends)
+    }
+
+    /// The estimates of the links to all drones that were heard.
+    pub(crate) fn estimates(&self) -> impl Iterator<Item = (NodeId, LinkEstimate)> {
+        self.neighbours.estimates()
     }
 
     /// The links to the neighbours in front and behind, as others may look at them.

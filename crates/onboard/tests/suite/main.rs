@@ -5,6 +5,7 @@ mod common;
 mod docs;
 mod hardware;
 mod policy;
+mod replay;
 mod restart;
 mod stop;
 mod window;

@@ -1,4 +1,9 @@
-//! Values as the words of a slot: how each type that an agent takes or gives is written and read.
+//! Writes and reads values as words of 32 bits: each type that an agent takes or gives, for the
+//! [probe](crate::probe) and for a [replay](crate::replay).
+//!
+//! A number or the bits of a float takes one word, a moment two; an `Option` has a word 0 or 1 before
+//! its value, an enum the number of its variant before the variant's fields; a struct is its fields in
+//! the order of the lists below.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
@@ -6,34 +11,38 @@ use agent::{
     BodyVelocity, ChainDuty, Duty, Fitness, LandReason, LinkView, Outputs, Reckoning, State,
     Status as AgentStatus,
 };
+use chain::filter::LinkEstimate;
 use chain::neighbours::Heard;
 use chain::report::Report;
 use chain::search::{Leg, Place, Search};
 use flight::{Attitude, Battery, Cause, Mode, NotReady, Status, StopCause};
+use heapless::Vec;
 use tunnel_nav::{Diagonals, Range, Side, Walls};
 use units::{
-    Dbm, Duration, Instant, LinkSpan, LinkSum, Metres, MetresPerDb, MetresPerSecond, NodeId, Order,
-    Phase, Point2, Pose2, Radians, RadiansPerSecond, Setpoint, Volts,
+    DbPerMetre, Dbm, Duration, Instant, LinkSpan, LinkSum, Metres, MetresPerDb, MetresPerSecond,
+    NodeId, Order, Phase, Point2, PolicyCode, Pose2, Radians, RadiansPerSecond, Role, Setpoint,
+    Volts,
 };
 
-/// Writes words into a slot. Words beyond its end are lost, which shows in the length.
-pub(super) struct Writer<'a> {
+/// Writes words into the memory of a slot or of a frame. Words beyond its end are lost, which shows in
+/// the length. The words are atomic for the probe's sake, which is a static.
+pub(crate) struct Writer<'a> {
     words: &'a [AtomicU32],
     length: usize,
 }
 
 impl<'a> Writer<'a> {
     /// A writer at the beginning of a slot's words.
-    pub(super) const fn new(words: &'a [AtomicU32]) -> Self {
+    pub(crate) const fn new(words: &'a [AtomicU32]) -> Self {
         Self { words, length: 0 }
     }
 
     /// How many words were written, with those that were lost.
-    pub(super) const fn length(&self) -> usize {
+    pub(crate) const fn length(&self) -> usize {
         self.length
     }
 
-    pub(super) fn word(&mut self, word: u32) {
+    pub(crate) fn word(&mut self, word: u32) {
         if let Some(place) = self.words.get(self.length) {
             place.store(word, Ordering::Relaxed);
         }
@@ -41,11 +50,11 @@ impl<'a> Writer<'a> {
     }
 }
 
-/// Words that were read from a slot.
-pub(super) struct Reader<'a>(&'a [u32]);
+/// Words that were read from a slot or a frame.
+pub(crate) struct Reader<'a>(&'a [u32]);
 
 impl Reader<'_> {
-    pub(super) fn word(&mut self) -> Option<u32> {
+    pub(crate) fn word(&mut self) -> Option<u32> {
         let (word, rest) = self.0.split_first()?;
         self.0 = rest;
         Some(*word)
@@ -53,13 +62,13 @@ impl Reader<'_> {
 }
 
 /// The value that all of these words are; `None` where they are not one, or more than it.
-pub(super) fn whole<T>(words: &[u32], get: impl FnOnce(&mut Reader<'_>) -> Option<T>) -> Option<T> {
+pub(crate) fn whole<T>(words: &[u32], get: impl FnOnce(&mut Reader<'_>) -> Option<T>) -> Option<T> {
     let mut reader = Reader(words);
     get(&mut reader).filter(|_| reader.0.is_empty())
 }
 
 /// A value that is written as words.
-pub(super) trait Words: Sized {
+pub(crate) trait Words: Sized {
     fn put(&self, out: &mut Writer<'_>);
     fn get(from: &mut Reader<'_>) -> Option<Self>;
 }
@@ -132,6 +141,55 @@ impl<T: Words> Words for [T; 2] {
     }
 }
 
+/// A list by its length and its values.
+impl<T: Words, const N: usize> Words for Vec<T, N> {
+    fn put(&self, out: &mut Writer<'_>) {
+        out.word(self.len() as u32);
+        self.iter().for_each(|value| value.put(out));
+    }
+
+    fn get(from: &mut Reader<'_>) -> Option<Self> {
+        let count = from.word()? as usize;
+        let mut list = Self::new();
+        // A list that is too long for this one ends at its first value without a place.
+        for _ in 0..count {
+            list.push(T::get(from)?).ok()?;
+        }
+        Some(list)
+    }
+}
+
+impl<A: Words, B: Words> Words for (A, B) {
+    fn put(&self, out: &mut Writer<'_>) {
+        self.0.put(out);
+        self.1.put(out);
+    }
+
+    fn get(from: &mut Reader<'_>) -> Option<Self> {
+        Some((A::get(from)?, B::get(from)?))
+    }
+}
+
+impl Words for u32 {
+    fn put(&self, out: &mut Writer<'_>) {
+        out.word(*self);
+    }
+
+    fn get(from: &mut Reader<'_>) -> Option<Self> {
+        from.word()
+    }
+}
+
+impl Words for PolicyCode {
+    fn put(&self, out: &mut Writer<'_>) {
+        self.get().put(out);
+    }
+
+    fn get(from: &mut Reader<'_>) -> Option<Self> {
+        u8::get(from).and_then(Self::new)
+    }
+}
+
 impl Words for NodeId {
     fn put(&self, out: &mut Writer<'_>) {
         out.word(self.0.into());
@@ -190,14 +248,14 @@ macro_rules! quantities {
 /// Structs by their fields.
 macro_rules! structs {
     ($($name:ident { $($field:ident),* })*) => {
-        $(impl Words for $name {
-            fn put(&self, out: &mut Writer<'_>) {
+        $(impl $crate::words::Words for $name {
+            fn put(&self, out: &mut $crate::words::Writer<'_>) {
                 let Self { $($field),* } = self;
                 $($field.put(out);)*
             }
 
-            fn get(from: &mut Reader<'_>) -> Option<Self> {
-                $(let $field = Words::get(from)?;)*
+            fn get(from: &mut $crate::words::Reader<'_>) -> Option<Self> {
+                $(let $field = $crate::words::Words::get(from)?;)*
                 Some(Self { $($field),* })
             }
         })*
@@ -209,8 +267,8 @@ macro_rules! enums {
     ($($name:ident {
         $($code:literal = $variant:ident $(($value:ident))? $({ $($field:ident),* })?),* $(,)?
     })*) => {
-        $(impl Words for $name {
-            fn put(&self, out: &mut Writer<'_>) {
+        $(impl $crate::words::Words for $name {
+            fn put(&self, out: &mut $crate::words::Writer<'_>) {
                 match self {
                     $(Self::$variant $(($value))? $({ $($field),* })? => {
                         out.word($code);
@@ -220,11 +278,11 @@ macro_rules! enums {
                 }
             }
 
-            fn get(from: &mut Reader<'_>) -> Option<Self> {
+            fn get(from: &mut $crate::words::Reader<'_>) -> Option<Self> {
                 Some(match from.word()? {
                     $($code => {
-                        $(let $value = Words::get(from)?;)?
-                        $($(let $field = Words::get(from)?;)*)?
+                        $(let $value = $crate::words::Words::get(from)?;)?
+                        $($(let $field = $crate::words::Words::get(from)?;)*)?
                         Self::$variant $(($value))? $({ $($field),* })?
                     })*
                     _ => return None,
@@ -234,7 +292,9 @@ macro_rules! enums {
     };
 }
 
-quantities! { Dbm, Metres, MetresPerDb, MetresPerSecond, Radians, RadiansPerSecond, Volts }
+pub(crate) use {enums, structs};
+
+quantities! { DbPerMetre, Dbm, Metres, MetresPerDb, MetresPerSecond, Radians, RadiansPerSecond, Volts }
 
 structs! {
     BodyVelocity { forward, lateral }
@@ -251,6 +311,7 @@ structs! {
     Reckoning { odometer, pose }
     AgentStatus { state, front, back, here, walls }
     Outputs { setpoint, report, status }
+    LinkEstimate { rssi, variance, slopes }
     Attitude { roll, pitch, yaw }
     Battery { volts, endurance }
     Status { mode, attitude, velocity, height, battery }
@@ -260,6 +321,7 @@ enums! {
     Range { 0 = At(distance), 1 = Clear, 2 = Invalid }
     Walls { 0 = Both, 1 = One(side), 2 = Neither }
     Side { 0 = Left, 1 = Right }
+    Role { 0 = Head, 1 = Relay, 2 = Base }
     Phase { 0 = Waiting, 1 = Transit, 2 = Linked, 3 = Base, 4 = Out, 5 = Searching }
     Order { 0 = Wait, 1 = Explore(speed), 2 = Return, 3 = Land, 4 = Stop }
     Setpoint { 0 = Off, 1 = Fly { forward, lateral, yaw_rate, height }, 2 = Stop }
