@@ -11,6 +11,7 @@
 //! | [`tasks`] | the tasks, which wait, step and publish |
 //! | [`safety`] | panics, faults, resets, and what outlives them |
 //! | [`mod@probe`] | the inputs and decisions of the drone, shown to an emulator |
+//! | [`rtt`] | the log and the replay's channels, to a debug probe |
 //!
 //! Nothing here allocates, panics on purpose, or waits without a bound.
 #![no_std]
@@ -26,10 +27,10 @@
 
 mod board;
 mod probe;
+mod rtt;
 mod safety;
 mod tasks;
 
-use defmt_rtt as _;
 use embassy_executor::{Executor, InterruptExecutor, SpawnError, SpawnToken, Spawner};
 use embassy_stm32::interrupt;
 use embassy_sync::mutex::Mutex;
@@ -44,7 +45,7 @@ use tasks::drone::{self, Shared};
 use tasks::imu::{self, ImuBus};
 use tasks::rangers::{self, DeckBus};
 use tasks::store::LastRun;
-use tasks::{control, flow, health, lamps, mission, radio, store};
+use tasks::{control, flow, health, lamps, mission, radio, replay, store};
 
 /// The executor of the inertial sensor and the control loop. Only the interrupts that wake these
 /// tasks have a higher priority.
@@ -139,6 +140,7 @@ fn start(
     spawner.spawn(granted(flow::run(flow)));
     spawner.spawn(granted(rangers::run(decks)));
     spawner.spawn(granted(mission::run(shared)));
+    spawner.spawn(granted(replay::run(shared)));
     spawner.spawn(granted(lamps::run(lamps, last_run.failed, shared)));
     spawner.spawn(granted(health::run(shared)));
 }

@@ -8,6 +8,7 @@
 //! | [`rangers`] | the task that reads the rangers |
 //! | [`drone`] | the one `onboard::Drone`, which the tasks of the thread share |
 //! | [`mission`] | the task that steps it, 5 Hz |
+//! | [`replay`] | the task that replays recorded packets for a debug probe |
 //! | [`radio`] | the tasks that talk to the radio chip |
 //! | [`store`] | the task that keeps settings, keys and epochs in the EEPROM |
 //! | [`lamps`] | the task that shows the drone's state on the LEDs |
@@ -24,4 +25,5 @@ pub(crate) mod latest;
 pub(crate) mod mission;
 pub(crate) mod radio;
 pub(crate) mod rangers;
+pub(crate) mod replay;
 pub(crate) mod store;

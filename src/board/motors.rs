@@ -7,6 +7,8 @@
 //! This module writes the registers itself: embassy's driver checks each duty with an assertion, and
 //! a control step must not panic.
 
+use core::sync::atomic::{AtomicBool, Ordering};
+
 use embassy_stm32::pac::gpio::vals::{Moder, Ospeedr, Ot};
 use flight::Duties;
 
@@ -25,6 +27,23 @@ pub(crate) fn stop() {
     }
     // The timers too: a task that runs once more must find them unconfigured.
     motor::reset_timers();
+}
+
+/// Whether the motors are locked.
+static LOCKED: AtomicBool = AtomicBool::new(false);
+
+/// Locks the motors until the next reset: the pins are taken from the timers and held low, and
+/// [`Motors`] drives them no more.
+pub(crate) fn lock() {
+    cortex_m::interrupt::free(|_| {
+        LOCKED.store(true, Ordering::Relaxed);
+        stop();
+    });
+}
+
+/// Whether the motors are locked.
+pub(crate) fn are_locked() -> bool {
+    LOCKED.load(Ordering::Relaxed)
 }
 
 /// The right to drive the motors: there is one, in the control task.
@@ -47,8 +66,12 @@ impl Motors {
         Self(())
     }
 
-    /// Drives each motor at its part of the battery's voltage; a NaN stops its motor.
+    /// Drives each motor at its part of the battery's voltage; a NaN stops its motor. Locked motors
+    /// stay off.
     pub(crate) fn set(&mut self, duties: Duties) {
+        if are_locked() {
+            return;
+        }
         motor::compare(duties.0.map(|duty| {
             let steps = duty.clamp(0.0, 1.0) * f32::from(STEPS) + 0.5;
             // The conversion saturates, and gives zero for a NaN.

@@ -16,7 +16,7 @@ use static_cell::StaticCell;
 use units::{Acceleration, AngularVelocity, Instant};
 
 use crate::board::FLIGHT;
-use crate::board::motors::Motors;
+use crate::board::motors::{self, Motors};
 use crate::board::{clock, deadline};
 use crate::probe::UCHAIN_PROBE;
 use crate::safety::{panic, reset, restart_mark};
@@ -97,9 +97,11 @@ fn step(flight: &mut Flight, now: Instant, sensed: &Sensed, command: &Command) -
     flight.step(&FLIGHT, now, sensed, command)
 }
 
-/// The set-point of the mission, or a stop when the power button was pressed on the ground.
+/// The set-point of the mission, or a stop when the motors are locked, or the power button was pressed
+/// on the ground.
 fn command() -> Command {
-    if radio::is_shutting_down() && !is_airborne() {
+    let ends = radio::is_shutting_down() && !is_airborne();
+    if motors::are_locked() || ends {
         Command { setpoint: units::Setpoint::Stop, given: clock::now() }
     } else {
         mission::COMMAND.get()

@@ -29,16 +29,27 @@ pub(crate) fn make() -> Option<&'static mut Drone> {
     DRONE.try_init_with(Drone::switched_off)
 }
 
+/// The use that the firmware makes of the drone.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Stage {
+    /// The number and the settings were not read yet.
+    Unread,
+    /// The drone takes part in the mission.
+    Runs,
+    /// The drone replays recorded packets, and nothing else.
+    Replays,
+}
+
 /// The drone, which runs once [`crate::tasks::store`] has read its number and settings.
 pub(crate) struct Shared {
     drone: RefCell<&'static mut Drone>,
-    runs: Cell<bool>,
+    stage: Cell<Stage>,
     news: Signal<NoopRawMutex, ()>,
 }
 
 impl Shared {
     pub(crate) const fn new(drone: &'static mut Drone) -> Self {
-        Self { drone: RefCell::new(drone), runs: Cell::new(false), news: Signal::new() }
+        Self { drone: RefCell::new(drone), stage: Cell::new(Stage::Unread), news: Signal::new() }
     }
 
     /// Begins the run of the drone.
@@ -46,15 +57,32 @@ impl Shared {
     pub(crate) fn begin(&self, config: Config, setup: &Setup) {
         if let Ok(mut drone) = self.drone.try_borrow_mut() {
             drone.begin(config, setup);
-            self.runs.set(true);
+            self.stage.set(Stage::Runs);
         }
     }
 
-    /// Does something with the drone, once it runs.
+    /// Does something with the drone, once it runs, and unless it replays.
     pub(crate) fn with<R>(&self, act: impl FnOnce(&mut Drone) -> R) -> Option<R> {
         // No other task has borrowed it now: see above.
         let mut drone = self.drone.try_borrow_mut().ok()?;
-        self.runs.get().then(|| act(&mut drone))
+        (self.stage.get() == Stage::Runs).then(|| act(&mut drone))
+    }
+
+    /// Takes the drone out of the hands of all tasks but the replay's, until the next reset.
+    pub(crate) fn reserve_for_replay(&self) {
+        self.stage.set(Stage::Replays);
+    }
+
+    /// Whether the drone replays recorded packets.
+    pub(crate) fn replays(&self) -> bool {
+        self.stage.get() == Stage::Replays
+    }
+
+    /// Does something with the drone in a replay. What it decides is shown to the host and obeyed by
+    /// nobody, not even a stop.
+    pub(crate) fn replay<R>(&self, act: impl FnOnce(&mut Drone) -> R) -> Option<R> {
+        let mut drone = self.drone.try_borrow_mut().ok()?;
+        self.replays().then(|| act(&mut drone))
     }
 
     /// The same, for calls after which there may be a packet to send or a stop to obey.

@@ -24,13 +24,14 @@ pub(crate) enum Task {
     Receive,
     Transmit,
     Mission,
+    Replay,
     Store,
     Lamps,
     Health,
 }
 
 impl Task {
-    const ALL: [Self; 10] = [
+    const ALL: [Self; 11] = [
         Self::Gyro,
         Self::Accel,
         Self::Flow,
@@ -38,6 +39,7 @@ impl Task {
         Self::Receive,
         Self::Transmit,
         Self::Mission,
+        Self::Replay,
         Self::Store,
         Self::Lamps,
         Self::Health,
@@ -54,6 +56,7 @@ impl Task {
             Self::Receive => 1_500_000,
             Self::Transmit => 1_500_000,
             Self::Mission => 1_000_000,
+            Self::Replay => 1_000_000,
             Self::Store => 3_000_000,
             Self::Lamps => 1_000_000,
             Self::Health => 3_000_000,
@@ -70,6 +73,7 @@ impl Task {
             Self::Receive => "the radio's receiving task fell silent",
             Self::Transmit => "the radio's sending task fell silent",
             Self::Mission => "the mission's task fell silent",
+            Self::Replay => "the replay's task fell silent",
             Self::Store => "the store fell silent",
             Self::Lamps => "the lamps' task fell silent",
             Self::Health => "the health task fell silent",
@@ -85,6 +89,7 @@ impl Task {
             Self::Receive => &SIGNS.receive,
             Self::Transmit => &SIGNS.transmit,
             Self::Mission => &SIGNS.mission,
+            Self::Replay => &SIGNS.replay,
             Self::Store => &SIGNS.store,
             Self::Lamps => &SIGNS.lamps,
             Self::Health => &SIGNS.health,
@@ -102,6 +107,7 @@ struct Signs {
     receive: AtomicU32,
     transmit: AtomicU32,
     mission: AtomicU32,
+    replay: AtomicU32,
     store: AtomicU32,
     lamps: AtomicU32,
     health: AtomicU32,
@@ -115,6 +121,7 @@ static SIGNS: Signs = Signs {
     receive: AtomicU32::new(0),
     transmit: AtomicU32::new(0),
     mission: AtomicU32::new(0),
+    replay: AtomicU32::new(0),
     store: AtomicU32::new(0),
     lamps: AtomicU32::new(0),
     health: AtomicU32::new(0),
