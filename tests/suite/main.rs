@@ -9,6 +9,7 @@ mod keys;
 mod link;
 mod one_drone;
 mod replay;
+mod replay_on_chip;
 mod scenario_refusals;
 mod serve;
 mod virtual_drones;

@@ -5,7 +5,7 @@
 //! | status | when |
 //! |---|---|
 //! | 0 | all went well |
-//! | 1 | the mission failed, or a criterion was missed |
+//! | 1 | the mission failed, a criterion was missed, or a chip differs from the host or went away |
 //! | 2 | the input cannot be used, or the output cannot be written; one line says what, where, and how to correct it |
 //! | 101 | `uchain` panicked, which is a defect |
 //! | 130 | Ctrl-C ended the command |
@@ -168,6 +168,8 @@ enum Trouble {
     Input(InputError),
     /// Standard output cannot be written.
     Output(io::Error),
+    /// The chip of a replay went away.
+    Chip(String),
     /// A defect of this program.
     Internal(String),
 }
@@ -175,6 +177,15 @@ enum Trouble {
 impl From<InputError> for Trouble {
     fn from(error: InputError) -> Self {
         Self::Input(error)
+    }
+}
+
+impl From<crate::replay::chip::Error> for Trouble {
+    fn from(error: crate::replay::chip::Error) -> Self {
+        match error {
+            crate::replay::chip::Error::Input(error) => Self::Input(error),
+            crate::replay::chip::Error::Lost(what) => Self::Chip(what),
+        }
     }
 }
 
@@ -234,6 +245,10 @@ impl Trouble {
                     "standard output cannot be written: {error}; send it where there is room"
                 ));
                 ExitCode::from(2)
+            }
+            Self::Chip(what) => {
+                complain(what);
+                ExitCode::from(1)
             }
             Self::Internal(what) => {
                 complain(format_args!("{what}; this is a defect of uchain, please report it"));

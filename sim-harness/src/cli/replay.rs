@@ -3,11 +3,12 @@
 use std::path::PathBuf;
 
 use chain::policy::{NAMES, Policy};
-use clap::Args;
 use clap::builder::PossibleValuesParser;
+use clap::{Args, ValueEnum};
 
 use super::progress::Progress;
-use super::{Common, Trouble, Verdict, complain, interrupt};
+use super::{Common, Trouble, Verdict, complain, emulated, interrupt};
+use crate::replay::chip::{self, ChipOptions, ChipSummary, Pace};
 use crate::replay::{Format, ReplayOptions, replay};
 
 #[derive(Args)]
@@ -18,17 +19,44 @@ pub(super) struct ReplayArgs {
     /// Format of the recordings; where left out, each is recognized by its content
     #[arg(long, value_enum)]
     format: Option<Format>,
-    /// Movement policy to run over recorded flights; where left out, all of them
+    /// Movement policy to run over recorded flights; where left out, all of them. On a chip, the
+    /// policy of every recording; where left out, chain, and k-tuned for a flight
     #[arg(long, value_parser = PossibleValuesParser::new(NAMES))]
     policy: Option<String>,
     /// Fit a radio model to the packets, and write it as sections of a scenario file, radio.toml
-    #[arg(long)]
+    #[arg(long, conflicts_with = "on")]
     fit: bool,
+    /// Replay on the chip too, and compare its answers with the host's
+    #[arg(long, value_enum)]
+    on: Option<Chip>,
+    /// Pace of the steps on the chip
+    #[arg(long, value_enum, default_value_t, requires = "on")]
+    pace: Pace,
+    /// The firmware's ELF file, for a replay on the chip; where left out, the one that `cargo fw`
+    /// builds
+    #[arg(long, value_name = "FILE", requires = "on")]
+    elf: Option<PathBuf>,
     #[command(flatten)]
     common: Common,
 }
 
+/// The chip of a replay.
+#[derive(Clone, Copy, ValueEnum)]
+enum Chip {
+    /// An emulated Crazyflie
+    Virtual,
+    /// A board at a debug probe, without propellers
+    Probe,
+}
+
 pub(super) fn run(args: &ReplayArgs) -> Result<Verdict, Trouble> {
+    match args.on {
+        None => on_host(args),
+        Some(chip) => on_chip(args, chip),
+    }
+}
+
+fn on_host(args: &ReplayArgs) -> Result<Verdict, Trouble> {
     let policy = args.policy.as_deref().and_then(Policy::named);
     let options =
         ReplayOptions { format: args.format, policy, fit: args.fit, ..ReplayOptions::default() };
@@ -53,4 +81,56 @@ pub(super) fn run(args: &ReplayArgs) -> Result<Verdict, Trouble> {
     }
     args.common.finish(folder, &summary.to_string(), &value)?;
     Ok(Verdict::Good)
+}
+
+fn on_chip(args: &ReplayArgs, chip: Chip) -> Result<Verdict, Trouble> {
+    let policy = args.policy.as_deref().and_then(Policy::named);
+    let options = ChipOptions { format: args.format, policy, pace: args.pace };
+    interrupt::ends();
+    let mut folder = args.common.folder()?;
+    let progress = Progress::busy("steps", args.common.quiet);
+    let elf = args.elf.as_deref();
+    let summary = match chip {
+        Chip::Virtual => emulated::replay::run(&args.logs, &options, elf, || progress.step())?,
+        Chip::Probe => on_probe(&args.logs, &options, elf, || progress.step())?,
+    };
+    drop(progress);
+    let value = value_of(&summary)
+        .map_err(|error| Trouble::Internal(format!("the summary cannot be written ({error})")))?;
+    if let Some(folder) = &mut folder {
+        folder.put_json("summary.json", &value)?;
+        folder.put("steps.csv", |out| summary.write_steps(out))?;
+    }
+    args.common.finish(folder, &summary.to_string(), &value)?;
+    Ok(if summary.is_equal() { Verdict::Good } else { Verdict::Failed })
+}
+
+/// The summary of one log is that log's; that of several has the sums, and each log in `logs`.
+fn value_of(summary: &ChipSummary) -> serde_json::Result<serde_json::Value> {
+    match summary.logs.as_slice() {
+        [log] => serde_json::to_value(log),
+        _ => serde_json::to_value(summary),
+    }
+}
+
+#[cfg(feature = "probe")]
+fn on_probe(
+    logs: &[PathBuf],
+    options: &ChipOptions,
+    elf: Option<&std::path::Path>,
+    stepped: impl FnMut(),
+) -> Result<ChipSummary, chip::Error> {
+    chip::replay(logs, options, || chip::probe::ProbeTarget::attach(elf), stepped)
+}
+
+#[cfg(not(feature = "probe"))]
+fn on_probe(
+    _: &[PathBuf],
+    _: &ChipOptions,
+    _: Option<&std::path::Path>,
+    _: impl FnMut(),
+) -> Result<ChipSummary, chip::Error> {
+    let wrong = "replay --on probe: this uchain was built without probe-rs";
+    let remedy = "use `cargo sim-probe` in place of `cargo sim`";
+    Err(crate::input_error::InputError::new(wrong, remedy).into())
 }

@@ -4,10 +4,11 @@
 //! test the filter; but each row has the inputs of a relay's movement policy and of the launch
 //! policy.
 
-use chain::launch::{LaunchConfig, LaunchWatch};
+use chain::launch::LaunchConfig;
 use chain::policy::{LinkEnd, Policy, PolicyConfig};
+use onboard::replay::LaunchRule;
 use serde::Serialize;
-use units::{Db, Dbm, Instant, LinkSpan, MetresPerSecond};
+use units::{Db, Dbm, MetresPerSecond};
 
 use super::recording::{LOST_AFTER, Recording, Sample};
 
@@ -133,44 +134,16 @@ fn part(count: usize, of: usize) -> f64 {
     if of == 0 { 0.0 } else { count as f64 / of as f64 }
 }
 
-/// A strength holds until its link counts as lost.
-#[derive(Clone, Copy)]
-struct Held {
-    rssi: Dbm,
-    heard: Instant,
-}
-
 /// When the launch policy, watching from the base, begins to call for a relay.
-///
-/// The last link is the one with the largest number, from the first time that it is heard. The
-/// recording cannot answer the call with one more drone, so a call that goes on counts once.
 fn launches(recording: &Recording, config: &LaunchConfig) -> Vec<f64> {
-    let mut held: Vec<Option<Held>> = vec![None; recording.links.len()];
-    let (mut watch, mut calling, mut launches) = (LaunchWatch::new(), false, Vec::new());
+    let mut rule = LaunchRule::new(recording.links.len());
+    let mut launches = Vec::new();
     for row in rows(recording) {
         let Some(now) = row.samples.first().map(|sample| sample.time) else { continue };
-        // Only time itself can restart a link of a later row without a gap before it.
-        let clock_restarted = held.iter().flatten().any(|held| held.heard > now);
-        if clock_restarted {
-            (watch, calling) = (LaunchWatch::new(), false);
-            held.fill(None);
-        }
-        for sample in row.samples {
-            if let Some(link) = held.get_mut(sample.link) {
-                *link = Some(Held { rssi: sample.rssi, heard: now });
-            }
-        }
-        let Some((Some(last), ahead)) = held.split_last() else { continue };
-        let fresh = |link: &Held| (now.since(link.heard) <= LOST_AFTER).then_some(link.rssi);
-        let ahead = ahead
-            .iter()
-            .filter_map(|link| fresh(link.as_ref()?))
-            .fold(None, |span, link| Some(LinkSpan::extended(span, link)));
-        let calls = watch.step(now, config, fresh(last), ahead);
-        if calls && !calling {
+        let strengths = row.samples.iter().map(|sample| (sample.link, sample.rssi));
+        if rule.step(now, config, LOST_AFTER, strengths) {
             launches.push(now.as_micros() as f64 / 1e6);
         }
-        calling = calls;
     }
     launches
 }
@@ -203,6 +176,8 @@ fn equality(recording: &Recording) -> Equality {
 
 #[cfg(test)]
 mod tests {
+    use units::Instant;
+
     use super::*;
 
     /// Two links, one row every half second.

@@ -12,16 +12,20 @@
 //! | `recording` | the samples, and the anomalies of the other rows |
 //! | `prediction` | the six predictors and their scores |
 //! | `flight` | the policies over a recorded flight |
+//! | `plan` | what a whole drone is told in the replay of a log |
 //! | `agents` | the whole drone of each relay over a recorded flight |
+//! | [`chip`] | the same on a chip, compared with the host |
 //! | `fit` | a radio model, fitted to the packets |
 //! | `summary` | the results as a table, as JSON and as a CSV of every sample |
 //!
 //! The book's chapter "Replay" defines every number.
 
 mod agents;
+pub mod chip;
 mod fit;
 mod flight;
 mod formats;
+mod plan;
 mod prediction;
 mod recording;
 mod summary;

@@ -65,7 +65,7 @@ impl Firmware {
     }
 
     /// A machine that runs it.
-    pub(super) fn machine(&self, board: Crazyflie, config: MachineConfig) -> Machine<Crazyflie> {
+    pub(crate) fn machine(&self, board: Crazyflie, config: MachineConfig) -> Machine<Crazyflie> {
         Machine::with_program(Arc::clone(&self.0.image), self.0.program.clone(), board, config)
     }
 

@@ -87,6 +87,13 @@ impl Core {
         }
     }
 
+    fn into_machine(self) -> Machine<Crazyflie> {
+        match self {
+            Self::Free(machine) => *machine,
+            Self::Debugged(debugger) => debugger.into_machine(),
+        }
+    }
+
     fn machine_mut(&mut self) -> &mut Machine<Crazyflie> {
         match self {
             Self::Free(machine) => machine,
@@ -167,6 +174,12 @@ impl Emulated {
         self.core.machine_mut()
     }
 
+    /// The machine by itself, without a mission.
+    #[must_use]
+    pub fn into_machine(self) -> Machine<Crazyflie> {
+        self.core.into_machine()
+    }
+
     /// The drone's number.
     #[must_use]
     pub const fn node(&self) -> NodeId {
@@ -222,11 +235,7 @@ impl Emulated {
     /// # Errors
     /// When no debugger can connect.
     pub fn debug(self, listener: TcpListener) -> io::Result<Self> {
-        let machine = match self.core {
-            Core::Free(machine) => *machine,
-            Core::Debugged(debugger) => debugger.into_machine(),
-        };
-        let mut debugger = Debugger::new(machine, listener, None)?;
+        let mut debugger = Debugger::new(self.core.into_machine(), listener, None)?;
         debugger.wait_for_gdb()?;
         Ok(Self { core: Core::Debugged(Box::new(debugger)), ..self })
     }

@@ -95,6 +95,23 @@ pub(super) mod stock {
     }
 }
 
+/// The replay on an emulated Crazyflie.
+pub(super) mod replay {
+    use std::path::{Path, PathBuf};
+
+    use super::missing;
+    use crate::replay::chip::{ChipOptions, ChipSummary, Error};
+
+    pub(in crate::cli) fn run(
+        _: &[PathBuf],
+        _: &ChipOptions,
+        _: Option<&Path>,
+        _: impl FnMut(),
+    ) -> Result<ChipSummary, Error> {
+        Err(missing("replay --on virtual").into())
+    }
+}
+
 /// The benchmarks that fly the firmware's ELF.
 pub(super) mod bench {
     use serde_json::Value;

@@ -1,0 +1,19 @@
+//! `uchain replay --on virtual`: recorded RSSI on an emulated Crazyflie.
+
+use std::path::{Path, PathBuf};
+
+use crate::bodies::emulated::Firmware;
+use crate::replay::chip::emulated::EmulatedTarget;
+use crate::replay::chip::{self, ChipOptions, ChipSummary};
+
+/// Replays all logs.
+pub(in crate::cli) fn run(
+    logs: &[PathBuf],
+    options: &ChipOptions,
+    elf: Option<&Path>,
+    stepped: impl FnMut(),
+) -> Result<ChipSummary, chip::Error> {
+    let target =
+        || EmulatedTarget::new(&Firmware::open(elf.unwrap_or(Path::new(Firmware::DEFAULT)))?);
+    chip::replay(logs, options, target, stepped)
+}
