@@ -7,10 +7,10 @@
 //! | up 1, `replay` | the answers of a replay ([`crate::tasks::replay`]) |
 //! | down 0, `replay` | the requests of a replay |
 //!
-//! Nothing here ever waits for a probe. `defmt-rtt` has no down-channel and shares its control block
-//! with nobody, and `rtt-target` keeps the oldest bytes of a log instead of the newest, which are the
-//! ones that tell of a crash; so the block is the firmware's own. Its layout is that of SEGGER's
-//! UM08001, "RTT implementation".
+//! Nothing here ever waits for a probe. `defmt-rtt` has no down-channel and does not share its control
+//! block, and `rtt-target` keeps the oldest bytes of a log instead of the newest, which are the ones
+//! that tell of a crash; so the block is the firmware's own. Its layout is that of SEGGER's UM08001,
+//! "RTT implementation".
 
 use core::cell::UnsafeCell;
 use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};

@@ -68,7 +68,7 @@ impl Shared {
         (self.stage.get() == Stage::Runs).then(|| act(&mut drone))
     }
 
-    /// Takes the drone out of the hands of all tasks but the replay's, until the next reset.
+    /// Reserves the drone for the replay's task, until the next reset.
     pub(crate) fn reserve_for_replay(&self) {
         self.stage.set(Stage::Replays);
     }
@@ -78,8 +78,8 @@ impl Shared {
         self.stage.get() == Stage::Replays
     }
 
-    /// Does something with the drone in a replay. What it decides is shown to the host and obeyed by
-    /// nobody, not even a stop.
+    /// Does something with the drone in a replay. What the drone decides is shown to the host; no
+    /// task acts on it, not even on a stop.
     pub(crate) fn replay<R>(&self, act: impl FnOnce(&mut Drone) -> R) -> Option<R> {
         let mut drone = self.drone.try_borrow_mut().ok()?;
         self.replays().then(|| act(&mut drone))

@@ -2,10 +2,10 @@
 //!
 //! The host's requests come in through the down-channel of [`crate::rtt`], and the answers go out
 //! through its up-channel; [`onboard::replay`] has their format and carries them out. The drone that
-//! replays is the one and only drone of the firmware, so a replay begins only where nothing can come
-//! of it: with a debugger attached, on the ground, and before the mission has begun. From then on,
-//! until the chip is reset, the motors are locked and no other task reaches the drone, so it sends no
-//! packet, hears none and answers no client.
+//! replays is the one and only drone of the firmware, so a replay begins only where it can do no harm:
+//! with a debugger attached, on the ground, and before the mission has begun. From then on, until the
+//! chip is reset, the motors are locked and no other task reaches the drone, so it sends no packet,
+//! hears none and answers no client.
 
 use cortex_m::peripheral::{DCB, DWT};
 use embassy_time::{Duration, Timer};
@@ -72,7 +72,7 @@ fn answer(session: &mut Session, request: &Request, shared: &Shared) -> Answer {
     answer.unwrap_or(Answer::Refused(Refusal::NotBegun))
 }
 
-/// Takes the drone out of the other tasks' hands and locks the motors, if that is safe.
+/// Locks the motors and reserves the drone for the replay, if that is safe.
 fn reserve(shared: &Shared) -> Result<(), Refusal> {
     if shared.replays() {
         return Ok(());

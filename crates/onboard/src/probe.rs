@@ -9,7 +9,8 @@
 //! | `round` | a [`Slot`] with the [`Round`] that the agent made last | 2 and [`ROUND`] |
 //!
 //! A slot begins with a count, which is odd while the slot is being written and grows by two each
-//! time, and with the number of words that follow. How values become words, `words.rs` says.
+//! time, and with the number of words that follow. The module
+//! `words` defines how values become words.
 
 use core::mem::offset_of;
 use core::sync::atomic::{AtomicU32, Ordering};

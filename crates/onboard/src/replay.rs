@@ -20,7 +20,7 @@
 //! |---|---|
 //! | first | [`MAGIC`] in the upper half, [`VERSION`] and the kind of the record in the lower two bytes |
 //! | second | the number of the request, which its answer repeats |
-//! | then | the record ([`Request`], [`Answer`]), as `words.rs` writes its values |
+//! | then | the record ([`Request`], [`Answer`]), as the module `words` writes its values |
 //! | last | CRC-32 of all the words before |
 //!
 //! | kind | record | answered by |
