@@ -80,7 +80,13 @@ fn plan_one(file: &Path, options: &ChipOptions) -> Result<Planned, InputError> {
     let policy = policy.expect("the registry has both");
     let (runs, heard) = match format {
         Format::UchainFlight => (plan::of_flight(&recording, policy), recording.links.len()),
-        Format::Tetam | Format::BleRobot | Format::Mitll | Format::Csv | Format::Trace => {
+        Format::Tetam
+        | Format::BleRobot
+        | Format::Mitll
+        | Format::Csv
+        | Format::Trace
+        | Format::Mcap
+        | Format::Usd => {
             (plan::of_packets(&recording, policy), plan::chosen_links(&recording).len())
         }
     };
