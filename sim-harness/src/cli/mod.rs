@@ -19,6 +19,7 @@ mod emulated;
 mod figures;
 mod interrupt;
 mod keys;
+mod map;
 mod progress;
 mod replay;
 mod run;
@@ -61,6 +62,8 @@ enum Verb {
     Bridge(bridge::BridgeArgs),
     /// Make the keys of a fleet, and give them to its drones
     Keys(keys::KeysArgs),
+    /// Look at cave surveys
+    Map(map::MapArgs),
     /// Run one of the benchmarks; without a name, all of them
     Bench(bench::BenchArgs),
 }
@@ -219,6 +222,7 @@ pub fn main() -> ExitCode {
         Verb::Serve(args) => serve::run(&args),
         Verb::Bridge(args) => bridge::run(&args),
         Verb::Keys(args) => keys::run(&args),
+        Verb::Map(args) => map::run(&args),
         Verb::Bench(args) => bench::run(&args),
     };
     match done {

@@ -1,0 +1,160 @@
+//! Gives readers their files. A reader asks for a file by the name that another file calls it, and
+//! gets the bytes only where the file lies within the folder that the user gave.
+
+use std::collections::BTreeMap;
+use std::path::{Component, Path, PathBuf};
+
+/// The reason why a file is not given.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum FileError {
+    /// There is no such file.
+    Missing,
+    /// The file lies outside the folder.
+    Outside,
+    /// The file cannot be read; the text says why.
+    Unreadable(String),
+}
+
+/// A file that was found.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Opened {
+    /// The path by which messages name the file and other names are relative to it.
+    pub path: String,
+    /// The contents.
+    pub bytes: Vec<u8>,
+}
+
+/// A set of files that a survey may consist of.
+pub trait Files {
+    /// Opens the file `path`, which is relative to the set, without `.` and `..`.
+    ///
+    /// # Errors
+    /// [`FileError`], of which `Missing` makes the reader try another spelling.
+    fn open(&self, path: &str) -> Result<Opened, FileError>;
+}
+
+/// The most that is read of one file, in bytes: a survey of a million legs has 40 MB.
+pub(crate) const LARGEST: u64 = 128 << 20;
+
+/// The files of a folder on disk.
+#[derive(Clone, Debug)]
+pub struct Folder {
+    root: PathBuf,
+    /// The name of the root in messages.
+    shown: PathBuf,
+}
+
+impl Folder {
+    /// Makes the set of the files below `root`.
+    ///
+    /// # Errors
+    /// The error of the operating system where there is no such folder.
+    pub fn new(root: &Path) -> std::io::Result<Self> {
+        let root = if root.as_os_str().is_empty() { Path::new(".") } else { root };
+        Ok(Self { root: root.canonicalize()?, shown: root.to_owned() })
+    }
+
+    /// The path on disk, where letters may differ in case as on the disks of DOS.
+    fn find(&self, path: &str) -> Option<PathBuf> {
+        let mut found = self.root.clone();
+        for part in path.split('/') {
+            let exact = found.join(part);
+            found = if exact.exists() { exact } else { same_but_case(&found, part)? };
+        }
+        Some(found)
+    }
+}
+
+fn same_but_case(folder: &Path, name: &str) -> Option<PathBuf> {
+    let entries = std::fs::read_dir(folder).ok()?;
+    let alike = |entry: &std::fs::DirEntry| {
+        entry.file_name().to_str().is_some_and(|other| other.eq_ignore_ascii_case(name))
+    };
+    let mut found: Vec<_> = entries.flatten().filter(alike).map(|entry| entry.path()).collect();
+    found.sort();
+    found.into_iter().next()
+}
+
+impl Files for Folder {
+    fn open(&self, path: &str) -> Result<Opened, FileError> {
+        let found = self.find(path).ok_or(FileError::Missing)?;
+        let real = found.canonicalize().map_err(|_| FileError::Missing)?;
+        // A link may lead out of the folder.
+        let inside = real.strip_prefix(&self.root).map_err(|_| FileError::Outside)?;
+        let told = |error: std::io::Error| FileError::Unreadable(error.to_string());
+        let facts = std::fs::metadata(&real).map_err(told)?;
+        if !facts.is_file() {
+            return Err(FileError::Missing);
+        }
+        if facts.len() > LARGEST {
+            return Err(FileError::Unreadable(format!("it has more than {LARGEST} bytes")));
+        }
+        let _ = inside;
+        let bytes = std::fs::read(&real).map_err(told)?;
+        let shown = self.shown.join(found.strip_prefix(&self.root).unwrap_or(&found));
+        let shown = shown.strip_prefix(".").unwrap_or(&shown);
+        Ok(Opened { path: shown.to_string_lossy().into_owned(), bytes })
+    }
+}
+
+/// Files in memory, for tests.
+#[derive(Clone, Debug, Default)]
+pub struct Memory(BTreeMap<String, Vec<u8>>);
+
+impl Memory {
+    /// Adds a file.
+    #[must_use]
+    pub fn with(mut self, path: &str, bytes: impl Into<Vec<u8>>) -> Self {
+        self.0.insert(path.to_owned(), bytes.into());
+        self
+    }
+}
+
+impl Files for Memory {
+    fn open(&self, path: &str) -> Result<Opened, FileError> {
+        let alike = |known: &&String| known.eq_ignore_ascii_case(path);
+        let known = self.0.get_key_value(path).map(|(known, _)| known);
+        let known = known.or_else(|| self.0.keys().find(alike)).ok_or(FileError::Missing)?;
+        let bytes = self.0.get(known).cloned().unwrap_or_default();
+        Ok(Opened { path: known.clone(), bytes })
+    }
+}
+
+/// Opens a file by the name that the file `from` calls it: relative to that file's folder, with
+/// `\` for `/`, and with one of the `endings` added where there is none of that name.
+pub(crate) fn open_named(
+    files: &dyn Files,
+    from: &str,
+    name: &str,
+    endings: &[&str],
+) -> Result<(String, Opened), FileError> {
+    let mut last = FileError::Missing;
+    let slashed = name.replace('\\', "/");
+    for spelling in [name, &slashed] {
+        let path = resolve(from, spelling)?;
+        let plain = std::iter::once(path.clone());
+        for path in plain.chain(endings.iter().map(|ending| format!("{path}{ending}"))) {
+            match files.open(&path) {
+                Ok(opened) => return Ok((path, opened)),
+                Err(FileError::Missing) => {}
+                Err(error) => last = error,
+            }
+        }
+    }
+    Err(last)
+}
+
+/// The path of `name` beside the file `from`, both relative to the set.
+fn resolve(from: &str, name: &str) -> Result<String, FileError> {
+    let folder = Path::new(from).parent().unwrap_or(Path::new(""));
+    let mut parts: Vec<String> = Vec::new();
+    for component in folder.join(name).components() {
+        match component {
+            Component::Normal(part) => parts.push(part.to_string_lossy().into_owned()),
+            Component::CurDir => {}
+            Component::ParentDir if parts.pop().is_some() => {}
+            _ => return Err(FileError::Outside),
+        }
+    }
+    Ok(parts.join("/"))
+}

@@ -1,0 +1,258 @@
+//! Reads Survex's own files, `.svx`.
+//!
+//! The grammar is that of the manual of Survex 1.4, chapter "Survex data files", and where the
+//! manual is silent, what `cavern` 1.4.4 does. What `cavern` refuses is refused; commands that
+//! concern neither stations nor legs are passed over.
+
+pub(crate) mod characters;
+mod commands;
+mod data;
+mod date;
+pub(crate) mod measure;
+mod names;
+pub(crate) mod settings;
+
+use std::collections::{HashMap, HashSet};
+use std::rc::Rc;
+
+use crate::draft::Draft;
+use crate::earth::System;
+use crate::error::Refusal;
+use crate::files::{self, FileError, Files, Opened};
+use crate::survey::Source;
+use characters::{Class, Cursor};
+use data::Traverse;
+use names::Exports;
+use settings::Settings;
+
+/// The deepest that files include each other.
+const DEEPEST: usize = 32;
+/// The most blocks that are open at once.
+const MOST_BLOCKS: usize = 1000;
+/// The most bytes of a survey, each file counted as often as it is included.
+pub(crate) const MOST_BYTES: usize = 256 << 20;
+/// The most often that files are included.
+const MOST_FILES: usize = 20_000;
+
+/// A block that `*begin` has opened.
+struct Block {
+    /// The survey's full name, where the command names one.
+    survey: Option<Rc<str>>,
+    saved: Settings,
+    source: Source,
+}
+
+/// What is read of a set of `.svx` files so far.
+pub(crate) struct Reader<'a> {
+    files: &'a dyn Files,
+    pub(crate) draft: Draft,
+    settings: Settings,
+    blocks: Vec<Block>,
+    /// The paths of the files that are being read, each included by the one before.
+    open: Vec<String>,
+    source: Source,
+    bytes: usize,
+    included: usize,
+    traverse: Traverse,
+    /// The surveys by name, with the first `*begin` of each.
+    surveys: HashMap<Box<str>, Option<Source>>,
+    exports: Exports,
+    /// Whether `*export` may come next.
+    may_export: bool,
+    output: Option<Rc<System>>,
+    /// The station that is fixed without coordinates.
+    origin: Option<usize>,
+    /// The stations that entrances and exports name, which no leg may use.
+    hints: Vec<(usize, Source, &'static str)>,
+    warned_of_date: bool,
+    /// The declination of the line before, by place, height and day.
+    last_declination: Option<(data::Occasion, f64)>,
+}
+
+/// Reads the file `entry` of `files` and all that it includes.
+pub(crate) fn read(files: &dyn Files, entry: &str, opened: Opened) -> Result<Draft, Refusal> {
+    let mut reader = Reader {
+        files,
+        draft: Draft::default(),
+        settings: Settings::default(),
+        blocks: Vec::new(),
+        open: Vec::new(),
+        source: Source::default(),
+        bytes: 0,
+        included: 0,
+        traverse: Traverse::default(),
+        surveys: HashMap::new(),
+        exports: Exports::default(),
+        may_export: false,
+        output: None,
+        origin: None,
+        hints: Vec::new(),
+        warned_of_date: false,
+        last_declination: None,
+    };
+    reader.file(entry, &opened)?;
+    reader.check_exports()?;
+    reader.check_hints()?;
+    reader.draft.is_on_earth = reader.output.is_some() || reader.settings.system.is_some();
+    Ok(reader.draft)
+}
+
+impl Reader<'_> {
+    /// A refusal at the cursor.
+    fn wrong(
+        &self,
+        cursor: &Cursor<'_>,
+        wrong: impl Into<String>,
+        remedy: impl Into<String>,
+    ) -> Refusal {
+        let refusal = Refusal::new(wrong, remedy);
+        match self.draft.place(self.source, cursor.column()) {
+            Some(place) => refusal.at(place),
+            None => refusal,
+        }
+    }
+
+    fn warn(&mut self, cursor: &Cursor<'_>, text: impl Into<String>) {
+        self.draft.warn(self.source, cursor.column(), text);
+    }
+
+    /// Refuses what a command or a data line has too much of.
+    fn require_end(&self, cursor: &mut Cursor<'_>) -> Result<(), Refusal> {
+        if cursor.is_done(&self.settings.characters) {
+            return Ok(());
+        }
+        let rest: String = String::from_utf8_lossy(cursor.rest()).chars().take(20).collect();
+        let rest = rest.trim_end();
+        Err(self.wrong(
+            cursor,
+            format!("\"{rest}\" is more than belongs here"),
+            "remove it, or begin a comment with ;",
+        ))
+    }
+
+    fn file(&mut self, path: &str, opened: &Opened) -> Result<(), Refusal> {
+        let outer = self.source;
+        let blocks = self.blocks.len();
+        self.bytes = self.bytes.saturating_add(opened.bytes.len());
+        self.included += 1;
+        if self.bytes > MOST_BYTES || self.included > MOST_FILES {
+            let wrong =
+                format!("the survey has more than {} MB or {MOST_FILES} files", MOST_BYTES >> 20);
+            return Err(self.draft.wrong(outer, wrong, "give a part of it"));
+        }
+        self.source = Source { file: self.draft.file(&opened.path), line: 0 };
+        self.open.push(path.to_owned());
+        let bytes = opened.bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&opened.bytes);
+        self.lines(bytes, blocks)?;
+        self.end_traverse();
+        self.draft.end_repeats();
+        self.may_export = false;
+        if let Some(block) = self.blocks.get(blocks) {
+            let wrong = "this *begin has no *end in its file";
+            return Err(self.draft.wrong(block.source, wrong, "add the *end"));
+        }
+        self.open.pop();
+        self.source = outer;
+        Ok(())
+    }
+
+    fn lines(&mut self, mut bytes: &[u8], blocks: usize) -> Result<(), Refusal> {
+        while !bytes.is_empty() {
+            let characters = Rc::clone(&self.settings.characters);
+            let ends = |byte: &u8| characters.is(*byte, Class::Eol);
+            let length = bytes.iter().position(ends).unwrap_or(bytes.len());
+            let (line, rest) = bytes.split_at(length);
+            self.source.line = self.source.line.saturating_add(1);
+            self.line(line, blocks)?;
+            // The end of a line may be of two characters.
+            bytes = match rest {
+                [a, b, rest @ ..] if a != b && ends(b) => rest,
+                [_, rest @ ..] => rest,
+                [] => rest,
+            };
+        }
+        Ok(())
+    }
+
+    fn line(&mut self, line: &[u8], blocks: usize) -> Result<(), Refusal> {
+        let characters = Rc::clone(&self.settings.characters);
+        let mut cursor = Cursor::new(line);
+        cursor.skip_blanks(&characters);
+        if cursor.sees(Class::Keyword, &characters) {
+            self.end_traverse();
+            cursor.next();
+            return self.command(&mut cursor, blocks);
+        }
+        if cursor.peek().is_none() {
+            self.end_traverse();
+            return Ok(());
+        }
+        if cursor.sees(Class::Comment, &characters) {
+            return Ok(());
+        }
+        self.may_export = false;
+        self.data(&mut cursor)
+    }
+
+    fn include(&mut self, name: &str, cursor: &Cursor<'_>) -> Result<(), Refusal> {
+        let from = self.open.last().cloned().unwrap_or_default();
+        let opened = files::open_named(self.files, &from, name, &[".svx"]);
+        let (path, opened) = opened.map_err(|error| {
+            let (wrong, remedy) = unopened(name, &error);
+            self.wrong(cursor, wrong, remedy)
+        })?;
+        if self.open.contains(&path) {
+            let wrong = format!("\"{name}\" includes itself");
+            return Err(self.wrong(cursor, wrong, "remove this *include"));
+        }
+        if self.open.len() >= DEEPEST {
+            let wrong = format!("files include each other {DEEPEST} deep");
+            return Err(self.wrong(cursor, wrong, "include them from fewer levels"));
+        }
+        self.draft.end_repeats();
+        let prefix = Rc::clone(&self.settings.prefix);
+        self.file(&path, &opened)?;
+        self.settings.prefix = prefix;
+        Ok(())
+    }
+
+    /// Looks whether the stations that passages and commands name are there.
+    fn check_hints(&mut self) -> Result<(), Refusal> {
+        let fixed: HashSet<usize> = self.draft.fixes.iter().map(|fix| fix.station).collect();
+        let lost =
+            |station: usize| !self.draft.stations[station].is_used && !fixed.contains(&station);
+        let sections = self.draft.passages.iter().flatten();
+        if let Some((section, source)) = sections.clone().find(|it| lost(it.0.station)) {
+            let name = &self.draft.stations[section.station].name;
+            let wrong = format!("the passage is at station \"{name}\", which no leg joins");
+            return Err(self.draft.wrong(*source, wrong, "correct the name, or add the leg"));
+        }
+        for (station, source, command) in std::mem::take(&mut self.hints) {
+            if !self.draft.stations[station].is_used {
+                let name = self.draft.stations[station].name.clone();
+                self.draft.warn(
+                    source,
+                    0,
+                    format!("*{command} names \"{name}\", which no leg uses"),
+                );
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What is wrong with a file that was not opened, and the remedy.
+pub(crate) fn unopened(name: &str, error: &FileError) -> (String, String) {
+    match error {
+        FileError::Missing => {
+            (format!("there is no file \"{name}\""), "put it there, or correct the name".into())
+        }
+        FileError::Outside => (
+            format!("\"{name}\" lies outside the folder of the survey"),
+            "name the folder that holds all of it with --within".into(),
+        ),
+        FileError::Unreadable(why) => {
+            (format!("\"{name}\" cannot be read: {why}"), "give a readable file".into())
+        }
+    }
+}
