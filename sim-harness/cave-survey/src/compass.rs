@@ -159,6 +159,7 @@ fn shot(
     let count = if header.has_backsights { 9 } else { 7 };
     let mut numbers = [None; 9];
     for number in numbers.iter_mut().take(count) {
+        cursor.skip_blanks(characters);
         let column = cursor.column();
         let Some(read) = cursor.number(characters) else {
             let word = String::from_utf8_lossy(cursor.word(characters)).into_owned();

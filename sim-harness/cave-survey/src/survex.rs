@@ -98,7 +98,14 @@ pub(crate) fn read(files: &dyn Files, entry: &str, opened: Opened) -> Result<Dra
 }
 
 impl Reader<'_> {
-    /// A refusal at the cursor.
+    /// The column of the next field.
+    fn column(&self, cursor: &Cursor<'_>) -> u32 {
+        let mut field = *cursor;
+        field.skip_blanks(&self.settings.characters);
+        field.column()
+    }
+
+    /// A refusal at the next field.
     fn wrong(
         &self,
         cursor: &Cursor<'_>,
@@ -106,14 +113,14 @@ impl Reader<'_> {
         remedy: impl Into<String>,
     ) -> Refusal {
         let refusal = Refusal::new(wrong, remedy);
-        match self.draft.place(self.source, cursor.column()) {
+        match self.draft.place(self.source, self.column(cursor)) {
             Some(place) => refusal.at(place),
             None => refusal,
         }
     }
 
     fn warn(&mut self, cursor: &Cursor<'_>, text: impl Into<String>) {
-        self.draft.warn(self.source, cursor.column(), text);
+        self.draft.warn(self.source, self.column(cursor), text);
     }
 
     /// Refuses what a command or a data line has too much of.

@@ -168,11 +168,18 @@ fn table(survey: &Survey) -> String {
         rows.push(("title", title.clone()));
     }
     rows.push(("legs", format!("{}, and {} splays", it.legs, it.splays)));
-    rows.push(("length", format!("{:.2} m, as measured {:.2} m", it.length_m, it.measured_length_m)));
+    rows.push((
+        "length",
+        format!("{:.2} m, as measured {:.2} m", it.length_m, it.measured_length_m),
+    ));
     rows.push(("stations", format!("{}", it.stations)));
     rows.push(("with dimensions", format!("{}", it.with_dimensions)));
     let closes = survey.misclosure.as_ref().map_or_else(String::new, |worst| {
-        let at = if worst.station.is_empty() { String::new() } else { format!(", at {}", worst.station) };
+        let at = if worst.station.is_empty() {
+            String::new()
+        } else {
+            format!(", at {}", worst.station)
+        };
         format!("; the worst misses by {:.2} m in {:.0} m{at}", worst.error, worst.length)
     });
     rows.push(("loops", format!("{}{closes}", it.loops)));

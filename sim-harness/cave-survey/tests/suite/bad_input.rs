@@ -1,0 +1,238 @@
+//! What is refused, with the place, and what is remarked on and read all the same.
+
+use cave_survey::{Memory, read};
+use proptest::prelude::*;
+
+use super::svx;
+
+/// A file, and the beginning of what is said of it.
+const REFUSED: &[(&str, &str)] = &[
+    ("", "cave.svx: there are no legs"),
+    ("*frobnicate x\n1 2 10 0 0\n", "cave.svx:1:2: there is no command \"*frobnicate\""),
+    ("1 2 10 0 0 hello\n", "cave.svx:1:12: \"hello\" is more than belongs here"),
+    ("1 2 x 0 0\n", "cave.svx:1:5: \"x\" is no number"),
+    ("1 2 10 0\n", "cave.svx:1:9: a number is missing"),
+    ("1 2 - 0 0\n", "cave.svx:1: the tape's reading is left out"),
+    ("1 2 10 - 0\n", "cave.svx:1: a leg that is not plumbed has no compass reading"),
+    ("1 1 10 0 0\n", "cave.svx:1: the leg begins and ends at the same station"),
+    ("a/b 2 10 0 0\n", "cave.svx:1:2: '/' is not allowed in a name"),
+    (". .. 10 0 0\n", "cave.svx:1:12: the leg is between two anonymous stations"),
+    ("*begin a\n1 2 10 0 0\n", "cave.svx:1: this *begin has no *end"),
+    ("*begin a\n1 2 10 0 0\n*end b\n", "cave.svx:3:6: this *end is not of survey \"a\""),
+    ("1 2 10 0 0\n*end a\n", "cave.svx:2:6: this *end has no *begin"),
+    ("*begin\n1 2 10 0 0\n*end a\n", "cave.svx:3:6: the *begin that this *end closes has no name"),
+    ("*include nofile\n", "cave.svx:1:10: there is no file \"nofile\""),
+    ("*include cave\n", "cave.svx:1:10: \"cave\" includes itself"),
+    ("*include ../cave\n", "cave.svx:1:10: \"../cave\" lies outside the folder"),
+    ("*include /etc/passwd\n", "cave.svx:1:10: \"/etc/passwd\" lies outside the folder"),
+    (
+        "1 2 10 0 0\n3 4 10 0 0\n",
+        "cave.svx:2: no leg joins station \"3\" and 1 other stations to \"1\"",
+    ),
+    ("*fix 1 0 0 0\n*fix 1 0 0 1\n1 2 10 0 0\n", "cave.svx:2: \"1\" is fixed at two places"),
+    ("*fix 1 0 0 0\n*fix 2 0 0 1\n*equate 1 2\n", "cave.svx:2: \"2\" is fixed at two places"),
+    ("*fix 1 2 3\n1 2 10 0 0\n", "cave.svx:1:11: *fix has too few numbers"),
+    (
+        "1 2 10 0 0\n*data passage station left right up down\n9 1 1 1 1\n",
+        "cave.svx:3: the passage is at station \"9\"",
+    ),
+    (
+        "*begin a\n1 2 10 0 0\n*end a\na 3 10 0 0\n",
+        "cave.svx:4: \"a\" is both a station and a survey",
+    ),
+    (
+        "*begin a\n*export 1\n1 2 10 0 0\n*end a\n*equate a.2 3\n",
+        "cave.svx:5: station \"a.2\" is used here",
+    ),
+    ("*begin a\n1 2 10 0 0\n*export 1\n*end a\n", "cave.svx:3:9: *export is not at the beginning"),
+    ("*equate 1\n", "cave.svx:1:10: *equate names only one station"),
+    ("*flags bogus\n", "cave.svx:1:8: there is no flag \"bogus\""),
+    ("*units tape parsecs\n", "cave.svx:1:13: \"parsecs\" is no unit"),
+    ("*units tapes feet\n", "cave.svx:1:8: \"tapes\" is no quantity"),
+    ("*units tape degrees\n", "cave.svx:1:13: the quantity is not measured in degrees"),
+    ("*calibrate tape compass 1\n", "cave.svx:1:25: angles and lengths are calibrated together"),
+    ("*calibrate tape 0 0\n", "cave.svx:1:19: the scale factor is 0"),
+    ("*sd tape 0 metres\n", "cave.svx:1:10: a standard deviation is not positive"),
+    ("*data foo from to\n", "cave.svx:1:7: there is no style of data \"foo\""),
+    ("*data normal from to tape\n", "cave.svx:1:7: the order of readings lacks the compass"),
+    (
+        "*data normal from to tape tape compass\n",
+        "cave.svx:1:27: the reading \"tape\" is there twice",
+    ),
+    (
+        "*cs UTM30\n*fix 1 0 0 0\n",
+        "cave.svx:2:8: *cs gives the system of the coordinates, but no *cs out",
+    ),
+    ("*cs nowhere\n", "cave.svx:1:5: there is no such coordinate system"),
+    ("*require 9.9\n", "cave.svx:1:10: the survey requires Survex 9.9"),
+    ("*title \"x\n", "cave.svx:1:8: a quotation mark is missing"),
+    ("*date foo\n", "cave.svx:1:7: \"foo\" is no date"),
+    ("1 2 1e9 0 0\n", "cave.svx:1:6: \"e9\" is no number"),
+    ("1 2 9999999999999999999 0 0\n", "cave.svx:1: the leg's readings are too large"),
+];
+
+#[test]
+fn what_cannot_be_used_is_refused_where_it_stands() {
+    for (text, beginning) in REFUSED {
+        let refusal = svx(text).err().unwrap_or_else(|| panic!("{text:?} is read"));
+        let told = refusal.to_string();
+        assert!(told.starts_with(beginning), "{text:?}:\n{told}, not\n{beginning}");
+        assert!(!refusal.remedy.is_empty() && told.lines().count() == 1, "{told}");
+    }
+}
+
+/// A file, and the beginning of the remark on it.
+const REMARKED: &[(&str, &str)] = &[
+    ("1 2 -10 0 0\n", "cave.svx:1:5: the tape's reading is negative"),
+    ("1 2 10 400 0\n", "cave.svx:1:8: the compass reading is not of one full circle"),
+    ("1 2 10 0 95\n", "cave.svx:1:10: the clino reading is over a right angle"),
+    ("1 2 10 30 DOWN\n", "cave.svx:1: a plumbed leg has a compass reading"),
+    ("1 2 10 0 0\n*entrance 5\n", "cave.svx:2: *entrance names \"5\""),
+    ("1 2 10 0 0\n*equate 1 1\n", "cave.svx:2:11: a station is equated to itself"),
+    ("*begin a\n1 2 10 0 0\n*end\n", "cave.svx:3:5: *end does not say the name of its survey"),
+    (
+        "*begin a\n1 2 1 0 0\n*end a\n*begin a\n2 3 1 0 0\n*end a\n",
+        "cave.svx:4:8: survey \"a\" goes on here",
+    ),
+    ("*prefix a\n1 2 10 0 0\n", "cave.svx:1:2: *prefix is out of use"),
+    ("*date 1801\n1 2 10 0 0\n", "cave.svx:1:7: date 1801"),
+    (
+        "*fix 9 1 2 3\n*fix 1 0 0 0\n1 2 10 0 0\n",
+        "cave.svx:1: the fixed station \"9\" is used by no leg",
+    ),
+    ("1 2 10 0 0\n*solve\n", "cave.svx:2:2: *solve is passed over"),
+];
+
+#[test]
+fn what_is_doubtful_is_read_with_a_remark_that_names_the_line() {
+    for (text, beginning) in REMARKED {
+        let survey = svx(text).unwrap_or_else(|refusal| panic!("{text:?}: {refusal}"));
+        let told = survey.warnings.first().map(ToString::to_string).unwrap_or_default();
+        assert!(told.starts_with(beginning), "{text:?}:\n{told}, not\n{beginning}");
+    }
+}
+
+#[test]
+fn files_that_include_each_other_without_end_are_refused() {
+    let ring = Memory::default().with("a.svx", "*include b\n").with("b.svx", "*include a\n");
+    assert!(read(&ring, "a.svx").unwrap_err().wrong.contains("includes itself"));
+    // Each file includes the next one ten times: 10^20 in all.
+    let mut bomb = Memory::default();
+    for n in 0..20 {
+        bomb = bomb.with(&format!("{n}.svx"), format!("*include {}\n", n + 1).repeat(10));
+    }
+    let bomb = bomb.with("20.svx", "");
+    assert!(read(&bomb, "0.svx").unwrap_err().wrong.contains("more than"));
+}
+
+#[test]
+fn more_legs_than_any_cave_has_are_refused() {
+    let mut text = String::new();
+    for n in 0..=cave_survey::MOST_LEGS {
+        text += &format!("{n} {} 1 0 0\n", n + 1);
+    }
+    let refusal = svx(&text).unwrap_err().to_string();
+    assert!(
+        refusal.starts_with("cave.svx:250001: the survey has more than 250000 legs"),
+        "{refusal}"
+    );
+}
+
+#[test]
+fn a_thousand_mistakes_in_a_row_fill_no_memory_with_remarks() {
+    let text = "1 2 10 400 0\n".repeat(5000);
+    assert_eq!(svx(&text).unwrap().warnings.len(), 1001);
+}
+
+/// Lines that are nearly right, to get deep into the reader.
+fn nearly_a_survey() -> impl Strategy<Value = String> {
+    let word = prop::sample::select(vec![
+        "*begin",
+        "*end",
+        "*data",
+        "normal",
+        "passage",
+        "diving",
+        "from",
+        "to",
+        "tape",
+        "compass",
+        "clino",
+        "newline",
+        "station",
+        "left",
+        "right",
+        "up",
+        "down",
+        "*fix",
+        "*equate",
+        "*export",
+        "*units",
+        "*calibrate",
+        "*sd",
+        "feet",
+        "degrees",
+        "*flags",
+        "splay",
+        "not",
+        "*set",
+        "*cs",
+        "UTM33N",
+        "out",
+        "*declination",
+        "auto",
+        "*date",
+        "2001",
+        "*infer",
+        "equates",
+        "on",
+        "1",
+        "2",
+        "3",
+        "a",
+        "a.1",
+        "-",
+        ".",
+        "..",
+        "-V",
+        "10",
+        "-5.5",
+        "0",
+        "90",
+        "N45E",
+        "\"",
+        ";",
+        "\n",
+        "\n",
+        "\n",
+        "*truncate",
+        "*case",
+        "x20",
+        "*alias",
+        "default",
+        "*solve",
+        "*include",
+        "cave",
+        "depth",
+        "1 2 10 0 0\n",
+        "2 3 10 120 0\n",
+        "3 1 10 240 0\n",
+    ]);
+    prop::collection::vec(word, 0..60).prop_map(|words| words.join(" "))
+}
+
+proptest! {
+    #[test]
+    fn no_text_does_harm(text in nearly_a_survey()) {
+        if let Ok(survey) = svx(&text) {
+            prop_assert!(survey.stations.iter().flat_map(|it| it.position).all(f64::is_finite));
+        }
+    }
+
+    #[test]
+    fn no_bytes_do_harm(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
+        for name in ["cave.svx", "cave.3d", "cave.dat", "cave.mak"] {
+            let _ = read(&Memory::default().with(name, bytes.clone()), name);
+        }
+    }
+}

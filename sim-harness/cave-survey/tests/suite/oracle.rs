@@ -1,0 +1,128 @@
+//! Agreement with `cavern` and `dump3d`, of Debian's package `survex`.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use cave_survey::{Folder, Summary, Survey, read};
+
+/// What `cavern` and `dump3d` say of a survey.
+struct Oracle {
+    legs: usize,
+    length_m: f64,
+    loops: usize,
+    nodes: usize,
+    positions: BTreeMap<String, [f64; 3]>,
+    image: PathBuf,
+}
+
+/// Processes the survey; `None` where `cavern` refuses it.
+fn cavern(survey: &Path, folder: &str) -> Option<Oracle> {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("oracle").join(folder);
+    fs::create_dir_all(&folder).unwrap();
+    let image = folder.join("out.3d");
+    let _ = fs::remove_file(&image);
+    let run = Command::new("cavern")
+        .arg("--no-auxiliary-files")
+        .arg("-o")
+        .arg(&image)
+        .arg(survey)
+        .output();
+    let log = String::from_utf8_lossy(&run.expect("cavern of survex runs").stdout).into_owned();
+    if !image.exists() {
+        return None;
+    }
+    let loops = log.lines().find(|line| line.starts_with("There ") && line.contains("loop"))?;
+    let loops = loops.split_whitespace().nth(2)?.parse().ok()?;
+    let dump = Command::new("dump3d").arg("-l").arg(&image).output().unwrap();
+    let dump = String::from_utf8_lossy(&dump.stdout).into_owned();
+    let mut oracle =
+        Oracle { legs: 0, length_m: 0.0, loops, nodes: 0, positions: BTreeMap::new(), image };
+    for line in dump.lines() {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        let number = |n: usize| words[n].parse::<f64>().unwrap();
+        let is_flagged = ["SPLAY", "SURFACE", "DUPLICATE"].iter().any(|flag| words.contains(flag));
+        if words.first() == Some(&"LEG") && !is_flagged {
+            oracle.legs += 1;
+            let side = |n: usize| (number(n) - number(n + 3)).powi(2);
+            oracle.length_m += (side(1) + side(2) + side(3)).sqrt();
+        }
+        if words.first() == Some(&"NODE") {
+            oracle.nodes += 1;
+            let name = words[4].trim_matches(['[', ']']).to_owned();
+            if !name.is_empty() {
+                oracle.positions.insert(name, [number(1), number(2), number(3)]);
+            }
+        }
+    }
+    Some(oracle)
+}
+
+fn agree(survey: &Survey, oracle: &Oracle, name: &str) {
+    let Summary { legs, length_m, stations, .. } = survey.summary();
+    assert_eq!((legs, stations), (oracle.legs, oracle.nodes), "{name}");
+    let slack = 0.01 + 1e-4 * oracle.length_m;
+    assert!((length_m - oracle.length_m).abs() < slack, "{name}: {length_m} {}", oracle.length_m);
+    for (station, there) in &oracle.positions {
+        let here = super::at(survey, station);
+        let off = here.iter().zip(there).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(off < 0.05, "{name}: {station} is {off:.3} m off");
+    }
+}
+
+/// The survey by our reader and by `cavern`, its `.3d` file included.
+fn both(root: &Path, entry: &str) {
+    let name = entry.replace('/', "-");
+    let survey = read(&Folder::new(root).unwrap(), entry);
+    let Some(oracle) = cavern(&root.join(entry), &name) else {
+        assert!(survey.is_err(), "cavern refuses {entry}");
+        return;
+    };
+    let survey = survey.unwrap_or_else(|refusal| panic!("{entry}: {refusal}"));
+    agree(&survey, &oracle, entry);
+    assert_eq!(survey.loops, oracle.loops, "{entry}");
+    let folder = oracle.image.parent().unwrap();
+    agree(&read(&Folder::new(folder).unwrap(), "out.3d").unwrap(), &oracle, entry);
+}
+
+#[test]
+#[ignore = "needs cavern of the package survex; .ci/run test runs it where it is installed"]
+fn cavern_agrees_on_surveys_with_loops_and_every_style() {
+    let root = Path::new(env!("CARGO_TARGET_TMPDIR")).join("oracle-in");
+    fs::create_dir_all(&root).unwrap();
+    for (number, text) in SURVEYS.iter().enumerate() {
+        fs::write(root.join(format!("{number}.svx")), text).unwrap();
+        both(&root, &format!("{number}.svx"));
+    }
+}
+
+/// Surveys of our own, whose loops weigh readings of every kind against each other.
+const SURVEYS: &[&str] = &[
+    "*fix 1 0 0 0\n1 2 10 0 5\n2 3 12 120 -30\n3 1 11.3 240 14\n2 4 5 300 0\n4 3 13.1 135 -20\n4 5 9 10 80\n5 1 12 190 -70\n",
+    "1 2 10 - DOWN\n2 3 12 120 -30\n3 1 19.5 280 50\n*sd tape 0.5 metres\n3 4 7 20 LEVEL\n4 1 15 260 -\n",
+    "*data diving from to tape compass fromdepth todepth\n1 2 14.7 250 -20.7 -22.4\n2 3 9 70 -22.4 -20\n3 1 5.2 75 -20 -20.7\n",
+    "*data cylpolar from to tape compass depthchange\n1 2 10 90 -5\n2 3 10 210 2\n3 1 10.4 330 3.2\n",
+    "*data cartesian from to easting northing altitude\n1 2 10 0 1\n2 3 0 10 1\n*data default\n3 1 14.3 225 -8\n",
+    "*begin a\n*export 1 3\n1 2 10 0 0\n2 3 10 90 0\n3 1 14.5 225 1\n*end a\n*begin b\n*export 1\n1 2 8 45 -45\n*end b\n*equate a.3 b.1\n*equate b.1 x\nx y 3 0 0\n*equate y z\nz a.1 9 250 0\n",
+    "*data normal from to tape compass clino backcompass backclino\n1 2 10 10 5 192 -7\n2 3 10 130 - 311 -2\n3 1 11 255 -3 70 2\n",
+    "*cs UTM30N\n*cs out UTM30N\n*date 1988.04.02\n*declination auto 700000 6000000 100\n*fix 1 700000 6000000 100\n*fix 3 700030 6000030 100 0.5 1\n1 2 20 0 0\n2 3 20 110 0\n3 1 40 240 0\n",
+];
+
+#[test]
+#[ignore = "needs ../shared/data and cavern; .ci/run test runs it where they are there"]
+fn cavern_agrees_on_recorded_caves() {
+    let caves = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/caves");
+    if !caves.exists() {
+        println!("{} is not there: nothing compared", caves.display());
+        return;
+    }
+    for entry in [
+        "dowprov/DowProv.svx",
+        "mietusia_wyznia/Surveys/Jaskinia_Mietusia_Wyznia/mietusia_wyznia.svx",
+        "mietusia_wyznia/GPS/gps_mietusia_wyznia.svx",
+        "fulford/Fulford.dat",
+    ] {
+        both(&caves, entry);
+    }
+}
