@@ -99,14 +99,14 @@ fn cavern_agrees_on_surveys_with_loops_and_every_style() {
 
 /// Surveys of our own, whose loops weigh readings of every kind against each other.
 const SURVEYS: &[&str] = &[
-    "*fix 1 0 0 0\n1 2 10 0 5\n2 3 12 120 -30\n3 1 11.3 240 14\n2 4 5 300 0\n4 3 13.1 135 -20\n4 5 9 10 80\n5 1 12 190 -70\n",
-    "1 2 10 - DOWN\n2 3 12 120 -30\n3 1 19.5 280 50\n*sd tape 0.5 metres\n3 4 7 20 LEVEL\n4 1 15 260 -\n",
-    "*data diving from to tape compass fromdepth todepth\n1 2 14.7 250 -20.7 -22.4\n2 3 9 70 -22.4 -20\n3 1 5.2 75 -20 -20.7\n",
-    "*data cylpolar from to tape compass depthchange\n1 2 10 90 -5\n2 3 10 210 2\n3 1 10.4 330 3.2\n",
+    "*fix 1 0 0 0\n1 2 10.37 6.2 11.1\n2 3 13.11 121.5 -27.2\n3 1 12.48 249.6 18.8\n2 4 3.09 272.5 71.3\n4 3 15.50 118.6 -36.0\n4 5 9.47 27.2 76.1\n5 1 18.40 184.7 -49.1\n3 6 11.48 60.6 25.7\n6 2 19.04 273.3 3.2\n6 5 23.22 278.7 34.2\n",
+    "1 2 10 - DOWN\n2 3 12 120 -30\n3 1 19.2 300 57\n*sd tape 0.5 metres\n3 4 7 20 LEVEL\n2 4 11.7 83 -\n",
+    "*data diving from to tape compass fromdepth todepth\n1 2 14.7 250 -20.7 -22.4\n2 3 9 70 -22.4 -20\n",
+    "*data cylpolar from to tape compass depthchange\n1 2 10 90 -5\n2 3 10 210 2\n3 1 10.1 330 3.1\n",
     "*data cartesian from to easting northing altitude\n1 2 10 0 1\n2 3 0 10 1\n*data default\n3 1 14.3 225 -8\n",
-    "*begin a\n*export 1 3\n1 2 10 0 0\n2 3 10 90 0\n3 1 14.5 225 1\n*end a\n*begin b\n*export 1\n1 2 8 45 -45\n*end b\n*equate a.3 b.1\n*equate b.1 x\nx y 3 0 0\n*equate y z\nz a.1 9 250 0\n",
-    "*data normal from to tape compass clino backcompass backclino\n1 2 10 10 5 192 -7\n2 3 10 130 - 311 -2\n3 1 11 255 -3 70 2\n",
-    "*cs UTM30N\n*cs out UTM30N\n*date 1988.04.02\n*declination auto 700000 6000000 100\n*fix 1 700000 6000000 100\n*fix 3 700030 6000030 100 0.5 1\n1 2 20 0 0\n2 3 20 110 0\n3 1 40 240 0\n",
+    "*begin a\n*export 1 3\n1 2 10 0 0\n2 3 10 90 0\n3 1 14.5 225 1\n*end a\n*begin b\n*export 1\n1 2 8 45 -45\n*end b\n*equate a.3 b.1\n*equate b.1 x\nx y 3 0 0\n*equate y z\nz a.1 16.5 217 0\n",
+    "*data normal from to tape compass clino backcompass backclino\n1 2 10 10 5 192 -7\n2 3 10 130 - 311 -2\n3 1 10.2 251 -3 72 2\n",
+    "*cs UTM30N\n*cs out UTM30N\n*date 1988.04.02\n*declination auto 700000 6000000 100\n*fix 1 700000 6000000 100\n*fix 3 700030 6000030 100 0.5 1\n1 2 20 8 0\n2 3 31.5 79 0\n3 1 42.6 233 0\n",
 ];
 
 #[test]
