@@ -1,13 +1,13 @@
 //! `uchain map`: surveys of caves.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use cave_survey::{Files, Folder, Refusal, Survey};
+use cave_survey::Survey;
 use clap::{Args, Subcommand};
 use serde_json::json;
 
 use super::{Trouble, Verdict, complain, put};
-use crate::input_error::InputError;
+use crate::world::import::open;
 
 /// Look at cave surveys.
 #[derive(Args)]
@@ -22,22 +22,15 @@ enum MapVerb {
     Info(InfoArgs),
 }
 
-/// The options that name a survey.
-#[derive(Args)]
-pub(super) struct SurveyArgs {
-    /// Read the files that the survey includes from this folder and those below it; where left
-    /// out, from the survey's own folder
-    #[arg(long, value_name = "DIR")]
-    within: Option<PathBuf>,
-}
-
 #[derive(Args)]
 struct InfoArgs {
     /// The survey: Survex (.svx, .3d) or Compass (.dat, .mak)
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    #[command(flatten)]
-    survey: SurveyArgs,
+    /// Read the files that the survey includes from this folder and those below it; where left
+    /// out, from the survey's own folder
+    #[arg(long, value_name = "DIR")]
+    within: Option<PathBuf>,
     /// Print no table; errors still go to standard error
     #[arg(long)]
     quiet: bool,
@@ -52,75 +45,8 @@ pub(super) fn run(args: &MapArgs) -> Result<Verdict, Trouble> {
     }
 }
 
-impl SurveyArgs {
-    /// Reads the survey `file`.
-    pub(super) fn open(&self, file: &Path) -> Result<Survey, InputError> {
-        let lost = |error: std::io::Error| {
-            InputError::new(format!("cannot be read: {error}"), "give a survey file").in_file(file)
-        };
-        let real = file.canonicalize().map_err(lost)?;
-        let beside = file.parent().filter(|folder| !folder.as_os_str().is_empty());
-        let root = self.within.as_deref().or(beside).unwrap_or(Path::new("."));
-        let unusable = |error: std::io::Error| {
-            let wrong = format!("the folder cannot be read: {error}");
-            InputError::new(wrong, "give another to --within").in_file(root)
-        };
-        let folder = Folder::new(root).map_err(unusable)?;
-        let whole = root.canonicalize().map_err(unusable)?;
-        // A file that is named on the command line is read wherever a link leads.
-        let entry = real.strip_prefix(&whole).ok().and_then(Path::to_str);
-        match entry {
-            Some(entry) => read(&folder, &entry.replace('\\', "/")),
-            None if self.within.is_none() => {
-                let name = file.file_name().and_then(|name| name.to_str()).unwrap_or_default();
-                let bytes = std::fs::read(&real).map_err(lost)?;
-                read(&Named { folder, name, path: file, bytes }, name)
-            }
-            None => Err(InputError::new(
-                format!("it does not lie within {}", root.display()),
-                "give the folder that holds all of the survey to --within",
-            )
-            .in_file(file)),
-        }
-    }
-}
-
-fn read(files: &dyn Files, entry: &str) -> Result<Survey, InputError> {
-    cave_survey::read(files, entry).map_err(refused)
-}
-
-/// A file of the command line, and the folder of what it includes.
-struct Named<'a> {
-    folder: Folder,
-    name: &'a str,
-    path: &'a Path,
-    bytes: Vec<u8>,
-}
-
-impl Files for Named<'_> {
-    fn open(&self, path: &str) -> Result<cave_survey::Opened, cave_survey::FileError> {
-        if path == self.name {
-            let path = self.path.to_string_lossy().into_owned();
-            return Ok(cave_survey::Opened { path, bytes: self.bytes.clone() });
-        }
-        self.folder.open(path)
-    }
-}
-
-/// The error of a survey that cannot be used.
-fn refused(refusal: Refusal) -> InputError {
-    let error = InputError::new(refusal.wrong, refusal.remedy);
-    match refusal.place {
-        Some(place) if place.line > 0 => {
-            error.at_line(Path::new(&*place.file), place.line as usize)
-        }
-        Some(place) => error.in_file(Path::new(&*place.file)),
-        None => error,
-    }
-}
-
 fn info(args: &InfoArgs) -> Result<Verdict, Trouble> {
-    let survey = args.survey.open(&args.file)?;
+    let survey = open(&args.file, args.within.as_deref())?;
     if args.json {
         put(&format!("{:#}\n", figures(&survey)))?;
     } else if !args.quiet {

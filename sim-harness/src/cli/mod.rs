@@ -339,7 +339,15 @@ fn scenario(
     policy: Option<&str>,
     fidelity: Option<FidelityArg>,
 ) -> Result<Scenario, InputError> {
-    let mut scenario = Scenario::open(name)?;
+    adapted(Scenario::open(name)?, policy, fidelity)
+}
+
+/// The scenario, with another policy and another fidelity where they were asked for.
+fn adapted(
+    mut scenario: Scenario,
+    policy: Option<&str>,
+    fidelity: Option<FidelityArg>,
+) -> Result<Scenario, InputError> {
     if let Some(asked) = fidelity {
         scenario.fidelity = asked.fidelity()?;
     }

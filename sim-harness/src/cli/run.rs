@@ -4,21 +4,24 @@ mod failures;
 mod summary;
 mod table;
 
+use std::path::PathBuf;
+
 use agent::State;
 use clap::Args;
 
 use super::emulated::{Aftermath, Fleet};
 use super::progress::Progress;
 use super::{
-    Common, FidelityArg, LinkArg, Trouble, Verdict, VirtualArgs, builtin_scenarios, complain,
-    interrupt, scenario, with_link,
+    Common, FidelityArg, LinkArg, Trouble, Verdict, VirtualArgs, adapted, builtin_scenarios,
+    complain, interrupt, with_link,
 };
 use crate::input_error::InputError;
 use crate::measure::metrics::{Reference, RunMetrics, Watch};
 use crate::measure::trace::{Node, Trace};
 use crate::mission::{Mission, ROUND_US, World};
 use crate::output;
-use crate::scenario::{Fidelity, Scenario, builtin};
+use crate::scenario::{Changes, Fidelity, Scenario, builtin};
+use crate::world::import::{Ends, MapChoice};
 
 use failures::failures;
 pub(super) use summary::metrics_json;
@@ -28,9 +31,14 @@ use table::table;
 #[derive(Args)]
 #[command(after_help = builtin_scenarios())]
 pub(super) struct RunArgs {
-    /// Name of a built-in scenario (listed below), or a scenario file
-    #[arg(default_value = builtin::DEMONSTRATION)]
-    scenario: String,
+    /// Name of a built-in scenario (listed below), or a scenario file; where left out, the
+    /// demonstration, or with --map a chain along the map's route
+    scenario: Option<String>,
+    #[command(flatten)]
+    map: MapArgs,
+    /// Number of relays, instead of the scenario's
+    #[arg(long, allow_negative_numbers = true, value_name = "N")]
+    relays: Option<usize>,
     /// Movement policy, instead of the scenario's: t0, t5, k, authors, k-tuned or chain
     #[arg(long, value_name = "NAME")]
     policy: Option<String>,
@@ -59,7 +67,44 @@ pub(super) struct RunArgs {
     common: Common,
 }
 
+/// The options that put a mission into a surveyed cave.
+#[derive(Args)]
+struct MapArgs {
+    /// Survey of a cave, Survex or Compass: fly along a route of it instead of in the scenario's
+    /// tunnel
+    #[arg(long, value_name = "FILE")]
+    map: Option<PathBuf>,
+    /// Station of the survey at which the base stands; where left out, the route is the longest
+    /// that can be flown
+    #[arg(long, value_name = "STATION", requires = "map")]
+    from: Option<String>,
+    /// Station of the survey at which the route ends
+    #[arg(long, value_name = "STATION", requires = "map")]
+    to: Option<String>,
+    /// Read the files that the survey includes from this folder and those below it; where left
+    /// out, from the survey's own folder
+    #[arg(long, value_name = "DIR", requires = "map")]
+    within: Option<PathBuf>,
+}
+
 impl RunArgs {
+    /// The scenario, with the map and the number of relays that were asked for.
+    fn open(&self) -> Result<Scenario, InputError> {
+        let MapArgs { map, from, to, within } = &self.map;
+        let map = map.as_ref().map(|file| MapChoice {
+            file: file.clone(),
+            within: within.clone(),
+            ends: Ends { from: from.clone(), to: to.clone() },
+        });
+        match (&self.scenario, map) {
+            (None, Some(map)) => Scenario::of_map(map, self.relays),
+            (name, map) => {
+                let name = name.as_deref().unwrap_or(builtin::DEMONSTRATION);
+                Scenario::open_with(name, &Changes { map, relays: self.relays })
+            }
+        }
+    }
+
     /// The virtual drones of the mission, if it has any.
     fn fleet(&self, scenario: &Scenario) -> Result<Option<Fleet>, InputError> {
         if scenario.fidelity == Fidelity::Virtual {
@@ -76,13 +121,13 @@ impl RunArgs {
 
 pub(super) fn run(args: &RunArgs) -> Result<Verdict, Trouble> {
     if args.show {
-        return show(&args.scenario);
+        return show(args.scenario.as_deref().unwrap_or(builtin::DEMONSTRATION));
     }
     if args.vehicle.is_some() {
         let wrong = "--vehicle is now a part of --fidelity";
         return Err(InputError::new(wrong, "give --fidelity virtual, or flight").into());
     }
-    let scenario = scenario(&args.scenario, args.policy.as_deref(), args.fidelity)?;
+    let scenario = adapted(args.open()?, args.policy.as_deref(), args.fidelity)?;
     let scenario = with_link(scenario, args.link)?;
     let fleet = args.fleet(&scenario)?;
     interrupt::ends();

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use serde::Deserialize;
 
 use super::reader::{At, Reader};
-use super::{Fidelity, LinkModel, Scenario};
+use super::{Changes, Fidelity, LinkModel, Scenario};
 use crate::bodies::craft::GroundTable;
 use crate::bodies::point::VehicleTable;
 use crate::input_error::InputError;
@@ -52,9 +52,24 @@ struct File {
 
 /// Reads and checks the text of the scenario file at `path`.
 pub(super) fn parse(path: &Path, text: &str) -> Result<Scenario, InputError> {
+    parse_with(path, text, &Changes::default())
+}
+
+/// Reads and checks the text of the scenario file at `path`, with these changes.
+pub(super) fn parse_with(
+    path: &Path,
+    text: &str,
+    changes: &Changes,
+) -> Result<Scenario, InputError> {
     let reader = Reader::new(path, text);
-    let file: File = toml::from_str(text).map_err(|error| reader.syntax(&error))?;
-    let tunnel = TunnelTable::dig(&file.tunnel, &reader)?;
+    let mut file: File = toml::from_str(text).map_err(|error| reader.syntax(&error))?;
+    if let Some(relays) = changes.relays {
+        file.drones.as_mut().change_relays(relays);
+    }
+    let (tunnel, route) = match &changes.map {
+        Some(map) => map.dig().map(|(tunnel, route)| (tunnel, Some(route)))?,
+        None => TunnelTable::dig(&file.tunnel, &reader)?,
+    };
     let drones = DronesTable::read(&file.drones, &tunnel, &reader)?;
     let vehicle = file.vehicle.read(&reader)?;
     let radio = file.radio.read(&reader)?;
@@ -70,6 +85,7 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Scenario, InputError> {
         fidelity,
         link: link(file.link.as_ref(), fidelity, &reader)?,
         tunnel: Arc::new(tunnel),
+        route: route.map(Arc::new),
         radio,
         vehicle,
         ground: file.ground.read(&reader)?,

@@ -25,6 +25,7 @@ pub use crate::mission::{Drones, Loss, LossKind, PilotStep, Start};
 use crate::suggest;
 pub use crate::world::Spot;
 use crate::world::Tunnel;
+use crate::world::import::{MapChoice, Route};
 
 /// The fidelity of a simulated drone, from the fastest to the most faithful.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -111,6 +112,8 @@ pub struct Scenario {
     pub link: LinkModel,
     /// The walls and the skeleton, made when the scenario was read.
     pub tunnel: Arc<Tunnel>,
+    /// The surveyed route that the tunnel is, if it is one.
+    pub route: Option<Arc<Route>>,
     /// The channel and the radios.
     pub radio: RadioSpec,
     /// The bodies.
@@ -142,21 +145,59 @@ pub struct Stretch {
     pub until_us: u64,
 }
 
+/// What a command line changes of a scenario while it is read.
+#[derive(Clone, Debug, Default)]
+pub struct Changes {
+    /// A survey, and a route in it, in place of the tunnel.
+    pub map: Option<MapChoice>,
+    /// Another number of relays.
+    pub relays: Option<usize>,
+}
+
 impl Scenario {
+    /// The scenario for a map where none is named.
+    ///
+    /// # Errors
+    /// [`InputError`] where the survey cannot be used.
+    pub fn of_map(map: MapChoice, relays: Option<usize>) -> Result<Self, InputError> {
+        let name = map.file.with_extension("toml");
+        let changes = Changes { map: Some(map), relays };
+        file::parse_with(&name, include_str!("map.toml"), &changes)
+    }
+
+    /// The built-in scenario of that name, or the file at that path, with changes.
+    ///
+    /// # Errors
+    /// [`InputError`] where it is neither, or the file or the changes are wrong.
+    pub fn open_with(name_or_path: &str, changes: &Changes) -> Result<Self, InputError> {
+        if changes.map.is_none() && changes.relays.is_none() {
+            return Self::open(name_or_path);
+        }
+        let path = Path::new(name_or_path);
+        match builtin::text(name_or_path) {
+            Some(text) => file::parse_with(&path.with_extension("toml"), text, changes),
+            None if path.exists() => file::parse_with(path, &Self::text(path)?, changes),
+            None => Self::open(name_or_path),
+        }
+    }
+
     /// Reads and checks a scenario file.
     ///
     /// # Errors
     /// [`InputError`] with file and line, for the first mistake in the file.
     pub fn read(path: &Path) -> Result<Self, InputError> {
-        let text = std::fs::read_to_string(path).map_err(|error| match error.kind() {
+        file::parse(path, &Self::text(path)?)
+    }
+
+    fn text(path: &Path) -> Result<String, InputError> {
+        std::fs::read_to_string(path).map_err(|error| match error.kind() {
             std::io::ErrorKind::InvalidData => {
                 InputError::new("this is not text in UTF-8", "give a TOML file, saved as UTF-8")
                     .in_file(path)
             }
             _ => InputError::new(format!("cannot be read: {error}"), "give a TOML file")
                 .in_file(path),
-        })?;
-        Self::of_text(path, &text)
+        })
     }
 
     /// Checks the text of a scenario whose errors name this path.

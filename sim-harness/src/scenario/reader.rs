@@ -2,7 +2,7 @@
 //! ranges, and with error messages that say what is wrong, where, and how to correct it.
 
 use std::ops::RangeInclusive;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 use toml::Spanned;
@@ -54,6 +54,11 @@ pub(crate) struct Reader<'a> {
 impl<'a> Reader<'a> {
     pub(super) const fn new(path: &'a Path, text: &'a str) -> Self {
         Self { path, text }
+    }
+
+    /// The path that a file names, beside the scenario's own.
+    pub(crate) fn beside(&self, name: &str) -> PathBuf {
+        self.path.parent().map_or_else(|| PathBuf::from(name), |folder| folder.join(name))
     }
 
     /// An error at a byte of the file.

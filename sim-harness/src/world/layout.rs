@@ -125,9 +125,14 @@ pub fn outlines(layout: &Layout) -> Result<Vec<Vec<Point2>>, GeometryError> {
     for room in &layout.rooms {
         pieces.push(room_piece(room)?);
     }
-    let union = FloatOverlay::with_subj_custom(&pieces, OverlayOptions::ogc(), Default::default())
+    Ok(united(&pieces))
+}
+
+/// The outlines of the union of pieces.
+fn united(pieces: &[Piece]) -> Vec<Vec<Point2>> {
+    let union = FloatOverlay::with_subj_custom(pieces, OverlayOptions::ogc(), Default::default())
         .overlay(OverlayRule::Subject, FillRule::Positive);
-    Ok(union.iter().flatten().map(|ring| rounded(ring)).filter(|ring| ring.len() >= 3).collect())
+    union.iter().flatten().map(|ring| rounded(ring)).filter(|ring| ring.len() >= 3).collect()
 }
 
 /// The ring in the precision of everything else, without points that fall together there.
@@ -135,6 +140,65 @@ fn rounded(ring: &[[f64; 2]]) -> Vec<Point2> {
     let mut points: Vec<_> = ring.iter().map(|&[x, y]| Point2::new(x as f32, y as f32)).collect();
     points.dedup();
     points
+}
+
+/// A surveyed passage: it is as wide at each station as was measured there.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Passage {
+    /// The middle of the passage at each station, and half of its width there, m.
+    pub stations: Vec<(Point2, f32)>,
+}
+
+/// The outlines of the free space of surveyed passages: between two stations the walls are straight,
+/// and at each station they go round it, so that any bend has walls.
+///
+/// # Errors
+/// [`GeometryError`] where a number is none that walls can be drawn from.
+pub fn passage_outlines(passages: &[Passage]) -> Result<Vec<Vec<Point2>>, GeometryError> {
+    let mut pieces = Vec::new();
+    for Passage { stations } in passages {
+        sound(stations.iter().flat_map(|(at, half)| [&at.x, &at.y, half]))?;
+        if stations.iter().any(|(_, half)| 2.0 * half < LEAST_WIDTH) {
+            return Err(GeometryError::TooNarrow);
+        }
+        pieces.extend(stations.iter().map(|&(at, half)| round(at, half)));
+        pieces.extend(stations.windows(2).filter_map(|pair| between(pair[0], pair[1])));
+    }
+    Ok(united(&pieces))
+}
+
+/// A dodecagon around a point.
+fn round(at: Point2, half: f32) -> Piece {
+    let (x, y, r) = (f64::from(at.x), f64::from(at.y), f64::from(half));
+    let (long, short) = (r * 0.75f64.sqrt(), r * 0.5);
+    let quarter = [[r, 0.0], [long, short], [short, long]];
+    let turned = |turns: usize| {
+        quarter.map(|[a, b]| match turns {
+            0 => [x + a, y + b],
+            1 => [x - b, y + a],
+            2 => [x - a, y - b],
+            _ => [x + b, y - a],
+        })
+    };
+    (0..4).flat_map(turned).collect()
+}
+
+/// The quadrilateral between two stations.
+fn between((a, half_a): (Point2, f32), (b, half_b): (Point2, f32)) -> Option<Piece> {
+    let [ax, ay, bx, by] = [a.x, a.y, b.x, b.y].map(f64::from);
+    let (dx, dy) = (bx - ax, by - ay);
+    let length = (dx * dx + dy * dy).sqrt();
+    if length < 1e-6 {
+        return None;
+    }
+    let (nx, ny) = (-dy / length, dx / length);
+    let [p, q] = [half_a, half_b].map(f64::from);
+    Some(vec![
+        [ax - nx * p, ay - ny * p],
+        [bx - nx * q, by - ny * q],
+        [bx + nx * q, by + ny * q],
+        [ax + nx * p, ay + ny * p],
+    ])
 }
 
 /// Corners of a piece of free space, counter-clockwise.

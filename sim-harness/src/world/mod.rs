@@ -4,6 +4,7 @@
 //! The [`Skeleton`], the graph of centre-lines, gives its position along the tunnel and its
 //! distance from another place by the shortest way.
 
+pub mod import;
 pub mod layout;
 mod optimum;
 mod polyline;
@@ -17,6 +18,7 @@ use std::sync::Arc;
 
 use units::Point2;
 
+pub use layout::GeometryError;
 pub use optimum::{Optimum, best_chain, best_chains};
 pub use polyline::Polyline;
 pub(crate) use radio::{AntennaTable, FadingTable, ModelTable, ShadowingTable};

@@ -7,6 +7,7 @@ use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{MapAccess, SeqAccess, Visitor};
 use units::Point2;
 
+use super::import::{Ends, MapChoice, Route};
 use super::layout::{GeometryError, LEAST_WIDTH, Layout, Room};
 use super::{Gallery, Polyline, SkeletonPlace, Spot, Tunnel};
 use crate::input_error::InputError;
@@ -16,7 +17,11 @@ use crate::scenario::reader::{At, Pair, Reader};
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct TunnelTable {
-    width_m: At<f32>,
+    map: Option<At<String>>,
+    within: Option<String>,
+    from: Option<String>,
+    to: Option<String>,
+    width_m: Option<At<f32>>,
     centre_line_m: Option<At<Vec<Pair>>>,
     winding: Option<At<WindingTable>>,
     #[serde(default)]
@@ -109,10 +114,55 @@ impl<'de> Visitor<'de> for PlaceVisitor {
 }
 
 impl TunnelTable {
-    /// Checks the section and makes the tunnel.
-    pub(crate) fn dig(tunnel: &At<Self>, reader: &Reader<'_>) -> Result<Tunnel, InputError> {
+    /// Checks the section and makes the tunnel; with it comes the route, where it is a surveyed one.
+    pub(crate) fn dig(
+        tunnel: &At<Self>,
+        reader: &Reader<'_>,
+    ) -> Result<(Tunnel, Option<Route>), InputError> {
+        match &tunnel.as_ref().map {
+            Some(map) => Self::survey(tunnel, map, reader),
+            None => Ok((Self::draw(tunnel, reader)?, None)),
+        }
+    }
+
+    /// The tunnel of a survey, whose path is relative to the scenario's file.
+    fn survey(
+        tunnel: &At<Self>,
+        map: &At<String>,
+        reader: &Reader<'_>,
+    ) -> Result<(Tunnel, Option<Route>), InputError> {
         let table = tunnel.as_ref();
-        let width = reader.number(&table.width_m, "width_m", LEAST_WIDTH..=50.0)?;
+        let is_drawn = table.width_m.is_some()
+            || table.centre_line_m.is_some()
+            || table.winding.is_some()
+            || !table.branch.is_empty()
+            || !table.room.is_empty();
+        if is_drawn {
+            let wrong = "the tunnel has a map and something drawn beside it".into();
+            return Err(reader.wrong(map, wrong, "keep only map, within, from and to"));
+        }
+        let choice = MapChoice {
+            file: reader.beside(map.as_ref()),
+            within: table.within.as_deref().map(|within| reader.beside(within)),
+            ends: Ends { from: table.from.clone(), to: table.to.clone() },
+        };
+        choice.dig().map(|(tunnel, route)| (tunnel, Some(route)))
+    }
+
+    /// The tunnel that the section draws.
+    fn draw(tunnel: &At<Self>, reader: &Reader<'_>) -> Result<Tunnel, InputError> {
+        let table = tunnel.as_ref();
+        let beyond: Option<&str> =
+            table.within.as_deref().or(table.from.as_deref()).or(table.to.as_deref());
+        if beyond.is_some() {
+            let wrong = "within, from and to belong to a map".into();
+            return Err(reader.wrong(tunnel, wrong, "remove them, or give map"));
+        }
+        let Some(width) = &table.width_m else {
+            let wrong = "missing key `width_m`".into();
+            return Err(reader.wrong(tunnel, wrong, "give it, or a map"));
+        };
+        let width = reader.number(width, "width_m", LEAST_WIDTH..=50.0)?;
         let centre_line = match (&table.centre_line_m, &table.winding) {
             (Some(pairs), None) => points(pairs.as_ref()),
             (None, Some(table)) => winding(table.as_ref(), reader)?,

@@ -4,9 +4,9 @@
 use radio_model::Obstruction;
 use units::{Metres, Point2};
 
-use super::Skeleton;
-use super::layout::{GeometryError, Layout, outlines};
+use super::layout::{GeometryError, Layout, Passage, outlines, passage_outlines};
 use super::wall_index::WallIndex;
+use super::{Gallery, Skeleton};
 use crate::measure::trace::{CentreLine, FloorPlan};
 
 /// A tunnel, made from a floor plan.
@@ -24,14 +24,25 @@ impl Tunnel {
     /// # Errors
     /// [`GeometryError`] where the layout has no walls that could be built.
     pub fn dig(layout: &Layout) -> Result<Self, GeometryError> {
-        let outlines = outlines(layout)?;
+        Ok(Self::within(outlines(layout)?, &layout.galleries))
+    }
+
+    /// Makes the tunnel of surveyed passages; the galleries are their centre-lines.
+    ///
+    /// # Errors
+    /// [`GeometryError`] where the passages have no walls that could be built.
+    pub fn surveyed(galleries: &[Gallery], passages: &[Passage]) -> Result<Self, GeometryError> {
+        Ok(Self::within(passage_outlines(passages)?, galleries))
+    }
+
+    fn within(outlines: Vec<Vec<Point2>>, galleries: &[Gallery]) -> Self {
         let mut edges = Vec::new();
         for ring in &outlines {
             let next = ring.iter().cycle().skip(1);
             edges.extend(ring.iter().zip(next).map(|(&a, &b)| [a, b]));
         }
         let walls = WallIndex::new(&edges);
-        Ok(Self { outlines, skeleton: Skeleton::of(&layout.galleries), edges, walls })
+        Self { outlines, skeleton: Skeleton::of(galleries), edges, walls }
     }
 
     /// The graph of centre-lines.

@@ -9,6 +9,7 @@ use crate::measure::metrics::{HoldMetrics, RunMetrics};
 use crate::measure::trace::Trace;
 use crate::mission::RadioMetrics;
 use crate::scenario::Scenario;
+use crate::world::import::Route;
 
 /// The summary of one mission.
 pub(super) fn summary(
@@ -41,6 +42,9 @@ pub(super) fn summary(
         "drones": drones,
     });
     if let Some(summary) = summary.as_object_mut() {
+        if let Some(route) = &scenario.route {
+            summary.insert("route".into(), route_json(route));
+        }
         if !criteria.is_empty() {
             summary.insert("criteria".into(), Value::Object(criteria));
         }
@@ -49,6 +53,22 @@ pub(super) fn summary(
         }
     }
     summary
+}
+
+/// The surveyed route that was flown.
+fn route_json(route: &Route) -> Value {
+    let millimetres = |metres: f64| (metres * 1000.0).round() / 1000.0;
+    let hindrances: Vec<_> = route.hindrances.iter().map(ToString::to_string).collect();
+    json!({
+        "from": route.from,
+        "to": route.to,
+        "length_m": millimetres(route.length_m),
+        "height_range_m": millimetres(route.height_range_m),
+        "stations": route.stations,
+        "assumed_widths": route.assumed_widths,
+        "is_cut": route.is_cut,
+        "hindrances": hindrances,
+    })
 }
 
 /// The figures of the radio.

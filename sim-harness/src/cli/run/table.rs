@@ -6,6 +6,30 @@ use super::last_states;
 use crate::measure::metrics::RunMetrics;
 use crate::measure::trace::Trace;
 use crate::scenario::Scenario;
+use crate::world::import::Route;
+
+/// The most hindrances that are listed.
+const MOST_LISTED: usize = 5;
+
+/// The surveyed route, and why it leads no farther.
+fn route_lines(text: &mut String, route: &Route) {
+    let Route { from, to, length_m, stations, assumed_widths, .. } = route;
+    let _ = writeln!(text, "  route                 {from} to {to}, {length_m:.1} m");
+    let _ = writeln!(
+        text,
+        "  passage widths        {} measured, {assumed_widths} assumed",
+        stations - assumed_widths
+    );
+    for hindrance in route.hindrances.iter().take(MOST_LISTED) {
+        let _ = writeln!(text, "  not flown             {hindrance}");
+    }
+    match route.hindrances.len().saturating_sub(MOST_LISTED) {
+        0 => {}
+        more => {
+            let _ = writeln!(text, "  not flown             {more} legs more");
+        }
+    }
+}
 
 /// The table of one mission.
 pub(super) fn table(
@@ -28,6 +52,9 @@ pub(super) fn table(
         scenario.policy,
         m.farthest_m
     );
+    if let Some(route) = &scenario.route {
+        route_lines(&mut text, route);
+    }
     if m.launched.is_finite() {
         let _ = writeln!(
             text,

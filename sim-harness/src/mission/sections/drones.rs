@@ -100,6 +100,11 @@ struct Crew {
 pub(crate) const MOST_DRONES: usize = chain::neighbours::MAX_NEIGHBOURS;
 
 impl DronesTable {
+    /// Takes another number of relays than the file's.
+    pub(crate) fn change_relays(&mut self, relays: usize) {
+        *self.relays.get_mut() = relays;
+    }
+
     /// Checks the section.
     pub(crate) fn read(
         drones: &At<Self>,

@@ -1,0 +1,72 @@
+//! Opens surveys on disk.
+
+use std::path::{Path, PathBuf};
+
+use cave_survey::{FileError, Files, Folder, Opened, Refusal, Survey};
+
+use crate::input_error::InputError;
+
+/// Reads the survey `file`, and what it includes from the folder `within` and those below it; where
+/// there is none, from the survey's own folder.
+///
+/// # Errors
+/// [`InputError`] where the survey cannot be used.
+pub fn open(file: &Path, within: Option<&Path>) -> Result<Survey, InputError> {
+    let lost = |error: std::io::Error| {
+        InputError::new(format!("cannot be read: {error}"), "give a survey file").in_file(file)
+    };
+    let real = file.canonicalize().map_err(lost)?;
+    let beside = file.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let root = within.or(beside).unwrap_or(Path::new("."));
+    let unusable = |error: std::io::Error| {
+        let wrong = format!("the folder cannot be read: {error}");
+        InputError::new(wrong, "give the folder that holds all of the survey").in_file(root)
+    };
+    let folder = Folder::new(root).map_err(unusable)?;
+    let whole = root.canonicalize().map_err(unusable)?;
+    if let Some(entry) = real.strip_prefix(&whole).ok().and_then(Path::to_str) {
+        return cave_survey::read(&folder, &entry.replace('\\', "/")).map_err(refused);
+    }
+    if within.is_some() {
+        let wrong = format!("it does not lie within {}", root.display());
+        let remedy = "give the folder that holds all of the survey";
+        return Err(InputError::new(wrong, remedy).in_file(file));
+    }
+    // A file that the user names is read wherever a link leads.
+    let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let named = Named { folder, name, path: file.to_owned(), real };
+    cave_survey::read(&named, &named.name).map_err(refused)
+}
+
+/// A file that the user names, and the folder of what it includes.
+struct Named {
+    folder: Folder,
+    name: String,
+    path: PathBuf,
+    real: PathBuf,
+}
+
+impl Files for Named {
+    fn open(&self, path: &str) -> Result<Opened, FileError> {
+        if path != self.name {
+            return self.folder.open(path);
+        }
+        let bytes =
+            std::fs::read(&self.real).map_err(|it| FileError::Unreadable(it.to_string()))?;
+        Ok(Opened { path: self.path.to_string_lossy().into_owned(), bytes })
+    }
+}
+
+/// The error of a survey that cannot be used.
+fn refused(refusal: Refusal) -> InputError {
+    let error = InputError::new(refusal.wrong, refusal.remedy);
+    match refusal.place {
+        Some(place) => {
+            let column =
+                if place.column > 0 { format!(":{}", place.column) } else { String::new() };
+            let line = if place.line > 0 { format!(":{}", place.line) } else { String::new() };
+            error.in_file(Path::new(&format!("{}{line}{column}", place.file)))
+        }
+        None => error,
+    }
+}
