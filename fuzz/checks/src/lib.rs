@@ -1,4 +1,4 @@
-//! Properties that must hold for any bytes that a drone receives or reads. Each module has one
+//! Properties that must hold for any bytes that a drone or the simulator receives or reads. Each module has one
 //! function `check`, which panics where its property does not hold: the fuzz targets call it with
 //! the bytes of libFuzzer, and `tests/corpus.rs` with those that it has found so far.
 //!
@@ -11,6 +11,7 @@
 //! | [`airlink`] | a script of what happens to two nodes that talk by radio |
 //! | [`crtp`] | packets of ground stations |
 //! | [`replay`] | requests of a replay, from a debug probe |
+//! | [`surveys`] | files of cave surveys; it has a function for each format |
 
 pub mod airlink;
 pub mod capsule;
@@ -18,4 +19,5 @@ pub mod crtp;
 pub mod p2p;
 pub mod replay;
 pub mod storage;
+pub mod surveys;
 pub mod syslink;

@@ -8,13 +8,17 @@ use std::path::{Path, PathBuf};
 type Target = (&'static str, fn(&[u8]));
 
 const TARGETS: [Target; 7] = [
+const TARGETS: [Target; 9] = [
     ("airlink", fuzz_checks::airlink::check),
     ("capsule", fuzz_checks::capsule::check),
+    ("compass", fuzz_checks::surveys::compass),
     ("crtp", fuzz_checks::crtp::check),
     ("p2p", fuzz_checks::p2p::check),
     ("replay", fuzz_checks::replay::check),
     ("storage", fuzz_checks::storage::check),
+    ("survex", fuzz_checks::surveys::survex),
     ("syslink", fuzz_checks::syslink::check),
+    ("three_d", fuzz_checks::surveys::three_d),
 ];
 
 fn in_fuzz(folder: &str) -> PathBuf {
@@ -73,6 +77,13 @@ fn no_contents_of_the_eeprom_do_harm() {
 #[test]
 fn no_packets_on_the_link_give_an_event_that_was_not_sealed() {
     feed("airlink");
+}
+
+#[test]
+fn no_cave_survey_does_harm() {
+    for target in ["compass", "survex", "three_d"] {
+        feed(target);
+    }
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! The simulator and its command, each part by itself.
 
+mod cave;
 mod cli;
 mod craft;
 mod faults;
