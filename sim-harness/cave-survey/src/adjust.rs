@@ -65,7 +65,10 @@ impl Draft {
         let mut network = self.network(&points, count);
         self.place_fixes(&mut network, &points)?;
         self.require_connection(&network, &points)?;
-        let positions = positions(&network);
+        let Some(positions) = positions(&network) else {
+            let wrong = "its loops are too many, and too entangled, to adjust together";
+            return Err(self.wrong(Source::default(), wrong, "give a part of it"));
+        };
         let (loops, worst) = self.loops(&network, joined, &points);
         Ok(self.finish(&points, &positions, loops, worst))
     }

@@ -18,7 +18,8 @@ struct Traverse {
 }
 
 /// The positions of all points; of those that nothing joins, the origin.
-pub(crate) fn positions(network: &Network) -> Vec<Vector> {
+/// `None` where there are too many loops to solve for.
+pub(crate) fn positions(network: &Network) -> Option<Vec<Vector>> {
     let mut degree: Vec<usize> = network.at.iter().map(Vec::len).collect();
     let mut gone = vec![false; network.links.len()];
     // Links to itself, which two equated stations can have, place nothing.
@@ -32,7 +33,7 @@ pub(crate) fn positions(network: &Network) -> Vec<Vector> {
     let is_anchor = |point: usize| network.fixed[point].is_some() || degree[point] > 2;
     let traverses = traverses(network, &mut gone, is_anchor);
     let mut found: Vec<Option<Vector>> = network.fixed.clone();
-    solve(&traverses, &mut found);
+    solve(&traverses, &mut found)?;
     for traverse in &traverses {
         spread(network, traverse, &mut found);
     }
@@ -40,7 +41,7 @@ pub(crate) fn positions(network: &Network) -> Vec<Vector> {
         let from = found[stem].unwrap_or_default();
         found[leaf] = Some(matrix::add(from, network.links[link].vector_from(stem)));
     }
-    found.into_iter().map(Option::unwrap_or_default).collect()
+    Some(found.into_iter().map(Option::unwrap_or_default).collect())
 }
 
 /// Takes branches off from their ends; returns their links, each with its outer and inner point.
@@ -99,7 +100,7 @@ fn traverses(
 }
 
 /// Gives the anchors that are not fixed their positions.
-fn solve(traverses: &[Traverse], found: &mut [Option<Vector>]) {
+fn solve(traverses: &[Traverse], found: &mut [Option<Vector>]) -> Option<()> {
     let mut numbers = vec![None; found.len()];
     let mut unknown = Vec::new();
     for &end in traverses.iter().flat_map(|traverse| &traverse.ends) {
@@ -121,9 +122,10 @@ fn solve(traverses: &[Traverse], found: &mut [Option<Vector>]) {
         };
         equations.observe(end(0), end(1), traverse.vector, &weight);
     }
-    for (point, at) in unknown.into_iter().zip(equations.solve()) {
+    for (point, at) in unknown.into_iter().zip(equations.solve()?) {
         found[point] = Some(matrix::add(at, origin));
     }
+    Some(())
 }
 
 /// Places the points of a traverse between its ends, its misclosure shared by covariances.

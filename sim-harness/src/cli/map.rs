@@ -6,7 +6,8 @@ use cave_survey::Survey;
 use clap::{Args, Subcommand};
 use serde_json::json;
 
-use super::{Trouble, Verdict, complain, put};
+use super::{Trouble, Verdict, complain, interrupt, put};
+use crate::output::{self, Folder};
 use crate::world::import::open;
 
 /// Look at cave surveys.
@@ -20,6 +21,25 @@ pub(super) struct MapArgs {
 enum MapVerb {
     /// Print the figures of a survey: legs, length, stations, loops and how well they close
     Info(InfoArgs),
+    /// Write the stations of a survey with their positions, its legs and its passages as tables
+    Convert(ConvertArgs),
+}
+
+#[derive(Args)]
+struct ConvertArgs {
+    /// The survey: Survex (.svx, .3d) or Compass (.dat, .mak)
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+    /// Read the files that the survey includes from this folder and those below it; where left
+    /// out, from the survey's own folder
+    #[arg(long, value_name = "DIR")]
+    within: Option<PathBuf>,
+    /// Write the tables into this directory; it must be new, empty, or written by uchain before
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Do not say what was written; errors still go to standard error
+    #[arg(long)]
+    quiet: bool,
 }
 
 #[derive(Args)]
@@ -42,6 +62,7 @@ struct InfoArgs {
 pub(super) fn run(args: &MapArgs) -> Result<Verdict, Trouble> {
     match &args.verb {
         MapVerb::Info(args) => info(args),
+        MapVerb::Convert(args) => convert(args),
     }
 }
 
@@ -56,6 +77,22 @@ fn info(args: &InfoArgs) -> Result<Verdict, Trouble> {
         for warning in &survey.warnings {
             complain(warning);
         }
+    }
+    Ok(Verdict::Good)
+}
+
+fn convert(args: &ConvertArgs) -> Result<Verdict, Trouble> {
+    let survey = open(&args.file, args.within.as_deref())?;
+    let mut folder = Folder::open(&args.out)?;
+    interrupt::discards(folder.staging());
+    output::survey::write(&mut folder, &survey)?;
+    for warning in &survey.warnings {
+        complain(warning);
+    }
+    let files = folder.finish()?;
+    if !args.quiet {
+        let lines = files.iter().map(|file| format!("wrote {}\n", file.display()));
+        put(&lines.collect::<String>())?;
     }
     Ok(Verdict::Good)
 }

@@ -95,8 +95,8 @@ pub enum RouteError {
     Apart(String, String),
     /// The way between two stations cannot be flown; these are its hindrances.
     Hindered(String, String, Vec<Hindrance>),
-    /// No way of [`SHORTEST_ROUTE`] can be flown.
-    TooShort,
+    /// No way of [`SHORTEST_ROUTE`] can be flown; these hindrances are beside what can be.
+    TooShort(Vec<Hindrance>),
     /// The plan has no walls that could be built.
     Geometry(GeometryError),
 }
@@ -107,17 +107,26 @@ impl std::fmt::Display for RouteError {
             Self::Unknown(name) => write!(f, "the survey has no station \"{name}\""),
             Self::Apart(from, to) => write!(f, "no legs lead from \"{from}\" to \"{to}\""),
             Self::Hindered(from, to, hindrances) => {
-                write!(f, "the way from \"{from}\" to \"{to}\" cannot be flown: ")?;
-                let first = hindrances.iter().take(3).map(ToString::to_string);
-                write!(f, "{}", first.collect::<Vec<_>>().join(", "))?;
-                match hindrances.len().saturating_sub(3) {
-                    0 => Ok(()),
-                    more => write!(f, ", and {more} more"),
-                }
+                write!(f, "the way from \"{from}\" to \"{to}\" cannot be flown")?;
+                first_three(hindrances, f)
             }
-            Self::TooShort => write!(f, "there is no way of {SHORTEST_ROUTE} m that can be flown"),
+            Self::TooShort(hindrances) => {
+                write!(f, "there is no way of {SHORTEST_ROUTE} m that can be flown")?;
+                first_three(hindrances, f)
+            }
             Self::Geometry(error) => write!(f, "the route has no floor plan: {error}"),
         }
+    }
+}
+
+/// Writes the first hindrances behind a colon.
+fn first_three(hindrances: &[Hindrance], f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+    for (n, hindrance) in hindrances.iter().take(3).enumerate() {
+        write!(f, "{} {hindrance}", if n == 0 { ":" } else { "," })?;
+    }
+    match hindrances.len().saturating_sub(3) {
+        0 => Ok(()),
+        more => write!(f, ", and {more} more"),
     }
 }
 
@@ -135,7 +144,7 @@ impl RouteError {
                 let last = hindrances.first().map_or("", |first| &*first.from);
                 format!("end the route before it, at \"{last}\", or leave out one end")
             }
-            Self::TooShort => "give another station, or another survey".into(),
+            Self::TooShort(_) => "give another station, or another survey".into(),
             Self::Geometry(_) => "give other stations".into(),
         }
     }
@@ -172,7 +181,7 @@ impl Route {
         let (nodes, is_cut) = graph.cut(nodes, LONGEST_ROUTE);
         let length_m = graph.length(&nodes);
         if length_m < f64::from(SHORTEST_ROUTE) {
-            return Err(RouteError::TooShort);
+            return Err(RouteError::TooShort(graph.hindrances_beside(&nodes)));
         }
         let (plan, assumed_widths) = plan::plan(&graph, &nodes);
         let tunnel = plan.dig().map_err(RouteError::Geometry)?;

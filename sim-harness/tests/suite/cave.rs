@@ -81,7 +81,9 @@ fn the_longest_way_is_flown_where_none_is_named_and_it_begins_at_the_entrance() 
     assert_eq!((&*route.from, &*route.to), ("1", "3"));
     let (route, _) = find(text, "", "1").unwrap();
     assert_eq!((&*route.from, &*route.to), ("3", "1"));
-    assert_eq!(find("1 2 3 90 0\n", "", "").unwrap_err(), RouteError::TooShort);
+    assert_eq!(find("1 2 3 90 0\n", "", "").unwrap_err(), RouteError::TooShort(Vec::new()));
+    let Err(RouteError::TooShort(hindrances)) = find("1 2 9 - DOWN\n", "", "2") else { panic!() };
+    assert_eq!(hindrances[0].to_string(), "2 to 1 is a shaft of 9.0 m at 90°");
 }
 
 #[test]
