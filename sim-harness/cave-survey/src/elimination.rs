@@ -11,9 +11,9 @@ use crate::matrix::{self, Matrix, Vector};
 /// An end of an observed difference: the number of an unknown, or a known position.
 pub(crate) type End = Result<usize, Vector>;
 
-/// The most products of blocks: 50,000 legs with 1,300 loops at random take a tenth of them, and
-/// passages that cross as rarely as real ones far fewer.
-const MOST_PRODUCTS: usize = 200_000_000;
+/// The most products of blocks, which take some ten seconds. 50,000 legs with 1,300 loops at random
+/// need fewer; passages cross each other far more rarely.
+const MOST_PRODUCTS: usize = 100_000_000;
 
 /// The system of equations.
 pub(crate) struct NormalEquations {

@@ -84,7 +84,13 @@ impl Reader<'_> {
                 self.warn(&before, "*solve is passed over: all is adjusted together");
                 return Ok(());
             }
-            "copyright" | "instrument" | "ref" | "team" => return Ok(()),
+            "ref" => {
+                let place = *cursor;
+                if cursor.quoted(&characters).is_none() {
+                    return Err(self.wrong(&place, "a quotation mark is missing", "add it"));
+                }
+            }
+            "copyright" | "instrument" | "team" => return Ok(()),
             _ => {
                 let wrong = format!("there is no command \"*{word}\"");
                 return Err(self.wrong(&before, wrong, "correct it, or remove the line"));

@@ -66,6 +66,8 @@ const REFUSED: &[(&str, &str)] = &[
     ("*cs nowhere\n", "cave.svx:1:5: there is no such coordinate system"),
     ("*require 9.9\n", "cave.svx:1:10: the survey requires Survex 9.9"),
     ("*title \"x\n", "cave.svx:1:8: a quotation mark is missing"),
+    ("*ref \"x\n", "cave.svx:1:6: a quotation mark is missing"),
+    ("*fix 1 0 0 0 0.1 0\n", "cave.svx:1:8: a standard deviation is not positive"),
     ("*date foo\n", "cave.svx:1:7: \"foo\" is no date"),
     ("1 2 1e9 0 0\n", "cave.svx:1:6: \"e9\" is no number"),
     ("1 2 9999999999999999999 0 0\n", "cave.svx:1: the leg's readings are too large"),

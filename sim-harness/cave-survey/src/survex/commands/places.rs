@@ -89,7 +89,12 @@ impl Reader<'_> {
             [x, y, z, xy, yz, zx] => [[x * x, xy, zx], [xy, y * y, yz], [zx, yz, z * z]],
             _ => matrix::diagonal([0, 1, 2].map(|n| rest.get(n).map_or(0.0, |x| x * x))),
         });
-        let covariance = covariance.filter(|matrix| (0..3).all(|n| matrix[n][n] > 0.0));
+        if covariance.is_some_and(|matrix| (0..3).any(|n| matrix[n][n] <= 0.0))
+            || numbers.iter().skip(3).take(3).any(|deviation| *deviation <= 0.0)
+        {
+            let wrong = "a standard deviation is not positive";
+            return Err(self.wrong(&place, wrong, "give one that is, or leave them out"));
+        }
         if at.iter().any(|x| x.abs() > 1e9) {
             return Err(self.wrong(&place, "a coordinate is too large", "give metres"));
         }
