@@ -186,7 +186,7 @@ impl Scenario {
     /// # Errors
     /// [`InputError`] with file and line, for the first mistake in the file.
     pub fn read(path: &Path) -> Result<Self, InputError> {
-        file::parse(path, &Self::text(path)?)
+        Self::of_text(path, &Self::text(path)?)
     }
 
     fn text(path: &Path) -> Result<String, InputError> {
