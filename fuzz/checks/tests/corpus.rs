@@ -7,8 +7,7 @@ use std::path::{Path, PathBuf};
 /// The name of a fuzz target, and its check.
 type Target = (&'static str, fn(&[u8]));
 
-const TARGETS: [Target; 7] = [
-const TARGETS: [Target; 9] = [
+const TARGETS: [Target; 10] = [
     ("airlink", fuzz_checks::airlink::check),
     ("capsule", fuzz_checks::capsule::check),
     ("compass", fuzz_checks::surveys::compass),
