@@ -5,8 +5,10 @@ use std::fmt;
 use units::{Duration, Instant};
 
 /// The channel to the firmware, and the one from it, in its RTT control block (`src/rtt.rs`).
+#[cfg(any(feature = "virtual", feature = "probe"))]
 pub(super) const DOWN: u32 = 0;
 /// See [`DOWN`].
+#[cfg(any(feature = "virtual", feature = "probe"))]
 pub(super) const UP: u32 = 1;
 
 /// How to get a firmware that can replay.
