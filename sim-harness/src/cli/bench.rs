@@ -15,7 +15,7 @@ use super::{Common, FidelityArg, Trouble, Verdict, complain, interrupt, runs};
 use crate::bodies::emulated::Firmware;
 use crate::input_error::InputError;
 use crate::measure::bench::{attacks, estimator, faults, link, throughput};
-use crate::world::PRESETS;
+use crate::mission::medium::PRESETS;
 
 /// Missions whose parts are timed: enough for a share to a hundredth.
 const PROFILED: usize = 20;

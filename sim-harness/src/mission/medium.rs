@@ -23,6 +23,7 @@ mod chip;
 mod config;
 mod on_air;
 mod polling;
+mod presets;
 mod section;
 mod tally;
 
@@ -41,6 +42,7 @@ use chip::Chip;
 pub use config::{Arrives, Ether, MediumConfig};
 use on_air::{MOST_STATIONS, OnAir, Transmission};
 pub use polling::Polling;
+pub use presets::{PRESETS, RadioPreset};
 pub use section::RadioSpec;
 pub(crate) use section::RadioTable;
 pub use tally::{Loss, Tally};

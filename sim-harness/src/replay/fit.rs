@@ -17,6 +17,7 @@
 mod law;
 mod variogram;
 
+use std::f64::consts::SQRT_2;
 use std::fmt::{self, Write};
 
 use radio_model::{Geometry, LogDistance, PathLoss};
@@ -103,7 +104,7 @@ const LEAST: usize = 50;
 pub(super) fn fit(recordings: &[Recording]) -> Result<RadioFit, InputError> {
     let points = points(recordings);
     let unfit = |wrong: &str| {
-        let remedy = "give logs with distances: a TETAM track, a robot's, the trace of a run, or \
+        let remedy = "give logs with distances: a TETAM track, a robot's, the trace of a run (CSV or MCAP), or \
                       a table with the column distance_m";
         InputError::new(wrong, remedy)
     };
@@ -221,11 +222,19 @@ impl RadioFit {
         )?;
         let mut line = |key: &str, number: Estimate, least: f64, most: f64| {
             let value = number.value.clamp(least, most);
-            writeln!(text, "{key} = {value:.2} # {:.2}", number.error)
+            write!(text, "{key} = {value:.2} # {:.2}", number.error)?;
+            if value != number.value {
+                let found = number.value;
+                write!(text, "; the fit found {found:.2}, beyond what a scenario may have")?;
+            }
+            writeln!(text)
         };
+        // A link has the gains of two drones, which are independent.
+        let Estimate { value, error } = self.gain_error_db;
+        let of_a_drone = Estimate { value: value / SQRT_2, error: error / SQRT_2 };
         line("[radio]\nloss_at_1m_db", self.loss_at_1m_db, 0.0, 100.0)?;
         line("noise_variance_db2", self.noise_variance_db2, 0.0, 400.0)?;
-        line("gain_error_db", self.gain_error_db, 0.0, 20.0)?;
+        line("gain_error_db", of_a_drone, 0.0, 20.0)?;
         line("\n[radio.model]\nlaw = \"log-distance\"\nexponent", self.exponent, 1.0, 8.0)?;
         line("\n[radio.shadowing]\ndeviation_db", self.shadowing_db, 0.0, 30.0)?;
         line("decorrelation_m", self.decorrelation_m, 0.1, 1000.0)

@@ -74,7 +74,7 @@ pub(super) fn parse_with(
     let vehicle = file.vehicle.read(&reader)?;
     let radio = file.radio.read(&reader)?;
     let tables = AgentTables { policy: &file.policy, launch: &file.launch, retreat: &file.retreat };
-    let constants = tables.read(radio.path_loss.loss_at_1m(), &vehicle, &reader)?;
+    let constants = tables.read(radio.place.path_loss.loss_at_1m(), &vehicle, &reader)?;
     let name = path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
     let duration_us = reader.micros(&file.duration_s, "duration_s", 0.2..=86_400.0)?;
     let fidelity = fidelity(file.fidelity.as_ref(), &reader)?;

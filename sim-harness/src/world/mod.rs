@@ -22,7 +22,7 @@ pub use layout::GeometryError;
 pub use optimum::{Optimum, best_chain, best_chains};
 pub use polyline::Polyline;
 pub(crate) use radio::{AntennaTable, FadingTable, ModelTable, ShadowingTable};
-pub use radio::{PRESETS, Radio, RadioPreset, SurveyedPlace};
+pub use radio::{Radio, RadioPlace, SurveyedPlace};
 pub(crate) use section::{PlaceKey, TunnelTable};
 pub use skeleton::{Edge, Gallery, Joint, Leg, Node, NodeKind, Path, Skeleton, SkeletonPlace};
 pub use tunnel::Tunnel;
@@ -61,7 +61,7 @@ impl World {
     #[must_use]
     pub fn of(scenario: &Scenario) -> Self {
         let tunnel = Arc::clone(&scenario.tunnel);
-        let radio = Radio::of(&tunnel, &scenario.radio);
+        let radio = Radio::of(&tunnel, &scenario.radio.place);
         Self { tunnel, radio, base: scenario.drones.base }
     }
 

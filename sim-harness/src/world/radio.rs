@@ -14,18 +14,29 @@
 //! Shadowing and fading belong to the places of both ends. They are the same in both directions:
 //! the end that is earlier on the skeleton comes first.
 
-mod presets;
 mod section;
 
 use radio_model::{Fading, Geometry, Obstruction, PathLoss, Shadowing, WAVELENGTH, WaveDraws};
 use units::{Db, Dbm, Metres, Point2};
 
 use super::{Skeleton, SkeletonPlace, Tunnel};
-use crate::mission::medium::RadioSpec;
 use crate::random::{Purpose, Stream};
 
-pub use presets::{PRESETS, RadioPreset};
 pub(crate) use section::{AntennaTable, FadingTable, ModelTable, ShadowingTable};
+
+/// What a scenario says of the radio in a place.
+#[derive(Clone, Debug)]
+pub struct RadioPlace {
+    /// Large-scale loss.
+    pub path_loss: PathLoss,
+    /// The standard deviation and the decorrelation distance of shadowing.
+    pub shadowing: Option<(Db, Metres)>,
+    /// The factor K of small-scale fading.
+    pub fading_k: Option<f32>,
+    /// The seed of the fields of shadowing and fading, which are a property of the place and not
+    /// of the mission.
+    pub seed: u64,
+}
 
 /// The radio in one tunnel.
 pub struct Radio {
@@ -40,18 +51,18 @@ impl Radio {
     /// The distance between tabulated places, in metres.
     pub const STEP: f32 = 0.1;
 
-    /// Computes the table for a tunnel, with the shadowing and the fading that the section
-    /// `[radio]` asks for.
+    /// Computes the table for a tunnel, with the shadowing and the fading of the
+    /// place.
     #[must_use]
-    pub fn of(tunnel: &Tunnel, spec: &RadioSpec) -> Self {
-        let mut field = Stream::new(spec.place_seed, Purpose::Place);
+    pub fn of(tunnel: &Tunnel, place: &RadioPlace) -> Self {
+        let mut field = Stream::new(place.seed, Purpose::Place);
         let mut draw = || -> WaveDraws { std::array::from_fn(|_| field.uniform()) };
-        let shadowing = spec
+        let shadowing = place
             .shadowing
             .map(|(deviation, decorrelation)| Shadowing::new(deviation, decorrelation, &mut draw));
         let wavelength = Metres(WAVELENGTH);
-        let fading = spec.fading_k.map(|k| Fading::new(k, wavelength, &mut draw));
-        Self { shadowing, fading, ..Self::survey(tunnel, spec.path_loss) }
+        let fading = place.fading_k.map(|k| Fading::new(k, wavelength, &mut draw));
+        Self { shadowing, fading, ..Self::survey(tunnel, place.path_loss) }
     }
 
     /// Computes the table for a tunnel without shadowing and fading.

@@ -3,13 +3,14 @@
 use std::path::Path;
 
 use sim_harness::mission::World;
+use sim_harness::mission::medium::{PRESETS, RadioPreset};
 use sim_harness::scenario::Scenario;
-use sim_harness::world::{PRESETS, RadioPreset, SkeletonPlace};
+use sim_harness::world::SkeletonPlace;
 
 fn world_of(preset: &RadioPreset, place_seed: u64) -> World {
     let mut scenario = Scenario::open("right-angles").unwrap();
     scenario.radio = preset.applied(&scenario.radio);
-    scenario.radio.place_seed = place_seed;
+    scenario.radio.place.seed = place_seed;
     World::of(&scenario)
 }
 
@@ -47,8 +48,10 @@ fn a_file_can_ask_for_all_of_it() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/scenarios");
     let scenario = Scenario::read(&folder.join("another-radio.toml")).unwrap();
     let radio = &scenario.radio;
-    assert!(matches!(radio.path_loss, radio_model::PathLoss::Waveguide(_)));
-    assert_eq!(radio.fading_k, Some(4.0));
-    assert_eq!(radio.place_seed, 7);
-    assert!(radio.shadowing.is_some() && radio.antenna.is_some() && radio.gain_error.0 == 1.5);
+    assert!(matches!(radio.place.path_loss, radio_model::PathLoss::Waveguide(_)));
+    assert_eq!(radio.place.fading_k, Some(4.0));
+    assert_eq!(radio.place.seed, 7);
+    assert!(
+        radio.place.shadowing.is_some() && radio.antenna.is_some() && radio.gain_error.0 == 1.5
+    );
 }

@@ -12,8 +12,8 @@ use crate::measure::bench::chain::cases::Bound;
 use crate::measure::bench::chain::{
     Choice, MakeDrones, Row, count, count_ablation, run, run_ablation,
 };
+use crate::mission::medium::RadioPreset;
 use crate::scenario::{Fidelity, Scenario};
-use crate::world::RadioPreset;
 
 /// Missions of a row where the command line does not say.
 const fn default_runs(fidelity: Fidelity) -> usize {

@@ -15,10 +15,10 @@ use crate::bodies::emulated::Emulated;
 use crate::input_error::InputError;
 use crate::measure::campaign::{figures, fraction};
 use crate::measure::metrics::{Reference, RunMetrics, measure, watched};
+use crate::mission::medium::RadioPreset;
 use crate::mission::{Mission, World};
 use crate::scenario::{Fidelity, PilotStep, Scenario};
 use crate::suggest;
-use crate::world::RadioPreset;
 
 use cases::{Bound, COMPARED, Case, Target};
 

@@ -37,7 +37,8 @@ impl Polling {
     pub fn at(station: usize, hz: f32) -> Self {
         Self {
             station,
-            period_us: (1e6 / hz) as u64,
+            // Less than a question in a quarter of an hour is none.
+            period_us: (1e6 / hz).min(1e9) as u64,
             question: 1,
             answer: 28,
             answers_every: ((hz / LOG_HZ).round() as u64).max(1),

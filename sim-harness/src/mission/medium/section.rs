@@ -2,25 +2,18 @@
 
 use radio_model::{Antenna, Attenuation, Fades, PathLoss, Reception, UChain, Walls};
 use serde::Deserialize;
-use units::{Db, Dbm, Duration, Metres};
+use units::{Db, Dbm, Duration};
 use wire::radio::Datarate;
 
 use crate::input_error::InputError;
 use crate::scenario::reader::{At, Reader};
-use crate::world::{AntennaTable, FadingTable, ModelTable, ShadowingTable};
+use crate::world::{AntennaTable, FadingTable, ModelTable, RadioPlace, ShadowingTable};
 
 /// The radio of a scenario.
 #[derive(Clone, Debug)]
 pub struct RadioSpec {
-    /// Large-scale loss.
-    pub path_loss: PathLoss,
-    /// The standard deviation and the decorrelation distance of shadowing.
-    pub shadowing: Option<(Db, Metres)>,
-    /// The factor K of small-scale fading.
-    pub fading_k: Option<f32>,
-    /// The seed of the fields of shadowing and fading, which are a property of the place and not
-    /// of the mission.
-    pub place_seed: u64,
+    /// Path loss, shadowing and fading.
+    pub place: RadioPlace,
     /// The standard deviation, over drones, of the gain by which a drone sends, and of that by
     /// which it receives.
     pub gain_error: Db,
@@ -117,10 +110,12 @@ impl RadioTable {
             },
         };
         Ok(RadioSpec {
-            path_loss: self.path_loss(loss_at_1m, reader)?,
-            shadowing: self.shadowing.as_ref().map(|table| table.read(reader)).transpose()?,
-            fading_k: self.fading.as_ref().map(|table| table.read(reader)).transpose()?,
-            place_seed: self.place_seed.map_or(1, u64::from),
+            place: RadioPlace {
+                path_loss: self.path_loss(loss_at_1m, reader)?,
+                shadowing: self.shadowing.as_ref().map(|table| table.read(reader)).transpose()?,
+                fading_k: self.fading.as_ref().map(|table| table.read(reader)).transpose()?,
+                seed: self.place_seed.map_or(1, u64::from),
+            },
             gain_error: Db(number(&self.gain_error_db, "gain_error_db", 0.0..=20.0, 0.0)?),
             antenna: self.antenna.as_ref().map(|table| table.read(reader)).transpose()?,
             reception,

@@ -59,10 +59,12 @@ fn the_fitted_sections_are_a_scenarios() {
                 centre_line_m = [[0, 0], [12, 0]]\n[drones]\nrelays = 2\n";
     let scenario =
         Scenario::of_text("fitted.toml".as_ref(), &format!("{rest}{}", found.scenario()));
-    let PathLoss::LogDistance(law) = scenario.unwrap().radio.path_loss else {
-        panic!("another law")
-    };
+    let radio = scenario.unwrap().radio;
+    let PathLoss::LogDistance(law) = radio.place.path_loss else { panic!("another law") };
     assert!((f64::from(law.exponent) - found.exponent.value).abs() < 0.006);
+    // The gains of a link's two drones scatter together as the links of the recording do.
+    let of_a_link = f64::from(radio.gain_error.0) * SQRT_2;
+    assert!((of_a_link - found.gain_error_db.value).abs() < 0.01, "{of_a_link}");
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use cave_survey::{FileError, Files, Folder, Opened, Refusal, Survey};
+use cave_survey::{FileError, Files, Folder, Opened, Refusal, Survey, read_whole};
 
 use crate::input_error::InputError;
 
@@ -51,8 +51,7 @@ impl Files for Named {
         if path != self.name {
             return self.folder.open(path);
         }
-        let bytes =
-            std::fs::read(&self.real).map_err(|it| FileError::Unreadable(it.to_string()))?;
+        let bytes = read_whole(&self.real)?;
         Ok(Opened { path: self.path.to_string_lossy().into_owned(), bytes })
     }
 }

@@ -3,7 +3,7 @@
 use radio_model::{Attenuation, LogDistance, PathLoss, Subt, UChain, Walls, Waveguide};
 use units::{Db, Metres};
 
-use crate::mission::medium::RadioSpec;
+use super::RadioSpec;
 
 /// A radio that a benchmark puts in place of a scenario's own.
 #[derive(Clone, Copy, Debug)]
@@ -41,54 +41,54 @@ pub const PRESETS: [RadioPreset; 10] = [
     RadioPreset {
         name: "rock-depth",
         line: "equation (19), continuous",
-        change: |radio| radio.path_loss = u_chain(Attenuation::RockDepth),
+        change: |radio| radio.place.path_loss = u_chain(Attenuation::RockDepth),
     },
     RadioPreset {
         name: "wall-count",
         line: "equation (19) as printed",
-        change: |radio| radio.path_loss = u_chain(Attenuation::WallCount),
+        change: |radio| radio.place.path_loss = u_chain(Attenuation::WallCount),
     },
     RadioPreset {
         name: "log-distance",
         line: "free space, 20 dB for each corner",
-        change: |radio| radio.path_loss = PathLoss::LogDistance(LogDistance::DEFAULT),
+        change: |radio| radio.place.path_loss = PathLoss::LogDistance(LogDistance::DEFAULT),
     },
     RadioPreset {
         name: "waveguide",
         line: "a gallery of 2 m in concrete as a waveguide",
-        change: |radio| radio.path_loss = PathLoss::Waveguide(Waveguide::DEFAULT),
+        change: |radio| radio.place.path_loss = PathLoss::Waveguide(Waveguide::DEFAULT),
     },
     RadioPreset {
         name: "subt",
         line: "the law of the SubT competition, 10 dB of noise",
         change: |radio| {
-            radio.path_loss = PathLoss::Subt(Subt::DEFAULT);
+            radio.place.path_loss = PathLoss::Subt(Subt::DEFAULT);
             radio.reception.noise_variance = Subt::NOISE_VARIANCE;
         },
     },
     RadioPreset {
         name: "noisy",
-        line: "equation (19), continuous, with the noise of recorded packets: 18 dB²",
+        line: "the scenario's law, with the noise of recorded packets: 18 dB²",
         change: |radio| radio.reception.noise_variance = 18.0,
     },
     RadioPreset {
         name: "unequal",
-        line: "equation (19), continuous, each drone's gains off by 3 dB",
+        line: "the scenario's law, with each drone's gains off by 3 dB",
         change: |radio| radio.gain_error = Db(3.0),
     },
     RadioPreset {
         name: "shadowed",
-        line: "equation (19), continuous, with shadowing of 3 dB over 2 m",
-        change: |radio| radio.shadowing = Some((Db(3.0), Metres(2.0))),
+        line: "the scenario's law, with shadowing of 3 dB over 2 m",
+        change: |radio| radio.place.shadowing = Some((Db(3.0), Metres(2.0))),
     },
     RadioPreset {
         name: "rician",
-        line: "equation (19), continuous, with Rician fading, K = 4",
-        change: |radio| radio.fading_k = Some(4.0),
+        line: "the scenario's law, with Rician fading, K = 4",
+        change: |radio| radio.place.fading_k = Some(4.0),
     },
     RadioPreset {
         name: "rayleigh",
-        line: "equation (19), continuous, with Rayleigh fading",
-        change: |radio| radio.fading_k = Some(0.0),
+        line: "the scenario's law, with Rayleigh fading",
+        change: |radio| radio.place.fading_k = Some(0.0),
     },
 ];
