@@ -80,15 +80,7 @@ fn plan_one(file: &Path, options: &ChipOptions) -> Result<Planned, InputError> {
     let policy = policy.expect("the registry has both");
     let (runs, heard) = match format {
         Format::UchainFlight => (plan::of_flight(&recording, policy), recording.links.len()),
-        Format::Tetam
-        | Format::BleRobot
-        | Format::Mitll
-        | Format::Csv
-        | Format::Trace
-        | Format::Mcap
-        | Format::Usd => {
-            (plan::of_packets(&recording, policy), plan::chosen_links(&recording).len())
-        }
+        _ => (plan::of_packets(&recording, policy), plan::chosen_links(&recording).len()),
     };
     if runs.iter().all(|run| run.steps.is_empty()) {
         let wrong = "a flight of one link has no relay that could be replayed";

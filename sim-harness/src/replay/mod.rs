@@ -87,13 +87,7 @@ pub fn replay(files: &[PathBuf], options: &ReplayOptions) -> Result<ReplaySummar
                 let agents = agents::agents(&recording);
                 FileReport::of_flight(file, recording, flight, agents)
             }
-            Format::Tetam
-            | Format::BleRobot
-            | Format::Mitll
-            | Format::Csv
-            | Format::Trace
-            | Format::Mcap
-            | Format::Usd => {
+            _ => {
                 let foresights = prediction::foresee_all(&recording, options.kalman);
                 FileReport::of_packets(file, format, recording, foresights)
             }

@@ -19,7 +19,7 @@ use std::path::Path;
 
 use units::{Instant, MetresPerSecond};
 
-use super::received;
+use super::{instant, received};
 use crate::input_error::InputError;
 use crate::replay::recording::{Anomaly, Clock, Recorder, Recording};
 
@@ -211,7 +211,10 @@ fn read_events(rest: &mut Bytes<'_>, version: u64, events: &[Event], recorder: &
             return recorder.anomaly(Anomaly::RowLength, line);
         };
         recorder.row();
-        let now = Instant::from_micros(micros);
+        let Some(now) = instant(micros as f64 * 1e-6) else {
+            recorder.anomaly(Anomaly::NotANumber, line);
+            continue;
+        };
         if !recorder.clock_is_sound(&mut clock, now, line) {
             continue;
         }
@@ -220,7 +223,7 @@ fn read_events(rest: &mut Bytes<'_>, version: u64, events: &[Event], recorder: &
             let Some(strength) = strength else { continue };
             let Some(due) = due.get_mut(place_of(strength.link)) else { continue };
             // The clock may have begun anew.
-            if micros >= *due || *due - micros > ROUND_US {
+            if micros >= *due || due.abs_diff(micros) > ROUND_US {
                 *due = micros + ROUND_US;
                 take(recorder, line, now, *strength, value, forward);
             }
@@ -337,6 +340,17 @@ mod tests {
         assert_eq!(recording.anomalies.of(Anomaly::RowLength), [10]);
     }
 
+    /// The largest time that eight bytes can hold.
+    #[test]
+    fn an_impossible_time_is_an_anomaly() {
+        let mut bytes = log(2, &["radio.rssi(B)"], &[vec![60], vec![61]]);
+        let last_event = bytes.len() - 4 - 11;
+        bytes[last_event + 2..last_event + 10].fill(0xFF);
+        let recording = parsed(&bytes);
+        assert_eq!(recording.samples.len(), 1);
+        assert_eq!(recording.anomalies.of(Anomaly::NotANumber), [2]);
+    }
+
     #[test]
     fn a_log_without_a_strength_says_what_to_log() {
         let bytes = log(2, &["gyro.x(f)"], &[]);
@@ -347,10 +361,14 @@ mod tests {
     proptest! {
         /// Any bytes are a log or an error.
         #[test]
-        fn any_bytes_end(mut bytes in prop::collection::vec(any::<u8>(), 0..400), at in 0..40_usize) {
+        fn any_bytes_end(
+            mut bytes in prop::collection::vec(any::<u8>(), 0..400),
+            at in 0..70_usize,
+            damaged in 1..12_usize,
+        ) {
             let _ = parse(&bytes, Path::new("log00"));
             let mut good = log(2, &["radio.rssi(B)"], &[vec![60], vec![61]]);
-            for (n, byte) in bytes.drain(..).enumerate().take(3) {
+            for (n, byte) in bytes.drain(..).enumerate().take(damaged) {
                 if let Some(place) = good.get_mut(at + n) {
                     *place = byte;
                 }
