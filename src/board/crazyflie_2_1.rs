@@ -309,11 +309,13 @@ fn set_priorities() {
         interrupt::DMA1_STREAM6,
         interrupt::DMA2_STREAM0,
         interrupt::DMA2_STREAM5,
-        interrupt::USART6,
         interrupt::DMA2_STREAM1,
         interrupt::DMA2_STREAM7,
     ];
-    interrupt::EXTI4.set_priority(HOLD);
+    // Both change one register of the serial port, so neither may interrupt the other.
+    for interrupt in [interrupt::EXTI4, interrupt::USART6] {
+        interrupt.set_priority(HOLD);
+    }
     for interrupt in wake {
         interrupt.set_priority(WAKE);
     }

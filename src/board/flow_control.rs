@@ -59,12 +59,19 @@ impl FlowControl {
 
     /// Polls something that may begin to send. A chip that has filled up meanwhile gets no more.
     pub(crate) fn guard<T>(&self, poll: impl FnOnce() -> T) -> T {
-        cortex_m::interrupt::free(|_| {
-            let result = poll();
-            hold_or_send();
-            result
-        })
+        guarded(poll)
     }
+}
+
+/// Polls something that writes the serial port's control register, without the interrupt in between,
+/// whose change of that register would be lost. embassy's driver writes it where it begins to send,
+/// and where it begins to receive again after an error.
+pub(crate) fn guarded<T>(poll: impl FnOnce() -> T) -> T {
+    cortex_m::interrupt::free(|_| {
+        let result = poll();
+        hold_or_send();
+        result
+    })
 }
 
 fn unmask() {

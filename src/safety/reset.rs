@@ -77,8 +77,12 @@ pub(crate) fn brown_out_millivolts() -> u16 {
 pub(crate) fn wait_for_quiet_line() {
     /// A turn of the loop takes 10 cycles or more of 168 MHz: 30 µs.
     const REST: u32 = 500;
-    /// 6 ms or more; at 16 MHz less than the watchdog's time.
+    /// 6 ms or more.
     const TURNS: u32 = 100_000;
+    // Before the board is set up nothing was sent to the chip, and the pins cannot be read.
+    if !RCC.ahb1enr().read().gpiocen() {
+        return;
+    }
     let mut rests = 0;
     for _ in 0..TURNS {
         let is_idle = GPIOC.idr().read().idr(7) == Idr::HIGH;

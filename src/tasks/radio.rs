@@ -45,7 +45,7 @@ use units::{Dbm, Volts};
 use wire::p2p::Kind;
 use wire::syslink::{Battery, Decoder, Frame, Incoming, MAX_FRAME, MAX_P2P, Outgoing, Port};
 
-use crate::board::flow_control::FlowControl;
+use crate::board::flow_control::{FlowControl, guarded};
 use crate::board::{clock, identity};
 use crate::probe::UCHAIN_PROBE;
 use crate::tasks::drone::{Drone, Shared};
@@ -117,7 +117,12 @@ pub(crate) async fn receive(mut line: RingBufferedUartRx<'static>, shared: &'sta
     let mut bytes = [0; 128];
     loop {
         health::sign(Task::Receive);
-        match with_timeout(SILENCE, line.read(&mut bytes)).await {
+        let received = {
+            let mut read = pin!(line.read(&mut bytes));
+            let read = poll_fn(|context| guarded(|| read.as_mut().poll(context)));
+            with_timeout(SILENCE, read).await
+        };
+        match received {
             Ok(Ok(length)) => {
                 let mut rest = bytes.get(..length).unwrap_or_default();
                 let bad = decoder.counters().bad_checksums;

@@ -62,8 +62,8 @@ fn receive(
 }
 
 fn answer(session: &mut Session, request: &Request, shared: &Shared) -> Answer {
-    if let Request::Begin(_) = request
-        && let Err(why) = reserve(shared)
+    if let Request::Begin(begin) = request
+        && let Err(why) = begin.policy().and_then(|_| reserve(shared))
     {
         defmt::warn!("a replay is refused: {}", why);
         return Answer::Refused(why);

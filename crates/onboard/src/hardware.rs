@@ -118,7 +118,11 @@ impl RadioChip {
             Incoming::Power(power) => confirmed.power = *power == told.power,
             Incoming::NrfVersion(text) => {
                 let old = Release::parse(text).is_some_and(|release| release < Self::OLDEST);
-                self.firmware = if old { Firmware::TooOld } else { Firmware::Good };
+                self.firmware = match (text.is_empty(), old) {
+                    (true, _) => Firmware::Unknown,
+                    (false, true) => Firmware::TooOld,
+                    (false, false) => Firmware::Good,
+                };
             }
             Incoming::Raw(_) | Incoming::P2p { .. } | Incoming::P2pBroadcast { .. } => {
                 self.heard = now;

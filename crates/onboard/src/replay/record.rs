@@ -3,6 +3,7 @@
 use agent::{BodyVelocity, Outputs};
 use chain::filter::LinkEstimate;
 use chain::neighbours::{Heard, MAX_NEIGHBOURS};
+use chain::policy::Policy;
 use heapless::Vec;
 use tunnel_nav::Diagonals;
 use units::{Dbm, Instant, Metres, NODES, NodeId, Order, PolicyCode, Role};
@@ -30,6 +31,16 @@ pub struct Begin {
     pub is_filtered: bool,
     /// The number of links of the recording, for the launch rule.
     pub links: u8,
+}
+
+impl Begin {
+    /// The policy that the code stands for.
+    ///
+    /// # Errors
+    /// [`Refusal::UnknownPolicy`], where this firmware has none of that code.
+    pub fn policy(&self) -> Result<&'static Policy, Refusal> {
+        Policy::with_code(self.policy).ok_or(Refusal::UnknownPolicy)
+    }
 }
 
 /// One round of the drone.

@@ -2,7 +2,6 @@
 
 use airlink::Seal;
 use chain::filter::Smoothing;
-use chain::policy::Policy;
 use heapless::Vec;
 
 use super::launch::LaunchRule;
@@ -62,7 +61,7 @@ impl Session {
     }
 
     fn begin<S: Seal>(&mut self, drone: &mut Drone<S>, begin: &Begin) -> Result<(), Refusal> {
-        let policy = Policy::with_code(begin.policy).ok_or(Refusal::UnknownPolicy)?;
+        let policy = begin.policy()?;
         let mut config = Config::DEFAULT;
         config.agent.policy = policy.config;
         if begin.is_filtered {
