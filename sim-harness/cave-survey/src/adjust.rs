@@ -173,13 +173,11 @@ impl Draft {
         let more = lost.count();
         let station = &self.stations[first];
         let others = if more == 0 { String::new() } else { format!(" and {more} other stations") };
-        let (what, remedy) = if self.fixes.is_empty() {
-            let at = self.first.map_or("", |first| &self.stations[first].name);
-            let known = if self.is_on_earth { "a fixed one".into() } else { format!("\"{at}\"") };
-            (known, "add the leg, *equate or *fix that joins them")
-        } else {
-            ("a fixed one".into(), "add the leg, *equate or *fix that joins them")
+        let what = match self.first.filter(|_| self.fixes.is_empty() && !self.is_on_earth) {
+            Some(begin) => format!("\"{}\"", self.stations[begin].name),
+            None => "a fixed one".into(),
         };
+        let remedy = "add the leg, *equate or *fix that joins them";
         let wrong = format!("no leg joins station \"{}\"{others} to {what}", station.name);
         Err(self.wrong(station.source, wrong, remedy))
     }

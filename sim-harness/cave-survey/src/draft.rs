@@ -12,7 +12,7 @@ use crate::survey::{CrossSection, LegFlags, Source, StationId};
 pub const MOST_LEGS: usize = 250_000;
 
 /// The most warnings that are kept.
-const MOST_WARNINGS: usize = 1000;
+pub(crate) const MOST_WARNINGS: usize = 1000;
 
 #[derive(Clone, Debug)]
 pub(crate) struct DraftStation {

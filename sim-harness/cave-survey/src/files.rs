@@ -75,22 +75,31 @@ fn same_but_case(folder: &Path, name: &str) -> Option<PathBuf> {
     found.into_iter().next()
 }
 
+/// Reads a file that is a file, and of a size that a survey may have.
+///
+/// # Errors
+/// [`FileError::Missing`] for a folder, a pipe or a device; [`FileError::Unreadable`] otherwise.
+pub fn read_whole(path: &Path) -> Result<Vec<u8>, FileError> {
+    let told = |error: std::io::Error| FileError::Unreadable(error.to_string());
+    let facts = std::fs::metadata(path).map_err(told)?;
+    if !facts.is_file() {
+        return Err(FileError::Missing);
+    }
+    if facts.len() > LARGEST {
+        return Err(FileError::Unreadable(format!("it has more than {LARGEST} bytes")));
+    }
+    std::fs::read(path).map_err(told)
+}
+
 impl Files for Folder {
     fn open(&self, path: &str) -> Result<Opened, FileError> {
         let found = self.find(path).ok_or(FileError::Missing)?;
         let real = found.canonicalize().map_err(|_| FileError::Missing)?;
         // A link may lead out of the folder.
-        let inside = real.strip_prefix(&self.root).map_err(|_| FileError::Outside)?;
-        let told = |error: std::io::Error| FileError::Unreadable(error.to_string());
-        let facts = std::fs::metadata(&real).map_err(told)?;
-        if !facts.is_file() {
-            return Err(FileError::Missing);
+        if !real.starts_with(&self.root) {
+            return Err(FileError::Outside);
         }
-        if facts.len() > LARGEST {
-            return Err(FileError::Unreadable(format!("it has more than {LARGEST} bytes")));
-        }
-        let _ = inside;
-        let bytes = std::fs::read(&real).map_err(told)?;
+        let bytes = read_whole(&real)?;
         let shown = self.shown.join(found.strip_prefix(&self.root).unwrap_or(&found));
         let shown = shown.strip_prefix(".").unwrap_or(&shown);
         Ok(Opened { path: shown.to_string_lossy().into_owned(), bytes })

@@ -43,7 +43,7 @@ mod traverse;
 
 pub use draft::MOST_LEGS;
 pub use error::{Place, Refusal, Warning};
-pub use files::{FileError, Files, Folder, Memory, Opened};
+pub use files::{FileError, Files, Folder, Memory, Opened, read_whole};
 pub use matrix::{Vector, norm};
 pub use survey::{
     CrossSection, Leg, LegFlags, Misclosure, Source, Station, StationId, Summary, Survey,

@@ -7,7 +7,7 @@
 
 use std::collections::HashMap;
 
-use crate::draft::MOST_LEGS;
+use crate::draft::{MOST_LEGS, MOST_WARNINGS};
 use crate::error::{Place, Refusal, Warning};
 use crate::files::Opened;
 use crate::matrix::Vector;
@@ -242,7 +242,9 @@ fn cross_section(
         None => {
             let name = String::from_utf8_lossy(label).into_owned();
             let text = format!("dimensions of \"{name}\", which is no station, are left out");
-            image.survey.warnings.push(Warning { place: None, text });
+            if image.survey.warnings.len() < MOST_WARNINGS {
+                image.survey.warnings.push(Warning { place: None, text });
+            }
         }
     }
     if code & 1 != 0 {

@@ -95,6 +95,9 @@ impl Reader<'_> {
             let wrong = "a standard deviation is not positive";
             return Err(self.wrong(&place, wrong, "give one that is, or leave them out"));
         }
+        if numbers.iter().skip(3).any(|number| number.abs() > 1e9) {
+            return Err(self.wrong(&place, "a standard deviation is too large", "give metres"));
+        }
         if at.iter().any(|x| x.abs() > 1e9) {
             return Err(self.wrong(&place, "a coordinate is too large", "give metres"));
         }
