@@ -29,7 +29,7 @@ pub struct Reception {
 /// The signal-to-noise ratio of a bit at the sensitivity: ½·exp(−γ/2) is 0.1 % at 2·ln 500.
 const GAMMA: f32 = 12.429_216;
 /// A packet that is weaker than the sensitivity by this much is never received: 4 % of its bits are
-/// wrong, and the shortest packet, of 225 bits, gets through once in 12,000 times.
+/// wrong, and the shortest packet, of 225 bits, gets through once in 16,000 times.
 const HOPELESS: Db = Db(4.0);
 /// A packet that is stronger than the sensitivity by this much has no wrong bits: one in 10¹¹.
 const CLEAN: Db = Db(6.0);
