@@ -583,14 +583,17 @@ fn the_papers_variants_touch_no_wall() {
 
 // ---- The first metre -------------------------------------------------------------------------
 
-/// Radios that lose 7 dB more over the first metre, in a world that knows it and with limits moved
-/// as well: the same mission is flown.
+/// Radios that lose 7 dB more over the first metre, in a world that knows it and with limits and
+/// receivers moved as well: the same mission is flown.
 #[test]
 fn decibels_of_the_first_metre_change_no_decision() {
     let text = |shift: f32| {
         let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/scenarios/short.toml");
-        let radio =
-            format!("[radio]\nresolution_db = 0.0\nloss_at_1m_db = {}\n\n[vehicle]", 40.0 + shift);
+        let radio = format!(
+            "[radio]\nresolution_db = 0.0\nloss_at_1m_db = {}\nsensitivity_dbm = {}\n\n[vehicle]",
+            40.0 + shift,
+            -85.0 - shift
+        );
         std::fs::read_to_string(file)
             .unwrap()
             .replace("[vehicle]", &radio)
