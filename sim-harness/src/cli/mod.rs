@@ -20,6 +20,7 @@ mod figures;
 mod interrupt;
 mod keys;
 mod map;
+mod plan;
 mod progress;
 mod replay;
 mod run;
@@ -64,6 +65,8 @@ enum Verb {
     Keys(keys::KeysArgs),
     /// Look at cave surveys
     Map(map::MapArgs),
+    /// Plan a mission on paper: the relays that a way needs
+    Plan(plan::PlanArgs),
     /// Run one of the benchmarks; without a name, all of them
     Bench(bench::BenchArgs),
 }
@@ -223,6 +226,7 @@ pub fn main() -> ExitCode {
         Verb::Bridge(args) => bridge::run(&args),
         Verb::Keys(args) => keys::run(&args),
         Verb::Map(args) => map::run(&args),
+        Verb::Plan(args) => plan::run(&args),
         Verb::Bench(args) => bench::run(&args),
     };
     match done {

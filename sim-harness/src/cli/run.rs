@@ -69,7 +69,7 @@ pub(super) struct RunArgs {
 
 /// The options that put a mission into a surveyed cave.
 #[derive(Args)]
-struct MapArgs {
+pub(super) struct MapArgs {
     /// Survey of a cave, Survex or Compass: fly along a route of it instead of in the scenario's
     /// tunnel
     #[arg(long, value_name = "FILE")]
@@ -87,22 +87,33 @@ struct MapArgs {
     within: Option<PathBuf>,
 }
 
-impl RunArgs {
-    /// The scenario, with the map and the number of relays that were asked for.
-    fn open(&self) -> Result<Scenario, InputError> {
-        let MapArgs { map, from, to, within } = &self.map;
+impl MapArgs {
+    /// The scenario of this name along the map's route, if a map was given, with so many relays.
+    pub(super) fn open(
+        &self,
+        scenario: Option<&str>,
+        relays: Option<usize>,
+    ) -> Result<Scenario, InputError> {
+        let Self { map, from, to, within } = self;
         let map = map.as_ref().map(|file| MapChoice {
             file: file.clone(),
             within: within.clone(),
             ends: Ends { from: from.clone(), to: to.clone() },
         });
-        match (&self.scenario, map) {
-            (None, Some(map)) => Scenario::of_map(map, self.relays),
+        match (scenario, map) {
+            (None, Some(map)) => Scenario::of_map(map, relays),
             (name, map) => {
-                let name = name.as_deref().unwrap_or(builtin::DEMONSTRATION);
-                Scenario::open_with(name, &Changes { map, relays: self.relays })
+                let name = name.unwrap_or(builtin::DEMONSTRATION);
+                Scenario::open_with(name, &Changes { map, relays })
             }
         }
+    }
+}
+
+impl RunArgs {
+    /// The scenario, with the map and the number of relays that were asked for.
+    fn open(&self) -> Result<Scenario, InputError> {
+        self.map.open(self.scenario.as_deref(), self.relays)
     }
 
     /// The virtual drones of the mission, if it has any.

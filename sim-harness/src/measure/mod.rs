@@ -12,4 +12,5 @@ pub mod bench;
 pub mod campaign;
 pub mod figures;
 pub mod metrics;
+pub mod plan;
 pub mod trace;

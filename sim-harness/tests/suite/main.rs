@@ -15,6 +15,7 @@ mod medium;
 mod odometry;
 mod order;
 mod place;
+mod plan;
 mod radio;
 mod radios;
 mod retirement;

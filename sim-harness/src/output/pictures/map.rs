@@ -15,10 +15,7 @@ use crate::measure::trace::{DroneFrame, FloorPlan, Frame, Trace};
 /// The picture of a run.
 pub(super) fn picture(trace: &Trace) -> Result<Picture, PictureError> {
     let title = format!("Map: {}", trace.scenario);
-    let (low, high) = bounds(trace);
-    let aspect = (high.y - low.y + 2.0) / (high.x - low.x + 2.0);
-    let height = (f64::from(aspect) * 912.0 + 118.0).clamp(260.0, 840.0).round();
-    Picture::draw((960.0, height), &title, |sheet| {
+    Picture::draw((960.0, height_of(trace)), &title, |sheet| {
         let subtitle = match farthest(trace) {
             Some(frame) => format!(
                 "Ways flown; rings: when the head was farthest, at {} s; dots: at the end",
@@ -29,6 +26,13 @@ pub(super) fn picture(trace: &Trace) -> Result<Picture, PictureError> {
         let body = headed(sheet, &title, &subtitle)?;
         panel(&body, trace, "")
     })
+}
+
+/// The height of a picture 960 pixels wide whose map has the shape of the floor plan.
+pub(super) fn height_of(trace: &Trace) -> f64 {
+    let (low, high) = bounds(trace);
+    let aspect = (high.y - low.y + 2.0) / (high.x - low.x + 2.0);
+    (f64::from(aspect) * 912.0 + 118.0).clamp(260.0, 840.0).round()
 }
 
 /// The map, as large as the area lets it be.

@@ -16,6 +16,7 @@ mod dashes;
 mod figure3;
 mod links;
 mod map;
+mod plan;
 mod positions;
 mod raster;
 mod series;
@@ -28,6 +29,7 @@ use std::fmt;
 pub use boxes::{BoxChart, BoxGroup, BoxPlotData};
 pub use figure3::{Corridor, Figure3, Variant};
 pub(super) use map::nested;
+pub use plan::PlanPicture;
 pub(super) use series::launch_limit;
 pub(super) use sheet::escaped;
 pub use sheet::{Picture, PlotFrame};
@@ -60,6 +62,14 @@ impl std::error::Error for PictureError {}
 /// See [`PictureError`].
 pub fn map(trace: &Trace) -> Result<Picture, PictureError> {
     map::picture(trace)
+}
+
+/// The floor plan with the places of a planned chain.
+///
+/// # Errors
+/// See [`PictureError`].
+pub fn plan(plan: &PlanPicture<'_>) -> Result<Picture, PictureError> {
+    plan::picture(plan)
 }
 
 /// Each link's strength over time: as received, filtered, and true.
