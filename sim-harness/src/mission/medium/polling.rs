@@ -27,7 +27,7 @@ pub struct Polling {
 }
 
 impl Polling {
-    /// A dongle that asks so often a second, beside a base that logs at [`LOG_HZ`].
+    /// A dongle that asks so often a second, beside a base that logs 100 times a second.
     ///
     /// 100 is the rate that the vendor's documentation asks for. Without a rate limit, as cflib drives
     /// it, a dongle asks as soon as it is answered, about a thousand times a second over USB, and
