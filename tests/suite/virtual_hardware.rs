@@ -81,7 +81,7 @@ fn a_busy_radio_chip_loses_no_byte_of_a_frame() {
     }
 }
 
-/// A Crazyradio can set the channel from the air, and the chip tells nobody. The drone is alone here,
+/// A Crazyradio can set the channel from the air, and the chip tells its flight processor nothing of it. The drone is alone here,
 /// since the simulated medium asks no radio for its channel.
 #[test]
 #[ignore = "needs the firmware's ELF: `cargo fw` makes it"]

@@ -39,6 +39,26 @@ pub struct Report {
     pub recall: bool,
 }
 
+impl Report {
+    /// The report of a drone at rest at its take-off place that knows of no link and calls for
+    /// nothing.
+    #[must_use]
+    pub const fn plain(from: NodeId, sequence: u16, phase: Phase) -> Self {
+        Self {
+            from,
+            sequence,
+            phase,
+            velocity: MetresPerSecond::ZERO,
+            odometer: Metres::ZERO,
+            links: None,
+            sums: [LinkSum::NONE; 2],
+            waiting: 0,
+            head_velocity: MetresPerSecond::ZERO,
+            recall: false,
+        }
+    }
+}
+
 /// Whether `a` comes after `b` on the circle of 16-bit sequence numbers.
 #[must_use]
 pub(crate) const fn newer(a: u16, b: u16) -> bool {

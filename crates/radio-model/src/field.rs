@@ -12,8 +12,8 @@ use core::f32::consts::TAU;
 
 use units::{Db, Metres, Point2};
 
-/// The number of plane waves in a field. With 32, the distribution of the sum of shadowing waves
-/// has the quantiles of a normal one to 2 % of its deviation up to three deviations.
+/// The number of plane waves in a field: ours, enough for a sum that is nearly normal, and as many
+/// cosines for each link whose ends have moved.
 pub const WAVES: usize = 32;
 
 /// Uniform numbers in [0, 1) for one plane wave, which the caller draws.
@@ -165,10 +165,11 @@ mod tests {
     }
 
     /// The mean power is one, and the part of fades below 10 dB is that of Rayleigh's and of Rice's
-    /// distribution: 9.5 % and, with K = 4, 1.5 % (1 − Q₁(√(2K), √(2(K + 1)·0.1))).
+    /// distribution: 9.52 % and, with K = 4, 1.64 % (1 − Q₁(√(2K), √(2(K + 1)·0.1)), by two million draws of the sum of
+    /// a direct and a normal wave).
     #[test]
     fn fading_is_rayleighs_and_rices() {
-        for (k, deep) in [(0.0, 0.0952_f32), (4.0, 0.0147)] {
+        for (k, deep) in [(0.0, 0.0952_f32), (4.0, 0.0164)] {
             let (mut power, mut below, mut count) = (0.0_f32, 0.0_f32, 0.0_f32);
             for seed in 1..=200 {
                 let field = Fading::new(k, Metres(0.125), draws(seed));

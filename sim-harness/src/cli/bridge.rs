@@ -12,7 +12,7 @@ use crate::bridge::{self, Event, RadioAddress, Rate, Tally};
 use crate::input_error::InputError;
 use crate::serve::{FIRST_PORT, Ports};
 
-/// The address that a Crazyflie has when nobody gave it another.
+/// The address that a Crazyflie has until it is given another.
 const DEFAULT_ADDRESS: &str = "radio://0/80/2M/E7E7E7E7E7";
 
 #[derive(Args)]

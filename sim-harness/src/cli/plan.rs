@@ -1,4 +1,4 @@
-//! `uchain plan`: how many relays a place needs, before anybody packs.
+//! `uchain plan`: how many relays a place needs, before the drones are packed.
 
 use std::fmt::Write;
 

@@ -20,9 +20,7 @@ use chain::policy::Policy;
 use chain::report::Report;
 use onboard::replay::{Begin, HEARD, Step};
 use tunnel_nav::{Diagonals, Range};
-use units::{
-    Dbm, Duration, Instant, LinkSum, Metres, MetresPerSecond, NODES, NodeId, Order, Phase, Role,
-};
+use units::{Dbm, Duration, Instant, Metres, MetresPerSecond, NODES, NodeId, Order, Phase, Role};
 
 use super::recording::{LOST_AFTER, Recording, Sample};
 
@@ -103,18 +101,7 @@ fn idle_round(now: Instant, velocity: Option<BodyVelocity>) -> Step {
 
 /// The simplest report of a link of the chain, or of the base.
 fn plain_report(from: NodeId, sequence: u16, is_base: bool) -> Report {
-    Report {
-        from,
-        sequence,
-        phase: if is_base { Phase::Base } else { Phase::Linked },
-        velocity: MetresPerSecond::ZERO,
-        odometer: Metres::ZERO,
-        links: None,
-        sums: [LinkSum::NONE; 2],
-        waiting: 0,
-        head_velocity: MetresPerSecond::ZERO,
-        recall: false,
-    }
+    Report::plain(from, sequence, if is_base { Phase::Base } else { Phase::Linked })
 }
 
 fn number(drone: usize) -> NodeId {

@@ -155,7 +155,7 @@ fn the_first_packet_keeps_the_receiver_from_a_stronger_one() {
     assert!(all(&mut medium, strength).iter().any(|(_, from, by)| *from == 1 && by.contains(&2)));
 }
 
-/// A packet whose address nobody finds keeps no receiver: it is drowned, too weak, or a carrier.
+/// A packet whose address no receiver finds keeps none: it is drowned, too weak, or a carrier.
 #[test]
 fn only_an_address_that_is_found_keeps_a_receiver() {
     let strength = |from: usize, _: usize| Some(Dbm([-90.0, -50.0, -70.0, -75.0][from]));

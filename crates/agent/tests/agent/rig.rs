@@ -7,7 +7,7 @@ use chain::policy::PolicyConfig;
 use chain::report::Report;
 use tunnel_nav::{Diagonals, Range};
 use units::{
-    Dbm, Duration, Instant, LinkSum, Metres, MetresPerSecond, NodeId, Order, Phase, Role, Setpoint,
+    Dbm, Duration, Instant, Metres, MetresPerSecond, NodeId, Order, Phase, Role, Setpoint,
 };
 
 /// The length of a round.
@@ -193,18 +193,7 @@ impl Rig {
 
 /// A packet of this number.
 pub(crate) fn heard(from: u8, sequence: u16, phase: Phase, rssi: f32) -> Heard {
-    let report = Report {
-        from: NodeId(from),
-        sequence,
-        phase,
-        velocity: MetresPerSecond::ZERO,
-        odometer: Metres::ZERO,
-        links: None,
-        sums: [LinkSum::NONE; 2],
-        waiting: 0,
-        head_velocity: MetresPerSecond::ZERO,
-        recall: false,
-    };
+    let report = Report::plain(NodeId(from), sequence, phase);
     Heard { report, rssi: Dbm(rssi), reverse: None }
 }
 

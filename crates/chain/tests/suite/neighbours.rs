@@ -7,25 +7,14 @@ use chain::policy::PolicyConfig;
 use chain::report::Report;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use units::{Dbm, Duration, Instant, LinkSum, Metres, MetresPerSecond, NodeId, Phase};
+use units::{Dbm, Duration, Instant, MetresPerSecond, NodeId, Phase};
 
 const ME: NodeId = NodeId(5);
 const LOST_AFTER: Duration = Duration::from_secs(2);
 const RAW: Smoothing = Smoothing::Raw;
 
 fn heard(from: u8, sequence: u16, phase: Phase, rssi: f32) -> Heard {
-    let report = Report {
-        from: NodeId(from),
-        sequence,
-        phase,
-        velocity: MetresPerSecond::ZERO,
-        odometer: Metres::ZERO,
-        links: None,
-        sums: [LinkSum::NONE; 2],
-        waiting: 0,
-        head_velocity: MetresPerSecond::ZERO,
-        recall: false,
-    };
+    let report = Report::plain(NodeId(from), sequence, phase);
     Heard { report, rssi: Dbm(rssi), reverse: None }
 }
 

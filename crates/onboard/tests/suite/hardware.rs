@@ -98,7 +98,7 @@ fn a_firmware_older_than_2022_01_or_without_a_version_is_refused() {
         (b"2022.01", None),
         (b"2022.01.1 (CF21)", None),
         (b"2025.12.1", None),
-        // A build of someone's own.
+        // A build that is no release names itself as its builder likes.
         (b"NA", None),
         (b"8a7b6c5*", None),
     ] {

@@ -4,7 +4,7 @@
 //! a number, a name, and its variables, each as `group.name(X)` with X the letter of Python's
 //! `struct`. Then events follow: type, time (32-bit milliseconds in version 1, 64-bit microseconds in
 //! version 2), and the values, all little-endian. The last four bytes are the CRC-32 of all before
-//! (crazyflie-firmware, `usddeck.c`; crazyflie-lib-python, `cfusdlog.py`).
+//! (crazyflie-firmware, `usddeck.c` and `tools/usdlog/cfusdlog.py`).
 //!
 //! | variable | is |
 //! |---|---|
@@ -27,13 +27,15 @@ use crate::replay::recording::{Anomaly, Clock, Recorder, Recording};
 pub(super) const MAGIC: u8 = 0xBC;
 /// A round of the chain's loop, µs.
 const ROUND_US: u64 = 200_000;
-/// The most variables of one event type; the vendor's firmware logs up to 20 in one.
+/// The most variables of one event type, against damaged files: ours.
 const MOST: usize = 256;
 
 /// The link and the sign of a variable that holds a strength.
 #[derive(Clone, Copy)]
 struct Strength {
     link: &'static str,
+    /// The place of the link among those that are read.
+    slot: usize,
     sign: f64,
     /// The sign of the own velocity in the rate of separation; zero where the direction to the
     /// other end is not known.
@@ -42,9 +44,9 @@ struct Strength {
 
 fn strength(name: &str) -> Option<Strength> {
     Some(match name {
-        "radio.rssi" => Strength { link: "radio", sign: -1.0, away: 0.0 },
-        "uchain.frontRaw" => Strength { link: "front", sign: 1.0, away: -1.0 },
-        "uchain.backRaw" => Strength { link: "back", sign: 1.0, away: 1.0 },
+        "radio.rssi" => Strength { link: "radio", slot: 0, sign: -1.0, away: 0.0 },
+        "uchain.frontRaw" => Strength { link: "front", slot: 1, sign: 1.0, away: -1.0 },
+        "uchain.backRaw" => Strength { link: "back", slot: 2, sign: 1.0, away: 1.0 },
         _ => return None,
     })
 }
@@ -221,21 +223,13 @@ fn read_events(rest: &mut Bytes<'_>, version: u64, events: &[Event], recorder: &
         let forward = event.forward.and_then(|place| values.get(place)).copied();
         for ((_, strength), value) in event.variables.iter().zip(values) {
             let Some(strength) = strength else { continue };
-            let Some(due) = due.get_mut(place_of(strength.link)) else { continue };
+            let Some(due) = due.get_mut(strength.slot) else { continue };
             // The clock may have begun anew.
             if micros >= *due || due.abs_diff(micros) > ROUND_US {
                 *due = micros + ROUND_US;
                 take(recorder, line, now, *strength, value, forward);
             }
         }
-    }
-}
-
-fn place_of(link: &str) -> usize {
-    match link {
-        "radio" => 0,
-        "front" => 1,
-        _ => 2,
     }
 }
 
