@@ -226,14 +226,14 @@ impl Image {
         let mut sizes = Sizes::default();
         for Section { name, address, size } in &self.sections {
             match address {
-                0x0800_0000..=0x0FFF_FFFF => sizes.flash += size,
-                0x1000_0000..=0x1FFF_FFFF => sizes.ccm += size,
-                0x2000_0000..=0x2FFF_FFFF => sizes.ram += size,
+                0x0800_0000..=0x0FFF_FFFF => sizes.flash = sizes.flash.saturating_add(*size),
+                0x1000_0000..=0x1FFF_FFFF => sizes.ccm = sizes.ccm.saturating_add(*size),
+                0x2000_0000..=0x2FFF_FFFF => sizes.ram = sizes.ram.saturating_add(*size),
                 _ => {}
             }
             // Initial values lie in flash too.
             if name == ".data" {
-                sizes.flash += size;
+                sizes.flash = sizes.flash.saturating_add(*size);
             }
         }
         sizes

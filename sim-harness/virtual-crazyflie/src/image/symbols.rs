@@ -63,7 +63,11 @@ impl Symbols {
         let text: Vec<Range<u32>> = elf
             .sections()
             .filter(|section| section.kind() == SectionKind::Text && section.size() > 0)
-            .map(|section| section.address() as u32..(section.address() + section.size()) as u32)
+            .map(|section| {
+                // A damaged header may speak of a section beyond the end of the address space.
+                let start = section.address() as u32;
+                start..start.saturating_add(section.size() as u32)
+            })
             .collect();
         let is_text = |address| text.iter().any(|section| section.contains(&address));
         for symbol in elf.symbols() {

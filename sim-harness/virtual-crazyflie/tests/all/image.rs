@@ -181,6 +181,25 @@ fn a_segment_in_ram_that_is_no_code_is_not_flashed() {
     assert_eq!(Image::parse(elf).unwrap().segments().count(), before - 1);
 }
 
+/// A section of code that would end beyond the last address ends there.
+#[test]
+fn a_damaged_size_of_a_section_does_not_wrap_its_end() {
+    const EXECUTED: u32 = 4;
+    let mut elf = TINY.to_vec();
+    let word = |elf: &[u8], at: usize| u32::from_le_bytes(elf[at..at + 4].try_into().unwrap());
+    let table = word(&elf, 32) as usize;
+    let entries = usize::from(u16::from_le_bytes(elf[48..50].try_into().unwrap()));
+    let headers = (0..entries).map(|index| table + 40 * index);
+    let code: Vec<usize> = headers.filter(|at| word(&elf, at + 8) & EXECUTED != 0).collect();
+    assert!(!code.is_empty());
+    for header in code {
+        elf[header + 20..header + 24].copy_from_slice(&u32::MAX.to_le_bytes());
+    }
+    let image = Image::parse(elf).unwrap();
+    assert!(image.instructions().count() < TINY.len());
+    assert!(image.sizes().flash > 0);
+}
+
 /// The core clears the two lowest bits of the initial stack pointer: the vendor's ends in 0xFFFF.
 #[test]
 fn low_bits_of_the_initial_stack_pointer_are_ignored() {
