@@ -132,6 +132,10 @@ pub struct FlowConfig {
     pub gate: f32,
     /// Rejected readings that agree with each other for this long reset the velocity, s.
     pub reset_after: f32,
+    /// The largest change of velocity by such a reset, m/s. A sensor that asks for more is wrong,
+    /// however well its readings agree, and is not believed again before the drone has stood on
+    /// the ground.
+    pub most_reset: f32,
 }
 
 impl FlowConfig {
@@ -154,6 +158,9 @@ impl FlowConfig {
     ///   over a longer one.
     /// * Gate of 5σ: it rejects one good reading in a million.
     /// * Reset after 0.5 s: as long as a drone may fly without a velocity.
+    /// * A reset changes the velocity by 1.5 m/s at most. Our own number: in 0.5 s that is a push of
+    ///   0.3 g, or a tilt that is wrong by 17°, of which the gyroscope would know. A flow and a height
+    ///   that are both wrong ask for more: counts that would be 0.6 m/s at 0.3 m are 2.6 m/s at 1.3 m.
     pub const PMW3901: Self = Self {
         counts_per_radian: 10.0 * 35.0 / 0.716_74,
         noise: 0.4335,
@@ -168,6 +175,7 @@ impl FlowConfig {
         longest_interval: 0.05,
         gate: 5.0,
         reset_after: 0.5,
+        most_reset: 1.5,
     };
 }
 

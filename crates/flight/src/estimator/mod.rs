@@ -70,6 +70,9 @@ pub struct Estimator {
     gravity: f32,
     flow_integral: FlowIntegral,
     flow_rejections: Rejections,
+    /// Whether the flow sensor has asked for a velocity that the drone cannot have, since it last
+    /// stood on the ground.
+    flow_is_disbelieved: bool,
     /// Time since the last reading of the ranger, s.
     since_down: f32,
     down_rejections: Rejections,
@@ -88,6 +91,7 @@ impl Estimator {
             gravity: GRAVITY,
             flow_integral: FlowIntegral::ZERO,
             flow_rejections: Rejections::none(),
+            flow_is_disbelieved: false,
             since_down: 0.0,
             down_rejections: Rejections::none(),
         }
@@ -176,6 +180,9 @@ impl Estimator {
         if let Some(why) = flow::fault(config, motion, &flow_integral, height / cosine, cosine) {
             return Verdict::Unusable(why);
         }
+        if self.flow_is_disbelieved {
+            return Verdict::Unusable(Unusable::Implausible);
+        }
         let counts = flow::measurement(config, motion, &flow_integral, height, &self.rotation);
         let decorrelated = Decorrelated::new(&self.covariance, &counts);
         if decorrelated.within(config.gate) {
@@ -187,6 +194,10 @@ impl Estimator {
         let lasted = self.flow_rejections.add(counts.innovation, flow_integral.time, agreement);
         if lasted < config.reset_after {
             return Verdict::Rejected(decorrelated.nis());
+        }
+        if counts.velocity_squared() > config.most_reset * config.most_reset {
+            self.flow_is_disbelieved = true;
+            return Verdict::Unusable(Unusable::Implausible);
         }
         self.flow_rejections = Rejections::none();
         self.covariance.inflate_velocity(counts.velocity_squared());
@@ -358,6 +369,7 @@ impl Estimator {
         self.velocity = [0.0; 3];
         self.flow_integral = FlowIntegral::ZERO;
         self.flow_rejections = Rejections::none();
+        self.flow_is_disbelieved = false;
         self.since_down = 0.0;
         self.down_rejections = Rejections::none();
         self.covariance.reset_at_rest(

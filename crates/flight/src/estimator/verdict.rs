@@ -52,6 +52,9 @@ pub enum Unusable {
     TooLow,
     /// The drone is tilted so far that the sensor does not see the floor directly below.
     Tilted,
+    /// The flow sensor insists, or has insisted since the drone last stood on the ground, on a
+    /// velocity that the drone cannot have.
+    Implausible,
     /// The reading covers too long a time, or none.
     Stale,
 }

@@ -103,6 +103,26 @@ fn flow_readings_that_persist_reset_the_velocity() {
     assert!((x - 0.8).abs() < 0.1 && y.abs() < 0.1, "{x}, {y} m/s");
 }
 
+/// A flow sensor that is wrong together with the height: no push makes 2.5 m/s, and no later
+/// reading of that flight is believed, whether it fits or not.
+#[test]
+fn flow_readings_that_no_push_explains_are_not_believed_before_the_ground() {
+    let mut drone = hovering();
+    // 2.5 m/s at 0.3 m over ground.
+    let verdicts: Vec<_> = (0..100).map(|_| apply_flow(&mut drone, motion(41, 0)).0).collect();
+    assert!(verdicts[..45].iter().all(|verdict| matches!(verdict, Verdict::Rejected(_))));
+    let implausible = Verdict::Unusable(Unusable::Implausible);
+    assert!(verdicts[60..].iter().all(|verdict| *verdict == implausible), "{verdicts:?}");
+    let [x, y, _] = drone.estimator.velocity();
+    assert!(x.abs() < 0.05 && y.abs() < 0.05, "{x}, {y} m/s");
+    for counts in [13, 0] {
+        let (verdict, same) = apply_flow(&mut drone, motion(counts, 0));
+        assert!(verdict == implausible && same, "{verdict:?}");
+    }
+    drone.estimator.rest(&CONFIG, [0.0, 0.0, GRAVITY]);
+    assert_ne!(apply_flow(&mut drone, motion(0, 0)).0, implausible);
+}
+
 #[test]
 fn a_ranger_that_sees_nothing_changes_nothing() {
     let good = reading(0.3);
