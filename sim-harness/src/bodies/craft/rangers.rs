@@ -1,6 +1,6 @@
 //! The VL53L1x: the distance along a beam, if enough light comes back.
 //!
-//! A beam is a cone of five rays; the nearest of those with a strong reflection counts. The
+//! A beam is a cone of nine rays; the nearest of those with a strong reflection counts. The
 //! reflected light falls with the square of the distance and with the slant of the surface, and
 //! below a limit there is no reading. Beams are fixed to the body: a tilted one can see the floor.
 
@@ -11,9 +11,11 @@ use super::body::{Rotation, Vector, turned};
 use crate::random::Stream;
 use crate::world::Tunnel;
 
-/// Tangent of half the cone: 7.5°, as in the vendor's estimator (`mm_tof.c`). The data sheet's 27°
-/// are from edge to edge of the whole array, where little light comes back.
-const CONE: f32 = 0.131_65;
+/// The rays beside the middle one: cosine and sine of their angle to it, and their sensitivity in
+/// parts of its own. The whole array sees 27° (UM2555), where half of the sensitivity is assumed to be
+/// left; the vendor's estimator reckons with half a cone of 7.5° (`mm_tof.c`), where four fifths
+/// are left if it falls as a bell curve does.
+const RINGS: [([f32; 2], f32); 2] = [([0.991_44, 0.130_53], 0.8), ([0.972_37, 0.233_45], 0.5)];
 /// A ray counts when it returns at least this part of the strongest ray's light.
 const STRONG: f32 = 0.5;
 /// The reflectance of walls and floor: grey. The data sheet tests with 17, 54 and 88 %.
@@ -73,18 +75,24 @@ impl Ranger {
         beam: [f32; 2],
         random: &mut Stream,
     ) -> Reading {
-        let across = [-beam[1] * CONE, beam[0] * CONE];
-        let rays = [
-            [beam[0], beam[1], 0.0],
-            [beam[0] + across[0], beam[1] + across[1], 0.0],
-            [beam[0] - across[0], beam[1] - across[1], 0.0],
-            [beam[0], beam[1], CONE],
-            [beam[0], beam[1], -CONE],
-        ];
-        let mut seen: [Option<Seen>; 5] = [None; 5];
+        let middle = [([beam[0], beam[1], 0.0], 1.0)];
+        let ring = |([cosine, sine], sensitivity): ([f32; 2], f32)| {
+            let [x, y] = [beam[0] * cosine, beam[1] * cosine];
+            let [left_x, left_y] = [-beam[1] * sine, beam[0] * sine];
+            [
+                [x + left_x, y + left_y, 0.0],
+                [x - left_x, y - left_y, 0.0],
+                [x, y, sine],
+                [x, y, -sine],
+            ]
+            .map(|ray| (ray, sensitivity))
+        };
+        let rays = middle.into_iter().chain(RINGS.into_iter().flat_map(ring));
+        let mut seen: [Option<Seen>; 9] = [None; 9];
         let mut strongest = 0.0_f32;
-        for (ray, seen) in rays.into_iter().zip(&mut seen) {
-            *seen = strike(tunnel, position, turned(rotation, ray));
+        for ((ray, sensitivity), seen) in rays.zip(&mut seen) {
+            *seen = strike(tunnel, position, turned(rotation, ray))
+                .map(|seen| Seen { signal: sensitivity * seen.signal, ..seen });
             strongest = strongest.max(seen.map_or(0.0, |seen| seen.signal));
         }
         let strong = seen.into_iter().flatten().filter(|s| s.signal >= STRONG * strongest);
