@@ -1,0 +1,247 @@
+//! Shortest paths on a grid: Dijkstra's algorithm from one cell to all others, with costs in whole
+//! numbers.
+//!
+//! A step to the side costs [`STRAIGHT_COST`], one to a corner [`DIAGONAL_COST`], each more the
+//! nearer it leads to a wall, as the caller says. Cells wait in as many queues as there are costs of
+//! a step (Dial, "Algorithm 360: shortest-path forest with topological ordering", 1969), which share
+//! one pool of fixed size. Of a cell whose cost is final only the direction is kept from which it
+//! was reached, in half a byte; its cost is told to the caller at that moment.
+
+use core::fmt;
+use core::ops::ControlFlow;
+
+use crate::frame::{Cell, Frame};
+use crate::map::TooManyCells;
+
+/// The cost of a step to a cell with which the last one shares a side.
+pub const STRAIGHT_COST: u32 = 5;
+/// The cost of a step to a cell at a corner of the last one: 7 to 5 is √2 to within 1 %.
+pub const DIAGONAL_COST: u32 = 7;
+/// The largest factor by which nearness to a wall may lengthen a step.
+const MOST_FACTOR: u32 = 16;
+/// One queue for each cost of a step, and one for the cells in hand.
+const QUEUES: usize = (DIAGONAL_COST * MOST_FACTOR + 1) as usize;
+const NOTHING: u16 = u16::MAX;
+
+/// The steps east and north, opposite ones four apart.
+const STEPS: [(i16, i16); 8] =
+    [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1)];
+
+/// The marks of a cell: not reached, the start, or a direction and this.
+const UNREACHED: u8 = 0;
+const START: u8 = 1;
+const FIRST_DIRECTION: u8 = 2;
+
+/// A search that could not be carried out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum PathError {
+    /// The start lies outside the grid.
+    NoStart,
+    /// More cells wait than the pool has room for. The cells that were visited before are right.
+    PoolFull,
+    /// The grid has more cells than there is room for.
+    TooManyCells(TooManyCells),
+}
+
+impl fmt::Display for PathError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoStart => write!(f, "the start lies outside the grid"),
+            Self::PoolFull => write!(f, "more cells wait than there is room for"),
+            Self::TooManyCells(why) => why.fmt(f),
+        }
+    }
+}
+
+/// A cell of which the cheapest way from the start is known.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Visit {
+    /// The cell.
+    pub cell: Cell,
+    /// The cost of the way.
+    pub cost: u32,
+}
+
+/// A cell that waits, with the one behind it in its queue.
+#[derive(Clone, Copy, Debug)]
+struct Waiting {
+    cell: Cell,
+    mark: u8,
+    next: u16,
+}
+
+/// Finds shortest paths on grids of at most twice `BYTES` cells, of which at most `POOL` wait at a
+/// time. An open grid of n by n cells needs room for some 16·n.
+#[derive(Clone, Debug)]
+pub struct Planner<const BYTES: usize, const POOL: usize> {
+    frame: Option<Frame>,
+    /// The marks of two cells in each byte.
+    marks: [u8; BYTES],
+    pool: [Waiting; POOL],
+    /// The first free place of the pool.
+    free: u16,
+    /// The first cell of each queue.
+    queues: [u16; QUEUES],
+    waiting: usize,
+}
+
+impl<const BYTES: usize, const POOL: usize> Planner<BYTES, POOL> {
+    /// A planner that has not searched.
+    #[must_use]
+    pub const fn new() -> Self {
+        const { assert!(POOL > 0 && POOL < NOTHING as usize) };
+        let empty = Waiting { cell: Cell::new(0, 0), mark: UNREACHED, next: NOTHING };
+        Self {
+            frame: None,
+            marks: [0; BYTES],
+            pool: [empty; POOL],
+            free: NOTHING,
+            queues: [NOTHING; QUEUES],
+            waiting: 0,
+        }
+    }
+
+    /// Searches from `start`, cheapest cells first. `factor` says by how much a step into a cell is
+    /// longer than on open ground, at least 1 and at most 16, or `None` where a robot cannot be; the
+    /// start itself is not asked for. A step to a corner is taken only where both cells beside it
+    /// can be entered. `visit` hears of each cell once, and may end the search.
+    ///
+    /// # Errors
+    /// [`PathError`]; what was visited before is right.
+    pub fn search(
+        &mut self,
+        frame: &Frame,
+        start: Cell,
+        factor: impl Fn(Cell) -> Option<u8>,
+        mut visit: impl FnMut(Visit) -> ControlFlow<()>,
+    ) -> Result<(), PathError> {
+        let room = 2 * BYTES;
+        if frame.cell_count() > room {
+            return Err(PathError::TooManyCells(TooManyCells { cells: frame.cell_count(), room }));
+        }
+        if !frame.contains(start) {
+            return Err(PathError::NoStart);
+        }
+        self.reset(frame);
+        self.push(0, start, START)?;
+        let mut cost = 0;
+        while self.waiting > 0 {
+            let Some(Waiting { cell, mark, .. }) = self.pop(cost) else {
+                cost += 1;
+                continue;
+            };
+            if self.mark(frame, cell) != UNREACHED {
+                continue;
+            }
+            self.set_mark(frame, cell, mark);
+            if visit(Visit { cell, cost }).is_break() {
+                return Ok(());
+            }
+            self.spread(frame, cell, cost, &factor)?;
+        }
+        Ok(())
+    }
+
+    /// The cell before this one on the cheapest way from the start; `None` at the start and for
+    /// cells that the last search has not visited.
+    #[must_use]
+    pub fn before(&self, cell: Cell) -> Option<Cell> {
+        let frame = self.frame.filter(|frame| frame.contains(cell))?;
+        let direction = self.mark(&frame, cell).checked_sub(FIRST_DIRECTION)?;
+        let (east, north) = STEPS.get(usize::from(direction)).copied()?;
+        frame.beside(cell, -east, -north)
+    }
+
+    /// The way back from a cell that was visited to the start, both included.
+    pub fn way_back(&self, from: Cell) -> impl Iterator<Item = Cell> {
+        let is_visited =
+            |frame: &Frame| frame.contains(from) && self.mark(frame, from) != UNREACHED;
+        let first = self.frame.filter(is_visited).map(|_| from);
+        core::iter::successors(first, |&cell| self.before(cell))
+    }
+
+    fn reset(&mut self, frame: &Frame) {
+        self.frame = Some(*frame);
+        self.marks = [0; BYTES];
+        self.queues = [NOTHING; QUEUES];
+        self.waiting = 0;
+        for (n, place) in self.pool.iter_mut().enumerate() {
+            place.next = if n + 1 < POOL { n as u16 + 1 } else { NOTHING };
+        }
+        self.free = 0;
+    }
+
+    /// Lets the cells around one wait whose way leads through it.
+    fn spread(
+        &mut self,
+        frame: &Frame,
+        from: Cell,
+        cost: u32,
+        factor: &impl Fn(Cell) -> Option<u8>,
+    ) -> Result<(), PathError> {
+        let around = STEPS.map(|(east, north)| {
+            let cell = frame.beside(from, east, north)?;
+            Some((cell, factor(cell)?))
+        });
+        for (n, entry) in around.iter().enumerate() {
+            let Some((cell, factor)) = *entry else { continue };
+            let is_diagonal = n % 2 == 1;
+            let beside = |m: usize| around.get(m % 8).is_some_and(Option::is_some);
+            if is_diagonal && !(beside(n - 1) && beside(n + 1)) {
+                continue;
+            }
+            if self.mark(frame, cell) == UNREACHED {
+                let step = if is_diagonal { DIAGONAL_COST } else { STRAIGHT_COST };
+                let factor = u32::from(factor).clamp(1, MOST_FACTOR);
+                self.push(cost + step * factor, cell, FIRST_DIRECTION + n as u8)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn push(&mut self, cost: u32, cell: Cell, mark: u8) -> Result<(), PathError> {
+        let at = self.free;
+        let queue = self.queues.get_mut(cost as usize % QUEUES);
+        let (Some(place), Some(queue)) = (self.pool.get_mut(usize::from(at)), queue) else {
+            return Err(PathError::PoolFull);
+        };
+        self.free = place.next;
+        *place = Waiting { cell, mark, next: *queue };
+        *queue = at;
+        self.waiting += 1;
+        Ok(())
+    }
+
+    fn pop(&mut self, cost: u32) -> Option<Waiting> {
+        let queue = self.queues.get_mut(cost as usize % QUEUES)?;
+        let at = *queue;
+        let place = self.pool.get_mut(usize::from(at))?;
+        let waiting = *place;
+        *queue = waiting.next;
+        place.next = self.free;
+        self.free = at;
+        self.waiting -= 1;
+        Some(waiting)
+    }
+
+    fn mark(&self, frame: &Frame, cell: Cell) -> u8 {
+        let index = frame.index(cell);
+        let byte = self.marks.get(index / 2).copied().unwrap_or(UNREACHED);
+        byte >> (index % 2 * 4) & 0xF
+    }
+
+    fn set_mark(&mut self, frame: &Frame, cell: Cell, mark: u8) {
+        let index = frame.index(cell);
+        let shift = index % 2 * 4;
+        if let Some(byte) = self.marks.get_mut(index / 2) {
+            *byte = *byte & !(0xF << shift) | mark << shift;
+        }
+    }
+}
+
+impl<const BYTES: usize, const POOL: usize> Default for Planner<BYTES, POOL> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
