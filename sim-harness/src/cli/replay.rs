@@ -26,6 +26,10 @@ pub(super) struct ReplayArgs {
     /// Fit a radio model to the packets, and write it as sections of a scenario file, radio.toml
     #[arg(long, conflicts_with = "on")]
     fit: bool,
+    /// Compare filters with the motion and without it, from the packet before and from packets one
+    /// and two seconds old
+    #[arg(long, conflicts_with = "on")]
+    predict: bool,
     /// Replay on the chip too, and compare its answers with the host's
     #[arg(long, value_enum)]
     on: Option<Chip>,
@@ -58,8 +62,13 @@ pub(super) fn run(args: &ReplayArgs) -> Result<Verdict, Trouble> {
 
 fn on_host(args: &ReplayArgs) -> Result<Verdict, Trouble> {
     let policy = args.policy.as_deref().and_then(Policy::named);
-    let options =
-        ReplayOptions { format: args.format, policy, fit: args.fit, ..ReplayOptions::default() };
+    let options = ReplayOptions {
+        format: args.format,
+        policy,
+        fit: args.fit,
+        predict: args.predict,
+        ..ReplayOptions::default()
+    };
     interrupt::ends();
     let mut folder = args.common.folder()?;
     let progress = Progress::busy("replay", args.common.quiet);

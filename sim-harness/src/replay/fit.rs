@@ -101,7 +101,9 @@ const LEAST: usize = 50;
 ///
 /// # Errors
 /// Where too few packets have a known distance, or all the same one.
-pub(super) fn fit(recordings: &[Recording]) -> Result<RadioFit, InputError> {
+pub(super) fn fit<'a>(
+    recordings: impl Iterator<Item = &'a Recording>,
+) -> Result<RadioFit, InputError> {
     let points = points(recordings);
     let unfit = |wrong: &str| {
         let remedy = "give logs with distances: a TETAM track, a robot's, the trace of a run (CSV or MCAP), or \
@@ -153,7 +155,7 @@ fn estimate(value: f64, resampled: impl Iterator<Item = f64>) -> Estimate {
 }
 
 /// The packets of all recordings, each recording's links apart from another's of the same name.
-fn points(recordings: &[Recording]) -> Vec<Point> {
+fn points<'a>(recordings: impl Iterator<Item = &'a Recording>) -> Vec<Point> {
     let seconds = |sample: &Sample| sample.time.as_micros() as f64 * 1e-6;
     let mut points = Vec::new();
     let mut links = 0;

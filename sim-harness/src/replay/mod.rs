@@ -15,6 +15,7 @@
 //! | `plan` | what a whole drone is told in the replay of a log |
 //! | `agents` | the whole drone of each relay over a recorded flight |
 //! | [`chip`] | the same on a chip, compared with the host |
+//! | `horizons` | filters with and without the motion, from packets of any age |
 //! | `fit` | a radio model, fitted to the packets |
 //! | `summary` | the results as a table, as JSON and as a CSV of every sample |
 //!
@@ -25,12 +26,13 @@ pub mod chip;
 mod fit;
 mod flight;
 mod formats;
+mod horizons;
 mod plan;
 mod prediction;
 mod recording;
 mod summary;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use chain::filter::Kalman;
 use chain::policy::{Policy, REGISTRY};
@@ -39,11 +41,13 @@ pub use agents::AgentReport;
 pub use fit::{Estimate, HeldOut, RadioFit};
 pub use flight::{Commands, Equality};
 pub use formats::Format;
+pub use horizons::{Gain, Horizon, Horizons, Interval, LinkHorizons, LogHorizons, PredictorScore};
 pub use prediction::{Prediction, REAL_LINK, Score};
 pub use recording::{Anomalies, Anomaly};
 pub use summary::{FileReport, LinkReport, ReplaySummary};
 
 use crate::input_error::InputError;
+use recording::Recording;
 
 /// The options of a replay.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,11 +60,13 @@ pub struct ReplayOptions {
     pub kalman: Kalman,
     /// Whether a radio model is fitted to the packets.
     pub fit: bool,
+    /// Whether filters with and without the motion are compared.
+    pub predict: bool,
 }
 
 impl Default for ReplayOptions {
     fn default() -> Self {
-        Self { format: None, policy: None, kalman: REAL_LINK, fit: false }
+        Self { format: None, policy: None, kalman: REAL_LINK, fit: false, predict: false }
     }
 }
 
@@ -75,11 +81,11 @@ pub fn replay(files: &[PathBuf], options: &ReplayOptions) -> Result<ReplaySummar
     }
     let policies = options.policy.map_or_else(|| REGISTRY.iter().collect(), |policy| vec![policy]);
     let mut summary = ReplaySummary::default();
-    let mut recordings = Vec::new();
+    let mut recordings: Vec<(&Path, Recording)> = Vec::new();
     for file in files {
         let (format, recording) = formats::read(file, options.format)?;
-        if options.fit {
-            recordings.push(recording.clone());
+        if options.fit || options.predict {
+            recordings.push((file, recording.clone()));
         }
         summary.add(match format {
             Format::UchainFlight => {
@@ -93,8 +99,11 @@ pub fn replay(files: &[PathBuf], options: &ReplayOptions) -> Result<ReplaySummar
             }
         });
     }
+    if options.predict {
+        summary.horizons = Some(horizons::compare(&recordings));
+    }
     if options.fit {
-        summary.fit = Some(fit::fit(&recordings)?);
+        summary.fit = Some(fit::fit(recordings.iter().map(|(_, recording)| recording))?);
     }
     Ok(summary)
 }

@@ -60,7 +60,7 @@ fn predictors(kalman: Kalman) -> [Predictor; N] {
 
 /// The variance of a predictor's residuals on one link so far.
 #[derive(Clone, Copy, Debug, Default)]
-struct Residuals {
+pub(super) struct Residuals {
     count: u32,
     squares: f64,
 }
@@ -71,12 +71,12 @@ impl Residuals {
     /// The weight of that variance, in residuals.
     const PRIOR_WEIGHT: f64 = 4.0;
 
-    fn variance(&self) -> f64 {
+    pub(super) fn variance(&self) -> f64 {
         (Self::PRIOR_WEIGHT * Self::PRIOR + self.squares)
             / (Self::PRIOR_WEIGHT + f64::from(self.count))
     }
 
-    fn add(&mut self, residual: f64) {
+    pub(super) fn add(&mut self, residual: f64) {
         self.count = self.count.saturating_add(1);
         self.squares += residual * residual;
     }
@@ -113,7 +113,9 @@ impl Link {
             if sample.restarts {
                 filter.reset();
             }
-            move_on(filter, predictor, sample.separating, span);
+            let speed = sample.separating.filter(|_| predictor.moves);
+            let speed = speed.unwrap_or(MetresPerSecond::ZERO);
+            move_on(filter, &predictor.smoothing, speed, span);
             *foresight = foresee(filter, &predictor.smoothing, residuals, sample.rssi);
             filter.update(&predictor.smoothing, sample.rssi);
         }
@@ -121,17 +123,18 @@ impl Link {
     }
 }
 
-fn move_on(
+/// Moves a filter on over a time in which the ends separated at this speed, in pieces no longer than
+/// a round of the chain's loop.
+pub(super) fn move_on(
     filter: &mut LinkFilter,
-    predictor: &Predictor,
-    separating: Option<MetresPerSecond>,
+    smoothing: &Smoothing,
+    speed: MetresPerSecond,
     mut span: Duration,
 ) {
-    let speed = separating.filter(|_| predictor.moves).unwrap_or(MetresPerSecond::ZERO);
     // A reset filter has nothing to move, and no other waits longer than a link may be silent.
     while filter.rssi().is_some() && span > Duration::ZERO {
         let round = span.min(ROUND);
-        filter.predict(&predictor.smoothing, speed, round);
+        filter.predict(smoothing, speed, round);
         span = Duration::from_micros(span.as_micros() - round.as_micros());
     }
 }
@@ -167,6 +170,11 @@ pub(super) fn foresee_all(recording: &Recording, kalman: Kalman) -> Vec<Foresigh
         .collect()
 }
 
+/// The natural logarithm of the normal density of an error about zero.
+pub(super) fn log_density(error: f64, variance: f64) -> f64 {
+    -0.5 * (libm::log(core::f64::consts::TAU * variance) + error * error / variance)
+}
+
 /// Sums over one predictor's foresights.
 #[derive(Clone, Copy, Debug, Default)]
 struct Sums {
@@ -179,9 +187,7 @@ struct Sums {
 impl Sums {
     fn add(&mut self, foresight: &Foresight) {
         let squared = foresight.residual * foresight.residual;
-        let likelihood = |variance: f64| {
-            -0.5 * (libm::log(core::f64::consts::TAU * variance) + squared / variance)
-        };
+        let likelihood = |variance: f64| log_density(foresight.residual, variance);
         let seen = likelihood(foresight.seen_variance);
         self.count += 1;
         self.squares += squared;

@@ -11,6 +11,7 @@ use super::agents::AgentReport;
 use super::fit::RadioFit;
 use super::flight::{Commands, Equality, Flight};
 use super::formats::Format;
+use super::horizons::Horizons;
 use super::prediction::{Foresights, Prediction, Tally};
 use super::recording::{Anomalies, Recording, Sample};
 
@@ -22,6 +23,9 @@ pub struct ReplaySummary {
     /// The scores over the packets of all files; `None` where no file has any that could be
     /// predicted.
     pub all: Option<Prediction>,
+    /// The comparison of filters with and without the motion, where it was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub horizons: Option<Horizons>,
     /// The radio model that was fitted to all packets, where one was asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fit: Option<RadioFit>,
@@ -257,6 +261,9 @@ impl fmt::Display for ReplaySummary {
         if let Some(all) = self.all.as_ref().filter(|_| self.files.len() > 1) {
             writeln!(f, "\nall files")?;
             write_prediction(f, all)?;
+        }
+        if let Some(horizons) = &self.horizons {
+            write!(f, "{horizons}")?;
         }
         if let Some(fit) = &self.fit {
             write!(f, "\n{fit}")?;

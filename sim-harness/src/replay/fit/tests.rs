@@ -39,7 +39,7 @@ fn walk(seed: u64) -> Recording {
 #[test]
 fn a_model_is_found_again_in_its_own_packets() {
     for seed in 1..=5 {
-        let found = fit(&[walk(seed)]).unwrap();
+        let found = fit([walk(seed)].iter()).unwrap();
         let near = |what: &str, found: Estimate, wanted: f64, within: f64| {
             assert!((found.value - wanted).abs() < within, "seed {seed}: {what} {found:?}");
         };
@@ -54,7 +54,7 @@ fn a_model_is_found_again_in_its_own_packets() {
 
 #[test]
 fn the_fitted_sections_are_a_scenarios() {
-    let found = fit(&[walk(1)]).unwrap();
+    let found = fit([walk(1)].iter()).unwrap();
     let rest = "title = \"t\"\nduration_s = 10\n[tunnel]\nwidth_m = 1.2\n\
                 centre_line_m = [[0, 0], [12, 0]]\n[drones]\nrelays = 2\n";
     let scenario =
@@ -75,6 +75,6 @@ fn packets_without_distances_cannot_be_fitted() {
         let time = Instant::from_millis(n * 200);
         recorder.sample(n as usize, time, link, Dbm(-60.0), None, None);
     }
-    let error = fit(&[recorder.finish()]).unwrap_err();
+    let error = fit([recorder.finish()].iter()).unwrap_err();
     assert!(error.to_string().contains("0 packets have a known distance"), "{error}");
 }
