@@ -17,6 +17,7 @@
 //! | [`medium`] | the channel between the radios, packet by packet |
 //! | `air` | the packets between members and medium; `seal`, `intruders`: their seals, and forged ones |
 //! | `ideal` | the link that carries reports and orders without packets |
+//! | `recorded` | a channel that plays the packets of a log back |
 //! | `track` | where the members are on the skeleton |
 //! | `view`, `record` | what may be looked at from outside, and the record of it |
 //! | `contacts`, `log`, `parts` | contacts between drones, figures of the radio, time by parts |
@@ -36,6 +37,7 @@ mod member;
 mod operator;
 mod parts;
 mod record;
+mod recorded;
 mod seal;
 mod sections;
 mod strengths;
@@ -67,6 +69,7 @@ use member::{Member, Onboard};
 use operator::Source;
 pub use parts::Part;
 use parts::Stopwatch;
+pub use recorded::{RecordedChannel, Residual};
 pub(crate) use sections::{
     AgentTables, DronesTable, LaunchTable, LossTable, MOST_DRONES, PilotTable, PolicyTable,
     RetreatTable,

@@ -39,6 +39,12 @@ pub enum Purpose {
     Place,
     /// The errors of one drone's antenna and radio.
     Gain(u8),
+    /// The level of a recorded channel between two drones.
+    Level(u8, u8),
+    /// The deviations of a recorded channel's packets from one drone to another.
+    Deviation(u8, u8),
+    /// The fades between two drones.
+    Fade(u8, u8),
 }
 
 impl Purpose {
@@ -57,6 +63,9 @@ impl Purpose {
             Self::Place => 0x9_0000,
             Self::Fit => 0xB_0000,
             Self::Gain(id) => 0xA_0000 | u64::from(id),
+            Self::Level(low, high) => 0xC_0000 | u64::from(low) << 8 | u64::from(high),
+            Self::Deviation(from, to) => 0xD_0000 | u64::from(from) << 8 | u64::from(to),
+            Self::Fade(low, high) => 0xE_0000 | u64::from(low) << 8 | u64::from(high),
         }
     }
 }

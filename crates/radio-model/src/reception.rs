@@ -9,6 +9,8 @@ pub struct Draws {
     pub normal: f32,
     /// A number uniform in [0, 1): when it is below the loss rate, the packet is lost.
     pub luck: f32,
+    /// What a recorded packet adds to the reported strength; zero without a recording.
+    pub deviation: Db,
 }
 
 /// The effects of the air and the receiver on a packet.
@@ -39,6 +41,10 @@ impl Reception {
     /// product specification, receiver specifications). The amplifier that the Crazyflie 2.1 has in
     /// front of it is left out.
     pub const NRF51_AT_2_MBIT: Dbm = Dbm(-85.0);
+    /// The same at 1 Mbit/s, in the chip's own mode and not Bluetooth's.
+    pub const NRF51_AT_1_MBIT: Dbm = Dbm(-90.0);
+    /// The same at 250 kbit/s.
+    pub const NRF51_AT_250_KBIT: Dbm = Dbm(-96.0);
 
     /// The paper's noise and packet loss (section V-A.2), with RSSI in whole decibels and a
     /// receiver without a limit of sensitivity.
@@ -97,7 +103,8 @@ impl Reception {
         if draws.luck < self.loss_rate_of(strength, bits) {
             return None;
         }
-        let noisy = strength.0 + libm::sqrtf(self.noise_variance) * draws.normal;
+        let noise = libm::sqrtf(self.noise_variance) * draws.normal + draws.deviation.0;
+        let noisy = strength.0 + noise;
         let rounded = if self.resolution.0 > 0.0 {
             libm::roundf(noisy / self.resolution.0) * self.resolution.0
         } else {
@@ -119,12 +126,15 @@ mod tests {
 
     #[test]
     fn a_packet_is_noisy_rounded_or_lost() {
-        let receive =
-            |strength: f32, normal, luck| NRF51.receive(Dbm(strength), 300, Draws { normal, luck });
+        let receive = |strength: f32, normal, luck| {
+            NRF51.receive(Dbm(strength), 300, Draws { normal, luck, deviation: Db(0.0) })
+        };
         assert_eq!(receive(-60.2, 0.0, 0.5), Some(Dbm(-60.0)));
         assert_eq!(receive(-60.2, 1.0, 0.5), Some(Dbm(-58.0))); // 1.73 dB better
         assert_eq!(receive(-60.2, 1.0, 0.19), None); // unlucky
         assert_eq!(receive(-89.1, 3.0, 0.999), None); // too weak, whatever the noise
+        let recorded = Draws { normal: 0.0, luck: 0.5, deviation: Db(-4.4) };
+        assert_eq!(NRF51.receive(Dbm(-60.2), 300, recorded), Some(Dbm(-65.0)));
     }
 
     #[test]

@@ -23,7 +23,8 @@ pub(super) struct ReplayArgs {
     /// policy of every recording; where left out, chain, and k-tuned for a flight
     #[arg(long, value_parser = PossibleValuesParser::new(NAMES))]
     policy: Option<String>,
-    /// Fit a radio model to the packets, and write it as sections of a scenario file, radio.toml
+    /// Fit a radio model to the packets, and write it as sections of a scenario file,
+    /// radio.toml; of one log also trace.toml, which plays its packets back
     #[arg(long, conflicts_with = "on")]
     fit: bool,
     /// Compare filters with the motion and without it, from the packet before and from packets one
@@ -86,6 +87,11 @@ fn on_host(args: &ReplayArgs) -> Result<Verdict, Trouble> {
         folder.put("trace.csv", |out| summary.write_series(out))?;
         if let Some(fit) = &summary.fit {
             folder.put_text("radio.toml", &fit.scenario())?;
+            if let [log] = args.logs.as_slice() {
+                // The scenario may stand in another folder.
+                let log = std::path::absolute(log).unwrap_or_else(|_| log.clone());
+                folder.put_text("trace.toml", &fit.trace_scenario(&log))?;
+            }
         }
     }
     args.common.finish(folder, &summary.to_string(), &value)?;

@@ -84,9 +84,11 @@ struct Chain {
 }
 
 impl Chain {
-    fn of(world: &World, trunk: &[Linked], explorer: Linked) -> Self {
+    fn of(mission: &Mission<'_>, trunk: &[Linked], explorer: Linked) -> Self {
         let members: Vec<_> = trunk.iter().copied().chain([explorer]).collect();
-        let loss = |pair: &[Linked]| world.radio.strength(pair[0].place, pair[1].place).loss().0;
+        let number = |linked: &Linked| usize::from(linked.id.0);
+        let loss =
+            |pair: &[Linked]| mission.true_strength(number(&pair[0]), number(&pair[1])).loss().0;
         let losses = members.windows(2).map(loss).collect();
         Self { members, losses }
     }
@@ -165,7 +167,7 @@ impl<'a> Watch<'a> {
         let (explorers, trunk): (Vec<Linked>, Vec<Linked>) =
             chain.iter().partition(|link| self.role(link) == Role::Head);
         let chains: Vec<Chain> =
-            explorers.iter().map(|explorer| Chain::of(self.world, &trunk, *explorer)).collect();
+            explorers.iter().map(|explorer| Chain::of(mission, &trunk, *explorer)).collect();
         if chains.iter().any(|chain| chain.is_out_of_order(self.world))
             || chains.is_empty() && Chain::is_disordered(self.world, &trunk)
         {

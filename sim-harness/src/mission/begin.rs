@@ -37,7 +37,8 @@ impl<'a> Mission<'a> {
         Self {
             scenario,
             world,
-            medium: Medium::new(scenario.medium(), count, seed),
+            medium: Medium::new(scenario.medium(), count, seed)
+                .through(scenario.radio.trace.as_ref(), seed),
             track: Track::new(spots.iter().map(|spot| spot.on).collect()),
             strengths: Strengths::new(
                 &world.radio,
@@ -73,7 +74,8 @@ impl<'a> Mission<'a> {
     ) -> Self {
         let mut mission = Self::new(scenario, world, seed);
         let config = MediumConfig { arrives: Arrives::AtAntenna, ..scenario.medium() };
-        mission.medium = Medium::new(config, mission.members.len(), seed);
+        mission.medium = Medium::new(config, mission.members.len(), seed)
+            .through(scenario.radio.trace.as_ref(), seed);
         for drone in drones {
             if let Some(member) = mission.members.get_mut(usize::from(drone.node().0)) {
                 member.emulate(drone);

@@ -12,12 +12,13 @@ use std::collections::VecDeque;
 
 use chain::neighbours::Heard;
 use chain::report::Report;
-use radio_model::{Draws, Fades, Reception};
+use radio_model::{Draws, Reception};
 use units::{Dbm, NodeId, Order, Role};
 
 use super::Mission;
-use super::directed_link::DirectedLink;
+use super::directed_link::{LinkFades, streams};
 use super::member::{Member, Onboard};
+use super::recorded::PacketDeviations;
 use super::strengths::Strengths;
 use crate::mission::medium::{Loss, Tally, timing};
 use crate::random::{Purpose, Stream};
@@ -47,14 +48,16 @@ enum Message {
 pub(super) struct IdealLink {
     count: usize,
     reception: Reception,
-    fades: Fades,
+    fades: LinkFades,
     delays: Delays,
     /// How long each member's reports take, µs.
     report_us: Vec<u64>,
     /// The random numbers for the delays of the base's orders.
     base: Stream,
-    /// By sender and receiver.
-    links: Vec<DirectedLink>,
+    /// The random numbers of each link, by sender and receiver.
+    links: Vec<Stream>,
+    /// What recorded packets add to their strengths, where the channel is recorded.
+    deviations: Option<PacketDeviations>,
     /// The strengths of the reports that have been heard and not named in a report of the receiver
     /// yet, sender-major.
     unnamed: Vec<Option<Dbm>>,
@@ -74,11 +77,16 @@ impl IdealLink {
         Self {
             count,
             reception,
-            fades: scenario.radio.fades,
+            fades: LinkFades::new(scenario.radio.fades, count, seed),
             delays: Delays::of(reception.loss_rate, count - 1),
             report_us: (0..count).map(|n| Delays::report_us(sender(n).uniform())).collect(),
             base: sender(count),
-            links: DirectedLink::all(count, seed),
+            links: streams(count, seed),
+            deviations: scenario
+                .radio
+                .trace
+                .as_ref()
+                .map(|channel| PacketDeviations::new(channel, count, seed)),
             unnamed: vec![None; count * count],
             on_way: VecDeque::new(),
             order: None,
@@ -140,14 +148,16 @@ impl IdealLink {
         (from, to): (usize, usize),
         strength: impl FnOnce() -> Dbm,
     ) -> Option<Dbm> {
-        let link = &mut self.links[from * self.count + to];
-        let is_faded = link.is_faded(self.fades, now_us);
-        let luck = link.stream.uniform();
+        let is_faded = self.fades.is_faded(from, to, now_us);
+        let stream = &mut self.links[from * self.count + to];
+        let luck = stream.uniform();
         if is_faded || luck < self.reception.loss_rate {
             self.tally.lose(Loss::Chance);
             return None;
         }
-        let draws = Draws { luck, normal: link.stream.gauss() };
+        let deviation = self.deviations.as_mut().map(|all| all.next(from, to, now_us));
+        let draws =
+            Draws { luck, normal: stream.gauss(), deviation: deviation.unwrap_or_default() };
         let heard = self.reception.receive(strength(), REPORT_BITS, draws);
         match heard {
             Some(_) => self.tally.heard += 1,

@@ -60,7 +60,8 @@ impl<'a> Mission<'a> {
     ) -> Self {
         let mut mission = Self::new(scenario, world, seed);
         let members = mission.members.len();
-        mission.medium = Medium::new(scenario.medium(), members + at.len(), seed);
+        mission.medium = Medium::new(scenario.medium(), members + at.len(), seed)
+            .through(scenario.radio.trace.as_ref(), seed);
         let members = (0..members).map(|n| mission.track.place(n));
         let places = members.chain(at.iter().copied());
         mission.strengths = Strengths::new(&world.radio, &scenario.radio, seed, places);

@@ -29,13 +29,15 @@ mod tally;
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
+use std::sync::Arc;
 
 use radio_model::Draws;
 use units::Dbm;
 pub use wire::radio::timing;
 use wire::syslink::MAX_P2P;
 
-use super::directed_link::DirectedLink;
+use super::directed_link::{LinkFades, streams};
+use super::recorded::{PacketDeviations, RecordedChannel};
 use crate::random::{Purpose, Stream};
 
 use chip::Chip;
@@ -95,8 +97,11 @@ struct Landed {
 /// The air.
 pub struct Medium {
     config: MediumConfig,
-    /// By sender and receiver.
-    links: Vec<DirectedLink>,
+    /// The random numbers of each link, by sender and receiver.
+    links: Vec<Stream>,
+    fades: LinkFades,
+    /// What recorded packets add to their strengths, where the channel is recorded.
+    deviations: Option<PacketDeviations>,
     chips: Vec<Chip>,
     pending: BinaryHeap<Reverse<Pending>>,
     on_air: OnAir,
@@ -122,7 +127,9 @@ impl Medium {
         };
         Self {
             config,
-            links: DirectedLink::all(stations, seed),
+            links: streams(stations, seed),
+            fades: LinkFades::new(config.fades, stations, seed),
+            deviations: None,
             chips: (0..stations).map(chip).collect(),
             pending: BinaryHeap::new(),
             on_air: OnAir::default(),
@@ -133,6 +140,14 @@ impl Medium {
             heard: Vec::with_capacity(stations),
             tally: Tally::default(),
         }
+    }
+
+    /// The medium with packets that scatter as recorded ones did, where there is a recording.
+    #[must_use]
+    pub fn through(self, recorded: Option<&Arc<RecordedChannel>>, seed: u64) -> Self {
+        let stations = self.chips.len();
+        let deviations = recorded.map(|channel| PacketDeviations::new(channel, stations, seed));
+        Self { deviations, ..self }
     }
 
     /// Where packets arrive.
@@ -332,15 +347,18 @@ impl Medium {
         if let Some(polling) = self.config.polling {
             self.bear(polling, packet, to, strength, ether)?;
         }
-        let link = &mut self.links[packet.from * self.chips.len() + to];
-        if link.is_faded(self.config.fades, packet.end_us) {
+        if self.fades.is_faded(packet.from, to, packet.end_us) {
             return Err(Loss::Chance);
         }
-        let luck = link.stream.uniform();
+        let stream = &mut self.links[packet.from * self.chips.len() + to];
+        let luck = stream.uniform();
         if luck < reception.loss_rate {
             return Err(Loss::Chance);
         }
-        let draws = Draws { luck, normal: link.stream.gauss() };
+        let deviation = self.deviations.as_mut();
+        let deviation = deviation.map(|all| all.next(packet.from, to, packet.end_us));
+        let draws =
+            Draws { luck, normal: stream.gauss(), deviation: deviation.unwrap_or_default() };
         reception.receive(strength, timing::air_bits(packet.length), draws).ok_or(Loss::Weak)
     }
 

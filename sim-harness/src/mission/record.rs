@@ -58,8 +58,7 @@ impl<'a> Mission<'a> {
         let link = |view: Option<agent::LinkView>| {
             view.and_then(|view| {
                 let peer = usize::from(view.peer.0);
-                let there = (peer < self.members.len()).then(|| self.track.place(peer))?;
-                let truth = self.world.radio.strength(place, there);
+                let truth = (peer < self.members.len()).then(|| self.true_strength(n, peer))?;
                 Some(LinkFrame { peer: view.peer, raw: view.raw, filtered: view.rssi, truth })
             })
         };

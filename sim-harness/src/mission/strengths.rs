@@ -2,9 +2,10 @@
 //! moves or turns.
 
 use radio_model::Antenna;
-use units::{Db, Dbm, Point2, Radians};
+use units::{Db, Dbm, Metres, Point2, Radians};
 
 use super::medium::RadioSpec;
+use super::recorded::LinkLevels;
 use crate::random::{Purpose, Stream};
 use crate::world::{Radio, SkeletonPlace, SurveyedPlace};
 
@@ -12,6 +13,8 @@ use crate::world::{Radio, SkeletonPlace, SurveyedPlace};
 pub(super) struct Strengths {
     stations: Vec<Station>,
     antenna: Option<Antenna>,
+    /// What a recorded channel adds to each link, where there is one.
+    levels: Option<LinkLevels>,
     /// By sender and receiver, without antennas; `None` since one of them has moved.
     known: Vec<Option<Dbm>>,
 }
@@ -40,8 +43,9 @@ impl Strengths {
             Station { on: radio.survey_place(place), nose: None, gains }
         };
         let stations: Vec<_> = places.enumerate().map(station).collect();
-        let known = vec![None; stations.len() * stations.len()];
-        Self { stations, antenna: spec.antenna, known }
+        let count = stations.len();
+        let levels = spec.trace.as_ref().map(|channel| LinkLevels::new(channel, count, seed));
+        Self { stations, antenna: spec.antenna, levels, known: vec![None; count * count] }
     }
 
     /// Notes that a member is at this place of the skeleton and this point, with its nose in this
@@ -66,13 +70,21 @@ impl Strengths {
         }
     }
 
+    /// By how much a recorded channel makes the link of this length between two stations stronger
+    /// than the law.
+    pub(super) fn level(&self, from: usize, to: usize, length: Metres) -> Db {
+        self.levels.as_ref().map_or(Db(0.0), |levels| levels.at(from, to, length))
+    }
+
     /// The strength of one station's signal at another, without noise.
     #[inline]
     pub(super) fn between(&mut self, radio: &Radio, from: usize, to: usize) -> Dbm {
         let at = from * self.stations.len() + to;
         let (sender, receiver) = (&self.stations[from], &self.stations[to]);
         let strength = self.known[at].unwrap_or_else(|| {
-            radio.strength_at(&sender.on, &receiver.on) + sender.gains[0] + receiver.gains[1]
+            let strength = radio.strength_at(&sender.on, &receiver.on);
+            let length = radio.distance(sender.on.place, receiver.on.place);
+            strength + self.level(from, to, length) + sender.gains[0] + receiver.gains[1]
         });
         self.known[at] = Some(strength);
         match &self.antenna {

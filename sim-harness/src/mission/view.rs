@@ -2,7 +2,7 @@
 
 use agent::{Outputs, State};
 use onboard::{Operator, Sensed};
-use units::{NodeId, Role};
+use units::{Dbm, NodeId, Role};
 use wire::p2p::Telemetry;
 
 use super::Mission;
@@ -70,6 +70,16 @@ impl Mission<'_> {
     /// The bodies, head first, base last.
     pub fn bodies(&self) -> impl Iterator<Item = &Body> {
         self.members.iter().map(|member| &member.body)
+    }
+
+    /// The strength of the link between two members where they are now, without the errors of their
+    /// antennas and without noise.
+    #[must_use]
+    pub fn true_strength(&self, one: usize, other: usize) -> Dbm {
+        let radio = &self.world.radio;
+        let (here, there) = (self.track.place(one), self.track.place(other));
+        let length = radio.distance(here, there);
+        radio.strength(here, there) + self.strengths.level(one, other, length)
     }
 
     /// The state of each member's agent, head first, base last.

@@ -19,12 +19,14 @@ mod variogram;
 
 use std::f64::consts::SQRT_2;
 use std::fmt::{self, Write};
+use std::ops::RangeInclusive;
+use std::path::Path;
 
 use radio_model::{Geometry, LogDistance, PathLoss};
 use serde::Serialize;
 use units::{Dbm, Metres};
 
-use self::law::Law;
+pub(super) use self::law::Law;
 use self::variogram::Variogram;
 use super::recording::{Recording, Sample};
 use crate::input_error::InputError;
@@ -167,7 +169,7 @@ fn points<'a>(recordings: impl Iterator<Item = &'a Recording>) -> Vec<Point> {
             points.push(Point {
                 link: links + sample.link,
                 time: seconds(sample) - begin,
-                log_distance: f64::from(ends.distance.0.max(NEAREST)).log10(),
+                log_distance: log_distance(ends.distance),
                 rssi: f64::from(sample.rssi.0),
                 at: ends.moving,
                 early: false,
@@ -180,6 +182,11 @@ fn points<'a>(recordings: impl Iterator<Item = &'a Recording>) -> Vec<Point> {
         }
     }
     points
+}
+
+/// The logarithm of a distance in metres, to the base 10.
+fn log_distance(distance: Metres) -> f64 {
+    f64::from(distance.0.max(NEAREST)).log10()
 }
 
 /// As in the model, two antennas are at least so far apart, m.
@@ -214,7 +221,27 @@ impl RadioFit {
         text
     }
 
+    /// The law as sections of a scenario file that play the packets of this log back in place of noise
+    /// and shadows.
+    #[must_use]
+    pub fn trace_scenario(&self, log: &Path) -> String {
+        let mut text = String::new();
+        let log = toml::Value::from(log.display().to_string());
+        let _ = self
+            .write_law(&mut text, false)
+            .and_then(|()| writeln!(text, "\n[radio.trace]\nlog = {log}"));
+        text
+    }
+
     fn write_scenario(&self, text: &mut String) -> fmt::Result {
+        self.write_law(text, true)?;
+        let deviation = "\n[radio.shadowing]\ndeviation_db";
+        write_number(text, deviation, self.shadowing_db, 0.0..=30.0)?;
+        write_number(text, "decorrelation_m", self.decorrelation_m, 0.1..=1000.0)
+    }
+
+    /// The law and the gains, with the noise of packets or without.
+    fn write_law(&self, text: &mut String, with_noise: bool) -> fmt::Result {
         let [near, far] = self.distances_m;
         writeln!(
             text,
@@ -222,25 +249,33 @@ impl RadioFit {
              stands its\n# standard error.",
             self.packets, self.links
         )?;
-        let mut line = |key: &str, number: Estimate, least: f64, most: f64| {
-            let value = number.value.clamp(least, most);
-            write!(text, "{key} = {value:.2} # {:.2}", number.error)?;
-            if value != number.value {
-                let found = number.value;
-                write!(text, "; the fit found {found:.2}, beyond what a scenario may have")?;
-            }
-            writeln!(text)
-        };
         // A link has the gains of two drones, which are independent.
         let Estimate { value, error } = self.gain_error_db;
         let of_a_drone = Estimate { value: value / SQRT_2, error: error / SQRT_2 };
-        line("[radio]\nloss_at_1m_db", self.loss_at_1m_db, 0.0, 100.0)?;
-        line("noise_variance_db2", self.noise_variance_db2, 0.0, 400.0)?;
-        line("gain_error_db", of_a_drone, 0.0, 20.0)?;
-        line("\n[radio.model]\nlaw = \"log-distance\"\nexponent", self.exponent, 1.0, 8.0)?;
-        line("\n[radio.shadowing]\ndeviation_db", self.shadowing_db, 0.0, 30.0)?;
-        line("decorrelation_m", self.decorrelation_m, 0.1, 1000.0)
+        write_number(text, "[radio]\nloss_at_1m_db", self.loss_at_1m_db, 0.0..=100.0)?;
+        if with_noise {
+            write_number(text, "noise_variance_db2", self.noise_variance_db2, 0.0..=400.0)?;
+        }
+        write_number(text, "gain_error_db", of_a_drone, 0.0..=20.0)?;
+        let exponent = "\n[radio.model]\nlaw = \"log-distance\"\nexponent";
+        write_number(text, exponent, self.exponent, 1.0..=8.0)
     }
+}
+
+/// Writes a key with its number and the standard error, within what a scenario may have.
+fn write_number(
+    text: &mut String,
+    key: &str,
+    number: Estimate,
+    range: RangeInclusive<f64>,
+) -> fmt::Result {
+    let value = number.value.clamp(*range.start(), *range.end());
+    write!(text, "{key} = {value:.2} # {:.2}", number.error)?;
+    if value != number.value {
+        let found = number.value;
+        write!(text, "; the fit found {found:.2}, beyond what a scenario may have")?;
+    }
+    writeln!(text)
 }
 
 impl fmt::Display for RadioFit {

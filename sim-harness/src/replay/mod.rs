@@ -16,12 +16,14 @@
 //! | `agents` | the whole drone of each relay over a recorded flight |
 //! | [`chip`] | the same on a chip, compared with the host |
 //! | `horizons` | filters with and without the motion, from packets of any age |
+//! | `channel` | a log as the channel of a simulated mission |
 //! | `fit` | a radio model, fitted to the packets |
 //! | `summary` | the results as a table, as JSON and as a CSV of every sample |
 //!
 //! The book's chapter "Replay" defines every number.
 
 mod agents;
+mod channel;
 pub mod chip;
 mod fit;
 mod flight;
@@ -38,6 +40,7 @@ use chain::filter::Kalman;
 use chain::policy::{Policy, REGISTRY};
 
 pub use agents::AgentReport;
+pub(crate) use channel::recorded_channel;
 pub use fit::{Estimate, HeldOut, RadioFit};
 pub use flight::{Commands, Equality};
 pub use formats::Format;

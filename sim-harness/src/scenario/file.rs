@@ -72,7 +72,7 @@ pub(super) fn parse_with(
     };
     let drones = DronesTable::read(&file.drones, &tunnel, &reader)?;
     let vehicle = file.vehicle.read(&reader)?;
-    let radio = file.radio.read(&reader)?;
+    let radio = file.radio.read(drones.members(), &reader)?;
     let tables = AgentTables { policy: &file.policy, launch: &file.launch, retreat: &file.retreat };
     let constants = tables.read(radio.place.path_loss.loss_at_1m(), &vehicle, &reader)?;
     let name = path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());

@@ -19,10 +19,10 @@ use std::sync::Arc;
 use units::Point2;
 
 pub use layout::GeometryError;
-pub use optimum::{Optimum, best_chain, best_chains};
+pub use optimum::{Optimum, best_chain, best_chain_known, best_chains};
 pub use polyline::Polyline;
 pub(crate) use radio::{AntennaTable, FadingTable, ModelTable, ShadowingTable};
-pub use radio::{Radio, RadioPlace, SurveyedPlace};
+pub use radio::{Known, Radio, RadioPlace, SurveyedPlace};
 pub(crate) use section::{PlaceKey, TunnelTable};
 pub use skeleton::{Edge, Gallery, Joint, Leg, Node, NodeKind, Path, Skeleton, SkeletonPlace};
 pub use tunnel::Tunnel;

@@ -10,7 +10,7 @@
 
 use units::Db;
 
-use super::{Path, Radio};
+use super::{Known, Path, Radio};
 
 /// An optimal chain.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,12 +27,19 @@ const COARSE: f32 = 0.1;
 /// The best chain of `links` links from the base, where `way` begins, to a head at its end.
 #[must_use]
 pub fn best_chain(radio: &Radio, way: &Path, links: usize) -> Optimum {
+    best_chain_known(radio, Known::All, way, links)
+}
+
+/// The chain that is the best for all that is `known` of the radio.
+#[must_use]
+pub fn best_chain_known(radio: &Radio, known: Known, way: &Path, links: usize) -> Optimum {
+    let loss = |a: f32, b: f32| radio.known_strength(way.at(a), way.at(b), known).loss().0;
     let head = way.length();
     let everywhere: Vec<f32> = grid(0.0, head, COARSE);
     let mut places = vec![vec![0.0]];
     places.extend(std::iter::repeat_n(everywhere, links.saturating_sub(1)));
     places.push(vec![head]);
-    let mut best = solve(radio, way, &places);
+    let mut best = solve(&loss, &places);
     let mut step = COARSE;
     for _ in 0..10 {
         let reach = step;
@@ -43,7 +50,7 @@ pub fn best_chain(radio: &Radio, way: &Path, links: usize) -> Optimum {
             .chain(inner.map(around))
             .chain(std::iter::once(vec![head]))
             .collect();
-        let candidate = solve(radio, way, &refined);
+        let candidate = solve(&loss, &refined);
         if candidate.worst < best.worst {
             best = candidate;
         }
@@ -82,11 +89,10 @@ fn grid(from: f32, to: f32, step: f32) -> Vec<f32> {
 }
 
 /// Minimax over one list of places per node, each node at least as far out as the one before.
-fn solve(radio: &Radio, way: &Path, places: &[Vec<f32>]) -> Optimum {
+fn solve(loss: &impl Fn(f32, f32) -> f32, places: &[Vec<f32>]) -> Optimum {
     let mut worst: Vec<f32> = places.first().map_or_else(Vec::new, |base| vec![0.0; base.len()]);
     worst.iter_mut().for_each(|w| *w = f32::NEG_INFINITY);
     let mut came_from: Vec<Vec<usize>> = Vec::new();
-    let loss = |a: f32, b: f32| radio.strength(way.at(a), way.at(b)).loss().0;
     for pair in places.windows(2) {
         let (nearer, farther) = (&pair[0], &pair[1]);
         let step = |&x: &f32| {

@@ -38,6 +38,17 @@ pub struct RadioPlace {
     pub seed: u64,
 }
 
+/// What is known of the radio in a place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Known {
+    /// The law of the path loss.
+    Law,
+    /// The law and the shadows: the mean over the fades, which are a few centimetres long.
+    Shadows,
+    /// The law, the shadows and the fades.
+    All,
+}
+
 /// The radio in one tunnel.
 pub struct Radio {
     law: PathLoss,
@@ -92,15 +103,37 @@ impl Radio {
         SurveyedPlace { place, at: self.skeleton.at(place).0, index }
     }
 
+    /// The strength of a link between two places as far as it is known.
+    #[must_use]
+    pub fn known_strength(&self, a: SkeletonPlace, b: SkeletonPlace, known: Known) -> Dbm {
+        self.known_strength_at(&self.survey_place(a), &self.survey_place(b), known)
+    }
+
+    /// Whether the place has shadows or fades.
+    #[must_use]
+    pub const fn has_fields(&self) -> bool {
+        self.shadowing.is_some() || self.fading.is_some()
+    }
+
     /// The strength of a link between two surveyed places, without noise.
     #[must_use]
     pub fn strength_at(&self, a: &SurveyedPlace, b: &SurveyedPlace) -> Dbm {
+        self.known_strength_at(a, b, Known::All)
+    }
+
+    fn known_strength_at(&self, a: &SurveyedPlace, b: &SurveyedPlace, known: Known) -> Dbm {
         let link = Geometry {
             along: self.skeleton.distance(a.place, b.place),
             straight: a.at.distance(b.at),
         };
         let loss = self.law.loss(link, self.term(a.index, b.index));
-        Dbm::after_loss(loss + self.place_loss(a, b))
+        Dbm::after_loss(loss + self.place_loss(a, b, known))
+    }
+
+    /// The distance between two places along the tunnel.
+    #[must_use]
+    pub fn distance(&self, a: SkeletonPlace, b: SkeletonPlace) -> Metres {
+        self.skeleton.distance(a, b)
     }
 
     /// The strength of a link between two points of the floor plan, each of which counts as the
@@ -110,13 +143,15 @@ impl Radio {
         self.strength(self.skeleton.locate(a), self.skeleton.locate(b))
     }
 
-    /// The loss by shadowing and fading.
-    fn place_loss(&self, a: &SurveyedPlace, b: &SurveyedPlace) -> Db {
+    /// The loss by what is known of shadowing and fading.
+    fn place_loss(&self, a: &SurveyedPlace, b: &SurveyedPlace, known: Known) -> Db {
         let order = |place: SkeletonPlace| (place.edge, place.along);
         let (first, other) =
             if order(a.place) <= order(b.place) { (a.at, b.at) } else { (b.at, a.at) };
-        let shadow = self.shadowing.as_ref().map_or(Db(0.0), |field| field.loss(first, other));
-        let fade = self.fading.as_ref().map_or(Db(0.0), |field| field.loss(first, other));
+        let shadowing = self.shadowing.as_ref().filter(|_| known != Known::Law);
+        let fading = self.fading.as_ref().filter(|_| known == Known::All);
+        let shadow = shadowing.map_or(Db(0.0), |field| field.loss(first, other));
+        let fade = fading.map_or(Db(0.0), |field| field.loss(first, other));
         shadow + fade
     }
 

@@ -16,6 +16,7 @@ mod odometry;
 mod order;
 mod place;
 mod plan;
+mod played_back;
 mod radio;
 mod radios;
 mod retirement;

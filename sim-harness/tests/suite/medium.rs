@@ -223,6 +223,26 @@ fn fades_last_and_each_link_has_its_own() {
     assert!((1_300..2_400).contains(&both), "{both} at once, of 9 %");
 }
 
+/// The waves go the same way there and back, so a link fades in both directions at once.
+#[test]
+fn a_fade_holds_in_both_directions() {
+    let fades = Fades { share: 0.4, mean: Duration::from_secs(2) };
+    let mut medium = Medium::new(MediumConfig { fades, ..at_antenna(EXACT) }, 2, 1);
+    let mut is_heard = |from: usize, at_us: u64| {
+        medium.inject(from, at_us, &[0; 20]);
+        !next(&mut medium, equal).is_empty()
+    };
+    let (mut alike, mut faded) = (0, 0);
+    for n in 1..=5_000_u64 {
+        // A millisecond apart, of fades of two seconds.
+        let (there, back) = (is_heard(0, 50_000 * n), is_heard(1, 50_000 * n + 1_000));
+        alike += u32::from(there == back);
+        faded += u32::from(!there);
+    }
+    assert!((1_500..2_500).contains(&faded), "{faded} of 5,000");
+    assert!(alike > 4_980, "{alike} of 5,000");
+}
+
 /// Two that do not hear each other destroy each other where both are heard, and nowhere else.
 #[test]
 fn hidden_stations_collide_in_the_middle() {

@@ -25,7 +25,7 @@ pub struct MediumConfig {
     pub datarate: Datarate,
     /// Noise, chance and sensitivity.
     pub reception: Reception,
-    /// The fades of each directed link.
+    /// The fades of each link, the same in both directions.
     pub fades: Fades,
     /// A packet is decoded through another that is weaker by this much. 12 dB is what Nordic's
     /// support names as the co-channel ratio of the nRF24L01 at 2 Mbit/s; the nRF51, whose radio

@@ -1,11 +1,16 @@
 //! The section `[radio]` of a scenario file.
 
+use std::sync::Arc;
+
+use airlink::Schedule;
 use radio_model::{Antenna, Attenuation, Fades, PathLoss, Reception, UChain, Walls};
 use serde::Deserialize;
 use units::{Db, Dbm, Duration};
 use wire::radio::Datarate;
 
 use crate::input_error::InputError;
+use crate::mission::RecordedChannel;
+use crate::replay::{Format, recorded_channel};
 use crate::scenario::reader::{At, Reader};
 use crate::world::{AntennaTable, FadingTable, ModelTable, RadioPlace, ShadowingTable};
 
@@ -21,7 +26,9 @@ pub struct RadioSpec {
     pub antenna: Option<Antenna>,
     /// Loss and noise of packets.
     pub reception: Reception,
-    /// The fades of each directed link.
+    /// The channel of a log, whose packets are played back.
+    pub trace: Option<Arc<RecordedChannel>>,
+    /// The fades of each link, the same in both directions.
     pub fades: Fades,
     /// The rate at which the drones send.
     pub datarate: Datarate,
@@ -45,6 +52,7 @@ pub(crate) struct RadioTable {
     fade_s: Option<At<f32>>,
     latency_s: Option<At<f32>>,
     polling_hz: Option<At<f32>>,
+    datarate: Option<At<DatarateKey>>,
     sensitivity_dbm: Option<At<f32>>,
     gain_error_db: Option<At<f32>>,
     place_seed: Option<u32>,
@@ -52,6 +60,44 @@ pub(crate) struct RadioTable {
     shadowing: Option<ShadowingTable>,
     fading: Option<FadingTable>,
     antenna: Option<AntennaTable>,
+    trace: Option<TraceTable>,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+enum DatarateKey {
+    #[serde(rename = "250K")]
+    Kbit250,
+    #[serde(rename = "1M")]
+    Mbit1,
+    #[serde(rename = "2M")]
+    Mbit2,
+}
+
+impl From<DatarateKey> for Datarate {
+    fn from(key: DatarateKey) -> Self {
+        match key {
+            DatarateKey::Kbit250 => Self::Kbit250,
+            DatarateKey::Mbit1 => Self::Mbit1,
+            DatarateKey::Mbit2 => Self::Mbit2,
+        }
+    }
+}
+
+/// The sensitivity of the drones' receiver.
+const fn sensitivity(datarate: Datarate) -> Dbm {
+    match datarate {
+        Datarate::Kbit250 => Reception::NRF51_AT_250_KBIT,
+        Datarate::Mbit1 => Reception::NRF51_AT_1_MBIT,
+        Datarate::Mbit2 => Reception::NRF51_AT_2_MBIT,
+    }
+}
+
+/// The table `[radio.trace]`: a log whose packets are played back.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TraceTable {
+    log: String,
+    format: Option<Format>,
 }
 
 #[derive(Clone, Copy, Deserialize)]
@@ -70,8 +116,9 @@ enum WallsKey {
 }
 
 impl RadioTable {
-    /// Checks the section.
-    pub(crate) fn read(&self, reader: &Reader<'_>) -> Result<RadioSpec, InputError> {
+    /// Checks the section, for so many nodes.
+    pub(crate) fn read(&self, nodes: usize, reader: &Reader<'_>) -> Result<RadioSpec, InputError> {
+        let datarate = self.datarate(nodes, reader)?;
         let paper = Reception::PAPER;
         let number = |value: &Option<At<f32>>, key, range, default| {
             reader.or(value.as_ref(), key, range, default)
@@ -84,7 +131,7 @@ impl RadioTable {
                 &self.noise_variance_db2,
                 "noise_variance_db2",
                 0.0..=400.0,
-                law_noise.unwrap_or(paper.noise_variance),
+                law_noise.unwrap_or(if self.trace.is_some() { 0.0 } else { paper.noise_variance }),
             )?,
             resolution: Db(number(
                 &self.resolution_db,
@@ -97,7 +144,7 @@ impl RadioTable {
                 &self.sensitivity_dbm,
                 "sensitivity_dbm",
                 -300.0..=0.0,
-                Reception::NRF51_AT_2_MBIT.0,
+                sensitivity(datarate).0,
             )?),
         };
         let fades = Fades {
@@ -119,14 +166,35 @@ impl RadioTable {
             gain_error: Db(number(&self.gain_error_db, "gain_error_db", 0.0..=20.0, 0.0)?),
             antenna: self.antenna.as_ref().map(|table| table.read(reader)).transpose()?,
             reception,
+            trace: self.trace(reader)?,
             fades,
-            datarate: Datarate::Mbit2,
+            datarate,
             polling_hz: number(&self.polling_hz, "polling_hz", 0.0..=1_000.0, 0.0)?,
             latency_us: match &self.latency_s {
                 Some(value) => reader.micros(value, "latency_s", 0.0..=10.0)?,
                 None => 0,
             },
         })
+    }
+
+    /// The rate at which the drones send, which must leave a turn for each of them.
+    fn datarate(&self, nodes: usize, reader: &Reader<'_>) -> Result<Datarate, InputError> {
+        let Some(key) = &self.datarate else { return Ok(Datarate::Mbit2) };
+        let datarate = Datarate::from(*key.as_ref());
+        let most = usize::from(Schedule::capacity(datarate));
+        if nodes > most {
+            let wrong =
+                format!("{nodes} nodes, the base included, are too many for this data rate");
+            let remedy = format!("give no more than {most} nodes, or datarate = \"2M\"");
+            return Err(reader.wrong(key, wrong, remedy));
+        }
+        Ok(datarate)
+    }
+
+    /// The channel of the log that the table names, whose path is relative to the scenario's file.
+    fn trace(&self, reader: &Reader<'_>) -> Result<Option<Arc<RecordedChannel>>, InputError> {
+        let Some(TraceTable { log, format }) = &self.trace else { return Ok(None) };
+        recorded_channel(&reader.beside(log), *format).map(|channel| Some(Arc::new(channel)))
     }
 
     /// The law of the path loss: that of `[radio.model]`, or the paper's.

@@ -2,12 +2,15 @@
 
 use std::collections::BTreeMap;
 
-use super::Point;
+use units::{Dbm, Metres};
+
+use super::{Point, log_distance, points};
 use crate::random::Stream;
+use crate::replay::recording::Recording;
 
 /// A log-distance law with a gain for each link.
 #[derive(Clone, Debug)]
-pub(super) struct Law {
+pub(in crate::replay) struct Law {
     pub(super) loss_at_1m: f64,
     pub(super) exponent: f64,
     /// The gain of each link, dB, with the number of its packets.
@@ -50,7 +53,7 @@ impl Law {
         let spread = within(|s| s.xx - s.x * s.x / s.count as f64);
         let product = within(|s| s.xy - s.x * s.y / s.count as f64);
         let left = within(|s| s.yy - s.y * s.y / s.count as f64);
-        if spread < LEAST_SPREAD * LEAST_SPREAD * total as f64 {
+        if total == 0 || spread < LEAST_SPREAD * LEAST_SPREAD * total as f64 {
             return None;
         }
         let slope = product / spread;
@@ -63,6 +66,19 @@ impl Law {
             gains: links.iter().map(|(&link, sums)| (link, (gain(sums), sums.count))).collect(),
             variance: (left - slope * product) / total as f64,
         })
+    }
+
+    /// The law that fits one recording best; `None` where it knows no distances, or where they do not
+    /// change.
+    pub(in crate::replay) fn of_recording(recording: &Recording) -> Option<Self> {
+        Self::of(points([recording].into_iter()).iter())
+    }
+
+    /// By how much a packet of a link is stronger than the law with the link's gain, dB.
+    pub(in crate::replay) fn residual(&self, link: usize, distance: Metres, rssi: Dbm) -> f32 {
+        let gain = self.gains.get(&link).map_or(0.0, |(gain, _)| *gain);
+        let expected = self.expected(log_distance(distance)) + gain;
+        (f64::from(rssi.0) - expected) as f32
     }
 
     /// The strength at the distance of this logarithm, dBm.

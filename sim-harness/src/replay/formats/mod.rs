@@ -21,14 +21,14 @@ use std::io::Read;
 use std::path::Path;
 
 use clap::ValueEnum;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use units::{Dbm, Instant, Metres};
 
 use super::recording::Recording;
 use crate::input_error::InputError;
 
 /// A format of logs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Format {
     /// A flight of the U-Chain authors: `t,r0,r1,…,` with losses in whole dB, 0 = never heard.
