@@ -68,6 +68,12 @@ fn table(choice: &Choice, what: &str, rows: &[Row]) -> String {
             let _ = write!(text, " {:>w$} ", name, w = width(name));
         }
         line(&mut text, "bound", first, |name| bound(first, name));
+        if let Some(unknown) = first.unknown {
+            let gap =
+                |value: f64| move |name: &str| (name == "gap_db").then(|| format!("{value:.2}"));
+            line(&mut text, "best in the local mean", first, gap(unknown.local_mean_db));
+            line(&mut text, "best by the law alone", first, gap(unknown.law_db));
+        }
         line(&mut text, "target", first, |name| first.target(name).map(told));
         for row in block {
             let _ = write!(text, "\n    {:26}", row.policy);

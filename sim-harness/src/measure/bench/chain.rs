@@ -4,6 +4,7 @@
 
 pub mod ablation;
 pub mod cases;
+mod unknown;
 
 use agent::AgentConfig;
 use chain::policy::{NAMES, PolicyConfig};
@@ -21,6 +22,7 @@ use crate::scenario::{Fidelity, PilotStep, Scenario};
 use crate::suggest;
 
 use cases::{Bound, COMPARED, Case, Target};
+pub use unknown::UnknownGaps;
 
 /// What to fly.
 #[derive(Clone, Debug)]
@@ -56,6 +58,9 @@ pub struct Row {
     /// The least time in which any policy could bring the relays to their places, s, where they
     /// begin in the air.
     pub bound_s: Option<f64>,
+    /// How far below the oracle the best chains are that do not know the shadows and fades, where
+    /// there are any.
+    pub unknown: Option<UnknownGaps>,
     /// The values that the figures are to reach.
     pub targets: &'static [Target],
 }
@@ -91,6 +96,10 @@ impl Row {
         if let Some(object) = object.as_object_mut() {
             object.extend(self.figures.iter().map(|(name, value)| ((*name).into(), json!(value))));
             object.insert("bound_s".into(), json!(self.bound_s));
+            if let Some(UnknownGaps { local_mean_db, law_db }) = self.unknown {
+                object.insert("gap_of_local_mean_db".into(), json!(local_mean_db));
+                object.insert("gap_of_law_db".into(), json!(law_db));
+            }
             object.insert("targets".into(), Value::Object(targets));
         }
         object
@@ -164,10 +173,11 @@ pub fn run(
     for of_case in campaigns.chunk_by(|one, next| one.case.name == next.case.name) {
         let Some(case) = of_case.first().map(|first| first.case) else { continue };
         let ground = Ground::of(case.scenario, choice.fidelity, choice.radio)?;
+        let unknown = UnknownGaps::of(&ground.world, &ground.reference);
         for Campaign { policy, .. } in of_case {
             let Some(scenario) = ground.plain.with_policy(policy) else { continue };
             let flown = ground.fly(case, &scenario, choice, drones, &after_each)?;
-            rows.push(row(case, policy, &flown));
+            rows.push(Row { unknown, ..row(case, policy, &flown) });
         }
     }
     Ok(rows)
@@ -181,10 +191,11 @@ pub fn run_ablation(choice: &Choice, after_each: impl Fn() + Sync) -> Result<Vec
     let mut rows = Vec::new();
     for case in ablated(choice)? {
         let ground = Ground::of(case.scenario, Fidelity::Point, choice.radio)?;
+        let unknown = UnknownGaps::of(&ground.world, &ground.reference);
         for variant in ablation::variants() {
             let scenario = with_config(&ground.plain, variant.config);
             let flown = ground.fly(case, &scenario, choice, None, &after_each)?;
-            rows.push(row(case, variant.name, &flown));
+            rows.push(Row { unknown, ..row(case, variant.name, &flown) });
         }
     }
     Ok(rows)
@@ -327,6 +338,7 @@ fn row(case: &'static Case, policy: &'static str, flown: &[RunMetrics]) -> Row {
         runs: flown.len(),
         figures: figures.collect(),
         bound_s: value("bound_s").filter(|value| value.is_finite()),
+        unknown: None,
         targets: case.targets,
     }
 }

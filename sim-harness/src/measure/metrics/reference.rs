@@ -70,6 +70,13 @@ impl Reference {
         Self { fixed, ways: Way::all(world, links), links }
     }
 
+    /// The best chain to the head where it starts, for scenarios that begin in the air, with its
+    /// way.
+    #[must_use]
+    pub fn fixed(&self) -> Option<(&Path, &Optimum)> {
+        self.fixed.as_ref().map(|(path, fixed)| (path, fixed))
+    }
+
     /// Loss in dB of the weakest link of the best chain of `links` links to a head here.
     #[must_use]
     pub fn worst(&self, links: usize, head: &Linked) -> f32 {
