@@ -5,6 +5,7 @@ mod claims;
 mod determinism;
 mod flight;
 mod golden;
+mod horizons;
 mod keys;
 mod link;
 mod one_drone;
