@@ -11,11 +11,13 @@
 //! | [`airlink`] | a script of what happens to two nodes that talk by radio |
 //! | [`crtp`] | packets of ground stations |
 //! | [`replay`] | requests of a replay, from a debug probe |
+//! | [`maps`] | files of robots' maps and SubT worlds; it has a function for each format |
 //! | [`surveys`] | files of cave surveys; it has a function for each format |
 
 pub mod airlink;
 pub mod capsule;
 pub mod crtp;
+pub mod maps;
 pub mod p2p;
 pub mod replay;
 pub mod storage;

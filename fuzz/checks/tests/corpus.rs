@@ -7,14 +7,16 @@ use std::path::{Path, PathBuf};
 /// The name of a fuzz target, and its check.
 type Target = (&'static str, fn(&[u8]));
 
-const TARGETS: [Target; 10] = [
+const TARGETS: [Target; 12] = [
     ("airlink", fuzz_checks::airlink::check),
     ("capsule", fuzz_checks::capsule::check),
     ("compass", fuzz_checks::surveys::compass),
     ("crtp", fuzz_checks::crtp::check),
+    ("map_server", fuzz_checks::maps::map_server),
     ("p2p", fuzz_checks::p2p::check),
     ("replay", fuzz_checks::replay::check),
     ("storage", fuzz_checks::storage::check),
+    ("subt", fuzz_checks::maps::subt),
     ("survex", fuzz_checks::surveys::survex),
     ("syslink", fuzz_checks::syslink::check),
     ("three_d", fuzz_checks::surveys::three_d),
@@ -81,6 +83,13 @@ fn no_packets_on_the_link_give_an_event_that_was_not_sealed() {
 #[test]
 fn no_cave_survey_does_harm() {
     for target in ["compass", "survex", "three_d"] {
+        feed(target);
+    }
+}
+
+#[test]
+fn no_map_of_a_robot_does_harm() {
+    for target in ["map_server", "subt"] {
         feed(target);
     }
 }

@@ -1,16 +1,22 @@
-//! `uchain map`: surveys of caves.
+//! `uchain map`: surveys of caves, SubT worlds, and maps of robots.
 
-use std::path::PathBuf;
+mod figures;
 
-use cave_survey::Survey;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
 use clap::{Args, Subcommand};
-use serde_json::json;
+use robot_maps::{Occupancy, map_server};
 
-use super::{Trouble, Verdict, complain, interrupt, put};
+use super::{Trouble, Verdict, complain, interrupt, put, run};
+use crate::input_error::InputError;
 use crate::output::{self, Folder};
-use crate::world::import::open;
+use crate::scenario::Scenario;
+use crate::world::import::{Ends, Map, MapChoice, open};
+use crate::world::{MOST_CELLS, Tunnel};
+use figures::{figures, table};
 
-/// Look at cave surveys.
+/// Look at cave surveys, SubT worlds and maps of robots, and convert them.
 #[derive(Args)]
 pub(super) struct MapArgs {
     #[command(subcommand)]
@@ -19,22 +25,35 @@ pub(super) struct MapArgs {
 
 #[derive(Subcommand)]
 enum MapVerb {
-    /// Print the figures of a survey: legs, length, stations, loops and how well they close
+    /// Print the figures of a map: of a survey legs, length, stations, loops and how well they close
     Info(InfoArgs),
-    /// Write the stations of a survey with their positions, its legs and its passages as tables
+    /// Write a map as tables, and the floor plan of a route as an occupancy map (PGM and YAML)
     Convert(ConvertArgs),
 }
 
 #[derive(Args)]
 struct ConvertArgs {
-    /// The survey: Survex (.svx, .3d) or Compass (.dat, .mak)
+    /// The map: Survex (.svx, .3d), Compass (.dat, .mak), SubT (.dot, .sdf), map_server (.yaml), or a
+    /// scenario (.toml)
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// Read the files that the survey includes from this folder and those below it; where left
-    /// out, from the survey's own folder
+    /// Read the files that belong to the map from this folder and those below it; where left out,
+    /// from the map's own folder
     #[arg(long, value_name = "DIR")]
     within: Option<PathBuf>,
-    /// Write the tables into this directory; it must be new, empty, or written by uchain before
+    /// Station, tile or point at which the route begins whose floor plan is drawn
+    #[arg(long, value_name = "PLACE", allow_hyphen_values = true)]
+    from: Option<String>,
+    /// Station, tile or point at which it ends
+    #[arg(long, value_name = "PLACE", allow_hyphen_values = true)]
+    to: Option<String>,
+    /// Draw the other galleries within this distance of the route, in metres
+    #[arg(long, allow_negative_numbers = true, value_name = "METRES", value_parser = run::around)]
+    around_m: Option<f32>,
+    /// Edge of a cell of the occupancy map, in metres
+    #[arg(long, value_name = "METRES", default_value_t = 0.05, value_parser = resolution)]
+    resolution_m: f64,
+    /// Write the files into this directory; it must be new, empty, or written by uchain before
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     /// Do not say what was written; errors still go to standard error
@@ -44,11 +63,11 @@ struct ConvertArgs {
 
 #[derive(Args)]
 struct InfoArgs {
-    /// The survey: Survex (.svx, .3d) or Compass (.dat, .mak)
+    /// The map: Survex (.svx, .3d), Compass (.dat, .mak), SubT (.dot, .sdf) or map_server (.yaml)
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// Read the files that the survey includes from this folder and those below it; where left
-    /// out, from the survey's own folder
+    /// Read the files that belong to the map from this folder and those below it; where left out,
+    /// from the map's own folder
     #[arg(long, value_name = "DIR")]
     within: Option<PathBuf>,
     /// Print no table; errors still go to standard error
@@ -59,6 +78,13 @@ struct InfoArgs {
     json: bool,
 }
 
+/// The edge of a cell, m.
+fn resolution(text: &str) -> Result<f64, String> {
+    let metres: f64 = text.parse().map_err(|_| "this is no number".to_owned())?;
+    let is_sound = (0.005..=5.0).contains(&metres);
+    is_sound.then_some(metres).ok_or_else(|| "give a number from 0.005 to 5".to_owned())
+}
+
 pub(super) fn run(args: &MapArgs) -> Result<Verdict, Trouble> {
     match &args.verb {
         MapVerb::Info(args) => info(args),
@@ -67,28 +93,38 @@ pub(super) fn run(args: &MapArgs) -> Result<Verdict, Trouble> {
 }
 
 fn info(args: &InfoArgs) -> Result<Verdict, Trouble> {
-    let survey = open(&args.file, args.within.as_deref())?;
+    let map = open(&args.file, args.within.as_deref())?;
     if args.json {
-        put(&format!("{:#}\n", figures(&survey)))?;
+        put(&format!("{:#}\n", figures(&map)))?;
     } else if !args.quiet {
-        put(&table(&survey))?;
+        put(&table(&map))?;
     }
     if !args.json {
-        for warning in &survey.warnings {
-            complain(warning);
-        }
+        map.warnings().iter().for_each(complain);
     }
     Ok(Verdict::Good)
 }
 
 fn convert(args: &ConvertArgs) -> Result<Verdict, Trouble> {
-    let survey = open(&args.file, args.within.as_deref())?;
+    let is_scenario = args.file.extension().is_some_and(|ending| ending == "toml");
+    let map = if is_scenario { None } else { Some(open(&args.file, args.within.as_deref())?) };
+    let drawn = match &map {
+        None => Some(draw(&Scenario::read(&args.file)?.tunnel, args)?),
+        // A map stays as it is.
+        Some(Map::Grid(map)) => Some(map.clone()),
+        Some(_) => route(args)?,
+    };
     let mut folder = Folder::open(&args.out)?;
     interrupt::discards(folder.staging());
-    output::survey::write(&mut folder, &survey)?;
-    for warning in &survey.warnings {
-        complain(warning);
+    match &map {
+        Some(Map::Survey(survey)) => output::survey::write(&mut folder, survey)?,
+        Some(Map::Subt(world)) => output::subt::write(&mut folder, world)?,
+        Some(Map::Grid(_)) | None => {}
     }
+    if let Some(drawn) = &drawn {
+        put_map(&mut folder, drawn)?;
+    }
+    map.iter().flat_map(Map::warnings).for_each(complain);
     let files = folder.finish()?;
     if !args.quiet {
         let lines = files.iter().map(|file| format!("wrote {}\n", file.display()));
@@ -97,57 +133,34 @@ fn convert(args: &ConvertArgs) -> Result<Verdict, Trouble> {
     Ok(Verdict::Good)
 }
 
-fn figures(survey: &Survey) -> serde_json::Value {
-    let it = survey.summary();
-    let misclosure = survey.misclosure.as_ref().map_or(0.0, |it| it.error);
-    let worst = survey.misclosure.as_ref().map(|it| {
-        json!({ "misclosure_m": millimetres(it.error), "length_m": millimetres(it.length), "station": it.station })
-    });
-    let warnings: Vec<_> = survey.warnings.iter().map(ToString::to_string).collect();
-    json!({
-        "title": survey.title,
-        "legs": it.legs,
-        "length_m": millimetres(it.length_m),
-        "measured_length_m": millimetres(it.measured_length_m),
-        "splays": it.splays,
-        "stations": it.stations,
-        "with_dimensions": it.with_dimensions,
-        "loops": it.loops,
-        "misclosure_m": millimetres(misclosure),
-        "worst_loop": worst,
-        "warnings": warnings,
+/// The floor plan of the route that was asked for. Where none was, and there is none to fly, only the
+/// tables are written.
+fn route(args: &ConvertArgs) -> Result<Option<Occupancy>, InputError> {
+    let ConvertArgs { file, within, from, to, around_m, .. } = args;
+    let ends = Ends { from: from.clone(), to: to.clone(), around_m: *around_m };
+    let choice = MapChoice { file: file.clone(), within: within.clone(), ends };
+    match choice.dig() {
+        Ok((tunnel, _)) => draw(&tunnel, args).map(Some),
+        Err(error) if from.is_some() || to.is_some() => Err(error),
+        Err(error) => {
+            complain(format_args!("no floor plan is drawn: {error}"));
+            Ok(None)
+        }
+    }
+}
+
+fn draw(tunnel: &Tunnel, args: &ConvertArgs) -> Result<Occupancy, InputError> {
+    tunnel.occupancy(args.resolution_m).ok_or_else(|| {
+        let wrong = format!("the occupancy map would have more than {MOST_CELLS} cells");
+        let remedy = format!("give --resolution-m more than {}", args.resolution_m);
+        InputError::new(wrong, remedy).in_file(Path::new(&args.file))
     })
 }
 
-/// The number with three decimals: a survey knows no more.
-fn millimetres(metres: f64) -> f64 {
-    (metres * 1000.0).round() / 1000.0
-}
-
-fn table(survey: &Survey) -> String {
-    let it = survey.summary();
-    let mut rows = Vec::new();
-    if let Some(title) = &survey.title {
-        rows.push(("title", title.clone()));
-    }
-    rows.push(("legs", format!("{}, and {} splays", it.legs, it.splays)));
-    rows.push((
-        "length",
-        format!("{:.2} m, as measured {:.2} m", it.length_m, it.measured_length_m),
-    ));
-    rows.push(("stations", format!("{}", it.stations)));
-    rows.push(("with dimensions", format!("{}", it.with_dimensions)));
-    let closes = survey.misclosure.as_ref().map_or_else(String::new, |worst| {
-        let at = if worst.station.is_empty() {
-            String::new()
-        } else {
-            format!(", at {}", worst.station)
-        };
-        format!("; the worst misses by {:.2} m in {:.0} m{at}", worst.error, worst.length)
-    });
-    rows.push(("loops", format!("{}{closes}", it.loops)));
-    if !survey.warnings.is_empty() {
-        rows.push(("warnings", format!("{}", survey.warnings.len())));
-    }
-    rows.iter().map(|(name, value)| format!("{name:<17}{value}\n")).collect()
+fn put_map(folder: &mut Folder, map: &Occupancy) -> Result<(), InputError> {
+    let (mut yaml, mut image) = (Vec::new(), Vec::new());
+    // Writing to memory cannot fail.
+    let _ = map_server::write(map, &mut yaml, &mut image);
+    folder.put("map.yaml", |out| out.write_all(&yaml))?;
+    folder.put(map_server::IMAGE, |out| out.write_all(&image))
 }

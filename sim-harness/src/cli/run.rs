@@ -22,6 +22,7 @@ use crate::mission::{Mission, ROUND_US, World};
 use crate::output;
 use crate::scenario::{Changes, Fidelity, Scenario, builtin};
 use crate::world::import::{Ends, MapChoice};
+use crate::world::layout::FARTHEST;
 
 use failures::failures;
 pub(super) use summary::metrics_json;
@@ -67,24 +68,36 @@ pub(super) struct RunArgs {
     common: Common,
 }
 
-/// The options that put a mission into a surveyed cave.
+/// The options that put a mission into a surveyed cave or into another map.
 #[derive(Args)]
 pub(super) struct MapArgs {
-    /// Survey of a cave, Survex or Compass: fly along a route of it instead of in the scenario's
-    /// tunnel
+    /// Survey of a cave (Survex, Compass), world of the SubT Challenge (.dot, .sdf) or map of a robot
+    /// (map_server's .yaml): fly along a route of it instead of in the scenario's tunnel
     #[arg(long, value_name = "FILE")]
     map: Option<PathBuf>,
-    /// Station of the survey at which the base stands; where left out, the route is the longest
-    /// that can be flown
-    #[arg(long, value_name = "STATION", requires = "map")]
+    /// Station of the survey, tile of the world or point x,y of the map at which the base stands;
+    /// where left out, the route is the longest that can be flown
+    #[arg(long, value_name = "PLACE", requires = "map", allow_hyphen_values = true)]
     from: Option<String>,
-    /// Station of the survey at which the route ends
-    #[arg(long, value_name = "STATION", requires = "map")]
+    /// Station, tile or point at which the route ends
+    #[arg(long, value_name = "PLACE", requires = "map", allow_hyphen_values = true)]
     to: Option<String>,
-    /// Read the files that the survey includes from this folder and those below it; where left
-    /// out, from the survey's own folder
+    /// Dig the other galleries within this distance of the route, in metres; 0 digs the route
+    /// alone. Where left out, 0 in a survey, and 60 in a SubT world
+    #[arg(long, allow_negative_numbers = true, value_name = "METRES", requires = "map")]
+    #[arg(value_parser = around)]
+    around_m: Option<f32>,
+    /// Read the files that belong to the map from this folder and those below it; where left out,
+    /// from the map's own folder
     #[arg(long, value_name = "DIR", requires = "map")]
     within: Option<PathBuf>,
+}
+
+/// A distance from a route, m.
+pub(super) fn around(text: &str) -> Result<f32, String> {
+    let metres: f32 = text.parse().map_err(|_| "this is no number".to_owned())?;
+    let is_sound = (0.0..=FARTHEST).contains(&metres);
+    is_sound.then_some(metres).ok_or_else(|| format!("give a number from 0 to {FARTHEST}"))
 }
 
 impl MapArgs {
@@ -94,17 +107,17 @@ impl MapArgs {
         scenario: Option<&str>,
         relays: Option<usize>,
     ) -> Result<Scenario, InputError> {
-        let Self { map, from, to, within } = self;
+        let Self { map, from, to, within, around_m } = self;
         let map = map.as_ref().map(|file| MapChoice {
             file: file.clone(),
             within: within.clone(),
-            ends: Ends { from: from.clone(), to: to.clone() },
+            ends: Ends { from: from.clone(), to: to.clone(), around_m: *around_m },
         });
         match (scenario, map) {
             (None, Some(map)) => Scenario::of_map(map, relays),
             (name, map) => {
                 let name = name.unwrap_or(builtin::DEMONSTRATION);
-                Scenario::open_with(name, &Changes { map, relays })
+                Scenario::open_with(name, &Changes { map, relays, suits_width: false })
             }
         }
     }

@@ -9,7 +9,7 @@ use units::{Db, Dbm, MetresPerSecond, NODES, Point2};
 
 use crate::mission::World;
 use crate::scenario::Scenario;
-use crate::world::{best_chain, best_chains};
+use crate::world::{BestChains, best_chain};
 
 /// The most relays of a chain: all nodes but the head and the base.
 pub const MOST_RELAYS: usize = NODES - 2;
@@ -97,7 +97,7 @@ pub fn relays(scenario: &Scenario, demand: Demand) -> Result<RelayPlan, OutOfRea
     let launch = scenario.agent.launch.limit;
     let least = launch + demand.margin;
     let suffices = |loss: &Db| Dbm::after_loss(*loss) >= least;
-    let rows = best_chains(&world.radio, &way, MOST_RELAYS + 1);
+    let rows = BestChains::along(&world.radio, way.clone(), MOST_RELAYS + 1).all();
     let enough = rows.iter().position(|row| row.last().is_some_and(suffices));
     let Some(relays) = enough else {
         let farthest = rows.last().and_then(|row| row.iter().rposition(suffices)).unwrap_or(0);

@@ -8,6 +8,7 @@ mod folder;
 pub mod mcap;
 pub mod pictures;
 pub mod report;
+pub mod subt;
 pub mod survey;
 #[cfg(test)]
 pub(crate) mod synthetic;

@@ -71,7 +71,12 @@ pub(super) fn parse_with(
         None => TunnelTable::dig(&file.tunnel, &reader)?,
     };
     let drones = DronesTable::read(&file.drones, &tunnel, &reader)?;
-    let vehicle = file.vehicle.read(&reader)?;
+    let mut vehicle = file.vehicle.read(&reader)?;
+    if let Some(reach) = route.as_ref().and_then(|route| route.long_reach_m)
+        && changes.suits_width
+    {
+        vehicle.reach = reach;
+    }
     let radio = file.radio.read(drones.members(), &reader)?;
     let tables = AgentTables { policy: &file.policy, launch: &file.launch, retreat: &file.retreat };
     let constants = tables.read(radio.place.path_loss.loss_at_1m(), &vehicle, &reader)?;

@@ -148,8 +148,10 @@ pub struct Stretch {
 /// What a command line changes of a scenario while it is read.
 #[derive(Clone, Debug, Default)]
 pub struct Changes {
-    /// A survey, and a route in it, in place of the tunnel.
+    /// A map, and a route in it, in place of the tunnel.
     pub map: Option<MapChoice>,
+    /// Whether side rangers get the reach that they need in a wide passage of the map.
+    pub suits_width: bool,
     /// Another number of relays.
     pub relays: Option<usize>,
 }
@@ -161,7 +163,7 @@ impl Scenario {
     /// [`InputError`] where the survey cannot be used.
     pub fn of_map(map: MapChoice, relays: Option<usize>) -> Result<Self, InputError> {
         let name = map.file.with_extension("toml");
-        let changes = Changes { map: Some(map), relays };
+        let changes = Changes { map: Some(map), suits_width: true, relays };
         file::parse_with(&name, include_str!("map.toml"), &changes)
     }
 

@@ -1,4 +1,5 @@
-//! Makes a tunnel of a cave survey: a route through it, on a floor plan.
+//! Makes a tunnel of a cave survey, of a SubT world or of a robot's map: a route through it, on a
+//! floor plan, with the galleries that lead away from the route.
 //!
 //! The *graph* of a survey has a node for each point that a station stands at, and an edge for each
 //! leg of the cave. A *route* is a way along legs that a drone can fly. Its plan is horizontal: the
@@ -6,23 +7,31 @@
 //! each. Widths come from passage dimensions, else from splays; where there are neither, one is
 //! assumed, and the route says at how many stations.
 
+mod corners;
 mod graph;
+mod grid;
+mod levels;
+mod network;
 mod open;
 mod plan;
+mod spread;
+mod subt;
 mod widths;
 
 use std::path::PathBuf;
 
-use cave_survey::{StationId, Survey};
+use cave_survey::{StationId, Survey, Warning};
+use robot_maps::Occupancy;
 
 use super::{GeometryError, Tunnel};
 use crate::input_error::InputError;
 use crate::suggest;
 pub use graph::{Hindrance, HindranceKind, STEEPEST_DEG};
-pub use open::open;
+pub use open::{Map, open};
 pub use widths::ASSUMED_WIDTH;
 
 use graph::Graph;
+use network::Galleries;
 
 /// The longest route, m: the radio survey of a tunnel grows with the square of its length. A longer
 /// one is cut here.
@@ -30,43 +39,68 @@ pub const LONGEST_ROUTE: f32 = 300.0;
 /// The shortest route, m: drones stand in a row at its beginning, and have to go somewhere.
 pub const SHORTEST_ROUTE: f32 = 5.0;
 
+/// How far from the route the galleries of a SubT world are dug, m: farther than a link reaches
+/// round a corner.
+const SUBT_AROUND_M: f32 = 60.0;
+
+/// The reach of a mission's side rangers where nothing else is said, m, and the longest that the
+/// VL53L1X measures, in its long distance mode (its data sheet, DS12385, section 1: 4 m).
+const USUAL_REACH_M: f32 = 2.0;
+const LONGEST_REACH_M: f32 = 4.0;
+
+/// The reach that rangers at 45° to the walls need to see both from the middle of a passage, where it
+/// is more than the usual, and no more than there is.
+fn long_reach(width_m: f32) -> Option<f32> {
+    let slanted = 0.5 * width_m * core::f32::consts::SQRT_2;
+    (slanted > USUAL_REACH_M).then_some(LONGEST_REACH_M)
+}
+
 /// The ends between which a route is wanted; either may be left open.
 #[derive(Clone, Debug, Default)]
 pub struct Ends {
-    /// The station at which the base stands.
+    /// The station, tile or point at which the base stands.
     pub from: Option<String>,
-    /// The station to which the head flies.
+    /// The one to which the head flies.
     pub to: Option<String>,
+    /// How far from the route other galleries are dug, m; where left out, none of a survey are, and
+    /// those within 60 m of a SubT world.
+    pub around_m: Option<f32>,
 }
 
-/// A survey, and the route that is wanted in it.
+/// A map, and the route that is wanted in it.
 #[derive(Clone, Debug, Default)]
 pub struct MapChoice {
-    /// The survey's file.
+    /// The map's file.
     pub file: PathBuf,
-    /// The folder in which what it includes must lie; where left out, the survey's own.
+    /// The folder in which what it includes must lie; where left out, the file's own.
     pub within: Option<PathBuf>,
     /// The ends of the route.
     pub ends: Ends,
 }
 
 impl MapChoice {
-    /// Reads the survey and makes the tunnel of the route.
+    /// Reads the map and makes the tunnel of the route.
     ///
     /// # Errors
-    /// [`InputError`] where the survey cannot be used, or has no such route.
+    /// [`InputError`] where the map cannot be used, or has no such route.
     pub fn dig(&self) -> Result<(Tunnel, Route), InputError> {
-        let survey = open(&self.file, self.within.as_deref())?;
-        let found = Route::find(&survey, &self.ends);
-        let (route, tunnel) = found.map_err(|error| {
-            InputError::new(error.to_string(), error.remedy(&survey)).in_file(&self.file)
-        })?;
+        let map = open(&self.file, self.within.as_deref())?;
+        let found = match &map {
+            Map::Survey(survey) => Route::find(survey, &self.ends)
+                .map_err(|error| (error.to_string(), error.remedy(survey))),
+            Map::Subt(world) => subt::find(world, &self.ends)
+                .map_err(|error| (error.to_string(), subt::remedy(&error, world))),
+            Map::Grid(map) => Route::find_in_grid(map, &self.ends)
+                .map_err(|error| (error.to_string(), grid::remedy(&error))),
+        };
+        let (route, tunnel) =
+            found.map_err(|(wrong, remedy)| InputError::new(wrong, remedy).in_file(&self.file))?;
         Ok((tunnel, route))
     }
 }
 
-/// A route through a cave.
-#[derive(Clone, Debug, PartialEq)]
+/// A route through a map.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Route {
     /// The name of the station at which it begins.
     pub from: String,
@@ -84,6 +118,17 @@ pub struct Route {
     pub is_cut: bool,
     /// What ends the flight at the stations of the route, and where.
     pub hindrances: Vec<Hindrance>,
+    /// How many galleries lead away from the route.
+    pub side_galleries: usize,
+    /// How many more there would be, which pass above or below others.
+    pub above_or_below: usize,
+    /// The width of the passage in the middle of the range of its widths, m.
+    pub median_width_m: f32,
+    /// The reach that side rangers need to see both walls of that passage, m, where it is more than
+    /// a map's own mission is flown with; the mission then takes it.
+    pub long_reach_m: Option<f32>,
+    /// The remarks of the reader.
+    pub warnings: Vec<Warning>,
 }
 
 /// Why there is no route.
@@ -91,6 +136,12 @@ pub struct Route {
 pub enum RouteError {
     /// The survey has no station of that name.
     Unknown(String),
+    /// The world has no tile of that name.
+    NoTile(String),
+    /// No way that can be flown leads from one place to the other.
+    NoWay(String, String),
+    /// A name that is no point in the free space of a map.
+    NoPoint(String),
     /// No legs of the cave lead from one station to the other.
     Apart(String, String),
     /// The way between two stations cannot be flown; these are its hindrances.
@@ -105,6 +156,11 @@ impl std::fmt::Display for RouteError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Unknown(name) => write!(f, "the survey has no station \"{name}\""),
+            Self::NoTile(name) => write!(f, "the world has no tile \"{name}\""),
+            Self::NoWay(from, to) => {
+                write!(f, "no way that can be flown leads from \"{from}\" to \"{to}\"")
+            }
+            Self::NoPoint(text) => write!(f, "\"{text}\" is no point of the map's free space"),
             Self::Apart(from, to) => write!(f, "no legs lead from \"{from}\" to \"{to}\""),
             Self::Hindered(from, to, hindrances) => {
                 write!(f, "the way from \"{from}\" to \"{to}\" cannot be flown")?;
@@ -145,7 +201,9 @@ impl RouteError {
                 format!("end the route before it, at \"{last}\", or leave out one end")
             }
             Self::TooShort(_) => "give another station, or another survey".into(),
-            Self::Geometry(_) => "give other stations".into(),
+            Self::Geometry(_) | Self::NoPoint(_) | Self::NoTile(_) | Self::NoWay(..) => {
+                "give other stations".into()
+            }
         }
     }
 }
@@ -174,19 +232,22 @@ impl Route {
         };
         let nodes = match (node(&ends.from)?, node(&ends.to)?) {
             (Some(from), Some(to)) => graph.way(from, to)?,
-            (Some(from), None) => graph.farthest_from(from),
-            (None, Some(to)) => graph.farthest_from(to).into_iter().rev().collect(),
+            (Some(from), None) => network::farthest_from(&graph, from),
+            (None, Some(to)) => network::farthest_from(&graph, to).into_iter().rev().collect(),
             (None, None) => graph.longest(),
         };
-        let (nodes, is_cut) = graph.cut(nodes, LONGEST_ROUTE);
-        let length_m = graph.length(&nodes);
+        let (nodes, is_cut) = network::cut(&graph, nodes, f64::from(LONGEST_ROUTE));
+        let length_m = network::length(&graph, &nodes);
         if length_m < f64::from(SHORTEST_ROUTE) {
             return Err(RouteError::TooShort(graph.hindrances_beside(&nodes)));
         }
-        let (plan, assumed_widths) = plan::plan(&graph, &nodes);
-        let tunnel = plan.dig().map_err(RouteError::Geometry)?;
+        let (_, assumed_widths) = plan::plan(&graph, &nodes);
+        let around_m = f64::from(ends.around_m.unwrap_or(0.0));
+        let found = Galleries::of(&graph, &nodes, around_m);
+        let tunnel =
+            Tunnel::surveyed(found.skeleton(), &found.passages).map_err(RouteError::Geometry)?;
         let name = |node: Option<&usize>| node.map_or_else(String::new, |&node| graph.name(node));
-        let heights = nodes.iter().map(|&node| graph.at(node)[2]);
+        let heights = nodes.iter().map(|&node| graph.position(node)[2]);
         let highest = heights.clone().fold(f64::NEG_INFINITY, f64::max);
         let route = Self {
             from: name(nodes.first()),
@@ -197,8 +258,24 @@ impl Route {
             height_range_m: highest - heights.fold(f64::INFINITY, f64::min),
             is_cut,
             hindrances: graph.hindrances_beside(&nodes),
+            side_galleries: found.galleries.len().saturating_sub(1),
+            above_or_below: found.above_or_below,
+            median_width_m: found.galleries.first().map_or(0.0, |main| main.width),
+            long_reach_m: None,
+            warnings: survey.warnings.clone(),
         };
         Ok((route, tunnel))
+    }
+}
+
+impl Route {
+    /// Finds a route through an occupancy map and makes its tunnel. The ends are points such as
+    /// `1.5,-2`, in metres; where they are left open, the route is the longest.
+    ///
+    /// # Errors
+    /// [`RouteError`] where there is none.
+    pub fn find_in_grid(map: &Occupancy, ends: &Ends) -> Result<(Self, Tunnel), RouteError> {
+        grid::find(map, ends)
     }
 }
 

@@ -9,6 +9,7 @@ pub mod layout;
 mod optimum;
 mod polyline;
 mod radio;
+mod raster;
 mod section;
 mod skeleton;
 mod tunnel;
@@ -19,12 +20,15 @@ use std::sync::Arc;
 use units::Point2;
 
 pub use layout::GeometryError;
-pub use optimum::{Optimum, best_chain, best_chain_known, best_chains};
+pub use optimum::{BestChains, Optimum, best_chain, best_chain_known};
 pub use polyline::Polyline;
 pub(crate) use radio::{AntennaTable, FadingTable, ModelTable, ShadowingTable};
 pub use radio::{Known, Radio, RadioPlace, SurveyedPlace};
+pub use raster::MOST_CELLS;
 pub(crate) use section::{PlaceKey, TunnelTable};
-pub use skeleton::{Edge, Gallery, Joint, Leg, Node, NodeKind, Path, Skeleton, SkeletonPlace};
+pub use skeleton::{
+    Edge, Gallery, Joint, Knot, Leg, Node, NodeKind, Path, Skeleton, SkeletonPlace,
+};
 pub use tunnel::Tunnel;
 
 use crate::scenario::Scenario;
@@ -51,17 +55,17 @@ pub struct World {
     /// The walls and the skeleton.
     pub tunnel: Arc<Tunnel>,
     /// The radio.
-    pub radio: Radio,
+    pub radio: Arc<Radio>,
     /// The place of the base.
     pub base: Spot,
 }
 
 impl World {
-    /// Makes the world of a scenario, with the table of its radio.
+    /// Makes the world of a scenario.
     #[must_use]
     pub fn of(scenario: &Scenario) -> Self {
         let tunnel = Arc::clone(&scenario.tunnel);
-        let radio = Radio::of(&tunnel, &scenario.radio.place);
+        let radio = Arc::new(Radio::of(&tunnel, &scenario.radio.place));
         Self { tunnel, radio, base: scenario.drones.base }
     }
 

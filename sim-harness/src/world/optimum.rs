@@ -8,6 +8,8 @@
 //! exact up to the grid for any radio, continuous or not, monotone or not. The solution is then
 //! refined ten times, each time on a grid a fifth as wide around the last.
 
+use std::sync::{Arc, PoisonError, RwLock};
+
 use units::Db;
 
 use super::{Known, Path, Radio};
@@ -58,28 +60,89 @@ pub fn best_chain_known(radio: &Radio, known: Known, way: &Path, links: usize) -
     best
 }
 
-/// Returns the loss of the weakest link of the best chain, for every head position 0, 0.1, 0.2 … m
-/// along `way` and every number of links from 1 to `most`. The result is indexed by links − 1, then
-/// by place.
-#[must_use]
-pub fn best_chains(radio: &Radio, way: &Path, most: usize) -> Vec<Vec<Db>> {
-    let places = grid(0.0, way.length(), COARSE);
-    let loss = |a: f32, b: f32| radio.strength(way.at(a), way.at(b)).loss().0;
-    let mut rows: Vec<Vec<Db>> = vec![places.iter().map(|&x| Db(loss(0.0, x))).collect()];
-    while rows.len() < most {
-        let Some(shorter) = rows.last() else { break };
-        let next = places
-            .iter()
-            .enumerate()
-            .map(|(n, &x)| {
-                let through = places.iter().zip(shorter).take(n + 1);
-                let worst = through.map(|(&y, before)| before.0.max(loss(y, x)));
-                Db(worst.fold(f32::INFINITY, f32::min))
-            })
-            .collect();
-        rows.push(next);
+/// The best chains along a way, for head positions 0, 0.1, 0.2 … m: those that were asked for, and
+/// all before them. The best chain to a place does not depend on what lies beyond.
+pub struct BestChains {
+    radio: Arc<Radio>,
+    way: Path,
+    /// The head positions, m along the way.
+    places: Vec<f32>,
+    /// The loss of the weakest link, by links − 1, then by place.
+    rows: RwLock<Vec<Vec<Db>>>,
+}
+
+impl BestChains {
+    /// How many places more than needed are solved at once: 5 m.
+    const AHEAD: usize = 50;
+
+    /// The best chains along `way`, of 1 to `most` links.
+    #[must_use]
+    pub fn along(radio: &Arc<Radio>, way: Path, most: usize) -> Self {
+        let places = grid(0.0, way.length(), COARSE);
+        Self { radio: Arc::clone(radio), way, places, rows: RwLock::new(vec![Vec::new(); most]) }
     }
-    rows
+
+    /// The way.
+    #[must_use]
+    pub const fn way(&self) -> &Path {
+        &self.way
+    }
+
+    /// The number of the last head position.
+    #[must_use]
+    pub const fn last(&self) -> usize {
+        self.places.len() - 1
+    }
+
+    /// The loss of the weakest link of the best chain of so many links to a head position; infinite
+    /// for a number of links beyond the most.
+    #[must_use]
+    pub fn worst(&self, links: usize, place: usize) -> Db {
+        let place = place.min(self.last());
+        let known = |rows: &Vec<Vec<Db>>| {
+            let row = links.checked_sub(1).and_then(|n| rows.get(n));
+            row.map_or(Some(Db(f32::INFINITY)), |row| row.get(place).copied())
+        };
+        let found = known(&self.rows.read().unwrap_or_else(PoisonError::into_inner));
+        found.unwrap_or_else(|| {
+            let mut rows = self.rows.write().unwrap_or_else(PoisonError::into_inner);
+            self.solve_to(place + Self::AHEAD, &mut rows);
+            known(&rows).unwrap_or(Db(f32::INFINITY))
+        })
+    }
+
+    /// The losses for all head positions, by links − 1, then by place.
+    #[must_use]
+    pub fn all(&self) -> Vec<Vec<Db>> {
+        let mut rows = self.rows.write().unwrap_or_else(PoisonError::into_inner);
+        self.solve_to(self.last(), &mut rows);
+        rows.clone()
+    }
+
+    /// Solves up to a head position, by dynamic programming over the last relay's place.
+    fn solve_to(&self, place: usize, rows: &mut [Vec<Db>]) {
+        let solved = rows.first().map_or(0, Vec::len);
+        for n in solved..=place.min(self.last()) {
+            let here = self.radio.survey_place(self.way.at(self.places[n]));
+            let loss = |y: &f32| {
+                let there = self.radio.survey_place(self.way.at(*y));
+                self.radio.strength_at(&there, &here).loss().0
+            };
+            let losses: Vec<f32> = self.places[..=n].iter().map(loss).collect();
+            let mut through: Vec<f32> = Vec::new();
+            for row in rows.iter_mut() {
+                let worst = match through.is_empty() {
+                    true => losses[0],
+                    false => {
+                        let worst = losses.iter().zip(&through).map(|(loss, to)| to.max(*loss));
+                        worst.fold(f32::INFINITY, f32::min)
+                    }
+                };
+                row.push(Db(worst));
+                through = row.iter().map(|db| db.0).collect();
+            }
+        }
+    }
 }
 
 /// The points from `from` to `to` in equal steps of at most `step`, ends included.

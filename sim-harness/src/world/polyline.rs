@@ -72,6 +72,14 @@ impl Polyline {
         self.nearest_within(point, 0.0, f32::INFINITY)
     }
 
+    /// The arc length of the point of the line nearest to `point`, of those from this length on and
+    /// not much farther, m.
+    pub(super) fn nearest_from(&self, point: Point2, from: f32) -> f32 {
+        /// Half of the stretch that is searched: more than the longest leg of most surveys.
+        const WINDOW: f32 = 15.0;
+        self.nearest_within(point, from + WINDOW, WINDOW).along.clamp(from, self.length())
+    }
+
     /// The foot of `point` on the line, within [`WINDOW_M`](Self::WINDOW_M) of `near`, for a gallery
     /// of this `width`.
     ///

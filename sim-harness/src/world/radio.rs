@@ -7,20 +7,24 @@
 //! that jumps is taken from the nearest pair. The table does not hold the loss itself, because the
 //! logarithm of the distance is too steep to interpolate and can be computed exactly.
 //!
-//! The table takes 400 bytes times the square of the skeleton's length in metres: 0.4 MB for 30 m,
-//! and 100 MB for the 500 m that all galleries of a scenario may have together. A law that ignores
-//! walls needs no table.
+//! The table is computed where it is first needed, and takes at most 200 bytes times the square of
+//! the length in metres of what the drones fly in: 0.2 MB for 30 m, and 18 MB for the 300 m of the
+//! longest route of a map. A law that ignores walls needs no table.
 //!
 //! Shadowing and fading belong to the places of both ends. They are the same in both directions:
 //! the end that is earlier on the skeleton comes first.
 
 mod section;
+mod table;
+
+use std::sync::Arc;
 
 use radio_model::{Fading, Geometry, Obstruction, PathLoss, Shadowing, WAVELENGTH, WaveDraws};
 use units::{Db, Dbm, Metres, Point2};
 
 use super::{Skeleton, SkeletonPlace, Tunnel};
 use crate::random::{Purpose, Stream};
+use table::{Index, Table};
 
 pub(crate) use section::{AntennaTable, FadingTable, ModelTable, ShadowingTable};
 
@@ -54,18 +58,18 @@ pub struct Radio {
     law: PathLoss,
     shadowing: Option<Shadowing>,
     fading: Option<Fading>,
-    skeleton: Skeleton,
-    table: Table,
+    tunnel: Arc<Tunnel>,
+    /// `None` for a law that ignores walls.
+    table: Option<Table>,
 }
 
 impl Radio {
     /// The distance between tabulated places, in metres.
     pub const STEP: f32 = 0.1;
 
-    /// Computes the table for a tunnel, with the shadowing and the fading of the
-    /// place.
+    /// The radio in a tunnel, with the shadowing and the fading of the place.
     #[must_use]
-    pub fn of(tunnel: &Tunnel, place: &RadioPlace) -> Self {
+    pub fn of(tunnel: &Arc<Tunnel>, place: &RadioPlace) -> Self {
         let mut field = Stream::new(place.seed, Purpose::Place);
         let mut draw = || -> WaveDraws { std::array::from_fn(|_| field.uniform()) };
         let shadowing = place
@@ -76,16 +80,15 @@ impl Radio {
         Self { shadowing, fading, ..Self::survey(tunnel, place.path_loss) }
     }
 
-    /// Computes the table for a tunnel without shadowing and fading.
+    /// The radio in a tunnel without shadowing and fading.
     #[must_use]
-    pub fn survey(tunnel: &Tunnel, law: PathLoss) -> Self {
-        let skeleton = tunnel.skeleton().clone();
-        let table = if law.ignores_walls() {
-            Table::default()
-        } else {
-            Table::survey(tunnel, |between| law.term(between))
-        };
-        Self { law, shadowing: None, fading: None, skeleton, table }
+    pub fn survey(tunnel: &Arc<Tunnel>, law: PathLoss) -> Self {
+        let table = (!law.ignores_walls()).then(|| Table::of(tunnel, law));
+        Self { law, shadowing: None, fading: None, tunnel: Arc::clone(tunnel), table }
+    }
+
+    fn skeleton(&self) -> &Skeleton {
+        self.tunnel.skeleton()
     }
 
     /// The strength of a link between two places, without noise.
@@ -98,9 +101,8 @@ impl Radio {
     /// place's links.
     #[must_use]
     pub fn survey_place(&self, place: SkeletonPlace) -> SurveyedPlace {
-        let index =
-            if self.law.ignores_walls() { Index::default() } else { self.table.index(place) };
-        SurveyedPlace { place, at: self.skeleton.at(place).0, index }
+        let index = self.table.as_ref().map_or_else(Index::default, |table| table.index(place));
+        SurveyedPlace { place, at: self.skeleton().at(place).0, index }
     }
 
     /// The strength of a link between two places as far as it is known.
@@ -123,7 +125,7 @@ impl Radio {
 
     fn known_strength_at(&self, a: &SurveyedPlace, b: &SurveyedPlace, known: Known) -> Dbm {
         let link = Geometry {
-            along: self.skeleton.distance(a.place, b.place),
+            along: self.skeleton().distance(a.place, b.place),
             straight: a.at.distance(b.at),
         };
         let loss = self.law.loss(link, self.term(a.index, b.index));
@@ -133,14 +135,14 @@ impl Radio {
     /// The distance between two places along the tunnel.
     #[must_use]
     pub fn distance(&self, a: SkeletonPlace, b: SkeletonPlace) -> Metres {
-        self.skeleton.distance(a, b)
+        self.skeleton().distance(a, b)
     }
 
     /// The strength of a link between two points of the floor plan, each of which counts as the
     /// place of the skeleton nearest to it.
     #[must_use]
     pub fn strength_between(&self, a: Point2, b: Point2) -> Dbm {
-        self.strength(self.skeleton.locate(a), self.skeleton.locate(b))
+        self.strength(self.skeleton().locate(a), self.skeleton().locate(b))
     }
 
     /// The loss by what is known of shadowing and fading.
@@ -156,23 +158,21 @@ impl Radio {
     }
 
     fn term(&self, row: Index, column: Index) -> f32 {
-        if self.law.ignores_walls() {
-            self.law.term(Obstruction::NONE)
-        } else if self.law.jumps() {
-            self.table.at(row.nearest, column.nearest)
-        } else {
-            self.interpolated(row, column)
+        match &self.table {
+            None => self.law.term(Obstruction::NONE),
+            Some(table) if self.law.jumps() => table.at(row.nearest, column.nearest),
+            Some(table) => interpolated(table, row, column),
         }
     }
+}
 
-    fn interpolated(&self, row: Index, column: Index) -> f32 {
-        let mix = |f: f32, a: f32, b: f32| a + f * (b - a);
-        let across = |r: usize| {
-            let (near, far) = (self.table.at(r, column.before), self.table.at(r, column.after));
-            mix(column.part, near, far)
-        };
-        mix(row.part, across(row.before), across(row.after))
-    }
+fn interpolated(table: &Table, row: Index, column: Index) -> f32 {
+    let mix = |f: f32, a: f32, b: f32| a + f * (b - a);
+    let across = |r: usize| {
+        let (near, far) = (table.at(r, column.before), table.at(r, column.after));
+        mix(column.part, near, far)
+    };
+    mix(row.part, across(row.before), across(row.after))
 }
 
 /// A place of the skeleton, with its index in the radio's table.
@@ -182,65 +182,4 @@ pub struct SurveyedPlace {
     pub place: SkeletonPlace,
     at: Point2,
     index: Index,
-}
-
-/// The law's terms for all pairs of tabulated places.
-#[derive(Default)]
-struct Table {
-    /// The indices at which each edge's places begin, and the one at which the last edge's end.
-    starts: Vec<usize>,
-    /// How many places there are.
-    places: usize,
-    /// Row-major.
-    values: Vec<f32>,
-}
-
-/// Between which of the tabulated places a place lies.
-#[derive(Clone, Copy, Debug, Default)]
-struct Index {
-    before: usize,
-    after: usize,
-    /// The place between the two, as a part from 0 to 1.
-    part: f32,
-    /// The nearer of the two.
-    nearest: usize,
-}
-
-impl Table {
-    fn survey(tunnel: &Tunnel, of: impl Fn(Obstruction) -> f32) -> Self {
-        let mut starts = vec![0];
-        let mut points = Vec::new();
-        for edge in tunnel.skeleton().edges() {
-            let count = (edge.line().length() / Radio::STEP) as usize + 2;
-            points.extend((0..count).map(|n| edge.line().at(n as f32 * Radio::STEP).0));
-            starts.push(points.len());
-        }
-        let places = points.len();
-        let mut values = vec![of(Obstruction::NONE); places * places];
-        for row in 0..places {
-            for column in 0..row {
-                let value = of(tunnel.obstruction(points[row], points[column]));
-                values[row * places + column] = value;
-                values[column * places + row] = value;
-            }
-        }
-        Self { starts, places, values }
-    }
-
-    fn index(&self, place: SkeletonPlace) -> Index {
-        let edge = usize::from(place.edge).min(self.starts.len() - 2);
-        let (first, last) = (self.starts[edge], self.starts[edge + 1] - 1);
-        let steps = (place.along / Radio::STEP).clamp(0.0, (last - first) as f32);
-        let before = first + steps as u32 as usize;
-        Index {
-            before,
-            after: (before + 1).min(last),
-            part: steps - (steps as u32) as f32,
-            nearest: (first + (steps + 0.5) as u32 as usize).min(last),
-        }
-    }
-
-    fn at(&self, row: usize, column: usize) -> f32 {
-        self.values[row * self.places + column]
-    }
 }

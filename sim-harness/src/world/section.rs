@@ -8,7 +8,7 @@ use serde::de::{MapAccess, SeqAccess, Visitor};
 use units::Point2;
 
 use super::import::{Ends, MapChoice, Route};
-use super::layout::{GeometryError, LEAST_WIDTH, Layout, Room};
+use super::layout::{FARTHEST, GeometryError, LEAST_WIDTH, Layout, Room};
 use super::{Gallery, Polyline, SkeletonPlace, Spot, Tunnel};
 use crate::input_error::InputError;
 use crate::scenario::reader::{At, Pair, Reader};
@@ -21,6 +21,7 @@ pub(crate) struct TunnelTable {
     within: Option<String>,
     from: Option<String>,
     to: Option<String>,
+    around_m: Option<At<f32>>,
     width_m: Option<At<f32>>,
     centre_line_m: Option<At<Vec<Pair>>>,
     winding: Option<At<WindingTable>>,
@@ -125,7 +126,7 @@ impl TunnelTable {
         }
     }
 
-    /// The tunnel of a survey, whose path is relative to the scenario's file.
+    /// The tunnel of a map, whose path is relative to the scenario's file.
     fn survey(
         tunnel: &At<Self>,
         map: &At<String>,
@@ -139,12 +140,15 @@ impl TunnelTable {
             || !table.room.is_empty();
         if is_drawn {
             let wrong = "the tunnel has a map and something drawn beside it".into();
-            return Err(reader.wrong(map, wrong, "keep only map, within, from and to"));
+            return Err(reader.wrong(map, wrong, "keep only map, within, from, to and around_m"));
         }
+        let around_m = table.around_m.as_ref();
+        let around_m =
+            around_m.map(|key| reader.number(key, "around_m", 0.0..=FARTHEST)).transpose()?;
         let choice = MapChoice {
             file: reader.beside(map.as_ref()),
             within: table.within.as_deref().map(|within| reader.beside(within)),
-            ends: Ends { from: table.from.clone(), to: table.to.clone() },
+            ends: Ends { from: table.from.clone(), to: table.to.clone(), around_m },
         };
         choice.dig().map(|(tunnel, route)| (tunnel, Some(route)))
     }
@@ -154,8 +158,8 @@ impl TunnelTable {
         let table = tunnel.as_ref();
         let beyond: Option<&str> =
             table.within.as_deref().or(table.from.as_deref()).or(table.to.as_deref());
-        if beyond.is_some() {
-            let wrong = "within, from and to belong to a map".into();
+        if beyond.is_some() || table.around_m.is_some() {
+            let wrong = "within, from, to and around_m belong to a map".into();
             return Err(reader.wrong(tunnel, wrong, "remove them, or give map"));
         }
         let Some(width) = &table.width_m else {

@@ -7,7 +7,9 @@
 //! and the length along it; the *geodesic distance* of two places is the length of the shortest
 //! way between them on the skeleton. A single corridor is a skeleton with one edge.
 
+mod hops;
 mod join;
+mod knots;
 mod path;
 #[cfg(test)]
 mod tests;
@@ -15,6 +17,8 @@ mod tests;
 use units::{Metres, Point2};
 
 use super::Polyline;
+use hops::{Hop, shortest_hops};
+pub use knots::Knot;
 pub use path::{Leg, Path};
 
 /// A gallery from which a skeleton is made.
@@ -132,17 +136,6 @@ pub struct Skeleton {
     crossings: Vec<Vec<Crossing>>,
 }
 
-/// One step of a shortest way between two nodes.
-#[derive(Clone, Copy, Debug)]
-struct Hop {
-    /// The length of the whole way, m; infinite where there is none.
-    distance: f32,
-    /// The node at the end of this step.
-    to: usize,
-    /// The edge that leads there.
-    edge: usize,
-}
-
 impl Skeleton {
     /// A moving point changes to another edge only when that edge is nearer than its present one by
     /// more than this, m: more than a drone deviates from the middle of a gallery where it passes
@@ -155,6 +148,11 @@ impl Skeleton {
     #[must_use]
     pub fn of(galleries: &[Gallery]) -> Self {
         let (edges, nodes) = join::join(galleries);
+        Self::finished(edges, nodes)
+    }
+
+    /// The skeleton of these edges and nodes, with the ways between them.
+    fn finished(edges: Vec<Edge>, nodes: Vec<Node>) -> Self {
         let hops = shortest_hops(&edges, nodes.len());
         let mut skeleton = Self { edges, nodes, hops, crossings: Vec::new() };
         skeleton.find_shortcuts();
@@ -311,39 +309,4 @@ impl Skeleton {
 
 fn near(a: f32, b: f32) -> bool {
     (a - b).abs() <= Polyline::WINDOW_M
-}
-
-/// Floyd and Warshall's shortest ways between all nodes.
-fn shortest_hops(edges: &[Edge], count: usize) -> Vec<Hop> {
-    let mut hops: Vec<Hop> = (0..count * count)
-        .map(|pair| {
-            let here = pair / count == pair % count;
-            let distance = if here { 0.0 } else { f32::INFINITY };
-            Hop { distance, to: pair % count, edge: 0 }
-        })
-        .collect();
-    for (number, edge) in edges.iter().enumerate() {
-        for a in &edge.joints {
-            for b in &edge.joints {
-                let distance = (a.along - b.along).abs();
-                let hop = &mut hops[a.node * count + b.node];
-                if distance < hop.distance {
-                    *hop = Hop { distance, to: b.node, edge: number };
-                }
-            }
-        }
-    }
-    for via in 0..count {
-        for from in 0..count {
-            let first = hops[from * count + via];
-            for to in 0..count {
-                let distance = first.distance + hops[via * count + to].distance;
-                // Sums of the same lengths in another order are no shorter way.
-                if distance < hops[from * count + to].distance - 1e-4 {
-                    hops[from * count + to] = Hop { distance, ..first };
-                }
-            }
-        }
-    }
-    hops
 }

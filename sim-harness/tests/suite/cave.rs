@@ -14,7 +14,7 @@ fn crooked() -> PathBuf {
 
 fn ends(from: &str, to: &str) -> Ends {
     let given = |name: &str| (!name.is_empty()).then(|| name.to_owned());
-    Ends { from: given(from), to: given(to) }
+    Ends { from: given(from), to: given(to), around_m: None }
 }
 
 fn find(text: &str, from: &str, to: &str) -> Result<(Route, Tunnel), RouteError> {

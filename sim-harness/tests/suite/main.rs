@@ -11,6 +11,7 @@ mod ideal;
 mod keys;
 mod loss;
 mod machine;
+mod maps;
 mod medium;
 mod odometry;
 mod order;

@@ -55,7 +55,7 @@ pub(super) fn summary(
     summary
 }
 
-/// The surveyed route that was flown.
+/// The route of the map that was flown.
 fn route_json(route: &Route) -> Value {
     let millimetres = |metres: f64| (metres * 1000.0).round() / 1000.0;
     let hindrances: Vec<_> = route.hindrances.iter().map(ToString::to_string).collect();
@@ -67,6 +67,9 @@ fn route_json(route: &Route) -> Value {
         "stations": route.stations,
         "assumed_widths": route.assumed_widths,
         "is_cut": route.is_cut,
+        "side_galleries": route.side_galleries,
+        "above_or_below": route.above_or_below,
+        "median_width_m": number(route.median_width_m),
         "hindrances": hindrances,
     })
 }

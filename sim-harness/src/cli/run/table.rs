@@ -11,15 +11,36 @@ use crate::world::import::Route;
 /// The most hindrances that are listed.
 const MOST_LISTED: usize = 5;
 
-/// The surveyed route, and why it leads no farther.
-fn route_lines(text: &mut String, route: &Route) {
+/// The route, and why it leads no farther.
+fn route_lines(text: &mut String, route: &Route, reach_m: f32) {
     let Route { from, to, length_m, stations, assumed_widths, .. } = route;
     let _ = writeln!(text, "  route                 {from} to {to}, {length_m:.1} m");
     let _ = writeln!(
         text,
         "  passage widths        {} measured, {assumed_widths} assumed",
-        stations - assumed_widths
+        stations.saturating_sub(*assumed_widths)
     );
+    if route.long_reach_m.is_some() {
+        let width = route.median_width_m;
+        let _ = match reach_m >= 0.5 * width * core::f32::consts::SQRT_2 {
+            true => writeln!(
+                text,
+                "  side rangers          reach {reach_m} m, for a passage {width:.1} m wide"
+            ),
+            false => writeln!(
+                text,
+                "  side rangers          reach {reach_m} m, and see no wall from the middle of a passage {width:.1} m wide"
+            ),
+        };
+    }
+    let (sides, others) = (route.side_galleries, route.above_or_below);
+    if sides + others > 0 {
+        let hidden = match others {
+            0 => String::new(),
+            others => format!("; {others} on other levels left out"),
+        };
+        let _ = writeln!(text, "  side galleries        {sides}{hidden}");
+    }
     for hindrance in route.hindrances.iter().take(MOST_LISTED) {
         let _ = writeln!(text, "  not flown             {hindrance}");
     }
@@ -53,7 +74,7 @@ pub(super) fn table(
         m.farthest_m
     );
     if let Some(route) = &scenario.route {
-        route_lines(&mut text, route);
+        route_lines(&mut text, route, scenario.vehicle.reach);
     }
     if m.launched.is_finite() {
         let _ = writeln!(

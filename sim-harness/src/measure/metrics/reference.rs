@@ -1,8 +1,9 @@
-//! Computes the best chains that a scenario allows, once for all its runs.
+//! Computes the best chains that a scenario allows, once for all its runs, and those on the way to an
+//! end of the skeleton when a head first comes near that end.
 
 use crate::mission::{Linked, World};
 use crate::scenario::{Scenario, Start};
-use crate::world::{Leg, Optimum, Path, SkeletonPlace, best_chain, best_chains};
+use crate::world::{BestChains, Leg, Optimum, Path, SkeletonPlace, best_chain};
 
 /// The best chains of a scenario, solved once for all its runs.
 pub struct Reference {
@@ -19,10 +20,7 @@ pub struct Reference {
 struct Way {
     /// The last stretch of the way: the heads on it have their best chains in this table.
     last: Leg,
-    length: f32,
-    /// Loss of the weakest link of the best chain, by links − 1 and by head position in equal
-    /// steps from the base to the end.
-    worst: Vec<Vec<units::Db>>,
+    chains: BestChains,
 }
 
 impl Way {
@@ -37,11 +35,8 @@ impl Way {
         let way = |end: SkeletonPlace| {
             let path = world.path_to(end);
             let last = *path.legs().last()?;
-            (last.edge == end.edge && last.from != last.to).then(|| Self {
-                last,
-                length: path.length(),
-                worst: best_chains(&world.radio, &path, links),
-            })
+            (last.edge == end.edge && last.from != last.to)
+                .then(|| Self { last, chains: BestChains::along(&world.radio, path, links) })
         };
         ends.filter_map(way).collect()
     }
@@ -81,14 +76,10 @@ impl Reference {
     #[must_use]
     pub fn worst(&self, links: usize, head: &Linked) -> f32 {
         let way = self.ways.iter().find(|way| way.leads_to(head.place));
-        let Some((way, row)) =
-            way.and_then(|way| Some((way, way.worst.get(links.checked_sub(1)?)?)))
-        else {
-            return f32::INFINITY;
-        };
-        let last = row.len().saturating_sub(1);
-        let place = (head.way / way.length * last as f32).clamp(0.0, last as f32);
-        let at = |n: usize| row.get(n.min(last)).map_or(f32::INFINITY, |db| db.0);
+        let Some(Way { chains, .. }) = way else { return f32::INFINITY };
+        let last = chains.last();
+        let place = (head.way / chains.way().length() * last as f32).clamp(0.0, last as f32);
+        let at = |n: usize| chains.worst(links, n).0;
         let (near, far) = (at(place as usize), at(place as usize + 1));
         near + (place - place.floor()) * (far - near)
     }

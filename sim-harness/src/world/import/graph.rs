@@ -1,11 +1,13 @@
 //! The graph of a survey: which legs can be flown, and ways along them.
 
-use std::cmp::Reverse;
-use std::collections::{BinaryHeap, HashMap};
+use std::collections::HashMap;
 use std::fmt;
 
 use cave_survey::{StationId, Survey, Vector};
 
+use super::network::{Network, Station};
+use super::plan::plan;
+use super::spread::Spread;
 use super::widths::{Sides, Widths};
 use super::{RouteError, named};
 use crate::world::layout::LEAST_WIDTH;
@@ -132,7 +134,8 @@ impl<'a> Graph<'a> {
         named(self.survey, &self.nodes[node])
     }
 
-    pub(super) fn at(&self, node: usize) -> Vector {
+    /// The place of a node, m.
+    pub(super) fn position(&self, node: usize) -> Vector {
         self.nodes[node].first().map_or([0.0; 3], |&id| self.survey.stations[id].position)
     }
 
@@ -165,12 +168,6 @@ impl<'a> Graph<'a> {
         first.map(|kind| Hindrance { from: self.name(from), to: self.name(to), kind })
     }
 
-    /// The longest way from a node that can be flown without detours.
-    pub(super) fn farthest_from(&self, from: usize) -> Vec<usize> {
-        let spread = self.spread(from, |edge| edge.hindrance.is_none());
-        spread.way(spread.farthest(from)).unwrap_or_default()
-    }
-
     /// The longest way of the cave that can be flown without detours: exactly in passages without
     /// loops, and nearly so with them.
     pub(super) fn longest(&self) -> Vec<usize> {
@@ -196,7 +193,7 @@ impl<'a> Graph<'a> {
             node.map_or(f64::INFINITY, |&node| self.distance_to_entrance(node))
         };
         let (first, last) = (distance(best.first()), distance(best.last()));
-        let height = |node: Option<&usize>| node.map_or(0.0, |&node| self.at(node)[2]);
+        let height = |node: Option<&usize>| node.map_or(0.0, |&node| self.position(node)[2]);
         let is_lower = height(best.first()) < height(best.last());
         if last < first || (last == first && is_lower) {
             best.reverse();
@@ -206,37 +203,12 @@ impl<'a> Graph<'a> {
 
     /// The distance to the nearest entrance as the crow flies; infinite where none is marked.
     fn distance_to_entrance(&self, node: usize) -> f64 {
-        let here = self.at(node);
+        let here = self.position(node);
         let entrances = self.survey.stations.iter().filter(|station| station.is_entrance);
         let away = |there: Vector| {
             cave_survey::norm([here[0] - there[0], here[1] - there[1], here[2] - there[2]])
         };
         entrances.map(|station| away(station.position)).fold(f64::INFINITY, f64::min)
-    }
-
-    /// The length of a way, m.
-    pub(super) fn length(&self, way: &[usize]) -> f64 {
-        way.windows(2).map(|pair| self.between(pair[0], pair[1])).sum()
-    }
-
-    fn between(&self, from: usize, to: usize) -> f64 {
-        let legs = self.edges[from].iter().filter(|edge| edge.to == to);
-        legs.map(|edge| edge.length).fold(f64::INFINITY, f64::min)
-    }
-
-    /// The part of a way that is not longer than this, and whether it is a part.
-    pub(super) fn cut(&self, mut way: Vec<usize>, longest: f32) -> (Vec<usize>, bool) {
-        let (mut length, mut count) = (0.0, 1);
-        for pair in way.windows(2) {
-            length += self.between(pair[0], pair[1]);
-            if length > f64::from(longest) {
-                break;
-            }
-            count += 1;
-        }
-        let is_cut = count < way.len();
-        way.truncate(count);
-        (way, is_cut)
     }
 
     /// The hindrances of legs that begin at stations of the route.
@@ -251,21 +223,28 @@ impl<'a> Graph<'a> {
         route.iter().flat_map(at).collect()
     }
 
-    /// Dijkstra's shortest ways from a node along the edges that are `allowed`.
+    /// The shortest ways from a node along the edges that are `allowed`.
     fn spread(&self, from: usize, allowed: impl Fn(&Edge) -> bool) -> Spread {
-        let mut spread = Spread { reached: HashMap::new(), order: Vec::new() };
-        let mut queue = BinaryHeap::from([Reverse((Distance(0.0), from, from))]);
-        while let Some(Reverse((distance, node, before))) = queue.pop() {
-            if spread.reached.contains_key(&node) {
-                continue;
-            }
-            spread.reached.insert(node, (distance.0, before));
-            spread.order.push(node);
-            for edge in self.edges[node].iter().filter(|edge| allowed(edge)) {
-                queue.push(Reverse((Distance(distance.0 + edge.length), edge.to, node)));
-            }
-        }
-        spread
+        let next = |node: usize| {
+            let edges = self.edges[node].iter().filter(|edge| allowed(edge));
+            edges.map(|edge| (edge.to, edge.length)).collect::<Vec<_>>()
+        };
+        Spread::from(&[from], f64::INFINITY, next)
+    }
+}
+
+impl Network for Graph<'_> {
+    fn neighbours(&self, node: usize) -> Vec<(usize, f64)> {
+        let flown = self.edges[node].iter().filter(|edge| edge.hindrance.is_none());
+        flown.map(|edge| (edge.to, edge.length)).collect()
+    }
+
+    fn at(&self, node: usize) -> Vector {
+        self.position(node)
+    }
+
+    fn plan(&self, way: &[usize]) -> Vec<Station> {
+        plan(self, way).0
     }
 }
 
@@ -284,58 +263,4 @@ fn hindrance(vector: Vector, widths: &Widths, ends: [usize; 2]) -> Option<Hindra
     }
     let lowest = sides.iter().filter_map(|it| it.height).fold(f64::INFINITY, f64::min);
     (lowest < LOWEST).then_some(HindranceKind::Low { height_m: lowest })
-}
-
-/// A distance that can be ordered, m.
-#[derive(Clone, Copy, PartialEq)]
-struct Distance(f64);
-
-impl Eq for Distance {}
-
-impl PartialOrd for Distance {
-    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Distance {
-    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        self.0.total_cmp(&other.0)
-    }
-}
-
-/// Shortest ways from one node.
-struct Spread {
-    /// The distance of each node that is reached, and the node before it.
-    reached: HashMap<usize, (f64, usize)>,
-    /// The nodes in the order of their distances.
-    order: Vec<usize>,
-}
-
-impl Spread {
-    fn distance(&self, to: usize) -> f64 {
-        self.reached.get(&to).map_or(0.0, |(distance, _)| *distance)
-    }
-
-    /// The node that is farthest away; of several, the one reached first.
-    fn farthest(&self, from: usize) -> usize {
-        let longer = |best: usize, &node: &usize| {
-            if self.distance(node) > self.distance(best) { node } else { best }
-        };
-        self.order.iter().fold(from, longer)
-    }
-
-    fn way(&self, to: usize) -> Option<Vec<usize>> {
-        let mut way = vec![to];
-        let mut node = to;
-        loop {
-            let (_, before) = *self.reached.get(&node)?;
-            if before == node {
-                way.reverse();
-                return Some(way);
-            }
-            way.push(before);
-            node = before;
-        }
-    }
 }

@@ -1,27 +1,19 @@
 //! The horizontal plan of a route.
 
-use units::Point2;
-
 use super::graph::Graph;
-use crate::world::layout::{GeometryError, LEAST_WIDTH, Passage};
-use crate::world::{Gallery, Tunnel};
+use super::network::{Station, distance};
+use crate::world::layout::LEAST_WIDTH;
 
 /// Stations of a plan nearer to each other than this become one, m: what is left of a climb.
-const NEAREST: f32 = 0.3;
+const NEAREST: f64 = 0.3;
 
-/// A route on the floor.
-pub(super) struct Plan {
-    /// The middle of the passage, and half of its width there, m.
-    stations: Vec<(Point2, f32)>,
-}
-
-/// The plan of a way, and at how many of its nodes the width is assumed.
-pub(super) fn plan(graph: &Graph<'_>, way: &[usize]) -> (Plan, usize) {
+/// The plan of a way: the middle of the passage at its stations, in the axes of the survey, and at
+/// how many of its nodes the width is assumed.
+pub(super) fn plan(graph: &Graph<'_>, way: &[usize]) -> (Vec<Station>, usize) {
     let flat: Vec<[f64; 2]> =
-        way.iter().map(|&node| graph.at(node)).map(|[x, y, _]| [x, y]).collect();
-    let origin = flat.first().copied().unwrap_or_default();
+        way.iter().map(|&node| graph.position(node)).map(|[x, y, _]| [x, y]).collect();
     let mut assumed = 0;
-    let mut stations: Vec<(Point2, f32)> = Vec::new();
+    let mut stations: Vec<Station> = Vec::new();
     for (n, (&node, at)) in way.iter().zip(&flat).enumerate() {
         let [x, y] = direction(&flat, n);
         let sides = graph.sides(node, [x, y]);
@@ -29,15 +21,16 @@ pub(super) fn plan(graph: &Graph<'_>, way: &[usize]) -> (Plan, usize) {
         let half = (0.5 * (sides.left + sides.right)) as f32;
         let shift = 0.5 * (sides.left - sides.right);
         // Left of the direction is (−y, x).
-        let middle = [at[0] - origin[0] - y * shift, at[1] - origin[1] + x * shift];
-        let middle = Point2::new(middle[0] as f32, middle[1] as f32);
-        let half = half.max(0.5 * LEAST_WIDTH);
+        let middle = [at[0] - y * shift, at[1] + x * shift];
+        let half_m = half.max(0.5 * LEAST_WIDTH);
         match stations.last_mut() {
-            Some((last, width)) if last.distance(middle).0 < NEAREST => *width = width.max(half),
-            _ => stations.push((middle, half)),
+            Some(last) if distance(last.at, middle) < NEAREST => {
+                last.half_m = last.half_m.max(half_m);
+            }
+            _ => stations.push(Station { at: middle, half_m }),
         }
     }
-    (Plan { stations }, assumed)
+    (stations, assumed)
 }
 
 /// The horizontal direction of a way at one of its points: the mean of the legs before and behind.
@@ -57,19 +50,4 @@ fn direction(points: &[[f64; 2]], n: usize) -> [f64; 2] {
     };
     let length = both[0].hypot(both[1]);
     if length > 1e-3 { [both[0] / length, both[1] / length] } else { behind.unwrap_or([0.0, 1.0]) }
-}
-
-impl Plan {
-    /// The tunnel.
-    pub(super) fn dig(&self) -> Result<Tunnel, GeometryError> {
-        let mut widths: Vec<f32> = self.stations.iter().map(|(_, half)| 2.0 * half).collect();
-        widths.sort_by(f32::total_cmp);
-        let width = widths.get(widths.len() / 2).copied().unwrap_or(LEAST_WIDTH);
-        let centre_line: Vec<Point2> = self.stations.iter().map(|(at, _)| *at).collect();
-        if centre_line.len() < 2 {
-            return Err(GeometryError::TooShort);
-        }
-        let gallery = Gallery { name: "main".into(), centre_line, width };
-        Tunnel::surveyed(&[gallery], &[Passage { stations: self.stations.clone() }])
-    }
 }

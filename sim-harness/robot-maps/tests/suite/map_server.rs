@@ -1,0 +1,126 @@
+//! Occupancy maps: what pixels mean, what is refused, and that what is written is read back.
+
+use cave_survey::Memory;
+use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
+use robot_maps::{Cell, Occupancy, Refusal, map_server};
+
+const F: Cell = Cell::Free;
+const O: Cell = Cell::Occupied;
+const U: Cell = Cell::Unknown;
+
+fn yaml(more: &str) -> String {
+    format!(
+        "image: m.pgm\nresolution: 0.05\norigin: [-1.0, 2.0, 0.0]\noccupied_thresh: 0.65\nfree_thresh: 0.196\n{more}"
+    )
+}
+
+fn read(yaml: &str, image: &[u8]) -> Result<Occupancy, Refusal> {
+    map_server::read(&Memory::default().with("m.yaml", yaml).with("m.pgm", image), "m.yaml")
+}
+
+#[test]
+fn pixels_mean_what_map_server_says() {
+    // Black, dark grey, map_saver's unknown, light grey, white; then 100 and 101 per cent.
+    let image = b"P2 # by hand\n7 1\n# white is\n255\n0 60 205 230 255 100 101";
+    let cells = |more: &str| read(&yaml(more), image).unwrap().cells().to_vec();
+    assert_eq!(cells("negate: 0\n"), [O, O, U, F, F, U, U]);
+    assert_eq!(cells("mode: scale\n"), [O, O, U, F, F, U, U]);
+    assert_eq!(cells("negate: 1\n"), [F, U, O, O, O, U, U]);
+    assert_eq!(cells("negate: true\nmode: trinary\n"), [F, U, O, O, O, U, U]);
+    // In per cent: 0, 60, unknown, unknown, unknown, 100, unknown.
+    assert_eq!(cells("mode: raw\n"), [F, U, U, U, U, O, U]);
+}
+
+#[test]
+fn the_first_row_of_the_image_is_the_uppermost() {
+    let map = read(&yaml(""), b"P5 2 2 255\n\x00\xfe\xfe\xfe").unwrap();
+    assert_eq!((map.cell(0, 1), map.cell(0, 0), map.cell(7, 0)), (O, F, U));
+    assert_eq!(map.place(0.0, 0.0), [-1.0, 2.0]);
+    let [x, y] = map.grid(map.place(1.5, 0.25));
+    assert!((x - 1.5).abs() < 1e-9 && (y - 0.25).abs() < 1e-9);
+}
+
+#[test]
+fn sixteen_bits_and_other_whites_are_scaled() {
+    let wide = read(&yaml(""), b"P5 2 1 65535\n\x00\x00\xff\xff").unwrap();
+    assert_eq!(wide.cells(), [O, F]);
+    assert_eq!(read(&yaml(""), b"P5 2 1 15\n\x00\x0f").unwrap().cells(), [O, F]);
+}
+
+#[test]
+fn the_path_of_another_machine_leads_to_the_file_beside() {
+    for path in ["/home/robot/maps/m.pgm", "C:\\\\maps\\\\m.pgm", "../maps/m.pgm"] {
+        let text = yaml("").replace("image: m.pgm", &format!("image: \"{path}\""));
+        let map = read(&text, b"P5 1 1 255\n\xfe").unwrap();
+        assert_eq!(map.warnings.len(), 1, "{path}");
+        assert!(map.warnings[0].to_string().contains("m.pgm beside this file is read"));
+    }
+}
+
+#[test]
+fn bad_input_is_refused_with_place_and_remedy() {
+    let white = b"P5 1 1 255\n\xfe".as_slice();
+    for (text, image, told) in [
+        (yaml("mode: cubic\n"), white, "m.yaml:6: there is no mode \"cubic\"; give trinary"),
+        (yaml("").replace("0.05", "-1"), white, "m.yaml:2: resolution = -1 is out of range"),
+        (yaml("").replace("0.65", "0.1"), white, "m.yaml:5: free_thresh = 0.196 is above"),
+        (yaml("").replace("m.pgm", "n.pgm"), white, "m.yaml:1: there is no image \"n.pgm\"; put"),
+        (yaml("").replace("[-1.0, 2.0, 0.0]", "[1]"), white, "m.yaml:3: origin has 1 numbers"),
+        ("image: m.pgm\n".into(), white, "m.yaml: it has no resolution"),
+        ("- 1\n- 2\n".into(), white, "this is no map of map_server"),
+        (yaml(""), b"P6 1 1 255\n\xfe", "m.pgm: the image is no PGM; save it as PGM"),
+        (yaml(""), b"P5\n9 9\n255\n\xfe", "the header needs 81 bytes of pixels, and 1 are left"),
+        (yaml(""), b"P5\n99999 99999\n255\n", "m.pgm:3: the header says 99999 by 99999 pixels"),
+        (yaml(""), b"P5\n-4 9\n255\n", "m.pgm:2: the image has no width here"),
+        (yaml(""), b"P5 1 1 70000\n\xfe", "the image has no largest value here"),
+        (yaml(""), b"P2 2 1 255 1 256", "the image has no pixel here"),
+    ] {
+        let error = read(&text, image).unwrap_err().to_string();
+        assert!(error.contains(told) && error.lines().count() == 1, "{error}");
+    }
+}
+
+#[test]
+fn keys_of_another_version_are_passed_over_and_missing_thresholds_are_the_usual_ones() {
+    let text = "image: m.pgm\nresolution: 0.05\norigin: [0, 0]\nnegate: 0\nlayers: {a: 1}\n";
+    let map = read(text, b"P5 1 1 255\n\xfe\x00\x00").unwrap();
+    assert_eq!(map.cells(), [F]);
+    let told: Vec<_> = map.warnings.iter().map(ToString::to_string).collect();
+    assert_eq!(
+        told,
+        [
+            "m.yaml: it has no occupied_thresh: 0.65 is taken",
+            "m.yaml: it has no free_thresh: 0.196 is taken",
+            "m.pgm: 2 bytes behind the image are not read",
+        ]
+    );
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig {
+        rng_seed: RngSeed::Fixed(1),
+        failure_persistence: None,
+        ..ProptestConfig::default()
+    })]
+
+    #[test]
+    fn what_is_written_is_read_back(
+        columns in 1usize..9,
+        cells in prop::collection::vec(prop::sample::select(vec![F, O, U]), 1..60),
+        resolution in 0.01f64..2.0,
+        origin in prop::array::uniform3(-90.0f64..90.0),
+    ) {
+        let map = Occupancy::new(columns.min(cells.len()), cells, resolution, origin);
+        let (mut yaml, mut image) = (Vec::new(), Vec::new());
+        map_server::write(&map, &mut yaml, &mut image).unwrap();
+        let files = Memory::default().with("a.yaml", yaml).with(map_server::IMAGE, image);
+        prop_assert_eq!(map_server::read(&files, "a.yaml").unwrap(), map);
+    }
+
+    #[test]
+    fn no_bytes_make_a_reader_panic(yaml in "\\PC{0,200}", image: Vec<u8>) {
+        let _ = read(&yaml, &image);
+        let _ = read(&self::yaml(""), &[b"P5 ", &*image].concat());
+    }
+}
