@@ -112,7 +112,7 @@ fn of_state(state: State) -> Frame {
         State::OnMission(Duty::Chain(duty)) => match duty {
             ChainDuty::Leading { .. } => GAP_1,
             ChainDuty::Relaying { .. } | ChainDuty::Searching { .. } | ChainDuty::Retiring => GAP_2,
-            ChainDuty::Reconnecting { .. } => GAP_3,
+            ChainDuty::Reconnecting { .. } | ChainDuty::Rejoining { .. } => GAP_3,
             ChainDuty::BackingUp { .. } => GAP_4,
         },
         State::Stopped => HALF,

@@ -163,6 +163,7 @@ fn report() -> wire::p2p::Report {
         sums: [units::LinkSum::NONE; 2],
         waiting: 0,
         head_velocity: units::MetresPerSecond(0.0),
+        signpost: None,
         heard: Default::default(),
     }
 }

@@ -240,7 +240,7 @@ fn flying(n: u64) -> Step {
         velocity: None,
         ranges: Diagonals { nw: wall, ne: wall, sw: wall, se: wall },
         height: Some(Metres(0.3)),
-        order: Some(Order::Explore(MetresPerSecond(0.3))),
+        order: Some(Order::explore(MetresPerSecond(0.3))),
         heard: [].into_iter().collect(),
         strengths: [].into_iter().collect(),
     }

@@ -2,6 +2,7 @@
 
 use core::fmt;
 
+use chain::astray::AstrayConfig;
 use chain::launch::LaunchConfig;
 use chain::policy::PolicyConfig;
 use chain::retirement::RetirementConfig;
@@ -23,6 +24,9 @@ pub struct AgentConfig {
     pub search: SearchConfig,
     /// The return of a relay that is no longer needed; under the policy `chain` alone it retires.
     pub retirement: RetirementConfig,
+    /// The signs by which a relay notices that it took a wrong branch; without a pilot's choice it does
+    /// not look for them.
+    pub astray: AstrayConfig,
     /// Centring and wall following.
     pub nav: NavConfig,
     /// Heights, speeds and time limits of a flight.
@@ -37,6 +41,7 @@ impl AgentConfig {
         retreat: RetreatConfig::DEFAULT,
         search: SearchConfig::DEFAULT,
         retirement: RetirementConfig::DEFAULT,
+        astray: AstrayConfig::DEFAULT,
         nav: NavConfig::DEFAULT,
         flight: FlightConfig::DEFAULT,
     };

@@ -33,6 +33,7 @@
 //!                    ⇄ Reconnecting front link lost; backs up where the back link is weak or lost
 //!                    ⇄ Searching    the chain is at rest, and weak with equal links
 //!                    ⇄ Retiring     no longer needed; lands at home
+//!                    ⇄ Rejoining    in another branch than the drone in front
 //! ```
 #![no_std]
 
@@ -52,7 +53,7 @@ pub use state::{LandReason, State};
 
 use ::chain::filter::LinkEstimate;
 use ::chain::report::Report;
-use tunnel_nav::{NavCommand, Navigator, Walls};
+use tunnel_nav::{Guide, NavCommand, Navigator, Walls};
 use units::{Duration, Instant, Metres, MetresPerSecond, NodeId, Order, Phase, Role, Setpoint};
 
 use mission::chain::Chain;
@@ -210,7 +211,7 @@ impl Agent {
     /// of the chain must come home.
     fn task(&self) -> Option<Order> {
         match self.told() {
-            Some(Order::Explore(_)) if self.recalled => Some(Order::Return),
+            Some(Order::Explore(..)) if self.recalled => Some(Order::Return),
             told => told,
         }
     }
@@ -219,7 +220,9 @@ impl Agent {
     fn round(&self, now: Instant) -> Round {
         let task = self.task().zip(self.heeded);
         let task = task.map(|(order, Heeded { at, .. })| Task { order, given: at });
-        Round { now, id: self.id, role: self.role, task, here: self.odometry.reckoning() }
+        let here = self.odometry.reckoning();
+        let junction = self.navigator.opened();
+        Round { now, id: self.id, role: self.role, task, here, junction }
     }
 
     fn outputs(&mut self, config: &AgentConfig, now: Instant, inputs: &Inputs<'_>) -> Outputs {
@@ -227,7 +230,7 @@ impl Agent {
         let [front, back] = self.mission.views();
         let wish = self.wish(config, &round);
         let (setpoint, walls) = self.carry_out(wish, config, inputs);
-        let PassedOn { links, sums, waiting, head_velocity } =
+        let PassedOn { links, sums, waiting, head_velocity, signpost } =
             self.mission.passed_on(config, &round);
         let velocity = along_tunnel(inputs.velocity, self.state.is_airborne());
         let report = Report {
@@ -240,6 +243,7 @@ impl Agent {
             sums,
             waiting,
             head_velocity,
+            signpost,
             recall: self.recalled,
         };
         self.sequence = self.sequence.wrapping_add(1);
@@ -265,7 +269,8 @@ impl Agent {
                 self.navigator = Navigator::new();
                 (MetresPerSecond::ZERO, Setpoint::hover(height), Walls::Neither)
             }
-            Wish::Along { speed, height } => {
+            Wish::Along { speed, height, guide } => {
+                self.navigator.guide(guide);
                 let bearings = self.odometry.bearings(inputs.heading);
                 let NavCommand { forward, lateral, yaw_rate, walls } =
                     self.navigator.step(&config.nav, &inputs.ranges, speed, &bearings);
@@ -297,7 +302,8 @@ impl Agent {
 
     /// The wish of the mission at its duties, and of the shell everywhere else.
     fn wish(&mut self, config: &AgentConfig, round: &Round) -> Wish {
-        let hover = |height| Wish::Along { speed: MetresPerSecond::ZERO, height };
+        let hover =
+            |height| Wish::Along { speed: MetresPerSecond::ZERO, height, guide: Guide::NONE };
         match self.state {
             State::TakingOff { since } => hover(config.flight.climbing(round.now.since(since))),
             State::OnMission(duty) => self.mission.wish(config, round, duty),

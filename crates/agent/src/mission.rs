@@ -10,8 +10,10 @@ use core::ops::ControlFlow;
 
 use ::chain::filter::LinkEstimate;
 use ::chain::neighbours::Heard;
+use tunnel_nav::Guide;
 use units::{
     Duration, Instant, LinkSpan, LinkSum, Metres, MetresPerSecond, NodeId, Order, Phase, Role,
+    Signpost,
 };
 
 use crate::{AgentConfig, LandReason, LinkView, Reckoning};
@@ -67,6 +69,8 @@ pub(crate) struct Round {
     pub(crate) task: Option<Task>,
     /// Where the drone is by its own reckoning.
     pub(crate) here: Reckoning,
+    /// The way at which the tunnel last opened to a side.
+    pub(crate) junction: Option<Metres>,
 }
 
 impl Round {
@@ -82,7 +86,7 @@ impl Round {
 
     /// Whether the order is to explore.
     pub(crate) fn explores(&self) -> bool {
-        matches!(self.order(), Some(Order::Explore(_)))
+        matches!(self.order(), Some(Order::Explore(..)))
     }
 }
 
@@ -113,8 +117,9 @@ pub(crate) enum Wish {
     Rest,
     /// The motors are off for good.
     Stop,
-    /// The drone flies along the tunnel at this speed and height, its nose along the way.
-    Along { speed: MetresPerSecond, height: Metres },
+    /// The drone flies along the tunnel at this speed and height, its nose along the way, and is guided
+    /// at junctions.
+    Along { speed: MetresPerSecond, height: Metres, guide: Guide },
 }
 
 /// What a drone's report passes on along the chain.
@@ -128,6 +133,8 @@ pub(crate) struct PassedOn {
     pub(crate) waiting: u8,
     /// The head's velocity.
     pub(crate) head_velocity: MetresPerSecond,
+    /// One of the pilot's choices at junctions.
+    pub(crate) signpost: Option<Signpost>,
 }
 
 /// The mission that a drone is on.
@@ -199,6 +206,7 @@ impl Mission {
             (Self::Chain(chain), Duty::Chain(duty)) => Wish::Along {
                 speed: chain.speed(config, round, duty),
                 height: config.flight.height,
+                guide: chain.guide(round, duty),
             },
         }
     }
@@ -218,7 +226,7 @@ impl Mission {
     }
 
     /// What the drone's report passes on along the chain.
-    pub(crate) fn passed_on(&self, config: &AgentConfig, round: &Round) -> PassedOn {
+    pub(crate) fn passed_on(&mut self, config: &AgentConfig, round: &Round) -> PassedOn {
         match self {
             Self::Chain(chain) => chain.passed_on(config, round),
         }

@@ -119,7 +119,7 @@ impl OrderDistribution {
             // A head that has rebooted flies on only when the operator orders it again.
             match self.order {
                 None => {}
-                Some(Order::Explore(_)) => self.add_pending(now, bit & !HEAD),
+                Some(Order::Explore(..)) => self.add_pending(now, bit & !HEAD),
                 Some(Order::Wait | Order::Return | Order::Land | Order::Stop) => {
                     self.add_pending(now, bit)
                 }
@@ -159,7 +159,7 @@ impl OrderDistribution {
         if self.due_at(wave)? > now {
             return None;
         }
-        if let (Some(Order::Explore(_)), Some(at)) = (self.order, self.stick_at)
+        if let (Some(Order::Explore(..)), Some(at)) = (self.order, self.stick_at)
             && now.since(at) > config.stick_lasts
         {
             self.stick_at = None;
@@ -186,7 +186,7 @@ impl OrderDistribution {
         if node == NodeId::HEAD {
             self.stick_at = None;
             let every = match self.order {
-                Some(Order::Explore(_)) => config.stick_every,
+                Some(Order::Explore(..)) => config.stick_every,
                 _ => config.again_after,
             };
             // Without the margin each order would miss the next turn by a little and wait for the
@@ -211,7 +211,7 @@ impl OrderDistribution {
         self.known & HEAD != 0
             && match self.order {
                 None => false,
-                Some(Order::Explore(_)) => self.stick_at.is_some(),
+                Some(Order::Explore(..)) => self.stick_at.is_some(),
                 Some(Order::Wait | Order::Return | Order::Land | Order::Stop) => {
                     self.acknowledged & HEAD == 0
                 }

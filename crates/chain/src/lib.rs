@@ -14,6 +14,8 @@
 //! | [`retirement`] | — | the moment at which a launched relay is no longer needed |
 //! | [`retreat`] | IV-D | the conditions under which a drone backs up towards the base |
 //! | [`search`] | — | the search for a better place where equal links are not the best ones |
+//! | [`route`] | VI | the pilot's choices at junctions, from the head to every relay |
+//! | [`astray`] | — | the signs by which a relay notices that it took a wrong branch |
 //! | [`neighbours`] | III-A | the neighbours in front and behind, with their last reports |
 //! | [`report`] | — | the report that every drone sends in each round |
 //!
@@ -25,6 +27,7 @@
 //! No code of this crate reads a clock, draws a random number, allocates or panics.
 #![no_std]
 
+pub mod astray;
 pub mod chain_wide;
 pub mod filter;
 pub mod launch;
@@ -33,4 +36,5 @@ pub mod policy;
 pub mod report;
 pub mod retirement;
 pub mod retreat;
+pub mod route;
 pub mod search;

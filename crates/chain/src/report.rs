@@ -4,7 +4,7 @@
 //! the next: the span of link strengths from the head to the sender, and the sums over all links on
 //! either side. The operator's [`Order`](units::Order)s are messages of their own.
 
-use units::{LinkSpan, LinkSum, Metres, MetresPerSecond, NodeId, Phase};
+use units::{LinkSpan, LinkSum, Metres, MetresPerSecond, NodeId, Phase, Signpost};
 
 /// The report of one drone in one round.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,6 +34,9 @@ pub struct Report {
     pub waiting: u8,
     /// The head's velocity along the tunnel, positive away from the base, as the head reported it.
     pub head_velocity: MetresPerSecond,
+    /// One entry of the list of the pilot's choices at junctions, another in each report; `None` where
+    /// the sender knows of no choice.
+    pub signpost: Option<Signpost>,
     /// Whether the whole chain must come home because one of its drones must: no drone can pass
     /// another in a tunnel.
     pub recall: bool,
@@ -54,6 +57,7 @@ impl Report {
             sums: [LinkSum::NONE; 2],
             waiting: 0,
             head_velocity: MetresPerSecond::ZERO,
+            signpost: None,
             recall: false,
         }
     }

@@ -7,7 +7,7 @@
 use agent::AgentConfig;
 use flight::ControlConfig as Control;
 use storage::settings::Limits;
-use units::{Dbm, Metres, MetresPerSecond, PolicyCode, Role};
+use units::{Branch, Dbm, Metres, MetresPerSecond, PolicyCode, Role};
 use wire::crtp::{LogType, ParamType, Value};
 
 use crate::parameters::{OperatorTask, Parameters};
@@ -23,6 +23,8 @@ impl ParameterId {
     pub const TASK: Self = Self::of("uchain", "task");
     /// The parameter `uchain.speed`.
     pub const SPEED: Self = Self::of("uchain", "speed");
+    /// The parameter `uchain.branch`.
+    pub const BRANCH: Self = Self::of("uchain", "branch");
     /// The parameter `uchain.height`.
     pub const HEIGHT: Self = Self::of("uchain", "height");
     /// The parameter `uchain.launchLimit`.
@@ -178,6 +180,8 @@ table! {
             => |p| p.task as u8, set_task;
         "speed": F32 "m/s" "at which the head explores, −0.4 to 0.4; negative is back"
             => |p| p.speed.0, set_speed;
+        "branch": U8 "" "which way the head takes at the junctions that it comes to: 0 not chosen, 1 left, 2 right, 3 straight"
+            => |p| branch_code(p.branch), set_branch;
         "height": F32 "m" "at which this drone flies from its next boot on, 0.2 to 1; in the simulator the scenario's is flown"
             => |p| p.height.0, set_height;
         "launchLimit": F32 "dBm" "a last link weaker than this calls for the next relay, −96 to −20, at least 1 dB above retreatLimit; from the next boot on; in the simulator the scenario's holds"
@@ -297,6 +301,27 @@ fn set_speed(of: &mut Parameters, value: Value) -> bool {
         of.speed = MetresPerSecond(speed);
     }
     good
+}
+
+const fn branch_code(branch: Option<Branch>) -> u8 {
+    match branch {
+        None => 0,
+        Some(Branch::Left) => 1,
+        Some(Branch::Right) => 2,
+        Some(Branch::Straight) => 3,
+    }
+}
+
+fn set_branch(of: &mut Parameters, value: Value) -> bool {
+    let branch = match value {
+        Value::U8(0) => None,
+        Value::U8(1) => Some(Branch::Left),
+        Value::U8(2) => Some(Branch::Right),
+        Value::U8(3) => Some(Branch::Straight),
+        _ => return false,
+    };
+    of.branch = branch;
+    true
 }
 
 fn set_height(of: &mut Parameters, value: Value) -> bool {

@@ -3,7 +3,7 @@
 
 use agent::AgentConfig;
 use storage::settings::{Limits, Settings};
-use units::{Dbm, Metres, MetresPerSecond, NodeId, Order, PolicyCode, Role};
+use units::{Branch, Course, Dbm, Metres, MetresPerSecond, NodeId, Order, PolicyCode, Role};
 /// The parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parameters {
@@ -11,6 +11,8 @@ pub struct Parameters {
     pub task: OperatorTask,
     /// The speed at which the head explores.
     pub speed: MetresPerSecond,
+    /// The branch that the head takes at the junctions that it comes to.
+    pub branch: Option<Branch>,
     /// The height at which this drone flies.
     pub height: Metres,
     /// The launch limit: when the last link is weaker, the next relay takes off.
@@ -54,6 +56,7 @@ impl Parameters {
     pub const DEFAULT: Self = Self {
         task: OperatorTask::Wait,
         speed: MetresPerSecond(0.2),
+        branch: None,
         height: agent::FlightConfig::DEFAULT.height,
         launch_limit: AgentConfig::DEFAULT.launch.limit,
         retreat_limit: AgentConfig::DEFAULT.retreat.limit,
@@ -97,7 +100,7 @@ impl Parameters {
     pub const fn show(&mut self, order: Order) {
         self.task = match order {
             Order::Wait => OperatorTask::Wait,
-            Order::Explore(_) => OperatorTask::Explore,
+            Order::Explore(..) => OperatorTask::Explore,
             Order::Return => OperatorTask::Return,
             Order::Land => OperatorTask::Land,
             Order::Stop => OperatorTask::Stop,
@@ -109,7 +112,9 @@ impl Parameters {
     pub const fn order(&self) -> Order {
         match self.task {
             OperatorTask::Wait => Order::Wait,
-            OperatorTask::Explore => Order::Explore(self.speed),
+            OperatorTask::Explore => {
+                Order::Explore(Course { speed: self.speed, branch: self.branch })
+            }
             OperatorTask::Return => Order::Return,
             OperatorTask::Land => Order::Land,
             OperatorTask::Stop => Order::Stop,

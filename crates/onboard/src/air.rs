@@ -21,6 +21,7 @@ pub(crate) fn report_to_air(outputs: &Outputs) -> p2p::Report {
         sums: report.sums,
         waiting: report.waiting,
         head_velocity: report.head_velocity,
+        signpost: report.signpost,
         heard: heapless::Vec::new(),
     }
 }
@@ -47,6 +48,7 @@ pub(crate) fn report_from_air(
         sums: report.sums,
         waiting: report.waiting,
         head_velocity: report.head_velocity,
+        signpost: report.signpost,
         recall: report.recall,
     };
     Heard { report, rssi, reverse }
@@ -111,7 +113,16 @@ mod tests {
     use agent::{ChainDuty, Duty, Reckoning, Status};
     use tunnel_nav::Walls;
     use units::{
-        Instant, LinkSpan, LinkSum, Metres, MetresPerDb, MetresPerSecond, Phase, Setpoint, Volts,
+        Branch, Instant, LinkSpan, LinkSum, Metres, MetresPerDb, MetresPerSecond, Phase, Setpoint,
+        Signpost, Volts,
+    };
+
+    const POST: Signpost = Signpost {
+        revision: 200,
+        index: 2,
+        count: 3,
+        from: Metres(12.25),
+        branch: Some(Branch::Straight),
     };
 
     fn outputs(phase: Phase, links: Option<LinkSpan>) -> Outputs {
@@ -136,6 +147,7 @@ mod tests {
                 sums: [LinkSum::NONE, sum],
                 waiting: 3,
                 head_velocity: MetresPerSecond(0.252),
+                signpost: (phase == Phase::Linked).then_some(POST),
                 recall: phase == Phase::Linked,
             },
             status: Status {

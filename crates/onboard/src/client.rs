@@ -19,7 +19,7 @@ use crtp::{
     Access, Event, Notice, Outcome, Packet, ParameterId, Parameters, Radio, Server, Setpoint,
     Snapshot,
 };
-use units::{Dbm, Instant, Metres, MetresPerSecond, Order, PolicyCode, Role};
+use units::{Branch, Course, Dbm, Instant, Metres, MetresPerSecond, Order, PolicyCode, Role};
 
 use crate::hardware::HardwareFault;
 use crate::link::{Link, LinkHealth};
@@ -71,13 +71,15 @@ impl Client {
 #[derive(Debug)]
 pub(crate) struct Orders {
     pub(crate) operator: Operator,
+    /// The pilot's choice for the junctions that the head comes to.
+    branch: Option<Branch>,
     watchdog: Watchdog,
     unsaved: Unsaved,
 }
 
 impl Orders {
     pub(crate) const fn new(operator: Operator) -> Self {
-        Self { operator, watchdog: Watchdog::UNFED, unsaved: Unsaved::NONE }
+        Self { operator, branch: None, watchdog: Watchdog::UNFED, unsaved: Unsaved::NONE }
     }
 
     /// Follows a request of a client.
@@ -109,6 +111,7 @@ impl Orders {
                 }
             }
             Event::ParameterSet(ParameterId::TASK) => ask(Request::Order(parameters.order())),
+            Event::ParameterSet(ParameterId::BRANCH) => ask(Request::Branch(parameters.branch)),
             Event::ParameterSet(ParameterId::SPEED) if explores => {
                 ask(Request::Speed(parameters.speed))
             }
@@ -123,10 +126,15 @@ impl Orders {
             // A speed is taken up by the next order to explore.
             Event::ParameterSet(_) => Outcome::Done,
         };
-        if let Some(order) = self.operator.order() {
+        if let Some(order) = self.order() {
             parameters.show(order);
         }
         outcome
+    }
+
+    /// The order that the base gives; `None` while the operator has not asked for anything.
+    pub(crate) fn order(&self) -> Option<Order> {
+        with_branch(self.operator, self.branch)
     }
 
     /// Gives a drone on the ground another movement policy, and notes it for storing.
@@ -168,12 +176,22 @@ impl Orders {
             return Outcome::Done;
         }
         let next = self.operator.after(now, request);
-        let stands = next.order().is_none_or(|order| link.order(now, order));
+        let branch = request.branch().unwrap_or(self.branch);
+        let order = with_branch(next, branch);
+        let stands = order.is_none_or(|order| link.order(now, order));
         if stands || stops {
-            self.operator = next;
+            (self.operator, self.branch) = (next, branch);
         }
         if stands { Outcome::Done } else { Outcome::Refused(Notice::NotHeard) }
     }
+}
+
+/// The order of this operator, with this choice for junctions.
+fn with_branch(operator: Operator, branch: Option<Branch>) -> Option<Order> {
+    operator.order().map(|order| match order {
+        Order::Explore(course) => Order::Explore(Course { branch, ..course }),
+        Order::Wait | Order::Return | Order::Land | Order::Stop => order,
+    })
 }
 
 impl<S: Seal> Drone<S> {
@@ -288,7 +306,7 @@ impl<S: Seal> Drone<S> {
     /// stop.
     pub fn order(&mut self, now: Instant, order: Order) -> bool {
         let request = match order {
-            Order::Explore(speed) => Request::Setpoint(speed),
+            Order::Explore(Course { speed, branch }) => Request::Stick { speed, branch },
             Order::Wait | Order::Return | Order::Land | Order::Stop => Request::Order(order),
         };
         self.orders.ask(now, request, self.identity, &mut self.link) == Outcome::Done
@@ -308,7 +326,7 @@ impl<S: Seal> Drone<S> {
         let next = orders.operator.at(now, has_client);
         if next != orders.operator {
             orders.operator = next;
-            if let Some(order) = next.order() {
+            if let Some(order) = orders.order() {
                 link.order(now, order);
             }
         }

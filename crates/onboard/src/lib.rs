@@ -231,7 +231,7 @@ impl<S: Seal> Drone<S> {
     /// Gives the operator's order to the whole mission again: the link tells the head of an order to
     /// explore once for each time.
     fn repeat_order(&mut self, now: Instant) {
-        if let Some(order) = self.orders.operator.order() {
+        if let Some(order) = self.orders.order() {
             self.link.order(now, order);
         }
     }
@@ -240,7 +240,7 @@ impl<S: Seal> Drone<S> {
     fn order_of_round(&mut self, now: Instant) -> Option<Order> {
         match (self.identity.role, self.orders.operator) {
             (_, Operator::Stopped) => Some(Order::Stop),
-            (Role::Base, operator) => operator.order(),
+            (Role::Base, _) => self.orders.order(),
             (Role::Head | Role::Relay, _) => {
                 self.mailbox.take_order(now, self.config.mailbox_delay)
             }

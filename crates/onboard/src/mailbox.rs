@@ -113,7 +113,7 @@ mod tests {
     use super::*;
     use units::MetresPerSecond;
 
-    const EXPLORE: Order = Order::Explore(MetresPerSecond(0.25));
+    const EXPLORE: Order = Order::explore(MetresPerSecond(0.25));
 
     #[test]
     fn nothing_replaces_a_stop() {

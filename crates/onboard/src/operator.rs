@@ -10,7 +10,7 @@
 //!
 //! When a client disappears, no drone lands: the head hovers, and the relays hold the chain.
 
-use units::{Duration, Instant, MetresPerSecond, Order};
+use units::{Branch, Course, Duration, Instant, MetresPerSecond, Order};
 
 /// A set-point that is older is not flown any more: a Crazyflie levels out after as long
 /// (crazyflie-firmware, supervisor.c, COMMANDER_WDT_TIMEOUT_STABILIZE).
@@ -55,12 +55,35 @@ pub enum Operator {
 /// A request of the operator.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Request {
-    /// A client, or a pilot's stick, asks for this speed now.
+    /// A client asks for this speed now.
     Setpoint(MetresPerSecond),
+    /// A pilot's stick asks for this speed now, and for this branch at junctions.
+    Stick {
+        /// The speed along the tunnel.
+        speed: MetresPerSecond,
+        /// The choice for the junctions that the head comes to.
+        branch: Option<Branch>,
+    },
     /// A client asks for a lasting order.
     Order(Order),
     /// A client changes the speed at which the head explores by itself.
     Speed(MetresPerSecond),
+    /// A client changes the choice for the junctions that the head comes to.
+    Branch(Option<Branch>),
+}
+
+impl Request {
+    /// The choice for junctions, if the request says one, also that there is none.
+    pub(crate) const fn branch(self) -> Option<Option<Branch>> {
+        match self {
+            Self::Order(Order::Explore(Course { branch, .. }))
+            | Self::Stick { branch, .. }
+            | Self::Branch(branch) => Some(branch),
+            Self::Order(Order::Wait | Order::Return | Order::Land | Order::Stop)
+            | Self::Setpoint(_)
+            | Self::Speed(_) => None,
+        }
+    }
 }
 
 impl Operator {
@@ -69,14 +92,16 @@ impl Operator {
     pub(crate) fn after(self, now: Instant, request: Request) -> Self {
         match (self, request) {
             (Self::Stopped, _) => Self::Stopped,
-            (_, Request::Setpoint(forward)) => Self::Setpoint { forward, given: now },
-            (_, Request::Order(Order::Explore(speed))) => Self::Explore(speed),
+            (_, Request::Setpoint(forward) | Request::Stick { speed: forward, .. }) => {
+                Self::Setpoint { forward, given: now }
+            }
+            (_, Request::Order(Order::Explore(Course { speed, .. }))) => Self::Explore(speed),
             (_, Request::Order(Order::Wait)) => Self::Wait,
             (_, Request::Order(Order::Return)) => Self::Return,
             (_, Request::Order(Order::Land)) => Self::Land,
             (_, Request::Order(Order::Stop)) => Self::Stopped,
             (Self::Explore(_), Request::Speed(speed)) => Self::Explore(speed),
-            (same, Request::Speed(_)) => same,
+            (same, Request::Speed(_) | Request::Branch(_)) => same,
         }
     }
 
@@ -103,9 +128,9 @@ impl Operator {
     pub const fn order(self) -> Option<Order> {
         match self {
             Self::Silent => None,
-            Self::Setpoint { forward, .. } => Some(Order::Explore(forward)),
-            Self::Explore(speed) => Some(Order::Explore(speed)),
-            Self::Hover => Some(Order::Explore(MetresPerSecond::ZERO)),
+            Self::Setpoint { forward, .. } => Some(Order::explore(forward)),
+            Self::Explore(speed) => Some(Order::explore(speed)),
+            Self::Hover => Some(Order::explore(MetresPerSecond::ZERO)),
             Self::Wait => Some(Order::Wait),
             Self::Return => Some(Order::Return),
             Self::Land => Some(Order::Land),
@@ -166,7 +191,7 @@ mod tests {
         use Operator::{Explore, Hover, Land, Return, Silent, Stopped, Wait};
         let table = [
             (Request::Setpoint(SPEED), [setpoint(7); 8]),
-            (Request::Order(Order::Explore(OTHER)), [Explore(OTHER); 8]),
+            (Request::Order(Order::explore(OTHER)), [Explore(OTHER); 8]),
             (Request::Order(Order::Wait), [Wait; 8]),
             (Request::Order(Order::Return), [Return; 8]),
             (Request::Order(Order::Land), [Land; 8]),
@@ -209,7 +234,7 @@ mod tests {
 
     #[test]
     fn a_head_without_a_pilot_hovers() {
-        assert_eq!(Operator::Hover.order(), Some(Order::Explore(MetresPerSecond::ZERO)));
+        assert_eq!(Operator::Hover.order(), Some(Order::explore(MetresPerSecond::ZERO)));
         assert_eq!(Operator::Silent.order(), None);
     }
 

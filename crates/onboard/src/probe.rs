@@ -29,14 +29,14 @@ use crate::words::{Reader, Words, Writer, whole};
 /// The name of the probe's symbol.
 pub const SYMBOL: &str = "UCHAIN_PROBE";
 /// The version of the layout.
-pub const VERSION: u32 = 2;
+pub const VERSION: u32 = 3;
 
 /// Words of the flight code's status at most.
 pub const FLIGHT: usize = 20;
 /// Words of an order's number.
 pub const ORDER: usize = 2;
 /// Words of a round at most.
-pub const ROUND: usize = 81 + REPORTS * 20;
+pub const ROUND: usize = 86 + REPORTS * 23;
 
 /// The probe, as it lies in memory.
 #[repr(C)]
@@ -228,8 +228,8 @@ mod tests {
     use flight::{Attitude, Battery, Cause, Mode};
     use tunnel_nav::{Range, Side, Walls};
     use units::{
-        Dbm, LinkSpan, LinkSum, MetresPerDb, MetresPerSecond, NodeId, Phase, Point2, Pose2,
-        RadiansPerSecond, Setpoint, Volts,
+        Branch, Course, Dbm, LinkSpan, LinkSum, MetresPerDb, MetresPerSecond, NodeId, Phase,
+        Point2, Pose2, RadiansPerSecond, Setpoint, Signpost, Volts,
     };
     use wire::p2p::Epoch;
 
@@ -245,6 +245,8 @@ mod tests {
     #[test]
     fn the_longest_round_comes_back_as_it_went() {
         let sum = LinkSum { surplus: Metres(-7.7), compliance: MetresPerDb(1.3), links: u8::MAX };
+        let branch = Some(Branch::Right);
+        let signpost = Signpost { revision: 3, index: 1, count: 2, from: Metres(8.5), branch };
         let report = Report {
             from: NodeId(7),
             sequence: u16::MAX,
@@ -255,6 +257,7 @@ mod tests {
             sums: [sum; 2],
             waiting: 3,
             head_velocity: MetresPerSecond(0.2),
+            signpost: Some(signpost),
             recall: true,
         };
         let heard = [Heard { report, rssi: Dbm(-61.7), reverse: Some(Dbm(-62.9)) }; REPORTS];
@@ -270,7 +273,7 @@ mod tests {
             heading: Some(Radians(-3.1)),
             height: Some(Metres(0.31)),
             heard: &heard,
-            order: Some(Order::Explore(speed)),
+            order: Some(Order::Explore(Course { speed, branch })),
             fitness: Fitness::Landing(Cause::Overload),
             endurance: Some(Duration::from_micros(u64::MAX)),
         };

@@ -19,9 +19,9 @@ use flight::{Attitude, Battery, Cause, Mode, NotReady, Status, StopCause};
 use heapless::Vec;
 use tunnel_nav::{Diagonals, Range, Side, Walls};
 use units::{
-    DbPerMetre, Dbm, Duration, Instant, LinkSpan, LinkSum, Metres, MetresPerDb, MetresPerSecond,
-    NodeId, Order, Phase, Point2, PolicyCode, Pose2, Radians, RadiansPerSecond, Role, Setpoint,
-    Volts,
+    Branch, Course, DbPerMetre, Dbm, Duration, Instant, LinkSpan, LinkSum, Metres, MetresPerDb,
+    MetresPerSecond, NodeId, Order, Phase, Point2, PolicyCode, Pose2, Radians, RadiansPerSecond,
+    Role, Setpoint, Signpost, Volts,
 };
 
 /// Writes words into the memory of a slot or of a frame. Words beyond its end are lost, which shows in
@@ -297,13 +297,14 @@ pub(crate) use {enums, structs};
 quantities! { DbPerMetre, Dbm, Metres, MetresPerDb, MetresPerSecond, Radians, RadiansPerSecond, Volts }
 
 structs! {
+    Course { speed, branch }
     BodyVelocity { forward, lateral }
     Diagonals { nw, ne, sw, se }
     LinkSpan { weakest, strongest }
     LinkSum { surplus, compliance, links }
     Place { way, weaker }
     Search { from, best, leg, since }
-    Report { from, sequence, phase, velocity, odometer, links, sums, waiting, head_velocity, recall }
+    Report { from, sequence, phase, velocity, odometer, links, sums, waiting, head_velocity, recall, signpost }
     Heard { report, rssi, reverse }
     LinkView { peer, raw, rssi, velocity, is_base }
     Point2 { x, y }
@@ -317,13 +318,40 @@ structs! {
     Status { mode, attitude, velocity, height, battery }
 }
 
+/// Two words, since a round has one in each report: the small numbers are bytes of the first.
+impl Words for Signpost {
+    fn put(&self, out: &mut Writer<'_>) {
+        let branch = match self.branch {
+            None => 0,
+            Some(Branch::Left) => 1,
+            Some(Branch::Right) => 2,
+            Some(Branch::Straight) => 3,
+        };
+        out.word(u32::from_le_bytes([self.revision, self.index, self.count, branch]));
+        self.from.put(out);
+    }
+
+    fn get(from: &mut Reader<'_>) -> Option<Self> {
+        let [revision, index, count, branch] = from.word()?.to_le_bytes();
+        let branch = match branch {
+            0 => None,
+            1 => Some(Branch::Left),
+            2 => Some(Branch::Right),
+            3 => Some(Branch::Straight),
+            _ => return None,
+        };
+        Some(Self { revision, index, count, from: Words::get(from)?, branch })
+    }
+}
+
 enums! {
+    Branch { 0 = Left, 1 = Right, 2 = Straight }
     Range { 0 = At(distance), 1 = Clear, 2 = Invalid }
     Walls { 0 = Both, 1 = One(side), 2 = Neither }
     Side { 0 = Left, 1 = Right }
     Role { 0 = Head, 1 = Relay, 2 = Base }
     Phase { 0 = Waiting, 1 = Transit, 2 = Linked, 3 = Base, 4 = Out, 5 = Searching }
-    Order { 0 = Wait, 1 = Explore(speed), 2 = Return, 3 = Land, 4 = Stop }
+    Order { 0 = Wait, 1 = Explore(course), 2 = Return, 3 = Land, 4 = Stop }
     Setpoint { 0 = Off, 1 = Fly { forward, lateral, yaw_rate, height }, 2 = Stop }
     Fitness { 0 = Fit, 1 = Unfit, 2 = Landing(why), 3 = Landed(why), 4 = Stopped }
     LandReason {
@@ -347,6 +375,7 @@ enums! {
         3 = Searching { search },
         4 = Retiring,
         5 = BackingUp { since, from },
+        6 = Rejoining { since, to, passed },
     }
     Leg { 0 = Ahead, 1 = Behind, 2 = ToBest, 3 = Back }
     Mode {

@@ -48,11 +48,13 @@
 //! yaw law as it is and centres by the two beams that look where the drone is going.
 #![no_std]
 
+mod fork;
 mod gallery;
 mod ranges;
 mod steer;
 mod trail;
 mod wall;
 
+pub use fork::Guide;
 pub use ranges::{Diagonals, Range};
 pub use steer::{Bearings, NavCommand, NavConfig, Navigator, Side, Walls};

@@ -3,6 +3,7 @@
 
 use units::{Metres, MetresPerSecond, Radians, RadiansPerSecond};
 
+use crate::fork::{Ended, Fork, Guide};
 use crate::gallery::{Expected, Gallery};
 use crate::ranges::Bridge;
 use crate::trail::{Flies, Trail};
@@ -187,6 +188,9 @@ pub struct Navigator {
     creep: f32,
     /// Whether the drone is turning back to its path, which it faced the wrong way.
     faces_back: bool,
+    fork: Fork,
+    /// The way at which the tunnel last opened, to any side.
+    opened: Option<Metres>,
 }
 
 impl Navigator {
@@ -205,7 +209,22 @@ impl Navigator {
             opening: None,
             creep: 0.0,
             faces_back: false,
+            fork: Fork::new(),
+            opened: None,
         }
+    }
+
+    /// Notes how the drone is guided at the junctions that come.
+    pub fn guide(&mut self, guide: Guide) {
+        if self.fork.follow(guide) {
+            self.trail.forget_ahead();
+        }
+    }
+
+    /// The way at which the tunnel last opened to a side: at a junction, and in a bend.
+    #[must_use]
+    pub const fn opened(&self) -> Option<Metres> {
+        self.opened
     }
 
     /// Carries out one iteration and returns the command with which a drone at `bearings`, with
@@ -220,6 +239,7 @@ impl Navigator {
         let ranges = &self.bridge.fill(ranges);
         let moved = [bearings.way - self.way, bearings.aside - self.aside];
         (self.way, self.aside) = (bearings.way, bearings.aside);
+        self.fork.advance(moved, bearings.heading);
         self.look(config, ranges, moved[0]);
         let gallery = self.find_place(ranges, bearings, moved, speed);
         let off = self.off_trail(bearings, speed);
@@ -237,6 +257,10 @@ impl Navigator {
             Some(off) if !is_straight || off.abs() > ASTRAY => {
                 let pace = leading.nearness * (1.0 - off.abs()).max(LEAST_PACE);
                 (blend(ahead.sidestep, astern.sidestep), TRAIL_GAIN * off, pace)
+            }
+            None if let Some(turning) = self.fork.turning(ranges, speed.0) => {
+                let most = turning.fastest / speed.0.abs().max(turning.fastest);
+                (turning.lateral, turning.yaw_rate, leading.nearness.min(most))
             }
             _ => {
                 // Mirroring front to back turns counter-clockwise into clockwise.
@@ -342,6 +366,34 @@ impl Navigator {
             let near = CORNER * self.centred;
             self.opening = self.opening.filter(|(_, way)| (self.way - *way).0.abs() <= near);
         }
+        self.note_ends(before, [left, right], ranges);
+    }
+
+    /// Notes where walls have ended, for the branch that the pilot has chosen.
+    fn note_ends(&mut self, before: [Track; 2], beams: [Beams; 2], ranges: &Diagonals) {
+        if let Some(side) = self.fork.find_wall(ranges) {
+            // The drone is in the branch, whose walls are the tunnel's now.
+            self.opening = None;
+            let (track, beams) = match side {
+                Side::Left => (&mut self.left, beams[0]),
+                Side::Right => (&mut self.right, beams[1]),
+            };
+            *track = track.found(beams);
+            // The branch may be narrower: the drone keeps its distance until it sees both walls.
+            if let Track::Seen { length } = *track {
+                self.centred = length;
+            }
+        }
+        let sides = [(Side::Left, self.left), (Side::Right, self.right)];
+        for ((before, (side, now)), beams) in before.into_iter().zip(sides).zip(beams) {
+            if let Track::Seen { length } = before
+                && now.is_lost()
+                && beams.opens(SAME_GALLERY * self.centred)
+            {
+                self.opened = Some(self.way);
+                self.fork.see_end(Ended { side, length }, ranges);
+            }
+        }
     }
 
     /// The walls to steer by. Where the tunnel opened to a side, a wall on that side alone is that of
@@ -362,6 +414,14 @@ impl Navigator {
         let (c_l, c_r) = (config.lateral_gain, config.yaw_gain);
         let (left, right) = self.walls(ranges);
         let keep = self.centred.max(config.wall_distance.0).min(WIDEST * config.reach.0);
+        // The branch may be narrower than the gallery before: along the chosen wall alone the drone
+        // keeps near it, until it sees both.
+        let keep = match (left, right, self.fork.side()) {
+            (Some(_), None, Some(Side::Left)) | (None, Some(_), Some(Side::Right)) => {
+                keep.min(Fork::NEAR)
+            }
+            _ => keep,
+        };
         // An obstacle that the beam over the lost wall sees nearer than the wall that is kept is
         // ahead, and the tunnel turns to the lost side. But where no side has opened, one that only
         // this beam sees is beside the drone, on that very side.
@@ -407,7 +467,12 @@ impl Navigator {
     fn turn_to_open(&self, config: &NavConfig, ranges: &Diagonals, hint: f32) -> f32 {
         let length = |beam: Range| nearest(beam).min(config.reach.0);
         let (left, right) = (length(ranges.nw), length(ranges.ne));
-        if left.min(right) > TURN_BELOW * config.wall_distance.0 {
+        // To fly straight on, the drone passes the corners of the galleries that cross.
+        let turns_below = match self.fork.goes_straight() {
+            true => config.slow_below.0,
+            false => TURN_BELOW * config.wall_distance.0,
+        };
+        if left.min(right) > turns_below {
             return 0.0;
         }
         let is_open = |length: f32| length > SAME_GALLERY * self.centred;
@@ -417,7 +482,7 @@ impl Navigator {
             (false, true, _) => false,
             (_, _, Some((side, _))) => side == Side::Left,
             _ if hint.abs() > BENT => hint > 0.0,
-            _ if alike => config.prefer == Side::Left,
+            _ if alike => self.fork.side().unwrap_or(config.prefer) == Side::Left,
             _ => left > right,
         };
         let turn = config.max_yaw_rate.0;

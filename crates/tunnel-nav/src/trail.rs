@@ -363,6 +363,16 @@ impl Trail {
         is_bend
     }
 
+    /// Ends the path where the drone is: what is ahead on it leads into a wrong branch.
+    pub(crate) fn forget_ahead(&mut self) {
+        if self.near < self.last {
+            self.last = self.near.saturating_add(1);
+            self.put(self.last, self.here());
+            self.part = 1.0;
+            self.turned_at = None;
+        }
+    }
+
     /// Moves the drone along the path without a measured motion.
     pub(crate) fn shift(&mut self, way: f32) {
         self.at = plus(self.at, axes(self.heading_at(0.0))[0], way);

@@ -98,6 +98,11 @@ impl Track {
         matches!(self, Self::Seen { .. })
     }
 
+    /// The state of a side on which a wall was found that the beams look at.
+    pub(crate) fn found(self, beams: Beams) -> Self {
+        beams.wall().map_or(self, |wall| Self::Seen { length: wall.mean() })
+    }
+
     /// The wall to steer by.
     pub(crate) fn wall(&self, beams: Beams) -> Option<Wall> {
         if self.is_seen() { beams.wall() } else { None }

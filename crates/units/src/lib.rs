@@ -33,7 +33,10 @@ mod quantity;
 mod time;
 mod triad;
 
-pub use mission::{LinkSpan, LinkSum, NODES, Order, Phase, PolicyCode, Role, Setpoint};
+pub use mission::{
+    Branch, Course, LinkSpan, LinkSum, NODES, Order, Phase, PolicyCode, Role, SIGNPOSTS, Setpoint,
+    Signpost,
+};
 pub use plane::{Point2, Pose2};
 pub use quantity::{
     Db, DbPerMetre, Dbm, Metres, MetresPerDb, MetresPerSecond, NodeId, Radians, RadiansPerSecond,

@@ -42,9 +42,8 @@ pub enum Order {
     /// A drone on the ground stays there, and one that has landed may fly again at the next order
     /// to explore; a head in flight stops where it is.
     Wait,
-    /// The head flies at this speed along the tunnel, positive away from the base; the relays form
-    /// the chain behind it.
-    Explore(MetresPerSecond),
+    /// The head explores on this course, and the relays form the chain behind it.
+    Explore(Course),
     /// The head flies back to the base, and each relay lands where it took off.
     Return,
     /// The drone lands where it is.
@@ -52,6 +51,60 @@ pub enum Order {
     /// The drone switches its motors off now and keeps them off until it is reset on the ground.
     Stop,
 }
+
+impl Order {
+    /// The order to explore at this speed, without a choice for junctions.
+    #[must_use]
+    pub const fn explore(speed: MetresPerSecond) -> Self {
+        Self::Explore(Course { speed, branch: None })
+    }
+}
+
+/// The course of a head that explores.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Course {
+    /// The speed along the tunnel, positive away from the base.
+    pub speed: MetresPerSecond,
+    /// The branch to take at the junctions that the head comes to; `None` where the pilot has not
+    /// chosen one.
+    pub branch: Option<Branch>,
+}
+
+/// A way on from a junction, as a drone sees it that comes from the base.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Branch {
+    /// The gallery farthest to the left.
+    Left,
+    /// The gallery farthest to the right.
+    Right,
+    /// The gallery that goes straight on.
+    Straight,
+}
+
+/// One entry of the list of the pilot's choices, which the chain passes on from the head to the
+/// relays: from a place on, one choice counts at all junctions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Signpost {
+    /// The number of the list, which grows by one with each change and wraps around.
+    pub revision: u8,
+    /// The number of this entry in the list, from 0.
+    pub index: u8,
+    /// The number of entries in the list, 1 to [`SIGNPOSTS`].
+    pub count: u8,
+    /// The way along the tunnel, by the head's odometer, from which on the choice counts.
+    pub from: Metres,
+    /// The choice; `None` where the pilot has made none.
+    pub branch: Option<Branch>,
+}
+
+/// The most entries in the list of the pilot's choices.
+pub const SIGNPOSTS: usize = 8;
 
 /// The number that stands for a movement policy in a drone's settings (`chain::policy::REGISTRY`).
 /// A policy keeps its code when other policies are added to the registry or removed from it.

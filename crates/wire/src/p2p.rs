@@ -6,7 +6,7 @@
 //! | kind | body | bytes |
 //! |---|---|---|
 //! | 1 | [`Beacon`] | 3 |
-//! | 2 | [`Report`] | 20, and 5 for each [`Heard`] |
+//! | 2 | [`Report`] | 20, 4 for a [`Signpost`](units::Signpost), and 5 for each [`Heard`] |
 //! | 3 | [`Commands`]: one or two of [`Capsule`] with an [`Order`](units::Order) in it | 19 or 38 |
 //! | 4 | [`Capsule`] with [`Telemetry`] in it | 29 |
 //! | 5 | [`Membership`] | 1 or 5 |
@@ -26,6 +26,7 @@ mod header;
 mod membership;
 mod order;
 mod report;
+mod signpost;
 mod steps;
 
 use core::fmt;
@@ -37,6 +38,7 @@ pub use header::{Counter, Epoch, HEADER, Header, Kind, REUSE, STAMP_US, VERSION,
 pub use membership::Membership;
 pub use order::{ORDER, decode_order, encode_order};
 pub use report::{HEARD, Heard, Report};
+pub use signpost::{SIGNPOST, decode_signpost, encode_signpost};
 
 use crate::syslink::MAX_P2P;
 

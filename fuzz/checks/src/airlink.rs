@@ -206,7 +206,7 @@ impl Air {
             height: None,
             heeded: 0,
         };
-        let all = [Order::Wait, Order::Explore(MetresPerSecond(value / 1000.0)), Order::Return];
+        let all = [Order::Wait, Order::explore(MetresPerSecond(value / 1000.0)), Order::Return];
         let task = all[usize::from(byte) % all.len()];
         match who {
             RELAY => {

@@ -8,8 +8,8 @@ use wire::p2p::Telemetry;
 pub fn check(data: &[u8]) {
     if let Ok(task) = wire::p2p::decode_order(data) {
         assert_eq!(wire::p2p::encode_order(task), data, "{task:?}");
-        if let Order::Explore(speed) = task {
-            assert!(speed.0.is_finite());
+        if let Order::Explore(course) = task {
+            assert!(course.speed.0.is_finite());
         }
     }
     if let Ok(telemetry) = Telemetry::decode(data) {

@@ -14,8 +14,9 @@ use super::progress::Progress;
 use super::{Common, FidelityArg, Trouble, Verdict, complain, interrupt, runs};
 use crate::bodies::emulated::Firmware;
 use crate::input_error::InputError;
-use crate::measure::bench::{attacks, estimator, faults, link, throughput};
+use crate::measure::bench::{attacks, estimator, faults, junctions, link, throughput};
 use crate::mission::medium::PRESETS;
+use crate::scenario::Fidelity;
 
 /// Missions whose parts are timed: enough for a share to a hundredth.
 const PROFILED: usize = 20;
@@ -43,7 +44,8 @@ pub(super) struct BenchArgs {
     /// Fly the benchmark `chain` through this radio in place of the scenarios' own
     #[arg(long, value_parser = PossibleValuesParser::new(PRESETS.map(|preset| preset.name)))]
     radio: Option<String>,
-    /// How closely the drones of the benchmark `chain` are simulated; where left out, as points
+    /// How closely the drones of the benchmarks `chain` and `junctions` are simulated; where left out,
+    /// as points, and in `junctions` as points and as rigid bodies
     #[arg(long, value_enum)]
     fidelity: Option<FidelityArg>,
     /// The firmware's ELF file, for the benchmarks that measure it
@@ -68,6 +70,8 @@ enum Name {
     Estimator,
     /// How fast orders and telemetry get through a chain, and how many are lost
     Link,
+    /// Whether every relay takes the branch that the pilot chose, and a misled one comes back
+    Junctions,
     /// Which packets of an attacker without keys a chain accepts
     Attacks,
     /// How much of the processor and the memory the firmware uses, on the emulated chip
@@ -98,6 +102,7 @@ impl Name {
             Self::Faults => "faults.json",
             Self::Estimator => "estimator.json",
             Self::Link => "link.json",
+            Self::Junctions => "junctions.json",
             Self::Attacks => "attacks.json",
             Self::Firmware => "firmware.json",
             Self::Emulator => "emulator.json",
@@ -121,6 +126,7 @@ pub(super) fn run(args: &BenchArgs) -> Result<Verdict, Trouble> {
             Name::Faults => faults_bench(args)?,
             Name::Estimator => estimator_bench(args)?,
             Name::Link => link_bench(args, &mut missed)?,
+            Name::Junctions => junctions_bench(args, &mut missed)?,
             Name::Attacks => attacks_bench(args, &mut missed)?,
             Name::Firmware => emulated::firmware(args, &mut missed)?,
             Name::Emulator => emulated::emulator(args, &mut missed)?,
@@ -360,6 +366,59 @@ fn link_bench(args: &BenchArgs, missed: &mut Vec<String>) -> Result<(String, Val
         );
     }
     Ok((table, rows.iter().map(link::Row::json).collect()))
+}
+
+/// Cases in which too few missions were right are added to `missed`.
+fn junctions_bench(args: &BenchArgs, missed: &mut Vec<String>) -> Result<(String, Value), Trouble> {
+    let levels = match args.fidelity {
+        Some(fidelity) => vec![fidelity.fidelity()?],
+        None => vec![Fidelity::Point, Fidelity::Flight],
+    };
+    let seeds = |level| args.runs.unwrap_or(if level == Fidelity::Point { 100 } else { 20 });
+    let mut count = 0;
+    for level in &levels {
+        count += runs(seeds(*level))? * junctions::CASES.len();
+    }
+    let progress = Progress::new(count as u64, args.common.quiet);
+    progress.say("missions");
+    let mut rows = Vec::new();
+    for level in levels {
+        let step = || progress.step();
+        rows.extend(junctions::run(level, seeds(level), args.common.seed, step)?);
+    }
+    drop(progress);
+    missed.extend(rows.iter().filter_map(junctions::Row::missed));
+    let mut table = format!(
+        "junctions: at least {} of all missions right\n\n  {:14} {:8} {:>5} {:>5} {:>7} {:>6} {:>8} \
+         {:>8}  wrong\n",
+        junctions::BOUND,
+        "scenario",
+        "fidelity",
+        "seeds",
+        "right",
+        "arrived",
+        "misled",
+        "returned",
+        "troubled",
+    );
+    for row in &rows {
+        let wrong: Vec<_> = row.wrong.iter().map(u64::to_string).collect();
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            table,
+            "  {:14} {:8} {:>5} {:>5} {:>7} {:>6} {:>8} {:>8}  {}",
+            row.scenario,
+            row.fidelity.name(),
+            row.seeds,
+            row.right,
+            row.arrived,
+            row.misled,
+            row.misled_returned,
+            row.troubled.len(),
+            wrong.join(" ")
+        );
+    }
+    Ok((table, rows.iter().map(junctions::Row::json).collect()))
 }
 
 /// Packets that a drone should have refused are added to `missed`.

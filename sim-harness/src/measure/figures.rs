@@ -125,7 +125,7 @@ pub const fn missions(runs: usize) -> usize {
 
 /// The same corridor with all drones in the air and the head at rest.
 fn at_rest(exploring: &Scenario) -> Scenario {
-    let hold = units::Order::Explore(units::MetresPerSecond::ZERO);
+    let hold = units::Order::explore(units::MetresPerSecond::ZERO);
     let head = SkeletonPlace::main(HEAD_RESTS_M);
     Scenario {
         drones: Drones {

@@ -202,7 +202,7 @@ impl<'a> Watch<'a> {
         if mission.is_recalled() {
             return;
         }
-        if matches!(mission.task(), Order::Explore(_)) {
+        if matches!(mission.task(), Order::Explore(..)) {
             self.exploration.take(worst - limit);
         }
         if let Some(cruise) = self.cruise.as_mut() {

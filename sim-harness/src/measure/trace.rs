@@ -3,7 +3,7 @@
 use std::fmt;
 
 use agent::State;
-use units::{Dbm, NodeId, Order, Point2, Pose2, Role};
+use units::{Branch, Course, Dbm, NodeId, Order, Point2, Pose2, Role};
 
 use crate::world::SkeletonPlace;
 
@@ -127,7 +127,15 @@ pub struct LinkFrame {
 pub fn order_words(order: Order) -> String {
     match order {
         Order::Wait => "wait".to_owned(),
-        Order::Explore(speed) => format!("explore at {:.2} m/s", speed.0),
+        Order::Explore(Course { speed, branch }) => {
+            let branch = match branch {
+                None => "",
+                Some(Branch::Left) => ", left at junctions",
+                Some(Branch::Right) => ", right at junctions",
+                Some(Branch::Straight) => ", straight at junctions",
+            };
+            format!("explore at {:.2} m/s{branch}", speed.0)
+        }
         Order::Return => "return".to_owned(),
         Order::Land => "land".to_owned(),
         Order::Stop => "stop".to_owned(),

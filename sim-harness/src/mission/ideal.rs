@@ -117,7 +117,7 @@ impl IdealLink {
         self.order = Some(order);
         let base = self.count - 1;
         for to in 0..base {
-            let steers = to == usize::from(NodeId::HEAD.0) && matches!(order, Order::Explore(_));
+            let steers = to == usize::from(NodeId::HEAD.0) && matches!(order, Order::Explore(..));
             if is_other || steers {
                 let luck = self.base.uniform();
                 let arrives_us = now_us + self.delays.order_us(base - to, luck);

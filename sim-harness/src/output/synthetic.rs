@@ -88,7 +88,7 @@ fn frame(tick: u64, noise: &mut Noise) -> Frame {
     let flying: Vec<usize> =
         (0..=BASE).filter(|&k| k == 0 || k == BASE || t >= 60.0 * k as f32).collect();
     let drones = (0..=BASE).map(|k| drone(k, t, &places, &flying, noise)).collect();
-    let order = if t < 250.0 { Order::Explore(MetresPerSecond(0.16)) } else { Order::Return };
+    let order = if t < 250.0 { Order::explore(MetresPerSecond(0.16)) } else { Order::Return };
     Frame { time_us: tick * 200_000, order, drones }
 }
 

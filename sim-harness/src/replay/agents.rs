@@ -63,7 +63,10 @@ impl Tally {
                 ChainDuty::Relaying { .. } => self.relaying += 1,
                 ChainDuty::Reconnecting { .. } => self.reconnecting += 1,
                 ChainDuty::BackingUp { .. } => self.backing_up += 1,
-                ChainDuty::Leading { .. } | ChainDuty::Searching { .. } | ChainDuty::Retiring => {}
+                ChainDuty::Leading { .. }
+                | ChainDuty::Searching { .. }
+                | ChainDuty::Retiring
+                | ChainDuty::Rejoining { .. } => {}
             },
             State::Landing { .. } | State::Landed { .. } => {
                 self.landed_s.get_or_insert(now.as_micros() as f64 / 1e6);

@@ -32,7 +32,7 @@ pub(super) struct Run {
 }
 
 /// The order of every round: to explore, with the head at rest.
-const ORDER: Order = Order::Explore(MetresPerSecond::ZERO);
+const ORDER: Order = Order::explore(MetresPerSecond::ZERO);
 /// The walls of a straight tunnel of 2 m, in whose middle the drone flies with its nose along it: the
 /// beams meet them at 45°.
 const WALLS: Diagonals = {

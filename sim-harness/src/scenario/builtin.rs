@@ -34,6 +34,8 @@ files![
     "relay-pair",
     "short-hop",
     "fork",
+    "three-forks",
+    "fork-astray",
     "right-angles",
     "spiral",
     "straight-n4",

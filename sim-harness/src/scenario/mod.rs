@@ -14,7 +14,7 @@ use std::sync::Arc;
 
 use agent::AgentConfig;
 use chain::policy::Policy;
-use units::{MetresPerSecond, Order};
+use units::{Course, MetresPerSecond, Order};
 
 use crate::bodies::craft::flow::Ground;
 use crate::bodies::point::VehicleSpec;
@@ -263,14 +263,15 @@ impl Scenario {
         if self.pilot.is_empty() && !matches!(self.drones.start, Start::Mouth) {
             return Some(Stretch { from_us: 0, until_us: self.duration_us });
         }
-        let still = Order::Explore(MetresPerSecond::ZERO);
-        self.longest(|order| order == still)
+        self.longest(|order| {
+            matches!(order, Order::Explore(Course { speed, .. }) if speed == MetresPerSecond::ZERO)
+        })
     }
 
     /// Returns the longest time for which the operator lets the head fly in at one speed.
     #[must_use]
     pub fn cruise(&self) -> Option<Stretch> {
-        self.longest(|order| matches!(order, Order::Explore(speed) if speed.0 > 0.0))
+        self.longest(|order| matches!(order, Order::Explore(Course { speed, .. }) if speed.0 > 0.0))
     }
 
     /// The longest time for which the operator's order is one that is `wanted`.

@@ -6,7 +6,7 @@ use std::net::SocketAddr;
 use std::time::{Duration, Instant};
 
 use agent::{LandReason, State};
-use units::Order;
+use units::{Course, Order};
 
 use crate::measure::trace::{Node, order_words};
 
@@ -119,8 +119,8 @@ impl Journal {
 /// The order without its speed, but with its direction.
 fn kind(order: Order) -> (core::mem::Discriminant<Order>, i8) {
     let way = match order {
-        Order::Explore(speed) if speed.0 > 0.0 => 1,
-        Order::Explore(speed) if speed.0 < 0.0 => -1,
+        Order::Explore(Course { speed, .. }) if speed.0 > 0.0 => 1,
+        Order::Explore(Course { speed, .. }) if speed.0 < 0.0 => -1,
         _ => 0,
     };
     (core::mem::discriminant(&order), way)
@@ -161,7 +161,7 @@ mod tests {
     #[test]
     fn a_stick_that_moves_a_little_is_not_told() {
         let mut journal = journal();
-        let explore = |speed| Order::Explore(MetresPerSecond(speed));
+        let explore = |speed| Order::explore(MetresPerSecond(speed));
         let orders = [0.2, 0.3, 0.0, -0.1].map(explore);
         let told = orders.map(|order| journal.ordered(Some(order)).is_some());
         assert_eq!(told, [true, false, true, true]);

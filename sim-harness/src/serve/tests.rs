@@ -160,7 +160,7 @@ fn orders(steps: u64, packets: &[(u64, usize, Vec<u8>)]) -> Vec<(u64, Order)> {
 const BASE: usize = 4;
 
 const fn explore(speed: f32) -> Order {
-    Order::Explore(MetresPerSecond(speed))
+    Order::explore(MetresPerSecond(speed))
 }
 
 #[test]

@@ -110,7 +110,7 @@ fn a_live_mission_flies_as_it_is_told() {
     // The scenario's own pilot has no say.
     (0..50).for_each(|_| mission.round());
     assert!(mission.states().all(|state| state == State::Idle));
-    during(&mut mission, 30, Order::Explore(MetresPerSecond(0.2)));
+    during(&mut mission, 30, Order::explore(MetresPerSecond(0.2)));
     let head = |mission: &Mission<'_>| mission.ways().next().unwrap();
     let out = head(&mission);
     assert!(out > 4.0, "the head came to {out} m only");

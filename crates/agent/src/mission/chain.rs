@@ -7,9 +7,11 @@
 //! | `turn` | which relay on the ground flies next, and which in the air is no longer needed |
 //! | `search` | the search of a relay for a better place |
 //! | `speed` | how fast the drone flies along the tunnel at each duty |
+//! | `junctions` | which branch the drone takes at junctions |
 //! | `relayed` | what the drone's report passes on along the chain |
 
 mod duty;
+mod junctions;
 mod links;
 mod relayed;
 mod search;
@@ -18,11 +20,13 @@ mod turn;
 
 pub use duty::ChainDuty;
 
+use chain::astray::AstrayWatch;
 use chain::chain_wide::ChainWideState;
 use chain::filter::LinkEstimate;
 use chain::launch::LaunchWatch;
 use chain::neighbours::{Ends, Heard, Neighbour, Neighbours};
 use chain::retirement::RetirementWatch;
+use chain::route::Route;
 use chain::search::SearchWatch;
 use units::{Dbm, Duration, LinkSum, Metres, MetresPerSecond, NodeId, Phase};
 
@@ -51,6 +55,11 @@ pub(crate) struct Chain {
     is_searching: bool,
     /// Whether this drone flies home because it is not needed.
     is_retiring: bool,
+    /// The pilot's choices at junctions.
+    route: Route,
+    astray: AstrayWatch,
+    /// How often the drone has flown back to a junction since it heard a drone in front.
+    returns: u8,
     /// The place at which a search has ended that was worth it: the drone stays there, as an end of
     /// the chains on either side.
     found: Option<Metres>,
@@ -76,6 +85,9 @@ impl Chain {
             sums: [LinkSum::NONE; 2],
             is_searching: false,
             is_retiring: false,
+            route: Route::new(),
+            astray: AstrayWatch::new(),
+            returns: 0,
             found: None,
             renewals: 0,
             velocity: MetresPerSecond::ZERO,
@@ -98,6 +110,7 @@ impl Chain {
         (self.velocity, self.dt) = (velocity, dt);
         self.neighbours.listen(round.id, round.now, (velocity, dt), heard, smoothing, lost_after);
         self.ends = self.neighbours.ends(round.id, round.now, lost_after);
+        self.hear_route(round, heard);
         self.sums = self.sums(config, round);
         self.chain_wide.listen(self.sums);
         self.head_velocity = self.head_velocity(round);
@@ -124,6 +137,7 @@ impl Chain {
             links: self.links(config),
             searches: self.searches(config, round, duty),
             retires: self.retires(config, round, duty),
+            is_astray: self.is_astray(config, round, duty),
         })
     }
 

@@ -9,8 +9,8 @@ use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use tunnel_nav::{Diagonals, Range};
 use units::{
-    Dbm, Instant, LinkSpan, LinkSum, Metres, MetresPerDb, MetresPerSecond, NodeId, Order, Phase,
-    Radians, Role, Setpoint,
+    Branch, Course, Dbm, Instant, LinkSpan, LinkSum, Metres, MetresPerDb, MetresPerSecond, NodeId,
+    Order, Phase, Radians, Role, Setpoint, Signpost,
 };
 
 use super::rig::{EXPLORE, Rig, Scene, gallery, heard};
@@ -60,10 +60,16 @@ fn number(plausible: std::ops::Range<f32>) -> impl Strategy<Value = f32> {
     ]
 }
 
+fn branch() -> impl Strategy<Value = Option<Branch>> {
+    prop::option::of(prop::sample::select(&[Branch::Left, Branch::Right, Branch::Straight]))
+}
+
 fn task() -> impl Strategy<Value = Order> {
     prop_oneof![
         1 => Just(Order::Wait),
-        6 => number(-0.5..0.5).prop_map(|v| Order::Explore(MetresPerSecond(v))),
+        6 => (number(-0.5..0.5), branch()).prop_map(|(speed, branch)| {
+            Order::Explore(Course { speed: MetresPerSecond(speed), branch })
+        }),
         2 => Just(Order::Return),
         1 => Just(Order::Land),
     ]
@@ -92,14 +98,21 @@ fn packet() -> impl Strategy<Value = Heard> {
         },
     );
     let head = number(-0.5..0.5).prop_map(MetresPerSecond);
+    let post = (any::<[u8; 3]>(), number(-10.0..30.0), branch()).prop_map(
+        |([revision, index, count], from, branch)| {
+            // Mostly lists that come as a whole.
+            let (index, count) = (index % 2, count % 4);
+            Signpost { revision, index, count, from: Metres(from), branch }
+        },
+    );
     (
         (sender, any::<u16>(), phase, any::<bool>(), links),
         (prop::array::uniform2(sum), head, prop::option::of(number(-90.0..-30.0))),
-        (number(-90.0..-30.0), number(-0.5..0.5), number(-10.0..30.0)),
+        (number(-90.0..-30.0), number(-0.5..0.5), number(-10.0..30.0), prop::option::of(post)),
     )
         .prop_map(|(of_chain, (sums, head_velocity, reverse), own)| {
             let (from, sequence, phase, recall, links) = of_chain;
-            let (rssi, velocity, odometer) = own;
+            let (rssi, velocity, odometer, signpost) = own;
             let report = Report {
                 from: NodeId(from),
                 sequence,
@@ -113,6 +126,7 @@ fn packet() -> impl Strategy<Value = Heard> {
                 sums,
                 waiting: 2,
                 head_velocity,
+                signpost,
                 recall,
             };
             Heard { report, rssi: Dbm(rssi), reverse: reverse.map(Dbm) }

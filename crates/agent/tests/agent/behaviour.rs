@@ -56,7 +56,7 @@ fn the_head_flies_as_the_pilot_says_and_stops_a_second_after_the_last_word() {
     let mut rig = Rig::on_duty(Role::Head);
     let good = air().without(0).link(BASE, -50.0);
     assert_eq!(flown(rig.step(&good).setpoint), Some((0.2, 0.3)));
-    let faster = good.clone().order(Order::Explore(MetresPerSecond(3.0)));
+    let faster = good.clone().order(Order::explore(MetresPerSecond(3.0)));
     assert_eq!(flown(rig.step(&faster).setpoint), Some((0.4, 0.3)), "but no faster than it may");
     rig.step(&good);
     let silent = Scene { task: None, ..good.clone() };
@@ -80,7 +80,7 @@ fn the_head_slows_down_before_its_link_breaks() {
         speed
     });
     assert_eq!((speeds[0], speeds[5]), (0.2, 0.0));
-    let backward = Order::Explore(MetresPerSecond(-0.2));
+    let backward = Order::explore(MetresPerSecond(-0.2));
     let mut rig = Rig::on_duty(Role::Head);
     let (speed, _) = flown(rig.step(&air().link(BASE, -65.0).order(backward)).setpoint).unwrap();
     assert_eq!(speed, -0.2, "home is always free");

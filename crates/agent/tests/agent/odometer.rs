@@ -103,11 +103,11 @@ fn the_odometer_of_a_drone_that_flies_as_told_follows_it_to_centimetres() {
     let good = air().without(0).link(BASE, -50.0);
     for seed in [None, Some(1), Some(2)] {
         let mut body = Body::new(Role::Head, seed);
-        body.fly(10.0, &good.clone().order(Order::Explore(MetresPerSecond::ZERO)));
+        body.fly(10.0, &good.clone().order(Order::explore(MetresPerSecond::ZERO)));
         let (mut walked, mut way) = (0.0, 0.0);
         for leg in 0..20 {
             let speed = [0.4, 0.0, -0.4, 0.1][leg % 4];
-            let scene = good.clone().order(Order::Explore(MetresPerSecond(speed)));
+            let scene = good.clone().order(Order::explore(MetresPerSecond(speed)));
             walked += body.fly(3.0, &scene);
             way += body.way;
         }
@@ -121,7 +121,7 @@ fn the_odometer_of_a_drone_that_flies_as_told_follows_it_to_centimetres() {
 fn a_drone_without_flow_is_not_taken_for_one_that_stands_still() {
     let good = air().without(0).link(BASE, -50.0);
     let mut rig = Rig::on_duty(Role::Head);
-    let blind = good.order(Order::Explore(MetresPerSecond(0.4))).flow(None);
+    let blind = good.order(Order::explore(MetresPerSecond(0.4))).flow(None);
     let before = rig.step(&blind).report.odometer;
     let flown = rig.during(8.0, &blind).report.odometer - before;
     let told = 8.0 * 0.4;
@@ -133,7 +133,7 @@ fn a_drone_without_flow_is_not_taken_for_one_that_stands_still() {
 fn the_odometer_of_a_drone_that_has_landed_stands_still() {
     let good = air().without(0).link(BASE, -50.0);
     let mut rig = Rig::on_duty(Role::Head);
-    rig.during(5.0, &good.clone().order(Order::Explore(MetresPerSecond(0.4))).flow(Some(0.4)));
+    rig.during(5.0, &good.clone().order(Order::explore(MetresPerSecond(0.4))).flow(Some(0.4)));
     let low = good.order(Order::Land).at_height(Some(0.02)).flow(Some(0.0));
     rig.until("landed", &low);
     let landed = rig.step(&low).report.odometer;

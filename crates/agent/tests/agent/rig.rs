@@ -17,7 +17,7 @@ pub(crate) const RELAY: NodeId = NodeId(2);
 /// The base of that chain.
 pub(crate) const BASE: u8 = 3;
 /// The order that starts a mission.
-pub(crate) const EXPLORE: Order = Order::Explore(MetresPerSecond(0.2));
+pub(crate) const EXPLORE: Order = Order::explore(MetresPerSecond(0.2));
 
 pub(crate) const CONFIG: AgentConfig =
     AgentConfig { policy: PolicyConfig::T0, launch: LaunchConfig::AT_ONCE, ..AgentConfig::DEFAULT };

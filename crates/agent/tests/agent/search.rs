@@ -95,7 +95,7 @@ fn hill(relay: f32) -> [f32; 2] {
     [front.min(-50.0), back]
 }
 
-const HOLD: Order = Order::Explore(MetresPerSecond(0.0));
+const HOLD: Order = Order::explore(MetresPerSecond(0.0));
 
 #[test]
 fn a_relay_that_stands_at_the_worse_of_two_places_finds_the_better_one_and_stays() {

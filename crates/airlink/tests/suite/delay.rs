@@ -27,7 +27,7 @@ fn delays(setup: &Setup, hops: usize, seeds: u64, before: fn(&mut Net<Unsealed>)
         let (begin, first) = (net.now, net.sent.len());
         for index in 1..40 {
             let speed = index as f32 * 0.001;
-            let order = Order::Explore(MetresPerSecond(speed));
+            let order = Order::explore(MetresPerSecond(speed));
             // The operator gives the order at any moment, and repeats it in every round of the
             // base.
             let given_at = net.now;
@@ -38,7 +38,7 @@ fn delays(setup: &Setup, hops: usize, seeds: u64, before: fn(&mut Net<Unsealed>)
             net.run(pause);
             let got = net.received[seen..].iter().find(|received| {
                 received.to == 0
-                    && matches!(received.event, Event::Order { task: Order::Explore(got), .. } if got.0 >= speed - 1e-4)
+                    && matches!(received.event, Event::Order { task: Order::Explore(got), .. } if got.speed.0 >= speed - 1e-4)
             });
             all.push(got.map_or(1_000, |received| (received.at - given_at) / 1000));
         }
@@ -76,7 +76,7 @@ fn flight(setup: &Setup, nodes: usize, seed: u64) -> Flight {
     let (mut given, mut heard, mut air) = (Vec::new(), vec![u64::MAX; ORDERS + 1], 0);
     for index in 0..ORDERS {
         given.push(net.now);
-        net.order(nodes - 1, Order::Explore(MetresPerSecond(index as f32 * 0.001)));
+        net.order(nodes - 1, Order::explore(MetresPerSecond(index as f32 * 0.001)));
         net.run(ROUND);
     }
     net.run(5_000_000);
@@ -85,8 +85,8 @@ fn flight(setup: &Setup, nodes: usize, seed: u64) -> Flight {
     let mut telemetry_count = vec![0; nodes - 1];
     for received in &net.received {
         match received.event {
-            Event::Order { task: Order::Explore(speed), .. } if received.to == 0 => {
-                let index = (speed.0 * 1000.0).round() as usize;
+            Event::Order { task: Order::Explore(course), .. } if received.to == 0 => {
+                let index = (course.speed.0 * 1000.0).round() as usize;
                 heard[index] = heard[index].min(received.at);
             }
             Event::Telemetry { from: node, telemetry, .. }
@@ -198,7 +198,7 @@ fn an_order_gets_round_a_dead_node() {
 fn time_to_stop(nodes: usize, seed: u64) -> u64 {
     let setup = Setup { loss: 0.2, late: 100, ..Setup::default() };
     let mut net = Net::row(setup, seed, nodes, |_| Unsealed);
-    net.stick = Some(Order::Explore(MetresPerSecond(0.3)));
+    net.stick = Some(Order::explore(MetresPerSecond(0.3)));
     // In a busy chain of 16 it takes some seconds until the base has telemetry of all nodes, and it
     // can order only those.
     let settles = 10_000_000 + net.rng.below(1_000_000);
@@ -237,7 +237,7 @@ fn every_order_comes_at_most_once_and_in_order() {
     let mut net = Net::row(setup, 7, 9, |_| Unsealed);
     for index in 0..50 {
         net.stick =
-            Some(if index % 9 == 8 { Order::Wait } else { Order::Explore(MetresPerSecond(0.1)) });
+            Some(if index % 9 == 8 { Order::Wait } else { Order::explore(MetresPerSecond(0.1)) });
         net.run(300_000);
     }
     for node in 0..8 {
@@ -260,7 +260,7 @@ fn the_base_receives_telemetry_of_every_drone() {
     for (nodes, loss) in [(9, 0.2), (16, 0.2)] {
         let setup = Setup { loss, late: 100, ..Setup::default() };
         let mut net = Net::row(setup, 3, nodes, |_| Unsealed);
-        net.stick = Some(Order::Explore(MetresPerSecond(0.1)));
+        net.stick = Some(Order::explore(MetresPerSecond(0.1)));
         net.run(20_000_000);
         for node in 0..nodes - 1 {
             let heard = net
@@ -280,7 +280,7 @@ fn the_base_receives_telemetry_of_every_drone() {
 fn the_base_does_not_repeat_the_order_of_a_silent_operator() {
     let mut net = Net::row(Setup::default(), 1, 4, |_| Unsealed);
     net.run(3_000_000);
-    net.order(3, Order::Explore(MetresPerSecond(0.3)));
+    net.order(3, Order::explore(MetresPerSecond(0.3)));
     net.run(2_000_000);
     let seen = net.received.len();
     net.run(5_000_000);

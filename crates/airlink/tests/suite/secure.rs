@@ -24,7 +24,7 @@ fn state<S: std::fmt::Debug>(link: &Airlink<S>) -> String {
 /// A chain of four that has run for 5 s while the operator steers the head.
 fn running_chain(seed: u64) -> Net<Sealed> {
     let mut net = Net::row(Setup { range: 3, ..Setup::default() }, seed, 4, sealed);
-    net.stick = Some(Order::Explore(MetresPerSecond(0.2)));
+    net.stick = Some(Order::explore(MetresPerSecond(0.2)));
     net.run(5_000_000);
     assert!(
         net.received
@@ -248,7 +248,7 @@ fn a_packet_out_of_its_turn_brings_no_strength_and_no_phase() {
 fn an_order_from_before_the_reboot_is_void() {
     let mut net = Net::row(Setup { range: 1, ..Setup::default() }, 8, 3, sealed);
     net.run(2_000_000);
-    net.stick = Some(Order::Explore(MetresPerSecond(0.3)));
+    net.stick = Some(Order::explore(MetresPerSecond(0.3)));
     net.run(3_000_000);
     net.stick = None;
     net.nodes[0].on = false;
@@ -264,7 +264,7 @@ fn an_order_from_before_the_reboot_is_void() {
         "the head accepts an order although the operator has let go of the stick"
     );
     // The operator's next order reaches the head.
-    net.stick = Some(Order::Explore(MetresPerSecond(0.3)));
+    net.stick = Some(Order::explore(MetresPerSecond(0.3)));
     net.run(1_000_000);
     assert!(net.received[seen..].iter().any(is_order));
 }
@@ -470,7 +470,7 @@ proptest! {
         NONCES.with_borrow_mut(HashSet::clear);
         let make = |identity| Recording(sealed(identity), identity);
         let mut net = Net::row(Setup { loss: 0.2, ..Setup::default() }, seed, 4, make);
-        net.stick = Some(Order::Explore(MetresPerSecond(0.1)));
+        net.stick = Some(Order::explore(MetresPerSecond(0.1)));
         for (node, runs, off) in boots {
             net.run(runs);
             net.nodes[node].on = false;

@@ -11,7 +11,7 @@ use crate::common::seeded;
 use crate::common::unsealed::Unsealed;
 
 const SECOND: u64 = 1_000_000;
-const EXPLORE: Order = Order::Explore(MetresPerSecond(0.3));
+const EXPLORE: Order = Order::explore(MetresPerSecond(0.3));
 
 /// The orders that `node` has received since the time `since`, in µs.
 fn orders(net: &Net<Unsealed>, node: usize, since: u64) -> Vec<Order> {

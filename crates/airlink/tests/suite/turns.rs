@@ -364,7 +364,7 @@ proptest! {
                     }
                 }
                 2 => {
-                    link.order(now, Order::Explore(MetresPerSecond(0.1)));
+                    link.order(now, Order::explore(MetresPerSecond(0.1)));
                 }
                 _ => link.telemeter(common::telemetry()),
             }

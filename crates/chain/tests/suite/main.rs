@@ -7,4 +7,5 @@ mod neighbours;
 mod noise;
 mod policy;
 mod registry;
+mod route;
 mod slopes;

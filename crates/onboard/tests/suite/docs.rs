@@ -56,6 +56,10 @@ fn states() -> String {
             "a relay whose links are too weak: looks for a better place",
         ),
         (on_duty(ChainDuty::Retiring), "a relay that is no longer needed: flies home"),
+        (
+            on_duty(ChainDuty::Rejoining { since: now, to: Metres::ZERO, passed: None }),
+            "a relay in another branch than the drone in front: flies back to the junction",
+        ),
     ];
     let mut table = String::from("| code | state | the drone |\n|---|---|---|\n");
     for (n, (state, meaning)) in (0..).zip(all) {
@@ -69,7 +73,8 @@ fn states() -> String {
                 | ChainDuty::Reconnecting { .. }
                 | ChainDuty::BackingUp { .. }
                 | ChainDuty::Searching { .. }
-                | ChainDuty::Retiring,
+                | ChainDuty::Retiring
+                | ChainDuty::Rejoining { .. },
             ))
             | State::Landing { .. }
             | State::Landed { .. }

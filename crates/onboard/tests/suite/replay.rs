@@ -12,8 +12,8 @@ use onboard::{Config, Drone, Sensed, Setup, Start};
 use proptest::prelude::*;
 use tunnel_nav::{Diagonals, Range};
 use units::{
-    Dbm, Instant, LinkSpan, LinkSum, Metres, MetresPerDb, MetresPerSecond, NODES, NodeId, Order,
-    Phase, PolicyCode, Role,
+    Branch, Dbm, Instant, LinkSpan, LinkSum, Metres, MetresPerDb, MetresPerSecond, NODES, NodeId,
+    Order, Phase, PolicyCode, Role, Signpost,
 };
 
 fn begin(policy: u8) -> Begin {
@@ -45,6 +45,13 @@ fn heard(from: u8, sequence: u16, rssi: f32) -> Heard {
         sums: [sum; 2],
         waiting: 1,
         head_velocity: MetresPerSecond(0.25),
+        signpost: Some(Signpost {
+            revision: 1,
+            index: 0,
+            count: 2,
+            from: Metres(7.5),
+            branch: Some(Branch::Left),
+        }),
         recall: false,
     };
     Heard { report, rssi: Dbm(rssi), reverse: Some(Dbm(rssi - 1.0)) }
@@ -56,7 +63,7 @@ fn step(n: u16, rssi: [f32; 2]) -> Step {
         velocity: None,
         ranges: WALLS,
         height: Some(Metres(0.3)),
-        order: Some(Order::Explore(MetresPerSecond(0.25))),
+        order: Some(Order::explore(MetresPerSecond(0.25))),
         heard: [heard(0, n, rssi[0]), heard(2, n, rssi[1])].into_iter().collect(),
         strengths: [(0, Dbm(rssi[0])), (1, Dbm(rssi[1]))].into_iter().collect(),
     }
@@ -96,18 +103,18 @@ fn answer(session: &mut Session, drone: &mut Drone<Sealed>, request: &Request) -
 /// when these bytes change, the version has to.
 #[test]
 fn the_bytes_of_a_beginning_are_those_of_this_version() {
-    assert_eq!(VERSION, 1);
+    assert_eq!(VERSION, 2);
     let expected = [
         // Consistent overhead byte stuffing: runs of bytes without a zero, each behind its length
         // and one. Kind, version, magic; the number; then a word for each value, low byte first.
-        0x06, 0x01, 0x01, 0x52, 0x55, 0x09, 0x01, 0x01, // number 9
+        0x06, 0x01, 0x02, 0x52, 0x55, 0x09, 0x01, 0x01, // number 9
         0x02, 0x01, 0x01, 0x01, // node 1
         0x02, 0x01, 0x01, 0x01, // a relay
         0x02, 0x01, 0x01, 0x01, // in the air
         0x03, 0xB8, 0x0B, 0x01, 0x01, 0x01, 0x01, 0x01, // since 3,000 µs
         0x02, 0x06, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, // policy 6, strengths not filtered
         0x02, 0x02, 0x01, 0x01, // links
-        0x05, 0xB4, 0x67, 0xFD, 0x6E, 0x00, // CRC, end
+        0x05, 0x4F, 0x7B, 0x66, 0xBD, 0x00, // CRC, end
     ];
     assert_eq!(request_bytes(&Request::Begin(begin(6)), 9), expected);
 }
@@ -162,11 +169,11 @@ fn what_cannot_be_carried_out_is_refused() {
 fn another_version_of_the_records_is_told_from_damage() {
     let mut bytes = request_bytes(&Request::Begin(begin(6)), 9);
     // The version is the frame's second byte, behind the first run's length.
-    bytes[2] = 2;
+    bytes[2] = 3;
     let mut damaged = received(&mut Receiver::new(), &bytes);
     assert_eq!(damaged.pop(), Some(Err(Refusal::Malformed)));
     // Whole, with the CRC of these very bytes, it is another version.
-    let mut words = vec![0x5552_0201_u32, 9];
+    let mut words = vec![0x5552_0301_u32, 9];
     let crc = storage::crc32(words.iter().flat_map(|word| word.to_le_bytes()));
     words.push(crc);
     let plain: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();

@@ -1,7 +1,7 @@
 //! A point-level drone that flies as the navigator says.
 
-use tunnel_nav::{Bearings, Diagonals, NavConfig, Navigator, Range};
-use units::{Metres, MetresPerSecond, Radians};
+use tunnel_nav::{Bearings, Diagonals, Guide, NavConfig, Navigator, Range};
+use units::{Branch, Metres, MetresPerSecond, Radians};
 
 use crate::world::{Place, Tunnel, Vec2, add, unit, wrapped};
 
@@ -99,6 +99,19 @@ impl<'a> Flight<'a> {
             clear: 0.0,
             touches: false,
         }
+    }
+
+    /// Tells the drone which branch to take.
+    #[allow(dead_code, reason = "not every test has a junction")]
+    pub(crate) fn choose(&mut self, branch: Option<Branch>) {
+        self.navigator.guide(Guide { branch, rejoins: false });
+    }
+
+    /// The distance from the centre-line.
+    #[allow(dead_code, reason = "not every test asks for it")]
+    pub(crate) fn off(&self) -> f32 {
+        let on = self.tunnel.at(self.way()).0;
+        libm::hypotf(self.at[0] - on[0], self.at[1] - on[1])
     }
 
     /// The place of the drone.

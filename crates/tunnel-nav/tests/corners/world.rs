@@ -80,6 +80,23 @@ impl Tunnel {
         self
     }
 
+    /// A tunnel with a gallery that leaves at this way along its first straight, at this angle to it, in
+    /// degrees.
+    #[allow(dead_code, reason = "not every test has such a gallery")]
+    pub(crate) fn with_gallery(mut self, way: f32, angle: f32, length: f32) -> Self {
+        let mouth = self.at(way.min(self.length()) - 1e-3).0;
+        let end = add(mouth, unit(angle.to_radians()), length);
+        let gallery = Self::along(String::new(), vec![mouth, end], self.width);
+        self.pieces.extend(gallery.pieces);
+        self
+    }
+
+    /// The width from wall to wall.
+    #[allow(dead_code, reason = "not every test asks for it")]
+    pub(crate) fn width(&self) -> f32 {
+        self.width
+    }
+
     fn along(name: String, centre: Vec<Vec2>, width: f32) -> Self {
         let directions: Vec<Vec2> = centre
             .windows(2)

@@ -1,8 +1,11 @@
 //! Reports: each node tells five times a second how it flies and how well it hears the others.
 
 use heapless::Vec;
-use units::{Dbm, LinkSpan, LinkSum, Metres, MetresPerDb, MetresPerSecond, NodeId, Phase};
+use units::{
+    Dbm, LinkSpan, LinkSum, Metres, MetresPerDb, MetresPerSecond, NodeId, Phase, Signpost,
+};
 
+use super::signpost::{SIGNPOST, decode_signpost, encode_signpost};
 use super::{Epoch, Error, MAX_BODY, fill, steps};
 
 /// The most other nodes that one report lists.
@@ -13,9 +16,9 @@ const ALONE: usize = 20;
 /// Bytes of a [`Heard`].
 const ONE: usize = 5;
 
-const _: () = assert!(ALONE + HEARD * ONE <= MAX_BODY, "a report is one packet");
+const _: () = assert!(ALONE + SIGNPOST + HEARD * ONE <= MAX_BODY, "a report is one packet");
 
-/// A report, in 20 bytes and 5 for each node that it lists.
+/// A report, in 20 bytes, 4 for a [`Signpost`] and 5 for each node that it lists.
 ///
 /// | byte | type | field | what | unit |
 /// |---|---|---|---|---|
@@ -23,7 +26,7 @@ const _: () = assert!(ALONE + HEARD * ONE <= MAX_BODY, "a report is one packet")
 /// | 0 | bit 3 | `recall` | 1 the chain is called home | |
 /// | 0 | bit 4 | `has_links` | 1 bytes 6 to 9 hold links | |
 /// | 0 | bits 5–6 | `waiting` | relays that wait on the ground or climb, 3 for more | |
-/// | 0 | bit 7 | zero | | |
+/// | 0 | bit 7 | `has_signpost` | 1 bytes 20 to 23 are a signpost | |
 /// | 1 | `i16` | `velocity` | along the tunnel, towards the head | 1 mm/s |
 /// | 3 | `i24` | `odometer` | way along the tunnel since take-off | 1/512 m |
 /// | 6 | `i16` | `weakest` | weakest link between the head and the sender, or 0 | 1/4 dBm |
@@ -35,7 +38,7 @@ const _: () = assert!(ALONE + HEARD * ONE <= MAX_BODY, "a report is one packet")
 /// | 18 | bits 0–3 | `front_links` | number of the links in the sum towards the head | |
 /// | 18 | bits 4–7 | `back_links` | number of the links in the sum towards the base | |
 /// | 19 | `i8` | `head_velocity` | of the head along the tunnel, away from the base | 4 mm/s |
-/// | 20 | 0 to 4 × 5 bytes | `heard` | the nodes that the sender hears | |
+/// | 20 | 0 to 24 bytes | `entries` | a signpost where there is one, then the nodes that the sender hears | |
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Report {
@@ -57,6 +60,9 @@ pub struct Report {
     pub waiting: u8,
     /// The head's velocity along the tunnel, positive away from the base, as the head reported it.
     pub head_velocity: MetresPerSecond,
+    /// One entry of the list of the pilot's choices, another in each report; `None` where the sender
+    /// knows of no choice. An entry that contradicts itself is left out on the air.
+    pub signpost: Option<Signpost>,
     /// The nodes that the sender hears, each once.
     pub heard: Vec<Heard, HEARD>,
 }
@@ -105,7 +111,7 @@ const RECALL: u8 = 1 << 3;
 const HAS_LINKS: u8 = 1 << 4;
 const WAITING: u8 = 5;
 const MOST_WAITING: u8 = 3;
-const ZERO: u8 = 1 << 7;
+const HAS_SIGNPOST: u8 = 1 << 7;
 
 const NODE: u8 = 0b1111;
 const IS_NEW: u8 = 1 << 7;
@@ -113,10 +119,12 @@ const IS_NEW: u8 = 1 << 7;
 impl Report {
     pub(super) fn encode(&self, out: &mut [u8; MAX_BODY]) -> usize {
         let links = self.links.and_then(span_in_steps);
+        let post = self.signpost.and_then(encode_signpost);
         let flag = |set, bit| if set { bit } else { 0 };
         let codes = phase_code(self.phase)
             | flag(self.recall, RECALL)
             | flag(links.is_some(), HAS_LINKS)
+            | flag(post.is_some(), HAS_SIGNPOST)
             | self.waiting.min(MOST_WAITING) << WAITING;
         let (weakest, strongest) = links.unwrap_or_default();
         let way = steps::within(self.odometer.0 * per::WAY, LEAST, MOST);
@@ -136,7 +144,8 @@ impl Report {
         // There are no more than fit; collecting them would link a panic.
         self.named().for_each(|one| _ = heard.push(one));
         let heard = heard.as_flattened();
-        fill(out, [&motion, span.as_flattened(), &front, &back, &ends, heard])
+        let post = post.as_ref().map_or(&[][..], |post| post);
+        fill(out, [&motion, span.as_flattened(), &front, &back, &ends, post, heard])
     }
 
     /// The nodes that the sender hears and that can be named on the air, each once.
@@ -151,14 +160,17 @@ impl Report {
     pub(super) fn decode(body: &[u8]) -> Result<Self, Error> {
         let length = Error::Length(body.len());
         let (alone, heard) = body.split_first_chunk::<ALONE>().ok_or(length)?;
+        let [codes, v0, v1, o0, o1, o2, w0, w1, s0, s1, sums @ ..] = *alone;
+        let [f0, f1, f2, f3, b0, b1, b2, b3, counts, head] = sums;
+        let (signpost, heard) = if codes & HAS_SIGNPOST != 0 {
+            let (post, heard) = heard.split_first_chunk::<SIGNPOST>().ok_or(length)?;
+            (Some(decode_signpost(*post)?), heard)
+        } else {
+            (None, heard)
+        };
         let (heard, []) = heard.as_chunks::<ONE>() else { return Err(length) };
         if heard.len() > HEARD {
             return Err(length);
-        }
-        let [codes, v0, v1, o0, o1, o2, w0, w1, s0, s1, sums @ ..] = *alone;
-        let [f0, f1, f2, f3, b0, b1, b2, b3, counts, head] = sums;
-        if codes & ZERO != 0 {
-            return Err(Error::Reserved);
         }
         let links = (i16::from_le_bytes([w0, w1]), i16::from_le_bytes([s0, s1]));
         let head = f32::from(i8::from_le_bytes([head]));
@@ -175,6 +187,7 @@ impl Report {
             ],
             waiting: codes >> WAITING & MOST_WAITING,
             head_velocity: MetresPerSecond(head / per::HEAD_VELOCITY),
+            signpost,
             heard: all(heard)?,
         })
     }

@@ -1,8 +1,6 @@
 //! Conversions between quantities and whole steps, which several messages share.
 
-use units::{Dbm, NodeId, Volts};
-
-use units::NODES;
+use units::{Branch, Dbm, NODES, NodeId, Volts};
 
 /// Steps of each quantity in one of its unit.
 const POWER: f32 = 4.0;
@@ -71,4 +69,25 @@ pub(super) fn nearest_name(node: NodeId) -> u8 {
 /// The node with this number on the air, if there is one.
 pub(super) fn of_name(name: u8) -> Result<NodeId, super::Error> {
     if usize::from(name) < NODES { Ok(NodeId(name)) } else { Err(super::Error::Reserved) }
+}
+
+/// The code of a choice at junctions.
+pub(super) const fn branch(branch: Option<Branch>) -> u8 {
+    match branch {
+        None => 0,
+        Some(Branch::Left) => 1,
+        Some(Branch::Right) => 2,
+        Some(Branch::Straight) => 3,
+    }
+}
+
+/// The choice at junctions with this code.
+pub(super) const fn of_branch(code: u8) -> Result<Option<Branch>, super::Error> {
+    match code {
+        0 => Ok(None),
+        1 => Ok(Some(Branch::Left)),
+        2 => Ok(Some(Branch::Right)),
+        3 => Ok(Some(Branch::Straight)),
+        _ => Err(super::Error::Code(code)),
+    }
 }

@@ -6,7 +6,7 @@ use crate::messages::Numbers;
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::{Config, RngSeed, TestRunner};
-use units::{LinkSum, NodeId, Order, Phase, Role};
+use units::{Branch, Course, LinkSum, NodeId, Order, Phase, Role, Signpost};
 use wire::p2p::{
     Beacon, Capsule, Commands, Counter, Epoch, HEADER, Header, Heard, Kind, MAX_BODY, Membership,
     Message, PORT, Report, TAG, Telemetry, Wave,
@@ -63,7 +63,7 @@ impl Row {
                 let (from, to) = bits.split_once('–').ok_or("bits from where to where?")?;
                 (number(from)?, number(to)? + 1)
             }
-            Some(("0 to 4 × 5", "bytes")) => (0, 8 * (length - byte)),
+            Some(("0 to 24", "bytes")) => (0, 8 * (length - byte)),
             Some((count, "bytes")) => (0, 8 * number(&count.replace('N', &letters.to_string()))?),
             None => (0, number(kind.get(1..).unwrap_or_default())?),
             _ => return Err(format!("what is a {kind}?")),
@@ -245,7 +245,7 @@ fn of_heard(heard: &Heard) -> Fields {
     ]
 }
 
-/// The bytes after the first 20 are the entries, each by [`of_heard`].
+/// The bytes after the first 20 are the entries, by [`of_signpost`] and [`of_heard`].
 fn of_report(report: &Report, bytes: &[u8]) -> Fields {
     let phase = match report.phase {
         Phase::Waiting => "waiting",
@@ -261,6 +261,7 @@ fn of_report(report: &Report, bytes: &[u8]) -> Fields {
         ("phase", Called(phase)),
         ("recall", flag(report.recall)),
         ("has_links", flag(report.links.is_some())),
+        ("has_signpost", flag(report.signpost.is_some())),
         ("velocity", Measured(report.velocity.0)),
         ("odometer", Measured(report.odometer.0)),
         ("weakest", measured(report.links.map(|links| links.weakest.0), 0)),
@@ -274,8 +275,8 @@ fn of_report(report: &Report, bytes: &[u8]) -> Fields {
         ("waiting", Steps(report.waiting.into())),
         ("head_velocity", Measured(report.head_velocity.0)),
     ];
-    if !report.heard.is_empty() {
-        fields.push(("heard", Bytes(bytes[20..].to_vec())));
+    if bytes.len() > 20 {
+        fields.push(("entries", Bytes(bytes[20..].to_vec())));
     }
     fields
 }
@@ -290,15 +291,34 @@ fn of_capsule<const N: usize>(capsule: &Capsule<N>) -> Fields {
     fields
 }
 
+const fn of_branch(branch: Option<Branch>) -> Value {
+    Called(match branch {
+        None => "none",
+        Some(Branch::Left) => "left",
+        Some(Branch::Right) => "right",
+        Some(Branch::Straight) => "straight",
+    })
+}
+
+fn of_signpost(post: &Signpost) -> Fields {
+    vec![
+        ("revision", Steps(post.revision.into())),
+        ("index", Steps(post.index.into())),
+        ("last", Steps((post.count - 1).into())),
+        ("branch", of_branch(post.branch)),
+        ("from", Measured(post.from.0)),
+    ]
+}
+
 fn of_task(task: &Order) -> Fields {
-    let (name, speed) = match task {
-        Order::Wait => ("wait", None),
-        Order::Explore(speed) => ("explore", Some(speed.0)),
-        Order::Return => ("return", None),
-        Order::Land => ("land", None),
-        Order::Stop => ("stop", None),
+    let (name, speed, branch) = match task {
+        Order::Wait => ("wait", None, None),
+        Order::Explore(Course { speed, branch }) => ("explore", Some(speed.0), *branch),
+        Order::Return => ("return", None, None),
+        Order::Land => ("land", None, None),
+        Order::Stop => ("stop", None, None),
     };
-    vec![("order", Called(name)), ("speed", measured(speed, 0))]
+    vec![("order", Called(name)), ("speed", measured(speed, 0)), ("branch", of_branch(branch))]
 }
 
 fn of_telemetry(telemetry: &Telemetry) -> Fields {
@@ -392,6 +412,14 @@ fn tables() -> Vec<(&'static str, &'static str, &'static str, Vec<Sample>)> {
             }),
         ),
         ("Heard", report, "struct Heard", heard),
+        (
+            "Signpost",
+            include_str!("../../src/p2p/signpost.rs"),
+            "fn encode_signpost",
+            samples(messages::signposts(NUMBERS), |post| {
+                (0, wire::p2p::encode_signpost(*post).unwrap().to_vec(), of_signpost(post))
+            }),
+        ),
         ("Capsule", capsule, "struct Capsule", capsules),
         (
             "Command",
@@ -455,6 +483,8 @@ fn a_row_that_lies_is_found() {
         ("zero", "`spare`"),
         ("1 wait, 2 explore", "2 wait, 1 explore"),
         ("1 wait, 2 explore", "1 wait"),
+        ("1 left, 2 right", "2 left, 1 right"),
+        ("`has_signpost`", "`has_links`"),
         ("0 head", "0 tail"),
         ("4 telemetry", "6 telemetry"),
         ("1 mm/s", "1 cm/s"),
@@ -527,6 +557,9 @@ fn the_sizes_in_the_book_are_those_of_the_code() {
     let command = Capsule { node, counter, sealed: [0; 4], tag: [0; TAG] };
     let second = Some(Capsule { node: NodeId(2), ..command });
     let telemetry = Capsule { node, counter, sealed: [0; 14], tag: [0; TAG] };
+    let post = Signpost { revision: 0, index: 0, count: 1, from: units::Metres(0.0), branch: None };
+    let Message::Report(report) = heard(4) else { panic!() };
+    let posted = Message::Report(Report { signpost: Some(post), ..report });
     let sizes = [
         (
             1,
@@ -535,6 +568,7 @@ fn the_sizes_in_the_book_are_those_of_the_code() {
         ),
         (2, "[report](#report), no node heard", heard(0)),
         (2, "[report](#report), four nodes heard", heard(4)),
+        (2, "[report](#report), four nodes heard, with a signpost", posted),
         (3, "[command](#command)", Message::Command(command.into())),
         (3, "[command](#command), two", Message::Command(Commands { first: command, second })),
         (4, "[telemetry](#telemetry)", Message::Telemetry(telemetry)),

@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use units::{
     Dbm, Duration, Instant, LinkSpan, LinkSum, Metres, MetresPerDb, MetresPerSecond, NodeId, Order,
-    Phase, Role, Volts,
+    Phase, Role, Signpost, Volts,
 };
 use wire::p2p::{
     Beacon, Capsule, Commands, Counter, Epoch, Error, HEADER, HEARD, Header, Heard, Kind, MAX_BODY,
@@ -51,6 +51,7 @@ fn report() -> Report {
         sums: [sum(-2.5, 0.75, 2), LinkSum::NONE],
         waiting: 2,
         head_velocity: MetresPerSecond(-0.1),
+        signpost: None,
         heard: heapless::Vec::from_iter(heard),
     }
 }
@@ -153,7 +154,7 @@ fn the_bytes_of_a_header_are_those_of_the_table() {
 
 #[test]
 fn the_bytes_of_what_is_sealed_are_those_of_the_tables() {
-    let explore = Order::Explore(MetresPerSecond(0.4));
+    let explore = Order::explore(MetresPerSecond(0.4));
     assert_eq!(wire::p2p::encode_order(explore), [2, 0x90, 0x01, 0]);
     let codes = [(Order::Wait, 1), (Order::Return, 3), (Order::Land, 4), (Order::Stop, 5)];
     for (task, code) in codes {
@@ -221,6 +222,10 @@ proptest! {
             prop_assert_eq!(rest(back), rest(heard));
         }
         prop_assert_eq!((back.phase, back.recall), (report.phase, report.recall));
+        let from = |post: Option<Signpost>| post.map(|post| post.from.0);
+        near_too(from(back.signpost), from(report.signpost), 1.0 / 32.0)?;
+        let rest = |post: Option<Signpost>| post.map(|post| Signpost { from: Metres(0.0), ..post });
+        prop_assert_eq!(rest(back.signpost), rest(report.signpost));
     }
 
     #[test]
@@ -244,7 +249,10 @@ proptest! {
     #[test]
     fn the_speed_of_a_task_moves_by_half_a_step(task in messages::tasks(Flying)) {
         match (task, wire::p2p::decode_order(&wire::p2p::encode_order(task)).unwrap()) {
-            (Order::Explore(speed), Order::Explore(back)) => near(back.0, speed.0, 0.000_5)?,
+            (Order::Explore(course), Order::Explore(back)) => {
+                near(back.speed.0, course.speed.0, 0.000_5)?;
+                prop_assert_eq!(back.branch, course.branch);
+            }
             (task, back) => prop_assert_eq!(back, task),
         }
     }
@@ -314,7 +322,7 @@ proptest! {
             let mut other = bytes.clone();
             other.resize(length, 0);
             let may_be = match message.kind() {
-                Kind::Report => length.is_multiple_of(5),
+                Kind::Report => length.is_multiple_of(5) || length % 5 == 4,
                 Kind::Command => [19, 38].contains(&length),
                 _ => false,
             };
@@ -415,9 +423,12 @@ fn bits_without_a_meaning_are_refused() {
         }
     };
     let silent = Message::Report(messages::SILENT);
-    // The zero bit, then links and sums that are not there: a surplus or a compliance alone is a
-    // sum over no links.
-    reserved(&silent, &mut [7].into_iter().chain(8 * 6..8 * 18));
+    // Links and sums that are not there: a surplus or a compliance alone is a sum over no links.
+    reserved(&silent, &mut (8 * 6..8 * 18));
+    // An entry beyond the last one of its list.
+    let post = Signpost { revision: 3, index: 0, count: 1, from: Metres(4.0), branch: None };
+    let posted = Message::Report(Report { signpost: Some(post), ..messages::SILENT });
+    reserved(&posted, &mut (8 * 21..8 * 21 + 3));
     // A sum in one direction says nothing of the other.
     for (sums, denied) in [
         ([sum(1.0, 2.0, 2), LinkSum::NONE], 8 * 14..8 * 18),
@@ -453,9 +464,10 @@ fn bits_without_a_meaning_are_refused() {
             );
         }
     }
-    let explore = wire::p2p::encode_order(Order::Explore(MetresPerSecond(0.4)));
-    for bit in 24..32 {
-        assert_eq!(wire::p2p::decode_order(&flipped(&explore, bit)), Err(Error::Reserved));
+    let explore = wire::p2p::encode_order(Order::explore(MetresPerSecond(0.4)));
+    for bit in 26..32 {
+        let code = 1 << (bit - 24);
+        assert_eq!(wire::p2p::decode_order(&flipped(&explore, bit)), Err(Error::Code(code)));
     }
     let lonely = Telemetry { front: None, back: None, ..telemetry() }.encode();
     let without_neighbour = (32..64).filter(|bit| ![32 + 4, 48 + 4].contains(bit));

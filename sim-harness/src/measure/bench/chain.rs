@@ -294,7 +294,7 @@ impl Ground {
 
 /// The same mission, in which the operator lets the chain hold from and until these moments, s.
 fn held(scenario: &Scenario, [from_s, until_s]: [u64; 2]) -> Scenario {
-    let still = Order::Explore(MetresPerSecond::ZERO);
+    let still = Order::explore(MetresPerSecond::ZERO);
     let mut pilot = scenario.pilot.clone();
     pilot.retain(|step| step.task != still && step.task != Order::Return);
     pilot.push(PilotStep { at_us: from_s * 1_000_000, task: still });

@@ -12,7 +12,7 @@ use heapless::Vec as Few;
 use radio_model::{Fades, Reception};
 use rayon::prelude::*;
 use serde_json::{Value, json};
-use units::{Duration, LinkSum, Metres, MetresPerSecond, NodeId, Order, Phase};
+use units::{Course, Duration, LinkSum, Metres, MetresPerSecond, NodeId, Order, Phase};
 use wire::p2p::{Report, Telemetry};
 
 use super::net::{End, Fleet, Net, next_only};
@@ -368,10 +368,11 @@ fn think(end: &mut End, n: usize, base: usize, now_us: u64, round: u64) {
         sums: [LinkSum::NONE; 2],
         waiting: 0,
         head_velocity: MetresPerSecond::ZERO,
+        signpost: None,
         heard: Few::new(),
     });
     if n == base {
-        end.link.order(now, Order::Explore(stick(round)));
+        end.link.order(now, Order::explore(stick(round)));
     } else {
         end.link.telemeter(Telemetry {
             state: 0,
@@ -439,7 +440,7 @@ impl Log {
             Event::Order { task: Order::Stop, .. } => {
                 self.stopped_us[by] = self.stopped_us[by].min(at_us);
             }
-            Event::Order { task: Order::Explore(speed), .. } if by == 0 => {
+            Event::Order { task: Order::Explore(Course { speed, .. }), .. } if by == 0 => {
                 let said = (0..self.given_us.len())
                     .rev()
                     .find(|&n| (stick(n as u64).0 - speed.0).abs() < 0.5e-3);

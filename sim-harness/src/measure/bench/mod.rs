@@ -6,6 +6,7 @@
 //! | [`throughput`] | how fast the simulation is, at both fidelities |
 //! | [`faults`] | how flights end after faults of sensors and motors |
 //! | [`estimator`] | whether the state estimator predicts its own errors |
+//! | [`junctions`] | whether every relay takes the branch that the pilot chose |
 //! | [`link`] | how orders and telemetry get through a chain |
 //! | [`attacks`] | how many packets a chain accepts from an attacker without a key |
 //! | `firmware` | load, step times and stack of the firmware, on the emulated core |
@@ -21,6 +22,7 @@ pub mod estimator;
 pub mod faults;
 #[cfg(feature = "virtual")]
 pub mod firmware;
+pub mod junctions;
 pub mod link;
 #[cfg(feature = "virtual")]
 pub mod mishaps;

@@ -1,7 +1,7 @@
 //! The section `[[pilot]]` of a scenario file: the operator's orders.
 
 use serde::Deserialize;
-use units::{MetresPerSecond, Order};
+use units::{Branch, Course, MetresPerSecond, Order};
 
 use crate::input_error::InputError;
 use crate::scenario::reader::{At, Reader};
@@ -22,6 +22,7 @@ pub(crate) struct PilotTable {
     at_s: At<f32>,
     order: OrderKey,
     speed_mps: Option<At<f32>>,
+    branch: Option<At<BranchKey>>,
 }
 
 #[derive(Clone, Copy, Deserialize)]
@@ -32,6 +33,24 @@ enum OrderKey {
     Return,
     Land,
     Stop,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum BranchKey {
+    Left,
+    Right,
+    Straight,
+}
+
+impl From<BranchKey> for Branch {
+    fn from(key: BranchKey) -> Self {
+        match key {
+            BranchKey::Left => Self::Left,
+            BranchKey::Right => Self::Right,
+            BranchKey::Straight => Self::Straight,
+        }
+    }
 }
 
 impl PilotTable {
@@ -68,9 +87,18 @@ impl PilotTable {
                 }
                 (_, None) => MetresPerSecond::ZERO,
             };
+            if let (
+                OrderKey::Wait | OrderKey::Return | OrderKey::Land | OrderKey::Stop,
+                Some(branch),
+            ) = (table.order, &table.branch)
+            {
+                let wrong = "only order = \"explore\" takes a branch".into();
+                return Err(reader.wrong(branch, wrong, "remove branch"));
+            }
+            let branch = table.branch.as_ref().map(|key| Branch::from(*key.as_ref()));
             let task = match table.order {
                 OrderKey::Wait => Order::Wait,
-                OrderKey::Explore => Order::Explore(speed),
+                OrderKey::Explore => Order::Explore(Course { speed, branch }),
                 OrderKey::Return => Order::Return,
                 OrderKey::Land => Order::Land,
                 OrderKey::Stop => Order::Stop,

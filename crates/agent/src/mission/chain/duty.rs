@@ -3,7 +3,7 @@
 use core::ops::ControlFlow::{Break, Continue};
 
 use chain::search::{Place, Search};
-use units::{Instant, Metres, Order, Phase, Role};
+use units::{Duration, Instant, Metres, Order, Phase, Role};
 
 use super::links::Links;
 use crate::mission::{Next, Round};
@@ -39,6 +39,15 @@ pub enum ChainDuty {
     /// A relay that is no longer needed flies home. The relays in front take it for the end of
     /// their chain, as they take the base.
     Retiring,
+    /// A relay that took another branch than the drone in front flies back to the junction.
+    Rejoining {
+        /// When it began to fly back.
+        since: Instant,
+        /// The odometer at which it is before the junction.
+        to: Metres,
+        /// The way at which the tunnel last opened, if that is not the junction.
+        passed: Option<Metres>,
+    },
     /// The drone flies back towards a neighbour that it hears too weakly, or not at all.
     BackingUp {
         /// When it began to fly back.
@@ -57,6 +66,8 @@ pub(super) struct Standing<'a> {
     pub(super) searches: bool,
     /// Whether the chain no longer needs a relay.
     pub(super) retires: bool,
+    /// Whether a relay is in another branch than the drone in front.
+    pub(super) is_astray: bool,
 }
 
 impl ChainDuty {
@@ -77,6 +88,7 @@ impl ChainDuty {
             Self::Reconnecting { .. } => "reconnecting",
             Self::Searching { .. } => "searching",
             Self::Retiring => "retiring",
+            Self::Rejoining { .. } => "rejoining",
             Self::BackingUp { .. } => "backing-up",
         }
     }
@@ -91,6 +103,7 @@ impl ChainDuty {
             Self::BackingUp { .. } => 6,
             Self::Searching { .. } => 10,
             Self::Retiring => 11,
+            Self::Rejoining { .. } => 12,
         }
     }
 
@@ -101,6 +114,7 @@ impl ChainDuty {
             | Self::Relaying { .. }
             | Self::Reconnecting { .. }
             | Self::Retiring
+            | Self::Rejoining { .. }
             | Self::BackingUp { .. } => Phase::Linked,
             Self::Searching { .. } => Phase::Searching,
         }
@@ -115,6 +129,7 @@ impl ChainDuty {
             Self::Reconnecting { since, from } => Continue(reconnecting(since, from, at)),
             Self::Searching { search } => Continue(searching(search, at)),
             Self::Retiring => retiring(at),
+            Self::Rejoining { since, to, passed } => Continue(rejoining(since, to, passed, at)),
             Self::BackingUp { since, from } => backing_up(since, from, at),
         }
     }
@@ -160,7 +175,9 @@ fn relaying(patient_until: Instant, at: &Standing<'_>) -> ChainDuty {
     let (now, way) = (at.round.now, at.round.way());
     let is_patient = now < patient_until;
     let is_called_home = at.round.order() == Some(Order::Return);
-    if !is_patient && retreats(at) {
+    if at.is_astray {
+        rejoins(at)
+    } else if !is_patient && retreats(at) {
         backs_up(at)
     } else if !is_patient && at.links.front.is_none() && !is_called_home {
         ChainDuty::Reconnecting { since: now, from: way }
@@ -174,12 +191,52 @@ fn relaying(patient_until: Instant, at: &Standing<'_>) -> ChainDuty {
 }
 
 fn reconnecting(since: Instant, from: Metres, at: &Standing<'_>) -> ChainDuty {
-    if at.config.retreat.wanted(at.links.front, at.links.back, false) {
+    if at.is_astray {
+        rejoins(at)
+    } else if at.config.retreat.wanted(at.links.front, at.links.back, false) {
         backs_up(at)
     } else if at.links.front.is_some() || at.round.order() == Some(Order::Return) {
         ChainDuty::Relaying { patient_until: at.round.now }
     } else {
         ChainDuty::Reconnecting { since, from }
+    }
+}
+
+/// The way that a relay flies back at most, m, and the way to an opening that may be the junction.
+const FARTHEST_BACK: Metres = Metres(12.0);
+/// From where the leading beam saw the opening on the way out, the relay flies back by so much more:
+/// both beams of that side then see the wall again, before the junction.
+const BEFORE: Metres = Metres(1.2);
+/// The same from where a relay that flies back sees the far side of the opening: the width of a
+/// gallery more on either side.
+const BEFORE_FAR_SIDE: Metres = Metres(3.6);
+/// The time after which a relay no longer flies back.
+const LONGEST_BACK: Duration = Duration::from_secs(75);
+
+/// The duty of a relay that has noticed that it is in a wrong branch: back to the last opening of the
+/// tunnel or, where it knows of none, to the next that it sees.
+fn rejoins(at: &Standing<'_>) -> ChainDuty {
+    let way = at.round.way();
+    let near = |opened: &Metres| *opened <= way && way - *opened <= FARTHEST_BACK;
+    let (to, passed) = match at.round.junction.filter(near) {
+        Some(opened) => (opened - BEFORE, None),
+        None => (way - FARTHEST_BACK, Some(at.round.junction.unwrap_or(Metres(f32::INFINITY)))),
+    };
+    ChainDuty::Rejoining { since: at.round.now, to, passed }
+}
+
+/// A relay that is back before the junction flies out again, by the pilot's choice.
+fn rejoining(since: Instant, to: Metres, passed: Option<Metres>, at: &Standing<'_>) -> ChainDuty {
+    let (now, way) = (at.round.now, at.round.way());
+    let is_seen = |opened: &Metres| passed.is_some_and(|passed| passed != *opened);
+    let (to, passed) = match at.round.junction.filter(is_seen) {
+        Some(opened) => (opened - BEFORE_FAR_SIDE, None),
+        None => (to, passed),
+    };
+    if way <= to || now.since(since) > LONGEST_BACK || !at.round.explores() {
+        ChainDuty::Relaying { patient_until: now + at.config.retreat.rest }
+    } else {
+        ChainDuty::Rejoining { since, to, passed }
     }
 }
 
@@ -228,13 +285,13 @@ fn backing_up(since: Instant, from: Metres, at: &Standing<'_>) -> Next<ChainDuty
 
 #[cfg(test)]
 mod tests {
-    use units::{Dbm, Duration, MetresPerSecond, NodeId};
+    use units::{Dbm, MetresPerSecond, NodeId};
 
     use super::*;
     use crate::Reckoning;
     use crate::mission::Task;
 
-    const EXPLORE: Order = Order::Explore(MetresPerSecond(0.2));
+    const EXPLORE: Order = Order::explore(MetresPerSecond(0.2));
     const NOW: Instant = Instant::from_millis(100_000);
     /// Where the drone is.
     const HERE: Metres = Metres(5.0);
@@ -257,13 +314,14 @@ mod tests {
         Search::begin(NOW, Place { way: HERE, weaker: Dbm(-70.0) })
     }
 
-    fn duties() -> [ChainDuty; 6] {
+    fn duties() -> [ChainDuty; 7] {
         [
             ChainDuty::Leading { patient_until: Instant::ZERO },
             ChainDuty::Relaying { patient_until: Instant::ZERO },
             ChainDuty::Reconnecting { since: NOW, from: HERE },
             ChainDuty::Searching { search: search() },
             ChainDuty::Retiring,
+            ChainDuty::Rejoining { since: NOW, to: HERE - Metres(1.0), passed: None },
             ChainDuty::BackingUp { since: NOW, from: HERE },
         ]
     }
@@ -282,8 +340,9 @@ mod tests {
         let role = if duty.name() == "leading" { Role::Head } else { Role::Relay };
         let task = Some(Task { order, given: NOW });
         let here = Reckoning { odometer: HERE, ..Reckoning::default() };
-        let round = Round { now: NOW, id: NodeId(1), role, task, here };
-        duty.next(&Standing { config: &CONFIG, round: &round, links, searches, retires })
+        let round = Round { now: NOW, id: NodeId(1), role, task, here, junction: None };
+        let is_astray = false;
+        duty.next(&Standing { config: &CONFIG, round: &round, links, searches, retires, is_astray })
     }
 
     const RELAYING: Next<ChainDuty> = Continue(ChainDuty::Relaying { patient_until: NOW });

@@ -32,12 +32,13 @@ impl Chain {
     }
 
     /// What the drone's report passes on along the chain.
-    pub(crate) fn passed_on(&self, config: &AgentConfig, round: &Round) -> PassedOn {
+    pub(crate) fn passed_on(&mut self, config: &AgentConfig, round: &Round) -> PassedOn {
         PassedOn {
             links: self.span(),
             sums: self.sums(config, round),
             waiting: self.waiting(config, round),
             head_velocity: self.head_velocity,
+            signpost: self.route.say(),
         }
     }
 

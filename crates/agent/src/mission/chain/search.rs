@@ -29,7 +29,7 @@ impl Chain {
             return false;
         };
         let ends = self.front().zip(self.back());
-        let (Some((front, back)), Some(Order::Explore(_))) = (ends, round.order()) else {
+        let (Some((front, back)), Some(Order::Explore(..))) = (ends, round.order()) else {
             self.search.rest();
             return false;
         };

@@ -4,7 +4,7 @@ use chain::launch::LaunchConfig;
 use chain::neighbours::Neighbour;
 use chain::policy::SpeedLaw;
 use chain::retirement::RetirementWatch;
-use units::{Dbm, Duration, Metres, MetresPerSecond, Order};
+use units::{Course, Dbm, Duration, Metres, MetresPerSecond, Order};
 
 use super::relayed::{AHEAD, BEHIND, side};
 use super::search::is_searching;
@@ -30,7 +30,7 @@ impl Chain {
                 reconnecting_speed(config, waited, round.way() - from, back)
             }
             ChainDuty::Searching { search } => search.velocity(&config.search, round.way()),
-            ChainDuty::Retiring => homeward(config, back),
+            ChainDuty::Retiring | ChainDuty::Rejoining { .. } => homeward(config, back),
             ChainDuty::BackingUp { .. } => -config.retreat.speed,
         }
     }
@@ -60,7 +60,9 @@ impl Chain {
     ) -> MetresPerSecond {
         let Some(Task { order, given }) = round.task else { return MetresPerSecond::ZERO };
         match order {
-            Order::Explore(speed) if round.now.since(given) <= config.flight.pilot_timeout => {
+            Order::Explore(Course { speed, .. })
+                if round.now.since(given) <= config.flight.pilot_timeout =>
+            {
                 let speed = speed.limited_to(config.policy.max_speed);
                 if speed.0 >= 0.0 {
                     let freedom = config.retreat.freedom(back.map(|link| link.rssi));
@@ -70,7 +72,7 @@ impl Chain {
                 }
             }
             Order::Return => homeward(config, back),
-            Order::Explore(_) | Order::Wait | Order::Land | Order::Stop => MetresPerSecond::ZERO,
+            Order::Explore(..) | Order::Wait | Order::Land | Order::Stop => MetresPerSecond::ZERO,
         }
     }
 

@@ -19,6 +19,7 @@ impl Chain {
         round: &Round,
         armed: Option<Instant>,
     ) -> Call {
+        self.forget_route(round);
         let (lower_waits, lower_linked) = self
             .neighbours
             .heard(round.now, config.retreat.lost_after)

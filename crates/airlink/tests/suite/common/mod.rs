@@ -78,6 +78,7 @@ pub fn report() -> Report {
         sums: [LinkSum::NONE; 2],
         waiting: 1,
         head_velocity: MetresPerSecond(0.25),
+        signpost: None,
         heard: heapless::Vec::new(),
     }
 }

@@ -3,8 +3,8 @@
 
 use proptest::prelude::*;
 use units::{
-    Dbm, Duration, LinkSpan, LinkSum, Metres, MetresPerDb, MetresPerSecond, NodeId, Order, Phase,
-    Role, Volts,
+    Branch, Course, Dbm, Duration, LinkSpan, LinkSum, Metres, MetresPerDb, MetresPerSecond, NodeId,
+    Order, Phase, Role, SIGNPOSTS, Signpost, Volts,
 };
 use wire::p2p::{
     Beacon, Capsule, Commands, Counter, Epoch, HEARD, Header, Heard, Kind, Membership, Message,
@@ -21,6 +21,7 @@ pub const SILENT: Report = Report {
     sums: [LinkSum::NONE; 2],
     waiting: 0,
     head_velocity: MetresPerSecond(0.0),
+    signpost: None,
     heard: heapless::Vec::new(),
 };
 
@@ -155,11 +156,46 @@ pub fn reports(numbers: Numbers) -> impl Strategy<Value = Report> {
         Numbers::Flying => (0_u8..4).boxed(),
         Numbers::Wild => any::<u8>().boxed(),
     };
-    let head = (waiting, head);
+    let post = match numbers {
+        Numbers::Flying => prop::option::of(signposts(numbers)).boxed(),
+        Numbers::Wild => prop::option::of(wild_signposts()).boxed(),
+    };
+    let head = (waiting, head, post);
     (phases(), any::<bool>(), flown, links(numbers), sums(numbers), head, heard).prop_map(
-        |(phase, recall, (velocity, odometer), links, sums, (waiting, head_velocity), heard)| {
-            Report { phase, recall, velocity, odometer, links, sums, waiting, head_velocity, heard }
+        |(phase, recall, (velocity, odometer), links, sums, head, heard)| {
+            let (waiting, head_velocity, signpost) = head;
+            Report {
+                phase,
+                recall,
+                velocity,
+                odometer,
+                links,
+                sums,
+                waiting,
+                head_velocity,
+                signpost,
+                heard,
+            }
         },
+    )
+}
+
+pub fn branches() -> impl Strategy<Value = Option<Branch>> {
+    prop::option::of(prop::sample::select(&[Branch::Left, Branch::Right, Branch::Straight]))
+}
+
+pub fn signposts(numbers: Numbers) -> impl Strategy<Value = Signpost> {
+    let place = (1..=SIGNPOSTS as u8).prop_flat_map(|count| (0..count, Just(count)));
+    let from = numbers.of(-2000.0..2000.0).prop_map(Metres);
+    (any::<u8>(), place, from, branches()).prop_map(|(revision, (index, count), from, branch)| {
+        Signpost { revision, index, count, from, branch }
+    })
+}
+
+fn wild_signposts() -> impl Strategy<Value = Signpost> {
+    let from = Numbers::Wild.of(-2000.0..2000.0).prop_map(Metres);
+    (any::<u8>(), 0..12_u8, 0..12_u8, from, branches()).prop_map(
+        |(revision, index, count, from, branch)| Signpost { revision, index, count, from, branch },
     )
 }
 
@@ -198,7 +234,8 @@ pub fn messages(numbers: Numbers) -> impl Strategy<Value = Message> {
 pub fn tasks(numbers: Numbers) -> impl Strategy<Value = Order> {
     prop_oneof![
         Just(Order::Wait),
-        numbers.speeds().prop_map(Order::Explore),
+        (numbers.speeds(), branches())
+            .prop_map(|(speed, branch)| Order::Explore(Course { speed, branch })),
         Just(Order::Return),
         Just(Order::Land),
         Just(Order::Stop),

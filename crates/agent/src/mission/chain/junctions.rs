@@ -1,0 +1,108 @@
+//! The pilot's choices at junctions: the head notes them, and every drone follows them.
+
+use chain::astray::{AstrayWatch, Front};
+use chain::neighbours::Heard;
+use chain::route::Route;
+use tunnel_nav::Guide;
+use units::{Branch, Course, NodeId, Order, Role};
+
+use super::{Chain, ChainDuty};
+use crate::AgentConfig;
+use crate::mission::Round;
+
+impl Chain {
+    /// Takes in the entries of the list that came with the reports. The first head makes the list.
+    pub(super) fn hear_route(&mut self, round: &Round, heard: &[Heard]) {
+        if round.role == Role::Base {
+            self.forget_route(round);
+        }
+        if round.id != NodeId::HEAD {
+            heard.iter().filter_map(|heard| heard.report.signpost).for_each(|post| {
+                self.route.hear(post);
+            });
+        }
+    }
+
+    /// Forgets the list of the last mission on the ground, where the operator lets all drones wait for
+    /// the next one.
+    pub(super) fn forget_route(&mut self, round: &Round) {
+        if round.order() == Some(Order::Wait) {
+            self.route = Route::new();
+        }
+    }
+
+    /// Whether a relay at its `duty` is in another branch than the drone in front: it hears that drone
+    /// ever worse, or has flown on for a while without finding it. Where the pilot has made no choice,
+    /// the relay does not know of another branch.
+    pub(super) fn is_astray(
+        &mut self,
+        config: &AgentConfig,
+        round: &Round,
+        duty: ChainDuty,
+    ) -> bool {
+        let front = self.front().map(|front| Front {
+            peer: front.report.from,
+            rssi: front.rssi(),
+            odometer: front.report.odometer,
+        });
+        let is_lost = match duty {
+            ChainDuty::Reconnecting { from, .. } => {
+                let may_return = self.returns < MOST_RETURNS;
+                front.is_none() && may_return && round.way() - from >= config.astray.alone
+            }
+            ChainDuty::Relaying { .. } => false,
+            _ => {
+                self.astray = AstrayWatch::new();
+                return false;
+            }
+        };
+        if front.is_some() {
+            self.returns = 0;
+        }
+        if !round.explores() || self.route.branch_at(round.way()).is_none() {
+            self.astray = AstrayWatch::new();
+            return false;
+        }
+        let is_astray = self.astray.step(&config.astray, round.way(), front) || is_lost;
+        self.returns += u8::from(is_lost);
+        is_astray
+    }
+
+    /// How the drone at its `duty` is guided at the junctions near its place.
+    pub(crate) fn guide(&mut self, round: &Round, duty: ChainDuty) -> Guide {
+        let branch = self.branch(round, duty);
+        let rejoins = matches!(duty, ChainDuty::Rejoining { .. });
+        // The wall on the other side than the chosen branch leads out of a wrong one.
+        let branch = if rejoins { branch.and_then(opposite) } else { branch };
+        Guide { branch, rejoins }
+    }
+
+    /// The branch that the drone takes at the junctions near its place.
+    fn branch(&mut self, round: &Round, duty: ChainDuty) -> Option<Branch> {
+        let chosen = match round.order() {
+            Some(Order::Explore(Course { branch, .. })) if round.role == Role::Head => Some(branch),
+            _ => None,
+        };
+        match (chosen, duty) {
+            (Some(branch), ChainDuty::Leading { .. }) if round.id == NodeId::HEAD => {
+                self.route.lead(round.way(), branch, round.junction);
+            }
+            // Another explorer follows the pilot, and leaves the list to the first.
+            (Some(Some(branch)), ChainDuty::Leading { .. }) => return Some(branch),
+            _ => {}
+        }
+        self.route.branch_at(round.way())
+    }
+}
+
+/// A relay that finds no drone in front flies back to the junction no more often than this: the drone
+/// in front may be gone.
+const MOST_RETURNS: u8 = 2;
+
+const fn opposite(branch: Branch) -> Option<Branch> {
+    match branch {
+        Branch::Left => Some(Branch::Right),
+        Branch::Right => Some(Branch::Left),
+        Branch::Straight => None,
+    }
+}

@@ -1,0 +1,131 @@
+//! The list of the pilot's choices: how the head makes it, and how it gets from drone to drone.
+
+use chain::route::Route;
+use proptest::prelude::*;
+use units::{Branch, Metres, SIGNPOSTS, Signpost};
+
+const LEFT: Option<Branch> = Some(Branch::Left);
+const RIGHT: Option<Branch> = Some(Branch::Right);
+
+/// A head that has flown along this way: the choice and the last junction at each 0.1 m.
+fn led(to: f32, at: impl Fn(f32) -> (Option<Branch>, Option<f32>)) -> Route {
+    let mut route = Route::new();
+    for step in 0..=(to * 10.0) as i32 {
+        let way = 0.1 * step as f32;
+        let (branch, junction) = at(way);
+        route.lead(Metres(way), branch, junction.map(Metres));
+    }
+    route
+}
+
+/// Junctions at 5, 12 and 20 m, and left, right, left, each chosen a metre behind the junction before.
+fn three_forks() -> Route {
+    led(24.0, |way| {
+        let junction = [20.0, 12.0, 5.0].into_iter().find(|junction| *junction <= way);
+        let branch = if (6.0..13.0).contains(&way) { RIGHT } else { LEFT };
+        (branch, junction)
+    })
+}
+
+/// All entries of a list, as its reports say them.
+fn posts(route: &mut Route) -> Vec<Signpost> {
+    let first = route.say();
+    let count = first.map_or(0, |post| post.count);
+    let mut posts: Vec<_> = first.into_iter().collect();
+    posts.extend((1..count).filter_map(|_| route.say()));
+    posts.sort_by_key(|post| post.index);
+    posts
+}
+
+#[test]
+fn a_choice_counts_at_its_junction_by_an_odometer_that_is_metres_off() {
+    let route = three_forks();
+    for (junction, branch) in [(5.0, LEFT), (12.0, RIGHT), (20.0, LEFT)] {
+        for error in [-3.0, -1.0, 0.0, 1.0, 3.0] {
+            assert_eq!(route.branch_at(Metres(junction + error)), branch, "{junction} {error}");
+        }
+    }
+    assert_eq!(route.branch_at(Metres(-100.0)), LEFT);
+    assert_eq!(route.branch_at(Metres(100.0)), LEFT);
+}
+
+#[test]
+fn without_a_choice_there_is_no_list() {
+    let mut route = led(9.0, |_| (None, Some(3.0)));
+    assert_eq!((route.say(), route.branch_at(Metres(4.0))), (None, None));
+}
+
+#[test]
+fn a_head_that_comes_back_forgets_what_it_chose_there() {
+    let mut route = three_forks();
+    for step in 0..220 {
+        // Back to before the second junction, and then to the left there.
+        route.lead(Metres(24.0 - 0.1 * step as f32), LEFT, Some(Metres(20.0)));
+    }
+    assert_eq!(route.branch_at(Metres(12.0)), LEFT);
+    assert_eq!(posts(&mut route).len(), 1);
+}
+
+#[test]
+fn more_choices_than_there_is_room_for_leave_the_oldest_out() {
+    let choice = |way: f32| if (way / 5.0) as i32 % 2 == 0 { LEFT } else { RIGHT };
+    let mut route = led(59.0, |way| (choice(way), None));
+    assert_eq!(posts(&mut route).len(), SIGNPOSTS);
+    for way in [27.0, 33.0, 58.0] {
+        assert_eq!(route.branch_at(Metres(way)), choice(way), "{way}");
+    }
+}
+
+#[test]
+fn a_list_that_has_not_come_as_a_whole_does_not_count() {
+    let posts = posts(&mut three_forks());
+    let mut relay = Route::new();
+    relay.hear(posts[0]);
+    relay.hear(posts[2]);
+    assert_eq!((relay.branch_at(Metres(5.0)), relay.say()), (None, None));
+    relay.hear(posts[1]);
+    assert_eq!(relay.branch_at(Metres(12.0)), RIGHT);
+}
+
+proptest! {
+    /// In any order, however often each entry comes, the relay ends with the head's list, and passes
+    /// on what it has heard.
+    #[test]
+    fn lost_and_repeated_entries_change_nothing(
+        order in prop::collection::vec(0_usize..8, 0..40),
+    ) {
+        let sent = posts(&mut three_forks());
+        let mut relay = Route::new();
+        for n in order.iter().map(|n| n % sent.len()) {
+            relay.hear(sent[n]);
+        }
+        sent.iter().for_each(|post| relay.hear(*post));
+        let once = posts(&mut relay);
+        prop_assert_eq!(&once, &sent);
+        sent.iter().for_each(|post| relay.hear(*post));
+        prop_assert_eq!(posts(&mut relay), once);
+    }
+
+    /// Whatever comes, a list has no more entries than there is room for, and an older one does not
+    /// replace it.
+    #[test]
+    fn any_entries_leave_a_sound_list(
+        entries in prop::collection::vec(
+            (any::<u8>(), any::<u8>(), any::<u8>(), any::<f32>()), 0..60,
+        ),
+    ) {
+        let mut relay = Route::new();
+        for (revision, index, count, from) in entries {
+            relay.hear(Signpost { revision, index, count, from: Metres(from), branch: LEFT });
+            let told = posts(&mut relay);
+            prop_assert!(told.len() <= SIGNPOSTS);
+            prop_assert!(told.iter().all(|post| post.index < post.count && post.from.0.is_finite()));
+            let before = told.first().map(|post| post.revision);
+            if let Some(revision) = before {
+                let old = revision.wrapping_sub(1);
+                relay.hear(Signpost { revision: old, index: 0, count: 1, from: Metres(0.0), branch: RIGHT });
+                prop_assert_eq!(posts(&mut relay), told);
+            }
+        }
+    }
+}
