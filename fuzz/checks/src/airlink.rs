@@ -189,6 +189,7 @@ impl Air {
             velocity: MetresPerSecond(value / 1000.0),
             odometer: Metres(value),
             links: None,
+            signpost: None,
             sums: [LinkSum::NONE; 2],
             waiting: 0,
             head_velocity: MetresPerSecond::ZERO,
