@@ -156,6 +156,22 @@ pub struct Changes {
     pub relays: Option<usize>,
 }
 
+/// The part of a route that the head flies into in the map's own mission: its end is where a
+/// passage becomes too narrow, or is cluttered.
+const EXPLORED: f32 = 0.5;
+
+/// Lets the head hover as soon as it has flown `most` metres by the first order, and everything after
+/// that happen so much earlier.
+fn turn_back_before(pilot: &mut [PilotStep], most: f32) {
+    let [first, rest @ ..] = pilot else { return };
+    let (Order::Explore(course), Some(next)) = (first.task, rest.first()) else { return };
+    let longest_us = (most / course.speed.0 * 1e6) as u64;
+    let early_us = (next.at_us - first.at_us).saturating_sub(longest_us);
+    for step in rest {
+        step.at_us -= early_us;
+    }
+}
+
 impl Scenario {
     /// The scenario for a map where none is named.
     ///
@@ -164,7 +180,11 @@ impl Scenario {
     pub fn of_map(map: MapChoice, relays: Option<usize>) -> Result<Self, InputError> {
         let name = map.file.with_extension("toml");
         let changes = Changes { map: Some(map), suits_width: true, relays };
-        file::parse_with(&name, include_str!("map.toml"), &changes)
+        let mut scenario = file::parse_with(&name, include_str!("map.toml"), &changes)?;
+        if let Some(route) = &scenario.route {
+            turn_back_before(&mut scenario.pilot, EXPLORED * route.length_m as f32);
+        }
+        Ok(scenario)
     }
 
     /// The built-in scenario of that name, or the file at that path, with changes.
