@@ -24,7 +24,7 @@ pub(super) fn squares(mask: &Mask) -> Vec<f32> {
     squares
 }
 
-/// The least of the parabolas (x − n)² + line[n] at each x.
+/// The least of the parabolas `(x − n)² + line[n]` at each `x`.
 fn envelope(line: &[f32]) -> Vec<f32> {
     let height = |n: usize| f64::from(line[n]) + (n * n) as f64;
     // Each parabola of the envelope, and where it begins.
