@@ -18,7 +18,7 @@ pub struct AstrayConfig {
     /// in a wrong branch becomes weaker by 15 to 35 dB within the same 1.5 m.
     pub fall: Db,
     /// While the drone in front flies away by more than this, its links may become weaker in any
-    /// case: it may go round a corner.
+    /// case: it may go round a corner. Our own number, above what an odometer trembles by at rest.
     pub still: Metres,
     /// A relay that has lost the drone in front, and has flown on for so long without finding it, is
     /// in a wrong branch as well: half of the way that it would fly on for at most.

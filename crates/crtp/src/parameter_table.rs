@@ -181,7 +181,7 @@ table! {
         "speed": F32 "m/s" "at which the head explores, −0.4 to 0.4; negative is back"
             => |p| p.speed.0, set_speed;
         "branch": U8 "" "which way the head takes at the junctions that it comes to: 0 not chosen, 1 left, 2 right, 3 straight"
-            => |p| branch_code(p.branch), set_branch;
+            => |p| Branch::code(p.branch), set_branch;
         "height": F32 "m" "at which this drone flies from its next boot on, 0.2 to 1; in the simulator the scenario's is flown"
             => |p| p.height.0, set_height;
         "launchLimit": F32 "dBm" "a last link weaker than this calls for the next relay, −96 to −20, at least 1 dB above retreatLimit; from the next boot on; in the simulator the scenario's holds"
@@ -303,23 +303,9 @@ fn set_speed(of: &mut Parameters, value: Value) -> bool {
     good
 }
 
-const fn branch_code(branch: Option<Branch>) -> u8 {
-    match branch {
-        None => 0,
-        Some(Branch::Left) => 1,
-        Some(Branch::Right) => 2,
-        Some(Branch::Straight) => 3,
-    }
-}
-
 fn set_branch(of: &mut Parameters, value: Value) -> bool {
-    let branch = match value {
-        Value::U8(0) => None,
-        Value::U8(1) => Some(Branch::Left),
-        Value::U8(2) => Some(Branch::Right),
-        Value::U8(3) => Some(Branch::Straight),
-        _ => return false,
-    };
+    let Value::U8(code) = value else { return false };
+    let Some(branch) = Branch::from_code(code) else { return false };
     of.branch = branch;
     true
 }

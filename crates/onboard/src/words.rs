@@ -321,25 +321,14 @@ structs! {
 /// Two words, since a round has one in each report: the small numbers are bytes of the first.
 impl Words for Signpost {
     fn put(&self, out: &mut Writer<'_>) {
-        let branch = match self.branch {
-            None => 0,
-            Some(Branch::Left) => 1,
-            Some(Branch::Right) => 2,
-            Some(Branch::Straight) => 3,
-        };
+        let branch = Branch::code(self.branch);
         out.word(u32::from_le_bytes([self.revision, self.index, self.count, branch]));
         self.from.put(out);
     }
 
     fn get(from: &mut Reader<'_>) -> Option<Self> {
         let [revision, index, count, branch] = from.word()?.to_le_bytes();
-        let branch = match branch {
-            0 => None,
-            1 => Some(Branch::Left),
-            2 => Some(Branch::Right),
-            3 => Some(Branch::Straight),
-            _ => return None,
-        };
+        let branch = Branch::from_code(branch)?;
         Some(Self { revision, index, count, from: Words::get(from)?, branch })
     }
 }

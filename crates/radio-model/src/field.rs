@@ -165,8 +165,8 @@ mod tests {
     }
 
     /// The mean power is one, and the part of fades below 10 dB is that of Rayleigh's and of Rice's
-    /// distribution: 9.52 % and, with K = 4, 1.64 % (1 − Q₁(√(2K), √(2(K + 1)·0.1)), by two million draws of the sum of
-    /// a direct and a normal wave).
+    /// distribution: 9.52 % and, with K = 4, 1.64 % (1 − Q₁(√(2K), √(2(K + 1)·0.1)), by two
+    /// million draws of the sum of a direct and a normal wave).
     #[test]
     fn fading_is_rayleighs_and_rices() {
         for (k, deep) in [(0.0, 0.0952_f32), (4.0, 0.0164)] {

@@ -41,9 +41,11 @@ impl Reception {
     /// product specification, receiver specifications). The amplifier that the Crazyflie 2.1 has in
     /// front of it is left out.
     pub const NRF51_AT_2_MBIT: Dbm = Dbm(-85.0);
-    /// The same at 1 Mbit/s, in the chip's own mode and not Bluetooth's.
+    /// The sensitivity of the nRF51822 at 1 Mbit/s, typical, in the chip's own mode and not
+    /// Bluetooth's. The number has yet to be checked against the product specification.
     pub const NRF51_AT_1_MBIT: Dbm = Dbm(-90.0);
-    /// The same at 250 kbit/s.
+    /// The sensitivity of the nRF51822 at 250 kbit/s, typical. The number has yet to be checked against
+    /// the product specification.
     pub const NRF51_AT_250_KBIT: Dbm = Dbm(-96.0);
 
     /// The paper's noise and packet loss (section V-A.2), with RSSI in whole decibels and a

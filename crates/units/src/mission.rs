@@ -85,6 +85,31 @@ pub enum Branch {
     Straight,
 }
 
+impl Branch {
+    /// The number that stands for a choice at junctions in messages and tables: 0 for none.
+    #[must_use]
+    pub const fn code(choice: Option<Self>) -> u8 {
+        match choice {
+            None => 0,
+            Some(Self::Left) => 1,
+            Some(Self::Right) => 2,
+            Some(Self::Straight) => 3,
+        }
+    }
+
+    /// The choice at junctions that has this number; `None` where none has.
+    #[must_use]
+    pub const fn from_code(code: u8) -> Option<Option<Self>> {
+        match code {
+            0 => Some(None),
+            1 => Some(Some(Self::Left)),
+            2 => Some(Some(Self::Right)),
+            3 => Some(Some(Self::Straight)),
+            _ => None,
+        }
+    }
+}
+
 /// One entry of the list of the pilot's choices, which the chain passes on from the head to the
 /// relays: from a place on, one choice counts at all junctions.
 #[derive(Clone, Copy, Debug, PartialEq)]

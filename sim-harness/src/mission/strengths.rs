@@ -70,10 +70,10 @@ impl Strengths {
         }
     }
 
-    /// By how much a recorded channel makes the link of this length between two stations stronger
-    /// than the law.
-    pub(super) fn level(&self, from: usize, to: usize, length: Metres) -> Db {
-        self.levels.as_ref().map_or(Db(0.0), |levels| levels.at(from, to, length))
+    /// By how much a recorded channel makes the link between two stations, whose length along the
+    /// tunnel is `length`, stronger than the law.
+    pub(super) fn level(&self, from: usize, to: usize, length: impl FnOnce() -> Metres) -> Db {
+        self.levels.as_ref().map_or(Db(0.0), |levels| levels.at(from, to, length()))
     }
 
     /// The strength of one station's signal at another, without noise.
@@ -83,7 +83,7 @@ impl Strengths {
         let (sender, receiver) = (&self.stations[from], &self.stations[to]);
         let strength = self.known[at].unwrap_or_else(|| {
             let strength = radio.strength_at(&sender.on, &receiver.on);
-            let length = radio.distance(sender.on.place, receiver.on.place);
+            let length = || radio.distance(sender.on.place, receiver.on.place);
             strength + self.level(from, to, length) + sender.gains[0] + receiver.gains[1]
         });
         self.known[at] = Some(strength);

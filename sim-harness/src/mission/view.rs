@@ -78,7 +78,7 @@ impl Mission<'_> {
     pub fn true_strength(&self, one: usize, other: usize) -> Dbm {
         let radio = &self.world.radio;
         let (here, there) = (self.track.place(one), self.track.place(other));
-        let length = radio.distance(here, there);
+        let length = || radio.distance(here, there);
         radio.strength(here, there) + self.strengths.level(one, other, length)
     }
 

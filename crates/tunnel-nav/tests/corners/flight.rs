@@ -62,6 +62,21 @@ pub(crate) struct Errors {
     pub(crate) yaw: f32,
 }
 
+impl Errors {
+    /// The errors of an ordinary drone.
+    pub(crate) fn ordinary(random: &mut Random) -> Self {
+        Self {
+            range: 0.02,
+            missing: 0.03,
+            flow: 0.02,
+            bias: [0.003 * random.normal(), 0.003 * random.normal()],
+            scale: 1.0 + 0.03 * random.normal(),
+            drift: random.between(-5.0, 5.0).to_radians() / 60.0,
+            yaw: 0.02,
+        }
+    }
+}
+
 /// A drone in a tunnel.
 pub(crate) struct Flight<'a> {
     tunnel: &'a Tunnel,

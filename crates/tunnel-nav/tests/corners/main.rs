@@ -68,15 +68,7 @@ fn other_tunnels(width: f32) -> [Tunnel; 8] {
 
 /// The errors of an ordinary drone; every third drone has none but of its optic flow.
 fn errors(seed: u64, random: &mut Random) -> Errors {
-    let errors = Errors {
-        range: 0.02,
-        missing: 0.03,
-        flow: 0.02,
-        bias: [0.003 * random.normal(), 0.003 * random.normal()],
-        scale: 1.0 + 0.03 * random.normal(),
-        drift: random.between(-5.0, 5.0).to_radians() / 60.0,
-        yaw: 0.02,
-    };
+    let errors = Errors::ordinary(random);
     if seed.is_multiple_of(3) {
         Errors { range: 0.0, missing: 0.0, bias: [0.0; 2], drift: 0.0, yaw: 0.0, ..errors }
     } else {

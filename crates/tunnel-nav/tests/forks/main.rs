@@ -63,26 +63,13 @@ impl Junction {
     }
 }
 
-/// The errors of an ordinary drone.
-fn errors(random: &mut Random) -> Errors {
-    Errors {
-        range: 0.02,
-        missing: 0.03,
-        flow: 0.02,
-        bias: [0.003 * random.normal(), 0.003 * random.normal()],
-        scale: 1.0 + 0.03 * random.normal(),
-        drift: random.between(-5.0, 5.0).to_radians() / 60.0,
-        yaw: 0.02,
-    }
-}
-
 /// Flies out, and home again.
 ///
 /// # Errors
 /// What went wrong first.
 fn fly(tunnel: &Tunnel, branch: Branch, seed: u64) -> Result<(), String> {
     let mut random = Random::new(seed);
-    let errors = errors(&mut random);
+    let errors = Errors::ordinary(&mut random);
     let speed = random.between(0.1, 0.4);
     let mut flight = Flight::new(tunnel, 0.3, errors, random);
     flight.choose(Some(branch));

@@ -1,6 +1,6 @@
 //! Orders as the text of a command: one [`Order`] in 4 bytes.
 
-use units::{Course, MetresPerSecond, Order};
+use units::{Branch, Course, MetresPerSecond, Order};
 
 use super::{Error, exactly, steps};
 
@@ -22,7 +22,7 @@ pub fn encode_order(order: Order) -> [u8; ORDER] {
     let (code, speed, branch) = match order {
         Order::Wait => (1, 0, 0),
         Order::Explore(Course { speed, branch }) => {
-            (2, steps::short(speed.0 * SPEED), steps::branch(branch))
+            (2, steps::short(speed.0 * SPEED), Branch::code(branch))
         }
         Order::Return => (3, 0, 0),
         Order::Land => (4, 0, 0),

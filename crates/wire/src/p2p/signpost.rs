@@ -1,6 +1,6 @@
 //! Signposts: one entry of the list of the pilot's choices at junctions, in a report.
 
-use units::{Metres, SIGNPOSTS, Signpost};
+use units::{Branch, Metres, SIGNPOSTS, Signpost};
 
 use super::{Error, steps};
 
@@ -26,7 +26,7 @@ pub fn encode_signpost(post: Signpost) -> Option<[u8; SIGNPOST]> {
         return None;
     }
     let [f0, f1] = steps::short(steps::number(post.from.0)? * WAY).to_le_bytes();
-    Some([post.revision, post.index | last << 3 | steps::branch(post.branch) << 6, f0, f1])
+    Some([post.revision, post.index | last << 3 | Branch::code(post.branch) << 6, f0, f1])
 }
 
 /// The signpost in these bytes.

@@ -71,23 +71,7 @@ pub(super) fn of_name(name: u8) -> Result<NodeId, super::Error> {
     if usize::from(name) < NODES { Ok(NodeId(name)) } else { Err(super::Error::Reserved) }
 }
 
-/// The code of a choice at junctions.
-pub(super) const fn branch(branch: Option<Branch>) -> u8 {
-    match branch {
-        None => 0,
-        Some(Branch::Left) => 1,
-        Some(Branch::Right) => 2,
-        Some(Branch::Straight) => 3,
-    }
-}
-
 /// The choice at junctions with this code.
-pub(super) const fn of_branch(code: u8) -> Result<Option<Branch>, super::Error> {
-    match code {
-        0 => Ok(None),
-        1 => Ok(Some(Branch::Left)),
-        2 => Ok(Some(Branch::Right)),
-        3 => Ok(Some(Branch::Straight)),
-        _ => Err(super::Error::Code(code)),
-    }
+pub(super) fn of_branch(code: u8) -> Result<Option<Branch>, super::Error> {
+    Branch::from_code(code).ok_or(super::Error::Code(code))
 }

@@ -32,8 +32,9 @@ pub const CASES: [Case; 2] = [
 /// The part of all missions in which every drone must be right.
 pub const BOUND: f64 = 0.99;
 
-/// A drone this far beside the way is in another branch, m: half a width, by
-/// which the skeletons of two branches part late, and the hysteresis of a place on it.
+/// A drone this far beside the way is in another branch, m. Our own number: half of a width of 1.6 m,
+/// by which the skeletons of two branches part late, and the hysteresis of 0.3 m with which a place
+/// changes to another gallery ([`Skeleton::LOYALTY_M`](crate::world::Skeleton::LOYALTY_M)).
 const BESIDE: f32 = 1.2;
 
 /// All missions of one case at one fidelity.

@@ -203,6 +203,7 @@ fn reconnecting(since: Instant, from: Metres, at: &Standing<'_>) -> ChainDuty {
 }
 
 /// The way that a relay flies back at most, m, and the way to an opening that may be the junction.
+/// This and the next two are our own numbers, for galleries of 1.2 to 1.6 m, tuned in the simulator.
 const FARTHEST_BACK: Metres = Metres(12.0);
 /// From where the leading beam saw the opening on the way out, the relay flies back by so much more:
 /// both beams of that side then see the wall again, before the junction.
@@ -210,7 +211,7 @@ const BEFORE: Metres = Metres(1.2);
 /// The same from where a relay that flies back sees the far side of the opening: the width of a
 /// gallery more on either side.
 const BEFORE_FAR_SIDE: Metres = Metres(3.6);
-/// The time after which a relay no longer flies back.
+/// The time after which a relay no longer flies back: 12 m at 0.2 m/s take 60 s.
 const LONGEST_BACK: Duration = Duration::from_secs(75);
 
 /// The duty of a relay that has noticed that it is in a wrong branch: back to the last opening of the
