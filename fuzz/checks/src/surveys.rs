@@ -21,6 +21,18 @@ pub fn compass(data: &[u8]) {
     }
 }
 
+/// Reads the bytes as both kinds of Walls's files; a project lists the survey, and a survey that is
+/// in a zone of UTM.
+pub fn walls(data: &[u8]) {
+    let zone = ".BOOK x\n.REF 5068100 449623 33 0 553 0 45 45 52 14 21 7 27 \"WGS 1984\"\n\
+        .SURVEY y\n.NAME ONE\n.ENDBOOK\n";
+    let files = Memory::default().with("cave.wpj", data).with("one.srv", data);
+    let files = files.with("zone.wpj", zone);
+    for entry in ["cave.wpj", "one.srv", "zone.wpj"] {
+        accepted(read(&files, entry));
+    }
+}
+
 fn accepted(survey: Result<Survey, Refusal>) {
     match survey {
         Ok(survey) => {

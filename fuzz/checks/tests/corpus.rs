@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 /// The name of a fuzz target, and its check.
 type Target = (&'static str, fn(&[u8]));
 
-const TARGETS: [Target; 12] = [
+const TARGETS: [Target; 13] = [
     ("airlink", fuzz_checks::airlink::check),
     ("capsule", fuzz_checks::capsule::check),
     ("compass", fuzz_checks::surveys::compass),
@@ -20,6 +20,7 @@ const TARGETS: [Target; 12] = [
     ("survex", fuzz_checks::surveys::survex),
     ("syslink", fuzz_checks::syslink::check),
     ("three_d", fuzz_checks::surveys::three_d),
+    ("walls", fuzz_checks::surveys::walls),
 ];
 
 fn in_fuzz(folder: &str) -> PathBuf {
@@ -82,7 +83,7 @@ fn no_packets_on_the_link_give_an_event_that_was_not_sealed() {
 
 #[test]
 fn no_cave_survey_does_harm() {
-    for target in ["compass", "survex", "three_d"] {
+    for target in ["compass", "survex", "three_d", "walls"] {
         feed(target);
     }
 }

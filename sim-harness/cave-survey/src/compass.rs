@@ -192,10 +192,7 @@ fn shot(
     };
     if section.is_measured() {
         let goes_on = last.is_some_and(|last| last == if header.is_at_second { from } else { at });
-        match draft.passages.last_mut().filter(|_| goes_on) {
-            Some(passage) => passage.push((section, source)),
-            None => draft.passages.push(vec![(section, source)]),
-        }
+        draft.cross_section(section, source, goes_on);
     }
     *last = section.is_measured().then_some(to);
     if length == Some(0.0) || from == to {

@@ -207,6 +207,14 @@ impl Draft {
         self.fixes.push(fix);
     }
 
+    /// Adds a cross-section: to the last passage where that `goes_on`, or else as a new one.
+    pub(crate) fn cross_section(&mut self, section: CrossSection, source: Source, goes_on: bool) {
+        match self.passages.last_mut().filter(|_| goes_on) {
+            Some(passage) => passage.push((section, source)),
+            None => self.passages.push(vec![(section, source)]),
+        }
+    }
+
     /// Notes that two stations see each other.
     pub(crate) fn sight(&mut self, a: StationId, b: StationId, flags: LegFlags, source: Source) {
         for station in [a, b] {

@@ -10,6 +10,7 @@
 //! | Survex's `.svx` | `survex` |
 //! | Survex's processed `.3d` | `three_d` |
 //! | Compass's `.dat` and `.mak` | `compass` |
+//! | Walls's `.srv` and `.wpj` | `walls` |
 //!
 //! [`read`] opens a file of a [`Files`] and all that it includes, and returns a [`Survey`], or a
 //! [`Refusal`] that names file, line and remedy. No bytes make it panic, and what it takes is bounded.
@@ -40,6 +41,7 @@ mod survex;
 mod survey;
 mod three_d;
 mod traverse;
+mod walls;
 
 pub use draft::MOST_LEGS;
 pub use error::{Place, Refusal, Warning};
@@ -63,6 +65,8 @@ pub fn read(files: &dyn Files, entry: &str) -> Result<Survey, Refusal> {
         "3d" => three_d::read(opened),
         "dat" | "clp" => compass::survey(opened)?.adjusted(),
         "mak" => compass::project(files, entry, opened)?.adjusted(),
+        "srv" => walls::survey(&opened)?.adjusted(),
+        "wpj" => walls::project(files, entry, &opened)?.adjusted(),
         _ => survex::read(files, entry, opened)?.adjusted(),
     }
 }

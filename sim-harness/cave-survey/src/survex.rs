@@ -7,7 +7,7 @@
 pub(crate) mod characters;
 mod commands;
 mod data;
-mod date;
+pub(crate) mod date;
 pub(crate) mod measure;
 mod names;
 pub(crate) mod settings;
@@ -32,7 +32,7 @@ const MOST_BLOCKS: usize = 1000;
 /// The most bytes of a survey, each file counted as often as it is included.
 pub(crate) const MOST_BYTES: usize = 256 << 20;
 /// The most often that files are included.
-const MOST_FILES: usize = 20_000;
+pub(crate) const MOST_FILES: usize = 20_000;
 
 /// A block that `*begin` has opened.
 struct Block {

@@ -4,7 +4,7 @@ use crate::earth::Day;
 
 /// What is wrong with a date.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum DateError {
+pub(crate) enum DateError {
     /// It is no date.
     NoDate,
     /// It is none of the calendar, or too long ago; the text says which.
@@ -15,7 +15,7 @@ pub(super) enum DateError {
 
 /// Reads `year[.month[.day]]`, or a range of two of these with `-` between them; returns the first
 /// and the last day.
-pub(super) fn days(text: &str) -> Result<[Day; 2], DateError> {
+pub(crate) fn days(text: &str) -> Result<[Day; 2], DateError> {
     if let Some(day) = iso(text) {
         return Ok([day, day]);
     }

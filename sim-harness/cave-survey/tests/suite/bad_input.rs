@@ -233,7 +233,7 @@ proptest! {
 
     #[test]
     fn no_bytes_do_harm(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
-        for name in ["cave.svx", "cave.3d", "cave.dat", "cave.mak"] {
+        for name in ["cave.svx", "cave.3d", "cave.dat", "cave.mak", "cave.srv", "cave.wpj"] {
             let _ = read(&Memory::default().with(name, bytes.clone()), name);
         }
     }

@@ -6,6 +6,7 @@ mod bad_input;
 mod compass;
 mod grammar;
 mod oracle;
+mod walls;
 
 use cave_survey::{Memory, Refusal, Survey, read};
 
