@@ -86,19 +86,19 @@ impl Neighbours {
         me: NodeId,
         now: Instant,
         (own_velocity, dt): (MetresPerSecond, Duration),
-        heard: &[Heard],
+        heard: impl IntoIterator<Item = Heard>,
         smoothing: &Smoothing,
         lost_after: Duration,
     ) {
         let Smoothing::Slopes(_) = smoothing else {
             self.predict(me, own_velocity, dt, smoothing);
-            heard.iter().for_each(|heard| self.hear(me, now, heard, smoothing, lost_after));
+            heard.into_iter().for_each(|it| self.hear(me, now, &it, smoothing, lost_after));
             return;
         };
         // The reports came at any time of the round: in the middle of it, on average.
         let half = own_velocity * dt * 0.5;
         self.fly(me, half, smoothing);
-        heard.iter().for_each(|heard| self.hear(me, now, heard, smoothing, lost_after));
+        heard.into_iter().for_each(|it| self.hear(me, now, &it, smoothing, lost_after));
         self.fly(me, half, smoothing);
         for neighbour in &mut self.all {
             neighbour.filter.predict(smoothing, MetresPerSecond::ZERO, dt);

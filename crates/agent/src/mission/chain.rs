@@ -108,7 +108,12 @@ impl Chain {
         let smoothing = &config.policy.smoothing;
         let lost_after = config.retreat.lost_after;
         (self.velocity, self.dt) = (velocity, dt);
-        self.neighbours.listen(round.id, round.now, (velocity, dt), heard, smoothing, lost_after);
+        let in_air = heard.iter().map(|heard| {
+            let lift = config.perch.lift(round.phase, heard.report.phase);
+            let reverse = heard.reverse.map(|rssi| rssi + lift);
+            Heard { rssi: heard.rssi + lift, reverse, ..*heard }
+        });
+        self.neighbours.listen(round.id, round.now, (velocity, dt), in_air, smoothing, lost_after);
         self.ends = self.neighbours.ends(round.id, round.now, lost_after);
         self.hear_route(round, heard);
         self.sums = self.sums(config, round);
@@ -134,7 +139,7 @@ impl Chain {
         duty.next(&Standing {
             config,
             round,
-            links: self.links(config),
+            links: self.links(config, round.role),
             searches: self.searches(config, round, duty),
             retires: self.retires(config, round, duty),
             is_astray: self.is_astray(config, round, duty),
