@@ -186,6 +186,13 @@ pub enum Phase {
 }
 
 impl Phase {
+    /// Whether the node leaves the ground, or stands on it, and is no link of the chain: its antenna
+    /// is not where it will be in the mission.
+    #[must_use]
+    pub const fn is_low(&self) -> bool {
+        matches!(self, Self::Waiting | Self::Transit | Self::Out)
+    }
+
     /// Whether the node's neighbours measure their links to it.
     #[must_use]
     pub const fn is_link(self) -> bool {
