@@ -82,6 +82,9 @@ pub use view::{Told, View};
 
 /// Physics steps in one round of the 5 Hz loop.
 const STEPS_PER_ROUND: u64 = 10;
+
+/// A drone that is lower than this stands on its legs, m.
+const LOW_M: f32 = 0.05;
 /// Length of a round, in microseconds.
 pub const ROUND_US: u64 = STEPS_PER_ROUND * STEP_US;
 /// Length of a step of a craft, in microseconds.
@@ -218,8 +221,9 @@ impl Mission<'_> {
         }
         let place = self.track.follow(n, member.body.position(), self.world.skeleton());
         let nose = (member.body.position(), Radians(member.body.yaw()));
-        self.strengths.moved(n, place, nose, &self.world.radio);
         let flies = member.role != Role::Base;
+        let is_low = flies && member.body.height() < LOW_M;
+        self.strengths.moved(n, place, nose, is_low, &self.world.radio);
         member.senses = if flies {
             let (elapsed, spec) = (ROUND_US as f32 * 1e-6, &self.scenario.vehicle);
             member.body.sense(elapsed, &self.world.tunnel, spec, &mut member.random)

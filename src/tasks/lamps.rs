@@ -107,7 +107,8 @@ fn of_state(state: State) -> Frame {
         State::Idle => FLASH_1,
         State::Armed { .. } => FLASH_2,
         State::Landed { .. } => FLASH_3,
-        State::TakingOff { .. } => FAST,
+        State::Perched => FLASH_4,
+        State::TakingOff { .. } | State::Rising { .. } => FAST,
         State::Landing { .. } => SLOW,
         State::OnMission(Duty::Chain(duty)) => match duty {
             ChainDuty::Leading { .. } => GAP_1,

@@ -4,6 +4,7 @@ use core::fmt;
 
 use chain::astray::AstrayConfig;
 use chain::launch::LaunchConfig;
+use chain::perching::PerchConfig;
 use chain::policy::PolicyConfig;
 use chain::retirement::RetirementConfig;
 use chain::retreat::RetreatConfig;
@@ -27,6 +28,8 @@ pub struct AgentConfig {
     /// The signs by which a relay notices that it took a wrong branch; without a pilot's choice it does
     /// not look for them.
     pub astray: AstrayConfig,
+    /// The relaying from the ground.
+    pub perch: PerchConfig,
     /// Centring and wall following.
     pub nav: NavConfig,
     /// Heights, speeds and time limits of a flight.
@@ -42,6 +45,7 @@ impl AgentConfig {
         search: SearchConfig::DEFAULT,
         retirement: RetirementConfig::DEFAULT,
         astray: AstrayConfig::DEFAULT,
+        perch: PerchConfig::DEFAULT,
         nav: NavConfig::DEFAULT,
         flight: FlightConfig::DEFAULT,
     };

@@ -67,7 +67,8 @@ pub enum Fitness {
 pub struct LinkView {
     /// The neighbour at the other end.
     pub peer: NodeId,
-    /// The strength of its last packet.
+    /// The strength of its last packet; where an end of the link is on the ground for good, what it
+    /// would be in the air, here and below.
     pub raw: Dbm,
     /// The filtered strength.
     pub rssi: Dbm,

@@ -188,7 +188,9 @@ impl Agent {
         }
         let lasts = |left| left >= config.flight.least_endurance;
         self.fit = inputs.fitness == Fitness::Fit && inputs.endurance.is_none_or(lasts);
-        self.recalled |= is_airborne && self.must_turn_back(config, inputs);
+        let must_turn_back = self.must_turn_back(config, inputs);
+        self.fit &= self.state != State::Perched || !must_turn_back;
+        self.recalled |= is_airborne && must_turn_back;
         if self.told() == Some(Order::Wait) {
             self.recalled = false;
         }
@@ -222,7 +224,8 @@ impl Agent {
         let task = task.map(|(order, Heeded { at, .. })| Task { order, given: at });
         let here = self.odometry.reckoning();
         let junction = self.navigator.opened();
-        Round { now, id: self.id, role: self.role, task, here, junction }
+        let phase = self.phase();
+        Round { now, id: self.id, role: self.role, phase, task, here, junction }
     }
 
     fn outputs(&mut self, config: &AgentConfig, now: Instant, inputs: &Inputs<'_>) -> Outputs {
@@ -283,7 +286,7 @@ impl Agent {
 
     /// Whether the drone is on its way up or down and not near its height.
     fn is_low(&self, config: &AgentConfig, height: Option<Metres>) -> bool {
-        matches!(self.state, State::TakingOff { .. } | State::Landing { .. })
+        matches!(self.state, State::TakingOff { .. } | State::Rising { .. } | State::Landing { .. })
             && !config.flight.sees_walls(height)
     }
 
@@ -296,6 +299,10 @@ impl Agent {
             State::Idle | State::Armed { .. } => Phase::Waiting,
             State::TakingOff { .. } => Phase::Transit,
             State::OnMission(duty) => duty.phase(),
+            State::Landing { why: LandReason::Perched, .. } => Phase::Linked,
+            // A drone that cannot fly home must not keep the others from it.
+            State::Perched if self.task() == Some(Order::Return) && !self.fit => Phase::Out,
+            State::Perched | State::Rising { .. } => Phase::Perched,
             State::Landing { .. } | State::Landed { .. } | State::Stopped => Phase::Out,
         }
     }
@@ -305,11 +312,13 @@ impl Agent {
         let hover =
             |height| Wish::Along { speed: MetresPerSecond::ZERO, height, guide: Guide::NONE };
         match self.state {
-            State::TakingOff { since } => hover(config.flight.climbing(round.now.since(since))),
+            State::TakingOff { since } | State::Rising { since } => {
+                hover(config.flight.climbing(round.now.since(since)))
+            }
             State::OnMission(duty) => self.mission.wish(config, round, duty),
             State::Landing { since, .. } => hover(config.flight.descending(round.now.since(since))),
             State::Stopped => Wish::Stop,
-            State::Idle | State::Armed { .. } | State::Landed { .. } => Wish::Rest,
+            State::Idle | State::Armed { .. } | State::Perched | State::Landed { .. } => Wish::Rest,
         }
     }
 }

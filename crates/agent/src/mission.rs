@@ -65,6 +65,8 @@ pub(crate) struct Round {
     pub(crate) id: NodeId,
     /// The drone's part in the mission.
     pub(crate) role: Role,
+    /// The phase that the drone reports.
+    pub(crate) phase: Phase,
     /// What is to be done.
     pub(crate) task: Option<Task>,
     /// Where the drone is by its own reckoning.

@@ -34,6 +34,13 @@ pub enum State {
         /// The reason for it.
         why: LandReason,
     },
+    /// The drone is on the ground at its place in the mission, and goes on relaying.
+    Perched,
+    /// The drone climbs from its perch back to its height.
+    Rising {
+        /// When it began to climb.
+        since: Instant,
+    },
     /// The drone is on the ground and out of the mission, until it is told to wait for the next one.
     Landed {
         /// The reason for its landing.
@@ -50,6 +57,8 @@ pub enum State {
 pub enum LandReason {
     /// The operator ordered it.
     Ordered,
+    /// The operator ordered it to relay from the ground.
+    Perched,
     /// The drone was called home and is where it took off.
     Home,
     /// The mission no longer needs the drone, which waits for its next turn.
@@ -66,7 +75,7 @@ pub enum LandReason {
 
 /// What the shell's transitions depend on besides the round.
 pub(crate) struct Situation {
-    /// Whether the drone would take off.
+    /// Whether the drone would take off: on its perch, whether its battery would carry it home.
     pub(crate) fit: bool,
     pub(crate) fitness: Fitness,
     pub(crate) height: Option<Metres>,
@@ -77,8 +86,15 @@ impl State {
     #[must_use]
     pub const fn is_airborne(&self) -> bool {
         match self {
-            Self::TakingOff { .. } | Self::OnMission(_) | Self::Landing { .. } => true,
-            Self::Idle | Self::Armed { .. } | Self::Landed { .. } | Self::Stopped => false,
+            Self::TakingOff { .. }
+            | Self::OnMission(_)
+            | Self::Rising { .. }
+            | Self::Landing { .. } => true,
+            Self::Idle
+            | Self::Armed { .. }
+            | Self::Perched
+            | Self::Landed { .. }
+            | Self::Stopped => false,
         }
     }
 
@@ -90,6 +106,8 @@ impl State {
             Self::Armed { .. } => "armed",
             Self::TakingOff { .. } => "taking-off",
             Self::OnMission(duty) => duty.name(),
+            Self::Perched => "perched",
+            Self::Rising { .. } => "rising",
             Self::Landing { .. } => "landing",
             Self::Landed { .. } => "landed",
             Self::Stopped => "stopped",
@@ -107,6 +125,8 @@ impl State {
             Self::Landing { .. } => 7,
             Self::Landed { .. } => 8,
             Self::Stopped => 9,
+            Self::Perched => 13,
+            Self::Rising { .. } => 14,
         }
     }
 
@@ -138,6 +158,8 @@ impl State {
                 Continue(duty) => Self::OnMission(duty),
                 Break(why) => Self::Landing { since: round.now, why },
             },
+            Self::Perched => perched(round, at),
+            Self::Rising { since } => rising(since, config, mission, round, at),
             Self::Landing { since, why } => landing(since, why, config, round, at),
             Self::Landed { why: LandReason::Retired } => Self::Idle,
             Self::Landed { why } => match order {
@@ -189,18 +211,48 @@ fn taking_off(
     round: &Round,
     at: &Situation,
 ) -> State {
+    climbed(since, config, mission, round, at).unwrap_or(State::TakingOff { since })
+}
+
+fn rising(
+    since: Instant,
+    config: &AgentConfig,
+    mission: &Mission,
+    round: &Round,
+    at: &Situation,
+) -> State {
+    climbed(since, config, mission, round, at).unwrap_or(State::Rising { since })
+}
+
+/// What ends a climb, once something does.
+fn climbed(
+    since: Instant,
+    config: &AgentConfig,
+    mission: &Mission,
+    round: &Round,
+    at: &Situation,
+) -> Option<State> {
     let flight = &config.flight;
     let elapsed = round.now.since(since);
     let climb_time = flight.height.0 / flight.climb.0;
     let settled = elapsed.as_secs_f32() >= climb_time + flight.settle.as_secs_f32();
     if round.order() == Some(Order::Land) {
-        State::Landing { since: round.now, why: LandReason::Ordered }
+        Some(State::Landing { since: round.now, why: LandReason::Ordered })
     } else if settled && flight.is_up(at.height) {
-        State::OnMission(mission.first_duty(round.role, round.now))
+        Some(State::OnMission(mission.first_duty(round.role, round.now)))
     } else if elapsed > flight.patience {
-        State::Landing { since: round.now, why: LandReason::TakeOffFailed }
+        Some(State::Landing { since: round.now, why: LandReason::TakeOffFailed })
     } else {
-        State::TakingOff { since }
+        None
+    }
+}
+
+/// A drone that could not fly home stays on its perch, as a link of the chain.
+fn perched(round: &Round, at: &Situation) -> State {
+    match round.order() {
+        Some(Order::Land) => State::Landed { why: LandReason::Ordered },
+        Some(Order::Explore(..) | Order::Return) if at.fit => State::Rising { since: round.now },
+        _ => State::Perched,
     }
 }
 
@@ -212,7 +264,10 @@ fn landing(
     at: &Situation,
 ) -> State {
     let down = at.height.is_some_and(|h| h <= FlightConfig::GROUND);
-    if down || round.now.since(since) > config.flight.patience {
+    let is_over = down || round.now.since(since) > config.flight.patience;
+    if is_over && why == LandReason::Perched {
+        State::Perched
+    } else if is_over {
         State::Landed { why }
     } else {
         State::Landing { since, why }

@@ -120,7 +120,7 @@ impl OrderDistribution {
             match self.order {
                 None => {}
                 Some(Order::Explore(..)) => self.add_pending(now, bit & !HEAD),
-                Some(Order::Wait | Order::Return | Order::Land | Order::Stop) => {
+                Some(Order::Wait | Order::Return | Order::Land | Order::Perch | Order::Stop) => {
                     self.add_pending(now, bit)
                 }
             }
@@ -212,7 +212,7 @@ impl OrderDistribution {
             && match self.order {
                 None => false,
                 Some(Order::Explore(..)) => self.stick_at.is_some(),
-                Some(Order::Wait | Order::Return | Order::Land | Order::Stop) => {
+                Some(Order::Wait | Order::Return | Order::Land | Order::Perch | Order::Stop) => {
                     self.acknowledged & HEAD == 0
                 }
             }

@@ -13,6 +13,7 @@
 //! | [`launch`] | IV-D | the moment at which a waiting relay takes off |
 //! | [`retirement`] | — | the moment at which a launched relay is no longer needed |
 //! | [`retreat`] | IV-D | the conditions under which a drone backs up towards the base |
+//! | [`perching`] | — | the conditions under which a drone relays from the ground |
 //! | [`search`] | — | the search for a better place where equal links are not the best ones |
 //! | [`route`] | VI | the pilot's choices at junctions, from the head to every relay |
 //! | [`astray`] | — | the signs by which a relay notices that it took a wrong branch |
@@ -32,6 +33,7 @@ pub mod chain_wide;
 pub mod filter;
 pub mod launch;
 pub mod neighbours;
+pub mod perching;
 pub mod policy;
 pub mod report;
 pub mod retirement;

@@ -86,19 +86,19 @@ impl Neighbours {
         me: NodeId,
         now: Instant,
         (own_velocity, dt): (MetresPerSecond, Duration),
-        heard: &[Heard],
+        heard: impl IntoIterator<Item = Heard>,
         smoothing: &Smoothing,
         lost_after: Duration,
     ) {
         let Smoothing::Slopes(_) = smoothing else {
             self.predict(me, own_velocity, dt, smoothing);
-            heard.iter().for_each(|heard| self.hear(me, now, heard, smoothing, lost_after));
+            heard.into_iter().for_each(|it| self.hear(me, now, &it, smoothing, lost_after));
             return;
         };
         // The reports came at any time of the round: in the middle of it, on average.
         let half = own_velocity * dt * 0.5;
         self.fly(me, half, smoothing);
-        heard.iter().for_each(|heard| self.hear(me, now, heard, smoothing, lost_after));
+        heard.into_iter().for_each(|it| self.hear(me, now, &it, smoothing, lost_after));
         self.fly(me, half, smoothing);
         for neighbour in &mut self.all {
             neighbour.filter.predict(smoothing, MetresPerSecond::ZERO, dt);
@@ -133,6 +133,13 @@ impl Neighbours {
         }
     }
 
+    /// Begins all estimates anew: this drone has left the ground.
+    pub fn begin_anew(&mut self) {
+        for neighbour in &mut self.all {
+            neighbour.filter.reset();
+        }
+    }
+
     /// Processes one received report. A drone's own echo, a packet without a strength, and a report
     /// older than the last one of its sender change nothing; when the table is full, the drone that
     /// has been silent for longest is removed.
@@ -153,7 +160,9 @@ impl Neighbours {
             if !was_lost && !newer(report.sequence, known.report.sequence) {
                 return;
             }
-            if was_lost {
+            // An antenna on the ground loses some 10 dB, which are no sign of a way.
+            let has_risen = known.report.phase.is_low() && !report.phase.is_low();
+            if was_lost || has_risen {
                 known.filter.reset();
             }
             let elapsed = now.since(known.heard_at);

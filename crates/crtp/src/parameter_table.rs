@@ -176,7 +176,7 @@ macro_rules! table {
 
 table! {
     "uchain" {
-        "task": U8 "" "what the operator orders: 0 wait, 1 explore, 2 return, 3 land, 4 stop"
+        "task": U8 "" "what the operator orders: 0 wait, 1 explore, 2 return, 3 land, 4 stop, 5 perch"
             => |p| p.task as u8, set_task;
         "speed": F32 "m/s" "at which the head explores, −0.4 to 0.4; negative is back"
             => |p| p.speed.0, set_speed;

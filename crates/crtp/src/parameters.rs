@@ -103,6 +103,7 @@ impl Parameters {
             Order::Explore(..) => OperatorTask::Explore,
             Order::Return => OperatorTask::Return,
             Order::Land => OperatorTask::Land,
+            Order::Perch => OperatorTask::Perch,
             Order::Stop => OperatorTask::Stop,
         };
     }
@@ -117,6 +118,7 @@ impl Parameters {
             }
             OperatorTask::Return => Order::Return,
             OperatorTask::Land => Order::Land,
+            OperatorTask::Perch => Order::Perch,
             OperatorTask::Stop => Order::Stop,
         }
     }
@@ -144,6 +146,8 @@ pub enum OperatorTask {
     Land = 3,
     /// All drones stop their motors now.
     Stop = 4,
+    /// The drones of the chain relay from the ground.
+    Perch = 5,
 }
 
 impl OperatorTask {
@@ -154,6 +158,7 @@ impl OperatorTask {
             2 => Some(Self::Return),
             3 => Some(Self::Land),
             4 => Some(Self::Stop),
+            5 => Some(Self::Perch),
             _ => None,
         }
     }

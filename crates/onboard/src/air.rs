@@ -169,6 +169,7 @@ mod tests {
             Phase::Base,
             Phase::Out,
             Phase::Searching,
+            Phase::Perched,
         ];
         for (n, phase) in phases.into_iter().enumerate() {
             let links =

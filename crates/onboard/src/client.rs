@@ -190,7 +190,7 @@ impl Orders {
 fn with_branch(operator: Operator, branch: Option<Branch>) -> Option<Order> {
     operator.order().map(|order| match order {
         Order::Explore(course) => Order::Explore(Course { branch, ..course }),
-        Order::Wait | Order::Return | Order::Land | Order::Stop => order,
+        Order::Wait | Order::Return | Order::Land | Order::Perch | Order::Stop => order,
     })
 }
 
@@ -307,7 +307,9 @@ impl<S: Seal> Drone<S> {
     pub fn order(&mut self, now: Instant, order: Order) -> bool {
         let request = match order {
             Order::Explore(Course { speed, branch }) => Request::Stick { speed, branch },
-            Order::Wait | Order::Return | Order::Land | Order::Stop => Request::Order(order),
+            Order::Wait | Order::Return | Order::Land | Order::Perch | Order::Stop => {
+                Request::Order(order)
+            }
         };
         self.orders.ask(now, request, self.identity, &mut self.link) == Outcome::Done
     }

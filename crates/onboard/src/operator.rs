@@ -5,7 +5,7 @@
 //! |---|---|
 //! | a set-point | for half a second; then the head hovers |
 //! | explore, by parameter | while the client is heard, and for 2 s more; then the head hovers |
-//! | wait, return, land | until the next request |
+//! | wait, return, land, perch | until the next request |
 //! | stop | until the base is switched off |
 //!
 //! When a client disappears, no drone lands: the head hovers, and the relays hold the chain.
@@ -48,6 +48,8 @@ pub enum Operator {
     Return,
     /// All drones land where they are.
     Land,
+    /// The drones of the chain relay from the ground.
+    Perch,
     /// All drones have switched their motors off.
     Stopped,
 }
@@ -79,7 +81,7 @@ impl Request {
             Self::Order(Order::Explore(Course { branch, .. }))
             | Self::Stick { branch, .. }
             | Self::Branch(branch) => Some(branch),
-            Self::Order(Order::Wait | Order::Return | Order::Land | Order::Stop)
+            Self::Order(Order::Wait | Order::Return | Order::Land | Order::Perch | Order::Stop)
             | Self::Setpoint(_)
             | Self::Speed(_) => None,
         }
@@ -99,6 +101,7 @@ impl Operator {
             (_, Request::Order(Order::Wait)) => Self::Wait,
             (_, Request::Order(Order::Return)) => Self::Return,
             (_, Request::Order(Order::Land)) => Self::Land,
+            (_, Request::Order(Order::Perch)) => Self::Perch,
             (_, Request::Order(Order::Stop)) => Self::Stopped,
             (Self::Explore(_), Request::Speed(speed)) => Self::Explore(speed),
             (same, Request::Speed(_) | Request::Branch(_)) => same,
@@ -119,6 +122,7 @@ impl Operator {
             | Self::Wait
             | Self::Return
             | Self::Land
+            | Self::Perch
             | Self::Stopped => self,
         }
     }
@@ -134,6 +138,7 @@ impl Operator {
             Self::Wait => Some(Order::Wait),
             Self::Return => Some(Order::Return),
             Self::Land => Some(Order::Land),
+            Self::Perch => Some(Order::Perch),
             Self::Stopped => Some(Order::Stop),
         }
     }
@@ -173,7 +178,7 @@ mod tests {
         Operator::Setpoint { forward: SPEED, given: Instant::from_millis(given_ms) }
     }
 
-    const ALL: [Operator; 8] = [
+    const ALL: [Operator; 9] = [
         Operator::Silent,
         setpoint(0),
         Operator::Explore(SPEED),
@@ -181,6 +186,7 @@ mod tests {
         Operator::Wait,
         Operator::Return,
         Operator::Land,
+        Operator::Perch,
         Operator::Stopped,
     ];
 
@@ -188,21 +194,22 @@ mod tests {
     /// no request replaces a stop.
     #[test]
     fn the_newest_request_counts_but_after_a_stop() {
-        use Operator::{Explore, Hover, Land, Return, Silent, Stopped, Wait};
+        use Operator::{Explore, Hover, Land, Perch, Return, Silent, Stopped, Wait};
         let table = [
-            (Request::Setpoint(SPEED), [setpoint(7); 8]),
-            (Request::Order(Order::explore(OTHER)), [Explore(OTHER); 8]),
-            (Request::Order(Order::Wait), [Wait; 8]),
-            (Request::Order(Order::Return), [Return; 8]),
-            (Request::Order(Order::Land), [Land; 8]),
-            (Request::Order(Order::Stop), [Stopped; 8]),
+            (Request::Setpoint(SPEED), [setpoint(7); 9]),
+            (Request::Order(Order::explore(OTHER)), [Explore(OTHER); 9]),
+            (Request::Order(Order::Wait), [Wait; 9]),
+            (Request::Order(Order::Return), [Return; 9]),
+            (Request::Order(Order::Land), [Land; 9]),
+            (Request::Order(Order::Perch), [Perch; 9]),
+            (Request::Order(Order::Stop), [Stopped; 9]),
             (
                 Request::Speed(OTHER),
-                [Silent, setpoint(0), Explore(OTHER), Hover, Wait, Return, Land, Stopped],
+                [Silent, setpoint(0), Explore(OTHER), Hover, Wait, Return, Land, Perch, Stopped],
             ),
         ];
         for (request, mut wanted) in table {
-            wanted[7] = Stopped;
+            wanted[8] = Stopped;
             for (from, wanted) in ALL.into_iter().zip(wanted) {
                 assert_eq!(from.after(at(7), request), wanted, "{from:?}, {request:?}");
             }
@@ -212,8 +219,9 @@ mod tests {
     /// The state after a time in each state, by rows, with a client and without.
     #[test]
     fn time_ends_what_needs_a_client_and_takes_no_drone_down() {
-        use Operator::{Explore, Hover, Land, Return, Silent, Stopped, Wait};
-        let lasting = [Silent, setpoint(0), Explore(SPEED), Hover, Wait, Return, Land, Stopped];
+        use Operator::{Explore, Hover, Land, Perch, Return, Silent, Stopped, Wait};
+        let lasting =
+            [Silent, setpoint(0), Explore(SPEED), Hover, Wait, Return, Land, Perch, Stopped];
         let with = |changed: &[(usize, Operator)]| {
             let mut row = lasting;
             changed.iter().for_each(|(place, to)| row[*place] = *to);

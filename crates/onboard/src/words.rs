@@ -339,13 +339,13 @@ enums! {
     Walls { 0 = Both, 1 = One(side), 2 = Neither }
     Side { 0 = Left, 1 = Right }
     Role { 0 = Head, 1 = Relay, 2 = Base }
-    Phase { 0 = Waiting, 1 = Transit, 2 = Linked, 3 = Base, 4 = Out, 5 = Searching }
-    Order { 0 = Wait, 1 = Explore(course), 2 = Return, 3 = Land, 4 = Stop }
+    Phase { 0 = Waiting, 1 = Transit, 2 = Linked, 3 = Base, 4 = Out, 5 = Searching, 6 = Perched }
+    Order { 0 = Wait, 1 = Explore(course), 2 = Return, 3 = Land, 4 = Stop, 5 = Perch }
     Setpoint { 0 = Off, 1 = Fly { forward, lateral, yaw_rate, height }, 2 = Stop }
     Fitness { 0 = Fit, 1 = Unfit, 2 = Landing(why), 3 = Landed(why), 4 = Stopped }
     LandReason {
         0 = Ordered, 1 = Home, 2 = TakeOffFailed, 3 = LinkLost, 4 = Unfit(why), 5 = Restarted,
-        6 = Retired,
+        6 = Retired, 7 = Perched,
     }
     State {
         0 = Idle,
@@ -355,6 +355,8 @@ enums! {
         4 = Landing { since, why },
         5 = Landed { why },
         6 = Stopped,
+        7 = Perched,
+        8 = Rising { since },
     }
     Duty { 0 = Chain(duty) }
     ChainDuty {

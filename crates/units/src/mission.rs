@@ -48,6 +48,9 @@ pub enum Order {
     Return,
     /// The drone lands where it is.
     Land,
+    /// Each drone of the chain lands at its place, if its links bear that, and goes on relaying from the
+    /// ground. The order to explore or to return calls it up again.
+    Perch,
     /// The drone switches its motors off now and keeps them off until it is reset on the ground.
     Stop,
 }
@@ -174,6 +177,8 @@ pub enum Phase {
     /// The node is a relay that leaves its place to look for a better one: a link of the chain whose
     /// neighbours hold their places.
     Searching,
+    /// The node is a head or a relay on the ground, at its place: a link of the chain.
+    Perched,
     /// The node is the operator's end of the chain, on the ground for good.
     Base,
     /// The node is on the ground and out of the mission.
@@ -181,10 +186,17 @@ pub enum Phase {
 }
 
 impl Phase {
+    /// Whether the node leaves the ground, or stands on it, and is no link of the chain: its antenna
+    /// is not where it will be in the mission.
+    #[must_use]
+    pub const fn is_low(&self) -> bool {
+        matches!(self, Self::Waiting | Self::Transit | Self::Out)
+    }
+
     /// Whether the node's neighbours measure their links to it.
     #[must_use]
     pub const fn is_link(self) -> bool {
-        matches!(self, Self::Linked | Self::Searching | Self::Base)
+        matches!(self, Self::Linked | Self::Searching | Self::Perched | Self::Base)
     }
 }
 

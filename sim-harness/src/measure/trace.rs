@@ -138,6 +138,7 @@ pub fn order_words(order: Order) -> String {
         }
         Order::Return => "return".to_owned(),
         Order::Land => "land".to_owned(),
+        Order::Perch => "perch".to_owned(),
         Order::Stop => "stop".to_owned(),
     }
 }

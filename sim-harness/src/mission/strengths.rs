@@ -12,6 +12,8 @@ use crate::world::{Radio, SkeletonPlace, SurveyedPlace};
 /// The strengths of all links.
 pub(super) struct Strengths {
     stations: Vec<Station>,
+    /// What each drone on the ground takes from the strength of its links.
+    ground_loss: Db,
     antenna: Option<Antenna>,
     /// What a recorded channel adds to each link, where there is one.
     levels: Option<LinkLevels>,
@@ -25,6 +27,8 @@ struct Station {
     /// Where the antenna is and where the drone's nose points; `None` for a station whose antenna
     /// has no preferred direction.
     nose: Option<(Point2, Radians)>,
+    /// Whether it is a drone on the ground.
+    is_low: bool,
     /// The errors of its gain in sending and in receiving.
     gains: [Db; 2],
 }
@@ -40,26 +44,29 @@ impl Strengths {
         let station = |(n, place)| {
             let mut stream = Stream::new(seed, Purpose::Gain(n as u8));
             let gains = std::array::from_fn(|_| Db(spec.gain_error.0 * stream.normal()));
-            Station { on: radio.survey_place(place), nose: None, gains }
+            Station { on: radio.survey_place(place), nose: None, is_low: false, gains }
         };
         let stations: Vec<_> = places.enumerate().map(station).collect();
         let count = stations.len();
         let levels = spec.trace.as_ref().map(|channel| LinkLevels::new(channel, count, seed));
-        Self { stations, antenna: spec.antenna, levels, known: vec![None; count * count] }
+        let RadioSpec { ground_loss, antenna, .. } = *spec;
+        Self { stations, ground_loss, antenna, levels, known: vec![None; count * count] }
     }
 
-    /// Notes that a member is at this place of the skeleton and this point, with its nose in this
-    /// direction.
+    /// Notes that a member is at this place of the skeleton, at this point with its nose in this
+    /// direction, and whether it is a drone on the ground.
     pub(super) fn moved(
         &mut self,
         n: usize,
         place: SkeletonPlace,
         nose: (Point2, Radians),
+        is_low: bool,
         radio: &Radio,
     ) {
         let count = self.stations.len();
         let station = &mut self.stations[n];
         station.nose = Some(nose);
+        station.is_low = is_low;
         if station.on.place == place {
             return;
         }
@@ -87,6 +94,8 @@ impl Strengths {
             strength + self.level(from, to, length) + sender.gains[0] + receiver.gains[1]
         });
         self.known[at] = Some(strength);
+        let low = [sender, receiver].into_iter().filter(|station| station.is_low).count();
+        let strength = strength - Db(self.ground_loss.0 * low as f32);
         match &self.antenna {
             None => strength,
             Some(antenna) => strength + gain(antenna, sender, receiver),

@@ -71,7 +71,12 @@ impl Tally {
             State::Landing { .. } | State::Landed { .. } => {
                 self.landed_s.get_or_insert(now.as_micros() as f64 / 1e6);
             }
-            State::Idle | State::Armed { .. } | State::TakingOff { .. } | State::Stopped => {}
+            State::Idle
+            | State::Armed { .. }
+            | State::TakingOff { .. }
+            | State::Perched
+            | State::Rising { .. }
+            | State::Stopped => {}
         }
     }
 

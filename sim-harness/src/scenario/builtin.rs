@@ -33,6 +33,7 @@ files![
     "paper-circuit",
     "relay-pair",
     "short-hop",
+    "perch",
     "fork",
     "three-forks",
     "fork-astray",

@@ -43,6 +43,7 @@ impl fmt::Display for Event {
             Self::TakesOff(drone) => write!(f, "{drone}: takes off"),
             Self::Lands(drone, why) => match why {
                 LandReason::Ordered => write!(f, "{drone}: lands, as ordered"),
+                LandReason::Perched => write!(f, "{drone}: lands to relay from the ground"),
                 LandReason::Home => write!(f, "{drone}: lands at home"),
                 LandReason::Retired => write!(f, "{drone}: lands at home, not needed for now"),
                 LandReason::TakeOffFailed => write!(f, "{drone}: lands, its take-off failed"),
@@ -107,9 +108,9 @@ impl Journal {
         let is_new = before.name() != state.name();
         match state {
             _ if !is_new => None,
-            State::TakingOff { .. } => Some(Event::TakesOff(drone)),
+            State::TakingOff { .. } | State::Rising { .. } => Some(Event::TakesOff(drone)),
             State::Landing { why, .. } => Some(Event::Lands(drone, why)),
-            State::Landed { .. } => Some(Event::Landed(drone)),
+            State::Landed { .. } | State::Perched => Some(Event::Landed(drone)),
             State::Stopped => Some(Event::Stopped(drone)),
             State::Idle | State::Armed { .. } | State::OnMission(_) => None,
         }

@@ -15,6 +15,7 @@ mod maps;
 mod medium;
 mod odometry;
 mod order;
+mod perch;
 mod place;
 mod plan;
 mod played_back;

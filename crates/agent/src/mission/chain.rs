@@ -43,6 +43,8 @@ pub(crate) struct Chain {
     launch: LaunchWatch,
     search: SearchWatch,
     retirement: RetirementWatch,
+    /// Whether the drone was on the ground or climbed in the last round, and no link of the chain.
+    was_low: bool,
     /// The strength of the base where this drone took off.
     home_rssi: Option<Dbm>,
     /// The state of the chain-wide policy.
@@ -79,6 +81,7 @@ impl Chain {
             launch: LaunchWatch::new(),
             search: SearchWatch::new(),
             retirement: RetirementWatch::new(),
+            was_low: true,
             home_rssi: None,
             chain_wide: ChainWideState::new(),
             head_velocity: MetresPerSecond::ZERO,
@@ -105,11 +108,23 @@ impl Chain {
         velocity: MetresPerSecond,
         heard: &[Heard],
     ) {
+        if self.was_low && !round.phase.is_low() {
+            self.neighbours.begin_anew();
+        }
+        self.was_low = round.phase.is_low();
         let smoothing = &config.policy.smoothing;
         let lost_after = config.retreat.lost_after;
         (self.velocity, self.dt) = (velocity, dt);
-        self.neighbours.listen(round.id, round.now, (velocity, dt), heard, smoothing, lost_after);
+        let in_air = heard.iter().map(|heard| {
+            let lift = config.perch.lift(round.phase, heard.report.phase);
+            let reverse = heard.reverse.map(|rssi| rssi + lift);
+            Heard { rssi: heard.rssi + lift, reverse, ..*heard }
+        });
+        self.neighbours.listen(round.id, round.now, (velocity, dt), in_air, smoothing, lost_after);
         self.ends = self.neighbours.ends(round.id, round.now, lost_after);
+        if self.home_rssi.is_some() && !self.was_low && round.way() <= config.flight.home {
+            self.note_base();
+        }
         self.hear_route(round, heard);
         self.sums = self.sums(config, round);
         self.chain_wide.listen(self.sums);
@@ -119,9 +134,14 @@ impl Chain {
 
     /// Notes where the drone takes off.
     pub(crate) fn note_home(&mut self) {
-        let base = self.back().filter(|back| back.report.phase == Phase::Base);
-        self.home_rssi = base.map(Neighbour::rssi);
+        self.note_base();
         self.retirement = RetirementWatch::new();
+    }
+
+    /// Notes the strength of the base where the drone is, its home.
+    fn note_base(&mut self) {
+        let base = self.back().filter(|back| back.report.phase == Phase::Base);
+        self.home_rssi = base.map(Neighbour::rssi).or(self.home_rssi);
     }
 
     /// The duty after a round of `duty`, or the landing that ends it.
@@ -134,7 +154,7 @@ impl Chain {
         duty.next(&Standing {
             config,
             round,
-            links: self.links(config),
+            links: self.links(config, round.role),
             searches: self.searches(config, round, duty),
             retires: self.retires(config, round, duty),
             is_astray: self.is_astray(config, round, duty),

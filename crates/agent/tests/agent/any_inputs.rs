@@ -72,6 +72,7 @@ fn task() -> impl Strategy<Value = Order> {
         }),
         2 => Just(Order::Return),
         1 => Just(Order::Land),
+        1 => Just(Order::Perch),
     ]
 }
 

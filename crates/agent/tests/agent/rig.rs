@@ -182,11 +182,14 @@ impl Rig {
         let home = Scene::quiet().order(EXPLORE).link(BASE, -50.0);
         rig.until("taking-off", &home.clone().link(0, -62.0));
         let duty = if role == Role::Head { "leading" } else { "relaying" };
-        rig.until(duty, &home.at_height(Some(0.3)));
-        let here = Scene::quiet().order(EXPLORE).at_height(Some(0.3));
-        rig.during(1.0, &here.clone().flow(Some(0.5)));
+        let home = home.at_height(Some(0.3));
+        rig.until(duty, &home);
+        // Both links are equal, so that the relay stays.
+        let home = home.link(0, -50.0);
+        rig.during(1.0, &home.clone().flow(Some(0.5)));
         // A drift shows in the odometer within seconds, not at once.
-        rig.during(4.0, &here);
+        rig.during(2.0, &home);
+        rig.during(2.0, &Scene::quiet().order(EXPLORE).at_height(Some(0.3)));
         rig
     }
 }

@@ -16,7 +16,7 @@ use flight::Cause;
 use super::rig::{BASE, EXPLORE, Rig, Scene};
 
 /// The states and how one gets there.
-const STATES: [&str; 10] = [
+const STATES: [&str; 12] = [
     "idle",
     "armed",
     "taking-off",
@@ -26,6 +26,8 @@ const STATES: [&str; 10] = [
     "backing-up",
     "landing",
     "landed",
+    "perched",
+    "rising",
     "stopped",
 ];
 
@@ -83,6 +85,18 @@ fn in_state(role: Role, name: &str) -> Option<(Rig, Scene)> {
             rig.until(name, &down);
             (rig, down)
         }
+        (_, "perched") => {
+            let down = ground.order(Order::Perch);
+            let mut rig = Rig::on_duty(role);
+            rig.until(name, &down);
+            (rig, down)
+        }
+        (_, "rising") => {
+            let mut rig = Rig::on_duty(role);
+            rig.until("perched", &ground.clone().order(Order::Perch));
+            rig.until(name, &ground.order(EXPLORE));
+            (rig, air)
+        }
         (_, "stopped") => {
             let mut rig = Rig::on_duty(role);
             rig.until(name, &air.order(Order::Stop));
@@ -96,7 +110,7 @@ fn in_state(role: Role, name: &str) -> Option<(Rig, Scene)> {
 /// The situations: a name, how long after the last step, and what becomes of the scene.
 type Situation = (&'static str, u64, fn(Scene) -> Scene);
 
-const SITUATIONS: [Situation; 28] = [
+const SITUATIONS: [Situation; 30] = [
     ("nothing new", 2_200, |s| s),
     ("order: wait", 2_200, |s| s.order(Order::Wait)),
     ("order: explore", 2_200, |s| s.order(EXPLORE)),
@@ -104,6 +118,8 @@ const SITUATIONS: [Situation; 28] = [
     ("order: return, base as at home", 2_200, |s| s.order(Order::Return).link(BASE, -50.0)),
     ("order: land", 2_200, |s| s.order(Order::Land)),
     ("order: stop", 2_200, |s| s.order(Order::Stop)),
+    ("order: perch", 2_200, |s| s.order(Order::Perch)),
+    ("order: perch, links too weak", 2_200, |s| s.order(Order::Perch).link(BASE, -66.0)),
     ("both links good", 2_200, |s| good(s)),
     ("front weak", 2_200, |s| good(s).link(0, -62.0)),
     ("front lost", 2_200, |s| good(s).without(0)),
@@ -138,6 +154,7 @@ fn named(state: State) -> String {
     let why = match state {
         State::Landing { why, .. } | State::Landed { why } => match why {
             LandReason::Ordered => " (ordered)",
+            LandReason::Perched => " (to perch)",
             LandReason::Home => " (home)",
             LandReason::Retired => " (retired)",
             LandReason::TakeOffFailed => " (take-off)",

@@ -103,6 +103,7 @@ fn an_operator_gives_orders() {
         (2, OperatorTask::Return),
         (3, OperatorTask::Land),
         (4, OperatorTask::Stop),
+        (5, OperatorTask::Perch),
         (0, OperatorTask::Wait),
     ] {
         let set = Some(Event::ParameterSet(ParameterId::TASK));
@@ -110,7 +111,7 @@ fn an_operator_gives_orders() {
         assert_eq!(line.parameters.task, task);
     }
     // What cannot be is answered with what is.
-    assert_eq!(answer(&mut line, 5), (None, vec![a, b, 0]));
+    assert_eq!(answer(&mut line, 6), (None, vec![a, b, 0]));
     assert_eq!(line.server.counters().refused, 1);
 
     let [a, b] = line.id_of(port::PARAM_TABLE, "uchain.speed");

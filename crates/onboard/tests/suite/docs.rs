@@ -60,6 +60,8 @@ fn states() -> String {
             on_duty(ChainDuty::Rejoining { since: now, to: Metres::ZERO, passed: None }),
             "a relay in another branch than the drone in front: flies back to the junction",
         ),
+        (State::Perched, "on the ground at its place in the chain, and relays"),
+        (State::Rising { since: now }, "climbs from there back to its height"),
     ];
     let mut table = String::from("| code | state | the drone |\n|---|---|---|\n");
     for (n, (state, meaning)) in (0..).zip(all) {
@@ -78,7 +80,9 @@ fn states() -> String {
             ))
             | State::Landing { .. }
             | State::Landed { .. }
-            | State::Stopped => assert_eq!(state.code(), n, "the rows are in order"),
+            | State::Stopped
+            | State::Perched
+            | State::Rising { .. } => assert_eq!(state.code(), n, "the rows are in order"),
         }
         writeln!(table, "| {} | {} | {meaning} |", state.code(), state.name()).unwrap();
     }

@@ -14,7 +14,7 @@ const SPEED: f32 = 1000.0;
 ///
 /// | byte | type | field | what | unit |
 /// |---|---|---|---|---|
-/// | 0 | `u8` | `order` | 1 wait, 2 explore, 3 return, 4 land, 5 stop | |
+/// | 0 | `u8` | `order` | 1 wait, 2 explore, 3 return, 4 land, 5 stop, 6 perch | |
 /// | 1 | `i16` | `speed` | along the tunnel, 0 but for 2 | 1 mm/s |
 /// | 3 | `u8` | `branch` | 0 none, 1 left, 2 right, 3 straight, at junctions, 0 but for 2 | |
 #[must_use]
@@ -27,6 +27,7 @@ pub fn encode_order(order: Order) -> [u8; ORDER] {
         Order::Return => (3, 0, 0),
         Order::Land => (4, 0, 0),
         Order::Stop => (5, 0, 0),
+        Order::Perch => (6, 0, 0),
     };
     let [s0, s1] = speed.to_le_bytes();
     [code, s0, s1, branch]
@@ -48,6 +49,7 @@ pub fn decode_order(bytes: &[u8]) -> Result<Order, Error> {
         3 => Order::Return,
         4 => Order::Land,
         5 => Order::Stop,
+        6 => Order::Perch,
         _ => return Err(Error::Code(code)),
     };
     match (order, speed, branch) {

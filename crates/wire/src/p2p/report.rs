@@ -22,7 +22,7 @@ const _: () = assert!(ALONE + SIGNPOST + HEARD * ONE <= MAX_BODY, "a report is o
 ///
 /// | byte | type | field | what | unit |
 /// |---|---|---|---|---|
-/// | 0 | bits 0–2 | `phase` | 0 waiting, 1 transit, 2 linked, 3 base, 4 out, 5 searching | |
+/// | 0 | bits 0–2 | `phase` | 0 waiting, 1 transit, 2 linked, 3 base, 4 out, 5 searching, 6 perched | |
 /// | 0 | bit 3 | `recall` | 1 the chain is called home | |
 /// | 0 | bit 4 | `has_links` | 1 bytes 6 to 9 hold links | |
 /// | 0 | bits 5–6 | `waiting` | relays that wait on the ground or climb, 3 for more | |
@@ -214,6 +214,7 @@ const fn phase_code(phase: Phase) -> u8 {
         Phase::Base => 3,
         Phase::Out => 4,
         Phase::Searching => 5,
+        Phase::Perched => 6,
     }
 }
 
@@ -225,6 +226,7 @@ const fn phase_of_code(code: u8) -> Result<Phase, Error> {
         3 => Ok(Phase::Base),
         4 => Ok(Phase::Out),
         5 => Ok(Phase::Searching),
+        6 => Ok(Phase::Perched),
         _ => Err(Error::Code(code)),
     }
 }

@@ -254,6 +254,7 @@ fn of_report(report: &Report, bytes: &[u8]) -> Fields {
         Phase::Base => "base",
         Phase::Out => "out",
         Phase::Searching => "searching",
+        Phase::Perched => "perched",
     };
     let [front, back] = report.sums;
     let links = |sum: LinkSum| Steps(sum.links.into());
@@ -317,6 +318,7 @@ fn of_task(task: &Order) -> Fields {
         Order::Return => ("return", None, None),
         Order::Land => ("land", None, None),
         Order::Stop => ("stop", None, None),
+        Order::Perch => ("perch", None, None),
     };
     vec![("order", Called(name)), ("speed", measured(speed, 0)), ("branch", of_branch(branch))]
 }

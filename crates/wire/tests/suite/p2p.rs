@@ -156,7 +156,13 @@ fn the_bytes_of_a_header_are_those_of_the_table() {
 fn the_bytes_of_what_is_sealed_are_those_of_the_tables() {
     let explore = Order::explore(MetresPerSecond(0.4));
     assert_eq!(wire::p2p::encode_order(explore), [2, 0x90, 0x01, 0]);
-    let codes = [(Order::Wait, 1), (Order::Return, 3), (Order::Land, 4), (Order::Stop, 5)];
+    let codes = [
+        (Order::Wait, 1),
+        (Order::Return, 3),
+        (Order::Land, 4),
+        (Order::Stop, 5),
+        (Order::Perch, 6),
+    ];
     for (task, code) in codes {
         assert_eq!(wire::p2p::encode_order(task), [code, 0, 0, 0]);
     }
@@ -456,7 +462,7 @@ fn bits_without_a_meaning_are_refused() {
     .encode();
     // Node 5 with the turn of a node 17, which there is not.
     assert_eq!(Header::decode(&flipped(&header, 15)), Err(Error::Reserved));
-    for task in [Order::Wait, Order::Return, Order::Land, Order::Stop] {
+    for task in [Order::Wait, Order::Return, Order::Land, Order::Perch, Order::Stop] {
         for bit in 8..32 {
             assert_eq!(
                 wire::p2p::decode_order(&flipped(&wire::p2p::encode_order(task), bit)),

@@ -38,7 +38,10 @@ pub(super) fn failures(scenario: &Scenario, trace: &Trace, metrics: &RunMetrics)
                 LandReason::TakeOffFailed => Some("landed because it never reached its height"),
                 LandReason::Unfit(_) => Some("was brought down by a fault"),
                 LandReason::Restarted => Some("restarted by itself and stays down"),
-                LandReason::Ordered | LandReason::Home | LandReason::Retired => None,
+                LandReason::Ordered
+                | LandReason::Perched
+                | LandReason::Home
+                | LandReason::Retired => None,
             },
             State::OnMission(Duty::Chain(ChainDuty::Reconnecting { .. })) => {
                 Some("heard no drone in front at the end")

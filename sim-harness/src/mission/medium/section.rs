@@ -22,6 +22,8 @@ pub struct RadioSpec {
     /// The standard deviation, over drones, of the gain by which a drone sends, and of that by
     /// which it receives.
     pub gain_error: Db,
+    /// What each drone on the ground takes from the strength of its links.
+    pub ground_loss: Db,
     /// The pattern of the drones' antennas, if they have a preferred direction.
     pub antenna: Option<Antenna>,
     /// Loss and noise of packets.
@@ -55,6 +57,7 @@ pub(crate) struct RadioTable {
     datarate: Option<At<DatarateKey>>,
     sensitivity_dbm: Option<At<f32>>,
     gain_error_db: Option<At<f32>>,
+    ground_loss_db: Option<At<f32>>,
     place_seed: Option<u32>,
     model: Option<At<ModelTable>>,
     shadowing: Option<ShadowingTable>,
@@ -164,6 +167,7 @@ impl RadioTable {
                 seed: self.place_seed.map_or(1, u64::from),
             },
             gain_error: Db(number(&self.gain_error_db, "gain_error_db", 0.0..=20.0, 0.0)?),
+            ground_loss: Db(number(&self.ground_loss_db, "ground_loss_db", 0.0..=40.0, 0.0)?),
             antenna: self.antenna.as_ref().map(|table| table.read(reader)).transpose()?,
             reception,
             trace: self.trace(reader)?,

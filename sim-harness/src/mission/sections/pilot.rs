@@ -32,6 +32,7 @@ enum OrderKey {
     Explore,
     Return,
     Land,
+    Perch,
     Stop,
 }
 
@@ -88,7 +89,11 @@ impl PilotTable {
                 (_, None) => MetresPerSecond::ZERO,
             };
             if let (
-                OrderKey::Wait | OrderKey::Return | OrderKey::Land | OrderKey::Stop,
+                OrderKey::Wait
+                | OrderKey::Return
+                | OrderKey::Land
+                | OrderKey::Perch
+                | OrderKey::Stop,
                 Some(branch),
             ) = (table.order, &table.branch)
             {
@@ -101,6 +106,7 @@ impl PilotTable {
                 OrderKey::Explore => Order::Explore(Course { speed, branch }),
                 OrderKey::Return => Order::Return,
                 OrderKey::Land => Order::Land,
+                OrderKey::Perch => Order::Perch,
                 OrderKey::Stop => Order::Stop,
             };
             pilot.push(PilotStep { at_us, task });

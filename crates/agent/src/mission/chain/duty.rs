@@ -135,11 +135,13 @@ impl ChainDuty {
     }
 }
 
-/// What ends every duty: an order to land, or having come home when called.
+/// What ends every duty: an order to land, having come home when called, or being where the drone
+/// can relay from the ground when it is to do so.
 fn dismissed(at: &Standing<'_>) -> Next<()> {
     match at.round.order() {
         Some(Order::Land) => Break(LandReason::Ordered),
         Some(Order::Return) if is_home(at) => Break(LandReason::Home),
+        Some(Order::Perch) if at.links.bear_ground => Break(LandReason::Perched),
         _ => Continue(()),
     }
 }
@@ -307,6 +309,7 @@ mod tests {
         is_back_near: false,
         is_searched: false,
         is_front_searching: false,
+        bear_ground: false,
     };
     const AT_HOME: Links = Links { base: Some(Dbm(-40.0)), ..GOOD };
     const WEAK: Dbm = Dbm(-95.0);
@@ -341,7 +344,8 @@ mod tests {
         let role = if duty.name() == "leading" { Role::Head } else { Role::Relay };
         let task = Some(Task { order, given: NOW });
         let here = Reckoning { odometer: HERE, ..Reckoning::default() };
-        let round = Round { now: NOW, id: NodeId(1), role, task, here, junction: None };
+        let phase = Phase::Linked;
+        let round = Round { now: NOW, id: NodeId(1), role, phase, task, here, junction: None };
         let is_astray = false;
         duty.next(&Standing { config: &CONFIG, round: &round, links, searches, retires, is_astray })
     }

@@ -2,7 +2,7 @@
 
 use chain::neighbours::Neighbour;
 use chain::search::View;
-use units::{Dbm, Phase};
+use units::{Dbm, Phase, Role};
 
 use super::Chain;
 use super::search::is_searching;
@@ -27,6 +27,8 @@ pub(super) struct Links {
     pub(super) is_searched: bool,
     /// The same of the neighbour in front.
     pub(super) is_front_searching: bool,
+    /// Whether the links stay links when the drones at their ends are on the ground.
+    pub(super) bear_ground: bool,
 }
 
 impl Links {
@@ -39,8 +41,10 @@ impl Links {
 
 impl Chain {
     /// The two links of this round.
-    pub(super) fn links(&self, config: &AgentConfig) -> Links {
+    pub(super) fn links(&self, config: &AgentConfig, role: Role) -> Links {
         let (front, back) = (self.front(), self.back());
+        let limit = config.retreat.limit;
+        let bears = |n: &Neighbour| config.perch.bears(n.rssi(), n.report.phase, limit);
         let is_near = |n: &Neighbour| config.policy.is_too_near(n.rssi());
         Links {
             front: front.map(Neighbour::rssi),
@@ -51,6 +55,8 @@ impl Chain {
             is_back_near: back.is_some_and(is_near),
             is_searched: [front, back].into_iter().flatten().any(is_searching),
             is_front_searching: front.is_some_and(is_searching),
+            bear_ground: back.is_some_and(bears)
+                && (role == Role::Head || front.is_some_and(bears)),
         }
     }
 }

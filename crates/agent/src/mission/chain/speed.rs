@@ -72,7 +72,9 @@ impl Chain {
                 }
             }
             Order::Return => homeward(config, back),
-            Order::Explore(..) | Order::Wait | Order::Land | Order::Stop => MetresPerSecond::ZERO,
+            Order::Explore(..) | Order::Wait | Order::Land | Order::Perch | Order::Stop => {
+                MetresPerSecond::ZERO
+            }
         }
     }
 

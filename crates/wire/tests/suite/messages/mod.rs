@@ -112,6 +112,7 @@ fn phases() -> impl Strategy<Value = Phase> {
         Phase::Base,
         Phase::Out,
         Phase::Searching,
+        Phase::Perched,
     ])
 }
 
@@ -238,6 +239,7 @@ pub fn tasks(numbers: Numbers) -> impl Strategy<Value = Order> {
             .prop_map(|(speed, branch)| Order::Explore(Course { speed, branch })),
         Just(Order::Return),
         Just(Order::Land),
+        Just(Order::Perch),
         Just(Order::Stop),
     ]
 }
