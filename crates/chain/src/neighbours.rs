@@ -90,18 +90,20 @@ impl Neighbours {
         smoothing: &Smoothing,
         lost_after: Duration,
     ) {
-        let Smoothing::Slopes(_) = smoothing else {
-            self.predict(me, own_velocity, dt, smoothing);
-            heard.into_iter().for_each(|it| self.hear(me, now, &it, smoothing, lost_after));
-            return;
-        };
+        let by_way = matches!(smoothing, Smoothing::Slopes(_));
         // The reports came at any time of the round: in the middle of it, on average.
         let half = own_velocity * dt * 0.5;
-        self.fly(me, half, smoothing);
+        if by_way {
+            self.fly(me, half, smoothing);
+        } else {
+            self.predict(me, own_velocity, dt, smoothing);
+        }
         heard.into_iter().for_each(|it| self.hear(me, now, &it, smoothing, lost_after));
-        self.fly(me, half, smoothing);
-        for neighbour in &mut self.all {
-            neighbour.filter.predict(smoothing, MetresPerSecond::ZERO, dt);
+        if by_way {
+            self.fly(me, half, smoothing);
+            for neighbour in &mut self.all {
+                neighbour.filter.predict(smoothing, MetresPerSecond::ZERO, dt);
+            }
         }
     }
 
