@@ -72,7 +72,7 @@ const THESIS: Rule = Rule {
 };
 
 /// All rules.
-pub const RULES: [RuleEntry; 4] = [
+pub const RULES: [RuleEntry; 5] = [
     RuleEntry {
         name: "thesis",
         description: "Each robot in turn takes its best candidate, every 20 s, as printed.",
@@ -82,6 +82,16 @@ pub const RULES: [RuleEntry; 4] = [
         name: "thesis-event",
         description: "The thesis' rule, with an assignment whenever a robot has arrived.",
         rule: Rule { on_event: true, ..THESIS },
+    },
+    RuleEntry {
+        name: "thesis-reach",
+        description: "The thesis' rule every 20 s, without candidates that a robot cannot reach.",
+        rule: Rule {
+            reachability: true,
+            // The time-out of progress of explore_lite.
+            blacklist: Duration::from_millis(30_000),
+            ..THESIS
+        },
     },
     RuleEntry {
         name: "nearest",

@@ -31,7 +31,7 @@ pub(crate) struct Robot {
     way: Vec<Cell>,
     pub(crate) flown: f32,
     /// Candidates that could not be reached or were of no use, and until when.
-    pub(crate) barred: Vec<(Point2, f32)>,
+    barred: Vec<(Point2, f32)>,
 }
 
 impl Robot {
@@ -143,12 +143,16 @@ impl Robot {
         World::frame().cell_at(at).is_some_and(|cell| self.map.is_frontier(cell))
     }
 
+    /// Bars a place until then; the third time for good.
     pub(crate) fn bar(&mut self, at: Point2, until: f32) {
-        self.barred.push((at, until));
+        let times = self.barred.iter().filter(|(other, _)| is_same(*other, at)).count();
+        self.barred.push((at, if times < 2 { until } else { f32::INFINITY }));
     }
 
-    pub(crate) fn is_barred(&self, at: Point2, now: f32) -> bool {
-        self.barred.iter().any(|(other, until)| *until > now && other.distance(at).0 < 0.2)
+    /// Until when a place is barred.
+    pub(crate) fn barred_until(&self, at: Point2) -> f32 {
+        let bars = self.barred.iter().filter(|(other, _)| is_same(*other, at));
+        bars.map(|(_, until)| *until).fold(0.0, f32::max)
     }
 
     /// Turns toward a point, and returns the angle that is left.
@@ -164,4 +168,8 @@ impl Robot {
 
 fn place(cell: Cell) -> usize {
     usize::from(cell.row) * usize::from(crate::world::SIDE) + usize::from(cell.column)
+}
+
+fn is_same(a: Point2, b: Point2) -> bool {
+    a.distance(b).0 < 0.2
 }

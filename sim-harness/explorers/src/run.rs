@@ -13,7 +13,7 @@ use crate::robot::Robot;
 use crate::world::World;
 
 const STEP: f32 = 0.5;
-const LONGEST: f32 = 900.0;
+const LONGEST: f32 = 600.0;
 /// The part of the free cells that counts as explored.
 const DONE: f32 = 0.99;
 /// The most candidates of a cluster.
@@ -149,8 +149,8 @@ impl Run {
                 is_due = true;
             }
         }
-        // A robot without a goal asks again once a second.
-        is_due || self.now.fract() == 0.0 && self.robots.iter().any(|r| r.goal.is_none())
+        // A robot without a goal asks again every five seconds.
+        is_due || self.now % 5.0 == 0.0 && self.robots.iter().any(|r| r.goal.is_none())
     }
 
     /// A round of each cluster's leader.
@@ -222,8 +222,12 @@ impl Run {
             union.extend(open.map(|(_, c)| *c));
         }
         let is_quiet = heard.len() == members.len() || !self.setup.rule.confirmed_stop;
-        let is_barred =
-            |c: &Candidate| members.iter().any(|&n| self.robots[n].is_barred(c.position, self.now));
+        let is_barred = |c: &Candidate| {
+            members.iter().any(|&n| {
+                let until = self.robots[n].barred_until(c.position);
+                until > self.now && until.is_finite()
+            })
+        };
         let is_open = self.setup.rule.confirmed_stop && union.iter().any(is_barred);
         let is_over = union.is_empty() || self.setup.rule.reachability && is_done(self, &union);
         if is_over && is_quiet && !is_open {
@@ -255,7 +259,7 @@ impl Run {
     fn distance(&self, n: usize, candidate: Candidate) -> Option<Metres> {
         let rule = self.setup.rule;
         let robot = &self.robots[n];
-        if rule.blacklist.as_secs_f32() > 0.0 && robot.is_barred(candidate.position, self.now) {
+        if rule.blacklist.as_secs_f32() > 0.0 && robot.barred_until(candidate.position) > self.now {
             return None;
         }
         let way = robot.way_to(candidate.position).map(|(_, way)| way);
