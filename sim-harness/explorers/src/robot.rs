@@ -14,6 +14,9 @@ const TURN: f32 = 0.3;
 const VIEW: f32 = std::f32::consts::FRAC_PI_3;
 const REACH: f32 = 4.0;
 const RAYS: u16 = 90;
+/// The seconds that a robot takes for a goal beyond twice those of the straight flight there: the
+/// time-out of progress of explore_lite.
+const PATIENCE: f32 = 30.0;
 /// The least clearance, in squares of cells: 0.2 m.
 const CLEAR: u8 = 4;
 /// A goal lies at most so many cells beside the candidate.
@@ -29,6 +32,8 @@ pub(crate) struct Robot {
     costs: Vec<Option<u32>>,
     pub(crate) goal: Option<Candidate>,
     way: Vec<Cell>,
+    /// The seconds after which the robot gives the goal up.
+    patience: f32,
     pub(crate) flown: f32,
     /// Candidates that could not be reached or were of no use, and until when.
     barred: Vec<(Point2, f32)>,
@@ -50,6 +55,7 @@ impl Robot {
             costs: vec![None; frame.cell_count()],
             goal: None,
             way: Vec::new(),
+            patience: 0.0,
             flown: 0.0,
             barred: Vec::new(),
         }
@@ -106,7 +112,8 @@ impl Robot {
 
     /// Takes a goal, to which [`plan`](Self::plan) has just found the way; says whether it has.
     pub(crate) fn take(&mut self, goal: Candidate) -> bool {
-        let Some((cell, _)) = self.way_to(goal.position) else { return false };
+        let Some((cell, length)) = self.way_to(goal.position) else { return false };
+        self.patience = PATIENCE + 2.0 * length.0 / SPEED;
         self.way = self.planner.way_back(cell).collect();
         self.goal = Some(goal);
         true
@@ -116,8 +123,17 @@ impl Robot {
     pub(crate) fn fly(&mut self, dt: f32) -> bool {
         let Some(goal) = self.goal else { return false };
         let frame = World::frame();
-        let is_at = |cell: &Cell| frame.centre(*cell).distance(self.position).0 < 0.1;
-        while self.way.last().is_some_and(is_at) {
+        self.patience -= dt;
+        if self.patience <= 0.0 {
+            return true;
+        }
+        // A robot that has cut a corner is nearer to the cell after next, and has passed the next.
+        let off = |cell: &Cell| frame.centre(*cell).distance(self.position).0;
+        while match self.way.as_slice() {
+            [.., after, next] => off(next) < 0.1 || off(after) <= off(next),
+            [next] => off(next) < 0.1,
+            [] => false,
+        } {
             self.way.pop();
         }
         if let Some(cell) = self.way.last() {
