@@ -1,5 +1,6 @@
 //! Prints one row of figures for each rule, world and number of robots, over some seeds:
-//! `cargo run --release -p explorers --example table -- FIRST-SEED RUNS`.
+//! `cargo run --release -p explorers --example table -- FIRST-SEED RUNS [RULE ...]`, of all rules where none is
+//! named.
 
 use explorers::{Outcome, Setup, WORLDS, run};
 use frontier::RULES;
@@ -8,9 +9,13 @@ fn main() {
     let mut arguments = std::env::args().skip(1).filter_map(|word| word.parse::<u64>().ok());
     let first = arguments.next().unwrap_or(0);
     let runs = arguments.next().unwrap_or(4);
+    let rules: Vec<String> = std::env::args().skip(3).collect();
     println!("world  rule          n  explored  >=99%  t99_s  path_m  overlap  premature  kB");
     for world in WORLDS {
         for entry in RULES {
+            if !rules.is_empty() && !rules.iter().any(|name| name == entry.name) {
+                continue;
+            }
             for robots in 1..=3 {
                 let fly = |seed| {
                     let rule = entry.rule;
