@@ -16,7 +16,7 @@ fn main() {
             if !rules.is_empty() && !rules.iter().any(|name| name == entry.name) {
                 continue;
             }
-            for robots in 1..=3 {
+            for robots in 2..=3 {
                 let fly = |seed| {
                     let rule = entry.rule;
                     run(&Setup {

@@ -49,7 +49,8 @@ pub struct Outcome {
     pub t99_s: Option<f32>,
     /// When the robots stopped, in seconds.
     pub stopped_s: Option<f32>,
-    /// The way of a robot, on average, in metres.
+    /// The way of a robot, on average, until 99 % were known, in metres; to the end where they never
+    /// were.
     pub path_m: f32,
     /// The part of the known free cells that two robots or more know.
     pub overlap: f32,
@@ -87,6 +88,8 @@ pub fn run(setup: &Setup) -> Outcome {
         let known = run.known(1) as f32 / free;
         if known >= DONE {
             outcome.t99_s.get_or_insert(run.now);
+        } else {
+            outcome.path_m = run.path();
         }
         if (0..run.robots.len()).all(|n| run.is_stopped[n] || !run.is_alive(n)) {
             outcome.stopped_s = Some(run.now);
@@ -96,7 +99,6 @@ pub fn run(setup: &Setup) -> Outcome {
     outcome.explored = run.known(1) as f32 / free;
     outcome.premature_stop = outcome.stopped_s.is_some() && outcome.t99_s.is_none();
     outcome.overlap = run.known(2) as f32 / run.known(1).max(1) as f32;
-    outcome.path_m = run.robots.iter().map(|r| r.flown).sum::<f32>() / setup.robots as f32;
     outcome.kb_on_air = run.bytes as f32 / 1000.0;
     outcome
 }
@@ -128,6 +130,11 @@ impl Run {
 
     fn is_alive(&self, n: usize) -> bool {
         n + 1 < self.robots.len() || self.setup.death_s.is_none_or(|death| self.now < death)
+    }
+
+    /// The way of a robot so far, on average.
+    fn path(&self) -> f32 {
+        self.robots.iter().map(|robot| robot.flown).sum::<f32>() / self.robots.len() as f32
     }
 
     /// Flies all on by one step; says whether a robot needs a goal.
