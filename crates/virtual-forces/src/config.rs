@@ -24,6 +24,16 @@ pub enum ObstacleForce {
     Linear,
 }
 
+/// The drones for which a surveying drone waits before it sets out for its next goal.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wait {
+    /// The neighbours at one hop and at two that it hears of (section 4.1 of the paper).
+    Neighbours,
+    /// Every drone of the swarm, whose progress neighbours pass on. A drone that is lost holds up
+    /// all others.
+    Team,
+}
+
 /// The distances and the open points of the strategy.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Config {
@@ -41,6 +51,14 @@ pub struct Config {
     pub obstacle: ObstacleForce,
     /// The distance from a goal within which it counts as reached. The paper does not state it.
     pub tolerance: Metres,
+    /// The distance from a goal within which a surveying drone heads straight for it and heeds no
+    /// other force; none on paper.
+    pub straight_within: Metres,
+    /// The distance from another drone within which no step of a surveying drone may end; none on
+    /// paper.
+    pub guard: Metres,
+    /// The drones for which a surveying drone waits.
+    pub wait: Wait,
 }
 
 impl Config {
@@ -54,6 +72,21 @@ impl Config {
         weight: Weight::Absolute,
         obstacle: ObstacleForce::Bent,
         tolerance: Metres(0.05),
+        straight_within: Metres(0.0),
+        guard: Metres(0.0),
+        wait: Wait::Neighbours,
+    };
+
+    /// The paper's values with three changes for clearance: the whole team waits for its last drone,
+    /// arrives on its goals, and no step ends within 1.3 safety distances of another drone, the
+    /// clearance that the paper reports (section 6.3.1), with a millimetre for rounding. A drone heads straight for a goal that one step can reach (0.10 m,
+    /// section 6.2 of the paper), and a millimetre is for rounding.
+    pub const BARRIER: Self = Self {
+        tolerance: Metres(0.001),
+        straight_within: Metres(0.10),
+        guard: Metres(0.391),
+        wait: Wait::Team,
+        ..Self::PAPER
     };
 
     /// Returns D_safe, the distance that a drone keeps from everything: equation (1).

@@ -23,7 +23,7 @@ mod force;
 mod heading;
 mod survey;
 
-pub use config::{Config, ObstacleForce, Weight};
+pub use config::{Config, ObstacleForce, Wait, Weight};
 pub use force::{attraction_to_goal, between_drones, from_obstacle};
 pub use heading::Resultant;
-pub use survey::{Heard, Survey, direction};
+pub use survey::{Heard, Survey, direction, guarded};

@@ -2,15 +2,15 @@
 
 use units::{Metres, Point2};
 
-use crate::{Config, Resultant, attraction_to_goal, between_drones};
+use crate::{Config, Resultant, Wait, attraction_to_goal, between_drones};
 
 /// What a drone hears of another one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Heard {
     /// Where the other drone is.
     pub position: Point2,
-    /// Whether it is in radio range itself; otherwise a neighbour passed it on, at two hops.
-    pub direct: bool,
+    /// Over how many hops it is heard; 1 is a drone in radio range itself.
+    pub hops: u16,
     /// How many goals it has reached.
     pub reached: u16,
 }
@@ -57,11 +57,23 @@ impl Survey {
         Some(Point2::new(x, if far { self.far.0 } else { 0.5 * self.cell.0 }))
     }
 
-    /// Says whether a drone that has `reached` goals may set out for the next one: every drone that
-    /// it hears of, at one hop and at two, has reached as many.
+    /// Says whether a drone of a swarm of `drones` that has `reached` goals may set out for the next
+    /// one: all for which it waits have reached as many.
     #[must_use]
-    pub fn may_start(reached: u16, heard: impl IntoIterator<Item = Heard>) -> bool {
-        heard.into_iter().all(|other| other.reached >= reached)
+    pub fn may_start(
+        wait: Wait,
+        drones: u16,
+        reached: u16,
+        heard: impl IntoIterator<Item = Heard>,
+    ) -> bool {
+        let mut heard = heard.into_iter();
+        match wait {
+            Wait::Neighbours => heard.all(|other| other.hops > 2 || other.reached >= reached),
+            Wait::Team => {
+                let ready = heard.filter(|other| other.reached >= reached).count();
+                ready + 1 >= usize::from(drones)
+            }
+        }
     }
 }
 
@@ -75,13 +87,42 @@ pub fn direction(
     goal: Point2,
     heard: impl IntoIterator<Item = Heard>,
 ) -> Option<Point2> {
+    let distance = here.distance(goal);
     let mut sum = Resultant::new(config.weight);
-    sum.add(here, goal, attraction_to_goal(config, here.distance(goal)));
-    for other in heard.into_iter().filter(|other| other.direct) {
+    sum.add(here, goal, attraction_to_goal(config, distance));
+    if distance <= config.straight_within {
+        return sum.direction();
+    }
+    for other in heard.into_iter().filter(|other| other.hops == 1) {
         let force = between_drones(config, here.distance(other.position));
         sum.add(here, other.position, force);
     }
     sum.direction()
+}
+
+/// Returns how far of `step` a drone at `here` can go along `direction`, a vector of 1 m, without
+/// coming within [`Config::guard`] of a neighbour in radio range that stands still. A drone that is
+/// too near already may only go away.
+#[must_use]
+pub fn guarded(
+    config: &Config,
+    here: Point2,
+    direction: Point2,
+    step: Metres,
+    heard: impl IntoIterator<Item = Heard>,
+) -> Metres {
+    let room = heard.into_iter().filter(|other| other.hops == 1).map(|other| {
+        let (x, y) = (other.position.x - here.x, other.position.y - here.y);
+        let ahead = x * direction.x + y * direction.y;
+        let beyond = x * x + y * y - config.guard.0 * config.guard.0;
+        let inside = ahead * ahead - beyond;
+        if ahead <= 0.0 || inside <= 0.0 {
+            f32::INFINITY
+        } else {
+            (ahead - libm::sqrtf(inside)).max(0.0)
+        }
+    });
+    Metres(room.fold(step.0, f32::min))
 }
 
 #[cfg(test)]
@@ -107,9 +148,29 @@ mod tests {
     }
 
     #[test]
+    fn the_guard_stops_a_drone_short_of_another() {
+        let heard = Heard { position: Point2::new(0.45, 0.0), hops: 1, reached: 0 };
+        let config = Config::BARRIER;
+        let towards =
+            |x| guarded(&config, Point2::default(), Point2::new(x, 0.0), Metres(0.1), [heard]).0;
+        assert!(libm::fabsf(towards(1.0) - 0.059) < 1e-5);
+        assert_eq!(towards(-1.0), 0.1);
+    }
+
+    #[test]
     fn a_drone_waits_for_those_at_two_hops() {
-        let behind = Heard { position: Point2::new(1.5, 0.0), direct: false, reached: 2 };
-        assert!(Survey::may_start(2, [behind]));
-        assert!(!Survey::may_start(3, [behind]));
+        let behind = Heard { position: Point2::new(1.5, 0.0), hops: 2, reached: 2 };
+        let wait = Wait::Neighbours;
+        assert!(Survey::may_start(wait, 2, 2, [behind]));
+        assert!(!Survey::may_start(wait, 2, 3, [behind]));
+        assert!(Survey::may_start(wait, 2, 3, [Heard { hops: 3, ..behind }]));
+    }
+
+    #[test]
+    fn a_team_waits_for_a_drone_that_is_not_heard() {
+        let ready = Heard { position: Point2::new(0.75, 0.0), hops: 1, reached: 1 };
+        assert!(Survey::may_start(Wait::Team, 2, 1, [ready]));
+        assert!(!Survey::may_start(Wait::Team, 3, 1, [ready]));
+        assert!(!Survey::may_start(Wait::Team, 2, 2, [ready]));
     }
 }

@@ -3,7 +3,7 @@
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use units::{Metres, Point2};
-use virtual_forces::{Config, Heard, Survey, direction};
+use virtual_forces::{Config, Heard, Survey, direction, guarded};
 
 /// The paper's first area (section 6.2): 9 m along x, 7.5 m along y.
 const AREA: (Metres, Metres) = (Metres(9.0), Metres(7.5));
@@ -65,12 +65,17 @@ fn fly(config: &Config, plan: &Survey, swarm: &mut [Drone], place: usize, random
         return;
     };
     let heard = hearing(config, swarm, place);
+    let drones = swarm.len() as u16;
     let me = &mut swarm[place];
-    me.underway = me.underway || Survey::may_start(me.reached, heard.iter().copied());
-    let Some(way) = direction(config, me.position, goal, heard).filter(|_| me.underway) else {
+    me.underway =
+        me.underway || Survey::may_start(config.wait, drones, me.reached, heard.iter().copied());
+    let Some(way) =
+        direction(config, me.position, goal, heard.iter().copied()).filter(|_| me.underway)
+    else {
         return;
     };
     let step = (STEP.0 + uniform * (STEP.1 - STEP.0)).min(me.position.distance(goal).0);
+    let step = guarded(config, me.position, way, Metres(step), heard).0;
     me.position.x += step * way.x;
     me.position.y += step * way.y;
     if me.position.distance(goal) <= config.tolerance {
@@ -79,20 +84,26 @@ fn fly(config: &Config, plan: &Survey, swarm: &mut [Drone], place: usize, random
     }
 }
 
-/// Returns what the drone at `place` hears of its neighbours at one hop and at two.
+/// Returns what the drone at `place` hears of the others: what drones in reach pass on, over any
+/// number of hops.
 fn hearing(config: &Config, swarm: &[Drone], place: usize) -> Vec<Heard> {
-    let linked = |a: usize, b: usize| {
-        a != b && swarm[a].position.distance(swarm[b].position) <= config.radio_range
-    };
-    (0..swarm.len())
-        .filter(|&other| other != place)
-        .filter_map(|other| {
-            let direct = linked(place, other);
-            let near = direct || (0..swarm.len()).any(|by| linked(place, by) && linked(by, other));
-            let Drone { position, reached, .. } = swarm[other];
-            near.then_some(Heard { position, direct, reached })
-        })
-        .collect()
+    let mut hops: Vec<Option<u16>> = vec![None; swarm.len()];
+    hops[place] = Some(0);
+    let mut queue = vec![place];
+    let mut next = 0;
+    let mut heard = Vec::with_capacity(swarm.len());
+    while let Some(&by) = queue.get(next) {
+        next += 1;
+        for (other, Drone { position, reached, .. }) in swarm.iter().enumerate() {
+            let linked = position.distance(swarm[by].position) <= config.radio_range;
+            if let (true, None, Some(way)) = (linked, hops[other], hops[by]) {
+                hops[other] = Some(way + 1);
+                queue.push(other);
+                heard.push(Heard { position: *position, hops: way + 1, reached: *reached });
+            }
+        }
+    }
+    heard
 }
 
 /// Returns for each drone the later ones in radio range, as a bit each; there are at most 64.
@@ -133,6 +144,37 @@ mod tests {
             let mean = rounds as f32 / 60.0;
             println!("{drones}: {mean}");
             assert!((mean / expected - 1.0).abs() < 0.02, "{drones} drones: {mean} rounds");
+        }
+    }
+
+    #[test]
+    fn a_team_that_waits_keeps_its_clearance() {
+        for drones in 2..=6 {
+            for seed in 200_000..200_060 {
+                let outcome = survey(&Config::BARRIER, drones, seed);
+                assert!(outcome.rounds.is_some(), "{drones} drones are stuck at seed {seed}");
+                // 1.3 safety distances, which the paper claims (section 6.3.1).
+                assert!(outcome.closest.0 >= 1.3 * 0.30, "{drones} drones, {seed}: {outcome:?}");
+            }
+        }
+    }
+
+    #[test]
+    #[ignore = "prints the table of the book; run it with --release and --nocapture"]
+    fn table() {
+        for (name, config) in [("paper", Config::PAPER), ("barrier", Config::BARRIER)] {
+            for drones in 1..=6 {
+                let flown: Vec<_> =
+                    (200_000..200_600).map(|seed| survey(&config, drones, seed)).collect();
+                let done: Vec<_> = flown.iter().filter_map(|one| one.rounds).collect();
+                let mean = done.iter().sum::<u32>() as f32 / done.len() as f32;
+                let lost = flown.iter().map(|one| one.links_lost).sum::<u32>() as f32 / 600.0;
+                let least = flown.iter().fold(f32::INFINITY, |least, one| least.min(one.closest.0));
+                println!(
+                    "| {name} | {drones} | {mean:.0} | {} | {lost:.2} | {least:.2} |",
+                    600 - done.len()
+                );
+            }
         }
     }
 
