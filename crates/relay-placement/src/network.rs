@@ -62,5 +62,7 @@ impl<const CELLS: usize> Network<CELLS> {
 
 /// The distance of two points.
 pub(crate) fn distance(a: Point2, b: Point2) -> Metres {
-    Metres(libm::hypotf(a.x - b.x, a.y - b.y))
+    let (x, y) = (a.x - b.x, a.y - b.y);
+    // `hypotf` of libm computes in double precision.
+    Metres(libm::sqrtf(x * x + y * y))
 }

@@ -79,6 +79,9 @@ proptest! {
         });
         let place = Rule::Ours.choose(&ground, &network, goal, &Demand::DEFAULT, 0);
         prop_assert!(!linked || place.is_some());
+        let best = Rule::Best.choose(&ground, &network, goal, &Demand::DEFAULT, 0);
+        let gain = |place: Option<relay_placement::Place>| place.map_or(0, |it| it.gain_cells);
+        prop_assert!(gain(place) as f32 >= 0.799 * gain(best) as f32);
         prop_assert!(place.is_none_or(|place| place.link >= Curve::DEFAULT.covered));
     }
 }
