@@ -126,10 +126,10 @@ struct Question<'a, const CELLS: usize> {
 
 impl<const CELLS: usize> Question<'_, CELLS> {
     fn drop_cells(&self) -> impl Iterator<Item = Cell> + '_ {
-        self.ground.reached().filter(|&cell| self.from_goal(cell) <= self.demand.within.0)
+        self.ground.reached().filter(|&cell| self.goal_distance(cell) <= self.demand.within.0)
     }
 
-    fn from_goal(&self, cell: Cell) -> f32 {
+    fn goal_distance(&self, cell: Cell) -> f32 {
         distance(self.ground.frame().centre(cell), self.goal).0
     }
 
@@ -220,7 +220,7 @@ impl<const CELLS: usize> Question<'_, CELLS> {
         let is_on_front = |cell: Cell| {
             best.get(usize::from(self.ground.square(cell))).is_some_and(|&most| score(cell) == most)
         };
-        let nearest_goal = |a: &Cell, b: &Cell| by(self.from_goal(*a), self.from_goal(*b));
+        let nearest_goal = |a: &Cell, b: &Cell| by(self.goal_distance(*a), self.goal_distance(*b));
         let front = || self.drop_cells().filter(|&cell| is_on_front(cell));
         let beside_wall = front().filter(|&cell| self.is_beside_wall(cell)).min_by(nearest_goal);
         beside_wall.or_else(|| front().filter_map(|cell| self.project(cell)).min_by(nearest_goal))

@@ -36,7 +36,6 @@ impl Cave {
     /// # Panics
     /// Never: the frame has the size that the map is made for.
     #[must_use]
-    #[expect(clippy::missing_panics_doc, reason = "stated above")]
     pub fn dig(seed: u64) -> Self {
         let frame = Frame::new(Point2::new(0.0, 0.0), Metres(RESOLUTION), SIDE, SIDE)
             .expect("a frame of constants");
