@@ -1,0 +1,68 @@
+//! The signal-to-noise ratio that the relays on the ground give to each cell.
+
+use grid_map::Cell;
+use units::{Db, Metres, Point2};
+
+use crate::curve::Curve;
+use crate::ground::{Ground, index};
+
+/// The map of signal strength: at each reachable cell the best ratio over all relays.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Network<const CELLS: usize> {
+    curve: Curve,
+    columns: u16,
+    /// The ratio in dB; 0 where no relay is heard.
+    ratios: [f32; CELLS],
+}
+
+impl<const CELLS: usize> Network<CELLS> {
+    /// The network without a relay. It is also where a network begins anew of which a relay is
+    /// lost: the ones that are left are added again.
+    #[must_use]
+    pub const fn new(ground: &Ground<CELLS>, curve: Curve) -> Self {
+        Self { curve, columns: ground.frame().columns(), ratios: [0.0; CELLS] }
+    }
+
+    /// Adds a relay or the base.
+    pub fn add(&mut self, ground: &Ground<CELLS>, at: Point2) {
+        for cell in ground.reached() {
+            let ratio = self.curve.at(distance(ground.frame().centre(cell), at)).0;
+            if let Some(slot) = self.ratios.get_mut(index(ground.frame(), cell)) {
+                *slot = slot.max(ratio);
+            }
+        }
+    }
+
+    /// The curve by which the ratios are computed.
+    #[must_use]
+    pub const fn curve(&self) -> &Curve {
+        &self.curve
+    }
+
+    /// The ratio at a cell; 0 dB where no relay is heard.
+    #[must_use]
+    pub fn ratio(&self, cell: Cell) -> Db {
+        let at = usize::from(cell.row) * usize::from(self.columns) + usize::from(cell.column);
+        let inside = cell.column < self.columns;
+        Db(self.ratios.get(at).copied().filter(|_| inside).unwrap_or(0.0))
+    }
+
+    /// Whether the ratio at a cell is that of a covered one, or better.
+    #[must_use]
+    pub fn covers(&self, cell: Cell) -> bool {
+        self.ratio(cell) >= self.curve.covered
+    }
+
+    /// The number of reachable cells that are covered.
+    #[must_use]
+    pub fn covered(&self, ground: &Ground<CELLS>) -> usize {
+        ground.reached().filter(|&cell| self.covers(cell)).count()
+    }
+}
+
+/// The distance of two points.
+pub(crate) fn distance(a: Point2, b: Point2) -> Metres {
+    let (x, y) = (a.x - b.x, a.y - b.y);
+    // `hypotf` of libm computes in double precision.
+    Metres(libm::sqrtf(x * x + y * y))
+}

@@ -1,0 +1,251 @@
+//! The rules that choose the next place.
+
+use core::cmp::Ordering;
+
+use grid_map::Cell;
+use units::{Db, Metres, Point2};
+
+use crate::ground::Ground;
+use crate::network::{Network, distance};
+use crate::score::{Disc, Score};
+
+/// The least share of the possible new coverage that [`Rule::Ours`] takes to stand beside a wall and
+/// leave a free width. It is a choice: without such a limit the worst of 20 caves, seeds 0 to 19 of
+/// `cave-worlds`, kept 0.54 of the coverage, and with it 0.81.
+const LEAST_SHARE: f32 = 0.8;
+
+/// What is asked of a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Demand {
+    /// The farthest from the goal that a relay is put down: 10 m in the paper.
+    pub within: Metres,
+    /// The distance from the wall up to which a place is beside it: 0.5 m in the paper. On a
+    /// coarser grid a cell beside a wall is always near it.
+    pub beside_wall: Metres,
+    /// How much more than [`Curve::covered`](crate::Curve::covered) the link to the network is to
+    /// be: the margin that `uchain plan relays` keeps as well.
+    pub margin: Db,
+    /// The free width that is to be left beside the relay, so that the next robot passes. It is a
+    /// choice, not a measurement.
+    pub free_width: Metres,
+}
+
+impl Demand {
+    /// The paper's distances, and our margin and width.
+    pub const DEFAULT: Self = Self {
+        within: Metres(10.0),
+        beside_wall: Metres(0.5),
+        margin: Db(3.0),
+        free_width: Metres(1.0),
+    };
+}
+
+/// A place for a relay.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// The cell.
+    pub cell: Cell,
+    /// Its middle.
+    pub at: Point2,
+    /// The cells that become covered by it.
+    pub gain_cells: usize,
+    /// The ratio at which the network hears it.
+    pub link: Db,
+    /// The free width left beside it.
+    pub free_width: Metres,
+}
+
+/// A rule that chooses a place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Rule {
+    /// The paper's: the Pareto front of coverage and clearance, moved to the wall; nearest the goal.
+    Paper,
+    /// Any drop cell, at random.
+    Random,
+    /// Any drop cell beside a wall, at random.
+    NearWall,
+    /// The linked place that covers most, beside a wall and with the free width left where that
+    /// costs no more than a fifth of the coverage.
+    Ours,
+    /// Of all drop cells with a link, with the margin where one has it, the one that covers most.
+    Best,
+}
+
+impl Rule {
+    /// All rules.
+    pub const ALL: [Self; 5] = [Self::Paper, Self::Random, Self::NearWall, Self::Ours, Self::Best];
+
+    /// The name in files and on the command line.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Paper => "paper",
+            Self::Random => "random",
+            Self::NearWall => "near-wall",
+            Self::Ours => "ours",
+            Self::Best => "best",
+        }
+    }
+
+    /// Chooses the next place near `goal`; `seed` is used by the rules that choose at random.
+    /// `None` where no drop cell is left, and for [`Rule::Ours`] and [`Rule::Best`] also where none
+    /// has a link. The rules of the paper and of chance may choose a place without a link.
+    #[must_use]
+    pub fn choose<const CELLS: usize>(
+        self,
+        ground: &Ground<CELLS>,
+        network: &Network<CELLS>,
+        goal: Point2,
+        demand: &Demand,
+        seed: u64,
+    ) -> Option<Place> {
+        let gains = Score::new(ground, |cell| i32::from(!network.covers(cell)));
+        let disc = Disc::new(network.curve().knee.0 / ground.frame().resolution().0);
+        let question = Question { ground, network, goal, demand, gains, disc };
+        let cell = match self {
+            Self::Paper => question.paper(),
+            Self::Random => question.random(seed, |_| true),
+            Self::NearWall => question.random(seed, |cell| question.is_beside_wall(cell)),
+            Self::Ours => question.ours(),
+            Self::Best => question.best(),
+        }?;
+        Some(question.place(cell))
+    }
+}
+
+/// One choice, with what it is made from.
+struct Question<'a, const CELLS: usize> {
+    ground: &'a Ground<CELLS>,
+    network: &'a Network<CELLS>,
+    goal: Point2,
+    demand: &'a Demand,
+    gains: Score<CELLS>,
+    /// The cells that a relay covers.
+    disc: Disc,
+}
+
+impl<const CELLS: usize> Question<'_, CELLS> {
+    fn drop_cells(&self) -> impl Iterator<Item = Cell> + '_ {
+        self.ground.reached().filter(|&cell| self.goal_distance(cell) <= self.demand.within.0)
+    }
+
+    fn goal_distance(&self, cell: Cell) -> f32 {
+        distance(self.ground.frame().centre(cell), self.goal).0
+    }
+
+    fn is_beside_wall(&self, cell: Cell) -> bool {
+        let limit = self.demand.beside_wall.0.max(self.ground.frame().resolution().0 * 1.01);
+        self.ground.clearance(cell).0 < limit
+    }
+
+    fn is_wide(&self, cell: Cell) -> bool {
+        self.ground.free_width(cell) >= self.demand.free_width
+    }
+
+    fn place(&self, cell: Cell) -> Place {
+        Place {
+            cell,
+            at: self.ground.frame().centre(cell),
+            gain_cells: usize::try_from(self.gain(cell)).unwrap_or(0),
+            link: self.network.ratio(cell),
+            free_width: self.ground.free_width(cell),
+        }
+    }
+
+    /// The linked cell that covers most, of those with margin where there is one.
+    fn best(&self) -> Option<Cell> {
+        self.linked().max_by_key(|&cell| self.gain(cell))
+    }
+
+    /// The linked cell that covers most in the first of these classes that costs little coverage:
+    /// beside a wall with the free width; with the free width; beside a wall; any.
+    fn ours(&self) -> Option<Cell> {
+        let mut most: [Option<(i32, Cell)>; 4] = [None; 4];
+        for cell in self.linked() {
+            let gain = self.gain(cell);
+            let class = match (self.is_wide(cell), self.is_beside_wall(cell)) {
+                (true, true) => 0,
+                (true, false) => 1,
+                (false, true) => 2,
+                (false, false) => 3,
+            };
+            if let Some(slot) = most.get_mut(class)
+                && slot.is_none_or(|(other, _)| gain > other)
+            {
+                *slot = Some((gain, cell));
+            }
+        }
+        let best = most.iter().flatten().map(|(gain, _)| *gain).max()?;
+        let least = LEAST_SHARE * best as f32;
+        most.iter().flatten().find(|(gain, _)| *gain as f32 >= least).map(|(_, cell)| *cell)
+    }
+
+    /// The drop cells with a link: those with margin, or where there are none, those without.
+    fn linked(&self) -> impl Iterator<Item = Cell> + '_ {
+        let covered = self.network.curve().covered;
+        let has = move |margin: f32, cell| self.network.ratio(cell).0 >= covered.0 + margin;
+        let margin = self.demand.margin.0.max(0.0);
+        let least = if self.drop_cells().any(|cell| has(margin, cell)) { margin } else { 0.0 };
+        self.drop_cells().filter(move |&cell| has(least, cell))
+    }
+
+    fn gain(&self, cell: Cell) -> i32 {
+        self.gains.around(self.ground, cell, &self.disc)
+    }
+
+    /// The paper's choice. Its score sums, over the cells that the new relay covers, 1 where the
+    /// network is heard too weakly, 1/2 where it is not heard, and −1 where it is strong; here all
+    /// twice, to be whole numbers.
+    fn paper(&self) -> Option<Cell> {
+        let scores = Score::new(self.ground, |cell| match self.network.ratio(cell).0 {
+            _ if self.network.covers(cell) => -2,
+            ratio if ratio > 0.0 => 2,
+            _ => 1,
+        });
+        let score = |cell| scores.around(self.ground, cell, &self.disc);
+        // The best score of the cells at each clearance, then of those at this one or a larger.
+        let mut best = [i32::MIN; 256];
+        for cell in self.drop_cells() {
+            if let Some(slot) = best.get_mut(usize::from(self.ground.square(cell))) {
+                *slot = (*slot).max(score(cell));
+            }
+        }
+        let mut beyond = i32::MIN;
+        for slot in best.iter_mut().rev() {
+            // A cell is dominated by one of a larger clearance already where their scores are equal.
+            let own = *slot;
+            *slot = if own > beyond { own } else { i32::MAX };
+            beyond = beyond.max(own);
+        }
+        let is_on_front = |cell: Cell| {
+            best.get(usize::from(self.ground.square(cell))).is_some_and(|&most| score(cell) == most)
+        };
+        let nearest_goal = |a: &Cell, b: &Cell| by(self.goal_distance(*a), self.goal_distance(*b));
+        let front = || self.drop_cells().filter(|&cell| is_on_front(cell));
+        let beside_wall = front().filter(|&cell| self.is_beside_wall(cell)).min_by(nearest_goal);
+        beside_wall.or_else(|| front().filter_map(|cell| self.project(cell)).min_by(nearest_goal))
+    }
+
+    /// The drop cell beside a wall that is nearest to a cell.
+    fn project(&self, from: Cell) -> Option<Cell> {
+        let at = self.ground.frame().centre(from);
+        let far = |cell: &Cell| distance(self.ground.frame().centre(*cell), at).0;
+        self.drop_cells()
+            .filter(|&cell| self.is_beside_wall(cell))
+            .min_by(|a, b| by(far(a), far(b)))
+    }
+
+    /// A drop cell at random, of those that pass.
+    fn random(&self, seed: u64, passes: impl Fn(Cell) -> bool) -> Option<Cell> {
+        let count = self.drop_cells().filter(|&cell| passes(cell)).count() as u64;
+        // The finaliser of SplitMix64 (Steele, Lea and Flood 2014) spreads neighbouring seeds.
+        let mixed = (seed ^ seed >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let mixed = (mixed ^ mixed >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+        let chosen = (mixed ^ mixed >> 31).checked_rem(count)?;
+        self.drop_cells().filter(|&cell| passes(cell)).nth(usize::try_from(chosen).ok()?)
+    }
+}
+
+fn by(a: f32, b: f32) -> Ordering {
+    a.partial_cmp(&b).unwrap_or(Ordering::Equal)
+}
