@@ -160,25 +160,6 @@ mod tests {
     }
 
     #[test]
-    #[ignore = "prints the table of the book; run it with --release and --nocapture"]
-    fn table() {
-        for (name, config) in [("paper", Config::PAPER), ("barrier", Config::BARRIER)] {
-            for drones in 1..=6 {
-                let flown: Vec<_> =
-                    (200_000..200_600).map(|seed| survey(&config, drones, seed)).collect();
-                let done: Vec<_> = flown.iter().filter_map(|one| one.rounds).collect();
-                let mean = done.iter().sum::<u32>() as f32 / done.len() as f32;
-                let lost = flown.iter().map(|one| one.links_lost).sum::<u32>() as f32 / 600.0;
-                let least = flown.iter().fold(f32::INFINITY, |least, one| least.min(one.closest.0));
-                println!(
-                    "| {name} | {drones} | {mean:.0} | {} | {lost:.2} | {least:.2} |",
-                    600 - done.len()
-                );
-            }
-        }
-    }
-
-    #[test]
     fn the_same_seed_flies_the_same_survey() {
         assert_eq!(survey(&Config::PAPER, 6, 7), survey(&Config::PAPER, 6, 7));
     }
