@@ -19,6 +19,10 @@
 //!   Landed ◀──────── Landing ◀────────────┴───────────────────┘
 //!             touched down
 //!
+//!   OnMission ──order: perch──▶ Landing ──touched down──▶ Perched ──order: explore, return──▶ Rising
+//!       ▲                                                                                        │
+//!       └──────────────────────────────────── high enough ◀───────────────────────────────────────┘
+//!
 //!   Stopped: from anywhere, by order; for good.
 //! ```
 //!

@@ -153,13 +153,14 @@ impl State {
             Self::Armed { since } => {
                 armed(since, &mission.call(config, round, Some(since)), round, at)
             }
-            Self::TakingOff { since } => taking_off(since, config, mission, round, at),
+            Self::TakingOff { since } | Self::Rising { since } => {
+                climbed(since, config, mission, round, at).unwrap_or(self)
+            }
             Self::OnMission(duty) => match mission.next_duty(config, round, duty) {
                 Continue(duty) => Self::OnMission(duty),
                 Break(why) => Self::Landing { since: round.now, why },
             },
             Self::Perched => perched(round, at),
-            Self::Rising { since } => rising(since, config, mission, round, at),
             Self::Landing { since, why } => landing(since, why, config, round, at),
             Self::Landed { why: LandReason::Retired } => Self::Idle,
             Self::Landed { why } => match order {
@@ -202,26 +203,6 @@ fn armed(since: Instant, call: &Call, round: &Round, at: &Situation) -> State {
     } else {
         State::Armed { since }
     }
-}
-
-fn taking_off(
-    since: Instant,
-    config: &AgentConfig,
-    mission: &Mission,
-    round: &Round,
-    at: &Situation,
-) -> State {
-    climbed(since, config, mission, round, at).unwrap_or(State::TakingOff { since })
-}
-
-fn rising(
-    since: Instant,
-    config: &AgentConfig,
-    mission: &Mission,
-    round: &Round,
-    at: &Situation,
-) -> State {
-    climbed(since, config, mission, round, at).unwrap_or(State::Rising { since })
 }
 
 /// What ends a climb, once something does.
