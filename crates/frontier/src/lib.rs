@@ -5,8 +5,10 @@
 //! robot's area ([`is_overlapped`]), and assigns one candidate to each robot ([`assign`]) by one of
 //! the [`Rule`]s.
 //!
-//! The equations are those of the thesis on coordinated exploration that issue 16 names; where it
-//! contradicts itself, the documentation of the function says which reading was taken.
+//! "The thesis" is the one behind N. Mahdoui, V. Frémont and E. Natalizio, "Communicating Multi-UAV
+//! System for Cooperative SLAM-based Exploration" (Journal of Intelligent & Robotic Systems 98, 2020),
+//! chapter 3, "Coordinated exploration". Where it contradicts itself, the documentation of the function
+//! says which reading was taken.
 #![no_std]
 
 mod assignment;
