@@ -505,7 +505,7 @@ fn what_is_no_message_says_why() {
     no_epoch[4..7].fill(0);
     let table = [
         ("no such role", with(&beacon, 0, 3), Error::Code(3)),
-        ("no such phase", with(&told, 0, 0b0000_0110), Error::Code(6)),
+        ("no such phase", with(&told, 0, 0b0000_0111), Error::Code(7)),
         ("no such change", with(&join, 0, 0), Error::Code(0)),
         ("nor that", with(&join, 0, 4), Error::Code(4)),
         ("a refusal without a node", with(&join, 0, 3), Error::Length(1)),
