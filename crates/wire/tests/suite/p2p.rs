@@ -537,7 +537,7 @@ fn what_is_no_message_says_why() {
         assert_eq!(Header::decode(&bytes), Err(error), "{what}");
     }
     assert_eq!(wire::p2p::decode_order(&[0; 4]), Err(Error::Code(0)));
-    assert_eq!(wire::p2p::decode_order(&[6, 0, 0, 0]), Err(Error::Code(6)));
+    assert_eq!(wire::p2p::decode_order(&[7, 0, 0, 0]), Err(Error::Code(7)));
     assert_eq!(wire::p2p::decode_order(&[1, 0, 0]), Err(Error::Length(3)));
     assert_eq!(Telemetry::decode(&[0; 15]), Err(Error::Length(15)));
 }
