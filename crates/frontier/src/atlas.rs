@@ -37,6 +37,8 @@ pub trait Ground {
     /// Searches ways from a point to all cells that can be reached, over unknown cells too, nearest
     /// first; `visit` hears of each cell once, with the map as it is, and may end the search.
     fn search(&mut self, from: Point2, visit: impl FnMut(&Self::Map, Visit) -> ControlFlow<()>);
+    /// Whether a cell is too near to an obstacle of the map that was last searched.
+    fn is_near_wall(&self, cell: Cell) -> bool;
     /// The cell before this one on the way that the last search found; `None` at the start.
     fn before(&self, cell: Cell) -> Option<Cell>;
 
@@ -167,6 +169,10 @@ impl<const BYTES: usize, const PAIRS: usize, const POOL: usize, const BITS: usiz
         // Where more cells wait than there is room for, what was visited before is right; a robot
         // finds the rest when it is nearer.
         let _ = planner.search(&frame, start, factor, |at| visit(map, at));
+    }
+
+    fn is_near_wall(&self, cell: Cell) -> bool {
+        self.near_wall.contains(self.map.frame(), cell)
     }
 
     fn before(&self, cell: Cell) -> Option<Cell> {

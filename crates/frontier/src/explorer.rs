@@ -35,6 +35,9 @@ const MOST_BARRED: usize = 32;
 /// A frontier whose gain has changed by fewer classes is not told anew. Our own number: it halves
 /// the bytes.
 const TOLD_CLASSES: u8 = 3;
+/// When its goal is seen, a robot goes on to a frontier that is at most so many tiles beside it. Our
+/// own number.
+const FOLLOWED: u16 = 5;
 /// The packets of changes of a step.
 const CHANGES_A_STEP: usize = 2;
 /// The packets of a step.
@@ -120,6 +123,8 @@ pub struct Explorer<G, const ROBOTS: usize, const RECORDS: usize> {
     leader: Leader<ROBOTS>,
     pub(crate) state: State,
     last_goal: Tile,
+    /// Where the robot flies while it waits for another goal.
+    coast: Option<Cell>,
     barred: Vec<Bar, MOST_BARRED>,
     sequence: u8,
     refreshed: Option<Instant>,
@@ -142,6 +147,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             leader: Leader::new(),
             state: State::Waiting { since: start },
             last_goal: Tile::default(),
+            coast: None,
             barred: Vec::new(),
             sequence: 0,
             refreshed: None,
@@ -331,10 +337,16 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
 
     /// Flies on to the goal.
     fn go_on(&mut self, now: Instant, pose: Pose2) -> Motion {
-        let State::Going(mut goal) = self.state else { return Motion::default() };
+        let State::Going(mut goal) = self.state else { return self.fly_on(pose) };
         let rule = self.config.rule;
         if rule.ends_when_seen && !self.is_open(goal.tile) {
-            return self.wait(now);
+            let Some(next) = self.open_beside(goal.tile) else {
+                self.wait(now);
+                self.coast = goal.end;
+                return self.fly_on(pose);
+            };
+            self.last_goal = next;
+            goal = Goal { tile: next, end: None, planned: now - PERIOD, until: None };
         }
         if goal.until.is_some_and(|until| now >= until) {
             return self.give_up(now, goal.tile);
@@ -369,6 +381,19 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         }
     }
 
+    /// Flies on to where the last goal was seen from, until there is another.
+    fn fly_on(&mut self, pose: Pose2) -> Motion {
+        let is_waiting = matches!(self.state, State::Waiting { .. });
+        let Some(end) = self.coast.filter(|_| is_waiting) else { return Motion::default() };
+        match fly(&self.ground, pose, end, self.config.limits) {
+            Progress::Flying(motion) => motion,
+            Progress::Arrived | Progress::Blocked => {
+                self.coast = None;
+                Motion::default()
+            }
+        }
+    }
+
     /// Whether there is still something to see at a tile.
     fn is_open(&self, tile: Tile) -> bool {
         let frame = *self.ground.frame();
@@ -379,6 +404,15 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         }
         here || !self.is_known(tile)
             && (self.config.rule.overlap == Overlap::Alone || self.team.board.is_candidate(tile))
+    }
+
+    /// The frontier nearest to a tile that was seen, which no other robot goes to: what is left of the
+    /// region for which the robot was sent.
+    fn open_beside(&self, seen: Tile) -> Option<Tile> {
+        let is_taken = |tile: Tile| self.team.goals().any(|goal| goal.steps_to(tile) <= FOLLOWED);
+        let open = self.team.board.candidates().map(|candidate| candidate.tile);
+        let near = open.filter(|tile| tile.steps_to(seen) <= FOLLOWED && self.is_open(*tile));
+        near.filter(|&tile| !is_taken(tile)).min_by_key(|tile| tile.steps_to(seen))
     }
 
     /// Finds the way to the goal in the map as it is now.
@@ -435,6 +469,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
     fn wait(&mut self, now: Instant) -> Motion {
         self.state = State::Waiting { since: now };
         self.bid = None;
+        self.coast = None;
         Motion::default()
     }
 

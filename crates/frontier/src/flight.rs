@@ -114,34 +114,38 @@ fn turn(off: f32, limits: Limits) -> f32 {
     (off * TURN_GAIN).clamp(-limits.turn, limits.turn)
 }
 
-/// The cell of the way to aim at: some cells beyond the one nearest to the robot. `None` where an
-/// obstacle lies on the way up to there.
+/// The cell of the way to aim at: some cells beyond the one nearest to the robot, or fewer where an
+/// obstacle lies on the straight line there. `None` where the next cell is an obstacle.
 fn next_cell<G: Ground>(ground: &G, from: Point2, end: Cell) -> Option<Cell> {
     let frame = *ground.frame();
     let off = |cell: Cell| frame.centre(cell).distance(from).0;
-    let mut nearest = (end, off(end));
-    let mut ahead = [end; AHEAD + 1];
-    let mut aim = end;
-    // The way from its end to its start, with the cells before the one in hand in `ahead`.
+    let mut nearest = off(end);
+    let mut beyond = [end; AHEAD + 1];
+    let mut aims = beyond;
+    // The way from its end to its start, with the last cells before the one in hand in `beyond`.
     let mut cell = Some(end);
     for _ in 0..frame.cell_count() {
         let Some(one) = cell else { break };
-        ahead.rotate_right(1);
-        if let Some(first) = ahead.first_mut() {
+        beyond.rotate_right(1);
+        if let Some(first) = beyond.first_mut() {
             *first = one;
         }
-        if off(one) <= nearest.1 {
-            nearest = (one, off(one));
-            aim = ahead.last().copied().unwrap_or(one);
+        if off(one) <= nearest {
+            (nearest, aims) = (off(one), beyond);
         }
         cell = ground.before(one);
     }
-    let aim = if off(aim) < PASSED { end } else { aim };
-    is_open(ground, from, aim, &frame).then_some(aim)
+    let ahead = aims.into_iter().rev().filter(|&aim| off(aim) >= PASSED || aim == end);
+    let mut clear = ahead.clone().filter(|&aim| is_clear(ground, from, aim));
+    // A robot that stands near a wall goes from cell to cell.
+    clear.next().or_else(|| ahead.last().filter(|&aim| ground.state(aim) != CellState::Occupied))
 }
 
-fn is_open<G: Ground>(ground: &G, from: Point2, to: Cell, frame: &Frame) -> bool {
-    frame.line(from, frame.centre(to)).all(|cell| ground.state(cell) != CellState::Occupied)
+/// Whether a straight line keeps away from obstacles.
+fn is_clear<G: Ground>(ground: &G, from: Point2, to: Cell) -> bool {
+    let frame = ground.frame();
+    let is_free = |cell| ground.state(cell) != CellState::Occupied && !ground.is_near_wall(cell);
+    frame.line(from, frame.centre(to)).all(is_free)
 }
 
 /// The middle of the unknown cells around a tile, or the tile's own where none is unknown.

@@ -133,6 +133,13 @@ impl<const ROBOTS: usize, const RECORDS: usize> Team<ROBOTS, RECORDS> {
         })
     }
 
+    /// Where the other robots go.
+    pub(crate) fn goals(&self) -> impl Iterator<Item = Tile> {
+        let others = self.members.iter().zip(0_u8..).filter(|(_, robot)| *robot != self.own);
+        let going = others.filter(|(m, _)| m.heard.is_some() && m.activity == Activity::Going);
+        going.map(|(m, _)| m.goal)
+    }
+
     /// The robot that leads: of those of the cluster that have not stopped the one with the lowest
     /// number.
     pub(crate) fn leader(&self, members: RobotSet) -> Option<u8> {

@@ -59,7 +59,8 @@ pub struct Outcome {
     /// The way of a robot, on average, until 99 % were known, in metres; to the end where they never
     /// were.
     pub path_m: f32,
-    /// The part of the known cells that two robots or more know.
+    /// The part of the known cells that two robots or more know, when 99 % were known, or at the end
+    /// where they never were.
     pub overlap: f32,
     /// Whether the robots stopped before 99 % were known.
     pub premature_stop: bool,
@@ -138,6 +139,7 @@ impl<'a, G: Ground> Run<'a, G> {
                 self.outcome.path_m = self.path();
                 if self.outcome.explored >= DONE {
                     self.outcome.t99_s = Some(self.seconds());
+                    self.outcome.overlap = self.overlap();
                 }
             }
             let is_done = |(n, robot): (usize, &Robot<G>)| {
@@ -151,10 +153,11 @@ impl<'a, G: Ground> Run<'a, G> {
     }
 
     fn conclude(mut self) -> (Outcome, Occupancy) {
-        let (any, shared) = (self.count(1), self.count(2));
+        if self.outcome.t99_s.is_none() {
+            self.outcome.overlap = self.overlap();
+        }
         let outcome = &mut self.outcome;
         outcome.premature_stop = outcome.stopped_s.is_some() && outcome.t99_s.is_none();
-        outcome.overlap = shared as f32 / any.max(1) as f32;
         outcome.kb_on_air = self.bytes as f32 / 1000.0;
         outcome.touches = self.robots.iter().map(|robot| robot.touches).sum();
         let map = self.merged();
@@ -218,6 +221,10 @@ impl<'a, G: Ground> Run<'a, G> {
             counts[self.robots.len()] += usize::from(is_known);
         }
         counts
+    }
+
+    fn overlap(&self) -> f32 {
+        self.count(2) as f32 / self.count(1).max(1) as f32
     }
 
     /// How many visible cells at least so many robots know.

@@ -122,6 +122,7 @@ impl World {
     fn new(name: &str, frame: Frame, is_wall: Vec<bool>, starts: Vec<Point2>) -> Self {
         let is_visible = vec![false; is_wall.len()];
         let mut world = Self { name: name.to_owned(), frame, is_wall, is_visible, starts };
+        world.starts = world.starts.iter().map(|&at| world.nearest_with_room(at)).collect();
         world.is_visible = world.visible();
         world
     }
@@ -228,6 +229,17 @@ impl World {
             }
         }
         visible
+    }
+
+    /// The middle of the cell nearest to a point in which a robot has room, or else the point.
+    fn nearest_with_room(&self, point: Point2) -> Point2 {
+        if self.frame.cell_at(point).is_some_and(|cell| self.has_room(cell)) {
+            return point;
+        }
+        let places = self.frame.cells().filter(|&cell| self.has_room(cell));
+        let off = |at: &Point2| at.distance(point).0;
+        let centres = places.map(|cell| self.frame.centre(cell));
+        centres.min_by(|a, b| off(a).total_cmp(&off(b))).unwrap_or(point)
     }
 
     /// The cell farthest from walls.
