@@ -2,7 +2,7 @@
 
 use core::f32::consts::{PI, TAU};
 
-use grid_map::{Cell, CellState, Frame};
+use grid_map::{Cell, CellState};
 use units::{Point2, Pose2};
 
 use crate::atlas::Ground;

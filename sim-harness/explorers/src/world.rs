@@ -85,25 +85,19 @@ impl World {
         Some(Self::new(name, frame, frame.cells().map(is_wall).collect(), starts))
     }
 
-    /// The place of an occupancy map, in which the robots start side by side about `start`, or where
-    /// the map is widest. Cells of which the map knows nothing count as walls.
+    /// The place of an occupancy map, brought to cells of 0.1 m, in which the robots start side by side
+    /// about `start`, or where the map is widest. What the map does not know counts as wall.
     ///
     /// # Errors
     /// One line says why robots cannot fly there.
     pub fn of_map(name: &str, map: &Occupancy, start: Option<Point2>) -> Result<Self, String> {
-        let side = |n: usize| u16::try_from(n).map_err(|_| too_large(map));
-        let resolution = Metres(map.resolution_m as f32);
+        let (columns, rows) = (cells_along(map, map.columns()), cells_along(map, map.rows()));
+        let side = |n: f64| if n <= 1024.0 { Ok(n as u16) } else { Err(too_large(map)) };
         // A map that lies turned is explored as it is drawn.
         let origin = Point2::new(map.origin[0] as f32, map.origin[1] as f32);
-        let frame = Frame::new(origin, resolution, side(map.columns())?, side(map.rows())?);
-        let frame = frame.map_err(|error| match error {
-            FrameError::TooLong => too_large(map),
-            FrameError::Empty | FrameError::NotANumber => format!("the map has no place: {error}"),
-        })?;
-        if frame.cell_count() > 1024 * 1024 {
-            return Err(too_large(map));
-        }
-        let is_wall: Vec<bool> = map.cells().iter().map(|cell| *cell != MapCell::Free).collect();
+        let frame = Frame::new(origin, RESOLUTION, side(columns)?, side(rows)?)
+            .map_err(|error: FrameError| format!("the map has no place: {error}"))?;
+        let is_wall: Vec<bool> = frame.cells().map(|cell| !is_free(map, cell)).collect();
         let world = Self::new(name, frame, is_wall, Vec::new());
         let middle = start.or_else(|| world.widest());
         let starts: Vec<Point2> = middle.map_or_else(Vec::new, |at| world.starts_about(at));
@@ -290,10 +284,30 @@ impl World {
     }
 }
 
+/// The cells of this simulator along so many of a map's.
+fn cells_along(map: &Occupancy, cells: usize) -> f64 {
+    (cells as f64 * map.resolution_m / f64::from(RESOLUTION.0)).ceil()
+}
+
+/// Whether the part of a map under a cell is free somewhere and occupied nowhere.
+fn is_free(map: &Occupancy, cell: Cell) -> bool {
+    let ratio = f64::from(RESOLUTION.0) / map.resolution_m;
+    // The small number keeps a border between two cells from counting to both.
+    let under = |n: u16| {
+        let (from, to) = (f64::from(n) * ratio + 1e-6, f64::from(n + 1) * ratio - 1e-6);
+        from as usize..=to as usize
+    };
+    let states = under(cell.row)
+        .flat_map(|row| under(cell.column).map(move |column| map.cell(column, row)));
+    states.clone().any(|state| state == MapCell::Free)
+        && !{ states }.any(|state| state == MapCell::Occupied)
+}
+
 fn too_large(map: &Occupancy) -> String {
+    let metres = |cells: usize| cells as f64 * map.resolution_m;
     format!(
-        "the map has {} by {} cells, and robots remember 1,048,576; convert it to a coarser one",
-        map.columns(),
-        map.rows()
+        "the map is {:.0} by {:.0} m, and robots remember 102 by 102 m; cut a part of it out",
+        metres(map.columns()),
+        metres(map.rows())
     )
 }

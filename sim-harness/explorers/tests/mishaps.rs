@@ -3,7 +3,7 @@
 use explorers::{Air, Outcome, PLANS, Setup, World, run};
 use frontier::RuleEntry;
 
-const SEEDS: [u64; 2] = [1, 2];
+const SEED: u64 = 1;
 
 fn setup(world: &World) -> Setup<'_> {
     let rule = RuleEntry::named("ours").expect("the rule").rule;
@@ -11,7 +11,7 @@ fn setup(world: &World) -> Setup<'_> {
         world,
         rule,
         robots: 3,
-        seed: 1,
+        seed: SEED,
         air: Air::losing(0.3),
         death_s: None,
         apart_s: None,
@@ -19,14 +19,12 @@ fn setup(world: &World) -> Setup<'_> {
     }
 }
 
-/// Flies in each plan with each seed; each exploration must be complete and end.
+/// Flies in each plan; each exploration must be complete and end.
 fn all_are_complete(change: impl Fn(Setup<'_>) -> Setup<'_>) {
     for (name, _) in PLANS {
         let world = World::plan(name).expect("a built-in plan");
-        for seed in SEEDS {
-            let (outcome, _) = run(&change(Setup { seed, ..setup(&world) }));
-            assert!(is_complete(&outcome), "{name}, seed {seed}: {}", summary(&outcome));
-        }
+        let (outcome, _) = run(&change(setup(&world)));
+        assert!(is_complete(&outcome), "{name}: {}", summary(&outcome));
     }
 }
 
