@@ -152,7 +152,11 @@ impl<const BYTES: usize, const PAIRS: usize, const POOL: usize, const BITS: usiz
         self.map.gain(cell)
     }
 
-    fn search(&mut self, from: Point2, mut visit: impl FnMut(&Self::Map, Visit) -> ControlFlow<()>) {
+    fn search(
+        &mut self,
+        from: Point2,
+        mut visit: impl FnMut(&Self::Map, Visit) -> ControlFlow<()>,
+    ) {
         let Self { map, planner, near_wall } = self;
         let frame = *map.frame();
         let Some(start) = frame.cell_at(from) else { return };

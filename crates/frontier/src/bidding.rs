@@ -35,13 +35,7 @@ type Targets = Vec<Target, MOST_TARGETS>;
 
 impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, RECORDS> {
     /// Bids for a goal where the robot has none.
-    pub(crate) fn bid(
-        &mut self,
-        now: Instant,
-        pose: Pose2,
-        members: RobotSet,
-        out: &mut Outputs,
-    ) {
+    pub(crate) fn bid(&mut self, now: Instant, pose: Pose2, members: RobotSet, out: &mut Outputs) {
         let Some(since) = self.without_goal_since().filter(|_| is_due(self.bid, now)) else {
             return;
         };
@@ -154,9 +148,8 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         };
         while !bids.is_full() {
             let is_near = |bid: &Bid| bids.iter().any(|b| b.tile.steps_to(bid.tile) < BID_SPACING);
-            let worth = |bid: &Bid| {
-                utility(&self.config.rule, bid.gain.cells(), bid.distance, || 0.0)
-            };
+            let worth =
+                |bid: &Bid| utility(&self.config.rule, bid.gain.cells(), bid.distance, || 0.0);
             let open = targets.iter().filter_map(found).filter(|bid| !is_near(bid));
             let Some(best) = open.max_by(|a, b| worth(a).total_cmp(&worth(b))) else { break };
             // There is room, by the loop's condition.

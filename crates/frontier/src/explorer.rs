@@ -11,9 +11,7 @@ use crate::cluster::RobotSet;
 use crate::flight::{Limits, Motion, Progress, fly, look};
 use crate::lead::Leader;
 use crate::ledger::Ledger;
-use crate::packet::{
-    Activity, Body, MOST_BYTES, MOST_ORDERS, Order, Packet, Status, Task,
-};
+use crate::packet::{Activity, Body, MOST_BYTES, MOST_ORDERS, Order, Packet, Status, Task};
 use crate::rule::{Distance, Overlap, Rule};
 use crate::team::Team;
 use crate::tile::{Gain, Mark, Tile};

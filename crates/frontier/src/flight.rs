@@ -138,7 +138,8 @@ fn next_cell<G: Ground>(ground: &G, from: Point2, end: Cell) -> Option<Cell> {
     let ahead = aims.into_iter().rev().filter(|&aim| off(aim) >= PASSED || aim == end);
     let mut clear = ahead.clone().filter(|&aim| is_clear(ground, from, aim));
     // A robot that stands near a wall goes from cell to cell.
-    clear.next().or_else(|| ahead.last().filter(|&aim| ground.state(aim) != CellState::Occupied))
+    let next = { ahead }.next_back().filter(|&aim| ground.state(aim) != CellState::Occupied);
+    clear.next().or(next)
 }
 
 /// Whether a straight line keeps away from obstacles.

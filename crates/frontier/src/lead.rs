@@ -83,9 +83,8 @@ impl<const ROBOTS: usize> Leader<ROBOTS> {
 
     /// Whether no robot can reach a candidate, as far as the rule asks.
     fn are_idle<const RECORDS: usize>(&mut self, round: &Round<'_, ROBOTS, RECORDS>) -> bool {
-        let is_idle = |member: &Member| {
-            matches!(member.activity, Activity::Idle | Activity::Stopped)
-        };
+        let is_idle =
+            |member: &Member| matches!(member.activity, Activity::Idle | Activity::Stopped);
         let all = match round.rule {
             Rule { confirmed_stop: true, .. } => round.members().all(|(_, m)| is_idle(m)),
             Rule { distance: Distance::Path, .. } => {
@@ -135,10 +134,11 @@ impl<const ROBOTS: usize> Leader<ROBOTS> {
             m.activity == Activity::Waiting && is_new && !m.bids.is_empty()
         };
         let waiting = round.members().filter(|(_, m)| m.activity == Activity::Waiting);
-        let (asking, late): (RobotSet, RobotSet) = waiting.fold(Default::default(), |sets, (n, m)| {
-            let (asking, late) = sets;
-            if has_asked(n, m) { (asking.with(n), late) } else { (asking, late.with(n)) }
-        });
+        let (asking, late): (RobotSet, RobotSet) =
+            waiting.fold(Default::default(), |sets, (n, m)| {
+                let (asking, late) = sets;
+                if has_asked(n, m) { (asking.with(n), late) } else { (asking, late.with(n)) }
+            });
         let first = asking.iter().filter_map(|n| team.member(n)?.bids_at).min();
         let Some(first) = first else { return Orders::new() };
         let is_due = match rule.pace {

@@ -61,7 +61,6 @@ impl<const RECORDS: usize> Ledger<RECORDS> {
         true
     }
 
-
     /// The oldest changes after `base`, as many as a packet carries; `None` where there are none.
     pub(crate) fn changes_after(&self, base: u16) -> Option<Changes> {
         let mut changes = Changes { base, upto: base, marks: Vec::new() };

@@ -120,7 +120,12 @@ impl<const ROBOTS: usize, const RECORDS: usize> Team<ROBOTS, RECORDS> {
     /// The robots that this one hears itself.
     fn direct(&self, now: Instant) -> RobotSet {
         let is_near = |m: &Member| m.direct.is_some_and(|at| now.since(at) <= SILENCE);
-        self.members.iter().zip(0_u8..).filter(|(m, _)| is_near(m)).map(|(_, robot)| robot).collect()
+        self.members
+            .iter()
+            .zip(0_u8..)
+            .filter(|(m, _)| is_near(m))
+            .map(|(_, robot)| robot)
+            .collect()
     }
 
     /// The robots of this one's cluster, itself included.

@@ -28,9 +28,8 @@ fn main() {
                     apart_s: None,
                     longest_s: 600.0,
                 };
-                let all: Vec<Outcome> = (first..first + runs)
-                    .map(|seed| run(&Setup { seed, ..setup }).0)
-                    .collect();
+                let all: Vec<Outcome> =
+                    (first..first + runs).map(|seed| run(&Setup { seed, ..setup }).0).collect();
                 print_row(name, entry.name, robots, &all);
             }
         }

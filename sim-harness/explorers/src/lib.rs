@@ -1,7 +1,7 @@
 //! Simulates robots as points that explore a place together with the code of [`frontier`].
 //!
 //! A [`World`] is a plan with walls. A [`Setup`] names world, rule, number of robots, radio and
-//! seed, and what goes wrong; [`run`] flies it and returns an [`Outcome`] and the map that the
+//! seed, and what goes wrong; [`run()`] flies it and returns an [`Outcome`] and the map that the
 //! robots have drawn. The same setup gives the same outcome.
 
 mod air;

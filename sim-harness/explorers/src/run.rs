@@ -81,10 +81,10 @@ pub fn run(setup: &Setup<'_>) -> (Outcome, Occupancy) {
     let frame = *setup.world.frame();
     let large = "at most 1024 by 1024 cells";
     match frame.cell_count() {
-        ..=25_600 => Run::new(*setup, Atlas160::new).expect(large).to_end(),
-        ..=65_536 => Run::new(*setup, Atlas256::new).expect(large).to_end(),
-        ..=262_144 => Run::new(*setup, Atlas512::new).expect(large).to_end(),
-        _ => Run::new(*setup, Atlas1024::new).expect(large).to_end(),
+        0..=25_600 => Run::new(*setup, Atlas160::new).expect(large).fly(),
+        25_601..=65_536 => Run::new(*setup, Atlas256::new).expect(large).fly(),
+        65_537..=262_144 => Run::new(*setup, Atlas512::new).expect(large).fly(),
+        _ => Run::new(*setup, Atlas1024::new).expect(large).fly(),
     }
 }
 
@@ -124,7 +124,8 @@ impl<'a, G: Ground> Run<'a, G> {
         })
     }
 
-    fn to_end(mut self) -> (Outcome, Occupancy) {
+    /// Flies to the end.
+    fn fly(mut self) -> (Outcome, Occupancy) {
         let visible = self.setup.world.visible_cells().max(1) as f32;
         while self.seconds() < self.setup.longest_s && self.outcome.stopped_s.is_none() {
             self.step();
@@ -199,8 +200,7 @@ impl<'a, G: Ground> Run<'a, G> {
                 continue;
             }
             let (air, world) = (self.setup.air, self.setup.world);
-            let strength =
-                air.strength(world, self.robots[from].pose.at, self.robots[to].pose.at);
+            let strength = air.strength(world, self.robots[from].pose.at, self.robots[to].pose.at);
             if air.is_received(strength, packet.len(), &mut self.luck[to]) {
                 self.robots[to].inbox.push(packet.to_vec());
             }

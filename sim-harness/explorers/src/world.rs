@@ -47,13 +47,8 @@ const PILLARS: &[Wall] = &[
 ];
 
 /// The built-in plans: the thesis' empty room, and four of our own, of the same size.
-pub const PLANS: [(&str, &[Wall]); 5] = [
-    ("room", &[]),
-    ("rooms", ROOMS),
-    ("maze", MAZE),
-    ("loop", LOOP),
-    ("pillars", PILLARS),
-];
+pub const PLANS: [(&str, &[Wall]); 5] =
+    [("room", &[]), ("rooms", ROOMS), ("maze", MAZE), ("loop", LOOP), ("pillars", PILLARS)];
 
 /// A place to explore.
 #[derive(Clone, Debug)]
@@ -77,7 +72,8 @@ impl World {
         let is_wall = |cell: Cell| {
             let (x, y) = (cell.column, cell.row);
             let is_outer = x == 0 || y == 0 || x >= SIDE - 1 || y >= SIDE - 1;
-            is_outer || walls.iter().any(|&[w, s, e, n]| (w..=e).contains(&x) && (s..=n).contains(&y))
+            is_outer
+                || walls.iter().any(|&[w, s, e, n]| (w..=e).contains(&x) && (s..=n).contains(&y))
         };
         // The thesis' starts for three, and three more.
         let starts = [[1.0, 1.0], [1.0, -1.0], [1.0, -3.0], [-0.5, 3.0], [-0.5, 1.0], [-0.5, -3.0]];
@@ -154,7 +150,8 @@ impl World {
     /// Whether a robot has room in a cell.
     #[must_use]
     pub fn has_room(&self, cell: Cell) -> bool {
-        let around = |room: i16| (-room..=room).flat_map(move |e| (-room..=room).map(move |n| (e, n)));
+        let around =
+            |room: i16| (-room..=room).flat_map(move |e| (-room..=room).map(move |n| (e, n)));
         around(ROOM).filter(|(e, n)| e * e + n * n <= ROOM * ROOM).all(|(east, north)| {
             self.frame.beside(cell, east, north).is_some_and(|cell| !self.is_wall(cell))
         })
@@ -207,7 +204,8 @@ impl World {
     fn visible(&self) -> Vec<bool> {
         let reachable = self.reachable();
         let mut visible = vec![false; self.is_wall.len()];
-        let is_sample = |cell: &Cell| cell.row % EVERY == 0 && cell.column % EVERY == 0;
+        let is_sample =
+            |cell: &Cell| cell.row.is_multiple_of(EVERY) && cell.column.is_multiple_of(EVERY);
         for cell in self.frame.cells().filter(is_sample) {
             if !reachable[self.frame.number(cell)] {
                 continue;
@@ -297,8 +295,8 @@ fn is_free(map: &Occupancy, cell: Cell) -> bool {
         let (from, to) = (f64::from(n) * ratio + 1e-6, f64::from(n + 1) * ratio - 1e-6);
         from as usize..=to as usize
     };
-    let states = under(cell.row)
-        .flat_map(|row| under(cell.column).map(move |column| map.cell(column, row)));
+    let states =
+        under(cell.row).flat_map(|row| under(cell.column).map(move |column| map.cell(column, row)));
     states.clone().any(|state| state == MapCell::Free)
         && !{ states }.any(|state| state == MapCell::Occupied)
 }

@@ -27,8 +27,7 @@ pub(super) fn bench(
     let total = worlds.len() * rules.len() * robots.len() * count;
     let progress = Progress::new(total as u64, args.common.quiet);
     progress.say("explorations");
-    let rows =
-        explore::run(&worlds, &rules, &robots, count, args.common.seed, || progress.step());
+    let rows = explore::run(&worlds, &rules, &robots, count, args.common.seed, || progress.step())?;
     drop(progress);
     let compared = explore::compare(&rows);
     missed.extend(compared.iter().flat_map(Comparison::missed));

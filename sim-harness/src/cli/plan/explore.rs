@@ -92,7 +92,8 @@ impl ExploreArgs {
         let Some(text) = &self.start else { return Ok(None) };
         let number = |text: &str| text.trim().parse().ok().filter(|n: &f32| n.is_finite());
         let point = text.split_once(',').and_then(|(x, y)| Some((number(x)?, number(y)?)));
-        let wrong = || InputError::new(format!("--start {text} is no point"), "give two numbers: X,Y");
+        let wrong =
+            || InputError::new(format!("--start {text} is no point"), "give two numbers: X,Y");
         point.map(|(x, y)| Some(Point2::new(x, y))).ok_or_else(wrong)
     }
 }

@@ -8,10 +8,15 @@ use rayon::prelude::*;
 use serde_json::{Value, json};
 use units::Duration;
 
+use crate::input_error::InputError;
+
 /// A run ends after so long, s: the flight time of a Crazyflie with two spare batteries.
 pub const LONGEST_S: f32 = 900.0;
 /// The part of all packets that is lost whatever the signal.
 pub const LOSS: f32 = 0.1;
+/// The stack of a thread, bytes: robots with large maps are built on it, and a thread that waits for
+/// another begins a further exploration on the same stack.
+const STACK: usize = 64 << 20;
 /// The rule that is measured, and the one that it must beat.
 const OURS: &str = "ours";
 const THESIS: &str = "thesis";
@@ -106,6 +111,9 @@ impl Row {
 }
 
 /// Explores each place by each rule with each number of robots, `seeds` times from `first` on.
+///
+/// # Errors
+/// [`InputError`] where the machine has no memory for the threads.
 pub fn run(
     worlds: &[World],
     rules: &[Named],
@@ -113,23 +121,27 @@ pub fn run(
     seeds: usize,
     first: u64,
     after_each: impl Fn() + Sync,
-) -> Vec<Row> {
+) -> Result<Vec<Row>, InputError> {
+    let pool = rayon::ThreadPoolBuilder::new().stack_size(STACK).build().map_err(|error| {
+        InputError::new(format!("no threads could be started: {error}"), "free some memory")
+    })?;
+    let row = |world: &World, (name, rule): Named, robots: usize| {
+        let explore = |n: u64| {
+            let setup = setup(world, rule, robots, first.wrapping_add(n));
+            let outcome = explorers::run(&setup).0;
+            after_each();
+            outcome
+        };
+        let runs = pool.install(|| (0..seeds as u64).into_par_iter().map(explore).collect());
+        Row { world: world.name.clone(), rule: name, robots, runs }
+    };
     let mut rows = Vec::new();
     for world in worlds {
-        for &(name, rule) in rules {
-            for &robots in robots {
-                let explore = |n: u64| {
-                    let seed = first.wrapping_add(n);
-                    let outcome = explorers::run(&setup(world, rule, robots, seed)).0;
-                    after_each();
-                    outcome
-                };
-                let runs = (0..seeds as u64).into_par_iter().map(explore).collect();
-                rows.push(Row { world: world.name.clone(), rule: name, robots, runs });
-            }
+        for &rule in rules {
+            rows.extend(robots.iter().map(|&robots| row(world, rule, robots)));
         }
     }
-    rows
+    Ok(rows)
 }
 
 /// One exploration through the benchmark's radio.
@@ -190,9 +202,8 @@ impl Comparison {
 pub fn compare(rows: &[Row]) -> Vec<Comparison> {
     let mut found: BTreeMap<usize, (usize, [[f64; 2]; 3], usize)> = BTreeMap::new();
     for ours in rows.iter().filter(|row| row.rule == OURS && (2..=3).contains(&row.robots)) {
-        let is_same = |row: &&Row| {
-            row.rule == THESIS && row.robots == ours.robots && row.world == ours.world
-        };
+        let is_same =
+            |row: &&Row| row.rule == THESIS && row.robots == ours.robots && row.world == ours.world;
         let Some(thesis) = rows.iter().find(is_same) else { continue };
         let (pairs, sums, premature) = found.entry(ours.robots).or_default();
         *premature += ours.count(|run| run.premature_stop);
