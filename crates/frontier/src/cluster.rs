@@ -1,27 +1,102 @@
-//! Finds the leader of a cluster, a connected component of the radio graph.
+//! Sets of robots, and the connected components of the radio graph.
 
 /// The most robots that explore together.
-pub const ROBOTS: usize = 8;
+pub const MOST_ROBOTS: usize = 64;
 
-/// Which robots hear each other: bit `b` of entry `a` says that `a` hears `b`.
-pub type Links = [u8; ROBOTS];
+/// A set of robots' numbers, each below [`MOST_ROBOTS`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RobotSet(u64);
 
-/// The leader of a robot's cluster: the lowest number in the connected component of the radio graph
-/// in which the robot is. A link counts where both ends hear each other. A robot that hears nobody,
-/// or whose number is not below [`ROBOTS`], leads itself.
-#[must_use]
-pub fn leader(links: &Links, robot: u8) -> u8 {
-    let mut member = 1_u8.checked_shl(u32::from(robot)).unwrap_or(0);
-    // After as many rounds as there are robots, the component no longer grows.
-    for _ in 0..ROBOTS {
-        for (a, heard) in links.iter().enumerate() {
-            for b in 0..ROBOTS {
-                let is_heard = links.get(b).is_some_and(|back| back >> a & 1 == 1);
-                if heard >> b & 1 == 1 && is_heard && member >> a & 1 == 1 {
-                    member |= 1 << b;
-                }
-            }
+impl RobotSet {
+    /// The set without a robot.
+    pub const EMPTY: Self = Self(0);
+
+    /// The set of one robot; empty where the number is none of a robot.
+    #[must_use]
+    pub const fn of(robot: u8) -> Self {
+        match 1_u64.checked_shl(robot as u32) {
+            Some(bit) => Self(bit),
+            None => Self::EMPTY,
         }
     }
-    if member == 0 { robot } else { member.trailing_zeros() as u8 }
+
+    /// Whether the robot belongs to the set.
+    #[must_use]
+    pub const fn contains(self, robot: u8) -> bool {
+        self.0 & Self::of(robot).0 != 0
+    }
+
+    /// Whether the set has no robot.
+    #[must_use]
+    pub const fn is_empty(self) -> bool {
+        self.0 == 0
+    }
+
+    /// The set and one robot more.
+    #[must_use]
+    pub const fn with(self, robot: u8) -> Self {
+        Self(self.0 | Self::of(robot).0)
+    }
+
+    /// The set without that robot.
+    #[must_use]
+    pub const fn without(self, robot: u8) -> Self {
+        Self(self.0 & !Self::of(robot).0)
+    }
+
+    /// The robots of either set.
+    #[must_use]
+    pub const fn union(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+
+    /// The robots of this set that do not belong to the other.
+    #[must_use]
+    pub const fn minus(self, other: Self) -> Self {
+        Self(self.0 & !other.0)
+    }
+
+    /// The lowest number of the set.
+    #[must_use]
+    pub const fn first(self) -> Option<u8> {
+        if self.0 == 0 { None } else { Some(self.0.trailing_zeros() as u8) }
+    }
+
+    /// The numbers, in order.
+    pub fn iter(self) -> impl Iterator<Item = u8> {
+        let mut left = self;
+        core::iter::from_fn(move || {
+            let first = left.first()?;
+            left = left.without(first);
+            Some(first)
+        })
+    }
+
+    /// How many robots belong to the set.
+    #[must_use]
+    pub const fn len(self) -> usize {
+        self.0.count_ones() as usize
+    }
+}
+
+impl FromIterator<u8> for RobotSet {
+    fn from_iter<I: IntoIterator<Item = u8>>(robots: I) -> Self {
+        robots.into_iter().fold(Self::EMPTY, Self::with)
+    }
+}
+
+/// The robots of the connected component of the radio graph in which a robot is. `hears` says whom
+/// a robot hears; a link counts where both ends hear each other.
+#[must_use]
+pub fn cluster(robot: u8, hears: impl Fn(u8) -> RobotSet) -> RobotSet {
+    let mut members = RobotSet::of(robot);
+    let mut fresh = members;
+    while let Some(one) = fresh.first() {
+        fresh = fresh.without(one);
+        let linked = hears(one).iter().filter(|&other| hears(other).contains(one)).collect();
+        let new = RobotSet::minus(linked, members);
+        members = members.union(new);
+        fresh = fresh.union(new);
+    }
+    members
 }

@@ -1,9 +1,11 @@
-//! Coordinated exploration: how the robots of one cluster share out the frontiers of what they know.
+//! Coordinated exploration: how robots that hear each other share out what none of them knows.
 //!
-//! A robot reduces its map to [`Candidate`]s ([`extract`]) and exchanges these, never the map
-//! ([`Chunk`]). The leader of a cluster ([`leader`]) removes the candidates that lie in another
-//! robot's area ([`is_overlapped`]), and assigns one candidate to each robot ([`assign`]) by one of
-//! the [`Rule`]s.
+//! An [`Explorer`] is one robot. At each step it is given its pose, what its sensors see, and the
+//! packets that it has received; it returns its motion and the packets that it sends. It keeps a map
+//! of its own ([`Ground`]) and tells the others its frontiers, never the map ([`Packet`]). Among the
+//! robots that hear each other, over other robots too, the one with the lowest number leads: it
+//! assigns a frontier to each robot that has none to go to ([`assign`]) by one of the [`RULES`], and
+//! stops them all when nothing is left.
 //!
 //! "The thesis" is the one behind N. Mahdoui, V. Frémont and E. Natalizio, "Communicating Multi-UAV
 //! System for Cooperative SLAM-based Exploration" (Journal of Intelligent & Robotic Systems 98, 2020),
@@ -12,15 +14,30 @@
 #![no_std]
 
 mod assignment;
-mod candidate;
+mod atlas;
+mod bidding;
+mod board;
 mod cluster;
-mod message;
+mod explorer;
+mod flight;
+mod lead;
+mod ledger;
 mod overlap;
+mod packet;
 mod rule;
+mod team;
+mod tile;
 
-pub use assignment::{Assignment, Explorer, assign};
-pub use candidate::{Candidate, Candidates, MOST_CANDIDATES, SPACING, extract};
-pub use cluster::{Links, ROBOTS, leader};
-pub use message::{Chunk, ChunkError, Content, MOST_CHUNK_BYTES, POINTS};
+pub use assignment::{Assignment, Distances, Place, assign, take};
+pub use atlas::{Atlas, Atlas160, Atlas256, Atlas512, Atlas1024, Ground, Sight, frontiers, length};
+pub use board::Candidate;
+pub use cluster::{MOST_ROBOTS, RobotSet, cluster};
+pub use explorer::{Beam, Config, Explorer, Inputs, Outputs};
+pub use flight::{Gaze, Limits, Motion};
 pub use overlap::{NEAR, Shape, is_overlapped};
-pub use rule::{Distance, Order, RULES, Rule, RuleEntry};
+pub use packet::{
+    Activity, Bid, Body, Changes, Known, MOST_BIDS, MOST_BYTES, MOST_CHANGES, MOST_KNOWN,
+    MOST_ORDERS, Order, Packet, PacketError, Status, Task,
+};
+pub use rule::{Distance, Order as RobotOrder, Overlap, Pace, RULES, Rule, RuleEntry, Utility};
+pub use tile::{Gain, Mark, Tile};

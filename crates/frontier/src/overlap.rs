@@ -19,14 +19,18 @@ pub enum Shape {
 
 /// Whether a point lies in the area that has these points on its edge.
 #[must_use]
-pub fn is_overlapped(point: Point2, edge: &[Point2], shape: Shape) -> bool {
+pub fn is_overlapped(
+    point: Point2,
+    edge: impl Iterator<Item = Point2> + Clone,
+    shape: Shape,
+) -> bool {
     match shape {
         Shape::Box => {
-            is_between(point.x, edge.iter().map(|other| other.x), 0.0)
-                && is_between(point.y, edge.iter().map(|other| other.y), 0.0)
+            is_between(point.x, edge.clone().map(|other| other.x), 0.0)
+                && is_between(point.y, edge.map(|other| other.y), 0.0)
         }
         Shape::Concave => {
-            let row = edge.iter().filter(|other| (other.y - point.y).abs() < NEAR.0);
+            let row = edge.filter(|other| (other.y - point.y).abs() < NEAR.0);
             is_between(point.x, row.map(|other| other.x), NEAR.0)
         }
     }

@@ -1,113 +1,175 @@
-//! What must be true of candidates, overlap, assignment, clusters and messages.
+//! What must be true of overlap, assignment, clusters, frontiers and packets.
 
 use frontier::{
-    Assignment, Candidate, Chunk, ChunkError, Content, Explorer, MOST_CHUNK_BYTES, RULES, Rule,
-    Shape, assign, extract, is_overlapped, leader,
+    Assignment, Atlas160, Changes, Distances, Gain, Ground, MOST_BYTES, Mark, Packet, PacketError,
+    Place, RULES, RobotSet, Rule, RuleEntry, Shape, Tile, assign, cluster, frontiers,
+    is_overlapped,
 };
-use grid_map::{Cell, CellState, Frame, GridMap};
+use grid_map::{Cell, CellState, Frame};
 use proptest::prelude::*;
 use units::{Metres, Point2};
 
 fn rule(name: &str) -> Rule {
-    RULES.iter().find(|entry| entry.name == name).expect("a rule of that name").rule
+    RuleEntry::named(name).expect("a rule of that name").rule
 }
 
-fn given(at: [f32; 2], gain: u8) -> Candidate {
-    Candidate { position: Point2::new(at[0], at[1]), gain }
+fn place([x, y]: [f32; 2], gain: f32) -> Place {
+    Place { position: Point2::new(x, y), gain }
 }
 
-fn straight(candidates: &[Candidate]) -> impl Fn(&Explorer, usize) -> Option<Metres> + use<'_> {
-    |explorer, n| Some(explorer.position.distance(candidates[n].position))
+/// Robots at points, with straight distances.
+struct Points {
+    robots: Vec<Point2>,
+    places: Vec<Point2>,
 }
 
-const _: () = assert!(MOST_CHUNK_BYTES <= 60);
+impl Distances for Points {
+    fn robots(&self) -> usize {
+        self.robots.len()
+    }
 
-#[test]
-fn the_bytes_of_a_chunk() {
-    let points = heapless::Vec::from_slice(&[given([1.25, -3.0], 48)]).unwrap();
-    let chunk = Chunk { from: 2, content: Content::Occupied, round: 7, index: 0, count: 3, points };
-    assert_eq!(*chunk.encode(), [0x82, 7, 0, 3, 0x7D, 0x00, 0xD4, 0xFE, 48]);
-    assert_eq!(Chunk::decode(&chunk.encode()), Ok(chunk));
-    assert_eq!(Chunk::decode(&[0, 0, 1, 1]), Err(ChunkError::Index));
-    assert_eq!(Chunk::decode(&[8, 0, 0, 1]), Err(ChunkError::Sender));
-    assert_eq!(Chunk::decode(&[0, 0, 0, 1, 9]), Err(ChunkError::Length));
-    assert_eq!(Chunk::decode(&[0, 0, 0, 1, 0, 0, 0, 0, 49]), Err(ChunkError::Gain));
+    fn distance(&self, robot: usize, place: usize) -> Option<Metres> {
+        Some(self.robots[robot].distance(self.places[place]))
+    }
+}
+
+fn assigned(rule: &Rule, robots: &[[f32; 2]], places: &[Place]) -> Vec<Assignment> {
+    let point = |&[x, y]: &[f32; 2]| Point2::new(x, y);
+    let points = Points {
+        robots: robots.iter().map(point).collect(),
+        places: places.iter().map(|place| place.position).collect(),
+    };
+    assign::<8>(rule, &mut places.to_vec(), &points).into_iter().collect()
 }
 
 #[test]
 fn a_notch_is_in_the_box_but_not_in_the_concave_area() {
     // A "U" that opens to the north.
     let edge = [[0.0, 0.0], [4.0, 0.0], [0.0, 4.0], [0.0, 2.0]].map(|[x, y]| Point2::new(x, y));
+    let is_in = |point, shape| is_overlapped(point, edge.iter().copied(), shape);
     let notch = Point2::new(2.0, 2.0);
-    assert!(is_overlapped(notch, &edge, Shape::Box));
-    assert!(!is_overlapped(notch, &edge, Shape::Concave));
-    assert!(is_overlapped(Point2::new(2.0, 0.0), &edge, Shape::Concave));
-    assert!(!is_overlapped(Point2::new(9.0, 9.0), &edge, Shape::Box));
-    assert!(!is_overlapped(notch, &[], Shape::Box));
+    assert!(is_in(notch, Shape::Box));
+    assert!(!is_in(notch, Shape::Concave));
+    assert!(is_in(Point2::new(2.0, 0.0), Shape::Concave));
+    assert!(!is_in(Point2::new(9.0, 9.0), Shape::Box));
+    assert!(!is_overlapped(notch, core::iter::empty(), Shape::Box));
 }
 
 #[test]
 fn the_best_pair_goes_first_only_where_the_rule_says_so() {
-    let candidates = [given([1.0, 0.0], 40), given([-6.0, 0.0], 40)];
-    let explorers = [0.0, 1.0].map(|x| Explorer { number: x as u8, position: Point2::new(x, 0.0) });
-    let chosen = |name| assign::<8>(&rule(name), &explorers, &candidates, straight(&candidates));
-    let pair = |number, candidate| Assignment { number, candidate };
-    assert_eq!(*chosen("thesis"), [pair(0, 0), pair(1, 1)]);
-    assert_eq!(*chosen("ours"), [pair(1, 0), pair(0, 1)]);
+    let places = [place([1.0, 0.0], 40.0), place([-6.0, 0.0], 40.0)];
+    let chosen = |name| assigned(&rule(name), &[[0.0, 0.0], [1.0, 0.0]], &places);
+    let pair = |robot, place| Assignment { robot, place };
+    assert_eq!(chosen("thesis"), [pair(0, 0), pair(1, 1)]);
+    assert_eq!(chosen("ours"), [pair(1, 0), pair(0, 1)]);
 }
 
 #[test]
 fn clusters_split_and_merge() {
-    let apart = [0b0010, 0b0001, 0b1000, 0b0100, 0, 0, 0, 0];
-    assert_eq!([0, 1, 2, 3, 4].map(|robot| leader(&apart, robot)), [0, 0, 2, 2, 4]);
-    let joined = [0b0010, 0b0101, 0b1010, 0b0100, 0, 0, 0, 0];
-    assert_eq!([0, 1, 2, 3].map(|robot| leader(&joined, robot)), [0; 4]);
+    let of = |links: &[&[u8]], robot: u8| {
+        let hears = |n: u8| links[usize::from(n)].iter().copied().collect::<RobotSet>();
+        cluster(robot, hears).iter().collect::<Vec<u8>>()
+    };
+    let apart: [&[u8]; 5] = [&[1], &[0], &[3], &[2], &[]];
+    assert_eq!([of(&apart, 1), of(&apart, 2), of(&apart, 4)], [vec![0, 1], vec![2, 3], vec![4]]);
+    let joined: [&[u8]; 4] = [&[1], &[0, 2], &[1, 3], &[2]];
+    assert_eq!(of(&joined, 3), [0, 1, 2, 3]);
     // A link that only one end hears is none.
-    assert_eq!(leader(&[0, 0b0001, 0, 0, 0, 0, 0, 0], 1), 1);
+    assert_eq!(of(&[&[], &[0]], 1), [1]);
+}
+
+#[test]
+fn the_bytes_of_changes() {
+    let tile = Tile::new(5, 1023).unwrap();
+    let marks = [(tile, Mark::Frontier(Gain::of_cells(48)))].into_iter().collect();
+    let body = frontier::Body::Changes(Changes { base: 1, upto: 0x0203, marks });
+    let packet = Packet { origin: 2, sender: 3, sequence: 7, body };
+    let bytes = packet.encode();
+    assert_eq!(*bytes, [0x42, 3, 7, 1, 0, 3, 2, 0x05, 0xFC, 0xFF]);
+    assert_eq!(Packet::decode(&bytes), Ok(packet));
+    assert_eq!(Packet::decode(&bytes[..9]), Err(PacketError::Length));
+    assert_eq!(Packet::decode(&[0x42, 64, 7, 1, 0, 3, 2]), Err(PacketError::Robot));
+    assert_eq!(Packet::decode(&[0x42, 3, 7, 1, 0, 1, 0]), Err(PacketError::Version));
+    assert_eq!(Packet::decode(&[0xC2, 3, 7, 1, 0, 0, 0x20]), Err(PacketError::Code));
+}
+
+/// The greedy rule, by comparing all pairs anew for each robot.
+fn assigned_slowly(rule: &Rule, robots: &[[f32; 2]], places: &[Place]) -> Vec<Assignment> {
+    let (mut places, mut done) = (places.to_vec(), Vec::new());
+    while done.len() < robots.len() {
+        let mut best: Option<(f32, Assignment)> = None;
+        for (robot, [x, y]) in robots.iter().enumerate() {
+            let is_done = done.iter().any(|one: &Assignment| one.robot == robot);
+            for (n, place) in places.iter().enumerate().filter(|(_, place)| place.gain >= 0.0) {
+                let way = Point2::new(*x, *y).distance(place.position).0;
+                let utility = place.gain * libm::expf(-0.2 * way);
+                if !is_done && best.is_none_or(|(most, _)| utility > most) {
+                    best = Some((utility, Assignment { robot, place: n }));
+                }
+            }
+        }
+        let Some((_, one)) = best else { break };
+        let at = places[one.place].position;
+        frontier::take(rule, &mut places, at);
+        done.push(one);
+    }
+    done
 }
 
 proptest! {
     #[test]
-    fn nobody_shares_a_candidate_and_nobody_idles_without_need(
-        places in prop::collection::vec((-9.0_f32..9.0, -9.0_f32..9.0, 0_u8..=48), 0..20),
-        starts in prop::collection::vec((-9.0_f32..9.0, -9.0_f32..9.0), 1..=6),
+    fn no_two_robots_share_a_place_and_none_waits_without_need(
+        places in prop::collection::vec((-9.0_f32..9.0, -9.0_f32..9.0, 0.0_f32..48.0), 0..20),
+        robots in prop::collection::vec([-9.0_f32..9.0, -9.0_f32..9.0], 1..=6),
         which in 0..RULES.len(),
     ) {
-        let candidates: Vec<_> = places.iter().map(|&(x, y, gain)| given([x, y], gain)).collect();
-        let explorers: Vec<_> = (0..).zip(&starts)
-            .map(|(number, &(x, y))| Explorer { number, position: Point2::new(x, y) })
-            .collect();
-        let assigned =
-            assign::<32>(&RULES[which].rule, &explorers, &candidates, straight(&candidates));
-        prop_assert_eq!(assigned.len(), candidates.len().min(explorers.len()));
+        let places: Vec<_> = places.iter().map(|&(x, y, gain)| place([x, y], gain)).collect();
+        let assigned = assigned(&RULES[which].rule, &robots, &places);
+        // Places that are one take each other away.
+        prop_assert!(assigned.len() <= places.len().min(robots.len()));
+        prop_assert!(assigned.is_empty() == places.is_empty());
         for (n, one) in assigned.iter().enumerate() {
-            let clash =
-                |other: &Assignment| other.number == one.number || other.candidate == one.candidate;
+            let clash = |other: &Assignment| other.robot == one.robot || other.place == one.place;
             prop_assert!(!assigned[..n].iter().any(clash));
         }
+    }
+
+    #[test]
+    fn the_fast_greedy_assignment_is_the_slow_one(
+        places in prop::collection::vec((-9.0_f32..9.0, -9.0_f32..9.0, 1.0_f32..48.0), 0..20),
+        robots in prop::collection::vec([-9.0_f32..9.0, -9.0_f32..9.0], 1..=6),
+    ) {
+        let places: Vec<_> = places.iter().map(|&(x, y, gain)| place([x, y], gain)).collect();
+        let rule = rule("ours");
+        prop_assert_eq!(assigned(&rule, &robots, &places), assigned_slowly(&rule, &robots, &places));
     }
 
     #[test]
     fn no_bytes_panic_and_what_is_read_is_written_alike(
         bytes in prop::collection::vec(any::<u8>(), 0..80),
     ) {
-        if let Ok(chunk) = Chunk::decode(&bytes) {
-            prop_assert_eq!(&chunk.encode()[..], &bytes[..]);
+        if let Ok(packet) = Packet::decode(&bytes) {
+            prop_assert!(bytes.len() <= MOST_BYTES);
+            prop_assert_eq!(&packet.encode()[..], &bytes[..]);
         }
     }
 
     #[test]
-    fn candidates_keep_their_distance(free in prop::collection::vec((0_u16..30, 0_u16..30), 0..200)) {
-        let frame = Frame::new(Point2::new(0.0, 0.0), Metres(0.1), 30, 30).unwrap();
-        let mut map = GridMap::<225>::new(frame).unwrap();
+    fn each_frontier_of_the_map_lies_in_a_frontier_tile(
+        free in prop::collection::vec((0_u16..32, 0_u16..32), 0..200),
+    ) {
+        let frame = Frame::new(Point2::new(0.0, 0.0), Metres(0.1), 32, 32).unwrap();
+        let mut ground = Atlas160::new(frame).unwrap();
         for (column, row) in free {
-            map.set(Cell::new(column, row), CellState::Free);
+            ground.set(Cell::new(column, row), CellState::Free);
         }
-        let found = extract(&map, Metres(0.3));
-        prop_assert_eq!(found.is_empty(), map.frontiers().next().is_none());
-        for (n, one) in found.iter().enumerate() {
-            let is_near = |other: &Candidate| other.position.distance(one.position).0 < 0.3;
-            prop_assert!(!found[..n].iter().any(is_near));
+        let tiles: Vec<Tile> = frontiers(&ground).map(|(tile, _)| tile).collect();
+        for cell in frame.cells() {
+            let tile = Tile::of(cell).unwrap();
+            prop_assert!(!ground.is_frontier(cell) || tiles.contains(&tile));
+        }
+        for tile in tiles {
+            prop_assert!(tile.cells(&frame).any(|cell| ground.is_frontier(cell)));
         }
     }
 }

@@ -4,6 +4,8 @@ use core::fmt;
 
 use units::{Metres, Point2};
 
+use crate::ray::Ray;
+
 /// A cell of a grid.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -157,6 +159,18 @@ impl Frame {
         [(1, 0), (0, 1), (-1, 0), (0, -1)]
             .into_iter()
             .filter_map(move |(east, north)| frame.beside(cell, east, north))
+    }
+
+    /// The cells of the grid through which a line leads, in order, from the one in which it begins;
+    /// none where it begins outside the grid.
+    pub fn line(&self, from: Point2, to: Point2) -> impl Iterator<Item = Cell> + use<> {
+        Ray::new(self, from, to).map(|(cell, _)| cell)
+    }
+
+    /// The cell's number, row by row from the south.
+    #[must_use]
+    pub const fn number(&self, cell: Cell) -> usize {
+        self.index(cell)
     }
 
     /// The cell's number, row by row.

@@ -10,6 +10,7 @@
 //! | [`storage`] | the contents of the EEPROM |
 //! | [`airlink`] | a script of what happens to two nodes that talk by radio |
 //! | [`crtp`] | packets of ground stations |
+//! | [`frontier`] | packets of robots that explore together |
 //! | [`replay`] | requests of a replay, from a debug probe |
 //! | [`maps`] | files of robots' maps and SubT worlds; it has a function for each format |
 //! | [`surveys`] | files of cave surveys; it has a function for each format |
@@ -17,6 +18,7 @@
 pub mod airlink;
 pub mod capsule;
 pub mod crtp;
+pub mod frontier;
 pub mod maps;
 pub mod p2p;
 pub mod replay;

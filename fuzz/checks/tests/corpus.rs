@@ -7,11 +7,12 @@ use std::path::{Path, PathBuf};
 /// The name of a fuzz target, and its check.
 type Target = (&'static str, fn(&[u8]));
 
-const TARGETS: [Target; 13] = [
+const TARGETS: [Target; 14] = [
     ("airlink", fuzz_checks::airlink::check),
     ("capsule", fuzz_checks::capsule::check),
     ("compass", fuzz_checks::surveys::compass),
     ("crtp", fuzz_checks::crtp::check),
+    ("frontier", fuzz_checks::frontier::check),
     ("map_server", fuzz_checks::maps::map_server),
     ("p2p", fuzz_checks::p2p::check),
     ("replay", fuzz_checks::replay::check),
@@ -64,6 +65,11 @@ fn no_bytes_from_the_radio_chip_do_harm() {
 #[test]
 fn no_packet_from_the_air_does_harm() {
     feed("p2p");
+}
+
+#[test]
+fn no_packet_of_an_explorer_does_harm() {
+    feed("frontier");
 }
 
 #[test]

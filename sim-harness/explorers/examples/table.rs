@@ -2,7 +2,7 @@
 //! `cargo run --release -p explorers --example table -- FIRST-SEED RUNS [RULE ...]`, of all rules where none is
 //! named.
 
-use explorers::{Outcome, Setup, WORLDS, run};
+use explorers::{Air, Outcome, PLANS, Setup, World, run};
 use frontier::RULES;
 
 fn main() {
@@ -10,41 +10,45 @@ fn main() {
     let first = arguments.next().unwrap_or(0);
     let runs = arguments.next().unwrap_or(4);
     let rules: Vec<String> = std::env::args().skip(3).collect();
-    println!("world  rule          n  explored  >=99%  t99_s  path_m  overlap  premature  kB");
-    for world in WORLDS {
+    println!("world   rule          n  >=99%  t99_s  path_m overlap  early  stop      kB touch");
+    for (name, _) in PLANS {
+        let world = World::plan(name).expect("a built-in plan");
         for entry in RULES {
             if !rules.is_empty() && !rules.iter().any(|name| name == entry.name) {
                 continue;
             }
             for robots in 2..=3 {
-                let fly = |seed| {
-                    let rule = entry.rule;
-                    run(&Setup {
-                        world,
-                        rule,
-                        robots,
-                        seed,
-                        loss: 0.1,
-                        death_s: None,
-                        apart_s: None,
-                    })
+                let setup = Setup {
+                    world: &world,
+                    rule: entry.rule,
+                    robots,
+                    seed: 0,
+                    air: Air::losing(0.1),
+                    death_s: None,
+                    apart_s: None,
+                    longest_s: 600.0,
                 };
-                let all: Vec<Outcome> = (first..first + runs).map(fly).collect();
-                let mean = |f: fn(&Outcome) -> f32| all.iter().map(f).sum::<f32>() / runs as f32;
-                let done: Vec<f32> = all.iter().filter_map(|one| one.t99_s).collect();
-                println!(
-                    "{:6} {:13} {robots} {:9.3} {:3}/{runs:2} {:6.0} {:7.1} {:8.2} {:6} {:7.1}",
-                    world.name,
-                    entry.name,
-                    mean(|one| one.explored),
-                    done.len(),
-                    done.iter().sum::<f32>() / done.len() as f32,
-                    mean(|one| one.path_m),
-                    mean(|one| one.overlap),
-                    all.iter().filter(|one| one.premature_stop).count(),
-                    mean(|one| one.kb_on_air),
-                );
+                let all: Vec<Outcome> =
+                    (first..first + runs).map(|seed| run(&Setup { seed, ..setup }).0).collect();
+                print_row(name, entry.name, robots, &all);
             }
         }
     }
+}
+
+fn print_row(world: &str, rule: &str, robots: usize, all: &[Outcome]) {
+    let mean = |f: fn(&Outcome) -> f32| all.iter().map(f).sum::<f32>() / all.len() as f32;
+    let done: Vec<f32> = all.iter().filter_map(|one| one.t99_s).collect();
+    println!(
+        "{world:7} {rule:13} {robots} {:3}/{:2} {:6.0} {:7.1} {:7.2} {:6} {:5} {:7.1} {:5}",
+        done.len(),
+        all.len(),
+        done.iter().sum::<f32>() / done.len() as f32,
+        mean(|one| one.path_m),
+        mean(|one| one.overlap),
+        all.iter().filter(|one| one.premature_stop).count(),
+        all.iter().filter(|one| one.stopped_s.is_some()).count(),
+        mean(|one| one.kb_on_air),
+        all.iter().map(|one| one.touches).sum::<u32>(),
+    );
 }

@@ -1,11 +1,14 @@
-//! Simulates robots as points that explore a plan together by the rules of [`frontier`].
+//! Simulates robots as points that explore a place together with the code of [`frontier`].
 //!
-//! A [`World`] is a plan with walls. A [`Setup`] names world, rule, number of robots, seed, and what
-//! goes wrong; [`run()`] flies it and returns an [`Outcome`]. The same setup gives the same outcome.
+//! A [`World`] is a plan with walls. A [`Setup`] names world, rule, number of robots, radio and
+//! seed, and what goes wrong; [`run()`] flies it and returns an [`Outcome`] and the map that the
+//! robots have drawn. The same setup gives the same outcome.
 
+mod air;
 mod robot;
 mod run;
 mod world;
 
-pub use run::{Outcome, Setup, run};
-pub use world::{WORLDS, World};
+pub use air::Air;
+pub use run::{LIMITS, Outcome, ROBOTS, Setup, run};
+pub use world::{PLANS, World};

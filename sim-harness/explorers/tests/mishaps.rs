@@ -1,34 +1,64 @@
 //! What must hold for `ours` when packets are lost, clusters part, and a robot fails.
 
-use explorers::{Outcome, Setup, WORLDS, run};
-use frontier::RULES;
+use explorers::{Air, Outcome, PLANS, Setup, World, run};
+use frontier::RuleEntry;
 
 const SEED: u64 = 1;
 
-fn setup() -> Setup {
-    let rule = RULES.iter().find(|entry| entry.name == "ours").expect("the rule").rule;
-    Setup { world: WORLDS[0], rule, robots: 3, seed: SEED, loss: 0.3, death_s: None, apart_s: None }
+fn setup(world: &World) -> Setup<'_> {
+    let rule = RuleEntry::named("ours").expect("the rule").rule;
+    Setup {
+        world,
+        rule,
+        robots: 3,
+        seed: SEED,
+        air: Air::losing(0.3),
+        death_s: None,
+        apart_s: None,
+        longest_s: 900.0,
+    }
+}
+
+/// Flies in each plan; each exploration must be complete and end.
+fn all_are_complete(change: impl Fn(Setup<'_>) -> Setup<'_>) {
+    for (name, _) in PLANS {
+        let world = World::plan(name).expect("a built-in plan");
+        let (outcome, _) = run(&change(setup(&world)));
+        assert!(is_complete(&outcome), "{name}: {}", summary(&outcome));
+    }
 }
 
 fn is_complete(outcome: &Outcome) -> bool {
     outcome.t99_s.is_some() && outcome.stopped_s.is_some() && !outcome.premature_stop
 }
 
+fn summary(outcome: &Outcome) -> String {
+    let Outcome { explored, t99_s, stopped_s, .. } = outcome;
+    format!("explored {explored}, 99 % at {t99_s:?}, stopped at {stopped_s:?}")
+}
+
 #[test]
 fn all_is_explored_though_three_packets_of_ten_are_lost() {
-    let outcome = run(&setup());
-    assert!(is_complete(&outcome), "{outcome:?}");
-    assert_eq!(outcome, run(&setup()), "the same seed gives the same run");
+    all_are_complete(|setup| setup);
 }
 
 #[test]
 fn all_is_explored_though_the_last_robot_fails() {
-    let outcome = run(&Setup { death_s: Some(10.0), ..setup() });
-    assert!(is_complete(&outcome), "{outcome:?}");
+    all_are_complete(|setup| Setup { death_s: Some(20.0), ..setup });
 }
 
 #[test]
 fn all_is_explored_though_the_clusters_part_for_a_minute() {
-    let outcome = run(&Setup { apart_s: Some([5.0, 65.0]), ..setup() });
-    assert!(is_complete(&outcome), "{outcome:?}");
+    all_are_complete(|setup| Setup { apart_s: Some([5.0, 65.0]), ..setup });
+}
+
+#[test]
+fn all_is_explored_though_no_packet_ever_arrives() {
+    all_are_complete(|setup| Setup { air: Air::losing(1.0), ..setup });
+}
+
+#[test]
+fn the_same_seed_gives_the_same_run() {
+    let world = World::plan("rooms").expect("a built-in plan");
+    assert_eq!(run(&setup(&world)), run(&setup(&world)));
 }

@@ -1,6 +1,7 @@
 //! `uchain bench`: the named benchmarks.
 
 mod chain;
+mod explore;
 
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -38,9 +39,20 @@ pub(super) struct BenchArgs {
     /// Fly only this policy in the benchmark `chain`; may be given more than once
     #[arg(long, value_name = "NAME")]
     policy: Vec<String>,
-    /// In the benchmark `chain`, fly the policy `chain` without each of its ingredients instead
+    /// In the benchmark `chain`, fly the policy `chain` without each of its ingredients instead; in
+    /// `explore`, the rule `ours`
     #[arg(long, conflicts_with = "fidelity")]
     ablation: bool,
+    /// Explore by this rule only in the benchmark `explore`; may be given more than once
+    #[arg(long, value_name = "NAME", conflicts_with = "ablation")]
+    rule: Vec<String>,
+    /// Explore with so many robots only in the benchmark `explore`; may be given more than once
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    robots: Vec<usize>,
+    /// Explore this map in the benchmark `explore`, in place of the built-in plans; may be given more
+    /// than once
+    #[arg(long, value_name = "FILE")]
+    map: Vec<PathBuf>,
     /// Fly the benchmark `chain` through this radio in place of the scenarios' own
     #[arg(long, value_parser = PossibleValuesParser::new(PRESETS.map(|preset| preset.name)))]
     radio: Option<String>,
@@ -72,6 +84,8 @@ enum Name {
     Link,
     /// Whether every relay takes the branch that the pilot chose, and a misled one comes back
     Junctions,
+    /// How fast several robots explore a place together, by each rule
+    Explore,
     /// Which packets of an attacker without keys a chain accepts
     Attacks,
     /// How much of the processor and the memory the firmware uses, on the emulated chip
@@ -103,6 +117,7 @@ impl Name {
             Self::Estimator => "estimator.json",
             Self::Link => "link.json",
             Self::Junctions => "junctions.json",
+            Self::Explore => "explore.json",
             Self::Attacks => "attacks.json",
             Self::Firmware => "firmware.json",
             Self::Emulator => "emulator.json",
@@ -127,6 +142,7 @@ pub(super) fn run(args: &BenchArgs) -> Result<Verdict, Trouble> {
             Name::Estimator => estimator_bench(args)?,
             Name::Link => link_bench(args, &mut missed)?,
             Name::Junctions => junctions_bench(args, &mut missed)?,
+            Name::Explore => explore::bench(args, &mut missed)?,
             Name::Attacks => attacks_bench(args, &mut missed)?,
             Name::Firmware => emulated::firmware(args, &mut missed)?,
             Name::Emulator => emulated::emulator(args, &mut missed)?,

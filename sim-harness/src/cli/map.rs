@@ -158,7 +158,7 @@ fn draw(tunnel: &Tunnel, args: &ConvertArgs) -> Result<Occupancy, InputError> {
     })
 }
 
-fn put_map(folder: &mut Folder, map: &Occupancy) -> Result<(), InputError> {
+pub(super) fn put_map(folder: &mut Folder, map: &Occupancy) -> Result<(), InputError> {
     let (mut yaml, mut image) = (Vec::new(), Vec::new());
     // Writing to memory cannot fail.
     let _ = map_server::write(map, &mut yaml, &mut image);

@@ -1,5 +1,7 @@
 //! `uchain plan`: how many relays a place needs, before the drones are packed.
 
+mod explore;
+
 use std::fmt::Write;
 
 use clap::{Args, Subcommand};
@@ -26,6 +28,8 @@ enum PlanVerb {
     /// How many relays the radio needs along a way, where they would stand, how strong their links
     /// would be, and how far the batteries reach
     Relays(RelaysArgs),
+    /// How long several robots take to explore a map together, and what each sees when
+    Explore(explore::ExploreArgs),
 }
 
 #[derive(Args)]
@@ -48,6 +52,7 @@ struct RelaysArgs {
 pub(super) fn run(args: &PlanArgs) -> Result<Verdict, Trouble> {
     match &args.verb {
         PlanVerb::Relays(args) => plan_relays(args),
+        PlanVerb::Explore(args) => explore::plan(args),
     }
 }
 

@@ -8,6 +8,7 @@
 //! assumed, and the route says at how many stations.
 
 mod corners;
+mod explored;
 mod graph;
 mod grid;
 mod levels;
@@ -26,6 +27,7 @@ use robot_maps::Occupancy;
 use super::{GeometryError, Tunnel};
 use crate::input_error::InputError;
 use crate::suggest;
+pub use explored::explored;
 pub use graph::{Hindrance, HindranceKind, STEEPEST_DEG};
 pub use open::{Map, open};
 pub use widths::ASSUMED_WIDTH;

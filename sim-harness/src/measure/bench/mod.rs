@@ -7,6 +7,7 @@
 //! | [`faults`] | how flights end after faults of sensors and motors |
 //! | [`estimator`] | whether the state estimator predicts its own errors |
 //! | [`junctions`] | whether every relay takes the branch that the pilot chose |
+//! | [`explore`] | how several robots explore a place together |
 //! | [`link`] | how orders and telemetry get through a chain |
 //! | [`attacks`] | how many packets a chain accepts from an attacker without a key |
 //! | `firmware` | load, step times and stack of the firmware, on the emulated core |
@@ -19,6 +20,7 @@ pub mod chain;
 #[cfg(feature = "virtual")]
 pub mod emulator;
 pub mod estimator;
+pub mod explore;
 pub mod faults;
 #[cfg(feature = "virtual")]
 pub mod firmware;

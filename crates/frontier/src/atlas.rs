@@ -1,0 +1,221 @@
+//! The ground that a robot knows: its map, and the ways that it has found in it.
+
+use core::ops::ControlFlow;
+
+use grid_map::{
+    Cell, CellState, Frame, GridMap, Planner, RayEnd, STRAIGHT_COST, TooManyCells, Visit,
+};
+use units::{Metres, Point2};
+
+use crate::tile::{Gain, Tile};
+
+/// Cells to each side of an obstacle that a robot keeps away from: 0.2 m at 0.1 m a cell, for a
+/// drone of 0.13 m from rotor tip to rotor tip.
+const KEPT_OFF: i16 = 2;
+/// A robot that stands nearer to an obstacle may leave through so many cells.
+const LEAVING: u16 = 4;
+/// By how much a step through the unknown counts as longer: it may turn out to be blocked. Our own
+/// number.
+const UNKNOWN_FACTOR: u8 = 2;
+/// Cells to each side of a tile's middle from which the tile is looked at.
+pub(crate) const BESIDE: u16 = 4;
+
+/// A map, and shortest ways in it. [`Atlas`] is the one with a fixed size.
+pub trait Ground {
+    /// Where the cells lie.
+    fn frame(&self) -> &Frame;
+    /// What is known of a cell.
+    fn state(&self, cell: Cell) -> CellState;
+    /// Takes in a ray of a sensor, as [`GridMap::trace`].
+    fn trace(&mut self, from: Point2, to: Point2, end: RayEnd);
+    /// Sets what is known of a cell, as [`GridMap::set`].
+    fn set(&mut self, cell: Cell, state: CellState);
+    /// Whether a cell is a frontier, as [`GridMap::is_frontier`].
+    fn is_frontier(&self, cell: Cell) -> bool;
+    /// How many cells around a frontier are unknown, as [`GridMap::gain`].
+    fn gain(&self, cell: Cell) -> u8;
+    /// Searches ways from a point to all cells that can be reached, over unknown cells too, nearest
+    /// first; `visit` hears of each cell once, with the map as it is, and may end the search.
+    fn search(&mut self, from: Point2, visit: impl FnMut(&Self::Map, Visit) -> ControlFlow<()>);
+    /// Whether a cell is too near to an obstacle of the map that was last searched.
+    fn is_near_wall(&self, cell: Cell) -> bool;
+    /// The cell before this one on the way that the last search found; `None` at the start.
+    fn before(&self, cell: Cell) -> Option<Cell>;
+
+    /// The map alone.
+    type Map: Sight;
+    /// The map alone.
+    fn map(&self) -> &Self::Map;
+}
+
+/// What can be seen from where, by the map.
+pub trait Sight {
+    /// Whether a robot in this cell is beside the tile, with no obstacle between.
+    fn is_beside(&self, cell: Cell, tile: Tile) -> bool;
+}
+
+impl<const BYTES: usize> Sight for GridMap<BYTES> {
+    fn is_beside(&self, cell: Cell, tile: Tile) -> bool {
+        let middle = tile.middle();
+        let off = cell.column.abs_diff(middle.column).max(cell.row.abs_diff(middle.row));
+        let frame = self.frame();
+        off <= BESIDE
+            && frame
+                .line(frame.centre(cell), tile.centre(frame))
+                .take_while(|&on_the_way| Tile::of(on_the_way) != Some(tile))
+                .all(|on_the_way| self.state(on_the_way) != CellState::Occupied)
+    }
+}
+
+/// The tiles of a map that are frontiers, each with the largest gain of its cells, row by row.
+pub fn frontiers<G: Ground>(ground: &G) -> impl Iterator<Item = (Tile, Gain)> {
+    let frame = *ground.frame();
+    Tile::all(&frame).filter_map(move |tile| {
+        let cells = tile.cells(&frame).filter(|&cell| ground.is_frontier(cell));
+        let most = cells.map(|cell| ground.gain(cell)).max()?;
+        Some((tile, Gain::of_cells(most)))
+    })
+}
+
+/// The length of a way of that cost.
+#[must_use]
+pub fn length(cost: u32, frame: &Frame) -> Metres {
+    Metres(cost as f32 / STRAIGHT_COST as f32 * frame.resolution().0)
+}
+
+/// A map with a planner: `BYTES` bytes for four cells each, `PAIRS` bytes for two, `BITS` for eight,
+/// and room for `POOL` cells that wait in a search.
+#[derive(Clone, Debug)]
+pub struct Atlas<const BYTES: usize, const PAIRS: usize, const POOL: usize, const BITS: usize> {
+    map: GridMap<BYTES>,
+    planner: Planner<PAIRS, POOL>,
+    near_wall: CellSet<BITS>,
+}
+
+/// The ground of a drone: up to 160 by 160 cells, 43 kB.
+pub type Atlas160 = Atlas<6_400, 12_800, 2_560, 3_200>;
+/// Up to 256 by 256 cells.
+pub type Atlas256 = Atlas<16_384, 32_768, 4_096, 8_192>;
+/// Up to 512 by 512 cells.
+pub type Atlas512 = Atlas<65_536, 131_072, 8_192, 32_768>;
+/// Up to 1024 by 1024 cells.
+pub type Atlas1024 = Atlas<262_144, 524_288, 16_384, 131_072>;
+
+impl<const BYTES: usize, const PAIRS: usize, const POOL: usize, const BITS: usize>
+    Atlas<BYTES, PAIRS, POOL, BITS>
+{
+    /// An atlas of which nothing is known.
+    ///
+    /// # Errors
+    /// [`TooManyCells`] where the frame has more cells than there is room for.
+    pub const fn new(frame: Frame) -> Result<Self, TooManyCells> {
+        const { assert!(PAIRS >= 2 * BYTES && 2 * BITS >= BYTES, "each cell has its place") };
+        match GridMap::new(frame) {
+            Ok(map) => {
+                Ok(Self { map, planner: Planner::new(), near_wall: CellSet { bits: [0; BITS] } })
+            }
+            Err(error) => Err(error),
+        }
+    }
+}
+
+impl<const BYTES: usize, const PAIRS: usize, const POOL: usize, const BITS: usize> Ground
+    for Atlas<BYTES, PAIRS, POOL, BITS>
+{
+    type Map = GridMap<BYTES>;
+
+    fn map(&self) -> &Self::Map {
+        &self.map
+    }
+
+    fn frame(&self) -> &Frame {
+        self.map.frame()
+    }
+
+    fn state(&self, cell: Cell) -> CellState {
+        self.map.state(cell)
+    }
+
+    fn trace(&mut self, from: Point2, to: Point2, end: RayEnd) {
+        self.map.trace(from, to, end);
+    }
+
+    fn set(&mut self, cell: Cell, state: CellState) {
+        self.map.set(cell, state);
+    }
+
+    fn is_frontier(&self, cell: Cell) -> bool {
+        self.map.is_frontier(cell)
+    }
+
+    fn gain(&self, cell: Cell) -> u8 {
+        self.map.gain(cell)
+    }
+
+    fn search(
+        &mut self,
+        from: Point2,
+        mut visit: impl FnMut(&Self::Map, Visit) -> ControlFlow<()>,
+    ) {
+        let Self { map, planner, near_wall } = self;
+        let frame = *map.frame();
+        let Some(start) = frame.cell_at(from) else { return };
+        near_wall.mark_around_obstacles(map);
+        let factor = |cell: Cell| {
+            let off = cell.column.abs_diff(start.column).max(cell.row.abs_diff(start.row));
+            match map.state(cell) {
+                CellState::Occupied => None,
+                _ if near_wall.contains(&frame, cell) && off > LEAVING => None,
+                CellState::Unknown => Some(UNKNOWN_FACTOR),
+                CellState::Free => Some(1),
+            }
+        };
+        // Where more cells wait than there is room for, what was visited before is right; a robot
+        // finds the rest when it is nearer.
+        let _ = planner.search(&frame, start, factor, |at| visit(map, at));
+    }
+
+    fn is_near_wall(&self, cell: Cell) -> bool {
+        self.near_wall.contains(self.map.frame(), cell)
+    }
+
+    fn before(&self, cell: Cell) -> Option<Cell> {
+        self.planner.before(cell)
+    }
+}
+
+/// A set of cells, a bit each.
+#[derive(Clone, Debug)]
+struct CellSet<const BITS: usize> {
+    bits: [u8; BITS],
+}
+
+impl<const BITS: usize> CellSet<BITS> {
+    fn mark_around_obstacles<const BYTES: usize>(&mut self, map: &GridMap<BYTES>) {
+        self.bits = [0; BITS];
+        let frame = map.frame();
+        for wall in frame.cells().filter(|&cell| map.state(cell) == CellState::Occupied) {
+            for east in -KEPT_OFF..=KEPT_OFF {
+                for north in -KEPT_OFF..=KEPT_OFF {
+                    // The corners of the square are farther off than the distance that is kept.
+                    let is_within = east * east + north * north < KEPT_OFF * KEPT_OFF;
+                    if let Some(cell) = frame.beside(wall, east, north).filter(|_| is_within) {
+                        self.insert(frame, cell);
+                    }
+                }
+            }
+        }
+    }
+
+    fn insert(&mut self, frame: &Frame, cell: Cell) {
+        let index = frame.number(cell);
+        if let Some(byte) = self.bits.get_mut(index / 8) {
+            *byte |= 1 << (index % 8);
+        }
+    }
+
+    fn contains(&self, frame: &Frame, cell: Cell) -> bool {
+        let index = frame.number(cell);
+        self.bits.get(index / 8).is_some_and(|byte| byte >> (index % 8) & 1 == 1)
+    }
+}

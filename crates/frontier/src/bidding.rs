@@ -1,0 +1,182 @@
+//! How a robot finds out which candidates it would go to, and asks for one.
+
+use core::ops::ControlFlow;
+
+use grid_map::{Cell, Visit};
+use heapless::Vec;
+use units::{Duration, Instant, Metres, Pose2};
+
+use crate::assignment::utility;
+use crate::atlas::{Ground, Sight, length};
+use crate::board::Candidate;
+use crate::cluster::RobotSet;
+use crate::explorer::{Explorer, MOST_TARGETS, Outputs, State, is_due};
+use crate::flight::{Gaze, first_turn};
+use crate::packet::{Activity, Bid, Body, MOST_BIDS, Task};
+use crate::tile::{Gain, Tile};
+
+/// A robot that has bid for so long without an order chooses for itself.
+const ALONE_AFTER: Duration = Duration::from_millis(4_000);
+/// Two bids of a robot are at least so many tiles apart.
+const BID_SPACING: u16 = 3;
+/// A robot that can reach nothing stays so for so long before it stops by itself.
+const STOP_AFTER: Duration = Duration::from_millis(2_000);
+
+/// A candidate to which a way is looked for.
+#[derive(Clone, Copy, Debug)]
+struct Target {
+    tile: Tile,
+    gain: Gain,
+    /// The cell at the end of the way, with its cost.
+    found: Option<Visit>,
+}
+
+type Targets = Vec<Target, MOST_TARGETS>;
+
+impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, RECORDS> {
+    /// Bids for a goal where the robot has none.
+    pub(crate) fn bid(&mut self, now: Instant, pose: Pose2, members: RobotSet, out: &mut Outputs) {
+        let Some(since) = self.without_goal_since().filter(|_| is_due(self.bid, now)) else {
+            return;
+        };
+        self.bid = Some(now);
+        let bids = self.bids(now, pose);
+        self.note_whether_idle(now, since, bids.is_empty() && self.team.is_up_to_date(members));
+        if now.since(since) >= ALONE_AFTER
+            && let Some(tile) = self.free_bid(&bids, members)
+        {
+            self.take(now, Task::Go(tile));
+            return;
+        }
+        let leads = self.team.leader(members) == Some(self.config.number);
+        if !leads && !bids.is_empty() {
+            self.send(Body::Bids(bids.clone()), out);
+        }
+        if let Some(own) = self.team.member_mut(self.config.number) {
+            own.bids = bids;
+            own.bids_at = Some(now);
+        }
+    }
+
+    /// Chooses a goal without the others, and stops where there is none.
+    pub(crate) fn choose_alone(&mut self, now: Instant, pose: Pose2) {
+        let Some(since) = self.without_goal_since().filter(|_| is_due(self.bid, now)) else {
+            return;
+        };
+        self.bid = Some(now);
+        let bids = self.bids(now, pose);
+        self.note_whether_idle(now, since, bids.is_empty());
+        match (bids.first(), self.state) {
+            (Some(best), _) => self.take(now, Task::Go(best.tile)),
+            (None, State::Idle { since }) if now.since(since) >= STOP_AFTER => {
+                self.take(now, Task::Stop);
+            }
+            _ => {}
+        }
+    }
+
+    /// Where the leader measures straight distances, a robot is idle when it is barred for good from
+    /// each candidate.
+    pub(crate) fn find_idle(&mut self, now: Instant, members: RobotSet) {
+        let Some(since) = self.without_goal_since() else { return };
+        let is_barred = |candidate: Candidate| self.is_barred(candidate.tile, now);
+        let has_none = self.team.board.candidates().all(is_barred);
+        self.note_whether_idle(now, since, has_none && self.team.is_up_to_date(members));
+    }
+
+    fn without_goal_since(&self) -> Option<Instant> {
+        match self.state {
+            State::Waiting { since } | State::Idle { since } => Some(since),
+            State::Going(_) | State::Stopped => None,
+        }
+    }
+
+    fn note_whether_idle(&mut self, now: Instant, since: Instant, has_none: bool) {
+        let is_idle = has_none && !self.has_bars_to_come(now);
+        self.state = match self.state {
+            State::Waiting { .. } if is_idle => State::Idle { since: now },
+            State::Idle { .. } if !is_idle => State::Waiting { since: now },
+            State::Idle { .. } => State::Idle { since },
+            _ => State::Waiting { since },
+        };
+    }
+
+    /// The best bid that is not another robot's goal.
+    fn free_bid(&self, bids: &[Bid], members: RobotSet) -> Option<Tile> {
+        let others = members.without(self.config.number);
+        let is_taken = |tile: Tile| {
+            let going = others.iter().filter_map(|robot| self.team.member(robot));
+            let mut going = going.filter(|m| m.activity == Activity::Going);
+            going.any(|m| m.goal.steps_to(tile) < BID_SPACING)
+        };
+        bids.iter().map(|bid| bid.tile).find(|&tile| !is_taken(tile))
+    }
+
+    /// The candidates that this robot would go to, best first.
+    fn bids(&mut self, now: Instant, pose: Pose2) -> Vec<Bid, MOST_BIDS> {
+        let mut targets = Targets::new();
+        let candidates = self.team.board.candidates();
+        for open in candidates.filter(|open| !self.is_barred(open.tile, now)) {
+            // Candidates beyond the room are looked at when others are gone.
+            let _ = targets.push(Target { tile: open.tile, gain: open.gain, found: None });
+        }
+        self.find_ways(pose, &mut targets);
+        self.best_bids(pose, &targets)
+    }
+
+    fn find_ways(&mut self, pose: Pose2, targets: &mut Targets) {
+        let mut left = targets.len();
+        if left == 0 {
+            return;
+        }
+        self.ground.search(pose.at, |map, visit| {
+            for target in around(targets, visit.cell) {
+                if target.found.is_none() && map.is_beside(visit.cell, target.tile) {
+                    target.found = Some(visit);
+                    left -= 1;
+                }
+            }
+            if left == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+    }
+
+    fn best_bids(&self, pose: Pose2, targets: &Targets) -> Vec<Bid, MOST_BIDS> {
+        let mut bids: Vec<Bid, MOST_BIDS> = Vec::new();
+        let found = |target: &Target| {
+            let distance = self.distance(pose, target.found?);
+            Some(Bid { tile: target.tile, gain: target.gain, distance })
+        };
+        while !bids.is_full() {
+            let is_near = |bid: &Bid| bids.iter().any(|b| b.tile.steps_to(bid.tile) < BID_SPACING);
+            let worth =
+                |bid: &Bid| utility(&self.config.rule, bid.gain.cells(), bid.distance, || 0.0);
+            let open = targets.iter().filter_map(found).filter(|bid| !is_near(bid));
+            let Some(best) = open.max_by(|a, b| worth(a).total_cmp(&worth(b))) else { break };
+            // There is room, by the loop's condition.
+            let _ = bids.push(best);
+        }
+        bids
+    }
+
+    /// The length of a way, and of the way that the robot would fly in the time of the turn at its
+    /// beginning.
+    fn distance(&self, pose: Pose2, end: Visit) -> Metres {
+        let limits = self.config.limits;
+        let turn = match limits.gaze {
+            Gaze::Ahead => first_turn(&self.ground, pose, end.cell) * limits.speed / limits.turn,
+            Gaze::Around => 0.0,
+        };
+        Metres(length(end.cost, self.ground.frame()).0 + turn)
+    }
+}
+
+/// The targets of which the tile lies within three by three tiles around a cell.
+fn around(targets: &mut [Target], cell: Cell) -> impl Iterator<Item = &mut Target> {
+    let middle = Tile::of(cell);
+    let rows = middle.map_or(0, Tile::row);
+    let key = |target: &Target| target.tile.row();
+    let first = targets.partition_point(|target| key(target) + 1 < rows);
+    let end = targets.partition_point(|target| key(target) <= rows + 1);
+    let near = targets.get_mut(first..end).unwrap_or_default();
+    near.iter_mut().filter(move |target| middle.is_some_and(|tile| tile.steps_to(target.tile) <= 1))
+}

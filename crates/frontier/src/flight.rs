@@ -1,0 +1,167 @@
+//! Flies along the way to a goal, and looks at it.
+
+use core::f32::consts::{PI, TAU};
+
+use grid_map::{Cell, CellState};
+use units::{Point2, Pose2};
+
+use crate::atlas::Ground;
+use crate::tile::Tile;
+
+/// A cell of the way that is nearer counts as passed (m).
+const PASSED: f32 = 0.1;
+/// A robot is at the end of its way at this distance (m).
+const ARRIVED: f32 = 0.12;
+/// How many cells ahead on its way a robot aims, which smooths the way of a grid.
+const AHEAD: usize = 3;
+/// A robot that flies nose first turns on the spot above this angle (rad).
+const TURN_FIRST: f32 = 0.5;
+/// A robot faces a place within this angle (rad).
+const FACING: f32 = 0.1;
+/// The factor from the angle that is left to the rate of turn (1/s).
+const TURN_GAIN: f32 = 2.0;
+/// Cells to each side of a tile's middle in which a robot looks for the unknown.
+const AROUND: i16 = 3;
+
+/// How a robot sees, and so how it flies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Gaze {
+    /// A camera looks ahead: the robot flies nose first and turns to what it wants to see.
+    Ahead,
+    /// Rangers look to four sides: the robot flies in any direction and turns all the time.
+    Around,
+}
+
+/// The limits of a robot's motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    /// Metres a second.
+    pub speed: f32,
+    /// Radians a second.
+    pub turn: f32,
+    /// How the robot sees.
+    pub gaze: Gaze,
+}
+
+/// What the robot's controller is to do.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Motion {
+    /// The velocity in body axes: forward and left, metres a second.
+    pub velocity: [f32; 2],
+    /// The rate of turn, counter-clockwise, radians a second.
+    pub yaw_rate: f32,
+}
+
+/// What came of one step of flight.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Progress {
+    /// The robot flies on.
+    Flying(Motion),
+    /// The robot is at the end of the way and faces the goal.
+    Arrived,
+    /// An obstacle lies on the way.
+    Blocked,
+}
+
+/// The direction from one point to another, counter-clockwise from east.
+fn bearing(from: Point2, to: Point2) -> f32 {
+    libm::atan2f(to.y - from.y, to.x - from.x)
+}
+
+/// An angle as one between −π and π.
+pub(crate) fn wrapped(angle: f32) -> f32 {
+    angle - TAU * libm::floorf((angle + PI) / TAU)
+}
+
+/// Flies on along the way to `end`, which the last search of the ground has found.
+pub(crate) fn fly<G: Ground>(ground: &G, pose: Pose2, end: Cell, limits: Limits) -> Progress {
+    let frame = *ground.frame();
+    if pose.at.distance(frame.centre(end)).0 < ARRIVED {
+        return Progress::Arrived;
+    }
+    let Some(next) = next_cell(ground, pose.at, end) else { return Progress::Blocked };
+    let to = frame.centre(next);
+    let off = wrapped(bearing(pose.at, to) - pose.yaw.0);
+    let motion = match limits.gaze {
+        Gaze::Ahead => {
+            let forward = if libm::fabsf(off) < TURN_FIRST { limits.speed } else { 0.0 };
+            Motion { velocity: [forward, 0.0], yaw_rate: turn(off, limits) }
+        }
+        Gaze::Around => Motion {
+            velocity: [limits.speed * libm::cosf(off), limits.speed * libm::sinf(off)],
+            yaw_rate: limits.turn,
+        },
+    };
+    Progress::Flying(motion)
+}
+
+/// Turns to what is unknown around a tile.
+pub(crate) fn look<G: Ground>(ground: &G, pose: Pose2, tile: Tile, limits: Limits) -> Progress {
+    let off = wrapped(bearing(pose.at, unknown_around(ground, tile)) - pose.yaw.0);
+    if libm::fabsf(off) < FACING {
+        return Progress::Arrived;
+    }
+    Progress::Flying(Motion { velocity: [0.0; 2], yaw_rate: turn(off, limits) })
+}
+
+/// The angle by which a robot has to turn at the beginning of its way to `end`.
+pub(crate) fn first_turn<G: Ground>(ground: &G, pose: Pose2, end: Cell) -> f32 {
+    let to = next_cell(ground, pose.at, end).unwrap_or(end);
+    libm::fabsf(wrapped(bearing(pose.at, ground.frame().centre(to)) - pose.yaw.0))
+}
+
+fn turn(off: f32, limits: Limits) -> f32 {
+    (off * TURN_GAIN).clamp(-limits.turn, limits.turn)
+}
+
+/// The cell of the way to aim at: some cells beyond the one nearest to the robot, or fewer where an
+/// obstacle lies on the straight line there. `None` where the next cell is an obstacle.
+fn next_cell<G: Ground>(ground: &G, from: Point2, end: Cell) -> Option<Cell> {
+    let frame = *ground.frame();
+    let off = |cell: Cell| frame.centre(cell).distance(from).0;
+    let mut nearest = off(end);
+    let mut beyond = [end; AHEAD + 1];
+    let mut aims = beyond;
+    // The way from its end to its start, with the last cells before the one in hand in `beyond`.
+    let mut cell = Some(end);
+    for _ in 0..frame.cell_count() {
+        let Some(one) = cell else { break };
+        beyond.rotate_right(1);
+        if let Some(first) = beyond.first_mut() {
+            *first = one;
+        }
+        if off(one) <= nearest {
+            (nearest, aims) = (off(one), beyond);
+        }
+        cell = ground.before(one);
+    }
+    let ahead = aims.into_iter().rev().filter(|&aim| off(aim) >= PASSED || aim == end);
+    let mut clear = ahead.clone().filter(|&aim| is_clear(ground, from, aim));
+    // A robot that stands near a wall goes from cell to cell.
+    let next = { ahead }.next_back().filter(|&aim| ground.state(aim) != CellState::Occupied);
+    clear.next().or(next)
+}
+
+/// Whether a straight line keeps away from obstacles.
+fn is_clear<G: Ground>(ground: &G, from: Point2, to: Cell) -> bool {
+    let frame = ground.frame();
+    let is_free = |cell| ground.state(cell) != CellState::Occupied && !ground.is_near_wall(cell);
+    frame.line(from, frame.centre(to)).all(is_free)
+}
+
+/// The middle of the unknown cells around a tile, or the tile's own where none is unknown.
+fn unknown_around<G: Ground>(ground: &G, tile: Tile) -> Point2 {
+    let frame = *ground.frame();
+    let (mut count, mut sum) = (0.0, [0.0; 2]);
+    for east in -AROUND..=AROUND {
+        for north in -AROUND..=AROUND {
+            let Some(cell) = frame.beside(tile.middle(), east, north) else { continue };
+            if ground.state(cell) == CellState::Unknown {
+                let at = frame.centre(cell);
+                (count, sum) = (count + 1.0, [sum[0] + at.x, sum[1] + at.y]);
+            }
+        }
+    }
+    let centre = tile.centre(&frame);
+    if count > 0.0 { Point2::new(sum[0] / count, sum[1] / count) } else { centre }
+}

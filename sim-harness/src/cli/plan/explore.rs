@@ -1,0 +1,160 @@
+//! `uchain plan explore`: one exploration of a map by several robots.
+
+use std::fmt::Write;
+use std::path::PathBuf;
+
+use clap::Args;
+use explorers::{Outcome, PLANS, ROBOTS, Setup, World};
+use frontier::{RULES, RuleEntry};
+use serde_json::{Value, json};
+use units::Point2;
+
+use crate::cli::map::put_map;
+use crate::cli::{Common, Trouble, Verdict, complain, interrupt};
+use crate::input_error::InputError;
+use crate::measure::bench::explore::setup;
+use crate::suggest;
+use crate::world::import::explored;
+
+#[derive(Args)]
+pub(in crate::cli) struct ExploreArgs {
+    /// The map: map_server (.yaml), a cave's survey, or a SubT world
+    #[arg(long, value_name = "FILE", conflicts_with = "plan")]
+    map: Option<PathBuf>,
+    /// A built-in floor plan of 8 by 8 m in place of a map
+    #[arg(long, value_name = "NAME", default_value = "rooms")]
+    plan: String,
+    /// Number of robots
+    #[arg(long, value_name = "N", default_value_t = 3, allow_negative_numbers = true)]
+    robots: usize,
+    /// Rule of exploration
+    #[arg(long, value_name = "NAME", default_value = "ours")]
+    rule: String,
+    /// Where the first robot starts on the map, x and y in metres; where left out, where there is most
+    /// room
+    #[arg(long, value_name = "X,Y", allow_hyphen_values = true, requires = "map")]
+    start: Option<String>,
+    /// The exploration ends after so many seconds
+    #[arg(long, value_name = "S", default_value_t = 900.0, allow_negative_numbers = true)]
+    longest_s: f32,
+    #[command(flatten)]
+    common: Common,
+}
+
+pub(super) fn plan(args: &ExploreArgs) -> Result<Verdict, Trouble> {
+    let (world, rule) = (args.world()?, args.rule()?);
+    if !(1..=ROBOTS).contains(&args.robots) {
+        let wrong = format!("--robots {} is out of range", args.robots);
+        return Err(InputError::new(wrong, format!("give a number from 1 to {ROBOTS}")).into());
+    }
+    if !(1.0..=36_000.0).contains(&args.longest_s) {
+        let wrong = format!("--longest-s {} is out of range", args.longest_s);
+        return Err(InputError::new(wrong, "give a number from 1 to 36000").into());
+    }
+    interrupt::ends();
+    let mut folder = args.common.folder()?;
+    let setup = setup(&world, rule.rule, args.robots, args.common.seed);
+    let (outcome, map) = explorers::run(&Setup { longest_s: args.longest_s, ..setup });
+    let value = json_of(args, &world, &outcome);
+    if let Some(folder) = &mut folder {
+        put_map(folder, &map)?;
+        folder.put_text("seen.csv", &seen(&outcome, args.robots))?;
+        folder.put_json("summary.json", &value)?;
+    }
+    args.common.finish(folder, &table(args, &world, &outcome), &value)?;
+    if outcome.t99_s.is_some() {
+        return Ok(Verdict::Good);
+    }
+    let known = 100.0 * outcome.explored;
+    complain(format_args!("{}: {known:.1} % of what can be seen was seen", world.name));
+    Ok(Verdict::Failed)
+}
+
+impl ExploreArgs {
+    fn world(&self) -> Result<World, InputError> {
+        if let Some(file) = &self.map {
+            return explored(file, self.start()?);
+        }
+        World::plan(&self.plan).ok_or_else(|| {
+            let wrong = format!("there is no floor plan \"{}\"", self.plan);
+            InputError::new(wrong, suggest::one_of(&self.plan, &PLANS.map(|(name, _)| name)))
+        })
+    }
+
+    fn rule(&self) -> Result<&'static RuleEntry, InputError> {
+        RuleEntry::named(&self.rule).ok_or_else(|| {
+            let wrong = format!("there is no rule \"{}\"", self.rule);
+            InputError::new(wrong, suggest::one_of(&self.rule, &RULES.map(|rule| rule.name)))
+        })
+    }
+
+    fn start(&self) -> Result<Option<Point2>, InputError> {
+        let Some(text) = &self.start else { return Ok(None) };
+        let number = |text: &str| text.trim().parse().ok().filter(|n: &f32| n.is_finite());
+        let point = text.split_once(',').and_then(|(x, y)| Some((number(x)?, number(y)?)));
+        let wrong =
+            || InputError::new(format!("--start {text} is no point"), "give two numbers: X,Y");
+        point.map(|(x, y)| Some(Point2::new(x, y))).ok_or_else(wrong)
+    }
+}
+
+fn json_of(args: &ExploreArgs, world: &World, outcome: &Outcome) -> Value {
+    json!({
+        "world": world.name,
+        "rule": args.rule,
+        "robots": args.robots,
+        "visible_m2": area(world),
+        "explored": outcome.explored,
+        "t99_s": outcome.t99_s,
+        "stopped_s": outcome.stopped_s,
+        "path_m": outcome.path_m,
+        "overlap": outcome.overlap,
+        "premature_stop": outcome.premature_stop,
+        "kB_on_air": outcome.kb_on_air,
+        "wall_touches": outcome.touches,
+    })
+}
+
+/// What can be seen of a place, in square metres.
+fn area(world: &World) -> f64 {
+    let side = f64::from(world.frame().resolution().0);
+    world.visible_cells() as f64 * side * side
+}
+
+fn table(args: &ExploreArgs, world: &World, outcome: &Outcome) -> String {
+    let seconds =
+        |time: Option<f32>| time.map_or_else(|| "never".to_owned(), |time| format!("{time:.0} s"));
+    format!(
+        "{}: {:.0} m², {} robots by the rule {}\n\n  explored    {:.1} %\n  99 % known  {}\n  stopped     \
+         {}\n  way         {:.1} m a robot, until 99 % were known\n  overlap     {:.0} % was seen by two \
+         robots or more\n  on the air  {:.1} kB\n",
+        world.name,
+        area(world),
+        args.robots,
+        args.rule,
+        100.0 * outcome.explored,
+        seconds(outcome.t99_s),
+        seconds(outcome.stopped_s),
+        outcome.path_m,
+        100.0 * outcome.overlap,
+        outcome.kb_on_air,
+    )
+}
+
+/// What part of the place each robot had seen, second by second.
+fn seen(outcome: &Outcome, robots: usize) -> String {
+    let mut text = String::from("time_s");
+    for n in 0..robots {
+        // Writing to a string cannot fail.
+        let _ = write!(text, ",robot_{n}");
+    }
+    text.push_str(",any\n");
+    for (n, parts) in outcome.curve.iter().enumerate() {
+        let _ = write!(text, "{}", n + 1);
+        for part in parts {
+            let _ = write!(text, ",{part:.4}");
+        }
+        text.push('\n');
+    }
+    text
+}
