@@ -108,7 +108,7 @@ impl Files {
             match records.recv_timeout(FLUSH.saturating_sub(flushed.elapsed())) {
                 Ok(record) => {
                     self.packets.write(&record)?;
-                    self.mcap.write(&record)?;
+                    self.mcap.write(record);
                 }
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => {

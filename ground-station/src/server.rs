@@ -42,7 +42,6 @@ struct Tokens {
 }
 
 /// The routes of a station's server.
-#[must_use]
 pub fn router(access: Access, station: Handle) -> Router {
     let shared = Arc::new(Shared { access, station, pages: AtomicU64::new(0) });
     Router::new()

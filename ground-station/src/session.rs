@@ -8,6 +8,9 @@
 //! fly on. So a session sends something only while a page steers ([`Speech::Steered`]), with one
 //! exception: a stop that was ordered is sent until it is answered.
 
+#[cfg(test)]
+mod tests;
+
 use units::{Dbm, Duration, Instant, NodeId, Role};
 use wire::crtp::{Packet, ParamRequest, Port, Request};
 

@@ -191,7 +191,7 @@ mod tests {
             let mut turn = 0_u32;
             let rows = read(Service::Param, || {
                 turn += 1;
-                *packets.next().unwrap() && turn % 3 != 0
+                *packets.next().unwrap() && !turn.is_multiple_of(3)
             });
             prop_assert_eq!(rows.len(), crtp::parameters().count());
         }

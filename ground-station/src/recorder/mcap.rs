@@ -31,18 +31,25 @@ pub(super) struct Recording<W: Write + Seek> {
     writer: Writer<W>,
     /// The channel of each topic, with the number of its messages.
     channels: BTreeMap<String, (u16, u32)>,
+    /// The records since the last flush. They go to the file together, as one whole chunk: a reader
+    /// takes nothing from a chunk whose end is missing.
+    waiting: Vec<Record>,
 }
 
 impl<W: Write + Seek> Recording<W> {
     pub(super) fn new(out: W) -> io::Result<Self> {
         let options = WriteOptions::new().library("uchain-ground").compression(None);
         let writer = options.create(out).map_err(io_error)?;
-        let mut recording = Self { writer, channels: BTreeMap::new() };
+        let mut recording = Self { writer, channels: BTreeMap::new(), waiting: Vec::new() };
         recording.flush()?;
         Ok(recording)
     }
 
-    pub(super) fn write(&mut self, record: &Record) -> io::Result<()> {
+    pub(super) fn write(&mut self, record: Record) {
+        self.waiting.push(record);
+    }
+
+    fn put(&mut self, record: &Record) -> io::Result<()> {
         let (topic, schema, message) = message(&record.event);
         let (channel, sequence) = match self.channels.get(&topic) {
             Some(known) => *known,
@@ -63,10 +70,14 @@ impl<W: Write + Seek> Recording<W> {
 
     /// Ends the chunk: what was written so far can be read when the station is killed.
     pub(super) fn flush(&mut self) -> io::Result<()> {
+        for record in std::mem::take(&mut self.waiting) {
+            self.put(&record)?;
+        }
         self.writer.flush().map_err(io_error)
     }
 
     pub(super) fn finish(&mut self) -> io::Result<()> {
+        self.flush()?;
         self.writer.finish().map(|_| ()).map_err(io_error)
     }
 }
@@ -98,5 +109,63 @@ fn message(event: &Event) -> (String, (&'static str, &'static str), Value) {
         }
         Event::Stop => order(json!({ "event": "stop" })),
         Event::GaveUp => order(json!({ "event": "gave up waiting for answers to the stop" })),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Cursor;
+    use std::time::Duration;
+
+    use ::mcap::MessageStream;
+    use ::mcap::read::Options;
+
+    use super::*;
+
+    /// The messages that a reader finds in these bytes, whose end may be missing.
+    fn read(bytes: &[u8]) -> Vec<(String, u64, Value)> {
+        let stream = MessageStream::new_with_options(bytes, Options::IgnoreEndMagic.into());
+        stream
+            .into_iter()
+            .flatten()
+            .map_while(Result::ok)
+            .map(|message| {
+                let value = serde_json::from_slice(&message.data).unwrap();
+                (message.channel.topic.clone(), message.log_time, value)
+            })
+            .collect()
+    }
+
+    /// A flush ends a chunk: wherever the file ends after it, what was flushed can be read.
+    #[test]
+    fn a_killed_recording_keeps_what_was_flushed() {
+        let mut file = Cursor::new(Vec::new());
+        let mut recording = Recording::new(&mut file).unwrap();
+        let line = |n: u64| Record {
+            at: Duration::from_millis(n),
+            event: Event::Notice(format!("line {n}")),
+        };
+        (0..5).for_each(|n| recording.write(line(n)));
+        recording.flush().unwrap();
+        (5..9).for_each(|n| recording.write(line(n)));
+        recording.finish().unwrap();
+        drop(recording);
+        let bytes = file.into_inner();
+        assert_eq!(read(&bytes).len(), 9);
+        let first = (0..bytes.len()).find(|end| read(&bytes[..*end]).len() >= 5).unwrap();
+        for end in first..bytes.len() {
+            let messages = read(&bytes[..end]);
+            assert!(messages.len() >= 5, "{end}");
+            let wanted = ("/notice".to_owned(), 4_000_000, json!({ "text": "line 4" }));
+            assert_eq!(messages[4], wanted);
+        }
+    }
+
+    #[test]
+    fn every_schema_is_json() {
+        for (name, schema) in [DRONE, BASE, LINE, ORDER] {
+            let schema: Value = serde_json::from_str(schema).unwrap();
+            assert_eq!(schema["type"], "object", "{name}");
+        }
     }
 }
