@@ -58,9 +58,10 @@ impl Drone {
     }
 }
 
-/// The slope of the least-squares line in dB/s; `None` for fewer than three points.
+/// The slope of the least-squares line in dB/s; `None` for fewer than five points, whose scatter
+/// would pass for a slope.
 fn slope(links: &VecDeque<(Instant, Dbm)>) -> Option<f32> {
-    let (first, _) = links.front().filter(|_| links.len() >= 3)?;
+    let (first, _) = links.front().filter(|_| links.len() >= 5)?;
     let points: Vec<(f32, f32)> =
         links.iter().map(|(at, rssi)| (at.since(*first).as_secs_f32(), rssi.0)).collect();
     let count = points.len() as f32;

@@ -160,12 +160,31 @@ function show(status) {
   for (const button of at("orders").querySelectorAll("button, input")) button.disabled = !steers;
   at("advice").className = status.advice.urgent ? "urgent" : "";
   setText("advice", status.advice.text);
+  sound(status.advice);
   setText("task", status.task ?? "nothing yet");
   setText("base", status.base ? `Base, node ${status.base.node}: ${status.base.radio}.${status.base.recalled ? " A drone must come home." : ""}` : "");
   setList("drones", status.drones.map(droneItem));
   setList("notices", status.notices.map((notice) => text("li", notice)).reverse());
   showStop(status.stop);
   showLink(status.hears_base ? "The base answers." : "THE BASE DOES NOT ANSWER.", !status.hears_base);
+}
+
+// Two tones say that the advice has become urgent, or another urgent one has taken its place.
+let audio = null;
+let alarm = "";
+for (const gesture of ["keydown", "pointerdown"])
+  document.addEventListener(gesture, () => (audio ??= new AudioContext()), { once: true });
+function sound(advice) {
+  const before = alarm;
+  // Numbers that count on are no other advice.
+  alarm = advice.urgent ? advice.text.replace(/\d+/g, "") : "";
+  if (!alarm || alarm === before || !audio || !at("sound").checked) return;
+  for (const [hertz, start] of [[880, 0], [660, 0.25]]) {
+    const tone = new OscillatorNode(audio, { frequency: hertz });
+    tone.connect(new GainNode(audio, { gain: 0.3 })).connect(audio.destination);
+    tone.start(audio.currentTime + start);
+    tone.stop(audio.currentTime + start + 0.2);
+  }
 }
 
 function showLink(words, isBad) {

@@ -8,3 +8,4 @@ mod mission;
 mod page_client;
 mod simulated_chain;
 mod station_process;
+mod through_bridge;
