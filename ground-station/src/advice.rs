@@ -2,15 +2,16 @@
 
 use units::{Dbm, Duration, Instant, NodeId};
 
+use crate::battery::seconds_to_turning_back;
 use crate::chain_view::{ChainView, Drone, Trend};
 use crate::session::Facts;
 use crate::stopping::{Sending, Stop, Stopping, is_stopped};
 use crate::words;
 
-/// With less time left in a battery, the chain is to be called home: twice the reserve of 60 s at
-/// which the base's recall must find every drone able to fly (chosen for the display; no drone acts
+/// With less time until a drone turns back by itself, in seconds, the operator is told to recall
+/// the chain: long enough to read it and to choose the moment (chosen for the display; no drone acts
 /// by it).
-const BATTERY_LOW: Duration = Duration::from_secs(120);
+const TURNS_BACK_SOON: f32 = 60.0;
 /// A drone that was silent for longer is shown as silent: relays send telemetry once a second, and
 /// a fade may lose some packets in a row.
 pub const SILENT: Duration = Duration::from_secs(5);
@@ -115,9 +116,14 @@ fn trouble_of(now: Instant, drone: &Drone, retreat_limit: Dbm) -> Option<String>
         let silence = drone.age(now).as_secs_f32();
         return Some(format!(" has been silent for {silence:.0} s. Hold, or recall the chain."));
     }
-    if is_airborne && report.endurance.is_some_and(|left| left < BATTERY_LOW) {
-        let left = report.endurance?.as_secs_f32();
-        return Some(format!(" has battery for {left:.0} s. Recall the chain now."));
+    if is_airborne
+        && let Some(spare) = seconds_to_turning_back(report)
+        && spare < TURNS_BACK_SOON
+    {
+        let spare = spare.max(0.0);
+        return Some(format!(
+            " turns back in {spare:.0} s, for its battery. Recall the chain now."
+        ));
     }
     match report.back {
         Some((_, rssi))
@@ -206,10 +212,14 @@ mod tests {
 
     #[test]
     fn a_low_battery_in_the_air_calls_for_the_way_home() {
-        let low = DroneReport { endurance: Some(Duration::from_secs(90)), ..report(4) };
+        let low = DroneReport {
+            endurance: Some(Duration::from_secs(90)),
+            odometer: Metres(4.0),
+            ..report(4)
+        };
         let in_air = advice(&[report(3), low], 1, &Stopping::NotOrdered);
         assert_eq!(in_air.urgency, Urgency::Urgent);
-        assert!(in_air.text.starts_with("Relay 1 has battery for 90 s"), "{in_air:?}");
+        assert!(in_air.text.starts_with("Relay 1 turns back in 40 s"), "{in_air:?}");
         let on_ground = DroneReport { state: 0, ..low };
         let waits = advice(&[report(3), on_ground], 1, &Stopping::NotOrdered);
         assert_eq!(waits.urgency, Urgency::Calm);

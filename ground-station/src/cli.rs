@@ -9,7 +9,7 @@ use std::str::FromStr;
 use clap::Parser;
 use tokio::net::TcpListener;
 
-use crate::access::Access;
+use crate::access::{Access, Refused};
 use crate::link::UdpLink;
 use crate::recorder::Recorder;
 use crate::{server, station};
@@ -109,10 +109,7 @@ pub fn main() -> ExitCode {
 
 async fn run(arguments: &Arguments) -> Result<(), Unusable> {
     let base = resolve(&arguments.base)?;
-    let access = Access::new(arguments.host, arguments.token.clone()).map_err(|_| Unusable {
-        wrong: format!("{} can be reached by other machines", arguments.host),
-        remedy: "add --token with a secret of your own, or leave --host out",
-    })?;
+    let access = Access::new(arguments.host, arguments.token.clone()).map_err(no_access)?;
     let at = SocketAddr::from((arguments.host, arguments.port));
     let listener = TcpListener::bind(at).await.map_err(|error| Unusable {
         wrong: format!("the page cannot be served at {at} ({error})"),
@@ -138,6 +135,19 @@ async fn run(arguments: &Arguments) -> Result<(), Unusable> {
         wrong: format!("the page is served no more ({error})"),
         remedy: "start the station again",
     })
+}
+
+fn no_access(refused: Refused) -> Unusable {
+    match refused {
+        Refused::Token => Unusable {
+            wrong: "other machines can reach this address".to_owned(),
+            remedy: "add --token with a secret of your own, or leave --host out",
+        },
+        Refused::Host | Refused::Origin | Refused::Session => Unusable {
+            wrong: "this machine gives no random numbers for a session".to_owned(),
+            remedy: "start the station on another machine",
+        },
+    }
 }
 
 fn resolve(base: &BaseAddress) -> Result<SocketAddr, Unusable> {

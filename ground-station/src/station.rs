@@ -9,7 +9,6 @@ use serde::{Deserialize, Serialize};
 use tokio::sync::{mpsc, watch};
 use tokio::time::MissedTickBehavior;
 use units::Instant;
-use wire::crtp::Packet;
 
 use crate::advice::Situation;
 use crate::blocks::Block;
@@ -132,7 +131,7 @@ impl<L: Link> Station<L> {
             };
             let now = self.now();
             if let Some(packet) = packet {
-                self.receive(now, &packet);
+                self.session.receive(now, &packet);
             }
             self.send(now).await;
             self.tell_news(now);
@@ -178,10 +177,6 @@ impl<L: Link> Station<L> {
                 self.notice(now, "Not ordered: another page steers. Take over first.".to_owned());
             }
         }
-    }
-
-    fn receive(&mut self, now: Instant, packet: &Packet) {
-        self.session.receive(now, packet);
     }
 
     async fn send(&mut self, now: Instant) {
@@ -236,7 +231,7 @@ impl<L: Link> Station<L> {
         let Some(recorder) = &self.recorder else { return };
         if !recorder.record(Record { at, event }) {
             self.recorder = None;
-            self.notices.push_back("Recording has ended: the disk takes no more.".to_owned());
+            self.notice(now, "Recording has ended: the disk takes no more.".to_owned());
         }
     }
 

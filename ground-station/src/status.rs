@@ -4,6 +4,7 @@ use serde::Serialize;
 use units::{Dbm, Instant, NodeId};
 
 use crate::advice::{self, SILENT, Situation, Urgency};
+use crate::battery;
 use crate::chain_view::{Drone, Trend};
 use crate::steering::PageId;
 use crate::stopping::{Sending, Stopping};
@@ -45,6 +46,8 @@ struct DroneStatus {
     silent: bool,
     battery_v: Option<f32>,
     endurance_s: Option<f32>,
+    /// The time until the drone turns back for its battery.
+    turns_back_s: Option<f32>,
     link: Option<LinkStatus>,
     odometer_m: f32,
 }
@@ -120,6 +123,7 @@ impl DroneStatus {
             silent: drone.age(now) > SILENT,
             battery_v: report.battery.map(|volts| volts.0),
             endurance_s: report.endurance.map(units::Duration::as_secs_f32),
+            turns_back_s: battery::seconds_to_turning_back(report),
             link: report.back.map(|(to, rssi)| LinkStatus {
                 to: to.0,
                 dbm: rssi.0,

@@ -123,7 +123,11 @@ function droneItem(drone) {
     const { to, dbm, grade, trend } = drone.link;
     facts.append(text("span", `Link to ${to}: ${dbm.toFixed(0)} dBm, ${grade} ${arrow[trend]}`, classOf[grade] ?? ""));
   } else facts.append(text("span", "No link towards the base"));
-  if (drone.endurance_s !== null) facts.append(text("span", `Battery for ${minutes(drone.endurance_s)}`));
+  if (drone.endurance_s !== null) {
+    const spare = Math.max(0, drone.turns_back_s);
+    const turns = drone.airborne ? `, turns back in ${minutes(spare)}` : "";
+    facts.append(text("span", `Battery for ${minutes(drone.endurance_s)}${turns}`, drone.airborne && spare < 60 ? "bad" : ""));
+  }
   else if (drone.battery_v !== null) facts.append(text("span", `Battery ${drone.battery_v.toFixed(2)} V`));
   else facts.append(text("span", "Battery unknown"));
   facts.append(text("span", `${drone.odometer_m.toFixed(1)} m in`));
