@@ -14,7 +14,8 @@
 //! | [`session`] | speaks CRTP to the base, without a clock and without a socket |
 //! | [`table`], [`blocks`] | read the base's tables and its log blocks |
 //! | [`order`], [`stopping`] | give orders, and repeat a stop until all drones have answered |
-//! | [`chain_view`], [`battery`], [`words`], [`advice`] | what is known of the drones, in words, and what to do next |
+//! | [`chain_view`], [`battery`], [`words`] | what is known of the drones, in words |
+//! | [`checklist`], [`advice`] | what must be so before a flight, and what to do next |
 //! | [`status`] | the state of all that as JSON, for the pages |
 //! | [`steering`] | which of the open pages steers |
 //! | [`link`] | carries packets to a base |
@@ -28,6 +29,7 @@ pub mod advice;
 pub mod battery;
 pub mod blocks;
 pub mod chain_view;
+pub mod checklist;
 pub mod cli;
 pub mod link;
 pub mod order;

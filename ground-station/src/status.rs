@@ -6,6 +6,7 @@ use units::{Dbm, Instant, NodeId};
 use crate::advice::{self, SILENT, Situation, Urgency};
 use crate::battery;
 use crate::chain_view::{Drone, Trend};
+use crate::checklist::{self, Check};
 use crate::steering::PageId;
 use crate::stopping::{Sending, Stopping};
 use crate::words;
@@ -22,6 +23,8 @@ pub struct Status {
     task: Option<&'static str>,
     /// The drones, head first.
     drones: Vec<DroneStatus>,
+    /// The checklist before a flight; empty in flight.
+    checks: Vec<Check>,
     stop: Option<StopStatus>,
     advice: AdviceStatus,
     /// The last lines of the station's log, the newest last.
@@ -103,6 +106,7 @@ impl Status {
                 .iter()
                 .map(|(node, drone)| DroneStatus::of(now, *node, drone, limits))
                 .collect(),
+            checks: checklist::checks(situation),
             stop: StopStatus::of(now, stopping),
             advice: AdviceStatus { urgent: advice.urgency == Urgency::Urgent, text: advice.text },
             notices,

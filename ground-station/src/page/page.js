@@ -169,6 +169,9 @@ function show(status) {
   setText("base", status.base ? `Base, node ${status.base.node}: ${status.base.radio}.${status.base.recalled ? " A drone must come home." : ""}` : "");
   setList("drones", status.drones.map(droneItem));
   setList("notices", status.notices.map((notice) => text("li", notice)).reverse());
+  at("before").hidden = status.checks.length === 0 || status.stop !== null;
+  setList("checks", status.checks.map(({ good, text: words }) =>
+    text("li", `${good ? "OK" : "NOT YET"}: ${words}`, good ? "good" : "weak")));
   showStop(status.stop);
   showLink(status.hears_base ? "The base answers." : "THE BASE DOES NOT ANSWER.", !status.hears_base);
 }

@@ -32,6 +32,8 @@ async fn a_mission_by_keyboard_in_chromium() {
     let chain = SimulatedChain::demo();
     let station = StationProcess::start(&chain.address(), &[]);
     let mut browser = open("keyboard", &station).await;
+    let all_good = "document.querySelectorAll('#checks .good').length === 6";
+    browser.wait_for(all_good).await;
     browser.press("ArrowUp").await;
     browser.press("e").await;
     let is_explore =
