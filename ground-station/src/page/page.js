@@ -41,13 +41,19 @@ function sendStop() {
   }
 }
 
+// An order by key or button takes the head from the gamepad, until its button is let go.
+function give(name, more) {
+  if (stick !== null) [stick, stickIsOverruled] = [null, true];
+  order(name, more);
+}
+
 const orders = {
-  wait: () => order("wait"),
-  hold: () => order("hold"),
-  explore: () => order("explore", { speed: speed() }),
-  recall: () => order("recall"),
-  land: () => order("land"),
-  perch: () => order("perch"),
+  wait: () => give("wait"),
+  hold: () => give("hold"),
+  explore: () => give("explore", { speed: speed() }),
+  recall: () => give("recall"),
+  land: () => give("land"),
+  perch: () => give("perch"),
 };
 const branch = (way) => order("branch", { way });
 
@@ -88,6 +94,33 @@ at("steer").onclick = () => send({ do: "steer" });
 at("speed").oninput = showSpeed;
 for (const button of document.querySelectorAll("[data-order]")) button.onclick = orders[button.dataset.order];
 for (const button of document.querySelectorAll("[data-way]")) button.onclick = () => branch(button.dataset.way);
+
+// ---- Gamepad ----------------------------------------------------------------------------------
+
+// The standard layout: https://www.w3.org/TR/gamepad/#remapping
+const SHOULDER = 5;
+const FORWARD = 1; // The left stick's vertical axis, negative away from the pilot.
+const STICK_MS = 100;
+
+// The speed that the stick has ordered; null while the shoulder button is not held.
+let stick = null;
+let stickIsOverruled = false;
+
+// While the right shoulder button is held the head flies as the stick says. When it is let go, or
+// the gamepad is unplugged, the head stops and hovers.
+setInterval(() => {
+  const pad = navigator.getGamepads().find((pad) => pad?.buttons[SHOULDER]?.pressed);
+  if (stickIsOverruled) {
+    stickIsOverruled = Boolean(pad);
+    return;
+  }
+  const before = stick;
+  const steps = pad ? Math.round((-pad.axes[FORWARD] * at("speed").max) / SPEED_STEP) : 0;
+  stick = pad ? steps * SPEED_STEP : null;
+  if (stick === before) return;
+  if (stick === null) order("hold");
+  else order("explore", { speed: stick });
+}, STICK_MS);
 
 // ---- What is shown ----------------------------------------------------------------------------
 
@@ -203,7 +236,7 @@ setInterval(() => {
   send({ do: "beat" });
   sendStop();
   if (performance.now() - statusTime > STALE_MS)
-    showLink("NO STATION: what is shown is old, and orders do not go out.", true);
+    showLink("NO STATION: what is shown is old, and no order goes out. Load the page anew.", true);
 }, BEAT_MS);
 showSpeed();
 connect();

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use sim_harness::serve::Event;
-use units::{MetresPerSecond, Order};
+use units::{MetresPerSecond, NodeId, Order};
 
 use crate::browser::Browser;
 use crate::simulated_chain::SimulatedChain;
@@ -61,6 +61,45 @@ async fn the_head_hovers_when_chromium_is_killed() {
     browser.kill();
     let hovers = |event: &Event| *event == Event::Ordered(Order::explore(MetresPerSecond(0.0)));
     chain.wait_for("head that hovers", hovers).await;
+}
+
+/// A gamepad whose shoulder button is held or not, and whose stick is pushed to the end.
+fn gamepad(is_held: bool) -> String {
+    format!(
+        "navigator.getGamepads = () => [{{ axes: [0, -1], \
+         buttons: Array(6).fill({{ pressed: {is_held} }}) }}]; true"
+    )
+}
+
+#[tokio::test]
+#[ignore = "needs chromium"]
+async fn a_gamepad_flies_the_head_while_its_button_is_held_in_chromium() {
+    let chain = SimulatedChain::demo();
+    let station = StationProcess::start(&chain.address(), &[]);
+    let mut browser = open("gamepad", &station).await;
+    let speed = |speed| move |event: &Event| *event == Event::Ordered(Order::explore(speed));
+    browser.evaluate(&gamepad(true)).await;
+    chain.wait_for("order of the stick", speed(MetresPerSecond(0.4))).await;
+    browser.evaluate(&gamepad(false)).await;
+    chain.wait_for("head that hovers", speed(MetresPerSecond(0.0))).await;
+}
+
+/// A hold after the recall would keep the chain in the tunnel.
+#[tokio::test]
+#[ignore = "needs chromium"]
+async fn a_gamepad_that_is_let_go_does_not_end_a_recall_in_chromium() {
+    let chain = SimulatedChain::demo();
+    let station = StationProcess::start(&chain.address(), &[]);
+    let mut browser = open("overruled", &station).await;
+    browser.evaluate(&gamepad(true)).await;
+    browser.wait_for(HEAD_FLIES).await;
+    browser.press("r").await;
+    chain.wait_for("order to return", |event| *event == Event::Ordered(Order::Return)).await;
+    browser.evaluate(&gamepad(false)).await;
+    let is_head = |event: &Event| matches!(event, Event::Landed(node) if node.id == NodeId(0));
+    chain.wait_for("head at home", is_head).await;
+    let hover = Event::Ordered(Order::explore(MetresPerSecond(0.0)));
+    assert!(!chain.events().contains(&hover), "{:?}", chain.events());
 }
 
 /// The least contrast of a text with its background that WCAG 2.2 asks for at level AA.
