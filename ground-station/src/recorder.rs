@@ -131,10 +131,14 @@ struct Row {
     node: u8,
     state: &'static str,
     fault: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
     battery_v: Option<f32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     endurance_s: Option<f32>,
     odometer_m: f32,
+    #[serde(skip_serializing_if = "Option::is_none")]
     back: Option<u8>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     rssi_dbm: Option<f32>,
 }
 

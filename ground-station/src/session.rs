@@ -263,6 +263,7 @@ impl Session {
                     (packet.port(), packet.channel(), packet.data())
                     && rows.get("uchain.task") == Some(&u16::from_le_bytes([*a, *b]))
                 {
+                    self.stopping.hear_task(*task);
                     self.news.push(News::Task(*task));
                 }
             }

@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 
+use crtp::OperatorTask;
 use units::{Duration, Instant, NodeId};
 use wire::crtp::{Packet, Port, Request, SupervisorCommand};
 
@@ -118,6 +119,14 @@ impl Stopping {
         stop.conclude();
     }
 
+    /// Takes the order that the base gives: once a stop is no longer sent and the base gives
+    /// another order, the base was switched off and on, and the stop is over.
+    pub fn hear_task(&mut self, task: u8) {
+        if task != OperatorTask::Stop as u8 && !self.is_sending() {
+            *self = Self::NotOrdered;
+        }
+    }
+
     /// Whether the stop is being sent.
     #[must_use]
     pub const fn is_sending(&self) -> bool {
@@ -201,6 +210,19 @@ mod tests {
         stopping.hear(NodeId(0), at(1_500), STOPPED, 0);
         stopping.hear(NodeId(1), at(1_600), 3, 0);
         assert!(stopping.is_sending());
+    }
+
+    #[test]
+    fn a_stop_is_over_when_the_base_was_switched_off_and_on() {
+        let mut stopping = ordered(1);
+        stopping.hear_task(1);
+        assert!(stopping.is_sending(), "a stop that is not answered goes on");
+        stopping.receive(at(1_010), &base_answer());
+        stopping.hear(NodeId(0), at(1_500), STOPPED, 0);
+        stopping.hear_task(4);
+        assert!(matches!(stopping, Stopping::Ordered(_)));
+        stopping.hear_task(0);
+        assert_eq!(stopping, Stopping::NotOrdered);
     }
 
     #[test]
