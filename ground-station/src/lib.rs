@@ -19,6 +19,7 @@
 //! | [`status`] | the state of all that as JSON, for the pages |
 //! | [`steering`] | which of the open pages steers |
 //! | [`link`] | carries packets to a base |
+//! | `radio` | reaches a base through a Crazyradio, with the feature `crazyradio` |
 //! | [`recorder`] | writes what was heard and ordered to CSV and MCAP |
 //! | [`station`] | brings these together with the clock |
 //! | [`access`], [`server`] | who may connect, and the page itself |
@@ -33,6 +34,8 @@ pub mod checklist;
 pub mod cli;
 pub mod link;
 pub mod order;
+#[cfg(feature = "crazyradio")]
+pub mod radio;
 pub mod recorder;
 pub mod server;
 pub mod session;
