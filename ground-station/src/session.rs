@@ -68,16 +68,18 @@ pub enum News {
     Task(u8),
     /// The session knows the base, and its blocks are on their way.
     Ready(Facts),
-    /// The drone at this address cannot be used as a base, for this reason.
-    Unusable(String),
+    /// The drone at this address is not a base but this node.
+    NotBase(NodeId),
+    /// The base's firmware has no log variable of this name, and cannot be used.
+    Missing(String),
 }
 
 /// How far the session has come.
 #[derive(Debug)]
 enum Stage {
-    Log(TableReader),
-    Parameters { log: Rows, reader: TableReader },
-    Facts { log: Rows, rows: Rows, asking: Asking },
+    Parameters(TableReader),
+    Facts { rows: Rows, asking: Asking },
+    Log { rows: Rows, facts: Facts, reader: TableReader },
     Blocks { known: Known, setup: BlockSetup },
     Ready(Known),
     Unusable,
@@ -113,7 +115,7 @@ pub struct Session {
 impl Default for Session {
     fn default() -> Self {
         Self {
-            stage: Stage::Log(TableReader::new(Service::Log)),
+            stage: Stage::Parameters(TableReader::new(Service::Param)),
             giving: Giving::Nothing,
             stopping: Stopping::NotOrdered,
             asked_task: None,
@@ -142,7 +144,7 @@ impl Session {
     const fn known(&self) -> Option<&Known> {
         match &self.stage {
             Stage::Blocks { known, .. } | Stage::Ready(known) => Some(known),
-            Stage::Log(_) | Stage::Parameters { .. } | Stage::Facts { .. } | Stage::Unusable => {
+            Stage::Parameters(_) | Stage::Facts { .. } | Stage::Log { .. } | Stage::Unusable => {
                 None
             }
         }
@@ -178,7 +180,7 @@ impl Session {
             Err(order) => self.news.push(News::Order(order, Fate::NotAnswered)),
         }
         match &mut self.stage {
-            Stage::Log(reader) | Stage::Parameters { reader, .. } => reader.poll(now),
+            Stage::Parameters(reader) | Stage::Log { reader, .. } => reader.poll(now),
             Stage::Facts { rows, asking, .. } => asking.poll(now, rows),
             Stage::Blocks { setup, .. } => setup.poll(now),
             Stage::Ready(Known { rows, .. }) => {
@@ -233,22 +235,21 @@ impl Session {
     /// Takes the session a stage further, if the packet does.
     fn advance(&mut self, packet: &Packet) {
         match &mut self.stage {
-            Stage::Log(reader) => {
-                if let Some(log) = reader.receive(packet) {
-                    let reader = TableReader::new(Service::Param);
-                    self.stage = Stage::Parameters { log, reader };
-                }
-            }
-            Stage::Parameters { log, reader } => {
+            Stage::Parameters(reader) => {
                 if let Some(rows) = reader.receive(packet) {
-                    let (log, asking) = (std::mem::take(log), Asking::default());
-                    self.stage = Stage::Facts { log, rows, asking };
+                    self.stage = Stage::Facts { rows, asking: Asking::default() };
                 }
             }
-            Stage::Facts { log, rows, asking } => {
+            Stage::Facts { rows, asking } => {
                 if let Some(answers) = asking.receive(packet, rows) {
-                    let (log, rows) = (std::mem::take(log), std::mem::take(rows));
-                    self.learn(log, rows, answers);
+                    let rows = std::mem::take(rows);
+                    self.learn_facts(rows, answers);
+                }
+            }
+            Stage::Log { rows, facts, reader } => {
+                if let Some(log) = reader.receive(packet) {
+                    let known = Known { log, rows: std::mem::take(rows), facts: *facts };
+                    self.learn_log(known);
                 }
             }
             Stage::Blocks { known, setup } => {
@@ -271,28 +272,36 @@ impl Session {
         }
     }
 
-    /// Goes on to the log blocks, if the drone is a base that this station can use.
-    fn learn(&mut self, log: Rows, rows: Rows, [node, role, launch, retreat]: [f32; 4]) {
+    /// Goes on to the log's table, if the drone is a base.
+    fn learn_facts(&mut self, rows: Rows, [node, role, launch, retreat]: [f32; 4]) {
         let facts = Facts {
             node: NodeId(node as u8),
             launch_limit: Dbm(launch),
             retreat_limit: Dbm(retreat),
         };
-        let setup = if role as u8 == role_code(Role::Base) {
-            BlockSetup::new(facts.node, &log)
-                .map_err(|name| format!("its firmware has no {name}; flash this version"))
+        self.stage = if role as u8 == role_code(Role::Base) {
+            Stage::Log { rows, facts, reader: TableReader::new(Service::Log) }
         } else {
-            Err(format!("it is node {node}, not the base; give the base's address, the last one"))
+            self.news.push(News::NotBase(facts.node));
+            Stage::Unusable
         };
-        match setup {
-            Ok(setup) => {
-                self.stage = Stage::Blocks { known: Known { log, rows, facts }, setup };
+    }
+
+    /// Goes on to the log blocks, if the base has their variables.
+    fn learn_log(&mut self, known: Known) {
+        self.stage = match BlockSetup::new(known.facts.node, &known.log) {
+            Ok(setup) => Stage::Blocks { known, setup },
+            Err(name) => {
+                self.news.push(News::Missing(name));
+                Stage::Unusable
             }
-            Err(why) => {
-                self.news.push(News::Unusable(why));
-                self.stage = Stage::Unusable;
-            }
-        }
+        };
+    }
+
+    /// Begins anew with a drone at another address. A stop that was ordered goes on.
+    pub fn begin_anew(&mut self) {
+        let stopping = std::mem::take(&mut self.stopping);
+        *self = Self { stopping, ..Self::default() };
     }
 }
 

@@ -8,7 +8,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use serde::{Deserialize, Serialize};
 use tokio::sync::{mpsc, watch};
 use tokio::time::MissedTickBehavior;
-use units::Instant;
+use units::{Instant, NodeId};
 
 use crate::advice::Situation;
 use crate::blocks::Block;
@@ -134,7 +134,7 @@ impl<L: Link> Station<L> {
                 self.session.receive(now, &packet);
             }
             self.send(now).await;
-            self.tell_news(now);
+            self.tell_news(now).await;
             if self.published.is_none_or(|published| now.since(published) >= PUBLISH) {
                 self.published = Some(now);
                 self.publish(now);
@@ -189,7 +189,7 @@ impl<L: Link> Station<L> {
         }
     }
 
-    fn tell_news(&mut self, now: Instant) {
+    async fn tell_news(&mut self, now: Instant) {
         for news in self.session.take_news() {
             match news {
                 News::Block(Block::Drone(node, report)) => {
@@ -211,10 +211,22 @@ impl<L: Link> Station<L> {
                 News::Ready(facts) => {
                     self.notice(now, format!("Connected to the base, node {}.", facts.node));
                 }
-                News::Unusable(why) => {
-                    self.notice(now, format!("This drone cannot be used as a base: {why}."));
-                }
+                News::NotBase(node) => self.seek_base(now, node).await,
+                News::Missing(name) => self.notice(
+                    now,
+                    format!("The base's firmware has no {name}: flash the one of this station."),
+                ),
             }
+        }
+    }
+
+    /// Tries the next drone of the chain, of which the base is the last.
+    async fn seek_base(&mut self, now: Instant, node: NodeId) {
+        if self.link.go_on().await {
+            self.session.begin_anew();
+            self.notice(now, format!("Node {node} is not the base: the next port is tried."));
+        } else {
+            self.notice(now, format!("Node {node} is not the base: give the base's address."));
         }
     }
 

@@ -146,12 +146,14 @@ fn a_base_that_was_restarted_sends_its_blocks_again() {
 #[test]
 fn a_relay_is_no_base() {
     let (mut base, mut session) = (Base::new(), Session::default());
-    base.parameters.about.role = Role::Relay;
+    (base.parameters.about.node, base.parameters.about.role) = (NodeId(1), Role::Relay);
     base.talk(&mut session, 0..5_000, Speech::Steered);
-    let news = session.take_news();
-    let is_refusal =
-        |news: &News| matches!(news, News::Unusable(why) if why.contains("not the base"));
-    assert!(news.iter().any(is_refusal), "{news:?}");
+    assert_eq!(session.take_news(), [News::NotBase(NodeId(1))]);
+    session.begin_anew();
+    let mut base = Base::new();
+    base.talk(&mut session, 5_000..9_000, Speech::Steered);
+    let is_ready = |news: &News| matches!(news, News::Ready(facts) if facts.node == NodeId(4));
+    assert!(session.take_news().iter().any(is_ready));
 }
 
 #[test]

@@ -70,6 +70,17 @@ async fn a_mission_from_take_off_to_the_answered_stop() {
     assert_eq!(links, BTreeSet::from(["0 from 4", "1 from 4", "2 from 4", "3 from 4"]));
 }
 
+/// The first address that `uchain serve` prints is the head's, the last one the base's.
+#[tokio::test]
+async fn a_station_that_is_given_the_heads_address_finds_the_base() {
+    let chain = SimulatedChain::demo_in_a_row();
+    let station = StationProcess::start(&chain.head_address(), &[]);
+    let mut page = PageClient::open(station.page).await;
+    page.wait_for_chain().await;
+    page.send(EXPLORE).await;
+    chain.wait_for("order to explore", is_ordered(Order::explore(MetresPerSecond(0.25)))).await;
+}
+
 /// The head hovers, as the base says two seconds after the last packet of its client.
 async fn the_head_hovers(chain: &SimulatedChain) {
     chain.wait_for("head that hovers", is_ordered(Order::explore(MetresPerSecond(0.0)))).await;

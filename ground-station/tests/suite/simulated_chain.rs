@@ -13,7 +13,8 @@ use sim_harness::serve::{self, Event, Live, Ports};
 
 /// A served chain; it ends when it is dropped.
 pub(crate) struct SimulatedChain {
-    base: SocketAddr,
+    /// The ports, the head's first, the base's last.
+    ports: Vec<SocketAddr>,
     ending: Arc<AtomicBool>,
     events: Arc<Mutex<Vec<Event>>>,
     thread: Option<JoinHandle<()>>,
@@ -22,11 +23,25 @@ pub(crate) struct SimulatedChain {
 impl SimulatedChain {
     /// Serves the scenario `demo`, a head and three relays, on free ports and in real time.
     pub(crate) fn demo() -> Self {
-        let ending = Arc::new(AtomicBool::new(false));
-        let events = Arc::new(Mutex::new(Vec::new()));
         let scenario = Scenario::open("demo").unwrap();
         let ports = Ports::open(Ipv4Addr::LOCALHOST, 0, scenario.drones.members()).unwrap();
-        let base = *ports.addresses().last().unwrap();
+        Self::serve(scenario, ports)
+    }
+
+    /// Serves it on the first free ports in a row from 24,000 on, as `uchain serve` does from
+    /// 19,850 on.
+    pub(crate) fn demo_in_a_row() -> Self {
+        let scenario = Scenario::open("demo").unwrap();
+        let members = scenario.drones.members();
+        let row = |first| Ports::open(Ipv4Addr::LOCALHOST, first, members).ok();
+        let ports = (24_000..30_000).step_by(members).find_map(row).unwrap();
+        Self::serve(scenario, ports)
+    }
+
+    fn serve(scenario: Scenario, ports: Ports) -> Self {
+        let ending = Arc::new(AtomicBool::new(false));
+        let events = Arc::new(Mutex::new(Vec::new()));
+        let addresses = ports.addresses().to_vec();
         let (stop, journal) = (Arc::clone(&ending), Arc::clone(&events));
         let thread = thread::spawn(move || {
             let world = World::of(&scenario);
@@ -36,12 +51,17 @@ impl SimulatedChain {
                 journal.lock().unwrap().push(event);
             });
         });
-        Self { base, ending, events, thread: Some(thread) }
+        Self { ports: addresses, ending, events, thread: Some(thread) }
     }
 
     /// The base's address, as the station takes it.
     pub(crate) fn address(&self) -> String {
-        format!("udp://{}", self.base)
+        format!("udp://{}", self.ports.last().unwrap())
+    }
+
+    /// The head's address.
+    pub(crate) fn head_address(&self) -> String {
+        format!("udp://{}", self.ports[0])
     }
 
     /// All events so far.
