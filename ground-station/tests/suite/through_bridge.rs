@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread;
 
-use crtp::{Access, Event, Node, Outcome, Parameters, Server, Snapshot};
+use crtp::{Access, Event, Node, OperatorTask, Outcome, Parameters, Server, Snapshot};
 use sim_harness::bridge::{self, Radio, RadioLost, Rate};
 use sim_harness::serve::Ports;
 use units::{Dbm, Instant, Metres, MetresPerSecond, NodeId, Role};
@@ -90,8 +90,9 @@ impl BaseOnTheAir {
         if packet[0] & UP == *up {
             *up ^= UP;
             let is_stopped = &self.is_stopped;
-            self.server.receive(now, packet, Access::Full, &mut parameters, |event, _| {
+            self.server.receive(now, packet, Access::Full, &mut parameters, |event, parameters| {
                 if event == Event::EmergencyStop {
+                    parameters.task = OperatorTask::Stop;
                     is_stopped.store(true, Ordering::Relaxed);
                 }
                 Outcome::Done
