@@ -1,0 +1,47 @@
+//! The operator's station: a page in the browser of this machine that shows a chain of drones and
+//! gives it orders, through the base of the chain.
+//!
+//! ```text
+//!   browser ──WebSocket──▶ server ──▶ station ──CRTP──▶ base ─ ─ ─▶ drones
+//!      ▲                                │  │              │
+//!      └────────── state, 10 Hz ────────┘  └─▶ recorder   └─ ─ telemetry
+//! ```
+//! The station decides nothing for the drones. While no page steers it sends nothing, so that the
+//! time-outs of the drones count; only a stop that was ordered is sent until it is answered.
+//!
+//! | module | its part |
+//! |---|---|
+//! | [`session`] | speaks CRTP to the base, without a clock and without a socket |
+//! | [`table`], [`blocks`] | read the base's tables and its log blocks |
+//! | [`order`], [`stopping`] | give orders, and repeat a stop until all drones have answered |
+//! | [`chain_view`], [`battery`], [`words`] | what is known of the drones, in words |
+//! | [`checklist`], [`advice`] | what must be so before a flight, and what to do next |
+//! | [`status`] | the state of all that as JSON, for the pages |
+//! | [`steering`] | which of the open pages steers |
+//! | [`link`] | carries packets to a base |
+//! | `radio` | reaches a base through a Crazyradio, with the feature `crazyradio` |
+//! | [`recorder`] | writes what was heard and ordered to CSV and MCAP |
+//! | [`station`] | brings these together with the clock |
+//! | [`access`], [`server`] | who may connect, and the page itself |
+//! | [`cli`] | the command `uchain-ground` |
+
+pub mod access;
+pub mod advice;
+pub mod battery;
+pub mod blocks;
+pub mod chain_view;
+pub mod checklist;
+pub mod cli;
+pub mod link;
+pub mod order;
+#[cfg(feature = "crazyradio")]
+pub mod radio;
+pub mod recorder;
+pub mod server;
+pub mod session;
+pub mod station;
+pub mod status;
+pub mod steering;
+pub mod stopping;
+pub mod table;
+pub mod words;

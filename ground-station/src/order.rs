@@ -1,0 +1,232 @@
+//! Turns the operator's orders into parameters of the base, and sets them one after the other.
+
+use std::collections::VecDeque;
+
+use crtp::OperatorTask;
+use serde::{Deserialize, Serialize};
+use units::{Branch, Duration, Instant, MetresPerSecond};
+use wire::crtp::{Packet, ParamRequest, Port, Request};
+
+use crate::table::Rows;
+
+/// The time after which a parameter whose setting was not answered is set again.
+const AGAIN: Duration = Duration::from_millis(100);
+/// The number of times that a parameter is set before the order counts as not answered.
+const TRIES: u32 = 10;
+
+/// The fastest that the base lets a head fly (`crtp`, `Parameters::MAX_SPEED`).
+pub const MAX_SPEED: MetresPerSecond = MetresPerSecond(0.4);
+
+/// An order of the operator to the whole mission, except the stop.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", tag = "order")]
+pub enum Order {
+    /// The drones wait on the ground; drones that have landed may fly again.
+    Wait,
+    /// The head takes off, or stops where it is in the air, and the chain holds.
+    Hold,
+    /// The head flies along the tunnel.
+    Explore {
+        /// The speed in m/s, negative to fly back.
+        speed: f32,
+    },
+    /// The head takes this way at the junctions that it comes to.
+    Branch {
+        /// The way.
+        way: Way,
+    },
+    /// All drones fly home.
+    Recall,
+    /// Each drone lands where it is.
+    Land,
+    /// The drones of the chain land at their places and relay from the ground.
+    Perch,
+}
+
+/// A choice for junctions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Way {
+    /// No choice: the head waits at a junction.
+    None,
+    /// The left one.
+    Left,
+    /// The right one.
+    Right,
+    /// The one ahead.
+    Straight,
+}
+
+impl Way {
+    const fn code(self) -> u8 {
+        Branch::code(match self {
+            Self::None => None,
+            Self::Left => Some(Branch::Left),
+            Self::Right => Some(Branch::Right),
+            Self::Straight => Some(Branch::Straight),
+        })
+    }
+}
+
+impl Order {
+    /// The parameters to be set, in this order, with their values as bytes. The speed comes before
+    /// the task, so that a head never starts at an old speed.
+    fn parameters(self) -> Vec<(&'static str, Vec<u8>)> {
+        let task = |task: OperatorTask| ("uchain.task", vec![task as u8]);
+        let speed = |speed: f32| ("uchain.speed", speed.to_le_bytes().to_vec());
+        match self {
+            Self::Wait => vec![task(OperatorTask::Wait)],
+            Self::Hold => vec![speed(0.0), task(OperatorTask::Explore)],
+            Self::Explore { speed: forward } => {
+                let forward = MetresPerSecond(forward).limited_to(MAX_SPEED);
+                vec![speed(forward.0), task(OperatorTask::Explore)]
+            }
+            Self::Branch { way } => vec![("uchain.branch", vec![way.code()])],
+            Self::Recall => vec![task(OperatorTask::Return)],
+            Self::Land => vec![task(OperatorTask::Land)],
+            Self::Perch => vec![task(OperatorTask::Perch)],
+        }
+    }
+}
+
+/// What became of an order.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Fate {
+    /// The base has taken the order.
+    Taken,
+    /// The base has answered with another value: it does not follow the order.
+    Refused,
+    /// The base has not answered.
+    NotAnswered,
+    /// The operator has given another order first.
+    Replaced,
+    /// No page steers any more.
+    Dropped,
+}
+
+/// The order that is being given, parameter by parameter.
+#[derive(Clone, Debug, Default)]
+pub enum Giving {
+    /// No order is being given.
+    #[default]
+    Nothing,
+    /// The parameters of an order are being set.
+    Setting {
+        /// The order.
+        order: Order,
+        /// The parameters that are not set yet, by row, with their values.
+        left: VecDeque<(u16, Vec<u8>)>,
+        /// When the first of them was set last, and how often.
+        sent: Option<(Instant, u32)>,
+    },
+}
+
+impl Giving {
+    /// Begins to give an order; `None` where the base has no such parameter.
+    #[must_use]
+    pub fn begin(order: Order, rows: &Rows) -> Option<Self> {
+        let row = |(name, value): (&str, Vec<u8>)| Some((*rows.get(name)?, value));
+        let left = order.parameters().into_iter().map(row).collect::<Option<_>>()?;
+        Some(Self::Setting { order, left, sent: None })
+    }
+
+    /// The order that is being given.
+    #[must_use]
+    pub const fn order(&self) -> Option<Order> {
+        match self {
+            Self::Nothing => None,
+            Self::Setting { order, .. } => Some(*order),
+        }
+    }
+
+    /// Returns the packet to be sent now, if one is due, or the order that was not answered.
+    pub fn poll(&mut self, now: Instant) -> Result<Option<Packet>, Order> {
+        let Self::Setting { order, left, sent } = self else { return Ok(None) };
+        let tries = match sent {
+            Some((at, _)) if now.since(*at) < AGAIN => return Ok(None),
+            Some((_, tries)) if *tries >= TRIES => {
+                let order = *order;
+                *self = Self::Nothing;
+                return Err(order);
+            }
+            Some((_, tries)) => *tries + 1,
+            None => 1,
+        };
+        *sent = Some((now, tries));
+        let write = |(id, value): &(u16, Vec<u8>)| {
+            Request::Param(ParamRequest::Write { id: *id, value }).packet()
+        };
+        Ok(left.front().map(write))
+    }
+
+    /// Takes a packet of the base. Returns the order and what became of it, once that is known.
+    pub fn receive(&mut self, packet: &Packet) -> Option<(Order, Fate)> {
+        let Self::Setting { order, left, sent } = self else { return None };
+        if packet.port() != Ok(Port::Param) || packet.channel() != 2 {
+            return None;
+        }
+        let (row, value) = left.front()?;
+        let (id, holds) = packet.data().split_first_chunk::<2>()?;
+        if u16::from_le_bytes(*id) != *row {
+            return None;
+        }
+        let order = *order;
+        if holds != value.as_slice() {
+            *self = Self::Nothing;
+            return Some((order, Fate::Refused));
+        }
+        left.pop_front();
+        *sent = None;
+        if !left.is_empty() {
+            return None;
+        }
+        *self = Self::Nothing;
+        Some((order, Fate::Taken))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rows() -> Rows {
+        [("uchain.task", 0), ("uchain.speed", 1), ("uchain.branch", 2)]
+            .into_iter()
+            .map(|(name, row)| (name.to_owned(), row))
+            .collect()
+    }
+
+    fn answer(row: u16, value: &[u8]) -> Packet {
+        Packet::new(Port::Param, 2, &[&row.to_le_bytes()[..], value].concat()).unwrap()
+    }
+
+    #[test]
+    fn the_speed_is_set_before_the_task() {
+        let order = Order::Explore { speed: 0.25 };
+        let mut giving = Giving::begin(order, &rows()).unwrap();
+        let speed = giving.poll(Instant::ZERO).unwrap().unwrap();
+        assert_eq!(speed.data(), [&[1, 0][..], &0.25_f32.to_le_bytes()].concat());
+        assert_eq!(giving.receive(&answer(1, &0.25_f32.to_le_bytes())), None);
+        let task = giving.poll(Instant::ZERO).unwrap().unwrap();
+        assert_eq!(task.data(), [0, 0, 1]);
+        assert_eq!(giving.receive(&answer(0, &[1])), Some((order, Fate::Taken)));
+    }
+
+    #[test]
+    fn an_order_that_is_answered_with_another_value_was_refused() {
+        let mut giving = Giving::begin(Order::Wait, &rows()).unwrap();
+        assert!(giving.poll(Instant::ZERO).unwrap().is_some());
+        assert_eq!(giving.receive(&answer(0, &[4])), Some((Order::Wait, Fate::Refused)));
+    }
+
+    #[test]
+    fn an_order_without_an_answer_is_repeated_for_a_second() {
+        let mut giving = Giving::begin(Order::Land, &rows()).unwrap();
+        let at = |ms| Instant::from_millis(ms);
+        let sent = (0..=99).filter(|n| giving.poll(at(10 * n)).unwrap().is_some()).count();
+        assert_eq!(sent, 10);
+        assert_eq!(giving.poll(at(1_000)), Err(Order::Land));
+        assert_eq!(giving.poll(at(1_100)), Ok(None));
+    }
+}

@@ -1,0 +1,242 @@
+// Shows the station's state and sends the operator's orders. The page decides nothing itself.
+"use strict";
+
+const BEAT_MS = 250; // The station takes a page that is silent for 1.5 s for gone.
+const STALE_MS = 1000; // States come every 100 ms.
+const SPEED_STEP = 0.05;
+
+const at = (id) => document.getElementById(id);
+const session = document.querySelector("meta[name=session]").content;
+let socket = null;
+let page = null;
+let statusTime = 0;
+
+function connect() {
+  socket = new WebSocket(`ws://${location.host}/live?session=${session}`);
+  socket.onmessage = (event) => {
+    const message = JSON.parse(event.data);
+    if ("page" in message) page = message.page;
+    else if ("drones" in message) show(message);
+  };
+  socket.onclose = () => setTimeout(connect, 500);
+}
+
+function send(request) {
+  if (socket && socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(request));
+}
+
+const order = (name, more = {}) => send({ do: "order", order: name, ...more });
+const speed = () => Number(at("speed").value);
+
+// A stop that the socket cannot take now is sent as soon as it is open again.
+let stopWaits = false;
+function stop() {
+  stopWaits = true;
+  sendStop();
+}
+function sendStop() {
+  if (stopWaits && socket && socket.readyState === WebSocket.OPEN) {
+    send({ do: "stop" });
+    stopWaits = false;
+  }
+}
+
+// An order by key or button takes the head from the gamepad, until its button is let go.
+function give(name, more) {
+  if (stick !== null) [stick, stickIsOverruled] = [null, true];
+  order(name, more);
+}
+
+const orders = {
+  wait: () => give("wait"),
+  hold: () => give("hold"),
+  explore: () => give("explore", { speed: speed() }),
+  recall: () => give("recall"),
+  land: () => give("land"),
+  perch: () => give("perch"),
+};
+const branch = (way) => order("branch", { way });
+
+const keys = {
+  w: orders.wait, t: orders.hold, " ": orders.hold, e: orders.explore, r: orders.recall,
+  l: orders.land, p: orders.perch,
+  1: () => branch("left"), 2: () => branch("straight"), 3: () => branch("right"), 0: () => branch("none"),
+  ArrowUp: () => changeSpeed(SPEED_STEP), ArrowDown: () => changeSpeed(-SPEED_STEP),
+};
+
+function changeSpeed(by) {
+  at("speed").value = (speed() + by).toFixed(2);
+  showSpeed();
+}
+function showSpeed() {
+  at("speed-text").textContent = speed().toFixed(2);
+}
+
+document.addEventListener("keydown", (event) => {
+  if (event.key === "Escape") {
+    event.preventDefault();
+    stop();
+    return;
+  }
+  if (event.repeat || event.ctrlKey || event.altKey || event.metaKey) return;
+  // A focused button takes the space bar, a focused slider the arrows.
+  if (event.key === " " && event.target.tagName === "BUTTON") return;
+  if (event.key.startsWith("Arrow") && event.target.tagName === "INPUT") return;
+  const act = keys[event.key.length === 1 ? event.key.toLowerCase() : event.key];
+  if (!act) return;
+  event.preventDefault();
+  act();
+});
+
+at("stop").onclick = stop;
+at("give-up").onclick = () => send({ do: "give-up" });
+at("steer").onclick = () => send({ do: "steer" });
+at("speed").oninput = showSpeed;
+for (const button of document.querySelectorAll("[data-order]")) button.onclick = orders[button.dataset.order];
+for (const button of document.querySelectorAll("[data-way]")) button.onclick = () => branch(button.dataset.way);
+
+// ---- Gamepad ----------------------------------------------------------------------------------
+
+// The standard layout: https://www.w3.org/TR/gamepad/#remapping
+const SHOULDER = 5;
+const FORWARD = 1; // The left stick's vertical axis, negative away from the pilot.
+const STICK_MS = 100;
+
+// The speed that the stick has ordered; null while the shoulder button is not held.
+let stick = null;
+let stickIsOverruled = false;
+
+// While the right shoulder button is held the head flies as the stick says. When it is let go, or
+// the gamepad is unplugged, the head stops and hovers.
+setInterval(() => {
+  const pad = navigator.getGamepads().find((pad) => pad?.buttons[SHOULDER]?.pressed);
+  if (stickIsOverruled) {
+    stickIsOverruled = Boolean(pad);
+    return;
+  }
+  const before = stick;
+  const steps = pad ? Math.round((-pad.axes[FORWARD] * at("speed").max) / SPEED_STEP) : 0;
+  stick = pad ? steps * SPEED_STEP : null;
+  if (stick === before) return;
+  if (stick === null) order("hold");
+  else order("explore", { speed: stick });
+}, STICK_MS);
+
+// ---- What is shown ----------------------------------------------------------------------------
+
+function text(tag, words, className = "") {
+  const element = document.createElement(tag);
+  element.textContent = words;
+  if (className) element.className = className;
+  return element;
+}
+
+// A screen reader reads what changes: what stays the same is not written again.
+function setText(id, words) {
+  if (at(id).textContent !== words) at(id).textContent = words;
+}
+function setList(id, items) {
+  const list = document.createElement("ul");
+  list.append(...items);
+  if (at(id).innerHTML !== list.innerHTML) at(id).replaceChildren(...list.childNodes);
+}
+
+const minutes = (s) => (s >= 120 ? `${Math.floor(s / 60)} min` : `${Math.round(s)} s`);
+const classOf = { good: "good", weak: "weak", "too weak": "bad" };
+const arrow = { rising: "↗ rising", steady: "→ steady", falling: "↘ falling", unknown: "" };
+const capital = (words) => words.charAt(0).toUpperCase() + words.slice(1);
+
+function droneItem(drone) {
+  const item = document.createElement("li");
+  item.dataset.node = drone.node;
+  item.append(text("strong", `${capital(drone.name)}: ${drone.state}`));
+  if (drone.fault) item.append(text("div", capital(drone.fault), "bad"));
+  const facts = text("div", "", "facts");
+  if (drone.link) {
+    const { to, dbm, grade, trend } = drone.link;
+    facts.append(text("span", `Link to ${to}: ${dbm.toFixed(0)} dBm, ${grade} ${arrow[trend]}`, classOf[grade] ?? ""));
+  } else facts.append(text("span", "No link towards the base"));
+  if (drone.endurance_s !== null) {
+    const spare = Math.max(0, drone.turns_back_s);
+    const turns = drone.airborne ? `, turns back in ${minutes(spare)}` : "";
+    facts.append(text("span", `Battery for ${minutes(drone.endurance_s)}${turns}`, drone.airborne && spare < 60 ? "bad" : ""));
+  }
+  else if (drone.battery_v !== null) facts.append(text("span", `Battery ${drone.battery_v.toFixed(2)} V`));
+  else facts.append(text("span", "Battery unknown"));
+  facts.append(text("span", `${drone.odometer_m.toFixed(1)} m in`));
+  if (drone.silent) facts.append(text("span", `Silent for ${minutes(drone.age_s)}`, "bad"));
+  item.append(facts);
+  return item;
+}
+
+function answerItem(answer) {
+  const name = capital(answer.name);
+  return answer.answered_s === null
+    ? text("li", `${name}: NO ANSWER`, "bad")
+    : text("li", `${name}: stopped, said after ${answer.answered_s.toFixed(1)} s`, "good");
+}
+
+function showStop(stopped) {
+  at("stopping").hidden = !stopped;
+  if (!stopped) return;
+  const state = {
+    repeating: "Stop is being sent until every drone has answered.",
+    answered: "Every drone has answered.",
+    "given up": "You no longer wait for the answers that are missing. Press STOP to send it again.",
+  };
+  setText("stop-state", state[stopped.sending]);
+  const base = { name: "the base", answered_s: stopped.base_s };
+  setList("answers", [base, ...stopped.drones].map(answerItem));
+  at("give-up").hidden = stopped.sending !== "repeating";
+}
+
+function show(status) {
+  statusTime = performance.now();
+  const steers = status.steering === page;
+  at("not-steering").hidden = steers;
+  for (const button of at("orders").querySelectorAll("button, input")) button.disabled = !steers;
+  at("advice").className = status.advice.urgent ? "urgent" : "";
+  setText("advice", status.advice.text);
+  sound(status.advice);
+  setText("task", status.task ?? "nothing yet");
+  setText("base", status.base ? `Base, node ${status.base.node}: ${status.base.radio}.${status.base.recalled ? " A drone must come home." : ""}` : "");
+  setList("drones", status.drones.map(droneItem));
+  setList("notices", status.notices.map((notice) => text("li", notice)).reverse());
+  at("before").hidden = status.checks.length === 0 || status.stop !== null;
+  setList("checks", status.checks.map(({ good, text: words }) =>
+    text("li", `${good ? "OK" : "NOT YET"}: ${words}`, good ? "good" : "weak")));
+  showStop(status.stop);
+  showLink(status.hears_base ? "The base answers." : "THE BASE DOES NOT ANSWER.", !status.hears_base);
+}
+
+// Two tones say that the advice has become urgent, or another urgent one has taken its place.
+let audio = null;
+let alarm = "";
+for (const gesture of ["keydown", "pointerdown"])
+  document.addEventListener(gesture, () => (audio ??= new AudioContext()), { once: true });
+function sound(advice) {
+  const before = alarm;
+  // Numbers that count on are no other advice.
+  alarm = advice.urgent ? advice.text.replace(/\d+/g, "") : "";
+  if (!alarm || alarm === before || !audio || !at("sound").checked) return;
+  for (const [hertz, start] of [[880, 0], [660, 0.25]]) {
+    const tone = new OscillatorNode(audio, { frequency: hertz });
+    tone.connect(new GainNode(audio, { gain: 0.3 })).connect(audio.destination);
+    tone.start(audio.currentTime + start);
+    tone.stop(audio.currentTime + start + 0.2);
+  }
+}
+
+function showLink(words, isBad) {
+  setText("link", words);
+  at("link").className = isBad ? "bad" : "good";
+}
+
+setInterval(() => {
+  send({ do: "beat" });
+  sendStop();
+  if (performance.now() - statusTime > STALE_MS)
+    showLink("NO STATION: what is shown is old, and no order goes out. Load the page anew.", true);
+}, BEAT_MS);
+showSpeed();
+connect();

@@ -1,0 +1,158 @@
+//! Records what the station hears and orders, in two files that are written by a thread of their
+//! own: a slow disk delays no order.
+//!
+//! `packets.csv` has a row for each report of a drone that has a link towards the base; `uchain
+//! replay` reads it. `station.mcap` has everything, as JSON messages. Both are flushed at least once
+//! a second, and are readable up to there when the station is killed.
+
+mod mcap;
+mod packets;
+
+use std::fs::{self, File};
+use std::io::{self, BufWriter};
+use std::path::Path;
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use serde::Serialize;
+use units::NodeId;
+
+use crate::blocks::{BaseReport, DroneReport};
+use crate::order::{Fate, Order};
+
+/// The time between two flushes, half of the second that a killed station may lose.
+const FLUSH: Duration = Duration::from_millis(500);
+
+/// Something that is recorded, at a time since 1970.
+#[derive(Clone, Debug)]
+pub struct Record {
+    /// The time since 1970.
+    pub at: Duration,
+    /// What happened.
+    pub event: Event,
+}
+
+/// What is recorded.
+#[derive(Clone, Debug)]
+pub enum Event {
+    /// A drone said something new.
+    Drone(NodeId, DroneReport),
+    /// The base said something about itself.
+    Base(BaseReport),
+    /// The base printed a line.
+    Console(String),
+    /// A page gave an order.
+    Ordered(Order),
+    /// The fate of an order is known.
+    Fate(Order, Fate),
+    /// A page ordered a stop.
+    Stop,
+    /// The operator gave up waiting for answers to the stop.
+    GaveUp,
+    /// The station printed a notice.
+    Notice(String),
+}
+
+/// A recorder; its thread ends when the recorder is dropped.
+#[derive(Debug)]
+pub struct Recorder {
+    records: Option<Sender<Record>>,
+    writer: Option<JoinHandle<io::Result<()>>>,
+}
+
+impl Recorder {
+    /// Creates the folder and its two files.
+    ///
+    /// # Errors
+    /// If they cannot be created.
+    pub fn create(folder: &Path) -> io::Result<Self> {
+        fs::create_dir_all(folder)?;
+        let create = |name: &str| File::create_new(folder.join(name)).map(BufWriter::new);
+        let mut files = Files {
+            packets: packets::Packets::new(create("packets.csv")?)?,
+            mcap: mcap::Recording::new(create("station.mcap")?)?,
+        };
+        let (records, received) = mpsc::channel();
+        let writer = thread::Builder::new()
+            .name("recorder".to_owned())
+            .spawn(move || files.write_all(&received))?;
+        Ok(Self { records: Some(records), writer: Some(writer) })
+    }
+
+    /// Records an event. Returns whether the recorder still runs: its disk may be full.
+    pub fn record(&self, record: Record) -> bool {
+        self.records.as_ref().is_some_and(|records| records.send(record).is_ok())
+    }
+}
+
+impl Drop for Recorder {
+    fn drop(&mut self) {
+        self.records = None;
+        if let Some(Ok(Err(error))) = self.writer.take().map(JoinHandle::join) {
+            eprintln!("uchain-ground: the recording is not complete: {error}");
+        }
+    }
+}
+
+/// The two files.
+struct Files {
+    packets: packets::Packets<BufWriter<File>>,
+    mcap: mcap::Recording<BufWriter<File>>,
+}
+
+impl Files {
+    fn write_all(&mut self, records: &Receiver<Record>) -> io::Result<()> {
+        let mut flushed = Instant::now();
+        loop {
+            match records.recv_timeout(FLUSH.saturating_sub(flushed.elapsed())) {
+                Ok(record) => {
+                    self.packets.write(&record)?;
+                    self.mcap.write(record);
+                }
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => {
+                    self.packets.flush()?;
+                    return self.mcap.finish();
+                }
+            }
+            if flushed.elapsed() >= FLUSH {
+                self.packets.flush()?;
+                self.mcap.flush()?;
+                flushed = Instant::now();
+            }
+        }
+    }
+}
+
+/// A drone's report in its own units, for both files.
+#[derive(Serialize)]
+struct Row {
+    node: u8,
+    state: &'static str,
+    fault: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    battery_v: Option<f32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    endurance_s: Option<f32>,
+    odometer_m: f32,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    back: Option<u8>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    rssi_dbm: Option<f32>,
+}
+
+impl Row {
+    fn of(node: NodeId, report: &DroneReport) -> Self {
+        Self {
+            node: node.0,
+            state: crate::words::state(report.state),
+            fault: crate::words::fault(report.fault).unwrap_or_default(),
+            battery_v: report.battery.map(|volts| volts.0),
+            endurance_s: report.endurance.map(units::Duration::as_secs_f32),
+            odometer_m: report.odometer.0,
+            back: report.back.map(|(peer, _)| peer.0),
+            rssi_dbm: report.back.map(|(_, rssi)| rssi.0),
+        }
+    }
+}

@@ -1,0 +1,169 @@
+//! The session with the CRTP server that the drones run.
+
+use crtp::{Access, Event, Node, Outcome, Parameters, Server, Snapshot};
+use proptest::prelude::*;
+use units::Metres;
+use wire::crtp::{SupervisorCommand, Value};
+use wire::p2p::Telemetry;
+
+use super::*;
+
+/// A base of the drones' own CRTP server, which hears one drone.
+struct Base {
+    server: Server,
+    parameters: Parameters,
+    snapshot: Snapshot,
+    stops: usize,
+}
+
+impl Base {
+    fn new() -> Self {
+        let mut parameters = Parameters::DEFAULT;
+        (parameters.about.node, parameters.about.role) = (NodeId(4), Role::Base);
+        Self { server: Server::new(), parameters, snapshot: Snapshot::DEFAULT, stops: 0 }
+    }
+
+    fn hears(&mut self, now: Instant, state: u8) {
+        let telemetry = Telemetry {
+            state,
+            fault: 0,
+            battery: None,
+            endurance: None,
+            front: None,
+            back: None,
+            odometer: Metres::ZERO,
+            velocity: units::MetresPerSecond::ZERO,
+            height: None,
+            heeded: 0,
+        };
+        self.snapshot.nodes[2] = Some(Node { telemetry, heard: now });
+    }
+
+    /// Carries packets both ways for a while, in steps of 10 ms; returns those of the session.
+    fn talk(
+        &mut self,
+        session: &mut Session,
+        ms: std::ops::Range<u64>,
+        speech: Speech,
+    ) -> Vec<Packet> {
+        let mut sent = Vec::new();
+        for now in ms.step_by(10).map(Instant::from_millis) {
+            self.snapshot.taken = now;
+            while let Some(packet) = session.poll(now, speech) {
+                sent.push(packet);
+                let (bytes, stops) = (packet.bytes(), &mut self.stops);
+                self.server.receive(now, bytes, Access::Full, &mut self.parameters, |event, _| {
+                    *stops += usize::from(event == Event::EmergencyStop);
+                    Outcome::Done
+                });
+                self.answer(session, now);
+            }
+            self.answer(session, now);
+        }
+        sent
+    }
+
+    fn answer(&mut self, session: &mut Session, now: Instant) {
+        while let Some(packet) = self.server.poll(now, &self.snapshot, &self.parameters) {
+            session.receive(now, &packet);
+        }
+    }
+}
+
+fn connected() -> (Base, Session) {
+    let (mut base, mut session) = (Base::new(), Session::default());
+    base.hears(Instant::ZERO, 3);
+    base.talk(&mut session, 0..5_000, Speech::Steered);
+    assert!(matches!(session.stage, Stage::Ready(_)), "{:?}", session.stage);
+    (base, session)
+}
+
+fn is_stop(packet: &Packet) -> bool {
+    *packet == Request::Command(SupervisorCommand::EmergencyStop).packet()
+}
+
+#[test]
+fn a_session_learns_the_base_and_hears_its_drones() {
+    let (_, mut session) = connected();
+    let news = session.take_news();
+    assert!(news.iter().any(|news| matches!(news, News::Ready(facts) if facts.node == NodeId(4))));
+    let is_drone = |news: &News| matches!(news, News::Block(Block::Drone(NodeId(2), _)));
+    assert!(news.iter().any(is_drone), "{news:?}");
+    assert!(news.contains(&News::Task(0)));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 32, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// While no page steers, nothing is sent but a stop, whatever was ordered before.
+    #[test]
+    fn without_a_page_only_a_stop_is_sent(
+        order_at in 0_u64..100,
+        stop in any::<bool>(),
+        silence in 1_u64..20,
+    ) {
+        let (mut base, mut session) = connected();
+        base.talk(&mut session, 5_000..5_000 + order_at, Speech::Steered);
+        let is_given = session.order(Order::Explore { speed: 0.3 });
+        prop_assert!(is_given);
+        let from = 6_000;
+        if stop {
+            session.stopping.order(Instant::from_millis(from), [NodeId(2)].into_iter());
+        }
+        let sent = base.talk(&mut session, from..from + 1_000 * silence, Speech::StopOnly);
+        prop_assert!(sent.iter().all(is_stop), "{sent:?}");
+        prop_assert_eq!(sent.len() as u64, if stop { 5 * silence } else { 0 });
+        prop_assert_eq!(base.stops, sent.len());
+    }
+}
+
+#[test]
+fn a_stop_is_sent_before_the_base_is_known_and_ends_with_the_last_answer() {
+    let (mut base, mut session) = (Base::new(), Session::default());
+    session.stopping.order(Instant::ZERO, std::iter::empty());
+    let sent = base.talk(&mut session, 0..10, Speech::Steered);
+    assert!(is_stop(&sent[0]), "{sent:?}");
+    let (mut base, mut session) = connected();
+    session.stopping.order(Instant::from_millis(6_000), [NodeId(2)].into_iter());
+    base.talk(&mut session, 6_000..7_000, Speech::Steered);
+    assert!(session.stopping.is_sending());
+    base.hears(Instant::from_millis(7_000), 9);
+    base.talk(&mut session, 7_000..8_000, Speech::Steered);
+    assert!(!session.stopping.is_sending());
+}
+
+#[test]
+fn a_base_that_was_restarted_sends_its_blocks_again() {
+    let (_, mut session) = connected();
+    let mut base = Base::new();
+    base.hears(Instant::from_millis(9_000), 8);
+    session.take_news();
+    base.talk(&mut session, 9_000..14_000, Speech::Steered);
+    let is_landed = |news: &News| matches!(news, News::Block(Block::Drone(NodeId(2), report)) if report.state == 8);
+    assert!(session.take_news().iter().any(is_landed));
+}
+
+#[test]
+fn a_relay_is_no_base() {
+    let (mut base, mut session) = (Base::new(), Session::default());
+    (base.parameters.about.node, base.parameters.about.role) = (NodeId(1), Role::Relay);
+    base.talk(&mut session, 0..5_000, Speech::Steered);
+    assert_eq!(session.take_news(), [News::NotBase(NodeId(1))]);
+    session.begin_anew();
+    let mut base = Base::new();
+    base.talk(&mut session, 5_000..9_000, Speech::Steered);
+    let is_ready = |news: &News| matches!(news, News::Ready(facts) if facts.node == NodeId(4));
+    assert!(session.take_news().iter().any(is_ready));
+}
+
+#[test]
+fn an_order_sets_the_parameters_of_the_base() {
+    let (mut base, mut session) = connected();
+    session.take_news();
+    let order = Order::Explore { speed: 0.25 };
+    assert!(session.order(order));
+    base.talk(&mut session, 6_000..6_500, Speech::Steered);
+    assert_eq!(base.parameters.task as u8, 1);
+    assert_eq!(Value::F32(base.parameters.speed.0), Value::F32(0.25));
+    assert!(session.take_news().contains(&News::Order(order, Fate::Taken)));
+}

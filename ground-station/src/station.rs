@@ -1,0 +1,283 @@
+//! Runs the station: carries packets between the link and the session, requests of the pages to
+//! the session, and the state to the pages and to the recorder.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+use serde::{Deserialize, Serialize};
+use tokio::sync::{mpsc, watch};
+use tokio::time::MissedTickBehavior;
+use units::{Instant, NodeId};
+
+use crate::advice::Situation;
+use crate::blocks::Block;
+use crate::chain_view::ChainView;
+use crate::link::Link;
+use crate::order::{Fate, Order};
+use crate::recorder::{Event, Record, Recorder};
+use crate::session::{News, Session, Speech};
+use crate::status::Status;
+use crate::steering::{PageId, Pages};
+
+/// The time between two looks at what is due; an order is sent at once, not at the next of them.
+const TICK: Duration = Duration::from_millis(10);
+/// The time between two states for the pages.
+const PUBLISH: units::Duration = units::Duration::from_millis(100);
+/// The number of notices that the pages show.
+const NOTICES: usize = 8;
+/// The number of requests of the pages that may wait.
+const WAITING: usize = 64;
+
+/// A message of a page.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", tag = "do")]
+pub enum Request {
+    /// A sign of life.
+    Beat,
+    /// An order, which only the page that steers may give.
+    Order(Order),
+    /// The page wants to steer in place of another.
+    Steer,
+    /// The emergency stop, which every page may order.
+    Stop,
+    /// The operator no longer waits for answers to the stop.
+    GiveUp,
+}
+
+/// Something that happened at a page.
+#[derive(Clone, Copy, Debug)]
+enum FromPage {
+    Sent(PageId, Request),
+    Closed(PageId),
+}
+
+/// The pages' end of a station. The station runs until the last of them is dropped.
+#[derive(Clone, Debug)]
+pub struct Handle {
+    requests: mpsc::Sender<FromPage>,
+    status: watch::Receiver<Arc<str>>,
+}
+
+impl Handle {
+    /// Gives a page's request to the station.
+    pub async fn send(&self, page: PageId, request: Request) {
+        // A station that has ended has nobody to give the request to.
+        let _ = self.requests.send(FromPage::Sent(page, request)).await;
+    }
+
+    /// Tells the station that a page was closed.
+    pub async fn close(&self, page: PageId) {
+        let _ = self.requests.send(FromPage::Closed(page)).await;
+    }
+
+    /// The state of the station as JSON, which changes ten times a second.
+    #[must_use]
+    pub fn status(&self) -> watch::Receiver<Arc<str>> {
+        self.status.clone()
+    }
+}
+
+/// Starts a station on a link.
+#[must_use]
+pub fn start(link: impl Link, recorder: Option<Recorder>) -> Handle {
+    let (requests, received) = mpsc::channel(WAITING);
+    let (publisher, status) = watch::channel(Arc::from("{}"));
+    let station = Station {
+        link,
+        recorder,
+        publisher,
+        began: std::time::Instant::now(),
+        began_at: SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default(),
+        session: Session::default(),
+        chain: ChainView::default(),
+        pages: Pages::default(),
+        notices: VecDeque::new(),
+        published: None,
+    };
+    tokio::spawn(station.run(received));
+    Handle { requests, status }
+}
+
+struct Station<L: Link> {
+    link: L,
+    recorder: Option<Recorder>,
+    publisher: watch::Sender<Arc<str>>,
+    began: std::time::Instant,
+    /// The beginning as the time since 1970.
+    began_at: Duration,
+    session: Session,
+    chain: ChainView,
+    pages: Pages,
+    notices: VecDeque<String>,
+    published: Option<Instant>,
+}
+
+impl<L: Link> Station<L> {
+    async fn run(mut self, mut requests: mpsc::Receiver<FromPage>) {
+        let mut tick = tokio::time::interval(TICK);
+        tick.set_missed_tick_behavior(MissedTickBehavior::Delay);
+        loop {
+            let packet = tokio::select! {
+                request = requests.recv() => match request {
+                    Some(request) => {
+                        self.heed(request);
+                        None
+                    }
+                    None => return,
+                },
+                packet = self.link.receive() => Some(packet),
+                _ = tick.tick() => None,
+            };
+            let now = self.now();
+            if let Some(packet) = packet {
+                self.session.receive(now, &packet);
+            }
+            self.send(now).await;
+            self.tell_news(now).await;
+            if self.published.is_none_or(|published| now.since(published) >= PUBLISH) {
+                self.published = Some(now);
+                self.publish(now);
+            }
+        }
+    }
+
+    fn now(&self) -> Instant {
+        Instant::from_micros(u64::try_from(self.began.elapsed().as_micros()).unwrap_or(u64::MAX))
+    }
+
+    fn heed(&mut self, from: FromPage) {
+        let now = self.now();
+        let (page, request) = match from {
+            FromPage::Sent(page, request) => (page, request),
+            FromPage::Closed(page) => return self.pages.close(page),
+        };
+        self.pages.hear(now, page);
+        match request {
+            Request::Beat => {}
+            Request::Steer => self.pages.take_over(page),
+            Request::Stop => {
+                self.record(now, Event::Stop);
+                self.session.stopping.order(now, self.chain.drones.keys().copied());
+            }
+            Request::GiveUp => {
+                self.record(now, Event::GaveUp);
+                self.session.stopping.give_up();
+            }
+            Request::Order(order) if self.pages.steering(now) == Some(page) => {
+                self.record(now, Event::Ordered(order));
+                if !self.session.order(order) {
+                    self.notice(
+                        now,
+                        "Not ordered: the station does not know the base yet.".to_owned(),
+                    );
+                }
+            }
+            Request::Order(_) => {
+                self.notice(now, "Not ordered: another page steers. Take over first.".to_owned());
+            }
+        }
+    }
+
+    async fn send(&mut self, now: Instant) {
+        let speech = match self.pages.steering(now) {
+            Some(_) => Speech::Steered,
+            None => Speech::StopOnly,
+        };
+        while let Some(packet) = self.session.poll(now, speech) {
+            self.link.send(&packet).await;
+        }
+    }
+
+    async fn tell_news(&mut self, now: Instant) {
+        for news in self.session.take_news() {
+            match news {
+                News::Block(Block::Drone(node, report)) => {
+                    if self.chain.hear(now, node, report) {
+                        self.record(now, Event::Drone(node, report));
+                    }
+                }
+                News::Block(Block::Base(base)) => {
+                    if self.chain.base.replace(base) != Some(base) {
+                        self.record(now, Event::Base(base));
+                    }
+                }
+                News::Console(text) => self.record(now, Event::Console(text)),
+                News::Task(task) => self.chain.task = Some(task),
+                News::Order(order, fate) => {
+                    self.record(now, Event::Fate(order, fate));
+                    self.notice(now, fate_in_words(order, fate));
+                }
+                News::Ready(facts) => {
+                    self.notice(now, format!("Connected to the base, node {}.", facts.node));
+                }
+                News::NotBase(node) => self.seek_base(now, node).await,
+                News::Missing(name) => self.notice(
+                    now,
+                    format!("The base's firmware has no {name}: flash the one of this station."),
+                ),
+            }
+        }
+    }
+
+    /// Tries the next drone of the chain, of which the base is the last.
+    async fn seek_base(&mut self, now: Instant, node: NodeId) {
+        if self.link.go_on().await {
+            self.session.begin_anew();
+            self.notice(now, format!("Node {node} is not the base: the next port is tried."));
+        } else {
+            self.notice(now, format!("Node {node} is not the base: give the base's address."));
+        }
+    }
+
+    fn notice(&mut self, now: Instant, text: String) {
+        self.notices.push_back(format!("{:.1} s: {text}", now.since(Instant::ZERO).as_secs_f32()));
+        if self.notices.len() > NOTICES {
+            self.notices.pop_front();
+        }
+        self.record(now, Event::Notice(text));
+    }
+
+    fn record(&mut self, now: Instant, event: Event) {
+        let at = self.began_at + Duration::from_micros(now.as_micros());
+        let Some(recorder) = &self.recorder else { return };
+        if !recorder.record(Record { at, event }) {
+            self.recorder = None;
+            self.notice(now, "Recording has ended: the disk takes no more.".to_owned());
+        }
+    }
+
+    fn publish(&self, now: Instant) {
+        let situation = Situation {
+            now,
+            hears_base: self.session.hears_base(now),
+            facts: self.session.facts(),
+            chain: &self.chain,
+            stopping: &self.session.stopping,
+        };
+        let notices = self.notices.iter().cloned().collect();
+        let status = Status::of(&situation, self.pages.steering(now), notices);
+        if let Ok(json) = serde_json::to_string(&status) {
+            self.publisher.send_replace(json.into());
+        }
+    }
+}
+
+fn fate_in_words(order: Order, fate: Fate) -> String {
+    let order = match order {
+        Order::Wait => "wait".to_owned(),
+        Order::Hold => "hold".to_owned(),
+        Order::Explore { speed } => format!("explore at {speed:.2} m/s"),
+        Order::Branch { way } => format!("branch {way:?}").to_lowercase(),
+        Order::Recall => "recall".to_owned(),
+        Order::Land => "land".to_owned(),
+        Order::Perch => "perch".to_owned(),
+    };
+    match fate {
+        Fate::Taken => format!("The base has taken the order to {order}."),
+        Fate::Refused => format!("The base does not follow the order to {order}."),
+        Fate::NotAnswered => format!("The base has not answered the order to {order}."),
+        Fate::Replaced => format!("A newer order has replaced the order to {order}."),
+        Fate::Dropped => format!("The order to {order} was dropped: no page steers."),
+    }
+}

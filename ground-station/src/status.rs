@@ -1,0 +1,176 @@
+//! Writes the state of the station as the JSON object that the pages show.
+
+use serde::Serialize;
+use units::{Dbm, Instant, NodeId};
+
+use crate::advice::{self, SILENT, Situation, Urgency};
+use crate::battery;
+use crate::chain_view::{Drone, Trend};
+use crate::checklist::{self, Check};
+use crate::steering::PageId;
+use crate::stopping::{Sending, Stopping};
+use crate::words;
+
+/// The state of the station.
+#[derive(Debug, Serialize)]
+pub struct Status {
+    /// The page that steers.
+    steering: Option<PageId>,
+    hears_base: bool,
+    /// The base's number and the state of its radio, once they are known.
+    base: Option<Base>,
+    /// The order that the base gives, in words.
+    task: Option<&'static str>,
+    /// The drones, head first.
+    drones: Vec<DroneStatus>,
+    /// The checklist before a flight; empty in flight.
+    checks: Vec<Check>,
+    stop: Option<StopStatus>,
+    advice: AdviceStatus,
+    /// The last lines of the station's log, the newest last.
+    notices: Vec<String>,
+}
+
+#[derive(Debug, Serialize)]
+struct Base {
+    node: u8,
+    radio: &'static str,
+    recalled: bool,
+}
+
+#[derive(Debug, Serialize)]
+struct DroneStatus {
+    node: u8,
+    name: String,
+    state: &'static str,
+    fault: Option<&'static str>,
+    airborne: bool,
+    age_s: f32,
+    silent: bool,
+    battery_v: Option<f32>,
+    endurance_s: Option<f32>,
+    /// The time until the drone turns back for its battery.
+    turns_back_s: Option<f32>,
+    link: Option<LinkStatus>,
+    odometer_m: f32,
+}
+
+#[derive(Debug, Serialize)]
+struct LinkStatus {
+    to: u8,
+    dbm: f32,
+    grade: &'static str,
+    trend: &'static str,
+}
+
+#[derive(Debug, Serialize)]
+struct StopStatus {
+    sending: &'static str,
+    since_s: f32,
+    base_s: Option<f32>,
+    drones: Vec<Answer>,
+}
+
+#[derive(Debug, Serialize)]
+struct Answer {
+    node: u8,
+    name: String,
+    /// The time from the order to the answer; `None` where there is no answer.
+    answered_s: Option<f32>,
+}
+
+#[derive(Debug, Serialize)]
+struct AdviceStatus {
+    urgent: bool,
+    text: String,
+}
+
+impl Status {
+    /// The state of the station in a situation.
+    #[must_use]
+    pub fn of(situation: &Situation<'_>, steering: Option<PageId>, notices: Vec<String>) -> Self {
+        let Situation { now, hears_base, facts, chain, stopping } = *situation;
+        let advice = advice::advise(situation);
+        let limits = facts.map(|facts| (facts.launch_limit, facts.retreat_limit));
+        Self {
+            steering,
+            hears_base,
+            base: facts.zip(chain.base).map(|(facts, base)| Base {
+                node: facts.node.0,
+                radio: words::link(base.link),
+                recalled: base.recalled,
+            }),
+            task: chain.task.map(words::task),
+            drones: chain
+                .drones
+                .iter()
+                .map(|(node, drone)| DroneStatus::of(now, *node, drone, limits))
+                .collect(),
+            checks: checklist::checks(situation),
+            stop: StopStatus::of(now, stopping),
+            advice: AdviceStatus { urgent: advice.urgency == Urgency::Urgent, text: advice.text },
+            notices,
+        }
+    }
+}
+
+impl DroneStatus {
+    fn of(now: Instant, node: NodeId, drone: &Drone, limits: Option<(Dbm, Dbm)>) -> Self {
+        let report = &drone.report;
+        Self {
+            node: node.0,
+            name: advice::name(node),
+            state: words::state(report.state),
+            fault: words::fault(report.fault),
+            airborne: words::is_airborne(report.state),
+            age_s: drone.age(now).as_secs_f32(),
+            silent: drone.age(now) > SILENT,
+            battery_v: report.battery.map(|volts| volts.0),
+            endurance_s: report.endurance.map(units::Duration::as_secs_f32),
+            turns_back_s: battery::seconds_to_turning_back(report),
+            link: report.back.map(|(to, rssi)| LinkStatus {
+                to: to.0,
+                dbm: rssi.0,
+                grade: grade(rssi, limits),
+                trend: match drone.trend() {
+                    Trend::Unknown => "unknown",
+                    Trend::Rising => "rising",
+                    Trend::Steady => "steady",
+                    Trend::Falling => "falling",
+                },
+            }),
+            odometer_m: report.odometer.0,
+        }
+    }
+}
+
+/// How good a link is by the base's own limits.
+fn grade(rssi: Dbm, limits: Option<(Dbm, Dbm)>) -> &'static str {
+    match limits {
+        Some((_, retreat)) if rssi < retreat => "too weak",
+        Some((launch, _)) if rssi < launch => "weak",
+        Some(_) => "good",
+        None => "unknown",
+    }
+}
+
+impl StopStatus {
+    fn of(now: Instant, stopping: &Stopping) -> Option<Self> {
+        let Stopping::Ordered(stop) = stopping else { return None };
+        let answer = |(node, answered): (&NodeId, &Option<units::Duration>)| Answer {
+            node: node.0,
+            name: advice::name(*node),
+            answered_s: answered.map(units::Duration::as_secs_f32),
+        };
+        Some(Self {
+            sending: match stop.sending {
+                Sending::Repeating => "repeating",
+                Sending::Answered => "answered",
+                Sending::GivenUp => "given up",
+            },
+            since_s: now.since(stop.since).as_secs_f32(),
+            base_s: stop.base.map(units::Duration::as_secs_f32),
+            drones: stop.drones.iter().map(answer).collect(),
+        })
+    }
+}

@@ -1,0 +1,102 @@
+//! Says in words what a drone is doing, what is wrong with it, and what the base orders. The codes
+//! are those of the book's page on cfclient, to which a test holds this module.
+
+/// What a drone in the state with this code is doing.
+#[must_use]
+pub const fn state(code: u8) -> &'static str {
+    match code {
+        0 => "on the ground, not asked for",
+        1 => "on the ground, next to fly",
+        2 => "taking off",
+        3 => "leading",
+        4 => "relaying",
+        5 => "flying on to find the drone in front",
+        6 => "backing up: a link is too weak",
+        7 => "landing",
+        8 => "landed",
+        9 => "stopped",
+        10 => "searching for a place with stronger links",
+        11 => "flying home, no longer needed",
+        12 => "flying back to the junction",
+        13 => "relaying from the ground",
+        14 => "rising from the ground",
+        _ => "in a state that this station does not know",
+    }
+}
+
+/// Whether a drone in the state with this code is in the air.
+#[must_use]
+pub const fn is_airborne(state: u8) -> bool {
+    matches!(state, 2..=7 | 10..=12 | 14)
+}
+
+/// What is wrong with a drone whose fault has this code; `None` for nothing.
+#[must_use]
+pub const fn fault(code: u8) -> Option<&'static str> {
+    Some(match code {
+        0 => return None,
+        1 => "it would not take off",
+        2 => "its motors are off until it is switched off and on",
+        3 => "it lost the side towards the base",
+        4 => "it never reached its height",
+        5 => "it restarted, and stays down until told to wait",
+        16 => "nobody said for too long what to do",
+        17 => "the inertial sensor failed",
+        18 => "nothing measures its velocity",
+        19 => "nothing measures its height",
+        20 => "the battery is at its end",
+        21 => "a motor cannot keep up",
+        22 => "it keeps hitting something",
+        _ => "it has a fault that this station does not know",
+    })
+}
+
+/// The order that the base gives, by the code of `uchain.task`.
+#[must_use]
+pub const fn task(code: u8) -> &'static str {
+    match code {
+        0 => "wait",
+        1 => "explore",
+        2 => "return",
+        3 => "land",
+        4 => "stop",
+        5 => "perch",
+        _ => "unknown",
+    }
+}
+
+/// The state of the base's radio link, by the code of `uchain.linkStatus`.
+#[must_use]
+pub const fn link(code: u8) -> &'static str {
+    match code {
+        0 => "its radio is off",
+        1 => "it listens to the radio",
+        2 => "it is a member of the chain",
+        3 => "another node has its number",
+        4 => "its packet counter is used up; switch it off and on",
+        _ => "its radio is in an unknown state",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CHAPTER: &str =
+        include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/src/cfclient.md"));
+
+    /// The codes in the first column of the chapter's table between two markers.
+    fn codes(name: &str) -> Vec<u8> {
+        let (_, rest) = CHAPTER.split_once(&format!("<!-- {name} -->")).unwrap();
+        let (table, _) = rest.split_once(&format!("<!-- end of {name} -->")).unwrap();
+        table.lines().filter_map(|line| line.split('|').nth(1)?.trim().parse().ok()).collect()
+    }
+
+    #[test]
+    fn every_state_and_every_fault_has_words() {
+        let (states, faults) = (codes("states"), codes("faults"));
+        assert!(states.len() > 10 && faults.len() > 10);
+        assert!(states.iter().all(|code| state(*code) != state(255)), "{states:?}");
+        assert!(faults.iter().all(|code| fault(*code) != fault(255)), "{faults:?}");
+    }
+}

@@ -1,0 +1,158 @@
+//! The page in a real browser: a mission by keyboard, and how the page looks.
+
+use std::path::PathBuf;
+
+use sim_harness::serve::Event;
+use units::{MetresPerSecond, NodeId, Order};
+
+use crate::browser::Browser;
+use crate::simulated_chain::SimulatedChain;
+use crate::station_process::StationProcess;
+
+/// A scratch folder that a test begins with empty.
+fn folder(test: &str) -> PathBuf {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(test);
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+async fn open(test: &str, station: &StationProcess) -> Browser {
+    let url = format!("http://{}/", station.page);
+    let mut browser = Browser::open(&folder(test), &url).await;
+    browser.wait_for("document.querySelectorAll('#drones li').length === 4").await;
+    browser
+}
+
+const HEAD_FLIES: &str = "document.querySelector('#drones li').innerText.includes('leading')";
+
+#[tokio::test]
+#[ignore = "needs chromium"]
+async fn a_mission_by_keyboard_in_chromium() {
+    let chain = SimulatedChain::demo();
+    let station = StationProcess::start(&chain.address(), &[]);
+    let mut browser = open("keyboard", &station).await;
+    let all_good = "document.querySelectorAll('#checks .good').length === 6";
+    browser.wait_for(all_good).await;
+    browser.press("ArrowUp").await;
+    browser.press("e").await;
+    let is_explore =
+        |event: &Event| *event == Event::Ordered(Order::explore(MetresPerSecond(0.25)));
+    chain.wait_for("order to explore", is_explore).await;
+    browser.wait_for(HEAD_FLIES).await;
+    browser.press("1").await;
+    browser.wait_for("document.body.innerText.includes('taken the order to branch left')").await;
+    browser.press("r").await;
+    chain.wait_for("order to return", |event| *event == Event::Ordered(Order::Return)).await;
+    browser.press("Escape").await;
+    chain.wait_for("stop", |event| *event == Event::Ordered(Order::Stop)).await;
+    let all_answered = "document.querySelectorAll('#answers .good').length === 5";
+    browser.wait_for(all_answered).await;
+}
+
+#[tokio::test]
+#[ignore = "needs chromium"]
+async fn the_head_hovers_when_chromium_is_killed() {
+    let chain = SimulatedChain::demo();
+    let station = StationProcess::start(&chain.address(), &[]);
+    let mut browser = open("killed", &station).await;
+    browser.press("e").await;
+    browser.wait_for(HEAD_FLIES).await;
+    browser.kill();
+    let hovers = |event: &Event| *event == Event::Ordered(Order::explore(MetresPerSecond(0.0)));
+    chain.wait_for("head that hovers", hovers).await;
+}
+
+/// A gamepad whose shoulder button is held or not, and whose stick is pushed to the end.
+fn gamepad(is_held: bool) -> String {
+    format!(
+        "navigator.getGamepads = () => [{{ axes: [0, -1], \
+         buttons: Array(6).fill({{ pressed: {is_held} }}) }}]; true"
+    )
+}
+
+#[tokio::test]
+#[ignore = "needs chromium"]
+async fn a_gamepad_flies_the_head_while_its_button_is_held_in_chromium() {
+    let chain = SimulatedChain::demo();
+    let station = StationProcess::start(&chain.address(), &[]);
+    let mut browser = open("gamepad", &station).await;
+    let speed = |speed| move |event: &Event| *event == Event::Ordered(Order::explore(speed));
+    browser.evaluate(&gamepad(true)).await;
+    chain.wait_for("order of the stick", speed(MetresPerSecond(0.4))).await;
+    browser.evaluate(&gamepad(false)).await;
+    chain.wait_for("head that hovers", speed(MetresPerSecond(0.0))).await;
+}
+
+/// A hold after the recall would keep the chain in the tunnel.
+#[tokio::test]
+#[ignore = "needs chromium"]
+async fn a_gamepad_that_is_let_go_does_not_end_a_recall_in_chromium() {
+    let chain = SimulatedChain::demo();
+    let station = StationProcess::start(&chain.address(), &[]);
+    let mut browser = open("overruled", &station).await;
+    browser.evaluate(&gamepad(true)).await;
+    browser.wait_for(HEAD_FLIES).await;
+    browser.press("r").await;
+    chain.wait_for("order to return", |event| *event == Event::Ordered(Order::Return)).await;
+    browser.evaluate(&gamepad(false)).await;
+    let is_head = |event: &Event| matches!(event, Event::Landed(node) if node.id == NodeId(0));
+    chain.wait_for("head at home", is_head).await;
+    let hover = Event::Ordered(Order::explore(MetresPerSecond(0.0)));
+    assert!(!chain.events().contains(&hover), "{:?}", chain.events());
+}
+
+/// The least contrast of a text with its background that WCAG 2.2 asks for at level AA.
+const CONTRAST: f64 = 4.5;
+
+/// The least contrast of all texts of the page, by WCAG 2.2.
+const LEAST_CONTRAST: &str = r#"(() => {
+    const rgb = (text) => text.match(/[\d.]+/g).map(Number);
+    const light = (c) => c.slice(0, 3).map((v) => v / 255)
+        .map((v) => v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4)
+        .reduce((sum, v, i) => sum + v * [0.2126, 0.7152, 0.0722][i], 0);
+    const behind = (element) => {
+        for (let at = element; at; at = at.parentElement) {
+            const colour = rgb(getComputedStyle(at).backgroundColor);
+            if (colour.length === 3 || colour[3] === 1) return colour;
+        }
+        return [255, 255, 255];
+    };
+    let least = 21;
+    for (const element of document.body.querySelectorAll("*")) {
+        const own = [...element.childNodes].some((n) => n.nodeType === 3 && n.data.trim());
+        if (!own || !element.checkVisibility() || element.disabled) continue;
+        const pair = [light(rgb(getComputedStyle(element).color)), light(behind(element))];
+        least = Math.min(least, (Math.max(...pair) + 0.05) / (Math.min(...pair) + 0.05));
+    }
+    return least;
+})()"#;
+
+#[tokio::test]
+#[ignore = "needs chromium"]
+async fn the_page_is_readable_narrow_and_wide_light_and_dark_in_chromium() {
+    let chain = SimulatedChain::demo();
+    let station = StationProcess::start(&chain.address(), &[]);
+    let mut browser = open("looks", &station).await;
+    browser.press("e").await;
+    browser.wait_for(HEAD_FLIES).await;
+    let nameless = "[...document.querySelectorAll('button, input')].filter((e) => \
+                    !(e.innerText.trim() || e.labels?.length)).length";
+    assert_eq!(browser.evaluate(nameless).await, 0);
+    let pictures = folder("pictures");
+    for (width, scheme) in [(1_000, "light"), (1_000, "dark"), (400, "light"), (400, "dark")] {
+        browser.look(width, scheme).await;
+        let contrast = browser.evaluate(LEAST_CONTRAST).await.as_f64().unwrap();
+        assert!(contrast >= CONTRAST, "{scheme}: {contrast}");
+        let needed = browser.evaluate("document.documentElement.scrollWidth").await;
+        assert!(needed.as_u64().unwrap() <= u64::from(width), "{width}: {needed}");
+        browser.picture(&pictures.join(format!("station-{width}-{scheme}.png.base64"))).await;
+    }
+    browser.press("Escape").await;
+    browser.wait_for("document.querySelectorAll('#answers .good').length === 5").await;
+    for scheme in ["light", "dark"] {
+        browser.look(400, scheme).await;
+        let contrast = browser.evaluate(LEAST_CONTRAST).await.as_f64().unwrap();
+        assert!(contrast >= CONTRAST, "{scheme}, stopped: {contrast}");
+    }
+}

@@ -1,0 +1,11 @@
+//! Tests of the whole station: the command `uchain-ground` beside a simulated chain, with clients
+//! of its page. None of them measures a time; they wait for what must come.
+
+mod access;
+mod browser;
+mod in_chromium;
+mod mission;
+mod page_client;
+mod simulated_chain;
+mod station_process;
+mod through_bridge;

@@ -1,0 +1,91 @@
+//! Serves a simulated chain to the station, as `uchain serve` does.
+
+use std::net::{Ipv4Addr, SocketAddr};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
+use sim_harness::measure::metrics::Reference;
+use sim_harness::mission::World;
+use sim_harness::scenario::Scenario;
+use sim_harness::serve::{self, Event, Live, Ports};
+
+/// A served chain; it ends when it is dropped.
+pub(crate) struct SimulatedChain {
+    /// The ports, the head's first, the base's last.
+    ports: Vec<SocketAddr>,
+    ending: Arc<AtomicBool>,
+    events: Arc<Mutex<Vec<Event>>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl SimulatedChain {
+    /// Serves the scenario `demo`, a head and three relays, on free ports and in real time.
+    pub(crate) fn demo() -> Self {
+        let scenario = Scenario::open("demo").unwrap();
+        let ports = Ports::open(Ipv4Addr::LOCALHOST, 0, scenario.drones.members()).unwrap();
+        Self::serve(scenario, ports)
+    }
+
+    /// Serves it on the first free ports in a row from 24,000 on, as `uchain serve` does from
+    /// 19,850 on.
+    pub(crate) fn demo_in_a_row() -> Self {
+        let scenario = Scenario::open("demo").unwrap();
+        let members = scenario.drones.members();
+        let row = |first| Ports::open(Ipv4Addr::LOCALHOST, first, members).ok();
+        let ports = (24_000..30_000).step_by(members).find_map(row).unwrap();
+        Self::serve(scenario, ports)
+    }
+
+    fn serve(scenario: Scenario, ports: Ports) -> Self {
+        let ending = Arc::new(AtomicBool::new(false));
+        let events = Arc::new(Mutex::new(Vec::new()));
+        let addresses = ports.addresses().to_vec();
+        let (stop, journal) = (Arc::clone(&ending), Arc::clone(&events));
+        let thread = thread::spawn(move || {
+            let world = World::of(&scenario);
+            let reference = Reference::of(&scenario, &world);
+            let live = Live::new(&scenario, &world, &reference, 1, false);
+            serve::serve(live, ports, 1.0, None, &stop, |_, event| {
+                journal.lock().unwrap().push(event);
+            });
+        });
+        Self { ports: addresses, ending, events, thread: Some(thread) }
+    }
+
+    /// The base's address, as the station takes it.
+    pub(crate) fn address(&self) -> String {
+        format!("udp://{}", self.ports.last().unwrap())
+    }
+
+    /// The head's address.
+    pub(crate) fn head_address(&self) -> String {
+        format!("udp://{}", self.ports[0])
+    }
+
+    /// All events so far.
+    pub(crate) fn events(&self) -> Vec<Event> {
+        self.events.lock().unwrap().clone()
+    }
+
+    /// Waits for an event.
+    pub(crate) async fn wait_for(&self, what: &str, is_it: impl Fn(&Event) -> bool) {
+        for _ in 0..1_200 {
+            if self.events().iter().any(&is_it) {
+                return;
+            }
+            tokio::time::sleep(Duration::from_millis(50)).await;
+        }
+        panic!("within a minute there was no {what}: {:?}", self.events());
+    }
+}
+
+impl Drop for SimulatedChain {
+    fn drop(&mut self) {
+        self.ending.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
