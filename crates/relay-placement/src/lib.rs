@@ -8,6 +8,7 @@
 //! The rule [`Rule::Paper`] is that of the nodes which robots dropped in the Subterranean
 //! Challenge (JPL 2020, its equations as the book's chapter on drops gives them); [`Rule::Ours`]
 //! adds what that rule lacks: the place has a link to the network whenever a place with one exists.
+//! A [`Plan`] chooses several places together, each linked to those before it.
 //!
 //! ```
 //! use grid_map::{Cell, CellState, Frame, GridMap, Planner};
@@ -33,10 +34,14 @@
 mod curve;
 mod ground;
 mod network;
+mod place;
+mod plan;
 mod rule;
 mod score;
 
 pub use curve::Curve;
 pub use ground::{Ground, GroundError};
 pub use network::Network;
-pub use rule::{Demand, Place, Rule};
+pub use place::{Demand, Place};
+pub use plan::{MOST_PLANNED, Plan};
+pub use rule::Rule;

@@ -3,57 +3,12 @@
 use core::cmp::Ordering;
 
 use grid_map::Cell;
-use units::{Db, Metres, Point2};
+use units::Point2;
 
 use crate::ground::Ground;
 use crate::network::{Network, distance};
+use crate::place::{Demand, Place, Shortlist};
 use crate::score::{Disc, Score};
-
-/// The least share of the possible new coverage that [`Rule::Ours`] takes to stand beside a wall and
-/// leave a free width. It is a choice: without such a limit the worst of 20 caves, seeds 0 to 19 of
-/// `cave-worlds`, kept 0.54 of the coverage, and with it 0.81.
-const LEAST_SHARE: f32 = 0.8;
-
-/// What is asked of a place.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Demand {
-    /// The farthest from the goal that a relay is put down: 10 m in the paper.
-    pub within: Metres,
-    /// The distance from the wall up to which a place is beside it: 0.5 m in the paper. On a
-    /// coarser grid a cell beside a wall is always near it.
-    pub beside_wall: Metres,
-    /// How much more than [`Curve::covered`](crate::Curve::covered) the link to the network is to
-    /// be: the margin that `uchain plan relays` keeps as well.
-    pub margin: Db,
-    /// The free width that is to be left beside the relay, so that the next robot passes. It is a
-    /// choice, not a measurement.
-    pub free_width: Metres,
-}
-
-impl Demand {
-    /// The paper's distances, and our margin and width.
-    pub const DEFAULT: Self = Self {
-        within: Metres(10.0),
-        beside_wall: Metres(0.5),
-        margin: Db(3.0),
-        free_width: Metres(1.0),
-    };
-}
-
-/// A place for a relay.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
-    /// The cell.
-    pub cell: Cell,
-    /// Its middle.
-    pub at: Point2,
-    /// The cells that become covered by it.
-    pub gain_cells: usize,
-    /// The ratio at which the network hears it.
-    pub link: Db,
-    /// The free width left beside it.
-    pub free_width: Metres,
-}
 
 /// A rule that chooses a place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -99,7 +54,7 @@ impl Rule {
         demand: &Demand,
         seed: u64,
     ) -> Option<Place> {
-        let gains = Score::new(ground, |cell| i32::from(!network.covers(cell)));
+        let gains = Score::new(ground, |cell| i16::from(!network.covers(cell)));
         let disc = Disc::new(network.curve().knee.0 / ground.frame().resolution().0);
         let question = Question { ground, network, goal, demand, gains, disc };
         let cell = match self {
@@ -109,7 +64,7 @@ impl Rule {
             Self::Ours => question.ours(),
             Self::Best => question.best(),
         }?;
-        Some(question.place(cell))
+        Some(Place::new(ground, cell, question.gain(cell), network.ratio(cell)))
     }
 }
 
@@ -134,22 +89,7 @@ impl<const CELLS: usize> Question<'_, CELLS> {
     }
 
     fn is_beside_wall(&self, cell: Cell) -> bool {
-        let limit = self.demand.beside_wall.0.max(self.ground.frame().resolution().0 * 1.01);
-        self.ground.clearance(cell).0 < limit
-    }
-
-    fn is_wide(&self, cell: Cell) -> bool {
-        self.ground.free_width(cell) >= self.demand.free_width
-    }
-
-    fn place(&self, cell: Cell) -> Place {
-        Place {
-            cell,
-            at: self.ground.frame().centre(cell),
-            gain_cells: usize::try_from(self.gain(cell)).unwrap_or(0),
-            link: self.network.ratio(cell),
-            free_width: self.ground.free_width(cell),
-        }
+        self.demand.is_beside_wall(self.ground, cell)
     }
 
     /// The linked cell that covers most, of those with margin where there is one.
@@ -157,27 +97,13 @@ impl<const CELLS: usize> Question<'_, CELLS> {
         self.linked().max_by_key(|&cell| self.gain(cell))
     }
 
-    /// The linked cell that covers most in the first of these classes that costs little coverage:
-    /// beside a wall with the free width; with the free width; beside a wall; any.
+    /// The linked cell of the [`Shortlist`].
     fn ours(&self) -> Option<Cell> {
-        let mut most: [Option<(i32, Cell)>; 4] = [None; 4];
+        let mut shortlist = Shortlist::default();
         for cell in self.linked() {
-            let gain = self.gain(cell);
-            let class = match (self.is_wide(cell), self.is_beside_wall(cell)) {
-                (true, true) => 0,
-                (true, false) => 1,
-                (false, true) => 2,
-                (false, false) => 3,
-            };
-            if let Some(slot) = most.get_mut(class)
-                && slot.is_none_or(|(other, _)| gain > other)
-            {
-                *slot = Some((gain, cell));
-            }
+            shortlist.offer(self.ground, self.demand, cell, self.gain(cell));
         }
-        let best = most.iter().flatten().map(|(gain, _)| *gain).max()?;
-        let least = LEAST_SHARE * best as f32;
-        most.iter().flatten().find(|(gain, _)| *gain as f32 >= least).map(|(_, cell)| *cell)
+        shortlist.pick().map(|(cell, _)| cell)
     }
 
     /// The drop cells with a link: those with margin, or where there are none, those without.

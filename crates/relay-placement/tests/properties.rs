@@ -2,8 +2,8 @@
 
 use grid_map::{Cell, CellState, Frame, GridMap, Planner};
 use proptest::prelude::*;
-use relay_placement::{Curve, Demand, Ground, GroundError, Network, Rule};
-use units::{Metres, Point2};
+use relay_placement::{Curve, Demand, Ground, GroundError, MOST_PLANNED, Network, Plan, Rule};
+use units::{Db, Metres, Point2};
 
 const SIDE: u16 = 40;
 const CELLS: usize = 1600;
@@ -84,6 +84,66 @@ proptest! {
         prop_assert!(gain(place) as f32 >= 0.799 * gain(best) as f32);
         prop_assert!(place.is_none_or(|place| place.link >= Curve::DEFAULT.covered));
     }
+
+    #[test]
+    fn each_place_of_a_plan_is_linked_to_those_before(
+        (map, ground) in maps(),
+        nodes in 0usize..=MOST_PLANNED + 1,
+        away in 0.0f32..30.0,
+    ) {
+        let base = ground.frame().centre(START);
+        let mut network = Network::new(&ground, Curve::DEFAULT);
+        network.add(&ground, Point2::new(base.x + away, base.y));
+        let plan = Plan::new(&ground, &network, &Demand::DEFAULT, nodes);
+        prop_assert!(plan.places().len() <= nodes.min(MOST_PLANNED));
+        for place in plan.places() {
+            prop_assert_eq!(map.state(place.cell), CellState::Free);
+            prop_assert!(network.ratio(place.cell) >= Curve::DEFAULT.covered);
+            prop_assert!((network.ratio(place.cell).0 - place.link.0).abs() < 1e-3);
+            network.add(&ground, place.at);
+        }
+    }
+
+    #[test]
+    fn no_set_of_relays_covers_more_than_the_bound(
+        (_, ground) in maps(),
+        others in proptest::collection::vec((0u16..SIDE, 0u16..SIDE), 1..6),
+    ) {
+        let mut network = Network::new(&ground, Curve::DEFAULT);
+        network.add(&ground, ground.frame().centre(START));
+        let before = network.covered(&ground);
+        let plan = Plan::new(&ground, &network, &Demand::DEFAULT, others.len());
+        let most = plan.at_most_cells(&ground, &network, others.len());
+        prop_assert!(plan.gain_cells() <= most);
+        let cells = others.iter().map(|&(column, row)| Cell::new(column, row));
+        for cell in cells.filter(|&cell| ground.is_reached(cell)) {
+            network.add(&ground, ground.frame().centre(cell));
+        }
+        // Cells whose middles lie at 20 m exactly may fall to either side.
+        prop_assert!(network.covered(&ground) - before <= most + 12 * others.len());
+    }
+
+    #[test]
+    fn the_reach_of_a_ratio_is_where_the_curve_has_it(ratio in 0.1f32..70.0) {
+        let there = Curve::DEFAULT.at(Curve::DEFAULT.reach(Db(ratio)));
+        prop_assert!((there.0 - ratio).abs() < 1e-2, "{there:?} for {ratio}");
+    }
+}
+
+/// A corridor of 60 m, which one relay does not cover: the plan goes on from relay to relay.
+#[test]
+fn a_plan_follows_a_corridor_to_its_end() {
+    let walls: Vec<bool> =
+        (0..CELLS).map(|n| !(19..22).contains(&(n / usize::from(SIDE)))).collect();
+    let map = map_of(&walls, 3.0);
+    let ground = ground_of(&map);
+    let mut network = Network::new(&ground, Curve::DEFAULT);
+    network.add(&ground, ground.frame().centre(START));
+    let plan = Plan::new(&ground, &network, &Demand::DEFAULT, MOST_PLANNED);
+    for place in plan.places() {
+        network.add(&ground, place.at);
+    }
+    assert_eq!(network.covered(&ground), ground.reached().count());
 }
 
 #[test]
