@@ -22,11 +22,13 @@
 //!     map.set(cell, if is_wall { CellState::Occupied } else { CellState::Free });
 //! }
 //! let base = Cell::new(1, 5);
-//! let ground = Ground::<600>::new(&map, &mut Planner::<300, 600>::new(), base).unwrap();
+//! let mut planner = Planner::<300, 600>::new();
+//! let ground = Ground::<600>::new(&map, &mut planner, base).unwrap();
 //! let mut network = Network::<600>::new(&ground, Curve::DEFAULT);
 //! network.add(&ground, frame.centre(base));
 //! let demand = Demand { within: Metres(60.0), ..Demand::DEFAULT };
-//! let place = Rule::Ours.choose(&ground, &network, frame.centre(base), &demand, 0).unwrap();
+//! let goal = frame.centre(base);
+//! let place = Rule::Ours.choose(&ground, &network, goal, &demand, 0, &mut planner).unwrap();
 //! assert!(place.link >= Curve::DEFAULT.covered && place.gain_cells > 0);
 //! ```
 #![no_std]

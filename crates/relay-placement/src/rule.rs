@@ -1,11 +1,12 @@
 //! The rules that choose the next place.
 
 use core::cmp::Ordering;
+use core::ops::ControlFlow;
 
-use grid_map::Cell;
+use grid_map::{Cell, Planner, STRAIGHT_COST};
 use units::Point2;
 
-use crate::ground::Ground;
+use crate::ground::{Ground, index};
 use crate::network::{Network, distance};
 use crate::place::{Demand, Place, Shortlist};
 use crate::score::{Disc, Score};
@@ -15,6 +16,9 @@ use crate::score::{Disc, Score};
 pub enum Rule {
     /// The paper's: the Pareto front of coverage and clearance, moved to the wall; nearest the goal.
     Paper,
+    /// The paper's, where coverage goes no farther through the cave than the reach of a relay: not
+    /// through rock.
+    PaperGeodesic,
     /// Any drop cell, at random.
     Random,
     /// Any drop cell beside a wall, at random.
@@ -28,13 +32,15 @@ pub enum Rule {
 
 impl Rule {
     /// All rules.
-    pub const ALL: [Self; 5] = [Self::Paper, Self::Random, Self::NearWall, Self::Ours, Self::Best];
+    pub const ALL: [Self; 6] =
+        [Self::Paper, Self::PaperGeodesic, Self::Random, Self::NearWall, Self::Ours, Self::Best];
 
     /// The name in files and on the command line.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Paper => "paper",
+            Self::PaperGeodesic => "paper-geodesic",
             Self::Random => "random",
             Self::NearWall => "near-wall",
             Self::Ours => "ours",
@@ -45,20 +51,23 @@ impl Rule {
     /// Chooses the next place near `goal`; `seed` is used by the rules that choose at random.
     /// `None` where no drop cell is left, and for [`Rule::Ours`] and [`Rule::Best`] also where none
     /// has a link. The rules of the paper and of chance may choose a place without a link.
+    /// `planner` finds the ways of [`Rule::PaperGeodesic`].
     #[must_use]
-    pub fn choose<const CELLS: usize>(
+    pub fn choose<const CELLS: usize, const MARKS: usize, const POOL: usize>(
         self,
         ground: &Ground<CELLS>,
         network: &Network<CELLS>,
         goal: Point2,
         demand: &Demand,
         seed: u64,
+        planner: &mut Planner<MARKS, POOL>,
     ) -> Option<Place> {
         let gains = Score::new(ground, |cell| i16::from(!network.covers(cell)));
         let disc = Disc::new(network.curve().knee.0 / ground.frame().resolution().0);
         let question = Question { ground, network, goal, demand, gains, disc };
         let cell = match self {
             Self::Paper => question.paper(),
+            Self::PaperGeodesic => question.paper_geodesic(planner),
             Self::Random => question.random(seed, |_| true),
             Self::NearWall => question.random(seed, |cell| question.is_beside_wall(cell)),
             Self::Ours => question.ours(),
@@ -119,16 +128,56 @@ impl<const CELLS: usize> Question<'_, CELLS> {
         self.gains.around(self.ground, cell, &self.disc)
     }
 
-    /// The paper's choice. Its score sums, over the cells that the new relay covers, 1 where the
-    /// network is heard too weakly, 1/2 where it is not heard, and −1 where it is strong; here all
-    /// twice, to be whole numbers.
-    fn paper(&self) -> Option<Cell> {
-        let scores = Score::new(self.ground, |cell| match self.network.ratio(cell).0 {
+    /// The paper's value of a cell that the new relay covers: 1 where the network is heard too
+    /// weakly, 1/2 where it is not heard, and −1 where it is strong; here all twice, to be whole
+    /// numbers.
+    fn value(&self, cell: Cell) -> i16 {
+        match self.network.ratio(cell).0 {
             _ if self.network.covers(cell) => -2,
             ratio if ratio > 0.0 => 2,
             _ => 1,
-        });
-        let score = |cell| scores.around(self.ground, cell, &self.disc);
+        }
+    }
+
+    /// The paper's choice.
+    fn paper(&self) -> Option<Cell> {
+        let scores = Score::new(self.ground, |cell| self.value(cell));
+        self.of_front(|cell| scores.around(self.ground, cell, &self.disc))
+    }
+
+    /// The paper's choice with the distance through the cave in place of the straight one.
+    fn paper_geodesic<const MARKS: usize, const POOL: usize>(
+        &self,
+        planner: &mut Planner<MARKS, POOL>,
+    ) -> Option<Cell> {
+        let frame = self.ground.frame();
+        let reach = self.network.curve().knee.0 / frame.resolution().0 * STRAIGHT_COST as f32;
+        self.of_front(|from| {
+            let mut sum = 0;
+            let free = |cell| self.ground.is_reached(cell).then_some(1);
+            // A search without room ends early, with the nearest cells visited.
+            let _ = planner.search(frame, from, free, |visit| {
+                if visit.cost as f32 > reach {
+                    return ControlFlow::Break(());
+                }
+                sum += i32::from(self.value(visit.cell));
+                ControlFlow::Continue(())
+            });
+            sum
+        })
+    }
+
+    /// Of the Pareto front of coverage and clearance the cell beside a wall that is nearest the
+    /// goal, or else the front moved to the wall.
+    fn of_front(&self, mut score: impl FnMut(Cell) -> i32) -> Option<Cell> {
+        let mut scores = [0; CELLS];
+        for cell in self.drop_cells() {
+            if let Some(slot) = scores.get_mut(index(self.ground.frame(), cell)) {
+                *slot = score(cell);
+            }
+        }
+        let score =
+            |cell| scores.get(index(self.ground.frame(), cell)).copied().unwrap_or(i32::MIN);
         // The best score of the cells at each clearance, then of those at this one or a larger.
         let mut best = [i32::MIN; 256];
         for cell in self.drop_cells() {

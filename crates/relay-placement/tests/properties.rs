@@ -9,6 +9,10 @@ const SIDE: u16 = 40;
 const CELLS: usize = 1600;
 const START: Cell = Cell::new(20, 20);
 
+fn planner() -> Planner<800, 2000> {
+    Planner::new()
+}
+
 fn map_of(walls: &[bool], resolution: f32) -> GridMap<400> {
     let frame = Frame::new(Point2::new(-3.0, 7.0), Metres(resolution), SIDE, SIDE).unwrap();
     let mut map = GridMap::new(frame).unwrap();
@@ -20,7 +24,7 @@ fn map_of(walls: &[bool], resolution: f32) -> GridMap<400> {
 }
 
 fn ground_of(map: &GridMap<400>) -> Ground<CELLS> {
-    Ground::new(map, &mut Planner::<800, 2000>::new(), START).unwrap()
+    Ground::new(map, &mut planner(), START).unwrap()
 }
 
 /// A map of 40 by 40 cells, a fifth of which are walls.
@@ -43,7 +47,7 @@ proptest! {
         let mut network = Network::new(&ground, Curve::DEFAULT);
         network.add(&ground, goal);
         for rule in Rule::ALL {
-            if let Some(place) = rule.choose(&ground, &network, goal, &Demand::DEFAULT, seed) {
+            if let Some(place) = rule.choose(&ground, &network, goal, &Demand::DEFAULT, seed, &mut planner()) {
                 let off = (place.at.x - goal.x).hypot(place.at.y - goal.y);
                 prop_assert_eq!(map.state(place.cell), CellState::Free, "{}", rule.name());
                 prop_assert!(off <= 10.0 + 1e-4, "{} at {off} m", rule.name());
@@ -59,7 +63,7 @@ proptest! {
         network.add(&ground, goal);
         for _ in 0..4 {
             let before = network.covered(&ground);
-            let Some(place) = Rule::Ours.choose(&ground, &network, goal, &demand, 0) else { break };
+            let Some(place) = Rule::Ours.choose(&ground, &network, goal, &demand, 0, &mut planner()) else { break };
             network.add(&ground, place.at);
             let after = network.covered(&ground);
             prop_assert!(after >= before);
@@ -77,9 +81,9 @@ proptest! {
             let at = ground.frame().centre(cell);
             (at.x - goal.x).hypot(at.y - goal.y) < 9.999 && network.covers(cell)
         });
-        let place = Rule::Ours.choose(&ground, &network, goal, &Demand::DEFAULT, 0);
+        let place = Rule::Ours.choose(&ground, &network, goal, &Demand::DEFAULT, 0, &mut planner());
         prop_assert!(!linked || place.is_some());
-        let best = Rule::Best.choose(&ground, &network, goal, &Demand::DEFAULT, 0);
+        let best = Rule::Best.choose(&ground, &network, goal, &Demand::DEFAULT, 0, &mut planner());
         let gain = |place: Option<relay_placement::Place>| place.map_or(0, |it| it.gain_cells);
         prop_assert!(gain(place) as f32 >= 0.799 * gain(best) as f32);
         prop_assert!(place.is_none_or(|place| place.link >= Curve::DEFAULT.covered));
@@ -150,6 +154,6 @@ fn a_plan_follows_a_corridor_to_its_end() {
 fn a_start_in_a_wall_is_refused() {
     let mut map = map_of(&[false; CELLS], 0.5);
     map.set(START, CellState::Occupied);
-    let ground = Ground::<CELLS>::new(&map, &mut Planner::<800, 2000>::new(), START);
+    let ground = Ground::<CELLS>::new(&map, &mut planner(), START);
     assert_eq!(ground, Err(GroundError::StartNotFree));
 }
