@@ -45,22 +45,26 @@ pub enum WorldError {
 
 impl fmt::Display for WorldError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::NoFreeCell => "the map has no free cell",
+            Self::BaseOutside(_) => "the base lies outside the map",
+            Self::BaseNotFree(_) => "the base stands in a wall or on unknown ground",
+            Self::NoFrame => "the cells of the map are too small or too large",
+        })
+    }
+}
+
+impl WorldError {
+    /// What to do about it.
+    #[must_use]
+    pub fn remedy(&self) -> String {
         match self {
-            Self::NoFreeCell => write!(f, "the map has no free cell; give a map of a place"),
-            Self::BaseOutside([[west, south], [east, north]]) => write!(
-                f,
-                "the base lies outside the map; give a point between {west:.1},{south:.1} and \
-                 {east:.1},{north:.1}"
-            ),
-            Self::BaseNotFree([x, y]) => write!(
-                f,
-                "the base stands in a wall or on unknown ground; the nearest free point is \
-                 {x:.2},{y:.2}"
-            ),
-            Self::NoFrame => write!(
-                f,
-                "the cells of the map are too small or too large; give a map with cells of 0.01 to 10 m"
-            ),
+            Self::NoFreeCell => "give the map of a place that has been seen".to_owned(),
+            Self::BaseOutside([[west, south], [east, north]]) => {
+                format!("give a point from {west:.1},{south:.1} to {east:.1},{north:.1}")
+            }
+            Self::BaseNotFree([x, y]) => format!("the nearest free point is {x:.2},{y:.2}"),
+            Self::NoFrame => "give a map with cells of 0.01 to 10 m".to_owned(),
         }
     }
 }

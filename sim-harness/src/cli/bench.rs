@@ -1,6 +1,7 @@
 //! `uchain bench`: the named benchmarks.
 
 mod chain;
+mod placement;
 
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -48,6 +49,10 @@ pub(super) struct BenchArgs {
     /// as points, and in `junctions` as points and as rigid bodies
     #[arg(long, value_enum)]
     fidelity: Option<FidelityArg>,
+    /// In the benchmark `placement`, also put relays down in this map (map_server's .yaml); may be
+    /// given more than once
+    #[arg(long, value_name = "FILE")]
+    map: Vec<PathBuf>,
     /// The firmware's ELF file, for the benchmarks that measure it
     #[arg(long, value_name = "FILE", default_value = Firmware::DEFAULT)]
     pub(super) elf: PathBuf,
@@ -74,6 +79,8 @@ enum Name {
     Junctions,
     /// Which packets of an attacker without keys a chain accepts
     Attacks,
+    /// How much relays cover that are put down for good, by each rule
+    Placement,
     /// How much of the processor and the memory the firmware uses, on the emulated chip
     Firmware,
     /// How fast the emulator is, and whether it computes what another emulator does
@@ -104,6 +111,7 @@ impl Name {
             Self::Link => "link.json",
             Self::Junctions => "junctions.json",
             Self::Attacks => "attacks.json",
+            Self::Placement => "placement.json",
             Self::Firmware => "firmware.json",
             Self::Emulator => "emulator.json",
             Self::Mishaps => "mishaps.json",
@@ -128,6 +136,7 @@ pub(super) fn run(args: &BenchArgs) -> Result<Verdict, Trouble> {
             Name::Link => link_bench(args, &mut missed)?,
             Name::Junctions => junctions_bench(args, &mut missed)?,
             Name::Attacks => attacks_bench(args, &mut missed)?,
+            Name::Placement => placement::bench(args, &mut missed)?,
             Name::Firmware => emulated::firmware(args, &mut missed)?,
             Name::Emulator => emulated::emulator(args, &mut missed)?,
             Name::Mishaps => emulated::mishaps(args, &mut missed)?,

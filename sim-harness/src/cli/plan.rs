@@ -1,5 +1,7 @@
 //! `uchain plan`: how many relays a place needs, before the drones are packed.
 
+mod drops;
+
 use std::fmt::Write;
 
 use clap::{Args, Subcommand};
@@ -26,6 +28,8 @@ enum PlanVerb {
     /// How many relays the radio needs along a way, where they would stand, how strong their links
     /// would be, and how far the batteries reach
     Relays(RelaysArgs),
+    /// Where relays that land for good would be put down on a map, and what they would cover
+    Drops(drops::DropsArgs),
 }
 
 #[derive(Args)]
@@ -48,6 +52,7 @@ struct RelaysArgs {
 pub(super) fn run(args: &PlanArgs) -> Result<Verdict, Trouble> {
     match &args.verb {
         PlanVerb::Relays(args) => plan_relays(args),
+        PlanVerb::Drops(args) => drops::run(args),
     }
 }
 
