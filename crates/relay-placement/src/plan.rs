@@ -143,9 +143,8 @@ impl<'a, const CELLS: usize> Draft<'a, CELLS> {
 
     /// The cells that would become covered.
     fn gains(&self) -> Score<CELLS> {
-        Score::new(self.ground, |cell| {
-            i16::from(self.counts.get(index(self.ground.frame(), cell)) == Some(&0))
-        })
+        let new = self.counts.iter().map(|count| i16::from(*count == 0));
+        Score::new(self.ground.frame(), new)
     }
 
     fn gain(&self, gains: &Score<CELLS>, cell: Cell) -> i32 {
@@ -193,15 +192,16 @@ impl<'a, const CELLS: usize> Draft<'a, CELLS> {
     /// The cell to put a relay in that has a link to each of the parts, and its gain: the best of
     /// each [`STRIDE`]th row and column, or one of those around it.
     fn choose(&self, gains: &Score<CELLS>, parts: &[Members]) -> Option<(Cell, i32)> {
-        let is_looked_at =
-            |cell: &Cell| cell.column.is_multiple_of(STRIDE) && cell.row.is_multiple_of(STRIDE);
-        let (found, _) = self.pick(self.ground.reached().filter(is_looked_at), gains, parts)?;
+        let frame = self.ground.frame();
+        let every = |end: u16| (0..end).step_by(usize::from(STRIDE));
+        let rows = every(frame.rows());
+        let grid = rows.flat_map(|row| every(frame.columns()).map(move |n| Cell::new(n, row)));
+        let reached = |cell: &Cell| self.ground.is_reached(*cell);
+        let (found, _) = self.pick(grid.filter(reached), gains, parts)?;
         let off = 1 - STRIDE as i16..STRIDE as i16;
         let around = off.clone().flat_map(|north| off.clone().map(move |east| (east, north)));
-        let cells = around
-            .filter_map(|(east, north)| self.ground.frame().beside(found, east, north))
-            .filter(|&cell| self.ground.is_reached(cell));
-        self.pick(cells, gains, parts)
+        let cells = around.filter_map(|(east, north)| frame.beside(found, east, north));
+        self.pick(cells.filter(reached), gains, parts)
     }
 
     /// Of some cells with a link to each of the parts the one that the [`Shortlist`] picks.

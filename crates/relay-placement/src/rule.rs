@@ -4,12 +4,16 @@ use core::cmp::Ordering;
 use core::ops::ControlFlow;
 
 use grid_map::{Cell, Planner, STRAIGHT_COST};
-use units::Point2;
+use units::{Metres, Point2};
 
 use crate::ground::{Ground, index};
 use crate::network::{Network, distance};
 use crate::place::{Demand, Place, Shortlist};
 use crate::score::{Disc, Score};
+
+/// The side of the squares within which [`Rule::PaperGeodesic`] takes the coverage of one drop cell
+/// for that of all: a tenth of the reach of a relay. It is a choice, for speed.
+const BLOCK: Metres = Metres(2.0);
 
 /// A rule that chooses a place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -62,7 +66,7 @@ impl Rule {
         seed: u64,
         planner: &mut Planner<MARKS, POOL>,
     ) -> Option<Place> {
-        let gains = Score::new(ground, |cell| i16::from(!network.covers(cell)));
+        let gains = Score::of_reached(ground, |cell| i16::from(!network.covers(cell)));
         let disc = Disc::new(network.curve().knee.0 / ground.frame().resolution().0);
         let question = Question { ground, network, goal, demand, gains, disc };
         let cell = match self {
@@ -141,7 +145,7 @@ impl<const CELLS: usize> Question<'_, CELLS> {
 
     /// The paper's choice.
     fn paper(&self) -> Option<Cell> {
-        let scores = Score::new(self.ground, |cell| self.value(cell));
+        let scores = Score::of_reached(self.ground, |cell| self.value(cell));
         self.of_front(|cell| scores.around(self.ground, cell, &self.disc))
     }
 
@@ -150,27 +154,44 @@ impl<const CELLS: usize> Question<'_, CELLS> {
         &self,
         planner: &mut Planner<MARKS, POOL>,
     ) -> Option<Cell> {
-        let frame = self.ground.frame();
-        let reach = self.network.curve().knee.0 / frame.resolution().0 * STRAIGHT_COST as f32;
+        let resolution = self.ground.frame().resolution().0;
+        let reach = self.network.curve().knee.0 / resolution * STRAIGHT_COST as f32;
+        let block = libm::ceilf(BLOCK.0 / resolution).clamp(1.0, f32::from(u16::MAX)) as u16;
+        let mut known = [None; CELLS];
         self.of_front(|from| {
-            let mut sum = 0;
-            let free = |cell| self.ground.is_reached(cell).then_some(1);
-            // A search without room ends early, with the nearest cells visited.
-            let _ = planner.search(frame, from, free, |visit| {
-                if visit.cost as f32 > reach {
-                    return ControlFlow::Break(());
-                }
-                sum += i32::from(self.value(visit.cell));
-                ControlFlow::Continue(())
-            });
-            sum
+            let corner = Cell::new(from.column - from.column % block, from.row - from.row % block);
+            match known.get_mut(index(self.ground.frame(), corner)) {
+                Some(score) => *score.get_or_insert_with(|| self.by_way(planner, from, reach)),
+                None => self.by_way(planner, from, reach),
+            }
         })
+    }
+
+    /// The sum of the values of the cells that a way of at most `reach`, in the costs of the
+    /// planner, leads to.
+    fn by_way<const MARKS: usize, const POOL: usize>(
+        &self,
+        planner: &mut Planner<MARKS, POOL>,
+        from: Cell,
+        reach: f32,
+    ) -> i32 {
+        let mut sum = 0;
+        let free = |cell| self.ground.is_reached(cell).then_some(1);
+        // A search without room ends early, with the nearest cells visited.
+        let _ = planner.search(self.ground.frame(), from, free, |visit| {
+            if visit.cost as f32 > reach {
+                return ControlFlow::Break(());
+            }
+            sum += i32::from(self.value(visit.cell));
+            ControlFlow::Continue(())
+        });
+        sum
     }
 
     /// Of the Pareto front of coverage and clearance the cell beside a wall that is nearest the
     /// goal, or else the front moved to the wall.
     fn of_front(&self, mut score: impl FnMut(Cell) -> i32) -> Option<Cell> {
-        let mut scores = [0; CELLS];
+        let mut scores = [i32::MIN; CELLS];
         for cell in self.drop_cells() {
             if let Some(slot) = scores.get_mut(index(self.ground.frame(), cell)) {
                 *slot = score(cell);

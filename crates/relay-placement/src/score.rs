@@ -50,20 +50,25 @@ impl Disc {
 }
 
 impl<const CELLS: usize> Score<CELLS> {
-    /// The sums of what `of` gives for the reachable cells.
-    pub(crate) fn new(ground: &Ground<CELLS>, of: impl Fn(Cell) -> i16) -> Self {
+    /// The sums of the scores of all cells, which are given row by row.
+    pub(crate) fn new(frame: &Frame, scores: impl Iterator<Item = i16>) -> Self {
         let mut sums = [0; CELLS];
-        let mut sum = 0;
-        for (cell, slot) in ground.frame().cells().zip(&mut sums) {
-            if cell.column == 0 {
-                sum = 0;
+        let columns = usize::from(frame.columns()).max(1);
+        let mut scores = scores;
+        for row in sums.chunks_exact_mut(columns) {
+            let mut sum = 0;
+            for (slot, score) in row.iter_mut().zip(&mut scores) {
+                sum += score;
+                *slot = sum;
             }
-            if ground.is_reached(cell) {
-                sum += of(cell);
-            }
-            *slot = sum;
         }
         Self { sums }
+    }
+
+    /// The sums of what `of` gives for the reachable cells.
+    pub(crate) fn of_reached(ground: &Ground<CELLS>, of: impl Fn(Cell) -> i16) -> Self {
+        let score = |cell| if ground.is_reached(cell) { of(cell) } else { 0 };
+        Self::new(ground.frame(), ground.frame().cells().map(score))
     }
 
     /// The sum over the cells of a disc around a cell.
