@@ -8,7 +8,8 @@
 //! The rule [`Rule::Paper`] is that of the nodes which robots dropped in the Subterranean
 //! Challenge (JPL 2020, its equations as the book's chapter on drops gives them); [`Rule::Ours`]
 //! adds what that rule lacks: the place has a link to the network whenever a place with one exists.
-//! A [`Plan`] chooses several places together, each linked to those before it.
+//! A [`Plan`] chooses several places together, each linked to those before it. [`Readings`] of the
+//! strength of a relay are fitted to become a correction of the curve, with its variance.
 //!
 //! ```
 //! use grid_map::{Cell, CellState, Frame, GridMap, Planner};
@@ -40,6 +41,7 @@ mod place;
 mod plan;
 mod rule;
 mod score;
+mod signal;
 
 pub use curve::Curve;
 pub use ground::{Ground, GroundError};
@@ -47,3 +49,4 @@ pub use network::Network;
 pub use place::{Demand, Place};
 pub use plan::{MOST_PLANNED, Plan};
 pub use rule::Rule;
+pub use signal::{Correction, NotFinite, Readings, RefineConfig, Refined};
