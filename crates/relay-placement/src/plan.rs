@@ -2,7 +2,8 @@
 //!
 //! The places are first chosen greedily: each is, of the cells that have a link to the network or to
 //! a relay chosen before, the one that covers most. Then they are exchanged: one relay after the
-//! other is taken out, and put where it covers most while all of them stay linked. A greedy choice alone is held by the link: it takes the place that covers most
+//! other is taken out, and put where it covers most while all of them stay linked. Where the margin
+//! of the link leaves no place that covers more, it is given up for the relays that remain. A greedy choice alone is held by the link: it takes the place that covers most
 //! now, not the one from which the next relay reaches farther.
 
 use grid_map::Cell;
@@ -40,11 +41,10 @@ impl Plan {
     ) -> Self {
         let mut draft = Draft::new(ground, network, demand);
         let nodes = nodes.min(MOST_PLANNED);
-        while draft.chosen.len() < nodes {
-            let Some(cell) = draft.next() else { break };
-            draft.put(cell);
-        }
+        draft.extend(nodes);
         draft.exchange();
+        draft.give_up_margin();
+        draft.extend(nodes);
         Self { places: draft.in_order() }
     }
 
@@ -103,9 +103,7 @@ struct Draft<'a, const CELLS: usize> {
 impl<'a, const CELLS: usize> Draft<'a, CELLS> {
     fn new(ground: &'a Ground<CELLS>, network: &'a Network<CELLS>, demand: &'a Demand) -> Self {
         let curve = network.curve();
-        let wanted = curve.covered.0 + demand.margin.0.max(0.0);
-        let has_margin = ground.reached().any(|cell| network.ratio(cell).0 >= wanted);
-        let least = if has_margin { wanted } else { curve.covered.0 };
+        let least = curve.covered.0 + demand.margin.0.max(0.0);
         let mut counts = [1; CELLS];
         for cell in ground.reached().filter(|&cell| !network.covers(cell)) {
             if let Some(slot) = counts.get_mut(index(ground.frame(), cell)) {
@@ -121,6 +119,21 @@ impl<'a, const CELLS: usize> Draft<'a, CELLS> {
             range: curve.reach(Db(least)).0,
             chosen: Vec::new(),
             counts,
+        }
+    }
+
+    /// Asks of the next links no more than the ratio of a covered cell.
+    fn give_up_margin(&mut self) {
+        self.least = self.network.curve().covered.0;
+        self.range = self.network.curve().knee.0;
+    }
+
+    /// Adds relays greedily until there are `nodes`, or no linked place covers more.
+    fn extend(&mut self, nodes: usize) {
+        while self.chosen.len() < nodes
+            && let Some(cell) = self.next()
+        {
+            self.put(cell);
         }
     }
 

@@ -150,6 +150,19 @@ fn a_plan_follows_a_corridor_to_its_end() {
     assert_eq!(network.covered(&ground), ground.reached().count());
 }
 
+/// In cells of 16 m no neighbour has the margin, and each has a link.
+#[test]
+fn a_plan_gives_up_the_margin_where_only_that_leads_on() {
+    let ground = ground_of(&map_of(&[false; CELLS], 16.0));
+    let mut network = Network::new(&ground, Curve::DEFAULT);
+    network.add(&ground, ground.frame().centre(START));
+    let plan = Plan::new(&ground, &network, &Demand::DEFAULT, 3);
+    assert_eq!(plan.places().len(), 3);
+    for place in plan.places() {
+        assert!(place.gain_cells > 0 && place.link >= Curve::DEFAULT.covered, "{place:?}");
+    }
+}
+
 #[test]
 fn a_start_in_a_wall_is_refused() {
     let mut map = map_of(&[false; CELLS], 0.5);
