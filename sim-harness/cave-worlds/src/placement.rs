@@ -1,7 +1,6 @@
 //! Lets each rule put down relays, and measures what they cover.
 
-use std::time::Instant;
-
+use cpu_time::ThreadTime;
 use grid_map::Cell;
 use relay_placement::{Curve, Demand, Ground, GroundError, Network, Place, Plan, Rule};
 use units::Point2;
@@ -30,8 +29,8 @@ pub struct Row {
     pub link_margin_db: Option<f32>,
     /// The smallest free width left beside a relay, m; `None` where no relay was put down.
     pub free_width_m: Option<f32>,
-    /// The time of all selections together, ms; of each the shortest of three, because other
-    /// processes may interrupt one.
+    /// The processor time of all selections together, ms; of each the shortest of three, because
+    /// other processes slow one down.
     pub ms: f32,
 }
 
@@ -145,10 +144,10 @@ impl Trial<'_> {
     }
 }
 
-/// What a piece of work returns, and the shortest of three times that it took, ms.
+/// What a piece of work returns, and the shortest of three processor times that it took, ms.
 fn shortest<T>(work: &mut impl FnMut() -> T) -> (T, f32) {
     let mut timed = || {
-        let begun = Instant::now();
+        let begun = ThreadTime::now();
         let done = std::hint::black_box(work());
         (done, begun.elapsed().as_secs_f32() * 1e3)
     };

@@ -13,9 +13,10 @@ pub const NODES: [usize; 2] = [1, 8];
 pub const LEAST_MEAN: f32 = 0.9;
 /// The least share of the best that our rule covers in the worst world.
 pub const LEAST_WORST: f32 = 0.75;
-/// The most time that the selections of our rule take in one world, ms.
+/// The most processor time that the selections of our rule take in one world, ms.
 pub const MOST_MS: f32 = 20.0;
-/// The most time that one selection of the paper's rule takes with distances through the cave, ms.
+/// The most processor time that a selection of the paper's rule takes with distances through the
+/// cave, ms.
 pub const MOST_GEODESIC_MS: f32 = 100.0;
 
 /// The rows of one world, for each number of relays. `None` where no robot can begin at its base.
@@ -42,7 +43,7 @@ pub struct Sum {
     pub linked: usize,
     /// The worlds in which each relay leaves a free width of 1 m.
     pub wide: usize,
-    /// The longest time that all selections of a world took, ms.
+    /// The longest processor time that all selections of a world took, ms.
     pub slowest_ms: f32,
 }
 
