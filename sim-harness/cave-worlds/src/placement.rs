@@ -20,10 +20,12 @@ pub struct Row {
     pub nodes: usize,
     /// The area that they cover and the base does not, m².
     pub covered_m2: f32,
-    /// This area as a share of the most that can be covered: with one relay of that of
-    /// [`Rule::Best`], with several of a bound that no set of as many relays exceeds
-    /// ([`Plan::at_most_cells`]). `None` where it is 0.
+    /// This area as a share of that of [`Rule::Best`], which takes the best step after the best step;
+    /// `None` where that is 0.
     pub of_best: Option<f32>,
+    /// This area as a share of a bound that no set of as many relays exceeds
+    /// ([`Plan::at_most_cells`]); `None` where that is 0.
+    pub of_bound: Option<f32>,
     /// The smallest margin of a link over the covered ratio, dB; negative where a relay has no link,
     /// `None` where no relay was put down.
     pub link_margin_db: Option<f32>,
@@ -45,9 +47,11 @@ pub fn measure(world: &World, nodes: usize, seed: u64) -> Result<Vec<Row>, Groun
     let ground = world.ground(&mut planner)?;
     let mut trial = Trial { ground: &ground, world, nodes, seed, planner };
     let mut rows: Vec<_> = Rule::ALL.into_iter().map(|rule| trial.row(rule)).collect();
-    let best = trial.best_m2(&rows);
+    let best = rows.iter().find(|row| row.rule == Rule::Best).map_or(0.0, |row| row.covered_m2);
+    let bound = trial.bound_m2();
     for row in &mut rows {
         row.of_best = (best > 0.0).then(|| row.covered_m2 / best);
+        row.of_bound = (bound > 0.0).then(|| row.covered_m2 / bound);
     }
     Ok(rows)
 }
@@ -88,6 +92,7 @@ impl Trial<'_> {
             nodes: places.len(),
             covered_m2: gained as f32 * self.cell_m2(),
             of_best: None,
+            of_bound: None,
             link_margin_db: places.iter().map(margin).reduce(f32::min),
             free_width_m: places.iter().map(|place| place.free_width.0).reduce(f32::min),
             ms,
@@ -128,12 +133,8 @@ impl Trial<'_> {
         Some(self.ground.frame().centre(weakest))
     }
 
-    /// The most that can be covered, m².
-    fn best_m2(&self, rows: &[Row]) -> f32 {
-        if self.nodes <= 1 {
-            let best = rows.iter().find(|row| row.rule == Rule::Best);
-            return best.map_or(0.0, |row| row.covered_m2);
-        }
+    /// An area that no set of relays exceeds, m².
+    fn bound_m2(&self) -> f32 {
         let network = self.base();
         let plan = Plan::new(self.ground, &network, &Demand::DEFAULT, self.nodes);
         plan.at_most_cells(self.ground, &network, self.nodes) as f32 * self.cell_m2()

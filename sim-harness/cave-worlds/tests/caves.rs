@@ -24,7 +24,7 @@ fn the_relays_of_our_rule_are_linked() {
         assert_eq!(row.nodes, 2);
         assert!(row.link_margin_db.is_some_and(|margin| margin >= 0.0), "{row:?}");
     }
-    assert!(rows.iter().all(|row| row.of_best.is_some_and(|share| share <= 1.0)), "{rows:?}");
+    assert!(rows.iter().all(|row| row.of_bound.is_some_and(|share| share <= 1.0)), "{rows:?}");
 }
 
 /// With goals in dead ends, eight relays put down one by one covered 0.671 of what the best steps

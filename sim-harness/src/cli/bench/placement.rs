@@ -63,19 +63,28 @@ fn unusable() -> InputError {
 fn table(sums: &[Sum]) -> String {
     let mut table = format!(
         "placement: ours covers at least {LEAST_MEAN} of the best on average and {LEAST_WORST} in the \
-         worst world, linked, in {MOST_MS} ms\n\n  {:>6} {:14} {:>6} {:>5} {:>5} {:>6} {:>8} {:>10}\n",
-        "relays", "rule", "worlds", "mean", "worst", "linked", "1 m free", "slowest, ms",
+         worst world, linked, in {MOST_MS} ms\n\n  {:>6} {:14} {:>6} {:>5} {:>5} {:>8} {:>6} {:>8} {:>10}\n",
+        "relays",
+        "rule",
+        "worlds",
+        "mean",
+        "worst",
+        "of bound",
+        "linked",
+        "1 m free",
+        "slowest, ms",
     );
     for sum in sums {
         // Writing to a string cannot fail.
         let _ = writeln!(
             table,
-            "  {:>6} {:14} {:>6} {:>5.3} {:>5.3} {:>6} {:>8} {:>10.1}",
+            "  {:>6} {:14} {:>6} {:>5.3} {:>5.3} {:>8.3} {:>6} {:>8} {:>10.1}",
             sum.asked,
             sum.rule.name(),
             sum.worlds,
             sum.mean,
             sum.worst,
+            sum.of_bound,
             sum.linked,
             sum.wide,
             sum.slowest_ms,

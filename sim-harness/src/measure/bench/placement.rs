@@ -35,10 +35,12 @@ pub struct Sum {
     pub asked: usize,
     /// The worlds.
     pub worlds: usize,
-    /// The share of the best on average, and in the worst world.
+    /// The share of the best on average.
     pub mean: f32,
     /// The share of the best in the worst world.
     pub worst: f32,
+    /// The share of the bound that no set of relays exceeds, on average.
+    pub of_bound: f32,
     /// The worlds in which each relay has a link; one in which no relay was put down counts.
     pub linked: usize,
     /// The worlds in which each relay leaves a free width of 1 m.
@@ -55,19 +57,25 @@ pub fn sums(rows: &[Row]) -> Vec<Sum> {
         let own: Vec<_> =
             rows.iter().filter(|row| row.asked == asked && row.rule == rule).collect();
         let shares: Vec<f32> = own.iter().filter_map(|row| row.of_best).collect();
+        let bounds: Vec<f32> = own.iter().filter_map(|row| row.of_bound).collect();
         let has = |value: Option<f32>, least: f32| value.is_none_or(|value| value >= least);
         Sum {
             rule,
             asked,
             worlds: own.len(),
-            mean: shares.iter().sum::<f32>() / shares.len() as f32,
+            mean: mean(&shares),
             worst: shares.iter().copied().fold(f32::INFINITY, f32::min),
+            of_bound: mean(&bounds),
             linked: own.iter().filter(|row| has(row.link_margin_db, 0.0)).count(),
             wide: own.iter().filter(|row| has(row.free_width_m, 1.0)).count(),
             slowest_ms: own.iter().map(|row| row.ms).fold(0.0, f32::max),
         }
     };
     cases.map(of).filter(|sum| sum.worlds > 0).collect()
+}
+
+fn mean(values: &[f32]) -> f32 {
+    values.iter().sum::<f32>() / values.len() as f32
 }
 
 impl Sum {
@@ -109,6 +117,7 @@ pub fn json(row: &Row) -> Value {
         "nodes": row.nodes,
         "covered_m2": row.covered_m2,
         "of_best": row.of_best,
+        "of_bound": row.of_bound,
         "link_margin_db": row.link_margin_db,
         "free_width_m": row.free_width_m,
         "ms": row.ms,
