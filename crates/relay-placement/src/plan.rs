@@ -43,7 +43,7 @@ impl Plan {
         let nodes = nodes.min(MOST_PLANNED);
         draft.extend(nodes);
         draft.exchange();
-        draft.give_up_margin();
+        draft.ask(Db(0.0));
         draft.extend(nodes);
         Self { places: draft.in_order() }
     }
@@ -103,29 +103,31 @@ struct Draft<'a, const CELLS: usize> {
 impl<'a, const CELLS: usize> Draft<'a, CELLS> {
     fn new(ground: &'a Ground<CELLS>, network: &'a Network<CELLS>, demand: &'a Demand) -> Self {
         let curve = network.curve();
-        let least = curve.covered.0 + demand.margin.0.max(0.0);
         let mut counts = [1; CELLS];
         for cell in ground.reached().filter(|&cell| !network.covers(cell)) {
             if let Some(slot) = counts.get_mut(index(ground.frame(), cell)) {
                 *slot = 0;
             }
         }
-        Self {
+        let mut draft = Self {
             ground,
             network,
             demand,
             disc: Disc::new(curve.knee.0 / ground.frame().resolution().0),
-            least,
-            range: curve.reach(Db(least)).0,
+            least: 0.0,
+            range: 0.0,
             chosen: Vec::new(),
             counts,
-        }
+        };
+        draft.ask(demand.margin);
+        draft
     }
 
-    /// Asks of the next links no more than the ratio of a covered cell.
-    fn give_up_margin(&mut self) {
-        self.least = self.network.curve().covered.0;
-        self.range = self.network.curve().knee.0;
+    /// Asks of the next links the ratio of a covered cell, and so much more.
+    fn ask(&mut self, margin: Db) {
+        let curve = self.network.curve();
+        self.least = curve.covered.0 + margin.0.max(0.0);
+        self.range = curve.reach(Db(self.least)).0;
     }
 
     /// Adds relays greedily until there are `nodes`, or no linked place covers more.
@@ -251,20 +253,27 @@ impl<'a, const CELLS: usize> Draft<'a, CELLS> {
         self.counts.iter().filter(|count| **count == 0).count()
     }
 
-    /// The places, of those that have a link to the ones before always the one that covers most.
+    /// The places, of those that have a link to the ones before always the one that covers most, and
+    /// of those with the margin where there is one.
     fn in_order(mut self) -> Vec<Place, MOST_PLANNED> {
         let mut left = core::mem::take(&mut self.chosen);
         for cell in &left {
             self.count(*cell, |n| n.saturating_sub(1));
         }
         let mut places = Vec::new();
-        while let Some((n, gain)) = self.next_of(&left) {
+        loop {
+            self.ask(self.demand.margin);
+            let mut next = self.next_of(&left);
+            if next.is_none() {
+                self.ask(Db(0.0));
+                next = self.next_of(&left);
+            }
+            let Some((n, gain)) = next else { return places };
             let cell = left.swap_remove(n);
             let link = self.link(cell);
             self.put(cell);
             let _ = places.push(Place::new(self.ground, cell, gain, link));
         }
-        places
     }
 
     fn next_of(&self, left: &[Cell]) -> Option<(usize, i32)> {

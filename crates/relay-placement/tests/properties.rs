@@ -108,6 +108,16 @@ proptest! {
         }
     }
 
+    /// Once the margin was given up, the order of the relays took links without it before others.
+    #[test]
+    fn few_relays_of_a_plan_keep_the_margin((_, ground) in maps(), nodes in 1usize..=4) {
+        let mut network = Network::new(&ground, Curve::DEFAULT);
+        network.add(&ground, ground.frame().centre(START));
+        let plan = Plan::new(&ground, &network, &Demand::DEFAULT, nodes);
+        let least = Curve::DEFAULT.covered.0 + Demand::DEFAULT.margin.0 - 1e-3;
+        prop_assert!(plan.places().iter().all(|place| place.link.0 >= least), "{plan:?}");
+    }
+
     #[test]
     fn no_set_of_relays_covers_more_than_the_bound(
         (_, ground) in maps(),
