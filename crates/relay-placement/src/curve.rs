@@ -30,4 +30,16 @@ impl Curve {
         let slope = 20.0 / (core::f32::consts::LN_10 * knee);
         Db((self.covered.0 - slope * (d - knee)).max(0.0))
     }
+
+    /// The farthest distance at which the ratio is still this one, the inverse of [`Self::at`]; for
+    /// 0 dB and less the distance at which the curve reaches 0 dB.
+    #[must_use]
+    pub fn reach(&self, ratio: Db) -> Metres {
+        let over = ratio.0.max(0.0) - self.covered.0;
+        if over >= 0.0 {
+            return Metres(self.knee.0 * libm::powf(10.0, -over / 20.0));
+        }
+        let slope = 20.0 / (core::f32::consts::LN_10 * self.knee.0);
+        Metres(self.knee.0 - over / slope)
+    }
 }

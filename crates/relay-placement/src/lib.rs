@@ -8,6 +8,8 @@
 //! The rule [`Rule::Paper`] is that of the nodes which robots dropped in the Subterranean
 //! Challenge (JPL 2020, its equations as the book's chapter on drops gives them); [`Rule::Ours`]
 //! adds what that rule lacks: the place has a link to the network whenever a place with one exists.
+//! A [`Plan`] chooses several places together, each linked to those before it. [`Readings`] of the
+//! strength of a relay are fitted to become a correction of the curve, with its variance.
 //!
 //! ```
 //! use grid_map::{Cell, CellState, Frame, GridMap, Planner};
@@ -21,11 +23,13 @@
 //!     map.set(cell, if is_wall { CellState::Occupied } else { CellState::Free });
 //! }
 //! let base = Cell::new(1, 5);
-//! let ground = Ground::<600>::new(&map, &mut Planner::<300, 600>::new(), base).unwrap();
+//! let mut planner = Planner::<300, 600>::new();
+//! let ground = Ground::<600>::new(&map, &mut planner, base).unwrap();
 //! let mut network = Network::<600>::new(&ground, Curve::DEFAULT);
 //! network.add(&ground, frame.centre(base));
 //! let demand = Demand { within: Metres(60.0), ..Demand::DEFAULT };
-//! let place = Rule::Ours.choose(&ground, &network, frame.centre(base), &demand, 0).unwrap();
+//! let goal = frame.centre(base);
+//! let place = Rule::Ours.choose(&ground, &network, goal, &demand, 0, &mut planner).unwrap();
 //! assert!(place.link >= Curve::DEFAULT.covered && place.gain_cells > 0);
 //! ```
 #![no_std]
@@ -33,10 +37,16 @@
 mod curve;
 mod ground;
 mod network;
+mod place;
+mod plan;
 mod rule;
 mod score;
+mod signal;
 
 pub use curve::Curve;
 pub use ground::{Ground, GroundError};
 pub use network::Network;
-pub use rule::{Demand, Place, Rule};
+pub use place::{Demand, Place};
+pub use plan::{MOST_PLANNED, Plan};
+pub use rule::Rule;
+pub use signal::{Correction, NotFinite, Readings, RefineConfig, Refined};

@@ -1,65 +1,28 @@
 //! The rules that choose the next place.
 
 use core::cmp::Ordering;
+use core::ops::ControlFlow;
 
-use grid_map::Cell;
-use units::{Db, Metres, Point2};
+use grid_map::{Cell, Planner, STRAIGHT_COST};
+use units::{Metres, Point2};
 
-use crate::ground::Ground;
+use crate::ground::{Ground, index};
 use crate::network::{Network, distance};
+use crate::place::{Demand, Place, Shortlist};
 use crate::score::{Disc, Score};
 
-/// The least share of the possible new coverage that [`Rule::Ours`] takes to stand beside a wall and
-/// leave a free width. It is a choice: without such a limit the worst of 20 caves, seeds 0 to 19 of
-/// `cave-worlds`, kept 0.54 of the coverage, and with it 0.81.
-const LEAST_SHARE: f32 = 0.8;
-
-/// What is asked of a place.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Demand {
-    /// The farthest from the goal that a relay is put down: 10 m in the paper.
-    pub within: Metres,
-    /// The distance from the wall up to which a place is beside it: 0.5 m in the paper. On a
-    /// coarser grid a cell beside a wall is always near it.
-    pub beside_wall: Metres,
-    /// How much more than [`Curve::covered`](crate::Curve::covered) the link to the network is to
-    /// be: the margin that `uchain plan relays` keeps as well.
-    pub margin: Db,
-    /// The free width that is to be left beside the relay, so that the next robot passes. It is a
-    /// choice, not a measurement.
-    pub free_width: Metres,
-}
-
-impl Demand {
-    /// The paper's distances, and our margin and width.
-    pub const DEFAULT: Self = Self {
-        within: Metres(10.0),
-        beside_wall: Metres(0.5),
-        margin: Db(3.0),
-        free_width: Metres(1.0),
-    };
-}
-
-/// A place for a relay.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
-    /// The cell.
-    pub cell: Cell,
-    /// Its middle.
-    pub at: Point2,
-    /// The cells that become covered by it.
-    pub gain_cells: usize,
-    /// The ratio at which the network hears it.
-    pub link: Db,
-    /// The free width left beside it.
-    pub free_width: Metres,
-}
+/// The side of the squares within which [`Rule::PaperGeodesic`] takes the coverage of one drop cell
+/// for that of all: a tenth of the reach of a relay. It is a choice, for speed.
+const BLOCK: Metres = Metres(2.0);
 
 /// A rule that chooses a place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Rule {
     /// The paper's: the Pareto front of coverage and clearance, moved to the wall; nearest the goal.
     Paper,
+    /// The paper's, where coverage goes no farther through the cave than the reach of a relay: not
+    /// through rock.
+    PaperGeodesic,
     /// Any drop cell, at random.
     Random,
     /// Any drop cell beside a wall, at random.
@@ -73,13 +36,15 @@ pub enum Rule {
 
 impl Rule {
     /// All rules.
-    pub const ALL: [Self; 5] = [Self::Paper, Self::Random, Self::NearWall, Self::Ours, Self::Best];
+    pub const ALL: [Self; 6] =
+        [Self::Paper, Self::PaperGeodesic, Self::Random, Self::NearWall, Self::Ours, Self::Best];
 
     /// The name in files and on the command line.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Paper => "paper",
+            Self::PaperGeodesic => "paper-geodesic",
             Self::Random => "random",
             Self::NearWall => "near-wall",
             Self::Ours => "ours",
@@ -90,26 +55,29 @@ impl Rule {
     /// Chooses the next place near `goal`; `seed` is used by the rules that choose at random.
     /// `None` where no drop cell is left, and for [`Rule::Ours`] and [`Rule::Best`] also where none
     /// has a link. The rules of the paper and of chance may choose a place without a link.
+    /// `planner` finds the ways of [`Rule::PaperGeodesic`].
     #[must_use]
-    pub fn choose<const CELLS: usize>(
+    pub fn choose<const CELLS: usize, const MARKS: usize, const POOL: usize>(
         self,
         ground: &Ground<CELLS>,
         network: &Network<CELLS>,
         goal: Point2,
         demand: &Demand,
         seed: u64,
+        planner: &mut Planner<MARKS, POOL>,
     ) -> Option<Place> {
-        let gains = Score::new(ground, |cell| i32::from(!network.covers(cell)));
+        let gains = Score::of_reached(ground, |cell| i16::from(!network.covers(cell)));
         let disc = Disc::new(network.curve().knee.0 / ground.frame().resolution().0);
         let question = Question { ground, network, goal, demand, gains, disc };
         let cell = match self {
             Self::Paper => question.paper(),
+            Self::PaperGeodesic => question.paper_geodesic(planner),
             Self::Random => question.random(seed, |_| true),
             Self::NearWall => question.random(seed, |cell| question.is_beside_wall(cell)),
             Self::Ours => question.ours(),
             Self::Best => question.best(),
         }?;
-        Some(question.place(cell))
+        Some(Place::new(ground, cell, question.gain(cell), network.ratio(cell)))
     }
 }
 
@@ -134,22 +102,7 @@ impl<const CELLS: usize> Question<'_, CELLS> {
     }
 
     fn is_beside_wall(&self, cell: Cell) -> bool {
-        let limit = self.demand.beside_wall.0.max(self.ground.frame().resolution().0 * 1.01);
-        self.ground.clearance(cell).0 < limit
-    }
-
-    fn is_wide(&self, cell: Cell) -> bool {
-        self.ground.free_width(cell) >= self.demand.free_width
-    }
-
-    fn place(&self, cell: Cell) -> Place {
-        Place {
-            cell,
-            at: self.ground.frame().centre(cell),
-            gain_cells: usize::try_from(self.gain(cell)).unwrap_or(0),
-            link: self.network.ratio(cell),
-            free_width: self.ground.free_width(cell),
-        }
+        self.demand.is_beside_wall(self.ground, cell)
     }
 
     /// The linked cell that covers most, of those with margin where there is one.
@@ -157,27 +110,13 @@ impl<const CELLS: usize> Question<'_, CELLS> {
         self.linked().max_by_key(|&cell| self.gain(cell))
     }
 
-    /// The linked cell that covers most in the first of these classes that costs little coverage:
-    /// beside a wall with the free width; with the free width; beside a wall; any.
+    /// The linked cell of the [`Shortlist`].
     fn ours(&self) -> Option<Cell> {
-        let mut most: [Option<(i32, Cell)>; 4] = [None; 4];
+        let mut shortlist = Shortlist::default();
         for cell in self.linked() {
-            let gain = self.gain(cell);
-            let class = match (self.is_wide(cell), self.is_beside_wall(cell)) {
-                (true, true) => 0,
-                (true, false) => 1,
-                (false, true) => 2,
-                (false, false) => 3,
-            };
-            if let Some(slot) = most.get_mut(class)
-                && slot.is_none_or(|(other, _)| gain > other)
-            {
-                *slot = Some((gain, cell));
-            }
+            shortlist.offer(self.ground, self.demand, cell, self.gain(cell));
         }
-        let best = most.iter().flatten().map(|(gain, _)| *gain).max()?;
-        let least = LEAST_SHARE * best as f32;
-        most.iter().flatten().find(|(gain, _)| *gain as f32 >= least).map(|(_, cell)| *cell)
+        shortlist.pick().map(|(cell, _)| cell)
     }
 
     /// The drop cells with a link: those with margin, or where there are none, those without.
@@ -193,16 +132,73 @@ impl<const CELLS: usize> Question<'_, CELLS> {
         self.gains.around(self.ground, cell, &self.disc)
     }
 
-    /// The paper's choice. Its score sums, over the cells that the new relay covers, 1 where the
-    /// network is heard too weakly, 1/2 where it is not heard, and −1 where it is strong; here all
-    /// twice, to be whole numbers.
-    fn paper(&self) -> Option<Cell> {
-        let scores = Score::new(self.ground, |cell| match self.network.ratio(cell).0 {
+    /// The paper's value of a cell that the new relay covers: 1 where the network is heard too
+    /// weakly, 1/2 where it is not heard, and −1 where it is strong; here all twice, to be whole
+    /// numbers.
+    fn value(&self, cell: Cell) -> i16 {
+        match self.network.ratio(cell).0 {
             _ if self.network.covers(cell) => -2,
             ratio if ratio > 0.0 => 2,
             _ => 1,
+        }
+    }
+
+    /// The paper's choice.
+    fn paper(&self) -> Option<Cell> {
+        let scores = Score::of_reached(self.ground, |cell| self.value(cell));
+        self.of_front(|cell| scores.around(self.ground, cell, &self.disc))
+    }
+
+    /// The paper's choice with the distance through the cave in place of the straight one.
+    fn paper_geodesic<const MARKS: usize, const POOL: usize>(
+        &self,
+        planner: &mut Planner<MARKS, POOL>,
+    ) -> Option<Cell> {
+        let resolution = self.ground.frame().resolution().0;
+        let reach = self.network.curve().knee.0 / resolution * STRAIGHT_COST as f32;
+        let block = libm::ceilf(BLOCK.0 / resolution).clamp(1.0, f32::from(u16::MAX)) as u16;
+        let mut known = [None; CELLS];
+        self.of_front(|from| {
+            let corner = Cell::new(from.column - from.column % block, from.row - from.row % block);
+            match known.get_mut(index(self.ground.frame(), corner)) {
+                Some(score) => *score.get_or_insert_with(|| self.by_way(planner, from, reach)),
+                None => self.by_way(planner, from, reach),
+            }
+        })
+    }
+
+    /// The sum of the values of the cells that a way of at most `reach`, in the costs of the
+    /// planner, leads to.
+    fn by_way<const MARKS: usize, const POOL: usize>(
+        &self,
+        planner: &mut Planner<MARKS, POOL>,
+        from: Cell,
+        reach: f32,
+    ) -> i32 {
+        let mut sum = 0;
+        let free = |cell| self.ground.is_reached(cell).then_some(1);
+        // A search without room ends early, with the nearest cells visited.
+        let _ = planner.search(self.ground.frame(), from, free, |visit| {
+            if visit.cost as f32 > reach {
+                return ControlFlow::Break(());
+            }
+            sum += i32::from(self.value(visit.cell));
+            ControlFlow::Continue(())
         });
-        let score = |cell| scores.around(self.ground, cell, &self.disc);
+        sum
+    }
+
+    /// Of the Pareto front of coverage and clearance the cell beside a wall that is nearest the
+    /// goal, or else the front moved to the wall.
+    fn of_front(&self, mut score: impl FnMut(Cell) -> i32) -> Option<Cell> {
+        let mut scores = [i32::MIN; CELLS];
+        for cell in self.drop_cells() {
+            if let Some(slot) = scores.get_mut(index(self.ground.frame(), cell)) {
+                *slot = score(cell);
+            }
+        }
+        let score =
+            |cell| scores.get(index(self.ground.frame(), cell)).copied().unwrap_or(i32::MIN);
         // The best score of the cells at each clearance, then of those at this one or a larger.
         let mut best = [i32::MIN; 256];
         for cell in self.drop_cells() {

@@ -1,15 +1,16 @@
 //! Sums of the scores of all cells around a place, from sums along rows.
 
-use grid_map::Cell;
+use grid_map::{Cell, Frame};
 
-use crate::ground::{Ground, index};
+use crate::ground::Ground;
 
 /// The most rows to each side that a sum takes in.
 const MOST_REACH: usize = 255;
 
 /// The sums of the scores along each row, up to and with each cell.
 pub(crate) struct Score<const CELLS: usize> {
-    sums: [i32; CELLS],
+    /// A grid has at most 8192 columns, and a cell at most 2 to either side of 0.
+    sums: [i16; CELLS],
 }
 
 /// The cells within a radius of a cell: how far they extend to each side in each row.
@@ -29,40 +30,56 @@ impl Disc {
         }
         Self { reach: radius as u16, halves }
     }
+
+    /// The cells of the disc around a cell, cut off at the border of the grid: of each row the number,
+    /// and the first and the last column.
+    pub(crate) fn rows(
+        &self,
+        frame: &Frame,
+        at: Cell,
+    ) -> impl Iterator<Item = (u16, u16, u16)> + use<'_> {
+        let first = at.row.saturating_sub(self.reach);
+        let last = at.row.saturating_add(self.reach).min(frame.rows().saturating_sub(1));
+        let columns = frame.columns().saturating_sub(1);
+        (first..=last).map(move |row| {
+            let half = self.halves.get(usize::from(row.abs_diff(at.row))).copied().unwrap_or(0);
+            let west = at.column.saturating_sub(half);
+            (row, west, at.column.saturating_add(half).min(columns))
+        })
+    }
 }
 
 impl<const CELLS: usize> Score<CELLS> {
-    /// The sums of what `of` gives for the reachable cells.
-    pub(crate) fn new(ground: &Ground<CELLS>, of: impl Fn(Cell) -> i32) -> Self {
+    /// The sums of the scores of all cells, which are given row by row.
+    pub(crate) fn new(frame: &Frame, scores: impl Iterator<Item = i16>) -> Self {
         let mut sums = [0; CELLS];
-        let mut sum = 0;
-        for cell in ground.frame().cells() {
-            if cell.column == 0 {
-                sum = 0;
-            }
-            if ground.is_reached(cell) {
-                sum += of(cell);
-            }
-            if let Some(slot) = sums.get_mut(index(ground.frame(), cell)) {
+        let columns = usize::from(frame.columns()).max(1);
+        let mut scores = scores;
+        for row in sums.chunks_exact_mut(columns) {
+            let mut sum = 0;
+            for (slot, score) in row.iter_mut().zip(&mut scores) {
+                sum += score;
                 *slot = sum;
             }
         }
         Self { sums }
     }
 
+    /// The sums of what `of` gives for the reachable cells.
+    pub(crate) fn of_reached(ground: &Ground<CELLS>, of: impl Fn(Cell) -> i16) -> Self {
+        let score = |cell| if ground.is_reached(cell) { of(cell) } else { 0 };
+        Self::new(ground.frame(), ground.frame().cells().map(score))
+    }
+
     /// The sum over the cells of a disc around a cell.
     pub(crate) fn around(&self, ground: &Ground<CELLS>, at: Cell, disc: &Disc) -> i32 {
-        let frame = ground.frame();
+        let columns = usize::from(ground.frame().columns()).max(1);
         let first = at.row.saturating_sub(disc.reach);
-        let last = at.row.saturating_add(disc.reach).min(frame.rows().saturating_sub(1));
+        let rows = self.sums.chunks_exact(columns).skip(usize::from(first));
         let mut total = 0;
-        for row in first..=last {
-            let half = disc.halves.get(usize::from(row.abs_diff(at.row))).copied().unwrap_or(0);
-            let east = at.column.saturating_add(half).min(frame.columns().saturating_sub(1));
-            let west = at.column.checked_sub(half.saturating_add(1));
-            let sum =
-                |column| self.sums.get(index(frame, Cell::new(column, row))).copied().unwrap_or(0);
-            total += sum(east) - west.map_or(0, sum);
+        for ((_, west, east), sums) in disc.rows(ground.frame(), at).zip(rows) {
+            let sum = |column: u16| sums.get(usize::from(column)).copied().map_or(0, i32::from);
+            total += sum(east) - west.checked_sub(1).map_or(0, sum);
         }
         total
     }

@@ -1,8 +1,9 @@
-//! Digs caves from a seed, and measures in them where relays are put down.
+//! Digs caves from a seed, and measures in them, and in maps of robots, where relays are put down.
 //!
 //! A [`Cave`] is a map of [`SIDE`] by [`SIDE`] cells in which corridors of random length, width and
-//! direction branch from each other. [`measure`] lets each rule of `relay_placement` put down relays
-//! one after the other, and gives a [`Row`] for each rule.
+//! direction branch from each other. A [`World`] is a cave or the map of a robot, with a base in it.
+//! [`measure`] lets each rule of `relay_placement` put down relays, and returns a [`Row`] for each
+//! rule.
 //!
 //! ```
 //! let cave = cave_worlds::Cave::dig(7);
@@ -11,6 +12,8 @@
 
 mod cave;
 mod placement;
+mod world;
 
 pub use cave::{Cave, SIDE};
 pub use placement::{Row, measure};
+pub use world::{CELLS, World, WorldError, WorldPlanner};

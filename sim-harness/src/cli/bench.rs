@@ -2,6 +2,7 @@
 
 mod chain;
 mod explore;
+mod placement;
 
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -49,10 +50,6 @@ pub(super) struct BenchArgs {
     /// Explore with so many robots only in the benchmark `explore`; may be given more than once
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     robots: Vec<usize>,
-    /// Explore this map in the benchmark `explore`, in place of the built-in plans; may be given more
-    /// than once
-    #[arg(long, value_name = "FILE")]
-    map: Vec<PathBuf>,
     /// Fly the benchmark `chain` through this radio in place of the scenarios' own
     #[arg(long, value_parser = PossibleValuesParser::new(PRESETS.map(|preset| preset.name)))]
     radio: Option<String>,
@@ -60,6 +57,10 @@ pub(super) struct BenchArgs {
     /// as points, and in `junctions` as points and as rigid bodies
     #[arg(long, value_enum)]
     fidelity: Option<FidelityArg>,
+    /// In the benchmark `placement`, also put relays down in this map (map_server's .yaml); in
+    /// `explore`, explore it in place of the built-in plans; may be given more than once
+    #[arg(long, value_name = "FILE")]
+    map: Vec<PathBuf>,
     /// The firmware's ELF file, for the benchmarks that measure it
     #[arg(long, value_name = "FILE", default_value = Firmware::DEFAULT)]
     pub(super) elf: PathBuf,
@@ -88,6 +89,8 @@ enum Name {
     Explore,
     /// Which packets of an attacker without keys a chain accepts
     Attacks,
+    /// How much relays cover that are put down for good, by each rule
+    Placement,
     /// How much of the processor and the memory the firmware uses, on the emulated chip
     Firmware,
     /// How fast the emulator is, and whether it computes what another emulator does
@@ -119,6 +122,7 @@ impl Name {
             Self::Junctions => "junctions.json",
             Self::Explore => "explore.json",
             Self::Attacks => "attacks.json",
+            Self::Placement => "placement.json",
             Self::Firmware => "firmware.json",
             Self::Emulator => "emulator.json",
             Self::Mishaps => "mishaps.json",
@@ -144,6 +148,7 @@ pub(super) fn run(args: &BenchArgs) -> Result<Verdict, Trouble> {
             Name::Junctions => junctions_bench(args, &mut missed)?,
             Name::Explore => explore::bench(args, &mut missed)?,
             Name::Attacks => attacks_bench(args, &mut missed)?,
+            Name::Placement => placement::bench(args, &mut missed)?,
             Name::Firmware => emulated::firmware(args, &mut missed)?,
             Name::Emulator => emulated::emulator(args, &mut missed)?,
             Name::Mishaps => emulated::mishaps(args, &mut missed)?,

@@ -1,5 +1,6 @@
 //! `uchain plan`: how many relays a place needs, before the drones are packed.
 
+mod drops;
 mod explore;
 
 use std::fmt::Write;
@@ -30,6 +31,8 @@ enum PlanVerb {
     Relays(RelaysArgs),
     /// How long several robots take to explore a map together, and what each sees when
     Explore(explore::ExploreArgs),
+    /// Where relays that land for good would be put down on a map, and what they would cover
+    Drops(drops::DropsArgs),
 }
 
 #[derive(Args)]
@@ -53,6 +56,7 @@ pub(super) fn run(args: &PlanArgs) -> Result<Verdict, Trouble> {
     match &args.verb {
         PlanVerb::Relays(args) => plan_relays(args),
         PlanVerb::Explore(args) => explore::plan(args),
+        PlanVerb::Drops(args) => drops::run(args),
     }
 }
 

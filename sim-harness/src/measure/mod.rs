@@ -10,6 +10,7 @@
 
 pub mod bench;
 pub mod campaign;
+pub mod drops;
 pub mod figures;
 pub mod metrics;
 pub mod plan;

@@ -10,6 +10,7 @@
 //! | [`explore`] | how several robots explore a place together |
 //! | [`link`] | how orders and telemetry get through a chain |
 //! | [`attacks`] | how many packets a chain accepts from an attacker without a key |
+//! | [`placement`] | how much relays cover that are put down by each rule |
 //! | `firmware` | load, step times and stack of the firmware, on the emulated core |
 //! | `emulator` | how fast the emulator is, and the comparison of its core with another |
 //! | `mishaps` | how flights end when the firmware's chip, buses or code fail |
@@ -29,6 +30,7 @@ pub mod link;
 #[cfg(feature = "virtual")]
 pub mod mishaps;
 mod net;
+pub mod placement;
 #[cfg(feature = "virtual")]
 pub mod stock;
 pub mod throughput;

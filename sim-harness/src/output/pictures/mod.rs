@@ -13,6 +13,7 @@ mod axes;
 mod boxes;
 mod canvas;
 mod dashes;
+mod drops;
 mod figure3;
 mod links;
 mod map;
@@ -35,6 +36,9 @@ pub(super) use sheet::escaped;
 pub use sheet::{Picture, PlotFrame};
 pub(super) use style::node_rgb;
 
+use cave_worlds::World;
+
+use crate::measure::drops::Drops;
 use crate::measure::trace::Trace;
 
 /// The error when a picture cannot be made. No input of a user causes it, since pictures are drawn
@@ -70,6 +74,14 @@ pub fn map(trace: &Trace) -> Result<Picture, PictureError> {
 /// See [`PictureError`].
 pub fn plan(plan: &PlanPicture<'_>) -> Result<Picture, PictureError> {
     plan::picture(plan)
+}
+
+/// The coverage of a map before and after relays are put down.
+///
+/// # Errors
+/// See [`PictureError`].
+pub fn drops(world: &World, drops: &Drops) -> Result<Picture, PictureError> {
+    drops::picture(world, drops)
 }
 
 /// Each link's strength over time: as received, filtered, and true.

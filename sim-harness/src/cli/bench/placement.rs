@@ -1,0 +1,94 @@
+//! `uchain bench placement`: how much relays cover that are put down by each rule.
+
+use std::fmt::Write;
+
+use cave_worlds::{Row, World};
+use serde_json::{Value, json};
+
+use super::BenchArgs;
+use crate::cli::progress::Progress;
+use crate::cli::{Trouble, runs};
+use crate::input_error::InputError;
+use crate::measure::bench::placement::{
+    LEAST_MEAN, LEAST_WORST, MOST_GEODESIC_MS, MOST_MS, Sum, json as row_json, run, sums,
+};
+use crate::measure::drops;
+
+/// The first seed of the caves, unless `--seed` is given: others than those on which the rule was
+/// tuned.
+const FIRST_CAVE: u64 = 200_000;
+
+/// Bounds that are missed are added to `missed`.
+pub(super) fn bench(
+    args: &BenchArgs,
+    missed: &mut Vec<String>,
+) -> Result<(String, Value), Trouble> {
+    let caves = runs(args.runs.unwrap_or(100))? as u64;
+    // `--seed` 1, the default, begins with the first cave.
+    let first = FIRST_CAVE.wrapping_add(args.common.seed.wrapping_sub(1));
+    let mut rows = Vec::new();
+    for file in &args.map {
+        let world = drops::open(file, None)?;
+        rows.extend(run(&world, 0).ok_or_else(|| unusable().in_file(file))?);
+    }
+    let progress = Progress::new(caves, args.common.quiet);
+    progress.say("caves");
+    let cave = |n: u64| {
+        let seed = first.wrapping_add(n);
+        let rows = run(&World::dig(seed), seed);
+        progress.step();
+        rows.unwrap_or_default()
+    };
+    // One after the other, because the times are those of one core.
+    let dug: Vec<Vec<Row>> = (0..caves).map(cave).collect();
+    drop(progress);
+    rows.extend(dug.concat());
+    let sums = sums(&rows);
+    missed.extend(sums.iter().flat_map(Sum::missed));
+    let bounds = json!({
+        "rule": "ours",
+        "of_best_mean": LEAST_MEAN,
+        "of_best_worst": LEAST_WORST,
+        "ms": MOST_MS,
+        "geodesic_ms_each": MOST_GEODESIC_MS,
+    });
+    let rows: Vec<_> = rows.iter().map(row_json).collect();
+    Ok((table(&sums), json!({ "bounds": bounds, "rows": rows })))
+}
+
+fn unusable() -> InputError {
+    InputError::new("no robot can begin at its base", "give another map")
+}
+
+fn table(sums: &[Sum]) -> String {
+    let mut table = format!(
+        "placement: ours covers at least {LEAST_MEAN} of the best on average and {LEAST_WORST} in the \
+         worst world, linked, in {MOST_MS} ms\n\n  {:>6} {:14} {:>6} {:>5} {:>5} {:>8} {:>6} {:>8} {:>10}\n",
+        "relays",
+        "rule",
+        "worlds",
+        "mean",
+        "worst",
+        "of bound",
+        "linked",
+        "1 m free",
+        "slowest, ms",
+    );
+    for sum in sums {
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            table,
+            "  {:>6} {:14} {:>6} {:>5.3} {:>5.3} {:>8.3} {:>6} {:>8} {:>10.1}",
+            sum.asked,
+            sum.rule.name(),
+            sum.worlds,
+            sum.mean,
+            sum.worst,
+            sum.of_bound,
+            sum.linked,
+            sum.wide,
+            sum.slowest_ms,
+        );
+    }
+    table
+}

@@ -1,0 +1,125 @@
+//! Measures how much relays cover that are put down by each rule of `relay_placement`.
+//!
+//! The worlds are caves dug from seeds, and the maps that are given. The bounds are asked of
+//! [`Rule::Ours`] alone; the other rules stand beside it.
+
+use cave_worlds::{Row, World, measure};
+use relay_placement::Rule;
+use serde_json::{Value, json};
+
+/// The numbers of relays that are put down in each world.
+pub const NODES: [usize; 2] = [1, 8];
+/// The least share of the best that our rule covers on average.
+pub const LEAST_MEAN: f32 = 0.9;
+/// The least share of the best that our rule covers in the worst world.
+pub const LEAST_WORST: f32 = 0.75;
+/// The most processor time that the selections of our rule take in one world, ms.
+pub const MOST_MS: f32 = 20.0;
+/// The most processor time that a selection of the paper's rule takes with distances through the
+/// cave, ms.
+pub const MOST_GEODESIC_MS: f32 = 100.0;
+
+/// The rows of one world, for each number of relays. `None` where no robot can begin at its base.
+#[must_use]
+pub fn run(world: &World, seed: u64) -> Option<Vec<Row>> {
+    let rows = NODES.iter().map(|&nodes| measure(world, nodes, seed).ok());
+    Some(rows.collect::<Option<Vec<_>>>()?.concat())
+}
+
+/// The rows of one rule and number of relays over all worlds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sum {
+    /// The rule.
+    pub rule: Rule,
+    /// The relays that were asked for in each world.
+    pub asked: usize,
+    /// The worlds.
+    pub worlds: usize,
+    /// The share of the best on average.
+    pub mean: f32,
+    /// The share of the best in the worst world.
+    pub worst: f32,
+    /// The share of the bound that no set of relays exceeds, on average.
+    pub of_bound: f32,
+    /// The worlds in which each relay has a link; one in which no relay was put down counts.
+    pub linked: usize,
+    /// The worlds in which each relay leaves a free width of 1 m.
+    pub wide: usize,
+    /// The longest processor time that all selections of a world took, ms.
+    pub slowest_ms: f32,
+}
+
+/// Sums up the rows, for each rule and each number of relays.
+#[must_use]
+pub fn sums(rows: &[Row]) -> Vec<Sum> {
+    let cases = NODES.iter().flat_map(|&asked| Rule::ALL.map(|rule| (asked, rule)));
+    let of = |(asked, rule)| {
+        let own: Vec<_> =
+            rows.iter().filter(|row| row.asked == asked && row.rule == rule).collect();
+        let shares: Vec<f32> = own.iter().filter_map(|row| row.of_best).collect();
+        let bounds: Vec<f32> = own.iter().filter_map(|row| row.of_bound).collect();
+        let has = |value: Option<f32>, least: f32| value.is_none_or(|value| value >= least);
+        Sum {
+            rule,
+            asked,
+            worlds: own.len(),
+            mean: mean(&shares),
+            worst: shares.iter().copied().fold(f32::INFINITY, f32::min),
+            of_bound: mean(&bounds),
+            linked: own.iter().filter(|row| has(row.link_margin_db, 0.0)).count(),
+            wide: own.iter().filter(|row| has(row.free_width_m, 1.0)).count(),
+            slowest_ms: own.iter().map(|row| row.ms).fold(0.0, f32::max),
+        }
+    };
+    cases.map(of).filter(|sum| sum.worlds > 0).collect()
+}
+
+fn mean(values: &[f32]) -> f32 {
+    values.iter().sum::<f32>() / values.len() as f32
+}
+
+impl Sum {
+    /// The bounds that are missed, each as one line.
+    #[must_use]
+    pub fn missed(&self) -> Vec<String> {
+        let Self { rule, asked, worlds, mean, worst, linked, slowest_ms, .. } = self;
+        let mut missed = Vec::new();
+        let mut must = |is_met: bool, what: String| {
+            if !is_met {
+                missed.push(format!("placement: {}, {asked} relays: {what}", rule.name()));
+            }
+        };
+        if *rule == Rule::Ours {
+            // Where no world has anything left to cover, there is no share.
+            must(
+                mean.is_nan() || *mean >= LEAST_MEAN,
+                format!("mean {mean:.3} of best, must be {LEAST_MEAN}"),
+            );
+            must(*worst >= LEAST_WORST, format!("worst {worst:.3} of best, must be {LEAST_WORST}"));
+            must(linked == worlds, format!("linked in {linked} of {worlds} worlds"));
+            must(*slowest_ms <= MOST_MS, format!("{slowest_ms:.1} ms, must be {MOST_MS}"));
+        }
+        if *rule == Rule::PaperGeodesic {
+            let most = MOST_GEODESIC_MS * *asked as f32;
+            must(*slowest_ms <= most, format!("{slowest_ms:.1} ms, must be {most}"));
+        }
+        missed
+    }
+}
+
+/// The row as one JSON object.
+#[must_use]
+pub fn json(row: &Row) -> Value {
+    json!({
+        "world": row.world,
+        "rule": row.rule.name(),
+        "asked": row.asked,
+        "nodes": row.nodes,
+        "covered_m2": row.covered_m2,
+        "of_best": row.of_best,
+        "of_bound": row.of_bound,
+        "link_margin_db": row.link_margin_db,
+        "free_width_m": row.free_width_m,
+        "ms": row.ms,
+    })
+}
