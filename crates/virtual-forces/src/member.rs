@@ -45,7 +45,8 @@ pub enum Task {
         /// How it gets on.
         pace: Pace,
     },
-    /// All drones that it waits for are in the second area.
+    /// All drones that it waits for are in the second area, and it is twice D_int beyond the exit,
+    /// so that a drone which was taken for lost can still come out.
     Done,
 }
 
@@ -72,6 +73,8 @@ pub struct Member<const N: usize> {
     number: u16,
     task: Task,
     team: Team<N>,
+    /// The rounds on the way to this goal in which a surveying drone came no nearer to it.
+    still: u16,
 }
 
 impl<const N: usize> Member<N> {
@@ -79,7 +82,7 @@ impl<const N: usize> Member<N> {
     #[must_use]
     pub fn new(config: Config, plan: Plan, number: u16) -> Self {
         let task = Task::Survey { reached: 1, underway: false };
-        Self { config, plan, number, task, team: Team::new(number, plan.drones) }
+        Self { config, plan, number, task, team: Team::new(number, plan.drones), still: 0 }
     }
 
     /// Returns what the drone is doing.
@@ -110,7 +113,7 @@ impl<const N: usize> Member<N> {
         obstacles: &Obstacles,
         length: Metres,
     ) -> Point2 {
-        self.team.hear(heard);
+        self.team.hear(&self.config, here, heard);
         self.set_out();
         let end = match self.task {
             Task::Survey { reached, underway: true } => {
@@ -145,7 +148,6 @@ impl<const N: usize> Member<N> {
             {
                 Task::Cross { out: false, pace: Pace::Ahead { blocked: 0 } }
             }
-            Task::Cross { out: true, .. } if ready(goals + 2) => Task::Done,
             task => task,
         };
     }
@@ -155,16 +157,18 @@ impl<const N: usize> Member<N> {
     fn is_late(&self) -> bool {
         let Passage { entrance, way, .. } = self.plan.passage;
         let inside = |other: Neighbour| along(way, entrance, other.position) > 0.0;
-        self.config.guard.is_some() && self.team.neighbours(&self.config).any(inside)
+        self.config.guard.is_some() && self.team.neighbours().any(inside)
     }
 
     /// Counts what the drone has reached with a step from `start` to `here`.
     fn arrive(&mut self, start: Point2, here: Point2) {
+        self.count_rounds_without_progress(start, here);
         let near = |goal: Point2| here.distance(goal) <= self.config.tolerance;
         self.task = match self.task {
             Task::Survey { reached, underway: true }
                 if self.plan.survey.goal(self.number, reached).is_some_and(near) =>
             {
+                self.still = 0;
                 Task::Survey { reached: reached + 1, underway: false }
             }
             Task::Gather { place, held } if held > 0 || near(place) => {
@@ -172,17 +176,39 @@ impl<const N: usize> Member<N> {
             }
             Task::Cross { pace, .. } => {
                 let Passage { entrance, way, length, .. } = self.plan.passage;
-                let out = along(way, entrance, here) > length.0;
-                Task::Cross { out, pace: self.next_pace(pace, here, along(way, start, here)) }
+                let error = self.config.guard.map_or(0.0, |guard| guard.position_error.0);
+                let beyond = along(way, entrance, here) - length.0;
+                let exit = 2.0 * self.config.wanted_distance().0;
+                if beyond > exit && self.all_out() {
+                    Task::Done
+                } else {
+                    let pace = self.next_pace(pace, here, along(way, start, here));
+                    Task::Cross { out: beyond > error, pace }
+                }
             }
             task => task,
         };
     }
 
+    /// Counts a round in which a surveying drone came less than a quarter of a step nearer to its
+    /// goal.
+    fn count_rounds_without_progress(&mut self, start: Point2, here: Point2) {
+        let Task::Survey { reached, underway: true } = self.task else { return };
+        let Some(goal) = self.plan.survey.goal(self.number, reached) else { return };
+        let nearer = start.distance(goal).0 - here.distance(goal).0;
+        if nearer < 0.25 * self.config.longest_step.0 {
+            self.still = self.still.saturating_add(1);
+        }
+    }
+
+    fn all_out(&self) -> bool {
+        self.team.all_reached(&self.config, self.plan.survey.goals() + 2)
+    }
+
     /// Returns the direction of a drone in the passage.
     fn way_through(&self, here: Point2, pace: Pace, obstacles: &Obstacles) -> Option<Point2> {
         let (config, passage) = (&self.config, &self.plan.passage);
-        let others = self.team.neighbours(config).map(|other| other.position);
+        let others = self.team.neighbours().map(|other| other.position);
         match pace {
             Pace::Ahead { .. } => crossing::direction(config, passage, here, others, obstacles),
             Pace::Back { .. } => Some(Point2::new(-passage.way.x, -passage.way.y)),
@@ -205,8 +231,7 @@ impl<const N: usize> Member<N> {
         match pace {
             Pace::Back { rounds } if rounds > 1 => Pace::Back { rounds: rounds - 1 },
             Pace::Ahead { blocked } if farther < 0.25 * self.config.longest_step.0 => {
-                let yields = blocked >= guard.blocked_rounds
-                    && self.team.neighbours(&self.config).any(beside);
+                let yields = blocked >= guard.blocked_rounds && self.team.neighbours().any(beside);
                 if yields {
                     Pace::Back { rounds: guard.back_rounds }
                 } else {
@@ -252,7 +277,7 @@ impl<const N: usize> Member<N> {
         let mut sum = Resultant::new(self.config.weight);
         sum.add(here, goal, attraction_to_goal(&self.config, left));
         if left > self.config.straight_within {
-            for other in self.team.neighbours(&self.config) {
+            for other in self.team.neighbours() {
                 let force = between_drones(&self.config, here.distance(other.position));
                 sum.add(here, other.position, if pulled { force } else { force.min(0.0) });
             }
@@ -268,8 +293,13 @@ impl<const N: usize> Member<N> {
             return crate::geometry::moved(here, way, length.0);
         };
         let survey = matches!(self.task, Task::Survey { .. });
-        let others = self.team.neighbours(config);
-        let room = Room { config, guard, others, obstacles, keeps_links: true, turns: !survey };
+        // A drone that was cut off and came back may be a goal ahead of the others, or in their way.
+        // It waits for them, so they neither keep their links to it for ever nor stand before it.
+        let held_up = survey && self.still > self.config.hold;
+        let lets_go_beyond = if held_up { self.progress() } else { u16::MAX };
+        let others = self.team.neighbours();
+        let turns = !survey || self.still > guard.blocked_rounds;
+        let room = Room { config, guard, others, obstacles, lets_go_beyond, turns };
         room.end(here, way, length)
     }
 }

@@ -15,8 +15,8 @@ pub(crate) struct Room<'a, Others> {
     pub(crate) guard: &'a Guard,
     pub(crate) others: Others,
     pub(crate) obstacles: &'a Obstacles,
-    /// Whether a step may only cut a link that two others replace.
-    pub(crate) keeps_links: bool,
+    /// The progress beyond which the links to other drones need not be kept.
+    pub(crate) lets_go_beyond: u16,
     /// Whether a drone may go another way than the wanted one.
     pub(crate) turns: bool,
 }
@@ -40,7 +40,7 @@ impl<Others: Iterator<Item = Neighbour> + Clone> Room<'_, Others> {
     fn allows(&self, here: Point2, end: Point2) -> bool {
         self.clear_of_drones(here, end)
             && self.clear_of_obstacles(here, end)
-            && (!self.keeps_links || self.linked(here, end))
+            && self.linked(here, end)
     }
 
     /// Returns how far another drone may be from where it was heard, as seen from this one: by the
@@ -70,7 +70,8 @@ impl<Others: Iterator<Item = Neighbour> + Clone> Room<'_, Others> {
             let range = (self.config.radio_range.0 - self.doubt(other) - ROUNDING).max(0.0);
             range * range
         };
-        self.others.clone().all(|other| {
+        let mut kept = self.others.clone().filter(|other| other.progress <= self.lets_go_beyond);
+        kept.all(|other| {
             let after = squared(end, other.position);
             after <= reach(other)
                 || after < squared(here, other.position)
@@ -94,11 +95,13 @@ mod tests {
         let others = (0..).zip(others).map(|(number, (x, y))| Neighbour {
             number,
             position: Point2::new(*x, *y),
+            progress: 0,
             age: 0,
         });
         let open = Obstacles::default();
         let (config, guard) = (&Config::OURS, &Guard::OURS);
-        let room = Room { config, guard, others, obstacles: &open, keeps_links: true, turns };
+        let room =
+            Room { config, guard, others, obstacles: &open, lets_go_beyond: u16::MAX, turns };
         room.end(HERE, EAST, Metres(0.1))
     }
 

@@ -1,6 +1,7 @@
 //! `uchain bench`: the named benchmarks.
 
 mod chain;
+mod forces;
 
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -74,6 +75,8 @@ enum Name {
     Junctions,
     /// Which packets of an attacker without keys a chain accepts
     Attacks,
+    /// Whether swarms by virtual forces keep clear and connected, and how fast they are
+    Forces,
     /// How much of the processor and the memory the firmware uses, on the emulated chip
     Firmware,
     /// How fast the emulator is, and whether it computes what another emulator does
@@ -104,6 +107,7 @@ impl Name {
             Self::Link => "link.json",
             Self::Junctions => "junctions.json",
             Self::Attacks => "attacks.json",
+            Self::Forces => "forces.json",
             Self::Firmware => "firmware.json",
             Self::Emulator => "emulator.json",
             Self::Mishaps => "mishaps.json",
@@ -128,6 +132,7 @@ pub(super) fn run(args: &BenchArgs) -> Result<Verdict, Trouble> {
             Name::Link => link_bench(args, &mut missed)?,
             Name::Junctions => junctions_bench(args, &mut missed)?,
             Name::Attacks => attacks_bench(args, &mut missed)?,
+            Name::Forces => forces::bench(args, &mut missed)?,
             Name::Firmware => emulated::firmware(args, &mut missed)?,
             Name::Emulator => emulated::emulator(args, &mut missed)?,
             Name::Mishaps => emulated::mishaps(args, &mut missed)?,

@@ -12,8 +12,10 @@ use crate::{Leg, Phase, Place, Trouble};
 
 /// The shortest way of a drone in one round (section 6.2 of the paper).
 const SHORTEST_STEP: f32 = 0.05;
-/// Rounds after which a phase counts as stuck: eight times the paper's 1210 for the longest survey.
-const PATIENCE: u32 = 10_000;
+/// Rounds after which a survey counts as stuck, eight times the paper's 1210 for one drone,
+const SURVEY_PATIENCE: u32 = 10_000;
+/// and after which another phase does: fifty times the way of one drone through a passage.
+const PATIENCE: u32 = 3_000;
 
 /// A mission of one swarm.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -79,8 +81,10 @@ struct Air<'a> {
     walls: Vec<(Point2, Point2)>,
     members: Vec<Member<{ MOST_DRONES as usize }>>,
     swarm: Swarm,
-    /// What each drone tells of its progress.
+    /// The progress of each drone,
     progress: Vec<u16>,
+    /// and what it tells of it.
+    told: Vec<u16>,
     /// The errors of the positions in this round.
     errors: Vec<Point2>,
     /// The drones of which each one's packets arrive in this round.
@@ -111,6 +115,7 @@ impl<'a> Air<'a> {
             members: (0..drones).map(|number| Member::new(config, plan, number)).collect(),
             swarm: Swarm::new(starts, config.radio_range),
             progress: vec![1; count],
+            told: vec![1; count],
             errors: vec![Point2::default(); count],
             arrives: vec![u64::MAX; count],
             heard: Vec::with_capacity(count),
@@ -124,7 +129,8 @@ impl<'a> Air<'a> {
     fn leg(&mut self, phase: Phase, drone_rounds: &mut u64) -> Leg {
         let mut leg = Leg::new(phase, self.ideal(phase));
         let mut links = self.swarm.links.clone();
-        for round in 0..PATIENCE {
+        let patience = if phase == Phase::Survey { SURVEY_PATIENCE } else { PATIENCE };
+        for round in 0..patience {
             if self.over(phase) {
                 leg.rounds = Some(self.lasted(phase, round));
                 leg.own_rounds = self.own_rounds();
@@ -132,6 +138,7 @@ impl<'a> Air<'a> {
             }
             self.fail(phase, round);
             self.disturb();
+            self.told.copy_from_slice(&self.progress);
             for drone in 0..self.members.len() {
                 if self.swarm.flying & (1 << drone) != 0 && !self.stands(phase, round, drone) {
                     self.step(drone, round, &mut leg);
@@ -158,12 +165,12 @@ impl<'a> Air<'a> {
         let config = &self.mission.config;
         let length = SHORTEST_STEP + uniform * (config.longest_step.0 - SHORTEST_STEP);
         let hops = if config.wait == Wait::Neighbours { 2 } else { u16::MAX };
-        let (positions, errors, progress) = (&self.swarm.positions, &self.errors, &self.progress);
-        let says = |other: usize| (shifted(positions[other], errors[other]), progress[other]);
+        let (positions, errors, told) = (&self.swarm.positions, &self.errors, &self.told);
+        let says = |other: usize| (shifted(positions[other], errors[other]), told[other]);
         self.swarm.hear(drone, hops, &self.arrives, says, &mut self.heard);
         let (truly, error) = (self.swarm.positions[drone], self.errors[drone]);
         let here = shifted(truly, error);
-        let surveys = leg.phase == Phase::Survey;
+        let surveys = matches!(self.members[drone].task(), Task::Survey { .. });
         let obstacles = if surveys {
             Obstacles::default()
         } else {
@@ -174,6 +181,9 @@ impl<'a> Air<'a> {
         let member = &mut self.members[drone];
         let end = member.step(here, self.heard.iter().copied(), &obstacles, Metres(length));
         self.progress[drone] = member.progress();
+        if !self.mission.trouble.late_news {
+            self.told[drone] = self.progress[drone];
+        }
         let end = Point2::new(truly.x + end.x - here.x, truly.y + end.y - here.y);
         let nearest = self.swarm.place(drone, end);
         leg.closest_drones.0 = leg.closest_drones.0.min(nearest);

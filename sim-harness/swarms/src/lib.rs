@@ -5,6 +5,8 @@
 //! see the others where they are at that moment, as in JBotSim, the paper's simulator. A packet may
 //! be lost, a position may be wrong, and a drone may fail: [`Trouble`].
 
+pub mod bench;
+pub mod figures;
 mod flight;
 mod leg;
 mod place;

@@ -12,13 +12,15 @@ pub struct Trouble {
     pub noise: Metres,
     /// The share of the packets that are lost, from 0 to 1, each by itself.
     pub loss: f32,
+    /// Whether drones hear of each other's progress a round late.
+    pub late_news: bool,
     /// A drone that fails.
     pub failure: Option<Failure>,
 }
 
 impl Trouble {
     /// Nothing goes wrong, as in the paper.
-    pub const NONE: Self = Self { noise: Metres(0.0), loss: 0.0, failure: None };
+    pub const NONE: Self = Self { noise: Metres(0.0), loss: 0.0, late_news: false, failure: None };
 }
 
 /// A drone that fails.

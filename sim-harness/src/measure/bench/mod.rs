@@ -9,6 +9,7 @@
 //! | [`junctions`] | whether every relay takes the branch that the pilot chose |
 //! | [`link`] | how orders and telemetry get through a chain |
 //! | [`attacks`] | how many packets a chain accepts from an attacker without a key |
+//! | [`forces`] | whether swarms by virtual forces keep clear and connected, and how fast they are |
 //! | `firmware` | load, step times and stack of the firmware, on the emulated core |
 //! | `emulator` | how fast the emulator is, and the comparison of its core with another |
 //! | `mishaps` | how flights end when the firmware's chip, buses or code fail |
@@ -22,6 +23,7 @@ pub mod estimator;
 pub mod faults;
 #[cfg(feature = "virtual")]
 pub mod firmware;
+pub mod forces;
 pub mod junctions;
 pub mod link;
 #[cfg(feature = "virtual")]
