@@ -73,7 +73,7 @@ pub struct Member<const N: usize> {
     number: u16,
     task: Task,
     team: Team<N>,
-    /// The rounds on the way to this goal in which a surveying drone came no nearer to it.
+    /// The rounds on the way to this goal or place in which the drone came no nearer to it.
     still: u16,
 }
 
@@ -171,7 +171,9 @@ impl<const N: usize> Member<N> {
                 self.still = 0;
                 Task::Survey { reached: reached + 1, underway: false }
             }
-            Task::Gather { place, held } if held > 0 || near(place) => {
+            Task::Gather { place, held }
+                if held > 0 || near(place) || self.is_kept_off(here, place) =>
+            {
                 Task::Gather { place, held: held.saturating_add(1) }
             }
             Task::Cross { pace, .. } => {
@@ -190,15 +192,26 @@ impl<const N: usize> Member<N> {
         };
     }
 
-    /// Counts a round in which a surveying drone came less than a quarter of a step nearer to its
-    /// goal.
+    /// Counts a round in which a drone came less than a quarter of a step nearer to its goal or its
+    /// place.
     fn count_rounds_without_progress(&mut self, start: Point2, here: Point2) {
-        let Task::Survey { reached, underway: true } = self.task else { return };
-        let Some(goal) = self.plan.survey.goal(self.number, reached) else { return };
-        let nearer = start.distance(goal).0 - here.distance(goal).0;
-        if nearer < 0.25 * self.config.longest_step.0 {
+        let goal = match self.task {
+            Task::Survey { reached, underway: true } => self.plan.survey.goal(self.number, reached),
+            Task::Gather { place, held: 0 } => Some(place),
+            _ => None,
+        };
+        let nearer = |goal: Point2| start.distance(goal).0 - here.distance(goal).0;
+        if goal.is_some_and(|goal| nearer(goal) < 0.25 * self.config.longest_step.0) {
             self.still = self.still.saturating_add(1);
         }
+    }
+
+    /// Says whether a guarded drone at `here` is as near to its place as it gets: two that were cut
+    /// off from each other may have the same place.
+    fn is_kept_off(&self, here: Point2, place: Point2) -> bool {
+        self.config.guard.is_some()
+            && self.still > self.config.hold
+            && here.distance(place) < self.config.wanted_distance()
     }
 
     fn all_out(&self) -> bool {
