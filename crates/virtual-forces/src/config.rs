@@ -84,6 +84,9 @@ pub struct Config {
     pub obstacle: ObstacleForce,
     /// The distance from a goal within which it counts as reached. The paper does not state it.
     pub tolerance: Metres,
+    /// Whether a step that would pass a goal ends on it instead. The paper does not say so, and
+    /// without it a drone may fly past a small goal again and again.
+    pub stops_on_goals: bool,
     /// The distance from a goal within which a drone heads straight for it and heeds no other
     /// force; none on paper.
     pub straight_within: Metres,
@@ -134,6 +137,7 @@ impl Config {
         weight: Weight::Absolute,
         obstacle: ObstacleForce::Bent,
         tolerance: Metres(0.05),
+        stops_on_goals: true,
         straight_within: Metres(0.0),
         wait: Wait::Neighbours,
         rows: Rows::AlongWidth,

@@ -77,14 +77,22 @@ const SQRT_3: f32 = 1.732_050_8;
 /// starts and the same places comes to the same result. There are at most `N` drones, and at most
 /// `N` passes over all pairs; every exchange shortens the sum, so any pass leaves a valid result.
 #[must_use]
-pub fn exchanged<const N: usize>(
+pub(crate) fn exchanged<const N: usize>(
     me: u16,
     drones: u16,
     start: impl Fn(u16) -> Point2,
     place: impl Fn(u16) -> Point2,
 ) -> u16 {
+    let of = |index: usize, point: &dyn Fn(u16) -> Point2| {
+        if index < usize::from(drones) { point(index as u16) } else { Point2::default() }
+    };
+    let starts: [Point2; N] = core::array::from_fn(|index| of(index, &start));
+    let places: [Point2; N] = core::array::from_fn(|index| of(index, &place));
     let mut taken: [u16; N] = core::array::from_fn(|index| index as u16);
     let taken = taken.get_mut(..usize::from(drones)).unwrap_or_default();
+    let at = |points: &[Point2; N], index: u16| {
+        points.get(usize::from(index)).copied().unwrap_or_default()
+    };
     for _ in 0..N {
         let mut better = false;
         for first in 0..taken.len() {
@@ -93,9 +101,9 @@ pub fn exchanged<const N: usize>(
                 continue;
             };
             for (other, second) in rest.iter_mut().zip(first + 1..) {
-                let (a, b) = (start(first as u16), start(second as u16));
-                let (p, q) = (place(*one), place(*other));
-                // A millimetre of a square metre, so that rounding never exchanges for ever.
+                let (a, b) = (at(&starts, first as u16), at(&starts, second as u16));
+                let (p, q) = (at(&places, *one), at(&places, *other));
+                // A thousandth of a square metre, so that rounding never exchanges for ever.
                 if squared(a, q) + squared(b, p) < squared(a, p) + squared(b, q) - 1e-3 {
                     core::mem::swap(one, other);
                     better = true;

@@ -38,8 +38,7 @@ mod team;
 
 pub use config::{Config, Guard, ObstacleForce, Places, Rows, Sweep, Wait, Weight};
 pub use force::{attraction_to_goal, between_drones, from_obstacle};
-pub use formation::Passage;
-pub use formation::{Formation, exchanged};
+pub use formation::{Formation, Passage};
 pub use heading::Resultant;
 pub use member::{Member, Pace, Plan, Task};
 pub use obstacles::Obstacles;

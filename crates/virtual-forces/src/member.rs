@@ -295,7 +295,7 @@ impl<const N: usize> Member<N> {
                 sum.add(here, other.position, if pulled { force } else { force.min(0.0) });
             }
         }
-        let length = if length < left { length } else { left };
+        let length = if self.config.stops_on_goals && left < length { left } else { length };
         sum.direction().map_or(here, |way| self.guarded(here, way, obstacles, length))
     }
 

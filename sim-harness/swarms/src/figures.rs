@@ -17,11 +17,11 @@ pub const TABLE_3: [f32; 5] = [0.05, 0.09, 0.77, 2.03, 3.51];
 pub fn readings() -> [Rule; 7] {
     let paper = Config::PAPER;
     let rule = |name, config| Rule { name, config, late_news: false };
-    let exact = Config { tolerance: Metres(0.015), ..paper };
+    let passing = Config { tolerance: Metres(0.015), stops_on_goals: false, ..paper };
     let mirrored = Config { sweep: Sweep::Mirror, tolerance: Metres(0.04), ..paper };
     [
         rule("literal", paper),
-        Rule { name: "late-news", config: exact, late_news: true },
+        Rule { name: "late-news", config: passing, late_news: true },
         rule("mirrored", mirrored),
         rule("signed-weight", Config { weight: Weight::Signed, ..paper }),
         rule("linear-obstacles", Config { obstacle: ObstacleForce::Linear, ..paper }),

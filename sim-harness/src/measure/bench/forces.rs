@@ -7,7 +7,7 @@ use swarms::bench::{Case, RULES, Row, SPEED, run, speed};
 use swarms::{Phase, TooMany};
 
 /// How many times each speed is measured.
-const TRIES: usize = 5;
+const TRIES: usize = 20;
 
 /// How fast one core flies a survey.
 #[derive(Clone, Copy, Debug, PartialEq)]
