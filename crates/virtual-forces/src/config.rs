@@ -188,7 +188,7 @@ impl Guard {
         obstacles: Metres(0.391),
         position_error: Metres(0.0),
         no_pull_back_within: Metres(0.95),
-        blocked_rounds: 8,
-        back_rounds: 6,
+        blocked_rounds: 3,
+        back_rounds: 10,
     };
 }
