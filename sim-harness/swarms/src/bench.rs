@@ -78,8 +78,8 @@ pub struct Row {
     pub own_steps: Option<f32>,
     /// The least distance between two drones, in safety distances; none with one drone.
     pub min_drone_drone_dsafe: Option<f32>,
-    /// The least distance between a drone and a wall, in safety distances; none in the survey, which
-    /// has no obstacles.
+    /// The least distance between a wall and a drone that has left the survey, in safety distances;
+    /// none where all survey.
     pub min_drone_wall_dsafe: Option<f32>,
     /// The mean number of links lost.
     pub links_lost: f32,
