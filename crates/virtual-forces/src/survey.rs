@@ -51,10 +51,11 @@ impl Survey {
         self.rows
     }
 
-    /// Returns the number of goals of each drone.
+    /// Returns the number of goals of each drone, at most 65,532, so that a drone can count two
+    /// more.
     #[must_use]
     pub fn goals(&self) -> u16 {
-        2 * self.rows.div_ceil(self.drones)
+        self.rows.div_ceil(self.drones).min(32_766) * 2
     }
 
     /// Returns the way of one drone from its first goal to its last one, with shifted sweeps.
@@ -117,6 +118,15 @@ mod tests {
     fn five_drones_fly_along_the_length_in_two_sweeps() {
         let goals = |drones| Survey::new(&Config::OURS, Point2::default(), AREA, drones).goals();
         assert_eq!([4, 5, 6].map(goals), [6, 4, 4]);
+    }
+
+    #[test]
+    fn an_area_without_bounds_has_goals_that_can_be_counted() {
+        let endless = (Metres(f32::INFINITY), Metres(7.5));
+        let survey = Survey::new(&Config::PAPER, Point2::default(), endless, 1);
+        assert_eq!(survey.goals(), 65_532);
+        let none = (Metres(f32::NAN), Metres(-1.0));
+        assert_eq!(Survey::new(&Config::OURS, Point2::default(), none, 3).goals(), 0);
     }
 
     #[test]
