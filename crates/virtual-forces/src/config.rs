@@ -24,14 +24,43 @@ pub enum ObstacleForce {
     Linear,
 }
 
-/// The drones for which a surveying drone waits before it sets out for its next goal.
+/// The drones for which a drone waits before it sets out for its next goal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wait {
     /// The neighbours at one hop and at two that it hears of (section 4.1 of the paper).
     Neighbours,
-    /// Every drone of the swarm, whose progress neighbours pass on. A drone that is lost holds up
-    /// all others.
-    Team,
+    /// Every drone of the swarm, whose progress neighbours pass on, except those that it has not
+    /// heard of for so many rounds: they are taken for lost until they are heard again.
+    Team(u16),
+}
+
+/// The direction in which the rows of a survey run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rows {
+    /// Along the area's width, as in the paper's table 2 with its 12 rows.
+    AlongWidth,
+    /// Along the side that gives the shorter way.
+    Shortest,
+}
+
+/// The row that a drone takes in the next sweep of a survey. The paper does not say which.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sweep {
+    /// Every drone moves by as many rows as there are drones, so their order stays. It is the
+    /// default, because mirrored rows lose far more links than the paper's table 3.
+    Shift,
+    /// The last drone of one sweep is the first of the next, so each moves by another number of
+    /// rows.
+    Mirror,
+}
+
+/// The place that each drone takes in a compact formation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Places {
+    /// The places in the order of the drones' numbers: "in a deterministic manner" (section 4.2).
+    ByNumber,
+    /// The places that make the sum of the squared ways small, by exchanges of two.
+    Exchanged,
 }
 
 /// The distances and the open points of the strategy.
@@ -39,53 +68,98 @@ pub enum Wait {
 pub struct Config {
     /// The diameter of a drone.
     pub size: Metres,
-    /// The range of the sensor that surveys and that sees obstacles.
+    /// The range of the sensor that surveys.
     pub sensor_range: Metres,
+    /// The distance from a drone's centre within which it heeds obstacles.
+    pub obstacle_range: Metres,
     /// The range of the radio.
     pub radio_range: Metres,
     /// The factor k of equation (2), between 0 and 1, without unit.
     pub share: f32,
+    /// The longest way of a drone in one round.
+    pub longest_step: Metres,
     /// The weight of a force in the average.
     pub weight: Weight,
     /// The law of obstacles.
     pub obstacle: ObstacleForce,
     /// The distance from a goal within which it counts as reached. The paper does not state it.
     pub tolerance: Metres,
-    /// The distance from a goal within which a surveying drone heads straight for it and heeds no
-    /// other force; none on paper.
+    /// Whether a step that would pass a goal ends on it instead. The paper does not say so, and
+    /// without it a drone may fly past a small goal again and again.
+    pub stops_on_goals: bool,
+    /// The distance from a goal within which a drone heads straight for it and heeds no other
+    /// force; none on paper.
     pub straight_within: Metres,
-    /// The distance from another drone within which no step of a surveying drone may end; none on
-    /// paper.
-    pub guard: Metres,
-    /// The drones for which a surveying drone waits.
+    /// The drones for which a drone waits.
     pub wait: Wait,
+    /// The direction of the rows.
+    pub rows: Rows,
+    /// The row of the next sweep.
+    pub sweep: Sweep,
+    /// The places in a compact formation.
+    pub places: Places,
+    /// The rounds after which a drone at its place sets out without those that are not at theirs:
+    /// "a defined duration" (section 4.2), which the paper does not state.
+    pub hold: u16,
+    /// What keeps drones apart and linked besides the forces; nothing on paper.
+    pub guard: Option<Guard>,
+}
+
+/// The conditions on the end of each step, checked against what a drone knows of its neighbours.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Guard {
+    /// The distance from other drones within which no step may end.
+    pub drones: Metres,
+    /// The distance from obstacles within which no step may end.
+    pub obstacles: Metres,
+    /// The largest error of a drone's own position.
+    pub position_error: Metres,
+    /// The distance up to which a drone in a passage is not pulled towards a neighbour behind it.
+    pub no_pull_back_within: Metres,
+    /// The rounds without progress after which a drone in a passage lets another one beside it go
+    /// first.
+    pub blocked_rounds: u16,
+    /// The rounds for which it then goes back.
+    pub back_rounds: u16,
 }
 
 impl Config {
-    /// The paper's values (section 6.2), read literally; the tolerance of 5 cm is the shortest step
-    /// of a drone.
+    /// The paper's values (section 6.2), read literally. The tolerance of 5 cm is the shortest step
+    /// of a drone. Obstacles are heeded within the range of the sensor, and not within the three
+    /// safety distances of section 3.5: with these a single drone never enters tunnel a.
     pub const PAPER: Self = Self {
         size: Metres(0.20),
         sensor_range: Metres(0.50),
+        obstacle_range: Metres(0.50),
         radio_range: Metres(1.10),
         share: 0.75,
+        longest_step: Metres(0.10),
         weight: Weight::Absolute,
         obstacle: ObstacleForce::Bent,
         tolerance: Metres(0.05),
+        stops_on_goals: true,
         straight_within: Metres(0.0),
-        guard: Metres(0.0),
         wait: Wait::Neighbours,
+        rows: Rows::AlongWidth,
+        sweep: Sweep::Shift,
+        places: Places::ByNumber,
+        hold: 30,
+        guard: None,
     };
 
-    /// The paper's values with three changes for clearance: the whole team waits for its last drone,
-    /// arrives on its goals, and no step ends within 1.3 safety distances of another drone, the
-    /// clearance that the paper reports (section 6.3.1), with a millimetre for rounding. A drone heads straight for a goal that one step can reach (0.10 m,
-    /// section 6.2 of the paper), and a millimetre is for rounding.
-    pub const BARRIER: Self = Self {
+    /// The paper's values with changes for clearance, links and speed. The whole team waits for its
+    /// last drone, and takes one for lost that it has not heard of for 50 rounds (10 s at 5 Hz).
+    /// Drones arrive on their goals: one heads straight for a goal that one step can reach, and the
+    /// tolerance is for rounding. Rows run the shorter way, and places are exchanged. Steps are
+    /// guarded.
+    pub const OURS: Self = Self {
         tolerance: Metres(0.001),
         straight_within: Metres(0.10),
-        guard: Metres(0.391),
-        wait: Wait::Team,
+        wait: Wait::Team(50),
+        rows: Rows::Shortest,
+        places: Places::Exchanged,
+        hold: 100,
+        guard: Some(Guard::OURS),
         ..Self::PAPER
     };
 
@@ -102,4 +176,19 @@ impl Config {
         let reach = (2.0 * self.sensor_range.0).min(self.radio_range.0);
         Metres((self.share * reach).max(self.safety_distance().0))
     }
+}
+
+impl Guard {
+    /// No step ends within 1.3 safety distances of anything, the clearance that the paper reports
+    /// (section 6.3.1), with a millimetre for rounding; positions are exact. The pull back begins at
+    /// 0.95 m, 0.15 m before the link ends; that length and both numbers of rounds were tuned in a
+    /// simulator.
+    pub const OURS: Self = Self {
+        drones: Metres(0.391),
+        obstacles: Metres(0.391),
+        position_error: Metres(0.0),
+        no_pull_back_within: Metres(0.95),
+        blocked_rounds: 3,
+        back_rounds: 10,
+    };
 }

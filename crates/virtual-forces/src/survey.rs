@@ -1,37 +1,48 @@
-//! Surveys an area in rows: the goals of each drone, when it may go on, and in which direction.
+//! Lays the goals of a survey in rows over an area.
 
 use units::{Metres, Point2};
 
-use crate::{Config, Resultant, Wait, attraction_to_goal, between_drones};
+use crate::{Config, Rows, Sweep};
 
-/// What a drone hears of another one.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Heard {
-    /// Where the other drone is.
-    pub position: Point2,
-    /// Over how many hops it is heard; 1 is a drone in radio range itself.
-    pub hops: u16,
-    /// How many goals it has reached.
-    pub reached: u16,
-}
-
-/// The mesh over one area, of which one corner is the origin (section 4.1 of the paper).
+/// The mesh over one area (section 4.1 of the paper) for a swarm of a certain size.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Survey {
+    corner: Point2,
     cell: Metres,
     rows: u16,
     far: Metres,
+    drones: u16,
+    sweep: Sweep,
+    /// Whether the rows run along the area's length.
+    across: bool,
 }
 
 impl Survey {
-    /// Lays rows of D_int across an area: they are stacked along x, over `length`, and run along y,
-    /// over `width`. What remains of `length` beyond whole rows is not covered.
+    /// Lays rows of D_int over an area from its `corner`, `length` along x and `width` along y. They
+    /// run along y, or along x where that is the shorter way and [`Rows::Shortest`] is wanted. What
+    /// remains beyond whole rows is not covered.
     #[must_use]
-    pub fn new(config: &Config, length: Metres, width: Metres) -> Self {
+    pub fn new(
+        config: &Config,
+        corner: Point2,
+        (length, width): (Metres, Metres),
+        drones: u16,
+    ) -> Self {
         let cell = config.wanted_distance();
-        // A thousandth of a row, so that rounding never loses the last one.
-        let rows = libm::floorf(length.0 / cell.0 + 1e-3) as u16;
-        Self { cell, rows, far: Metres((width.0 - 0.5 * cell.0).max(0.5 * cell.0)) }
+        let drones = drones.max(1);
+        let lay = |stacked: Metres, run: Metres, across| Self {
+            corner,
+            cell,
+            // A thousandth of a row, so that rounding never loses the last one.
+            rows: libm::floorf(stacked.0 / cell.0 + 1e-3) as u16,
+            far: Metres((run.0 - 0.5 * cell.0).max(0.5 * cell.0)),
+            drones,
+            sweep: config.sweep,
+            across,
+        };
+        let (upright, across) = (lay(length, width, false), lay(width, length, true));
+        let shorter = across.way() < upright.way() && across.rows >= drones;
+        if config.rows == Rows::Shortest && shorter { across } else { upright }
     }
 
     /// Returns the number of rows.
@@ -40,137 +51,91 @@ impl Survey {
         self.rows
     }
 
-    /// Returns the goal number `index` of drone `place` (from 0) of `drones`, or nothing after the
-    /// last one. Goals are the two ends of a row in turn. Sweep k of the swarm covers the rows from
-    /// k times the number of drones on; the last sweep is shifted back onto the last rows.
+    /// Returns the number of goals of each drone, at most 65,532, so that a drone can count two
+    /// more.
     #[must_use]
-    pub fn goal(&self, place: u16, drones: u16, index: u16) -> Option<Point2> {
-        let drones = drones.max(1);
-        let sweep = index / 2;
-        if sweep >= self.rows.div_ceil(drones) {
+    pub fn goals(&self) -> u16 {
+        self.rows.div_ceil(self.drones).min(32_766) * 2
+    }
+
+    /// Returns the way of one drone from its first goal to its last one, with shifted sweeps.
+    #[must_use]
+    pub fn way(&self) -> Metres {
+        let legs = f32::from(self.goals() / 2) * (self.far.0 - 0.5 * self.cell.0);
+        Metres(legs + f32::from(self.rows.saturating_sub(self.drones)) * self.cell.0)
+    }
+
+    /// Returns the goal number `index` of drone `place` (from 0), or nothing after the last one.
+    /// Goals are the two ends of a row in turn. Sweep k of the swarm covers the rows from k times the
+    /// number of drones on; the last sweep is shifted back onto the last rows.
+    #[must_use]
+    pub fn goal(&self, place: u16, index: u16) -> Option<Point2> {
+        if index >= self.goals() {
             return None;
         }
-        let last = self.rows.saturating_sub(drones);
-        let row = sweep.saturating_mul(drones).min(last).saturating_add(place);
+        let sweep = index / 2;
+        let last = self.rows.saturating_sub(self.drones);
+        let within = match self.sweep {
+            Sweep::Mirror if sweep % 2 == 1 => self.drones.saturating_sub(1).saturating_sub(place),
+            Sweep::Mirror | Sweep::Shift => place,
+        };
+        let row = sweep.saturating_mul(self.drones).min(last).saturating_add(within);
         let far = (sweep % 2 == 1) != (index % 2 == 1);
-        let x = (f32::from(row) + 0.5) * self.cell.0;
-        Some(Point2::new(x, if far { self.far.0 } else { 0.5 * self.cell.0 }))
+        let stacked = (f32::from(row) + 0.5) * self.cell.0;
+        let run = if far { self.far.0 } else { 0.5 * self.cell.0 };
+        let (x, y) = if self.across { (run, stacked) } else { (stacked, run) };
+        Some(Point2::new(self.corner.x + x, self.corner.y + y))
     }
-
-    /// Says whether a drone of a swarm of `drones` that has `reached` goals may set out for the next
-    /// one: all for which it waits have reached as many.
-    #[must_use]
-    pub fn may_start(
-        wait: Wait,
-        drones: u16,
-        reached: u16,
-        heard: impl IntoIterator<Item = Heard>,
-    ) -> bool {
-        let mut heard = heard.into_iter();
-        match wait {
-            Wait::Neighbours => heard.all(|other| other.hops > 2 || other.reached >= reached),
-            Wait::Team => {
-                let ready = heard.filter(|other| other.reached >= reached).count();
-                ready + 1 >= usize::from(drones)
-            }
-        }
-    }
-}
-
-/// Returns the direction of a drone at `here` that surveys, as a vector of 1 m: the attraction to
-/// its goal, and the force to each neighbour in radio range. Returns nothing when they are in
-/// balance.
-#[must_use]
-pub fn direction(
-    config: &Config,
-    here: Point2,
-    goal: Point2,
-    heard: impl IntoIterator<Item = Heard>,
-) -> Option<Point2> {
-    let distance = here.distance(goal);
-    let mut sum = Resultant::new(config.weight);
-    sum.add(here, goal, attraction_to_goal(config, distance));
-    if distance <= config.straight_within {
-        return sum.direction();
-    }
-    for other in heard.into_iter().filter(|other| other.hops == 1) {
-        let force = between_drones(config, here.distance(other.position));
-        sum.add(here, other.position, force);
-    }
-    sum.direction()
-}
-
-/// Returns how far of `step` a drone at `here` can go along `direction`, a vector of 1 m, without
-/// coming within [`Config::guard`] of a neighbour in radio range that stands still. A drone that is
-/// too near already may only go away.
-#[must_use]
-pub fn guarded(
-    config: &Config,
-    here: Point2,
-    direction: Point2,
-    step: Metres,
-    heard: impl IntoIterator<Item = Heard>,
-) -> Metres {
-    let room = heard.into_iter().filter(|other| other.hops == 1).map(|other| {
-        let (x, y) = (other.position.x - here.x, other.position.y - here.y);
-        let ahead = x * direction.x + y * direction.y;
-        let beyond = x * x + y * y - config.guard.0 * config.guard.0;
-        let inside = ahead * ahead - beyond;
-        if ahead <= 0.0 || inside <= 0.0 {
-            f32::INFINITY
-        } else {
-            (ahead - libm::sqrtf(inside)).max(0.0)
-        }
-    });
-    Metres(room.fold(step.0, f32::min))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    const AREA: (Metres, Metres) = (Metres(9.0), Metres(7.5));
+
     #[test]
     fn every_row_is_flown_over_from_end_to_end() {
-        let survey = Survey::new(&Config::PAPER, Metres(9.0), Metres(7.5));
-        for drones in 1..=12 {
-            for row in 0..survey.rows() {
-                let x = (f32::from(row) + 0.5) * 0.75;
-                let flown = (0..drones).any(|place| {
-                    (0..survey.rows()).any(|sweep| {
-                        let ends = [2 * sweep, 2 * sweep + 1]
-                            .map(|index| survey.goal(place, drones, index));
-                        matches!(ends, [Some(a), Some(b)] if a.x == x && b.x == x && a.y != b.y)
-                    })
-                });
-                assert!(flown, "row {row} of {drones} drones");
+        for config in [Config::PAPER, Config { sweep: Sweep::Mirror, ..Config::PAPER }] {
+            for drones in 1..=12 {
+                let survey = Survey::new(&config, Point2::default(), AREA, drones);
+                for row in 0..survey.rows() {
+                    let x = (f32::from(row) + 0.5) * 0.75;
+                    let flown = (0..drones).any(|place| {
+                        (0..survey.rows()).any(|sweep| {
+                            let ends =
+                                [2 * sweep, 2 * sweep + 1].map(|index| survey.goal(place, index));
+                            matches!(ends, [Some(a), Some(b)] if a.x == x && b.x == x && a.y != b.y)
+                        })
+                    });
+                    assert!(flown, "row {row} of {drones} drones");
+                }
             }
         }
     }
 
     #[test]
-    fn the_guard_stops_a_drone_short_of_another() {
-        let heard = Heard { position: Point2::new(0.45, 0.0), hops: 1, reached: 0 };
-        let config = Config::BARRIER;
-        let towards =
-            |x| guarded(&config, Point2::default(), Point2::new(x, 0.0), Metres(0.1), [heard]).0;
-        assert!(libm::fabsf(towards(1.0) - 0.059) < 1e-5);
-        assert_eq!(towards(-1.0), 0.1);
+    fn five_drones_fly_along_the_length_in_two_sweeps() {
+        let goals = |drones| Survey::new(&Config::OURS, Point2::default(), AREA, drones).goals();
+        assert_eq!([4, 5, 6].map(goals), [6, 4, 4]);
     }
 
     #[test]
-    fn a_drone_waits_for_those_at_two_hops() {
-        let behind = Heard { position: Point2::new(1.5, 0.0), hops: 2, reached: 2 };
-        let wait = Wait::Neighbours;
-        assert!(Survey::may_start(wait, 2, 2, [behind]));
-        assert!(!Survey::may_start(wait, 2, 3, [behind]));
-        assert!(Survey::may_start(wait, 2, 3, [Heard { hops: 3, ..behind }]));
+    fn an_area_without_bounds_has_goals_that_can_be_counted() {
+        let endless = (Metres(f32::INFINITY), Metres(7.5));
+        let survey = Survey::new(&Config::PAPER, Point2::default(), endless, 1);
+        assert_eq!(survey.goals(), 65_532);
+        let none = (Metres(f32::NAN), Metres(-1.0));
+        assert_eq!(Survey::new(&Config::OURS, Point2::default(), none, 3).goals(), 0);
     }
 
     #[test]
-    fn a_team_waits_for_a_drone_that_is_not_heard() {
-        let ready = Heard { position: Point2::new(0.75, 0.0), hops: 1, reached: 1 };
-        assert!(Survey::may_start(Wait::Team, 2, 1, [ready]));
-        assert!(!Survey::may_start(Wait::Team, 3, 1, [ready]));
-        assert!(!Survey::may_start(Wait::Team, 2, 2, [ready]));
+    fn the_way_is_the_sum_of_the_ways_between_goals() {
+        for drones in 1..=6 {
+            let survey = Survey::new(&Config::OURS, Point2::new(-9.0, 2.0), AREA, drones);
+            let goals = (0..survey.goals()).filter_map(|index| survey.goal(0, index));
+            let way: f32 = goals.clone().zip(goals.skip(1)).map(|(a, b)| a.distance(b).0).sum();
+            assert!((way - survey.way().0).abs() < 1e-3, "{drones} drones: {way}");
+        }
     }
 }

@@ -2,6 +2,7 @@
 
 mod chain;
 mod explore;
+mod forces;
 mod placement;
 
 use std::fmt::Write;
@@ -91,6 +92,8 @@ enum Name {
     Attacks,
     /// How much relays cover that are put down for good, by each rule
     Placement,
+    /// Whether swarms by virtual forces keep clear and connected, and how fast they are
+    Forces,
     /// How much of the processor and the memory the firmware uses, on the emulated chip
     Firmware,
     /// How fast the emulator is, and whether it computes what another emulator does
@@ -123,6 +126,7 @@ impl Name {
             Self::Explore => "explore.json",
             Self::Attacks => "attacks.json",
             Self::Placement => "placement.json",
+            Self::Forces => "forces.json",
             Self::Firmware => "firmware.json",
             Self::Emulator => "emulator.json",
             Self::Mishaps => "mishaps.json",
@@ -149,6 +153,7 @@ pub(super) fn run(args: &BenchArgs) -> Result<Verdict, Trouble> {
             Name::Explore => explore::bench(args, &mut missed)?,
             Name::Attacks => attacks_bench(args, &mut missed)?,
             Name::Placement => placement::bench(args, &mut missed)?,
+            Name::Forces => forces::bench(args, &mut missed)?,
             Name::Firmware => emulated::firmware(args, &mut missed)?,
             Name::Emulator => emulated::emulator(args, &mut missed)?,
             Name::Mishaps => emulated::mishaps(args, &mut missed)?,

@@ -1,4 +1,6 @@
-//! `uchain figures`: the paper's figure 3.
+//! `uchain figures`: the paper's figure 3, or the tables of the paper on swarms.
+
+mod swarm;
 
 use std::fmt::Write;
 
@@ -16,11 +18,18 @@ pub(super) struct FiguresArgs {
     /// Number of missions behind each box plot; the paper has 30
     #[arg(long, allow_negative_numbers = true, default_value_t = 30, value_name = "N")]
     runs: usize,
+    /// Make tables 2 and 3 of the paper on swarms by virtual forces (Falomir 2017) for several
+    /// readings of it, and say which of its claims hold; the paper has 30 to 150 missions
+    #[arg(long)]
+    swarm: bool,
     #[command(flatten)]
     common: Common,
 }
 
 pub(super) fn run(args: &FiguresArgs) -> Result<Verdict, Trouble> {
+    if args.swarm {
+        return swarm::run(args);
+    }
     let count = runs(args.runs)?;
     let seed = args.common.seed;
     interrupt::ends();

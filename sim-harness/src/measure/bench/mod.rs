@@ -11,6 +11,7 @@
 //! | [`link`] | how orders and telemetry get through a chain |
 //! | [`attacks`] | how many packets a chain accepts from an attacker without a key |
 //! | [`placement`] | how much relays cover that are put down by each rule |
+//! | [`forces`] | whether swarms by virtual forces keep clear and connected, and how fast they are |
 //! | `firmware` | load, step times and stack of the firmware, on the emulated core |
 //! | `emulator` | how fast the emulator is, and the comparison of its core with another |
 //! | `mishaps` | how flights end when the firmware's chip, buses or code fail |
@@ -25,6 +26,7 @@ pub mod explore;
 pub mod faults;
 #[cfg(feature = "virtual")]
 pub mod firmware;
+pub mod forces;
 pub mod junctions;
 pub mod link;
 #[cfg(feature = "virtual")]

@@ -1,0 +1,172 @@
+//! Lays out the compact formations of section 4.2 of the paper, and gives each drone its place.
+
+use units::{Metres, Point2};
+
+use crate::Config;
+use crate::geometry::{left_of, moved, squared};
+
+/// The narrow way between two areas, as far as a drone knows of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Passage {
+    /// The middle of the entrance.
+    pub entrance: Point2,
+    /// The width of the entrance.
+    pub width: Metres,
+    /// The direction of the second area, as a vector of 1 m.
+    pub way: Point2,
+    /// The distance from the entrance to the second area, along [`Passage::way`].
+    pub length: Metres,
+}
+
+/// A compact formation. Neighbours in it are D_int apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Formation {
+    /// One drone behind the other, a in the paper's figure 7.
+    Queue,
+    /// Two staggered rows, b in figure 7.
+    TwoRows,
+    /// Three staggered rows, c in figure 7: one drone, two abreast, one, two.
+    ThreeRows,
+}
+
+impl Formation {
+    /// Returns the formation of `drones` drones for a passage that is `width` wide at its entrance
+    /// (section 4.2 of the paper). Three drones never form three rows: they would be a path, which
+    /// the loss of one link cuts, and two rows make a triangle of them.
+    #[must_use]
+    pub fn fit(config: &Config, width: Metres, drones: u16) -> Self {
+        let (safe, wanted) = (config.safety_distance().0, config.wanted_distance().0);
+        let room = (width.0 - 2.0 * safe) / (0.5 * SQRT_3 * wanted);
+        match room {
+            _ if room > 2.0 && drones != 3 => Self::ThreeRows,
+            _ if room > 1.0 => Self::TwoRows,
+            _ => Self::Queue,
+        }
+    }
+
+    /// Returns place number `index` (from 0) before the passage. The first is half of D_int from
+    /// the entrance.
+    #[must_use]
+    pub fn place(self, config: &Config, passage: &Passage, index: u16) -> Point2 {
+        let wanted = config.wanted_distance().0;
+        let number = f32::from(index);
+        // How far behind the first place, and how far to the left, in units of D_int.
+        let (behind, left) = match self {
+            Self::Queue => (number, 0.0),
+            Self::TwoRows => {
+                (0.5 * number, if index.is_multiple_of(2) { 0.25 } else { -0.25 } * SQRT_3)
+            }
+            Self::ThreeRows => {
+                let triple = f32::from(index / 3);
+                match index % 3 {
+                    0 => (triple, 0.0),
+                    1 => (triple + 0.5, 0.5 * SQRT_3),
+                    _ => (triple + 0.5, -0.5 * SQRT_3),
+                }
+            }
+        };
+        let middle = moved(passage.entrance, passage.way, -(0.5 + behind) * wanted);
+        moved(middle, left_of(passage.way), left * wanted)
+    }
+}
+
+const SQRT_3: f32 = 1.732_050_8;
+
+/// Returns the place for the drone number `me` of `drones` after exchanges of two that shorten the
+/// sum of the squared ways, from places in the order of the numbers. Every drone that knows the same
+/// starts and the same places comes to the same result. There are at most `N` drones, and at most
+/// `N` passes over all pairs; every exchange shortens the sum, so any pass leaves a valid result.
+#[must_use]
+pub(crate) fn exchanged<const N: usize>(
+    me: u16,
+    drones: u16,
+    start: impl Fn(u16) -> Point2,
+    place: impl Fn(u16) -> Point2,
+) -> u16 {
+    let of = |index: usize, point: &dyn Fn(u16) -> Point2| {
+        if index < usize::from(drones) { point(index as u16) } else { Point2::default() }
+    };
+    let starts: [Point2; N] = core::array::from_fn(|index| of(index, &start));
+    let places: [Point2; N] = core::array::from_fn(|index| of(index, &place));
+    let mut taken: [u16; N] = core::array::from_fn(|index| index as u16);
+    let taken = taken.get_mut(..usize::from(drones)).unwrap_or_default();
+    let at = |points: &[Point2; N], index: u16| {
+        points.get(usize::from(index)).copied().unwrap_or_default()
+    };
+    for _ in 0..N {
+        let mut better = false;
+        for first in 0..taken.len() {
+            let Some((one, rest)) = taken.get_mut(first..).and_then(<[u16]>::split_first_mut)
+            else {
+                continue;
+            };
+            for (other, second) in rest.iter_mut().zip(first + 1..) {
+                let (a, b) = (at(&starts, first as u16), at(&starts, second as u16));
+                let (p, q) = (at(&places, *one), at(&places, *other));
+                // A thousandth of a square metre, so that rounding never exchanges for ever.
+                if squared(a, q) + squared(b, p) < squared(a, p) + squared(b, q) - 1e-3 {
+                    core::mem::swap(one, other);
+                    better = true;
+                }
+            }
+        }
+        if !better {
+            break;
+        }
+    }
+    taken.get(usize::from(me)).copied().unwrap_or(me)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::vec::Vec;
+
+    use super::*;
+
+    const PASSAGE: Passage = Passage {
+        entrance: Point2::new(3.0, 1.0),
+        width: Metres(1.51),
+        way: Point2::new(0.0, 1.0),
+        length: Metres(6.0),
+    };
+
+    #[test]
+    fn the_widths_choose_the_formation() {
+        let fit = |width, drones| Formation::fit(&Config::PAPER, Metres(width), drones);
+        assert_eq!(fit(0.95, 6), Formation::Queue);
+        assert_eq!(fit(1.51, 6), Formation::TwoRows);
+        assert_eq!(fit(2.26, 6), Formation::ThreeRows);
+        assert_eq!(fit(2.26, 3), Formation::TwoRows);
+    }
+
+    #[test]
+    fn neighbours_are_d_int_apart_and_two_links_hold_every_drone_of_a_staggered_formation() {
+        for formation in [Formation::Queue, Formation::TwoRows, Formation::ThreeRows] {
+            let place = |index| formation.place(&Config::PAPER, &PASSAGE, index);
+            for one in 0..24 {
+                let gaps = (0..24).filter(|other| *other != one);
+                let gaps = gaps.map(|other| place(one).distance(place(other)).0);
+                let least = gaps.clone().fold(f32::INFINITY, f32::min);
+                assert!((least - 0.75).abs() < 1e-4, "{formation:?} {one}: {least}");
+                let links = gaps.filter(|gap| *gap < 1.1).count();
+                assert!(links >= if formation == Formation::Queue { 1 } else { 2 });
+            }
+        }
+    }
+
+    #[test]
+    fn the_first_place_is_before_the_entrance() {
+        let place = Formation::Queue.place(&Config::PAPER, &PASSAGE, 0);
+        assert!(place.distance(Point2::new(3.0, 0.625)).0 < 1e-5);
+    }
+
+    #[test]
+    fn exchanges_give_every_drone_another_place_and_shorten_the_ways() {
+        let start = |index: u16| Point2::new(f32::from(index), 0.0);
+        let place = |index: u16| Point2::new(8.0 - f32::from(index), 3.0);
+        let mut taken: Vec<_> = (0..9).map(|me| exchanged::<16>(me, 9, start, place)).collect();
+        assert_eq!(taken, (0..9).rev().collect::<Vec<_>>());
+        taken.sort_unstable();
+        assert_eq!(taken, (0..9).collect::<Vec<_>>());
+    }
+}
