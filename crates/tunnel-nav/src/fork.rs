@@ -23,12 +23,16 @@ use core::f32::consts::{FRAC_1_SQRT_2, FRAC_PI_2, SQRT_2};
 
 use units::{Branch, Metres, Radians};
 
+use crate::margin::Margin;
 use crate::trail::wrapped;
 use crate::{Diagonals, Range, Side};
 
 /// The corner is passed at no more than this distance, m: half of the narrowest gallery into which a
 /// drone turns from a wide one, and more than it slows down for.
 const FARTHEST: f32 = 0.5;
+/// The corner of a wide gallery is passed at no more than this distance, m: that of a drone which keeps
+/// to the margin.
+const FARTHEST_IN_WIDE: f32 = Margin::KEPT * FRAC_1_SQRT_2;
 /// The corner is passed at no less than this distance, m, above the beam length of 0.45 m at which a
 /// drone slows down.
 const NEAREST: f32 = 0.38;
@@ -96,6 +100,8 @@ struct Corner {
     ahead: bool,
     /// The distance at which to pass it, m.
     distance: f32,
+    /// Where it is farther away than this, it is passed, or was none, m.
+    gone: f32,
 }
 
 impl Corner {
@@ -105,7 +111,7 @@ impl Corner {
         let [x, y] = [self.at[0] - moved[0], self.at[1] - moved[1]];
         let (sin, cos) = Radians(-turned).sin_cos();
         let at = [x * cos - y * sin, x * sin + y * cos];
-        (at[0] * at[0] + at[1] * at[1] < GONE * GONE).then_some(Self { at, ..self })
+        (at[0] * at[0] + at[1] * at[1] < self.gone * self.gone).then_some(Self { at, ..self })
     }
 
     /// Whether the drone has gone round it and has the next wall at its side; `None` while it is at
@@ -159,6 +165,8 @@ struct Crossing {
 pub(crate) struct Ended {
     pub(crate) side: Side,
     pub(crate) length: f32,
+    /// Whether it is one of a wide gallery.
+    pub(crate) is_wide: bool,
 }
 
 impl Fork {
@@ -190,6 +198,15 @@ impl Fork {
         self.guide.branch == Some(Branch::Straight)
     }
 
+    /// Whether the drone has a corner on the chosen side.
+    pub(crate) const fn is_at_corner(&self) -> bool {
+        match self.side() {
+            Some(Side::Left) => self.left.is_some(),
+            Some(Side::Right) => self.right.is_some(),
+            None => false,
+        }
+    }
+
     /// Moves on by this way, ahead and to the left, with the nose now at `heading`.
     pub(crate) fn advance(&mut self, moved: [Metres; 2], heading: Option<Radians>) {
         let heading = heading.map(|heading| heading.0).filter(|heading| heading.is_finite());
@@ -218,8 +235,9 @@ impl Fork {
         let ahead = length(front) > length(rear);
         let off = ended.length * FRAC_1_SQRT_2;
         let at = in_frame([off, off], ended.side, ahead);
-        let distance = off.clamp(NEAREST, FARTHEST);
-        let corner = Corner { at, side: ended.side, ahead, distance };
+        let distance = off.clamp(NEAREST, if ended.is_wide { FARTHEST_IN_WIDE } else { FARTHEST });
+        let gone = GONE.max(1.25 * ended.length);
+        let corner = Corner { at, side: ended.side, ahead, distance, gone };
         let Some(heading) = self.heading else { return };
         self.corner_mut(ended.side).get_or_insert(corner);
         if self.left.zip(self.right).is_some_and(|(left, right)| left.ahead == right.ahead) {

@@ -50,6 +50,7 @@
 
 mod fork;
 mod gallery;
+mod margin;
 mod ranges;
 mod steer;
 mod trail;

@@ -1,10 +1,13 @@
 //! The centring policy: it computes velocities and a yaw rate from four ranges and a speed along
 //! the tunnel.
 
+mod aside;
+
 use units::{Metres, MetresPerSecond, Radians, RadiansPerSecond};
 
 use crate::fork::{Ended, Fork, Guide};
 use crate::gallery::{Expected, Gallery};
+use crate::margin::Margin;
 use crate::ranges::Bridge;
 use crate::trail::{Flies, Trail};
 use crate::wall::{Beams, SAME_GALLERY, Track, Wall};
@@ -191,6 +194,8 @@ pub struct Navigator {
     fork: Fork,
     /// The way at which the tunnel last opened, to any side.
     opened: Option<Metres>,
+    /// How the drone keeps to the chosen side of a wide gallery.
+    margin: Margin,
 }
 
 impl Navigator {
@@ -211,6 +216,7 @@ impl Navigator {
             faces_back: false,
             fork: Fork::new(),
             opened: None,
+            margin: Margin::new(),
         }
     }
 
@@ -238,6 +244,7 @@ impl Navigator {
     ) -> NavCommand {
         let ranges = &self.bridge.fill(ranges);
         let moved = [bearings.way - self.way, bearings.aside - self.aside];
+        let ranges = &self.keep_aside(ranges, moved[0]);
         (self.way, self.aside) = (bearings.way, bearings.aside);
         self.fork.advance(moved, bearings.heading);
         self.look(config, ranges, moved[0]);
@@ -256,17 +263,21 @@ impl Navigator {
         let (lateral, yaw_rate, pace) = match off {
             Some(off) if !is_straight || off.abs() > ASTRAY => {
                 let pace = leading.nearness * (1.0 - off.abs()).max(LEAST_PACE);
-                (blend(ahead.sidestep, astern.sidestep), TRAIL_GAIN * off, pace)
+                let sidestep = blend(ahead.sidestep, astern.sidestep);
+                let along_wall = blend(ahead.lateral, astern.lateral);
+                let (lateral, most) = self.keep_to_path(sidestep, along_wall);
+                (lateral, TRAIL_GAIN * off, pace.min(most))
             }
             None if let Some(turning) = self.fork.turning(ranges, speed.0) => {
                 let most = turning.fastest / speed.0.abs().max(turning.fastest);
                 (turning.lateral, turning.yaw_rate, leading.nearness.min(most))
             }
             _ => {
+                let most = self.margin.pace(speed.0, [self.left, self.right]);
                 // Mirroring front to back turns counter-clockwise into clockwise.
                 let yaw_rate = blend(ahead.yaw_rate, -astern.yaw_rate);
                 let hold = HOLD_GAIN * off.unwrap_or(0.0);
-                (blend(ahead.lateral, astern.lateral), yaw_rate + hold, leading.pace)
+                (blend(ahead.lateral, astern.lateral), yaw_rate + hold, leading.pace.min(most))
             }
         };
         let push = push_away(config, ranges);
@@ -295,7 +306,9 @@ impl Navigator {
             self.trail.is_straight().then(|| Gallery::by_two(ranges, self.centred, expected))?
         };
         let gallery = Gallery::by_all(ranges, self.centred).or_else(by_two)?;
-        self.trail.correct(gallery.skew, gallery.offset);
+        if !self.margin.is_kept() || self.is_along_wall() {
+            self.trail.correct(gallery.skew, gallery.offset);
+        }
         Some(gallery)
     }
 
@@ -388,10 +401,12 @@ impl Navigator {
         for ((before, (side, now)), beams) in before.into_iter().zip(sides).zip(beams) {
             if let Track::Seen { length } = before
                 && now.is_lost()
+                && self.margin.counts(side)
                 && beams.opens(SAME_GALLERY * self.centred)
             {
                 self.opened = Some(self.way);
-                self.fork.see_end(Ended { side, length }, ranges);
+                let is_wide = self.margin.is_wide();
+                self.fork.see_end(Ended { side, length, is_wide }, ranges);
             }
         }
     }
@@ -418,7 +433,7 @@ impl Navigator {
         // keeps near it, until it sees both.
         let keep = match (left, right, self.fork.side()) {
             (Some(_), None, Some(Side::Left)) | (None, Some(_), Some(Side::Right)) => {
-                keep.min(Fork::NEAR)
+                keep.min(self.margin.nearest().unwrap_or(Fork::NEAR))
             }
             _ => keep,
         };
@@ -452,7 +467,7 @@ impl Navigator {
         let nearness = pace(config, ranges);
         let within = |beam: Range| nearest(beam).min(keep);
         OneWay {
-            lateral,
+            lateral: self.margin.drift(config.max_lateral.0).unwrap_or(lateral),
             yaw_rate,
             sidestep: c_l * (within(ranges.nw) - within(ranges.ne)),
             nearness,

@@ -47,6 +47,9 @@ const LEFT: f32 = 0.4;
 /// A drone that is farther than this from its path and has neither left it nor flown beyond its end
 /// is not where it reckons to be, m: the path begins anew.
 const LOST: f32 = 1.0;
+/// The path leads across the gallery where its direction has less than this part along the nose: 37° or
+/// more between them.
+const ACROSS: f32 = 0.8;
 /// A detour is longer than this, in crumbs, …
 const DETOUR: i32 = 5;
 /// … and ends where the drone is nearer than this to an earlier part of its path, m: galleries lie
@@ -322,6 +325,12 @@ impl Trail {
         let leg = minus(self.crumb(self.near.saturating_add(1)).at, crumb.at);
         let length = libm::sqrtf(dot(leg, leg));
         if length > 0.0 { [leg[0] / length, leg[1] / length] } else { axes(crumb.heading)[0] }
+    }
+
+    /// Whether the path here leads sideways, as seen from the nose that flew it.
+    pub(crate) fn leads_across(&self) -> bool {
+        let ahead = axes(self.crumb(self.near).heading)[0];
+        dot(self.along(), ahead).abs() < ACROSS
     }
 
     /// How far the drone is to the left of the path, m.

@@ -61,6 +61,11 @@ impl Beams {
         near(self.front) || near(self.rear)
     }
 
+    /// Whether both see an obstacle, at distances that differ by no more than this part of their mean.
+    pub(crate) fn agree(&self, ratio: f32) -> bool {
+        self.wall().is_some_and(|wall| wall.agrees(ratio))
+    }
+
     fn wall(&self) -> Option<Wall> {
         Some(Wall { front: self.front.length()?, rear: self.rear.length()? })
     }
@@ -90,6 +95,14 @@ pub(crate) enum Track {
 }
 
 impl Track {
+    /// The state of a side whose wall the drone leaves, though the tunnel does not open there.
+    pub(crate) const LEFT_BEHIND: Self = Self::Lost { agreed: None, alone: false };
+
+    /// Whether there is a wall whose beams are longer than this, in metres.
+    pub(crate) fn is_longer(&self, length: f32) -> bool {
+        matches!(self, Self::Seen { length: beams } if *beams > length)
+    }
+
     pub(crate) const fn is_lost(&self) -> bool {
         matches!(self, Self::Lost { .. })
     }

@@ -35,7 +35,7 @@ pub(super) struct BenchArgs {
     /// Run only the faults and mishaps that have this text in their names
     #[arg(long, value_name = "TEXT", default_value = "")]
     pub(super) only: String,
-    /// Run only this scenario of the benchmark `chain`; may be given more than once
+    /// Run only this scenario of the benchmark `chain` or `junctions`; may be given more than once
     #[arg(long, value_name = "NAME")]
     scenario: Vec<String>,
     /// Fly only this policy in the benchmark `chain`; may be given more than once
@@ -401,16 +401,17 @@ fn junctions_bench(args: &BenchArgs, missed: &mut Vec<String>) -> Result<(String
         None => vec![Fidelity::Point, Fidelity::Flight],
     };
     let seeds = |level| args.runs.unwrap_or(if level == Fidelity::Point { 100 } else { 20 });
+    let cases = junctions::cases_of(&args.scenario)?;
     let mut count = 0;
     for level in &levels {
-        count += runs(seeds(*level))? * junctions::CASES.len();
+        count += runs(seeds(*level))? * cases.len();
     }
     let progress = Progress::new(count as u64, args.common.quiet);
     progress.say("missions");
     let mut rows = Vec::new();
     for level in levels {
         let step = || progress.step();
-        rows.extend(junctions::run(level, seeds(level), args.common.seed, step)?);
+        rows.extend(junctions::run(&cases, level, seeds(level), args.common.seed, step)?);
     }
     drop(progress);
     missed.extend(rows.iter().filter_map(junctions::Row::missed));

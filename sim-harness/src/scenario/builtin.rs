@@ -36,6 +36,7 @@ files![
     "perch",
     "fork",
     "three-forks",
+    "wide-forks",
     "fork-astray",
     "right-angles",
     "spiral",

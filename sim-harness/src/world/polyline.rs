@@ -112,11 +112,20 @@ impl Polyline {
         let (a, b) = (-along(before), along(behind));
         // Two corners do not share a part of the piece between them.
         let reach = width.min(0.5 * length(before)).min(0.5 * length(behind));
-        if a <= 0.0 || b <= 0.0 || a >= reach || b >= reach {
-            return None;
-        }
-        let (ahead, back) = (b * (reach - a), a * (reach - b));
-        Some(self.lengths.get(corner)? + (b * ahead - a * back) / (ahead + back))
+        Some(self.lengths.get(corner)? + corner_length(a, b, reach)?)
+    }
+
+    /// The direction from this arc length to the line's last point, for a `sign` of 1, or to its first
+    /// one, for −1, and the length of the straight piece there; `None` at that end of the line.
+    pub(super) fn piece_from(&self, along: f32, sign: f32) -> Option<([f32; 2], f32)> {
+        /// A shorter piece is rounding, m.
+        const LEAST: f32 = 0.01;
+        let next = match sign > 0.0 {
+            true => self.lengths.iter().find(|&&length| length > along + LEAST)?,
+            false => self.lengths.iter().rev().find(|&&length| length < along - LEAST)?,
+        };
+        let (_, [x, y]) = self.at(0.5 * (along + next));
+        Some(([sign * x, sign * y], (next - along).abs()))
     }
 
     fn nearest_within(&self, point: Point2, near: f32, window: f32) -> Foot {
@@ -164,6 +173,16 @@ impl Polyline {
     pub(super) fn appended(&self, point: Point2) -> Self {
         Self::new(self.points.iter().copied().chain([point]).collect())
     }
+}
+
+/// The length, counted from a corner, that belongs to a point on the inside of it: the point has its
+/// feet `a` before the corner and `b` behind it. `None` for a point that is not on the inside.
+pub(super) fn corner_length(a: f32, b: f32, reach: f32) -> Option<f32> {
+    if a <= 0.0 || b <= 0.0 || a >= reach || b >= reach {
+        return None;
+    }
+    let (ahead, back) = (b * (reach - a), a * (reach - b));
+    Some((b * ahead - a * back) / (ahead + back))
 }
 
 /// The fractions of two segments at which they cross; `None` for segments that do not, or that

@@ -7,6 +7,7 @@
 //! and the length along it; the *geodesic distance* of two places is the length of the shortest
 //! way between them on the skeleton. A single corridor is a skeleton with one edge.
 
+mod corner;
 mod hops;
 mod join;
 mod knots;
@@ -17,6 +18,7 @@ mod tests;
 use units::{Metres, Point2};
 
 use super::Polyline;
+use super::polyline::corner_length;
 use hops::{Hop, shortest_hops};
 pub use knots::Knot;
 pub use path::{Leg, Path};
@@ -206,6 +208,9 @@ impl Skeleton {
     /// by, or past a junction on another edge that is clearly nearer.
     #[must_use]
     pub fn project(&self, point: Point2, last: SkeletonPlace) -> SkeletonPlace {
+        if let Some(place) = self.inside_corner(point, last) {
+            return place;
+        }
         let edge = self.edge(last.edge);
         let foot = edge.line.follow(point, last.along, edge.width);
         let mut best = SkeletonPlace { along: foot.along, ..last };
@@ -213,9 +218,12 @@ impl Skeleton {
             return best;
         }
         let mut nearest = foot.off_squared.sqrt() - Self::LOYALTY_M;
-        for joint in edge.joints.iter().filter(|j| near(j.along, foot.along)) {
+        for joint in &edge.joints {
             for (other, there) in self.others_at(joint.node, last.edge) {
                 let edge = self.edge(other);
+                if !near(joint.along, foot.along, edge.width) {
+                    continue;
+                }
                 let foot = edge.line.follow(point, there, edge.width);
                 if foot.off_squared.sqrt() < nearest {
                     nearest = foot.off_squared.sqrt();
@@ -307,6 +315,9 @@ impl Skeleton {
     }
 }
 
-fn near(a: f32, b: f32) -> bool {
-    (a - b).abs() <= Polyline::WINDOW_M
+/// Whether a point with its foot at `along` may be in the gallery of this width that another edge
+/// has at `joint`: a point beside the wall of a wide gallery has its foot half a width before the
+/// junction.
+fn near(joint: f32, along: f32, width: f32) -> bool {
+    (joint - along).abs() <= Polyline::WINDOW_M.max(0.5 * width)
 }

@@ -5,7 +5,6 @@ use units::{Branch, Metres, MetresPerSecond, Radians};
 
 use crate::world::{Place, Tunnel, Vec2, add, unit, wrapped};
 
-const CONFIG: NavConfig = NavConfig::DEFAULT;
 /// The time of one round, s.
 pub(crate) const ROUND: f32 = 0.2;
 const STEPS: u32 = 10;
@@ -82,6 +81,7 @@ pub(crate) struct Flight<'a> {
     tunnel: &'a Tunnel,
     errors: Errors,
     random: Random,
+    config: NavConfig,
     navigator: Navigator,
     at: Vec2,
     yaw: f32,
@@ -103,6 +103,7 @@ impl<'a> Flight<'a> {
             tunnel,
             errors,
             random,
+            config: NavConfig::DEFAULT,
             navigator: Navigator::new(),
             at,
             yaw,
@@ -114,6 +115,13 @@ impl<'a> Flight<'a> {
             clear: 0.0,
             touches: false,
         }
+    }
+
+    /// The same drone with rangers that reach so far, m.
+    #[allow(dead_code, reason = "not every test has another reach")]
+    pub(crate) fn with_reach(mut self, reach: f32) -> Self {
+        self.config.reach = Metres(reach);
+        self
     }
 
     /// Tells the drone which branch to take.
@@ -172,7 +180,7 @@ impl<'a> Flight<'a> {
             aside: Metres(self.aside),
             heading: Some(Radians(wrapped(self.yaw + self.gyro))),
         };
-        let command = self.navigator.step(&CONFIG, &ranges, MetresPerSecond(speed), &bearings);
+        let command = self.navigator.step(&self.config, &ranges, MetresPerSecond(speed), &bearings);
         let mut moved = [0.0; 2];
         let yaw_error = self.errors.yaw * self.random.normal();
         for _ in 0..STEPS {
@@ -205,13 +213,14 @@ impl<'a> Flight<'a> {
     }
 
     fn ranges(&mut self) -> Diagonals {
+        let reach = self.config.reach;
         let mut beam = |degrees: f32| {
             if self.random.uniform() < self.errors.missing {
                 return Range::Invalid;
             }
             let free = self.tunnel.cast(self.at, unit(self.yaw + degrees.to_radians()));
             let noisy = (free + self.errors.range * self.random.normal()).max(0.01);
-            Range::measured(Metres(if free > 2.0 { free } else { noisy }), CONFIG.reach)
+            Range::measured(Metres(if free > reach.0 { free } else { noisy }), reach)
         };
         Diagonals { nw: beam(45.0), ne: beam(-45.0), sw: beam(135.0), se: beam(-135.0) }
     }

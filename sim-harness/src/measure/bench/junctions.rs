@@ -23,9 +23,11 @@ pub struct Case {
     pub goal: &'static str,
 }
 
-/// All cases: three forks that the chain flies through, and a relay that begins in a wrong branch.
-pub const CASES: [Case; 2] = [
+/// All cases: three forks that the chain flies through, in narrow galleries and in wide ones, and a
+/// relay that begins in a wrong branch.
+pub const CASES: [Case; 3] = [
     Case { scenario: "three-forks", goal: "third-left" },
+    Case { scenario: "wide-forks", goal: "third-left" },
     Case { scenario: "fork-astray", goal: "left" },
 ];
 
@@ -99,17 +101,37 @@ struct Flown {
     is_troubled: bool,
 }
 
-/// Flies every case `seeds` times from `first` on.
+/// The cases of these scenarios; all of them where none is named.
+///
+/// # Errors
+/// [`InputError`] where a scenario is none of this benchmark's.
+pub fn cases_of(scenarios: &[String]) -> Result<Vec<Case>, InputError> {
+    let known = |name: &String| CASES.into_iter().find(|case| case.scenario == name);
+    if scenarios.is_empty() {
+        return Ok(CASES.to_vec());
+    }
+    let case = |name: &String| {
+        let names: Vec<_> = CASES.iter().map(|case| case.scenario).collect();
+        let remedy = format!("it has {}", names.join(", "));
+        known(name).ok_or_else(|| {
+            InputError::new(format!("the benchmark junctions has no scenario \"{name}\""), remedy)
+        })
+    };
+    scenarios.iter().map(case).collect()
+}
+
+/// Flies each of these cases `seeds` times from `first` on.
 ///
 /// # Errors
 /// [`InputError`] where a scenario cannot be read.
 pub fn run(
+    cases: &[Case],
     fidelity: Fidelity,
     seeds: usize,
     first: u64,
     after_each: impl Fn() + Sync,
 ) -> Result<Vec<Row>, InputError> {
-    CASES.iter().map(|case| row(case, fidelity, seeds, first, &after_each)).collect()
+    cases.iter().map(|case| row(case, fidelity, seeds, first, &after_each)).collect()
 }
 
 fn row(

@@ -164,6 +164,51 @@ fn round_a_corner_the_place_of_a_point_moves_with_the_point() {
     }
 }
 
+/// Two galleries as wide as SubT's, of which one branches off at a right angle.
+fn wide_fork() -> Skeleton {
+    let wide = |name, line: &[[f32; 2]]| Gallery { width: 5.2, ..gallery(name, line) };
+    Skeleton::of(&[
+        wide("main", &[[0.0, 0.0], [24.0, 0.0]]),
+        wide("side", &[[12.0, 0.0], [12.0, 14.0]]),
+    ])
+}
+
+/// A drone that flew round the corner of a wide junction never came within 1.5 m of the junction, and
+/// was taken to stay in the gallery that it had left.
+#[test]
+fn a_drone_that_turns_at_the_wall_of_a_wide_gallery_is_in_the_branch() {
+    let skeleton = wide_fork();
+    let mut at = place(&skeleton, "main", 5.0);
+    let mut fly = |x: f32, y: f32| {
+        at = skeleton.project(Point2::new(x, y), at);
+        at
+    };
+    (0..52).for_each(|step| _ = fly(5.0 + 0.1 * step as f32, 1.8));
+    let end = (0..80).map(|step| fly(10.2, 1.8 + 0.1 * step as f32)).last().unwrap();
+    assert_eq!(skeleton.edge(end.edge).name(), "side");
+    assert!((end.along - 9.7).abs() < 1e-3, "{end:?}");
+}
+
+/// In a mission the strength of a link jumped by 10 dB where a relay passed the diagonal.
+#[test]
+fn round_the_corner_of_a_wide_junction_the_place_of_a_point_moves_with_the_point() {
+    let skeleton = wide_fork();
+    for (radius, count) in [(0.8_f32, 4_000), (1.8, 8_000), (2.5, 8_000)] {
+        let point = |n: usize| {
+            let (sin, cos) = (core::f32::consts::TAU * n as f32 / count as f32).sin_cos();
+            Point2::new(12.0 + radius * cos, radius * sin)
+        };
+        let step = core::f32::consts::TAU * radius / count as f32;
+        let mut at = skeleton.project(point(0), place(&skeleton, "main", 12.0 + radius));
+        for n in 1..=count {
+            let next = skeleton.project(point(n), at);
+            let moved = skeleton.distance(at, next).0;
+            assert!(moved < 4.0 * step + 1e-4, "{moved} m at {:?}, over {step} m", point(n));
+            at = next;
+        }
+    }
+}
+
 #[test]
 fn only_places_on_one_way_from_the_base_are_in_line() {
     let skeleton = fork();

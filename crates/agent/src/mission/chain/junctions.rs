@@ -4,7 +4,7 @@ use chain::astray::{AstrayWatch, Front};
 use chain::neighbours::Heard;
 use chain::route::Route;
 use tunnel_nav::Guide;
-use units::{Branch, Course, NodeId, Order, Role};
+use units::{Branch, Course, Metres, NodeId, Order, Role};
 
 use super::{Chain, ChainDuty};
 use crate::AgentConfig;
@@ -79,6 +79,10 @@ impl Chain {
 
     /// The branch that the drone takes at the junctions near its place.
     fn branch(&mut self, round: &Round, duty: ChainDuty) -> Option<Branch> {
+        // Across a wide gallery, a drone flies from wall to wall on the stretch behind the place at which
+        // the choice changes, out and home alike.
+        let is_homeward = duty == ChainDuty::Retiring || round.order() == Some(Order::Return);
+        let way = if is_homeward { round.way() - ACROSS } else { round.way() };
         let chosen = match round.order() {
             Some(Order::Explore(Course { branch, .. })) if round.role == Role::Head => Some(branch),
             _ => None,
@@ -91,9 +95,14 @@ impl Chain {
             (Some(Some(branch)), ChainDuty::Leading { .. }) => return Some(branch),
             _ => {}
         }
-        self.route.branch_at(round.way())
+        self.route.branch_at(way)
     }
 }
+
+/// The length of the stretch on which a drone crosses a gallery of 5.2 m, the width of SubT's tunnel
+/// tiles, from 0.8 m beside one wall to 0.8 m beside the other: half as long as it is wide, by the speeds
+/// of `tunnel-nav`.
+const ACROSS: Metres = Metres(1.8);
 
 /// A relay that finds no drone in front flies back to the junction no more often than this: the drone
 /// in front may be gone.
