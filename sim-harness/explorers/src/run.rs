@@ -81,11 +81,21 @@ pub fn run(setup: &Setup<'_>) -> (Outcome, Occupancy) {
     let frame = *setup.world.frame();
     let large = "at most 1024 by 1024 cells";
     match frame.cell_count() {
-        0..=25_600 => Run::new(*setup, Atlas160::new).expect(large).fly(),
-        25_601..=65_536 => Run::new(*setup, Atlas256::new).expect(large).fly(),
-        65_537..=262_144 => Run::new(*setup, Atlas512::new).expect(large).fly(),
-        _ => Run::new(*setup, Atlas1024::new).expect(large).fly(),
+        0..=25_600 => explore(setup, Atlas160::new).expect(large),
+        25_601..=65_536 => explore(setup, Atlas256::new).expect(large),
+        65_537..=262_144 => explore(setup, Atlas512::new).expect(large),
+        _ => explore(setup, Atlas1024::new).expect(large),
     }
+}
+
+/// Flies an exploration with maps of one size. It is never inlined: the stack of [`run()`] would have
+/// room for the largest map, whatever the size of the world.
+#[inline(never)]
+fn explore<G: Ground>(
+    setup: &Setup<'_>,
+    ground: impl Fn(Frame) -> Result<G, TooManyCells>,
+) -> Result<(Outcome, Occupancy), TooManyCells> {
+    Ok(Run::new(*setup, ground)?.fly())
 }
 
 struct Run<'a, G> {
