@@ -3,7 +3,8 @@
 use std::collections::VecDeque;
 
 use crtp::OperatorTask;
-use serde::{Deserialize, Serialize};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize};
 use units::{Branch, Duration, Instant, MetresPerSecond};
 use wire::crtp::{Packet, ParamRequest, Port, Request};
 
@@ -28,6 +29,7 @@ pub enum Order {
     /// The head flies along the tunnel.
     Explore {
         /// The speed in m/s, negative to fly back.
+        #[serde(deserialize_with = "number")]
         speed: f32,
     },
     /// The head takes this way at the junctions that it comes to.
@@ -41,6 +43,13 @@ pub enum Order {
     Land,
     /// The drones of the chain land at their places and relay from the ground.
     Perch,
+}
+
+/// Reads a number also where another program of the workspace has `serde_json` keep numbers as text
+/// (its feature `arbitrary_precision`): then a plain `f32` of a tagged enum is refused.
+fn number<'de, D: Deserializer<'de>>(from: D) -> Result<f32, D::Error> {
+    let number = serde_json::Number::deserialize(from)?;
+    number.as_f64().map(|number| number as f32).ok_or_else(|| D::Error::custom("no number"))
 }
 
 /// A choice for junctions.

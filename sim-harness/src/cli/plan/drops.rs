@@ -66,17 +66,17 @@ fn json_of(world: &World, drops: &Drops) -> Value {
     let places = drops.plan.places().iter().map(|place| {
         let [x, y] = world.in_file(place.at);
         json!({
-            "x_m": centimetres(x),
-            "y_m": centimetres(y),
+            "x_m": hundredths(x),
+            "y_m": hundredths(y),
             "gain_m2": drops.square_metres(place.gain_cells),
-            "link_margin_db": (place.link - Curve::DEFAULT.covered).0,
-            "free_width_m": place.free_width.0,
+            "link_margin_db": hundredths(f64::from((place.link - Curve::DEFAULT.covered).0)),
+            "free_width_m": hundredths(f64::from(place.free_width.0)),
         })
     });
     let [x, y] = world.in_file(world.map.frame().centre(world.base));
     json!({
         "map": world.name,
-        "base": { "x_m": centimetres(x), "y_m": centimetres(y) },
+        "base": { "x_m": hundredths(x), "y_m": hundredths(y) },
         "reachable_m2": drops.square_metres(drops.ground.reached().count()),
         "covered_before_m2": drops.square_metres(drops.before.covered(&drops.ground)),
         "covered_after_m2": drops.square_metres(drops.after.covered(&drops.ground)),
@@ -85,9 +85,9 @@ fn json_of(world: &World, drops: &Drops) -> Value {
     })
 }
 
-/// A length to the centimetre, m.
-fn centimetres(metres: f64) -> f64 {
-    (100.0 * metres).round() / 100.0
+/// A number to the hundredth.
+fn hundredths(number: f64) -> f64 {
+    (100.0 * number).round() / 100.0
 }
 
 fn table(world: &World, drops: &Drops) -> String {
