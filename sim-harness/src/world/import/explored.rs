@@ -13,7 +13,7 @@ const RESOLUTION_M: f64 = 0.1;
 /// Galleries within this distance of a cave's route are drawn too, m: all that may be explored.
 const AROUND_M: f32 = 100.0;
 
-/// Reads the map `file`, of any format that [`open`] reads, as a place for explorers that start about
+/// Reads the map `file`, of any format that [`open()`] reads, as a place for explorers that start about
 /// `start`.
 ///
 /// # Errors
