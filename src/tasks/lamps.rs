@@ -14,7 +14,7 @@
 use embassy_stm32::gpio::{Level, Output};
 use embassy_time::{Duration, Ticker};
 use flight::{Mode, NotReady};
-use onboard::{ChainDuty, Duty, LinkHealth, State};
+use onboard::{ChainDuty, Duty, LinkHealth, State, SwarmDuty};
 use units::Role;
 
 use crate::board::Lamps;
@@ -110,6 +110,7 @@ fn of_state(state: State) -> Frame {
         State::Perched => FLASH_4,
         State::TakingOff { .. } | State::Rising { .. } => FAST,
         State::Landing { .. } => SLOW,
+        State::OnMission(Duty::Swarm(SwarmDuty::Hovering { .. })) => GAP_3,
         State::OnMission(Duty::Chain(duty)) => match duty {
             ChainDuty::Leading { .. } => GAP_1,
             ChainDuty::Relaying { .. } | ChainDuty::Searching { .. } | ChainDuty::Retiring => GAP_2,

@@ -184,7 +184,8 @@ fn make(shared: &Shared, settings: &Settings, last_run: LastRun) {
     });
     let start = if last_run.failed { Start::AfterFault } else { Start::OnGround };
     let stopped = last_run.stopped;
-    let mut setup = Setup { start, stopped, ..Setup::new(settings.node, settings.role) };
+    let mission = settings.mission;
+    let mut setup = Setup { start, stopped, mission, ..Setup::new(settings.node, settings.role) };
     for (place, word) in setup.about.unique.iter_mut().zip(uid::uid().as_chunks::<4>().0) {
         *place = u32::from_le_bytes(*word);
     }

@@ -203,6 +203,7 @@ fn a_drone_that_a_rekeying_left_out_is_not_heard_and_hears_nobody() {
         Event::Report { from, .. }
         | Event::Beacon { from, .. }
         | Event::Telemetry { from, .. }
+        | Event::Mission { from, .. }
         | Event::Membership { from, .. } => *from == NodeId(3),
         Event::Order { .. } => false,
     };

@@ -121,7 +121,7 @@ fn the_agent_on_the_chip_decides_what_the_agent_on_the_host_does() {
         AgentConfig::DEFAULT.with_limits(Some(limits.launch.limit), Some(limits.retreat.limit));
     for (node, decisions) in emulated.decisions.iter().enumerate() {
         let role = if node == 0 { Role::Head } else { Role::Relay };
-        let mut agent = Agent::new(NodeId(node as u8), role);
+        let mut agent = Agent::new(NodeId(node as u8), role, units::MissionKind::Chain);
         let mut heard = 0;
         for (n, Round { now, inputs, outputs: there }) in decisions.iter().enumerate() {
             let here = agent.step(&config, *now, &inputs.borrow());

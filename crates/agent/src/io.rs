@@ -5,7 +5,10 @@ use chain::policy::LinkEnd;
 use chain::report::Report;
 use flight::Cause;
 use tunnel_nav::{Diagonals, Walls};
-use units::{Dbm, Duration, Metres, MetresPerSecond, NodeId, Order, Phase, Radians, Setpoint};
+use units::{
+    Dbm, Duration, Instant, Metres, MetresPerSecond, NodeId, Order, Payload, Phase, Radians,
+    Setpoint,
+};
 
 use crate::{Reckoning, State};
 
@@ -17,6 +20,19 @@ pub struct BodyVelocity {
     pub forward: MetresPerSecond,
     /// The velocity along y.
     pub lateral: MetresPerSecond,
+}
+
+/// A message of the mission from another of its drones.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Told {
+    /// The drone that sent it.
+    pub from: NodeId,
+    /// When it arrived, by this drone's clock.
+    pub at: Instant,
+    /// The strength of the sender's last packet.
+    pub rssi: Dbm,
+    /// What it says.
+    pub payload: Payload,
 }
 
 /// Everything that happened since the last step.
@@ -33,6 +49,8 @@ pub struct Inputs<'a> {
     pub height: Option<Metres>,
     /// Reports received, in order of arrival.
     pub heard: &'a [Heard],
+    /// Messages of the mission that were received, in order of arrival.
+    pub told: &'a [Told],
     /// The operator's newest order, where one came in: at the base from the operator, elsewhere
     /// from the radio link, which sees to it that it is authentic and newer than the last. A
     /// pilot's stick comes in anew each time that it is read, though it says the same.

@@ -49,19 +49,22 @@ mod odometry;
 mod state;
 
 pub use config::{AgentConfig, ConfigError, FlightConfig};
-pub use io::{BodyVelocity, Fitness, Inputs, LinkView, Outputs, Status};
+pub use io::{BodyVelocity, Fitness, Inputs, LinkView, Outputs, Status, Told};
 pub use mission::Duty;
 pub use mission::chain::ChainDuty;
+pub use mission::swarm::SwarmDuty;
 pub use odometry::{Reckoning, odometer_deviation};
 pub use state::{LandReason, State};
 
 use ::chain::filter::LinkEstimate;
 use ::chain::report::Report;
 use tunnel_nav::{Guide, NavCommand, Navigator, Walls};
-use units::{Duration, Instant, Metres, MetresPerSecond, NodeId, Order, Phase, Role, Setpoint};
+use units::{
+    Duration, Instant, Metres, MetresPerSecond, MissionKind, NodeId, Order, Payload, Phase, Role,
+    Setpoint,
+};
 
-use mission::chain::Chain;
-use mission::{Mission, PassedOn, Round, Task, Wish};
+use mission::{Mission, Outbox, PassedOn, Round, Task, Wish};
 use odometry::{Odometry, along_tunnel};
 use state::Situation;
 
@@ -72,6 +75,8 @@ pub struct Agent {
     role: Role,
     state: State,
     mission: Mission,
+    /// What the mission tells the others in this round.
+    outbox: Outbox,
     navigator: Navigator,
     heeded: Option<Heeded>,
     /// Whether the chain must come home because one of its drones must.
@@ -99,12 +104,13 @@ impl Agent {
     #[must_use]
     // Not inlined, it would be made on the stack where a static is initialised with it.
     #[inline(always)]
-    pub const fn new(id: NodeId, role: Role) -> Self {
+    pub const fn new(id: NodeId, role: Role, mission: MissionKind) -> Self {
         Self {
             id,
             role,
             state: State::Idle,
-            mission: Mission::Chain(Chain::new()),
+            mission: Mission::new(mission),
+            outbox: Outbox::new(),
             navigator: Navigator::new(),
             heeded: None,
             recalled: false,
@@ -119,8 +125,8 @@ impl Agent {
     /// propeller while the order to fly still stands, so it stays where it is until the operator has
     /// told it to wait.
     #[must_use]
-    pub const fn restarted(id: NodeId, role: Role) -> Self {
-        let mut agent = Self::new(id, role);
+    pub const fn restarted(id: NodeId, role: Role, mission: MissionKind) -> Self {
+        let mut agent = Self::new(id, role, mission);
         agent.state = match role {
             Role::Head | Role::Relay => State::Landed { why: LandReason::Restarted },
             Role::Base => State::Idle,
@@ -131,8 +137,8 @@ impl Agent {
     /// A drone that is already at its place in the air, with two seconds from `now` on to hear its
     /// neighbours: for studies that begin in mid-mission.
     #[must_use]
-    pub fn new_linked(id: NodeId, role: Role, now: Instant) -> Self {
-        let mut agent = Self::new(id, role);
+    pub fn new_linked(id: NodeId, role: Role, mission: MissionKind, now: Instant) -> Self {
+        let mut agent = Self::new(id, role, mission);
         let patient_until = now + Duration::from_secs(2);
         agent.state = match role {
             Role::Head | Role::Relay => {
@@ -147,6 +153,18 @@ impl Agent {
     #[must_use]
     pub const fn state(&self) -> State {
         self.state
+    }
+
+    /// The mission that the drone flies.
+    #[must_use]
+    pub const fn mission(&self) -> MissionKind {
+        self.mission.kind()
+    }
+
+    /// The messages of the mission that the last step gives the link to send, the oldest first.
+    #[must_use]
+    pub fn messages(&self) -> &[Payload] {
+        &self.outbox
     }
 
     /// The estimates of the links to all drones that were heard, lost or not, for observers.
@@ -185,7 +203,7 @@ impl Agent {
             false => along_tunnel(inputs.velocity, is_airborne).unwrap_or(MetresPerSecond::ZERO),
         };
         let round = self.round(now);
-        self.mission.listen(config, &round, dt, velocity, inputs.heard);
+        self.mission.listen(config, &round, dt, velocity, inputs.heard, inputs.told);
         self.recalled |= inputs.heard.iter().any(|heard| heard.report.recall);
         if let Some(task) = inputs.order {
             self.heeded = Some(Heeded { task, at: now });
@@ -239,6 +257,8 @@ impl Agent {
         let (setpoint, walls) = self.carry_out(wish, config, inputs);
         let PassedOn { links, sums, waiting, head_velocity, signpost } =
             self.mission.passed_on(config, &round);
+        self.outbox.clear();
+        self.mission.tell(&round, &mut self.outbox);
         let velocity = along_tunnel(inputs.velocity, self.state.is_airborne());
         let report = Report {
             from: self.id,
@@ -272,7 +292,9 @@ impl Agent {
             }
             Wish::Stop => (MetresPerSecond::ZERO, Setpoint::Stop, Walls::Neither),
             // Low above the floor the side beams see the floor.
-            Wish::Along { height, .. } if self.is_low(config, inputs.height) => {
+            Wish::Along { height, .. } | Wish::Over { height, .. }
+                if self.is_low(config, inputs.height) =>
+            {
                 self.navigator = Navigator::new();
                 (MetresPerSecond::ZERO, Setpoint::hover(height), Walls::Neither)
             }
@@ -282,6 +304,12 @@ impl Agent {
                 let NavCommand { forward, lateral, yaw_rate, walls } =
                     self.navigator.step(&config.nav, &inputs.ranges, speed, &bearings);
                 (forward, Setpoint::Fly { forward, lateral, yaw_rate, height }, walls)
+            }
+            Wish::Over { east, north, yaw, yaw_rate, height } => {
+                let (sin, cos) = libm::sincosf(yaw.0);
+                let forward = east * cos + north * sin;
+                let lateral = north * cos - east * sin;
+                (forward, Setpoint::Fly { forward, lateral, yaw_rate, height }, Walls::Neither)
             }
         };
         self.odometry.command(forward);

@@ -5,6 +5,7 @@
 //! in the air asks for the next [`Duty`] and for a [`Wish`].
 
 pub(crate) mod chain;
+pub(crate) mod swarm;
 
 use core::ops::ControlFlow;
 
@@ -12,12 +13,13 @@ use ::chain::filter::LinkEstimate;
 use ::chain::neighbours::Heard;
 use tunnel_nav::Guide;
 use units::{
-    Duration, Instant, LinkSpan, LinkSum, Metres, MetresPerSecond, NodeId, Order, Phase, Role,
-    Signpost,
+    Duration, Instant, LinkSpan, LinkSum, Metres, MetresPerSecond, MissionKind, NodeId, Order,
+    Payload, Phase, Radians, RadiansPerSecond, Role, Signpost,
 };
 
-use crate::{AgentConfig, LandReason, LinkView, Reckoning};
+use crate::{AgentConfig, LandReason, LinkView, Reckoning, Told};
 use chain::{Chain, ChainDuty};
+use swarm::{Swarm, SwarmDuty};
 
 /// What a drone does in the air for its mission.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,6 +28,8 @@ use chain::{Chain, ChainDuty};
 pub enum Duty {
     /// A duty in a chain of relays behind a head.
     Chain(ChainDuty),
+    /// A duty in a swarm.
+    Swarm(SwarmDuty),
 }
 
 impl Duty {
@@ -34,6 +38,7 @@ impl Duty {
     pub const fn name(&self) -> &'static str {
         match self {
             Self::Chain(duty) => duty.name(),
+            Self::Swarm(duty) => duty.name(),
         }
     }
 
@@ -42,6 +47,7 @@ impl Duty {
     pub const fn code(&self) -> u8 {
         match self {
             Self::Chain(duty) => duty.code(),
+            Self::Swarm(duty) => duty.code(),
         }
     }
 
@@ -49,6 +55,7 @@ impl Duty {
     pub(crate) const fn phase(&self) -> Phase {
         match self {
             Self::Chain(duty) => duty.phase(),
+            Self::Swarm(_) => Phase::Linked,
         }
     }
 }
@@ -122,6 +129,15 @@ pub(crate) enum Wish {
     /// The drone flies along the tunnel at this speed and height, its nose along the way, and is guided
     /// at junctions.
     Along { speed: MetresPerSecond, height: Metres, guide: Guide },
+    /// The drone flies over ground at this velocity, given in the axes of the world, in which its nose
+    /// points to `yaw`; the mission itself keeps it off walls.
+    Over {
+        east: MetresPerSecond,
+        north: MetresPerSecond,
+        yaw: Radians,
+        yaw_rate: RadiansPerSecond,
+        height: Metres,
+    },
 }
 
 /// What a drone's report passes on along the chain.
@@ -139,19 +155,57 @@ pub(crate) struct PassedOn {
     pub(crate) signpost: Option<Signpost>,
 }
 
+impl PassedOn {
+    /// The report of a drone that is on no chain: it passes on nothing.
+    pub(crate) const NOTHING: Self = Self {
+        links: None,
+        sums: [LinkSum::NONE; 2],
+        waiting: 0,
+        head_velocity: MetresPerSecond::ZERO,
+        signpost: None,
+    };
+}
+
+/// The most messages that a mission gives the link in one round: the link has room for so many.
+pub(crate) const MESSAGES: usize = 4;
+
+/// The messages of a mission that the link is to send, the oldest first.
+pub(crate) type Outbox = heapless::Vec<Payload, MESSAGES>;
+
 /// The mission that a drone is on.
 #[derive(Clone, Debug)]
 pub(crate) enum Mission {
     /// A chain of relays behind a head.
     Chain(Chain),
+    /// A swarm that surveys, gathers and crosses a passage.
+    Swarm(Swarm),
 }
 
 impl Mission {
+    /// The mission of this kind, before it begins.
+    // Not inlined, it would be made on the stack where a static is initialised with it.
+    #[inline(always)]
+    pub(crate) const fn new(kind: MissionKind) -> Self {
+        match kind {
+            MissionKind::Chain => Self::Chain(Chain::new()),
+            MissionKind::Swarm => Self::Swarm(Swarm::new()),
+        }
+    }
+
+    /// The kind of the mission.
+    pub(crate) const fn kind(&self) -> MissionKind {
+        match self {
+            Self::Chain(_) => MissionKind::Chain,
+            Self::Swarm(_) => MissionKind::Swarm,
+        }
+    }
+
     /// The duty of a drone that is at its place in the air, and bears with its links until
     /// `patient_until`.
     pub(crate) const fn first_duty(&self, role: Role, patient_until: Instant) -> Duty {
         match self {
             Self::Chain(_) => Duty::Chain(ChainDuty::at_place(role, patient_until)),
+            Self::Swarm(_) => Duty::Swarm(SwarmDuty::first(patient_until)),
         }
     }
 
@@ -163,9 +217,11 @@ impl Mission {
         dt: Duration,
         velocity: MetresPerSecond,
         heard: &[Heard],
+        told: &[Told],
     ) {
         match self {
             Self::Chain(chain) => chain.listen(config, round, dt, velocity, heard),
+            Self::Swarm(swarm) => swarm.listen(told),
         }
     }
 
@@ -178,6 +234,7 @@ impl Mission {
     ) -> Call {
         match self {
             Self::Chain(chain) => chain.call(config, round, armed),
+            Self::Swarm(_) => Call { arms: true, stays_armed: true, takes_off: true },
         }
     }
 
@@ -185,6 +242,7 @@ impl Mission {
     pub(crate) fn note_home(&mut self) {
         match self {
             Self::Chain(chain) => chain.note_home(),
+            Self::Swarm(_) => {}
         }
     }
 
@@ -199,6 +257,13 @@ impl Mission {
             (Self::Chain(chain), Duty::Chain(duty)) => {
                 chain.next_duty(config, round, duty).map_continue(Duty::Chain)
             }
+            (Self::Swarm(swarm), Duty::Swarm(duty)) => {
+                swarm.next_duty(round, duty).map_continue(Duty::Swarm)
+            }
+            // The drone was never on another mission than the one that it flies.
+            (Self::Chain(_), Duty::Swarm(_)) | (Self::Swarm(_), Duty::Chain(_)) => {
+                Next::Break(LandReason::Ordered)
+            }
         }
     }
 
@@ -210,20 +275,29 @@ impl Mission {
                 height: config.flight.height,
                 guide: chain.guide(round, duty),
             },
+            (Self::Swarm(swarm), Duty::Swarm(duty)) => swarm.wish(config, round, duty),
+            (Self::Chain(_), Duty::Swarm(_)) | (Self::Swarm(_), Duty::Chain(_)) => Wish::Along {
+                speed: MetresPerSecond::ZERO,
+                height: config.flight.height,
+                guide: Guide::NONE,
+            },
         }
     }
 
     /// The estimates of the links to all drones that were heard.
     pub(crate) fn estimates(&self) -> impl Iterator<Item = (NodeId, LinkEstimate)> {
-        match self {
-            Self::Chain(chain) => chain.estimates(),
-        }
+        let chain = match self {
+            Self::Chain(chain) => Some(chain),
+            Self::Swarm(_) => None,
+        };
+        chain.into_iter().flat_map(Chain::estimates)
     }
 
     /// The links to the neighbours in front and behind, as others may look at them.
     pub(crate) fn views(&self) -> [Option<LinkView>; 2] {
         match self {
             Self::Chain(chain) => chain.views(),
+            Self::Swarm(_) => [None; 2],
         }
     }
 
@@ -231,6 +305,15 @@ impl Mission {
     pub(crate) fn passed_on(&mut self, config: &AgentConfig, round: &Round) -> PassedOn {
         match self {
             Self::Chain(chain) => chain.passed_on(config, round),
+            Self::Swarm(_) => PassedOn::NOTHING,
+        }
+    }
+
+    /// Puts what the drone tells the others of the mission in this round into `outbox`.
+    pub(crate) fn tell(&mut self, round: &Round, outbox: &mut Outbox) {
+        match self {
+            Self::Chain(_) => {}
+            Self::Swarm(swarm) => swarm.tell(round, outbox),
         }
     }
 }

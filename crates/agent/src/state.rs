@@ -67,6 +67,8 @@ pub enum LandReason {
     TakeOffFailed,
     /// The base's side stayed silent over the whole of a retreat.
     LinkLost,
+    /// The drone did not know its position for too long, which its mission needs.
+    PositionLost,
     /// The flight code brought the drone down.
     Unfit(Cause),
     /// The drone's last run ended by a fault or in the air, which the operator does not know.

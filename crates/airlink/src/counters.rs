@@ -31,6 +31,8 @@ pub struct Kinds {
     pub telemetry: u32,
     /// The number of membership packets: joins, leaves and refusals.
     pub membership: u32,
+    /// The number of messages of missions.
+    pub missions: u32,
 }
 
 impl Kinds {
@@ -41,6 +43,7 @@ impl Kinds {
             Kind::Command => &mut self.commands,
             Kind::Telemetry => &mut self.telemetry,
             Kind::Membership => &mut self.membership,
+            Kind::Mission => &mut self.missions,
         };
         *count = count.wrapping_add(1);
     }
@@ -48,7 +51,8 @@ impl Kinds {
     /// The sum over all kinds.
     #[must_use]
     pub fn total(&self) -> u32 {
-        [self.beacons, self.reports, self.commands, self.telemetry, self.membership]
+        let Self { beacons, reports, commands, telemetry, membership, missions } = *self;
+        [beacons, reports, commands, telemetry, membership, missions]
             .into_iter()
             .fold(0, u32::wrapping_add)
     }

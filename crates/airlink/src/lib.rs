@@ -65,8 +65,9 @@
 //!
 //! # Sending
 //! The most urgent message goes first: membership (join, leave, refusal); then commands; in an
-//! outward turn the report and then telemetry; in an inward turn telemetry and then the report,
-//! which always gets the last packet of that turn; at last the beacon. Of several commands, or
+//! outward turn the report, then messages of the mission and then telemetry; in an inward turn
+//! telemetry, then messages of the mission and then the report, which always gets the last packet of
+//! that turn; at last the beacon. Of several commands, or
 //! several pieces of telemetry, the one that was sent the fewest times goes first, and the head's
 //! before the others'; a command that was sent already counts like one for a node a few hops nearer. A
 //! turn that begins with a command to the head sends it twice.

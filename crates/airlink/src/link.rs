@@ -7,11 +7,14 @@ mod receiving;
 mod sending;
 mod turns;
 
+use heapless::Deque;
 use lifecycle::Lifecycle;
 pub use opened::Opened;
 use turns::OpenTurn;
 use units::{Dbm, Instant, NodeId, Order, Role};
-use wire::p2p::{Beacon, Counter, Epoch, Membership, ORDER, Report, TELEMETRY, Telemetry, Wave};
+use wire::p2p::{
+    Beacon, Counter, Epoch, Membership, MissionMessage, ORDER, Report, TELEMETRY, Telemetry, Wave,
+};
 use wire::syslink::MAX_P2P;
 
 use crate::clock_sync::ClockSync;
@@ -82,6 +85,15 @@ pub enum Event {
         /// The change.
         membership: Membership,
     },
+    /// A drone tells the others of its mission what only the mission reads.
+    Mission {
+        /// The node that sent the message.
+        from: NodeId,
+        /// The message itself.
+        message: MissionMessage,
+        /// The strength at which the sender's last packet in its turn was received.
+        rssi: Dbm,
+    },
 }
 
 /// Whether a node may send, and whose frame it follows.
@@ -143,6 +155,8 @@ pub struct Airlink<S> {
     pending_refusal: Option<(Epoch, Instant)>,
     last_refusal: Option<Instant>,
     report: Option<Report>,
+    /// The mission's messages that are to be sent, the oldest first.
+    missions: Deque<MissionMessage, MISSIONS>,
     beacon: Beacon,
     beacon_due_at: Instant,
     counters: Counters,
@@ -153,6 +167,9 @@ pub struct Airlink<S> {
 /// The time at which a link has something to send next, if ever.
 #[derive(Clone, Copy, Debug)]
 struct Due(Option<Instant>);
+
+/// The most messages of a mission that wait to be sent: one for each turn of a round of the mission.
+const MISSIONS: usize = 4;
 
 /// The count of a node's first packet. It is not zero, because a zero in telemetry means that no
 /// command was accepted.
@@ -197,6 +214,7 @@ impl<S: Seal> Airlink<S> {
             pending_refusal: None,
             last_refusal: None,
             report: None,
+            missions: Deque::new(),
             beacon: Beacon { role: identity.role, state: 0, battery: None },
             beacon_due_at: until,
             counters: Counters::default(),
@@ -239,6 +257,17 @@ impl<S: Seal> Airlink<S> {
     /// receives.
     pub fn report(&mut self, report: Report) {
         self.report = Some(report);
+        self.due = None;
+    }
+
+    /// Puts a message of the mission behind those that are to be sent. Each is sent once. Where four
+    /// wait already, the oldest is dropped.
+    pub fn tell(&mut self, message: MissionMessage) {
+        if self.missions.is_full() {
+            let _ = self.missions.pop_front();
+        }
+        // There is room for one now.
+        let _ = self.missions.push_back(message);
         self.due = None;
     }
 

@@ -75,7 +75,8 @@ pub(crate) fn telemetry(outputs: &Outputs, sensed: &Sensed) -> p2p::Telemetry {
 }
 
 /// The code of a fault: 0 none; 1 unfit to take off; 2 motors off until the next boot;
-/// 3 lost the base's side; 4 never reached its height; 5 restarted by itself; from 16 on the flight code's
+/// 3 lost the base's side; 4 never reached its height; 5 restarted by itself;
+/// 6 lost its position; from 16 on the flight code's
 /// [`Cause`](flight::Cause), in its order.
 #[must_use]
 pub const fn fault(state: State, fitness: Fitness) -> u8 {
@@ -90,6 +91,7 @@ pub const fn fault(state: State, fitness: Fitness) -> u8 {
         (_, Some(LandReason::LinkLost)) => 3,
         (_, Some(LandReason::TakeOffFailed)) => 4,
         (_, Some(LandReason::Restarted)) => 5,
+        (_, Some(LandReason::PositionLost)) => 6,
         (Fitness::Unfit, _) => 1,
         (Fitness::Fit, _) => 0,
     }

@@ -74,14 +74,14 @@ use airlink::{Identity, Seal};
 use crtp::{Node, Parameters};
 use storage::settings::Settings;
 use units::{Instant, NODES, Order, Role, Setpoint};
-use wire::p2p::Beacon;
+use wire::p2p::{Beacon, MissionMessage};
 
 use client::{Client, Orders};
 use hardware::HardwareFault;
 use link::{Heeded, Link};
 use mailbox::Mailbox;
 
-pub use agent::{ChainDuty, Duty, State};
+pub use agent::{ChainDuty, Duty, State, SwarmDuty};
 pub use client::{Unsaved, observed};
 pub use config::{Config, Unusable};
 pub use crtp::Snapshot;
@@ -143,11 +143,11 @@ impl<S> Drone<S> {
     /// [`begin`](Self::begin).
     #[must_use]
     pub const fn switched_off() -> Self {
-        let Settings { node, role, .. } = Settings::DEFAULT;
+        let Settings { node, role, mission, .. } = Settings::DEFAULT;
         Self {
             config: Config::DEFAULT,
             identity: Identity { node, role },
-            agent: Agent::new(node, role),
+            agent: Agent::new(node, role, mission),
             link: Link::NoKeys,
             mailbox: Mailbox::new(),
             orders: Orders::new(Operator::Silent),
@@ -206,12 +206,15 @@ impl<S: Seal> Drone<S> {
         let delay = self.config.mailbox_delay;
         let heard = self.mailbox.due(now, delay);
         let count = heard.len();
+        let told = self.mailbox.due_told(now, delay);
+        let told_count = told.len();
         let inputs = agent::Inputs {
             ranges: sensed.ranges,
             velocity: sensed.velocity,
             heading: sensed.heading,
             height: sensed.height,
             heard,
+            told,
             order,
             fitness: sensed.fitness,
             endurance: sensed.endurance,
@@ -219,6 +222,7 @@ impl<S: Seal> Drone<S> {
         let outputs = self.agent.step(&self.config.agent, now, &inputs);
         show(&inputs, &outputs);
         self.mailbox.forget(count);
+        self.mailbox.forget_told(told_count);
         self.publish(&outputs, &sensed);
         self.outputs = Some(outputs);
         let setpoint = match self.identity.role {
@@ -257,11 +261,15 @@ impl<S: Seal> Drone<S> {
         }
     }
 
-    /// Hands report and telemetry to the link.
+    /// Hands report, telemetry and the mission's messages to the link.
     fn publish(&mut self, outputs: &agent::Outputs, sensed: &Sensed) {
         let role = self.identity.role;
         let Some(link) = self.link.open_mut() else { return };
         link.report(air::report_to_air(outputs));
+        let mission = self.agent.mission();
+        for payload in self.agent.messages() {
+            link.tell(MissionMessage { mission, payload: *payload });
+        }
         let state = outputs.status.state.code();
         link.beacon(Beacon { role, state, battery: sensed.battery });
         if role != Role::Base {

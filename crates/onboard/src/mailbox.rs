@@ -1,6 +1,7 @@
 //! Stores reports and orders between the radio link, which delivers them at any time, and the
 //! agent, which takes them five times a second.
 
+use agent::Told;
 use chain::neighbours::Heard;
 use heapless::Vec;
 use units::{Duration, Instant, NODES, Order};
@@ -8,6 +9,9 @@ use units::{Duration, Instant, NODES, Order};
 /// Reports that may come in between two rounds: two of each other node, since one that was held
 /// back on the air may arrive shortly before the next.
 pub(crate) const REPORTS: usize = 2 * (NODES - 1);
+
+/// Messages of the mission that may come in between two rounds: one of each other node.
+const TOLD: usize = NODES;
 
 /// Orders that may come in between two rounds: the base repeats its order every 200 ms at most, and
 /// the simulator may delay them by several rounds.
@@ -19,6 +23,7 @@ pub(crate) struct Mailbox {
     reports: Vec<Heard, REPORTS>,
     /// When each report came in.
     arrived: Vec<Instant, REPORTS>,
+    told: Vec<Told, TOLD>,
     orders: Vec<(Instant, Order), ORDERS>,
     /// Whether an order to stop has come in. It is neither delayed nor replaced.
     stop: bool,
@@ -30,6 +35,7 @@ impl Mailbox {
         Self {
             reports: Vec::new(),
             arrived: Vec::new(),
+            told: Vec::new(),
             orders: Vec::new(),
             stop: false,
             dropped: 0,
@@ -45,6 +51,27 @@ impl Mailbox {
         // There is room for one now.
         let _ = self.reports.push(heard);
         let _ = self.arrived.push(now);
+    }
+
+    /// Puts a message of the mission in. When the mailbox is full, the oldest one is dropped.
+    pub(crate) fn told(&mut self, told: Told) {
+        if self.told.is_full() {
+            self.told.remove_first(1);
+            self.dropped = self.dropped.wrapping_add(1);
+        }
+        // There is room for one now.
+        let _ = self.told.push(told);
+    }
+
+    /// The messages of the mission that came in at least `delay` ago.
+    pub(crate) fn due_told(&self, now: Instant, delay: Duration) -> &[Told] {
+        let due = self.told.iter().take_while(|told| told.at + delay <= now).count();
+        self.told.get(..due).unwrap_or_default()
+    }
+
+    /// Takes the oldest `count` messages of the mission out.
+    pub(crate) fn forget_told(&mut self, count: usize) {
+        self.told.remove_first(count);
     }
 
     /// Puts an order in. When the mailbox is full, the oldest order is dropped: a newer one replaces
@@ -82,7 +109,7 @@ impl Mailbox {
         self.stop
     }
 
-    /// The number of reports that were dropped.
+    /// The number of reports and messages that were dropped.
     pub(crate) const fn dropped(&self) -> u32 {
         self.dropped
     }

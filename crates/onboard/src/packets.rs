@@ -1,5 +1,6 @@
 //! Receives and transmits a drone's packets of the chain.
 
+use agent::Told;
 use airlink::{Airlink, Event, Opened, Seal};
 use chain::neighbours::Heard;
 use crtp::Node;
@@ -61,6 +62,12 @@ impl<S: Seal> Drone<S> {
             }
             Event::Beacon { .. } => Kind::Beacon,
             Event::Membership { .. } => Kind::Membership,
+            Event::Mission { from, message, rssi } => {
+                if message.mission == self.agent.mission() {
+                    self.mailbox.told(Told { from, at: now, rssi, payload: message.payload });
+                }
+                Kind::Mission
+            }
         })
     }
 

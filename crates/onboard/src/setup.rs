@@ -4,7 +4,7 @@ use agent::Agent;
 use airlink::{Identity, Schedule};
 use chain::policy::REGISTRY;
 use crtp::{About, Parameters};
-use units::{Instant, NodeId, Role};
+use units::{Instant, MissionKind, NodeId, Role};
 use wire::p2p::Epoch;
 
 use crate::{Config, Operator};
@@ -14,6 +14,8 @@ use crate::{Config, Operator};
 pub struct Setup {
     /// The drone's number and role.
     pub identity: Identity,
+    /// The mission that the drone flies.
+    pub mission: MissionKind,
     /// Whether the drone starts on the ground, after a fault, or in the air.
     pub start: Start,
     /// Whether a stop was valid when the last run ended, and the drone was not switched off since.
@@ -23,11 +25,12 @@ pub struct Setup {
 }
 
 impl Setup {
-    /// A drone of this number and role that was switched on, on the ground.
+    /// A drone of this number and role that was switched on, on the ground, on the mission chain.
     #[must_use]
     pub const fn new(node: NodeId, role: Role) -> Self {
         Self {
             identity: Identity { node, role },
+            mission: MissionKind::Chain,
             start: Start::OnGround,
             stopped: false,
             about: About { node, role, ..Parameters::DEFAULT.about },
@@ -37,10 +40,11 @@ impl Setup {
     /// The agent at the start of the run.
     pub(crate) fn agent(&self) -> Agent {
         let Identity { node, role } = self.identity;
+        let mission = self.mission;
         match self.start {
-            Start::OnGround => Agent::new(node, role),
-            Start::AfterFault => Agent::restarted(node, role),
-            Start::InAir(now) => Agent::new_linked(node, role, now),
+            Start::OnGround => Agent::new(node, role, mission),
+            Start::AfterFault => Agent::restarted(node, role, mission),
+            Start::InAir(now) => Agent::new_linked(node, role, mission, now),
         }
     }
 

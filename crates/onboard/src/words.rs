@@ -9,7 +9,7 @@ use core::sync::atomic::{AtomicU32, Ordering};
 
 use agent::{
     BodyVelocity, ChainDuty, Duty, Fitness, LandReason, LinkView, Outputs, Reckoning, State,
-    Status as AgentStatus,
+    Status as AgentStatus, SwarmDuty,
 };
 use chain::filter::LinkEstimate;
 use chain::neighbours::Heard;
@@ -345,7 +345,7 @@ enums! {
     Fitness { 0 = Fit, 1 = Unfit, 2 = Landing(why), 3 = Landed(why), 4 = Stopped }
     LandReason {
         0 = Ordered, 1 = Home, 2 = TakeOffFailed, 3 = LinkLost, 4 = Unfit(why), 5 = Restarted,
-        6 = Retired, 7 = Perched,
+        6 = Retired, 7 = Perched, 8 = PositionLost,
     }
     State {
         0 = Idle,
@@ -358,7 +358,8 @@ enums! {
         7 = Perched,
         8 = Rising { since },
     }
-    Duty { 0 = Chain(duty) }
+    Duty { 0 = Chain(duty), 1 = Swarm(duty) }
+    SwarmDuty { 0 = Hovering { since } }
     ChainDuty {
         0 = Leading { patient_until },
         1 = Relaying { patient_until },

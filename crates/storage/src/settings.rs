@@ -1,12 +1,12 @@
 //! The settings of a drone: its number and role, its radio, how its board is mounted, and how it
 //! flies in the chain.
 //!
-//! A record takes 44 bytes:
+//! A record takes 45 bytes:
 //!
 //! | byte | type | field | unit |
 //! |---|---|---|---|
 //! | 0 | 4 bytes | `UCHN` | |
-//! | 4 | `u8` | version, 3 | |
+//! | 4 | `u8` | version, 4 | |
 //! | 5 | `u32` | sequence number: the newer of two records has the larger one | |
 //! | 9 | `u8` | node number | |
 //! | 10 | `u8` | role: 0 head, 1 relay, 2 base | |
@@ -20,12 +20,14 @@
 //! | 28 | `f32` | flying height, or zero for the default | m |
 //! | 32 | `f32` | launch limit, or zero for the default | dBm |
 //! | 36 | `f32` | retreat limit, or zero for the default | dBm |
-//! | 40 | `u32` | CRC-32 of the bytes before | |
+//! | 40 | `u8` | mission: 0 chain, 1 swarm | |
+//! | 41 | `u32` | CRC-32 of the bytes before | |
 //!
-//! Versions 1 and 2 are read and never written. Version 2 has zero at byte 19: no policy. Version 1
-//! also has no limits: its CRC stands at byte 32.
+//! Versions 1 to 3 are read and never written. Version 3 has no mission: its CRC stands at byte 40,
+//! and the drone flies in a chain. Version 2 also has zero at byte 19: no policy. Version 1 also has
+//! no limits: its CRC stands at byte 32.
 
-use units::{Dbm, Metres, NODES, NodeId, PolicyCode, Radians, Role};
+use units::{Dbm, Metres, MissionKind, NODES, NodeId, PolicyCode, Radians, Role};
 use wire::radio::{Address, Channel, Datarate, TxPower};
 
 use crate::bytes::{Reader, check_crc, role_code, role_of_code, sealed};
@@ -33,13 +35,17 @@ use crate::vendor::VendorConfig;
 use crate::{Error, Record};
 
 /// Bytes of a record.
-pub const LENGTH: usize = 44;
+pub const LENGTH: usize = 45;
+/// Bytes of a record of versions 2 and 3.
+const LENGTH_3: usize = 44;
 /// Bytes of a record of version 1.
 const LENGTH_1: usize = 36;
 
 const MAGIC: [u8; 4] = *b"UCHN";
 /// The version that is written.
-const VERSION: u8 = 3;
+const VERSION: u8 = 4;
+/// The version without a mission.
+const VERSION_3: u8 = 3;
 /// The version without a policy.
 const VERSION_2: u8 = 2;
 /// The version without limits.
@@ -72,6 +78,8 @@ pub struct Settings {
     /// The movement policy that it flies; `None` for the agent's default. A code that the firmware
     /// does not know, because another version of it wrote the record, also means the default.
     pub policy: Option<PolicyCode>,
+    /// The mission that the drone flies. All drones of a fleet should fly the same.
+    pub mission: MissionKind,
 }
 
 /// The weakest links that a drone accepts; `None` for the agent's default. All drones of a chain
@@ -161,6 +169,7 @@ impl Settings {
         height: None,
         limits: Limits::DEFAULT,
         policy: None,
+        mission: MissionKind::Chain,
     };
 
     /// These settings with the radio and the trims of the vendor's configuration block.
@@ -244,6 +253,7 @@ impl Record for Settings {
             &height.0.to_le_bytes(),
             &launch,
             &retreat,
+            &[self.mission.code()],
         ]))
     }
 
@@ -253,7 +263,8 @@ impl Record for Settings {
         let version = fields.u8()?;
         let length = match version {
             VERSION_1 => LENGTH_1,
-            VERSION_2 | VERSION => LENGTH,
+            VERSION_2 | VERSION_3 => LENGTH_3,
+            VERSION => LENGTH,
             version => return Err(Error::Version(version)),
         };
         check_crc(bytes, length)?;
@@ -277,6 +288,10 @@ impl Record for Settings {
             limits: match version {
                 VERSION_1 => Limits::DEFAULT,
                 _ => Limits::decode(&mut fields)?,
+            },
+            mission: match version {
+                VERSION => MissionKind::from_code(fields.u8()?).ok_or(Error::Value)?,
+                _ => MissionKind::Chain,
             },
         };
         Ok((settings, sequence))

@@ -34,8 +34,8 @@ mod time;
 mod triad;
 
 pub use mission::{
-    Branch, Course, LinkSpan, LinkSum, NODES, Order, Phase, PolicyCode, Role, SIGNPOSTS, Setpoint,
-    Signpost,
+    Branch, Course, LinkSpan, LinkSum, MissionKind, NODES, Order, Payload, Phase, PolicyCode, Role,
+    SIGNPOSTS, Setpoint, Signpost,
 };
 pub use plane::{Point2, Pose2};
 pub use quantity::{

@@ -34,6 +34,91 @@ impl Role {
     }
 }
 
+/// The mission that a drone flies. All drones of a fleet should fly the same.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum MissionKind {
+    /// A chain of relays keeps the link between an explorer and the base.
+    #[default]
+    Chain,
+    /// A swarm surveys an area, gathers, and crosses a passage, by virtual forces.
+    Swarm,
+}
+
+impl MissionKind {
+    /// All missions.
+    pub const ALL: [Self; 2] = [Self::Chain, Self::Swarm];
+
+    /// The mission's number on the air and in records. A number that is used never changes.
+    #[must_use]
+    pub const fn code(self) -> u8 {
+        match self {
+            Self::Chain => 0,
+            Self::Swarm => 1,
+        }
+    }
+
+    /// The mission that has this number; `None` where none has.
+    #[must_use]
+    pub const fn from_code(code: u8) -> Option<Self> {
+        match code {
+            0 => Some(Self::Chain),
+            1 => Some(Self::Swarm),
+            _ => None,
+        }
+    }
+
+    /// The mission's name in scenarios and settings.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Chain => "chain",
+            Self::Swarm => "swarm",
+        }
+    }
+
+    /// The mission of this name; `None` where there is none.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|mission| mission.name() == name)
+    }
+}
+
+/// What one drone of a mission tells the others in one packet: bytes that only the mission reads.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Payload {
+    bytes: [u8; Self::MOST],
+    length: u8,
+}
+
+impl Payload {
+    /// The most bytes of a payload: what a packet of 60 bytes has left beside a header of 8, a tag of
+    /// 8 and the number of the mission.
+    pub const MOST: usize = 43;
+
+    /// The payload with these bytes; `None` where they are too many.
+    #[must_use]
+    pub fn new(bytes: &[u8]) -> Option<Self> {
+        let mut payload = Self { bytes: [0; Self::MOST], length: u8::try_from(bytes.len()).ok()? };
+        payload.bytes.get_mut(..bytes.len())?.copy_from_slice(bytes);
+        Some(payload)
+    }
+
+    /// The payload's bytes.
+    #[must_use]
+    pub fn as_bytes(&self) -> &[u8] {
+        self.bytes.get(..usize::from(self.length)).unwrap_or_default()
+    }
+}
+
+impl core::fmt::Debug for Payload {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_tuple("Payload").field(&self.as_bytes()).finish()
+    }
+}
+
 /// An order of the operator: to the head, to a relay, or to the whole mission.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

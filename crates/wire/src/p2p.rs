@@ -10,6 +10,7 @@
 //! | 3 | [`Commands`]: one or two of [`Capsule`] with an [`Order`](units::Order) in it | 19 or 38 |
 //! | 4 | [`Capsule`] with [`Telemetry`] in it | 29 |
 //! | 5 | [`Membership`] | 1 or 5 |
+//! | 6 | [`MissionMessage`] | 1 to 44 |
 //!
 //! A number is rounded to the nearest step; a number beyond the range of its type becomes the
 //! largest or smallest value. NaN becomes zero where there must be a number, and none where there
@@ -24,6 +25,7 @@ mod capsule;
 mod commands;
 mod header;
 mod membership;
+mod mission;
 mod order;
 mod report;
 mod signpost;
@@ -36,6 +38,7 @@ pub use capsule::{Capsule, TELEMETRY, Telemetry};
 pub use commands::Commands;
 pub use header::{Counter, Epoch, HEADER, Header, Kind, REUSE, STAMP_US, VERSION, Wave};
 pub use membership::Membership;
+pub use mission::MissionMessage;
 pub use order::{ORDER, decode_order, encode_order};
 pub use report::{HEARD, Heard, Report};
 pub use signpost::{SIGNPOST, decode_signpost, encode_signpost};
@@ -66,6 +69,8 @@ pub enum Message {
     Telemetry(Capsule<TELEMETRY>),
     /// A node joins or leaves the chain, or is refused.
     Membership(Membership),
+    /// A drone tells the others of its mission what only the mission reads.
+    Mission(MissionMessage),
 }
 
 impl Message {
@@ -78,6 +83,7 @@ impl Message {
             Self::Command(_) => Kind::Command,
             Self::Telemetry(_) => Kind::Telemetry,
             Self::Membership(_) => Kind::Membership,
+            Self::Mission(_) => Kind::Mission,
         }
     }
 
@@ -89,6 +95,7 @@ impl Message {
             Self::Command(commands) => commands.encode(out),
             Self::Telemetry(capsule) => capsule.encode(out),
             Self::Membership(membership) => fill(out, [&membership.encode()]),
+            Self::Mission(message) => message.encode(out),
         }
     }
 
@@ -103,6 +110,7 @@ impl Message {
             Kind::Command => Commands::decode(body).map(Self::Command),
             Kind::Telemetry => Capsule::decode(body).map(Self::Telemetry),
             Kind::Membership => Membership::decode(body).map(Self::Membership),
+            Kind::Mission => MissionMessage::decode(body).map(Self::Mission),
         }
     }
 }

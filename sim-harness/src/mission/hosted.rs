@@ -66,7 +66,8 @@ impl Hosted {
             mailbox_delay: Duration::from_micros(scenario.radio.latency_us),
         };
         let start = if flying { Start::InAir(now) } else { Start::OnGround };
-        let mut setup = Setup { start, ..Setup::new(node, role) };
+        let mission = scenario.mission;
+        let mut setup = Setup { start, mission, ..Setup::new(node, role) };
         setup.about.has_flow = role != Role::Base;
         setup.about.has_rangers = role != Role::Base;
         let mut drone = Drone::new(config, &setup);
@@ -123,9 +124,9 @@ impl Hosted {
     /// Takes a packet from the radio. Returns the number of the order that it has brought, if any.
     pub(super) fn receive(&mut self, now_us: u64, rssi: Dbm, packet: &Opened) -> Option<Counter> {
         let kind = self.drone.receive_opened(self.clock(now_us), rssi, packet);
-        // A report or a beacon gives the drone nothing new to pass on. Its turn may have moved by a
+        // A report, a beacon or a message of the mission gives the drone nothing new to pass on. Its turn may have moved by a
         // little, which it finds out when it comes.
-        if !matches!(kind, Some(Kind::Report | Kind::Beacon)) {
+        if !matches!(kind, Some(Kind::Report | Kind::Beacon | Kind::Mission)) {
             self.look(now_us);
         }
         if kind == Some(Kind::Command) { self.drone.last_order() } else { None }

@@ -8,6 +8,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use serde::Deserialize;
+use units::MissionKind;
 
 use super::reader::{At, Reader};
 use super::{Changes, Fidelity, LinkModel, Scenario};
@@ -28,6 +29,7 @@ struct File {
     duration_s: At<f32>,
     fidelity: Option<At<String>>,
     link: Option<At<String>>,
+    mission: Option<At<String>>,
     tunnel: At<TunnelTable>,
     #[serde(default)]
     radio: RadioTable,
@@ -83,12 +85,14 @@ pub(super) fn parse_with(
     let name = path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
     let duration_us = reader.micros(&file.duration_s, "duration_s", 0.2..=86_400.0)?;
     let fidelity = fidelity(file.fidelity.as_ref(), &reader)?;
+    let link = link(file.link.as_ref(), fidelity, &reader)?;
     Ok(Scenario {
         name,
         title: file.title.as_ref().clone(),
         duration_us,
         fidelity,
-        link: link(file.link.as_ref(), fidelity, &reader)?,
+        link,
+        mission: mission(file.mission.as_ref(), link, &reader)?,
         tunnel: Arc::new(tunnel),
         route: route.map(Arc::new),
         radio,
@@ -121,6 +125,28 @@ fn link(
         None => {
             let wrong = format!("there is no link \"{name}\"");
             Err(reader.wrong(key, wrong, "give \"exact\" or \"ideal\""))
+        }
+    }
+}
+
+fn mission(
+    key: Option<&At<String>>,
+    link: LinkModel,
+    reader: &Reader<'_>,
+) -> Result<MissionKind, InputError> {
+    let Some(key) = key else { return Ok(MissionKind::Chain) };
+    let name = key.as_ref().as_str();
+    match MissionKind::named(name) {
+        Some(MissionKind::Chain) => Ok(MissionKind::Chain),
+        Some(mission) if link == LinkModel::Exact => Ok(mission),
+        Some(_) => {
+            let wrong = "the ideal link carries nothing but the reports and orders of a chain";
+            Err(reader.wrong(key, wrong.into(), "write link = \"exact\""))
+        }
+        None => {
+            let names = MissionKind::ALL.map(|mission| format!("{:?}", mission.name()));
+            let wrong = format!("there is no mission {name:?}");
+            Err(reader.wrong(key, wrong, format!("give {}", names.join(" or "))))
         }
     }
 }

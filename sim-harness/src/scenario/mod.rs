@@ -110,6 +110,8 @@ pub struct Scenario {
     pub fidelity: Fidelity,
     /// The way in which reports and orders get from drone to drone.
     pub link: LinkModel,
+    /// The mission that the drones fly.
+    pub mission: units::MissionKind,
     /// The walls and the skeleton, made when the scenario was read.
     pub tunnel: Arc<Tunnel>,
     /// The surveyed route that the tunnel is, if it is one.

@@ -50,6 +50,7 @@ impl fmt::Display for Event {
                 LandReason::LinkLost => write!(f, "{drone}: lands, its link to the base is lost"),
                 LandReason::Unfit(cause) => write!(f, "{drone}: lands, unfit to fly ({cause:?})"),
                 LandReason::Restarted => write!(f, "{drone}: lands, it restarted in the air"),
+                LandReason::PositionLost => write!(f, "{drone}: lands, its position is lost"),
             },
             Self::Landed(drone) => write!(f, "{drone}: landed"),
             Self::Stopped(drone) => write!(f, "{drone}: motors stopped"),

@@ -9,8 +9,8 @@ use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use tunnel_nav::{Diagonals, Range};
 use units::{
-    Branch, Course, Dbm, Instant, LinkSpan, LinkSum, Metres, MetresPerDb, MetresPerSecond, NodeId,
-    Order, Phase, Radians, Role, Setpoint, Signpost,
+    Branch, Course, Dbm, Instant, LinkSpan, LinkSum, Metres, MetresPerDb, MetresPerSecond,
+    MissionKind, NodeId, Order, Phase, Radians, Role, Setpoint, Signpost,
 };
 
 use super::rig::{EXPLORE, Rig, Scene, gallery, heard};
@@ -196,6 +196,7 @@ fn play(agent: &mut Agent, config: &AgentConfig, rounds: &[Round]) -> Result<(),
             heading: round.heading.map(Radians),
             height: round.height.map(Metres),
             heard: &round.heard,
+            told: &[],
             order: round.order,
             fitness: Fitness::Fit,
             endurance: None,
@@ -221,7 +222,7 @@ proptest! {
         let role = if number == 0 { Role::Head } else { Role::Relay };
         let id = NodeId(number);
         let mut agent =
-            if linked { Agent::new_linked(id, role, Instant::ZERO) } else { Agent::new(id, role) };
+            if linked { Agent::new_linked(id, role, MissionKind::Chain, Instant::ZERO) } else { Agent::new(id, role, MissionKind::Chain) };
         prop_assert_eq!(play(&mut agent, &config, &rounds), Ok(()));
     }
 
@@ -232,7 +233,7 @@ proptest! {
         before in prop::collection::vec(round(), 0..20),
         after in prop::collection::vec(round(), 0..20),
     ) {
-        let mut agent = Agent::new_linked(NodeId(1), Role::Relay, Instant::ZERO);
+        let mut agent = Agent::new_linked(NodeId(1), Role::Relay, MissionKind::Chain, Instant::ZERO);
         let _ = play(&mut agent, &config, &before);
         let stop = Inputs {
             ranges: gallery(),
@@ -240,6 +241,7 @@ proptest! {
             heading: None,
             height: None,
             heard: &[],
+            told: &[],
             order: Some(Order::Stop),
             fitness: Fitness::Fit,
             endurance: None,
@@ -255,7 +257,7 @@ proptest! {
     fn a_mind_has_no_moods(
         config in configs(), rounds in prop::collection::vec(round(), 1..20),
     ) {
-        let mut one = Agent::new_linked(NodeId(1), Role::Relay, Instant::ZERO);
+        let mut one = Agent::new_linked(NodeId(1), Role::Relay, MissionKind::Chain, Instant::ZERO);
         let mut other = one.clone();
         let _ = play(&mut one, &config, &rounds);
         let _ = play(&mut other, &config, &rounds);
@@ -280,6 +282,7 @@ fn a_packet_storm_passes() {
         heading: None,
         height: Some(Metres(0.3)),
         heard: &storm,
+        told: &[],
         order: Some(EXPLORE),
         fitness: Fitness::Fit,
         endurance: None,
@@ -329,7 +332,7 @@ fn a_first_packet_without_a_strength_moves_nothing() {
 #[test]
 fn an_absurd_claim_of_a_neighbour_passes() {
     let config = AgentConfig::DEFAULT;
-    let mut agent = Agent::new_linked(NodeId::HEAD, Role::Head, Instant::ZERO);
+    let mut agent = Agent::new_linked(NodeId::HEAD, Role::Head, MissionKind::Chain, Instant::ZERO);
     let mut last = None;
     for n in 0..50u16 {
         let mut packet = heard(1, n, Phase::Linked, -55.0);
@@ -340,6 +343,7 @@ fn an_absurd_claim_of_a_neighbour_passes() {
             heading: None,
             height: Some(Metres(0.3)),
             heard: &[packet],
+            told: &[],
             order: Some(EXPLORE),
             fitness: Fitness::Fit,
             endurance: None,

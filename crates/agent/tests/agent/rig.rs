@@ -7,7 +7,8 @@ use chain::policy::PolicyConfig;
 use chain::report::Report;
 use tunnel_nav::{Diagonals, Range};
 use units::{
-    Dbm, Duration, Instant, Metres, MetresPerSecond, NodeId, Order, Phase, Role, Setpoint,
+    Dbm, Duration, Instant, Metres, MetresPerSecond, MissionKind, NodeId, Order, Phase, Role,
+    Setpoint,
 };
 
 /// The length of a round.
@@ -108,12 +109,12 @@ pub(crate) struct Rig {
 
 impl Rig {
     pub(crate) fn new(role: Role) -> Self {
-        Self::of(Agent::new(id(role), role))
+        Self::of(Agent::new(id(role), role, MissionKind::Chain))
     }
 
     /// The same, back from a fault.
     pub(crate) fn restarted(role: Role) -> Self {
-        Self::of(Agent::restarted(id(role), role))
+        Self::of(Agent::restarted(id(role), role, MissionKind::Chain))
     }
 
     fn of(agent: Agent) -> Self {
@@ -142,6 +143,7 @@ impl Rig {
             heading: None,
             height: scene.height.map(Metres),
             heard: &heard,
+            told: &[],
             order: scene.task,
             fitness: scene.fitness,
             endurance: scene.endurance.map(Duration::from_secs),

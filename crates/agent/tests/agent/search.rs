@@ -4,7 +4,7 @@ use agent::{Agent, AgentConfig, BodyVelocity, Fitness, Inputs, Outputs};
 use chain::launch::LaunchConfig;
 use chain::neighbours::Heard;
 use chain::report::Report;
-use units::{Dbm, Duration, Instant, MetresPerSecond, NodeId, Order, Phase, Role};
+use units::{Dbm, Duration, Instant, MetresPerSecond, MissionKind, NodeId, Order, Phase, Role};
 
 use super::rig::{flown, gallery};
 
@@ -28,7 +28,7 @@ struct Chain {
 impl Chain {
     fn new(ways: [f32; 3], radio: fn(f32) -> [f32; 2]) -> Self {
         let now = Instant::from_millis(1_000);
-        let node = |n: u8, role| Agent::new_linked(NodeId(n), role, now);
+        let node = |n: u8, role| Agent::new_linked(NodeId(n), role, MissionKind::Chain, now);
         let agents = [node(0, Role::Head), node(1, Role::Relay), node(2, Role::Base)];
         Self { agents, ways, velocities: [0.0; 3], reports: [None; 3], now, radio }
     }
@@ -66,6 +66,7 @@ impl Chain {
                     heading: None,
                     height: Some(units::Metres(0.3)),
                     heard: &heard,
+                    told: &[],
                     order: Some(order),
                     fitness: Fitness::Fit,
                     endurance: None,

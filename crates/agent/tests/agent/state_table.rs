@@ -161,6 +161,7 @@ fn named(state: State) -> String {
             LandReason::LinkLost => " (link)",
             LandReason::Unfit(_) => " (unfit)",
             LandReason::Restarted => " (restarted)",
+            LandReason::PositionLost => " (position)",
         },
         _ => "",
     };

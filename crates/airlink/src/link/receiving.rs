@@ -102,6 +102,7 @@ impl<S: Seal> Airlink<S> {
                 }
                 Ok(Some(Event::Membership { from, membership }))
             }
+            Message::Mission(message) => Ok(Some(Event::Mission { from, message, rssi })),
             Message::Command(Commands { first, second }) => {
                 let taken = self.accept_command(now, from, first);
                 let Some(second) = second else { return taken };

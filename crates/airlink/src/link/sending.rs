@@ -56,12 +56,14 @@ impl<S: Seal> Airlink<S> {
             Wave::Outward => self
                 .pick_commands(now, wave, counter)
                 .or_else(|| self.pick_report(now))
+                .or_else(|| self.pick_mission())
                 .or_else(|| self.pick_telemetry(now, wave, counter)),
             // The last packet is kept for the report: in a busy chain commands and telemetry would
             // leave it no room.
             Wave::Inward => (if last { self.pick_report(now) } else { None })
                 .or_else(|| self.pick_commands(now, wave, counter))
                 .or_else(|| self.pick_telemetry(now, wave, counter))
+                .or_else(|| self.pick_mission())
                 .or_else(|| self.pick_report(now)),
         };
         picked.or_else(|| self.pick_beacon(now))
@@ -92,6 +94,10 @@ impl<S: Seal> Airlink<S> {
         let report = self.report.take()?;
         let heard = self.peers.select_heard(self.identity.node, now, self.config.lost_after);
         Some(Message::Report(Report { heard, ..report }))
+    }
+
+    fn pick_mission(&mut self) -> Option<Message> {
+        self.missions.pop_front().map(Message::Mission)
     }
 
     /// Picks the most urgent command and, for the room that is left, the next one for another node.

@@ -169,7 +169,7 @@ impl<S: Seal> Airlink<S> {
     /// always one, since the next beacon is.
     fn any_message_due_at(&self) -> Instant {
         let leaves = matches!(self.lifecycle, Lifecycle::Leaving { .. });
-        if leaves || self.join_pending || self.report.is_some() {
+        if leaves || self.join_pending || self.report.is_some() || !self.missions.is_empty() {
             return Instant::ZERO;
         }
         match self.pending_refusal {

@@ -5,7 +5,7 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use agent::{ChainDuty, Duty, Fitness, LandReason, State};
+use agent::{ChainDuty, Duty, Fitness, LandReason, State, SwarmDuty};
 use chain::search::{Place, Search};
 use crtp::Documented;
 use flight::Cause;
@@ -62,6 +62,10 @@ fn states() -> String {
         ),
         (State::Perched, "on the ground at its place in the chain, and relays"),
         (State::Rising { since: now }, "climbs from there back to its height"),
+        (
+            State::OnMission(Duty::Swarm(SwarmDuty::Hovering { since: now })),
+            "of a swarm: does not know its position, and hovers",
+        ),
     ];
     let mut table = String::from("| code | state | the drone |\n|---|---|---|\n");
     for (n, (state, meaning)) in (0..).zip(all) {
@@ -78,6 +82,7 @@ fn states() -> String {
                 | ChainDuty::Retiring
                 | ChainDuty::Rejoining { .. },
             ))
+            | State::OnMission(Duty::Swarm(SwarmDuty::Hovering { .. }))
             | State::Landing { .. }
             | State::Landed { .. }
             | State::Stopped
@@ -103,6 +108,11 @@ fn faults() -> String {
             landed(LandReason::Restarted),
             Fitness::Fit,
             "it restarted after a fault or in the air, and stays down until told to wait",
+        ),
+        (
+            landed(LandReason::PositionLost),
+            Fitness::Fit,
+            "it did not know its position for too long",
         ),
         by_flight(Cause::NoSetpoint, "nobody said for too long what to do"),
         by_flight(Cause::NoImu, "the inertial sensor failed"),

@@ -3,7 +3,7 @@
 use storage::settings::{LENGTH, Limits, Radio, Settings, Source, Trim};
 use storage::vendor::{self, VendorConfig};
 use storage::{Error, Record, Slots};
-use units::{Dbm, Metres, NodeId, PolicyCode, Radians, Role};
+use units::{Dbm, Metres, MissionKind, NodeId, PolicyCode, Radians, Role};
 use wire::radio::{Address, Channel, Datarate, TxPower};
 
 const GOLDEN: Settings = Settings {
@@ -19,11 +19,12 @@ const GOLDEN: Settings = Settings {
     height: Some(Metres(0.5)),
     limits: Limits { launch: Some(Dbm(-52.0)), retreat: None },
     policy: PolicyCode::new(5),
+    mission: MissionKind::Swarm,
 };
 
 /// By the table in the module's documentation; the CRC by Python's `zlib.crc32`.
 const GOLDEN_BYTES: [u8; LENGTH] = [
-    b'U', b'C', b'H', b'N', 3, // version
+    b'U', b'C', b'H', b'N', 4, // version
     0x07, 0x00, 0x00, 0x00, // sequence
     4, 1, // node, relay
     93, 1, 0x04, 0xE7, 0xE7, 0xE7, 0xE7, 0xFC,
@@ -33,11 +34,19 @@ const GOLDEN_BYTES: [u8; LENGTH] = [
     0x00, 0x00, 0x00, 0x3F, // 0.5 m
     0x00, 0x00, 0x50, 0xC2, // -52 dBm
     0x00, 0x00, 0x00, 0x00, // the agent's own
-    0xF8, 0x67, 0xFC, 0x70,
+    1,    // swarm
+    0x8D, 0x30, 0x21, 0x22,
+];
+
+/// The same without a mission, as version 3 wrote it.
+const VERSION_3_BYTES: [u8; 44] = [
+    b'U', b'C', b'H', b'N', 3, 0x07, 0x00, 0x00, 0x00, 4, 1, 93, 1, 0x04, 0xE7, 0xE7, 0xE7, 0xE7,
+    0xFC, 5, 0x00, 0x00, 0x80, 0x3C, 0x00, 0x00, 0x00, 0xBD, 0x00, 0x00, 0x00, 0x3F, 0x00, 0x00,
+    0x50, 0xC2, 0x00, 0x00, 0x00, 0x00, 0xF8, 0x67, 0xFC, 0x70,
 ];
 
 /// The same without a policy, as version 2 wrote it.
-const VERSION_2_BYTES: [u8; LENGTH] = [
+const VERSION_2_BYTES: [u8; 44] = [
     b'U', b'C', b'H', b'N', 2, 0x07, 0x00, 0x00, 0x00, 4, 1, 93, 1, 0x04, 0xE7, 0xE7, 0xE7, 0xE7,
     0xFC, 0, 0x00, 0x00, 0x80, 0x3C, 0x00, 0x00, 0x00, 0xBD, 0x00, 0x00, 0x00, 0x3F, 0x00, 0x00,
     0x50, 0xC2, 0x00, 0x00, 0x00, 0x00, 0x48, 0x34, 0xAF, 0x68,
@@ -58,11 +67,13 @@ fn the_bytes_are_those_of_the_table() {
 
 #[test]
 fn records_of_older_versions_are_read_and_replaced() {
-    let version_2 = Settings { policy: None, ..GOLDEN };
+    let version_3 = Settings { mission: MissionKind::Chain, ..GOLDEN };
+    let version_2 = Settings { policy: None, ..version_3 };
+    assert_eq!(Settings::decode(&VERSION_3_BYTES), Ok((version_3, 7)));
     let version_1 = Settings { limits: Limits::DEFAULT, ..version_2 };
     assert_eq!(Settings::decode(&VERSION_2_BYTES), Ok((version_2, 7)));
     assert_eq!(Settings::decode(&VERSION_1_BYTES), Ok((version_1, 7)));
-    for old in [&VERSION_1_BYTES[..], &VERSION_2_BYTES] {
+    for old in [&VERSION_1_BYTES[..], &VERSION_2_BYTES, &VERSION_3_BYTES] {
         assert_eq!(Settings::decode(&old[..old.len() - 1]), Err(Error::Short));
         let write = Slots::read(old, &[]).write(&GOLDEN).unwrap();
         assert_eq!(write.address(), 0x300);
@@ -108,7 +119,7 @@ fn what_is_no_record_says_why() {
     assert_eq!(Settings::decode(&GOLDEN_BYTES[..LENGTH - 1]), Err(Error::Short));
     assert_eq!(Settings::decode(&[0xFF; LENGTH]), Err(Error::Blank));
     assert_eq!(Settings::decode(&[0; LENGTH]), Err(Error::Magic));
-    assert_eq!(Settings::decode(&with(4, 4)), Err(Error::Version(4)));
+    assert_eq!(Settings::decode(&with(4, 5)), Err(Error::Version(5)));
     assert_eq!(Settings::decode(&with(9, 5)), Err(Error::Checksum));
 }
 

@@ -22,12 +22,20 @@ pub enum Kind {
     Telemetry,
     /// [`Membership`](super::Membership).
     Membership,
+    /// [`MissionMessage`](super::MissionMessage).
+    Mission,
 }
 
 impl Kind {
     /// All kinds.
-    pub const ALL: [Self; 5] =
-        [Self::Beacon, Self::Report, Self::Command, Self::Telemetry, Self::Membership];
+    pub const ALL: [Self; 6] = [
+        Self::Beacon,
+        Self::Report,
+        Self::Command,
+        Self::Telemetry,
+        Self::Membership,
+        Self::Mission,
+    ];
 
     const fn code(self) -> u8 {
         match self {
@@ -36,6 +44,7 @@ impl Kind {
             Self::Command => 3,
             Self::Telemetry => 4,
             Self::Membership => 5,
+            Self::Mission => 6,
         }
     }
 
@@ -46,6 +55,7 @@ impl Kind {
             3 => Some(Self::Command),
             4 => Some(Self::Telemetry),
             5 => Some(Self::Membership),
+            6 => Some(Self::Mission),
             _ => None,
         }
     }
@@ -189,7 +199,7 @@ impl Counter {
 ///
 /// | byte | type | field | what | unit |
 /// |---|---|---|---|---|
-/// | 0 | bits 0–3 | `kind` | 1 beacon, 2 report, 3 command, 4 telemetry, 5 membership | |
+/// | 0 | bits 0–3 | `kind` | 1 beacon, 2 report, 3 command, 4 telemetry, 5 membership, 6 mission | |
 /// | 0 | bits 4–7 | `version` | 4 | |
 /// | 1 | bits 0–3 | `from` | the sender, 0 the head to 15 | |
 /// | 1 | bit 4 | `wave` | 0 outward, 1 inward | |

@@ -6,10 +6,10 @@ use crate::messages::Numbers;
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::{Config, RngSeed, TestRunner};
-use units::{Branch, Course, LinkSum, NodeId, Order, Phase, Role, Signpost};
+use units::{Branch, Course, LinkSum, MissionKind, NodeId, Order, Payload, Phase, Role, Signpost};
 use wire::p2p::{
     Beacon, Capsule, Commands, Counter, Epoch, HEADER, Header, Heard, Kind, MAX_BODY, Membership,
-    Message, PORT, Report, TAG, Telemetry, Wave,
+    Message, MissionMessage, PORT, Report, TAG, Telemetry, Wave,
 };
 use wire::syslink::MAX_P2P;
 
@@ -63,7 +63,7 @@ impl Row {
                 let (from, to) = bits.split_once('–').ok_or("bits from where to where?")?;
                 (number(from)?, number(to)? + 1)
             }
-            Some(("0 to 24", "bytes")) => (0, 8 * (length - byte)),
+            Some(("0 to 24" | "0 to 43", "bytes")) => (0, 8 * (length - byte)),
             Some((count, "bytes")) => (0, 8 * number(&count.replace('N', &letters.to_string()))?),
             None => (0, number(kind.get(1..).unwrap_or_default())?),
             _ => return Err(format!("what is a {kind}?")),
@@ -206,6 +206,7 @@ fn of_header(header: &Header) -> Fields {
         Kind::Command => "command",
         Kind::Telemetry => "telemetry",
         Kind::Membership => "membership",
+        Kind::Mission => "mission",
     };
     let wave = match header.wave {
         Wave::Outward => "outward",
@@ -356,6 +357,13 @@ fn of_membership(membership: &Membership) -> Fields {
     }
 }
 
+fn of_mission(message: &MissionMessage) -> Fields {
+    vec![
+        ("mission", Called(message.mission.name())),
+        ("payload", Bytes(message.payload.as_bytes().to_vec())),
+    ]
+}
+
 /// A message's bytes and what they say; and the `N` of the table.
 type Sample = (usize, Vec<u8>, Fields);
 
@@ -445,6 +453,14 @@ fn tables() -> Vec<(&'static str, &'static str, &'static str, Vec<Sample>)> {
             "enum Membership",
             samples(messages::memberships(NUMBERS), |membership| {
                 (0, body(&Message::Membership(*membership)), of_membership(membership))
+            }),
+        ),
+        (
+            "Mission",
+            include_str!("../../src/p2p/mission.rs"),
+            "struct MissionMessage",
+            samples(messages::missions(), |message| {
+                (0, body(&Message::Mission(*message)), of_mission(message))
             }),
         ),
     ]
@@ -556,6 +572,8 @@ fn the_sizes_in_the_book_are_those_of_the_code() {
     };
     let (node, counter) = (NodeId(1), Counter::new(wire::p2p::Epoch::FIRST, 0).unwrap());
     let refused = Membership::Refused { node, epoch: Epoch::FIRST };
+    let payload = Payload::new(&[0; Payload::MOST]).unwrap();
+    let full = MissionMessage { mission: MissionKind::Swarm, payload };
     let command = Capsule { node, counter, sealed: [0; 4], tag: [0; TAG] };
     let second = Some(Capsule { node: NodeId(2), ..command });
     let telemetry = Capsule { node, counter, sealed: [0; 14], tag: [0; TAG] };
@@ -576,6 +594,7 @@ fn the_sizes_in_the_book_are_those_of_the_code() {
         (4, "[telemetry](#telemetry)", Message::Telemetry(telemetry)),
         (5, "[membership](#membership), join or leave", Message::Membership(Membership::Join)),
         (5, "[membership](#membership), refused", Message::Membership(refused)),
+        (6, "[mission](#mission), full", Message::Mission(full)),
     ];
     let rows: Vec<String> = sizes
         .iter()

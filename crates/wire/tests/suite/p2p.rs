@@ -6,12 +6,12 @@ use crate::messages::Numbers::{Flying, Wild};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use units::{
-    Dbm, Duration, Instant, LinkSpan, LinkSum, Metres, MetresPerDb, MetresPerSecond, NodeId, Order,
-    Phase, Role, Signpost, Volts,
+    Dbm, Duration, Instant, LinkSpan, LinkSum, Metres, MetresPerDb, MetresPerSecond, MissionKind,
+    NodeId, Order, Payload, Phase, Role, Signpost, Volts,
 };
 use wire::p2p::{
     Beacon, Capsule, Commands, Counter, Epoch, Error, HEADER, HEARD, Header, Heard, Kind, MAX_BODY,
-    Membership, Message, ORDER, Report, STAMP_US, TAG, TELEMETRY, Telemetry, Wave,
+    Membership, Message, MissionMessage, ORDER, Report, STAMP_US, TAG, TELEMETRY, Telemetry, Wave,
 };
 
 fn seeded() -> ProptestConfig {
@@ -129,6 +129,13 @@ fn the_bytes_are_those_of_the_tables() {
         (Message::Membership(Membership::Join), vec![1]),
         (Message::Membership(Membership::Leave), vec![2]),
         (Message::Membership(REFUSED), vec![3, 9, 1, 0, 0]),
+        (
+            Message::Mission(MissionMessage {
+                mission: MissionKind::Swarm,
+                payload: Payload::new(&[7, 0, 9]).unwrap(),
+            }),
+            vec![1, 7, 0, 9],
+        ),
     ];
     for (message, bytes) in table {
         assert_eq!(encoded(&message), bytes, "{message:?}");
@@ -330,6 +337,7 @@ proptest! {
             let may_be = match message.kind() {
                 Kind::Report => length.is_multiple_of(5) || length % 5 == 4,
                 Kind::Command => [19, 38].contains(&length),
+                Kind::Mission => (1..=MAX_BODY).contains(&length),
                 _ => false,
             };
             if length == bytes.len() || may_be {
@@ -526,7 +534,7 @@ fn what_is_no_message_says_why() {
         ("nothing", vec![], Error::Length(0)),
         ("a later version of another length", vec![0x52], Error::Version(5)),
         ("the version before", vec![0x32], Error::Version(3)),
-        ("no such kind", vec![0x46], Error::Kind(6)),
+        ("no such kind", vec![0x47], Error::Kind(7)),
         ("nor that", vec![0x40], Error::Kind(0)),
         ("short", vec![0x41, 0, 0, 0, 0, 1, 0], Error::Length(7)),
         ("never switched on", vec![0x41, 0, 0, 0, 0, 0, 0, 0], Error::Reserved),

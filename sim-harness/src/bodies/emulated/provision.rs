@@ -58,6 +58,7 @@ fn settings(scenario: &Scenario, node: NodeId, role: Role) -> Settings {
             launch: changed(agent.launch.limit, default.launch.limit),
             retreat: changed(agent.retreat.limit, default.retreat.limit),
         },
+        mission: scenario.mission,
         ..Settings::DEFAULT
     }
 }

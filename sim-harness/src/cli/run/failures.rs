@@ -38,6 +38,7 @@ pub(super) fn failures(scenario: &Scenario, trace: &Trace, metrics: &RunMetrics)
                 LandReason::TakeOffFailed => Some("landed because it never reached its height"),
                 LandReason::Unfit(_) => Some("was brought down by a fault"),
                 LandReason::Restarted => Some("restarted by itself and stays down"),
+                LandReason::PositionLost => Some("landed because it did not know its position"),
                 LandReason::Ordered
                 | LandReason::Perched
                 | LandReason::Home

@@ -7,7 +7,7 @@ use storage::keys::{KeysRecord, Secret};
 use storage::ledger::Ledger;
 use storage::settings::{Limits, Radio, Settings, Trim};
 use storage::{Record, Slots};
-use units::{Dbm, Metres, NodeId, PolicyCode, Radians, Role};
+use units::{Dbm, Metres, MissionKind, NodeId, PolicyCode, Radians, Role};
 use wire::radio::{Address, Channel, Datarate, TxPower};
 
 pub(crate) fn seeded(cases: u32) -> ProptestConfig {
@@ -131,8 +131,10 @@ pub(crate) fn settings() -> impl Strategy<Value = Settings> {
     let limit = || prop::option::of((-96.0f32..=-20.0).prop_map(Dbm));
     let limits = (limit(), limit()).prop_map(|(launch, retreat)| Limits { launch, retreat });
     let policy = any::<u8>().prop_map(PolicyCode::new);
-    (any::<u8>(), role, radio, trim, height, limits, policy).prop_map(
-        |(node, role, radio, trim, height, limits, policy)| Settings {
+    let mission = prop::sample::select(&MissionKind::ALL[..]);
+    (any::<u8>(), role, radio, trim, height, limits, policy, mission).prop_map(
+        |(node, role, radio, trim, height, limits, policy, mission)| Settings {
+            mission,
             node: NodeId(node),
             role,
             radio,

@@ -3,12 +3,12 @@
 
 use proptest::prelude::*;
 use units::{
-    Branch, Course, Dbm, Duration, LinkSpan, LinkSum, Metres, MetresPerDb, MetresPerSecond, NodeId,
-    Order, Phase, Role, SIGNPOSTS, Signpost, Volts,
+    Branch, Course, Dbm, Duration, LinkSpan, LinkSum, Metres, MetresPerDb, MetresPerSecond,
+    MissionKind, NodeId, Order, Payload, Phase, Role, SIGNPOSTS, Signpost, Volts,
 };
 use wire::p2p::{
     Beacon, Capsule, Commands, Counter, Epoch, HEARD, Header, Heard, Kind, Membership, Message,
-    REUSE, Report, TAG, Telemetry, Wave,
+    MissionMessage, REUSE, Report, TAG, Telemetry, Wave,
 };
 
 /// A report of which nothing is worth saying.
@@ -222,6 +222,13 @@ pub fn memberships(numbers: Numbers) -> impl Strategy<Value = Membership> {
     ]
 }
 
+pub fn missions() -> impl Strategy<Value = MissionMessage> {
+    let payload = proptest::collection::vec(any::<u8>(), 0..=Payload::MOST);
+    (proptest::sample::select(&MissionKind::ALL[..]), payload).prop_map(|(mission, bytes)| {
+        MissionMessage { mission, payload: Payload::new(&bytes).unwrap() }
+    })
+}
+
 pub fn messages(numbers: Numbers) -> impl Strategy<Value = Message> {
     prop_oneof![
         beacons(numbers).prop_map(Message::Beacon),
@@ -229,6 +236,7 @@ pub fn messages(numbers: Numbers) -> impl Strategy<Value = Message> {
         commands(numbers).prop_map(Message::Command),
         capsules(numbers).prop_map(Message::Telemetry),
         memberships(numbers).prop_map(Message::Membership),
+        missions().prop_map(Message::Mission),
     ]
 }
 
