@@ -358,10 +358,12 @@ fn of_membership(membership: &Membership) -> Fields {
 }
 
 fn of_mission(message: &MissionMessage) -> Fields {
-    vec![
-        ("mission", Called(message.mission.name())),
-        ("payload", Bytes(message.payload.as_bytes().to_vec())),
-    ]
+    let mut fields = vec![("mission", Called(message.mission.name()))];
+    let payload = message.payload.as_bytes();
+    if !payload.is_empty() {
+        fields.push(("payload", Bytes(payload.to_vec())));
+    }
+    fields
 }
 
 /// A message's bytes and what they say; and the `N` of the table.
