@@ -26,7 +26,7 @@ pub trait Ground {
     fn frame(&self) -> &Frame;
     /// What is known of a cell.
     fn state(&self, cell: Cell) -> CellState;
-    /// Takes in a ray of a sensor, as [`GridMap::trace`].
+    /// Takes in a ray of a sensor, as [`GridMap::trace`], from where the robot is.
     fn trace(&mut self, from: Point2, to: Point2, end: RayEnd);
     /// Sets what is known of a cell, as [`GridMap::set`].
     fn set(&mut self, cell: Cell, state: CellState);
@@ -90,9 +90,11 @@ pub struct Atlas<const BYTES: usize, const PAIRS: usize, const POOL: usize, cons
     map: GridMap<BYTES>,
     planner: Planner<PAIRS, POOL>,
     near_wall: CellSet<BITS>,
+    /// Where the robot has been, which leads it out of where it got in before it saw the walls.
+    trail: CellSet<BITS>,
 }
 
-/// The ground of a drone: up to 160 by 160 cells, 43 kB.
+/// The ground of a drone: up to 160 by 160 cells, 46 kB.
 pub type Atlas160 = Atlas<6_400, 12_800, 2_560, 3_200>;
 /// Up to 256 by 256 cells.
 pub type Atlas256 = Atlas<16_384, 32_768, 4_096, 8_192>;
@@ -112,7 +114,8 @@ impl<const BYTES: usize, const PAIRS: usize, const POOL: usize, const BITS: usiz
         const { assert!(PAIRS >= 2 * BYTES && 2 * BITS >= BYTES, "each cell has its place") };
         match GridMap::new(frame) {
             Ok(map) => {
-                Ok(Self { map, planner: Planner::new(), near_wall: CellSet { bits: [0; BITS] } })
+                let (planner, near_wall, trail) = (Planner::new(), CellSet::EMPTY, CellSet::EMPTY);
+                Ok(Self { map, planner, near_wall, trail })
             }
             Err(error) => Err(error),
         }
@@ -138,6 +141,12 @@ impl<const BYTES: usize, const PAIRS: usize, const POOL: usize, const BITS: usiz
 
     fn trace(&mut self, from: Point2, to: Point2, end: RayEnd) {
         self.map.trace(from, to, end);
+        let frame = *self.map.frame();
+        if let Some(cell) = frame.cell_at(from).filter(|&cell| !self.trail.contains(&frame, cell)) {
+            // A step to a corner takes both cells beside it.
+            self.trail.insert(&frame, cell);
+            frame.sides(cell).for_each(|side| self.trail.insert(&frame, side));
+        }
     }
 
     fn set(&mut self, cell: Cell, state: CellState) {
@@ -157,7 +166,7 @@ impl<const BYTES: usize, const PAIRS: usize, const POOL: usize, const BITS: usiz
         from: Point2,
         mut visit: impl FnMut(&Self::Map, Visit) -> ControlFlow<()>,
     ) {
-        let Self { map, planner, near_wall } = self;
+        let Self { map, planner, near_wall, trail } = self;
         let frame = *map.frame();
         let Some(start) = frame.cell_at(from) else { return };
         near_wall.mark_around_obstacles(map);
@@ -165,7 +174,12 @@ impl<const BYTES: usize, const PAIRS: usize, const POOL: usize, const BITS: usiz
             let off = cell.column.abs_diff(start.column).max(cell.row.abs_diff(start.row));
             match map.state(cell) {
                 CellState::Occupied => None,
-                _ if near_wall.contains(&frame, cell) && off > LEAVING => None,
+                _ if near_wall.contains(&frame, cell)
+                    && off > LEAVING
+                    && !trail.contains(&frame, cell) =>
+                {
+                    None
+                }
                 CellState::Unknown => Some(UNKNOWN_FACTOR),
                 CellState::Free => Some(1),
             }
@@ -191,6 +205,8 @@ struct CellSet<const BITS: usize> {
 }
 
 impl<const BITS: usize> CellSet<BITS> {
+    const EMPTY: Self = Self { bits: [0; BITS] };
+
     fn mark_around_obstacles<const BYTES: usize>(&mut self, map: &GridMap<BYTES>) {
         self.bits = [0; BITS];
         let frame = map.frame();

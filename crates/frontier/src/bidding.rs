@@ -13,6 +13,7 @@ use crate::cluster::RobotSet;
 use crate::explorer::{Explorer, MOST_TARGETS, Outputs, State, is_due};
 use crate::flight::{Gaze, first_turn};
 use crate::packet::{Activity, Bid, Body, MOST_BIDS, Task};
+use crate::rule::Facing;
 use crate::tile::{Gain, Tile};
 
 /// A robot that has bid for so long without an order chooses for itself.
@@ -158,15 +159,17 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         bids
     }
 
-    /// The length of a way, and of the way that the robot would fly in the time of the turn at its
-    /// beginning.
+    /// The length of a way, with the way that the robot would fly in the time of the turn at its
+    /// beginning: the robot turns before it flies, or meanwhile.
     fn distance(&self, pose: Pose2, end: Visit) -> Metres {
         let limits = self.config.limits;
-        let turn = match limits.gaze {
-            Gaze::Ahead => first_turn(&self.ground, pose, end.cell) * limits.speed / limits.turn,
-            Gaze::Around => 0.0,
-        };
-        Metres(length(end.cost, self.ground.frame()).0 + turn)
+        let way = length(end.cost, self.ground.frame()).0;
+        let turn = || first_turn(&self.ground, pose, end.cell) * limits.speed / limits.turn;
+        Metres(match (limits.gaze, self.config.rule.facing) {
+            (Gaze::Ahead, Facing::Way) => way + turn(),
+            (Gaze::Ahead, Facing::Goal) => way.max(turn()),
+            (Gaze::Around, _) => way,
+        })
     }
 }
 

@@ -12,7 +12,7 @@ use crate::flight::{Limits, Motion, Progress, fly, look};
 use crate::lead::Leader;
 use crate::ledger::Ledger;
 use crate::packet::{Activity, Body, MOST_BYTES, MOST_ORDERS, Order, Packet, Status, Task};
-use crate::rule::{Distance, Overlap, Rule};
+use crate::rule::{Distance, Facing, Overlap, Rule};
 use crate::team::Team;
 use crate::tile::{Gain, Mark, Tile};
 
@@ -355,7 +355,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         }
         let Some(end) = goal.end else { return self.give_up(now, goal.tile) };
         let limits = self.config.limits;
-        let mut progress = fly(&self.ground, pose, end, limits);
+        let mut progress = fly(&self.ground, pose, (end, goal.tile), limits, rule.facing);
         if progress == Progress::Arrived {
             progress = look(&self.ground, pose, goal.tile, limits);
         }
@@ -379,16 +379,21 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         }
     }
 
-    /// Flies on to where the last goal was seen from, until there is another.
+    /// Flies on to where the last goal was seen from, until there is another, and looks around there.
     fn fly_on(&mut self, pose: Pose2) -> Motion {
-        let is_waiting = matches!(self.state, State::Waiting { .. });
-        let Some(end) = self.coast.filter(|_| is_waiting) else { return Motion::default() };
-        match fly(&self.ground, pose, end, self.config.limits) {
-            Progress::Flying(motion) => motion,
-            Progress::Arrived | Progress::Blocked => {
-                self.coast = None;
-                Motion::default()
+        let Config { limits, rule, .. } = self.config;
+        if !matches!(self.state, State::Waiting { .. }) {
+            return Motion::default();
+        }
+        if let Some(end) = self.coast {
+            match fly(&self.ground, pose, (end, self.last_goal), limits, rule.facing) {
+                Progress::Flying(motion) => return motion,
+                Progress::Arrived | Progress::Blocked => self.coast = None,
             }
+        }
+        match rule.facing {
+            Facing::Way => Motion::default(),
+            Facing::Goal => Motion { velocity: [0.0; 2], yaw_rate: limits.turn },
         }
     }
 

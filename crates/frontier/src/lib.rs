@@ -39,5 +39,7 @@ pub use packet::{
     Activity, Bid, Body, Changes, Known, MOST_BIDS, MOST_BYTES, MOST_CHANGES, MOST_KNOWN,
     MOST_ORDERS, Order, Packet, PacketError, Status, Task,
 };
-pub use rule::{Distance, Order as RobotOrder, Overlap, Pace, RULES, Rule, RuleEntry, Utility};
+pub use rule::{
+    Distance, Facing, Order as RobotOrder, Overlap, Pace, RULES, Rule, RuleEntry, Utility,
+};
 pub use tile::{Gain, Mark, Tile};

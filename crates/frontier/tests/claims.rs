@@ -2,7 +2,7 @@
 
 use frontier::{
     Assignment, Atlas160, Changes, Distances, Gain, Ground, MOST_BYTES, Mark, Packet, PacketError,
-    Place, RULES, RobotSet, Rule, RuleEntry, Shape, Tile, assign, cluster, frontiers,
+    Place, RULES, RobotSet, Rule, RuleEntry, Shape, Tile, Utility, assign, cluster, frontiers,
     is_overlapped,
 };
 use grid_map::{Cell, CellState, Frame};
@@ -93,6 +93,8 @@ fn the_bytes_of_changes() {
     assert_eq!(Packet::decode(&[0xC2, 3, 7, 1, 0, 0, 0x20]), Err(PacketError::Code));
 }
 
+const LAMBDA: f32 = 0.2;
+
 /// The greedy rule, by comparing all pairs anew for each robot.
 fn assigned_slowly(rule: &Rule, robots: &[[f32; 2]], places: &[Place]) -> Vec<Assignment> {
     let (mut places, mut done) = (places.to_vec(), Vec::new());
@@ -102,7 +104,7 @@ fn assigned_slowly(rule: &Rule, robots: &[[f32; 2]], places: &[Place]) -> Vec<As
             let is_done = done.iter().any(|one: &Assignment| one.robot == robot);
             for (n, place) in places.iter().enumerate().filter(|(_, place)| place.gain >= 0.0) {
                 let way = Point2::new(*x, *y).distance(place.position).0;
-                let utility = place.gain * libm::expf(-0.2 * way);
+                let utility = place.gain * libm::expf(-LAMBDA * way);
                 if !is_done && best.is_none_or(|(most, _)| utility > most) {
                     best = Some((utility, Assignment { robot, place: n }));
                 }
@@ -140,7 +142,8 @@ proptest! {
         robots in prop::collection::vec([-9.0_f32..9.0, -9.0_f32..9.0], 1..=6),
     ) {
         let places: Vec<_> = places.iter().map(|&(x, y, gain)| place([x, y], gain)).collect();
-        let rule = rule("ours");
+        let utility = Utility::Exponential { lambda: LAMBDA, crowd: false };
+        let rule = Rule { utility, ..rule("ours") };
         prop_assert_eq!(assigned(&rule, &robots, &places), assigned_slowly(&rule, &robots, &places));
     }
 

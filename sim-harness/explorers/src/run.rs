@@ -11,7 +11,7 @@ use units::{Instant, Point2, Pose2, Radians};
 
 use crate::air::{Air, uniform};
 use crate::robot::Robot;
-use crate::world::World;
+use crate::world::{REACH, World};
 
 /// The most robots of a run.
 pub const ROBOTS: usize = 8;
@@ -22,7 +22,7 @@ const STEPS_PER_SECOND: u64 = 5;
 /// The part of the visible cells that counts as explored.
 const DONE: f32 = 0.99;
 /// Fastest flight and turn (thesis, table 3.1).
-pub const LIMITS: Limits = Limits { speed: 0.3, turn: 0.3, gaze: Gaze::Ahead };
+pub const LIMITS: Limits = Limits { speed: 0.3, turn: 0.3, reach: REACH.0, gaze: Gaze::Ahead };
 /// The spread of starts about those of the world (m).
 const SPREAD: f32 = 0.4;
 

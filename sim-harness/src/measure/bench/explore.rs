@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use explorers::{Air, Outcome, Setup, World};
-use frontier::{Distance, Overlap, Pace, RULES, RobotOrder, Rule, RuleEntry, Utility};
+use frontier::{Distance, Facing, Overlap, Pace, RULES, RobotOrder, Rule, RuleEntry, Utility};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use units::Duration;
@@ -48,6 +48,7 @@ pub fn ablation() -> Vec<Named> {
         ("overlap by points", Rule { overlap: thesis.overlap, ..ours }),
         ("gain not weighed", Rule { utility: Utility::Nearest, ..ours }),
         ("no discount", Rule { discount: None, ..ours }),
+        ("nose first", Rule { facing: Facing::Way, ..ours }),
         ("goals kept to the end", Rule { ends_when_seen: false, ..ours }),
         ("no reachability", Rule { reachability: false, blacklist: Duration::ZERO, ..ours }),
         ("stop not confirmed", Rule { confirmed_stop: false, ..ours }),
