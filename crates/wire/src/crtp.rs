@@ -3,7 +3,7 @@
 //! A [`Packet`] is a header of one byte, port and channel, and at most [`MAX_DATA`] bytes. A packet
 //! from a client is a [`Request`], a packet to it a [`Reply`]. Layouts and numbers are those of
 //! protocol version [`PROTOCOL_VERSION`] (crazyflie-firmware, `log.c`, `param_logic.c`,
-//! `crtp_mem.c`, `crtp_supervisor.c`, `crtp_commander_generic.c`; cflib 0.1.34,
+//! `crtp_mem.c`, `crtp_supervisor.c`, `crtp_localization_service.c`, `crtp_commander_generic.c`; cflib 0.1.34,
 //! `cflib/crazyflie/*.py`).
 //!
 //! | port | [`Port`] | channels |
@@ -13,7 +13,7 @@
 //! | 3 | set-point of roll, pitch, yaw rate and thrust | 0 |
 //! | 4 | memories | 0 information, 1 read, 2 write |
 //! | 5 | log | 0 table, 1 control, 2 data, from the drone |
-//! | 6 | localisation | 1 the emergency stop of old clients |
+//! | 6 | localisation | 0 position, 1 poses, and the emergency stop of old clients, 2 positions of several drones |
 //! | 7 | set-points | 0 set-point, 1 notice that they end |
 //! | 8 | high-level commands | 0 |
 //! | 9 | supervisor | 0 questions, 1 commands |
@@ -24,6 +24,7 @@ mod commander;
 mod log;
 mod packet;
 mod param;
+mod position;
 mod reply;
 mod request;
 mod value;
@@ -32,6 +33,7 @@ pub use commander::{HighLevel, Rpyt, Setpoint};
 pub use log::{Entries, Entry, LogRequest};
 pub use packet::{MAX_DATA, MAX_PACKET, Packet, Port};
 pub use param::ParamRequest;
+pub use position::{Fix, PackedPositions, Positions};
 pub use reply::{Errno, LogData, Reply};
 pub use request::{
     LinkRequest, MemoryRequest, PlatformRequest, Request, SupervisorCommand, SupervisorQuestion,

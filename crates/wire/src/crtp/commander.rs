@@ -218,7 +218,7 @@ impl HighLevel {
 }
 
 /// The first `N` numbers of `data`, if all of them are finite and within [`MOST`].
-fn numbers<const N: usize>(data: &[u8]) -> Result<[f32; N], Error> {
+pub(super) fn numbers<const N: usize>(data: &[u8]) -> Result<[f32; N], Error> {
     let mut numbers = [0.0; N];
     let (words, _) = data.as_chunks::<4>();
     if words.len() < N {

@@ -1,6 +1,8 @@
 //! Packets from a client to a drone.
 
-use super::{Error, HighLevel, LogRequest, Packet, ParamRequest, Port, Rpyt, Setpoint};
+use super::{
+    Error, HighLevel, LogRequest, Packet, ParamRequest, Port, Positions, Rpyt, Setpoint,
+};
 
 /// A request of a client.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,6 +31,8 @@ pub enum Request<'a> {
     /// A command to the supervisor from a client that is older than the supervisor's port. The
     /// answer to it is the client's own packet.
     OldCommand(SupervisorCommand),
+    /// Positions from an external positioning system.
+    Positions(Positions<'a>),
     /// A question or a command about the drone itself.
     Platform(PlatformRequest<'a>),
     /// A request to the link service.
@@ -130,7 +134,7 @@ impl<'a> Request<'a> {
             Port::Setpoint if channel == 1 => Self::setpoints_end(data),
             Port::HighLevel if channel == 0 => HighLevel::parse(data).map(Self::HighLevel),
             Port::Supervisor => Self::supervisor(channel, data),
-            Port::Localization if channel == 1 => Self::localization(data),
+            Port::Localization => Self::localization(channel, data),
             Port::Platform => Self::platform(channel, data),
             Port::Link => Ok(match channel {
                 0 => Self::Link(LinkRequest::Echo(data)),
@@ -167,12 +171,11 @@ impl<'a> Request<'a> {
         }
     }
 
-    fn localization(data: &[u8]) -> Result<Self, Error> {
-        match data {
-            [] => Err(Error::Length(0)),
-            [3, ..] => Ok(Self::OldCommand(SupervisorCommand::EmergencyStop)),
-            [4, ..] => Ok(Self::OldCommand(SupervisorCommand::EmergencyStopWatchdog)),
-            [command, ..] => Err(Error::Command(*command)),
+    fn localization(channel: u8, data: &'a [u8]) -> Result<Self, Error> {
+        match (channel, data) {
+            (1, [3, ..]) => Ok(Self::OldCommand(SupervisorCommand::EmergencyStop)),
+            (1, [4, ..]) => Ok(Self::OldCommand(SupervisorCommand::EmergencyStopWatchdog)),
+            (channel, data) => Positions::parse(channel, data).map(Self::Positions),
         }
     }
 
@@ -214,6 +217,7 @@ impl<'a> Request<'a> {
             Self::Supervisor(SupervisorQuestion::All) => on(Port::Supervisor, 0).with(&[12]),
             Self::Command(command) => command.packet(),
             Self::OldCommand(command) => command.old_packet(),
+            Self::Positions(positions) => positions.packet(),
             Self::Platform(request) => request.packet(),
             Self::Link(LinkRequest::Echo(data)) => on(Port::Link, 0).with(data),
             Self::Link(LinkRequest::Source) => on(Port::Link, 1).with(&[0]),
