@@ -42,6 +42,7 @@ pub(super) fn failures(scenario: &Scenario, trace: &Trace, metrics: &RunMetrics)
                 LandReason::Ordered
                 | LandReason::Perched
                 | LandReason::Home
+                | LandReason::Done
                 | LandReason::Retired => None,
             },
             State::OnMission(Duty::Chain(ChainDuty::Reconnecting { .. })) => {
