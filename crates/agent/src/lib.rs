@@ -306,7 +306,7 @@ impl Agent {
                 (forward, Setpoint::Fly { forward, lateral, yaw_rate, height }, walls)
             }
             Wish::Over { east, north, yaw, yaw_rate, height } => {
-                let (sin, cos) = libm::sincosf(yaw.0);
+                let (sin, cos) = yaw.sin_cos();
                 let forward = east * cos + north * sin;
                 let lateral = north * cos - east * sin;
                 (forward, Setpoint::Fly { forward, lateral, yaw_rate, height }, Walls::Neither)

@@ -114,12 +114,11 @@ impl Swarm {
         // A beam of the diagonals then looks along the passage, and two look at its walls.
         let wanted = libm::atan2f(passage.way.y, passage.way.x) - FRAC_PI_4;
         let turn = config.swarm.turn_gain * within_half_a_turn(wanted - pose.yaw.0);
-        let most = config.swarm.turn_limit.0;
         Wish::Over {
             east: along(pose.at.x, goal.x),
             north: along(pose.at.y, goal.y),
             yaw: pose.yaw,
-            yaw_rate: RadiansPerSecond(turn.clamp(-most, most)),
+            yaw_rate: RadiansPerSecond(turn).limited_to(config.swarm.turn_limit),
             height,
         }
     }

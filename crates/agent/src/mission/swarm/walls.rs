@@ -6,7 +6,7 @@
 use core::f32::consts::FRAC_PI_4;
 
 use tunnel_nav::{Diagonals, Range};
-use units::{Duration, Instant, Metres, Point2, Pose2};
+use units::{Duration, Instant, Metres, Point2, Pose2, Radians};
 use virtual_forces::Obstacles;
 
 /// The hits of a beam that are kept.
@@ -51,7 +51,7 @@ impl Walls {
         let turned = [(nw, 1.0), (ne, -1.0), (sw, 3.0), (se, -3.0)];
         for (hits, (range, eighths)) in self.beams.iter_mut().zip(turned) {
             let Range::At(distance) = range else { continue };
-            let (sin, cos) = libm::sincosf(pose.yaw.0 + eighths * FRAC_PI_4);
+            let (sin, cos) = Radians(pose.yaw.0 + eighths * FRAC_PI_4).sin_cos();
             let at = Point2::new(pose.at.x + distance.0 * cos, pose.at.y + distance.0 * sin);
             if distance > FAR || is_drone(at) {
                 continue;
