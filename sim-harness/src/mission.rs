@@ -72,7 +72,7 @@ use parts::Stopwatch;
 pub use recorded::{RecordedChannel, Residual};
 pub(crate) use sections::{
     AgentTables, DronesTable, LaunchTable, LossTable, MOST_DRONES, PilotTable, PolicyTable,
-    RetreatTable,
+    RetreatTable, SwarmTable,
 };
 pub use sections::{Drones, Loss, LossKind, PilotStep, Start};
 use strengths::Strengths;

@@ -110,7 +110,11 @@ fn of_state(state: State) -> Frame {
         State::Perched => FLASH_4,
         State::TakingOff { .. } | State::Rising { .. } => FAST,
         State::Landing { .. } => SLOW,
-        State::OnMission(Duty::Swarm(SwarmDuty::Hovering { .. })) => GAP_3,
+        State::OnMission(Duty::Swarm(duty)) => match duty {
+            SwarmDuty::Surveying => GAP_1,
+            SwarmDuty::Gathering | SwarmDuty::Crossing => GAP_2,
+            SwarmDuty::Hovering { .. } => GAP_3,
+        },
         State::OnMission(Duty::Chain(duty)) => match duty {
             ChainDuty::Leading { .. } => GAP_1,
             ChainDuty::Relaying { .. } | ChainDuty::Searching { .. } | ChainDuty::Retiring => GAP_2,

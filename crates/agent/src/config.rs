@@ -2,6 +2,7 @@
 
 use core::fmt;
 
+use crate::SwarmConfig;
 use chain::astray::AstrayConfig;
 use chain::launch::LaunchConfig;
 use chain::perching::PerchConfig;
@@ -34,6 +35,8 @@ pub struct AgentConfig {
     pub nav: NavConfig,
     /// Heights, speeds and time limits of a flight.
     pub flight: FlightConfig,
+    /// The plan of a swarm, and the rules by which it flies.
+    pub swarm: SwarmConfig,
 }
 
 impl AgentConfig {
@@ -48,6 +51,7 @@ impl AgentConfig {
         perch: PerchConfig::DEFAULT,
         nav: NavConfig::DEFAULT,
         flight: FlightConfig::DEFAULT,
+        swarm: SwarmConfig::DEFAULT,
     };
 
     /// The same with other limits for links; `None` leaves one as it is.

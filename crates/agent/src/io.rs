@@ -6,7 +6,7 @@ use chain::report::Report;
 use flight::Cause;
 use tunnel_nav::{Diagonals, Walls};
 use units::{
-    Dbm, Duration, Instant, Metres, MetresPerSecond, NodeId, Order, Payload, Phase, Radians,
+    Dbm, Duration, Instant, Metres, MetresPerSecond, NodeId, Order, Payload, Phase, Pose2, Radians,
     Setpoint,
 };
 
@@ -20,6 +20,15 @@ pub struct BodyVelocity {
     pub forward: MetresPerSecond,
     /// The velocity along y.
     pub lateral: MetresPerSecond,
+}
+
+/// Where a drone is in the world, by a positioning system.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Located {
+    /// The place and the direction of the nose.
+    pub pose: Pose2,
+    /// The standard deviation of the place along each axis.
+    pub deviation: Metres,
 }
 
 /// A message of the mission from another of its drones.
@@ -47,6 +56,8 @@ pub struct Inputs<'a> {
     pub heading: Option<Radians>,
     /// Height over ground; `None` while it is not measured.
     pub height: Option<Metres>,
+    /// Where the drone is in the world; `None` while no positioning system says it.
+    pub located: Option<Located>,
     /// Reports received, in order of arrival.
     pub heard: &'a [Heard],
     /// Messages of the mission that were received, in order of arrival.

@@ -49,10 +49,10 @@ mod odometry;
 mod state;
 
 pub use config::{AgentConfig, ConfigError, FlightConfig};
-pub use io::{BodyVelocity, Fitness, Inputs, LinkView, Outputs, Status, Told};
+pub use io::{BodyVelocity, Fitness, Inputs, LinkView, Located, Outputs, Status, Told};
 pub use mission::Duty;
 pub use mission::chain::ChainDuty;
-pub use mission::swarm::SwarmDuty;
+pub use mission::swarm::{SwarmConfig, SwarmDuty};
 pub use odometry::{Reckoning, odometer_deviation};
 pub use state::{LandReason, State};
 
@@ -203,7 +203,7 @@ impl Agent {
             false => along_tunnel(inputs.velocity, is_airborne).unwrap_or(MetresPerSecond::ZERO),
         };
         let round = self.round(now);
-        self.mission.listen(config, &round, dt, velocity, inputs.heard, inputs.told);
+        self.mission.listen(config, &round, dt, velocity, inputs);
         self.recalled |= inputs.heard.iter().any(|heard| heard.report.recall);
         if let Some(task) = inputs.order {
             self.heeded = Some(Heeded { task, at: now });
@@ -306,7 +306,7 @@ impl Agent {
                 (forward, Setpoint::Fly { forward, lateral, yaw_rate, height }, walls)
             }
             Wish::Over { east, north, yaw, yaw_rate, height } => {
-                let (sin, cos) = libm::sincosf(yaw.0);
+                let (sin, cos) = yaw.sin_cos();
                 let forward = east * cos + north * sin;
                 let lateral = north * cos - east * sin;
                 (forward, Setpoint::Fly { forward, lateral, yaw_rate, height }, Walls::Neither)

@@ -10,14 +10,13 @@ pub(crate) mod swarm;
 use core::ops::ControlFlow;
 
 use ::chain::filter::LinkEstimate;
-use ::chain::neighbours::Heard;
 use tunnel_nav::Guide;
 use units::{
     Duration, Instant, LinkSpan, LinkSum, Metres, MetresPerSecond, MissionKind, NodeId, Order,
     Payload, Phase, Radians, RadiansPerSecond, Role, Signpost,
 };
 
-use crate::{AgentConfig, LandReason, LinkView, Reckoning, Told};
+use crate::{AgentConfig, Inputs, LandReason, LinkView, Reckoning};
 use chain::{Chain, ChainDuty};
 use swarm::{Swarm, SwarmDuty};
 
@@ -209,19 +208,18 @@ impl Mission {
         }
     }
 
-    /// Takes in motion and reports.
+    /// Takes in what was sensed and heard.
     pub(crate) fn listen(
         &mut self,
         config: &AgentConfig,
         round: &Round,
         dt: Duration,
         velocity: MetresPerSecond,
-        heard: &[Heard],
-        told: &[Told],
+        inputs: &Inputs<'_>,
     ) {
         match self {
-            Self::Chain(chain) => chain.listen(config, round, dt, velocity, heard),
-            Self::Swarm(swarm) => swarm.listen(told),
+            Self::Chain(chain) => chain.listen(config, round, dt, velocity, inputs.heard),
+            Self::Swarm(swarm) => swarm.listen(config, round, inputs),
         }
     }
 
@@ -258,7 +256,7 @@ impl Mission {
                 chain.next_duty(config, round, duty).map_continue(Duty::Chain)
             }
             (Self::Swarm(swarm), Duty::Swarm(duty)) => {
-                swarm.next_duty(round, duty).map_continue(Duty::Swarm)
+                swarm.next_duty(config, round, duty).map_continue(Duty::Swarm)
             }
             // The drone was never on another mission than the one that it flies.
             (Self::Chain(_), Duty::Swarm(_)) | (Self::Swarm(_), Duty::Chain(_)) => {
@@ -275,7 +273,7 @@ impl Mission {
                 height: config.flight.height,
                 guide: chain.guide(round, duty),
             },
-            (Self::Swarm(swarm), Duty::Swarm(duty)) => swarm.wish(config, round, duty),
+            (Self::Swarm(swarm), Duty::Swarm(_)) => swarm.wish(config),
             (Self::Chain(_), Duty::Swarm(_)) | (Self::Swarm(_), Duty::Chain(_)) => Wish::Along {
                 speed: MetresPerSecond::ZERO,
                 height: config.flight.height,

@@ -169,6 +169,7 @@ mod tests {
             heading: heading.map(Radians),
             height: Some(Metres(0.3)),
             heard: &[],
+            located: None,
             told: &[],
             order: None,
             fitness: Fitness::Fit,

@@ -67,6 +67,8 @@ pub enum LandReason {
     TakeOffFailed,
     /// The base's side stayed silent over the whole of a retreat.
     LinkLost,
+    /// The mission is over, and the drone's part in it done.
+    Done,
     /// The drone did not know its position for too long, which its mission needs.
     PositionLost,
     /// The flight code brought the drone down.

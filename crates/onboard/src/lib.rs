@@ -213,6 +213,7 @@ impl<S: Seal> Drone<S> {
             velocity: sensed.velocity,
             heading: sensed.heading,
             height: sensed.height,
+            located: sensed.located,
             heard,
             told,
             order,

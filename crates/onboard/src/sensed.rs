@@ -1,6 +1,6 @@
 //! The sensor values of one round of the mission.
 
-use agent::{BodyVelocity, Fitness};
+use agent::{BodyVelocity, Fitness, Located};
 use flight::Mode;
 use tunnel_nav::{Diagonals, Range};
 use units::{Duration, Metres, Radians, Volts};
@@ -18,6 +18,8 @@ pub struct Sensed {
     pub heading: Option<Radians>,
     /// The height over ground; `None` while no sensor measures it.
     pub height: Option<Metres>,
+    /// Where the drone is in the world; `None` while no positioning system says it.
+    pub located: Option<Located>,
     /// Whether the drone is fit to take off or to go on flying.
     pub fitness: Fitness,
     /// The voltage at the battery's terminals; `None` where it is unknown.
@@ -38,6 +40,7 @@ impl Sensed {
         velocity: None,
         heading: None,
         height: None,
+        located: None,
         fitness: Fitness::Fit,
         battery: None,
         endurance: None,
@@ -62,6 +65,7 @@ impl Sensed {
             velocity: status.velocity.map(mounting::from_board),
             heading: Some(mounting::heading(status.attitude.yaw)),
             height: status.height,
+            located: None,
             fitness,
             battery: Some(status.battery.volts).filter(|volts| volts.0 > 0.0),
             endurance: status.battery.endurance,

@@ -346,6 +346,7 @@ enums! {
     LandReason {
         0 = Ordered, 1 = Home, 2 = TakeOffFailed, 3 = LinkLost, 4 = Unfit(why), 5 = Restarted,
         6 = Retired, 7 = Perched, 8 = PositionLost,
+        9 = Done,
     }
     State {
         0 = Idle,
@@ -359,7 +360,7 @@ enums! {
         8 = Rising { since },
     }
     Duty { 0 = Chain(duty), 1 = Swarm(duty) }
-    SwarmDuty { 0 = Hovering { since } }
+    SwarmDuty { 0 = Hovering { since }, 1 = Surveying, 2 = Gathering, 3 = Crossing }
     ChainDuty {
         0 = Leading { patient_until },
         1 = Relaying { patient_until },

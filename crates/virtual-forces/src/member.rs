@@ -85,6 +85,13 @@ impl<const N: usize> Member<N> {
         Self { config, plan, number, task, team: Team::new(number, plan.drones), still: 0 }
     }
 
+    /// Returns drone `number` (from 0) of a swarm, which first has to fly to its first goal.
+    #[must_use]
+    pub fn on_the_way(config: Config, plan: Plan, number: u16) -> Self {
+        let task = Task::Survey { reached: 0, underway: true };
+        Self { task, ..Self::new(config, plan, number) }
+    }
+
     /// Returns what the drone is doing.
     #[must_use]
     pub fn task(&self) -> Task {

@@ -55,7 +55,7 @@ impl Survey {
     /// more.
     #[must_use]
     pub fn goals(&self) -> u16 {
-        self.rows.div_ceil(self.drones).min(32_766) * 2
+        self.rows.div_ceil(self.drones.max(1)).min(32_766) * 2
     }
 
     /// Returns the way of one drone from its first goal to its last one, with shifted sweeps.

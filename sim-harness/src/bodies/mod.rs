@@ -12,7 +12,7 @@ pub mod craft;
 pub mod emulated;
 pub mod point;
 
-use agent::Fitness;
+use agent::{Fitness, Located};
 use onboard::{Sensed, mounting};
 use units::{Metres, Point2, Pose2, Radians, Setpoint};
 
@@ -154,6 +154,15 @@ impl Body {
         }
     }
 
+    /// The reading of the positioning system, where there is one.
+    fn locate(&self, spec: &VehicleSpec, random: &mut Stream) -> Option<Located> {
+        let deviation = spec.position_noise?;
+        let Pose2 { at, yaw } = self.pose();
+        let mut off = || deviation * random.normal();
+        let at = Point2::new(at.x + off(), at.y + off());
+        Some(Located { pose: Pose2 { at, yaw }, deviation: Metres(deviation) })
+    }
+
     /// The sensor values, `elapsed` seconds after they were last read.
     pub(crate) fn sense(
         &mut self,
@@ -162,10 +171,12 @@ impl Body {
         spec: &VehicleSpec,
         random: &mut Stream,
     ) -> Sensed {
+        let located = self.locate(spec, random);
         match self {
             Self::Point(body) => {
                 body.renew_nose();
                 Sensed {
+                    located,
                     ranges: body.read_ranges(tunnel, spec, random),
                     velocity: Some(body.read_flow(elapsed, spec, random)),
                     heading: Some(Radians(body.yaw())),
@@ -177,7 +188,8 @@ impl Body {
             }
             Self::Craft(flown) => {
                 let status = &flown.craft.outputs().status;
-                Sensed::by_board(status, &flown.craft.sides(), Metres(spec.reach))
+                let sensed = Sensed::by_board(status, &flown.craft.sides(), Metres(spec.reach));
+                Sensed { located, ..sensed }
             }
         }
     }

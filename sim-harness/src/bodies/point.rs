@@ -27,6 +27,9 @@ pub struct VehicleSpec {
     pub reach: f32,
     /// Standard deviation of one range, m.
     pub range_noise: f32,
+    /// Standard deviation along each axis of a position by a positioning system, m; `None` without
+    /// one.
+    pub position_noise: Option<f32>,
     /// The charge of the batteries of rigid bodies at switch-on, 0 to 1.
     pub charge: f32,
     /// The vibration of the propellers of rigid bodies at hover: the root mean square of the
@@ -52,6 +55,7 @@ impl VehicleSpec {
         radius: 0.08,
         reach: 2.0,
         range_noise: 0.0,
+        position_noise: None,
         charge: 1.0,
         vibration: 0.1,
         thrust: 1.0,

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use serde_json::{Map, Value, json};
 
 use crate::bodies::craft::record::FlightMetrics;
-use crate::measure::metrics::{HoldMetrics, Reference, RunMetrics, measure};
+use crate::measure::metrics::{HoldMetrics, Reference, RunMetrics, SwarmMetrics, measure};
 use crate::mission::World;
 use crate::scenario::Scenario;
 
@@ -199,6 +199,11 @@ pub fn figures(runs: &[RunMetrics]) -> Vec<Figure> {
         figure("wall_contact", fraction(runs, |r| r.wall_contacts > 0)),
         figure("drone_contact", fraction(runs, |r| r.drone_contacts > 0)),
         figure("order_lost", fraction(runs, |r| r.order_lost > 0)),
+        figure("swarm_finished", swarm(runs, |s| f32::from(u8::from(s.unfinished == 0)))),
+        figure("surveyed_s", swarm(runs, |s| s.surveyed_s)),
+        figure("gathered_s", swarm(runs, |s| s.gathered_s)),
+        figure("across_s", swarm(runs, |s| s.across_s)),
+        figure("closest_drones_m", swarm(runs, |s| s.closest_drones_m)),
         figure("max_tilt_deg", flown(runs, |f| f.max_tilt_deg)),
         figure("max_rate_dps", flown(runs, |f| f.max_rate_dps)),
         figure("velocity_error_mps", flown(runs, |f| f.velocity_error_mps)),
@@ -206,6 +211,11 @@ pub fn figures(runs: &[RunMetrics]) -> Vec<Figure> {
         figure("brought_down", flown(runs, |f| (f.ends.iter().skip(1).sum::<u32>()) as f32)),
     ];
     all.into_iter().filter(|figure| !figure.estimate.value.is_nan()).collect()
+}
+
+/// The mean of a figure that only swarms have.
+fn swarm(runs: &[RunMetrics], of: impl Fn(&SwarmMetrics) -> f32) -> Estimate {
+    mean(runs, |run| run.swarm.as_ref().map_or(f32::NAN, &of))
 }
 
 /// The mean of a figure that only rigid bodies have.

@@ -7,6 +7,7 @@ mod criteria;
 mod cruise;
 mod hold;
 mod reference;
+mod swarm;
 
 use units::{NodeId, Order, Role};
 
@@ -22,6 +23,8 @@ pub(crate) use hold::converged_at;
 pub use hold::{HoldMetrics, NoHold};
 use hold::{HoldRecord, Sample};
 pub use reference::Reference;
+pub use swarm::SwarmMetrics;
+use swarm::SwarmRecord;
 
 /// Seconds in a round.
 const ROUND_S: f32 = ROUND_US as f32 * 1e-6;
@@ -34,6 +37,8 @@ pub struct Watch<'a> {
     hold: Result<HoldRecord, NoHold>,
     cruise: Option<CruiseRecord>,
     exploration: Exploration,
+    /// The record of a swarm, which is no chain: it has none of the other samples.
+    swarm: Option<SwarmRecord>,
     /// The places of all members at the end of the first round.
     start: Vec<SkeletonPlace>,
     chain: Vec<Linked>,
@@ -142,6 +147,7 @@ impl<'a> Watch<'a> {
             hold: hold.ok_or(NoHold::NeverStill),
             cruise: scenario.cruise().map(CruiseRecord::new),
             exploration: Exploration::default(),
+            swarm: SwarmRecord::of(scenario),
             start: Vec::new(),
             chain: Vec::new(),
             order_lost: 0,
@@ -155,6 +161,9 @@ impl<'a> Watch<'a> {
     /// Takes one sample, at the end of a round. While the head is not a link of the chain, before
     /// take-off and after landing, there is no chain to be sampled.
     pub fn look(&mut self, mission: &Mission<'_>) {
+        if let Some(swarm) = &mut self.swarm {
+            return swarm.look(mission);
+        }
         let mut chain = std::mem::take(&mut self.chain);
         mission.chain(&mut chain);
         if self.start.is_empty() {
@@ -257,7 +266,7 @@ impl<'a> Watch<'a> {
         let relays: Vec<_> = relays.filter(|relay| !mission.is_lost(*relay)).collect();
         let hold = self.hold.as_ref().map_err(|why| *why).and_then(|hold| hold.metrics(&relays));
         // Where the drones are in the air from the start, none is launched.
-        let launches = matches!(drones.start, Start::Mouth);
+        let launches = matches!(drones.start, Start::Mouth) && self.swarm.is_none();
         let of_launches = |value: f32| if launches { value } else { f32::NAN };
         let hold = hold.map(|hold| HoldMetrics {
             violation: of_launches(hold.violation),
@@ -278,6 +287,7 @@ impl<'a> Watch<'a> {
             order_lost: self.order_lost,
             wall_contacts: mission.wall_contacts(),
             drone_contacts: mission.drone_contacts(),
+            swarm: self.swarm.as_ref().map(SwarmRecord::metrics),
             radio: mission.radio(),
             flight: FlightMetrics::of(
                 mission.bodies().filter_map(|body| Some(body.craft()?.record())),
@@ -333,6 +343,8 @@ pub struct RunMetrics {
     pub wall_contacts: u32,
     /// The number of times that two flying drones touched.
     pub drone_contacts: u32,
+    /// The metrics of a swarm; `None` on another mission.
+    pub swarm: Option<SwarmMetrics>,
     /// The metrics of the radio.
     pub radio: RadioMetrics,
     /// The metrics of the flights, where drones are rigid bodies.

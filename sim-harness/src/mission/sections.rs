@@ -5,6 +5,7 @@ mod agent;
 mod drones;
 mod loss;
 mod pilot;
+mod swarm;
 
 pub(crate) use self::agent::{AgentTables, LaunchTable, PolicyTable, RetreatTable};
 pub use drones::{Drones, Start};
@@ -13,3 +14,4 @@ pub(crate) use loss::LossTable;
 pub use loss::{Loss, LossKind};
 pub use pilot::PilotStep;
 pub(crate) use pilot::PilotTable;
+pub(crate) use swarm::SwarmTable;

@@ -29,6 +29,8 @@ files![
     "t-junction",
     "t-opening",
     "room",
+    "swarm-b",
+    "swarm-c",
     "turns",
     "paper-circuit",
     "relay-pair",

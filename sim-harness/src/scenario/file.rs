@@ -19,6 +19,7 @@ use crate::measure::metrics::CriteriaTable;
 use crate::mission::medium::RadioTable;
 use crate::mission::{
     AgentTables, DronesTable, LaunchTable, LossTable, PilotTable, PolicyTable, RetreatTable,
+    SwarmTable,
 };
 use crate::world::TunnelTable;
 
@@ -27,6 +28,8 @@ use crate::world::TunnelTable;
 struct File {
     title: At<String>,
     duration_s: At<f32>,
+    #[serde(default)]
+    swarm: SwarmTable,
     fidelity: Option<At<String>>,
     link: Option<At<String>>,
     mission: Option<At<String>>,
@@ -81,7 +84,8 @@ pub(super) fn parse_with(
     }
     let radio = file.radio.read(drones.members(), &reader)?;
     let tables = AgentTables { policy: &file.policy, launch: &file.launch, retreat: &file.retreat };
-    let constants = tables.read(radio.place.path_loss.loss_at_1m(), &vehicle, &reader)?;
+    let mut constants = tables.read(radio.place.path_loss.loss_at_1m(), &vehicle, &reader)?;
+    constants.agent.swarm = file.swarm.read(drones.flying(), &reader)?;
     let name = path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
     let duration_us = reader.micros(&file.duration_s, "duration_s", 0.2..=86_400.0)?;
     let fidelity = fidelity(file.fidelity.as_ref(), &reader)?;

@@ -44,6 +44,7 @@ impl fmt::Display for Event {
             Self::Lands(drone, why) => match why {
                 LandReason::Ordered => write!(f, "{drone}: lands, as ordered"),
                 LandReason::Perched => write!(f, "{drone}: lands to relay from the ground"),
+                LandReason::Done => write!(f, "{drone}: lands, its mission is done"),
                 LandReason::Home => write!(f, "{drone}: lands at home"),
                 LandReason::Retired => write!(f, "{drone}: lands at home, not needed for now"),
                 LandReason::TakeOffFailed => write!(f, "{drone}: lands, its take-off failed"),

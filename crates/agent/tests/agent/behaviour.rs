@@ -361,6 +361,7 @@ fn a_recall_that_is_heard_is_obeyed_and_passed_on_until_the_next_mission() {
             heading: None,
             height: Some(Metres(0.3)),
             heard: &[packet],
+            located: None,
             told: &[],
             order: None,
             fitness: agent::Fitness::Fit,

@@ -15,3 +15,4 @@ mod odometer;
 mod rig;
 mod search;
 mod state_table;
+mod swarm;

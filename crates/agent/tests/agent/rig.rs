@@ -143,6 +143,7 @@ impl Rig {
             heading: None,
             height: scene.height.map(Metres),
             heard: &heard,
+            located: None,
             told: &[],
             order: scene.task,
             fitness: scene.fitness,

@@ -66,6 +66,7 @@ impl Chain {
                     heading: None,
                     height: Some(units::Metres(0.3)),
                     heard: &heard,
+                    located: None,
                     told: &[],
                     order: Some(order),
                     fitness: Fitness::Fit,

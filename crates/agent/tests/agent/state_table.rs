@@ -156,6 +156,7 @@ fn named(state: State) -> String {
             LandReason::Ordered => " (ordered)",
             LandReason::Perched => " (to perch)",
             LandReason::Home => " (home)",
+            LandReason::Done => " (done)",
             LandReason::Retired => " (retired)",
             LandReason::TakeOffFailed => " (take-off)",
             LandReason::LinkLost => " (link)",

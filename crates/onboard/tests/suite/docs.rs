@@ -66,6 +66,15 @@ fn states() -> String {
             State::OnMission(Duty::Swarm(SwarmDuty::Hovering { since: now })),
             "of a swarm: does not know its position, and hovers",
         ),
+        (State::OnMission(Duty::Swarm(SwarmDuty::Surveying)), "of a swarm: surveys the first area"),
+        (
+            State::OnMission(Duty::Swarm(SwarmDuty::Gathering)),
+            "of a swarm: goes to its place before the passage, and waits there",
+        ),
+        (
+            State::OnMission(Duty::Swarm(SwarmDuty::Crossing)),
+            "of a swarm: goes through the passage",
+        ),
     ];
     let mut table = String::from("| code | state | the drone |\n|---|---|---|\n");
     for (n, (state, meaning)) in (0..).zip(all) {
@@ -82,7 +91,12 @@ fn states() -> String {
                 | ChainDuty::Retiring
                 | ChainDuty::Rejoining { .. },
             ))
-            | State::OnMission(Duty::Swarm(SwarmDuty::Hovering { .. }))
+            | State::OnMission(Duty::Swarm(
+                SwarmDuty::Hovering { .. }
+                | SwarmDuty::Surveying
+                | SwarmDuty::Gathering
+                | SwarmDuty::Crossing,
+            ))
             | State::Landing { .. }
             | State::Landed { .. }
             | State::Stopped

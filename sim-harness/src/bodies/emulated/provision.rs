@@ -8,7 +8,7 @@ use storage::epoch::Issue;
 use storage::keys::{KeysRecord, Secret};
 use storage::settings::{Limits, Radio, Settings};
 use storage::{Record, Slot};
-use units::{Dbm, NodeId, Role};
+use units::{Dbm, MissionKind, NodeId, Role};
 
 use crate::random::{Purpose, Stream};
 use crate::scenario::Scenario;
@@ -85,6 +85,8 @@ pub fn unfit(scenario: &Scenario) -> Option<&'static str> {
         Some("another retreat: only retreat.limit_dbm can be set on a drone")
     } else if !kept(agent.launch.limit) || !kept(agent.retreat.limit) {
         Some("a limit that no drone keeps")
+    } else if scenario.mission != MissionKind::Chain {
+        Some("a mission that needs a positioning system, which emulated drones do not have")
     } else if agent.nav != default.nav {
         Some("side rangers with another reach")
     } else if !matches!(scenario.drones.start, crate::scenario::Start::Mouth) {

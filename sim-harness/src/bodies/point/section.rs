@@ -17,6 +17,7 @@ pub(crate) struct VehicleTable {
     radius_m: Option<At<f32>>,
     reach_m: Option<At<f32>>,
     range_noise_m: Option<At<f32>>,
+    position_noise_m: Option<At<f32>>,
     vibration_g: Option<At<f32>>,
     thrust: Option<At<f32>>,
     motor_error: Option<At<f32>>,
@@ -53,6 +54,11 @@ impl VehicleTable {
                 0.0..=1.0,
                 usual.range_noise,
             )?,
+            position_noise: self
+                .position_noise_m
+                .as_ref()
+                .map(|noise| reader.number(noise, "position_noise_m", 0.0..=1.0))
+                .transpose()?,
             vibration: number(&self.vibration_g, "vibration_g", 0.0..=2.0, usual.vibration)?,
             thrust: number(&self.thrust, "thrust", 0.5..=1.5, usual.thrust)?,
             motor_error: number(&self.motor_error, "motor_error", 0.0..=0.3, usual.motor_error)?,

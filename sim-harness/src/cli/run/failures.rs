@@ -22,6 +22,9 @@ pub(super) fn failures(scenario: &Scenario, trace: &Trace, metrics: &RunMetrics)
     count(metrics.wall_contacts, "touches of a wall");
     count(metrics.drone_contacts, "touches between drones");
     count(metrics.order_lost, "rounds in which the order of the chain was lost");
+    if let Some(swarm) = &metrics.swarm {
+        count(swarm.unfinished, "drones that did not finish");
+    }
     for criterion in criteria(scenario, metrics).iter().filter(|criterion| !criterion.met()) {
         failures.push(criterion.complaint());
     }
@@ -42,6 +45,7 @@ pub(super) fn failures(scenario: &Scenario, trace: &Trace, metrics: &RunMetrics)
                 LandReason::Ordered
                 | LandReason::Perched
                 | LandReason::Home
+                | LandReason::Done
                 | LandReason::Retired => None,
             },
             State::OnMission(Duty::Chain(ChainDuty::Reconnecting { .. })) => {

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use super::failures::criteria;
 use super::last_states;
 use crate::bodies::craft::record::FlightMetrics;
-use crate::measure::metrics::{HoldMetrics, RunMetrics};
+use crate::measure::metrics::{HoldMetrics, RunMetrics, SwarmMetrics};
 use crate::measure::trace::Trace;
 use crate::mission::RadioMetrics;
 use crate::scenario::Scenario;
@@ -51,6 +51,9 @@ pub(super) fn summary(
         if let Some(flight) = &metrics.flight {
             summary.insert("flight".into(), flight_json(flight));
         }
+        if let Some(swarm) = &metrics.swarm {
+            summary.insert("swarm".into(), swarm_json(swarm));
+        }
     }
     summary
 }
@@ -92,6 +95,17 @@ fn radio_json(radio: &RadioMetrics) -> Value {
         "orders_heard": radio.orders,
         "pilot_delay_p50_s": number(radio.pilot_delay_p50_s),
         "pilot_delay_p95_s": number(radio.pilot_delay_p95_s),
+    })
+}
+
+/// The figures of a swarm.
+fn swarm_json(swarm: &SwarmMetrics) -> Value {
+    json!({
+        "surveyed_s": number(swarm.surveyed_s),
+        "gathered_s": number(swarm.gathered_s),
+        "across_s": number(swarm.across_s),
+        "closest_drones_m": number(swarm.closest_drones_m),
+        "unfinished": swarm.unfinished,
     })
 }
 

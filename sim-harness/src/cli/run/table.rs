@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::last_states;
-use crate::measure::metrics::RunMetrics;
+use crate::measure::metrics::{RunMetrics, SwarmMetrics};
 use crate::measure::trace::Trace;
 use crate::scenario::Scenario;
 use crate::world::import::Route;
@@ -66,13 +66,15 @@ pub(super) fn table(
     };
     // Writing to a string cannot fail.
     let _ = writeln!(text, "{}: {}", scenario.name, scenario.title);
-    let _ = writeln!(
-        text,
-        "  {:.0} s, seed {seed}, policy {}, head reached {:.1} m\n",
-        scenario.duration_s(),
-        scenario.policy,
-        m.farthest_m
-    );
+    let duration = scenario.duration_s();
+    let _ = match m.swarm {
+        None => writeln!(
+            text,
+            "  {duration:.0} s, seed {seed}, policy {}, head reached {:.1} m\n",
+            scenario.policy, m.farthest_m
+        ),
+        Some(_) => writeln!(text, "  {duration:.0} s, seed {seed}, mission swarm\n"),
+    };
     if let Some(route) = &scenario.route {
         route_lines(&mut text, route, scenario.vehicle.reach);
     }
@@ -83,7 +85,10 @@ pub(super) fn table(
             m.launched, m.needed
         );
     }
-    hold_lines(&mut text, m);
+    match &m.swarm {
+        None => hold_lines(&mut text, m),
+        Some(swarm) => swarm_lines(&mut text, swarm),
+    }
     if let Ok(hold) = m.hold.as_ref()
         && !hold.t_repair_s.is_nan()
     {
@@ -118,6 +123,20 @@ pub(super) fn table(
         last_states(trace).map(|(node, state)| format!("{node} {}", state.name())).collect();
     let _ = writeln!(text, "  at the end            {}", states.join(", "));
     text
+}
+
+/// The lines about a swarm.
+fn swarm_lines(text: &mut String, swarm: &SwarmMetrics) {
+    let mut when = |what: &str, at: f32| {
+        let _ = match at.is_finite() {
+            true => writeln!(text, "  {what:21} after {at:.0} s"),
+            false => writeln!(text, "  {what:21} never"),
+        };
+    };
+    when("area surveyed", swarm.surveyed_s);
+    when("into the passage", swarm.gathered_s);
+    when("all across", swarm.across_s);
+    let _ = writeln!(text, "  closest drones        {:.2} m", swarm.closest_drones_m);
 }
 
 /// The lines about the hold.

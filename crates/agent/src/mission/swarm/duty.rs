@@ -2,13 +2,12 @@
 
 use core::ops::ControlFlow::{Break, Continue};
 
-use units::{Duration, Instant, Order};
+use units::{Instant, Order};
+use virtual_forces::Task;
 
+use super::SwarmConfig;
 use crate::LandReason;
 use crate::mission::{Next, Round};
-
-/// How long a drone hovers without its position before it lands.
-const PATIENCE: Duration = Duration::from_secs(10);
 
 /// What a drone of a swarm does in the air.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,6 +19,12 @@ pub enum SwarmDuty {
         /// When it began to hover.
         since: Instant,
     },
+    /// The drone surveys its rows of the first area.
+    Surveying,
+    /// The drone goes to its place in the formation before the passage, or waits there.
+    Gathering,
+    /// The drone goes through the passage, and makes room for the others behind it.
+    Crossing,
 }
 
 impl SwarmDuty {
@@ -32,6 +37,9 @@ impl SwarmDuty {
     pub(crate) const fn name(&self) -> &'static str {
         match self {
             Self::Hovering { .. } => "hovering",
+            Self::Surveying => "surveying",
+            Self::Gathering => "gathering",
+            Self::Crossing => "crossing",
         }
     }
 
@@ -39,17 +47,35 @@ impl SwarmDuty {
     pub(crate) const fn code(&self) -> u8 {
         match self {
             Self::Hovering { .. } => 15,
+            Self::Surveying => 16,
+            Self::Gathering => 17,
+            Self::Crossing => 18,
         }
     }
 
-    /// The duty after this round, or the landing that ends it.
-    pub(crate) fn next(self, round: &Round) -> Next<Self> {
-        match (self, round.order()) {
-            (_, Some(Order::Land | Order::Return | Order::Perch)) => Break(LandReason::Ordered),
-            (Self::Hovering { since }, _) if round.now.since(since) > PATIENCE => {
+    /// The duty after this round, or the landing that ends it. `task` is what the virtual forces have
+    /// the drone do; there is none while it does not know its position.
+    pub(crate) fn next(
+        self,
+        config: &SwarmConfig,
+        round: &Round,
+        task: Option<Task>,
+    ) -> Next<Self> {
+        if matches!(round.order(), Some(Order::Land | Order::Return | Order::Perch)) {
+            return Break(LandReason::Ordered);
+        }
+        match (task, self) {
+            (Some(Task::Survey { .. }), _) => Continue(Self::Surveying),
+            (Some(Task::Gather { .. }), _) => Continue(Self::Gathering),
+            (Some(Task::Cross { .. }), _) => Continue(Self::Crossing),
+            (Some(Task::Done), _) => Break(LandReason::Done),
+            (None, Self::Hovering { since }) if round.now.since(since) > config.patience => {
                 Break(LandReason::PositionLost)
             }
-            (duty, _) => Continue(duty),
+            (None, Self::Hovering { since }) => Continue(Self::Hovering { since }),
+            (None, Self::Surveying | Self::Gathering | Self::Crossing) => {
+                Continue(Self::Hovering { since: round.now })
+            }
         }
     }
 }

@@ -1,0 +1,255 @@
+//! Swarms of agents, each a point that follows its set-point with a lag: nobody touches another one,
+//! and all finish, whatever packets are lost and however wrong positions are.
+
+use agent::{
+    Agent, AgentConfig, BodyVelocity, Duty, Fitness, Inputs, LandReason, Located, Outputs, State,
+    SwarmDuty, Told,
+};
+use proptest::prelude::*;
+use tunnel_nav::{Diagonals, Range};
+use units::{
+    Dbm, Instant, Metres, MetresPerSecond, MissionKind, NodeId, Order, Payload, Point2, Pose2,
+    Radians, Role, Setpoint,
+};
+use virtual_forces::{Guard, Passage};
+
+/// The length of a round, s.
+const ROUND: f32 = 0.2;
+/// The part of a change of velocity that a round brings, with a lag of 0.3 s.
+const RESPONSE: f32 = 0.486;
+/// Two drones touch where they are nearer, m: each is 0.08 m from its middle to its guards.
+const TOUCH: f32 = 0.16;
+
+/// What goes wrong.
+#[derive(Clone, Copy, Debug)]
+struct Trouble {
+    noise: f32,
+    loss: f32,
+    /// A drone that is gone from this round on.
+    gone: Option<(usize, u32)>,
+}
+
+struct Drone {
+    agent: Agent,
+    at: Point2,
+    velocity: [f32; 2],
+    height: f32,
+    inbox: Vec<Told>,
+}
+
+struct World {
+    config: AgentConfig,
+    drones: Vec<Drone>,
+    trouble: Trouble,
+    round: u32,
+    random: u64,
+    closest: f32,
+}
+
+impl World {
+    fn new(drones: u16, trouble: Trouble, seed: u64) -> Self {
+        let mut config = AgentConfig::DEFAULT;
+        let swarm = &mut config.swarm;
+        swarm.drones = drones;
+        swarm.corner = Point2::new(-4.5, -1.5);
+        swarm.area = (Metres(3.75), Metres(3.0));
+        swarm.passage = Passage { width: Metres(1.51), length: Metres(2.0), ..swarm.passage };
+        swarm.forces.guard =
+            Some(Guard { position_error: Metres(trouble.noise.max(0.02)), ..Guard::OURS });
+        let make = |n: u16| Drone {
+            agent: Agent::new(NodeId(n as u8), Role::usual_of(NodeId(n as u8)), MissionKind::Swarm),
+            at: Point2::new(-5.0 + 0.6 * f32::from(n), 0.0),
+            velocity: [0.0; 2],
+            height: 0.0,
+            inbox: Vec::new(),
+        };
+        let drones = (0..drones).map(make).collect();
+        Self { config, drones, trouble, round: 0, random: seed, closest: f32::INFINITY }
+    }
+
+    fn uniform(&mut self) -> f32 {
+        self.random = self.random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        (self.random >> 40) as f32 / (1_u64 << 24) as f32
+    }
+
+    fn is_gone(&self, drone: usize) -> bool {
+        self.trouble.gone.is_some_and(|(gone, since)| gone == drone && self.round >= since)
+    }
+
+    fn now(&self) -> Instant {
+        Instant::from_millis(1_000 + 200 * u64::from(self.round))
+    }
+
+    /// One round of one drone, which knows its position or does not.
+    fn step(&mut self, n: usize, knows: bool, order: Order) -> Outputs {
+        let now = self.now();
+        let (radius, angle) =
+            (self.trouble.noise * self.uniform().sqrt(), std::f32::consts::TAU * self.uniform());
+        let Drone { agent, at, velocity, height, inbox } = &mut self.drones[n];
+        let told = std::mem::take(inbox);
+        let pose = Pose2 {
+            at: Point2::new(at.x + radius * angle.cos(), at.y + radius * angle.sin()),
+            yaw: Radians::ZERO,
+        };
+        let clear = Range::Clear;
+        let inputs = Inputs {
+            ranges: Diagonals { nw: clear, ne: clear, sw: clear, se: clear },
+            velocity: Some(BodyVelocity {
+                forward: MetresPerSecond(velocity[0]),
+                lateral: MetresPerSecond(velocity[1]),
+            }),
+            heading: Some(Radians::ZERO),
+            height: Some(Metres(*height)),
+            located: knows.then_some(Located { pose, deviation: Metres(self.trouble.noise) }),
+            heard: &[],
+            told: &told,
+            order: Some(order),
+            fitness: Fitness::Fit,
+            endurance: None,
+        };
+        let outputs = agent.step(&self.config, now, &inputs);
+        let wanted = match outputs.setpoint {
+            Setpoint::Fly { forward, lateral, height: wanted, .. } => {
+                *height += (wanted.0 - *height).clamp(-0.08, 0.08);
+                [forward.0, lateral.0]
+            }
+            Setpoint::Off | Setpoint::Stop => {
+                *height = 0.0;
+                [0.0; 2]
+            }
+        };
+        for (is, wanted) in velocity.iter_mut().zip(wanted) {
+            *is += RESPONSE * (wanted - *is);
+        }
+        *at = Point2::new(at.x + ROUND * velocity[0], at.y + ROUND * velocity[1]);
+        outputs
+    }
+
+    fn send(&mut self, from: usize) {
+        let messages: Vec<Payload> = self.drones[from].agent.messages().to_vec();
+        for payload in messages {
+            for to in 0..self.drones.len() {
+                if to != from && self.uniform() >= self.trouble.loss {
+                    let at = self.now();
+                    let told = Told { from: NodeId(from as u8), at, rssi: Dbm(-50.0), payload };
+                    self.drones[to].inbox.push(told);
+                }
+            }
+        }
+    }
+
+    /// One round of all; says whether all that are not gone have finished.
+    fn round(&mut self) -> bool {
+        let flying: Vec<_> = (0..self.drones.len()).filter(|n| !self.is_gone(*n)).collect();
+        for &n in &flying {
+            self.step(n, true, Order::explore(MetresPerSecond(0.2)));
+            self.send(n);
+        }
+        for (place, &n) in flying.iter().enumerate() {
+            for &other in &flying[..place] {
+                let (one, other) = (&self.drones[n], &self.drones[other]);
+                if one.height > 0.1 && other.height > 0.1 {
+                    self.closest = self.closest.min(one.at.distance(other.at).0);
+                }
+            }
+        }
+        self.round += 1;
+        flying
+            .iter()
+            .all(|n| self.drones[*n].agent.state() == State::Landed { why: LandReason::Done })
+    }
+
+    /// Flies until all have finished, at most 10 minutes.
+    fn fly(&mut self) -> bool {
+        (0..3_000).any(|_| self.round())
+    }
+}
+
+fn duty(state: State) -> Option<SwarmDuty> {
+    match state {
+        State::OnMission(Duty::Swarm(duty)) => Some(duty),
+        _ => None,
+    }
+}
+
+#[test]
+fn a_swarm_surveys_gathers_and_crosses() {
+    let mut world = World::new(4, Trouble { noise: 0.0, loss: 0.0, gone: None }, 1);
+    let mut seen = Vec::new();
+    for _ in 0..3_000 {
+        let over = world.round();
+        let state = world.drones[0].agent.state();
+        if duty(state).is_some() && seen.last() != Some(&state.name()) {
+            seen.push(state.name());
+        }
+        if over {
+            break;
+        }
+    }
+    assert_eq!(seen, ["hovering", "surveying", "gathering", "crossing"]);
+    assert!(world.drones.iter().all(|drone| drone.at.x > 2.0), "through the passage");
+    assert!(world.closest > TOUCH, "{}", world.closest);
+}
+
+#[test]
+fn a_drone_that_does_not_know_its_position_hovers_and_then_lands() {
+    let mut world = World::new(1, Trouble { noise: 0.0, loss: 0.0, gone: None }, 1);
+    let explore = Order::explore(MetresPerSecond(0.2));
+    let rounds = |world: &mut World, count, knows| {
+        let mut last = None;
+        for _ in 0..count {
+            last = Some(world.step(0, knows, explore));
+            world.round += 1;
+        }
+        last.unwrap()
+    };
+    rounds(&mut world, 60, true);
+    assert_eq!(duty(world.drones[0].agent.state()), Some(SwarmDuty::Surveying));
+    let lost = rounds(&mut world, 2, false);
+    assert!(matches!(duty(lost.status.state), Some(SwarmDuty::Hovering { .. })));
+    assert_eq!(lost.setpoint, Setpoint::hover(world.config.flight.height));
+    rounds(&mut world, 1, true);
+    assert_eq!(duty(world.drones[0].agent.state()), Some(SwarmDuty::Surveying));
+    let down = rounds(&mut world, 80, false);
+    assert_eq!(down.status.state, State::Landed { why: LandReason::PositionLost });
+}
+
+#[test]
+fn a_drone_lands_where_it_is_ordered_to() {
+    let mut world = World::new(1, Trouble { noise: 0.0, loss: 0.0, gone: None }, 1);
+    for n in 0..100 {
+        let order = if n < 60 { Order::explore(MetresPerSecond(0.2)) } else { Order::Land };
+        world.step(0, true, order);
+        world.round += 1;
+    }
+    assert_eq!(world.drones[0].agent.state(), State::Landed { why: LandReason::Ordered });
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 100, ..ProptestConfig::default() })]
+
+    #[test]
+    fn nobody_touches_and_all_finish_with_noise_and_loss(
+        drones in 1_u16..=4,
+        noise in 0.01_f32..0.10,
+        loss in 0.0_f32..0.3,
+        seed in any::<u64>(),
+    ) {
+        let mut world = World::new(drones, Trouble { noise, loss, gone: None }, seed);
+        prop_assert!(world.fly(), "not over after {} rounds", world.round);
+        prop_assert!(world.closest > TOUCH, "{}", world.closest);
+    }
+
+    #[test]
+    fn nobody_touches_and_the_rest_finish_without_a_drone_that_is_gone(
+        drones in 2_u16..=4,
+        gone in 0_usize..4,
+        since in 0_u32..600,
+        seed in any::<u64>(),
+    ) {
+        let gone = Some((gone % usize::from(drones), since));
+        let mut world = World::new(drones, Trouble { noise: 0.02, loss: 0.1, gone }, seed);
+        prop_assert!(world.fly(), "not over after {} rounds", world.round);
+        prop_assert!(world.closest > TOUCH, "{}", world.closest);
+    }
+}

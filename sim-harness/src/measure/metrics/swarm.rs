@@ -1,0 +1,93 @@
+//! The metrics of a swarm's mission.
+
+use agent::{Duty, LandReason, State, SwarmDuty};
+use units::{Metres, MissionKind};
+
+use crate::bodies::Body;
+use crate::mission::Mission;
+use crate::scenario::Scenario;
+
+/// The metrics of a swarm's mission. A time that was never reached is infinite.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SwarmMetrics {
+    /// When the last drone had surveyed its rows, s.
+    pub surveyed_s: f32,
+    /// When the first drone set out into the passage, s.
+    pub gathered_s: f32,
+    /// When the last drone was through the passage and began to land, s.
+    pub across_s: f32,
+    /// The least distance of two flying drones, five times a second, m.
+    pub closest_drones_m: f32,
+    /// The number of drones that did not finish, without those that the scenario loses.
+    pub unfinished: u32,
+}
+
+/// Collects the metrics of a swarm's mission, round by round.
+pub(super) struct SwarmRecord {
+    drones: usize,
+    metrics: SwarmMetrics,
+}
+
+impl SwarmRecord {
+    /// A record without samples, where the scenario is that of a swarm.
+    pub(super) fn of(scenario: &Scenario) -> Option<Self> {
+        let never = f32::INFINITY;
+        let metrics = SwarmMetrics {
+            surveyed_s: never,
+            gathered_s: never,
+            across_s: never,
+            closest_drones_m: never,
+            unfinished: 0,
+        };
+        let drones = scenario.drones.flying();
+        (scenario.mission == MissionKind::Swarm).then_some(Self { drones, metrics })
+    }
+
+    /// Takes one sample, at the end of a round.
+    pub(super) fn look(&mut self, mission: &Mission<'_>) {
+        let now_s = (mission.time_us() as f64 * 1e-6) as f32;
+        let states: Vec<_> = mission
+            .states()
+            .take(self.drones)
+            .enumerate()
+            .filter_map(|(drone, state)| (!mission.is_lost(drone)).then_some(state))
+            .collect();
+        let metrics = &mut self.metrics;
+        let note = |time: &mut f32, reached: bool| {
+            if reached && time.is_infinite() {
+                *time = now_s;
+            }
+        };
+        let finished = |state: &State| {
+            use State::{Landed, Landing};
+            matches!(state, Landing { why, .. } | Landed { why } if *why == LandReason::Done)
+        };
+        let crosses = |state: &State| {
+            matches!(state, State::OnMission(Duty::Swarm(SwarmDuty::Crossing))) || finished(state)
+        };
+        let gathers =
+            |state: &State| matches!(state, State::OnMission(Duty::Swarm(SwarmDuty::Gathering)));
+        let has_surveyed = |state: &State| gathers(state) || crosses(state);
+        note(&mut metrics.surveyed_s, states.iter().all(has_surveyed));
+        note(&mut metrics.gathered_s, states.iter().any(crosses));
+        note(&mut metrics.across_s, states.iter().all(finished));
+        metrics.unfinished = states.iter().filter(|state| !finished(state)).count() as u32;
+        let flying: Vec<_> = mission
+            .bodies()
+            .take(self.drones)
+            .filter(|body| body.height() > 0.0)
+            .map(Body::position)
+            .collect();
+        for (n, one) in flying.iter().enumerate() {
+            for other in flying.iter().skip(n + 1) {
+                let Metres(apart) = one.distance(*other);
+                metrics.closest_drones_m = metrics.closest_drones_m.min(apart);
+            }
+        }
+    }
+
+    /// The metrics of what was sampled.
+    pub(super) const fn metrics(&self) -> SwarmMetrics {
+        self.metrics
+    }
+}
