@@ -37,6 +37,8 @@ pub enum Access {
 pub enum Event {
     /// The client gives a set-point for the present moment.
     Setpoint(Setpoint),
+    /// The client says where the drone is.
+    Position(crtp::Fix),
     /// The client stops the motors until the drone is switched off.
     EmergencyStop,
     /// The client stops the motors unless it repeats this within a second.
@@ -53,7 +55,9 @@ impl Event {
     /// Whether every client may request it, with any access: that is so for stops.
     const fn is_open_to_all(&self) -> bool {
         match self {
-            Self::EmergencyStop | Self::EmergencyStopWatchdog => true,
+            // Positions come from a system beside the client that may give orders, and lead nowhere
+            // by themselves.
+            Self::EmergencyStop | Self::EmergencyStopWatchdog | Self::Position(_) => true,
             Self::Setpoint(_) | Self::Land | Self::TakeOff | Self::ParameterSet(_) => false,
         }
     }
@@ -280,6 +284,12 @@ impl Server {
                 let done = self.command(command, &mut asked);
                 if packet.port() == Ok(crtp::Port::Platform) {
                     self.wait(Waiting::Commanded { command, done, old: true });
+                }
+            }
+            Request::Positions(positions) => {
+                if let Some(fix) = positions.of(asked.parameters.about.node.0) {
+                    // There is no answer to a position.
+                    let _ = self.act(Event::Position(fix), &mut asked);
                 }
             }
             Request::Setpoint(setpoint) => self.setpoint(setpoint, &mut asked),
@@ -640,6 +650,7 @@ const fn is_answered(request: &Request<'_>) -> bool {
         Request::Null
         | Request::Rpyt(_)
         | Request::Setpoint(_)
+        | Request::Positions(_)
         | Request::SetpointsEnd(_)
         | Request::HighLevel(HighLevel::Land { .. } | HighLevel::Stop { .. })
         | Request::Command(

@@ -19,12 +19,15 @@ use crtp::{
     Access, Event, Notice, Outcome, Packet, ParameterId, Parameters, Radio, Server, Setpoint,
     Snapshot,
 };
-use units::{Branch, Course, Dbm, Instant, Metres, MetresPerSecond, Order, PolicyCode, Role};
+use units::{
+    Branch, Course, Dbm, Instant, Metres, MetresPerSecond, MissionKind, Order, Point2, PolicyCode,
+    Role,
+};
 
 use crate::hardware::HardwareFault;
 use crate::link::{Link, LinkHealth};
 use crate::operator::{CLIENT_GONE, Operator, Request, Watchdog};
-use crate::{Drone, mounting};
+use crate::{Drone, Fix, mounting};
 
 /// A hover set-point whose height differs from the drone's by more asks for another height.
 const OTHER_HEIGHT: Metres = Metres(0.1);
@@ -123,8 +126,8 @@ impl Orders {
                 self.unsaved.limits = Some([parameters.launch_limit, parameters.retreat_limit]);
                 Outcome::DoneBut(Notice::NextBoot)
             }
-            // A speed is taken up by the next order to explore.
-            Event::ParameterSet(_) => Outcome::Done,
+            // A speed is taken up by the next order to explore. Positions are no orders.
+            Event::ParameterSet(_) | Event::Position(_) => Outcome::Done,
         };
         if let Some(order) = self.order() {
             parameters.show(order);
@@ -204,10 +207,17 @@ impl<S: Seal> Drone<S> {
             self.client.server.say(greeting(self.link.health()));
             self.say_hardware();
         }
-        let Self { client, orders, link, identity, agent, config, .. } = self;
+        let Self { client, orders, link, identity, agent, config, localisation, .. } = self;
         client.packets = client.packets.wrapping_add(1);
         client.heard = Some(now);
+        let mission = agent.mission();
         client.server.receive(now, packet, access, &mut client.parameters, |event, parameters| {
+            if let Event::Position(fix) = event {
+                if mission != MissionKind::Chain {
+                    localisation.fix(now, by_client(fix));
+                }
+                return Outcome::Done;
+            }
             if event == Event::ParameterSet(ParameterId::POLICY) {
                 return orders.choose(parameters.policy, agent, &mut config.agent);
             }
@@ -353,6 +363,13 @@ impl<S: Seal> Drone<S> {
             LinkHealth::Fine | LinkHealth::Shut | LinkHealth::Out => Access::Read,
         }
     }
+}
+
+/// The position that a client sends, in the axes of the nose.
+fn by_client(fix: wire::crtp::Fix) -> Fix {
+    let [x, y, _] = fix.at;
+    let yaw = fix.yaw.map(mounting::heading);
+    Fix { at: Point2::new(x.0, y.0), yaw, deviation: Fix::BY_CLIENT }
 }
 
 /// The first line on the console.

@@ -30,6 +30,7 @@
 //! | [`hardware`] | faults of board and radio chip that forbid a take-off |
 //! | `link` | the end of the radio link, shut or open |
 //! | `mailbox` | reports and orders between link and agent |
+//! | `localisation` | the position in the room, by a positioning system and the flow |
 //! | `sensed` | the sensor values of a round |
 //! | [`mounting`] | the rotation between board and nose |
 //! | [`air`] | conversions between the agent's types and the messages on the air |
@@ -58,6 +59,7 @@ mod client;
 mod config;
 pub mod hardware;
 mod link;
+mod localisation;
 mod mailbox;
 pub mod mounting;
 mod operator;
@@ -73,12 +75,13 @@ use agent::{Agent, Fitness};
 use airlink::{Identity, Seal};
 use crtp::{Node, Parameters};
 use storage::settings::Settings;
-use units::{Instant, NODES, Order, Role, Setpoint};
+use units::{Instant, MissionKind, NODES, Order, Role, Setpoint};
 use wire::p2p::{Beacon, MissionMessage};
 
 use client::{Client, Orders};
 use hardware::HardwareFault;
 use link::{Heeded, Link};
+use localisation::Localisation;
 use mailbox::Mailbox;
 
 pub use agent::{ChainDuty, Duty, State, SwarmDuty};
@@ -86,6 +89,7 @@ pub use client::{Unsaved, observed};
 pub use config::{Config, Unusable};
 pub use crtp::Snapshot;
 pub use link::LinkHealth;
+pub use localisation::Fix;
 pub use operator::Operator;
 pub use sensed::Sensed;
 pub use setup::{Keys, Setup, Start};
@@ -115,6 +119,7 @@ pub struct Drone<S> {
     agent: Agent,
     link: Link<S>,
     mailbox: Mailbox,
+    localisation: Localisation,
     orders: Orders,
     client: Client,
     heeded: Heeded,
@@ -150,6 +155,7 @@ impl<S> Drone<S> {
             agent: Agent::new(node, role, mission),
             link: Link::NoKeys,
             mailbox: Mailbox::new(),
+            localisation: Localisation::new(),
             orders: Orders::new(Operator::Silent),
             client: Client::new(Parameters::DEFAULT),
             heeded: Heeded::NONE,
@@ -177,6 +183,7 @@ impl<S: Seal> Drone<S> {
         replace(&mut self.agent, || setup.agent());
         replace(&mut self.link, || Link::NoKeys);
         replace(&mut self.mailbox, Mailbox::new);
+        replace(&mut self.localisation, Localisation::new);
         replace(&mut self.orders, || Orders::new(setup.operator()));
         replace(&mut self.client, || Client::new(setup.parameters(&config)));
         replace(&mut self.heeded, || Heeded::NONE);
@@ -184,6 +191,14 @@ impl<S: Seal> Drone<S> {
         replace(&mut self.may_fly, || false);
         replace(&mut self.nodes, || [None; NODES]);
         replace(&mut self.outputs, || None);
+    }
+
+    /// Notes where the drone is by a positioning system, for the next round. A drone of a chain does
+    /// not ask for its position.
+    pub fn fix(&mut self, now: Instant, fix: Fix) {
+        if self.agent.mission() != MissionKind::Chain {
+            self.localisation.fix(now, fix);
+        }
     }
 
     /// Runs one round of the mission, 5 times a second.
@@ -202,6 +217,10 @@ impl<S: Seal> Drone<S> {
         self.attend(now);
         self.repeat_order(now);
         let sensed = Sensed { fitness: self.fitness(sensed.fitness), ..*sensed };
+        if let Some(fix) = sensed.fix {
+            self.fix(now, fix);
+        }
+        let located = self.localisation.step(now, sensed.velocity, sensed.heading);
         let order = self.order_of_round(now);
         let delay = self.config.mailbox_delay;
         let heard = self.mailbox.due(now, delay);
@@ -213,7 +232,7 @@ impl<S: Seal> Drone<S> {
             velocity: sensed.velocity,
             heading: sensed.heading,
             height: sensed.height,
-            located: sensed.located,
+            located,
             heard,
             told,
             order,

@@ -1,10 +1,11 @@
 //! The sensor values of one round of the mission.
 
-use agent::{BodyVelocity, Fitness, Located};
+use agent::{BodyVelocity, Fitness};
 use flight::Mode;
 use tunnel_nav::{Diagonals, Range};
 use units::{Duration, Metres, Radians, Volts};
 
+use crate::Fix;
 use crate::mounting::{self, Sides};
 
 /// The state of the drone and the ranges to the walls by its sensors, in the axes of its nose.
@@ -18,8 +19,9 @@ pub struct Sensed {
     pub heading: Option<Radians>,
     /// The height over ground; `None` while no sensor measures it.
     pub height: Option<Metres>,
-    /// Where the drone is in the world; `None` while no positioning system says it.
-    pub located: Option<Located>,
+    /// Where the drone is by a positioning system on board; `None` where there is none, or no new
+    /// reading of it.
+    pub fix: Option<Fix>,
     /// Whether the drone is fit to take off or to go on flying.
     pub fitness: Fitness,
     /// The voltage at the battery's terminals; `None` where it is unknown.
@@ -40,7 +42,7 @@ impl Sensed {
         velocity: None,
         heading: None,
         height: None,
-        located: None,
+        fix: None,
         fitness: Fitness::Fit,
         battery: None,
         endurance: None,
@@ -65,7 +67,7 @@ impl Sensed {
             velocity: status.velocity.map(mounting::from_board),
             heading: Some(mounting::heading(status.attitude.yaw)),
             height: status.height,
-            located: None,
+            fix: None,
             fitness,
             battery: Some(status.battery.volts).filter(|volts| volts.0 > 0.0),
             endurance: status.battery.endurance,

@@ -12,8 +12,8 @@ pub mod craft;
 pub mod emulated;
 pub mod point;
 
-use agent::{Fitness, Located};
-use onboard::{Sensed, mounting};
+use agent::Fitness;
+use onboard::{Fix, Sensed, mounting};
 use units::{Metres, Point2, Pose2, Radians, Setpoint};
 
 use crate::random::Stream;
@@ -155,12 +155,12 @@ impl Body {
     }
 
     /// The reading of the positioning system, where there is one.
-    fn locate(&self, spec: &VehicleSpec, random: &mut Stream) -> Option<Located> {
+    fn fix(&self, spec: &VehicleSpec, random: &mut Stream) -> Option<Fix> {
         let deviation = spec.position_noise?;
         let Pose2 { at, yaw } = self.pose();
         let mut off = || deviation * random.normal();
         let at = Point2::new(at.x + off(), at.y + off());
-        Some(Located { pose: Pose2 { at, yaw }, deviation: Metres(deviation) })
+        Some(Fix { at, yaw: Some(yaw), deviation: Metres(deviation) })
     }
 
     /// The sensor values, `elapsed` seconds after they were last read.
@@ -171,12 +171,12 @@ impl Body {
         spec: &VehicleSpec,
         random: &mut Stream,
     ) -> Sensed {
-        let located = self.locate(spec, random);
+        let fix = self.fix(spec, random);
         match self {
             Self::Point(body) => {
                 body.renew_nose();
                 Sensed {
-                    located,
+                    fix,
                     ranges: body.read_ranges(tunnel, spec, random),
                     velocity: Some(body.read_flow(elapsed, spec, random)),
                     heading: Some(Radians(body.yaw())),
@@ -189,7 +189,7 @@ impl Body {
             Self::Craft(flown) => {
                 let status = &flown.craft.outputs().status;
                 let sensed = Sensed::by_board(status, &flown.craft.sides(), Metres(spec.reach));
-                Sensed { located, ..sensed }
+                Sensed { fix, ..sensed }
             }
         }
     }

@@ -1,8 +1,6 @@
 //! Packets from a client to a drone.
 
-use super::{
-    Error, HighLevel, LogRequest, Packet, ParamRequest, Port, Positions, Rpyt, Setpoint,
-};
+use super::{Error, HighLevel, LogRequest, Packet, ParamRequest, Port, Positions, Rpyt, Setpoint};
 
 /// A request of a client.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -5,9 +5,9 @@ use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use units::{Duration, Instant, Metres, MetresPerSecond, Radians, RadiansPerSecond};
 use wire::crtp::{
-    Entry, Errno, Error, HighLevel, LinkRequest, LogData, LogRequest, LogType, MAX_DATA,
-    MemoryRequest, Packet, ParamRequest, ParamType, PlatformRequest, Port, Reply, Request, Rpyt,
-    Setpoint, SupervisorCommand, SupervisorQuestion, Value,
+    Entry, Errno, Error, Fix, HighLevel, LinkRequest, LogData, LogRequest, LogType, MAX_DATA,
+    MemoryRequest, Packet, ParamRequest, ParamType, PlatformRequest, Port, Positions, Reply,
+    Request, Rpyt, Setpoint, SupervisorCommand, SupervisorQuestion, Value,
 };
 
 fn seeded() -> ProptestConfig {
@@ -117,9 +117,58 @@ fn requests_are_read_as_cflib_sends_them() {
         ("9D 04", Request::Command(SupervisorCommand::EmergencyStopWatchdog)),
         ("6D 03", Request::OldCommand(SupervisorCommand::EmergencyStop)),
         ("6D 04", Request::OldCommand(SupervisorCommand::EmergencyStopWatchdog)),
+        ("6C 0000803F 000000C0 0000003F", Request::Positions(Positions::Own(fix(None)))),
     ];
     for (bytes, request) in table {
         assert_eq!(Request::parse(&packet(bytes)).as_ref(), Ok(request), "{bytes}");
+    }
+}
+
+/// A place with this heading.
+fn fix(yaw: Option<f32>) -> Fix {
+    Fix { at: [1.0, -2.0, 0.5].map(Metres), yaw: yaw.map(Radians) }
+}
+
+#[test]
+fn a_position_of_a_client_in_each_of_its_four_formats() {
+    let quarter = core::f32::consts::FRAC_PI_2;
+    let of = |bytes: &str, number| match Request::parse(&packet(bytes)) {
+        Ok(Request::Positions(positions)) => positions.of(number),
+        other => panic!("{bytes} is {other:?}"),
+    };
+    let is_fix = |found: Option<Fix>, yaw: Option<f32>| {
+        let Fix { at, yaw: found } = found.expect("a position");
+        let is_near = |a: f32, b: f32| (a - b).abs() < 2e-3;
+        assert_eq!(found.is_some(), yaw.is_some());
+        assert!(is_near(found.map_or(0.0, |yaw| yaw.0), yaw.unwrap_or_default()), "{found:?}");
+        assert!(at.iter().zip(fix(None).at).all(|(a, b)| is_near(a.0, b.0)), "{at:?}");
+    };
+    is_fix(of("6C 0000803F 000000C0 0000003F", 3), None);
+    // A quarter turn to the left: x, y, z and w, √½ each of the last two.
+    let turned = "6D 08 0000803F 000000C0 0000003F 00000000 00000000 F304353F F304353F";
+    is_fix(of(turned, 3), Some(quarter));
+    // Drones 3 and 4 in millimetres.
+    let two = "6E 03 E803 30F8 F401 04 0000 0000 0000";
+    is_fix(of(two, 3), None);
+    assert_eq!(of(two, 4).map(|fix| fix.at), Some([Metres(0.0); 3]));
+    assert_eq!(of(two, 5), None);
+    // The same turn in 32 bits: z is the largest, w the last of the three others, 511 of 511.
+    is_fix(of("6D 09 03 E803 30F8 F401 FF010080", 3), Some(quarter));
+}
+
+#[test]
+fn a_position_that_is_none_is_refused() {
+    for (bytes, error) in [
+        ("6C 0000C07F 000000C0 0000003F", Error::Value),
+        // 200 m from the origin.
+        ("6C 00004843 000000C0 0000003F", Error::Value),
+        ("6C 0000803F 000000C0", Error::Length(8)),
+        // A rotation of no length.
+        ("6D 08 0000803F 000000C0 0000003F 00000000 00000000 00000000 00000000", Error::Value),
+        ("6E 03 E803", Error::Length(0)),
+        ("6D 07", Error::Command(7)),
+    ] {
+        assert_eq!(Request::parse(&packet(bytes)), Err(error), "{bytes}");
     }
 }
 
@@ -180,7 +229,7 @@ fn what_is_no_request_says_why() {
         ("4F 00", Error::Channel(3)),
         ("5F 00", Error::Channel(3)),
         ("7F 00", Error::Channel(3)),
-        ("6C 00", Error::Channel(0)),
+        ("6F 00", Error::Channel(3)),
         ("9E 00", Error::Channel(2)),
         ("2C", Error::Length(0)),
         ("2C 02 01", Error::Length(2)),
