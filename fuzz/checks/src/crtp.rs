@@ -83,12 +83,19 @@ impl Bench {
                 let numbers = [forward.0, lateral.0, yaw_rate.0, height.0];
                 assert!(numbers.iter().all(|number| number.is_finite()), "{event:?}");
             }
+            Some(Event::Position(fix)) => {
+                assert!(fix.at.iter().all(|one| one.0.abs() <= 100.0), "{event:?}");
+                assert!(fix.yaw.is_none_or(|yaw| yaw.0.is_finite()), "{event:?}");
+            }
             Some(_) => {}
         }
         if access == Access::Read {
-            // Every client may stop a drone.
-            let stop = [Event::EmergencyStop, Event::EmergencyStopWatchdog];
-            assert!(event.is_none_or(|event| stop.contains(&event)), "{event:?}");
+            // Every client may stop a drone, and say where it is.
+            let is_open = |event| {
+                let stop = [Event::EmergencyStop, Event::EmergencyStopWatchdog];
+                stop.contains(&event) || matches!(event, Event::Position(_))
+            };
+            assert!(event.is_none_or(is_open), "{event:?}");
         }
         if !matches!(event, Some(Event::ParameterSet(_))) {
             assert_eq!(self.parameters, before);
