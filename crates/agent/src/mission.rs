@@ -232,7 +232,10 @@ impl Mission {
     ) -> Call {
         match self {
             Self::Chain(chain) => chain.call(config, round, armed),
-            Self::Swarm(_) => Call { arms: true, stays_armed: true, takes_off: true },
+            Self::Swarm(swarm) => {
+                let knows = swarm.is_located();
+                Call { arms: knows, stays_armed: knows, takes_off: knows }
+            }
         }
     }
 

@@ -215,6 +215,16 @@ fn a_drone_that_does_not_know_its_position_hovers_and_then_lands() {
 }
 
 #[test]
+fn a_drone_that_does_not_know_its_position_does_not_take_off() {
+    let mut world = World::new(1, Trouble { noise: 0.0, loss: 0.0, gone: None }, 1);
+    for _ in 0..20 {
+        world.step(0, false, Order::explore(MetresPerSecond(0.2)));
+        world.round += 1;
+    }
+    assert_eq!(world.drones[0].agent.state(), State::Idle);
+}
+
+#[test]
 fn a_drone_lands_where_it_is_ordered_to() {
     let mut world = World::new(1, Trouble { noise: 0.0, loss: 0.0, gone: None }, 1);
     for n in 0..100 {
