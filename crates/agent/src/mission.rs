@@ -173,6 +173,7 @@ pub(crate) type Outbox = heapless::Vec<Payload, MESSAGES>;
 
 /// The mission that a drone is on.
 #[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "there is one, for ever, and no heap")]
 pub(crate) enum Mission {
     /// A chain of relays behind a head.
     Chain(Chain),

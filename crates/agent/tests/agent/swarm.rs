@@ -251,6 +251,25 @@ proptest! {
     }
 
     #[test]
+    fn any_bytes_of_others_are_borne(
+        messages in proptest::collection::vec(
+            (any::<u8>(), proptest::collection::vec(any::<u8>(), 0..=Payload::MOST)),
+            0..40,
+        ),
+    ) {
+        let mut world = World::new(2, Trouble { noise: 0.02, loss: 0.0, gone: None }, 1);
+        (0..40).for_each(|_| { world.round(); });
+        for (from, bytes) in messages {
+            let payload = Payload::new(&bytes).unwrap();
+            let told = Told { from: NodeId(from), at: world.now(), rssi: Dbm(-50.0), payload };
+            world.drones[0].inbox.push(told);
+            world.round();
+        }
+        let Drone { at, .. } = world.drones[0];
+        prop_assert!(at.is_finite() && world.drones[0].agent.state().is_airborne());
+    }
+
+    #[test]
     fn nobody_touches_and_the_rest_finish_without_a_drone_that_is_gone(
         drones in 2_u16..=4,
         gone in 0_usize..4,
