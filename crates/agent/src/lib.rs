@@ -28,7 +28,8 @@
 //!
 //! A drone that comes back from a fault begins as Landed ([`Agent::restarted`]).
 //!
-//! The duties of the chain, the one mission that there is so far ([`ChainDuty`]):
+//! A swarm ([`SwarmDuty`]) surveys, gathers and crosses a passage, and hovers where it does not know
+//! its position. The duties of the chain ([`ChainDuty`]):
 //!
 //! ```text
 //!   Leading (head) ⇄ BackingUp      back link weak or lost; lands where it stays lost
@@ -127,11 +128,16 @@ impl Agent {
     #[must_use]
     pub const fn restarted(id: NodeId, role: Role, mission: MissionKind) -> Self {
         let mut agent = Self::new(id, role, mission);
-        agent.state = match role {
+        agent.note_restart();
+        agent
+    }
+
+    /// Makes a new agent that of a drone whose last run ended by a fault or in the air.
+    pub const fn note_restart(&mut self) {
+        self.state = match self.role {
             Role::Head | Role::Relay => State::Landed { why: LandReason::Restarted },
             Role::Base => State::Idle,
         };
-        agent
     }
 
     /// A drone that is already at its place in the air, with two seconds from `now` on to hear its
@@ -139,14 +145,19 @@ impl Agent {
     #[must_use]
     pub fn new_linked(id: NodeId, role: Role, mission: MissionKind, now: Instant) -> Self {
         let mut agent = Self::new(id, role, mission);
+        agent.place_in_air(now);
+        agent
+    }
+
+    /// Makes a new agent that of a drone which is already at its place in the air.
+    pub fn place_in_air(&mut self, now: Instant) {
         let patient_until = now + Duration::from_secs(2);
-        agent.state = match role {
+        self.state = match self.role {
             Role::Head | Role::Relay => {
-                State::OnMission(agent.mission.first_duty(role, patient_until))
+                State::OnMission(self.mission.first_duty(self.role, patient_until))
             }
             Role::Base => State::Idle,
         };
-        agent
     }
 
     /// The state of the drone.

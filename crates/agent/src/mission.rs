@@ -173,6 +173,7 @@ pub(crate) type Outbox = heapless::Vec<Payload, MESSAGES>;
 
 /// The mission that a drone is on.
 #[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "there is one, for ever, and no heap")]
 pub(crate) enum Mission {
     /// A chain of relays behind a head.
     Chain(Chain),
@@ -232,7 +233,10 @@ impl Mission {
     ) -> Call {
         match self {
             Self::Chain(chain) => chain.call(config, round, armed),
-            Self::Swarm(_) => Call { arms: true, stays_armed: true, takes_off: true },
+            Self::Swarm(swarm) => {
+                let knows = swarm.is_located();
+                Call { arms: knows, stays_armed: knows, takes_off: knows }
+            }
         }
     }
 

@@ -29,7 +29,7 @@ use crate::words::{Reader, Words, Writer, whole};
 /// The name of the probe's symbol.
 pub const SYMBOL: &str = "UCHAIN_PROBE";
 /// The version of the layout.
-pub const VERSION: u32 = 3;
+pub const VERSION: u32 = 4;
 
 /// Words of the flight code's status at most.
 pub const FLIGHT: usize = 20;

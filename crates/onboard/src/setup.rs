@@ -40,12 +40,14 @@ impl Setup {
     /// The agent at the start of the run.
     pub(crate) fn agent(&self) -> Agent {
         let Identity { node, role } = self.identity;
-        let mission = self.mission;
+        // One call, since each one has an agent of its own on the stack.
+        let mut agent = Agent::new(node, role, self.mission);
         match self.start {
-            Start::OnGround => Agent::new(node, role, mission),
-            Start::AfterFault => Agent::restarted(node, role, mission),
-            Start::InAir(now) => Agent::new_linked(node, role, mission, now),
+            Start::OnGround => {}
+            Start::AfterFault => agent.note_restart(),
+            Start::InAir(now) => agent.place_in_air(now),
         }
+        agent
     }
 
     /// The operator's orders at the start of the run.

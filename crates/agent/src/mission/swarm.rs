@@ -68,6 +68,11 @@ impl Swarm {
         }
     }
 
+    /// Whether the drone knows where it is; it does not take off before.
+    pub(crate) const fn is_located(&self) -> bool {
+        self.located.is_some()
+    }
+
     /// The duty after a round of `duty`, or the landing that ends it.
     pub(crate) fn next_duty(
         &mut self,

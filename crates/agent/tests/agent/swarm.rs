@@ -215,6 +215,16 @@ fn a_drone_that_does_not_know_its_position_hovers_and_then_lands() {
 }
 
 #[test]
+fn a_drone_that_does_not_know_its_position_does_not_take_off() {
+    let mut world = World::new(1, Trouble { noise: 0.0, loss: 0.0, gone: None }, 1);
+    for _ in 0..20 {
+        world.step(0, false, Order::explore(MetresPerSecond(0.2)));
+        world.round += 1;
+    }
+    assert_eq!(world.drones[0].agent.state(), State::Idle);
+}
+
+#[test]
 fn a_drone_lands_where_it_is_ordered_to() {
     let mut world = World::new(1, Trouble { noise: 0.0, loss: 0.0, gone: None }, 1);
     for n in 0..100 {
@@ -238,6 +248,25 @@ proptest! {
         let mut world = World::new(drones, Trouble { noise, loss, gone: None }, seed);
         prop_assert!(world.fly(), "not over after {} rounds", world.round);
         prop_assert!(world.closest > TOUCH, "{}", world.closest);
+    }
+
+    #[test]
+    fn any_bytes_of_others_are_borne(
+        messages in proptest::collection::vec(
+            (any::<u8>(), proptest::collection::vec(any::<u8>(), 0..=Payload::MOST)),
+            0..40,
+        ),
+    ) {
+        let mut world = World::new(2, Trouble { noise: 0.02, loss: 0.0, gone: None }, 1);
+        (0..40).for_each(|_| { world.round(); });
+        for (from, bytes) in messages {
+            let payload = Payload::new(&bytes).unwrap();
+            let told = Told { from: NodeId(from), at: world.now(), rssi: Dbm(-50.0), payload };
+            world.drones[0].inbox.push(told);
+            world.round();
+        }
+        let Drone { at, .. } = world.drones[0];
+        prop_assert!(at.is_finite() && world.drones[0].agent.state().is_airborne());
     }
 
     #[test]
