@@ -149,7 +149,7 @@ impl Localisation {
         }
         let flow = velocity.map(|v| [v.forward.0, v.lateral.0]);
         let flow = flow.filter(|v| v.iter().all(|one| one.abs() < 10.0));
-        let speed = flow.map_or(0.0, |[x, y]| libm::hypotf(x, y));
+        let speed = flow.map_or(0.0, length);
         self.flown += speed * dt;
         if let Some(estimate) = &mut self.estimate {
             estimate.predict(self.heading, flow, dt);
@@ -188,7 +188,7 @@ impl Localisation {
         };
         // The drone has flown on since.
         let age = now.since(at).as_secs_f32();
-        let (sin, cos) = libm::sincosf(self.heading + estimate.offset);
+        let (sin, cos) = Radians(self.heading + estimate.offset).sin_cos();
         let x = fix.at.x + age * (forward * cos - left * sin);
         let y = fix.at.y + age * (forward * sin + left * cos);
         let displacement = [x - estimate.at[0], y - estimate.at[1]];
@@ -202,7 +202,7 @@ impl Localisation {
         }
         let is_alike = |refused: &Refused| {
             let [x, y] = refused.displacement;
-            libm::hypotf(x - displacement[0], y - displacement[1]) < CONFIG.alike
+            length([x - displacement[0], y - displacement[1]]) < CONFIG.alike
         };
         let refused = self.refused.filter(is_alike).unwrap_or(Refused { since: now, displacement });
         self.refused = Some(refused);
@@ -242,14 +242,14 @@ impl Estimate {
 
     fn predict(&mut self, heading: f32, flow: Option<[f32; 2]>, dt: f32) {
         let [forward, left] = flow.unwrap_or_default();
-        let (sin, cos) = libm::sincosf(heading + self.offset);
+        let (sin, cos) = Radians(heading + self.offset).sin_cos();
         let moved = [dt * (forward * cos - left * sin), dt * (forward * sin + left * cos)];
         self.at = [self.at[0] + moved[0], self.at[1] + moved[1]];
         // ∂x/∂angle = −Δy, ∂y/∂angle = Δx.
         let by_angle = [-moved[1], moved[0]];
         let [[xx, xy, xa], [_, yy, ya], [.., aa]] = self.covariance;
         let [x, y] = by_angle;
-        let way = libm::hypotf(moved[0], moved[1]);
+        let way = length(moved);
         let unmeasured = if flow.is_none() { CONFIG.unmeasured * dt } else { 0.0 };
         let noise = (CONFIG.of_way * way) * (CONFIG.of_way * way)
             + CONFIG.at_rest * CONFIG.at_rest * dt
@@ -303,6 +303,11 @@ impl Estimate {
             }
         }
     }
+}
+
+/// The length of a vector. `libm::hypotf` computes in double precision, which the chip has not.
+fn length([x, y]: [f32; 2]) -> f32 {
+    libm::sqrtf(x * x + y * y)
 }
 
 #[cfg(test)]

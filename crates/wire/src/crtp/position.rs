@@ -71,7 +71,7 @@ impl<'a> Positions<'a> {
         let on = |channel| Packet::empty(Port::Localization, channel);
         match self {
             Self::Own(Fix { at, yaw }) => {
-                let rotation = yaw.map(|yaw| libm::sincosf(yaw.0 / 2.0));
+                let rotation = yaw.map(|yaw| (yaw / 2.0).sin_cos());
                 let head = if rotation.is_some() { on(1).with(&[ONE_POSE]) } else { on(0) };
                 let rotation = rotation.map(|(sin, cos)| [0.0, 0.0, sin, cos]);
                 let numbers = at.iter().map(|one| one.0).chain(rotation.into_iter().flatten());
