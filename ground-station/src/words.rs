@@ -20,6 +20,10 @@ pub const fn state(code: u8) -> &'static str {
         12 => "flying back to the junction",
         13 => "relaying from the ground",
         14 => "rising from the ground",
+        15 => "hovering: it does not know its position",
+        16 => "surveying",
+        17 => "going to its place before the passage",
+        18 => "crossing the passage",
         _ => "in a state that this station does not know",
     }
 }
@@ -27,7 +31,7 @@ pub const fn state(code: u8) -> &'static str {
 /// Whether a drone in the state with this code is in the air.
 #[must_use]
 pub const fn is_airborne(state: u8) -> bool {
-    matches!(state, 2..=7 | 10..=12 | 14)
+    matches!(state, 2..=7 | 10..=12 | 14..=18)
 }
 
 /// What is wrong with a drone whose fault has this code; `None` for nothing.
@@ -40,6 +44,7 @@ pub const fn fault(code: u8) -> Option<&'static str> {
         3 => "it lost the side towards the base",
         4 => "it never reached its height",
         5 => "it restarted, and stays down until told to wait",
+        6 => "it did not know its position for too long",
         16 => "nobody said for too long what to do",
         17 => "the inertial sensor failed",
         18 => "nothing measures its velocity",
