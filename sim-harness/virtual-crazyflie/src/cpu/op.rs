@@ -411,7 +411,8 @@ pub(super) enum Kind {
     It,
     /// An IT whose block stands in the program once more, as what is executed if its condition
     /// passes (at the place `imm`) and then as what is executed otherwise. ITSTATE is `d`, the block
-    /// has `a` instructions, `m` of which are executed if the condition does not pass.
+    /// has `a` instructions. `m` is 0 if none of them is executed where the condition does not pass,
+    /// and all lie in the line of flash that the IT does: then the core can pass over all at once.
     Block,
 
     // With the branch that stands behind it. Alone, it is what its name says.

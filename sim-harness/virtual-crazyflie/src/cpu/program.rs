@@ -101,6 +101,12 @@ impl Program {
                 op.line = timing::line_of_code(*address);
             }
         }
+        for place in 0..blocks {
+            if ops[place].kind == Kind::Block {
+                let end = place + usize::from(ops[place].a);
+                ops[place].m |= u8::from(ops[end].line != ops[place].line);
+            }
+        }
         for (first, second) in (1..blocks).zip(2..blocks) {
             if ops[second].kind.condition().is_some() && ops[second].line == ops[first].line {
                 ops[first].kind = ops[first].kind.with_branch();
@@ -217,7 +223,7 @@ fn copy_blocks(ops: &mut Vec<Op>, addresses: &mut Vec<u32>) -> Vec<u8> {
         ops[place] = Op {
             d: first,
             a: count as u8,
-            m: states.iter().filter(|&&it| executed(false, it)).count() as u8,
+            m: u8::from(states.iter().any(|&it| executed(false, it))),
             imm: ops.len() as u32,
             ..ops[place].as_kind(Kind::Block)
         };

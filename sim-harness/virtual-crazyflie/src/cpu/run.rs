@@ -186,8 +186,8 @@ impl Cpu {
         let mut executed = 0;
         while self.cycles < self.deadline {
             let op = program.op(position.place);
-            if FLASH && op.line != self.timing.line() {
-                self.cycles += self.timing.fetch(op.line, self.cycles);
+            if FLASH {
+                self.fetch_line(op.line);
             }
             last = position;
             position.advance();
@@ -199,6 +199,14 @@ impl Cpu {
             position = last;
         }
         position.leave(self, program);
+    }
+
+    /// The core waits for the line that the next instruction lies in, unless the last one lay there.
+    #[inline(always)]
+    fn fetch_line(&mut self, line: u16) {
+        if line != self.timing.line() {
+            self.cycles += self.timing.fetch(line, self.cycles);
+        }
     }
 
     /// The rest of an IT block, or as much of it as there is time for.
@@ -224,6 +232,7 @@ impl Cpu {
         memory: &mut Memory,
         bus: &mut B,
     ) {
+        self.fetch_line(op.line);
         let it = self.it;
         match op.kind {
             Kind::Outside => self.execute_outside(program, memory, bus),

@@ -1,7 +1,7 @@
 //! IT blocks (DDI 0403, A7.3).
 
 use proptest::prelude::*;
-use virtual_crazyflie::cpu::{Flags, Stop};
+use virtual_crazyflie::cpu::{Flags, FlashTiming, Stop};
 
 use super::rig::{CODE, Rig};
 
@@ -158,6 +158,45 @@ fn what_faults_in_a_block_is_still_in_it() {
     assert_eq!(rig.step(), Stop::Until);
     assert_eq!(rig.cpu.faults().len(), 1);
     assert_eq!((rig.cpu.pc(), rig.cpu.itstate()), (CODE + 4, it));
+}
+
+/// ADD.W Rn, Rn, #1
+const fn add_wide(n: u16) -> [u16; 2] {
+    [0xF100 | n, n << 8 | 1]
+}
+
+/// Cycles, instructions and program counter after a run to `until` that paused at `cut` too.
+fn run_with_a_pause(code: &[u16], flags: Flags, cut: u64, until: u64) -> (u64, u64, u32) {
+    let mut rig = Rig::new(code);
+    rig.bus.wait_states = 5;
+    rig.cpu.set_flash_timing(FlashTiming::Accelerated, 5);
+    rig.cpu.set_flags(flags);
+    for moment in [cut, until] {
+        assert_eq!(rig.run(moment), Stop::Until);
+    }
+    (rig.cpu.cycles(), rig.cpu.instructions(), rig.cpu.register(15))
+}
+
+proptest! {
+    /// The lines of flash that a block lies in cost the same cycles wherever a run pauses: in the
+    /// block, at its IT, or not at all.
+    #[test]
+    fn a_pause_within_a_block_costs_no_cycle(
+        (condition, thens) in any_block(),
+        flags in any_flags(),
+        before in 0_usize..8,
+        cut in 0_u64..60,
+        until in 60_u64..90,
+    ) {
+        let mut code = vec![NOP; before];
+        code.push(it(condition, &thens));
+        code.extend((0..4).take(thens.len()).flat_map(add_wide));
+        code.extend([NOP; 120]);
+        prop_assert_eq!(
+            run_with_a_pause(&code, flags, cut, until),
+            run_with_a_pause(&code, flags, 0, until)
+        );
+    }
 }
 
 #[test]
