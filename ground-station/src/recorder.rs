@@ -15,11 +15,12 @@ use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use serde::Serialize;
+use sim_harness::station_log::{self, Plan};
 use units::NodeId;
 
 use crate::blocks::{BaseReport, DroneReport};
 use crate::order::{Fate, Order};
+use crate::session::Facts;
 
 /// The time between two flushes, half of the second that a killed station may lose.
 const FLUSH: Duration = Duration::from_millis(500);
@@ -40,6 +41,10 @@ pub enum Event {
     Drone(NodeId, DroneReport),
     /// The base said something about itself.
     Base(BaseReport),
+    /// The base's number and limits are known.
+    Limits(Facts),
+    /// The floor plan that the page shows.
+    Map(Plan),
     /// The base printed a line.
     Console(String),
     /// A page gave an order.
@@ -125,34 +130,17 @@ impl Files {
     }
 }
 
-/// A drone's report in its own units, for both files.
-#[derive(Serialize)]
-struct Row {
-    node: u8,
-    state: &'static str,
-    fault: &'static str,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    battery_v: Option<f32>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    endurance_s: Option<f32>,
-    odometer_m: f32,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    back: Option<u8>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    rssi_dbm: Option<f32>,
-}
-
-impl Row {
-    fn of(node: NodeId, report: &DroneReport) -> Self {
-        Self {
-            node: node.0,
-            state: crate::words::state(report.state),
-            fault: crate::words::fault(report.fault).unwrap_or_default(),
-            battery_v: report.battery.map(|volts| volts.0),
-            endurance_s: report.endurance.map(units::Duration::as_secs_f32),
-            odometer_m: report.odometer.0,
-            back: report.back.map(|(peer, _)| peer.0),
-            rssi_dbm: report.back.map(|(_, rssi)| rssi.0),
-        }
+/// A drone's report in the units of both files.
+fn message_of(node: NodeId, report: &DroneReport) -> station_log::DroneReport {
+    station_log::DroneReport {
+        node: node.0,
+        state: crate::words::state(report.state).to_owned(),
+        state_code: report.state,
+        fault: crate::words::fault(report.fault).unwrap_or_default().to_owned(),
+        battery_v: report.battery.map(|volts| volts.0),
+        endurance_s: report.endurance.map(units::Duration::as_secs_f32),
+        odometer_m: report.odometer.0,
+        back: report.back.map(|(peer, _)| peer.0),
+        rssi_dbm: report.back.map(|(_, rssi)| rssi.0),
     }
 }

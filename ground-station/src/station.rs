@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use serde::{Deserialize, Serialize};
+use sim_harness::station_log::{ChainLine, Plan};
 use tokio::sync::{mpsc, watch};
 use tokio::time::MissedTickBehavior;
 use units::{Instant, NodeId};
@@ -13,6 +14,7 @@ use units::{Instant, NodeId};
 use crate::advice::Situation;
 use crate::blocks::Block;
 use crate::chain_view::ChainView;
+use crate::fleet::Fleet;
 use crate::link::Link;
 use crate::order::{Fate, Order};
 use crate::recorder::{Event, Record, Recorder};
@@ -52,11 +54,23 @@ enum FromPage {
     Closed(PageId),
 }
 
+/// What a station is started with, beside its link.
+#[derive(Debug, Default)]
+pub struct Setup {
+    /// The recorder, if everything is recorded.
+    pub recorder: Option<Recorder>,
+    /// The floor plan for the pages, if there is one.
+    pub plan: Option<Plan>,
+    /// The fleet, which names the drones.
+    pub fleet: Fleet,
+}
+
 /// The pages' end of a station. The station runs until the last of them is dropped.
 #[derive(Clone, Debug)]
 pub struct Handle {
     requests: mpsc::Sender<FromPage>,
     status: watch::Receiver<Arc<str>>,
+    plan: Arc<str>,
 }
 
 impl Handle {
@@ -76,14 +90,22 @@ impl Handle {
     pub fn status(&self) -> watch::Receiver<Arc<str>> {
         self.status.clone()
     }
+
+    /// The floor plan as JSON; `null` where there is none.
+    #[must_use]
+    pub fn plan(&self) -> &str {
+        &self.plan
+    }
 }
 
 /// Starts a station on a link.
 #[must_use]
-pub fn start(link: impl Link, recorder: Option<Recorder>) -> Handle {
+pub fn start(link: impl Link, setup: Setup) -> Handle {
+    let Setup { recorder, plan, fleet } = setup;
+    let plan_json = serde_json::to_string(&plan).unwrap_or_else(|_| "null".to_owned());
     let (requests, received) = mpsc::channel(WAITING);
     let (publisher, status) = watch::channel(Arc::from("{}"));
-    let station = Station {
+    let mut station = Station {
         link,
         recorder,
         publisher,
@@ -94,9 +116,14 @@ pub fn start(link: impl Link, recorder: Option<Recorder>) -> Handle {
         pages: Pages::default(),
         notices: VecDeque::new(),
         published: None,
+        line: plan.as_ref().and_then(ChainLine::of),
+        fleet,
     };
+    if let Some(plan) = plan {
+        station.record(Instant::ZERO, Event::Map(plan));
+    }
     tokio::spawn(station.run(received));
-    Handle { requests, status }
+    Handle { requests, status, plan: plan_json.into() }
 }
 
 struct Station<L: Link> {
@@ -111,6 +138,9 @@ struct Station<L: Link> {
     pages: Pages,
     notices: VecDeque<String>,
     published: Option<Instant>,
+    /// The line of the plan along which drones are shown.
+    line: Option<ChainLine>,
+    fleet: Fleet,
 }
 
 impl<L: Link> Station<L> {
@@ -209,6 +239,7 @@ impl<L: Link> Station<L> {
                     self.notice(now, fate_in_words(order, fate));
                 }
                 News::Ready(facts) => {
+                    self.record(now, Event::Limits(facts));
                     self.notice(now, format!("Connected to the base, node {}.", facts.node));
                 }
                 News::NotBase(node) => self.seek_base(now, node).await,
@@ -254,9 +285,11 @@ impl<L: Link> Station<L> {
             facts: self.session.facts(),
             chain: &self.chain,
             stopping: &self.session.stopping,
+            fleet: &self.fleet,
         };
         let notices = self.notices.iter().cloned().collect();
-        let status = Status::of(&situation, self.pages.steering(now), notices);
+        let line = self.line.as_ref();
+        let status = Status::of(&situation, line, self.pages.steering(now), notices);
         if let Ok(json) = serde_json::to_string(&status) {
             self.publisher.send_replace(json.into());
         }

@@ -15,7 +15,11 @@ function connect() {
   socket = new WebSocket(`ws://${location.host}/live?session=${session}`);
   socket.onmessage = (event) => {
     const message = JSON.parse(event.data);
-    if ("page" in message) page = message.page;
+    if ("page" in message) {
+      page = message.page;
+      chainMap.plan = message.plan;
+      setText("map-kind", message.plan ? "Drones are drawn along the first gallery, as far as they have flown." : "No map was given: the line is the way flown.");
+    }
     else if ("drones" in message) show(message);
   };
   socket.onclose = () => setTimeout(connect, 500);
@@ -163,7 +167,7 @@ function droneItem(drone) {
   }
   else if (drone.battery_v !== null) facts.append(text("span", `Battery ${drone.battery_v.toFixed(2)} V`));
   else facts.append(text("span", "Battery unknown"));
-  facts.append(text("span", `${drone.odometer_m.toFixed(1)} m in`));
+  facts.append(text("span", `${drone.odometer_m.toFixed(1)} m flown`));
   if (drone.silent) facts.append(text("span", `Silent for ${minutes(drone.age_s)}`, "bad"));
   item.append(facts);
   return item;
@@ -201,6 +205,7 @@ function show(status) {
   setText("task", status.task ?? "nothing yet");
   setText("base", status.base ? `Base, node ${status.base.node}: ${status.base.radio}.${status.base.recalled ? " A drone must come home." : ""}` : "");
   setList("drones", status.drones.map(droneItem));
+  chainMap.show(status);
   setList("notices", status.notices.map((notice) => text("li", notice)).reverse());
   at("before").hidden = status.checks.length === 0 || status.stop !== null;
   setList("checks", status.checks.map(({ good, text: words }) =>

@@ -3,9 +3,12 @@
 
 mod access;
 mod browser;
+mod fleet;
 mod in_chromium;
+mod map;
 mod mission;
 mod page_client;
+mod recording;
 mod simulated_chain;
 mod station_process;
 mod through_bridge;

@@ -54,6 +54,11 @@ impl SimulatedChain {
         Self { ports: addresses, ending, events, thread: Some(thread) }
     }
 
+    /// The addresses of all drones, the head's first, the base's last.
+    pub(crate) fn addresses(&self) -> Vec<String> {
+        self.ports.iter().map(|port| format!("udp://{port}")).collect()
+    }
+
     /// The base's address, as the station takes it.
     pub(crate) fn address(&self) -> String {
         format!("udp://{}", self.ports.last().unwrap())
