@@ -14,6 +14,7 @@ use crate::check::check;
 use crate::fleet::Fleet;
 use crate::link::UdpLink;
 use crate::map::MapArgs;
+use crate::range_survey::sensitivity;
 use crate::recorder::Recorder;
 use crate::station::Setup;
 use crate::{server, station};
@@ -110,7 +111,9 @@ async fn begin(arguments: &Arguments) -> Result<ExitCode, Unusable> {
 
 async fn run(arguments: &Arguments, fleet: Fleet) -> Result<(), Unusable> {
     let address = arguments.base.as_ref().or_else(|| fleet.base().map(|base| &base.address));
-    let way = address.ok_or_else(no_base)?.open().map_err(unusable)?;
+    let address = address.ok_or_else(no_base)?;
+    let sensitivity = Some(sensitivity(&address.to_string()));
+    let way = address.open().map_err(unusable)?;
     let base = way.port;
     let plan = arguments.map.open().map_err(unusable)?;
     let access = Access::new(arguments.host, arguments.token.clone()).map_err(no_access)?;
@@ -130,7 +133,8 @@ async fn run(arguments: &Arguments, fleet: Fleet) -> Result<(), Unusable> {
     })?;
     let page = listener.local_addr().unwrap_or(at);
     println!("the page is at http://{page}/; Ctrl-C ends the station");
-    let app = server::router(access, station::start(link, Setup { recorder, plan, fleet }));
+    let app =
+        server::router(access, station::start(link, Setup { recorder, plan, fleet, sensitivity }));
     let served = tokio::select! {
         served = axum::serve(listener, app) => served,
         _ = tokio::signal::ctrl_c() => Ok(()),

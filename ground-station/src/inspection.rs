@@ -27,7 +27,8 @@ const PARAMETERS: [&str; 9] = [
     "firmware.revision1",
 ];
 
-/// The log block that is read, and its variables in the order of [`Log::decode`].
+/// The log block that is read, and its variables in the order in which `Inspection::receive` reads
+/// them.
 const BLOCK: u8 = 0;
 const VARIABLES: [(&str, LogType); 2] =
     [("pm.vbat", LogType::F32), ("supervisor.info", LogType::U16)];

@@ -18,6 +18,7 @@
 //! | [`checklist`], [`advice`] | what must be so before a flight, and what to do next |
 //! | [`status`] | the state of all that as JSON, for the pages |
 //! | [`map`] | the floor plan on which the pages show the chain |
+//! | [`range_survey`] | how far a link reaches, and which limits follow |
 //! | [`steering`] | which of the open pages steers |
 //! | [`fleet`] | the fleet file: names, addresses and limits of the drones |
 //! | [`check`], [`inspection`] | check every drone against that file before a flight |
@@ -44,6 +45,7 @@ pub mod map;
 pub mod order;
 #[cfg(feature = "crazyradio")]
 pub mod radio;
+pub mod range_survey;
 pub mod recorder;
 pub mod server;
 pub mod session;

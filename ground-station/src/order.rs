@@ -47,7 +47,7 @@ pub enum Order {
 
 /// Reads a number also where another program of the workspace has `serde_json` keep numbers as text
 /// (its feature `arbitrary_precision`): then a plain `f32` of a tagged enum is refused.
-fn number<'de, D: Deserializer<'de>>(from: D) -> Result<f32, D::Error> {
+pub(crate) fn number<'de, D: Deserializer<'de>>(from: D) -> Result<f32, D::Error> {
     let number = serde_json::Number::deserialize(from)?;
     number.as_f64().map(|number| number as f32).ok_or_else(|| D::Error::custom("no number"))
 }

@@ -2,15 +2,17 @@
 //! own: a slow disk delays no order.
 //!
 //! `packets.csv` has a row for each report of a drone that has a link towards the base; `uchain
-//! replay` reads it. `station.mcap` has everything, as JSON messages. Both are flushed at least once
+//! replay` reads it. `station.mcap` has everything, as JSON messages. Each range survey has a table of
+//! its own, `survey-1.csv` and so on. The first two are flushed at least once
 //! a second, and are readable up to there when the station is killed.
 
 mod mcap;
 mod packets;
+mod survey;
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
@@ -20,6 +22,7 @@ use units::NodeId;
 
 use crate::blocks::{BaseReport, DroneReport};
 use crate::order::{Fate, Order};
+use crate::range_survey::Sample;
 use crate::session::Facts;
 
 /// The time between two flushes, half of the second that a killed station may lose.
@@ -57,6 +60,10 @@ pub enum Event {
     GaveUp,
     /// The station printed a notice.
     Notice(String),
+    /// A relay that is carried is so far from the base, in metres.
+    Mark(NodeId, f32),
+    /// A range survey has ended, with these samples.
+    Survey(NodeId, Vec<Sample>),
 }
 
 /// A recorder; its thread ends when the recorder is dropped.
@@ -77,6 +84,8 @@ impl Recorder {
         let mut files = Files {
             packets: packets::Packets::new(create("packets.csv")?)?,
             mcap: mcap::Recording::new(create("station.mcap")?)?,
+            folder: folder.to_owned(),
+            surveys: 0,
         };
         let (records, received) = mpsc::channel();
         let writer = thread::Builder::new()
@@ -100,18 +109,30 @@ impl Drop for Recorder {
     }
 }
 
-/// The two files.
+/// The two files, and the folder for those of range surveys.
 struct Files {
     packets: packets::Packets<BufWriter<File>>,
     mcap: mcap::Recording<BufWriter<File>>,
+    folder: PathBuf,
+    /// The number of range surveys that were written.
+    surveys: usize,
 }
 
 impl Files {
+    fn write_survey(&mut self, node: NodeId, samples: &[Sample]) -> io::Result<()> {
+        self.surveys += 1;
+        let name = format!("survey-{}.csv", self.surveys);
+        survey::write(File::create_new(self.folder.join(name))?, node, samples)
+    }
+
     fn write_all(&mut self, records: &Receiver<Record>) -> io::Result<()> {
         let mut flushed = Instant::now();
         loop {
             match records.recv_timeout(FLUSH.saturating_sub(flushed.elapsed())) {
                 Ok(record) => {
+                    if let Event::Survey(node, samples) = &record.event {
+                        self.write_survey(*node, samples)?;
+                    }
                     self.packets.write(&record)?;
                     self.mcap.write(record);
                 }

@@ -9,6 +9,7 @@ use crate::battery;
 use crate::chain_view::{ChainView, Drone, Trend};
 use crate::checklist::{self, Check};
 use crate::fleet::Fleet;
+use crate::range_survey::{Proposal, RangeSurvey};
 use crate::steering::PageId;
 use crate::stopping::{Sending, Stopping};
 use crate::words;
@@ -30,9 +31,44 @@ pub struct Status {
     /// The checklist before a flight; empty in flight.
     checks: Vec<Check>,
     stop: Option<StopStatus>,
+    survey: Option<SurveyStatus>,
     advice: AdviceStatus,
     /// The last lines of the station's log, the newest last.
     notices: Vec<String>,
+}
+
+/// What the pages show beside the situation.
+#[derive(Debug)]
+pub struct Shown<'a> {
+    /// The line of the plan along which drones are shown; without it, a straight one.
+    pub line: Option<&'a ChainLine>,
+    /// The range survey, with the sensitivity of the drones' radio.
+    pub survey: Option<(&'a RangeSurvey, Dbm)>,
+    /// The page that steers.
+    pub steering: Option<PageId>,
+    /// The last lines of the station's log, the newest last.
+    pub notices: Vec<String>,
+}
+
+#[derive(Debug, Serialize)]
+struct SurveyStatus {
+    name: String,
+    /// The last mark.
+    place_m: f32,
+    /// The number of samples whose place is known.
+    samples: usize,
+    proposal: Option<Proposal>,
+}
+
+impl SurveyStatus {
+    fn of(survey: &RangeSurvey, sensitivity: Dbm, fleet: &Fleet) -> Self {
+        Self {
+            name: fleet.name(survey.node),
+            place_m: survey.place_m(),
+            samples: survey.samples().len(),
+            proposal: survey.propose(sensitivity),
+        }
+    }
 }
 
 #[derive(Debug, Serialize)]
@@ -130,12 +166,8 @@ struct AdviceStatus {
 impl Status {
     /// The state of the station in a situation.
     #[must_use]
-    pub fn of(
-        situation: &Situation<'_>,
-        line: Option<&ChainLine>,
-        steering: Option<PageId>,
-        notices: Vec<String>,
-    ) -> Self {
+    pub fn of(situation: &Situation<'_>, shown: Shown<'_>) -> Self {
+        let Shown { line, survey, steering, notices } = shown;
         let Situation { now, hears_base, facts, chain, stopping, fleet } = *situation;
         let advice = advice::advise(situation);
         let (map, places) = MapStatus::of(chain, line);
@@ -161,6 +193,8 @@ impl Status {
             map,
             checks: checklist::checks(situation),
             stop: StopStatus::of(now, stopping, fleet),
+            survey: survey
+                .map(|(survey, sensitivity)| SurveyStatus::of(survey, sensitivity, fleet)),
             advice: AdviceStatus { urgent: advice.urgency == Urgency::Urgent, text: advice.text },
             notices,
         }

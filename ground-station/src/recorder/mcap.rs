@@ -131,6 +131,14 @@ fn message(event: &Event) -> io::Result<Message> {
         Event::Fate(order, fate) => Message::order("answered", Some(*order), Some(*fate)),
         Event::Stop => Message::order("stop", None, None),
         Event::GaveUp => Message::order("gave-up", None, None),
+        Event::Mark(node, metres) => Message::line(
+            Line::NOTICE,
+            &format!("Range survey: node {node} is {metres} m from the base."),
+        ),
+        Event::Survey(node, samples) => {
+            let text = format!("Range survey with node {node}: {} samples.", samples.len());
+            Message::line(Line::NOTICE, &text)
+        }
     }
 }
 

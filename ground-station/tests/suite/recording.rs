@@ -94,6 +94,47 @@ async fn the_recording_of_a_killed_station_opens_in_replay_and_in_the_report() {
     }
 }
 
+/// A chain that stays on the ground is surveyed where it stands: its relay does not move, but the
+/// marks say so.
+#[tokio::test]
+async fn a_range_survey_proposes_limits_and_is_written_as_a_table_for_a_fit() {
+    let chain = SimulatedChain::demo();
+    let recording = folder("surveyed");
+    let options = ["--record", recording.to_str().unwrap()];
+    let station = StationProcess::start(&chain.address(), &options);
+    let mut page = PageClient::open(station.page).await;
+    page.wait_for_chain().await;
+    page.send(r#"{"do":"survey","step":"begin","node":2}"#).await;
+    let status = page.wait_for("survey", |status| status["survey"].is_object()).await;
+    assert_eq!(status["survey"]["name"], "relay 2");
+    let mut metres = 0.0;
+    while page.wait_for("next state", |_| true).await["survey"]["proposal"].is_null() {
+        metres += 0.05;
+        page.send(&format!(r#"{{"do":"survey","step":"mark","metres":{metres}}}"#)).await;
+    }
+    let status = page.wait_for("proposal", |status| status["survey"]["proposal"].is_object()).await;
+    let proposal = &status["survey"]["proposal"];
+    assert_eq!(proposal["retreat_dbm"], -72.0);
+    assert_eq!(proposal["reached_limit"], false, "{proposal}");
+    page.send(r#"{"do":"survey","step":"end"}"#).await;
+    let file = recording.join("survey-1.csv");
+    page.wait_for("table", |status| {
+        status["notices"].to_string().contains("The range survey has") && file.exists()
+    })
+    .await;
+    drop(page);
+    let table = loop {
+        let table = std::fs::read_to_string(&file).unwrap();
+        if table.lines().count() > 30 {
+            break table;
+        }
+        tokio::time::sleep(Duration::from_millis(100)).await;
+    };
+    assert!(table.starts_with("time_s,link,rssi_dbm,distance_m\n"), "{table}");
+    let summary = replay(&[file], &ReplayOptions::default()).unwrap();
+    assert_eq!(summary.files[0].links.len(), 1);
+}
+
 #[test]
 fn what_is_no_recording_of_a_station_has_no_report() {
     assert!(
