@@ -203,13 +203,13 @@ function showStop(stopped) {
 
 function surveyWords(found) {
   if (!found) return "";
-  const so_far = `With ${found.name}, last ${found.place_m.toFixed(1)} m from the base: ${found.samples} samples. `;
-  if (!found.proposal) return `${so_far}Limits are proposed from 30 samples on; there is one a second.`;
+  const soFar = `With ${found.name}, last ${found.place_m.toFixed(1)} m from the base: ${found.samples} samples. `;
+  if (!found.proposal) return `${soFar}Limits are proposed from 30 samples on; there is one a second.`;
   const { launch_dbm, retreat_dbm, reach_m, reached_limit } = found.proposal;
   const reach = reached_limit
     ? `A link is that strong up to ${reach_m.toFixed(1)} m.`
     : `The link was never that weak: it reaches farther than ${reach_m.toFixed(1)} m.`;
-  return `${so_far}Proposed limits: launch ${launch_dbm} dBm, retreat ${retreat_dbm} dBm. ${reach}`;
+  return `${soFar}Proposed limits: launch ${launch_dbm} dBm, retreat ${retreat_dbm} dBm. ${reach}`;
 }
 
 function show(status) {
@@ -228,7 +228,7 @@ function show(status) {
   at("before").hidden = status.checks.length === 0 || status.stop !== null;
   setList("checks", status.checks.map(({ good, text: words }) =>
     text("li", `${good ? "OK" : "NOT YET"}: ${words}`, good ? "good" : "weak")));
-  at("survey").hidden = status.checks.length === 0 && !status.survey;
+  at("survey").hidden = (status.checks.length === 0 || status.stop !== null) && !status.survey;
   for (const field of at("survey").querySelectorAll("button, input")) field.disabled = !steers;
   setText("survey-state", surveyWords(status.survey));
   showStop(status.stop);
