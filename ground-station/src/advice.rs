@@ -1,9 +1,10 @@
 //! Recommends the operator's next action. The first rule that applies counts.
 
-use units::{Dbm, Duration, Instant, NodeId};
+use units::{Dbm, Duration, Instant};
 
 use crate::battery::seconds_to_turning_back;
 use crate::chain_view::{ChainView, Drone, Trend};
+use crate::fleet::Fleet;
 use crate::session::Facts;
 use crate::stopping::{Sending, Stop, Stopping, is_stopped};
 use crate::words;
@@ -47,13 +48,15 @@ pub struct Situation<'a> {
     pub chain: &'a ChainView,
     /// The emergency stop.
     pub stopping: &'a Stopping,
+    /// The fleet, which names the drones; without drones where there is no fleet file.
+    pub fleet: &'a Fleet,
 }
 
 /// Returns the next recommended action.
 #[must_use]
 pub fn advise(of: &Situation<'_>) -> Advice {
     if let Stopping::Ordered(stop) = of.stopping {
-        return after_stop(stop);
+        return after_stop(stop, of.fleet);
     }
     let Some(facts) = of.facts.filter(|_| of.hears_base) else {
         return urgent(
@@ -73,12 +76,12 @@ fn calm(text: &str) -> Advice {
     Advice { urgency: Urgency::Calm, text: text.to_owned() }
 }
 
-fn after_stop(stop: &Stop) -> Advice {
+fn after_stop(stop: &Stop, fleet: &Fleet) -> Advice {
     let missing: Vec<String> = stop
         .drones
         .iter()
         .filter(|(_, answer)| answer.is_none())
-        .map(|(node, _)| name(*node))
+        .map(|(node, _)| fleet.name(*node))
         .collect();
     match stop.sending {
         Sending::Answered => {
@@ -99,7 +102,7 @@ fn after_stop(stop: &Stop) -> Advice {
 fn trouble(of: &Situation<'_>, retreat_limit: Dbm) -> Option<Advice> {
     of.chain.drones.iter().find_map(|(node, drone)| {
         trouble_of(of.now, drone, retreat_limit)
-            .map(|what| urgent(format!("{}{what}", capital(*node))))
+            .map(|what| urgent(format!("{}{what}", capital(&of.fleet.name(*node)))))
     })
 }
 
@@ -156,20 +159,15 @@ fn next_step(chain: &ChainView) -> &'static str {
     }
 }
 
-/// The name of a drone in the middle of a sentence.
-#[must_use]
-pub fn name(node: NodeId) -> String {
-    if node.0 == 0 { "the head".to_owned() } else { format!("relay {node}") }
-}
-
-/// The name of a drone at the beginning of a sentence.
-fn capital(node: NodeId) -> String {
-    if node.0 == 0 { "The head".to_owned() } else { format!("Relay {node}") }
+/// A name at the beginning of a sentence.
+fn capital(name: &str) -> String {
+    let mut letters = name.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
 #[cfg(test)]
 mod tests {
-    use units::Metres;
+    use units::{Metres, NodeId};
 
     use super::*;
     use crate::blocks::DroneReport;
@@ -196,7 +194,8 @@ mod tests {
             chain.hear(NOW, NodeId(node), *report);
         }
         let facts = Some(FACTS);
-        advise(&Situation { now: NOW, hears_base: true, facts, chain: &chain, stopping })
+        let fleet = &Fleet::default();
+        advise(&Situation { now: NOW, hears_base: true, facts, chain: &chain, stopping, fleet })
     }
 
     #[test]

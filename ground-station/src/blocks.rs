@@ -185,6 +185,24 @@ impl BlockSetup {
         Ok(Self { left, sent: None })
     }
 
+    /// The setup of a single block, with these variables, for any drone.
+    ///
+    /// # Errors
+    /// The name of the variable that the drone does not have.
+    pub fn of_one(block: u8, variables: &[(&str, LogType)], rows: &Rows) -> Result<Self, String> {
+        let mut left = VecDeque::new();
+        left.extend(control(&[5]));
+        let mut create = vec![6, block];
+        for (name, kind) in variables {
+            let row = rows.get(*name).ok_or_else(|| (*name).to_owned())?;
+            create.push(*kind as u8);
+            create.extend(row.to_le_bytes());
+        }
+        left.extend(control(&create));
+        left.extend(control(&[3, block, BASE_PERIOD]));
+        Ok(Self { left, sent: None })
+    }
+
     /// Whether every block was created and started.
     #[must_use]
     pub fn is_done(&self) -> bool {

@@ -3,14 +3,19 @@
 use agent::FlightConfig;
 use units::NodeId;
 
-use crate::advice::{SILENT, Situation, name};
+use crate::advice::{SILENT, Situation};
 use crate::chain_view::Drone;
+use crate::fleet::Fleet;
+use crate::session::Facts;
 use crate::words;
 
 /// The code of the base's radio link when it is a member of the chain.
 const MEMBER: u8 = 2;
 /// The code of the state of a drone that has landed.
 const LANDED: u8 = 8;
+
+/// Two limits that differ by less are the same, dB: a drone stores them in finer steps.
+const SAME_LIMIT: f32 = 0.05;
 
 /// One line of the checklist.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
@@ -48,20 +53,31 @@ pub fn checks(of: &Situation<'_>) -> Vec<Check> {
     };
     let is_member = of.chain.base.is_some_and(|base| base.link == MEMBER);
     let not = |is_good: &dyn Fn(&Drone) -> bool| -> Vec<String> {
-        drones.iter().filter(|(_, drone)| !is_good(drone)).map(|(node, _)| name(*node)).collect()
+        drones
+            .iter()
+            .filter(|(_, drone)| !is_good(drone))
+            .map(|(node, _)| of.fleet.name(*node))
+            .collect()
     };
-    let unheard: Vec<String> = (0..facts.node.0)
-        .map(NodeId)
-        .filter(|node| drones.get(node).is_none_or(|drone| drone.age(of.now) > SILENT))
-        .map(name)
-        .collect();
-    vec![
+    let unheard = |nodes: &mut dyn Iterator<Item = NodeId>| -> Vec<String> {
+        nodes
+            .filter(|node| drones.get(node).is_none_or(|drone| drone.age(of.now) > SILENT))
+            .map(|node| of.fleet.name(node))
+            .collect()
+    };
+    let heard = if of.fleet.drones.is_empty() {
+        let missing = unheard(&mut (0..facts.node.0).map(NodeId));
+        Check::of("Every number before the base's is heard", &missing)
+    } else {
+        Check::of("Every drone of the fleet file is heard", &unheard(&mut of.fleet.flying()))
+    };
+    let mut checks = vec![
         Check::whether(
             is_member,
             "The base's radio is a member of the chain.",
             "The base's radio is not a member of the chain yet.",
         ),
-        Check::of("Every number before the base's is heard", &unheard),
+        heard,
         Check::of("Every drone is without a fault", &not(&|drone| drone.report.fault == 0)),
         Check::of("Every drone may take off", &not(&|drone| drone.report.state != LANDED)),
         Check::of("Every battery that is known lasts for 90 s", &not(&lasts)),
@@ -69,7 +85,23 @@ pub fn checks(of: &Situation<'_>) -> Vec<Check> {
             "Every link is stronger than the launch limit",
             &not(&|drone| drone.report.back.is_some_and(|(_, rssi)| rssi > facts.launch_limit)),
         ),
-    ]
+    ];
+    checks.extend(limits(of.fleet, facts));
+    checks
+}
+
+/// Whether the base's limits are those of the fleet file, where it has any.
+fn limits(fleet: &Fleet, facts: Facts) -> Option<Check> {
+    let limits = &fleet.limits;
+    let pairs = [(limits.launch, facts.launch_limit), (limits.retreat, facts.retreat_limit)];
+    let mut told = pairs.iter().filter_map(|(wanted, own)| Some(((*wanted)?, *own))).peekable();
+    told.peek()?;
+    let agree = told.all(|(wanted, own)| (wanted.0 - own.0).abs() <= SAME_LIMIT);
+    Some(Check::whether(
+        agree,
+        "The base's limits are those of the fleet file.",
+        "The base's limits are not those of the fleet file: check the fleet.",
+    ))
 }
 
 /// Whether a drone would be launched with its battery; an unknown one counts as enough, as for the
@@ -81,12 +113,12 @@ fn lasts(drone: &Drone) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use units::{Dbm, Duration, Instant, Metres};
+    use units::{Dbm, Duration, Instant, Metres, Role};
 
     use super::*;
     use crate::blocks::{BaseReport, DroneReport};
     use crate::chain_view::ChainView;
-    use crate::session::Facts;
+    use crate::fleet::FleetDrone;
     use crate::stopping::Stopping;
 
     const NOW: Instant = Instant::from_millis(20_000);
@@ -109,7 +141,8 @@ mod tests {
         let (launch_limit, retreat_limit) = (Dbm(-70.0), Dbm(-76.0));
         let facts = Some(Facts { node: NodeId(2), launch_limit, retreat_limit });
         let stopping = &Stopping::NotOrdered;
-        checks(&Situation { now: NOW, hears_base: true, facts, chain: &chain, stopping })
+        let fleet = &Fleet::default();
+        checks(&Situation { now: NOW, hears_base: true, facts, chain: &chain, stopping, fleet })
     }
 
     #[test]
@@ -133,6 +166,35 @@ mod tests {
             assert_eq!(bad.len(), 1, "{report:?}: {checks:?}");
             assert!(bad[0].text.ends_with("but not relay 1."), "{bad:?}");
         }
+    }
+
+    /// A fleet of the head and a base 15, as `uchain keys` numbers bases.
+    #[test]
+    fn a_fleet_file_says_which_drones_are_missing_and_which_limits_count() {
+        let base = BaseReport { link: MEMBER, recalled: false, refused: 0 };
+        let mut chain = ChainView { base: Some(base), ..ChainView::default() };
+        chain.hear(NOW, NodeId(0), READY);
+        let facts = |launch: f32| {
+            let (launch_limit, retreat_limit) = (Dbm(launch), Dbm(-76.0));
+            Some(Facts { node: NodeId(15), launch_limit, retreat_limit })
+        };
+        let address = |text: &str| text.parse().unwrap();
+        let drone =
+            |address, role| FleetDrone { name: "Ada".to_owned(), address, role, decks: Vec::new() };
+        let mut fleet = Fleet::default();
+        fleet.limits.launch = Some(Dbm(-70.0));
+        fleet.drones.insert(NodeId(0), drone(address("udp://a:1"), Role::Head));
+        fleet.drones.insert(NodeId(15), drone(address("udp://a:2"), Role::Base));
+        let bad = |fleet: &Fleet, launch| -> Vec<String> {
+            let (facts, stopping) = (facts(launch), &Stopping::NotOrdered);
+            let of =
+                Situation { now: NOW, hears_base: true, facts, chain: &chain, stopping, fleet };
+            checks(&of).into_iter().filter(|check| !check.good).map(|check| check.text).collect()
+        };
+        assert_eq!(bad(&fleet, -70.0), [""; 0]);
+        assert!(bad(&fleet, -75.0)[0].contains("limits are not those"));
+        fleet.drones.insert(NodeId(1), drone(address("udp://a:3"), Role::Relay));
+        assert!(bad(&fleet, -70.0)[0].contains("but not relay 1 (Ada)."));
     }
 
     #[test]

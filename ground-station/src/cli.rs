@@ -1,17 +1,22 @@
 //! The command `uchain-ground`.
 
 use std::fmt;
-use std::net::{IpAddr, Ipv4Addr, SocketAddr, ToSocketAddrs};
+use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::str::FromStr;
 
 use clap::Parser;
 use tokio::net::TcpListener;
 
 use crate::access::{Access, Refused};
+use crate::address::Address;
+use crate::check::check;
+use crate::fleet::Fleet;
 use crate::link::UdpLink;
+use crate::map::MapArgs;
+use crate::range_survey::sensitivity;
 use crate::recorder::Recorder;
+use crate::station::Setup;
 use crate::{server, station};
 
 /// The port of the page.
@@ -26,7 +31,15 @@ const BAD_INPUT: u8 = 2;
 struct Arguments {
     /// The base: udp://HOST:PORT, the last address that `uchain serve` prints, or, with the feature
     /// crazyradio, radio:// with number, channel, data rate and address of a real one
-    base: BaseAddress,
+    #[arg(required_unless_present = "fleet")]
+    base: Option<Address>,
+    /// The fleet file (TOML): it names the drones, and the base where no address is given
+    #[arg(long, value_name = "FILE")]
+    fleet: Option<PathBuf>,
+    /// Check every drone of the fleet file against it, one after the other, and serve no page; the
+    /// exit status is 1 where one is not as the file has it
+    #[arg(long, requires = "fleet", conflicts_with = "base")]
+    check: bool,
     /// The port of the page; 0 for any that is free
     #[arg(long, default_value_t = PORT)]
     port: u16,
@@ -39,32 +52,8 @@ struct Arguments {
     /// Records to packets.csv and station.mcap in this folder, which must not have them yet
     #[arg(long, value_name = "DIR")]
     record: Option<PathBuf>,
-}
-
-/// The address of a base.
-#[derive(Clone, Debug, PartialEq, Eq)]
-enum BaseAddress {
-    /// A base at a UDP port.
-    Udp { host: String, port: u16 },
-    /// A base at a Crazyradio, by the address that Bitcraze's tools use.
-    Radio(String),
-}
-
-impl FromStr for BaseAddress {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        if text.starts_with("radio://") {
-            return Ok(Self::Radio(text.to_owned()));
-        }
-        let parts = text.strip_prefix("udp://").and_then(|rest| rest.rsplit_once(':'));
-        let address = parts.and_then(|(host, port)| {
-            let host = host.trim_start_matches('[').trim_end_matches(']');
-            let port = port.parse().ok().filter(|port| *port > 0)?;
-            (!host.is_empty()).then(|| Self::Udp { host: host.to_owned(), port })
-        });
-        address.ok_or_else(|| "give udp://HOST:PORT, such as udp://127.0.0.1:19854".to_owned())
-    }
+    #[command(flatten)]
+    map: MapArgs,
 }
 
 /// Why the station cannot run.
@@ -92,14 +81,14 @@ pub fn main() -> ExitCode {
     };
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
     let done = match runtime {
-        Ok(runtime) => runtime.block_on(run(&arguments)),
+        Ok(runtime) => runtime.block_on(begin(&arguments)),
         Err(error) => {
             eprintln!("uchain-ground: this machine starts no tasks: {error}");
             return ExitCode::FAILURE;
         }
     };
     match done {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(code) => code,
         Err(unusable) => {
             eprintln!("uchain-ground: {unusable}");
             ExitCode::from(BAD_INPUT)
@@ -107,8 +96,26 @@ pub fn main() -> ExitCode {
     }
 }
 
-async fn run(arguments: &Arguments) -> Result<(), Unusable> {
-    let base = resolve(&arguments.base)?;
+/// Checks the fleet or runs the station, as the arguments say.
+async fn begin(arguments: &Arguments) -> Result<ExitCode, Unusable> {
+    let fleet = arguments.fleet.as_deref().map(Fleet::read).transpose().map_err(unusable)?;
+    let fleet = fleet.unwrap_or_default();
+    if arguments.check {
+        let wrong = check(&fleet, |lines| println!("{lines}")).await;
+        let all = fleet.drones.len();
+        println!("{wrong} of {all} drones are not as the fleet file has them");
+        return Ok(if wrong == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE });
+    }
+    run(arguments, fleet).await.map(|()| ExitCode::SUCCESS)
+}
+
+async fn run(arguments: &Arguments, fleet: Fleet) -> Result<(), Unusable> {
+    let address = arguments.base.as_ref().or_else(|| fleet.base().map(|base| &base.address));
+    let address = address.ok_or_else(no_base)?;
+    let sensitivity = Some(sensitivity(&address.to_string()));
+    let way = address.open().map_err(unusable)?;
+    let base = way.port;
+    let plan = arguments.map.open().map_err(unusable)?;
     let access = Access::new(arguments.host, arguments.token.clone()).map_err(no_access)?;
     let at = SocketAddr::from((arguments.host, arguments.port));
     let listener = TcpListener::bind(at).await.map_err(|error| Unusable {
@@ -126,7 +133,8 @@ async fn run(arguments: &Arguments) -> Result<(), Unusable> {
     })?;
     let page = listener.local_addr().unwrap_or(at);
     println!("the page is at http://{page}/; Ctrl-C ends the station");
-    let app = server::router(access, station::start(link, recorder));
+    let app =
+        server::router(access, station::start(link, Setup { recorder, plan, fleet, sensitivity }));
     let served = tokio::select! {
         served = axum::serve(listener, app) => served,
         _ = tokio::signal::ctrl_c() => Ok(()),
@@ -135,6 +143,16 @@ async fn run(arguments: &Arguments) -> Result<(), Unusable> {
         wrong: format!("the page is served no more ({error})"),
         remedy: "start the station again".to_owned(),
     })
+}
+
+fn no_base() -> Unusable {
+    Unusable { wrong: "no base was given".to_owned(), remedy: "give its address".to_owned() }
+}
+
+fn unusable(error: impl ToString) -> Unusable {
+    let error = error.to_string();
+    let (wrong, remedy) = error.split_once("; ").unwrap_or((&error, "check what was given"));
+    Unusable { wrong: wrong.to_owned(), remedy: remedy.to_owned() }
 }
 
 fn no_access(refused: Refused) -> Unusable {
@@ -147,58 +165,5 @@ fn no_access(refused: Refused) -> Unusable {
             wrong: "this machine gives no random numbers for a session".to_owned(),
             remedy: "start the station on another machine".to_owned(),
         },
-    }
-}
-
-fn resolve(base: &BaseAddress) -> Result<SocketAddr, Unusable> {
-    match base {
-        BaseAddress::Udp { host, port } => {
-            let found = (host.as_str(), *port).to_socket_addrs().ok();
-            found.and_then(|mut found| found.next()).ok_or_else(|| Unusable {
-                wrong: format!("there is no machine {host}"),
-                remedy: "check the name in the base's address".to_owned(),
-            })
-        }
-        BaseAddress::Radio(address) => radio(address),
-    }
-}
-
-#[cfg(feature = "crazyradio")]
-fn radio(address: &str) -> Result<SocketAddr, Unusable> {
-    crate::radio::open(address).map_err(|error| {
-        let error = error.to_string();
-        let (wrong, remedy) = error.split_once("; ").unwrap_or((&error, "check the address"));
-        Unusable { wrong: wrong.to_owned(), remedy: remedy.to_owned() }
-    })
-}
-
-/// The answer of a build without the driver.
-#[cfg(not(feature = "crazyradio"))]
-fn radio(address: &str) -> Result<SocketAddr, Unusable> {
-    Err(Unusable {
-        wrong: "this uchain-ground was built without the Crazyradio's driver".to_owned(),
-        remedy: format!(
-            "build it with --features crazyradio, or start `cargo sim-radio bridge {address}` and \
-             give udp://127.0.0.1:19850"
-        ),
-    })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn addresses_are_udp_with_host_and_port() {
-        let address = |host: &str, port| Ok(BaseAddress::Udp { host: host.to_owned(), port });
-        assert_eq!("udp://127.0.0.1:19854".parse(), address("127.0.0.1", 19_854));
-        assert_eq!("udp://[::1]:1".parse(), address("::1", 1));
-        for wrong in
-            ["", "127.0.0.1:19854", "udp://127.0.0.1", "udp://:1", "udp://a:0", "udp://a:b"]
-        {
-            assert!(wrong.parse::<BaseAddress>().is_err(), "{wrong}");
-        }
-        let radio = "radio://0/80/2M/E7E7E7E70F";
-        assert_eq!(radio.parse(), Ok(BaseAddress::Radio(radio.to_owned())));
     }
 }

@@ -17,25 +17,35 @@
 //! | [`chain_view`], [`battery`], [`words`] | what is known of the drones, in words |
 //! | [`checklist`], [`advice`] | what must be so before a flight, and what to do next |
 //! | [`status`] | the state of all that as JSON, for the pages |
+//! | [`map`] | the floor plan on which the pages show the chain |
+//! | [`range_survey`] | how far a link reaches, and which limits follow |
 //! | [`steering`] | which of the open pages steers |
-//! | [`link`] | carries packets to a base |
-//! | `radio` | reaches a base through a Crazyradio, with the feature `crazyradio` |
+//! | [`fleet`] | the fleet file: names, addresses and limits of the drones |
+//! | [`check`], [`inspection`] | check every drone against that file before a flight |
+//! | [`address`], [`link`] | carry packets to a drone |
+//! | `radio` | reaches a drone through a Crazyradio, with the feature `crazyradio` |
 //! | [`recorder`] | writes what was heard and ordered to CSV and MCAP |
 //! | [`station`] | brings these together with the clock |
 //! | [`access`], [`server`] | who may connect, and the page itself |
 //! | [`cli`] | the command `uchain-ground` |
 
 pub mod access;
+pub mod address;
 pub mod advice;
 pub mod battery;
 pub mod blocks;
 pub mod chain_view;
+pub mod check;
 pub mod checklist;
 pub mod cli;
+pub mod fleet;
+pub mod inspection;
 pub mod link;
+pub mod map;
 pub mod order;
 #[cfg(feature = "crazyradio")]
 pub mod radio;
+pub mod range_survey;
 pub mod recorder;
 pub mod server;
 pub mod session;

@@ -47,7 +47,7 @@ pub enum Order {
 
 /// Reads a number also where another program of the workspace has `serde_json` keep numbers as text
 /// (its feature `arbitrary_precision`): then a plain `f32` of a tagged enum is refused.
-fn number<'de, D: Deserializer<'de>>(from: D) -> Result<f32, D::Error> {
+pub(crate) fn number<'de, D: Deserializer<'de>>(from: D) -> Result<f32, D::Error> {
     let number = serde_json::Number::deserialize(from)?;
     number.as_f64().map(|number| number as f32).ok_or_else(|| D::Error::custom("no number"))
 }
@@ -67,6 +67,17 @@ pub enum Way {
 }
 
 impl Way {
+    /// The name in the page's messages and in recordings.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Left => "left",
+            Self::Right => "right",
+            Self::Straight => "straight",
+        }
+    }
+
     const fn code(self) -> u8 {
         Branch::code(match self {
             Self::None => None,
@@ -78,6 +89,20 @@ impl Way {
 }
 
 impl Order {
+    /// The name in the page's messages and in recordings.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Wait => "wait",
+            Self::Hold => "hold",
+            Self::Explore { .. } => "explore",
+            Self::Branch { .. } => "branch",
+            Self::Recall => "recall",
+            Self::Land => "land",
+            Self::Perch => "perch",
+        }
+    }
+
     /// The parameters to be set, in this order, with their values as bytes. The speed comes before
     /// the task, so that a head never starts at an old speed.
     fn parameters(self) -> Vec<(&'static str, Vec<u8>)> {
@@ -99,8 +124,7 @@ impl Order {
 }
 
 /// What became of an order.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fate {
     /// The base has taken the order.
     Taken,
@@ -112,6 +136,20 @@ pub enum Fate {
     Replaced,
     /// No page steers any more.
     Dropped,
+}
+
+impl Fate {
+    /// The name in recordings.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Taken => "taken",
+            Self::Refused => "refused",
+            Self::NotAnswered => "not-answered",
+            Self::Replaced => "replaced",
+            Self::Dropped => "dropped",
+        }
+    }
 }
 
 /// The order that is being given, parameter by parameter.

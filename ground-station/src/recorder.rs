@@ -2,24 +2,28 @@
 //! own: a slow disk delays no order.
 //!
 //! `packets.csv` has a row for each report of a drone that has a link towards the base; `uchain
-//! replay` reads it. `station.mcap` has everything, as JSON messages. Both are flushed at least once
+//! replay` reads it. `station.mcap` has everything, as JSON messages. Each range survey has a table of
+//! its own, `survey-1.csv` and so on. The first two are flushed at least once
 //! a second, and are readable up to there when the station is killed.
 
 mod mcap;
 mod packets;
+mod survey;
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use serde::Serialize;
+use sim_harness::station_log::{self, Plan};
 use units::NodeId;
 
 use crate::blocks::{BaseReport, DroneReport};
 use crate::order::{Fate, Order};
+use crate::range_survey::Sample;
+use crate::session::Facts;
 
 /// The time between two flushes, half of the second that a killed station may lose.
 const FLUSH: Duration = Duration::from_millis(500);
@@ -40,6 +44,10 @@ pub enum Event {
     Drone(NodeId, DroneReport),
     /// The base said something about itself.
     Base(BaseReport),
+    /// The base's number and limits are known.
+    Limits(Facts),
+    /// The floor plan that the page shows.
+    Map(Plan),
     /// The base printed a line.
     Console(String),
     /// A page gave an order.
@@ -52,6 +60,10 @@ pub enum Event {
     GaveUp,
     /// The station printed a notice.
     Notice(String),
+    /// A relay that is carried is so far from the base, in metres.
+    Mark(NodeId, f32),
+    /// A range survey has ended, with these samples.
+    Survey(NodeId, Vec<Sample>),
 }
 
 /// A recorder; its thread ends when the recorder is dropped.
@@ -72,6 +84,8 @@ impl Recorder {
         let mut files = Files {
             packets: packets::Packets::new(create("packets.csv")?)?,
             mcap: mcap::Recording::new(create("station.mcap")?)?,
+            folder: folder.to_owned(),
+            surveys: 0,
         };
         let (records, received) = mpsc::channel();
         let writer = thread::Builder::new()
@@ -95,18 +109,30 @@ impl Drop for Recorder {
     }
 }
 
-/// The two files.
+/// The two files, and the folder for those of range surveys.
 struct Files {
     packets: packets::Packets<BufWriter<File>>,
     mcap: mcap::Recording<BufWriter<File>>,
+    folder: PathBuf,
+    /// The number of range surveys that were written.
+    surveys: usize,
 }
 
 impl Files {
+    fn write_survey(&mut self, node: NodeId, samples: &[Sample]) -> io::Result<()> {
+        self.surveys += 1;
+        let name = format!("survey-{}.csv", self.surveys);
+        survey::write(File::create_new(self.folder.join(name))?, node, samples)
+    }
+
     fn write_all(&mut self, records: &Receiver<Record>) -> io::Result<()> {
         let mut flushed = Instant::now();
         loop {
             match records.recv_timeout(FLUSH.saturating_sub(flushed.elapsed())) {
                 Ok(record) => {
+                    if let Event::Survey(node, samples) = &record.event {
+                        self.write_survey(*node, samples)?;
+                    }
                     self.packets.write(&record)?;
                     self.mcap.write(record);
                 }
@@ -125,34 +151,17 @@ impl Files {
     }
 }
 
-/// A drone's report in its own units, for both files.
-#[derive(Serialize)]
-struct Row {
-    node: u8,
-    state: &'static str,
-    fault: &'static str,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    battery_v: Option<f32>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    endurance_s: Option<f32>,
-    odometer_m: f32,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    back: Option<u8>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    rssi_dbm: Option<f32>,
-}
-
-impl Row {
-    fn of(node: NodeId, report: &DroneReport) -> Self {
-        Self {
-            node: node.0,
-            state: crate::words::state(report.state),
-            fault: crate::words::fault(report.fault).unwrap_or_default(),
-            battery_v: report.battery.map(|volts| volts.0),
-            endurance_s: report.endurance.map(units::Duration::as_secs_f32),
-            odometer_m: report.odometer.0,
-            back: report.back.map(|(peer, _)| peer.0),
-            rssi_dbm: report.back.map(|(_, rssi)| rssi.0),
-        }
+/// A drone's report in the units of both files.
+fn message_of(node: NodeId, report: &DroneReport) -> station_log::DroneReport {
+    station_log::DroneReport {
+        node: node.0,
+        state: crate::words::state(report.state).to_owned(),
+        state_code: report.state,
+        fault: crate::words::fault(report.fault).unwrap_or_default().to_owned(),
+        battery_v: report.battery.map(|volts| volts.0),
+        endurance_s: report.endurance.map(units::Duration::as_secs_f32),
+        odometer_m: report.odometer.0,
+        back: report.back.map(|(peer, _)| peer.0),
+        rssi_dbm: report.back.map(|(_, rssi)| rssi.0),
     }
 }

@@ -18,6 +18,7 @@ use crate::steering::PageId;
 
 const PAGE: &str = include_str!("page/index.html");
 const SCRIPT: &str = include_str!("page/page.js");
+const MAP: &str = include_str!("page/map.js");
 const STYLE: &str = include_str!("page/page.css");
 
 /// The place in the page where the session token goes.
@@ -47,6 +48,7 @@ pub fn router(access: Access, station: Handle) -> Router {
     Router::new()
         .route("/", get(page))
         .route("/page.js", get(|| async { file("text/javascript; charset=utf-8", SCRIPT) }))
+        .route("/map.js", get(|| async { file("text/javascript; charset=utf-8", MAP) }))
         .route("/page.css", get(|| async { file("text/css; charset=utf-8", STYLE) }))
         .route("/live", get(live))
         .layer(middleware::from_fn_with_state(Arc::clone(&shared), check_headers))
@@ -110,7 +112,7 @@ async fn live(
 
 /// Attends to a page until it is closed.
 async fn attend(mut socket: WebSocket, page: PageId, station: &Handle) {
-    let welcome = format!("{{\"page\":{}}}", page.0);
+    let welcome = format!("{{\"page\":{},\"plan\":{}}}", page.0, station.plan());
     if socket.send(Message::Text(welcome.into())).await.is_err() {
         return;
     }

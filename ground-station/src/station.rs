@@ -5,19 +5,23 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
+use radio_model::Reception;
 use serde::{Deserialize, Serialize};
+use sim_harness::station_log::{ChainLine, Plan};
 use tokio::sync::{mpsc, watch};
 use tokio::time::MissedTickBehavior;
-use units::{Instant, NodeId};
+use units::{Dbm, Instant, NodeId};
 
 use crate::advice::Situation;
-use crate::blocks::Block;
+use crate::blocks::{Block, DroneReport};
 use crate::chain_view::ChainView;
+use crate::fleet::Fleet;
 use crate::link::Link;
-use crate::order::{Fate, Order};
+use crate::order::{Fate, Order, number};
+use crate::range_survey::RangeSurvey;
 use crate::recorder::{Event, Record, Recorder};
 use crate::session::{News, Session, Speech};
-use crate::status::Status;
+use crate::status::{Shown, Status};
 use crate::steering::{PageId, Pages};
 
 /// The time between two looks at what is due; an order is sent at once, not at the next of them.
@@ -43,6 +47,27 @@ pub enum Request {
     Stop,
     /// The operator no longer waits for answers to the stop.
     GiveUp,
+    /// A step of the range survey.
+    Survey(SurveyStep),
+}
+
+/// A step of the range survey.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", tag = "step")]
+pub enum SurveyStep {
+    /// The relay of this number is carried away from the base.
+    Begin {
+        /// The relay.
+        node: u8,
+    },
+    /// The relay is so far from the base now.
+    Mark {
+        /// The way from the base in metres.
+        #[serde(deserialize_with = "number")]
+        metres: f32,
+    },
+    /// The relay is carried no farther: the samples are written.
+    End,
 }
 
 /// Something that happened at a page.
@@ -52,11 +77,25 @@ enum FromPage {
     Closed(PageId),
 }
 
+/// What a station is started with, beside its link.
+#[derive(Debug, Default)]
+pub struct Setup {
+    /// The recorder, if everything is recorded.
+    pub recorder: Option<Recorder>,
+    /// The floor plan for the pages, if there is one.
+    pub plan: Option<Plan>,
+    /// The fleet, which names the drones.
+    pub fleet: Fleet,
+    /// The least strength that the drones' radio receives, for the range survey.
+    pub sensitivity: Option<Dbm>,
+}
+
 /// The pages' end of a station. The station runs until the last of them is dropped.
 #[derive(Clone, Debug)]
 pub struct Handle {
     requests: mpsc::Sender<FromPage>,
     status: watch::Receiver<Arc<str>>,
+    plan: Arc<str>,
 }
 
 impl Handle {
@@ -76,14 +115,22 @@ impl Handle {
     pub fn status(&self) -> watch::Receiver<Arc<str>> {
         self.status.clone()
     }
+
+    /// The floor plan as JSON; `null` where there is none.
+    #[must_use]
+    pub fn plan(&self) -> &str {
+        &self.plan
+    }
 }
 
 /// Starts a station on a link.
 #[must_use]
-pub fn start(link: impl Link, recorder: Option<Recorder>) -> Handle {
+pub fn start(link: impl Link, setup: Setup) -> Handle {
+    let Setup { recorder, plan, fleet, sensitivity } = setup;
+    let plan_json = serde_json::to_string(&plan).unwrap_or_else(|_| "null".to_owned());
     let (requests, received) = mpsc::channel(WAITING);
     let (publisher, status) = watch::channel(Arc::from("{}"));
-    let station = Station {
+    let mut station = Station {
         link,
         recorder,
         publisher,
@@ -94,9 +141,16 @@ pub fn start(link: impl Link, recorder: Option<Recorder>) -> Handle {
         pages: Pages::default(),
         notices: VecDeque::new(),
         published: None,
+        line: plan.as_ref().and_then(ChainLine::of),
+        fleet,
+        survey: None,
+        sensitivity: sensitivity.unwrap_or(Reception::NRF51_AT_2_MBIT),
     };
+    if let Some(plan) = plan {
+        station.record(Instant::ZERO, Event::Map(plan));
+    }
     tokio::spawn(station.run(received));
-    Handle { requests, status }
+    Handle { requests, status, plan: plan_json.into() }
 }
 
 struct Station<L: Link> {
@@ -111,6 +165,12 @@ struct Station<L: Link> {
     pages: Pages,
     notices: VecDeque<String>,
     published: Option<Instant>,
+    /// The line of the plan along which drones are shown.
+    line: Option<ChainLine>,
+    fleet: Fleet,
+    /// The range survey, from its beginning until the next.
+    survey: Option<RangeSurvey>,
+    sensitivity: Dbm,
 }
 
 impl<L: Link> Station<L> {
@@ -173,9 +233,45 @@ impl<L: Link> Station<L> {
                     );
                 }
             }
-            Request::Order(_) => {
+            Request::Survey(step) if self.pages.steering(now) == Some(page) => {
+                self.survey(now, step);
+            }
+            Request::Order(_) | Request::Survey(_) => {
                 self.notice(now, "Not ordered: another page steers. Take over first.".to_owned());
             }
+        }
+    }
+
+    fn survey(&mut self, now: Instant, step: SurveyStep) {
+        match (step, &mut self.survey) {
+            (SurveyStep::Begin { node }, survey) => {
+                *survey = Some(RangeSurvey::begin(now, NodeId(node)));
+            }
+            (SurveyStep::Mark { metres }, Some(survey)) => {
+                survey.mark(now, metres);
+                let node = survey.node;
+                self.record(now, Event::Mark(node, metres));
+            }
+            (SurveyStep::End, Some(survey)) => {
+                let (node, samples) = (survey.node, survey.samples());
+                let count = samples.len();
+                self.record(now, Event::Survey(node, samples));
+                self.notice(now, format!("The range survey has {count} samples."));
+            }
+            (SurveyStep::Mark { .. } | SurveyStep::End, None) => {}
+        }
+    }
+
+    /// Gives a report to the survey, if it is one of the relay that is carried, about the base.
+    fn note_for_survey(&mut self, node: NodeId, report: &DroneReport) {
+        let base = self.session.facts().map(|facts| facts.node);
+        let said = self.chain.drones.get(&node).map(|drone| drone.said);
+        if let (Some(survey), Some(said), Some((peer, rssi))) =
+            (&mut self.survey, said, report.back)
+            && survey.node == node
+            && base == Some(peer)
+        {
+            survey.hear(said, rssi);
         }
     }
 
@@ -194,6 +290,7 @@ impl<L: Link> Station<L> {
             match news {
                 News::Block(Block::Drone(node, report)) => {
                     if self.chain.hear(now, node, report) {
+                        self.note_for_survey(node, &report);
                         self.record(now, Event::Drone(node, report));
                     }
                 }
@@ -209,6 +306,7 @@ impl<L: Link> Station<L> {
                     self.notice(now, fate_in_words(order, fate));
                 }
                 News::Ready(facts) => {
+                    self.record(now, Event::Limits(facts));
                     self.notice(now, format!("Connected to the base, node {}.", facts.node));
                 }
                 News::NotBase(node) => self.seek_base(now, node).await,
@@ -254,9 +352,16 @@ impl<L: Link> Station<L> {
             facts: self.session.facts(),
             chain: &self.chain,
             stopping: &self.session.stopping,
+            fleet: &self.fleet,
         };
         let notices = self.notices.iter().cloned().collect();
-        let status = Status::of(&situation, self.pages.steering(now), notices);
+        let shown = Shown {
+            line: self.line.as_ref(),
+            survey: self.survey.as_ref().map(|survey| (survey, self.sensitivity)),
+            steering: self.pages.steering(now),
+            notices,
+        };
+        let status = Status::of(&situation, shown);
         if let Ok(json) = serde_json::to_string(&status) {
             self.publisher.send_replace(json.into());
         }

@@ -1,12 +1,15 @@
 //! Writes the state of the station as the JSON object that the pages show.
 
 use serde::Serialize;
-use units::{Dbm, Instant, NodeId};
+use sim_harness::station_log::ChainLine;
+use units::{Dbm, Instant, NodeId, Pose2};
 
 use crate::advice::{self, SILENT, Situation, Urgency};
 use crate::battery;
-use crate::chain_view::{Drone, Trend};
+use crate::chain_view::{ChainView, Drone, Trend};
 use crate::checklist::{self, Check};
+use crate::fleet::Fleet;
+use crate::range_survey::{Proposal, RangeSurvey};
 use crate::steering::PageId;
 use crate::stopping::{Sending, Stopping};
 use crate::words;
@@ -23,12 +26,49 @@ pub struct Status {
     task: Option<&'static str>,
     /// The drones, head first.
     drones: Vec<DroneStatus>,
+    /// Where the chain is.
+    map: MapStatus,
     /// The checklist before a flight; empty in flight.
     checks: Vec<Check>,
     stop: Option<StopStatus>,
+    survey: Option<SurveyStatus>,
     advice: AdviceStatus,
     /// The last lines of the station's log, the newest last.
     notices: Vec<String>,
+}
+
+/// What the pages show beside the situation.
+#[derive(Debug)]
+pub struct Shown<'a> {
+    /// The line of the plan along which drones are shown; without it, a straight one.
+    pub line: Option<&'a ChainLine>,
+    /// The range survey, with the sensitivity of the drones' radio.
+    pub survey: Option<(&'a RangeSurvey, Dbm)>,
+    /// The page that steers.
+    pub steering: Option<PageId>,
+    /// The last lines of the station's log, the newest last.
+    pub notices: Vec<String>,
+}
+
+#[derive(Debug, Serialize)]
+struct SurveyStatus {
+    name: String,
+    /// The last mark.
+    place_m: f32,
+    /// The number of samples whose place is known.
+    samples: usize,
+    proposal: Option<Proposal>,
+}
+
+impl SurveyStatus {
+    fn of(survey: &RangeSurvey, sensitivity: Dbm, fleet: &Fleet) -> Self {
+        Self {
+            name: fleet.name(survey.node),
+            place_m: survey.place_m(),
+            samples: survey.samples().len(),
+            proposal: survey.propose(sensitivity),
+        }
+    }
 }
 
 #[derive(Debug, Serialize)]
@@ -53,6 +93,44 @@ struct DroneStatus {
     turns_back_s: Option<f32>,
     link: Option<LinkStatus>,
     odometer_m: f32,
+    /// How far the drone is from the base, along the line.
+    way_m: f32,
+    /// Where the drone is on the map, in metres.
+    at: [f32; 2],
+}
+
+/// The line along which the drones are shown.
+#[derive(Debug, Serialize)]
+struct MapStatus {
+    /// The base's place.
+    base: [f32; 2],
+    /// The end of the straight line from the base where there is no plan.
+    end: Option<[f32; 2]>,
+}
+
+/// How far a drone is from the base, and its place on the map.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    way_m: f32,
+    at: [f32; 2],
+}
+
+impl MapStatus {
+    /// The line, and the place of each drone.
+    fn of(chain: &ChainView, line: Option<&ChainLine>) -> (Self, Vec<Place>) {
+        let drones = chain.drones.len();
+        let ways = || chain.drones.values().map(|drone| drone.report.odometer.0);
+        let straight = ChainLine::straight(drones, ways().fold(0.0, f32::max));
+        let end = line.is_none().then(|| straight.points().last().map(|end| [end.x, end.y]));
+        let line = line.unwrap_or(&straight);
+        let point = |pose: Pose2| [pose.at.x, pose.at.y];
+        let place = |(rank, odometer)| {
+            let way_m = line.way(rank, drones, odometer);
+            Place { way_m, at: point(line.at(way_m)) }
+        };
+        let places = ways().enumerate().map(place).collect();
+        (Self { base: point(line.base()), end: end.flatten() }, places)
+    }
 }
 
 #[derive(Debug, Serialize)]
@@ -88,9 +166,11 @@ struct AdviceStatus {
 impl Status {
     /// The state of the station in a situation.
     #[must_use]
-    pub fn of(situation: &Situation<'_>, steering: Option<PageId>, notices: Vec<String>) -> Self {
-        let Situation { now, hears_base, facts, chain, stopping } = *situation;
+    pub fn of(situation: &Situation<'_>, shown: Shown<'_>) -> Self {
+        let Shown { line, survey, steering, notices } = shown;
+        let Situation { now, hears_base, facts, chain, stopping, fleet } = *situation;
         let advice = advice::advise(situation);
+        let (map, places) = MapStatus::of(chain, line);
         let limits = facts.map(|facts| (facts.launch_limit, facts.retreat_limit));
         Self {
             steering,
@@ -104,10 +184,17 @@ impl Status {
             drones: chain
                 .drones
                 .iter()
-                .map(|(node, drone)| DroneStatus::of(now, *node, drone, limits))
+                .zip(places)
+                .map(|((node, drone), place)| {
+                    let name = fleet.name(*node);
+                    DroneStatus::of(now, (*node, name), drone, limits, place)
+                })
                 .collect(),
+            map,
             checks: checklist::checks(situation),
-            stop: StopStatus::of(now, stopping),
+            stop: StopStatus::of(now, stopping, fleet),
+            survey: survey
+                .map(|(survey, sensitivity)| SurveyStatus::of(survey, sensitivity, fleet)),
             advice: AdviceStatus { urgent: advice.urgency == Urgency::Urgent, text: advice.text },
             notices,
         }
@@ -115,11 +202,17 @@ impl Status {
 }
 
 impl DroneStatus {
-    fn of(now: Instant, node: NodeId, drone: &Drone, limits: Option<(Dbm, Dbm)>) -> Self {
+    fn of(
+        now: Instant,
+        (node, name): (NodeId, String),
+        drone: &Drone,
+        limits: Option<(Dbm, Dbm)>,
+        place: Place,
+    ) -> Self {
         let report = &drone.report;
         Self {
             node: node.0,
-            name: advice::name(node),
+            name,
             state: words::state(report.state),
             fault: words::fault(report.fault),
             airborne: words::is_airborne(report.state),
@@ -140,6 +233,8 @@ impl DroneStatus {
                 },
             }),
             odometer_m: report.odometer.0,
+            way_m: place.way_m,
+            at: place.at,
         }
     }
 }
@@ -155,11 +250,11 @@ fn grade(rssi: Dbm, limits: Option<(Dbm, Dbm)>) -> &'static str {
 }
 
 impl StopStatus {
-    fn of(now: Instant, stopping: &Stopping) -> Option<Self> {
+    fn of(now: Instant, stopping: &Stopping, fleet: &Fleet) -> Option<Self> {
         let Stopping::Ordered(stop) = stopping else { return None };
         let answer = |(node, answered): (&NodeId, &Option<units::Duration>)| Answer {
             node: node.0,
-            name: advice::name(*node),
+            name: fleet.name(*node),
             answered_s: answered.map(units::Duration::as_secs_f32),
         };
         Some(Self {

@@ -12,6 +12,7 @@
 //! | [`measure`] | the trace of a mission, its metrics, campaigns, the paper's figure 3, and the benchmarks |
 //! | [`replay`] | the replay of recorded RSSI through the on-board code |
 //! | [`output`] | files and pictures |
+//! | [`station_log`] | the messages of the ground station's recordings |
 //! | [`serve`] | simulated drones for cflib and cfclient |
 //! | [`bridge`] | a UDP port behind which a real drone is, through a Crazyradio |
 //! | `stock` | a drone that runs the vendor's firmware, with the feature `virtual` |
@@ -30,6 +31,7 @@ pub mod random;
 pub mod replay;
 pub mod scenario;
 pub mod serve;
+pub mod station_log;
 #[cfg(feature = "virtual")]
 pub mod stock;
 pub mod suggest;

@@ -15,7 +15,11 @@ function connect() {
   socket = new WebSocket(`ws://${location.host}/live?session=${session}`);
   socket.onmessage = (event) => {
     const message = JSON.parse(event.data);
-    if ("page" in message) page = message.page;
+    if ("page" in message) {
+      page = message.page;
+      chainMap.plan = message.plan;
+      setText("map-kind", message.plan ? "Drones are drawn along the first gallery, as far as they have flown." : "No map was given: the line is the way flown.");
+    }
     else if ("drones" in message) show(message);
   };
   socket.onclose = () => setTimeout(connect, 500);
@@ -79,6 +83,8 @@ document.addEventListener("keydown", (event) => {
     return;
   }
   if (event.repeat || event.ctrlKey || event.altKey || event.metaKey) return;
+  // A field for numbers takes every key but Escape.
+  if (event.target.type === "number") return;
   // A focused button takes the space bar, a focused slider the arrows.
   if (event.key === " " && event.target.tagName === "BUTTON") return;
   if (event.key.startsWith("Arrow") && event.target.tagName === "INPUT") return;
@@ -94,6 +100,11 @@ at("steer").onclick = () => send({ do: "steer" });
 at("speed").oninput = showSpeed;
 for (const button of document.querySelectorAll("[data-order]")) button.onclick = orders[button.dataset.order];
 for (const button of document.querySelectorAll("[data-way]")) button.onclick = () => branch(button.dataset.way);
+
+const survey = (step, more = {}) => send({ do: "survey", step, ...more });
+at("survey-begin").onclick = () => survey("begin", { node: Number(at("survey-node").value) });
+at("survey-mark").onclick = () => survey("mark", { metres: Number(at("survey-place").value) });
+at("survey-end").onclick = () => survey("end");
 
 // ---- Gamepad ----------------------------------------------------------------------------------
 
@@ -163,7 +174,7 @@ function droneItem(drone) {
   }
   else if (drone.battery_v !== null) facts.append(text("span", `Battery ${drone.battery_v.toFixed(2)} V`));
   else facts.append(text("span", "Battery unknown"));
-  facts.append(text("span", `${drone.odometer_m.toFixed(1)} m in`));
+  facts.append(text("span", `${drone.odometer_m.toFixed(1)} m flown`));
   if (drone.silent) facts.append(text("span", `Silent for ${minutes(drone.age_s)}`, "bad"));
   item.append(facts);
   return item;
@@ -190,6 +201,17 @@ function showStop(stopped) {
   at("give-up").hidden = stopped.sending !== "repeating";
 }
 
+function surveyWords(found) {
+  if (!found) return "";
+  const soFar = `With ${found.name}, last ${found.place_m.toFixed(1)} m from the base: ${found.samples} samples. `;
+  if (!found.proposal) return `${soFar}Limits are proposed from 30 samples on; there is one a second.`;
+  const { launch_dbm, retreat_dbm, reach_m, reached_limit } = found.proposal;
+  const reach = reached_limit
+    ? `A link is that strong up to ${reach_m.toFixed(1)} m.`
+    : `The link was never that weak: it reaches farther than ${reach_m.toFixed(1)} m.`;
+  return `${soFar}Proposed limits: launch ${launch_dbm} dBm, retreat ${retreat_dbm} dBm. ${reach}`;
+}
+
 function show(status) {
   statusTime = performance.now();
   const steers = status.steering === page;
@@ -201,10 +223,14 @@ function show(status) {
   setText("task", status.task ?? "nothing yet");
   setText("base", status.base ? `Base, node ${status.base.node}: ${status.base.radio}.${status.base.recalled ? " A drone must come home." : ""}` : "");
   setList("drones", status.drones.map(droneItem));
+  chainMap.show(status);
   setList("notices", status.notices.map((notice) => text("li", notice)).reverse());
   at("before").hidden = status.checks.length === 0 || status.stop !== null;
   setList("checks", status.checks.map(({ good, text: words }) =>
     text("li", `${good ? "OK" : "NOT YET"}: ${words}`, good ? "good" : "weak")));
+  at("survey").hidden = (status.checks.length === 0 || status.stop !== null) && !status.survey;
+  for (const field of at("survey").querySelectorAll("button, input")) field.disabled = !steers;
+  setText("survey-state", surveyWords(status.survey));
   showStop(status.stop);
   showLink(status.hears_base ? "The base answers." : "THE BASE DOES NOT ANSWER.", !status.hears_base);
 }

@@ -6,25 +6,13 @@ use std::io::{self, Seek, Write};
 use ::mcap::McapError;
 use ::mcap::records::MessageHeader;
 use ::mcap::write::{WriteOptions, Writer};
-use serde_json::{Value, json};
+use serde::Serialize;
+use sim_harness::station_log::{
+    BaseReport, DroneReport, GivenOrder, Limits, Line, OrderEvent, Plan, Schema,
+};
 
-use super::{Event, Record, Row};
-
-/// The schemas, by name, as JSON Schema.
-const DRONE: (&str, &str) = (
-    "uchain.DroneReport",
-    r#"{"type":"object","properties":{"node":{"type":"integer"},"state":{"type":"string"},"fault":{"type":"string"},"battery_v":{"type":"number"},"endurance_s":{"type":"number"},"odometer_m":{"type":"number"},"back":{"type":"integer"},"rssi_dbm":{"type":"number"}}}"#,
-);
-const BASE: (&str, &str) = (
-    "uchain.BaseReport",
-    r#"{"type":"object","properties":{"link":{"type":"string"},"recalled":{"type":"boolean"},"refused":{"type":"integer"}}}"#,
-);
-const LINE: (&str, &str) =
-    ("uchain.Line", r#"{"type":"object","properties":{"text":{"type":"string"}}}"#);
-const ORDER: (&str, &str) = (
-    "uchain.Order",
-    r#"{"type":"object","properties":{"event":{"type":"string"},"order":{"type":"object"},"fate":{"type":"string"}}}"#,
-);
+use super::{Event, Record, message_of};
+use crate::order::{Fate, Order, Way};
 
 /// The file that is being written.
 pub(super) struct Recording<W: Write + Seek> {
@@ -50,7 +38,7 @@ impl<W: Write + Seek> Recording<W> {
     }
 
     fn put(&mut self, record: &Record) -> io::Result<()> {
-        let (topic, schema, message) = message(&record.event);
+        let Message { topic, schema, json } = message(&record.event)?;
         let (channel, sequence) = match self.channels.get(&topic) {
             Some(known) => *known,
             None => (self.add(&topic, schema).map_err(io_error)?, 0),
@@ -59,11 +47,10 @@ impl<W: Write + Seek> Recording<W> {
         let nanos = u64::try_from(record.at.as_nanos()).unwrap_or(u64::MAX);
         let header =
             MessageHeader { channel_id: channel, sequence, log_time: nanos, publish_time: nanos };
-        let bytes = serde_json::to_vec(&message)?;
-        self.writer.write_to_known_channel(&header, &bytes).map_err(io_error)
+        self.writer.write_to_known_channel(&header, &json).map_err(io_error)
     }
 
-    fn add(&mut self, topic: &str, (name, schema): (&str, &str)) -> Result<u16, McapError> {
+    fn add(&mut self, topic: &str, (name, schema): Schema) -> Result<u16, McapError> {
         let schema = self.writer.add_schema(name, "jsonschema", schema.as_bytes())?;
         self.writer.add_channel(schema, topic, "json", &BTreeMap::new())
     }
@@ -89,36 +76,93 @@ fn io_error(error: McapError) -> io::Error {
     }
 }
 
-/// The topic, the schema and the message of an event.
-fn message(event: &Event) -> (String, (&'static str, &'static str), Value) {
-    let order = |message| ("/order".to_owned(), ORDER, message);
+/// An event as it is written.
+struct Message {
+    topic: String,
+    schema: Schema,
+    json: Vec<u8>,
+}
+
+impl Message {
+    fn new(topic: impl Into<String>, schema: Schema, message: &impl Serialize) -> io::Result<Self> {
+        Ok(Self { topic: topic.into(), schema, json: serde_json::to_vec(message)? })
+    }
+
+    fn line(topic: &str, text: &str) -> io::Result<Self> {
+        Self::new(topic, Line::SCHEMA, &Line { text: text.to_owned() })
+    }
+
+    fn order(event: &str, order: Option<Order>, fate: Option<Fate>) -> io::Result<Self> {
+        let event = OrderEvent {
+            event: event.to_owned(),
+            order: order.map(given),
+            fate: fate.map(|fate| fate.name().to_owned()),
+        };
+        Self::new(OrderEvent::TOPIC, OrderEvent::SCHEMA, &event)
+    }
+}
+
+fn message(event: &Event) -> io::Result<Message> {
     match event {
         Event::Drone(node, report) => {
-            (format!("/drone/{node}/report"), DRONE, json!(Row::of(*node, report)))
+            let report = message_of(*node, report);
+            Message::new(DroneReport::topic(node.0), DroneReport::SCHEMA, &report)
         }
-        Event::Base(base) => (
-            "/base".to_owned(),
-            BASE,
-            json!({ "link": crate::words::link(base.link), "recalled": base.recalled, "refused": base.refused }),
+        Event::Base(base) => {
+            let report = BaseReport {
+                link: crate::words::link(base.link).to_owned(),
+                recalled: base.recalled,
+                refused: base.refused,
+            };
+            Message::new(BaseReport::TOPIC, BaseReport::SCHEMA, &report)
+        }
+        Event::Limits(facts) => {
+            let limits = Limits {
+                base: facts.node.0,
+                launch_limit_dbm: facts.launch_limit.0,
+                retreat_limit_dbm: facts.retreat_limit.0,
+            };
+            Message::new(Limits::TOPIC, Limits::SCHEMA, &limits)
+        }
+        Event::Map(plan) => Message::new(Plan::TOPIC, Plan::SCHEMA, plan),
+        Event::Console(text) => Message::line(Line::CONSOLE, text),
+        Event::Notice(text) => Message::line(Line::NOTICE, text),
+        Event::Ordered(order) => Message::order("ordered", Some(*order), None),
+        Event::Fate(order, fate) => Message::order("answered", Some(*order), Some(*fate)),
+        Event::Stop => Message::order("stop", None, None),
+        Event::GaveUp => Message::order("gave-up", None, None),
+        Event::Mark(node, metres) => Message::line(
+            Line::NOTICE,
+            &format!("Range survey: node {node} is {metres} m from the base."),
         ),
-        Event::Console(text) => ("/console".to_owned(), LINE, json!({ "text": text })),
-        Event::Notice(text) => ("/notice".to_owned(), LINE, json!({ "text": text })),
-        Event::Ordered(given) => order(json!({ "event": "ordered", "order": given })),
-        Event::Fate(given, fate) => {
-            order(json!({ "event": "answered", "order": given, "fate": fate }))
+        Event::Survey(node, samples) => {
+            let text = format!("Range survey with node {node}: {} samples.", samples.len());
+            Message::line(Line::NOTICE, &text)
         }
-        Event::Stop => order(json!({ "event": "stop" })),
-        Event::GaveUp => order(json!({ "event": "gave up waiting for answers to the stop" })),
     }
+}
+
+/// An order as it is written.
+fn given(order: Order) -> GivenOrder {
+    let (speed, way) = match order {
+        Order::Explore { speed } => (Some(speed), None),
+        Order::Branch { way } => (None, Some(way)),
+        Order::Wait | Order::Hold | Order::Recall | Order::Land | Order::Perch => (None, None),
+    };
+    let way = way.map(|way: Way| way.name().to_owned());
+    GivenOrder { order: order.name().to_owned(), speed, way }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
     use std::io::Cursor;
     use std::time::Duration;
 
     use ::mcap::MessageStream;
     use ::mcap::read::Options;
+    use serde_json::{Value, json};
+    use sim_harness::station_log::PlanLine;
 
     use super::*;
 
@@ -161,11 +205,85 @@ mod tests {
         }
     }
 
-    #[test]
-    fn every_schema_is_json() {
-        for (name, schema) in [DRONE, BASE, LINE, ORDER] {
-            let schema: Value = serde_json::from_str(schema).unwrap();
-            assert_eq!(schema["type"], "object", "{name}");
+    /// One of each event, with every field that it can have.
+    fn events() -> Vec<Event> {
+        let report = crate::blocks::DroneReport {
+            state: 4,
+            fault: 20,
+            age: units::Duration::ZERO,
+            battery: Some(units::Volts(3.9)),
+            endurance: Some(units::Duration::from_secs(90)),
+            back: Some((units::NodeId(3), units::Dbm(-61.5))),
+            odometer: units::Metres(12.5),
+        };
+        let facts = crate::session::Facts {
+            node: units::NodeId(4),
+            launch_limit: units::Dbm(-70.0),
+            retreat_limit: units::Dbm(-76.0),
+        };
+        let line = PlanLine { name: "main".into(), points: vec![[0.0, 0.0], [9.5, 0.0]] };
+        let plan = Plan { outlines: vec![vec![[0.0, 1.0]; 3]], lines: vec![line], base_m: 0.5 };
+        vec![
+            Event::Map(plan),
+            Event::Limits(facts),
+            Event::Base(crate::blocks::BaseReport { link: 2, recalled: false, refused: 1 }),
+            Event::Drone(units::NodeId(1), report),
+            Event::Console("hello".into()),
+            Event::Notice("hello".into()),
+            Event::Ordered(Order::Explore { speed: 0.25 }),
+            Event::Fate(Order::Branch { way: Way::Left }, Fate::Taken),
+            Event::Stop,
+            Event::GaveUp,
+        ]
+    }
+
+    /// Whether a value is of a JSON Schema of the kind that these messages have.
+    fn fits(value: &Value, schema: &Value) -> bool {
+        match schema["type"].as_str().unwrap() {
+            "object" => value.as_object().unwrap().iter().all(|(key, value)| {
+                schema["properties"].get(key).is_some_and(|schema| fits(value, schema))
+            }),
+            "array" => value.as_array().unwrap().iter().all(|each| fits(each, &schema["items"])),
+            "string" => value.is_string(),
+            "boolean" => value.is_boolean(),
+            "integer" => value.is_u64(),
+            "number" => value.is_number(),
+            other => panic!("{other}"),
         }
+    }
+
+    /// What Foxglove asks of an MCAP file with JSON messages
+    /// (<https://docs.foxglove.dev/docs/getting-started/frameworks/json>): a summary with chunk
+    /// indexes, each channel with messages in JSON and a JSON Schema whose root is an object, and
+    /// messages that are of that schema.
+    #[test]
+    fn a_recording_is_as_foxglove_reads_it() {
+        let mut file = Cursor::new(Vec::new());
+        let mut recording = Recording::new(&mut file).unwrap();
+        for (ms, event) in (0..).zip(events()) {
+            recording.write(Record { at: Duration::from_millis(ms), event });
+        }
+        recording.finish().unwrap();
+        drop(recording);
+        let bytes = file.into_inner();
+        let summary = ::mcap::Summary::read(&bytes).unwrap().unwrap();
+        assert_eq!(summary.stats.unwrap().message_count, events().len() as u64);
+        assert!(!summary.chunk_indexes.is_empty());
+        let mut topics = BTreeSet::new();
+        let mut before = 0;
+        for message in MessageStream::new(&bytes).unwrap().map(Result::unwrap) {
+            let (channel, schema) = (&message.channel, message.channel.schema.as_ref().unwrap());
+            assert_eq!((&*channel.message_encoding, &*schema.encoding), ("json", "jsonschema"));
+            let schema: Value = serde_json::from_slice(&schema.data).unwrap();
+            assert_eq!(schema["type"], "object");
+            let value: Value = serde_json::from_slice(&message.data).unwrap();
+            assert!(fits(&value, &schema), "{}: {value}", channel.topic);
+            assert!(message.log_time >= before);
+            before = message.log_time;
+            topics.insert(channel.topic.clone());
+        }
+        let wanted =
+            ["/base", "/console", "/drone/1/report", "/limits", "/map", "/notice", "/order"];
+        assert_eq!(topics, wanted.map(str::to_owned).into());
     }
 }

@@ -102,6 +102,27 @@ async fn a_gamepad_that_is_let_go_does_not_end_a_recall_in_chromium() {
     assert!(!chain.events().contains(&hover), "{:?}", chain.events());
 }
 
+#[tokio::test]
+#[ignore = "needs chromium"]
+async fn the_map_shows_the_chain_in_chromium() {
+    let chain = SimulatedChain::demo();
+    let station = StationProcess::start(&chain.address(), &["--map", "demo"]);
+    let mut browser = open("map", &station).await;
+    browser.wait_for("document.querySelectorAll('#map .mark').length === 5").await;
+    browser.wait_for("document.querySelectorAll('#map .link').length === 4").await;
+    browser.wait_for("document.querySelector('#map .floor').getAttribute('d').length > 50").await;
+    let words = "document.getElementById('map').getAttribute('aria-label')";
+    browser.wait_for(&format!("{words}.includes('the head 1 m from the base; relay 1')")).await;
+    browser.press("e").await;
+    browser.wait_for(&format!("{words}.includes('the head 2 m from the base')")).await;
+    browser.wait_for("document.querySelectorAll('#map .airborne').length > 0").await;
+    // All marks lie within the picture.
+    let inside = "[...document.querySelectorAll('#map .mark')].every((mark) => { \
+                  const [a, b] = [mark, document.getElementById('map')].map((e) => e.getBoundingClientRect()); \
+                  return a.left >= b.left && a.right <= b.right && a.top >= b.top && a.bottom <= b.bottom; })";
+    assert_eq!(browser.evaluate(inside).await, true);
+}
+
 /// The least contrast of a text with its background that WCAG 2.2 asks for at level AA.
 const CONTRAST: f64 = 4.5;
 
@@ -132,7 +153,7 @@ const LEAST_CONTRAST: &str = r#"(() => {
 #[ignore = "needs chromium"]
 async fn the_page_is_readable_narrow_and_wide_light_and_dark_in_chromium() {
     let chain = SimulatedChain::demo();
-    let station = StationProcess::start(&chain.address(), &[]);
+    let station = StationProcess::start(&chain.address(), &["--map", "demo"]);
     let mut browser = open("looks", &station).await;
     browser.press("e").await;
     browser.wait_for(HEAD_FLIES).await;

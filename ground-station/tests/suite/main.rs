@@ -3,9 +3,14 @@
 
 mod access;
 mod browser;
+mod fleet;
 mod in_chromium;
+mod losses;
+mod map;
 mod mission;
 mod page_client;
+mod recording;
+mod severed_line;
 mod simulated_chain;
 mod station_process;
 mod through_bridge;

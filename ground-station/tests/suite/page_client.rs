@@ -14,6 +14,8 @@ use tokio_tungstenite::{MaybeTlsStream, WebSocketStream, connect_async};
 pub(crate) struct PageClient {
     socket: WebSocketStream<MaybeTlsStream<AsyncStream>>,
     pub(crate) page: u64,
+    /// The floor plan that the station gave the page.
+    pub(crate) plan: Value,
 }
 
 /// Sends a request and returns the whole answer.
@@ -38,8 +40,10 @@ impl PageClient {
     pub(crate) async fn open(at: SocketAddr) -> Self {
         let (socket, _) =
             connect_async(format!("ws://{at}/live?session={}", session(at))).await.unwrap();
-        let mut client = Self { socket, page: 0 };
-        client.page = client.next().await["page"].as_u64().unwrap();
+        let mut client = Self { socket, page: 0, plan: Value::Null };
+        let mut welcome = client.next().await;
+        client.page = welcome["page"].as_u64().unwrap();
+        client.plan = welcome["plan"].take();
         client
     }
 

@@ -7,6 +7,7 @@ use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use sim_harness::measure::metrics::Reference;
+use sim_harness::measure::trace::Trace;
 use sim_harness::mission::World;
 use sim_harness::scenario::Scenario;
 use sim_harness::serve::{self, Event, Live, Ports};
@@ -17,13 +18,17 @@ pub(crate) struct SimulatedChain {
     ports: Vec<SocketAddr>,
     ending: Arc<AtomicBool>,
     events: Arc<Mutex<Vec<Event>>>,
-    thread: Option<JoinHandle<()>>,
+    thread: Option<JoinHandle<Trace>>,
 }
 
 impl SimulatedChain {
     /// Serves the scenario `demo`, a head and three relays, on free ports and in real time.
     pub(crate) fn demo() -> Self {
-        let scenario = Scenario::open("demo").unwrap();
+        Self::of(Scenario::open("demo").unwrap())
+    }
+
+    /// Serves this scenario on free ports and in real time.
+    pub(crate) fn of(scenario: Scenario) -> Self {
         let ports = Ports::open(Ipv4Addr::LOCALHOST, 0, scenario.drones.members()).unwrap();
         Self::serve(scenario, ports)
     }
@@ -46,12 +51,18 @@ impl SimulatedChain {
         let thread = thread::spawn(move || {
             let world = World::of(&scenario);
             let reference = Reference::of(&scenario, &world);
-            let live = Live::new(&scenario, &world, &reference, 1, false);
-            serve::serve(live, ports, 1.0, None, &stop, |_, event| {
+            let live = Live::new(&scenario, &world, &reference, 1, true);
+            let (live, _) = serve::serve(live, ports, 1.0, None, &stop, |_, event| {
                 journal.lock().unwrap().push(event);
             });
+            live.trace().clone()
         });
         Self { ports: addresses, ending, events, thread: Some(thread) }
+    }
+
+    /// The addresses of all drones, the head's first, the base's last.
+    pub(crate) fn addresses(&self) -> Vec<String> {
+        self.ports.iter().map(|port| format!("udp://{port}")).collect()
     }
 
     /// The base's address, as the station takes it.
@@ -62,6 +73,12 @@ impl SimulatedChain {
     /// The head's address.
     pub(crate) fn head_address(&self) -> String {
         format!("udp://{}", self.ports[0])
+    }
+
+    /// Ends the chain, and returns the record of where its drones truly were.
+    pub(crate) fn end(mut self) -> Trace {
+        self.ending.store(true, Ordering::Relaxed);
+        self.thread.take().unwrap().join().unwrap()
     }
 
     /// All events so far.

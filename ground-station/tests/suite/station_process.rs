@@ -17,13 +17,13 @@ pub(crate) fn command() -> Command {
 impl StationProcess {
     /// Starts a station on a free port.
     pub(crate) fn start(base: &str, options: &[&str]) -> Self {
-        let mut process = command()
-            .arg(base)
-            .args(["--port", "0"])
-            .args(options)
-            .stdout(Stdio::piped())
-            .spawn()
-            .unwrap();
+        Self::start_with(&[&[base], options].concat())
+    }
+
+    /// Starts a station with these arguments on a free port.
+    pub(crate) fn start_with(arguments: &[&str]) -> Self {
+        let mut process =
+            command().args(["--port", "0"]).args(arguments).stdout(Stdio::piped()).spawn().unwrap();
         let mut line = String::new();
         BufReader::new(process.stdout.take().unwrap()).read_line(&mut line).unwrap();
         let (_, rest) = line.split_once("http://").expect(&line);

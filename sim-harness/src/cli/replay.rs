@@ -8,8 +8,9 @@ use clap::{Args, ValueEnum};
 
 use super::progress::Progress;
 use super::{Common, Trouble, Verdict, complain, emulated, interrupt};
+use crate::output::{self, Folder};
 use crate::replay::chip::{self, ChipOptions, ChipSummary, Pace};
-use crate::replay::{Format, ReplayOptions, replay};
+use crate::replay::{Format, ReplayOptions, StationRecord, replay, station_record};
 
 #[derive(Args)]
 pub(super) struct ReplayArgs {
@@ -85,6 +86,7 @@ fn on_host(args: &ReplayArgs) -> Result<Verdict, Trouble> {
     if let Some(folder) = &mut folder {
         folder.put_json("summary.json", &value)?;
         folder.put("trace.csv", |out| summary.write_series(out))?;
+        put_station_report(folder, &args.logs)?;
         if let Some(fit) = &summary.fit {
             folder.put_text("radio.toml", &fit.scenario())?;
             if let [log] = args.logs.as_slice() {
@@ -96,6 +98,15 @@ fn on_host(args: &ReplayArgs) -> Result<Verdict, Trouble> {
     }
     args.common.finish(folder, &summary.to_string(), &value)?;
     Ok(Verdict::Good)
+}
+
+/// Writes the report of a flight, where the only log is a recording of the ground station.
+fn put_station_report(folder: &mut Folder, logs: &[PathBuf]) -> Result<(), Trouble> {
+    let [log] = logs else { return Ok(()) };
+    if let Some(StationRecord { trace, summary }) = station_record(log)? {
+        output::write_report(folder, &trace, &summary)?;
+    }
+    Ok(())
 }
 
 fn on_chip(args: &ReplayArgs, chip: Chip) -> Result<Verdict, Trouble> {

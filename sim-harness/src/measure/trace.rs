@@ -12,8 +12,8 @@ use crate::world::SkeletonPlace;
 pub struct Trace {
     /// The scenario's name.
     pub scenario: String,
-    /// The seed of the mission.
-    pub seed: u64,
+    /// The seed of the mission; `None` for a recording of real time, which has none.
+    pub seed: Option<u64>,
     /// The tunnel.
     pub floor_plan: FloorPlan,
     /// The members, head first, base last; every frame lists them in this order.

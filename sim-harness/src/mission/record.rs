@@ -25,7 +25,7 @@ impl<'a> Mission<'a> {
     pub fn begin_trace(&self, seed: u64) -> Trace {
         Trace {
             scenario: self.scenario.name.clone(),
-            seed,
+            seed: Some(seed),
             floor_plan: self.world.tunnel.floor_plan(),
             nodes: self
                 .members

@@ -194,11 +194,11 @@ impl<W: Write + Seek> Recording<W> {
 
     /// The scenario of the record.
     fn describe(&mut self, trace: &Trace) -> Result<(), WriteError> {
-        let metadata = BTreeMap::from([
+        let mut metadata = BTreeMap::from([
             ("scenario".to_owned(), trace.scenario.clone()),
-            ("seed".to_owned(), trace.seed.to_string()),
             ("launch_limit_dbm".to_owned(), trace.launch_limit.0.to_string()),
         ]);
+        metadata.extend(trace.seed.map(|seed| ("seed".to_owned(), seed.to_string())));
         self.writer.write_metadata(&Metadata { name: "mission".to_owned(), metadata })?;
         Ok(())
     }

@@ -15,4 +15,4 @@ pub(crate) mod synthetic;
 mod write;
 
 pub use folder::{Folder, Staging};
-pub use write::{OutputError, put_picture, write_all};
+pub use write::{OutputError, put_picture, write_all, write_report};

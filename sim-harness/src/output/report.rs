@@ -65,10 +65,12 @@ fn subtitle(trace: &Trace) -> String {
     let relays = trace.nodes.iter().filter(|node| node.role == units::Role::Relay).count();
     let (minutes, rest) = (seconds / 60, seconds % 60);
     let plural = if relays == 1 { "" } else { "s" };
-    let Trace { scenario, seed, .. } = trace;
-    format!(
-        "{scenario} \u{b7} {minutes} min {rest} s with {relays} relay{plural} \u{b7} seed {seed}"
-    )
+    let scenario = &trace.scenario;
+    let origin = match trace.seed {
+        Some(seed) => format!("seed {seed}"),
+        None => "recorded".to_owned(),
+    };
+    format!("{scenario} \u{b7} {minutes} min {rest} s with {relays} relay{plural} \u{b7} {origin}")
 }
 
 /// Replaces every `{{gap}}` of the page, in one pass: a gap within a filled-in text stays as it is.

@@ -18,7 +18,7 @@ pub(crate) fn mission() -> Trace {
     let frames = (0..1500).map(|tick| frame(tick, &mut noise)).collect();
     Trace {
         scenario: "S-bend <script>alert(1)</script> & \"friends\"".to_owned(),
-        seed: 42,
+        seed: Some(42),
         floor_plan: floor_plan(),
         nodes: (0..=BASE).map(node).collect(),
         launch_limit: Dbm(-70.0),

@@ -50,11 +50,22 @@ pub fn write_all(
     trace: &Trace,
     summary: &serde_json::Value,
 ) -> Result<(), OutputError> {
-    let page = report::html(trace, summary)?;
     folder.put_json("summary.json", summary)?;
     folder.put("trace.csv", |out| csv::write(trace, out))?;
     folder.put("trace.mcap", |out| Ok(mcap::write(trace, out)?))?;
-    folder.put_text("report.html", &page)?;
+    write_report(folder, trace, summary)
+}
+
+/// Writes `report.html`, and `map`, `links` and `positions` as SVG and PNG.
+///
+/// # Errors
+/// As [`write_all`].
+pub fn write_report(
+    folder: &mut Folder,
+    trace: &Trace,
+    summary: &serde_json::Value,
+) -> Result<(), OutputError> {
+    folder.put_text("report.html", &report::html(trace, summary)?)?;
     for (name, picture) in [
         ("map", pictures::map(trace)?),
         ("links", pictures::links(trace)?),

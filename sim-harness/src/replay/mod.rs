@@ -17,6 +17,7 @@
 //! | [`chip`] | the same on a chip, compared with the host |
 //! | `horizons` | filters with and without the motion, from packets of any age |
 //! | `channel` | a log as the channel of a simulated mission |
+//! | `station` | a recording of the ground station as the record of a mission |
 //! | `fit` | a radio model, fitted to the packets |
 //! | `summary` | the results as a table, as JSON and as a CSV of every sample |
 //!
@@ -32,6 +33,7 @@ mod horizons;
 mod plan;
 mod prediction;
 mod recording;
+mod station;
 mod summary;
 
 use std::path::{Path, PathBuf};
@@ -47,6 +49,7 @@ pub use formats::Format;
 pub use horizons::{Gain, Horizon, Horizons, Interval, LinkHorizons, LogHorizons, PredictorScore};
 pub use prediction::{Prediction, REAL_LINK, Score};
 pub use recording::{Anomalies, Anomaly};
+pub use station::{StationRecord, station_record};
 pub use summary::{FileReport, LinkReport, ReplaySummary};
 
 use crate::input_error::InputError;

@@ -58,7 +58,7 @@ fn standing(plan: &PlanPicture<'_>) -> Trace {
     let drones = plan.places.iter().rev().map(drone).collect();
     Trace {
         scenario: plan.name.to_owned(),
-        seed: 0,
+        seed: None,
         floor_plan: plan.plan.clone(),
         nodes: (0..plan.places.len()).map(node).collect(),
         launch_limit: Dbm(0.0),

@@ -35,7 +35,9 @@ impl LinkSeries {
         let step = self.samples.len().div_ceil(MOST_POINTS).max(1);
         // A break of the line is never thinned out.
         let kept = self.samples.iter().enumerate().filter(|(index, sample)| {
-            index.is_multiple_of(step) || index + 1 == self.samples.len() || sample.raw.is_nan()
+            index.is_multiple_of(step)
+                || index + 1 == self.samples.len()
+                || sample.filtered.is_nan()
         });
         kept.map(|(_, s)| (s.time, value(s))).collect()
     }

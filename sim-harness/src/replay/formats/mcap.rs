@@ -1,7 +1,8 @@
-//! Reads the `trace.mcap` of a run, or of a ground station that writes the same messages.
+//! Reads the `trace.mcap` of a run, or the `station.mcap` of the ground station.
 //!
-//! The topics `/drone/N/state` hold a drone's place, `/drone/N/link/front` and `…/back` its last
-//! packets from its neighbours. Messages of other topics and of other schemas are passed over. What
+//! In a trace, the topics `/drone/N/state` hold a drone's place, `/drone/N/link/front` and `…/back`
+//! its last packets from its neighbours. A station's `/drone/N/report` holds the strength of a
+//! drone's link towards the base. Messages of other topics and of other schemas are passed over. What
 //! the table `trace.csv` calls a line is here the number of the message.
 
 use std::collections::BTreeMap;
@@ -16,6 +17,7 @@ use super::trace::{DroneRow, of_rows};
 use crate::input_error::InputError;
 use crate::output::mcap::{DroneState, Link};
 use crate::replay::recording::{Anomaly, Recorder, Recording};
+use crate::station_log::DroneReport;
 
 /// The first bytes of an MCAP file.
 pub(super) const MAGIC: &[u8] = b"\x89MCAP";
@@ -25,6 +27,7 @@ pub(super) const MAGIC: &[u8] = b"\x89MCAP";
 enum About {
     State,
     Link,
+    Report,
 }
 
 /// The drone and the kind of a topic's messages.
@@ -33,6 +36,7 @@ fn about(topic: &str) -> Option<(u8, About)> {
     let about = match rest {
         "state" => About::State,
         "link/front" | "link/back" => About::Link,
+        "report" => About::Report,
         _ => return None,
     };
     Some((node.parse().ok()?, about))
@@ -87,6 +91,10 @@ fn take(row: &mut DroneRow, about: About, data: &[u8]) -> Option<()> {
         About::Link => {
             let link = Link::decode(data).ok()?;
             row.heard.push((u8::try_from(link.peer).ok()?, f64::from(link.raw_dbm)));
+        }
+        About::Report => {
+            let report: DroneReport = serde_json::from_slice(data).ok()?;
+            row.heard.extend(report.back.zip(report.rssi_dbm.map(f64::from)));
         }
     }
     Some(())

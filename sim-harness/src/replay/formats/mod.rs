@@ -43,7 +43,7 @@ pub enum Format {
     Csv,
     /// The trace.csv that `uchain run --out` writes.
     Trace,
-    /// The trace.mcap that `uchain run --out` writes.
+    /// The trace.mcap that `uchain run --out` writes, or the station.mcap of the ground station.
     Mcap,
     /// A log of the Crazyflie's µSD card deck.
     Usd,
@@ -59,7 +59,7 @@ impl Format {
             Self::Mitll => "a row of a MITLL log (Frame, Time, Source, DeviceName, RSSI, …)",
             Self::Csv => "a row of time_s, link and rssi_dbm",
             Self::Trace => "a row of the trace.csv of a run",
-            Self::Mcap => "a message of /drone/N/link/front or back",
+            Self::Mcap => "a message of /drone/N/link/front or back, or of /drone/N/report",
             Self::Usd => "an event of a µSD log",
         }
     }
@@ -204,7 +204,7 @@ fn not_the_format(format: Format, line: usize, file: &Path) -> InputError {
     .at_line(file, line)
 }
 
-fn read_bytes(file: &Path) -> Result<Vec<u8>, InputError> {
+pub(super) fn read_bytes(file: &Path) -> Result<Vec<u8>, InputError> {
     read_companion(file, "check the path and its permissions")
 }
 
