@@ -10,7 +10,7 @@ use chain::policy::PolicyConfig;
 use chain::retirement::RetirementConfig;
 use chain::retreat::RetreatConfig;
 use chain::search::SearchConfig;
-use tunnel_nav::NavConfig;
+use tunnel_nav::{NavConfig, SpotConfig};
 use units::{Db, Dbm, Duration, Metres, MetresPerSecond};
 
 /// The agent's constants.
@@ -31,6 +31,8 @@ pub struct AgentConfig {
     pub astray: AstrayConfig,
     /// The relaying from the ground.
     pub perch: PerchConfig,
+    /// The search for a spot at which to land for that.
+    pub spot: SpotConfig,
     /// Centring and wall following.
     pub nav: NavConfig,
     /// Heights, speeds and time limits of a flight.
@@ -49,6 +51,7 @@ impl AgentConfig {
         retirement: RetirementConfig::DEFAULT,
         astray: AstrayConfig::DEFAULT,
         perch: PerchConfig::DEFAULT,
+        spot: SpotConfig::DEFAULT,
         nav: NavConfig::DEFAULT,
         flight: FlightConfig::DEFAULT,
         swarm: SwarmConfig::DEFAULT,

@@ -39,6 +39,8 @@
 //!                    ⇄ Searching    the chain is at rest, and weak with equal links
 //!                    ⇄ Retiring     no longer needed; lands at home
 //!                    ⇄ Rejoining    in another branch than the drone in front
+//!
+//!   any of these ──order: perch──▶ Siting   looks for a spot, and lands there
 //! ```
 #![no_std]
 
@@ -303,7 +305,7 @@ impl Agent {
             }
             Wish::Stop => (MetresPerSecond::ZERO, Setpoint::Stop, Walls::Neither),
             // Low above the floor the side beams see the floor.
-            Wish::Along { height, .. } | Wish::Over { height, .. }
+            Wish::Along { height, .. } | Wish::Over { height, .. } | Wish::Beside { height, .. }
                 if self.is_low(config, inputs.height) =>
             {
                 self.navigator = Navigator::new();
@@ -314,6 +316,12 @@ impl Agent {
                 let bearings = self.odometry.bearings(inputs.heading);
                 let NavCommand { forward, lateral, yaw_rate, walls } =
                     self.navigator.step(&config.nav, &inputs.ranges, speed, &bearings);
+                (forward, Setpoint::Fly { forward, lateral, yaw_rate, height }, walls)
+            }
+            Wish::Beside { command, height } => {
+                // The way along the wall is no part of the path that the navigator keeps.
+                self.navigator = Navigator::new();
+                let NavCommand { forward, lateral, yaw_rate, walls } = command;
                 (forward, Setpoint::Fly { forward, lateral, yaw_rate, height }, walls)
             }
             Wish::Over { east, north, yaw, yaw_rate, height } => {
@@ -359,7 +367,14 @@ impl Agent {
                 hover(config.flight.climbing(round.now.since(since)))
             }
             State::OnMission(duty) => self.mission.wish(config, round, duty),
-            State::Landing { since, .. } => hover(config.flight.descending(round.now.since(since))),
+            State::Landing { since, why } => {
+                let height = config.flight.descending(round.now.since(since));
+                match why {
+                    // A drone that has looked for its spot stays over it.
+                    LandReason::Perched => Wish::Beside { command: NavCommand::STILL, height },
+                    _ => hover(height),
+                }
+            }
             State::Stopped => Wish::Stop,
             State::Idle | State::Armed { .. } | State::Perched | State::Landed { .. } => Wish::Rest,
         }
