@@ -138,6 +138,10 @@ pub struct FlightConfig {
     /// What is kept for the way home beside the time that it takes: waiting for those behind,
     /// and the landing.
     pub reserve: Duration,
+    /// Whether a drone turns back, and calls the chain home, while its battery carries it home. Without
+    /// it the drones fly until the flight code brings them down, for missions after which they are
+    /// fetched.
+    pub keeps_way_home: bool,
     /// A drone whose battery lasts for less is not launched: it would have to call the chain home
     /// soon after.
     pub least_endurance: Duration,
@@ -154,6 +158,7 @@ impl FlightConfig {
         return_speed: MetresPerSecond(0.2),
         home: Metres(0.3),
         reserve: Duration::from_secs(20),
+        keeps_way_home: true,
         least_endurance: Duration::from_secs(90),
     };
 

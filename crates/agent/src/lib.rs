@@ -234,9 +234,10 @@ impl Agent {
     /// Whether the battery has little more than the way home takes.
     fn must_turn_back(&self, config: &AgentConfig, inputs: &Inputs<'_>) -> bool {
         let way = self.odometry.reckoning().odometer.0.max(0.0) / config.flight.return_speed.0;
-        inputs
-            .endurance
-            .is_some_and(|left| left.as_secs_f32() < config.flight.turns_back_below(way))
+        config.flight.keeps_way_home
+            && inputs
+                .endurance
+                .is_some_and(|left| left.as_secs_f32() < config.flight.turns_back_below(way))
     }
 
     /// The operator's latest order.
@@ -305,7 +306,9 @@ impl Agent {
             }
             Wish::Stop => (MetresPerSecond::ZERO, Setpoint::Stop, Walls::Neither),
             // Low above the floor the side beams see the floor.
-            Wish::Along { height, .. } | Wish::Over { height, .. } | Wish::Beside { height, .. }
+            Wish::Along { height, .. }
+            | Wish::Over { height, .. }
+            | Wish::Beside { height, .. }
                 if self.is_low(config, inputs.height) =>
             {
                 self.navigator = Navigator::new();

@@ -9,9 +9,9 @@
 //!
 //! ```text
 //!   ═══════════════╗     ╔═══════════════   A spot: both beams of one side see a wall within 0.5 m,
-//!     ←── ↑ ──→    ║     ║                  those of the other side see a wall 1 m away or more, or
-//!         │                                 both see none, and the height over ground stays the same
-//!   ══════╧═══════════════════════════════  over a stretch of the way.
+//!     ←── ↑ ──→    ║     ║                  those of the other side leave a width to pass, and the
+//!         │                                 height over ground stays the same over a stretch of the
+//!   ══════╧═══════════════════════════════  way. A mouth may lie on the other side.
 //! ```
 //!
 //! Where the whole way has no such place, the search ends at one that is beside the wall and lacks
@@ -20,9 +20,7 @@
 
 use core::f32::consts::FRAC_1_SQRT_2;
 
-use units::{
-    Duration, Instant, Metres, MetresPerSecond, Point2, Pose2, Radians, RadiansPerSecond,
-};
+use units::{Duration, Instant, Metres, MetresPerSecond, Point2, Pose2, Radians, RadiansPerSecond};
 
 use crate::gallery::cosines;
 use crate::steer::push_away;
@@ -34,11 +32,13 @@ pub struct SpotConfig {
     /// The speed along the wall and towards it. Our own number: at 5 Hz the floor is read every 3 cm.
     pub speed: MetresPerSecond,
     /// The distance from the wall that the drone keeps. Our own number: a Crazyflie with guards is
-    /// 0.16 m wide, and where a gallery is 1.35 m wide, [`SpotConfig::free_width`] is left.
+    /// 0.16 m wide.
     pub wall: Metres,
     /// Up to this distance from the wall a place is beside it: 0.5 m in the paper.
     pub beside: Metres,
-    /// The free width that is to be left, the same as for planned drops (`relay_placement::Demand`).
+    /// The free width that is to be left, as the beams measure it: 1 m, as for planned drops
+    /// (`relay_placement::Demand`), less the 17 % by which a ranger with a cone of 27° reads a wall too
+    /// near that it looks at from 45°.
     pub free_width: Metres,
     /// The farthest that the drone flies along the wall, to either side. Our own number: a link in a
     /// gallery loses some decibels over it.
@@ -62,7 +62,7 @@ impl SpotConfig {
         speed: MetresPerSecond(0.15),
         wall: Metres(0.35),
         beside: Metres(0.5),
-        free_width: Metres(1.0),
+        free_width: Metres(0.85),
         most_way: Metres(1.5),
         stretch: Metres(0.4),
         unevenness: Metres(0.03),
@@ -325,7 +325,8 @@ impl SpotSearch {
             && let Some((side, distance)) = nearer_wall(&view.ranges, open)
         {
             let off = self.off(view, side, distance);
-            self.edge = Some(Edge { side, off, way: view.way, is_reached: false, passed: Metres::ZERO });
+            self.edge =
+                Some(Edge { side, off, way: view.way, is_reached: false, passed: Metres::ZERO });
         }
     }
 
@@ -426,20 +427,18 @@ impl SpotSearch {
         None
     }
 
-    /// Whether the drone is beside the wall and not in a mouth, on either side; if so, whether the
-    /// free width is left.
+    /// Whether the drone is beside the wall and not in a mouth; if so, whether the free width is left.
     fn beside(&self, config: &SpotConfig, view: &SpotView, wall: Seen) -> Option<bool> {
         let Seen::Wall { distance, skew } = wall else { return None };
         if !view.is_linked || distance > config.beside.0 || skew.abs() > ALONG {
             return None;
         }
-        let other = look(&view.ranges, self.side()?.opposite());
-        match other {
-            // Nothing within the beams' reach, which is more than the width.
-            Seen::Nothing => Some(true),
-            Seen::Wall { distance, .. } => Some(distance >= config.free_width.0),
-            Seen::Unknown | Seen::Other => None,
-        }
+        let (front, rear) = beams(&view.ranges, self.side()?.opposite());
+        // A beam that sees nothing reaches farther than the width.
+        let is_wide = |beam: Range| {
+            beam.length().is_none_or(|beam| beam * FRAC_1_SQRT_2 >= config.free_width.0)
+        };
+        Some(is_wide(front) && is_wide(rear))
     }
 
     /// Where to land without a spot.
@@ -500,12 +499,17 @@ fn nearer_wall(ranges: &Diagonals, open: Option<Side>) -> Option<(Side, f32)> {
     sides.min_by(|(_, a), (_, b)| a.total_cmp(b))
 }
 
-/// What the two beams of a side see.
-fn look(ranges: &Diagonals, side: Side) -> Seen {
-    let (front, rear) = match side {
+/// The front beam and the rear beam of a side.
+const fn beams(ranges: &Diagonals, side: Side) -> (Range, Range) {
+    match side {
         Side::Left => (ranges.nw, ranges.sw),
         Side::Right => (ranges.ne, ranges.se),
-    };
+    }
+}
+
+/// What the two beams of a side see.
+fn look(ranges: &Diagonals, side: Side) -> Seen {
+    let (front, rear) = beams(ranges, side);
     if front == Range::Invalid || rear == Range::Invalid {
         return Seen::Unknown;
     }

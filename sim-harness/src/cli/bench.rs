@@ -45,6 +45,10 @@ pub(super) struct BenchArgs {
     /// `explore`, the rule `ours`
     #[arg(long, conflicts_with = "fidelity")]
     ablation: bool,
+    /// In the benchmark `placement`, measure what readings gain that a robot gathers around its goal, in
+    /// each motion pattern, before it drops a relay
+    #[arg(long)]
+    gather: bool,
     /// Explore by this rule only in the benchmark `explore`; may be given more than once
     #[arg(long, value_name = "NAME", conflicts_with = "ablation")]
     rule: Vec<String>,

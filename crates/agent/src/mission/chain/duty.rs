@@ -470,7 +470,11 @@ mod tests {
         let bears = Links { bear_ground: true, ..GOOD };
         let siting = Continue(ChainDuty::Siting { since: NOW });
         assert_eq!(after(relaying, Order::Perch, bears), siting);
-        assert_eq!(after(relaying, Order::Perch, GOOD), Continue(relaying), "on weak links it stays up");
+        assert_eq!(
+            after(relaying, Order::Perch, GOOD),
+            Continue(relaying),
+            "on weak links it stays up"
+        );
         assert_eq!(after(ChainDuty::Siting { since: NOW }, Order::Perch, bears), siting);
         assert_eq!(after_siting(Order::Perch, bears), Break(LandReason::Perched));
         assert_eq!(after_siting(Order::Perch, GOOD), RELAYING);
