@@ -62,8 +62,8 @@ pub(super) struct BenchArgs {
     /// as points, and in `junctions` as points and as rigid bodies
     #[arg(long, value_enum)]
     fidelity: Option<FidelityArg>,
-    /// In the benchmark `placement`, also put relays down in this map (map_server's .yaml); in
-    /// `explore`, explore it in place of the built-in plans; may be given more than once
+    /// In the benchmark `placement`, also put relays down in this map; in `explore`, explore it in place
+    /// of the built-in plans; may be given more than once
     #[arg(long, value_name = "FILE")]
     map: Vec<PathBuf>,
     /// The firmware's ELF file, for the benchmarks that measure it
