@@ -284,14 +284,15 @@ fn retiring(at: &Standing<'_>) -> Next<ChainDuty> {
     }
 }
 
-/// A drone that is at its spot lands, where it still has its links and can do without what they lose.
+/// A drone that is at its spot lands in the first round in which its links bear the loss on the ground.
 fn siting(since: Instant, at: &Standing<'_>) -> Next<ChainDuty> {
     let links = &at.links;
     let is_front_lost = at.round.role == Role::Relay && links.front.is_none();
     let is_over = at.round.order() != Some(Order::Perch) || links.back.is_none() || is_front_lost;
+    let is_spent = at.round.now.since(since) >= at.config.spot.most_time;
     if at.is_sited && links.bear_ground && !is_over {
         Break(LandReason::Perched)
-    } else if at.is_sited || is_over {
+    } else if is_over || at.is_sited && is_spent {
         Continue(ChainDuty::at_place(at.round.role, at.round.now))
     } else {
         Continue(ChainDuty::Siting { since })
@@ -381,11 +382,11 @@ mod tests {
     }
 
     /// The duty, or the landing, after the round in which a siting drone has come to its spot.
-    fn after_siting(order: Order, links: Links) -> Next<ChainDuty> {
+    fn after_siting(since: Instant, order: Order, links: Links) -> Next<ChainDuty> {
         let task = Some(Task { order, given: NOW });
         let (role, phase, here) = (Role::Relay, Phase::Linked, Reckoning::default());
         let round = Round { now: NOW, id: NodeId(1), role, phase, task, here, junction: None };
-        ChainDuty::Siting { since: NOW }.next(&Standing {
+        ChainDuty::Siting { since }.next(&Standing {
             config: &CONFIG,
             round: &round,
             links,
@@ -476,10 +477,11 @@ mod tests {
             "on weak links it stays up"
         );
         assert_eq!(after(ChainDuty::Siting { since: NOW }, Order::Perch, bears), siting);
-        assert_eq!(after_siting(Order::Perch, bears), Break(LandReason::Perched));
-        assert_eq!(after_siting(Order::Perch, GOOD), RELAYING);
-        assert_eq!(after_siting(EXPLORE, bears), RELAYING);
-        assert_eq!(after_siting(Order::Perch, Links { front: None, ..bears }), RELAYING);
+        assert_eq!(after_siting(NOW, Order::Perch, bears), Break(LandReason::Perched));
+        assert_eq!(after_siting(NOW, Order::Perch, GOOD), siting, "it waits for its links");
+        assert_eq!(after_siting(Instant::ZERO, Order::Perch, GOOD), RELAYING, "but not for ever");
+        assert_eq!(after_siting(NOW, EXPLORE, bears), RELAYING);
+        assert_eq!(after_siting(NOW, Order::Perch, Links { front: None, ..bears }), RELAYING);
     }
 
     #[test]

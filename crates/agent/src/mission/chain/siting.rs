@@ -22,8 +22,10 @@ impl Chain {
         let view = self.spot_view(config, round);
         let begin = || SpotSearch::begin(since, view.way, view.pose);
         let search = self.spot.unwrap_or_else(begin);
-        self.spot = search.step(&config.spot, round.now, &view);
-        self.spot.is_none()
+        let next = search.step(&config.spot, round.now, &view);
+        // A drone that is there stays there until it lands.
+        self.spot = Some(next.unwrap_or(search));
+        next.is_none()
     }
 
     /// How the drone flies at the duty to look for a spot; `None` at another.
