@@ -18,13 +18,15 @@
 //! the width or the even floor; where there is no wall either, where it began. It is bounded in way
 //! and time, and turns round where the caller says that a link gets too weak.
 
+mod look;
+
 use core::f32::consts::FRAC_1_SQRT_2;
 
 use units::{Duration, Instant, Metres, MetresPerSecond, Point2, Pose2, Radians, RadiansPerSecond};
 
-use crate::gallery::cosines;
 use crate::steer::push_away;
 use crate::{Diagonals, NavCommand, NavConfig, Range, Side, Walls};
+use look::{Seen, beams, leading, look, nearer_wall};
 
 /// The constants of the search.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -177,19 +179,6 @@ struct Edge {
     passed: Metres,
 }
 
-/// The wall of one side, as its two beams see it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Seen {
-    /// A beam was not measured.
-    Unknown,
-    /// A wall along the way, at this distance, with the nose turned to it by this angle.
-    Wall { distance: f32, skew: f32 },
-    /// Neither beam sees anything.
-    Nothing,
-    /// The two beams see different things: a wall ends here, or turns.
-    Other,
-}
-
 /// The drone is at its place when it is nearer than this along the way, m: a round and a half of
 /// flight.
 const NEAR: f32 = 0.05;
@@ -205,8 +194,6 @@ const MOUTH: f32 = 0.4;
 /// The most by which a wall goes aside over a metre of the way, m, and by which it turns, rad: it
 /// comes to 20° within the way that the drone looks at.
 const BEND: f32 = 0.4;
-/// The two beams of a wall agree to within this part of their mean: the ratio test of section IV-E.
-const AGREE: f32 = 0.4;
 /// The most that the nose is turned, rad: a heading error in a gallery stays below 20°.
 const MOST_TURN: f32 = 0.35;
 /// A wall that is turned to the way by more than this is no place to land at, rad: its beams differ by
@@ -252,11 +239,11 @@ impl SpotSearch {
             let most = BEND * (view.way - edge.way).0.abs();
             if is_reached {
                 let turned = (view.pose.yaw - Radians(skew) - self.begun.yaw - self.turn).wrapped();
-                let turn = self.turn.0 + turned.0.clamp(-most, most);
-                self.turn = Radians(turn.clamp(-MOST_TURN, MOST_TURN));
+                let turn = self.turn.0 + bounded(turned.0, most);
+                self.turn = Radians(bounded(turn, MOST_TURN));
             }
-            let moved = (self.off(view, edge.side, distance) - edge.off).0.clamp(-most, most);
-            let off = edge.off + Metres(moved);
+            let moved = self.off(view, edge.side, distance) - edge.off;
+            let off = edge.off + Metres(bounded(moved.0, most));
             self.edge = Some(Edge { off, way: view.way, is_reached, ..edge });
         }
         self.pass_corner(config, view);
@@ -291,11 +278,11 @@ impl SpotSearch {
             _ if self.is_away(config, view) => 0.0,
             Stage::Ahead => most,
             Stage::Behind => -most,
-            Stage::Dropping { to } => (GAIN * (to - view.way).0).clamp(-most, most),
+            Stage::Dropping { to } => bounded(GAIN * (to - view.way).0, most),
         };
         let is_blocked = wanted != 0.0 && is_blocked(config, view, wanted);
         let forward = if is_blocked { 0.0 } else { wanted };
-        let lateral = (GAIN * self.aside(config, view)).clamp(-most, most);
+        let lateral = bounded(GAIN * self.aside(config, view), most);
         let off = (self.begun.yaw + self.turn - view.pose.yaw).wrapped();
         let push = push_away(nav, &view.ranges);
         let walls = match (wall, self.side()) {
@@ -305,7 +292,7 @@ impl SpotSearch {
         NavCommand {
             forward: MetresPerSecond(forward + push.forward),
             lateral: MetresPerSecond(lateral + push.lateral).limited_to(nav.max_lateral),
-            yaw_rate: RadiansPerSecond(GAIN * off.0).limited_to(nav.max_yaw_rate),
+            yaw_rate: RadiansPerSecond(bounded(GAIN * off.0, nav.max_yaw_rate.0)),
             walls,
         }
     }
@@ -468,60 +455,18 @@ impl Stretch {
     }
 }
 
+/// The number within ±`most`; 0 for one that is no number.
+fn bounded(number: f32, most: f32) -> f32 {
+    if number.is_nan() { 0.0 } else { number.max(-most).min(most) }
+}
+
 /// Whether there is an obstacle before the beams that lead in this direction.
 fn is_blocked(config: &SpotConfig, view: &SpotView, direction: f32) -> bool {
     let sides = [Side::Left, Side::Right];
     sides.into_iter().any(|side| is_near(config, leading(&view.ranges, side, direction)))
 }
 
-/// The beam to a side that leads in a direction.
-fn leading(ranges: &Diagonals, side: Side, direction: f32) -> Range {
-    match (side, direction > 0.0) {
-        (Side::Left, true) => ranges.nw,
-        (Side::Left, false) => ranges.sw,
-        (Side::Right, true) => ranges.ne,
-        (Side::Right, false) => ranges.se,
-    }
-}
-
 /// Whether a leading beam sees an obstacle ahead.
 fn is_near(config: &SpotConfig, beam: Range) -> bool {
     beam.length().is_some_and(|beam| beam < AHEAD * config.beam())
-}
-
-/// The side of the nearer wall, but for an open side, and its distance.
-fn nearer_wall(ranges: &Diagonals, open: Option<Side>) -> Option<(Side, f32)> {
-    let wall = |side| match look(ranges, side) {
-        Seen::Wall { distance, .. } if open != Some(side) => Some((side, distance)),
-        _ => None,
-    };
-    let sides = [Side::Left, Side::Right].into_iter().filter_map(wall);
-    sides.min_by(|(_, a), (_, b)| a.total_cmp(b))
-}
-
-/// The front beam and the rear beam of a side.
-const fn beams(ranges: &Diagonals, side: Side) -> (Range, Range) {
-    match side {
-        Side::Left => (ranges.nw, ranges.sw),
-        Side::Right => (ranges.ne, ranges.se),
-    }
-}
-
-/// What the two beams of a side see.
-fn look(ranges: &Diagonals, side: Side) -> Seen {
-    let (front, rear) = beams(ranges, side);
-    if front == Range::Invalid || rear == Range::Invalid {
-        return Seen::Unknown;
-    }
-    match (front.length(), rear.length()) {
-        (Some(front), Some(rear)) if (front - rear).abs() <= AGREE * 0.5 * (front + rear) => {
-            let tan = (rear - front) / (rear + front);
-            let (near, far) = cosines(tan);
-            let skew = libm::atanf(tan);
-            let skew = if side == Side::Left { skew } else { -skew };
-            Seen::Wall { distance: 0.5 * (front * near + rear * far), skew }
-        }
-        (None, None) => Seen::Nothing,
-        _ => Seen::Other,
-    }
 }

@@ -201,7 +201,7 @@ proptest! {
     /// may fly at.
     #[test]
     fn a_search_ends_with_any_sensors(
-        seen in prop::collection::vec((prop::array::uniform4(any::<f32>()), any::<f32>(), any::<f32>(), any::<bool>()), 75)
+        seen in prop::collection::vec((prop::array::uniform4(any::<f32>()), prop::num::f32::ANY, prop::num::f32::ANY, any::<bool>()), 75)
     ) {
         let mut search = SpotSearch::begin(Instant::ZERO, Metres::ZERO, pose([0.0; 2], 0.0));
         let mut rounds = 0_u64;
