@@ -24,6 +24,7 @@ pub const fn state(code: u8) -> &'static str {
         16 => "surveying",
         17 => "going to its place before the passage",
         18 => "crossing the passage",
+        19 => "looking for a spot at which to land",
         _ => "in a state that this station does not know",
     }
 }
@@ -31,7 +32,7 @@ pub const fn state(code: u8) -> &'static str {
 /// Whether a drone in the state with this code is in the air.
 #[must_use]
 pub const fn is_airborne(state: u8) -> bool {
-    matches!(state, 2..=7 | 10..=12 | 14..=18)
+    matches!(state, 2..=7 | 10..=12 | 14..=19)
 }
 
 /// What is wrong with a drone whose fault has this code; `None` for nothing.

@@ -117,7 +117,10 @@ fn of_state(state: State) -> Frame {
         },
         State::OnMission(Duty::Chain(duty)) => match duty {
             ChainDuty::Leading { .. } => GAP_1,
-            ChainDuty::Relaying { .. } | ChainDuty::Searching { .. } | ChainDuty::Retiring => GAP_2,
+            ChainDuty::Relaying { .. }
+            | ChainDuty::Searching { .. }
+            | ChainDuty::Retiring
+            | ChainDuty::Siting { .. } => GAP_2,
             ChainDuty::Reconnecting { .. } | ChainDuty::Rejoining { .. } => GAP_3,
             ChainDuty::BackingUp { .. } => GAP_4,
         },

@@ -10,7 +10,7 @@ use chain::policy::PolicyConfig;
 use chain::retirement::RetirementConfig;
 use chain::retreat::RetreatConfig;
 use chain::search::SearchConfig;
-use tunnel_nav::NavConfig;
+use tunnel_nav::{NavConfig, SpotConfig};
 use units::{Db, Dbm, Duration, Metres, MetresPerSecond};
 
 /// The agent's constants.
@@ -31,6 +31,8 @@ pub struct AgentConfig {
     pub astray: AstrayConfig,
     /// The relaying from the ground.
     pub perch: PerchConfig,
+    /// The search for a spot at which to land for that.
+    pub spot: SpotConfig,
     /// Centring and wall following.
     pub nav: NavConfig,
     /// Heights, speeds and time limits of a flight.
@@ -49,6 +51,7 @@ impl AgentConfig {
         retirement: RetirementConfig::DEFAULT,
         astray: AstrayConfig::DEFAULT,
         perch: PerchConfig::DEFAULT,
+        spot: SpotConfig::DEFAULT,
         nav: NavConfig::DEFAULT,
         flight: FlightConfig::DEFAULT,
         swarm: SwarmConfig::DEFAULT,
@@ -135,6 +138,10 @@ pub struct FlightConfig {
     /// What is kept for the way home beside the time that it takes: waiting for those behind,
     /// and the landing.
     pub reserve: Duration,
+    /// Whether a drone turns back, and calls the chain home, while its battery carries it home. Without
+    /// it the drones fly until the flight code brings them down, for missions after which they are
+    /// fetched.
+    pub keeps_way_home: bool,
     /// A drone whose battery lasts for less is not launched: it would have to call the chain home
     /// soon after.
     pub least_endurance: Duration,
@@ -151,6 +158,7 @@ impl FlightConfig {
         return_speed: MetresPerSecond(0.2),
         home: Metres(0.3),
         reserve: Duration::from_secs(20),
+        keeps_way_home: true,
         least_endurance: Duration::from_secs(90),
     };
 

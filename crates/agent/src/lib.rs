@@ -39,6 +39,8 @@
 //!                    ⇄ Searching    the chain is at rest, and weak with equal links
 //!                    ⇄ Retiring     no longer needed; lands at home
 //!                    ⇄ Rejoining    in another branch than the drone in front
+//!
+//!   any of these ──order: perch──▶ Siting   looks for a spot, and lands there
 //! ```
 #![no_std]
 
@@ -232,9 +234,10 @@ impl Agent {
     /// Whether the battery has little more than the way home takes.
     fn must_turn_back(&self, config: &AgentConfig, inputs: &Inputs<'_>) -> bool {
         let way = self.odometry.reckoning().odometer.0.max(0.0) / config.flight.return_speed.0;
-        inputs
-            .endurance
-            .is_some_and(|left| left.as_secs_f32() < config.flight.turns_back_below(way))
+        config.flight.keeps_way_home
+            && inputs
+                .endurance
+                .is_some_and(|left| left.as_secs_f32() < config.flight.turns_back_below(way))
     }
 
     /// The operator's latest order.
@@ -303,7 +306,9 @@ impl Agent {
             }
             Wish::Stop => (MetresPerSecond::ZERO, Setpoint::Stop, Walls::Neither),
             // Low above the floor the side beams see the floor.
-            Wish::Along { height, .. } | Wish::Over { height, .. }
+            Wish::Along { height, .. }
+            | Wish::Over { height, .. }
+            | Wish::Beside { height, .. }
                 if self.is_low(config, inputs.height) =>
             {
                 self.navigator = Navigator::new();
@@ -314,6 +319,12 @@ impl Agent {
                 let bearings = self.odometry.bearings(inputs.heading);
                 let NavCommand { forward, lateral, yaw_rate, walls } =
                     self.navigator.step(&config.nav, &inputs.ranges, speed, &bearings);
+                (forward, Setpoint::Fly { forward, lateral, yaw_rate, height }, walls)
+            }
+            Wish::Beside { command, height } => {
+                // The way along the wall is no part of the path that the navigator keeps.
+                self.navigator = Navigator::new();
+                let NavCommand { forward, lateral, yaw_rate, walls } = command;
                 (forward, Setpoint::Fly { forward, lateral, yaw_rate, height }, walls)
             }
             Wish::Over { east, north, yaw, yaw_rate, height } => {
@@ -359,7 +370,14 @@ impl Agent {
                 hover(config.flight.climbing(round.now.since(since)))
             }
             State::OnMission(duty) => self.mission.wish(config, round, duty),
-            State::Landing { since, .. } => hover(config.flight.descending(round.now.since(since))),
+            State::Landing { since, why } => {
+                let height = config.flight.descending(round.now.since(since));
+                match why {
+                    // A drone that has looked for its spot stays over it.
+                    LandReason::Perched => Wish::Beside { command: NavCommand::STILL, height },
+                    _ => hover(height),
+                }
+            }
             State::Stopped => Wish::Stop,
             State::Idle | State::Armed { .. } | State::Perched | State::Landed { .. } => Wish::Rest,
         }

@@ -10,7 +10,7 @@ pub(crate) mod swarm;
 use core::ops::ControlFlow;
 
 use ::chain::filter::LinkEstimate;
-use tunnel_nav::Guide;
+use tunnel_nav::{Guide, NavCommand};
 use units::{
     Duration, Instant, LinkSpan, LinkSum, Metres, MetresPerSecond, MissionKind, NodeId, Order,
     Payload, Phase, Radians, RadiansPerSecond, Role, Signpost,
@@ -128,6 +128,8 @@ pub(crate) enum Wish {
     /// The drone flies along the tunnel at this speed and height, its nose along the way, and is guided
     /// at junctions.
     Along { speed: MetresPerSecond, height: Metres, guide: Guide },
+    /// The drone flies by this command, for which the mission has looked at the walls.
+    Beside { command: NavCommand, height: Metres },
     /// The drone flies over ground at this velocity, given in the axes of the world, in which its nose
     /// points to `yaw`; the mission itself keeps it off walls.
     Over {
@@ -219,7 +221,7 @@ impl Mission {
         inputs: &Inputs<'_>,
     ) {
         match self {
-            Self::Chain(chain) => chain.listen(config, round, dt, velocity, inputs.heard),
+            Self::Chain(chain) => chain.listen(config, round, dt, velocity, inputs),
             Self::Swarm(swarm) => swarm.listen(config, round, inputs),
         }
     }
@@ -272,11 +274,7 @@ impl Mission {
     /// How the drone is to fly at its duty.
     pub(crate) fn wish(&mut self, config: &AgentConfig, round: &Round, duty: Duty) -> Wish {
         match (self, duty) {
-            (Self::Chain(chain), Duty::Chain(duty)) => Wish::Along {
-                speed: chain.speed(config, round, duty),
-                height: config.flight.height,
-                guide: chain.guide(round, duty),
-            },
+            (Self::Chain(chain), Duty::Chain(duty)) => chain.wish(config, round, duty),
             (Self::Swarm(swarm), Duty::Swarm(_)) => swarm.wish(config),
             (Self::Chain(_), Duty::Swarm(_)) | (Self::Swarm(_), Duty::Chain(_)) => Wish::Along {
                 speed: MetresPerSecond::ZERO,

@@ -369,6 +369,7 @@ enums! {
         4 = Retiring,
         5 = BackingUp { since, from },
         6 = Rejoining { since, to, passed },
+        7 = Siting { since },
     }
     Leg { 0 = Ahead, 1 = Behind, 2 = ToBest, 3 = Back }
     Mode {

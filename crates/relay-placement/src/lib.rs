@@ -9,7 +9,8 @@
 //! Challenge (JPL 2020, its equations as the book's chapter on drops gives them); [`Rule::Ours`]
 //! adds what that rule lacks: the place has a link to the network whenever a place with one exists.
 //! A [`Plan`] chooses several places together, each linked to those before it. [`Readings`] of the
-//! strength of a relay are fitted to become a correction of the curve, with its variance.
+//! strength of a relay are fitted to become a correction of the curve, with its variance. An
+//! [`Errand`] is the way of a robot that gathers them in a motion [`Pattern`] and then drops its relay.
 //!
 //! ```
 //! use grid_map::{Cell, CellState, Frame, GridMap, Planner};
@@ -35,8 +36,10 @@
 #![no_std]
 
 mod curve;
+mod errand;
 mod ground;
 mod network;
+mod pattern;
 mod place;
 mod plan;
 mod rule;
@@ -44,8 +47,10 @@ mod score;
 mod signal;
 
 pub use curve::Curve;
+pub use errand::{Act, Errand, ErrandConfig};
 pub use ground::{Ground, GroundError};
 pub use network::Network;
+pub use pattern::{Pattern, Tour};
 pub use place::{Demand, Place};
 pub use plan::{MOST_PLANNED, Plan};
 pub use rule::Rule;

@@ -45,7 +45,8 @@ impl<const CELLS: usize> Network<CELLS> {
         });
     }
 
-    fn add_corrected(
+    /// Adds a relay or the base with what its strength at a point is over the curve's.
+    pub fn add_corrected(
         &mut self,
         ground: &Ground<CELLS>,
         at: Point2,

@@ -101,7 +101,7 @@ impl Gallery {
 /// The cosines of the angles between the beams and the normals of the walls, for a nose that is to
 /// the left by an angle with this tangent: of the front left and rear right beams, and of the
 /// others.
-fn cosines(tan: f32) -> (f32, f32) {
+pub(crate) fn cosines(tan: f32) -> (f32, f32) {
     let cos = FRAC_1_SQRT_2 / libm::sqrtf(1.0 + tan * tan);
     (cos * (1.0 + tan), cos * (1.0 - tan))
 }

@@ -52,10 +52,12 @@ mod fork;
 mod gallery;
 mod margin;
 mod ranges;
+mod spot;
 mod steer;
 mod trail;
 mod wall;
 
 pub use fork::Guide;
 pub use ranges::{Diagonals, Range};
+pub use spot::{SpotConfig, SpotSearch, SpotView};
 pub use steer::{Bearings, NavCommand, NavConfig, Navigator, Side, Walls};

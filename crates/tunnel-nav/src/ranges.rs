@@ -58,6 +58,10 @@ pub struct Diagonals {
 }
 
 impl Diagonals {
+    /// No beam was measured.
+    pub const UNKNOWN: Self =
+        Self { nw: Range::Invalid, ne: Range::Invalid, sw: Range::Invalid, se: Range::Invalid };
+
     /// The same surroundings in a mirror.
     pub(crate) const fn mirrored(&self) -> Self {
         Self { nw: self.ne, ne: self.nw, sw: self.se, se: self.sw }

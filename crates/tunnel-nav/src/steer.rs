@@ -24,6 +24,17 @@ pub enum Side {
     Right,
 }
 
+impl Side {
+    /// The other side.
+    #[must_use]
+    pub(crate) const fn opposite(self) -> Self {
+        match self {
+            Self::Left => Self::Right,
+            Self::Right => Self::Left,
+        }
+    }
+}
+
 /// The walls that the command was made from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -111,6 +122,16 @@ pub struct NavCommand {
     pub yaw_rate: RadiansPerSecond,
     /// The walls that the command was made from.
     pub walls: Walls,
+}
+
+impl NavCommand {
+    /// The command to stay over the place.
+    pub const STILL: Self = Self {
+        forward: MetresPerSecond::ZERO,
+        lateral: MetresPerSecond::ZERO,
+        yaw_rate: RadiansPerSecond(0.0),
+        walls: Walls::Neither,
+    };
 }
 
 /// The speed below which the drone hovers, so that neither of its ends leads, m/s.
@@ -540,12 +561,12 @@ fn nearest(beam: Range) -> f32 {
 }
 
 /// The velocity away from every obstacle within the danger distance.
-struct Push {
-    forward: f32,
-    lateral: f32,
+pub(crate) struct Push {
+    pub(crate) forward: f32,
+    pub(crate) lateral: f32,
 }
 
-fn push_away(config: &NavConfig, ranges: &Diagonals) -> Push {
+pub(crate) fn push_away(config: &NavConfig, ranges: &Diagonals) -> Push {
     let push = |beam: Range| config.push_gain * (config.danger.0 - nearest(beam)).max(0.0);
     let (nw, ne, sw, se) = (push(ranges.nw), push(ranges.ne), push(ranges.sw), push(ranges.se));
     // Each beam stands at 45° to both axes.

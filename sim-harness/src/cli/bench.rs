@@ -45,6 +45,10 @@ pub(super) struct BenchArgs {
     /// `explore`, the rule `ours`
     #[arg(long, conflicts_with = "fidelity")]
     ablation: bool,
+    /// In the benchmark `placement`, measure what readings gain that a robot gathers around its goal, in
+    /// each motion pattern, before it drops a relay
+    #[arg(long)]
+    gather: bool,
     /// Explore by this rule only in the benchmark `explore`; may be given more than once
     #[arg(long, value_name = "NAME", conflicts_with = "ablation")]
     rule: Vec<String>,
@@ -58,8 +62,8 @@ pub(super) struct BenchArgs {
     /// as points, and in `junctions` as points and as rigid bodies
     #[arg(long, value_enum)]
     fidelity: Option<FidelityArg>,
-    /// In the benchmark `placement`, also put relays down in this map (map_server's .yaml); in
-    /// `explore`, explore it in place of the built-in plans; may be given more than once
+    /// In the benchmark `placement`, also put relays down in this map; in `explore`, explore it in place
+    /// of the built-in plans; may be given more than once
     #[arg(long, value_name = "FILE")]
     map: Vec<PathBuf>,
     /// The firmware's ELF file, for the benchmarks that measure it

@@ -8,21 +8,18 @@ use grid_map::{Cell, CellState};
 use relay_placement::{Curve, Demand, Ground, GroundError, MOST_PLANNED, Network, Plan};
 
 use crate::input_error::InputError;
-use crate::world::import::{self, Map};
+use crate::world::import;
 
 /// The most relays that are planned together.
 pub const MOST_DROPS: usize = MOST_PLANNED;
 
-/// The world of the occupancy map `file`, with the base at a point of the map's own coordinates, or,
-/// where none is given, on the free cell nearest to (0, 0).
+/// The world of the map `file`, of any format that `uchain map` reads, with the base at a point of the
+/// map's own coordinates, or, where none is given, on the free cell nearest to (0, 0).
 ///
 /// # Errors
-/// [`InputError`] where the file is no occupancy map, or the base cannot stand there.
+/// [`InputError`] where the map cannot be used, or the base cannot stand there.
 pub fn open(file: &Path, base: Option<[f64; 2]>) -> Result<World, InputError> {
-    let Map::Grid(map) = import::open(file, None)? else {
-        let remedy = "give map_server's .yaml; uchain map convert makes one of a route";
-        return Err(InputError::new("this map has no cells", remedy).in_file(file));
-    };
+    let map = import::cells(file)?;
     let name = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy();
     World::of(&name, &map, base)
         .map_err(|error| InputError::new(error.to_string(), error.remedy()).in_file(file))

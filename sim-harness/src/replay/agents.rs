@@ -67,7 +67,8 @@ impl Tally {
                 ChainDuty::Leading { .. }
                 | ChainDuty::Searching { .. }
                 | ChainDuty::Retiring
-                | ChainDuty::Rejoining { .. } => {}
+                | ChainDuty::Rejoining { .. }
+                | ChainDuty::Siting { .. } => {}
             },
             State::Landing { .. } | State::Landed { .. } => {
                 self.landed_s.get_or_insert(now.as_micros() as f64 / 1e6);

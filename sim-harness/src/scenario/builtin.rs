@@ -36,6 +36,8 @@ files![
     "relay-pair",
     "short-hop",
     "perch",
+    "perch-40m",
+    "hover-40m",
     "fork",
     "three-forks",
     "wide-forks",

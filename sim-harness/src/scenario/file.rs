@@ -85,6 +85,7 @@ pub(super) fn parse_with(
     let radio = file.radio.read(drones.members(), &reader)?;
     let tables = AgentTables { policy: &file.policy, launch: &file.launch, retreat: &file.retreat };
     let mut constants = tables.read(radio.place.path_loss.loss_at_1m(), &vehicle, &reader)?;
+    constants.agent.flight.keeps_way_home = !drones.fetched;
     constants.agent.swarm = file.swarm.read(drones.flying(), &reader)?;
     let name = path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
     let duration_us = reader.micros(&file.duration_s, "duration_s", 0.2..=86_400.0)?;

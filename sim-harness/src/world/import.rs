@@ -27,7 +27,7 @@ use robot_maps::Occupancy;
 use super::{GeometryError, Tunnel};
 use crate::input_error::InputError;
 use crate::suggest;
-pub use explored::explored;
+pub use explored::{cells, explored};
 pub use graph::{Hindrance, HindranceKind, STEEPEST_DEG};
 pub use open::{Map, open};
 pub use widths::ASSUMED_WIDTH;

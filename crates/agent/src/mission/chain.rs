@@ -6,6 +6,7 @@
 //! | `links` | the drone's two links, as those transitions need them |
 //! | `turn` | which relay on the ground flies next, and which in the air is no longer needed |
 //! | `search` | the search of a relay for a better place |
+//! | `siting` | the search for a spot at which to land for good |
 //! | `speed` | how fast the drone flies along the tunnel at each duty |
 //! | `junctions` | which branch the drone takes at junctions |
 //! | `relayed` | what the drone's report passes on along the chain |
@@ -15,6 +16,7 @@ mod junctions;
 mod links;
 mod relayed;
 mod search;
+mod siting;
 mod speed;
 mod turn;
 
@@ -28,10 +30,11 @@ use chain::neighbours::{Ends, Heard, Neighbour, Neighbours};
 use chain::retirement::RetirementWatch;
 use chain::route::Route;
 use chain::search::SearchWatch;
+use tunnel_nav::{Diagonals, SpotSearch};
 use units::{Dbm, Duration, LinkSum, Metres, MetresPerSecond, NodeId, Phase};
 
-use super::{Next, Round};
-use crate::{AgentConfig, LinkView};
+use super::{Next, Round, Wish};
+use crate::{AgentConfig, Inputs, LinkView};
 use duty::Standing;
 
 /// What a drone of a chain knows of the others.
@@ -67,6 +70,11 @@ pub(crate) struct Chain {
     found: Option<Metres>,
     /// How often the drone has searched anew from a place that it had found.
     renewals: u8,
+    /// The search for a spot at which to land, while the drone is siting.
+    spot: Option<SpotSearch>,
+    /// The side beams of this round, and the height over ground.
+    ranges: Diagonals,
+    height: Option<Metres>,
     /// The drone's velocity in the last round, and its length.
     velocity: MetresPerSecond,
     dt: Duration,
@@ -93,6 +101,9 @@ impl Chain {
             returns: 0,
             found: None,
             renewals: 0,
+            spot: None,
+            ranges: Diagonals::UNKNOWN,
+            height: None,
             velocity: MetresPerSecond::ZERO,
             dt: Duration::ZERO,
         }
@@ -106,8 +117,10 @@ impl Chain {
         round: &Round,
         dt: Duration,
         velocity: MetresPerSecond,
-        heard: &[Heard],
+        inputs: &Inputs<'_>,
     ) {
+        let heard = inputs.heard;
+        (self.ranges, self.height) = (inputs.ranges, inputs.height);
         if self.was_low && !round.phase.is_low() {
             self.neighbours.begin_anew();
         }
@@ -158,7 +171,18 @@ impl Chain {
             searches: self.searches(config, round, duty),
             retires: self.retires(config, round, duty),
             is_astray: self.is_astray(config, round, duty),
+            is_sited: self.is_sited(config, round, duty),
         })
+    }
+
+    /// How the drone is to fly at a duty of the chain.
+    pub(crate) fn wish(&mut self, config: &AgentConfig, round: &Round, duty: ChainDuty) -> Wish {
+        let speed = self.speed(config, round, duty);
+        let (height, guide) = (config.flight.height, self.guide(round, duty));
+        match self.siting_command(config, round, duty) {
+            Some(command) => Wish::Beside { command, height },
+            None => Wish::Along { speed, height, guide },
+        }
     }
 
     fn front(&self) -> Option<&Neighbour> {

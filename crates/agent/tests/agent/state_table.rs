@@ -16,7 +16,7 @@ use flight::Cause;
 use super::rig::{BASE, EXPLORE, Rig, Scene};
 
 /// The states and how one gets there.
-const STATES: [&str; 12] = [
+const STATES: [&str; 13] = [
     "idle",
     "armed",
     "taking-off",
@@ -26,6 +26,7 @@ const STATES: [&str; 12] = [
     "backing-up",
     "landing",
     "landed",
+    "siting",
     "perched",
     "rising",
     "stopped",
@@ -81,6 +82,12 @@ fn in_state(role: Role, name: &str) -> Option<(Rig, Scene)> {
         }
         (_, "landed") => {
             let down = ground.order(Order::Land);
+            let mut rig = Rig::on_duty(role);
+            rig.until(name, &down);
+            (rig, down)
+        }
+        (_, "siting") => {
+            let down = air.order(Order::Perch);
             let mut rig = Rig::on_duty(role);
             rig.until(name, &down);
             (rig, down)

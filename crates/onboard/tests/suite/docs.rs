@@ -75,6 +75,10 @@ fn states() -> String {
             State::OnMission(Duty::Swarm(SwarmDuty::Crossing)),
             "of a swarm: goes through the passage",
         ),
+        (
+            on_duty(ChainDuty::Siting { since: now }),
+            "is to relay from the ground: looks for a spot at which to land",
+        ),
     ];
     let mut table = String::from("| code | state | the drone |\n|---|---|---|\n");
     for (n, (state, meaning)) in (0..).zip(all) {
@@ -89,7 +93,8 @@ fn states() -> String {
                 | ChainDuty::BackingUp { .. }
                 | ChainDuty::Searching { .. }
                 | ChainDuty::Retiring
-                | ChainDuty::Rejoining { .. },
+                | ChainDuty::Rejoining { .. }
+                | ChainDuty::Siting { .. },
             ))
             | State::OnMission(Duty::Swarm(
                 SwarmDuty::Hovering { .. }

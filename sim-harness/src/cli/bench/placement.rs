@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use cave_worlds::{Row, World};
+use cave_worlds::{Dropped, Row, World};
 use serde_json::{Value, json};
 
 use super::BenchArgs;
@@ -10,7 +10,8 @@ use crate::cli::progress::Progress;
 use crate::cli::{Trouble, runs};
 use crate::input_error::InputError;
 use crate::measure::bench::placement::{
-    LEAST_MEAN, LEAST_WORST, MOST_GEODESIC_MS, MOST_MS, Sum, json as row_json, run, sums,
+    LEAST_MEAN, LEAST_WORST, MOST_GEODESIC_MS, MOST_MS, Sum, dropped_json, gather,
+    json as row_json, run, sum_of_drops, sums,
 };
 use crate::measure::drops;
 
@@ -26,6 +27,9 @@ pub(super) fn bench(
     let caves = runs(args.runs.unwrap_or(100))? as u64;
     // `--seed` 1, the default, begins with the first cave.
     let first = FIRST_CAVE.wrapping_add(args.common.seed.wrapping_sub(1));
+    if args.gather {
+        return gathered(args, caves, first);
+    }
     let mut rows = Vec::new();
     for file in &args.map {
         let world = drops::open(file, None)?;
@@ -54,6 +58,44 @@ pub(super) fn bench(
     });
     let rows: Vec<_> = rows.iter().map(row_json).collect();
     Ok((table(&sums), json!({ "bounds": bounds, "rows": rows })))
+}
+
+/// The table of relays that are dropped with and without readings.
+fn gathered(args: &BenchArgs, caves: u64, first: u64) -> Result<(String, Value), Trouble> {
+    let mut dropped: Vec<Dropped> = Vec::new();
+    for file in &args.map {
+        let world = drops::open(file, None)?;
+        dropped.extend(gather(&world, 0).ok_or_else(|| unusable().in_file(file))?);
+    }
+    let progress = Progress::new(caves, args.common.quiet);
+    progress.say("caves");
+    for n in 0..caves {
+        let seed = first.wrapping_add(n);
+        dropped.extend(gather(&World::dig(seed), seed).unwrap_or_default());
+        progress.step();
+    }
+    drop(progress);
+    let mut table = format!(
+        "placement: one relay dropped by what the robot knows of the strength of the network\n\n  {:14} \
+         {:>6} {:>6} {:>8} {:>10} {:>9} {:>6}\n",
+        "knows", "worlds", "linked", "gain, m²", "margin, dB", "error, dB", "way, m"
+    );
+    for sum in sum_of_drops(&dropped) {
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            table,
+            "  {:14} {:>6} {:>6} {:>8.1} {:>10.1} {:>9.2} {:>6.1}",
+            sum.knows.name(),
+            sum.worlds,
+            sum.linked,
+            sum.gained_m2,
+            sum.margin_db,
+            sum.error_db,
+            sum.way_m,
+        );
+    }
+    let rows: Vec<_> = dropped.iter().map(dropped_json).collect();
+    Ok((table, json!({ "dropped": rows })))
 }
 
 fn unusable() -> InputError {

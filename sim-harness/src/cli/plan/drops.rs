@@ -16,7 +16,7 @@ use crate::output::put_picture;
 
 #[derive(Args)]
 pub(super) struct DropsArgs {
-    /// Map of a robot (map_server's .yaml)
+    /// Map: a survey of a cave, a map of a robot (map_server's .yaml) or a SubT world
     #[arg(long, value_name = "FILE")]
     map: PathBuf,
     /// Point of the map at which the base stands, in metres; where left out, the free point nearest

@@ -3,7 +3,7 @@
 //! The worlds are caves dug from seeds, and the maps that are given. The bounds are asked of
 //! [`Rule::Ours`] alone; the other rules stand beside it.
 
-use cave_worlds::{Row, World, measure};
+use cave_worlds::{Dropped, Knows, Row, World, measure};
 use relay_placement::Rule;
 use serde_json::{Value, json};
 
@@ -121,5 +121,65 @@ pub fn json(row: &Row) -> Value {
         "link_margin_db": row.link_margin_db,
         "free_width_m": row.free_width_m,
         "ms": row.ms,
+    })
+}
+
+/// The relays that are dropped with each kind of knowledge in one world. `None` where no robot can
+/// begin at its base.
+#[must_use]
+pub fn gather(world: &World, seed: u64) -> Option<Vec<Dropped>> {
+    cave_worlds::gather(world, seed).ok()
+}
+
+/// The relays that were dropped with one kind of knowledge.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SumOfDrops {
+    /// What the robot knew.
+    pub knows: Knows,
+    /// The worlds.
+    pub worlds: usize,
+    /// The worlds in which the relay has a link.
+    pub linked: usize,
+    /// The mean of the areas that the relays truly cover anew, m².
+    pub gained_m2: f32,
+    /// The median of the true margins, dB.
+    pub margin_db: f32,
+    /// The mean error of the map of strength, dB.
+    pub error_db: f32,
+    /// The mean way on which readings were gathered, m.
+    pub way_m: f32,
+}
+
+/// Sums up the relays, for each kind of knowledge.
+#[must_use]
+pub fn sum_of_drops(dropped: &[Dropped]) -> Vec<SumOfDrops> {
+    let of = |knows| {
+        let own = || dropped.iter().filter(move |dropped| dropped.knows == knows);
+        let of = |value: fn(&Dropped) -> Option<f32>| own().filter_map(value).collect::<Vec<_>>();
+        let mut margins = of(|dropped| dropped.margin_db);
+        margins.sort_by(f32::total_cmp);
+        SumOfDrops {
+            knows,
+            worlds: own().count(),
+            linked: margins.iter().filter(|margin| **margin >= 0.0).count(),
+            gained_m2: mean(&of(|dropped| Some(dropped.gained_m2))),
+            margin_db: margins.get(margins.len() / 2).copied().unwrap_or(f32::NAN),
+            error_db: mean(&of(|dropped| dropped.error_db)),
+            way_m: mean(&of(|dropped| Some(dropped.way_m))),
+        }
+    };
+    Knows::ALL.map(of).into_iter().filter(|sum| sum.worlds > 0).collect()
+}
+
+/// The relay as one JSON object.
+#[must_use]
+pub fn dropped_json(dropped: &Dropped) -> Value {
+    json!({
+        "world": dropped.world,
+        "knows": dropped.knows.name(),
+        "link_margin_db": dropped.margin_db,
+        "gained_m2": dropped.gained_m2,
+        "map_error_db": dropped.error_db,
+        "way_m": dropped.way_m,
     })
 }

@@ -19,6 +19,8 @@ pub struct Drones {
     pub base: Spot,
     /// Where the drones start.
     pub start: Start,
+    /// Whether the drones are fetched after the mission, so that none keeps charge for the way home.
+    pub fetched: bool,
 }
 
 impl Drones {
@@ -79,6 +81,7 @@ pub(crate) struct DronesTable {
     start: Option<StartKey>,
     head_m: Option<At<PlaceKey>>,
     at_m: Option<At<Vec<PlaceKey>>>,
+    fetched: Option<bool>,
 }
 
 #[derive(Clone, Copy, Deserialize)]
@@ -137,7 +140,7 @@ impl DronesTable {
         };
         let crew = Crew { explorers, relays, base };
         let start = start(drones, &crew, tunnel, reader)?;
-        Ok(Drones { explorers, relays, base, start })
+        Ok(Drones { explorers, relays, base, start, fetched: table.fetched.unwrap_or(false) })
     }
 }
 

@@ -1,14 +1,16 @@
-//! Makes of a map the place that explorers explore.
+//! Makes of a map of any format the cells that explorers explore, and on which relays are put down.
 
 use std::path::Path;
 
 use explorers::World;
+use robot_maps::Occupancy;
 use units::Point2;
 
 use super::{Ends, Map, MapChoice, open};
 use crate::input_error::InputError;
 
-/// The edge of the cells as which a cave or a SubT world is drawn, m: those of the explorers.
+/// The edge of the cells as which a cave or a SubT world is drawn, m: those of the explorers; where
+/// relays are put down, cells are put together.
 const RESOLUTION_M: f64 = 0.1;
 /// Galleries within this distance of a cave's route are drawn too, m: all that may be explored.
 const AROUND_M: f32 = 100.0;
@@ -19,8 +21,22 @@ const AROUND_M: f32 = 100.0;
 /// # Errors
 /// [`InputError`] where the map cannot be used.
 pub fn explored(file: &Path, start: Option<Point2>) -> Result<World, InputError> {
-    let map = match open(file, None)? {
-        Map::Grid(map) => map,
+    let map = cells(file)?;
+    let name = file.file_stem().unwrap_or_default().to_string_lossy();
+    World::of_map(&name, &map, start).map_err(|why| {
+        let (wrong, remedy) = why.split_once("; ").unwrap_or((&why, "give another map"));
+        InputError::new(wrong, remedy).in_file(file)
+    })
+}
+
+/// Reads the map `file`, of any format that [`open()`] reads, as an occupancy map: of a survey and of a
+/// SubT world the floor plan of the longest route and of the galleries about it.
+///
+/// # Errors
+/// [`InputError`] where the map cannot be used.
+pub fn cells(file: &Path) -> Result<Occupancy, InputError> {
+    match open(file, None)? {
+        Map::Grid(map) => Ok(map),
         Map::Survey(_) | Map::Subt(_) => {
             let ends = Ends { from: None, to: None, around_m: Some(AROUND_M) };
             let choice = MapChoice { file: file.to_owned(), within: None, ends };
@@ -28,12 +44,7 @@ pub fn explored(file: &Path, start: Option<Point2>) -> Result<World, InputError>
             tunnel.occupancy(RESOLUTION_M).ok_or_else(|| {
                 let wrong = "its floor plan has too many cells";
                 InputError::new(wrong, "cut a part of it out").in_file(file)
-            })?
+            })
         }
-    };
-    let name = file.file_stem().unwrap_or_default().to_string_lossy();
-    World::of_map(&name, &map, start).map_err(|why| {
-        let (wrong, remedy) = why.split_once("; ").unwrap_or((&why, "give another map"));
-        InputError::new(wrong, remedy).in_file(file)
-    })
+    }
 }

@@ -48,6 +48,11 @@ pub enum ChainDuty {
         /// The way at which the tunnel last opened, if that is not the junction.
         passed: Option<Metres>,
     },
+    /// A drone that is to relay from the ground looks for a spot at which to land.
+    Siting {
+        /// When it began to look.
+        since: Instant,
+    },
     /// The drone flies back towards a neighbour that it hears too weakly, or not at all.
     BackingUp {
         /// When it began to fly back.
@@ -68,6 +73,8 @@ pub(super) struct Standing<'a> {
     pub(super) retires: bool,
     /// Whether a relay is in another branch than the drone in front.
     pub(super) is_astray: bool,
+    /// Whether a drone that looks for a spot at which to land is there.
+    pub(super) is_sited: bool,
 }
 
 impl ChainDuty {
@@ -89,6 +96,7 @@ impl ChainDuty {
             Self::Searching { .. } => "searching",
             Self::Retiring => "retiring",
             Self::Rejoining { .. } => "rejoining",
+            Self::Siting { .. } => "siting",
             Self::BackingUp { .. } => "backing-up",
         }
     }
@@ -104,6 +112,7 @@ impl ChainDuty {
             Self::Searching { .. } => 10,
             Self::Retiring => 11,
             Self::Rejoining { .. } => 12,
+            Self::Siting { .. } => 19,
         }
     }
 
@@ -115,6 +124,7 @@ impl ChainDuty {
             | Self::Reconnecting { .. }
             | Self::Retiring
             | Self::Rejoining { .. }
+            | Self::Siting { .. }
             | Self::BackingUp { .. } => Phase::Linked,
             Self::Searching { .. } => Phase::Searching,
         }
@@ -124,6 +134,11 @@ impl ChainDuty {
     pub(super) fn next(self, at: &Standing<'_>) -> Next<Self> {
         dismissed(at)?;
         match self {
+            Self::Siting { since } => siting(since, at),
+            // The drone looks for a spot from where it can relay from the ground.
+            _ if at.round.order() == Some(Order::Perch) && at.links.bear_ground => {
+                Continue(Self::Siting { since: at.round.now })
+            }
             Self::Leading { patient_until } => Continue(leading(patient_until, at)),
             Self::Relaying { patient_until } => Continue(relaying(patient_until, at)),
             Self::Reconnecting { since, from } => Continue(reconnecting(since, from, at)),
@@ -135,13 +150,11 @@ impl ChainDuty {
     }
 }
 
-/// What ends every duty: an order to land, having come home when called, or being where the drone
-/// can relay from the ground when it is to do so.
+/// What ends every duty: an order to land, or having come home when called.
 fn dismissed(at: &Standing<'_>) -> Next<()> {
     match at.round.order() {
         Some(Order::Land) => Break(LandReason::Ordered),
         Some(Order::Return) if is_home(at) => Break(LandReason::Home),
-        Some(Order::Perch) if at.links.bear_ground => Break(LandReason::Perched),
         _ => Continue(()),
     }
 }
@@ -271,6 +284,21 @@ fn retiring(at: &Standing<'_>) -> Next<ChainDuty> {
     }
 }
 
+/// A drone that is at its spot lands in the first round in which its links bear the loss on the ground.
+fn siting(since: Instant, at: &Standing<'_>) -> Next<ChainDuty> {
+    let links = &at.links;
+    let is_front_lost = at.round.role == Role::Relay && links.front.is_none();
+    let is_over = at.round.order() != Some(Order::Perch) || links.back.is_none() || is_front_lost;
+    let is_spent = at.round.now.since(since) >= at.config.spot.most_time;
+    if at.is_sited && links.bear_ground && !is_over {
+        Break(LandReason::Perched)
+    } else if is_over || at.is_sited && is_spent {
+        Continue(ChainDuty::at_place(at.round.role, at.round.now))
+    } else {
+        Continue(ChainDuty::Siting { since })
+    }
+}
+
 fn backing_up(since: Instant, from: Metres, at: &Standing<'_>) -> Next<ChainDuty> {
     let (now, way) = (at.round.now, at.round.way());
     let retreat = &at.config.retreat;
@@ -318,7 +346,7 @@ mod tests {
         Search::begin(NOW, Place { way: HERE, weaker: Dbm(-70.0) })
     }
 
-    fn duties() -> [ChainDuty; 7] {
+    fn duties() -> [ChainDuty; 8] {
         [
             ChainDuty::Leading { patient_until: Instant::ZERO },
             ChainDuty::Relaying { patient_until: Instant::ZERO },
@@ -326,6 +354,7 @@ mod tests {
             ChainDuty::Searching { search: search() },
             ChainDuty::Retiring,
             ChainDuty::Rejoining { since: NOW, to: HERE - Metres(1.0), passed: None },
+            ChainDuty::Siting { since: NOW },
             ChainDuty::BackingUp { since: NOW, from: HERE },
         ]
     }
@@ -346,8 +375,26 @@ mod tests {
         let here = Reckoning { odometer: HERE, ..Reckoning::default() };
         let phase = Phase::Linked;
         let round = Round { now: NOW, id: NodeId(1), role, phase, task, here, junction: None };
-        let is_astray = false;
-        duty.next(&Standing { config: &CONFIG, round: &round, links, searches, retires, is_astray })
+        let (is_astray, is_sited) = (false, false);
+        let config = &CONFIG;
+        let round = &round;
+        duty.next(&Standing { config, round, links, searches, retires, is_astray, is_sited })
+    }
+
+    /// The duty, or the landing, after the round in which a siting drone has come to its spot.
+    fn after_siting(since: Instant, order: Order, links: Links) -> Next<ChainDuty> {
+        let task = Some(Task { order, given: NOW });
+        let (role, phase, here) = (Role::Relay, Phase::Linked, Reckoning::default());
+        let round = Round { now: NOW, id: NodeId(1), role, phase, task, here, junction: None };
+        ChainDuty::Siting { since }.next(&Standing {
+            config: &CONFIG,
+            round: &round,
+            links,
+            searches: false,
+            retires: false,
+            is_astray: false,
+            is_sited: true,
+        })
     }
 
     const RELAYING: Next<ChainDuty> = Continue(ChainDuty::Relaying { patient_until: NOW });
@@ -416,6 +463,25 @@ mod tests {
         let searched = Links { is_searched: true, ..weak };
         assert_eq!(after(leading, EXPLORE, searched), Continue(leading));
         assert_eq!(after(leading, EXPLORE, Links { back: None, ..searched }), backs_up);
+    }
+
+    #[test]
+    fn a_drone_that_is_to_perch_looks_for_a_spot_and_lands_there() {
+        let [_, relaying, ..] = duties();
+        let bears = Links { bear_ground: true, ..GOOD };
+        let siting = Continue(ChainDuty::Siting { since: NOW });
+        assert_eq!(after(relaying, Order::Perch, bears), siting);
+        assert_eq!(
+            after(relaying, Order::Perch, GOOD),
+            Continue(relaying),
+            "on weak links it stays up"
+        );
+        assert_eq!(after(ChainDuty::Siting { since: NOW }, Order::Perch, bears), siting);
+        assert_eq!(after_siting(NOW, Order::Perch, bears), Break(LandReason::Perched));
+        assert_eq!(after_siting(NOW, Order::Perch, GOOD), siting, "it waits for its links");
+        assert_eq!(after_siting(Instant::ZERO, Order::Perch, GOOD), RELAYING, "but not for ever");
+        assert_eq!(after_siting(NOW, EXPLORE, bears), RELAYING);
+        assert_eq!(after_siting(NOW, Order::Perch, Links { front: None, ..bears }), RELAYING);
     }
 
     #[test]

@@ -31,6 +31,8 @@ impl Chain {
             }
             ChainDuty::Searching { search } => search.velocity(&config.search, round.way()),
             ChainDuty::Retiring | ChainDuty::Rejoining { .. } => homeward(config, back),
+            // The search for a spot has its own command.
+            ChainDuty::Siting { .. } => MetresPerSecond::ZERO,
             ChainDuty::BackingUp { .. } => -config.retreat.speed,
         }
     }

@@ -1,0 +1,472 @@
+//! Finds a spot on the floor for a drone that is to land for good: beside a wall, on even floor, and
+//! not in the mouth of a side gallery.
+//!
+//! A drone on the ground is in the way of the next one, and where it tips over as it lands it may not
+//! take off again. The search has the phases of a robot that drops a relay (T. Stegun Vaquero et al.,
+//! i-SAIRAS 2020, sections 3.1 and 3.3), as far as they suit a drone that knows no map: it *goes* to
+//! the nearer wall, *gathers* what the rangers tell of walls and floor while it flies along that wall,
+//! first ahead and then back, and flies to the place at which to *drop*.
+//!
+//! ```text
+//!   ═══════════════╗     ╔═══════════════   A spot: both beams of one side see a wall within 0.5 m,
+//!     ←── ↑ ──→    ║     ║                  those of the other side leave a width to pass, and the
+//!         │                                 height over ground stays the same over a stretch of the
+//!   ══════╧═══════════════════════════════  way. A mouth may lie on the other side.
+//! ```
+//!
+//! Where the whole way has no such place, the search ends at one that is beside the wall and lacks
+//! the width or the even floor; where there is no wall either, where it began. It is bounded in way
+//! and time, and turns round where the caller says that a link gets too weak.
+
+mod look;
+
+use core::f32::consts::FRAC_1_SQRT_2;
+
+use units::{Duration, Instant, Metres, MetresPerSecond, Point2, Pose2, Radians, RadiansPerSecond};
+
+use crate::steer::push_away;
+use crate::{Diagonals, NavCommand, NavConfig, Range, Side, Walls};
+use look::{Seen, beams, leading, look, nearer_wall};
+
+/// The constants of the search.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpotConfig {
+    /// The speed along the wall and towards it. Our own number: at 5 Hz the floor is read every 3 cm.
+    pub speed: MetresPerSecond,
+    /// The distance from the wall that the drone keeps. Our own number: a Crazyflie with guards is
+    /// 0.16 m wide.
+    pub wall: Metres,
+    /// Up to this distance from the wall a place is beside it: 0.5 m in the paper.
+    pub beside: Metres,
+    /// The free width that is to be left, as the beams measure it: 1 m, as for planned drops
+    /// (`relay_placement::Demand`), less the 17 % by which a ranger with a cone of 27° reads a wall too
+    /// near that it looks at from 45°.
+    pub free_width: Metres,
+    /// The farthest that the drone flies along the wall, to either side. Our own number: a link in a
+    /// gallery loses some decibels over it.
+    pub most_way: Metres,
+    /// The floor is to be even over this length of the way. Our own number: four times the distance
+    /// between the motors of a Crazyflie.
+    pub stretch: Metres,
+    /// Over it the readings of the height differ by less than this. Our own number: with one leg so
+    /// much higher than the others a Crazyflie stands at an angle of 18°.
+    pub unevenness: Metres,
+    /// The drone looks for so long at most, and then flies to the best place so far.
+    pub gathering: Duration,
+    /// After so long the drone lands where it is: gathering, and the way of twice
+    /// [`SpotConfig::most_way`] at [`SpotConfig::speed`].
+    pub most_time: Duration,
+}
+
+impl SpotConfig {
+    /// The constants for a Crazyflie in galleries of 0.8 m and wider.
+    pub const DEFAULT: Self = Self {
+        speed: MetresPerSecond(0.15),
+        wall: Metres(0.35),
+        beside: Metres(0.5),
+        free_width: Metres(0.85),
+        most_way: Metres(1.5),
+        stretch: Metres(0.4),
+        unevenness: Metres(0.03),
+        gathering: Duration::from_secs(45),
+        most_time: Duration::from_secs(70),
+    };
+
+    /// The length of a beam at the wall that the drone keeps to.
+    fn beam(&self) -> f32 {
+        self.wall.0 / FRAC_1_SQRT_2
+    }
+}
+
+impl Default for SpotConfig {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+/// What a drone that looks for a spot senses.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpotView {
+    /// The ranges of the side beams.
+    pub ranges: Diagonals,
+    /// The height over ground; `None` while it is not measured.
+    pub height: Option<Metres>,
+    /// The way along the tunnel since take-off.
+    pub way: Metres,
+    /// The pose by the drone's own reckoning, from any origin.
+    pub pose: Pose2,
+    /// Whether the drone may go on from here by its links.
+    pub is_linked: bool,
+    /// Whether the drone in front, and the one behind, leave room to come nearer.
+    pub has_room: [bool; 2],
+}
+
+/// What the drone is doing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+enum Stage {
+    /// The drone looks ahead of where it began; first of all it goes to the wall.
+    Ahead,
+    /// The drone looks behind where it began.
+    Behind,
+    /// The drone flies to the place at which it lands.
+    Dropping {
+        /// Its way since take-off.
+        to: Metres,
+    },
+}
+
+/// A stretch of the way beside the wall whose floor is even.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+struct Stretch {
+    /// The way at which it began.
+    from: Metres,
+    /// The lowest and the highest reading of the height.
+    heights: [Metres; 2],
+    /// Whether the free width is left.
+    is_wide: bool,
+}
+
+/// A place at which to land where there is no better one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+struct Spare {
+    way: Metres,
+    is_even: bool,
+}
+
+/// A search that is under way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct SpotSearch {
+    since: Instant,
+    /// The way at which it began.
+    from: Metres,
+    /// The pose in which it began.
+    begun: Pose2,
+    /// By how much the gallery turns to the left of that, to which the nose is held.
+    turn: Radians,
+    /// The wall to land at, once one is seen.
+    edge: Option<Edge>,
+    /// The side that has turned out to be a mouth, and the way at which it did.
+    open: Option<(Side, Metres)>,
+    stage: Stage,
+    /// The way since which the drone has been beside the wall.
+    beside_since: Option<Metres>,
+    stretch: Option<Stretch>,
+    spare: Option<Spare>,
+}
+
+/// The wall to land at. In the middle of a mouth both beams end at its sides, and look as if they saw
+/// a wall ahead of them, which goes away as the drone comes nearer; so its place is noted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+struct Edge {
+    side: Side,
+    /// The distance of the wall from the line on which the search began.
+    off: Metres,
+    /// The way at which that was measured.
+    way: Metres,
+    /// Whether the drone has come to the wall.
+    is_reached: bool,
+    /// By how much the drone has moved away from it, to pass corners.
+    passed: Metres,
+}
+
+/// The drone is at its place when it is nearer than this along the way, m: a round and a half of
+/// flight.
+const NEAR: f32 = 0.05;
+/// The drone is at the wall when its distance from it is off by less than this, m: the rest of
+/// [`SpotConfig::beside`] over [`SpotConfig::wall`].
+const AT_WALL: f32 = 0.15;
+/// A wall that is farther off than it was by more than this is the inside of a mouth, m.
+const GONE: f32 = 0.1;
+/// The way by which the line is moved in a round, m: that of the drone at its speed.
+const STEP: Metres = Metres(0.03);
+/// What looked like a wall from the middle of a mouth is none over this way, m.
+const MOUTH: f32 = 0.4;
+/// The most by which a wall goes aside over a metre of the way, m, and by which it turns, rad: it
+/// comes to 20° within the way that the drone looks at.
+const BEND: f32 = 0.4;
+/// The most that the nose is turned, rad: a heading error in a gallery stays below 20°.
+const MOST_TURN: f32 = 0.35;
+/// A wall that is turned to the way by more than this is no place to land at, rad: its beams differ by
+/// a fifth, half of the ratio test.
+const ALONG: f32 = 0.1;
+/// A leading beam shorter than this part of its length at the wall sees an obstacle ahead.
+const AHEAD: f32 = 0.75;
+/// The gain of the distance from the wall, and that of the angle to it, 1/s: below the bandwidth of
+/// a velocity loop with a lag of 0.3 s.
+const GAIN: f32 = 1.0;
+
+impl SpotSearch {
+    /// A search that begins at this moment, way and pose.
+    #[must_use]
+    pub const fn begin(now: Instant, way: Metres, pose: Pose2) -> Self {
+        Self {
+            since: now,
+            from: way,
+            begun: pose,
+            turn: Radians::ZERO,
+            edge: None,
+            open: None,
+            stage: Stage::Ahead,
+            beside_since: None,
+            stretch: None,
+            spare: None,
+        }
+    }
+
+    /// Returns the search after another round; `None` where the drone is to land.
+    #[must_use]
+    pub fn step(mut self, config: &SpotConfig, now: Instant, view: &SpotView) -> Option<Self> {
+        let elapsed = now.since(self.since);
+        if elapsed >= config.most_time {
+            return None;
+        }
+        self.find_edge(view);
+        let wall = self.wall(view);
+        let is_away = self.is_away(config, view);
+        if let (Seen::Wall { skew, distance }, Some(edge)) = (wall, self.edge) {
+            let is_reached = edge.is_reached || !is_away;
+            // A gallery winds, and a mouth is there at once.
+            let most = BEND * (view.way - edge.way).0.abs();
+            if is_reached {
+                let turned = (view.pose.yaw - Radians(skew) - self.begun.yaw - self.turn).wrapped();
+                let turn = self.turn.0 + bounded(turned.0, most);
+                self.turn = Radians(bounded(turn, MOST_TURN));
+            }
+            let moved = self.off(view, edge.side, distance) - edge.off;
+            let off = edge.off + Metres(bounded(moved.0, most));
+            self.edge = Some(Edge { off, way: view.way, is_reached, ..edge });
+        }
+        self.pass_corner(config, view);
+        if let Stage::Dropping { to } = self.stage {
+            let is_there = (to - view.way).0.abs() <= NEAR && !is_away;
+            return (!is_there).then_some(self);
+        }
+        let found = self.gather(config, view, wall);
+        let is_over = elapsed >= config.gathering;
+        self.stage = match (found, self.stage) {
+            (Some(to), _) => Stage::Dropping { to },
+            (None, _) if is_over => Stage::Dropping { to: self.spare_way() },
+            (None, Stage::Ahead) if self.is_leg_over(config, view, 1.0) => {
+                (self.stretch, self.beside_since) = (None, None);
+                Stage::Behind
+            }
+            (None, Stage::Behind) if self.is_leg_over(config, view, -1.0) => {
+                Stage::Dropping { to: self.spare_way() }
+            }
+            (None, stage) => stage,
+        };
+        Some(self)
+    }
+
+    /// The command with which the drone flies in this round.
+    #[must_use]
+    pub fn command(&self, config: &SpotConfig, nav: &NavConfig, view: &SpotView) -> NavCommand {
+        let wall = self.wall(view);
+        let most = config.speed.0;
+        let wanted = match self.stage {
+            // The drone goes to the wall first.
+            _ if self.is_away(config, view) => 0.0,
+            Stage::Ahead => most,
+            Stage::Behind => -most,
+            Stage::Dropping { to } => bounded(GAIN * (to - view.way).0, most),
+        };
+        let is_blocked = wanted != 0.0 && is_blocked(config, view, wanted);
+        let forward = if is_blocked { 0.0 } else { wanted };
+        let lateral = bounded(GAIN * self.aside(config, view), most);
+        let off = (self.begun.yaw + self.turn - view.pose.yaw).wrapped();
+        let push = push_away(nav, &view.ranges);
+        let walls = match (wall, self.side()) {
+            (Seen::Wall { .. }, Some(side)) => Walls::One(side),
+            _ => Walls::Neither,
+        };
+        NavCommand {
+            forward: MetresPerSecond(forward + push.forward),
+            lateral: MetresPerSecond(lateral + push.lateral).limited_to(nav.max_lateral),
+            yaw_rate: RadiansPerSecond(bounded(GAIN * off.0, nav.max_yaw_rate.0)),
+            walls,
+        }
+    }
+
+    /// Takes up the nearer wall where there is none yet, or where the one on its way to which the
+    /// drone was has turned out to be a mouth.
+    fn find_edge(&mut self, view: &SpotView) {
+        if let Some(edge) = self.edge
+            && !edge.is_reached
+            && self.is_gone(view, edge)
+        {
+            (self.edge, self.open) = (None, Some((edge.side, view.way)));
+        }
+        let is_at_mouth = |(_, way): &(Side, Metres)| (view.way - *way).0.abs() < MOUTH;
+        let open = self.open.filter(is_at_mouth).map(|(side, _)| side);
+        if self.edge.is_none()
+            && let Some((side, distance)) = nearer_wall(&view.ranges, open)
+        {
+            let off = self.off(view, side, distance);
+            self.edge =
+                Some(Edge { side, off, way: view.way, is_reached: false, passed: Metres::ZERO });
+        }
+    }
+
+    /// Moves the line on which the drone flies away from a corner ahead, on the side of the wall.
+    fn pass_corner(&mut self, config: &SpotConfig, view: &SpotView) {
+        let direction = match self.stage {
+            Stage::Ahead => 1.0,
+            Stage::Behind => -1.0,
+            Stage::Dropping { to } => (to - view.way).0,
+        };
+        let Some(edge) = &mut self.edge else { return };
+        let [at_wall, beside] = [edge.side, edge.side.opposite()]
+            .map(|side| is_near(config, leading(&view.ranges, side, direction)));
+        if edge.is_reached && at_wall && !beside && edge.passed < config.wall {
+            edge.off -= STEP;
+            edge.passed += STEP;
+        }
+    }
+
+    fn side(&self) -> Option<Side> {
+        self.edge.map(|edge| edge.side)
+    }
+
+    /// How far what is at this distance to a side is from the line on which the search began.
+    fn off(&self, view: &SpotView, side: Side, distance: f32) -> Metres {
+        let (sin, cos) = self.begun.yaw.sin_cos();
+        let Point2 { x, y } = view.pose.at;
+        let left = (y - self.begun.at.y) * cos - (x - self.begun.at.x) * sin;
+        Metres(distance + if side == Side::Left { left } else { -left })
+    }
+
+    /// How far to the left the line is on which the drone flies, m: along the wall, also where it sees
+    /// none, or without a wall the line on which it began.
+    fn aside(&self, config: &SpotConfig, view: &SpotView) -> f32 {
+        match self.edge {
+            None => -self.off(view, Side::Left, 0.0).0,
+            Some(Edge { side, off, .. }) => {
+                let nearer = (off - config.wall - self.off(view, side, 0.0)).0;
+                if side == Side::Left { nearer } else { -nearer }
+            }
+        }
+    }
+
+    /// Whether the drone has to come to that line before it flies on.
+    fn is_away(&self, config: &SpotConfig, view: &SpotView) -> bool {
+        self.aside(config, view).abs() > AT_WALL
+    }
+
+    /// Whether what looks like the wall is farther off than the wall was.
+    fn is_gone(&self, view: &SpotView, edge: Edge) -> bool {
+        let seen = look(&view.ranges, edge.side);
+        matches!(seen, Seen::Wall { distance, .. }
+            if (self.off(view, edge.side, distance) - edge.off).0 > GONE)
+    }
+
+    /// The wall that the drone is to land at.
+    fn wall(&self, view: &SpotView) -> Seen {
+        match self.edge {
+            None => Seen::Nothing,
+            Some(edge) if self.is_gone(view, edge) => Seen::Other,
+            Some(edge) => look(&view.ranges, edge.side),
+        }
+    }
+
+    /// Takes in what the rangers see here, and returns the middle of the stretch once it is a spot.
+    fn gather(&mut self, config: &SpotConfig, view: &SpotView, wall: Seen) -> Option<Metres> {
+        let Some(is_wide) = self.beside(config, view, wall) else {
+            // A beam that was missed for a moment ends no stretch.
+            if wall != Seen::Unknown {
+                (self.stretch, self.beside_since) = (None, None);
+            }
+            return None;
+        };
+        let since = *self.beside_since.get_or_insert(view.way);
+        // A shorter wall may be the inside of a narrow mouth.
+        if (view.way - since).0.abs() >= 0.5 * config.stretch.0 {
+            let way = since + (view.way - since) / 2.0;
+            self.spare.get_or_insert(Spare { way, is_even: false });
+        }
+        let height = view.height.filter(|height| height.0.is_finite())?;
+        let begun = Stretch { from: view.way, heights: [height; 2], is_wide };
+        let stretch = match self.stretch {
+            Some(before) if before.is_wide == is_wide => before.and(height, config, begun),
+            _ => begun,
+        };
+        self.stretch = Some(stretch);
+        if (view.way - stretch.from).0.abs() < config.stretch.0 {
+            return None;
+        }
+        let middle = stretch.from + (view.way - stretch.from) / 2.0;
+        if is_wide {
+            return Some(middle);
+        }
+        let has_even = self.spare.is_some_and(|spare| spare.is_even);
+        if !has_even {
+            self.spare = Some(Spare { way: middle, is_even: true });
+        }
+        None
+    }
+
+    /// Whether the drone is beside the wall and not in a mouth; if so, whether the free width is left.
+    fn beside(&self, config: &SpotConfig, view: &SpotView, wall: Seen) -> Option<bool> {
+        let Seen::Wall { distance, skew } = wall else { return None };
+        if !view.is_linked || distance > config.beside.0 || skew.abs() > ALONG {
+            return None;
+        }
+        let (front, rear) = beams(&view.ranges, self.side()?.opposite());
+        // A beam that sees nothing reaches farther than the width.
+        let is_wide = |beam: Range| {
+            beam.length().is_none_or(|beam| beam * FRAC_1_SQRT_2 >= config.free_width.0)
+        };
+        Some(is_wide(front) && is_wide(rear))
+    }
+
+    /// Where to land without a spot.
+    fn spare_way(&self) -> Metres {
+        self.spare.map_or(self.from, |spare| spare.way)
+    }
+
+    /// Whether a leg in this direction, ±1, has come to its end.
+    fn is_leg_over(&self, config: &SpotConfig, view: &SpotView, direction: f32) -> bool {
+        let out = (view.way - self.from).0 * direction;
+        let [front, back] = view.has_room;
+        let has_room = if direction > 0.0 { front } else { back };
+        // On its way back past the beginning the drone has been everywhere already, with links.
+        let is_far = out >= config.most_way.0 || (out >= 0.0 && !view.is_linked);
+        let may_pass = self.edge.is_some_and(|edge| edge.is_reached && edge.passed < config.wall);
+        is_far || !has_room || is_blocked(config, view, direction) && !may_pass
+    }
+}
+
+impl Stretch {
+    /// The stretch with another reading; one that has just `begun` where the floor is not even.
+    fn and(self, height: Metres, config: &SpotConfig, begun: Self) -> Self {
+        let [low, high] = self.heights;
+        let (low, high) = (Metres(low.0.min(height.0)), Metres(high.0.max(height.0)));
+        let is_even = high - low < config.unevenness;
+        if is_even { Self { heights: [low, high], ..self } } else { begun }
+    }
+}
+
+/// The number within ±`most`; 0 for one that is no number.
+fn bounded(number: f32, most: f32) -> f32 {
+    if number.is_nan() { 0.0 } else { number.max(-most).min(most) }
+}
+
+/// Whether there is an obstacle before the beams that lead in this direction.
+fn is_blocked(config: &SpotConfig, view: &SpotView, direction: f32) -> bool {
+    let sides = [Side::Left, Side::Right];
+    sides.into_iter().any(|side| is_near(config, leading(&view.ranges, side, direction)))
+}
+
+/// Whether a leading beam sees an obstacle ahead.
+fn is_near(config: &SpotConfig, beam: Range) -> bool {
+    beam.length().is_some_and(|beam| beam < AHEAD * config.beam())
+}
