@@ -22,6 +22,12 @@ pub(crate) const BESIDE: u16 = 4;
 
 /// A map, and shortest ways in it. [`Atlas`] is the one with a fixed size.
 pub trait Ground {
+    /// Forgets everything, and lies in another frame from now on.
+    ///
+    /// # Errors
+    /// [`TooManyCells`] where the frame has more cells than there is room for; the ground stays as it
+    /// was.
+    fn begin(&mut self, frame: Frame) -> Result<(), TooManyCells>;
     /// Where the cells lie.
     fn frame(&self) -> &Frame;
     /// What is known of a cell.
@@ -94,7 +100,7 @@ pub struct Atlas<const BYTES: usize, const PAIRS: usize, const POOL: usize, cons
     trail: CellSet<BITS>,
 }
 
-/// The ground of a drone: up to 160 by 160 cells, 46 kB.
+/// The ground of a drone: up to 160 by 160 cells, 41 kB.
 pub type Atlas160 = Atlas<6_400, 12_800, 2_560, 3_200>;
 /// Up to 256 by 256 cells.
 pub type Atlas256 = Atlas<16_384, 32_768, 4_096, 8_192>;
@@ -126,6 +132,15 @@ impl<const BYTES: usize, const PAIRS: usize, const POOL: usize, const BITS: usiz
     for Atlas<BYTES, PAIRS, POOL, BITS>
 {
     type Map = GridMap<BYTES>;
+
+    fn begin(&mut self, frame: Frame) -> Result<(), TooManyCells> {
+        let Self { map, planner, near_wall, trail } = self;
+        map.begin(frame)?;
+        planner.clear();
+        near_wall.clear();
+        trail.clear();
+        Ok(())
+    }
 
     fn map(&self) -> &Self::Map {
         &self.map
@@ -206,6 +221,10 @@ struct CellSet<const BITS: usize> {
 
 impl<const BITS: usize> CellSet<BITS> {
     const EMPTY: Self = Self { bits: [0; BITS] };
+
+    const fn clear(&mut self) {
+        self.bits = [0; BITS];
+    }
 
     fn mark_around_obstacles<const BYTES: usize>(&mut self, map: &GridMap<BYTES>) {
         self.bits = [0; BITS];

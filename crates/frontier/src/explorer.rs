@@ -2,7 +2,7 @@
 
 use core::ops::ControlFlow;
 
-use grid_map::{Cell, CellState, RayEnd};
+use grid_map::{Cell, CellState, Frame, RayEnd, TooManyCells};
 use heapless::{Deque, Vec};
 use units::{Duration, Instant, Point2, Pose2};
 
@@ -104,6 +104,15 @@ pub(crate) struct Goal {
     planned: Instant,
     /// When the robot gives the goal up.
     until: Option<Instant>,
+    /// When it came to the end of the way.
+    arrived: Option<Instant>,
+}
+
+impl Goal {
+    /// A goal whose way was last looked for at `planned`, and not found.
+    const fn new(tile: Tile, planned: Instant) -> Self {
+        Self { tile, end: None, planned, until: None, arrived: None }
+    }
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -139,8 +148,8 @@ pub struct Explorer<G, const ROBOTS: usize, const RECORDS: usize> {
 
 impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, RECORDS> {
     /// A robot that begins on that ground, which may hold what is known already.
-    pub fn new(config: Config, ground: G) -> Self {
-        let start = Instant::from_micros(0);
+    pub const fn new(config: Config, ground: G) -> Self {
+        let start = Instant::ZERO;
         Self {
             config,
             ground,
@@ -148,7 +157,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             ledger: Ledger::new(),
             leader: Leader::new(),
             state: State::Waiting { since: start },
-            last_goal: Tile::default(),
+            last_goal: Tile::FIRST,
             coast: None,
             barred: Vec::new(),
             sequence: 0,
@@ -158,6 +167,47 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             told: None,
             sent: (0, start),
         }
+    }
+
+    /// Begins anew, in the memory that it has, as a robot that knows nothing of that frame.
+    ///
+    /// # Errors
+    /// [`TooManyCells`] where the frame has more cells than the ground has room for; the robot stays as
+    /// it was.
+    pub fn begin(&mut self, config: Config, frame: Frame) -> Result<(), TooManyCells> {
+        self.ground.begin(frame)?;
+        let Self {
+            config: its_config,
+            ground: _,
+            team,
+            ledger,
+            leader,
+            state,
+            last_goal,
+            coast,
+            barred,
+            sequence,
+            outbox,
+            refreshed,
+            bid,
+            told,
+            sent,
+        } = self;
+        *its_config = config;
+        team.begin(config.number);
+        ledger.clear();
+        *leader = Leader::new();
+        *state = State::Waiting { since: Instant::ZERO };
+        *last_goal = Tile::FIRST;
+        *coast = None;
+        barred.clear();
+        *sequence = 0;
+        outbox.clear();
+        *refreshed = None;
+        *bid = None;
+        *told = None;
+        *sent = (0, Instant::ZERO);
+        Ok(())
     }
 
     /// The robot's map.
@@ -181,6 +231,11 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             State::Going(goal) => Some(goal.tile.centre(self.ground.frame())),
             _ => None,
         }
+    }
+
+    /// The numbers and the last places of the other robots that were heard of in the last seconds.
+    pub fn others(&self, now: Instant) -> impl Iterator<Item = (u8, Point2)> {
+        self.team.others(now)
     }
 
     /// One step. It is to be called some five times a second.
@@ -267,7 +322,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             (Task::Go(tile), State::Going(goal)) if goal.tile == tile => {}
             (Task::Go(tile), _) => {
                 let planned = now - PERIOD;
-                self.state = State::Going(Goal { tile, end: None, planned, until: None });
+                self.state = State::Going(Goal::new(tile, planned));
                 self.last_goal = tile;
             }
         }
@@ -354,7 +409,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
                 return self.fly_on(pose);
             };
             self.last_goal = next;
-            goal = Goal { tile: next, end: None, planned: now - PERIOD, until: None };
+            goal = Goal::new(next, now - PERIOD);
         }
         if goal.until.is_some_and(|until| now >= until) {
             return self.give_up(now, goal.tile);
@@ -367,7 +422,9 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         let limits = self.config.limits;
         let mut progress = fly(&self.ground, pose, (end, goal.tile), limits, rule.facing);
         if progress == Progress::Arrived {
-            progress = look(&self.ground, pose, goal.tile, limits);
+            let since = *goal.arrived.get_or_insert(now);
+            self.state = State::Going(goal);
+            progress = look(&self.ground, pose, goal.tile, limits, now.since(since));
         }
         match progress {
             Progress::Flying(motion) => motion,

@@ -1,9 +1,9 @@
 //! Flies along the way to a goal, and looks at it.
 
-use core::f32::consts::{PI, TAU};
+use core::f32::consts::{FRAC_PI_2, PI, TAU};
 
 use grid_map::{Cell, CellState};
-use units::{Point2, Pose2};
+use units::{Duration, Point2, Pose2};
 
 use crate::atlas::Ground;
 use crate::rule::Facing;
@@ -176,13 +176,26 @@ fn farthest_in_sight<G: Ground>(ground: &G, from: Point2, end: Cell) -> Point2 {
     frame.centre(end)
 }
 
-/// Turns to what is unknown around a tile.
-pub(crate) fn look<G: Ground>(ground: &G, pose: Pose2, tile: Tile, limits: Limits) -> Progress {
-    let off = wrapped(bearing(pose.at, unknown_around(ground, tile)) - pose.yaw.0);
-    if libm::fabsf(off) < FACING {
+/// Turns to what is unknown around a tile, or, with rangers to four sides, until one of them has looked
+/// there; the robot has been at the end of its way for `elapsed`.
+pub(crate) fn look<G: Ground>(
+    ground: &G,
+    pose: Pose2,
+    tile: Tile,
+    limits: Limits,
+    elapsed: Duration,
+) -> Progress {
+    let (yaw_rate, is_over) = match limits.gaze {
+        Gaze::Ahead => {
+            let off = wrapped(bearing(pose.at, unknown_around(ground, tile)) - pose.yaw.0);
+            (turn(off, limits), libm::fabsf(off) < FACING)
+        }
+        Gaze::Around => (limits.turn, elapsed.as_secs_f32() * limits.turn > FRAC_PI_2),
+    };
+    if is_over {
         return Progress::Arrived;
     }
-    Progress::Flying(Motion { velocity: [0.0; 2], yaw_rate: turn(off, limits) })
+    Progress::Flying(Motion { velocity: [0.0; 2], yaw_rate })
 }
 
 /// The angle by which a robot has to turn at the beginning of its way to `end`.

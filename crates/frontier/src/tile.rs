@@ -20,6 +20,9 @@ impl Tile {
     /// The number of tiles of a row or column that can be told apart on the air.
     pub const MOST: u16 = 1024;
 
+    /// The tile in the south-western corner.
+    pub(crate) const FIRST: Self = Self { row: 0, column: 0 };
+
     /// The tile of that column and row; `None` where one of them is not below [`MOST`](Self::MOST).
     #[must_use]
     pub const fn new(column: u16, row: u16) -> Option<Self> {
