@@ -24,6 +24,9 @@ pub const fn state(code: u8) -> &'static str {
         16 => "surveying",
         17 => "going to its place before the passage",
         18 => "crossing the passage",
+        19 => "hovering: it does not know its position",
+        20 => "waiting for a goal, and looking around",
+        21 => "flying to what is not known yet",
         _ => "in a state that this station does not know",
     }
 }
@@ -31,7 +34,7 @@ pub const fn state(code: u8) -> &'static str {
 /// Whether a drone in the state with this code is in the air.
 #[must_use]
 pub const fn is_airborne(state: u8) -> bool {
-    matches!(state, 2..=7 | 10..=12 | 14..=18)
+    matches!(state, 2..=7 | 10..=12 | 14..=21)
 }
 
 /// What is wrong with a drone whose fault has this code; `None` for nothing.

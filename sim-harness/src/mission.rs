@@ -71,8 +71,8 @@ pub use parts::Part;
 use parts::Stopwatch;
 pub use recorded::{RecordedChannel, Residual};
 pub(crate) use sections::{
-    AgentTables, DronesTable, LaunchTable, LossTable, MOST_DRONES, PilotTable, PolicyTable,
-    RetreatTable, SwarmTable,
+    AgentTables, DronesTable, ExploreTable, LaunchTable, LossTable, MOST_DRONES, PilotTable,
+    PolicyTable, RetreatTable, SwarmTable,
 };
 pub use sections::{Drones, Loss, LossKind, PilotStep, Start};
 use strengths::Strengths;

@@ -2,7 +2,7 @@
 
 use core::ops::ControlFlow;
 
-use grid_map::{Cell, Visit};
+use grid_map::Cell;
 use heapless::Vec;
 use units::{Duration, Instant, Metres, Pose2};
 
@@ -25,14 +25,15 @@ const STOP_AFTER: Duration = Duration::from_millis(2_000);
 
 /// A candidate to which a way is looked for.
 #[derive(Clone, Copy, Debug)]
-struct Target {
+pub(crate) struct Target {
     tile: Tile,
     gain: Gain,
-    /// The cell at the end of the way, with its cost.
-    found: Option<Visit>,
+    /// The cell at the end of the way, with its cost, where one was found; a way of 1,300 m and more
+    /// counts as that.
+    found: Option<(Cell, u16)>,
 }
 
-type Targets = Vec<Target, MOST_TARGETS>;
+pub(crate) type Targets = Vec<Target, MOST_TARGETS>;
 
 impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, RECORDS> {
     /// Bids for a goal where the robot has none.
@@ -80,7 +81,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
     /// each candidate.
     pub(crate) fn find_idle(&mut self, now: Instant, members: RobotSet) {
         let Some(since) = self.without_goal_since() else { return };
-        let is_barred = |candidate: Candidate| self.is_barred(candidate.tile, now);
+        let is_barred = |candidate: Candidate| self.barred.holds(candidate.tile, now);
         let has_none = self.team.board.candidates().all(is_barred);
         self.note_whether_idle(now, since, has_none && self.team.is_up_to_date(members));
     }
@@ -93,7 +94,8 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
     }
 
     fn note_whether_idle(&mut self, now: Instant, since: Instant, has_none: bool) {
-        let is_idle = has_none && !self.has_bars_to_come(now);
+        let is_idle =
+            has_none && !self.barred.has_to_come(now, |tile| self.team.board.is_candidate(tile));
         self.state = match self.state {
             State::Waiting { .. } if is_idle => State::Idle { since: now },
             State::Idle { .. } if !is_idle => State::Waiting { since: now },
@@ -115,25 +117,32 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
 
     /// The candidates that this robot would go to, best first.
     fn bids(&mut self, now: Instant, pose: Pose2) -> Vec<Bid, MOST_BIDS> {
-        let mut targets = Targets::new();
-        let candidates = self.team.board.candidates();
-        for open in candidates.filter(|open| !self.is_barred(open.tile, now)) {
+        self.find_targets(now);
+        self.find_ways(pose);
+        self.best_bids(pose)
+    }
+
+    fn find_targets(&mut self, now: Instant) {
+        let Self { targets, team, barred, .. } = self;
+        targets.clear();
+        let candidates = team.board.candidates();
+        for open in candidates.filter(|open| !barred.holds(open.tile, now)) {
             // Candidates beyond the room are looked at when others are gone.
             let _ = targets.push(Target { tile: open.tile, gain: open.gain, found: None });
         }
-        self.find_ways(pose, &mut targets);
-        self.best_bids(pose, &targets)
     }
 
-    fn find_ways(&mut self, pose: Pose2, targets: &mut Targets) {
+    fn find_ways(&mut self, pose: Pose2) {
+        let Self { targets, ground, .. } = self;
         let mut left = targets.len();
         if left == 0 {
             return;
         }
-        self.ground.search(pose.at, |map, visit| {
+        ground.search(pose.at, |map, visit| {
             for target in around(targets, visit.cell) {
                 if target.found.is_none() && map.is_beside(visit.cell, target.tile) {
-                    target.found = Some(visit);
+                    let cost = u16::try_from(visit.cost).unwrap_or(u16::MAX);
+                    target.found = Some((visit.cell, cost));
                     left -= 1;
                 }
             }
@@ -141,7 +150,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         });
     }
 
-    fn best_bids(&self, pose: Pose2, targets: &Targets) -> Vec<Bid, MOST_BIDS> {
+    fn best_bids(&self, pose: Pose2) -> Vec<Bid, MOST_BIDS> {
         let mut bids: Vec<Bid, MOST_BIDS> = Vec::new();
         let found = |target: &Target| {
             let distance = self.distance(pose, target.found?);
@@ -151,7 +160,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             let is_near = |bid: &Bid| bids.iter().any(|b| b.tile.steps_to(bid.tile) < BID_SPACING);
             let worth =
                 |bid: &Bid| utility(&self.config.rule, bid.gain.cells(), bid.distance, || 0.0);
-            let open = targets.iter().filter_map(found).filter(|bid| !is_near(bid));
+            let open = self.targets.iter().filter_map(found).filter(|bid| !is_near(bid));
             let Some(best) = open.max_by(|a, b| worth(a).total_cmp(&worth(b))) else { break };
             // There is room, by the loop's condition.
             let _ = bids.push(best);
@@ -161,10 +170,10 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
 
     /// The length of a way, with the way that the robot would fly in the time of the turn at its
     /// beginning: the robot turns before it flies, or meanwhile.
-    fn distance(&self, pose: Pose2, end: Visit) -> Metres {
+    fn distance(&self, pose: Pose2, (end, cost): (Cell, u16)) -> Metres {
         let limits = self.config.limits;
-        let way = length(end.cost, self.ground.frame()).0;
-        let turn = || first_turn(&self.ground, pose, end.cell) * limits.speed / limits.turn;
+        let way = length(cost.into(), self.ground.frame()).0;
+        let turn = || first_turn(&self.ground, pose, end) * limits.speed / limits.turn;
         Metres(match (limits.gaze, self.config.rule.facing) {
             (Gaze::Ahead, Facing::Way) => way + turn(),
             (Gaze::Ahead, Facing::Goal) => way.max(turn()),

@@ -7,10 +7,13 @@ use heapless::{Deque, Vec};
 use units::{Duration, Instant, Point2, Pose2};
 
 use crate::atlas::{Ground, Sight, length};
+use crate::barred::Bars;
+use crate::bidding::Targets;
 use crate::cluster::RobotSet;
 use crate::flight::{Limits, Motion, Progress, fly, look};
 use crate::lead::Leader;
 use crate::ledger::Ledger;
+use crate::list::filled;
 use crate::packet::{Activity, Body, MOST_BYTES, MOST_ORDERS, Order, Packet, Status, Task};
 use crate::rule::{Distance, Facing, Overlap, Rule};
 use crate::team::Team;
@@ -24,12 +27,8 @@ const RESEND: Duration = Duration::from_millis(1_500);
 /// A robot gives a goal up after the time of twice its way, and so long: `progress_timeout` of
 /// `explore_lite`.
 const PATIENCE: Duration = Duration::from_millis(30_000);
-/// A candidate is barred twice for a while, and the third time for good.
-const MOST_BARS: u8 = 3;
 /// The most tiles that a robot looks up, or looks for ways to, at a time.
 pub(crate) const MOST_TARGETS: usize = 256;
-/// The candidates that are barred at a time.
-const MOST_BARRED: usize = 32;
 /// A frontier whose gain has changed by fewer classes is not told anew. Our own number: it halves
 /// the bytes.
 const TOLD_CLASSES: u8 = 3;
@@ -115,13 +114,6 @@ impl Goal {
     }
 }
 
-#[derive(Clone, Copy, Debug)]
-struct Bar {
-    tile: Tile,
-    until: Instant,
-    times: u8,
-}
-
 /// A robot of a team of at most `ROBOTS`, which remembers marks on at most `RECORDS` tiles.
 #[derive(Clone, Debug)]
 pub struct Explorer<G, const ROBOTS: usize, const RECORDS: usize> {
@@ -134,7 +126,9 @@ pub struct Explorer<G, const ROBOTS: usize, const RECORDS: usize> {
     last_goal: Tile,
     /// Where the robot flies while it waits for another goal.
     coast: Option<Cell>,
-    barred: Vec<Bar, MOST_BARRED>,
+    pub(crate) barred: Bars,
+    /// The candidates to which ways are looked for, which would take a fifth of a drone's stack.
+    pub(crate) targets: Targets,
     sequence: u8,
     /// The packets that are still to be sent, the oldest first.
     outbox: Deque<Vec<u8, MOST_BYTES>, MOST_WAITING>,
@@ -159,7 +153,8 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             state: State::Waiting { since: start },
             last_goal: Tile::FIRST,
             coast: None,
-            barred: Vec::new(),
+            barred: Bars::new(),
+            targets: Targets::new(),
             sequence: 0,
             outbox: Deque::new(),
             refreshed: None,
@@ -186,6 +181,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             last_goal,
             coast,
             barred,
+            targets,
             sequence,
             outbox,
             refreshed,
@@ -201,6 +197,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         *last_goal = Tile::FIRST;
         *coast = None;
         barred.clear();
+        targets.clear();
         *sequence = 0;
         outbox.clear();
         *refreshed = None;
@@ -336,7 +333,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         }
         orders.retain(|order| order.robot != number);
         for some in orders.chunks(MOST_ORDERS) {
-            self.send(Body::Orders(some.iter().copied().collect()));
+            self.send(Body::Orders(filled(some.iter().copied())));
         }
     }
 
@@ -349,7 +346,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         }
         if self.config.rule.overlap == Overlap::Asked {
             let asked: Vec<Tile, MOST_TARGETS> =
-                self.team.board.to_look_up(self.config.number).take(MOST_TARGETS).collect();
+                filled(self.team.board.to_look_up(self.config.number));
             for tile in asked {
                 if self.is_known(tile) {
                     self.mark(tile, Mark::Settled);
@@ -373,7 +370,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             let gain = Gain::of_cells(most);
             let is_told = rule.reachability && rule.distance == Distance::Straight;
             return match was {
-                _ if is_told && self.is_barred(tile, now) => Mark::Unreachable,
+                _ if is_told && self.barred.holds(tile, now) => Mark::Unreachable,
                 Mark::Frontier(told) if told.classes_to(gain) < TOLD_CLASSES => was,
                 _ => Mark::Frontier(gain),
             };
@@ -439,7 +436,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
                 if rule.overlap == Overlap::Asked || rule.overlap == Overlap::Alone {
                     self.mark(goal.tile, Mark::Settled);
                 } else if rule.reachability && self.is_open(goal.tile) {
-                    self.bar(now, goal.tile);
+                    self.barred.bar(now, goal.tile, rule.blacklist);
                 }
                 self.wait(now)
             }
@@ -508,31 +505,9 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
 
     fn give_up(&mut self, now: Instant, tile: Tile) -> Motion {
         if self.config.rule.reachability {
-            self.bar(now, tile);
+            self.barred.bar(now, tile, self.config.rule.blacklist);
         }
         self.wait(now)
-    }
-
-    fn bar(&mut self, now: Instant, tile: Tile) {
-        let until = now + self.config.rule.blacklist;
-        if let Some(bar) = self.barred.iter_mut().find(|bar| bar.tile == tile) {
-            bar.until = until;
-            bar.times = bar.times.saturating_add(1);
-        } else if self.barred.push(Bar { tile, until, times: 1 }).is_err() {
-            // The oldest is tried again in the place of the newest.
-            self.barred.remove(0);
-            let _ = self.barred.push(Bar { tile, until, times: 1 });
-        }
-    }
-
-    pub(crate) fn is_barred(&self, tile: Tile, now: Instant) -> bool {
-        let bar = self.barred.iter().find(|bar| bar.tile == tile);
-        bar.is_some_and(|bar| bar.times >= MOST_BARS || now < bar.until)
-    }
-
-    pub(crate) fn has_bars_to_come(&self, now: Instant) -> bool {
-        let is_open = |bar: &Bar| bar.times < MOST_BARS && now < bar.until;
-        self.barred.iter().any(|bar| is_open(bar) && self.team.board.is_candidate(bar.tile))
     }
 
     /// Waits for a goal, and asks for one at once.

@@ -3,7 +3,7 @@
 use core::f32::consts::{FRAC_PI_2, PI, TAU};
 
 use grid_map::{Cell, CellState};
-use units::{Duration, Point2, Pose2};
+use units::{Duration, Point2, Pose2, Radians};
 
 use crate::atlas::Ground;
 use crate::rule::Facing;
@@ -109,7 +109,8 @@ pub(crate) fn fly<G: Ground>(
     let off = wrapped(bearing(pose.at, frame.centre(next)) - pose.yaw.0);
     let left = pose.at.distance(frame.centre(next)).0;
     let speed = limits.speed.min(left * APPROACH);
-    let sideways = [speed * libm::cosf(off), speed * libm::sinf(off)];
+    let (sin, cos) = Radians(off).sin_cos();
+    let sideways = [speed * cos, speed * sin];
     let motion = match (limits.gaze, facing) {
         (Gaze::Ahead, Facing::Way) => {
             let forward = if libm::fabsf(off) < TURN_FIRST { speed } else { 0.0 };
@@ -205,7 +206,7 @@ pub(crate) fn first_turn<G: Ground>(ground: &G, pose: Pose2, end: Cell) -> f32 {
 }
 
 fn turn(off: f32, limits: Limits) -> f32 {
-    (off * TURN_GAIN).clamp(-limits.turn, limits.turn)
+    (off * TURN_GAIN).max(-limits.turn).min(limits.turn)
 }
 
 /// The cell of the way to aim at: some cells beyond the one nearest to the robot, or fewer where an

@@ -12,6 +12,7 @@ use units::{Duration, Instant, Metres};
 
 use crate::assignment::{Distances, Place, assign, take};
 use crate::cluster::RobotSet;
+use crate::list::{filled, insert};
 use crate::packet::{Activity, MOST_BIDS, Order, Task};
 use crate::rule::{Distance, Pace, Rule};
 use crate::team::{Member, Team};
@@ -127,10 +128,12 @@ impl<const ROBOTS: usize> Leader<ROBOTS> {
         }
         self.stopping = Some(Stopping { told: now, ..stopping });
         let to = if is_last { others.with(own) } else { others };
-        to.iter().map(|robot| Order { robot, task: Task::Stop }).collect()
+        filled(to.iter().map(|robot| Order { robot, task: Task::Stop }))
     }
 
-    /// Assigns by the bids of robots that have no goal.
+    /// Assigns by the bids of robots that have no goal. It is not inlined, since its lists are large and
+    /// need no stack while the robot computes its own bids.
+    #[inline(never)]
     fn answer_bids<const RECORDS: usize>(
         &mut self,
         round: &Round<'_, ROBOTS, RECORDS>,
@@ -237,19 +240,19 @@ impl<'a, const ROBOTS: usize, const RECORDS: usize> Bidders<'a, ROBOTS, RECORDS>
                 let at = tiles.binary_search(&bid.tile);
                 // What has no room is bid for again.
                 if let Err(at) = at
-                    && tiles.insert(at, bid.tile).is_ok()
+                    && insert(&mut tiles, at, bid.tile)
                 {
-                    let _ = gains.insert(at, bid.gain.cells());
+                    insert(&mut gains, at, bid.gain.cells());
                 }
             }
         }
-        let robots = asking.iter().take(ROBOTS).collect();
+        let robots = filled(asking.iter());
         Self { team: round.team, frame: round.frame, robots, tiles, gains }
     }
 
     fn places(&self) -> Vec<Place, MOST_PLACES> {
         let all = self.tiles.iter().zip(&self.gains);
-        all.map(|(tile, &gain)| Place { position: tile.centre(self.frame), gain }).collect()
+        filled(all.map(|(tile, &gain)| Place { position: tile.centre(self.frame), gain }))
     }
 }
 

@@ -3,7 +3,7 @@
 use std::convert::Infallible;
 use std::fmt;
 
-use agent::Outputs;
+use agent::{Exploration, Outputs};
 use units::{Dbm, NodeId};
 use wire::p2p::Counter;
 
@@ -62,6 +62,10 @@ impl Emulated {
     }
 
     pub(crate) fn outputs(&self) -> Option<Outputs> {
+        match self.0 {}
+    }
+
+    pub(crate) fn exploration(&self) -> Option<&Exploration> {
         match self.0 {}
     }
 

@@ -11,12 +11,14 @@
 //! | `coupling` | sensors' registers and motors' pins to and from a body |
 //! | `decisions` | the inputs and outputs of the firmware's agent, step by step |
 //! | `provision` | the keys and settings of a drone before its first flight |
+//! | `shadow` | the agent of the host that follows the one of a drone that explores |
 //! | `watch` | the log of a drone, and the account of its processor's time |
 
 pub(crate) mod coupling;
 mod decisions;
 mod firmware;
 mod provision;
+mod shadow;
 mod watch;
 
 use std::fmt;
@@ -24,7 +26,7 @@ use std::io;
 use std::net::TcpListener;
 use std::sync::Arc;
 
-use agent::Outputs;
+use agent::{Exploration, Outputs};
 use flight::Status;
 use units::{Dbm, NodeId};
 use virtual_crazyflie::board::{Config, Crazyflie};
@@ -46,6 +48,7 @@ pub use watch::{AGENT_STEP, CONTROL_STEP};
 use decisions::Decisions;
 use onboard::probe::Round;
 use provision::provision;
+use shadow::Shadow;
 use watch::Watch;
 
 /// Nanoseconds in a microsecond.
@@ -112,6 +115,7 @@ pub struct Emulated {
     on_us: u64,
     last_order: Option<Counter>,
     decisions: Option<Decisions>,
+    shadow: Option<Shadow>,
 }
 
 impl Emulated {
@@ -160,6 +164,7 @@ impl Emulated {
             on_us,
             last_order: None,
             decisions: None,
+            shadow: Shadow::of(scenario, node),
         }
     }
 
@@ -212,6 +217,18 @@ impl Emulated {
     #[must_use]
     pub fn decisions(&self) -> Option<&[Round]> {
         self.decisions.as_ref()?.rounds()
+    }
+
+    /// The map of a drone that explores, by the same agent on the host.
+    pub(crate) fn exploration(&self) -> Option<&Exploration> {
+        self.shadow.as_ref().map(Shadow::exploration)
+    }
+
+    /// The rounds in which a drone that explores has decided as the agent on the host does of the same
+    /// inputs, and those in which it has not; `None` for another mission.
+    #[must_use]
+    pub fn alike(&self) -> Option<[u32; 2]> {
+        self.shadow.as_ref().map(Shadow::rounds)
     }
 
     /// Measures the processor's time, by function, from now on.
@@ -268,6 +285,9 @@ impl Emulated {
         self.watch.look(self.core.machine_mut());
         if let Some(decisions) = &mut self.decisions {
             decisions.look(&self.firmware, self.core.machine().memory());
+        }
+        if let Some(shadow) = &mut self.shadow {
+            shadow.look(&self.firmware, self.core.machine().memory());
         }
         ran.map_err(|halt| Halted { node: self.node, halt })
     }
