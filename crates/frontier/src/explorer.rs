@@ -10,7 +10,7 @@ use crate::atlas::{Ground, Sight, length};
 use crate::barred::Bars;
 use crate::bidding::Targets;
 use crate::cluster::RobotSet;
-use crate::flight::{Limits, Motion, Progress, fly, look};
+use crate::flight::{Gaze, Limits, Motion, Progress, fly, look};
 use crate::lead::Leader;
 use crate::ledger::Ledger;
 use crate::list::filled;
@@ -35,6 +35,8 @@ const TOLD_CLASSES: u8 = 3;
 /// When its goal is seen, a robot goes on to a frontier that is at most so many tiles beside it. Our
 /// own number.
 const FOLLOWED: u16 = 5;
+/// The cells behind a hit that count as a part of the obstacle: walls are not thinner. Our own number.
+const BEHIND: u8 = 2;
 /// The packets of changes of a step.
 const CHANGES_A_STEP: usize = 2;
 /// The packets of a step: a drone's link has room for so many in a fifth of a second.
@@ -240,6 +242,9 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         let mut out = Outputs::default();
         for beam in inputs.beams {
             self.ground.trace(inputs.pose.at, beam.to, beam.end);
+            if self.config.limits.gaze == Gaze::Around && beam.end == RayEnd::Obstacle {
+                self.thicken(inputs.pose.at, beam.to);
+            }
         }
         for bytes in inputs.packets {
             self.hear(now, bytes);
@@ -263,6 +268,25 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             let _ = out.packets.push(packet);
         }
         out
+    }
+
+    /// Takes the unknown cells behind a hit for a part of the obstacle. Four narrow beams leave gaps
+    /// in a wall that a robot would look at one by one.
+    fn thicken(&mut self, from: Point2, hit: Point2) {
+        let frame = *self.ground.frame();
+        let (distance, side) = (from.distance(hit).0, frame.resolution().0);
+        if distance < side {
+            return;
+        }
+        for cells in 1..=BEHIND {
+            let by = f32::from(cells) * side / distance;
+            let behind = Point2::new(hit.x + by * (hit.x - from.x), hit.y + by * (hit.y - from.y));
+            if let Some(cell) = frame.cell_at(behind)
+                && self.ground.state(cell) == CellState::Unknown
+            {
+                self.ground.set(cell, CellState::Occupied);
+            }
+        }
     }
 
     /// Bids, leads, and tells.

@@ -45,7 +45,8 @@ const AROUND: i16 = 3;
 pub enum Gaze {
     /// A camera looks ahead: the robot flies nose first and turns to what it wants to see.
     Ahead,
-    /// Rangers look to four sides: the robot flies in any direction and turns all the time.
+    /// Rangers look to four sides: the robot flies in any direction, over cells that it knows to be
+    /// free, and turns all the time.
     Around,
 }
 
@@ -134,7 +135,12 @@ pub(crate) fn fly<G: Ground>(
             let velocity = if libm::fabsf(off) < TURN_FIRST { sideways } else { [0.0; 2] };
             Motion { velocity, yaw_rate: turn(off, limits) }
         }
-        (Gaze::Around, _) => Motion { velocity: sideways, yaw_rate: limits.turn },
+        // A quarter turn shows what lies on the way.
+        (Gaze::Around, _) => {
+            let is_free = |cell| ground.state(cell) == CellState::Free;
+            let is_open = frame.line(pose.at, frame.centre(next)).all(is_free);
+            Motion { velocity: if is_open { sideways } else { [0.0; 2] }, yaw_rate: limits.turn }
+        }
     };
     Progress::Flying(motion)
 }

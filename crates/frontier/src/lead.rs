@@ -26,8 +26,9 @@ const FIRST_ROUND: Duration = Duration::from_millis(2_500);
 const AGAIN: Duration = Duration::from_millis(1_000);
 /// All robots must have been idle for so long: two statuses of each.
 const ALL_IDLE: Duration = Duration::from_millis(2_000);
-/// The places for which robots bid in one round: all bids of sixteen robots.
-const MOST_PLACES: usize = 16 * MOST_BIDS;
+/// The places for which robots bid in one round: all bids of eight robots. A drone's stack has no room
+/// for many more.
+const MOST_PLACES: usize = 8 * MOST_BIDS;
 /// A leader waits so long for the others to stop before it stops itself.
 const STOPPING: Duration = Duration::from_millis(10_000);
 
