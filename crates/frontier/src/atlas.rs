@@ -40,9 +40,16 @@ pub trait Ground {
     fn is_frontier(&self, cell: Cell) -> bool;
     /// How many cells around a frontier are unknown, as [`GridMap::gain`].
     fn gain(&self, cell: Cell) -> u8;
-    /// Searches ways from a point to all cells that can be reached, over unknown cells too, nearest
-    /// first; `visit` hears of each cell once, with the map as it is, and may end the search.
-    fn search(&mut self, from: Point2, visit: impl FnMut(&Self::Map, Visit) -> ControlFlow<()>);
+    /// Begins to search ways from a point to all cells that can be reached, over unknown cells too,
+    /// nearest first.
+    fn begin_search(&mut self, from: Point2);
+    /// Goes on with the search for at most `most` cells; says whether it is over. `visit` hears of each
+    /// cell once, with the map as it is, and may end the search.
+    fn search(
+        &mut self,
+        most: usize,
+        visit: impl FnMut(&Self::Map, Visit) -> ControlFlow<()>,
+    ) -> bool;
     /// Whether a cell is too near to an obstacle of the map that was last searched.
     fn is_near_wall(&self, cell: Cell) -> bool;
     /// The cell before this one on the way that the last search found; `None` at the start.
@@ -98,6 +105,8 @@ pub struct Atlas<const BYTES: usize, const PAIRS: usize, const POOL: usize, cons
     near_wall: CellSet<BITS>,
     /// Where the robot has been, which leads it out of where it got in before it saw the walls.
     trail: CellSet<BITS>,
+    /// Where the last search began.
+    start: Option<Cell>,
 }
 
 /// The ground of a drone: up to 160 by 160 cells, 41 kB.
@@ -121,7 +130,7 @@ impl<const BYTES: usize, const PAIRS: usize, const POOL: usize, const BITS: usiz
         match GridMap::new(frame) {
             Ok(map) => {
                 let (planner, near_wall, trail) = (Planner::new(), CellSet::EMPTY, CellSet::EMPTY);
-                Ok(Self { map, planner, near_wall, trail })
+                Ok(Self { map, planner, near_wall, trail, start: None })
             }
             Err(error) => Err(error),
         }
@@ -134,8 +143,9 @@ impl<const BYTES: usize, const PAIRS: usize, const POOL: usize, const BITS: usiz
     type Map = GridMap<BYTES>;
 
     fn begin(&mut self, frame: Frame) -> Result<(), TooManyCells> {
-        let Self { map, planner, near_wall, trail } = self;
+        let Self { map, planner, near_wall, trail, start } = self;
         map.begin(frame)?;
+        *start = None;
         planner.clear();
         near_wall.clear();
         trail.clear();
@@ -176,15 +186,22 @@ impl<const BYTES: usize, const PAIRS: usize, const POOL: usize, const BITS: usiz
         self.map.gain(cell)
     }
 
+    fn begin_search(&mut self, from: Point2) {
+        let Self { map, planner, near_wall, start, .. } = self;
+        near_wall.mark_around_obstacles(map);
+        let frame = map.frame();
+        // From outside the grid no cell is reached.
+        *start = frame.cell_at(from).filter(|&cell| planner.begin(frame, cell).is_ok());
+    }
+
     fn search(
         &mut self,
-        from: Point2,
+        most: usize,
         mut visit: impl FnMut(&Self::Map, Visit) -> ControlFlow<()>,
-    ) {
-        let Self { map, planner, near_wall, trail } = self;
+    ) -> bool {
+        let Self { map, planner, near_wall, trail, start } = self;
         let frame = *map.frame();
-        let Some(start) = frame.cell_at(from) else { return };
-        near_wall.mark_around_obstacles(map);
+        let Some(start) = *start else { return true };
         let factor = |cell: Cell| {
             let off = cell.column.abs_diff(start.column).max(cell.row.abs_diff(start.row));
             match map.state(cell) {
@@ -201,7 +218,7 @@ impl<const BYTES: usize, const PAIRS: usize, const POOL: usize, const BITS: usiz
         };
         // Where more cells wait than there is room for, what was visited before is right; a robot
         // finds the rest when it is nearer.
-        let _ = planner.search(&frame, start, factor, |at| visit(map, at));
+        planner.resume(most, factor, |at| visit(map, at)).unwrap_or(true)
     }
 
     fn is_near_wall(&self, cell: Cell) -> bool {

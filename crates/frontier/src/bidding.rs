@@ -10,7 +10,7 @@ use crate::assignment::utility;
 use crate::atlas::{Ground, Sight, length};
 use crate::board::Candidate;
 use crate::cluster::RobotSet;
-use crate::explorer::{Explorer, MOST_TARGETS, State, is_due};
+use crate::explorer::{Explorer, MOST_TARGETS, Search, State, is_due};
 use crate::flight::{Gaze, first_turn};
 use crate::packet::{Activity, Bid, Body, MOST_BIDS, Task};
 use crate::rule::Facing;
@@ -38,11 +38,8 @@ pub(crate) type Targets = Vec<Target, MOST_TARGETS>;
 impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, RECORDS> {
     /// Bids for a goal where the robot has none.
     pub(crate) fn bid(&mut self, now: Instant, pose: Pose2, members: RobotSet) {
-        let Some(since) = self.without_goal_since().filter(|_| is_due(self.bid, now)) else {
-            return;
-        };
-        self.bid = Some(now);
-        let bids = self.bids(now, pose);
+        let Some(since) = self.without_goal_since() else { return };
+        let Some(bids) = self.bids(now, pose) else { return };
         self.note_whether_idle(now, since, bids.is_empty() && self.team.is_up_to_date(members));
         if now.since(since) >= ALONE_AFTER
             && let Some(tile) = self.free_bid(&bids, members)
@@ -62,11 +59,8 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
 
     /// Chooses a goal without the others, and stops where there is none.
     pub(crate) fn choose_alone(&mut self, now: Instant, pose: Pose2) {
-        let Some(since) = self.without_goal_since().filter(|_| is_due(self.bid, now)) else {
-            return;
-        };
-        self.bid = Some(now);
-        let bids = self.bids(now, pose);
+        let Some(since) = self.without_goal_since() else { return };
+        let Some(bids) = self.bids(now, pose) else { return };
         self.note_whether_idle(now, since, bids.is_empty());
         match (bids.first(), self.state) {
             (Some(best), _) => self.take(now, Task::Go(best.tile)),
@@ -115,11 +109,22 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         bids.iter().map(|bid| bid.tile).find(|&tile| !is_taken(tile))
     }
 
-    /// The candidates that this robot would go to, best first.
-    fn bids(&mut self, now: Instant, pose: Pose2) -> Vec<Bid, MOST_BIDS> {
-        self.find_targets(now);
-        self.find_ways(pose);
-        self.best_bids(pose)
+    /// The candidates that this robot would go to, best first; `None` while it is not yet time to bid
+    /// again, or the search of ways goes on.
+    fn bids(&mut self, now: Instant, pose: Pose2) -> Option<Vec<Bid, MOST_BIDS>> {
+        if self.search != Search::Bids {
+            if !is_due(self.bid, now) {
+                return None;
+            }
+            self.bid = Some(now);
+            self.find_targets(now);
+            if !self.targets.is_empty() {
+                self.ground.begin_search(pose.at);
+            }
+        }
+        let is_over = self.find_ways();
+        self.search = if is_over { Search::None } else { Search::Bids };
+        is_over.then(|| self.best_bids(pose))
     }
 
     fn find_targets(&mut self, now: Instant) {
@@ -132,13 +137,14 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         }
     }
 
-    fn find_ways(&mut self, pose: Pose2) {
-        let Self { targets, ground, .. } = self;
-        let mut left = targets.len();
+    /// Goes on with the search of ways to the targets; says whether it is over.
+    fn find_ways(&mut self) -> bool {
+        let Self { targets, ground, config, .. } = self;
+        let mut left = targets.iter().filter(|target| target.found.is_none()).count();
         if left == 0 {
-            return;
+            return true;
         }
-        ground.search(pose.at, |map, visit| {
+        ground.search(config.most_cells(), |map, visit| {
             for target in around(targets, visit.cell) {
                 if target.found.is_none() && map.is_beside(visit.cell, target.tile) {
                     let cost = u16::try_from(visit.cost).unwrap_or(u16::MAX);
@@ -147,7 +153,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
                 }
             }
             if left == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-        });
+        })
     }
 
     fn best_bids(&self, pose: Pose2) -> Vec<Bid, MOST_BIDS> {

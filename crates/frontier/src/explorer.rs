@@ -53,6 +53,25 @@ pub struct Config {
     pub rule: Rule,
     /// The limits of its motion.
     pub limits: Limits,
+    /// Frontiers with a smaller gain are none, in cells: where a wall lies between two cells, noise makes
+    /// one of them unknown now and then.
+    pub least_gain: u8,
+    /// Over how many steps the robot spreads the comparison of its marks with its map, at least 1. A
+    /// drone's processor has not the time for all of it at once.
+    pub refresh_steps: u8,
+    /// A search of ways that visits more cells goes on in the next step, and the robot waits meanwhile; 0
+    /// for no bound.
+    pub search_cells: u16,
+}
+
+impl Config {
+    /// The cells that a search visits in a step.
+    pub(crate) fn most_cells(&self) -> usize {
+        match self.search_cells {
+            0 => usize::MAX,
+            cells => cells.into(),
+        }
+    }
 }
 
 /// A ray of a sensor, from the robot to a point.
@@ -97,6 +116,17 @@ pub(crate) enum State {
     Stopped,
 }
 
+/// What a search of ways is for that goes on in the next step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Search {
+    /// None is under way.
+    None,
+    /// The robot's bids.
+    Bids,
+    /// The way to its goal.
+    Way,
+}
+
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Goal {
     tile: Tile,
@@ -131,10 +161,13 @@ pub struct Explorer<G, const ROBOTS: usize, const RECORDS: usize> {
     pub(crate) barred: Bars,
     /// The candidates to which ways are looked for, which would take a fifth of a drone's stack.
     pub(crate) targets: Targets,
+    pub(crate) search: Search,
     sequence: u8,
     /// The packets that are still to be sent, the oldest first.
     outbox: Deque<Vec<u8, MOST_BYTES>, MOST_WAITING>,
     refreshed: Option<Instant>,
+    /// The row of tiles with which the comparison of marks goes on, while one is under way.
+    next_row: Option<u16>,
     pub(crate) bid: Option<Instant>,
     /// The last status: when, and of which activity.
     told: Option<(Instant, Activity)>,
@@ -157,9 +190,11 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             coast: None,
             barred: Bars::new(),
             targets: Targets::new(),
+            search: Search::None,
             sequence: 0,
             outbox: Deque::new(),
             refreshed: None,
+            next_row: None,
             bid: None,
             told: None,
             sent: (0, start),
@@ -184,9 +219,11 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             coast,
             barred,
             targets,
+            search,
             sequence,
             outbox,
             refreshed,
+            next_row,
             bid,
             told,
             sent,
@@ -200,9 +237,11 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         *coast = None;
         barred.clear();
         targets.clear();
+        *search = Search::None;
         *sequence = 0;
         outbox.clear();
         *refreshed = None;
+        *next_row = None;
         *bid = None;
         *told = None;
         *sent = (0, Instant::ZERO);
@@ -252,7 +291,10 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         if is_due(self.refreshed, now) {
             self.refreshed = Some(now);
             self.team.forget_silent(now);
-            self.refresh(now);
+            self.next_row = Some(0);
+        }
+        if let Some(row) = self.next_row {
+            self.next_row = self.refresh(now, row);
         }
         out.motion = self.go_on(now, inputs.pose);
         self.note_own(now, inputs.pose.at);
@@ -290,6 +332,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
     }
 
     /// Bids, leads, and tells.
+    #[inline(never)]
     fn take_part(&mut self, now: Instant, pose: Pose2) {
         let members = self.team.cluster(now);
         match self.config.rule.distance {
@@ -309,6 +352,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         self.team.note_own(now, position, self.activity(), self.last_goal);
     }
 
+    #[inline(never)]
     fn hear(&mut self, now: Instant, bytes: &[u8]) {
         let Ok(mut packet) = Packet::decode(bytes) else { return };
         let heard = self.team.hear(now, &packet);
@@ -342,6 +386,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             // The same order again is a repetition.
             (Task::Go(tile), State::Going(goal)) if goal.tile == tile => {}
             (Task::Go(tile), _) => {
+                self.search = Search::None;
                 let planned = now - PERIOD;
                 self.state = State::Going(Goal::new(tile, planned));
                 self.last_goal = tile;
@@ -361,12 +406,19 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         }
     }
 
-    /// Compares marks with the map, and answers what others ask.
-    fn refresh(&mut self, now: Instant) {
+    /// Compares marks with the map from a row of tiles on, and, after the last one, answers what others
+    /// ask; returns the row with which it goes on.
+    #[inline(never)]
+    fn refresh(&mut self, now: Instant, row: u16) -> Option<u16> {
         let frame = *self.ground.frame();
-        for tile in Tile::all(&frame) {
+        let rows = Tile::rows(&frame);
+        let end = row + rows.div_ceil(u16::from(self.config.refresh_steps.max(1)));
+        for tile in Tile::in_rows(&frame, row..end.min(rows)) {
             let mark = self.mark_of(tile, now);
             self.mark(tile, mark);
+        }
+        if end < rows {
+            return Some(end);
         }
         if self.config.rule.overlap == Overlap::Asked {
             let asked: Vec<Tile, MOST_TARGETS> =
@@ -378,6 +430,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             }
         }
         self.ledger.forget_gone(self.team.known_to_all(self.ledger.version()));
+        None
     }
 
     /// What the robot has to say of a tile by its map.
@@ -388,8 +441,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         if was == Mark::Settled {
             return was;
         }
-        let is_frontier = |cell: &Cell| self.ground.is_frontier(*cell);
-        let gains = tile.cells(&frame).filter(is_frontier).map(|cell| self.ground.gain(cell));
+        let gains = tile.cells(&frame).filter_map(|cell| self.gain(cell));
         if let Some(most) = gains.max() {
             let gain = Gain::of_cells(most);
             let is_told = rule.reachability && rule.distance == Distance::Straight;
@@ -415,11 +467,21 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
     fn is_known(&self, tile: Tile) -> bool {
         let frame = *self.ground.frame();
         let is_free = |cell| self.ground.state(cell) == CellState::Free;
-        let is_frontier = |cell| self.ground.is_frontier(cell);
-        tile.cells(&frame).any(is_free) && !tile.cells(&frame).any(is_frontier)
+        tile.cells(&frame).any(is_free) && !self.has_frontier(tile)
+    }
+
+    /// The gain of a cell that is a frontier with enough of it.
+    fn gain(&self, cell: Cell) -> Option<u8> {
+        let is_frontier = self.ground.is_frontier(cell);
+        is_frontier.then(|| self.ground.gain(cell)).filter(|gain| *gain >= self.config.least_gain)
+    }
+
+    fn has_frontier(&self, tile: Tile) -> bool {
+        tile.cells(self.ground.frame()).any(|cell| self.gain(cell).is_some())
     }
 
     /// Flies on to the goal.
+    #[inline(never)]
     fn go_on(&mut self, now: Instant, pose: Pose2) -> Motion {
         let State::Going(mut goal) = self.state else { return self.fly_on(pose) };
         let rule = self.config.rule;
@@ -430,13 +492,19 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
                 return self.fly_on(pose);
             };
             self.last_goal = next;
+            self.search = Search::None;
             goal = Goal::new(next, now - PERIOD);
         }
         if goal.until.is_some_and(|until| now >= until) {
             return self.give_up(now, goal.tile);
         }
-        if goal.end.is_none() || now.since(goal.planned) >= PERIOD {
-            goal = self.plan(now, pose, goal);
+        let is_due = goal.end.is_none() || now.since(goal.planned) >= PERIOD;
+        if is_due || self.search == Search::Way {
+            let Some(planned) = self.plan(now, pose, goal) else {
+                self.state = State::Going(goal);
+                return self.turn_on_the_spot();
+            };
+            goal = planned;
             self.state = State::Going(goal);
         }
         let Some(end) = goal.end else { return self.give_up(now, goal.tile) };
@@ -473,22 +541,27 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         if !matches!(self.state, State::Waiting { .. }) {
             return Motion::default();
         }
-        if let Some(end) = self.coast {
+        // A search that is under way has forgotten the way.
+        if let Some(end) = self.coast.filter(|_| self.search == Search::None) {
             match fly(&self.ground, pose, (end, self.last_goal), limits, rule.facing) {
                 Progress::Flying(motion) => return motion,
                 Progress::Arrived | Progress::Blocked => self.coast = None,
             }
         }
-        match rule.facing {
-            Facing::Way => Motion::default(),
-            Facing::Goal => Motion { velocity: [0.0; 2], yaw_rate: limits.turn },
+        self.turn_on_the_spot()
+    }
+
+    /// Looks around, where the rule has robots look at what they fly for.
+    const fn turn_on_the_spot(&self) -> Motion {
+        match self.config.rule.facing {
+            Facing::Way => Motion { velocity: [0.0; 2], yaw_rate: 0.0 },
+            Facing::Goal => Motion { velocity: [0.0; 2], yaw_rate: self.config.limits.turn },
         }
     }
 
     /// Whether there is still something to see at a tile.
     fn is_open(&self, tile: Tile) -> bool {
-        let frame = *self.ground.frame();
-        let here = tile.cells(&frame).any(|cell| self.ground.is_frontier(cell));
+        let here = self.has_frontier(tile);
         let own = self.ledger.mark(tile);
         if own == Mark::Settled {
             return false;
@@ -506,25 +579,32 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         near.filter(|&tile| !is_taken(tile)).min_by_key(|tile| tile.steps_to(seen))
     }
 
-    /// Finds the way to the goal in the map as it is now.
-    fn plan(&mut self, now: Instant, pose: Pose2, goal: Goal) -> Goal {
+    /// Finds the way to the goal in the map as it is now; `None` while the search goes on.
+    fn plan(&mut self, now: Instant, pose: Pose2, goal: Goal) -> Option<Goal> {
+        if self.search != Search::Way {
+            self.ground.begin_search(pose.at);
+        }
         let mut found = None;
-        self.ground.search(pose.at, |map, visit| {
+        let is_over = self.ground.search(self.config.most_cells(), |map, visit| {
             if map.is_beside(visit.cell, goal.tile) {
                 found = Some(visit);
                 return ControlFlow::Break(());
             }
             ControlFlow::Continue(())
         });
+        self.search = if is_over { Search::None } else { Search::Way };
+        if !is_over {
+            return None;
+        }
         let frame = self.ground.frame();
         let seconds = found.map(|at| 2.0 * length(at.cost, frame).0 / self.config.limits.speed);
         let patience = seconds.map(|s| PATIENCE + Duration::from_millis((s * 1000.0) as u64));
-        Goal {
+        Some(Goal {
             end: found.map(|at| at.cell),
             planned: now,
             until: goal.until.or_else(|| patience.map(|patience| now + patience)),
             ..goal
-        }
+        })
     }
 
     fn give_up(&mut self, now: Instant, tile: Tile) -> Motion {
@@ -536,6 +616,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
 
     /// Waits for a goal, and asks for one at once.
     fn wait(&mut self, now: Instant) -> Motion {
+        self.search = Search::None;
         self.state = State::Waiting { since: now };
         self.bid = None;
         self.coast = None;

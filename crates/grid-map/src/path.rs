@@ -103,6 +103,8 @@ pub struct Planner<const BYTES: usize, const POOL: usize> {
     /// The first cell of each queue.
     queues: [u16; QUEUES],
     waiting: usize,
+    /// The cost of the cells in hand.
+    cost: u32,
 }
 
 impl<const BYTES: usize, const POOL: usize> Planner<BYTES, POOL> {
@@ -118,6 +120,7 @@ impl<const BYTES: usize, const POOL: usize> Planner<BYTES, POOL> {
             free: 0,
             queues: [0; QUEUES],
             waiting: 0,
+            cost: 0,
         }
     }
 
@@ -138,8 +141,17 @@ impl<const BYTES: usize, const POOL: usize> Planner<BYTES, POOL> {
         frame: &Frame,
         start: Cell,
         factor: impl Fn(Cell) -> Option<u8>,
-        mut visit: impl FnMut(Visit) -> ControlFlow<()>,
+        visit: impl FnMut(Visit) -> ControlFlow<()>,
     ) -> Result<(), PathError> {
+        self.begin(frame, start)?;
+        self.resume(usize::MAX, factor, visit).map(|_| ())
+    }
+
+    /// Begins a search from `start`, which [`resume`](Self::resume) carries out.
+    ///
+    /// # Errors
+    /// [`PathError`].
+    pub fn begin(&mut self, frame: &Frame, start: Cell) -> Result<(), PathError> {
         let room = 2 * BYTES;
         if frame.cell_count() > room {
             return Err(PathError::TooManyCells(TooManyCells { cells: frame.cell_count(), room }));
@@ -148,24 +160,43 @@ impl<const BYTES: usize, const POOL: usize> Planner<BYTES, POOL> {
             return Err(PathError::NoStart);
         }
         self.reset(frame);
-        self.push(0, start, START)?;
-        let mut cost = 0;
+        self.push(0, start, START)
+    }
+
+    /// Goes on with the search that was begun, as [`search`](Self::search), for at most `most` cells;
+    /// says whether it is over.
+    ///
+    /// # Errors
+    /// [`PathError::PoolFull`]; what was visited before is right, and the search is over.
+    pub fn resume(
+        &mut self,
+        most: usize,
+        factor: impl Fn(Cell) -> Option<u8>,
+        mut visit: impl FnMut(Visit) -> ControlFlow<()>,
+    ) -> Result<bool, PathError> {
+        let Some(frame) = self.frame else { return Ok(true) };
+        let mut left = most;
         while self.waiting > 0 {
+            if left == 0 {
+                return Ok(false);
+            }
+            let cost = self.cost;
             let Some(waiting) = self.pop(cost) else {
-                cost += 1;
+                self.cost += 1;
                 continue;
             };
             let (cell, mark) = (waiting.cell(), waiting.mark());
-            if self.mark(frame, cell) != UNREACHED {
+            if self.mark(&frame, cell) != UNREACHED {
                 continue;
             }
-            self.set_mark(frame, cell, mark);
+            left -= 1;
+            self.set_mark(&frame, cell, mark);
             if visit(Visit { cell, cost }).is_break() {
-                return Ok(());
+                return Ok(true);
             }
-            self.spread(frame, cell, cost, &factor)?;
+            self.spread(&frame, cell, cost, &factor)?;
         }
-        Ok(())
+        Ok(true)
     }
 
     /// The cell before this one on the cheapest way from the start; `None` at the start and for
@@ -191,6 +222,7 @@ impl<const BYTES: usize, const POOL: usize> Planner<BYTES, POOL> {
         self.marks = [0; BYTES];
         self.queues = [NOTHING; QUEUES];
         self.waiting = 0;
+        self.cost = 0;
         for (n, next) in self.next.iter_mut().enumerate() {
             *next = if n + 1 < POOL { n as u16 + 1 } else { NOTHING };
         }
@@ -205,9 +237,11 @@ impl<const BYTES: usize, const POOL: usize> Planner<BYTES, POOL> {
         cost: u32,
         factor: &impl Fn(Cell) -> Option<u8>,
     ) -> Result<(), PathError> {
+        // Of a cell that was visited no factor is needed, and most around one were.
         let around = STEPS.map(|(east, north)| {
             let cell = frame.beside(from, east, north)?;
-            Some((cell, factor(cell)?))
+            let is_new = self.mark(frame, cell) == UNREACHED;
+            Some((cell, if is_new { Some(factor(cell)?) } else { None }))
         });
         for (n, entry) in around.iter().enumerate() {
             let Some((cell, factor)) = *entry else { continue };
@@ -216,7 +250,7 @@ impl<const BYTES: usize, const POOL: usize> Planner<BYTES, POOL> {
             if is_diagonal && !(beside(n - 1) && beside(n + 1)) {
                 continue;
             }
-            if self.mark(frame, cell) == UNREACHED {
+            if let Some(factor) = factor {
                 let step = if is_diagonal { DIAGONAL_COST } else { STRAIGHT_COST };
                 let factor = u32::from(factor).clamp(1, MOST_FACTOR);
                 self.push(cost + step * factor, cell, FIRST_DIRECTION + n as u8)?;

@@ -38,6 +38,13 @@ pub const MOST_EXPLORERS: usize = 6;
 const RECORDS: usize = 832;
 /// The packets of others that a drone takes in a round: as many as its mailbox holds.
 const MOST_PACKETS: usize = 24;
+/// A frontier has so many unknown cells around it, of 48. Our own number: a single cell that noise has
+/// made unknown is none, nor are three.
+const LEAST_GAIN: u8 = 6;
+/// A search of ways that visits more cells goes on in the next round.
+const SEARCH_CELLS: u16 = 10_000;
+/// The comparison of marks with the map is spread over the five rounds of a second.
+const REFRESH_STEPS: u8 = 5;
 /// What a beam hits within this of another drone is that drone: half its width, and how far it flies
 /// until it tells its place again, m.
 const DRONE: f32 = 0.35;
@@ -80,7 +87,14 @@ impl Exploration {
 
 /// The robot that the drone is for `frontier`, under our rule.
 const fn config_of(id: NodeId, config: &ExploreConfig) -> Config {
-    Config { number: id.0, rule: Rule::OURS, limits: config.limits() }
+    Config {
+        number: id.0,
+        rule: Rule::OURS,
+        limits: config.limits(),
+        least_gain: LEAST_GAIN,
+        refresh_steps: REFRESH_STEPS,
+        search_cells: SEARCH_CELLS,
+    }
 }
 
 /// What a drone that explores knows beside its [`Exploration`].
