@@ -42,7 +42,7 @@ const MOST_PACKETS: usize = 24;
 /// made unknown is none, nor are three.
 const LEAST_GAIN: u8 = 6;
 /// A search of ways that visits more cells goes on in the next round.
-const SEARCH_CELLS: u16 = 10_000;
+const SEARCH_CELLS: u16 = 8_000;
 /// The comparison of marks with the map is spread over the five rounds of a second.
 const REFRESH_STEPS: u8 = 5;
 /// What a beam hits within this of another drone is that drone: half its width, and how far it flies
