@@ -20,6 +20,7 @@
 compile_error!("choose exactly one board: feature crazyflie-2-1 or crazyflie-2-1-plus");
 
 pub(crate) mod bus;
+pub(crate) mod ccm;
 pub(crate) mod clock;
 mod crazyflie_2_1;
 pub(crate) mod deadline;

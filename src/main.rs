@@ -37,15 +37,15 @@ use embassy_sync::mutex::Mutex;
 use static_cell::StaticCell;
 use storage::board_name::Board;
 
-use board::identity;
 use board::motors::{self, Motors};
 use board::{DeckParts, FlowParts, ImuParts, Lamps, RadioParts};
+use board::{ccm, identity};
 use safety::{panic, reset, restart_mark};
 use tasks::drone::{self, Shared};
 use tasks::imu::{self, ImuBus};
 use tasks::rangers::{self, DeckBus};
 use tasks::store::LastRun;
-use tasks::{control, flow, health, lamps, mission, radio, replay, store};
+use tasks::{control, exploration, flow, health, lamps, mission, radio, replay, store};
 
 /// The executor of the inertial sensor and the control loop. Only the interrupts that wake these
 /// tasks have a higher priority.
@@ -64,6 +64,7 @@ fn main() -> ! {
     let crash = panic::take_crash_record();
     let mark = restart_mark::take();
     reset::start_watchdog();
+    ccm::clear();
     probe::UCHAIN_PROBE.begin();
     defmt::info!("uchain-firmware {=str}, started by {}", env!("CARGO_PKG_VERSION"), cause);
     defmt::info!("brown-out below {=u16} mV", reset::brown_out_millivolts());
@@ -134,12 +135,15 @@ fn start(
         panic::give_up("the drone was shared twice");
     };
     let shared: &'static Shared = shared;
+    let Some(exploration) = exploration::take() else {
+        panic::give_up("the exploration's memory was taken twice");
+    };
     spawner.spawn(granted(store::run(decks, shared, last_run)));
     spawner.spawn(granted(radio::receive(radio.receive, shared)));
     spawner.spawn(granted(radio::transmit(radio.transmit, radio.wait, shared)));
     spawner.spawn(granted(flow::run(flow)));
     spawner.spawn(granted(rangers::run(decks)));
-    spawner.spawn(granted(mission::run(shared)));
+    spawner.spawn(granted(mission::run(shared, exploration)));
     spawner.spawn(granted(replay::run(shared)));
     spawner.spawn(granted(lamps::run(lamps, last_run.failed, shared)));
     spawner.spawn(granted(health::run(shared)));

@@ -8,6 +8,7 @@
 //! | [`rangers`] | the task that reads the rangers |
 //! | [`drone`] | the one `onboard::Drone`, which the tasks of the thread share |
 //! | [`mission`] | the task that steps it, 5 Hz |
+//! | [`exploration`] | the memory of a drone that explores |
 //! | [`replay`] | the task that replays recorded packets for a debug probe |
 //! | [`radio`] | the tasks that talk to the radio chip |
 //! | [`store`] | the task that keeps settings, keys and epochs in the EEPROM |
@@ -17,6 +18,7 @@
 
 pub(crate) mod control;
 pub(crate) mod drone;
+pub(crate) mod exploration;
 pub(crate) mod flow;
 pub(crate) mod health;
 pub(crate) mod imu;

@@ -24,7 +24,10 @@ pub const fn state(code: u8) -> &'static str {
         16 => "surveying",
         17 => "going to its place before the passage",
         18 => "crossing the passage",
-        19 => "looking for a spot at which to land",
+        19 => "hovering: it does not know its position",
+        20 => "waiting for a goal, and looking around",
+        21 => "flying to what is not known yet",
+        22 => "looking for a spot at which to land",
         _ => "in a state that this station does not know",
     }
 }
@@ -32,7 +35,7 @@ pub const fn state(code: u8) -> &'static str {
 /// Whether a drone in the state with this code is in the air.
 #[must_use]
 pub const fn is_airborne(state: u8) -> bool {
-    matches!(state, 2..=7 | 10..=12 | 14..=19)
+    matches!(state, 2..=7 | 10..=12 | 14..=22)
 }
 
 /// What is wrong with a drone whose fault has this code; `None` for nothing.

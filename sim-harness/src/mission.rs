@@ -45,7 +45,7 @@ mod track;
 mod view;
 
 use onboard::Sensed;
-use units::{Radians, Role};
+use units::{Metres, Radians, Role};
 use wire::p2p;
 use wire::radio::Datarate;
 
@@ -71,8 +71,8 @@ pub use parts::Part;
 use parts::Stopwatch;
 pub use recorded::{RecordedChannel, Residual};
 pub(crate) use sections::{
-    AgentTables, DronesTable, LaunchTable, LossTable, MOST_DRONES, PilotTable, PolicyTable,
-    RetreatTable, SwarmTable,
+    AgentTables, DronesTable, ExploreTable, LaunchTable, LossTable, MOST_DRONES, PilotTable,
+    PolicyTable, RetreatTable, SwarmTable,
 };
 pub use sections::{Drones, Loss, LossKind, PilotStep, Start};
 use strengths::Strengths;
@@ -237,6 +237,13 @@ impl Mission<'_> {
         match &mut member.onboard {
             Onboard::Hosted(_) => self.step_hosted(n),
             Onboard::Emulated(emulated) => {
+                if let Some(fix) = &member.senses.fix {
+                    emulated.locate(self.now_us, fix, Metres(member.body.height()));
+                    if !matches!(self.source, Source::Clients) {
+                        // Only a client reads what the radio chip acknowledges with.
+                        emulated.take_answers(|_| {});
+                    }
+                }
                 member.outputs = emulated.outputs();
                 if let Some(outputs) = member.outputs {
                     member.body.note(outputs.setpoint);

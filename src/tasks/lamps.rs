@@ -14,7 +14,7 @@
 use embassy_stm32::gpio::{Level, Output};
 use embassy_time::{Duration, Ticker};
 use flight::{Mode, NotReady};
-use onboard::{ChainDuty, Duty, LinkHealth, State, SwarmDuty};
+use onboard::{ChainDuty, Duty, ExploreDuty, LinkHealth, State, SwarmDuty};
 use units::Role;
 
 use crate::board::Lamps;
@@ -114,6 +114,11 @@ fn of_state(state: State) -> Frame {
             SwarmDuty::Surveying => GAP_1,
             SwarmDuty::Gathering | SwarmDuty::Crossing => GAP_2,
             SwarmDuty::Hovering { .. } => GAP_3,
+        },
+        State::OnMission(Duty::Explore(duty)) => match duty {
+            ExploreDuty::Exploring { .. } => GAP_1,
+            ExploreDuty::Waiting => GAP_2,
+            ExploreDuty::Lost { .. } => GAP_3,
         },
         State::OnMission(Duty::Chain(duty)) => match duty {
             ChainDuty::Leading { .. } => GAP_1,

@@ -5,7 +5,7 @@
 
 use core::mem::discriminant;
 
-use agent::AgentConfig;
+use agent::{AgentConfig, Exploration, Inputs};
 use embassy_time::{Duration, Ticker};
 use flight::Command;
 use onboard::{Outputs, Sensed, State};
@@ -35,13 +35,13 @@ pub(crate) fn stop_motors() {
 
 /// The task.
 #[embassy_executor::task]
-pub(crate) async fn run(shared: &'static Shared) -> ! {
+pub(crate) async fn run(shared: &'static Shared, exploration: &'static mut Exploration) -> ! {
     let mut ticker = Ticker::every(ROUND);
     let mut state = State::Idle;
     loop {
         ticker.next().await;
         health::sign(Task::Mission);
-        if let Some(outputs) = shared.tell(round) {
+        if let Some(outputs) = shared.tell(|drone| round(drone, exploration)) {
             log_change(state, &outputs);
             state = outputs.agent.status.state;
         }
@@ -49,10 +49,10 @@ pub(crate) async fn run(shared: &'static Shared) -> ! {
 }
 
 /// One round: sense, decide, publish.
-fn round(drone: &mut Drone) -> Outputs {
+fn round(drone: &mut Drone, exploration: &mut Exploration) -> Outputs {
     let now = clock::now();
     drone.note_hardware(radio::hardware_fault());
-    let outputs = step(drone, now, &sensed(now));
+    let outputs = step(drone, now, &sensed(now), exploration);
     COMMAND.set(Command { setpoint: outputs.board_setpoint(), given: now });
     outputs
 }
@@ -65,8 +65,14 @@ fn sensed(now: Instant) -> Sensed {
 
 /// Steps the drone. It is not inlined, so that `.ci/sizes` can measure it and all that it calls.
 #[inline(never)]
-fn step(drone: &mut Drone, now: Instant, sensed: &Sensed) -> Outputs {
-    drone.step_shown(now, sensed, |inputs, outputs| UCHAIN_PROBE.show_round(now, inputs, outputs))
+fn step(
+    drone: &mut Drone,
+    now: Instant,
+    sensed: &Sensed,
+    exploration: &mut Exploration,
+) -> Outputs {
+    let show = |inputs: &Inputs<'_>, outputs: &_| UCHAIN_PROBE.show_round(now, inputs, outputs);
+    drone.step_shown(now, sensed, Some(exploration), show)
 }
 
 fn log_change(before: State, outputs: &Outputs) {

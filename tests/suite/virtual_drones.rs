@@ -6,16 +6,16 @@
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
-use agent::{Agent, AgentConfig};
+use agent::{Agent, AgentConfig, Duty, Exploration, ExploreDuty, State};
 use onboard::Snapshot;
 use onboard::probe::Round;
 use rayon::ThreadPoolBuilder;
 use sim_harness::bodies::emulated::{Emulated, Firmware};
 use sim_harness::measure::metrics::{Reference, RunMetrics, Watch};
 use sim_harness::mission::{Mission, World};
-use sim_harness::scenario::Scenario;
+use sim_harness::scenario::{Fidelity, Scenario};
 use sim_harness::serve::{Live, World as _};
-use units::{NodeId, Role};
+use units::{MissionKind, NodeId, Payload, Role};
 
 /// The ELF, read once.
 pub(crate) fn firmware() -> &'static Firmware {
@@ -258,4 +258,78 @@ fn served_virtual_drones_answer_their_clients_and_fly_by_their_orders() {
     assert!(answers.iter().any(named), "{answers:?}");
     let state = live.state(0).map(|state| state.name());
     assert_eq!(state, Some("leading"), "the head flies by the order of a client");
+}
+
+/// A drone of a swarm takes off only where it knows its place in the room: the fixes of the
+/// scenario's positioning system reach the agent in the ELF through radio chip, serial line and
+/// CRTP server.
+#[test]
+#[ignore = "needs the firmware's ELF: `cargo fw` makes it"]
+fn a_virtual_drone_of_a_swarm_takes_off_by_fixes_alone() {
+    let states = |fixes: bool| {
+        let mut scenario = Scenario::open("swarm-b").unwrap_or_else(|why| panic!("{why}"));
+        scenario.vehicle.position_noise = scenario.vehicle.position_noise.filter(|_| fixes);
+        let world = World::of(&scenario);
+        let drones = (0..3).map(|node| Emulated::new(&scenario, firmware(), NodeId(node), 1));
+        let mut mission = Mission::emulated(&scenario, &world, 1, drones.collect());
+        mission.advance(9_000_000);
+        assert_eq!(mission.halted(), None);
+        let bodies = mission.bodies().zip(mission.states()).take(3);
+        bodies.map(|(body, state)| (state.name(), body.height() > 0.2)).collect::<Vec<_>>()
+    };
+    assert_eq!(states(true), [("surveying", true); 3]);
+    assert_eq!(states(false), [("armed", false); 3]);
+}
+
+/// Two drones whose firmware runs on emulated Crazyflies explore a room, and each of their decisions is
+/// that of the agent on the host with the same inputs. What they tell each other is in the inputs, so
+/// that a message of the chip is the host's, too.
+#[test]
+#[ignore = "needs the firmware's ELF: `cargo fw` makes it"]
+fn two_virtual_drones_explore_a_room_and_decide_as_the_host_does() {
+    let room = Scenario::open("explore-room").unwrap_or_else(|why| panic!("{why}"));
+    let fidelity = Fidelity::Virtual;
+    let scenario = Scenario { duration_us: 60_000_000, fidelity, ..room };
+    let flown = fly(&scenario, Some(firmware()), 2);
+    let explore = flown.metrics.explore.expect("the metrics of an exploration");
+    assert!(explore.explored > 0.9, "{explore:?}");
+    let touches = (flown.metrics.wall_contacts, flown.metrics.drone_contacts);
+    assert_eq!(touches, (0, 0));
+    let mut told: Vec<Vec<Payload>> = Vec::new();
+    let mut heard: Vec<Vec<Payload>> = Vec::new();
+    for (node, decisions) in flown.decisions.iter().enumerate() {
+        let id = NodeId(node as u8);
+        let mut agent = Agent::new(id, Role::usual_of(id), MissionKind::Explore);
+        let mut exploration = Box::new(Exploration::NEW);
+        let (mut says, mut hears) = (Vec::new(), Vec::new());
+        let mut goals = 0;
+        for (n, Round { now, inputs, outputs: there }) in decisions.iter().enumerate() {
+            let config = &AgentConfig::DEFAULT;
+            let memory = Some(&mut *exploration);
+            let here = agent.step_exploring(config, *now, &inputs.borrow(), memory);
+            assert_eq!(
+                format!("{here:?}"),
+                format!("{there:?}"),
+                "drone {node}, step {n}: {inputs:?}"
+            );
+            let duty = here.status.state;
+            goals += u32::from(matches!(
+                duty,
+                State::OnMission(Duty::Explore(ExploreDuty::Exploring { .. }))
+            ));
+            says.extend_from_slice(agent.messages());
+            hears.extend(inputs.told.iter().map(|told| told.payload));
+        }
+        assert!(goals > 50, "drone {node} had a goal in {goals} rounds");
+        told.push(says);
+        heard.push(hears);
+    }
+    for (node, hears) in heard.iter().enumerate() {
+        let others = &told[1 - node];
+        assert!(hears.len() > 50, "drone {node} heard {} messages", hears.len());
+        assert!(
+            hears.iter().all(|one| others.contains(one)),
+            "drone {node} heard the host's alone"
+        );
+    }
 }

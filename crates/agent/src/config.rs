@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use crate::SwarmConfig;
+use crate::{ExploreConfig, SwarmConfig};
 use chain::astray::AstrayConfig;
 use chain::launch::LaunchConfig;
 use chain::perching::PerchConfig;
@@ -39,6 +39,8 @@ pub struct AgentConfig {
     pub flight: FlightConfig,
     /// The plan of a swarm, and the rules by which it flies.
     pub swarm: SwarmConfig,
+    /// The area that drones explore together, and how they fly there.
+    pub explore: ExploreConfig,
 }
 
 impl AgentConfig {
@@ -55,6 +57,7 @@ impl AgentConfig {
         nav: NavConfig::DEFAULT,
         flight: FlightConfig::DEFAULT,
         swarm: SwarmConfig::DEFAULT,
+        explore: ExploreConfig::DEFAULT,
     };
 
     /// The same with other limits for links; `None` leaves one as it is.

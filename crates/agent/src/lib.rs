@@ -29,7 +29,8 @@
 //! A drone that comes back from a fault begins as Landed ([`Agent::restarted`]).
 //!
 //! A swarm ([`SwarmDuty`]) surveys, gathers and crosses a passage, and hovers where it does not know
-//! its position. The duties of the chain ([`ChainDuty`]):
+//! its position. Explorers ([`ExploreDuty`]) wait for a goal or fly to it, and land when nothing is left.
+//! The duties of the chain ([`ChainDuty`]):
 //!
 //! ```text
 //!   Leading (head) ⇄ BackingUp      back link weak or lost; lands where it stays lost
@@ -55,6 +56,7 @@ pub use config::{AgentConfig, ConfigError, FlightConfig};
 pub use io::{BodyVelocity, Fitness, Inputs, LinkView, Located, Outputs, Status, Told};
 pub use mission::Duty;
 pub use mission::chain::ChainDuty;
+pub use mission::explore::{Exploration, ExploreConfig, ExploreDuty, MOST_EXPLORERS};
 pub use mission::swarm::{SwarmConfig, SwarmDuty};
 pub use odometry::{Reckoning, odometer_deviation};
 pub use state::{LandReason, State};
@@ -188,9 +190,21 @@ impl Agent {
     /// Carries out one round. `now` must not run backwards; a negative time since the last step counts
     /// as none.
     pub fn step(&mut self, config: &AgentConfig, now: Instant, inputs: &Inputs<'_>) -> Outputs {
+        self.step_exploring(config, now, inputs, None)
+    }
+
+    /// Carries out one round as [`step`](Self::step) does, with the memory that the mission explore
+    /// needs: without it a drone of that mission does not take off. It must be the same in each round.
+    pub fn step_exploring(
+        &mut self,
+        config: &AgentConfig,
+        now: Instant,
+        inputs: &Inputs<'_>,
+        exploration: Option<&mut Exploration>,
+    ) -> Outputs {
         let dt = self.last_step.map_or(Duration::ZERO, |last| now.since(last)).min(LONGEST_STEP);
         self.last_step = Some(now);
-        self.listen(config, now, dt, inputs);
+        self.listen(config, now, dt, inputs, exploration);
 
         let round = self.round(now);
         let Inputs { fitness, height, .. } = *inputs;
@@ -208,7 +222,14 @@ impl Agent {
     }
 
     /// Takes in the motion, the packets and the orders since the last step.
-    fn listen(&mut self, config: &AgentConfig, now: Instant, dt: Duration, inputs: &Inputs<'_>) {
+    fn listen(
+        &mut self,
+        config: &AgentConfig,
+        now: Instant,
+        dt: Duration,
+        inputs: &Inputs<'_>,
+        exploration: Option<&mut Exploration>,
+    ) {
         let is_airborne = self.state.is_airborne();
         let flown = self.odometry.step(inputs, is_airborne, dt);
         let velocity = match config.policy.estimates_slopes() {
@@ -216,7 +237,7 @@ impl Agent {
             false => along_tunnel(inputs.velocity, is_airborne).unwrap_or(MetresPerSecond::ZERO),
         };
         let round = self.round(now);
-        self.mission.listen(config, &round, dt, velocity, inputs);
+        self.mission.listen(config, &round, dt, velocity, inputs, exploration);
         self.recalled |= inputs.heard.iter().any(|heard| heard.report.recall);
         if let Some(task) = inputs.order {
             self.heeded = Some(Heeded { task, at: now });

@@ -5,6 +5,7 @@
 //! in the air asks for the next [`Duty`] and for a [`Wish`].
 
 pub(crate) mod chain;
+pub(crate) mod explore;
 pub(crate) mod swarm;
 
 use core::ops::ControlFlow;
@@ -18,6 +19,7 @@ use units::{
 
 use crate::{AgentConfig, Inputs, LandReason, LinkView, Reckoning};
 use chain::{Chain, ChainDuty};
+use explore::{Exploration, Explore, ExploreDuty};
 use swarm::{Swarm, SwarmDuty};
 
 /// What a drone does in the air for its mission.
@@ -29,6 +31,8 @@ pub enum Duty {
     Chain(ChainDuty),
     /// A duty in a swarm.
     Swarm(SwarmDuty),
+    /// A duty of a drone that explores.
+    Explore(ExploreDuty),
 }
 
 impl Duty {
@@ -38,6 +42,7 @@ impl Duty {
         match self {
             Self::Chain(duty) => duty.name(),
             Self::Swarm(duty) => duty.name(),
+            Self::Explore(duty) => duty.name(),
         }
     }
 
@@ -47,6 +52,7 @@ impl Duty {
         match self {
             Self::Chain(duty) => duty.code(),
             Self::Swarm(duty) => duty.code(),
+            Self::Explore(duty) => duty.code(),
         }
     }
 
@@ -54,7 +60,7 @@ impl Duty {
     pub(crate) const fn phase(&self) -> Phase {
         match self {
             Self::Chain(duty) => duty.phase(),
-            Self::Swarm(_) => Phase::Linked,
+            Self::Swarm(_) | Self::Explore(_) => Phase::Linked,
         }
     }
 }
@@ -181,6 +187,8 @@ pub(crate) enum Mission {
     Chain(Chain),
     /// A swarm that surveys, gathers and crosses a passage.
     Swarm(Swarm),
+    /// Drones that explore a place together.
+    Explore(Explore),
 }
 
 impl Mission {
@@ -191,6 +199,7 @@ impl Mission {
         match kind {
             MissionKind::Chain => Self::Chain(Chain::new()),
             MissionKind::Swarm => Self::Swarm(Swarm::new()),
+            MissionKind::Explore => Self::Explore(Explore::new()),
         }
     }
 
@@ -199,6 +208,7 @@ impl Mission {
         match self {
             Self::Chain(_) => MissionKind::Chain,
             Self::Swarm(_) => MissionKind::Swarm,
+            Self::Explore(_) => MissionKind::Explore,
         }
     }
 
@@ -208,6 +218,7 @@ impl Mission {
         match self {
             Self::Chain(_) => Duty::Chain(ChainDuty::at_place(role, patient_until)),
             Self::Swarm(_) => Duty::Swarm(SwarmDuty::first(patient_until)),
+            Self::Explore(_) => Duty::Explore(ExploreDuty::first()),
         }
     }
 
@@ -219,10 +230,12 @@ impl Mission {
         dt: Duration,
         velocity: MetresPerSecond,
         inputs: &Inputs<'_>,
+        exploration: Option<&mut Exploration>,
     ) {
         match self {
             Self::Chain(chain) => chain.listen(config, round, dt, velocity, inputs),
             Self::Swarm(swarm) => swarm.listen(config, round, inputs),
+            Self::Explore(explore) => explore.listen(config, round, inputs, exploration),
         }
     }
 
@@ -239,6 +252,7 @@ impl Mission {
                 let knows = swarm.is_located();
                 Call { arms: knows, stays_armed: knows, takes_off: knows }
             }
+            Self::Explore(explore) => explore.call(),
         }
     }
 
@@ -246,7 +260,7 @@ impl Mission {
     pub(crate) fn note_home(&mut self) {
         match self {
             Self::Chain(chain) => chain.note_home(),
-            Self::Swarm(_) => {}
+            Self::Swarm(_) | Self::Explore(_) => {}
         }
     }
 
@@ -264,8 +278,11 @@ impl Mission {
             (Self::Swarm(swarm), Duty::Swarm(duty)) => {
                 swarm.next_duty(config, round, duty).map_continue(Duty::Swarm)
             }
+            (Self::Explore(explore), Duty::Explore(duty)) => {
+                explore.next_duty(config, round, duty).map_continue(Duty::Explore)
+            }
             // The drone was never on another mission than the one that it flies.
-            (Self::Chain(_), Duty::Swarm(_)) | (Self::Swarm(_), Duty::Chain(_)) => {
+            (Self::Chain(_) | Self::Swarm(_) | Self::Explore(_), _) => {
                 Next::Break(LandReason::Ordered)
             }
         }
@@ -276,7 +293,8 @@ impl Mission {
         match (self, duty) {
             (Self::Chain(chain), Duty::Chain(duty)) => chain.wish(config, round, duty),
             (Self::Swarm(swarm), Duty::Swarm(_)) => swarm.wish(config),
-            (Self::Chain(_), Duty::Swarm(_)) | (Self::Swarm(_), Duty::Chain(_)) => Wish::Along {
+            (Self::Explore(explore), Duty::Explore(_)) => explore.wish(config),
+            (Self::Chain(_) | Self::Swarm(_) | Self::Explore(_), _) => Wish::Along {
                 speed: MetresPerSecond::ZERO,
                 height: config.flight.height,
                 guide: Guide::NONE,
@@ -288,7 +306,7 @@ impl Mission {
     pub(crate) fn estimates(&self) -> impl Iterator<Item = (NodeId, LinkEstimate)> {
         let chain = match self {
             Self::Chain(chain) => Some(chain),
-            Self::Swarm(_) => None,
+            Self::Swarm(_) | Self::Explore(_) => None,
         };
         chain.into_iter().flat_map(Chain::estimates)
     }
@@ -297,7 +315,7 @@ impl Mission {
     pub(crate) fn views(&self) -> [Option<LinkView>; 2] {
         match self {
             Self::Chain(chain) => chain.views(),
-            Self::Swarm(_) => [None; 2],
+            Self::Swarm(_) | Self::Explore(_) => [None; 2],
         }
     }
 
@@ -305,7 +323,7 @@ impl Mission {
     pub(crate) fn passed_on(&mut self, config: &AgentConfig, round: &Round) -> PassedOn {
         match self {
             Self::Chain(chain) => chain.passed_on(config, round),
-            Self::Swarm(_) => PassedOn::NOTHING,
+            Self::Swarm(_) | Self::Explore(_) => PassedOn::NOTHING,
         }
     }
 
@@ -314,6 +332,7 @@ impl Mission {
         match self {
             Self::Chain(_) => {}
             Self::Swarm(swarm) => swarm.tell(round, outbox),
+            Self::Explore(explore) => explore.tell(outbox),
         }
     }
 }

@@ -3,6 +3,7 @@
 use heapless::Vec;
 use units::{Metres, Point2};
 
+use crate::list::filled;
 use crate::rule::{Order, Rule, Utility};
 
 /// Below this sum of distances the term of the others in the utility no longer grows (m). Our own
@@ -50,9 +51,8 @@ pub fn assign<const ROBOTS: usize>(
     places: &mut [Place],
     robots: &impl Distances,
 ) -> Vec<Assignment, ROBOTS> {
-    let mut waiting: Vec<Waiting, ROBOTS> = (0..robots.robots().min(ROBOTS))
-        .map(|robot| Waiting { robot, bound: f32::INFINITY })
-        .collect();
+    let all = (0..robots.robots()).map(|robot| Waiting { robot, bound: f32::INFINITY });
+    let mut waiting: Vec<Waiting, ROBOTS> = filled(all);
     let mut assigned = Vec::new();
     while !waiting.is_empty() {
         let next = match rule.order {
@@ -61,14 +61,14 @@ pub fn assign<const ROBOTS: usize>(
         };
         let Some(asker) = waiting.get(next).copied() else { break };
         let Some((utility, place)) = best_of(rule, places, robots, asker.robot) else {
-            waiting.remove(next);
+            waiting.retain(|one| one.robot != asker.robot);
             continue;
         };
         if let Some(asker) = waiting.get_mut(next) {
             asker.bound = utility;
         }
         if rule.order == Order::ByNumber || highest(&waiting) == next {
-            waiting.remove(next);
+            waiting.retain(|one| one.robot != asker.robot);
             if let Some(at) = places.get(place).map(|place| place.position) {
                 take(rule, places, at);
             }

@@ -22,6 +22,12 @@ pub(crate) const BESIDE: u16 = 4;
 
 /// A map, and shortest ways in it. [`Atlas`] is the one with a fixed size.
 pub trait Ground {
+    /// Forgets everything, and lies in another frame from now on.
+    ///
+    /// # Errors
+    /// [`TooManyCells`] where the frame has more cells than there is room for; the ground stays as it
+    /// was.
+    fn begin(&mut self, frame: Frame) -> Result<(), TooManyCells>;
     /// Where the cells lie.
     fn frame(&self) -> &Frame;
     /// What is known of a cell.
@@ -34,9 +40,16 @@ pub trait Ground {
     fn is_frontier(&self, cell: Cell) -> bool;
     /// How many cells around a frontier are unknown, as [`GridMap::gain`].
     fn gain(&self, cell: Cell) -> u8;
-    /// Searches ways from a point to all cells that can be reached, over unknown cells too, nearest
-    /// first; `visit` hears of each cell once, with the map as it is, and may end the search.
-    fn search(&mut self, from: Point2, visit: impl FnMut(&Self::Map, Visit) -> ControlFlow<()>);
+    /// Begins to search ways from a point to all cells that can be reached, over unknown cells too,
+    /// nearest first.
+    fn begin_search(&mut self, from: Point2);
+    /// Goes on with the search for at most `most` cells; says whether it is over. `visit` hears of each
+    /// cell once, with the map as it is, and may end the search.
+    fn search(
+        &mut self,
+        most: usize,
+        visit: impl FnMut(&Self::Map, Visit) -> ControlFlow<()>,
+    ) -> bool;
     /// Whether a cell is too near to an obstacle of the map that was last searched.
     fn is_near_wall(&self, cell: Cell) -> bool;
     /// The cell before this one on the way that the last search found; `None` at the start.
@@ -92,9 +105,11 @@ pub struct Atlas<const BYTES: usize, const PAIRS: usize, const POOL: usize, cons
     near_wall: CellSet<BITS>,
     /// Where the robot has been, which leads it out of where it got in before it saw the walls.
     trail: CellSet<BITS>,
+    /// Where the last search began.
+    start: Option<Cell>,
 }
 
-/// The ground of a drone: up to 160 by 160 cells, 46 kB.
+/// The ground of a drone: up to 160 by 160 cells, 41 kB.
 pub type Atlas160 = Atlas<6_400, 12_800, 2_560, 3_200>;
 /// Up to 256 by 256 cells.
 pub type Atlas256 = Atlas<16_384, 32_768, 4_096, 8_192>;
@@ -115,7 +130,7 @@ impl<const BYTES: usize, const PAIRS: usize, const POOL: usize, const BITS: usiz
         match GridMap::new(frame) {
             Ok(map) => {
                 let (planner, near_wall, trail) = (Planner::new(), CellSet::EMPTY, CellSet::EMPTY);
-                Ok(Self { map, planner, near_wall, trail })
+                Ok(Self { map, planner, near_wall, trail, start: None })
             }
             Err(error) => Err(error),
         }
@@ -126,6 +141,16 @@ impl<const BYTES: usize, const PAIRS: usize, const POOL: usize, const BITS: usiz
     for Atlas<BYTES, PAIRS, POOL, BITS>
 {
     type Map = GridMap<BYTES>;
+
+    fn begin(&mut self, frame: Frame) -> Result<(), TooManyCells> {
+        let Self { map, planner, near_wall, trail, start } = self;
+        map.begin(frame)?;
+        *start = None;
+        planner.clear();
+        near_wall.clear();
+        trail.clear();
+        Ok(())
+    }
 
     fn map(&self) -> &Self::Map {
         &self.map
@@ -161,15 +186,22 @@ impl<const BYTES: usize, const PAIRS: usize, const POOL: usize, const BITS: usiz
         self.map.gain(cell)
     }
 
+    fn begin_search(&mut self, from: Point2) {
+        let Self { map, planner, near_wall, start, .. } = self;
+        near_wall.mark_around_obstacles(map);
+        let frame = map.frame();
+        // From outside the grid no cell is reached.
+        *start = frame.cell_at(from).filter(|&cell| planner.begin(frame, cell).is_ok());
+    }
+
     fn search(
         &mut self,
-        from: Point2,
+        most: usize,
         mut visit: impl FnMut(&Self::Map, Visit) -> ControlFlow<()>,
-    ) {
-        let Self { map, planner, near_wall, trail } = self;
+    ) -> bool {
+        let Self { map, planner, near_wall, trail, start } = self;
         let frame = *map.frame();
-        let Some(start) = frame.cell_at(from) else { return };
-        near_wall.mark_around_obstacles(map);
+        let Some(start) = *start else { return true };
         let factor = |cell: Cell| {
             let off = cell.column.abs_diff(start.column).max(cell.row.abs_diff(start.row));
             match map.state(cell) {
@@ -186,7 +218,7 @@ impl<const BYTES: usize, const PAIRS: usize, const POOL: usize, const BITS: usiz
         };
         // Where more cells wait than there is room for, what was visited before is right; a robot
         // finds the rest when it is nearer.
-        let _ = planner.search(&frame, start, factor, |at| visit(map, at));
+        planner.resume(most, factor, |at| visit(map, at)).unwrap_or(true)
     }
 
     fn is_near_wall(&self, cell: Cell) -> bool {
@@ -206,6 +238,10 @@ struct CellSet<const BITS: usize> {
 
 impl<const BITS: usize> CellSet<BITS> {
     const EMPTY: Self = Self { bits: [0; BITS] };
+
+    const fn clear(&mut self) {
+        self.bits = [0; BITS];
+    }
 
     fn mark_around_obstacles<const BYTES: usize>(&mut self, map: &GridMap<BYTES>) {
         self.bits = [0; BITS];

@@ -2,7 +2,7 @@
 
 use core::ops::ControlFlow;
 
-use grid_map::{Cell, Visit};
+use grid_map::Cell;
 use heapless::Vec;
 use units::{Duration, Instant, Metres, Pose2};
 
@@ -10,7 +10,7 @@ use crate::assignment::utility;
 use crate::atlas::{Ground, Sight, length};
 use crate::board::Candidate;
 use crate::cluster::RobotSet;
-use crate::explorer::{Explorer, MOST_TARGETS, Outputs, State, is_due};
+use crate::explorer::{Explorer, MOST_TARGETS, Search, State, is_due};
 use crate::flight::{Gaze, first_turn};
 use crate::packet::{Activity, Bid, Body, MOST_BIDS, Task};
 use crate::rule::Facing;
@@ -25,23 +25,21 @@ const STOP_AFTER: Duration = Duration::from_millis(2_000);
 
 /// A candidate to which a way is looked for.
 #[derive(Clone, Copy, Debug)]
-struct Target {
+pub(crate) struct Target {
     tile: Tile,
     gain: Gain,
-    /// The cell at the end of the way, with its cost.
-    found: Option<Visit>,
+    /// The cell at the end of the way, with its cost, where one was found; a way of 1,300 m and more
+    /// counts as that.
+    found: Option<(Cell, u16)>,
 }
 
-type Targets = Vec<Target, MOST_TARGETS>;
+pub(crate) type Targets = Vec<Target, MOST_TARGETS>;
 
 impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, RECORDS> {
     /// Bids for a goal where the robot has none.
-    pub(crate) fn bid(&mut self, now: Instant, pose: Pose2, members: RobotSet, out: &mut Outputs) {
-        let Some(since) = self.without_goal_since().filter(|_| is_due(self.bid, now)) else {
-            return;
-        };
-        self.bid = Some(now);
-        let bids = self.bids(now, pose);
+    pub(crate) fn bid(&mut self, now: Instant, pose: Pose2, members: RobotSet) {
+        let Some(since) = self.without_goal_since() else { return };
+        let Some(bids) = self.bids(now, pose) else { return };
         self.note_whether_idle(now, since, bids.is_empty() && self.team.is_up_to_date(members));
         if now.since(since) >= ALONE_AFTER
             && let Some(tile) = self.free_bid(&bids, members)
@@ -51,7 +49,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         }
         let leads = self.team.leader(members) == Some(self.config.number);
         if !leads && !bids.is_empty() {
-            self.send(Body::Bids(bids.clone()), out);
+            self.send(Body::Bids(bids.clone()));
         }
         if let Some(own) = self.team.member_mut(self.config.number) {
             own.bids = bids;
@@ -61,11 +59,8 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
 
     /// Chooses a goal without the others, and stops where there is none.
     pub(crate) fn choose_alone(&mut self, now: Instant, pose: Pose2) {
-        let Some(since) = self.without_goal_since().filter(|_| is_due(self.bid, now)) else {
-            return;
-        };
-        self.bid = Some(now);
-        let bids = self.bids(now, pose);
+        let Some(since) = self.without_goal_since() else { return };
+        let Some(bids) = self.bids(now, pose) else { return };
         self.note_whether_idle(now, since, bids.is_empty());
         match (bids.first(), self.state) {
             (Some(best), _) => self.take(now, Task::Go(best.tile)),
@@ -80,7 +75,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
     /// each candidate.
     pub(crate) fn find_idle(&mut self, now: Instant, members: RobotSet) {
         let Some(since) = self.without_goal_since() else { return };
-        let is_barred = |candidate: Candidate| self.is_barred(candidate.tile, now);
+        let is_barred = |candidate: Candidate| self.barred.holds(candidate.tile, now);
         let has_none = self.team.board.candidates().all(is_barred);
         self.note_whether_idle(now, since, has_none && self.team.is_up_to_date(members));
     }
@@ -93,7 +88,8 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
     }
 
     fn note_whether_idle(&mut self, now: Instant, since: Instant, has_none: bool) {
-        let is_idle = has_none && !self.has_bars_to_come(now);
+        let is_idle =
+            has_none && !self.barred.has_to_come(now, |tile| self.team.board.is_candidate(tile));
         self.state = match self.state {
             State::Waiting { .. } if is_idle => State::Idle { since: now },
             State::Idle { .. } if !is_idle => State::Waiting { since: now },
@@ -113,35 +109,54 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         bids.iter().map(|bid| bid.tile).find(|&tile| !is_taken(tile))
     }
 
-    /// The candidates that this robot would go to, best first.
-    fn bids(&mut self, now: Instant, pose: Pose2) -> Vec<Bid, MOST_BIDS> {
-        let mut targets = Targets::new();
-        let candidates = self.team.board.candidates();
-        for open in candidates.filter(|open| !self.is_barred(open.tile, now)) {
+    /// The candidates that this robot would go to, best first; `None` while it is not yet time to bid
+    /// again, or the search of ways goes on.
+    fn bids(&mut self, now: Instant, pose: Pose2) -> Option<Vec<Bid, MOST_BIDS>> {
+        if self.search != Search::Bids {
+            if !is_due(self.bid, now) {
+                return None;
+            }
+            self.bid = Some(now);
+            self.find_targets(now);
+            if !self.targets.is_empty() {
+                self.ground.begin_search(pose.at);
+            }
+        }
+        let is_over = self.find_ways();
+        self.search = if is_over { Search::None } else { Search::Bids };
+        is_over.then(|| self.best_bids(pose))
+    }
+
+    fn find_targets(&mut self, now: Instant) {
+        let Self { targets, team, barred, .. } = self;
+        targets.clear();
+        let candidates = team.board.candidates();
+        for open in candidates.filter(|open| !barred.holds(open.tile, now)) {
             // Candidates beyond the room are looked at when others are gone.
             let _ = targets.push(Target { tile: open.tile, gain: open.gain, found: None });
         }
-        self.find_ways(pose, &mut targets);
-        self.best_bids(pose, &targets)
     }
 
-    fn find_ways(&mut self, pose: Pose2, targets: &mut Targets) {
-        let mut left = targets.len();
+    /// Goes on with the search of ways to the targets; says whether it is over.
+    fn find_ways(&mut self) -> bool {
+        let Self { targets, ground, config, .. } = self;
+        let mut left = targets.iter().filter(|target| target.found.is_none()).count();
         if left == 0 {
-            return;
+            return true;
         }
-        self.ground.search(pose.at, |map, visit| {
+        ground.search(config.most_cells(), |map, visit| {
             for target in around(targets, visit.cell) {
                 if target.found.is_none() && map.is_beside(visit.cell, target.tile) {
-                    target.found = Some(visit);
+                    let cost = u16::try_from(visit.cost).unwrap_or(u16::MAX);
+                    target.found = Some((visit.cell, cost));
                     left -= 1;
                 }
             }
             if left == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-        });
+        })
     }
 
-    fn best_bids(&self, pose: Pose2, targets: &Targets) -> Vec<Bid, MOST_BIDS> {
+    fn best_bids(&self, pose: Pose2) -> Vec<Bid, MOST_BIDS> {
         let mut bids: Vec<Bid, MOST_BIDS> = Vec::new();
         let found = |target: &Target| {
             let distance = self.distance(pose, target.found?);
@@ -151,7 +166,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             let is_near = |bid: &Bid| bids.iter().any(|b| b.tile.steps_to(bid.tile) < BID_SPACING);
             let worth =
                 |bid: &Bid| utility(&self.config.rule, bid.gain.cells(), bid.distance, || 0.0);
-            let open = targets.iter().filter_map(found).filter(|bid| !is_near(bid));
+            let open = self.targets.iter().filter_map(found).filter(|bid| !is_near(bid));
             let Some(best) = open.max_by(|a, b| worth(a).total_cmp(&worth(b))) else { break };
             // There is room, by the loop's condition.
             let _ = bids.push(best);
@@ -161,10 +176,10 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
 
     /// The length of a way, with the way that the robot would fly in the time of the turn at its
     /// beginning: the robot turns before it flies, or meanwhile.
-    fn distance(&self, pose: Pose2, end: Visit) -> Metres {
+    fn distance(&self, pose: Pose2, (end, cost): (Cell, u16)) -> Metres {
         let limits = self.config.limits;
-        let way = length(end.cost, self.ground.frame()).0;
-        let turn = || first_turn(&self.ground, pose, end.cell) * limits.speed / limits.turn;
+        let way = length(cost.into(), self.ground.frame()).0;
+        let turn = || first_turn(&self.ground, pose, end) * limits.speed / limits.turn;
         Metres(match (limits.gaze, self.config.rule.facing) {
             (Gaze::Ahead, Facing::Way) => way + turn(),
             (Gaze::Ahead, Facing::Goal) => way.max(turn()),

@@ -5,28 +5,48 @@ use heapless::Vec;
 use crate::cluster::RobotSet;
 use crate::tile::{Gain, Mark, Tile};
 
-/// The marks of all robots on one tile.
-#[derive(Clone, Copy, Debug, Default)]
-struct Entry {
+/// The marks of all robots on one tile: the code of one for each robot. Sets of robots would take
+/// four times the memory of a drone.
+#[derive(Clone, Copy, Debug)]
+struct Entry<const ROBOTS: usize> {
     tile: Tile,
-    open: RobotSet,
-    settled: RobotSet,
-    walls: RobotSet,
-    unreachable: RobotSet,
+    marks: [u8; ROBOTS],
     /// The gain as it was last told.
     gain: Gain,
 }
 
-impl Entry {
-    fn forget(&mut self, robot: u8) {
-        for set in [&mut self.open, &mut self.settled, &mut self.walls, &mut self.unreachable] {
-            *set = set.without(robot);
+impl<const ROBOTS: usize> Entry<ROBOTS> {
+    fn new(tile: Tile) -> Self {
+        Self { tile, marks: [Mark::Gone.code(); ROBOTS], gain: Gain::default() }
+    }
+
+    fn set(&mut self, robot: u8, mark: Mark) {
+        if let Some(code) = self.marks.get_mut(usize::from(robot)) {
+            *code = mark.code();
         }
     }
 
+    /// The robots whose mark is one of these.
+    fn robots(&self, is_one: impl Fn(Mark) -> bool) -> RobotSet {
+        let marks = (0..).zip(&self.marks);
+        let of = marks.filter(|(_, code)| Mark::of_code(**code).is_some_and(&is_one));
+        of.map(|(robot, _)| robot).collect()
+    }
+
+    fn open(&self) -> RobotSet {
+        self.robots(|mark| matches!(mark, Mark::Frontier(_)))
+    }
+
+    fn is_settled(&self) -> bool {
+        self.marks.contains(&Mark::Settled.code())
+    }
+
+    fn is_candidate(&self) -> bool {
+        !self.is_settled() && !self.open().is_empty()
+    }
+
     fn is_empty(&self) -> bool {
-        let sets = [self.open, self.settled, self.walls, self.unreachable];
-        sets.iter().all(|set| set.is_empty())
+        self.marks.iter().all(|code| *code == Mark::Gone.code())
     }
 }
 
@@ -45,14 +65,19 @@ pub struct Candidate {
 
 /// The marks of all robots on at most `RECORDS` tiles.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Board<const RECORDS: usize> {
+pub(crate) struct Board<const ROBOTS: usize, const RECORDS: usize> {
     /// In the order of tiles.
-    entries: Vec<Entry, RECORDS>,
+    entries: Vec<Entry<ROBOTS>, RECORDS>,
 }
 
-impl<const RECORDS: usize> Board<RECORDS> {
+impl<const ROBOTS: usize, const RECORDS: usize> Board<ROBOTS, RECORDS> {
     pub(crate) const fn new() -> Self {
         Self { entries: Vec::new() }
+    }
+
+    /// Forgets everything.
+    pub(crate) fn clear(&mut self) {
+        self.entries.clear();
     }
 
     /// Takes in a robot's mark. Where there is no room for another tile, it does nothing.
@@ -61,23 +86,16 @@ impl<const RECORDS: usize> Board<RECORDS> {
             Ok(at) => at,
             Err(_) if mark == Mark::Gone => return,
             Err(at) => {
-                if self.entries.insert(at, Entry { tile, ..Entry::default() }).is_err() {
+                if self.entries.insert(at, Entry::new(tile)).is_err() {
                     return;
                 }
                 at
             }
         };
         let Some(entry) = self.entries.get_mut(at) else { return };
-        entry.forget(robot);
-        match mark {
-            Mark::Gone => {}
-            Mark::Settled => entry.settled = entry.settled.with(robot),
-            Mark::Wall => entry.walls = entry.walls.with(robot),
-            Mark::Unreachable => entry.unreachable = entry.unreachable.with(robot),
-            Mark::Frontier(gain) => {
-                entry.open = entry.open.with(robot);
-                entry.gain = gain;
-            }
+        entry.set(robot, mark);
+        if let Mark::Frontier(gain) = mark {
+            entry.gain = gain;
         }
         if entry.is_empty() {
             self.entries.remove(at);
@@ -87,45 +105,46 @@ impl<const RECORDS: usize> Board<RECORDS> {
     /// Forgets all marks of a robot.
     pub(crate) fn forget(&mut self, robot: u8) {
         for entry in &mut self.entries {
-            entry.forget(robot);
+            entry.set(robot, Mark::Gone);
         }
         self.entries.retain(|entry| !entry.is_empty());
     }
 
     /// The frontiers that no robot has settled, in the order of tiles.
     pub(crate) fn candidates(&self) -> impl Iterator<Item = Candidate> {
-        let open = self.entries.iter().filter(|e| !e.open.is_empty() && e.settled.is_empty());
-        open.map(|entry| Candidate {
+        self.entries.iter().filter(|entry| entry.is_candidate()).map(|entry| Candidate {
             tile: entry.tile,
             gain: entry.gain,
-            open: entry.open,
-            unreachable: entry.unreachable,
+            open: entry.open(),
+            unreachable: entry.robots(|mark| mark == Mark::Unreachable),
         })
     }
 
     /// Whether a tile is a candidate.
     pub(crate) fn is_candidate(&self, tile: Tile) -> bool {
-        let entry = self.entry(tile);
-        entry.is_some_and(|entry| !entry.open.is_empty() && entry.settled.is_empty())
+        self.entry(tile).is_some_and(Entry::is_candidate)
     }
 
     /// The frontiers of other robots that this one has not settled.
     pub(crate) fn to_look_up(&self, robot: u8) -> impl Iterator<Item = Tile> {
-        let is_asked = move |entry: &&Entry| {
-            !entry.open.without(robot).is_empty()
-                && !entry.open.contains(robot)
-                && !entry.settled.contains(robot)
+        let is_asked = move |entry: &&Entry<ROBOTS>| {
+            let own = entry.marks.get(usize::from(robot)).copied().and_then(Mark::of_code);
+            !matches!(own, Some(Mark::Settled | Mark::Frontier(_))) && !entry.open().is_empty()
         };
         self.entries.iter().filter(is_asked).map(|entry| entry.tile)
     }
 
     /// The tiles at the edge of what a robot has seen: its frontiers and its walls.
+    #[cfg(feature = "straight")]
     pub(crate) fn edge(&self, robot: u8) -> impl Iterator<Item = Tile> + Clone {
-        let is_edge = move |e: &&Entry| e.open.contains(robot) || e.walls.contains(robot);
+        let is_edge = move |entry: &&Entry<ROBOTS>| {
+            let own = entry.marks.get(usize::from(robot)).copied().and_then(Mark::of_code);
+            matches!(own, Some(Mark::Wall | Mark::Frontier(_)))
+        };
         self.entries.iter().filter(is_edge).map(|entry| entry.tile)
     }
 
-    fn entry(&self, tile: Tile) -> Option<&Entry> {
+    fn entry(&self, tile: Tile) -> Option<&Entry<ROBOTS>> {
         let at = self.entries.binary_search_by_key(&tile, |entry| entry.tile).ok()?;
         self.entries.get(at)
     }

@@ -2,15 +2,18 @@
 
 use core::ops::ControlFlow;
 
-use grid_map::{Cell, CellState, RayEnd};
-use heapless::Vec;
+use grid_map::{Cell, CellState, Frame, RayEnd, TooManyCells};
+use heapless::{Deque, Vec};
 use units::{Duration, Instant, Point2, Pose2};
 
 use crate::atlas::{Ground, Sight, length};
+use crate::barred::Bars;
+use crate::bidding::Targets;
 use crate::cluster::RobotSet;
-use crate::flight::{Limits, Motion, Progress, fly, look};
+use crate::flight::{Gaze, Limits, Motion, Progress, fly, look};
 use crate::lead::Leader;
 use crate::ledger::Ledger;
+use crate::list::filled;
 use crate::packet::{Activity, Body, MOST_BYTES, MOST_ORDERS, Order, Packet, Status, Task};
 use crate::rule::{Distance, Facing, Overlap, Rule};
 use crate::team::Team;
@@ -24,22 +27,22 @@ const RESEND: Duration = Duration::from_millis(1_500);
 /// A robot gives a goal up after the time of twice its way, and so long: `progress_timeout` of
 /// `explore_lite`.
 const PATIENCE: Duration = Duration::from_millis(30_000);
-/// A candidate is barred twice for a while, and the third time for good.
-const MOST_BARS: u8 = 3;
 /// The most tiles that a robot looks up, or looks for ways to, at a time.
 pub(crate) const MOST_TARGETS: usize = 256;
-/// The candidates that are barred at a time.
-const MOST_BARRED: usize = 32;
 /// A frontier whose gain has changed by fewer classes is not told anew. Our own number: it halves
 /// the bytes.
 const TOLD_CLASSES: u8 = 3;
 /// When its goal is seen, a robot goes on to a frontier that is at most so many tiles beside it. Our
 /// own number.
 const FOLLOWED: u16 = 5;
+/// The cells behind a hit that count as a part of the obstacle: walls are not thinner. Our own number.
+const BEHIND: u8 = 2;
 /// The packets of changes of a step.
 const CHANGES_A_STEP: usize = 2;
-/// The packets of a step.
-const MOST_PACKETS: usize = 8;
+/// The packets of a step: a drone's link has room for so many in a fifth of a second.
+const PACKETS_A_STEP: usize = 4;
+/// The packets that wait to be sent.
+const MOST_WAITING: usize = 8;
 
 /// What a robot is given to begin with.
 #[derive(Clone, Copy, Debug)]
@@ -50,6 +53,25 @@ pub struct Config {
     pub rule: Rule,
     /// The limits of its motion.
     pub limits: Limits,
+    /// Frontiers with a smaller gain are none, in cells: where a wall lies between two cells, noise makes
+    /// one of them unknown now and then.
+    pub least_gain: u8,
+    /// Over how many steps the robot spreads the comparison of its marks with its map, at least 1. A
+    /// drone's processor has not the time for all of it at once.
+    pub refresh_steps: u8,
+    /// A search of ways that visits more cells goes on in the next step, and the robot waits meanwhile; 0
+    /// for no bound.
+    pub search_cells: u16,
+}
+
+impl Config {
+    /// The cells that a search visits in a step.
+    pub(crate) fn most_cells(&self) -> usize {
+        match self.search_cells {
+            0 => usize::MAX,
+            cells => cells.into(),
+        }
+    }
 }
 
 /// A ray of a sensor, from the robot to a point.
@@ -78,7 +100,7 @@ pub struct Outputs {
     /// Its motion.
     pub motion: Motion,
     /// The packets that its radio is to send to all that hear it.
-    pub packets: Vec<Vec<u8, MOST_BYTES>, MOST_PACKETS>,
+    pub packets: Vec<Vec<u8, MOST_BYTES>, PACKETS_A_STEP>,
 }
 
 /// What a robot is about.
@@ -94,6 +116,17 @@ pub(crate) enum State {
     Stopped,
 }
 
+/// What a search of ways is for that goes on in the next step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Search {
+    /// None is under way.
+    None,
+    /// The robot's bids.
+    Bids,
+    /// The way to its goal.
+    Way,
+}
+
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Goal {
     tile: Tile,
@@ -102,13 +135,15 @@ pub(crate) struct Goal {
     planned: Instant,
     /// When the robot gives the goal up.
     until: Option<Instant>,
+    /// When it came to the end of the way.
+    arrived: Option<Instant>,
 }
 
-#[derive(Clone, Copy, Debug)]
-struct Bar {
-    tile: Tile,
-    until: Instant,
-    times: u8,
+impl Goal {
+    /// A goal whose way was last looked for at `planned`, and not found.
+    const fn new(tile: Tile, planned: Instant) -> Self {
+        Self { tile, end: None, planned, until: None, arrived: None }
+    }
 }
 
 /// A robot of a team of at most `ROBOTS`, which remembers marks on at most `RECORDS` tiles.
@@ -123,9 +158,16 @@ pub struct Explorer<G, const ROBOTS: usize, const RECORDS: usize> {
     last_goal: Tile,
     /// Where the robot flies while it waits for another goal.
     coast: Option<Cell>,
-    barred: Vec<Bar, MOST_BARRED>,
+    pub(crate) barred: Bars,
+    /// The candidates to which ways are looked for, which would take a fifth of a drone's stack.
+    pub(crate) targets: Targets,
+    pub(crate) search: Search,
     sequence: u8,
+    /// The packets that are still to be sent, the oldest first.
+    outbox: Deque<Vec<u8, MOST_BYTES>, MOST_WAITING>,
     refreshed: Option<Instant>,
+    /// The row of tiles with which the comparison of marks goes on, while one is under way.
+    next_row: Option<u16>,
     pub(crate) bid: Option<Instant>,
     /// The last status: when, and of which activity.
     told: Option<(Instant, Activity)>,
@@ -135,8 +177,8 @@ pub struct Explorer<G, const ROBOTS: usize, const RECORDS: usize> {
 
 impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, RECORDS> {
     /// A robot that begins on that ground, which may hold what is known already.
-    pub fn new(config: Config, ground: G) -> Self {
-        let start = Instant::from_micros(0);
+    pub const fn new(config: Config, ground: G) -> Self {
+        let start = Instant::ZERO;
         Self {
             config,
             ground,
@@ -144,15 +186,66 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             ledger: Ledger::new(),
             leader: Leader::new(),
             state: State::Waiting { since: start },
-            last_goal: Tile::default(),
+            last_goal: Tile::FIRST,
             coast: None,
-            barred: Vec::new(),
+            barred: Bars::new(),
+            targets: Targets::new(),
+            search: Search::None,
             sequence: 0,
+            outbox: Deque::new(),
             refreshed: None,
+            next_row: None,
             bid: None,
             told: None,
             sent: (0, start),
         }
+    }
+
+    /// Begins anew, in the memory that it has, as a robot that knows nothing of that frame.
+    ///
+    /// # Errors
+    /// [`TooManyCells`] where the frame has more cells than the ground has room for; the robot stays as
+    /// it was.
+    pub fn begin(&mut self, config: Config, frame: Frame) -> Result<(), TooManyCells> {
+        self.ground.begin(frame)?;
+        let Self {
+            config: its_config,
+            ground: _,
+            team,
+            ledger,
+            leader,
+            state,
+            last_goal,
+            coast,
+            barred,
+            targets,
+            search,
+            sequence,
+            outbox,
+            refreshed,
+            next_row,
+            bid,
+            told,
+            sent,
+        } = self;
+        *its_config = config;
+        team.begin(config.number);
+        ledger.clear();
+        *leader = Leader::new();
+        *state = State::Waiting { since: Instant::ZERO };
+        *last_goal = Tile::FIRST;
+        *coast = None;
+        barred.clear();
+        targets.clear();
+        *search = Search::None;
+        *sequence = 0;
+        outbox.clear();
+        *refreshed = None;
+        *next_row = None;
+        *bid = None;
+        *told = None;
+        *sent = (0, Instant::ZERO);
+        Ok(())
     }
 
     /// The robot's map.
@@ -178,57 +271,94 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         }
     }
 
+    /// The numbers and the last places of the other robots that were heard of in the last seconds.
+    pub fn others(&self, now: Instant) -> impl Iterator<Item = (u8, Point2)> {
+        self.team.others(now)
+    }
+
     /// One step. It is to be called some five times a second.
     pub fn step(&mut self, now: Instant, inputs: &Inputs<'_>) -> Outputs {
         let mut out = Outputs::default();
         for beam in inputs.beams {
             self.ground.trace(inputs.pose.at, beam.to, beam.end);
+            if self.config.limits.gaze == Gaze::Around && beam.end == RayEnd::Obstacle {
+                self.thicken(inputs.pose.at, beam.to);
+            }
         }
         for bytes in inputs.packets {
-            self.hear(now, bytes, &mut out);
+            self.hear(now, bytes);
         }
         if is_due(self.refreshed, now) {
             self.refreshed = Some(now);
             self.team.forget_silent(now);
-            self.refresh(now);
+            self.next_row = Some(0);
+        }
+        if let Some(row) = self.next_row {
+            self.next_row = self.refresh(now, row);
         }
         out.motion = self.go_on(now, inputs.pose);
         self.note_own(now, inputs.pose.at);
         if self.config.rule.overlap == Overlap::Alone {
             self.choose_alone(now, inputs.pose);
         } else {
-            self.take_part(now, inputs.pose, &mut out);
+            self.take_part(now, inputs.pose);
+        }
+        while !out.packets.is_full()
+            && let Some(packet) = self.outbox.pop_front()
+        {
+            // There is room, by the loop's condition.
+            let _ = out.packets.push(packet);
         }
         out
     }
 
+    /// Takes the unknown cells behind a hit for a part of the obstacle. Four narrow beams leave gaps
+    /// in a wall that a robot would look at one by one.
+    fn thicken(&mut self, from: Point2, hit: Point2) {
+        let frame = *self.ground.frame();
+        let (distance, side) = (from.distance(hit).0, frame.resolution().0);
+        if distance < side {
+            return;
+        }
+        for cells in 1..=BEHIND {
+            let by = f32::from(cells) * side / distance;
+            let behind = Point2::new(hit.x + by * (hit.x - from.x), hit.y + by * (hit.y - from.y));
+            if let Some(cell) = frame.cell_at(behind)
+                && self.ground.state(cell) == CellState::Unknown
+            {
+                self.ground.set(cell, CellState::Occupied);
+            }
+        }
+    }
+
     /// Bids, leads, and tells.
-    fn take_part(&mut self, now: Instant, pose: Pose2, out: &mut Outputs) {
+    #[inline(never)]
+    fn take_part(&mut self, now: Instant, pose: Pose2) {
         let members = self.team.cluster(now);
         match self.config.rule.distance {
-            Distance::Path => self.bid(now, pose, members, out),
+            Distance::Path => self.bid(now, pose, members),
             Distance::Straight => self.find_idle(now, members),
         }
         if self.team.leader(members) == Some(self.config.number) {
             let Self { leader, team, config, ground, .. } = self;
             let orders = leader.step(now, &config.rule, team, members, ground.frame());
-            self.give(now, orders, out);
+            self.give(now, orders);
         }
         self.note_own(now, pose.at);
-        self.tell(now, pose.at, members, out);
+        self.tell(now, pose.at, members);
     }
 
     fn note_own(&mut self, now: Instant, position: Point2) {
         self.team.note_own(now, position, self.activity(), self.last_goal);
     }
 
-    fn hear(&mut self, now: Instant, bytes: &[u8], out: &mut Outputs) {
+    #[inline(never)]
+    fn hear(&mut self, now: Instant, bytes: &[u8]) {
         let Ok(mut packet) = Packet::decode(bytes) else { return };
         let heard = self.team.hear(now, &packet);
         if heard.is_to_forward {
             packet.sender = self.config.number;
-            // What does not fit into this step is lost, as on the air.
-            let _ = out.packets.push(packet.encode());
+            self.put_out(&packet);
         }
         if heard.is_new
             && let Body::Orders(orders) = packet.body
@@ -256,35 +386,43 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             // The same order again is a repetition.
             (Task::Go(tile), State::Going(goal)) if goal.tile == tile => {}
             (Task::Go(tile), _) => {
+                self.search = Search::None;
                 let planned = now - PERIOD;
-                self.state = State::Going(Goal { tile, end: None, planned, until: None });
+                self.state = State::Going(Goal::new(tile, planned));
                 self.last_goal = tile;
             }
         }
     }
 
     /// Sends orders to others, and carries out the robot's own.
-    fn give(&mut self, now: Instant, mut orders: Vec<Order, ROBOTS>, out: &mut Outputs) {
+    fn give(&mut self, now: Instant, mut orders: Vec<Order, ROBOTS>) {
         let number = self.config.number;
         if let Some(own) = orders.iter().find(|order| order.robot == number).copied() {
             self.take(now, own.task);
         }
         orders.retain(|order| order.robot != number);
         for some in orders.chunks(MOST_ORDERS) {
-            self.send(Body::Orders(some.iter().copied().collect()), out);
+            self.send(Body::Orders(filled(some.iter().copied())));
         }
     }
 
-    /// Compares marks with the map, and answers what others ask.
-    fn refresh(&mut self, now: Instant) {
+    /// Compares marks with the map from a row of tiles on, and, after the last one, answers what others
+    /// ask; returns the row with which it goes on.
+    #[inline(never)]
+    fn refresh(&mut self, now: Instant, row: u16) -> Option<u16> {
         let frame = *self.ground.frame();
-        for tile in Tile::all(&frame) {
+        let rows = Tile::rows(&frame);
+        let end = row + rows.div_ceil(u16::from(self.config.refresh_steps.max(1)));
+        for tile in Tile::in_rows(&frame, row..end.min(rows)) {
             let mark = self.mark_of(tile, now);
             self.mark(tile, mark);
         }
+        if end < rows {
+            return Some(end);
+        }
         if self.config.rule.overlap == Overlap::Asked {
             let asked: Vec<Tile, MOST_TARGETS> =
-                self.team.board.to_look_up(self.config.number).take(MOST_TARGETS).collect();
+                filled(self.team.board.to_look_up(self.config.number));
             for tile in asked {
                 if self.is_known(tile) {
                     self.mark(tile, Mark::Settled);
@@ -292,6 +430,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             }
         }
         self.ledger.forget_gone(self.team.known_to_all(self.ledger.version()));
+        None
     }
 
     /// What the robot has to say of a tile by its map.
@@ -302,13 +441,12 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         if was == Mark::Settled {
             return was;
         }
-        let is_frontier = |cell: &Cell| self.ground.is_frontier(*cell);
-        let gains = tile.cells(&frame).filter(is_frontier).map(|cell| self.ground.gain(cell));
+        let gains = tile.cells(&frame).filter_map(|cell| self.gain(cell));
         if let Some(most) = gains.max() {
             let gain = Gain::of_cells(most);
             let is_told = rule.reachability && rule.distance == Distance::Straight;
             return match was {
-                _ if is_told && self.is_barred(tile, now) => Mark::Unreachable,
+                _ if is_told && self.barred.holds(tile, now) => Mark::Unreachable,
                 Mark::Frontier(told) if told.classes_to(gain) < TOLD_CLASSES => was,
                 _ => Mark::Frontier(gain),
             };
@@ -329,11 +467,21 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
     fn is_known(&self, tile: Tile) -> bool {
         let frame = *self.ground.frame();
         let is_free = |cell| self.ground.state(cell) == CellState::Free;
-        let is_frontier = |cell| self.ground.is_frontier(cell);
-        tile.cells(&frame).any(is_free) && !tile.cells(&frame).any(is_frontier)
+        tile.cells(&frame).any(is_free) && !self.has_frontier(tile)
+    }
+
+    /// The gain of a cell that is a frontier with enough of it.
+    fn gain(&self, cell: Cell) -> Option<u8> {
+        let is_frontier = self.ground.is_frontier(cell);
+        is_frontier.then(|| self.ground.gain(cell)).filter(|gain| *gain >= self.config.least_gain)
+    }
+
+    fn has_frontier(&self, tile: Tile) -> bool {
+        tile.cells(self.ground.frame()).any(|cell| self.gain(cell).is_some())
     }
 
     /// Flies on to the goal.
+    #[inline(never)]
     fn go_on(&mut self, now: Instant, pose: Pose2) -> Motion {
         let State::Going(mut goal) = self.state else { return self.fly_on(pose) };
         let rule = self.config.rule;
@@ -344,20 +492,28 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
                 return self.fly_on(pose);
             };
             self.last_goal = next;
-            goal = Goal { tile: next, end: None, planned: now - PERIOD, until: None };
+            self.search = Search::None;
+            goal = Goal::new(next, now - PERIOD);
         }
         if goal.until.is_some_and(|until| now >= until) {
             return self.give_up(now, goal.tile);
         }
-        if goal.end.is_none() || now.since(goal.planned) >= PERIOD {
-            goal = self.plan(now, pose, goal);
+        let is_due = goal.end.is_none() || now.since(goal.planned) >= PERIOD;
+        if is_due || self.search == Search::Way {
+            let Some(planned) = self.plan(now, pose, goal) else {
+                self.state = State::Going(goal);
+                return self.turn_on_the_spot();
+            };
+            goal = planned;
             self.state = State::Going(goal);
         }
         let Some(end) = goal.end else { return self.give_up(now, goal.tile) };
         let limits = self.config.limits;
         let mut progress = fly(&self.ground, pose, (end, goal.tile), limits, rule.facing);
         if progress == Progress::Arrived {
-            progress = look(&self.ground, pose, goal.tile, limits);
+            let since = *goal.arrived.get_or_insert(now);
+            self.state = State::Going(goal);
+            progress = look(&self.ground, pose, goal.tile, limits, now.since(since));
         }
         match progress {
             Progress::Flying(motion) => motion,
@@ -372,7 +528,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
                 if rule.overlap == Overlap::Asked || rule.overlap == Overlap::Alone {
                     self.mark(goal.tile, Mark::Settled);
                 } else if rule.reachability && self.is_open(goal.tile) {
-                    self.bar(now, goal.tile);
+                    self.barred.bar(now, goal.tile, rule.blacklist);
                 }
                 self.wait(now)
             }
@@ -385,22 +541,27 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         if !matches!(self.state, State::Waiting { .. }) {
             return Motion::default();
         }
-        if let Some(end) = self.coast {
+        // A search that is under way has forgotten the way.
+        if let Some(end) = self.coast.filter(|_| self.search == Search::None) {
             match fly(&self.ground, pose, (end, self.last_goal), limits, rule.facing) {
                 Progress::Flying(motion) => return motion,
                 Progress::Arrived | Progress::Blocked => self.coast = None,
             }
         }
-        match rule.facing {
-            Facing::Way => Motion::default(),
-            Facing::Goal => Motion { velocity: [0.0; 2], yaw_rate: limits.turn },
+        self.turn_on_the_spot()
+    }
+
+    /// Looks around, where the rule has robots look at what they fly for.
+    const fn turn_on_the_spot(&self) -> Motion {
+        match self.config.rule.facing {
+            Facing::Way => Motion { velocity: [0.0; 2], yaw_rate: 0.0 },
+            Facing::Goal => Motion { velocity: [0.0; 2], yaw_rate: self.config.limits.turn },
         }
     }
 
     /// Whether there is still something to see at a tile.
     fn is_open(&self, tile: Tile) -> bool {
-        let frame = *self.ground.frame();
-        let here = tile.cells(&frame).any(|cell| self.ground.is_frontier(cell));
+        let here = self.has_frontier(tile);
         let own = self.ledger.mark(tile);
         if own == Mark::Settled {
             return false;
@@ -418,58 +579,44 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         near.filter(|&tile| !is_taken(tile)).min_by_key(|tile| tile.steps_to(seen))
     }
 
-    /// Finds the way to the goal in the map as it is now.
-    fn plan(&mut self, now: Instant, pose: Pose2, goal: Goal) -> Goal {
+    /// Finds the way to the goal in the map as it is now; `None` while the search goes on.
+    fn plan(&mut self, now: Instant, pose: Pose2, goal: Goal) -> Option<Goal> {
+        if self.search != Search::Way {
+            self.ground.begin_search(pose.at);
+        }
         let mut found = None;
-        self.ground.search(pose.at, |map, visit| {
+        let is_over = self.ground.search(self.config.most_cells(), |map, visit| {
             if map.is_beside(visit.cell, goal.tile) {
                 found = Some(visit);
                 return ControlFlow::Break(());
             }
             ControlFlow::Continue(())
         });
+        self.search = if is_over { Search::None } else { Search::Way };
+        if !is_over {
+            return None;
+        }
         let frame = self.ground.frame();
         let seconds = found.map(|at| 2.0 * length(at.cost, frame).0 / self.config.limits.speed);
         let patience = seconds.map(|s| PATIENCE + Duration::from_millis((s * 1000.0) as u64));
-        Goal {
+        Some(Goal {
             end: found.map(|at| at.cell),
             planned: now,
             until: goal.until.or_else(|| patience.map(|patience| now + patience)),
             ..goal
-        }
+        })
     }
 
     fn give_up(&mut self, now: Instant, tile: Tile) -> Motion {
         if self.config.rule.reachability {
-            self.bar(now, tile);
+            self.barred.bar(now, tile, self.config.rule.blacklist);
         }
         self.wait(now)
     }
 
-    fn bar(&mut self, now: Instant, tile: Tile) {
-        let until = now + self.config.rule.blacklist;
-        if let Some(bar) = self.barred.iter_mut().find(|bar| bar.tile == tile) {
-            bar.until = until;
-            bar.times = bar.times.saturating_add(1);
-        } else if self.barred.push(Bar { tile, until, times: 1 }).is_err() {
-            // The oldest is tried again in the place of the newest.
-            self.barred.remove(0);
-            let _ = self.barred.push(Bar { tile, until, times: 1 });
-        }
-    }
-
-    pub(crate) fn is_barred(&self, tile: Tile, now: Instant) -> bool {
-        let bar = self.barred.iter().find(|bar| bar.tile == tile);
-        bar.is_some_and(|bar| bar.times >= MOST_BARS || now < bar.until)
-    }
-
-    pub(crate) fn has_bars_to_come(&self, now: Instant) -> bool {
-        let is_open = |bar: &Bar| bar.times < MOST_BARS && now < bar.until;
-        self.barred.iter().any(|bar| is_open(bar) && self.team.board.is_candidate(bar.tile))
-    }
-
     /// Waits for a goal, and asks for one at once.
     fn wait(&mut self, now: Instant) -> Motion {
+        self.search = Search::None;
         self.state = State::Waiting { since: now };
         self.bid = None;
         self.coast = None;
@@ -477,39 +624,49 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
     }
 
     /// Tells what has changed, and how the robot is.
-    fn tell(&mut self, now: Instant, position: Point2, members: RobotSet, out: &mut Outputs) {
-        if members.len() > 1 {
-            self.tell_changes(now, members, out);
-        }
+    fn tell(&mut self, now: Instant, position: Point2, members: RobotSet) {
         let activity = self.activity();
         let is_new = self.told.is_none_or(|(_, told)| told != activity);
         if is_new || is_due(self.told.map(|(at, _)| at), now) {
             self.told = Some((now, activity));
             let known = self.team.known(now);
             let (goal, version) = (self.last_goal, self.ledger.version());
-            self.send(Body::Status(Status { position, activity, goal, version, known }), out);
+            self.send(Body::Status(Status { position, activity, goal, version, known }));
+        }
+        if members.len() > 1 {
+            self.tell_changes(now, members);
         }
     }
 
-    fn tell_changes(&mut self, now: Instant, members: RobotSet, out: &mut Outputs) {
+    fn tell_changes(&mut self, now: Instant, members: RobotSet) {
         let (sent, at) = self.sent;
         let had = self.team.least_acknowledged(members).unwrap_or(sent);
         if had < sent && now.since(at) >= RESEND {
             self.sent = (had, now);
         }
         for _ in 0..CHANGES_A_STEP {
+            // Changes wait until the packets before them are out.
+            if self.outbox.len() >= PACKETS_A_STEP {
+                break;
+            }
             let Some(changes) = self.ledger.changes_after(self.sent.0) else { break };
             self.sent = (changes.upto, now);
-            self.send(Body::Changes(changes), out);
+            self.send(Body::Changes(changes));
         }
     }
 
-    /// Sends a packet; one that does not fit into this step is lost, as on the air.
-    pub(crate) fn send(&mut self, body: Body, out: &mut Outputs) {
+    /// Makes a packet, and sends it.
+    pub(crate) fn send(&mut self, body: Body) {
         let number = self.config.number;
         self.sequence = self.sequence.wrapping_add(1);
         let packet = Packet { origin: number, sender: number, sequence: self.sequence, body };
-        let _ = out.packets.push(packet.encode());
+        self.put_out(&packet);
+    }
+
+    /// Puts a packet behind those that wait to be sent; one for which there is no room is lost, as on
+    /// the air.
+    fn put_out(&mut self, packet: &Packet) {
+        let _ = self.outbox.push_back(packet.encode());
     }
 }
 

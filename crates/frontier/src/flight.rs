@@ -1,9 +1,9 @@
 //! Flies along the way to a goal, and looks at it.
 
-use core::f32::consts::{PI, TAU};
+use core::f32::consts::{FRAC_PI_2, PI, TAU};
 
 use grid_map::{Cell, CellState};
-use units::{Point2, Pose2};
+use units::{Duration, Point2, Pose2, Radians};
 
 use crate::atlas::Ground;
 use crate::rule::Facing;
@@ -45,7 +45,8 @@ const AROUND: i16 = 3;
 pub enum Gaze {
     /// A camera looks ahead: the robot flies nose first and turns to what it wants to see.
     Ahead,
-    /// Rangers look to four sides: the robot flies in any direction and turns all the time.
+    /// Rangers look to four sides: the robot flies in any direction, over cells that it knows to be
+    /// free, and turns all the time.
     Around,
 }
 
@@ -109,7 +110,8 @@ pub(crate) fn fly<G: Ground>(
     let off = wrapped(bearing(pose.at, frame.centre(next)) - pose.yaw.0);
     let left = pose.at.distance(frame.centre(next)).0;
     let speed = limits.speed.min(left * APPROACH);
-    let sideways = [speed * libm::cosf(off), speed * libm::sinf(off)];
+    let (sin, cos) = Radians(off).sin_cos();
+    let sideways = [speed * cos, speed * sin];
     let motion = match (limits.gaze, facing) {
         (Gaze::Ahead, Facing::Way) => {
             let forward = if libm::fabsf(off) < TURN_FIRST { speed } else { 0.0 };
@@ -133,7 +135,12 @@ pub(crate) fn fly<G: Ground>(
             let velocity = if libm::fabsf(off) < TURN_FIRST { sideways } else { [0.0; 2] };
             Motion { velocity, yaw_rate: turn(off, limits) }
         }
-        (Gaze::Around, _) => Motion { velocity: sideways, yaw_rate: limits.turn },
+        // A quarter turn shows what lies on the way.
+        (Gaze::Around, _) => {
+            let is_free = |cell| ground.state(cell) == CellState::Free;
+            let is_open = frame.line(pose.at, frame.centre(next)).all(is_free);
+            Motion { velocity: if is_open { sideways } else { [0.0; 2] }, yaw_rate: limits.turn }
+        }
     };
     Progress::Flying(motion)
 }
@@ -176,13 +183,26 @@ fn farthest_in_sight<G: Ground>(ground: &G, from: Point2, end: Cell) -> Point2 {
     frame.centre(end)
 }
 
-/// Turns to what is unknown around a tile.
-pub(crate) fn look<G: Ground>(ground: &G, pose: Pose2, tile: Tile, limits: Limits) -> Progress {
-    let off = wrapped(bearing(pose.at, unknown_around(ground, tile)) - pose.yaw.0);
-    if libm::fabsf(off) < FACING {
+/// Turns to what is unknown around a tile, or, with rangers to four sides, until one of them has looked
+/// there; the robot has been at the end of its way for `elapsed`.
+pub(crate) fn look<G: Ground>(
+    ground: &G,
+    pose: Pose2,
+    tile: Tile,
+    limits: Limits,
+    elapsed: Duration,
+) -> Progress {
+    let (yaw_rate, is_over) = match limits.gaze {
+        Gaze::Ahead => {
+            let off = wrapped(bearing(pose.at, unknown_around(ground, tile)) - pose.yaw.0);
+            (turn(off, limits), libm::fabsf(off) < FACING)
+        }
+        Gaze::Around => (limits.turn, elapsed.as_secs_f32() * limits.turn > FRAC_PI_2),
+    };
+    if is_over {
         return Progress::Arrived;
     }
-    Progress::Flying(Motion { velocity: [0.0; 2], yaw_rate: turn(off, limits) })
+    Progress::Flying(Motion { velocity: [0.0; 2], yaw_rate })
 }
 
 /// The angle by which a robot has to turn at the beginning of its way to `end`.
@@ -192,7 +212,7 @@ pub(crate) fn first_turn<G: Ground>(ground: &G, pose: Pose2, end: Cell) -> f32 {
 }
 
 fn turn(off: f32, limits: Limits) -> f32 {
-    (off * TURN_GAIN).clamp(-limits.turn, limits.turn)
+    (off * TURN_GAIN).max(-limits.turn).min(limits.turn)
 }
 
 /// The cell of the way to aim at: some cells beyond the one nearest to the robot, or fewer where an

@@ -1,14 +1,20 @@
 //! What the leader of a cluster does: it collects, assigns, and stops the robots in the end.
+//!
+//! A leader that measures straight distances looks at all candidates at once, for which a drone's
+//! stack has no room: the module `straight`, with the feature of that name.
+
+#[cfg(feature = "straight")]
+mod straight;
 
 use grid_map::Frame;
 use heapless::Vec;
-use units::{Duration, Instant, Metres, Point2};
+use units::{Duration, Instant, Metres};
 
 use crate::assignment::{Distances, Place, assign, take};
 use crate::cluster::RobotSet;
-use crate::overlap::{Shape, is_overlapped};
-use crate::packet::{Activity, Order, Task};
-use crate::rule::{Distance, Overlap, Pace, Rule};
+use crate::list::{filled, insert};
+use crate::packet::{Activity, MOST_BIDS, Order, Task};
+use crate::rule::{Distance, Pace, Rule};
 use crate::team::{Member, Team};
 use crate::tile::Tile;
 
@@ -18,10 +24,11 @@ const GATHER: Duration = Duration::from_millis(600);
 const FIRST_ROUND: Duration = Duration::from_millis(2_500);
 /// An order that was not carried out is given again, and rounds follow each other, after so long.
 const AGAIN: Duration = Duration::from_millis(1_000);
-/// A robot for which there was no candidate is thought of again after so long.
-const RETRY: Duration = Duration::from_millis(5_000);
 /// All robots must have been idle for so long: two statuses of each.
 const ALL_IDLE: Duration = Duration::from_millis(2_000);
+/// The places for which robots bid in one round: all bids of eight robots. A drone's stack has no room
+/// for many more.
+const MOST_PLACES: usize = 8 * MOST_BIDS;
 /// A leader waits so long for the others to stop before it stops itself.
 const STOPPING: Duration = Duration::from_millis(10_000);
 
@@ -77,7 +84,10 @@ impl<const ROBOTS: usize> Leader<ROBOTS> {
         }
         match rule.distance {
             Distance::Path => self.answer_bids(&round),
+            #[cfg(feature = "straight")]
             Distance::Straight => self.lead_straight(&round),
+            #[cfg(not(feature = "straight"))]
+            Distance::Straight => Orders::new(),
         }
     }
 
@@ -119,10 +129,12 @@ impl<const ROBOTS: usize> Leader<ROBOTS> {
         }
         self.stopping = Some(Stopping { told: now, ..stopping });
         let to = if is_last { others.with(own) } else { others };
-        to.iter().map(|robot| Order { robot, task: Task::Stop }).collect()
+        filled(to.iter().map(|robot| Order { robot, task: Task::Stop }))
     }
 
-    /// Assigns by the bids of robots that have no goal.
+    /// Assigns by the bids of robots that have no goal. It is not inlined, since its lists are large and
+    /// need no stack while the robot computes its own bids.
+    #[inline(never)]
     fn answer_bids<const RECORDS: usize>(
         &mut self,
         round: &Round<'_, ROBOTS, RECORDS>,
@@ -149,64 +161,13 @@ impl<const ROBOTS: usize> Leader<ROBOTS> {
             return Orders::new();
         }
         let bidders = Bidders::<ROBOTS, RECORDS>::gather(round, asking);
-        self.assign(round, bidders.places(), &bidders, &bidders.robots, &bidders.tiles)
-    }
-
-    /// Assigns by straight distances among all candidates.
-    fn lead_straight<const RECORDS: usize>(
-        &mut self,
-        round: &Round<'_, ROBOTS, RECORDS>,
-    ) -> Orders<ROBOTS> {
-        let again = self.unheeded(round);
-        let since = self.round.map(|last| round.now.since(last));
-        let waiting = || round.members().filter(|(_, m)| m.activity == Activity::Waiting);
-        let has_come_back = waiting().any(|(robot, m)| {
-            let given = self.given.get(usize::from(robot)).copied().flatten();
-            given.is_some_and(|given| m.goal == given.tile && m.heard > Some(given.at))
-        });
-        let is_due = match (round.rule.pace, since) {
-            (_, None) => true,
-            (Pace::Every(period), Some(since)) => since >= period,
-            (Pace::OnEvent, Some(since)) => {
-                since >= AGAIN && has_come_back || since >= RETRY && waiting().next().is_some()
-            }
-        };
-        if !is_due {
-            return again;
-        }
-        let askers = Askers::<ROBOTS, RECORDS>::gather(round);
-        if askers.is_over() && !round.rule.confirmed_stop {
-            let stopping = Stopping { since: round.now, told: round.now - AGAIN };
-            return self.stop(round.now, stopping, round.team, round.members);
-        }
-        let places = askers.candidates.iter().map(|open| open.place).collect();
-        let tiles: Vec<Tile, RECORDS> = askers.candidates.iter().map(|open| open.tile).collect();
-        self.assign(round, places, &askers, &askers.robots, &tiles)
-    }
-
-    /// Orders that their robots have not taken, to be given again.
-    fn unheeded<const RECORDS: usize>(
-        &mut self,
-        round: &Round<'_, ROBOTS, RECORDS>,
-    ) -> Orders<ROBOTS> {
-        let mut orders = Orders::new();
-        for (robot, member) in round.members() {
-            let Some(Some(given)) = self.given.get_mut(usize::from(robot)) else { continue };
-            let has_not_heard = member.activity == Activity::Waiting
-                && member.goal != given.tile
-                && round.now.since(given.at) >= AGAIN;
-            if has_not_heard {
-                given.at = round.now;
-                let _ = orders.push(Order { robot, task: Task::Go(given.tile) });
-            }
-        }
-        orders
+        self.assign(round, &mut bidders.places(), &bidders, &bidders.robots, &bidders.tiles)
     }
 
     fn assign<const RECORDS: usize>(
         &mut self,
         round: &Round<'_, ROBOTS, RECORDS>,
-        mut places: Vec<Place, RECORDS>,
+        places: &mut [Place],
         distances: &impl Distances,
         robots: &[u8],
         tiles: &[Tile],
@@ -214,10 +175,10 @@ impl<const ROBOTS: usize> Leader<ROBOTS> {
         self.round = Some(round.now);
         for (robot, member) in round.members().filter(|(robot, _)| !robots.contains(robot)) {
             if let Some(goal) = self.goal_of(round.now, robot, member) {
-                take(round.rule, &mut places, goal.centre(round.frame));
+                take(round.rule, places, goal.centre(round.frame));
             }
         }
-        let assigned = assign::<ROBOTS>(round.rule, &mut places, distances);
+        let assigned = assign::<ROBOTS>(round.rule, places, distances);
         let mut orders = Orders::new();
         for one in assigned {
             let at = (robots.get(one.robot), tiles.get(one.place));
@@ -268,8 +229,8 @@ struct Bidders<'a, const ROBOTS: usize, const RECORDS: usize> {
     team: &'a Team<ROBOTS, RECORDS>,
     frame: &'a Frame,
     robots: Vec<u8, ROBOTS>,
-    tiles: Vec<Tile, RECORDS>,
-    gains: Vec<f32, RECORDS>,
+    tiles: Vec<Tile, MOST_PLACES>,
+    gains: Vec<f32, MOST_PLACES>,
 }
 
 impl<'a, const ROBOTS: usize, const RECORDS: usize> Bidders<'a, ROBOTS, RECORDS> {
@@ -280,19 +241,19 @@ impl<'a, const ROBOTS: usize, const RECORDS: usize> Bidders<'a, ROBOTS, RECORDS>
                 let at = tiles.binary_search(&bid.tile);
                 // What has no room is bid for again.
                 if let Err(at) = at
-                    && tiles.insert(at, bid.tile).is_ok()
+                    && insert(&mut tiles, at, bid.tile)
                 {
-                    let _ = gains.insert(at, bid.gain.cells());
+                    insert(&mut gains, at, bid.gain.cells());
                 }
             }
         }
-        let robots = asking.iter().take(ROBOTS).collect();
+        let robots = filled(asking.iter());
         Self { team: round.team, frame: round.frame, robots, tiles, gains }
     }
 
-    fn places(&self) -> Vec<Place, RECORDS> {
+    fn places(&self) -> Vec<Place, MOST_PLACES> {
         let all = self.tiles.iter().zip(&self.gains);
-        all.map(|(tile, &gain)| Place { position: tile.centre(self.frame), gain }).collect()
+        filled(all.map(|(tile, &gain)| Place { position: tile.centre(self.frame), gain }))
     }
 }
 
@@ -305,81 +266,5 @@ impl<const ROBOTS: usize, const RECORDS: usize> Distances for Bidders<'_, ROBOTS
         let member = self.team.member(*self.robots.get(robot)?)?;
         let tile = self.tiles.get(place)?;
         member.bids.iter().find(|bid| bid.tile == *tile).map(|bid| bid.distance)
-    }
-}
-
-/// A candidate, as the leader sees it.
-#[derive(Clone, Copy)]
-struct Open {
-    tile: Tile,
-    place: Place,
-    unreachable: RobotSet,
-}
-
-/// Robots among which all candidates are shared out by straight distance.
-struct Askers<const ROBOTS: usize, const RECORDS: usize> {
-    robots: Vec<u8, ROBOTS>,
-    positions: Vec<Point2, ROBOTS>,
-    candidates: Vec<Open, RECORDS>,
-}
-
-impl<const ROBOTS: usize, const RECORDS: usize> Askers<ROBOTS, RECORDS> {
-    fn gather(round: &Round<'_, ROBOTS, RECORDS>) -> Self {
-        let rule = round.rule;
-        let is_asker = |m: &Member| !rule.keeps_goals || m.activity == Activity::Waiting;
-        let (mut robots, mut positions) = (Vec::new(), Vec::new());
-        for (robot, member) in round.members().filter(|(_, m)| is_asker(m)).take(ROBOTS) {
-            let _ = robots.push(robot);
-            let _ = positions.push(member.position);
-        }
-        let mut candidates = Vec::new();
-        for open in round.team.board.candidates() {
-            let position = open.tile.centre(round.frame);
-            let is_left = match rule.overlap {
-                Overlap::Points(shape) => is_left(round, open.open, position, shape),
-                Overlap::Asked | Overlap::Alone => true,
-            };
-            let unreachable = if rule.reachability { open.unreachable } else { RobotSet::EMPTY };
-            if is_left {
-                let place = Place { position, gain: open.gain.cells() };
-                let _ = candidates.push(Open { tile: open.tile, place, unreachable });
-            }
-        }
-        Self { robots, positions, candidates }
-    }
-
-    /// Whether no robot can be sent anywhere.
-    fn is_over(&self) -> bool {
-        let all: RobotSet = self.robots.iter().copied().collect();
-        self.candidates.iter().all(|open| all.minus(open.unreachable).is_empty())
-    }
-}
-
-/// Whether a frontier of one of the finders lies in no other robot's area.
-fn is_left<const ROBOTS: usize, const RECORDS: usize>(
-    round: &Round<'_, ROBOTS, RECORDS>,
-    finders: RobotSet,
-    point: Point2,
-    shape: Shape,
-) -> bool {
-    let board = &round.team.board;
-    let is_seen_by = |other: u8| {
-        let edge = board.edge(other).map(|tile| tile.centre(round.frame));
-        is_overlapped(point, edge, shape)
-    };
-    let mut finders = finders.iter();
-    finders.any(|finder| !round.members().any(|(other, _)| other != finder && is_seen_by(other)))
-}
-
-impl<const ROBOTS: usize, const RECORDS: usize> Distances for Askers<ROBOTS, RECORDS> {
-    fn robots(&self) -> usize {
-        self.robots.len()
-    }
-
-    fn distance(&self, robot: usize, place: usize) -> Option<Metres> {
-        let open = self.candidates.get(place)?;
-        let is_kept = open.unreachable.contains(*self.robots.get(robot)?);
-        let way = self.positions.get(robot)?.distance(open.place.position);
-        (!is_kept).then_some(way)
     }
 }

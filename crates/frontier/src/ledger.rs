@@ -27,6 +27,12 @@ impl<const RECORDS: usize> Ledger<RECORDS> {
         Self { records: Vec::new(), version: 0 }
     }
 
+    /// Forgets everything.
+    pub(crate) fn clear(&mut self) {
+        self.records.clear();
+        self.version = 0;
+    }
+
     pub(crate) const fn version(&self) -> u16 {
         self.version
     }

@@ -15,6 +15,7 @@
 
 mod assignment;
 mod atlas;
+mod barred;
 mod bidding;
 mod board;
 mod cluster;
@@ -22,6 +23,7 @@ mod explorer;
 mod flight;
 mod lead;
 mod ledger;
+mod list;
 mod overlap;
 mod packet;
 mod rule;

@@ -105,6 +105,11 @@ pub struct Rule {
     pub blacklist: Duration,
 }
 
+impl Rule {
+    /// Our rule, which the drones follow.
+    pub const OURS: Self = OURS;
+}
+
 /// A rule with its name.
 #[derive(Clone, Copy, Debug)]
 pub struct RuleEntry {

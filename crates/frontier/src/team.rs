@@ -16,7 +16,7 @@ pub(crate) const SILENCE: Duration = Duration::from_millis(5_000);
 const TRUST: Duration = Duration::from_millis(90_000);
 
 /// What is known of another robot, or of this one.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(crate) struct Member {
     /// When its last status was heard, through whichever robots.
     pub(crate) heard: Option<Instant>,
@@ -39,21 +39,52 @@ pub(crate) struct Member {
     pub(crate) bids_at: Option<Instant>,
 }
 
+impl Member {
+    /// A robot that was not heard.
+    pub(crate) const UNHEARD: Self = Self {
+        heard: None,
+        direct: None,
+        sequence: None,
+        position: Point2::new(0.0, 0.0),
+        activity: Activity::Waiting,
+        goal: Tile::FIRST,
+        hears: RobotSet::EMPTY,
+        told: 0,
+        held: 0,
+        has_ours: 0,
+        bids: Vec::new(),
+        bids_at: None,
+    };
+}
+
 /// A robot's view of at most `ROBOTS` robots and `RECORDS` tiles.
 #[derive(Clone, Debug)]
 pub(crate) struct Team<const ROBOTS: usize, const RECORDS: usize> {
     own: u8,
     members: [Member; ROBOTS],
-    pub(crate) board: Board<RECORDS>,
+    pub(crate) board: Board<ROBOTS, RECORDS>,
     /// The robot of which the next status begins to speak, where one cannot speak of all.
     first_known: u8,
 }
 
 impl<const ROBOTS: usize, const RECORDS: usize> Team<ROBOTS, RECORDS> {
-    pub(crate) fn new(own: u8) -> Self {
+    pub(crate) const fn new(own: u8) -> Self {
         const { assert!(ROBOTS <= MOST_ROBOTS, "a set holds the number of each robot") };
-        let members = core::array::from_fn(|_| Member::default());
-        Self { own, members, board: Board::new(), first_known: 0 }
+        Self {
+            own,
+            members: [const { Member::UNHEARD }; ROBOTS],
+            board: Board::new(),
+            first_known: 0,
+        }
+    }
+
+    /// Forgets everything, and is the view of another robot from now on.
+    pub(crate) fn begin(&mut self, own: u8) {
+        let Self { own: number, members, board, first_known } = self;
+        *number = own;
+        members.iter_mut().for_each(|member| *member = Member::UNHEARD);
+        board.clear();
+        *first_known = 0;
     }
 
     pub(crate) fn member(&self, robot: u8) -> Option<&Member> {
@@ -111,7 +142,7 @@ impl<const ROBOTS: usize, const RECORDS: usize> Team<ROBOTS, RECORDS> {
             let is_lost = robot != self.own
                 && self.member(robot).and_then(|m| m.heard).is_some_and(|at| now.since(at) > TRUST);
             if is_lost && let Some(member) = self.member_mut(robot) {
-                *member = Member::default();
+                *member = Member::UNHEARD;
                 self.board.forget(robot);
             }
         }
@@ -136,6 +167,13 @@ impl<const ROBOTS: usize, const RECORDS: usize> Team<ROBOTS, RECORDS> {
             Some(m) if m.heard.is_some_and(|at| now.since(at) <= SILENCE) => m.hears,
             _ => RobotSet::EMPTY,
         })
+    }
+
+    /// The other robots that are counted on, with their last places.
+    pub(crate) fn others(&self, now: Instant) -> impl Iterator<Item = (u8, Point2)> {
+        let others = self.members.iter().zip(0..).filter(|(_, robot)| *robot != self.own);
+        let heard = others.filter(move |(m, _)| m.heard.is_some_and(|at| now.since(at) <= SILENCE));
+        heard.map(|(m, robot)| (robot, m.position))
     }
 
     /// Where the other robots go.
@@ -204,7 +242,7 @@ impl<const ROBOTS: usize, const RECORDS: usize> Team<ROBOTS, RECORDS> {
         member.activity = status.activity;
         member.goal = status.goal;
         member.told = status.version;
-        // A status speaks of all robots, or of sixteen in turn.
+        // A status speaks of all robots, or of ten in turn.
         if status.known.len() < MOST_KNOWN {
             member.hears = RobotSet::EMPTY;
             member.has_ours = 0;

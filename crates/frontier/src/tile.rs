@@ -3,6 +3,8 @@
 //! With the thesis' 0.1 m cells of this simulator a tile has its 0.3 m between two frontiers (table
 //! 3.1), and it fits the air in 20 bits.
 
+use core::ops::Range;
+
 use grid_map::{Cell, Frame};
 use units::Point2;
 
@@ -19,6 +21,9 @@ pub struct Tile {
 impl Tile {
     /// The number of tiles of a row or column that can be told apart on the air.
     pub const MOST: u16 = 1024;
+
+    /// The tile in the south-western corner.
+    pub(crate) const FIRST: Self = Self { row: 0, column: 0 };
 
     /// The tile of that column and row; `None` where one of them is not below [`MOST`](Self::MOST).
     #[must_use]
@@ -68,9 +73,18 @@ impl Tile {
 
     /// All tiles of a grid, row by row from the south.
     pub fn all(frame: &Frame) -> impl Iterator<Item = Self> + use<> {
+        Self::in_rows(frame, 0..Self::rows(frame))
+    }
+
+    /// The number of rows of tiles of a grid.
+    pub(crate) fn rows(frame: &Frame) -> u16 {
+        frame.rows().div_ceil(SIDE).min(Self::MOST)
+    }
+
+    /// The tiles of some rows of a grid, row by row from the south.
+    pub(crate) fn in_rows(frame: &Frame, rows: Range<u16>) -> impl Iterator<Item = Self> + use<> {
         let columns = frame.columns().div_ceil(SIDE).min(Self::MOST);
-        let rows = frame.rows().div_ceil(SIDE).min(Self::MOST);
-        (0..rows).flat_map(move |row| (0..columns).map(move |column| Self { row, column }))
+        rows.flat_map(move |row| (0..columns).map(move |column| Self { row, column }))
     }
 
     /// The larger of the two differences of columns and of rows.

@@ -81,6 +81,21 @@ impl<const BYTES: usize> GridMap<BYTES> {
         Ok(Self { frame, evidence: [0; BYTES] })
     }
 
+    /// Forgets everything, and lies in another frame from now on.
+    ///
+    /// # Errors
+    /// [`TooManyCells`] where the frame has more than four times `BYTES` cells; the map stays as it
+    /// was.
+    pub const fn begin(&mut self, frame: Frame) -> Result<(), TooManyCells> {
+        let room = BYTES * CELLS_PER_BYTE;
+        if frame.cell_count() > room {
+            return Err(TooManyCells { cells: frame.cell_count(), room });
+        }
+        self.frame = frame;
+        self.clear();
+        Ok(())
+    }
+
     /// Where the cells lie.
     #[must_use]
     pub const fn frame(&self) -> &Frame {

@@ -63,12 +63,29 @@ pub struct Visit {
     pub cost: u32,
 }
 
-/// A cell that waits, with the one behind it in its queue.
+/// A cell that waits, with the mark that it will have: 13 bits of column, 13 of row, and the mark.
 #[derive(Clone, Copy, Debug)]
-struct Waiting {
-    cell: Cell,
-    mark: u8,
-    next: u16,
+struct Waiting(u32);
+
+impl Waiting {
+    const NONE: Self = Self(0);
+    const BITS: u32 = 13;
+    const MASK: u32 = (1 << Self::BITS) - 1;
+
+    const fn new(cell: Cell, mark: u8) -> Self {
+        const { assert!(Frame::MOST as u32 == Self::MASK + 1, "each row and column fits the bits") };
+        let row = (cell.row as u32) << Self::BITS;
+        Self(cell.column as u32 | row | (mark as u32) << (2 * Self::BITS))
+    }
+
+    const fn cell(self) -> Cell {
+        let column = (self.0 & Self::MASK) as u16;
+        Cell::new(column, (self.0 >> Self::BITS & Self::MASK) as u16)
+    }
+
+    const fn mark(self) -> u8 {
+        (self.0 >> (2 * Self::BITS)) as u8
+    }
 }
 
 /// Finds shortest paths on grids of at most twice `BYTES` cells, of which at most `POOL` wait at a
@@ -79,11 +96,15 @@ pub struct Planner<const BYTES: usize, const POOL: usize> {
     /// The marks of two cells in each byte.
     marks: [u8; BYTES],
     pool: [Waiting; POOL],
+    /// For each place of the pool the one behind it in its queue, or the next one that is free.
+    next: [u16; POOL],
     /// The first free place of the pool.
     free: u16,
     /// The first cell of each queue.
     queues: [u16; QUEUES],
     waiting: usize,
+    /// The cost of the cells in hand.
+    cost: u32,
 }
 
 impl<const BYTES: usize, const POOL: usize> Planner<BYTES, POOL> {
@@ -91,15 +112,21 @@ impl<const BYTES: usize, const POOL: usize> Planner<BYTES, POOL> {
     #[must_use]
     pub const fn new() -> Self {
         const { assert!(POOL > 0 && POOL < NOTHING as usize) };
-        let empty = Waiting { cell: Cell::new(0, 0), mark: UNREACHED, next: NOTHING };
         Self {
             frame: None,
-            marks: [0; BYTES],
-            pool: [empty; POOL],
-            free: NOTHING,
-            queues: [NOTHING; QUEUES],
+            marks: [UNREACHED; BYTES],
+            pool: [Waiting::NONE; POOL],
+            next: [0; POOL],
+            free: 0,
+            queues: [0; QUEUES],
             waiting: 0,
+            cost: 0,
         }
+    }
+
+    /// Forgets the last search.
+    pub const fn clear(&mut self) {
+        self.frame = None;
     }
 
     /// Searches from `start`, cheapest cells first. `factor` says by how much a step into a cell is
@@ -114,8 +141,17 @@ impl<const BYTES: usize, const POOL: usize> Planner<BYTES, POOL> {
         frame: &Frame,
         start: Cell,
         factor: impl Fn(Cell) -> Option<u8>,
-        mut visit: impl FnMut(Visit) -> ControlFlow<()>,
+        visit: impl FnMut(Visit) -> ControlFlow<()>,
     ) -> Result<(), PathError> {
+        self.begin(frame, start)?;
+        self.resume(usize::MAX, factor, visit).map(|_| ())
+    }
+
+    /// Begins a search from `start`, which [`resume`](Self::resume) carries out.
+    ///
+    /// # Errors
+    /// [`PathError`].
+    pub fn begin(&mut self, frame: &Frame, start: Cell) -> Result<(), PathError> {
         let room = 2 * BYTES;
         if frame.cell_count() > room {
             return Err(PathError::TooManyCells(TooManyCells { cells: frame.cell_count(), room }));
@@ -124,23 +160,43 @@ impl<const BYTES: usize, const POOL: usize> Planner<BYTES, POOL> {
             return Err(PathError::NoStart);
         }
         self.reset(frame);
-        self.push(0, start, START)?;
-        let mut cost = 0;
+        self.push(0, start, START)
+    }
+
+    /// Goes on with the search that was begun, as [`search`](Self::search), for at most `most` cells;
+    /// says whether it is over.
+    ///
+    /// # Errors
+    /// [`PathError::PoolFull`]; what was visited before is right, and the search is over.
+    pub fn resume(
+        &mut self,
+        most: usize,
+        factor: impl Fn(Cell) -> Option<u8>,
+        mut visit: impl FnMut(Visit) -> ControlFlow<()>,
+    ) -> Result<bool, PathError> {
+        let Some(frame) = self.frame else { return Ok(true) };
+        let mut left = most;
         while self.waiting > 0 {
-            let Some(Waiting { cell, mark, .. }) = self.pop(cost) else {
-                cost += 1;
+            if left == 0 {
+                return Ok(false);
+            }
+            let cost = self.cost;
+            let Some(waiting) = self.pop(cost) else {
+                self.cost += 1;
                 continue;
             };
-            if self.mark(frame, cell) != UNREACHED {
+            let (cell, mark) = (waiting.cell(), waiting.mark());
+            if self.mark(&frame, cell) != UNREACHED {
                 continue;
             }
-            self.set_mark(frame, cell, mark);
+            left -= 1;
+            self.set_mark(&frame, cell, mark);
             if visit(Visit { cell, cost }).is_break() {
-                return Ok(());
+                return Ok(true);
             }
-            self.spread(frame, cell, cost, &factor)?;
+            self.spread(&frame, cell, cost, &factor)?;
         }
-        Ok(())
+        Ok(true)
     }
 
     /// The cell before this one on the cheapest way from the start; `None` at the start and for
@@ -166,8 +222,9 @@ impl<const BYTES: usize, const POOL: usize> Planner<BYTES, POOL> {
         self.marks = [0; BYTES];
         self.queues = [NOTHING; QUEUES];
         self.waiting = 0;
-        for (n, place) in self.pool.iter_mut().enumerate() {
-            place.next = if n + 1 < POOL { n as u16 + 1 } else { NOTHING };
+        self.cost = 0;
+        for (n, next) in self.next.iter_mut().enumerate() {
+            *next = if n + 1 < POOL { n as u16 + 1 } else { NOTHING };
         }
         self.free = 0;
     }
@@ -180,9 +237,11 @@ impl<const BYTES: usize, const POOL: usize> Planner<BYTES, POOL> {
         cost: u32,
         factor: &impl Fn(Cell) -> Option<u8>,
     ) -> Result<(), PathError> {
+        // Of a cell that was visited no factor is needed, and most around one were.
         let around = STEPS.map(|(east, north)| {
             let cell = frame.beside(from, east, north)?;
-            Some((cell, factor(cell)?))
+            let is_new = self.mark(frame, cell) == UNREACHED;
+            Some((cell, if is_new { Some(factor(cell)?) } else { None }))
         });
         for (n, entry) in around.iter().enumerate() {
             let Some((cell, factor)) = *entry else { continue };
@@ -191,7 +250,7 @@ impl<const BYTES: usize, const POOL: usize> Planner<BYTES, POOL> {
             if is_diagonal && !(beside(n - 1) && beside(n + 1)) {
                 continue;
             }
-            if self.mark(frame, cell) == UNREACHED {
+            if let Some(factor) = factor {
                 let step = if is_diagonal { DIAGONAL_COST } else { STRAIGHT_COST };
                 let factor = u32::from(factor).clamp(1, MOST_FACTOR);
                 self.push(cost + step * factor, cell, FIRST_DIRECTION + n as u8)?;
@@ -203,12 +262,12 @@ impl<const BYTES: usize, const POOL: usize> Planner<BYTES, POOL> {
     fn push(&mut self, cost: u32, cell: Cell, mark: u8) -> Result<(), PathError> {
         let at = self.free;
         let queue = self.queues.get_mut(cost as usize % QUEUES);
-        let (Some(place), Some(queue)) = (self.pool.get_mut(usize::from(at)), queue) else {
+        let place = self.pool.get_mut(usize::from(at)).zip(self.next.get_mut(usize::from(at)));
+        let (Some((place, next)), Some(queue)) = (place, queue) else {
             return Err(PathError::PoolFull);
         };
-        self.free = place.next;
-        *place = Waiting { cell, mark, next: *queue };
-        *queue = at;
+        *place = Waiting::new(cell, mark);
+        (self.free, *next, *queue) = (*next, *queue, at);
         self.waiting += 1;
         Ok(())
     }
@@ -216,11 +275,9 @@ impl<const BYTES: usize, const POOL: usize> Planner<BYTES, POOL> {
     fn pop(&mut self, cost: u32) -> Option<Waiting> {
         let queue = self.queues.get_mut(cost as usize % QUEUES)?;
         let at = *queue;
-        let place = self.pool.get_mut(usize::from(at))?;
-        let waiting = *place;
-        *queue = waiting.next;
-        place.next = self.free;
-        self.free = at;
+        let waiting = *self.pool.get(usize::from(at))?;
+        let next = self.next.get_mut(usize::from(at))?;
+        (*queue, *next, self.free) = (*next, self.free, at);
         self.waiting -= 1;
         Some(waiting)
     }

@@ -71,7 +71,7 @@ mod setup;
 mod view;
 mod words;
 
-use agent::{Agent, Fitness};
+use agent::{Agent, Exploration, Fitness};
 use airlink::{Identity, Seal};
 use crtp::{Node, Parameters};
 use storage::settings::Settings;
@@ -84,7 +84,7 @@ use link::{Heeded, Link};
 use localisation::Localisation;
 use mailbox::Mailbox;
 
-pub use agent::{ChainDuty, Duty, State, SwarmDuty};
+pub use agent::{ChainDuty, Duty, ExploreDuty, State, SwarmDuty};
 pub use client::{Unsaved, observed};
 pub use config::{Config, Unusable};
 pub use crtp::Snapshot;
@@ -201,17 +201,18 @@ impl<S: Seal> Drone<S> {
         }
     }
 
-    /// Runs one round of the mission, 5 times a second.
+    /// Runs one round of the mission, 5 times a second, of a drone that does not explore.
     pub fn step(&mut self, now: Instant, sensed: &Sensed) -> Outputs {
-        self.step_shown(now, sensed, |_, _| {})
+        self.step_shown(now, sensed, None, |_, _| {})
     }
 
-    /// Runs one round of the mission as [`Drone::step`] does, and calls `show` with the inputs and
-    /// the outputs of the agent.
+    /// Runs one round of the mission as [`Drone::step`] does, with the memory of a drone that explores
+    /// (see [`Agent::step_exploring`]), and calls `show` with the inputs and the outputs of the agent.
     pub fn step_shown(
         &mut self,
         now: Instant,
         sensed: &Sensed,
+        exploration: Option<&mut Exploration>,
         show: impl FnOnce(&agent::Inputs<'_>, &agent::Outputs),
     ) -> Outputs {
         self.attend(now);
@@ -239,7 +240,8 @@ impl<S: Seal> Drone<S> {
             fitness: sensed.fitness,
             endurance: sensed.endurance,
         };
-        let outputs = self.agent.step(&self.config.agent, now, &inputs);
+        let config = &self.config.agent;
+        let outputs = self.agent.step_exploring(config, now, &inputs, exploration);
         show(&inputs, &outputs);
         self.mailbox.forget(count);
         self.mailbox.forget_told(told_count);

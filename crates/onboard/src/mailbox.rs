@@ -10,8 +10,9 @@ use units::{Duration, Instant, NODES, Order};
 /// back on the air may arrive shortly before the next.
 pub(crate) const REPORTS: usize = 2 * (NODES - 1);
 
-/// Messages of the mission that may come in between two rounds: one of each other node.
-const TOLD: usize = NODES;
+/// Messages of the mission that may come in between two rounds: four of each of five other drones
+/// that explore, and some that were held back on the air.
+pub(crate) const TOLD: usize = 24;
 
 /// Orders that may come in between two rounds: the base repeats its order every 200 ms at most, and
 /// the simulator may delay them by several rounds.

@@ -15,7 +15,7 @@
 use core::mem::offset_of;
 use core::sync::atomic::{AtomicU32, Ordering};
 
-use agent::{BodyVelocity, Fitness, Inputs, Outputs};
+use agent::{BodyVelocity, Fitness, Inputs, Located, Outputs, Told};
 use chain::neighbours::Heard;
 use flight::Status;
 use heapless::Vec;
@@ -23,20 +23,20 @@ use tunnel_nav::Diagonals;
 use units::{Duration, Instant, Metres, Order, Radians};
 use wire::p2p::Counter;
 
-use crate::mailbox::REPORTS;
+use crate::mailbox::{REPORTS, TOLD};
 use crate::words::{Reader, Words, Writer, whole};
 
 /// The name of the probe's symbol.
 pub const SYMBOL: &str = "UCHAIN_PROBE";
 /// The version of the layout.
-pub const VERSION: u32 = 4;
+pub const VERSION: u32 = 5;
 
 /// Words of the flight code's status at most.
 pub const FLIGHT: usize = 20;
 /// Words of an order's number.
 pub const ORDER: usize = 2;
 /// Words of a round at most.
-pub const ROUND: usize = 86 + REPORTS * 23;
+pub const ROUND: usize = 92 + REPORTS * 23 + TOLD * 16;
 
 /// The probe, as it lies in memory.
 #[repr(C)]
@@ -140,7 +140,7 @@ pub struct Round {
     pub outputs: Outputs,
 }
 
-/// The inputs of an agent: [`Inputs`] that own the reports that were heard.
+/// The inputs of an agent: [`Inputs`] that own the reports and messages that were heard.
 #[derive(Clone, Debug, PartialEq)]
 #[expect(missing_docs, reason = "as in agent::Inputs")]
 pub struct OwnedInputs {
@@ -151,7 +151,9 @@ pub struct OwnedInputs {
     pub order: Option<Order>,
     pub fitness: Fitness,
     pub endurance: Option<Duration>,
+    pub located: Option<Located>,
     pub heard: Vec<Heard, REPORTS>,
+    pub told: Vec<Told, TOLD>,
 }
 
 impl OwnedInputs {
@@ -164,8 +166,8 @@ impl OwnedInputs {
             heading: self.heading,
             height: self.height,
             heard: &self.heard,
-            located: None,
-            told: &[],
+            located: self.located,
+            told: &self.told,
             order: self.order,
             fitness: self.fitness,
             endurance: self.endurance,
@@ -205,8 +207,11 @@ fn put_inputs(inputs: &Inputs<'_>, out: &mut Writer<'_>) {
     inputs.order.put(out);
     inputs.fitness.put(out);
     inputs.endurance.put(out);
+    inputs.located.put(out);
     out.word(inputs.heard.len() as u32);
     inputs.heard.iter().for_each(|heard| heard.put(out));
+    out.word(inputs.told.len() as u32);
+    inputs.told.iter().for_each(|told| told.put(out));
 }
 
 fn get_inputs(from: &mut Reader<'_>) -> Option<OwnedInputs> {
@@ -218,7 +223,9 @@ fn get_inputs(from: &mut Reader<'_>) -> Option<OwnedInputs> {
         order: Option::get(from)?,
         fitness: Fitness::get(from)?,
         endurance: Option::get(from)?,
+        located: Option::get(from)?,
         heard: Vec::get(from)?,
+        told: Vec::get(from)?,
     })
 }
 
@@ -230,8 +237,8 @@ mod tests {
     use flight::{Attitude, Battery, Cause, Mode};
     use tunnel_nav::{Range, Side, Walls};
     use units::{
-        Branch, Course, Dbm, LinkSpan, LinkSum, MetresPerDb, MetresPerSecond, NodeId, Phase,
-        Point2, Pose2, RadiansPerSecond, Setpoint, Signpost, Volts,
+        Branch, Course, Dbm, LinkSpan, LinkSum, MetresPerDb, MetresPerSecond, NodeId, Payload,
+        Phase, Point2, Pose2, RadiansPerSecond, Setpoint, Signpost, Volts,
     };
     use wire::p2p::Epoch;
 
@@ -263,6 +270,10 @@ mod tests {
             recall: true,
         };
         let heard = [Heard { report, rssi: Dbm(-61.7), reverse: Some(Dbm(-62.9)) }; REPORTS];
+        let payload = Payload::new(&[7; Payload::MOST]).unwrap();
+        let at = Instant::from_micros(1 << 33);
+        let told = [Told { from: NodeId(3), at, rssi: Dbm(-70.5), payload }; TOLD];
+        let pose = Pose2 { at: Point2::new(1.5, -0.25), yaw: Radians(0.75) };
         let speed = MetresPerSecond(0.3);
         let inputs = Inputs {
             ranges: Diagonals {
@@ -274,8 +285,8 @@ mod tests {
             velocity: Some(BodyVelocity { forward: speed, lateral: MetresPerSecond(-0.0) }),
             heading: Some(Radians(-3.1)),
             height: Some(Metres(0.31)),
-            located: None,
-            told: &[],
+            located: Some(Located { pose, deviation: Metres(0.01) }),
+            told: &told,
             heard: &heard,
             order: Some(Order::Explore(Course { speed, branch })),
             fitness: Fitness::Landing(Cause::Overload),
@@ -300,7 +311,6 @@ mod tests {
             yaw_rate: RadiansPerSecond(0.5),
             height: Metres(0.3),
         };
-        let pose = Pose2 { at: Point2::new(1.5, -0.25), yaw: Radians(0.75) };
         let here = Reckoning { odometer: Metres(-1.0), pose };
         let outputs =
             Outputs { setpoint, report, status: AgentStatus { state, front, back, here, walls } };

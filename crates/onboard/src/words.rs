@@ -8,8 +8,8 @@
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use agent::{
-    BodyVelocity, ChainDuty, Duty, Fitness, LandReason, LinkView, Outputs, Reckoning, State,
-    Status as AgentStatus, SwarmDuty,
+    BodyVelocity, ChainDuty, Duty, ExploreDuty, Fitness, LandReason, LinkView, Located, Outputs,
+    Reckoning, State, Status as AgentStatus, SwarmDuty, Told,
 };
 use chain::filter::LinkEstimate;
 use chain::neighbours::Heard;
@@ -20,8 +20,8 @@ use heapless::Vec;
 use tunnel_nav::{Diagonals, Range, Side, Walls};
 use units::{
     Branch, Course, DbPerMetre, Dbm, Duration, Instant, LinkSpan, LinkSum, Metres, MetresPerDb,
-    MetresPerSecond, NodeId, Order, Phase, Point2, PolicyCode, Pose2, Radians, RadiansPerSecond,
-    Role, Setpoint, Signpost, Volts,
+    MetresPerSecond, NodeId, Order, Payload, Phase, Point2, PolicyCode, Pose2, Radians,
+    RadiansPerSecond, Role, Setpoint, Signpost, Volts,
 };
 
 /// Writes words into the memory of a slot or of a frame. Words beyond its end are lost, which shows in
@@ -309,6 +309,8 @@ structs! {
     LinkView { peer, raw, rssi, velocity, is_base }
     Point2 { x, y }
     Pose2 { at, yaw }
+    Located { pose, deviation }
+    Told { from, at, rssi, payload }
     Reckoning { odometer, pose }
     AgentStatus { state, front, back, here, walls }
     Outputs { setpoint, report, status }
@@ -316,6 +318,28 @@ structs! {
     Attitude { roll, pitch, yaw }
     Battery { volts, endurance }
     Status { mode, attitude, velocity, height, battery }
+}
+
+/// The length, and four bytes in each word.
+impl Words for Payload {
+    fn put(&self, out: &mut Writer<'_>) {
+        out.word(self.as_bytes().len() as u32);
+        for bytes in self.as_bytes().chunks(4) {
+            let mut word = [0; 4];
+            word.iter_mut().zip(bytes).for_each(|(to, from)| *to = *from);
+            out.word(u32::from_le_bytes(word));
+        }
+    }
+
+    fn get(from: &mut Reader<'_>) -> Option<Self> {
+        let length = from.word()? as usize;
+        let mut bytes = [0; Self::MOST];
+        for part in bytes.get_mut(..length)?.chunks_mut(4) {
+            let word = from.word()?.to_le_bytes();
+            part.iter_mut().zip(word).for_each(|(to, from)| *to = from);
+        }
+        Self::new(bytes.get(..length)?)
+    }
 }
 
 /// Two words, since a round has one in each report: the small numbers are bytes of the first.
@@ -359,8 +383,9 @@ enums! {
         7 = Perched,
         8 = Rising { since },
     }
-    Duty { 0 = Chain(duty), 1 = Swarm(duty) }
+    Duty { 0 = Chain(duty), 1 = Swarm(duty), 2 = Explore(duty) }
     SwarmDuty { 0 = Hovering { since }, 1 = Surveying, 2 = Gathering, 3 = Crossing }
+    ExploreDuty { 0 = Lost { since }, 1 = Waiting, 2 = Exploring { goal } }
     ChainDuty {
         0 = Leading { patient_until },
         1 = Relaying { patient_until },

@@ -44,11 +44,13 @@ pub enum MissionKind {
     Chain,
     /// A swarm surveys an area, gathers, and crosses a passage, by virtual forces.
     Swarm,
+    /// Drones explore an unknown place together, each with a map of its own.
+    Explore,
 }
 
 impl MissionKind {
     /// All missions.
-    pub const ALL: [Self; 2] = [Self::Chain, Self::Swarm];
+    pub const ALL: [Self; 3] = [Self::Chain, Self::Swarm, Self::Explore];
 
     /// The mission's number on the air and in records. A number that is used never changes.
     #[must_use]
@@ -56,6 +58,7 @@ impl MissionKind {
         match self {
             Self::Chain => 0,
             Self::Swarm => 1,
+            Self::Explore => 2,
         }
     }
 
@@ -65,6 +68,7 @@ impl MissionKind {
         match code {
             0 => Some(Self::Chain),
             1 => Some(Self::Swarm),
+            2 => Some(Self::Explore),
             _ => None,
         }
     }
@@ -75,6 +79,7 @@ impl MissionKind {
         match self {
             Self::Chain => "chain",
             Self::Swarm => "swarm",
+            Self::Explore => "explore",
         }
     }
 

@@ -120,7 +120,14 @@ impl<'a, G: Ground> Run<'a, G> {
         let world = setup.world;
         let mut robots = Vec::new();
         for (n, &start) in world.starts().iter().take(setup.robots.min(ROBOTS)).enumerate() {
-            let config = Config { number: n as u8, rule: setup.rule, limits: LIMITS };
+            let config = Config {
+                number: n as u8,
+                rule: setup.rule,
+                limits: LIMITS,
+                least_gain: 0,
+                refresh_steps: 1,
+                search_cells: 0,
+            };
             let pose = start_pose(world, start, &mut stream(100 + n));
             robots.push(Robot::new(config, ground(*world.frame())?, world, pose));
         }

@@ -9,7 +9,9 @@ use rayon::prelude::*;
 use serde_json::{Map, Value, json};
 
 use crate::bodies::craft::record::FlightMetrics;
-use crate::measure::metrics::{HoldMetrics, Reference, RunMetrics, SwarmMetrics, measure};
+use crate::measure::metrics::{
+    ExploreMetrics, HoldMetrics, Reference, RunMetrics, SwarmMetrics, measure,
+};
 use crate::mission::World;
 use crate::scenario::Scenario;
 
@@ -204,6 +206,12 @@ pub fn figures(runs: &[RunMetrics]) -> Vec<Figure> {
         figure("gathered_s", swarm(runs, |s| s.gathered_s)),
         figure("across_s", swarm(runs, |s| s.across_s)),
         figure("closest_drones_m", swarm(runs, |s| s.closest_drones_m)),
+        figure("explored", explore(runs, |e| e.explored)),
+        figure("t50_s", explore(runs, |e| e.t50_s)),
+        figure("t99_s", explore(runs, |e| e.t99_s)),
+        figure("ended", explore(runs, |e| f32::from(u8::from(e.unfinished == 0)))),
+        figure("ended_s", explore(runs, |e| e.ended_s)),
+        figure("explorers_apart_m", explore(runs, |e| e.closest_drones_m)),
         figure("max_tilt_deg", flown(runs, |f| f.max_tilt_deg)),
         figure("max_rate_dps", flown(runs, |f| f.max_rate_dps)),
         figure("velocity_error_mps", flown(runs, |f| f.velocity_error_mps)),
@@ -216,6 +224,11 @@ pub fn figures(runs: &[RunMetrics]) -> Vec<Figure> {
 /// The mean of a figure that only swarms have.
 fn swarm(runs: &[RunMetrics], of: impl Fn(&SwarmMetrics) -> f32) -> Estimate {
     mean(runs, |run| run.swarm.as_ref().map_or(f32::NAN, &of))
+}
+
+/// The mean of a figure that only explorations have.
+fn explore(runs: &[RunMetrics], of: impl Fn(&ExploreMetrics) -> f32) -> Estimate {
+    mean(runs, |run| run.explore.as_ref().map_or(f32::NAN, &of))
 }
 
 /// The mean of a figure that only rigid bodies have.

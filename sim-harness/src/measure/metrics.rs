@@ -5,11 +5,12 @@
 
 mod criteria;
 mod cruise;
+mod explore;
 mod hold;
 mod reference;
 mod swarm;
 
-use units::{NodeId, Order, Role};
+use units::{MissionKind, NodeId, Order, Role};
 
 use crate::bodies::craft::record::FlightMetrics;
 use crate::mission::{Linked, Mission, ROUND_US, RadioMetrics, World};
@@ -19,6 +20,8 @@ use crate::world::SkeletonPlace;
 pub use criteria::Criteria;
 pub(crate) use criteria::CriteriaTable;
 use cruise::CruiseRecord;
+pub use explore::ExploreMetrics;
+use explore::ExploreRecord;
 pub(crate) use hold::converged_at;
 pub use hold::{HoldMetrics, NoHold};
 use hold::{HoldRecord, Sample};
@@ -39,6 +42,8 @@ pub struct Watch<'a> {
     exploration: Exploration,
     /// The record of a swarm, which is no chain: it has none of the other samples.
     swarm: Option<SwarmRecord>,
+    /// The record of an exploration, which is no chain either.
+    explore: Option<ExploreRecord>,
     /// The places of all members at the end of the first round.
     start: Vec<SkeletonPlace>,
     chain: Vec<Linked>,
@@ -148,6 +153,7 @@ impl<'a> Watch<'a> {
             cruise: scenario.cruise().map(CruiseRecord::new),
             exploration: Exploration::default(),
             swarm: SwarmRecord::of(scenario),
+            explore: ExploreRecord::of(scenario, world),
             start: Vec::new(),
             chain: Vec::new(),
             order_lost: 0,
@@ -163,6 +169,9 @@ impl<'a> Watch<'a> {
     pub fn look(&mut self, mission: &Mission<'_>) {
         if let Some(swarm) = &mut self.swarm {
             return swarm.look(mission);
+        }
+        if let Some(explore) = &mut self.explore {
+            return explore.look(mission);
         }
         let mut chain = std::mem::take(&mut self.chain);
         mission.chain(&mut chain);
@@ -266,7 +275,8 @@ impl<'a> Watch<'a> {
         let relays: Vec<_> = relays.filter(|relay| !mission.is_lost(*relay)).collect();
         let hold = self.hold.as_ref().map_err(|why| *why).and_then(|hold| hold.metrics(&relays));
         // Where the drones are in the air from the start, none is launched.
-        let launches = matches!(drones.start, Start::Mouth) && self.swarm.is_none();
+        let launches =
+            matches!(drones.start, Start::Mouth) && self.scenario.mission == MissionKind::Chain;
         let of_launches = |value: f32| if launches { value } else { f32::NAN };
         let hold = hold.map(|hold| HoldMetrics {
             violation: of_launches(hold.violation),
@@ -288,6 +298,7 @@ impl<'a> Watch<'a> {
             wall_contacts: mission.wall_contacts(),
             drone_contacts: mission.drone_contacts(),
             swarm: self.swarm.as_ref().map(SwarmRecord::metrics),
+            explore: self.explore.as_ref().map(ExploreRecord::metrics),
             radio: mission.radio(),
             flight: FlightMetrics::of(
                 mission.bodies().filter_map(|body| Some(body.craft()?.record())),
@@ -345,6 +356,8 @@ pub struct RunMetrics {
     pub drone_contacts: u32,
     /// The metrics of a swarm; `None` on another mission.
     pub swarm: Option<SwarmMetrics>,
+    /// The metrics of an exploration; `None` on another mission.
+    pub explore: Option<ExploreMetrics>,
     /// The metrics of the radio.
     pub radio: RadioMetrics,
     /// The metrics of the flights, where drones are rigid bodies.

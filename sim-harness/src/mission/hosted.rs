@@ -1,10 +1,11 @@
 //! A drone on the host: the very `onboard::Drone` that the firmware runs, on a clock that no other
 //! drone has.
 
+use agent::Exploration;
 use airlink::{LinkConfig, Opened, Schedule};
 use chain::neighbours::Heard;
 use onboard::{Config, Drone, Keys, Outputs, Sensed, Setup, Start};
-use units::{Dbm, Duration, Instant, NodeId, Order, Role};
+use units::{Dbm, Duration, Instant, MissionKind, NodeId, Order, Role};
 use wire::p2p::{Counter, Epoch, Kind};
 use wire::syslink::MAX_P2P;
 
@@ -35,6 +36,8 @@ pub(super) enum Clocks {
 /// A drone on the host, and its clock.
 pub(super) struct Hosted {
     drone: Drone<Cipher>,
+    /// The memory of a drone that explores.
+    exploration: Option<Box<Exploration>>,
     /// The drone's clock is the mission's and this much.
     offset_us: u64,
     /// When the drone has something to send, by the mission's clock.
@@ -79,7 +82,9 @@ impl Hosted {
             may_fly: true,
         };
         drone.open_link(now, keys);
-        let mut hosted = Self { drone, offset_us, due_us: NEVER, line: Vec::new() };
+        let explores = mission == MissionKind::Explore && role != Role::Base;
+        let exploration = explores.then(|| Box::new(Exploration::NEW));
+        let mut hosted = Self { drone, exploration, offset_us, due_us: NEVER, line: Vec::new() };
         hosted.look(0);
         hosted
     }
@@ -87,6 +92,11 @@ impl Hosted {
     /// The drone, to look at.
     pub(super) const fn drone(&self) -> &Drone<Cipher> {
         &self.drone
+    }
+
+    /// The map of a drone that explores.
+    pub(super) fn exploration(&self) -> Option<&Exploration> {
+        self.exploration.as_deref()
     }
 
     /// The drone, and a moment of the mission by its clock.
@@ -154,7 +164,8 @@ impl Hosted {
 
     /// One round of the mission. Where there are packets, [`look`](Self::look) has to follow.
     pub(super) fn step(&mut self, now_us: u64, sensed: &Sensed) -> Outputs {
-        self.drone.step(self.clock(now_us), sensed)
+        let now = self.clock(now_us);
+        self.drone.step_shown(now, sensed, self.exploration.as_deref_mut(), |_, _| {})
     }
 
     /// Gives the operator's order, at the base.

@@ -3,6 +3,7 @@
 
 mod agent;
 mod drones;
+mod explore;
 mod loss;
 mod pilot;
 mod swarm;
@@ -10,6 +11,7 @@ mod swarm;
 pub(crate) use self::agent::{AgentTables, LaunchTable, PolicyTable, RetreatTable};
 pub use drones::{Drones, Start};
 pub(crate) use drones::{DronesTable, MOST_DRONES};
+pub(crate) use explore::ExploreTable;
 pub(crate) use loss::LossTable;
 pub use loss::{Loss, LossKind};
 pub use pilot::PilotStep;

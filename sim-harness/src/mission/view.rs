@@ -1,6 +1,6 @@
 //! What may be looked at of a mission under way.
 
-use agent::{Outputs, State};
+use agent::{Exploration, Outputs, State};
 use onboard::{Operator, Sensed};
 use units::{Dbm, NodeId, Role};
 use wire::p2p::Telemetry;
@@ -8,7 +8,7 @@ use wire::p2p::Telemetry;
 use super::Mission;
 use super::ideal::IdealLink;
 use super::log::RadioMetrics;
-use super::member::Member;
+use super::member::{Member, Onboard};
 use super::parts::Part;
 use super::seal::Cipher;
 use super::track::Linked;
@@ -85,6 +85,14 @@ impl Mission<'_> {
     /// The state of each member's agent, head first, base last.
     pub fn states(&self) -> impl Iterator<Item = State> {
         self.members.iter().map(Member::state)
+    }
+
+    /// The maps of the drones that explore.
+    pub fn explorations(&self) -> impl Iterator<Item = &Exploration> {
+        self.members.iter().filter_map(|member| match &member.onboard {
+            Onboard::Hosted(hosted) => hosted.exploration(),
+            Onboard::Emulated(emulated) => emulated.exploration(),
+        })
     }
 
     /// How many members there are, base included.

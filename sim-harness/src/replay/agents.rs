@@ -59,7 +59,7 @@ impl Tally {
     fn add(&mut self, now: Instant, state: State) {
         self.rows += 1;
         match state {
-            State::OnMission(Duty::Swarm(_)) => {}
+            State::OnMission(Duty::Swarm(_) | Duty::Explore(_)) => {}
             State::OnMission(Duty::Chain(duty)) => match duty {
                 ChainDuty::Relaying { .. } => self.relaying += 1,
                 ChainDuty::Reconnecting { .. } => self.reconnecting += 1,

@@ -31,6 +31,8 @@ files![
     "room",
     "swarm-b",
     "swarm-c",
+    "explore-room",
+    "explore-flow",
     "turns",
     "paper-circuit",
     "relay-pair",

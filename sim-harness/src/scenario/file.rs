@@ -18,8 +18,8 @@ use crate::input_error::InputError;
 use crate::measure::metrics::CriteriaTable;
 use crate::mission::medium::RadioTable;
 use crate::mission::{
-    AgentTables, DronesTable, LaunchTable, LossTable, PilotTable, PolicyTable, RetreatTable,
-    SwarmTable,
+    AgentTables, DronesTable, ExploreTable, LaunchTable, LossTable, PilotTable, PolicyTable,
+    RetreatTable, SwarmTable,
 };
 use crate::world::TunnelTable;
 
@@ -30,6 +30,8 @@ struct File {
     duration_s: At<f32>,
     #[serde(default)]
     swarm: SwarmTable,
+    #[serde(default)]
+    explore: ExploreTable,
     fidelity: Option<At<String>>,
     link: Option<At<String>>,
     mission: Option<At<String>>,
@@ -87,6 +89,7 @@ pub(super) fn parse_with(
     let mut constants = tables.read(radio.place.path_loss.loss_at_1m(), &vehicle, &reader)?;
     constants.agent.flight.keeps_way_home = !drones.fetched;
     constants.agent.swarm = file.swarm.read(drones.flying(), &reader)?;
+    constants.agent.explore = file.explore.read(&reader)?;
     let name = path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
     let duration_us = reader.micros(&file.duration_s, "duration_s", 0.2..=86_400.0)?;
     let fidelity = fidelity(file.fidelity.as_ref(), &reader)?;

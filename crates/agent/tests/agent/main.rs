@@ -11,6 +11,7 @@
 
 mod any_inputs;
 mod behaviour;
+mod explore;
 mod odometer;
 mod rig;
 mod search;

@@ -5,12 +5,12 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use agent::{ChainDuty, Duty, Fitness, LandReason, State, SwarmDuty};
+use agent::{ChainDuty, Duty, ExploreDuty, Fitness, LandReason, State, SwarmDuty};
 use chain::search::{Place, Search};
 use crtp::Documented;
 use flight::Cause;
 use onboard::air;
-use units::{Dbm, Instant, Metres};
+use units::{Dbm, Instant, Metres, Point2};
 
 const CHAPTER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/src/cfclient.md");
 
@@ -76,6 +76,18 @@ fn states() -> String {
             "of a swarm: goes through the passage",
         ),
         (
+            State::OnMission(Duty::Explore(ExploreDuty::Lost { since: now })),
+            "an explorer: does not know its position, and hovers",
+        ),
+        (
+            State::OnMission(Duty::Explore(ExploreDuty::Waiting)),
+            "an explorer: waits for a goal, and looks around",
+        ),
+        (
+            State::OnMission(Duty::Explore(ExploreDuty::Exploring { goal: Point2::default() })),
+            "an explorer: flies to what is not known yet",
+        ),
+        (
             on_duty(ChainDuty::Siting { since: now }),
             "is to relay from the ground: looks for a spot at which to land",
         ),
@@ -101,6 +113,9 @@ fn states() -> String {
                 | SwarmDuty::Surveying
                 | SwarmDuty::Gathering
                 | SwarmDuty::Crossing,
+            ))
+            | State::OnMission(Duty::Explore(
+                ExploreDuty::Lost { .. } | ExploreDuty::Waiting | ExploreDuty::Exploring { .. },
             ))
             | State::Landing { .. }
             | State::Landed { .. }

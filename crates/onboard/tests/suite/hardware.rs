@@ -146,6 +146,6 @@ fn a_drone_with_a_fault_of_its_hardware_is_unfit_and_says_why() {
 /// Runs a round, and returns whether the agent was told that the machine is fit.
 fn is_fit(drone: &mut Drone<Clear>, ms: u64) -> bool {
     let mut fitness = None;
-    drone.step_shown(at(ms), &Sensed::NONE, |inputs, _| fitness = Some(inputs.fitness));
+    drone.step_shown(at(ms), &Sensed::NONE, None, |inputs, _| fitness = Some(inputs.fitness));
     fitness == Some(Fitness::Fit)
 }

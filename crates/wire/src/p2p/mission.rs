@@ -8,7 +8,7 @@ use super::{Error, MAX_BODY, fill};
 ///
 /// | byte | type | field | what | unit |
 /// |---|---|---|---|---|
-/// | 0 | `u8` | `mission` | 0 chain, 1 swarm | |
+/// | 0 | `u8` | `mission` | 0 chain, 1 swarm, 2 explore | |
 /// | 1 | 0 to 43 bytes | `payload` | the mission's own bytes | |
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

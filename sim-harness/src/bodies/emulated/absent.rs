@@ -3,8 +3,9 @@
 use std::convert::Infallible;
 use std::fmt;
 
-use agent::Outputs;
-use units::{Dbm, NodeId};
+use agent::{Exploration, Outputs};
+use onboard::Fix;
+use units::{Dbm, Metres, NodeId};
 use wire::p2p::Counter;
 
 use crate::bodies::craft::{Craft, Surroundings};
@@ -53,6 +54,10 @@ impl Emulated {
         match self.0 {}
     }
 
+    pub(crate) fn locate(&mut self, _: u64, _: &Fix, _: Metres) {
+        match self.0 {}
+    }
+
     pub(crate) fn take_answers(&mut self, _: impl FnMut(&[u8])) {
         match self.0 {}
     }
@@ -62,6 +67,10 @@ impl Emulated {
     }
 
     pub(crate) fn outputs(&self) -> Option<Outputs> {
+        match self.0 {}
+    }
+
+    pub(crate) fn exploration(&self) -> Option<&Exploration> {
         match self.0 {}
     }
 

@@ -11,12 +11,14 @@
 //! | `coupling` | sensors' registers and motors' pins to and from a body |
 //! | `decisions` | the inputs and outputs of the firmware's agent, step by step |
 //! | `provision` | the keys and settings of a drone before its first flight |
+//! | `shadow` | the agent of the host that follows the one of a drone that explores |
 //! | `watch` | the log of a drone, and the account of its processor's time |
 
 pub(crate) mod coupling;
 mod decisions;
 mod firmware;
 mod provision;
+mod shadow;
 mod watch;
 
 use std::fmt;
@@ -24,14 +26,16 @@ use std::io;
 use std::net::TcpListener;
 use std::sync::Arc;
 
-use agent::Outputs;
+use agent::{Exploration, Outputs};
 use flight::Status;
-use units::{Dbm, NodeId};
+use onboard::{Fix, mounting};
+use units::{Dbm, Metres, NodeId};
 use virtual_crazyflie::board::{Config, Crazyflie};
 use virtual_crazyflie::gdb::Debugger;
 use virtual_crazyflie::log::{LogLine, Messages};
 use virtual_crazyflie::machine::{Halt, Machine, MachineConfig};
 use virtual_crazyflie::profile::Report;
+use wire::crtp::Positions;
 use wire::p2p::{self, Counter};
 use wire::radio::timing::RAMP_UP_US;
 
@@ -46,6 +50,7 @@ pub use watch::{AGENT_STEP, CONTROL_STEP};
 use decisions::Decisions;
 use onboard::probe::Round;
 use provision::provision;
+use shadow::Shadow;
 use watch::Watch;
 
 /// Nanoseconds in a microsecond.
@@ -112,6 +117,7 @@ pub struct Emulated {
     on_us: u64,
     last_order: Option<Counter>,
     decisions: Option<Decisions>,
+    shadow: Option<Shadow>,
 }
 
 impl Emulated {
@@ -160,6 +166,7 @@ impl Emulated {
             on_us,
             last_order: None,
             decisions: None,
+            shadow: Shadow::of(scenario, node),
         }
     }
 
@@ -212,6 +219,18 @@ impl Emulated {
     #[must_use]
     pub fn decisions(&self) -> Option<&[Round]> {
         self.decisions.as_ref()?.rounds()
+    }
+
+    /// The map of a drone that explores, by the same agent on the host.
+    pub(crate) fn exploration(&self) -> Option<&Exploration> {
+        self.shadow.as_ref().map(Shadow::exploration)
+    }
+
+    /// The rounds in which a drone that explores has decided as the agent on the host does of the same
+    /// inputs, and those in which it has not; `None` for another mission.
+    #[must_use]
+    pub fn alike(&self) -> Option<[u32; 2]> {
+        self.shadow.as_ref().map(Shadow::rounds)
     }
 
     /// Measures the processor's time, by function, from now on.
@@ -269,6 +288,9 @@ impl Emulated {
         if let Some(decisions) = &mut self.decisions {
             decisions.look(&self.firmware, self.core.machine().memory());
         }
+        if let Some(shadow) = &mut self.shadow {
+            shadow.look(&self.firmware, self.core.machine().memory());
+        }
         ran.map_err(|halt| Halted { node: self.node, halt })
     }
 
@@ -294,6 +316,14 @@ impl Emulated {
         const ACROSS_A_ROOM: Dbm = Dbm(-50.0);
         let at = self.nanos(mission_us);
         self.core.machine_mut().board_mut().hear_crtp(at, packet, ACROSS_A_ROOM);
+    }
+
+    /// Delivers a fix of a positioning system, as cflib's `send_extpose` sends it.
+    pub(crate) fn locate(&mut self, mission_us: u64, fix: &Fix, height: Metres) {
+        let at = [Metres(fix.at.x), Metres(fix.at.y), height];
+        let yaw = fix.yaw.map(mounting::board_heading);
+        let position = Positions::Own(wire::crtp::Fix { at, yaw });
+        self.client(mission_us, wire::crtp::Request::Positions(position).packet().bytes());
     }
 
     /// The packets with which its radio chip has acknowledged those of clients.

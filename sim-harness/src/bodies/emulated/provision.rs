@@ -85,8 +85,10 @@ pub fn unfit(scenario: &Scenario) -> Option<&'static str> {
         Some("another retreat: only retreat.limit_dbm can be set on a drone")
     } else if !kept(agent.launch.limit) || !kept(agent.retreat.limit) {
         Some("a limit that no drone keeps")
-    } else if scenario.mission != MissionKind::Chain {
+    } else if scenario.mission == MissionKind::Swarm {
         Some("a mission that needs a positioning system, which emulated drones do not have")
+    } else if scenario.mission == MissionKind::Explore && agent.explore != default.explore {
+        Some("another area to explore")
     } else if agent.nav != default.nav {
         Some("side rangers with another reach")
     } else if !matches!(scenario.drones.start, crate::scenario::Start::Mouth) {

@@ -25,6 +25,9 @@ pub(super) fn failures(scenario: &Scenario, trace: &Trace, metrics: &RunMetrics)
     if let Some(swarm) = &metrics.swarm {
         count(swarm.unfinished, "drones that did not finish");
     }
+    if let Some(explore) = &metrics.explore {
+        count(explore.unfinished, "drones that did not finish");
+    }
     for criterion in criteria(scenario, metrics).iter().filter(|criterion| !criterion.met()) {
         failures.push(criterion.complaint());
     }

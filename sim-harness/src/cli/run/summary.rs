@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use super::failures::criteria;
 use super::last_states;
 use crate::bodies::craft::record::FlightMetrics;
-use crate::measure::metrics::{HoldMetrics, RunMetrics, SwarmMetrics};
+use crate::measure::metrics::{ExploreMetrics, HoldMetrics, RunMetrics, SwarmMetrics};
 use crate::measure::trace::Trace;
 use crate::mission::RadioMetrics;
 use crate::scenario::Scenario;
@@ -53,6 +53,9 @@ pub(super) fn summary(
         }
         if let Some(swarm) = &metrics.swarm {
             summary.insert("swarm".into(), swarm_json(swarm));
+        }
+        if let Some(explore) = &metrics.explore {
+            summary.insert("explore".into(), explore_json(explore));
         }
     }
     summary
@@ -106,6 +109,18 @@ fn swarm_json(swarm: &SwarmMetrics) -> Value {
         "across_s": number(swarm.across_s),
         "closest_drones_m": number(swarm.closest_drones_m),
         "unfinished": swarm.unfinished,
+    })
+}
+
+/// The figures of an exploration.
+fn explore_json(explore: &ExploreMetrics) -> Value {
+    json!({
+        "explored": number(explore.explored),
+        "t50_s": number(explore.t50_s),
+        "t99_s": number(explore.t99_s),
+        "ended_s": number(explore.ended_s),
+        "closest_drones_m": number(explore.closest_drones_m),
+        "unfinished": explore.unfinished,
     })
 }
 

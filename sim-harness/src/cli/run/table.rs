@@ -3,10 +3,11 @@
 use std::fmt::Write;
 
 use super::last_states;
-use crate::measure::metrics::{RunMetrics, SwarmMetrics};
+use crate::measure::metrics::{ExploreMetrics, RunMetrics, SwarmMetrics};
 use crate::measure::trace::Trace;
 use crate::scenario::Scenario;
 use crate::world::import::Route;
+use units::MissionKind;
 
 /// The most hindrances that are listed.
 const MOST_LISTED: usize = 5;
@@ -67,13 +68,13 @@ pub(super) fn table(
     // Writing to a string cannot fail.
     let _ = writeln!(text, "{}: {}", scenario.name, scenario.title);
     let duration = scenario.duration_s();
-    let _ = match m.swarm {
-        None => writeln!(
+    let _ = match scenario.mission {
+        MissionKind::Chain => writeln!(
             text,
             "  {duration:.0} s, seed {seed}, policy {}, head reached {:.1} m\n",
             scenario.policy, m.farthest_m
         ),
-        Some(_) => writeln!(text, "  {duration:.0} s, seed {seed}, mission swarm\n"),
+        mission => writeln!(text, "  {duration:.0} s, seed {seed}, mission {}\n", mission.name()),
     };
     if let Some(route) = &scenario.route {
         route_lines(&mut text, route, scenario.vehicle.reach);
@@ -85,9 +86,10 @@ pub(super) fn table(
             m.launched, m.needed
         );
     }
-    match &m.swarm {
-        None => hold_lines(&mut text, m),
-        Some(swarm) => swarm_lines(&mut text, swarm),
+    match (&m.swarm, &m.explore) {
+        (Some(swarm), _) => swarm_lines(&mut text, swarm),
+        (_, Some(explore)) => explore_lines(&mut text, explore),
+        (None, None) => hold_lines(&mut text, m),
     }
     if let Ok(hold) = m.hold.as_ref()
         && !hold.t_repair_s.is_nan()
@@ -125,17 +127,28 @@ pub(super) fn table(
     text
 }
 
+/// The line about when something came to be.
+fn when(text: &mut String, what: &str, at: f32) {
+    let _ = match at.is_finite() {
+        true => writeln!(text, "  {what:21} after {at:.0} s"),
+        false => writeln!(text, "  {what:21} never"),
+    };
+}
+
+/// The lines about an exploration.
+fn explore_lines(text: &mut String, explore: &ExploreMetrics) {
+    let _ = writeln!(text, "  explored              {:.1} %", 100.0 * explore.explored);
+    when(text, "half of it", explore.t50_s);
+    when(text, "99 % of it", explore.t99_s);
+    when(text, "nothing left for all", explore.ended_s);
+    let _ = writeln!(text, "  closest drones        {:.2} m", explore.closest_drones_m);
+}
+
 /// The lines about a swarm.
 fn swarm_lines(text: &mut String, swarm: &SwarmMetrics) {
-    let mut when = |what: &str, at: f32| {
-        let _ = match at.is_finite() {
-            true => writeln!(text, "  {what:21} after {at:.0} s"),
-            false => writeln!(text, "  {what:21} never"),
-        };
-    };
-    when("area surveyed", swarm.surveyed_s);
-    when("into the passage", swarm.gathered_s);
-    when("all across", swarm.across_s);
+    when(text, "area surveyed", swarm.surveyed_s);
+    when(text, "into the passage", swarm.gathered_s);
+    when(text, "all across", swarm.across_s);
     let _ = writeln!(text, "  closest drones        {:.2} m", swarm.closest_drones_m);
 }
 

@@ -72,22 +72,29 @@ impl SwarmRecord {
         note(&mut metrics.gathered_s, states.iter().any(crosses));
         note(&mut metrics.across_s, states.iter().all(finished));
         metrics.unfinished = states.iter().filter(|state| !finished(state)).count() as u32;
-        let flying: Vec<_> = mission
-            .bodies()
-            .take(self.drones)
-            .filter(|body| body.height() > 0.0)
-            .map(Body::position)
-            .collect();
-        for (n, one) in flying.iter().enumerate() {
-            for other in flying.iter().skip(n + 1) {
-                let Metres(apart) = one.distance(*other);
-                metrics.closest_drones_m = metrics.closest_drones_m.min(apart);
-            }
-        }
+        metrics.closest_drones_m = metrics.closest_drones_m.min(closest(mission, self.drones));
     }
 
     /// The metrics of what was sampled.
     pub(super) const fn metrics(&self) -> SwarmMetrics {
         self.metrics
     }
+}
+
+/// The least distance of two of the first `drones` members that fly, m; infinite without two.
+pub(super) fn closest(mission: &Mission<'_>, drones: usize) -> f32 {
+    let flying: Vec<_> = mission
+        .bodies()
+        .take(drones)
+        .filter(|body| body.height() > 0.0)
+        .map(Body::position)
+        .collect();
+    let mut closest = f32::INFINITY;
+    for (n, one) in flying.iter().enumerate() {
+        for other in flying.iter().skip(n + 1) {
+            let Metres(apart) = one.distance(*other);
+            closest = closest.min(apart);
+        }
+    }
+    closest
 }

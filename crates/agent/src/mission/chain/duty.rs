@@ -112,7 +112,7 @@ impl ChainDuty {
             Self::Searching { .. } => 10,
             Self::Retiring => 11,
             Self::Rejoining { .. } => 12,
-            Self::Siting { .. } => 19,
+            Self::Siting { .. } => 22,
         }
     }
 

@@ -1,0 +1,284 @@
+//! The mission explore: drones that explore a place together, each with a map of its own, and tell each
+//! other frontiers and never maps ([`frontier`]).
+//!
+//! | module | holds |
+//! |---|---|
+//! | `config` | the area that is explored, and how the drones fly there |
+//! | `duty` | the duties of a drone in the air, and the transitions between them |
+//! | `apart` | the distance that drones keep from each other |
+
+mod apart;
+mod config;
+mod duty;
+
+pub use config::ExploreConfig;
+pub use duty::ExploreDuty;
+
+use core::f32::consts::FRAC_PI_4;
+
+use frontier::{
+    Activity, Atlas160, Beam, Config, Explorer, Ground, Inputs as Perceived, Motion, Rule,
+};
+use grid_map::{CellState, Frame, RayEnd};
+use heapless::Vec;
+use tunnel_nav::{Diagonals, Range};
+use units::{
+    Metres, MetresPerSecond, NodeId, Payload, Phase, Point2, Pose2, Radians, RadiansPerSecond,
+};
+
+use super::{Call, Next, Outbox, Round, Wish};
+use crate::{AgentConfig, Inputs};
+use apart::kept_apart;
+use duty::Doing;
+
+/// The most drones that explore together: those with the numbers below this.
+pub const MOST_EXPLORERS: usize = 6;
+/// The tiles on which a drone remembers marks, its own and all drones': 17 kB. Of the 2,916 tiles of
+/// the largest map those count that were a frontier at some time.
+const RECORDS: usize = 832;
+/// The packets of others that a drone takes in a round: as many as its mailbox holds.
+const MOST_PACKETS: usize = 24;
+/// A frontier has so many unknown cells around it, of 48. Our own number: a single cell that noise has
+/// made unknown is none, nor are three.
+const LEAST_GAIN: u8 = 6;
+/// A search of ways that visits more cells goes on in the next round.
+const SEARCH_CELLS: u16 = 8_000;
+/// The comparison of marks with the map is spread over the five rounds of a second.
+const REFRESH_STEPS: u8 = 5;
+/// What a beam hits within this of another drone is that drone: half its width, and how far it flies
+/// until it tells its place again, m.
+const DRONE: f32 = 0.35;
+
+/// The memory of a drone that explores: its map with the planner of ways in it, the marks of all drones,
+/// and its part in the team. It is too large for an agent on a stack, and so its caller's, who lends it
+/// at each step ([`Agent::step_exploring`](crate::Agent::step_exploring)).
+#[derive(Clone, Debug)]
+pub struct Exploration(Explorer<Atlas160, MOST_EXPLORERS, RECORDS>);
+
+impl Exploration {
+    /// The memory before a mission.
+    pub const NEW: Self = {
+        // The frame is that of no area; `begin` replaces it.
+        let Ok(frame) = Frame::new(Point2::new(0.0, 0.0), ExploreConfig::RESOLUTION, 1, 1) else {
+            panic!("one cell is a grid")
+        };
+        let Ok(ground) = Atlas160::new(frame) else { panic!("there is room for one cell") };
+        Self(Explorer::new(config_of(NodeId::HEAD, &ExploreConfig::DEFAULT), ground))
+    };
+
+    /// The frame of the drone's map.
+    #[must_use]
+    pub fn frame(&self) -> &Frame {
+        self.0.ground().frame()
+    }
+
+    /// What the drone's map knows of a cell.
+    #[must_use]
+    pub fn state(&self, cell: grid_map::Cell) -> CellState {
+        self.0.ground().state(cell)
+    }
+
+    /// Begins the mission of a drone; says whether the area fits the memory.
+    fn begin(&mut self, id: NodeId, config: &ExploreConfig) -> bool {
+        let Ok(frame) = config.frame() else { return false };
+        self.0.begin(config_of(id, config), frame).is_ok()
+    }
+}
+
+/// The robot that the drone is for `frontier`, under our rule.
+const fn config_of(id: NodeId, config: &ExploreConfig) -> Config {
+    Config {
+        number: id.0,
+        rule: Rule::OURS,
+        limits: config.limits(),
+        least_gain: LEAST_GAIN,
+        refresh_steps: REFRESH_STEPS,
+        search_cells: SEARCH_CELLS,
+    }
+}
+
+/// What a drone that explores knows beside its [`Exploration`].
+#[derive(Clone, Debug)]
+pub(crate) struct Explore {
+    /// Whether the drone was lent the memory, and has a number that may explore.
+    is_able: bool,
+    /// Whether a positioning system told the drone its place before take-off; it then relies on it.
+    by_fixes: bool,
+    /// Whether the memory is that of this flight.
+    has_begun: bool,
+    /// Where the drone is, while it knows.
+    pose: Option<Pose2>,
+    /// The velocity over ground to the east and to the north, m/s, and the rate of turn, rad/s.
+    velocity: [f32; 2],
+    yaw_rate: f32,
+    doing: Doing,
+    messages: Outbox,
+}
+
+impl Explore {
+    /// A drone that has not heard any other.
+    pub(crate) const fn new() -> Self {
+        Self {
+            is_able: false,
+            by_fixes: false,
+            has_begun: false,
+            pose: None,
+            velocity: [0.0; 2],
+            yaw_rate: 0.0,
+            doing: Doing { activity: Activity::Waiting, goal: None },
+            messages: Outbox::new(),
+        }
+    }
+
+    /// Takes in where the drone is, what its side beams see, and what the others told since the last
+    /// round, and lets the exploration decide.
+    pub(crate) fn listen(
+        &mut self,
+        config: &AgentConfig,
+        round: &Round,
+        inputs: &Inputs<'_>,
+        exploration: Option<&mut Exploration>,
+    ) {
+        self.messages.clear();
+        self.is_able = exploration.is_some() && usize::from(round.id.0) < MOST_EXPLORERS;
+        match (round.phase, exploration) {
+            (Phase::Linked, Some(exploration)) => {
+                self.pose = self.located(config, round, inputs);
+                self.explore(config, round, inputs, exploration);
+            }
+            (Phase::Waiting | Phase::Out, _) => {
+                self.has_begun = false;
+                self.by_fixes = inputs.located.is_some();
+            }
+            _ => {}
+        }
+    }
+
+    /// Where the drone is: by the positioning system, where it had one before take-off, or by its own
+    /// motion, while the flow sees it.
+    fn located(&self, config: &AgentConfig, round: &Round, inputs: &Inputs<'_>) -> Option<Pose2> {
+        let explore = &config.explore;
+        if self.by_fixes {
+            let limit = explore.largest_deviation;
+            return inputs.located.filter(|it| it.deviation <= limit).map(|it| it.pose);
+        }
+        inputs.velocity.map(|_| explore.pose(round.id.0, round.here.pose))
+    }
+
+    /// One step of the exploration, if the drone knows where it is.
+    fn explore(
+        &mut self,
+        config: &AgentConfig,
+        round: &Round,
+        inputs: &Inputs<'_>,
+        exploration: &mut Exploration,
+    ) {
+        let explore = &config.explore;
+        if !self.has_begun {
+            self.has_begun = exploration.begin(round.id, explore);
+        }
+        let Some(pose) = self.pose.filter(|_| self.has_begun) else {
+            (self.velocity, self.yaw_rate) = ([0.0; 2], 0.0);
+            return;
+        };
+        let Exploration(explorer) = exploration;
+        let reach = Metres(explore.reach.0.min(config.nav.reach.0));
+        let is_drone = |point: Point2| {
+            let mut others = explorer.others(round.now);
+            others.any(|(_, at)| at.distance(point).0 < DRONE)
+        };
+        let beams = beams(pose, &inputs.ranges, reach, is_drone);
+        let mut packets = Vec::<&[u8], MOST_PACKETS>::new();
+        for told in inputs.told {
+            // What has no room is lost, as on the air.
+            let _ = packets.push(told.payload.as_bytes());
+        }
+        let perceived = Perceived { pose, beams: &beams, packets: &packets };
+        let outputs = explorer.step(round.now, &perceived);
+        for packet in &outputs.packets {
+            // A packet fits a payload, and the outbox has room for those of a step.
+            let _ = Payload::new(packet).map(|payload| self.messages.push(payload));
+        }
+        self.doing = Doing { activity: explorer.activity(), goal: explorer.goal() };
+        self.fly(explore, round, pose, outputs.motion, explorer);
+    }
+
+    /// Takes the motion that the exploration wants, but for what would lead to another drone.
+    fn fly<G: Ground, const ROBOTS: usize, const RECORDS: usize>(
+        &mut self,
+        explore: &ExploreConfig,
+        round: &Round,
+        pose: Pose2,
+        motion: Motion,
+        explorer: &Explorer<G, ROBOTS, RECORDS>,
+    ) {
+        let Motion { velocity: [forward, left], yaw_rate } = motion;
+        let (sin, cos) = pose.yaw.sin_cos();
+        let wanted = [forward * cos - left * sin, forward * sin + left * cos];
+        let ground = explorer.ground();
+        let is_free = |cell| ground.state(cell) == CellState::Free;
+        let is_clear = |to: Point2| ground.frame().line(pose.at, to).all(is_free);
+        let limits = (explore.distance.0, explore.speed.0);
+        let others = explorer.others(round.now);
+        self.velocity = kept_apart(round.id.0, pose.at, wanted, limits, others, is_clear);
+        self.yaw_rate = yaw_rate;
+    }
+
+    /// Whether the mission calls for the drone: it flies as soon as it is ordered to.
+    pub(crate) const fn call(&self) -> Call {
+        Call { arms: self.is_able, stays_armed: self.is_able, takes_off: self.is_able }
+    }
+
+    /// The duty after a round of `duty`, or the landing that ends it.
+    pub(crate) fn next_duty(
+        &self,
+        config: &AgentConfig,
+        round: &Round,
+        duty: ExploreDuty,
+    ) -> Next<ExploreDuty> {
+        let knows = self.pose.is_some() && self.has_begun;
+        duty.next(&config.explore, round, knows.then_some(self.doing))
+    }
+
+    /// How the drone is to fly at its duty.
+    pub(crate) fn wish(&self, config: &AgentConfig) -> Wish {
+        let height = config.flight.height;
+        let yaw = self.pose.map_or(Radians::ZERO, |pose| pose.yaw);
+        let [east, north] = self.velocity.map(MetresPerSecond);
+        Wish::Over { east, north, yaw, yaw_rate: RadiansPerSecond(self.yaw_rate), height }
+    }
+
+    /// Puts what the drone tells the others into `outbox`.
+    pub(crate) fn tell(&self, outbox: &mut Outbox) {
+        // Both have the same room.
+        let _ = outbox.extend_from_slice(&self.messages);
+    }
+}
+
+/// The rays of the side beams of a drone at `pose`, but for hits of other drones and beams without a
+/// reading.
+fn beams(
+    pose: Pose2,
+    ranges: &Diagonals,
+    reach: Metres,
+    is_drone: impl Fn(Point2) -> bool,
+) -> Vec<Beam, 4> {
+    let Diagonals { nw, ne, sw, se } = *ranges;
+    let beams = [(nw, 1.0), (ne, -1.0), (sw, 3.0), (se, -3.0)];
+    let ray = |(range, eighths): (Range, f32)| {
+        let (distance, end) = match range {
+            Range::At(distance) if distance <= reach => (distance, RayEnd::Obstacle),
+            Range::At(_) | Range::Clear => (reach, RayEnd::Clear),
+            Range::Invalid => return None,
+        };
+        let (sin, cos) = Radians(pose.yaw.0 + eighths * FRAC_PI_4).sin_cos();
+        let to = Point2::new(pose.at.x + distance.0 * cos, pose.at.y + distance.0 * sin);
+        (end == RayEnd::Clear || !is_drone(to)).then_some(Beam { to, end })
+    };
+    let mut rays = Vec::new();
+    for ray in beams.into_iter().filter_map(ray) {
+        // There is room for all four.
+        let _ = rays.push(ray);
+    }
+    rays
+}

@@ -1,0 +1,90 @@
+//! The area that drones explore together, and how they fly there.
+
+use frontier::{Gaze, Limits};
+use grid_map::{Frame, FrameError};
+use units::{Duration, Metres, MetresPerSecond, Point2, Pose2, Radians, RadiansPerSecond};
+
+/// The area that drones explore together, and how they fly there. All drones of a team must have the
+/// same.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ExploreConfig {
+    /// The south-western corner of the area. What lies outside it is not explored.
+    pub corner: Point2,
+    /// The area's extent to the east and to the north, at most [`MOST_EXTENT`](Self::MOST_EXTENT).
+    pub area: (Metres, Metres),
+    /// Where drone 0 takes off. Without a positioning system a drone knows its place by this and by its
+    /// own motion alone.
+    pub start: Pose2,
+    /// How far behind the drone with the next lower number each one takes off.
+    pub apart: Metres,
+    /// The fastest flight over ground.
+    pub speed: MetresPerSecond,
+    /// The rate at which a drone turns all the time, so that its four beams see all directions.
+    pub turn: RadiansPerSecond,
+    /// A longer range of a side beam counts as no obstacle up to here.
+    pub reach: Metres,
+    /// A drone nearer to another one gives way.
+    pub distance: Metres,
+    /// A position with a larger standard deviation counts as lost.
+    pub largest_deviation: Metres,
+    /// How long a drone hovers without its position before it lands.
+    pub patience: Duration,
+}
+
+impl ExploreConfig {
+    /// The side of a cell of the map: `frontier` has its tiles of three cells for the thesis' 0.3 m
+    /// between two frontiers.
+    pub const RESOLUTION: Metres = Metres(0.1);
+    /// The longest area for which there is memory: 160 cells.
+    pub const MOST_EXTENT: Metres = Metres(16.0);
+
+    /// The largest area, with drone 0 in its middle and the others in a row behind it, as they stand
+    /// before the base. The rate of turn is the thesis' fastest: two looks of a beam, a fifth of a
+    /// second apart, are then 0.12 m apart at the reach of 2 m, where a cell is 0.1 m wide. A position
+    /// may be off by one and a half cells. The speed, the distance and the patience are our own
+    /// numbers; drones tell each other their places once a second, and two of them come 0.4 m nearer to
+    /// each other meanwhile.
+    pub const DEFAULT: Self = Self {
+        corner: Point2::new(-8.0, -8.0),
+        area: (Self::MOST_EXTENT, Self::MOST_EXTENT),
+        start: Pose2 { at: Point2::new(0.0, 0.0), yaw: Radians::ZERO },
+        apart: Metres(0.35),
+        speed: MetresPerSecond(0.2),
+        turn: RadiansPerSecond(0.3),
+        reach: Metres(2.0),
+        distance: Metres(0.8),
+        largest_deviation: Metres(0.15),
+        patience: Duration::from_secs(10),
+    };
+
+    /// The frame of the map.
+    ///
+    /// # Errors
+    /// [`FrameError`] where the area is none.
+    pub fn frame(&self) -> Result<Frame, FrameError> {
+        // The conversion clamps.
+        let cells = |extent: Metres| libm::roundf(extent.0 / Self::RESOLUTION.0) as u16;
+        let (east, north) = self.area;
+        Frame::new(self.corner, Self::RESOLUTION, cells(east), cells(north))
+    }
+
+    /// The limits of the flight, as `frontier` takes them.
+    pub(super) const fn limits(&self) -> Limits {
+        Limits { speed: self.speed.0, turn: self.turn.0, reach: self.reach.0, gaze: Gaze::Around }
+    }
+
+    /// The pose of the drone with this number, by its pose in the frame of its take-off.
+    pub(super) fn pose(&self, number: u8, flown: Pose2) -> Pose2 {
+        let Pose2 { at: first, yaw } = self.start;
+        let (sin, cos) = yaw.sin_cos();
+        let forward = flown.at.x - self.apart.0 * f32::from(number);
+        let left = flown.at.y;
+        Pose2 {
+            at: Point2::new(
+                first.x + forward * cos - left * sin,
+                first.y + forward * sin + left * cos,
+            ),
+            yaw: (yaw + flown.yaw).wrapped(),
+        }
+    }
+}
