@@ -10,7 +10,7 @@ use crate::assignment::utility;
 use crate::atlas::{Ground, Sight, length};
 use crate::board::Candidate;
 use crate::cluster::RobotSet;
-use crate::explorer::{Explorer, MOST_TARGETS, Outputs, State, is_due};
+use crate::explorer::{Explorer, MOST_TARGETS, State, is_due};
 use crate::flight::{Gaze, first_turn};
 use crate::packet::{Activity, Bid, Body, MOST_BIDS, Task};
 use crate::rule::Facing;
@@ -36,7 +36,7 @@ type Targets = Vec<Target, MOST_TARGETS>;
 
 impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, RECORDS> {
     /// Bids for a goal where the robot has none.
-    pub(crate) fn bid(&mut self, now: Instant, pose: Pose2, members: RobotSet, out: &mut Outputs) {
+    pub(crate) fn bid(&mut self, now: Instant, pose: Pose2, members: RobotSet) {
         let Some(since) = self.without_goal_since().filter(|_| is_due(self.bid, now)) else {
             return;
         };
@@ -51,7 +51,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         }
         let leads = self.team.leader(members) == Some(self.config.number);
         if !leads && !bids.is_empty() {
-            self.send(Body::Bids(bids.clone()), out);
+            self.send(Body::Bids(bids.clone()));
         }
         if let Some(own) = self.team.member_mut(self.config.number) {
             own.bids = bids;

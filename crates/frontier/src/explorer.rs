@@ -3,7 +3,7 @@
 use core::ops::ControlFlow;
 
 use grid_map::{Cell, CellState, RayEnd};
-use heapless::Vec;
+use heapless::{Deque, Vec};
 use units::{Duration, Instant, Point2, Pose2};
 
 use crate::atlas::{Ground, Sight, length};
@@ -38,8 +38,10 @@ const TOLD_CLASSES: u8 = 3;
 const FOLLOWED: u16 = 5;
 /// The packets of changes of a step.
 const CHANGES_A_STEP: usize = 2;
-/// The packets of a step.
-const MOST_PACKETS: usize = 8;
+/// The packets of a step: a drone's link has room for so many in a fifth of a second.
+const PACKETS_A_STEP: usize = 4;
+/// The packets that wait to be sent.
+const MOST_WAITING: usize = 8;
 
 /// What a robot is given to begin with.
 #[derive(Clone, Copy, Debug)]
@@ -78,7 +80,7 @@ pub struct Outputs {
     /// Its motion.
     pub motion: Motion,
     /// The packets that its radio is to send to all that hear it.
-    pub packets: Vec<Vec<u8, MOST_BYTES>, MOST_PACKETS>,
+    pub packets: Vec<Vec<u8, MOST_BYTES>, PACKETS_A_STEP>,
 }
 
 /// What a robot is about.
@@ -125,6 +127,8 @@ pub struct Explorer<G, const ROBOTS: usize, const RECORDS: usize> {
     coast: Option<Cell>,
     barred: Vec<Bar, MOST_BARRED>,
     sequence: u8,
+    /// The packets that are still to be sent, the oldest first.
+    outbox: Deque<Vec<u8, MOST_BYTES>, MOST_WAITING>,
     refreshed: Option<Instant>,
     pub(crate) bid: Option<Instant>,
     /// The last status: when, and of which activity.
@@ -148,6 +152,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             coast: None,
             barred: Vec::new(),
             sequence: 0,
+            outbox: Deque::new(),
             refreshed: None,
             bid: None,
             told: None,
@@ -185,7 +190,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             self.ground.trace(inputs.pose.at, beam.to, beam.end);
         }
         for bytes in inputs.packets {
-            self.hear(now, bytes, &mut out);
+            self.hear(now, bytes);
         }
         if is_due(self.refreshed, now) {
             self.refreshed = Some(now);
@@ -197,38 +202,43 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         if self.config.rule.overlap == Overlap::Alone {
             self.choose_alone(now, inputs.pose);
         } else {
-            self.take_part(now, inputs.pose, &mut out);
+            self.take_part(now, inputs.pose);
+        }
+        while !out.packets.is_full()
+            && let Some(packet) = self.outbox.pop_front()
+        {
+            // There is room, by the loop's condition.
+            let _ = out.packets.push(packet);
         }
         out
     }
 
     /// Bids, leads, and tells.
-    fn take_part(&mut self, now: Instant, pose: Pose2, out: &mut Outputs) {
+    fn take_part(&mut self, now: Instant, pose: Pose2) {
         let members = self.team.cluster(now);
         match self.config.rule.distance {
-            Distance::Path => self.bid(now, pose, members, out),
+            Distance::Path => self.bid(now, pose, members),
             Distance::Straight => self.find_idle(now, members),
         }
         if self.team.leader(members) == Some(self.config.number) {
             let Self { leader, team, config, ground, .. } = self;
             let orders = leader.step(now, &config.rule, team, members, ground.frame());
-            self.give(now, orders, out);
+            self.give(now, orders);
         }
         self.note_own(now, pose.at);
-        self.tell(now, pose.at, members, out);
+        self.tell(now, pose.at, members);
     }
 
     fn note_own(&mut self, now: Instant, position: Point2) {
         self.team.note_own(now, position, self.activity(), self.last_goal);
     }
 
-    fn hear(&mut self, now: Instant, bytes: &[u8], out: &mut Outputs) {
+    fn hear(&mut self, now: Instant, bytes: &[u8]) {
         let Ok(mut packet) = Packet::decode(bytes) else { return };
         let heard = self.team.hear(now, &packet);
         if heard.is_to_forward {
             packet.sender = self.config.number;
-            // What does not fit into this step is lost, as on the air.
-            let _ = out.packets.push(packet.encode());
+            self.put_out(&packet);
         }
         if heard.is_new
             && let Body::Orders(orders) = packet.body
@@ -264,14 +274,14 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
     }
 
     /// Sends orders to others, and carries out the robot's own.
-    fn give(&mut self, now: Instant, mut orders: Vec<Order, ROBOTS>, out: &mut Outputs) {
+    fn give(&mut self, now: Instant, mut orders: Vec<Order, ROBOTS>) {
         let number = self.config.number;
         if let Some(own) = orders.iter().find(|order| order.robot == number).copied() {
             self.take(now, own.task);
         }
         orders.retain(|order| order.robot != number);
         for some in orders.chunks(MOST_ORDERS) {
-            self.send(Body::Orders(some.iter().copied().collect()), out);
+            self.send(Body::Orders(some.iter().copied().collect()));
         }
     }
 
@@ -477,39 +487,49 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
     }
 
     /// Tells what has changed, and how the robot is.
-    fn tell(&mut self, now: Instant, position: Point2, members: RobotSet, out: &mut Outputs) {
-        if members.len() > 1 {
-            self.tell_changes(now, members, out);
-        }
+    fn tell(&mut self, now: Instant, position: Point2, members: RobotSet) {
         let activity = self.activity();
         let is_new = self.told.is_none_or(|(_, told)| told != activity);
         if is_new || is_due(self.told.map(|(at, _)| at), now) {
             self.told = Some((now, activity));
             let known = self.team.known(now);
             let (goal, version) = (self.last_goal, self.ledger.version());
-            self.send(Body::Status(Status { position, activity, goal, version, known }), out);
+            self.send(Body::Status(Status { position, activity, goal, version, known }));
+        }
+        if members.len() > 1 {
+            self.tell_changes(now, members);
         }
     }
 
-    fn tell_changes(&mut self, now: Instant, members: RobotSet, out: &mut Outputs) {
+    fn tell_changes(&mut self, now: Instant, members: RobotSet) {
         let (sent, at) = self.sent;
         let had = self.team.least_acknowledged(members).unwrap_or(sent);
         if had < sent && now.since(at) >= RESEND {
             self.sent = (had, now);
         }
         for _ in 0..CHANGES_A_STEP {
+            // Changes wait until the packets before them are out.
+            if self.outbox.len() >= PACKETS_A_STEP {
+                break;
+            }
             let Some(changes) = self.ledger.changes_after(self.sent.0) else { break };
             self.sent = (changes.upto, now);
-            self.send(Body::Changes(changes), out);
+            self.send(Body::Changes(changes));
         }
     }
 
-    /// Sends a packet; one that does not fit into this step is lost, as on the air.
-    pub(crate) fn send(&mut self, body: Body, out: &mut Outputs) {
+    /// Makes a packet, and sends it.
+    pub(crate) fn send(&mut self, body: Body) {
         let number = self.config.number;
         self.sequence = self.sequence.wrapping_add(1);
         let packet = Packet { origin: number, sender: number, sequence: self.sequence, body };
-        let _ = out.packets.push(packet.encode());
+        self.put_out(&packet);
+    }
+
+    /// Puts a packet behind those that wait to be sent; one for which there is no room is lost, as on
+    /// the air.
+    fn put_out(&mut self, packet: &Packet) {
+        let _ = self.outbox.push_back(packet.encode());
     }
 }
 

@@ -1,4 +1,5 @@
-//! The packets that robots exchange: at most 60 bytes each, little-endian.
+//! The packets that robots exchange: at most 43 bytes each, which a drone's mission message has room
+//! for, little-endian.
 //!
 //! | bytes | field |
 //! |---|---|
@@ -18,21 +19,21 @@
 //! 23 what the packet says of it: the mark, the robot's activity, or what is ordered.
 
 use heapless::Vec;
-use units::{Metres, Point2};
+use units::{Metres, Payload, Point2};
 
 use crate::cluster::MOST_ROBOTS;
 use crate::tile::{Gain, Mark, Tile};
 
 /// The most bytes of a packet.
-pub const MOST_BYTES: usize = 60;
+pub const MOST_BYTES: usize = Payload::MOST;
 /// The most tiles of a packet of changes.
-pub const MOST_CHANGES: usize = 17;
+pub const MOST_CHANGES: usize = 12;
 /// The most bids of a packet.
-pub const MOST_BIDS: usize = 11;
+pub const MOST_BIDS: usize = 8;
 /// The most orders of a packet.
-pub const MOST_ORDERS: usize = 14;
+pub const MOST_ORDERS: usize = 10;
 /// The most robots of which a status speaks.
-pub const MOST_KNOWN: usize = 16;
+pub const MOST_KNOWN: usize = 10;
 
 const HEADER: usize = 3;
 const KIND_SHIFT: u8 = 6;

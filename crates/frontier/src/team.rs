@@ -204,7 +204,7 @@ impl<const ROBOTS: usize, const RECORDS: usize> Team<ROBOTS, RECORDS> {
         member.activity = status.activity;
         member.goal = status.goal;
         member.told = status.version;
-        // A status speaks of all robots, or of sixteen in turn.
+        // A status speaks of all robots, or of ten in turn.
         if status.known.len() < MOST_KNOWN {
             member.hears = RobotSet::EMPTY;
             member.has_ours = 0;
