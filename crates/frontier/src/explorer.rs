@@ -6,11 +6,12 @@ use grid_map::{Cell, CellState, RayEnd};
 use heapless::{Deque, Vec};
 use units::{Duration, Instant, Point2, Pose2};
 
-use crate::atlas::{Ground, Sight, length};
+use crate::atlas::{Ground, Sight, is_large, length};
 use crate::cluster::RobotSet;
 use crate::flight::{Limits, Motion, Progress, fly, look};
 use crate::lead::Leader;
 use crate::ledger::Ledger;
+use crate::meeting::Meeting;
 use crate::packet::{Activity, Body, MOST_BYTES, MOST_ORDERS, Order, Packet, Status, Task};
 use crate::rule::{Distance, Facing, Overlap, Rule};
 use crate::team::Team;
@@ -125,6 +126,7 @@ pub struct Explorer<G, const ROBOTS: usize, const RECORDS: usize> {
     last_goal: Tile,
     /// Where the robot flies while it waits for another goal.
     coast: Option<Cell>,
+    pub(crate) meeting: Meeting,
     barred: Vec<Bar, MOST_BARRED>,
     sequence: u8,
     /// The packets that are still to be sent, the oldest first.
@@ -150,6 +152,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             state: State::Waiting { since: start },
             last_goal: Tile::default(),
             coast: None,
+            meeting: Meeting::new(),
             barred: Vec::new(),
             sequence: 0,
             outbox: Deque::new(),
@@ -194,7 +197,8 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         }
         if is_due(self.refreshed, now) {
             self.refreshed = Some(now);
-            self.team.forget_silent(now);
+            self.meeting.start.get_or_insert(inputs.pose.at);
+            self.forget_silent(now);
             self.refresh(now);
         }
         out.motion = self.go_on(now, inputs.pose);
@@ -312,8 +316,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         if was == Mark::Settled {
             return was;
         }
-        let is_frontier = |cell: &Cell| self.ground.is_frontier(*cell);
-        let gains = tile.cells(&frame).filter(is_frontier).map(|cell| self.ground.gain(cell));
+        let gains = self.frontiers_of(tile).map(|cell| self.ground.gain(cell));
         if let Some(most) = gains.max() {
             let gain = Gain::of_cells(most);
             let is_told = rule.reachability && rule.distance == Distance::Straight;
@@ -339,19 +342,25 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
     fn is_known(&self, tile: Tile) -> bool {
         let frame = *self.ground.frame();
         let is_free = |cell| self.ground.state(cell) == CellState::Free;
-        let is_frontier = |cell| self.ground.is_frontier(cell);
-        tile.cells(&frame).any(is_free) && !tile.cells(&frame).any(is_frontier)
+        tile.cells(&frame).any(is_free) && self.frontiers_of(tile).next().is_none()
+    }
+
+    /// The cells of a tile that are frontiers which count.
+    fn frontiers_of(&self, tile: Tile) -> impl Iterator<Item = Cell> {
+        let least = self.config.rule.least_frontier;
+        let cells = tile.cells(self.ground.frame()).filter(|&cell| self.ground.is_frontier(cell));
+        cells.filter(move |&cell| is_large(&self.ground, cell, least))
     }
 
     /// Flies on to the goal.
     fn go_on(&mut self, now: Instant, pose: Pose2) -> Motion {
-        let State::Going(mut goal) = self.state else { return self.fly_on(pose) };
+        let State::Going(mut goal) = self.state else { return self.fly_on(now, pose) };
         let rule = self.config.rule;
         if rule.ends_when_seen && !self.is_open(goal.tile) {
             let Some(next) = self.open_beside(goal.tile) else {
                 self.wait(now);
                 self.coast = goal.end;
-                return self.fly_on(pose);
+                return self.fly_on(now, pose);
             };
             self.last_goal = next;
             goal = Goal { tile: next, end: None, planned: now - PERIOD, until: None };
@@ -390,10 +399,12 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
     }
 
     /// Flies on to where the last goal was seen from, until there is another, and looks around there.
-    fn fly_on(&mut self, pose: Pose2) -> Motion {
+    fn fly_on(&mut self, now: Instant, pose: Pose2) -> Motion {
         let Config { limits, rule, .. } = self.config;
-        if !matches!(self.state, State::Waiting { .. }) {
-            return Motion::default();
+        match self.state {
+            State::Waiting { .. } => self.meeting.since = None,
+            State::Idle { .. } if self.team.misses_a_robot(now) => return self.meet(now, pose),
+            State::Idle { .. } | State::Going(_) | State::Stopped => return Motion::default(),
         }
         if let Some(end) = self.coast {
             match fly(&self.ground, pose, (end, self.last_goal), limits, rule.facing) {
@@ -409,8 +420,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
 
     /// Whether there is still something to see at a tile.
     fn is_open(&self, tile: Tile) -> bool {
-        let frame = *self.ground.frame();
-        let here = tile.cells(&frame).any(|cell| self.ground.is_frontier(cell));
+        let here = self.frontiers_of(tile).next().is_some();
         let own = self.ledger.mark(tile);
         if own == Mark::Settled {
             return false;

@@ -22,6 +22,7 @@ mod explorer;
 mod flight;
 mod lead;
 mod ledger;
+mod meeting;
 mod overlap;
 mod packet;
 mod rule;
