@@ -3,12 +3,12 @@
 use cpu_time::ThreadTime;
 use frontier::{
     Activity, Atlas1024, Bid, Body, Config, Explorer, Gain, Ground, Inputs, Known, MOST_BIDS,
-    MOST_ROBOTS, Outputs, Packet, Rule, Status, Tile,
+    MOST_KNOWN, MOST_ROBOTS, Outputs, Packet, Rule, Status, Tile,
 };
 use grid_map::{Cell, CellState, Frame};
 use units::{Instant, Metres, Point2, Pose2, Radians};
 
-use crate::run::{LIMITS, RECORDS};
+use crate::run::{LIMITS, RECORDS, STEPS_PER_SECOND};
 
 /// The numbers of robots that are measured.
 pub const SCALE_ROBOTS: [usize; 7] = [1, 2, 4, 8, 16, 32, MOST_ROBOTS];
@@ -18,10 +18,8 @@ pub const SCALE_TILES: [usize; 3] = [512, 1024, RECORDS];
 const SIDE: u16 = 1000;
 /// Each so many-th tile of a row and of a column is a frontier.
 const SPACING: u16 = 7;
-/// The steps of the leader before its round, and the length of one, in milliseconds: it maps, tells
-/// and bids in each fifth.
+/// The steps of the leader before its round, in which it learns who is there.
 const STEPS: u64 = 13;
-const STEP_MS: u64 = 200;
 /// Of so many repetitions the shortest counts.
 const REPETITIONS: usize = 5;
 
@@ -59,16 +57,15 @@ pub fn scale(rule: Rule, robots: usize, tiles: usize) -> Scale {
     let mut map_ms = f32::INFINITY;
     for n in 0..STEPS {
         let packets = all_packets(robots, n, &frame, &[]);
-        let step = |leader: &mut Leader| step(leader, n, pose, &packets);
-        let (after, _, ms) = timed(&leader, step);
-        if n % 5 == 0 && n > 0 {
-            map_ms = map_ms.min(ms);
+        let begun = ThreadTime::now();
+        let _ = std::hint::black_box(step(&mut leader, n, pose, &packets));
+        // The step in which it begins has more to do.
+        if n > 0 && n.is_multiple_of(STEPS_PER_SECOND) {
+            map_ms = map_ms.min(begun.elapsed().as_secs_f32() * 1e3);
         }
-        leader = after;
     }
     let packets = all_packets(robots, STEPS, &frame, &frontiers);
-    let (after, outputs, round_ms) =
-        timed(&leader, |leader: &mut Leader| step(leader, STEPS, pose, &packets));
+    let (after, outputs, round_ms) = timed(&leader, |leader| step(leader, STEPS, pose, &packets));
     let own = usize::from(after.activity() == Activity::Going);
     Scale { robots, frontier_cells, assigned: own + ordered(&after, outputs), round_ms, map_ms }
 }
@@ -87,35 +84,46 @@ fn leader(rule: Rule, frame: Frame, frontiers: &[Tile]) -> Leader {
     Explorer::new(Config { number: 0, rule, limits: LIMITS }, ground)
 }
 
-/// What all other robots send in a step: their status each second, and bids for these tiles.
+/// What all other robots send in a step: each second that they hear all others, and in the round their
+/// status and bids for these tiles.
 fn all_packets(robots: usize, step: u64, frame: &Frame, tiles: &[Tile]) -> Vec<Vec<u8>> {
     let mut packets = Vec::new();
     for robot in 1..robots as u8 {
-        let known = [Known { robot: 0, is_direct: true, version: 0 }].into_iter().collect();
-        let position = place(robot);
-        let status = Status { position, known, ..Status::default() };
-        let mut bodies = if step % 5 == 2 { vec![Body::Status(status)] } else { Vec::new() };
-        if !tiles.is_empty() {
-            let own =
-                (0..MOST_BIDS).map(|n| tiles[(usize::from(robot) * 31 + n * 7) % tiles.len()]);
-            let bid = |tile: Tile| Bid {
-                tile,
-                gain: Gain::of_cells(40),
-                distance: position.distance(tile.centre(frame)),
-            };
-            bodies.push(Body::Bids(own.map(bid).collect()));
+        let mut bodies = Vec::new();
+        if step % STEPS_PER_SECOND == 2 {
+            bodies.extend(statuses(robot, robots as u8).map(Body::Status));
         }
-        for body in bodies {
-            let sequence = packets_before(step, &body);
+        if !tiles.is_empty() {
+            bodies.extend(statuses(robot, robots as u8).take(1).map(Body::Status));
+            bodies.push(Body::Bids(bids(robot, frame, tiles)));
+        }
+        for (n, body) in bodies.into_iter().enumerate() {
+            let sequence = (step * 16) as u8 + n as u8;
             packets.push(Packet { origin: robot, sender: robot, sequence, body }.encode().to_vec());
         }
     }
     packets
 }
 
-/// The sequence number of a packet of a step.
-fn packets_before(step: u64, body: &Body) -> u8 {
-    2 * step as u8 + u8::from(matches!(body, Body::Bids(_)))
+/// A robot's statuses in a row, in which it speaks of all others.
+fn statuses(robot: u8, robots: u8) -> impl Iterator<Item = Status> {
+    let others: Vec<u8> = (0..robots).filter(|&other| other != robot).collect();
+    let packets = others.len().div_ceil(MOST_KNOWN);
+    (0..packets).map(move |n| {
+        // A status with room left would take back those before it.
+        let some = others.iter().cycle().skip(n * MOST_KNOWN).take(others.len().min(MOST_KNOWN));
+        let known = some.map(|&robot| Known { robot, is_direct: true, version: 0 }).collect();
+        Status { position: place(robot), known, ..Status::default() }
+    })
+}
+
+fn bids(robot: u8, frame: &Frame, tiles: &[Tile]) -> heapless::Vec<Bid, MOST_BIDS> {
+    let bid = |n: usize| {
+        let tile = tiles[(usize::from(robot) * 31 + n * 7) % tiles.len()];
+        let distance = place(robot).distance(tile.centre(frame));
+        Bid { tile, gain: Gain::of_cells(40), distance }
+    };
+    (0..MOST_BIDS).map(bid).collect()
 }
 
 /// Where a robot is: on a grid over the whole map.
@@ -125,7 +133,7 @@ fn place(robot: u8) -> Point2 {
 
 fn step(leader: &mut Leader, n: u64, pose: Pose2, packets: &[Vec<u8>]) -> Outputs {
     let packets: Vec<&[u8]> = packets.iter().map(Vec::as_slice).collect();
-    let now = Instant::from_micros(n * STEP_MS * 1000);
+    let now = Instant::from_micros(n * 1_000_000 / STEPS_PER_SECOND);
     leader.step(now, &Inputs { pose, beams: &[], packets: &packets })
 }
 
