@@ -80,6 +80,17 @@ impl<const BYTES: usize> Sight for GridMap<BYTES> {
     }
 }
 
+/// Whether at least `least` frontiers, this one among them, lie within `least / 2` cells to each side
+/// of a frontier.
+pub(crate) fn is_large<G: Ground>(ground: &G, frontier: Cell, least: u8) -> bool {
+    let reach = i16::from(least / 2);
+    let frame = *ground.frame();
+    let around = (-reach..=reach).flat_map(|north| (-reach..=reach).map(move |east| (east, north)));
+    let cells = around.filter_map(|(east, north)| frame.beside(frontier, east, north));
+    let frontiers = cells.filter(|&cell| ground.is_frontier(cell));
+    frontiers.take(usize::from(least)).count() == usize::from(least)
+}
+
 /// The tiles of a map that are frontiers, each with the largest gain of its cells, row by row.
 pub fn frontiers<G: Ground>(ground: &G) -> impl Iterator<Item = (Tile, Gain)> {
     let frame = *ground.frame();

@@ -113,7 +113,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
     /// again, or the search of ways goes on.
     fn bids(&mut self, now: Instant, pose: Pose2) -> Option<Vec<Bid, MOST_BIDS>> {
         if self.search != Search::Bids {
-            if !is_due(self.bid, now) {
+            if self.search == Search::Meeting || !is_due(self.bid, now) {
                 return None;
             }
             self.bid = Some(now);

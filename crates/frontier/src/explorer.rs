@@ -6,7 +6,7 @@ use grid_map::{Cell, CellState, Frame, RayEnd, TooManyCells};
 use heapless::{Deque, Vec};
 use units::{Duration, Instant, Point2, Pose2};
 
-use crate::atlas::{Ground, Sight, length};
+use crate::atlas::{Ground, Sight, is_large, length};
 use crate::barred::Bars;
 use crate::bidding::Targets;
 use crate::cluster::RobotSet;
@@ -14,6 +14,7 @@ use crate::flight::{Gaze, Limits, Motion, Progress, fly, look};
 use crate::lead::Leader;
 use crate::ledger::Ledger;
 use crate::list::filled;
+use crate::meeting::Meeting;
 use crate::packet::{Activity, Body, MOST_BYTES, MOST_ORDERS, Order, Packet, Status, Task};
 use crate::rule::{Distance, Facing, Overlap, Rule};
 use crate::team::Team;
@@ -65,6 +66,13 @@ pub struct Config {
 }
 
 impl Config {
+    /// A robot with a computer that compares its marks and searches its ways in one step, and for which
+    /// every frontier that the rule counts is one.
+    #[must_use]
+    pub const fn unbounded(number: u8, rule: Rule, limits: Limits) -> Self {
+        Self { number, rule, limits, least_gain: 0, refresh_steps: 1, search_cells: 0 }
+    }
+
     /// The cells that a search visits in a step.
     pub(crate) fn most_cells(&self) -> usize {
         match self.search_cells {
@@ -125,6 +133,8 @@ pub(crate) enum Search {
     Bids,
     /// The way to its goal.
     Way,
+    /// The way to where it waits for robots that are out of range.
+    Meeting,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -162,6 +172,7 @@ pub struct Explorer<G, const ROBOTS: usize, const RECORDS: usize> {
     /// The candidates to which ways are looked for, which would take a fifth of a drone's stack.
     pub(crate) targets: Targets,
     pub(crate) search: Search,
+    pub(crate) meeting: Meeting,
     sequence: u8,
     /// The packets that are still to be sent, the oldest first.
     outbox: Deque<Vec<u8, MOST_BYTES>, MOST_WAITING>,
@@ -191,6 +202,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             barred: Bars::new(),
             targets: Targets::new(),
             search: Search::None,
+            meeting: Meeting::new(),
             sequence: 0,
             outbox: Deque::new(),
             refreshed: None,
@@ -217,6 +229,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             state,
             last_goal,
             coast,
+            meeting,
             barred,
             targets,
             search,
@@ -235,6 +248,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         *state = State::Waiting { since: Instant::ZERO };
         *last_goal = Tile::FIRST;
         *coast = None;
+        *meeting = Meeting::new();
         barred.clear();
         targets.clear();
         *search = Search::None;
@@ -290,7 +304,8 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         }
         if is_due(self.refreshed, now) {
             self.refreshed = Some(now);
-            self.team.forget_silent(now);
+            self.meeting.start.get_or_insert(inputs.pose.at);
+            self.forget_silent(now);
             self.next_row = Some(0);
         }
         if let Some(row) = self.next_row {
@@ -441,8 +456,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         if was == Mark::Settled {
             return was;
         }
-        let gains = tile.cells(&frame).filter_map(|cell| self.gain(cell));
-        if let Some(most) = gains.max() {
+        if let Some(most) = self.gains(tile).max() {
             let gain = Gain::of_cells(most);
             let is_told = rule.reachability && rule.distance == Distance::Straight;
             return match was {
@@ -470,26 +484,28 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         tile.cells(&frame).any(is_free) && !self.has_frontier(tile)
     }
 
-    /// The gain of a cell that is a frontier with enough of it.
-    fn gain(&self, cell: Cell) -> Option<u8> {
-        let is_frontier = self.ground.is_frontier(cell);
-        is_frontier.then(|| self.ground.gain(cell)).filter(|gain| *gain >= self.config.least_gain)
+    /// The gains of those cells of a tile that are frontiers which count.
+    fn gains(&self, tile: Tile) -> impl Iterator<Item = u8> {
+        let Config { least_gain, rule, .. } = self.config;
+        let cells = tile.cells(self.ground.frame()).filter(|&cell| self.ground.is_frontier(cell));
+        let large = cells.filter(move |&cell| is_large(&self.ground, cell, rule.least_frontier));
+        large.map(|cell| self.ground.gain(cell)).filter(move |gain| *gain >= least_gain)
     }
 
     fn has_frontier(&self, tile: Tile) -> bool {
-        tile.cells(self.ground.frame()).any(|cell| self.gain(cell).is_some())
+        self.gains(tile).next().is_some()
     }
 
     /// Flies on to the goal.
     #[inline(never)]
     fn go_on(&mut self, now: Instant, pose: Pose2) -> Motion {
-        let State::Going(mut goal) = self.state else { return self.fly_on(pose) };
+        let State::Going(mut goal) = self.state else { return self.fly_on(now, pose) };
         let rule = self.config.rule;
         if rule.ends_when_seen && !self.is_open(goal.tile) {
             let Some(next) = self.open_beside(goal.tile) else {
                 self.wait(now);
                 self.coast = goal.end;
-                return self.fly_on(pose);
+                return self.fly_on(now, pose);
             };
             self.last_goal = next;
             self.search = Search::None;
@@ -536,10 +552,17 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
     }
 
     /// Flies on to where the last goal was seen from, until there is another, and looks around there.
-    fn fly_on(&mut self, pose: Pose2) -> Motion {
+    fn fly_on(&mut self, now: Instant, pose: Pose2) -> Motion {
         let Config { limits, rule, .. } = self.config;
-        if !matches!(self.state, State::Waiting { .. }) {
-            return Motion::default();
+        if matches!(self.state, State::Idle { .. }) && self.team.misses_a_robot(now) {
+            return self.meet(now, pose);
+        }
+        if self.search == Search::Meeting {
+            self.search = Search::None;
+        }
+        match self.state {
+            State::Waiting { .. } => self.meeting.since = None,
+            State::Idle { .. } | State::Going(_) | State::Stopped => return Motion::default(),
         }
         // A search that is under way has forgotten the way.
         if let Some(end) = self.coast.filter(|_| self.search == Search::None) {

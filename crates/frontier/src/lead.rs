@@ -96,7 +96,9 @@ impl<const ROBOTS: usize> Leader<ROBOTS> {
         let is_idle =
             |member: &Member| matches!(member.activity, Activity::Idle | Activity::Stopped);
         let all = match round.rule {
-            Rule { confirmed_stop: true, .. } => round.members().all(|(_, m)| is_idle(m)),
+            Rule { confirmed_stop: true, .. } => {
+                !round.team.misses_a_robot(round.now) && round.members().all(|(_, m)| is_idle(m))
+            }
             Rule { distance: Distance::Path, .. } => {
                 round.members().next().is_some_and(|(_, leader)| is_idle(leader))
             }

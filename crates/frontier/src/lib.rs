@@ -24,6 +24,7 @@ mod flight;
 mod lead;
 mod ledger;
 mod list;
+mod meeting;
 mod overlap;
 mod packet;
 mod rule;

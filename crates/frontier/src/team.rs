@@ -11,9 +11,9 @@ use crate::tile::Tile;
 /// A robot that was not heard for so long is not counted on. A status goes out each second; with
 /// 30 % of packets lost, five in a row are lost once in 400 times.
 pub(crate) const SILENCE: Duration = Duration::from_millis(5_000);
-/// A robot that was not heard for so long takes its marks with it: what it has seen is explored
-/// anew. It is longer than the minute for which clusters may part.
-const TRUST: Duration = Duration::from_millis(90_000);
+/// A robot that was not heard for so long, while this one waited for it, takes its marks with it: what
+/// it has seen is explored anew. It is longer than the minute for which clusters may part.
+pub(crate) const TRUST: Duration = Duration::from_millis(90_000);
 
 /// What is known of another robot, or of this one.
 #[derive(Clone, Debug)]
@@ -146,6 +146,14 @@ impl<const ROBOTS: usize, const RECORDS: usize> Team<ROBOTS, RECORDS> {
                 self.board.forget(robot);
             }
         }
+    }
+
+    /// Whether a robot is remembered that is silent and had not stopped.
+    pub(crate) fn misses_a_robot(&self, now: Instant) -> bool {
+        self.members.iter().any(|member| {
+            let is_silent = member.heard.is_some_and(|at| now.since(at) > SILENCE);
+            is_silent && member.activity != Activity::Stopped
+        })
     }
 
     /// The robots that this one hears itself.

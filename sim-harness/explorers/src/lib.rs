@@ -5,10 +5,14 @@
 //! robots have drawn. The same setup gives the same outcome.
 
 mod air;
+mod drift;
 mod robot;
 mod run;
+mod scale;
 mod world;
 
 pub use air::Air;
+pub use robot::{Senses, Sensor};
 pub use run::{LIMITS, Outcome, ROBOTS, Setup, run};
+pub use scale::{SCALE_ROBOTS, SCALE_TILES, Scale, scale};
 pub use world::{PLANS, World};

@@ -10,7 +10,8 @@ use robot_maps::{Cell as MapCell, Occupancy};
 use units::{Instant, Point2, Pose2, Radians};
 
 use crate::air::{Air, uniform};
-use crate::robot::Robot;
+use crate::drift::Drift;
+use crate::robot::{Robot, Senses};
 use crate::world::{REACH, World};
 
 /// The most robots of a run.
@@ -18,7 +19,7 @@ pub const ROBOTS: usize = 8;
 /// The tiles on which each robot remembers marks.
 pub(crate) const RECORDS: usize = 2048;
 /// Five steps a second, as the mission loop of the drones.
-const STEPS_PER_SECOND: u64 = 5;
+pub(crate) const STEPS_PER_SECOND: u64 = 5;
 /// The part of the visible cells that counts as explored.
 const DONE: f32 = 0.99;
 /// Fastest flight and turn (thesis, table 3.1).
@@ -39,6 +40,8 @@ pub struct Setup<'a> {
     pub seed: u64,
     /// The radio.
     pub air: Air,
+    /// What the robots perceive.
+    pub senses: Senses,
     /// When the last robot fails, in seconds.
     pub death_s: Option<f32>,
     /// From when to when robot 0 is out of the others' range, in seconds.
@@ -66,6 +69,11 @@ pub struct Outcome {
     pub premature_stop: bool,
     /// What was sent until the end, in kilobytes.
     pub kb_on_air: f32,
+    /// The least distance of two robots after the start, in metres; `None` for one robot.
+    pub closest_m: Option<f32>,
+    /// The distance at the end between where a robot is and where it takes itself to be, on average,
+    /// in metres.
+    pub error_m: f32,
     /// How often a robot would have flown into a wall.
     pub touches: u32,
     /// Each second: the part of the visible cells that each robot knows, and that any does.
@@ -120,16 +128,12 @@ impl<'a, G: Ground> Run<'a, G> {
         let world = setup.world;
         let mut robots = Vec::new();
         for (n, &start) in world.starts().iter().take(setup.robots.min(ROBOTS)).enumerate() {
-            let config = Config {
-                number: n as u8,
-                rule: setup.rule,
-                limits: LIMITS,
-                least_gain: 0,
-                refresh_steps: 1,
-                search_cells: 0,
-            };
+            let Senses { sensor, drifts } = setup.senses;
+            let config = Config::unbounded(n as u8, setup.rule, sensor.limits());
+            let drift = drifts.then(|| Drift::new(stream(200 + n)));
             let pose = start_pose(world, start, &mut stream(100 + n));
-            robots.push(Robot::new(config, ground(*world.frame())?, world, pose));
+            let ground = ground(*world.frame())?;
+            robots.push(Robot::new(config, (sensor, drift), ground, world, pose));
         }
         Ok(Self {
             luck: (0..robots.len()).map(stream).collect(),
@@ -178,6 +182,8 @@ impl<'a, G: Ground> Run<'a, G> {
         outcome.premature_stop = outcome.stopped_s.is_some() && outcome.t99_s.is_none();
         outcome.kb_on_air = self.bytes as f32 / 1000.0;
         outcome.touches = self.robots.iter().map(|robot| robot.touches).sum();
+        let errors = self.robots.iter().map(|robot| robot.error()).map(|[x, y]| x.hypot(y));
+        self.outcome.error_m = errors.sum::<f32>() / self.robots.len() as f32;
         let map = self.merged();
         (self.outcome, map)
     }
@@ -203,9 +209,19 @@ impl<'a, G: Ground> Run<'a, G> {
             robot.fly(self.setup.world, 1.0 / STEPS_PER_SECOND as f32);
             sent.extend(outputs.packets.into_iter().map(|packet| (n, packet)));
         }
+        let closest = [self.outcome.closest_m, self.closest_m()].into_iter().flatten();
+        self.outcome.closest_m = closest.min_by(f32::total_cmp);
         for (from, packet) in sent {
             self.transmit(from, &packet);
         }
+    }
+
+    /// The least distance of two robots that have not failed.
+    fn closest_m(&self) -> Option<f32> {
+        let alive = (0..self.robots.len()).filter(|&n| self.is_alive(n));
+        let pairs = alive.flat_map(|n| (0..n).map(move |other| (n, other)));
+        let at = |n: usize| self.robots[n].pose.at;
+        pairs.map(|(n, other)| at(n).distance(at(other)).0).min_by(f32::total_cmp)
     }
 
     fn transmit(&mut self, from: usize, packet: &[u8]) {

@@ -1,6 +1,6 @@
 //! What must hold for `ours` when packets are lost, clusters part, and a robot fails.
 
-use explorers::{Air, Outcome, PLANS, Setup, World, run};
+use explorers::{Air, Outcome, PLANS, Senses, Setup, World, run};
 use frontier::RuleEntry;
 
 const SEED: u64 = 1;
@@ -13,6 +13,7 @@ fn setup(world: &World) -> Setup<'_> {
         robots: 3,
         seed: SEED,
         air: Air::losing(0.3),
+        senses: Senses::default(),
         death_s: None,
         apart_s: None,
         longest_s: 900.0,

@@ -14,7 +14,7 @@ use serde_json::{Map, Value, json};
 
 use super::emulated::bench as emulated;
 use super::progress::Progress;
-use super::{Common, FidelityArg, Trouble, Verdict, complain, interrupt, runs};
+use super::{Common, FidelityArg, SensorArg, Trouble, Verdict, complain, interrupt, runs};
 use crate::bodies::emulated::Firmware;
 use crate::input_error::InputError;
 use crate::measure::bench::{attacks, estimator, faults, junctions, link, throughput};
@@ -55,6 +55,15 @@ pub(super) struct BenchArgs {
     /// Explore with so many robots only in the benchmark `explore`; may be given more than once
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     robots: Vec<usize>,
+    /// In the benchmark `explore`, measure how long a leader's round takes with up to 64 robots instead
+    #[arg(long, conflicts_with_all = ["ablation", "rule", "robots", "map", "runs", "sensor", "drift"])]
+    scale: bool,
+    /// By which sensor the robots of the benchmark `explore` map; where left out, by a camera
+    #[arg(long, value_enum)]
+    sensor: Option<SensorArg>,
+    /// In the benchmark `explore`, let the robots' positions drift as those by optic flow do
+    #[arg(long)]
+    drift: bool,
     /// Fly the benchmark `chain` through this radio in place of the scenarios' own
     #[arg(long, value_parser = PossibleValuesParser::new(PRESETS.map(|preset| preset.name)))]
     radio: Option<String>,

@@ -33,6 +33,7 @@ use std::process::ExitCode;
 
 use chain::policy::NAMES;
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use explorers::Sensor;
 
 use crate::input_error::InputError;
 use crate::output::{Folder, OutputError};
@@ -262,6 +263,24 @@ impl Trouble {
                 complain(format_args!("{what}; this is a defect of uchain, please report it"));
                 ExitCode::from(101)
             }
+        }
+    }
+}
+
+/// The sensor by which an explorer maps.
+#[derive(Clone, Copy, ValueEnum)]
+enum SensorArg {
+    /// A camera of 60° that sees 4 m far, with rangers to the other three sides
+    Camera,
+    /// The four beams of the Multi-ranger deck, 4 m at most, on a robot that turns all the time
+    Rangers,
+}
+
+impl SensorArg {
+    const fn sensor(self) -> Sensor {
+        match self {
+            Self::Camera => Sensor::Camera,
+            Self::Rangers => Sensor::Rangers,
         }
     }
 }

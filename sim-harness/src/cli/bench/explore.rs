@@ -2,14 +2,14 @@
 
 use std::fmt::Write;
 
-use explorers::{PLANS, ROBOTS, World};
-use serde_json::{Value, json};
+use explorers::{PLANS, ROBOTS, Scale, Senses, Sensor, World};
+use serde_json::Value;
 
 use super::BenchArgs;
 use crate::cli::progress::Progress;
-use crate::cli::{Trouble, runs};
+use crate::cli::{SensorArg, Trouble, runs};
 use crate::input_error::InputError;
-use crate::measure::bench::explore::{self, Comparison, LONGEST_S, LOSS, Named, Row};
+use crate::measure::bench::explore::{self, Comparison, LONGEST_S, LOSS, Named, Row, scale};
 use crate::world::import::explored;
 
 /// The numbers of robots where none is named.
@@ -20,6 +20,9 @@ pub(super) fn bench(
     args: &BenchArgs,
     missed: &mut Vec<String>,
 ) -> Result<(String, Value), Trouble> {
+    if args.scale {
+        return scale_bench(args, missed);
+    }
     let worlds = worlds(args)?;
     let rules = rules(args)?;
     let robots = robots(args)?;
@@ -27,13 +30,16 @@ pub(super) fn bench(
     let total = worlds.len() * rules.len() * robots.len() * count;
     let progress = Progress::new(total as u64, args.common.quiet);
     progress.say("explorations");
-    let rows = explore::run(&worlds, &rules, &robots, count, args.common.seed, || progress.step())?;
+    let senses = Senses {
+        sensor: args.sensor.map_or(Sensor::Camera, SensorArg::sensor),
+        drifts: args.drift,
+    };
+    let seeds = (count, args.common.seed);
+    let rows = explore::run(&worlds, &rules, &robots, senses, seeds, || progress.step())?;
     drop(progress);
     let compared = explore::compare(&rows);
     missed.extend(compared.iter().flat_map(Comparison::missed));
-    let mut value: Vec<Value> = rows.iter().map(Row::json).collect();
-    value.extend(compared.iter().map(|one| json!({ "ours_of_thesis": one.json() })));
-    Ok((table(&rows, &compared, count), Value::Array(value)))
+    Ok((table(&rows, &compared, count), rows.iter().map(Row::json).collect()))
 }
 
 fn worlds(args: &BenchArgs) -> Result<Vec<World>, Trouble> {
@@ -71,7 +77,7 @@ fn table(rows: &[Row], compared: &[Comparison], count: usize) -> String {
     let mut text = format!(
         "explore: {count} runs a row, at most {LONGEST_S} s, {:.0} % of packets lost; time, way and \
          overlap until 99 % are known\n\n  {:16} {:21} {:>6} {:>8} {:>6} {:>6} {:>6} {:>7} {:>5} \
-         {:>7} {:>7}\n",
+         {:>7} {:>7} {:>9}\n",
         100.0 * LOSS,
         "world",
         "rule",
@@ -84,12 +90,13 @@ fn table(rows: &[Row], compared: &[Comparison], count: usize) -> String {
         "early",
         "stopped",
         "kB",
+        "closest m",
     );
     for row in rows {
         // Writing to a string cannot fail.
         let _ = writeln!(
             text,
-            "  {:16} {:21} {:>6} {:>8.4} {:>6} {:>6} {:>6.1} {:>7.2} {:>5} {:>7} {:>7.1}",
+            "  {:16} {:21} {:>6} {:>8.4} {:>6} {:>6} {:>6.1} {:>7.2} {:>5} {:>7} {:>7.1} {:>9}",
             row.world,
             row.rule,
             row.robots,
@@ -101,6 +108,7 @@ fn table(rows: &[Row], compared: &[Comparison], count: usize) -> String {
             row.count(|run| run.premature_stop),
             row.count(|run| run.stopped_s.is_some()),
             row.mean(|run| run.kb_on_air),
+            row.closest_m().map_or_else(|| "-".to_owned(), |apart| format!("{apart:.2}")),
         );
     }
     for Comparison { robots, pairs, quotients: [time, way, bytes], .. } in compared {
@@ -111,4 +119,38 @@ fn table(rows: &[Row], compared: &[Comparison], count: usize) -> String {
         );
     }
     text
+}
+
+/// Rounds that took too long are added to `missed`.
+fn scale_bench(args: &BenchArgs, missed: &mut Vec<String>) -> Result<(String, Value), Trouble> {
+    let progress = Progress::new(scale::count() as u64, args.common.quiet);
+    progress.say("cases");
+    let rows = scale::run(|| progress.step())?;
+    drop(progress);
+    missed.extend(rows.iter().filter_map(scale::Row::missed));
+    let mut table = format!(
+        "explore: a leader's round and its step with the map of 100 by 100 m, processor time; a round of \
+         ours takes at most {:.0} ms with {} robots\n\n  {:8} {:>6} {:>14} {:>8} {:>8} {:>8} {:>7}\n",
+        scale::BOUND_MS,
+        scale::BOUND_ROBOTS,
+        "rule",
+        "robots",
+        "frontier cells",
+        "assigned",
+        "round ms",
+        "bound ms",
+        "map ms",
+    );
+    for row in &rows {
+        let Scale { robots, frontier_cells, assigned, round_ms, map_ms } = row.scale;
+        let bound = row.bound_ms().map_or_else(|| "-".to_owned(), |bound| format!("{bound:.0}"));
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            table,
+            "  {:8} {robots:>6} {frontier_cells:>14} {assigned:>8} {round_ms:>8.3} {bound:>8} \
+             {map_ms:>7.1}",
+            row.rule,
+        );
+    }
+    Ok((table, rows.iter().map(scale::Row::json).collect()))
 }

@@ -4,13 +4,13 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use clap::Args;
-use explorers::{Outcome, PLANS, ROBOTS, Setup, World};
+use explorers::{Outcome, PLANS, ROBOTS, Senses, Setup, World};
 use frontier::{RULES, RuleEntry};
 use serde_json::{Value, json};
 use units::Point2;
 
 use crate::cli::map::put_map;
-use crate::cli::{Common, Trouble, Verdict, complain, interrupt};
+use crate::cli::{Common, SensorArg, Trouble, Verdict, complain, interrupt};
 use crate::input_error::InputError;
 use crate::measure::bench::explore::setup;
 use crate::suggest;
@@ -37,6 +37,12 @@ pub(in crate::cli) struct ExploreArgs {
     /// The exploration ends after so many seconds
     #[arg(long, value_name = "S", default_value_t = 900.0, allow_negative_numbers = true)]
     longest_s: f32,
+    /// By which sensor the robots map
+    #[arg(long, value_enum, default_value = "camera")]
+    sensor: SensorArg,
+    /// Let the robots' positions drift as those by optic flow do
+    #[arg(long)]
+    drift: bool,
     #[command(flatten)]
     common: Common,
 }
@@ -54,7 +60,8 @@ pub(super) fn plan(args: &ExploreArgs) -> Result<Verdict, Trouble> {
     interrupt::ends();
     let mut folder = args.common.folder()?;
     let setup = setup(&world, rule.rule, args.robots, args.common.seed);
-    let (outcome, map) = explorers::run(&Setup { longest_s: args.longest_s, ..setup });
+    let senses = Senses { sensor: args.sensor.sensor(), drifts: args.drift };
+    let (outcome, map) = explorers::run(&Setup { longest_s: args.longest_s, senses, ..setup });
     let value = json_of(args, &world, &outcome);
     if let Some(folder) = &mut folder {
         put_map(folder, &map)?;
@@ -112,6 +119,8 @@ fn json_of(args: &ExploreArgs, world: &World, outcome: &Outcome) -> Value {
         "premature_stop": outcome.premature_stop,
         "kB_on_air": f64::from(outcome.kb_on_air),
         "wall_touches": outcome.touches,
+        "closest_m": outcome.closest_m.map(f64::from),
+        "error_m": f64::from(outcome.error_m),
     })
 }
 

@@ -1,8 +1,10 @@
 //! Measures how several robots explore a place together, by rule and number of robots.
 
+pub mod scale;
+
 use std::collections::BTreeMap;
 
-use explorers::{Air, Outcome, Setup, World};
+use explorers::{Air, Outcome, Senses, Setup, World};
 use frontier::{Distance, Facing, Overlap, Pace, RULES, RobotOrder, Rule, RuleEntry, Utility};
 use rayon::prelude::*;
 use serde_json::{Value, json};
@@ -48,6 +50,7 @@ pub fn ablation() -> Vec<Named> {
         ("overlap by points", Rule { overlap: thesis.overlap, ..ours }),
         ("gain not weighed", Rule { utility: Utility::Nearest, ..ours }),
         ("no discount", Rule { discount: None, ..ours }),
+        ("small frontiers", Rule { least_frontier: 1, ..ours }),
         ("nose first", Rule { facing: Facing::Way, ..ours }),
         ("goals kept to the end", Rule { ends_when_seen: false, ..ours }),
         ("no reachability", Rule { reachability: false, blacklist: Duration::ZERO, ..ours }),
@@ -84,6 +87,13 @@ impl Row {
         (!times.is_empty()).then(|| times.iter().sum::<f64>() / times.len() as f64)
     }
 
+    /// The least distance of two robots in all runs.
+    #[must_use]
+    pub fn closest_m(&self) -> Option<f64> {
+        let closest = self.runs.iter().filter_map(|run| run.closest_m);
+        closest.min_by(f32::total_cmp).map(f64::from)
+    }
+
     /// The number of runs of which something is true.
     #[must_use]
     pub fn count(&self, is: impl Fn(&Outcome) -> bool) -> usize {
@@ -107,11 +117,14 @@ impl Row {
             "premature_stop": self.count(|run| run.premature_stop),
             "kB_on_air": self.mean(|run| run.kb_on_air),
             "wall_touches": self.count(|run| run.touches > 0),
+            "closest_m": self.closest_m(),
+            "error_m": self.mean(|run| run.error_m),
         })
     }
 }
 
-/// Explores each place by each rule with each number of robots, `seeds` times from `first` on.
+/// Explores each place by each rule with each number of robots that have these senses, with so many
+/// seeds from the first on.
 ///
 /// # Errors
 /// [`InputError`] where the machine has no memory for the threads.
@@ -119,16 +132,15 @@ pub fn run(
     worlds: &[World],
     rules: &[Named],
     robots: &[usize],
-    seeds: usize,
-    first: u64,
+    senses: Senses,
+    (seeds, first): (usize, u64),
     after_each: impl Fn() + Sync,
 ) -> Result<Vec<Row>, InputError> {
-    let pool = rayon::ThreadPoolBuilder::new().stack_size(STACK).build().map_err(|error| {
-        InputError::new(format!("no threads could be started: {error}"), "free some memory")
-    })?;
+    let pool = rayon::ThreadPoolBuilder::new().stack_size(STACK).build().map_err(no_threads)?;
     let row = |world: &World, (name, rule): Named, robots: usize| {
         let explore = |n: u64| {
             let setup = setup(world, rule, robots, first.wrapping_add(n));
+            let setup = Setup { senses, ..setup };
             let outcome = explorers::run(&setup).0;
             after_each();
             outcome
@@ -145,12 +157,17 @@ pub fn run(
     Ok(rows)
 }
 
-/// One exploration through the benchmark's radio.
+fn no_threads(error: impl std::fmt::Display) -> InputError {
+    InputError::new(format!("no threads could be started: {error}"), "free some memory")
+}
+
+/// One exploration through the benchmark's radio, with cameras and exact positions.
 #[must_use]
 pub fn setup(world: &World, rule: Rule, robots: usize, seed: u64) -> Setup<'_> {
     let air = Air::losing(LOSS);
     let longest_s = LONGEST_S;
-    Setup { world, rule, robots, seed, air, death_s: None, apart_s: None, longest_s }
+    let senses = Senses::default();
+    Setup { world, rule, robots, seed, air, senses, death_s: None, apart_s: None, longest_s }
 }
 
 /// `ours` over `thesis` for a number of robots, over all places: time, way and bytes.
@@ -181,20 +198,6 @@ impl Comparison {
             missed.push(format!("explore: {robots} robots: {count} early stops, must be 0"));
         }
         missed
-    }
-
-    /// The comparison as one JSON object.
-    #[must_use]
-    pub fn json(&self) -> Value {
-        let [time, way, bytes] = self.quotients;
-        json!({
-            "robots": self.robots,
-            "pairs": self.pairs,
-            "time_of_thesis": time,
-            "way_of_thesis": way,
-            "bytes_of_thesis": bytes,
-            "premature_stops": self.premature,
-        })
     }
 }
 
