@@ -45,7 +45,7 @@ mod track;
 mod view;
 
 use onboard::Sensed;
-use units::{Radians, Role};
+use units::{Metres, Radians, Role};
 use wire::p2p;
 use wire::radio::Datarate;
 
@@ -237,6 +237,13 @@ impl Mission<'_> {
         match &mut member.onboard {
             Onboard::Hosted(_) => self.step_hosted(n),
             Onboard::Emulated(emulated) => {
+                if let Some(fix) = &member.senses.fix {
+                    emulated.locate(self.now_us, fix, Metres(member.body.height()));
+                    if !matches!(self.source, Source::Clients) {
+                        // Only a client reads what the radio chip acknowledges with.
+                        emulated.take_answers(|_| {});
+                    }
+                }
                 member.outputs = emulated.outputs();
                 if let Some(outputs) = member.outputs {
                     member.body.note(outputs.setpoint);

@@ -169,6 +169,9 @@ fn take(frame: &Frame<'_>, shared: &Shared) {
                 let _ = ANSWERS.try_send(answer);
             }
         }
+        Ok(Incoming::RawBroadcast(packet)) => {
+            shared.tell(|drone| hear(drone, packet));
+        }
         Ok(Incoming::Battery(battery)) => {
             VOLTAGE.set(Some(battery.voltage));
             BATTERY.set(Some(battery));
@@ -191,12 +194,17 @@ fn show_order(shared: &Shared) {
 
 /// Takes a packet of a client: the answer to it, or to one before it.
 fn answer(drone: &mut Drone, packet: &[u8]) -> Option<Packet> {
+    hear(drone, packet);
     let now = clock::now();
-    drone.note_decks(flow::is_there(), rangers::are_there());
-    drone.client(now, packet);
-    store::keep_settings(drone.take_unsaved());
     let snapshot = drone.snapshot(now, &measured(now));
     drone.poll_client(now, &snapshot)
+}
+
+/// Takes a packet of a client, or of a positioning system.
+fn hear(drone: &mut Drone, packet: &[u8]) {
+    drone.note_decks(flow::is_there(), rangers::are_there());
+    drone.client(clock::now(), packet);
+    store::keep_settings(drone.take_unsaved());
 }
 
 /// The measurements of the board, for clients.

@@ -259,3 +259,24 @@ fn served_virtual_drones_answer_their_clients_and_fly_by_their_orders() {
     let state = live.state(0).map(|state| state.name());
     assert_eq!(state, Some("leading"), "the head flies by the order of a client");
 }
+
+/// A drone of a swarm takes off only where it knows its place in the room: the fixes of the
+/// scenario's positioning system reach the agent in the ELF through radio chip, serial line and
+/// CRTP server.
+#[test]
+#[ignore = "needs the firmware's ELF: `cargo fw` makes it"]
+fn a_virtual_drone_of_a_swarm_takes_off_by_fixes_alone() {
+    let states = |fixes: bool| {
+        let mut scenario = Scenario::open("swarm-b").unwrap_or_else(|why| panic!("{why}"));
+        scenario.vehicle.position_noise = scenario.vehicle.position_noise.filter(|_| fixes);
+        let world = World::of(&scenario);
+        let drones = (0..3).map(|node| Emulated::new(&scenario, firmware(), NodeId(node), 1));
+        let mut mission = Mission::emulated(&scenario, &world, 1, drones.collect());
+        mission.advance(9_000_000);
+        assert_eq!(mission.halted(), None);
+        let bodies = mission.bodies().zip(mission.states()).take(3);
+        bodies.map(|(body, state)| (state.name(), body.height() > 0.2)).collect::<Vec<_>>()
+    };
+    assert_eq!(states(true), [("surveying", true); 3]);
+    assert_eq!(states(false), [("armed", false); 3]);
+}

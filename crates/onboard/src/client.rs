@@ -23,6 +23,7 @@ use units::{
     Branch, Course, Dbm, Instant, Metres, MetresPerSecond, MissionKind, Order, Point2, PolicyCode,
     Role,
 };
+use wire::crtp::Port;
 
 use crate::hardware::HardwareFault;
 use crate::link::{Link, LinkHealth};
@@ -202,14 +203,17 @@ impl<S: Seal> Drone<S> {
     pub fn client(&mut self, now: Instant, packet: &[u8]) {
         let access = self.access();
         self.client.parameters.about.takes_orders = self.takes_orders();
-        if !self.client.is_there(now) {
-            self.client.told_state = None;
-            self.client.server.say(greeting(self.link.health()));
-            self.say_hardware();
+        // A positioning system sends on when the client is gone, and reads no console.
+        if !is_of_positions(packet) {
+            if !self.client.is_there(now) {
+                self.client.told_state = None;
+                self.client.server.say(greeting(self.link.health()));
+                self.say_hardware();
+            }
+            self.client.heard = Some(now);
         }
         let Self { client, orders, link, identity, agent, config, localisation, .. } = self;
         client.packets = client.packets.wrapping_add(1);
-        client.heard = Some(now);
         let mission = agent.mission();
         client.server.receive(now, packet, access, &mut client.parameters, |event, parameters| {
             if let Event::Position(fix) = event {
@@ -370,6 +374,11 @@ fn by_client(fix: wire::crtp::Fix) -> Fix {
     let [x, y, _] = fix.at;
     let yaw = fix.yaw.map(mounting::heading);
     Fix { at: Point2::new(x.0, y.0), yaw, deviation: Fix::BY_CLIENT }
+}
+
+/// Whether a packet is on the port of positions.
+fn is_of_positions(packet: &[u8]) -> bool {
+    Packet::from_bytes(packet).is_ok_and(|packet| packet.port() == Ok(Port::Localization))
 }
 
 /// The first line on the console.

@@ -101,6 +101,13 @@ pub fn heading(yaw: Radians) -> Radians {
     Radians(if nose < -PI { nose + 2.0 * PI } else { nose })
 }
 
+/// The heading of the board's x, within half a turn, when the nose points to `nose`.
+#[must_use]
+pub fn board_heading(nose: Radians) -> Radians {
+    let yaw = nose.0 + FRAC_PI_4;
+    Radians(if yaw > PI { yaw - 2.0 * PI } else { yaw })
+}
+
 /// Returns the drone's fitness from the mode of the flight code.
 #[must_use]
 pub const fn fitness(mode: flight::Mode) -> Fitness {
@@ -153,8 +160,11 @@ mod tests {
     #[test]
     fn headings_stay_within_half_a_turn() {
         for n in -314..=314 {
-            let nose = heading(Radians(0.01 * n as f32)).0;
-            assert!((-PI..=PI).contains(&nose), "{nose}");
+            let yaw = Radians(0.01 * n as f32);
+            let nose = heading(yaw);
+            assert!((-PI..=PI).contains(&nose.0), "{nose:?}");
+            let back = board_heading(nose);
+            assert!((-PI..=PI).contains(&back.0) && (back - yaw).0.abs() < 1e-5, "{back:?}");
         }
     }
 }

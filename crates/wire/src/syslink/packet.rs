@@ -21,6 +21,7 @@ mod kind {
     pub(super) const DATARATE: u8 = 0x02;
     pub(super) const RSSI: u8 = 0x04;
     pub(super) const ADDRESS: u8 = 0x05;
+    pub(super) const RAW_BROADCAST: u8 = 0x06;
     pub(super) const POWER: u8 = 0x07;
     pub(super) const P2P: u8 = 0x08;
     pub(super) const P2P_BROADCAST: u8 = 0x0A;
@@ -69,6 +70,8 @@ pub struct Battery {
 pub enum Incoming<'a> {
     /// A packet of the ground station, as it was on the air; one may be sent in return.
     Raw(&'a [u8]),
+    /// A packet of the ground station to all drones, as it was on the air. It is not answered.
+    RawBroadcast(&'a [u8]),
     /// The channel has been set.
     Channel(Channel),
     /// The data rate has been set.
@@ -129,6 +132,7 @@ impl<'a> Incoming<'a> {
         let data = frame.data;
         match frame.kind {
             kind::RAW => Some(Self::Raw(data)),
+            kind::RAW_BROADCAST => Some(Self::RawBroadcast(data)),
             kind::CHANNEL => one(data).and_then(Channel::new).map(Self::Channel),
             kind::DATARATE => one(data).and_then(Datarate::from_code).map(Self::Datarate),
             kind::ADDRESS => {

@@ -50,6 +50,7 @@ fn parsed(bytes: &[u8], check: impl FnOnce(Result<Incoming<'_>, Malformed>)) {
 fn sent_by_radio(packet: &Incoming<'_>) -> Vec<u8> {
     match packet {
         Incoming::Raw(data) => frame(0x00, data),
+        Incoming::RawBroadcast(data) => frame(0x06, data),
         Incoming::Channel(channel) => frame(0x01, &[channel.number()]),
         Incoming::Datarate(rate) => frame(0x02, &[*rate as u8]),
         Incoming::Address(Address([a, b, c, d, e])) => frame(0x05, &[*e, *d, *c, *b, *a]),
@@ -137,6 +138,7 @@ fn incoming(pick: u8, data: &[u8], parts: Parts) -> Incoming<'_> {
         8 => Incoming::ShutdownRequest,
         9 => Incoming::NrfVersion(p2p.split(|byte| *byte == 0).next().unwrap()),
         10 => Incoming::P2p { port: parts.port, rssi, data: p2p },
+        11 => Incoming::RawBroadcast(data),
         _ => Incoming::Unknown(0xF0),
     }
 }
@@ -213,7 +215,7 @@ proptest! {
 
     #[test]
     fn what_the_radio_chip_says_is_understood(
-        pick in 0_u8..12, data in bytes(MAX_DATA), parts in parts(),
+        pick in 0_u8..13, data in bytes(MAX_DATA), parts in parts(),
     ) {
         let packet = incoming(pick, &data, parts);
         parsed(&sent_by_radio(&packet), |understood| assert_eq!(understood, Ok(packet)));

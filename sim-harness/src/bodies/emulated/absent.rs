@@ -4,7 +4,8 @@ use std::convert::Infallible;
 use std::fmt;
 
 use agent::Outputs;
-use units::{Dbm, NodeId};
+use onboard::Fix;
+use units::{Dbm, Metres, NodeId};
 use wire::p2p::Counter;
 
 use crate::bodies::craft::{Craft, Surroundings};
@@ -50,6 +51,10 @@ impl Emulated {
     }
 
     pub(crate) fn client(&mut self, _: u64, _: &[u8]) {
+        match self.0 {}
+    }
+
+    pub(crate) fn locate(&mut self, _: u64, _: &Fix, _: Metres) {
         match self.0 {}
     }
 

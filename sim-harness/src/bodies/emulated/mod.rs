@@ -26,12 +26,14 @@ use std::sync::Arc;
 
 use agent::Outputs;
 use flight::Status;
-use units::{Dbm, NodeId};
+use onboard::{Fix, mounting};
+use units::{Dbm, Metres, NodeId};
 use virtual_crazyflie::board::{Config, Crazyflie};
 use virtual_crazyflie::gdb::Debugger;
 use virtual_crazyflie::log::{LogLine, Messages};
 use virtual_crazyflie::machine::{Halt, Machine, MachineConfig};
 use virtual_crazyflie::profile::Report;
+use wire::crtp::Positions;
 use wire::p2p::{self, Counter};
 use wire::radio::timing::RAMP_UP_US;
 
@@ -294,6 +296,14 @@ impl Emulated {
         const ACROSS_A_ROOM: Dbm = Dbm(-50.0);
         let at = self.nanos(mission_us);
         self.core.machine_mut().board_mut().hear_crtp(at, packet, ACROSS_A_ROOM);
+    }
+
+    /// Delivers a fix of a positioning system, as cflib's `send_extpose` sends it.
+    pub(crate) fn locate(&mut self, mission_us: u64, fix: &Fix, height: Metres) {
+        let at = [Metres(fix.at.x), Metres(fix.at.y), height];
+        let yaw = fix.yaw.map(mounting::board_heading);
+        let position = Positions::Own(wire::crtp::Fix { at, yaw });
+        self.client(mission_us, wire::crtp::Request::Positions(position).packet().bytes());
     }
 
     /// The packets with which its radio chip has acknowledged those of clients.
