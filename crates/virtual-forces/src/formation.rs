@@ -173,6 +173,16 @@ mod tests {
     }
 
     #[test]
+    fn a_queue_of_ours_is_shorter_and_rows_are_not() {
+        let gap = |formation: Formation| {
+            let [one, other] = [0, 1].map(|index| formation.place(&Config::OURS, &PASSAGE, index));
+            one.distance(other).0
+        };
+        assert!((gap(Formation::Queue) - 0.85 * 0.75).abs() < 1e-5);
+        assert!((gap(Formation::TwoRows) - 0.75).abs() < 1e-5);
+    }
+
+    #[test]
     fn the_first_place_is_before_the_entrance() {
         let place = Formation::Queue.place(&Config::PAPER, &PASSAGE, 0);
         assert!(place.distance(Point2::new(3.0, 0.625)).0 < 1e-5);
