@@ -452,8 +452,8 @@ fn slots<R: Record>([a, b]: &[Bytes; 2]) -> Slots<R> {
 /// The bytes of the longest record, so that one function reads all kinds.
 type Bytes = [u8; LONGEST];
 
-const LONGEST: usize = keys::LENGTH;
-const _: () = assert!(settings::LENGTH <= LONGEST && epoch::LENGTH <= LONGEST);
+const LONGEST: usize = settings::LENGTH;
+const _: () = assert!(keys::LENGTH <= LONGEST && epoch::LENGTH <= LONGEST);
 const _: () = assert!(ledger::LENGTH <= LONGEST);
 const _: () = assert!(vendor::LENGTH <= LONGEST);
 

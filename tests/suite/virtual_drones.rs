@@ -10,12 +10,13 @@ use agent::{Agent, AgentConfig, Duty, Exploration, ExploreDuty, State};
 use onboard::Snapshot;
 use onboard::probe::Round;
 use rayon::ThreadPoolBuilder;
-use sim_harness::bodies::emulated::{Emulated, Firmware};
+use sim_harness::bodies::emulated::{Emulated, Firmware, unfit};
 use sim_harness::measure::metrics::{Reference, RunMetrics, Watch};
 use sim_harness::mission::{Mission, World};
-use sim_harness::scenario::{Fidelity, Scenario};
+use sim_harness::scenario::{Fidelity, Scenario, Spot};
 use sim_harness::serve::{Live, World as _};
-use units::{MissionKind, NodeId, Payload, Role};
+use sim_harness::world::SkeletonPlace;
+use units::{Metres, MissionKind, NodeId, Payload, Point2, Role};
 
 /// The ELF, read once.
 pub(crate) fn firmware() -> &'static Firmware {
@@ -260,6 +261,19 @@ fn served_virtual_drones_answer_their_clients_and_fly_by_their_orders() {
     assert_eq!(state, Some("leading"), "the head flies by the order of a client");
 }
 
+/// A scenario of three drones, one row each, and passage b; everything is near the entrance.
+fn small_swarm() -> Scenario {
+    let mut scenario = Scenario::open("swarm-b").unwrap_or_else(|why| panic!("{why}"));
+    let world = World::of(&scenario);
+    let base = SkeletonPlace { along: 6.0, ..scenario.drones.base.on };
+    scenario.drones.base = Spot::on(world.skeleton(), base);
+    scenario.agent.swarm.corner = Point2::new(-3.0, -1.5);
+    scenario.agent.swarm.area = (Metres(2.25), Metres(3.0));
+    scenario.duration_us = 100_000_000;
+    scenario.fidelity = Fidelity::Virtual;
+    scenario
+}
+
 /// A drone of a swarm takes off only where it knows its place in the room: the fixes of the
 /// scenario's positioning system reach the agent in the ELF through radio chip, serial line and
 /// CRTP server.
@@ -267,18 +281,18 @@ fn served_virtual_drones_answer_their_clients_and_fly_by_their_orders() {
 #[ignore = "needs the firmware's ELF: `cargo fw` makes it"]
 fn a_virtual_drone_of_a_swarm_takes_off_by_fixes_alone() {
     let states = |fixes: bool| {
-        let mut scenario = Scenario::open("swarm-b").unwrap_or_else(|why| panic!("{why}"));
+        let mut scenario = small_swarm();
         scenario.vehicle.position_noise = scenario.vehicle.position_noise.filter(|_| fixes);
         let world = World::of(&scenario);
         let drones = (0..3).map(|node| Emulated::new(&scenario, firmware(), NodeId(node), 1));
         let mut mission = Mission::emulated(&scenario, &world, 1, drones.collect());
-        mission.advance(9_000_000);
+        mission.advance(6_000_000);
         assert_eq!(mission.halted(), None);
         let bodies = mission.bodies().zip(mission.states()).take(3);
         bodies.map(|(body, state)| (state.name(), body.height() > 0.2)).collect::<Vec<_>>()
     };
     assert_eq!(states(true), [("surveying", true); 3]);
-    assert_eq!(states(false), [("armed", false); 3]);
+    assert_eq!(states(false), [("idle", false); 3]);
 }
 
 /// Two drones whose firmware runs on emulated Crazyflies explore a room, and each of their decisions is
@@ -332,4 +346,24 @@ fn two_virtual_drones_explore_a_room_and_decide_as_the_host_does() {
             "drone {node} heard the host's alone"
         );
     }
+}
+
+/// Survey, formation, passage: as the same crates fly them on the host, by the plan in the drones'
+/// EEPROMs.
+#[test]
+#[ignore = "needs the firmware's ELF: `cargo fw` makes it"]
+fn three_virtual_drones_survey_gather_and_cross() {
+    let scenario = small_swarm();
+    assert_eq!(unfit(&scenario), None);
+    let emulated = fly(&scenario, Some(firmware()), 2);
+    let hosted = fly(&scenario, None, 1);
+    assert_eq!(emulated.states, ["landed", "landed", "landed", "idle"]);
+    assert_eq!(emulated.states, hosted.states);
+    let (is, should) = (&emulated.metrics, &hosted.metrics);
+    assert_eq!((is.wall_contacts, is.drone_contacts), (0, 0));
+    let (is, should) = (is.swarm.unwrap(), should.swarm.unwrap());
+    assert_eq!(is.unfinished, 0);
+    assert!(is.closest_drones_m > 0.2, "{is:?}");
+    // With another stream of random numbers, and clocks that are not in step.
+    assert!((is.across_s - should.across_s).abs() < 10.0, "{is:?}, on the host {should:?}");
 }

@@ -1,10 +1,10 @@
 //! Defines a drone's constants, and changes them by the settings that the drone has stored.
 
-use agent::{AgentConfig, ConfigError};
+use agent::{AgentConfig, ConfigError, SwarmConfig};
 use airlink::LinkConfig;
 use chain::policy::Policy;
-use storage::settings::{Limits, Settings};
-use units::{Duration, PolicyCode};
+use storage::settings::{Limits, Settings, SwarmPlan};
+use units::{Duration, Point2, PolicyCode};
 
 /// The constants of a drone.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,6 +42,9 @@ impl Config {
             Some((_, Some(policy))) => self.agent.policy = policy.config,
             Some((code, None)) => complain(Unusable::Policy(code)),
         }
+        if let Some(plan) = &settings.swarm {
+            self.agent.swarm = with_plan(self.agent.swarm, plan);
+        }
         let Limits { launch, retreat } = settings.limits;
         let limited = self.agent.with_limits(launch, retreat);
         match limited.check() {
@@ -50,6 +53,16 @@ impl Config {
         }
         self
     }
+}
+
+/// The constants of a swarm, with the plan that a drone has stored.
+fn with_plan(mut swarm: SwarmConfig, plan: &SwarmPlan) -> SwarmConfig {
+    let (sin, cos) = plan.direction.sin_cos();
+    swarm.passage.entrance = plan.entrance;
+    swarm.passage.width = plan.width;
+    swarm.passage.way = Point2::new(cos, sin);
+    swarm.passage.length = plan.length;
+    SwarmConfig { drones: plan.drones.into(), corner: plan.corner, area: plan.area, ..swarm }
 }
 
 /// A setting that cannot be used.

@@ -4,7 +4,7 @@
 //! | EEPROM address, slots A and B | record | module |
 //! |---|---|---|
 //! | 0 | the vendor's configuration block, read and never written | [`vendor`] |
-//! | 0x200 and 0x300 | number, role, radio, trims, limits, policy | [`settings`] |
+//! | 0x200 and 0x300 | number, role, radio, trims, limits, policy, mission and its plan | [`settings`] |
 //! | 0x240 and 0x340 | the keys that the drone was provisioned with | [`keys`] |
 //! | 0x280 and 0x380 | the boot counter that makes nonces unique | [`epoch`] |
 //! | 0x2C0 and 0x3C0 | the provisionings that the drone has used | [`ledger`] |
@@ -49,6 +49,7 @@ pub mod keys;
 pub mod ledger;
 pub mod settings;
 mod slots;
+mod swarm_plan;
 pub mod vendor;
 
 pub use bytes::crc32;

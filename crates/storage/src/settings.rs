@@ -1,12 +1,12 @@
 //! The settings of a drone: its number and role, its radio, how its board is mounted, and how it
 //! flies in the chain.
 //!
-//! A record takes 45 bytes:
+//! A record takes 64 bytes:
 //!
 //! | byte | type | field | unit |
 //! |---|---|---|---|
 //! | 0 | 4 bytes | `UCHN` | |
-//! | 4 | `u8` | version, 4 | |
+//! | 4 | `u8` | version, 5 | |
 //! | 5 | `u32` | sequence number: the newer of two records has the larger one | |
 //! | 9 | `u8` | node number | |
 //! | 10 | `u8` | role: 0 head, 1 relay, 2 base | |
@@ -21,9 +21,11 @@
 //! | 32 | `f32` | launch limit, or zero for the default | dBm |
 //! | 36 | `f32` | retreat limit, or zero for the default | dBm |
 //! | 40 | `u8` | mission: 0 chain, 1 swarm | |
-//! | 41 | `u32` | CRC-32 of the bytes before | |
+//! | 41 | 19 bytes | plan of a swarm's mission ([`SwarmPlan`]), or zeros for the default | |
+//! | 60 | `u32` | CRC-32 of the bytes before | |
 //!
-//! Versions 1 to 3 are read and never written. Version 3 has no mission: its CRC stands at byte 40,
+//! Versions 1 to 4 are read and never written. Version 4 has no plan: its CRC stands at byte 41.
+//! Version 3 has no mission either: its CRC stands at byte 40,
 //! and the drone flies in a chain. Version 2 also has zero at byte 19: no policy. Version 1 also has
 //! no limits: its CRC stands at byte 32.
 
@@ -32,10 +34,14 @@ use wire::radio::{Address, Channel, Datarate, TxPower};
 
 use crate::bytes::{Reader, check_crc, role_code, role_of_code, sealed};
 use crate::vendor::VendorConfig;
-use crate::{Error, Record};
+use crate::{Error, Record, swarm_plan};
+
+pub use crate::swarm_plan::SwarmPlan;
 
 /// Bytes of a record.
-pub const LENGTH: usize = 45;
+pub const LENGTH: usize = LENGTH_4 + swarm_plan::LENGTH;
+/// Bytes of a record of version 4.
+const LENGTH_4: usize = 45;
 /// Bytes of a record of versions 2 and 3.
 const LENGTH_3: usize = 44;
 /// Bytes of a record of version 1.
@@ -43,7 +49,9 @@ const LENGTH_1: usize = 36;
 
 const MAGIC: [u8; 4] = *b"UCHN";
 /// The version that is written.
-const VERSION: u8 = 4;
+const VERSION: u8 = 5;
+/// The version without a plan.
+const VERSION_4: u8 = 4;
 /// The version without a mission.
 const VERSION_3: u8 = 3;
 /// The version without a policy.
@@ -80,6 +88,9 @@ pub struct Settings {
     pub policy: Option<PolicyCode>,
     /// The mission that the drone flies. All drones of a fleet should fly the same.
     pub mission: MissionKind,
+    /// The plan of a swarm's mission; `None` for the agent's default. All drones of a swarm must have
+    /// the same.
+    pub swarm: Option<SwarmPlan>,
 }
 
 /// The weakest links that a drone accepts; `None` for the agent's default. All drones of a chain
@@ -170,6 +181,7 @@ impl Settings {
         limits: Limits::DEFAULT,
         policy: None,
         mission: MissionKind::Chain,
+        swarm: None,
     };
 
     /// These settings with the radio and the trims of the vendor's configuration block.
@@ -235,6 +247,7 @@ impl Record for Settings {
         let trim = self.trim.checked()?;
         let height = self.height.map_or(Ok(Metres::ZERO), checked_height)?;
         let [launch, retreat] = self.limits.encode()?;
+        let plan = SwarmPlan::encode(self.swarm.as_ref())?;
         Ok(sealed(&[
             &MAGIC,
             &[VERSION],
@@ -254,6 +267,7 @@ impl Record for Settings {
             &launch,
             &retreat,
             &[self.mission.code()],
+            &plan,
         ]))
     }
 
@@ -264,6 +278,7 @@ impl Record for Settings {
         let length = match version {
             VERSION_1 => LENGTH_1,
             VERSION_2 | VERSION_3 => LENGTH_3,
+            VERSION_4 => LENGTH_4,
             VERSION => LENGTH,
             version => return Err(Error::Version(version)),
         };
@@ -290,8 +305,12 @@ impl Record for Settings {
                 _ => Limits::decode(&mut fields)?,
             },
             mission: match version {
-                VERSION => MissionKind::from_code(fields.u8()?).ok_or(Error::Value)?,
+                VERSION_4 | VERSION => MissionKind::from_code(fields.u8()?).ok_or(Error::Value)?,
                 _ => MissionKind::Chain,
+            },
+            swarm: match version {
+                VERSION => SwarmPlan::decode(&mut fields)?,
+                _ => None,
             },
         };
         Ok((settings, sequence))

@@ -7,7 +7,7 @@ use units::{Metres, Point2};
 
 use crate::force::{attraction_to_goal, between_drones, from_obstacle};
 use crate::geometry::{along, left_of, moved, turned};
-use crate::{Config, Guard, Obstacles, Passage, Resultant};
+use crate::{Config, Formation, Guard, Obstacles, Passage, Resultant};
 
 /// The angles by which a drone turns from the direction that it wants, nearest first: multiples of
 /// 22.5° up to 90°, as cosine and sine.
@@ -29,18 +29,20 @@ pub(crate) const TURNS: [(f32, f32); 9] = [
 pub(crate) fn direction(
     config: &Config,
     passage: &Passage,
+    formation: Formation,
     here: Point2,
     others: impl Iterator<Item = Point2>,
     obstacles: &Obstacles,
 ) -> Option<Point2> {
     let way = passage.way;
+    let wanted = config.distance_in(formation);
     let mut sum = Resultant::new(config.weight);
     if let Some((target, magnitude)) = pull_ahead(config, passage, here, obstacles) {
         sum.add(here, target, magnitude);
     }
     for other in others {
         let distance = here.distance(other);
-        let force = between_drones(config, distance);
+        let force = between_drones(wanted, distance);
         let behind = along(way, here, other) < 0.0;
         if force < 0.0 || !(behind && let_go(config, here, other, obstacles)) {
             sum.add(here, other, force);
@@ -129,6 +131,7 @@ mod tests {
     use super::*;
 
     const HERE: Point2 = Point2::new(0.0, 0.0);
+    const ROWS: Formation = Formation::TwoRows;
     const PASSAGE: Passage = Passage {
         entrance: Point2::new(-1.0, 0.0),
         width: Metres(1.51),
@@ -153,7 +156,7 @@ mod tests {
 
     #[test]
     fn a_guarded_drone_goes_round_the_open_side_of_an_obstacle() {
-        let way = direction(&Config::OURS, &PASSAGE, HERE, core::iter::empty(), &face(0.42));
+        let way = direction(&Config::OURS, &PASSAGE, ROWS, HERE, core::iter::empty(), &face(0.42));
         let way = way.expect("the forces are not in balance");
         assert!(way.y < -0.3, "{way:?}");
     }
@@ -162,7 +165,7 @@ mod tests {
     fn a_lonely_drone_in_the_open_goes_straight_ahead() {
         for config in [Config::PAPER, Config::OURS] {
             let open = Obstacles::default();
-            let way = direction(&config, &PASSAGE, HERE, core::iter::empty(), &open);
+            let way = direction(&config, &PASSAGE, ROWS, HERE, core::iter::empty(), &open);
             assert_eq!(way, Some(PASSAGE.way));
         }
     }

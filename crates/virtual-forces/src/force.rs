@@ -4,11 +4,11 @@ use units::Metres;
 
 use crate::{Config, ObstacleForce};
 
-/// Returns the force between two drones `distance` apart: equation (3), repulsion below D_int and
-/// attraction above, half as steep.
+/// Returns the force between two drones `distance` apart that should be `wanted` apart: equation (3),
+/// repulsion below and attraction above, half as steep. On paper `wanted` is D_int.
 #[must_use]
-pub fn between_drones(config: &Config, distance: Metres) -> f32 {
-    let ratio = distance.0 / config.wanted_distance().0;
+pub fn between_drones(wanted: Metres, distance: Metres) -> f32 {
+    let ratio = distance.0 / wanted.0;
     if ratio < 1.0 { ratio - 1.0 } else { (0.5 * (ratio - 1.0)).min(0.5) }
 }
 
@@ -46,7 +46,10 @@ mod tests {
         for (distance, expected) in
             [(0.0, -1.0), (0.375, -0.5), (0.75, 0.0), (1.125, 0.25), (1.5, 0.5), (9.0, 0.5)]
         {
-            assert!(near(between_drones(&paper, Metres(distance)), expected), "{distance}");
+            assert!(
+                near(between_drones(paper.wanted_distance(), Metres(distance)), expected),
+                "{distance}"
+            );
         }
         for (distance, expected) in [(0.0, 0.0), (0.375, 0.25), (0.75, 0.5), (9.0, 0.5)] {
             assert!(near(attraction_to_goal(&paper, Metres(distance)), expected), "{distance}");

@@ -3,7 +3,7 @@
 use units::{Metres, Point2};
 
 use crate::Config;
-use crate::geometry::{left_of, moved, squared};
+use crate::geometry::{left_of, moved};
 
 /// The narrow way between two areas, as far as a drone knows of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,7 +48,7 @@ impl Formation {
     /// the entrance.
     #[must_use]
     pub fn place(self, config: &Config, passage: &Passage, index: u16) -> Point2 {
-        let wanted = config.wanted_distance().0;
+        let wanted = config.distance_in(self).0;
         let number = f32::from(index);
         // How far behind the first place, and how far to the left, in units of D_int.
         let (behind, left) = match self {
@@ -72,49 +72,67 @@ impl Formation {
 
 const SQRT_3: f32 = 1.732_050_8;
 
-/// Returns the place for the drone number `me` of `drones` after exchanges of two that shorten the
-/// sum of the squared ways, from places in the order of the numbers. Every drone that knows the same
-/// starts and the same places comes to the same result. There are at most `N` drones, and at most
-/// `N` passes over all pairs; every exchange shortens the sum, so any pass leaves a valid result.
+/// Returns the place for the drone number `me` of those that begin at `starts`, after exchanges of two
+/// that shorten the sum of the squared ways, from places in the order of the numbers. Every drone that
+/// knows the same starts and the same places comes to the same result. There are at most `N` drones,
+/// and at most `N` passes over all pairs; every exchange shortens the sum, so any pass leaves a valid
+/// result.
 #[must_use]
 pub(crate) fn exchanged<const N: usize>(
     me: u16,
-    drones: u16,
-    start: impl Fn(u16) -> Point2,
+    starts: impl Iterator<Item = Point2>,
     place: impl Fn(u16) -> Point2,
 ) -> u16 {
-    let of = |index: usize, point: &dyn Fn(u16) -> Point2| {
-        if index < usize::from(drones) { point(index as u16) } else { Point2::default() }
-    };
-    let starts: [Point2; N] = core::array::from_fn(|index| of(index, &start));
-    let places: [Point2; N] = core::array::from_fn(|index| of(index, &place));
-    let mut taken: [u16; N] = core::array::from_fn(|index| index as u16);
-    let taken = taken.get_mut(..usize::from(drones)).unwrap_or_default();
-    let at = |points: &[Point2; N], index: u16| {
-        points.get(usize::from(index)).copied().unwrap_or_default()
-    };
+    let mut ways = [Way::default(); N];
+    let mut drones = 0;
+    for ((way, start), index) in ways.iter_mut().zip(starts).zip(0..) {
+        *way = Way { start, end: place(index), place: index };
+        drones += 1;
+    }
+    let ways = ways.get_mut(..drones).unwrap_or_default();
     for _ in 0..N {
         let mut better = false;
-        for first in 0..taken.len() {
-            let Some((one, rest)) = taken.get_mut(first..).and_then(<[u16]>::split_first_mut)
-            else {
-                continue;
-            };
-            for (other, second) in rest.iter_mut().zip(first + 1..) {
-                let (a, b) = (at(&starts, first as u16), at(&starts, second as u16));
-                let (p, q) = (at(&places, *one), at(&places, *other));
-                // A thousandth of a square metre, so that rounding never exchanges for ever.
-                if squared(a, q) + squared(b, p) < squared(a, p) + squared(b, q) - 1e-3 {
-                    core::mem::swap(one, other);
-                    better = true;
-                }
+        let mut rest = &mut *ways;
+        while let Some((one, others)) = rest.split_first_mut() {
+            for other in &mut *others {
+                better |= one.exchange(other);
             }
+            rest = others;
         }
         if !better {
             break;
         }
     }
-    taken.get(usize::from(me)).copied().unwrap_or(me)
+    ways.get(usize::from(me)).map_or(me, |way| way.place)
+}
+
+/// The way of a drone to the place that it has so far.
+#[derive(Clone, Copy, Default)]
+struct Way {
+    start: Point2,
+    end: Point2,
+    place: u16,
+}
+
+impl Way {
+    /// Exchanges the places of two drones where that makes the sum of their squared ways shorter by
+    /// more than a thousandth of a square metre, so that rounding never exchanges for ever. With
+    /// starts a, b and places p, q the sum becomes longer by 2 (a − b)·(p − q).
+    fn exchange(&mut self, other: &mut Self) -> bool {
+        let (start, end) =
+            (Self::between(self.start, other.start), Self::between(self.end, other.end));
+        let shortens = start.x * end.x + start.y * end.y < -0.5e-3;
+        if shortens {
+            core::mem::swap(&mut self.end, &mut other.end);
+            core::mem::swap(&mut self.place, &mut other.place);
+        }
+        shortens
+    }
+
+    /// The vector from `from` to `to`.
+    fn between(from: Point2, to: Point2) -> Point2 {
+        Point2::new(to.x - from.x, to.y - from.y)
+    }
 }
 
 #[cfg(test)]
@@ -155,6 +173,16 @@ mod tests {
     }
 
     #[test]
+    fn a_queue_of_ours_is_shorter_and_rows_are_not() {
+        let gap = |formation: Formation| {
+            let [one, other] = [0, 1].map(|index| formation.place(&Config::OURS, &PASSAGE, index));
+            one.distance(other).0
+        };
+        assert!((gap(Formation::Queue) - 0.85 * 0.75).abs() < 1e-5);
+        assert!((gap(Formation::TwoRows) - 0.75).abs() < 1e-5);
+    }
+
+    #[test]
     fn the_first_place_is_before_the_entrance() {
         let place = Formation::Queue.place(&Config::PAPER, &PASSAGE, 0);
         assert!(place.distance(Point2::new(3.0, 0.625)).0 < 1e-5);
@@ -162,9 +190,9 @@ mod tests {
 
     #[test]
     fn exchanges_give_every_drone_another_place_and_shorten_the_ways() {
-        let start = |index: u16| Point2::new(f32::from(index), 0.0);
+        let starts = || (0_u16..9).map(|index| Point2::new(f32::from(index), 0.0));
         let place = |index: u16| Point2::new(8.0 - f32::from(index), 3.0);
-        let mut taken: Vec<_> = (0..9).map(|me| exchanged::<16>(me, 9, start, place)).collect();
+        let mut taken: Vec<_> = (0..9).map(|me| exchanged::<16>(me, starts(), place)).collect();
         assert_eq!(taken, (0..9).rev().collect::<Vec<_>>());
         taken.sort_unstable();
         assert_eq!(taken, (0..9).collect::<Vec<_>>());

@@ -230,7 +230,10 @@ impl<const N: usize> Member<N> {
         let (config, passage) = (&self.config, &self.plan.passage);
         let others = self.team.neighbours().map(|other| other.position);
         match pace {
-            Pace::Ahead { .. } => crossing::direction(config, passage, here, others, obstacles),
+            Pace::Ahead { .. } => {
+                let formation = self.formation(self.plan.drones);
+                crossing::direction(config, passage, formation, here, others, obstacles)
+            }
             Pace::Back { .. } => Some(Point2::new(-passage.way.x, -passage.way.y)),
         }
     }
@@ -262,23 +265,26 @@ impl<const N: usize> Member<N> {
         }
     }
 
+    /// Returns the formation of so many drones before the passage.
+    fn formation(&self, drones: u16) -> Formation {
+        Formation::fit(&self.config, self.plan.passage.width, drones)
+    }
+
     /// Returns the drone's place in the formation of those that fly.
     fn place(&self) -> Point2 {
         let (config, plan) = (&self.config, &self.plan);
         let flying = self.team.flying(config);
         let drones = flying.clone().count() as u16;
         let me = flying.clone().take_while(|number| *number < self.number).count() as u16;
-        let formation = Formation::fit(config, plan.passage.width, drones);
+        let formation = self.formation(drones);
         let place = |index| formation.place(config, &plan.passage, index);
         match config.places {
             crate::Places::ByNumber => place(me),
             crate::Places::Exchanged => {
                 let last = plan.survey.goals().saturating_sub(1);
-                let start = |index: u16| {
-                    let number = flying.clone().nth(usize::from(index)).unwrap_or(self.number);
-                    plan.survey.goal(number, last).unwrap_or_default()
-                };
-                place(exchanged::<N>(me, drones, start, place))
+                let starts =
+                    flying.map(|number| plan.survey.goal(number, last).unwrap_or_default());
+                place(exchanged::<N>(me, starts, place))
             }
         }
     }
@@ -296,9 +302,13 @@ impl<const N: usize> Member<N> {
         let left = here.distance(goal);
         let mut sum = Resultant::new(self.config.weight);
         sum.add(here, goal, attraction_to_goal(&self.config, left));
+        let wanted = match self.task {
+            Task::Gather { .. } => self.config.distance_in(self.formation(self.plan.drones)),
+            _ => self.config.wanted_distance(),
+        };
         if left > self.config.straight_within {
             for other in self.team.neighbours() {
-                let force = between_drones(&self.config, here.distance(other.position));
+                let force = between_drones(wanted, here.distance(other.position));
                 sum.add(here, other.position, if pulled { force } else { force.min(0.0) });
             }
         }

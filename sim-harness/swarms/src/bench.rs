@@ -1,7 +1,6 @@
 //! Measures the paper's rule and ours side by side, and holds ours against its bounds.
 
-use std::time::Instant;
-
+use cpu_time::ThreadTime;
 use virtual_forces::Config;
 
 use crate::{Flight, Leg, Mission, Phase, Place, TooMany, Trouble, fly};
@@ -220,8 +219,8 @@ fn stuck(row: &Row) -> Option<String> {
     (row.stuck > 0).then(|| format!("{} of {} flights stuck; bound 0", row.stuck, row.runs))
 }
 
-/// Measures how many drone-rounds of a survey one core flies per second: the best of `tries`, as the
-/// others were disturbed.
+/// Measures how many drone-rounds of a survey one core flies per second of its time: the best of
+/// `tries`, as the others were disturbed.
 ///
 /// # Errors
 /// Where the number of drones is none or too large.
@@ -237,7 +236,7 @@ pub fn speed(rule: &Rule, drones: u16, tries: usize) -> Result<f64, TooMany> {
     };
     let mut best = 0.0_f64;
     for _ in 0..tries {
-        let began = Instant::now();
+        let began = ThreadTime::now();
         let mut rounds = 0;
         for seed in 0..u64::from(DRONES / drones.max(1)) {
             rounds += fly(&mission, seed)?.drone_rounds;

@@ -1,9 +1,9 @@
 //! The bytes of the settings, in every version, and of the vendor's configuration block.
 
-use storage::settings::{LENGTH, Limits, Radio, Settings, Source, Trim};
+use storage::settings::{LENGTH, Limits, Radio, Settings, Source, SwarmPlan, Trim};
 use storage::vendor::{self, VendorConfig};
 use storage::{Error, Record, Slots};
-use units::{Dbm, Metres, MissionKind, NodeId, PolicyCode, Radians, Role};
+use units::{Dbm, Metres, MissionKind, NodeId, Point2, PolicyCode, Radians, Role};
 use wire::radio::{Address, Channel, Datarate, TxPower};
 
 const GOLDEN: Settings = Settings {
@@ -20,11 +20,22 @@ const GOLDEN: Settings = Settings {
     limits: Limits { launch: Some(Dbm(-52.0)), retreat: None },
     policy: PolicyCode::new(5),
     mission: MissionKind::Swarm,
+    swarm: Some(PLAN),
+};
+
+const PLAN: SwarmPlan = SwarmPlan {
+    drones: 3,
+    corner: Point2::new(-9.75, -3.75),
+    area: (Metres(9.0), Metres(7.5)),
+    entrance: Point2::new(0.0, 2.56),
+    width: Metres(1.51),
+    direction: Radians(-core::f32::consts::FRAC_PI_2),
+    length: Metres(6.0),
 };
 
 /// By the table in the module's documentation; the CRC by Python's `zlib.crc32`.
 const GOLDEN_BYTES: [u8; LENGTH] = [
-    b'U', b'C', b'H', b'N', 4, // version
+    b'U', b'C', b'H', b'N', 5, // version
     0x07, 0x00, 0x00, 0x00, // sequence
     4, 1, // node, relay
     93, 1, 0x04, 0xE7, 0xE7, 0xE7, 0xE7, 0xFC,
@@ -35,7 +46,21 @@ const GOLDEN_BYTES: [u8; LENGTH] = [
     0x00, 0x00, 0x50, 0xC2, // -52 dBm
     0x00, 0x00, 0x00, 0x00, // the agent's own
     1,    // swarm
-    0x8D, 0x30, 0x21, 0x22,
+    3,    // drones
+    0x31, 0xFC, 0x89, 0xFE, // corner
+    0x84, 0x03, 0xEE, 0x02, // area
+    0x00, 0x00, 0x00, 0x01, // entrance
+    0x97, 0x00, // 1.51 m wide
+    0xD8, 0xDC, // -90 degrees
+    0x58, 0x02, // 6 m long
+    0xA7, 0x1A, 0xE1, 0xF3,
+];
+
+/// The same without a plan, as version 4 wrote it.
+const VERSION_4_BYTES: [u8; 45] = [
+    b'U', b'C', b'H', b'N', 0x04, 0x07, 0x00, 0x00, 0x00, 0x04, 0x01, 0x5D, 0x01, 0x04, 0xE7, 0xE7,
+    0xE7, 0xE7, 0xFC, 0x05, 0x00, 0x00, 0x80, 0x3C, 0x00, 0x00, 0x00, 0xBD, 0x00, 0x00, 0x00, 0x3F,
+    0x00, 0x00, 0x50, 0xC2, 0x00, 0x00, 0x00, 0x00, 0x01, 0x8D, 0x30, 0x21, 0x22,
 ];
 
 /// The same without a mission, as version 3 wrote it.
@@ -67,13 +92,15 @@ fn the_bytes_are_those_of_the_table() {
 
 #[test]
 fn records_of_older_versions_are_read_and_replaced() {
-    let version_3 = Settings { mission: MissionKind::Chain, ..GOLDEN };
+    let version_4 = Settings { swarm: None, ..GOLDEN };
+    assert_eq!(Settings::decode(&VERSION_4_BYTES), Ok((version_4, 7)));
+    let version_3 = Settings { mission: MissionKind::Chain, ..version_4 };
     let version_2 = Settings { policy: None, ..version_3 };
     assert_eq!(Settings::decode(&VERSION_3_BYTES), Ok((version_3, 7)));
     let version_1 = Settings { limits: Limits::DEFAULT, ..version_2 };
     assert_eq!(Settings::decode(&VERSION_2_BYTES), Ok((version_2, 7)));
     assert_eq!(Settings::decode(&VERSION_1_BYTES), Ok((version_1, 7)));
-    for old in [&VERSION_1_BYTES[..], &VERSION_2_BYTES, &VERSION_3_BYTES] {
+    for old in [&VERSION_1_BYTES[..], &VERSION_2_BYTES, &VERSION_3_BYTES, &VERSION_4_BYTES] {
         assert_eq!(Settings::decode(&old[..old.len() - 1]), Err(Error::Short));
         let write = Slots::read(old, &[]).write(&GOLDEN).unwrap();
         assert_eq!(write.address(), 0x300);
@@ -103,6 +130,11 @@ fn what_could_not_be_read_back_is_not_written() {
         Settings { height: Some(Metres(-0.3)), ..GOLDEN },
         Settings { limits: Limits { launch: Some(Dbm(0.0)), retreat: None }, ..GOLDEN },
         Settings { limits: Limits { launch: None, retreat: Some(Dbm(f32::NAN)) }, ..GOLDEN },
+        Settings { swarm: Some(SwarmPlan { drones: 16, ..PLAN }), ..GOLDEN },
+        Settings { swarm: Some(SwarmPlan { width: Metres(0.1), ..PLAN }), ..GOLDEN },
+        Settings { swarm: Some(SwarmPlan { length: Metres(f32::NAN), ..PLAN }), ..GOLDEN },
+        Settings { swarm: Some(SwarmPlan { direction: Radians(3.5), ..PLAN }), ..GOLDEN },
+        Settings { swarm: Some(SwarmPlan { corner: Point2::new(328.0, 0.0), ..PLAN }), ..GOLDEN },
     ] {
         assert_eq!(settings.encode(1), Err(Error::Value), "{settings:?}");
         assert_eq!(Slots::read(&[], &[]).write(&settings), Err(Error::Value));
@@ -119,7 +151,7 @@ fn what_is_no_record_says_why() {
     assert_eq!(Settings::decode(&GOLDEN_BYTES[..LENGTH - 1]), Err(Error::Short));
     assert_eq!(Settings::decode(&[0xFF; LENGTH]), Err(Error::Blank));
     assert_eq!(Settings::decode(&[0; LENGTH]), Err(Error::Magic));
-    assert_eq!(Settings::decode(&with(4, 5)), Err(Error::Version(5)));
+    assert_eq!(Settings::decode(&with(4, 6)), Err(Error::Version(6)));
     assert_eq!(Settings::decode(&with(9, 5)), Err(Error::Checksum));
 }
 

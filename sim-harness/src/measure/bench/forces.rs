@@ -16,7 +16,7 @@ pub struct Speed {
     pub rule: &'static str,
     /// The number of drones.
     pub drones: u16,
-    /// Drone-rounds per second.
+    /// Drone-rounds per second of the core's time.
     pub drone_rounds_per_s: f64,
     /// The least that is wanted.
     pub bound: f64,

@@ -2,7 +2,7 @@
 
 use agent::SwarmConfig;
 use serde::Deserialize;
-use units::{Metres, MetresPerSecond, Point2};
+use units::{Metres, MetresPerSecond, Point2, Radians};
 use virtual_forces::Passage;
 
 use crate::input_error::InputError;
@@ -44,7 +44,7 @@ impl SwarmTable {
         let number =
             |key: &Option<At<f32>>, name, range, usual| reader.or(key.as_ref(), name, range, usual);
         let direction = number(&self.direction_deg, "direction_deg", -360.0..=360.0, 0.0)?;
-        let (sin, cos) = libm::sincosf(direction.to_radians());
+        let (sin, cos) = Radians(direction.to_radians()).sin_cos();
         let Passage { width, length, .. } = usual.passage;
         Ok(SwarmConfig {
             drones: drones as u16,

@@ -5,9 +5,9 @@ use proptest::test_runner::RngSeed;
 use storage::epoch::{EpochRecord, Issue};
 use storage::keys::{KeysRecord, Secret};
 use storage::ledger::Ledger;
-use storage::settings::{Limits, Radio, Settings, Trim};
+use storage::settings::{Limits, Radio, Settings, SwarmPlan, Trim};
 use storage::{Record, Slots};
-use units::{Dbm, Metres, MissionKind, NodeId, PolicyCode, Radians, Role};
+use units::{Dbm, Metres, MissionKind, NodeId, Point2, PolicyCode, Radians, Role};
 use wire::radio::{Address, Channel, Datarate, TxPower};
 
 pub(crate) fn seeded(cases: u32) -> ProptestConfig {
@@ -132,9 +132,10 @@ pub(crate) fn settings() -> impl Strategy<Value = Settings> {
     let limits = (limit(), limit()).prop_map(|(launch, retreat)| Limits { launch, retreat });
     let policy = any::<u8>().prop_map(PolicyCode::new);
     let mission = prop::sample::select(&MissionKind::ALL[..]);
-    (any::<u8>(), role, radio, trim, height, limits, policy, mission).prop_map(
-        |(node, role, radio, trim, height, limits, policy, mission)| Settings {
+    (any::<u8>(), role, radio, trim, height, limits, policy, mission, prop::option::of(plans()))
+        .prop_map(|(node, role, radio, trim, height, limits, policy, mission, swarm)| Settings {
             mission,
+            swarm,
             node: NodeId(node),
             role,
             radio,
@@ -142,6 +143,25 @@ pub(crate) fn settings() -> impl Strategy<Value = Settings> {
             height,
             limits,
             policy,
+        })
+}
+
+/// Plans to the centimetre and the degree.
+fn plans() -> impl Strategy<Value = SwarmPlan> {
+    let metres = |least: i16, most: i16| (least..=most).prop_map(|cm| f32::from(cm) / 100.0);
+    let point = move || (metres(-999, 999), metres(-999, 999)).prop_map(|(x, y)| Point2::new(x, y));
+    let length = move |least, most| metres(least, most).prop_map(Metres);
+    let area = (length(100, 10_000), length(100, 10_000));
+    let passage = (length(50, 2_000), -180_i16..=180, length(0, 10_000));
+    (1_u8..16, point(), area, point(), passage).prop_map(
+        |(drones, corner, area, entrance, (width, degrees, length))| SwarmPlan {
+            drones,
+            corner,
+            area,
+            entrance,
+            width,
+            direction: Radians(f32::from(degrees).to_radians()),
+            length,
         },
     )
 }
