@@ -10,7 +10,7 @@ use agent::{Agent, AgentConfig};
 use onboard::Snapshot;
 use onboard::probe::Round;
 use rayon::ThreadPoolBuilder;
-use sim_harness::bodies::emulated::{Emulated, Firmware};
+use sim_harness::bodies::emulated::{Emulated, Firmware, unfit};
 use sim_harness::measure::metrics::{Reference, RunMetrics, Watch};
 use sim_harness::mission::{Mission, World};
 use sim_harness::scenario::{Fidelity, Scenario, Spot};
@@ -269,6 +269,7 @@ fn small_swarm() -> Scenario {
     scenario.drones.base = Spot::on(world.skeleton(), base);
     scenario.agent.swarm.corner = Point2::new(-3.0, -1.5);
     scenario.agent.swarm.area = (Metres(2.25), Metres(3.0));
+    scenario.duration_us = 100_000_000;
     scenario.fidelity = Fidelity::Virtual;
     scenario
 }
@@ -292,4 +293,24 @@ fn a_virtual_drone_of_a_swarm_takes_off_by_fixes_alone() {
     };
     assert_eq!(states(true), [("surveying", true); 3]);
     assert_eq!(states(false), [("idle", false); 3]);
+}
+
+/// Survey, formation, passage: as the same crates fly them on the host, by the plan in the drones'
+/// EEPROMs.
+#[test]
+#[ignore = "needs the firmware's ELF: `cargo fw` makes it"]
+fn three_virtual_drones_survey_gather_and_cross() {
+    let scenario = small_swarm();
+    assert_eq!(unfit(&scenario), None);
+    let emulated = fly(&scenario, Some(firmware()), 2);
+    let hosted = fly(&scenario, None, 1);
+    assert_eq!(emulated.states, ["landed", "landed", "landed", "idle"]);
+    assert_eq!(emulated.states, hosted.states);
+    let (is, should) = (&emulated.metrics, &hosted.metrics);
+    assert_eq!((is.wall_contacts, is.drone_contacts), (0, 0));
+    let (is, should) = (is.swarm.unwrap(), should.swarm.unwrap());
+    assert_eq!(is.unfinished, 0);
+    assert!(is.closest_drones_m > 0.2, "{is:?}");
+    // With another stream of random numbers, and clocks that are not in step.
+    assert!((is.across_s - should.across_s).abs() < 10.0, "{is:?}, on the host {should:?}");
 }
