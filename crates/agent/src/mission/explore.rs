@@ -6,8 +6,10 @@
 //! | `config` | the area that is explored, and how the drones fly there |
 //! | `duty` | the duties of a drone in the air, and the transitions between them |
 //! | `apart` | the distance that drones keep from each other |
+//! | `clearance` | the distance that a drone keeps from what its side beams hit |
 
 mod apart;
+mod clearance;
 mod config;
 mod duty;
 
@@ -29,6 +31,7 @@ use units::{
 use super::{Call, Next, Outbox, Round, Wish};
 use crate::{AgentConfig, Inputs};
 use apart::kept_apart;
+use clearance::off_walls;
 use duty::Doing;
 
 /// The most drones that explore together: those with the numbers below this.
@@ -200,16 +203,16 @@ impl Explore {
             let _ = Payload::new(packet).map(|payload| self.messages.push(payload));
         }
         self.doing = Doing { activity: explorer.activity(), goal: explorer.goal() };
-        self.fly(explore, round, pose, outputs.motion, explorer);
+        self.fly(explore, round, pose, (outputs.motion, &inputs.ranges), explorer);
     }
 
-    /// Takes the motion that the exploration wants, but for what would lead to another drone.
+    /// Takes the motion that the exploration wants, but for what would lead to another drone or a wall.
     fn fly<G: Ground, const ROBOTS: usize, const RECORDS: usize>(
         &mut self,
         explore: &ExploreConfig,
         round: &Round,
         pose: Pose2,
-        motion: Motion,
+        (motion, ranges): (Motion, &Diagonals),
         explorer: &Explorer<G, ROBOTS, RECORDS>,
     ) {
         let Motion { velocity: [forward, left], yaw_rate } = motion;
@@ -220,7 +223,8 @@ impl Explore {
         let is_clear = |to: Point2| ground.frame().line(pose.at, to).all(is_free);
         let limits = (explore.distance.0, explore.speed.0);
         let others = explorer.others(round.now);
-        self.velocity = kept_apart(round.id.0, pose.at, wanted, limits, others, is_clear);
+        let apart = kept_apart(round.id.0, pose.at, wanted, limits, others, is_clear);
+        self.velocity = off_walls(apart, pose.yaw, ranges, explore.speed.0);
         self.yaw_rate = yaw_rate;
     }
 
