@@ -27,7 +27,7 @@ pub(super) fn off_walls(
     let along = |eighths: f32, ahead: Range, behind: Range| {
         let (sin, cos) = Radians(yaw.0 + eighths * FRAC_PI_4).sin_cos();
         let component = wanted[0] * cos + wanted[1] * sin;
-        let allowed = bounded(component, room(ahead), room(behind)).clamp(-speed, speed);
+        let allowed = bounded(component, room(ahead), room(behind)).max(-speed).min(speed);
         [allowed * cos, allowed * sin]
     };
     let [one, other] = [along(1.0, nw, se), along(-1.0, ne, sw)];
