@@ -16,9 +16,10 @@ const EXCEPTIONS: [(&str, &str); 2] = [
     ("sim-harness/src/serve/tests.rs", "builds drones for a world of its own"),
 ];
 
-/// The file that may run an agent by itself: it gives the agent the inputs that the chip's agent had,
-/// and compares the decisions.
-const COMPARES_AGENTS: &str = "tests/suite/virtual_drones.rs";
+/// The files that may run an agent by itself: they give the agent the inputs that the chip's agent had,
+/// and compare the decisions.
+const COMPARE_AGENTS: [&str; 2] =
+    ["sim-harness/src/bodies/emulated/shadow.rs", "tests/suite/virtual_drones.rs"];
 
 /// The Rust files of the firmware, of the simulator and of the tests, each with its name from the
 /// root and its code without the comments.
@@ -95,5 +96,5 @@ fn no_agent_runs_outside_onboard() {
         .filter(|(name, code)| name != this && names_type(code, "Agent"))
         .map(|(name, _)| name)
         .collect();
-    assert_eq!(runs, [COMPARES_AGENTS], "use onboard::Drone instead of agent::Agent");
+    assert_eq!(runs, COMPARE_AGENTS, "use onboard::Drone instead of agent::Agent");
 }

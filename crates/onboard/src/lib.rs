@@ -71,7 +71,7 @@ mod setup;
 mod view;
 mod words;
 
-use agent::{Agent, Exploration, Fitness};
+use agent::{Agent, Fitness};
 use airlink::{Identity, Seal};
 use crtp::{Node, Parameters};
 use storage::settings::Settings;
@@ -84,7 +84,7 @@ use link::{Heeded, Link};
 use localisation::Localisation;
 use mailbox::Mailbox;
 
-pub use agent::{ChainDuty, Duty, ExploreDuty, State, SwarmDuty};
+pub use agent::{ChainDuty, Duty, Exploration, ExploreDuty, State, SwarmDuty};
 pub use client::{Unsaved, observed};
 pub use config::{Config, Unusable};
 pub use crtp::Snapshot;

@@ -1,10 +1,9 @@
 //! A drone on the host: the very `onboard::Drone` that the firmware runs, on a clock that no other
 //! drone has.
 
-use agent::Exploration;
 use airlink::{LinkConfig, Opened, Schedule};
 use chain::neighbours::Heard;
-use onboard::{Config, Drone, Keys, Outputs, Sensed, Setup, Start};
+use onboard::{Config, Drone, Exploration, Keys, Outputs, Sensed, Setup, Start};
 use units::{Dbm, Duration, Instant, MissionKind, NodeId, Order, Role};
 use wire::p2p::{Counter, Epoch, Kind};
 use wire::syslink::MAX_P2P;
