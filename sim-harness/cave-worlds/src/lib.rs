@@ -3,7 +3,7 @@
 //! A [`Cave`] is a map of [`SIDE`] by [`SIDE`] cells in which corridors of random length, width and
 //! direction branch from each other. A [`World`] is a cave or the map of a robot, with a base in it.
 //! [`measure`] lets each rule of `relay_placement` put down relays, and returns a [`Row`] for each
-//! rule; [`gather`] lets a robot gather readings before it drops one.
+//! rule; [`gather()`] lets a robot gather readings before it drops one.
 //!
 //! ```
 //! let cave = cave_worlds::Cave::dig(7);
