@@ -21,7 +21,7 @@ pub enum ExploreDuty {
     },
     /// The drone waits for a goal, and looks around meanwhile.
     Waiting,
-    /// The drone is on its way to what nobody knows yet.
+    /// The drone is on its way to a frontier of the map.
     Exploring {
         /// The middle of the tile to which it flies.
         goal: Point2,
