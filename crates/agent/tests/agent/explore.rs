@@ -274,9 +274,9 @@ fn an_order_to_land_is_obeyed() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(6))]
+    #![proptest_config(ProptestConfig::with_cases(12))]
     #[test]
-    fn all_is_explored_and_all_land_though_packets_are_lost(
+    fn all_is_explored_and_no_drone_touches_though_packets_are_lost(
         drones in 1_u8..=4,
         loss in 0.0_f32..0.3,
         seed in any::<u64>(),
@@ -284,6 +284,8 @@ proptest! {
         let mut world = World::new(drones, Places::Fixed, loss, seed);
         prop_assert!(world.fly(), "drones still fly");
         prop_assert!(world.explored() > 0.99, "explored {}", world.explored());
+        prop_assert!(world.nearest_wall > 0.1, "wall at {}", world.nearest_wall);
+        prop_assert!(world.closest > TOUCH, "closest {}", world.closest);
     }
 
     /// Any bytes of others are borne.
