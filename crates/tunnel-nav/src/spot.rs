@@ -53,8 +53,9 @@ pub struct SpotConfig {
     pub unevenness: Metres,
     /// The drone looks for so long at most, and then flies to the best place so far.
     pub gathering: Duration,
-    /// After so long the drone lands where it is: gathering, and the way of twice
-    /// [`SpotConfig::most_way`] at [`SpotConfig::speed`].
+    /// After so long the search ends where the drone is: gathering, and the way of twice
+    /// [`SpotConfig::most_way`] at [`SpotConfig::speed`]. Whether the drone lands there is the caller's
+    /// to decide.
     pub most_time: Duration,
 }
 
