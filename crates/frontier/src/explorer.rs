@@ -1,47 +1,32 @@
 //! One robot that explores: its map, its marks, its goal, and its part in the team.
 
-use core::ops::ControlFlow;
-
 use grid_map::{Cell, CellState, Frame, RayEnd, TooManyCells};
 use heapless::{Deque, Vec};
 use units::{Duration, Instant, Point2, Pose2};
 
-use crate::atlas::{Ground, Sight, is_large, length};
+use crate::atlas::Ground;
 use crate::barred::Bars;
 use crate::bidding::Targets;
-use crate::cluster::RobotSet;
-use crate::flight::{Gaze, Limits, Motion, Progress, fly, look};
+use crate::flight::{Gaze, Limits, Motion};
+use crate::going::Goal;
 use crate::lead::Leader;
 use crate::ledger::Ledger;
 use crate::list::filled;
 use crate::meeting::Meeting;
-use crate::packet::{Activity, Body, MOST_BYTES, MOST_ORDERS, Order, Packet, Status, Task};
-use crate::rule::{Distance, Facing, Overlap, Rule};
+use crate::packet::{Activity, Body, MOST_BYTES, MOST_ORDERS, Order, Packet, Task};
+use crate::rule::{Distance, Overlap, Rule};
 use crate::team::Team;
-use crate::tile::{Gain, Mark, Tile};
+use crate::tile::Tile;
 
 /// How often a robot compares its marks with its map, plans its way anew, tells its status, and
 /// repeats its bids.
-const PERIOD: Duration = Duration::from_millis(1_000);
-/// A packet that no robot acknowledges is sent again after so long: a status later, and half.
-const RESEND: Duration = Duration::from_millis(1_500);
-/// A robot gives a goal up after the time of twice its way, and so long: `progress_timeout` of
-/// `explore_lite`.
-const PATIENCE: Duration = Duration::from_millis(30_000);
+pub(crate) const PERIOD: Duration = Duration::from_millis(1_000);
 /// The most tiles that a robot looks up, or looks for ways to, at a time.
 pub(crate) const MOST_TARGETS: usize = 256;
-/// A frontier whose gain has changed by fewer classes is not told anew. Our own number: it halves
-/// the bytes.
-const TOLD_CLASSES: u8 = 3;
-/// When its goal is seen, a robot goes on to a frontier that is at most so many tiles beside it. Our
-/// own number.
-const FOLLOWED: u16 = 5;
 /// The cells behind a hit that count as a part of the obstacle: walls are not thinner. Our own number.
 const BEHIND: u8 = 2;
-/// The packets of changes of a step.
-const CHANGES_A_STEP: usize = 2;
 /// The packets of a step: a drone's link has room for so many in a fifth of a second.
-const PACKETS_A_STEP: usize = 4;
+pub(crate) const PACKETS_A_STEP: usize = 4;
 /// The packets that wait to be sent.
 const MOST_WAITING: usize = 8;
 
@@ -66,11 +51,18 @@ pub struct Config {
 }
 
 impl Config {
-    /// A robot with a computer that compares its marks and searches its ways in one step, and for which
-    /// every frontier that the rule counts is one.
+    /// A robot of a mesh, with a computer that compares its marks and searches its ways in one step, and
+    /// for which every frontier that the rule counts is one.
     #[must_use]
     pub const fn unbounded(number: u8, rule: Rule, limits: Limits) -> Self {
-        Self { number, rule, limits, least_gain: 0, refresh_steps: 1, search_cells: 0 }
+        Self {
+            number,
+            rule,
+            limits,
+            least_gain: 0,
+            refresh_steps: 1,
+            search_cells: 0,
+        }
     }
 
     /// The cells that a search visits in a step.
@@ -137,53 +129,34 @@ pub(crate) enum Search {
     Meeting,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Goal {
-    tile: Tile,
-    /// The cell at the end of the way, where one was found.
-    end: Option<Cell>,
-    planned: Instant,
-    /// When the robot gives the goal up.
-    until: Option<Instant>,
-    /// When it came to the end of the way.
-    arrived: Option<Instant>,
-}
-
-impl Goal {
-    /// A goal whose way was last looked for at `planned`, and not found.
-    const fn new(tile: Tile, planned: Instant) -> Self {
-        Self { tile, end: None, planned, until: None, arrived: None }
-    }
-}
-
 /// A robot of a team of at most `ROBOTS`, which remembers marks on at most `RECORDS` tiles.
 #[derive(Clone, Debug)]
 pub struct Explorer<G, const ROBOTS: usize, const RECORDS: usize> {
     pub(crate) config: Config,
     pub(crate) ground: G,
     pub(crate) team: Team<ROBOTS, RECORDS>,
-    ledger: Ledger<RECORDS>,
+    pub(crate) ledger: Ledger<RECORDS>,
     leader: Leader<ROBOTS>,
     pub(crate) state: State,
-    last_goal: Tile,
+    pub(crate) last_goal: Tile,
     /// Where the robot flies while it waits for another goal.
-    coast: Option<Cell>,
+    pub(crate) coast: Option<Cell>,
     pub(crate) barred: Bars,
     /// The candidates to which ways are looked for, which would take a fifth of a drone's stack.
     pub(crate) targets: Targets,
     pub(crate) search: Search,
     pub(crate) meeting: Meeting,
-    sequence: u8,
+    pub(crate) sequence: u8,
     /// The packets that are still to be sent, the oldest first.
-    outbox: Deque<Vec<u8, MOST_BYTES>, MOST_WAITING>,
+    pub(crate) outbox: Deque<Vec<u8, MOST_BYTES>, MOST_WAITING>,
     refreshed: Option<Instant>,
     /// The row of tiles with which the comparison of marks goes on, while one is under way.
     next_row: Option<u16>,
     pub(crate) bid: Option<Instant>,
     /// The last status: when, and of which activity.
-    told: Option<(Instant, Activity)>,
+    pub(crate) told: Option<(Instant, Activity)>,
     /// The version up to which changes were sent, and when the last were.
-    sent: (u16, Instant),
+    pub(crate) sent: (u16, Instant),
 }
 
 impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, RECORDS> {
@@ -196,7 +169,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             team: Team::new(config.number),
             ledger: Ledger::new(),
             leader: Leader::new(),
-            state: State::Waiting { since: start },
+            state: State::Waiting { since: Instant::ZERO },
             last_goal: Tile::FIRST,
             coast: None,
             barred: Bars::new(),
@@ -419,277 +392,6 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         for some in orders.chunks(MOST_ORDERS) {
             self.send(Body::Orders(filled(some.iter().copied())));
         }
-    }
-
-    /// Compares marks with the map from a row of tiles on, and, after the last one, answers what others
-    /// ask; returns the row with which it goes on.
-    #[inline(never)]
-    fn refresh(&mut self, now: Instant, row: u16) -> Option<u16> {
-        let frame = *self.ground.frame();
-        let rows = Tile::rows(&frame);
-        let end = row + rows.div_ceil(u16::from(self.config.refresh_steps.max(1)));
-        for tile in Tile::in_rows(&frame, row..end.min(rows)) {
-            let mark = self.mark_of(tile, now);
-            self.mark(tile, mark);
-        }
-        if end < rows {
-            return Some(end);
-        }
-        if self.config.rule.overlap == Overlap::Asked {
-            let asked: Vec<Tile, MOST_TARGETS> =
-                filled(self.team.board.to_look_up(self.config.number));
-            for tile in asked {
-                if self.is_known(tile) {
-                    self.mark(tile, Mark::Settled);
-                }
-            }
-        }
-        self.ledger.forget_gone(self.team.known_to_all(self.ledger.version()));
-        None
-    }
-
-    /// What the robot has to say of a tile by its map.
-    fn mark_of(&self, tile: Tile, now: Instant) -> Mark {
-        let rule = &self.config.rule;
-        let frame = *self.ground.frame();
-        let was = self.ledger.mark(tile);
-        if was == Mark::Settled {
-            return was;
-        }
-        if let Some(most) = self.gains(tile).max() {
-            let gain = Gain::of_cells(most);
-            let is_told = rule.reachability && rule.distance == Distance::Straight;
-            return match was {
-                _ if is_told && self.barred.holds(tile, now) => Mark::Unreachable,
-                Mark::Frontier(told) if told.classes_to(gain) < TOLD_CLASSES => was,
-                _ => Mark::Frontier(gain),
-            };
-        }
-        let has_walls = matches!(rule.overlap, Overlap::Points(_));
-        let is_wall = |cell| self.ground.state(cell) == CellState::Occupied;
-        if has_walls && tile.cells(&frame).any(is_wall) { Mark::Wall } else { Mark::Gone }
-    }
-
-    fn mark(&mut self, tile: Tile, mark: Mark) {
-        if self.ledger.set(tile, mark) {
-            self.team.board.apply(self.config.number, tile, mark);
-        }
-    }
-
-    /// Whether the robot knows what lies beyond another's frontier: some of the tile is free in its
-    /// own map, and none of it is a frontier.
-    fn is_known(&self, tile: Tile) -> bool {
-        let frame = *self.ground.frame();
-        let is_free = |cell| self.ground.state(cell) == CellState::Free;
-        tile.cells(&frame).any(is_free) && !self.has_frontier(tile)
-    }
-
-    /// The gains of those cells of a tile that are frontiers which count.
-    fn gains(&self, tile: Tile) -> impl Iterator<Item = u8> {
-        let Config { least_gain, rule, .. } = self.config;
-        let cells = tile.cells(self.ground.frame()).filter(|&cell| self.ground.is_frontier(cell));
-        let large = cells.filter(move |&cell| is_large(&self.ground, cell, rule.least_frontier));
-        large.map(|cell| self.ground.gain(cell)).filter(move |gain| *gain >= least_gain)
-    }
-
-    fn has_frontier(&self, tile: Tile) -> bool {
-        self.gains(tile).next().is_some()
-    }
-
-    /// Flies on to the goal.
-    #[inline(never)]
-    fn go_on(&mut self, now: Instant, pose: Pose2) -> Motion {
-        let State::Going(mut goal) = self.state else { return self.fly_on(now, pose) };
-        let rule = self.config.rule;
-        if rule.ends_when_seen && !self.is_open(goal.tile) {
-            let Some(next) = self.open_beside(goal.tile) else {
-                self.wait(now);
-                self.coast = goal.end;
-                return self.fly_on(now, pose);
-            };
-            self.last_goal = next;
-            self.search = Search::None;
-            goal = Goal::new(next, now - PERIOD);
-        }
-        if goal.until.is_some_and(|until| now >= until) {
-            return self.give_up(now, goal.tile);
-        }
-        let is_due = goal.end.is_none() || now.since(goal.planned) >= PERIOD;
-        if is_due || self.search == Search::Way {
-            let Some(planned) = self.plan(now, pose, goal) else {
-                self.state = State::Going(goal);
-                return self.turn_on_the_spot();
-            };
-            goal = planned;
-            self.state = State::Going(goal);
-        }
-        let Some(end) = goal.end else { return self.give_up(now, goal.tile) };
-        let limits = self.config.limits;
-        let mut progress = fly(&self.ground, pose, (end, goal.tile), limits, rule.facing);
-        if progress == Progress::Arrived {
-            let since = *goal.arrived.get_or_insert(now);
-            self.state = State::Going(goal);
-            progress = look(&self.ground, pose, goal.tile, limits, now.since(since));
-        }
-        match progress {
-            Progress::Flying(motion) => motion,
-            Progress::Blocked => {
-                goal.end = None;
-                goal.planned = now - PERIOD;
-                self.state = State::Going(goal);
-                Motion::default()
-            }
-            Progress::Arrived => {
-                // What is not seen from here cannot be seen.
-                if rule.overlap == Overlap::Asked || rule.overlap == Overlap::Alone {
-                    self.mark(goal.tile, Mark::Settled);
-                } else if rule.reachability && self.is_open(goal.tile) {
-                    self.barred.bar(now, goal.tile, rule.blacklist);
-                }
-                self.wait(now)
-            }
-        }
-    }
-
-    /// Flies on to where the last goal was seen from, until there is another, and looks around there.
-    fn fly_on(&mut self, now: Instant, pose: Pose2) -> Motion {
-        let Config { limits, rule, .. } = self.config;
-        if matches!(self.state, State::Idle { .. }) && self.team.misses_a_robot(now) {
-            return self.meet(now, pose);
-        }
-        if self.search == Search::Meeting {
-            self.search = Search::None;
-        }
-        match self.state {
-            State::Waiting { .. } => self.meeting.since = None,
-            State::Idle { .. } | State::Going(_) | State::Stopped => return Motion::default(),
-        }
-        // A search that is under way has forgotten the way.
-        if let Some(end) = self.coast.filter(|_| self.search == Search::None) {
-            match fly(&self.ground, pose, (end, self.last_goal), limits, rule.facing) {
-                Progress::Flying(motion) => return motion,
-                Progress::Arrived | Progress::Blocked => self.coast = None,
-            }
-        }
-        self.turn_on_the_spot()
-    }
-
-    /// Looks around, where the rule has robots look at what they fly for.
-    const fn turn_on_the_spot(&self) -> Motion {
-        match self.config.rule.facing {
-            Facing::Way => Motion { velocity: [0.0; 2], yaw_rate: 0.0 },
-            Facing::Goal => Motion { velocity: [0.0; 2], yaw_rate: self.config.limits.turn },
-        }
-    }
-
-    /// Whether there is still something to see at a tile.
-    fn is_open(&self, tile: Tile) -> bool {
-        let here = self.has_frontier(tile);
-        let own = self.ledger.mark(tile);
-        if own == Mark::Settled {
-            return false;
-        }
-        here || !self.is_known(tile)
-            && (self.config.rule.overlap == Overlap::Alone || self.team.board.is_candidate(tile))
-    }
-
-    /// The frontier nearest to a tile that was seen, which no other robot goes to: what is left of the
-    /// region for which the robot was sent.
-    fn open_beside(&self, seen: Tile) -> Option<Tile> {
-        let is_taken = |tile: Tile| self.team.goals().any(|goal| goal.steps_to(tile) <= FOLLOWED);
-        let open = self.team.board.candidates().map(|candidate| candidate.tile);
-        let near = open.filter(|tile| tile.steps_to(seen) <= FOLLOWED && self.is_open(*tile));
-        near.filter(|&tile| !is_taken(tile)).min_by_key(|tile| tile.steps_to(seen))
-    }
-
-    /// Finds the way to the goal in the map as it is now; `None` while the search goes on.
-    fn plan(&mut self, now: Instant, pose: Pose2, goal: Goal) -> Option<Goal> {
-        if self.search != Search::Way {
-            self.ground.begin_search(pose.at);
-        }
-        let mut found = None;
-        let is_over = self.ground.search(self.config.most_cells(), |map, visit| {
-            if map.is_beside(visit.cell, goal.tile) {
-                found = Some(visit);
-                return ControlFlow::Break(());
-            }
-            ControlFlow::Continue(())
-        });
-        self.search = if is_over { Search::None } else { Search::Way };
-        if !is_over {
-            return None;
-        }
-        let frame = self.ground.frame();
-        let seconds = found.map(|at| 2.0 * length(at.cost, frame).0 / self.config.limits.speed);
-        let patience = seconds.map(|s| PATIENCE + Duration::from_millis((s * 1000.0) as u64));
-        Some(Goal {
-            end: found.map(|at| at.cell),
-            planned: now,
-            until: goal.until.or_else(|| patience.map(|patience| now + patience)),
-            ..goal
-        })
-    }
-
-    fn give_up(&mut self, now: Instant, tile: Tile) -> Motion {
-        if self.config.rule.reachability {
-            self.barred.bar(now, tile, self.config.rule.blacklist);
-        }
-        self.wait(now)
-    }
-
-    /// Waits for a goal, and asks for one at once.
-    fn wait(&mut self, now: Instant) -> Motion {
-        self.search = Search::None;
-        self.state = State::Waiting { since: now };
-        self.bid = None;
-        self.coast = None;
-        Motion::default()
-    }
-
-    /// Tells what has changed, and how the robot is.
-    fn tell(&mut self, now: Instant, position: Point2, members: RobotSet) {
-        let activity = self.activity();
-        let is_new = self.told.is_none_or(|(_, told)| told != activity);
-        if is_new || is_due(self.told.map(|(at, _)| at), now) {
-            self.told = Some((now, activity));
-            let known = self.team.known(now);
-            let (goal, version) = (self.last_goal, self.ledger.version());
-            self.send(Body::Status(Status { position, activity, goal, version, known }));
-        }
-        if members.len() > 1 {
-            self.tell_changes(now, members);
-        }
-    }
-
-    fn tell_changes(&mut self, now: Instant, members: RobotSet) {
-        let (sent, at) = self.sent;
-        let had = self.team.least_acknowledged(members).unwrap_or(sent);
-        if had < sent && now.since(at) >= RESEND {
-            self.sent = (had, now);
-        }
-        for _ in 0..CHANGES_A_STEP {
-            // Changes wait until the packets before them are out.
-            if self.outbox.len() >= PACKETS_A_STEP {
-                break;
-            }
-            let Some(changes) = self.ledger.changes_after(self.sent.0) else { break };
-            self.sent = (changes.upto, now);
-            self.send(Body::Changes(changes));
-        }
-    }
-
-    /// Makes a packet, and sends it.
-    pub(crate) fn send(&mut self, body: Body) {
-        let number = self.config.number;
-        self.sequence = self.sequence.wrapping_add(1);
-        let packet = Packet { origin: number, sender: number, sequence: self.sequence, body };
-        self.put_out(&packet);
-    }
-
-    /// Puts a packet behind those that wait to be sent; one for which there is no room is lost, as on
-    /// the air.
-    fn put_out(&mut self, packet: &Packet) {
-        let _ = self.outbox.push_back(packet.encode());
     }
 }
 

@@ -13,6 +13,7 @@
 //! says which reading was taken.
 #![no_std]
 
+mod apart;
 mod assignment;
 mod atlas;
 mod barred;
@@ -21,16 +22,20 @@ mod board;
 mod cluster;
 mod explorer;
 mod flight;
+mod going;
 mod lead;
 mod ledger;
 mod list;
+mod marking;
 mod meeting;
 mod overlap;
 mod packet;
 mod rule;
 mod team;
+mod telling;
 mod tile;
 
+pub use apart::{Other, kept_apart};
 pub use assignment::{Assignment, Distances, Place, assign, take};
 pub use atlas::{Atlas, Atlas160, Atlas256, Atlas512, Atlas1024, Ground, Sight, frontiers, length};
 pub use board::Candidate;

@@ -5,10 +5,8 @@
 //! |---|---|
 //! | `config` | the area that is explored, and how the drones fly there |
 //! | `duty` | the duties of a drone in the air, and the transitions between them |
-//! | `apart` | the distance that drones keep from each other |
 //! | `clearance` | the distance that a drone keeps from what its side beams hit |
 
-mod apart;
 mod clearance;
 mod config;
 mod duty;
@@ -20,6 +18,7 @@ use core::f32::consts::FRAC_PI_4;
 
 use frontier::{
     Activity, Atlas160, Beam, Config, Explorer, Ground, Inputs as Perceived, Motion, Rule,
+    kept_apart,
 };
 use grid_map::{CellState, Frame, RayEnd};
 use heapless::Vec;
@@ -29,8 +28,8 @@ use units::{
 };
 
 use super::{Call, Next, Outbox, Round, Wish};
+use crate::odometry::odometer_deviation;
 use crate::{AgentConfig, Inputs};
-use apart::kept_apart;
 use clearance::off_walls;
 use duty::Doing;
 
@@ -51,6 +50,8 @@ const REFRESH_STEPS: u8 = 5;
 /// What a beam hits within this of another drone is that drone: half its width, and how far it flies
 /// until it tells its place again, m.
 const DRONE: f32 = 0.35;
+/// Without fixes drones keep apart by so many standard deviations more.
+const DEVIATIONS: f32 = 2.0;
 
 /// The memory of a drone that explores: its map with the planner of ways in it, the marks of all drones,
 /// and its part in the team. It is too large for an agent on a stack, and so its caller's, who lends it
@@ -111,6 +112,8 @@ pub(crate) struct Explore {
     has_begun: bool,
     /// Where the drone is, while it knows.
     pose: Option<Pose2>,
+    /// How far the drone has flown since take-off, in whatever direction.
+    flown: Metres,
     /// The velocity over ground to the east and to the north, m/s, and the rate of turn, rad/s.
     velocity: [f32; 2],
     yaw_rate: f32,
@@ -126,6 +129,7 @@ impl Explore {
             by_fixes: false,
             has_begun: false,
             pose: None,
+            flown: Metres::ZERO,
             velocity: [0.0; 2],
             yaw_rate: 0.0,
             doing: Doing { activity: Activity::Waiting, goal: None },
@@ -146,11 +150,17 @@ impl Explore {
         self.is_able = exploration.is_some() && usize::from(round.id.0) < MOST_EXPLORERS;
         match (round.phase, exploration) {
             (Phase::Linked, Some(exploration)) => {
+                let before = self.pose;
                 self.pose = self.located(config, round, inputs);
+                if let (Some(from), Some(to)) = (before, self.pose) {
+                    self.flown += from.at.distance(to.at);
+                }
                 self.explore(config, round, inputs, exploration);
             }
             (Phase::Waiting | Phase::Out, _) => {
                 self.has_begun = false;
+                self.pose = None;
+                self.flown = Metres::ZERO;
                 self.by_fixes = inputs.located.is_some();
             }
             _ => {}
@@ -186,11 +196,12 @@ impl Explore {
         };
         let Exploration(explorer) = exploration;
         let reach = Metres(explore.reach.0.min(config.nav.reach.0));
+        let clear = Metres(explore.clear.0.min(reach.0));
         let is_drone = |point: Point2| {
             let mut others = explorer.others(round.now);
             others.any(|(_, at)| at.distance(point).0 < DRONE)
         };
-        let beams = beams(pose, &inputs.ranges, reach, is_drone);
+        let beams = beams(pose, &inputs.ranges, (reach, clear), is_drone);
         let mut packets = Vec::<&[u8], MOST_PACKETS>::new();
         for told in inputs.told {
             // What has no room is lost, as on the air.
@@ -221,11 +232,20 @@ impl Explore {
         let ground = explorer.ground();
         let is_free = |cell| ground.state(cell) == CellState::Free;
         let is_clear = |to: Point2| ground.frame().line(pose.at, to).all(is_free);
-        let limits = (explore.distance.0, explore.speed.0);
+        let limits = (self.distance(explore).0, explore.speed.0);
         let others = explorer.others(round.now);
         let apart = kept_apart(round.id.0, pose.at, wanted, limits, others, is_clear);
         self.velocity = off_walls(apart, pose.yaw, ranges, explore.speed.0);
         self.yaw_rate = yaw_rate;
+    }
+
+    /// Within which distance of another drone, by the place that it tells, this one gives way. Places by
+    /// the drones' own motion are off by what their odometers are.
+    fn distance(&self, explore: &ExploreConfig) -> Metres {
+        if self.by_fixes {
+            return explore.distance;
+        }
+        Metres(explore.distance.0 + DEVIATIONS * odometer_deviation(self.flown).0)
     }
 
     /// Whether the mission calls for the drone: it flies as soon as it is ordered to.
@@ -264,7 +284,7 @@ impl Explore {
 fn beams(
     pose: Pose2,
     ranges: &Diagonals,
-    reach: Metres,
+    (reach, clear): (Metres, Metres),
     is_drone: impl Fn(Point2) -> bool,
 ) -> Vec<Beam, 4> {
     let Diagonals { nw, ne, sw, se } = *ranges;
@@ -272,7 +292,8 @@ fn beams(
     let ray = |(range, eighths): (Range, f32)| {
         let (distance, end) = match range {
             Range::At(distance) if distance <= reach => (distance, RayEnd::Obstacle),
-            Range::At(_) | Range::Clear => (reach, RayEnd::Clear),
+            Range::At(_) => (reach, RayEnd::Clear),
+            Range::Clear => (clear, RayEnd::Clear),
             Range::Invalid => return None,
         };
         let (sin, cos) = Radians(pose.yaw.0 + eighths * FRAC_PI_4).sin_cos();

@@ -1,0 +1,50 @@
+//! Keeps robots apart from each other, by the places that they tell.
+
+use units::Point2;
+
+/// The speed at which a robot goes out of another one's way, as a part of the fastest. Our own number.
+const YIELDING: f32 = 0.5;
+/// Nearer than this part of the distance, both robots go out of each other's way. Our own number.
+const BOTH: f32 = 0.6;
+
+/// A robot that goes out of the way needs this part of the distance clear ahead of it. Our own number.
+const CLEAR: f32 = 0.4;
+
+/// Another robot: its number and its place.
+pub type Other = (u8, Point2);
+
+/// The velocity, to the east and to the north in m/s, that a robot `number` at `here` flies in place of
+/// `wanted`. Within `distance` (m) of another robot it does not come nearer to it; the one of the higher
+/// number goes away from it, unless `is_clear` says that a wall is there. It stops where the way that
+/// this leaves is not clear.
+#[must_use]
+pub fn kept_apart(
+    number: u8,
+    here: Point2,
+    wanted: [f32; 2],
+    (distance, speed): (f32, f32),
+    others: impl Iterator<Item = Other>,
+    is_clear: impl Fn(Point2) -> bool,
+) -> [f32; 2] {
+    let mut velocity = wanted;
+    for (other, at) in others {
+        let off = at.distance(here).0;
+        if off >= distance || off <= 0.0 {
+            continue;
+        }
+        let [east, north] = [(at.x - here.x) / off, (at.y - here.y) / off];
+        let towards = velocity[0] * east + velocity[1] * north;
+        let yields = number > other || off < BOTH * distance;
+        let behind = Point2::new(here.x - east * distance, here.y - north * distance);
+        let most = if yields && is_clear(behind) { -YIELDING * speed } else { 0.0 };
+        let by = (towards - most).max(0.0);
+        velocity = [velocity[0] - by * east, velocity[1] - by * north];
+    }
+    let pace = libm::hypotf(velocity[0], velocity[1]);
+    if velocity == wanted || pace <= 0.0 {
+        return velocity;
+    }
+    let ahead = CLEAR * distance / pace;
+    let to = Point2::new(here.x + ahead * velocity[0], here.y + ahead * velocity[1]);
+    if is_clear(to) { velocity } else { [0.0; 2] }
+}
