@@ -44,6 +44,12 @@ impl RobotSet {
         Self(self.0 & !Self::of(robot).0)
     }
 
+    /// The set of that robot alone, where it belongs to this one; empty otherwise.
+    #[must_use]
+    pub const fn only(self, robot: u8) -> Self {
+        Self(self.0 & Self::of(robot).0)
+    }
+
     /// The robots of either set.
     #[must_use]
     pub const fn union(self, other: Self) -> Self {

@@ -48,6 +48,12 @@ pub struct Config {
     /// A search of ways that visits more cells goes on in the next step, and the robot waits meanwhile; 0
     /// for no bound.
     pub search_cells: u16,
+    /// Whether the robot sends others' packets on where a neighbour does not hear their maker (a mesh).
+    /// Without that a robot's cluster are those that it hears itself.
+    pub forwards: bool,
+    /// Whether it is no robot but an access point: it stands, has no goal, and leads where it has the
+    /// lowest number.
+    pub stands: bool,
 }
 
 impl Config {
@@ -62,6 +68,8 @@ impl Config {
             least_gain: 0,
             refresh_steps: 1,
             search_cells: 0,
+            forwards: true,
+            stands: false,
         }
     }
 
@@ -116,6 +124,14 @@ pub(crate) enum State {
     Stopped,
 }
 
+impl State {
+    /// That of a robot which begins, or of an access point.
+    const fn first(stands: bool) -> Self {
+        let since = Instant::ZERO;
+        if stands { Self::Idle { since } } else { Self::Waiting { since } }
+    }
+}
+
 /// What a search of ways is for that goes on in the next step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Search {
@@ -166,10 +182,10 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         Self {
             config,
             ground,
-            team: Team::new(config.number),
+            team: Team::new(config.number, config.forwards),
             ledger: Ledger::new(),
             leader: Leader::new(),
-            state: State::Waiting { since: Instant::ZERO },
+            state: State::first(config.stands),
             last_goal: Tile::FIRST,
             coast: None,
             barred: Bars::new(),
@@ -215,10 +231,10 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             sent,
         } = self;
         *its_config = config;
-        team.begin(config.number);
+        team.begin(config.number, config.forwards);
         ledger.clear();
         *leader = Leader::new();
-        *state = State::Waiting { since: Instant::ZERO };
+        *state = State::first(config.stands);
         *last_goal = Tile::FIRST;
         *coast = None;
         *meeting = Meeting::new();
@@ -284,7 +300,9 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         if let Some(row) = self.next_row {
             self.next_row = self.refresh(now, row);
         }
-        out.motion = self.go_on(now, inputs.pose);
+        if !self.config.stands {
+            out.motion = self.go_on(now, inputs.pose);
+        }
         self.note_own(now, inputs.pose.at);
         if self.config.rule.overlap == Overlap::Alone {
             self.choose_alone(now, inputs.pose);
@@ -324,6 +342,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
     fn take_part(&mut self, now: Instant, pose: Pose2) {
         let members = self.team.cluster(now);
         match self.config.rule.distance {
+            _ if self.config.stands => {}
             Distance::Path => self.bid(now, pose, members),
             Distance::Straight => self.find_idle(now, members),
         }

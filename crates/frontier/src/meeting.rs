@@ -68,9 +68,11 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         is_over
     }
 
-    /// Forgets robots that were silent for long, where this one has waited for them in vain.
+    /// Forgets robots that were silent for long, where this one has waited for them in vain; an access
+    /// point does nothing but wait.
     pub(crate) fn forget_silent(&mut self, now: Instant) {
-        if self.meeting.since.is_some_and(|since| now.since(since) >= TRUST) {
+        let has_waited = self.meeting.since.is_some_and(|since| now.since(since) >= TRUST);
+        if has_waited || self.config.stands {
             self.team.forget_silent(now);
         }
     }

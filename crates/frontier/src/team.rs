@@ -61,6 +61,8 @@ impl Member {
 #[derive(Clone, Debug)]
 pub(crate) struct Team<const ROBOTS: usize, const RECORDS: usize> {
     own: u8,
+    /// Whether robots send each other's packets on.
+    forwards: bool,
     members: [Member; ROBOTS],
     pub(crate) board: Board<ROBOTS, RECORDS>,
     /// The robot of which the next status begins to speak, where one cannot speak of all.
@@ -68,10 +70,11 @@ pub(crate) struct Team<const ROBOTS: usize, const RECORDS: usize> {
 }
 
 impl<const ROBOTS: usize, const RECORDS: usize> Team<ROBOTS, RECORDS> {
-    pub(crate) const fn new(own: u8) -> Self {
+    pub(crate) const fn new(own: u8, forwards: bool) -> Self {
         const { assert!(ROBOTS <= MOST_ROBOTS, "a set holds the number of each robot") };
         Self {
             own,
+            forwards,
             members: [const { Member::UNHEARD }; ROBOTS],
             board: Board::new(),
             first_known: 0,
@@ -79,9 +82,10 @@ impl<const ROBOTS: usize, const RECORDS: usize> Team<ROBOTS, RECORDS> {
     }
 
     /// Forgets everything, and is the view of another robot from now on.
-    pub(crate) fn begin(&mut self, own: u8) {
-        let Self { own: number, members, board, first_known } = self;
+    pub(crate) fn begin(&mut self, own: u8, forwards: bool) {
+        let Self { own: number, forwards: forward, members, board, first_known } = self;
         *number = own;
+        *forward = forwards;
         members.iter_mut().for_each(|member| *member = Member::UNHEARD);
         board.clear();
         *first_known = 0;
@@ -121,7 +125,7 @@ impl<const ROBOTS: usize, const RECORDS: usize> Team<ROBOTS, RECORDS> {
             return old;
         }
         maker.sequence = Some(sequence);
-        let is_to_forward = self.is_missed(now, origin, sender);
+        let is_to_forward = self.forwards && self.is_missed(now, origin, sender);
         match &packet.body {
             Body::Status(status) => self.take_status(now, origin, status),
             Body::Changes(changes) => self.take_changes(origin, changes),
@@ -172,7 +176,13 @@ impl<const ROBOTS: usize, const RECORDS: usize> Team<ROBOTS, RECORDS> {
         let direct = self.direct(now);
         cluster(self.own, |robot| match self.member(robot) {
             _ if robot == self.own => direct,
-            Some(m) if m.heard.is_some_and(|at| now.since(at) <= SILENCE) => m.hears,
+            Some(m) if m.heard.is_some_and(|at| now.since(at) <= SILENCE) => {
+                if self.forwards {
+                    m.hears
+                } else {
+                    m.hears.only(self.own)
+                }
+            }
             _ => RobotSet::EMPTY,
         })
     }

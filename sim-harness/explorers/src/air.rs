@@ -12,6 +12,19 @@ const POWER: Dbm = Dbm(20.0);
 /// The bytes of a packet beside its payload: preamble, address, control field and CRC.
 const FRAMING: usize = 9;
 
+/// How packets come from robot to robot (thesis, section 4.2).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Network {
+    /// Robots send each other's packets on: an ad hoc network with several hops.
+    #[default]
+    Mesh,
+    /// Robots hear each other directly alone.
+    AdHoc,
+    /// All packets go through an access point, which stands where the robots begin and leads. Robots that
+    /// it does not hear are on their own.
+    AccessPoint,
+}
+
 /// The radio of all robots.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Air {
@@ -19,16 +32,19 @@ pub struct Air {
     pub loss: PathLoss,
     /// The receivers.
     pub reception: Reception,
+    /// The network.
+    pub network: Network,
 }
 
 impl Air {
     /// The log-distance law through concrete, with receivers at 2 Mbit/s of which each loses this
-    /// part of all packets whatever the signal.
+    /// part of all packets whatever the signal, and a mesh.
     #[must_use]
     pub const fn losing(loss_rate: f32) -> Self {
         let loss = PathLoss::LogDistance(LogDistance::DEFAULT);
         let sensitivity = Reception::NRF51_AT_2_MBIT;
-        Self { loss, reception: Reception { loss_rate, sensitivity, ..Reception::PAPER } }
+        let reception = Reception { loss_rate, sensitivity, ..Reception::PAPER };
+        Self { loss, reception, network: Network::Mesh }
     }
 
     /// The strength of the signal from one point at another.

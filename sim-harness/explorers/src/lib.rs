@@ -4,6 +4,7 @@
 //! seed, and what goes wrong; [`run()`] flies it and returns an [`Outcome`] and the map that the
 //! robots have drawn. The same setup gives the same outcome.
 
+mod access_point;
 mod air;
 mod drift;
 mod robot;
@@ -11,7 +12,7 @@ mod run;
 mod scale;
 mod world;
 
-pub use air::Air;
+pub use air::{Air, Network};
 pub use robot::{Senses, Sensor};
 pub use run::{LIMITS, Outcome, ROBOTS, Setup, run};
 pub use scale::{SCALE_ROBOTS, SCALE_TILES, Scale, scale};

@@ -9,7 +9,8 @@ use rand_chacha::rand_core::SeedableRng;
 use robot_maps::{Cell as MapCell, Occupancy};
 use units::{Instant, Point2, Pose2, Radians};
 
-use crate::air::{Air, uniform};
+use crate::access_point::AccessPoint;
+use crate::air::{Air, Network, uniform};
 use crate::drift::Drift;
 use crate::robot::{Robot, Senses};
 use crate::world::{REACH, World};
@@ -109,6 +110,7 @@ fn explore<G: Ground>(
 struct Run<'a, G> {
     setup: Setup<'a>,
     robots: Vec<Robot<G>>,
+    access_point: Option<AccessPoint<G>>,
     luck: Vec<ChaCha8Rng>,
     bytes: usize,
     steps: u64,
@@ -126,18 +128,27 @@ impl<'a, G: Ground> Run<'a, G> {
             generator
         };
         let world = setup.world;
+        let network = setup.air.network;
+        let has_point = network == Network::AccessPoint;
+        let access_point = match has_point {
+            true => Some(AccessPoint::new(&setup, ground(*world.frame())?)),
+            false => None,
+        };
         let mut robots = Vec::new();
         for (n, &start) in world.starts().iter().take(setup.robots.min(ROBOTS)).enumerate() {
             let Senses { sensor, drifts } = setup.senses;
-            let config = Config::unbounded(n as u8, setup.rule, sensor.limits());
+            let number = n as u8 + u8::from(has_point);
+            let config = Config::unbounded(number, setup.rule, sensor.limits());
+            let config = Config { forwards: network == Network::Mesh, ..config };
             let drift = drifts.then(|| Drift::new(stream(200 + n)));
             let pose = start_pose(world, start, &mut stream(100 + n));
             let ground = ground(*world.frame())?;
             robots.push(Robot::new(config, (sensor, drift), ground, world, pose));
         }
         Ok(Self {
-            luck: (0..robots.len()).map(stream).collect(),
+            luck: (0..=robots.len()).map(stream).collect(),
             robots,
+            access_point,
             bytes: 0,
             steps: 0,
             outcome: Outcome::default(),
@@ -214,6 +225,10 @@ impl<'a, G: Ground> Run<'a, G> {
         for (from, packet) in sent {
             self.transmit(from, &packet);
         }
+        let own = self.access_point.as_mut().map(|point| point.step(now));
+        for packet in own.into_iter().flatten() {
+            self.repeat(None, &packet);
+        }
     }
 
     /// The least distance of two robots that have not failed.
@@ -225,18 +240,61 @@ impl<'a, G: Ground> Run<'a, G> {
     }
 
     fn transmit(&mut self, from: usize, packet: &[u8]) {
+        let Some(at) = self.access_point.as_ref().map(|point| point.at) else {
+            return self.send_to_all(from, packet);
+        };
         self.bytes += packet.len();
-        let is_apart = self.setup.apart_s.is_some_and(|[a, b]| (a..b).contains(&self.seconds()));
+        let (air, world) = (self.setup.air, self.setup.world);
+        let strength = air.strength(world, self.robots[from].pose.at, at);
+        // The access point's own draws come after those of the robots.
+        let luck = self.luck.last_mut();
+        let is_heard = luck.is_some_and(|luck| air.is_received(strength, packet.len(), luck));
+        if !is_heard || self.is_away(from) {
+            return;
+        }
+        if let Some(point) = &mut self.access_point {
+            point.inbox.push(packet.to_vec());
+        }
+        self.repeat(Some(from), packet);
+    }
+
+    /// Sends a robot's packet to all others directly.
+    fn send_to_all(&mut self, from: usize, packet: &[u8]) {
+        self.bytes += packet.len();
+        let at = self.robots[from].pose.at;
         for to in (0..self.robots.len()).filter(|&to| to != from) {
-            let is_near = !is_apart || (from == 0) == (to == 0);
-            if !is_near || !self.is_alive(to) {
-                continue;
+            if self.is_away(from) == self.is_away(to) {
+                self.deliver(at, to, packet);
             }
-            let (air, world) = (self.setup.air, self.setup.world);
-            let strength = air.strength(world, self.robots[from].pose.at, self.robots[to].pose.at);
-            if air.is_received(strength, packet.len(), &mut self.luck[to]) {
-                self.robots[to].inbox.push(packet.to_vec());
+        }
+    }
+
+    /// Sends a packet from the access point to all robots but the one from which it came.
+    fn repeat(&mut self, from: Option<usize>, packet: &[u8]) {
+        let Some(at) = self.access_point.as_ref().map(|point| point.at) else { return };
+        self.bytes += packet.len();
+        for to in (0..self.robots.len()).filter(|&to| Some(to) != from) {
+            if !self.is_away(to) {
+                self.deliver(at, to, packet);
             }
+        }
+    }
+
+    /// Whether a robot is out of the range of all others and of the access point.
+    fn is_away(&self, robot: usize) -> bool {
+        let is_apart = self.setup.apart_s.is_some_and(|[a, b]| (a..b).contains(&self.seconds()));
+        is_apart && robot == 0
+    }
+
+    /// Puts a packet that was sent at a place into a robot's inbox, if the robot receives it.
+    fn deliver(&mut self, from: Point2, to: usize, packet: &[u8]) {
+        if !self.is_alive(to) {
+            return;
+        }
+        let (air, world) = (self.setup.air, self.setup.world);
+        let strength = air.strength(world, from, self.robots[to].pose.at);
+        if air.is_received(strength, packet.len(), &mut self.luck[to]) {
+            self.robots[to].inbox.push(packet.to_vec());
         }
     }
 

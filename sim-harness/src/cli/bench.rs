@@ -14,7 +14,9 @@ use serde_json::{Map, Value, json};
 
 use super::emulated::bench as emulated;
 use super::progress::Progress;
-use super::{Common, FidelityArg, SensorArg, Trouble, Verdict, complain, interrupt, runs};
+use super::{
+    Common, FidelityArg, NetworkArg, SensorArg, Trouble, Verdict, complain, interrupt, runs,
+};
 use crate::bodies::emulated::Firmware;
 use crate::input_error::InputError;
 use crate::measure::bench::{attacks, estimator, faults, junctions, link, throughput};
@@ -56,11 +58,14 @@ pub(super) struct BenchArgs {
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     robots: Vec<usize>,
     /// In the benchmark `explore`, measure how long a leader's round takes with up to 64 robots instead
-    #[arg(long, conflicts_with_all = ["ablation", "rule", "robots", "map", "runs", "sensor", "drift"])]
+    #[arg(long, conflicts_with_all = ["ablation", "rule", "robots", "map", "runs", "sensor", "drift", "network"])]
     scale: bool,
     /// By which sensor the robots of the benchmark `explore` map; where left out, by a camera
     #[arg(long, value_enum)]
     sensor: Option<SensorArg>,
+    /// How packets come from robot to robot in the benchmark `explore`; where left out, in a mesh
+    #[arg(long, value_enum)]
+    network: Option<NetworkArg>,
     /// In the benchmark `explore`, let the robots' positions drift as those by optic flow do
     #[arg(long)]
     drift: bool,

@@ -33,7 +33,7 @@ use std::process::ExitCode;
 
 use chain::policy::NAMES;
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use explorers::Sensor;
+use explorers::{Network, Sensor};
 
 use crate::input_error::InputError;
 use crate::output::{Folder, OutputError};
@@ -281,6 +281,27 @@ impl SensorArg {
         match self {
             Self::Camera => Sensor::Camera,
             Self::Rangers => Sensor::Rangers,
+        }
+    }
+}
+
+/// How packets come from explorer to explorer.
+#[derive(Clone, Copy, ValueEnum)]
+enum NetworkArg {
+    /// Robots send each other's packets on
+    Mesh,
+    /// Robots hear each other directly alone
+    AdHoc,
+    /// All packets go through an access point at the start, which leads
+    AccessPoint,
+}
+
+impl NetworkArg {
+    const fn network(self) -> Network {
+        match self {
+            Self::Mesh => Network::Mesh,
+            Self::AdHoc => Network::AdHoc,
+            Self::AccessPoint => Network::AccessPoint,
         }
     }
 }

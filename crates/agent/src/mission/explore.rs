@@ -98,6 +98,8 @@ const fn config_of(id: NodeId, config: &ExploreConfig) -> Config {
         least_gain: LEAST_GAIN,
         refresh_steps: REFRESH_STEPS,
         search_cells: SEARCH_CELLS,
+        forwards: true,
+        stands: false,
     }
 }
 

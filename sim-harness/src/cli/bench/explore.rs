@@ -2,12 +2,12 @@
 
 use std::fmt::Write;
 
-use explorers::{PLANS, ROBOTS, Scale, Senses, Sensor, World};
+use explorers::{Air, PLANS, ROBOTS, Scale, Senses, Sensor, World};
 use serde_json::Value;
 
 use super::BenchArgs;
 use crate::cli::progress::Progress;
-use crate::cli::{SensorArg, Trouble, runs};
+use crate::cli::{NetworkArg, SensorArg, Trouble, runs};
 use crate::input_error::InputError;
 use crate::measure::bench::explore::{self, Comparison, LONGEST_S, LOSS, Named, Row, scale};
 use crate::world::import::explored;
@@ -34,8 +34,10 @@ pub(super) fn bench(
         sensor: args.sensor.map_or(Sensor::Camera, SensorArg::sensor),
         drifts: args.drift,
     };
+    let network = args.network.map(NetworkArg::network).unwrap_or_default();
+    let air = Air { network, ..Air::losing(LOSS) };
     let seeds = (count, args.common.seed);
-    let rows = explore::run(&worlds, &rules, &robots, senses, seeds, || progress.step())?;
+    let rows = explore::run(&worlds, &rules, &robots, (senses, air), seeds, || progress.step())?;
     drop(progress);
     let compared = explore::compare(&rows);
     missed.extend(compared.iter().flat_map(Comparison::missed));

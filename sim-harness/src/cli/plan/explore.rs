@@ -4,13 +4,13 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use clap::Args;
-use explorers::{Outcome, PLANS, ROBOTS, Senses, Setup, World};
+use explorers::{Air, Outcome, PLANS, ROBOTS, Senses, Setup, World};
 use frontier::{RULES, RuleEntry};
 use serde_json::{Value, json};
 use units::Point2;
 
 use crate::cli::map::put_map;
-use crate::cli::{Common, SensorArg, Trouble, Verdict, complain, interrupt};
+use crate::cli::{Common, NetworkArg, SensorArg, Trouble, Verdict, complain, interrupt};
 use crate::input_error::InputError;
 use crate::measure::bench::explore::setup;
 use crate::suggest;
@@ -43,6 +43,9 @@ pub(in crate::cli) struct ExploreArgs {
     /// Let the robots' positions drift as those by optic flow do
     #[arg(long)]
     drift: bool,
+    /// How packets come from robot to robot
+    #[arg(long, value_enum, default_value = "mesh")]
+    network: NetworkArg,
     #[command(flatten)]
     common: Common,
 }
@@ -61,7 +64,9 @@ pub(super) fn plan(args: &ExploreArgs) -> Result<Verdict, Trouble> {
     let mut folder = args.common.folder()?;
     let setup = setup(&world, rule.rule, args.robots, args.common.seed);
     let senses = Senses { sensor: args.sensor.sensor(), drifts: args.drift };
-    let (outcome, map) = explorers::run(&Setup { longest_s: args.longest_s, senses, ..setup });
+    let air = Air { network: args.network.network(), ..setup.air };
+    let setup = Setup { longest_s: args.longest_s, senses, air, ..setup };
+    let (outcome, map) = explorers::run(&setup);
     let value = json_of(args, &world, &outcome);
     if let Some(folder) = &mut folder {
         put_map(folder, &map)?;

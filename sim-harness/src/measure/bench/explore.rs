@@ -123,8 +123,8 @@ impl Row {
     }
 }
 
-/// Explores each place by each rule with each number of robots that have these senses, with so many
-/// seeds from the first on.
+/// Explores each place by each rule with each number of robots that have these senses and this radio,
+/// with so many seeds from the first on.
 ///
 /// # Errors
 /// [`InputError`] where the machine has no memory for the threads.
@@ -132,7 +132,7 @@ pub fn run(
     worlds: &[World],
     rules: &[Named],
     robots: &[usize],
-    senses: Senses,
+    (senses, air): (Senses, Air),
     (seeds, first): (usize, u64),
     after_each: impl Fn() + Sync,
 ) -> Result<Vec<Row>, InputError> {
@@ -140,7 +140,7 @@ pub fn run(
     let row = |world: &World, (name, rule): Named, robots: usize| {
         let explore = |n: u64| {
             let setup = setup(world, rule, robots, first.wrapping_add(n));
-            let setup = Setup { senses, ..setup };
+            let setup = Setup { senses, air, ..setup };
             let outcome = explorers::run(&setup).0;
             after_each();
             outcome
