@@ -82,6 +82,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
 
     fn without_goal_since(&self) -> Option<Instant> {
         match self.state {
+            _ if self.is_recalled => None,
             State::Waiting { since } | State::Idle { since } => Some(since),
             State::Going(_) | State::Stopped => None,
         }

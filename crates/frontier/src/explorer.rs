@@ -162,6 +162,8 @@ pub struct Explorer<G, const ROBOTS: usize, const RECORDS: usize> {
     pub(crate) targets: Targets,
     pub(crate) search: Search,
     pub(crate) meeting: Meeting,
+    /// Whether it is called back to where it began, and explores no more.
+    pub(crate) is_recalled: bool,
     pub(crate) sequence: u8,
     /// The packets that are still to be sent, the oldest first.
     pub(crate) outbox: Deque<Vec<u8, MOST_BYTES>, MOST_WAITING>,
@@ -192,6 +194,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             targets: Targets::new(),
             search: Search::None,
             meeting: Meeting::new(),
+            is_recalled: false,
             sequence: 0,
             outbox: Deque::new(),
             refreshed: None,
@@ -222,6 +225,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             barred,
             targets,
             search,
+            is_recalled,
             sequence,
             outbox,
             refreshed,
@@ -241,6 +245,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         barred.clear();
         targets.clear();
         *search = Search::None;
+        *is_recalled = false;
         *sequence = 0;
         outbox.clear();
         *refreshed = None;
@@ -254,6 +259,19 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
     /// The robot's map.
     pub const fn ground(&self) -> &G {
         &self.ground
+    }
+
+    /// Calls the robot back to where it began, where it stops, or lets it explore again before it has.
+    pub fn recall(&mut self, now: Instant, is_recalled: bool) {
+        if self.is_recalled == is_recalled || self.state == State::Stopped {
+            return;
+        }
+        self.is_recalled = is_recalled;
+        self.wait(now);
+        self.meeting.wait_again();
+        if is_recalled {
+            self.state = State::Idle { since: now };
+        }
     }
 
     /// What the robot does.
@@ -389,6 +407,8 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
     pub(crate) fn take(&mut self, now: Instant, task: Task) {
         match (task, self.state) {
             (_, State::Stopped) => {}
+            // On its way back it stops by itself.
+            _ if self.is_recalled => {}
             (Task::Stop, _) => self.state = State::Stopped,
             // The same order again is a repetition.
             (Task::Go(tile), State::Going(goal)) if goal.tile == tile => {}

@@ -32,22 +32,30 @@ pub(crate) struct Goal {
     until: Option<Instant>,
     /// When it came to the end of the way.
     arrived: Option<Instant>,
-    /// Where the robot was last farther than [`STANDS`] from where it was before, and when.
-    stood: Option<(Point2, Instant)>,
+    standing: Standing,
 }
 
 impl Goal {
     /// A goal whose way was last looked for at `planned`, and not found.
     pub(crate) const fn new(tile: Tile, planned: Instant) -> Self {
-        Self { tile, end: None, planned, until: None, arrived: None, stood: None }
+        Self { tile, end: None, planned, until: None, arrived: None, standing: Standing::NEW }
     }
+}
+
+/// How long a robot has stood: where it was last farther than [`STANDS`] from where it was before, and when.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Standing(Option<(Point2, Instant)>);
+
+impl Standing {
+    /// A robot that was nowhere yet.
+    pub(crate) const NEW: Self = Self(None);
 
     /// Whether the robot has stood for twice the time in which it turns until it has looked everywhere: a
     /// quarter turn with rangers to four sides, half a turn with a camera.
-    fn stands(&mut self, now: Instant, at: Point2, limits: Limits) -> bool {
-        let (from, since) = *self.stood.get_or_insert((at, now));
+    pub(crate) fn stands(&mut self, now: Instant, at: Point2, limits: Limits) -> bool {
+        let (from, since) = *self.0.get_or_insert((at, now));
         if from.distance(at).0 > STANDS {
-            self.stood = Some((at, now));
+            self.0 = Some((at, now));
             return false;
         }
         let turns = match limits.gaze {
@@ -77,7 +85,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         if goal.until.is_some_and(|until| now >= until) {
             return self.give_up(now, goal.tile);
         }
-        let stands = goal.stands(now, pose.at, self.config.limits);
+        let stands = goal.standing.stands(now, pose.at, self.config.limits);
         self.state = State::Going(goal);
         if stands {
             return self.leave(now, pose, goal.tile);
@@ -135,7 +143,8 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
     /// Flies on to where the last goal was seen from, until there is another, and looks around there.
     pub(crate) fn fly_on(&mut self, now: Instant, pose: Pose2) -> Motion {
         let Config { limits, rule, .. } = self.config;
-        if matches!(self.state, State::Idle { .. }) && self.team.misses_a_robot(now) {
+        let is_idle = matches!(self.state, State::Idle { .. });
+        if is_idle && (self.is_recalled || self.team.misses_a_robot(now)) {
             return self.meet(now, pose);
         }
         if self.search == Search::Meeting {
@@ -219,7 +228,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
     }
 
     /// Waits for a goal, and asks for one at once.
-    fn wait(&mut self, now: Instant) -> Motion {
+    pub(crate) fn wait(&mut self, now: Instant) -> Motion {
         self.search = Search::None;
         self.state = State::Waiting { since: now };
         self.bid = None;

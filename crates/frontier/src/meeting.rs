@@ -1,4 +1,5 @@
-//! How a robot that has nothing left to explore waits for robots that are out of range.
+//! How a robot flies back to where it began: to wait for robots that are out of range when it has nothing
+//! left to explore, or to stop there when it is recalled.
 
 use core::ops::ControlFlow;
 
@@ -6,8 +7,9 @@ use grid_map::Cell;
 use units::{Instant, Point2, Pose2};
 
 use crate::atlas::Ground;
-use crate::explorer::{Explorer, Search, is_due};
+use crate::explorer::{Explorer, Search, State, is_due};
 use crate::flight::{Motion, Progress, fly};
+use crate::going::Standing;
 use crate::team::TRUST;
 use crate::tile::Tile;
 
@@ -20,33 +22,48 @@ pub(crate) struct Meeting {
     planned: Option<Instant>,
     /// Since when the robot waits there, or where its way ended.
     pub(crate) since: Option<Instant>,
+    standing: Standing,
 }
 
 impl Meeting {
     pub(crate) const fn new() -> Self {
-        Self { start: None, planned: None, since: None }
+        Self { start: None, planned: None, since: None, standing: Standing::NEW }
+    }
+
+    /// Forgets that the robot waited there.
+    pub(crate) const fn wait_again(&mut self) {
+        (self.since, self.standing) = (None, Standing::NEW);
     }
 }
 
 impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, RECORDS> {
-    /// Flies to where the robot began, and waits there for robots that are out of range: what they have
-    /// seen need not be explored anew.
+    /// Flies to where the robot began, or as near as it comes. There it stops, if it is recalled, or waits
+    /// for robots that are out of range: what they have seen need not be explored anew.
     pub(crate) fn meet(&mut self, now: Instant, pose: Pose2) -> Motion {
-        let end = self.meeting.start.and_then(|start| self.ground.frame().cell_at(start));
-        let way = end.and_then(|end| Some((end, Tile::of(end)?)));
-        let Some(way) = way.filter(|_| self.meeting.since.is_none()) else {
+        if self.meeting.since.is_some() {
             return Motion::default();
+        }
+        let end = self.meeting.start.and_then(|start| self.ground.frame().cell_at(start));
+        let Some(way) = end.and_then(|end| Some((end, Tile::of(end)?))) else {
+            return self.end_way_back(now);
         };
         if !self.find_way_back(now, pose.at, way.0) {
             return Motion::default();
         }
-        match fly(&self.ground, pose, way, self.config.limits, self.config.rule.facing) {
-            Progress::Flying(motion) => motion,
-            Progress::Arrived | Progress::Blocked => {
-                self.meeting.since = Some(now);
-                Motion::default()
-            }
+        let limits = self.config.limits;
+        let stands = self.meeting.standing.stands(now, pose.at, limits);
+        match fly(&self.ground, pose, way, limits, self.config.rule.facing) {
+            Progress::Flying(motion) if !stands => motion,
+            Progress::Flying(_) | Progress::Arrived | Progress::Blocked => self.end_way_back(now),
         }
+    }
+
+    fn end_way_back(&mut self, now: Instant) -> Motion {
+        self.meeting.since = Some(now);
+        if self.is_recalled {
+            self.state = State::Stopped;
+        }
+        Motion::default()
     }
 
     /// Looks for the way back once a period, over several steps where it must; says whether no search

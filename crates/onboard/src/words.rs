@@ -385,7 +385,7 @@ enums! {
     }
     Duty { 0 = Chain(duty), 1 = Swarm(duty), 2 = Explore(duty) }
     SwarmDuty { 0 = Hovering { since }, 1 = Surveying, 2 = Gathering, 3 = Crossing }
-    ExploreDuty { 0 = Lost { since }, 1 = Waiting, 2 = Exploring { goal } }
+    ExploreDuty { 0 = Lost { since }, 1 = Waiting, 2 = Exploring { goal }, 3 = Returning }
     ChainDuty {
         0 = Leading { patient_until },
         1 = Relaying { patient_until },

@@ -24,7 +24,8 @@ use grid_map::{CellState, Frame, RayEnd};
 use heapless::Vec;
 use tunnel_nav::{Diagonals, Range};
 use units::{
-    Metres, MetresPerSecond, NodeId, Payload, Phase, Point2, Pose2, Radians, RadiansPerSecond,
+    Metres, MetresPerSecond, NodeId, Order, Payload, Phase, Point2, Pose2, Radians,
+    RadiansPerSecond,
 };
 
 use super::{Call, Next, Outbox, Round, Wish};
@@ -210,6 +211,7 @@ impl Explore {
             let _ = packets.push(told.payload.as_bytes());
         }
         let perceived = Perceived { pose, beams: &beams, packets: &packets };
+        explorer.recall(round.now, round.order() == Some(Order::Return));
         let outputs = explorer.step(round.now, &perceived);
         for packet in &outputs.packets {
             // A packet fits a payload, and the outbox has room for those of a step.

@@ -48,6 +48,7 @@ struct World {
     drones: Vec<Drone>,
     places: Places,
     loss: f32,
+    order: Order,
     round: u32,
     random: u64,
     closest: f32,
@@ -70,6 +71,7 @@ impl World {
             drones: (0..drones).map(make).collect(),
             places,
             loss,
+            order: EXPLORE,
             round: 0,
             random: seed,
             closest: f32::INFINITY,
@@ -150,7 +152,7 @@ impl World {
     /// One round of all; says whether all have ended.
     fn round(&mut self) -> bool {
         for n in 0..self.drones.len() {
-            self.step(n, true, EXPLORE);
+            self.step(n, true, self.order);
             self.send(n);
         }
         for (n, one) in self.drones.iter().enumerate() {
@@ -161,8 +163,8 @@ impl World {
             }
         }
         self.round += 1;
-        let is_over =
-            |drone: &Drone| drone.agent.state() == State::Landed { why: LandReason::Done };
+        let why = if self.order == EXPLORE { LandReason::Done } else { LandReason::Ordered };
+        let is_over = |drone: &Drone| drone.agent.state() == State::Landed { why };
         self.drones.iter().all(is_over)
     }
 
@@ -261,16 +263,35 @@ fn an_explorer_without_its_memory_or_with_too_large_a_number_stays_on_the_ground
 }
 
 #[test]
-fn an_order_to_land_is_obeyed() {
-    for order in [Order::Land, Order::Return] {
-        let mut world = World::new(1, Places::Fixed, 0.0, 1);
-        for _ in 0..50 {
-            world.round();
-        }
-        world.step(0, true, order);
-        let state = world.drones[0].agent.state();
-        assert!(matches!(state, State::Landing { why: LandReason::Ordered, .. }), "{state:?}");
+fn drones_that_are_called_home_land_where_they_took_off() {
+    let mut world = World::new(2, Places::Fixed, 0.1, 7);
+    let starts: Vec<Point2> = world.drones.iter().map(|drone| drone.at).collect();
+    (0..150).for_each(|_| drop(world.round()));
+    let before: Vec<f32> = world
+        .drones
+        .iter()
+        .zip(&starts)
+        .map(|(drone, start)| drone.at.distance(*start).0)
+        .collect();
+    assert!(before.iter().any(|off| *off > 0.8), "they have gone away: {before:?} m");
+    world.order = Order::Return;
+    assert!(world.fly(), "all land, because they were ordered to");
+    for (drone, start) in world.drones.iter().zip(starts) {
+        let off = drone.at.distance(start).0;
+        assert!(off < 0.9, "{off} m off, where the other one keeps it 0.8 m away");
     }
+    assert!(world.closest > TOUCH, "{} m", world.closest);
+}
+
+#[test]
+fn an_order_to_land_is_obeyed() {
+    let mut world = World::new(1, Places::Fixed, 0.0, 1);
+    for _ in 0..50 {
+        world.round();
+    }
+    world.step(0, true, Order::Land);
+    let state = world.drones[0].agent.state();
+    assert!(matches!(state, State::Landing { why: LandReason::Ordered, .. }), "{state:?}");
 }
 
 proptest! {

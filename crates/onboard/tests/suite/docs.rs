@@ -91,6 +91,10 @@ fn states() -> String {
             on_duty(ChainDuty::Siting { since: now }),
             "is to relay from the ground: looks for a spot at which to land",
         ),
+        (
+            State::OnMission(Duty::Explore(ExploreDuty::Returning)),
+            "an explorer: was called home, and flies to where it took off",
+        ),
     ];
     let mut table = String::from("| code | state | the drone |\n|---|---|---|\n");
     for (n, (state, meaning)) in (0..).zip(all) {
@@ -115,7 +119,10 @@ fn states() -> String {
                 | SwarmDuty::Crossing,
             ))
             | State::OnMission(Duty::Explore(
-                ExploreDuty::Lost { .. } | ExploreDuty::Waiting | ExploreDuty::Exploring { .. },
+                ExploreDuty::Lost { .. }
+                | ExploreDuty::Waiting
+                | ExploreDuty::Exploring { .. }
+                | ExploreDuty::Returning,
             ))
             | State::Landing { .. }
             | State::Landed { .. }

@@ -26,6 +26,8 @@ pub enum ExploreDuty {
         /// The middle of the tile to which it flies.
         goal: Point2,
     },
+    /// The drone flies back to where it took off, as it was ordered to, and lands there.
+    Returning,
 }
 
 /// What the exploration has a drone do.
@@ -48,6 +50,7 @@ impl ExploreDuty {
             Self::Lost { .. } => "lost",
             Self::Waiting => "waiting",
             Self::Exploring { .. } => "exploring",
+            Self::Returning => "returning",
         }
     }
 
@@ -57,6 +60,7 @@ impl ExploreDuty {
             Self::Lost { .. } => 19,
             Self::Waiting => 20,
             Self::Exploring { .. } => 21,
+            Self::Returning => 23,
         }
     }
 
@@ -68,18 +72,23 @@ impl ExploreDuty {
         round: &Round,
         doing: Option<Doing>,
     ) -> Next<Self> {
-        if matches!(round.order(), Some(Order::Land | Order::Return | Order::Perch)) {
+        if matches!(round.order(), Some(Order::Land | Order::Perch)) {
             return Break(LandReason::Ordered);
         }
+        let returns = round.order() == Some(Order::Return);
         match (doing, self) {
+            (Some(Doing { activity: Activity::Stopped, .. }), _) if returns => {
+                Break(LandReason::Ordered)
+            }
             (Some(Doing { activity: Activity::Stopped, .. }), _) => Break(LandReason::Done),
+            (Some(_), _) if returns => Continue(Self::Returning),
             (Some(Doing { goal: Some(goal), .. }), _) => Continue(Self::Exploring { goal }),
             (Some(Doing { goal: None, .. }), _) => Continue(Self::Waiting),
             (None, Self::Lost { since }) if round.now.since(since) > config.patience => {
                 Break(LandReason::PositionLost)
             }
             (None, Self::Lost { since }) => Continue(Self::Lost { since }),
-            (None, Self::Waiting | Self::Exploring { .. }) => {
+            (None, Self::Waiting | Self::Exploring { .. } | Self::Returning) => {
                 Continue(Self::Lost { since: round.now })
             }
         }
