@@ -3,6 +3,7 @@
 mod cave;
 mod cli;
 mod craft;
+mod explorations;
 mod faults;
 mod fork;
 mod hover;
