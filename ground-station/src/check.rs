@@ -194,33 +194,20 @@ fn lines(node: NodeId, drone: &FleetDrone, facts: &str, deviations: &[String]) -
 
 #[cfg(test)]
 mod tests {
-    use crtp::{Access, Outcome, Parameters, Server, Snapshot};
+    use crtp::Parameters;
     use units::{Dbm, Volts};
 
     use super::*;
+    use crate::inspection::tests::inspect;
 
     /// What a relay on the bench tells: number 3, with a Flow deck, launch limit −70 dBm.
     fn told(console: &str) -> Told {
-        let (mut server, mut snapshot) = (Server::new(), Snapshot::DEFAULT);
         let mut parameters = Parameters::DEFAULT;
         (parameters.about.node, parameters.about.role) = (NodeId(3), Role::Relay);
         (parameters.launch_limit, parameters.retreat_limit) = (Dbm(-70.0), Dbm(-76.0));
         (parameters.about.has_flow, parameters.about.has_rangers) = (true, false);
         parameters.about.revision = 0x0123_4567_89AB;
-        snapshot.state = Some(agent::State::Idle);
-        let mut inspection = Inspection::default();
-        for now in (0..10_000).step_by(10).map(Instant::from_millis) {
-            snapshot.taken = now;
-            while let Some(packet) = inspection.poll(now) {
-                server.receive(now, packet.bytes(), Access::Read, &mut parameters, |_, _| {
-                    Outcome::Done
-                });
-            }
-            while let Some(packet) = server.poll(now, &snapshot, &parameters) {
-                inspection.receive(&packet);
-            }
-        }
-        let mut told = inspection.done().unwrap().clone();
+        let mut told = inspect(parameters);
         console.clone_into(&mut told.console);
         told
     }

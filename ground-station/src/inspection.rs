@@ -204,20 +204,17 @@ fn next_value(rows: Rows, from: usize) -> Stage {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use crtp::{Access, Outcome, Parameters, Server, Snapshot};
     use units::{NodeId, Role};
 
     use super::*;
 
-    /// A drone that any client may read, and none may change, tells everything.
-    #[test]
-    fn a_drone_that_may_be_read_tells_everything() {
+    /// Asks a drone with these parameters, which any client may read and none may change, and which
+    /// stands on the ground.
+    pub(crate) fn inspect(mut parameters: Parameters) -> Told {
         let (mut server, mut snapshot) = (Server::new(), Snapshot::DEFAULT);
-        let mut parameters = Parameters::DEFAULT;
-        (parameters.about.node, parameters.about.role) = (NodeId(3), Role::Relay);
-        parameters.about.revision = 0x0123_4567_89AB;
-        parameters.about.has_flow = true;
+        snapshot.state = Some(agent::State::Idle);
         let mut inspection = Inspection::default();
         for now in (0..10_000).step_by(10).map(Instant::from_millis) {
             snapshot.taken = now;
@@ -225,15 +222,21 @@ mod tests {
                 server.receive(now, packet.bytes(), Access::Read, &mut parameters, |_, _| {
                     Outcome::Done
                 });
-                while let Some(packet) = server.poll(now, &snapshot, &parameters) {
-                    inspection.receive(&packet);
-                }
             }
             while let Some(packet) = server.poll(now, &snapshot, &parameters) {
                 inspection.receive(&packet);
             }
         }
-        let told = inspection.done().unwrap();
+        inspection.done().expect("a drone has told everything within ten seconds").clone()
+    }
+
+    #[test]
+    fn a_drone_that_may_be_read_tells_everything() {
+        let mut parameters = Parameters::DEFAULT;
+        (parameters.about.node, parameters.about.role) = (NodeId(3), Role::Relay);
+        parameters.about.revision = 0x0123_4567_89AB;
+        parameters.about.has_flow = true;
+        let told = inspect(parameters);
         assert!(told.version.starts_with("uchain"), "{}", told.version);
         assert_eq!(told.revision().as_deref(), Some("0123456789ab"));
         assert_eq!((told.byte("uchain.node"), told.byte("deck.bcFlow2")), (Some(3), Some(1)));
