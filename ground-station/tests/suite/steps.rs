@@ -208,7 +208,9 @@ async fn browse(step: Step, station: &StationProcess) -> Browser {
     let _ = std::fs::remove_dir_all(&profile);
     std::fs::create_dir_all(&profile).unwrap();
     let mut browser = Browser::open(&profile, &format!("http://{}/", station.page)).await;
-    browser.wait_for("document.getElementById('stop') !== null").await;
+    // It has a number, and the station has heard a sign of life of it: it steers.
+    browser.wait_for("typeof page === 'number' && statusTime > 0").await;
+    browser.wait_for("document.getElementById('not-steering').hidden").await;
     browser
 }
 
