@@ -8,6 +8,7 @@ use sim_harness::bodies::emulated::Firmware;
 use sim_harness::serve::Event;
 use units::NodeId;
 
+use crate::fleet::{check, fleet};
 use crate::page_client::PageClient;
 use crate::simulated_chain::SimulatedChain;
 use crate::station_process::StationProcess;
@@ -21,8 +22,10 @@ fn firmware() -> Firmware {
 
 #[tokio::test]
 #[ignore = "needs the firmware's ELF: `cargo fw` makes it"]
-async fn virtual_drones_take_off_and_stop_by_the_page() {
+async fn virtual_drones_are_checked_take_off_and_stop() {
     let chain = SimulatedChain::of_virtual_drones(firmware());
+    let (text, status) = check(&fleet("virtual", &chain, "[firmware]\nradio = \"2025.02\""));
+    assert_eq!(status, Some(0), "{text}");
     let station = StationProcess::start(&chain.address(), &[]);
     let mut page = PageClient::open(station.page).await;
     let status = page
