@@ -12,7 +12,12 @@ use sim_harness::measure::trace::Trace;
 use sim_harness::mission::World;
 use sim_harness::scenario::Scenario;
 use sim_harness::serve::{self, Event, Live, Ports};
-use units::NodeId;
+use storage::keys;
+use units::{Dbm, NodeId};
+
+/// The limits on the pages of virtual drones.
+pub(crate) const LAUNCH: Dbm = Dbm(-67.5);
+pub(crate) const RETREAT: Dbm = Dbm(-72.5);
 
 /// A served chain; it ends when it is dropped.
 pub(crate) struct SimulatedChain {
@@ -51,7 +56,8 @@ impl SimulatedChain {
     }
 
     /// Serves a head, a relay and a base that run the firmware's ELF on emulated Crazyflies, as fast
-    /// as the emulator is, and no faster than real time.
+    /// as the emulator is, and no faster than real time. Their limits were given to them with their
+    /// keys: [`LAUNCH`] and [`RETREAT`].
     pub(crate) fn of_virtual_drones(firmware: Firmware) -> Self {
         let scenario = Scenario::open("short-hop").unwrap();
         let ports = Ports::open(Ipv4Addr::LOCALHOST, 0, scenario.drones.members()).unwrap();
@@ -70,7 +76,13 @@ impl SimulatedChain {
                 None => Live::new(&scenario, &world, &reference, 1, true),
                 Some(firmware) => {
                     let node = |n: usize| NodeId(n as u8);
-                    let drone = |n| Emulated::new(&scenario, &firmware, node(n), 1);
+                    let drone = |n| {
+                        let mut drone = Emulated::new(&scenario, &firmware, node(n), 1);
+                        let after = keys::PAGE_ADDRESS + keys::LENGTH as u32;
+                        let limits = keys::encode_limits(LAUNCH, RETREAT);
+                        drone.machine_mut().memory_mut().program(after, &limits);
+                        drone
+                    };
                     let drones = (0..scenario.drones.members()).map(drone).collect();
                     Live::emulated(&scenario, &world, &reference, 1, true, drones)
                 }

@@ -10,7 +10,7 @@ use units::NodeId;
 
 use crate::fleet::{check, fleet};
 use crate::page_client::PageClient;
-use crate::simulated_chain::SimulatedChain;
+use crate::simulated_chain::{LAUNCH, RETREAT, SimulatedChain};
 use crate::station_process::StationProcess;
 
 fn firmware() -> Firmware {
@@ -24,7 +24,11 @@ fn firmware() -> Firmware {
 #[ignore = "needs the firmware's ELF: `cargo fw` makes it"]
 async fn virtual_drones_are_checked_take_off_and_stop() {
     let chain = SimulatedChain::of_virtual_drones(firmware());
-    let (text, status) = check(&fleet("virtual", &chain, "[firmware]\nradio = \"2025.02\""));
+    let limits = format!(
+        "[limits]\nlaunch_limit_dbm = {:?}\nretreat_limit_dbm = {:?}\n[firmware]\nradio = \"2025.02\"",
+        LAUNCH.0, RETREAT.0
+    );
+    let (text, status) = check(&fleet("virtual", &chain, &limits));
     assert_eq!(status, Some(0), "{text}");
     let station = StationProcess::start(&chain.address(), &[]);
     let mut page = PageClient::open(station.page).await;
