@@ -29,18 +29,16 @@ use std::fmt::Write;
 use std::ops::RangeInclusive;
 use std::path::Path;
 
-use agent::AgentConfig;
 use airlink::keys::{FleetSecret, node as node_key};
 use chain::policy::{NAMES, Policy};
 use serde::Deserialize;
 use storage::Record;
 use storage::epoch::Issue;
 use storage::keys::{self, KeysRecord, Secret};
-use storage::settings::Limits;
 use toml::{Spanned, Value};
-use units::{Dbm, NODES, NodeId, Role};
+use units::{NODES, NodeId, Role};
 
-use super::Request;
+use super::{Request, limits};
 use crate::input_error::InputError;
 use crate::suggest;
 
@@ -129,11 +127,11 @@ impl Fleet {
         &mut self,
         request: &Request,
     ) -> Result<(FleetEntry, Vec<u8>), InputError> {
-        let Request { node, role, may_fly, policy, limits } = *request;
+        let Request { node, role, may_fly, policy, limits: given } = *request;
         let role = role.unwrap_or(Role::usual_of(node));
         let policy = policy.or_else(|| self.drones.get(&node.0)?.policy);
         self.check_place(node, role, may_fly)?;
-        limits.map_or(Ok(()), check_limits)?;
+        given.map_or(Ok(()), limits::check)?;
         let issue = self.issued.map_or(Some(Issue::FIRST), Issue::next).ok_or_else(|| {
             InputError::new(
                 format!("all {} issues of this fleet have been given out", Issue::LAST),
@@ -144,7 +142,7 @@ impl Fleet {
         let record = self.record(node, &drone).encode(0);
         let record = record.map_err(|error| InputError::new(error.to_string(), REPORT))?;
         let policy = policy.map(|policy| keys::encode_policy(policy.code));
-        let limits = limits.map(|[launch, retreat]| keys::encode_limits(launch, retreat));
+        let limits = given.map(|[launch, retreat]| keys::encode_limits(launch, retreat));
         let after = policy.into_iter().flatten().chain(limits.into_iter().flatten());
         let page = record.into_iter().chain(after).collect();
         self.issued = Some(issue);
@@ -336,21 +334,6 @@ struct FleetTable {
     /// Any value, so that the parser never gets to complain of it and to quote it.
     secret: Spanned<Value>,
     name: Spanned<String>,
-}
-
-/// Each must be a limit, and the two must fit each other.
-fn check_limits([launch, retreat]: [Dbm; 2]) -> Result<(), InputError> {
-    let [weakest, strongest] = Limits::RANGE;
-    let is_limit = |limit: &Dbm| limit.0 >= weakest.0 && limit.0 <= strongest.0;
-    let given = format!("--limits {},{}", launch.0, retreat.0);
-    if ![launch, retreat].iter().all(is_limit) {
-        let remedy = format!("give two from {} to {}", weakest.0, strongest);
-        return Err(InputError::new(format!("{given} is out of range"), remedy));
-    }
-    AgentConfig::DEFAULT.with_limits(Some(launch), Some(retreat)).check().map_err(|_| {
-        let wrong = format!("{given}: the two do not fit each other");
-        InputError::new(wrong, "give a launch limit that is at least 1 dB above the retreat limit")
-    })
 }
 
 /// The file under the reader's eyes.

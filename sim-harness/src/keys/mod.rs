@@ -13,6 +13,7 @@
 
 mod disk;
 mod fleet;
+mod limits;
 
 use std::path::{Path, PathBuf};
 
