@@ -96,6 +96,24 @@ impl Access {
         }
     }
 
+    /// Checks a viewer of the live stream: a program, or a page of another site that a person has
+    /// given the token. Without `--token` no page of another site may read.
+    ///
+    /// # Errors
+    /// What is wrong with the headers or the token.
+    pub fn check_viewer(
+        &self,
+        host: Option<&str>,
+        origin: Option<&str>,
+        token: Option<&str>,
+    ) -> Result<(), Refused> {
+        match self.check_headers(host, origin) {
+            Err(Refused::Origin) if self.token.is_none() => Err(Refused::Origin),
+            Err(Refused::Origin) | Ok(()) => self.check_token(token),
+            Err(refused) => Err(refused),
+        }
+    }
+
     /// Checks the session token with which the WebSocket is opened.
     ///
     /// # Errors
@@ -169,6 +187,23 @@ mod tests {
         {
             assert_eq!(local().check_headers(host, Some(origin)), Err(Refused::Origin), "{origin}");
         }
+    }
+
+    #[test]
+    fn a_viewer_of_another_site_needs_the_token() {
+        let host = Some("127.0.0.1:8430");
+        let site = Some("https://app.foxglove.dev");
+        assert_eq!(local().check_viewer(host, None, None), Ok(()));
+        assert_eq!(local().check_viewer(host, site, None), Err(Refused::Origin));
+        assert_eq!(local().check_viewer(host, site, Some("")), Err(Refused::Origin));
+        let named = Some("evil.example:8430");
+        assert_eq!(local().check_viewer(named, None, None), Err(Refused::Host));
+        let access = Access::new(Ipv4Addr::LOCALHOST.into(), Some("bats".to_owned())).unwrap();
+        for origin in [None, site] {
+            assert_eq!(access.check_viewer(host, origin, Some("bats")), Ok(()));
+            assert_eq!(access.check_viewer(host, origin, None), Err(Refused::Token));
+        }
+        assert_eq!(access.check_viewer(named, site, Some("bats")), Err(Refused::Host));
     }
 
     #[test]

@@ -81,7 +81,8 @@ fn facts(told: &Told) -> String {
         _ => "battery unknown".to_owned(),
     };
     let revision = told.revision().unwrap_or_else(|| "unknown".to_owned());
-    format!("{}, revision {revision}; {decks}; {battery}", told.version)
+    let radio = told.radio().unwrap_or_else(|| "of no known release".to_owned());
+    format!("{}, revision {revision}; radio chip {radio}; {decks}; {battery}", told.version)
 }
 
 /// What is not as it must be, each in words.
@@ -109,8 +110,8 @@ fn deviations(node: NodeId, drone: &FleetDrone, limits: &Limits, told: &Told) ->
         match told.float(name) {
             Some(own) if (own - wanted).abs() <= SAME => {}
             Some(own) => wrong.push(format!(
-                "its {words} is {own} {unit}, the file's {wanted} {unit}: {name} can be set while it \
-                 has no keys"
+                "its {words} is {own} {unit}, the file's {wanted} {unit}: {}",
+                remedy(name)
             )),
             None => wrong.push(format!("it has no {name}")),
         }
@@ -128,6 +129,15 @@ fn deviations(node: NodeId, drone: &FleetDrone, limits: &Limits, told: &Told) ->
     wrong
 }
 
+/// How a drone is given another limit or another height.
+fn remedy(name: &str) -> String {
+    let with_keys = match name {
+        "uchain.height" => "",
+        _ => ", and later by a page of `uchain keys provision --limits`",
+    };
+    format!("{name} can be set while it has no keys{with_keys}")
+}
+
 fn firmware(limits: &Limits, told: &Told) -> Vec<String> {
     let mut wrong = Vec::new();
     if let Some(version) = limits.version.as_ref().filter(|version| **version != told.version) {
@@ -136,6 +146,10 @@ fn firmware(limits: &Limits, told: &Told) -> Vec<String> {
     let own = told.revision().unwrap_or_default();
     if let Some(revision) = limits.revision.as_ref().filter(|revision| !agree(&own, revision)) {
         wrong.push(format!("its revision is {own}, the file's {revision}"));
+    }
+    let own = told.radio().unwrap_or_else(|| "unknown".to_owned());
+    if let Some(radio) = limits.radio.as_ref().filter(|radio| **radio != own) {
+        wrong.push(format!("its radio chip's firmware is {own}, the file's {radio}"));
     }
     wrong
 }
@@ -165,7 +179,7 @@ fn readiness(drone: &FleetDrone, limits: &Limits, told: &Told) -> Vec<String> {
         }
         _ => {}
     }
-    // The only way in which a drone tells of its radio chip's firmware.
+    // A board or a radio chip with which it does not fly.
     let complaint = told.console.lines().find(|line| line.contains("no flight"));
     wrong.extend(complaint.map(|line| format!("it says: {}", line.trim())));
     wrong
@@ -194,33 +208,22 @@ fn lines(node: NodeId, drone: &FleetDrone, facts: &str, deviations: &[String]) -
 
 #[cfg(test)]
 mod tests {
-    use crtp::{Access, Outcome, Parameters, Server, Snapshot};
+    use crtp::Parameters;
     use units::{Dbm, Volts};
+    use wire::syslink::Release;
 
     use super::*;
+    use crate::inspection::tests::inspect;
 
     /// What a relay on the bench tells: number 3, with a Flow deck, launch limit −70 dBm.
     fn told(console: &str) -> Told {
-        let (mut server, mut snapshot) = (Server::new(), Snapshot::DEFAULT);
         let mut parameters = Parameters::DEFAULT;
         (parameters.about.node, parameters.about.role) = (NodeId(3), Role::Relay);
         (parameters.launch_limit, parameters.retreat_limit) = (Dbm(-70.0), Dbm(-76.0));
         (parameters.about.has_flow, parameters.about.has_rangers) = (true, false);
         parameters.about.revision = 0x0123_4567_89AB;
-        snapshot.state = Some(agent::State::Idle);
-        let mut inspection = Inspection::default();
-        for now in (0..10_000).step_by(10).map(Instant::from_millis) {
-            snapshot.taken = now;
-            while let Some(packet) = inspection.poll(now) {
-                server.receive(now, packet.bytes(), Access::Read, &mut parameters, |_, _| {
-                    Outcome::Done
-                });
-            }
-            while let Some(packet) = server.poll(now, &snapshot, &parameters) {
-                inspection.receive(&packet);
-            }
-        }
-        let mut told = inspection.done().unwrap().clone();
+        parameters.about.radio = Some(Release { year: 2025, month: 2 });
+        let mut told = inspect(parameters);
         console.clone_into(&mut told.console);
         told
     }
@@ -240,6 +243,7 @@ mod tests {
             launch: Some(Dbm(-70.0)),
             retreat: Some(Dbm(-76.0)),
             revision: Some("0123456789abcdef".into()),
+            radio: Some("2025.02".into()),
             ..Limits::default()
         };
         assert_eq!(deviations(NodeId(3), &relay(), &limits, &told("")), [""; 0]);
@@ -253,6 +257,7 @@ mod tests {
         let none = Limits::default;
         let limit = Limits { launch: Some(Dbm(-72.0)), ..none() };
         let old = Limits { revision: Some("ffff".into()), ..none() };
+        let chips = Limits { radio: Some("2025.09".into()), ..none() };
         let low = Limits { battery: Some(Volts(3.9)), ..none() };
         let chip = "The radio chip needs firmware 2022.01 or newer: no flight.\n";
         let (mut weak, mut locked) = (told(""), told(""));
@@ -263,6 +268,7 @@ mod tests {
             (deviations(NodeId(3), &decks, &none(), &told("")), "Multi-ranger deck is missing"),
             (deviations(NodeId(3), &relay(), &limit, &told("")), "launch limit is -70 dBm"),
             (deviations(NodeId(3), &relay(), &old, &told("")), "its revision is 0123456789ab"),
+            (deviations(NodeId(3), &relay(), &chips, &told("")), "chip's firmware is 2025.02"),
             (deviations(NodeId(3), &relay(), &low, &weak), "its battery has 3.60 V"),
             (deviations(NodeId(3), &relay(), &none(), &locked), "motors are off for good"),
             (deviations(NodeId(3), &relay(), &none(), &told(chip)), "firmware 2022.01"),

@@ -51,6 +51,8 @@ pub struct Limits {
     pub version: Option<String>,
     /// The first digits of the firmware's revision.
     pub revision: Option<String>,
+    /// The release of the radio chip's firmware, such as `2025.02`.
+    pub radio: Option<String>,
 }
 
 /// One drone of a fleet.
@@ -111,6 +113,7 @@ struct LimitsTable {
 struct FirmwareTable {
     version: Option<String>,
     revision: Option<String>,
+    radio: Option<String>,
 }
 
 #[derive(Deserialize)]
@@ -222,6 +225,7 @@ fn limits(file: &File) -> Limits {
         height: table.height_m.map(Metres),
         battery: table.battery_v.map(Volts),
         version: file.firmware.version.clone(),
+        radio: file.firmware.radio.clone(),
         revision: file.firmware.revision.as_ref().map(|digits| digits.to_lowercase()),
     }
 }

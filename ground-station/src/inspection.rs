@@ -15,7 +15,7 @@ use crate::table::{Rows, Service, TableReader};
 const AGAIN: Duration = Duration::from_millis(300);
 
 /// The parameters that are read.
-const PARAMETERS: [&str; 9] = [
+const PARAMETERS: [&str; 10] = [
     "uchain.node",
     "uchain.role",
     "uchain.launchLimit",
@@ -25,6 +25,7 @@ const PARAMETERS: [&str; 9] = [
     "deck.bcMultiranger",
     "firmware.revision0",
     "firmware.revision1",
+    "firmware.radio",
 ];
 
 /// The log block that is read, and its variables in the order in which `Inspection::receive` reads
@@ -68,6 +69,15 @@ impl Told {
         let (first, _) = self.parameters.get("firmware.revision0")?.split_first_chunk::<4>()?;
         let (next, _) = self.parameters.get("firmware.revision1")?.split_first_chunk::<2>()?;
         Some(format!("{:08x}{:04x}", u32::from_le_bytes(*first), u16::from_le_bytes(*next)))
+    }
+
+    /// The release of the radio chip's firmware, such as `2025.02`; `None` where the drone does not
+    /// know it, or it is no release of the vendor's.
+    #[must_use]
+    pub fn radio(&self) -> Option<String> {
+        let (bytes, _) = self.parameters.get("firmware.radio")?.split_first_chunk::<4>()?;
+        let release = u32::from_le_bytes(*bytes);
+        (release != 0).then(|| format!("{:04}.{:02}", release / 100, release % 100))
     }
 }
 
@@ -204,20 +214,18 @@ fn next_value(rows: Rows, from: usize) -> Stage {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use crtp::{Access, Outcome, Parameters, Server, Snapshot};
     use units::{NodeId, Role};
+    use wire::syslink::Release;
 
     use super::*;
 
-    /// A drone that any client may read, and none may change, tells everything.
-    #[test]
-    fn a_drone_that_may_be_read_tells_everything() {
+    /// Asks a drone with these parameters, which any client may read and none may change, and which
+    /// stands on the ground.
+    pub(crate) fn inspect(mut parameters: Parameters) -> Told {
         let (mut server, mut snapshot) = (Server::new(), Snapshot::DEFAULT);
-        let mut parameters = Parameters::DEFAULT;
-        (parameters.about.node, parameters.about.role) = (NodeId(3), Role::Relay);
-        parameters.about.revision = 0x0123_4567_89AB;
-        parameters.about.has_flow = true;
+        snapshot.state = Some(agent::State::Idle);
         let mut inspection = Inspection::default();
         for now in (0..10_000).step_by(10).map(Instant::from_millis) {
             snapshot.taken = now;
@@ -225,15 +233,23 @@ mod tests {
                 server.receive(now, packet.bytes(), Access::Read, &mut parameters, |_, _| {
                     Outcome::Done
                 });
-                while let Some(packet) = server.poll(now, &snapshot, &parameters) {
-                    inspection.receive(&packet);
-                }
             }
             while let Some(packet) = server.poll(now, &snapshot, &parameters) {
                 inspection.receive(&packet);
             }
         }
-        let told = inspection.done().unwrap();
+        inspection.done().expect("a drone has told everything within ten seconds").clone()
+    }
+
+    #[test]
+    fn a_drone_that_may_be_read_tells_everything() {
+        let mut parameters = Parameters::DEFAULT;
+        (parameters.about.node, parameters.about.role) = (NodeId(3), Role::Relay);
+        parameters.about.revision = 0x0123_4567_89AB;
+        parameters.about.has_flow = true;
+        parameters.about.radio = Some(Release { year: 2025, month: 2 });
+        let told = inspect(parameters);
+        assert_eq!(told.radio().as_deref(), Some("2025.02"));
         assert!(told.version.starts_with("uchain"), "{}", told.version);
         assert_eq!(told.revision().as_deref(), Some("0123456789ab"));
         assert_eq!((told.byte("uchain.node"), told.byte("deck.bcFlow2")), (Some(3), Some(1)));

@@ -24,7 +24,9 @@
 //! | [`check`], [`inspection`] | check every drone against that file before a flight |
 //! | [`address`], [`link`] | carry packets to a drone |
 //! | `radio` | reaches a drone through a Crazyradio, with the feature `crazyradio` |
-//! | [`recorder`] | writes what was heard and ordered to CSV and MCAP |
+//! | [`message`] | what was heard and ordered, as JSON messages |
+//! | [`recorder`] | writes these to CSV and MCAP |
+//! | [`live_stream`], [`foxglove`] | gives them to viewers as they happen, by Foxglove's protocol |
 //! | [`station`] | brings these together with the clock |
 //! | [`access`], [`server`] | who may connect, and the page itself |
 //! | [`cli`] | the command `uchain-ground` |
@@ -39,9 +41,12 @@ pub mod check;
 pub mod checklist;
 pub mod cli;
 pub mod fleet;
+pub mod foxglove;
 pub mod inspection;
 pub mod link;
+pub mod live_stream;
 pub mod map;
+pub mod message;
 pub mod order;
 #[cfg(feature = "crazyradio")]
 pub mod radio;

@@ -17,54 +17,13 @@ use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use sim_harness::station_log::{self, Plan};
 use units::NodeId;
 
-use crate::blocks::{BaseReport, DroneReport};
-use crate::order::{Fate, Order};
+use crate::message::{Event, Record};
 use crate::range_survey::Sample;
-use crate::session::Facts;
 
 /// The time between two flushes, half of the second that a killed station may lose.
 const FLUSH: Duration = Duration::from_millis(500);
-
-/// Something that is recorded, at a time since 1970.
-#[derive(Clone, Debug)]
-pub struct Record {
-    /// The time since 1970.
-    pub at: Duration,
-    /// What happened.
-    pub event: Event,
-}
-
-/// What is recorded.
-#[derive(Clone, Debug)]
-pub enum Event {
-    /// A drone said something new.
-    Drone(NodeId, DroneReport),
-    /// The base said something about itself.
-    Base(BaseReport),
-    /// The base's number and limits are known.
-    Limits(Facts),
-    /// The floor plan that the page shows.
-    Map(Plan),
-    /// The base printed a line.
-    Console(String),
-    /// A page gave an order.
-    Ordered(Order),
-    /// The fate of an order is known.
-    Fate(Order, Fate),
-    /// A page ordered a stop.
-    Stop,
-    /// The operator gave up waiting for answers to the stop.
-    GaveUp,
-    /// The station printed a notice.
-    Notice(String),
-    /// A relay that is carried is so far from the base, in metres.
-    Mark(NodeId, f32),
-    /// A range survey has ended, with these samples.
-    Survey(NodeId, Vec<Sample>),
-}
 
 /// A recorder; its thread ends when the recorder is dropped.
 #[derive(Debug)]
@@ -148,20 +107,5 @@ impl Files {
                 flushed = Instant::now();
             }
         }
-    }
-}
-
-/// A drone's report in the units of both files.
-fn message_of(node: NodeId, report: &DroneReport) -> station_log::DroneReport {
-    station_log::DroneReport {
-        node: node.0,
-        state: crate::words::state(report.state).to_owned(),
-        state_code: report.state,
-        fault: crate::words::fault(report.fault).unwrap_or_default().to_owned(),
-        battery_v: report.battery.map(|volts| volts.0),
-        endurance_s: report.endurance.map(units::Duration::as_secs_f32),
-        odometer_m: report.odometer.0,
-        back: report.back.map(|(peer, _)| peer.0),
-        rssi_dbm: report.back.map(|(_, rssi)| rssi.0),
     }
 }

@@ -1,4 +1,4 @@
-//! Serves the page and its WebSocket.
+//! Serves the page, its WebSocket, and the live stream.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -13,6 +13,7 @@ use axum::routing::get;
 use serde::Deserialize;
 
 use crate::access::{Access, Refused};
+use crate::foxglove;
 use crate::station::{self, Handle};
 use crate::steering::PageId;
 
@@ -26,6 +27,8 @@ const SESSION_MARK: &str = "{{session}}";
 
 /// The longest request of a page in bytes; the longest order takes 60.
 const MAX_REQUEST: usize = 1024;
+/// The longest message of a viewer in bytes; a subscription of a channel takes some 40.
+const MAX_SUBSCRIPTION: usize = 16 * 1024;
 
 /// What the requests share.
 #[derive(Debug)]
@@ -52,6 +55,8 @@ pub fn router(access: Access, station: Handle) -> Router {
         .route("/page.css", get(|| async { file("text/css; charset=utf-8", STYLE) }))
         .route("/live", get(live))
         .layer(middleware::from_fn_with_state(Arc::clone(&shared), check_headers))
+        // A viewer is a program, or a page of another site: it is checked by itself.
+        .route("/foxglove", get(view))
         .with_state(shared)
 }
 
@@ -61,6 +66,14 @@ impl IntoResponse for Refused {
     }
 }
 
+/// The host and the origin that a request names.
+fn named(headers: &HeaderMap) -> (Option<&str>, Option<&str>) {
+    let host = headers.get(header::HOST).and_then(|value| value.to_str().ok());
+    // An origin that is no text is no origin of ours.
+    let origin = headers.get(header::ORIGIN).map(|value| value.to_str().unwrap_or("unreadable"));
+    (host, origin)
+}
+
 /// Refuses requests that do not come from the station's own page.
 async fn check_headers(
     State(shared): State<Arc<Shared>>,
@@ -68,10 +81,8 @@ async fn check_headers(
     request: Request,
     next: Next,
 ) -> Response {
-    let text = |name| headers.get(name).and_then(|value| value.to_str().ok());
-    // An origin that is no text is no origin of ours.
-    let origin = headers.get(header::ORIGIN).map(|value| value.to_str().unwrap_or("unreadable"));
-    match shared.access.check_headers(text(header::HOST), origin) {
+    let (host, origin) = named(&headers);
+    match shared.access.check_headers(host, origin) {
         Ok(()) => next.run(request).await,
         Err(refused) => refused.into_response(),
     }
@@ -107,6 +118,27 @@ async fn live(
     Ok(upgrade.max_message_size(MAX_REQUEST).on_upgrade(move |socket| async move {
         attend(socket, page, &station).await;
         station.close(page).await;
+    }))
+}
+
+/// Opens the live stream to a viewer that speaks Foxglove's protocol.
+async fn view(
+    State(shared): State<Arc<Shared>>,
+    headers: HeaderMap,
+    Query(tokens): Query<Tokens>,
+    upgrade: WebSocketUpgrade,
+) -> Result<Response, Refused> {
+    let (host, origin) = named(&headers);
+    shared.access.check_viewer(host, origin, tokens.token.as_deref())?;
+    let upgrade = upgrade.protocols(foxglove::PROTOCOLS).max_message_size(MAX_SUBSCRIPTION);
+    if upgrade.selected_protocol().is_none() {
+        let wrong =
+            format!("refused: this is a stream for {}\n", foxglove::PROTOCOLS.join(" and "));
+        return Ok((StatusCode::BAD_REQUEST, wrong).into_response());
+    }
+    let station = shared.station.clone();
+    Ok(upgrade.on_upgrade(move |socket| async move {
+        foxglove::attend(socket, station.stream()).await;
     }))
 }
 

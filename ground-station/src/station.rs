@@ -17,9 +17,11 @@ use crate::blocks::{Block, DroneReport};
 use crate::chain_view::ChainView;
 use crate::fleet::Fleet;
 use crate::link::Link;
+use crate::live_stream::LiveStream;
+use crate::message::{Event, Record};
 use crate::order::{Fate, Order, number};
 use crate::range_survey::RangeSurvey;
-use crate::recorder::{Event, Record, Recorder};
+use crate::recorder::Recorder;
 use crate::session::{News, Session, Speech};
 use crate::status::{Shown, Status};
 use crate::steering::{PageId, Pages};
@@ -95,6 +97,7 @@ pub struct Setup {
 pub struct Handle {
     requests: mpsc::Sender<FromPage>,
     status: watch::Receiver<Arc<str>>,
+    stream: Arc<LiveStream>,
     plan: Arc<str>,
 }
 
@@ -116,6 +119,12 @@ impl Handle {
         self.status.clone()
     }
 
+    /// Everything that is recorded, as it happens.
+    #[must_use]
+    pub fn stream(&self) -> &LiveStream {
+        &self.stream
+    }
+
     /// The floor plan as JSON; `null` where there is none.
     #[must_use]
     pub fn plan(&self) -> &str {
@@ -130,9 +139,11 @@ pub fn start(link: impl Link, setup: Setup) -> Handle {
     let plan_json = serde_json::to_string(&plan).unwrap_or_else(|_| "null".to_owned());
     let (requests, received) = mpsc::channel(WAITING);
     let (publisher, status) = watch::channel(Arc::from("{}"));
+    let stream = Arc::new(LiveStream::default());
     let mut station = Station {
         link,
         recorder,
+        stream: Arc::clone(&stream),
         publisher,
         began: std::time::Instant::now(),
         began_at: SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default(),
@@ -150,12 +161,13 @@ pub fn start(link: impl Link, setup: Setup) -> Handle {
         station.record(Instant::ZERO, Event::Map(plan));
     }
     tokio::spawn(station.run(received));
-    Handle { requests, status, plan: plan_json.into() }
+    Handle { requests, status, stream, plan: plan_json.into() }
 }
 
 struct Station<L: Link> {
     link: L,
     recorder: Option<Recorder>,
+    stream: Arc<LiveStream>,
     publisher: watch::Sender<Arc<str>>,
     began: std::time::Instant,
     /// The beginning as the time since 1970.
@@ -338,8 +350,10 @@ impl<L: Link> Station<L> {
 
     fn record(&mut self, now: Instant, event: Event) {
         let at = self.began_at + Duration::from_micros(now.as_micros());
+        let record = Record { at, event };
+        self.stream.put(&record);
         let Some(recorder) = &self.recorder else { return };
-        if !recorder.record(Record { at, event }) {
+        if !recorder.record(record) {
             self.recorder = None;
             self.notice(now, "Recording has ended: the disk takes no more.".to_owned());
         }

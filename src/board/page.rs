@@ -11,9 +11,10 @@ use core::sync::atomic::{Ordering, fence};
 
 use embassy_stm32::pac::FLASH;
 use embassy_stm32::pac::flash::vals::Psize;
+use storage::keys;
 
-/// Bytes of the page that are read and wiped: a record of the keys fits, with room to spare.
-pub(crate) const LENGTH: usize = 64;
+/// Bytes of the page that are read and wiped.
+pub(crate) const LENGTH: usize = keys::LENGTH + keys::POLICY_LENGTH + keys::LIMITS_LENGTH;
 
 const WORDS: usize = LENGTH / 4;
 

@@ -52,6 +52,7 @@ pub(crate) async fn run(shared: &'static Shared, exploration: &'static mut Explo
 fn round(drone: &mut Drone, exploration: &mut Exploration) -> Outputs {
     let now = clock::now();
     drone.note_hardware(radio::hardware_fault());
+    drone.note_radio(radio::release());
     let outputs = step(drone, now, &sensed(now), exploration);
     COMMAND.set(Command { setpoint: outputs.board_setpoint(), given: now });
     outputs

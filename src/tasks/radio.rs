@@ -43,7 +43,9 @@ use storage::board_name::Board;
 use storage::settings::Radio;
 use units::{Dbm, Volts};
 use wire::p2p::Kind;
-use wire::syslink::{Battery, Decoder, Frame, Incoming, MAX_FRAME, MAX_P2P, Outgoing, Port};
+use wire::syslink::{
+    Battery, Decoder, Frame, Incoming, MAX_FRAME, MAX_P2P, Outgoing, Port, Release,
+};
 
 use crate::board::flow_control::{FlowControl, guarded};
 use crate::board::{clock, identity};
@@ -295,6 +297,11 @@ pub(crate) fn hardware_fault() -> Option<HardwareFault> {
         Board::Crazyflie21 => CHIP.get().fault(),
         Board::Crazyflie20 | Board::Other => Some(HardwareFault::Board),
     }
+}
+
+/// The release of the radio chip's firmware, if it is known.
+pub(crate) fn release() -> Option<Release> {
+    CHIP.get().release()
 }
 
 /// The line to the chip.

@@ -40,8 +40,13 @@ impl Desk {
     fn page(&mut self, number: u8) -> KeysRecord {
         self.pages += 1;
         let out = self.folder.join(format!("{}.bin", self.pages));
-        let request =
-            Request { node: NodeId(number), role: None, may_fly: number == 15, policy: None };
+        let request = Request {
+            node: NodeId(number),
+            role: None,
+            may_fly: number == 15,
+            policy: None,
+            limits: None,
+        };
         keys::provision(&self.file(), &request, &out).unwrap();
         let bytes = fs::read(out).unwrap();
         assert_eq!(bytes.len(), storage::keys::LENGTH);

@@ -211,6 +211,8 @@ table! {
         "revision1": U16 "" "the next 16 bits" => |p| p.about.revision as u16;
         "modified": U8 "" "1 when it was built of something else than that"
             => |p| p.about.is_modified.into();
+        "radio": U32 "" "the release of the radio chip's firmware by year and month, 202502 for 2025.02; 0 where it is unknown, or no release of the vendor's"
+            => |p| p.about.radio.map_or(0, |of| 100 * u32::from(of.year) + u32::from(of.month));
     }
     "cpu" {
         "flash": U16 "KB" "the processor's flash" => |p| p.about.flash;

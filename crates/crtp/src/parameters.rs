@@ -4,6 +4,8 @@
 use agent::AgentConfig;
 use storage::settings::{Limits, Settings};
 use units::{Branch, Course, Dbm, Metres, MetresPerSecond, NodeId, Order, PolicyCode, Role};
+use wire::syslink::Release;
+
 /// The parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parameters {
@@ -44,6 +46,9 @@ pub struct About {
     pub revision: u64,
     /// Whether the source code differed from that revision when the firmware was built.
     pub is_modified: bool,
+    /// The release of the radio chip's firmware; `None` where it is unknown, or no release of the
+    /// vendor's.
+    pub radio: Option<Release>,
     /// The unique number of the drone's processor.
     pub unique: [u32; 3],
     /// The size of the processor's flash, KB.
@@ -70,6 +75,7 @@ impl Parameters {
             has_rangers: true,
             revision: 0,
             is_modified: false,
+            radio: None,
             unique: [0; 3],
             flash: 1024,
         },

@@ -24,6 +24,7 @@ use units::{
     Role,
 };
 use wire::crtp::Port;
+use wire::syslink::Release;
 
 use crate::hardware::HardwareFault;
 use crate::link::{Link, LinkHealth};
@@ -253,6 +254,11 @@ impl<S: Seal> Drone<S> {
             self.hardware = fault;
             self.say_hardware();
         }
+    }
+
+    /// Notes the release of the radio chip's firmware, for clients to read.
+    pub const fn note_radio(&mut self, release: Option<Release>) {
+        self.client.parameters.about.radio = release;
     }
 
     fn say_hardware(&mut self) {

@@ -58,10 +58,10 @@ impl Confirmed {
 enum Firmware {
     /// The chip has not told it.
     Unknown,
-    /// It is new enough, or no release of the vendor's, whose builders know what they run.
-    Good,
-    /// It is older than the oldest that the drone flies with.
-    TooOld,
+    /// It is a release of the vendor's.
+    Release(Release),
+    /// It is no release of the vendor's: its builders know what they run.
+    Own,
 }
 
 /// The radio chip as its answers show it.
@@ -117,11 +117,10 @@ impl RadioChip {
             Incoming::Address(address) => confirmed.address = *address == told.address,
             Incoming::Power(power) => confirmed.power = *power == told.power,
             Incoming::NrfVersion(text) => {
-                let old = Release::parse(text).is_some_and(|release| release < Self::OLDEST);
-                self.firmware = match (text.is_empty(), old) {
-                    (true, _) => Firmware::Unknown,
-                    (false, true) => Firmware::TooOld,
-                    (false, false) => Firmware::Good,
+                self.firmware = match Release::parse(text) {
+                    _ if text.is_empty() => Firmware::Unknown,
+                    Some(release) => Firmware::Release(release),
+                    None => Firmware::Own,
                 };
             }
             Incoming::Raw(_) | Incoming::P2p { .. } | Incoming::P2pBroadcast { .. } => {
@@ -152,10 +151,22 @@ impl RadioChip {
     #[must_use]
     pub fn fault(&self) -> Option<HardwareFault> {
         match self.firmware {
-            Firmware::TooOld => Some(HardwareFault::RadioFirmware),
+            Firmware::Release(release) if release < Self::OLDEST => {
+                Some(HardwareFault::RadioFirmware)
+            }
             _ if self.confirmed != Confirmed::ALL => Some(HardwareFault::RadioSettings),
             Firmware::Unknown => Some(HardwareFault::RadioFirmware),
-            Firmware::Good => None,
+            Firmware::Release(_) | Firmware::Own => None,
+        }
+    }
+
+    /// The release of the chip's firmware; `None` where the chip has not told it, or its firmware is
+    /// no release of the vendor's.
+    #[must_use]
+    pub const fn release(&self) -> Option<Release> {
+        match self.firmware {
+            Firmware::Release(release) => Some(release),
+            Firmware::Unknown | Firmware::Own => None,
         }
     }
 }

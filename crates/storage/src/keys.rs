@@ -34,14 +34,26 @@
 //! | 58 | `u8` | version, 1 |
 //! | 59 | `u8` | code of the policy |
 //! | 60 | `u32` | CRC-32 of bytes 56 to 59 |
+//!
+//! and after that, or in its place, the limits of links, which go into the settings as well:
+//!
+//! | byte | type | field |
+//! |---|---|---|
+//! | 0 | 2 bytes | `UL` |
+//! | 2 | `u8` | version, 1 |
+//! | 3 | `u8` | zero |
+//! | 4 | `f32` | launch limit, dBm |
+//! | 8 | `f32` | retreat limit, dBm |
+//! | 12 | `u32` | CRC-32 of the bytes before |
 
 use core::fmt;
 
-use units::{NODES, NodeId, PolicyCode, Role};
+use units::{Dbm, NODES, NodeId, PolicyCode, Role};
 
 use crate::bytes::{Reader, check_crc, role_code, role_of_code, sealed};
 use crate::epoch::Issue;
 use crate::ledger::Ledger;
+use crate::settings::Limits;
 use crate::{Error, Record};
 
 /// Bytes of a record: whole words, by which flash is written.
@@ -124,8 +136,10 @@ impl KeysRecord {
     pub fn on_page(page: &[u8], current: Option<&Self>, ledger: &Ledger) -> Page {
         match Self::decode(page) {
             Ok((keys, _)) if keys.supersedes(current, ledger) => {
-                let policy = page.get(LENGTH..).and_then(decode_policy);
-                Page::New { keys, policy }
+                let after = page.get(LENGTH..).unwrap_or_default();
+                let policy = decode_policy(after);
+                let after = after.get(policy.map_or(0, |_| POLICY_LENGTH)..).unwrap_or_default();
+                Page::New { keys, policy, limits: decode_limits(after) }
             }
             Ok(_) => Page::Old,
             // Erased words and wiped ones, also where a wipe was cut short.
@@ -142,18 +156,20 @@ impl KeysRecord {
 }
 
 /// The contents of the provisioning page, by what is to be done with them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Page {
     /// The page was erased or wiped: there is nothing to do.
     Empty,
-    /// The page holds new keys: the policy and then the keys are written to the EEPROM, the keys into
-    /// both slots, and then the page is wiped.
+    /// The page holds new keys: policy and limits and then the keys are written to the EEPROM, the keys
+    /// into both slots, and then the page is wiped.
     New {
         /// The keys.
         keys: KeysRecord,
         /// The movement policy for the drone's settings; `None` leaves the one that is there.
         policy: Option<PolicyCode>,
+        /// The limits for the drone's settings, both of them; `None` leaves those that are there.
+        limits: Option<Limits>,
     },
     /// The page holds keys that are not newer than the drone's, or that the drone has had before: it
     /// is wiped.
@@ -183,6 +199,25 @@ fn decode_policy(bytes: &[u8]) -> Option<PolicyCode> {
         [m0, m1, POLICY_VERSION, code, ..] if [*m0, *m1] == POLICY_MAGIC => PolicyCode::new(*code),
         _ => None,
     }
+}
+
+/// Two letters, the version and zero.
+const LIMITS_MAGIC: [u8; 4] = *b"UL\x01\0";
+
+/// Bytes of the limits on the page.
+pub const LIMITS_LENGTH: usize = 16;
+
+/// The bytes by which a page, after its keys and its policy, gives the drone both limits of links.
+#[must_use]
+pub fn encode_limits(launch: Dbm, retreat: Dbm) -> [u8; LIMITS_LENGTH] {
+    let [launch, retreat] = [launch, retreat].map(|limit| limit.0.to_le_bytes());
+    sealed(&[&LIMITS_MAGIC, &launch, &retreat])
+}
+
+fn decode_limits(bytes: &[u8]) -> Option<Limits> {
+    check_crc(bytes, LIMITS_LENGTH).ok()?;
+    let limits = Limits::decode(&mut Reader::after_magic(bytes, LIMITS_MAGIC).ok()?).ok()?;
+    (limits.launch.is_some() && limits.retreat.is_some()).then_some(limits)
 }
 
 impl Record for KeysRecord {

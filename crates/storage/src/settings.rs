@@ -121,7 +121,7 @@ impl Limits {
         Ok([bytes(self.launch)?, bytes(self.retreat)?])
     }
 
-    fn decode(fields: &mut Reader<'_>) -> Result<Self, Error> {
+    pub(crate) fn decode(fields: &mut Reader<'_>) -> Result<Self, Error> {
         let mut limit = || fields.optional_f32()?.map(Dbm).map(Self::checked).transpose();
         Ok(Self { launch: limit()?, retreat: limit()? })
     }

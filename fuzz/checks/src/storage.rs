@@ -4,7 +4,7 @@
 use std::fmt::Debug;
 
 use storage::epoch::{self, EpochRecord};
-use storage::keys::KeysRecord;
+use storage::keys::{self, KeysRecord, Page};
 use storage::ledger::Ledger;
 use storage::settings::Settings;
 use storage::vendor::{self, VendorConfig};
@@ -22,6 +22,7 @@ pub fn check(mut data: &[u8]) {
     let keys = [record(KeysRecord::LENGTH), record(KeysRecord::LENGTH)];
     let epochs = [record(EpochRecord::LENGTH), record(EpochRecord::LENGTH)];
     let [vendor, _] = record(vendor::LENGTH);
+    let after = [record(keys::POLICY_LENGTH), record(keys::LIMITS_LENGTH)];
     for choice in 0..4 {
         let (a, b) = (choice & 1, choice >> 1);
         holds::<Settings>(&settings[0][a], &settings[1][b]);
@@ -29,7 +30,13 @@ pub fn check(mut data: &[u8]) {
         if let Some(keys) = Slots::read(&keys[0][1], &keys[1][1]).newest() {
             epochs_rise(&epochs[0][a], &epochs[1][b], keys);
         }
-        let _ = KeysRecord::on_page(&keys[0][a], None, &Ledger::EMPTY);
+        let page = [&keys[0][a][..], &after[0][b], &after[1][b]].concat();
+        if let Page::New { limits: Some(limits), .. } =
+            KeysRecord::on_page(&page, None, &Ledger::EMPTY)
+        {
+            let settings = Settings { limits, ..Settings::DEFAULT };
+            assert!(settings.encode(1).is_ok(), "limits of a page that no drone keeps");
+        }
     }
     let _ = Settings::without_record(Some(&vendor));
     if let Ok(vendor) = VendorConfig::decode(&summed(&vendor))

@@ -6,13 +6,9 @@ use std::io::{self, Seek, Write};
 use ::mcap::McapError;
 use ::mcap::records::MessageHeader;
 use ::mcap::write::{WriteOptions, Writer};
-use serde::Serialize;
-use sim_harness::station_log::{
-    BaseReport, DroneReport, GivenOrder, Limits, Line, OrderEvent, Plan, Schema,
-};
+use sim_harness::station_log::Schema;
 
-use super::{Event, Record, message_of};
-use crate::order::{Fate, Order, Way};
+use crate::message::{Message, Record};
 
 /// The file that is being written.
 pub(super) struct Recording<W: Write + Seek> {
@@ -38,7 +34,7 @@ impl<W: Write + Seek> Recording<W> {
     }
 
     fn put(&mut self, record: &Record) -> io::Result<()> {
-        let Message { topic, schema, json } = message(&record.event)?;
+        let Message { topic, schema, json } = Message::of(&record.event)?;
         let (channel, sequence) = match self.channels.get(&topic) {
             Some(known) => *known,
             None => (self.add(&topic, schema).map_err(io_error)?, 0),
@@ -76,83 +72,6 @@ fn io_error(error: McapError) -> io::Error {
     }
 }
 
-/// An event as it is written.
-struct Message {
-    topic: String,
-    schema: Schema,
-    json: Vec<u8>,
-}
-
-impl Message {
-    fn new(topic: impl Into<String>, schema: Schema, message: &impl Serialize) -> io::Result<Self> {
-        Ok(Self { topic: topic.into(), schema, json: serde_json::to_vec(message)? })
-    }
-
-    fn line(topic: &str, text: &str) -> io::Result<Self> {
-        Self::new(topic, Line::SCHEMA, &Line { text: text.to_owned() })
-    }
-
-    fn order(event: &str, order: Option<Order>, fate: Option<Fate>) -> io::Result<Self> {
-        let event = OrderEvent {
-            event: event.to_owned(),
-            order: order.map(given),
-            fate: fate.map(|fate| fate.name().to_owned()),
-        };
-        Self::new(OrderEvent::TOPIC, OrderEvent::SCHEMA, &event)
-    }
-}
-
-fn message(event: &Event) -> io::Result<Message> {
-    match event {
-        Event::Drone(node, report) => {
-            let report = message_of(*node, report);
-            Message::new(DroneReport::topic(node.0), DroneReport::SCHEMA, &report)
-        }
-        Event::Base(base) => {
-            let report = BaseReport {
-                link: crate::words::link(base.link).to_owned(),
-                recalled: base.recalled,
-                refused: base.refused,
-            };
-            Message::new(BaseReport::TOPIC, BaseReport::SCHEMA, &report)
-        }
-        Event::Limits(facts) => {
-            let limits = Limits {
-                base: facts.node.0,
-                launch_limit_dbm: facts.launch_limit.0,
-                retreat_limit_dbm: facts.retreat_limit.0,
-            };
-            Message::new(Limits::TOPIC, Limits::SCHEMA, &limits)
-        }
-        Event::Map(plan) => Message::new(Plan::TOPIC, Plan::SCHEMA, plan),
-        Event::Console(text) => Message::line(Line::CONSOLE, text),
-        Event::Notice(text) => Message::line(Line::NOTICE, text),
-        Event::Ordered(order) => Message::order("ordered", Some(*order), None),
-        Event::Fate(order, fate) => Message::order("answered", Some(*order), Some(*fate)),
-        Event::Stop => Message::order("stop", None, None),
-        Event::GaveUp => Message::order("gave-up", None, None),
-        Event::Mark(node, metres) => Message::line(
-            Line::NOTICE,
-            &format!("Range survey: node {node} is {metres} m from the base."),
-        ),
-        Event::Survey(node, samples) => {
-            let text = format!("Range survey with node {node}: {} samples.", samples.len());
-            Message::line(Line::NOTICE, &text)
-        }
-    }
-}
-
-/// An order as it is written.
-fn given(order: Order) -> GivenOrder {
-    let (speed, way) = match order {
-        Order::Explore { speed } => (Some(speed), None),
-        Order::Branch { way } => (None, Some(way)),
-        Order::Wait | Order::Hold | Order::Recall | Order::Land | Order::Perch => (None, None),
-    };
-    let way = way.map(|way: Way| way.name().to_owned());
-    GivenOrder { order: order.name().to_owned(), speed, way }
-}
-
 #[cfg(test)]
 mod tests {
     use std::collections::BTreeSet;
@@ -162,9 +81,11 @@ mod tests {
     use ::mcap::MessageStream;
     use ::mcap::read::Options;
     use serde_json::{Value, json};
-    use sim_harness::station_log::PlanLine;
+    use sim_harness::station_log::{Plan, PlanLine};
 
     use super::*;
+    use crate::message::Event;
+    use crate::order::{Fate, Order, Way};
 
     /// The messages that a reader finds in these bytes, whose end may be missing.
     fn read(bytes: &[u8]) -> Vec<(String, u64, Value)> {

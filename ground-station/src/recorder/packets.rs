@@ -5,7 +5,7 @@
 
 use std::io::{self, Write};
 
-use super::{Event, Record, message_of};
+use crate::message::{Event, Record, report_of};
 
 /// The columns, of which `uchain replay` needs the first three and ignores the others.
 const COLUMNS: [&str; 9] = [
@@ -33,7 +33,7 @@ impl<W: Write> Packets<W> {
 
     pub(super) fn write(&mut self, record: &Record) -> io::Result<()> {
         let Event::Drone(node, report) = &record.event else { return Ok(()) };
-        let row = message_of(*node, report);
+        let row = report_of(*node, report);
         let (Some(back), Some(rssi)) = (row.back, row.rssi_dbm) else { return Ok(()) };
         let number = |value: Option<f32>| value.map(|value| value.to_string()).unwrap_or_default();
         self.0.write_record([

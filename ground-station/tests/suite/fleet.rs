@@ -7,7 +7,7 @@ use crate::simulated_chain::SimulatedChain;
 use crate::station_process::{StationProcess, command};
 
 /// Writes the fleet file of a simulated chain, whose drones are named A, B, C and so on.
-fn fleet(test: &str, chain: &SimulatedChain, limits: &str) -> String {
+pub(crate) fn fleet(test: &str, chain: &SimulatedChain, limits: &str) -> String {
     let addresses = chain.addresses();
     let base = addresses.len() - 1;
     let drone = |(number, address): (usize, &String)| {
@@ -23,7 +23,8 @@ fn fleet(test: &str, chain: &SimulatedChain, limits: &str) -> String {
     file.to_str().unwrap().to_owned()
 }
 
-fn check(file: &str) -> (String, Option<i32>) {
+/// Checks the drones of a fleet file. Returns what was printed, and the exit status.
+pub(crate) fn check(file: &str) -> (String, Option<i32>) {
     let output = command().args(["--check", "--fleet", file]).output().unwrap();
     let text = String::from_utf8(output.stdout).unwrap();
     (text, output.status.code())

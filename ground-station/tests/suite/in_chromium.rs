@@ -50,19 +50,6 @@ async fn a_mission_by_keyboard_in_chromium() {
     browser.wait_for(all_answered).await;
 }
 
-#[tokio::test]
-#[ignore = "needs chromium"]
-async fn the_head_hovers_when_chromium_is_killed() {
-    let chain = SimulatedChain::demo();
-    let station = StationProcess::start(&chain.address(), &[]);
-    let mut browser = open("killed", &station).await;
-    browser.press("e").await;
-    browser.wait_for(HEAD_FLIES).await;
-    browser.kill();
-    let hovers = |event: &Event| *event == Event::Ordered(Order::explore(MetresPerSecond(0.0)));
-    chain.wait_for("head that hovers", hovers).await;
-}
-
 /// A gamepad whose shoulder button is held or not, and whose stick is pushed to the end.
 fn gamepad(is_held: bool) -> String {
     format!(

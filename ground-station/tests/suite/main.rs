@@ -4,6 +4,7 @@
 mod access;
 mod browser;
 mod fleet;
+mod foxglove;
 mod in_chromium;
 mod losses;
 mod map;
@@ -13,4 +14,6 @@ mod recording;
 mod severed_line;
 mod simulated_chain;
 mod station_process;
+mod steps;
 mod through_bridge;
+mod virtual_chain;

@@ -87,33 +87,6 @@ async fn the_head_hovers(chain: &SimulatedChain) {
 }
 
 #[tokio::test]
-async fn the_head_hovers_when_the_page_is_closed() {
-    let chain = SimulatedChain::demo();
-    let station = StationProcess::start(&chain.address(), &[]);
-    let mut page = PageClient::open(station.page).await;
-    page.wait_for_chain().await;
-    page.send(EXPLORE).await;
-    page.wait_for_flight().await;
-    drop(page);
-    the_head_hovers(&chain).await;
-}
-
-#[tokio::test]
-async fn the_chain_comes_home_when_the_page_is_closed_after_the_recall() {
-    let chain = SimulatedChain::demo();
-    let station = StationProcess::start(&chain.address(), &[]);
-    let mut page = PageClient::open(station.page).await;
-    page.wait_for_chain().await;
-    page.send(EXPLORE).await;
-    page.wait_for_flight().await;
-    page.send(r#"{"do":"order","order":"recall"}"#).await;
-    page.wait_for("order in the page", |status| status["task"] == "return").await;
-    drop(page);
-    let is_head = |event: &Event| matches!(event, Event::Landed(node) if node.id == NodeId(0));
-    chain.wait_for("head on the ground", is_head).await;
-}
-
-#[tokio::test]
 async fn the_head_hovers_when_the_page_hangs() {
     let chain = SimulatedChain::demo();
     let station = StationProcess::start(&chain.address(), &[]);

@@ -6,11 +6,18 @@ use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
+use sim_harness::bodies::emulated::{Emulated, Firmware};
 use sim_harness::measure::metrics::Reference;
 use sim_harness::measure::trace::Trace;
 use sim_harness::mission::World;
 use sim_harness::scenario::Scenario;
 use sim_harness::serve::{self, Event, Live, Ports};
+use storage::keys;
+use units::{Dbm, NodeId};
+
+/// The limits on the pages of virtual drones.
+pub(crate) const LAUNCH: Dbm = Dbm(-67.5);
+pub(crate) const RETREAT: Dbm = Dbm(-72.5);
 
 /// A served chain; it ends when it is dropped.
 pub(crate) struct SimulatedChain {
@@ -29,8 +36,13 @@ impl SimulatedChain {
 
     /// Serves this scenario on free ports and in real time.
     pub(crate) fn of(scenario: Scenario) -> Self {
+        Self::at_speed(scenario, 1.0)
+    }
+
+    /// Serves this scenario on free ports, with so many simulated seconds per second.
+    pub(crate) fn at_speed(scenario: Scenario, speed: f64) -> Self {
         let ports = Ports::open(Ipv4Addr::LOCALHOST, 0, scenario.drones.members()).unwrap();
-        Self::serve(scenario, ports)
+        Self::serve(scenario, ports, speed, None)
     }
 
     /// Serves it on the first free ports in a row from 24,000 on, as `uchain serve` does from
@@ -40,10 +52,19 @@ impl SimulatedChain {
         let members = scenario.drones.members();
         let row = |first| Ports::open(Ipv4Addr::LOCALHOST, first, members).ok();
         let ports = (24_000..30_000).step_by(members).find_map(row).unwrap();
-        Self::serve(scenario, ports)
+        Self::serve(scenario, ports, 1.0, None)
     }
 
-    fn serve(scenario: Scenario, ports: Ports) -> Self {
+    /// Serves a head, a relay and a base that run the firmware's ELF on emulated Crazyflies, as fast
+    /// as the emulator is, and no faster than real time. Their limits were given to them with their
+    /// keys: [`LAUNCH`] and [`RETREAT`].
+    pub(crate) fn of_virtual_drones(firmware: Firmware) -> Self {
+        let scenario = Scenario::open("short-hop").unwrap();
+        let ports = Ports::open(Ipv4Addr::LOCALHOST, 0, scenario.drones.members()).unwrap();
+        Self::serve(scenario, ports, 1.0, Some(firmware))
+    }
+
+    fn serve(scenario: Scenario, ports: Ports, speed: f64, firmware: Option<Firmware>) -> Self {
         let ending = Arc::new(AtomicBool::new(false));
         let events = Arc::new(Mutex::new(Vec::new()));
         let addresses = ports.addresses().to_vec();
@@ -51,10 +72,25 @@ impl SimulatedChain {
         let thread = thread::spawn(move || {
             let world = World::of(&scenario);
             let reference = Reference::of(&scenario, &world);
-            let live = Live::new(&scenario, &world, &reference, 1, true);
-            let (live, _) = serve::serve(live, ports, 1.0, None, &stop, |_, event| {
+            let live = match firmware {
+                None => Live::new(&scenario, &world, &reference, 1, true),
+                Some(firmware) => {
+                    let node = |n: usize| NodeId(n as u8);
+                    let drone = |n| {
+                        let mut drone = Emulated::new(&scenario, &firmware, node(n), 1);
+                        let after = keys::PAGE_ADDRESS + keys::LENGTH as u32;
+                        let limits = keys::encode_limits(LAUNCH, RETREAT);
+                        drone.machine_mut().memory_mut().program(after, &limits);
+                        drone
+                    };
+                    let drones = (0..scenario.drones.members()).map(drone).collect();
+                    Live::emulated(&scenario, &world, &reference, 1, true, drones)
+                }
+            };
+            let (live, _) = serve::serve(live, ports, speed, None, &stop, |_, event| {
                 journal.lock().unwrap().push(event);
             });
+            assert_eq!(live.mission().halted(), None);
             live.trace().clone()
         });
         Self { ports: addresses, ending, events, thread: Some(thread) }

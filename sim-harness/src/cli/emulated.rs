@@ -21,6 +21,15 @@ use crate::mission::Mission;
 use crate::output::Folder;
 use crate::scenario::Scenario;
 
+/// Whether the base may be virtual.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Base {
+    /// The base is given its orders by a scenario, and is on the host.
+    OnHost,
+    /// The base is given its orders by clients.
+    MayBeVirtual,
+}
+
 /// The virtual drones of a mission.
 pub(super) struct Fleet {
     firmware: Firmware,
@@ -34,18 +43,20 @@ pub(super) struct Fleet {
 }
 
 impl Fleet {
-    /// The virtual drones of a scenario. `port` is the value of `--gdb`.
+    /// The virtual drones of a scenario, whose base may be one of them where clients give its orders.
+    /// `port` is the value of `--gdb`.
     pub(super) fn of(
         args: &VirtualArgs,
         port: Option<&str>,
         prints_log: bool,
         scenario: &Scenario,
+        base: Base,
     ) -> Result<Self, InputError> {
         if let Some(what) = emulated::unfit(scenario) {
             let wrong = format!("the scenario has what the firmware does not fly with: {what}");
             return Err(InputError::new(wrong, "fly it with --fidelity flight"));
         }
-        let nodes = nodes(&args.virtual_drones, scenario)?;
+        let nodes = nodes(&args.virtual_drones, scenario, base)?;
         let gdb = port.map(|text| gdb(text, &nodes)).transpose()?;
         let elf = args.elf.as_deref().unwrap_or(Path::new(Firmware::DEFAULT));
         let firmware = Firmware::open(elf)?;
@@ -100,14 +111,19 @@ fn said(node: NodeId, line: &LogLine) -> String {
     format!("{} {line}", node.0)
 }
 
-/// All drones of the scenario, or those that were named.
-fn nodes(named: &[u8], scenario: &Scenario) -> Result<Vec<NodeId>, InputError> {
-    let last = scenario.drones.relays as u8;
+/// All drones of the scenario that fly, or those that were named.
+fn nodes(named: &[u8], scenario: &Scenario, base: Base) -> Result<Vec<NodeId>, InputError> {
+    let flying = scenario.drones.relays as u8;
+    let (last, name) = match base {
+        Base::OnHost => (flying, "the last relay"),
+        Base::MayBeVirtual => (flying + 1, "the base"),
+    };
     if let Some(wrong) = named.iter().find(|node| **node > last) {
         let wrong = format!("--virtual-drones {wrong}: there is no such drone");
-        return Err(InputError::new(wrong, format!("give numbers from 0, the head, to {last}")));
+        let remedy = format!("give numbers from 0, the head, to {last}, {name}");
+        return Err(InputError::new(wrong, remedy));
     }
-    let all: Vec<u8> = (0..=last).collect();
+    let all: Vec<u8> = (0..=flying).collect();
     let chosen = if named.is_empty() { &all } else { named };
     Ok(chosen.iter().copied().map(NodeId).collect())
 }

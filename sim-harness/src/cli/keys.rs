@@ -7,7 +7,7 @@ use chain::policy::{NAMES, Policy};
 use clap::builder::PossibleValuesParser;
 use clap::{Args, Subcommand, ValueEnum};
 use serde_json::{Value, json};
-use units::{NodeId, Role};
+use units::{Dbm, NodeId, Role};
 
 use super::{Trouble, Verdict, put};
 use crate::keys::{self, Fleet, FleetEntry, Provisioned, Request, role_name};
@@ -60,6 +60,15 @@ struct ProvisionArgs {
     /// that it has
     #[arg(long, value_parser = PossibleValuesParser::new(NAMES), value_name = "NAME")]
     policy: Option<String>,
+    /// The limits that the drone is to fly with from now on, in dBm; where left out, it keeps those
+    /// that it has. All drones of a chain need the same
+    #[arg(
+        long,
+        allow_hyphen_values = true,
+        value_name = "LAUNCH,RETREAT",
+        value_parser = limits
+    )]
+    limits: Option<[Dbm; 2]>,
     /// The file to write the page to
     #[arg(long, value_name = "FILE.bin")]
     out: PathBuf,
@@ -157,9 +166,18 @@ fn provision(args: &ProvisionArgs) -> Result<Verdict, Trouble> {
         role: args.role.map(Role::from),
         may_fly: args.allow_cfclient,
         policy: args.policy.as_deref().and_then(Policy::named),
+        limits: args.limits,
     };
     let made = keys::provision(&args.file, &request, &args.out)?;
     args.print.print(&provisioned_text(&made), &provisioned_json(&made))
+}
+
+/// Reads two limits with a comma between them.
+fn limits(text: &str) -> Result<[Dbm; 2], String> {
+    let limit = |text: &str| text.trim().parse().ok().map(Dbm);
+    let pair =
+        text.split_once(',').and_then(|(launch, retreat)| Some([limit(launch)?, limit(retreat)?]));
+    pair.ok_or_else(|| "give two numbers with a comma between them, such as -67,-72".to_owned())
 }
 
 fn provisioned_text(made: &Provisioned) -> String {

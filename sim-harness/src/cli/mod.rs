@@ -135,7 +135,7 @@ struct VirtualArgs {
     /// The firmware's ELF file, for virtual drones; where left out, the one that `cargo fw` builds
     #[arg(long, value_name = "FILE")]
     elf: Option<PathBuf>,
-    /// Numbers of the virtual drones, separated by commas; where left out, all are. 0 is the head
+    /// Numbers of the virtual drones, separated by commas; where left out, all that fly. 0 is the head
     #[arg(long, allow_negative_numbers = true, value_name = "N", value_delimiter = ',')]
     virtual_drones: Vec<u8>,
 }

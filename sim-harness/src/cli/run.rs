@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use agent::State;
 use clap::Args;
 
-use super::emulated::{Aftermath, Fleet};
+use super::emulated::{Aftermath, Base, Fleet};
 use super::progress::Progress;
 use super::{
     Common, FidelityArg, LinkArg, Trouble, Verdict, VirtualArgs, adapted, builtin_scenarios,
@@ -133,7 +133,7 @@ impl RunArgs {
     fn fleet(&self, scenario: &Scenario) -> Result<Option<Fleet>, InputError> {
         if scenario.fidelity == Fidelity::Virtual {
             let gdb = self.gdb.as_deref();
-            return Fleet::of(&self.emulated, gdb, self.log, scenario).map(Some);
+            return Fleet::of(&self.emulated, gdb, self.log, scenario, Base::OnHost).map(Some);
         }
         if self.emulated.are_given() || self.gdb.is_some() || self.log {
             let wrong = "--elf, --gdb, --log and --virtual-drones are for virtual drones";

@@ -8,7 +8,7 @@ use clap::Args;
 use serde_json::{Value, json};
 use units::{Duration, Instant};
 
-use super::emulated::{Aftermath, Fleet, stock};
+use super::emulated::{Aftermath, Base, Fleet, stock};
 use super::run::metrics_json;
 use super::{
     Common, FidelityArg, Trouble, Verdict, VirtualArgs, builtin_scenarios, complain, interrupt,
@@ -56,7 +56,7 @@ impl ServeArgs {
     /// The virtual drones that are served, if any are.
     fn fleet(&self, scenario: &Scenario) -> Result<Option<Fleet>, InputError> {
         if scenario.fidelity == Fidelity::Virtual {
-            return Fleet::of(&self.emulated, None, false, scenario).map(Some);
+            return Fleet::of(&self.emulated, None, false, scenario, Base::MayBeVirtual).map(Some);
         }
         if self.emulated.are_given() {
             let wrong = "--elf and --virtual-drones are for virtual drones";

@@ -38,7 +38,7 @@ use storage::keys::{self, KeysRecord, Secret};
 use toml::{Spanned, Value};
 use units::{NODES, NodeId, Role};
 
-use super::Request;
+use super::{Request, limits};
 use crate::input_error::InputError;
 use crate::suggest;
 
@@ -127,10 +127,11 @@ impl Fleet {
         &mut self,
         request: &Request,
     ) -> Result<(FleetEntry, Vec<u8>), InputError> {
-        let Request { node, role, may_fly, policy } = *request;
+        let Request { node, role, may_fly, policy, limits: given } = *request;
         let role = role.unwrap_or(Role::usual_of(node));
         let policy = policy.or_else(|| self.drones.get(&node.0)?.policy);
         self.check_place(node, role, may_fly)?;
+        given.map_or(Ok(()), limits::check)?;
         let issue = self.issued.map_or(Some(Issue::FIRST), Issue::next).ok_or_else(|| {
             InputError::new(
                 format!("all {} issues of this fleet have been given out", Issue::LAST),
@@ -141,7 +142,9 @@ impl Fleet {
         let record = self.record(node, &drone).encode(0);
         let record = record.map_err(|error| InputError::new(error.to_string(), REPORT))?;
         let policy = policy.map(|policy| keys::encode_policy(policy.code));
-        let page = record.into_iter().chain(policy.into_iter().flatten()).collect();
+        let limits = given.map(|[launch, retreat]| keys::encode_limits(launch, retreat));
+        let after = policy.into_iter().flatten().chain(limits.into_iter().flatten());
+        let page = record.into_iter().chain(after).collect();
         self.issued = Some(issue);
         self.drones.insert(node.0, drone);
         Ok((drone, page))

@@ -13,13 +13,14 @@
 
 mod disk;
 mod fleet;
+mod limits;
 
 use std::path::{Path, PathBuf};
 
 use chain::policy::Policy;
 use storage::epoch::Issue;
 use storage::keys::PAGE_ADDRESS;
-use units::{NodeId, Role};
+use units::{Dbm, NodeId, Role};
 
 use self::disk::{Disk, Draft, Lock, Real};
 pub(crate) use self::fleet::role_name;
@@ -39,6 +40,9 @@ pub struct Request {
     /// The movement policy that the drone uses from now on; `None` leaves the drone's policy as it
     /// is.
     pub policy: Option<&'static Policy>,
+    /// The launch limit and the retreat limit that the drone uses from now on; `None` leaves the
+    /// drone's limits as they are.
+    pub limits: Option<[Dbm; 2]>,
 }
 
 /// A page that was made.

@@ -8,7 +8,9 @@ use std::io;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use storage::Record;
-use storage::keys::KeysRecord;
+use storage::keys::{KeysRecord, Page};
+use storage::ledger::Ledger;
+use storage::settings::Limits;
 
 use super::disk::read_private;
 use super::*;
@@ -26,7 +28,7 @@ fn page_path() -> PathBuf {
 }
 
 fn relay(node: u8) -> Request {
-    Request { node: NodeId(node), role: None, may_fly: false, policy: None }
+    Request { node: NodeId(node), role: None, may_fly: false, policy: None, limits: None }
 }
 
 /// A disk that can be stopped after any step: what it does not know to be kept may be lost then,
@@ -221,7 +223,13 @@ fn what_is_refused_costs_no_issue() {
     let (fleet, mut paper) = before();
     paper.contents.push((b"somebody's".to_vec(), 10));
     paper.names.insert(page_path(), 1);
-    let base = |node, may_fly| Request { node: NodeId(node), role: None, may_fly, policy: None };
+    let base = |node, may_fly| Request {
+        node: NodeId(node),
+        role: None,
+        may_fly,
+        policy: None,
+        limits: None,
+    };
     let two_heads = Request { role: Some(Role::Head), ..relay(4) };
     for (request, out, why) in [
         (relay(1), page_path(), "never overwritten"),
@@ -341,7 +349,15 @@ fn refused_when_cut_off(fleet: &Fleet, end: usize) {
 #[test]
 fn no_place_is_one_where_a_file_may_be_cut_off() {
     let (mut fleet, _) = before();
-    fleet.give_out(&Request { node: NodeId(15), role: None, may_fly: true, policy: None }).unwrap();
+    fleet
+        .give_out(&Request {
+            node: NodeId(15),
+            role: None,
+            may_fly: true,
+            policy: None,
+            limits: None,
+        })
+        .unwrap();
     for end in 0..fleet.text().trim_end().len() {
         refused_when_cut_off(&fleet, end);
     }
@@ -418,7 +434,7 @@ fn a_drone_keeps_the_policy_that_it_was_given() {
     let code = t5.map(|policy| policy.code);
     for (policy, on_page) in [(None, None), (t5, code), (None, code)] {
         let (drone, page) = fleet.give_out(&Request { policy, ..relay(3) }).unwrap();
-        let storage::keys::Page::New { keys, policy } =
+        let storage::keys::Page::New { keys, policy, .. } =
             KeysRecord::on_page(&page, None, &storage::ledger::Ledger::EMPTY)
         else {
             panic!("{page:x?}");
@@ -430,6 +446,37 @@ fn a_drone_keeps_the_policy_that_it_was_given() {
     let text = fleet.text().replace("\"t5\"", "\"t6\"");
     let complaint = Fleet::parse(&fleet_path(), &text).unwrap_err().to_string();
     assert!(complaint.contains("there is no policy \"t6\"; give one of t0, t5"), "{complaint}");
+}
+
+#[test]
+fn limits_go_onto_the_page_where_they_fit_each_other() {
+    let mut fleet = Fleet::new(SECRET, 1);
+    let policy = Policy::named("t5");
+    for (policy, limits) in
+        [(None, None), (policy, Some([-67.5, -72.0])), (None, Some([-60.0, -65.0]))]
+    {
+        let limits = limits.map(|limits| limits.map(Dbm));
+        let (_, page) = fleet.give_out(&Request { policy, limits, ..relay(3) }).unwrap();
+        let Page::New { limits: found, .. } = KeysRecord::on_page(&page, None, &Ledger::EMPTY)
+        else {
+            panic!("{page:x?}");
+        };
+        let wanted =
+            limits.map(|[launch, retreat]| Limits { launch: Some(launch), retreat: Some(retreat) });
+        assert_eq!(found, wanted);
+    }
+    let before = fleet.issued();
+    for (limits, why) in [
+        ([-97.0, -98.0], "out of range"),
+        ([f32::NAN, -72.0], "out of range"),
+        ([-72.0, -72.0], "do not fit"),
+        ([-72.0, -67.0], "do not fit"),
+    ] {
+        let request = Request { limits: Some(limits.map(Dbm)), ..relay(3) };
+        let complaint = fleet.give_out(&request).unwrap_err().to_string();
+        assert!(complaint.contains(why), "{limits:?}: {complaint}");
+    }
+    assert_eq!(fleet.issued(), before, "a refused request costs no issue");
 }
 
 #[test]

@@ -37,9 +37,17 @@ impl Mission<'_> {
     /// The operator's order at this time.
     #[must_use]
     pub fn task(&self) -> Order {
-        let of_clients = || self.members.last()?.onboard.hosted()?.drone().operator().order();
         let order = operators_order(self.scenario, self.source, self.now_us);
-        order.or_else(of_clients).unwrap_or(Order::Wait)
+        order.or_else(|| self.clients_order()).unwrap_or(Order::Wait)
+    }
+
+    /// The order that the base has of its clients; `None` before the first.
+    #[must_use]
+    pub fn clients_order(&self) -> Option<Order> {
+        match &self.members.last()?.onboard {
+            Onboard::Hosted(base) => base.drone().operator().order(),
+            Onboard::Emulated(base) => base.order(),
+        }
     }
 
     /// Gives the base the operator's present order.

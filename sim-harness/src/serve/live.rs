@@ -216,7 +216,6 @@ impl World for Live<'_> {
     }
 
     fn ordered(&self) -> Option<Order> {
-        let base = self.mission.view(self.mission.count().checked_sub(1)?)?;
-        base.operator?.order()
+        self.mission.clients_order()
     }
 }

@@ -41,6 +41,7 @@ fn answered(version: &[u8], radio: Radio) -> RadioChip {
 fn a_chip_that_confirms_everything_has_no_fault_and_is_left_alone() {
     let mut chip = answered(NEW, RADIO);
     assert_eq!((chip.fault(), chip.answers()), (None, true));
+    assert_eq!(chip.release(), Release::parse(NEW));
     for ms in (10..60_000).step_by(10) {
         chip.take(at(ms), &Incoming::Rssi(None));
         let packet = Incoming::Raw(&[0xFF]);

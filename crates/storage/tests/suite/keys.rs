@@ -3,10 +3,11 @@
 use crate::common::{crc32, keys, seeded};
 use proptest::prelude::*;
 use storage::epoch::Issue;
-use storage::keys::{KeysRecord, LENGTH, PAGE_ADDRESS, Page, Secret, encode_policy};
+use storage::keys::{KeysRecord, LENGTH, PAGE_ADDRESS, Page, Secret, encode_limits, encode_policy};
 use storage::ledger::Ledger;
+use storage::settings::Limits;
 use storage::{Error, Record, Slots};
-use units::{NodeId, PolicyCode, Role};
+use units::{Dbm, NodeId, PolicyCode, Role};
 
 const fn counting(from: u8) -> Secret {
     let mut bytes = [0; 16];
@@ -98,11 +99,11 @@ fn a_page_is_taken_over_wiped_or_left() {
     let page = |keys: KeysRecord| keys.encode(0).unwrap();
     let newer = KeysRecord { issue: Issue::new(10).unwrap(), ..GOLDEN };
     let on_page = |page: &[u8]| KeysRecord::on_page(page, Some(&GOLDEN), &Ledger::EMPTY);
-    assert_eq!(on_page(&page(newer)), Page::New { keys: newer, policy: None });
+    assert_eq!(on_page(&page(newer)), Page::New { keys: newer, policy: None, limits: None });
     assert_eq!(on_page(&page(GOLDEN)), Page::Old);
     assert_eq!(
         KeysRecord::on_page(&page(GOLDEN), None, &Ledger::EMPTY),
-        Page::New { keys: GOLDEN, policy: None }
+        Page::New { keys: GOLDEN, policy: None, limits: None }
     );
     let other = KeysRecord { fleet: !GOLDEN.fleet, ..GOLDEN };
     let ledger = Ledger::EMPTY.with(&GOLDEN).with(&other);
@@ -130,7 +131,7 @@ fn a_policy_may_follow_the_keys_on_the_page() {
     let on_page = |after: &[u8]| {
         KeysRecord::on_page(&[&GOLDEN_BYTES[..], after].concat(), None, &Ledger::EMPTY)
     };
-    let new = |policy| Page::New { keys: GOLDEN, policy };
+    let new = |policy| Page::New { keys: GOLDEN, policy, limits: None };
     assert_eq!(on_page(&bytes), new(Some(policy)));
     for none in [&[][..], &[0xFF; 8], &bytes[..7]] {
         assert_eq!(on_page(none), new(None));
@@ -139,6 +140,33 @@ fn a_policy_may_follow_the_keys_on_the_page() {
         let mut bytes = bytes;
         bytes[at] ^= 1;
         assert_eq!(on_page(&bytes), new(None), "byte {at}");
+    }
+}
+
+#[test]
+fn limits_may_follow_the_keys_on_the_page_with_a_policy_or_without() {
+    let policy = PolicyCode::new(2).unwrap();
+    let (launch, retreat) = (Dbm(-67.5), Dbm(-72.0));
+    let bytes = encode_limits(launch, retreat);
+    // The floats and the CRC by Python's `struct.pack` and `zlib.crc32`.
+    let golden = [b'U', b'L', 1, 0, 0, 0, 0x87, 0xC2, 0, 0, 0x90, 0xC2, 0x38, 0xBD, 0xD6, 0x78];
+    assert_eq!(bytes, golden);
+    let on_page = |after: &[&[u8]]| {
+        let page = [&GOLDEN_BYTES[..], &after.concat(), &[0xFF; 24]].concat();
+        KeysRecord::on_page(&page, None, &Ledger::EMPTY)
+    };
+    let both = Some(Limits { launch: Some(launch), retreat: Some(retreat) });
+    let new = |policy, limits| Page::New { keys: GOLDEN, policy, limits };
+    assert_eq!(on_page(&[&bytes]), new(None, both));
+    assert_eq!(on_page(&[&encode_policy(policy), &bytes]), new(Some(policy), both));
+    for at in 0..bytes.len() {
+        let mut bytes = bytes;
+        bytes[at] ^= 1;
+        assert_eq!(on_page(&[&bytes]), new(None, None), "byte {at}");
+    }
+    for (launch, retreat) in [(-97.0, -72.0), (-67.0, -19.0), (f32::NAN, -72.0), (0.0, -72.0)] {
+        let refused = encode_limits(Dbm(launch), Dbm(retreat));
+        assert_eq!(on_page(&[&refused]), new(None, None), "{launch} {retreat}");
     }
 }
 

@@ -5,7 +5,7 @@ use std::fmt;
 
 use agent::{Exploration, Outputs};
 use onboard::Fix;
-use units::{Dbm, Metres, NodeId};
+use units::{Dbm, Metres, NodeId, Order};
 use wire::p2p::Counter;
 
 use crate::bodies::craft::{Craft, Surroundings};
@@ -67,6 +67,10 @@ impl Emulated {
     }
 
     pub(crate) fn outputs(&self) -> Option<Outputs> {
+        match self.0 {}
+    }
+
+    pub(crate) fn order(&self) -> Option<Order> {
         match self.0 {}
     }
 

@@ -29,7 +29,7 @@ use std::sync::Arc;
 use agent::{Exploration, Outputs};
 use flight::Status;
 use onboard::{Fix, mounting};
-use units::{Dbm, Metres, NodeId};
+use units::{Dbm, Metres, NodeId, Order, Role};
 use virtual_crazyflie::board::{Config, Crazyflie};
 use virtual_crazyflie::gdb::Debugger;
 use virtual_crazyflie::log::{LogLine, Messages};
@@ -136,7 +136,10 @@ impl Emulated {
         seed: u64,
         config: MachineConfig,
     ) -> Self {
-        Self::with_board(scenario, firmware, node, seed, config, Config::default())
+        // A base has no decks.
+        let flies = scenario.drones.role(node.0.into()) != Role::Base;
+        let board = Config { flow_deck: flies, multi_ranger: flies, ..Config::default() };
+        Self::with_board(scenario, firmware, node, seed, config, board)
     }
 
     /// Makes a drone as [`on`](Self::on) does, with another board; its EEPROM is the provisioned
@@ -346,6 +349,11 @@ impl Emulated {
     /// The outputs of its agent's last step.
     pub(crate) fn outputs(&self) -> Option<Outputs> {
         Some(self.firmware.round(self.core.machine().memory())?.1.outputs)
+    }
+
+    /// The operator's order, as its agent had it in its last round.
+    pub(crate) fn order(&self) -> Option<Order> {
+        self.firmware.round(self.core.machine().memory())?.1.inputs.order
     }
 
     /// Moves its body by a millisecond: reads the motors' duties, and gives the sensors new values.

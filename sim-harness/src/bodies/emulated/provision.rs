@@ -26,18 +26,20 @@ pub(super) struct Provisions {
 pub(super) fn provision(scenario: &Scenario, node: NodeId, seed: u64) -> Provisions {
     const GENERATION: u8 = 1;
     let secret = FleetSecret::from_bytes(Stream::new(seed, Purpose::Keys).bytes());
-    let role = if node == NodeId(0) { Role::Head } else { Role::Relay };
+    let role = scenario.drones.role(node.0.into());
+    let base_key = secret.base(GENERATION);
+    let own = if role == Role::Base { base_key } else { node_key(&base_key, node) };
     let keys = KeysRecord {
         fleet: 1,
         generation: GENERATION,
         issue: Issue::new(1 + node.0).expect("a chain has fewer members than a fleet has issues"),
         node,
         role,
-        may_fly: false,
+        may_fly: role == Role::Base,
         group: Secret::new(*secret.group(GENERATION).expose()),
-        own: Secret::new(*node_key(&secret.base(GENERATION), node).expose()),
+        own: Secret::new(*own.expose()),
     };
-    let page = keys.encode(0).expect("a relay's or a head's record contradicts itself in nothing");
+    let page = keys.encode(0).expect("only a base's record lets clients fly the head");
     let record = settings(scenario, node, role).encode(1);
     let record = record.expect("the scenario was looked at before");
     let mut eeprom = vec![0xFF; usize::from(Settings::address(Slot::A))];

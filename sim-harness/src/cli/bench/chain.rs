@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use serde_json::Value;
 
-use super::super::emulated::Fleet;
+use super::super::emulated::{Base, Fleet};
 use super::super::progress::Progress;
 use super::super::{FidelityArg, Trouble, VirtualArgs, runs};
 use super::BenchArgs;
@@ -40,7 +40,7 @@ pub(super) fn bench(args: &BenchArgs) -> Result<(String, Value), Trouble> {
     let step = || progress.step();
     let make = |scenario: &Scenario, seed| {
         let drones = VirtualArgs { elf: Some(args.elf.clone()), virtual_drones: Vec::new() };
-        Fleet::of(&drones, None, false, scenario)?.drones(scenario, seed)
+        Fleet::of(&drones, None, false, scenario, Base::OnHost)?.drones(scenario, seed)
     };
     let make: Option<&MakeDrones<'_>> = (fidelity == Fidelity::Virtual).then_some(&make);
     let rows = if args.ablation { run_ablation(&choice, step)? } else { run(&choice, make, step)? };

@@ -17,6 +17,12 @@ fn missing(what: &str) -> InputError {
     InputError::new(wrong, "use `cargo sim-virtual` in place of `cargo sim`")
 }
 
+/// Whether the base may be virtual.
+pub(super) enum Base {
+    OnHost,
+    MayBeVirtual,
+}
+
 /// The virtual drones of a mission.
 pub(super) struct Fleet(Infallible);
 
@@ -26,6 +32,7 @@ impl Fleet {
         _: Option<&str>,
         _: bool,
         _: &Scenario,
+        _: Base,
     ) -> Result<Self, InputError> {
         Err(missing("the fidelity \"virtual\""))
     }
