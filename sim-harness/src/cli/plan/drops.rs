@@ -60,6 +60,10 @@ pub(super) fn run(args: &DropsArgs) -> Result<Verdict, Trouble> {
         let remedy = format!("give a number from 1 to {MOST_DROPS}");
         return Err(InputError::new(wrong, remedy).into());
     }
+    if let Some(noise) = args.noise_dbm.filter(|noise| !(-150.0..=0.0).contains(noise)) {
+        let wrong = format!("--noise-dbm {noise} is out of range");
+        return Err(InputError::new(wrong, "give a level from -150 to 0 dBm").into());
+    }
     let world = open(&args.map, args.base)?;
     let stand = standing(args, &world)?;
     let points: Vec<_> = stand.iter().map(|cell| world.map.frame().centre(*cell)).collect();
@@ -87,7 +91,7 @@ pub(super) fn run(args: &DropsArgs) -> Result<Verdict, Trouble> {
         put_picture(folder, "drops", &picture)?;
         folder.put_json("drops.json", &value)?;
     }
-    args.common.finish(folder, &table(&world, &drops, received.as_ref()), &value)?;
+    args.common.finish(folder, &table(args, &world, &drops, received.as_ref()), &value)?;
     Ok(Verdict::Good)
 }
 
@@ -143,10 +147,11 @@ fn hundredths(number: f64) -> f64 {
     (100.0 * number).round() / 100.0
 }
 
-fn table(world: &World, drops: &Drops, received: Option<&Received>) -> String {
+fn table(args: &DropsArgs, world: &World, drops: &Drops, received: Option<&Received>) -> String {
+    let whose = if args.relay.is_empty() { "the base's" } else { "the network's" };
     let area = |cells| drops.square_metres(cells);
     let mut text = format!(
-        "{}: {} relays cover {:.1} m² more than the base's {:.1} m², of {:.1} m²",
+        "{}: {} relays cover {:.1} m² more than {whose} {:.1} m², of {:.1} m²",
         world.name,
         drops.places.len(),
         area(drops.gain_cells()),

@@ -37,7 +37,10 @@ impl Received {
             let remedy = "give a CSV file, saved as UTF-8";
             InputError::new(format!("cannot be read: {why}"), remedy).in_file(file)
         })?;
-        let mut table = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
+        let mut table = csv::ReaderBuilder::new()
+            .trim(csv::Trim::All)
+            .flexible(true)
+            .from_reader(text.as_bytes());
         let columns = Columns::of(table.headers().map_err(|why| no_table(file, &why))?, noise_dbm)
             .map_err(|error| error.in_file(file))?;
         let mut received = Self {
