@@ -70,7 +70,6 @@ impl Received {
     }
 
     /// What the strength of a reference is over the curve's, at any point.
-    #[must_use]
     pub fn corrections(&self, reference: usize) -> impl Fn(Point2) -> Correction + '_ {
         let fit = self.readings.get(reference).map(Readings::fit);
         move |at| fit.as_ref().map_or(Correction::NONE, |fit| fit.at(at))
