@@ -17,11 +17,16 @@ pub struct PerchConfig {
     /// nothing moves there, so that less is kept in reserve. Our own number; with the authors' limit
     /// it leaves 10 dB above the sensitivity of the nRF51 at 2 Mbit/s.
     pub concession: Db,
+    /// By so much more than it has to be at its landing is a link to be where a drone looks for a spot:
+    /// neither the filter of a link nor its neighbour stands still meanwhile. Our own number, three
+    /// times the deviation of a filtered strength in the simulator.
+    pub reserve: Db,
 }
 
 impl PerchConfig {
     /// The constants.
-    pub const DEFAULT: Self = Self { ground_loss: Db(10.0), concession: Db(10.0) };
+    pub const DEFAULT: Self =
+        Self { ground_loss: Db(10.0), concession: Db(10.0), reserve: Db(2.0) };
 
     /// What a drone in `own` phase adds to the strength of a packet from a drone in `other` phase,
     /// for the strength that it would have if both were in the air.
@@ -31,13 +36,14 @@ impl PerchConfig {
         ends.fold(Db(0.0), |lift, _| lift + self.ground_loss)
     }
 
-    /// Whether a link of this strength in the air, to a neighbour in `other` phase, stays a link when
-    /// the drones at its ends are on the ground, with this limit of the retreat.
+    /// By how much a link of this strength in the air, to a neighbour in `other` phase, is stronger than
+    /// it has to be to stay a link when the drones at its ends are on the ground, with this limit of the
+    /// retreat.
     #[must_use]
-    pub fn bears(&self, link: Dbm, other: Phase, retreat: Dbm) -> bool {
+    pub fn over(&self, link: Dbm, other: Phase, retreat: Dbm) -> Db {
         let here = link - self.ground_loss;
         let both = if other == Phase::Base { here } else { here - self.ground_loss };
-        both >= retreat - self.concession
+        both - (retreat - self.concession)
     }
 }
 
@@ -54,7 +60,7 @@ mod tests {
     const CONFIG: PerchConfig = PerchConfig::DEFAULT;
 
     fn bears(link: f32, other: Phase) -> bool {
-        CONFIG.bears(Dbm(link), other, Dbm(-65.0))
+        CONFIG.over(Dbm(link), other, Dbm(-65.0)) >= Db(0.0)
     }
 
     #[test]

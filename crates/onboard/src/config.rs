@@ -45,6 +45,7 @@ impl Config {
         if let Some(plan) = &settings.swarm {
             self.agent.swarm = with_plan(self.agent.swarm, plan);
         }
+        self.agent.flight.keeps_way_home &= !settings.fetched;
         let Limits { launch, retreat } = settings.limits;
         let limited = self.agent.with_limits(launch, retreat);
         match limited.check() {
@@ -78,5 +79,19 @@ pub enum Unusable {
 impl Default for Config {
     fn default() -> Self {
         Self::DEFAULT
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn drones_that_are_fetched_keep_no_charge_for_the_way_home() {
+        for fetched in [false, true] {
+            let settings = Settings { fetched, ..Settings::DEFAULT };
+            let config = Config::DEFAULT.with_settings(&settings, |_| {});
+            assert_eq!(config.agent.flight.keeps_way_home, !fetched);
+        }
     }
 }

@@ -9,7 +9,8 @@
 //! Challenge (JPL 2020, its equations as the book's chapter on drops gives them); [`Rule::Ours`]
 //! adds what that rule lacks: the place has a link to the network whenever a place with one exists.
 //! A [`Plan`] chooses several places together, each linked to those before it. [`Readings`] of the
-//! strength of a relay are fitted to become a correction of the curve, with its variance. An
+//! strength of a relay are fitted to become a correction of the curve, with its variance; a [`Belief`]
+//! holds what they leave in doubt, and chooses the place of the largest expected coverage. An
 //! [`Errand`] is the way of a robot that gathers them in a motion [`Pattern`] and then drops its relay.
 //!
 //! ```
@@ -35,6 +36,7 @@
 //! ```
 #![no_std]
 
+mod belief;
 mod curve;
 mod errand;
 mod ground;
@@ -46,6 +48,7 @@ mod rule;
 mod score;
 mod signal;
 
+pub use belief::{Belief, Expected};
 pub use curve::Curve;
 pub use errand::{Act, Errand, ErrandConfig};
 pub use ground::{Ground, GroundError};

@@ -1,6 +1,8 @@
 //! The signal-to-noise ratio that the relays on the ground give to each cell.
 
-use grid_map::Cell;
+use core::ops::ControlFlow;
+
+use grid_map::{Cell, PathError, Planner, STRAIGHT_COST};
 use units::{Db, Metres, Point2};
 
 use crate::curve::Curve;
@@ -59,6 +61,29 @@ impl<const CELLS: usize> Network<CELLS> {
                 *slot = slot.max(ratio);
             }
         }
+    }
+
+    /// Adds a relay or the base in a cell, by the way through the cave in place of the straight line:
+    /// rock lets nothing through.
+    ///
+    /// # Errors
+    /// [`PathError`] where the search has no room; the nearest cells have been added.
+    pub fn add_by_way<const MARKS: usize, const POOL: usize>(
+        &mut self,
+        ground: &Ground<CELLS>,
+        planner: &mut Planner<MARKS, POOL>,
+        at: Cell,
+    ) -> Result<(), PathError> {
+        let frame = ground.frame();
+        let free = |cell| ground.is_reached(cell).then_some(1);
+        planner.search(frame, at, free, |visit| {
+            let way = visit.cost as f32 / STRAIGHT_COST as f32 * frame.resolution().0;
+            let ratio = self.curve.at(Metres(way)).0;
+            if let Some(slot) = self.ratios.get_mut(index(frame, visit.cell)) {
+                *slot = slot.max(ratio);
+            }
+            ControlFlow::Continue(())
+        })
     }
 
     /// The curve by which the ratios are computed.

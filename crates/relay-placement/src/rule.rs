@@ -30,14 +30,24 @@ pub enum Rule {
     /// The linked place that covers most, beside a wall and with the free width left where that
     /// costs no more than a fifth of the coverage.
     Ours,
+    /// The same, where coverage goes through the cave as in [`Rule::PaperGeodesic`]; for a network
+    /// whose relays were added by [`Network::add_by_way`], so that links do as well.
+    OursGeodesic,
     /// Of all drop cells with a link, with the margin where one has it, the one that covers most.
     Best,
 }
 
 impl Rule {
     /// All rules.
-    pub const ALL: [Self; 6] =
-        [Self::Paper, Self::PaperGeodesic, Self::Random, Self::NearWall, Self::Ours, Self::Best];
+    pub const ALL: [Self; 7] = [
+        Self::Paper,
+        Self::PaperGeodesic,
+        Self::Random,
+        Self::NearWall,
+        Self::Ours,
+        Self::OursGeodesic,
+        Self::Best,
+    ];
 
     /// The name in files and on the command line.
     #[must_use]
@@ -48,14 +58,15 @@ impl Rule {
             Self::Random => "random",
             Self::NearWall => "near-wall",
             Self::Ours => "ours",
+            Self::OursGeodesic => "ours-geodesic",
             Self::Best => "best",
         }
     }
 
     /// Chooses the next place near `goal`; `seed` is used by the rules that choose at random.
-    /// `None` where no drop cell is left, and for [`Rule::Ours`] and [`Rule::Best`] also where none
-    /// has a link. The rules of the paper and of chance may choose a place without a link.
-    /// `planner` finds the ways of [`Rule::PaperGeodesic`].
+    /// `None` where no drop cell is left, and for our rules and [`Rule::Best`] also where none has a
+    /// link. The rules of the paper and of chance may choose a place without a link.
+    /// `planner` finds the ways of the rules that go by them.
     #[must_use]
     pub fn choose<const CELLS: usize, const MARKS: usize, const POOL: usize>(
         self,
@@ -75,6 +86,7 @@ impl Rule {
             Self::Random => question.random(seed, |_| true),
             Self::NearWall => question.random(seed, |cell| question.is_beside_wall(cell)),
             Self::Ours => question.ours(),
+            Self::OursGeodesic => return question.ours_geodesic(planner),
             Self::Best => question.best(),
         }?;
         Some(Place::new(ground, cell, question.gain(cell), network.ratio(cell)))
@@ -119,6 +131,21 @@ impl<const CELLS: usize> Question<'_, CELLS> {
         shortlist.pick().map(|(cell, _)| cell)
     }
 
+    /// The same by the way through the cave.
+    fn ours_geodesic<const MARKS: usize, const POOL: usize>(
+        &self,
+        planner: &mut Planner<MARKS, POOL>,
+    ) -> Option<Place> {
+        let gain = |cell| i16::from(!self.network.covers(cell));
+        let mut shortlist = Shortlist::default();
+        let mut gains = self.by_blocks(planner, &gain);
+        for cell in self.linked() {
+            shortlist.offer(self.ground, self.demand, cell, gains(cell));
+        }
+        let (cell, gain) = shortlist.pick()?;
+        Some(Place::new(self.ground, cell, gain, self.network.ratio(cell)))
+    }
+
     /// The drop cells with a link: those with margin, or where there are none, those without.
     fn linked(&self) -> impl Iterator<Item = Cell> + '_ {
         let covered = self.network.curve().covered;
@@ -154,17 +181,31 @@ impl<const CELLS: usize> Question<'_, CELLS> {
         &self,
         planner: &mut Planner<MARKS, POOL>,
     ) -> Option<Cell> {
+        let value = |cell| self.value(cell);
+        let scores = self.by_blocks(planner, &value);
+        self.of_front(scores)
+    }
+
+    /// The sum of these values over the cells to which a way of the reach of a relay leads from a
+    /// cell; within a square of the side [`BLOCK`] that of the first cell that is asked for.
+    fn by_blocks<const MARKS: usize, const POOL: usize>(
+        &self,
+        planner: &mut Planner<MARKS, POOL>,
+        value: &impl Fn(Cell) -> i16,
+    ) -> impl FnMut(Cell) -> i32 {
         let resolution = self.ground.frame().resolution().0;
         let reach = self.network.curve().knee.0 / resolution * STRAIGHT_COST as f32;
         let block = libm::ceilf(BLOCK.0 / resolution).clamp(1.0, f32::from(u16::MAX)) as u16;
         let mut known = [None; CELLS];
-        self.of_front(|from| {
+        move |from| {
             let corner = Cell::new(from.column - from.column % block, from.row - from.row % block);
             match known.get_mut(index(self.ground.frame(), corner)) {
-                Some(score) => *score.get_or_insert_with(|| self.by_way(planner, from, reach)),
-                None => self.by_way(planner, from, reach),
+                Some(score) => {
+                    *score.get_or_insert_with(|| self.by_way(planner, from, reach, value))
+                }
+                None => self.by_way(planner, from, reach, value),
             }
-        })
+        }
     }
 
     /// The sum of the values of the cells that a way of at most `reach`, in the costs of the
@@ -174,6 +215,7 @@ impl<const CELLS: usize> Question<'_, CELLS> {
         planner: &mut Planner<MARKS, POOL>,
         from: Cell,
         reach: f32,
+        value: &impl Fn(Cell) -> i16,
     ) -> i32 {
         let mut sum = 0;
         let free = |cell| self.ground.is_reached(cell).then_some(1);
@@ -182,7 +224,7 @@ impl<const CELLS: usize> Question<'_, CELLS> {
             if visit.cost as f32 > reach {
                 return ControlFlow::Break(());
             }
-            sum += i32::from(self.value(visit.cell));
+            sum += i32::from(value(visit.cell));
             ControlFlow::Continue(())
         });
         sum

@@ -9,8 +9,8 @@ const MOST_REACH: usize = 255;
 
 /// The sums of the scores along each row, up to and with each cell.
 pub(crate) struct Score<const CELLS: usize> {
-    /// A grid has at most 8192 columns, and a cell at most 2 to either side of 0.
-    sums: [i16; CELLS],
+    /// A grid has at most 8192 columns.
+    sums: [i32; CELLS],
 }
 
 /// The cells within a radius of a cell: how far they extend to each side in each row.
@@ -58,7 +58,7 @@ impl<const CELLS: usize> Score<CELLS> {
         for row in sums.chunks_exact_mut(columns) {
             let mut sum = 0;
             for (slot, score) in row.iter_mut().zip(&mut scores) {
-                sum += score;
+                sum += i32::from(score);
                 *slot = sum;
             }
         }
@@ -78,7 +78,7 @@ impl<const CELLS: usize> Score<CELLS> {
         let rows = self.sums.chunks_exact(columns).skip(usize::from(first));
         let mut total = 0;
         for ((_, west, east), sums) in disc.rows(ground.frame(), at).zip(rows) {
-            let sum = |column: u16| sums.get(usize::from(column)).copied().map_or(0, i32::from);
+            let sum = |column: u16| sums.get(usize::from(column)).copied().unwrap_or(0);
             total += sum(east) - west.checked_sub(1).map_or(0, sum);
         }
         total

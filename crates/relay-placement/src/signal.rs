@@ -14,6 +14,10 @@ use units::{Db, Metres, Point2};
 
 use crate::network::distance;
 
+/// The correlation of the shadowing over so many times its distance of decorrelation counts as none: it is
+/// 0.0003 there.
+const FAR: f32 = 8.0;
+
 /// The spread of what a reading is made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RefineConfig {
@@ -130,13 +134,16 @@ impl<const SPOTS: usize> Readings<SPOTS> {
             noise: self.noise(),
             factor: [[0.0; SPOTS]; SPOTS],
             weights: [0.0; SPOTS],
+            far: None,
         };
         refined.factorise();
+        let offset = self.config.offset.0;
         let mut means = [0.0; SPOTS];
         for (slot, spot) in means.iter_mut().zip(&self.spots) {
             *slot = spot.mean;
         }
         refined.weights = refined.solve(means);
+        refined.far = Some(refined.by([offset * offset; SPOTS]));
         refined
     }
 }
@@ -150,6 +157,8 @@ pub struct Refined<'a, const SPOTS: usize> {
     factor: [[f32; SPOTS]; SPOTS],
     /// The factor's solution for these means.
     weights: [f32; SPOTS],
+    /// The correction where no shadowing is known any more, once it is computed.
+    far: Option<Correction>,
 }
 
 /// How much the strength at a point is over the model's.
@@ -163,17 +172,37 @@ pub struct Correction {
     pub reading_deviation: Db,
 }
 
+impl Correction {
+    /// The correction of a reference of which nothing was read: its spread is that of offset and
+    /// shadowing of [`RefineConfig::DEFAULT`], and with the noise that of a reading.
+    pub const NONE: Self =
+        Self { over: Db(0.0), deviation: Db(7.211_103), reading_deviation: Db(8.774_964) };
+}
+
 impl<const SPOTS: usize> Refined<'_, SPOTS> {
     /// The correction at a point; without readings that of the configuration.
     #[must_use]
     pub fn at(&self, point: Point2) -> Correction {
+        let decorrelation = self.readings.config.decorrelation;
+        let reach = FAR * decorrelation.0;
+        let is_far = |spot: &Spot| distance(spot.at, point).0 > reach;
+        if let Some(far) = self.far.filter(|_| self.readings.spots.iter().all(is_far)) {
+            return far;
+        }
         let mut shared = [0.0; SPOTS];
         for (slot, spot) in shared.iter_mut().zip(&self.readings.spots) {
             *slot = self.readings.covariance(spot.at, point);
         }
+        self.by(shared)
+    }
+
+    /// The correction at a point with these covariances with the places.
+    fn by(&self, shared: [f32; SPOTS]) -> Correction {
         let part = self.solve(shared);
         let known = dot(&part, &part);
-        let variance = (self.readings.covariance(point, point) - known).max(0.0);
+        let RefineConfig { offset, shadowing, .. } = self.readings.config;
+        let unknown = offset.0 * offset.0 + shadowing.0 * shadowing.0;
+        let variance = (unknown - known).max(0.0);
         Correction {
             over: Db(dot(&part, &self.weights)),
             deviation: Db(libm::sqrtf(variance)),

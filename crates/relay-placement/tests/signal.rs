@@ -2,7 +2,9 @@
 
 use grid_map::{Cell, CellState, Frame, GridMap, Planner};
 use proptest::prelude::*;
-use relay_placement::{Curve, Ground, Network, NotFinite, Readings, RefineConfig};
+use relay_placement::{
+    Belief, Correction, Curve, Demand, Ground, Network, NotFinite, Readings, RefineConfig,
+};
 use units::{Db, Metres, Point2};
 
 const ORIGIN: Point2 = Point2::new(0.0, 0.0);
@@ -30,6 +32,9 @@ fn without_readings_the_correction_is_nothing_and_its_spread_that_of_the_configu
     let correction = read(&[]).fit().at(ORIGIN);
     let RefineConfig { offset, shadowing, .. } = RefineConfig::DEFAULT;
     assert_eq!(correction.over, Db(0.0));
+    let none = Correction::NONE;
+    assert!((correction.deviation - none.deviation).0.abs() < 1e-4);
+    assert!((correction.reading_deviation - none.reading_deviation).0.abs() < 1e-4);
     assert!((correction.deviation.0 - offset.0.hypot(shadowing.0)).abs() < 1e-3);
 }
 
@@ -64,6 +69,53 @@ fn a_relay_that_is_weaker_than_its_curve_covers_less() {
     network.add(&ground, ORIGIN);
     assert!(covered(0.0) < network.covered(&ground));
     assert!(covered(1.28) < covered(0.0));
+}
+
+/// A strip of 50 m with the base at its western end.
+fn strip(rows: u16) -> (Ground<1200>, Point2) {
+    let frame = Frame::new(ORIGIN, Metres(0.5), 100, rows).unwrap();
+    let mut map = GridMap::<300>::new(frame).unwrap();
+    for cell in frame.cells() {
+        let is_wall = cell.row == 0 || cell.row + 1 == rows;
+        map.set(cell, if is_wall { CellState::Occupied } else { CellState::Free });
+    }
+    let (mut planner, base) = (Planner::<600, 1200>::new(), Cell::new(0, rows / 2));
+    (Ground::new(&map, &mut planner, base).unwrap(), frame.centre(base))
+}
+
+/// With a strength that is known the relay is put down as far out as there is a link. The less is known,
+/// the nearer it stays; but it is put down also where no place is sure.
+#[test]
+fn the_place_of_the_largest_expected_coverage_is_the_surer_the_less_is_known() {
+    let (ground, base) = strip(10);
+    let demand = Demand { within: Metres(60.0), ..Demand::DEFAULT };
+    let choose = |deviation: f32, over: f32| {
+        let mut belief = Belief::new(&ground, Curve::DEFAULT);
+        let correction =
+            Correction { over: Db(over), deviation: Db(deviation), ..Correction::NONE };
+        belief.add(&ground, base, |_| correction);
+        belief.choose(&ground, base, &demand, Db(6.0)).unwrap()
+    };
+    let [known, read, unread] = [0.0, 2.0, 7.0].map(|deviation| choose(deviation, 0.0));
+    assert!(known.link == 1.0 && (18.0..=20.1).contains(&known.at.x), "{known:?}");
+    assert!(read.at.x < known.at.x && unread.at.x < known.at.x, "{read:?} {unread:?}");
+    assert!(read.link > 0.8 && read.link > unread.link, "{read:?} {unread:?}");
+    assert!(known.gain_cells > read.gain_cells && read.gain_cells > unread.gain_cells);
+    let weak = choose(5.0, -40.0);
+    assert!(weak.link < 0.9 && weak.gain_cells > 0.0, "{weak:?}");
+}
+
+/// A cell is covered with the probability that a normal number is not negative.
+#[test]
+fn a_belief_is_a_probability() {
+    let (ground, base) = strip(10);
+    let mut belief = Belief::new(&ground, Curve::DEFAULT);
+    let at_edge = Cell::new(40, 5);
+    belief.add(&ground, base, |_| Correction { deviation: Db(3.0), ..Correction::NONE });
+    assert!((belief.covers(at_edge) - 0.5).abs() < 0.02, "{}", belief.covers(at_edge));
+    belief.add(&ground, base, |_| Correction { deviation: Db(3.0), ..Correction::NONE });
+    assert!((belief.covers(at_edge) - 0.75).abs() < 0.02, "{}", belief.covers(at_edge));
+    assert_eq!(belief.covers(Cell::new(100, 5)), 0.0, "outside the map");
 }
 
 proptest! {

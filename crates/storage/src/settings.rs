@@ -6,7 +6,7 @@
 //! | byte | type | field | unit |
 //! |---|---|---|---|
 //! | 0 | 4 bytes | `UCHN` | |
-//! | 4 | `u8` | version, 5 | |
+//! | 4 | `u8` | version, 6 | |
 //! | 5 | `u32` | sequence number: the newer of two records has the larger one | |
 //! | 9 | `u8` | node number | |
 //! | 10 | `u8` | role: 0 head, 1 relay, 2 base | |
@@ -20,11 +20,11 @@
 //! | 28 | `f32` | flying height, or zero for the default | m |
 //! | 32 | `f32` | launch limit, or zero for the default | dBm |
 //! | 36 | `f32` | retreat limit, or zero for the default | dBm |
-//! | 40 | `u8` | mission: 0 chain, 1 swarm | |
+//! | 40 | `u8` | mission: 0 chain, 1 swarm, 2 explore; and 128 where the drones are fetched after it | |
 //! | 41 | 19 bytes | plan of a swarm's mission ([`SwarmPlan`]), or zeros for the default | |
 //! | 60 | `u32` | CRC-32 of the bytes before | |
 //!
-//! Versions 1 to 4 are read and never written. Version 4 has no plan: its CRC stands at byte 41.
+//! Versions 1 to 5 are read and never written. In version 5 no drone is fetched. Version 4 has no plan either: its CRC stands at byte 41.
 //! Version 3 has no mission either: its CRC stands at byte 40,
 //! and the drone flies in a chain. Version 2 also has zero at byte 19: no policy. Version 1 also has
 //! no limits: its CRC stands at byte 32.
@@ -49,7 +49,9 @@ const LENGTH_1: usize = 36;
 
 const MAGIC: [u8; 4] = *b"UCHN";
 /// The version that is written.
-const VERSION: u8 = 5;
+const VERSION: u8 = 6;
+/// The version in which no drone is fetched.
+const VERSION_5: u8 = 5;
 /// The version without a plan.
 const VERSION_4: u8 = 4;
 /// The version without a mission.
@@ -58,6 +60,9 @@ const VERSION_3: u8 = 3;
 const VERSION_2: u8 = 2;
 /// The version without limits.
 const VERSION_1: u8 = 1;
+
+/// The bit of the mission's byte that says that the drones are fetched.
+const FETCHED: u8 = 0x80;
 
 /// The largest trim that is accepted: the boards of a batch differ by a degree or two, and 20° is
 /// another mounting and no trim.
@@ -91,6 +96,9 @@ pub struct Settings {
     /// The plan of a swarm's mission; `None` for the agent's default. All drones of a swarm must have
     /// the same.
     pub swarm: Option<SwarmPlan>,
+    /// Whether the drones are fetched after the mission, so that none keeps charge for its way home.
+    /// All drones of a fleet should have the same: one that keeps it calls the whole chain home.
+    pub fetched: bool,
 }
 
 /// The weakest links that a drone accepts; `None` for the agent's default. All drones of a chain
@@ -182,6 +190,7 @@ impl Settings {
         policy: None,
         mission: MissionKind::Chain,
         swarm: None,
+        fetched: false,
     };
 
     /// These settings with the radio and the trims of the vendor's configuration block.
@@ -266,7 +275,7 @@ impl Record for Settings {
             &height.0.to_le_bytes(),
             &launch,
             &retreat,
-            &[self.mission.code()],
+            &[self.mission.code() | if self.fetched { FETCHED } else { 0 }],
             &plan,
         ]))
     }
@@ -279,11 +288,12 @@ impl Record for Settings {
             VERSION_1 => LENGTH_1,
             VERSION_2 | VERSION_3 => LENGTH_3,
             VERSION_4 => LENGTH_4,
-            VERSION => LENGTH,
+            VERSION_5 | VERSION => LENGTH,
             version => return Err(Error::Version(version)),
         };
         check_crc(bytes, length)?;
         let sequence = fields.u32()?;
+        let mut fetched = false;
         let settings = Self {
             node: NodeId(fields.u8()?),
             role: role_of_code(fields.u8()?)?,
@@ -305,13 +315,19 @@ impl Record for Settings {
                 _ => Limits::decode(&mut fields)?,
             },
             mission: match version {
-                VERSION_4 | VERSION => MissionKind::from_code(fields.u8()?).ok_or(Error::Value)?,
-                _ => MissionKind::Chain,
+                VERSION_1 | VERSION_2 | VERSION_3 => MissionKind::Chain,
+                _ => {
+                    let byte = fields.u8()?;
+                    fetched = version == VERSION && byte & FETCHED != 0;
+                    let code = if fetched { byte & !FETCHED } else { byte };
+                    MissionKind::from_code(code).ok_or(Error::Value)?
+                }
             },
             swarm: match version {
-                VERSION => SwarmPlan::decode(&mut fields)?,
+                VERSION_5 | VERSION => SwarmPlan::decode(&mut fields)?,
                 _ => None,
             },
+            fetched,
         };
         Ok((settings, sequence))
     }

@@ -15,18 +15,27 @@
 //! ```
 //!
 //! Where the whole way has no such place, the search ends at one that is beside the wall and lacks
-//! the width or the even floor; where there is no wall either, where it began. It is bounded in way
-//! and time, and turns round where the caller says that a link gets too weak.
+//! the width or the even floor; where there is no wall either, where it began. Of places at which a
+//! link is too weak, the one is kept at which the weaker link was strongest.
+//!
+//! A drone lands only where its links bear it. One that has come to its place and may not land looks on
+//! from there, towards the neighbour to which its link is weaker: so two drones of which each has gone
+//! too far from the other come towards each other, and neither waits for the other. The search is
+//! bounded in way and time, and turns round where the link to the drone that it leaves gets too weak.
 
 mod look;
+mod place;
 
 use core::f32::consts::FRAC_1_SQRT_2;
 
-use units::{Duration, Instant, Metres, MetresPerSecond, Point2, Pose2, Radians, RadiansPerSecond};
+use units::{
+    Db, Duration, Instant, Metres, MetresPerSecond, Point2, Pose2, Radians, RadiansPerSecond,
+};
 
 use crate::steer::push_away;
 use crate::{Diagonals, NavCommand, NavConfig, Range, Side, Walls};
 use look::{Seen, beams, leading, look, nearer_wall};
+use place::{Kind, Spare, Stretch};
 
 /// The constants of the search.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -96,10 +105,69 @@ pub struct SpotView {
     pub way: Metres,
     /// The pose by the drone's own reckoning, from any origin.
     pub pose: Pose2,
-    /// Whether the drone may go on from here by its links.
-    pub is_linked: bool,
+    /// By how much the links to the drones in front and behind are stronger than they have to be for
+    /// a place to be taken; `None` for a link that the drone does not need.
+    pub over: [Option<Db>; 2],
+    /// Whether the drone may land here by its links.
+    pub may_land: bool,
     /// Whether the drone in front, and the one behind, leave room to come nearer.
     pub has_room: [bool; 2],
+}
+
+impl SpotView {
+    /// By how much the weaker of the two links is stronger than it has to be, dB.
+    fn weaker(&self) -> f32 {
+        let [front, back] = self.over.map(strength);
+        front.min(back)
+    }
+
+    /// Whether both links are strong enough for a place to be taken.
+    fn is_linked(&self) -> bool {
+        self.weaker() >= 0.0
+    }
+
+    /// The direction towards the neighbour to which the link is weaker.
+    fn towards_weaker(&self) -> Direction {
+        let [front, back] = self.over.map(strength);
+        if back < front { Direction::Behind } else { Direction::Ahead }
+    }
+
+    /// Whether the link to the drone that is left in this direction is the weaker one, and too weak.
+    fn is_strained(&self, direction: Direction) -> bool {
+        !self.is_linked() && self.towards_weaker() != direction
+    }
+}
+
+/// The number of a link's strength: that of a link which is not needed is beyond all others, and one
+/// that is no number is below.
+fn strength(over: Option<Db>) -> f32 {
+    over.map_or(f32::INFINITY, |over| if over.0.is_nan() { f32::NEG_INFINITY } else { over.0 })
+}
+
+/// A direction along the way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+enum Direction {
+    Ahead,
+    Behind,
+}
+
+impl Direction {
+    /// The sign of the way.
+    const fn sign(self) -> f32 {
+        match self {
+            Self::Ahead => 1.0,
+            Self::Behind => -1.0,
+        }
+    }
+
+    const fn opposite(self) -> Self {
+        match self {
+            Self::Ahead => Self::Behind,
+            Self::Behind => Self::Ahead,
+        }
+    }
 }
 
 /// What the drone is doing.
@@ -107,37 +175,21 @@ pub struct SpotView {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 enum Stage {
-    /// The drone looks ahead of where it began; first of all it goes to the wall.
-    Ahead,
-    /// The drone looks behind where it began.
-    Behind,
+    /// The drone looks along the wall; first of all it goes there.
+    Looking {
+        direction: Direction,
+        /// From where on a link that gets too weak ends the leg.
+        from: Metres,
+        /// Whether the drone has looked in the other direction before.
+        is_second: bool,
+    },
     /// The drone flies to the place at which it lands.
     Dropping {
         /// Its way since take-off.
         to: Metres,
+        /// When the drone came there, and might not land.
+        waits_since: Option<Instant>,
     },
-}
-
-/// A stretch of the way beside the wall whose floor is even.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-struct Stretch {
-    /// The way at which it began.
-    from: Metres,
-    /// The lowest and the highest reading of the height.
-    heights: [Metres; 2],
-    /// Whether the free width is left.
-    is_wide: bool,
-}
-
-/// A place at which to land where there is no better one.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-struct Spare {
-    way: Metres,
-    is_even: bool,
 }
 
 /// A search that is under way.
@@ -180,6 +232,9 @@ struct Edge {
     passed: Metres,
 }
 
+/// A drone that has come to its place and may not land waits so long for its links: their filters
+/// follow within a second, and its neighbour may be about to stop as well.
+const PATIENCE: Duration = Duration::from_secs(2);
 /// The drone is at its place when it is nearer than this along the way, m: a round and a half of
 /// flight.
 const NEAR: f32 = 0.05;
@@ -217,7 +272,7 @@ impl SpotSearch {
             turn: Radians::ZERO,
             edge: None,
             open: None,
-            stage: Stage::Ahead,
+            stage: Stage::Looking { direction: Direction::Ahead, from: way, is_second: false },
             beside_since: None,
             stretch: None,
             spare: None,
@@ -230,6 +285,9 @@ impl SpotSearch {
         let elapsed = now.since(self.since);
         if elapsed >= config.most_time {
             return None;
+        }
+        if self.spare.is_none() {
+            self.offer(Spare { way: view.way, kind: Kind::Open, weaker: view.weaker() });
         }
         self.find_edge(view);
         let wall = self.wall(view);
@@ -248,23 +306,36 @@ impl SpotSearch {
             self.edge = Some(Edge { off, way: view.way, is_reached, ..edge });
         }
         self.pass_corner(config, view);
-        if let Stage::Dropping { to } = self.stage {
-            let is_there = (to - view.way).0.abs() <= NEAR && !is_away;
-            return (!is_there).then_some(self);
-        }
         let found = self.gather(config, view, wall);
         let is_over = elapsed >= config.gathering;
-        self.stage = match (found, self.stage) {
-            (Some(to), _) => Stage::Dropping { to },
-            (None, _) if is_over => Stage::Dropping { to: self.spare_way() },
-            (None, Stage::Ahead) if self.is_leg_over(config, view, 1.0) => {
+        self.stage = match self.stage {
+            Stage::Dropping { to, waits_since } => {
+                let is_there = (to - view.way).0.abs() <= NEAR && !is_away;
+                if is_there && view.may_land {
+                    return None;
+                }
+                match waits_since {
+                    _ if !is_there => Stage::Dropping { to, waits_since: None },
+                    Some(since) if now.since(since) >= PATIENCE => self.looks_on(view),
+                    since => Stage::Dropping { to, waits_since: since.or(Some(now)) },
+                }
+            }
+            Stage::Looking { .. } if is_over || found.is_some() => {
+                let to = found.unwrap_or_else(|| self.spare_way());
+                Stage::Dropping { to, waits_since: None }
+            }
+            Stage::Looking { direction, from, is_second }
+                if self.is_leg_over(config, view, direction, from) =>
+            {
                 (self.stretch, self.beside_since) = (None, None);
-                Stage::Behind
+                if is_second {
+                    Stage::Dropping { to: self.spare_way(), waits_since: None }
+                } else {
+                    let direction = direction.opposite();
+                    Stage::Looking { direction, from: self.from, is_second: true }
+                }
             }
-            (None, Stage::Behind) if self.is_leg_over(config, view, -1.0) => {
-                Stage::Dropping { to: self.spare_way() }
-            }
-            (None, stage) => stage,
+            stage => stage,
         };
         Some(self)
     }
@@ -277,9 +348,8 @@ impl SpotSearch {
         let wanted = match self.stage {
             // The drone goes to the wall first.
             _ if self.is_away(config, view) => 0.0,
-            Stage::Ahead => most,
-            Stage::Behind => -most,
-            Stage::Dropping { to } => bounded(GAIN * (to - view.way).0, most),
+            Stage::Looking { direction, .. } => direction.sign() * most,
+            Stage::Dropping { to, .. } => bounded(GAIN * (to - view.way).0, most),
         };
         let is_blocked = wanted != 0.0 && is_blocked(config, view, wanted);
         let forward = if is_blocked { 0.0 } else { wanted };
@@ -321,9 +391,8 @@ impl SpotSearch {
     /// Moves the line on which the drone flies away from a corner ahead, on the side of the wall.
     fn pass_corner(&mut self, config: &SpotConfig, view: &SpotView) {
         let direction = match self.stage {
-            Stage::Ahead => 1.0,
-            Stage::Behind => -1.0,
-            Stage::Dropping { to } => (to - view.way).0,
+            Stage::Looking { direction, .. } => direction.sign(),
+            Stage::Dropping { to, .. } => (to - view.way).0,
         };
         let Some(edge) = &mut self.edge else { return };
         let [at_wall, beside] = [edge.side, edge.side.opposite()]
@@ -389,36 +458,48 @@ impl SpotSearch {
             return None;
         };
         let since = *self.beside_since.get_or_insert(view.way);
+        let weaker = view.weaker();
+        let along = view.way - since;
         // A shorter wall may be the inside of a narrow mouth.
-        if (view.way - since).0.abs() >= 0.5 * config.stretch.0 {
-            let way = since + (view.way - since) / 2.0;
-            self.spare.get_or_insert(Spare { way, is_even: false });
+        if along.0.abs() >= 0.5 * config.stretch.0 {
+            let way = view.way - config.stretch * (0.25_f32.copysign(along.0));
+            self.offer(Spare { way, kind: Kind::Beside, weaker });
         }
         let height = view.height.filter(|height| height.0.is_finite())?;
-        let begun = Stretch { from: view.way, heights: [height; 2], is_wide };
+        let begun = Stretch { from: view.way, heights: [height; 2], is_wide, weaker };
         let stretch = match self.stretch {
-            Some(before) if before.is_wide == is_wide => before.and(height, config, begun),
+            Some(before) if before.is_like(&begun) => before.and(config, begun),
             _ => begun,
         };
         self.stretch = Some(stretch);
         if (view.way - stretch.from).0.abs() < config.stretch.0 {
             return None;
         }
-        let middle = stretch.from + (view.way - stretch.from) / 2.0;
-        if is_wide {
-            return Some(middle);
+        self.stretch = None;
+        let way = stretch.from + (view.way - stretch.from) / 2.0;
+        let kind = if is_wide { Kind::Spot } else { Kind::Even };
+        self.offer(Spare { way, kind, weaker: stretch.weaker });
+        (is_wide && stretch.weaker >= 0.0).then_some(way)
+    }
+
+    /// Keeps a place if it is better than the one that is kept.
+    fn offer(&mut self, place: Spare) {
+        if self.spare.is_none_or(|spare| place.is_better_than(&spare)) {
+            self.spare = Some(place);
         }
-        let has_even = self.spare.is_some_and(|spare| spare.is_even);
-        if !has_even {
-            self.spare = Some(Spare { way: middle, is_even: true });
-        }
-        None
+    }
+
+    /// The stage of a drone that may not land at the place to which it came: it looks on from there,
+    /// towards the neighbour to which its link is weaker, and what it knew of places is out of date.
+    fn looks_on(&mut self, view: &SpotView) -> Stage {
+        (self.stretch, self.beside_since, self.spare) = (None, None, None);
+        Stage::Looking { direction: view.towards_weaker(), from: view.way, is_second: false }
     }
 
     /// Whether the drone is beside the wall and not in a mouth; if so, whether the free width is left.
     fn beside(&self, config: &SpotConfig, view: &SpotView, wall: Seen) -> Option<bool> {
         let Seen::Wall { distance, skew } = wall else { return None };
-        if !view.is_linked || distance > config.beside.0 || skew.abs() > ALONG {
+        if distance > config.beside.0 || skew.abs() > ALONG {
             return None;
         }
         let (front, rear) = beams(&view.ranges, self.side()?.opposite());
@@ -434,25 +515,23 @@ impl SpotSearch {
         self.spare.map_or(self.from, |spare| spare.way)
     }
 
-    /// Whether a leg in this direction, ±1, has come to its end.
-    fn is_leg_over(&self, config: &SpotConfig, view: &SpotView, direction: f32) -> bool {
-        let out = (view.way - self.from).0 * direction;
+    /// Whether a leg in this direction has come to its end. Up to `from` the drone has been everywhere
+    /// already, with links.
+    fn is_leg_over(
+        &self,
+        config: &SpotConfig,
+        view: &SpotView,
+        direction: Direction,
+        from: Metres,
+    ) -> bool {
+        let out = |from: Metres| (view.way - from).0 * direction.sign();
         let [front, back] = view.has_room;
-        let has_room = if direction > 0.0 { front } else { back };
-        // On its way back past the beginning the drone has been everywhere already, with links.
-        let is_far = out >= config.most_way.0 || (out >= 0.0 && !view.is_linked);
+        let has_room = if direction == Direction::Ahead { front } else { back };
+        let is_strained = out(from) >= 0.0 && view.is_strained(direction);
+        let is_far = out(self.from) >= config.most_way.0 || is_strained;
+        let direction = direction.sign();
         let may_pass = self.edge.is_some_and(|edge| edge.is_reached && edge.passed < config.wall);
         is_far || !has_room || is_blocked(config, view, direction) && !may_pass
-    }
-}
-
-impl Stretch {
-    /// The stretch with another reading; one that has just `begun` where the floor is not even.
-    fn and(self, height: Metres, config: &SpotConfig, begun: Self) -> Self {
-        let [low, high] = self.heights;
-        let (low, high) = (Metres(low.0.min(height.0)), Metres(high.0.max(height.0)));
-        let is_even = high - low < config.unevenness;
-        if is_even { Self { heights: [low, high], ..self } } else { begun }
     }
 }
 

@@ -5,7 +5,7 @@ use core::f32::consts::{FRAC_PI_2, FRAC_PI_4};
 
 use proptest::prelude::*;
 use tunnel_nav::{Diagonals, NavConfig, Range, SpotConfig, SpotSearch, SpotView};
-use units::{Duration, Instant, Metres, Point2, Pose2, Radians};
+use units::{Db, Duration, Instant, Metres, Point2, Pose2, Radians};
 
 const CONFIG: SpotConfig = SpotConfig::DEFAULT;
 const NAV: NavConfig = NavConfig::DEFAULT;
@@ -20,7 +20,8 @@ struct Gallery {
     mouths: [Option<[f32; 2]>; 2],
     /// From where to where there is rubble on the floor.
     rubble: Option<[f32; 2]>,
-    /// From where to where links are strong enough.
+    /// From where to where links are strong enough: that to the drone behind is up to the latter, that
+    /// to the drone in front from the former on.
     linked: [f32; 2],
 }
 
@@ -59,6 +60,11 @@ impl Gallery {
         self.rubble.is_some_and(|[from, to]| (from..to).contains(&x))
     }
 
+    /// By how much the links in front and behind are stronger than they have to be: 10 dB over a metre.
+    fn over(&self, x: f32) -> [Option<Db>; 2] {
+        [x - self.linked[0], self.linked[1] - x].map(|over| Some(Db(10.0 * over)))
+    }
+
     /// The height over the stones, which lie a hand apart.
     fn height(&self, x: f32) -> f32 {
         let stone = (x * 10.0).floor() as i32 % 2 == 0;
@@ -88,46 +94,84 @@ impl End {
     }
 }
 
-/// Searches from x = 0 with a drone whose velocity follows its command with a lag of 0.3 s.
-fn search(gallery: &Gallery, aside: f32, skew: f32) -> End {
-    let (mut at, mut yaw, mut velocity) = ([0.0, aside], skew, [0.0; 2]);
-    let mut search = SpotSearch::begin(Instant::ZERO, Metres::ZERO, pose(at, yaw));
-    let (mut nearest, mut ways) = (f32::INFINITY, [0.0_f32; 2]);
-    for round in 0_u16..1_000 {
-        let seconds = f32::from(round) * ROUND;
+/// A drone that searches, whose velocity follows its command with a lag of 0.3 s.
+struct Drone {
+    at: [f32; 2],
+    yaw: f32,
+    velocity: [f32; 2],
+    search: SpotSearch,
+}
+
+impl Drone {
+    fn new(at: [f32; 2], yaw: f32) -> Self {
+        let search = SpotSearch::begin(Instant::ZERO, Metres(at[0]), pose(at, yaw));
+        Self { at, yaw, velocity: [0.0; 2], search }
+    }
+
+    /// Flies a round; `false` where the drone is to land. It may land where its links are weaker by up
+    /// to 1 dB than they have to be for a place to be taken.
+    fn flies(&mut self, gallery: &Gallery, now: Instant, over: [Option<Db>; 2]) -> bool {
+        let Self { at, yaw, .. } = *self;
         let view = SpotView {
             ranges: gallery.ranges(at, yaw),
             height: Some(Metres(gallery.height(at[0]))),
             way: Metres(at[0]),
             pose: pose(at, yaw),
-            is_linked: (gallery.linked[0]..gallery.linked[1]).contains(&at[0]),
+            over,
+            may_land: over.iter().flatten().all(|over| over.0 >= -1.0),
             has_room: [true; 2],
         };
-        let now = Instant::ZERO + Duration::from_millis(200 * u64::from(round));
-        let Some(next) = search.step(&CONFIG, now, &view) else {
-            return End { at, seconds, nearest, ways };
-        };
-        search = next;
-        let command = search.command(&CONFIG, &NAV, &view);
+        let Some(next) = self.search.step(&CONFIG, now, &view) else { return false };
+        self.search = next;
+        let command = next.command(&CONFIG, &NAV, &view);
         let (sin, cos) = yaw.sin_cos();
         let [forward, lateral] = [command.forward.0, command.lateral.0];
         let wanted = [forward * cos - lateral * sin, forward * sin + lateral * cos];
-        for ((at, velocity), wanted) in at.iter_mut().zip(&mut velocity).zip(wanted) {
+        for ((at, velocity), wanted) in self.at.iter_mut().zip(&mut self.velocity).zip(wanted) {
             *velocity += (wanted - *velocity) * (ROUND / (ROUND + 0.3));
             *at += *velocity * ROUND;
         }
-        yaw += command.yaw_rate.0 * ROUND;
+        self.yaw += command.yaw_rate.0 * ROUND;
+        true
+    }
+}
+
+fn moment(round: u16) -> Instant {
+    Instant::ZERO + Duration::from_millis(200 * u64::from(round))
+}
+
+/// Searches from x = 0.
+fn search(gallery: &Gallery, aside: f32, skew: f32) -> End {
+    let mut drone = Drone::new([0.0, aside], skew);
+    let (mut nearest, mut ways) = (f32::INFINITY, [0.0_f32; 2]);
+    for round in 0..1_000 {
+        let over = gallery.over(drone.at[0]);
+        let flies = drone.flies(gallery, moment(round), over);
+        let at = drone.at;
+        if !flies {
+            return End { at, seconds: f32::from(round) * ROUND, nearest, ways };
+        }
         let around = (0_u8..16).map(|n| gallery.wall(at, f32::from(n) * 0.5 * FRAC_PI_4));
         nearest = around.fold(nearest, f32::min);
         ways = [ways[0].min(at[0]), ways[1].max(at[0])];
     }
-    panic!("the search goes on for ever at {at:?}");
+    panic!("the search goes on for ever at {:?}", drone.at);
 }
 
 prop_compose! {
     /// A gallery, and where the drone is across it.
     fn galleries()(
         width in 0.8_f32..3.5, across in -0.8_f32..0.8, skew in -0.15_f32..0.15,
+    ) -> (Gallery, f32, f32) {
+        let half = 0.5 * width - 0.15;
+        (Gallery::straight(width), across * half, skew)
+    }
+}
+
+prop_compose! {
+    /// The same in a gallery in which every place beside a wall is a spot.
+    fn wide_galleries()(
+        width in 1.45_f32..2.0, across in -0.8_f32..0.8, skew in -0.15_f32..0.15,
     ) -> (Gallery, f32, f32) {
         let half = 0.5 * width - 0.15;
         (Gallery::straight(width), across * half, skew)
@@ -197,6 +241,45 @@ proptest! {
         prop_assert!(end.seconds <= CONFIG.most_time.as_secs_f32());
     }
 
+    /// A drone whose link does not bear its landing where it began comes nearer to that neighbour, and
+    /// lands at a spot there.
+    #[test]
+    fn a_drone_lands_where_its_links_bear_it(
+        (gallery, across, skew) in wide_galleries(), off in 0.0_f32..0.8, is_ahead: bool,
+    ) {
+        let linked = if is_ahead { [off, 9.0] } else { [-9.0, -off] };
+        let gallery = Gallery { linked, ..gallery };
+        let end = search(&gallery, across, skew);
+        prop_assert!((linked[0] - 0.1..linked[1] + 0.1).contains(&end.at[0]), "{end:?}");
+        prop_assert!(end.seconds < 25.0, "{end:?}");
+        let [left, right] = end.beside(&gallery);
+        prop_assert!(left.min(right) <= CONFIG.beside.0, "{end:?}");
+    }
+
+    /// Two drones whose link bears their landing only just when they begin to look: neither waits for
+    /// the other.
+    #[test]
+    fn two_neighbours_do_not_wait_for_each_other(
+        (gallery, across, skew) in wide_galleries(), missing in -0.1_f32..1.5,
+    ) {
+        let mut drones = [Drone::new([0.0, across], skew), Drone::new([8.0, across], -skew)];
+        let mut landed = [None; 2];
+        for round in 0..300 {
+            let over = Some(Db(10.0 * (8.0 - missing - (drones[1].at[0] - drones[0].at[0]))));
+            for ((drone, landed), over) in
+                drones.iter_mut().zip(&mut landed).zip([[over, None], [None, over]])
+            {
+                if landed.is_none() && !drone.flies(&gallery, moment(round), over) {
+                    *landed = Some((f32::from(round) * ROUND, over));
+                }
+            }
+        }
+        for landed in landed {
+            let Some((seconds, over)) = landed else { panic!("{landed:?} {:?}", drones.map(|d| d.at)) };
+            prop_assert!(seconds < 30.0 && over.iter().flatten().all(|over| over.0 >= -1.0), "{landed:?}");
+        }
+    }
+
     /// Whatever the sensors say, the search ends in time, and its commands are velocities that a drone
     /// may fly at.
     #[test]
@@ -212,7 +295,8 @@ proptest! {
                 height: Some(Metres(height)),
                 way: Metres(way),
                 pose: pose([nw, se], height),
-                is_linked,
+                over: [Some(Db(way)), is_linked.then_some(Db(nw))],
+                may_land: is_linked,
                 has_room: [true; 2],
             };
             let command = search.command(&CONFIG, &NAV, &view);

@@ -9,8 +9,8 @@ use radio_model::Shadowing;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use relay_placement::{
-    Act, Curve, Demand, Errand, ErrandConfig, Ground, GroundError, Network, Pattern, Plan,
-    Readings, RefineConfig, Rule,
+    Act, Belief, Correction, Curve, Demand, Errand, ErrandConfig, Ground, GroundError, Network,
+    Pattern, Plan, Readings, RefineConfig, Rule,
 };
 use units::{Db, Duration, Instant, Metres, Point2};
 
@@ -24,8 +24,13 @@ const SPEED: f32 = 0.5;
 const MOST_CELLS: usize = 4_000;
 /// The places at which readings are kept apart.
 const SPOTS: usize = 64;
-/// The map is drawn lower by so many standard deviations: nine of ten places are at least as strong.
+/// The cautious map is lower by so many standard deviations: nine of ten places are at least as strong.
 const CAUTION: f32 = 1.28;
+/// The readings of each relay that the robot takes at its place before it drops its own: two seconds
+/// of reports. It is a choice.
+const CHECKS: usize = 10;
+/// The most places at which it does.
+const MOST_CHECKED: usize = 5;
 
 /// What the robot knows of the strength of the relays when it chooses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,6 +65,35 @@ impl Knows {
     }
 }
 
+/// How the robot chooses the place from what it knows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Chooses {
+    /// By [`Rule::Ours`] on the likeliest map, with its margin.
+    Margin,
+    /// By [`Rule::Ours`] on a map on which nine of ten places are at least as strong.
+    Caution,
+    /// By the expected coverage, [`Belief::choose`].
+    Expected,
+    /// The same; at the place it reads once more before it drops the relay, and chooses anew.
+    Checked,
+}
+
+impl Chooses {
+    /// All ways to choose.
+    pub const ALL: [Self; 4] = [Self::Margin, Self::Caution, Self::Expected, Self::Checked];
+
+    /// The name in tables.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Margin => "margin",
+            Self::Caution => "caution",
+            Self::Expected => "expected",
+            Self::Checked => "checked",
+        }
+    }
+}
+
 /// One relay that was dropped.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Dropped {
@@ -67,6 +101,8 @@ pub struct Dropped {
     pub world: String,
     /// What the robot knew.
     pub knows: Knows,
+    /// How it chose.
+    pub chooses: Chooses,
     /// The true margin of the relay's link over the covered ratio, dB; `None` where no place was chosen.
     pub margin_db: Option<f32>,
     /// The area that it truly covers and the network before did not, m²; 0 without a link.
@@ -87,12 +123,12 @@ pub fn gather(world: &World, seed: u64) -> Result<Vec<Dropped>, GroundError> {
     let mut planner = Box::new(WorldPlanner::new());
     let ground = world.ground(&mut planner)?;
     let truth = Truth::of(world, &ground, seed);
-    let known = truth.network(&ground, |_, _| Db(0.0));
+    let known = truth.network(&ground, |_, _| Correction::NONE, 0.0);
     let covered = ground.reached().filter(|&cell| known.covers(cell));
     let weakest = covered.min_by(|a, b| known.ratio(*a).0.total_cmp(&known.ratio(*b).0));
     let goal = weakest.unwrap_or(world.base);
     let mut errands = Errands { world, ground: &ground, truth: &truth, goal, seed, planner };
-    Ok(Knows::ALL.into_iter().map(|knows| errands.run(knows, &known)).collect())
+    Ok(Knows::ALL.into_iter().flat_map(|knows| errands.run(knows)).collect())
 }
 
 /// The relays on the ground, with their true strength.
@@ -123,21 +159,40 @@ impl Truth {
         Db(self.offsets[relay] - self.shadowing.loss(place, at).0)
     }
 
-    /// The network of the relays with a correction of each.
+    /// The network of the relays with a correction of each, lower by so many deviations.
     fn network(
         &self,
         ground: &Ground<CELLS>,
-        over: impl Fn(usize, Point2) -> Db,
+        correction: impl Fn(usize, Point2) -> Correction,
+        deviations: f32,
     ) -> Box<Network<CELLS>> {
         let mut network = Box::new(Network::new(ground, Curve::DEFAULT));
         for (n, place) in self.places.iter().enumerate() {
-            network.add_corrected(ground, *place, |at| over(n, at));
+            network.add_corrected(ground, *place, |at| {
+                let Correction { over, deviation, .. } = correction(n, at);
+                Db(over.0 - deviations * deviation.0)
+            });
         }
         network
     }
 
-    fn true_network(&self, ground: &Ground<CELLS>) -> Box<Network<CELLS>> {
-        self.network(ground, |n, at| self.over(n, self.places[n], at))
+    /// The belief with a correction of each.
+    fn belief(
+        &self,
+        ground: &Ground<CELLS>,
+        correction: impl Fn(usize, Point2) -> Correction,
+    ) -> Box<Belief<CELLS>> {
+        let mut belief = Box::new(Belief::new(ground, Curve::DEFAULT));
+        for (n, place) in self.places.iter().enumerate() {
+            belief.add(ground, *place, |at| correction(n, at));
+        }
+        belief
+    }
+
+    /// The true correction.
+    fn correction(&self, relay: usize, at: Point2) -> Correction {
+        let over = self.over(relay, self.places[relay], at);
+        Correction { over, deviation: Db(0.0), reading_deviation: RefineConfig::DEFAULT.noise }
     }
 }
 
@@ -152,24 +207,85 @@ struct Errands<'a> {
 }
 
 impl Errands<'_> {
-    fn run(&mut self, knows: Knows, known: &Network<CELLS>) -> Dropped {
-        let truth = self.truth.true_network(self.ground);
+    fn run(&mut self, knows: Knows) -> Vec<Dropped> {
+        let network = self.truth.network(self.ground, |n, at| self.truth.correction(n, at), 0.0);
+        let ways = Chooses::ALL.into_iter();
         match knows {
-            Knows::Curve => self.drop_by(knows, known, known, 0.0, &truth),
-            Knows::Truth => self.drop_by(knows, &truth, &truth, 0.0, &truth),
+            Knows::Curve => {
+                let ways = ways.filter(|chooses| *chooses != Chooses::Checked);
+                ways.map(|chooses| {
+                    let place = self.choose(chooses, |_, _| Correction::NONE);
+                    self.dropped(knows, chooses, place, |_, _| Correction::NONE, 0.0, &network)
+                })
+                .collect()
+            }
+            Knows::Truth => {
+                let ways = ways.filter(|way| matches!(way, Chooses::Margin | Chooses::Expected));
+                let truth = self.truth;
+                ways.map(|chooses| {
+                    let place = self.choose(chooses, |n, at| truth.correction(n, at));
+                    let known = |n, at| truth.correction(n, at);
+                    self.dropped(knows, chooses, place, known, 0.0, &network)
+                })
+                .collect()
+            }
             Knows::Readings(pattern) => {
                 let (readings, way_m) = self.readings(pattern);
-                let fits: Vec<_> = readings.iter().map(Readings::fit).collect();
-                let by = |deviations: f32| {
-                    self.truth.network(self.ground, |n, at| {
-                        let correction = fits[n].at(at);
-                        Db(correction.over.0 - deviations * correction.deviation.0)
-                    })
-                };
-                let (mean, cautious) = (by(0.0), by(CAUTION));
-                self.drop_by(knows, &mean, &cautious, way_m, &truth)
+                ways.map(|chooses| {
+                    let fits: Vec<_> = readings.iter().map(Readings::fit).collect();
+                    let mut place = self.choose(chooses, |n, at| fits[n].at(at));
+                    if chooses == Chooses::Checked {
+                        place = self.checked(readings.clone(), place);
+                    }
+                    self.dropped(knows, chooses, place, |n, at| fits[n].at(at), way_m, &network)
+                })
+                .collect()
             }
         }
+    }
+
+    /// The place that is chosen from the corrections of the relays.
+    fn choose(
+        &mut self,
+        chooses: Chooses,
+        correction: impl Fn(usize, Point2) -> Correction,
+    ) -> Option<Cell> {
+        let goal = self.ground.frame().centre(self.goal);
+        let demand = Demand::DEFAULT;
+        let deviations = match chooses {
+            Chooses::Margin => 0.0,
+            Chooses::Caution => CAUTION,
+            Chooses::Expected | Chooses::Checked => {
+                let belief = self.truth.belief(self.ground, correction);
+                let place = belief.choose(self.ground, goal, &demand, Correction::NONE.deviation);
+                return place.map(|place| place.cell);
+            }
+        };
+        let network = self.truth.network(self.ground, correction, deviations);
+        let place = Rule::Ours.choose(self.ground, &network, goal, &demand, 0, &mut self.planner);
+        place.map(|place| place.cell)
+    }
+
+    /// The place at which the robot stays that reads at each place that it has chosen.
+    fn checked(
+        &mut self,
+        mut readings: Vec<Readings<SPOTS>>,
+        mut place: Option<Cell>,
+    ) -> Option<Cell> {
+        let mut random = ChaCha8Rng::seed_from_u64(self.seed ^ 0xc4ec_4ed0);
+        for _ in 0..MOST_CHECKED {
+            let at = self.ground.frame().centre(place?);
+            for _ in 0..CHECKS {
+                self.read(&mut readings, at, &mut random);
+            }
+            let fits: Vec<_> = readings.iter().map(Readings::fit).collect();
+            let next = self.choose(Chooses::Checked, |n, at| fits[n].at(at));
+            if next == place {
+                break;
+            }
+            place = next;
+        }
+        place
     }
 
     /// Gathers readings of each relay on an errand, and returns them with the way.
@@ -207,45 +323,54 @@ impl Errands<'_> {
         }
     }
 
-    /// Drops a relay at the place that the rule chooses on the map `used`; `mean` is the map without
-    /// caution, whose error is measured.
-    fn drop_by(
-        &mut self,
+    /// What becomes of a relay that is dropped in this cell, by a robot that knew these corrections.
+    fn dropped(
+        &self,
         knows: Knows,
-        mean: &Network<CELLS>,
-        used: &Network<CELLS>,
+        chooses: Chooses,
+        place: Option<Cell>,
+        known: impl Fn(usize, Point2) -> Correction,
         way_m: f32,
         truth: &Network<CELLS>,
     ) -> Dropped {
-        let goal = self.ground.frame().centre(self.goal);
-        let demand = Demand::DEFAULT;
-        let place = Rule::Ours.choose(self.ground, used, goal, &demand, 0, &mut self.planner);
-        let margin_db = place.map(|place| (truth.ratio(place.cell) - truth.curve().covered).0);
-        let gained = place.filter(|_| margin_db.is_some_and(|margin| margin >= 0.0)).map(|place| {
+        let margin_db = place.map(|cell| (truth.ratio(cell) - truth.curve().covered).0);
+        let gained = place.filter(|_| margin_db.is_some_and(|margin| margin >= 0.0)).map(|cell| {
             let mut after = truth.clone();
-            let own = self.truth.places.len();
-            after.add_corrected(self.ground, place.at, |at| self.truth.over(own, place.at, at));
+            let (own, place) = (self.truth.places.len(), self.ground.frame().centre(cell));
+            after.add_corrected(self.ground, place, |at| self.truth.over(own, place, at));
             after.covered(self.ground).saturating_sub(truth.covered(self.ground))
         });
         let side = self.ground.frame().resolution().0;
         Dropped {
             world: self.world.name.clone(),
             knows,
+            chooses,
             margin_db,
             gained_m2: gained.unwrap_or(0) as f32 * side * side,
-            error_db: self.error(mean, truth),
+            error_db: self.error(known, truth),
             way_m,
         }
     }
 
-    fn error(&self, mean: &Network<CELLS>, truth: &Network<CELLS>) -> Option<f32> {
+    fn error(
+        &self,
+        known: impl Fn(usize, Point2) -> Correction,
+        truth: &Network<CELLS>,
+    ) -> Option<f32> {
         let frame = self.ground.frame();
         let goal = frame.centre(self.goal);
         let is_near = |cell: &Cell| far(frame.centre(*cell), goal) <= ErrandConfig::DEFAULT.within;
         let near = self.ground.reached().filter(is_near);
+        let ratio = |cell: Cell| {
+            let at = frame.centre(cell);
+            let of = |(n, place): (usize, &Point2)| {
+                Curve::DEFAULT.at(far(*place, at)).0 + known(n, at).over.0
+            };
+            self.truth.places.iter().enumerate().map(of).fold(0.0, f32::max)
+        };
         let squares: Vec<_> = near
             .filter(|&cell| truth.ratio(cell).0 > 0.0)
-            .map(|cell| (mean.ratio(cell) - truth.ratio(cell)).0.powi(2))
+            .map(|cell| (ratio(cell) - truth.ratio(cell).0).powi(2))
             .collect();
         let count = squares.len() as f32;
         (count > 0.0).then(|| (squares.iter().sum::<f32>() / count).sqrt())

@@ -3,7 +3,7 @@
 use cpu_time::ThreadTime;
 use grid_map::Cell;
 use relay_placement::{Curve, Demand, Ground, GroundError, Network, Place, Plan, Rule};
-use units::Point2;
+use units::{Metres, Point2};
 
 use crate::world::{CELLS, World, WorldPlanner};
 
@@ -20,10 +20,13 @@ pub struct Row {
     pub nodes: usize,
     /// The area that they cover and the base does not, m².
     pub covered_m2: f32,
-    /// This area as a share of that of [`Rule::Best`], which takes the best step after the best step;
+    /// The area that they cover and the base does not where a relay covers the cells to which a way of
+    /// 20 m leads, and sees through no rock, m².
+    pub by_way_m2: f32,
+    /// The covered area as a share of that of [`Rule::Best`], which takes the best step after the best step;
     /// `None` where that is 0.
     pub of_best: Option<f32>,
-    /// This area as a share of a bound that no set of as many relays exceeds
+    /// The covered area as a share of a bound that no set of as many relays exceeds
     /// ([`Plan::at_most_cells`]); `None` where that is 0.
     pub of_bound: Option<f32>,
     /// The smallest margin of a link over the covered ratio, dB; negative where a relay has no link,
@@ -78,6 +81,7 @@ impl Trial<'_> {
         let before = network.covered(self.ground);
         let (places, ms) = match rule {
             Rule::Ours if self.nodes > 1 => self.planned(&network),
+            Rule::OursGeodesic => self.by_way(),
             rule => self.one_by_one(rule, network.clone()),
         };
         for place in &places {
@@ -91,6 +95,7 @@ impl Trial<'_> {
             asked: self.nodes,
             nodes: places.len(),
             covered_m2: gained as f32 * self.cell_m2(),
+            by_way_m2: self.gained_by_way(&places) as f32 * self.cell_m2(),
             of_best: None,
             of_bound: None,
             link_margin_db: places.iter().map(margin).reduce(f32::min),
@@ -104,6 +109,47 @@ impl Trial<'_> {
         let mut plan = || Plan::new(self.ground, network, &Demand::DEFAULT, self.nodes);
         let (plan, ms) = shortest(&mut plan);
         (plan.places().to_vec(), ms)
+    }
+
+    /// The places of [`Rule::OursGeodesic`]: near the goal for one relay, for several anywhere.
+    fn by_way(&mut self) -> (Vec<Place>, f32) {
+        let mut network = self.base_by_way();
+        let within = if self.nodes > 1 { Metres(f32::INFINITY) } else { Demand::DEFAULT.within };
+        let demand = Demand { within, ..Demand::DEFAULT };
+        let (mut places, mut sum_ms) = (Vec::new(), 0.0);
+        while places.len() < self.nodes {
+            let Some(goal) = self.weakest(&network) else { break };
+            let (place, ms) = shortest(&mut || {
+                let planner = &mut self.planner;
+                Rule::OursGeodesic.choose(self.ground, &network, goal, &demand, 0, planner)
+            });
+            sum_ms += ms;
+            let Some(place) = place.filter(|place| place.gain_cells > 0) else { break };
+            self.add_by_way(&mut network, place.cell);
+            places.push(place);
+        }
+        (places, sum_ms)
+    }
+
+    fn base_by_way(&mut self) -> Network<CELLS> {
+        let mut network = Network::new(self.ground, Curve::DEFAULT);
+        self.add_by_way(&mut network, self.world.base);
+        network
+    }
+
+    fn add_by_way(&mut self, network: &mut Network<CELLS>, at: Cell) {
+        // A search that ran out of room has added the nearest cells, which are those that count.
+        let _ = network.add_by_way(self.ground, &mut self.planner, at);
+    }
+
+    /// The cells that relays cover and the base does not, by the way through the cave.
+    fn gained_by_way(&mut self, places: &[Place]) -> usize {
+        let mut network = self.base_by_way();
+        let before = network.covered(self.ground);
+        for place in places {
+            self.add_by_way(&mut network, place.cell);
+        }
+        network.covered(self.ground).saturating_sub(before)
     }
 
     /// The places of a rule that is given a goal for each, and the time that it took.

@@ -114,7 +114,8 @@ impl World {
     }
 
     /// A point in the coordinates of the map's file in those of the frame.
-    fn point(&self, [x, y]: [f64; 2]) -> Point2 {
+    #[must_use]
+    pub fn point(&self, [x, y]: [f64; 2]) -> Point2 {
         let (dx, dy) = (x - self.origin[0], y - self.origin[1]);
         let (sin, cos) = self.origin[2].sin_cos();
         Point2::new((cos * dx + sin * dy) as f32, (cos * dy - sin * dx) as f32)

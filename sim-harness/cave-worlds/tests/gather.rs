@@ -1,6 +1,6 @@
 //! What gathering readings before a relay is dropped gains.
 
-use cave_worlds::{Knows, World, gather};
+use cave_worlds::{Chooses, Knows, World, gather};
 
 /// Over some caves: a robot that has gathered readings knows the strength better than by the curve, in
 /// each pattern, and the truth is known best.
@@ -8,8 +8,12 @@ use cave_worlds::{Knows, World, gather};
 fn readings_make_the_map_truer() {
     let mut sums = [0.0_f32; Knows::ALL.len()];
     for seed in 0..4 {
-        for (sum, dropped) in sums.iter_mut().zip(gather(&World::dig(seed), seed).unwrap()) {
-            *sum += dropped.error_db.unwrap_or(0.0);
+        for dropped in gather(&World::dig(seed), seed).unwrap() {
+            let knows = Knows::ALL.iter().position(|knows| *knows == dropped.knows).unwrap();
+            // The error is that of the knowledge, however the robot chooses.
+            if dropped.chooses == Chooses::Margin {
+                sums[knows] += dropped.error_db.unwrap_or(0.0);
+            }
             let is_read = matches!(dropped.knows, Knows::Readings(_));
             assert_eq!(dropped.way_m > 0.0, is_read, "{dropped:?}");
             assert!(dropped.way_m <= 60.0, "two minutes at half a metre a second: {dropped:?}");

@@ -197,6 +197,7 @@ pub fn figures(runs: &[RunMetrics]) -> Vec<Figure> {
         figure("peak_excess_db", mean(runs, |r| r.peak_excess_db)),
         figure("farthest_m", mean(runs, |r| r.farthest_m)),
         figure("t_farthest_median_s", median(|r| r.t_farthest_s)),
+        figure("head_heard_until_median_s", median(|r| r.head_heard_until_s)),
         figure("all_down", called_down),
         figure("wall_contact", fraction(runs, |r| r.wall_contacts > 0)),
         figure("drone_contact", fraction(runs, |r| r.drone_contacts > 0)),

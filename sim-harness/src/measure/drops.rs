@@ -5,7 +5,14 @@ use std::path::Path;
 
 use cave_worlds::{CELLS, World, WorldPlanner};
 use grid_map::{Cell, CellState};
-use relay_placement::{Curve, Demand, Ground, GroundError, MOST_PLANNED, Network, Plan};
+use relay_placement::{
+    Curve, Demand, Ground, GroundError, MOST_PLANNED, Network, Place, Plan, Rule,
+};
+use units::{Metres, Point2};
+
+mod readings;
+
+pub use readings::Received;
 
 use crate::input_error::InputError;
 use crate::world::import;
@@ -53,37 +60,93 @@ impl fmt::Display for NoDrops {
 pub struct Drops {
     /// The cells that a robot reaches from the base.
     pub ground: Box<Ground<CELLS>>,
-    /// The network of the base alone.
+    /// The network of the base and the relays that stand.
     pub before: Box<Network<CELLS>>,
-    /// The network of the base and the relays.
+    /// The same with the relays that are planned.
     pub after: Box<Network<CELLS>>,
     /// The places of the relays.
-    pub plan: Plan,
-    /// The new cells that no set of as many relays exceeds.
-    pub at_most_cells: usize,
+    pub places: Vec<Place>,
+    /// The new cells that no set of as many relays exceeds; not known by the way through the cave.
+    pub at_most_cells: Option<usize>,
+}
+
+/// How far a relay covers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Coverage {
+    /// In a straight line, also through rock
+    Straight,
+    /// Along the way through the cave
+    Geodesic,
 }
 
 impl Drops {
-    /// Plans at most `nodes` relays. There is none where the base covers all that can be reached.
+    /// Plans at most `nodes` relays beside those that `stand`, the base first, by the straight line.
+    /// What was `received` of them corrects the map of strength. There is none where all that can be
+    /// reached is covered.
     ///
     /// # Errors
     /// [`NoDrops`].
-    pub fn plan(world: &World, nodes: usize) -> Result<Self, NoDrops> {
+    pub fn plan(
+        world: &World,
+        nodes: usize,
+        stand: &[Point2],
+        received: Option<&Received>,
+    ) -> Result<Self, NoDrops> {
         let mut planner = Box::new(WorldPlanner::new());
         let ground = world.ground(&mut planner).map_err(NoDrops::Ground)?;
         let mut before = Box::new(Network::new(&ground, Curve::DEFAULT));
-        before.add(&ground, ground.frame().centre(world.base));
-        let plan = Plan::new(&ground, &before, &Demand::DEFAULT, nodes);
-        let uncovered_cells = ground.reached().count() - before.covered(&ground);
-        if plan.places().is_empty() && uncovered_cells > 0 {
-            return Err(NoDrops::NoLinkedPlace { uncovered_cells });
+        for (n, at) in stand.iter().enumerate() {
+            match received.map(|received| received.corrections(n)) {
+                Some(correction) => before.add_corrected(&ground, *at, |at| correction(at).over),
+                None => before.add(&ground, *at),
+            }
         }
+        let plan = Plan::new(&ground, &before, &Demand::DEFAULT, nodes);
+        let at_most_cells = Some(plan.at_most_cells(&ground, &before, nodes));
         let mut after = before.clone();
         for place in plan.places() {
             after.add(&ground, place.at);
         }
-        let at_most_cells = plan.at_most_cells(&ground, &before, nodes);
-        Ok(Self { ground, before, after, plan, at_most_cells })
+        Self { ground, before, after, places: plan.places().to_vec(), at_most_cells }.checked()
+    }
+
+    /// The same by the way through the cave: one relay after the other is put where it covers most.
+    ///
+    /// # Errors
+    /// [`NoDrops`].
+    pub fn plan_by_way(world: &World, nodes: usize, stand: &[Cell]) -> Result<Self, NoDrops> {
+        let mut planner = Box::new(WorldPlanner::new());
+        let ground = world.ground(&mut planner).map_err(NoDrops::Ground)?;
+        let mut before = Box::new(Network::new(&ground, Curve::DEFAULT));
+        // A search that ran out of room has added the nearest cells, which are those that count.
+        for cell in stand {
+            let _ = before.add_by_way(&ground, &mut planner, *cell);
+        }
+        let demand = Demand { within: Metres(f32::INFINITY), ..Demand::DEFAULT };
+        let base = ground.frame().centre(world.base);
+        let (mut after, mut places) = (before.clone(), Vec::new());
+        while places.len() < nodes {
+            let rule = Rule::OursGeodesic;
+            let place = rule.choose(&ground, &after, base, &demand, 0, &mut planner);
+            let Some(place) = place.filter(|place| place.gain_cells > 0) else { break };
+            let _ = after.add_by_way(&ground, &mut planner, place.cell);
+            places.push(place);
+        }
+        Self { ground, before, after, places, at_most_cells: None }.checked()
+    }
+
+    fn checked(self) -> Result<Self, NoDrops> {
+        let uncovered_cells = self.ground.reached().count() - self.before.covered(&self.ground);
+        if self.places.is_empty() && uncovered_cells > 0 {
+            return Err(NoDrops::NoLinkedPlace { uncovered_cells });
+        }
+        Ok(self)
+    }
+
+    /// The cells that the planned relays cover and those that stand do not.
+    #[must_use]
+    pub fn gain_cells(&self) -> usize {
+        self.places.iter().map(|place| place.gain_cells).sum()
     }
 
     /// The area of so many cells, m².

@@ -54,6 +54,7 @@ pub struct Watch<'a> {
     /// The last place that was farther by [`FARTHER`] than the one before it, m, and when an explorer
     /// came there, s.
     advance: (f32, f32),
+    heard: Heard,
 }
 
 /// A head that has come so near to its farthest place has come there, m.
@@ -62,6 +63,26 @@ const FARTHER: f32 = 0.5;
 const HOVERING: f32 = 0.5;
 /// A link violates the limit when it is weaker by more than this, dB.
 const VIOLATION: f32 = 0.5;
+
+/// The base has lost the head when it has had no telemetry of it for longer, s. A packet or
+/// two, of drones that lie on the ground after their batteries' ends, is no link.
+const SILENCE: f32 = 10.0;
+
+/// Until when the base has heard the head without a break, s.
+#[derive(Default)]
+struct Heard {
+    until: Option<f32>,
+}
+
+impl Heard {
+    fn take(&mut self, mission: &Mission<'_>) {
+        let Some(told) = mission.told(usize::from(NodeId::HEAD.0)) else { return };
+        let at = (told.at_us as f64 * 1e-6) as f32;
+        if self.until.is_none_or(|until| at - until <= SILENCE) {
+            self.until = Some(at);
+        }
+    }
+}
 
 /// The weakness of links while the operator has the head explore.
 #[derive(Default)]
@@ -161,6 +182,7 @@ impl<'a> Watch<'a> {
             needed_links: 0,
             farthest: 0.0,
             advance: (0.0, 0.0),
+            heard: Heard::default(),
         }
     }
 
@@ -173,6 +195,7 @@ impl<'a> Watch<'a> {
         if let Some(explore) = &mut self.explore {
             return explore.look(mission);
         }
+        self.heard.take(mission);
         let mut chain = std::mem::take(&mut self.chain);
         mission.chain(&mut chain);
         if self.start.is_empty() {
@@ -293,6 +316,7 @@ impl<'a> Watch<'a> {
             cruise_gap_db: self.cruise.as_ref().map_or(f32::NAN, CruiseRecord::gap),
             farthest_m: self.farthest,
             t_farthest_s: self.advance.1,
+            head_heard_until_s: self.heard.until.unwrap_or(f32::NAN),
             still_flying: still_flying(self.scenario, mission),
             order_lost: self.order_lost,
             wall_contacts: mission.wall_contacts(),
@@ -345,6 +369,9 @@ pub struct RunMetrics {
     pub farthest_m: f32,
     /// The time at which the head first came within 0.5 m of that distance, s since the start.
     pub t_farthest_s: f32,
+    /// When the base last received the telemetry of the head before it went without for more than
+    /// 10 s, s since the start.
+    pub head_heard_until_s: f32,
     /// The number of drones that still flew at the end, although the last order was to return or to
     /// land.
     pub still_flying: f32,

@@ -21,6 +21,7 @@ const GOLDEN: Settings = Settings {
     policy: PolicyCode::new(5),
     mission: MissionKind::Swarm,
     swarm: Some(PLAN),
+    fetched: true,
 };
 
 const PLAN: SwarmPlan = SwarmPlan {
@@ -35,6 +36,29 @@ const PLAN: SwarmPlan = SwarmPlan {
 
 /// By the table in the module's documentation; the CRC by Python's `zlib.crc32`.
 const GOLDEN_BYTES: [u8; LENGTH] = [
+    b'U', b'C', b'H', b'N', 6, // version
+    0x07, 0x00, 0x00, 0x00, // sequence
+    4, 1, // node, relay
+    93, 1, 0x04, 0xE7, 0xE7, 0xE7, 0xE7, 0xFC,
+    5, // channel, 1 Mbit/s, address, -4 dBm, policy
+    0x00, 0x00, 0x80, 0x3C, // 2^-6 rad
+    0x00, 0x00, 0x00, 0xBD, // -2^-5 rad
+    0x00, 0x00, 0x00, 0x3F, // 0.5 m
+    0x00, 0x00, 0x50, 0xC2, // -52 dBm
+    0x00, 0x00, 0x00, 0x00, // the agent's own
+    0x81, // swarm, fetched
+    3,    // drones
+    0x31, 0xFC, 0x89, 0xFE, // corner
+    0x84, 0x03, 0xEE, 0x02, // area
+    0x00, 0x00, 0x00, 0x01, // entrance
+    0x97, 0x00, // 1.51 m wide
+    0xD8, 0xDC, // -90 degrees
+    0x58, 0x02, // 6 m long
+    0xF2, 0x6E, 0xAF, 0xBE,
+];
+
+/// The same where no drone is fetched, as version 5 wrote it.
+const VERSION_5_BYTES: [u8; LENGTH] = [
     b'U', b'C', b'H', b'N', 5, // version
     0x07, 0x00, 0x00, 0x00, // sequence
     4, 1, // node, relay
@@ -92,7 +116,9 @@ fn the_bytes_are_those_of_the_table() {
 
 #[test]
 fn records_of_older_versions_are_read_and_replaced() {
-    let version_4 = Settings { swarm: None, ..GOLDEN };
+    let version_5 = Settings { fetched: false, ..GOLDEN };
+    assert_eq!(Settings::decode(&VERSION_5_BYTES), Ok((version_5, 7)));
+    let version_4 = Settings { swarm: None, ..version_5 };
     assert_eq!(Settings::decode(&VERSION_4_BYTES), Ok((version_4, 7)));
     let version_3 = Settings { mission: MissionKind::Chain, ..version_4 };
     let version_2 = Settings { policy: None, ..version_3 };
@@ -100,12 +126,27 @@ fn records_of_older_versions_are_read_and_replaced() {
     let version_1 = Settings { limits: Limits::DEFAULT, ..version_2 };
     assert_eq!(Settings::decode(&VERSION_2_BYTES), Ok((version_2, 7)));
     assert_eq!(Settings::decode(&VERSION_1_BYTES), Ok((version_1, 7)));
-    for old in [&VERSION_1_BYTES[..], &VERSION_2_BYTES, &VERSION_3_BYTES, &VERSION_4_BYTES] {
+    for old in [
+        &VERSION_1_BYTES[..],
+        &VERSION_2_BYTES,
+        &VERSION_3_BYTES,
+        &VERSION_4_BYTES,
+        &VERSION_5_BYTES,
+    ] {
         assert_eq!(Settings::decode(&old[..old.len() - 1]), Err(Error::Short));
         let write = Slots::read(old, &[]).write(&GOLDEN).unwrap();
         assert_eq!(write.address(), 0x300);
         assert_eq!(Slots::read(old, write.bytes()).newest(), Some(&GOLDEN));
     }
+}
+
+#[test]
+fn an_older_version_fetches_no_drone() {
+    let mut record = VERSION_5_BYTES;
+    record[40] |= 0x80;
+    let sum = crate::common::crc32(&record[..60]);
+    record[60..].copy_from_slice(&sum.to_le_bytes());
+    assert_eq!(Settings::decode(&record), Err(Error::Value));
 }
 
 #[test]
@@ -151,7 +192,7 @@ fn what_is_no_record_says_why() {
     assert_eq!(Settings::decode(&GOLDEN_BYTES[..LENGTH - 1]), Err(Error::Short));
     assert_eq!(Settings::decode(&[0xFF; LENGTH]), Err(Error::Blank));
     assert_eq!(Settings::decode(&[0; LENGTH]), Err(Error::Magic));
-    assert_eq!(Settings::decode(&with(4, 6)), Err(Error::Version(6)));
+    assert_eq!(Settings::decode(&with(4, 7)), Err(Error::Version(7)));
     assert_eq!(Settings::decode(&with(9, 5)), Err(Error::Checksum));
 }
 

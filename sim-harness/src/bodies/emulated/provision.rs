@@ -62,6 +62,7 @@ fn settings(scenario: &Scenario, node: NodeId, role: Role) -> Settings {
             retreat: changed(agent.retreat.limit, default.retreat.limit),
         },
         mission: scenario.mission,
+        fetched: scenario.drones.fetched,
         swarm: (scenario.mission == MissionKind::Swarm).then(|| plan(&agent.swarm)),
         ..Settings::DEFAULT
     }
@@ -120,8 +121,6 @@ pub fn unfit(scenario: &Scenario) -> Option<&'static str> {
         Some("side rangers with another reach")
     } else if !matches!(scenario.drones.start, crate::scenario::Start::Mouth) {
         Some("drones that begin in the air")
-    } else if scenario.drones.fetched {
-        Some("drones that are fetched: on board each keeps charge for its way home")
     } else if scenario.drones.explorers > 1 {
         Some("a second explorer: only drone 0 is given the head's keys")
     } else {

@@ -77,15 +77,16 @@ fn gathered(args: &BenchArgs, caves: u64, first: u64) -> Result<(String, Value),
     drop(progress);
     let mut table = format!(
         "placement: one relay dropped by what the robot knows of the strength of the network\n\n  {:14} \
-         {:>6} {:>6} {:>8} {:>10} {:>9} {:>6}\n",
-        "knows", "worlds", "linked", "gain, m²", "margin, dB", "error, dB", "way, m"
+         {:10} {:>6} {:>6} {:>8} {:>10} {:>9} {:>6}\n",
+        "knows", "chooses by", "worlds", "linked", "gain, m²", "margin, dB", "error, dB", "way, m"
     );
     for sum in sum_of_drops(&dropped) {
         // Writing to a string cannot fail.
         let _ = writeln!(
             table,
-            "  {:14} {:>6} {:>6} {:>8.1} {:>10.1} {:>9.2} {:>6.1}",
+            "  {:14} {:10} {:>6} {:>6} {:>8.1} {:>10.1} {:>9.2} {:>6.1}",
             sum.knows.name(),
+            sum.chooses.name(),
             sum.worlds,
             sum.linked,
             sum.gained_m2,
@@ -105,13 +106,14 @@ fn unusable() -> InputError {
 fn table(sums: &[Sum]) -> String {
     let mut table = format!(
         "placement: ours covers at least {LEAST_MEAN} of the best on average and {LEAST_WORST} in the \
-         worst world, linked, in {MOST_MS} ms\n\n  {:>6} {:14} {:>6} {:>5} {:>5} {:>8} {:>6} {:>8} {:>10}\n",
+         worst world, linked, in {MOST_MS} ms\n\n  {:>6} {:14} {:>6} {:>5} {:>5} {:>8} {:>10} {:>6} {:>8} {:>10}\n",
         "relays",
         "rule",
         "worlds",
         "mean",
         "worst",
         "of bound",
+        "by way, m²",
         "linked",
         "1 m free",
         "slowest, ms",
@@ -120,13 +122,14 @@ fn table(sums: &[Sum]) -> String {
         // Writing to a string cannot fail.
         let _ = writeln!(
             table,
-            "  {:>6} {:14} {:>6} {:>5.3} {:>5.3} {:>8.3} {:>6} {:>8} {:>10.1}",
+            "  {:>6} {:14} {:>6} {:>5.3} {:>5.3} {:>8.3} {:>10.1} {:>6} {:>8} {:>10.1}",
             sum.asked,
             sum.rule.name(),
             sum.worlds,
             sum.mean,
             sum.worst,
             sum.of_bound,
+            sum.by_way_m2,
             sum.linked,
             sum.wide,
             sum.slowest_ms,

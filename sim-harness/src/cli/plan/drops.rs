@@ -5,12 +5,14 @@ use std::path::PathBuf;
 
 use cave_worlds::World;
 use clap::Args;
+use grid_map::{Cell, CellState};
 use relay_placement::Curve;
 use serde_json::{Value, json};
+use units::Db;
 
 use crate::cli::{Common, Trouble, Verdict, interrupt};
 use crate::input_error::InputError;
-use crate::measure::drops::{Drops, MOST_DROPS, open};
+use crate::measure::drops::{Coverage, Drops, MOST_DROPS, Received, open};
 use crate::output::pictures;
 use crate::output::put_picture;
 
@@ -26,6 +28,19 @@ pub(super) struct DropsArgs {
     /// Number of relays to put down
     #[arg(long, value_name = "N", default_value_t = 8, allow_negative_numbers = true)]
     nodes: usize,
+    /// Point at which a relay stands already; may be given several times
+    #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = point)]
+    relay: Vec<[f64; 2]>,
+    /// How far a relay covers
+    #[arg(long, value_name = "HOW", default_value = "straight")]
+    coverage: Coverage,
+    /// Readings of the strength of the base and the relays that stand, as CSV with the columns x_m,
+    /// y_m, reference (0 for the base, n for the n-th --relay), and snr_db or rssi_dbm
+    #[arg(long, value_name = "FILE")]
+    readings: Option<PathBuf>,
+    /// Noise of the receiver of the readings, for the column rssi_dbm
+    #[arg(long, value_name = "DBM", allow_negative_numbers = true)]
+    noise_dbm: Option<f64>,
     #[command(flatten)]
     common: Common,
 }
@@ -45,25 +60,63 @@ pub(super) fn run(args: &DropsArgs) -> Result<Verdict, Trouble> {
         let remedy = format!("give a number from 1 to {MOST_DROPS}");
         return Err(InputError::new(wrong, remedy).into());
     }
+    if let Some(noise) = args.noise_dbm.filter(|noise| !(-150.0..=0.0).contains(noise)) {
+        let wrong = format!("--noise-dbm {noise} is out of range");
+        return Err(InputError::new(wrong, "give a level from -150 to 0 dBm").into());
+    }
     let world = open(&args.map, args.base)?;
-    let drops = Drops::plan(&world, args.nodes).map_err(|why| {
+    let stand = standing(args, &world)?;
+    let points: Vec<_> = stand.iter().map(|cell| world.map.frame().centre(*cell)).collect();
+    let received = match &args.readings {
+        Some(_) if args.coverage == Coverage::Geodesic => {
+            let wrong = "--readings correct coverage in a straight line alone";
+            return Err(InputError::new(wrong, "leave out --coverage geodesic").into());
+        }
+        Some(file) => Some(Received::read(file, &world, &points, args.noise_dbm)?),
+        None => None,
+    };
+    let drops = match args.coverage {
+        Coverage::Straight => Drops::plan(&world, args.nodes, &points, received.as_ref()),
+        Coverage::Geodesic => Drops::plan_by_way(&world, args.nodes, &stand),
+    };
+    let drops = drops.map_err(|why| {
         let remedy = "give another --base, or another map";
         InputError::new(why.to_string(), remedy).in_file(&args.map)
     })?;
     interrupt::ends();
-    let value = json_of(&world, &drops);
+    let value = json_of(&world, &drops, received.as_ref());
     let mut folder = args.common.folder()?;
     if let Some(folder) = &mut folder {
         let picture = pictures::drops(&world, &drops).map_err(Trouble::from)?;
         put_picture(folder, "drops", &picture)?;
         folder.put_json("drops.json", &value)?;
     }
-    args.common.finish(folder, &table(&world, &drops), &value)?;
+    args.common.finish(folder, &table(args, &world, &drops, received.as_ref()), &value)?;
     Ok(Verdict::Good)
 }
 
-fn json_of(world: &World, drops: &Drops) -> Value {
-    let places = drops.plan.places().iter().map(|place| {
+/// The cells of the base and of the relays that stand.
+fn standing(args: &DropsArgs, world: &World) -> Result<Vec<Cell>, InputError> {
+    let cell = |at: &[f64; 2]| {
+        let inside = world.map.frame().cell_at(world.point(*at));
+        let free = inside.filter(|cell| world.map.state(*cell) == CellState::Free);
+        free.ok_or_else(|| {
+            let wrong = format!("--relay {},{} is no free point of the map", at[0], at[1]);
+            InputError::new(wrong, "give a point at which a relay can stand").in_file(&args.map)
+        })
+    };
+    let relays: Result<Vec<_>, _> = args.relay.iter().map(cell).collect();
+    Ok([vec![world.base], relays?].concat())
+}
+
+fn json_of(world: &World, drops: &Drops, received: Option<&Received>) -> Value {
+    let readings = received.map(|received| {
+        let row = |(n, (count, over)): (usize, (usize, Db))| {
+            json!({ "reference": n, "readings": count, "over_curve_db": hundredths(over.0.into()) })
+        };
+        received.summary().enumerate().map(row).collect::<Vec<_>>()
+    });
+    let places = drops.places.iter().map(|place| {
         let [x, y] = world.in_file(place.at);
         json!({
             "x_m": hundredths(x),
@@ -74,15 +127,19 @@ fn json_of(world: &World, drops: &Drops) -> Value {
         })
     });
     let [x, y] = world.in_file(world.map.frame().centre(world.base));
-    json!({
+    let mut value = json!({
         "map": world.name,
         "base": { "x_m": hundredths(x), "y_m": hundredths(y) },
         "reachable_m2": drops.square_metres(drops.ground.reached().count()),
         "covered_before_m2": drops.square_metres(drops.before.covered(&drops.ground)),
         "covered_after_m2": drops.square_metres(drops.after.covered(&drops.ground)),
-        "gain_at_most_m2": drops.square_metres(drops.at_most_cells),
+        "gain_at_most_m2": drops.at_most_cells.map(|cells| drops.square_metres(cells)),
         "places": places.collect::<Vec<_>>(),
-    })
+    });
+    if let Some(readings) = readings {
+        value["readings"] = json!(readings);
+    }
+    value
 }
 
 /// A number to the hundredth.
@@ -90,28 +147,35 @@ fn hundredths(number: f64) -> f64 {
     (100.0 * number).round() / 100.0
 }
 
-fn table(world: &World, drops: &Drops) -> String {
+fn table(args: &DropsArgs, world: &World, drops: &Drops, received: Option<&Received>) -> String {
+    let whose = if args.relay.is_empty() { "the base's" } else { "the network's" };
     let area = |cells| drops.square_metres(cells);
     let mut text = format!(
-        "{}: {} relays cover {:.1} m² more than the base's {:.1} m², of {:.1} m²; no set covers over \
-         {:.1} m² more\n",
+        "{}: {} relays cover {:.1} m² more than {whose} {:.1} m², of {:.1} m²",
         world.name,
-        drops.plan.places().len(),
-        area(drops.plan.gain_cells()),
+        drops.places.len(),
+        area(drops.gain_cells()),
         area(drops.before.covered(&drops.ground)),
         area(drops.ground.reached().count()),
-        area(drops.at_most_cells),
     );
-    if drops.plan.places().is_empty() {
+    // Writing to a string cannot fail.
+    if let Some(cells) = drops.at_most_cells {
+        let _ = write!(text, "; no set covers over {:.1} m² more", area(cells));
+    }
+    text.push('\n');
+    for (n, (count, over)) in received.iter().flat_map(|it| it.summary()).enumerate() {
+        let name = if n == 0 { "base".to_owned() } else { format!("standing relay {n}") };
+        let _ = writeln!(text, "{name}: {count} readings, {:+.1} dB over the curve", over.0);
+    }
+    if drops.places.is_empty() {
         return text;
     }
-    // Writing to a string cannot fail.
     let _ = writeln!(
         text,
         "\n{:10} {:>8} {:>8} {:>9} {:>10} {:>8}",
         "", "x, m", "y, m", "gain, m²", "margin, dB", "free, m"
     );
-    for (n, place) in drops.plan.places().iter().enumerate() {
+    for (n, place) in drops.places.iter().enumerate() {
         let [x, y] = world.in_file(place.at);
         let _ = writeln!(
             text,

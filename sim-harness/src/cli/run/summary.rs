@@ -175,6 +175,7 @@ pub(in crate::cli) fn metrics_json(m: &RunMetrics) -> Value {
         "cruise_gap_db": number(m.cruise_gap_db),
         "farthest_m": number(m.farthest_m),
         "t_farthest_s": number(m.t_farthest_s),
+        "head_heard_until_s": number(m.head_heard_until_s),
         "still_flying": number(m.still_flying),
         "order_lost": m.order_lost,
         "wall_contacts": m.wall_contacts,

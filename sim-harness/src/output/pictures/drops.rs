@@ -23,7 +23,7 @@ const MARK: f64 = 8.0;
 /// The picture of a plan of drops.
 pub(super) fn picture(world: &World, drops: &Drops) -> Result<Picture, PictureError> {
     let title = format!("Drops: {}", world.name);
-    let relays = drops.plan.places().len();
+    let relays = drops.places.len();
     Picture::draw(SIZE, &title, |sheet| {
         let subtitle = format!("Coverage of the base, and with {relays} relays on the ground");
         let body = headed(sheet, &title, &subtitle)?;
@@ -60,7 +60,7 @@ fn panel(
     if !is_after {
         return Ok(());
     }
-    for (n, place) in drops.plan.places().iter().enumerate() {
+    for (n, place) in drops.places.iter().enumerate() {
         let (x, y) = view.pixel(frame, place.at);
         area.draw(&Circle::new((px(x), px(y)), upx(MARK), filled(&INK)))?;
         let look = Look::LABEL.centred().coloured(PAPER);

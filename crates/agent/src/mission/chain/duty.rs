@@ -337,6 +337,7 @@ mod tests {
         is_back_near: false,
         is_searched: false,
         is_front_searching: false,
+        over_ground: [None; 2],
         bear_ground: false,
     };
     const AT_HOME: Links = Links { base: Some(Dbm(-40.0)), ..GOOD };

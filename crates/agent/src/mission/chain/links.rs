@@ -2,7 +2,7 @@
 
 use chain::neighbours::Neighbour;
 use chain::search::View;
-use units::{Dbm, Phase, Role};
+use units::{Db, Dbm, Phase, Role};
 
 use super::Chain;
 use super::search::is_searching;
@@ -27,6 +27,9 @@ pub(super) struct Links {
     pub(super) is_searched: bool,
     /// The same of the neighbour in front.
     pub(super) is_front_searching: bool,
+    /// By how much the front link and the back link are stronger than they have to be to stay links
+    /// when the drones at their ends are on the ground.
+    pub(super) over_ground: [Option<Db>; 2],
     /// Whether the links stay links when the drones at their ends are on the ground.
     pub(super) bear_ground: bool,
 }
@@ -44,7 +47,10 @@ impl Chain {
     pub(super) fn links(&self, config: &AgentConfig, role: Role) -> Links {
         let (front, back) = (self.front(), self.back());
         let limit = config.retreat.limit;
-        let bears = |n: &Neighbour| config.perch.bears(n.rssi(), n.report.phase, limit);
+        let over = |n: &Neighbour| config.perch.over(n.rssi(), n.report.phase, limit);
+        let over_ground = [front.filter(|_| role != Role::Head), back].map(|end| end.map(over));
+        let bears = |over: Option<Db>| over.is_some_and(|over| over >= Db(0.0));
+        let [over_front, over_back] = over_ground.map(bears);
         let is_near = |n: &Neighbour| config.policy.is_too_near(n.rssi());
         Links {
             front: front.map(Neighbour::rssi),
@@ -55,8 +61,8 @@ impl Chain {
             is_back_near: back.is_some_and(is_near),
             is_searched: [front, back].into_iter().flatten().any(is_searching),
             is_front_searching: front.is_some_and(is_searching),
-            bear_ground: back.is_some_and(bears)
-                && (role == Role::Head || front.is_some_and(bears)),
+            over_ground,
+            bear_ground: over_back && (role == Role::Head || over_front),
         }
     }
 }

@@ -40,19 +40,16 @@ impl Chain {
         Some(self.spot?.command(&config.spot, &config.nav, &view))
     }
 
-    /// What the drone senses of its place. It goes on from there while no link is weaker than the
-    /// limit of the launch, and each bears the loss on the ground.
+    /// What the drone senses of its place.
     fn spot_view(&self, config: &AgentConfig, round: &Round) -> SpotView {
         let links = self.links(config, round.role);
-        let is_strong = |link| link >= config.launch.limit;
         SpotView {
             ranges: self.ranges,
             height: self.height,
             way: round.way(),
             pose: round.here.pose,
-            is_linked: links.bear_ground
-                && links.front.is_none_or(is_strong)
-                && links.back.is_none_or(is_strong),
+            over: links.over_ground.map(|over| over.map(|over| over - config.perch.reserve)),
+            may_land: links.bear_ground,
             has_room: [!links.is_front_near, !links.is_back_near],
         }
     }

@@ -132,10 +132,12 @@ pub(crate) fn settings() -> impl Strategy<Value = Settings> {
     let limits = (limit(), limit()).prop_map(|(launch, retreat)| Limits { launch, retreat });
     let policy = any::<u8>().prop_map(PolicyCode::new);
     let mission = prop::sample::select(&MissionKind::ALL[..]);
-    (any::<u8>(), role, radio, trim, height, limits, policy, mission, prop::option::of(plans()))
-        .prop_map(|(node, role, radio, trim, height, limits, policy, mission, swarm)| Settings {
+    let after = (mission, prop::option::of(plans()), any::<bool>());
+    (any::<u8>(), role, radio, trim, height, limits, policy, after).prop_map(
+        |(node, role, radio, trim, height, limits, policy, (mission, swarm, fetched))| Settings {
             mission,
             swarm,
+            fetched,
             node: NodeId(node),
             role,
             radio,
@@ -143,7 +145,8 @@ pub(crate) fn settings() -> impl Strategy<Value = Settings> {
             height,
             limits,
             policy,
-        })
+        },
+    )
 }
 
 /// Plans to the centimetre and the degree.
