@@ -329,7 +329,7 @@ impl<const N: usize> Member<N> {
         let lets_go_beyond = if held_up { self.progress() } else { u16::MAX };
         let others = self.team.neighbours();
         let turns = !survey || self.still > guard.blocked_rounds;
-        let room = Room { config, guard, others, obstacles, lets_go_beyond, turns };
-        room.end(here, way, length)
+        Room::<N>::around(here, config, guard, others, obstacles, lets_go_beyond)
+            .end(way, length, turns)
     }
 }

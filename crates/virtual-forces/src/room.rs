@@ -1,6 +1,7 @@
 //! Shortens or turns a step so that it keeps clear of drones and obstacles and cuts the swarm
 //! nowhere.
 
+use heapless::Vec;
 use units::{Metres, Point2};
 
 use crate::crossing::TURNS;
@@ -8,80 +9,157 @@ use crate::geometry::{moved, squared};
 use crate::team::Neighbour;
 use crate::{Config, Guard, Obstacles};
 
-/// What one drone checks its steps against.
+/// The most drones of a swarm, which is the number of bits in a set of them.
+const MOST: usize = u64::BITS as usize;
+
+/// What one drone checks its steps against. It has at most `N` neighbours.
+#[derive(Clone, Debug)]
+pub(crate) struct Room<'a, const N: usize> {
+    guard: &'a Guard,
+    here: Point2,
+    obstacles: &'a Obstacles,
+    /// The distance from here to the nearest obstacle.
+    clearance: Metres,
+    others: Vec<Other, N>,
+}
+
+/// A neighbour, with what does not depend on the step.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Room<'a, Others> {
-    pub(crate) config: &'a Config,
-    pub(crate) guard: &'a Guard,
-    pub(crate) others: Others,
-    pub(crate) obstacles: &'a Obstacles,
-    /// The progress beyond which the links to other drones need not be kept.
-    pub(crate) lets_go_beyond: u16,
-    /// Whether a drone may go another way than the wanted one.
-    pub(crate) turns: bool,
+struct Other {
+    position: Point2,
+    /// The square of its distance,
+    before: f32,
+    /// of the least distance that a step may leave to it,
+    least: f32,
+    /// and of the distance up to which it is surely linked.
+    reach: f32,
+    /// Whether the link to it must be kept.
+    kept: bool,
+    /// The neighbours that it is surely linked with, a bit each, and its own bit; none before they
+    /// are asked for.
+    linked: Option<u64>,
+}
+
+/// What the end of a step means for the links: sets of neighbours, a bit each.
+struct Links {
+    /// Those in range of the end.
+    in_range: u64,
+    /// Those whose link must be kept by a neighbour in range.
+    to_relay: u64,
 }
 
 /// What is taken off the radio's range, in metres, so that rounding never cuts a link.
 const ROUNDING: f32 = 1e-4;
 
-impl<Others: Iterator<Item = Neighbour> + Clone> Room<'_, Others> {
-    /// Returns where a drone at `here` goes that wants to go `length` along `way`: the whole step,
-    /// turned as little as need be, or else a part of it straight ahead, or nowhere.
-    pub(crate) fn end(&self, here: Point2, way: Point2, length: Metres) -> Point2 {
-        let turns = if self.turns { TURNS.len() } else { 1 };
+impl<'a, const N: usize> Room<'a, N> {
+    /// Returns the room around a drone at `here`. Links to drones whose progress is beyond
+    /// `lets_go_beyond` need not be kept.
+    pub(crate) fn around(
+        here: Point2,
+        config: &Config,
+        guard: &'a Guard,
+        others: impl Iterator<Item = Neighbour>,
+        obstacles: &'a Obstacles,
+        lets_go_beyond: u16,
+    ) -> Self {
+        const { assert!(N <= MOST, "a set of neighbours has 64 bits") };
+        let other = |other: Neighbour| {
+            let doubt = doubt(config, guard, other);
+            let least = guard.drones.0 + doubt;
+            let range = (config.radio_range.0 - doubt - ROUNDING).max(0.0);
+            Other {
+                position: other.position,
+                before: squared(here, other.position),
+                least: least * least,
+                reach: range * range,
+                kept: other.progress <= lets_go_beyond,
+                linked: None,
+            }
+        };
+        let others = others.take(N).map(other).collect();
+        let clearance = obstacles.clearance(here);
+        Self { guard, here, obstacles, clearance, others }
+    }
+
+    /// Returns where a drone goes that wants to go `length` along `way`: the whole step, with
+    /// `turns` turned as little as need be, or else a part of it straight ahead, or nowhere.
+    pub(crate) fn end(&mut self, way: Point2, length: Metres, turns: bool) -> Point2 {
+        let here = self.here;
+        let turns = if turns { TURNS.len() } else { 1 };
         let whole = TURNS.iter().take(turns).map(|(cos, sin)| {
             let left = Point2::new(-way.y, way.x);
             moved(moved(here, way, cos * length.0), left, sin * length.0)
         });
         let parts = [0.5, 0.25].map(|part| moved(here, way, part * length.0));
-        whole.chain(parts).find(|end| self.allows(here, *end)).unwrap_or(here)
+        whole.chain(parts).find(|end| self.allows(*end)).unwrap_or(here)
     }
 
-    fn allows(&self, here: Point2, end: Point2) -> bool {
-        self.clear_of_drones(here, end)
-            && self.clear_of_obstacles(here, end)
-            && self.linked(here, end)
+    fn allows(&mut self, end: Point2) -> bool {
+        let Some(links) = self.links_if_clear(end) else { return false };
+        self.clear_of_obstacles(end) && self.linked(&links)
     }
 
-    /// Returns how far another drone may be from where it was heard, as seen from this one: by the
-    /// errors of both positions, and by its steps since then.
-    fn doubt(&self, other: Neighbour) -> f32 {
-        let steps = f32::from(other.age) * self.config.longest_step.0;
-        2.0 * self.guard.position_error.0 + steps
-    }
-
-    fn clear_of_drones(&self, here: Point2, end: Point2) -> bool {
-        self.others.clone().all(|other| {
-            let least = self.guard.drones.0 + self.doubt(other);
+    /// Returns what `end` means for the links, if it is clear of all neighbours.
+    fn links_if_clear(&self, end: Point2) -> Option<Links> {
+        let mut links = Links { in_range: 0, to_relay: 0 };
+        for (other, index) in self.others.iter().zip(0_u32..) {
             let after = squared(end, other.position);
-            after >= least * least || after > squared(here, other.position)
-        })
+            let is_clear = after >= other.least || after > other.before;
+            if !is_clear {
+                return None;
+            }
+            let nearer = after < other.before;
+            let bit = 1_u64.wrapping_shl(index);
+            if after <= other.reach {
+                links.in_range |= bit;
+            } else if other.kept && !nearer {
+                links.to_relay |= bit;
+            }
+        }
+        Some(links)
     }
 
-    fn clear_of_obstacles(&self, here: Point2, end: Point2) -> bool {
+    fn clear_of_obstacles(&self, end: Point2) -> bool {
         let after = self.obstacles.clearance(end);
-        after >= self.guard.obstacles || after > self.obstacles.clearance(here)
+        after >= self.guard.obstacles || after > self.clearance
     }
 
-    /// Says whether every neighbour is in range of `end`, or in range of a neighbour that is, or comes
-    /// nearer: then a swarm of which one drone moves at a time stays connected.
-    fn linked(&self, here: Point2, end: Point2) -> bool {
-        let reach = |other: Neighbour| {
-            let range = (self.config.radio_range.0 - self.doubt(other) - ROUNDING).max(0.0);
-            range * range
-        };
-        let mut kept = self.others.clone().filter(|other| other.progress <= self.lets_go_beyond);
-        kept.all(|other| {
-            let after = squared(end, other.position);
-            after <= reach(other)
-                || after < squared(here, other.position)
-                || self.others.clone().any(|relay| {
-                    relay.number != other.number
-                        && squared(end, relay.position) <= reach(relay)
-                        && squared(relay.position, other.position) <= reach(other).min(reach(relay))
-                })
-        })
+    /// Says whether every neighbour is in range of the end, or in range of a neighbour that is, or
+    /// comes nearer: then a swarm of which one drone moves at a time stays connected.
+    fn linked(&mut self, links: &Links) -> bool {
+        let mut to_relay = links.to_relay;
+        while to_relay != 0 {
+            let index = to_relay.trailing_zeros() as usize;
+            to_relay &= to_relay - 1;
+            if self.linked_with(index) & links.in_range == 0 {
+                return false;
+            }
+        }
+        true
     }
+
+    /// Returns the neighbours that are surely linked with one of them.
+    fn linked_with(&mut self, index: usize) -> u64 {
+        let Some(one) = self.others.get(index).copied() else { return 0 };
+        if let Some(linked) = one.linked {
+            return linked;
+        }
+        let linked = self.others.iter().zip(0_u32..).fold(0, |set, (relay, bit)| {
+            let near = squared(relay.position, one.position) <= one.reach.min(relay.reach);
+            set | u64::from(near).wrapping_shl(bit)
+        });
+        if let Some(one) = self.others.get_mut(index) {
+            one.linked = Some(linked);
+        }
+        linked
+    }
+}
+
+/// Returns how far another drone may be from where it was heard, as seen from this one: by the
+/// errors of both positions, and by its steps since then.
+fn doubt(config: &Config, guard: &Guard, other: Neighbour) -> f32 {
+    let steps = f32::from(other.age) * config.longest_step.0;
+    2.0 * guard.position_error.0 + steps
 }
 
 #[cfg(test)]
@@ -99,10 +177,11 @@ mod tests {
             age: 0,
         });
         let open = Obstacles::default();
-        let (config, guard) = (&Config::OURS, &Guard::OURS);
-        let room =
-            Room { config, guard, others, obstacles: &open, lets_go_beyond: u16::MAX, turns };
-        room.end(HERE, EAST, Metres(0.1))
+        Room::<4>::around(HERE, &Config::OURS, &Guard::OURS, others, &open, u16::MAX).end(
+            EAST,
+            Metres(0.1),
+            turns,
+        )
     }
 
     #[test]
