@@ -301,15 +301,17 @@ impl<const N: usize> Member<N> {
     ) -> Point2 {
         let left = here.distance(goal);
         let mut sum = Resultant::new(self.config.weight);
-        sum.add(here, goal, attraction_to_goal(&self.config, left));
+        sum.add(here, goal, left, attraction_to_goal(&self.config, left));
         let wanted = match self.task {
             Task::Gather { .. } => self.config.distance_in(self.formation(self.plan.drones)),
             _ => self.config.wanted_distance(),
         };
         if left > self.config.straight_within {
             for other in self.team.neighbours() {
-                let force = between_drones(wanted, here.distance(other.position));
-                sum.add(here, other.position, if pulled { force } else { force.min(0.0) });
+                let distance = here.distance(other.position);
+                let force = between_drones(wanted, distance);
+                let force = if pulled || force < 0.0 { force } else { 0.0 };
+                sum.add(here, other.position, distance, force);
             }
         }
         let length = if self.config.stops_on_goals && left < length { left } else { length };

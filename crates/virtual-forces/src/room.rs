@@ -15,11 +15,11 @@ const MOST: usize = u64::BITS as usize;
 /// What one drone checks its steps against. It has at most `N` neighbours.
 #[derive(Clone, Debug)]
 pub(crate) struct Room<'a, const N: usize> {
-    guard: &'a Guard,
     here: Point2,
     obstacles: &'a Obstacles,
-    /// The distance from here to the nearest obstacle.
-    clearance: Metres,
+    /// The square of the least distance that a step may leave to an obstacle: the guard's, or what
+    /// there is where that is less.
+    clearance: f32,
     others: Vec<Other, N>,
 }
 
@@ -57,7 +57,7 @@ impl<'a, const N: usize> Room<'a, N> {
     pub(crate) fn around(
         here: Point2,
         config: &Config,
-        guard: &'a Guard,
+        guard: &Guard,
         others: impl Iterator<Item = Neighbour>,
         obstacles: &'a Obstacles,
         lets_go_beyond: u16,
@@ -77,8 +77,9 @@ impl<'a, const N: usize> Room<'a, N> {
             }
         };
         let others = others.take(N).map(other).collect();
-        let clearance = obstacles.clearance(here);
-        Self { guard, here, obstacles, clearance, others }
+        let clearance =
+            (guard.obstacles.0 * guard.obstacles.0).min(obstacles.squared_clearance(here));
+        Self { here, obstacles, clearance, others }
     }
 
     /// Returns where a drone goes that wants to go `length` along `way`: the whole step, with
@@ -96,32 +97,32 @@ impl<'a, const N: usize> Room<'a, N> {
 
     fn allows(&mut self, end: Point2) -> bool {
         let Some(links) = self.links_if_clear(end) else { return false };
-        self.clear_of_obstacles(end) && self.linked(&links)
+        self.linked(&links) && self.clear_of_obstacles(end)
     }
 
     /// Returns what `end` means for the links, if it is clear of all neighbours.
     fn links_if_clear(&self, end: Point2) -> Option<Links> {
         let mut links = Links { in_range: 0, to_relay: 0 };
-        for (other, index) in self.others.iter().zip(0_u32..) {
+        let mut bit = 1;
+        for other in &self.others {
             let after = squared(end, other.position);
             let is_clear = after >= other.least || after > other.before;
             if !is_clear {
                 return None;
             }
             let nearer = after < other.before;
-            let bit = 1_u64.wrapping_shl(index);
             if after <= other.reach {
                 links.in_range |= bit;
             } else if other.kept && !nearer {
                 links.to_relay |= bit;
             }
+            bit <<= 1;
         }
         Some(links)
     }
 
     fn clear_of_obstacles(&self, end: Point2) -> bool {
-        let after = self.obstacles.clearance(end);
-        after >= self.guard.obstacles || after > self.clearance
+        self.obstacles.squared_clearance_from(end, self.clearance).is_some()
     }
 
     /// Says whether every neighbour is in range of the end, or in range of a neighbour that is, or
@@ -144,10 +145,14 @@ impl<'a, const N: usize> Room<'a, N> {
         if let Some(linked) = one.linked {
             return linked;
         }
-        let linked = self.others.iter().zip(0_u32..).fold(0, |set, (relay, bit)| {
-            let near = squared(relay.position, one.position) <= one.reach.min(relay.reach);
-            set | u64::from(near).wrapping_shl(bit)
-        });
+        let (mut linked, mut bit) = (0, 1);
+        for relay in &self.others {
+            let distance = squared(relay.position, one.position);
+            if distance <= one.reach && distance <= relay.reach {
+                linked |= bit;
+            }
+            bit <<= 1;
+        }
         if let Some(one) = self.others.get_mut(index) {
             one.linked = Some(linked);
         }
@@ -177,7 +182,8 @@ mod tests {
             age: 0,
         });
         let open = Obstacles::default();
-        Room::<4>::around(HERE, &Config::OURS, &Guard::OURS, others, &open, u16::MAX).end(
+        let (config, guard) = (&Config::OURS, &Guard::OURS);
+        Room::<4>::around(HERE, config, guard, others, &open, u16::MAX).end(
             EAST,
             Metres(0.1),
             turns,
