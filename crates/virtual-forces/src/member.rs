@@ -75,6 +75,8 @@ pub struct Member<const N: usize> {
     team: Team<N>,
     /// The rounds on the way to this goal or place in which the drone came no nearer to it.
     still: u16,
+    /// The largest error of the drone's own position in this round.
+    error: Metres,
 }
 
 impl<const N: usize> Member<N> {
@@ -82,7 +84,15 @@ impl<const N: usize> Member<N> {
     #[must_use]
     pub fn new(config: Config, plan: Plan, number: u16) -> Self {
         let task = Task::Survey { reached: 1, underway: false };
-        Self { config, plan, number, task, team: Team::new(number, plan.drones), still: 0 }
+        Self {
+            config,
+            plan,
+            number,
+            task,
+            team: Team::new(number, plan.drones),
+            still: 0,
+            error: Metres(0.0),
+        }
     }
 
     /// Returns drone `number` (from 0) of a swarm, which first has to fly to its first goal.
@@ -111,15 +121,17 @@ impl<const N: usize> Member<N> {
         }
     }
 
-    /// Takes in what the drone at `here` heard and sees in one round, and returns where it goes,
-    /// with a step of at most `length`.
+    /// Takes in what the drone at `here`, a position with an error of at most `error`, heard and sees
+    /// in one round, and returns where it goes, with a step of at most `length`.
     pub fn step(
         &mut self,
         here: Point2,
+        error: Metres,
         heard: impl IntoIterator<Item = Heard>,
         obstacles: &Obstacles,
         length: Metres,
     ) -> Point2 {
+        self.error = error;
         self.team.hear(&self.config, here, heard);
         self.set_out();
         let end = match self.task {
@@ -185,14 +197,13 @@ impl<const N: usize> Member<N> {
             }
             Task::Cross { pace, .. } => {
                 let Passage { entrance, way, length, .. } = self.plan.passage;
-                let error = self.config.guard.map_or(0.0, |guard| guard.position_error.0);
                 let beyond = along(way, entrance, here) - length.0;
                 let exit = 2.0 * self.config.wanted_distance().0;
                 if beyond > exit && self.all_out() {
                     Task::Done
                 } else {
                     let pace = self.next_pace(pace, here, along(way, start, here));
-                    Task::Cross { out: beyond > error, pace }
+                    Task::Cross { out: beyond > self.error.0, pace }
                 }
             }
             task => task,
@@ -331,7 +342,7 @@ impl<const N: usize> Member<N> {
         let lets_go_beyond = if held_up { self.progress() } else { u16::MAX };
         let others = self.team.neighbours();
         let turns = !survey || self.still > guard.blocked_rounds;
-        Room::<N>::around(here, config, guard, others, obstacles, lets_go_beyond)
+        Room::<N>::around((here, self.error), config, guard, others, obstacles, lets_go_beyond)
             .end(way, length, turns)
     }
 }

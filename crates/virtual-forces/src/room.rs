@@ -31,6 +31,9 @@ struct Other {
     before: f32,
     /// of the least distance that a step may leave to it,
     least: f32,
+    /// of how far it may be from there, as far as a step from too near must lead away from it even so:
+    /// a step s makes the squared distance to a place that is d farther ahead longer by 2 d·s less,
+    away: f32,
     /// and of the distance up to which it is surely linked.
     reach: f32,
     /// Whether the link to it must be kept.
@@ -48,6 +51,10 @@ struct Links {
     to_relay: u64,
 }
 
+/// A drone that is too near to another one goes away from it within 45° of the straight way, however
+/// little is known of where the other one is: this is the square of the cosine.
+const SURELY_AWAY: f32 = 0.5;
+
 /// What is taken off the radio's range, in metres, so that rounding never cuts a link.
 const ROUNDING: f32 = 1e-4;
 
@@ -55,7 +62,7 @@ impl<'a, const N: usize> Room<'a, N> {
     /// Returns the room around a drone at `here`. Links to drones whose progress is beyond
     /// `lets_go_beyond` need not be kept.
     pub(crate) fn around(
-        here: Point2,
+        (here, error): (Point2, Metres),
         config: &Config,
         guard: &Guard,
         others: impl Iterator<Item = Neighbour>,
@@ -64,13 +71,15 @@ impl<'a, const N: usize> Room<'a, N> {
     ) -> Self {
         const { assert!(N <= MOST, "a set of neighbours has 64 bits") };
         let other = |other: Neighbour| {
-            let doubt = doubt(config, guard, other);
+            let doubt = doubt(config, error, other);
             let least = guard.drones.0 + doubt;
             let range = (config.radio_range.0 - doubt - ROUNDING).max(0.0);
+            let before = squared(here, other.position);
             Other {
                 position: other.position,
-                before: squared(here, other.position),
+                before,
                 least: least * least,
+                away: (doubt * doubt).min(SURELY_AWAY * before),
                 reach: range * range,
                 kept: other.progress <= lets_go_beyond,
                 linked: None,
@@ -103,10 +112,13 @@ impl<'a, const N: usize> Room<'a, N> {
     /// Returns what `end` means for the links, if it is clear of all neighbours.
     fn links_if_clear(&self, end: Point2) -> Option<Links> {
         let mut links = Links { in_range: 0, to_relay: 0 };
+        let four_steps = 4.0 * squared(self.here, end);
         let mut bit = 1;
         for other in &self.others {
             let after = squared(end, other.position);
-            let is_clear = after >= other.least || after > other.before;
+            let farther = after - other.before;
+            let is_away = farther > 0.0 && farther * farther > four_steps * other.away;
+            let is_clear = after >= other.least || is_away;
             if !is_clear {
                 return None;
             }
@@ -162,9 +174,9 @@ impl<'a, const N: usize> Room<'a, N> {
 
 /// Returns how far another drone may be from where it was heard, as seen from this one: by the
 /// errors of both positions, and by its steps since then.
-fn doubt(config: &Config, guard: &Guard, other: Neighbour) -> f32 {
+fn doubt(config: &Config, error: Metres, other: Neighbour) -> f32 {
     let steps = f32::from(other.age) * config.longest_step.0;
-    2.0 * guard.position_error.0 + steps
+    error.0 + other.error.0 + steps
 }
 
 #[cfg(test)]
@@ -175,15 +187,20 @@ mod tests {
     const EAST: Point2 = Point2::new(1.0, 0.0);
 
     fn end(others: &[(f32, f32)], turns: bool) -> Point2 {
+        end_by(0.0, others, turns)
+    }
+
+    fn end_by(error: f32, others: &[(f32, f32)], turns: bool) -> Point2 {
         let others = (0..).zip(others).map(|(number, (x, y))| Neighbour {
             number,
             position: Point2::new(*x, *y),
+            error: Metres(error),
             progress: 0,
             age: 0,
         });
         let open = Obstacles::default();
         let (config, guard) = (&Config::OURS, &Guard::OURS);
-        Room::<4>::around(HERE, config, guard, others, &open, u16::MAX).end(
+        Room::<4>::around((HERE, Metres(error)), config, guard, others, &open, u16::MAX).end(
             EAST,
             Metres(0.1),
             turns,
@@ -207,5 +224,13 @@ mod tests {
     #[test]
     fn a_drone_that_is_too_near_may_go_away() {
         assert_eq!(end(&[(-0.2, 0.0)], false), Point2::new(0.1, 0.0));
+    }
+
+    #[test]
+    fn a_drone_that_is_too_near_by_a_doubtful_position_goes_surely_away() {
+        let beside = [(-0.05, 0.3)];
+        assert_eq!(end_by(0.0, &beside, false), Point2::new(0.1, 0.0), "a little farther");
+        assert_eq!(end_by(0.06, &beside, false), HERE, "or perhaps nearer");
+        assert!(end_by(0.06, &beside, true).y < -0.03);
     }
 }
