@@ -12,8 +12,10 @@ use core::sync::atomic::{Ordering, fence};
 use embassy_stm32::pac::FLASH;
 use embassy_stm32::pac::flash::vals::Psize;
 
-/// Bytes of the page that are read and wiped: a record of the keys fits, with room to spare.
-pub(crate) const LENGTH: usize = 64;
+/// Bytes of the page that are read and wiped.
+pub(crate) const LENGTH: usize = storage::keys::PAGE_LENGTH;
+
+const _: () = assert!(LENGTH.is_multiple_of(4), "flash is programmed in words");
 
 const WORDS: usize = LENGTH / 4;
 

@@ -313,8 +313,8 @@ fn for_the_link(keys: &KeysRecord) -> link_keys::Keys {
     }
 }
 
-/// The drone's keys, which are then in both slots, and the ledger of those that were used. A policy on
-/// the page goes into the settings. The page is wiped, unless a later firmware may be able to read it
+/// The drone's keys, which are then in both slots, and the ledger of those that were used. A policy and a mission
+/// on the page go into the settings. The page is wiped, unless a later firmware may be able to read it
 /// or the EEPROM did not keep its keys.
 async fn provisioned(
     memory: &mut Memory,
@@ -327,10 +327,12 @@ async fn provisioned(
     let mut wipes = true;
     match KeysRecord::on_page(&page::read(), keys.as_ref(), &ledger) {
         Page::Empty => wipes = false,
-        Page::New { keys: new, policy } => {
+        Page::New { keys: new, policy, mission } => {
+            let before = *settings;
+            settings.policy = policy.or(settings.policy);
+            *settings = mission.map_or(*settings, |mission| mission.applied_to(*settings));
             // First, so that after a power cut between the two the page still counts as new.
-            if policy.is_some() && settings.policy != policy {
-                settings.policy = policy;
+            if *settings != before {
                 keep_twice(memory, Keep::Settings(settings)).await?;
             }
             keys = Some(new);

@@ -34,14 +34,27 @@
 //! | 58 | `u8` | version, 1 |
 //! | 59 | `u8` | code of the policy |
 //! | 60 | `u32` | CRC-32 of bytes 56 to 59 |
+//!
+//! A mission may follow behind the policy's place, which goes into the settings, too:
+//!
+//! | byte | type | field |
+//! |---|---|---|
+//! | 64 | 4 bytes | `UCHM` |
+//! | 68 | `u8` | version, 1 |
+//! | 69 | `u8` | the mission's code |
+//! | 70 | 19 bytes | plan of a swarm's mission ([`crate::settings::SwarmPlan`]), or zeros for none |
+//! | 89 | 3 bytes | zero |
+//! | 92 | `u32` | CRC-32 of bytes 64 to 91 |
 
 use core::fmt;
 
-use units::{NODES, NodeId, PolicyCode, Role};
+use units::{MissionKind, NODES, NodeId, PolicyCode, Role};
 
 use crate::bytes::{Reader, check_crc, role_code, role_of_code, sealed};
 use crate::epoch::Issue;
 use crate::ledger::Ledger;
+use crate::settings::Settings;
+use crate::swarm_plan::{self, SwarmPlan};
 use crate::{Error, Record};
 
 /// Bytes of a record: whole words, by which flash is written.
@@ -125,7 +138,8 @@ impl KeysRecord {
         match Self::decode(page) {
             Ok((keys, _)) if keys.supersedes(current, ledger) => {
                 let policy = page.get(LENGTH..).and_then(decode_policy);
-                Page::New { keys, policy }
+                let mission = page.get(LENGTH + POLICY_LENGTH..).and_then(PageMission::decode);
+                Page::New { keys, policy, mission }
             }
             Ok(_) => Page::Old,
             // Erased words and wiped ones, also where a wipe was cut short.
@@ -142,18 +156,20 @@ impl KeysRecord {
 }
 
 /// The contents of the provisioning page, by what is to be done with them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Page {
     /// The page was erased or wiped: there is nothing to do.
     Empty,
-    /// The page holds new keys: the policy and then the keys are written to the EEPROM, the keys into
-    /// both slots, and then the page is wiped.
+    /// The page holds new keys: policy and mission and then the keys are written to the EEPROM, the keys
+    /// into both slots, and then the page is wiped.
     New {
         /// The keys.
         keys: KeysRecord,
         /// The movement policy for the drone's settings; `None` leaves the one that is there.
         policy: Option<PolicyCode>,
+        /// The mission for the drone's settings; `None` leaves the one that is there.
+        mission: Option<PageMission>,
     },
     /// The page holds keys that are not newer than the drone's, or that the drone has had before: it
     /// is wiped.
@@ -182,6 +198,51 @@ fn decode_policy(bytes: &[u8]) -> Option<PolicyCode> {
     match bytes {
         [m0, m1, POLICY_VERSION, code, ..] if [*m0, *m1] == POLICY_MAGIC => PolicyCode::new(*code),
         _ => None,
+    }
+}
+
+const MISSION_MAGIC: [u8; 4] = *b"UCHM";
+const MISSION_VERSION: u8 = 1;
+
+/// Bytes of a mission on the page.
+pub const MISSION_LENGTH: usize = 13 + swarm_plan::LENGTH;
+
+/// Bytes of a page with all that it may hold.
+pub const PAGE_LENGTH: usize = LENGTH + POLICY_LENGTH + MISSION_LENGTH;
+
+/// A mission on the page, for the drone's settings.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct PageMission {
+    /// The mission.
+    pub kind: MissionKind,
+    /// The plan of a swarm's mission; `None` for the agent's default.
+    pub swarm: Option<SwarmPlan>,
+}
+
+impl PageMission {
+    /// The bytes by which a page gives the drone this mission.
+    ///
+    /// # Errors
+    /// If a drone could not keep the plan.
+    pub fn encode(&self) -> Result<[u8; MISSION_LENGTH], Error> {
+        let plan = SwarmPlan::encode(self.swarm.as_ref())?;
+        let fields: [&[u8]; 3] = [&MISSION_MAGIC, &[MISSION_VERSION, self.kind.code()], &plan];
+        Ok(sealed(&fields))
+    }
+
+    fn decode(bytes: &[u8]) -> Option<Self> {
+        let mut fields =
+            Reader::of_record(bytes, MISSION_LENGTH, MISSION_MAGIC, MISSION_VERSION).ok()?;
+        let kind = MissionKind::from_code(fields.u8().ok()?)?;
+        let swarm = SwarmPlan::decode(&mut fields).ok()?;
+        Some(Self { kind, swarm })
+    }
+
+    /// Returns settings with this mission.
+    #[must_use]
+    pub const fn applied_to(self, settings: Settings) -> Settings {
+        Settings { mission: self.kind, swarm: self.swarm, ..settings }
     }
 }
 

@@ -34,7 +34,7 @@ use chain::policy::{NAMES, Policy};
 use serde::Deserialize;
 use storage::Record;
 use storage::epoch::Issue;
-use storage::keys::{self, KeysRecord, Secret};
+use storage::keys::{self, KeysRecord, PageMission, Secret};
 use toml::{Spanned, Value};
 use units::{NODES, NodeId, Role};
 
@@ -127,10 +127,11 @@ impl Fleet {
         &mut self,
         request: &Request,
     ) -> Result<(FleetEntry, Vec<u8>), InputError> {
-        let Request { node, role, may_fly, policy } = *request;
+        let Request { node, role, may_fly, policy, mission } = *request;
         let role = role.unwrap_or(Role::usual_of(node));
         let policy = policy.or_else(|| self.drones.get(&node.0)?.policy);
         self.check_place(node, role, may_fly)?;
+        check_plan(node, role, mission.as_ref())?;
         let issue = self.issued.map_or(Some(Issue::FIRST), Issue::next).ok_or_else(|| {
             InputError::new(
                 format!("all {} issues of this fleet have been given out", Issue::LAST),
@@ -139,9 +140,16 @@ impl Fleet {
         })?;
         let drone = FleetEntry { role, may_fly, generation: self.generation, issue, policy };
         let record = self.record(node, &drone).encode(0);
-        let record = record.map_err(|error| InputError::new(error.to_string(), REPORT))?;
-        let policy = policy.map(|policy| keys::encode_policy(policy.code));
-        let page = record.into_iter().chain(policy.into_iter().flatten()).collect();
+        let defect = |error: storage::Error| InputError::new(error.to_string(), REPORT);
+        let mut page = record.map_err(defect)?.to_vec();
+        if let Some(policy) = policy {
+            page.extend(keys::encode_policy(policy.code));
+        }
+        if let Some(mission) = mission {
+            // Where no policy stands, the flash stays erased.
+            page.resize(keys::LENGTH + keys::POLICY_LENGTH, 0xFF);
+            page.extend(mission.encode().map_err(defect)?);
+        }
         self.issued = Some(issue);
         self.drones.insert(node.0, drone);
         Ok((drone, page))
@@ -266,6 +274,17 @@ impl Fleet {
             }
             Ok(fleet)
         })
+    }
+}
+
+/// Checks that a drone has its part in the plan that it is given.
+fn check_plan(node: NodeId, role: Role, mission: Option<&PageMission>) -> Result<(), InputError> {
+    match mission.and_then(|mission| mission.swarm) {
+        Some(plan) if role != Role::Base && node.0 >= plan.drones => Err(InputError::new(
+            format!("--node {} has no part in a plan for {} drones", node.0, plan.drones),
+            format!("give 0 to {}, or a plan for more drones", plan.drones.saturating_sub(1)),
+        )),
+        _ => Ok(()),
     }
 }
 

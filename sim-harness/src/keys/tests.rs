@@ -26,7 +26,7 @@ fn page_path() -> PathBuf {
 }
 
 fn relay(node: u8) -> Request {
-    Request { node: NodeId(node), role: None, may_fly: false, policy: None }
+    Request { node: NodeId(node), role: None, may_fly: false, policy: None, mission: None }
 }
 
 /// A disk that can be stopped after any step: what it does not know to be kept may be lost then,
@@ -221,7 +221,7 @@ fn what_is_refused_costs_no_issue() {
     let (fleet, mut paper) = before();
     paper.contents.push((b"somebody's".to_vec(), 10));
     paper.names.insert(page_path(), 1);
-    let base = |node, may_fly| Request { node: NodeId(node), role: None, may_fly, policy: None };
+    let base = |node, may_fly| Request { may_fly, ..relay(node) };
     let two_heads = Request { role: Some(Role::Head), ..relay(4) };
     for (request, out, why) in [
         (relay(1), page_path(), "never overwritten"),
@@ -341,7 +341,7 @@ fn refused_when_cut_off(fleet: &Fleet, end: usize) {
 #[test]
 fn no_place_is_one_where_a_file_may_be_cut_off() {
     let (mut fleet, _) = before();
-    fleet.give_out(&Request { node: NodeId(15), role: None, may_fly: true, policy: None }).unwrap();
+    fleet.give_out(&Request { may_fly: true, ..relay(15) }).unwrap();
     for end in 0..fleet.text().trim_end().len() {
         refused_when_cut_off(&fleet, end);
     }
@@ -418,7 +418,7 @@ fn a_drone_keeps_the_policy_that_it_was_given() {
     let code = t5.map(|policy| policy.code);
     for (policy, on_page) in [(None, None), (t5, code), (None, code)] {
         let (drone, page) = fleet.give_out(&Request { policy, ..relay(3) }).unwrap();
-        let storage::keys::Page::New { keys, policy } =
+        let storage::keys::Page::New { keys, policy, .. } =
             KeysRecord::on_page(&page, None, &storage::ledger::Ledger::EMPTY)
         else {
             panic!("{page:x?}");
@@ -430,6 +430,27 @@ fn a_drone_keeps_the_policy_that_it_was_given() {
     let text = fleet.text().replace("\"t5\"", "\"t6\"");
     let complaint = Fleet::parse(&fleet_path(), &text).unwrap_err().to_string();
     assert!(complaint.contains("there is no policy \"t6\"; give one of t0, t5"), "{complaint}");
+}
+
+#[test]
+fn a_page_gives_a_drone_the_mission_that_was_asked_for() {
+    let swarm = stored_plan(&agent::SwarmConfig::DEFAULT);
+    assert!(swarm.is_some(), "the firmware's own plan can be stored");
+    let mut fleet = Fleet::new(SECRET, 1);
+    for policy in [None, Policy::named("t5")] {
+        for kind in units::MissionKind::ALL {
+            let swarm = swarm.filter(|_| kind == units::MissionKind::Swarm);
+            let wanted = Some(PageMission { kind, swarm });
+            let request = Request { policy, mission: wanted, ..relay(3) };
+            let (_, page) = fleet.give_out(&request).unwrap();
+            let storage::keys::Page::New { keys, mission, .. } =
+                KeysRecord::on_page(&page, None, &storage::ledger::Ledger::EMPTY)
+            else {
+                panic!("{page:x?}");
+            };
+            assert_eq!((keys.node, mission), (NodeId(3), wanted));
+        }
+    }
 }
 
 #[test]

@@ -1,16 +1,16 @@
 //! Makes the keys and settings of a drone before its first flight. The keys are made as `uchain
 //! keys provision` makes them.
 
-use agent::{AgentConfig, SwarmConfig};
+use agent::AgentConfig;
 use airlink::keys::{FleetSecret, node as node_key};
 use chain::policy::{Policy, REGISTRY};
-use onboard::Config;
 use storage::epoch::Issue;
 use storage::keys::{KeysRecord, Secret};
-use storage::settings::{Limits, Radio, Settings, SwarmPlan};
+use storage::settings::{Limits, Radio, Settings};
 use storage::{Record, Slot};
-use units::{Dbm, MissionKind, NodeId, Radians, Role};
+use units::{Dbm, MissionKind, NodeId, Role};
 
+use crate::keys::stored_plan;
 use crate::random::{Purpose, Stream};
 use crate::scenario::Scenario;
 
@@ -60,32 +60,9 @@ fn settings(scenario: &Scenario, node: NodeId, role: Role) -> Settings {
             retreat: changed(agent.retreat.limit, default.retreat.limit),
         },
         mission: scenario.mission,
-        swarm: (scenario.mission == MissionKind::Swarm).then(|| plan(&agent.swarm)),
+        swarm: stored_plan(&agent.swarm).filter(|_| scenario.mission == MissionKind::Swarm),
         ..Settings::DEFAULT
     }
-}
-
-/// The plan of a swarm, as a drone stores it.
-fn plan(swarm: &SwarmConfig) -> SwarmPlan {
-    let SwarmConfig { drones, corner, area, passage, .. } = *swarm;
-    SwarmPlan {
-        drones: u8::try_from(drones).unwrap_or(u8::MAX),
-        corner,
-        area,
-        entrance: passage.entrance,
-        width: passage.width,
-        direction: Radians(libm::atan2f(passage.way.y, passage.way.x)),
-        length: passage.length,
-    }
-}
-
-/// Whether a drone that has stored the plan of this swarm flies just that.
-fn is_kept(swarm: &SwarmConfig) -> bool {
-    let settings = Settings { swarm: Some(plan(swarm)), ..Settings::DEFAULT };
-    let stored = settings.encode(1).and_then(|bytes| Settings::decode(&bytes));
-    stored.is_ok_and(|(stored, _)| {
-        Config::DEFAULT.with_settings(&stored, |_| {}).agent.swarm == *swarm
-    })
 }
 
 /// The policy of the registry that the agent flies.
@@ -110,7 +87,7 @@ pub fn unfit(scenario: &Scenario) -> Option<&'static str> {
         Some("another retreat: only retreat.limit_dbm can be set on a drone")
     } else if !kept(agent.launch.limit) || !kept(agent.retreat.limit) {
         Some("a limit that no drone keeps")
-    } else if scenario.mission == MissionKind::Swarm && !is_kept(&agent.swarm) {
+    } else if scenario.mission == MissionKind::Swarm && stored_plan(&agent.swarm).is_none() {
         Some("a swarm with another speed, or a plan that is finer than a centimetre or too large")
     } else if scenario.mission == MissionKind::Explore && agent.explore != default.explore {
         Some("another area to explore")
