@@ -141,15 +141,8 @@ impl Fleet {
         let drone = FleetEntry { role, may_fly, generation: self.generation, issue, policy };
         let record = self.record(node, &drone).encode(0);
         let defect = |error: storage::Error| InputError::new(error.to_string(), REPORT);
-        let mut page = record.map_err(defect)?.to_vec();
-        if let Some(policy) = policy {
-            page.extend(keys::encode_policy(policy.code));
-        }
-        if let Some(mission) = mission {
-            // Where no policy stands, the flash stays erased.
-            page.resize(keys::LENGTH + keys::POLICY_LENGTH, 0xFF);
-            page.extend(mission.encode().map_err(defect)?);
-        }
+        let record = record.map_err(defect)?;
+        let page = page(&record, policy, mission.as_ref()).map_err(defect)?;
         self.issued = Some(issue);
         self.drones.insert(node.0, drone);
         Ok((drone, page))
@@ -275,6 +268,27 @@ impl Fleet {
             Ok(fleet)
         })
     }
+}
+
+/// Returns the page with a drone's keys, and what else it is given.
+///
+/// # Errors
+/// If a drone could not keep the mission's plan.
+pub(crate) fn page(
+    keys: &[u8; keys::LENGTH],
+    policy: Option<&Policy>,
+    mission: Option<&PageMission>,
+) -> Result<Vec<u8>, storage::Error> {
+    let mut page = keys.to_vec();
+    if let Some(policy) = policy {
+        page.extend(keys::encode_policy(policy.code));
+    }
+    if let Some(mission) = mission {
+        // Where no policy stands, the flash stays erased.
+        page.resize(keys::LENGTH + keys::POLICY_LENGTH, 0xFF);
+        page.extend(mission.encode()?);
+    }
+    Ok(page)
 }
 
 /// Checks that a drone has its part in the plan that it is given.

@@ -23,6 +23,8 @@ use storage::keys::{PAGE_ADDRESS, PageMission};
 use units::{NodeId, Role};
 
 use self::disk::{Disk, Draft, Lock, Real};
+#[cfg(feature = "virtual")]
+pub(crate) use self::fleet::page;
 pub(crate) use self::fleet::role_name;
 pub use self::fleet::{Fleet, FleetEntry};
 pub use self::plan::stored_plan;

@@ -1,16 +1,16 @@
 //! Makes the keys and settings of a drone before its first flight. The keys are made as `uchain
-//! keys provision` makes them.
+//! keys provision` makes them, and a mission as it writes it.
 
 use agent::AgentConfig;
 use airlink::keys::{FleetSecret, node as node_key};
 use chain::policy::{Policy, REGISTRY};
 use storage::epoch::Issue;
-use storage::keys::{KeysRecord, Secret};
+use storage::keys::{KeysRecord, PageMission, Secret};
 use storage::settings::{Limits, Radio, Settings};
 use storage::{Record, Slot};
 use units::{Dbm, MissionKind, NodeId, Role};
 
-use crate::keys::stored_plan;
+use crate::keys::{self, stored_plan};
 use crate::random::{Purpose, Stream};
 use crate::scenario::Scenario;
 
@@ -27,7 +27,7 @@ pub(super) fn provision(scenario: &Scenario, node: NodeId, seed: u64) -> Provisi
     const GENERATION: u8 = 1;
     let secret = FleetSecret::from_bytes(Stream::new(seed, Purpose::Keys).bytes());
     let role = if node == NodeId(0) { Role::Head } else { Role::Relay };
-    let keys = KeysRecord {
+    let record = KeysRecord {
         fleet: 1,
         generation: GENERATION,
         issue: Issue::new(1 + node.0).expect("a chain has fewer members than a fleet has issues"),
@@ -37,12 +37,22 @@ pub(super) fn provision(scenario: &Scenario, node: NodeId, seed: u64) -> Provisi
         group: Secret::new(*secret.group(GENERATION).expose()),
         own: Secret::new(*node_key(&secret.base(GENERATION), node).expose()),
     };
-    let page = keys.encode(0).expect("a relay's or a head's record contradicts itself in nothing");
+    let page =
+        record.encode(0).expect("a relay's or a head's record contradicts itself in nothing");
+    let page = keys::page(&page, None, mission(scenario).as_ref());
+    let page = page.expect("the scenario was looked at before");
     let record = settings(scenario, node, role).encode(1);
     let record = record.expect("the scenario was looked at before");
     let mut eeprom = vec![0xFF; usize::from(Settings::address(Slot::A))];
     eeprom.extend(record);
-    Provisions { page: page.to_vec(), eeprom }
+    Provisions { page, eeprom }
+}
+
+/// The mission for the page: the chain is what a drone flies anyway.
+fn mission(scenario: &Scenario) -> Option<PageMission> {
+    let kind = scenario.mission;
+    let swarm = stored_plan(&scenario.agent.swarm).filter(|_| kind == MissionKind::Swarm);
+    (kind != MissionKind::Chain).then_some(PageMission { kind, swarm })
 }
 
 fn settings(scenario: &Scenario, node: NodeId, role: Role) -> Settings {
@@ -59,8 +69,6 @@ fn settings(scenario: &Scenario, node: NodeId, role: Role) -> Settings {
             launch: changed(agent.launch.limit, default.launch.limit),
             retreat: changed(agent.retreat.limit, default.retreat.limit),
         },
-        mission: scenario.mission,
-        swarm: stored_plan(&agent.swarm).filter(|_| scenario.mission == MissionKind::Swarm),
         ..Settings::DEFAULT
     }
 }
