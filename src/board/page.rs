@@ -11,10 +11,11 @@ use core::sync::atomic::{Ordering, fence};
 
 use embassy_stm32::pac::FLASH;
 use embassy_stm32::pac::flash::vals::Psize;
-use storage::keys;
 
 /// Bytes of the page that are read and wiped.
-pub(crate) const LENGTH: usize = keys::LENGTH + keys::POLICY_LENGTH + keys::LIMITS_LENGTH;
+pub(crate) const LENGTH: usize = storage::keys::PAGE_LENGTH;
+
+const _: () = assert!(LENGTH.is_multiple_of(4), "flash is programmed in words");
 
 const WORDS: usize = LENGTH / 4;
 

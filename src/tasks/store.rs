@@ -313,9 +313,9 @@ fn for_the_link(keys: &KeysRecord) -> link_keys::Keys {
     }
 }
 
-/// The drone's keys, which are then in both slots, and the ledger of those that were used. Policy and
-/// limits on the page go into the settings. The page is wiped, unless a later firmware may be able to
-/// read it or the EEPROM did not keep its keys.
+/// The drone's keys, which are then in both slots, and the ledger of those that were used. Policy, limits
+/// and mission on the page go into the settings. The page is wiped, unless a later firmware may be able
+/// to read it or the EEPROM did not keep its keys.
 async fn provisioned(
     memory: &mut Memory,
     settings: &mut Settings,
@@ -327,11 +327,13 @@ async fn provisioned(
     let mut wipes = true;
     match KeysRecord::on_page(&page::read(), keys.as_ref(), &ledger) {
         Page::Empty => wipes = false,
-        Page::New { keys: new, policy, limits } => {
-            let (policy, limits) = (policy.or(settings.policy), limits.unwrap_or(settings.limits));
+        Page::New { keys: new, policy, limits, mission } => {
+            let before = *settings;
+            settings.policy = policy.or(settings.policy);
+            settings.limits = limits.unwrap_or(settings.limits);
+            *settings = mission.map_or(*settings, |mission| mission.applied_to(*settings));
             // First, so that after a power cut between the two the page still counts as new.
-            if settings.policy != policy || settings.limits != limits {
-                (settings.policy, settings.limits) = (policy, limits);
+            if *settings != before {
                 keep_twice(memory, Keep::Settings(settings)).await?;
             }
             keys = Some(new);

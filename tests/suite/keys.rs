@@ -46,6 +46,7 @@ impl Desk {
             may_fly: number == 15,
             policy: None,
             limits: None,
+            mission: None,
         };
         keys::provision(&self.file(), &request, &out).unwrap();
         let bytes = fs::read(out).unwrap();

@@ -40,7 +40,7 @@ pub fn kept_apart(
         let by = (towards - most).max(0.0);
         velocity = [velocity[0] - by * east, velocity[1] - by * north];
     }
-    let pace = libm::hypotf(velocity[0], velocity[1]);
+    let pace = libm::sqrtf(velocity[0] * velocity[0] + velocity[1] * velocity[1]);
     if velocity == wanted || pace <= 0.0 {
         return velocity;
     }

@@ -35,7 +35,7 @@
 //! | 59 | `u8` | code of the policy |
 //! | 60 | `u32` | CRC-32 of bytes 56 to 59 |
 //!
-//! and after that, or in its place, the limits of links, which go into the settings as well:
+//! After that, or in its place, may follow the limits of links, which go into the settings as well:
 //!
 //! | byte | type | field |
 //! |---|---|---|
@@ -45,15 +45,27 @@
 //! | 4 | `f32` | launch limit, dBm |
 //! | 8 | `f32` | retreat limit, dBm |
 //! | 12 | `u32` | CRC-32 of the bytes before |
+//!
+//! Behind those that are there may follow a mission for the settings:
+//!
+//! | byte | type | field |
+//! |---|---|---|
+//! | 0 | 4 bytes | `UCHM` |
+//! | 4 | `u8` | version, 1 |
+//! | 5 | `u8` | the mission's code |
+//! | 6 | 19 bytes | plan of a swarm's mission ([`crate::settings::SwarmPlan`]), or zeros for none |
+//! | 25 | 3 bytes | zero |
+//! | 28 | `u32` | CRC-32 of the bytes before |
 
 use core::fmt;
 
-use units::{Dbm, NODES, NodeId, PolicyCode, Role};
+use units::{Dbm, MissionKind, NODES, NodeId, PolicyCode, Role};
 
 use crate::bytes::{Reader, check_crc, role_code, role_of_code, sealed};
 use crate::epoch::Issue;
 use crate::ledger::Ledger;
-use crate::settings::Limits;
+use crate::settings::{Limits, Settings};
+use crate::swarm_plan::{self, SwarmPlan};
 use crate::{Error, Record};
 
 /// Bytes of a record: whole words, by which flash is written.
@@ -136,10 +148,11 @@ impl KeysRecord {
     pub fn on_page(page: &[u8], current: Option<&Self>, ledger: &Ledger) -> Page {
         match Self::decode(page) {
             Ok((keys, _)) if keys.supersedes(current, ledger) => {
-                let after = page.get(LENGTH..).unwrap_or_default();
-                let policy = decode_policy(after);
-                let after = after.get(policy.map_or(0, |_| POLICY_LENGTH)..).unwrap_or_default();
-                Page::New { keys, policy, limits: decode_limits(after) }
+                let (policy, after) =
+                    part(page.get(LENGTH..).unwrap_or_default(), POLICY_LENGTH, decode_policy);
+                let (limits, after) = part(after, LIMITS_LENGTH, decode_limits);
+                let (mission, _) = part(after, MISSION_LENGTH, PageMission::decode);
+                Page::New { keys, policy, limits, mission }
             }
             Ok(_) => Page::Old,
             // Erased words and wiped ones, also where a wipe was cut short.
@@ -161,8 +174,8 @@ impl KeysRecord {
 pub enum Page {
     /// The page was erased or wiped: there is nothing to do.
     Empty,
-    /// The page holds new keys: policy and limits and then the keys are written to the EEPROM, the keys
-    /// into both slots, and then the page is wiped.
+    /// The page holds new keys: policy, limits and mission and then the keys are written to the EEPROM, the
+    /// keys into both slots, and then the page is wiped.
     New {
         /// The keys.
         keys: KeysRecord,
@@ -170,6 +183,8 @@ pub enum Page {
         policy: Option<PolicyCode>,
         /// The limits for the drone's settings, both of them; `None` leaves those that are there.
         limits: Option<Limits>,
+        /// The mission for the drone's settings; `None` leaves the one that is there.
+        mission: Option<PageMission>,
     },
     /// The page holds keys that are not newer than the drone's, or that the drone has had before: it
     /// is wiped.
@@ -201,6 +216,14 @@ fn decode_policy(bytes: &[u8]) -> Option<PolicyCode> {
     }
 }
 
+/// A part of the page that may be at the beginning of these bytes, and the bytes behind it.
+fn part<T>(bytes: &[u8], length: usize, decode: impl Fn(&[u8]) -> Option<T>) -> (Option<T>, &[u8]) {
+    match decode(bytes) {
+        Some(part) => (Some(part), bytes.get(length..).unwrap_or_default()),
+        None => (None, bytes),
+    }
+}
+
 /// Two letters, the version and zero.
 const LIMITS_MAGIC: [u8; 4] = *b"UL\x01\0";
 
@@ -218,6 +241,51 @@ fn decode_limits(bytes: &[u8]) -> Option<Limits> {
     check_crc(bytes, LIMITS_LENGTH).ok()?;
     let limits = Limits::decode(&mut Reader::after_magic(bytes, LIMITS_MAGIC).ok()?).ok()?;
     (limits.launch.is_some() && limits.retreat.is_some()).then_some(limits)
+}
+
+const MISSION_MAGIC: [u8; 4] = *b"UCHM";
+const MISSION_VERSION: u8 = 1;
+
+/// Bytes of a mission on the page.
+pub const MISSION_LENGTH: usize = 13 + swarm_plan::LENGTH;
+
+/// Bytes of a page with all that it may hold.
+pub const PAGE_LENGTH: usize = LENGTH + POLICY_LENGTH + LIMITS_LENGTH + MISSION_LENGTH;
+
+/// A mission on the page, for the drone's settings.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct PageMission {
+    /// The mission.
+    pub kind: MissionKind,
+    /// The plan of a swarm's mission; `None` for the agent's default.
+    pub swarm: Option<SwarmPlan>,
+}
+
+impl PageMission {
+    /// The bytes by which a page gives the drone this mission.
+    ///
+    /// # Errors
+    /// If a drone could not keep the plan.
+    pub fn encode(&self) -> Result<[u8; MISSION_LENGTH], Error> {
+        let plan = SwarmPlan::encode(self.swarm.as_ref())?;
+        let fields: [&[u8]; 3] = [&MISSION_MAGIC, &[MISSION_VERSION, self.kind.code()], &plan];
+        Ok(sealed(&fields))
+    }
+
+    fn decode(bytes: &[u8]) -> Option<Self> {
+        let mut fields =
+            Reader::of_record(bytes, MISSION_LENGTH, MISSION_MAGIC, MISSION_VERSION).ok()?;
+        let kind = MissionKind::from_code(fields.u8().ok()?)?;
+        let swarm = SwarmPlan::decode(&mut fields).ok()?;
+        Some(Self { kind, swarm })
+    }
+
+    /// Returns settings with this mission.
+    #[must_use]
+    pub const fn applied_to(self, settings: Settings) -> Settings {
+        Settings { mission: self.kind, swarm: self.swarm, ..settings }
+    }
 }
 
 impl Record for KeysRecord {

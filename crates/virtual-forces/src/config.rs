@@ -116,8 +116,6 @@ pub struct Guard {
     pub drones: Metres,
     /// The distance from obstacles within which no step may end.
     pub obstacles: Metres,
-    /// The largest error of a drone's own position.
-    pub position_error: Metres,
     /// The distance up to which a drone in a passage is not pulled towards a neighbour behind it.
     pub no_pull_back_within: Metres,
     /// The rounds without progress after which a drone in a passage lets another one beside it go
@@ -198,13 +196,12 @@ impl Config {
 
 impl Guard {
     /// No step ends within 1.3 safety distances of anything, the clearance that the paper reports
-    /// (section 6.3.1), with a millimetre for rounding; positions are exact. The pull back begins at
+    /// (section 6.3.1), with a millimetre for rounding. The pull back begins at
     /// 0.95 m, 0.15 m before the link ends; that length and both numbers of rounds were tuned in a
     /// simulator.
     pub const OURS: Self = Self {
         drones: Metres(0.391),
         obstacles: Metres(0.391),
-        position_error: Metres(0.0),
         no_pull_back_within: Metres(0.95),
         blocked_rounds: 3,
         back_rounds: 10,

@@ -38,26 +38,33 @@ pub(crate) fn direction(
     let wanted = config.distance_in(formation);
     let mut sum = Resultant::new(config.weight);
     if let Some((target, magnitude)) = pull_ahead(config, passage, here, obstacles) {
-        sum.add(here, target, magnitude);
+        sum.add(here, target, here.distance(target), magnitude);
     }
     for other in others {
         let distance = here.distance(other);
         let force = between_drones(wanted, distance);
         let behind = along(way, here, other) < 0.0;
-        if force < 0.0 || !(behind && let_go(config, here, other, obstacles)) {
-            sum.add(here, other, force);
+        if force < 0.0 || !(behind && let_go(config, here, other, distance, obstacles)) {
+            sum.add(here, other, distance, force);
         }
     }
     for obstacle in obstacles.nearest_by_quadrant(here, way).into_iter().flatten() {
-        sum.add(here, obstacle, from_obstacle(config, here.distance(obstacle)));
+        let distance = here.distance(obstacle);
+        sum.add(here, obstacle, distance, from_obstacle(config, distance));
     }
     sum.direction()
 }
 
 /// Says whether a drone is not pulled towards another one behind it: on paper where an obstacle is
 /// between them.
-fn let_go(config: &Config, here: Point2, behind: Point2, obstacles: &Obstacles) -> bool {
-    let near = config.guard.is_some_and(|guard| here.distance(behind) < guard.no_pull_back_within);
+fn let_go(
+    config: &Config,
+    here: Point2,
+    behind: Point2,
+    distance: Metres,
+    obstacles: &Obstacles,
+) -> bool {
+    let near = config.guard.is_some_and(|guard| distance < guard.no_pull_back_within);
     near || obstacles.block(here, behind)
 }
 
@@ -104,23 +111,23 @@ fn clear_way(
     here: Point2,
     obstacles: &Obstacles,
 ) -> Option<Point2> {
-    let least = guard.obstacles.0.min(obstacles.clearance(here).0);
-    let spare = |turn: (f32, f32)| {
-        let heading = turned(way, turn);
-        let room = LOOK_AHEAD.map(|steps| {
-            obstacles.clearance(moved(here, heading, steps * config.longest_step.0)).0
+    let least = (guard.obstacles.0 * guard.obstacles.0).min(obstacles.squared_clearance(here));
+    // A way that is not clear is given up at the first place where it is not.
+    let spare = |turn: &(f32, f32)| {
+        let heading = turned(way, *turn);
+        let room = LOOK_AHEAD.iter().try_fold(f32::INFINITY, |room: f32, steps| {
+            let ahead = moved(here, heading, steps * config.longest_step.0);
+            Some(room.min(obstacles.squared_clearance_from(ahead, least)?))
         });
-        (heading, room.into_iter().fold(f32::INFINITY, f32::min))
+        room.map(|room| (heading, room))
     };
     let (straight, sideways) = TURNS.split_first()?;
-    let (ahead, room) = spare(*straight);
-    if room >= least {
-        return Some(ahead);
-    }
-    sideways.chunks_exact(2).find_map(|pair| {
-        let clear = pair.iter().map(|turn| spare(*turn)).filter(|(_, room)| *room >= least);
-        clear.max_by(|one, other| one.1.total_cmp(&other.1)).map(|(heading, _)| heading)
-    })
+    let clear = spare(straight).or_else(|| {
+        sideways.chunks_exact(2).find_map(|pair| {
+            pair.iter().filter_map(spare).max_by(|one, other| one.1.total_cmp(&other.1))
+        })
+    });
+    clear.map(|(heading, _)| heading)
 }
 
 /// The distances at which a way is tried, in longest steps: up to 0.3 m with the paper's step.
@@ -150,8 +157,8 @@ mod tests {
         let to = |obstacles: &Obstacles| pull_ahead(&paper, &PASSAGE, HERE, obstacles);
         assert!(to(&face(0.3)).is_some() && to(&face(0.1)).is_none());
         let behind = Point2::new(-1.0, 0.0);
-        assert!(let_go(&paper, HERE, behind, &face(-0.2)));
-        assert!(!let_go(&paper, HERE, behind, &face(0.2)));
+        assert!(let_go(&paper, HERE, behind, Metres(1.0), &face(-0.2)));
+        assert!(!let_go(&paper, HERE, behind, Metres(1.0), &face(0.2)));
     }
 
     #[test]

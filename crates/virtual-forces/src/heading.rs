@@ -1,6 +1,6 @@
 //! Turns the forces on one drone into the direction in which it goes.
 
-use units::Point2;
+use units::{Metres, Point2};
 
 use crate::Weight;
 
@@ -20,12 +20,12 @@ impl Resultant {
         Self { weight, x: 0.0, y: 0.0 }
     }
 
-    /// Adds the force of `magnitude` that acts on a drone at `here` towards `source`, or away from
-    /// it when `magnitude` is negative. A source at the drone's own place has no direction, and
-    /// adds nothing.
-    pub fn add(&mut self, here: Point2, source: Point2, magnitude: f32) {
+    /// Adds the force of `magnitude` that acts on a drone at `here` towards `source`, which is
+    /// `distance` away, or away from it when `magnitude` is negative. A source at the drone's own
+    /// place has no direction, and adds nothing.
+    pub fn add(&mut self, here: Point2, source: Point2, distance: Metres, magnitude: f32) {
         let (x, y) = (source.x - here.x, source.y - here.y);
-        let distance = libm::sqrtf(x * x + y * y);
+        let distance = distance.0;
         if distance > 0.0 {
             let weight = match self.weight {
                 Weight::Absolute => libm::expf(libm::fabsf(magnitude)),

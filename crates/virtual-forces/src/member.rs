@@ -75,6 +75,8 @@ pub struct Member<const N: usize> {
     team: Team<N>,
     /// The rounds on the way to this goal or place in which the drone came no nearer to it.
     still: u16,
+    /// The largest error of the drone's own position in this round.
+    error: Metres,
 }
 
 impl<const N: usize> Member<N> {
@@ -82,7 +84,15 @@ impl<const N: usize> Member<N> {
     #[must_use]
     pub fn new(config: Config, plan: Plan, number: u16) -> Self {
         let task = Task::Survey { reached: 1, underway: false };
-        Self { config, plan, number, task, team: Team::new(number, plan.drones), still: 0 }
+        Self {
+            config,
+            plan,
+            number,
+            task,
+            team: Team::new(number, plan.drones),
+            still: 0,
+            error: Metres(0.0),
+        }
     }
 
     /// Returns drone `number` (from 0) of a swarm, which first has to fly to its first goal.
@@ -111,15 +121,17 @@ impl<const N: usize> Member<N> {
         }
     }
 
-    /// Takes in what the drone at `here` heard and sees in one round, and returns where it goes,
-    /// with a step of at most `length`.
+    /// Takes in what the drone at `here`, a position with an error of at most `error`, heard and sees
+    /// in one round, and returns where it goes, with a step of at most `length`.
     pub fn step(
         &mut self,
         here: Point2,
+        error: Metres,
         heard: impl IntoIterator<Item = Heard>,
         obstacles: &Obstacles,
         length: Metres,
     ) -> Point2 {
+        self.error = error;
         self.team.hear(&self.config, here, heard);
         self.set_out();
         let end = match self.task {
@@ -185,14 +197,13 @@ impl<const N: usize> Member<N> {
             }
             Task::Cross { pace, .. } => {
                 let Passage { entrance, way, length, .. } = self.plan.passage;
-                let error = self.config.guard.map_or(0.0, |guard| guard.position_error.0);
                 let beyond = along(way, entrance, here) - length.0;
                 let exit = 2.0 * self.config.wanted_distance().0;
                 if beyond > exit && self.all_out() {
                     Task::Done
                 } else {
                     let pace = self.next_pace(pace, here, along(way, start, here));
-                    Task::Cross { out: beyond > error, pace }
+                    Task::Cross { out: beyond > self.error.0, pace }
                 }
             }
             task => task,
@@ -301,15 +312,17 @@ impl<const N: usize> Member<N> {
     ) -> Point2 {
         let left = here.distance(goal);
         let mut sum = Resultant::new(self.config.weight);
-        sum.add(here, goal, attraction_to_goal(&self.config, left));
+        sum.add(here, goal, left, attraction_to_goal(&self.config, left));
         let wanted = match self.task {
             Task::Gather { .. } => self.config.distance_in(self.formation(self.plan.drones)),
             _ => self.config.wanted_distance(),
         };
         if left > self.config.straight_within {
             for other in self.team.neighbours() {
-                let force = between_drones(wanted, here.distance(other.position));
-                sum.add(here, other.position, if pulled { force } else { force.min(0.0) });
+                let distance = here.distance(other.position);
+                let force = between_drones(wanted, distance);
+                let force = if pulled || force < 0.0 { force } else { 0.0 };
+                sum.add(here, other.position, distance, force);
             }
         }
         let length = if self.config.stops_on_goals && left < length { left } else { length };
@@ -329,7 +342,7 @@ impl<const N: usize> Member<N> {
         let lets_go_beyond = if held_up { self.progress() } else { u16::MAX };
         let others = self.team.neighbours();
         let turns = !survey || self.still > guard.blocked_rounds;
-        let room = Room { config, guard, others, obstacles, lets_go_beyond, turns };
-        room.end(here, way, length)
+        Room::<N>::around((here, self.error), config, guard, others, obstacles, lets_go_beyond)
+            .end(way, length, turns)
     }
 }

@@ -11,8 +11,56 @@ const MOST: usize = 16;
 /// The straight pieces of obstacles within a drone's range.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Obstacles {
-    pieces: [(Point2, Point2); MOST],
+    pieces: [Piece; MOST],
     count: usize,
+}
+
+/// A straight piece of an obstacle. A point is a piece whose ends are the same.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Piece {
+    from: Point2,
+    to: Point2,
+    /// The vector from one end to the other,
+    vector: Point2,
+    /// and the square of its length.
+    squared_length: f32,
+}
+
+impl Piece {
+    fn between((from, to): (Point2, Point2)) -> Self {
+        let vector = Point2::new(to.x - from.x, to.y - from.y);
+        Self { from, to, vector, squared_length: squared(from, to) }
+    }
+
+    /// Returns the point of the piece that is nearest to `point`.
+    fn nearest(&self, point: Point2) -> Point2 {
+        let along = along(self.vector, self.from, point);
+        // Most pieces are short and nearest at an end: those need no division.
+        let part = if along >= self.squared_length {
+            1.0
+        } else if along > 0.0 {
+            along / self.squared_length
+        } else {
+            0.0
+        };
+        moved(self.from, self.vector, part)
+    }
+
+    /// Returns the part of the piece that is within `range` of `here`.
+    fn clipped(self, here: Point2, range: f32) -> Option<Self> {
+        if squared(self.nearest(here), here) > range * range {
+            return None;
+        }
+        if self.squared_length == 0.0 {
+            return Some(self);
+        }
+        let middle = along(self.vector, self.from, here) / self.squared_length;
+        let foot = moved(self.from, self.vector, middle);
+        let left = (range * range - squared(foot, here)).max(0.0);
+        let half = libm::sqrtf(left / self.squared_length);
+        let at = |part: f32| moved(self.from, self.vector, part.clamp(0.0, 1.0));
+        Some(Self::between((at(middle - half), at(middle + half))))
+    }
 }
 
 impl Obstacles {
@@ -25,7 +73,8 @@ impl Obstacles {
         walls: impl IntoIterator<Item = (Point2, Point2)>,
     ) -> Self {
         let mut seen = Self::default();
-        let pieces = walls.into_iter().filter_map(|wall| clipped(here, range.0, wall));
+        let pieces = walls.into_iter();
+        let pieces = pieces.filter_map(|wall| Piece::between(wall).clipped(here, range.0));
         for (piece, slot) in pieces.zip(&mut seen.pieces) {
             *slot = piece;
             seen.count += 1;
@@ -33,15 +82,30 @@ impl Obstacles {
         seen
     }
 
-    fn pieces(&self) -> impl Iterator<Item = (Point2, Point2)> {
-        self.pieces.iter().copied().take(self.count)
+    fn pieces(&self) -> impl Iterator<Item = &Piece> {
+        self.pieces.iter().take(self.count)
     }
 
     /// Returns the distance from `point` to the nearest piece; infinite where none is seen.
     #[must_use]
     pub fn clearance(&self, point: Point2) -> Metres {
-        let nearest = |wall| squared(point, nearest_of(wall, point));
-        Metres(libm::sqrtf(self.pieces().map(nearest).fold(f32::INFINITY, f32::min)))
+        Metres(libm::sqrtf(self.squared_clearance(point)))
+    }
+
+    /// Returns the square of the distance from `point` to the nearest piece.
+    pub(crate) fn squared_clearance(&self, point: Point2) -> f32 {
+        self.squared_clearance_from(point, 0.0).unwrap_or_default()
+    }
+
+    /// Returns the square of the distance from `point` to the nearest piece, unless that is less than
+    /// `least`.
+    pub(crate) fn squared_clearance_from(&self, point: Point2, least: f32) -> Option<f32> {
+        self.pieces().try_fold(f32::INFINITY, |nearest, piece| {
+            let distance = squared(point, piece.nearest(point));
+            // `f32::min` would be a call on the chip, which has no instruction for it.
+            let nearest = if distance < nearest { distance } else { nearest };
+            (nearest >= least).then_some(nearest)
+        })
     }
 
     /// Returns the nearest obstacle ahead of `here`, to its left, behind it and to its right, each
@@ -49,7 +113,7 @@ impl Obstacles {
     #[must_use]
     pub fn nearest_by_quadrant(&self, here: Point2, way: Point2) -> [Option<Point2>; 4] {
         let mut nearest: [Option<Point2>; 4] = [None; 4];
-        for point in self.pieces().map(|wall| nearest_of(wall, here)) {
+        for point in self.pieces().map(|piece| piece.nearest(here)) {
             let (ahead, left) = (along(way, here, point), along(left_of(way), here, point));
             let [front, on_left, behind, on_right] = &mut nearest;
             let slot = if ahead.abs() >= left.abs() {
@@ -69,8 +133,9 @@ impl Obstacles {
     /// Says whether an obstacle lies on the straight line between two points.
     #[must_use]
     pub fn block(&self, from: Point2, to: Point2) -> bool {
-        self.pieces().any(|(a, b)| {
-            side(from, to, a) * side(from, to, b) <= 0.0 && side(a, b, from) * side(a, b, to) <= 0.0
+        self.pieces().any(|piece| {
+            let apart = side(from, to, piece.from) * side(from, to, piece.to) > 0.0;
+            !apart && side(piece.from, piece.to, from) * side(piece.from, piece.to, to) <= 0.0
         })
     }
 }
@@ -78,32 +143,6 @@ impl Obstacles {
 /// Returns twice the area of a triangle, positive where `point` is to the left of the line.
 fn side(from: Point2, to: Point2, point: Point2) -> f32 {
     (to.x - from.x) * (point.y - from.y) - (to.y - from.y) * (point.x - from.x)
-}
-
-/// Returns the point of a wall that is nearest to `point`.
-fn nearest_of((a, b): (Point2, Point2), point: Point2) -> Point2 {
-    let wall = Point2::new(b.x - a.x, b.y - a.y);
-    let length = squared(a, b);
-    let part = if length > 0.0 { along(wall, a, point) / length } else { 0.0 };
-    moved(a, wall, part.clamp(0.0, 1.0))
-}
-
-/// Returns the part of a wall that is within `range` of `here`.
-fn clipped(here: Point2, range: f32, (a, b): (Point2, Point2)) -> Option<(Point2, Point2)> {
-    let nearest = nearest_of((a, b), here);
-    if squared(nearest, here) > range * range {
-        return None;
-    }
-    let wall = Point2::new(b.x - a.x, b.y - a.y);
-    let length = squared(a, b);
-    if length == 0.0 {
-        return Some((a, b));
-    }
-    let middle = along(wall, a, here) / length;
-    let foot = moved(a, wall, middle);
-    let half = libm::sqrtf((range * range - squared(foot, here)).max(0.0) / length);
-    let at = |part: f32| moved(a, wall, part.clamp(0.0, 1.0));
-    Some((at(middle - half), at(middle + half)))
 }
 
 #[cfg(test)]
@@ -120,8 +159,8 @@ mod tests {
     #[test]
     fn a_wall_is_seen_as_far_as_the_sensor_reaches() {
         let seen = Obstacles::seen(HERE, Metres(0.5), [wall((-9.0, 0.3), (9.0, 0.3))]);
-        let (a, b) = seen.pieces().next().expect("the wall is in range");
-        assert!((a.x + 0.4).abs() < 1e-4 && (b.x - 0.4).abs() < 1e-4, "{a:?} {b:?}");
+        let Piece { from, to, .. } = seen.pieces().next().expect("the wall is in range");
+        assert!((from.x + 0.4).abs() < 1e-4 && (to.x - 0.4).abs() < 1e-4, "{from:?} {to:?}");
         assert!(seen.block(HERE, Point2::new(0.0, 1.0)));
         assert!(!seen.block(HERE, Point2::new(1.0, 0.2)));
         let none = Obstacles::seen(HERE, Metres(0.5), [wall((-9.0, 0.6), (9.0, 0.6))]);

@@ -1,6 +1,6 @@
 //! Remembers what a drone has heard of the others of its swarm.
 
-use units::Point2;
+use units::{Metres, Point2};
 
 use crate::{Config, Wait};
 
@@ -11,6 +11,8 @@ pub struct Heard {
     pub number: u16,
     /// Where the other drone is.
     pub position: Point2,
+    /// The largest error of that position.
+    pub error: Metres,
     /// Over how many hops it is heard; 1 is a drone in radio range itself.
     pub hops: u16,
     /// How far it is in the mission: [`crate::Member::progress`].
@@ -43,6 +45,7 @@ pub(crate) struct Team<const N: usize> {
 pub(crate) struct Neighbour {
     pub(crate) number: u16,
     pub(crate) position: Point2,
+    pub(crate) error: Metres,
     pub(crate) progress: u16,
     pub(crate) age: u16,
 }
@@ -110,8 +113,8 @@ impl<const N: usize> Team<N> {
     pub(crate) fn neighbours(&self) -> impl Iterator<Item = Neighbour> + Clone {
         self.near.iter().take(self.near_count).filter_map(|number| {
             let record = self.records.get(usize::from(*number))?;
-            let Heard { number, position, progress, .. } = record.last?;
-            Some(Neighbour { number, position, progress, age: self.age(record) })
+            let Heard { number, position, error, progress, .. } = record.last?;
+            Some(Neighbour { number, position, error, progress, age: self.age(record) })
         })
     }
 
@@ -149,7 +152,8 @@ mod tests {
     const HERE: Point2 = Point2::new(0.0, 0.0);
 
     fn heard(hops: u16, progress: u16) -> Heard {
-        Heard { number: 1, position: Point2::new(0.75, 0.0), hops, progress }
+        let position = Point2::new(0.75, 0.0);
+        Heard { number: 1, position, error: Metres(0.0), hops, progress }
     }
 
     #[test]

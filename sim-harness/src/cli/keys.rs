@@ -7,10 +7,17 @@ use chain::policy::{NAMES, Policy};
 use clap::builder::PossibleValuesParser;
 use clap::{Args, Subcommand, ValueEnum};
 use serde_json::{Value, json};
-use units::{Dbm, NodeId, Role};
+use storage::keys::PageMission;
+use storage::settings::SwarmPlan;
+use units::{Dbm, MissionKind, NodeId, Role};
 
 use super::{Trouble, Verdict, put};
+use crate::input_error::InputError;
 use crate::keys::{self, Fleet, FleetEntry, Provisioned, Request, role_name};
+use crate::scenario::Scenario;
+
+/// The names of the missions.
+const MISSIONS: [&str; 3] = ["chain", "swarm", "explore"];
 
 #[derive(Args)]
 pub(super) struct KeysArgs {
@@ -69,6 +76,13 @@ struct ProvisionArgs {
         value_parser = limits
     )]
     limits: Option<[Dbm; 2]>,
+    /// The mission that the drone is to fly from now on; where left out, it keeps the one that it has
+    #[arg(long, value_parser = PossibleValuesParser::new(MISSIONS), value_name = "NAME")]
+    mission: Option<String>,
+    /// The scenario whose area, passage and number of drones are the plan of `--mission swarm`: the
+    /// name of a built-in one, or a file
+    #[arg(long, value_name = "SCENARIO")]
+    plan: Option<String>,
     /// The file to write the page to
     #[arg(long, value_name = "FILE.bin")]
     out: PathBuf,
@@ -167,6 +181,7 @@ fn provision(args: &ProvisionArgs) -> Result<Verdict, Trouble> {
         may_fly: args.allow_cfclient,
         policy: args.policy.as_deref().and_then(Policy::named),
         limits: args.limits,
+        mission: mission(args.mission.as_deref(), args.plan.as_deref())?,
     };
     let made = keys::provision(&args.file, &request, &args.out)?;
     args.print.print(&provisioned_text(&made), &provisioned_json(&made))
@@ -180,9 +195,74 @@ fn limits(text: &str) -> Result<[Dbm; 2], String> {
     pair.ok_or_else(|| "give two numbers with a comma between them, such as -67,-72".to_owned())
 }
 
+/// The mission of this name, with the plan of a scenario.
+fn mission(name: Option<&str>, plan: Option<&str>) -> Result<Option<PageMission>, InputError> {
+    match (name.and_then(MissionKind::named), plan) {
+        (Some(MissionKind::Swarm), Some(plan)) => {
+            let swarm = Some(swarm_plan(plan)?);
+            Ok(Some(PageMission { kind: MissionKind::Swarm, swarm }))
+        }
+        (Some(MissionKind::Swarm), None) => Err(InputError::new(
+            "--mission swarm needs a plan",
+            "give --plan with a scenario of a swarm, such as swarm-c",
+        )),
+        (_, Some(_)) => Err(InputError::new(
+            "--plan is for swarms alone",
+            "leave it out, or give --mission swarm",
+        )),
+        (kind, None) => Ok(kind.map(|kind| PageMission { kind, swarm: None })),
+    }
+}
+
+/// The plan of the swarm of a scenario.
+fn swarm_plan(scenario: &str) -> Result<SwarmPlan, InputError> {
+    let Scenario { mission, agent, .. } = Scenario::open(scenario)?;
+    let refused =
+        |what: String, mend| Err(InputError::new(format!("--plan {scenario}: {what}"), mend));
+    if mission != MissionKind::Swarm {
+        let other = mission.name();
+        return refused(
+            format!("its mission is {other}"),
+            "give a scenario with mission = \"swarm\"",
+        );
+    }
+    keys::stored_plan(&agent.swarm).map_or_else(
+        || {
+            refused(
+                "no drone can store this plan".to_owned(),
+                "leave out speed_mps, and give lengths in whole centimetres",
+            )
+        },
+        Ok,
+    )
+}
+
+fn mission_text(mission: &PageMission) -> String {
+    let name = mission.kind.name();
+    let Some(SwarmPlan { drones, corner, area, entrance, width, direction, length }) =
+        mission.swarm
+    else {
+        return format!("mission {name}\n");
+    };
+    format!(
+        "mission {name}: {drones} drones, area {} m by {} m from ({}, {}) m, passage {} m wide at \
+         ({}, {}) m, {} m long, at {:.0}°\n",
+        area.0.0,
+        area.1.0,
+        corner.x,
+        corner.y,
+        width.0,
+        entrance.x,
+        entrance.y,
+        length.0,
+        direction.0.to_degrees(),
+    )
+}
+
 fn provisioned_text(made: &Provisioned) -> String {
     let FleetEntry { role, may_fly, generation, issue, policy } = made.drone;
     let policy = policy.map_or_else(String::new, |policy| format!(", policy {}", policy.name));
+    let mission = made.mission.as_ref().map_or_else(String::new, mission_text);
     let [probe, usb] = made.commands();
     let cfclient = if may_fly { ", cfclient may fly the head through it" } else { "" };
     let replaces = if made.replaces {
@@ -192,7 +272,7 @@ fn provisioned_text(made: &Provisioned) -> String {
         ""
     };
     format!(
-        "fleet {}: node {}, {}, generation {generation}, issue {issue}{policy}{cfclient}\n\
+        "fleet {}: node {}, {}, generation {generation}, issue {issue}{policy}{cfclient}\n{mission}\
          wrote {}; load it into one drone, once, by cable, and delete it\n\n\
          With a probe:\n  {probe}\n\
          By USB, the drone in DFU mode (battery unplugged; hold the button while you plug the cable \
@@ -213,6 +293,7 @@ fn provisioned_json(made: &Provisioned) -> Value {
     {
         value.extend(drone);
         value.insert("replaces".into(), json!(made.replaces));
+        value.insert("mission".into(), json!(made.mission.map(|mission| mission.kind.name())));
         value.insert("page".into(), json!(made.page.display().to_string()));
         value.insert("load".into(), json!({ "probe": probe, "usb": usb }));
     }

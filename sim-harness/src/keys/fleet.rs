@@ -34,9 +34,9 @@ use chain::policy::{NAMES, Policy};
 use serde::Deserialize;
 use storage::Record;
 use storage::epoch::Issue;
-use storage::keys::{self, KeysRecord, Secret};
+use storage::keys::{self, KeysRecord, PageMission, Secret};
 use toml::{Spanned, Value};
-use units::{NODES, NodeId, Role};
+use units::{Dbm, NODES, NodeId, Role};
 
 use super::{Request, limits};
 use crate::input_error::InputError;
@@ -127,11 +127,12 @@ impl Fleet {
         &mut self,
         request: &Request,
     ) -> Result<(FleetEntry, Vec<u8>), InputError> {
-        let Request { node, role, may_fly, policy, limits: given } = *request;
+        let Request { node, role, may_fly, policy, limits: given, mission } = *request;
         let role = role.unwrap_or(Role::usual_of(node));
         let policy = policy.or_else(|| self.drones.get(&node.0)?.policy);
         self.check_place(node, role, may_fly)?;
         given.map_or(Ok(()), limits::check)?;
+        check_plan(node, role, mission.as_ref())?;
         let issue = self.issued.map_or(Some(Issue::FIRST), Issue::next).ok_or_else(|| {
             InputError::new(
                 format!("all {} issues of this fleet have been given out", Issue::LAST),
@@ -140,11 +141,9 @@ impl Fleet {
         })?;
         let drone = FleetEntry { role, may_fly, generation: self.generation, issue, policy };
         let record = self.record(node, &drone).encode(0);
-        let record = record.map_err(|error| InputError::new(error.to_string(), REPORT))?;
-        let policy = policy.map(|policy| keys::encode_policy(policy.code));
-        let limits = given.map(|[launch, retreat]| keys::encode_limits(launch, retreat));
-        let after = policy.into_iter().flatten().chain(limits.into_iter().flatten());
-        let page = record.into_iter().chain(after).collect();
+        let defect = |error: storage::Error| InputError::new(error.to_string(), REPORT);
+        let record = record.map_err(defect)?;
+        let page = page(&record, policy, given, mission.as_ref()).map_err(defect)?;
         self.issued = Some(issue);
         self.drones.insert(node.0, drone);
         Ok((drone, page))
@@ -269,6 +268,40 @@ impl Fleet {
             }
             Ok(fleet)
         })
+    }
+}
+
+/// Returns the page with a drone's keys, and what else it is given.
+///
+/// # Errors
+/// If a drone could not keep the mission's plan.
+pub(crate) fn page(
+    keys: &[u8; keys::LENGTH],
+    policy: Option<&Policy>,
+    limits: Option<[Dbm; 2]>,
+    mission: Option<&PageMission>,
+) -> Result<Vec<u8>, storage::Error> {
+    let mut page = keys.to_vec();
+    if let Some(policy) = policy {
+        page.extend(keys::encode_policy(policy.code));
+    }
+    if let Some([launch, retreat]) = limits {
+        page.extend(keys::encode_limits(launch, retreat));
+    }
+    if let Some(mission) = mission {
+        page.extend(mission.encode()?);
+    }
+    Ok(page)
+}
+
+/// Checks that a drone has its part in the plan that it is given.
+fn check_plan(node: NodeId, role: Role, mission: Option<&PageMission>) -> Result<(), InputError> {
+    match mission.and_then(|mission| mission.swarm) {
+        Some(plan) if role != Role::Base && node.0 >= plan.drones => Err(InputError::new(
+            format!("--node {} has no part in a plan for {} drones", node.0, plan.drones),
+            format!("give 0 to {}, or a plan for more drones", plan.drones.saturating_sub(1)),
+        )),
+        _ => Ok(()),
     }
 }
 

@@ -14,17 +14,21 @@
 mod disk;
 mod fleet;
 mod limits;
+mod plan;
 
 use std::path::{Path, PathBuf};
 
 use chain::policy::Policy;
 use storage::epoch::Issue;
-use storage::keys::PAGE_ADDRESS;
+use storage::keys::{PAGE_ADDRESS, PageMission};
 use units::{Dbm, NodeId, Role};
 
 use self::disk::{Disk, Draft, Lock, Real};
+#[cfg(feature = "virtual")]
+pub(crate) use self::fleet::page;
 pub(crate) use self::fleet::role_name;
 pub use self::fleet::{Fleet, FleetEntry};
+pub use self::plan::stored_plan;
 use crate::input_error::InputError;
 
 /// The drone for which a page is to be made.
@@ -43,6 +47,8 @@ pub struct Request {
     /// The launch limit and the retreat limit that the drone uses from now on; `None` leaves the
     /// drone's limits as they are.
     pub limits: Option<[Dbm; 2]>,
+    /// The mission that the drone flies from now on; `None` leaves the drone's mission as it is.
+    pub mission: Option<PageMission>,
 }
 
 /// A page that was made.
@@ -56,6 +62,8 @@ pub struct Provisioned {
     pub drone: FleetEntry,
     /// Whether another drone may have keys of this number and generation.
     pub replaces: bool,
+    /// The mission that the page gives the drone.
+    pub mission: Option<PageMission>,
     /// The path of the page.
     pub page: PathBuf,
 }
@@ -139,7 +147,7 @@ fn provision_on(
     request: &Request,
     out: &Path,
 ) -> Result<Provisioned, InputError> {
-    let Request { node, .. } = *request;
+    let Request { node, mission, .. } = *request;
     let before = fleet.drones().get(&node.0);
     let replaces = before.is_some_and(|drone| drone.generation == fleet.generation());
     let (drone, record) = fleet.give_out(request).map_err(|e| e.in_file(path))?;
@@ -157,7 +165,7 @@ fn provision_on(
         return Err(error);
     }
     draft.finish(disk, &record)?;
-    Ok(Provisioned { fleet, node, drone, replaces, page: out.to_owned() })
+    Ok(Provisioned { fleet, node, drone, replaces, mission, page: out.to_owned() })
 }
 
 /// Begins the fleet's next generation, without the drones of these numbers. Returns the fleet as it

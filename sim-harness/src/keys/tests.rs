@@ -28,7 +28,8 @@ fn page_path() -> PathBuf {
 }
 
 fn relay(node: u8) -> Request {
-    Request { node: NodeId(node), role: None, may_fly: false, policy: None, limits: None }
+    let (policy, limits, mission) = (None, None, None);
+    Request { node: NodeId(node), role: None, may_fly: false, policy, limits, mission }
 }
 
 /// A disk that can be stopped after any step: what it does not know to be kept may be lost then,
@@ -223,13 +224,7 @@ fn what_is_refused_costs_no_issue() {
     let (fleet, mut paper) = before();
     paper.contents.push((b"somebody's".to_vec(), 10));
     paper.names.insert(page_path(), 1);
-    let base = |node, may_fly| Request {
-        node: NodeId(node),
-        role: None,
-        may_fly,
-        policy: None,
-        limits: None,
-    };
+    let base = |node, may_fly| Request { may_fly, ..relay(node) };
     let two_heads = Request { role: Some(Role::Head), ..relay(4) };
     for (request, out, why) in [
         (relay(1), page_path(), "never overwritten"),
@@ -349,15 +344,7 @@ fn refused_when_cut_off(fleet: &Fleet, end: usize) {
 #[test]
 fn no_place_is_one_where_a_file_may_be_cut_off() {
     let (mut fleet, _) = before();
-    fleet
-        .give_out(&Request {
-            node: NodeId(15),
-            role: None,
-            may_fly: true,
-            policy: None,
-            limits: None,
-        })
-        .unwrap();
+    fleet.give_out(&Request { may_fly: true, ..relay(15) }).unwrap();
     for end in 0..fleet.text().trim_end().len() {
         refused_when_cut_off(&fleet, end);
     }
@@ -477,6 +464,27 @@ fn limits_go_onto_the_page_where_they_fit_each_other() {
         assert!(complaint.contains(why), "{limits:?}: {complaint}");
     }
     assert_eq!(fleet.issued(), before, "a refused request costs no issue");
+}
+
+#[test]
+fn a_page_gives_a_drone_the_mission_that_was_asked_for() {
+    let swarm = stored_plan(&agent::SwarmConfig::DEFAULT);
+    assert!(swarm.is_some(), "the firmware's own plan can be stored");
+    let mut fleet = Fleet::new(SECRET, 1);
+    for policy in [None, Policy::named("t5")] {
+        for kind in units::MissionKind::ALL {
+            let swarm = swarm.filter(|_| kind == units::MissionKind::Swarm);
+            let wanted = Some(PageMission { kind, swarm });
+            let request = Request { policy, mission: wanted, ..relay(3) };
+            let (_, page) = fleet.give_out(&request).unwrap();
+            let storage::keys::Page::New { keys, mission, .. } =
+                KeysRecord::on_page(&page, None, &storage::ledger::Ledger::EMPTY)
+            else {
+                panic!("{page:x?}");
+            };
+            assert_eq!((keys.node, mission), (NodeId(3), wanted));
+        }
+    }
 }
 
 #[test]

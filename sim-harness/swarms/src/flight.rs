@@ -167,7 +167,8 @@ impl<'a> Air<'a> {
         let hops = if config.wait == Wait::Neighbours { 2 } else { u16::MAX };
         let (positions, errors, told) = (&self.swarm.positions, &self.errors, &self.told);
         let says = |other: usize| (shifted(positions[other], errors[other]), told[other]);
-        self.swarm.hear(drone, hops, &self.arrives, says, &mut self.heard);
+        let noise = self.mission.trouble.noise;
+        self.swarm.hear(drone, hops, &self.arrives, noise, says, &mut self.heard);
         let (truly, error) = (self.swarm.positions[drone], self.errors[drone]);
         let here = shifted(truly, error);
         let surveys = matches!(self.members[drone].task(), Task::Survey { .. });
@@ -179,7 +180,8 @@ impl<'a> Air<'a> {
             Obstacles::seen(here, config.obstacle_range, walls)
         };
         let member = &mut self.members[drone];
-        let end = member.step(here, self.heard.iter().copied(), &obstacles, Metres(length));
+        let heard = self.heard.iter().copied();
+        let end = member.step(here, noise, heard, &obstacles, Metres(length));
         self.progress[drone] = member.progress();
         if !self.mission.trouble.late_news {
             self.told[drone] = self.progress[drone];

@@ -82,12 +82,13 @@ impl Swarm {
     }
 
     /// Puts what one drone hears of the others into `heard`: what drones in reach pass on, over at
-    /// most `hops` hops. The bits of `arrives` are the drones of which each one's packets arrive.
+    /// most `hops` hops, with positions that may be wrong by `error`. The bits of `arrives` are the drones of which each one's packets arrive.
     pub(crate) fn hear(
         &self,
         drone: usize,
         hops: u16,
         arrives: &[u64],
+        error: Metres,
         says: impl Fn(usize) -> (Point2, u16),
         heard: &mut Vec<Heard>,
     ) {
@@ -102,7 +103,7 @@ impl Swarm {
                 layer &= layer - 1;
                 next |= self.links[other] & arrives[other];
                 let (position, progress) = says(other);
-                heard.push(Heard { number: other as u16, position, hops: hop, progress });
+                heard.push(Heard { number: other as u16, position, error, hops: hop, progress });
             }
             layer = next & !seen;
             if layer == 0 {
@@ -116,6 +117,8 @@ impl Swarm {
 mod tests {
     use super::*;
 
+    const EXACT: Metres = Metres(0.0);
+
     fn line(count: u16) -> Swarm {
         let positions = (0..count).map(|n| Point2::new(f32::from(n), 0.0)).collect();
         Swarm::new(positions, Metres(1.1))
@@ -126,12 +129,12 @@ mod tests {
         let swarm = line(5);
         let mut heard = Vec::new();
         let says = |drone: usize| (swarm.positions[drone], 7);
-        swarm.hear(0, u16::MAX, &[u64::MAX; 5], says, &mut heard);
+        swarm.hear(0, u16::MAX, &[u64::MAX; 5], EXACT, says, &mut heard);
         let hops: Vec<_> = heard.iter().map(|other| (other.number, other.hops)).collect();
         assert_eq!(hops, [(1, 1), (2, 2), (3, 3), (4, 4)]);
-        swarm.hear(0, 2, &[u64::MAX; 5], says, &mut heard);
+        swarm.hear(0, 2, &[u64::MAX; 5], EXACT, says, &mut heard);
         assert_eq!(heard.len(), 2);
-        swarm.hear(0, u16::MAX, &[!0, !4, !0, !0, !0], says, &mut heard);
+        swarm.hear(0, u16::MAX, &[!0, !4, !0, !0, !0], EXACT, says, &mut heard);
         assert_eq!(heard.len(), 1, "the second drone hears no packet of the third");
     }
 

@@ -8,7 +8,8 @@ use crate::Phase;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trouble {
     /// The largest error of a position. In every round each drone has another error, evenly
-    /// distributed over the disc of this radius, in what it knows and tells of its position.
+    /// distributed over the disc of this radius, in what it knows and tells of its position. All
+    /// drones know this radius.
     pub noise: Metres,
     /// The share of the packets that are lost, from 0 to 1, each by itself.
     pub loss: f32,

@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 use swarms::{Failure, Flight, Mission, Phase, Place, Trouble, fly};
 use units::Metres;
-use virtual_forces::{Config, Guard};
+use virtual_forces::Config;
 
 /// Two drones of 0.20 m touch below this distance of their centres, and a drone and a wall below
 /// half of it.
@@ -17,11 +17,9 @@ fn phase() -> impl Strategy<Value = Phase> {
     prop::sample::select(Phase::ALL.to_vec())
 }
 
-/// Flies our rule, told how large the errors of its positions are.
+/// Flies our rule.
 fn flown(drones: u16, place: Place, trouble: Trouble, seed: u64) -> Flight {
-    let guard = Guard { position_error: trouble.noise, ..Guard::OURS };
-    let config = Config { guard: Some(guard), ..Config::OURS };
-    let mission = Mission { config, drones, place, until: Phase::Crossing, trouble };
+    let mission = Mission { config: Config::OURS, drones, place, until: Phase::Crossing, trouble };
     fly(&mission, seed).expect("at most six drones")
 }
 

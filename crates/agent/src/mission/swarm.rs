@@ -18,7 +18,7 @@ pub use duty::SwarmDuty;
 
 use core::f32::consts::{FRAC_PI_4, PI, TAU};
 
-use units::{MetresPerSecond, NODES, Phase, Point2, Radians, RadiansPerSecond};
+use units::{Metres, MetresPerSecond, NODES, Phase, Point2, Radians, RadiansPerSecond};
 use virtual_forces::{Member, Task};
 
 use super::{Next, Outbox, Round, Wish};
@@ -35,6 +35,8 @@ pub(crate) struct Swarm {
     located: Option<Located>,
     /// Where the drone was when it last knew.
     last: Option<Point2>,
+    /// The largest error of what it knows or tells of its place.
+    error: Metres,
     /// Where the drone goes in this round.
     goal: Option<Point2>,
     news: News,
@@ -48,6 +50,7 @@ impl Swarm {
             member: None,
             located: None,
             last: None,
+            error: Metres::ZERO,
             goal: None,
             news: News::new(),
             walls: Walls::new(),
@@ -59,6 +62,8 @@ impl Swarm {
     pub(crate) fn listen(&mut self, config: &AgentConfig, round: &Round, inputs: &Inputs<'_>) {
         let limit = config.swarm.largest_deviation;
         self.located = inputs.located.filter(|located| located.deviation <= limit);
+        let deviation = inputs.located.map(|located| located.deviation);
+        self.error = config.swarm.error_of(deviation);
         self.news.listen(round.now, round.id, inputs.told);
         if let Some(Located { pose, .. }) = self.located {
             self.last = Some(pose.at);
@@ -95,8 +100,8 @@ impl Swarm {
             .member
             .get_or_insert_with(|| Member::on_the_way(forces, config.swarm.plan(), number));
         let obstacles = self.walls.seen(round.now, here, forces.obstacle_range);
-        let heard = self.news.take();
-        self.goal = Some(member.step(here, heard, &obstacles, forces.longest_step));
+        let heard = self.news.take(round.now, &config.swarm);
+        self.goal = Some(member.step(here, self.error, heard, &obstacles, forces.longest_step));
         member.task()
     }
 
@@ -135,7 +140,7 @@ impl Swarm {
         }
         let Some(at) = self.last else { return };
         let progress = self.member.as_ref().map_or(0, Member::progress);
-        self.news.tell(round.now, Own { at, progress }, outbox);
+        self.news.tell(round.now, Own { at, error: self.error, progress }, outbox);
     }
 }
 

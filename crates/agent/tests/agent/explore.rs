@@ -266,7 +266,9 @@ fn an_explorer_without_its_memory_or_with_too_large_a_number_stays_on_the_ground
 fn drones_that_are_called_home_land_where_they_took_off() {
     let mut world = World::new(2, Places::Fixed, 0.1, 7);
     let starts: Vec<Point2> = world.drones.iter().map(|drone| drone.at).collect();
-    (0..150).for_each(|_| drop(world.round()));
+    for _ in 0..150 {
+        world.round();
+    }
     let before: Vec<f32> = world
         .drones
         .iter()

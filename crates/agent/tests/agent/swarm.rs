@@ -11,7 +11,7 @@ use units::{
     Dbm, Instant, Metres, MetresPerSecond, MissionKind, NodeId, Order, Payload, Point2, Pose2,
     Radians, Role, Setpoint,
 };
-use virtual_forces::{Guard, Passage};
+use virtual_forces::Passage;
 
 /// The length of a round, s.
 const ROUND: f32 = 0.2;
@@ -54,8 +54,6 @@ impl World {
         swarm.corner = Point2::new(-4.5, -1.5);
         swarm.area = (Metres(3.75), Metres(3.0));
         swarm.passage = Passage { width: Metres(1.51), length: Metres(2.0), ..swarm.passage };
-        swarm.forces.guard =
-            Some(Guard { position_error: Metres(trouble.noise.max(0.02)), ..Guard::OURS });
         let make = |n: u16| Drone {
             agent: Agent::new(NodeId(n as u8), Role::usual_of(NodeId(n as u8)), MissionKind::Swarm),
             at: Point2::new(-5.0 + 0.6 * f32::from(n), 0.0),
@@ -100,7 +98,8 @@ impl World {
             }),
             heading: Some(Radians::ZERO),
             height: Some(Metres(*height)),
-            located: knows.then_some(Located { pose, deviation: Metres(self.trouble.noise) }),
+            // An error in a disc has along each axis half its radius as standard deviation.
+            located: knows.then_some(Located { pose, deviation: Metres(0.5 * self.trouble.noise) }),
             heard: &[],
             told: &told,
             order: Some(order),
@@ -143,8 +142,9 @@ impl World {
         let flying: Vec<_> = (0..self.drones.len()).filter(|n| !self.is_gone(*n)).collect();
         for &n in &flying {
             self.step(n, true, Order::explore(MetresPerSecond(0.2)));
-            self.send(n);
         }
+        // All have their rounds at the same time: what they tell is a round old when it is used.
+        flying.iter().for_each(|n| self.send(*n));
         for (place, &n) in flying.iter().enumerate() {
             for &other in &flying[..place] {
                 let (one, other) = (&self.drones[n], &self.drones[other]);
@@ -233,6 +233,20 @@ fn a_drone_lands_where_it_is_ordered_to() {
         world.round += 1;
     }
     assert_eq!(world.drones[0].agent.state(), State::Landed { why: LandReason::Ordered });
+}
+
+#[test]
+fn drones_that_take_off_nearer_than_the_guard_come_no_nearer() {
+    for seed in 0..40 {
+        let mut world = World::new(6, Trouble { noise: 0.02, loss: 0.1, gone: None }, seed);
+        for (drone, x) in world.drones.iter_mut().zip(0_u8..) {
+            drone.at = Point2::new(-4.5 + 0.35 * f32::from(x), 0.0);
+        }
+        (0..150).for_each(|_| {
+            world.round();
+        });
+        assert!(world.closest > 0.34, "seed {seed}: {}", world.closest);
+    }
 }
 
 proptest! {

@@ -3,11 +3,14 @@
 use crate::common::{crc32, keys, seeded};
 use proptest::prelude::*;
 use storage::epoch::Issue;
-use storage::keys::{KeysRecord, LENGTH, PAGE_ADDRESS, Page, Secret, encode_limits, encode_policy};
+use storage::keys::{
+    KeysRecord, LENGTH, LIMITS_LENGTH, PAGE_ADDRESS, PAGE_LENGTH, POLICY_LENGTH, Page, PageMission,
+    Secret, encode_limits, encode_policy,
+};
 use storage::ledger::Ledger;
-use storage::settings::Limits;
+use storage::settings::{Limits, Settings, SwarmPlan};
 use storage::{Error, Record, Slots};
-use units::{Dbm, NodeId, PolicyCode, Role};
+use units::{Dbm, Metres, MissionKind, NodeId, Point2, PolicyCode, Radians, Role};
 
 const fn counting(from: u8) -> Secret {
     let mut bytes = [0; 16];
@@ -99,11 +102,14 @@ fn a_page_is_taken_over_wiped_or_left() {
     let page = |keys: KeysRecord| keys.encode(0).unwrap();
     let newer = KeysRecord { issue: Issue::new(10).unwrap(), ..GOLDEN };
     let on_page = |page: &[u8]| KeysRecord::on_page(page, Some(&GOLDEN), &Ledger::EMPTY);
-    assert_eq!(on_page(&page(newer)), Page::New { keys: newer, policy: None, limits: None });
+    assert_eq!(
+        on_page(&page(newer)),
+        Page::New { keys: newer, policy: None, limits: None, mission: None }
+    );
     assert_eq!(on_page(&page(GOLDEN)), Page::Old);
     assert_eq!(
         KeysRecord::on_page(&page(GOLDEN), None, &Ledger::EMPTY),
-        Page::New { keys: GOLDEN, policy: None, limits: None }
+        Page::New { keys: GOLDEN, policy: None, limits: None, mission: None }
     );
     let other = KeysRecord { fleet: !GOLDEN.fleet, ..GOLDEN };
     let ledger = Ledger::EMPTY.with(&GOLDEN).with(&other);
@@ -131,7 +137,7 @@ fn a_policy_may_follow_the_keys_on_the_page() {
     let on_page = |after: &[u8]| {
         KeysRecord::on_page(&[&GOLDEN_BYTES[..], after].concat(), None, &Ledger::EMPTY)
     };
-    let new = |policy| Page::New { keys: GOLDEN, policy, limits: None };
+    let new = |policy| Page::New { keys: GOLDEN, policy, limits: None, mission: None };
     assert_eq!(on_page(&bytes), new(Some(policy)));
     for none in [&[][..], &[0xFF; 8], &bytes[..7]] {
         assert_eq!(on_page(none), new(None));
@@ -156,7 +162,7 @@ fn limits_may_follow_the_keys_on_the_page_with_a_policy_or_without() {
         KeysRecord::on_page(&page, None, &Ledger::EMPTY)
     };
     let both = Some(Limits { launch: Some(launch), retreat: Some(retreat) });
-    let new = |policy, limits| Page::New { keys: GOLDEN, policy, limits };
+    let new = |policy, limits| Page::New { keys: GOLDEN, policy, limits, mission: None };
     assert_eq!(on_page(&[&bytes]), new(None, both));
     assert_eq!(on_page(&[&encode_policy(policy), &bytes]), new(Some(policy), both));
     for at in 0..bytes.len() {
@@ -168,6 +174,46 @@ fn limits_may_follow_the_keys_on_the_page_with_a_policy_or_without() {
         let refused = encode_limits(Dbm(launch), Dbm(retreat));
         assert_eq!(on_page(&[&refused]), new(None, None), "{launch} {retreat}");
     }
+}
+
+#[test]
+fn a_mission_may_follow_on_the_page_with_a_policy_or_without() {
+    let policy = PolicyCode::new(2).unwrap();
+    let plan = SwarmPlan {
+        drones: 3,
+        corner: Point2::new(-9.75, -3.75),
+        area: (Metres(9.0), Metres(7.5)),
+        entrance: Point2::new(0.0, 0.0),
+        width: Metres(1.51),
+        direction: Radians(0.0),
+        length: Metres(6.0),
+    };
+    let swarm = PageMission { kind: MissionKind::Swarm, swarm: Some(plan) };
+    let bytes = swarm.encode().unwrap();
+    assert_eq!(LENGTH + POLICY_LENGTH + LIMITS_LENGTH + bytes.len(), PAGE_LENGTH);
+    // The CRC by Python's `zlib.crc32`.
+    assert_eq!(bytes[..6], [b'U', b'C', b'H', b'M', 1, 1]);
+    assert_eq!(bytes[28..], [0xEA, 0x31, 0x31, 0x79]);
+    let on_page = |policy: &[u8], mission: &[u8]| {
+        KeysRecord::on_page(&[&GOLDEN_BYTES[..], policy, mission].concat(), None, &Ledger::EMPTY)
+    };
+    let new = |policy, mission| Page::New { keys: GOLDEN, policy, limits: None, mission };
+    assert_eq!(on_page(&[], &bytes), new(None, Some(swarm)));
+    assert_eq!(on_page(&encode_policy(policy), &bytes), new(Some(policy), Some(swarm)));
+    for kind in MissionKind::ALL {
+        let mission = PageMission { kind, swarm: None };
+        let bytes = mission.encode().unwrap();
+        assert_eq!(on_page(&[], &bytes), new(None, Some(mission)));
+        assert_eq!(mission.applied_to(Settings::DEFAULT).mission, kind);
+    }
+    for at in 0..bytes.len() {
+        let mut bytes = bytes;
+        bytes[at] ^= 1;
+        assert_eq!(on_page(&[], &bytes), new(None, None), "byte {at}");
+    }
+    let large = SwarmPlan { area: (Metres(101.0), Metres(1.0)), ..plan };
+    let large = PageMission { kind: MissionKind::Swarm, swarm: Some(large) };
+    assert_eq!(large.encode(), Err(Error::Value));
 }
 
 #[test]

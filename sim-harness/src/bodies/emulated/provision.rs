@@ -1,16 +1,16 @@
 //! Makes the keys and settings of a drone before its first flight. The keys are made as `uchain
-//! keys provision` makes them.
+//! keys provision` makes them, and a mission as it writes it.
 
-use agent::{AgentConfig, SwarmConfig};
+use agent::AgentConfig;
 use airlink::keys::{FleetSecret, node as node_key};
 use chain::policy::{Policy, REGISTRY};
-use onboard::Config;
 use storage::epoch::Issue;
-use storage::keys::{KeysRecord, Secret};
-use storage::settings::{Limits, Radio, Settings, SwarmPlan};
+use storage::keys::{KeysRecord, PageMission, Secret};
+use storage::settings::{Limits, Radio, Settings};
 use storage::{Record, Slot};
-use units::{Dbm, MissionKind, NodeId, Radians, Role};
+use units::{Dbm, MissionKind, NodeId, Role};
 
+use crate::keys::{self, stored_plan};
 use crate::random::{Purpose, Stream};
 use crate::scenario::Scenario;
 
@@ -29,7 +29,7 @@ pub(super) fn provision(scenario: &Scenario, node: NodeId, seed: u64) -> Provisi
     let role = scenario.drones.role(node.0.into());
     let base_key = secret.base(GENERATION);
     let own = if role == Role::Base { base_key } else { node_key(&base_key, node) };
-    let keys = KeysRecord {
+    let record = KeysRecord {
         fleet: 1,
         generation: GENERATION,
         issue: Issue::new(1 + node.0).expect("a chain has fewer members than a fleet has issues"),
@@ -39,12 +39,21 @@ pub(super) fn provision(scenario: &Scenario, node: NodeId, seed: u64) -> Provisi
         group: Secret::new(*secret.group(GENERATION).expose()),
         own: Secret::new(*own.expose()),
     };
-    let page = keys.encode(0).expect("only a base's record lets clients fly the head");
+    let page = record.encode(0).expect("only a base's record lets clients fly the head");
+    let page = keys::page(&page, None, None, mission(scenario).as_ref());
+    let page = page.expect("the scenario was looked at before");
     let record = settings(scenario, node, role).encode(1);
     let record = record.expect("the scenario was looked at before");
     let mut eeprom = vec![0xFF; usize::from(Settings::address(Slot::A))];
     eeprom.extend(record);
-    Provisions { page: page.to_vec(), eeprom }
+    Provisions { page, eeprom }
+}
+
+/// The mission for the page: the chain is what a drone flies anyway.
+fn mission(scenario: &Scenario) -> Option<PageMission> {
+    let kind = scenario.mission;
+    let swarm = stored_plan(&scenario.agent.swarm).filter(|_| kind == MissionKind::Swarm);
+    (kind != MissionKind::Chain).then_some(PageMission { kind, swarm })
 }
 
 fn settings(scenario: &Scenario, node: NodeId, role: Role) -> Settings {
@@ -61,34 +70,9 @@ fn settings(scenario: &Scenario, node: NodeId, role: Role) -> Settings {
             launch: changed(agent.launch.limit, default.launch.limit),
             retreat: changed(agent.retreat.limit, default.retreat.limit),
         },
-        mission: scenario.mission,
         fetched: scenario.drones.fetched,
-        swarm: (scenario.mission == MissionKind::Swarm).then(|| plan(&agent.swarm)),
         ..Settings::DEFAULT
     }
-}
-
-/// The plan of a swarm, as a drone stores it.
-fn plan(swarm: &SwarmConfig) -> SwarmPlan {
-    let SwarmConfig { drones, corner, area, passage, .. } = *swarm;
-    SwarmPlan {
-        drones: u8::try_from(drones).unwrap_or(u8::MAX),
-        corner,
-        area,
-        entrance: passage.entrance,
-        width: passage.width,
-        direction: Radians(libm::atan2f(passage.way.y, passage.way.x)),
-        length: passage.length,
-    }
-}
-
-/// Whether a drone that has stored the plan of this swarm flies just that.
-fn is_kept(swarm: &SwarmConfig) -> bool {
-    let settings = Settings { swarm: Some(plan(swarm)), ..Settings::DEFAULT };
-    let stored = settings.encode(1).and_then(|bytes| Settings::decode(&bytes));
-    stored.is_ok_and(|(stored, _)| {
-        Config::DEFAULT.with_settings(&stored, |_| {}).agent.swarm == *swarm
-    })
 }
 
 /// The policy of the registry that the agent flies.
@@ -113,7 +97,7 @@ pub fn unfit(scenario: &Scenario) -> Option<&'static str> {
         Some("another retreat: only retreat.limit_dbm can be set on a drone")
     } else if !kept(agent.launch.limit) || !kept(agent.retreat.limit) {
         Some("a limit that no drone keeps")
-    } else if scenario.mission == MissionKind::Swarm && !is_kept(&agent.swarm) {
+    } else if scenario.mission == MissionKind::Swarm && stored_plan(&agent.swarm).is_none() {
         Some("a swarm with another speed, or a plan that is finer than a centimetre or too large")
     } else if scenario.mission == MissionKind::Explore && agent.explore != default.explore {
         Some("another area to explore")

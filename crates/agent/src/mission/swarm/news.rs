@@ -6,7 +6,8 @@
 //! | byte | type | what | unit |
 //! |---|---|---|---|
 //! | 0 | 6 bytes | the sender's news | |
-//! | 6 | 0 to 5 times 7 bytes | the number of another drone, and its news | |
+//! | 6 | `u8` | the largest error of the sender's place, 255 for more | 1/256 m |
+//! | 7 | 0 to 5 times 7 bytes | the number of another drone, and its news | |
 //!
 //! News are:
 //!
@@ -20,9 +21,10 @@
 //! News are passed on by their number, and only while they are young, so that no news of a drone that
 //! was lost go round for ever.
 
-use units::{Duration, Instant, NODES, NodeId, Payload, Point2};
+use units::{Duration, Instant, Metres, NODES, NodeId, Payload, Point2};
 use virtual_forces::Heard;
 
+use super::SwarmConfig;
 use crate::Told;
 use crate::mission::Outbox;
 
@@ -30,8 +32,10 @@ use crate::mission::Outbox;
 const ONE: usize = 6;
 /// Bytes of another drone's number and news.
 const OTHER: usize = 1 + ONE;
+/// Bytes of the sender's news and error.
+const SENDER: usize = ONE + 1;
 /// The most drones whose news one message passes on.
-const PASSED_ON: usize = (Payload::MOST - ONE) / OTHER;
+const PASSED_ON: usize = (Payload::MOST - SENDER) / OTHER;
 /// News are passed on for so long.
 const YOUNG: Duration = Duration::from_secs(3);
 /// After so long any number of news is a new one. The numbers come round after 51 s.
@@ -47,6 +51,8 @@ const STEPS: f32 = 256.0;
 pub(super) struct Own {
     /// Where it is.
     pub(super) at: Point2,
+    /// The largest error of that place.
+    pub(super) error: Metres,
     /// How far it is in the mission.
     pub(super) progress: u16,
 }
@@ -55,6 +61,8 @@ pub(super) struct Own {
 #[derive(Clone, Copy, Debug)]
 struct Record {
     bytes: [u8; ONE],
+    /// The error that the drone itself told last.
+    error: Option<u8>,
     at: Instant,
     /// Whether the virtual forces have not been told of it yet.
     is_new: bool,
@@ -76,14 +84,15 @@ impl News {
     /// Takes in messages, for the drone `me`.
     pub(super) fn listen(&mut self, now: Instant, me: NodeId, told: &[Told]) {
         for Told { from, at, payload, .. } in told {
-            let Some((own, others)) = payload.as_bytes().split_first_chunk::<ONE>() else {
+            let Some((sender, others)) = payload.as_bytes().split_first_chunk::<SENDER>() else {
                 continue;
             };
-            self.note(*at, *from, own);
+            let [own @ .., error] = sender;
+            self.note(*at, *from, own, Some(*error));
             for other in others.as_chunks::<OTHER>().0 {
                 let [number, bytes @ ..] = other;
                 if NodeId(*number) != me {
-                    self.note(*at, NodeId(*number), bytes);
+                    self.note(*at, NodeId(*number), bytes, None);
                 }
             }
         }
@@ -96,8 +105,9 @@ impl News {
         }
     }
 
-    /// Takes in news of a drone that are later than the last.
-    fn note(&mut self, at: Instant, of: NodeId, bytes: &[u8; ONE]) {
+    /// Takes in news of a drone that are later than the last, with its error where it tells them itself.
+    /// An error changes slowly: it holds for later news that others pass on.
+    fn note(&mut self, at: Instant, of: NodeId, bytes: &[u8; ONE], error: Option<u8>) {
         let Some(place) = self.all.get_mut(usize::from(of.0)) else { return };
         let [sequence, ..] = *bytes;
         let later = |known: &Record| {
@@ -105,32 +115,40 @@ impl News {
             (1..128).contains(&sequence.wrapping_sub(last))
         };
         if place.as_ref().is_none_or(later) {
-            *place = Some(Record { bytes: *bytes, at, is_new: true });
+            let known = place.and_then(|known| known.error);
+            *place = Some(Record { bytes: *bytes, error: error.or(known), at, is_new: true });
         }
     }
 
-    /// Takes the news that came since the last call.
-    pub(super) fn take(&mut self) -> impl Iterator<Item = Heard> {
-        (0..).zip(&mut self.all).filter_map(|(number, record)| {
+    /// Takes the news that came since the last call. A drone may have flown on since it told its place.
+    pub(super) fn take(
+        &mut self,
+        now: Instant,
+        config: &SwarmConfig,
+    ) -> impl Iterator<Item = Heard> {
+        let (speed, unknown) = (config.speed.0, config.error_of(None));
+        (0..).zip(&mut self.all).filter_map(move |(number, record)| {
             let record = record.as_mut().filter(|record| record.is_new)?;
             record.is_new = false;
-            let Own { at, progress } = decoded(&record.bytes);
+            let (position, progress) = decoded(&record.bytes);
+            let error = record.error.map_or(unknown.0, |error| f32::from(error) / STEPS);
+            let flown = speed * now.since(record.at).as_secs_f32();
             // The distance says whether it is a neighbour: a radio reaches farther than the links
             // that a swarm keeps.
-            Some(Heard { number, position: at, hops: 2, progress })
+            Some(Heard { number, position, error: Metres(error + flown), hops: 2, progress })
         })
     }
 
     /// Whether another drone was at this point a moment ago.
     pub(super) fn is_drone(&self, now: Instant, point: Point2) -> bool {
         let mut known = self.all.iter().flatten().filter(|record| now.since(record.at) <= YOUNG);
-        known.any(|record| decoded(&record.bytes).at.distance(point).0 < DRONE)
+        known.any(|record| decoded(&record.bytes).0.distance(point).0 < DRONE)
     }
 
     /// Puts the drone's own news and those of the others into `outbox`.
     pub(super) fn tell(&mut self, now: Instant, own: Own, outbox: &mut Outbox) {
         self.sequence = self.sequence.wrapping_add(1);
-        let own = encoded(self.sequence, own);
+        let own = encoded(self.sequence, &own);
         let young = |record: &&Record| now.since(record.at) <= YOUNG;
         let mut others = (0..)
             .zip(&self.all)
@@ -152,13 +170,14 @@ impl News {
     }
 }
 
-fn encoded(sequence: u8, Own { at, progress }: Own) -> [u8; ONE] {
+fn encoded(sequence: u8, Own { at, error, progress }: &Own) -> [u8; SENDER] {
     let steps = |metres: f32| (libm::roundf(metres * STEPS) as i16).to_le_bytes();
     let ([x0, x1], [y0, y1]) = (steps(at.x), steps(at.y));
-    [sequence, x0, x1, y0, y1, u8::try_from(progress).unwrap_or(u8::MAX)]
+    let progress = u8::try_from(*progress).unwrap_or(u8::MAX);
+    [sequence, x0, x1, y0, y1, progress, libm::ceilf(error.0 * STEPS) as u8]
 }
 
-fn decoded([_, x0, x1, y0, y1, progress]: &[u8; ONE]) -> Own {
+fn decoded([_, x0, x1, y0, y1, progress]: &[u8; ONE]) -> (Point2, u16) {
     let metres = |low: &u8, high: &u8| f32::from(i16::from_le_bytes([*low, *high])) / STEPS;
-    Own { at: Point2::new(metres(x0, x1), metres(y0, y1)), progress: u16::from(*progress) }
+    (Point2::new(metres(x0, x1), metres(y0, y1)), u16::from(*progress))
 }
