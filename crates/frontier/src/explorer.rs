@@ -274,6 +274,11 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         }
     }
 
+    /// Whether the robot is called back to where it began, and explores no more.
+    pub const fn is_recalled(&self) -> bool {
+        self.is_recalled
+    }
+
     /// What the robot does.
     pub const fn activity(&self) -> Activity {
         match self.state {

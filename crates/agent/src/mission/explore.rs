@@ -24,7 +24,7 @@ use grid_map::{CellState, Frame, RayEnd};
 use heapless::Vec;
 use tunnel_nav::{Diagonals, Range};
 use units::{
-    Metres, MetresPerSecond, NodeId, Order, Payload, Phase, Point2, Pose2, Radians,
+    Instant, Metres, MetresPerSecond, NodeId, Order, Payload, Phase, Point2, Pose2, Radians,
     RadiansPerSecond,
 };
 
@@ -113,6 +113,8 @@ pub(crate) struct Explore {
     by_fixes: bool,
     /// Whether the memory is that of this flight.
     has_begun: bool,
+    /// When the drone began to explore.
+    began: Option<Instant>,
     /// Where the drone is, while it knows.
     pose: Option<Pose2>,
     /// How far the drone has flown since take-off, in whatever direction.
@@ -131,11 +133,12 @@ impl Explore {
             is_able: false,
             by_fixes: false,
             has_begun: false,
+            began: None,
             pose: None,
             flown: Metres::ZERO,
             velocity: [0.0; 2],
             yaw_rate: 0.0,
-            doing: Doing { activity: Activity::Waiting, goal: None },
+            doing: Doing { activity: Activity::Waiting, goal: None, is_recalled: false },
             messages: Outbox::new(),
         }
     }
@@ -162,6 +165,7 @@ impl Explore {
             }
             (Phase::Waiting | Phase::Out, _) => {
                 self.has_begun = false;
+                self.began = None;
                 self.pose = None;
                 self.flown = Metres::ZERO;
                 self.by_fixes = inputs.located.is_some();
@@ -211,13 +215,19 @@ impl Explore {
             let _ = packets.push(told.payload.as_bytes());
         }
         let perceived = Perceived { pose, beams: &beams, packets: &packets };
-        explorer.recall(round.now, round.order() == Some(Order::Return));
+        let began = *self.began.get_or_insert(round.now);
+        let drifts = !self.by_fixes && round.now.since(began) > explore.longest_reckoning;
+        explorer.recall(round.now, drifts || round.order() == Some(Order::Return));
         let outputs = explorer.step(round.now, &perceived);
         for packet in &outputs.packets {
             // A packet fits a payload, and the outbox has room for those of a step.
             let _ = Payload::new(packet).map(|payload| self.messages.push(payload));
         }
-        self.doing = Doing { activity: explorer.activity(), goal: explorer.goal() };
+        self.doing = Doing {
+            activity: explorer.activity(),
+            goal: explorer.goal(),
+            is_recalled: explorer.is_recalled(),
+        };
         self.fly(explore, round, pose, (outputs.motion, &inputs.ranges), explorer);
     }
 

@@ -30,6 +30,9 @@ pub struct ExploreConfig {
     pub distance: Metres,
     /// A position with a larger standard deviation counts as lost.
     pub largest_deviation: Metres,
+    /// A drone without fixes flies home after so long: what it draws by then is out of place, and walls
+    /// that it draws anew have frontiers behind them.
+    pub longest_reckoning: Duration,
     /// How long a drone hovers without its position before it lands.
     pub patience: Duration,
 }
@@ -46,8 +49,8 @@ impl ExploreConfig {
     /// second apart, are then 0.12 m apart at the reach of 2 m, where a cell is 0.1 m wide. A position
     /// may be off by one and a half cells. A beam that meets nothing shows 1.2 m to be free: ST's data
     /// sheet of the VL53L1X has 1.7 m on 17 % grey in the dark with a budget of 100 ms, and a third of
-    /// that time, as the drones have, takes a root of √3 off. The speed, the distance and the patience are our own
-    /// numbers; drones tell each other their places once a second, and two of them come 0.4 m nearer to
+    /// that time, as the drones have, takes a root of √3 off. The speed, the distance, the patience and the 150 s without fixes,
+    /// after which places were off by up to a metre in the simulator, are our own numbers; drones tell each other their places once a second, and two of them come 0.4 m nearer to
     /// each other meanwhile.
     pub const DEFAULT: Self = Self {
         corner: Point2::new(-8.0, -8.0),
@@ -60,6 +63,7 @@ impl ExploreConfig {
         clear: Metres(1.2),
         distance: Metres(0.8),
         largest_deviation: Metres(0.15),
+        longest_reckoning: Duration::from_secs(150),
         patience: Duration::from_secs(10),
     };
 

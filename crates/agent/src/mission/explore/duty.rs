@@ -26,7 +26,8 @@ pub enum ExploreDuty {
         /// The middle of the tile to which it flies.
         goal: Point2,
     },
-    /// The drone flies back to where it took off, as it was ordered to, and lands there.
+    /// The drone flies back to where it took off, because it was ordered to or its place has become too
+    /// uncertain, and lands there.
     Returning,
 }
 
@@ -36,6 +37,8 @@ pub(super) struct Doing {
     pub(super) activity: Activity,
     /// The goal of a drone that is on its way.
     pub(super) goal: Option<Point2>,
+    /// Whether the drone is on its way home.
+    pub(super) is_recalled: bool,
 }
 
 impl ExploreDuty {
@@ -81,7 +84,7 @@ impl ExploreDuty {
                 Break(LandReason::Ordered)
             }
             (Some(Doing { activity: Activity::Stopped, .. }), _) => Break(LandReason::Done),
-            (Some(_), _) if returns => Continue(Self::Returning),
+            (Some(Doing { is_recalled: true, .. }), _) => Continue(Self::Returning),
             (Some(Doing { goal: Some(goal), .. }), _) => Continue(Self::Exploring { goal }),
             (Some(Doing { goal: None, .. }), _) => Continue(Self::Waiting),
             (None, Self::Lost { since }) if round.now.since(since) > config.patience => {
