@@ -18,10 +18,11 @@
 //! the width or the even floor; where there is no wall either, where it began. Of places at which a
 //! link is too weak, the one is kept at which the weaker link was strongest.
 //!
-//! A drone lands only where its links bear it. One that has come to its place and may not land looks on
-//! from there, towards the neighbour to which its link is weaker: so two drones of which each has gone
-//! too far from the other come towards each other, and neither waits for the other. The search is
-//! bounded in way and time, and turns round where the link to the drone that it leaves gets too weak.
+//! A drone lands only where its links bear it. One that has come to its place, or as near to it as an
+//! obstacle lets it come, and may not land looks on from there, towards the neighbour to which its link is
+//! weaker: so two drones of which each has gone too far from the other come towards each other, and
+//! neither waits for the other. The search is bounded in way and time, and turns round where the link to
+//! the drone that it leaves gets too weak.
 
 mod look;
 mod place;
@@ -310,13 +311,21 @@ impl SpotSearch {
         let is_over = elapsed >= config.gathering;
         self.stage = match self.stage {
             Stage::Dropping { to, waits_since } => {
-                let is_there = (to - view.way).0.abs() <= NEAR && !is_away;
+                let ahead = (to - view.way).0;
+                let is_there = ahead.abs() <= NEAR && !is_away;
                 if is_there && view.may_land {
                     return None;
                 }
+                let is_stopped = is_there || !is_away && self.is_shut(config, view, ahead);
                 match waits_since {
-                    _ if !is_there => Stage::Dropping { to, waits_since: None },
-                    Some(since) if now.since(since) >= PATIENCE => self.looks_on(view),
+                    _ if !is_stopped => Stage::Dropping { to, waits_since: None },
+                    Some(since) if now.since(since) >= PATIENCE => {
+                        // Where the way to the place is blocked, the drone lands before it.
+                        if view.may_land {
+                            return None;
+                        }
+                        self.looks_on(view)
+                    }
                     since => Stage::Dropping { to, waits_since: since.or(Some(now)) },
                 }
             }
@@ -394,13 +403,27 @@ impl SpotSearch {
             Stage::Looking { direction, .. } => direction.sign(),
             Stage::Dropping { to, .. } => (to - view.way).0,
         };
-        let Some(edge) = &mut self.edge else { return };
-        let [at_wall, beside] = [edge.side, edge.side.opposite()]
-            .map(|side| is_near(config, leading(&view.ranges, side, direction)));
-        if edge.is_reached && at_wall && !beside && edge.passed < config.wall {
+        if !self.passes_corner(config, view, direction) {
+            return;
+        }
+        if let Some(edge) = &mut self.edge {
             edge.off -= STEP;
             edge.passed += STEP;
         }
+    }
+
+    /// Whether there is a corner ahead in this direction, at the wall alone, which the drone can pass.
+    fn passes_corner(&self, config: &SpotConfig, view: &SpotView, direction: f32) -> bool {
+        self.edge.is_some_and(|edge| {
+            let [at_wall, beside] = [edge.side, edge.side.opposite()]
+                .map(|side| is_near(config, leading(&view.ranges, side, direction)));
+            edge.is_reached && at_wall && !beside && edge.passed < config.wall
+        })
+    }
+
+    /// Whether the drone gets no farther in this direction.
+    fn is_shut(&self, config: &SpotConfig, view: &SpotView, direction: f32) -> bool {
+        is_blocked(config, view, direction) && !self.passes_corner(config, view, direction)
     }
 
     fn side(&self) -> Option<Side> {
@@ -529,9 +552,7 @@ impl SpotSearch {
         let has_room = if direction == Direction::Ahead { front } else { back };
         let is_strained = out(from) >= 0.0 && view.is_strained(direction);
         let is_far = out(self.from) >= config.most_way.0 || is_strained;
-        let direction = direction.sign();
-        let may_pass = self.edge.is_some_and(|edge| edge.is_reached && edge.passed < config.wall);
-        is_far || !has_room || is_blocked(config, view, direction) && !may_pass
+        is_far || !has_room || self.is_shut(config, view, direction.sign())
     }
 }
 
