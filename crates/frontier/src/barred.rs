@@ -30,16 +30,24 @@ impl Bars {
         self.0.clear();
     }
 
-    /// Bars a candidate for so long.
+    /// Bars a candidate for so long, the third time for good.
     pub(crate) fn bar(&mut self, now: Instant, tile: Tile, length: Duration) {
-        let until = now + length;
+        self.add(tile, now + length, 1);
+    }
+
+    /// Bars a candidate for so long, as often as that may be.
+    pub(crate) fn put_off(&mut self, now: Instant, tile: Tile, length: Duration) {
+        self.add(tile, now + length, 0);
+    }
+
+    fn add(&mut self, tile: Tile, until: Instant, times: u8) {
         if let Some(bar) = self.0.iter_mut().find(|bar| bar.tile == tile) {
             bar.until = until;
-            bar.times = bar.times.saturating_add(1);
-        } else if self.0.push(Bar { tile, until, times: 1 }).is_err() {
+            bar.times = bar.times.saturating_add(times);
+        } else if self.0.push(Bar { tile, until, times }).is_err() {
             // The oldest is tried again in the place of the newest.
             self.0.remove(0);
-            let _ = self.0.push(Bar { tile, until, times: 1 });
+            let _ = self.0.push(Bar { tile, until, times });
         }
     }
 

@@ -129,15 +129,20 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         self.wait(now)
     }
 
-    /// Leaves a goal to which the robot comes no nearer, since a wall or another robot is in its way. It
-    /// has turned meanwhile: a goal in sight and within its reach it has looked at.
+    /// Leaves a goal to which the robot comes no nearer, since a wall or another robot is in its way. A
+    /// robot that turns all the time has looked at a goal that is in sight and within its reach. Any other
+    /// one tries it again later, however often another robot is in the way.
     fn leave(&mut self, now: Instant, pose: Pose2, tile: Tile) -> Motion {
-        let reach = self.config.limits.reach;
+        let Config { limits, rule, .. } = self.config;
         let seen = in_sight(&self.ground, pose.at, tile);
-        if seen.is_some_and(|at| at.distance(pose.at).0 <= reach) {
-            return self.end(now, tile);
+        let is_near = seen.is_some_and(|at| at.distance(pose.at).0 <= limits.reach);
+        match limits.gaze {
+            Gaze::Around if is_near => return self.end(now, tile),
+            Gaze::Around => return self.give_up(now, tile),
+            Gaze::Ahead if rule.reachability => self.barred.put_off(now, tile, rule.blacklist),
+            Gaze::Ahead => {}
         }
-        self.give_up(now, tile)
+        self.wait(now)
     }
 
     /// Flies on to where the last goal was seen from, until there is another, and looks around there.
