@@ -27,11 +27,11 @@ pub(super) struct KeysArgs {
 
 #[derive(Subcommand)]
 enum KeysVerb {
-    /// Make a fleet file with a new secret, from which all keys of the fleet follow
+    /// Make a key file with a new secret, from which all keys of the fleet follow
     New(NewArgs),
     /// Make the page of flash memory that gives one drone its number and its keys
     Provision(ProvisionArgs),
-    /// Show what a fleet file holds, except the keys
+    /// Show what a key file holds, except the keys
     Show(ShowArgs),
     /// Begin the next generation of keys, which shuts out a drone that is lost or stolen
     Rekey(RekeyArgs),
@@ -39,7 +39,7 @@ enum KeysVerb {
 
 #[derive(Args)]
 struct NewArgs {
-    /// The fleet file to make
+    /// The key file to make
     #[arg(value_name = "FILE")]
     file: PathBuf,
     /// Number of the first generation of keys, 1 to 255
@@ -51,7 +51,7 @@ struct NewArgs {
 
 #[derive(Args)]
 struct ProvisionArgs {
-    /// The fleet file
+    /// The key file
     #[arg(value_name = "FILE")]
     file: PathBuf,
     /// The drone's number, 0 to 15
@@ -92,7 +92,7 @@ struct ProvisionArgs {
 
 #[derive(Args)]
 struct ShowArgs {
-    /// The fleet file
+    /// The key file
     #[arg(value_name = "FILE")]
     file: PathBuf,
     #[command(flatten)]
@@ -101,7 +101,7 @@ struct ShowArgs {
 
 #[derive(Args)]
 struct RekeyArgs {
-    /// The fleet file
+    /// The key file
     #[arg(value_name = "FILE")]
     file: PathBuf,
     /// Number of a drone that gets no new keys; may be given several times
