@@ -100,7 +100,7 @@ fn limits(fleet: &Fleet, facts: Facts) -> Option<Check> {
     Some(Check::whether(
         agree,
         "The base's limits are those of the fleet file.",
-        "The base's limits are not those of the fleet file: check the fleet.",
+        "The base's limits are not those of the fleet file: check it with --check.",
     ))
 }
 

@@ -132,7 +132,8 @@ async fn run(arguments: &Arguments, fleet: Fleet) -> Result<(), Unusable> {
         remedy: "check the base's address".to_owned(),
     })?;
     let page = listener.local_addr().unwrap_or(at);
-    println!("the page is at http://{page}/; Ctrl-C ends the station");
+    let token = if arguments.token.is_some() { "?token=TOKEN" } else { "" };
+    println!("the page is at http://{page}/{token}; Ctrl-C ends the station");
     let app =
         server::router(access, station::start(link, Setup { recorder, plan, fleet, sensitivity }));
     let served = tokio::select! {

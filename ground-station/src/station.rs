@@ -268,7 +268,11 @@ impl<L: Link> Station<L> {
                 let (node, samples) = (survey.node, survey.samples());
                 let count = samples.len();
                 self.record(now, Event::Survey(node, samples));
-                self.notice(now, format!("The range survey has {count} samples."));
+                let unwritten = match self.recorder {
+                    Some(_) => "",
+                    None => " Nothing is written: the station was started without --record.",
+                };
+                self.notice(now, format!("The range survey has {count} samples.{unwritten}"));
             }
             (SurveyStep::Mark { .. } | SurveyStep::End, None) => {}
         }

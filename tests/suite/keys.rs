@@ -1,4 +1,4 @@
-//! From the fleet file to the air: a page decodes to the keys that the fleet's secret gives, drones
+//! From the key file to the air: a page decodes to the keys that the fleet's secret gives, drones
 //! with such keys hear each other, and one that a rekeying has left out is not heard.
 
 use std::fs;

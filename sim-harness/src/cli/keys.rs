@@ -27,11 +27,11 @@ pub(super) struct KeysArgs {
 
 #[derive(Subcommand)]
 enum KeysVerb {
-    /// Make a fleet file with a new secret, from which all keys of the fleet follow
+    /// Make a key file with a new secret, from which all keys of the fleet follow
     New(NewArgs),
     /// Make the page of flash memory that gives one drone its number and its keys
     Provision(ProvisionArgs),
-    /// Show what a fleet file holds, except the keys
+    /// Show what a key file holds, except the keys
     Show(ShowArgs),
     /// Begin the next generation of keys, which shuts out a drone that is lost or stolen
     Rekey(RekeyArgs),
@@ -39,7 +39,7 @@ enum KeysVerb {
 
 #[derive(Args)]
 struct NewArgs {
-    /// The fleet file to make
+    /// The key file to make
     #[arg(value_name = "FILE")]
     file: PathBuf,
     /// Number of the first generation of keys, 1 to 255
@@ -51,7 +51,7 @@ struct NewArgs {
 
 #[derive(Args)]
 struct ProvisionArgs {
-    /// The fleet file
+    /// The key file
     #[arg(value_name = "FILE")]
     file: PathBuf,
     /// The drone's number, 0 to 15
@@ -92,7 +92,7 @@ struct ProvisionArgs {
 
 #[derive(Args)]
 struct ShowArgs {
-    /// The fleet file
+    /// The key file
     #[arg(value_name = "FILE")]
     file: PathBuf,
     #[command(flatten)]
@@ -101,7 +101,7 @@ struct ShowArgs {
 
 #[derive(Args)]
 struct RekeyArgs {
-    /// The fleet file
+    /// The key file
     #[arg(value_name = "FILE")]
     file: PathBuf,
     /// Number of a drone that gets no new keys; may be given several times
@@ -184,7 +184,7 @@ fn provision(args: &ProvisionArgs) -> Result<Verdict, Trouble> {
         mission: mission(args.mission.as_deref(), args.plan.as_deref())?,
     };
     let made = keys::provision(&args.file, &request, &args.out)?;
-    args.print.print(&provisioned_text(&made), &provisioned_json(&made))
+    args.print.print(&provisioned_text(&made, args.limits), &provisioned_json(&made))
 }
 
 /// Reads two limits with a comma between them.
@@ -259,9 +259,12 @@ fn mission_text(mission: &PageMission) -> String {
     )
 }
 
-fn provisioned_text(made: &Provisioned) -> String {
+fn provisioned_text(made: &Provisioned, limits: Option<[Dbm; 2]>) -> String {
     let FleetEntry { role, may_fly, generation, issue, policy } = made.drone;
     let policy = policy.map_or_else(String::new, |policy| format!(", policy {}", policy.name));
+    let limits = limits.map_or_else(String::new, |[launch, retreat]| {
+        format!("launch limit {} dBm, retreat limit {} dBm\n", launch.0, retreat.0)
+    });
     let mission = made.mission.as_ref().map_or_else(String::new, mission_text);
     let [probe, usb] = made.commands();
     let cfclient = if may_fly { ", cfclient may fly the head through it" } else { "" };
@@ -272,7 +275,7 @@ fn provisioned_text(made: &Provisioned) -> String {
         ""
     };
     format!(
-        "fleet {}: node {}, {}, generation {generation}, issue {issue}{policy}{cfclient}\n{mission}\
+        "fleet {}: node {}, {}, generation {generation}, issue {issue}{policy}{cfclient}\n{limits}{mission}\
          wrote {}; load it into one drone, once, by cable, and delete it\n\n\
          With a probe:\n  {probe}\n\
          By USB, the drone in DFU mode (battery unplugged; hold the button while you plug the cable \

@@ -118,7 +118,7 @@ fn folder(path: &Path) -> &Path {
     }
 }
 
-/// A fleet file is some kilobytes; what is much larger is something else.
+/// A key file is some kilobytes; what is much larger is something else.
 const LARGEST: u64 = 64 * 1024;
 
 /// The text of a file, if its owner alone may read it.

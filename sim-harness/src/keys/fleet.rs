@@ -59,7 +59,7 @@ pub struct Fleet {
     drones: BTreeMap<u8, FleetEntry>,
 }
 
-/// The entry of one drone in the fleet file.
+/// The entry of one drone in the key file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FleetEntry {
     /// The role of the drone.
@@ -250,7 +250,7 @@ impl Fleet {
             return Err(reader.wrong(
                 &version,
                 format!(
-                    "this fleet file has version {}, of which nothing is known",
+                    "this key file has version {}, of which nothing is known",
                     version.as_ref()
                 ),
                 "use the uchain that wrote it, or a newer one",
@@ -380,7 +380,7 @@ impl Reader<'_> {
         toml::from_str(self.text).map_err(|error| {
             let wrong = without_keys(&error.message().lines().collect::<Vec<_>>().join(" "));
             let line = error.span().map_or(1, |span| self.line_at(span.start));
-            InputError::new(format!("this is no fleet file: {wrong}"), RESTORE)
+            InputError::new(format!("this is no key file: {wrong}"), RESTORE)
                 .at_line(self.path, line)
         })
     }

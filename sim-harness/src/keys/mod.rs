@@ -7,7 +7,7 @@
 //!
 //! Two things must never happen, wherever a command is interrupted: that two pages have the same
 //! [`Issue`] (their drones would use the same nonces), and that half a file lies where a whole one
-//! is expected. So the fleet file says that an issue is given before its page is there, and is on
+//! is expected. So the key file says that an issue is given before its page is there, and is on
 //! the disk by then; each file is written under another name first; and one command at a time works
 //! on a fleet.
 
@@ -58,7 +58,7 @@ pub struct Provisioned {
     pub fleet: Fleet,
     /// The number of the drone.
     pub node: NodeId,
-    /// The drone's entry in the fleet file.
+    /// The drone's entry in the key file.
     pub drone: FleetEntry,
     /// Whether another drone may have keys of this number and generation.
     pub replaces: bool,
@@ -105,7 +105,7 @@ pub fn create(path: &Path, generation: u8) -> Result<Fleet, InputError> {
     let disk = &mut Real;
     if disk.exists(path) {
         return Err(InputError::new(
-            "there is something here already, and a fleet file is never overwritten",
+            "there is something here already, and a key file is never overwritten",
             "give another name, or move it away",
         )
         .in_file(path));
@@ -122,10 +122,10 @@ pub fn create(path: &Path, generation: u8) -> Result<Fleet, InputError> {
     Ok(fleet)
 }
 
-/// Reads a fleet file.
+/// Reads a key file.
 ///
 /// # Errors
-/// If it cannot be read, if others can read it, too, or if it is not a fleet file.
+/// If it cannot be read, if others can read it, too, or if it is not a key file.
 pub fn open(path: &Path) -> Result<Fleet, InputError> {
     Fleet::parse(path, &disk::read_private(path)?)
 }

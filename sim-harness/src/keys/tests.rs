@@ -387,8 +387,8 @@ fn what_is_wrong_is_told_with_its_line_and_a_remedy() {
         (digits, &digits[1..], 16, "the secret is not 32 hexadecimal digits"),
         (digits, "5a1b2c3d4e5f60718293a4b5c6d7e8fg", 16, "the secret is not 32 hexadecimal"),
         (digits, "5b1b2c3d4e5f60718293a4b5c6d7e8f9", 17, "does not go with its secret"),
-        (&format!("\"{digits}\""), digits, 16, "no fleet file"),
-        (&format!("secret = \"{digits}\""), digits, 16, "no fleet file"),
+        (&format!("\"{digits}\""), digits, 16, "no key file"),
+        (&format!("secret = \"{digits}\""), digits, 16, "no key file"),
         (&format!("secret = \"{digits}\""), &format!("{digits} = 1"), 16, "unknown field"),
         (&format!("\"{digits}\""), "12345678", 16, "the secret is not 32 hexadecimal digits"),
     ] {
