@@ -303,7 +303,7 @@ fn a_virtual_drone_of_a_swarm_takes_off_by_fixes_alone() {
 fn two_virtual_drones_explore_a_room_and_decide_as_the_host_does() {
     let room = Scenario::open("explore-room").unwrap_or_else(|why| panic!("{why}"));
     let fidelity = Fidelity::Virtual;
-    let scenario = Scenario { duration_us: 30_000_000, fidelity, ..room };
+    let scenario = Scenario { duration_us: 60_000_000, fidelity, ..room };
     let flown = fly(&scenario, Some(firmware()), 2);
     let explore = flown.metrics.explore.expect("the metrics of an exploration");
     assert!(explore.explored > 0.95, "{explore:?}");
