@@ -1,24 +1,42 @@
 //! Keeps robots apart from each other, by the places that they tell.
 
-use units::Point2;
+use grid_map::CellState;
+use units::{Instant, Metres, Point2, Pose2};
+
+use crate::atlas::Ground;
+use crate::explorer::Explorer;
+use crate::flight::Motion;
 
 /// The speed at which a robot goes out of another one's way, as a part of the fastest. Our own number.
 const YIELDING: f32 = 0.5;
 /// Nearer than this part of the distance, both robots go out of each other's way. Our own number.
 const BOTH: f32 = 0.6;
-
 /// A robot that goes out of the way needs this part of the distance clear ahead of it. Our own number.
 const CLEAR: f32 = 0.4;
 
+impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, RECORDS> {
+    /// The velocity, to the east and to the north in m/s, that the robot flies in place of that of
+    /// `motion`, which keeps it at this distance from the others, by the places that they told last.
+    pub fn apart(&self, now: Instant, pose: Pose2, motion: Motion, distance: Metres) -> [f32; 2] {
+        let [forward, left] = motion.velocity;
+        let (sin, cos) = pose.yaw.sin_cos();
+        let wanted = [forward * cos - left * sin, forward * sin + left * cos];
+        let frame = self.ground.frame();
+        let is_free = |cell| self.ground.state(cell) == CellState::Free;
+        let is_clear = |to: Point2| frame.line(pose.at, to).all(is_free);
+        let limits = (distance.0, self.config.limits.speed);
+        kept_apart(self.config.number, pose.at, wanted, limits, self.others(now), is_clear)
+    }
+}
+
 /// Another robot: its number and its place.
-pub type Other = (u8, Point2);
+type Other = (u8, Point2);
 
 /// The velocity, to the east and to the north in m/s, that a robot `number` at `here` flies in place of
 /// `wanted`. Within `distance` (m) of another robot it does not come nearer to it; the one of the higher
 /// number goes away from it, unless `is_clear` says that a wall is there. It stops where the way that
 /// this leaves is not clear.
-#[must_use]
-pub fn kept_apart(
+fn kept_apart(
     number: u8,
     here: Point2,
     wanted: [f32; 2],

@@ -35,7 +35,6 @@ mod team;
 mod telling;
 mod tile;
 
-pub use apart::{Other, kept_apart};
 pub use assignment::{Assignment, Distances, Place, assign, take};
 pub use atlas::{Atlas, Atlas160, Atlas256, Atlas512, Atlas1024, Ground, Sight, frontiers, length};
 pub use board::Candidate;

@@ -1,10 +1,8 @@
 //! One robot in the world: where it truly is, and what its sensors see.
 
-use frontier::{
-    Activity, Beam, Config, Explorer, Gaze, Ground, Inputs, Limits, Motion, Outputs, kept_apart,
-};
+use frontier::{Activity, Beam, Config, Explorer, Gaze, Ground, Inputs, Limits, Motion, Outputs};
 use grid_map::{CellState, RayEnd};
-use units::{Instant, Point2, Pose2, Radians};
+use units::{Instant, Metres, Point2, Pose2, Radians};
 
 use crate::drift::Drift;
 use crate::run::{LIMITS, RECORDS, ROBOTS, STEPS_PER_SECOND};
@@ -18,8 +16,8 @@ const RAYS: u16 = 90;
 const READINGS: u16 = 2;
 /// What a robot knows to be free at the start: its own place (m).
 const OWN_PLACE: f32 = 0.35;
-/// Robots keep so far apart from each other (m), as drones do (`ExploreConfig::distance` of the agent).
-const APART: f32 = 0.8;
+/// Robots keep so far apart from each other, as drones do (`ExploreConfig::distance` of the agent).
+const APART: Metres = Metres(0.8);
 
 /// The robots of a run, and an access point.
 pub(crate) const TEAM: usize = ROBOTS + 1;
@@ -57,7 +55,6 @@ pub struct Senses {
 pub(crate) struct Robot<G> {
     pub(crate) pose: Pose2,
     pub(crate) mind: Box<Explorer<G, TEAM, RECORDS>>,
-    number: u8,
     limits: Limits,
     sensor: Sensor,
     /// The error of its position; `None` where that is exact.
@@ -84,7 +81,6 @@ impl<G: Ground> Robot<G> {
         Self {
             pose,
             mind: Box::new(Explorer::new(config, ground)),
-            number: config.number,
             limits: config.limits,
             sensor,
             drift,
@@ -109,16 +105,10 @@ impl<G: Ground> Robot<G> {
         outputs
     }
 
-    /// The motion that keeps the robot apart from the others, by the places that they told last.
+    /// The motion that keeps the robot apart from the others.
     fn apart(&self, now: Instant, pose: Pose2, motion: Motion) -> Motion {
+        let [east, north] = self.mind.apart(now, pose, motion, APART);
         let (sin, cos) = pose.yaw.sin_cos();
-        let [forward, left] = motion.velocity;
-        let wanted = [forward * cos - left * sin, forward * sin + left * cos];
-        let ground = self.mind.ground();
-        let is_free = |cell| ground.state(cell) == CellState::Free;
-        let is_clear = |to: Point2| ground.frame().line(pose.at, to).all(is_free);
-        let (others, limits) = (self.mind.others(now), (APART, self.limits.speed));
-        let [east, north] = kept_apart(self.number, pose.at, wanted, limits, others, is_clear);
         Motion { velocity: [east * cos + north * sin, north * cos - east * sin], ..motion }
     }
 

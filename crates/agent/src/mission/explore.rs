@@ -18,7 +18,6 @@ use core::f32::consts::FRAC_PI_4;
 
 use frontier::{
     Activity, Atlas160, Beam, Config, Explorer, Ground, Inputs as Perceived, Motion, Rule,
-    kept_apart,
 };
 use grid_map::{CellState, Frame, RayEnd};
 use heapless::Vec;
@@ -111,10 +110,8 @@ pub(crate) struct Explore {
     is_able: bool,
     /// Whether a positioning system told the drone its place before take-off; it then relies on it.
     by_fixes: bool,
-    /// Whether the memory is that of this flight.
-    has_begun: bool,
-    /// When the drone began to explore.
-    began: Option<Instant>,
+    /// When the drone began to explore; from then on the memory is that of this flight.
+    begun: Option<Instant>,
     /// Where the drone is, while it knows.
     pose: Option<Pose2>,
     /// How far the drone has flown since take-off, in whatever direction.
@@ -132,8 +129,7 @@ impl Explore {
         Self {
             is_able: false,
             by_fixes: false,
-            has_begun: false,
-            began: None,
+            begun: None,
             pose: None,
             flown: Metres::ZERO,
             velocity: [0.0; 2],
@@ -164,8 +160,7 @@ impl Explore {
                 self.explore(config, round, inputs, exploration);
             }
             (Phase::Waiting | Phase::Out, _) => {
-                self.has_begun = false;
-                self.began = None;
+                self.begun = None;
                 self.pose = None;
                 self.flown = Metres::ZERO;
                 self.by_fixes = inputs.located.is_some();
@@ -194,10 +189,10 @@ impl Explore {
         exploration: &mut Exploration,
     ) {
         let explore = &config.explore;
-        if !self.has_begun {
-            self.has_begun = exploration.begin(round.id, explore);
+        if self.begun.is_none() && exploration.begin(round.id, explore) {
+            self.begun = Some(round.now);
         }
-        let Some(pose) = self.pose.filter(|_| self.has_begun) else {
+        let Some((pose, begun)) = self.pose.zip(self.begun) else {
             (self.velocity, self.yaw_rate) = ([0.0; 2], 0.0);
             return;
         };
@@ -215,8 +210,7 @@ impl Explore {
             let _ = packets.push(told.payload.as_bytes());
         }
         let perceived = Perceived { pose, beams: &beams, packets: &packets };
-        let began = *self.began.get_or_insert(round.now);
-        let drifts = !self.by_fixes && round.now.since(began) > explore.longest_reckoning;
+        let drifts = !self.by_fixes && round.now.since(begun) > explore.longest_reckoning;
         explorer.recall(round.now, drifts || round.order() == Some(Order::Return));
         let outputs = explorer.step(round.now, &perceived);
         for packet in &outputs.packets {
@@ -240,17 +234,9 @@ impl Explore {
         (motion, ranges): (Motion, &Diagonals),
         explorer: &Explorer<G, ROBOTS, RECORDS>,
     ) {
-        let Motion { velocity: [forward, left], yaw_rate } = motion;
-        let (sin, cos) = pose.yaw.sin_cos();
-        let wanted = [forward * cos - left * sin, forward * sin + left * cos];
-        let ground = explorer.ground();
-        let is_free = |cell| ground.state(cell) == CellState::Free;
-        let is_clear = |to: Point2| ground.frame().line(pose.at, to).all(is_free);
-        let limits = (self.distance(explore).0, explore.speed.0);
-        let others = explorer.others(round.now);
-        let apart = kept_apart(round.id.0, pose.at, wanted, limits, others, is_clear);
+        let apart = explorer.apart(round.now, pose, motion, self.distance(explore));
         self.velocity = off_walls(apart, pose.yaw, ranges, explore.speed.0);
-        self.yaw_rate = yaw_rate;
+        self.yaw_rate = motion.yaw_rate;
     }
 
     /// Within which distance of another drone, by the place that it tells, this one gives way. Places by
@@ -274,7 +260,7 @@ impl Explore {
         round: &Round,
         duty: ExploreDuty,
     ) -> Next<ExploreDuty> {
-        let knows = self.pose.is_some() && self.has_begun;
+        let knows = self.pose.is_some() && self.begun.is_some();
         duty.next(&config.explore, round, knows.then_some(self.doing))
     }
 
