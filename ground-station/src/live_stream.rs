@@ -81,7 +81,7 @@ impl LiveStream {
         let nanos = u64::try_from(record.at.as_nanos()).unwrap_or(u64::MAX);
         let sample = Sample { channel: Arc::clone(&found.channel), nanos, json: json.into() };
         found.last = Some(sample.clone());
-        // Where nobody views, there is nobody to send to.
+        // An error says that there is no viewer, and so none that lacks the message.
         let _ = self.viewers.send(sample);
     }
 
