@@ -3,7 +3,7 @@
 use core::ops::ControlFlow;
 
 use grid_map::{
-    Cell, CellState, Frame, GridMap, Planner, RayEnd, STRAIGHT_COST, TooManyCells, Visit,
+    Area, Cell, CellState, Frame, GridMap, Planner, RayEnd, STRAIGHT_COST, TooManyCells, Visit,
 };
 use units::{Metres, Point2};
 
@@ -36,6 +36,9 @@ pub trait Ground {
     fn trace(&mut self, from: Point2, to: Point2, end: RayEnd);
     /// Sets what is known of a cell, as [`GridMap::set`].
     fn set(&mut self, cell: Cell, state: CellState);
+    /// A rectangle with all cells whose state has changed since this was last asked; `None` where none
+    /// has.
+    fn take_changed(&mut self) -> Option<Area>;
     /// Whether a cell is a frontier, as [`GridMap::is_frontier`].
     fn is_frontier(&self, cell: Cell) -> bool;
     /// How many cells around a frontier are unknown, as [`GridMap::gain`].
@@ -114,6 +117,8 @@ pub struct Atlas<const BYTES: usize, const PAIRS: usize, const POOL: usize, cons
     map: GridMap<BYTES>,
     planner: Planner<PAIRS, POOL>,
     near_wall: CellSet<BITS>,
+    /// Where the map has changed since `near_wall` was brought up to date, and since the robot asked.
+    changed: [Option<Area>; 2],
     /// Where the robot has been, which leads it out of where it got in before it saw the walls.
     trail: CellSet<BITS>,
     /// Where the last search began.
@@ -141,9 +146,15 @@ impl<const BYTES: usize, const PAIRS: usize, const POOL: usize, const BITS: usiz
         match GridMap::new(frame) {
             Ok(map) => {
                 let (planner, near_wall, trail) = (Planner::new(), CellSet::EMPTY, CellSet::EMPTY);
-                Ok(Self { map, planner, near_wall, trail, start: None })
+                Ok(Self { map, planner, near_wall, changed: [None; 2], trail, start: None })
             }
             Err(error) => Err(error),
+        }
+    }
+
+    fn note(&mut self, area: Area) {
+        for changed in &mut self.changed {
+            *changed = Some(changed.map_or(area, |changed| changed.and(area)));
         }
     }
 }
@@ -154,9 +165,10 @@ impl<const BYTES: usize, const PAIRS: usize, const POOL: usize, const BITS: usiz
     type Map = GridMap<BYTES>;
 
     fn begin(&mut self, frame: Frame) -> Result<(), TooManyCells> {
-        let Self { map, planner, near_wall, trail, start } = self;
+        let Self { map, planner, near_wall, changed, trail, start } = self;
         map.begin(frame)?;
         *start = None;
+        *changed = [None; 2];
         planner.clear();
         near_wall.clear();
         trail.clear();
@@ -176,7 +188,9 @@ impl<const BYTES: usize, const PAIRS: usize, const POOL: usize, const BITS: usiz
     }
 
     fn trace(&mut self, from: Point2, to: Point2, end: RayEnd) {
-        self.map.trace(from, to, end);
+        if let Some(area) = self.map.trace(from, to, end) {
+            self.note(area);
+        }
         let frame = *self.map.frame();
         if let Some(cell) = frame.cell_at(from).filter(|&cell| !self.trail.contains(&frame, cell)) {
             // A step to a corner takes both cells beside it.
@@ -186,7 +200,14 @@ impl<const BYTES: usize, const PAIRS: usize, const POOL: usize, const BITS: usiz
     }
 
     fn set(&mut self, cell: Cell, state: CellState) {
-        self.map.set(cell, state);
+        if self.map.set(cell, state) {
+            self.note(Area::of(cell));
+        }
+    }
+
+    fn take_changed(&mut self) -> Option<Area> {
+        let [_, changed] = &mut self.changed;
+        changed.take()
     }
 
     fn is_frontier(&self, cell: Cell) -> bool {
@@ -198,8 +219,10 @@ impl<const BYTES: usize, const PAIRS: usize, const POOL: usize, const BITS: usiz
     }
 
     fn begin_search(&mut self, from: Point2) {
-        let Self { map, planner, near_wall, start, .. } = self;
-        near_wall.mark_around_obstacles(map);
+        let Self { map, planner, near_wall, changed: [changed, _], start, .. } = self;
+        if let Some(area) = changed.take() {
+            near_wall.mark_around_obstacles(map, area);
+        }
         let frame = map.frame();
         // From outside the grid no cell is reached.
         *start = frame.cell_at(from).filter(|&cell| planner.begin(frame, cell).is_ok());
@@ -210,7 +233,7 @@ impl<const BYTES: usize, const PAIRS: usize, const POOL: usize, const BITS: usiz
         most: usize,
         mut visit: impl FnMut(&Self::Map, Visit) -> ControlFlow<()>,
     ) -> bool {
-        let Self { map, planner, near_wall, trail, start } = self;
+        let Self { map, planner, near_wall, changed: _, trail, start } = self;
         let frame = *map.frame();
         let Some(start) = *start else { return true };
         let factor = |cell: Cell| {
@@ -254,10 +277,15 @@ impl<const BITS: usize> CellSet<BITS> {
         self.bits = [0; BITS];
     }
 
-    fn mark_around_obstacles<const BYTES: usize>(&mut self, map: &GridMap<BYTES>) {
-        self.bits = [0; BITS];
+    /// Brings the set of the cells near obstacles up to date with a map that has changed in an area.
+    fn mark_around_obstacles<const BYTES: usize>(&mut self, map: &GridMap<BYTES>, changed: Area) {
         let frame = map.frame();
-        for wall in frame.cells().filter(|&cell| map.state(cell) == CellState::Occupied) {
+        let affected = changed.grown(KEPT_OFF.unsigned_abs(), frame);
+        for cell in affected.cells() {
+            self.remove(frame, cell);
+        }
+        let may_reach = affected.grown(KEPT_OFF.unsigned_abs(), frame);
+        for wall in may_reach.cells().filter(|&cell| map.state(cell) == CellState::Occupied) {
             for east in -KEPT_OFF..=KEPT_OFF {
                 for north in -KEPT_OFF..=KEPT_OFF {
                     // The corners of the square are farther off than the distance that is kept.
@@ -274,6 +302,13 @@ impl<const BITS: usize> CellSet<BITS> {
         let index = frame.number(cell);
         if let Some(byte) = self.bits.get_mut(index / 8) {
             *byte |= 1 << (index % 8);
+        }
+    }
+
+    fn remove(&mut self, frame: &Frame, cell: Cell) {
+        let index = frame.number(cell);
+        if let Some(byte) = self.bits.get_mut(index / 8) {
+            *byte &= !(1 << (index % 8));
         }
     }
 

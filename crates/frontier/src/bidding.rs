@@ -23,6 +23,10 @@ const BID_SPACING: u16 = 3;
 /// A robot that can reach nothing stays so for so long before it stops by itself.
 const STOP_AFTER: Duration = Duration::from_millis(2_000);
 
+/// After so many cells a search of ways looks whether it has found the best bids already: a square of
+/// 6.4 m at 0.1 m a cell. Our own number.
+const CELLS_BETWEEN_LOOKS: usize = 4_096;
+
 /// A candidate to which a way is looked for.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Target {
@@ -123,7 +127,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
                 self.ground.begin_search(pose.at);
             }
         }
-        let is_over = self.find_ways();
+        let is_over = self.find_ways(pose);
         self.search = if is_over { Search::None } else { Search::Bids };
         is_over.then(|| self.best_bids(pose))
     }
@@ -138,14 +142,31 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         }
     }
 
-    /// Goes on with the search of ways to the targets; says whether it is over.
-    fn find_ways(&mut self) -> bool {
-        let Self { targets, ground, config, .. } = self;
-        let mut left = targets.iter().filter(|target| target.found.is_none()).count();
-        if left == 0 {
-            return true;
+    /// Goes on with the search of ways to the targets; says whether it is over, which it is as well when
+    /// no target that is farther away would be among the best.
+    fn find_ways(&mut self, pose: Pose2) -> bool {
+        let mut left = self.config.most_cells();
+        while left > 0 {
+            let part = left.min(CELLS_BETWEEN_LOOKS);
+            let (is_over, cost) = self.find_ways_in(part);
+            if is_over || self.has_the_best(pose, cost) {
+                return true;
+            }
+            left -= part;
         }
-        ground.search(config.most_cells(), |map, visit| {
+        false
+    }
+
+    /// Goes on with the search for so many cells; says whether it is over, and the cost of the last cell.
+    fn find_ways_in(&mut self, cells: usize) -> (bool, u32) {
+        let Self { targets, ground, .. } = self;
+        let mut left = targets.iter().filter(|target| target.found.is_none()).count();
+        let mut last = 0;
+        if left == 0 {
+            return (true, last);
+        }
+        let is_over = ground.search(cells, |map, visit| {
+            last = visit.cost;
             for target in around(targets, visit.cell) {
                 if target.found.is_none() && map.is_beside(visit.cell, target.tile) {
                     let cost = u16::try_from(visit.cost).unwrap_or(u16::MAX);
@@ -154,7 +175,18 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
                 }
             }
             if left == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-        })
+        });
+        (is_over, last)
+    }
+
+    /// Whether all bids are worth more than a target can be of which the way costs so much or more.
+    fn has_the_best(&self, pose: Pose2, cost: u32) -> bool {
+        let unfound = self.targets.iter().filter(|target| target.found.is_none());
+        let Some(gain) = unfound.map(|target| target.gain).max() else { return true };
+        let bids = self.best_bids(pose);
+        let worth = |gain: Gain, way| utility(&self.config.rule, gain.cells(), way, || 0.0);
+        let farther = worth(gain, length(cost, self.ground.frame()));
+        bids.is_full() && bids.last().is_some_and(|last| worth(last.gain, last.distance) > farther)
     }
 
     fn best_bids(&self, pose: Pose2) -> Vec<Bid, MOST_BIDS> {

@@ -1,6 +1,6 @@
 //! One robot that explores: its map, its marks, its goal, and its part in the team.
 
-use grid_map::{Cell, CellState, Frame, RayEnd, TooManyCells};
+use grid_map::{Area, Cell, CellState, Frame, RayEnd, TooManyCells};
 use heapless::{Deque, Vec};
 use units::{Duration, Instant, Point2, Pose2};
 
@@ -42,9 +42,9 @@ pub struct Config {
     /// Frontiers with a smaller gain are none, in cells: where a wall lies between two cells, noise makes
     /// one of them unknown now and then.
     pub least_gain: u8,
-    /// Over how many steps the robot spreads the comparison of its marks with its map, at least 1. A
-    /// drone's processor has not the time for all of it at once.
-    pub refresh_steps: u8,
+    /// How many marks a step compares with the map, or a row of the area that has changed where that has
+    /// more; 0 for all. A drone's processor has not the time for all of them at once.
+    pub compared_tiles: u16,
     /// A search of ways that visits more cells goes on in the next step, and the robot waits meanwhile; 0
     /// for no bound.
     pub search_cells: u16,
@@ -66,7 +66,7 @@ impl Config {
             rule,
             limits,
             least_gain: 0,
-            refresh_steps: 1,
+            compared_tiles: 0,
             search_cells: 0,
             forwards: true,
             stands: false,
@@ -75,10 +75,12 @@ impl Config {
 
     /// The cells that a search visits in a step.
     pub(crate) fn most_cells(&self) -> usize {
-        match self.search_cells {
-            0 => usize::MAX,
-            cells => cells.into(),
-        }
+        or_all(self.search_cells)
+    }
+
+    /// The marks that a step compares with the map.
+    pub(crate) fn most_tiles(&self) -> usize {
+        or_all(self.compared_tiles)
     }
 }
 
@@ -168,8 +170,9 @@ pub struct Explorer<G, const ROBOTS: usize, const RECORDS: usize> {
     /// The packets that are still to be sent, the oldest first.
     pub(crate) outbox: Deque<Vec<u8, MOST_BYTES>, MOST_WAITING>,
     refreshed: Option<Instant>,
-    /// The row of tiles with which the comparison of marks goes on, while one is under way.
-    next_row: Option<u16>,
+    /// Whether a comparison of marks with the map is under way, and where it goes on.
+    pub(crate) is_comparing: bool,
+    pub(crate) to_compare: Option<Area>,
     pub(crate) bid: Option<Instant>,
     /// The last status: when, and of which activity.
     pub(crate) told: Option<(Instant, Activity)>,
@@ -198,7 +201,8 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             sequence: 0,
             outbox: Deque::new(),
             refreshed: None,
-            next_row: None,
+            is_comparing: false,
+            to_compare: None,
             bid: None,
             told: None,
             sent: (0, start),
@@ -229,7 +233,8 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             sequence,
             outbox,
             refreshed,
-            next_row,
+            is_comparing,
+            to_compare,
             bid,
             told,
             sent,
@@ -249,7 +254,8 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         *sequence = 0;
         outbox.clear();
         *refreshed = None;
-        *next_row = None;
+        *is_comparing = false;
+        *to_compare = None;
         *bid = None;
         *told = None;
         *sent = (0, Instant::ZERO);
@@ -318,10 +324,10 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             self.refreshed = Some(now);
             self.meeting.start.get_or_insert(inputs.pose.at);
             self.forget_silent(now);
-            self.next_row = Some(0);
+            self.begin_to_compare();
         }
-        if let Some(row) = self.next_row {
-            self.next_row = self.refresh(now, row);
+        if self.is_comparing {
+            self.compare(now);
         }
         if !self.config.stands {
             out.motion = self.go_on(now, inputs.pose);
@@ -437,6 +443,11 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             self.send(Body::Orders(filled(some.iter().copied())));
         }
     }
+}
+
+/// A bound of which 0 stands for none.
+fn or_all(most: u16) -> usize {
+    if most == 0 { usize::MAX } else { most.into() }
 }
 
 pub(crate) fn is_due(last: Option<Instant>, now: Instant) -> bool {

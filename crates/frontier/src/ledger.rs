@@ -20,17 +20,25 @@ pub(crate) struct Ledger<const RECORDS: usize> {
     /// In the order of tiles.
     records: Vec<Record, RECORDS>,
     version: u16,
+    /// Whether there was no room for a mark since this was last asked.
+    lacked_room: bool,
 }
 
 impl<const RECORDS: usize> Ledger<RECORDS> {
     pub(crate) const fn new() -> Self {
-        Self { records: Vec::new(), version: 0 }
+        Self { records: Vec::new(), version: 0, lacked_room: false }
     }
 
     /// Forgets everything.
     pub(crate) fn clear(&mut self) {
         self.records.clear();
         self.version = 0;
+        self.lacked_room = false;
+    }
+
+    /// Whether there was no room for a mark since this was last asked.
+    pub(crate) const fn take_lacked_room(&mut self) -> bool {
+        core::mem::replace(&mut self.lacked_room, false)
     }
 
     pub(crate) const fn version(&self) -> u16 {
@@ -59,6 +67,7 @@ impl<const RECORDS: usize> Ledger<RECORDS> {
             Err(_) if mark == Mark::Gone => return false,
             Err(at) => {
                 if self.records.insert(at, fresh).is_err() {
+                    self.lacked_room = true;
                     return false;
                 }
             }

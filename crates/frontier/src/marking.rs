@@ -1,6 +1,6 @@
 //! What a robot says of the tiles of its map.
 
-use grid_map::CellState;
+use grid_map::{Area, CellState};
 use heapless::Vec;
 use units::Instant;
 
@@ -13,22 +13,40 @@ use crate::tile::{Gain, Mark, Tile};
 /// A frontier whose gain has changed by fewer classes is not told anew. Our own number: it halves
 /// the bytes.
 const TOLD_CLASSES: u8 = 3;
+/// How far from a tile a cell may lie that decides its mark: three cells for the gain, and one more for
+/// whether one of those is a frontier where small ones do not count.
+const SEEN_AROUND: u16 = 4;
 
 impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, RECORDS> {
-    /// Compares marks with the map from a row of tiles on, and, after the last one, answers what others
-    /// ask; returns the row with which it goes on.
-    #[inline(never)]
-    pub(crate) fn refresh(&mut self, now: Instant, row: u16) -> Option<u16> {
+    /// Begins to compare marks with the map, where that has changed since the last time, or everywhere
+    /// where a mark hangs on something else.
+    pub(crate) fn begin_to_compare(&mut self) {
         let frame = *self.ground.frame();
-        let rows = Tile::rows(&frame);
-        let end = row + rows.div_ceil(u16::from(self.config.refresh_steps.max(1)));
-        for tile in Tile::in_rows(&frame, row..end.min(rows)) {
-            let mark = self.mark_of(tile, now);
-            self.mark(tile, mark);
+        let has_to_see_all = self.ledger.take_lacked_room() || self.tells_what_is_barred();
+        let whole = has_to_see_all.then(|| Area::whole(&frame));
+        let changed = self.ground.take_changed().map(|area| area.grown(SEEN_AROUND, &frame));
+        // What was not compared yet is still to be compared.
+        let areas = [self.to_compare, whole, changed].into_iter().flatten();
+        self.to_compare = areas.reduce(Area::and);
+        self.is_comparing = true;
+    }
+
+    /// Compares as many marks with the map as a step has time for, and, after the last one, answers what
+    /// others ask.
+    #[inline(never)]
+    pub(crate) fn compare(&mut self, now: Instant) {
+        if let Some(area) = self.to_compare {
+            let (tiles, rest) = Tile::split(area, self.config.most_tiles());
+            for tile in Tile::in_area(area).take(tiles) {
+                let mark = self.mark_of(tile, now);
+                self.mark(tile, mark);
+            }
+            self.to_compare = rest;
         }
-        if end < rows {
-            return Some(end);
+        if self.to_compare.is_some() {
+            return;
         }
+        self.is_comparing = false;
         if self.config.rule.overlap == Overlap::Asked {
             let asked: Vec<Tile, MOST_TARGETS> =
                 filled(self.team.board.to_look_up(self.config.number));
@@ -39,12 +57,16 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             }
         }
         self.ledger.forget_gone(self.team.known_to_all(self.ledger.version()));
-        None
+    }
+
+    /// Whether the robot tells others from which frontiers it is barred.
+    fn tells_what_is_barred(&self) -> bool {
+        let rule = &self.config.rule;
+        rule.reachability && rule.distance == Distance::Straight
     }
 
     /// What the robot has to say of a tile by its map.
     fn mark_of(&self, tile: Tile, now: Instant) -> Mark {
-        let rule = &self.config.rule;
         let frame = *self.ground.frame();
         let was = self.ledger.mark(tile);
         if was == Mark::Settled {
@@ -52,14 +74,15 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         }
         if let Some(most) = self.gains(tile).max() {
             let gain = Gain::of_cells(most);
-            let is_told = rule.reachability && rule.distance == Distance::Straight;
             return match was {
-                _ if is_told && self.barred.holds(tile, now) => Mark::Unreachable,
+                _ if self.tells_what_is_barred() && self.barred.holds(tile, now) => {
+                    Mark::Unreachable
+                }
                 Mark::Frontier(told) if told.classes_to(gain) < TOLD_CLASSES => was,
                 _ => Mark::Frontier(gain),
             };
         }
-        let has_walls = matches!(rule.overlap, Overlap::Points(_));
+        let has_walls = matches!(self.config.rule.overlap, Overlap::Points(_));
         let is_wall = |cell| self.ground.state(cell) == CellState::Occupied;
         if has_walls && tile.cells(&frame).any(is_wall) { Mark::Wall } else { Mark::Gone }
     }

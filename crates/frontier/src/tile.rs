@@ -3,9 +3,7 @@
 //! With the thesis' 0.1 m cells of this simulator a tile has its 0.3 m between two frontiers (table
 //! 3.1), and it fits the air in 20 bits.
 
-use core::ops::Range;
-
-use grid_map::{Cell, Frame};
+use grid_map::{Area, Cell, Frame};
 use units::Point2;
 
 /// The cells of a tile's side.
@@ -73,18 +71,26 @@ impl Tile {
 
     /// All tiles of a grid, row by row from the south.
     pub fn all(frame: &Frame) -> impl Iterator<Item = Self> + use<> {
-        Self::in_rows(frame, 0..Self::rows(frame))
+        Self::in_area(Area::whole(frame))
     }
 
-    /// The number of rows of tiles of a grid.
-    pub(crate) fn rows(frame: &Frame) -> u16 {
-        frame.rows().div_ceil(SIDE).min(Self::MOST)
+    /// The tiles of which a cell lies in an area, row by row from the south.
+    pub(crate) fn in_area(area: Area) -> impl Iterator<Item = Self> + use<> {
+        let [rows, columns] = [area.rows(), area.columns()]
+            .map(|cells| cells.start() / SIDE..=(cells.end() / SIDE).min(Self::MOST - 1));
+        rows.flat_map(move |row| columns.clone().map(move |column| Self { row, column }))
     }
 
-    /// The tiles of some rows of a grid, row by row from the south.
-    pub(crate) fn in_rows(frame: &Frame, rows: Range<u16>) -> impl Iterator<Item = Self> + use<> {
-        let columns = frame.columns().div_ceil(SIDE).min(Self::MOST);
-        rows.flat_map(move |row| (0..columns).map(move |column| Self { row, column }))
+    /// Splits the tiles of an area after as many rows of them as `most` tiles fill, but one at least:
+    /// the number of tiles in those rows, and the rest of the area.
+    pub(crate) fn split(area: Area, most: usize) -> (usize, Option<Area>) {
+        let [rows, columns] =
+            [area.rows(), area.columns()].map(|cells| (cells.start() / SIDE, cells.end() / SIDE));
+        let wide = usize::from(columns.1 - columns.0) + 1;
+        let high = usize::from(rows.1 - rows.0) + 1;
+        let taken = (most / wide).clamp(1, high);
+        let next = (usize::from(rows.0) + taken) * usize::from(SIDE);
+        (taken * wide, u16::try_from(next).ok().and_then(|row| area.from_row(row)))
     }
 
     /// The larger of the two differences of columns and of rows.

@@ -5,7 +5,7 @@ use frontier::{
     Place, RULES, RobotSet, Rule, RuleEntry, Shape, Tile, Utility, assign, cluster, frontiers,
     is_overlapped,
 };
-use grid_map::{Cell, CellState, Frame};
+use grid_map::{Area, Cell, CellState, Frame};
 use proptest::prelude::*;
 use units::{Metres, Point2};
 
@@ -174,5 +174,34 @@ proptest! {
         for tile in tiles {
             prop_assert!(tile.cells(&frame).any(|cell| ground.is_frontier(cell)));
         }
+    }
+
+    /// Which cells are too near to an obstacle does not depend on how often the ways were searched
+    /// meanwhile, and no cell changes its state beyond the area that the ground tells.
+    #[test]
+    fn what_has_changed_is_brought_up_to_date(
+        changes in prop::collection::vec((0..40u16, 0..40u16, 0..3usize, any::<bool>()), 1..60),
+    ) {
+        let frame = Frame::new(Point2::new(0.0, 0.0), Metres(0.1), 40, 40).unwrap();
+        let new = || Box::new(Atlas160::new(frame).unwrap());
+        let (mut often, mut once) = (new(), new());
+        let middle = frame.centre(Cell::new(20, 20));
+        for (column, row, state, searches) in changes {
+            let cell = Cell::new(column, row);
+            let state = [CellState::Unknown, CellState::Free, CellState::Occupied][state];
+            let had = often.state(cell);
+            often.set(cell, state);
+            once.set(cell, state);
+            prop_assert_eq!(often.take_changed(), (had != state).then_some(Area::of(cell)));
+            if searches {
+                often.begin_search(middle);
+            }
+        }
+        often.begin_search(middle);
+        once.begin_search(middle);
+        let near = |ground: &Atlas160| -> Vec<Cell> {
+            frame.cells().filter(|&cell| ground.is_near_wall(cell)).collect()
+        };
+        prop_assert_eq!(near(&often), near(&once));
     }
 }

@@ -25,6 +25,7 @@
 //! ```
 #![no_std]
 
+mod area;
 mod clearance;
 mod frame;
 mod frontier;
@@ -32,6 +33,7 @@ mod map;
 mod path;
 mod ray;
 
+pub use area::Area;
 pub use clearance::{Clearance, FARTHEST_CLEARANCE};
 pub use frame::{Cell, Frame, FrameError};
 pub use frontier::MOST_GAIN;

@@ -11,6 +11,7 @@ use core::fmt;
 
 use units::Point2;
 
+use crate::area::Area;
 use crate::frame::{Cell, Frame};
 use crate::ray::Ray;
 
@@ -110,32 +111,34 @@ impl<const BYTES: usize> GridMap<BYTES> {
     /// What is known of a cell; outside the grid nothing is.
     #[must_use]
     pub fn state(&self, cell: Cell) -> CellState {
-        match self.evidence(cell) {
-            0 => CellState::Unknown,
-            ..0 => CellState::Free,
-            1.. => CellState::Occupied,
-        }
+        state_of(self.evidence(cell))
     }
 
     /// Sets what is known of a cell, as firmly as can be, where a map comes from elsewhere. Outside
-    /// the grid it does nothing.
-    pub fn set(&mut self, cell: Cell, state: CellState) {
+    /// the grid it does nothing. Returns whether the cell's state is another one than before.
+    pub fn set(&mut self, cell: Cell, state: CellState) -> bool {
         let evidence = match state {
             CellState::Unknown => 0,
             CellState::Free => LEAST_EVIDENCE,
             CellState::Occupied => MOST_EVIDENCE,
         };
-        self.put(cell, evidence);
+        self.put(cell, evidence)
     }
 
     /// Takes in a ray from a sensor at `from`, which passed through all cells up to `to`. Outside
-    /// the grid it does nothing; a ray that is longer than the grid, or not finite, neither.
-    pub fn trace(&mut self, from: Point2, to: Point2, end: RayEnd) {
+    /// the grid it does nothing; a ray that is longer than the grid, or not finite, neither. Returns
+    /// the smallest rectangle with all cells whose state is another one than before.
+    pub fn trace(&mut self, from: Point2, to: Point2, end: RayEnd) -> Option<Area> {
+        let mut changed: Option<Area> = None;
         for (cell, is_last) in Ray::new(&self.frame, from, to) {
             let by = if is_last && end == RayEnd::Obstacle { STRUCK } else { PASSED };
             let sum = self.evidence(cell) + by;
-            self.put(cell, sum.clamp(LEAST_EVIDENCE, MOST_EVIDENCE));
+            if self.put(cell, sum.clamp(LEAST_EVIDENCE, MOST_EVIDENCE)) {
+                let area = Area::of(cell);
+                changed = Some(changed.map_or(area, |changed| changed.and(area)));
+            }
         }
+        changed
     }
 
     /// The number of cells in that state.
@@ -157,14 +160,25 @@ impl<const BYTES: usize> GridMap<BYTES> {
         }
     }
 
-    fn put(&mut self, cell: Cell, evidence: i8) {
+    /// Sets the evidence of a cell; says whether its state is another one than before.
+    fn put(&mut self, cell: Cell, evidence: i8) -> bool {
         if !self.frame.contains(cell) {
-            return;
+            return false;
         }
+        let was = self.state(cell);
         let (at, shift) = place(self.frame.index(cell));
         if let Some(byte) = self.evidence.get_mut(at) {
             *byte = *byte & !(0b11 << shift) | (evidence as u8 & 0b11) << shift;
         }
+        was != state_of(evidence)
+    }
+}
+
+const fn state_of(evidence: i8) -> CellState {
+    match evidence {
+        0 => CellState::Unknown,
+        ..0 => CellState::Free,
+        1.. => CellState::Occupied,
     }
 }
 

@@ -45,8 +45,9 @@ const MOST_PACKETS: usize = 24;
 const LEAST_GAIN: u8 = 6;
 /// A search of ways that visits more cells goes on in the next round.
 const SEARCH_CELLS: u16 = 8_000;
-/// The comparison of marks with the map is spread over the five rounds of a second.
-const REFRESH_STEPS: u8 = 5;
+/// So many marks are compared with the map in a round: a fifth of the 54 by 54 tiles of the largest area,
+/// so that all are compared within the five rounds of a second.
+const COMPARED_TILES: u16 = 594;
 /// What a beam hits within this of another drone is that drone: half its width, and how far it flies
 /// until it tells its place again, m.
 const DRONE: f32 = 0.35;
@@ -96,7 +97,7 @@ const fn config_of(id: NodeId, config: &ExploreConfig) -> Config {
         rule: Rule::OURS,
         limits: config.limits(),
         least_gain: LEAST_GAIN,
-        refresh_steps: REFRESH_STEPS,
+        compared_tiles: COMPARED_TILES,
         search_cells: SEARCH_CELLS,
         forwards: true,
         stands: false,

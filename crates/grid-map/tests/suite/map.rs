@@ -1,6 +1,6 @@
 //! Evidence and rays.
 
-use grid_map::{Cell, CellState, Frame, FrameError, GridMap, RayEnd, TooManyCells};
+use grid_map::{Area, Cell, CellState, Frame, FrameError, GridMap, RayEnd, TooManyCells};
 use proptest::prelude::*;
 use units::{Metres, Point2};
 
@@ -87,6 +87,21 @@ proptest! {
             let apart = first.row.abs_diff(last.row) + first.column.abs_diff(last.column);
             prop_assert!(is_free(&first) && is_free(&last));
             prop_assert_eq!(map.count(CellState::Free), usize::from(apart) + 1);
+        }
+    }
+
+    /// Beyond the rectangle that a ray returns no cell has another state than before, and both its rows and
+    /// its columns at the edge have one.
+    #[test]
+    fn a_ray_tells_where_it_changed_states(rays in prop::collection::vec((point(), point(), any::<bool>()), 1..20)) {
+        let mut map = Map::new(frame(32, 32)).unwrap();
+        for (from, to, strikes) in rays {
+            let before = map.clone();
+            let end = if strikes { RayEnd::Obstacle } else { RayEnd::Clear };
+            let area = map.trace(from, to, end);
+            let is_other = |cell: &Cell| map.state(*cell) != before.state(*cell);
+            let changed = map.frame().cells().filter(is_other).map(Area::of).reduce(Area::and);
+            prop_assert_eq!(area, changed);
         }
     }
 
