@@ -7,7 +7,7 @@ use grid_map::{
 };
 use units::{Metres, Point2};
 
-use crate::tile::{Gain, Tile};
+use crate::tile::{Gain, SIDE, Tile};
 
 /// Cells to each side of an obstacle that a robot keeps away from: 0.2 m at 0.1 m a cell, for a
 /// drone of 0.13 m from rotor tip to rotor tip.
@@ -18,7 +18,7 @@ const LEAVING: u16 = 4;
 /// number.
 const UNKNOWN_FACTOR: u8 = 2;
 /// Cells to each side of a tile's middle from which the tile is looked at.
-pub(crate) const BESIDE: u16 = 4;
+const BESIDE: u16 = 4;
 
 /// A map, and shortest ways in it. [`Atlas`] is the one with a fixed size.
 pub trait Ground {
@@ -64,22 +64,52 @@ pub trait Ground {
     fn map(&self) -> &Self::Map;
 }
 
+/// From where a robot looks at a tile.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum View {
+    /// From beside it.
+    Beside,
+    /// From at most so many cells away, where no robot comes beside it: through a gap that is too narrow.
+    Afar(u16),
+}
+
+impl View {
+    /// The cells to each side of a tile's middle from which it is looked at.
+    pub(crate) const fn cells(self) -> u16 {
+        match self {
+            Self::Beside => BESIDE,
+            Self::Afar(cells) => cells,
+        }
+    }
+
+    /// The rows of tiles to each side of a cell in which a tile may lie that is looked at from it.
+    pub(crate) const fn tiles(self) -> u16 {
+        // The middle of a tile lies one cell from its edge.
+        (self.cells() + 1) / SIDE
+    }
+}
+
 /// What can be seen from where, by the map.
 pub trait Sight {
-    /// Whether a robot in this cell is beside the tile, with no obstacle between.
-    fn is_beside(&self, cell: Cell, tile: Tile) -> bool;
+    /// Whether a robot in this cell can look at the tile: no obstacle lies between, and, from afar, nothing
+    /// unknown.
+    fn shows(&self, cell: Cell, tile: Tile, view: View) -> bool;
 }
 
 impl<const BYTES: usize> Sight for GridMap<BYTES> {
-    fn is_beside(&self, cell: Cell, tile: Tile) -> bool {
+    fn shows(&self, cell: Cell, tile: Tile, view: View) -> bool {
         let middle = tile.middle();
         let off = cell.column.abs_diff(middle.column).max(cell.row.abs_diff(middle.row));
+        if off > view.cells() {
+            return false;
+        }
         let frame = self.frame();
-        off <= BESIDE
-            && frame
-                .line(frame.centre(cell), tile.centre(frame))
-                .take_while(|&on_the_way| Tile::of(on_the_way) != Some(tile))
-                .all(|on_the_way| self.state(on_the_way) != CellState::Occupied)
+        let line = frame.line(frame.centre(cell), tile.centre(frame));
+        let mut before = line.take_while(|&on_the_way| Tile::of(on_the_way) != Some(tile));
+        match view {
+            View::Beside => before.all(|cell| self.state(cell) != CellState::Occupied),
+            View::Afar(_) => before.all(|cell| self.state(cell) == CellState::Free),
+        }
     }
 }
 

@@ -7,7 +7,7 @@ use heapless::Vec;
 use units::{Duration, Instant, Metres, Pose2};
 
 use crate::assignment::utility;
-use crate::atlas::{Ground, Sight, length};
+use crate::atlas::{Ground, Sight, View, length};
 use crate::board::Candidate;
 use crate::cluster::RobotSet;
 use crate::explorer::{Explorer, MOST_TARGETS, Search, State, is_due};
@@ -123,6 +123,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             }
             self.bid = Some(now);
             self.find_targets(now);
+            self.view = View::Beside;
             if !self.targets.is_empty() {
                 self.ground.begin_search(pose.at);
             }
@@ -143,23 +144,33 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
     }
 
     /// Goes on with the search of ways to the targets; says whether it is over, which it is as well when
-    /// no target that is farther away would be among the best.
+    /// no target that is farther away would be among the best. Where no way leads beside any of them, they
+    /// are looked at from afar.
     fn find_ways(&mut self, pose: Pose2) -> bool {
         let mut left = self.config.most_cells();
         while left > 0 {
             let part = left.min(CELLS_BETWEEN_LOOKS);
             let (is_over, cost) = self.find_ways_in(part);
-            if is_over || self.has_the_best(pose, cost) {
-                return true;
-            }
             left -= part;
+            if !is_over && !self.has_the_best(pose, cost) {
+                continue;
+            }
+            let has_found = self.targets.iter().any(|target| target.found.is_some());
+            match self.farther(self.view) {
+                Some(view) if !has_found && !self.targets.is_empty() => {
+                    self.view = view;
+                    self.ground.begin_search(pose.at);
+                }
+                _ => return true,
+            }
         }
         false
     }
 
     /// Goes on with the search for so many cells; says whether it is over, and the cost of the last cell.
     fn find_ways_in(&mut self, cells: usize) -> (bool, u32) {
-        let Self { targets, ground, .. } = self;
+        let Self { targets, ground, view, .. } = self;
+        let view = *view;
         let mut left = targets.iter().filter(|target| target.found.is_none()).count();
         let mut last = 0;
         if left == 0 {
@@ -167,8 +178,8 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         }
         let is_over = ground.search(cells, |map, visit| {
             last = visit.cost;
-            for target in around(targets, visit.cell) {
-                if target.found.is_none() && map.is_beside(visit.cell, target.tile) {
+            for target in around(targets, visit.cell, view) {
+                if target.found.is_none() && map.shows(visit.cell, target.tile, view) {
                     let cost = u16::try_from(visit.cost).unwrap_or(u16::MAX);
                     target.found = Some((visit.cell, cost));
                     left -= 1;
@@ -221,13 +232,15 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
     }
 }
 
-/// The targets of which the tile lies within three by three tiles around a cell.
-fn around(targets: &mut [Target], cell: Cell) -> impl Iterator<Item = &mut Target> {
+/// The targets of which the tile may be looked at from a cell, and perhaps some more.
+fn around(targets: &mut [Target], cell: Cell, view: View) -> impl Iterator<Item = &mut Target> {
     let middle = Tile::of(cell);
     let rows = middle.map_or(0, Tile::row);
+    let off = view.tiles();
     let key = |target: &Target| target.tile.row();
-    let first = targets.partition_point(|target| key(target) + 1 < rows);
-    let end = targets.partition_point(|target| key(target) <= rows + 1);
+    let first = targets.partition_point(|target| key(target) + off < rows);
+    let end = targets.partition_point(|target| key(target) <= rows + off);
     let near = targets.get_mut(first..end).unwrap_or_default();
-    near.iter_mut().filter(move |target| middle.is_some_and(|tile| tile.steps_to(target.tile) <= 1))
+    near.iter_mut()
+        .filter(move |target| middle.is_some_and(|tile| tile.steps_to(target.tile) <= off))
 }

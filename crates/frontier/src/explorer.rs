@@ -4,7 +4,7 @@ use grid_map::{Area, Cell, CellState, Frame, RayEnd, TooManyCells};
 use heapless::{Deque, Vec};
 use units::{Duration, Instant, Point2, Pose2};
 
-use crate::atlas::Ground;
+use crate::atlas::{Ground, View};
 use crate::barred::Bars;
 use crate::bidding::Targets;
 use crate::flight::{Gaze, Limits, Motion};
@@ -163,6 +163,8 @@ pub struct Explorer<G, const ROBOTS: usize, const RECORDS: usize> {
     /// The candidates to which ways are looked for, which would take a fifth of a drone's stack.
     pub(crate) targets: Targets,
     pub(crate) search: Search,
+    /// From where the search of ways to the targets looks at them.
+    pub(crate) view: View,
     pub(crate) meeting: Meeting,
     /// Whether it is called back to where it began, and explores no more.
     pub(crate) is_recalled: bool,
@@ -196,6 +198,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             barred: Bars::new(),
             targets: Targets::new(),
             search: Search::None,
+            view: View::Beside,
             meeting: Meeting::new(),
             is_recalled: false,
             sequence: 0,
@@ -229,6 +232,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             barred,
             targets,
             search,
+            view,
             is_recalled,
             sequence,
             outbox,
@@ -250,6 +254,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         barred.clear();
         targets.clear();
         *search = Search::None;
+        *view = View::Beside;
         *is_recalled = false;
         *sequence = 0;
         outbox.clear();

@@ -1,12 +1,12 @@
 //! How a robot flies to its goal, and when it gives the goal up.
 
-use core::f32::consts::{PI, TAU};
+use core::f32::consts::{FRAC_1_SQRT_2, PI, TAU};
 use core::ops::ControlFlow;
 
-use grid_map::Cell;
+use grid_map::{Cell, Visit};
 use units::{Duration, Instant, Point2, Pose2};
 
-use crate::atlas::{Ground, Sight, length};
+use crate::atlas::{Ground, Sight, View, length};
 use crate::explorer::{Config, Explorer, PERIOD, Search, State};
 use crate::flight::{Gaze, Limits, Motion, Progress, fly, in_sight, look};
 use crate::rule::{Facing, Overlap};
@@ -25,6 +25,7 @@ const FOLLOWED: u16 = 5;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Goal {
     pub(crate) tile: Tile,
+    view: View,
     /// The cell at the end of the way, where one was found.
     end: Option<Cell>,
     planned: Instant,
@@ -38,7 +39,8 @@ pub(crate) struct Goal {
 impl Goal {
     /// A goal whose way was last looked for at `planned`, and not found.
     pub(crate) const fn new(tile: Tile, planned: Instant) -> Self {
-        Self { tile, end: None, planned, until: None, arrived: None, standing: Standing::NEW }
+        let (view, standing) = (View::Beside, Standing::NEW);
+        Self { tile, view, end: None, planned, until: None, arrived: None, standing }
     }
 }
 
@@ -197,20 +199,18 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         near.filter(|&tile| !is_taken(tile)).min_by_key(|tile| tile.steps_to(seen))
     }
 
-    /// Finds the way to the goal in the map as it is now; `None` while the search goes on.
-    fn plan(&mut self, now: Instant, pose: Pose2, goal: Goal) -> Option<Goal> {
-        if self.search != Search::Way {
-            self.ground.begin_search(pose.at);
+    /// Finds the way to the goal in the map as it is now; `None` while the search goes on. A robot that
+    /// finds no way beside the goal looks for one from where it can look at it from afar.
+    fn plan(&mut self, now: Instant, pose: Pose2, mut goal: Goal) -> Option<Goal> {
+        let (mut is_over, mut found) = self.search_way(pose, goal);
+        while is_over
+            && found.is_none()
+            && let Some(view) = self.farther(goal.view)
+        {
+            goal.view = view;
+            self.state = State::Going(goal);
+            (is_over, found) = self.search_way(pose, goal);
         }
-        let mut found = None;
-        let is_over = self.ground.search(self.config.most_cells(), |map, visit| {
-            if map.is_beside(visit.cell, goal.tile) {
-                found = Some(visit);
-                return ControlFlow::Break(());
-            }
-            ControlFlow::Continue(())
-        });
-        self.search = if is_over { Search::None } else { Search::Way };
         if !is_over {
             return None;
         }
@@ -223,6 +223,33 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             until: goal.until.or_else(|| patience.map(|patience| now + patience)),
             ..goal
         })
+    }
+
+    /// Goes on with the search of a cell from which the goal is looked at, or begins it; says whether it is
+    /// over, and what it has found.
+    fn search_way(&mut self, pose: Pose2, goal: Goal) -> (bool, Option<Visit>) {
+        if self.search != Search::Way {
+            self.ground.begin_search(pose.at);
+        }
+        let mut found = None;
+        let is_over = self.ground.search(self.config.most_cells(), |map, visit| {
+            if map.shows(visit.cell, goal.tile, goal.view) {
+                found = Some(visit);
+                return ControlFlow::Break(());
+            }
+            ControlFlow::Continue(())
+        });
+        self.search = if is_over { Search::None } else { Search::Way };
+        (is_over, found)
+    }
+
+    /// From where a robot looks at what it finds no way to look at so; `None` where it does not look at it.
+    pub(crate) fn farther(&self, view: View) -> Option<View> {
+        let Config { rule, limits, .. } = self.config;
+        let sees_far = rule.looks_from_afar && limits.gaze == Gaze::Ahead;
+        let reach = limits.reach * FRAC_1_SQRT_2 / self.ground.frame().resolution().0;
+        // The corners of the square lie within the reach. The conversion clamps.
+        (sees_far && view == View::Beside).then_some(View::Afar(reach as u16))
     }
 
     fn give_up(&mut self, now: Instant, tile: Tile) -> Motion {

@@ -36,7 +36,9 @@ mod telling;
 mod tile;
 
 pub use assignment::{Assignment, Distances, Place, assign, take};
-pub use atlas::{Atlas, Atlas160, Atlas256, Atlas512, Atlas1024, Ground, Sight, frontiers, length};
+pub use atlas::{
+    Atlas, Atlas160, Atlas256, Atlas512, Atlas1024, Ground, Sight, View, frontiers, length,
+};
 pub use board::Candidate;
 pub use cluster::{MOST_ROBOTS, RobotSet, cluster};
 pub use explorer::{Beam, Config, Explorer, Inputs, Outputs};

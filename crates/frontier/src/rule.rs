@@ -104,6 +104,8 @@ pub struct Rule {
     /// Whether the leader stops only when each robot has said that it can reach none of all
     /// candidates.
     pub confirmed_stop: bool,
+    /// Whether a robot with a camera that comes beside no candidate looks at them from afar.
+    pub looks_from_afar: bool,
     /// How long a candidate that could not be reached is not tried again; zero for not at all.
     pub blacklist: Duration,
 }
@@ -147,6 +149,7 @@ const THESIS: Rule = Rule {
     facing: Facing::Way,
     ends_when_seen: false,
     confirmed_stop: false,
+    looks_from_afar: false,
     blacklist: Duration::ZERO,
 };
 
@@ -171,6 +174,7 @@ const OURS: Rule = Rule {
     facing: Facing::Goal,
     ends_when_seen: true,
     confirmed_stop: true,
+    looks_from_afar: true,
     blacklist: PROGRESS_TIMEOUT,
 };
 
@@ -199,6 +203,7 @@ pub const RULES: [RuleEntry; 7] = [
             utility: Utility::Nearest,
             discount: None,
             facing: Facing::Way,
+            looks_from_afar: false,
             ..OURS
         },
     },
@@ -211,6 +216,7 @@ pub const RULES: [RuleEntry; 7] = [
             utility: Utility::Linear { weight: 3.0 },
             discount: Some(Metres(1.0)),
             facing: Facing::Way,
+            looks_from_afar: false,
             ..OURS
         },
     },
@@ -226,6 +232,7 @@ pub const RULES: [RuleEntry; 7] = [
             least_frontier: 7,
             facing: Facing::Way,
             confirmed_stop: false,
+            looks_from_afar: false,
             ..OURS
         },
     },

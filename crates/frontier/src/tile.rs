@@ -7,7 +7,7 @@ use grid_map::{Area, Cell, Frame};
 use units::Point2;
 
 /// The cells of a tile's side.
-const SIDE: u16 = 3;
+pub(crate) const SIDE: u16 = 3;
 
 /// A square of 3 by 3 cells of a grid.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
