@@ -43,6 +43,11 @@ pub trait Ground {
     fn is_frontier(&self, cell: Cell) -> bool;
     /// How many cells around a frontier are unknown, as [`GridMap::gain`].
     fn gain(&self, cell: Cell) -> u8;
+    /// Notes that there is nothing more to see at a tile, whatever the map says; says whether there was room
+    /// for that.
+    fn close(&mut self, tile: Tile) -> bool;
+    /// Whether a tile was closed.
+    fn is_closed(&self, tile: Tile) -> bool;
     /// Begins to search ways from a point to all cells that can be reached, over unknown cells too,
     /// nearest first.
     fn begin_search(&mut self, from: Point2);
@@ -141,31 +146,44 @@ pub fn length(cost: u32, frame: &Frame) -> Metres {
 }
 
 /// A map with a planner: `BYTES` bytes for four cells each, `PAIRS` bytes for two, `BITS` for eight,
-/// and room for `POOL` cells that wait in a search.
+/// `TILES` for eight tiles, and room for `POOL` cells that wait in a search.
 #[derive(Clone, Debug)]
-pub struct Atlas<const BYTES: usize, const PAIRS: usize, const POOL: usize, const BITS: usize> {
+pub struct Atlas<
+    const BYTES: usize,
+    const PAIRS: usize,
+    const POOL: usize,
+    const BITS: usize,
+    const TILES: usize,
+> {
     map: GridMap<BYTES>,
     planner: Planner<PAIRS, POOL>,
-    near_wall: CellSet<BITS>,
+    near_wall: BitSet<BITS>,
     /// Where the map has changed since `near_wall` was brought up to date, and since the robot asked.
     changed: [Option<Area>; 2],
     /// Where the robot has been, which leads it out of where it got in before it saw the walls.
-    trail: CellSet<BITS>,
+    trail: BitSet<BITS>,
+    /// The tiles at which there is nothing more to see.
+    closed: BitSet<TILES>,
     /// Where the last search began.
     start: Option<Cell>,
 }
 
 /// The ground of a drone: up to 160 by 160 cells, 41 kB.
-pub type Atlas160 = Atlas<6_400, 12_800, 2_560, 3_200>;
+pub type Atlas160 = Atlas<6_400, 12_800, 2_560, 3_200, 365>;
 /// Up to 256 by 256 cells.
-pub type Atlas256 = Atlas<16_384, 32_768, 4_096, 8_192>;
+pub type Atlas256 = Atlas<16_384, 32_768, 4_096, 8_192, 925>;
 /// Up to 512 by 512 cells.
-pub type Atlas512 = Atlas<65_536, 131_072, 8_192, 32_768>;
+pub type Atlas512 = Atlas<65_536, 131_072, 8_192, 32_768, 3_656>;
 /// Up to 1024 by 1024 cells.
-pub type Atlas1024 = Atlas<262_144, 524_288, 16_384, 131_072>;
+pub type Atlas1024 = Atlas<262_144, 524_288, 16_384, 131_072, 14_621>;
 
-impl<const BYTES: usize, const PAIRS: usize, const POOL: usize, const BITS: usize>
-    Atlas<BYTES, PAIRS, POOL, BITS>
+impl<
+    const BYTES: usize,
+    const PAIRS: usize,
+    const POOL: usize,
+    const BITS: usize,
+    const TILES: usize,
+> Atlas<BYTES, PAIRS, POOL, BITS, TILES>
 {
     /// An atlas of which nothing is known.
     ///
@@ -175,8 +193,9 @@ impl<const BYTES: usize, const PAIRS: usize, const POOL: usize, const BITS: usiz
         const { assert!(PAIRS >= 2 * BYTES && 2 * BITS >= BYTES, "each cell has its place") };
         match GridMap::new(frame) {
             Ok(map) => {
-                let (planner, near_wall, trail) = (Planner::new(), CellSet::EMPTY, CellSet::EMPTY);
-                Ok(Self { map, planner, near_wall, changed: [None; 2], trail, start: None })
+                let (planner, changed, start) = (Planner::new(), [None; 2], None);
+                let (near_wall, trail, closed) = (BitSet::EMPTY, BitSet::EMPTY, BitSet::EMPTY);
+                Ok(Self { map, planner, near_wall, changed, trail, closed, start })
             }
             Err(error) => Err(error),
         }
@@ -189,19 +208,25 @@ impl<const BYTES: usize, const PAIRS: usize, const POOL: usize, const BITS: usiz
     }
 }
 
-impl<const BYTES: usize, const PAIRS: usize, const POOL: usize, const BITS: usize> Ground
-    for Atlas<BYTES, PAIRS, POOL, BITS>
+impl<
+    const BYTES: usize,
+    const PAIRS: usize,
+    const POOL: usize,
+    const BITS: usize,
+    const TILES: usize,
+> Ground for Atlas<BYTES, PAIRS, POOL, BITS, TILES>
 {
     type Map = GridMap<BYTES>;
 
     fn begin(&mut self, frame: Frame) -> Result<(), TooManyCells> {
-        let Self { map, planner, near_wall, changed, trail, start } = self;
+        let Self { map, planner, near_wall, changed, trail, closed, start } = self;
         map.begin(frame)?;
         *start = None;
         *changed = [None; 2];
         planner.clear();
         near_wall.clear();
         trail.clear();
+        closed.clear();
         Ok(())
     }
 
@@ -222,10 +247,12 @@ impl<const BYTES: usize, const PAIRS: usize, const POOL: usize, const BITS: usiz
             self.note(area);
         }
         let frame = *self.map.frame();
-        if let Some(cell) = frame.cell_at(from).filter(|&cell| !self.trail.contains(&frame, cell)) {
+        let is_new = |cell: &Cell| !self.trail.contains(frame.number(*cell));
+        if let Some(cell) = frame.cell_at(from).filter(is_new) {
             // A step to a corner takes both cells beside it.
-            self.trail.insert(&frame, cell);
-            frame.sides(cell).for_each(|side| self.trail.insert(&frame, side));
+            for cell in frame.sides(cell).chain([cell]) {
+                self.trail.insert(frame.number(cell));
+            }
         }
     }
 
@@ -248,10 +275,18 @@ impl<const BYTES: usize, const PAIRS: usize, const POOL: usize, const BITS: usiz
         self.map.gain(cell)
     }
 
+    fn close(&mut self, tile: Tile) -> bool {
+        self.closed.insert(tile.number(self.map.frame()))
+    }
+
+    fn is_closed(&self, tile: Tile) -> bool {
+        self.closed.contains(tile.number(self.map.frame()))
+    }
+
     fn begin_search(&mut self, from: Point2) {
         let Self { map, planner, near_wall, changed: [changed, _], start, .. } = self;
         if let Some(area) = changed.take() {
-            near_wall.mark_around_obstacles(map, area);
+            mark_around_obstacles(near_wall, map, area);
         }
         let frame = map.frame();
         // From outside the grid no cell is reached.
@@ -263,16 +298,16 @@ impl<const BYTES: usize, const PAIRS: usize, const POOL: usize, const BITS: usiz
         most: usize,
         mut visit: impl FnMut(&Self::Map, Visit) -> ControlFlow<()>,
     ) -> bool {
-        let Self { map, planner, near_wall, changed: _, trail, start } = self;
+        let Self { map, planner, near_wall, trail, start, .. } = self;
         let frame = *map.frame();
         let Some(start) = *start else { return true };
         let factor = |cell: Cell| {
             let off = cell.column.abs_diff(start.column).max(cell.row.abs_diff(start.row));
             match map.state(cell) {
                 CellState::Occupied => None,
-                _ if near_wall.contains(&frame, cell)
+                _ if near_wall.contains(frame.number(cell))
                     && off > LEAVING
-                    && !trail.contains(&frame, cell) =>
+                    && !trail.contains(frame.number(cell)) =>
                 {
                     None
                 }
@@ -286,7 +321,7 @@ impl<const BYTES: usize, const PAIRS: usize, const POOL: usize, const BITS: usiz
     }
 
     fn is_near_wall(&self, cell: Cell) -> bool {
-        self.near_wall.contains(self.map.frame(), cell)
+        self.near_wall.contains(self.map.frame().number(cell))
     }
 
     fn before(&self, cell: Cell) -> Option<Cell> {
@@ -294,56 +329,55 @@ impl<const BYTES: usize, const PAIRS: usize, const POOL: usize, const BITS: usiz
     }
 }
 
-/// A set of cells, a bit each.
-#[derive(Clone, Debug)]
-struct CellSet<const BITS: usize> {
-    bits: [u8; BITS],
-}
-
-impl<const BITS: usize> CellSet<BITS> {
-    const EMPTY: Self = Self { bits: [0; BITS] };
-
-    const fn clear(&mut self) {
-        self.bits = [0; BITS];
+/// Brings the set of the cells near obstacles up to date with a map that has changed in an area.
+fn mark_around_obstacles<const BYTES: usize, const BITS: usize>(
+    near: &mut BitSet<BITS>,
+    map: &GridMap<BYTES>,
+    changed: Area,
+) {
+    let frame = map.frame();
+    let affected = changed.grown(KEPT_OFF.unsigned_abs(), frame);
+    for cell in affected.cells() {
+        near.remove(frame.number(cell));
     }
-
-    /// Brings the set of the cells near obstacles up to date with a map that has changed in an area.
-    fn mark_around_obstacles<const BYTES: usize>(&mut self, map: &GridMap<BYTES>, changed: Area) {
-        let frame = map.frame();
-        let affected = changed.grown(KEPT_OFF.unsigned_abs(), frame);
-        for cell in affected.cells() {
-            self.remove(frame, cell);
-        }
-        let may_reach = affected.grown(KEPT_OFF.unsigned_abs(), frame);
-        for wall in may_reach.cells().filter(|&cell| map.state(cell) == CellState::Occupied) {
-            for east in -KEPT_OFF..=KEPT_OFF {
-                for north in -KEPT_OFF..=KEPT_OFF {
-                    // The corners of the square are farther off than the distance that is kept.
-                    let is_within = east * east + north * north < KEPT_OFF * KEPT_OFF;
-                    if let Some(cell) = frame.beside(wall, east, north).filter(|_| is_within) {
-                        self.insert(frame, cell);
-                    }
+    let may_reach = affected.grown(KEPT_OFF.unsigned_abs(), frame);
+    for wall in may_reach.cells().filter(|&cell| map.state(cell) == CellState::Occupied) {
+        for east in -KEPT_OFF..=KEPT_OFF {
+            for north in -KEPT_OFF..=KEPT_OFF {
+                // The corners of the square are farther off than the distance that is kept.
+                let is_within = east * east + north * north < KEPT_OFF * KEPT_OFF;
+                if let Some(cell) = frame.beside(wall, east, north).filter(|_| is_within) {
+                    near.insert(frame.number(cell));
                 }
             }
         }
     }
+}
 
-    fn insert(&mut self, frame: &Frame, cell: Cell) {
-        let index = frame.number(cell);
-        if let Some(byte) = self.bits.get_mut(index / 8) {
-            *byte |= 1 << (index % 8);
+/// A set of numbers below eight times `BYTES`, a bit each.
+#[derive(Clone, Debug)]
+struct BitSet<const BYTES: usize>([u8; BYTES]);
+
+impl<const BYTES: usize> BitSet<BYTES> {
+    const EMPTY: Self = Self([0; BYTES]);
+
+    const fn clear(&mut self) {
+        self.0 = [0; BYTES];
+    }
+
+    /// Puts a number into the set; says whether there is room for it.
+    fn insert(&mut self, number: usize) -> bool {
+        let byte = self.0.get_mut(number / 8);
+        byte.map(|byte| *byte |= 1 << (number % 8)).is_some()
+    }
+
+    fn remove(&mut self, number: usize) {
+        if let Some(byte) = self.0.get_mut(number / 8) {
+            *byte &= !(1 << (number % 8));
         }
     }
 
-    fn remove(&mut self, frame: &Frame, cell: Cell) {
-        let index = frame.number(cell);
-        if let Some(byte) = self.bits.get_mut(index / 8) {
-            *byte &= !(1 << (index % 8));
-        }
-    }
-
-    fn contains(&self, frame: &Frame, cell: Cell) -> bool {
-        let index = frame.number(cell);
-        self.bits.get(index / 8).is_some_and(|byte| byte >> (index % 8) & 1 == 1)
+    fn contains(&self, number: usize) -> bool {
+        self.0.get(number / 8).is_some_and(|byte| byte >> (number % 8) & 1 == 1)
     }
 }

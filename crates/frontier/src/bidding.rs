@@ -37,6 +37,12 @@ pub(crate) struct Target {
     found: Option<(Cell, u16)>,
 }
 
+impl Target {
+    const fn new(open: Candidate) -> Self {
+        Self { tile: open.tile, gain: open.gain, found: None }
+    }
+}
+
 pub(crate) type Targets = Vec<Target, MOST_TARGETS>;
 
 impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, RECORDS> {
@@ -122,7 +128,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
                 return None;
             }
             self.bid = Some(now);
-            self.find_targets(now);
+            self.find_targets(now, pose);
             self.view = View::Beside;
             if !self.targets.is_empty() {
                 self.ground.begin_search(pose.at);
@@ -130,17 +136,40 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         }
         let is_over = self.find_ways(pose);
         self.search = if is_over { Search::None } else { Search::Bids };
-        is_over.then(|| self.best_bids(pose))
+        if !is_over {
+            return None;
+        }
+        let bids = self.best_bids(pose);
+        let farther = self.left_out.filter(|_| bids.is_empty());
+        self.targets_from = farther.unwrap_or(0);
+        farther.is_none().then_some(bids)
     }
 
-    fn find_targets(&mut self, now: Instant) {
-        let Self { targets, team, barred, .. } = self;
-        targets.clear();
-        let candidates = team.board.candidates();
-        for open in candidates.filter(|open| !barred.holds(open.tile, now)) {
-            // Candidates beyond the room are looked at when others are gone.
-            let _ = targets.push(Target { tile: open.tile, gain: open.gain, found: None });
+    /// Takes the nearest candidates for targets; where there is no room for all and no way leads to any of
+    /// them, those beyond are taken the next time.
+    fn find_targets(&mut self, now: Instant, pose: Pose2) {
+        let Self { targets, team, barred, ground, targets_from, left_out, .. } = self;
+        let (team, barred, from) = (&*team, &*barred, *targets_from);
+        let own = ground.frame().cell_at(pose.at).and_then(Tile::of).unwrap_or(Tile::FIRST);
+        let within = |end: u16| {
+            let is_within = move |tile: Tile| (from..end).contains(&own.steps_to(tile));
+            let open = team.board.candidates().filter(|open| !barred.holds(open.tile, now));
+            open.filter(move |open| is_within(open.tile))
+        };
+        let has_room = |end: u16| within(end).nth(MOST_TARGETS).is_none();
+        let (mut end, mut too_far) = (Tile::MOST, None);
+        if !has_room(end) {
+            let mut nearest = from + 1;
+            while end - nearest > 1 {
+                let middle = u16::midpoint(nearest, end);
+                if has_room(middle) { nearest = middle } else { end = middle }
+            }
+            (end, too_far) = (nearest, Some(nearest));
         }
+        *left_out = too_far;
+        // In their place: a list of them on the stack would take a fifth of a drone's.
+        targets.clear();
+        targets.extend(within(end).take(MOST_TARGETS).map(Target::new));
     }
 
     /// Goes on with the search of ways to the targets; says whether it is over, which it is as well when

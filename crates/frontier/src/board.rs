@@ -26,6 +26,10 @@ impl<const ROBOTS: usize> Entry<ROBOTS> {
         }
     }
 
+    fn mark_of(&self, robot: u8) -> Option<Mark> {
+        self.marks.get(usize::from(robot)).copied().and_then(Mark::of_code)
+    }
+
     /// The robots whose mark is one of these.
     fn robots(&self, is_one: impl Fn(Mark) -> bool) -> RobotSet {
         let marks = (0..).zip(&self.marks);
@@ -125,20 +129,38 @@ impl<const ROBOTS: usize, const RECORDS: usize> Board<ROBOTS, RECORDS> {
         self.entry(tile).is_some_and(Entry::is_candidate)
     }
 
-    /// The frontiers of other robots that this one has not settled.
-    pub(crate) fn to_look_up(&self, robot: u8) -> impl Iterator<Item = Tile> {
+    /// The frontiers of other robots that this one has not settled, from a tile on in their order, and then
+    /// those before it.
+    pub(crate) fn to_look_up(&self, robot: u8, from: Tile) -> impl Iterator<Item = Tile> {
         let is_asked = move |entry: &&Entry<ROBOTS>| {
-            let own = entry.marks.get(usize::from(robot)).copied().and_then(Mark::of_code);
+            let own = entry.mark_of(robot);
             !matches!(own, Some(Mark::Settled | Mark::Frontier(_))) && !entry.open().is_empty()
         };
-        self.entries.iter().filter(is_asked).map(|entry| entry.tile)
+        let (before, on) = self.entries.split_at(self.entries.partition_point(|e| e.tile < from));
+        on.iter().chain(before).filter(is_asked).map(|entry| entry.tile)
+    }
+
+    /// Whether more than half of the room is taken.
+    pub(crate) fn is_half_full(&self) -> bool {
+        self.entries.len() > RECORDS / 2
+    }
+
+    /// The tiles of which a robot's mark tells the others nothing: its frontiers that another one has
+    /// settled, and what it has settled that is no robot's frontier.
+    pub(crate) fn told(&self, robot: u8) -> impl Iterator<Item = Tile> {
+        let is_told = move |entry: &&Entry<ROBOTS>| match entry.mark_of(robot) {
+            Some(Mark::Frontier(_)) => entry.is_settled(),
+            Some(Mark::Settled) => entry.open().is_empty(),
+            _ => false,
+        };
+        self.entries.iter().filter(is_told).map(|entry| entry.tile)
     }
 
     /// The tiles at the edge of what a robot has seen: its frontiers and its walls.
     #[cfg(feature = "straight")]
     pub(crate) fn edge(&self, robot: u8) -> impl Iterator<Item = Tile> + Clone {
         let is_edge = move |entry: &&Entry<ROBOTS>| {
-            let own = entry.marks.get(usize::from(robot)).copied().and_then(Mark::of_code);
+            let own = entry.mark_of(robot);
             matches!(own, Some(Mark::Wall | Mark::Frontier(_)))
         };
         self.entries.iter().filter(is_edge).map(|entry| entry.tile)

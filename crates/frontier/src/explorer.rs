@@ -175,6 +175,12 @@ pub struct Explorer<G, const ROBOTS: usize, const RECORDS: usize> {
     /// Whether a comparison of marks with the map is under way, and where it goes on.
     pub(crate) is_comparing: bool,
     pub(crate) to_compare: Option<Area>,
+    /// The tile with which the answers to others begin.
+    pub(crate) look_up_from: Tile,
+    /// How far from the robot the targets begin, and how far away candidates were left out that did not fit
+    /// among them, in tiles.
+    pub(crate) targets_from: u16,
+    pub(crate) left_out: Option<u16>,
     pub(crate) bid: Option<Instant>,
     /// The last status: when, and of which activity.
     pub(crate) told: Option<(Instant, Activity)>,
@@ -206,6 +212,9 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             refreshed: None,
             is_comparing: false,
             to_compare: None,
+            look_up_from: Tile::FIRST,
+            targets_from: 0,
+            left_out: None,
             bid: None,
             told: None,
             sent: (0, start),
@@ -239,6 +248,9 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             refreshed,
             is_comparing,
             to_compare,
+            look_up_from,
+            targets_from,
+            left_out,
             bid,
             told,
             sent,
@@ -261,6 +273,9 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         *refreshed = None;
         *is_comparing = false;
         *to_compare = None;
+        *look_up_from = Tile::FIRST;
+        *targets_from = 0;
+        *left_out = None;
         *bid = None;
         *told = None;
         *sent = (0, Instant::ZERO);

@@ -183,7 +183,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
     fn is_open(&self, tile: Tile) -> bool {
         let here = self.has_frontier(tile);
         let own = self.ledger.mark(tile);
-        if own == Mark::Settled {
+        if own == Mark::Settled || self.ground.is_closed(tile) {
             return false;
         }
         here || !self.is_known(tile)

@@ -20,19 +20,23 @@ pub(crate) struct Ledger<const RECORDS: usize> {
     /// In the order of tiles.
     records: Vec<Record, RECORDS>,
     version: u16,
+    /// The version up to which changes were put into packets, and that up to which each robot of the cluster
+    /// has them.
+    told: u16,
+    acknowledged: u16,
     /// Whether there was no room for a mark since this was last asked.
     lacked_room: bool,
 }
 
 impl<const RECORDS: usize> Ledger<RECORDS> {
     pub(crate) const fn new() -> Self {
-        Self { records: Vec::new(), version: 0, lacked_room: false }
+        Self { records: Vec::new(), version: 0, told: 0, acknowledged: 0, lacked_room: false }
     }
 
     /// Forgets everything.
     pub(crate) fn clear(&mut self) {
         self.records.clear();
-        self.version = 0;
+        (self.version, self.told, self.acknowledged) = (0, 0, 0);
         self.lacked_room = false;
     }
 
@@ -62,10 +66,19 @@ impl<const RECORDS: usize> Ledger<RECORDS> {
                 if record.mark == mark {
                     return false;
                 }
+                if mark == Mark::Gone && record.version > self.told {
+                    // No robot has heard of it.
+                    self.records.remove(at);
+                    return true;
+                }
                 *record = fresh;
             }
             Err(_) if mark == Mark::Gone => return false,
-            Err(at) => {
+            Err(_) => {
+                if self.records.is_full() {
+                    self.make_room();
+                }
+                let at = self.records.partition_point(|record| record.tile < tile);
                 if self.records.insert(at, fresh).is_err() {
                     self.lacked_room = true;
                     return false;
@@ -76,8 +89,19 @@ impl<const RECORDS: usize> Ledger<RECORDS> {
         true
     }
 
+    /// Forgets the last mark that was taken back of which the whole cluster knows. A robot that is out of
+    /// range will have it, if ever, as a frontier at which there is nothing to see; most likely it never
+    /// heard of it.
+    fn make_room(&mut self) {
+        let is_free = |r: &Record| r.mark == Mark::Gone && r.version <= self.acknowledged;
+        let free = self.records.iter().enumerate().filter(|(_, record)| is_free(record));
+        if let Some((at, _)) = free.max_by_key(|(_, record)| record.version) {
+            self.records.remove(at);
+        }
+    }
+
     /// The oldest changes after `base`, as many as a packet carries; `None` where there are none.
-    pub(crate) fn changes_after(&self, base: u16) -> Option<Changes> {
+    pub(crate) fn changes_after(&mut self, base: u16) -> Option<Changes> {
         let mut changes = Changes { base, upto: base, marks: Vec::new() };
         while changes.marks.len() < MOST_CHANGES {
             let is_later = |record: &&Record| record.version > changes.upto;
@@ -91,11 +115,17 @@ impl<const RECORDS: usize> Ledger<RECORDS> {
         if changes.marks.len() < MOST_CHANGES {
             changes.upto = self.version;
         }
-        (changes.upto > base).then_some(changes)
+        if changes.upto <= base {
+            return None;
+        }
+        self.told = self.told.max(changes.upto);
+        Some(changes)
     }
 
-    /// Forgets what was taken back up to a version that every robot has.
-    pub(crate) fn forget_gone(&mut self, known_to_all: u16) {
+    /// Forgets what was taken back up to a version that every robot has, and notes up to which version those
+    /// of the cluster have the changes.
+    pub(crate) fn forget_gone(&mut self, known_to_all: u16, acknowledged: u16) {
+        self.acknowledged = acknowledged;
         self.records.retain(|record| record.mark != Mark::Gone || record.version > known_to_all);
     }
 }

@@ -48,15 +48,40 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         }
         self.is_comparing = false;
         if self.config.rule.overlap == Overlap::Asked {
-            let asked: Vec<Tile, MOST_TARGETS> =
-                filled(self.team.board.to_look_up(self.config.number));
-            for tile in asked {
-                if self.is_known(tile) {
-                    self.mark(tile, Mark::Settled);
-                }
+            self.answer();
+        }
+        if self.team.board.is_half_full() {
+            self.let_go();
+        }
+        let (version, members) = (self.ledger.version(), self.team.cluster(now));
+        let acknowledged = self.team.least_acknowledged(members).unwrap_or(version);
+        self.ledger.forget_gone(self.team.known_to_all(version), acknowledged);
+    }
+
+    /// Says of others' frontiers where the robot knows what lies beyond.
+    fn answer(&mut self) {
+        let from = self.look_up_from;
+        let asked: Vec<Tile, MOST_TARGETS> =
+            filled(self.team.board.to_look_up(self.config.number, from));
+        // Where there is no room for all, it goes on behind the last the next time.
+        self.look_up_from =
+            asked.last().copied().filter(|_| asked.is_full()).unwrap_or(Tile::FIRST);
+        for tile in asked {
+            if self.is_known(tile) {
+                self.mark(tile, Mark::Settled);
             }
         }
-        self.ledger.forget_gone(self.team.known_to_all(self.ledger.version()));
+    }
+
+    /// Takes marks back that tell the others nothing, so that there is room for others; that there is
+    /// nothing more to see there, the ground remembers.
+    fn let_go(&mut self) {
+        let told: Vec<Tile, MOST_TARGETS> = filled(self.team.board.told(self.config.number));
+        for tile in told {
+            if self.ground.close(tile) {
+                self.mark(tile, Mark::Gone);
+            }
+        }
     }
 
     /// Whether the robot tells others from which frontiers it is barred.
@@ -71,6 +96,9 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         let was = self.ledger.mark(tile);
         if was == Mark::Settled {
             return was;
+        }
+        if self.ground.is_closed(tile) {
+            return Mark::Gone;
         }
         if let Some(most) = self.gains(tile).max() {
             let gain = Gain::of_cells(most);
@@ -94,11 +122,11 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
     }
 
     /// Whether the robot knows what lies beyond another's frontier: some of the tile is free in its
-    /// own map, and none of it is a frontier.
+    /// own map, and none of it is a frontier. Of a closed tile it knows that there is nothing to see.
     pub(crate) fn is_known(&self, tile: Tile) -> bool {
         let frame = *self.ground.frame();
         let is_free = |cell| self.ground.state(cell) == CellState::Free;
-        tile.cells(&frame).any(is_free) && !self.has_frontier(tile)
+        self.ground.is_closed(tile) || tile.cells(&frame).any(is_free) && !self.has_frontier(tile)
     }
 
     /// The gains of those cells of a tile that are frontiers which count.

@@ -93,6 +93,12 @@ impl Tile {
         (taken * wide, u16::try_from(next).ok().and_then(|row| area.from_row(row)))
     }
 
+    /// The tile's number, row by row from the south.
+    pub(crate) fn number(self, frame: &Frame) -> usize {
+        usize::from(self.row) * usize::from(frame.columns().div_ceil(SIDE))
+            + usize::from(self.column)
+    }
+
     /// The larger of the two differences of columns and of rows.
     #[must_use]
     pub fn steps_to(self, other: Self) -> u16 {

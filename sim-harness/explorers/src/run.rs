@@ -18,7 +18,7 @@ use crate::world::{REACH, World};
 /// The most robots of a run.
 pub const ROBOTS: usize = 8;
 /// The tiles on which each robot remembers marks.
-pub(crate) const RECORDS: usize = 2048;
+pub(crate) const RECORDS: usize = 8192;
 /// Five steps a second, as the mission loop of the drones.
 pub(crate) const STEPS_PER_SECOND: u64 = 5;
 /// The part of the visible cells that counts as explored.

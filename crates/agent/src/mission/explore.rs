@@ -35,9 +35,10 @@ use duty::Doing;
 
 /// The most drones that explore together: those with the numbers below this.
 pub const MOST_EXPLORERS: usize = 6;
-/// The tiles on which a drone remembers marks, its own and all drones': 17 kB. Of the 2,916 tiles of
-/// the largest map those count that were a frontier at some time.
-const RECORDS: usize = 832;
+/// The tiles on which a drone remembers marks, its own and all drones': 16 kB. Of the 2,916 tiles of
+/// the largest map those count that are a frontier; marks that are needed no more make room when half of
+/// it is taken.
+const RECORDS: usize = 800;
 /// The packets of others that a drone takes in a round: as many as its mailbox holds.
 const MOST_PACKETS: usize = 24;
 /// A frontier has so many unknown cells around it, of 48. Our own number: a single cell that noise has
