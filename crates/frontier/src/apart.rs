@@ -1,9 +1,9 @@
 //! Keeps robots apart from each other, by the places that they tell.
 
 use grid_map::CellState;
-use units::{Instant, Metres, Point2, Pose2};
+use units::{Duration, Instant, Metres, Point2, Pose2};
 
-use crate::atlas::Ground;
+use crate::atlas::{Disc, Ground};
 use crate::explorer::Explorer;
 use crate::flight::Motion;
 
@@ -13,6 +13,12 @@ const YIELDING: f32 = 0.5;
 const BOTH: f32 = 0.6;
 /// A robot that goes out of the way needs this part of the distance clear ahead of it. Our own number.
 const CLEAR: f32 = 0.4;
+/// A robot that is nearer may be in the way of one that stands, m: robots keep 0.8 m apart, by places that
+/// are up to a second old. Our own number.
+const IN_THE_WAY: f32 = 1.1;
+/// For so long a robot that stood in the way counts as an obstacle: the time in which it flies 9 m away.
+/// Our own number.
+const BLOCKED: Duration = Duration::from_millis(30_000);
 
 impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, RECORDS> {
     /// The velocity, to the east and to the north in m/s, that the robot flies in place of that of
@@ -26,6 +32,33 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         let is_clear = |to: Point2| frame.line(pose.at, to).all(is_free);
         let limits = (distance.0, self.config.limits.speed);
         kept_apart(self.config.number, pose.at, wanted, limits, self.others(now), is_clear)
+    }
+}
+
+/// Where another robot stood in the way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Blockade {
+    disc: Disc,
+    until: Instant,
+}
+
+impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, RECORDS> {
+    /// Takes another robot that stands near this one, which stands as well, to be in the way for some time:
+    /// in a passage each of two robots may have its goal behind the other. This one then looks for goals on
+    /// its own side. Says whether there is such a robot.
+    pub(crate) fn note_blockade(&mut self, now: Instant, at: Point2) -> bool {
+        let near = self.team.others(now).map(|(_, place)| (place, place.distance(at)));
+        let nearest = near.min_by(|a, b| a.1.0.total_cmp(&b.1.0));
+        let Some((middle, radius)) = nearest.filter(|(_, off)| off.0 < IN_THE_WAY) else {
+            return false;
+        };
+        self.blockade = Some(Blockade { disc: Disc { middle, radius }, until: now + BLOCKED });
+        true
+    }
+
+    /// The place around another robot that is in the way now.
+    pub(crate) fn avoided(&self, now: Instant) -> Option<Disc> {
+        self.blockade.filter(|blockade| now < blockade.until).map(|blockade| blockade.disc)
     }
 }
 

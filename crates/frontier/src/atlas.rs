@@ -49,8 +49,8 @@ pub trait Ground {
     /// Whether a tile was closed.
     fn is_closed(&self, tile: Tile) -> bool;
     /// Begins to search ways from a point to all cells that can be reached, over unknown cells too,
-    /// nearest first.
-    fn begin_search(&mut self, from: Point2);
+    /// nearest first, and none nearer to the middle of a disc than its radius.
+    fn begin_search(&mut self, from: Point2, avoided: Option<Disc>);
     /// Goes on with the search for at most `most` cells; says whether it is over. `visit` hears of each
     /// cell once, with the map as it is, and may end the search.
     fn search(
@@ -67,6 +67,15 @@ pub trait Ground {
     type Map: Sight;
     /// The map alone.
     fn map(&self) -> &Self::Map;
+}
+
+/// A part of the floor plan.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Disc {
+    /// The middle.
+    pub middle: Point2,
+    /// The radius.
+    pub radius: Metres,
 }
 
 /// From where a robot looks at a tile.
@@ -164,8 +173,9 @@ pub struct Atlas<
     trail: BitSet<BITS>,
     /// The tiles at which there is nothing more to see.
     closed: BitSet<TILES>,
-    /// Where the last search began.
+    /// Where the last search began, and what it avoids.
     start: Option<Cell>,
+    avoided: Option<Disc>,
 }
 
 /// The ground of a drone: up to 160 by 160 cells, 41 kB.
@@ -193,9 +203,10 @@ impl<
         const { assert!(PAIRS >= 2 * BYTES && 2 * BITS >= BYTES, "each cell has its place") };
         match GridMap::new(frame) {
             Ok(map) => {
-                let (planner, changed, start) = (Planner::new(), [None; 2], None);
+                let (planner, changed) = (Planner::new(), [None; 2]);
                 let (near_wall, trail, closed) = (BitSet::EMPTY, BitSet::EMPTY, BitSet::EMPTY);
-                Ok(Self { map, planner, near_wall, changed, trail, closed, start })
+                let (start, avoided) = (None, None);
+                Ok(Self { map, planner, near_wall, changed, trail, closed, start, avoided })
             }
             Err(error) => Err(error),
         }
@@ -219,9 +230,9 @@ impl<
     type Map = GridMap<BYTES>;
 
     fn begin(&mut self, frame: Frame) -> Result<(), TooManyCells> {
-        let Self { map, planner, near_wall, changed, trail, closed, start } = self;
+        let Self { map, planner, near_wall, changed, trail, closed, start, avoided } = self;
         map.begin(frame)?;
-        *start = None;
+        (*start, *avoided) = (None, None);
         *changed = [None; 2];
         planner.clear();
         near_wall.clear();
@@ -283,7 +294,8 @@ impl<
         self.closed.contains(tile.number(self.map.frame()))
     }
 
-    fn begin_search(&mut self, from: Point2) {
+    fn begin_search(&mut self, from: Point2, avoided: Option<Disc>) {
+        self.avoided = avoided;
         let Self { map, planner, near_wall, changed: [changed, _], start, .. } = self;
         if let Some(area) = changed.take() {
             mark_around_obstacles(near_wall, map, area);
@@ -298,13 +310,17 @@ impl<
         most: usize,
         mut visit: impl FnMut(&Self::Map, Visit) -> ControlFlow<()>,
     ) -> bool {
-        let Self { map, planner, near_wall, trail, start, .. } = self;
+        let Self { map, planner, near_wall, trail, start, avoided, .. } = self;
         let frame = *map.frame();
         let Some(start) = *start else { return true };
+        let is_avoided = |cell: Cell| {
+            avoided.is_some_and(|disc| frame.centre(cell).distance(disc.middle).0 < disc.radius.0)
+        };
         let factor = |cell: Cell| {
             let off = cell.column.abs_diff(start.column).max(cell.row.abs_diff(start.row));
             match map.state(cell) {
                 CellState::Occupied => None,
+                _ if is_avoided(cell) => None,
                 _ if near_wall.contains(frame.number(cell))
                     && off > LEAVING
                     && !trail.contains(frame.number(cell)) =>

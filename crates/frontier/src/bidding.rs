@@ -99,8 +99,9 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
     }
 
     fn note_whether_idle(&mut self, now: Instant, since: Instant, has_none: bool) {
-        let is_idle =
-            has_none && !self.barred.has_to_come(now, |tile| self.team.board.is_candidate(tile));
+        let is_idle = has_none
+            && self.avoided(now).is_none()
+            && !self.barred.has_to_come(now, |tile| self.team.board.is_candidate(tile));
         self.state = match self.state {
             State::Waiting { .. } if is_idle => State::Idle { since: now },
             State::Idle { .. } if !is_idle => State::Waiting { since: now },
@@ -131,10 +132,10 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             self.find_targets(now, pose);
             self.view = View::Beside;
             if !self.targets.is_empty() {
-                self.ground.begin_search(pose.at);
+                self.begin_search(now, pose.at);
             }
         }
-        let is_over = self.find_ways(pose);
+        let is_over = self.find_ways(now, pose);
         self.search = if is_over { Search::None } else { Search::Bids };
         if !is_over {
             return None;
@@ -175,7 +176,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
     /// Goes on with the search of ways to the targets; says whether it is over, which it is as well when
     /// no target that is farther away would be among the best. Where no way leads beside any of them, they
     /// are looked at from afar.
-    fn find_ways(&mut self, pose: Pose2) -> bool {
+    fn find_ways(&mut self, now: Instant, pose: Pose2) -> bool {
         let mut left = self.config.most_cells();
         while left > 0 {
             let part = left.min(CELLS_BETWEEN_LOOKS);
@@ -188,7 +189,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             match self.farther(self.view) {
                 Some(view) if !has_found && !self.targets.is_empty() => {
                     self.view = view;
-                    self.ground.begin_search(pose.at);
+                    self.begin_search(now, pose.at);
                 }
                 _ => return true,
             }

@@ -4,6 +4,7 @@ use grid_map::{Area, Cell, CellState, Frame, RayEnd, TooManyCells};
 use heapless::{Deque, Vec};
 use units::{Duration, Instant, Point2, Pose2};
 
+use crate::apart::Blockade;
 use crate::atlas::{Ground, View};
 use crate::barred::Bars;
 use crate::bidding::Targets;
@@ -160,6 +161,7 @@ pub struct Explorer<G, const ROBOTS: usize, const RECORDS: usize> {
     /// Where the robot flies while it waits for another goal.
     pub(crate) coast: Option<Cell>,
     pub(crate) barred: Bars,
+    pub(crate) blockade: Option<Blockade>,
     /// The candidates to which ways are looked for, which would take a fifth of a drone's stack.
     pub(crate) targets: Targets,
     pub(crate) search: Search,
@@ -202,6 +204,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             last_goal: Tile::FIRST,
             coast: None,
             barred: Bars::new(),
+            blockade: None,
             targets: Targets::new(),
             search: Search::None,
             view: View::Beside,
@@ -239,6 +242,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             coast,
             meeting,
             barred,
+            blockade,
             targets,
             search,
             view,
@@ -264,6 +268,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         *coast = None;
         *meeting = Meeting::new();
         barred.clear();
+        *blockade = None;
         targets.clear();
         *search = Search::None;
         *view = View::Beside;
@@ -365,6 +370,12 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             let _ = out.packets.push(packet);
         }
         out
+    }
+
+    /// Begins a search of ways.
+    pub(crate) fn begin_search(&mut self, now: Instant, from: Point2) {
+        let avoided = self.avoided(now);
+        self.ground.begin_search(from, avoided);
     }
 
     /// Takes the unknown cells behind a hit for a part of the obstacle. Four narrow beams leave gaps

@@ -131,11 +131,14 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         self.wait(now)
     }
 
-    /// Leaves a goal to which the robot comes no nearer, since a wall or another robot is in its way. A
+    /// Leaves a goal to which the robot comes no nearer, since another robot or a wall is in its way. A
     /// robot that turns all the time has looked at a goal that is in sight and within its reach. Any other
     /// one tries it again later, however often another robot is in the way.
     fn leave(&mut self, now: Instant, pose: Pose2, tile: Tile) -> Motion {
         let Config { limits, rule, .. } = self.config;
+        if rule.reachability && self.note_blockade(now, pose.at) {
+            return self.wait(now);
+        }
         let seen = in_sight(&self.ground, pose.at, tile);
         let is_near = seen.is_some_and(|at| at.distance(pose.at).0 <= limits.reach);
         match limits.gaze {
@@ -202,14 +205,14 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
     /// Finds the way to the goal in the map as it is now; `None` while the search goes on. A robot that
     /// finds no way beside the goal looks for one from where it can look at it from afar.
     fn plan(&mut self, now: Instant, pose: Pose2, mut goal: Goal) -> Option<Goal> {
-        let (mut is_over, mut found) = self.search_way(pose, goal);
+        let (mut is_over, mut found) = self.search_way(now, pose, goal);
         while is_over
             && found.is_none()
             && let Some(view) = self.farther(goal.view)
         {
             goal.view = view;
             self.state = State::Going(goal);
-            (is_over, found) = self.search_way(pose, goal);
+            (is_over, found) = self.search_way(now, pose, goal);
         }
         if !is_over {
             return None;
@@ -227,9 +230,9 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
 
     /// Goes on with the search of a cell from which the goal is looked at, or begins it; says whether it is
     /// over, and what it has found.
-    fn search_way(&mut self, pose: Pose2, goal: Goal) -> (bool, Option<Visit>) {
+    fn search_way(&mut self, now: Instant, pose: Pose2, goal: Goal) -> (bool, Option<Visit>) {
         if self.search != Search::Way {
-            self.ground.begin_search(pose.at);
+            self.begin_search(now, pose.at);
         }
         let mut found = None;
         let is_over = self.ground.search(self.config.most_cells(), |map, visit| {

@@ -72,7 +72,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         match self.search {
             Search::None if is_due(self.meeting.planned, now) => {
                 self.meeting.planned = Some(now);
-                self.ground.begin_search(from);
+                self.begin_search(now, from);
             }
             Search::None => return true,
             Search::Meeting => {}

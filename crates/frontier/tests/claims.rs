@@ -194,11 +194,11 @@ proptest! {
             once.set(cell, state);
             prop_assert_eq!(often.take_changed(), (had != state).then_some(Area::of(cell)));
             if searches {
-                often.begin_search(middle);
+                often.begin_search(middle, None);
             }
         }
-        often.begin_search(middle);
-        once.begin_search(middle);
+        often.begin_search(middle, None);
+        once.begin_search(middle, None);
         let near = |ground: &Atlas160| -> Vec<Cell> {
             frame.cells().filter(|&cell| ground.is_near_wall(cell)).collect()
         };
