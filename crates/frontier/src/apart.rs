@@ -45,7 +45,7 @@ pub(crate) struct Blockade {
 impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, RECORDS> {
     /// Takes another robot that stands near this one, which stands as well, to be in the way for some time:
     /// in a passage each of two robots may have its goal behind the other. This one then looks for goals on
-    /// its own side. Says whether there is such a robot.
+    /// its own side, and flies back to where it began while it has none. Says whether there is such a robot.
     pub(crate) fn note_blockade(&mut self, now: Instant, at: Point2) -> bool {
         let near = self.team.others(now).map(|(_, place)| (place, place.distance(at)));
         let nearest = near.min_by(|a, b| a.1.0.total_cmp(&b.1.0));
@@ -53,6 +53,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             return false;
         };
         self.blockade = Some(Blockade { disc: Disc { middle, radius }, until: now + BLOCKED });
+        self.meeting.wait_again();
         true
     }
 

@@ -153,8 +153,13 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
     /// Flies on to where the last goal was seen from, until there is another, and looks around there.
     pub(crate) fn fly_on(&mut self, now: Instant, pose: Pose2) -> Motion {
         let Config { limits, rule, .. } = self.config;
-        let is_idle = matches!(self.state, State::Idle { .. });
-        if is_idle && (self.is_recalled || self.team.misses_a_robot(now)) {
+        let goes_back = match self.state {
+            State::Idle { .. } => self.is_recalled || self.team.misses_a_robot(now),
+            // It makes way for the robot that stands in its own.
+            State::Waiting { .. } => self.avoided(now).is_some(),
+            State::Going(_) | State::Stopped => false,
+        };
+        if goes_back {
             return self.meet(now, pose);
         }
         if self.search == Search::Meeting {
