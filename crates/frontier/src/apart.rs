@@ -9,7 +9,8 @@ use crate::flight::Motion;
 
 /// The speed at which a robot goes out of another one's way, as a part of the fastest. Our own number.
 const YIELDING: f32 = 0.5;
-/// Nearer than this part of the distance, both robots go out of each other's way. Our own number.
+/// Nearer than this part of the distance, both robots go out of each other's way, and so near they come
+/// where they pass each other. Our own number.
 const BOTH: f32 = 0.6;
 /// A robot that goes out of the way needs this part of the distance clear ahead of it. Our own number.
 const CLEAR: f32 = 0.4;
@@ -22,7 +23,8 @@ const BLOCKED: Duration = Duration::from_millis(30_000);
 
 impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, RECORDS> {
     /// The velocity, to the east and to the north in m/s, that the robot flies in place of that of
-    /// `motion`, which keeps it at this distance from the others, by the places that they told last.
+    /// `motion`, which keeps it at this distance from the others, by the places that they told last; at a
+    /// part of it while another robot is in the way, so that the two can pass each other.
     pub fn apart(&self, now: Instant, pose: Pose2, motion: Motion, distance: Metres) -> [f32; 2] {
         let [forward, left] = motion.velocity;
         let (sin, cos) = pose.yaw.sin_cos();
@@ -30,7 +32,8 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         let frame = self.ground.frame();
         let is_free = |cell| self.ground.state(cell) == CellState::Free;
         let is_clear = |to: Point2| frame.line(pose.at, to).all(is_free);
-        let limits = (distance.0, self.config.limits.speed);
+        let part = if self.avoided(now).is_some() { BOTH } else { 1.0 };
+        let limits = (part * distance.0, self.config.limits.speed);
         kept_apart(self.config.number, pose.at, wanted, limits, self.others(now), is_clear)
     }
 }
@@ -49,9 +52,10 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
     pub(crate) fn note_blockade(&mut self, now: Instant, at: Point2) -> bool {
         let near = self.team.others(now).map(|(_, place)| (place, place.distance(at)));
         let nearest = near.min_by(|a, b| a.1.0.total_cmp(&b.1.0));
-        let Some((middle, radius)) = nearest.filter(|(_, off)| off.0 < IN_THE_WAY) else {
+        let Some((middle, off)) = nearest.filter(|(_, off)| off.0 < IN_THE_WAY) else {
             return false;
         };
+        let radius = Metres(BOTH * off.0);
         self.blockade = Some(Blockade { disc: Disc { middle, radius }, until: now + BLOCKED });
         self.meeting.wait_again();
         true
