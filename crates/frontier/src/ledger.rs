@@ -2,6 +2,7 @@
 
 use heapless::Vec;
 
+use crate::list::insert;
 use crate::packet::{Changes, MOST_CHANGES};
 use crate::tile::{Mark, Tile};
 
@@ -68,7 +69,7 @@ impl<const RECORDS: usize> Ledger<RECORDS> {
                 }
                 if mark == Mark::Gone && record.version > self.told {
                     // No robot has heard of it.
-                    self.records.remove(at);
+                    self.forget(tile);
                     return true;
                 }
                 *record = fresh;
@@ -79,7 +80,7 @@ impl<const RECORDS: usize> Ledger<RECORDS> {
                     self.make_room();
                 }
                 let at = self.records.partition_point(|record| record.tile < tile);
-                if self.records.insert(at, fresh).is_err() {
+                if !insert(&mut self.records, at, fresh) {
                     self.lacked_room = true;
                     return false;
                 }
@@ -93,11 +94,15 @@ impl<const RECORDS: usize> Ledger<RECORDS> {
     /// range will have it, if ever, as a frontier at which there is nothing to see; most likely it never
     /// heard of it.
     fn make_room(&mut self) {
-        let is_free = |r: &Record| r.mark == Mark::Gone && r.version <= self.acknowledged;
-        let free = self.records.iter().enumerate().filter(|(_, record)| is_free(record));
-        if let Some((at, _)) = free.max_by_key(|(_, record)| record.version) {
-            self.records.remove(at);
+        let is_free = |r: &&Record| r.mark == Mark::Gone && r.version <= self.acknowledged;
+        let last = self.records.iter().filter(is_free).max_by_key(|record| record.version);
+        if let Some(tile) = last.map(|record| record.tile) {
+            self.forget(tile);
         }
+    }
+
+    fn forget(&mut self, tile: Tile) {
+        self.records.retain(|record| record.tile != tile);
     }
 
     /// The oldest changes after `base`, as many as a packet carries; `None` where there are none.
