@@ -69,6 +69,9 @@ pub struct Drops {
     pub before: Box<Network<CELLS>>,
     /// The same with the relays that are planned.
     pub after: Box<Network<CELLS>>,
+    /// Of each relay that stands the ratio at which the network hears it; `None` where no way leads to it,
+    /// because the map of strength has no such cells.
+    pub standing: Vec<Option<Db>>,
     /// The places of the relays; with readings their new cells are the expected ones, rounded.
     pub places: Vec<Place>,
     /// With readings, of each relay the probability that it has a link to the network.
@@ -129,13 +132,7 @@ impl<'a> Site<'a> {
     /// # Errors
     /// [`NoDrops`].
     pub fn plan(mut self, nodes: usize, received: Option<&Received>) -> Result<Drops, NoDrops> {
-        let over = |n: usize| received.map(|received| received.corrections(n));
-        let mut before = Box::new(Network::new(&self.ground, Curve::DEFAULT));
-        for (n, cell) in self.stand.iter().enumerate() {
-            let correction = over(n);
-            let of = |at| correction.as_ref().map_or(Db(0.0), |correction| correction(at).over);
-            self.add(&mut before, *cell, of);
-        }
+        let (before, standing) = self.network(received);
         let mut at_most_cells = None;
         let mut chances = None;
         let mut places = match received {
@@ -156,7 +153,27 @@ impl<'a> Site<'a> {
             place.link = after.ratio(place.cell);
             self.add(&mut after, place.cell, |_| Db(0.0));
         }
-        Drops { ground: self.ground, before, after, places, chances, at_most_cells }.checked()
+        let ground = self.ground;
+        Drops { ground, before, after, standing, places, chances, at_most_cells }.checked()
+    }
+
+    /// The network of all that stand, and of each but the base the ratio at which those nearer the base
+    /// hear it: it is added to them in the order in which it is heard best.
+    fn network(&mut self, received: Option<&Received>) -> (Box<Network<CELLS>>, Vec<Option<Db>>) {
+        let mut network = Box::new(Network::new(&self.ground, Curve::DEFAULT));
+        let mut heard = vec![None; self.stand.len()];
+        let mut left: Vec<_> = self.stand.iter().copied().enumerate().collect();
+        let mut next = (!left.is_empty()).then_some(0);
+        while let Some(at) = next {
+            let (n, cell) = left.remove(at);
+            heard[n] = self.ground.is_reached(cell).then(|| network.ratio(cell));
+            let correction = received.map(|received| received.corrections(n));
+            let over = |at| correction.as_ref().map_or(Db(0.0), |correction| correction(at).over);
+            self.add(&mut network, cell, over);
+            let ratio = |at: &usize| network.ratio(left[*at].1).0;
+            next = (0..left.len()).max_by(|a, b| ratio(a).total_cmp(&ratio(b)));
+        }
+        (network, heard.into_iter().skip(1).collect())
     }
 
     fn add(&mut self, network: &mut Network<CELLS>, at: Cell, over: impl Fn(Point2) -> Db) {

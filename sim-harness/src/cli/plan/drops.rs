@@ -140,6 +140,11 @@ fn json_of(world: &World, drops: &Drops, received: Option<&Received>) -> Value {
         "gain_at_most_m2": drops.at_most_cells.map(|cells| drops.square_metres(cells)),
         "places": places.collect::<Vec<_>>(),
     });
+    if !drops.standing.is_empty() {
+        let margin = |link: Db| hundredths(f64::from((link - Curve::DEFAULT.covered).0));
+        value["standing_link_margin_db"] =
+            drops.standing.iter().map(|link| json!(link.map(margin))).collect();
+    }
     if let Some(readings) = readings {
         value["readings"] = json!(readings);
     }
@@ -177,6 +182,12 @@ fn table(args: &DropsArgs, world: &World, drops: &Drops, received: Option<&Recei
         let name = if n == 0 { "base".to_owned() } else { format!("standing relay {n}") };
         let readings = counted(count, "reading");
         let _ = writeln!(text, "{name}: {readings}, {:+.1} dB over the curve", over.0);
+    }
+    for (n, link) in drops.standing.iter().enumerate() {
+        let short = link.map_or(0.0, |link| (Curve::DEFAULT.covered - link).0);
+        if short > 0.0 {
+            let _ = writeln!(text, "standing relay {}: {short:.1} dB short of a link", n + 1);
+        }
     }
     if drops.places.is_empty() {
         return text;
