@@ -22,6 +22,7 @@
 pub mod bodies;
 pub mod bridge;
 pub mod cli;
+mod count;
 pub mod input_error;
 pub mod keys;
 pub mod measure;

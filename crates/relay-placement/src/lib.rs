@@ -8,9 +8,10 @@
 //! The rule [`Rule::Paper`] is that of the nodes which robots dropped in the Subterranean
 //! Challenge (JPL 2020, its equations as the book's chapter on drops gives them); [`Rule::Ours`]
 //! adds what that rule lacks: the place has a link to the network whenever a place with one exists.
-//! A [`Plan`] chooses several places together, each linked to those before it. [`Readings`] of the
-//! strength of a relay are fitted to become a correction of the curve, with its variance; a [`Belief`]
-//! holds what they leave in doubt, and chooses the place of the largest expected coverage. An
+//! A [`Plan`] chooses several places together, each linked to those before it, in a straight line or by
+//! the way through the cave. [`Readings`] of the strength of a relay are fitted to become a correction
+//! of the curve, with its variance; a [`Belief`] holds what they leave in doubt, and chooses the places
+//! of the largest expected coverage. An
 //! [`Errand`] is the way of a robot that gathers them in a motion [`Pattern`] and then drops its relay.
 //!
 //! ```
@@ -47,6 +48,7 @@ mod plan;
 mod rule;
 mod score;
 mod signal;
+mod squares;
 
 pub use belief::{Belief, Expected};
 pub use curve::Curve;

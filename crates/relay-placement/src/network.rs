@@ -1,13 +1,12 @@
 //! The signal-to-noise ratio that the relays on the ground give to each cell.
 
-use core::ops::ControlFlow;
-
-use grid_map::{Cell, PathError, Planner, STRAIGHT_COST};
+use grid_map::{Cell, PathError, Planner};
 use units::{Db, Metres, Point2};
 
 use crate::curve::Curve;
 use crate::ground::{Ground, index};
 use crate::signal::{Correction, Refined};
+use crate::squares::visit;
 
 /// The map of signal strength: at each reachable cell the best ratio over all relays.
 #[derive(Clone, Debug, PartialEq)]
@@ -74,15 +73,27 @@ impl<const CELLS: usize> Network<CELLS> {
         planner: &mut Planner<MARKS, POOL>,
         at: Cell,
     ) -> Result<(), PathError> {
-        let frame = ground.frame();
-        let free = |cell| ground.is_reached(cell).then_some(1);
-        planner.search(frame, at, free, |visit| {
-            let way = visit.cost as f32 / STRAIGHT_COST as f32 * frame.resolution().0;
-            let ratio = self.curve.at(Metres(way)).0;
-            if let Some(slot) = self.ratios.get_mut(index(frame, visit.cell)) {
+        self.add_by_way_corrected(ground, planner, at, |_| Db(0.0))
+    }
+
+    /// The same with what its strength at a point is over the curve's.
+    ///
+    /// # Errors
+    /// [`PathError`] where the search has no room; the nearest cells have been added.
+    pub fn add_by_way_corrected<const MARKS: usize, const POOL: usize>(
+        &mut self,
+        ground: &Ground<CELLS>,
+        planner: &mut Planner<MARKS, POOL>,
+        at: Cell,
+        correction: impl Fn(Point2) -> Db,
+    ) -> Result<(), PathError> {
+        let (curve, frame) = (self.curve, ground.frame());
+        visit(ground, planner, at, f32::INFINITY, |cell, way| {
+            let far = Metres(way * frame.resolution().0);
+            let ratio = curve.at(far).0 + correction(frame.centre(cell)).0;
+            if let Some(slot) = self.ratios.get_mut(index(frame, cell)) {
                 *slot = slot.max(ratio);
             }
-            ControlFlow::Continue(())
         })
     }
 

@@ -80,6 +80,13 @@ impl Place {
     }
 }
 
+/// Whether the first cell is to be taken rather than the second: by its gain, and of two with the same
+/// gain by their order, row by row.
+fn is_before((cell, gain): (Cell, i32), (other, most): (Cell, i32)) -> bool {
+    let order = |cell: Cell| (cell.row, cell.column);
+    gain > most || gain == most && order(cell) < order(other)
+}
+
 /// Of the cells that were offered the one of the largest gain in each class: beside a wall with the
 /// free width; with the free width; beside a wall; any.
 #[derive(Default)]
@@ -98,7 +105,8 @@ impl Shortlist {
     ) {
         // A cell that gains no more than the first class offers is never picked; the width, which
         // takes long to measure, is left out.
-        if self.most.first().is_some_and(|first| first.is_some_and(|(_, most)| gain <= most)) {
+        let first = self.most.first().copied().flatten();
+        if first.is_some_and(|first| !is_before((cell, gain), first)) {
             return;
         }
         let is_wide = ground.free_width(cell) >= demand.free_width;
@@ -109,10 +117,20 @@ impl Shortlist {
             (false, false) => 3,
         };
         if let Some(slot) = self.most.get_mut(class)
-            && slot.is_none_or(|(_, most)| gain > most)
+            && slot.is_none_or(|most| is_before((cell, gain), most))
         {
             *slot = Some((cell, gain));
         }
+    }
+
+    /// Whether this cell, with this gain or a smaller one, would not be picked any more, and none after
+    /// it; of cells of which none is beside a wall, where that is said.
+    pub(crate) fn ignores(&self, cell: Cell, gain: i32, is_beside_wall: bool) -> bool {
+        let best = self.most.iter().flatten().map(|(_, gain)| *gain).max().unwrap_or(0);
+        // A cell is never picked where its own class, or an earlier one, has a cell that is before it.
+        let earlier = self.most.iter().take(if is_beside_wall { 1 } else { 2 }).flatten();
+        let is_first = earlier.copied().all(|most| is_before((cell, gain), most));
+        !is_first || (gain as f32) < LEAST_SHARE * best as f32
     }
 
     /// The cell of the first class that costs little coverage, and its gain.

@@ -3,8 +3,9 @@
 //! The places are first chosen greedily: each is, of the cells that have a link to the network or to
 //! a relay chosen before, the one that covers most. Then they are exchanged: one relay after the
 //! other is taken out, and put where it covers most while all of them stay linked. Where the margin
-//! of the link leaves no place that covers more, it is given up for the relays that remain. A greedy choice alone is held by the link: it takes the place that covers most
-//! now, not the one from which the next relay reaches farther.
+//! of the link leaves no place that covers more, it is given up for the relays that remain. A greedy
+//! choice alone is held by the link: it takes the place that covers most now, not the one from which the
+//! next relay reaches farther.
 
 use grid_map::Cell;
 use heapless::Vec;
@@ -14,6 +15,8 @@ use crate::ground::{Ground, index};
 use crate::network::{Network, distance};
 use crate::place::{Demand, Place, Shortlist};
 use crate::score::{Disc, Score};
+
+mod by_way;
 
 /// The most relays of a plan.
 pub const MOST_PLANNED: usize = 16;
@@ -60,9 +63,9 @@ impl Plan {
         self.places.iter().map(|place| place.gain_cells).sum()
     }
 
-    /// A number of new cells that no set of so many relays exceeds, linked or not. Coverage is
-    /// submodular: to the plan's, each relay of another set adds no more than the best single cell
-    /// does (Nemhauser, Wolsey and Fisher, "An analysis of approximations for maximizing submodular
+    /// A number of new cells that no set of so many relays exceeds in a straight line, linked or not.
+    /// Coverage is submodular: to the plan's, each relay of another set adds no more than the best single
+    /// cell does (Nemhauser, Wolsey and Fisher, "An analysis of approximations for maximizing submodular
     /// set functions", 1978).
     #[must_use]
     pub fn at_most_cells<const CELLS: usize>(
@@ -196,6 +199,9 @@ impl<'a, const CELLS: usize> Draft<'a, CELLS> {
 
     /// The cell of the next relay; `None` where no linked one covers more.
     fn next(&self) -> Option<Cell> {
+        if self.uncovered() == 0 {
+            return None;
+        }
         let (gains, parts) = (self.gains(), self.parts());
         let covers_more = |&(_, gain): &(Cell, i32)| gain > 0;
         let found = self.choose(&gains, &parts).filter(covers_more);

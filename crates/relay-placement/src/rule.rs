@@ -1,19 +1,15 @@
 //! The rules that choose the next place.
 
 use core::cmp::Ordering;
-use core::ops::ControlFlow;
 
-use grid_map::{Cell, Planner, STRAIGHT_COST};
-use units::{Metres, Point2};
+use grid_map::{Cell, Planner};
+use units::Point2;
 
 use crate::ground::{Ground, index};
 use crate::network::{Network, distance};
 use crate::place::{Demand, Place, Shortlist};
 use crate::score::{Disc, Score};
-
-/// The side of the squares within which [`Rule::PaperGeodesic`] takes the coverage of one drop cell
-/// for that of all: a tenth of the reach of a relay. It is a choice, for speed.
-const BLOCK: Metres = Metres(2.0);
+use crate::squares::{side, visit};
 
 /// A rule that chooses a place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -31,7 +27,8 @@ pub enum Rule {
     /// costs no more than a fifth of the coverage.
     Ours,
     /// The same, where coverage goes through the cave as in [`Rule::PaperGeodesic`]; for a network
-    /// whose relays were added by [`Network::add_by_way`], so that links do as well.
+    /// whose relays were added by [`Network::add_by_way`], so that links do as well. Several relays
+    /// are planned faster, and the same, by [`Plan::by_way`](crate::Plan::by_way).
     OursGeodesic,
     /// Of all drop cells with a link, with the margin where one has it, the one that covers most.
     Best,
@@ -187,47 +184,29 @@ impl<const CELLS: usize> Question<'_, CELLS> {
     }
 
     /// The sum of these values over the cells to which a way of the reach of a relay leads from a
-    /// cell; within a square of the side [`BLOCK`] that of the first cell that is asked for.
+    /// cell; within a square that of the first cell that is asked for.
     fn by_blocks<const MARKS: usize, const POOL: usize>(
         &self,
         planner: &mut Planner<MARKS, POOL>,
         value: &impl Fn(Cell) -> i16,
     ) -> impl FnMut(Cell) -> i32 {
-        let resolution = self.ground.frame().resolution().0;
-        let reach = self.network.curve().knee.0 / resolution * STRAIGHT_COST as f32;
-        let block = libm::ceilf(BLOCK.0 / resolution).clamp(1.0, f32::from(u16::MAX)) as u16;
+        let side = side(self.ground);
+        let reach = self.network.curve().knee.0 / self.ground.frame().resolution().0;
         let mut known = [None; CELLS];
         move |from| {
-            let corner = Cell::new(from.column - from.column % block, from.row - from.row % block);
+            let corner = Cell::new(from.column - from.column % side, from.row - from.row % side);
+            let mut sum = || {
+                let mut sum = 0;
+                let add = |cell, _| sum += i32::from(value(cell));
+                // A search without room has visited the nearest cells.
+                let _ = visit(self.ground, planner, from, reach, add);
+                sum
+            };
             match known.get_mut(index(self.ground.frame(), corner)) {
-                Some(score) => {
-                    *score.get_or_insert_with(|| self.by_way(planner, from, reach, value))
-                }
-                None => self.by_way(planner, from, reach, value),
+                Some(score) => *score.get_or_insert_with(sum),
+                None => sum(),
             }
         }
-    }
-
-    /// The sum of the values of the cells that a way of at most `reach`, in the costs of the
-    /// planner, leads to.
-    fn by_way<const MARKS: usize, const POOL: usize>(
-        &self,
-        planner: &mut Planner<MARKS, POOL>,
-        from: Cell,
-        reach: f32,
-        value: &impl Fn(Cell) -> i16,
-    ) -> i32 {
-        let mut sum = 0;
-        let free = |cell| self.ground.is_reached(cell).then_some(1);
-        // A search without room ends early, with the nearest cells visited.
-        let _ = planner.search(self.ground.frame(), from, free, |visit| {
-            if visit.cost as f32 > reach {
-                return ControlFlow::Break(());
-            }
-            sum += i32::from(value(visit.cell));
-            ControlFlow::Continue(())
-        });
-        sum
     }
 
     /// Of the Pareto front of coverage and clearance the cell beside a wall that is nearest the

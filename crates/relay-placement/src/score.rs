@@ -1,11 +1,11 @@
 //! Sums of the scores of all cells around a place, from sums along rows.
 
-use grid_map::{Cell, Frame};
+use grid_map::{Cell, DIAGONAL_COST, Frame, STRAIGHT_COST};
 
 use crate::ground::Ground;
 
-/// The most rows to each side that a sum takes in.
-const MOST_REACH: usize = 255;
+/// The most rows to each side that a sum takes in: the diagonal of a grid of 200 by 200 cells.
+const MOST_REACH: usize = 283;
 
 /// The sums of the scores along each row, up to and with each cell.
 pub(crate) struct Score<const CELLS: usize> {
@@ -13,14 +13,14 @@ pub(crate) struct Score<const CELLS: usize> {
     sums: [i32; CELLS],
 }
 
-/// The cells within a radius of a cell: how far they extend to each side in each row.
+/// The cells around a cell that are within a radius, or a way: how far they extend to each side in each row.
 pub(crate) struct Disc {
     reach: u16,
     halves: [u16; MOST_REACH + 1],
 }
 
 impl Disc {
-    /// The cells whose middles lie within a radius, in cells; at most 255.
+    /// The cells whose middles lie within a radius, in cells; at most [`MOST_REACH`].
     pub(crate) fn new(radius: f32) -> Self {
         let radius = radius.clamp(0.0, MOST_REACH as f32);
         let mut halves = [0; MOST_REACH + 1];
@@ -29,6 +29,23 @@ impl Disc {
             *half = libm::sqrtf(square.max(0.0)) as u16;
         }
         Self { reach: radius as u16, halves }
+    }
+
+    /// The cells to which a way of so many cells would lead on open ground, by the steps of the planner;
+    /// at most [`MOST_REACH`]. Obstacles only lengthen a way.
+    pub(crate) fn by_way(way: f32) -> Self {
+        let (straight, diagonal) = (STRAIGHT_COST as f32, DIAGONAL_COST as f32);
+        // Costs are whole numbers; the hundredth is for rounding.
+        let most = way.clamp(0.0, MOST_REACH as f32) * straight + 0.01;
+        let mut halves = [0; MOST_REACH + 1];
+        for (off, half) in halves.iter_mut().enumerate() {
+            let off = off as f32;
+            // With more steps along the row than off it, or with more off it.
+            let along = (most - (diagonal - straight) * off) / straight;
+            let aside = (most - straight * off) / (diagonal - straight);
+            *half = (if along >= off { along } else { aside.min(off) }).max(0.0) as u16;
+        }
+        Self { reach: (most / straight) as u16, halves }
     }
 
     /// The cells of the disc around a cell, cut off at the border of the grid: of each row the number,
@@ -82,5 +99,33 @@ impl<const CELLS: usize> Score<CELLS> {
             total += sum(east) - west.checked_sub(1).map_or(0, sum);
         }
         total
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use units::{Metres, Point2};
+
+    use super::*;
+
+    /// Each cell is in the disc of a way if, and only if, so many steps lead there.
+    #[test]
+    fn the_disc_of_a_way_is_what_the_planner_reaches_on_open_ground() {
+        let frame = Frame::new(Point2::new(0.0, 0.0), Metres(1.0), 61, 61).unwrap();
+        let middle = Cell::new(30, 30);
+        for tenths in (0..300).step_by(7) {
+            let way = tenths as f32 / 10.0;
+            let disc = Disc::by_way(way);
+            let reached = |cell: &Cell| {
+                let (x, y) = (cell.column.abs_diff(30), cell.row.abs_diff(30));
+                let (long, short) = (u32::from(x.max(y)), u32::from(x.min(y)));
+                let cost = STRAIGHT_COST * (long - short) + DIAGONAL_COST * short;
+                cost as f32 / STRAIGHT_COST as f32 <= way
+            };
+            let expected = frame.cells().filter(reached).count();
+            let rows = disc.rows(&frame, middle);
+            let found: u32 = rows.map(|(_, west, east)| u32::from(east - west) + 1).sum();
+            assert_eq!(found as usize, expected, "a way of {way} cells");
+        }
     }
 }

@@ -108,6 +108,36 @@ proptest! {
         }
     }
 
+    /// A plan by the way searches only where it has to, and chooses what one finds that searches
+    /// everywhere.
+    #[test]
+    fn a_plan_by_the_way_is_that_of_one_choice_after_the_other(
+        (map, resolution) in (proptest::collection::vec(proptest::bool::weighted(0.3), CELLS), 0.4f32..3.0),
+        nodes in 1usize..=8,
+        start in (0u16..SIDE, 0u16..SIDE),
+        margin in 0.0f32..12.0,
+    ) {
+        let mut map = map_of(&map, resolution);
+        let start = Cell::new(start.0, start.1);
+        map.set(start, CellState::Free);
+        let mut planner = planner();
+        let ground = Ground::<CELLS>::new(&map, &mut planner, start).unwrap();
+        let mut network = Network::new(&ground, Curve::DEFAULT);
+        network.add_by_way(&ground, &mut planner, start).unwrap();
+        let demand = Demand { within: Metres(f32::INFINITY), margin: Db(margin), ..Demand::DEFAULT };
+        let plan = Plan::by_way(&ground, &network, &mut planner, &demand, nodes);
+        let goal = ground.frame().centre(start);
+        for place in plan.places() {
+            let one = Rule::OursGeodesic.choose(&ground, &network, goal, &demand, 0, &mut planner);
+            prop_assert_eq!(Some(*place), one);
+            network.add_by_way(&ground, &mut planner, place.cell).unwrap();
+        }
+        if plan.places().len() < nodes {
+            let next = Rule::OursGeodesic.choose(&ground, &network, goal, &demand, 0, &mut planner);
+            prop_assert!(next.is_none_or(|place| place.gain_cells == 0), "{:?}", next);
+        }
+    }
+
     /// Once the margin was given up, the order of the relays took links without it before others.
     #[test]
     fn few_relays_of_a_plan_keep_the_margin((_, ground) in maps(), nodes in 1usize..=4) {

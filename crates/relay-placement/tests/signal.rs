@@ -105,6 +105,41 @@ fn the_place_of_the_largest_expected_coverage_is_the_surer_the_less_is_known() {
     assert!(weak.link < 0.9 && weak.gain_cells > 0.0, "{weak:?}");
 }
 
+/// Several relays go on along the strip, and are less surely linked than the first, because none of them
+/// is read; by the way it is the same as in a straight line, but for squares of 2 m.
+#[test]
+fn relays_that_are_planned_together_are_less_sure_than_the_first() {
+    let (ground, base) = strip(10);
+    let correction = |_| Correction { deviation: Db(2.0), ..Correction::NONE };
+    let mut belief = Belief::new(&ground, Curve::DEFAULT);
+    belief.add(&ground, base, correction);
+    let straight = belief.plan(&ground, &Demand::DEFAULT, Db(6.0), 3);
+    let mut planner = Planner::<600, 1200>::new();
+    let mut belief = Belief::new(&ground, Curve::DEFAULT);
+    let cell = ground.frame().cell_at(base).unwrap();
+    belief.add_by_way(&ground, &mut planner, cell, correction).unwrap();
+    let by_way = belief.plan_by_way(&ground, &mut planner, &Demand::DEFAULT, Db(6.0), 3);
+    for plan in [&straight, &by_way] {
+        assert!(plan.len() > 1, "{plan:?}");
+        assert!(plan.is_sorted_by(|a, b| a.gain_cells > b.gain_cells), "{plan:?}");
+        assert!(plan[1..].iter().all(|place| place.link < plan[0].link), "{plan:?}");
+        let expected: f32 = plan.iter().map(|place| place.gain_cells).sum();
+        assert!(expected <= ground.reached().count() as f32, "{expected}");
+    }
+    for (a, b) in straight.iter().zip(&by_way) {
+        assert!((a.at.x - b.at.x).abs() <= 4.0, "{a:?} {b:?}");
+    }
+}
+
+/// Where a place adds less than a cell, no relay is put down.
+#[test]
+fn no_relay_is_planned_where_all_is_covered() {
+    let (ground, base) = strip(10);
+    let mut belief = Belief::new(&ground, Curve::DEFAULT);
+    belief.add(&ground, base, |_| Correction { over: Db(60.0), ..Correction::NONE });
+    assert_eq!(belief.plan(&ground, &Demand::DEFAULT, Db(6.0), 8).len(), 0);
+}
+
 /// A cell is covered with the probability that a normal number is not negative.
 #[test]
 fn a_belief_is_a_probability() {

@@ -52,7 +52,7 @@
 //! |---|---|---|
 //! | 0 | 4 bytes | `UCHM` |
 //! | 4 | `u8` | version, 1 |
-//! | 5 | `u8` | the mission's code |
+//! | 5 | `u8` | the mission's code; and 128 where the drones are fetched after it |
 //! | 6 | 19 bytes | plan of a swarm's mission ([`crate::settings::SwarmPlan`]), or zeros for none |
 //! | 25 | 3 bytes | zero |
 //! | 28 | `u32` | CRC-32 of the bytes before |
@@ -64,7 +64,7 @@ use units::{Dbm, MissionKind, NODES, NodeId, PolicyCode, Role};
 use crate::bytes::{Reader, check_crc, role_code, role_of_code, sealed};
 use crate::epoch::Issue;
 use crate::ledger::Ledger;
-use crate::settings::{Limits, Settings};
+use crate::settings::{Limits, Settings, mission_byte, mission_of_byte};
 use crate::swarm_plan::{self, SwarmPlan};
 use crate::{Error, Record};
 
@@ -260,6 +260,8 @@ pub struct PageMission {
     pub kind: MissionKind,
     /// The plan of a swarm's mission; `None` for the agent's default.
     pub swarm: Option<SwarmPlan>,
+    /// Whether the drones are fetched after the mission, so that none keeps charge for its way home.
+    pub fetched: bool,
 }
 
 impl PageMission {
@@ -269,22 +271,24 @@ impl PageMission {
     /// If a drone could not keep the plan.
     pub fn encode(&self) -> Result<[u8; MISSION_LENGTH], Error> {
         let plan = SwarmPlan::encode(self.swarm.as_ref())?;
-        let fields: [&[u8]; 3] = [&MISSION_MAGIC, &[MISSION_VERSION, self.kind.code()], &plan];
+        let mission = mission_byte(self.kind, self.fetched);
+        let fields: [&[u8]; 3] = [&MISSION_MAGIC, &[MISSION_VERSION, mission], &plan];
         Ok(sealed(&fields))
     }
 
     fn decode(bytes: &[u8]) -> Option<Self> {
         let mut fields =
             Reader::of_record(bytes, MISSION_LENGTH, MISSION_MAGIC, MISSION_VERSION).ok()?;
-        let kind = MissionKind::from_code(fields.u8().ok()?)?;
+        let (kind, fetched) = mission_of_byte(fields.u8().ok()?)?;
         let swarm = SwarmPlan::decode(&mut fields).ok()?;
-        Some(Self { kind, swarm })
+        Some(Self { kind, swarm, fetched })
     }
 
     /// Returns settings with this mission.
     #[must_use]
     pub const fn applied_to(self, settings: Settings) -> Settings {
-        Settings { mission: self.kind, swarm: self.swarm, ..settings }
+        let Self { kind, swarm, fetched } = self;
+        Settings { mission: kind, swarm, fetched, ..settings }
     }
 }
 

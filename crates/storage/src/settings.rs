@@ -24,9 +24,9 @@
 //! | 41 | 19 bytes | plan of a swarm's mission ([`SwarmPlan`]), or zeros for the default | |
 //! | 60 | `u32` | CRC-32 of the bytes before | |
 //!
-//! Versions 1 to 5 are read and never written. In version 5 no drone is fetched. Version 4 has no plan either: its CRC stands at byte 41.
-//! Version 3 has no mission either: its CRC stands at byte 40,
-//! and the drone flies in a chain. Version 2 also has zero at byte 19: no policy. Version 1 also has
+//! Versions 1 to 5 are read and never written. In version 5 no drone is fetched. Version 4 has no plan
+//! either: its CRC stands at byte 41. Version 3 has no mission either: its CRC stands at byte 40, and the
+//! drone flies in a chain. Version 2 also has zero at byte 19: no policy. Version 1 also has
 //! no limits: its CRC stands at byte 32.
 
 use units::{Dbm, Metres, MissionKind, NODES, NodeId, PolicyCode, Radians, Role};
@@ -275,7 +275,7 @@ impl Record for Settings {
             &height.0.to_le_bytes(),
             &launch,
             &retreat,
-            &[self.mission.code() | if self.fetched { FETCHED } else { 0 }],
+            &[mission_byte(self.mission, self.fetched)],
             &plan,
         ]))
     }
@@ -317,10 +317,13 @@ impl Record for Settings {
             mission: match version {
                 VERSION_1 | VERSION_2 | VERSION_3 => MissionKind::Chain,
                 _ => {
-                    let byte = fields.u8()?;
-                    fetched = version == VERSION && byte & FETCHED != 0;
-                    let code = if fetched { byte & !FETCHED } else { byte };
-                    MissionKind::from_code(code).ok_or(Error::Value)?
+                    let (mission, is_fetched) =
+                        mission_of_byte(fields.u8()?).ok_or(Error::Value)?;
+                    if is_fetched && version != VERSION {
+                        return Err(Error::Value);
+                    }
+                    fetched = is_fetched;
+                    mission
                 }
             },
             swarm: match version {
@@ -331,6 +334,16 @@ impl Record for Settings {
         };
         Ok((settings, sequence))
     }
+}
+
+/// The byte of a mission, and whether its drones are fetched after it.
+pub(crate) const fn mission_byte(mission: MissionKind, fetched: bool) -> u8 {
+    mission.code() | if fetched { FETCHED } else { 0 }
+}
+
+/// The mission of such a byte; `None` for a code of no mission.
+pub(crate) fn mission_of_byte(byte: u8) -> Option<(MissionKind, bool)> {
+    Some((MissionKind::from_code(byte & !FETCHED)?, byte & FETCHED != 0))
 }
 
 fn checked_height(height: Metres) -> Result<Metres, Error> {

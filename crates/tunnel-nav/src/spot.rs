@@ -14,6 +14,9 @@
 //!   ══════╧═══════════════════════════════  way. A mouth may lie on the other side.
 //! ```
 //!
+//! Where obstacles end the way in both directions and nothing on it was beside a wall, the nose is across
+//! the gallery: it turns by a quarter, once, and the search begins anew.
+//!
 //! Where the whole way has no such place, the search ends at one that is beside the wall and lacks
 //! the width or the even floor; where there is no wall either, where it began. Of places at which a
 //! link is too weak, the one is kept at which the weaker link was strongest.
@@ -27,7 +30,7 @@
 mod look;
 mod place;
 
-use core::f32::consts::FRAC_1_SQRT_2;
+use core::f32::consts::{FRAC_1_SQRT_2, FRAC_PI_2};
 
 use units::{
     Db, Duration, Instant, Metres, MetresPerSecond, Point2, Pose2, Radians, RadiansPerSecond,
@@ -207,8 +210,10 @@ pub struct SpotSearch {
     turn: Radians,
     /// The wall to land at, once one is seen.
     edge: Option<Edge>,
-    /// The side that has turned out to be a mouth, and the way at which it did.
-    open: Option<(Side, Metres)>,
+    /// The ways at which the left and the right side last turned out to be mouths.
+    open: [Option<Metres>; 2],
+    /// Whether the nose was turned by a quarter, because it was across the gallery.
+    is_turned: bool,
     stage: Stage,
     /// The way since which the drone has been beside the wall.
     beside_since: Option<Metres>,
@@ -272,7 +277,8 @@ impl SpotSearch {
             begun: pose,
             turn: Radians::ZERO,
             edge: None,
-            open: None,
+            open: [None; 2],
+            is_turned: false,
             stage: Stage::Looking { direction: Direction::Ahead, from: way, is_second: false },
             beside_since: None,
             stretch: None,
@@ -286,6 +292,9 @@ impl SpotSearch {
         let elapsed = now.since(self.since);
         if elapsed >= config.most_time {
             return None;
+        }
+        if self.is_turning(view) {
+            return Some(self);
         }
         if self.spare.is_none() {
             self.offer(Spare { way: view.way, kind: Kind::Open, weaker: view.weaker() });
@@ -337,7 +346,9 @@ impl SpotSearch {
                 if self.is_leg_over(config, view, direction, from) =>
             {
                 (self.stretch, self.beside_since) = (None, None);
-                if is_second {
+                if is_second && self.is_across(config, view, direction) {
+                    self.turns(view)
+                } else if is_second {
                     Stage::Dropping { to: self.spare_way(), waits_since: None }
                 } else {
                     let direction = direction.opposite();
@@ -355,15 +366,16 @@ impl SpotSearch {
         let wall = self.wall(view);
         let most = config.speed.0;
         let wanted = match self.stage {
-            // The drone goes to the wall first.
-            _ if self.is_away(config, view) => 0.0,
+            // The drone turns its nose first, and goes to the wall.
+            _ if self.is_turning(view) || self.is_away(config, view) => 0.0,
             Stage::Looking { direction, .. } => direction.sign() * most,
             Stage::Dropping { to, .. } => bounded(GAIN * (to - view.way).0, most),
         };
         let is_blocked = wanted != 0.0 && is_blocked(config, view, wanted);
         let forward = if is_blocked { 0.0 } else { wanted };
-        let lateral = bounded(GAIN * self.aside(config, view), most);
-        let off = (self.begun.yaw + self.turn - view.pose.yaw).wrapped();
+        let aside = if self.is_turning(view) { 0.0 } else { self.aside(config, view) };
+        let lateral = bounded(GAIN * aside, most);
+        let off = self.nose_off(view);
         let push = push_away(nav, &view.ranges);
         let walls = match (wall, self.side()) {
             (Seen::Wall { .. }, Some(side)) => Walls::One(side),
@@ -384,17 +396,48 @@ impl SpotSearch {
             && !edge.is_reached
             && self.is_gone(view, edge)
         {
-            (self.edge, self.open) = (None, Some((edge.side, view.way)));
+            self.edge = None;
+            let [left, right] = &mut self.open;
+            *(if edge.side == Side::Left { left } else { right }) = Some(view.way);
         }
-        let is_at_mouth = |(_, way): &(Side, Metres)| (view.way - *way).0.abs() < MOUTH;
-        let open = self.open.filter(is_at_mouth).map(|(side, _)| side);
+        let is_open = self.open.map(|at| at.is_some_and(|way| (view.way - way).0.abs() < MOUTH));
         if self.edge.is_none()
-            && let Some((side, distance)) = nearer_wall(&view.ranges, open)
+            && let Some((side, distance)) = nearer_wall(&view.ranges, is_open)
         {
             let off = self.off(view, side, distance);
             self.edge =
                 Some(Edge { side, off, way: view.way, is_reached: false, passed: Metres::ZERO });
         }
+    }
+
+    /// Whether the nose is across the gallery: an obstacle ends the way back as well, and nothing along
+    /// it was beside a wall. From the middle, across, all four beams end at the walls ahead and behind,
+    /// and look as if they saw walls on both sides.
+    fn is_across(&self, config: &SpotConfig, view: &SpotView, direction: Direction) -> bool {
+        let is_open = self.spare.is_none_or(|spare| spare.kind == Kind::Open);
+        is_open && !self.is_turned && self.is_shut(config, view, direction.sign())
+    }
+
+    /// Turns the nose by a quarter, along the gallery, and begins to look anew.
+    fn turns(&mut self, view: &SpotView) -> Stage {
+        let yaw = (self.begun.yaw + Radians(FRAC_PI_2)).wrapped();
+        let turned = Self {
+            begun: Pose2 { yaw, ..view.pose },
+            is_turned: true,
+            ..Self::begin(self.since, view.way, view.pose)
+        };
+        *self = turned;
+        self.stage
+    }
+
+    /// By how much the nose is to turn to the left.
+    fn nose_off(&self, view: &SpotView) -> Radians {
+        (self.begun.yaw + self.turn - view.pose.yaw).wrapped()
+    }
+
+    /// Whether the drone turns by a quarter.
+    fn is_turning(&self, view: &SpotView) -> bool {
+        self.is_turned && self.nose_off(view).0.abs() > MOST_TURN
     }
 
     /// Moves the line on which the drone flies away from a corner ahead, on the side of the wall.

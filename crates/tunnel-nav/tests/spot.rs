@@ -99,23 +99,25 @@ struct Drone {
     at: [f32; 2],
     yaw: f32,
     velocity: [f32; 2],
+    /// How far it has flown along its nose.
+    way: f32,
     search: SpotSearch,
 }
 
 impl Drone {
     fn new(at: [f32; 2], yaw: f32) -> Self {
         let search = SpotSearch::begin(Instant::ZERO, Metres(at[0]), pose(at, yaw));
-        Self { at, yaw, velocity: [0.0; 2], search }
+        Self { at, yaw, velocity: [0.0; 2], way: at[0], search }
     }
 
     /// Flies a round; `false` where the drone is to land. It may land where its links are weaker by up
     /// to 1 dB than they have to be for a place to be taken.
     fn flies(&mut self, gallery: &Gallery, now: Instant, over: [Option<Db>; 2]) -> bool {
-        let Self { at, yaw, .. } = *self;
+        let Self { at, yaw, way, .. } = *self;
         let view = SpotView {
             ranges: gallery.ranges(at, yaw),
             height: Some(Metres(gallery.height(at[0]))),
-            way: Metres(at[0]),
+            way: Metres(way),
             pose: pose(at, yaw),
             over,
             may_land: over.iter().flatten().all(|over| over.0 >= -1.0),
@@ -131,6 +133,7 @@ impl Drone {
             *velocity += (wanted - *velocity) * (ROUND / (ROUND + 0.3));
             *at += *velocity * ROUND;
         }
+        self.way += (self.velocity[0] * cos + self.velocity[1] * sin) * ROUND;
         self.yaw += command.yaw_rate.0 * ROUND;
         true
     }
@@ -310,6 +313,23 @@ proptest! {
             }
         }
         prop_assert!(false, "it goes on after {rounds} rounds");
+    }
+}
+
+proptest! {
+    /// A head that has come to the end of a gallery turns round there, and may stand across it when it is
+    /// told to land: the walls that its side beams seem to see are none. Such heads, in 5 of 100 missions of
+    /// `perch-40m`, flew from one side to the other for 70 s, until their batteries ended.
+    #[test]
+    fn a_drone_across_the_gallery_finds_its_wall(
+        (gallery, across, off) in wide_galleries(), is_left: bool,
+    ) {
+        let skew = off + if is_left { FRAC_PI_2 } else { -FRAC_PI_2 };
+        let end = search(&gallery, across, skew);
+        prop_assert!(end.seconds < 40.0, "{end:?}");
+        let [left, right] = end.beside(&gallery);
+        prop_assert!(left.min(right) <= CONFIG.beside.0 + 0.05, "{end:?}");
+        prop_assert!(end.nearest > 0.1, "{end:?}");
     }
 }
 

@@ -9,8 +9,8 @@ use radio_model::Shadowing;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use relay_placement::{
-    Act, Belief, Correction, Curve, Demand, Errand, ErrandConfig, Ground, GroundError, Network,
-    Pattern, Plan, Readings, RefineConfig, Rule,
+    Act, Belief, Correction, Curve, Demand, Errand, ErrandConfig, Ground, GroundError,
+    MOST_PLANNED, Network, Pattern, Plan, Readings, RefineConfig, Rule,
 };
 use units::{Db, Duration, Instant, Metres, Point2};
 
@@ -123,18 +123,60 @@ pub fn gather(world: &World, seed: u64) -> Result<Vec<Dropped>, GroundError> {
     let mut planner = Box::new(WorldPlanner::new());
     let ground = world.ground(&mut planner)?;
     let truth = Truth::of(world, &ground, seed);
-    let known = truth.network(&ground, |_, _| Correction::NONE, 0.0);
-    let covered = ground.reached().filter(|&cell| known.covers(cell));
-    let weakest = covered.min_by(|a, b| known.ratio(*a).0.total_cmp(&known.ratio(*b).0));
-    let goal = weakest.unwrap_or(world.base);
+    let goal = truth.weakest(&ground).unwrap_or(world.base);
     let mut errands = Errands { world, ground: &ground, truth: &truth, goal, seed, planner };
     Ok(Knows::ALL.into_iter().flat_map(|knows| errands.run(knows)).collect())
+}
+
+/// Relays that were planned together and dropped.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DroppedTogether {
+    /// The name of the world.
+    pub world: String,
+    /// What was known.
+    pub knows: Knows,
+    /// How they were planned.
+    pub chooses: Chooses,
+    /// The relays that were planned.
+    pub relays: usize,
+    /// Those of them that truly have a link to the network, over others of them or not.
+    pub linked: usize,
+    /// The area that these truly cover and the network before did not, m².
+    pub gained_m2: f32,
+}
+
+/// Plans `nodes` relays anywhere, by the curve, by readings that were gathered in a zig-zag, and by the
+/// truth, each by the margin and by the expected coverage.
+///
+/// # Errors
+/// [`GroundError`] where no robot can begin at the base.
+pub fn gather_for_several(
+    world: &World,
+    seed: u64,
+    nodes: usize,
+) -> Result<Vec<DroppedTogether>, GroundError> {
+    let mut planner = Box::new(WorldPlanner::new());
+    let ground = world.ground(&mut planner)?;
+    let truth = Truth::of(world, &ground, seed);
+    let goal = truth.weakest(&ground).unwrap_or(world.base);
+    let mut errands = Errands { world, ground: &ground, truth: &truth, goal, seed, planner };
+    let (readings, _) = errands.readings(Pattern::ZigZag);
+    let fits: Vec<_> = readings.iter().map(Readings::fit).collect();
+    let mut rows = Vec::new();
+    for chooses in [Chooses::Margin, Chooses::Expected] {
+        let mut row = |knows, places| rows.push(errands.together(knows, chooses, places));
+        row(Knows::Curve, truth.plan(&ground, chooses, |_, _| Correction::NONE, nodes));
+        let zig_zag = Knows::Readings(Pattern::ZigZag);
+        row(zig_zag, truth.plan(&ground, chooses, |n, at| fits[n].at(at), nodes));
+        row(Knows::Truth, truth.plan(&ground, chooses, |n, at| truth.correction(n, at), nodes));
+    }
+    Ok(rows)
 }
 
 /// The relays on the ground, with their true strength.
 struct Truth {
     places: Vec<Point2>,
-    /// The offsets of the relays, and that of the one to be dropped.
+    /// The offsets of the relays, and those of the ones to be dropped.
     offsets: Vec<f32>,
     shadowing: Shadowing,
 }
@@ -149,9 +191,12 @@ impl Truth {
         let places: Vec<_> =
             [base].into_iter().chain(plan.places().iter().map(|place| place.at)).collect();
         let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let offsets = (0..=places.len()).map(|_| offset.0 * normal(&mut random)).collect();
+        let mut offsets: Vec<_> =
+            (0..=places.len()).map(|_| offset.0 * normal(&mut random)).collect();
         let wave = || std::array::from_fn(|_| uniform(&mut random));
-        Self { places, offsets, shadowing: Shadowing::new(shadowing, decorrelation, wave) }
+        let shadowing = Shadowing::new(shadowing, decorrelation, wave);
+        offsets.extend((1..MOST_PLANNED).map(|_| offset.0 * normal(&mut random)));
+        Self { places, offsets, shadowing }
     }
 
     /// What a relay's strength at a point is over the curve's.
@@ -187,6 +232,32 @@ impl Truth {
             belief.add(ground, *place, |at| correction(n, at));
         }
         belief
+    }
+
+    /// The covered cell at which the network is weakest by the curve.
+    fn weakest(&self, ground: &Ground<CELLS>) -> Option<Cell> {
+        let known = self.network(ground, |_, _| Correction::NONE, 0.0);
+        let covered = ground.reached().filter(|&cell| known.covers(cell));
+        covered.min_by(|a, b| known.ratio(*a).0.total_cmp(&known.ratio(*b).0))
+    }
+
+    /// Where several relays are planned, by the corrections of those on the ground.
+    fn plan(
+        &self,
+        ground: &Ground<CELLS>,
+        chooses: Chooses,
+        correction: impl Fn(usize, Point2) -> Correction,
+        nodes: usize,
+    ) -> Vec<Point2> {
+        let demand = Demand::DEFAULT;
+        if chooses == Chooses::Expected {
+            let belief = self.belief(ground, correction);
+            let places = belief.plan(ground, &demand, Correction::NONE.deviation, nodes);
+            return places.iter().map(|place| place.at).collect();
+        }
+        let network = self.network(ground, correction, 0.0);
+        let plan = Plan::new(ground, &network, &demand, nodes);
+        plan.places().iter().map(|place| place.at).collect()
     }
 
     /// The true correction.
@@ -349,6 +420,32 @@ impl Errands<'_> {
             gained_m2: gained.unwrap_or(0) as f32 * side * side,
             error_db: self.error(known, truth),
             way_m,
+        }
+    }
+
+    /// What becomes of relays that are dropped at these places together.
+    fn together(&self, knows: Knows, chooses: Chooses, places: Vec<Point2>) -> DroppedTogether {
+        let before = self.truth.network(self.ground, |n, at| self.truth.correction(n, at), 0.0);
+        let mut network = before.clone();
+        let relays = places.len();
+        let own = self.truth.places.len();
+        let mut left: Vec<_> = places.into_iter().enumerate().collect();
+        let is_linked = |network: &Network<CELLS>, at: Point2| {
+            self.ground.frame().cell_at(at).is_some_and(|cell| network.covers(cell))
+        };
+        while let Some(next) = left.iter().position(|(_, at)| is_linked(&network, *at)) {
+            let (n, place) = left.swap_remove(next);
+            network.add_corrected(self.ground, place, |at| self.truth.over(own + n, place, at));
+        }
+        let gained = network.covered(self.ground).saturating_sub(before.covered(self.ground));
+        let side = self.ground.frame().resolution().0;
+        DroppedTogether {
+            world: self.world.name.clone(),
+            knows,
+            chooses,
+            relays,
+            linked: relays - left.len(),
+            gained_m2: gained as f32 * side * side,
         }
     }
 

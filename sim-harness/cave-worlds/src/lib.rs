@@ -16,6 +16,6 @@ mod placement;
 mod world;
 
 pub use cave::{Cave, SIDE};
-pub use gather::{Chooses, Dropped, Knows, gather};
+pub use gather::{Chooses, Dropped, DroppedTogether, Knows, gather, gather_for_several};
 pub use placement::{Row, measure};
 pub use world::{CELLS, World, WorldError, WorldPlanner};

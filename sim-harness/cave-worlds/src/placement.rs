@@ -3,7 +3,7 @@
 use cpu_time::ThreadTime;
 use grid_map::Cell;
 use relay_placement::{Curve, Demand, Ground, GroundError, Network, Place, Plan, Rule};
-use units::{Metres, Point2};
+use units::Point2;
 
 use crate::world::{CELLS, World, WorldPlanner};
 
@@ -41,7 +41,7 @@ pub struct Row {
 
 /// Puts down `nodes` relays by each rule. Before each, the goal is the covered cell at which the
 /// network is weakest: the last one where the robot still has a link. Several relays of
-/// [`Rule::Ours`] are planned together, without goals. The rules of chance draw by `seed`.
+/// [`Rule::Ours`] and [`Rule::OursGeodesic`] are planned together, without goals. The rules of chance draw by `seed`.
 ///
 /// # Errors
 /// [`GroundError`] where no robot can begin at the base.
@@ -111,24 +111,20 @@ impl Trial<'_> {
         (plan.places().to_vec(), ms)
     }
 
-    /// The places of [`Rule::OursGeodesic`]: near the goal for one relay, for several anywhere.
+    /// The places of [`Rule::OursGeodesic`]: one near the goal, or several, planned together, anywhere.
     fn by_way(&mut self) -> (Vec<Place>, f32) {
-        let mut network = self.base_by_way();
-        let within = if self.nodes > 1 { Metres(f32::INFINITY) } else { Demand::DEFAULT.within };
-        let demand = Demand { within, ..Demand::DEFAULT };
-        let (mut places, mut sum_ms) = (Vec::new(), 0.0);
-        while places.len() < self.nodes {
-            let Some(goal) = self.weakest(&network) else { break };
-            let (place, ms) = shortest(&mut || {
-                let planner = &mut self.planner;
-                Rule::OursGeodesic.choose(self.ground, &network, goal, &demand, 0, planner)
-            });
-            sum_ms += ms;
-            let Some(place) = place.filter(|place| place.gain_cells > 0) else { break };
-            self.add_by_way(&mut network, place.cell);
-            places.push(place);
+        let network = self.base_by_way();
+        let (ground, demand, nodes) = (self.ground, &Demand::DEFAULT, self.nodes);
+        if nodes > 1 {
+            let mut plan = || Plan::by_way(ground, &network, &mut self.planner, demand, nodes);
+            let (plan, ms) = shortest(&mut plan);
+            return (plan.places().to_vec(), ms);
         }
-        (places, sum_ms)
+        let Some(goal) = self.weakest(&network) else { return (Vec::new(), 0.0) };
+        let (place, ms) = shortest(&mut || {
+            Rule::OursGeodesic.choose(ground, &network, goal, demand, 0, &mut self.planner)
+        });
+        (place.into_iter().filter(|place| place.gain_cells > 0).collect(), ms)
     }
 
     fn base_by_way(&mut self) -> Network<CELLS> {

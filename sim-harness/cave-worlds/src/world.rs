@@ -17,7 +17,7 @@ const FINEST: f64 = 0.1;
 /// A planner for searches in a world: an open grid of n by n cells needs room for some 16 n.
 pub type WorldPlanner = Planner<{ CELLS / 2 }, { 40 * SIDE as usize }>;
 
-/// A map of at most [`SIDE`] by [`SIDE`] cells, and the place of the base in it.
+/// A map of at most [`CELLS`] cells, and the place of the base in it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct World {
     /// The name of the world.
@@ -35,6 +35,8 @@ pub struct World {
 pub enum WorldError {
     /// No cell of the map is free.
     NoFreeCell,
+    /// The map has free cells, but none is left where they are put together to cells of this side, m.
+    NoFreeBlock(f32),
     /// The base lies outside the map; its corners are given, m.
     BaseOutside([[f64; 2]; 2]),
     /// The base lies in a cell that is not free; the nearest free one is given, m.
@@ -45,12 +47,16 @@ pub enum WorldError {
 
 impl fmt::Display for WorldError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::NoFreeCell => "the map has no free cell",
-            Self::BaseOutside(_) => "the base lies outside the map",
-            Self::BaseNotFree(_) => "the base stands in a wall or on unknown ground",
-            Self::NoFrame => "the cells of the map are too small or too large",
-        })
+        match self {
+            Self::NoFreeCell => f.write_str("the map has no free cell"),
+            Self::NoFreeBlock(side) => write!(
+                f,
+                "no passage is wide enough for the cells of {side:.2} m that the map is put into"
+            ),
+            Self::BaseOutside(_) => f.write_str("the base lies outside the map"),
+            Self::BaseNotFree(_) => f.write_str("the base stands in a wall or on unknown ground"),
+            Self::NoFrame => f.write_str("the cells of the map are too small or too large"),
+        }
     }
 }
 
@@ -60,6 +66,9 @@ impl WorldError {
     pub fn remedy(&self) -> String {
         match self {
             Self::NoFreeCell => "give the map of a place that has been seen".to_owned(),
+            Self::NoFreeBlock(_) => {
+                "give the map of a smaller place, or of wider passages".to_owned()
+            }
             Self::BaseOutside([[west, south], [east, north]]) => {
                 format!("give a point from {west:.1},{south:.1} to {east:.1},{north:.1}")
             }
@@ -91,7 +100,9 @@ impl World {
             Self { name: name.to_owned(), map, base: Cell::new(0, 0), origin: source.origin };
         world.base = match base {
             Some(at) => world.base_at(source, at)?,
-            None => world.nearest_free(world.point([0.0, 0.0])).ok_or(WorldError::NoFreeCell)?,
+            None => world
+                .nearest_free(world.point([0.0, 0.0]))
+                .ok_or_else(|| world.no_free_cell(source))?,
         };
         Ok(world)
     }
@@ -122,7 +133,8 @@ impl World {
     }
 
     fn base_at(&self, source: &Occupancy, at: [f64; 2]) -> Result<Cell, WorldError> {
-        let nearest = self.nearest_free(self.point(at)).ok_or(WorldError::NoFreeCell)?;
+        let nearest = self.nearest_free(self.point(at));
+        let nearest = nearest.ok_or_else(|| self.no_free_cell(source))?;
         let inside = self.map.frame().cell_at(self.point(at));
         let Some(cell) = inside else {
             let far = [source.columns() as f64, source.rows() as f64];
@@ -135,6 +147,16 @@ impl World {
             return Ok(cell);
         }
         Err(WorldError::BaseNotFree(self.in_file(self.map.frame().centre(nearest))))
+    }
+
+    /// Why no cell of the world is free.
+    fn no_free_cell(&self, source: &Occupancy) -> WorldError {
+        let mut rows = 0..source.rows();
+        let is_free = |column, row| source.cell(column, row) == robot_maps::Cell::Free;
+        if rows.any(|row| (0..source.columns()).any(|column| is_free(column, row))) {
+            return WorldError::NoFreeBlock(self.map.frame().resolution().0);
+        }
+        WorldError::NoFreeCell
     }
 
     fn nearest_free(&self, to: Point2) -> Option<Cell> {
@@ -151,11 +173,10 @@ impl World {
 /// The map with square blocks of cells put together: a block is occupied where one of its cells is,
 /// free where at least half of them are known to be, and otherwise unknown.
 fn coarse(source: &Occupancy) -> Result<GridMap<MAP_BYTES>, WorldError> {
-    let longest = source.columns().max(source.rows());
-    let finest = (FINEST / source.resolution_m).ceil().clamp(1.0, longest as f64) as usize;
-    let block = longest.div_ceil(usize::from(SIDE)).max(finest).max(1);
-    let blocks = |cells: usize| u16::try_from(cells.div_ceil(block)).unwrap_or(SIDE);
-    let (columns, rows) = (blocks(source.columns()), blocks(source.rows()));
+    let block = block(source);
+    let blocks =
+        |cells: usize| u16::try_from(cells.div_ceil(block)).map_err(|_| WorldError::NoFrame);
+    let (columns, rows) = (blocks(source.columns())?, blocks(source.rows())?);
     let resolution = Metres((source.resolution_m * block as f64) as f32);
     let frame = Frame::new(Point2::new(0.0, 0.0), resolution, columns, rows)
         .map_err(|_| WorldError::NoFrame)?;
@@ -164,6 +185,18 @@ fn coarse(source: &Occupancy) -> Result<GridMap<MAP_BYTES>, WorldError> {
         map.set(cell, state_of(source, cell, block));
     }
     Ok(map)
+}
+
+/// The side of the blocks, in cells: the smallest with which the blocks have room in a world.
+fn block(source: &Occupancy) -> usize {
+    let (columns, rows) = (source.columns(), source.rows());
+    let longest = columns.max(rows).max(1);
+    let has_room = |block: &usize| {
+        let blocks = |cells: usize| cells.div_ceil(*block);
+        blocks(longest) <= usize::from(Frame::MOST) && blocks(columns) * blocks(rows) <= CELLS
+    };
+    let finest = (FINEST / source.resolution_m).ceil().clamp(1.0, longest as f64) as usize;
+    (finest..longest).find(has_room).unwrap_or(longest)
 }
 
 fn state_of(source: &Occupancy, cell: Cell, block: usize) -> CellState {

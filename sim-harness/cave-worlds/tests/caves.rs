@@ -52,14 +52,36 @@ fn room() -> Occupancy {
 fn a_large_map_is_made_coarser_and_keeps_its_walls() {
     let world = World::of("room", &room(), None).unwrap();
     let frame = world.map.frame();
-    assert_eq!((frame.columns(), frame.rows()), (167, 100));
-    assert!((frame.resolution().0 - 0.15).abs() < 1e-6);
+    assert_eq!((frame.columns(), frame.rows()), (250, 150));
+    assert!((frame.resolution().0 - 0.1).abs() < 1e-6);
     let is_border = |cell: &grid_map::Cell| cell.column == 0 || cell.row == 0;
     let mut border = frame.cells().filter(is_border);
     assert!(border.all(|cell| world.map.state(cell) == CellState::Occupied));
     let [x, y] = world.in_file(frame.centre(world.base));
     assert!(x.hypot(y) < 0.15, "the base is at {x}, {y}");
     world.ground(&mut WorldPlanner::new()).unwrap();
+}
+
+/// A gallery of 200 m by 2 m in cells of 5 cm had no free cell left, because blocks of 1 m were made of
+/// it: as many as a square map of that length takes.
+#[test]
+fn a_long_narrow_map_keeps_its_passage() {
+    let is_wall = |n: usize| [0, 39].contains(&(n % 40)) || [0, 3999].contains(&(n / 40));
+    let cells = (0..160_000).map(|n| if is_wall(n) { Cell::Occupied } else { Cell::Free });
+    let gallery = Occupancy::new(40, cells.collect(), 0.05, [-1.0, 0.0, 0.0]);
+    let world = World::of("gallery", &gallery, None).unwrap();
+    let frame = world.map.frame();
+    assert_eq!((frame.columns(), frame.rows()), (20, 2000));
+    let ground = world.ground(&mut WorldPlanner::new()).unwrap();
+    assert_eq!(ground.reached().count(), 18 * 1998);
+}
+
+/// A passage of one cell that is lost where cells are put together is not "no free cell".
+#[test]
+fn a_passage_that_is_lost_is_told_from_a_map_without_free_cells() {
+    let cells = (0..1_000_000).map(|n| if n / 1000 == 500 { Cell::Free } else { Cell::Occupied });
+    let narrow = Occupancy::new(1000, cells.collect(), 0.5, [0.0; 3]);
+    assert_eq!(World::of("narrow", &narrow, None), Err(WorldError::NoFreeBlock(2.5)));
 }
 
 #[test]

@@ -83,6 +83,10 @@ struct ProvisionArgs {
     /// name of a built-in one, or a file
     #[arg(long, value_name = "SCENARIO")]
     plan: Option<String>,
+    /// The drones are fetched after the mission: this one keeps no charge for its way home. All drones
+    /// of a fleet need the same
+    #[arg(long, requires = "mission")]
+    fetched: bool,
     /// The file to write the page to
     #[arg(long, value_name = "FILE.bin")]
     out: PathBuf,
@@ -181,7 +185,7 @@ fn provision(args: &ProvisionArgs) -> Result<Verdict, Trouble> {
         may_fly: args.allow_cfclient,
         policy: args.policy.as_deref().and_then(Policy::named),
         limits: args.limits,
-        mission: mission(args.mission.as_deref(), args.plan.as_deref())?,
+        mission: mission(args.mission.as_deref(), args.plan.as_deref(), args.fetched)?,
     };
     let made = keys::provision(&args.file, &request, &args.out)?;
     args.print.print(&provisioned_text(&made, args.limits), &provisioned_json(&made))
@@ -195,12 +199,16 @@ fn limits(text: &str) -> Result<[Dbm; 2], String> {
     pair.ok_or_else(|| "give two numbers with a comma between them, such as -67,-72".to_owned())
 }
 
-/// The mission of this name, with the plan of a scenario.
-fn mission(name: Option<&str>, plan: Option<&str>) -> Result<Option<PageMission>, InputError> {
+/// The mission of this name, with the plan of a scenario, whose drones may be fetched after it.
+fn mission(
+    name: Option<&str>,
+    plan: Option<&str>,
+    fetched: bool,
+) -> Result<Option<PageMission>, InputError> {
     match (name.and_then(MissionKind::named), plan) {
         (Some(MissionKind::Swarm), Some(plan)) => {
             let swarm = Some(swarm_plan(plan)?);
-            Ok(Some(PageMission { kind: MissionKind::Swarm, swarm }))
+            Ok(Some(PageMission { kind: MissionKind::Swarm, swarm, fetched }))
         }
         (Some(MissionKind::Swarm), None) => Err(InputError::new(
             "--mission swarm needs a plan",
@@ -210,7 +218,7 @@ fn mission(name: Option<&str>, plan: Option<&str>) -> Result<Option<PageMission>
             "--plan is for swarms alone",
             "leave it out, or give --mission swarm",
         )),
-        (kind, None) => Ok(kind.map(|kind| PageMission { kind, swarm: None })),
+        (kind, None) => Ok(kind.map(|kind| PageMission { kind, swarm: None, fetched })),
     }
 }
 
@@ -239,14 +247,15 @@ fn swarm_plan(scenario: &str) -> Result<SwarmPlan, InputError> {
 
 fn mission_text(mission: &PageMission) -> String {
     let name = mission.kind.name();
+    let fetched = if mission.fetched { ", fetched after it" } else { "" };
     let Some(SwarmPlan { drones, corner, area, entrance, width, direction, length }) =
         mission.swarm
     else {
-        return format!("mission {name}\n");
+        return format!("mission {name}{fetched}\n");
     };
     format!(
         "mission {name}: {drones} drones, area {} m by {} m from ({}, {}) m, passage {} m wide at \
-         ({}, {}) m, {} m long, at {:.0}°\n",
+         ({}, {}) m, {} m long, at {:.0}°{fetched}\n",
         area.0.0,
         area.1.0,
         corner.x,
@@ -297,6 +306,7 @@ fn provisioned_json(made: &Provisioned) -> Value {
         value.extend(drone);
         value.insert("replaces".into(), json!(made.replaces));
         value.insert("mission".into(), json!(made.mission.map(|mission| mission.kind.name())));
+        value.insert("fetched".into(), json!(made.mission.map(|mission| mission.fetched)));
         value.insert("page".into(), json!(made.page.display().to_string()));
         value.insert("load".into(), json!({ "probe": probe, "usb": usb }));
     }

@@ -11,6 +11,7 @@ use units::{Db, MetresPerSecond};
 
 use super::run::MapArgs;
 use super::{Common, Trouble, Verdict, complain, interrupt};
+use crate::count::counted;
 use crate::input_error::InputError;
 use crate::measure::plan::{Demand, MOST_RELAYS, OutOfReach, RelayPlan, relays};
 use crate::output::pictures::{self, PlanPicture};
@@ -147,9 +148,10 @@ fn json_of(scenario: &Scenario, plan: &RelayPlan) -> Value {
 fn table(scenario: &Scenario, plan: &RelayPlan) -> String {
     let relays = plan.links.len() - 1;
     let mut text = format!(
-        "{}: {relays} relays for {:.1} m, no link weaker than {:.1}\n\n\
+        "{}: {} for {:.1} m, no link weaker than {:.1}\n\n\
          {:10} {:>8} {:>8} {:>8}   {:>8} {:>10} {:>12} {:>13}\n",
         scenario.name,
+        counted(relays, "relay"),
         plan.way_m,
         plan.least,
         "",
@@ -182,12 +184,12 @@ fn table(scenario: &Scenario, plan: &RelayPlan) -> String {
     let reach = plan.reach;
     let _ = writeln!(
         text,
-        "\na new, full battery hovers for {:.0} s; the head can {}; it comes home from {:.0} m",
+        "\na new, full battery hovers for {:.0} s; the head {}; it comes home from {:.0} m",
         reach.endurance_s,
         if reach.stay_s > 0.0 {
-            format!("stay {:.0} s at the end", reach.stay_s)
+            format!("can stay {:.0} s at the end", reach.stay_s)
         } else {
-            "not come home from the end".to_owned()
+            "cannot come home from the end".to_owned()
         },
         reach.farthest_m
     );

@@ -474,7 +474,8 @@ fn a_page_gives_a_drone_the_mission_that_was_asked_for() {
     for policy in [None, Policy::named("t5")] {
         for kind in units::MissionKind::ALL {
             let swarm = swarm.filter(|_| kind == units::MissionKind::Swarm);
-            let wanted = Some(PageMission { kind, swarm });
+            let fetched = policy.is_some();
+            let wanted = Some(PageMission { kind, swarm, fetched });
             let request = Request { policy, mission: wanted, ..relay(3) };
             let (_, page) = fleet.give_out(&request).unwrap();
             let storage::keys::Page::New { keys, mission, .. } =

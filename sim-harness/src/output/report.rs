@@ -9,6 +9,7 @@ mod metrics;
 use serde_json::Value;
 
 use super::pictures::{self, PictureError, escaped};
+use crate::count::counted;
 use crate::measure::trace::Trace;
 
 const PAGE: &str = include_str!("../../assets/report/report.html");
@@ -64,13 +65,15 @@ fn subtitle(trace: &Trace) -> String {
     let seconds = trace.frames.last().map_or(0, |frame| frame.time_us / 1_000_000);
     let relays = trace.nodes.iter().filter(|node| node.role == units::Role::Relay).count();
     let (minutes, rest) = (seconds / 60, seconds % 60);
-    let plural = if relays == 1 { "" } else { "s" };
     let scenario = &trace.scenario;
     let origin = match trace.seed {
         Some(seed) => format!("seed {seed}"),
         None => "recorded".to_owned(),
     };
-    format!("{scenario} \u{b7} {minutes} min {rest} s with {relays} relay{plural} \u{b7} {origin}")
+    format!(
+        "{scenario} \u{b7} {minutes} min {rest} s with {} \u{b7} {origin}",
+        counted(relays, "relay")
+    )
 }
 
 /// Replaces every `{{gap}}` of the page, in one pass: a gap within a filled-in text stays as it is.

@@ -188,7 +188,7 @@ fn a_mission_may_follow_on_the_page_with_a_policy_or_without() {
         direction: Radians(0.0),
         length: Metres(6.0),
     };
-    let swarm = PageMission { kind: MissionKind::Swarm, swarm: Some(plan) };
+    let swarm = PageMission { kind: MissionKind::Swarm, swarm: Some(plan), fetched: false };
     let bytes = swarm.encode().unwrap();
     assert_eq!(LENGTH + POLICY_LENGTH + LIMITS_LENGTH + bytes.len(), PAGE_LENGTH);
     // The CRC by Python's `zlib.crc32`.
@@ -200,11 +200,16 @@ fn a_mission_may_follow_on_the_page_with_a_policy_or_without() {
     let new = |policy, mission| Page::New { keys: GOLDEN, policy, limits: None, mission };
     assert_eq!(on_page(&[], &bytes), new(None, Some(swarm)));
     assert_eq!(on_page(&encode_policy(policy), &bytes), new(Some(policy), Some(swarm)));
-    for kind in MissionKind::ALL {
-        let mission = PageMission { kind, swarm: None };
+    for (kind, fetched) in MissionKind::ALL.into_iter().flat_map(|it| [(it, false), (it, true)]) {
+        let mission = PageMission { kind, swarm: None, fetched };
         let bytes = mission.encode().unwrap();
+        assert_eq!(bytes[5] & 0x80 != 0, fetched);
         assert_eq!(on_page(&[], &bytes), new(None, Some(mission)));
-        assert_eq!(mission.applied_to(Settings::DEFAULT).mission, kind);
+        for before in [false, true] {
+            let before = Settings { fetched: before, ..Settings::DEFAULT };
+            let settings = mission.applied_to(before);
+            assert_eq!((settings.mission, settings.fetched), (kind, fetched));
+        }
     }
     for at in 0..bytes.len() {
         let mut bytes = bytes;
@@ -212,7 +217,7 @@ fn a_mission_may_follow_on_the_page_with_a_policy_or_without() {
         assert_eq!(on_page(&[], &bytes), new(None, None), "byte {at}");
     }
     let large = SwarmPlan { area: (Metres(101.0), Metres(1.0)), ..plan };
-    let large = PageMission { kind: MissionKind::Swarm, swarm: Some(large) };
+    let large = PageMission { kind: MissionKind::Swarm, swarm: Some(large), fetched: false };
     assert_eq!(large.encode(), Err(Error::Value));
 }
 

@@ -29,13 +29,13 @@ pub(super) fn leading(ranges: &Diagonals, side: Side, direction: f32) -> Range {
     }
 }
 
-/// The side of the nearer wall, but for an open side, and its distance.
-pub(super) fn nearer_wall(ranges: &Diagonals, open: Option<Side>) -> Option<(Side, f32)> {
-    let wall = |side| match look(ranges, side) {
-        Seen::Wall { distance, .. } if open != Some(side) => Some((side, distance)),
+/// The side of the nearer wall, but for sides, left and right, that are open, and its distance.
+pub(super) fn nearer_wall(ranges: &Diagonals, is_open: [bool; 2]) -> Option<(Side, f32)> {
+    let wall = |(side, is_open): (Side, bool)| match look(ranges, side) {
+        Seen::Wall { distance, .. } if !is_open => Some((side, distance)),
         _ => None,
     };
-    let sides = [Side::Left, Side::Right].into_iter().filter_map(wall);
+    let sides = [Side::Left, Side::Right].into_iter().zip(is_open).filter_map(wall);
     sides.min_by(|(_, a), (_, b)| a.total_cmp(b))
 }
 

@@ -53,7 +53,8 @@ pub(super) fn provision(scenario: &Scenario, node: NodeId, seed: u64) -> Provisi
 fn mission(scenario: &Scenario) -> Option<PageMission> {
     let kind = scenario.mission;
     let swarm = stored_plan(&scenario.agent.swarm).filter(|_| kind == MissionKind::Swarm);
-    (kind != MissionKind::Chain).then_some(PageMission { kind, swarm })
+    let fetched = scenario.drones.fetched;
+    (kind != MissionKind::Chain).then_some(PageMission { kind, swarm, fetched })
 }
 
 fn settings(scenario: &Scenario, node: NodeId, role: Role) -> Settings {

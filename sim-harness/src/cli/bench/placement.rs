@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use cave_worlds::{Dropped, Row, World};
+use cave_worlds::{Dropped, DroppedTogether, Row, World};
 use serde_json::{Value, json};
 
 use super::BenchArgs;
@@ -10,8 +10,8 @@ use crate::cli::progress::Progress;
 use crate::cli::{Trouble, runs};
 use crate::input_error::InputError;
 use crate::measure::bench::placement::{
-    LEAST_MEAN, LEAST_WORST, MOST_GEODESIC_MS, MOST_MS, Sum, dropped_json, gather,
-    json as row_json, run, sum_of_drops, sums,
+    LEAST_MEAN, LEAST_WORST, MOST_GEODESIC_MS, MOST_MS, Sum, TOGETHER, dropped_json, gather,
+    gather_together, json as row_json, run, sum_of_drops, sum_of_together, sums, together_json,
 };
 use crate::measure::drops;
 
@@ -54,7 +54,7 @@ pub(super) fn bench(
         "of_best_mean": LEAST_MEAN,
         "of_best_worst": LEAST_WORST,
         "ms": MOST_MS,
-        "geodesic_ms_each": MOST_GEODESIC_MS,
+        "geodesic_ms": MOST_GEODESIC_MS,
     });
     let rows: Vec<_> = rows.iter().map(row_json).collect();
     Ok((table(&sums), json!({ "bounds": bounds, "rows": rows })))
@@ -63,15 +63,19 @@ pub(super) fn bench(
 /// The table of relays that are dropped with and without readings.
 fn gathered(args: &BenchArgs, caves: u64, first: u64) -> Result<(String, Value), Trouble> {
     let mut dropped: Vec<Dropped> = Vec::new();
+    let mut together: Vec<DroppedTogether> = Vec::new();
     for file in &args.map {
         let world = drops::open(file, None)?;
         dropped.extend(gather(&world, 0).ok_or_else(|| unusable().in_file(file))?);
+        together.extend(gather_together(&world, 0).unwrap_or_default());
     }
     let progress = Progress::new(caves, args.common.quiet);
     progress.say("caves");
     for n in 0..caves {
         let seed = first.wrapping_add(n);
-        dropped.extend(gather(&World::dig(seed), seed).unwrap_or_default());
+        let world = World::dig(seed);
+        dropped.extend(gather(&world, seed).unwrap_or_default());
+        together.extend(gather_together(&world, seed).unwrap_or_default());
         progress.step();
     }
     drop(progress);
@@ -95,8 +99,31 @@ fn gathered(args: &BenchArgs, caves: u64, first: u64) -> Result<(String, Value),
             sum.way_m,
         );
     }
+    table_of_together(&mut table, &together);
     let rows: Vec<_> = dropped.iter().map(dropped_json).collect();
-    Ok((table, json!({ "dropped": rows })))
+    let planned: Vec<_> = together.iter().map(together_json).collect();
+    Ok((table, json!({ "dropped": rows, "dropped_together": planned })))
+}
+
+fn table_of_together(table: &mut String, together: &[DroppedTogether]) {
+    // Writing to a string cannot fail.
+    let _ = writeln!(
+        table,
+        "\n{TOGETHER} relays, planned together\n\n  {:14} {:10} {:>6} {:>6} {:>6} {:>8} {:>5}",
+        "knows", "chooses by", "worlds", "relays", "linked", "gain, m²", "±"
+    );
+    for sum in sum_of_together(together) {
+        let [gained, error] = sum.gained_m2;
+        let _ = writeln!(
+            table,
+            "  {:14} {:10} {:>6} {:>6} {:>6} {gained:>8.1} {error:>5.1}",
+            sum.knows.name(),
+            sum.chooses.name(),
+            sum.worlds,
+            sum.relays,
+            sum.linked,
+        );
+    }
 }
 
 fn unusable() -> InputError {

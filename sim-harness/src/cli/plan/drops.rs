@@ -11,8 +11,9 @@ use serde_json::{Value, json};
 use units::Db;
 
 use crate::cli::{Common, Trouble, Verdict, interrupt};
+use crate::count::counted;
 use crate::input_error::InputError;
-use crate::measure::drops::{Coverage, Drops, MOST_DROPS, Received, open};
+use crate::measure::drops::{Coverage, Drops, MOST_DROPS, NoDrops, Received, Site, open};
 use crate::output::pictures;
 use crate::output::put_picture;
 
@@ -34,12 +35,13 @@ pub(super) struct DropsArgs {
     /// How far a relay covers
     #[arg(long, value_name = "HOW", default_value = "straight")]
     coverage: Coverage,
-    /// Readings of the strength of the base and the relays that stand, as CSV with the columns x_m,
-    /// y_m, reference (0 for the base, n for the n-th --relay), and snr_db or rssi_dbm
+    /// Readings of the strength of the base and the relays that stand, by which the new relays are
+    /// planned for the largest expected coverage: CSV with the columns x_m, y_m, reference (0 for the
+    /// base, n for the n-th --relay), and snr_db or rssi_dbm
     #[arg(long, value_name = "FILE")]
     readings: Option<PathBuf>,
     /// Noise of the receiver of the readings, for the column rssi_dbm
-    #[arg(long, value_name = "DBM", allow_negative_numbers = true)]
+    #[arg(long, value_name = "DBM", allow_negative_numbers = true, requires = "readings")]
     noise_dbm: Option<f64>,
     #[command(flatten)]
     common: Common,
@@ -66,23 +68,21 @@ pub(super) fn run(args: &DropsArgs) -> Result<Verdict, Trouble> {
     }
     let world = open(&args.map, args.base)?;
     let stand = standing(args, &world)?;
-    let points: Vec<_> = stand.iter().map(|cell| world.map.frame().centre(*cell)).collect();
-    let received = match &args.readings {
-        Some(_) if args.coverage == Coverage::Geodesic => {
-            let wrong = "--readings correct coverage in a straight line alone";
-            return Err(InputError::new(wrong, "leave out --coverage geodesic").into());
-        }
-        Some(file) => Some(Received::read(file, &world, &points, args.noise_dbm)?),
-        None => None,
-    };
-    let drops = match args.coverage {
-        Coverage::Straight => Drops::plan(&world, args.nodes, &points, received.as_ref()),
-        Coverage::Geodesic => Drops::plan_by_way(&world, args.nodes, &stand),
-    };
-    let drops = drops.map_err(|why| {
+    let no_drops = |why: NoDrops| {
         let remedy = "give another --base, or another map";
         InputError::new(why.to_string(), remedy).in_file(&args.map)
-    })?;
+    };
+    let mut site = Site::new(&world, args.coverage, &stand).map_err(no_drops)?;
+    // The base is the first of those that stand, and is always reached.
+    if let Some([x, y]) = site.out_of_reach().and_then(|n| args.relay.get(n.checked_sub(1)?)) {
+        let wrong = format!("no way leads from the base to --relay {x},{y}");
+        let remedy = "leave it out, or leave out --coverage geodesic";
+        return Err(InputError::new(wrong, remedy).in_file(&args.map).into());
+    }
+    let readings = args.readings.as_ref();
+    let received = readings.map(|file| Received::read(file, &mut site, args.noise_dbm));
+    let received = received.transpose()?;
+    let drops = site.plan(args.nodes, received.as_ref()).map_err(no_drops)?;
     interrupt::ends();
     let value = json_of(&world, &drops, received.as_ref());
     let mut folder = args.common.folder()?;
@@ -116,15 +116,19 @@ fn json_of(world: &World, drops: &Drops, received: Option<&Received>) -> Value {
         };
         received.summary().enumerate().map(row).collect::<Vec<_>>()
     });
-    let places = drops.places.iter().map(|place| {
+    let places = drops.places.iter().enumerate().map(|(n, place)| {
         let [x, y] = world.in_file(place.at);
-        json!({
+        let mut value = json!({
             "x_m": hundredths(x),
             "y_m": hundredths(y),
             "gain_m2": drops.square_metres(place.gain_cells),
             "link_margin_db": hundredths(f64::from((place.link - Curve::DEFAULT.covered).0)),
             "free_width_m": hundredths(f64::from(place.free_width.0)),
-        })
+        });
+        if let Some(chance) = drops.chance(n) {
+            value["link_probability"] = json!(hundredths(chance.into()));
+        }
+        value
     });
     let [x, y] = world.in_file(world.map.frame().centre(world.base));
     let mut value = json!({
@@ -136,6 +140,11 @@ fn json_of(world: &World, drops: &Drops, received: Option<&Received>) -> Value {
         "gain_at_most_m2": drops.at_most_cells.map(|cells| drops.square_metres(cells)),
         "places": places.collect::<Vec<_>>(),
     });
+    if !drops.standing.is_empty() {
+        let margin = |link: Db| hundredths(f64::from((link - Curve::DEFAULT.covered).0));
+        value["standing_link_margin_db"] =
+            drops.standing.iter().map(|link| json!(link.map(margin))).collect();
+    }
     if let Some(readings) = readings {
         value["readings"] = json!(readings);
     }
@@ -150,10 +159,16 @@ fn hundredths(number: f64) -> f64 {
 fn table(args: &DropsArgs, world: &World, drops: &Drops, received: Option<&Received>) -> String {
     let whose = if args.relay.is_empty() { "the base's" } else { "the network's" };
     let area = |cells| drops.square_metres(cells);
+    let relays = counted(drops.places.len(), "relay");
+    let cover = match (drops.places.len(), drops.chances.is_some()) {
+        (1, false) => "covers",
+        (_, false) => "cover",
+        (1, true) => "is expected to cover",
+        (_, true) => "are expected to cover",
+    };
     let mut text = format!(
-        "{}: {} relays cover {:.1} m² more than {whose} {:.1} m², of {:.1} m²",
+        "{}: {relays} {cover} {:.1} m² more than {whose} {:.1} m², of {:.1} m²",
         world.name,
-        drops.places.len(),
         area(drops.gain_cells()),
         area(drops.before.covered(&drops.ground)),
         area(drops.ground.reached().count()),
@@ -165,19 +180,27 @@ fn table(args: &DropsArgs, world: &World, drops: &Drops, received: Option<&Recei
     text.push('\n');
     for (n, (count, over)) in received.iter().flat_map(|it| it.summary()).enumerate() {
         let name = if n == 0 { "base".to_owned() } else { format!("standing relay {n}") };
-        let _ = writeln!(text, "{name}: {count} readings, {:+.1} dB over the curve", over.0);
+        let readings = counted(count, "reading");
+        let _ = writeln!(text, "{name}: {readings}, {:+.1} dB over the curve", over.0);
+    }
+    for (n, link) in drops.standing.iter().enumerate() {
+        let short = link.map_or(0.0, |link| (Curve::DEFAULT.covered - link).0);
+        if short > 0.0 {
+            let _ = writeln!(text, "standing relay {}: {short:.1} dB short of a link", n + 1);
+        }
     }
     if drops.places.is_empty() {
         return text;
     }
+    let linked = if drops.chances.is_some() { " linked, %" } else { "" };
     let _ = writeln!(
         text,
-        "\n{:10} {:>8} {:>8} {:>9} {:>10} {:>8}",
+        "\n{:10} {:>8} {:>8} {:>9} {:>10} {:>8}{linked}",
         "", "x, m", "y, m", "gain, m²", "margin, dB", "free, m"
     );
     for (n, place) in drops.places.iter().enumerate() {
         let [x, y] = world.in_file(place.at);
-        let _ = writeln!(
+        let _ = write!(
             text,
             "relay {:<4} {x:8.2} {y:8.2} {:9.1} {:10.1} {:8.1}",
             n + 1,
@@ -185,6 +208,10 @@ fn table(args: &DropsArgs, world: &World, drops: &Drops, received: Option<&Recei
             (place.link - Curve::DEFAULT.covered).0,
             place.free_width.0,
         );
+        if let Some(chance) = drops.chance(n) {
+            let _ = write!(text, " {:9.0}", 100.0 * chance);
+        }
+        text.push('\n');
     }
     text
 }

@@ -8,12 +8,17 @@ use std::path::Path;
 
 use cave_worlds::World;
 use relay_placement::{Correction, Curve, Readings, RefineConfig};
-use units::{Db, Metres, Point2};
+use units::{Db, Point2};
 
+use super::Site;
 use crate::input_error::InputError;
 
 /// The places at which the readings of a reference are kept apart.
 const SPOTS: usize = 64;
+
+/// The ratios that are taken for readings, dB: a radio of LoRa's kind hears 20 dB below the noise, and
+/// one next to the transmitter is 100 dB above it.
+const RATIOS: [f64; 2] = [-30.0, 120.0];
 
 /// The readings of each reference.
 pub struct Received {
@@ -22,17 +27,17 @@ pub struct Received {
 }
 
 impl Received {
-    /// Reads a table; `references` are where the base and the relays stand, in the frame of the world,
-    /// and `noise_dbm` is the noise of the receiver.
+    /// Reads a table of the base and the relays that stand at a site; `noise_dbm` is the noise of the
+    /// receiver.
     ///
     /// # Errors
     /// [`InputError`] with the line of the first reading that cannot be used.
     pub fn read(
         file: &Path,
-        world: &World,
-        references: &[Point2],
+        site: &mut Site<'_>,
         noise_dbm: Option<f64>,
     ) -> Result<Self, InputError> {
+        let references = site.ways();
         let text = std::fs::read_to_string(file).map_err(|why| {
             let remedy = "give a CSV file, saved as UTF-8";
             InputError::new(format!("cannot be read: {why}"), remedy).in_file(file)
@@ -51,12 +56,12 @@ impl Received {
             let record = record.map_err(|why| no_table(file, &why))?;
             let line = record.position().map_or(0, csv::Position::line) as usize;
             let reading = columns
-                .reading(&record, world, references)
+                .reading(&record, site.world(), references.len())
                 .map_err(|error| error.at_line(file, line))?;
             let own =
                 received.readings.get_mut(reading.reference).zip(references.get(reading.reference));
-            if let Some((readings, at)) = own {
-                let model = Curve::DEFAULT.at(far(*at, reading.at));
+            if let Some((readings, ways)) = own {
+                let model = Curve::DEFAULT.at(ways.to(reading.at));
                 // A reading of finite numbers is never refused.
                 let _ = readings.add(reading.at, reading.ratio - model);
                 received.counts[reading.reference] += 1;
@@ -83,10 +88,6 @@ impl Received {
             .enumerate()
             .map(move |(n, count)| (*count, self.corrections(n)(far).over))
     }
-}
-
-fn far(a: Point2, b: Point2) -> Metres {
-    Metres((a.x - b.x).hypot(a.y - b.y))
 }
 
 fn no_table(file: &Path, why: &csv::Error) -> InputError {
@@ -143,7 +144,7 @@ impl Columns {
         &self,
         record: &csv::StringRecord,
         world: &World,
-        references: &[Point2],
+        references: usize,
     ) -> Result<Reading, InputError> {
         let text = |at: usize| record.get(at).unwrap_or("");
         let number = |at: usize, name: &str| {
@@ -159,11 +160,18 @@ impl Columns {
             let wrong = format!("{},{} lies outside the map", place[0], place[1]);
             return Err(InputError::new(wrong, "give points in the coordinates of the map"));
         }
-        let ratio = Db((number(self.strength, self.name)? - self.noise) as f32);
+        let strength = number(self.strength, self.name)?;
+        let [least, most] = RATIOS.map(|ratio| ratio + self.noise);
+        if !(least..=most).contains(&strength) {
+            let wrong =
+                format!("{} is {:?}, which is out of range", self.name, text(self.strength));
+            return Err(InputError::new(wrong, format!("give a number from {least} to {most}")));
+        }
+        let ratio = Db((strength - self.noise) as f32);
         let reference = text(self.reference).parse().ok();
-        let reference = reference.filter(|n| *n < references.len()).ok_or_else(|| {
+        let reference = reference.filter(|n| *n < references).ok_or_else(|| {
             let wrong = format!("there is no reference {:?}", text(self.reference));
-            let remedy = match references.len() {
+            let remedy = match references {
                 1 => "0 is the base; give other relays that stand as --relay X,Y".to_owned(),
                 count => format!("0 is the base, 1 to {} are the relays that stand", count - 1),
             };

@@ -10,6 +10,7 @@ use super::PictureError;
 use super::axes::filled;
 use super::sheet::{Area, Fault, Look, Picture, headed, px, size_of, upx, write};
 use super::style::{FLOOR, INK, PAPER, WALL, category};
+use crate::count::counted;
 use crate::measure::drops::{Drops, Shown};
 
 /// The size of the picture, in pixels: two panels side by side.
@@ -23,9 +24,9 @@ const MARK: f64 = 8.0;
 /// The picture of a plan of drops.
 pub(super) fn picture(world: &World, drops: &Drops) -> Result<Picture, PictureError> {
     let title = format!("Drops: {}", world.name);
-    let relays = drops.places.len();
+    let relays = counted(drops.places.len(), "relay");
     Picture::draw(SIZE, &title, |sheet| {
-        let subtitle = format!("Coverage of the base, and with {relays} relays on the ground");
+        let subtitle = format!("Coverage of the base, and with {relays} on the ground");
         let body = headed(sheet, &title, &subtitle)?;
         for (left, is_after) in [(true, false), (false, true)] {
             panel(&body, left, world, drops, is_after)?;

@@ -5,6 +5,7 @@ use units::{Dbm, NodeId, Order, Point2, Pose2, Radians, Role};
 
 use super::sheet::{Picture, headed};
 use super::{PictureError, map};
+use crate::count::counted;
 use crate::measure::trace::{DroneFrame, FloorPlan, Frame, Node, Trace};
 use crate::world::SkeletonPlace;
 
@@ -24,7 +25,7 @@ pub(super) fn picture(plan: &PlanPicture<'_>) -> Result<Picture, PictureError> {
     let title = format!("Plan: {}", plan.name);
     Picture::draw((960.0, map::height_of(&trace)), &title, |sheet| {
         let relays = plan.places.len().saturating_sub(2);
-        let subtitle = format!("Where base, head and {relays} relays would stand");
+        let subtitle = format!("Where base, head and {} would stand", counted(relays, "relay"));
         let body = headed(sheet, &title, &subtitle)?;
         map::panel(&body, &trace, "")
     })
