@@ -1,0 +1,106 @@
+//! A robot has marks for some hundred tiles; those that it needs no more must make room for others.
+
+use frontier::{
+    Activity, Atlas160, Beam, Body, Config, Explorer, Gaze, Inputs, Known, Limits, Mark, Packet,
+    Rule, Status, Tile, frontiers,
+};
+use grid_map::{Frame, RayEnd};
+use std::collections::BTreeMap;
+use units::{Instant, Metres, Point2, Pose2, Radians};
+
+const RECORDS: usize = 256;
+/// How far the robot sees, m.
+const REACH: f32 = 1.5;
+
+type Robot = Explorer<Atlas160, 3, RECORDS>;
+
+/// Robot 0, which flies, and what robot 1 hears of it all the time. Robot 2 has spoken once.
+struct Flight {
+    robot: Box<Robot>,
+    now_ms: u64,
+    sequence: u8,
+    /// The version of robot 0's marks that robot 1 has, and the marks.
+    version: u16,
+    marks: BTreeMap<(u16, u16), Mark>,
+}
+
+impl Flight {
+    fn new(frame: Frame) -> Self {
+        let limits = Limits { speed: 0.3, turn: 0.3, reach: REACH, gaze: Gaze::Around };
+        // All frontiers count, so that they can be compared with those of the map.
+        let rule = Rule { least_frontier: 1, ..Rule::OURS };
+        let ground = Atlas160::new(frame).expect("there is room");
+        let robot = Box::new(Explorer::new(Config::unbounded(0, rule, limits), ground));
+        Self { robot, now_ms: 0, sequence: 0, version: 0, marks: BTreeMap::new() }
+    }
+
+    /// One second: the robot sees all around it, and hears these robots.
+    fn second(&mut self, at: Point2, speakers: &[u8]) {
+        for part in 0..5 {
+            self.now_ms += 200;
+            let beam = |n: u16| {
+                let (sin, cos) = Radians(f32::from(n) * 0.02).sin_cos();
+                Beam { to: Point2::new(at.x + REACH * cos, at.y + REACH * sin), end: RayEnd::Clear }
+            };
+            let beams: Vec<Beam> = (0..315).map(beam).collect();
+            let speakers = speakers.iter().filter(|_| part == 0);
+            let statuses: Vec<Vec<u8>> = speakers.map(|&robot| self.status(robot)).collect();
+            let packets: Vec<&[u8]> = statuses.iter().map(Vec::as_slice).collect();
+            let pose = Pose2 { at, yaw: Radians(0.0) };
+            let inputs = Inputs { pose, beams: &beams, packets: &packets };
+            let outputs = self.robot.step(Instant::from_millis(self.now_ms), &inputs);
+            outputs.packets.iter().for_each(|packet| self.take(packet));
+        }
+    }
+
+    fn status(&mut self, robot: u8) -> Vec<u8> {
+        self.sequence += 1;
+        let version = if robot == 1 { self.version } else { 0 };
+        let known = Known { robot: 0, is_direct: true, version };
+        let body = Body::Status(Status {
+            position: Point2::new(0.0, 0.0),
+            activity: Activity::Going,
+            goal: Tile::default(),
+            version: 0,
+            known: [known].into_iter().collect(),
+        });
+        let packet = Packet { origin: robot, sender: robot, sequence: self.sequence, body };
+        packet.encode().to_vec()
+    }
+
+    /// Robot 1 takes the changes that follow on what it has.
+    fn take(&mut self, packet: &[u8]) {
+        if let Ok(Packet { origin: 0, body: Body::Changes(changes), .. }) = Packet::decode(packet)
+            && (changes.base..changes.upto).contains(&self.version)
+        {
+            self.version = changes.upto;
+            let marks = changes.marks.iter();
+            self.marks.extend(marks.map(|(tile, mark)| ((tile.row(), tile.column()), *mark)));
+        }
+    }
+}
+
+/// Robot 0 flies over 16 by 16 m, where many more tiles are a frontier for a while than it has marks for.
+/// Robot 2, which is out of range, never tells that it knows which are none any more. Robot 1 hears of
+/// each frontier that is left all the same.
+#[test]
+fn what_was_a_frontier_makes_room_for_what_is_one() {
+    let frame = Frame::new(Point2::new(-8.0, -8.0), Metres(0.1), 160, 160).expect("a frame");
+    let mut flight = Flight::new(frame);
+    flight.second(Point2::new(-6.0, -6.0), &[1, 2]);
+    for row in 0..7 {
+        for step in 0..24 {
+            let east = if row % 2 == 0 { step } else { 23 - step };
+            let (x, y) = (-6.0 + 0.5 * east as f32, -6.0 + 2.0 * row as f32);
+            flight.second(Point2::new(x, y), &[1]);
+        }
+    }
+    let last = Point2::new(5.5, 6.0);
+    (0..30).for_each(|_| flight.second(last, &[1]));
+    let is_open = |(_, mark): &(_, &Mark)| matches!(mark, Mark::Frontier(_));
+    let told: Vec<_> = flight.marks.iter().filter(is_open).map(|(tile, _)| *tile).collect();
+    let left = frontiers(flight.robot.ground());
+    let left: Vec<_> = left.map(|(tile, _)| (tile.row(), tile.column())).collect();
+    assert!(!left.is_empty() && left.len() < RECORDS);
+    assert_eq!(told, left);
+}
