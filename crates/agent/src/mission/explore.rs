@@ -52,8 +52,10 @@ const COMPARED_TILES: u16 = 594;
 /// What a beam hits within this of another drone is that drone: half its width, and how far it flies
 /// until it tells its place again, m.
 const DRONE: f32 = 0.35;
-/// Without fixes drones keep apart by so many standard deviations more.
+/// Without fixes drones keep apart by so many standard deviations more, and by more on their way home,
+/// which leads all of them to one place.
 const DEVIATIONS: f32 = 2.0;
+const DEVIATIONS_HOMEWARD: f32 = 3.0;
 
 /// The memory of a drone that explores: its map with the planner of ways in it, the marks of all drones,
 /// and its part in the team. It is too large for an agent on a stack, and so its caller's, who lends it
@@ -247,7 +249,8 @@ impl Explore {
         if self.by_fixes {
             return explore.distance;
         }
-        Metres(explore.distance.0 + DEVIATIONS * odometer_deviation(self.flown).0)
+        let deviations = if self.doing.is_recalled { DEVIATIONS_HOMEWARD } else { DEVIATIONS };
+        Metres(explore.distance.0 + deviations * odometer_deviation(self.flown).0)
     }
 
     /// Whether the mission calls for the drone: it flies as soon as it is ordered to.

@@ -53,6 +53,7 @@ pub fn ablation() -> Vec<Named> {
         ("small frontiers", Rule { least_frontier: 1, ..ours }),
         ("nose first", Rule { facing: Facing::Way, ..ours }),
         ("goals kept to the end", Rule { ends_when_seen: false, ..ours }),
+        ("no look from afar", Rule { looks_from_afar: false, ..ours }),
         ("no reachability", Rule { reachability: false, blacklist: Duration::ZERO, ..ours }),
         ("stop not confirmed", Rule { confirmed_stop: false, ..ours }),
         ("each for itself", Rule { overlap: Overlap::Alone, confirmed_stop: false, ..ours }),
