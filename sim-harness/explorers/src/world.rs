@@ -1,5 +1,6 @@
 //! The place that the robots explore: a plan of free cells and walls.
 
+use frontier::Tile;
 use grid_map::{Cell, Frame, FrameError};
 use robot_maps::{Cell as MapCell, Occupancy};
 use units::{Metres, Point2};
@@ -17,6 +18,10 @@ pub(crate) const REACH: Metres = Metres(4.0);
 /// be seen is computed.
 const EVERY: u16 = 2;
 const BEARINGS: u16 = 240;
+/// The longest side of a place, in cells: robots tell each other tiles of three cells.
+const LONGEST: u16 = 3 * Tile::MOST;
+/// The most cells of a place: those of `Atlas1024`.
+const MOST_CELLS: u32 = 1024 * 1024;
 
 /// A rectangle of wall: west, south, east and north, in cells, all included.
 type Wall = [u16; 4];
@@ -88,10 +93,12 @@ impl World {
     /// One line says why robots cannot fly there.
     pub fn of_map(name: &str, map: &Occupancy, start: Option<Point2>) -> Result<Self, String> {
         let (columns, rows) = (cells_along(map, map.columns()), cells_along(map, map.rows()));
-        let side = |n: f64| if n <= 1024.0 { Ok(n as u16) } else { Err(too_large(map)) };
+        if columns.max(rows) > f64::from(LONGEST) || columns * rows > f64::from(MOST_CELLS) {
+            return Err(too_large(map));
+        }
         // A map that lies turned is explored as it is drawn.
         let origin = Point2::new(map.origin[0] as f32, map.origin[1] as f32);
-        let frame = Frame::new(origin, RESOLUTION, side(columns)?, side(rows)?)
+        let frame = Frame::new(origin, RESOLUTION, columns as u16, rows as u16)
             .map_err(|error: FrameError| format!("the map has no place: {error}"))?;
         let is_wall: Vec<bool> = frame.cells().map(|cell| !is_free(map, cell)).collect();
         let world = Self::new(name, frame, is_wall, Vec::new());
@@ -304,7 +311,7 @@ fn is_free(map: &Occupancy, cell: Cell) -> bool {
 fn too_large(map: &Occupancy) -> String {
     let metres = |cells: usize| cells as f64 * map.resolution_m;
     format!(
-        "the map is {:.0} by {:.0} m, and robots remember 102 by 102 m; cut a part of it out",
+        "the map is {:.0} by {:.0} m, and robots remember 10,485 m², 307 m long; cut a part of it out",
         metres(map.columns()),
         metres(map.rows())
     )

@@ -13,7 +13,11 @@ const RESOLUTION: f64 = 0.1;
 type Free = [f64; 4];
 
 /// A place of so many columns and rows that is free in these rectangles; the robots start about `start`.
-fn place([columns, rows]: [usize; 2], free: &[Free], start: Option<Point2>) -> World {
+fn place(cells: [usize; 2], free: &[Free], start: Option<Point2>) -> World {
+    World::of_map("a place", &map(cells, free), start).expect("the robots have room")
+}
+
+fn map([columns, rows]: [usize; 2], free: &[Free]) -> Occupancy {
     let mut cells = vec![Cell::Occupied; columns * rows];
     let number = |metres: f64| (metres / RESOLUTION).round() as usize;
     for &[west, south, east, north] in free {
@@ -23,8 +27,7 @@ fn place([columns, rows]: [usize; 2], free: &[Free], start: Option<Point2>) -> W
             }
         }
     }
-    let map = Occupancy::new(columns, cells, RESOLUTION, [0.0; 3]);
-    World::of_map("a place", &map, start).expect("the robots have room")
+    Occupancy::new(columns, cells, RESOLUTION, [0.0; 3])
 }
 
 fn explore(world: &World, robots: usize, seed: u64) -> Outcome {
@@ -68,5 +71,16 @@ fn robots_that_meet_in_a_corridor_make_way_for_each_other() {
         let outcome = explore(&world, 3, seed);
         assert!(outcome.t99_s.is_some_and(|s| s < 250.0), "seed {seed}: {:?}", outcome.t99_s);
         assert_eq!(outcome.touches, 0, "seed {seed}: a wall is touched");
+    }
+}
+
+/// A map is too large by its cells, or because it is longer than tiles can be told apart.
+#[test]
+fn a_place_may_be_long_where_it_is_narrow() {
+    let fits = |cells| World::of_map("a place", &map(cells, &[[0.5, 0.5, 2.0, 2.0]]), None);
+    assert!(fits([3072, 30]).is_ok() && fits([1024, 1024]).is_ok());
+    for cells in [[3073, 30], [1100, 1000]] {
+        let why = fits(cells).expect_err("it is too large");
+        assert!(why.ends_with("cut a part of it out"), "{why}");
     }
 }
