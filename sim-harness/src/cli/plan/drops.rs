@@ -26,13 +26,13 @@ pub(super) struct DropsArgs {
     /// to 0,0
     #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = point)]
     base: Option<[f64; 2]>,
-    /// Number of relays to put down
+    /// Number of relays to put down, 1 to 16
     #[arg(long, value_name = "N", default_value_t = 8, allow_negative_numbers = true)]
     nodes: usize,
     /// Point at which a relay stands already; may be given several times
     #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = point)]
     relay: Vec<[f64; 2]>,
-    /// How far a relay covers
+    /// How the 20 m are measured that a relay covers
     #[arg(long, value_name = "HOW", default_value = "straight")]
     coverage: Coverage,
     /// Readings of the strength of the base and the relays that stand, by which the new relays are
@@ -40,7 +40,7 @@ pub(super) struct DropsArgs {
     /// base, n for the n-th --relay), and snr_db or rssi_dbm
     #[arg(long, value_name = "FILE")]
     readings: Option<PathBuf>,
-    /// Noise of the receiver of the readings, for the column rssi_dbm
+    /// Noise of the receiver of the readings, -150 to 0; needed for the column rssi_dbm
     #[arg(long, value_name = "DBM", allow_negative_numbers = true, requires = "readings")]
     noise_dbm: Option<f64>,
     #[command(flatten)]

@@ -21,20 +21,20 @@ pub(in crate::cli) struct ExploreArgs {
     /// The map: map_server (.yaml), a cave's survey, or a SubT world
     #[arg(long, value_name = "FILE", conflicts_with = "plan")]
     map: Option<PathBuf>,
-    /// A built-in floor plan of 8 by 8 m in place of a map
+    /// A built-in floor plan of 8 by 8 m in place of a map: room, rooms, maze, loop or pillars
     #[arg(long, value_name = "NAME", default_value = "rooms")]
     plan: String,
-    /// Number of robots
+    /// Number of robots, 1 to 8
     #[arg(long, value_name = "N", default_value_t = 3, allow_negative_numbers = true)]
     robots: usize,
-    /// Rule of exploration
+    /// Rule of exploration: thesis, thesis-event, thesis-reach, nearest, greedy-pair, explore-lite or ours
     #[arg(long, value_name = "NAME", default_value = "ours")]
     rule: String,
     /// Where the first robot starts on the map, x and y in metres; where left out, where there is most
     /// room
     #[arg(long, value_name = "X,Y", allow_hyphen_values = true, requires = "map")]
     start: Option<String>,
-    /// The exploration ends after so many seconds
+    /// The exploration ends after so many seconds, 1 to 36000
     #[arg(long, value_name = "S", default_value_t = 900.0, allow_negative_numbers = true)]
     longest_s: f32,
     /// By which sensor the robots map
@@ -43,7 +43,7 @@ pub(in crate::cli) struct ExploreArgs {
     /// Let the robots' positions drift as those by optic flow do
     #[arg(long)]
     drift: bool,
-    /// How packets come from robot to robot
+    /// Which robots send others' packets on
     #[arg(long, value_enum, default_value = "mesh")]
     network: NetworkArg,
     #[command(flatten)]
