@@ -16,10 +16,10 @@ const BOTH: f32 = 0.6;
 const NEARER: f32 = 0.32;
 /// A robot that goes out of the way needs this part of the distance clear ahead of it. Our own number.
 const CLEAR: f32 = 0.4;
-/// A robot that is nearer may be in the way of one that stands, m: robots keep 0.8 m apart, by places that
-/// are up to a second old. Our own number.
-const IN_THE_WAY: f32 = 1.1;
-/// For so long a robot that stood in the way counts as an obstacle: the time in which it flies 9 m away.
+/// A robot that stands, with another one nearer than by so much more than the distance that it keeps, has
+/// that one in its way, m: the way that a robot flies in a second, after which it tells its place anew.
+const NEWS: f32 = 0.3;
+/// For so long a robot that stood in the way counts as an obstacle: the time in which it flies 6 to 9 m.
 /// Our own number.
 const BLOCKED: Duration = Duration::from_millis(30_000);
 
@@ -27,7 +27,14 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
     /// The velocity, to the east and to the north in m/s, that the robot flies in place of that of
     /// `motion`, which keeps it at this distance from the others, by the places that they told last; at
     /// less while another robot is in the way, so that the two can pass each other.
-    pub fn apart(&self, now: Instant, pose: Pose2, motion: Motion, distance: Metres) -> [f32; 2] {
+    pub fn apart(
+        &mut self,
+        now: Instant,
+        pose: Pose2,
+        motion: Motion,
+        distance: Metres,
+    ) -> [f32; 2] {
+        self.distance = distance;
         let [forward, left] = motion.velocity;
         let (sin, cos) = pose.yaw.sin_cos();
         let wanted = [forward * cos - left * sin, forward * sin + left * cos];
@@ -50,17 +57,17 @@ pub(crate) struct Blockade {
 impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, RECORDS> {
     /// Takes another robot that stands near this one, which stands as well, to be in the way for some time:
     /// in a passage each of two robots may have its goal behind the other. This one then looks for goals on
-    /// its own side, and flies back to where it began while it has none. Says whether there is such a robot.
-    pub(crate) fn note_blockade(&mut self, now: Instant, at: Point2) -> bool {
-        let near = self.team.others(now).map(|(_, place)| (place, place.distance(at)));
-        let nearest = near.min_by(|a, b| a.1.0.total_cmp(&b.1.0));
-        let Some((middle, off)) = nearest.filter(|(_, off)| off.0 < IN_THE_WAY) else {
-            return false;
-        };
+    /// its own side, and flies back to where it began while it has none. Returns the number of that robot;
+    /// `None` where there is none.
+    pub(crate) fn note_blockade(&mut self, now: Instant, at: Point2) -> Option<u8> {
+        let near = self.team.others(now).map(|(robot, place)| (robot, place, place.distance(at)));
+        let nearest = near.min_by(|a, b| a.2.0.total_cmp(&b.2.0));
+        let is_in_the_way = |off: Metres| off.0 < self.distance.0 + NEWS;
+        let (robot, middle, off) = nearest.filter(|(_, _, off)| is_in_the_way(*off))?;
         let radius = Metres((off.0 - NEARER).max(0.0));
         self.blockade = Some(Blockade { disc: Disc { middle, radius }, until: now + BLOCKED });
         self.meeting.wait_again();
-        true
+        Some(robot)
     }
 
     /// The place around another robot that is in the way now.

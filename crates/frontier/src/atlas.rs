@@ -46,10 +46,12 @@ pub trait Ground {
     /// Notes that there is nothing more to see at a tile, whatever the map says; says whether there was room
     /// for that.
     fn close(&mut self, tile: Tile) -> bool;
+    /// Forgets which tiles were closed.
+    fn open_all(&mut self);
     /// Whether a tile was closed.
     fn is_closed(&self, tile: Tile) -> bool;
     /// Begins to search ways from a point to all cells that can be reached, over unknown cells too,
-    /// nearest first, and none nearer to the middle of a disc than its radius.
+    /// nearest first. No way leads over the disc that is to be avoided.
     fn begin_search(&mut self, from: Point2, avoided: Option<Disc>);
     /// Goes on with the search for at most `most` cells; says whether it is over. `visit` hears of each
     /// cell once, with the map as it is, and may end the search.
@@ -99,7 +101,7 @@ impl View {
     /// The rows of tiles to each side of a cell in which a tile may lie that is looked at from it.
     pub(crate) const fn tiles(self) -> u16 {
         // The middle of a tile lies one cell from its edge.
-        (self.cells() + 1) / SIDE
+        self.cells().saturating_add(1) / SIDE
     }
 }
 
@@ -288,6 +290,10 @@ impl<
 
     fn close(&mut self, tile: Tile) -> bool {
         self.closed.insert(tile.number(self.map.frame()))
+    }
+
+    fn open_all(&mut self) {
+        self.closed.clear();
     }
 
     fn is_closed(&self, tile: Tile) -> bool {

@@ -186,7 +186,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
                 continue;
             }
             let has_found = self.targets.iter().any(|target| target.found.is_some());
-            match self.farther(self.view) {
+            match self.farther(now, self.view) {
                 Some(view) if !has_found && !self.targets.is_empty() => {
                     self.view = view;
                     self.begin_search(now, pose.at);
@@ -224,6 +224,10 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
     fn has_the_best(&self, pose: Pose2, cost: u32) -> bool {
         let unfound = self.targets.iter().filter(|target| target.found.is_none());
         let Some(gain) = unfound.map(|target| target.gain).max() else { return true };
+        let found = self.targets.iter().filter(|target| target.found.is_some());
+        if found.count() < MOST_BIDS {
+            return false;
+        }
         let bids = self.best_bids(pose);
         let worth = |gain: Gain, way| utility(&self.config.rule, gain.cells(), way, || 0.0);
         let farther = worth(gain, length(cost, self.ground.frame()));

@@ -140,6 +140,11 @@ impl<const ROBOTS: usize, const RECORDS: usize> Board<ROBOTS, RECORDS> {
         on.iter().chain(before).filter(is_asked).map(|entry| entry.tile)
     }
 
+    /// Whether there is room for a mark on a tile.
+    pub(crate) fn has_room_for(&self, tile: Tile) -> bool {
+        !self.entries.is_full() || self.entry(tile).is_some()
+    }
+
     /// Whether more than half of the room is taken.
     pub(crate) fn is_half_full(&self) -> bool {
         self.entries.len() > RECORDS / 2

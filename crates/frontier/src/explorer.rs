@@ -2,7 +2,7 @@
 
 use grid_map::{Area, Cell, CellState, Frame, RayEnd, TooManyCells};
 use heapless::{Deque, Vec};
-use units::{Duration, Instant, Point2, Pose2};
+use units::{Duration, Instant, Metres, Point2, Pose2};
 
 use crate::apart::Blockade;
 use crate::atlas::{Ground, View};
@@ -43,8 +43,8 @@ pub struct Config {
     /// Frontiers with a smaller gain are none, in cells: where a wall lies between two cells, noise makes
     /// one of them unknown now and then.
     pub least_gain: u8,
-    /// How many marks a step compares with the map, or a row of the area that has changed where that has
-    /// more; 0 for all. A drone's processor has not the time for all of them at once.
+    /// How many marks a step compares with the map, in whole rows of the area that has changed and one row
+    /// at least; 0 for all. A drone's processor has not the time for all of them at once.
     pub compared_tiles: u16,
     /// A search of ways that visits more cells goes on in the next step, and the robot waits meanwhile; 0
     /// for no bound.
@@ -162,6 +162,8 @@ pub struct Explorer<G, const ROBOTS: usize, const RECORDS: usize> {
     pub(crate) coast: Option<Cell>,
     pub(crate) barred: Bars,
     pub(crate) blockade: Option<Blockade>,
+    /// The distance that it kept from others in the last step.
+    pub(crate) distance: Metres,
     /// The candidates to which ways are looked for, which would take a fifth of a drone's stack.
     pub(crate) targets: Targets,
     pub(crate) search: Search,
@@ -205,6 +207,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             coast: None,
             barred: Bars::new(),
             blockade: None,
+            distance: Metres(0.0),
             targets: Targets::new(),
             search: Search::None,
             view: View::Beside,
@@ -243,6 +246,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             meeting,
             barred,
             blockade,
+            distance,
             targets,
             search,
             view,
@@ -269,6 +273,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         *meeting = Meeting::new();
         barred.clear();
         *blockade = None;
+        *distance = Metres(0.0);
         targets.clear();
         *search = Search::None;
         *view = View::Beside;
@@ -298,6 +303,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             return;
         }
         self.is_recalled = is_recalled;
+        self.blockade = None;
         self.wait(now);
         self.meeting.wait_again();
         if is_recalled {

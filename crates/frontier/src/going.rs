@@ -9,6 +9,7 @@ use units::{Duration, Instant, Point2, Pose2};
 use crate::atlas::{Ground, Sight, View, length};
 use crate::explorer::{Config, Explorer, PERIOD, Search, State};
 use crate::flight::{Gaze, Limits, Motion, Progress, fly, in_sight, look};
+use crate::packet::Activity;
 use crate::rule::{Facing, Overlap};
 use crate::tile::{Mark, Tile};
 
@@ -131,12 +132,24 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         self.wait(now)
     }
 
-    /// Leaves a goal to which the robot comes no nearer, since another robot or a wall is in its way. A
-    /// robot that turns all the time has looked at a goal that is in sight and within its reach. Any other
-    /// one tries it again later, however often another robot is in the way.
+    /// Leaves a goal to which the robot comes no nearer. Where another robot is in the way it is put off,
+    /// and where that one stays, the third time for good. Where none is, a robot that turns all the time has
+    /// looked at a goal that is in sight and within its reach; one with a camera tries it again later.
     fn leave(&mut self, now: Instant, pose: Pose2, tile: Tile) -> Motion {
         let Config { limits, rule, .. } = self.config;
-        if rule.reachability && self.note_blockade(now, pose.at) {
+        if rule.reachability
+            && let Some(other) = self.note_blockade(now, pose.at)
+        {
+            // One that stays where it is would be in the way for ever.
+            let stays = self
+                .team
+                .member(other)
+                .is_some_and(|other| matches!(other.activity, Activity::Idle | Activity::Stopped));
+            if stays {
+                self.barred.bar(now, tile, rule.blacklist);
+            } else {
+                self.barred.put_off(now, tile, rule.blacklist);
+            }
             return self.wait(now);
         }
         let seen = in_sight(&self.ground, pose.at, tile);
@@ -150,7 +163,8 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         self.wait(now)
     }
 
-    /// Flies on to where the last goal was seen from, until there is another, and looks around there.
+    /// Flies on to where the last goal was seen from, until there is another, and looks around there; or flies
+    /// back, to meet robots that are out of range, or to make way for one.
     pub(crate) fn fly_on(&mut self, now: Instant, pose: Pose2) -> Motion {
         let Config { limits, rule, .. } = self.config;
         let goes_back = match self.state {
@@ -210,10 +224,13 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
     /// Finds the way to the goal in the map as it is now; `None` while the search goes on. A robot that
     /// finds no way beside the goal looks for one from where it can look at it from afar.
     fn plan(&mut self, now: Instant, pose: Pose2, mut goal: Goal) -> Option<Goal> {
+        if self.search != Search::Way {
+            goal.view = View::Beside;
+        }
         let (mut is_over, mut found) = self.search_way(now, pose, goal);
         while is_over
             && found.is_none()
-            && let Some(view) = self.farther(goal.view)
+            && let Some(view) = self.farther(now, goal.view)
         {
             goal.view = view;
             self.state = State::Going(goal);
@@ -251,18 +268,23 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         (is_over, found)
     }
 
-    /// From where a robot looks at what it finds no way to look at so; `None` where it does not look at it.
-    pub(crate) fn farther(&self, view: View) -> Option<View> {
+    /// From where a robot looks at what it finds no way to look at so; `None` where it does not look at it,
+    /// as while a robot is in its way: beside what it would glimpse past that one it comes later.
+    pub(crate) fn farther(&self, now: Instant, view: View) -> Option<View> {
         let Config { rule, limits, .. } = self.config;
-        let sees_far = rule.looks_from_afar && limits.gaze == Gaze::Ahead;
+        let sees_far =
+            rule.looks_from_afar && limits.gaze == Gaze::Ahead && self.avoided(now).is_none();
         let reach = limits.reach * FRAC_1_SQRT_2 / self.ground.frame().resolution().0;
         // The corners of the square lie within the reach. The conversion clamps.
         (sees_far && view == View::Beside).then_some(View::Afar(reach as u16))
     }
 
     fn give_up(&mut self, now: Instant, tile: Tile) -> Motion {
-        if self.config.rule.reachability {
-            self.barred.bar(now, tile, self.config.rule.blacklist);
+        let rule = self.config.rule;
+        if rule.reachability && self.avoided(now).is_some() {
+            self.barred.put_off(now, tile, rule.blacklist);
+        } else if rule.reachability {
+            self.barred.bar(now, tile, rule.blacklist);
         }
         self.wait(now)
     }
@@ -272,6 +294,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         self.search = Search::None;
         self.state = State::Waiting { since: now };
         self.bid = None;
+        self.targets_from = 0;
         self.coast = None;
         Motion::default()
     }

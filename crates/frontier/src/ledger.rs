@@ -9,9 +9,19 @@ use crate::tile::{Mark, Tile};
 #[derive(Clone, Copy, Debug)]
 struct Record {
     tile: Tile,
-    mark: Mark,
+    /// The mark's code: a mark takes two bytes, and there are hundreds.
+    code: u8,
+    /// Whether an earlier mark of the tile was put into a packet.
+    was_told: bool,
     /// The ledger's version when the mark was set.
     version: u16,
+}
+
+impl Record {
+    fn mark(&self) -> Mark {
+        // Each code is that of a mark.
+        Mark::of_code(self.code).unwrap_or(Mark::Gone)
+    }
 }
 
 /// The marks of one robot, at most `RECORDS`. A ledger changes at most 65,535 times; a robot of the
@@ -53,22 +63,23 @@ impl<const RECORDS: usize> Ledger<RECORDS> {
     /// The mark of a tile; [`Mark::Gone`] where none was set.
     pub(crate) fn mark(&self, tile: Tile) -> Mark {
         let at = self.records.binary_search_by_key(&tile, |record| record.tile);
-        at.ok().and_then(|at| self.records.get(at)).map_or(Mark::Gone, |record| record.mark)
+        at.ok().and_then(|at| self.records.get(at)).map_or(Mark::Gone, Record::mark)
     }
 
     /// Sets the mark of a tile; says whether it did, for which it must differ and there must be
     /// room.
     pub(crate) fn set(&mut self, tile: Tile, mark: Mark) -> bool {
         let Some(version) = self.version.checked_add(1) else { return false };
-        let fresh = Record { tile, mark, version };
+        let mut fresh = Record { tile, code: mark.code(), was_told: false, version };
         match self.records.binary_search_by_key(&tile, |record| record.tile) {
             Ok(at) => {
                 let Some(record) = self.records.get_mut(at) else { return false };
-                if record.mark == mark {
+                if record.mark() == mark {
                     return false;
                 }
-                if mark == Mark::Gone && record.version > self.told {
-                    // No robot has heard of it.
+                fresh.was_told = record.was_told || record.version <= self.told;
+                if mark == Mark::Gone && !fresh.was_told {
+                    // No packet has told of the tile.
                     self.forget(tile);
                     return true;
                 }
@@ -90,11 +101,11 @@ impl<const RECORDS: usize> Ledger<RECORDS> {
         true
     }
 
-    /// Forgets the last mark that was taken back of which the whole cluster knows. A robot that is out of
-    /// range will have it, if ever, as a frontier at which there is nothing to see; most likely it never
-    /// heard of it.
+    /// Forgets the mark that was taken back last among those of which the whole cluster knows that they were.
+    /// A robot that is out of range most likely never heard of that tile; if it did, it takes it for a frontier
+    /// when it is back, flies there and sees that it is none.
     fn make_room(&mut self) {
-        let is_free = |r: &&Record| r.mark == Mark::Gone && r.version <= self.acknowledged;
+        let is_free = |r: &&Record| r.mark() == Mark::Gone && r.version <= self.acknowledged;
         let last = self.records.iter().filter(is_free).max_by_key(|record| record.version);
         if let Some(tile) = last.map(|record| record.tile) {
             self.forget(tile);
@@ -115,7 +126,7 @@ impl<const RECORDS: usize> Ledger<RECORDS> {
             };
             changes.upto = next.version;
             // There is room for as many as the packet carries.
-            let _ = changes.marks.push((next.tile, next.mark));
+            let _ = changes.marks.push((next.tile, next.mark()));
         }
         if changes.marks.len() < MOST_CHANGES {
             changes.upto = self.version;
@@ -127,10 +138,15 @@ impl<const RECORDS: usize> Ledger<RECORDS> {
         Some(changes)
     }
 
+    /// Notes that there was no room for a mark elsewhere.
+    pub(crate) const fn lack_room(&mut self) {
+        self.lacked_room = true;
+    }
+
     /// Forgets what was taken back up to a version that every robot has, and notes up to which version those
     /// of the cluster have the changes.
     pub(crate) fn forget_gone(&mut self, known_to_all: u16, acknowledged: u16) {
         self.acknowledged = acknowledged;
-        self.records.retain(|record| record.mark != Mark::Gone || record.version > known_to_all);
+        self.records.retain(|record| record.mark() != Mark::Gone || record.version > known_to_all);
     }
 }

@@ -14,7 +14,7 @@ use crate::tile::{Gain, Mark, Tile};
 /// the bytes.
 const TOLD_CLASSES: u8 = 3;
 /// How far from a tile a cell may lie that decides its mark: three cells for the gain, and one more for
-/// whether one of those is a frontier where small ones do not count.
+/// whether one of those is a frontier, where frontiers of fewer than seven cells do not count.
 const SEEN_AROUND: u16 = 4;
 
 impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, RECORDS> {
@@ -22,7 +22,13 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
     /// where a mark hangs on something else.
     pub(crate) fn begin_to_compare(&mut self) {
         let frame = *self.ground.frame();
-        let has_to_see_all = self.ledger.take_lacked_room() || self.tells_what_is_barred();
+        let has_lost_marks = self.team.take_lost_marks();
+        if has_lost_marks {
+            // What another robot had settled may be what it alone had seen.
+            self.ground.open_all();
+        }
+        let lacked_room = self.ledger.take_lacked_room();
+        let has_to_see_all = has_lost_marks || lacked_room || self.tells_what_is_barred();
         let whole = has_to_see_all.then(|| Area::whole(&frame));
         let changed = self.ground.take_changed().map(|area| area.grown(SEEN_AROUND, &frame));
         // What was not compared yet is still to be compared.
@@ -63,7 +69,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         let from = self.look_up_from;
         let asked: Vec<Tile, MOST_TARGETS> =
             filled(self.team.board.to_look_up(self.config.number, from));
-        // Where there is no room for all, it goes on behind the last the next time.
+        // Where there is no room for all, it goes on with the last the next time.
         self.look_up_from =
             asked.last().copied().filter(|_| asked.is_full()).unwrap_or(Tile::FIRST);
         for tile in asked {
@@ -116,7 +122,9 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
     }
 
     pub(crate) fn mark(&mut self, tile: Tile, mark: Mark) {
-        if self.ledger.set(tile, mark) {
+        if !self.team.board.has_room_for(tile) {
+            self.ledger.lack_room();
+        } else if self.ledger.set(tile, mark) {
             self.team.board.apply(self.config.number, tile, mark);
         }
     }

@@ -38,7 +38,8 @@ impl Meeting {
 
 impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, RECORDS> {
     /// Flies to where the robot began, or as near as it comes. There it stops, if it is recalled, or waits
-    /// for robots that are out of range: what they have seen need not be explored anew.
+    /// for robots that are out of range: what they have seen need not be explored anew. A robot that makes
+    /// way for another one flies so, too, until it has a goal.
     pub(crate) fn meet(&mut self, now: Instant, pose: Pose2) -> Motion {
         if self.meeting.since.is_some() {
             return Motion::default();

@@ -65,6 +65,8 @@ pub(crate) struct Team<const ROBOTS: usize, const RECORDS: usize> {
     forwards: bool,
     members: [Member; ROBOTS],
     pub(crate) board: Board<ROBOTS, RECORDS>,
+    /// Whether marks of another robot were forgotten since this was last asked.
+    lost_marks: bool,
     /// The robot of which the next status begins to speak, where one cannot speak of all.
     first_known: u8,
 }
@@ -77,18 +79,25 @@ impl<const ROBOTS: usize, const RECORDS: usize> Team<ROBOTS, RECORDS> {
             forwards,
             members: [const { Member::UNHEARD }; ROBOTS],
             board: Board::new(),
+            lost_marks: false,
             first_known: 0,
         }
     }
 
     /// Forgets everything, and is the view of another robot from now on.
     pub(crate) fn begin(&mut self, own: u8, forwards: bool) {
-        let Self { own: number, forwards: forward, members, board, first_known } = self;
+        let Self { own: number, forwards: forward, members, board, lost_marks, first_known } = self;
         *number = own;
         *forward = forwards;
         members.iter_mut().for_each(|member| *member = Member::UNHEARD);
         board.clear();
+        *lost_marks = false;
         *first_known = 0;
+    }
+
+    /// Whether marks of another robot were forgotten since this was last asked.
+    pub(crate) const fn take_lost_marks(&mut self) -> bool {
+        core::mem::replace(&mut self.lost_marks, false)
     }
 
     pub(crate) fn member(&self, robot: u8) -> Option<&Member> {
@@ -148,6 +157,7 @@ impl<const ROBOTS: usize, const RECORDS: usize> Team<ROBOTS, RECORDS> {
             if is_lost && let Some(member) = self.member_mut(robot) {
                 *member = Member::UNHEARD;
                 self.board.forget(robot);
+                self.lost_marks = true;
             }
         }
     }
@@ -277,6 +287,7 @@ impl<const ROBOTS: usize, const RECORDS: usize> Team<ROBOTS, RECORDS> {
             // The robot has begun anew.
             member.held = 0;
             self.board.forget(origin);
+            self.lost_marks = true;
         }
     }
 

@@ -53,6 +53,18 @@ impl Flight {
         }
     }
 
+    /// Robot 0 stands there for half a minute; robot 1 must then have heard of each frontier of its map, and
+    /// of no other tile.
+    fn ends_with_what_is_left(&mut self, at: Point2) {
+        (0..30).for_each(|_| self.second(at, &[1]));
+        let is_open = |(_, mark): &(_, &Mark)| matches!(mark, Mark::Frontier(_));
+        let told: Vec<_> = self.marks.iter().filter(is_open).map(|(tile, _)| *tile).collect();
+        let left = frontiers(self.robot.ground());
+        let left: Vec<_> = left.map(|(tile, _)| (tile.row(), tile.column())).collect();
+        assert!(!left.is_empty() && left.len() < RECORDS);
+        assert_eq!(told, left);
+    }
+
     fn status(&mut self, robot: u8) -> Vec<u8> {
         self.sequence += 1;
         let version = if robot == 1 { self.version } else { 0 };
@@ -95,12 +107,17 @@ fn what_was_a_frontier_makes_room_for_what_is_one() {
             flight.second(Point2::new(x, y), &[1]);
         }
     }
-    let last = Point2::new(5.5, 6.0);
-    (0..30).for_each(|_| flight.second(last, &[1]));
-    let is_open = |(_, mark): &(_, &Mark)| matches!(mark, Mark::Frontier(_));
-    let told: Vec<_> = flight.marks.iter().filter(is_open).map(|(tile, _)| *tile).collect();
-    let left = frontiers(flight.robot.ground());
-    let left: Vec<_> = left.map(|(tile, _)| (tile.row(), tile.column())).collect();
-    assert!(!left.is_empty() && left.len() < RECORDS);
-    assert_eq!(told, left);
+    flight.ends_with_what_is_left(Point2::new(5.5, 6.0));
+}
+
+/// What robot 1 was told, and what changed more than once while it was out of range, is taken back when it
+/// is in range again.
+#[test]
+fn what_was_told_is_taken_back() {
+    let frame = Frame::new(Point2::new(-8.0, -8.0), Metres(0.1), 160, 160).expect("a frame");
+    let mut flight = Flight::new(frame);
+    let at = |step: u8| Point2::new(-6.0 + 0.1 * f32::from(step), -6.0);
+    (0..20).for_each(|step| flight.second(at(step), &[1]));
+    (20..60).for_each(|step| flight.second(at(step), &[]));
+    flight.ends_with_what_is_left(at(60));
 }

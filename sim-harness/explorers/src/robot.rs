@@ -106,7 +106,7 @@ impl<G: Ground> Robot<G> {
     }
 
     /// The motion that keeps the robot apart from the others.
-    fn apart(&self, now: Instant, pose: Pose2, motion: Motion) -> Motion {
+    fn apart(&mut self, now: Instant, pose: Pose2, motion: Motion) -> Motion {
         let [east, north] = self.mind.apart(now, pose, motion, APART);
         let (sin, cos) = pose.yaw.sin_cos();
         Motion { velocity: [east * cos + north * sin, north * cos - east * sin], ..motion }

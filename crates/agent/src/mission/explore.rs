@@ -36,8 +36,8 @@ use duty::Doing;
 /// The most drones that explore together: those with the numbers below this.
 pub const MOST_EXPLORERS: usize = 6;
 /// The tiles on which a drone remembers marks, its own and all drones': 16 kB. Of the 2,916 tiles of
-/// the largest map those count that are a frontier; marks that are needed no more make room when half of
-/// it is taken.
+/// the largest map those count that are a frontier, that were one and are settled, and that were one as
+/// not all drones know yet; when half of the room is taken, marks that no drone needs are taken back.
 const RECORDS: usize = 800;
 /// The packets of others that a drone takes in a round: as many as its mailbox holds.
 const MOST_PACKETS: usize = 24;
@@ -46,8 +46,8 @@ const MOST_PACKETS: usize = 24;
 const LEAST_GAIN: u8 = 6;
 /// A search of ways that visits more cells goes on in the next round.
 const SEARCH_CELLS: u16 = 8_000;
-/// So many marks are compared with the map in a round: a fifth of the 54 by 54 tiles of the largest area,
-/// so that all are compared within the five rounds of a second.
+/// So many marks are compared with the map in a round: eleven rows of the 54 by 54 tiles of the largest
+/// area, so that all are compared within the five rounds of a second.
 const COMPARED_TILES: u16 = 594;
 /// What a beam hits within this of another drone is that drone: half its width, and how far it flies
 /// until it tells its place again, m.
@@ -236,7 +236,7 @@ impl Explore {
         round: &Round,
         pose: Pose2,
         (motion, ranges): (Motion, &Diagonals),
-        explorer: &Explorer<G, ROBOTS, RECORDS>,
+        explorer: &mut Explorer<G, ROBOTS, RECORDS>,
     ) {
         let apart = explorer.apart(round.now, pose, motion, self.distance(explore));
         self.velocity = off_walls(apart, pose.yaw, ranges, explore.speed.0);
