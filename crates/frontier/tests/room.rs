@@ -111,13 +111,16 @@ fn what_was_a_frontier_makes_room_for_what_is_one() {
 }
 
 /// What robot 1 was told, and what changed more than once while it was out of range, is taken back when it
-/// is in range again.
+/// is in range again: robot 0 sees first a part of what lies beyond the frontiers that it has told, and then
+/// the rest.
 #[test]
 fn what_was_told_is_taken_back() {
     let frame = Frame::new(Point2::new(-8.0, -8.0), Metres(0.1), 160, 160).expect("a frame");
     let mut flight = Flight::new(frame);
-    let at = |step: u8| Point2::new(-6.0 + 0.1 * f32::from(step), -6.0);
-    (0..20).for_each(|step| flight.second(at(step), &[1]));
-    (20..60).for_each(|step| flight.second(at(step), &[]));
-    flight.ends_with_what_is_left(at(60));
+    (0..10).for_each(|_| flight.second(Point2::new(0.0, 0.0), &[1]));
+    let places = [[0.0, 0.0], [1.3, 1.9], [0.6, 2.4], [-0.4, 1.6], [0.4, 1.2], [1.5, 0.6]];
+    for [x, y] in places.into_iter().flat_map(|place| [place; 10]) {
+        flight.second(Point2::new(x, y), &[]);
+    }
+    flight.ends_with_what_is_left(Point2::new(1.5, 0.6));
 }
