@@ -23,6 +23,13 @@ const NEWS: f32 = 0.3;
 /// Our own number.
 const BLOCKED: Duration = Duration::from_millis(30_000);
 
+/// Where another robot stood in the way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Blockade {
+    disc: Disc,
+    until: Instant,
+}
+
 impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, RECORDS> {
     /// The velocity, to the east and to the north in m/s, that the robot flies in place of that of
     /// `motion`, which keeps it at this distance from the others, by the places that they told last; at
@@ -45,16 +52,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         let limits = ((distance.0 - nearer).max(0.0), self.config.limits.speed);
         kept_apart(self.config.number, pose.at, wanted, limits, self.others(now), is_clear)
     }
-}
 
-/// Where another robot stood in the way.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Blockade {
-    disc: Disc,
-    until: Instant,
-}
-
-impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, RECORDS> {
     /// Takes another robot that stands near this one, which stands as well, to be in the way for some time:
     /// in a passage each of two robots may have its goal behind the other. This one then looks for goals on
     /// its own side, and flies back to where it began while it has none. Returns the number of that robot;

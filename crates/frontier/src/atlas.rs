@@ -216,7 +216,7 @@ impl<
 
     fn note(&mut self, area: Area) {
         for changed in &mut self.changed {
-            *changed = Some(changed.map_or(area, |changed| changed.and(area)));
+            *changed = Some(area.and_maybe(*changed));
         }
     }
 }

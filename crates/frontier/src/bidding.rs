@@ -220,7 +220,8 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         (is_over, last)
     }
 
-    /// Whether all bids are worth more than a target can be of which the way costs so much or more.
+    /// Whether as many bids as a packet carries were found, and each is worth more than any target whose way
+    /// costs `cost` or more.
     fn has_the_best(&self, pose: Pose2, cost: u32) -> bool {
         let unfound = self.targets.iter().filter(|target| target.found.is_none());
         let Some(gain) = unfound.map(|target| target.gain).max() else { return true };

@@ -145,11 +145,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
                 .team
                 .member(other)
                 .is_some_and(|other| matches!(other.activity, Activity::Idle | Activity::Stopped));
-            if stays {
-                self.barred.bar(now, tile, rule.blacklist);
-            } else {
-                self.barred.put_off(now, tile, rule.blacklist);
-            }
+            self.set_aside(now, tile, stays);
             return self.wait(now);
         }
         let seen = in_sight(&self.ground, pose.at, tile);
@@ -157,8 +153,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         match limits.gaze {
             Gaze::Around if is_near => return self.end(now, tile),
             Gaze::Around => return self.give_up(now, tile),
-            Gaze::Ahead if rule.reachability => self.barred.put_off(now, tile, rule.blacklist),
-            Gaze::Ahead => {}
+            Gaze::Ahead => self.set_aside(now, tile, false),
         }
         self.wait(now)
     }
@@ -268,8 +263,9 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         (is_over, found)
     }
 
-    /// From where a robot looks at what it finds no way to look at so; `None` where it does not look at it,
-    /// as while a robot is in its way: beside what it would glimpse past that one it comes later.
+    /// The view after this one, for a robot that finds no way to a candidate with this one; `None` where there
+    /// is none. While another robot is in its way it looks at nothing from afar: it would settle what it sees
+    /// in part past that one, and could look at from beside later.
     pub(crate) fn farther(&self, now: Instant, view: View) -> Option<View> {
         let Config { rule, limits, .. } = self.config;
         let sees_far =
@@ -280,13 +276,19 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
     }
 
     fn give_up(&mut self, now: Instant, tile: Tile) -> Motion {
-        let rule = self.config.rule;
-        if rule.reachability && self.avoided(now).is_some() {
-            self.barred.put_off(now, tile, rule.blacklist);
-        } else if rule.reachability {
-            self.barred.bar(now, tile, rule.blacklist);
-        }
+        self.set_aside(now, tile, self.avoided(now).is_none());
         self.wait(now)
+    }
+
+    /// Does not try a goal for a while, where the rule knows of reachability; if it `counts`, the third time
+    /// for good.
+    fn set_aside(&mut self, now: Instant, tile: Tile, counts: bool) {
+        let rule = self.config.rule;
+        if rule.reachability && counts {
+            self.barred.bar(now, tile, rule.blacklist);
+        } else if rule.reachability {
+            self.barred.put_off(now, tile, rule.blacklist);
+        }
     }
 
     /// Waits for a goal, and asks for one at once.

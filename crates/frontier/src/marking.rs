@@ -19,7 +19,7 @@ const SEEN_AROUND: u16 = 4;
 
 impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, RECORDS> {
     /// Begins to compare marks with the map, where that has changed since the last time, or everywhere
-    /// where a mark hangs on something else.
+    /// where a mark depends on something else.
     pub(crate) fn begin_to_compare(&mut self) {
         let frame = *self.ground.frame();
         let has_lost_marks = self.team.take_lost_marks();

@@ -37,6 +37,12 @@ impl Area {
         }
     }
 
+    /// The smallest rectangle that holds this one and another, where there is another.
+    #[must_use]
+    pub fn and_maybe(self, other: Option<Self>) -> Self {
+        other.map_or(self, |other| self.and(other))
+    }
+
     /// The rectangle that is larger by so many cells to each side, as far as the grid goes.
     #[must_use]
     pub fn grown(self, by: u16, frame: &Frame) -> Self {

@@ -134,8 +134,7 @@ impl<const BYTES: usize> GridMap<BYTES> {
             let by = if is_last && end == RayEnd::Obstacle { STRUCK } else { PASSED };
             let sum = self.evidence(cell) + by;
             if self.put(cell, sum.clamp(LEAST_EVIDENCE, MOST_EVIDENCE)) {
-                let area = Area::of(cell);
-                changed = Some(changed.map_or(area, |changed| changed.and(area)));
+                changed = Some(Area::of(cell).and_maybe(changed));
             }
         }
         changed

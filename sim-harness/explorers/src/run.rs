@@ -17,7 +17,8 @@ use crate::world::{REACH, World};
 
 /// The most robots of a run.
 pub const ROBOTS: usize = 8;
-/// The tiles on which each robot remembers marks.
+/// The tiles on which each robot remembers marks: so many that memory does not decide between rules, of
+/// which the thesis' tells walls as well. Our own number.
 pub(crate) const RECORDS: usize = 8192;
 /// Five steps a second, as the mission loop of the drones.
 pub(crate) const STEPS_PER_SECOND: u64 = 5;

@@ -37,7 +37,7 @@ fn explore(world: &World, robots: usize, seed: u64) -> Outcome {
     run(&Setup { world, rule, robots, seed, air, senses, death_s, apart_s, longest_s }).0
 }
 
-/// A slit of 0.2 m through a wall of 0.7 m shows most of the second room; nobody flies through it.
+/// A slit of 0.2 m through a wall of 0.7 m shows most of the second room; no robot flies through it.
 /// Explorations had stopped at 91 to 98 %, with frontiers beside which no robot came.
 #[test]
 fn what_is_seen_through_a_gap_is_explored_before_the_end() {

@@ -187,9 +187,12 @@ pub fn sum_of_together(dropped: &[DroppedTogether]) -> Vec<SumOfTogether> {
             gained_m2: [centre, (squares / (count * (count - 1.0).max(1.0))).sqrt()],
         }
     };
-    let cases =
-        Knows::ALL.into_iter().flat_map(|knows| Chooses::ALL.map(|chooses| (knows, chooses)));
-    cases.map(of).filter(|sum| sum.worlds > 0).collect()
+    cases().map(of).filter(|sum| sum.worlds > 0).collect()
+}
+
+/// Each kind of knowledge with each kind of choice.
+fn cases() -> impl Iterator<Item = (Knows, Chooses)> {
+    Knows::ALL.into_iter().flat_map(|knows| Chooses::ALL.map(|chooses| (knows, chooses)))
 }
 
 /// Relays that were planned together as one JSON object.
@@ -248,9 +251,7 @@ pub fn sum_of_drops(dropped: &[Dropped]) -> Vec<SumOfDrops> {
             way_m: mean(&of(|dropped| Some(dropped.way_m))),
         }
     };
-    let cases =
-        Knows::ALL.into_iter().flat_map(|knows| Chooses::ALL.map(|chooses| (knows, chooses)));
-    cases.map(of).filter(|sum| sum.worlds > 0).collect()
+    cases().map(of).filter(|sum| sum.worlds > 0).collect()
 }
 
 /// The relay as one JSON object.

@@ -49,9 +49,10 @@ impl ExploreConfig {
     /// second apart, are then 0.12 m apart at the reach of 2 m, where a cell is 0.1 m wide. A position
     /// may be off by one and a half cells. A beam that meets nothing shows 1.2 m to be free: ST's data
     /// sheet of the VL53L1X has 1.7 m on 17 % grey in the dark with a budget of 100 ms, and a third of
-    /// that time, as the drones have, takes a root of √3 off; that leaves twelve whole cells. The speed, the distance, the patience and the 150 s without fixes,
-    /// after which places were off by up to a metre in the simulator, are our own numbers; drones tell each other their places once a second, and two of them come 0.4 m nearer to
-    /// each other meanwhile.
+    /// that time, as the drones have, takes a root of √3 off; that leaves twelve whole cells. The speed,
+    /// the distance, the patience and the 150 s without fixes, after which places were off by up to a
+    /// metre in the simulator, are our own numbers; drones tell each other their places once a second, and
+    /// two of them come 0.4 m nearer to each other meanwhile.
     pub const DEFAULT: Self = Self {
         corner: Point2::new(-8.0, -8.0),
         area: (Self::MOST_EXTENT, Self::MOST_EXTENT),
