@@ -163,6 +163,8 @@ fn report() -> wire::p2p::Report {
     wire::p2p::Report {
         phase: Phase::Waiting,
         recall: false,
+        calls: false,
+        is_uneven: false,
         velocity: units::MetresPerSecond(0.0),
         odometer: units::Metres(0.0),
         links: None,

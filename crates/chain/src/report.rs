@@ -40,6 +40,12 @@ pub struct Report {
     /// Whether the whole chain must come home because one of its drones must: no drone can pass
     /// another in a tunnel.
     pub recall: bool,
+    /// Whether the head calls for a relay ([`Governor`](crate::governor::Governor)), as far as the
+    /// sender knows.
+    pub calls: bool,
+    /// Whether the signal does not fall evenly along the tunnel, by what the drones from the head to
+    /// the sender have measured since their take-offs.
+    pub is_uneven: bool,
 }
 
 impl Report {
@@ -59,6 +65,8 @@ impl Report {
             head_velocity: MetresPerSecond::ZERO,
             signpost: None,
             recall: false,
+            calls: false,
+            is_uneven: false,
         }
     }
 }

@@ -15,6 +15,8 @@ pub(crate) fn report_to_air(outputs: &Outputs) -> p2p::Report {
     p2p::Report {
         phase: report.phase,
         recall: report.recall,
+        calls: report.calls,
+        is_uneven: report.is_uneven,
         velocity: report.velocity,
         odometer: report.odometer,
         links: report.links,
@@ -50,6 +52,8 @@ pub(crate) fn report_from_air(
         head_velocity: report.head_velocity,
         signpost: report.signpost,
         recall: report.recall,
+        calls: report.calls,
+        is_uneven: report.is_uneven,
     };
     Heard { report, rssi, reverse }
 }
@@ -151,6 +155,8 @@ mod tests {
                 head_velocity: MetresPerSecond(0.252),
                 signpost: (phase == Phase::Linked).then_some(POST),
                 recall: phase == Phase::Linked,
+                calls: phase == Phase::Linked,
+                is_uneven: phase == Phase::Linked,
             },
             status: Status {
                 state: State::OnMission(Duty::Chain(relaying)),

@@ -29,7 +29,7 @@ use crate::words::{Reader, Words, Writer, whole};
 /// The name of the probe's symbol.
 pub const SYMBOL: &str = "UCHAIN_PROBE";
 /// The version of the layout.
-pub const VERSION: u32 = 5;
+pub const VERSION: u32 = 6;
 
 /// Words of the flight code's status at most.
 pub const FLIGHT: usize = 20;
@@ -268,6 +268,8 @@ mod tests {
             head_velocity: MetresPerSecond(0.2),
             signpost: Some(signpost),
             recall: true,
+            calls: true,
+            is_uneven: true,
         };
         let heard = [Heard { report, rssi: Dbm(-61.7), reverse: Some(Dbm(-62.9)) }; REPORTS];
         let payload = Payload::new(&[7; Payload::MOST]).unwrap();

@@ -304,7 +304,6 @@ structs! {
     LinkSum { surplus, compliance, links }
     Place { way, weaker }
     Search { from, best, leg, since }
-    Report { from, sequence, phase, velocity, odometer, links, sums, waiting, head_velocity, recall, signpost }
     Heard { report, rssi, reverse }
     LinkView { peer, raw, rssi, velocity, is_base }
     Point2 { x, y }
@@ -339,6 +338,47 @@ impl Words for Payload {
             part.iter_mut().zip(word).for_each(|(to, from)| *to = from);
         }
         Self::new(bytes.get(..length)?)
+    }
+}
+
+/// The marks are the lowest bits of one word, since a round has 31 reports.
+impl Words for Report {
+    fn put(&self, out: &mut Writer<'_>) {
+        let Self { from, sequence, phase, velocity, odometer, links, sums, waiting, .. } = self;
+        let Self { head_velocity, recall, calls, is_uneven, signpost, .. } = self;
+        from.put(out);
+        sequence.put(out);
+        phase.put(out);
+        velocity.put(out);
+        odometer.put(out);
+        links.put(out);
+        sums.put(out);
+        waiting.put(out);
+        head_velocity.put(out);
+        out.word(u32::from(*recall) | u32::from(*calls) << 1 | u32::from(*is_uneven) << 2);
+        signpost.put(out);
+    }
+
+    fn get(from: &mut Reader<'_>) -> Option<Self> {
+        let mut report = Self {
+            from: Words::get(from)?,
+            sequence: Words::get(from)?,
+            phase: Words::get(from)?,
+            velocity: Words::get(from)?,
+            odometer: Words::get(from)?,
+            links: Words::get(from)?,
+            sums: Words::get(from)?,
+            waiting: Words::get(from)?,
+            head_velocity: Words::get(from)?,
+            recall: false,
+            calls: false,
+            is_uneven: false,
+            signpost: None,
+        };
+        let marks = from.word().filter(|marks| *marks < 1 << 3)?;
+        let [recall, calls, is_uneven] = [0, 1, 2].map(|bit| marks >> bit & 1 == 1);
+        report.signpost = Words::get(from)?;
+        Some(Self { recall, calls, is_uneven, ..report })
     }
 }
 
@@ -395,6 +435,7 @@ enums! {
         5 = BackingUp { since, from },
         6 = Rejoining { since, to, passed },
         7 = Siting { since },
+        8 = Homing,
     }
     Leg { 0 = Ahead, 1 = Behind, 2 = ToBest, 3 = Back }
     Mode {

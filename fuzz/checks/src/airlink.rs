@@ -186,6 +186,8 @@ impl Air {
         self.nodes[who].link.report(Report {
             phase: Phase::Linked,
             recall: byte & 1 == 1,
+            calls: byte & 2 == 2,
+            is_uneven: byte & 4 == 4,
             velocity: MetresPerSecond(value / 1000.0),
             odometer: Metres(value),
             links: None,

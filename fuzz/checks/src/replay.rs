@@ -3,12 +3,12 @@
 
 use airlink::Sealed;
 use onboard::Drone;
-use onboard::replay::{Answer, NoStopwatch, Receiver, Refusal, Request, Session};
+use onboard::replay::{Answer, NoStopwatch, Receiver, Refusal, Request, Session, VERSION};
 use storage::crc32;
 
-/// The head of a frame of version 1 with this kind of record.
+/// The head of a frame of this version with this kind of record.
 fn head(kind: u8) -> u32 {
-    0x5552_0100 | u32::from(kind)
+    0x5552_0000 | u32::from(VERSION) << 8 | u32::from(kind)
 }
 
 /// Takes the bytes as those of the line, and as the words of a request; the first byte chooses its

@@ -11,7 +11,9 @@ use airlink::keys::{self, Keys, Own};
 use airlink::{Airlink, Event, Identity, LinkConfig, Schedule, Scope, Seal, Sealed};
 use proptest::prelude::*;
 use units::{Dbm, Instant, MetresPerSecond, NodeId, Order};
-use wire::p2p::{Capsule, Counter, Epoch, Header, MAX_BODY, Message, Telemetry, Wave};
+use wire::p2p::{
+    Capsule, Counter, Epoch, Header, Kind, MAX_BODY, Message, Telemetry, VERSION, Wave,
+};
 use wire::radio::Datarate;
 
 /// The state of a link without its counts.
@@ -53,7 +55,7 @@ proptest! {
         let mut net = shared_chain();
         let mut bytes = [header, rest].concat();
         if likely && let [first, second, ..] = bytes.as_mut_slice() {
-            *first = 0x10 | (1 + *first % 5);
+            *first = VERSION << 4 | (1 + *first % Kind::ALL.len() as u8);
             *second &= 0x7F;
         }
         for to in 0..4 {
@@ -416,10 +418,11 @@ fn a_flood_leaves_no_state_behind() {
         for byte in &mut bytes {
             *byte = rng.next() as u8;
         }
-        bytes[0] = 0x10 | (1 + rng.below(5) as u8);
+        bytes[0] = VERSION << 4 | (1 + rng.below(Kind::ALL.len() as u64) as u8);
         bytes[1] = rng.below(16) as u8;
         assert_eq!(net.inject(1, &bytes[..17 + rng.below(44) as usize]), None);
     }
+    assert_eq!(net.nodes[1].link.counters().refused.tag, 20_000);
     let seen = net.received.len();
     net.run(1_000_000);
     assert!(
@@ -487,7 +490,7 @@ fn hex(bytes: &[u8]) -> String {
 }
 
 /// Every version of the crate must make these keys, and these packets for as long as the version in
-/// their header is 4.
+/// their header is 5.
 #[test]
 fn keys_stay_and_packets_stay_within_a_version() {
     let base = fleet().base(1);
@@ -504,14 +507,14 @@ fn keys_stay_and_packets_stay_within_a_version() {
         (
             "report",
             hex(&first_packets(1)[1]),
-            "4221240000010000b7b29d7470d8e316630ebe04cc2607741e557b4767775cbb98bb7702",
+            "5221240000010000deb6ce7995e918a1dfd3f0c1e497b8248d4023eb67eb6f03eff47096",
         ),
         (
             "telemetry",
             hex(&first_packets(1)[2]),
-            "4411250000010000c406938eb22290853819211a267fb9d4b90542e574606ee4e3524bae3abaec2eff5f7b2dc2",
+            "54112500000100006a4d8e2e39a2b1cd518e19da09414212445b8296a178c0a3cbd11280030b664f9b328d4c9e",
         ),
-        ("beacon", hex(&first_packets(1)[3]), "41312600000100004368ec8a6ed8070215a238"),
+        ("beacon", hex(&first_packets(1)[3]), "513126000001000036b4c4339a8c500e14f5d4"),
     ];
     for (name, is, should) in table {
         assert_eq!(is, should, "{name}");

@@ -10,7 +10,7 @@ use crate::words::Writer;
 /// The upper half of a frame's first word: "UR".
 pub const MAGIC: u32 = 0x5552;
 /// The version of all records. It grows with every change of what they hold.
-pub const VERSION: u8 = 2;
+pub const VERSION: u8 = 3;
 
 /// Words of a frame at most: a step with [`HEARD`](super::HEARD) reports of 23 words, and a strength
 /// of 2 words for each of 16 links, takes 405.

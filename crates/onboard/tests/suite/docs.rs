@@ -95,6 +95,7 @@ fn states() -> String {
             State::OnMission(Duty::Explore(ExploreDuty::Returning)),
             "an explorer: was called home, and flies to where it took off",
         ),
+        (on_duty(ChainDuty::Homing), "flies home: called, or left by the base's side"),
     ];
     let mut table = String::from("| code | state | the drone |\n|---|---|---|\n");
     for (n, (state, meaning)) in (0..).zip(all) {
@@ -109,6 +110,7 @@ fn states() -> String {
                 | ChainDuty::BackingUp { .. }
                 | ChainDuty::Searching { .. }
                 | ChainDuty::Retiring
+                | ChainDuty::Homing
                 | ChainDuty::Rejoining { .. }
                 | ChainDuty::Siting { .. },
             ))

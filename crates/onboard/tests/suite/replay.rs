@@ -53,6 +53,8 @@ fn heard(from: u8, sequence: u16, rssi: f32) -> Heard {
             branch: Some(Branch::Left),
         }),
         recall: false,
+        calls: false,
+        is_uneven: false,
     };
     Heard { report, rssi: Dbm(rssi), reverse: Some(Dbm(rssi - 1.0)) }
 }
@@ -103,18 +105,18 @@ fn answer(session: &mut Session, drone: &mut Drone<Sealed>, request: &Request) -
 /// when these bytes change, the version has to.
 #[test]
 fn the_bytes_of_a_beginning_are_those_of_this_version() {
-    assert_eq!(VERSION, 2);
+    assert_eq!(VERSION, 3);
     let expected = [
         // Consistent overhead byte stuffing: runs of bytes without a zero, each behind its length
         // and one. Kind, version, magic; the number; then a word for each value, low byte first.
-        0x06, 0x01, 0x02, 0x52, 0x55, 0x09, 0x01, 0x01, // number 9
+        0x06, 0x01, 0x03, 0x52, 0x55, 0x09, 0x01, 0x01, // number 9
         0x02, 0x01, 0x01, 0x01, // node 1
         0x02, 0x01, 0x01, 0x01, // a relay
         0x02, 0x01, 0x01, 0x01, // in the air
         0x03, 0xB8, 0x0B, 0x01, 0x01, 0x01, 0x01, 0x01, // since 3,000 µs
         0x02, 0x06, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, // policy 6, strengths not filtered
         0x02, 0x02, 0x01, 0x01, // links
-        0x05, 0x4F, 0x7B, 0x66, 0xBD, 0x00, // CRC, end
+        0x05, 0xE6, 0x70, 0xEF, 0xF3, 0x00, // CRC, end
     ];
     assert_eq!(request_bytes(&Request::Begin(begin(6)), 9), expected);
 }
@@ -149,6 +151,20 @@ fn the_longest_step_and_the_longest_answer_fit_a_frame() {
     assert_eq!(answered(&bytes), Some((5, answer)));
 }
 
+/// The three share a word.
+#[test]
+fn each_mark_of_a_report_comes_back_by_itself() {
+    for marks in 0..8 {
+        let [recall, calls, is_uneven] = [1, 2, 4].map(|bit| marks & bit != 0);
+        let heard = heard(0, 7, -60.5);
+        let report = Report { recall, calls, is_uneven, ..heard.report };
+        let heard = std::iter::once(Heard { report, ..heard }).collect();
+        let request = Request::Step(Step { heard, ..step(3, [-60.0; 2]) });
+        let bytes = request_bytes(&request, 1);
+        assert_eq!(received(&mut Receiver::new(), &bytes), [Ok((1, request))]);
+    }
+}
+
 #[test]
 fn what_cannot_be_carried_out_is_refused() {
     let (mut session, mut drone) = (Session::new(), drone());
@@ -169,11 +185,11 @@ fn what_cannot_be_carried_out_is_refused() {
 fn another_version_of_the_records_is_told_from_damage() {
     let mut bytes = request_bytes(&Request::Begin(begin(6)), 9);
     // The version is the frame's second byte, behind the first run's length.
-    bytes[2] = 3;
+    bytes[2] = VERSION + 1;
     let mut damaged = received(&mut Receiver::new(), &bytes);
     assert_eq!(damaged.pop(), Some(Err(Refusal::Malformed)));
     // Whole, with the CRC of these very bytes, it is another version.
-    let mut words = vec![0x5552_0301_u32, 9];
+    let mut words = vec![0x5552_0001 | u32::from(VERSION + 1) << 8, 9];
     let crc = storage::crc32(words.iter().flat_map(|word| word.to_le_bytes()));
     words.push(crc);
     let plain: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();

@@ -22,15 +22,15 @@ const _: () = assert!(ALONE + SIGNPOST + HEARD * ONE <= MAX_BODY, "a report is o
 ///
 /// | byte | type | field | what | unit |
 /// |---|---|---|---|---|
-/// | 0 | bits 0–2 | `phase` | 0 waiting, 1 transit, 2 linked, 3 base, 4 out, 5 searching, 6 perched | |
+/// | 0 | bits 0–2 | `phase` | 0 waiting, 1 transit, 2 linked, 3 base, 4 out, 5 searching, 6 perched, 7 linked and `is_uneven` | |
 /// | 0 | bit 3 | `recall` | 1 the chain is called home | |
-/// | 0 | bit 4 | `has_links` | 1 bytes 6 to 9 hold links | |
+/// | 0 | bit 4 | `calls` | 1 the head calls for a relay | |
 /// | 0 | bits 5–6 | `waiting` | relays that wait on the ground or climb, 3 for more | |
 /// | 0 | bit 7 | `has_signpost` | 1 bytes 20 to 23 are a signpost | |
 /// | 1 | `i16` | `velocity` | along the tunnel, towards the head | 1 mm/s |
 /// | 3 | `i24` | `odometer` | way along the tunnel since take-off | 1/512 m |
-/// | 6 | `i16` | `weakest` | weakest link between the head and the sender, or 0 | 1/4 dBm |
-/// | 8 | `i16` | `strongest` | strongest link between the head and the sender, or 0 | 1/4 dBm |
+/// | 6 | `i16` | `weakest` | weakest link between the head and the sender; both 0 for none | 1/4 dBm |
+/// | 8 | `i16` | `strongest` | strongest link between the head and the sender; both 0 for none | 1/4 dBm |
 /// | 10 | `i16` | `front_surplus` | surplus of the links towards the head, or 0 | 1/16 m |
 /// | 12 | `u16` | `front_compliance` | compliance of the links towards the head, or 0 | 1/1024 m/dB |
 /// | 14 | `i16` | `back_surplus` | surplus of the links towards the base, or 0 | 1/16 m |
@@ -46,11 +46,17 @@ pub struct Report {
     pub phase: Phase,
     /// Whether the whole chain must come home, because one of its drones must.
     pub recall: bool,
+    /// Whether the head calls for a relay: its links leave it less speed than the pilot asks for.
+    pub calls: bool,
+    /// Whether the signal does not fall evenly along the tunnel, by what the drones from the head to
+    /// the sender have measured. Only a sender that is a link of the chain says so on the air.
+    pub is_uneven: bool,
     /// The sender's velocity along the tunnel, positive towards the head.
     pub velocity: MetresPerSecond,
     /// The sender's way along the tunnel since take-off, positive towards the head.
     pub odometer: Metres,
-    /// The links from the head down to the sender, if it knows of any.
+    /// The links from the head down to the sender, if it knows of any. A single link of 0 dBm, to a
+    /// quarter, counts as none on the air.
     pub links: Option<LinkSpan>,
     /// The sums over all links between the sender and the head, and between the sender and the
     /// base.
@@ -107,8 +113,9 @@ const MOST: i32 = (1 << 23) - 1;
 const LINKS: u8 = 15;
 
 const PHASE: u8 = 0b111;
+const LINKED_UNEVEN: u8 = 7;
 const RECALL: u8 = 1 << 3;
-const HAS_LINKS: u8 = 1 << 4;
+const CALLS: u8 = 1 << 4;
 const WAITING: u8 = 5;
 const MOST_WAITING: u8 = 3;
 const HAS_SIGNPOST: u8 = 1 << 7;
@@ -121,9 +128,13 @@ impl Report {
         let links = self.links.and_then(span_in_steps);
         let post = self.signpost.and_then(encode_signpost);
         let flag = |set, bit| if set { bit } else { 0 };
-        let codes = phase_code(self.phase)
+        let phase = match self.phase {
+            Phase::Linked if self.is_uneven => LINKED_UNEVEN,
+            phase => phase_code(phase),
+        };
+        let codes = phase
             | flag(self.recall, RECALL)
-            | flag(links.is_some(), HAS_LINKS)
+            | flag(self.calls, CALLS)
             | flag(post.is_some(), HAS_SIGNPOST)
             | self.waiting.min(MOST_WAITING) << WAITING;
         let (weakest, strongest) = links.unwrap_or_default();
@@ -176,11 +187,13 @@ impl Report {
         let head = f32::from(i8::from_le_bytes([head]));
         Ok(Self {
             phase: phase_of_code(codes & PHASE)?,
+            is_uneven: codes & PHASE == LINKED_UNEVEN,
             recall: codes & RECALL != 0,
+            calls: codes & CALLS != 0,
             velocity: MetresPerSecond(f32::from(i16::from_le_bytes([v0, v1])) / per::VELOCITY),
             // The shift extends the sign.
             odometer: Metres((i32::from_le_bytes([0, o0, o1, o2]) >> 8) as f32 / per::WAY),
-            links: span_of_steps(codes & HAS_LINKS != 0, links)?,
+            links: span_of_steps(links)?,
             sums: [
                 sum_of_bytes([f0, f1, f2, f3], counts & LINKS)?,
                 sum_of_bytes([b0, b1, b2, b3], counts >> 4)?,
@@ -222,7 +235,7 @@ const fn phase_of_code(code: u8) -> Result<Phase, Error> {
     match code {
         0 => Ok(Phase::Waiting),
         1 => Ok(Phase::Transit),
-        2 => Ok(Phase::Linked),
+        2 | LINKED_UNEVEN => Ok(Phase::Linked),
         3 => Ok(Phase::Base),
         4 => Ok(Phase::Out),
         5 => Ok(Phase::Searching),
@@ -239,10 +252,10 @@ fn span_in_steps(span: LinkSpan) -> Option<(i16, i16)> {
     Some((steps::quarters(span.weakest)?, steps::quarters(span.strongest)?))
 }
 
-fn span_of_steps(there: bool, (weakest, strongest): (i16, i16)) -> Result<Option<LinkSpan>, Error> {
-    match (there, weakest, strongest) {
-        (false, 0, 0) => Ok(None),
-        (true, ..) if weakest <= strongest => Ok(Some(LinkSpan {
+fn span_of_steps((weakest, strongest): (i16, i16)) -> Result<Option<LinkSpan>, Error> {
+    match (weakest, strongest) {
+        (0, 0) => Ok(None),
+        _ if weakest <= strongest => Ok(Some(LinkSpan {
             weakest: steps::of_quarters(weakest),
             strongest: steps::of_quarters(strongest),
         })),

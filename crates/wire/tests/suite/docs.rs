@@ -214,7 +214,7 @@ fn of_header(header: &Header) -> Fields {
     };
     let mut fields = vec![
         ("kind", Called(kind)),
-        ("version", Constant(4)),
+        ("version", Constant(5)),
         ("from", node(header.from)),
         ("wave", Called(wave)),
         ("place", Steps(header.place.into())),
@@ -251,6 +251,7 @@ fn of_report(report: &Report, bytes: &[u8]) -> Fields {
     let phase = match report.phase {
         Phase::Waiting => "waiting",
         Phase::Transit => "transit",
+        Phase::Linked if report.is_uneven => "linked and `is_uneven`",
         Phase::Linked => "linked",
         Phase::Base => "base",
         Phase::Out => "out",
@@ -262,7 +263,7 @@ fn of_report(report: &Report, bytes: &[u8]) -> Fields {
     let mut fields = vec![
         ("phase", Called(phase)),
         ("recall", flag(report.recall)),
-        ("has_links", flag(report.links.is_some())),
+        ("calls", flag(report.calls)),
         ("has_signpost", flag(report.signpost.is_some())),
         ("velocity", Measured(report.velocity.0)),
         ("odometer", Measured(report.odometer.0)),
@@ -504,7 +505,10 @@ fn a_row_that_lies_is_found() {
         ("1 wait, 2 explore", "2 wait, 1 explore"),
         ("1 wait, 2 explore", "1 wait"),
         ("1 left, 2 right", "2 left, 1 right"),
-        ("`has_signpost`", "`has_links`"),
+        ("`calls`", "`recall`"),
+        ("7 linked", "2 linked"),
+        ("2 linked", "7 linked"),
+        ("`has_signpost`", "`calls`"),
         ("0 head", "0 tail"),
         ("4 telemetry", "6 telemetry"),
         ("1 mm/s", "1 cm/s"),

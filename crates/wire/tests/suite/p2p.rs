@@ -45,6 +45,8 @@ fn report() -> Report {
     Report {
         phase: Phase::Linked,
         recall: true,
+        calls: true,
+        is_uneven: false,
         velocity: MetresPerSecond(-0.25),
         odometer: Metres(-12.5),
         links: Some(LinkSpan { weakest: Dbm(-71.25), strongest: Dbm(-58.0) }),
@@ -86,7 +88,7 @@ fn the_bytes_are_those_of_the_tables() {
         [&[5, 0x0C, 0x0B, 0x0A, 0x02, 0x01, 0x00][..], &vec![0x5E; length], &[0x7A; 8]].concat()
     };
     let reported = vec![
-        0b0101_1010, // two wait, links, recall, linked
+        0b0101_1010, // two wait, calls, recall, linked
         0x06,
         0xFF, // -250 mm/s
         0x00,
@@ -153,7 +155,7 @@ fn the_bytes_of_a_header_are_those_of_the_table() {
         owner: NodeId(15),
         counter: counter(),
     };
-    let bytes = [0x42, 0b1011_0011, 0x0C, 0x0B, 0x0A, 0x02, 0x01, 0x00];
+    let bytes = [0x52, 0b1011_0011, 0x0C, 0x0B, 0x0A, 0x02, 0x01, 0x00];
     assert_eq!(header.encode(), bytes);
     let packet = [&bytes[..], &[1, 2, 3]].concat();
     assert_eq!(Header::decode(&packet), Ok((header, &packet[HEADER..])));
@@ -234,7 +236,8 @@ proptest! {
             let rest = |of: &Heard| (of.node, of.is_new, of.epoch);
             prop_assert_eq!(rest(back), rest(heard));
         }
-        prop_assert_eq!((back.phase, back.recall), (report.phase, report.recall));
+        let marks = |of: &Report| (of.phase, of.recall, of.calls, of.is_uneven);
+        prop_assert_eq!(marks(&back), marks(&report));
         let from = |post: Option<Signpost>| post.map(|post| post.from.0);
         near_too(from(back.signpost), from(report.signpost), 1.0 / 32.0)?;
         let rest = |post: Option<Signpost>| post.map(|post| Signpost { from: Metres(0.0), ..post });
@@ -412,6 +415,9 @@ fn every_step_goes_and_comes() {
             report[at..at + 2].copy_from_slice(&[low, high]);
         }
         report[5] = low ^ high;
+        // A span that begins or ends at 0 dBm; none at all in the middle.
+        report[6..8].copy_from_slice(&step.min(0).to_le_bytes());
+        report[8..10].copy_from_slice(&step.max(0).to_le_bytes());
         report[18] = 0x1F;
         taken(Kind::Report, &report);
         let steps = [0, 0, low, high, 0, 0, 0, 0, low, high, low, high, 0, 0];
@@ -421,7 +427,7 @@ fn every_step_goes_and_comes() {
     }
 }
 
-/// Every single bit that is zero in all messages, and every number that its flag denies.
+/// Every single bit that is zero in all messages, and every number that another one denies.
 #[test]
 fn bits_without_a_meaning_are_refused() {
     let flipped = |bytes: &[u8], bit: usize| {
@@ -437,8 +443,11 @@ fn bits_without_a_meaning_are_refused() {
         }
     };
     let silent = Message::Report(messages::SILENT);
-    // Links and sums that are not there: a surplus or a compliance alone is a sum over no links.
-    reserved(&silent, &mut (8 * 6..8 * 18));
+    // A weakest link above the strongest: either alone, but for the sign of the weakest and a positive
+    // strongest, which are a span to 0 dBm and one from there.
+    reserved(&silent, &mut (8 * 6..8 * 8 - 1).chain([8 * 10 - 1]));
+    // Sums that are not there: a surplus or a compliance alone is a sum over no links.
+    reserved(&silent, &mut (8 * 10..8 * 18));
     // An entry beyond the last one of its list.
     let post = Signpost { revision: 3, index: 0, count: 1, from: Metres(4.0), branch: None };
     let posted = Message::Report(Report { signpost: Some(post), ..messages::SILENT });
@@ -513,7 +522,6 @@ fn what_is_no_message_says_why() {
     no_epoch[4..7].fill(0);
     let table = [
         ("no such role", with(&beacon, 0, 3), Error::Code(3)),
-        ("no such phase", with(&told, 0, 0b0000_0111), Error::Code(7)),
         ("no such change", with(&join, 0, 0), Error::Code(0)),
         ("nor that", with(&join, 0, 4), Error::Code(4)),
         ("a refusal without a node", with(&join, 0, 3), Error::Length(1)),
@@ -532,14 +540,14 @@ fn what_is_no_message_says_why() {
     }
     let header = [
         ("nothing", vec![], Error::Length(0)),
-        ("a later version of another length", vec![0x52], Error::Version(5)),
-        ("the version before", vec![0x32], Error::Version(3)),
-        ("no such kind", vec![0x47], Error::Kind(7)),
-        ("nor that", vec![0x40], Error::Kind(0)),
-        ("short", vec![0x41, 0, 0, 0, 0, 1, 0], Error::Length(7)),
-        ("never switched on", vec![0x41, 0, 0, 0, 0, 0, 0, 0], Error::Reserved),
-        ("no such turn", vec![0x41, 0xC0, 0, 0, 0, 1, 0, 0], Error::Reserved),
-        ("nor that", vec![0x41, 0x84, 0, 0, 0, 1, 0, 0], Error::Reserved),
+        ("a later version of another length", vec![0x62], Error::Version(6)),
+        ("the version before", vec![0x42], Error::Version(4)),
+        ("no such kind", vec![0x57], Error::Kind(7)),
+        ("nor that", vec![0x50], Error::Kind(0)),
+        ("short", vec![0x51, 0, 0, 0, 0, 1, 0], Error::Length(7)),
+        ("never switched on", vec![0x51, 0, 0, 0, 0, 0, 0, 0], Error::Reserved),
+        ("no such turn", vec![0x51, 0xC0, 0, 0, 0, 1, 0, 0], Error::Reserved),
+        ("nor that", vec![0x51, 0x84, 0, 0, 0, 1, 0, 0], Error::Reserved),
     ];
     for (what, bytes, error) in header {
         assert_eq!(Header::decode(&bytes), Err(error), "{what}");
@@ -548,6 +556,48 @@ fn what_is_no_message_says_why() {
     assert_eq!(wire::p2p::decode_order(&[7, 0, 0, 0]), Err(Error::Code(7)));
     assert_eq!(wire::p2p::decode_order(&[1, 0, 0]), Err(Error::Length(3)));
     assert_eq!(Telemetry::decode(&[0; 15]), Err(Error::Length(15)));
+}
+
+/// Only a link of the chain has a code for each answer to whether the signal falls evenly: the eighth
+/// code was the last one.
+#[test]
+fn each_code_of_a_phase_has_a_meaning() {
+    let phases = [
+        Phase::Waiting,
+        Phase::Transit,
+        Phase::Linked,
+        Phase::Base,
+        Phase::Out,
+        Phase::Searching,
+        Phase::Perched,
+    ];
+    for (code, phase) in (0..).zip(phases) {
+        let even = Report { phase, ..messages::SILENT };
+        let uneven = Report { is_uneven: true, ..even.clone() };
+        let is_linked = phase == Phase::Linked;
+        let (said, of_uneven) = if is_linked { (&uneven, 7) } else { (&even, code) };
+        for (told, code, heard) in [(&even, code, &even), (&uneven, of_uneven, said)] {
+            let bytes = encoded(&Message::Report(told.clone()));
+            assert_eq!(bytes[0], code, "{told:?}");
+            let back = Message::decode(Kind::Report, &bytes);
+            assert_eq!(back, Ok(Message::Report(heard.clone())));
+        }
+    }
+}
+
+/// Four bytes of zeros are no links. A link of 0 dBm is heard within centimetres.
+#[test]
+fn links_of_0_dbm_alone_are_none() {
+    let span = |weakest, strongest| {
+        let links = Some(LinkSpan { weakest: Dbm(weakest), strongest: Dbm(strongest) });
+        let bytes = encoded(&Message::Report(Report { links, ..messages::SILENT }));
+        let Ok(Message::Report(back)) = Message::decode(Kind::Report, &bytes) else { panic!() };
+        back.links.map(|links| (links.weakest.0, links.strongest.0))
+    };
+    assert_eq!(span(0.0, 0.0), None);
+    assert_eq!(span(-0.1, 0.1), None);
+    assert_eq!(span(-0.25, 0.0), Some((-0.25, 0.0)));
+    assert_eq!(span(-70.5, 0.0), Some((-70.5, 0.0)));
 }
 
 #[test]

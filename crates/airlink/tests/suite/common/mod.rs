@@ -72,6 +72,8 @@ pub fn report() -> Report {
     Report {
         phase: Phase::Linked,
         recall: false,
+        calls: false,
+        is_uneven: false,
         velocity: MetresPerSecond(0.25),
         odometer: Metres(12.0),
         links: None,

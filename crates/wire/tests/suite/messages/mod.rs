@@ -15,6 +15,8 @@ use wire::p2p::{
 pub const SILENT: Report = Report {
     phase: Phase::Waiting,
     recall: false,
+    calls: false,
+    is_uneven: false,
     velocity: MetresPerSecond(0.0),
     odometer: Metres(0.0),
     links: None,
@@ -162,12 +164,14 @@ pub fn reports(numbers: Numbers) -> impl Strategy<Value = Report> {
         Numbers::Wild => prop::option::of(wild_signposts()).boxed(),
     };
     let head = (waiting, head, post);
-    (phases(), any::<bool>(), flown, links(numbers), sums(numbers), head, heard).prop_map(
-        |(phase, recall, (velocity, odometer), links, sums, head, heard)| {
+    (phases(), any::<[bool; 3]>(), flown, links(numbers), sums(numbers), head, heard).prop_map(
+        move |(phase, [recall, calls, uneven], (velocity, odometer), links, sums, head, heard)| {
             let (waiting, head_velocity, signpost) = head;
             Report {
                 phase,
                 recall,
+                calls,
+                is_uneven: uneven && (phase == Phase::Linked || matches!(numbers, Numbers::Wild)),
                 velocity,
                 odometer,
                 links,
