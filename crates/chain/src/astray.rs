@@ -56,8 +56,15 @@ impl AstrayWatch {
     }
 
     /// Carries out one round of a relay at `way`, and returns whether it is in another branch than the
-    /// drone in front.
-    pub fn step(&mut self, config: &AstrayConfig, way: Metres, front: Option<Front>) -> bool {
+    /// drone in front. It can be only where the tunnel has opened to a side, at `opened`, since shortly
+    /// before the front link was strongest: round a bend without another branch a link falls as much.
+    pub fn step(
+        &mut self,
+        config: &AstrayConfig,
+        way: Metres,
+        opened: Option<Metres>,
+        front: Option<Front>,
+    ) -> bool {
         let Some(front) = front else { return false };
         let (best_way, best) = *self.best.get_or_insert((way, front));
         let is_same = best.peer == front.peer
@@ -68,7 +75,9 @@ impl AstrayWatch {
             self.best = Some((way, front));
             return false;
         }
-        way - best_way >= config.way && best.rssi - front.rssi >= config.fall
+        let has_opened =
+            opened.is_some_and(|opened| opened >= best_way - config.way && opened <= way);
+        has_opened && way - best_way >= config.way && best.rssi - front.rssi >= config.fall
     }
 }
 
@@ -84,7 +93,7 @@ mod tests {
             let way = 0.05 * round as f32;
             let rssi = Dbm(-60.0 + gain * way);
             let front = Front { peer: NodeId(0), rssi, odometer: Metres(9.0 + flies * way) };
-            watch.step(&AstrayConfig::DEFAULT, Metres(way), Some(front))
+            watch.step(&AstrayConfig::DEFAULT, Metres(way), Some(Metres(0.0)), Some(front))
         })
     }
 
@@ -107,9 +116,10 @@ mod tests {
         for round in 0..60 {
             let way = 9.0 - 0.05 * round as f32;
             let front = Front { peer: NodeId(0), rssi: Dbm(-60.0 - way), odometer: Metres(12.0) };
-            assert!(!watch.step(&AstrayConfig::DEFAULT, Metres(way), Some(front)));
+            let opened = Some(Metres(way));
+            assert!(!watch.step(&AstrayConfig::DEFAULT, Metres(way), opened, Some(front)));
             let weak = Front { rssi: Dbm(-60.0 - 8.0 * (9.0 - way)), ..front };
-            assert!(!watch.step(&AstrayConfig::DEFAULT, Metres(way), Some(weak)));
+            assert!(!watch.step(&AstrayConfig::DEFAULT, Metres(way), opened, Some(weak)));
         }
     }
 }

@@ -231,7 +231,13 @@ impl ChainWideState {
         let wanted = |side: &Side| Wanted::of(config, &side.link, LinkSum::REFERENCE + level);
         let [in_front, in_back] = [wanted(front), wanted(back)];
         let imbalance = in_back.difference() - in_front.difference();
-        let local = imbalance / (in_front.slope.0 + in_back.slope.0);
+        // Only this relay's own motion counts here, and round a corner its slope may be a tenth of the
+        // neighbour's.
+        let own = |side: &Side, wanted: &Wanted| match side.link.step {
+            None => side.link.slopes[0].0,
+            Some(_) => wanted.slope.0,
+        };
+        let local = imbalance / (own(front, &in_front) + own(back, &in_back));
 
         let deviation = libm::sqrtf(front.link.variance + back.link.variance);
         self.adapt(&config.caution, dt, imbalance / deviation, missing);

@@ -26,6 +26,7 @@
 //! assert!(link.rssi().unwrap() < Dbm(-60.0));
 //! ```
 
+mod relief;
 mod slopes;
 
 use units::{Db, DbPerMetre, Dbm, Duration, Metres, MetresPerSecond};
@@ -161,6 +162,9 @@ pub struct LinkState {
     /// The length at which the loss of the link steps, if the filter knows such a length near the
     /// present one.
     pub step: Option<LinkStep>,
+    /// The largest loss that lengthening the link has ever taken away: zero where the signal falls
+    /// evenly along the tunnel, but for noise.
+    pub hump: Db,
 }
 
 /// The estimate of a link, for observers; nothing is controlled by it.
@@ -274,6 +278,7 @@ impl LinkFilter {
                 slopes: estimate.slopes(),
                 variance: estimate.variance(),
                 step: estimate.step(),
+                hump: Db(estimate.hump()),
             }),
         }
     }

@@ -8,7 +8,7 @@
 //! chain has settled leaves the links weaker than the limit for longer. The book has measurements
 //! of both.
 
-use units::{Db, Dbm, Duration, Instant, LinkSpan};
+use units::{Db, Dbm, Duration, Instant, LinkSpan, MetresPerSecond};
 
 /// The constants of the launch policy.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,8 +24,12 @@ pub struct LaunchConfig {
     /// has not settled: behind a corner its links may stay unequal whatever the relays do, and the
     /// head and the waiting relay would wait for each other without end.
     pub patience: Duration,
-    /// With a chain-wide policy, a relay takes off when all links, if they were equal, would be
-    /// this near to the limit: early enough that the head need not stop at the limit.
+    /// With a chain-wide policy, a head that flies on calls for a relay when its motion will have
+    /// brought all links, if they were equal, to the limit within this time: early enough that it
+    /// need not stop there, and late enough that a gallery may end before.
+    pub lead: Duration,
+    /// However fast it flies, the head calls for no relay while all links, if they were equal, would
+    /// be farther from the limit than this.
     pub margin: Db,
     /// With a chain-wide policy, the head slows down when all links, if they were equal, would be
     /// this near to the limit.
@@ -48,8 +52,9 @@ impl LaunchConfig {
         settled: None,
         hold: Duration::ZERO,
         patience: Duration::ZERO,
-        margin: Db(1.5),
-        slows_from: Db(2.0),
+        lead: Duration::from_secs(5),
+        margin: Db(1.0),
+        slows_from: Db(0.6),
         foresight: Duration::from_secs(1),
         arm_delay: Duration::from_secs(3),
     };
@@ -66,23 +71,65 @@ impl LaunchConfig {
 }
 
 /// For so long the level must have been too weak: two seconds of packets average its noise.
-const LEVEL_HOLD: Duration = Duration::from_secs(2);
-/// For so long a single link must have been too weak: a link that steps may stay weaker than the
-/// level, and a head that waits for a relay would wait for ever.
-const LEVEL_PATIENCE: Duration = Duration::from_secs(10);
+const LEVEL_HOLD_S: f32 = 2.0;
+/// For so long a single link must have been too weak, s: a link that steps may stay weaker than the
+/// level.
+const WEAKEST_HOLD_S: f32 = 10.0;
+/// For so long the head must have called while the last relay stood still, s: what that relay has
+/// brought comes to the head over the relays between. The head itself calls only after a second, and
+/// without a relay in the air that is enough.
+const CALL_HOLD_S: f32 = 1.2;
+/// For so long the head must have called while the last relay moved to and fro, s. While that relay
+/// flies out to its place the call counts less, by the part of [`FLIES_OUT`] at which it flies, since
+/// what it brings will be seen.
+const CALL_PATIENCE_S: f32 = 20.0;
+/// The speed of a relay that flies out to its place, m/s: nearly the largest of all policies.
+const FLIES_OUT: f32 = 0.35;
+/// A relay that is slower has come to its place, m/s: three times the noise of its optic flow over the
+/// ground of a cave.
+const AT_PLACE: f32 = 0.06;
 
 /// Decides in each round, for the relay that waits beside the base, whether it should take off.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LaunchWatch {
     weak_since: Option<Instant>,
     settled_since: Option<Instant>,
+    last_step: Option<Instant>,
+    /// For how long the level, and the weakest link, were too weak, s: less the time for which they
+    /// were not.
+    level_s: f32,
+    weakest_s: f32,
+    /// For how long the head has called in all, and while the last relay stood still, s.
+    called_s: f32,
+    called_at_rest_s: f32,
+}
+
+/// What the base tells a relay on the ground of the chain.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ChainNews {
+    /// The strength that all links would have if they were equal.
+    pub level: Dbm,
+    /// The span of the links as they are.
+    pub links: LinkSpan,
+    /// Whether the head calls for a relay.
+    pub calls: bool,
+    /// The velocity of the last drone of the chain, towards the head, if it is a relay.
+    pub last_relay: Option<MetresPerSecond>,
 }
 
 impl LaunchWatch {
     /// The watch before the first round.
     #[must_use]
     pub const fn new() -> Self {
-        Self { weak_since: None, settled_since: None }
+        Self {
+            weak_since: None,
+            settled_since: None,
+            last_step: None,
+            level_s: 0.0,
+            weakest_s: 0.0,
+            called_s: 0.0,
+            called_at_rest_s: 0.0,
+        }
     }
 
     /// Whether a relay should take off now. `last_link` is the strength of the link between the
@@ -113,28 +160,29 @@ impl LaunchWatch {
         waited || held
     }
 
-    /// Whether a relay should take off now, by the rule of a chain-wide policy: `level` is the
-    /// strength that all links of the chain would have if they were equal, and `chain` is the span
-    /// of the links as they are.
-    pub fn step_level(
-        &mut self,
-        now: Instant,
-        config: &LaunchConfig,
-        level: Dbm,
-        chain: LinkSpan,
-    ) -> bool {
-        let near = config.limit + config.margin;
-        let level = Dbm(level.0.max(chain.weakest.0).min(chain.strongest.0));
-        let for_long = |since: &mut Option<Instant>, holds: bool, long| {
-            if !holds {
-                *since = None;
-                return false;
-            }
-            now.since(*since.get_or_insert(now)) >= long
+    /// Whether a relay should take off now, by the rule of a chain-wide policy: because the head has
+    /// called for it since the last relay came to its place, or the chain as it is is too weak.
+    pub fn step_level(&mut self, now: Instant, config: &LaunchConfig, chain: &ChainNews) -> bool {
+        let dt = self.last_step.map_or(0.0, |last| now.since(last).as_secs_f32()).min(1.0);
+        self.last_step = Some(now);
+        let ChainNews { level, links, calls, last_relay } = *chain;
+        let level = level.0.max(links.weakest.0).min(links.strongest.0);
+        let is_at_place = last_relay.is_none_or(|velocity| velocity.0.abs() < AT_PLACE);
+        // A counter and not a moment: one weak packet the other way does not begin the wait anew.
+        let for_long = |counted: &mut f32, holds: bool, pace: f32, long: f32| {
+            *counted = (*counted + if holds { pace * dt } else { -dt }).max(0.0).min(long);
+            *counted >= long
         };
-        let waited = for_long(&mut self.weak_since, chain.weakest < near, LEVEL_PATIENCE);
-        let held = for_long(&mut self.settled_since, level < near, LEVEL_HOLD);
-        waited || held
+        let is_level_weak = for_long(&mut self.level_s, level < config.limit.0, 1.0, LEVEL_HOLD_S);
+        let outward = last_relay.map_or(0.0, |velocity| velocity.0 / FLIES_OUT);
+        // Written so that NaN counts in full.
+        let counted = if outward > 0.0 { 1.0 - outward.min(1.0) } else { 1.0 };
+        let is_link_weak =
+            for_long(&mut self.weakest_s, links.weakest < config.limit, counted, WEAKEST_HOLD_S);
+        let is_called = for_long(&mut self.called_s, calls, counted, CALL_PATIENCE_S);
+        let at_rest = for_long(&mut self.called_at_rest_s, calls && is_at_place, 1.0, CALL_HOLD_S);
+        let is_first = calls && last_relay.is_none();
+        is_level_weak || is_link_weak || is_called || is_first || at_rest
     }
 }
 

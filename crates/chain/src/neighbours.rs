@@ -226,6 +226,12 @@ impl Neighbours {
         self.all.iter().filter_map(|n| Some((n.report.from, n.filter.estimate()?)))
     }
 
+    /// The states of the links to all drones of the table, lost or not, where the smoothing estimates
+    /// slopes.
+    pub fn states(&self) -> impl Iterator<Item = LinkState> {
+        self.all.iter().filter_map(Neighbour::state)
+    }
+
     /// The drone behind, or `None` while none is heard.
     #[must_use]
     pub fn back(&self, ends: Ends) -> Option<&Neighbour> {

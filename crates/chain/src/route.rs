@@ -11,6 +11,11 @@
 //!
 //! Every drone sends one entry in each of its reports, one after the other. A list that has come as a
 //! whole replaces an older one: a report that is lost or comes twice changes nothing.
+//!
+//! A pilot may look into a branch, back out and choose another one. A junction that the head has come
+//! back to no longer lies behind it; and a choice by which the head has passed no junction that still
+//! lies behind it led nowhere: the next one takes its place, so that relays that come later never
+//! follow it.
 
 use heapless::Vec;
 use units::{Branch, Metres, SIGNPOSTS, Signpost};
@@ -18,6 +23,15 @@ use units::{Branch, Metres, SIGNPOSTS, Signpost};
 /// How far the head must fly back from a place before what the pilot chose there is forgotten: an
 /// odometer trembles by centimetres while the head hovers.
 const BACK: Metres = Metres(0.5);
+
+/// A drone that is so far before the place where it saw the tunnel open is before the junction: both beams
+/// of that side have seen the wall again, and for long enough that it counts. Our own number, for
+/// galleries of 1.2 to 1.6 m, tuned in the simulator.
+pub const BEFORE: Metres = Metres(1.2);
+/// The way by which an odometer trembles from round to round.
+const TREMBLES: Metres = Metres(0.05);
+/// The most openings behind the head that are remembered; of more the oldest is forgotten.
+const OPENINGS: usize = 16;
 
 /// One choice, and the way from which on it counts.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,14 +45,22 @@ struct Choice {
 pub struct Route {
     revision: u8,
     choices: Vec<Choice, SIGNPOSTS>,
-    /// The way at which the head passed its last junction.
-    junction: Option<Metres>,
+    /// The way at which the tunnel opened last, as the head told it.
+    told: Option<Metres>,
+    /// The same place, until the head has flown on from there or back.
+    ahead: Option<Metres>,
+    /// The ways at which the tunnel opened behind the head, in order.
+    openings: Vec<Metres, OPENINGS>,
+    /// Whether the head has come back past an opening, and has passed none since.
+    has_come_back: bool,
     /// The junction before the place at which the choice changed last, until the next one is passed.
     before: Option<Metres>,
     /// A list of which some entries have come.
     incoming: Option<Incoming>,
     /// The number of the entry that the next report has.
     next: u8,
+    /// The way from which on this list differs from the one before, until that is taken note of.
+    changed_from: Option<Metres>,
 }
 
 /// A list of which some entries have come.
@@ -56,20 +78,24 @@ impl Route {
         Self {
             revision: 0,
             choices: Vec::new(),
-            junction: None,
+            told: None,
+            ahead: None,
+            openings: Vec::new(),
+            has_come_back: false,
             before: None,
             incoming: None,
             next: 0,
+            changed_from: None,
         }
     }
 
-    /// Notes at the head that the pilot's choice is `branch` while the head is at `way`, and where it
-    /// has passed its last junction.
+    /// Notes at the head that the pilot's choice is `branch` while the head is at `way`, and where the
+    /// tunnel has opened last.
     pub fn lead(&mut self, way: Metres, branch: Option<Branch>, junction: Option<Metres>) {
         if !way.0.is_finite() {
             return;
         }
-        self.pass(junction);
+        self.pass(way, junction);
         // The head has flown back past a place: what it chose there no longer leads to it.
         while let [_, .., last] = self.choices.as_slice()
             && way < last.from - BACK
@@ -79,25 +105,56 @@ impl Route {
             self.revision = self.revision.wrapping_add(1);
         }
         let chosen = self.choices.last().map(|last| last.branch);
-        if chosen == Some(branch) || (chosen.is_none() && branch.is_none()) {
-            return;
+        if chosen != Some(branch) && !(chosen.is_none() && branch.is_none()) {
+            self.before = Some(self.openings.last().copied().unwrap_or(way));
+            let surplus = usize::from(self.choices.is_full());
+            self.choices = gathered(self.choices.iter().skip(surplus).copied());
+            // There is room: of a full list the oldest entry was left out.
+            let _ = self.choices.push(Choice { from: way, branch });
+            self.revision = self.revision.wrapping_add(1);
+            self.changed_from = Some(way);
         }
-        self.before = Some(self.junction.filter(|junction| *junction < way).unwrap_or(way));
-        let surplus = usize::from(self.choices.is_full());
-        self.choices = gathered(self.choices.iter().skip(surplus).copied());
-        // There is room: of a full list the oldest entry was left out.
-        let _ = self.choices.push(Choice { from: way, branch });
-        self.revision = self.revision.wrapping_add(1);
+        self.leave_out_idle();
     }
 
-    /// Notes the last junction that the head has passed. The first one behind the place at which the
-    /// choice changed tells how far that place may be moved.
-    fn pass(&mut self, junction: Option<Metres>) {
-        if junction == self.junction {
+    /// Leaves out choices before the last one that have led past no junction which still lies behind a
+    /// head that has come back.
+    fn leave_out_idle(&mut self) {
+        while self.has_come_back
+            && let [.., before, last] = self.choices.as_slice()
+            && (before.branch == last.branch
+                || self.openings.last().is_none_or(|opening| *opening <= before.from))
+        {
+            let joined = Choice { from: before.from, branch: last.branch };
+            self.choices.truncate(self.choices.len() - 2);
+            let _ = self.choices.push(joined);
+            self.before = None;
+            self.revision = self.revision.wrapping_add(1);
+        }
+    }
+
+    /// Notes where the head at `way` saw the tunnel open last. The first opening behind the place at which
+    /// the choice changed tells how far that place may be moved.
+    fn pass(&mut self, way: Metres, opened: Option<Metres>) {
+        while self.openings.last().is_some_and(|last| way <= *last - BEFORE) {
+            self.openings.pop();
+            self.has_come_back = true;
+        }
+        if opened != self.told {
+            (self.told, self.ahead) = (opened, opened);
+        }
+        // Tail first, too, the tunnel opens; but then the head has not passed that place.
+        self.ahead = self.ahead.filter(|at| *at - way < TREMBLES);
+        let Some(behind) = self.ahead.filter(|at| way - *at > TREMBLES) else { return };
+        self.ahead = None;
+        if self.openings.last().is_some_and(|last| behind <= *last) {
             return;
         }
-        self.junction = junction;
-        if let (Some(behind), Some(before)) = (junction, self.before)
+        let surplus = usize::from(self.openings.is_full());
+        self.openings = gathered(self.openings.iter().skip(surplus).copied());
+        let _ = self.openings.push(behind);
+        self.has_come_back = false;
+        if let Some(before) = self.before
             && let Some(last) = self.choices.last_mut()
             && behind > last.from
         {
@@ -107,12 +164,23 @@ impl Route {
         }
     }
 
+    /// The way at which the tunnel last opened behind a head at `way`, if the choice that counts there is
+    /// another than `branch`.
+    #[must_use]
+    pub fn passed_otherwise(&self, way: Metres, branch: Branch) -> Option<Metres> {
+        let last = self.openings.last().copied();
+        last.filter(|last| *last - BEFORE < way && self.branch_at(way) != Some(branch))
+    }
+
+    /// Takes the way from which on the list differs from the one before, once.
+    pub const fn take_change(&mut self) -> Option<Metres> {
+        self.changed_from.take()
+    }
+
     /// The choice that counts at `way`.
     #[must_use]
     pub fn branch_at(&self, way: Metres) -> Option<Branch> {
-        let passed = self.choices.iter().take_while(|choice| choice.from <= way);
-        // Before the first place, too, the first choice counts.
-        passed.last().or(self.choices.first())?.branch
+        branch_at(&self.choices, way)
     }
 
     /// Takes one entry of a list from a drone that is nearer to the head. The list is replaced when
@@ -132,11 +200,24 @@ impl Route {
         }
         let known = || list.entries.iter().take(usize::from(count)).copied();
         if known().all(|entry| entry.is_some()) {
-            (self.choices, self.revision) = (gathered(known().flatten()), revision);
+            let before = core::mem::replace(&mut self.choices, gathered(known().flatten()));
+            self.changed_from = earlier(self.changed_from, self.differs_from(&before));
+            self.revision = revision;
             self.incoming = None;
         } else {
             self.incoming = Some(*list);
         }
+    }
+
+    /// The least way from which on the list differs from another one, if they differ.
+    fn differs_from(&self, other: &[Choice]) -> Option<Metres> {
+        let start = Metres(f32::NEG_INFINITY);
+        let places = self.choices.iter().chain(other).map(|choice| choice.from);
+        let differs = |way: &Metres| self.branch_at(*way) != branch_at(other, *way);
+        core::iter::once(start)
+            .chain(places)
+            .filter(differs)
+            .fold(None, |least, way| earlier(least, Some(way)))
     }
 
     /// The entry for the next report; `None` without any choice.
@@ -149,11 +230,26 @@ impl Route {
     }
 }
 
-/// A list of as many of these choices as there is room for.
-fn gathered(choices: impl Iterator<Item = Choice>) -> Vec<Choice, SIGNPOSTS> {
+/// The choice of this list that counts at `way`.
+fn branch_at(choices: &[Choice], way: Metres) -> Option<Branch> {
+    let passed = choices.iter().take_while(|choice| choice.from <= way);
+    // Before the first place, too, the first choice counts.
+    passed.last().or(choices.first())?.branch
+}
+
+/// The lesser of two ways.
+fn earlier(a: Option<Metres>, b: Option<Metres>) -> Option<Metres> {
+    match (a, b) {
+        (Some(a), Some(b)) => Some(if b < a { b } else { a }),
+        (a, b) => a.or(b),
+    }
+}
+
+/// A list of as many of these entries as there is room for.
+fn gathered<T, const N: usize>(entries: impl Iterator<Item = T>) -> Vec<T, N> {
     let mut list = Vec::new();
     // Collecting them would link a panic.
-    choices.for_each(|choice| _ = list.push(choice));
+    entries.for_each(|entry| _ = list.push(entry));
     list
 }
 

@@ -20,6 +20,7 @@
 use units::{Db, DbPerMetre, Metres};
 
 use super::Slope;
+use super::relief::Relief;
 
 /// The constants of the filter.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,9 +67,9 @@ pub struct Wandering {
     pub bias: f32,
 }
 
-/// The least and the largest slope, dB/m: a line of sight of 20 m has 0.4, and the steepest corner
-/// of the corridors that the book simulates has 30.
-const SLOPES: [f32; 2] = [0.4, 30.0];
+/// The least and the largest slope, dB/m: a line of sight of 20 m has 0.4; and what changes by more than
+/// this, 2.4 dB within the 4 cm of a round at 0.2 m/s, is a step and no slope.
+const SLOPES: [f32; 2] = [0.4, 60.0];
 
 /// The loss of a packet that is farther from its expectation than this many standard deviations
 /// counts as if it were this far (P. Huber's estimator).
@@ -131,6 +132,7 @@ pub(super) struct SlopeEstimate {
     /// The length when the last packet came that was no outlier.
     sound_length: f32,
     step: Option<Step>,
+    relief: Relief,
 }
 
 /// A length at which the loss steps.
@@ -190,6 +192,7 @@ impl SlopeEstimate {
             shift: 0.0,
             sound_length: 0.0,
             step: None,
+            relief: Relief::first(loss),
         }
     }
 
@@ -204,6 +207,7 @@ impl SlopeEstimate {
         self.recent += way;
         self.length += p + q;
         self.shift += 0.5 * (q - p);
+        self.relief.separate([p, q]);
         self.step = self.step.filter(|step| (step.shift - self.shift).abs() < FORGOTTEN);
         if let Some(step) = &mut self.step {
             // It is where it is not known to be otherwise.
@@ -256,6 +260,7 @@ impl SlopeEstimate {
             self.sound_length = self.length;
         }
         self.correct(error, noise);
+        self.relief.note(self.loss);
     }
 
     fn count_outlier(&mut self, error: f32, ratio: f32) {
@@ -361,6 +366,11 @@ impl SlopeEstimate {
             height: Db(step.height),
             is_beyond: step.is_beyond,
         })
+    }
+
+    /// The largest loss that lengthening the link has taken away, dB.
+    pub(super) const fn hump(&self) -> f32 {
+        self.relief.hump()
     }
 
     /// The slopes of both ends.

@@ -31,7 +31,13 @@ fn exact() -> ChainWide {
 
 /// A link whose loss is known exactly.
 fn link(loss: f32, slope: f32) -> LinkState {
-    LinkState { loss: Db(loss), slopes: [DbPerMetre(slope); 2], variance: 0.0, step: None }
+    LinkState {
+        loss: Db(loss),
+        slopes: [DbPerMetre(slope); 2],
+        variance: 0.0,
+        step: None,
+        hump: Db(0.0),
+    }
 }
 
 /// The state of a drone that knows this level over the reference.

@@ -66,6 +66,72 @@ fn a_head_that_comes_back_forgets_what_it_chose_there() {
     assert_eq!(posts(&mut route).len(), 1);
 }
 
+/// A head that looks to the left at a junction at 5 m, comes back to 3 m, and goes to the right; with no
+/// choice, or the old one, while it flies back.
+fn looked_to_the_left(meanwhile: Option<Branch>) -> Route {
+    let mut route = led(9.0, |way| (LEFT, (way >= 5.0).then_some(5.0)));
+    for step in 0..=60 {
+        let way = 9.0 - 0.1 * step as f32;
+        // Tail first the wall on the left ends behind the corner.
+        route.lead(Metres(way), meanwhile, Some(Metres(if way < 6.0 { 6.0 } else { 5.0 })));
+    }
+    route.lead(Metres(3.0), RIGHT, Some(Metres(6.0)));
+    route
+}
+
+/// Relays whose odometers were metres off followed the old choice into the dead end.
+#[test]
+fn a_choice_that_led_nowhere_no_longer_counts_for_relays_that_come_later() {
+    for meanwhile in [LEFT, None] {
+        let mut route = looked_to_the_left(meanwhile);
+        for way in [0.0, 2.5, 4.0, 5.0, 9.0] {
+            assert_eq!(route.branch_at(Metres(way)), RIGHT, "{meanwhile:?}, {way}");
+        }
+        assert_eq!(posts(&mut route).len(), 1);
+    }
+}
+
+/// The choices at junctions that still lie behind the head stay.
+#[test]
+fn a_head_that_looks_into_a_later_branch_keeps_what_led_there() {
+    let mut route = three_forks();
+    for step in 0..=70 {
+        route.lead(Metres(24.0 - 0.1 * step as f32), LEFT, Some(Metres(20.0)));
+    }
+    route.lead(Metres(17.0), RIGHT, Some(Metres(20.0)));
+    for (junction, branch) in [(5.0, LEFT), (12.0, RIGHT), (20.0, RIGHT)] {
+        for error in [-2.5, 0.0, 2.5] {
+            assert_eq!(route.branch_at(Metres(junction + error)), branch, "{junction} {error}");
+        }
+    }
+}
+
+/// While the head is still in the junction, the choice is another than the one by which it came there.
+#[test]
+fn a_head_in_the_junction_came_there_by_another_choice() {
+    let mut route = led(9.0, |way| (LEFT, (way >= 5.0).then_some(5.0)));
+    assert_eq!(route.passed_otherwise(Metres(6.0), Branch::Right), Some(Metres(5.0)));
+    assert_eq!(route.passed_otherwise(Metres(6.0), Branch::Left), None);
+    route.lead(Metres(3.5), LEFT, Some(Metres(6.5)));
+    assert_eq!(route.passed_otherwise(Metres(3.5), Branch::Right), None, "it is before it");
+}
+
+#[test]
+fn a_relay_notes_from_where_on_a_new_list_differs() {
+    let mut relay = Route::new();
+    posts(&mut three_forks()).into_iter().for_each(|post| relay.hear(post));
+    assert_eq!(relay.take_change(), Some(Metres(f32::NEG_INFINITY)));
+    assert_eq!(relay.take_change(), None);
+    let mut head = three_forks();
+    for step in 0..=70 {
+        head.lead(Metres(24.0 - 0.1 * step as f32), LEFT, Some(Metres(20.0)));
+    }
+    head.lead(Metres(17.0), RIGHT, Some(Metres(20.0)));
+    posts(&mut head).into_iter().for_each(|post| relay.hear(post));
+    let from = relay.take_change().unwrap();
+    assert!((14.0..18.0).contains(&from.0), "{from:?}");
+}
+
 #[test]
 fn more_choices_than_there_is_room_for_leave_the_oldest_out() {
     let choice = |way: f32| if (way / 5.0) as i32 % 2 == 0 { LEFT } else { RIGHT };

@@ -520,7 +520,7 @@ proptest! {
             if let Some(packet) = round.packet {
                 filter.hear(packet);
             }
-            prop_assert!(filter.slopes().iter().all(|slope| (0.4..=30.0).contains(slope)));
+            prop_assert!(filter.slopes().iter().all(|slope| (0.4..=60.0).contains(slope)));
         }
     }
 
