@@ -29,6 +29,7 @@ pub const fn state(code: u8) -> &'static str {
         21 => "flying to what is not known yet",
         22 => "looking for a spot at which to land",
         23 => "flying back to where it took off",
+        24 => "flying home",
         _ => "in a state that this station does not know",
     }
 }
@@ -36,7 +37,7 @@ pub const fn state(code: u8) -> &'static str {
 /// Whether a drone in the state with this code is in the air.
 #[must_use]
 pub const fn is_airborne(state: u8) -> bool {
-    matches!(state, 2..=7 | 10..=12 | 14..=23)
+    matches!(state, 2..=7 | 10..=12 | 14..=24)
 }
 
 /// What is wrong with a drone whose fault has this code; `None` for nothing.

@@ -125,6 +125,7 @@ fn of_state(state: State) -> Frame {
             ChainDuty::Relaying { .. }
             | ChainDuty::Searching { .. }
             | ChainDuty::Retiring
+            | ChainDuty::Homing
             | ChainDuty::Siting { .. } => GAP_2,
             ChainDuty::Reconnecting { .. } | ChainDuty::Rejoining { .. } => GAP_3,
             ChainDuty::BackingUp { .. } => GAP_4,

@@ -33,7 +33,7 @@
 //! The duties of the chain ([`ChainDuty`]):
 //!
 //! ```text
-//!   Leading (head) ⇄ BackingUp      back link weak or lost; lands where it stays lost
+//!   Leading (head) ⇄ BackingUp      back link weak or lost
 //!
 //!   Relaying (relay) ⇄ BackingUp    the same
 //!                    ⇄ Reconnecting front link lost; backs up where the back link is weak or lost
@@ -41,6 +41,8 @@
 //!                    ⇄ Retiring     no longer needed; lands at home
 //!                    ⇄ Rejoining    in another branch than the drone in front
 //!
+//!   BackingUp ──nothing heard──▶ Homing     flies home, until it hears the base's side again
+//!   any of these ──order: return─▶ Homing   flies home, and lands there
 //!   any of these ──order: perch──▶ Siting   looks for a spot, and lands there
 //! ```
 #![no_std]
@@ -290,7 +292,7 @@ impl Agent {
         let [front, back] = self.mission.views();
         let wish = self.wish(config, &round);
         let (setpoint, walls) = self.carry_out(wish, config, inputs);
-        let PassedOn { links, sums, waiting, head_velocity, signpost } =
+        let PassedOn { links, sums, waiting, head_velocity, calls, is_uneven, signpost } =
             self.mission.passed_on(config, &round);
         self.outbox.clear();
         self.mission.tell(&round, &mut self.outbox);
@@ -307,6 +309,8 @@ impl Agent {
             head_velocity,
             signpost,
             recall: self.recalled,
+            calls,
+            is_uneven,
         };
         self.sequence = self.sequence.wrapping_add(1);
         let status = Status { state: self.state, front, back, here: round.here, walls };

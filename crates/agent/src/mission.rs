@@ -158,6 +158,10 @@ pub(crate) struct PassedOn {
     pub(crate) waiting: u8,
     /// The head's velocity.
     pub(crate) head_velocity: MetresPerSecond,
+    /// Whether the head calls for a relay.
+    pub(crate) calls: bool,
+    /// Whether the signal does not fall evenly along the tunnel.
+    pub(crate) is_uneven: bool,
     /// One of the pilot's choices at junctions.
     pub(crate) signpost: Option<Signpost>,
 }
@@ -169,6 +173,8 @@ impl PassedOn {
         sums: [LinkSum::NONE; 2],
         waiting: 0,
         head_velocity: MetresPerSecond::ZERO,
+        calls: false,
+        is_uneven: false,
         signpost: None,
     };
 }

@@ -166,7 +166,7 @@ async fn station_killed_after_the_recall_the_chain_comes_home() {
 #[tokio::test]
 async fn a_relay_is_lost_in_flight_the_page_names_it_and_the_head_comes_home() {
     let mut scenario = Scenario::open("demo").unwrap();
-    scenario.agent.launch.limit = Dbm(-50.0);
+    scenario.agent.launch.limit = Dbm(-46.0);
     scenario.losses = vec![Loss { at_us: 40_000_000, drone: 1, how: LossKind::Gone }];
     let chain = SimulatedChain::at_speed(scenario, 2.0);
     let station = StationProcess::start(&chain.address(), &[]);

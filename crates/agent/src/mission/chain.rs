@@ -3,6 +3,7 @@
 //! | module | holds |
 //! |---|---|
 //! | `duty` | the duties of a drone in the air, and the transitions between them |
+//! | `homing` | the way home, and the spot at which the drone lands there |
 //! | `links` | the drone's two links, as those transitions need them |
 //! | `turn` | which relay on the ground flies next, and which in the air is no longer needed |
 //! | `search` | the search of a relay for a better place |
@@ -12,6 +13,7 @@
 //! | `relayed` | what the drone's report passes on along the chain |
 
 mod duty;
+mod homing;
 mod junctions;
 mod links;
 mod relayed;
@@ -25,6 +27,7 @@ pub use duty::ChainDuty;
 use chain::astray::AstrayWatch;
 use chain::chain_wide::ChainWideState;
 use chain::filter::LinkEstimate;
+use chain::governor::Governor;
 use chain::launch::LaunchWatch;
 use chain::neighbours::{Ends, Heard, Neighbour, Neighbours};
 use chain::retirement::RetirementWatch;
@@ -36,6 +39,7 @@ use units::{Dbm, Duration, LinkSum, Metres, MetresPerSecond, NodeId, Phase};
 use super::{Next, Round, Wish};
 use crate::{AgentConfig, Inputs, LinkView};
 use duty::Standing;
+use homing::Parked;
 
 /// What a drone of a chain knows of the others.
 #[derive(Clone, Debug)]
@@ -44,18 +48,25 @@ pub(crate) struct Chain {
     /// The drone's two links in this round.
     ends: Ends,
     launch: LaunchWatch,
+    /// The head's speed by its links, and its call for a relay.
+    governor: Governor,
     search: SearchWatch,
     retirement: RetirementWatch,
     /// Whether the drone was on the ground or climbed in the last round, and no link of the chain.
     was_low: bool,
     /// The strength of the base where this drone took off.
     home_rssi: Option<Dbm>,
+    /// The drones on the ground.
+    parked: Parked,
     /// The state of the chain-wide policy.
     chain_wide: ChainWideState,
     /// The head's velocity, smoothed at the head and passed on by the relays.
     head_velocity: MetresPerSecond,
     /// The sums over the links towards the head and towards the base, held while a drone searches.
     sums: [LinkSum; 2],
+    /// Whether the signal does not fall evenly along the tunnel, as far as this drone has measured
+    /// since its take-off or was told by the drone in front.
+    is_uneven: bool,
     /// Whether this drone searches.
     is_searching: bool,
     /// Whether this drone flies home because it is not needed.
@@ -63,6 +74,8 @@ pub(crate) struct Chain {
     /// The pilot's choices at junctions.
     route: Route,
     astray: AstrayWatch,
+    /// How far in the head was when the pilot began to fly it back.
+    backed_from: Option<Metres>,
     /// How often the drone has flown back to a junction since it heard a drone in front.
     returns: u8,
     /// The place at which a search has ended that was worth it: the drone stays there, as an end of
@@ -87,17 +100,21 @@ impl Chain {
             neighbours: Neighbours::new(),
             ends: Ends::NONE,
             launch: LaunchWatch::new(),
+            governor: Governor::new(),
             search: SearchWatch::new(),
-            retirement: RetirementWatch::new(),
+            retirement: RetirementWatch::new(None),
             was_low: true,
             home_rssi: None,
+            parked: Parked::new(),
             chain_wide: ChainWideState::new(),
             head_velocity: MetresPerSecond::ZERO,
             sums: [LinkSum::NONE; 2],
+            is_uneven: false,
             is_searching: false,
             is_retiring: false,
             route: Route::new(),
             astray: AstrayWatch::new(),
+            backed_from: None,
             returns: 0,
             found: None,
             renewals: 0,
@@ -125,6 +142,7 @@ impl Chain {
             self.neighbours.begin_anew();
         }
         self.was_low = round.phase.is_low();
+        self.parked.listen(config, round, self.height, heard);
         let smoothing = &config.policy.smoothing;
         let lost_after = config.retreat.lost_after;
         (self.velocity, self.dt) = (velocity, dt);
@@ -139,6 +157,7 @@ impl Chain {
             self.note_base();
         }
         self.hear_route(round, heard);
+        self.is_uneven = !self.was_low && self.has_uneven_links(config);
         self.sums = self.sums(config, round);
         self.chain_wide.listen(self.sums);
         self.head_velocity = self.head_velocity(round);
@@ -148,7 +167,7 @@ impl Chain {
     /// Notes where the drone takes off.
     pub(crate) fn note_home(&mut self) {
         self.note_base();
-        self.retirement = RetirementWatch::new();
+        self.retirement = RetirementWatch::new(self.chain_at_launch());
     }
 
     /// Notes the strength of the base where the drone is, its home.
@@ -164,13 +183,18 @@ impl Chain {
         round: &Round,
         duty: ChainDuty,
     ) -> Next<ChainDuty> {
+        self.note_stick(round);
         duty.next(&Standing {
             config,
             round,
             links: self.links(config, round.role),
+            near: self.parked.near(config, round),
+            farthest: self.parked.farthest(),
+            home_since: self.parked.home_since(),
             searches: self.searches(config, round, duty),
             retires: self.retires(config, round, duty),
             is_astray: self.is_astray(config, round, duty),
+            chosen_anew: self.chosen_anew(round),
             is_sited: self.is_sited(config, round, duty),
         })
     }
@@ -178,7 +202,7 @@ impl Chain {
     /// How the drone is to fly at a duty of the chain.
     pub(crate) fn wish(&mut self, config: &AgentConfig, round: &Round, duty: ChainDuty) -> Wish {
         let speed = self.speed(config, round, duty);
-        let (height, guide) = (config.flight.height, self.guide(round, duty));
+        let (height, guide) = (config.flight.height, self.guide(config, round, duty));
         match self.siting_command(config, round, duty) {
             Some(command) => Wish::Beside { command, height },
             None => Wish::Along { speed, height, guide },

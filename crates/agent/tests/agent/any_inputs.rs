@@ -115,6 +115,8 @@ fn packet() -> impl Strategy<Value = Heard> {
             let (from, sequence, phase, recall, links) = of_chain;
             let (rssi, velocity, odometer, signpost) = own;
             let report = Report {
+                calls: false,
+                is_uneven: false,
                 from: NodeId(from),
                 sequence,
                 phase,

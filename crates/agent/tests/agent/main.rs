@@ -12,6 +12,7 @@
 mod any_inputs;
 mod behaviour;
 mod explore;
+mod homing;
 mod odometer;
 mod rig;
 mod search;

@@ -16,7 +16,7 @@ use flight::Cause;
 use super::rig::{BASE, EXPLORE, Rig, Scene};
 
 /// The states and how one gets there.
-const STATES: [&str; 13] = [
+const STATES: [&str; 14] = [
     "idle",
     "armed",
     "taking-off",
@@ -24,6 +24,7 @@ const STATES: [&str; 13] = [
     "relaying",
     "reconnecting",
     "backing-up",
+    "homing",
     "landing",
     "landed",
     "siting",
@@ -74,6 +75,12 @@ fn in_state(role: Role, name: &str) -> Option<(Rig, Scene)> {
             let mut rig = Rig::on_duty(role);
             rig.until(name, &weak);
             (rig, weak)
+        }
+        (_, "homing") => {
+            let called = air.order(Order::Return);
+            let mut rig = Rig::on_duty(role);
+            rig.until(name, &called);
+            (rig, called)
         }
         (_, "landing") => {
             let mut rig = Rig::on_duty(role);

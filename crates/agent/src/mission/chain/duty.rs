@@ -2,11 +2,13 @@
 
 use core::ops::ControlFlow::{Break, Continue};
 
+use chain::route::BEFORE;
 use chain::search::{Place, Search};
-use units::{Duration, Instant, Metres, Order, Phase, Role};
+use units::{Course, Db, Duration, Instant, Metres, Order, Phase, Role};
 
+use super::homing::{Near, is_home};
 use super::links::Links;
-use crate::mission::{Next, Round};
+use crate::mission::{Next, Round, Task};
 use crate::{AgentConfig, LandReason};
 
 /// What a drone of a chain does in the air, at its place.
@@ -39,7 +41,11 @@ pub enum ChainDuty {
     /// A relay that is no longer needed flies home. The relays in front take it for the end of
     /// their chain, as they take the base.
     Retiring,
-    /// A relay that took another branch than the drone in front flies back to the junction.
+    /// The drone was called home, or its base side stayed silent over the whole of a retreat: it flies
+    /// home, whatever it hears.
+    Homing,
+    /// A relay that took another branch than the drone in front flies back to the junction, and so does
+    /// a head that the pilot has flown back and that is to take another branch than it did.
     Rejoining {
         /// When it began to fly back.
         since: Instant,
@@ -67,14 +73,29 @@ pub(super) struct Standing<'a> {
     pub(super) config: &'a AgentConfig,
     pub(super) round: &'a Round,
     pub(super) links: Links,
+    /// Which drones on the ground are near.
+    pub(super) near: Near,
+    /// The farthest that the drone has been from its take-off.
+    pub(super) farthest: Metres,
+    /// When its odometer came home, if it is there.
+    pub(super) home_since: Option<Instant>,
     /// Whether a relay should look for a better place now.
     pub(super) searches: bool,
     /// Whether the chain no longer needs a relay.
     pub(super) retires: bool,
     /// Whether a relay is in another branch than the drone in front.
     pub(super) is_astray: bool,
+    /// Where the junction began at which the head is to take another branch than it did.
+    pub(super) chosen_anew: Option<Metres>,
     /// Whether a drone that looks for a spot at which to land is there.
     pub(super) is_sited: bool,
+}
+
+impl Standing<'_> {
+    /// Whether the operator, or a drone whose battery is needed for its way home, calls the chain home.
+    fn is_called_home(&self) -> bool {
+        self.round.order() == Some(Order::Return)
+    }
 }
 
 impl ChainDuty {
@@ -95,6 +116,7 @@ impl ChainDuty {
             Self::Reconnecting { .. } => "reconnecting",
             Self::Searching { .. } => "searching",
             Self::Retiring => "retiring",
+            Self::Homing => "homing",
             Self::Rejoining { .. } => "rejoining",
             Self::Siting { .. } => "siting",
             Self::BackingUp { .. } => "backing-up",
@@ -113,6 +135,7 @@ impl ChainDuty {
             Self::Retiring => 11,
             Self::Rejoining { .. } => 12,
             Self::Siting { .. } => 22,
+            Self::Homing => 24,
         }
     }
 
@@ -123,6 +146,7 @@ impl ChainDuty {
             | Self::Relaying { .. }
             | Self::Reconnecting { .. }
             | Self::Retiring
+            | Self::Homing
             | Self::Rejoining { .. }
             | Self::Siting { .. }
             | Self::BackingUp { .. } => Phase::Linked,
@@ -134,6 +158,8 @@ impl ChainDuty {
     pub(super) fn next(self, at: &Standing<'_>) -> Next<Self> {
         dismissed(at)?;
         match self {
+            Self::Homing => homing(at),
+            _ if at.is_called_home() => Continue(Self::Homing),
             Self::Siting { since } => siting(since, at),
             // The drone looks for a spot from where it can relay from the ground.
             _ if at.round.order() == Some(Order::Perch) && at.links.bear_ground => {
@@ -159,11 +185,18 @@ fn dismissed(at: &Standing<'_>) -> Next<()> {
     }
 }
 
-/// Next to the base, and where it took off by odometer or by signal: ways flown round bends
-/// differ out and back, and the base is nowhere stronger than at home.
-fn is_home(at: &Standing<'_>) -> bool {
-    let Some(base) = at.links.base else { return false };
-    at.round.way() <= at.config.flight.home || at.links.home_rssi.is_some_and(|home| base >= home)
+/// A drone that no order calls home, but a silent base side, has its place again where it hears that
+/// side well.
+fn homing(at: &Standing<'_>) -> Next<ChainDuty> {
+    if at.is_called_home() {
+        Continue(ChainDuty::Homing)
+    } else if !at.config.retreat.wanted(at.links.front, at.links.back, true) {
+        Continue(ChainDuty::at_place(at.round.role, at.round.now))
+    } else if is_home(at) {
+        Break(LandReason::LinkLost)
+    } else {
+        Continue(ChainDuty::Homing)
+    }
 }
 
 /// Whether links call for a retreat. A drone whose neighbour searches bears a weak one.
@@ -181,20 +214,30 @@ fn backs_up(at: &Standing<'_>) -> ChainDuty {
 fn leading(patient_until: Instant, at: &Standing<'_>) -> ChainDuty {
     if at.round.now >= patient_until && retreats(at) {
         backs_up(at)
+    } else if let Some(opened) = at.chosen_anew.filter(|_| is_pushed(at)) {
+        ChainDuty::Rejoining { since: at.round.now, to: opened - BEFORE, passed: None }
     } else {
         ChainDuty::Leading { patient_until }
     }
 }
 
+/// Whether the pilot pushes the stick forward.
+fn is_pushed(at: &Standing<'_>) -> bool {
+    let limit = at.config.flight.pilot_timeout;
+    at.round.task.is_some_and(|Task { order, given }| {
+        let is_forward = matches!(order, Order::Explore(Course { speed, .. }) if speed.0 > 0.0);
+        is_forward && at.round.now.since(given) <= limit
+    })
+}
+
 fn relaying(patient_until: Instant, at: &Standing<'_>) -> ChainDuty {
     let (now, way) = (at.round.now, at.round.way());
     let is_patient = now < patient_until;
-    let is_called_home = at.round.order() == Some(Order::Return);
     if at.is_astray {
         rejoins(at)
     } else if !is_patient && retreats(at) {
         backs_up(at)
-    } else if !is_patient && at.links.front.is_none() && !is_called_home {
+    } else if !is_patient && at.links.front.is_none() {
         ChainDuty::Reconnecting { since: now, from: way }
     } else if at.retires {
         ChainDuty::Retiring
@@ -210,7 +253,7 @@ fn reconnecting(since: Instant, from: Metres, at: &Standing<'_>) -> ChainDuty {
         rejoins(at)
     } else if at.config.retreat.wanted(at.links.front, at.links.back, false) {
         backs_up(at)
-    } else if at.links.front.is_some() || at.round.order() == Some(Order::Return) {
+    } else if at.links.front.is_some() {
         ChainDuty::Relaying { patient_until: at.round.now }
     } else {
         ChainDuty::Reconnecting { since, from }
@@ -218,13 +261,10 @@ fn reconnecting(since: Instant, from: Metres, at: &Standing<'_>) -> ChainDuty {
 }
 
 /// The way that a relay flies back at most, m, and the way to an opening that may be the junction.
-/// This and the next two are our own numbers, for galleries of 1.2 to 1.6 m, tuned in the simulator.
+/// This and the next are our own numbers, for galleries of 1.2 to 1.6 m, tuned in the simulator.
 const FARTHEST_BACK: Metres = Metres(12.0);
-/// From where the leading beam saw the opening on the way out, the relay flies back by so much more:
-/// both beams of that side then see the wall again, before the junction.
-const BEFORE: Metres = Metres(1.2);
-/// The same from where a relay that flies back sees the far side of the opening: the width of a
-/// gallery more on either side.
+/// A relay that flies back past the far side of an opening is before it by [`BEFORE`] after so much: the
+/// width of a gallery more on either side.
 const BEFORE_FAR_SIDE: Metres = Metres(3.6);
 /// The time after which a relay no longer flies back: 12 m at 0.2 m/s take 60 s.
 const LONGEST_BACK: Duration = Duration::from_secs(75);
@@ -241,7 +281,8 @@ fn rejoins(at: &Standing<'_>) -> ChainDuty {
     ChainDuty::Rejoining { since: at.round.now, to, passed }
 }
 
-/// A relay that is back before the junction flies out again, by the pilot's choice.
+/// A drone that is back before the junction flies out again, by the pilot's choice. The head stops as
+/// soon as the pilot releases the stick.
 fn rejoining(since: Instant, to: Metres, passed: Option<Metres>, at: &Standing<'_>) -> ChainDuty {
     let (now, way) = (at.round.now, at.round.way());
     let is_seen = |opened: &Metres| passed.is_some_and(|passed| passed != *opened);
@@ -249,8 +290,10 @@ fn rejoining(since: Instant, to: Metres, passed: Option<Metres>, at: &Standing<'
         Some(opened) => (opened - BEFORE_FAR_SIDE, None),
         None => (to, passed),
     };
-    if way <= to || now.since(since) > LONGEST_BACK || !at.round.explores() {
-        ChainDuty::Relaying { patient_until: now + at.config.retreat.rest }
+    let is_released = at.round.role == Role::Head && !is_pushed(at);
+    let is_spent = now.since(since) > LONGEST_BACK;
+    if way <= to || is_spent || is_released || !at.round.explores() {
+        ChainDuty::at_place(at.round.role, now + at.config.retreat.rest)
     } else {
         ChainDuty::Rejoining { since, to, passed }
     }
@@ -269,9 +312,13 @@ fn searching(search: Search, at: &Standing<'_>) -> ChainDuty {
     next.map_or(relaying, |search| ChainDuty::Searching { search })
 }
 
+/// A link that becomes weaker than the limit by this much needs the relay again, dB: the standard
+/// deviation of a filtered link at rest, twice.
+const BORNE: Db = Db(0.5);
+
 /// A relay that flies home stays where it is needed again: where a link is missing or becomes too weak.
 fn retiring(at: &Standing<'_>) -> Next<ChainDuty> {
-    let least = at.config.launch.limit + at.config.launch.margin;
+    let least = at.config.launch.limit - BORNE;
     let can_go = at.round.explores()
         && at.links.base.is_some()
         && at.links.front.is_some_and(|front| front >= least);
@@ -310,7 +357,7 @@ fn backing_up(since: Instant, from: Metres, at: &Standing<'_>) -> Next<ChainDuty
     } else if at.links.back.is_some() {
         Continue(ChainDuty::at_place(at.round.role, now + retreat.rest))
     } else {
-        Break(LandReason::LinkLost)
+        Continue(ChainDuty::Homing)
     }
 }
 
@@ -320,7 +367,6 @@ mod tests {
 
     use super::*;
     use crate::Reckoning;
-    use crate::mission::Task;
 
     const EXPLORE: Order = Order::explore(MetresPerSecond(0.2));
     const NOW: Instant = Instant::from_millis(100_000);
@@ -347,7 +393,7 @@ mod tests {
         Search::begin(NOW, Place { way: HERE, weaker: Dbm(-70.0) })
     }
 
-    fn duties() -> [ChainDuty; 8] {
+    fn duties() -> [ChainDuty; 9] {
         [
             ChainDuty::Leading { patient_until: Instant::ZERO },
             ChainDuty::Relaying { patient_until: Instant::ZERO },
@@ -357,6 +403,7 @@ mod tests {
             ChainDuty::Rejoining { since: NOW, to: HERE - Metres(1.0), passed: None },
             ChainDuty::Siting { since: NOW },
             ChainDuty::BackingUp { since: NOW, from: HERE },
+            ChainDuty::Homing,
         ]
     }
 
@@ -376,10 +423,19 @@ mod tests {
         let here = Reckoning { odometer: HERE, ..Reckoning::default() };
         let phase = Phase::Linked;
         let round = Round { now: NOW, id: NodeId(1), role, phase, task, here, junction: None };
-        let (is_astray, is_sited) = (false, false);
-        let config = &CONFIG;
-        let round = &round;
-        duty.next(&Standing { config, round, links, searches, retires, is_astray, is_sited })
+        duty.next(&Standing {
+            config: &CONFIG,
+            round: &round,
+            links,
+            near: Near::default(),
+            farthest: HERE,
+            home_since: None,
+            searches,
+            retires,
+            is_astray: false,
+            chosen_anew: None,
+            is_sited: false,
+        })
     }
 
     /// The duty, or the landing, after the round in which a siting drone has come to its spot.
@@ -391,9 +447,13 @@ mod tests {
             config: &CONFIG,
             round: &round,
             links,
+            near: Near::default(),
+            farthest: HERE,
+            home_since: None,
             searches: false,
             retires: false,
             is_astray: false,
+            chosen_anew: None,
             is_sited: true,
         })
     }
@@ -434,7 +494,8 @@ mod tests {
     #[test]
     fn a_search_ends_with_the_order_to_explore_and_gives_way_to_the_neighbour_in_front() {
         let searching = ChainDuty::Searching { search: search() };
-        assert_eq!(after(searching, Order::Return, GOOD), RELAYING);
+        assert_eq!(after(searching, Order::Return, GOOD), Continue(ChainDuty::Homing));
+        assert_eq!(after(searching, Order::Wait, GOOD), RELAYING);
         let links = Links { is_searched: true, is_front_searching: true, ..GOOD };
         assert_eq!(after(searching, EXPLORE, links), RELAYING, "it has not left its place yet");
         let away = Place { way: HERE - Metres(3.0), weaker: Dbm(-70.0) };
@@ -452,7 +513,7 @@ mod tests {
         assert_eq!(retires(Links { front: Some(WEAK), ..GOOD }), RELAYING);
         assert_eq!(retires(Links { front: None, ..GOOD }), RELAYING);
         assert_eq!(retires(Links { base: None, ..GOOD }), RELAYING);
-        assert_eq!(after(ChainDuty::Retiring, Order::Return, GOOD), RELAYING);
+        assert_eq!(after(ChainDuty::Retiring, Order::Wait, GOOD), RELAYING);
     }
 
     #[test]

@@ -4,7 +4,7 @@ use chain::astray::{AstrayWatch, Front};
 use chain::neighbours::Heard;
 use chain::route::Route;
 use tunnel_nav::Guide;
-use units::{Branch, Course, Metres, NodeId, Order, Role};
+use units::{Branch, Course, Metres, NodeId, Order, Phase, Role};
 
 use super::{Chain, ChainDuty};
 use crate::AgentConfig;
@@ -63,18 +63,58 @@ impl Chain {
             self.astray = AstrayWatch::new();
             return false;
         }
-        let is_astray = self.astray.step(&config.astray, round.way(), front) || is_lost;
+        let is_astray =
+            self.astray.step(&config.astray, round.way(), round.junction, front) || is_lost;
         self.returns += u8::from(is_lost);
         is_astray
     }
 
     /// How the drone at its `duty` is guided at the junctions near its place.
-    pub(crate) fn guide(&mut self, round: &Round, duty: ChainDuty) -> Guide {
+    pub(crate) fn guide(&mut self, config: &AgentConfig, round: &Round, duty: ChainDuty) -> Guide {
         let branch = self.branch(round, duty);
         let rejoins = matches!(duty, ChainDuty::Rejoining { .. });
         // The wall on the other side than the chosen branch leads out of a wrong one.
-        let branch = if rejoins { branch.and_then(opposite) } else { branch };
-        Guide { branch, rejoins }
+        let is_stray = rejoins && round.role == Role::Relay;
+        let branch = if is_stray { branch.and_then(opposite) } else { branch };
+        let has_company = self.has_company(config, round);
+        Guide { branch, rejoins, changed_from: self.route.take_change(), has_company }
+    }
+
+    /// Whether any drone in the air is too near.
+    fn has_company(&self, config: &AgentConfig, round: &Round) -> bool {
+        let mut heard = self.neighbours.heard(round.now, config.retreat.lost_after);
+        heard.any(|other| {
+            let is_up =
+                matches!(other.report.phase, Phase::Transit | Phase::Linked | Phase::Searching);
+            is_up && config.policy.is_too_near(other.rssi())
+        })
+    }
+
+    /// Notes how far in the head was when the pilot began to fly it back.
+    pub(super) fn note_stick(&mut self, round: &Round) {
+        let Some(Order::Explore(Course { speed, branch })) = round.order() else {
+            self.backed_from = None;
+            return;
+        };
+        if speed.0 < 0.0 {
+            let from = self.backed_from.unwrap_or(round.way());
+            self.backed_from = Some(if round.way() > from { round.way() } else { from });
+        } else if speed.0 > 0.0 && self.route.branch_at(round.way()) == branch {
+            self.backed_from = None;
+        }
+    }
+
+    /// Where the junction began at which the first head must take another branch than it did: the pilot
+    /// has flown it back into that junction, and has changed the choice. From there the head cannot turn
+    /// into the other branch.
+    pub(super) fn chosen_anew(&self, round: &Round) -> Option<Metres> {
+        let Some(Order::Explore(Course { branch: Some(branch), .. })) = round.order() else {
+            return None;
+        };
+        let is_back = self.backed_from.is_some_and(|from| from - round.way() >= BACK);
+        let opened = self.route.passed_otherwise(round.way(), branch)?;
+        let is_near = round.way() - opened <= JUNCTION;
+        (round.id == NodeId::HEAD && is_back && is_near).then_some(opened)
     }
 
     /// The branch that the drone takes at the junctions near its place.
@@ -89,7 +129,11 @@ impl Chain {
         };
         match (chosen, duty) {
             (Some(branch), ChainDuty::Leading { .. }) if round.id == NodeId::HEAD => {
-                self.route.lead(round.way(), branch, round.junction);
+                // The choice counts from before the junction on, to where the head flies back first.
+                let flies_back_first = self.chosen_anew(round).is_some();
+                if !flies_back_first {
+                    self.route.lead(round.way(), branch, round.junction);
+                }
             }
             // Another explorer follows the pilot, and leaves the list to the first.
             (Some(Some(branch)), ChainDuty::Leading { .. }) => return Some(branch),
@@ -103,6 +147,14 @@ impl Chain {
 /// tiles, from 0.8 m beside one wall to 0.8 m beside the other: half as long as it is wide, by the speeds
 /// of `tunnel-nav`.
 const ACROSS: Metres = Metres(1.8);
+
+/// A head that the pilot has flown back by so much looks into another branch next, if it is to take
+/// another one.
+const BACK: Metres = Metres(0.5);
+/// A junction is so long, from where the leading beam sees it to a metre and a half into a branch: half of
+/// a gallery of 1.6 m, a turn of a right angle at 0.5 m, and what the wall of the branch is seen later. Our
+/// own number.
+const JUNCTION: Metres = Metres(3.5);
 
 /// A relay that finds no drone in front flies back to the junction no more often than this: the drone
 /// in front may be gone.

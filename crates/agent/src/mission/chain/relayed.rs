@@ -2,8 +2,10 @@
 //! head's velocity.
 
 use chain::chain_wide::Side;
+use chain::launch::ChainNews;
 use chain::neighbours::Neighbour;
 use chain::policy::SpeedLaw;
+use chain::retirement::AtLaunch;
 use units::{Dbm, Duration, LinkSpan, LinkSum, MetresPerSecond, Phase, Role};
 
 use super::Chain;
@@ -38,6 +40,8 @@ impl Chain {
             sums: self.sums(config, round),
             waiting: self.waiting(config, round),
             head_velocity: self.head_velocity,
+            calls: self.calls(round.role),
+            is_uneven: self.is_uneven,
             signpost: self.route.say(),
         }
     }
@@ -52,14 +56,35 @@ impl Chain {
         u8::try_from(on_ground).unwrap_or(u8::MAX).max(told.unwrap_or(0)).min(3)
     }
 
-    /// The strength that all links would have if they were equal, and the links' span, as the base
-    /// reports them to a relay on the ground.
-    pub(super) fn told_by_base(&self) -> Option<(Dbm, LinkSpan)> {
+    /// What the base tells a relay on the ground of the chain.
+    pub(super) fn told_by_base(&self) -> Option<ChainNews> {
         let base = self.back().filter(|n| n.report.phase == Phase::Base)?;
-        let ahead = base.report.sums[0];
+        let [ahead, _] = base.report.sums;
         (ahead.links > 0).then_some(())?;
         let level = LinkSum::REFERENCE + ahead.level()?;
-        Some((Dbm::after_loss(level), base.report.links?))
+        let last_relay = self.front().filter(|_| ahead.links > 1);
+        Some(ChainNews {
+            level: Dbm::after_loss(level),
+            links: base.report.links?,
+            calls: base.report.calls,
+            last_relay: last_relay.map(|relay| relay.report.velocity),
+        })
+    }
+
+    /// The chain that a relay on the ground joins, by what the base tells of it.
+    pub(super) fn chain_at_launch(&self) -> Option<AtLaunch> {
+        let base = self.back().filter(|n| n.report.phase == Phase::Base)?;
+        let [ahead, _] = base.report.sums;
+        let level = Dbm::after_loss(LinkSum::REFERENCE + ahead.level()?);
+        Some(AtLaunch { level, compliance: ahead.compliance })
+    }
+
+    /// Whether the head calls for a relay, as far as this drone knows.
+    pub(super) fn calls(&self, role: Role) -> bool {
+        match role {
+            Role::Head => self.governor.calls(),
+            Role::Relay | Role::Base => self.front().is_some_and(|front| front.report.calls),
+        }
     }
 
     /// The span of the links from the head down to this drone; `None` where it hears no drone in

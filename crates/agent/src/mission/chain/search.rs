@@ -2,7 +2,7 @@
 
 use chain::neighbours::Neighbour;
 use chain::policy::SpeedLaw;
-use chain::search::{Place, Scene};
+use chain::search::{Place, Prospect, Scene};
 use units::{Dbm, Duration, MetresPerSecond, Order, Phase};
 
 use super::{Chain, ChainDuty};
@@ -14,7 +14,7 @@ use crate::mission::Round;
 const MOST_RENEWALS: u8 = 3;
 
 /// A drone that flies no faster than this stands still, m/s: three times the noise of its velocity.
-const STILL: f32 = 0.06;
+pub(super) const STILL: f32 = 0.06;
 
 impl Chain {
     /// Whether this relay, at its `duty`, should look for a better place now.
@@ -45,18 +45,38 @@ impl Chain {
         // All relays of a chain that is too weak know it at the same time, whichever of them has the
         // weaker links of the moment: their turns decide which of them looks first.
         let level = self.chain_wide.level().map_or(weaker, Dbm::after_loss);
-        let wanted = config.launch.limit + config.launch.margin;
         let is_still = velocities.iter().all(|velocity| velocity.0.abs() < STILL);
         let scene = Scene {
             place: Place { way: round.way(), weaker },
             neighbours: [front.report.odometer, back.report.odometer],
             is_calm: is_still && ![front, back].into_iter().any(is_searching),
             is_help_near: self.waiting(config, round) > 0,
-            is_weak: weaker < wanted || level < wanted,
+            limit: config.launch.limit,
+            weakest: Dbm(weaker.0.min(level.0)),
+            prospect: self.prospect(),
         };
         // Of three relays the one in the middle begins: its neighbours can share what it gains.
         let turn = if round.id.0.is_multiple_of(2) { Duration::ZERO } else { config.search.turn };
         self.search.step(&config.search, round.now, turn, &scene)
+    }
+
+    /// Whether a link of this drone to any other became stronger as it was lengthened, now or before,
+    /// or the drone in front says so of those ahead.
+    pub(super) fn has_uneven_links(&self, config: &AgentConfig) -> bool {
+        self.is_uneven
+            || self.front().is_some_and(|front| front.report.is_uneven)
+            || self.neighbours.states().any(|link| link.hump >= config.search.hump)
+    }
+
+    /// The relay's reason to expect a better place than the one at which its links are equal.
+    const fn prospect(&self) -> Prospect {
+        if self.is_uneven {
+            Prospect::Hump
+        } else if self.home_rssi.is_none() {
+            Prospect::Unknown
+        } else {
+            Prospect::None
+        }
     }
 
     /// The velocity of a relay that stays at a place that it has found, while that place is worth it.

@@ -1,10 +1,11 @@
 //! How fast a drone of a chain flies along the tunnel.
 
+use chain::governor::{Governor, HeadLinks};
 use chain::launch::LaunchConfig;
 use chain::neighbours::Neighbour;
 use chain::policy::SpeedLaw;
 use chain::retirement::RetirementWatch;
-use units::{Course, Dbm, Duration, Metres, MetresPerSecond, Order};
+use units::{Course, Dbm, Duration, Metres, MetresPerSecond, Order, Role};
 
 use super::relayed::{AHEAD, BEHIND, side};
 use super::search::is_searching;
@@ -22,7 +23,7 @@ impl Chain {
     ) -> MetresPerSecond {
         self.note_duty(round, duty);
         let [front, back] = self.views();
-        match duty {
+        let speed = match duty {
             ChainDuty::Leading { .. } => self.leading_speed(config, round, back),
             ChainDuty::Relaying { .. } => self.relaying_speed(config, round, front, back),
             ChainDuty::Reconnecting { since, from } => {
@@ -30,11 +31,17 @@ impl Chain {
                 reconnecting_speed(config, waited, round.way() - from, back)
             }
             ChainDuty::Searching { search } => search.velocity(&config.search, round.way()),
-            ChainDuty::Retiring | ChainDuty::Rejoining { .. } => homeward(config, back),
+            ChainDuty::Rejoining { .. } => homeward(config, back),
+            ChainDuty::Retiring => self.homeward_speed(config, round, back) * RETIRING,
+            ChainDuty::Homing => self.homing_speed(config, round, front, back),
             // The search for a spot has its own command.
             ChainDuty::Siting { .. } => MetresPerSecond::ZERO,
             ChainDuty::BackingUp { .. } => -config.retreat.speed,
+        };
+        if round.role == Role::Head {
+            self.note_call(config, round, speed);
         }
+        speed
     }
 
     /// Notes the duty of this round.
@@ -42,7 +49,7 @@ impl Chain {
         self.is_searching = matches!(duty, ChainDuty::Searching { .. });
         if self.is_retiring && duty != ChainDuty::Retiring {
             // It is needed after all: the head has to come back as far again.
-            self.retirement = RetirementWatch::new();
+            self.retirement = RetirementWatch::after_failure();
         }
         self.is_retiring = duty == ChainDuty::Retiring;
         let relays = matches!(duty, ChainDuty::Relaying { .. }) && round.explores();
@@ -53,74 +60,63 @@ impl Chain {
         }
     }
 
-    /// The pilot's stick while it is alive and the link can spare it, or the way home.
+    /// The pilot's stick while it is alive and the link can spare it.
     fn leading_speed(
-        &self,
+        &mut self,
         config: &AgentConfig,
         round: &Round,
         back: Option<LinkView>,
     ) -> MetresPerSecond {
-        let Some(Task { order, given }) = round.task else { return MetresPerSecond::ZERO };
-        match order {
-            Order::Explore(Course { speed, .. })
-                if round.now.since(given) <= config.flight.pilot_timeout =>
-            {
-                let speed = speed.limited_to(config.policy.max_speed);
-                if speed.0 >= 0.0 {
-                    let freedom = config.retreat.freedom(back.map(|link| link.rssi));
-                    self.speed_at_limit(&config.launch, speed * freedom, back)
-                } else {
-                    behind_clear(config, back, speed)
-                }
-            }
-            Order::Return => homeward(config, back),
-            Order::Explore(..) | Order::Wait | Order::Land | Order::Perch | Order::Stop => {
-                MetresPerSecond::ZERO
-            }
+        let asked = pilots_speed(config, round);
+        if asked.0 < 0.0 {
+            return behind_clear(config, back, asked);
         }
+        if asked == MetresPerSecond::ZERO {
+            let may_ease = round.explores() && self.waiting(config, round) == 0;
+            let links = self.head_links().filter(|_| may_ease);
+            let eased = links.map_or(asked, |links| Governor::eased(&config.launch, &links));
+            return behind_clear(config, back, eased);
+        }
+        let freedom = config.retreat.freedom(back.map(|link| link.rssi));
+        self.speed_at_limit(&config.launch, asked * freedom)
     }
 
-    /// The pilot's forward `speed` as far as the links can spare it. The head slows down as the
-    /// links, were they equal, come near to the launch limit, and where its own link falls steeply
-    /// flies no faster than what is spare lasts for [`LaunchConfig::foresight`]; at the limit it
-    /// waits for the next relay, and from where the links are weaker it comes back at half the speed.
-    /// While the relay behind it searches the head stays.
-    fn speed_at_limit(
-        &self,
-        config: &LaunchConfig,
-        speed: MetresPerSecond,
-        back: Option<LinkView>,
-    ) -> MetresPerSecond {
-        let Some(level) = self.chain_wide.level() else { return speed };
+    /// The forward `speed` as far as the level of the chain and the head's own link can spare it.
+    /// While the relay behind the head searches the head stays.
+    fn speed_at_limit(&self, config: &LaunchConfig, speed: MetresPerSecond) -> MetresPerSecond {
+        let Some(links) = self.head_links() else { return speed };
         if self.back().is_some_and(is_searching) {
             return MetresPerSecond::ZERO;
         }
-        let level = Dbm::after_loss(level);
-        let weakest = back.map_or(level, |link| Dbm(link.rssi.0.min(level.0)));
-        let spare = weakest - config.limit;
-        let fall = self.back().and_then(Neighbour::state).map_or(0.0, |link| {
-            let [own, other] = link.slopes;
-            own.0.max(other.0) * speed.0 * config.foresight.as_secs_f32()
-        });
-        speed * (spare.0 / config.slows_from.0.max(fall)).clamp(-0.5, 1.0)
+        Governor::speed(config, speed, &links)
     }
 
-    /// The velocity by Algorithm 1; a relay that is called home and has no drone in front any more flies
-    /// home.
-    fn relaying_speed(
+    /// The links that bear this head; `None` without a chain-wide policy.
+    fn head_links(&self) -> Option<HeadLinks> {
+        let level = Dbm::after_loss(self.chain_wide.level()?);
+        let [ahead, behind] = self.sums;
+        let compliance = ahead.and(behind).compliance;
+        Some(HeadLinks { level, compliance, own: self.back().and_then(Neighbour::state) })
+    }
+
+    /// Notes at the head what its links leave of the speed that the pilot asks for.
+    fn note_call(&mut self, config: &AgentConfig, round: &Round, left: MetresPerSecond) {
+        let asked = pilots_speed(config, round);
+        let nears_limit = self
+            .head_links()
+            .is_some_and(|links| Governor::nears_limit(&config.launch, self.velocity, &links));
+        self.governor.note(self.dt, asked, left, nears_limit);
+    }
+
+    /// The velocity by Algorithm 1.
+    pub(super) fn relaying_speed(
         &mut self,
         config: &AgentConfig,
         round: &Round,
         front: Option<LinkView>,
         back: Option<LinkView>,
     ) -> MetresPerSecond {
-        let called_home = round.order() == Some(Order::Return);
         match (front, back) {
-            (None, _) if called_home => homeward(config, back),
-            // The base is not to be kept clear of by who goes home to it.
-            (_, Some(back)) if called_home && back.is_base && is_too_near(config, back) => {
-                homeward(config, Some(back))
-            }
             (Some(front), Some(back)) => self
                 .staying_speed(config, round)
                 .or_else(|| self.chain_wide_speed(config))
@@ -148,8 +144,24 @@ impl Chain {
     }
 }
 
+/// The speed along the tunnel that the pilot asks the head for, while the stick is alive.
+fn pilots_speed(config: &AgentConfig, round: &Round) -> MetresPerSecond {
+    match round.task {
+        Some(Task { order: Order::Explore(Course { speed, .. }), given })
+            if round.now.since(given) <= config.flight.pilot_timeout =>
+        {
+            speed.limited_to(config.policy.max_speed)
+        }
+        _ => MetresPerSecond::ZERO,
+    }
+}
+
+/// The part of the speed home at which a relay flies that may be needed again: a corner can take 10 dB
+/// from the link in front within the second that the filter needs to notice.
+const RETIRING: f32 = 0.5;
+
 /// Flying home, but not into the next drone that has not landed yet.
-fn homeward(config: &AgentConfig, back: Option<LinkView>) -> MetresPerSecond {
+pub(super) fn homeward(config: &AgentConfig, back: Option<LinkView>) -> MetresPerSecond {
     behind_clear(config, back, -config.flight.return_speed)
 }
 

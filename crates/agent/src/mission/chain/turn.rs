@@ -2,10 +2,10 @@
 //! no longer needed.
 
 use chain::launch::LaunchWatch;
-use chain::retirement::with_one_link_less;
-use units::{Instant, Phase, Role};
+use chain::retirement::{Need, with_one_link_less};
+use units::{Instant, MetresPerSecond, Phase, Role};
 
-use super::search::is_searching;
+use super::search::{STILL, is_searching};
 use super::{Chain, ChainDuty};
 use crate::AgentConfig;
 use crate::mission::{Call, Round};
@@ -48,8 +48,8 @@ impl Chain {
 
     /// Whether the links call for this relay, which is the next to fly.
     fn launches(&mut self, config: &AgentConfig, round: &Round) -> bool {
-        if let Some((level, chain)) = self.told_by_base() {
-            return self.launch.step_level(round.now, &config.launch, level, chain);
+        if let Some(chain) = self.told_by_base() {
+            return self.launch.step_level(round.now, &config.launch, &chain);
         }
         let front = self.front().map(|front| (front.rssi(), front.report.links));
         let (rssi, ahead) = front.unzip();
@@ -67,7 +67,14 @@ impl Chain {
         let [ahead, behind] = self.sums;
         let without = with_one_link_less(ahead.and(behind))
             .filter(|_| is_last && is_free && self.home_rssi.is_some());
-        let wanted = config.launch.limit + config.launch.margin;
-        self.retirement.step(&config.retirement, round.now, without, wanted)
+        let is_still = |velocity: MetresPerSecond| velocity.0.abs() < STILL;
+        let need = Need {
+            without,
+            limit: config.launch.limit,
+            is_at_rest: is_still(self.head_velocity)
+                && is_still(self.velocity)
+                && !self.calls(round.role),
+        };
+        self.retirement.step(&config.retirement, round.now, &need)
     }
 }
