@@ -72,11 +72,17 @@ pub struct Guide {
     /// Whether the drone comes back from a branch that it should not have taken. When that ends, what
     /// its trail knows ahead is forgotten.
     pub rejoins: bool,
+    /// The way from which on the choices are others than in the last round: what the trail knows
+    /// from there on is forgotten, since it leads where the pilot no longer wants to go.
+    pub changed_from: Option<Metres>,
+    /// Whether another drone is too near, by radio: a beam that has become short at once sees that one.
+    pub has_company: bool,
 }
 
 impl Guide {
     /// No choice.
-    pub const NONE: Self = Self { branch: None, rejoins: false };
+    pub const NONE: Self =
+        Self { branch: None, rejoins: false, changed_from: None, has_company: false };
 }
 
 /// The command for a drone that flies around a corner, in its own axes.
@@ -184,6 +190,11 @@ impl Fork {
         is_back
     }
 
+    /// Whether another drone is too near.
+    pub(crate) const fn has_company(&self) -> bool {
+        self.guide.has_company
+    }
+
     /// The side of the chosen branch; `None` without a choice, and for straight on.
     pub(crate) const fn side(&self) -> Option<Side> {
         match self.guide.branch {
@@ -205,6 +216,11 @@ impl Fork {
             Some(Side::Right) => self.right.is_some(),
             None => false,
         }
+    }
+
+    /// Forgets the corners at which the drone was.
+    pub(crate) const fn forget_corners(&mut self) {
+        (self.left, self.right, self.crossing) = (None, None, None);
     }
 
     /// Moves on by this way, ahead and to the left, with the nose now at `heading`.

@@ -48,6 +48,7 @@
 //! yaw law as it is and centres by the two beams that look where the drone is going.
 #![no_std]
 
+mod company;
 mod fork;
 mod gallery;
 mod margin;

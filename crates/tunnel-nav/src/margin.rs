@@ -22,7 +22,7 @@ use core::f32::consts::SQRT_2;
 use units::Metres;
 
 use crate::wall::{Beams, Track};
-use crate::{Diagonals, Range, Side};
+use crate::{Diagonals, NavConfig, Range, Side};
 
 /// What a drone keeps its distance from.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -35,6 +35,18 @@ pub(crate) enum Keeps {
     /// The wall on this side.
     Wall(Side),
 }
+
+/// How a drone crosses to the chosen wall.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Crossing {
+    /// The sideways velocity, m/s, to the left.
+    pub(crate) lateral: f32,
+    /// The yaw rate, rad/s, where it has come to a wall aslant.
+    pub(crate) yaw_rate: Option<f32>,
+}
+
+/// The limit of the yaw rate along a wall that is come to aslant, rad/s: half of the drone's own.
+const MOST_TURN: f32 = 0.5;
 
 /// Whether the gallery is wide, and what the drone keeps its distance from.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -70,6 +82,11 @@ impl Margin {
 
     pub(crate) const fn is_wide(&self) -> bool {
         self.is_wide
+    }
+
+    /// Lets the drone cross to the chosen side, as in a wide gallery, until it sees both walls.
+    pub(crate) const fn cross(&mut self) {
+        self.is_wide = true;
     }
 
     /// Whether the drone keeps to one side.
@@ -124,14 +141,29 @@ impl Margin {
         self.is_wide.then_some(Self::KEPT)
     }
 
-    /// The sideways velocity, m/s, to the left, of a drone that crosses at this one; `None` for a drone
-    /// that does not cross.
-    pub(crate) fn drift(&self, most: f32) -> Option<f32> {
-        match self.keeps {
-            Keeps::Crossing(Side::Left) => Some(most),
-            Keeps::Crossing(Side::Right) => Some(-most),
-            Keeps::Middle | Keeps::Wall(_) => None,
+    /// The command of a drone that crosses, nose first; `None` for one that does not.
+    ///
+    /// It flies sideways until a beam of the chosen side sees a wall near. A drone that has come there
+    /// aslant, so that its two beams of that side do not agree, turns along the wall.
+    pub(crate) fn crossing(&self, config: &NavConfig, ranges: &Diagonals) -> Option<Crossing> {
+        let Keeps::Crossing(side) = self.keeps else { return None };
+        let length = |beam: Range| beam.length().unwrap_or(config.reach.0).min(config.reach.0);
+        let [front, rear] = match side {
+            Side::Left => [ranges.nw, ranges.sw],
+            Side::Right => [ranges.ne, ranges.se],
         }
+        .map(length);
+        let near = front.min(rear);
+        let (lateral, turn) = if near < Self::KEPT {
+            let turn = 2.0 * config.yaw_gain * (front - rear);
+            (config.lateral_gain * (near - Self::KEPT), Some(turn.clamp(-MOST_TURN, MOST_TURN)))
+        } else {
+            (config.max_lateral.0, None)
+        };
+        Some(match side {
+            Side::Left => Crossing { lateral, yaw_rate: turn },
+            Side::Right => Crossing { lateral: -lateral, yaw_rate: turn.map(|turn| -turn) },
+        })
     }
 
     /// The part of this speed, m/s, at which a drone flies along the tunnel: it is slow until it has

@@ -93,6 +93,11 @@ impl Bridge {
         Self { latest: Diagonals { nw: none, ne: none, sw: none, se: none }, age: [0; 4] }
     }
 
+    /// The ranges of the last round.
+    pub(crate) const fn latest(&self) -> &Diagonals {
+        &self.latest
+    }
+
     /// The ranges of this round, with those that are missing since a moment filled in.
     pub(crate) fn fill(&mut self, ranges: &Diagonals) -> Diagonals {
         let latest = &mut self.latest;

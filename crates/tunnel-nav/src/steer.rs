@@ -2,9 +2,12 @@
 //! the tunnel.
 
 mod aside;
+mod detour;
 
+use self::detour::Detour;
 use units::{Metres, MetresPerSecond, Radians, RadiansPerSecond};
 
+use crate::company::Company;
 use crate::fork::{Ended, Fork, Guide};
 use crate::gallery::{Expected, Gallery};
 use crate::margin::Margin;
@@ -148,6 +151,9 @@ const BLOCKED: f32 = 0.2;
 const ROUND: f32 = 0.2;
 /// A wall that is passed within this many iterations was a corner.
 const PATIENCE: u8 = 5;
+/// The place has drifted by no more than this, m: 3 % of 25 m of memory, and the corners that were cut.
+/// A drone that stood on would shift its whole trail away.
+const FARTHEST_SHIFT: f32 = 1.0;
 /// A corner is passed within this many lengths of the beams in the middle: two and a half widths.
 const CORNER: f32 = 3.5;
 /// A side of which one beam is shorter than this part of its usual length does not open, however
@@ -163,6 +169,9 @@ const FARTHEST_LOOK: f32 = 0.3;
 /// This last part of the path counts as new ground for a drone that flies on, m: it must turn where
 /// the tunnel turns, and not where it stopped.
 const FRONTIER: f32 = 0.4;
+/// A drone that saw the tunnel open last so far ahead has come back from there: no side opens beside it.
+/// Half of the widest gallery that is not wide.
+const OPENED_AHEAD: Metres = Metres(1.4);
 /// Before a wall, the path this far ahead says to which side the tunnel turns, m, …
 const HINT: f32 = 0.4;
 /// … where its heading there differs by more than this, rad.
@@ -204,7 +213,11 @@ pub struct Navigator {
     aside: Metres,
     /// The number of iterations for which the drone has stood before a wall.
     blocked: u8,
+    /// How far the trail was moved on since then, m.
+    shifted: f32,
+    detour: Detour,
     bridge: Bridge,
+    company: Company,
     /// The side on which the tunnel last opened while there was a wall on the other, and the way
     /// then: the tunnel may turn there.
     opening: Option<(Side, Metres)>,
@@ -231,7 +244,10 @@ impl Navigator {
             way: Metres::ZERO,
             aside: Metres::ZERO,
             blocked: 0,
+            shifted: 0.0,
+            detour: Detour::new(),
             bridge: Bridge::new(),
+            company: Company::new(),
             opening: None,
             creep: 0.0,
             faces_back: false,
@@ -243,8 +259,29 @@ impl Navigator {
 
     /// Notes how the drone is guided at the junctions that come.
     pub fn guide(&mut self, guide: Guide) {
-        if self.fork.follow(guide) {
-            self.trail.forget_ahead();
+        let is_back = self.fork.follow(guide) && self.trail.forget_from(0.0);
+        if let Some(from) = guide.changed_from {
+            let is_known = self.trail.forget_from((from - self.way).0.max(0.0));
+            if from <= self.way && (is_known || is_back) {
+                self.forget_walls();
+            }
+        }
+    }
+
+    /// Looks at the walls anew: what the drone saw of them on its way back is no longer ahead.
+    fn forget_walls(&mut self) {
+        (self.left, self.right, self.opening) = (Track::Unknown, Track::Unknown, None);
+        self.fork.forget_corners();
+        // It may have come back along the wall on the other side, from where it does not see the one
+        // that leads into the branch.
+        let is_back = self.opened.is_some_and(|opened| opened - self.way > OPENED_AHEAD);
+        let sees = |side: Side| Margin::beams(self.bridge.latest(), side).is_nearer(Margin::KEPT);
+        if let Some(side) = self.fork.side()
+            && is_back
+            && sees(side.opposite())
+            && !sees(side)
+        {
+            self.margin.cross();
         }
     }
 
@@ -263,8 +300,9 @@ impl Navigator {
         speed: MetresPerSecond,
         bearings: &Bearings,
     ) -> NavCommand {
-        let ranges = &self.bridge.fill(ranges);
+        let seen = self.bridge.fill(ranges);
         let moved = [bearings.way - self.way, bearings.aside - self.aside];
+        let ranges = &self.company.without(&seen, self.fork.has_company(), moved);
         let ranges = &self.keep_aside(ranges, moved[0]);
         (self.way, self.aside) = (bearings.way, bearings.aside);
         self.fork.advance(moved, bearings.heading);
@@ -286,7 +324,7 @@ impl Navigator {
                 let pace = leading.nearness * (1.0 - off.abs()).max(LEAST_PACE);
                 let sidestep = blend(ahead.sidestep, astern.sidestep);
                 let along_wall = blend(ahead.lateral, astern.lateral);
-                let (lateral, most) = self.keep_to_path(sidestep, along_wall);
+                let (lateral, most) = self.keep_to_path(config, ranges, [sidestep, along_wall]);
                 (lateral, TRAIL_GAIN * off, pace.min(most))
             }
             None if let Some(turning) = self.fork.turning(ranges, speed.0) => {
@@ -301,7 +339,13 @@ impl Navigator {
                 (blend(ahead.lateral, astern.lateral), yaw_rate + hold, leading.pace.min(most))
             }
         };
-        let push = push_away(config, ranges);
+        let pace = if self.company.is_ahead(speed.0) { 0.0 } else { pace };
+        let (lateral, yaw_rate) =
+            match off.and_then(|off| self.go_round(ranges, leading, speed, off)) {
+                Some(detour) => detour,
+                None => (lateral, yaw_rate),
+            };
+        let push = push_away(config, &seen);
         NavCommand {
             forward: MetresPerSecond(speed.0 * pace + push.forward),
             lateral: MetresPerSecond(lateral + push.lateral).limited_to(config.max_lateral),
@@ -366,9 +410,34 @@ impl Navigator {
     fn pass_corner(&mut self, is_blocked: bool, speed: MetresPerSecond) {
         let is_blocked = is_blocked && speed.0.abs() > HOVERING;
         self.blocked = if is_blocked { self.blocked.saturating_add(1) } else { 0 };
-        if self.blocked > PATIENCE {
+        if self.blocked == 0 && speed.0.abs() > HOVERING {
+            self.shifted = (self.shifted - speed.0.abs() * ROUND).max(0.0);
+        }
+        if self.blocked > PATIENCE && self.shifted < FARTHEST_SHIFT {
+            self.shifted += speed.0.abs() * ROUND;
             self.trail.shift(speed.0 * ROUND);
         }
+    }
+
+    /// The sideways velocity and the yaw rate of a drone that has stood before an obstacle for a while on
+    /// ground that it knows, its nose `off` the trail.
+    fn go_round(
+        &mut self,
+        ranges: &Diagonals,
+        leading: &OneWay,
+        speed: MetresPerSecond,
+        off: f32,
+    ) -> Option<(f32, f32)> {
+        if speed.0.abs() <= HOVERING {
+            self.detour = Detour::new();
+            return None;
+        }
+        // The leading beams see the obstacle, the others the room beside the drone.
+        let trailing = if speed.0 < 0.0 { [ranges.nw, ranges.ne] } else { [ranges.sw, ranges.se] };
+        let room = trailing.map(nearest);
+        let off_path = self.trail.aside();
+        let lateral = self.detour.step(leading.nearness, self.aside.0, off_path, room)?;
+        Some((lateral, TRAIL_GAIN * off))
     }
 
     /// Updates the walls of both sides.
@@ -487,8 +556,12 @@ impl Navigator {
         let most = if turns_away { LEAST_PACE } else { 1.0 };
         let nearness = pace(config, ranges);
         let within = |beam: Range| nearest(beam).min(keep);
+        let (lateral, yaw_rate) = match self.margin.crossing(config, ranges) {
+            Some(crossing) => (crossing.lateral, crossing.yaw_rate.unwrap_or(yaw_rate)),
+            None => (lateral, yaw_rate),
+        };
         OneWay {
-            lateral: self.margin.drift(config.max_lateral.0).unwrap_or(lateral),
+            lateral,
             yaw_rate,
             sidestep: c_l * (within(ranges.nw) - within(ranges.ne)),
             nearness,
@@ -553,6 +626,16 @@ fn pace(config: &NavConfig, ranges: &Diagonals) -> f32 {
         return 0.0;
     }
     let nearest = nearest(ranges.nw).min(nearest(ranges.ne));
+    ((nearest - config.danger.0) / (config.slow_below.0 - config.danger.0)).clamp(0.0, 1.0)
+}
+
+/// The part of a sideways velocity that is safe beside the obstacles on this side.
+fn room_beside(config: &NavConfig, ranges: &Diagonals, side: Side) -> f32 {
+    let [front, rear] = match side {
+        Side::Left => [ranges.nw, ranges.sw],
+        Side::Right => [ranges.ne, ranges.se],
+    };
+    let nearest = nearest(front).min(nearest(rear));
     ((nearest - config.danger.0) / (config.slow_below.0 - config.danger.0)).clamp(0.0, 1.0)
 }
 

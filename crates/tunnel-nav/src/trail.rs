@@ -23,6 +23,8 @@ const SPACING: f32 = 0.2;
 /// The number of crumbs kept: 25.6 m of path. A relay needs a few metres of it to hover in a bend;
 /// a drone that comes home past a junction needs all of the way since then.
 const CRUMBS: usize = 128;
+/// The path is longer than this nowhere, m.
+const FARTHEST_AHEAD: f32 = SPACING * CRUMBS as f32;
 /// The number of crumbs ahead and behind among which the place is looked for in each round.
 const SEARCH: i32 = 3;
 /// The path bends where its heading changes by more than this, rad, from …
@@ -372,14 +374,23 @@ impl Trail {
         is_bend
     }
 
-    /// Ends the path where the drone is: what is ahead on it leads into a wrong branch.
-    pub(crate) fn forget_ahead(&mut self) {
-        if self.near < self.last {
+    /// Ends the path this far ahead of the drone, in metres: what is beyond leads into a wrong branch.
+    /// Returns whether there was any.
+    pub(crate) fn forget_from(&mut self, ahead: f32) -> bool {
+        let last = (self.part + ahead.min(FARTHEST_AHEAD) / SPACING) as i32;
+        let last = self.near.saturating_add(last);
+        if last >= self.last || self.last < self.first {
+            return false;
+        }
+        self.turned_at = None;
+        if last > self.near {
+            self.last = last;
+        } else {
             self.last = self.near.saturating_add(1);
             self.put(self.last, self.here());
             self.part = 1.0;
-            self.turned_at = None;
         }
+        true
     }
 
     /// Moves the drone along the path without a measured motion.

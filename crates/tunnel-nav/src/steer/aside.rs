@@ -2,10 +2,10 @@
 
 use units::Metres;
 
-use super::{LEAST_PACE, Navigator, Side};
-use crate::Diagonals;
+use super::{LEAST_PACE, Navigator, Side, room_beside};
 use crate::margin::{Keeps, Margin};
 use crate::wall::Track;
+use crate::{Diagonals, NavConfig};
 
 /// The gain, in 1/s, by which a drone in a wide gallery, where no walls keep it in the middle, comes
 /// back to its path.
@@ -42,7 +42,12 @@ impl Navigator {
     ///
     /// In a narrow gallery obstacles alone move the drone sideways. In a wide one it follows the wall
     /// where its path does, and elsewhere the path.
-    pub(super) fn keep_to_path(&self, sidestep: f32, along_wall: f32) -> (f32, f32) {
+    pub(super) fn keep_to_path(
+        &self,
+        config: &NavConfig,
+        ranges: &Diagonals,
+        [sidestep, along_wall]: [f32; 2],
+    ) -> (f32, f32) {
         if !self.margin.is_kept() {
             return (sidestep, 1.0);
         }
@@ -51,7 +56,11 @@ impl Navigator {
         }
         let aside = self.trail.aside();
         let near = (1.0 - aside.abs() / FARTHEST_BESIDE).max(LEAST_PACE);
-        (sidestep - PATH_GAIN * aside, near)
+        let pull = -PATH_GAIN * aside;
+        // Where the drone reckons to be drifts: the path may seem to lie behind a wall.
+        let side = if pull > 0.0 { Side::Left } else { Side::Right };
+        let room = room_beside(config, ranges, side);
+        (sidestep + room * pull, near)
     }
 
     /// Whether the drone sees the wall that it keeps to, and the path leads along it and not across the

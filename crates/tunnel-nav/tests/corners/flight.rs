@@ -127,7 +127,46 @@ impl<'a> Flight<'a> {
     /// Tells the drone which branch to take.
     #[allow(dead_code, reason = "not every test has a junction")]
     pub(crate) fn choose(&mut self, branch: Option<Branch>) {
-        self.navigator.guide(Guide { branch, rejoins: false });
+        self.navigator.guide(Guide { branch, ..Guide::NONE });
+    }
+
+    /// Tells the drone that from here on it is to take this branch, and not the one before.
+    #[allow(dead_code, reason = "not every test changes its choice")]
+    pub(crate) fn changes_to(&mut self, branch: Option<Branch>) {
+        let changed_from = Some(Metres(self.odometer));
+        self.navigator.guide(Guide { branch, changed_from, ..Guide::NONE });
+        self.choose(branch);
+    }
+
+    /// Measures its way along another centre-line from here on.
+    #[allow(dead_code, reason = "not every test has two ways")]
+    pub(crate) fn moves_to(&mut self, tunnel: &'a Tunnel) {
+        self.tunnel = tunnel;
+    }
+
+    /// Flies at this speed until it is there.
+    ///
+    /// # Errors
+    /// What goes wrong before, and where it stands after three minutes.
+    #[allow(dead_code, reason = "not every test flies so")]
+    pub(crate) fn until(
+        &mut self,
+        speed: f32,
+        when: &str,
+        is_there: impl Fn(&Self) -> bool,
+    ) -> Result<(), String> {
+        for _ in 0..900 {
+            if is_there(self) {
+                return match self.off() > 0.7 * self.tunnel.width() {
+                    true => Err(format!("is in another gallery {when}")),
+                    false => Ok(()),
+                };
+            }
+            self.round(speed);
+            self.check(when)?;
+        }
+        let (way, length) = (self.way(), self.length());
+        Err(format!("stands at {way:.1} of {length:.1} m {when}, {:.1} m beside", self.off()))
     }
 
     /// The distance from the centre-line.
@@ -145,6 +184,13 @@ impl<'a> Flight<'a> {
     /// The way from the mouth along the tunnel.
     pub(crate) fn way(&self) -> f32 {
         self.place().way
+    }
+
+    /// What the beams measure now, for a message.
+    #[allow(dead_code, reason = "not every test says it")]
+    pub(crate) fn beams(&mut self) -> String {
+        let Diagonals { nw, ne, sw, se } = self.ranges();
+        format!("{nw:?} {ne:?} {sw:?} {se:?}, nose {:.0}°", self.astray().to_degrees())
     }
 
     /// The length of the tunnel.
@@ -165,6 +211,33 @@ impl<'a> Flight<'a> {
             return Err(format!("is reversed {when}"));
         }
         Ok(())
+    }
+
+    /// Whether all is well in a tunnel of several widths: no wall touched and, farther than this from any
+    /// bend, the nose towards the end of the tunnel.
+    ///
+    /// # Errors
+    /// What is wrong.
+    #[allow(dead_code, reason = "not every test has several widths")]
+    pub(crate) fn check_in_legs(&self, bend: f32, when: &str) -> Result<(), String> {
+        let way = self.way();
+        let is_in_bend = self.tunnel.bends().iter().any(|at| (way - at).abs() < bend);
+        match self.check(when) {
+            Err(_) if is_in_bend && !self.touches => Ok(()),
+            result => result,
+        }
+    }
+
+    /// Whether it has touched a wall.
+    #[allow(dead_code, reason = "not every test asks for it")]
+    pub(crate) const fn touches(&self) -> bool {
+        self.touches
+    }
+
+    /// Where it is.
+    #[allow(dead_code, reason = "not every test asks for it")]
+    pub(crate) const fn at(&self) -> Vec2 {
+        self.at
     }
 
     /// The angle between the nose and the tunnel's direction towards its end.

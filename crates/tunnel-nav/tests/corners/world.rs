@@ -41,15 +41,63 @@ impl Tunnel {
     /// A tunnel that turns by these angles (counter-clockwise), with straights of this length
     /// between.
     pub(crate) fn turning(name: &str, width: f32, straight: f32, turns: &[f32]) -> Self {
+        Self::with_legs(name, width, &vec![straight; turns.len() + 1], turns)
+    }
+
+    /// A tunnel with legs of these lengths, between which it turns by these angles (counter-clockwise).
+    pub(crate) fn with_legs(name: &str, width: f32, legs: &[f32], turns: &[f32]) -> Self {
         let (mut at, mut angle) = ([0.0, 0.0], 0.0);
         let mut centre = vec![at];
-        for turn in turns {
-            at = add(at, unit(angle), straight);
+        for (leg, turn) in legs.iter().zip(turns.iter().chain([&0.0])) {
+            at = add(at, unit(angle), *leg);
             centre.push(at);
             angle += turn;
         }
-        centre.push(add(at, unit(angle), straight));
         Self::along(format!("{name}, {width} m"), centre, width)
+    }
+
+    /// A corridor of legs that join: from where, to where, and how wide. The joints are round.
+    #[allow(dead_code, reason = "not every test has legs of several widths")]
+    pub(crate) fn of_legs(legs: &[(Vec2, Vec2, f32)]) -> Self {
+        let mut pieces = Vec::new();
+        let mut centre = vec![legs[0].0];
+        for &(from, to, width) in legs {
+            let d = [to[0] - from[0], to[1] - from[1]];
+            let length = libm::hypotf(d[0], d[1]);
+            let (ahead, left) = ([d[0] / length, d[1] / length], [-d[1] / length, d[0] / length]);
+            let (half, cap) = (0.5 * width, if centre.len() == 1 { 0.5 * width } else { 0.0 });
+            let is_last = centre.len() == legs.len();
+            let (from, to) =
+                (add(from, ahead, -cap), add(to, ahead, if is_last { half } else { 0.0 }));
+            pieces.push(vec![
+                add(from, left, -half),
+                add(to, left, -half),
+                add(to, left, half),
+                add(from, left, half),
+            ]);
+            centre.push(add(centre[centre.len() - 1], d, 1.0));
+        }
+        for (n, pair) in legs.windows(2).enumerate() {
+            let radius = 0.5 * pair[0].2.max(pair[1].2);
+            let joint = (0..16).map(|k| add(centre[n + 1], unit(PI * k as f32 / 8.0), radius));
+            pieces.push(joint.collect());
+        }
+        let width = legs.iter().map(|leg| leg.2).fold(f32::INFINITY, f32::min);
+        Self { name: String::new(), pieces, centre, width }
+    }
+
+    /// The same tunnel with a rectangular room between two corners.
+    #[allow(dead_code, reason = "not every test has a room")]
+    pub(crate) fn with_room(mut self, [a, b]: [Vec2; 2]) -> Self {
+        let (low, high) = ([a[0].min(b[0]), a[1].min(b[1])], [a[0].max(b[0]), a[1].max(b[1])]);
+        self.pieces.push(vec![low, [high[0], low[1]], high, [low[0], high[1]]]);
+        self
+    }
+
+    /// The same free space with the centre-line of another tunnel.
+    #[allow(dead_code, reason = "not every test has two ways")]
+    pub(crate) fn with_centre_of(&self, other: &Self) -> Self {
+        Self { centre: other.centre.clone(), ..self.clone() }
     }
 
     /// A right angle of which the corner is rounded with this radius.
@@ -88,6 +136,15 @@ impl Tunnel {
         let end = add(mouth, unit(angle.to_radians()), length);
         let gallery = Self::along(String::new(), vec![mouth, end], self.width);
         self.pieces.extend(gallery.pieces);
+        self
+    }
+
+    /// A tunnel with a chamber on its first straight between these ways, of this width and so far off the
+    /// centre-line.
+    #[allow(dead_code, reason = "not every test has a chamber")]
+    pub(crate) fn with_chamber(mut self, [from, to]: [f32; 2], width: f32, off: f32) -> Self {
+        let [left, right] = [off + 0.5 * width, off - 0.5 * width];
+        self.pieces.push(vec![[from, right], [to, right], [to, left], [from, left]]);
         self
     }
 
