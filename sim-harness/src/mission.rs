@@ -52,6 +52,7 @@ use wire::radio::Datarate;
 use crate::bodies::craft::Surroundings;
 use crate::bodies::craft::faults::Failing;
 use crate::bodies::emulated::Halted;
+use crate::bodies::others::{Obstacle, Others};
 use crate::bodies::point::{Response, STEP_US};
 use crate::random::Stream;
 use crate::scenario::{Fidelity, Scenario};
@@ -75,6 +76,7 @@ pub(crate) use sections::{
     PolicyTable, RetreatTable, SwarmTable,
 };
 pub use sections::{Drones, Loss, LossKind, PilotStep, Start};
+pub use strengths::Gains;
 use strengths::Strengths;
 pub use track::Linked;
 use track::Track;
@@ -118,6 +120,8 @@ pub struct Mission<'a> {
     source: Source,
     now_us: u64,
     contacts: Contacts,
+    /// Where the members are, as obstacles; empty where no ranger sees drones.
+    obstacles: Vec<Obstacle>,
     orders: OrderLog,
     intruders: Option<Intruders>,
     /// The link that carries reports and orders without packets, where the scenario has it.
@@ -219,14 +223,14 @@ impl Mission<'_> {
         if member.lost == Some(LossKind::Gone) {
             return;
         }
-        let place = self.track.follow(n, member.body.position(), self.world.skeleton());
+        let place = self.track.follow(n, member.body.position(), &self.world.tunnel);
         let nose = (member.body.position(), Radians(member.body.yaw()));
         let flies = member.role != Role::Base;
         let is_low = flies && member.body.height() < LOW_M;
         self.strengths.moved(n, place, nose, is_low, &self.world.radio);
         member.senses = if flies {
-            let (elapsed, spec) = (ROUND_US as f32 * 1e-6, &self.scenario.vehicle);
-            member.body.sense(elapsed, &self.world.tunnel, spec, &mut member.random)
+            let around = surroundings(self.scenario, self.world, Others::of(&self.obstacles, n));
+            member.body.sense(ROUND_US as f32 * 1e-6, around, &mut member.random)
         } else {
             Sensed::NONE
         };
@@ -276,11 +280,21 @@ impl Mission<'_> {
         self.stopwatch.enter(Part::Rest);
     }
 
+    /// Notes where the drones are, for the rangers of the others.
+    fn note_obstacles(&mut self) {
+        self.obstacles.clear();
+        if self.scenario.vehicle.sees_drones {
+            self.obstacles.extend(self.members.iter().map(Member::as_obstacle));
+        }
+    }
+
     /// One physics step of all members.
     fn move_bodies(&mut self) {
         self.stopwatch.enter(Part::Bodies);
-        let around = surroundings(self.scenario, self.world);
-        for member in &mut self.members {
+        self.note_obstacles();
+        for (n, member) in self.members.iter_mut().enumerate() {
+            let others = Others::of(&self.obstacles, n);
+            let around = surroundings(self.scenario, self.world, others);
             match &mut member.onboard {
                 Onboard::Hosted(_) => member.body.advance(around, self.response),
                 Onboard::Emulated(emulated) => {
@@ -292,14 +306,19 @@ impl Mission<'_> {
         }
         if self.now_us.is_multiple_of(2 * STEP_US) {
             let bodies = self.members.iter().map(|member| &member.body);
-            let places = bodies.map(|body| (body.position(), body.height() > 0.0));
+            let places = bodies.map(|body| (body.position(), body.height()));
             self.contacts.look(places, 2.0 * self.scenario.vehicle.radius);
         }
         self.stopwatch.enter(Part::Rest);
     }
 }
 
-/// The surroundings of the drones of this scenario.
-pub(crate) fn surroundings<'a>(scenario: &'a Scenario, world: &'a World) -> Surroundings<'a> {
-    Surroundings { tunnel: &world.tunnel, ground: scenario.ground, vehicle: &scenario.vehicle }
+/// The surroundings of a drone of this scenario.
+pub(crate) fn surroundings<'a>(
+    scenario: &'a Scenario,
+    world: &'a World,
+    others: Others<'a>,
+) -> Surroundings<'a> {
+    let (ground, vehicle) = (scenario.ground, &scenario.vehicle);
+    Surroundings { tunnel: &world.tunnel, ground, vehicle, others }
 }

@@ -45,6 +45,8 @@ pub enum Purpose {
     Deviation(u8, u8),
     /// The fades between two drones.
     Fade(u8, u8),
+    /// A place that a benchmark draws, with its radio and its pilot.
+    Drawn,
 }
 
 impl Purpose {
@@ -66,6 +68,7 @@ impl Purpose {
             Self::Level(low, high) => 0xC_0000 | u64::from(low) << 8 | u64::from(high),
             Self::Deviation(from, to) => 0xD_0000 | u64::from(from) << 8 | u64::from(to),
             Self::Fade(low, high) => 0xE_0000 | u64::from(low) << 8 | u64::from(high),
+            Self::Drawn => 0xF_0000,
         }
     }
 }

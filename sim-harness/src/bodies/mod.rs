@@ -5,11 +5,13 @@
 //! |---|---|
 //! | [`point`] | a point on the floor plan that follows set-points with a lag |
 //! | [`craft`] | a rigid body with motors and sensors, and the flight code in the loop |
+//! | [`others`] | the other drones, as a drone's rangers see them |
 //! | [`emulated`] | a craft whose firmware runs in an emulator, with the feature `virtual` |
 
 pub mod craft;
 #[cfg_attr(not(feature = "virtual"), path = "emulated/absent.rs")]
 pub mod emulated;
+pub mod others;
 pub mod point;
 
 use agent::Fitness;
@@ -17,7 +19,6 @@ use onboard::{Fix, Sensed, mounting};
 use units::{Metres, Point2, Pose2, Radians, Setpoint};
 
 use crate::random::Stream;
-use crate::world::Tunnel;
 
 use craft::{Craft, Surroundings};
 use point::{PointBody, Response, VehicleSpec};
@@ -167,17 +168,17 @@ impl Body {
     pub(crate) fn sense(
         &mut self,
         elapsed: f32,
-        tunnel: &Tunnel,
-        spec: &VehicleSpec,
+        around: Surroundings<'_>,
         random: &mut Stream,
     ) -> Sensed {
+        let spec = around.vehicle;
         let fix = self.fix(spec, random);
         match self {
             Self::Point(body) => {
                 body.renew_nose();
                 Sensed {
                     fix,
-                    ranges: body.read_ranges(tunnel, spec, random),
+                    ranges: body.read_ranges(around, random),
                     velocity: Some(body.read_flow(elapsed, spec, random)),
                     heading: Some(Radians(body.yaw())),
                     height: Some(Metres(body.height())),

@@ -7,6 +7,7 @@ use agent::BodyVelocity;
 use tunnel_nav::{Diagonals, Range};
 use units::{Metres, MetresPerSecond, Point2, Setpoint};
 
+use super::craft::Surroundings;
 use crate::random::Stream;
 use crate::world::Tunnel;
 
@@ -27,6 +28,8 @@ pub struct VehicleSpec {
     pub reach: f32,
     /// Standard deviation of one range, m.
     pub range_noise: f32,
+    /// Whether the side rangers see other drones.
+    pub sees_drones: bool,
     /// Standard deviation along each axis of a position by a positioning system, m; `None` without
     /// one.
     pub position_noise: Option<f32>,
@@ -55,6 +58,7 @@ impl VehicleSpec {
         radius: 0.08,
         reach: 2.0,
         range_noise: 0.0,
+        sees_drones: true,
         position_noise: None,
         charge: 1.0,
         vibration: 0.1,
@@ -250,17 +254,15 @@ impl PointBody {
     }
 
     /// The four side beams.
-    pub(crate) fn read_ranges(
-        &self,
-        tunnel: &Tunnel,
-        spec: &VehicleSpec,
-        random: &mut Stream,
-    ) -> Diagonals {
+    pub(crate) fn read_ranges(&self, around: Surroundings<'_>, random: &mut Stream) -> Diagonals {
+        let spec = around.vehicle;
         let [x, y] = self.nose;
         let half = core::f32::consts::FRAC_1_SQRT_2;
         let mut beam = |forward: f32, left: f32| {
             let direction = [(x * forward - y * left) * half, (y * forward + x * left) * half];
-            let mut distance = tunnel.range(self.position, direction, spec.reach);
+            let wall = around.tunnel.range(self.position, direction, spec.reach);
+            let drone = around.others.seen(self.position, self.height, direction);
+            let mut distance = drone.map_or(wall, |drone| wall.min(drone));
             if spec.range_noise > 0.0 {
                 distance = (distance + spec.range_noise * random.normal()).max(0.01);
             }

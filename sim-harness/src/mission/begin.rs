@@ -52,6 +52,7 @@ impl<'a> Mission<'a> {
             source: Source::Script,
             now_us: 0,
             contacts: Contacts::default(),
+            obstacles: Vec::with_capacity(count),
             orders: OrderLog::default(),
             intruders: None,
             ideal: match scenario.link {

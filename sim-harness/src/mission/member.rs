@@ -10,6 +10,7 @@ use super::hosted::{Clocks, Hosted};
 use super::{LossKind, STEPS_PER_ROUND, World, surroundings};
 use crate::bodies::craft::Craft;
 use crate::bodies::emulated::Emulated;
+use crate::bodies::others::{Obstacle, Others};
 use crate::bodies::point::PointBody;
 use crate::bodies::{Body, Flown};
 use crate::random::{Purpose, Stream};
@@ -79,6 +80,11 @@ impl Onboard {
 }
 
 impl Member {
+    /// The member as the rangers of others see it. The base stands on the ground.
+    pub(super) fn as_obstacle(&self) -> Obstacle {
+        Obstacle { at: self.body.position(), height: self.body.height() }
+    }
+
     /// The state of the member's agent.
     pub(super) fn state(&self) -> State {
         match &self.onboard {
@@ -128,7 +134,7 @@ fn flown(
     let config = flight::FlightConfig::CRAZYFLIE_2_1;
     let craft = Craft::standing(config, at, nose, &scenario.vehicle, random);
     if flying {
-        let craft = craft.hovering(height, surroundings(scenario, world));
+        let craft = craft.hovering(height, surroundings(scenario, world, Others::NONE));
         Flown::new(craft, Setpoint::hover(height))
     } else {
         Flown::new(craft, Setpoint::Off)

@@ -7,7 +7,7 @@ use units::{Db, Dbm, Metres, Point2, Radians};
 use super::medium::RadioSpec;
 use super::recorded::LinkLevels;
 use crate::random::{Purpose, Stream};
-use crate::world::{Radio, SkeletonPlace, SurveyedPlace};
+use crate::world::{Radio, SkeletonPlace, Spot, SurveyedPlace};
 
 /// The strengths of all links.
 pub(super) struct Strengths {
@@ -19,6 +19,32 @@ pub(super) struct Strengths {
     levels: Option<LinkLevels>,
     /// By sender and receiver, without antennas; `None` since one of them has moved.
     known: Vec<Option<Dbm>>,
+}
+
+/// The errors of one member's gain in sending and in receiving.
+fn gains(spec: &RadioSpec, member: usize, seed: u64) -> [Db; 2] {
+    let mut stream = Stream::new(seed, Purpose::Gain(member as u8));
+    std::array::from_fn(|_| Db(spec.gain_error.0 * stream.normal()))
+}
+
+/// The errors of the gains of all members of a mission.
+pub struct Gains(Vec<[Db; 2]>);
+
+impl Gains {
+    /// The gains in the mission of this seed.
+    #[must_use]
+    pub fn of(spec: &RadioSpec, members: usize, seed: u64) -> Self {
+        Self((0..members).map(|member| gains(spec, member, seed)).collect())
+    }
+
+    /// By how much gains make the link of two members stronger, mean over both directions, in which
+    /// drones measure it.
+    #[must_use]
+    pub fn of_link(&self, one: usize, other: usize) -> Db {
+        let of = |member: usize| self.0.get(member).copied().unwrap_or([Db(0.0); 2]);
+        let ([sends, hears], [answers, receives]) = (of(one), of(other));
+        Db(0.5 * (sends.0 + receives.0 + answers.0 + hears.0))
+    }
 }
 
 /// One end of the links.
@@ -42,8 +68,7 @@ impl Strengths {
         places: impl Iterator<Item = SkeletonPlace>,
     ) -> Self {
         let station = |(n, place)| {
-            let mut stream = Stream::new(seed, Purpose::Gain(n as u8));
-            let gains = std::array::from_fn(|_| Db(spec.gain_error.0 * stream.normal()));
+            let gains = gains(spec, n, seed);
             Station { on: radio.survey_place(place), nose: None, is_low: false, gains }
         };
         let stations: Vec<_> = places.enumerate().map(station).collect();
@@ -67,14 +92,20 @@ impl Strengths {
         let station = &mut self.stations[n];
         station.nose = Some(nose);
         station.is_low = is_low;
-        if station.on.place == place {
+        let spot = Spot { at: nose.0, on: place };
+        if station.on.spot() == spot {
             return;
         }
-        station.on = radio.survey_place(place);
+        station.on = radio.survey_spot(spot);
         for other in 0..count {
             self.known[n * count + other] = None;
             self.known[other * count + n] = None;
         }
+    }
+
+    /// Where a station is.
+    pub(super) fn on(&self, station: usize) -> Option<&SurveyedPlace> {
+        self.stations.get(station).map(|station| &station.on)
     }
 
     /// By how much a recorded channel makes the link between two stations, whose length along the
@@ -87,13 +118,29 @@ impl Strengths {
     #[inline]
     pub(super) fn between(&mut self, radio: &Radio, from: usize, to: usize) -> Dbm {
         let at = from * self.stations.len() + to;
-        let (sender, receiver) = (&self.stations[from], &self.stations[to]);
-        let strength = self.known[at].unwrap_or_else(|| {
-            let strength = radio.strength_at(&sender.on, &receiver.on);
-            let length = || radio.distance(sender.on.place, receiver.on.place);
-            strength + self.level(from, to, length) + sender.gains[0] + receiver.gains[1]
-        });
+        let strength = self.known[at].unwrap_or_else(|| self.undirected(radio, from, to));
         self.known[at] = Some(strength);
+        self.received(strength, from, to)
+    }
+
+    /// The same without a note of it.
+    pub(super) fn seen_between(&self, radio: &Radio, from: usize, to: usize) -> Dbm {
+        let known = self.known[from * self.stations.len() + to];
+        let strength = known.unwrap_or_else(|| self.undirected(radio, from, to));
+        self.received(strength, from, to)
+    }
+
+    /// The strength without what changes as a drone turns, takes off and lands.
+    fn undirected(&self, radio: &Radio, from: usize, to: usize) -> Dbm {
+        let (sender, receiver) = (&self.stations[from], &self.stations[to]);
+        let strength = radio.strength_at(&sender.on, &receiver.on);
+        let length = || radio.distance(sender.on.place, receiver.on.place);
+        strength + self.level(from, to, length) + sender.gains[0] + receiver.gains[1]
+    }
+
+    /// The strength that is left of `strength` behind the ground and both antennas.
+    fn received(&self, strength: Dbm, from: usize, to: usize) -> Dbm {
+        let (sender, receiver) = (&self.stations[from], &self.stations[to]);
         let low = [sender, receiver].into_iter().filter(|station| station.is_low).count();
         let strength = strength - Db(self.ground_loss.0 * low as f32);
         match &self.antenna {

@@ -5,7 +5,7 @@
 
 use units::{NodeId, Point2};
 
-use crate::world::{Skeleton, SkeletonPlace, World};
+use crate::world::{SkeletonPlace, Tunnel, World};
 
 /// The members' places on the skeleton.
 pub(super) struct Track {
@@ -29,9 +29,9 @@ impl Track {
     }
 
     /// Notes that a member is at this point now, and returns its place.
-    pub(super) fn follow(&mut self, n: usize, at: Point2, skeleton: &Skeleton) -> SkeletonPlace {
+    pub(super) fn follow(&mut self, n: usize, at: Point2, tunnel: &Tunnel) -> SkeletonPlace {
         let place = &mut self.places[n];
-        *place = skeleton.project(at, *place);
+        *place = tunnel.place(at, Some(*place));
         *place
     }
 

@@ -72,14 +72,25 @@ impl Mission<'_> {
         self.members.iter().map(|member| &member.body)
     }
 
-    /// The strength of the link between two members where they are now, without the errors of their
-    /// antennas and without noise.
+    /// The strength at which one member receives another where they are now: with shadows and fades
+    /// of the place, the loss on the ground, and the gains of both antennas, without noise.
     #[must_use]
-    pub fn true_strength(&self, one: usize, other: usize) -> Dbm {
+    pub fn true_strength(&self, receiver: usize, sender: usize) -> Dbm {
+        self.strengths.seen_between(&self.world.radio, sender, receiver)
+    }
+
+    /// The large-scale strength of the link between two members where they are now, which is that
+    /// of the best chains: without the ground, and without the antennas and their errors.
+    #[must_use]
+    pub fn large_scale_strength(&self, one: usize, other: usize) -> Dbm {
         let radio = &self.world.radio;
         let (here, there) = (self.track.place(one), self.track.place(other));
         let length = || radio.distance(here, there);
-        radio.strength(here, there) + self.strengths.level(one, other, length)
+        let strength = match (self.strengths.on(one), self.strengths.on(other)) {
+            (Some(here), Some(there)) => radio.strength_at(here, there),
+            _ => radio.strength(here, there),
+        };
+        strength + self.strengths.level(one, other, length)
     }
 
     /// The state of each member's agent, head first, base last.
@@ -158,10 +169,16 @@ impl Mission<'_> {
         self.members.iter().map(|member| member.body.contacts()).sum()
     }
 
-    /// How often two flying drones have touched.
+    /// How often two flying drones have touched, as seen from above.
     #[must_use]
     pub const fn drone_contacts(&self) -> u32 {
-        self.contacts.count()
+        self.contacts.in_air()
+    }
+
+    /// How often a drone, flying or landed, has touched one that stood on the ground.
+    #[must_use]
+    pub const fn ground_contacts(&self) -> u32 {
+        self.contacts.on_ground()
     }
 
     /// Whether the scenario has taken this member from the chain.

@@ -67,6 +67,7 @@ impl Tally {
                 ChainDuty::Leading { .. }
                 | ChainDuty::Searching { .. }
                 | ChainDuty::Retiring
+                | ChainDuty::Homing
                 | ChainDuty::Rejoining { .. }
                 | ChainDuty::Siting { .. } => {}
             },

@@ -26,6 +26,7 @@ use virtual_crazyflie::machine::{Halt, Machine, MachineConfig};
 use crate::bodies::craft::flow::Ground;
 use crate::bodies::craft::{Craft, Surroundings};
 use crate::bodies::emulated::coupling;
+use crate::bodies::others::Others;
 use crate::bodies::point::VehicleSpec;
 use crate::random::{Purpose, Stream};
 use crate::world::Tunnel;
@@ -93,8 +94,12 @@ impl StockDrone {
     pub fn advance(&mut self) -> Result<(), Halt> {
         self.now_ms += 1;
         self.machine.run_until(self.now_ms * MS)?;
-        let around =
-            Surroundings { tunnel: &self.room, ground: Ground::GOOD, vehicle: &self.vehicle };
+        let around = Surroundings {
+            tunnel: &self.room,
+            ground: Ground::GOOD,
+            vehicle: &self.vehicle,
+            others: Others::NONE,
+        };
         let board = self.machine.board_mut();
         let observed = self.craft.observe(around, coupling::wants(board));
         coupling::show(board, &observed);

@@ -26,6 +26,9 @@ pub struct Room {
 pub struct Layout {
     /// The galleries, of which there must be one; the first is the main one.
     pub galleries: Vec<Gallery>,
+    /// The widths of each gallery at the points of its centre-line, m; empty for a gallery that is as
+    /// wide everywhere as [`Gallery::width`] says.
+    pub widths: Vec<Vec<f32>>,
     /// The rooms, which are united with the galleries.
     pub rooms: Vec<Room>,
 }
@@ -36,17 +39,18 @@ impl Layout {
     pub fn corridor(centre_line: &[[f32; 2]], width: f32) -> Self {
         let centre_line = centre_line.iter().map(|&[x, y]| Point2::new(x, y)).collect();
         let main = Gallery { name: "main".into(), centre_line, width };
-        Self { galleries: vec![main], rooms: Vec::new() }
+        Self { galleries: vec![main], widths: Vec::new(), rooms: Vec::new() }
     }
 }
 
 impl Gallery {
-    /// Whether it has walls that could be built.
+    /// Whether it has walls that could be built where it has these widths at the points of its
+    /// centre-line, or, without any, its own everywhere.
     ///
     /// # Errors
     /// [`GeometryError`] where it has not.
-    pub fn check(&self) -> Result<(), GeometryError> {
-        corridor_pieces(self).map(|_| ())
+    pub fn check(&self, widths: &[f32]) -> Result<(), GeometryError> {
+        corridor_pieces(self, widths).map(|_| ())
     }
 }
 
@@ -75,6 +79,8 @@ pub enum GeometryError {
     NotANumber,
     /// A coordinate or a size beyond [`FARTHEST`].
     TooLarge,
+    /// The number of widths is not that of the points of the centre-line.
+    WidthsAndPoints,
 }
 
 impl fmt::Display for GeometryError {
@@ -88,6 +94,7 @@ impl fmt::Display for GeometryError {
             Self::TooNarrow => write!(f, "the corridor is narrower than {LEAST_WIDTH} m"),
             Self::TooLarge => write!(f, "a coordinate or a size is over {FARTHEST} m"),
             Self::NotANumber => write!(f, "a coordinate or a size is not a positive finite number"),
+            Self::WidthsAndPoints => write!(f, "there are not as many widths as points"),
         }
     }
 }
@@ -119,8 +126,9 @@ fn sound<'a>(numbers: impl IntoIterator<Item = &'a f32>) -> Result<(), GeometryE
 /// [`GeometryError`] where a corridor has no walls that could be built.
 pub fn outlines(layout: &Layout) -> Result<Vec<Vec<Point2>>, GeometryError> {
     let mut pieces = Vec::new();
-    for gallery in &layout.galleries {
-        pieces.extend(corridor_pieces(gallery)?);
+    for (n, gallery) in layout.galleries.iter().enumerate() {
+        let widths = layout.widths.get(n).map_or(&[][..], Vec::as_slice);
+        pieces.extend(corridor_pieces(gallery, widths)?);
     }
     for room in &layout.rooms {
         pieces.push(room_piece(room)?);
@@ -218,11 +226,15 @@ fn room_piece(room: &Room) -> Result<Piece, GeometryError> {
 /// widths, and a gallery that turns straight back has no mitre at all.
 const SHARPEST: f64 = -0.866;
 
-/// One quadrilateral for each piece of the centre-line, meeting at the mitres of the bends.
-fn corridor_pieces(corridor: &Gallery) -> Result<Vec<Piece>, GeometryError> {
+/// One quadrilateral for each piece of the centre-line, meeting at the mitres of the bends. Between
+/// two points of different widths the walls are straight.
+fn corridor_pieces(corridor: &Gallery, widths: &[f32]) -> Result<Vec<Piece>, GeometryError> {
     let coordinates = corridor.centre_line.iter().flat_map(|point| [&point.x, &point.y]);
-    sound(coordinates.chain([&corridor.width]))?;
-    if corridor.width < LEAST_WIDTH {
+    sound(coordinates.chain([&corridor.width]).chain(widths))?;
+    if !widths.is_empty() && widths.len() != corridor.centre_line.len() {
+        return Err(GeometryError::WidthsAndPoints);
+    }
+    if widths.iter().chain([&corridor.width]).any(|width| *width < LEAST_WIDTH) {
         return Err(GeometryError::TooNarrow);
     }
     let points: Vec<[f64; 2]> =
@@ -234,7 +246,7 @@ fn corridor_pieces(corridor: &Gallery) -> Result<Vec<Piece>, GeometryError> {
             return Err(GeometryError::TooSharp(n));
         }
     }
-    let half = f64::from(corridor.width) / 2.0;
+    let half = |n: usize| f64::from(widths.get(n).copied().unwrap_or(corridor.width)) / 2.0;
     let edges = mitres(&points, &directions, half);
 
     let mut pieces = Vec::with_capacity(directions.len());
@@ -268,9 +280,14 @@ fn directions(points: &[[f64; 2]]) -> Result<Vec<[f64; 2]>, GeometryError> {
 
 /// The wall points left and right of each point of the centre-line: at the ends the corridor goes
 /// on straight for half its width, so that base and head do not stand with their backs to a wall.
-fn mitres(points: &[[f64; 2]], directions: &[[f64; 2]], half: f64) -> Vec<([f64; 2], [f64; 2])> {
+fn mitres(
+    points: &[[f64; 2]],
+    directions: &[[f64; 2]],
+    half: impl Fn(usize) -> f64,
+) -> Vec<([f64; 2], [f64; 2])> {
     let last = points.len() - 1;
     let edge = |n: usize, point: &[f64; 2]| {
+        let half = half(n);
         let before = directions[n.saturating_sub(1)];
         let after = directions[n.min(last - 1)];
         // Half the width over the cosine of half the bend, along the mitre.

@@ -7,6 +7,7 @@
 pub mod import;
 pub mod layout;
 mod optimum;
+mod places;
 mod polyline;
 mod radio;
 mod raster;
@@ -38,7 +39,7 @@ use crate::scenario::Scenario;
 pub struct Spot {
     /// The point.
     pub at: Point2,
-    /// The place on the skeleton that is nearest to it.
+    /// Its place on the skeleton.
     pub on: SkeletonPlace,
 }
 

@@ -20,11 +20,6 @@ pub(super) struct Foot {
 }
 
 impl Polyline {
-    /// Half the length of the stretch of a line in which a moving point is looked for around its
-    /// last place, m: more than a drone flies in one round, less than the rock between two
-    /// parallel galleries is thick.
-    pub(super) const WINDOW_M: f32 = 1.5;
-
     /// A line through `points`, of which no two successive ones are equal
     /// ([`layout::outlines`](super::layout::outlines) checks it).
     #[must_use]
@@ -46,6 +41,11 @@ impl Polyline {
     #[must_use]
     pub fn length(&self) -> f32 {
         self.lengths.last().copied().unwrap_or(0.0)
+    }
+
+    /// The arc length from the first point to the point of this number, m.
+    pub(super) fn length_at(&self, point: usize) -> f32 {
+        self.lengths.get(point).copied().unwrap_or_else(|| self.length())
     }
 
     /// The line's points.
@@ -78,54 +78,6 @@ impl Polyline {
         /// Half of the stretch that is searched: more than the longest leg of most surveys.
         const WINDOW: f32 = 15.0;
         self.nearest_within(point, from + WINDOW, WINDOW).along.clamp(from, self.length())
-    }
-
-    /// The foot of `point` on the line, within [`WINDOW_M`](Self::WINDOW_M) of `near`, for a gallery
-    /// of this `width`.
-    ///
-    /// It is the nearest point of the line, but on the inside of a corner. There a point has a foot
-    /// on either piece, and the nearer one changes across the corner's diagonal, by 0.6 m of length
-    /// for a point that is 0.3 m from both. A link that jumped so would be no link of a gallery, so
-    /// the length passes from one foot to the other over the inside of the corner.
-    pub(super) fn follow(&self, point: Point2, near: f32, width: f32) -> Foot {
-        let nearest = self.nearest_within(point, near, Self::WINDOW_M);
-        let after = self.lengths.partition_point(|&a| a <= nearest.along);
-        let corners = [after.saturating_sub(1), after];
-        let inside = corners.into_iter().find_map(|corner| self.inside(corner, point, width));
-        inside.map_or(nearest, |along| Foot { along, ..nearest })
-    }
-
-    /// The length that belongs to `point` on the inside of this corner; `None` elsewhere.
-    ///
-    /// Its feet are `a` before the corner and `b` behind it, and the length there is the mean of both
-    /// with weights that make it that of one foot where the other comes to the corner, and where
-    /// the other is as far from the corner as the gallery is wide.
-    fn inside(&self, corner: usize, point: Point2, width: f32) -> Option<f32> {
-        let piece = |n: usize| Some((*self.points.get(n)?, *self.points.get(n + 1)?));
-        let length = |(a, b): (Point2, Point2)| a.distance(b).0;
-        let (before, behind) = (piece(corner.checked_sub(1)?)?, piece(corner)?);
-        let at = behind.0;
-        let along = |(from, to): (Point2, Point2)| {
-            let (x, y) = (to.x - from.x, to.y - from.y);
-            ((point.x - at.x) * x + (point.y - at.y) * y) / length((from, to))
-        };
-        let (a, b) = (-along(before), along(behind));
-        // Two corners do not share a part of the piece between them.
-        let reach = width.min(0.5 * length(before)).min(0.5 * length(behind));
-        Some(self.lengths.get(corner)? + corner_length(a, b, reach)?)
-    }
-
-    /// The direction from this arc length to the line's last point, for a `sign` of 1, or to its first
-    /// one, for −1, and the length of the straight piece there; `None` at that end of the line.
-    pub(super) fn piece_from(&self, along: f32, sign: f32) -> Option<([f32; 2], f32)> {
-        /// A shorter piece is rounding, m.
-        const LEAST: f32 = 0.01;
-        let next = match sign > 0.0 {
-            true => self.lengths.iter().find(|&&length| length > along + LEAST)?,
-            false => self.lengths.iter().rev().find(|&&length| length < along - LEAST)?,
-        };
-        let (_, [x, y]) = self.at(0.5 * (along + next));
-        Some(([sign * x, sign * y], (next - along).abs()))
     }
 
     fn nearest_within(&self, point: Point2, near: f32, window: f32) -> Foot {
@@ -173,16 +125,6 @@ impl Polyline {
     pub(super) fn appended(&self, point: Point2) -> Self {
         Self::new(self.points.iter().copied().chain([point]).collect())
     }
-}
-
-/// The length, counted from a corner, that belongs to a point on the inside of it: the point has its
-/// feet `a` before the corner and `b` behind it. `None` for a point that is not on the inside.
-pub(super) fn corner_length(a: f32, b: f32, reach: f32) -> Option<f32> {
-    if a <= 0.0 || b <= 0.0 || a >= reach || b >= reach {
-        return None;
-    }
-    let (ahead, back) = (b * (reach - a), a * (reach - b));
-    Some((b * ahead - a * back) / (ahead + back))
 }
 
 /// The fractions of two segments at which they cross; `None` for segments that do not, or that

@@ -22,7 +22,7 @@ use std::sync::Arc;
 use radio_model::{Fading, Geometry, Obstruction, PathLoss, Shadowing, WAVELENGTH, WaveDraws};
 use units::{Db, Dbm, Metres, Point2};
 
-use super::{Skeleton, SkeletonPlace, Tunnel};
+use super::{Skeleton, SkeletonPlace, Spot, Tunnel};
 use crate::random::{Purpose, Stream};
 use table::{Index, Table};
 
@@ -101,8 +101,17 @@ impl Radio {
     /// place's links.
     #[must_use]
     pub fn survey_place(&self, place: SkeletonPlace) -> SurveyedPlace {
+        self.survey_spot(Spot::on(self.skeleton(), place))
+    }
+
+    /// Returns a point and its place, as [`survey_place`](Self::survey_place) does.
+    #[must_use]
+    pub fn survey_spot(&self, spot: Spot) -> SurveyedPlace {
+        let place = spot.on;
         let index = self.table.as_ref().map_or_else(Index::default, |table| table.index(place));
-        SurveyedPlace { place, at: self.skeleton().at(place).0, index }
+        let half_width = 0.5 * self.skeleton().edge(place.edge).width().0;
+        let at = self.skeleton().at(place).0;
+        SurveyedPlace { place, at, index, point: spot.at, half_width }
     }
 
     /// The strength of a link between two places as far as it is known.
@@ -125,7 +134,7 @@ impl Radio {
 
     fn known_strength_at(&self, a: &SurveyedPlace, b: &SurveyedPlace, known: Known) -> Dbm {
         let link = Geometry {
-            along: self.skeleton().distance(a.place, b.place),
+            along: Metres(self.skeleton().distance(a.place, b.place).0.max(a.at_least_from(b).0)),
             straight: a.at.distance(b.at),
         };
         let loss = self.law.loss(link, self.term(a.index, b.index));
@@ -138,11 +147,11 @@ impl Radio {
         self.skeleton().distance(a, b)
     }
 
-    /// The strength of a link between two points of the floor plan, each of which counts as the
-    /// place of the skeleton nearest to it.
+    /// The strength of a link between two points of the floor plan, each of which counts as its
+    /// place on the skeleton.
     #[must_use]
     pub fn strength_between(&self, a: Point2, b: Point2) -> Dbm {
-        self.strength(self.skeleton().locate(a), self.skeleton().locate(b))
+        self.strength(self.tunnel.place(a, None), self.tunnel.place(b, None))
     }
 
     /// The loss by what is known of shadowing and fading.
@@ -182,4 +191,22 @@ pub struct SurveyedPlace {
     pub place: SkeletonPlace,
     at: Point2,
     index: Index,
+    /// The point itself, which in a hall may be far from its place.
+    point: Point2,
+    /// Half the width of the gallery of the place, m.
+    half_width: f32,
+}
+
+impl SurveyedPlace {
+    /// The point and its place.
+    #[must_use]
+    pub const fn spot(&self) -> Spot {
+        Spot { at: self.point, on: self.place }
+    }
+
+    /// The least distance of two points along the tunnel. Within their galleries two points are no
+    /// farther apart than their places and half of each width; in a hall they are.
+    fn at_least_from(&self, other: &Self) -> Metres {
+        Metres(self.point.distance(other.point).0 - self.half_width - other.half_width)
+    }
 }

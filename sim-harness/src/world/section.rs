@@ -23,6 +23,7 @@ pub(crate) struct TunnelTable {
     to: Option<String>,
     around_m: Option<At<f32>>,
     width_m: Option<At<f32>>,
+    widths_m: Option<At<Vec<f32>>>,
     centre_line_m: Option<At<Vec<Pair>>>,
     winding: Option<At<WindingTable>>,
     #[serde(default)]
@@ -43,7 +44,8 @@ struct WindingTable {
 #[serde(deny_unknown_fields)]
 struct BranchTable {
     name: Option<String>,
-    width_m: f32,
+    width_m: Option<f32>,
+    widths_m: Option<Vec<f32>>,
     centre_line_m: Vec<Pair>,
 }
 
@@ -134,6 +136,7 @@ impl TunnelTable {
     ) -> Result<(Tunnel, Option<Route>), InputError> {
         let table = tunnel.as_ref();
         let is_drawn = table.width_m.is_some()
+            || table.widths_m.is_some()
             || table.centre_line_m.is_some()
             || table.winding.is_some()
             || !table.branch.is_empty()
@@ -162,11 +165,17 @@ impl TunnelTable {
             let wrong = "within, from, to and around_m belong to a map".into();
             return Err(reader.wrong(tunnel, wrong, "remove them, or give map"));
         }
-        let Some(width) = &table.width_m else {
-            let wrong = "missing key `width_m`".into();
-            return Err(reader.wrong(tunnel, wrong, "give it, or a map"));
+        let (width, widths) = match (&table.width_m, &table.widths_m) {
+            (Some(width), None) => {
+                (reader.number(width, "width_m", LEAST_WIDTH..=50.0)?, Vec::new())
+            }
+            (None, Some(widths)) => (widest(widths.as_ref()), widths.as_ref().clone()),
+            (None, None) => {
+                let wrong = "missing key `width_m`".into();
+                return Err(reader.wrong(tunnel, wrong, "give it, or a map"));
+            }
+            (Some(_), Some(widths)) => return Err(two_widths(widths, reader)),
         };
-        let width = reader.number(width, "width_m", LEAST_WIDTH..=50.0)?;
         let centre_line = match (&table.centre_line_m, &table.winding) {
             (Some(pairs), None) => points(pairs.as_ref()),
             (None, Some(table)) => winding(table.as_ref(), reader)?,
@@ -180,11 +189,12 @@ impl TunnelTable {
         };
         let place = table.centre_line_m.as_ref().map_or(tunnel.span().start, |p| p.span().start);
         let main = Gallery { name: MAIN.into(), centre_line, width };
-        diggable(main.check(), place, reader)?;
-        let mut layout = Layout { galleries: vec![main], rooms: Vec::new() };
+        diggable(main.check(&widths), place, reader)?;
+        let mut layout = Layout { galleries: vec![main], widths: vec![widths], rooms: Vec::new() };
         for branch in &table.branch {
-            let gallery = side_gallery(branch, &layout, reader)?;
+            let (gallery, widths) = side_gallery(branch, &layout, reader)?;
             layout.galleries.push(gallery);
+            layout.widths.push(widths);
         }
         for room in &table.room {
             let RoomTable { centre_m, size_m } = room.as_ref();
@@ -208,21 +218,40 @@ const MAIN: &str = "main";
 /// The radio survey of a tunnel grows with the square of its length, m.
 const LONGEST: f32 = 500.0;
 
+/// The width of a gallery as a whole where it has these at its points.
+fn widest(widths: &[f32]) -> f32 {
+    widths.iter().copied().fold(0.0, f32::max)
+}
+
+fn two_widths<T>(at: &At<T>, reader: &Reader<'_>) -> InputError {
+    let wrong = "a gallery has width_m and widths_m".into();
+    reader.wrong(at, wrong, "keep width_m where it is as wide everywhere, else widths_m")
+}
+
+/// A side gallery, and its widths at the points of its centre-line, where it has several.
 fn side_gallery(
     branch: &At<BranchTable>,
     layout: &Layout,
     reader: &Reader<'_>,
-) -> Result<Gallery, InputError> {
-    let BranchTable { name, width_m, centre_line_m } = branch.as_ref();
+) -> Result<(Gallery, Vec<f32>), InputError> {
+    let BranchTable { name, width_m, widths_m, centre_line_m } = branch.as_ref();
     let numbered = || format!("branch-{}", layout.galleries.len());
     let name = name.clone().unwrap_or_else(numbered);
     if layout.galleries.iter().any(|gallery| gallery.name == name) {
         let wrong = format!("two galleries are called \"{name}\"");
         return Err(reader.wrong(branch, wrong, "give each a name of its own"));
     }
-    let gallery = Gallery { name, centre_line: points(centre_line_m), width: *width_m };
-    diggable(gallery.check(), branch.span().start, reader)?;
-    Ok(gallery)
+    let (width, widths) = match (width_m, widths_m) {
+        (Some(width), None) => (*width, Vec::new()),
+        (None, Some(widths)) => (widest(widths), widths.clone()),
+        (None, None) => {
+            return Err(reader.wrong(branch, "missing key `width_m`".into(), "give it"));
+        }
+        (Some(_), Some(_)) => return Err(two_widths(branch, reader)),
+    };
+    let gallery = Gallery { name, centre_line: points(centre_line_m), width };
+    diggable(gallery.check(&widths), branch.span().start, reader)?;
+    Ok((gallery, widths))
 }
 
 fn diggable(
@@ -241,6 +270,7 @@ fn impossible(error: GeometryError, byte: usize, reader: &Reader<'_>) -> InputEr
         GeometryError::TooNarrow => "make it wider",
         GeometryError::TooLarge => "keep within that of the origin",
         GeometryError::NotANumber => "give finite coordinates and positive sizes",
+        GeometryError::WidthsAndPoints => "give widths_m one number for each point",
     };
     reader.at_byte(byte, InputError::new(format!("impossible geometry: {error}"), remedy))
 }
@@ -271,7 +301,7 @@ impl PlaceKey {
         let skeleton = tunnel.skeleton();
         let (edge, along) = match self {
             Self::Point(at) if at.is_finite() && tunnel.is_free(*at) => {
-                return Ok(Spot { at: *at, on: skeleton.locate(*at) });
+                return Ok(Spot { at: *at, on: tunnel.place(*at, None) });
             }
             Self::Point(Point2 { x, y }) => {
                 let wrong = format!("{name} = [{x}, {y}] is not in the tunnel");

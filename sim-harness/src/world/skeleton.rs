@@ -7,20 +7,21 @@
 //! and the length along it; the *geodesic distance* of two places is the length of the shortest
 //! way between them on the skeleton. A single corridor is a skeleton with one edge.
 
-mod corner;
 mod hops;
 mod join;
 mod knots;
+mod middle;
 mod path;
+mod straight;
 #[cfg(test)]
 mod tests;
 
 use units::{Metres, Point2};
 
 use super::Polyline;
-use super::polyline::corner_length;
 use hops::{Hop, shortest_hops};
 pub use knots::Knot;
+pub(super) use middle::Mass;
 pub use path::{Leg, Path};
 
 /// A gallery from which a skeleton is made.
@@ -139,11 +140,6 @@ pub struct Skeleton {
 }
 
 impl Skeleton {
-    /// A moving point changes to another edge only when that edge is nearer than its present one by
-    /// more than this, m: more than a drone deviates from the middle of a gallery where it passes
-    /// the entrance of another.
-    pub const LOYALTY_M: f32 = 0.3;
-
     /// The skeleton of these galleries. The first is the main one; each later one joins those
     /// before it where they cross, where one of its ends lies within half a width of them, or
     /// else, by a straight line, from its nearer end.
@@ -191,47 +187,6 @@ impl Skeleton {
     #[must_use]
     pub fn at(&self, place: SkeletonPlace) -> (Point2, [f32; 2]) {
         self.edge(place.edge).line.at(place.along)
-    }
-
-    /// Returns the place nearest to a point, among all edges.
-    #[must_use]
-    pub fn locate(&self, point: Point2) -> SkeletonPlace {
-        let feet = self.edges.iter().enumerate().map(|(n, edge)| (n, edge.line.nearest(point)));
-        let best = feet.min_by(|a, b| a.1.off_squared.total_cmp(&b.1.off_squared));
-        best.map_or_else(SkeletonPlace::default, |(edge, foot)| SkeletonPlace {
-            edge: edge as u16,
-            along: foot.along,
-        })
-    }
-
-    /// The place of a point that moves and was at `last` a moment before: on the same edge near
-    /// by, or past a junction on another edge that is clearly nearer.
-    #[must_use]
-    pub fn project(&self, point: Point2, last: SkeletonPlace) -> SkeletonPlace {
-        if let Some(place) = self.inside_corner(point, last) {
-            return place;
-        }
-        let edge = self.edge(last.edge);
-        let foot = edge.line.follow(point, last.along, edge.width);
-        let mut best = SkeletonPlace { along: foot.along, ..last };
-        if self.edges.len() == 1 {
-            return best;
-        }
-        let mut nearest = foot.off_squared.sqrt() - Self::LOYALTY_M;
-        for joint in &edge.joints {
-            for (other, there) in self.others_at(joint.node, last.edge) {
-                let edge = self.edge(other);
-                if !near(joint.along, foot.along, edge.width) {
-                    continue;
-                }
-                let foot = edge.line.follow(point, there, edge.width);
-                if foot.off_squared.sqrt() < nearest {
-                    nearest = foot.off_squared.sqrt();
-                    best = SkeletonPlace { edge: other, along: foot.along };
-                }
-            }
-        }
-        best
     }
 
     /// The other edges at a node, with the node's place along each.
@@ -313,11 +268,4 @@ impl Skeleton {
             .map(|(a, b)| Crossing { leave: *a, enter: *b, between: way(a, b) })
             .collect()
     }
-}
-
-/// Whether a point with its foot at `along` may be in the gallery of this width that another edge
-/// has at `joint`: a point beside the wall of a wide gallery has its foot half a width before the
-/// junction.
-fn near(joint: f32, along: f32, width: f32) -> bool {
-    (joint - along).abs() <= Polyline::WINDOW_M.max(0.5 * width)
 }

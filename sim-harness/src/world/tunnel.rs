@@ -6,6 +6,7 @@ use units::{Metres, Point2};
 
 use super::Skeleton;
 use super::layout::{GeometryError, Layout, Passage, outlines, passage_outlines};
+use super::places::Places;
 use super::wall_index::WallIndex;
 use crate::measure::trace::{CentreLine, FloorPlan};
 
@@ -16,6 +17,7 @@ pub struct Tunnel {
     skeleton: Skeleton,
     edges: Vec<[Point2; 2]>,
     walls: WallIndex,
+    places: Places,
 }
 
 impl Tunnel {
@@ -27,12 +29,18 @@ impl Tunnel {
         Ok(Self::within(outlines(layout)?, Skeleton::of(&layout.galleries)))
     }
 
-    /// Makes the tunnel of passages, with the skeleton of their centre-lines.
+    /// Makes the tunnel of passages, with the skeleton of their centre-lines, which lead straight
+    /// through a chamber in which a survey's line turns back.
     ///
     /// # Errors
     /// [`GeometryError`] where the passages have no walls that could be built.
     pub fn surveyed(skeleton: Skeleton, passages: &[Passage]) -> Result<Self, GeometryError> {
-        Ok(Self::within(passage_outlines(passages)?, skeleton))
+        let found = Self::within(passage_outlines(passages)?, skeleton);
+        let sees = |a, b| found.obstruction(a, b).walls == 0;
+        let skeleton = found.skeleton.clone().straightened(sees);
+        let corners = corners(&found.outlines, &found.edges);
+        let places = Places::of(&skeleton, &found.edges, corners);
+        Ok(Self { skeleton, places, ..found })
     }
 
     /// Makes the tunnel whose free space has these outlines, which are closed loops, the last point
@@ -45,13 +53,24 @@ impl Tunnel {
             edges.extend(ring.iter().zip(next).map(|(&a, &b)| [a, b]));
         }
         let walls = WallIndex::new(&edges);
-        Self { outlines, skeleton, edges, walls }
+        let places = Places::of(&skeleton, &edges, corners(&outlines, &edges));
+        Self { outlines, skeleton, edges, walls, places }
     }
 
     /// The graph of centre-lines.
     #[must_use]
     pub fn skeleton(&self) -> &Skeleton {
         &self.skeleton
+    }
+
+    /// What is known of the places of points.
+    pub(super) const fn places(&self) -> &Places {
+        &self.places
+    }
+
+    /// The pieces of wall.
+    pub(super) fn wall_pieces(&self) -> &[[Point2; 2]] {
+        &self.edges
     }
 
     /// The outlines of the free space: closed loops, the last point not repeated.
@@ -108,10 +127,7 @@ impl Tunnel {
     /// Whether the point lies in the free space.
     #[must_use]
     pub fn is_free(&self, at: Point2) -> bool {
-        let right_of = |[p, q]: &&[Point2; 2]| {
-            (p.y > at.y) != (q.y > at.y) && at.x < p.x + (at.y - p.y) / (q.y - p.y) * (q.x - p.x)
-        };
-        self.edges.iter().filter(right_of).count() % 2 == 1
+        is_free(&self.edges, at)
     }
 
     /// The obstacles on the straight line from `a` to `b`, both in the free space.
@@ -132,6 +148,51 @@ impl Tunnel {
         };
         WallsBetween(self.edges.iter().filter(may_cross).copied().collect())
     }
+}
+
+fn is_free(edges: &[[Point2; 2]], at: Point2) -> bool {
+    let right_of = |[p, q]: &&[Point2; 2]| {
+        (p.y > at.y) != (q.y > at.y) && at.x < p.x + (at.y - p.y) / (q.y - p.y) * (q.x - p.x)
+    };
+    edges.iter().filter(right_of).count() % 2 == 1
+}
+
+/// The corners of the rock that a way may lead round, a little off the rock.
+fn corners(outlines: &[Vec<Point2>], edges: &[[Point2; 2]]) -> Vec<Point2> {
+    /// How far off, m: less than a drone's radius, and more than rounding.
+    const OFF_M: f32 = 0.01;
+    /// The sine of a bend that is none.
+    const STRAIGHT: f32 = 1e-3;
+    let unit = |a: Point2, b: Point2| {
+        let length = a.distance(b).0.max(f32::MIN_POSITIVE);
+        [(b.x - a.x) / length, (b.y - a.y) / length]
+    };
+    outlines
+        .iter()
+        .flat_map(|ring| {
+            let next = |n: usize| ring[(n + 1) % ring.len()];
+            let longest = (0..ring.len()).max_by(|a, b| {
+                ring[*a].distance(next(*a)).0.total_cmp(&ring[*b].distance(next(*b)).0)
+            });
+            let is_left_free = longest.is_some_and(|n| {
+                let (a, b, [x, y]) = (ring[n], next(n), unit(ring[n], next(n)));
+                let middle =
+                    Point2::new(0.5 * (a.x + b.x) - OFF_M * y, 0.5 * (a.y + b.y) + OFF_M * x);
+                is_free(edges, middle)
+            });
+            let corner = move |n: usize| {
+                let (at, before) = (next(n), unit(ring[n], next(n)));
+                let behind = unit(at, next(n + 1));
+                let left = before[0] * behind[1] - before[1] * behind[0];
+                let is_corner = if is_left_free { left < -STRAIGHT } else { left > STRAIGHT };
+                // Between the two walls of the corner is rock.
+                let (x, y) = (before[0] - behind[0], before[1] - behind[1]);
+                let scale = OFF_M / (x * x + y * y).sqrt().max(f32::MIN_POSITIVE);
+                is_corner.then(|| Point2::new(at.x + scale * x, at.y + scale * y))
+            };
+            (0..ring.len()).filter_map(corner).collect::<Vec<_>>()
+        })
+        .collect()
 }
 
 /// Some of the walls of a tunnel.
@@ -163,8 +224,7 @@ fn distance_to_line(point: Point2, a: Point2, b: Point2) -> f32 {
 }
 
 fn obstruction(edges: &[[Point2; 2]], a: Point2, b: Point2) -> Obstruction {
-    let mut crossings: Vec<f32> = edges.iter().filter_map(|edge| crossing(a, b, edge)).collect();
-    crossings.sort_by(f32::total_cmp);
+    let crossings = crossings(edges, a, b);
     let length = a.distance(b).0;
     let mut found = Obstruction::NONE;
     for solid in crossings.chunks_exact(2) {
@@ -175,6 +235,29 @@ fn obstruction(edges: &[[Point2; 2]], a: Point2, b: Point2) -> Obstruction {
             found.rock += Metres(rock);
         }
     }
+    found
+}
+
+/// The length of rock on the straight line from `a`, in the free space, to `b`, which may be in the
+/// rock, m.
+pub(super) fn rock<'a>(
+    edges: impl IntoIterator<Item = &'a [Point2; 2]>,
+    a: Point2,
+    b: Point2,
+) -> f32 {
+    let crossings = crossings(edges, a, b);
+    let solid = |pair: &[f32]| pair.get(1).unwrap_or(&1.0) - pair.first().unwrap_or(&1.0);
+    crossings.chunks(2).map(solid).sum::<f32>() * a.distance(b).0
+}
+
+/// Where the straight line from `a` to `b` crosses the edges, from 0 (`a`) to 1 (`b`), in order.
+fn crossings<'a>(
+    edges: impl IntoIterator<Item = &'a [Point2; 2]>,
+    a: Point2,
+    b: Point2,
+) -> Vec<f32> {
+    let mut found: Vec<f32> = edges.into_iter().filter_map(|edge| crossing(a, b, edge)).collect();
+    found.sort_by(f32::total_cmp);
     found
 }
 

@@ -35,6 +35,7 @@ use units::{
     Acceleration, AngularVelocity, Instant, Metres, MetresPerSecond, Point2, Setpoint, Volts,
 };
 
+use crate::bodies::others::Others;
 use crate::bodies::point::VehicleSpec;
 use crate::random::Stream;
 use crate::world::Tunnel;
@@ -59,6 +60,8 @@ pub struct Surroundings<'a> {
     pub ground: Ground,
     /// The vehicle's outer measures.
     pub vehicle: &'a VehicleSpec,
+    /// The other drones, as its rangers see them.
+    pub others: Others<'a>,
 }
 
 /// The flow sensor and the down ranger above the feet, m: the Flow deck hangs under the board.
@@ -333,7 +336,7 @@ impl Craft {
         let (place, beam) = ([x, y, z + up], BEAMS[side]);
         let random = &mut self.random;
         let reading = &mut self.sides[side];
-        let reading = reading.look_along(around.tunnel, place, body.rotation(), beam, random);
+        let reading = reading.look_along(around, place, body.rotation(), beam, random);
         self.ranges[side] = match &mut self.saboteur {
             None => Some(reading),
             Some(saboteur) => saboteur.side(self.now_ms, side, reading),

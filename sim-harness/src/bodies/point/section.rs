@@ -17,6 +17,7 @@ pub(crate) struct VehicleTable {
     radius_m: Option<At<f32>>,
     reach_m: Option<At<f32>>,
     range_noise_m: Option<At<f32>>,
+    sees_drones: Option<bool>,
     position_noise_m: Option<At<f32>>,
     vibration_g: Option<At<f32>>,
     thrust: Option<At<f32>>,
@@ -54,6 +55,7 @@ impl VehicleTable {
                 0.0..=1.0,
                 usual.range_noise,
             )?,
+            sees_drones: self.sees_drones.unwrap_or(usual.sees_drones),
             position_noise: self
                 .position_noise_m
                 .as_ref()

@@ -32,6 +32,7 @@ pub(super) fn of_code(code: u8) -> State {
         16 => swarm(SwarmDuty::Surveying),
         17 => swarm(SwarmDuty::Gathering),
         18 => swarm(SwarmDuty::Crossing),
+        24 => chain(ChainDuty::Homing),
         _ => State::Idle,
     }
 }
