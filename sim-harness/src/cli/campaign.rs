@@ -12,8 +12,8 @@ use super::{
     Common, FidelityArg, LinkArg, Trouble, Verdict, builtin_scenarios, complain, host_scenario,
     interrupt, runs, with_link,
 };
-use crate::measure::campaign::{Figure, figures, fly_until, json as figures_json};
-use crate::measure::metrics::{Reference, RunMetrics};
+use crate::measure::campaign::{Figure, Run, Verdicts, figures, fly_until, json as figures_json};
+use crate::measure::metrics::Reference;
 use crate::mission::World;
 use crate::scenario::Scenario;
 
@@ -51,8 +51,9 @@ pub(super) fn run(args: &CampaignArgs) -> Result<Verdict, Trouble> {
         complain("interrupted before a mission was flown; nothing was written");
         return Ok(Verdict::Interrupted);
     }
-    let metrics: Vec<_> = flown.iter().map(|(_, metrics)| *metrics).collect();
+    let metrics: Vec<_> = flown.iter().map(|run| run.metrics).collect();
     let figures = figures(&metrics);
+    let verdicts = Verdicts::of(&flown);
     let summary = json!({
         "scenario": scenario.name,
         "policy": scenario.policy,
@@ -62,6 +63,7 @@ pub(super) fn run(args: &CampaignArgs) -> Result<Verdict, Trouble> {
         "runs": flown.len(),
         "runs_asked": asked,
         "version": env!("CARGO_PKG_VERSION"),
+        "verdict": verdicts.json(),
         "metrics": figures_json(&figures),
     });
     if let Some(folder) = &mut folder {
@@ -71,21 +73,21 @@ pub(super) fn run(args: &CampaignArgs) -> Result<Verdict, Trouble> {
     }
     let count = counted(flown.len(), asked);
     let heading = format!("{}: {count} missions, policy {}", scenario.name, scenario.policy);
-    args.common.finish(folder, &table(&heading, &figures), &summary)?;
-    let sound = complain_of_contacts(&scenario.name, &flown);
+    let table = table(&heading, &verdicts, &figures);
+    args.common.finish(folder, &table, &summary)?;
+    let failed = verdicts.failed();
+    if failed > 0 {
+        let count = flown.len();
+        complain(format_args!("{}: {failed} of {count} missions failed", scenario.name));
+    }
     if flown.len() < asked {
         complain(format_args!("interrupted; the figures are of {count} missions"));
         return Ok(Verdict::Interrupted);
     }
-    Ok(if sound { Verdict::Good } else { Verdict::Failed })
+    Ok(if failed == 0 { Verdict::Good } else { Verdict::Failed })
 }
 
-fn fly_all(
-    scenario: &Scenario,
-    args: &CampaignArgs,
-    count: usize,
-    stop: &AtomicBool,
-) -> Vec<(u64, RunMetrics)> {
+fn fly_all(scenario: &Scenario, args: &CampaignArgs, count: usize, stop: &AtomicBool) -> Vec<Run> {
     let world = World::of(scenario);
     let reference = Reference::of(scenario, &world);
     let progress = Progress::new(count as u64, args.common.quiet);
@@ -100,34 +102,17 @@ fn counted(flown: usize, asked: usize) -> String {
 }
 
 /// A run as an entry of `runs.json`.
-fn row((seed, metrics): &(u64, RunMetrics)) -> Value {
-    let mut row = json!({ "seed": seed });
-    if let (Some(row), Value::Object(metrics)) = (row.as_object_mut(), metrics_json(metrics)) {
+fn row(run: &Run) -> Value {
+    let mut row = json!({ "seed": run.seed, "verdict": run.judgement.json() });
+    if let (Some(row), Value::Object(metrics)) = (row.as_object_mut(), metrics_json(&run.metrics)) {
         row.extend(metrics);
     }
     row
 }
 
-/// Whether no mission touched anything or lost its order; complains of those that did.
-fn complain_of_contacts(scenario: &str, flown: &[(u64, RunMetrics)]) -> bool {
-    let broken: Vec<_> = flown
-        .iter()
-        .filter(|(_, run)| run.wall_contacts + run.drone_contacts + run.order_lost > 0)
-        .map(|(seed, _)| seed.to_string())
-        .collect();
-    if broken.is_empty() {
-        return true;
-    }
-    let seeds = broken.iter().take(10).cloned().collect::<Vec<_>>().join(", ");
-    let (failed, all) = (broken.len(), flown.len());
-    complain(format_args!(
-        "{scenario}: {failed} of {all} missions touched something or lost their order, seeds {seeds}"
-    ));
-    false
-}
-
-fn table(heading: &str, figures: &[Figure]) -> String {
-    let mut text = format!("{heading}\n\n  {:18} {:>10}   95 % interval\n", "", "");
+fn table(heading: &str, verdicts: &Verdicts, figures: &[Figure]) -> String {
+    let mut text =
+        format!("{heading}\n\n{}\n  {:18} {:>10}   95 % interval\n", verdicts.table(), "", "");
     for Figure { name, estimate } in figures {
         // Writing to a string cannot fail.
         let _ = write!(text, "  {name:18} {:>10.3}", estimate.value);

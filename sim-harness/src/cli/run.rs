@@ -1,6 +1,5 @@
 //! `uchain run`: one mission.
 
-mod failures;
 mod summary;
 mod table;
 
@@ -18,13 +17,13 @@ use super::{
 use crate::input_error::InputError;
 use crate::measure::metrics::{Reference, RunMetrics, Watch};
 use crate::measure::trace::{Node, Trace};
+use crate::measure::verdict::Judgement;
 use crate::mission::{Mission, ROUND_US, World};
 use crate::output;
 use crate::scenario::{Changes, Fidelity, Scenario, builtin};
 use crate::world::import::{Ends, MapChoice};
 use crate::world::layout::FARTHEST;
 
-use failures::failures;
 pub(super) use summary::metrics_json;
 use summary::summary;
 use table::table;
@@ -157,10 +156,11 @@ pub(super) fn run(args: &RunArgs) -> Result<Verdict, Trouble> {
     interrupt::ends();
     let mut folder = args.common.folder()?;
     let seed = args.common.seed;
-    let (trace, metrics, aftermath) = fly(&scenario, seed, args.common.quiet, fleet.as_ref())?;
-    let mut failures = failures(&scenario, &trace, &metrics);
+    let Flown { trace, metrics, judgement, aftermath } =
+        fly(&scenario, seed, args.common.quiet, fleet.as_ref())?;
+    let mut failures: Vec<_> = judgement.failures.iter().map(ToString::to_string).collect();
     failures.extend(aftermath.failures());
-    let mut summary = summary(&scenario, seed, &trace, &metrics, &failures);
+    let mut summary = summary(&scenario, seed, &trace, &metrics, &judgement, &failures);
     if let (Some(summary), false) = (summary.as_object_mut(), aftermath.is_empty()) {
         summary.insert("virtual".into(), aftermath.json());
     }
@@ -168,7 +168,8 @@ pub(super) fn run(args: &RunArgs) -> Result<Verdict, Trouble> {
         output::write_all(folder, &trace, &summary)?;
         aftermath.write(folder)?;
     }
-    let table = table(&scenario, seed, &trace, &metrics, &failures) + &aftermath.table();
+    let table =
+        table(&scenario, seed, &trace, &metrics, &judgement, &failures) + &aftermath.table();
     args.common.finish(folder, &table, &summary)?;
     // The table has them already.
     for failure in failures.iter().filter(|_| !args.common.prints_table()) {
@@ -191,13 +192,21 @@ fn show(name: &str) -> Result<Verdict, Trouble> {
     .into())
 }
 
-/// Flies a mission with its record and its figures.
+/// A mission that was flown.
+struct Flown {
+    trace: Trace,
+    metrics: RunMetrics,
+    judgement: Judgement,
+    aftermath: Aftermath,
+}
+
+/// Flies a mission with its record, its figures and its verdict.
 fn fly(
     scenario: &Scenario,
     seed: u64,
     quiet: bool,
     fleet: Option<&Fleet>,
-) -> Result<(Trace, RunMetrics, Aftermath), InputError> {
+) -> Result<Flown, InputError> {
     let world = World::of(scenario);
     let reference = Reference::of(scenario, &world);
     let progress = Progress::new(scenario.duration_us / ROUND_US, quiet);
@@ -218,7 +227,8 @@ fn fly(
         progress.step();
     }
     let metrics = watch.verdict(&mission);
-    Ok((trace, metrics, Aftermath::of(&mission)))
+    let judgement = watch.judgement(&mission, &metrics);
+    Ok(Flown { trace, metrics, judgement, aftermath: Aftermath::of(&mission) })
 }
 
 fn last_states(trace: &Trace) -> impl Iterator<Item = (Node, State)> {

@@ -3,17 +3,20 @@
 //! Seeds are consecutive from the first one on; results are collected in the order of the seeds,
 //! so a campaign's figures do not depend on the number of threads.
 
+mod verdicts;
+
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 use serde_json::{Map, Value, json};
 
 use crate::bodies::craft::record::FlightMetrics;
-use crate::measure::metrics::{
-    ExploreMetrics, HoldMetrics, Reference, RunMetrics, SwarmMetrics, measure,
-};
+use crate::measure::metrics::{ExploreMetrics, HoldMetrics, Reference, RunMetrics, SwarmMetrics};
+use crate::measure::verdict::{Judgement, judged};
 use crate::mission::World;
 use crate::scenario::Scenario;
+
+pub use verdicts::Verdicts;
 
 /// Flies every run, and returns the figures in the order of the seeds.
 #[must_use]
@@ -27,11 +30,22 @@ pub fn fly(
 ) -> Vec<RunMetrics> {
     let never = AtomicBool::new(false);
     let flown = fly_until(&never, scenario, world, reference, first_seed, runs, after_each);
-    flown.into_iter().map(|(_, metrics)| metrics).collect()
+    flown.into_iter().map(|run| run.metrics).collect()
 }
 
-/// Flies the runs until `stop` is set, and returns seed and figures of each that had begun by then,
-/// in the order of the seeds.
+/// One run of a campaign.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Run {
+    /// The seed.
+    pub seed: u64,
+    /// The figures.
+    pub metrics: RunMetrics,
+    /// The verdict.
+    pub judgement: Judgement,
+}
+
+/// Flies the runs until `stop` is set, and returns each that had begun by then, in the order of the
+/// seeds.
 #[must_use]
 pub fn fly_until(
     stop: &AtomicBool,
@@ -41,15 +55,15 @@ pub fn fly_until(
     first_seed: u64,
     runs: usize,
     after_each: impl Fn() + Sync,
-) -> Vec<(u64, RunMetrics)> {
+) -> Vec<Run> {
     (0..runs as u64)
         .into_par_iter()
         .filter(|_| !stop.load(Ordering::Relaxed))
         .map(|n| {
             let seed = first_seed.wrapping_add(n);
-            let metrics = measure(scenario, world, reference, seed);
+            let (metrics, judgement) = judged(scenario, world, reference, seed);
             after_each();
-            (seed, metrics)
+            Run { seed, metrics, judgement }
         })
         .collect()
 }
@@ -201,6 +215,7 @@ pub fn figures(runs: &[RunMetrics]) -> Vec<Figure> {
         figure("all_down", called_down),
         figure("wall_contact", fraction(runs, |r| r.wall_contacts > 0)),
         figure("drone_contact", fraction(runs, |r| r.drone_contacts > 0)),
+        figure("ground_contact", fraction(runs, |r| r.ground_contacts > 0)),
         figure("order_lost", fraction(runs, |r| r.order_lost > 0)),
         figure("swarm_finished", swarm(runs, |s| f32::from(u8::from(s.unfinished == 0)))),
         figure("surveyed_s", swarm(runs, |s| s.surveyed_s)),
@@ -278,7 +293,7 @@ mod tests {
         };
         let flown = fly();
         assert!((1..1_000).contains(&flown.len()), "{}", flown.len());
-        assert!(flown.is_sorted_by(|(one, _), (next, _)| one < next));
+        assert!(flown.is_sorted_by(|one, next| one.seed < next.seed));
         assert!(fly().is_empty(), "none begins after the stop");
     }
 }

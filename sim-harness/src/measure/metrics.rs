@@ -1,8 +1,10 @@
 //! Computes the metrics of a chain, as the book's chapter "Metrics" defines them.
 //!
-//! The metrics of links are computed from the *true* large-scale losses L_j of the links, five
-//! times a second; the drones' own estimates are not used.
+//! The metrics of links are computed from the *true* losses L_j of the links, five times a second;
+//! the drones' own estimates are not used. What is compared with the best chain or with other links
+//! is the large-scale loss; what is compared with a limit is what a receiver gets.
 
+mod chain;
 mod criteria;
 mod cruise;
 mod explore;
@@ -12,11 +14,14 @@ mod swarm;
 
 use units::{MissionKind, NodeId, Order, Role};
 
+use super::verdict::evidence::{EvidenceRecord, Seen};
+use super::verdict::{Judgement, judge};
 use crate::bodies::craft::record::FlightMetrics;
 use crate::mission::{Linked, Mission, ROUND_US, RadioMetrics, World};
 use crate::scenario::{Scenario, Start};
 use crate::world::SkeletonPlace;
 
+use chain::Chain;
 pub use criteria::Criteria;
 pub(crate) use criteria::CriteriaTable;
 use cruise::CruiseRecord;
@@ -30,7 +35,7 @@ pub use swarm::SwarmMetrics;
 use swarm::SwarmRecord;
 
 /// Seconds in a round.
-const ROUND_S: f32 = ROUND_US as f32 * 1e-6;
+pub(super) const ROUND_S: f32 = ROUND_US as f32 * 1e-6;
 
 /// Collects the metrics of one mission, round by round.
 pub struct Watch<'a> {
@@ -55,6 +60,7 @@ pub struct Watch<'a> {
     /// came there, s.
     advance: (f32, f32),
     heard: Heard,
+    evidence: EvidenceRecord,
 }
 
 /// A head that has come so near to its farthest place has come there, m.
@@ -106,59 +112,6 @@ impl Exploration {
     }
 }
 
-/// The chain of one explorer at one moment: the base, every relay that flies, and the explorer.
-struct Chain {
-    /// Base first, explorer last.
-    members: Vec<Linked>,
-    /// The losses of its links, the base's first, dB.
-    losses: Vec<f32>,
-}
-
-impl Chain {
-    fn of(mission: &Mission<'_>, trunk: &[Linked], explorer: Linked) -> Self {
-        let members: Vec<_> = trunk.iter().copied().chain([explorer]).collect();
-        let number = |linked: &Linked| usize::from(linked.id.0);
-        let loss =
-            |pair: &[Linked]| mission.true_strength(number(&pair[0]), number(&pair[1])).loss().0;
-        let losses = members.windows(2).map(loss).collect();
-        Self { members, losses }
-    }
-
-    fn explorer(&self) -> &Linked {
-        &self.members[self.members.len() - 1]
-    }
-
-    fn weakest(&self) -> f32 {
-        self.losses.iter().copied().fold(f32::NEG_INFINITY, f32::max)
-    }
-
-    /// The largest difference between adjacent links, dB.
-    fn difference(&self) -> f32 {
-        let differences = self.losses.windows(2).map(|pair| (pair[1] - pair[0]).abs());
-        differences.fold(0.0, f32::max)
-    }
-
-    /// The ends and the loss of every link.
-    fn links(&self) -> impl Iterator<Item = ((NodeId, NodeId), f32)> {
-        let ends = self.members.windows(2).map(|pair| (pair[0].id, pair[1].id));
-        ends.zip(self.losses.iter().copied())
-    }
-
-    fn is_out_of_order(&self, world: &World) -> bool {
-        Self::is_disordered(world, &self.members)
-    }
-
-    /// Whether a member is farther out than the next one towards the explorer. Drones in different
-    /// branches have no order.
-    fn is_disordered(world: &World, members: &[Linked]) -> bool {
-        let (base, skeleton) = (world.base.on, world.skeleton());
-        members.windows(2).any(|pair| {
-            let (back, front) = (&pair[0], &pair[1]);
-            front.way < back.way && skeleton.in_line(base, back.place, front.place)
-        })
-    }
-}
-
 impl<'a> Watch<'a> {
     /// Makes a watch that has taken no sample yet.
     #[must_use]
@@ -183,12 +136,14 @@ impl<'a> Watch<'a> {
             farthest: 0.0,
             advance: (0.0, 0.0),
             heard: Heard::default(),
+            evidence: EvidenceRecord::new(scenario),
         }
     }
 
     /// Takes one sample, at the end of a round. While the head is not a link of the chain, before
     /// take-off and after landing, there is no chain to be sampled.
     pub fn look(&mut self, mission: &Mission<'_>) {
+        self.evidence.look(self.scenario, mission);
         if let Some(swarm) = &mut self.swarm {
             return swarm.look(mission);
         }
@@ -209,26 +164,27 @@ impl<'a> Watch<'a> {
             chain.iter().partition(|link| self.role(link) == Role::Head);
         let chains: Vec<Chain> =
             explorers.iter().map(|explorer| Chain::of(mission, &trunk, *explorer)).collect();
-        if chains.iter().any(|chain| chain.is_out_of_order(self.world))
-            || chains.is_empty() && Chain::is_disordered(self.world, &trunk)
-        {
-            self.order_lost += 1;
-        }
-        if chains.iter().any(|chain| chain.explorer().id == NodeId::HEAD && chain.members.len() > 1)
-        {
-            self.sample(mission, &chains);
-        }
+        let is_disordered = chains.iter().any(|chain| chain.is_out_of_order(self.world))
+            || chains.is_empty() && Chain::is_disordered(self.world, &trunk);
+        self.order_lost += u32::from(is_disordered);
+        let of_head = |chain: &&Chain| chain.explorer().id == NodeId::HEAD;
+        let own = chains.iter().find(of_head).filter(|chain| chain.members.len() > 1);
+        let head = own.map(|chain| *chain.explorer());
+        let surplus = head.map_or(f32::NAN, |_| self.sample(mission, &chains));
+        let seen = Seen { head, is_disordered, surplus };
+        self.evidence.look_at_chain(self.scenario, self.world, mission, &seen);
         self.chain = chain;
     }
 
-    fn sample(&mut self, mission: &Mission<'_>, chains: &[Chain]) {
+    /// Takes a sample of chains, and returns the number of relays beyond need.
+    fn sample(&mut self, mission: &Mission<'_>, chains: &[Chain]) -> f32 {
         let limit = self.scenario.agent.launch.limit.loss().0;
         let (mut worst, mut difference) = (f32::NEG_INFINITY, 0.0_f32);
         let mut gap = f32::NEG_INFINITY;
         let (mut farthest, mut needed_links, mut links) = (0.0_f32, 0, 0);
         for chain in chains {
             let explorer = chain.explorer();
-            worst = worst.max(chain.weakest());
+            worst = worst.max(chain.received);
             difference = difference.max(chain.difference());
             gap = gap.max(chain.weakest() - self.best(chain.losses.len(), explorer));
             needed_links = needed_links.max(self.reference.least_links(limit, explorer));
@@ -239,9 +195,10 @@ impl<'a> Watch<'a> {
         self.most_relays = self.most_relays.max(links - 1);
         let now_us = mission.time_us();
         self.note_farthest(farthest, now_us);
+        let surplus = links as f32 - needed_links as f32;
         // On the way home nothing is explored or held, also where a drone has called for it.
         if mission.is_recalled() {
-            return;
+            return surplus;
         }
         if matches!(mission.task(), Order::Explore(..)) {
             self.exploration.take(worst - limit);
@@ -260,10 +217,11 @@ impl<'a> Watch<'a> {
                 difference,
                 gap,
                 is_violated: worst - limit > VIOLATION,
-                surplus: links as f32 - needed_links as f32,
+                surplus,
             };
             hold.take(sample, first.chain(others), mission.ways());
         }
+        surplus
     }
 
     fn note_farthest(&mut self, way: f32, now_us: u64) {
@@ -321,6 +279,7 @@ impl<'a> Watch<'a> {
             order_lost: self.order_lost,
             wall_contacts: mission.wall_contacts(),
             drone_contacts: mission.drone_contacts(),
+            ground_contacts: mission.ground_contacts(),
             swarm: self.swarm.as_ref().map(SwarmRecord::metrics),
             explore: self.explore.as_ref().map(ExploreRecord::metrics),
             radio: mission.radio(),
@@ -328,6 +287,13 @@ impl<'a> Watch<'a> {
                 mission.bodies().filter_map(|body| Some(body.craft()?.record())),
             ),
         }
+    }
+
+    /// Returns the verdict of the mission that has these metrics.
+    #[must_use]
+    pub fn judgement(&self, mission: &Mission<'_>, metrics: &RunMetrics) -> Judgement {
+        let evidence = self.evidence.evidence(self.scenario, mission);
+        judge(self.scenario, self.world, self.reference, metrics, &evidence)
     }
 
     /// The least time in which any policy could bring every relay to its best place.
@@ -381,6 +347,8 @@ pub struct RunMetrics {
     pub wall_contacts: u32,
     /// The number of times that two flying drones touched.
     pub drone_contacts: u32,
+    /// The number of times that a drone, flying or landed, touched one that stood on the ground.
+    pub ground_contacts: u32,
     /// The metrics of a swarm; `None` on another mission.
     pub swarm: Option<SwarmMetrics>,
     /// The metrics of an exploration; `None` on another mission.

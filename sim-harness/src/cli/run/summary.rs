@@ -2,11 +2,11 @@
 
 use serde_json::{Value, json};
 
-use super::failures::criteria;
 use super::last_states;
 use crate::bodies::craft::record::FlightMetrics;
 use crate::measure::metrics::{ExploreMetrics, HoldMetrics, RunMetrics, SwarmMetrics};
 use crate::measure::trace::Trace;
+use crate::measure::verdict::{Criterion, Judgement, criteria};
 use crate::mission::RadioMetrics;
 use crate::scenario::Scenario;
 use crate::world::import::Route;
@@ -17,6 +17,7 @@ pub(super) fn summary(
     seed: u64,
     trace: &Trace,
     metrics: &RunMetrics,
+    judgement: &Judgement,
     failures: &[String],
 ) -> Value {
     let drones: Vec<_> = last_states(trace)
@@ -24,7 +25,7 @@ pub(super) fn summary(
         .collect();
     let criteria: serde_json::Map<_, _> = criteria(scenario, metrics)
         .iter()
-        .map(|criterion| (criterion.name.to_owned(), criterion.json()))
+        .map(|criterion| (criterion.name.to_owned(), criterion_json(criterion)))
         .collect();
     let mut summary = json!({
         "scenario": scenario.name,
@@ -37,6 +38,7 @@ pub(super) fn summary(
         "duration_s": scenario.duration_s(),
         "success": failures.is_empty(),
         "failures": failures,
+        "verdict": judgement.json(),
         "metrics": metrics_json(metrics),
         "radio": radio_json(&metrics.radio),
         "drones": drones,
@@ -59,6 +61,16 @@ pub(super) fn summary(
         }
     }
     summary
+}
+
+/// A criterion of the scenario, and what was reached.
+fn criterion_json(criterion: &Criterion) -> Value {
+    let which = if criterion.is_most { "most" } else { "least" };
+    json!({
+        which: number(criterion.bound),
+        "value": number(criterion.value),
+        "met": criterion.is_met(),
+    })
 }
 
 /// The route of the map that was flown.
@@ -180,5 +192,6 @@ pub(in crate::cli) fn metrics_json(m: &RunMetrics) -> Value {
         "order_lost": m.order_lost,
         "wall_contacts": m.wall_contacts,
         "drone_contacts": m.drone_contacts,
+        "ground_contacts": m.ground_contacts,
     })
 }

@@ -5,6 +5,7 @@ use std::fmt::Write;
 use super::last_states;
 use crate::measure::metrics::{ExploreMetrics, RunMetrics, SwarmMetrics};
 use crate::measure::trace::Trace;
+use crate::measure::verdict::Judgement;
 use crate::scenario::Scenario;
 use crate::world::import::Route;
 use units::MissionKind;
@@ -59,6 +60,7 @@ pub(super) fn table(
     seed: u64,
     trace: &Trace,
     m: &RunMetrics,
+    judgement: &Judgement,
     failures: &[String],
 ) -> String {
     let mut text = match failures {
@@ -76,6 +78,7 @@ pub(super) fn table(
         ),
         mission => writeln!(text, "  {duration:.0} s, seed {seed}, mission {}\n", mission.name()),
     };
+    verdict_lines(&mut text, judgement);
     if let Some(route) = &scenario.route {
         route_lines(&mut text, route, scenario.vehicle.reach);
     }
@@ -104,9 +107,13 @@ pub(super) fn table(
     if m.violation.is_finite() {
         let _ = writeln!(text, "  link below limit      {:.1} % of the time", 100.0 * m.violation);
     }
+    let standing = match m.ground_contacts {
+        0 => String::new(),
+        n => format!(", {n} of drones on the ground"),
+    };
     let _ = writeln!(
         text,
-        "  touches               {} of walls, {} of drones",
+        "  touches               {} of walls, {} of drones{standing}",
         m.wall_contacts, m.drone_contacts
     );
     if let Some(flight) = &m.flight {
@@ -125,6 +132,27 @@ pub(super) fn table(
         last_states(trace).map(|(node, state)| format!("{node} {}", state.name())).collect();
     let _ = writeln!(text, "  at the end            {}", states.join(", "));
     text
+}
+
+/// The lines about what the head did, and why its exploration ended.
+fn verdict_lines(text: &mut String, judgement: &Judgement) {
+    let Judgement { came_m, could_m, stood_s, surplus_at_rest, ended, .. } = judgement;
+    if let Some(ended) = ended {
+        let _ = writeln!(text, "  exploration ended     {}", ended.words());
+        let _ = writeln!(
+            text,
+            "  head                  came to {came_m:.1} m, and could have come to {could_m:.1} m"
+        );
+    }
+    if *stood_s > 0.0 {
+        let _ = writeln!(
+            text,
+            "  head stood            {stood_s:.0} s while the pilot pushed and relays waited"
+        );
+    }
+    if *surplus_at_rest > 0.0 {
+        let _ = writeln!(text, "  relays beyond need    {surplus_at_rest:.1} at rest");
+    }
 }
 
 /// The line about when something came to be.

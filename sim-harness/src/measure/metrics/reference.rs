@@ -72,6 +72,12 @@ impl Reference {
         self.fixed.as_ref().map(|(path, fixed)| (path, fixed))
     }
 
+    /// The links of an explorer's chain with all relays in it.
+    #[must_use]
+    pub const fn links(&self) -> usize {
+        self.links
+    }
+
     /// Loss in dB of the weakest link of the best chain of `links` links to a head here.
     #[must_use]
     pub fn worst(&self, links: usize, head: &Linked) -> f32 {
