@@ -1,6 +1,7 @@
 //! `uchain bench`: the named benchmarks.
 
 mod chain;
+mod drawn;
 mod explore;
 mod forces;
 mod placement;
@@ -47,6 +48,14 @@ pub(super) struct BenchArgs {
     /// `explore`, the rule `ours`
     #[arg(long, conflicts_with = "fidelity")]
     ablation: bool,
+    /// In the benchmark `chain`, fly in N places that the seeds draw instead, beside an oracle; --out
+    /// keeps the scenario of each that fails
+    #[arg(long, value_name = "N", allow_negative_numbers = true,
+        conflicts_with_all = ["ablation", "scenario", "runs", "radio"])]
+    drawn: Option<usize>,
+    /// With --drawn, print a line for each mission, and keep the scenario of each
+    #[arg(long, requires = "drawn")]
+    each: bool,
     /// In the benchmark `placement`, measure what readings gain that a robot gathers around its goal, in
     /// each motion pattern, before it drops a relay
     #[arg(long)]
@@ -161,21 +170,22 @@ pub(super) fn run(args: &BenchArgs) -> Result<Verdict, Trouble> {
     let mut tables = String::new();
     let mut missed = Vec::new();
     for name in &names {
-        let (table, value) = match name {
-            Name::Chain => chain::bench(args)?,
-            Name::Throughput => throughput_bench(args)?,
-            Name::Faults => faults_bench(args)?,
-            Name::Estimator => estimator_bench(args)?,
-            Name::Link => link_bench(args, &mut missed)?,
-            Name::Junctions => junctions_bench(args, &mut missed)?,
-            Name::Explore => explore::bench(args, &mut missed)?,
-            Name::Attacks => attacks_bench(args, &mut missed)?,
-            Name::Placement => placement::bench(args, &mut missed)?,
-            Name::Forces => forces::bench(args, &mut missed)?,
-            Name::Firmware => emulated::firmware(args, &mut missed)?,
-            Name::Emulator => emulated::emulator(args, &mut missed)?,
-            Name::Mishaps => emulated::mishaps(args, &mut missed)?,
-            Name::Stock => emulated::stock(args, &mut missed)?,
+        let (table, value) = match (name, args.drawn) {
+            (Name::Chain, Some(places)) => drawn::bench(args, places, folder.as_mut())?,
+            (Name::Chain, None) => chain::bench(args)?,
+            (Name::Throughput, _) => throughput_bench(args)?,
+            (Name::Faults, _) => faults_bench(args)?,
+            (Name::Estimator, _) => estimator_bench(args)?,
+            (Name::Link, _) => link_bench(args, &mut missed)?,
+            (Name::Junctions, _) => junctions_bench(args, &mut missed)?,
+            (Name::Explore, _) => explore::bench(args, &mut missed)?,
+            (Name::Attacks, _) => attacks_bench(args, &mut missed)?,
+            (Name::Placement, _) => placement::bench(args, &mut missed)?,
+            (Name::Forces, _) => forces::bench(args, &mut missed)?,
+            (Name::Firmware, _) => emulated::firmware(args, &mut missed)?,
+            (Name::Emulator, _) => emulated::emulator(args, &mut missed)?,
+            (Name::Mishaps, _) => emulated::mishaps(args, &mut missed)?,
+            (Name::Stock, _) => emulated::stock(args, &mut missed)?,
         };
         tables.push_str(&table);
         values.push(value);

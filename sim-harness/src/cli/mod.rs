@@ -415,8 +415,13 @@ fn builtin_scenarios() -> String {
 
 /// A number of runs that makes sense.
 fn runs(count: usize) -> Result<usize, InputError> {
+    counted("--runs", count)
+}
+
+/// A number of missions that makes sense, by the option that gives it.
+fn counted(option: &str, count: usize) -> Result<usize, InputError> {
     if (1..=1_000_000).contains(&count) {
         return Ok(count);
     }
-    Err(InputError::new(format!("--runs {count} is out of range"), "give 1 to 1000000"))
+    Err(InputError::new(format!("{option} {count} is out of range"), "give 1 to 1000000"))
 }

@@ -4,8 +4,10 @@
 //! |---|---|
 //! | [`trace`] | the record of a mission |
 //! | [`metrics`] | the figures of one mission's chain |
+//! | [`verdict`] | whether a mission succeeded, and why it ended |
 //! | [`mod@campaign`] | many seeded missions on all cores, with intervals of confidence |
 //! | [`mod@figures`] | the paper's figure 3 |
+//! | [`mod@oracle`] | how far a head can get, for one who knows the world, the radio and the pilot |
 //! | [`mod@bench`] | the named benchmarks |
 
 pub mod bench;
@@ -13,5 +15,7 @@ pub mod campaign;
 pub mod drops;
 pub mod figures;
 pub mod metrics;
+pub mod oracle;
 pub mod plan;
 pub mod trace;
+pub mod verdict;

@@ -118,7 +118,8 @@ pub struct LinkFrame {
     pub raw: Dbm,
     /// The strength by the on-board filter.
     pub filtered: Dbm,
-    /// The true strength, without noise, fading or rounding.
+    /// The true strength at which the drone receives the other one, without noise and rounding:
+    /// with shadows and fades of the place, the loss on the ground, and the gains of both antennas.
     pub truth: Dbm,
 }
 

@@ -14,6 +14,7 @@ use units::{Metres, MetresPerSecond, Point2, RadiansPerSecond, Setpoint};
 
 use crate::bodies::craft::flow::Ground;
 use crate::bodies::craft::{Craft, Surroundings};
+use crate::bodies::others::Others;
 use crate::bodies::point::VehicleSpec;
 use crate::random::{Purpose, Stream};
 use crate::world::Tunnel;
@@ -166,7 +167,12 @@ pub fn run(runs: usize, seed: u64, after_each: impl Fn() + Sync) -> Report {
 
 fn fly(room: &Tunnel, seed: u64) -> Flown {
     let vehicle = VehicleSpec::DEFAULT;
-    let around = Surroundings { tunnel: room, ground: Ground::GOOD, vehicle: &vehicle };
+    let around = Surroundings {
+        tunnel: room,
+        ground: Ground::GOOD,
+        vehicle: &vehicle,
+        others: Others::NONE,
+    };
     let random = Stream::new(seed, Purpose::Craft(0));
     let config = FlightConfig::CRAZYFLIE_2_1;
     let mut craft = Craft::standing(config, Point2::default(), [1.0, 0.0], &vehicle, random)

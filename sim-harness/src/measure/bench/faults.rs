@@ -28,6 +28,7 @@ use units::{Metres, MetresPerSecond, Point2, RadiansPerSecond, Setpoint};
 use crate::bodies::craft::faults::{Failing, Fault, Manner, Sensor};
 use crate::bodies::craft::flow::Ground;
 use crate::bodies::craft::{Craft, Surroundings};
+use crate::bodies::others::Others;
 use crate::bodies::point::VehicleSpec;
 use crate::input_error::InputError;
 use crate::mission::{Mission, World};
@@ -331,7 +332,12 @@ impl Places {
         let mut random = Stream::new(seed, Purpose::Fault(0));
         let machine = case.machine();
         let vehicle = machine.vehicle(self.vehicle);
-        let around = Surroundings { tunnel: &self.room, ground: machine.ground, vehicle: &vehicle };
+        let around = Surroundings {
+            tunnel: &self.room,
+            ground: machine.ground,
+            vehicle: &vehicle,
+            others: Others::NONE,
+        };
         let mut craft = Craft::standing(
             flight::FlightConfig::CRAZYFLIE_2_1,
             Point2::default(),

@@ -362,6 +362,8 @@ fn think(end: &mut End, n: usize, base: usize, now_us: u64, round: u64) {
     end.link.report(Report {
         phase: if n == base { Phase::Base } else { Phase::Linked },
         recall: false,
+        calls: false,
+        is_uneven: false,
         velocity: MetresPerSecond::ZERO,
         odometer: round_of_report(round),
         links: None,

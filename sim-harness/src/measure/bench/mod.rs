@@ -3,6 +3,7 @@
 //! | name | what it measures |
 //! |---|---|
 //! | [`chain`] | how well the chain holds, grows, heals and comes home under each movement policy |
+//! | [`drawn`] | how the chain does in places that each seed draws, beside an oracle |
 //! | [`throughput`] | how fast the simulation is, at both fidelities |
 //! | [`faults`] | how flights end after faults of sensors and motors |
 //! | [`estimator`] | whether the state estimator predicts its own errors |
@@ -19,6 +20,7 @@
 
 pub mod attacks;
 pub mod chain;
+pub mod drawn;
 #[cfg(feature = "virtual")]
 pub mod emulator;
 pub mod estimator;
