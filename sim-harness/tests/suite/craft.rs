@@ -3,6 +3,7 @@
 use flight::{Airframe, Duties, GRAVITY};
 use proptest::prelude::*;
 use sensors::vl53l1x::RangeStatus;
+use sim_harness::bodies::craft::Surroundings;
 use sim_harness::bodies::craft::battery::Battery;
 use sim_harness::bodies::craft::body::{
     BodySpec, Drive, PROPELLER_RADIUS, RigidBody, STANDING, turned, turned_back,
@@ -11,9 +12,12 @@ use sim_harness::bodies::craft::flow::{Flow, Ground};
 use sim_harness::bodies::craft::imu::Imu;
 use sim_harness::bodies::craft::motors::{LAG, Motors};
 use sim_harness::bodies::craft::rangers::{Ranger, deviation};
+use sim_harness::bodies::others::{Obstacle, Others};
+use sim_harness::bodies::point::VehicleSpec;
 use sim_harness::random::{Purpose, Stream};
 use sim_harness::world::Tunnel;
 use sim_harness::world::layout::Layout;
+use units::Point2;
 
 const AIRFRAME: Airframe = Airframe::CRAZYFLIE_2_1;
 
@@ -423,7 +427,9 @@ fn side_beams_see_the_walls_the_floor_when_they_look_down_and_nothing_far_off() 
     let mut random = random();
     let mut ranger = Ranger::new(&mut random);
     let mut look = |body: &RigidBody, beam: [f32; 2]| {
-        ranger.look_along(&tunnel, body.position(), body.rotation(), beam, &mut random)
+        let (ground, vehicle, others) = (Ground::GOOD, &VehicleSpec::DEFAULT, Others::NONE);
+        let around = Surroundings { tunnel: &tunnel, ground, vehicle, others };
+        ranger.look_along(around, body.position(), body.rotation(), beam, &mut random)
     };
     let mut body = in_the_air(1.0);
     body.launch([10.0, 0.0, 1.0], [0.0; 3], [0.0; 3]);
@@ -442,4 +448,25 @@ fn side_beams_see_the_walls_the_floor_when_they_look_down_and_nothing_far_off() 
     steep.launch([x, y, 0.5], [0.0; 3], [0.0; 3]);
     let floor = look(&steep, [1.0, 0.0]);
     assert!((0.5..0.75).contains(&floor.distance.0), "{floor:?}");
+}
+#[test]
+fn side_beams_see_a_drone_that_is_near() {
+    let tunnel = corridor(3.0);
+    let mut random = random();
+    let mut ranger = Ranger::new(&mut random);
+    let mut body = in_the_air(0.3);
+    body.launch([10.0, 0.0, 0.3], [0.0; 3], [0.0; 3]);
+    let mut look = |ahead: f32, beside: f32| {
+        let other = Obstacle { at: Point2::new(10.0 + ahead, beside), height: 0.3 };
+        let drones = [Obstacle { at: Point2::new(10.0, 0.0), height: 0.3 }, other];
+        let others = Others::of(&drones, 0);
+        let (ground, vehicle) = (Ground::GOOD, &VehicleSpec::DEFAULT);
+        let around = Surroundings { tunnel: &tunnel, ground, vehicle, others };
+        let position = body.position();
+        ranger.look_along(around, position, body.rotation(), [1.0, 0.0], &mut random)
+    };
+    let near = look(0.4, 0.05);
+    assert!(near.status == RangeStatus::Valid && (near.distance.0 - 0.354).abs() < 0.04);
+    assert_eq!(look(0.4, 0.3).status, RangeStatus::SignalFail, "beside the beam");
+    assert_eq!(look(1.0, 0.0).status, RangeStatus::SignalFail, "too far away");
 }

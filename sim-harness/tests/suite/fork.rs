@@ -116,7 +116,7 @@ fn a_mission_in_both_branches_has_figures_that_make_sense() {
         last.drones.iter().map(|drone| trace.floor_plan.edge_name(drone.place)).collect();
     assert_eq!((edges[0], edges[1], edges[5]), ("left", "right", "main"));
     for drone in &last.drones {
-        let found = world.way(world.skeleton().locate(drone.pose.at));
+        let found = world.way(world.tunnel.place(drone.pose.at, None));
         assert!((found - drone.way).abs() < 0.35, "{drone:?}");
     }
 }

@@ -6,6 +6,7 @@
 use flight::FlightConfig;
 use sim_harness::bodies::craft::flow::Ground;
 use sim_harness::bodies::craft::{Craft, Surroundings};
+use sim_harness::bodies::others::Others;
 use sim_harness::bodies::point::VehicleSpec;
 use sim_harness::random::{Purpose, Stream};
 use sim_harness::scenario::Scenario;
@@ -15,8 +16,12 @@ use units::{Metres, Point2, Setpoint};
 /// has seen, m.
 fn drifted(seed: u64) -> [f32; 2] {
     let scenario = Scenario::open("zigzag-5").unwrap();
-    let around =
-        Surroundings { tunnel: &scenario.tunnel, ground: Ground::GOOD, vehicle: &scenario.vehicle };
+    let around = Surroundings {
+        tunnel: &scenario.tunnel,
+        ground: Ground::GOOD,
+        vehicle: &scenario.vehicle,
+        others: Others::NONE,
+    };
     let (config, height) = (FlightConfig::CRAZYFLIE_2_1, Metres(0.3));
     let random = Stream::new(seed, Purpose::Craft(1));
     let at = Point2::new(3.0, 0.0);

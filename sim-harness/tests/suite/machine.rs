@@ -5,6 +5,7 @@ use flight::{FlightConfig, Mode};
 use sim_harness::bodies::craft::flow::Ground;
 use sim_harness::bodies::craft::vibration::Vibration;
 use sim_harness::bodies::craft::{Craft, Surroundings};
+use sim_harness::bodies::others::Others;
 use sim_harness::bodies::point::VehicleSpec;
 use sim_harness::random::{Purpose, Stream};
 use sim_harness::world::Tunnel;
@@ -23,7 +24,8 @@ struct Hop {
 
 fn hop(vehicle: &VehicleSpec, seed: u64) -> Hop {
     let room = Tunnel::dig(&Layout::corridor(&[[-0.05, 0.0], [0.05, 0.0]], 3.0)).unwrap();
-    let around = Surroundings { tunnel: &room, ground: Ground::GOOD, vehicle };
+    let around =
+        Surroundings { tunnel: &room, ground: Ground::GOOD, vehicle, others: Others::NONE };
     let random = Stream::new(seed, Purpose::Craft(0));
     let config = FlightConfig::CRAZYFLIE_2_1;
     let at = Point2::default();

@@ -1,11 +1,13 @@
 //! The simulator and its command, each part by itself.
 
 mod cave;
+mod changed_branch;
 mod cli;
 mod craft;
 mod explorations;
 mod faults;
 mod fork;
+mod homing;
 mod hover;
 mod huge_geometry;
 mod ideal;
@@ -23,3 +25,4 @@ mod played_back;
 mod radio;
 mod radios;
 mod retirement;
+mod verdict;
