@@ -2,7 +2,7 @@
 //! relays that takes, for one who knows the world, the radio and the pilot.
 //!
 //! No link of the oracle's chain is ever weaker than the launch limit. It knows the law of the path
-//! loss, the shadows and the gains of the radios; fades, which are centimetres or seconds long, nobody
+//! loss, the shadows and the gains of the radios; fades, which are centimetres or seconds long, no pilot
 //! can fly by. Its relays take off one after the other from the first order on, ahead of need, each
 //! after the climb and the arm delay of the one before, fly at the policy's largest speed, keep their
 //! order and 0.4 m of clearance. Its head flies as the pilot's stick says, wherever its chain

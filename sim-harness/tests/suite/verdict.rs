@@ -1,4 +1,4 @@
-//! Regression: what somebody who looks on calls a failure is one.
+//! Regression: the verdict calls a mission failed when an onlooker would.
 //!
 //! `run` said *success* of a head that stood at a corner with relays waiting, of drones that landed on
 //! each other, and of drones that were left inside; `campaign` said nothing of the kind.

@@ -84,7 +84,7 @@ pub(super) struct Moment {
     pub(super) passed: Vec<Passing>,
 }
 
-/// A head that stood, with relays that nobody called.
+/// A head that stood, while relays waited uncalled on the ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stood {
     /// Where it stood, m from the base.

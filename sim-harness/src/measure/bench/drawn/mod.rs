@@ -1,4 +1,4 @@
-//! Flies the chain in places that nobody drew for it: each seed draws a place, a radio, limits and a
+//! Flies the chain in places drawn at random: each seed draws a place, a radio, limits and a
 //! pilot, and an [oracle](crate::measure::oracle) says what can be reached there.
 //!
 //! | module | holds |
