@@ -4,12 +4,15 @@
 //! The order is given by [`NodeId`], so it needs no negotiation: a drone's front neighbour is the
 //! nearest smaller number that is heard and is a link of the chain, its back neighbour the nearest
 //! larger one. A neighbour that falls silent is skipped as soon as it counts as lost, so the chain
-//! closes a gap by itself wherever the next drone can be received.
+//! closes a gap by itself wherever the next drone can be received. The skipped drone may fly on in
+//! a fade: for a while this drone comes no nearer to it than both can without a collision.
 
 use heapless::Vec;
-use units::{Dbm, Duration, Instant, Metres, MetresPerSecond, NodeId};
+use units::{Dbm, Duration, Instant, Metres, MetresPerSecond, NodeId, Phase};
 
+use crate::chain_wide::FOLD_DB;
 use crate::filter::{LinkEstimate, LinkFilter, LinkState, Separation, Smoothing};
+use crate::policy::PAPER_SLOPE;
 use crate::report::{Report, newer};
 
 /// The most other drones that one drone keeps track of. With itself that is a chain of 16, the
@@ -37,14 +40,33 @@ pub struct Neighbour {
     /// The strength of its last packet.
     pub raw: Dbm,
     heard_at: Instant,
+    /// What this drone has flown towards it since then.
+    approached: Metres,
     filter: LinkFilter,
 }
+
+/// A drone of the chain that has been silent for longer is taken to be gone, s: ten of the long fades that
+/// the book simulates, 2 s, end before. Our own number.
+const GONE_AFTER: Duration = Duration::from_secs(20);
+/// The part of the distance to a silent drone that this drone may fly towards it: if the silent drone does
+/// the same, two fifths of the distance are left between them, for what the distance is wrong by.
+const APPROACH: f32 = 0.3;
 
 impl Neighbour {
     /// The filtered strength of the link to it.
     #[must_use]
     pub fn rssi(&self) -> Dbm {
         self.filter.rssi().unwrap_or(self.raw)
+    }
+
+    /// Whether this drone has flown so far towards it, since it was last heard, that the two might
+    /// collide. The distance is that at which a log-distance law with an exponent of 2.5 has the slope
+    /// of the link, or that the strength of the link stands for, if that is less: round a corner, where
+    /// a link is steeper and weaker, the first is less than the true one.
+    fn is_near(&self) -> bool {
+        let by_law = PAPER_SLOPE.at(self.rssi().loss()).0;
+        let slope = self.state().map_or(by_law, |link| link.slopes[0].0.max(by_law));
+        self.approached.0 > APPROACH * FOLD_DB / slope
     }
 
     /// The loss and the slopes of the link to it, where the smoothing estimates slopes.
@@ -90,6 +112,10 @@ impl Neighbours {
         smoothing: &Smoothing,
         lost_after: Duration,
     ) {
+        for neighbour in &mut self.all {
+            let is_ahead = neighbour.report.from < me;
+            neighbour.approached += own_velocity * dt * if is_ahead { 1.0 } else { -1.0 };
+        }
         let by_way = matches!(smoothing, Smoothing::Slopes(_));
         // The reports came at any time of the round: in the middle of it, on average.
         let half = own_velocity * dt * 0.5;
@@ -180,11 +206,13 @@ impl Neighbours {
             known.report = report;
             known.raw = rssi;
             known.heard_at = now;
+            known.approached = Metres::ZERO;
             return;
         }
         let mut filter = LinkFilter::new();
         filter.update(smoothing, rssi);
-        let newcomer = Neighbour { report, raw: rssi, heard_at: now, filter };
+        let approached = Metres::ZERO;
+        let newcomer = Neighbour { report, raw: rssi, heard_at: now, approached, filter };
         if let Err(newcomer) = self.all.push(newcomer)
             && let Some(oldest) = self.all.iter_mut().min_by_key(|n| n.heard_at)
         {
@@ -214,6 +242,22 @@ impl Neighbours {
         ends
     }
 
+    /// Whether a silent drone of the chain, between this one and its ends, may be so near in front or
+    /// behind that this drone must not fly on towards it.
+    #[must_use]
+    pub fn may_collide(&self, me: NodeId, now: Instant, ends: Ends) -> [bool; 2] {
+        let [front, back] = [self.front(ends), self.back(ends)].map(|n| n.map(|n| n.report.from));
+        let silent = self.known(now).filter(|n| {
+            matches!(n.report.phase, Phase::Linked | Phase::Searching) && n.is_near()
+        });
+        silent.fold([false; 2], |[ahead, behind], n| {
+            let from = n.report.from;
+            let is_ahead = from < me && front.is_none_or(|front| front < from);
+            let is_behind = from > me && back.is_none_or(|back| from < back);
+            [ahead || is_ahead, behind || is_behind]
+        })
+    }
+
     /// The drone in front, or `None` while none is heard.
     #[must_use]
     pub fn front(&self, ends: Ends) -> Option<&Neighbour> {
@@ -236,6 +280,11 @@ impl Neighbours {
     #[must_use]
     pub fn back(&self, ends: Ends) -> Option<&Neighbour> {
         self.all.get(ends.back?)
+    }
+
+    /// All drones that were heard and are not taken to be gone, whether links of the chain or not.
+    pub fn known(&self, now: Instant) -> impl Iterator<Item = &Neighbour> {
+        self.heard(now, GONE_AFTER)
     }
 
     /// All drones heard within the last `lost_after`, whether links of the chain or not.

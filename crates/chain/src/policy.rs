@@ -125,7 +125,7 @@ pub struct PolicyConfig {
 /// best assumption for equation (19) of a drone that does not know the walls. The first metre costs
 /// 40 dB at 2.4 GHz (free space, 20·log₁₀(4π/λ)); the paper's equation leaves it out, which shifts
 /// every link by the same amount and changes no velocity.
-const PAPER_SLOPE: Slope = Slope::LogDistance { exponent: 3.0, loss_at_1m: Db(40.0) };
+pub(crate) const PAPER_SLOPE: Slope = Slope::LogDistance { exponent: 3.0, loss_at_1m: Db(40.0) };
 
 /// Equation (11) to the letter: a third of the imbalance per round of 0.2 s.
 const PAPER_LAW: SpeedLaw = SpeedLaw::Proportional {

@@ -39,9 +39,27 @@ impl Chain {
             ChainDuty::BackingUp { .. } => -config.retreat.speed,
         };
         if round.role == Role::Head {
-            self.note_call(config, round, speed);
+            self.note_call(config, round, duty, speed);
         }
-        speed
+        self.kept_clear(round, duty, speed)
+    }
+
+    /// `speed`, but not into a drone that has fallen silent, and not back over the drones that stand
+    /// behind the place at which this one took off.
+    fn kept_clear(
+        &self,
+        round: &Round,
+        duty: ChainDuty,
+        speed: MetresPerSecond,
+    ) -> MetresPerSecond {
+        let [ahead, behind] = self.neighbours.may_collide(round.id, round.now, self.ends);
+        let goes_home = matches!(duty, ChainDuty::Homing | ChainDuty::Retiring);
+        let is_at_home = !goes_home && self.home_rssi.is_some() && round.way() <= Metres::ZERO;
+        match speed {
+            MetresPerSecond(v) if v > 0.0 && ahead => MetresPerSecond::ZERO,
+            MetresPerSecond(v) if v < 0.0 && (behind || is_at_home) => MetresPerSecond::ZERO,
+            speed => speed,
+        }
     }
 
     /// Notes the duty of this round.
@@ -99,9 +117,19 @@ impl Chain {
         Some(HeadLinks { level, compliance, own: self.back().and_then(Neighbour::state) })
     }
 
-    /// Notes at the head what its links leave of the speed that the pilot asks for.
-    fn note_call(&mut self, config: &AgentConfig, round: &Round, left: MetresPerSecond) {
-        let asked = pilots_speed(config, round);
+    /// Notes at the head what its links leave of the speed that the pilot asks for. A head that flies
+    /// back to a junction is not held by its links.
+    fn note_call(
+        &mut self,
+        config: &AgentConfig,
+        round: &Round,
+        duty: ChainDuty,
+        left: MetresPerSecond,
+    ) {
+        let asked = match duty {
+            ChainDuty::Rejoining { .. } => MetresPerSecond::ZERO,
+            _ => pilots_speed(config, round),
+        };
         let nears_limit = self
             .head_links()
             .is_some_and(|links| Governor::nears_limit(&config.launch, self.velocity, &links));

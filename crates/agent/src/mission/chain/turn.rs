@@ -3,12 +3,16 @@
 
 use chain::launch::LaunchWatch;
 use chain::retirement::{Need, with_one_link_less};
-use units::{Instant, MetresPerSecond, Phase, Role};
+use units::{Instant, Metres, MetresPerSecond, Phase, Role};
 
 use super::search::{STILL, is_searching};
 use super::{Chain, ChainDuty};
 use crate::AgentConfig;
 use crate::mission::{Call, Round};
+
+/// A drone of the chain that has flown no farther than this from where it took off may be above
+/// another one of the row: what its odometer may be off by after some minutes. Our own number.
+const CLEAR: Metres = Metres(0.3);
 
 impl Chain {
     /// Whether the chain calls for this drone, which is on the ground and was armed at `armed`, if it
@@ -20,17 +24,14 @@ impl Chain {
         armed: Option<Instant>,
     ) -> Call {
         self.forget_route(round);
-        let (lower_waits, lower_linked) = self
+        // One that a fade hides for some seconds still takes off first.
+        let lower_waits = self.neighbours.known(round.now).any(|n| {
+            n.report.from < round.id && matches!(n.report.phase, Phase::Waiting | Phase::Transit)
+        });
+        let lower_linked = self
             .neighbours
             .heard(round.now, config.retreat.lost_after)
-            .filter(|n| n.report.from < round.id)
-            .fold((false, false), |(waits, linked), n| {
-                let phase = n.report.phase;
-                (
-                    waits || matches!(phase, Phase::Waiting | Phase::Transit),
-                    linked || phase.is_link(),
-                )
-            });
+            .any(|n| n.report.from < round.id && n.report.phase.is_link());
         let is_ready = |since| round.now.since(since) >= config.launch.arm_delay;
         let launches = if armed.is_some_and(is_ready) {
             self.launches(config, round)
@@ -42,8 +43,14 @@ impl Chain {
         Call {
             arms: head || (!lower_waits && lower_linked),
             stays_armed: head || !lower_waits,
-            takes_off: head || launches,
+            takes_off: head || launches && self.is_clear_above(config, round),
         }
+    }
+
+    /// Whether no drone of the chain may be above this one, which is on the ground.
+    fn is_clear_above(&self, config: &AgentConfig, round: &Round) -> bool {
+        let mut heard = self.neighbours.heard(round.now, config.retreat.lost_after);
+        heard.all(|n| n.report.phase != Phase::Linked || n.report.odometer >= CLEAR)
     }
 
     /// Whether the links call for this relay, which is the next to fly.
