@@ -281,8 +281,9 @@ fn rejoins(at: &Standing<'_>) -> ChainDuty {
     ChainDuty::Rejoining { since: at.round.now, to, passed }
 }
 
-/// A drone that is back before the junction flies out again, by the pilot's choice. The head stops as
-/// soon as the pilot releases the stick.
+/// A drone that is back before the junction flies out again, by the pilot's choice, and so does one that
+/// is back where it took off: no junction lies behind that. The head stops as soon as the pilot releases
+/// the stick.
 fn rejoining(since: Instant, to: Metres, passed: Option<Metres>, at: &Standing<'_>) -> ChainDuty {
     let (now, way) = (at.round.now, at.round.way());
     let is_seen = |opened: &Metres| passed.is_some_and(|passed| passed != *opened);
@@ -292,7 +293,8 @@ fn rejoining(since: Instant, to: Metres, passed: Option<Metres>, at: &Standing<'
     };
     let is_released = at.round.role == Role::Head && !is_pushed(at);
     let is_spent = now.since(since) > LONGEST_BACK;
-    if way <= to || is_spent || is_released || !at.round.explores() {
+    let is_back = way <= to || way <= Metres::ZERO;
+    if is_back || is_spent || is_released || !at.round.explores() {
         ChainDuty::at_place(at.round.role, now + at.config.retreat.rest)
     } else {
         ChainDuty::Rejoining { since, to, passed }
