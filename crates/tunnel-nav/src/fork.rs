@@ -108,6 +108,8 @@ struct Corner {
     distance: f32,
     /// Where it is farther away than this, it is passed, or was none, m.
     gone: f32,
+    /// Whether its wall was the only one that the drone saw.
+    is_lone: bool,
 }
 
 impl Corner {
@@ -173,6 +175,8 @@ pub(crate) struct Ended {
     pub(crate) length: f32,
     /// Whether it is one of a wide gallery.
     pub(crate) is_wide: bool,
+    /// Whether it was the only one that the drone had seen for a while.
+    pub(crate) is_lone: bool,
 }
 
 impl Fork {
@@ -253,7 +257,8 @@ impl Fork {
         let at = in_frame([off, off], ended.side, ahead);
         let distance = off.clamp(NEAREST, if ended.is_wide { FARTHEST_IN_WIDE } else { FARTHEST });
         let gone = GONE.max(1.25 * ended.length);
-        let corner = Corner { at, side: ended.side, ahead, distance, gone };
+        let Ended { side, is_lone, .. } = ended;
+        let corner = Corner { at, side, ahead, distance, gone, is_lone };
         let Some(heading) = self.heading else { return };
         self.corner_mut(ended.side).get_or_insert(corner);
         if self.left.zip(self.right).is_some_and(|(left, right)| left.ahead == right.ahead) {
@@ -262,17 +267,22 @@ impl Fork {
         }
     }
 
-    /// Forgets the corners that are passed. Returns the chosen side where the drone has come round its
-    /// corner and has the wall of the branch at that side.
+    /// Whether the drone flies round this corner: it is on the chosen side, or without a choice that of
+    /// the only wall. In a gallery of which the drone sees one wall alone, a wall that ends is the inside
+    /// of a bend, or a branch, and what lies straight on is not seen.
+    fn is_taken(&self, corner: &Corner) -> bool {
+        self.side() == Some(corner.side) || self.guide.branch.is_none() && corner.is_lone
+    }
+
+    /// Forgets the corners that are passed. Returns the side where the drone has come round the corner that
+    /// it takes and has the next wall at that side.
     pub(crate) fn find_wall(&mut self, ranges: &Diagonals) -> Option<Side> {
-        let chosen = self.side();
         let mut found = None;
-        for side in [Side::Left, Side::Right] {
-            let corner = self.corner_mut(side);
-            if let Some(passed) = corner.and_then(|corner| corner.passed(ranges)) {
-                *corner = None;
-                if passed && chosen == Some(side) {
-                    found = Some(side);
+        for corner in [self.left, self.right].into_iter().flatten() {
+            if let Some(passed) = corner.passed(ranges) {
+                *self.corner_mut(corner.side) = None;
+                if passed && self.is_taken(&corner) {
+                    found = Some(corner.side);
                 }
             }
         }
@@ -286,10 +296,8 @@ impl Fork {
             let off = wrapped(self.crossing?.heading - self.heading?);
             return Some(Turning { lateral: 0.0, yaw_rate: HOLD_GAIN * off, fastest: FASTEST });
         }
-        let corner = match self.side()? {
-            Side::Left => self.left?,
-            Side::Right => self.right?,
-        };
+        let corner =
+            [self.left, self.right].into_iter().flatten().find(|one| self.is_taken(one))?;
         if corner.ahead != (speed > 0.0) {
             return None;
         }

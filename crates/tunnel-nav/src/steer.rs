@@ -149,6 +149,12 @@ const TRAIL_GAIN: f32 = 1.5;
 const BLOCKED: f32 = 0.2;
 /// The time of one iteration, s: the 5 Hz of section V-B.
 const ROUND: f32 = 0.2;
+/// A wall is the only one where the drone has seen none on the other side for so far, m: the way through a
+/// crossing of two galleries that are 2.2 m wide is shorter.
+const LONE: f32 = 2.5;
+/// On known ground, where the path leads, only an obstacle nearer than this moves the drone aside, m along
+/// the beam: the path leads round the inner corner of a bend at 0.38 m or more.
+const ASIDE: f32 = 0.6;
 /// A wall that is passed within this many iterations was a corner.
 const PATIENCE: u8 = 5;
 /// The place has drifted by no more than this, m: 3 % of 25 m of memory, and the corners that were cut.
@@ -226,6 +232,8 @@ pub struct Navigator {
     /// Whether the drone is turning back to its path, which it faced the wrong way.
     faces_back: bool,
     fork: Fork,
+    /// The way flown since a wall was last seen on the left and on the right, m, forward positive.
+    unseen: [f32; 2],
     /// The way at which the tunnel last opened, to any side.
     opened: Option<Metres>,
     /// How the drone keeps to the chosen side of a wide gallery.
@@ -252,6 +260,7 @@ impl Navigator {
             creep: 0.0,
             faces_back: false,
             fork: Fork::new(),
+            unseen: [0.0; 2],
             opened: None,
             margin: Margin::new(),
         }
@@ -327,7 +336,10 @@ impl Navigator {
                 let (lateral, most) = self.keep_to_path(config, ranges, [sidestep, along_wall]);
                 (lateral, TRAIL_GAIN * off, pace.min(most))
             }
-            None if let Some(turning) = self.fork.turning(ranges, speed.0) => {
+            // A drone that stands before a wall there has not flown round the corner, or through.
+            None if leading.nearness >= BLOCKED
+                && let Some(turning) = self.fork.turning(ranges, speed.0) =>
+            {
                 let most = turning.fastest / speed.0.abs().max(turning.fastest);
                 (turning.lateral, turning.yaw_rate, leading.nearness.min(most))
             }
@@ -456,23 +468,44 @@ impl Navigator {
             }
             _ => {}
         }
-        let opens = |before: Track, now: Track, beams: Beams, other: Track| {
-            let is_new = now.is_lost() && !before.is_lost();
-            let is_askew = beams.is_nearer(ASKEW * self.centred);
-            is_new && other.is_seen() && !is_askew && beams.opens(SAME_GALLERY * self.centred)
-        };
-        if opens(before[0], self.left, left, self.right) {
-            self.opening = Some((Side::Left, self.way));
-        } else if opens(before[1], self.right, right, self.left) {
-            self.opening = Some((Side::Right, self.way));
-        } else {
-            let near = CORNER * self.centred;
-            self.opening = self.opening.filter(|(_, way)| (self.way - *way).0.abs() <= near);
+        for (unseen, now) in self.unseen.iter_mut().zip([self.left, self.right]) {
+            *unseen = if now.is_seen() { 0.0 } else { *unseen + moved.0 };
         }
+        self.note_opening(config, before, [left, right]);
         self.note_ends(before, [left, right], ranges);
     }
 
-    /// Notes where walls have ended, for the branch that the pilot has chosen.
+    /// Whether a wall on this side is the only one that the drone sees, and has been so for a while.
+    fn is_lone(&self, side: Side) -> bool {
+        let [left, right] = self.unseen;
+        let other = if side == Side::Left { right } else { left };
+        other.abs() > LONE
+    }
+
+    /// Notes to which side the tunnel opens while there is a wall on the other, or where the only wall ends,
+    /// and forgets where it opened once that is far away.
+    fn note_opening(&mut self, config: &NavConfig, before: [Track; 2], beams: [Beams; 2]) {
+        let opens = |side: Side, before: Track, now: Track, beams: Beams, other: Track| {
+            let is_new = now.is_lost() && !before.is_lost();
+            // Round the corner of a chosen branch the wall that is found is that of the branch.
+            let is_only = self.is_lone(side) && self.fork.side().is_none();
+            let is_askew = beams.is_nearer(ASKEW * self.centred);
+            let is_open = !is_askew && beams.opens(SAME_GALLERY * self.centred);
+            is_new && (other.is_seen() || is_only) && is_open
+        };
+        if opens(Side::Left, before[0], self.left, beams[0], self.right) {
+            self.opening = Some((Side::Left, self.way));
+        } else if opens(Side::Right, before[1], self.right, beams[1], self.left) {
+            self.opening = Some((Side::Right, self.way));
+        } else if let Some((side, way)) = self.opening {
+            // Where the drone saw one wall alone, the gallery may be as wide as the beams reach.
+            let usual = if self.is_lone(side) { config.reach.0 } else { self.centred };
+            self.opening = self.opening.filter(|_| (self.way - way).0.abs() <= CORNER * usual);
+        }
+    }
+
+    /// Notes where walls have ended, for the branch that the pilot has chosen, and for bends at which the
+    /// only wall ends.
     fn note_ends(&mut self, before: [Track; 2], beams: [Beams; 2], ranges: &Diagonals) {
         if let Some(side) = self.fork.find_wall(ranges) {
             // The drone is in the branch, whose walls are the tunnel's now.
@@ -495,8 +528,8 @@ impl Navigator {
                 && beams.opens(SAME_GALLERY * self.centred)
             {
                 self.opened = Some(self.way);
-                let is_wide = self.margin.is_wide();
-                self.fork.see_end(Ended { side, length, is_wide }, ranges);
+                let (is_wide, is_lone) = (self.margin.is_wide(), self.is_lone(side));
+                self.fork.see_end(Ended { side, length, is_wide, is_lone }, ranges);
             }
         }
     }
@@ -536,7 +569,15 @@ impl Navigator {
                 self.opening.is_none() && nearest(over_lost) < BESIDE * nearest(over_kept);
             if is_beside { -turn } else { turn }
         };
+        // Where both beams over the lost wall end nearer than the wall that is kept, the gallery has become
+        // narrower than the drone knows: it keeps the middle.
+        let keep_by = |kept: f32, front: Range, rear: Range| {
+            let other = nearest(front).max(nearest(rear));
+            if other < kept { keep.min(0.5 * (kept + other)) } else { keep }
+        };
         let (lateral, yaw_rate, walls) = match (left, right) {
+            // Both leading beams end at a wall ahead: the gallery ends, and its sides are not seen ahead.
+            (Some(l), Some(r)) if l.ends() && r.ends() => (0.0, 0.0, Walls::Both),
             // Equation (17).
             (Some(l), Some(r)) => {
                 (c_l * (l.front - r.front), c_r * (l.excess() - r.excess()), Walls::Both)
@@ -544,10 +585,12 @@ impl Navigator {
             // Equation (18), and its mirror image.
             (Some(l), None) => {
                 let yaw_rate = 2.0 * c_r * l.excess() - ahead(ranges.ne, ranges.nw);
+                let keep = keep_by(l.front, ranges.ne, ranges.se);
                 (c_l * (l.front - keep), yaw_rate, Walls::One(Side::Left))
             }
             (None, Some(r)) => {
                 let yaw_rate = -2.0 * c_r * r.excess() + ahead(ranges.nw, ranges.ne);
+                let keep = keep_by(r.front, ranges.nw, ranges.sw);
                 (c_l * (keep - r.front), yaw_rate, Walls::One(Side::Right))
             }
             (None, None) => (0.0, self.turn_to_open(config, ranges, hint), Walls::Neither),
@@ -555,7 +598,8 @@ impl Navigator {
         let turns_away = walls == Walls::Neither && yaw_rate != 0.0;
         let most = if turns_away { LEAST_PACE } else { 1.0 };
         let nearness = pace(config, ranges);
-        let within = |beam: Range| nearest(beam).min(keep);
+        let near = if self.margin.is_kept() { keep } else { keep.min(ASIDE) };
+        let within = |beam: Range| nearest(beam).min(near);
         let (lateral, yaw_rate) = match self.margin.crossing(config, ranges) {
             Some(crossing) => (crossing.lateral, crossing.yaw_rate.unwrap_or(yaw_rate)),
             None => (lateral, yaw_rate),
@@ -585,10 +629,18 @@ impl Navigator {
             return 0.0;
         }
         let is_open = |length: f32| length > SAME_GALLERY * self.centred;
+        // Where nothing opens the gallery ends, and no turn leads on.
+        let beams = [ranges.nw, ranges.ne, ranges.sw, ranges.se];
+        if self.opening.is_none() && beams.iter().all(|beam| !is_open(nearest(*beam))) {
+            return 0.0;
+        }
         let alike = (left - right).abs() < 0.1 * (left + right);
         let to_left = match (is_open(left), is_open(right), self.opening) {
             (true, false, _) => true,
             (false, true, _) => false,
+            // An obstacle that one beam alone sees is beside the drone.
+            _ if left < BESIDE * right => false,
+            _ if right < BESIDE * left => true,
             (_, _, Some((side, _))) => side == Side::Left,
             _ if hint.abs() > BENT => hint > 0.0,
             _ if alike => self.fork.side().unwrap_or(config.prefer) == Side::Left,

@@ -37,6 +37,12 @@ impl Wall {
         0.5 * (self.front + self.rear)
     }
 
+    /// Whether the front beam ends at a wall ahead, and not at this one: it is shorter than half of the rear
+    /// beam, which no nose does that is turned to this wall by less than 18°.
+    pub(crate) fn ends(&self) -> bool {
+        self.front < 0.5 * self.rear
+    }
+
     /// The ratio test of section IV-E.
     fn agrees(&self, ratio: f32) -> bool {
         self.excess().abs() <= ratio * self.mean()

@@ -55,6 +55,49 @@ fn one_wall_is_equation_18() {
     assert_near(right.yaw_rate.0, -2.0 * CONFIG.yaw_gain * (0.45 - 0.40));
 }
 
+/// A drone that has come to the end of a gallery, both leading beams at the wall ahead, stands there with its
+/// nose along the gallery, however little its beams differ. It turned, ever faster, and then faced back.
+#[test]
+fn a_drone_at_a_dead_end_does_not_turn() {
+    for sign in [1.0, -1.0] {
+        let mut navigator = Navigator::new();
+        let mut fly = |way: f32, beams: &Diagonals| {
+            let way = Metres(sign * way);
+            let bearings = Bearings { way, heading: Some(Radians(0.3)), ..Bearings::default() };
+            let ranges = if sign > 0.0 { *beams } else { turned_about(beams) };
+            navigator.step(&CONFIG, &ranges, MetresPerSecond(0.2 * sign), &bearings)
+        };
+        for n in 0..50 {
+            fly(0.04 * n as f32, &beams(at(0.7), at(0.7), at(0.7), at(0.7)));
+        }
+        let command = fly(2.0, &beams(at(0.26), at(0.21), at(0.72), at(0.74)));
+        assert_eq!((command.lateral.0, command.yaw_rate.0), (0.0, 0.0), "{sign}");
+    }
+}
+
+/// The same surroundings as the other end of the drone sees them.
+fn turned_about(ranges: &Diagonals) -> Diagonals {
+    beams(ranges.se, ranges.sw, ranges.ne, ranges.nw)
+}
+
+/// Beside a wall at the distance that was kept in a wide gallery, with the other wall near: the drone flies
+/// towards the middle of the gallery that is there now.
+#[test]
+fn a_drone_beside_one_wall_keeps_off_the_other() {
+    let mut navigator = Navigator::new();
+    let mut fly = |way: f32, beams: &Diagonals| {
+        let bearings = Bearings { way: Metres(way), ..Bearings::default() };
+        navigator.step(&CONFIG, beams, MetresPerSecond(0.2), &bearings)
+    };
+    for n in 0..5 {
+        fly(0.04 * n as f32, &beams(at(1.4), at(1.4), at(1.4), at(1.4)));
+    }
+    fly(0.2, &beams(at(1.2), Range::Clear, at(1.2), Range::Clear));
+    let command = fly(0.24, &beams(at(1.0), at(0.23), at(1.0), at(0.39)));
+    assert_eq!(command.walls, Walls::One(Side::Left));
+    assert!(command.lateral.0 > 0.0, "{command:?}");
+}
+
 /// The mean of the two beams is 1 m: a difference of 0.399 m is a wall, one of 0.401 m is none.
 #[test]
 fn the_ratio_test_is_at_forty_percent() {

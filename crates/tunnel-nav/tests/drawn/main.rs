@@ -1,7 +1,7 @@
 //! Corridors that are drawn: how many does a drone fly through and home without touching a wall and without
 //! turning round?
 //!
-//! A third still fails; the bound is there so that it does not become more.
+//! One in fifteen still fails; the bound is there so that it does not become more.
 
 #[allow(dead_code, reason = "the test `corners` uses all of it")]
 #[path = "../corners/flight.rs"]
@@ -13,9 +13,10 @@ mod world;
 use flight::{Errors, Flight, Random};
 use world::{Tunnel, Vec2, add, unit};
 
-/// The corridors that are flown through, and how many of them may fail: 97 did when this was written.
+/// The corridors that are flown through, and how many of them may fail. Before a drone that sees one wall
+/// alone flew round the corner where that wall ends it were 96, since then 19.
 const CORRIDORS: u64 = 300;
-const MAY_FAIL: usize = 105;
+const MAY_FAIL: usize = 20;
 
 /// A leg of a corridor: from where to where, and how wide.
 #[derive(Clone, Copy, Debug)]
@@ -95,6 +96,24 @@ fn fly(seed: u64) -> Result<(), String> {
         }
     }
     Ok(())
+}
+
+/// In a gallery wider than 2 m a drone sees one wall alone. Where that wall ended at the inside of a bend,
+/// the drone did not note an opening, flew on to the far wall, turned to the longer beam, and flew back.
+#[test]
+fn a_drone_turns_where_the_only_wall_ends() {
+    for seed in [50_007, 50_041, 50_087] {
+        assert_eq!(fly(seed), Ok(()), "{seed}");
+    }
+}
+
+/// Behind a bend from a wide gallery into a narrow one a drone kept the wide one's distance from the wall
+/// that it followed, and was at the other wall.
+#[test]
+fn a_drone_keeps_the_middle_where_the_gallery_becomes_narrower() {
+    for seed in [50_063, 50_272] {
+        assert_eq!(fly(seed), Ok(()), "{seed}");
+    }
 }
 
 #[test]
