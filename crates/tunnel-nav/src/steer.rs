@@ -341,7 +341,10 @@ impl Navigator {
                 && let Some(turning) = self.fork.turning(ranges, speed.0) =>
             {
                 let most = turning.fastest / speed.0.abs().max(turning.fastest);
-                (turning.lateral, turning.yaw_rate, leading.nearness.min(most))
+                // Beside the drone may be the wall before the corner, or the next one.
+                let side = if turning.lateral > 0.0 { Side::Left } else { Side::Right };
+                let lateral = room_beside(config, ranges, side) * turning.lateral;
+                (lateral, turning.yaw_rate, leading.nearness.min(most))
             }
             _ => {
                 let most = self.margin.pace(speed.0, [self.left, self.right]);
