@@ -219,6 +219,11 @@ impl Agent {
         if matches!(next, State::TakingOff { .. }) {
             self.mission.note_home();
         }
+        if let (State::OnMission(_), State::Landing { why, .. }) = (self.state, next)
+            && let Some(way) = self.mission.settled(&round, why)
+        {
+            self.odometry.settle(way);
+        }
         self.state = next;
         self.outputs(config, now, inputs)
     }

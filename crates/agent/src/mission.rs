@@ -270,6 +270,14 @@ impl Mission {
         }
     }
 
+    /// Where a drone is that lands for this reason, if it knows better than its odometer.
+    pub(crate) fn settled(&self, round: &Round, why: LandReason) -> Option<Metres> {
+        match self {
+            Self::Chain(chain) => chain.settled(round, why),
+            Self::Swarm(_) | Self::Explore(_) => None,
+        }
+    }
+
     /// What follows this round of a duty.
     pub(crate) fn next_duty(
         &mut self,

@@ -68,6 +68,11 @@ impl Odometry {
         self.axis = None;
     }
 
+    /// Takes a place for the drone's own that it knows better than by its reckoning.
+    pub(crate) const fn settle(&mut self, way: Metres) {
+        self.reckoning.odometer = way;
+    }
+
     /// Where the drone is.
     pub(crate) const fn reckoning(&self) -> Reckoning {
         self.reckoning

@@ -37,9 +37,9 @@ use tunnel_nav::{Diagonals, SpotSearch};
 use units::{Dbm, Duration, LinkSum, Metres, MetresPerSecond, NodeId, Phase};
 
 use super::{Next, Round, Wish};
-use crate::{AgentConfig, Inputs, LinkView};
+use crate::{AgentConfig, Inputs, LandReason, LinkView};
 use duty::Standing;
-use homing::Parked;
+use homing::Row;
 
 /// What a drone of a chain knows of the others.
 #[derive(Clone, Debug)]
@@ -56,8 +56,8 @@ pub(crate) struct Chain {
     was_low: bool,
     /// The strength of the base where this drone took off.
     home_rssi: Option<Dbm>,
-    /// The drones on the ground.
-    parked: Parked,
+    /// The others, as they stand at home.
+    row: Row,
     /// The state of the chain-wide policy.
     chain_wide: ChainWideState,
     /// The head's velocity, smoothed at the head and passed on by the relays.
@@ -105,7 +105,7 @@ impl Chain {
             retirement: RetirementWatch::new(None),
             was_low: true,
             home_rssi: None,
-            parked: Parked::new(),
+            row: Row::new(),
             chain_wide: ChainWideState::new(),
             head_velocity: MetresPerSecond::ZERO,
             sums: [LinkSum::NONE; 2],
@@ -142,7 +142,7 @@ impl Chain {
             self.neighbours.begin_anew();
         }
         self.was_low = round.phase.is_low();
-        self.parked.listen(config, round, self.height, heard);
+        self.row.listen(config, round, self.height, heard);
         let smoothing = &config.policy.smoothing;
         let lost_after = config.retreat.lost_after;
         (self.velocity, self.dt) = (velocity, dt);
@@ -188,15 +188,20 @@ impl Chain {
             config,
             round,
             links: self.links(config, round.role),
-            near: self.parked.near(config, round),
-            farthest: self.parked.farthest(),
-            home_since: self.parked.home_since(),
+            berth: self.row.berth(round),
+            home_since: self.row.home_since(),
             searches: self.searches(config, round, duty),
             retires: self.retires(config, round, duty),
             is_astray: self.is_astray(config, round, duty),
             chosen_anew: self.chosen_anew(round),
             is_sited: self.is_sited(config, round, duty),
         })
+    }
+
+    /// Where a drone is that lands at home.
+    pub(crate) fn settled(&self, round: &Round, why: LandReason) -> Option<Metres> {
+        let is_home = matches!(why, LandReason::Home | LandReason::Retired | LandReason::LinkLost);
+        is_home.then(|| self.row.settled(round.way()))
     }
 
     /// How the drone is to fly at a duty of the chain.

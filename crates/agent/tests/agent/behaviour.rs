@@ -301,7 +301,15 @@ fn a_relay_called_home_lands_at_the_base() {
     rig.during(2.4, &alone);
     let outputs = rig.step(&alone);
     assert_eq!(flown(outputs.setpoint), Some((-CONFIG.flight.return_speed.0, 0.3)));
-    rig.during(1.2, &alone.flow(Some(-0.2)));
+    // The base is 0.35 m behind where it took off, and there 0.46 m from its antenna in the air.
+    let (mut apart, mut speed) = (0.85_f32, 0.0);
+    while rig.state().name() == "homing" {
+        let base = -38.0 - 20.0 * (apart.hypot(0.3) / 0.46).log10();
+        let outputs = rig.step(&alone.clone().link(BASE, base).flow(Some(speed)));
+        speed = flown(outputs.setpoint).map_or(0.0, |(speed, _)| speed);
+        apart += 0.2 * speed;
+        assert!(apart > 0.3, "it flies into the base");
+    }
     assert!(matches!(rig.state(), State::Landing { why: LandReason::Home, .. }));
 }
 

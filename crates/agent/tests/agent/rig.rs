@@ -30,6 +30,8 @@ pub(crate) struct Scene {
     pub(crate) task: Option<Order>,
     /// Strength and phase of everyone heard, by number.
     pub(crate) heard: Vec<(u8, Phase, f32)>,
+    /// How strongly the drone's own last packet came there, by number.
+    pub(crate) reverse: Vec<(u8, f32)>,
     /// `None` while it is not measured.
     pub(crate) height: Option<f32>,
     /// What the flow says, m/s.
@@ -45,6 +47,7 @@ impl Scene {
         Self {
             task: None,
             heard: vec![(0, Phase::Linked, -52.0), (BASE, Phase::Base, -52.0)],
+            reverse: Vec::new(),
             height: Some(0.0),
             flow: Some(0.0),
             fitness: Fitness::Fit,
@@ -68,6 +71,12 @@ impl Scene {
     /// Hears somebody else too.
     pub(crate) fn also(mut self, from: u8, phase: Phase, rssi: f32) -> Self {
         self.heard.push((from, phase, rssi));
+        self
+    }
+
+    /// This number says how strongly it hears the drone.
+    pub(crate) fn reverse(mut self, from: u8, rssi: f32) -> Self {
+        self.reverse.push((from, rssi));
         self
     }
 
@@ -133,7 +142,11 @@ impl Rig {
         let heard: Vec<_> = scene
             .heard
             .iter()
-            .map(|&(from, phase, rssi)| heard(from, self.sequence, phase, rssi))
+            .map(|&(from, phase, rssi)| {
+                let reverse = scene.reverse.iter().find(|(by, _)| *by == from);
+                let reverse = reverse.map(|(_, rssi)| Dbm(*rssi));
+                Heard { reverse, ..heard(from, self.sequence, phase, rssi) }
+            })
             .collect();
         let along =
             |v| BodyVelocity { forward: MetresPerSecond(v), lateral: MetresPerSecond::ZERO };
@@ -179,16 +192,16 @@ impl Rig {
     }
 
     /// On duty half a metre from home: the head leads, the relay relays. At home the base was
-    /// heard at -50 dBm, here it is at -52.
+    /// heard at -38 dBm, here it is at -52.
     pub(crate) fn on_duty(role: Role) -> Self {
         let mut rig = Self::new(role);
-        let home = Scene::quiet().order(EXPLORE).link(BASE, -50.0);
+        let home = Scene::quiet().order(EXPLORE).link(BASE, -38.0);
         rig.until("taking-off", &home.clone().link(0, -62.0));
         let duty = if role == Role::Head { "leading" } else { "relaying" };
         let home = home.at_height(Some(0.3));
         rig.until(duty, &home);
         // Both links are equal, so that the relay stays.
-        let home = home.link(0, -50.0);
+        let home = home.link(0, -50.0).link(BASE, -50.0);
         rig.during(1.0, &home.clone().flow(Some(0.5)));
         // A drift shows in the odometer within seconds, not at once.
         rig.during(2.0, &home);

@@ -129,7 +129,7 @@ const SITUATIONS: [Situation; 30] = [
     ("order: wait", 2_200, |s| s.order(Order::Wait)),
     ("order: explore", 2_200, |s| s.order(EXPLORE)),
     ("order: return, away", 2_200, |s| s.order(Order::Return).link(BASE, -52.0)),
-    ("order: return, base as at home", 2_200, |s| s.order(Order::Return).link(BASE, -50.0)),
+    ("order: return, base as at home", 2_200, |s| s.order(Order::Return).link(BASE, -38.0)),
     ("order: land", 2_200, |s| s.order(Order::Land)),
     ("order: stop", 2_200, |s| s.order(Order::Stop)),
     ("order: perch", 2_200, |s| s.order(Order::Perch)),

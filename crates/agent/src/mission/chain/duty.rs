@@ -6,7 +6,7 @@ use chain::route::BEFORE;
 use chain::search::{Place, Search};
 use units::{Course, Db, Duration, Instant, Metres, Order, Phase, Role};
 
-use super::homing::{Near, is_home};
+use super::homing::{Berth, is_home};
 use super::links::Links;
 use crate::mission::{Next, Round, Task};
 use crate::{AgentConfig, LandReason};
@@ -73,10 +73,8 @@ pub(super) struct Standing<'a> {
     pub(super) config: &'a AgentConfig,
     pub(super) round: &'a Round,
     pub(super) links: Links,
-    /// Which drones on the ground are near.
-    pub(super) near: Near,
-    /// The farthest that the drone has been from its take-off.
-    pub(super) farthest: Metres,
+    /// What the row at home leaves the drone to do.
+    pub(super) berth: Berth,
     /// When its odometer came home, if it is there.
     pub(super) home_since: Option<Instant>,
     /// Whether a relay should look for a better place now.
@@ -429,8 +427,7 @@ mod tests {
             config: &CONFIG,
             round: &round,
             links,
-            near: Near::default(),
-            farthest: HERE,
+            berth: Berth::Unknown,
             home_since: None,
             searches,
             retires,
@@ -449,8 +446,7 @@ mod tests {
             config: &CONFIG,
             round: &round,
             links,
-            near: Near::default(),
-            farthest: HERE,
+            berth: Berth::Unknown,
             home_since: None,
             searches: false,
             retires: false,
