@@ -147,6 +147,13 @@ const ASTRAY: f32 = 0.45;
 const TRAIL_GAIN: f32 = 1.5;
 /// A drone with less than this part of its speed left stands before a wall.
 const BLOCKED: f32 = 0.2;
+/// So many iterations it stands before a sharp bend: in other bends it has turned before. 3 s, our own
+/// number.
+const STANDS: u8 = 15;
+/// With this part of its speed it flies on.
+const FREE: f32 = 0.6;
+/// A drone turns no farther off its path than this in a bend, rad: it would fly back where it came from.
+const MOST_TURN: f32 = 2.4;
 /// The time of one iteration, s: the 5 Hz of section V-B.
 const ROUND: f32 = 0.2;
 /// A wall is the only one where the drone has seen none on the other side for so far, m: the way through a
@@ -232,6 +239,9 @@ pub struct Navigator {
     /// Whether the drone is turning back to its path, which it faced the wrong way.
     faces_back: bool,
     fork: Fork,
+    /// The side to which the drone turns in a sharp bend, and for how many iterations it has stood there.
+    sharp: Option<Side>,
+    stood: u8,
     /// The way flown since a wall was last seen on the left and on the right, m, forward positive.
     unseen: [f32; 2],
     /// The way at which the tunnel last opened, to any side.
@@ -260,6 +270,8 @@ impl Navigator {
             creep: 0.0,
             faces_back: false,
             fork: Fork::new(),
+            sharp: None,
+            stood: 0,
             unseen: [0.0; 2],
             opened: None,
             margin: Margin::new(),
@@ -360,6 +372,14 @@ impl Navigator {
                 Some(detour) => detour,
                 None => (lateral, yaw_rate),
             };
+        let sharp = match speed.0 > HOVERING {
+            true => self.sharp_turn(config, ranges, leading.nearness),
+            false => None,
+        };
+        let (lateral, yaw_rate) = match sharp {
+            Some(yaw_rate) if off.is_none() => (0.0, yaw_rate),
+            _ => (lateral, yaw_rate),
+        };
         let push = push_away(config, &seen);
         NavCommand {
             forward: MetresPerSecond(speed.0 * pace + push.forward),
@@ -507,6 +527,33 @@ impl Navigator {
         }
     }
 
+    /// The yaw rate of a drone that flies nose first and stands in a bend of more than a right angle. There
+    /// the way on lies behind the drone's shoulder, and the outer wall hides its beginning: the nose points
+    /// along the path, the leading beam of one side sees a wall near, the trailing one sees none, and both
+    /// of the other side see walls. The way from where the drone came lies straight behind it, between both
+    /// trailing beams. The drone turns until it may fly on.
+    fn sharp_turn(&mut self, config: &NavConfig, ranges: &Diagonals, nearness: f32) -> Option<f32> {
+        let off = self.trail.off(0.0).0.abs();
+        let goes_on = nearness < FREE && off < MOST_TURN;
+        self.sharp = self.sharp.filter(|_| goes_on);
+        self.stood = if nearness < BLOCKED { self.stood.saturating_add(1) } else { 0 };
+        if self.sharp.is_none() && self.stood > STANDS && off < ASTRAY {
+            let is_open = |beam: Range| nearest(beam) > SAME_GALLERY * self.centred;
+            let turns = |[lead, trail]: [Range; 2], other: [Range; 2]| {
+                let is_near = nearest(lead) < nearest(other[0]);
+                is_near && is_open(trail) && other.iter().all(|beam| beam.length().is_some())
+            };
+            let (left, right) = ([ranges.nw, ranges.sw], [ranges.ne, ranges.se]);
+            self.sharp = match () {
+                () if turns(left, right) => Some(Side::Left),
+                () if turns(right, left) => Some(Side::Right),
+                () => None,
+            };
+        }
+        let turn = config.max_yaw_rate.0;
+        self.sharp.map(|side| if side == Side::Left { turn } else { -turn })
+    }
+
     /// Notes where walls have ended, for the branch that the pilot has chosen, and for bends at which the
     /// only wall ends.
     fn note_ends(&mut self, before: [Track; 2], beams: [Beams; 2], ranges: &Diagonals) {
@@ -632,9 +679,14 @@ impl Navigator {
             return 0.0;
         }
         let is_open = |length: f32| length > SAME_GALLERY * self.centred;
-        // Where nothing opens the gallery ends, and no turn leads on.
+        // Where nothing opens before a wall that both leading beams see the gallery ends, and no turn leads
+        // on.
         let beams = [ranges.nw, ranges.ne, ranges.sw, ranges.se];
-        if self.opening.is_none() && beams.iter().all(|beam| !is_open(nearest(*beam))) {
+        let is_square = left.min(right) >= BESIDE * left.max(right);
+        if self.opening.is_none()
+            && is_square
+            && beams.iter().all(|beam| !is_open(nearest(*beam)))
+        {
             return 0.0;
         }
         let alike = (left - right).abs() < 0.1 * (left + right);
