@@ -113,7 +113,7 @@ impl Chain {
         };
         let is_back = self.backed_from.is_some_and(|from| from - round.way() >= BACK);
         let opened = self.route.passed_otherwise(round.way(), branch)?;
-        let is_near = round.way() - opened <= JUNCTION;
+        let is_near = round.way() - opened <= JUNCTION && round.way() > Metres::ZERO;
         (round.id == NodeId::HEAD && is_back && is_near).then_some(opened)
     }
 
