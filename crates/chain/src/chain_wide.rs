@@ -108,6 +108,16 @@ const MOST_FOLDS: f32 = 2.0;
 /// The slope of a link at a step, dB/m: a step of 10 dB is a slope over the reach of an antenna.
 const STEP_SLOPE: f32 = 50.0;
 
+/// The factor by which a link is longer whose loss has grown by `excess` dB.
+fn stretch(excess: f32) -> f32 {
+    libm::expf((excess / FOLD_DB).clamp(-MOST_FOLDS, MOST_FOLDS))
+}
+
+/// By how much a link with this slope, dB/m, is longer when its loss has grown by `excess` dB.
+pub(crate) fn lengthening(slope: f32, excess: f32) -> Metres {
+    Metres(FOLD_DB / slope * (stretch(excess) - 1.0))
+}
+
 impl Wanted {
     /// What `link` should do for the loss `level`.
     fn of(config: &ChainWide, link: &LinkState, level: Db) -> Self {
@@ -117,11 +127,7 @@ impl Wanted {
         if let Some(step) = link.step {
             return Self::at_step(config, &step, slope, excess);
         }
-        let stretch = libm::expf((excess / FOLD_DB).clamp(-MOST_FOLDS, MOST_FOLDS));
-        Self {
-            lengthening: Metres(FOLD_DB / slope * (stretch - 1.0)),
-            slope: DbPerMetre(slope / stretch),
-        }
+        Self { lengthening: lengthening(slope, excess), slope: DbPerMetre(slope / stretch(excess)) }
     }
 
     /// The same near a step, with the level `excess` above the link's loss.

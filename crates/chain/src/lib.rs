@@ -11,6 +11,7 @@
 //! | [`filter`] | IV-C, (13)–(16) | the strength of a link, from noisy packets and known motion |
 //! | [`policy`] | IV-A, (11), Algorithm 1 | the forward velocity that makes two links equal; the registry of policies |
 //! | [`governor`] | — | how fast the head may fly by its links, and its call for a relay |
+//! | [`edge`] | — | the place behind which the head's link falls, and the way that the chain lacks there |
 //! | [`launch`] | IV-D | the moment at which a waiting relay takes off |
 //! | [`retirement`] | — | the moment at which a launched relay is no longer needed |
 //! | [`retreat`] | IV-D | the conditions under which a drone backs up towards the base |
@@ -31,6 +32,7 @@
 
 pub mod astray;
 pub mod chain_wide;
+pub mod edge;
 pub mod filter;
 pub mod governor;
 pub mod launch;

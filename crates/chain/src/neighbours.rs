@@ -247,9 +247,9 @@ impl Neighbours {
     #[must_use]
     pub fn may_collide(&self, me: NodeId, now: Instant, ends: Ends) -> [bool; 2] {
         let [front, back] = [self.front(ends), self.back(ends)].map(|n| n.map(|n| n.report.from));
-        let silent = self.known(now).filter(|n| {
-            matches!(n.report.phase, Phase::Linked | Phase::Searching) && n.is_near()
-        });
+        let silent = self
+            .known(now)
+            .filter(|n| matches!(n.report.phase, Phase::Linked | Phase::Searching) && n.is_near());
         silent.fold([false; 2], |[ahead, behind], n| {
             let from = n.report.from;
             let is_ahead = from < me && front.is_none_or(|front| front < from);

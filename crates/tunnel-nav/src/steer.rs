@@ -683,9 +683,7 @@ impl Navigator {
         // on.
         let beams = [ranges.nw, ranges.ne, ranges.sw, ranges.se];
         let is_square = left.min(right) >= BESIDE * left.max(right);
-        if self.opening.is_none()
-            && is_square
-            && beams.iter().all(|beam| !is_open(nearest(*beam)))
+        if self.opening.is_none() && is_square && beams.iter().all(|beam| !is_open(nearest(*beam)))
         {
             return 0.0;
         }

@@ -26,6 +26,7 @@ pub use duty::ChainDuty;
 
 use chain::astray::AstrayWatch;
 use chain::chain_wide::ChainWideState;
+use chain::edge::EdgeWatch;
 use chain::filter::LinkEstimate;
 use chain::governor::Governor;
 use chain::launch::LaunchWatch;
@@ -50,6 +51,8 @@ pub(crate) struct Chain {
     launch: LaunchWatch,
     /// The head's speed by its links, and its call for a relay.
     governor: Governor,
+    /// The edge before which the head is held.
+    edge: EdgeWatch,
     search: SearchWatch,
     retirement: RetirementWatch,
     /// Whether the drone was on the ground or climbed in the last round, and no link of the chain.
@@ -101,6 +104,7 @@ impl Chain {
             ends: Ends::NONE,
             launch: LaunchWatch::new(),
             governor: Governor::new(),
+            edge: EdgeWatch::new(),
             search: SearchWatch::new(),
             retirement: RetirementWatch::new(None),
             was_low: true,

@@ -92,6 +92,14 @@ fn is_at_place(state: State) -> bool {
     matches!(state, State::OnMission(Duty::Chain(Leading { .. } | Relaying { .. })))
 }
 
+/// A drone that has flown 8 m: it retreats no farther than to where it took off.
+fn out(role: Role) -> Rig {
+    let mut rig = Rig::on_duty(role);
+    rig.during(20.0, &air().flow(Some(0.4)));
+    rig.during(2.0, &air());
+    rig
+}
+
 /// Flies back at the retreat's speed until it ends, and says for how long and how far.
 fn retreat(rig: &mut Rig, scene: &Scene, flow: Option<f32>) -> (f32, f32) {
     rig.until("backing-up", scene);
@@ -118,10 +126,10 @@ fn a_retreat_is_bounded_in_time_and_in_distance() {
             let scene = if gone { air().without(BASE) } else { air().link(BASE, -70.0) };
             let scene = scene.link(0, -52.0);
             // The flow sees nothing: time.
-            let (seconds, _) = retreat(&mut Rig::on_duty(role), &scene, None);
+            let (seconds, _) = retreat(&mut out(role), &scene, None);
             assert!((seconds - bounds.max_time.as_secs_f32()).abs() < 0.21, "{seconds} s");
             // It flies faster than it was told: distance.
-            let mut rig = Rig::on_duty(role);
+            let mut rig = out(role);
             let (seconds, way) = retreat(&mut rig, &scene, Some(-0.4));
             let metres = bounds.max_distance.0;
             assert!(way >= metres && way < metres + 0.1, "{way} m");

@@ -1,6 +1,7 @@
 //! The chain through its public door: neighbours, filters, policies and launches.
 
 mod chain_wide;
+mod edge;
 mod filter;
 mod launch;
 mod neighbours;

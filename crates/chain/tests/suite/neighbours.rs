@@ -327,3 +327,28 @@ proptest! {
         prop_assert_eq!(known.len(), table.neighbours.heard(table.now, LOST_AFTER).count());
     }
 }
+
+/// A drone that a fade hides is not flown into: each of the two may use up less than half of the way
+/// between them, here 5 m by the log-distance law.
+#[test]
+fn a_hidden_neighbour_is_approached_by_less_than_half_of_the_way() {
+    let mut table = Table::default();
+    let rssi = -40.0 - 30.0 * 5.0_f32.log10();
+    table.at(0).link(4, 1, rssi).link(3, 1, rssi - 9.0);
+    let fly = |table: &mut Table, ms: u64, velocity: f32| {
+        table.at(ms);
+        let round = (MetresPerSecond(velocity), Duration::from_millis(200));
+        let third = heard(3, (ms / 200) as u16 + 2, Phase::Linked, rssi - 9.0);
+        table.neighbours.listen(ME, table.now, round, [third], &RAW, LOST_AFTER);
+        table.neighbours.may_collide(ME, table.now, table.ends())
+    };
+    let mut flown = 0.0;
+    let mut ms = 2_200;
+    while fly(&mut table, ms, 0.3) == [false, false] {
+        (flown, ms) = (flown + 0.06, ms + 200);
+        assert!(flown < 2.5, "the two may have met");
+    }
+    assert_eq!(table.front(), Some(3), "the hidden one is skipped");
+    assert!(flown > 0.5, "it does come nearer, {flown} m");
+    assert_eq!(fly(&mut table, 30_000, 0.0), [false, false], "after a while it is gone");
+}

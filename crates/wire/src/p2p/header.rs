@@ -200,7 +200,7 @@ impl Counter {
 /// | byte | type | field | what | unit |
 /// |---|---|---|---|---|
 /// | 0 | bits 0–3 | `kind` | 1 beacon, 2 report, 3 command, 4 telemetry, 5 membership, 6 mission | |
-/// | 0 | bits 4–7 | `version` | 5 | |
+/// | 0 | bits 4–7 | `version` | 6 | |
 /// | 1 | bits 0–3 | `from` | the sender, 0 the head to 15 | |
 /// | 1 | bit 4 | `wave` | 0 outward, 1 inward | |
 /// | 1 | bit 5 | `place` | the packet's place in the turn, 0 or 1 | |
@@ -229,7 +229,7 @@ pub struct Header {
 pub const REUSE: u8 = 6;
 
 /// The version of all messages.
-pub const VERSION: u8 = 5;
+pub const VERSION: u8 = 6;
 const INWARD: u8 = 1 << 4;
 const PLACE_SHIFT: u8 = 5;
 const LAST_PLACE: u8 = 1;

@@ -31,7 +31,7 @@ const _: () = assert!(ALONE + SIGNPOST + HEARD * ONE <= MAX_BODY, "a report is o
 /// | 3 | `i24` | `odometer` | way along the tunnel since take-off | 1/512 m |
 /// | 6 | `i16` | `weakest` | weakest link between the head and the sender; both 0 for none | 1/4 dBm |
 /// | 8 | `i16` | `strongest` | strongest link between the head and the sender; both 0 for none | 1/4 dBm |
-/// | 10 | `i16` | `front_surplus` | surplus of the links towards the head, or 0 | 1/16 m |
+/// | 10 | `i16` | `front_surplus` | surplus of the links towards the head; of a head, the way by which the chain is too short | 1/16 m |
 /// | 12 | `u16` | `front_compliance` | compliance of the links towards the head, or 0 | 1/1024 m/dB |
 /// | 14 | `i16` | `back_surplus` | surplus of the links towards the base, or 0 | 1/16 m |
 /// | 16 | `u16` | `back_compliance` | compliance of the links towards the base, or 0 | 1/1024 m/dB |
@@ -263,11 +263,16 @@ fn span_of_steps((weakest, strongest): (i16, i16)) -> Result<Option<LinkSpan>, E
     }
 }
 
-/// A sum's bytes and its number of links: zeros where a number is NaN or there are no links.
+/// A sum's bytes and its number of links: zeros where a number is NaN. A sum over no links has no
+/// compliance.
 fn sum_in_bytes(sum: LinkSum) -> ([u8; 4], u8) {
     let numbers = steps::number(sum.surplus.0).zip(steps::number(sum.compliance.0));
     match (numbers, sum.links.min(LINKS)) {
-        (None, _) | (_, 0) => ([0; 4], 0),
+        (None, _) => ([0; 4], 0),
+        (Some((surplus, _)), 0) => {
+            let [s0, s1] = steps::short(surplus * per::SURPLUS).to_le_bytes();
+            ([s0, s1, 0, 0], 0)
+        }
         (Some((surplus, compliance)), links) => {
             let compliance = steps::within(compliance * per::COMPLIANCE, 0, u16::MAX.into());
             let [s0, s1] = steps::short(surplus * per::SURPLUS).to_le_bytes();
@@ -278,7 +283,7 @@ fn sum_in_bytes(sum: LinkSum) -> ([u8; 4], u8) {
 }
 
 fn sum_of_bytes([s0, s1, c0, c1]: [u8; 4], links: u8) -> Result<LinkSum, Error> {
-    if links == 0 && [s0, s1, c0, c1] != [0; 4] {
+    if links == 0 && [c0, c1] != [0; 2] {
         return Err(Error::Reserved);
     }
     Ok(LinkSum {

@@ -214,7 +214,7 @@ fn of_header(header: &Header) -> Fields {
     };
     let mut fields = vec![
         ("kind", Called(kind)),
-        ("version", Constant(5)),
+        ("version", Constant(6)),
         ("from", node(header.from)),
         ("wave", Called(wave)),
         ("place", Steps(header.place.into())),

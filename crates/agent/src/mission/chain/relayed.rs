@@ -6,7 +6,7 @@ use chain::launch::ChainNews;
 use chain::neighbours::Neighbour;
 use chain::policy::SpeedLaw;
 use chain::retirement::AtLaunch;
-use units::{Dbm, Duration, LinkSpan, LinkSum, MetresPerSecond, Phase, Role};
+use units::{Dbm, Duration, LinkSpan, LinkSum, Metres, MetresPerSecond, Phase, Role};
 
 use super::Chain;
 use super::search::is_searching;
@@ -28,9 +28,20 @@ impl Chain {
             let side = neighbour.and_then(|n| side(n, beyond));
             side.map_or(LinkSum::NONE, |side| self.chain_wide.sum(law, &side))
         };
-        // An explorer is an end of the chain, also where it hears another one.
-        let front = self.front().filter(|_| round.role != Role::Head);
-        [sum(front, AHEAD), sum(self.back(), BEHIND)]
+        let ahead = match round.role {
+            // An explorer is an end of the chain, also where it hears another one.
+            Role::Head => LinkSum { surplus: self.lacks(config), ..LinkSum::NONE },
+            Role::Relay | Role::Base => sum(self.front(), AHEAD),
+        };
+        [ahead, sum(self.back(), BEHIND)]
+    }
+
+    /// The way by which the chain is too short for this head.
+    fn lacks(&self, config: &AgentConfig) -> Metres {
+        let level = self.chain_wide.level().map(Dbm::after_loss);
+        let own = self.back().and_then(Neighbour::state);
+        let known = level.zip(own);
+        known.map_or(Metres::ZERO, |(level, own)| self.edge.lacks(&config.launch, level, &own))
     }
 
     /// What the drone's report passes on along the chain.

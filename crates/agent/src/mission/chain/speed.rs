@@ -96,7 +96,8 @@ impl Chain {
             return behind_clear(config, back, eased);
         }
         let freedom = config.retreat.freedom(back.map(|link| link.rssi));
-        self.speed_at_limit(&config.launch, asked * freedom)
+        let asked = self.edge.speed(round.way(), asked * freedom);
+        self.speed_at_limit(&config.launch, asked)
     }
 
     /// The forward `speed` as far as the level of the chain and the head's own link can spare it.
@@ -134,6 +135,11 @@ impl Chain {
             .head_links()
             .is_some_and(|links| Governor::nears_limit(&config.launch, self.velocity, &links));
         self.governor.note(self.dt, asked, left, nears_limit);
+        if let Some(own) = self.back().and_then(Neighbour::state) {
+            let flown = (round.way(), self.velocity);
+            let (own, is_pushed) = (Dbm::after_loss(own.loss), asked > MetresPerSecond::ZERO);
+            self.edge.note(&config.launch, self.dt, flown, own, is_pushed);
+        }
     }
 
     /// The velocity by Algorithm 1.

@@ -2,6 +2,7 @@
 //! no longer needed.
 
 use chain::launch::LaunchWatch;
+use chain::neighbours::Neighbour;
 use chain::retirement::{Need, with_one_link_less};
 use units::{Instant, Metres, MetresPerSecond, Phase, Role};
 
@@ -50,7 +51,11 @@ impl Chain {
     /// Whether no drone of the chain may be above this one, which is on the ground.
     fn is_clear_above(&self, config: &AgentConfig, round: &Round) -> bool {
         let mut heard = self.neighbours.heard(round.now, config.retreat.lost_after);
-        heard.all(|n| n.report.phase != Phase::Linked || n.report.odometer >= CLEAR)
+        let is_near = |n: &Neighbour| {
+            // In the air it would be heard stronger.
+            config.policy.is_too_near(n.rssi() + config.perch.ground_loss)
+        };
+        heard.all(|n| n.report.phase != Phase::Linked || n.report.odometer >= CLEAR || !is_near(n))
     }
 
     /// Whether the links call for this relay, which is the next to fly.
