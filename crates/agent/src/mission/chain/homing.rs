@@ -30,9 +30,6 @@ const SPACING: Metres = Metres(0.35);
 /// A drone lands so far before the outermost one that is down. Our own number, chosen by simulation: more
 /// makes the row of those that are home longer, less leaves too little for errors.
 const LANDS_BEFORE: Metres = Metres(0.65);
-/// In a row that is not longer by this than at the take-off, it keeps so much more. Our own numbers.
-const LONGER: Metres = Metres(1.0);
-const ROOM: Metres = Metres(0.1);
 /// Nearer than this it flies out again before it lands. Our own number.
 const TOO_NEAR: Metres = Metres(0.4);
 /// Within so much of the outermost one, or of the next in the air, a drone flies slowly.
@@ -258,9 +255,7 @@ impl Row {
     /// What the row leaves this drone to do.
     pub(super) fn berth(&self, round: &Round) -> Berth {
         let way = round.way();
-        let apart = self
-            .outermost
-            .map(|fit| fit.apart(way) - if fit.reckoned < LONGER { ROOM } else { Metres::ZERO });
+        let apart = self.outermost.map(|fit| fit.apart(way));
         let next = self.all.iter().filter(|one| one.id > round.id).min_by_key(|one| one.id.0);
         let is_awaited = next.is_some_and(|next| {
             let silent = round.now.since(next.heard_at);
