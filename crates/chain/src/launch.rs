@@ -45,15 +45,15 @@ pub struct LaunchConfig {
 impl LaunchConfig {
     /// The rule of the paper's experiments: the last link alone decides, at once. The limit is
     /// RSSI_ARMED of the authors' firmware with its penalty of 10 dB for an antenna on the ground. The
-    /// lead and the margin were chosen of 5, 12, 15 and 20 s and of 1, 3, 4 and 6 dB by drawn places, the
-    /// foresight of 0, 1 and 2 s by simulation of the demonstration.
+    /// margin was chosen of 0.25, 0.5, 1, 1.5 and 2 dB by simulation of the paper's corridors, the
+    /// foresight of 0, 1 and 2 s by that of the demonstration.
     pub const AT_ONCE: Self = Self {
         limit: Dbm(-60.0),
         settled: None,
         hold: Duration::ZERO,
         patience: Duration::ZERO,
-        lead: Duration::from_secs(15),
-        margin: Db(4.0),
+        lead: Duration::from_secs(5),
+        margin: Db(1.0),
         slows_from: Db(0.6),
         foresight: Duration::from_secs(1),
         arm_delay: Duration::from_secs(3),
@@ -82,7 +82,7 @@ const CALL_HOLD_S: f32 = 1.2;
 /// For so long the head must have called while the last relay moved to and fro, s. While that relay
 /// flies out to its place the call counts less, by the part of [`FLIES_OUT`] at which it flies, since
 /// what it brings will be seen.
-const CALL_PATIENCE_S: f32 = 6.0;
+const CALL_PATIENCE_S: f32 = 20.0;
 /// The speed of a relay that flies out to its place, m/s: nearly the largest of all policies.
 const FLIES_OUT: f32 = 0.35;
 /// A relay that is slower has come to its place, m/s: three times the noise of its optic flow over the
