@@ -490,7 +490,7 @@ fn hex(bytes: &[u8]) -> String {
 }
 
 /// Every version of the crate must make these keys, and these packets for as long as the version in
-/// their header is 5.
+/// their header is 6.
 #[test]
 fn keys_stay_and_packets_stay_within_a_version() {
     let base = fleet().base(1);
@@ -507,14 +507,14 @@ fn keys_stay_and_packets_stay_within_a_version() {
         (
             "report",
             hex(&first_packets(1)[1]),
-            "5221240000010000deb6ce7995e918a1dfd3f0c1e497b8248d4023eb67eb6f03eff47096",
+            "6221240000010000c9f4d75a677b6b6bbf638588af72a77dc4c24cfedae9f00d8b65ebb9",
         ),
         (
             "telemetry",
             hex(&first_packets(1)[2]),
-            "54112500000100006a4d8e2e39a2b1cd518e19da09414212445b8296a178c0a3cbd11280030b664f9b328d4c9e",
+            "6411250000010000c01d23d34ac0b6caf4878b6321c6d2f56a8a98da834d15bde499094256bfd800ab3a5993d1",
         ),
-        ("beacon", hex(&first_packets(1)[3]), "513126000001000036b4c4339a8c500e14f5d4"),
+        ("beacon", hex(&first_packets(1)[3]), "61312600000100008e03874cd34264540f9c7e"),
     ];
     for (name, is, should) in table {
         assert_eq!(is, should, "{name}");
