@@ -79,6 +79,12 @@ impl System {
         self.definition.contains("+proj=longlat")
     }
 
+    /// Whether points of this system can be placed on the earth.
+    pub(crate) fn is_computable(&self) -> bool {
+        // In the middle of a zone of UTM.
+        self.degrees([500_000.0, 5_000_000.0, 0.0]).is_ok_and(|at| at.iter().all(|x| x.is_finite()))
+    }
+
     fn projection(&self) -> Result<Proj, EarthError> {
         Proj::from_proj_string(&self.definition).map_err(|_| EarthError::Unsupported)
     }
@@ -163,6 +169,42 @@ pub(crate) fn magnetic_declination(
         Err(_) => return None,
     };
     Some(field.d.to_radians())
+}
+
+/// A place for which the angle between the compass's north and a grid's is asked day by day.
+#[derive(Clone, Debug)]
+pub(crate) struct Base {
+    /// Longitude and latitude, degrees.
+    place: [f64; 2],
+    /// The height above the sea, m.
+    up: f64,
+    /// The angle from true north to the grid's, rad.
+    convergence: f64,
+    last: Option<(Day, f64)>,
+}
+
+impl Base {
+    /// Makes the base at a point of `system`, for directions in the grid `output`; `None` where it
+    /// cannot be computed.
+    pub(crate) fn new(system: &System, output: &System, at: Vector) -> Option<Self> {
+        let place = system.degrees(at).ok()?;
+        let convergence = output.convergence(place).ok()?;
+        let is_sound = place.into_iter().chain([convergence]).all(f64::is_finite);
+        is_sound.then_some(Self { place, up: at[2], convergence, last: None })
+    }
+
+    /// The angle from the compass's north to the grid's, rad; without a day, that from true north.
+    pub(crate) fn declination(&mut self, day: Option<Day>) -> f64 {
+        let Some(day) = day else { return -self.convergence };
+        if let Some((known, angle)) = self.last
+            && known == day
+        {
+            return angle;
+        }
+        let magnetic = magnetic_declination(self.place, self.up, day).unwrap_or(0.0);
+        self.last = Some((day, magnetic - self.convergence));
+        magnetic - self.convergence
+    }
 }
 
 /// A day of the calendar.

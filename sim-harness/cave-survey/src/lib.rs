@@ -63,8 +63,8 @@ pub fn read(files: &dyn Files, entry: &str) -> Result<Survey, Refusal> {
     let (_, ending) = entry.rsplit_once('.').unwrap_or(("", "svx"));
     match &*ending.to_ascii_lowercase() {
         "3d" => three_d::read(opened),
-        "dat" | "clp" => compass::survey(opened)?.adjusted(),
-        "mak" => compass::project(files, entry, opened)?.adjusted(),
+        "dat" | "clp" => compass::survey(&opened)?.adjusted(),
+        "mak" => compass::project(files, entry, &opened)?.adjusted(),
         "srv" => walls::survey(&opened)?.adjusted(),
         "wpj" => walls::project(files, entry, &opened)?.adjusted(),
         _ => survex::read(files, entry, opened)?.adjusted(),

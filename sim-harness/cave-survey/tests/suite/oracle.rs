@@ -175,3 +175,57 @@ fn cavern_agrees_on_recorded_caves() {
         both(&caves, entry);
     }
 }
+
+/// What the reader and `cavern` make of one file differently; `None` where they agree.
+fn difference(root: &Path, entry: &str) -> Option<String> {
+    let name = entry.replace('/', "-");
+    let survey = read(&Folder::new(root).unwrap(), entry);
+    let oracle = cavern(&root.join(entry), &name);
+    let (survey, oracle) = match (survey, oracle) {
+        (Err(_), None) => return None,
+        (Ok(_), None) => return Some("read, though cavern refuses it".into()),
+        (Err(refusal), Some(_)) => return Some(format!("refused: {refusal}")),
+        (Ok(survey), Some(oracle)) => (survey, oracle),
+    };
+    let Summary { legs, length_m, stations, .. } = survey.summary();
+    if (legs, stations) != (oracle.legs, oracle.nodes) {
+        let there = (oracle.legs, oracle.nodes);
+        return Some(format!("legs and stations {:?}, not {there:?}", (legs, stations)));
+    }
+    for (station, there) in &oracle.positions {
+        let Some(found) = survey.station_named(station) else {
+            return Some(format!("there is no station \"{station}\""));
+        };
+        let here = survey.stations[found].position;
+        let off = here.iter().zip(there).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        if off > 0.05 {
+            return Some(format!("{station} is {off:.3} m off"));
+        }
+    }
+    if (length_m - oracle.length_m).abs() > 0.05 + 1e-3 * oracle.length_m {
+        return Some(format!("{length_m} m long, not {}", oracle.length_m));
+    }
+    (survey.loops != oracle.loops).then(|| format!("{} loops, not {}", survey.loops, oracle.loops))
+}
+
+#[test]
+#[ignore = "needs the tests of Survex in the folder that SURVEX_TESTS names, and their cavern"]
+fn cavern_agrees_on_the_tests_of_survex() {
+    let Some(root) = std::env::var_os("SURVEX_TESTS").map(PathBuf::from) else {
+        println!("SURVEX_TESTS names no folder: nothing compared");
+        return;
+    };
+    let endings = ["svx", "dat", "mak", "clp", "srv", "wpj"];
+    let entries = fs::read_dir(&root).unwrap().map(|entry| entry.unwrap().file_name());
+    let mut entries: Vec<_> = entries.map(|name| name.into_string().unwrap()).collect();
+    entries.retain(|name| name.rsplit_once('.').is_some_and(|it| endings.contains(&it.1)));
+    entries.sort();
+    let mut apart = Vec::new();
+    for entry in &entries {
+        if let Some(difference) = difference(&root, entry) {
+            println!("{entry}: {difference}");
+            apart.push(entry.as_str());
+        }
+    }
+    println!("{} of {} agree", entries.len() - apart.len(), entries.len());
+}
