@@ -48,17 +48,6 @@ pub(crate) struct Fix {
     pub(crate) is_reference: bool,
 }
 
-/// What joins stations, in the order of the files.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum Joining {
-    /// A leg from the first to the second.
-    Leg(StationId, StationId),
-    /// An equate.
-    Equate(StationId, StationId),
-    /// A fixed station.
-    Fix(StationId),
-}
-
 /// An unfinished survey.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Draft {
@@ -69,7 +58,6 @@ pub(crate) struct Draft {
     /// Pairs of stations that see each other.
     pub(crate) unmeasured: Vec<(StationId, StationId, LegFlags, Source)>,
     pub(crate) fixes: Vec<Fix>,
-    pub(crate) joinings: Vec<Joining>,
     pub(crate) passages: Vec<Vec<(CrossSection, Source)>>,
     pub(crate) warnings: Vec<Warning>,
     pub(crate) files: Vec<Arc<str>>,
@@ -181,7 +169,6 @@ impl Draft {
             last.length = mean(last.length, leg.length);
             last.repeats += 1;
         } else {
-            self.joinings.push(Joining::Leg(first, second));
             self.legs.push(leg);
         }
         self.repeatable = true;
@@ -198,12 +185,10 @@ impl Draft {
         self.repeatable = false;
         self.uses(b, a);
         self.equates.push((a, b, source));
-        self.joinings.push(Joining::Equate(a, b));
     }
 
     /// Notes that a station is fixed.
     pub(crate) fn fix(&mut self, fix: Fix) {
-        self.joinings.push(Joining::Fix(fix.station));
         self.fixes.push(fix);
     }
 

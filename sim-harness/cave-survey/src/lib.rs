@@ -28,7 +28,6 @@
 
 mod adjust;
 mod compass;
-mod components;
 mod draft;
 mod earth;
 mod elimination;
@@ -36,6 +35,7 @@ mod error;
 mod files;
 mod loops;
 mod matrix;
+mod parts;
 mod sets;
 mod survex;
 mod survey;

@@ -156,8 +156,9 @@ impl Survey {
         let dimensioned = self.passages.iter().flatten().filter(|it| it.is_measured());
         Summary {
             legs: counted().count(),
-            length_m: adjusted.sum(),
-            measured_length_m: measured().filter_map(|leg| leg.length).sum(),
+            // A sum of nothing is −0.
+            length_m: adjusted.sum::<f64>() + 0.0,
+            measured_length_m: measured().filter_map(|leg| leg.length).sum::<f64>() + 0.0,
             splays: self.legs.iter().filter(|leg| leg.flags.splay).count(),
             stations: self.stations.len(),
             with_dimensions: dimensioned.count(),
