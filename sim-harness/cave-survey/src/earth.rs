@@ -238,6 +238,11 @@ impl Base {
         is_sound.then_some(Self { place, up: at[2], convergence, last: None })
     }
 
+    /// The angle from true north to the grid's, rad.
+    pub(crate) const fn convergence(&self) -> f64 {
+        self.convergence
+    }
+
     /// The angle from the compass's north to the grid's, rad; without a day, that from true north.
     pub(crate) fn declination(&mut self, day: Option<Day>) -> f64 {
         let Some(day) = day else { return -self.convergence };
@@ -261,14 +266,17 @@ pub(crate) struct Day {
 }
 
 impl Day {
+    /// The number of the day, counted from long ago.
+    pub(crate) fn julian(self) -> Option<i32> {
+        let month = time::Month::try_from(self.month).ok()?;
+        let date = time::Date::from_calendar_date(i32::from(self.year), month, self.day);
+        Some(date.ok()?.to_julian_day())
+    }
+
     /// The day in the middle between two.
     pub(crate) fn middle(self, other: Self) -> Option<Self> {
-        let julian = |day: Self| {
-            let month = time::Month::try_from(day.month).ok()?;
-            let date = time::Date::from_calendar_date(i32::from(day.year), month, day.day);
-            Some(date.ok()?.to_julian_day())
-        };
-        let date = time::Date::from_julian_day((julian(self)? + julian(other)?) / 2).ok()?;
+        let middle = i32::midpoint(self.julian()?, other.julian()?);
+        let date = time::Date::from_julian_day(middle).ok()?;
         let year = u16::try_from(date.year()).ok()?;
         Some(Self { year, month: date.month().into(), day: date.day() })
     }

@@ -76,7 +76,7 @@ pub(crate) struct Reader<'a> {
 }
 
 /// Reads the file `entry` of `files` and all that it includes.
-pub(crate) fn read(files: &dyn Files, entry: &str, opened: Opened) -> Result<Draft, Refusal> {
+pub(crate) fn read(files: &dyn Files, entry: &str, opened: &Opened) -> Result<Draft, Refusal> {
     let mut reader = Reader {
         files,
         draft: Draft::default(),
@@ -99,7 +99,7 @@ pub(crate) fn read(files: &dyn Files, entry: &str, opened: Opened) -> Result<Dra
         ever: Characters::default(),
         resume: None,
     };
-    reader.whole(entry, &opened).map_err(|refusal| Refusal {
+    reader.whole(entry, opened).map_err(|refusal| Refusal {
         wrong: names::shown(&refusal.wrong),
         remedy: names::shown(&refusal.remedy),
         ..refusal

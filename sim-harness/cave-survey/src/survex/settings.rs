@@ -61,7 +61,7 @@ impl Quantity {
     }
 
     /// Whether it is an angle.
-    pub(super) const fn is_angle(self) -> bool {
+    pub(crate) const fn is_angle(self) -> bool {
         matches!(
             self,
             Self::Bearing
@@ -75,7 +75,7 @@ impl Quantity {
     }
 
     /// Whether it is read from a clinometer.
-    pub(super) const fn is_gradient(self) -> bool {
+    pub(crate) const fn is_gradient(self) -> bool {
         matches!(self, Self::Gradient | Self::BackGradient)
     }
 }

@@ -238,6 +238,12 @@ fn nearly_a_survey() -> impl Strategy<Value = String> {
     prop::collection::vec(word, 0..60).prop_map(|words| words.join(" "))
 }
 
+/// A name for each reader, and one that says nothing.
+const NAMES: [&str; 10] = [
+    "cave.svx", "cave.3d", "cave.dat", "cave.clp", "cave.mak", "cave.srv", "cave.wpj", "cave.th",
+    "cave.tro", "cave.txt",
+];
+
 proptest! {
     #[test]
     fn no_text_does_harm(text in nearly_a_survey()) {
@@ -248,7 +254,7 @@ proptest! {
 
     #[test]
     fn no_bytes_do_harm(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
-        for name in ["cave.svx", "cave.3d", "cave.dat", "cave.mak", "cave.srv", "cave.wpj"] {
+        for name in NAMES {
             let _ = read(&Memory::default().with(name, bytes.clone()), name);
         }
     }
