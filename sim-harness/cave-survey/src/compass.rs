@@ -70,6 +70,7 @@ fn read_into(draft: &mut Draft, opened: &Opened, base: &mut Option<Base>) -> Res
     let text = files::text(&opened.bytes);
     for line in files::lines(&text) {
         reader.source.line = reader.source.line.saturating_add(1);
+        reader.draft.require_line(line, reader.source)?;
         // What stands before a form feed in its line belongs to the survey that it ends.
         for (piece, line) in line.split(char::from(FORM_FEED)).enumerate() {
             if piece > 0 {

@@ -133,7 +133,7 @@ impl System {
     /// The angle from true north to this system's north at a place in degrees, clockwise, in
     /// radians.
     ///
-    /// In a system that is compound, of a plane and a height, it is taken for 0, as `cavern` 1.4.4
+    /// In a system that is compound, of a plane and a height, it is taken for 0, as `cavern` 1.4.22
     /// takes it: surveys are drawn up and compared by its positions.
     pub(crate) fn convergence(&self, [longitude, latitude]: [f64; 2]) -> Result<f64, EarthError> {
         if self.definition.contains("+vunits") {
@@ -213,7 +213,8 @@ pub(crate) fn magnetic_declination(
         Ok(field) | Err(igrf::Error::DateOutOfRange(field)) => field,
         Err(_) => return None,
     };
-    Some(field.d.to_radians())
+    // At the magnetic poles there is none.
+    Some(field.d.to_radians()).filter(|angle| angle.is_finite())
 }
 
 /// A place for which the angle between the compass's north and a grid's is asked day by day.

@@ -37,6 +37,12 @@ pub trait Files {
 /// The most that is read of one file, in bytes: a survey of a million legs has 40 MB.
 pub(crate) const LARGEST: u64 = 128 << 20;
 
+/// The most that is read of a project, which only lists files, in bytes.
+pub(crate) const LARGEST_PROJECT: usize = 16 << 20;
+
+/// The longest line of the formats whose lines are cut into words, in bytes.
+pub(crate) const LONGEST_LINE: usize = 100_000;
+
 /// The files of a folder on disk.
 #[derive(Clone, Debug)]
 pub struct Folder {
@@ -142,7 +148,7 @@ pub(crate) fn text(bytes: &[u8]) -> Cow<'_, str> {
 
 /// The lines of a text that ends them as Unix, DOS or the old Macintosh does, or by Ctrl-Z, the end
 /// of a file of DOS.
-pub(crate) fn lines(text: &str) -> impl Iterator<Item = &str> {
+pub(crate) fn lines(text: &str) -> impl Iterator<Item = &str> + Clone {
     text.split('\n').flat_map(|line| line.strip_suffix('\r').unwrap_or(line).split(['\r', '\x1a']))
 }
 

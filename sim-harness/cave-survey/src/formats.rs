@@ -19,6 +19,14 @@ pub(crate) enum Format {
 }
 
 impl Format {
+    /// The format that the ending of a name tells.
+    pub(crate) fn named(name: &str) -> Option<Self> {
+        match by_ending(name) {
+            Ending::Read(format) => Some(format),
+            Ending::Refused(..) | Ending::Unknown => None,
+        }
+    }
+
     /// The program whose format it is, and the ending that its files have.
     const fn described(self) -> (&'static str, &'static str) {
         match self {

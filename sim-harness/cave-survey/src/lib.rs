@@ -39,6 +39,7 @@ mod files;
 mod formats;
 mod loops;
 mod matrix;
+mod merge;
 mod parts;
 mod pocket_topo;
 mod sets;

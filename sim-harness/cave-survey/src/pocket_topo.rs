@@ -61,6 +61,7 @@ pub(crate) fn read(opened: &Opened) -> Result<Draft, Refusal> {
     let text = files::text(&opened.bytes);
     for line in files::lines(&text) {
         reader.source.line = reader.source.line.saturating_add(1);
+        reader.draft.require_line(line, reader.source)?;
         reader.line(line)?;
     }
     Ok(reader.draft)
@@ -120,6 +121,7 @@ impl Reader {
                 Some(angle) => self.number(angle)? * self.units[1],
                 None => 0.0,
             };
+            self.draft.count_item();
             self.trips.insert(trip.trim().to_owned(), declination);
             return Ok(());
         }

@@ -19,7 +19,9 @@ use crate::draft::Draft;
 use crate::earth::System;
 use crate::error::Refusal;
 use crate::files::{self, FileError, Files, Opened};
+use crate::formats::Format;
 use crate::survey::Source;
+use crate::{compass, walls};
 use characters::{Characters, Class, Cursor};
 use data::Traverse;
 use names::Exports;
@@ -71,6 +73,8 @@ pub(crate) struct Reader<'a> {
     last_convergence: Option<([f64; 2], f64)>,
     /// The classes that characters are or were in.
     ever: Characters,
+    /// Whether a file of another format has positions on the earth.
+    is_on_earth: bool,
     /// The offset in the present line from which `*set eol` holds.
     resume: Option<usize>,
 }
@@ -97,6 +101,7 @@ pub(crate) fn read(files: &dyn Files, entry: &str, opened: &Opened) -> Result<Dr
         last_declination: None,
         last_convergence: None,
         ever: Characters::default(),
+        is_on_earth: false,
         resume: None,
     };
     reader.whole(entry, opened).map_err(|refusal| Refusal {
@@ -104,7 +109,8 @@ pub(crate) fn read(files: &dyn Files, entry: &str, opened: &Opened) -> Result<Dr
         remedy: names::shown(&refusal.remedy),
         ..refusal
     })?;
-    reader.draft.is_on_earth = reader.output.is_some() || reader.settings.system.is_some();
+    reader.draft.is_on_earth =
+        reader.is_on_earth || reader.output.is_some() || reader.settings.system.is_some();
     reader.separate_levels();
     Ok(reader.draft)
 }
@@ -245,9 +251,48 @@ impl Reader<'_> {
             return Err(self.wrong(cursor, wrong, "include them from fewer levels"));
         }
         self.draft.end_repeats();
+        match Format::named(&path) {
+            None | Some(Format::Survex) => {
+                let prefix = Rc::clone(&self.settings.prefix);
+                self.file(&path, &opened)?;
+                self.settings.prefix = prefix;
+                Ok(())
+            }
+            Some(format) => self.foreign(format, &path, &opened, cursor),
+        }
+    }
+
+    /// Includes a file of Compass or Walls, whose stations are in the present survey.
+    fn foreign(
+        &mut self,
+        format: Format,
+        path: &str,
+        opened: &Opened,
+        cursor: &Cursor<'_>,
+    ) -> Result<(), Refusal> {
+        let draft = match format {
+            Format::CompassSurvey => compass::survey(opened),
+            Format::CompassProject => compass::project(self.files, path, opened),
+            Format::WallsSurvey => walls::survey(opened),
+            Format::WallsProject => walls::project(self.files, path, opened),
+            _ => {
+                let wrong = "*include takes surveys of Survex, Compass and Walls";
+                return Err(self.wrong(cursor, wrong, "give the other file itself"));
+            }
+        }?;
+        let is_walls = matches!(format, Format::WallsSurvey | Format::WallsProject);
+        self.included += draft.files.len();
+        if self.included > MOST_FILES {
+            let wrong = format!("the survey has more than {MOST_FILES} files");
+            return Err(self.wrong(cursor, wrong, "give a part of it"));
+        }
+        if is_walls {
+            self.ever.note_walls();
+        }
         let prefix = Rc::clone(&self.settings.prefix);
-        self.file(&path, &opened)?;
-        self.settings.prefix = prefix;
+        let is_on_earth = draft.is_on_earth;
+        self.draft.merge(draft, |name| names::foreign(&prefix, name, is_walls))?;
+        self.is_on_earth |= is_on_earth;
         Ok(())
     }
 

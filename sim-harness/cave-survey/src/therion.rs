@@ -16,6 +16,8 @@ mod options;
 mod order;
 mod words;
 
+use std::borrow::Cow;
+
 use crate::draft::Draft;
 use crate::error::Refusal;
 use crate::files::{self, Files, Opened};
@@ -97,10 +99,11 @@ impl Reader<'_> {
         self.source = Source { file: self.draft.file(&opened.path), line: 0 };
         self.open.push(path.to_owned());
         let text = files::text(&opened.bytes);
-        let lines = words::lines(&text);
-        for (n, (number, line)) in lines.iter().enumerate() {
-            self.source.line = *number;
-            self.line(line, lines.get(n + 1..).unwrap_or_default())?;
+        let mut lines = words::lines(&text);
+        while let Some((number, line)) = lines.next() {
+            self.source.line = number;
+            self.draft.require_line(&line, self.source)?;
+            self.line(&line, || lines.clone())?;
         }
         self.draft.end_repeats();
         self.open.pop();
@@ -108,8 +111,12 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// Reads a line; `rest` are those that follow it in its file.
-    fn line(&mut self, line: &str, rest: &[(u32, String)]) -> Result<(), Refusal> {
+    /// Reads a line; `rest` gives those that follow it in its file.
+    fn line<'t, I: Iterator<Item = (u32, Cow<'t, str>)>>(
+        &mut self,
+        line: &str,
+        rest: impl Fn() -> I,
+    ) -> Result<(), Refusal> {
         let words = words::split(line);
         let Some((key, arguments)) = words.split_first() else { return Ok(()) };
         if let Some((end, _)) = &self.skipped {

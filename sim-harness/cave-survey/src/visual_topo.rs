@@ -81,6 +81,7 @@ pub(crate) fn read(opened: &Opened) -> Result<Draft, Refusal> {
     let text = files::text(&opened.bytes);
     for line in files::lines(&text) {
         reader.source.line = reader.source.line.saturating_add(1);
+        reader.draft.require_line(line, reader.source)?;
         let line = line.split(';').next().unwrap_or(line).trim();
         // What follows is of the program's windows.
         if line.starts_with("[Configuration") {
@@ -112,7 +113,10 @@ impl Reader {
                     self.draft.title.get_or_insert_with(|| name.trim().to_owned());
                 }
             }
-            "Entree" => self.entrances.extend(rest.iter().map(|name| (*name).to_owned())),
+            "Entree" => {
+                self.entrances.extend(rest.first().map(|name| (*name).to_owned()));
+                self.draft.count_item();
+            }
             "Param" => {
                 self.param = self.read_param(rest)?;
                 self.draft.end_repeats();

@@ -92,6 +92,7 @@ impl Reader {
         let mut commented = 0u32;
         for line in files::lines(&text) {
             self.source.line = self.source.line.saturating_add(1);
+            self.draft.require_line(line, self.source)?;
             let text = line.trim();
             if let Some(directive) = text.strip_prefix("#[") {
                 commented = commented.saturating_add(1 - u32::from(directive.contains("#]")));

@@ -54,6 +54,7 @@ struct Project<'a> {
 pub(crate) fn project(files: &dyn Files, entry: &str, opened: &Opened) -> Result<Draft, Refusal> {
     let mut draft = Draft::default();
     let source = Source { file: draft.file(&opened.path), line: 0 };
+    draft.require_project(&opened.bytes, source)?;
     let mut project = Project {
         files,
         entry,

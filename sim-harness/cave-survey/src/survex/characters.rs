@@ -98,6 +98,14 @@ impl Characters {
         }
     }
 
+    /// Notes the characters that names of Walls may have.
+    pub(super) fn note_walls(&mut self) {
+        for byte in (0x21..=0xff).filter(|byte| !b":;,\x7f".contains(byte)) {
+            self.add(Class::Names, byte);
+        }
+        self.add(Class::Separator, b':');
+    }
+
     pub(crate) fn is(&self, byte: u8, class: Class) -> bool {
         self.0[usize::from(byte)] & class as u16 != 0
     }

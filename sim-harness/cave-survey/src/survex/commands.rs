@@ -148,6 +148,8 @@ impl Reader<'_> {
             return Err(self.wrong(place, wrong, "rename one of them"));
         }
         self.note_surveys(survey)?;
+        self.draft.count_item();
+        self.draft.require_room(self.source)?;
         let source = self.source;
         if let Some(Some(first)) = self.surveys.insert(survey.into(), Some(source)) {
             self.surveys.insert(survey.into(), Some(first));

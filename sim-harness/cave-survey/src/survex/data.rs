@@ -379,11 +379,13 @@ impl Reader<'_> {
         let passage = match self.traverse.passage {
             Some(passage) => passage,
             None => {
+                self.draft.count_item();
                 self.draft.passages.push(Vec::new());
                 self.draft.passages.len() - 1
             }
         };
         self.traverse.passage = Some(passage);
+        self.draft.count_item();
         self.draft.passages[passage].push((section, self.source));
         Ok(())
     }

@@ -64,6 +64,21 @@ pub(super) fn shown(text: &str) -> String {
     text.replace(DOT, ".")
 }
 
+/// The name of a station of another format in a survey. The levels of Walls's names are levels here;
+/// those of Compass have none, and `cavern` separates them by dots even where dots are in them.
+pub(super) fn foreign(prefix: &str, name: &str, is_walls: bool) -> String {
+    let mut full = String::from(prefix);
+    if !full.is_empty() {
+        full.push(LEVEL);
+    }
+    full.extend(name.chars().map(|character| match character {
+        '.' if is_walls => DOT,
+        ':' if is_walls => LEVEL,
+        other => other,
+    }));
+    full
+}
+
 /// The most levels of a name.
 const DEEPEST: u32 = 60;
 
@@ -176,6 +191,7 @@ impl Reader<'_> {
             let wrong = format!("\"{}\" is both a station and a survey", name.full);
             return Err(self.draft.wrong(source, wrong, "rename one of them"));
         }
+        self.draft.require_room(source)?;
         let (id, is_new) = self.draft.station(&name.full, source);
         let is_inferred = self.settings.infer.exports;
         if is_new {
@@ -204,6 +220,7 @@ impl Reader<'_> {
                 return Err(self.draft.wrong(self.source, wrong, "rename one of them"));
             }
             self.surveys.insert(survey.into(), None);
+            self.draft.count_item();
             above = survey;
         }
         Ok(())

@@ -1,6 +1,8 @@
 //! Opens and closes the blocks of a file: surveys, centrelines and groups. What has no centreline is
 //! passed over.
 
+use std::borrow::Cow;
+
 use super::Reader;
 use super::bearings::Declinations;
 use super::centreline::Centreline;
@@ -82,6 +84,20 @@ const PASSED_OVER: &[&str] = &[
     "unselect",
 ];
 
+/// Whether the lines behind a `revise` belong to it, up to its end.
+fn revises_lines<'t>(rest: impl Iterator<Item = (u32, Cow<'t, str>)>) -> bool {
+    /// The most lines of a revision.
+    const MOST: usize = 1000;
+    for (_, line) in rest.take(MOST) {
+        match line.split_whitespace().next() {
+            Some("endrevise") => return true,
+            Some("revise" | "survey" | "endsurvey") => return false,
+            _ => {}
+        }
+    }
+    false
+}
+
 impl Reader<'_> {
     pub(super) fn begin(&mut self, kind: BlockKind) -> Result<&mut Block, Refusal> {
         if self.blocks.len() >= MOST_BLOCKS {
@@ -112,11 +128,11 @@ impl Reader<'_> {
     }
 
     /// Carries out a command outside a centreline.
-    pub(super) fn in_survey(
+    pub(super) fn in_survey<'t, I: Iterator<Item = (u32, Cow<'t, str>)>>(
         &mut self,
         key: &str,
         arguments: &[String],
-        rest: &[(u32, String)],
+        rest: impl Fn() -> I,
     ) -> Result<(), Refusal> {
         match key {
             "survey" => self.begin_survey(arguments),
@@ -134,9 +150,7 @@ impl Reader<'_> {
             "revise" => {
                 self.remark("revise is passed over");
                 // Only some objects have lines of their own to revise.
-                let mut ahead = rest.iter().map(|(_, line)| line.split_whitespace().next());
-                let next = ahead.find(|key| matches!(key, Some("endrevise" | "revise" | "survey")));
-                if next == Some(Some("endrevise")) {
+                if revises_lines(rest()) {
                     self.skipped = Some(("endrevise".into(), self.source));
                 }
                 Ok(())

@@ -57,6 +57,7 @@ impl Reader<'_> {
         levels.extend(survey.split('.').rev().filter(|level| !level.is_empty()));
         if !survey.is_empty() {
             let survey = levels.join(LEVEL);
+            self.draft.count_item();
             self.names.references.entry(survey).or_insert(self.source);
         }
         let own = format!("{prefix}{station}{suffix}");
@@ -81,6 +82,7 @@ impl Reader<'_> {
 
     /// Opens the survey of that name.
     pub(super) fn enter(&mut self, name: &str) -> Result<(), Refusal> {
+        self.draft.count_item();
         self.names.path.push(name.to_owned());
         let full = self.names.path.join(LEVEL);
         if full.len() > LONGEST {

@@ -1,28 +1,51 @@
 //! Cuts the files of Therion into lines and words.
 
-/// The lines that say something, each with its number. A line that ends with `\` goes on in the next.
-pub(super) fn lines(text: &str) -> Vec<(u32, String)> {
-    let mut all = Vec::new();
-    let mut begun: Option<(u32, String)> = None;
-    for (number, line) in (1..).zip(crate::files::lines(text)) {
-        let line = line.trim_end();
-        let (first, mut whole) = begun.take().unwrap_or((number, String::new()));
-        match line.strip_suffix('\\') {
-            Some(part) => {
-                whole += part;
-                begun = Some((first, whole));
-            }
-            None => {
-                whole += line;
-                let said = whole.trim_start();
-                if !said.is_empty() && !said.starts_with('#') {
-                    all.push((first, whole));
+use std::borrow::Cow;
+
+use crate::files;
+
+/// The lines of a file that say something, each with its number. A line that ends with `\` goes on in
+/// the next.
+#[derive(Clone)]
+pub(super) struct Lines<I> {
+    lines: I,
+    number: u32,
+}
+
+/// The lines of a text.
+pub(super) fn lines(text: &str) -> Lines<impl Iterator<Item = &str> + Clone> {
+    Lines { lines: files::lines(text), number: 0 }
+}
+
+impl<'t, I: Iterator<Item = &'t str>> Iterator for Lines<I> {
+    type Item = (u32, Cow<'t, str>);
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let mut begun: Option<(u32, String)> = None;
+        loop {
+            let Some(line) = self.lines.next() else {
+                return begun.map(|(number, whole)| (number, Cow::Owned(whole)));
+            };
+            self.number = self.number.saturating_add(1);
+            let line = line.trim_end();
+            if let Some(part) = line.strip_suffix('\\') {
+                let (_, whole) = begun.get_or_insert_with(|| (self.number, String::new()));
+                // What is too long is refused when it is read.
+                if whole.len() <= files::LONGEST_LINE {
+                    whole.push_str(part);
                 }
+                continue;
+            }
+            let (number, whole) = match begun.take() {
+                Some((number, whole)) => (number, Cow::Owned(whole + line)),
+                None => (self.number, Cow::Borrowed(line)),
+            };
+            let said = whole.trim_start();
+            if !said.is_empty() && !said.starts_with('#') {
+                return Some((number, whole));
             }
         }
     }
-    all.extend(begun);
-    all
 }
 
 /// The words of a line. Words in quotation marks or brackets are one; a comment begins with `#` where

@@ -76,6 +76,7 @@ impl Reader {
     pub(super) fn set_units(&mut self, line: &str) -> Result<(), Refusal> {
         for (key, value) in options(line) {
             if let Some(name) = key.strip_prefix('$') {
+                self.draft.count_item();
                 self.macros.insert(name.to_owned(), value.unwrap_or_default());
                 continue;
             }
@@ -156,6 +157,7 @@ impl Reader {
         if words.any(|word| word.eq_ignore_ascii_case("entrance")) {
             let mut names = Fields::new(names);
             while let Some(name) = names.name() {
+                self.draft.count_item();
                 self.entrances.push(self.units.full_name(name));
             }
         }

@@ -70,6 +70,7 @@ impl Reader {
         }
         let Some(mut measured) = measured else {
             self.draft.first.get_or_insert(from);
+            self.draft.count_item();
             self.joined.push((from, to, self.source));
             return Ok(());
         };

@@ -53,6 +53,7 @@ pub(crate) fn project(files: &dyn Files, entry: &str, opened: &Opened) -> Result
     let file = reader.draft.file(&opened.path);
     let text = files::text(&opened.bytes).into_owned();
     reader.source = Source { file, line: 0 };
+    reader.draft.require_project(&opened.bytes, reader.source)?;
     let entries = reader.entries(&text);
     let mut books: Vec<Book> = Vec::new();
     // How many books are open in one that is not processed, that one included.

@@ -184,6 +184,34 @@ fn each_block_of_passage_data_is_one_tube() {
 }
 
 #[test]
+fn surveys_of_compass_and_walls_are_included_into_the_present_survey() {
+    let compass = "Cave\r\nSURVEY NAME: A\r\nSURVEY DATE: 6 29 1987\r\nSURVEY TEAM:\r\nme\r\n\
+                   DECLINATION: 0 FORMAT: DDDDUDLRLADN\r\n\r\nFROM TO LEN\r\n\r\n\
+                   a b.1 32.81 0 0 1 1 1 1\r\nb.1 c 3.281 0 90 1 1 1 1 #|S#\r\n";
+    let files = cave_survey::Memory::default()
+        .with("main.svx", "*begin x\n*include one.dat\nc 2 5 90 0\n*end x\n")
+        .with("walls.svx", "*begin x\n*case preserve\n*include two\n*include two.srv\n*equate q.B 1\n1 2 5 90 0\n*end x\n")
+        .with("project.svx", "*include three.mak\n*equate a one.5\none.5 2 1 0 0\n")
+        .with("one.dat", compass)
+        .with("two.svx", "5 1 1 0 0\n")
+        .with("two.srv", "#prefix q\r\nA B 10 0 0\r\n")
+        .with("three.mak", "#one.dat,a[m,1,2,3];\r\n")
+        .with("bad.svx", "*include x.th\n")
+        .with("x.th", "");
+    let survey = cave_survey::read(&files, "main.svx").unwrap();
+    assert_at(&survey, "x.b.1", [0.0, 10.0, 0.0]);
+    assert_at(&survey, "x.2", [5.0, 10.0, 1.0]);
+    assert_eq!((survey.summary().splays, survey.summary().with_dimensions), (1, 2));
+    let survey = cave_survey::read(&files, "walls.svx").unwrap();
+    assert_at(&survey, "x:2", [5.0, 1.0, 0.0]);
+    assert_at(&survey, "x:q:A", [0.0, -9.0, 0.0]);
+    let survey = cave_survey::read(&files, "project.svx").unwrap();
+    assert_at(&survey, "2", [1.0, 3.0, 3.0]);
+    let told = cave_survey::read(&files, "bad.svx").unwrap_err().to_string();
+    assert!(told.starts_with("bad.svx:1:10: *include takes surveys of Survex, Compass"), "{told}");
+}
+
+#[test]
 fn dimensions_may_be_left_out_of_a_style() {
     let text = "1 2 10 0 0\n*data passage station left noteall\n1 2 words\n2 - words\n\
                 *data passage station note\n1 \"a note\"\n";
