@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use crate::error::{Place, Refusal, Warning};
+use crate::error::{Place, Refusal, Warning, printable};
 use crate::files::{LARGEST_PROJECT, LONGEST_LINE};
 use crate::matrix::{self, Matrix, Vector};
 use crate::survey::{CrossSection, LegFlags, Source, StationId};
@@ -94,7 +94,7 @@ impl Draft {
         let kept = self.warnings.len();
         if kept < MOST_WARNINGS {
             let place = self.place(source, column);
-            self.warnings.push(Warning { place, text: text.into() });
+            self.warnings.push(Warning { place, text: printable(text) });
         } else if kept == MOST_WARNINGS {
             let text = format!("more than {MOST_WARNINGS} remarks; the rest are left out");
             self.warnings.push(Warning { place: None, text });

@@ -34,7 +34,7 @@ pub trait Files {
     fn open(&self, path: &str) -> Result<Opened, FileError>;
 }
 
-/// The most that is read of one file, in bytes: a survey of a million legs has 40 MB.
+/// The most that is read of one file, in bytes: an image of a map may be so large.
 pub(crate) const LARGEST: u64 = 128 << 20;
 
 /// The most that is read of a project, which only lists files, in bytes.

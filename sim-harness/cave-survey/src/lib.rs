@@ -71,6 +71,10 @@ pub fn read(files: &dyn Files, entry: &str) -> Result<Survey, Refusal> {
         Refusal::new(wrong, remedy)
     })?;
     let place = || Place { file: opened.path.as_str().into(), line: 0, column: 0 };
+    if opened.bytes.len() > survex::MOST_BYTES {
+        let wrong = format!("the survey has more than {} MB", survex::MOST_BYTES >> 20);
+        return Err(Refusal::new(wrong, "give a part of it").at(place()));
+    }
     let format = formats::format(entry, &opened.bytes).map_err(|told| told.at(place()))?;
     let read = match format {
         Format::Processed => return three_d::read(opened),

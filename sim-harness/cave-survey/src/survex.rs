@@ -31,8 +31,9 @@ use settings::Settings;
 const DEEPEST: usize = 32;
 /// The most blocks that are open at once.
 const MOST_BLOCKS: usize = 1000;
-/// The most bytes of a survey, each file counted as often as it is included.
-pub(crate) const MOST_BYTES: usize = 256 << 20;
+/// The most bytes of a survey, each file counted as often as it is included. One of as many legs as
+/// are read has some 15 MB.
+pub(crate) const MOST_BYTES: usize = 64 << 20;
 /// The most often that files are included.
 pub(crate) const MOST_FILES: usize = 20_000;
 

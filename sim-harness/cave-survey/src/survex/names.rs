@@ -54,7 +54,7 @@ pub(super) struct Export {
 const LEVEL: char = '.';
 
 /// A dot within a level of a name, which `*set names` can allow, until all is read.
-const DOT: char = '\u{1}';
+const DOT: char = '\u{e001}';
 
 /// The characters that may separate levels instead, in the order in which `cavern` prefers them.
 const SEPARATORS: &[u8] = b"./:;,!|\\ ~+*^='`\"#$%&?@<>()[]{}";

@@ -141,7 +141,9 @@ impl Reader<'_> {
             "equate" => self.equate(arguments),
             "source" if arguments.is_empty() => self.begin(BlockKind::Source).map(drop),
             "endsource" => self.close(BlockKind::Source).map(drop),
-            "source" => arguments.iter().try_for_each(|name| self.input(&[name.clone()])),
+            "source" => {
+                arguments.iter().try_for_each(|name| self.input(std::slice::from_ref(name)))
+            }
             "import" => {
                 let name = arguments.first().map_or("", String::as_str);
                 self.remark(format!("import of \"{name}\" is passed over: give that file itself"));

@@ -7,7 +7,7 @@ use crate::error::Refusal;
 use crate::survey::{Source, StationId};
 
 /// The character that separates the levels of a name until all is read. Dots may be in names.
-const LEVEL: &str = "\u{1}";
+const LEVEL: &str = "\u{e001}";
 
 /// The longest name with all its surveys, in bytes.
 const LONGEST: usize = 4096;

@@ -130,6 +130,15 @@ fn what_is_doubtful_is_read_with_a_remark_that_names_the_line() {
 }
 
 #[test]
+fn what_is_said_of_a_file_holds_none_of_its_control_characters() {
+    let names = Memory::default().with("cave.srv", "A B \u{1b}[2J 0 0\n#\u{7},\n");
+    let told = read(&names, "cave.srv").unwrap_err().to_string();
+    assert_eq!(told.chars().find(|it| it.is_control()), None, "{told:?}");
+    let survey = svx("*title \"x\"\n1 2 1 0 0\n*date \u{1b}x 1\n").unwrap_err().to_string();
+    assert_eq!(survey.chars().find(|it| it.is_control()), None, "{survey:?}");
+}
+
+#[test]
 fn files_that_include_each_other_without_end_are_refused() {
     let ring = Memory::default().with("a.svx", "*include b\n").with("b.svx", "*include a\n");
     assert!(read(&ring, "a.svx").unwrap_err().wrong.contains("includes itself"));
