@@ -107,7 +107,10 @@ impl Reader<'_> {
         let text = line.trim();
         match self.part {
             Part::Head if text.starts_with("DECLINATION:") => {
-                self.header.read(text, has_corrections);
+                self.header.read(text, has_corrections).map_err(|word| {
+                    let wrong = format!("\"{word}\" is no number in the head of the survey");
+                    self.draft.wrong(self.source, wrong, "give degrees, and feet for the tape")
+                })?;
                 self.declination = None;
                 self.part = Part::Columns;
             }

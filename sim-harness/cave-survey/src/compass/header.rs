@@ -27,29 +27,52 @@ impl Default for Header {
 impl Header {
     /// Reads the line `DECLINATION: d FORMAT: f CORRECTIONS: c b l CORRECTIONS2: c2 b2`. A file
     /// whose loops are closed has the corrections in its readings.
-    pub(super) fn read(&mut self, line: &str, has_corrections: bool) {
+    ///
+    /// # Errors
+    /// The word that should be a number, or the one before which it is missing.
+    pub(super) fn read(&mut self, line: &str, has_corrections: bool) -> Result<(), String> {
         // Programs beside Compass leave out the blank behind a colon.
         let line = line.replace(':', ": ");
-        let words: Vec<&str> = line.split_whitespace().collect();
-        let number = |n: usize| words.get(n).and_then(|word| word.parse::<f64>().ok());
-        let number = |n: usize| number(n).filter(|x| x.abs() < 1e6).unwrap_or(0.0);
-        for (n, word) in words.iter().enumerate() {
-            match *word {
-                "DECLINATION:" => self.declination = number(n + 1).to_radians(),
-                "FORMAT:" => self.format(words.get(n + 1).map_or(&b""[..], |it| it.as_bytes())),
-                // Corrections are added, where a zero error is taken away.
-                "CORRECTIONS:" if has_corrections => {
-                    self.correct(Quantity::Bearing, number(n + 1).to_radians());
-                    self.correct(Quantity::BackBearing, number(n + 1).to_radians());
-                    self.correct(Quantity::Gradient, number(n + 2).to_radians());
-                    self.correct(Quantity::BackGradient, number(n + 2).to_radians());
-                    self.correct(Quantity::Length, number(n + 3) * FOOT);
+        let mut words = line.split_whitespace().peekable();
+        while let Some(key) = words.next() {
+            let count = match key {
+                "DECLINATION:" => 1,
+                "CORRECTIONS:" => 3,
+                "CORRECTIONS2:" => 2,
+                "FORMAT:" => {
+                    self.format(words.next().unwrap_or_default().as_bytes());
+                    continue;
                 }
-                "CORRECTIONS2:" if has_corrections => {
-                    self.correct(Quantity::BackBearing, number(n + 1).to_radians());
-                    self.correct(Quantity::BackGradient, number(n + 2).to_radians());
-                }
-                _ => {}
+                _ => continue,
+            };
+            let mut numbers = [0.0; 3];
+            for number in numbers.iter_mut().take(count) {
+                // The next key comes early where programs leave out what is 0.
+                let Some(word) = words.next_if(|word| !word.ends_with(':')) else { break };
+                let read = word.parse::<f64>().ok().filter(|read| read.abs() < 1e6);
+                *number = read.ok_or_else(|| word.to_owned())?;
+            }
+            self.set(key, numbers, has_corrections);
+        }
+        Ok(())
+    }
+
+    /// Sets what the numbers behind a key say. Corrections are added, where a zero error is taken away.
+    fn set(&mut self, key: &str, [first, second, third]: [f64; 3], has_corrections: bool) {
+        let (bearing, slope) = (first.to_radians(), second.to_radians());
+        match key {
+            "DECLINATION:" => self.declination = bearing,
+            _ if !has_corrections => {}
+            "CORRECTIONS:" => {
+                self.correct(Quantity::Bearing, bearing);
+                self.correct(Quantity::BackBearing, bearing);
+                self.correct(Quantity::Gradient, slope);
+                self.correct(Quantity::BackGradient, slope);
+                self.correct(Quantity::Length, third * FOOT);
+            }
+            _ => {
+                self.correct(Quantity::BackBearing, bearing);
+                self.correct(Quantity::BackGradient, slope);
             }
         }
     }

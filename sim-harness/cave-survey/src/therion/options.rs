@@ -171,6 +171,14 @@ impl Reader<'_> {
     }
 
     fn units(&mut self, arguments: &[String]) -> Result<(), Refusal> {
+        // Therion takes any one word for the quantities, and then sets nothing.
+        if let [word, unit] = arguments
+            && quantities(word).is_empty()
+            && (length_unit(unit).is_some() || angle_unit(unit).is_some())
+        {
+            self.remark(format!("\"{word}\" is no quantity: its unit is passed over"));
+            return Ok(());
+        }
         let (quantities, rest) = self.split(arguments)?;
         let (factor, name) = match rest {
             [name] => (Some(1.0), name),
@@ -280,18 +288,24 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// Reads `2021.05.02`, a day with its hour behind `@`, or two with `-` between them.
+    /// Reads `2021.05.02`, a day with its hour behind `@`, or two with `-` between them. Therion reads
+    /// nothing behind a date.
     fn date(&mut self, arguments: &[String]) -> Result<(), Refusal> {
         let text = arguments.join(" ");
-        let days = text.split(" - ").map(|part| {
-            let day = part.split('@').next().unwrap_or(part).trim();
-            date::days(day)
-        });
-        let days: Result<Vec<_>, _> = days.collect();
-        self.settings().date = match days.as_deref() {
-            _ if is_omitted(&text) => None,
-            Ok([[first, last]]) => first.middle(*last),
-            Ok([[first, _], [_, last]]) => first.middle(*last),
+        let mut words = text.split_whitespace();
+        let first = words.next().unwrap_or_default();
+        let second = match (words.next(), words.next()) {
+            (Some("-"), Some(second)) => second,
+            (None, _) => first,
+            (Some(rest), _) => {
+                self.remark(format!("\"{rest}\" behind the date is passed over"));
+                first
+            }
+        };
+        let day = |part: &str| date::days(part.split('@').next().unwrap_or(part));
+        self.settings().date = match (day(first), day(second)) {
+            _ if is_omitted(first) => None,
+            (Ok([begin, _]), Ok([_, end])) => begin.middle(end),
             _ => {
                 let wrong = format!("\"{text}\" is no date");
                 return Err(self.wrong(wrong, "give one such as 2021.06.13"));

@@ -50,6 +50,10 @@ const REFUSED: &[(&str, &str)] = &[
     ("*calibrate tape 0 0\n", "cave.svx:1:19: the scale factor is 0"),
     ("*sd tape 0 metres\n", "cave.svx:1:10: a standard deviation is not positive"),
     ("*data foo from to\n", "cave.svx:1:7: there is no style of data \"foo\""),
+    (
+        "*data normal from to tape compass clyno\n1 2 10 0 5\n",
+        "cave.svx:1:35: there is no reading \"clyno\"; correct it, or give ignore for it",
+    ),
     ("*data normal from to tape\n", "cave.svx:1:7: the order of readings lacks the compass"),
     (
         "*data normal from to tape tape compass\n",

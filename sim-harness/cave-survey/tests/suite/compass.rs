@@ -64,6 +64,18 @@ fn the_letter_for_backsights_is_the_fourteenth_where_the_order_of_readings_has_f
 }
 
 #[test]
+fn corrections_that_are_left_out_are_none() {
+    for format in [
+        "DDDDUDLRLADN",
+        "DDDDUDLRLADN CORRECTIONS:",
+        "DDDDUDLRLADN CORRECTIONS:0 0 CORRECTIONS2:0 0",
+    ] {
+        let survey = one(dat("90", format, "a b 32.81 0 0 1 1 1 1")).unwrap();
+        assert_at(&survey, "b", [10.0, 0.0, 0.0]);
+    }
+}
+
+#[test]
 fn dimensions_belong_to_the_station_that_the_last_letter_names() {
     for (format, named) in [("DDDDLUDRLADadNT", "b"), ("DDDDLUDRLADadNF", "a")] {
         let survey = one(dat("0.0", format, "a b 10 0 0 3 3 3 3")).unwrap();
@@ -221,6 +233,11 @@ fn what_cannot_be_used_is_refused_where_it_stands() {
         (dat("0.0", PLAIN, "a"), "cave.dat:10: the name of a station is missing"),
         (dat("0.0", PLAIN, "a b -999 0 0 1 2 3 4"), "cave.dat:10: the tape's reading is left out"),
         ("no survey".into(), "cave.dat: there is no survey in it"),
+        (dat("x", PLAIN, "a b 1 0 0 1 2 3 4"), "cave.dat:6: \"x\" is no number in the head"),
+        (
+            dat("0.0", "DDDDUDLRLADN CORRECTIONS: 1 2,5 0", "a b 1 0 0 1 2 3 4"),
+            "cave.dat:6: \"2,5\" is no number in the head",
+        ),
     ];
     for (text, beginning) in refusals {
         let told = one(text).unwrap_err().to_string();

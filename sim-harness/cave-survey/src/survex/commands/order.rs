@@ -48,11 +48,8 @@ impl Reader<'_> {
             let place = *cursor;
             let word = cursor.keyword(&characters);
             let Some(reading) = reading(&word) else {
-                let text =
-                    format!("there is no reading \"{word}\"; the rest of each line is ignored");
-                self.warn(&place, text);
-                order.push(Reading::IgnoreAll);
-                break;
+                let wrong = format!("there is no reading \"{word}\"");
+                return Err(self.wrong(&place, wrong, "correct it, or give ignore for it"));
             };
             if !allows(style, reading) {
                 let wrong = format!("style {style:?} has no reading \"{word}\"").to_lowercase();
