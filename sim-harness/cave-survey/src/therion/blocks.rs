@@ -59,7 +59,6 @@ const SKIPPED: &[(&str, &str)] = &[
     ("scan", "endscan"),
     ("scrap", "endscrap"),
     ("surface", "endsurface"),
-    ("text", "endtext"),
 ];
 
 /// Commands of one line that move no station, those of configuration files among them.
@@ -70,16 +69,15 @@ const PASSED_OVER: &[&str] = &[
     "language",
     "log",
     "loop-closure",
-    "map-item",
     "maps",
     "maps-offset",
     "output",
-    "scrap-sort",
     "select",
     "setup3d",
     "sketch-colors",
     "sketch-warp",
     "system",
+    "text",
     "title",
     "unselect",
 ];

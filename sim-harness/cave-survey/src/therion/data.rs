@@ -8,17 +8,14 @@ use super::legs::{Line, Sides};
 use super::words::{degrees, is_omitted, number, split};
 use crate::error::Refusal;
 use crate::survex::measure::Slope;
-use crate::survex::settings::{Quantity, Reading};
+use crate::survex::settings::{DEFAULT_ORDER, Quantity, Reading};
 
 impl Reader<'_> {
     pub(super) fn data(&mut self, words: &[String]) -> Result<(), Refusal> {
-        let order = Rc::clone(&self.settings().order);
-        if order.is_empty() {
-            let word = words.first().map_or("", String::as_str);
-            let wrong =
-                format!("\"{word}\" is no command of a centreline, and no data says what it is");
-            return Err(self.wrong(wrong, "correct it, or give data before it"));
+        if self.settings().order.is_empty() {
+            self.default_order(words)?;
         }
+        let order = Rc::clone(&self.settings().order);
         let newline = order.iter().position(|reading| *reading == Reading::Newline);
         let (first, second) = order.split_at(newline.unwrap_or(order.len()));
         let is_second = self.settings().traverse.is_second;
@@ -37,6 +34,20 @@ impl Reader<'_> {
             }
             (Some(_), false) => self.next_station(line),
         }
+    }
+
+    /// Sets the order of a centreline without `data`, where the line is one of it.
+    fn default_order(&mut self, words: &[String]) -> Result<(), Refusal> {
+        let is_reading =
+            |word: &String| plumb(word).is_some() || is_omitted(word) || degrees(word).is_some();
+        if words.len() == DEFAULT_ORDER.len() && words.iter().skip(2).all(is_reading) {
+            self.settings().order = DEFAULT_ORDER.into();
+            return Ok(());
+        }
+        let word = words.first().map_or("", String::as_str);
+        let wrong =
+            format!("\"{word}\" is no command of a centreline, and no data says what it is");
+        Err(self.wrong(wrong, "correct it, or give data before it"))
     }
 
     /// Reads the words of a line in their order.
@@ -157,10 +168,8 @@ impl Reader<'_> {
 
     fn slope(&mut self, quantity: Quantity, word: &str) -> Result<Slope, Refusal> {
         use std::f64::consts::{FRAC_PI_2, PI};
-        match word {
-            "up" | "Up" | "UP" => return Ok(Slope::Plumb { up: true, is_inferred: false }),
-            "down" | "Down" | "DOWN" => return Ok(Slope::Plumb { up: false, is_inferred: false }),
-            _ => {}
+        if let Some(up) = plumb(word) {
+            return Ok(Slope::Plumb { up, is_inferred: false });
         }
         let Some(angle) = self.number(quantity, word)? else { return Ok(Slope::Omitted) };
         // Some instruments count slopes downwards from a full circle.
@@ -207,5 +216,14 @@ impl Reader<'_> {
             _ => return Err(self.wrong(format!("\"{word}\" is no dimension"), "give one or two")),
         }
         Ok(())
+    }
+}
+
+/// Whether a plumbed slope leads up; `None` where the word is no such slope.
+fn plumb(word: &str) -> Option<bool> {
+    match word {
+        "up" | "Up" | "UP" => Some(true),
+        "down" | "Down" | "DOWN" => Some(false),
+        _ => None,
     }
 }

@@ -66,6 +66,10 @@ const PLACED: &[(&str, Places)] = &[
         "infer equates on\ndata normal from to compass clino tape\n1 2 0 0 0\n2 3 90 0 10 \\\n\n",
         &[("a.3", [10.0, 0.0, 0.0])],
     ),
+    (
+        "1 2 10 20 30\n2 3 5 40 10 # words",
+        &[("a.2", [2.96, 8.14, 5.0]), ("a.3", [6.13, 11.91, 5.87])],
+    ),
     ("data normal from to length compass clino\n1 2 1e1 -90 300\n", &[("a.2", [-5.0, 0.0, -8.66])]),
 ];
 
@@ -219,7 +223,7 @@ fn a_configuration_reads_its_sources_and_passes_over_the_rest() {
         .with(
             "thconfig",
             "encoding utf-8\nsource one.th\nsource\ncentreline\ndata normal from to tape compass clino\n\
-             2 3 5 0 0\nendcentreline\nendsource\ncs UTM33\nlayout x\n  scale 1 100\nendlayout\n\
+             2 3 5 0 0\nendcentreline\nendsource\ncs UTM33\ntext en \"a\" \"b\"\nlayout x\n  scale 1 100\nendlayout\n\
              select m\nexport map -o x.pdf\n",
         )
         .with("one.th", "centreline\ndata normal from to tape compass clino\n1 2 5 0 0\nendcentreline\nscrap s\nline wall\n1 2\nendline\nendscrap\n");
@@ -235,7 +239,8 @@ const REFUSED: &[(&str, &str)] = &[
     ("endsurvey\n", "cave.th:1: this endsurvey has no survey around it; remove it"),
     ("survey a\nsurvey b\nendsurvey\nsurvey b\n", "cave.th:4: there are two surveys \"b\""),
     ("centreline\nendsurvey\n", "cave.th:2: \"endsurvey\" is no command of a centreline"),
-    ("centreline\n1 2 3 4 5\n", "cave.th:2: \"1\" is no command of a centreline, and no data"),
+    ("centreline\n1 2 3 4\n", "cave.th:2: \"1\" is no command of a centreline, and no data"),
+    ("centreline\nteem \"A B\" c d e\n", "cave.th:2: \"teem\" is no command of a centreline"),
     ("frobnicate\n", "cave.th:1: there is no command \"frobnicate\" outside a centreline"),
     ("layout x\n", "cave.th:1: this block has no endlayout"),
     ("input lost\n", "cave.th:1: there is no file \"lost\""),
