@@ -19,8 +19,6 @@ pub(crate) struct Link {
     pub(crate) vector: Vector,
     pub(crate) covariance: Matrix,
     pub(crate) length: f64,
-    /// Whether it stands for a position that is not exact, and no leg.
-    pub(crate) is_tie: bool,
 }
 
 impl Link {
@@ -52,6 +50,38 @@ impl Network {
         }
         self.links.push(link);
     }
+
+    /// Whether links lead from a fixed point to each point.
+    fn reached(&self) -> Vec<bool> {
+        let mut reached: Vec<bool> = self.fixed.iter().map(Option::is_some).collect();
+        let mut queue: Vec<usize> = (0..reached.len()).filter(|&point| reached[point]).collect();
+        while let Some(point) = queue.pop() {
+            self.spread(point, &mut reached, &mut queue);
+        }
+        reached
+    }
+
+    /// The network of the links between points that are `reached`.
+    fn of_reached(self, reached: &[bool]) -> Self {
+        let at = vec![Vec::new(); self.at.len()];
+        let mut network = Self { links: Vec::new(), at, fixed: self.fixed };
+        for link in self.links {
+            if reached[link.ends[0]] {
+                network.add(link);
+            }
+        }
+        network
+    }
+
+    /// Notes the points next to one that are not noted yet.
+    pub(crate) fn spread(&self, point: usize, noted: &mut [bool], queue: &mut Vec<usize>) {
+        for &link in &self.at[point] {
+            let other = self.links[link].other(point);
+            if !std::mem::replace(&mut noted[other], true) {
+                queue.push(other);
+            }
+        }
+    }
 }
 
 impl Draft {
@@ -61,25 +91,25 @@ impl Draft {
             let source = Source { file: 0, line: 0 };
             return Err(self.wrong(source, "there are no legs in it", "give a survey with legs"));
         }
-        let (points, count, joined) = self.points();
+        let (points, count) = self.points();
         let mut network = self.network(&points, count);
         self.place_fixes(&mut network, &points)?;
-        self.require_connection(&network, &points)?;
+        let reached = network.reached();
+        self.remark_on_parts(&network, &points, &reached);
+        let network = network.of_reached(&reached);
         let Some(positions) = positions(&network) else {
             let wrong = "its loops are too many, and too entangled, to adjust together";
             return Err(self.wrong(Source::default(), wrong, "give a part of it"));
         };
-        let (loops, worst) = self.loops(&network, joined, &points);
-        Ok(self.finish(&points, &positions, loops, worst))
+        let (loops, worst) = self.loops(&network, &points);
+        Ok(self.finish(&points, &positions, &reached, loops, worst))
     }
 
-    /// The number of the point of each station, how many points there are, and how many equates
-    /// joined what was apart.
-    fn points(&self) -> (Vec<usize>, usize, usize) {
+    /// The number of the point of each station, and how many points there are.
+    fn points(&self) -> (Vec<usize>, usize) {
         let mut sets = Sets::new(self.stations.len());
-        let mut joined = 0;
         for &(a, b, _) in &self.equates {
-            joined += usize::from(sets.join(a, b));
+            sets.join(a, b);
         }
         let mut numbers = vec![usize::MAX; self.stations.len()];
         let mut count = 0;
@@ -92,7 +122,7 @@ impl Draft {
             }
             points.push(numbers[root]);
         }
-        (points, count, joined)
+        (points, count)
     }
 
     fn network(&self, points: &[usize], count: usize) -> Network {
@@ -101,7 +131,7 @@ impl Draft {
         for leg in &self.legs {
             let DraftLeg { from, to, vector, covariance, length, .. } = *leg;
             let ends = [points[from], points[to]];
-            network.add(Link { ends, vector, covariance, length, is_tie: false });
+            network.add(Link { ends, vector, covariance, length });
         }
         network
     }
@@ -120,7 +150,7 @@ impl Draft {
                 network.fixed.push(Some(fix.at));
                 let ends = [network.at.len() - 1, point];
                 let vector = [0.0; 3];
-                network.add(Link { ends, vector, covariance, length: 0.0, is_tie: true });
+                network.add(Link { ends, vector, covariance, length: 0.0 });
                 continue;
             }
             match (network.fixed[point], by[point]) {
@@ -143,72 +173,32 @@ impl Draft {
             }
         }
         if self.fixes.is_empty()
-            && !self.is_on_earth
             && let Some(first) = self.first
         {
             network.fixed[points[first]] = Some([0.0; 3]);
+            if self.is_on_earth {
+                let name = self.shown(first);
+                let text = format!("no station is fixed, so that {name} is put at 0, 0, 0");
+                self.warn(self.stations[first].source, 0, text);
+            }
         }
         Ok(())
     }
 
-    /// Refuses a network in which some point is joined to no fixed one.
-    fn require_connection(&self, network: &Network, points: &[usize]) -> Result<(), Refusal> {
-        let mut reached = vec![false; network.at.len()];
-        let mut queue: Vec<usize> = Vec::new();
-        for (point, _) in network.fixed.iter().enumerate().filter(|(_, fixed)| fixed.is_some()) {
-            reached[point] = true;
-            queue.push(point);
-        }
-        while let Some(point) = queue.pop() {
-            for &link in &network.at[point] {
-                let other = network.links[link].other(point);
-                if !std::mem::replace(&mut reached[other], true) {
-                    queue.push(other);
-                }
-            }
-        }
-        let used = |station: usize| self.stations[station].is_used;
-        let mut lost = (0..self.stations.len()).filter(|&n| used(n) && !reached[points[n]]);
-        let Some(first) = lost.next() else { return Ok(()) };
-        let more = lost.count();
-        let station = &self.stations[first];
-        let others = if more == 0 { String::new() } else { format!(" and {more} other stations") };
-        let what = match self.first.filter(|_| self.fixes.is_empty() && !self.is_on_earth) {
-            Some(begin) => format!("\"{}\"", self.stations[begin].name),
-            None => "a fixed one".into(),
-        };
-        let remedy = "add the leg, *equate or *fix that joins them";
-        let wrong = format!("no leg joins station \"{}\"{others} to {what}", station.name);
-        Err(self.wrong(station.source, wrong, remedy))
-    }
-
     /// The number of loops as `cavern` counts them, and the one with the largest closing error.
-    fn loops(
-        &self,
-        network: &Network,
-        joined: usize,
-        points: &[usize],
-    ) -> (usize, Option<loops::Worst>) {
-        let names = self.stations.iter().filter(|station| station.is_used).count();
-        let mut fixed: Vec<bool> = network.fixed.iter().map(Option::is_some).collect();
-        let ties = network.links.iter().filter(|link| link.is_tie).count();
-        // The far end of a tie is no station of the survey: the near one counts for it.
-        for tie in network.links.iter().filter(|link| link.is_tie) {
-            fixed[tie.ends[1]] = true;
-        }
-        // A fixed station that nothing uses counts neither as a station nor as a component.
-        for (station, point) in self.stations.iter().zip(points) {
-            fixed[*point] &= station.is_used;
-        }
-        let components = self.components(points, &fixed);
-        let legs = network.links.len() - ties + joined;
-        ((legs + components).saturating_sub(names), loops::worst(network))
+    fn loops(&self, network: &Network, points: &[usize]) -> (usize, Option<loops::Worst>) {
+        let mut sets = Sets::new(network.fixed.len());
+        let legs = self.legs.iter().map(|leg| [points[leg.from], points[leg.to]]);
+        // A leg closes a loop where its ends hang together without it.
+        let loops = legs.filter(|&[from, to]| !sets.join(from, to)).count();
+        (loops, loops::worst(network))
     }
 
     fn finish(
         mut self,
         points: &[usize],
         positions: &[Vector],
+        reached: &[bool],
         loops: usize,
         worst: Option<loops::Worst>,
     ) -> Survey {
@@ -220,11 +210,11 @@ impl Draft {
         let mut stations = Vec::new();
         let mut called = vec![None; positions.len()];
         for (number, station) in self.stations.iter_mut().enumerate() {
-            if !station.is_used && !fixed[number] {
+            let point = points[number];
+            if (!station.is_used && !fixed[number]) || !reached[point] {
                 continue;
             }
             numbers[number] = Some(stations.len());
-            let point = points[number];
             called[point].get_or_insert(stations.len());
             stations.push(Station {
                 name: std::mem::take(&mut station.name).into(),
@@ -250,7 +240,7 @@ impl Draft {
                 let station = numbers[section.station]?;
                 Some(CrossSection { station, ..section })
             };
-            passage.into_iter().filter_map(there).collect()
+            passage.into_iter().filter_map(there).collect::<Vec<_>>()
         });
         let misclosure = worst.map(|worst| {
             worst.named(|point| {
@@ -260,7 +250,7 @@ impl Draft {
         });
         Survey {
             title: self.title,
-            passages: passages.collect(),
+            passages: passages.filter(|passage| !passage.is_empty()).collect(),
             stations,
             legs,
             loops,

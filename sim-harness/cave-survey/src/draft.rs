@@ -3,13 +3,18 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use crate::error::{Place, Refusal, Warning};
+use crate::error::{Place, Refusal, Warning, printable};
+use crate::files::{LARGEST_PROJECT, LONGEST_LINE};
 use crate::matrix::{self, Matrix, Vector};
 use crate::survey::{CrossSection, LegFlags, Source, StationId};
 
 /// The most legs of a survey. The longest surveyed cave has some 100,000; a file with more than
 /// this is no cave.
 pub const MOST_LEGS: usize = 250_000;
+
+/// The most of what is no leg: stations, equates, fixed stations, dimensions and names of surveys,
+/// together. A survey of as many legs as are read has half of it.
+pub(crate) const MOST_ITEMS: usize = 1_500_000;
 
 /// The most warnings that are kept.
 pub(crate) const MOST_WARNINGS: usize = 1000;
@@ -48,17 +53,6 @@ pub(crate) struct Fix {
     pub(crate) is_reference: bool,
 }
 
-/// What joins stations, in the order of the files.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum Joining {
-    /// A leg from the first to the second.
-    Leg(StationId, StationId),
-    /// An equate.
-    Equate(StationId, StationId),
-    /// A fixed station.
-    Fix(StationId),
-}
-
 /// An unfinished survey.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Draft {
@@ -69,7 +63,6 @@ pub(crate) struct Draft {
     /// Pairs of stations that see each other.
     pub(crate) unmeasured: Vec<(StationId, StationId, LegFlags, Source)>,
     pub(crate) fixes: Vec<Fix>,
-    pub(crate) joinings: Vec<Joining>,
     pub(crate) passages: Vec<Vec<(CrossSection, Source)>>,
     pub(crate) warnings: Vec<Warning>,
     pub(crate) files: Vec<Arc<str>>,
@@ -80,6 +73,8 @@ pub(crate) struct Draft {
     names: HashMap<Box<str>, StationId>,
     /// Whether the last leg may be averaged with the next one.
     repeatable: bool,
+    /// How much there is of what is no leg.
+    items: usize,
 }
 
 impl Draft {
@@ -99,7 +94,7 @@ impl Draft {
         let kept = self.warnings.len();
         if kept < MOST_WARNINGS {
             let place = self.place(source, column);
-            self.warnings.push(Warning { place, text: text.into() });
+            self.warnings.push(Warning { place, text: printable(text) });
         } else if kept == MOST_WARNINGS {
             let text = format!("more than {MOST_WARNINGS} remarks; the rest are left out");
             self.warnings.push(Warning { place: None, text });
@@ -141,7 +136,41 @@ impl Draft {
         let name = "".into();
         let station = DraftStation { name, source, is_wall, is_entrance: false, is_used: false };
         self.stations.push(station);
+        self.items += 1;
         self.stations.len() - 1
+    }
+
+    /// Counts one thing that takes memory and is no leg.
+    pub(crate) const fn count_item(&mut self) {
+        self.items += 1;
+    }
+
+    /// Refuses a survey of more things than there is room for. Readers ask at each line.
+    pub(crate) fn require_room(&self, source: Source) -> Result<(), Refusal> {
+        if self.items <= MOST_ITEMS {
+            return Ok(());
+        }
+        let wrong =
+            format!("the survey has more than {MOST_ITEMS} stations, equates and dimensions");
+        Err(self.wrong(source, wrong, "give a part of it"))
+    }
+
+    /// Refuses a line that is longer than any that a program writes.
+    pub(crate) fn require_line(&self, line: &str, source: Source) -> Result<(), Refusal> {
+        if line.len() <= LONGEST_LINE {
+            return self.require_room(source);
+        }
+        let wrong = format!("the line has more than {LONGEST_LINE} bytes");
+        Err(self.wrong(source, wrong, "end it earlier"))
+    }
+
+    /// Refuses a project that is larger than any list of files.
+    pub(crate) fn require_project(&self, bytes: &[u8], source: Source) -> Result<(), Refusal> {
+        if bytes.len() <= LARGEST_PROJECT {
+            return Ok(());
+        }
+        let wrong = format!("the project has more than {} MB", LARGEST_PROJECT >> 20);
+        Err(self.wrong(source, wrong, "give a part of it"))
     }
 
     fn uses(&mut self, first: StationId, second: StationId) {
@@ -181,7 +210,6 @@ impl Draft {
             last.length = mean(last.length, leg.length);
             last.repeats += 1;
         } else {
-            self.joinings.push(Joining::Leg(first, second));
             self.legs.push(leg);
         }
         self.repeatable = true;
@@ -196,19 +224,20 @@ impl Draft {
     /// Notes that two names are of one station.
     pub(crate) fn equate(&mut self, a: StationId, b: StationId, source: Source) {
         self.repeatable = false;
+        self.items += 1;
         self.uses(b, a);
         self.equates.push((a, b, source));
-        self.joinings.push(Joining::Equate(a, b));
     }
 
     /// Notes that a station is fixed.
     pub(crate) fn fix(&mut self, fix: Fix) {
-        self.joinings.push(Joining::Fix(fix.station));
+        self.items += 1;
         self.fixes.push(fix);
     }
 
     /// Adds a cross-section: to the last passage where that `goes_on`, or else as a new one.
     pub(crate) fn cross_section(&mut self, section: CrossSection, source: Source, goes_on: bool) {
+        self.items += 1;
         match self.passages.last_mut().filter(|_| goes_on) {
             Some(passage) => passage.push((section, source)),
             None => self.passages.push(vec![(section, source)]),
@@ -220,6 +249,7 @@ impl Draft {
         for station in [a, b] {
             self.stations[station].is_used = true;
         }
+        self.items += 1;
         self.unmeasured.push((a, b, flags, source));
     }
 }

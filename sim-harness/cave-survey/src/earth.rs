@@ -62,7 +62,10 @@ impl System {
                 "+proj=utm +zone=30 +ellps=intl +towgs84=-86,-98,-119,0,0,0,0 +units=m +no_defs"
                     .into(),
             ),
-            "JTSK" | "JTSK03" | "IJTSK" | "IJTSK03" => Err(EarthError::Unsupported),
+            "IJTSK" => plain(krovak("", JTSK)),
+            "IJTSK03" => plain(krovak("", JTSK03)),
+            "JTSK" => plain(krovak("+czech ", JTSK)),
+            "JTSK03" => plain(krovak("+czech ", JTSK03)),
             _ if upper.starts_with("ESRI:") => Err(EarthError::Unsupported),
             _ => Err(EarthError::Unknown),
         }
@@ -70,13 +73,36 @@ impl System {
 
     /// The system that a text for PROJ defines.
     pub(crate) fn custom(definition: &str) -> Result<Self, EarthError> {
-        Proj::from_proj_string(definition).map_err(|_| EarthError::Unsupported)?;
-        Ok(Self { definition: definition.into(), offset: [0.0; 2] })
+        let words = definition.split_whitespace().map(with_decimal_angle);
+        let definition = words.collect::<Vec<_>>().join(" ");
+        Proj::from_proj_string(&definition).map_err(|_| EarthError::Unsupported)?;
+        Ok(Self { definition, offset: [0.0; 2] })
+    }
+
+    /// Whether the axes lead west and south, so that positions in it would be mirrored.
+    pub(crate) fn is_mirrored(&self) -> bool {
+        self.definition.contains("+czech")
+    }
+
+    /// Metres of the unit of heights.
+    fn height_unit(&self) -> f64 {
+        let mut words = self.definition.split_whitespace();
+        match words.find_map(|word| word.strip_prefix("+vunits=")) {
+            Some("ft") => 0.3048,
+            Some("us-ft") => 1200.0 / 3937.0,
+            _ => 1.0,
+        }
     }
 
     /// Whether the coordinates are angles.
     pub(crate) fn is_angular(&self) -> bool {
         self.definition.contains("+proj=longlat")
+    }
+
+    /// Whether points of this system can be placed on the earth.
+    pub(crate) fn is_computable(&self) -> bool {
+        // In the middle of a zone of UTM.
+        self.degrees([500_000.0, 5_000_000.0, 0.0]).is_ok_and(|at| at.iter().all(|x| x.is_finite()))
     }
 
     fn projection(&self) -> Result<Proj, EarthError> {
@@ -86,15 +112,16 @@ impl System {
     /// The coordinates of a point of this system in another.
     pub(crate) fn to(&self, other: &Self, at: Vector) -> Result<Vector, EarthError> {
         let [x, y] = [at[0] + self.offset[0], at[1] + self.offset[1]];
+        let z = at[2] * self.height_unit() / other.height_unit();
         if heightless(&self.definition) == heightless(&other.definition) {
-            return Ok([x - other.offset[0], y - other.offset[1], at[2]]);
+            return Ok([x - other.offset[0], y - other.offset[1], z]);
         }
         let scale = if self.is_angular() { 1f64.to_radians() } else { 1.0 };
         let mut point = (x * scale, y * scale, 0.0);
         transform(&self.projection()?, &other.projection()?, &mut point)
             .map_err(|_| EarthError::Unsupported)?;
         let scale = if other.is_angular() { 1f64.to_degrees() } else { 1.0 };
-        Ok([point.0 * scale - other.offset[0], point.1 * scale - other.offset[1], at[2]])
+        Ok([point.0 * scale - other.offset[0], point.1 * scale - other.offset[1], z])
     }
 
     /// The longitude and the latitude of a point, in degrees.
@@ -106,7 +133,7 @@ impl System {
     /// The angle from true north to this system's north at a place in degrees, clockwise, in
     /// radians.
     ///
-    /// In a system that is compound, of a plane and a height, it is taken for 0, as `cavern` 1.4.4
+    /// In a system that is compound, of a plane and a height, it is taken for 0, as `cavern` 1.4.22
     /// takes it: surveys are drawn up and compared by its positions.
     pub(crate) fn convergence(&self, [longitude, latitude]: [f64; 2]) -> Result<f64, EarthError> {
         if self.definition.contains("+vunits") {
@@ -121,7 +148,31 @@ impl System {
     }
 }
 
-/// The definition without what concerns heights, which are never converted.
+/// The shifts from the datums of the Czech and Slovak grids to WGS 1984, as Survex 1.4.22 has them.
+const JTSK: &str = "570.8285,85.6769,462.842,4.9984,1.5867,5.2611,3.5623";
+const JTSK03: &str = "485.021,169.465,483.839,7.786342,4.397554,4.102655,0";
+
+/// The definition of a grid in the projection of Krovak.
+fn krovak(axes: &str, shift: &str) -> String {
+    format!("+proj=krovak {axes}+ellps=bessel +towgs84={shift} +units=m +no_defs")
+}
+
+/// A word of a definition, in which an angle such as `13d20` or `13d20'30"` becomes decimal.
+fn with_decimal_angle(word: &str) -> String {
+    let decimal = word.split_once('=').and_then(|(key, value)| {
+        let (degrees, rest) = value.split_once(['d', 'D'])?;
+        let (minutes, seconds) = rest.split_once('\'').unwrap_or((rest, ""));
+        let seconds = seconds.trim_end_matches('"');
+        let part = |text: &str| if text.is_empty() { Some(0.0) } else { text.parse::<f64>().ok() };
+        let whole = degrees.parse::<f64>().ok()?;
+        let fraction = part(minutes)? / 60.0 + part(seconds)? / 3600.0;
+        let sign = if degrees.starts_with('-') { -1.0 } else { 1.0 };
+        Some(format!("{key}={}", whole + sign * fraction))
+    });
+    decimal.unwrap_or_else(|| word.to_owned())
+}
+
+/// The definition without what concerns heights, which have units of their own.
 fn heightless(definition: &str) -> String {
     let words = definition.split_whitespace().filter(|word| !word.starts_with("+vunits"));
     words.collect::<Vec<_>>().join(" ")
@@ -162,7 +213,49 @@ pub(crate) fn magnetic_declination(
         Ok(field) | Err(igrf::Error::DateOutOfRange(field)) => field,
         Err(_) => return None,
     };
-    Some(field.d.to_radians())
+    // At the magnetic poles there is none.
+    Some(field.d.to_radians()).filter(|angle| angle.is_finite())
+}
+
+/// A place for which the angle between the compass's north and a grid's is asked day by day.
+#[derive(Clone, Debug)]
+pub(crate) struct Base {
+    /// Longitude and latitude, degrees.
+    place: [f64; 2],
+    /// The height above the sea, m.
+    up: f64,
+    /// The angle from true north to the grid's, rad.
+    convergence: f64,
+    last: Option<(Day, f64)>,
+}
+
+impl Base {
+    /// Makes the base at a point of `system`, for directions in the grid `output`; `None` where it
+    /// cannot be computed.
+    pub(crate) fn new(system: &System, output: &System, at: Vector) -> Option<Self> {
+        let place = system.degrees(at).ok()?;
+        let convergence = output.convergence(place).ok()?;
+        let is_sound = place.into_iter().chain([convergence]).all(f64::is_finite);
+        is_sound.then_some(Self { place, up: at[2], convergence, last: None })
+    }
+
+    /// The angle from true north to the grid's, rad.
+    pub(crate) const fn convergence(&self) -> f64 {
+        self.convergence
+    }
+
+    /// The angle from the compass's north to the grid's, rad; without a day, that from true north.
+    pub(crate) fn declination(&mut self, day: Option<Day>) -> f64 {
+        let Some(day) = day else { return -self.convergence };
+        if let Some((known, angle)) = self.last
+            && known == day
+        {
+            return angle;
+        }
+        let magnetic = magnetic_declination(self.place, self.up, day).unwrap_or(0.0);
+        self.last = Some((day, magnetic - self.convergence));
+        magnetic - self.convergence
+    }
 }
 
 /// A day of the calendar.
@@ -174,14 +267,17 @@ pub(crate) struct Day {
 }
 
 impl Day {
+    /// The number of the day, counted from long ago.
+    pub(crate) fn julian(self) -> Option<i32> {
+        let month = time::Month::try_from(self.month).ok()?;
+        let date = time::Date::from_calendar_date(i32::from(self.year), month, self.day);
+        Some(date.ok()?.to_julian_day())
+    }
+
     /// The day in the middle between two.
     pub(crate) fn middle(self, other: Self) -> Option<Self> {
-        let julian = |day: Self| {
-            let month = time::Month::try_from(day.month).ok()?;
-            let date = time::Date::from_calendar_date(i32::from(day.year), month, day.day);
-            Some(date.ok()?.to_julian_day())
-        };
-        let date = time::Date::from_julian_day((julian(self)? + julian(other)?) / 2).ok()?;
+        let middle = i32::midpoint(self.julian()?, other.julian()?);
+        let date = time::Date::from_julian_day(middle).ok()?;
         let year = u16::try_from(date.year()).ok()?;
         Some(Self { year, month: date.month().into(), day: date.day() })
     }

@@ -40,7 +40,7 @@ pub struct Refusal {
 impl Refusal {
     /// Makes a refusal that has no place yet.
     pub fn new(wrong: impl Into<String>, remedy: impl Into<String>) -> Self {
-        Self { place: None, wrong: wrong.into(), remedy: remedy.into() }
+        Self { place: None, wrong: printable(wrong), remedy: printable(remedy) }
     }
 
     /// Adds the place, where there is none yet.
@@ -60,6 +60,15 @@ impl fmt::Display for Refusal {
 }
 
 impl std::error::Error for Refusal {}
+
+/// The text without the control characters that a file may hold, which a terminal would obey.
+pub(crate) fn printable(text: impl Into<String>) -> String {
+    let text = text.into();
+    match text.contains(char::is_control) {
+        true => text.replace(char::is_control, "\u{fffd}"),
+        false => text,
+    }
+}
 
 /// A remark about something that was read in spite of a doubt.
 #[derive(Clone, Debug, PartialEq, Eq)]

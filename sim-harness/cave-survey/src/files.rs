@@ -1,6 +1,7 @@
 //! Gives readers their files. A reader asks for a file by the name that another file calls it, and
 //! gets the bytes only where the file lies within the folder that the user gave.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
 
@@ -33,8 +34,14 @@ pub trait Files {
     fn open(&self, path: &str) -> Result<Opened, FileError>;
 }
 
-/// The most that is read of one file, in bytes: a survey of a million legs has 40 MB.
+/// The most that is read of one file, in bytes: an image of a map may be so large.
 pub(crate) const LARGEST: u64 = 128 << 20;
+
+/// The most that is read of a project, which only lists files, in bytes.
+pub(crate) const LARGEST_PROJECT: usize = 16 << 20;
+
+/// The longest line of the formats whose lines are cut into words, in bytes.
+pub(crate) const LONGEST_LINE: usize = 100_000;
 
 /// The files of a folder on disk.
 #[derive(Clone, Debug)]
@@ -127,6 +134,22 @@ impl Files for Memory {
         let bytes = self.0.get(known).cloned().unwrap_or_default();
         Ok(Opened { path: known.clone(), bytes })
     }
+}
+
+/// The text of a file: UTF-8, or else Latin-1, in which every byte is a character, so that no two
+/// names become one.
+pub(crate) fn text(bytes: &[u8]) -> Cow<'_, str> {
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    match std::str::from_utf8(bytes) {
+        Ok(text) => Cow::Borrowed(text),
+        Err(_) => Cow::Owned(bytes.iter().map(|&byte| char::from(byte)).collect()),
+    }
+}
+
+/// The lines of a text that ends them as Unix, DOS or the old Macintosh does, or by Ctrl-Z, the end
+/// of a file of DOS.
+pub(crate) fn lines(text: &str) -> impl Iterator<Item = &str> + Clone {
+    text.split('\n').flat_map(|line| line.strip_suffix('\r').unwrap_or(line).split(['\r', '\x1a']))
 }
 
 /// Opens a file by the name that the file `from` calls it: relative to that file's folder, with

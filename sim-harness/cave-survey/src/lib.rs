@@ -11,6 +11,9 @@
 //! | Survex's processed `.3d` | `three_d` |
 //! | Compass's `.dat` and `.mak` | `compass` |
 //! | Walls's `.srv` and `.wpj` | `walls` |
+//! | Therion's `.th` and `thconfig` | `therion` |
+//! | VisualTopo's `.tro` | `visual_topo` |
+//! | PocketTopo's text | `pocket_topo` |
 //!
 //! [`read`] opens a file of a [`Files`] and all that it includes, and returns a [`Survey`], or a
 //! [`Refusal`] that names file, line and remedy. No bytes make it panic, and what it takes is bounded.
@@ -28,20 +31,27 @@
 
 mod adjust;
 mod compass;
-mod components;
 mod draft;
 mod earth;
 mod elimination;
 mod error;
 mod files;
+mod formats;
 mod loops;
 mod matrix;
+mod merge;
+mod parts;
+mod pocket_topo;
 mod sets;
 mod survex;
 mod survey;
+mod therion;
 mod three_d;
 mod traverse;
+mod visual_topo;
 mod walls;
+
+use formats::Format;
 
 pub use draft::MOST_LEGS;
 pub use error::{Place, Refusal, Warning};
@@ -51,7 +61,7 @@ pub use survey::{
     CrossSection, Leg, LegFlags, Misclosure, Source, Station, StationId, Summary, Survey,
 };
 
-/// Reads the survey `entry` of `files`; the name's ending tells the format.
+/// Reads the survey `entry` of `files`. The name's ending tells the format, or else the contents do.
 ///
 /// # Errors
 /// [`Refusal`] where the survey cannot be used.
@@ -60,13 +70,26 @@ pub fn read(files: &dyn Files, entry: &str) -> Result<Survey, Refusal> {
         let (wrong, remedy) = survex::unopened(entry, &error);
         Refusal::new(wrong, remedy)
     })?;
-    let (_, ending) = entry.rsplit_once('.').unwrap_or(("", "svx"));
-    match &*ending.to_ascii_lowercase() {
-        "3d" => three_d::read(opened),
-        "dat" | "clp" => compass::survey(opened)?.adjusted(),
-        "mak" => compass::project(files, entry, opened)?.adjusted(),
-        "srv" => walls::survey(&opened)?.adjusted(),
-        "wpj" => walls::project(files, entry, &opened)?.adjusted(),
-        _ => survex::read(files, entry, opened)?.adjusted(),
+    let place = || Place { file: opened.path.as_str().into(), line: 0, column: 0 };
+    if opened.bytes.len() > survex::MOST_BYTES {
+        let wrong = format!("the survey has more than {} MB", survex::MOST_BYTES >> 20);
+        return Err(Refusal::new(wrong, "give a part of it").at(place()));
     }
+    let format = formats::format(entry, &opened.bytes).map_err(|told| told.at(place()))?;
+    let read = match format {
+        Format::Processed => return three_d::read(opened),
+        Format::Survex => survex::read(files, entry, &opened),
+        Format::CompassSurvey => compass::survey(&opened),
+        Format::CompassProject => compass::project(files, entry, &opened),
+        Format::WallsSurvey => walls::survey(&opened),
+        Format::WallsProject => walls::project(files, entry, &opened),
+        Format::Therion => therion::read(files, entry, &opened),
+        Format::VisualTopo => visual_topo::read(&opened),
+        Format::PocketTopo => pocket_topo::read(&opened),
+    };
+    let mistaken = |refusal: Refusal| match formats::mistaken(format, &opened.bytes) {
+        Some(other) => other.at(place()),
+        None => refusal,
+    };
+    read.map_err(mistaken)?.adjusted()
 }

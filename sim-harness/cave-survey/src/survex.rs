@@ -1,7 +1,7 @@
 //! Reads Survex's own files, `.svx`.
 //!
 //! The grammar is that of the manual of Survex 1.4, chapter "Survex data files", and where the
-//! manual is silent, what `cavern` 1.4.4 does. What `cavern` refuses is refused; commands that
+//! manual is silent, what `cavern` 1.4.22 does. What `cavern` refuses is refused; commands that
 //! concern neither stations nor legs are passed over.
 
 pub(crate) mod characters;
@@ -19,8 +19,10 @@ use crate::draft::Draft;
 use crate::earth::System;
 use crate::error::Refusal;
 use crate::files::{self, FileError, Files, Opened};
+use crate::formats::Format;
 use crate::survey::Source;
-use characters::{Class, Cursor};
+use crate::{compass, walls};
+use characters::{Characters, Class, Cursor};
 use data::Traverse;
 use names::Exports;
 use settings::Settings;
@@ -29,8 +31,9 @@ use settings::Settings;
 const DEEPEST: usize = 32;
 /// The most blocks that are open at once.
 const MOST_BLOCKS: usize = 1000;
-/// The most bytes of a survey, each file counted as often as it is included.
-pub(crate) const MOST_BYTES: usize = 256 << 20;
+/// The most bytes of a survey, each file counted as often as it is included. One of as many legs as
+/// are read has some 15 MB.
+pub(crate) const MOST_BYTES: usize = 64 << 20;
 /// The most often that files are included.
 pub(crate) const MOST_FILES: usize = 20_000;
 
@@ -67,10 +70,18 @@ pub(crate) struct Reader<'a> {
     warned_of_date: bool,
     /// The declination of the line before, by place, height and day.
     last_declination: Option<(data::Occasion, f64)>,
+    /// The convergence of the grid at the place of the line before.
+    last_convergence: Option<([f64; 2], f64)>,
+    /// The classes that characters are or were in.
+    ever: Characters,
+    /// Whether a file of another format has positions on the earth.
+    is_on_earth: bool,
+    /// The offset in the present line from which `*set eol` holds.
+    resume: Option<usize>,
 }
 
 /// Reads the file `entry` of `files` and all that it includes.
-pub(crate) fn read(files: &dyn Files, entry: &str, opened: Opened) -> Result<Draft, Refusal> {
+pub(crate) fn read(files: &dyn Files, entry: &str, opened: &Opened) -> Result<Draft, Refusal> {
     let mut reader = Reader {
         files,
         draft: Draft::default(),
@@ -89,15 +100,35 @@ pub(crate) fn read(files: &dyn Files, entry: &str, opened: Opened) -> Result<Dra
         hints: Vec::new(),
         warned_of_date: false,
         last_declination: None,
+        last_convergence: None,
+        ever: Characters::default(),
+        is_on_earth: false,
+        resume: None,
     };
-    reader.file(entry, &opened)?;
-    reader.check_exports()?;
-    reader.check_hints()?;
-    reader.draft.is_on_earth = reader.output.is_some() || reader.settings.system.is_some();
+    reader.whole(entry, opened).map_err(|refusal| Refusal {
+        wrong: names::shown(&refusal.wrong),
+        remedy: names::shown(&refusal.remedy),
+        ..refusal
+    })?;
+    reader.draft.is_on_earth =
+        reader.is_on_earth || reader.output.is_some() || reader.settings.system.is_some();
+    reader.separate_levels();
     Ok(reader.draft)
 }
 
+/// The length of the first line, without its end.
+fn end_of_line(bytes: &[u8], characters: &Characters) -> usize {
+    bytes.iter().position(|byte| characters.is(*byte, Class::Eol)).unwrap_or(bytes.len())
+}
+
 impl Reader<'_> {
+    /// Reads the survey and looks whether the names in it can be used.
+    fn whole(&mut self, entry: &str, opened: &Opened) -> Result<(), Refusal> {
+        self.file(entry, opened)?;
+        self.check_exports()?;
+        self.check_hints()
+    }
+
     /// The column of the next field.
     fn column(&self, cursor: &Cursor<'_>) -> u32 {
         let mut field = *cursor;
@@ -151,7 +182,7 @@ impl Reader<'_> {
         self.open.push(path.to_owned());
         let bytes = opened.bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&opened.bytes);
         self.lines(bytes, blocks)?;
-        self.end_traverse();
+        self.complete_traverse(&Cursor::new(b""))?;
         self.draft.end_repeats();
         self.may_export = false;
         if let Some(block) = self.blocks.get(blocks) {
@@ -165,15 +196,20 @@ impl Reader<'_> {
 
     fn lines(&mut self, mut bytes: &[u8], blocks: usize) -> Result<(), Refusal> {
         while !bytes.is_empty() {
-            let characters = Rc::clone(&self.settings.characters);
-            let ends = |byte: &u8| characters.is(*byte, Class::Eol);
-            let length = bytes.iter().position(ends).unwrap_or(bytes.len());
-            let (line, rest) = bytes.split_at(length);
+            let mut characters = Rc::clone(&self.settings.characters);
+            let length = end_of_line(bytes, &characters);
             self.source.line = self.source.line.saturating_add(1);
-            self.line(line, blocks)?;
+            self.line(bytes.get(..length).unwrap_or_default(), blocks)?;
+            let mut rest = bytes.get(length..).unwrap_or_default();
+            // Where the line says what ends lines, that holds for the rest of it.
+            if let Some(at) = self.resume.take() {
+                characters = Rc::clone(&self.settings.characters);
+                rest = bytes.get(at..).unwrap_or_default();
+                rest = rest.get(end_of_line(rest, &characters)..).unwrap_or_default();
+            }
             // The end of a line may be of two characters.
             bytes = match rest {
-                [a, b, rest @ ..] if a != b && ends(b) => rest,
+                [a, b, rest @ ..] if a != b && characters.is(*b, Class::Eol) => rest,
                 [_, rest @ ..] => rest,
                 [] => rest,
             };
@@ -186,13 +222,12 @@ impl Reader<'_> {
         let mut cursor = Cursor::new(line);
         cursor.skip_blanks(&characters);
         if cursor.sees(Class::Keyword, &characters) {
-            self.end_traverse();
+            self.complete_traverse(&cursor)?;
             cursor.next();
             return self.command(&mut cursor, blocks);
         }
         if cursor.peek().is_none() {
-            self.end_traverse();
-            return Ok(());
+            return self.complete_traverse(&cursor);
         }
         if cursor.sees(Class::Comment, &characters) {
             return Ok(());
@@ -217,9 +252,48 @@ impl Reader<'_> {
             return Err(self.wrong(cursor, wrong, "include them from fewer levels"));
         }
         self.draft.end_repeats();
+        match Format::named(&path) {
+            None | Some(Format::Survex) => {
+                let prefix = Rc::clone(&self.settings.prefix);
+                self.file(&path, &opened)?;
+                self.settings.prefix = prefix;
+                Ok(())
+            }
+            Some(format) => self.foreign(format, &path, &opened, cursor),
+        }
+    }
+
+    /// Includes a file of Compass or Walls, whose stations are in the present survey.
+    fn foreign(
+        &mut self,
+        format: Format,
+        path: &str,
+        opened: &Opened,
+        cursor: &Cursor<'_>,
+    ) -> Result<(), Refusal> {
+        let draft = match format {
+            Format::CompassSurvey => compass::survey(opened),
+            Format::CompassProject => compass::project(self.files, path, opened),
+            Format::WallsSurvey => walls::survey(opened),
+            Format::WallsProject => walls::project(self.files, path, opened),
+            _ => {
+                let wrong = "*include takes surveys of Survex, Compass and Walls";
+                return Err(self.wrong(cursor, wrong, "give the other file itself"));
+            }
+        }?;
+        let is_walls = matches!(format, Format::WallsSurvey | Format::WallsProject);
+        self.included += draft.files.len();
+        if self.included > MOST_FILES {
+            let wrong = format!("the survey has more than {MOST_FILES} files");
+            return Err(self.wrong(cursor, wrong, "give a part of it"));
+        }
+        if is_walls {
+            self.ever.note_walls();
+        }
         let prefix = Rc::clone(&self.settings.prefix);
-        self.file(&path, &opened)?;
-        self.settings.prefix = prefix;
+        let is_on_earth = draft.is_on_earth;
+        self.draft.merge(draft, |name| names::foreign(&prefix, name, is_walls))?;
+        self.is_on_earth |= is_on_earth;
         Ok(())
     }
 

@@ -129,10 +129,16 @@ impl Survey {
         Some(Place { file, line: source.line, column: 0 })
     }
 
-    /// The station of that name. Letters may differ in case where only one station is so called.
+    /// The station of that name. Letters may differ in case where only one station is so called, and
+    /// the name may be that of Therion, `1@inner.outer` for `outer.inner.1`.
     #[must_use]
     pub fn station_named(&self, name: &str) -> Option<StationId> {
-        let exact = self.stations.iter().position(|station| station.name == name);
+        let called = |name: &str| self.stations.iter().position(|station| station.name == name);
+        let exact = called(name).or_else(|| {
+            let (station, surveys) = name.split_once('@')?;
+            let levels = surveys.split('.').rev().chain([station]);
+            called(&levels.collect::<Vec<_>>().join("."))
+        });
         exact.or_else(|| {
             let alike = |station: &Station| station.name.eq_ignore_ascii_case(name);
             let mut found = (0..self.stations.len()).filter(|&n| alike(&self.stations[n]));
@@ -156,8 +162,9 @@ impl Survey {
         let dimensioned = self.passages.iter().flatten().filter(|it| it.is_measured());
         Summary {
             legs: counted().count(),
-            length_m: adjusted.sum(),
-            measured_length_m: measured().filter_map(|leg| leg.length).sum(),
+            // A sum of nothing is −0.
+            length_m: adjusted.sum::<f64>() + 0.0,
+            measured_length_m: measured().filter_map(|leg| leg.length).sum::<f64>() + 0.0,
             splays: self.legs.iter().filter(|leg| leg.flags.splay).count(),
             stations: self.stations.len(),
             with_dimensions: dimensioned.count(),

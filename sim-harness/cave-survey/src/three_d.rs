@@ -7,7 +7,7 @@
 
 use std::collections::HashMap;
 
-use crate::draft::{MOST_LEGS, MOST_WARNINGS};
+use crate::draft::{MOST_ITEMS, MOST_LEGS, MOST_WARNINGS};
 use crate::error::{Place, Refusal, Warning};
 use crate::files::Opened;
 use crate::matrix::Vector;
@@ -106,6 +106,8 @@ struct Image {
     at: HashMap<[i32; 3], usize>,
     names: HashMap<Vec<u8>, usize>,
     passage: Vec<CrossSection>,
+    /// How many cross-sections there are.
+    sections: usize,
 }
 
 impl Image {
@@ -196,6 +198,9 @@ pub(crate) fn read(opened: Opened) -> Result<Survey, Refusal> {
             0x80..=0xff => {
                 bytes.relabel(&mut label)?;
                 let at = bytes.point()?;
+                if image.survey.stations.len() >= MOST_ITEMS {
+                    return Err(bytes.wrong(format!("there are more than {MOST_ITEMS} stations")));
+                }
                 if !image.names.contains_key(&label) || code & ANONYMOUS != 0 {
                     image.label(label.clone(), at, code & 0x7f);
                 }
@@ -230,6 +235,10 @@ fn cross_section(
     label: &mut Vec<u8>,
     image: &mut Image,
 ) -> Result<(), Refusal> {
+    image.sections += 1;
+    if image.sections > MOST_ITEMS {
+        return Err(bytes.wrong(format!("there are more than {MOST_ITEMS} dimensions")));
+    }
     bytes.relabel(label)?;
     let mut sides = [None; 4];
     for side in &mut sides {

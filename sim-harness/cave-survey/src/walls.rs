@@ -18,7 +18,7 @@ use std::collections::{HashMap, HashSet};
 use crate::draft::Draft;
 use crate::earth::{self, Day, System};
 use crate::error::Refusal;
-use crate::files::Opened;
+use crate::files::{self, Opened};
 use crate::survey::{LegFlags, Source, StationId};
 pub(crate) use project::project;
 use units::Units;
@@ -68,6 +68,8 @@ struct Reader {
     last: Option<StationId>,
     /// Stations between which legs of no length lead.
     joined: Vec<(StationId, StationId, Source)>,
+    /// The stations that are fixed exactly.
+    fixed: HashSet<StationId>,
     /// The names that flags call entrances.
     entrances: Vec<String>,
 }
@@ -86,23 +88,27 @@ impl Reader {
         let outer = (self.units.clone(), self.macros.clone(), self.source);
         self.source = Source { file: self.draft.file(&opened.path), line: 0 };
         let bytes = opened.bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&opened.bytes);
-        // Ctrl-Z ends the files of DOS.
-        let bytes = bytes.split(|&byte| byte == 0x1a).next().unwrap_or(bytes);
+        let text = files::text(bytes);
         let mut commented = 0u32;
-        for line in bytes.split(|&byte| byte == b'\n') {
+        for line in files::lines(&text) {
             self.source.line = self.source.line.saturating_add(1);
-            let text = String::from_utf8_lossy(line);
-            let text = text.trim();
+            self.draft.require_line(line, self.source)?;
+            let text = line.trim();
             if let Some(directive) = text.strip_prefix("#[") {
                 commented = commented.saturating_add(1 - u32::from(directive.contains("#]")));
             } else if text.starts_with("#]") {
-                commented = commented.saturating_sub(1);
+                commented = commented.checked_sub(1).ok_or_else(|| {
+                    self.wrong("this #] closes no #[", "remove it, or add the #[")
+                })?;
             } else if commented > 0 || text.is_empty() || text.starts_with(';') {
             } else if let Some(directive) = text.strip_prefix('#') {
                 self.directive(directive)?;
             } else {
                 self.data(text)?;
             }
+        }
+        if commented > 0 {
+            return Err(self.wrong("a #[ is not closed", "add the #]"));
         }
         self.draft.end_repeats();
         (self.units, self.macros, self.source) = outer;

@@ -70,8 +70,9 @@ pub(super) struct RunArgs {
 /// The options that put a mission into a surveyed cave or into another map.
 #[derive(Args)]
 pub(super) struct MapArgs {
-    /// Survey of a cave (Survex, Compass, Walls), world of the SubT Challenge (.dot, .sdf) or map of a
-    /// robot (map_server's .yaml): fly along a route of it instead of in the scenario's tunnel
+    /// Survey of a cave (Survex, Compass, Walls, Therion, VisualTopo, PocketTopo), world of the
+    /// SubT Challenge (.dot, .sdf) or map of a robot (map_server's .yaml): fly along a route of it
+    /// instead of in the scenario's tunnel
     #[arg(long, value_name = "FILE")]
     map: Option<PathBuf>,
     /// Station of the survey, tile of the world or point x,y of the map at which the base stands;

@@ -51,6 +51,25 @@ fn splays_give_widths_where_there_are_no_dimensions_and_none_are_assumed_without
 }
 
 #[test]
+fn a_route_follows_no_splay_no_shot_over_ground_and_no_part_that_is_left_out() {
+    let head = "Cave\nSURVEY NAME: A\nSURVEY DATE: 6 29 1987\nSURVEY TEAM:\nme\n\
+                DECLINATION: 0 FORMAT: DMMDLUDRLADadNF\n\nFROM TO LEN\n\n";
+    let shots = "a0 a1 32.81 90 0 3 3 3 3\na1 a2 32.81 90 0 3 3 3 3\na2 w 65.62 60 0 3 3 3 3 #|LS#\n\
+                 a0 s1 164.05 270 0 -999 -999 -999 -999 #|P#\ns1 s2 164.05 270 0 3 3 3 3 #|P#\n";
+    let files = Memory::default().with("cave.dat", format!("{head}{shots}"));
+    let survey = read(&files, "cave.dat").unwrap();
+    let (route, _) = Route::find(&survey, &ends("", "")).unwrap();
+    let mut named = [&*route.from, &*route.to];
+    named.sort_unstable();
+    assert_eq!(named, ["a0", "a2"]);
+    assert!((route.length_m - 20.0).abs() < 0.01, "{}", route.length_m);
+    let apart = "1 2 20 90 0\n2 3 20 90 0\n11 12 90 90 0\n12 13 90 90 0\n";
+    let (route, _) = find(apart, "", "").unwrap();
+    assert!((route.length_m - 40.0).abs() < 0.01 && route.warnings.len() == 1);
+    assert!(matches!(find(apart, "11", ""), Err(RouteError::Unknown(_))));
+}
+
+#[test]
 fn what_cannot_be_flown_is_named() {
     let dimensions =
         "*data passage station left right up down\n3 .2 .2 2 1\n4 .2 .2 2 1\n5 1 1 .2 .2\n";

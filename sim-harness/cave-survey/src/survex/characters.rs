@@ -86,6 +86,26 @@ impl Characters {
         }
     }
 
+    /// Adds a character to the class.
+    pub(super) fn add(&mut self, class: Class, member: u8) {
+        self.0[usize::from(member)] |= class as u16;
+    }
+
+    /// Adds every character to the classes that it has in another table.
+    pub(super) fn merge(&mut self, other: &Self) {
+        for (classes, others) in self.0.iter_mut().zip(&other.0) {
+            *classes |= others;
+        }
+    }
+
+    /// Notes the characters that names of Walls may have.
+    pub(super) fn note_walls(&mut self) {
+        for byte in (0x21..=0xff).filter(|byte| !b":;,\x7f".contains(byte)) {
+            self.add(Class::Names, byte);
+        }
+        self.add(Class::Separator, b':');
+    }
+
     pub(crate) fn is(&self, byte: u8, class: Class) -> bool {
         self.0[usize::from(byte)] & class as u16 != 0
     }
@@ -110,6 +130,11 @@ impl<'a> Cursor<'a> {
     /// The column, the first being 1.
     pub(crate) const fn column(&self) -> u32 {
         self.at as u32 + 1
+    }
+
+    /// How many bytes are read.
+    pub(super) const fn offset(&self) -> usize {
+        self.at
     }
 
     pub(crate) fn peek(&self) -> Option<u8> {

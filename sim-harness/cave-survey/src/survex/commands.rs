@@ -16,7 +16,7 @@ use crate::error::Refusal;
 const END_OF_EXPORTS: [&str; 5] = ["entrance", "equate", "fix", "include", "end"];
 
 /// The version of Survex whose grammar is read, for `*require`.
-const VERSION: [u32; 3] = [1, 4, 4];
+const VERSION: [u32; 3] = [1, 4, 22];
 
 impl Reader<'_> {
     /// Carries out the command at the cursor; `blocks` were open when its file began.
@@ -35,6 +35,7 @@ impl Reader<'_> {
             "alias" => self.alias(cursor)?,
             "begin" => self.begin(cursor)?,
             "calibrate" => self.calibrate(cursor)?,
+            "cartesian" => self.cartesian(cursor)?,
             "case" => self.case(cursor)?,
             "cs" => self.system(cursor)?,
             "data" => return self.order(cursor),
@@ -62,13 +63,15 @@ impl Reader<'_> {
             "infer" => self.infer(cursor)?,
             "prefix" => {
                 self.warn(&before, "*prefix is out of use; *begin and *end are in its place");
-                let name = self.name(cursor)?;
-                self.note_surveys(&format!("{}.", name.full))?;
-                self.settings.prefix = name.full.into();
+                let survey = self.survey_name(cursor)?;
+                if !survey.is_empty() {
+                    self.note_surveys(&format!("{survey}."))?;
+                }
+                self.settings.prefix = survey.into();
             }
             "require" => self.require(cursor)?,
             "sd" => self.deviation(cursor)?,
-            "set" => self.set(cursor)?,
+            "set" => return self.set(cursor),
             "title" => {
                 let place = *cursor;
                 let Some(title) = cursor.quoted(&characters) else {
@@ -123,8 +126,7 @@ impl Reader<'_> {
         let place = *cursor;
         let mut survey = None;
         if !cursor.is_done(&self.settings.characters) {
-            let name = self.name(cursor)?;
-            survey = Some(Rc::from(name.full));
+            survey = Some(Rc::from(self.survey_name(cursor)?));
         }
         let (saved, source) = (self.settings.clone(), self.source);
         if let Some(survey) = &survey {
@@ -137,11 +139,17 @@ impl Reader<'_> {
     }
 
     fn enter(&mut self, survey: &str, place: &Cursor<'_>) -> Result<(), Refusal> {
+        // The root, which *begin \ enters, has no name and is no one survey's.
+        if survey.is_empty() {
+            return Ok(());
+        }
         if self.draft.known(survey).is_some() {
             let wrong = format!("\"{survey}\" is both a station and a survey");
             return Err(self.wrong(place, wrong, "rename one of them"));
         }
         self.note_surveys(survey)?;
+        self.draft.count_item();
+        self.draft.require_room(self.source)?;
         let source = self.source;
         if let Some(Some(first)) = self.surveys.insert(survey.into(), Some(source)) {
             self.surveys.insert(survey.into(), Some(first));
@@ -162,7 +170,7 @@ impl Reader<'_> {
         let Some(block) = self.blocks.pop() else { return Ok(()) };
         // The name is below the survey around the block.
         let inner = std::mem::replace(&mut self.settings.prefix, Rc::clone(&block.saved.prefix));
-        let name = if named { Some(self.name(cursor)) } else { None };
+        let name = if named { Some(self.survey_name(cursor)) } else { None };
         self.settings.prefix = inner;
         match (name.transpose()?, &block.survey) {
             (None, Some(survey)) => {
@@ -173,7 +181,7 @@ impl Reader<'_> {
                 let wrong = "the *begin that this *end closes has no name";
                 return Err(self.wrong(&place, wrong, "remove the name here, or add it there"));
             }
-            (Some(name), Some(survey)) if name.full != **survey => {
+            (Some(name), Some(survey)) if name != **survey => {
                 let begun = self.draft.place(block.source, 0);
                 let begun = begun.map_or_else(String::new, |place| format!(", begun at {place}"));
                 let wrong = format!("this *end is not of survey \"{survey}\"{begun}");
@@ -297,7 +305,7 @@ impl Reader<'_> {
             Ok(parts) if parts.as_slice() <= &VERSION[..] => Ok(()),
             Ok(_) => {
                 let wrong =
-                    format!("the survey requires Survex {text}, and 1.4.4 is what is known here");
+                    format!("the survey requires Survex {text}, and 1.4.22 is what is known here");
                 Err(self.wrong(&place, wrong, "remove the *require if the survey does without"))
             }
             Err(_) => {
@@ -314,26 +322,35 @@ impl Reader<'_> {
             return Err(self.wrong(&place, wrong, "give one such as names or blank"));
         };
         cursor.skip_blanks(&self.settings.characters);
-        let mut members = Vec::new();
+        let mut characters = Characters::clone(&self.settings.characters);
+        characters.set(class, b"");
         while !cursor.is_done(&self.settings.characters) {
-            match cursor.rest() {
+            // What ends a line from now on ends this one too.
+            if class == Class::Eol && cursor.sees(class, &characters) {
+                break;
+            }
+            let member = match cursor.rest() {
                 [b'x' | b'X', a, b, ..] if a.is_ascii_hexdigit() && b.is_ascii_hexdigit() => {
                     let digit = |byte: u8| char::from(byte).to_digit(16).unwrap_or(0) as u8;
-                    members.push(digit(*a) * 16 + digit(*b));
+                    let member = digit(*a) * 16 + digit(*b);
                     cursor.next();
                     cursor.next();
+                    member
                 }
                 [byte, ..] if byte.is_ascii_alphanumeric() => {
                     let wrong = "letters and digits are in no class";
                     return Err(self.wrong(cursor, wrong, "remove them"));
                 }
-                [byte, ..] => members.push(*byte),
+                [byte, ..] => *byte,
                 [] => break,
-            }
+            };
             cursor.next();
+            characters.add(class, member);
         }
-        let mut characters = Characters::clone(&self.settings.characters);
-        characters.set(class, &members);
+        if class == Class::Eol {
+            self.resume = Some(cursor.offset());
+        }
+        self.ever.merge(&characters);
         self.settings.characters = Rc::new(characters);
         Ok(())
     }

@@ -8,7 +8,7 @@ use super::Reader;
 use super::characters::Cursor;
 use super::measure::{self, Fault, Readings};
 use super::names::{NameKind, Named};
-use super::settings::{Declination, Quantity, Reading, Style};
+use super::settings::{Declination, North, Quantity, Reading, Style};
 use crate::draft::DraftLeg;
 use crate::earth::Day;
 use crate::error::Refusal;
@@ -50,6 +50,18 @@ impl Reader<'_> {
     pub(super) fn end_traverse(&mut self) {
         let passage = self.traverse.passage;
         self.traverse = Traverse { passage, ..Traverse::default() };
+    }
+
+    /// Ends the traverse at a line that has no data, where the leg that was read has both stations.
+    pub(super) fn complete_traverse(&mut self, cursor: &Cursor<'_>) -> Result<(), Refusal> {
+        let order = &self.settings.order;
+        let is_interleaved = order.contains(&Reading::Newline) && order.contains(&Reading::Station);
+        if is_interleaved && self.traverse.next.is_some() && !self.traverse.is_second {
+            let wrong = "a leg has no second station";
+            return Err(self.wrong(cursor, wrong, "give its station on the next line"));
+        }
+        self.end_traverse();
+        Ok(())
     }
 
     /// Ends the passage too.
@@ -150,7 +162,13 @@ impl Reader<'_> {
                 Reading::Ignore => {
                     cursor.word(&characters);
                 }
-                Reading::IgnoreAll => return Ok(()),
+                Reading::Note if self.is_omitted(cursor) => {}
+                Reading::Note => {
+                    if cursor.quoted(&characters).is_none() {
+                        return Err(self.wrong(cursor, "a quotation mark is missing", "add it"));
+                    }
+                }
+                Reading::IgnoreAll | Reading::NoteAll => return Ok(()),
                 Reading::Newline => {}
                 number => self.reading(number, cursor, line)?,
             }
@@ -283,9 +301,10 @@ impl Reader<'_> {
         remarks: &mut Vec<String>,
     ) -> Result<measure::Measured, Fault> {
         if self.settings.style == Style::Cartesian {
-            return measure::cartesian(readings, &self.settings);
+            let turn = self.turn()?;
+            return measure::cartesian(readings, &self.settings).map(|leg| leg.turned(turn));
         }
-        let declination = self.declination();
+        let declination = self.declination()?;
         match self.settings.style {
             Style::Diving => measure::diving(readings, &self.settings, declination, remarks),
             Style::Cylpolar => measure::cylpolar(readings, &self.settings, declination, remarks),
@@ -293,28 +312,64 @@ impl Reader<'_> {
         }
     }
 
-    /// The declination for the present line, rad.
-    fn declination(&mut self) -> f64 {
-        let (place, up, convergence) = match self.settings.declination {
-            Declination::Given(angle) => return angle,
-            Declination::Of { place, up, convergence } => (place, up, convergence),
+    /// The angle by which coordinate legs are turned clockwise, rad.
+    fn turn(&mut self) -> Result<f64, Fault> {
+        let place = match self.settings.declination {
+            Declination::Of { place, .. } => Some(place),
+            Declination::Given(_) => None,
         };
+        let input = self.settings.system.clone();
+        let north = match (self.settings.north, place) {
+            (North::Magnetic, _) => self.declination()?,
+            (_, None) => 0.0,
+            (North::True, Some(place)) => -self.convergence(place)?,
+            (North::Grid, Some(place)) => {
+                let input = input.and_then(|system| system.convergence(place).ok());
+                input.unwrap_or(0.0) - self.convergence(place)?
+            }
+        };
+        Ok(north + self.settings.turn)
+    }
+
+    /// The angle from true north to that of the positions' grid at a place in degrees, rad.
+    fn convergence(&mut self, place: [f64; 2]) -> Result<f64, Fault> {
+        if let Some((known, angle)) = self.last_convergence
+            && known == place
+        {
+            return Ok(angle);
+        }
+        let Some(output) = &self.output else {
+            return Err(("no *cs out says in which system positions are", "add *cs out before"));
+        };
+        let cannot = |_| ("the north of *cs out cannot be computed here", "give another system");
+        let angle = output.convergence(place).map_err(cannot)?;
+        self.last_convergence = Some((place, angle));
+        Ok(angle)
+    }
+
+    /// The declination for the present line, rad.
+    fn declination(&mut self) -> Result<f64, Fault> {
+        let (place, up) = match self.settings.declination {
+            Declination::Given(angle) => return Ok(angle),
+            Declination::Of { place, up } => (place, up),
+        };
+        let convergence = self.convergence(place)?;
         let Some(day) = self.settings.date else {
             if !std::mem::replace(&mut self.warned_of_date, true) {
                 let text = "the survey has no date, so that its declination is taken for 0";
                 self.draft.warn(self.source, 0, text);
             }
-            return -convergence;
+            return Ok(-convergence);
         };
         let occasion = Occasion { place, up, day };
         if let Some((known, angle)) = self.last_declination
             && known == occasion
         {
-            return angle;
+            return Ok(angle);
         }
         let magnetic = crate::earth::magnetic_declination(place, up, day).unwrap_or(0.0);
         self.last_declination = Some((occasion, magnetic - convergence));
-        magnetic - convergence
+        Ok(magnetic - convergence)
     }
 
     fn cross_section(&mut self, line: &Line) -> Result<(), Refusal> {
@@ -324,11 +379,13 @@ impl Reader<'_> {
         let passage = match self.traverse.passage {
             Some(passage) => passage,
             None => {
+                self.draft.count_item();
                 self.draft.passages.push(Vec::new());
                 self.draft.passages.len() - 1
             }
         };
         self.traverse.passage = Some(passage);
+        self.draft.count_item();
         self.draft.passages[passage].push((section, self.source));
         Ok(())
     }

@@ -47,6 +47,18 @@ pub(crate) struct Measured {
     pub(crate) length: f64,
 }
 
+impl Measured {
+    /// The leg turned clockwise round the vertical by an angle in radians.
+    pub(crate) fn turned(self, by: f64) -> Self {
+        let (sin, cos) = by.sin_cos();
+        let [x, y, z] = self.vector;
+        let turn = [[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]];
+        let half = matrix::product(&self.covariance, &matrix::transposed(&turn));
+        let covariance = matrix::product(&turn, &half);
+        Self { vector: [x * cos + y * sin, y * cos - x * sin, z], covariance, ..self }
+    }
+}
+
 /// What is wrong with a leg, and how to mend it.
 pub(crate) type Fault = (&'static str, &'static str);
 

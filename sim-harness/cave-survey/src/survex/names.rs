@@ -50,6 +50,35 @@ pub(super) struct Export {
     is_inferred: bool,
 }
 
+/// The character that separates the levels of a name, until all is read.
+const LEVEL: char = '.';
+
+/// A dot within a level of a name, which `*set names` can allow, until all is read.
+const DOT: char = '\u{e001}';
+
+/// The characters that may separate levels instead, in the order in which `cavern` prefers them.
+const SEPARATORS: &[u8] = b"./:;,!|\\ ~+*^='`\"#$%&?@<>()[]{}";
+
+/// A text about names as it is shown while they are read.
+pub(super) fn shown(text: &str) -> String {
+    text.replace(DOT, ".")
+}
+
+/// The name of a station of another format in a survey. The levels of Walls's names are levels here;
+/// those of Compass have none, and `cavern` separates them by dots even where dots are in them.
+pub(super) fn foreign(prefix: &str, name: &str, is_walls: bool) -> String {
+    let mut full = String::from(prefix);
+    if !full.is_empty() {
+        full.push(LEVEL);
+    }
+    full.extend(name.chars().map(|character| match character {
+        '.' if is_walls => DOT,
+        ':' if is_walls => LEVEL,
+        other => other,
+    }));
+    full
+}
+
 /// The most levels of a name.
 const DEEPEST: u32 = 60;
 
@@ -71,11 +100,12 @@ impl Reader<'_> {
             let mut part = String::new();
             while let Some(byte) = cursor.peek().filter(|&byte| characters.is_name(byte)) {
                 if part.len() < self.settings.truncate {
-                    part.push(char::from(match self.settings.case {
-                        Case::Preserve => byte,
-                        Case::Lower => byte.to_ascii_lowercase(),
-                        Case::Upper => byte.to_ascii_uppercase(),
-                    }));
+                    part.push(match (byte, self.settings.case) {
+                        (b'.', _) => DOT,
+                        (byte, Case::Preserve) => char::from(byte),
+                        (byte, Case::Lower) => char::from(byte.to_ascii_lowercase()),
+                        (byte, Case::Upper) => char::from(byte.to_ascii_uppercase()),
+                    });
                 }
                 cursor.next();
             }
@@ -83,7 +113,7 @@ impl Reader<'_> {
                 return Err(self.no_name(cursor, levels > 0));
             }
             if !full.is_empty() {
-                full.push('.');
+                full.push(LEVEL);
             }
             full += &part;
             levels += 1;
@@ -103,6 +133,40 @@ impl Reader<'_> {
             return Err(self.no_name(cursor, true));
         }
         Ok(Name { full, levels })
+    }
+
+    /// The full name of the next survey; the root character alone stands for the root, whose name is
+    /// empty.
+    pub(super) fn survey_name(&mut self, cursor: &mut Cursor<'_>) -> Result<String, Refusal> {
+        let characters = self.settings.characters.clone();
+        let mut ahead = *cursor;
+        ahead.skip_blanks(&characters);
+        if ahead.sees(Class::Root, &characters) {
+            ahead.next();
+            if ahead.is_done(&characters) {
+                self.warn(cursor, "the root is out of use as a survey");
+                *cursor = ahead;
+                return Ok(String::new());
+            }
+        }
+        self.name(cursor).map(|name| name.full)
+    }
+
+    /// Separates the levels of names by a character that is in none of them, and lets dots be dots.
+    pub(super) fn separate_levels(&mut self) {
+        let is_name = |byte: u8| self.ever.is_name(byte);
+        let is_separator = |byte: &u8| self.ever.is(*byte, Class::Separator);
+        let mut free = SEPARATORS.iter().copied().filter(|byte| !is_name(*byte));
+        let chosen = free.clone().find(is_separator).or_else(|| free.next()).unwrap_or(b'.');
+        for station in &mut self.draft.stations {
+            if chosen != b'.' && station.name.contains([LEVEL, DOT]) {
+                let name = station.name.replace(LEVEL, &char::from(chosen).to_string());
+                station.name = shown(&name).into();
+            }
+        }
+        for warning in &mut self.draft.warnings {
+            warning.text = shown(&warning.text);
+        }
     }
 
     fn no_name(&self, cursor: &Cursor<'_>, is_inside: bool) -> Refusal {
@@ -127,6 +191,7 @@ impl Reader<'_> {
             let wrong = format!("\"{}\" is both a station and a survey", name.full);
             return Err(self.draft.wrong(source, wrong, "rename one of them"));
         }
+        self.draft.require_room(source)?;
         let (id, is_new) = self.draft.station(&name.full, source);
         let is_inferred = self.settings.infer.exports;
         if is_new {
@@ -146,7 +211,7 @@ impl Reader<'_> {
     /// Notes the surveys above a name, which no station may be called like.
     pub(super) fn note_surveys(&mut self, full: &str) -> Result<(), Refusal> {
         let mut above = full;
-        while let Some((survey, _)) = above.rsplit_once('.') {
+        while let Some((survey, _)) = above.rsplit_once(LEVEL) {
             if self.surveys.contains_key(survey) {
                 break;
             }
@@ -155,6 +220,7 @@ impl Reader<'_> {
                 return Err(self.draft.wrong(self.source, wrong, "rename one of them"));
             }
             self.surveys.insert(survey.into(), None);
+            self.draft.count_item();
             above = survey;
         }
         Ok(())
@@ -206,7 +272,7 @@ impl Reader<'_> {
         let name = &self.draft.stations[id].name;
         let mut survey: &str = name;
         for _ in 0..level {
-            survey = survey.rsplit_once('.').map_or("", |(above, _)| above);
+            survey = survey.rsplit_once(LEVEL).map_or("", |(above, _)| above);
         }
         let wrong =
             format!("station \"{name}\" is used here, but survey \"{survey}\" does not export it");

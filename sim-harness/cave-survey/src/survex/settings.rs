@@ -61,7 +61,7 @@ impl Quantity {
     }
 
     /// Whether it is an angle.
-    pub(super) const fn is_angle(self) -> bool {
+    pub(crate) const fn is_angle(self) -> bool {
         matches!(
             self,
             Self::Bearing
@@ -75,7 +75,7 @@ impl Quantity {
     }
 
     /// Whether it is read from a clinometer.
-    pub(super) const fn is_gradient(self) -> bool {
+    pub(crate) const fn is_gradient(self) -> bool {
         matches!(self, Self::Gradient | Self::BackGradient)
     }
 }
@@ -85,8 +85,8 @@ impl Quantity {
 pub(crate) enum Unit {
     /// Metres or radians of one unit.
     Plain(f64),
-    /// The tangent of a slope, in percent.
-    Percent,
+    /// The tangent of a slope, of which one unit is so much: 0.01 is one percent.
+    Tangent(f64),
     /// Bearings such as `S34E`.
     Quadrants,
 }
@@ -105,17 +105,16 @@ impl Unit {
             "degs" | "degrees" => (Self::Plain(degree), true),
             "grads" | "mils" => (Self::Plain(0.9 * degree), true),
             "minutes" => (Self::Plain(degree / 60.0), true),
-            "percent" | "percentage" => (Self::Percent, true),
+            "percent" | "percentage" => (Self::Tangent(0.01), true),
             "quads" | "quadrants" => (Self::Quadrants, true),
             _ => return None,
         })
     }
 
-    /// Metres or radians of one unit.
+    /// Metres, radians or the tangent of one unit.
     pub(super) const fn factor(self) -> f64 {
         match self {
-            Self::Plain(factor) => factor,
-            Self::Percent => 0.01,
+            Self::Plain(factor) | Self::Tangent(factor) => factor,
             Self::Quadrants => std::f64::consts::PI / 180.0,
         }
     }
@@ -138,8 +137,16 @@ pub(crate) enum Declination {
     /// An angle, rad.
     Given(f64),
     /// That of a place in degrees and a height in metres, on the day of the survey, from the
-    /// north of the grid, whose convergence there is the last number, in radians.
-    Of { place: [f64; 2], up: f64, convergence: f64 },
+    /// north of the grid.
+    Of { place: [f64; 2], up: f64 },
+}
+
+/// The north from which coordinate legs are turned.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum North {
+    True,
+    Grid,
+    Magnetic,
 }
 
 /// The style of data lines.
@@ -171,6 +178,10 @@ pub(crate) enum Reading {
     ToCount,
     Count,
     Newline,
+    /// A note of one word or in quotation marks.
+    Note,
+    /// A note to the end of the line.
+    NoteAll,
     Ignore,
     IgnoreAll,
 }
@@ -201,6 +212,10 @@ pub(crate) struct Settings {
     pub(crate) truncate: usize,
     pub(crate) instruments: [Instrument; QUANTITIES],
     pub(crate) declination: Declination,
+    /// The north of coordinate legs.
+    pub(crate) north: North,
+    /// The angle by which coordinate legs are turned clockwise from it, rad.
+    pub(crate) turn: f64,
     pub(crate) style: Style,
     pub(crate) order: Rc<[Reading]>,
     pub(crate) flags: LegFlags,
@@ -234,6 +249,8 @@ impl Default for Settings {
                 variance: 0.0,
             }; QUANTITIES],
             declination: Declination::Given(0.0),
+            north: North::True,
+            turn: 0.0,
             style: Style::Normal,
             order: DEFAULT_ORDER.into(),
             flags: LegFlags::default(),

@@ -37,11 +37,19 @@ impl Reader {
             }
             // Notes and symbols move no station.
             "n" | "note" | "sym" | "symbol" => Ok(()),
-            _ => {
-                self.remark(format!("#{key} is passed over"));
-                Ok(())
-            }
+            _ => self.unknown_directive(key, rest),
         }
+    }
+
+    /// Passes over what Walls passes over, with a remark: a directive before a comma, or none.
+    fn unknown_directive(&mut self, key: &str, rest: &str) -> Result<(), Refusal> {
+        let word = rest.split(char::is_whitespace).next().unwrap_or_default();
+        if key.contains(',') || word.contains(',') || (key.is_empty() && rest.is_empty()) {
+            self.remark(format!("#{key} is passed over"));
+            return Ok(());
+        }
+        let known = "units, fix, date, prefix, segment, flag, note or symbol";
+        Err(self.wrong(format!("there is no directive #{key}"), format!("give {known}")))
     }
 
     /// The line with each `$(name)` replaced by what the macro of that name stands for.
@@ -68,6 +76,7 @@ impl Reader {
     pub(super) fn set_units(&mut self, line: &str) -> Result<(), Refusal> {
         for (key, value) in options(line) {
             if let Some(name) = key.strip_prefix('$') {
+                self.draft.count_item();
                 self.macros.insert(name.to_owned(), value.unwrap_or_default());
                 continue;
             }
@@ -83,6 +92,13 @@ impl Reader {
                 },
                 key => match self.units.set(key, value.as_deref()) {
                     Ok(()) => {}
+                    Err(OptionFault::Unknown) => {
+                        let wrong = format!("there is no option {key}");
+                        return Err(self.wrong(wrong, "correct it, or remove it"));
+                    }
+                    Err(OptionFault::Junk(junk)) => {
+                        self.remark(format!("\"{junk}\" of the option {key} is passed over"));
+                    }
                     Err(OptionFault::PassedOver) => {
                         let value = value.map(|value| format!("={value}")).unwrap_or_default();
                         let shown: String = format!("{key}{value}").chars().take(40).collect();
@@ -106,8 +122,12 @@ impl Reader {
         Ok(())
     }
 
+    /// Reads the date, behind which Walls reads nothing. Where a place on the earth is known, the
+    /// declination follows from it, whatever `DECL=` said before.
     fn set_date(&mut self, line: &str) -> Result<(), Refusal> {
-        let text = Fields::new(line).name().unwrap_or_default();
+        let line = Fields::new(line).rest();
+        let is_part = |it: char| it.is_ascii_digit() || it == '-' || it == '/';
+        let (text, rest) = line.split_at(line.find(|it| !is_part(it)).unwrap_or(line.len()));
         let parts: Vec<&str> = text.split(['-', '/']).collect();
         let day = match parts.as_slice() {
             [year, month, day] if year.len() == 4 => date::days(&format!("{year}.{month}.{day}")),
@@ -116,8 +136,16 @@ impl Reader {
             _ => Err(DateError::NoDate),
         };
         self.date = Some(day.map(|[day, _]: [Day; 2]| day).map_err(|_| {
-            self.wrong(format!("\"{text}\" is no date"), "give year-month-day, such as 2021-06-13")
+            let wrong = format!("\"{line}\" is no date");
+            self.wrong(wrong, "give year-month-day, such as 2021-06-13")
         })?);
+        if self.earth.is_some() {
+            self.units.declination = None;
+        }
+        if !rest.is_empty() {
+            let rest: String = rest.chars().take(20).collect();
+            self.remark(format!("\"{}\" behind the date is passed over", rest.trim()));
+        }
         Ok(())
     }
 
@@ -129,6 +157,7 @@ impl Reader {
         if words.any(|word| word.eq_ignore_ascii_case("entrance")) {
             let mut names = Fields::new(names);
             while let Some(name) = names.name() {
+                self.draft.count_item();
                 self.entrances.push(self.units.full_name(name));
             }
         }
@@ -181,6 +210,11 @@ impl Reader {
         let name = self.units.full_name(name);
         let station = self.draft.station(&name, self.source).0;
         let source = self.source;
+        // Walls keeps to the first place of a station that is fixed exactly.
+        if covariance.is_none() && !self.fixed.insert(station) {
+            self.remark(format!("\"{name}\" is fixed before: its first place counts"));
+            return Ok(());
+        }
         self.draft.fix(Fix { station, at, covariance, source, is_reference: false });
         Ok(())
     }

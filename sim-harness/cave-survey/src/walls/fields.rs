@@ -30,6 +30,12 @@ impl<'a> Fields<'a> {
         matches!(self.peek(), Some('<' | '*'))
     }
 
+    /// Whether passage dimensions follow, and are closed.
+    pub(super) fn sees_closed_dimensions(&self) -> bool {
+        let mut ahead = *self;
+        self.sees_dimensions() && ahead.bracketed().is_some()
+    }
+
     /// The next field, up to a blank or one of `ends`; `None` where there is none.
     fn until(&mut self, ends: &[char]) -> Option<&'a str> {
         let text = self.0.trim_start_matches(is_blank);
@@ -41,12 +47,21 @@ impl<'a> Fields<'a> {
 
     /// The name of a station, in which nearly every character may be.
     pub(super) fn name(&mut self) -> Option<&'a str> {
-        self.until(&['#'])
+        self.until(&[])
     }
 
     /// A reading, which may touch what follows it.
     pub(super) fn reading(&mut self) -> Option<&'a str> {
         self.until(&['#', '<', '*', '(', '\\'])
+    }
+
+    /// What touches a closing bracket before the next blank, and is neither variances nor a
+    /// directive.
+    pub(super) fn junk(&mut self) -> Option<&'a str> {
+        let end = self.0.find(|it: char| is_blank(it) || it == '#' || it == '(');
+        let (junk, rest) = self.0.split_at(end.unwrap_or(self.0.len()));
+        self.0 = rest;
+        Some(junk).filter(|junk| !junk.is_empty())
     }
 
     /// The text between the next character, which is an opening bracket or an asterisk, and the one

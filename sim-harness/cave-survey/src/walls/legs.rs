@@ -21,16 +21,22 @@ struct Tail<'a> {
     deviations: Deviations,
     dimensions: Option<&'a str>,
     flags: Option<LegFlags>,
+    /// What belongs nowhere.
+    rest: Option<String>,
 }
 
 impl Reader {
     pub(super) fn data(&mut self, line: &str) -> Result<(), Refusal> {
         let mut fields = Fields::new(line);
         let from = self.name_in(&mut fields)?;
-        if fields.sees_dimensions() {
+        if fields.sees_closed_dimensions() {
             return self.lone_dimensions(from, fields);
         }
+        let is_suspect = fields.sees_dimensions();
         let to = self.name_in(&mut fields)?;
+        if is_suspect && self.draft.known(&self.units.full_name(to)).is_none() {
+            self.remark(format!("\"{to}\" is taken for a station, or dimensions are not closed"));
+        }
         if fields.sees_dimensions() {
             self.remark("the line has no readings: only its dimensions are read");
             return self.lone_dimensions(from, fields);
@@ -40,11 +46,17 @@ impl Reader {
         }
         let (from, mut flags) = (self.end(from), self.segment);
         let to = self.end(to);
-        let measured =
-            if self.units.is_rect { self.rect(&mut fields)? } else { self.taped(&mut fields)? };
-        let tail = self.tail(&mut fields)?;
-        flags = tail.flags.unwrap_or(flags);
         let ends_at_wall = [from, to].into_iter().any(|end| self.draft.stations[end].is_wall);
+        let measured = match self.units.is_rect {
+            true => self.rect(&mut fields)?,
+            false => self.taped(&mut fields, ends_at_wall)?,
+        };
+        let tail = self.tail(&mut fields)?;
+        if let Some(rest) = tail.rest {
+            let wrong = format!("\"{rest}\" is more than belongs here");
+            return Err(self.wrong(wrong, "remove it, or begin a comment with ;"));
+        }
+        flags = tail.flags.unwrap_or(flags);
         flags.splay |= ends_at_wall;
         if let Some(text) = tail.dimensions {
             let [here, before] = if self.units.is_at_second { [to, from] } else { [from, from] };
@@ -57,6 +69,8 @@ impl Reader {
             self.last = if ends_at_wall { self.last } else { is_measured.then_some(to) };
         }
         let Some(mut measured) = measured else {
+            self.draft.first.get_or_insert(from);
+            self.draft.count_item();
             self.joined.push((from, to, self.source));
             return Ok(());
         };
@@ -83,6 +97,9 @@ impl Reader {
         if is_omitted(name) {
             return self.draft.anonymous(true, self.source);
         }
+        if name.ends_with(':') {
+            self.remark(format!("\"{name}\" has a prefix and no name"));
+        }
         let name = self.units.full_name(name);
         self.draft.station(&name, self.source).0
     }
@@ -90,6 +107,9 @@ impl Reader {
     fn lone_dimensions(&mut self, name: &str, mut fields: Fields<'_>) -> Result<(), Refusal> {
         let station = self.end(name);
         let tail = self.tail(&mut fields)?;
+        if let Some(rest) = tail.rest {
+            self.remark(format!("\"{rest}\" is passed over"));
+        }
         let goes_on = self.last == Some(station);
         if let Some(section) = self.section(station, tail.dimensions.unwrap_or_default()) {
             self.draft.cross_section(section, self.source, goes_on);
@@ -128,8 +148,13 @@ impl Reader {
         Ok((measured.length > 0.0).then_some(measured))
     }
 
-    /// Reads a leg by tape and compass; `None` where both stations are one.
-    fn taped(&mut self, fields: &mut Fields<'_>) -> Result<Option<Measured>, Refusal> {
+    /// Reads a leg by tape and compass; `None` where both stations are one. A splay may lack its
+    /// slope.
+    fn taped(
+        &mut self,
+        fields: &mut Fields<'_>,
+        is_splay: bool,
+    ) -> Result<Option<Measured>, Refusal> {
         let mut readings = Readings::default();
         for item in self.units.order.clone() {
             match item {
@@ -146,6 +171,7 @@ impl Reader {
                     let text = self.wanted(fields, "bearing")?;
                     [readings.compass, readings.back_compass] = self.bearings(text)?;
                 }
+                Item::Vertical if is_splay && ends_readings(fields) => {}
                 Item::Vertical => {
                     let text = self.wanted(fields, "slope")?;
                     [readings.clino, readings.back_clino] = self.slopes(text)?;
@@ -154,7 +180,7 @@ impl Reader {
         }
         let mut heights = [None; 2];
         for height in &mut heights {
-            if matches!(fields.peek(), None | Some('<' | '*' | '(' | '#')) {
+            if ends_readings(fields) {
                 break;
             }
             let text = self.wanted(fields, "height")?;
@@ -163,7 +189,9 @@ impl Reader {
                 *height = Some(read.ok_or_else(|| self.unread(text, "height"))?);
             }
         }
-        if readings.tape == Some(0.0) && heights == [None; 2] {
+        let [here, there] = heights.map(Option::unwrap_or_default);
+        let is_dive = !self.units.order.contains(&Item::Vertical);
+        if readings.tape == Some(0.0) && (heights == [None; 2] || is_dive && here == there) {
             return Ok(None);
         }
         self.measured(&readings, heights).map(Some)
@@ -260,9 +288,8 @@ impl Reader {
                 }
                 Some(open @ ('(' | '<' | '*')) => open,
                 Some(_) => {
-                    let rest: String = fields.rest().chars().take(20).collect();
-                    let wrong = format!("\"{rest}\" is more than belongs here");
-                    return Err(self.wrong(wrong, "remove it, or begin a comment with ;"));
+                    tail.rest = Some(fields.rest().chars().take(20).collect());
+                    return Ok(tail);
                 }
             };
             let Some(inside) = fields.bracketed() else {
@@ -270,7 +297,12 @@ impl Reader {
             };
             match open {
                 '(' => tail.deviations = self.deviations(inside)?,
-                _ => tail.dimensions = Some(inside),
+                _ => {
+                    tail.dimensions = Some(inside);
+                    if let Some(junk) = fields.junk() {
+                        self.remark(format!("\"{junk}\" is passed over"));
+                    }
+                }
             }
         }
     }
@@ -293,4 +325,9 @@ impl Reader {
         let is_zero = [left, right, up, down].iter().all(|size| *size == Some(0.0));
         Some(section).filter(|section| section.is_measured() && !is_zero)
     }
+}
+
+/// Whether what follows is no reading.
+fn ends_readings(fields: &Fields<'_>) -> bool {
+    matches!(fields.peek(), None | Some('<' | '*' | '(' | '#'))
 }

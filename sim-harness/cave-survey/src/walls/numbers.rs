@@ -51,11 +51,22 @@ pub(super) fn number(text: &str) -> Option<f64> {
     text.bytes().all(sound).then(|| text.parse().ok()).flatten().filter(|it: &f64| it.is_finite())
 }
 
+/// The number at the beginning of a text, and what follows it.
+pub(super) fn leading(text: &str) -> Option<(f64, &str)> {
+    let is_part = |it: char| it.is_ascii_digit() || "+-.".contains(it);
+    let (digits, rest) = text.split_at(text.find(|it| !is_part(it)).unwrap_or(text.len()));
+    number(digits).map(|number| (number, rest))
+}
+
 /// A length in metres: a number in `unit`, metres, or with `m` or `f` behind it, or feet and inches
 /// such as `5i6`, whose feet may be missing.
 pub(super) fn length(text: &str, unit: f64) -> Option<f64> {
     let text = text.to_ascii_lowercase();
     if let Some((feet, inches)) = text.split_once('i') {
+        // Only the last part may have a fraction.
+        if feet.contains('.') {
+            return None;
+        }
         let (sign, feet) = feet.strip_prefix('-').map_or((1.0, feet), |feet| (-1.0, feet));
         let feet = if feet.is_empty() { 0.0 } else { number(feet)? };
         return Some(sign * (feet + number(inches)? / 12.0) * FOOT);
@@ -81,8 +92,13 @@ pub(super) fn angle(text: &str, unit: AngleUnit) -> Option<f64> {
     }
     if size.contains(':') {
         let mut degrees = 0.0;
+        let size = size.strip_suffix(['d', 'D']).unwrap_or(size);
+        let last = size.split(':').count() - 1;
         for (place, part) in size.split(':').enumerate() {
             let share = [1.0, 60.0, 3600.0].get(place)?;
+            if place < last && part.contains('.') {
+                return None;
+            }
             degrees += if part.is_empty() { 0.0 } else { number(part)? } / share;
         }
         return Some(sign * AngleUnit::Degrees.radians(degrees));

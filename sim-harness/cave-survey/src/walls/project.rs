@@ -51,8 +51,9 @@ struct Book {
 pub(crate) fn project(files: &dyn Files, entry: &str, opened: &Opened) -> Result<Draft, Refusal> {
     let mut reader = Reader::default();
     let file = reader.draft.file(&opened.path);
-    let text = String::from_utf8_lossy(&opened.bytes).into_owned();
+    let text = files::text(&opened.bytes).into_owned();
     reader.source = Source { file, line: 0 };
+    reader.draft.require_project(&opened.bytes, reader.source)?;
     let entries = reader.entries(&text);
     let mut books: Vec<Book> = Vec::new();
     // How many books are open in one that is not processed, that one included.

@@ -109,13 +109,17 @@ impl Default for Units {
 
 /// What is wrong with an option.
 pub(super) enum OptionFault {
-    /// The option is not known, or does nothing here.
+    /// There is no such option.
+    Unknown,
+    /// The option does nothing here.
     PassedOver,
+    /// The option is set, and what follows its number is not read.
+    Junk(String),
     /// Its value cannot be used; the text says what it should be.
     Unusable(&'static str),
 }
 
-use OptionFault::{PassedOver, Unusable};
+use OptionFault::{Junk, PassedOver, Unknown, Unusable};
 
 impl Units {
     /// Sets an option, whose key is in lower case.
@@ -151,11 +155,14 @@ impl Units {
                 self.set_type(1, [Quantity::Gradient, Quantity::BackGradient], text)?;
             }
             "tape" => self.taping = taping(text)?,
-            "uv" => self.variance = [factor(text)?; 2],
-            "uvh" => self.variance[0] = factor(text)?,
-            "uvv" => self.variance[1] = factor(text)?,
+            "uv" | "uvh" | "uvv" => {
+                let (factor, junk) = factor(text)?;
+                let axes = if key == "uvv" { 1..2 } else { 0..1 + usize::from(key == "uv") };
+                self.variance[axes].fill(factor);
+                return junk;
+            }
             "lrud" => self.set_dimensions(text)?,
-            "prefix" | "prefix1" => text.clone_into(&mut self.prefix[0]),
+            "p" | "prefix" | "prefix1" => text.clone_into(&mut self.prefix[0]),
             "prefix2" => text.clone_into(&mut self.prefix[1]),
             "prefix3" => text.clone_into(&mut self.prefix[2]),
             "case" => {
@@ -168,7 +175,8 @@ impl Units {
             "reset" => *self = Self::default(),
             // Flags and notes that belong to every station mark none.
             "flag" | "note" => {}
-            _ => return Err(PassedOver),
+            "grid" => return Err(PassedOver),
+            _ => return Err(Unknown),
         }
         Ok(())
     }
@@ -218,16 +226,18 @@ impl Units {
             Some('c' | 'C') => true,
             _ => return Err(Unusable("N or C")),
         };
+        let mut junk = Ok(());
         if let Some(tolerance) = parts.next() {
-            let degrees = numbers::number(tolerance).filter(|it| *it > 0.0 && *it <= 180.0);
-            let degrees = degrees.ok_or(Unusable("N or C and a tolerance in degrees"))?;
+            let read = numbers::leading(tolerance).filter(|it| it.0 > 0.0 && it.0 <= 180.0);
+            let (degrees, rest) = read.ok_or(Unusable("N or C and a tolerance in degrees"))?;
+            junk = without_junk(rest);
             let deviation = degrees.to_radians() / (3.0 * std::f64::consts::SQRT_2);
             for quantity in quantities {
                 self.settings.change(quantity).variance = deviation * deviation;
             }
         }
         // With X, backsights are compared but not used; `cavern` uses them too.
-        if parts.next().is_some() { Err(PassedOver) } else { Ok(()) }
+        if parts.next().is_some() { Err(PassedOver) } else { junk }
     }
 
     /// Reads where dimensions are measured, and their order: `F`, `T`, `FB:UDLR`.
@@ -265,6 +275,10 @@ impl Units {
         for prefix in self.prefix.iter().skip(given) {
             levels.insert(0, prefix);
         }
+        // A name may be a prefix alone; `cavern` calls the station so.
+        if let Some(last) = levels.last_mut().filter(|last| last.is_empty() && given > 0) {
+            *last = "empty name";
+        }
         let empty = levels.iter().take_while(|level| level.is_empty()).count();
         let levels = levels.iter().skip(empty.min(levels.len() - 1));
         let shown = levels.map(|level| if level.is_empty() { " " } else { level });
@@ -298,10 +312,16 @@ fn angle_in(text: &str, unit: AngleUnit) -> Result<f64, OptionFault> {
     numbers::angle(text, unit).ok_or(Unusable("an angle"))
 }
 
-/// A factor of variances, which `cavern` keeps from being nothing or endless.
-fn factor(text: &str) -> Result<f64, OptionFault> {
-    let number = numbers::number(text).filter(|number| *number >= 0.0);
-    Ok(number.ok_or(Unusable("a factor that is not negative"))?.clamp(1e-6, 9999.0))
+/// A factor of variances, which `cavern` keeps from being nothing or endless, and what follows it.
+fn factor(text: &str) -> Result<(f64, Result<(), OptionFault>), OptionFault> {
+    let read = numbers::leading(text).filter(|(number, _)| *number >= 0.0);
+    let (number, rest) = read.ok_or(Unusable("a factor that is not negative"))?;
+    Ok((number.clamp(1e-6, 9999.0), without_junk(rest)))
+}
+
+/// Walls does not read what follows a number in these options.
+fn without_junk(rest: &str) -> Result<(), OptionFault> {
+    if rest.is_empty() { Ok(()) } else { Err(Junk(rest.to_owned())) }
 }
 
 fn taping(text: &str) -> Result<Taping, OptionFault> {

@@ -30,9 +30,9 @@ fn loops_are_counted_as_cavern_counts_them() {
         |legs: u32| (1..=legs).map(|n| format!("0 {n} 10 {} 0\n", n * 20)).collect::<String>();
     let counts = [
         (star(4), 0),
-        // A tree has no loop; cavern 1.4.4 counts one at a fixed station with five legs.
-        (star(5), 1),
-        (star(16), 1),
+        // cavern counted one at a fixed station with five legs until its version 1.4.12.
+        (star(5), 0),
+        (star(16), 0),
         (
             "1 2 10 0 0\n2 3 10 120 0\n3 1 10 240 0\n1 4 10 0 0\n4 5 10 120 0\n5 1 10 240 0\n"
                 .into(),
@@ -44,6 +44,63 @@ fn loops_are_counted_as_cavern_counts_them() {
     for (text, loops) in counts {
         assert_eq!(svx(&text).unwrap().loops, loops, "{text}");
     }
+}
+
+/// What is said of a survey that is not all joined.
+fn remarks(text: &str) -> (Survey, Vec<String>) {
+    let survey = svx(text).unwrap_or_else(|refusal| panic!("{text}: {refusal}"));
+    let told = survey.warnings.iter().map(ToString::to_string).collect();
+    (survey, told)
+}
+
+#[test]
+fn a_part_that_nothing_joins_is_left_out_with_a_remark_that_names_a_station() {
+    let (survey, told) = remarks(
+        "*begin pot\n*begin main\n1 2 20 90 0\n2 3 20 90 0\n*end main\n*begin upstream\n1 2 15 0 0\n\
+         2 3 5 0 0\n3 1 15 180 0\n*data passage station left right up down\n1 1 1 1 1\n\
+         *end upstream\n*end pot\n",
+    );
+    assert_eq!(
+        told,
+        ["cave.svx:7: no leg joins station \"pot.upstream.1\" and 2 others to station \
+          \"pot.main.1\": they are left out"]
+    );
+    let summary = survey.summary();
+    assert_eq!((summary.legs, summary.stations, summary.with_dimensions), (2, 3, 0));
+    assert!(survey.misclosure.is_none(), "the loop is in the part that is left out");
+    assert!(survey.station_named("pot.upstream.1").is_none());
+}
+
+#[test]
+fn each_part_that_nothing_joins_has_a_remark() {
+    let (survey, told) =
+        remarks("*fix a 0 0 0\na b 1 0 0\nc . 1 0 0\nd e 1 0 0\n*equate f g\n*fix h 1 1 1\n");
+    assert_eq!(
+        told,
+        [
+            "cave.svx:6: the fixed station \"h\" is used by no leg",
+            "cave.svx:3: no leg joins station \"c\" and 1 other to a fixed one: they are left out",
+            "cave.svx:4: no leg joins station \"d\" and 1 other to a fixed one: they are left out",
+            "cave.svx:5: no leg joins station \"f\" and 1 other to a fixed one: they are left out",
+        ]
+    );
+    assert_eq!(survey.summary().stations, 3);
+}
+
+#[test]
+fn a_part_of_stations_without_names_has_a_remark_at_its_line() {
+    let (_, told) = remarks("*fix 1 0 0 0\n2 .. 1 0 0\n3 4 1 0 0\n*equate 1 3\n");
+    assert_eq!(
+        told[0],
+        "cave.svx:2: no leg joins station \"2\" and 1 other to a fixed one: they are left out"
+    );
+}
+
+#[test]
+fn where_nothing_is_fixed_on_the_earth_the_first_station_is_the_origin() {
+    let (survey, told) = remarks("*cs UTM33N\n*cs out UTM33N\n1 2 10 0 0\n3 2 5 0 0\n");
+    assert_at(&survey, "3", [0.0, 5.0, 0.0]);
+    assert_eq!(told, ["cave.svx:3: no station is fixed, so that station \"1\" is put at 0, 0, 0"]);
 }
 
 /// A survey of random legs among few stations, every one of which hangs together with the first.

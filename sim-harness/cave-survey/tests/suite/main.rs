@@ -4,8 +4,10 @@
 mod adjustment;
 mod bad_input;
 mod compass;
+mod formats;
 mod grammar;
 mod oracle;
+mod therion;
 mod walls;
 
 use cave_survey::{Memory, Refusal, Survey, read};

@@ -106,6 +106,55 @@ fn dimensions_belong_to_the_station_that_the_options_name() {
 }
 
 #[test]
+fn names_may_hold_signs_that_mean_something_elsewhere() {
+    let survey = srv("U5 12#4 10 90 0 <0,0,0,1>\n12#4 &##:S1 10 0 0\n&##:S1 *8 5 0 0\n\
+                      &##:S1 < 2 3 4\nU5 x: 1 -- 90\n");
+    let survey = survey.unwrap();
+    for (name, at) in [
+        ("12#4", [10.0, 0.0, 0.0]),
+        ("&##:S1", [10.0, 10.0, 0.0]),
+        ("*8", [10.0, 15.0, 0.0]),
+        ("x:empty name", [0.0, 0.0, 1.0]),
+    ] {
+        assert_at(&survey, name, at);
+    }
+}
+
+#[test]
+fn a_splay_may_lack_its_slope_and_other_legs_may_not() {
+    let survey =
+        srv("#units order=adv\nU5 - 90 1.00\n#units order=dav\nU5 -- 2 0 <1,1,1,1>\nU5 A 1 0 0\n");
+    let walls = survey.unwrap().stations.into_iter().filter(|it| it.is_wall);
+    let at: Vec<_> = walls.map(|it| it.position.map(f64::round)).collect();
+    assert_eq!(at, [[1.0, 0.0, 0.0], [0.0, 2.0, 0.0]]);
+    assert!(srv("A B 10 90\n").is_err());
+}
+
+#[test]
+fn a_dive_of_no_length_joins_its_stations() {
+    let survey =
+        srv("#units order=da tape=ss\n3 X:1 0 0 0\n1 2 3 220 10.5 9\n2 3 1.5 135 11 8.5 ; x\n");
+    let survey = survey.unwrap();
+    assert_at(&survey, "X:1", [0.0, 0.0, 0.0]);
+    assert_at(&survey, "2", [0.0, 0.0, -1.83]);
+    assert_at(&survey, "1", [1.67, 1.99, -3.33]);
+}
+
+#[test]
+fn the_date_gives_the_declination_where_the_place_is_known_whatever_was_said_before() {
+    let project =
+        format!(".BOOK\tX\r\n{REF}.SURVEY\ts\r\n.NAME\tONE\r\n.STATUS\t8\r\n.ENDBOOK\r\n");
+    let one = |head: &str| {
+        let text = format!("#fix A 249623 5068100 500\n{head}\nA B 1000 0 0\n");
+        let files = Memory::default().with("p.wpj", project.clone()).with("one.srv", text);
+        super::at(&read(&files, "p.wpj").unwrap(), "B")
+    };
+    let by_date = one("#date 2018-01-26");
+    assert_eq!(one("#units decl=0\n#date 2018-01-26"), by_date);
+    assert_ne!(one("#date 2018-01-26\n#units decl=0"), by_date);
+}
+
+#[test]
 fn a_project_gathers_its_books_with_their_folders_and_options() {
     let project = ".BOOK\tCave\r\n.NAME\tX\r\n.STATUS\t3\r\n.SURVEY\ts\r\n.NAME\tONE\r\n.STATUS\t8\r\n\
         .BOOK\tInner\r\n.NAME\tY\r\n.PATH\tsub\r\n.OPTIONS\tPREFIX=q feet\r\n.STATUS\t9\r\n\
@@ -167,12 +216,29 @@ const REFUSED: &[(&str, &str)] = &[
     ("#date foo\n", "cave.srv:1: \"foo\" is no date"),
     ("#fix A 1 2\n", "cave.srv:1: the coordinates of station \"A\" are no three numbers"),
     ("#fix A E14 N45 5\n", "cave.srv:1: the station is fixed in degrees, and no zone is known"),
-    ("A B 10 0 0\nC D 1 0 0\n", "cave.srv:2: no leg joins station \"C\""),
+    ("#frob x\nA B 10 0 0\n", "cave.srv:1: there is no directive #frob"),
+    ("#units fete\nA B 10 0 0\n", "cave.srv:1: there is no option fete"),
+    ("A B 10 0 0\n#]\n", "cave.srv:2: this #] closes no #["),
+    ("A B 10 0 0\n#[\nx\n", "cave.srv:4: a #[ is not closed"),
+    ("A B 10.0i6 0 0\n", "cave.srv:1: \"10.0i6\" is no distance"),
+    ("A B 10 12.5:0 0\n", "cave.srv:1: \"12.5:0\" is no bearing"),
+    ("#date x2001-01-01\n", "cave.srv:1: \"x2001-01-01\" is no date"),
 ];
 
 /// A file, and the beginning of the remark on it.
 const REMARKED: &[(&str, &str)] = &[
-    ("#frob x\nA B 10 0 0\n", "cave.srv:1: #frob is passed over"),
+    ("#THANK,YOU x\nA B 10 0 0\n", "cave.srv:1: #THANK is passed over"),
+    ("#\nA B 10 0 0\n", "cave.srv:1: # is passed over"),
+    ("#<L,R,U,D>\nA B 10 0 0\n", "cave.srv:1: #<L is passed over"),
+    ("#date 2001-01-01\\ x\nA B 10 0 0\n", "cave.srv:1: \"\\ x\" behind the date is passed over"),
+    ("#units typeab=c,2.0X\nA B 10 0 0\n", "cave.srv:1: \"X\" of the option typeab is passed over"),
+    ("#units uvh=4m)\nA B 10 0 0\n", "cave.srv:1: \"m)\" of the option uvh is passed over"),
+    ("A B 10 0 0 <1,2,3,4>>\n", "cave.srv:1: \">\" is passed over"),
+    ("A B 10 0 0\nA <1,2,3,4> 'words\n", "cave.srv:2: \"'words\" is passed over"),
+    ("A <B 10 0 0\n", "cave.srv:1: \"<B\" is taken for a station"),
+    ("A x: 10 0 0\n", "cave.srv:1: \"x:\" has a prefix and no name"),
+    ("#fix A 0 0 0\n#fix A 1 0 0\nA B 10 0 0\n", "cave.srv:2: \"A\" is fixed before"),
+    ("A B 10 0 0\nC D 1 0 0\n", "cave.srv:2: no leg joins station \"C\" and 1 other"),
     ("#units grid=5\nA B 10 0 0\n", "cave.srv:1: the option grid=5 is passed over"),
     ("A B -10 0 0\n", "cave.srv:1: the tape's reading is negative"),
     ("A B 10 400 0\n", "cave.srv:1: the compass reading is not of one full circle"),

@@ -5,7 +5,7 @@ use std::rc::Rc;
 use crate::error::Refusal;
 use crate::survex::Reader;
 use crate::survex::characters::Cursor;
-use crate::survex::settings::{Declination, Quantity, Unit};
+use crate::survex::settings::{Declination, North, Quantity, Unit};
 
 impl Reader<'_> {
     /// Quantities up to the first word that is none, which is left; `None` for `default`.
@@ -46,7 +46,7 @@ impl Reader<'_> {
             return Err(self.wrong(&place, wrong, "give one such as metres, feet or degrees"));
         };
         let suits = |quantity: &Quantity| match unit {
-            Unit::Percent => quantity.is_gradient(),
+            Unit::Tangent(_) => quantity.is_gradient(),
             Unit::Quadrants => matches!(quantity, Quantity::Bearing | Quantity::BackBearing),
             Unit::Plain(_) => quantity.is_angle() == is_angle,
         };
@@ -69,6 +69,7 @@ impl Reader<'_> {
         }
         let unit = match self.unit(cursor, &quantities)? {
             Unit::Plain(one) => Unit::Plain(one * factor),
+            Unit::Tangent(one) => Unit::Tangent(one * factor),
             other => other,
         };
         for quantity in quantities {
@@ -158,14 +159,30 @@ impl Reader<'_> {
         for axis in &mut at {
             *axis = self.plain_number(cursor)?;
         }
-        let (Some(system), Some(output)) = (&self.settings.system, &self.output) else {
+        let Some(system) = &self.settings.system else {
             let wrong = "*declination auto has no coordinate system";
-            return Err(self.wrong(&place, wrong, "give *cs and *cs out before it"));
+            return Err(self.wrong(&place, wrong, "give *cs before it"));
         };
-        let told = |error| self.no_system(&place, error);
-        let degrees = system.degrees(at).map_err(told)?;
-        let convergence = output.convergence(degrees).map_err(told)?;
-        self.settings.declination = Declination::Of { place: degrees, up: at[2], convergence };
+        let degrees = system.degrees(at).map_err(|error| self.no_system(&place, error))?;
+        self.settings.declination = Declination::Of { place: degrees, up: at[2] };
+        Ok(())
+    }
+
+    pub(super) fn cartesian(&mut self, cursor: &mut Cursor<'_>) -> Result<(), Refusal> {
+        let characters = Rc::clone(&self.settings.characters);
+        let place = *cursor;
+        self.settings.north = match &*cursor.keyword(&characters) {
+            "true" => North::True,
+            "grid" => North::Grid,
+            "magnetic" => North::Magnetic,
+            _ => return Err(self.wrong(&place, "no north", "give grid, magnetic or true")),
+        };
+        self.settings.turn = 0.0;
+        if !cursor.is_done(&characters) {
+            let angle = self.plain_number(cursor)?;
+            let unit = self.unit(cursor, &[Quantity::Declination])?;
+            self.settings.turn = angle * unit.factor();
+        }
         Ok(())
     }
 }

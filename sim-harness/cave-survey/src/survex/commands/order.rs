@@ -39,16 +39,17 @@ impl Reader<'_> {
                 return Err(self.wrong(&place, wrong, "give one such as normal or passage"));
             }
         };
+        let before = *cursor;
+        if self.is_omitted(cursor) {
+            self.warn(&before, "the - for a survey's grade is out of use, and passed over");
+        }
         let mut order = Vec::new();
         while !cursor.is_done(&characters) && style != Style::Ignore {
             let place = *cursor;
             let word = cursor.keyword(&characters);
             let Some(reading) = reading(&word) else {
-                let text =
-                    format!("there is no reading \"{word}\"; the rest of each line is ignored");
-                self.warn(&place, text);
-                order.push(Reading::IgnoreAll);
-                break;
+                let wrong = format!("there is no reading \"{word}\"");
+                return Err(self.wrong(&place, wrong, "correct it, or give ignore for it"));
             };
             if !allows(style, reading) {
                 let wrong = format!("style {style:?} has no reading \"{word}\"").to_lowercase();
@@ -63,10 +64,11 @@ impl Reader<'_> {
                 return Err(self.wrong(&place, "newline is the first reading", "remove it"));
             }
             order.push(reading);
-            if reading == Reading::IgnoreAll && !cursor.is_done(&characters) {
+            let ends_line = matches!(reading, Reading::IgnoreAll | Reading::NoteAll);
+            if ends_line && !cursor.is_done(&characters) {
                 let mut ahead = *cursor;
                 if ahead.keyword(&characters) != "newline" {
-                    let wrong = "ignoreall is not the last reading";
+                    let wrong = format!("{word} is not the last reading");
                     return Err(self.wrong(&place, wrong, "remove what follows"));
                 }
             }
@@ -99,6 +101,8 @@ fn reading(name: &str) -> Option<Reading> {
         "tocount" => Reading::ToCount,
         "count" | "counter" => Reading::Count,
         "newline" => Reading::Newline,
+        "note" => Reading::Note,
+        "noteall" => Reading::NoteAll,
         "ignore" => Reading::Ignore,
         "ignoreall" | "notes" | "remarks" => Reading::IgnoreAll,
         "declination" | "plumb" | "level" | "position" => return None,
@@ -121,6 +125,7 @@ fn allows(style: Style, reading: Reading) -> bool {
         Reading::FromDepth | Reading::ToDepth | Reading::Depth | Reading::DepthChange
     );
     match reading {
+        Reading::Note | Reading::NoteAll => return style != Style::Ignore,
         Reading::Ignore | Reading::IgnoreAll | Reading::Station => return true,
         Reading::From | Reading::To => return style != Style::Passage,
         Reading::Newline => return !matches!(style, Style::Passage | Style::NoSurvey),
@@ -139,7 +144,7 @@ fn allows(style: Style, reading: Reading) -> bool {
 
 /// What lines of this style must have and this order lacks.
 fn missing(style: Style, order: &[Reading]) -> Option<&'static str> {
-    use Quantity::{BackBearing, BackLength, Bearing, Down, Dx, Dy, Dz, Left, Length, Right, Up};
+    use Quantity::{BackBearing, BackLength, Bearing, Dx, Dy, Dz, Length};
     let has = |reading| order.contains(&reading);
     let value = |quantity| has(Reading::Value(quantity));
     let stations = has(Reading::Station) || has(Reading::From) && has(Reading::To);
@@ -166,15 +171,10 @@ fn missing(style: Style, order: &[Reading]) -> Option<&'static str> {
             (value(Dy), "the northing"),
             (value(Dz), "the altitude"),
         ],
-        Style::Passage => vec![
-            (has(Reading::Station), "the station"),
-            (value(Left), "left"),
-            (value(Right), "right"),
-            (value(Up), "up"),
-            (value(Down), "down"),
-        ],
+        Style::Passage => vec![(has(Reading::Station), "the station")],
     };
-    let interleaved = has(Reading::Station)
+    let by_station = [Reading::Station, Reading::Note, Reading::NoteAll];
+    let interleaved = order.iter().any(|reading| by_station.contains(reading))
         && matches!(style, Style::Normal | Style::Diving | Style::Cylpolar | Style::Cartesian);
     if interleaved && !has(Reading::Newline) {
         return Some("newline, which data by station needs");

@@ -156,6 +156,9 @@ impl Reader<'_> {
         } else if system.is_angular() {
             let wrong = "positions cannot be computed in degrees";
             return Err(self.wrong(&place, wrong, "give a *cs out in metres, such as UTM33N"));
+        } else if system.is_mirrored() {
+            let wrong = "the axes of this system lead west and south";
+            return Err(self.wrong(&place, wrong, "give *cs out iJTSK"));
         } else {
             self.output.get_or_insert(system);
         }

@@ -17,7 +17,7 @@ impl Reader<'_> {
     }
 
     /// Whether the next field is left out; then it is read.
-    pub(super) fn is_omitted(&self, cursor: &mut Cursor<'_>) -> bool {
+    pub(in crate::survex) fn is_omitted(&self, cursor: &mut Cursor<'_>) -> bool {
         let characters = &self.settings.characters;
         cursor.skip_blanks(characters);
         let mut ahead = *cursor;
@@ -146,7 +146,8 @@ impl Reader<'_> {
         let before = *cursor;
         let instrument = *self.settings.of(quantity);
         let reading = self.plain_number(cursor)? * instrument.unit.factor();
-        let angle = if instrument.unit == Unit::Percent { reading.atan() } else { reading };
+        let is_tangent = matches!(instrument.unit, Unit::Tangent(_));
+        let angle = if is_tangent { reading.atan() } else { reading };
         const SLACK: f64 = 1e-8;
         let off_plumb = angle.abs() - FRAC_PI_2;
         if self.settings.infer.plumbs && off_plumb.abs() <= SLACK {
