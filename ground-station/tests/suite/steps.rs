@@ -181,10 +181,10 @@ impl Mission {
                 Some(page)
             }
             Lost::Page => None,
+            // The page that looks on stays open.
             Lost::Browser => {
-                drop(page);
                 browser.unwrap().kill();
-                None
+                Some(page)
             }
         };
         After { step, chain, line, station, page, before }
@@ -208,9 +208,8 @@ async fn browse(step: Step, station: &StationProcess) -> Browser {
     let _ = std::fs::remove_dir_all(&profile);
     std::fs::create_dir_all(&profile).unwrap();
     let mut browser = Browser::open(&profile, &format!("http://{}/", station.page)).await;
-    // It has a number, and the station has heard a sign of life of it: it steers.
-    browser.wait_for("typeof page === 'number' && statusTime > 0").await;
-    browser.wait_for("document.getElementById('not-steering').hidden").await;
+    // The station has heard a sign of life of it.
+    browser.wait_for("steers && document.getElementById('not-steering').hidden").await;
     browser
 }
 
@@ -283,13 +282,14 @@ impl After {
         }
     }
 
-    /// With the line mended and a page open, the station goes on where it was.
+    /// With the line mended and a page that steers, the station goes on where it was.
     async fn goes_on(&mut self) {
         self.line.mend();
         let mut page = match self.page.take() {
             Some(page) => page,
             None => PageClient::open(self.station.page).await,
         };
+        page.steer().await;
         page.wait_for_chain().await;
     }
 
