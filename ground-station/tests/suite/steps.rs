@@ -209,7 +209,7 @@ async fn browse(step: Step, station: &StationProcess) -> Browser {
     std::fs::create_dir_all(&profile).unwrap();
     let mut browser = Browser::open(&profile, &format!("http://{}/", station.page)).await;
     // The station has heard a sign of life of it.
-    browser.wait_for("steers && document.getElementById('not-steering').hidden").await;
+    browser.wait_for("typeof steers !== 'undefined' && steers && document.getElementById('not-steering').hidden").await;
     browser
 }
 
