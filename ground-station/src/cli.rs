@@ -6,7 +6,6 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Parser;
-use tokio::net::TcpListener;
 
 use crate::access::{Access, Refused};
 use crate::address::Address;
@@ -126,7 +125,7 @@ async fn run(arguments: &Arguments, fleet: Fleet) -> Result<(), Unusable> {
     let token = find_token(arguments).map_err(unusable)?;
     let access = Access::new(arguments.host, token.clone()).map_err(no_access)?;
     let at = SocketAddr::from((arguments.host, arguments.port));
-    let listener = TcpListener::bind(at).await.map_err(|error| Unusable {
+    let listener = listener::open(at).map_err(|error| Unusable {
         wrong: format!("the page cannot be served at {at} ({error})"),
         remedy: "end the other station, or give another --port".to_owned(),
     })?;

@@ -9,7 +9,6 @@ use ground_station::access::Access;
 use ground_station::link::Link;
 use ground_station::station::{self, Setup};
 use ground_station::{listener, server};
-use tokio::net::TcpListener;
 use tokio::task::JoinHandle;
 use units::{NodeId, Role};
 use wire::crtp::Packet;
@@ -101,7 +100,7 @@ impl LocalStation {
         };
         let access = Access::new(Ipv4Addr::LOCALHOST.into(), None).unwrap();
         let session = access.session().to_owned();
-        let socket = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).await.unwrap();
+        let socket = listener::open((Ipv4Addr::LOCALHOST, 0).into()).unwrap();
         let at = socket.local_addr().unwrap();
         let routes = server::router(access, station::start(base, Setup::default()));
         let serving = tokio::spawn(listener::serve(socket, routes));

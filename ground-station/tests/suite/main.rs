@@ -1,6 +1,7 @@
 //! Tests of the whole station: the command `uchain-ground` beside a simulated chain, with clients
 //! of its page. None of them measures a time; they wait for what must come.
 
+mod abuse;
 mod access;
 mod browser;
 mod fleet;
@@ -19,5 +20,6 @@ mod simulated_chain;
 mod stalling_proxy;
 mod station_process;
 mod steps;
+mod suspended;
 mod through_bridge;
 mod virtual_chain;
