@@ -22,7 +22,8 @@ const line = {
   // When the present attempt to connect began, or the line was opened.
   began: 0,
   patience: PATIENCE_MS[0],
-  // The last state: its stamp, and when it came.
+  // The last state, its stamp, and when it came.
+  state: null,
   stamp: null,
   came: -Infinity,
   // The number of the last request, and when each that was not heard yet was written to this line.
@@ -79,7 +80,7 @@ const line = {
 
   take(state) {
     const now = performance.now();
-    [this.stamp, this.came] = [state.stamp, now];
+    [this.state, this.stamp, this.came] = [state, state.stamp, now];
     const heard = state.heard.find(({ page }) => page === PAGE);
     for (const [seq, at] of this.written) {
       if (seq > (heard?.last ?? 0)) break;

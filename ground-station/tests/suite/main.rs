@@ -18,6 +18,7 @@ mod resilient_page;
 mod severed_line;
 mod simulated_chain;
 mod stalling_proxy;
+mod stalls;
 mod station_process;
 mod steps;
 mod suspended;
