@@ -63,12 +63,7 @@ impl Drop for PageClient {
 impl PageClient {
     /// Opens a page.
     pub(crate) async fn open(at: SocketAddr) -> Self {
-        Self::open_with(at, "").await
-    }
-
-    /// Opens a page, with more behind the session of its address.
-    pub(crate) async fn open_with(at: SocketAddr, more: &str) -> Self {
-        let url = format!("ws://{at}/live?session={}{more}", session(at));
+        let url = format!("ws://{at}/live?session={}", session(at));
         let (to_station, mut from_station) = connect_async(url).await.unwrap().0.split();
         let mut welcome = next(&mut from_station).await.expect("the station has closed the page");
         let (page, plan) = (welcome["page"].as_u64().unwrap(), welcome["plan"].take());
