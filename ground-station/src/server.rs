@@ -23,6 +23,7 @@ use crate::token_guard::{Answer, TokenGuard};
 
 const PAGE: &str = include_str!("page/index.html");
 const SCRIPT: &str = include_str!("page/page.js");
+const GAMEPAD: &str = include_str!("page/gamepad.js");
 const LINE: &str = include_str!("page/line.js");
 const MAP: &str = include_str!("page/map.js");
 const STYLE: &str = include_str!("page/page.css");
@@ -77,6 +78,7 @@ pub fn router(access: Access, station: Handle) -> Router {
     Router::new()
         .route("/", get(page))
         .route("/page.js", get(|| async { file("text/javascript; charset=utf-8", SCRIPT) }))
+        .route("/gamepad.js", get(|| async { file("text/javascript; charset=utf-8", GAMEPAD) }))
         .route("/line.js", get(|| async { file("text/javascript; charset=utf-8", LINE) }))
         .route("/map.js", get(|| async { file("text/javascript; charset=utf-8", MAP) }))
         .route("/page.css", get(|| async { file("text/css; charset=utf-8", STYLE) }))

@@ -433,6 +433,7 @@ impl<L: Link> Station<L> {
     fn publish(&self, now: Instant) {
         let situation = Situation {
             now,
+            is_steered: self.pages.steering(now).is_some(),
             hears_base: self.session.hears_base(now),
             facts: self.session.facts(),
             chain: &self.chain,

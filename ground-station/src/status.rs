@@ -187,7 +187,8 @@ impl Status {
     #[must_use]
     pub fn of(situation: &Situation<'_>, shown: Shown<'_>) -> Self {
         let Shown { line, survey, steering, heard, refused, notices } = shown;
-        let Situation { now, hears_base, facts, chain, stopping, fleet } = *situation;
+        let Situation { now, is_steered: _, hears_base, facts, chain, stopping, fleet } =
+            *situation;
         let advice = advice::advise(situation);
         let (map, places) = MapStatus::of(chain, line);
         let limits = facts.map(|facts| (facts.launch_limit, facts.retreat_limit));

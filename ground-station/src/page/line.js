@@ -29,17 +29,17 @@ const line = {
   // The number of the last request, and when each that was not heard yet was written to this line.
   seq: 0,
   written: new Map(),
-  // The names of the orders that were written to this line and not heard yet.
+  // The names of the orders that were written to this line and not heard yet, by number.
   orders: new Map(),
   // The stop that the station has not heard yet, by its number.
   stop: null,
   onWelcome: () => {},
   onState: () => {},
-  onLost: () => {}, // Takes the names of orders that were written to a line that is no more.
+  onLost: () => {}, // Takes the orders that were written to a line that is no more.
 
   connect() {
     this.began = performance.now();
-    if (this.orders.size > 0) this.onLost([...this.orders.values()]);
+    if (this.orders.size > 0) this.onLost(this.orders);
     this.written.clear();
     this.orders.clear();
     const again = this.wasOpen ? "&again=true" : "";

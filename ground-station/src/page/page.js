@@ -27,16 +27,15 @@ function write(request, acted, name) {
   warn(why && `NOT SENT, ${name}: ${why}. Give it again.`);
   return why ? null : line.seq;
 }
-line.onLost = (names) => {
-  stickSent = undefined;
-  warn(`THE LINE BROKE, and it is not known whether this arrived: ${names.join(", ")}. See what the base orders.`);
+line.onLost = (lost) => {
+  for (const seq of lost.keys()) gamepad.missed(seq);
+  warn(`THE LINE BROKE, and it is not known whether this arrived: ${[...lost.values()].join(", ")}. See what the base orders.`);
 };
 
 const speed = () => Number(at("speed").value);
 
-// An order by key or button takes the head from the gamepad, until its button is let go.
 function give(name, more, acted) {
-  if (stick !== null) [stick, stickSent, stickIsOverruled] = [null, null, true];
+  gamepad.overrule();
   order(name, more, acted);
 }
 
@@ -94,39 +93,6 @@ const survey = (event, step, more = {}) => write({ do: "survey", step, ...more }
 at("survey-begin").onclick = (event) => survey(event, "begin", { node: Number(at("survey-node").value) });
 at("survey-mark").onclick = (event) => survey(event, "mark", { metres: Number(at("survey-place").value) });
 at("survey-end").onclick = (event) => survey(event, "end");
-
-// ---- Gamepad ----------------------------------------------------------------------------------
-
-// The standard layout: https://www.w3.org/TR/gamepad/#remapping
-const SHOULDER = 5;
-const FORWARD = 1; // The left stick's vertical axis, negative away from the pilot.
-const STICK_MS = 100;
-
-// The speed that the stick orders; null while the shoulder button is not held.
-let stick = null;
-// What the station was told of it, by which request; undefined where it does not know it.
-let stickSent = null;
-let stickSeq = null;
-let stickIsOverruled = false;
-let looked = performance.now();
-
-// While the right shoulder button is held the head flies as the stick says. When it is let go, or
-// the gamepad is unplugged, the head stops and hovers. What the stick says is an act of this moment:
-// where it did not go out, or was refused, it goes out again as it is then.
-setInterval(() => {
-  const [before, now] = [looked, performance.now()];
-  looked = now;
-  const pad = navigator.getGamepads().find((pad) => pad?.buttons[SHOULDER]?.pressed);
-  if (stickIsOverruled) {
-    stickIsOverruled = Boolean(pad);
-    return;
-  }
-  const steps = pad ? Math.round((-pad.axes[FORWARD] * at("speed").max) / SPEED_STEP) : 0;
-  stick = pad ? steps * SPEED_STEP : null;
-  if (stick === stickSent || !steers) return;
-  stickSeq = stick === null ? order("hold", {}, before) : order("explore", { speed: stick }, before);
-  stickSent = stickSeq === null ? undefined : stick;
-}, STICK_MS);
 
 // ---- What is shown ----------------------------------------------------------------------------
 
@@ -213,7 +179,7 @@ function show(status) {
   setText("who-steers", status.steering === null
     ? "NOBODY STEERS: the station says nothing to the base, and the head hovers. This page only looks on; it may stop."
     : "Another page steers. This page only looks on; it may stop.");
-  if (status.refused?.page === PAGE && status.refused.seq === stickSeq) [stickSent, stickSeq] = [undefined, null];
+  if (status.refused?.page === PAGE) gamepad.missed(status.refused.seq);
   setText("refused", status.refused?.text ?? "");
   at("refused").hidden = !status.refused;
   for (const button of at("orders").querySelectorAll("button, input")) button.disabled = !steers;
@@ -232,7 +198,6 @@ function show(status) {
   for (const field of at("survey").querySelectorAll("button, input")) field.disabled = !steers;
   setText("survey-state", surveyWords(status.survey));
   showStop(status.stop);
-  hearsBase = status.hears_base;
   showLine();
 }
 line.onState = show;
@@ -264,11 +229,11 @@ function warn(words) {
   if (words) warned = setTimeout(() => warn(""), 10000);
 }
 
-let hearsBase = false;
 function lineInWords() {
   if (!line.isOpen() || line.age() > STALE_MS) return "NO STATION: what is shown is old, and no order goes out. The page connects anew.";
   if (line.lag() > STALE_MS) return `THE STATION DOES NOT HEAR THIS PAGE, for ${(line.lag() / 1000).toFixed(0)} s. Orders are refused.`;
-  if (!hearsBase) return "THE BASE DOES NOT ANSWER.";
+  if (line.state.steering === null) return "NOBODY STEERS: the station says nothing to the base.";
+  if (!line.state.hears_base) return "THE BASE DOES NOT ANSWER.";
   return "";
 }
 function showLine() {

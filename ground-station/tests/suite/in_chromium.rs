@@ -7,6 +7,7 @@ use units::{MetresPerSecond, NodeId, Order};
 
 use crate::browser::Browser;
 use crate::simulated_chain::SimulatedChain;
+use crate::stalling_proxy::StallingProxy;
 use crate::station_process::StationProcess;
 
 /// A scratch folder that a test begins with empty.
@@ -83,6 +84,53 @@ async fn a_gamepad_that_is_let_go_does_not_end_a_recall_in_chromium() {
     browser.press("r").await;
     chain.wait_for("order to return", |event| *event == Event::Ordered(Order::Return)).await;
     browser.evaluate(&gamepad(false)).await;
+    let is_head = |event: &Event| matches!(event, Event::Landed(node) if node.id == NodeId(0));
+    chain.wait_for("head at home", is_head).await;
+    let hover = Event::Ordered(Order::explore(MetresPerSecond(0.0)));
+    assert!(!chain.events().contains(&hover), "{:?}", chain.events());
+}
+
+/// The stick is let go while nothing comes from the station: the hold goes out as soon as it can.
+#[tokio::test]
+#[ignore = "needs chromium"]
+async fn a_gamepad_that_is_let_go_in_a_short_stall_holds_the_head_in_chromium() {
+    let chain = SimulatedChain::demo();
+    let station = StationProcess::start(&chain.address(), &[]);
+    let proxy = StallingProxy::to(station.page);
+    let url = format!("http://{}/", proxy.at);
+    let mut browser = Browser::open(&folder("stalled-gamepad"), &url).await;
+    browser.wait_for("document.querySelectorAll('#drones li').length === 4").await;
+    browser.evaluate(&gamepad(true)).await;
+    browser.wait_for(HEAD_FLIES).await;
+    proxy.freeze();
+    browser.wait_for("line.age() > 550").await;
+    browser.evaluate(&gamepad(false)).await;
+    browser.wait_for("gamepad.told === undefined").await;
+    proxy.flow();
+    browser.wait_for("document.body.innerText.includes('taken the order to hold')").await;
+    let hover = Event::Ordered(Order::explore(MetresPerSecond(0.0)));
+    chain.wait_for("head that hovers", |event| *event == hover).await;
+}
+
+/// What the line loses of the keyboard's orders gives no order of the gamepad.
+#[tokio::test]
+#[ignore = "needs chromium"]
+async fn a_line_that_breaks_after_a_recall_does_not_end_it_in_chromium() {
+    let chain = SimulatedChain::demo();
+    let station = StationProcess::start(&chain.address(), &[]);
+    let proxy = StallingProxy::to(station.page);
+    let url = format!("http://{}/", proxy.at);
+    let mut browser = Browser::open(&folder("broken-recall"), &url).await;
+    browser.wait_for("document.querySelectorAll('#drones li').length === 4").await;
+    browser.press("e").await;
+    browser.wait_for(HEAD_FLIES).await;
+    browser.press("r").await;
+    chain.wait_for("order to return", |event| *event == Event::Ordered(Order::Return)).await;
+    proxy.freeze();
+    browser.press("r").await;
+    proxy.reset();
+    proxy.flow();
+    browser.wait_for("line.isOpen() && steers && line.age() < 500").await;
     let is_head = |event: &Event| matches!(event, Event::Landed(node) if node.id == NodeId(0));
     chain.wait_for("head at home", is_head).await;
     let hover = Event::Ordered(Order::explore(MetresPerSecond(0.0)));
