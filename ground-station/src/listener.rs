@@ -25,8 +25,9 @@ pub const HEADERS: Duration = Duration::from_secs(5);
 pub const REQUESTS: Duration = Duration::from_secs(15);
 /// The number of connections that may wait without being the socket of a page or a viewer.
 pub const MAX_WAITING: usize = 128;
-/// The number of bytes for the headers of a request, and hyper's least.
-const MAX_HEADERS: usize = 8 * 1024;
+/// The number of bytes for the headers of a request. A browser sends the cookies of every program
+/// that it has met on this machine.
+const MAX_HEADERS: usize = 32 * 1024;
 /// The pause after the machine has refused a connection, for want of file descriptors for example.
 const PAUSE: Duration = Duration::from_millis(50);
 

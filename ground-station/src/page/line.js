@@ -15,6 +15,13 @@ const PAGE = Number(crypto.getRandomValues(new BigUint64Array(1))[0] >> 11n);
 const STOP_KEPT = "uchain-stop"; // In the tab's storage: the page may be loaded anew.
 const STOP_KEPT_MS = 600000; // A tab that is restored a day later stops nothing.
 
+// Whether a stop that the station has heard holds: the base has answered, or a person has given up
+// waiting, or the base was switched off and on since. Until then the station may still go away with
+// it.
+function stopHolds(stop) {
+  return stop === null || stop.sending !== "repeating" || stop.base_s !== null;
+}
+
 const line = {
   session: document.querySelector("meta[name=session]").content,
   socket: null,
@@ -31,8 +38,10 @@ const line = {
   written: new Map(),
   // The names of the orders that were written to this line and not heard yet, by number.
   orders: new Map(),
-  // The stop that the station has not heard yet, by its number.
+  // The stop of which it is not known yet that it holds, by its number, and whether the station has
+  // heard it.
   stop: null,
+  stopIsHeard: false,
   onWelcome: () => {},
   onState: () => {},
   onLost: () => {}, // Takes the orders that were written to a line that is no more.
@@ -88,7 +97,8 @@ const line = {
       this.written.delete(seq);
       this.orders.delete(seq);
     }
-    if (this.stop !== null && (heard?.stop ?? 0) >= this.stop) this.keepStop(null);
+    this.stopIsHeard = this.stop !== null && (heard?.stop ?? 0) >= this.stop;
+    if (this.stopIsHeard && stopHolds(state.stop)) this.keepStop(null);
     this.onState(state);
   },
 
@@ -124,7 +134,7 @@ const line = {
   },
 
   // A stop is written to any line, however old its last state is, and to each new line until a state
-  // says that it was heard.
+  // says that it holds. The station takes it once, however often it is written.
   orderStop() {
     this.keepStop(++this.seq);
     this.writeStop();

@@ -241,6 +241,8 @@ function showLine() {
   setText("link", trouble || "The base answers.");
   at("link").className = trouble ? "bad" : "good";
   at("unheard").hidden = line.stop === null;
+  if (line.stop !== null) setText("unheard", `THE STOP HAS NOT ARRIVED at the ${line.stopIsHeard
+    ? "base: the station sends it again and again." : "station: the page sends it again and again."} Take the motors for running.`);
 }
 
 setInterval(showLine, BEAT_MS);

@@ -6,6 +6,7 @@ use sim_harness::serve::Event;
 use units::{MetresPerSecond, NodeId, Order};
 
 use crate::browser::Browser;
+use crate::severed_line::Line;
 use crate::simulated_chain::SimulatedChain;
 use crate::stalling_proxy::StallingProxy;
 use crate::station_process::StationProcess;
@@ -135,6 +136,31 @@ async fn a_line_that_breaks_after_a_recall_does_not_end_it_in_chromium() {
     chain.wait_for("head at home", is_head).await;
     let hover = Event::Ordered(Order::explore(MetresPerSecond(0.0)));
     assert!(!chain.events().contains(&hover), "{:?}", chain.events());
+}
+
+/// The station has the stop, and is killed before the base has answered: the page gives the stop to
+/// the station that comes after it, where the page looks on.
+#[tokio::test]
+#[ignore = "needs chromium"]
+async fn a_stop_outlives_the_station_that_has_heard_it_in_chromium() {
+    let chain = SimulatedChain::demo();
+    let line = Line::to(&chain.address());
+    let station = StationProcess::start(&line.address(), &[]);
+    let mut browser = open("restarted", &station).await;
+    browser.press("e").await;
+    browser.wait_for(HEAD_FLIES).await;
+    line.cut();
+    browser.press("Escape").await;
+    browser.wait_for("at('unheard').innerText.includes('NOT ARRIVED at the base')").await;
+    let page = station.page;
+    station.kill();
+    browser.wait_for("at('unheard').innerText.includes('NOT ARRIVED')").await;
+    line.mend();
+    let station = StationProcess::start_again(&line.address(), page);
+    chain.wait_for("stop", |event| *event == Event::Ordered(Order::Stop)).await;
+    browser.wait_for("line.stop === null && !at('unheard').checkVisibility()").await;
+    assert_eq!(browser.evaluate("steers || line.state.steering !== null").await, false);
+    drop(station);
 }
 
 #[tokio::test]

@@ -2,6 +2,7 @@
 //! than half a second is carried out, no stop is lost without being told, and no page becomes the
 //! pilot by accident.
 
+use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use futures_util::future::join_all;
@@ -21,7 +22,7 @@ const SCRIPTS: u64 = 20;
 const EVENTS: u64 = 50;
 
 /// A stream of numbers that follow from a seed (SplitMix64, Steele et al. 2014).
-struct Numbers(u64);
+pub(crate) struct Numbers(pub(crate) u64);
 
 impl Numbers {
     fn next(&mut self) -> u64 {
@@ -32,7 +33,7 @@ impl Numbers {
         z ^ (z >> 31)
     }
 
-    fn below(&mut self, end: u64) -> u64 {
+    pub(crate) fn below(&mut self, end: u64) -> u64 {
         self.next() % end
     }
 }
@@ -63,7 +64,7 @@ struct Script {
 
 const SLOWEST: f32 = 0.05;
 
-fn speed(order: usize) -> f32 {
+pub(crate) fn speed(order: usize) -> f32 {
     SLOWEST + order as f32 * 1e-4
 }
 
@@ -159,21 +160,30 @@ impl Script {
         let mut seen = self.closed;
         seen.extend(self.pages.iter().map(|page| page.seen().clone()));
         let told = self.station.log.lock().unwrap().clone();
-        Ended { orders: self.orders, told, seen, asked: self.asked }
+        let steered = seen.iter().map(|seen| seen.steered.clone()).collect();
+        let asked = self.asked.into_iter().collect();
+        Ended { orders: self.orders, told, seen, steered, asked, first: 1 }
     }
 }
 
 /// What a script leaves behind.
-struct Ended {
-    orders: Vec<Instant>,
-    told: Vec<(Instant, Told)>,
-    seen: Vec<Seen>,
-    asked: Vec<(u64, usize)>,
+pub(crate) struct Ended {
+    /// When each order was given.
+    pub(crate) orders: Vec<Instant>,
+    pub(crate) told: Vec<(Instant, Told)>,
+    /// What was seen at each page.
+    pub(crate) seen: Vec<Seen>,
+    /// The pages that steered, one after the other, as each page has seen it.
+    pub(crate) steered: Vec<Vec<Option<u64>>>,
+    /// How often each page has asked to steer, by its number.
+    pub(crate) asked: BTreeMap<u64, usize>,
+    /// The number of the page that was opened first.
+    pub(crate) first: u64,
 }
 
 impl Ended {
     /// No order that is older than half a second was carried out. Returns how many were.
-    fn no_order_was_late(&self) -> usize {
+    pub(crate) fn no_order_was_late(&self) -> usize {
         let told = self.told.iter().filter_map(|(at, told)| match told {
             Told::Speed(told) => Some((*at, *told)),
             Told::Stop => None,
@@ -181,7 +191,7 @@ impl Ended {
         let mut carried_out = 0;
         for (at, told) in told {
             let order = ((told - SLOWEST) / 1e-4).round() as usize;
-            let age = at - self.orders[order];
+            let age = at.saturating_duration_since(self.orders[order]);
             assert!(age <= LIMIT, "order {order} was carried out {age:?} after it was given");
             carried_out += 1;
         }
@@ -203,18 +213,19 @@ impl Ended {
     }
 
     /// A page steers because it was the first, or once for each time that its person has asked.
-    fn no_page_was_a_pilot_by_accident(&self) {
-        for seen in &self.seen {
+    pub(crate) fn no_page_was_a_pilot_by_accident(&self) {
+        for steered in &self.steered {
             let mut pilot = None;
-            let mut became = vec![0; self.asked.len()];
-            for steers in seen.steered.iter().flatten() {
+            let mut became: BTreeMap<u64, usize> = BTreeMap::new();
+            for steers in steered.iter().flatten() {
                 if pilot != Some(*steers) {
-                    became[*steers as usize - 1] += 1;
+                    *became.entry(*steers).or_default() += 1;
                 }
                 pilot = Some(*steers);
             }
-            for ((page, asked), became) in self.asked.iter().zip(became) {
-                let may = asked + usize::from(*page == 1);
+            for (page, became) in became {
+                let asked = self.asked.get(&page).copied().unwrap_or_default();
+                let may = asked + usize::from(page == self.first);
                 assert!(
                     became <= may,
                     "page {page} steered {became} times, and asked {asked} times"

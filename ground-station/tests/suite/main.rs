@@ -8,6 +8,7 @@ mod fleet;
 mod foxglove;
 mod in_chromium;
 mod last_word;
+mod last_word_in_chromium;
 mod local_station;
 mod losses;
 mod map;

@@ -103,6 +103,11 @@ impl Drop for ResilientPage {
     }
 }
 
+/// Whether a stop that the station has heard holds.
+fn holds(stop: &Value) -> bool {
+    stop.is_null() || stop["sending"] != "repeating" || !stop["base_s"].is_null()
+}
+
 /// The page's end of its line.
 struct Line {
     url: String,
@@ -187,7 +192,7 @@ impl Line {
         }
         self.written.retain(|(seq, _)| *seq > last);
         let mut seen = self.seen.lock().unwrap();
-        if seen.unheard.is_some_and(|stop| stop <= number("stop")) {
+        if seen.unheard.is_some_and(|stop| stop <= number("stop")) && holds(&state["stop"]) {
             seen.unheard = None;
             seen.heard_stops.push(state["stop"].clone());
         }

@@ -26,7 +26,7 @@ const LATE_SPEED: MetresPerSecond = MetresPerSecond(0.3);
 /// The page of the pilot, at the far end of the proxy.
 enum Pilot {
     Line(ResilientPage),
-    Browser(Browser),
+    Browser(Box<Browser>),
 }
 
 impl Pilot {
@@ -113,7 +113,7 @@ impl Stalled {
         let proxy = StallingProxy::to(station.page);
         let token = session(station.page);
         let mut pilot = if in_browser {
-            Pilot::Browser(browse(&format!("stalled-{step:?}-{pages}"), proxy.at).await)
+            Pilot::Browser(Box::new(browse(&format!("stalled-{step:?}-{pages}"), proxy.at).await))
         } else {
             Pilot::Line(ResilientPage::open(proxy.at, &token, 1))
         };

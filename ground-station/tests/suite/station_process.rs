@@ -25,6 +25,11 @@ impl StationProcess {
         Self::of(command().args(["--port", "0"]).args(arguments))
     }
 
+    /// Starts a station on the port of one that was killed.
+    pub(crate) fn start_again(base: &str, page: SocketAddr) -> Self {
+        Self::of(command().args(["--port", &page.port().to_string(), base]))
+    }
+
     /// Starts a station that may have so many files open.
     #[cfg(unix)]
     pub(crate) fn start_with_files(base: &str, files: u32) -> Self {
