@@ -19,12 +19,12 @@
 //!   the writing there has passed at most `now - stamp`, on the station's clock alone;
 //! - the act lies `held` before the writing, on the page's clock alone.
 //!
-//! So the act is at most **`now - stamp + held`** old. No two clocks are compared, and no line that
-//! freezes, delays, doubles or reorders makes the bound too small: each of these makes the stamp
-//! older. What can is a page whose clock runs slow by itself, which a browser's monotonic clock does
-//! not do within seconds, and a page that lies, which must have the session token first. The price
-//! is the way of the state to the page: on a line that takes 0.4 s there and back, orders are
-//! refused, and the page says so.
+//! So the act is at most **`now - stamp + held`** old. No two clocks are compared, and a line that
+//! freezes, delays, doubles or reorders makes the bound only greater, since the stamp is older then.
+//! Two pages could make the bound too small: one whose clock runs slow by itself, which a browser's
+//! monotonic clock does not do within seconds, and one that lies, which must have the session token
+//! first. The price is that the way of the state to the page counts: on a line that takes 0.4 s there
+//! and back, orders are refused, and the page says so.
 //!
 //! # What is refused
 //! Everything that is older than [`LIMIT`] is refused, with two exceptions. **A stop is never

@@ -39,7 +39,7 @@ const BACKLOG: u32 = 1024;
 
 /// The address from which a request came.
 #[derive(Clone, Copy, Debug)]
-pub struct Peer(pub IpAddr);
+pub struct ClientAddress(pub IpAddr);
 
 /// Opens a port.
 ///
@@ -62,7 +62,7 @@ pub async fn serve(listener: TcpListener, routes: Router) {
     loop {
         match listener.accept().await {
             Ok((stream, peer)) => {
-                let routes = routes.clone().layer(Extension(Peer(peer.ip())));
+                let routes = routes.clone().layer(Extension(ClientAddress(peer.ip())));
                 waiting.push_back(tokio::spawn(attend(stream, routes)).abort_handle());
             }
             Err(_) => tokio::time::sleep(PAUSE).await,

@@ -7,7 +7,7 @@
 //! asked to put them onto the disk (`fsync`): they are readable up to there when the station is
 //! killed, and also when the machine loses its power.
 
-mod disk;
+mod durable;
 mod mcap;
 mod packets;
 mod survey;
@@ -21,7 +21,7 @@ use std::time::{Duration, Instant};
 
 use units::NodeId;
 
-use self::disk::{Disk, sync_folder};
+use self::durable::{DurableFile, sync_folder};
 use crate::message::{Event, Record};
 use crate::range_survey::Sample;
 
@@ -69,23 +69,23 @@ impl Drop for Recorder {
 }
 
 /// The two files, and the folder for those of range surveys.
-struct Files<D: Disk> {
-    packets: packets::Packets<BufWriter<D>>,
-    mcap: mcap::Recording<BufWriter<D>>,
+struct Files<F: DurableFile> {
+    packets: packets::Packets<BufWriter<F>>,
+    mcap: mcap::Recording<BufWriter<F>>,
     /// The two files once more, to have them put onto the disk.
-    disks: [D; 2],
+    files: [F; 2],
     folder: PathBuf,
     /// The number of range surveys that were written.
     surveys: usize,
 }
 
-impl<D: Disk> Files<D> {
-    fn begin(packets: D, mcap: D, folder: PathBuf) -> io::Result<Self> {
-        let disks = [packets.again()?, mcap.again()?];
+impl<F: DurableFile> Files<F> {
+    fn begin(packets: F, mcap: F, folder: PathBuf) -> io::Result<Self> {
+        let files = [packets.again()?, mcap.again()?];
         Ok(Self {
             packets: packets::Packets::new(BufWriter::new(packets))?,
             mcap: mcap::Recording::new(BufWriter::new(mcap))?,
-            disks,
+            files,
             folder,
             surveys: 0,
         })
@@ -101,13 +101,13 @@ impl<D: Disk> Files<D> {
     fn flush(&mut self) -> io::Result<()> {
         self.packets.flush()?;
         self.mcap.flush()?;
-        self.disks.iter().try_for_each(Disk::sync)
+        self.files.iter().try_for_each(DurableFile::sync)
     }
 
     fn finish(&mut self) -> io::Result<()> {
         self.packets.flush()?;
         self.mcap.finish()?;
-        self.disks.iter().try_for_each(Disk::sync)
+        self.files.iter().try_for_each(DurableFile::sync)
     }
 
     fn write_survey(&mut self, node: NodeId, samples: &[Sample]) -> io::Result<()> {
@@ -144,7 +144,7 @@ mod tests {
     use ::mcap::MessageStream;
     use ::mcap::read::Options;
 
-    use super::disk::tests::Paper;
+    use super::durable::tests::PowerCutFile;
     use super::*;
     use crate::blocks::DroneReport;
 
@@ -173,7 +173,7 @@ mod tests {
 
     #[test]
     fn a_power_cut_leaves_what_was_flushed() {
-        let (packets, mcap) = (Paper::default(), Paper::default());
+        let (packets, mcap) = (PowerCutFile::default(), PowerCutFile::default());
         let mut files = Files::begin(packets.clone(), mcap.clone(), PathBuf::new()).unwrap();
         for n in 0..1_000 {
             files.write(report(n)).unwrap();
@@ -193,7 +193,7 @@ mod tests {
     /// The recorder's own thread flushes without being told to.
     #[test]
     fn a_recording_that_goes_on_reaches_the_disk() {
-        let (packets, mcap) = (Paper::default(), Paper::default());
+        let (packets, mcap) = (PowerCutFile::default(), PowerCutFile::default());
         let mut files = Files::begin(packets, mcap.clone(), PathBuf::new()).unwrap();
         let (records, received) = mpsc::channel();
         let writer = thread::spawn(move || files.write_all(&received));

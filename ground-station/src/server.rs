@@ -15,11 +15,11 @@ use tokio::sync::Semaphore;
 
 use crate::access::{Access, Refused};
 use crate::foxglove;
-use crate::listener::Peer;
+use crate::listener::ClientAddress;
 use crate::page_socket;
 use crate::station::Handle;
 use crate::steering::{LineId, PageId};
-use crate::token_guard::{Answer, TokenGuard};
+use crate::token_guard::{TokenAnswer, TokenGuard};
 
 const PAGE: &str = include_str!("page/index.html");
 const SCRIPT: &str = include_str!("page/page.js");
@@ -102,14 +102,18 @@ impl IntoResponse for Refused {
 
 impl Shared {
     /// Checks the token of a request, in its turn where wrong ones came from its address.
-    async fn check_token(&self, Peer(peer): Peer, given: Option<&str>) -> Result<(), Refused> {
+    async fn check_token(
+        &self,
+        ClientAddress(client): ClientAddress,
+        given: Option<&str>,
+    ) -> Result<(), Refused> {
         if !self.access.needs_token() {
             return Ok(());
         }
-        match self.guard.check(peer, || self.access.check_token(given).is_ok()).await {
-            Answer::Right => Ok(()),
-            Answer::Wrong => Err(Refused::Token),
-            Answer::Busy => Err(Refused::Busy),
+        match self.guard.check(client, || self.access.check_token(given).is_ok()).await {
+            TokenAnswer::Right => Ok(()),
+            TokenAnswer::Wrong => Err(Refused::Token),
+            TokenAnswer::Busy => Err(Refused::Busy),
         }
     }
 }
@@ -149,10 +153,10 @@ fn file(kind: &'static str, text: impl IntoResponse) -> Response {
 
 async fn page(
     State(shared): State<Arc<Shared>>,
-    Extension(peer): Extension<Peer>,
+    Extension(client): Extension<ClientAddress>,
     Query(asked): Query<Asked>,
 ) -> Result<Response, Refused> {
-    shared.check_token(peer, asked.token.as_deref()).await?;
+    shared.check_token(client, asked.token.as_deref()).await?;
     Ok(file("text/html; charset=utf-8", PAGE.replace(SESSION_MARK, shared.access.session())))
 }
 
@@ -178,14 +182,14 @@ async fn live(
 /// Opens the live stream to a viewer that speaks Foxglove's protocol.
 async fn view(
     State(shared): State<Arc<Shared>>,
-    Extension(peer): Extension<Peer>,
+    Extension(client): Extension<ClientAddress>,
     headers: HeaderMap,
     Query(asked): Query<Asked>,
     upgrade: WebSocketUpgrade,
 ) -> Result<Response, Refused> {
     let (host, origin) = named(&headers);
     shared.access.check_viewer(host, origin)?;
-    shared.check_token(peer, asked.token.as_deref()).await?;
+    shared.check_token(client, asked.token.as_deref()).await?;
     let place = Arc::clone(&shared.viewers).try_acquire_owned().map_err(|_| Refused::Full)?;
     let upgrade = upgrade.protocols(foxglove::PROTOCOLS).max_message_size(MAX_SUBSCRIPTION);
     if upgrade.selected_protocol().is_none() {

@@ -26,7 +26,7 @@ use crate::range_survey::RangeSurvey;
 use crate::recorder::Recorder;
 use crate::session::{News, Session, Speech};
 use crate::status::{Shown, Status};
-use crate::steering::{LineId, PageId, Pages, Refused};
+use crate::steering::{LineId, PageId, Pages, Rejected};
 
 /// The time between two looks at what is due; an order is sent at once, not at the next of them.
 const TICK: Duration = Duration::from_millis(10);
@@ -264,7 +264,7 @@ impl<L: Link> Station<L> {
                 self.refused = None;
                 self.act(now, page, request, until);
             }
-            Err(refused) => self.refuse(now, (page, echo.seq), request, refused),
+            Err(rejected) => self.refuse(now, (page, echo.seq), request, rejected),
         }
     }
 
@@ -301,7 +301,7 @@ impl<L: Link> Station<L> {
         now: Instant,
         (page, seq): (PageId, Option<u64>),
         request: Request,
-        refused: Refused,
+        rejected: Rejected,
     ) {
         let what = match request {
             Request::Order(order) => format!("Not ordered to {}", order_in_words(order)),
@@ -310,7 +310,7 @@ impl<L: Link> Station<L> {
             Request::Survey(_) => "Nothing was noted for the range survey".to_owned(),
             Request::Beat | Request::Stop => return,
         };
-        let text = format!("{what}: {refused}");
+        let text = format!("{what}: {rejected}");
         self.notice(now, text.clone());
         self.refused = Some(Refusal { at: now, page, seq, text });
     }

@@ -11,7 +11,7 @@ use crate::checklist::{self, Check};
 use crate::fleet::Fleet;
 use crate::freshness;
 use crate::range_survey::{Proposal, RangeSurvey};
-use crate::steering::{Heard, PageId};
+use crate::steering::{PageId, Receipt};
 use crate::stopping::{Sending, Stopping};
 use crate::words;
 
@@ -23,7 +23,7 @@ pub struct Status {
     /// The page that steers.
     steering: Option<PageId>,
     /// What was heard of each open page.
-    heard: Vec<Heard>,
+    heard: Vec<Receipt>,
     /// The last request that was refused, for some seconds.
     refused: Option<RefusedStatus>,
     hears_base: bool,
@@ -54,7 +54,7 @@ pub struct Shown<'a> {
     /// The page that steers.
     pub steering: Option<PageId>,
     /// What was heard of each open page.
-    pub heard: Vec<Heard>,
+    pub heard: Vec<Receipt>,
     /// The last request that was refused: the page that made it, its number, and why.
     pub refused: Option<(PageId, Option<u64>, &'a str)>,
     /// The last lines of the station's log, the newest last.

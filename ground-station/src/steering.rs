@@ -40,7 +40,7 @@ pub struct LineId(pub u64);
 
 /// What is known of a page.
 #[derive(Clone, Debug, Default)]
-struct Page {
+struct KnownPage {
     lines: BTreeSet<LineId>,
     /// Whether the page was opened by a person, and did not come back by itself.
     is_new: bool,
@@ -54,7 +54,7 @@ struct Page {
 
 /// What the station has heard of an open page, so that the page knows what has arrived.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-pub struct Heard {
+pub struct Receipt {
     page: PageId,
     /// The highest number of a request.
     last: Option<u64>,
@@ -64,7 +64,7 @@ pub struct Heard {
 
 /// Why a request is refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Refused {
+pub enum Rejected {
     /// The person's act may be so old.
     Old(Duration),
     /// Nothing bounds the age of the person's act.
@@ -77,7 +77,7 @@ pub enum Refused {
     NobodySteers,
 }
 
-impl fmt::Display for Refused {
+impl fmt::Display for Rejected {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Old(age) => {
@@ -94,7 +94,7 @@ impl fmt::Display for Refused {
 /// The pages.
 #[derive(Clone, Debug, Default)]
 pub struct Pages {
-    pages: BTreeMap<PageId, Page>,
+    pages: BTreeMap<PageId, KnownPage>,
     /// The last page that steered.
     steers: Option<PageId>,
 }
@@ -115,7 +115,7 @@ impl Pages {
                 page.seen = None;
             }
         }
-        let closed = |page: &Page| page.lines.is_empty();
+        let closed = |page: &KnownPage| page.lines.is_empty();
         if self.pages.values().filter(|page| closed(page)).count() > REMEMBERED {
             self.pages.retain(|_, page| !closed(page));
         }
@@ -147,15 +147,15 @@ impl Pages {
     ///
     /// # Errors
     /// Why it is refused.
-    pub fn judge(&mut self, now: Instant, id: PageId, echo: Echo) -> Result<Instant, Refused> {
+    pub fn judge(&mut self, now: Instant, id: PageId, echo: Echo) -> Result<Instant, Rejected> {
         let page = self.pages.entry(id).or_default();
         if echo.seq.is_some() && echo.seq <= page.order {
-            return Err(Refused::Overtaken);
+            return Err(Rejected::Overtaken);
         }
         page.order = page.order.max(echo.seq);
-        let age = echo.age(now).ok_or(Refused::Undated)?;
+        let age = echo.age(now).ok_or(Rejected::Undated)?;
         if age >= LIMIT {
-            return Err(Refused::Old(age));
+            return Err(Rejected::Old(age));
         }
         Ok(Instant::from_micros(now.as_micros() + LIMIT.as_micros() - age.as_micros()))
     }
@@ -169,12 +169,12 @@ impl Pages {
         now: Instant,
         id: PageId,
         echo: Echo,
-    ) -> Result<Instant, Refused> {
+    ) -> Result<Instant, Rejected> {
         let until = self.judge(now, id, echo)?;
         match self.steering(now) {
             Some(pilot) if pilot == id => Ok(until),
-            Some(_) => Err(Refused::AnotherSteers),
-            None => Err(Refused::NobodySteers),
+            Some(_) => Err(Rejected::AnotherSteers),
+            None => Err(Rejected::NobodySteers),
         }
     }
 
@@ -193,9 +193,9 @@ impl Pages {
 
     /// What was heard of each open page.
     #[must_use]
-    pub fn heard(&self) -> Vec<Heard> {
+    pub fn heard(&self) -> Vec<Receipt> {
         let open = self.pages.iter().filter(|(_, page)| !page.lines.is_empty());
-        open.map(|(id, page)| Heard { page: *id, last: page.last, stop: page.stop }).collect()
+        open.map(|(id, page)| Receipt { page: *id, last: page.last, stop: page.stop }).collect()
     }
 }
 
@@ -253,7 +253,7 @@ mod tests {
             pages.hear(at(ms), TWO, echo(ms));
             assert_eq!(pages.steering(at(ms)), None);
         }
-        assert_eq!(pages.judge_order(at(9_770), TWO, echo(9_770)), Err(Refused::NobodySteers));
+        assert_eq!(pages.judge_order(at(9_770), TWO, echo(9_770)), Err(Rejected::NobodySteers));
         // A page that is opened then looks on as well.
         pages.open(LineId(3), PageId(3), true);
         pages.hear(at(10_000), PageId(3), echo(10_000));
@@ -302,12 +302,12 @@ mod tests {
         let mut pages = two();
         assert_eq!(pages.judge_order(at(499), ONE, echo(0)), Ok(at(500)));
         let old = Duration::from_millis(500);
-        assert_eq!(pages.judge_order(at(500), ONE, echo(0)), Err(Refused::Old(old)));
+        assert_eq!(pages.judge_order(at(500), ONE, echo(0)), Err(Rejected::Old(old)));
         let held = Echo { held: 400, ..echo(200) };
-        assert_eq!(pages.judge_order(at(300), ONE, held), Err(Refused::Old(old)));
+        assert_eq!(pages.judge_order(at(300), ONE, held), Err(Rejected::Old(old)));
         let undated = pages.judge_order(at(300), ONE, Echo::default());
-        assert_eq!(undated, Err(Refused::Undated));
-        assert_eq!(pages.judge_order(at(300), TWO, echo(290)), Err(Refused::AnotherSteers));
+        assert_eq!(undated, Err(Rejected::Undated));
+        assert_eq!(pages.judge_order(at(300), TWO, echo(290)), Err(Rejected::AnotherSteers));
     }
 
     #[test]
@@ -316,7 +316,7 @@ mod tests {
         assert!(pages.judge_order(at(300), ONE, numbered(250, 7)).is_ok());
         for late in [6, 7] {
             let judged = pages.judge_order(at(310), ONE, numbered(250, late));
-            assert_eq!(judged, Err(Refused::Overtaken));
+            assert_eq!(judged, Err(Rejected::Overtaken));
         }
         assert!(pages.judge_order(at(310), ONE, numbered(250, 8)).is_ok());
     }
@@ -338,7 +338,7 @@ mod tests {
         pages.take_stop(ONE, numbered(10, 3));
         pages.close(LineId(2));
         let heard = pages.heard();
-        assert_eq!(heard, [Heard { page: ONE, last: Some(3), stop: Some(3) }]);
+        assert_eq!(heard, [Receipt { page: ONE, last: Some(3), stop: Some(3) }]);
     }
 
     #[test]

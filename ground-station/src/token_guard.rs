@@ -21,7 +21,7 @@ const MAX_ADDRESSES: usize = 256;
 
 /// What a request with a token is told.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Answer {
+pub enum TokenAnswer {
     /// The token is right.
     Right,
     /// The token is wrong.
@@ -49,12 +49,12 @@ pub struct TokenGuard {
 
 impl TokenGuard {
     /// Looks at a token, as soon as its address may be answered.
-    pub async fn check(&self, address: IpAddr, is_right: impl FnOnce() -> bool) -> Answer {
+    pub async fn check(&self, address: IpAddr, is_right: impl FnOnce() -> bool) -> TokenAnswer {
         let address = network(address);
         let turn = self.turn(address);
         // The map, this request and those that wait hold the turn.
         if Arc::strong_count(&turn) > MAX_WAITING + 1 {
-            return Answer::Busy;
+            return TokenAnswer::Busy;
         }
         let mut wrong = turn.lock().await;
         if let Some(next) = wrong.next {
@@ -62,12 +62,12 @@ impl TokenGuard {
         }
         if is_right() {
             *wrong = Wrong::default();
-            return Answer::Right;
+            return TokenAnswer::Right;
         }
         wrong.count += 1;
         wrong.next = Some(Instant::now() + PAUSE);
         eprintln!("uchain-ground: a wrong token from {address} ({} so far)", wrong.count);
-        Answer::Wrong
+        TokenAnswer::Wrong
     }
 
     fn turn(&self, address: IpAddr) -> Turn {
@@ -113,7 +113,7 @@ mod tests {
     async fn a_right_token_is_answered_at_once() {
         let (guard, began) = (TokenGuard::default(), Instant::now());
         for _ in 0..100 {
-            assert_eq!(guard.check(HERE, || true).await, Answer::Right);
+            assert_eq!(guard.check(HERE, || true).await, TokenAnswer::Right);
         }
         assert_eq!(began.elapsed(), Duration::ZERO);
     }
@@ -122,13 +122,13 @@ mod tests {
     async fn guesses_take_a_second_each_and_the_right_one_waits_like_the_others() {
         let (guard, began) = (TokenGuard::default(), Instant::now());
         for _ in 0..10 {
-            assert_eq!(guard.check(HERE, || false).await, Answer::Wrong);
+            assert_eq!(guard.check(HERE, || false).await, TokenAnswer::Wrong);
         }
         assert_eq!(began.elapsed(), 9 * PAUSE);
-        assert_eq!(guard.check(HERE, || true).await, Answer::Right);
+        assert_eq!(guard.check(HERE, || true).await, TokenAnswer::Right);
         assert!(began.elapsed() >= 10 * PAUSE);
         // From then on that address waits no more.
-        assert_eq!(guard.check(HERE, || true).await, Answer::Right);
+        assert_eq!(guard.check(HERE, || true).await, TokenAnswer::Right);
         assert!(began.elapsed() < 11 * PAUSE);
     }
 
@@ -153,7 +153,7 @@ mod tests {
     async fn wrong_tokens_of_one_address_hold_up_no_other() {
         let (guard, began) = (TokenGuard::default(), Instant::now());
         guard.check(THERE, || false).await;
-        assert_eq!(guard.check(HERE, || true).await, Answer::Right);
+        assert_eq!(guard.check(HERE, || true).await, TokenAnswer::Right);
         assert_eq!(began.elapsed(), Duration::ZERO);
         let neighbours = ["fd00::1", "fd00::2"].map(|text| network(text.parse().unwrap()));
         assert_eq!(neighbours[0], neighbours[1]);

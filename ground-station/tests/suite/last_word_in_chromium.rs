@@ -71,14 +71,14 @@ impl Tab {
     }
 }
 
-struct Script {
+struct BrowserScript {
     numbers: Numbers,
     station: LocalStation,
     tabs: Vec<Tab>,
     ended: Ended,
 }
 
-impl Script {
+impl BrowserScript {
     async fn begin() -> Self {
         let station = LocalStation::start().await;
         let mut tabs = Vec::new();
@@ -160,7 +160,7 @@ impl Script {
 #[tokio::test]
 #[ignore = "needs chromium"]
 async fn freezes_reloads_and_keys_do_not_take_the_operators_last_word_in_chromium() {
-    let mut script = Script::begin().await;
+    let mut script = BrowserScript::begin().await;
     for _ in 0..EVENTS {
         script.step().await;
     }

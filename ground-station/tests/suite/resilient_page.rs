@@ -59,7 +59,7 @@ impl ResilientPage {
         let (acts, acted) = mpsc::unbounded_channel();
         let seen = Arc::<Mutex<Seen>>::default();
         let url = format!("ws://{station}/live?session={session}&page={page}");
-        let line = Line {
+        let line = PageLine {
             url,
             page,
             seen: Arc::clone(&seen),
@@ -109,7 +109,7 @@ fn holds(stop: &Value) -> bool {
 }
 
 /// The page's end of its line.
-struct Line {
+struct PageLine {
     url: String,
     page: u64,
     seen: Arc<Mutex<Seen>>,
@@ -120,7 +120,7 @@ struct Line {
     patience: Duration,
 }
 
-impl Line {
+impl PageLine {
     async fn live(mut self, mut acts: mpsc::UnboundedReceiver<Act>) {
         let mut url = self.url.clone();
         loop {

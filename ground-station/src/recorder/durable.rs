@@ -6,7 +6,7 @@ use std::io::{self, Seek, Write};
 use std::path::Path;
 
 /// A file that can be put onto the disk.
-pub(super) trait Disk: Write + Seek + Sized {
+pub(super) trait DurableFile: Write + Seek + Sized {
     /// The same file once more.
     fn again(&self) -> io::Result<Self>;
 
@@ -14,7 +14,7 @@ pub(super) trait Disk: Write + Seek + Sized {
     fn sync(&self) -> io::Result<()>;
 }
 
-impl Disk for File {
+impl DurableFile for File {
     fn again(&self) -> io::Result<Self> {
         self.try_clone()
     }
@@ -39,7 +39,7 @@ pub(super) mod tests {
 
     /// A file of which a power cut leaves what was put onto the disk.
     #[derive(Clone, Default)]
-    pub(in crate::recorder) struct Paper(Arc<Mutex<Sheet>>);
+    pub(in crate::recorder) struct PowerCutFile(Arc<Mutex<Sheet>>);
 
     #[derive(Default)]
     struct Sheet {
@@ -47,13 +47,13 @@ pub(super) mod tests {
         kept: Vec<u8>,
     }
 
-    impl Paper {
+    impl PowerCutFile {
         pub(in crate::recorder) fn after_power_cut(&self) -> Vec<u8> {
             self.0.lock().unwrap().kept.clone()
         }
     }
 
-    impl Write for Paper {
+    impl Write for PowerCutFile {
         fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
             self.0.lock().unwrap().written.write(bytes)
         }
@@ -63,13 +63,13 @@ pub(super) mod tests {
         }
     }
 
-    impl Seek for Paper {
+    impl Seek for PowerCutFile {
         fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
             self.0.lock().unwrap().written.seek(to)
         }
     }
 
-    impl Disk for Paper {
+    impl DurableFile for PowerCutFile {
         fn again(&self) -> io::Result<Self> {
             Ok(self.clone())
         }
