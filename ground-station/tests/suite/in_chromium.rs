@@ -138,6 +138,28 @@ async fn a_line_that_breaks_after_a_recall_does_not_end_it_in_chromium() {
     assert!(!chain.events().contains(&hover), "{:?}", chain.events());
 }
 
+/// The page has connected anew several times when the station goes on.
+#[cfg(unix)]
+#[tokio::test]
+#[ignore = "needs chromium"]
+async fn a_key_that_was_pressed_while_the_station_was_suspended_does_nothing_in_chromium() {
+    let chain = SimulatedChain::demo();
+    let station = StationProcess::start(&chain.address(), &[]);
+    let mut browser = open("suspended", &station).await;
+    station.signal("-STOP");
+    browser.press("e").await;
+    browser.wait_for("line.age() > 7000").await;
+    browser.press("e").await;
+    browser.wait_for("at('warning').innerText.includes('NOT SENT, to explore')").await;
+    station.signal("-CONT");
+    browser.wait_for("line.isOpen() && line.age() < 500 && steers").await;
+    let ordered = |event: &Event| matches!(event, Event::Ordered(_) | Event::TakesOff(_));
+    assert!(!chain.events().iter().any(ordered), "{:?}", chain.events());
+    browser.press("e").await;
+    let explore = Event::Ordered(Order::explore(MetresPerSecond(0.2)));
+    chain.wait_for("order to explore", |event| *event == explore).await;
+}
+
 /// The station has the stop, and is killed before the base has answered: the page gives the stop to
 /// the station that comes after it, where the page looks on.
 #[tokio::test]
