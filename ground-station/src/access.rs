@@ -30,6 +30,10 @@ pub enum Refused {
     Token,
     /// The session token is missing or wrong: the page is older than the station.
     Session,
+    /// Too many requests wait because wrong tokens came from their address.
+    Busy,
+    /// As many pages or viewers are open as may be.
+    Full,
 }
 
 impl fmt::Display for Refused {
@@ -37,8 +41,10 @@ impl fmt::Display for Refused {
         f.write_str(match self {
             Self::Host => "refused: open the station by its address, http://127.0.0.1 and its port",
             Self::Origin => "refused: this request comes from a page of another site",
-            Self::Token => "refused: add ?token= and the token given to uchain-ground",
+            Self::Token => "refused: add ?token= and the token of uchain-ground",
             Self::Session => "refused: the station was restarted; load the page anew",
+            Self::Busy => "refused: wrong tokens came from this address; try again in some seconds",
+            Self::Full => "refused: too many are open; close one",
         })
     }
 }
@@ -61,6 +67,12 @@ impl Access {
         getrandom::fill(&mut bytes).map_err(|_| Refused::Session)?;
         let session = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
         Ok(Self { listens_at, token, session })
+    }
+
+    /// Whether the page and the live stream need the token.
+    #[must_use]
+    pub const fn needs_token(&self) -> bool {
+        self.token.is_some()
     }
 
     /// The token of this run, to be written into the page.
@@ -96,21 +108,16 @@ impl Access {
         }
     }
 
-    /// Checks a viewer of the live stream: a program, or a page of another site that a person has
-    /// given the token. Without `--token` no page of another site may read.
+    /// Checks the headers of a viewer of the live stream: a program, or a page of another site that
+    /// a person has given the token, which is checked as that of the page is. Without a token no page
+    /// of another site may read.
     ///
     /// # Errors
-    /// What is wrong with the headers or the token.
-    pub fn check_viewer(
-        &self,
-        host: Option<&str>,
-        origin: Option<&str>,
-        token: Option<&str>,
-    ) -> Result<(), Refused> {
+    /// Which of the headers is wrong.
+    pub fn check_viewer(&self, host: Option<&str>, origin: Option<&str>) -> Result<(), Refused> {
         match self.check_headers(host, origin) {
-            Err(Refused::Origin) if self.token.is_none() => Err(Refused::Origin),
-            Err(Refused::Origin) | Ok(()) => self.check_token(token),
-            Err(refused) => Err(refused),
+            Err(Refused::Origin) if self.token.is_some() => Ok(()),
+            checked => checked,
         }
     }
 
@@ -190,20 +197,19 @@ mod tests {
     }
 
     #[test]
-    fn a_viewer_of_another_site_needs_the_token() {
+    fn a_viewer_of_another_site_needs_a_station_with_a_token() {
         let host = Some("127.0.0.1:8430");
         let site = Some("https://app.foxglove.dev");
-        assert_eq!(local().check_viewer(host, None, None), Ok(()));
-        assert_eq!(local().check_viewer(host, site, None), Err(Refused::Origin));
-        assert_eq!(local().check_viewer(host, site, Some("")), Err(Refused::Origin));
+        assert_eq!(local().check_viewer(host, None), Ok(()));
+        assert_eq!(local().check_viewer(host, site), Err(Refused::Origin));
         let named = Some("evil.example:8430");
-        assert_eq!(local().check_viewer(named, None, None), Err(Refused::Host));
+        assert_eq!(local().check_viewer(named, None), Err(Refused::Host));
         let access = Access::new(Ipv4Addr::LOCALHOST.into(), Some("bats".to_owned())).unwrap();
+        assert!(access.needs_token() && !local().needs_token());
         for origin in [None, site] {
-            assert_eq!(access.check_viewer(host, origin, Some("bats")), Ok(()));
-            assert_eq!(access.check_viewer(host, origin, None), Err(Refused::Token));
+            assert_eq!(access.check_viewer(host, origin), Ok(()));
         }
-        assert_eq!(access.check_viewer(named, site, Some("bats")), Err(Refused::Host));
+        assert_eq!(access.check_viewer(named, site), Err(Refused::Host));
     }
 
     #[test]

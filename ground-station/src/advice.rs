@@ -40,6 +40,8 @@ pub struct Advice {
 pub struct Situation<'a> {
     /// The present time.
     pub now: Instant,
+    /// Whether a page steers; without one the station says nothing to the base.
+    pub is_steered: bool,
     /// Whether the base was heard just now.
     pub hears_base: bool,
     /// What is known about the base.
@@ -57,6 +59,13 @@ pub struct Situation<'a> {
 pub fn advise(of: &Situation<'_>) -> Advice {
     if let Stopping::Ordered(stop) = of.stopping {
         return after_stop(stop, of.fleet);
+    }
+    if !of.is_steered {
+        return urgent(
+            "Nobody steers: the station says nothing to the base, and drones in the air hover by \
+             themselves. Take over on the page that is to steer."
+                .to_owned(),
+        );
     }
     let Some(facts) = of.facts.filter(|_| of.hears_base) else {
         return urgent(
@@ -195,7 +204,15 @@ mod tests {
         }
         let facts = Some(FACTS);
         let fleet = &Fleet::default();
-        advise(&Situation { now: NOW, hears_base: true, facts, chain: &chain, stopping, fleet })
+        advise(&Situation {
+            now: NOW,
+            is_steered: true,
+            hears_base: true,
+            facts,
+            chain: &chain,
+            stopping,
+            fleet,
+        })
     }
 
     #[test]

@@ -142,7 +142,15 @@ mod tests {
         let facts = Some(Facts { node: NodeId(2), launch_limit, retreat_limit });
         let stopping = &Stopping::NotOrdered;
         let fleet = &Fleet::default();
-        checks(&Situation { now: NOW, hears_base: true, facts, chain: &chain, stopping, fleet })
+        checks(&Situation {
+            now: NOW,
+            is_steered: true,
+            hears_base: true,
+            facts,
+            chain: &chain,
+            stopping,
+            fleet,
+        })
     }
 
     #[test]
@@ -187,8 +195,15 @@ mod tests {
         fleet.drones.insert(NodeId(15), drone(address("udp://a:2"), Role::Base));
         let bad = |fleet: &Fleet, launch| -> Vec<String> {
             let (facts, stopping) = (facts(launch), &Stopping::NotOrdered);
-            let of =
-                Situation { now: NOW, hears_base: true, facts, chain: &chain, stopping, fleet };
+            let of = Situation {
+                now: NOW,
+                is_steered: true,
+                hears_base: true,
+                facts,
+                chain: &chain,
+                stopping,
+                fleet,
+            };
             checks(&of).into_iter().filter(|check| !check.good).map(|check| check.text).collect()
         };
         assert_eq!(bad(&fleet, -70.0), [""; 0]);

@@ -6,7 +6,6 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Parser;
-use tokio::net::TcpListener;
 
 use crate::access::{Access, Refused};
 use crate::address::Address;
@@ -17,7 +16,7 @@ use crate::map::MapArgs;
 use crate::range_survey::sensitivity;
 use crate::recorder::Recorder;
 use crate::station::Setup;
-use crate::{server, station};
+use crate::{listener, server, station, token};
 
 /// The port of the page.
 const PORT: u16 = 8430;
@@ -43,11 +42,18 @@ struct Arguments {
     /// The port of the page; 0 for any that is free
     #[arg(long, default_value_t = PORT)]
     port: u16,
-    /// The address at which the page is served; any but this machine's own needs --token
+    /// The address at which the page is served; any but this machine's own needs a token
     #[arg(long, default_value_t = Ipv4Addr::LOCALHOST.into(), value_name = "ADDRESS")]
     host: IpAddr,
-    /// What other machines must add to the page's address, as ?token=TOKEN
-    #[arg(long)]
+    /// The file with the token, 8 characters or more, that other machines must add to the page's
+    /// address as ?token=TOKEN. The variable UCHAIN_TOKEN of the environment may have it, too
+    #[arg(long, value_name = "FILE", group = "tokens")]
+    token_file: Option<PathBuf>,
+    /// Make a token for this run, and print it in the page's address
+    #[arg(long, group = "tokens")]
+    new_token: bool,
+    /// The token itself; every user of this machine can read it in the list of processes
+    #[arg(long, group = "tokens")]
     token: Option<String>,
     /// Records to packets.csv and station.mcap in this folder, which must not have them yet
     #[arg(long, value_name = "DIR")]
@@ -116,9 +122,10 @@ async fn run(arguments: &Arguments, fleet: Fleet) -> Result<(), Unusable> {
     let way = address.open().map_err(unusable)?;
     let base = way.port;
     let plan = arguments.map.open().map_err(unusable)?;
-    let access = Access::new(arguments.host, arguments.token.clone()).map_err(no_access)?;
+    let token = find_token(arguments).map_err(unusable)?;
+    let access = Access::new(arguments.host, token.clone()).map_err(no_access)?;
     let at = SocketAddr::from((arguments.host, arguments.port));
-    let listener = TcpListener::bind(at).await.map_err(|error| Unusable {
+    let listener = listener::open(at).map_err(|error| Unusable {
         wrong: format!("the page cannot be served at {at} ({error})"),
         remedy: "end the other station, or give another --port".to_owned(),
     })?;
@@ -132,18 +139,39 @@ async fn run(arguments: &Arguments, fleet: Fleet) -> Result<(), Unusable> {
         remedy: "check the base's address".to_owned(),
     })?;
     let page = listener.local_addr().unwrap_or(at);
-    let token = if arguments.token.is_some() { "?token=TOKEN" } else { "" };
+    let token = match token {
+        Some(token) if arguments.new_token => format!("?token={token}"),
+        Some(_) => "?token=TOKEN".to_owned(),
+        None => String::new(),
+    };
     println!("the page is at http://{page}/{token}; Ctrl-C ends the station");
     let app =
         server::router(access, station::start(link, Setup { recorder, plan, fleet, sensitivity }));
-    let served = tokio::select! {
-        served = axum::serve(listener, app) => served,
-        _ = tokio::signal::ctrl_c() => Ok(()),
-    };
-    served.map_err(|error| Unusable {
-        wrong: format!("the page is served no more ({error})"),
-        remedy: "start the station again".to_owned(),
-    })
+    tokio::select! {
+        () = listener::serve(listener, app) => {}
+        _ = tokio::signal::ctrl_c() => {}
+    }
+    Ok(())
+}
+
+/// The token, from where the operator has put it.
+fn find_token(arguments: &Arguments) -> Result<Option<String>, token::Unusable> {
+    if let Some(token) = &arguments.token {
+        eprintln!(
+            "uchain-ground: every user of this machine can read a token given by --token in the \
+             list of processes; put it into a file of yours and give --token-file"
+        );
+        return token::check(token).map(Some);
+    }
+    if let Some(file) = &arguments.token_file {
+        return token::read(file).map(Some);
+    }
+    if arguments.new_token {
+        return token::make().map(Some);
+    }
+    let variable = std::env::var(token::VARIABLE).ok().filter(|token| !token.is_empty());
+    let checked = variable.as_deref().map(token::check).transpose();
+    checked.map_err(|why| format!("{}: {why}", token::VARIABLE))
 }
 
 fn no_base() -> Unusable {
@@ -160,9 +188,10 @@ fn no_access(refused: Refused) -> Unusable {
     match refused {
         Refused::Token => Unusable {
             wrong: "other machines can reach this address".to_owned(),
-            remedy: "add --token with a secret of your own, or leave --host out".to_owned(),
+            remedy: "add --new-token or --token-file (rather than --token), or leave --host out"
+                .to_owned(),
         },
-        Refused::Host | Refused::Origin | Refused::Session => Unusable {
+        _ => Unusable {
             wrong: "this machine gives no random numbers for a session".to_owned(),
             remedy: "start the station on another machine".to_owned(),
         },

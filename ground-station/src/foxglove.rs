@@ -12,8 +12,10 @@ use axum::extract::ws::{Message, WebSocket};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use tokio::sync::broadcast::error::RecvError;
+use tokio::time::{Instant, interval, timeout};
 
 use crate::live_stream::{Channel, LiveStream, Sample, Topic};
+use crate::page_socket::{PING, SILENCE, WRITE};
 
 /// The names under which viewers ask for the protocol: that of Foxglove's SDK, and the one before.
 /// What is spoken here is the same in both.
@@ -59,24 +61,33 @@ struct Viewer {
     subscribed: BTreeMap<u32, u32>,
 }
 
-/// Attends to a viewer until it goes away.
+/// Attends to a viewer until it goes away, takes no more or says nothing more.
 pub async fn attend(mut socket: WebSocket, stream: &LiveStream) {
     let (topics, mut samples) = stream.join();
     let mut viewer = Viewer::default();
     let mut answers = vec![server_info(), viewer.learn(topics)];
+    let mut pings = interval(PING);
+    let mut heard = Instant::now();
     loop {
         for answer in answers {
-            if socket.send(answer).await.is_err() {
-                return;
-            }
+            let Ok(Ok(())) = timeout(WRITE, socket.send(answer)).await else { return };
         }
         answers = tokio::select! {
-            message = socket.recv() => match message {
-                Some(Ok(Message::Text(text))) => viewer.heed(&text),
-                Some(Ok(Message::Binary(_))) => vec![status(Level::Error, "nothing can be published here")],
-                Some(Ok(Message::Ping(_) | Message::Pong(_))) => Vec::new(),
-                Some(Ok(Message::Close(_)) | Err(_)) | None => return,
-            },
+            message = socket.recv() => {
+                heard = Instant::now();
+                match message {
+                    Some(Ok(Message::Text(text))) => viewer.heed(&text),
+                    Some(Ok(Message::Binary(_))) => vec![status(Level::Error, "nothing can be published here")],
+                    Some(Ok(Message::Ping(_) | Message::Pong(_))) => Vec::new(),
+                    Some(Ok(Message::Close(_)) | Err(_)) | None => return,
+                }
+            }
+            _ = pings.tick() => {
+                if heard.elapsed() >= SILENCE {
+                    return;
+                }
+                vec![Message::Ping(Vec::new().into())]
+            }
             sample = samples.recv() => match sample {
                 Ok(sample) => viewer.show(sample),
                 Err(RecvError::Lagged(lost)) => {

@@ -19,7 +19,8 @@
 //! | [`status`] | the state of all that as JSON, for the pages |
 //! | [`map`] | the floor plan on which the pages show the chain |
 //! | [`range_survey`] | how far a link reaches, and which limits follow |
-//! | [`steering`] | which of the open pages steers |
+//! | [`freshness`], [`clock`] | how old an order of a page may be at most |
+//! | [`steering`] | which of the open pages steers, and which of their requests are heeded |
 //! | [`fleet`] | the fleet file: names, addresses and limits of the drones |
 //! | [`check`], [`inspection`] | check every drone against that file before a flight |
 //! | [`address`], [`link`] | carry packets to a drone |
@@ -28,7 +29,8 @@
 //! | [`recorder`] | writes these to CSV and MCAP |
 //! | [`live_stream`], [`foxglove`] | gives them to viewers as they happen, by Foxglove's protocol |
 //! | [`station`] | brings these together with the clock |
-//! | [`access`], [`server`] | who may connect, and the page itself |
+//! | [`access`], [`token`], [`token_guard`] | who may connect |
+//! | [`server`], [`listener`], [`page_socket`] | the page itself, its connections and their time limits |
 //! | [`cli`] | the command `uchain-ground` |
 
 pub mod access;
@@ -40,14 +42,18 @@ pub mod chain_view;
 pub mod check;
 pub mod checklist;
 pub mod cli;
+pub mod clock;
 pub mod fleet;
 pub mod foxglove;
+pub mod freshness;
 pub mod inspection;
 pub mod link;
+pub mod listener;
 pub mod live_stream;
 pub mod map;
 pub mod message;
 pub mod order;
+pub mod page_socket;
 #[cfg(feature = "crazyradio")]
 pub mod radio;
 pub mod range_survey;
@@ -59,4 +65,6 @@ pub mod status;
 pub mod steering;
 pub mod stopping;
 pub mod table;
+pub mod token;
+pub mod token_guard;
 pub mod words;

@@ -10,10 +10,9 @@ use wire::crtp::{Packet, ParamRequest, Port, Request};
 
 use crate::table::Rows;
 
-/// The time after which a parameter whose setting was not answered is set again.
-const AGAIN: Duration = Duration::from_millis(100);
-/// The number of times that a parameter is set before the order counts as not answered.
-const TRIES: u32 = 10;
+/// The time after which a parameter whose setting was not answered is set again: an order has half a
+/// second ([`freshness`](crate::freshness)), in which a parameter is set up to ten times.
+const AGAIN: Duration = Duration::from_millis(50);
 
 /// The fastest that the base lets a head fly (`crtp`, `Parameters::MAX_SPEED`).
 pub const MAX_SPEED: MetresPerSecond = MetresPerSecond(0.4);
@@ -164,18 +163,21 @@ pub enum Giving {
         order: Order,
         /// The parameters that are not set yet, by row, with their values.
         left: VecDeque<(u16, Vec<u8>)>,
-        /// When the first of them was set last, and how often.
-        sent: Option<(Instant, u32)>,
+        /// When the first of them was set last.
+        sent: Option<Instant>,
+        /// When the order is too old to be given.
+        until: Instant,
     },
 }
 
 impl Giving {
-    /// Begins to give an order; `None` where the base has no such parameter.
+    /// Begins to give an order, of which nothing is sent from `until` on; `None` where the base has
+    /// no such parameter.
     #[must_use]
-    pub fn begin(order: Order, rows: &Rows) -> Option<Self> {
+    pub fn begin(order: Order, until: Instant, rows: &Rows) -> Option<Self> {
         let row = |(name, value): (&str, Vec<u8>)| Some((*rows.get(name)?, value));
         let left = order.parameters().into_iter().map(row).collect::<Option<_>>()?;
-        Some(Self::Setting { order, left, sent: None })
+        Some(Self::Setting { order, left, sent: None, until })
     }
 
     /// The order that is being given.
@@ -187,20 +189,21 @@ impl Giving {
         }
     }
 
-    /// Returns the packet to be sent now, if one is due, or the order that was not answered.
+    /// Returns the packet to be sent now, if one is due, or the order that was not answered in time.
+    ///
+    /// The station may have been suspended since the last call: no part of an order that has become
+    /// too old meanwhile is sent.
     pub fn poll(&mut self, now: Instant) -> Result<Option<Packet>, Order> {
-        let Self::Setting { order, left, sent } = self else { return Ok(None) };
-        let tries = match sent {
-            Some((at, _)) if now.since(*at) < AGAIN => return Ok(None),
-            Some((_, tries)) if *tries >= TRIES => {
-                let order = *order;
-                *self = Self::Nothing;
-                return Err(order);
-            }
-            Some((_, tries)) => *tries + 1,
-            None => 1,
-        };
-        *sent = Some((now, tries));
+        let Self::Setting { order, left, sent, until } = self else { return Ok(None) };
+        if now >= *until {
+            let order = *order;
+            *self = Self::Nothing;
+            return Err(order);
+        }
+        if sent.is_some_and(|at| now.since(at) < AGAIN) {
+            return Ok(None);
+        }
+        *sent = Some(now);
         let write = |(id, value): &(u16, Vec<u8>)| {
             Request::Param(ParamRequest::Write { id: *id, value }).packet()
         };
@@ -209,7 +212,7 @@ impl Giving {
 
     /// Takes a packet of the base. Returns the order and what became of it, once that is known.
     pub fn receive(&mut self, packet: &Packet) -> Option<(Order, Fate)> {
-        let Self::Setting { order, left, sent } = self else { return None };
+        let Self::Setting { order, left, sent, .. } = self else { return None };
         if packet.port() != Ok(Port::Param) || packet.channel() != 2 {
             return None;
         }
@@ -244,6 +247,8 @@ mod tests {
             .collect()
     }
 
+    const UNTIL: Instant = Instant::from_millis(500);
+
     fn answer(row: u16, value: &[u8]) -> Packet {
         Packet::new(Port::Param, 2, &[&row.to_le_bytes()[..], value].concat()).unwrap()
     }
@@ -251,7 +256,7 @@ mod tests {
     #[test]
     fn the_speed_is_set_before_the_task() {
         let order = Order::Explore { speed: 0.25 };
-        let mut giving = Giving::begin(order, &rows()).unwrap();
+        let mut giving = Giving::begin(order, UNTIL, &rows()).unwrap();
         let speed = giving.poll(Instant::ZERO).unwrap().unwrap();
         assert_eq!(speed.data(), [&[1, 0][..], &0.25_f32.to_le_bytes()].concat());
         assert_eq!(giving.receive(&answer(1, &0.25_f32.to_le_bytes())), None);
@@ -262,18 +267,29 @@ mod tests {
 
     #[test]
     fn an_order_that_is_answered_with_another_value_was_refused() {
-        let mut giving = Giving::begin(Order::Wait, &rows()).unwrap();
+        let mut giving = Giving::begin(Order::Wait, UNTIL, &rows()).unwrap();
         assert!(giving.poll(Instant::ZERO).unwrap().is_some());
         assert_eq!(giving.receive(&answer(0, &[4])), Some((Order::Wait, Fate::Refused)));
     }
 
     #[test]
-    fn an_order_without_an_answer_is_repeated_for_a_second() {
-        let mut giving = Giving::begin(Order::Land, &rows()).unwrap();
+    fn an_order_without_an_answer_is_repeated_until_it_is_too_old() {
+        let mut giving = Giving::begin(Order::Land, UNTIL, &rows()).unwrap();
         let at = |ms| Instant::from_millis(ms);
-        let sent = (0..=99).filter(|n| giving.poll(at(10 * n)).unwrap().is_some()).count();
+        let sent = (0..=49).filter(|n| giving.poll(at(10 * n)).unwrap().is_some()).count();
         assert_eq!(sent, 10);
-        assert_eq!(giving.poll(at(1_000)), Err(Order::Land));
-        assert_eq!(giving.poll(at(1_100)), Ok(None));
+        assert_eq!(giving.poll(at(500)), Err(Order::Land));
+        assert_eq!(giving.poll(at(600)), Ok(None));
+    }
+
+    /// The station is suspended after the speed was set and before the task is.
+    #[test]
+    fn half_an_order_that_has_become_too_old_is_not_finished() {
+        let order = Order::Explore { speed: 0.25 };
+        let mut giving = Giving::begin(order, UNTIL, &rows()).unwrap();
+        assert!(giving.poll(Instant::ZERO).unwrap().is_some());
+        assert_eq!(giving.receive(&answer(1, &0.25_f32.to_le_bytes())), None);
+        assert_eq!(giving.poll(Instant::from_millis(20_000)), Err(order));
+        assert_eq!(giving.poll(Instant::from_millis(20_010)), Ok(None));
     }
 }

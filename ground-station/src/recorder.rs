@@ -3,9 +3,11 @@
 //!
 //! `packets.csv` has a row for each report of a drone that has a link towards the base; `uchain
 //! replay` reads it. `station.mcap` has everything, as JSON messages. Each range survey has a table of
-//! its own, `survey-1.csv` and so on. The first two are flushed at least once
-//! a second, and are readable up to there when the station is killed.
+//! its own, `survey-1.csv` and so on. The first two are flushed twice a second, and the system is
+//! asked to put them onto the disk (`fsync`): they are readable up to there when the station is
+//! killed, and also when the machine loses its power.
 
+mod durable;
 mod mcap;
 mod packets;
 mod survey;
@@ -19,10 +21,11 @@ use std::time::{Duration, Instant};
 
 use units::NodeId;
 
+use self::durable::{DurableFile, sync_folder};
 use crate::message::{Event, Record};
 use crate::range_survey::Sample;
 
-/// The time between two flushes, half of the second that a killed station may lose.
+/// The time between two flushes, half of the second that a recording may lose.
 const FLUSH: Duration = Duration::from_millis(500);
 
 /// A recorder; its thread ends when the recorder is dropped.
@@ -39,13 +42,10 @@ impl Recorder {
     /// If they cannot be created.
     pub fn create(folder: &Path) -> io::Result<Self> {
         fs::create_dir_all(folder)?;
-        let create = |name: &str| File::create_new(folder.join(name)).map(BufWriter::new);
-        let mut files = Files {
-            packets: packets::Packets::new(create("packets.csv")?)?,
-            mcap: mcap::Recording::new(create("station.mcap")?)?,
-            folder: folder.to_owned(),
-            surveys: 0,
-        };
+        let create = |name: &str| File::create_new(folder.join(name));
+        let (packets, mcap) = (create("packets.csv")?, create("station.mcap")?);
+        let mut files = Files::begin(packets, mcap, folder.to_owned())?;
+        sync_folder(folder)?;
         let (records, received) = mpsc::channel();
         let writer = thread::Builder::new()
             .name("recorder".to_owned())
@@ -69,19 +69,53 @@ impl Drop for Recorder {
 }
 
 /// The two files, and the folder for those of range surveys.
-struct Files {
-    packets: packets::Packets<BufWriter<File>>,
-    mcap: mcap::Recording<BufWriter<File>>,
+struct Files<F: DurableFile> {
+    packets: packets::Packets<BufWriter<F>>,
+    mcap: mcap::Recording<BufWriter<F>>,
+    /// The two files once more, to have them put onto the disk.
+    files: [F; 2],
     folder: PathBuf,
     /// The number of range surveys that were written.
     surveys: usize,
 }
 
-impl Files {
+impl<F: DurableFile> Files<F> {
+    fn begin(packets: F, mcap: F, folder: PathBuf) -> io::Result<Self> {
+        let files = [packets.again()?, mcap.again()?];
+        Ok(Self {
+            packets: packets::Packets::new(BufWriter::new(packets))?,
+            mcap: mcap::Recording::new(BufWriter::new(mcap))?,
+            files,
+            folder,
+            surveys: 0,
+        })
+    }
+
+    fn write(&mut self, record: Record) -> io::Result<()> {
+        self.packets.write(&record)?;
+        self.mcap.write(record);
+        Ok(())
+    }
+
+    /// Writes what was recorded so far, and returns when a power cut would leave it.
+    fn flush(&mut self) -> io::Result<()> {
+        self.packets.flush()?;
+        self.mcap.flush()?;
+        self.files.iter().try_for_each(DurableFile::sync)
+    }
+
+    fn finish(&mut self) -> io::Result<()> {
+        self.packets.flush()?;
+        self.mcap.finish()?;
+        self.files.iter().try_for_each(DurableFile::sync)
+    }
+
     fn write_survey(&mut self, node: NodeId, samples: &[Sample]) -> io::Result<()> {
         self.surveys += 1;
-        let name = format!("survey-{}.csv", self.surveys);
-        survey::write(File::create_new(self.folder.join(name))?, node, samples)
+        let file = File::create_new(self.folder.join(format!("survey-{}.csv", self.surveys)))?;
+        survey::write(&file, node, samples)?;
+        file.sync()?;
+        sync_folder(&self.folder)
     }
 
     fn write_all(&mut self, records: &Receiver<Record>) -> io::Result<()> {
@@ -92,20 +126,82 @@ impl Files {
                     if let Event::Survey(node, samples) = &record.event {
                         self.write_survey(*node, samples)?;
                     }
-                    self.packets.write(&record)?;
-                    self.mcap.write(record);
+                    self.write(record)?;
                 }
                 Err(RecvTimeoutError::Timeout) => {}
-                Err(RecvTimeoutError::Disconnected) => {
-                    self.packets.flush()?;
-                    return self.mcap.finish();
-                }
+                Err(RecvTimeoutError::Disconnected) => return self.finish(),
             }
             if flushed.elapsed() >= FLUSH {
-                self.packets.flush()?;
-                self.mcap.flush()?;
                 flushed = Instant::now();
+                self.flush()?;
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use ::mcap::MessageStream;
+    use ::mcap::read::Options;
+
+    use super::durable::tests::PowerCutFile;
+    use super::*;
+    use crate::blocks::DroneReport;
+
+    fn notice(n: u64) -> Record {
+        Record { at: Duration::from_millis(n), event: Event::Notice(format!("line {n}")) }
+    }
+
+    fn report(n: u64) -> Record {
+        let report = DroneReport {
+            state: 4,
+            fault: 0,
+            age: units::Duration::ZERO,
+            battery: None,
+            endurance: None,
+            back: Some((NodeId(3), units::Dbm(-61.5))),
+            odometer: units::Metres(12.5),
+        };
+        Record { at: Duration::from_millis(n), event: Event::Drone(NodeId(1), report) }
+    }
+
+    fn messages(bytes: &[u8]) -> usize {
+        let options = Options::IgnoreEndMagic;
+        let stream = MessageStream::new_with_options(bytes, options.into()).unwrap();
+        stream.map_while(Result::ok).count()
+    }
+
+    #[test]
+    fn a_power_cut_leaves_what_was_flushed() {
+        let (packets, mcap) = (PowerCutFile::default(), PowerCutFile::default());
+        let mut files = Files::begin(packets.clone(), mcap.clone(), PathBuf::new()).unwrap();
+        for n in 0..1_000 {
+            files.write(report(n)).unwrap();
+            files.write(notice(n)).unwrap();
+        }
+        files.flush().unwrap();
+        files.write(report(1_000)).unwrap();
+        let rows = String::from_utf8(packets.after_power_cut()).unwrap();
+        assert_eq!(rows.lines().count(), 1 + 1_000);
+        assert_eq!(messages(&mcap.after_power_cut()), 2_000);
+        files.finish().unwrap();
+        assert_eq!(messages(&mcap.after_power_cut()), 2_001);
+        let rows = String::from_utf8(packets.after_power_cut()).unwrap();
+        assert_eq!(rows.lines().count(), 1 + 1_001);
+    }
+
+    /// The recorder's own thread flushes without being told to.
+    #[test]
+    fn a_recording_that_goes_on_reaches_the_disk() {
+        let (packets, mcap) = (PowerCutFile::default(), PowerCutFile::default());
+        let mut files = Files::begin(packets, mcap.clone(), PathBuf::new()).unwrap();
+        let (records, received) = mpsc::channel();
+        let writer = thread::spawn(move || files.write_all(&received));
+        records.send(notice(1)).unwrap();
+        while messages(&mcap.after_power_cut()) < 1 {
+            thread::sleep(Duration::from_millis(10));
+        }
+        drop(records);
+        writer.join().unwrap().unwrap();
     }
 }

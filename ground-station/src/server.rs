@@ -1,56 +1,85 @@
-//! Serves the page, its WebSocket, and the live stream.
+//! Routes requests to the page, to its WebSocket and to the live stream.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use axum::Router;
-use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
+use axum::extract::ws::WebSocketUpgrade;
 use axum::extract::{Query, Request, State};
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
+use axum::{Extension, Router};
 use serde::Deserialize;
+use tokio::sync::Semaphore;
 
 use crate::access::{Access, Refused};
 use crate::foxglove;
-use crate::station::{self, Handle};
-use crate::steering::PageId;
+use crate::listener::ClientAddress;
+use crate::page_socket;
+use crate::station::Handle;
+use crate::steering::{LineId, PageId};
+use crate::token_guard::{TokenAnswer, TokenGuard};
 
 const PAGE: &str = include_str!("page/index.html");
 const SCRIPT: &str = include_str!("page/page.js");
+const GAMEPAD: &str = include_str!("page/gamepad.js");
+const LINE: &str = include_str!("page/line.js");
 const MAP: &str = include_str!("page/map.js");
 const STYLE: &str = include_str!("page/page.css");
 
 /// The place in the page where the session token goes.
 const SESSION_MARK: &str = "{{session}}";
 
-/// The longest request of a page in bytes; the longest order takes 60.
+/// The longest request of a page in bytes; the longest order takes 120.
 const MAX_REQUEST: usize = 1024;
 /// The longest message of a viewer in bytes; a subscription of a channel takes some 40.
 const MAX_SUBSCRIPTION: usize = 16 * 1024;
+
+/// The number of sockets of pages that may be open, and the number of viewers. With the connections
+/// that [wait](crate::listener::MAX_WAITING) they stay below the 256 files that some systems allow.
+const MAX_PAGES: usize = 64;
+const MAX_VIEWERS: usize = 16;
 
 /// What the requests share.
 #[derive(Debug)]
 struct Shared {
     access: Access,
+    guard: TokenGuard,
     station: Handle,
-    pages: AtomicU64,
+    /// The number of lines to pages that were opened.
+    lines: AtomicU64,
+    pages: Arc<Semaphore>,
+    viewers: Arc<Semaphore>,
 }
 
-/// The tokens of a request.
+/// What stands behind the question mark of a request.
 #[derive(Deserialize)]
-struct Tokens {
+struct Asked {
     token: Option<String>,
     session: Option<String>,
+    /// The number of the page, which a page draws at random when it is loaded.
+    page: Option<u64>,
+    /// Whether the page comes back by itself, after it has lost its line.
+    #[serde(default)]
+    again: bool,
 }
 
 /// The routes of a station's server.
 pub fn router(access: Access, station: Handle) -> Router {
-    let shared = Arc::new(Shared { access, station, pages: AtomicU64::new(0) });
+    let shared = Arc::new(Shared {
+        access,
+        guard: TokenGuard::default(),
+        station,
+        lines: AtomicU64::new(0),
+        pages: Arc::new(Semaphore::new(MAX_PAGES)),
+        viewers: Arc::new(Semaphore::new(MAX_VIEWERS)),
+    });
     Router::new()
         .route("/", get(page))
         .route("/page.js", get(|| async { file("text/javascript; charset=utf-8", SCRIPT) }))
+        .route("/gamepad.js", get(|| async { file("text/javascript; charset=utf-8", GAMEPAD) }))
+        .route("/line.js", get(|| async { file("text/javascript; charset=utf-8", LINE) }))
         .route("/map.js", get(|| async { file("text/javascript; charset=utf-8", MAP) }))
         .route("/page.css", get(|| async { file("text/css; charset=utf-8", STYLE) }))
         .route("/live", get(live))
@@ -62,7 +91,30 @@ pub fn router(access: Access, station: Handle) -> Router {
 
 impl IntoResponse for Refused {
     fn into_response(self) -> Response {
-        (StatusCode::FORBIDDEN, format!("{self}\n")).into_response()
+        let status = match self {
+            Self::Busy => StatusCode::TOO_MANY_REQUESTS,
+            Self::Full => StatusCode::SERVICE_UNAVAILABLE,
+            Self::Host | Self::Origin | Self::Token | Self::Session => StatusCode::FORBIDDEN,
+        };
+        (status, format!("{self}\n")).into_response()
+    }
+}
+
+impl Shared {
+    /// Checks the token of a request, in its turn where wrong ones came from its address.
+    async fn check_token(
+        &self,
+        ClientAddress(client): ClientAddress,
+        given: Option<&str>,
+    ) -> Result<(), Refused> {
+        if !self.access.needs_token() {
+            return Ok(());
+        }
+        match self.guard.check(client, || self.access.check_token(given).is_ok()).await {
+            TokenAnswer::Right => Ok(()),
+            TokenAnswer::Wrong => Err(Refused::Token),
+            TokenAnswer::Busy => Err(Refused::Busy),
+        }
     }
 }
 
@@ -101,35 +153,44 @@ fn file(kind: &'static str, text: impl IntoResponse) -> Response {
 
 async fn page(
     State(shared): State<Arc<Shared>>,
-    Query(tokens): Query<Tokens>,
+    Extension(client): Extension<ClientAddress>,
+    Query(asked): Query<Asked>,
 ) -> Result<Response, Refused> {
-    shared.access.check_token(tokens.token.as_deref())?;
+    shared.check_token(client, asked.token.as_deref()).await?;
     Ok(file("text/html; charset=utf-8", PAGE.replace(SESSION_MARK, shared.access.session())))
 }
 
 async fn live(
     State(shared): State<Arc<Shared>>,
-    Query(tokens): Query<Tokens>,
+    Query(asked): Query<Asked>,
     upgrade: WebSocketUpgrade,
 ) -> Result<Response, Refused> {
-    shared.access.check_session(tokens.session.as_deref())?;
-    let page = PageId(shared.pages.fetch_add(1, Ordering::Relaxed) + 1);
+    shared.access.check_session(asked.session.as_deref())?;
+    let place = Arc::clone(&shared.pages).try_acquire_owned().map_err(|_| Refused::Full)?;
+    let line = shared.lines.fetch_add(1, Ordering::Relaxed) + 1;
+    let page = PageId(asked.page.unwrap_or(line));
     let station = shared.station.clone();
     Ok(upgrade.max_message_size(MAX_REQUEST).on_upgrade(move |socket| async move {
-        attend(socket, page, &station).await;
-        station.close(page).await;
+        let line = LineId(line);
+        station.open(line, page, !asked.again).await;
+        page_socket::attend(socket, page, &station).await;
+        station.close(line).await;
+        drop(place);
     }))
 }
 
 /// Opens the live stream to a viewer that speaks Foxglove's protocol.
 async fn view(
     State(shared): State<Arc<Shared>>,
+    Extension(client): Extension<ClientAddress>,
     headers: HeaderMap,
-    Query(tokens): Query<Tokens>,
+    Query(asked): Query<Asked>,
     upgrade: WebSocketUpgrade,
 ) -> Result<Response, Refused> {
     let (host, origin) = named(&headers);
-    shared.access.check_viewer(host, origin, tokens.token.as_deref())?;
+    shared.access.check_viewer(host, origin)?;
+    shared.check_token(client, asked.token.as_deref()).await?;
+    let place = Arc::clone(&shared.viewers).try_acquire_owned().map_err(|_| Refused::Full)?;
     let upgrade = upgrade.protocols(foxglove::PROTOCOLS).max_message_size(MAX_SUBSCRIPTION);
     if upgrade.selected_protocol().is_none() {
         let wrong =
@@ -139,36 +200,6 @@ async fn view(
     let station = shared.station.clone();
     Ok(upgrade.on_upgrade(move |socket| async move {
         foxglove::attend(socket, station.stream()).await;
+        drop(place);
     }))
-}
-
-/// Attends to a page until it is closed.
-async fn attend(mut socket: WebSocket, page: PageId, station: &Handle) {
-    let welcome = format!("{{\"page\":{},\"plan\":{}}}", page.0, station.plan());
-    if socket.send(Message::Text(welcome.into())).await.is_err() {
-        return;
-    }
-    let mut status = station.status();
-    loop {
-        tokio::select! {
-            message = socket.recv() => match message {
-                Some(Ok(Message::Text(text))) => {
-                    // A message that is no request comes from no page of this station.
-                    let Ok(request) = serde_json::from_str::<station::Request>(&text) else { return };
-                    station.send(page, request).await;
-                }
-                Some(Ok(Message::Close(_)) | Err(_)) | None => return,
-                Some(Ok(Message::Binary(_) | Message::Ping(_) | Message::Pong(_))) => {}
-            },
-            changed = status.changed() => {
-                if changed.is_err() {
-                    return;
-                }
-                let json = status.borrow_and_update().to_string();
-                if socket.send(Message::Text(json.into())).await.is_err() {
-                    return;
-                }
-            }
-        }
-    }
 }

@@ -150,9 +150,10 @@ impl Session {
         }
     }
 
-    /// Gives an order. Returns whether the session knows the base well enough to give it.
-    pub fn order(&mut self, order: Order) -> bool {
-        let giving = self.known().and_then(|known| Giving::begin(order, &known.rows));
+    /// Gives an order, of which nothing is sent from `until` on. Returns whether the session knows
+    /// the base well enough to give it.
+    pub fn order(&mut self, order: Order, until: Instant) -> bool {
+        let giving = self.known().and_then(|known| Giving::begin(order, until, &known.rows));
         let Some(giving) = giving else { return false };
         self.drop_order(Fate::Replaced);
         self.giving = giving;

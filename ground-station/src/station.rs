@@ -15,7 +15,9 @@ use units::{Dbm, Instant, NodeId};
 use crate::advice::Situation;
 use crate::blocks::{Block, DroneReport};
 use crate::chain_view::ChainView;
+use crate::clock::Clock;
 use crate::fleet::Fleet;
+use crate::freshness::Echo;
 use crate::link::Link;
 use crate::live_stream::LiveStream;
 use crate::message::{Event, Record};
@@ -24,7 +26,7 @@ use crate::range_survey::RangeSurvey;
 use crate::recorder::Recorder;
 use crate::session::{News, Session, Speech};
 use crate::status::{Shown, Status};
-use crate::steering::{PageId, Pages};
+use crate::steering::{LineId, PageId, Pages, Rejected};
 
 /// The time between two looks at what is due; an order is sent at once, not at the next of them.
 const TICK: Duration = Duration::from_millis(10);
@@ -34,6 +36,8 @@ const PUBLISH: units::Duration = units::Duration::from_millis(100);
 const NOTICES: usize = 8;
 /// The number of requests of the pages that may wait.
 const WAITING: usize = 64;
+/// For how long the pages show that a request was refused.
+const SHOW_REFUSED: units::Duration = units::Duration::from_secs(10);
 
 /// A message of a page.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -43,9 +47,9 @@ pub enum Request {
     Beat,
     /// An order, which only the page that steers may give.
     Order(Order),
-    /// The page wants to steer in place of another.
+    /// The page's person wants to steer, where nobody does or in place of another page.
     Steer,
-    /// The emergency stop, which every page may order.
+    /// The emergency stop, which every page may order, and which is never refused.
     Stop,
     /// The operator no longer waits for answers to the stop.
     GiveUp,
@@ -75,8 +79,9 @@ pub enum SurveyStep {
 /// Something that happened at a page.
 #[derive(Clone, Copy, Debug)]
 enum FromPage {
-    Sent(PageId, Request),
-    Closed(PageId),
+    Opened { line: LineId, page: PageId, is_new: bool },
+    Sent(PageId, Echo, Request),
+    Closed(LineId),
 }
 
 /// What a station is started with, beside its link.
@@ -102,15 +107,20 @@ pub struct Handle {
 }
 
 impl Handle {
-    /// Gives a page's request to the station.
-    pub async fn send(&self, page: PageId, request: Request) {
-        // A station that has ended has nobody to give the request to.
-        let _ = self.requests.send(FromPage::Sent(page, request)).await;
+    /// Tells the station of a new line to a page; `is_new` where a person has opened the page.
+    pub async fn open(&self, line: LineId, page: PageId, is_new: bool) {
+        // A station that has ended has nobody to tell.
+        let _ = self.requests.send(FromPage::Opened { line, page, is_new }).await;
     }
 
-    /// Tells the station that a page was closed.
-    pub async fn close(&self, page: PageId) {
-        let _ = self.requests.send(FromPage::Closed(page)).await;
+    /// Gives a page's request to the station, with what the page says about its time.
+    pub async fn send(&self, page: PageId, echo: Echo, request: Request) {
+        let _ = self.requests.send(FromPage::Sent(page, echo, request)).await;
+    }
+
+    /// Tells the station that a line to a page was closed.
+    pub async fn close(&self, line: LineId) {
+        let _ = self.requests.send(FromPage::Closed(line)).await;
     }
 
     /// The state of the station as JSON, which changes ten times a second.
@@ -145,11 +155,12 @@ pub fn start(link: impl Link, setup: Setup) -> Handle {
         recorder,
         stream: Arc::clone(&stream),
         publisher,
-        began: std::time::Instant::now(),
+        clock: Clock::begin(),
         began_at: SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default(),
         session: Session::default(),
         chain: ChainView::default(),
         pages: Pages::default(),
+        refused: None,
         notices: VecDeque::new(),
         published: None,
         line: plan.as_ref().and_then(ChainLine::of),
@@ -164,17 +175,28 @@ pub fn start(link: impl Link, setup: Setup) -> Handle {
     Handle { requests, status, stream, plan: plan_json.into() }
 }
 
+/// A request that was refused.
+struct Refusal {
+    at: Instant,
+    page: PageId,
+    /// The number that the page gave the request.
+    seq: Option<u64>,
+    text: String,
+}
+
 struct Station<L: Link> {
     link: L,
     recorder: Option<Recorder>,
     stream: Arc<LiveStream>,
     publisher: watch::Sender<Arc<str>>,
-    began: std::time::Instant,
+    clock: Clock,
     /// The beginning as the time since 1970.
     began_at: Duration,
     session: Session,
     chain: ChainView,
     pages: Pages,
+    /// The last request that was refused.
+    refused: Option<Refusal>,
     notices: VecDeque<String>,
     published: Option<Instant>,
     /// The line of the plan along which drones are shown.
@@ -201,7 +223,7 @@ impl<L: Link> Station<L> {
                 packet = self.link.receive() => Some(packet),
                 _ = tick.tick() => None,
             };
-            let now = self.now();
+            let now = self.clock.now();
             if let Some(packet) = packet {
                 self.session.receive(now, &packet);
             }
@@ -214,44 +236,83 @@ impl<L: Link> Station<L> {
         }
     }
 
-    fn now(&self) -> Instant {
-        Instant::from_micros(u64::try_from(self.began.elapsed().as_micros()).unwrap_or(u64::MAX))
+    fn heed(&mut self, from: FromPage) {
+        let now = self.clock.now();
+        match from {
+            FromPage::Opened { line, page, is_new } => self.pages.open(line, page, is_new),
+            FromPage::Closed(line) => self.pages.close(line),
+            FromPage::Sent(page, echo, request) => {
+                self.pages.hear(now, page, echo);
+                if request != Request::Beat {
+                    // The page is told at once what has arrived.
+                    self.published = None;
+                    self.heed_request(now, page, echo, request);
+                }
+            }
+        }
     }
 
-    fn heed(&mut self, from: FromPage) {
-        let now = self.now();
-        let (page, request) = match from {
-            FromPage::Sent(page, request) => (page, request),
-            FromPage::Closed(page) => return self.pages.close(page),
+    fn heed_request(&mut self, now: Instant, page: PageId, echo: Echo, request: Request) {
+        let judged = match request {
+            Request::Beat => return,
+            Request::Stop => return self.stop(now, page, echo),
+            Request::Steer | Request::GiveUp => self.pages.judge(now, page, echo),
+            Request::Order(_) | Request::Survey(_) => self.pages.judge_order(now, page, echo),
         };
-        self.pages.hear(now, page);
-        match request {
-            Request::Beat => {}
-            Request::Steer => self.pages.take_over(page),
-            Request::Stop => {
-                self.record(now, Event::Stop);
-                self.session.stopping.order(now, self.chain.drones.keys().copied());
+        match judged {
+            Ok(until) => {
+                self.refused = None;
+                self.act(now, page, request, until);
             }
+            Err(rejected) => self.refuse(now, (page, echo.seq), request, rejected),
+        }
+    }
+
+    fn stop(&mut self, now: Instant, page: PageId, echo: Echo) {
+        if self.pages.take_stop(page, echo) {
+            self.record(now, Event::Stop);
+            self.session.stopping.order(now, self.chain.drones.keys().copied());
+        }
+    }
+
+    /// Carries out a request that was not refused.
+    fn act(&mut self, now: Instant, page: PageId, request: Request, until: Instant) {
+        match request {
+            Request::Beat | Request::Stop => {}
+            Request::Steer => self.pages.take_over(page),
             Request::GiveUp => {
                 self.record(now, Event::GaveUp);
                 self.session.stopping.give_up();
             }
-            Request::Order(order) if self.pages.steering(now) == Some(page) => {
+            Request::Order(order) => {
                 self.record(now, Event::Ordered(order));
-                if !self.session.order(order) {
-                    self.notice(
-                        now,
-                        "Not ordered: the station does not know the base yet.".to_owned(),
-                    );
+                if !self.session.order(order, until) {
+                    let text = "Not ordered: the station does not know the base yet.";
+                    self.notice(now, text.to_owned());
                 }
             }
-            Request::Survey(step) if self.pages.steering(now) == Some(page) => {
-                self.survey(now, step);
-            }
-            Request::Order(_) | Request::Survey(_) => {
-                self.notice(now, "Not ordered: another page steers. Take over first.".to_owned());
-            }
+            Request::Survey(step) => self.survey(now, step),
         }
+    }
+
+    /// Tells the pages that a request was refused, and why.
+    fn refuse(
+        &mut self,
+        now: Instant,
+        (page, seq): (PageId, Option<u64>),
+        request: Request,
+        rejected: Rejected,
+    ) {
+        let what = match request {
+            Request::Order(order) => format!("Not ordered to {}", order_in_words(order)),
+            Request::Steer => "The page does not steer".to_owned(),
+            Request::GiveUp => "The stop is still being sent".to_owned(),
+            Request::Survey(_) => "Nothing was noted for the range survey".to_owned(),
+            Request::Beat | Request::Stop => return,
+        };
+        let text = format!("{what}: {rejected}");
+        self.notice(now, text.clone());
+        self.refused = Some(Refusal { at: now, page, seq, text });
     }
 
     fn survey(&mut self, now: Instant, step: SurveyStep) {
@@ -363,9 +424,16 @@ impl<L: Link> Station<L> {
         }
     }
 
+    /// The refusal that the pages show now.
+    fn shown_refusal(&self, now: Instant) -> Option<(PageId, Option<u64>, &str)> {
+        let Refusal { at, page, seq, text } = self.refused.as_ref()?;
+        (now.since(*at) < SHOW_REFUSED).then_some((*page, *seq, text.as_str()))
+    }
+
     fn publish(&self, now: Instant) {
         let situation = Situation {
             now,
+            is_steered: self.pages.steering(now).is_some(),
             hears_base: self.session.hears_base(now),
             facts: self.session.facts(),
             chain: &self.chain,
@@ -377,6 +445,8 @@ impl<L: Link> Station<L> {
             line: self.line.as_ref(),
             survey: self.survey.as_ref().map(|survey| (survey, self.sensitivity)),
             steering: self.pages.steering(now),
+            heard: self.pages.heard(),
+            refused: self.shown_refusal(now),
             notices,
         };
         let status = Status::of(&situation, shown);
@@ -386,8 +456,8 @@ impl<L: Link> Station<L> {
     }
 }
 
-fn fate_in_words(order: Order, fate: Fate) -> String {
-    let order = match order {
+fn order_in_words(order: Order) -> String {
+    match order {
         Order::Wait => "wait".to_owned(),
         Order::Hold => "hold".to_owned(),
         Order::Explore { speed } => format!("explore at {speed:.2} m/s"),
@@ -395,7 +465,11 @@ fn fate_in_words(order: Order, fate: Fate) -> String {
         Order::Recall => "recall".to_owned(),
         Order::Land => "land".to_owned(),
         Order::Perch => "perch".to_owned(),
-    };
+    }
+}
+
+fn fate_in_words(order: Order, fate: Fate) -> String {
+    let order = order_in_words(order);
     match fate {
         Fate::Taken => format!("The base has taken the order to {order}."),
         Fate::Refused => format!("The base does not follow the order to {order}."),

@@ -9,16 +9,23 @@ use crate::battery;
 use crate::chain_view::{ChainView, Drone, Trend};
 use crate::checklist::{self, Check};
 use crate::fleet::Fleet;
+use crate::freshness;
 use crate::range_survey::{Proposal, RangeSurvey};
-use crate::steering::PageId;
+use crate::steering::{PageId, Receipt};
 use crate::stopping::{Sending, Stopping};
 use crate::words;
 
 /// The state of the station.
 #[derive(Debug, Serialize)]
 pub struct Status {
+    /// The time of the state in ms, which a page says with each of its requests.
+    stamp: u64,
     /// The page that steers.
     steering: Option<PageId>,
+    /// What was heard of each open page.
+    heard: Vec<Receipt>,
+    /// The last request that was refused, for some seconds.
+    refused: Option<RefusedStatus>,
     hears_base: bool,
     /// The base's number and the state of its radio, once they are known.
     base: Option<Base>,
@@ -46,8 +53,20 @@ pub struct Shown<'a> {
     pub survey: Option<(&'a RangeSurvey, Dbm)>,
     /// The page that steers.
     pub steering: Option<PageId>,
+    /// What was heard of each open page.
+    pub heard: Vec<Receipt>,
+    /// The last request that was refused: the page that made it, its number, and why.
+    pub refused: Option<(PageId, Option<u64>, &'a str)>,
     /// The last lines of the station's log, the newest last.
     pub notices: Vec<String>,
+}
+
+#[derive(Debug, Serialize)]
+struct RefusedStatus {
+    page: PageId,
+    /// The number that the page gave the request.
+    seq: Option<u64>,
+    text: String,
 }
 
 #[derive(Debug, Serialize)]
@@ -167,13 +186,21 @@ impl Status {
     /// The state of the station in a situation.
     #[must_use]
     pub fn of(situation: &Situation<'_>, shown: Shown<'_>) -> Self {
-        let Shown { line, survey, steering, notices } = shown;
-        let Situation { now, hears_base, facts, chain, stopping, fleet } = *situation;
+        let Shown { line, survey, steering, heard, refused, notices } = shown;
+        let Situation { now, is_steered: _, hears_base, facts, chain, stopping, fleet } =
+            *situation;
         let advice = advice::advise(situation);
         let (map, places) = MapStatus::of(chain, line);
         let limits = facts.map(|facts| (facts.launch_limit, facts.retreat_limit));
         Self {
+            stamp: freshness::stamp(now),
             steering,
+            heard,
+            refused: refused.map(|(page, seq, text)| RefusedStatus {
+                page,
+                seq,
+                text: text.to_owned(),
+            }),
             hears_base,
             base: facts.zip(chain.base).map(|(facts, base)| Base {
                 node: facts.node.0,

@@ -1,70 +1,58 @@
-// Shows the station's state and sends the operator's orders. The page decides nothing itself.
+// Shows the station's state and takes the operator's orders. The page decides nothing itself.
 "use strict";
 
-const BEAT_MS = 250; // The station takes a page that is silent for 1.5 s for gone.
-const STALE_MS = 1000; // States come every 100 ms.
 const SPEED_STEP = 0.05;
 
 const at = (id) => document.getElementById(id);
-const session = document.querySelector("meta[name=session]").content;
-let socket = null;
-let page = null;
-let statusTime = 0;
+let steers = false;
 
-function connect() {
-  socket = new WebSocket(`ws://${location.host}/live?session=${session}`);
-  socket.onmessage = (event) => {
-    const message = JSON.parse(event.data);
-    if ("page" in message) {
-      page = message.page;
-      chainMap.plan = message.plan;
-      setText("map-kind", message.plan ? "Drones are drawn along the first gallery, as far as they have flown." : "No map was given: the line is the way flown.");
-    }
-    else if ("drones" in message) show(message);
-  };
-  socket.onclose = () => setTimeout(connect, 500);
+line.onWelcome = (message) => {
+  chainMap.plan = message.plan;
+  setText("map-kind", message.plan ? "Drones are drawn along the first gallery, as far as they have flown." : "No map was given: the line is the way flown.");
+};
+
+// ---- Orders -----------------------------------------------------------------------------------
+
+// Writes an order, or says in large letters why it does not go out. Returns its number, if it does.
+function order(name, more, acted) {
+  return write({ do: "order", order: name, ...more }, acted, `to ${name}`);
 }
-
-function send(request) {
-  if (socket && socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(request));
+function write(request, acted, name) {
+  const isPilots = request.do === "order" || request.do === "survey";
+  if (isPilots && !steers) {
+    warn(`NOT SENT, ${name}: this page only looks on. Take over first.`);
+    return null;
+  }
+  const why = line.writeFresh(request, acted, name);
+  warn(why && `NOT SENT, ${name}: ${why}. Give it again.`);
+  return why ? null : line.seq;
 }
+line.onLost = (lost) => {
+  for (const seq of lost.keys()) gamepad.missed(seq);
+  warn(`THE LINE BROKE, and it is not known whether this arrived: ${[...lost.values()].join(", ")}. See what the base orders.`);
+};
 
-const order = (name, more = {}) => send({ do: "order", order: name, ...more });
 const speed = () => Number(at("speed").value);
 
-// A stop that the socket cannot take now is sent as soon as it is open again.
-let stopWaits = false;
-function stop() {
-  stopWaits = true;
-  sendStop();
-}
-function sendStop() {
-  if (stopWaits && socket && socket.readyState === WebSocket.OPEN) {
-    send({ do: "stop" });
-    stopWaits = false;
-  }
-}
-
-// An order by key or button takes the head from the gamepad, until its button is let go.
-function give(name, more) {
-  if (stick !== null) [stick, stickIsOverruled] = [null, true];
-  order(name, more);
+function give(name, more, acted) {
+  gamepad.overrule();
+  order(name, more, acted);
 }
 
 const orders = {
-  wait: () => give("wait"),
-  hold: () => give("hold"),
-  explore: () => give("explore", { speed: speed() }),
-  recall: () => give("recall"),
-  land: () => give("land"),
-  perch: () => give("perch"),
+  wait: (acted) => give("wait", {}, acted),
+  hold: (acted) => give("hold", {}, acted),
+  explore: (acted) => give("explore", { speed: speed() }, acted),
+  recall: (acted) => give("recall", {}, acted),
+  land: (acted) => give("land", {}, acted),
+  perch: (acted) => give("perch", {}, acted),
 };
-const branch = (way) => order("branch", { way });
+const branch = (way) => (acted) => order("branch", { way }, acted);
 
 const keys = {
   w: orders.wait, t: orders.hold, " ": orders.hold, e: orders.explore, r: orders.recall,
   l: orders.land, p: orders.perch,
-  1: () => branch("left"), 2: () => branch("straight"), 3: () => branch("right"), 0: () => branch("none"),
+  1: branch("left"), 2: branch("straight"), 3: branch("right"), 0: branch("none"),
   ArrowUp: () => changeSpeed(SPEED_STEP), ArrowDown: () => changeSpeed(-SPEED_STEP),
 };
 
@@ -79,7 +67,7 @@ function showSpeed() {
 document.addEventListener("keydown", (event) => {
   if (event.key === "Escape") {
     event.preventDefault();
-    stop();
+    line.orderStop();
     return;
   }
   if (event.repeat || event.ctrlKey || event.altKey || event.metaKey) return;
@@ -91,47 +79,20 @@ document.addEventListener("keydown", (event) => {
   const act = keys[event.key.length === 1 ? event.key.toLowerCase() : event.key];
   if (!act) return;
   event.preventDefault();
-  act();
+  act(event.timeStamp);
 });
 
-at("stop").onclick = stop;
-at("give-up").onclick = () => send({ do: "give-up" });
-at("steer").onclick = () => send({ do: "steer" });
+at("stop").onclick = () => line.orderStop();
+at("give-up").onclick = (event) => write({ do: "give-up" }, event.timeStamp, "to stop waiting");
+at("steer").onclick = (event) => write({ do: "steer" }, event.timeStamp, "to steer from this page");
 at("speed").oninput = showSpeed;
-for (const button of document.querySelectorAll("[data-order]")) button.onclick = orders[button.dataset.order];
-for (const button of document.querySelectorAll("[data-way]")) button.onclick = () => branch(button.dataset.way);
+for (const button of document.querySelectorAll("[data-order]")) button.onclick = (event) => orders[button.dataset.order](event.timeStamp);
+for (const button of document.querySelectorAll("[data-way]")) button.onclick = (event) => branch(button.dataset.way)(event.timeStamp);
 
-const survey = (step, more = {}) => send({ do: "survey", step, ...more });
-at("survey-begin").onclick = () => survey("begin", { node: Number(at("survey-node").value) });
-at("survey-mark").onclick = () => survey("mark", { metres: Number(at("survey-place").value) });
-at("survey-end").onclick = () => survey("end");
-
-// ---- Gamepad ----------------------------------------------------------------------------------
-
-// The standard layout: https://www.w3.org/TR/gamepad/#remapping
-const SHOULDER = 5;
-const FORWARD = 1; // The left stick's vertical axis, negative away from the pilot.
-const STICK_MS = 100;
-
-// The speed that the stick has ordered; null while the shoulder button is not held.
-let stick = null;
-let stickIsOverruled = false;
-
-// While the right shoulder button is held the head flies as the stick says. When it is let go, or
-// the gamepad is unplugged, the head stops and hovers.
-setInterval(() => {
-  const pad = navigator.getGamepads().find((pad) => pad?.buttons[SHOULDER]?.pressed);
-  if (stickIsOverruled) {
-    stickIsOverruled = Boolean(pad);
-    return;
-  }
-  const before = stick;
-  const steps = pad ? Math.round((-pad.axes[FORWARD] * at("speed").max) / SPEED_STEP) : 0;
-  stick = pad ? steps * SPEED_STEP : null;
-  if (stick === before) return;
-  if (stick === null) order("hold");
-  else order("explore", { speed: stick });
-}, STICK_MS);
+const survey = (event, step, more = {}) => write({ do: "survey", step, ...more }, event.timeStamp, "of the range survey");
+at("survey-begin").onclick = (event) => survey(event, "begin", { node: Number(at("survey-node").value) });
+at("survey-mark").onclick = (event) => survey(event, "mark", { metres: Number(at("survey-place").value) });
+at("survey-end").onclick = (event) => survey(event, "end");
 
 // ---- What is shown ----------------------------------------------------------------------------
 
@@ -213,9 +174,14 @@ function surveyWords(found) {
 }
 
 function show(status) {
-  statusTime = performance.now();
-  const steers = status.steering === page;
+  steers = status.steering === PAGE;
   at("not-steering").hidden = steers;
+  setText("who-steers", status.steering === null
+    ? "NOBODY STEERS: the station says nothing to the base, and the head hovers. This page only looks on; it may stop."
+    : "Another page steers. This page only looks on; it may stop.");
+  if (status.refused?.page === PAGE) gamepad.missed(status.refused.seq);
+  setText("refused", status.refused?.text ?? "");
+  at("refused").hidden = !status.refused;
   for (const button of at("orders").querySelectorAll("button, input")) button.disabled = !steers;
   at("advice").className = status.advice.urgent ? "urgent" : "";
   setText("advice", status.advice.text);
@@ -232,8 +198,9 @@ function show(status) {
   for (const field of at("survey").querySelectorAll("button, input")) field.disabled = !steers;
   setText("survey-state", surveyWords(status.survey));
   showStop(status.stop);
-  showLink(status.hears_base ? "The base answers." : "THE BASE DOES NOT ANSWER.", !status.hears_base);
+  showLine();
 }
+line.onState = show;
 
 // Two tones say that the advice has become urgent, or another urgent one has taken its place.
 let audio = null;
@@ -253,16 +220,31 @@ function sound(advice) {
   }
 }
 
-function showLink(words, isBad) {
-  setText("link", words);
-  at("link").className = isBad ? "bad" : "good";
+// What did not go out, until something does, or for ten seconds.
+let warned = null;
+function warn(words) {
+  clearTimeout(warned);
+  setText("warning", words);
+  at("warning").hidden = !words;
+  if (words) warned = setTimeout(() => warn(""), 10000);
 }
 
-setInterval(() => {
-  send({ do: "beat" });
-  sendStop();
-  if (performance.now() - statusTime > STALE_MS)
-    showLink("NO STATION: what is shown is old, and no order goes out. Load the page anew.", true);
-}, BEAT_MS);
+function lineInWords() {
+  if (!line.isOpen() || line.age() > STALE_MS) return "NO STATION: what is shown is old, and no order goes out. The page connects anew.";
+  if (line.lag() > STALE_MS) return `THE STATION DOES NOT HEAR THIS PAGE, for ${(line.lag() / 1000).toFixed(0)} s. Orders are refused.`;
+  if (line.state.steering === null) return "NOBODY STEERS: the station says nothing to the base.";
+  if (!line.state.hears_base) return "THE BASE DOES NOT ANSWER.";
+  return "";
+}
+function showLine() {
+  const trouble = lineInWords();
+  setText("link", trouble || "The base answers.");
+  at("link").className = trouble ? "bad" : "good";
+  at("unheard").hidden = line.stop === null;
+  if (line.stop !== null) setText("unheard", `THE STOP HAS NOT ARRIVED at the ${line.stopIsHeard
+    ? "base: the station sends it again and again." : "station: the page sends it again and again."} Take the motors for running.`);
+}
+
+setInterval(showLine, BEAT_MS);
 showSpeed();
-connect();
+line.begin();

@@ -104,7 +104,7 @@ proptest! {
     ) {
         let (mut base, mut session) = connected();
         base.talk(&mut session, 5_000..5_000 + order_at, Speech::Steered);
-        let is_given = session.order(Order::Explore { speed: 0.3 });
+        let is_given = session.order(Order::Explore { speed: 0.3 }, Instant::from_millis(30_000));
         prop_assert!(is_given);
         let from = 6_000;
         if stop {
@@ -161,7 +161,7 @@ fn an_order_sets_the_parameters_of_the_base() {
     let (mut base, mut session) = connected();
     session.take_news();
     let order = Order::Explore { speed: 0.25 };
-    assert!(session.order(order));
+    assert!(session.order(order, Instant::from_millis(6_500)));
     base.talk(&mut session, 6_000..6_500, Speech::Steered);
     assert_eq!(base.parameters.task as u8, 1);
     assert_eq!(Value::F32(base.parameters.speed.0), Value::F32(0.25));

@@ -54,10 +54,10 @@ async fn the_socket_needs_the_session_token_and_the_origin() {
 
 #[test]
 fn the_page_needs_the_token_where_one_is_set() {
-    let station = StationProcess::start(NO_BASE, &["--token", "bats"]);
+    let station = StationProcess::start(NO_BASE, &["--token", "fruit bats"]);
     let host = format!("Host: {}", station.page);
-    assert_eq!(status(&get(station.page, "/?token=bats", &[&host])), "200");
-    for path in ["/", "/?token=", "/?token=cats"] {
+    assert_eq!(status(&get(station.page, "/?token=fruit+bats", &[&host])), "200");
+    for path in ["/", "/?token=", "/?token=fruit+cats"] {
         let answer = get(station.page, path, &[&host]);
         assert_eq!(status(&answer), "403", "{path}");
         assert!(!answer.contains("name=\"session\""), "{path}");

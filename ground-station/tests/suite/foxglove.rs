@@ -210,8 +210,9 @@ async fn viewers_are_let_in_as_the_page_is() {
     assert!(Viewer::open(open.page, CLASSIC, "", None).await.is_ok());
     assert!(Viewer::open(open.page, "mqtt", "", None).await.is_err());
     assert!(Viewer::open(open.page, SDK, "", SITE).await.is_err());
-    let locked = StationProcess::start(NO_BASE, &["--token", "bats"]);
-    for (query, let_in) in [("", false), ("?token=cats", false), ("?token=bats", true)] {
+    let locked = StationProcess::start(NO_BASE, &["--token", "fruit bats"]);
+    for (query, let_in) in [("", false), ("?token=fruit+cats", false), ("?token=fruit+bats", true)]
+    {
         for origin in [None, SITE] {
             let viewer = Viewer::open(locked.page, SDK, query, origin).await;
             assert_eq!(viewer.is_ok(), let_in, "{query} {origin:?}");

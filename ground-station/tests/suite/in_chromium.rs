@@ -6,7 +6,9 @@ use sim_harness::serve::Event;
 use units::{MetresPerSecond, NodeId, Order};
 
 use crate::browser::Browser;
+use crate::severed_line::Line;
 use crate::simulated_chain::SimulatedChain;
+use crate::stalling_proxy::StallingProxy;
 use crate::station_process::StationProcess;
 
 /// A scratch folder that a test begins with empty.
@@ -87,6 +89,100 @@ async fn a_gamepad_that_is_let_go_does_not_end_a_recall_in_chromium() {
     chain.wait_for("head at home", is_head).await;
     let hover = Event::Ordered(Order::explore(MetresPerSecond(0.0)));
     assert!(!chain.events().contains(&hover), "{:?}", chain.events());
+}
+
+/// The stick is let go while nothing comes from the station: the hold goes out as soon as it can.
+#[tokio::test]
+#[ignore = "needs chromium"]
+async fn a_gamepad_that_is_let_go_in_a_short_stall_holds_the_head_in_chromium() {
+    let chain = SimulatedChain::demo();
+    let station = StationProcess::start(&chain.address(), &[]);
+    let proxy = StallingProxy::to(station.page);
+    let url = format!("http://{}/", proxy.at);
+    let mut browser = Browser::open(&folder("stalled-gamepad"), &url).await;
+    browser.wait_for("document.querySelectorAll('#drones li').length === 4").await;
+    browser.evaluate(&gamepad(true)).await;
+    browser.wait_for(HEAD_FLIES).await;
+    proxy.freeze();
+    browser.wait_for("line.age() > 550").await;
+    browser.evaluate(&gamepad(false)).await;
+    browser.wait_for("gamepad.told === undefined").await;
+    proxy.flow();
+    browser.wait_for("document.body.innerText.includes('taken the order to hold')").await;
+    let hover = Event::Ordered(Order::explore(MetresPerSecond(0.0)));
+    chain.wait_for("head that hovers", |event| *event == hover).await;
+}
+
+/// What the line loses of the keyboard's orders gives no order of the gamepad.
+#[tokio::test]
+#[ignore = "needs chromium"]
+async fn a_line_that_breaks_after_a_recall_does_not_end_it_in_chromium() {
+    let chain = SimulatedChain::demo();
+    let station = StationProcess::start(&chain.address(), &[]);
+    let proxy = StallingProxy::to(station.page);
+    let url = format!("http://{}/", proxy.at);
+    let mut browser = Browser::open(&folder("broken-recall"), &url).await;
+    browser.wait_for("document.querySelectorAll('#drones li').length === 4").await;
+    browser.press("e").await;
+    browser.wait_for(HEAD_FLIES).await;
+    browser.press("r").await;
+    chain.wait_for("order to return", |event| *event == Event::Ordered(Order::Return)).await;
+    proxy.freeze();
+    browser.press("r").await;
+    proxy.reset();
+    proxy.flow();
+    browser.wait_for("line.isOpen() && steers && line.age() < 500").await;
+    let is_head = |event: &Event| matches!(event, Event::Landed(node) if node.id == NodeId(0));
+    chain.wait_for("head at home", is_head).await;
+    let hover = Event::Ordered(Order::explore(MetresPerSecond(0.0)));
+    assert!(!chain.events().contains(&hover), "{:?}", chain.events());
+}
+
+/// The page has connected anew several times when the station goes on.
+#[cfg(unix)]
+#[tokio::test]
+#[ignore = "needs chromium"]
+async fn a_key_that_was_pressed_while_the_station_was_suspended_does_nothing_in_chromium() {
+    let chain = SimulatedChain::demo();
+    let station = StationProcess::start(&chain.address(), &[]);
+    let mut browser = open("suspended", &station).await;
+    station.signal("-STOP");
+    browser.press("e").await;
+    browser.wait_for("line.age() > 7000").await;
+    browser.press("e").await;
+    browser.wait_for("at('warning').innerText.includes('NOT SENT, to explore')").await;
+    station.signal("-CONT");
+    browser.wait_for("line.isOpen() && line.age() < 500 && steers").await;
+    let ordered = |event: &Event| matches!(event, Event::Ordered(_) | Event::TakesOff(_));
+    assert!(!chain.events().iter().any(ordered), "{:?}", chain.events());
+    browser.press("e").await;
+    let explore = Event::Ordered(Order::explore(MetresPerSecond(0.2)));
+    chain.wait_for("order to explore", |event| *event == explore).await;
+}
+
+/// The station has the stop, and is killed before the base has answered: the page gives the stop to
+/// the station that comes after it, where the page looks on.
+#[tokio::test]
+#[ignore = "needs chromium"]
+async fn a_stop_outlives_the_station_that_has_heard_it_in_chromium() {
+    let chain = SimulatedChain::demo();
+    let line = Line::to(&chain.address());
+    let station = StationProcess::start(&line.address(), &[]);
+    let mut browser = open("restarted", &station).await;
+    browser.press("e").await;
+    browser.wait_for(HEAD_FLIES).await;
+    line.cut();
+    browser.press("Escape").await;
+    browser.wait_for("at('unheard').innerText.includes('NOT ARRIVED at the base')").await;
+    let page = station.page;
+    station.kill();
+    browser.wait_for("at('unheard').innerText.includes('NOT ARRIVED')").await;
+    line.mend();
+    let station = StationProcess::start_again(&line.address(), page);
+    chain.wait_for("stop", |event| *event == Event::Ordered(Order::Stop)).await;
+    browser.wait_for("line.stop === null && !at('unheard').checkVisibility()").await;
+    assert_eq!(browser.evaluate("steers || line.state.steering !== null").await, false);
+    drop(station);
 }
 
 #[tokio::test]

@@ -142,6 +142,7 @@ async fn page_closed_while_the_chain_holds_it_goes_on_holding() {
     let gone = |event: &Event| matches!(event, Event::Gone(..));
     mission.chain.wait_for("client that is gone", gone).await;
     let mut page = PageClient::open(mission.station.page).await;
+    page.steer().await;
     let status = page
         .wait_for("head in the air", |status| {
             status["hears_base"] == true && status["drones"][0]["silent"] == false

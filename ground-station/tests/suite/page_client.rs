@@ -4,15 +4,25 @@ use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::time::Duration;
 
+use futures_util::stream::{SplitSink, SplitStream};
 use futures_util::{SinkExt, StreamExt};
-use serde_json::Value;
+use serde_json::{Value, json};
 use tokio::net::TcpStream as AsyncStream;
+use tokio::sync::watch;
+use tokio::task::JoinHandle;
 use tokio_tungstenite::tungstenite::Message;
 use tokio_tungstenite::{MaybeTlsStream, WebSocketStream, connect_async};
 
-/// A page that is open.
+type Socket = WebSocketStream<MaybeTlsStream<AsyncStream>>;
+
+/// A page that is open. It reads all the time, as a browser does, and says with each request which
+/// state it has read last.
 pub(crate) struct PageClient {
-    socket: WebSocketStream<MaybeTlsStream<AsyncStream>>,
+    to_station: SplitSink<Socket, Message>,
+    states: watch::Receiver<Value>,
+    reader: JoinHandle<()>,
+    /// The number of the last request.
+    seq: u64,
     pub(crate) page: u64,
     /// The floor plan that the station gave the page.
     pub(crate) plan: Value,
@@ -35,31 +45,61 @@ pub(crate) fn session(at: SocketAddr) -> String {
     rest.split_once('"').unwrap().0.to_owned()
 }
 
+/// The next message of the station; `None` where it has closed the page.
+async fn next(from_station: &mut SplitStream<Socket>) -> Option<Value> {
+    loop {
+        if let Message::Text(text) = from_station.next().await?.ok()? {
+            return Some(serde_json::from_str(&text).unwrap());
+        }
+    }
+}
+
+impl Drop for PageClient {
+    fn drop(&mut self) {
+        self.reader.abort();
+    }
+}
+
 impl PageClient {
     /// Opens a page.
     pub(crate) async fn open(at: SocketAddr) -> Self {
-        let (socket, _) =
-            connect_async(format!("ws://{at}/live?session={}", session(at))).await.unwrap();
-        let mut client = Self { socket, page: 0, plan: Value::Null };
-        let mut welcome = client.next().await;
-        client.page = welcome["page"].as_u64().unwrap();
-        client.plan = welcome["plan"].take();
-        client
+        let url = format!("ws://{at}/live?session={}", session(at));
+        let (to_station, mut from_station) = connect_async(url).await.unwrap().0.split();
+        let mut welcome = next(&mut from_station).await.expect("the station has closed the page");
+        let (page, plan) = (welcome["page"].as_u64().unwrap(), welcome["plan"].take());
+        let (put, states) = watch::channel(Value::Null);
+        let reader = tokio::spawn(async move {
+            while let Some(state) = next(&mut from_station).await {
+                put.send_replace(state);
+            }
+        });
+        Self { to_station, states, reader, seq: 0, page, plan }
     }
 
-    /// Sends a request of the page.
+    /// Sends a request of the page, as an act of this moment.
     pub(crate) async fn send(&mut self, request: &str) {
-        self.socket.send(Message::Text(request.into())).await.unwrap();
+        // The stamp of a test that was held up would be old.
+        self.next().await;
+        self.send_now(request).await;
+    }
+
+    /// Sends a request with the stamp of the last state, however old that is.
+    pub(crate) async fn send_now(&mut self, request: &str) {
+        self.seq += 1;
+        let mut request: Value = serde_json::from_str(request).unwrap();
+        request["stamp"] = self.states.borrow()["stamp"].clone();
+        request["seq"] = json!(self.seq);
+        self.send_as_it_is(&request.to_string()).await;
+    }
+
+    /// Sends a request that says nothing about its time.
+    pub(crate) async fn send_as_it_is(&mut self, request: &str) {
+        self.to_station.send(Message::Text(request.into())).await.unwrap();
     }
 
     async fn next(&mut self) -> Value {
-        loop {
-            let message =
-                self.socket.next().await.expect("the station has closed the page").unwrap();
-            if let Message::Text(text) = message {
-                return serde_json::from_str(&text).unwrap();
-            }
-        }
+        self.states.changed().await.expect("the station has closed the page");
+        self.states.borrow_and_update().clone()
     }
 
     /// Shows signs of life until the state of the station is as it must be; returns that state.
@@ -67,8 +107,8 @@ impl PageClient {
         let mut last = Value::Null;
         let waiting = async {
             loop {
-                self.send("{\"do\":\"beat\"}").await;
                 last = self.next().await;
+                self.send_now("{\"do\":\"beat\"}").await;
                 if is_it(&last) {
                     return;
                 }
@@ -77,6 +117,13 @@ impl PageClient {
         let in_time = tokio::time::timeout(Duration::from_secs(60), waiting).await.is_ok();
         assert!(in_time, "within a minute there was no {what}: {last:#}");
         last
+    }
+
+    /// Asks to steer, and waits until the page does.
+    pub(crate) async fn steer(&mut self) {
+        let page = self.page;
+        self.send(r#"{"do":"steer"}"#).await;
+        self.wait_for("page that steers", |status| status["steering"] == page).await;
     }
 
     /// Waits until the station knows the four drones of the simulated chain.

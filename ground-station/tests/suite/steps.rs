@@ -1,6 +1,7 @@
 //! What the drones do where the connection is cut, the page is closed or the browser is killed, at
 //! each step of a mission.
 
+use std::net::SocketAddr;
 use std::path::PathBuf;
 
 use futures_util::future::join_all;
@@ -18,7 +19,7 @@ use crate::station_process::StationProcess;
 
 /// A step of a mission.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Step {
+pub(crate) enum Step {
     /// The station reads the base's tables.
     Connecting,
     /// The page shows the checklist; all drones stand on the ground.
@@ -38,7 +39,7 @@ enum Step {
 }
 
 /// All of them, in the order of a mission.
-const STEPS: [Step; 8] = [
+pub(crate) const STEPS: [Step; 8] = [
     Step::Connecting,
     Step::Checklist,
     Step::Exploring,
@@ -58,11 +59,11 @@ enum Lost {
 }
 
 /// Simulated seconds per second.
-const SPEED: f64 = 2.0;
+pub(crate) const SPEED: f64 = 2.0;
 
 impl Step {
     /// The scenario in which the step is flown.
-    fn scenario(self) -> Scenario {
+    pub(crate) fn scenario(self) -> Scenario {
         match self {
             Self::Choosing => Scenario::open("three-forks").unwrap(),
             // Links of a short chain are already weak, so that relay 1 is in the air when it is lost.
@@ -78,13 +79,13 @@ impl Step {
 }
 
 /// An order of the operator: the key in the browser, and the request of a page.
-struct Key(&'static str, &'static str);
+pub(crate) struct Key(pub(crate) &'static str, pub(crate) &'static str);
 
-const EXPLORE: Key = Key("e", r#"{"do":"order","order":"explore","speed":0.2}"#);
-const RIGHT: Key = Key("3", r#"{"do":"order","order":"branch","way":"right"}"#);
-const HOLD: Key = Key("t", r#"{"do":"order","order":"hold"}"#);
-const RECALL: Key = Key("r", r#"{"do":"order","order":"recall"}"#);
-const STOP: Key = Key("Escape", r#"{"do":"stop"}"#);
+pub(crate) const EXPLORE: Key = Key("e", r#"{"do":"order","order":"explore","speed":0.2}"#);
+pub(crate) const RIGHT: Key = Key("3", r#"{"do":"order","order":"branch","way":"right"}"#);
+pub(crate) const HOLD: Key = Key("t", r#"{"do":"order","order":"hold"}"#);
+pub(crate) const RECALL: Key = Key("r", r#"{"do":"order","order":"recall"}"#);
+pub(crate) const STOP: Key = Key("Escape", r#"{"do":"stop"}"#);
 
 /// A chain, a station behind a line that can be cut, and the operator's page: in a browser that
 /// steers, with another page that looks on, or without a browser.
@@ -104,7 +105,7 @@ impl Mission {
         let station = StationProcess::start(&line.address(), &[]);
         let browser = match lost {
             Lost::Connection | Lost::Page => None,
-            Lost::Browser => Some(browse(step, &station).await),
+            Lost::Browser => Some(browse(&format!("step-{step:?}"), station.page).await),
         };
         let page = PageClient::open(station.page).await;
         Self { step, chain, line, station, browser, page }
@@ -181,10 +182,10 @@ impl Mission {
                 Some(page)
             }
             Lost::Page => None,
+            // The page that looks on stays open.
             Lost::Browser => {
-                drop(page);
                 browser.unwrap().kill();
-                None
+                Some(page)
             }
         };
         After { step, chain, line, station, page, before }
@@ -192,25 +193,25 @@ impl Mission {
 }
 
 /// The head's way in metres.
-fn way(status: &Value) -> f64 {
+pub(crate) fn way(status: &Value) -> f64 {
     status["drones"][0]["odometer_m"].as_f64().unwrap()
 }
 
-fn has_taken(order: &'static str) -> impl Fn(&Value) -> bool {
+pub(crate) fn has_taken(order: &'static str) -> impl Fn(&Value) -> bool {
     move |status| {
         let taken = format!("taken the order to {order}");
         status["notices"].to_string().contains(&taken)
     }
 }
 
-async fn browse(step: Step, station: &StationProcess) -> Browser {
-    let profile = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("step-{step:?}"));
+/// Opens the page at this address in a browser, and waits until it steers.
+pub(crate) async fn browse(profile: &str, page: SocketAddr) -> Browser {
+    let profile = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(profile);
     let _ = std::fs::remove_dir_all(&profile);
     std::fs::create_dir_all(&profile).unwrap();
-    let mut browser = Browser::open(&profile, &format!("http://{}/", station.page)).await;
-    // It has a number, and the station has heard a sign of life of it: it steers.
-    browser.wait_for("typeof page === 'number' && statusTime > 0").await;
-    browser.wait_for("document.getElementById('not-steering').hidden").await;
+    let mut browser = Browser::open(&profile, &format!("http://{page}/")).await;
+    // The station has heard a sign of life of it.
+    browser.wait_for("typeof steers !== 'undefined' && steers && document.getElementById('not-steering').hidden").await;
     browser
 }
 
@@ -283,13 +284,14 @@ impl After {
         }
     }
 
-    /// With the line mended and a page open, the station goes on where it was.
+    /// With the line mended and a page that steers, the station goes on where it was.
     async fn goes_on(&mut self) {
         self.line.mend();
         let mut page = match self.page.take() {
             Some(page) => page,
             None => PageClient::open(self.station.page).await,
         };
+        page.steer().await;
         page.wait_for_chain().await;
     }
 

@@ -1,12 +1,28 @@
 //! Writes files that only their owner may read, each whole or not at all, one command at a time.
+//!
+//! A file is written as a draft and then given its name. On Linux the draft has no name where the
+//! file system can do that, so that a command which is killed leaves nothing behind. Elsewhere, and
+//! for the moment in which a draft takes the place of another file, its name is hidden; the next
+//! command in that folder removes such a draft ([`clean`]) unless the command that writes it is
+//! still at work, which holds a lock on it.
 
+use std::collections::BTreeMap;
 use std::fs::{self, File, OpenOptions, TryLockError};
-use std::io::{self, Read, Write};
+use std::io::{self, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 use std::thread::sleep;
 use std::time::Duration;
 
+use storage::Record;
+use storage::keys::KeysRecord;
+
+use super::fleet::HEADING;
 use crate::input_error::InputError;
+
+/// The end of the name of a draft, after a dot, the file's name, a dot and the number of a process.
+const DRAFT: &str = ".keys-unfinished";
+/// The same as versions before wrote it.
+const OLD_DRAFT: &str = ".unfinished";
 
 /// The operations on a disk, step by step, so that a test can stop after each.
 pub(super) trait Disk {
@@ -27,7 +43,80 @@ pub(super) trait Disk {
 }
 
 /// The disk of the computer.
-pub(super) struct Real;
+#[derive(Default)]
+pub(super) struct Real {
+    /// The drafts, by the names that they have or would have.
+    drafts: BTreeMap<PathBuf, OpenDraft>,
+}
+
+/// A draft, which is locked while it is open.
+struct OpenDraft {
+    file: File,
+    is_named: bool,
+}
+
+impl OpenDraft {
+    /// A draft without a name, where the file system can do that.
+    #[cfg(target_os = "linux")]
+    fn unnamed(folder: &Path) -> Option<Self> {
+        use rustix::fs::{Mode, OFlags, open};
+        // Through this folder it gets its name later.
+        if !Path::new("/proc/self/fd").is_dir() {
+            return None;
+        }
+        let flags = OFlags::TMPFILE | OFlags::RDWR | OFlags::CLOEXEC;
+        let file = File::from(open(folder, flags, Mode::RUSR | Mode::WUSR).ok()?);
+        Some(Self { file, is_named: false })
+    }
+
+    #[cfg(not(target_os = "linux"))]
+    fn unnamed(_: &Path) -> Option<Self> {
+        None
+    }
+
+    fn named(path: &Path) -> io::Result<Self> {
+        let _ = fs::remove_file(path);
+        let mut options = OpenOptions::new();
+        options.read(true).write(true).create_new(true);
+        #[cfg(unix)]
+        std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+        Ok(Self { file: options.open(path)?, is_named: true })
+    }
+
+    /// Gives a draft without a name one that no file has.
+    #[cfg(target_os = "linux")]
+    fn name(&self, path: &Path) -> io::Result<()> {
+        use std::os::fd::AsRawFd;
+
+        use rustix::fs::{AtFlags, CWD, linkat};
+        let itself = format!("/proc/self/fd/{}", self.file.as_raw_fd());
+        Ok(linkat(CWD, itself, CWD, path, AtFlags::SYMLINK_FOLLOW)?)
+    }
+
+    #[cfg(not(target_os = "linux"))]
+    fn name(&self, _: &Path) -> io::Result<()> {
+        Err(io::ErrorKind::Unsupported.into())
+    }
+
+    /// Gives a draft without a name this hidden one; on a file system that cannot, it is a copy.
+    fn hide(&mut self, path: &Path) -> io::Result<()> {
+        if self.name(path).is_err() {
+            let mut copy = Self::named(path)?;
+            copy.file.lock()?;
+            self.file.rewind()?;
+            io::copy(&mut self.file, &mut copy.file)?;
+            copy.file.sync_all()?;
+            *self = copy;
+        }
+        Ok(())
+    }
+}
+
+impl Real {
+    fn draft(&mut self, path: &Path) -> io::Result<&mut OpenDraft> {
+        self.drafts.get_mut(path).ok_or_else(|| io::ErrorKind::NotFound.into())
+    }
+}
 
 impl Disk for Real {
     fn exists(&self, path: &Path) -> bool {
@@ -35,24 +124,38 @@ impl Disk for Real {
     }
 
     fn create(&mut self, path: &Path) -> io::Result<()> {
-        let _ = fs::remove_file(path);
-        let mut options = OpenOptions::new();
-        options.write(true).create_new(true);
-        #[cfg(unix)]
-        std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
-        options.open(path).map(|_| ())
+        let draft = match OpenDraft::unnamed(folder(path)) {
+            Some(draft) => draft,
+            None => OpenDraft::named(path)?,
+        };
+        // Some file systems have no locks: there a draft may be removed under its command, which
+        // then fails.
+        let _ = draft.file.try_lock();
+        self.drafts.insert(path.to_owned(), draft);
+        Ok(())
     }
 
     fn write(&mut self, path: &Path, bytes: &[u8]) -> io::Result<()> {
-        OpenOptions::new().write(true).open(path)?.write_all(bytes)
+        self.draft(path)?.file.write_all(bytes)
     }
 
     fn sync(&mut self, path: &Path) -> io::Result<()> {
-        OpenOptions::new().write(true).open(path)?.sync_all()
+        self.draft(path)?.file.sync_all()
     }
 
     fn rename(&mut self, from: &Path, to: &Path) -> io::Result<()> {
-        fs::rename(from, to)
+        let draft = self.draft(from)?;
+        if !draft.is_named {
+            if draft.name(to).is_ok() {
+                self.drafts.remove(from);
+                return Ok(());
+            }
+            draft.hide(from)?;
+            draft.is_named = true;
+        }
+        fs::rename(from, to)?;
+        self.drafts.remove(from);
+        Ok(())
     }
 
     fn sync_folder(&mut self, folder: &Path) -> io::Result<()> {
@@ -61,8 +164,48 @@ impl Disk for Real {
     }
 
     fn remove(&mut self, path: &Path) {
-        let _ = fs::remove_file(path);
+        if self.drafts.remove(path).is_some_and(|draft| draft.is_named) {
+            let _ = fs::remove_file(path);
+        }
     }
+}
+
+/// Removes the drafts that commands which were killed have left in the folder of this file.
+pub(super) fn clean(path: &Path) {
+    let Ok(entries) = fs::read_dir(folder(path)) else { return };
+    for entry in entries.flatten() {
+        let is_file = entry.file_type().is_ok_and(|kind| kind.is_file());
+        if is_file && is_left_behind(&entry.path(), &entry.file_name().to_string_lossy()) {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+}
+
+/// Whether a file is a draft that no command is writing.
+fn is_left_behind(path: &Path, name: &str) -> bool {
+    let ours = has_draft_name(name, DRAFT);
+    if !ours && !has_draft_name(name, OLD_DRAFT) {
+        return false;
+    }
+    let Ok(file) = File::open(path) else { return false };
+    // Versions before held no lock: what is not surely a draft of keys may be another program's.
+    file.try_lock().is_ok() && (ours || has_keys(&file))
+}
+
+fn has_draft_name(name: &str, end: &str) -> bool {
+    let middle = name.strip_prefix('.').and_then(|name| name.strip_suffix(end));
+    let process = middle.and_then(|middle| Some(middle.rsplit_once('.')?.1));
+    process.is_some_and(|digits| {
+        !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit())
+    })
+}
+
+/// Whether a file begins as a key file does, or as a page does.
+fn has_keys(file: &File) -> bool {
+    let mut bytes = Vec::new();
+    let read = file.take(LARGEST).read_to_end(&mut bytes);
+    let first_line = HEADING.lines().next().unwrap_or(HEADING).as_bytes();
+    read.is_ok() && (bytes.starts_with(first_line) || KeysRecord::decode(&bytes).is_ok())
 }
 
 /// A file that is being written, under a name of its own until it is whole.
@@ -79,7 +222,7 @@ impl Draft {
         })?;
         let mut hidden = std::ffi::OsString::from(".");
         hidden.push(name);
-        hidden.push(format!(".{}.unfinished", std::process::id()));
+        hidden.push(format!(".{}{DRAFT}", std::process::id()));
         let draft = Self { path: path.to_owned(), unfinished: folder(path).join(hidden) };
         match disk.create(&draft.unfinished) {
             Ok(()) => Ok(draft),
@@ -153,12 +296,30 @@ pub(super) fn read_private(path: &Path) -> Result<String, InputError> {
 }
 
 /// The file itself where `path` is a link to it: replacing the link would leave two.
-pub(super) fn followed(path: &Path) -> Result<PathBuf, InputError> {
+///
+/// # Errors
+/// If the file has another name by a hard link. Whichever name is given, the other would keep the
+/// file as it was before, and give out the same numbers again.
+pub(super) fn only(path: &Path) -> Result<PathBuf, InputError> {
     let metadata = fs::symlink_metadata(path);
-    if !metadata.is_ok_and(|metadata| metadata.is_symlink()) {
-        return Ok(path.to_owned());
+    let is_link = metadata.is_ok_and(|metadata| metadata.is_symlink());
+    let file = if is_link { fs::canonicalize(path) } else { Ok(path.to_owned()) };
+    let file = file.map_err(|error| unusable(path, &error))?;
+    #[cfg(unix)]
+    if let Ok(names) =
+        fs::metadata(&file).map(|about| std::os::unix::fs::MetadataExt::nlink(&about))
+        && names > 1
+    {
+        return Err(InputError::new(
+            format!("this key file has {names} names (hard links), and only one would be changed"),
+            format!(
+                "find them with: find FOLDER -samefile {}, and delete all but one",
+                super::quoted(&file)
+            ),
+        )
+        .in_file(path));
     }
-    fs::canonicalize(path).map_err(|error| unusable(path, &error))
+    Ok(file)
 }
 
 fn unusable(path: &Path, error: &io::Error) -> InputError {

@@ -44,7 +44,7 @@ use crate::suggest;
 
 const VERSION: i64 = 1;
 
-const HEADING: &str = "\
+pub(super) const HEADING: &str = "\
 # The keys of a fleet of drones. Keep this file secret: with it anyone can fly all of them.
 # Change it with `uchain keys` alone, and never put an old copy back: it would give out numbers
 # that have been given already.

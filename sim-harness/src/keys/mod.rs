@@ -9,7 +9,8 @@
 //! [`Issue`] (their drones would use the same nonces), and that half a file lies where a whole one
 //! is expected. So the key file says that an issue is given before its page is there, and is on
 //! the disk by then; each file is written under another name first; and one command at a time works
-//! on a fleet.
+//! on a fleet. A key file that has two names by a hard link is refused, since each name would go on
+//! giving out numbers by itself; and a command that is killed leaves no draft with a secret in it.
 
 mod disk;
 mod fleet;
@@ -102,7 +103,8 @@ pub fn create(path: &Path, generation: u8) -> Result<Fleet, InputError> {
         return Err(InputError::new("--generation 0 is out of range", "give 1 to 255"));
     }
     let _lock = Lock::of(path)?;
-    let disk = &mut Real;
+    disk::clean(path);
+    let disk = &mut Real::default();
     if disk.exists(path) {
         return Err(InputError::new(
             "there is something here already, and a key file is never overwritten",
@@ -135,9 +137,11 @@ pub fn open(path: &Path) -> Result<Fleet, InputError> {
 /// # Errors
 /// If the fleet cannot be read or written, has no number left, or there is something at `out`.
 pub fn provision(path: &Path, request: &Request, out: &Path) -> Result<Provisioned, InputError> {
-    let path = &disk::followed(path)?;
+    let path = &disk::only(path)?;
     let _lock = Lock::of(path)?;
-    provision_on(&mut Real, path, open(path)?, request, out)
+    disk::clean(path);
+    disk::clean(out);
+    provision_on(&mut Real::default(), path, open(path)?, request, out)
 }
 
 fn provision_on(
@@ -174,11 +178,12 @@ fn provision_on(
 /// # Errors
 /// If the fleet cannot be read or written, has no such drone, or no generation left.
 pub fn rekey(path: &Path, without: &[NodeId]) -> Result<Fleet, InputError> {
-    let path = &disk::followed(path)?;
+    let path = &disk::only(path)?;
     let _lock = Lock::of(path)?;
+    disk::clean(path);
     let mut fleet = open(path)?;
     fleet.rekey(without).map_err(|error| error.in_file(path))?;
-    disk::replace(&mut Real, path, fleet.text().as_bytes())?;
+    disk::replace(&mut Real::default(), path, fleet.text().as_bytes())?;
     Ok(fleet)
 }
 

@@ -590,6 +590,110 @@ mod on_unix {
         assert_eq!(open(&link).unwrap().issued(), 2);
     }
 
+    /// Each name would give out the same numbers again.
+    #[test]
+    fn a_fleet_with_two_names_is_refused_until_one_is_deleted() {
+        let scratch = Scratch::new("hard-link");
+        let (file, copy) = (scratch.0.join("fleet.toml"), scratch.0.join("backup/fleet.toml"));
+        fs::create_dir(scratch.0.join("backup")).unwrap();
+        create(&file, 1).unwrap();
+        fs::hard_link(&file, &copy).unwrap();
+        let link = scratch.0.join("link.toml");
+        symlink(&copy, &link).unwrap();
+        for name in [&file, &copy, &link] {
+            let page = scratch.0.join("page.bin");
+            for complaint in [
+                provision(name, &relay(1), &page).unwrap_err().to_string(),
+                rekey(name, &[]).unwrap_err().to_string(),
+            ] {
+                assert!(complaint.contains("2 names") && complaint.contains("-samefile"));
+                assert_eq!(complaint.lines().count(), 1, "{complaint}");
+            }
+            assert!(!page.exists());
+        }
+        assert_eq!(open(&file).unwrap().issued(), 0);
+        fs::remove_file(&copy).unwrap();
+        provision(&file, &relay(1), &scratch.0.join("1.bin")).unwrap();
+        assert_eq!(fs::metadata(&file).unwrap().nlink(), 1);
+    }
+
+    /// The names of all files in a folder that a listing does not show.
+    fn hidden(folder: &Path) -> Vec<String> {
+        let names = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name());
+        names.map(|n| n.into_string().unwrap()).filter(|name| name.starts_with('.')).collect()
+    }
+
+    #[test]
+    fn what_a_killed_command_has_left_is_removed_and_nothing_else() {
+        let scratch = Scratch::new("killed");
+        let (file, stick) = (scratch.0.join("fleet.toml"), scratch.0.join("stick"));
+        fs::create_dir(&stick).unwrap();
+        create(&file, 1).unwrap();
+        let secret = fs::read(&file).unwrap();
+        provision(&file, &relay(1), &stick.join("1.bin")).unwrap();
+        let page = fs::read(stick.join("1.bin")).unwrap();
+        for (left, bytes) in [
+            (scratch.0.join(".fleet.toml.4242.keys-unfinished"), &secret[..]),
+            (scratch.0.join(".other.toml.17.keys-unfinished"), &secret[..100]),
+            (stick.join(".7.bin.99.keys-unfinished"), &page[..10]),
+            // As versions before named them.
+            (scratch.0.join(".fleet.toml.4242.unfinished"), &secret),
+            (stick.join(".7.bin.99.unfinished"), &page),
+        ] {
+            fs::write(left, bytes).unwrap();
+        }
+        let kept = [
+            (scratch.0.join(".results.99.unfinished"), "another program's"),
+            (scratch.0.join(".fleet.toml.keys-unfinished"), "no number"),
+            (scratch.0.join("fleet.toml.1.keys-unfinished"), "not hidden"),
+        ];
+        for (other, text) in &kept {
+            fs::write(other, text).unwrap();
+        }
+        // A command that is still at work holds a lock on its draft.
+        let at_work = scratch.0.join(".slow.toml.5.keys-unfinished");
+        let slow = fs::File::create(&at_work).unwrap();
+        slow.lock().unwrap();
+        provision(&file, &relay(2), &stick.join("2.bin")).unwrap();
+        assert!(hidden(&stick).is_empty(), "{:?}", hidden(&stick));
+        assert!(at_work.exists() && kept.iter().all(|(other, _)| other.exists()));
+        assert_eq!(hidden(&scratch.0).len(), 3, "{:?}", hidden(&scratch.0));
+        drop(slow);
+        rekey(&file, &[]).unwrap();
+        assert!(!at_work.exists());
+    }
+
+    /// The process is gone before the draft has its name.
+    #[test]
+    fn a_draft_that_is_not_finished_is_removed_by_the_next_command() {
+        let scratch = Scratch::new("draft");
+        let file = scratch.0.join("fleet.toml");
+        create(&file, 1).unwrap();
+        let mut disk = Real::default();
+        let draft = Draft::begin(&mut disk, &scratch.0.join("page.bin")).unwrap();
+        drop(disk);
+        drop(draft);
+        if cfg!(target_os = "linux") && on_a_usual_file_system(&scratch.0) {
+            assert!(hidden(&scratch.0).is_empty(), "{:?}", hidden(&scratch.0));
+        }
+        rekey(&file, &[]).unwrap();
+        assert!(hidden(&scratch.0).is_empty(), "{:?}", hidden(&scratch.0));
+    }
+
+    /// Whether files without a name can be made in a folder.
+    fn on_a_usual_file_system(folder: &Path) -> bool {
+        #[cfg(target_os = "linux")]
+        {
+            use rustix::fs::{Mode, OFlags, open};
+            open(folder, OFlags::TMPFILE | OFlags::RDWR, Mode::RUSR).is_ok()
+        }
+        #[cfg(not(target_os = "linux"))]
+        {
+            let _ = folder;
+            false
+        }
+    }
+
     #[test]
     fn a_large_file_and_no_file_are_refused() {
         let scratch = Scratch::new("large");
