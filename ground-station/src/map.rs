@@ -10,7 +10,7 @@ use sim_harness::world::import::{Ends, MapChoice};
 /// The map that was asked for, as for `uchain run --map`.
 #[derive(Clone, Debug, clap::Args)]
 pub struct MapArgs {
-    /// The place, for the page to show: a survey of a cave (Survex, Compass, Walls), a world of the
+    /// The place, for the page to show: a survey of a cave (Survex, Therion and others), a world of the
     /// SubT Challenge (.dot, .sdf), a map of a robot (map_server's .yaml), or a scenario, by its file
     /// (.toml) or its name. Where left out, the page shows the way flown
     #[arg(long, value_name = "FILE")]
