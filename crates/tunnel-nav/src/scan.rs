@@ -47,6 +47,15 @@ pub(crate) struct Came {
     pub(crate) side: Option<Side>,
 }
 
+/// Why a drone would look round.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Stands {
+    /// It stands before a wall.
+    pub(crate) before_wall: bool,
+    /// It has not come on for long.
+    pub(crate) is_stuck: bool,
+}
+
 /// The state of the scan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Scan {
@@ -66,9 +75,9 @@ pub(crate) enum Scan {
         /// Whether it turns counter-clockwise.
         to_left: bool,
     },
-    /// The drone turns to the way on.
+    /// The drone turns to the way on, or back where there is none.
     Turning {
-        /// Its heading, rad.
+        /// The heading, rad.
         to: f32,
     },
 }
@@ -100,13 +109,13 @@ impl Scan {
         &mut self,
         beams: &Diagonals,
         heading: f32,
-        stands: bool,
+        stands: Stands,
         came: &Came,
     ) -> Option<f32> {
         match self {
             Self::Off { stood } => {
-                *stood = if stands { stood.saturating_add(1) } else { 0 };
-                if *stood == STANDS {
+                *stood = if stands.before_wall { stood.saturating_add(1) } else { 0 };
+                if *stood == STANDS || stands.is_stuck {
                     let gallery = wrapped(heading + came.off.0);
                     let length = |beam: Range| beam.length().unwrap_or(f32::INFINITY);
                     let to_left = length(beams.nw) > length(beams.ne);
@@ -120,11 +129,8 @@ impl Scan {
                 if wrapped(heading - *from).abs() < FRAC_PI_2 {
                     return Some(if *to_left { SWEEP } else { -SWEEP });
                 }
-                *self = match way_on(ranges, *gallery, came) {
-                    Some(to) => Self::Turning { to },
-                    // It counts on, so that it does not scan here again.
-                    None => Self::Off { stood: STANDS },
-                };
+                let to = way_on(ranges, *gallery, came).unwrap_or(*from);
+                *self = Self::Turning { to };
                 Some(0.0)
             }
             Self::Turning { to } => {
@@ -199,6 +205,7 @@ fn way_on(ranges: &[u8; BINS], gallery: f32, came: &Came) -> Option<f32> {
 mod tests {
     use super::*;
 
+    const STANDING: Stands = Stands { before_wall: true, is_stuck: false };
     const CAME: Came = Came { off: Radians(0.0), centred: 0.7, side: None };
 
     /// What the beams see at the end of a gallery of 1 m that leads east, with open ways in these
@@ -254,7 +261,7 @@ mod tests {
                 Diagonals { nw: beam(45.0), ne: beam(-45.0), sw: beam(135.0), se: beam(-135.0) };
             let came = Came { off: Radians(wrapped(-heading)), ..CAME };
             let was_on = scan.is_on();
-            heading += 0.2 * scan.step(&beams, heading, true, &came).unwrap_or(0.0);
+            heading += 0.2 * scan.step(&beams, heading, STANDING, &came).unwrap_or(0.0);
             if was_on && !scan.is_on() {
                 let off = wrapped(wrapped(heading) - 130_f32.to_radians()).to_degrees();
                 assert!(off.abs() < 20.0, "{off}");

@@ -14,7 +14,7 @@ use crate::fork::{Ended, Fork, Guide};
 use crate::gallery::{Expected, Gallery};
 use crate::margin::Margin;
 use crate::ranges::Bridge;
-use crate::scan::{Came, Scan};
+use crate::scan::{Came, Scan, Stands};
 use crate::trail::{Flies, Trail};
 use crate::wall::{Beams, SAME_GALLERY, Track, Wall};
 use crate::{Diagonals, Range};
@@ -165,6 +165,11 @@ const PATIENCE: u8 = 5;
 /// The place has drifted by no more than this, m: 3 % of 25 m of memory, and the corners that were cut.
 /// A drone that stood on would shift its whole trail away.
 const FARTHEST_SHIFT: f32 = 1.0;
+/// The end of the path is near within this many crumbs, 1.6 m.
+const NEAR_END: i32 = 8;
+/// A path that has not grown for this many iterations does not grow by itself: 25 s, in which a drone flies
+/// 1.2 m at the least speed.
+const STUCK: u8 = 125;
 /// A drone that has flown so far back beside its own path, m, was turned round by a bend: behind a sharp
 /// bend the galleries part sooner.
 const RETURNED: f32 = 1.0;
@@ -251,6 +256,12 @@ pub struct Navigator {
     faces_back: bool,
     fork: Fork,
     scan: Scan,
+    /// The farthest crumb of the path, and the iterations in which it has not grown though the drone flies
+    /// nose first at its end.
+    farthest: i32,
+    idle: u8,
+    /// The crumb at the end of the path where it has looked round: it does not do so twice.
+    looked: Option<i32>,
     /// The side to which the drone turned in a bend from where it flew back, and the crumb at which its path
     /// ended then.
     led_back: Option<(Side, i32)>,
@@ -285,6 +296,9 @@ impl Navigator {
             faces_back: false,
             fork: Fork::new(),
             scan: Scan::new(),
+            farthest: 0,
+            idle: 0,
+            looked: None,
             led_back: None,
             returns: 0.0,
             unseen: [0.0; 2],
@@ -571,6 +585,21 @@ impl Navigator {
         }
     }
 
+    /// Whether the drone has flown to and fro at the end of its path for so long that it does not find the way
+    /// on by itself.
+    fn is_stuck(&mut self, speed: MetresPerSecond) -> bool {
+        let end = self.trail.last();
+        if end > self.farthest || end < self.farthest - NEAR_END {
+            (self.farthest, self.idle) = (end, 0);
+        }
+        if speed.0 <= HOVERING || self.company.is_ahead(speed.0) || self.scan.is_on() {
+            self.idle = 0;
+        } else if self.trail.is_near_end(NEAR_END) {
+            self.idle = self.idle.saturating_add(1);
+        }
+        self.idle > STUCK
+    }
+
     /// The yaw rate of a drone that stands before walls on new ground and looks round for the way on.
     fn look_round(
         &mut self,
@@ -581,16 +610,25 @@ impl Navigator {
         speed: MetresPerSecond,
     ) -> Option<f32> {
         let heading = bearings.heading.filter(|heading| heading.0.is_finite());
-        let (Some(heading), None, true) = (heading, off, speed.0 > HOVERING) else {
+        let end = self.trail.last();
+        self.looked = self.looked.filter(|looked| (looked - end).abs() < NEAR_END);
+        if self.looked.is_some() {
+            return None;
+        }
+        let is_stuck = self.is_stuck(speed);
+        let is_at_end = off.is_none() || is_stuck;
+        let (Some(heading), true, true) = (heading, is_at_end, speed.0 > HOVERING) else {
             self.scan.stop();
             return None;
         };
         let was_on = self.scan.is_on();
         let side = self.fork.side().or(self.led_back.map(|(side, _)| side.opposite()));
         let came = Came { off: self.trail.off(-BEFORE_BEND), centred: self.centred, side };
-        let yaw_rate = self.scan.step(ranges, heading.0, nearness < BLOCKED, &came);
+        let stands = Stands { before_wall: nearness < BLOCKED, is_stuck };
+        let yaw_rate = self.scan.step(ranges, heading.0, stands, &came);
         if was_on && !self.scan.is_on() {
             self.trail.face();
+            self.looked = Some(self.trail.last());
         }
         yaw_rate
     }

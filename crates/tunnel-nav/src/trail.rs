@@ -397,6 +397,11 @@ impl Trail {
         self.faced = Some(self.last);
     }
 
+    /// Whether the drone is within so many crumbs of the end of its path.
+    pub(crate) const fn is_near_end(&self, crumbs: i32) -> bool {
+        self.last - self.near < crumbs
+    }
+
     /// The number of the crumb at the end of the path.
     pub(crate) const fn last(&self) -> i32 {
         self.last
@@ -456,8 +461,10 @@ impl Trail {
         if wrong.abs() < SAME {
             self.drift = wrapped(self.drift + FOLLOW * wrong);
         }
-        let along = self.along();
-        self.at = plus(self.at, [-along[1], along[0]], PULL * (offset - self.aside()));
+        // Across the gallery, and not across the leg here: a leg that leads across it would hold the place.
+        let [_, left] = axes(self.heading - skew.0);
+        let aside = dot(minus(self.at, self.foot()), left);
+        self.at = plus(self.at, left, PULL * (offset - aside));
     }
 
     /// Takes the heading of a drone that turned on the spot at the end towards which it flies.
@@ -614,6 +621,25 @@ mod tests {
         }
         assert!(trail.knows(-1.5) && !trail.knows(0.2));
         assert!(dot(minus(trail.crumb(trail.last).at, trail.at), [0.0, 1.0]).abs() < SPACING);
+    }
+
+    /// The last leg of the path lies across the way on, as where a drone was pushed aside in a bend; the walls
+    /// of the gallery then held the place there, and the path did not grow any more.
+    #[test]
+    fn a_path_that_leads_across_at_its_end_grows_on_between_walls() {
+        let mut trail = right_angle(2);
+        let ahead = Radians(core::f32::consts::FRAC_PI_2);
+        let at = trail.crumb(trail.last).at;
+        trail.last += 1;
+        trail.put(trail.last, Crumb { at: plus(at, [-0.21, 0.01], 1.0), heading: ahead.0 });
+        (trail.near, trail.part) = (trail.last - 1, 1.0);
+        trail.at = plus(at, [-0.21, 0.02], 1.0);
+        for _ in 0..100 {
+            trail.advance([0.02, 0.0], ahead, Flies::NoseFirst);
+            trail.correct(Radians(0.0), 0.0);
+        }
+        assert!(trail.knows(-1.5) && !trail.knows(0.3), "{:?}", trail.at);
+        assert!(dot(minus(trail.at, at), [0.0, 1.0]) > 1.8, "{:?}", trail.at);
     }
 
     /// The last leg of the path lies across the way on; a drone that has flown on beside it and comes
