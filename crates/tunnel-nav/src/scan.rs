@@ -33,6 +33,12 @@ const FREE: f32 = 0.6;
 const FARTHER: f32 = 0.3;
 /// Half the width of a gallery of which the drone has not seen both walls, m: wider ones are out of reach.
 const WIDE: f32 = 1.5;
+/// Ranges count up to this one, the reach of the beams, m.
+const SEEN: f32 = 2.0;
+/// Directions are of one way where what they score differs by less than this, m.
+const ALIKE: f32 = 0.3;
+/// What a direction on the side that the pilot has chosen scores above the others, m: more than any range.
+const CHOSEN: f32 = 3.0;
 /// The unit in which ranges are kept, m.
 const UNIT: f32 = 0.02;
 
@@ -165,40 +171,54 @@ fn bin(angle: f32) -> usize {
     (libm::roundf(angle / BIN) as i32).rem_euclid(BINS as i32) as usize
 }
 
-/// The heading of the way on, if the ranges show one.
+/// The heading of the way on, if the ranges show one: the middle of the sector in which they reach farthest
+/// beyond the walls of the old gallery. Its edge would lead past the inner corner, between two beams.
 fn way_on(ranges: &[u8; BINS], gallery: f32, came: &Came) -> Option<f32> {
-    let half = if came.centred > 0.0 { FRAC_1_SQRT_2 * came.centred } else { WIDE };
-    let mut best: Option<(f32, f32)> = None;
-    for number in 0..BINS as i32 {
+    let mut scores = [f32::NEG_INFINITY; BINS];
+    for (number, score) in scores.iter_mut().enumerate() {
         let angle = wrapped(number as f32 * BIN);
-        // The sector of 30° around it.
-        let mut farther = 0.0;
-        let mut free = f32::INFINITY;
-        for near in -1..=1 {
-            let slot = (number + near).rem_euclid(BINS as i32) as usize;
-            let Some(&units) = ranges.get(slot) else { continue };
-            if units == 0 {
-                continue;
-            }
-            let range = UNIT * f32::from(units);
-            let back = wrapped(angle + near as f32 * BIN - gallery - PI);
-            let wall =
-                if back.abs() < FRAC_PI_2 { half / libm::sinf(back.abs()).max(0.05) } else { half };
-            farther += (range - wall.min(2.0)) / 3.0;
-            free = free.min(range);
-        }
         let off = wrapped(angle - gallery);
         let is_there = match came.side {
             Some(Side::Left) => off > 0.0,
             Some(Side::Right) => off < 0.0,
             None => true,
         };
-        let score = if is_there { farther + 1.0 } else { farther };
-        if free > FREE && farther > FARTHER && best.is_none_or(|(_, least)| score > least) {
-            best = Some((angle, score));
+        if let Some(farther) = farther(ranges, number, gallery, came.centred) {
+            *score = if is_there { farther + CHOSEN } else { farther };
         }
     }
-    best.map(|(angle, _)| angle)
+    let at = |number: i32| {
+        let slot = number.rem_euclid(BINS as i32) as usize;
+        scores.get(slot).copied().unwrap_or(f32::NEG_INFINITY)
+    };
+    let best =
+        (0..BINS as i32).fold(0, |best, number| if at(number) > at(best) { number } else { best });
+    let least = at(best) - ALIKE;
+    if !least.is_finite() {
+        return None;
+    }
+    let run = |step: i32| (1..BINS as i32 / 2).take_while(|n| at(best + step * n) >= least).count();
+    let middle = best as f32 + 0.5 * (run(1) as f32 - run(-1) as f32);
+    Some(wrapped(middle * BIN))
+}
+
+/// How much farther the beams reach in the sector of 30° around a direction than the walls of the old gallery
+/// would let them, in the mean, m; `None` where the sector is not free or they do not.
+fn farther(ranges: &[u8; BINS], number: usize, gallery: f32, centred: f32) -> Option<f32> {
+    let half = if centred > 0.0 { FRAC_1_SQRT_2 * centred } else { WIDE };
+    let (mut farther, mut free) = (0.0, f32::INFINITY);
+    for direction in [number + BINS - 1, number, number + 1] {
+        let Some(&units) = ranges.get(direction % BINS) else { continue };
+        if units == 0 {
+            continue;
+        }
+        let range = (UNIT * f32::from(units)).min(SEEN);
+        let back = wrapped(wrapped(direction as f32 * BIN - 2.0 * PI - gallery) - PI).abs();
+        let wall = if back < FRAC_PI_2 { half / libm::sinf(back).max(0.05) } else { half };
+        farther += (range - wall.min(SEEN)) / 3.0;
+        free = free.min(range);
+    }
+    (free > FREE && farther > FARTHER).then_some(farther)
 }
 
 #[cfg(test)]
