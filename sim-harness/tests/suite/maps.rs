@@ -6,8 +6,8 @@ use std::sync::Arc;
 use cave_survey::{Memory, read};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use robot_maps::{Cell, Occupancy};
-use sim_harness::world::import::{Ends, MapChoice, Route};
+use robot_maps::{Cell, Occupancy, map_server};
+use sim_harness::world::import::{Ends, MapChoice, Route, explored};
 use sim_harness::world::{NodeKind, Radio, SkeletonPlace, Tunnel};
 use units::{Db, Point2};
 
@@ -29,6 +29,35 @@ fn told(choice: &MapChoice) -> String {
 
 fn junctions(tunnel: &Tunnel) -> usize {
     tunnel.skeleton().nodes().iter().filter(|node| node.kind == NodeKind::Junction).count()
+}
+
+/// A room of 8 by 8 m in which one cell in a hundred is occupied by noise.
+fn speckled() -> Occupancy {
+    const SIDE: usize = 160;
+    let mut state = 1_u32;
+    let cells = (0..SIDE * SIDE).map(|n| {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        let (column, row) = (n % SIDE, n / SIDE);
+        let is_edge = [column, row].iter().any(|at| *at < 2 || *at >= SIDE - 2);
+        if is_edge || (state >> 16) % 100 == 0 { Cell::Occupied } else { Cell::Free }
+    });
+    Occupancy::new(SIDE, cells.collect(), 0.05, [0.0; 3])
+}
+
+#[test]
+fn explorers_and_a_route_have_the_same_specks_taken_out() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("speckled");
+    std::fs::create_dir_all(&folder).unwrap();
+    let (mut yaml, mut image) = (Vec::new(), Vec::new());
+    map_server::write(&speckled(), &mut yaml, &mut image).unwrap();
+    std::fs::write(folder.join("room.yaml"), yaml).unwrap();
+    std::fs::write(folder.join(map_server::IMAGE), image).unwrap();
+    let file = folder.join("room.yaml");
+    let (world, _) = explored(&file, None).unwrap();
+    let seen = world.visible_cells() as f32 * 0.01;
+    let (tunnel, _) = MapChoice { file, ..MapChoice::default() }.dig().unwrap();
+    let flown = tunnel.occupancy(0.05).unwrap().count(Cell::Free) as f32 * 0.0025;
+    assert!(seen > 55.0 && (seen - flown).abs() < 6.0, "{seen} m2 seen, {flown} m2 flown");
 }
 
 #[test]
