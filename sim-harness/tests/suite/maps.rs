@@ -39,7 +39,7 @@ fn speckled() -> Occupancy {
         state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         let (column, row) = (n % SIDE, n / SIDE);
         let is_edge = [column, row].iter().any(|at| *at < 2 || *at >= SIDE - 2);
-        if is_edge || (state >> 16) % 100 == 0 { Cell::Occupied } else { Cell::Free }
+        if is_edge || (state >> 16).is_multiple_of(100) { Cell::Occupied } else { Cell::Free }
     });
     Occupancy::new(SIDE, cells.collect(), 0.05, [0.0; 3])
 }

@@ -268,7 +268,7 @@ fn fly(numbers: std::ops::Range<u64>, folder: &Path) -> Fates {
             Err(error) => {
                 let line = error.to_string();
                 let is_clear = line.lines().count() == 1 && line.contains("; ");
-                assert!(is_clear && line.contains("drawn.toml"), "{number}: {line}\n{text}");
+                assert!(is_clear, "{number}: {line}\n{text}");
                 fates.refused += 1;
             }
             Ok(scenario) => {
@@ -329,9 +329,9 @@ fn a_drawn_scenario_is_flown_or_refused_in_one_line() {
     assert!(fates.flown > 60 && fates.refused > 60, "{} {}", fates.flown, fates.refused);
 }
 
-/// `RANDOM_SCENARIOS` says how many files; 100,000 take an hour in a release build.
+/// `RANDOM_SCENARIOS` says how many files; 100,000 take some minutes in a release build.
 #[test]
-#[ignore = "takes an hour"]
+#[ignore = "takes minutes"]
 fn every_drawn_scenario_is_flown_or_refused_in_one_line() {
     let count = std::env::var("RANDOM_SCENARIOS").ok().and_then(|it| it.parse().ok());
     let Fates { flown, refused, longest } = fly(0..count.unwrap_or(100_000), &folder("many"));

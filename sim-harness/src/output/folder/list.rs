@@ -9,6 +9,7 @@ use std::path::Path;
 use crc32fast::Hasher;
 
 use crate::input_error::InputError;
+use crate::input_file;
 
 /// The name of the list.
 pub(super) const NAME: &str = "files.txt";
@@ -164,16 +165,18 @@ impl Kind {
     /// The kind of a directory.
     pub(super) fn of(directory: &Path) -> Self {
         let list = directory.join(NAME);
-        let is_file = fs::symlink_metadata(&list).is_ok_and(|found| found.is_file());
-        let text =
-            if is_file { fs::read_to_string(list).unwrap_or_default() } else { String::new() };
+        if !fs::symlink_metadata(&list).is_ok_and(|found| found.is_file()) {
+            return Self::Foreign;
+        }
+        let Ok(text) = input_file::read_text(&list, input_file::LARGEST_TEXT) else {
+            return Self::Foreign;
+        };
         if let Some(list) = List::parse(&text) {
             return Self::Written(list);
         }
         // A command that is killed at once leaves less than the whole text.
-        let is_cut = !text.is_empty() || is_file;
         let alone = || fs::read_dir(directory).is_ok_and(|entries| entries.count() == 1);
-        if text == UNFINISHED || (is_cut && UNFINISHED.starts_with(&text) && alone()) {
+        if text == UNFINISHED || (UNFINISHED.starts_with(&text) && alone()) {
             return Self::Unfinished;
         }
         Self::Foreign
