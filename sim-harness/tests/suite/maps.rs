@@ -31,17 +31,19 @@ fn junctions(tunnel: &Tunnel) -> usize {
     tunnel.skeleton().nodes().iter().filter(|node| node.kind == NodeKind::Junction).count()
 }
 
-/// A room of 8 by 8 m in which one cell in a hundred is occupied by noise.
+/// A room of 12 by 4 m in which one cell in a hundred is occupied by noise.
 fn speckled() -> Occupancy {
-    const SIDE: usize = 160;
+    const COLUMNS: usize = 240;
+    const ROWS: usize = 80;
     let mut state = 1_u32;
-    let cells = (0..SIDE * SIDE).map(|n| {
+    let cells = (0..COLUMNS * ROWS).map(|n| {
         state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        let (column, row) = (n % SIDE, n / SIDE);
-        let is_edge = [column, row].iter().any(|at| *at < 2 || *at >= SIDE - 2);
-        if is_edge || (state >> 16).is_multiple_of(100) { Cell::Occupied } else { Cell::Free }
+        let (column, row) = (n % COLUMNS, n / COLUMNS);
+        let is_edge = column < 2 || row < 2 || column >= COLUMNS - 2 || row >= ROWS - 2;
+        let is_speck = (state >> 16).is_multiple_of(100);
+        if is_edge || is_speck { Cell::Occupied } else { Cell::Free }
     });
-    Occupancy::new(SIDE, cells.collect(), 0.05, [0.0; 3])
+    Occupancy::new(COLUMNS, cells.collect(), 0.05, [0.0; 3])
 }
 
 #[test]
@@ -57,7 +59,7 @@ fn explorers_and_a_route_have_the_same_specks_taken_out() {
     let seen = world.visible_cells() as f32 * 0.01;
     let (tunnel, _) = MapChoice { file, ..MapChoice::default() }.dig().unwrap();
     let flown = tunnel.occupancy(0.05).unwrap().count(Cell::Free) as f32 * 0.0025;
-    assert!(seen > 55.0 && (seen - flown).abs() < 6.0, "{seen} m2 seen, {flown} m2 flown");
+    assert!(seen > 40.0 && (seen - flown).abs() < 5.0, "{seen} m2 seen, {flown} m2 flown");
 }
 
 #[test]

@@ -69,10 +69,11 @@ impl Coordinate {
         }
     }
 
-    const fn number(&self) -> Option<f64> {
+    /// The number; what YAML takes for a text may be one for map_server, such as `"0"`.
+    fn number(&self) -> Option<f64> {
         match self {
             Self::Number(number) => Some(*number),
-            Self::Text(_) => None,
+            Self::Text(text) => text.trim().parse().ok(),
         }
     }
 }

@@ -165,6 +165,21 @@ fn a_yaw_that_is_no_number_is_zero_with_a_remark() {
 }
 
 #[test]
+fn numbers_of_the_origin_are_read_in_every_spelling_of_the_map_savers() {
+    for (text, place) in [
+        ("[-51.224998, -51.224998, 0.000000]", [-51.224_998, -51.224_998, 0.0]),
+        ("[-1, 2., 0.]", [-1.0, 2.0, 0.0]),
+        ("[1e-05, -2.5e+01, +0.5]", [1e-5, -25.0, 0.5]),
+        ("[\"-1.0\", '2', 0]", [-1.0, 2.0, 0.0]),
+        ("\n- -1.0\n- 2.0\n- 0", [-1.0, 2.0, 0.0]),
+    ] {
+        let text = yaml("").replace("[-1.0, 2.0, 0.0]", text);
+        let map = read(&text, b"P5 1 1 255\n\xfe").unwrap();
+        assert_eq!((map.origin, map.warnings.len()), (place, 0), "{text}");
+    }
+}
+
+#[test]
 fn the_path_of_another_machine_leads_to_the_file_beside() {
     for path in ["/home/robot/maps/m.pgm", "C:\\\\maps\\\\m.pgm", "../maps/m.pgm"] {
         let text = yaml("").replace("image: m.pgm", &format!("image: \"{path}\""));
