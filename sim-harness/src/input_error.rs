@@ -7,9 +7,17 @@ use std::path::{Path, PathBuf};
 /// The error for input of the user that cannot be used. It ends the command with exit status 2.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct InputError {
-    place: Option<(PathBuf, Option<usize>)>,
+    place: Option<Place>,
     wrong: String,
     remedy: String,
+}
+
+/// The place of an error in a file; lines and columns begin at 1.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Place {
+    file: PathBuf,
+    line: Option<usize>,
+    column: Option<usize>,
 }
 
 impl InputError {
@@ -21,22 +29,34 @@ impl InputError {
     /// Adds the file in which the error is.
     #[must_use]
     pub fn in_file(self, file: &Path) -> Self {
-        Self { place: Some((file.to_owned(), None)), ..self }
+        self.at(file, None, None)
     }
 
     /// Adds the file and the line in which the error is; the first line is 1.
     #[must_use]
     pub fn at_line(self, file: &Path, line: usize) -> Self {
-        Self { place: Some((file.to_owned(), Some(line))), ..self }
+        self.at(file, Some(line), None)
+    }
+
+    /// Adds the file, the line and the column in which the error is; the first of each is 1.
+    #[must_use]
+    pub fn at_column(self, file: &Path, line: usize, column: usize) -> Self {
+        self.at(file, Some(line), Some(column))
+    }
+
+    fn at(self, file: &Path, line: Option<usize>, column: Option<usize>) -> Self {
+        Self { place: Some(Place { file: file.to_owned(), line, column }), ..self }
     }
 }
 
 impl fmt::Display for InputError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match &self.place {
-            Some((file, Some(line))) => write!(f, "{}:{line}: ", file.display())?,
-            Some((file, None)) => write!(f, "{}: ", file.display())?,
-            None => {}
+        if let Some(Place { file, line, column }) = &self.place {
+            write!(f, "{}", file.display())?;
+            for number in [line, column].into_iter().flatten() {
+                write!(f, ":{number}")?;
+            }
+            f.write_str(": ")?;
         }
         write!(f, "{}; {}", self.wrong, self.remedy)
     }

@@ -24,6 +24,7 @@ pub mod bridge;
 pub mod cli;
 mod count;
 pub mod input_error;
+mod input_file;
 pub mod keys;
 pub mod measure;
 pub mod mission;

@@ -3,7 +3,7 @@
 //!
 //! | files | are read by |
 //! |---|---|
-//! | map_server's YAML, with the PGM that it names | [`map_server::read`], which returns an [`Occupancy`] |
+//! | map_server's YAML, with the PGM or PNG that it names | [`map_server::read`], which returns an [`Occupancy`] |
 //! | SubT's `.dot` and `.sdf` | [`subt::read`], which returns a [`World`](subt::World) |
 //!
 //! A reader opens its files through a [`Files`], and returns a map, or a [`Refusal`] that names

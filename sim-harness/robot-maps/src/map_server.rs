@@ -1,4 +1,4 @@
-//! Reads and writes the occupancy maps of ROS: a YAML file, and the PGM image that it names.
+//! Reads and writes the occupancy maps of ROS: a YAML file, and the PGM or PNG image that it names.
 //!
 //! The meaning of the keys is that of map_server (ROS 1) and nav2_map_server (ROS 2): a pixel of
 //! value v has the probability p = (255 − v)/255 of being occupied, or v/255 with `negate`; it is
@@ -6,9 +6,15 @@
 //! `scale` a pixel between the thresholds has a probability of its own, and in the mode `raw` v is
 //! the probability in per cent, and unknown above 100. What is between the thresholds is neither
 //! free nor occupied in either mode: unknown.
+//!
+//! What a map does not show is never free. The greys by which its writers mark cells that were never
+//! seen are unknown whatever the thresholds say: map_saver's 205, which the `free_thresh` of 0.25 of
+//! nav2's map_saver makes free, and the middle greys of Cartographer. So is what is not opaque.
 
 mod header;
+mod image;
 mod pgm;
+mod png;
 mod write;
 
 use cave_survey::{Files, Refusal, Warning};
@@ -16,7 +22,7 @@ use cave_survey::{Files, Refusal, Warning};
 use crate::occupancy::{Cell, Occupancy};
 use crate::open::{line_of, open, text, whole};
 use header::{Header, Mode};
-use pgm::Image;
+use image::Image;
 
 pub use write::{IMAGE, write};
 
@@ -39,7 +45,9 @@ pub fn read(files: &dyn Files, entry: &str) -> Result<Occupancy, Refusal> {
     if let Some(text) = remark {
         remarks.push(Warning { place: Some(whole(&file.path)), text });
     }
-    let cells = image.upwards().map(|value| header.state(value)).collect();
+    let mut unseen = Unseen::default();
+    let cells = image.upwards().map(|value| header.seen(value, &mut unseen)).collect();
+    remarks.extend(unseen.remarks(&header, &opened.path, &file.path));
     let mut map = Occupancy::new(image.columns, cells, header.resolution_m, header.origin);
     map.warnings = remarks;
     Ok(map)
@@ -93,7 +101,58 @@ fn resolve(folder: &str, name: &str) -> Option<String> {
     Some(parts.join("/"))
 }
 
+/// Greys that mark what was never seen, of 255: that of map_saver, and those of Cartographer.
+const UNSEEN: [f64; 3] = [205.0, 128.0, 127.0];
+
+/// What is unknown although the thresholds make it free.
+#[derive(Default)]
+struct Unseen {
+    /// The grey of the first such cell, of 255.
+    grey: f64,
+    greys: usize,
+    transparent: usize,
+}
+
+impl Unseen {
+    fn remarks(&self, header: &Header, yaml: &str, image: &str) -> Vec<Warning> {
+        let mut remarks = Vec::new();
+        if self.greys > 0 {
+            let Self { grey, greys, .. } = self;
+            let text = format!(
+                "free_thresh = {} makes grey {grey} free, by which maps mark what was never seen: its \
+                 {greys} cells are taken as unknown",
+                header.free_thresh
+            );
+            let place = Some(line_of(yaml, header.free_thresh_line));
+            remarks.push(Warning { place, text });
+        }
+        if self.transparent > 0 {
+            let text = format!("{} transparent pixels are taken as unknown", self.transparent);
+            remarks.push(Warning { place: Some(whole(image)), text });
+        }
+        remarks
+    }
+}
+
 impl Header {
+    /// The state of a pixel, which is unknown where it marks what was never seen.
+    fn seen(&self, value: Option<f64>, unseen: &mut Unseen) -> Cell {
+        let Some(value) = value else {
+            unseen.transparent += 1;
+            return Cell::Unknown;
+        };
+        let state = self.state(value);
+        let grey = (value * 255.0 * 1e3).round() * 1e-3;
+        if state == Cell::Free && self.mode != Mode::Raw && UNSEEN.contains(&grey) {
+            if unseen.greys == 0 {
+                unseen.grey = grey;
+            }
+            unseen.greys += 1;
+            return Cell::Unknown;
+        }
+        state
+    }
+
     /// The state of a pixel of this brightness, from 0 for black to 1 for white.
     fn state(&self, value: f64) -> Cell {
         let occupied = match self.mode {

@@ -77,7 +77,7 @@ fn on_host(args: &ReplayArgs) -> Result<Verdict, Trouble> {
     let summary = replay(&args.logs, &options)?;
     drop(progress);
     for report in &summary.files {
-        if let Some(note) = report.note {
+        if let Some(note) = &report.note {
             complain(format_args!("{}: {note}", report.file));
         }
     }

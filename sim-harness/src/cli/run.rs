@@ -16,10 +16,10 @@ use super::{
 };
 use crate::input_error::InputError;
 use crate::measure::metrics::{Reference, RunMetrics, Watch};
-use crate::measure::trace::{Node, Trace};
+use crate::measure::trace::{Node, Thinning, Trace};
 use crate::measure::verdict::Judgement;
 use crate::mission::{Mission, ROUND_US, World};
-use crate::output;
+use crate::output::{Folder, TraceFiles};
 use crate::scenario::{Changes, Fidelity, Scenario, builtin};
 use crate::world::import::{Ends, MapChoice};
 use crate::world::layout::FARTHEST;
@@ -157,16 +157,16 @@ pub(super) fn run(args: &RunArgs) -> Result<Verdict, Trouble> {
     interrupt::ends();
     let mut folder = args.common.folder()?;
     let seed = args.common.seed;
-    let Flown { trace, metrics, judgement, aftermath } =
-        fly(&scenario, seed, args.common.quiet, fleet.as_ref())?;
+    let Flown { trace, files, metrics, judgement, aftermath } =
+        fly(&scenario, seed, args.common.quiet, fleet.as_ref(), folder.as_ref())?;
     let mut failures: Vec<_> = judgement.failures.iter().map(ToString::to_string).collect();
     failures.extend(aftermath.failures());
     let mut summary = summary(&scenario, seed, &trace, &metrics, &judgement, &failures);
     if let (Some(summary), false) = (summary.as_object_mut(), aftermath.is_empty()) {
         summary.insert("virtual".into(), aftermath.json());
     }
-    if let Some(folder) = &mut folder {
-        output::write_all(folder, &trace, &summary)?;
+    if let Some((folder, files)) = folder.as_mut().zip(files) {
+        files.finish(folder, &trace, &summary)?;
         aftermath.write(folder)?;
     }
     let table =
@@ -195,7 +195,10 @@ fn show(name: &str) -> Result<Verdict, Trouble> {
 
 /// A mission that was flown.
 struct Flown {
+    /// The record, thinned where the mission is long.
     trace: Trace,
+    /// The files with every frame of it, where they were asked for.
+    files: Option<TraceFiles>,
     metrics: RunMetrics,
     judgement: Judgement,
     aftermath: Aftermath,
@@ -207,7 +210,8 @@ fn fly(
     seed: u64,
     quiet: bool,
     fleet: Option<&Fleet>,
-) -> Result<Flown, InputError> {
+    folder: Option<&Folder>,
+) -> Result<Flown, Trouble> {
     let world = World::of(scenario);
     let reference = Reference::of(scenario, &world);
     let progress = Progress::new(scenario.duration_us / ROUND_US, quiet);
@@ -218,10 +222,16 @@ fn fly(
     };
     let mut watch = Watch::new(scenario, &world, &reference);
     let mut trace = mission.begin_trace(seed);
+    let mut thinning = Thinning::default();
+    let mut files = folder.map(|folder| TraceFiles::begin(folder, &trace)).transpose()?;
     while !mission.is_over() {
         mission.round();
         watch.look(&mission);
-        trace.frames.push(mission.frame());
+        let frame = mission.frame();
+        if let Some((folder, files)) = folder.zip(files.as_mut()) {
+            files.frame(folder, &trace, &frame)?;
+        }
+        thinning.add(&mut trace.frames, frame);
         if let Some(fleet) = fleet {
             fleet.say(&mut mission, |line| progress.aside(line));
         }
@@ -229,7 +239,7 @@ fn fly(
     }
     let metrics = watch.verdict(&mission);
     let judgement = watch.judgement(&mission, &metrics);
-    Ok(Flown { trace, metrics, judgement, aftermath: Aftermath::of(&mission) })
+    Ok(Flown { trace, files, metrics, judgement, aftermath: Aftermath::of(&mission) })
 }
 
 fn last_states(trace: &Trace) -> impl Iterator<Item = (Node, State)> {

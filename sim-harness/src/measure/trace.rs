@@ -123,6 +123,45 @@ pub struct LinkFrame {
     pub truth: Dbm,
 }
 
+/// The most frames of a record of bounded size: 20 minutes of 0.2 s.
+pub const MOST_FRAMES: usize = 6000;
+
+/// Keeps a record at a bounded size: all frames of a mission of up to [`MOST_FRAMES`], and of a
+/// longer one every second, fourth, eighth, … and the last.
+#[derive(Clone, Debug)]
+pub struct Thinning {
+    /// One of so many frames is kept.
+    step: usize,
+    /// The number of frames that were given.
+    count: usize,
+}
+
+impl Default for Thinning {
+    fn default() -> Self {
+        Self { step: 1, count: 0 }
+    }
+}
+
+impl Thinning {
+    /// Adds the next frame.
+    pub fn add(&mut self, frames: &mut Vec<Frame>, frame: Frame) {
+        // The frame before was the last, and is one of those that are kept, or not.
+        if !self.count.saturating_sub(1).is_multiple_of(self.step) {
+            frames.pop();
+        }
+        if frames.len() >= MOST_FRAMES {
+            let mut place = 0;
+            frames.retain(|_| {
+                place += 1;
+                !usize::is_multiple_of(place, 2)
+            });
+            self.step *= 2;
+        }
+        frames.push(frame);
+        self.count += 1;
+    }
+}
+
 /// An order in words: `explore at 0.20 m/s`.
 #[must_use]
 pub fn order_words(order: Order) -> String {
@@ -147,6 +186,26 @@ pub fn order_words(order: Order) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_thinned_record_has_the_first_frame_and_the_last_and_equal_steps_between() {
+        let frame = |n: u64| Frame { time_us: n, order: Order::Wait, drones: Vec::new() };
+        let (mut frames, mut thinning) = (Vec::new(), Thinning::default());
+        for n in 0..50_000 {
+            thinning.add(&mut frames, frame(n));
+            let times: Vec<u64> = frames.iter().map(|frame| frame.time_us).collect();
+            assert!(times.len() <= MOST_FRAMES);
+            assert_eq!((times[0], times.last()), (0, Some(&n)));
+            if n < MOST_FRAMES as u64 {
+                assert_eq!(times.len() as u64, n + 1);
+            } else if n % 997 == 0 {
+                let (last, before) = times.split_last().unwrap();
+                let step = before[1];
+                assert!(before.windows(2).all(|pair| pair[1] - pair[0] == step), "{n}");
+                assert!(last - before[before.len() - 1] <= step, "{n}");
+            }
+        }
+    }
 
     #[test]
     fn of_two_explorers_one_alone_is_called_the_head() {

@@ -7,7 +7,7 @@
 use std::io::{self, Write};
 use units::Role;
 
-use crate::measure::trace::{DroneFrame, LinkFrame, Node, Trace};
+use crate::measure::trace::{DroneFrame, Frame, LinkFrame, Node, Trace};
 
 const HEADER: [&str; 26] = [
     "time_s",
@@ -43,15 +43,37 @@ const HEADER: [&str; 26] = [
 /// # Errors
 /// The errors of `out`.
 pub fn write(trace: &Trace, out: impl Write) -> io::Result<()> {
-    let mut csv = ::csv::Writer::from_writer(out);
-    csv.write_record(HEADER)?;
+    let mut table = Table::new(out)?;
     for frame in &trace.frames {
+        table.frame(trace, frame)?;
+    }
+    table.finish().map(drop)
+}
+
+/// The table of a mission that is still flown.
+pub(super) struct Table<W: Write> {
+    csv: ::csv::Writer<W>,
+}
+
+impl<W: Write> Table<W> {
+    pub(super) fn new(out: W) -> io::Result<Self> {
+        let mut csv = ::csv::Writer::from_writer(out);
+        csv.write_record(HEADER)?;
+        Ok(Self { csv })
+    }
+
+    /// Writes the rows of a frame.
+    pub(super) fn frame(&mut self, trace: &Trace, frame: &Frame) -> io::Result<()> {
         let time = seconds(frame.time_us);
         for (node, drone) in trace.nodes.iter().zip(&frame.drones) {
-            csv.write_record(row(&time, node, drone, trace))?;
+            self.csv.write_record(row(&time, node, drone, trace))?;
         }
+        Ok(())
     }
-    csv.flush()
+
+    pub(super) fn finish(self) -> io::Result<W> {
+        self.csv.into_inner().map_err(::csv::IntoInnerError::into_error)
+    }
 }
 
 fn row(time: &str, node: &Node, drone: &DroneFrame, trace: &Trace) -> Vec<String> {

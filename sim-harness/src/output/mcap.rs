@@ -60,22 +60,56 @@ impl From<WriteError> for std::io::Error {
 /// # Errors
 /// See [`WriteError`].
 pub fn write(trace: &Trace, out: impl Write + Seek) -> Result<(), WriteError> {
-    let mut recording = Recording::new(out)?;
-    recording.describe(trace)?;
-    let drones = (0..trace.nodes.len())
-        .map(|index| DroneTopics::new(&mut recording, index, trace))
-        .collect::<Result<Vec<_>, _>>()?;
-    let shared = SharedTopics::new(&mut recording)?;
-    let start = Moment { micros: trace.frames.first().map_or(0, |frame| frame.time_us) };
-    recording.put(shared.map, start, &scene::map(&trace.floor_plan, start))?;
-    recording.put(shared.walls, start, &scene::walls(&trace.floor_plan, start))?;
-    let mut before: Option<&Frame> = None;
+    let mut file = TraceFile::new(trace, out)?;
     for frame in &trace.frames {
-        write_frame(&mut recording, trace, frame, before, &shared, &drones)?;
-        before = Some(frame);
+        file.frame(trace, frame)?;
     }
-    recording.writer.finish()?;
-    Ok(())
+    file.finish(trace).map(drop)
+}
+
+/// The file of a mission that is still flown.
+pub(super) struct TraceFile<W: Write + Seek> {
+    recording: Recording<W>,
+    drones: Vec<DroneTopics>,
+    shared: SharedTopics,
+    /// The frame before; none before the map is written.
+    before: Option<Frame>,
+}
+
+impl<W: Write + Seek> TraceFile<W> {
+    pub(super) fn new(trace: &Trace, out: W) -> Result<Self, WriteError> {
+        let mut recording = Recording::new(out)?;
+        recording.describe(trace)?;
+        let drones = (0..trace.nodes.len())
+            .map(|index| DroneTopics::new(&mut recording, index, trace))
+            .collect::<Result<Vec<_>, _>>()?;
+        let shared = SharedTopics::new(&mut recording)?;
+        Ok(Self { recording, drones, shared, before: None })
+    }
+
+    pub(super) fn frame(&mut self, trace: &Trace, frame: &Frame) -> Result<(), WriteError> {
+        if self.before.is_none() {
+            self.map(trace, Moment { micros: frame.time_us })?;
+        }
+        let Self { recording, drones, shared, before } = self;
+        write_frame(recording, trace, frame, before.as_ref(), shared, drones)?;
+        self.before = Some(frame.clone());
+        Ok(())
+    }
+
+    fn map(&mut self, trace: &Trace, start: Moment) -> Result<(), WriteError> {
+        let Self { recording, shared, .. } = self;
+        recording.put(shared.map, start, &scene::map(&trace.floor_plan, start))?;
+        recording.put(shared.walls, start, &scene::walls(&trace.floor_plan, start))
+    }
+
+    pub(super) fn finish(mut self, trace: &Trace) -> Result<W, WriteError> {
+        if self.before.is_none() {
+            self.map(trace, Moment { micros: 0 })?;
+        }
+        self.recording.writer.finish()?;
+        Ok(self.recording.writer.into_inner())
+    }
 }
 
 fn write_frame<W: Write + Seek>(

@@ -14,5 +14,5 @@ pub mod survey;
 pub(crate) mod synthetic;
 mod write;
 
-pub use folder::{Folder, Staging};
-pub use write::{OutputError, put_picture, write_all, write_report};
+pub use folder::{Folder, Staging, Streamed};
+pub use write::{OutputError, TraceFiles, put_picture, write_all, write_report};

@@ -70,8 +70,15 @@ fn subtitle(trace: &Trace) -> String {
         Some(seed) => format!("seed {seed}"),
         None => "recorded".to_owned(),
     };
+    // A long mission is thinned.
+    let step = trace.frames.get(1).zip(trace.frames.first());
+    let step = step.map_or(0, |(second, first)| second.time_us.saturating_sub(first.time_us));
+    let shown = match step / 100_000 {
+        0..=2 => String::new(),
+        tenths => format!(" \u{b7} shown every {}.{} s", tenths / 10, tenths % 10),
+    };
     format!(
-        "{scenario} \u{b7} {minutes} min {rest} s with {} \u{b7} {origin}",
+        "{scenario} \u{b7} {minutes} min {rest} s with {} \u{b7} {origin}{shown}",
         counted(relays, "relay")
     )
 }

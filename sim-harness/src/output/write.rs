@@ -2,11 +2,11 @@
 
 use std::fmt;
 
-use super::folder::Folder;
+use super::folder::{Folder, Streamed};
 use super::pictures::{self, Picture, PictureError};
 use super::{csv, mcap, report};
 use crate::input_error::InputError;
-use crate::measure::trace::Trace;
+use crate::measure::trace::{Frame, Trace};
 
 /// A run's files could not be written.
 #[derive(Debug)]
@@ -50,11 +50,73 @@ pub fn write_all(
     trace: &Trace,
     summary: &serde_json::Value,
 ) -> Result<(), OutputError> {
-    folder.put_json("summary.json", summary)?;
-    folder.put("trace.csv", |out| csv::write(trace, out))?;
-    folder.put("trace.mcap", |out| Ok(mcap::write(trace, out)?))?;
-    write_report(folder, trace, summary)
+    let mut files = TraceFiles::begin(folder, trace)?;
+    for frame in &trace.frames {
+        files.frame(folder, trace, frame)?;
+    }
+    files.finish(folder, trace, summary)
 }
+
+/// `trace.csv` and `trace.mcap` of a mission that is still flown: each frame goes to the disk, so
+/// that a mission takes no more memory the longer it is.
+pub struct TraceFiles {
+    csv: csv::Table<Streamed>,
+    mcap: mcap::TraceFile<Streamed>,
+}
+
+impl TraceFiles {
+    /// Begins the files of a mission of which `trace` is the empty record.
+    ///
+    /// # Errors
+    /// As [`write_all`].
+    pub fn begin(folder: &Folder, trace: &Trace) -> Result<Self, OutputError> {
+        let csv = csv::Table::new(folder.stream(CSV)?);
+        let mcap = mcap::TraceFile::new(trace, folder.stream(MCAP)?);
+        Ok(Self {
+            csv: csv.map_err(|error| folder.unwritten(CSV, &error))?,
+            mcap: mcap.map_err(|error| folder.unwritten(MCAP, &error.into()))?,
+        })
+    }
+
+    /// Writes one frame.
+    ///
+    /// # Errors
+    /// As [`write_all`].
+    pub fn frame(
+        &mut self,
+        folder: &Folder,
+        trace: &Trace,
+        frame: &Frame,
+    ) -> Result<(), InputError> {
+        let written = self.csv.frame(trace, frame);
+        written.map_err(|error| folder.unwritten(CSV, &error))?;
+        let written = self.mcap.frame(trace, frame);
+        written.map_err(|error| folder.unwritten(MCAP, &error.into()))
+    }
+
+    /// Writes `summary.json`, ends both files, and writes the report and the pictures.
+    ///
+    /// # Errors
+    /// As [`write_all`].
+    pub fn finish(
+        self,
+        folder: &mut Folder,
+        trace: &Trace,
+        summary: &serde_json::Value,
+    ) -> Result<(), OutputError> {
+        folder.put_json("summary.json", summary)?;
+        let csv = self.csv.finish().map_err(|error| folder.unwritten(CSV, &error))?;
+        folder.keep(csv)?;
+        let mcap = self.mcap.finish(trace);
+        let mcap = mcap.map_err(|error| folder.unwritten(MCAP, &error.into()))?;
+        folder.keep(mcap)?;
+        write_report(folder, trace, summary)
+    }
+}
+
+/// The names of the files with every frame.
+const CSV: &str = "trace.csv";
+const MCAP: &str = "trace.mcap";
 
 /// Writes `report.html`, and `map`, `links` and `positions` as SVG and PNG.
 ///

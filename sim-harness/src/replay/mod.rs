@@ -9,6 +9,7 @@
 //! | file | holds |
 //! |---|---|
 //! | `formats/` | one parser per kind of log, from any bytes to checked samples |
+//! | `mcap_file` | the messages of an MCAP file, as far as it is sound |
 //! | `recording` | the samples, and the anomalies of the other rows |
 //! | `prediction` | the six predictors and their scores |
 //! | `flight` | the policies over a recorded flight |
@@ -30,6 +31,7 @@ mod fit;
 mod flight;
 mod formats;
 mod horizons;
+mod mcap_file;
 mod plan;
 mod prediction;
 mod recording;

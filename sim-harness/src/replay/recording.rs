@@ -137,6 +137,16 @@ impl Ends {
     }
 }
 
+/// What is wrong with a row of a table, for the error of a file that is refused for such rows.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Wrong {
+    /// The number of the field, the first being 0; `None` where the whole row is wrong.
+    pub(super) field: Option<usize>,
+    /// The character that separates the fields.
+    pub(super) separator: u8,
+    pub(super) what: String,
+}
+
 /// A checked file of samples.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Recording {
@@ -146,7 +156,9 @@ pub(super) struct Recording {
     pub(super) samples: Vec<Sample>,
     pub(super) anomalies: Anomalies,
     /// How the file was interpreted, where that needs to be said.
-    pub(super) note: Option<&'static str>,
+    pub(super) note: Option<String>,
+    /// The first row that was not of the format, with its line, where its parser says more of it.
+    pub(super) wrong: Option<(usize, Wrong)>,
 }
 
 impl Recording {
@@ -174,12 +186,23 @@ impl Recorder {
         self.recording.rows += 1;
     }
 
-    pub(super) fn note(&mut self, note: &'static str) {
-        self.recording.note = Some(note);
+    /// Says something about the file as a whole, behind what was said before.
+    pub(super) fn note(&mut self, note: impl Into<String>) {
+        let note = note.into();
+        self.recording.note = Some(match self.recording.note.take() {
+            Some(before) => format!("{before}; {note}"),
+            None => note,
+        });
     }
 
     pub(super) fn anomaly(&mut self, kind: Anomaly, line: usize) {
         self.recording.anomalies.add(kind, line);
+    }
+
+    /// Counts a row that is not of the format, and keeps what is wrong with the first.
+    pub(super) fn wrong(&mut self, kind: Anomaly, line: usize, wrong: Wrong) {
+        self.recording.wrong.get_or_insert((line, wrong));
+        self.anomaly(kind, line);
     }
 
     /// Judges a row's time by the clock that it was taken with. Whether the row counts.

@@ -18,7 +18,9 @@ use units::{Branch, Course, Dbm, MetresPerSecond, NodeId, Order, Pose2, Role};
 
 use super::formats;
 use crate::input_error::InputError;
-use crate::measure::trace::{CentreLine, DroneFrame, FloorPlan, Frame, LinkFrame, Node, Trace};
+use crate::measure::trace::{
+    CentreLine, DroneFrame, FloorPlan, Frame, LinkFrame, Node, Thinning, Trace,
+};
 use crate::station_log::{ChainLine, DroneReport, GivenOrder, Limits};
 use crate::world::SkeletonPlace;
 use messages::{Heard, Message};
@@ -84,6 +86,7 @@ fn record_of(name: String, heard: &[Heard]) -> StationRecord {
         launch_limit: Dbm(limits.map_or(f32::NEG_INFINITY, |limits| limits.launch_limit_dbm)),
         frames: Vec::new(),
     };
+    let mut thinning = Thinning::default();
     let mut last = Last::new();
     let mut order = Order::Wait;
     let mut rest = heard.iter().peekable();
@@ -111,7 +114,7 @@ fn record_of(name: String, heard: &[Heard]) -> StationRecord {
             drone(last.get(&node.id.0), now, way, pose)
         };
         let drones = trace.nodes.iter().enumerate().map(drone).collect();
-        trace.frames.push(Frame { time_us: now - first, order, drones });
+        thinning.add(&mut trace.frames, Frame { time_us: now - first, order, drones });
         now += FRAME_US;
     }
     let summary = summary(&trace, heard, limits);

@@ -50,7 +50,7 @@ pub struct FileReport {
     pub anomalies: Anomalies,
     /// A note on how the file was interpreted, where that is not obvious.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub note: Option<&'static str>,
+    pub note: Option<String>,
     /// The scores of the predictors; `None` for a flight, whose packets are not raw.
     pub prediction: Option<Prediction>,
     /// The scores for each link.
@@ -126,7 +126,7 @@ impl FileReport {
     }
 
     fn new(file: &Path, format: Format, recording: Recording, foresights: Vec<Foresights>) -> Self {
-        let Recording { rows, links, samples, anomalies, note } = recording;
+        let Recording { rows, links, samples, anomalies, note, .. } = recording;
         Self {
             file: file.display().to_string(),
             format,

@@ -19,6 +19,7 @@ use units::{Course, MetresPerSecond, Order};
 use crate::bodies::craft::flow::Ground;
 use crate::bodies::point::VehicleSpec;
 use crate::input_error::InputError;
+use crate::input_file;
 pub use crate::measure::metrics::Criteria;
 use crate::mission::medium::{MediumConfig, Polling, RadioSpec};
 pub use crate::mission::{Drones, Loss, LossKind, PilotStep, Start};
@@ -214,7 +215,7 @@ impl Scenario {
     }
 
     fn text(path: &Path) -> Result<String, InputError> {
-        std::fs::read_to_string(path).map_err(|error| match error.kind() {
+        input_file::read_text(path, input_file::LARGEST_TEXT).map_err(|error| match error.kind() {
             std::io::ErrorKind::InvalidData => {
                 InputError::new("this is not text in UTF-8", "give a TOML file, saved as UTF-8")
                     .in_file(path)

@@ -219,6 +219,31 @@ fn a_shown_scenario_can_be_flown() {
     }
 }
 
+/// The book's scenario with every table, from the book's text.
+#[test]
+fn the_books_full_scenario_is_flown_as_it_stands() {
+    let book = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/src/scenarios.md");
+    let book = fs::read_to_string(book).unwrap();
+    let (_, section) = book.split_once("## A full one").unwrap();
+    let (_, text) = section.split_once("```toml\n").unwrap();
+    let (text, _) = text.split_once("```").unwrap();
+    let folder = folder("full");
+    fs::create_dir_all(&folder).unwrap();
+    let file = folder.join("full.toml");
+    fs::write(&file, text).unwrap();
+    let output = uchain(&["run", file.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+#[test]
+#[cfg(unix)]
+fn an_input_that_never_ends_is_refused() {
+    for args in [&["run", "/dev/zero"][..], &["replay", "/dev/zero"], &["map", "info", "/dev/zero"]]
+    {
+        refused(&uchain(args), &["zero", "; "]);
+    }
+}
+
 /// A mission that takes minutes, in a file of this test's own.
 fn long_mission(folder: &Path) -> PathBuf {
     fs::create_dir_all(folder).unwrap();
@@ -297,6 +322,46 @@ fn an_out_that_cannot_be_written_is_refused_before_the_flight() {
         refused(&uchain(&["run", file, "--out", wrong]), &["--out", "; "]);
     }
     assert_eq!(files(&notes), ["todo.txt"]);
+}
+
+/// Killed while it flies, so that it can clean up nothing: the next command does.
+#[test]
+#[cfg(unix)]
+fn what_a_killed_run_has_left_is_removed_by_the_next() {
+    let folder = folder("killed");
+    let (long, short) = (long_mission(&folder), scenarios().join("short.toml"));
+    let out = folder.join("out");
+    let out = out.to_str().unwrap();
+    let mut child =
+        Command::new(UCHAIN).args(["run", long.to_str().unwrap(), "--out", out]).spawn().unwrap();
+    let is_begun = |name: &String| name.contains(".unfinished-");
+    while !files(&folder).iter().any(is_begun) {
+        assert!(child.try_wait().unwrap().is_none(), "ended before it was killed");
+        std::thread::sleep(std::time::Duration::from_millis(10));
+    }
+    let busy = uchain(&["run", short.to_str().unwrap(), "--out", out]);
+    refused(&busy, &["another uchain is writing into this directory", "; "]);
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert!(files(&folder).iter().any(is_begun));
+    let output = uchain(&["run", short.to_str().unwrap(), "--quiet", "--out", out]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    assert_eq!(files(&folder), ["long.toml", "out"]);
+}
+
+/// A working directory, which cannot be exchanged for another.
+#[test]
+fn results_can_be_written_into_the_working_directory() {
+    let folder = folder("here");
+    fs::create_dir_all(&folder).unwrap();
+    let short = scenarios().join("short.toml");
+    for args in [&["run"][..], &["campaign", "--runs", "1"]] {
+        let mut command = Command::new(UCHAIN);
+        command.args(args).arg(&short).args(["--quiet", "--out", "."]).current_dir(&folder);
+        let output = command.output().unwrap();
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    }
+    assert_eq!(files(&folder), ["files.txt", "runs.json", "summary.json"]);
 }
 
 /// The second of two runs into one directory replaces all files of the first.

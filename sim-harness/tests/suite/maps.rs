@@ -6,8 +6,8 @@ use std::sync::Arc;
 use cave_survey::{Memory, read};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use robot_maps::{Cell, Occupancy};
-use sim_harness::world::import::{Ends, MapChoice, Route};
+use robot_maps::{Cell, Occupancy, map_server};
+use sim_harness::world::import::{Ends, MapChoice, Route, explored};
 use sim_harness::world::{NodeKind, Radio, SkeletonPlace, Tunnel};
 use units::{Db, Point2};
 
@@ -29,6 +29,37 @@ fn told(choice: &MapChoice) -> String {
 
 fn junctions(tunnel: &Tunnel) -> usize {
     tunnel.skeleton().nodes().iter().filter(|node| node.kind == NodeKind::Junction).count()
+}
+
+/// A room of 12 by 4 m in which one cell in a hundred is occupied by noise.
+fn speckled() -> Occupancy {
+    const COLUMNS: usize = 240;
+    const ROWS: usize = 80;
+    let mut state = 1_u32;
+    let cells = (0..COLUMNS * ROWS).map(|n| {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        let (column, row) = (n % COLUMNS, n / COLUMNS);
+        let is_edge = column < 2 || row < 2 || column >= COLUMNS - 2 || row >= ROWS - 2;
+        let is_speck = (state >> 16).is_multiple_of(100);
+        if is_edge || is_speck { Cell::Occupied } else { Cell::Free }
+    });
+    Occupancy::new(COLUMNS, cells.collect(), 0.05, [0.0; 3])
+}
+
+#[test]
+fn explorers_and_a_route_have_the_same_specks_taken_out() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("speckled");
+    std::fs::create_dir_all(&folder).unwrap();
+    let (mut yaml, mut image) = (Vec::new(), Vec::new());
+    map_server::write(&speckled(), &mut yaml, &mut image).unwrap();
+    std::fs::write(folder.join("room.yaml"), yaml).unwrap();
+    std::fs::write(folder.join(map_server::IMAGE), image).unwrap();
+    let file = folder.join("room.yaml");
+    let (world, _) = explored(&file, None).unwrap();
+    let seen = world.visible_cells() as f32 * 0.01;
+    let (tunnel, _) = MapChoice { file, ..MapChoice::default() }.dig().unwrap();
+    let flown = tunnel.occupancy(0.05).unwrap().count(Cell::Free) as f32 * 0.0025;
+    assert!(seen > 40.0 && (seen - flown).abs() < 5.0, "{seen} m2 seen, {flown} m2 flown");
 }
 
 #[test]

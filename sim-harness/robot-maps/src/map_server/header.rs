@@ -1,7 +1,11 @@
 //! Reads the YAML file of a map.
 
+use std::fmt;
+
 use cave_survey::{Refusal, Warning};
 use serde::Deserialize;
+use serde_saphyr::options;
+use serde_saphyr::options::NonFiniteFloatPolicy;
 
 use crate::open::{line_of, whole};
 
@@ -26,6 +30,8 @@ pub(super) struct Header {
     pub(super) origin: [f64; 3],
     pub(super) occupied_thresh: f64,
     pub(super) free_thresh: f64,
+    /// The line that gives it.
+    pub(super) free_thresh_line: usize,
     pub(super) negate: bool,
     pub(super) mode: Mode,
 }
@@ -35,11 +41,50 @@ pub(super) struct Header {
 struct Keys {
     image: Option<String>,
     resolution: Option<f64>,
-    origin: Option<Vec<f64>>,
+    origin: Option<Vec<Coordinate>>,
     occupied_thresh: Option<f64>,
     free_thresh: Option<f64>,
     negate: Option<Negate>,
     mode: Option<String>,
+}
+
+/// A number of the origin, or what stands in its place: `-nan`, which is no number of YAML, is what
+/// map_saver writes as the yaw where the SLAM gave it no rotation.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Coordinate {
+    Number(f64),
+    Text(String),
+}
+
+impl Coordinate {
+    /// Whether it is not a number by its own word: `nan`, `-nan`, `-nan(ind)`, `.NaN`.
+    fn is_nan(&self) -> bool {
+        match self {
+            Self::Number(number) => number.is_nan(),
+            Self::Text(text) => {
+                let text = text.trim().trim_start_matches(['-', '+', '.']).to_ascii_lowercase();
+                text == "nan" || (text.starts_with("nan(") && text.ends_with(')'))
+            }
+        }
+    }
+
+    /// The number; what YAML takes for a text may be one for map_server, such as `"0"`.
+    fn number(&self) -> Option<f64> {
+        match self {
+            Self::Number(number) => Some(*number),
+            Self::Text(text) => text.trim().parse().ok(),
+        }
+    }
+}
+
+impl fmt::Display for Coordinate {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Number(number) => write!(f, "{number}"),
+            Self::Text(text) => write!(f, "{text:?}"),
+        }
+    }
 }
 
 /// `negate` is 0 or 1 in ROS 1, and may be a truth value in ROS 2.
@@ -56,7 +101,9 @@ const USUAL: (f64, f64) = (0.65, 0.196);
 impl Header {
     /// Reads the text, with remarks on keys that are missing.
     pub(super) fn read(text: &str, file: &str) -> Result<(Self, Vec<Warning>), Refusal> {
-        let keys: Keys = serde_saphyr::from_str(text).map_err(|error| {
+        // A number that is none is judged with its key.
+        let options = options! { non_finite_float_policy: NonFiniteFloatPolicy::PassThrough };
+        let keys: Keys = serde_saphyr::from_str_with_options(text, options).map_err(|error| {
             let line = error.location().map_or(0, |at| at.line() as usize);
             let said = error.to_string();
             let said = said.lines().next().unwrap_or_default().to_owned();
@@ -80,17 +127,20 @@ impl Header {
                 format!("free_thresh = {free_thresh} is above occupied_thresh = {occupied_thresh}");
             return Err(reader.refusal("free_thresh", wrong, "exchange them"));
         }
+        let image = keys.image.ok_or_else(|| reader.missing("image"))?;
+        let resolution_m = reader.number(
+            keys.resolution.ok_or_else(|| reader.missing("resolution"))?,
+            "resolution",
+            0.001..=100.0,
+        )?;
         let header = Self {
-            image: keys.image.ok_or_else(|| reader.missing("image"))?,
+            image,
             image_line: reader.line("image"),
-            resolution_m: reader.number(
-                keys.resolution.ok_or_else(|| reader.missing("resolution"))?,
-                "resolution",
-                0.001..=100.0,
-            )?,
-            origin: reader.origin(keys.origin.as_deref())?,
+            resolution_m,
+            origin: reader.origin(keys.origin.as_deref(), &mut remarks)?,
             occupied_thresh,
             free_thresh,
+            free_thresh_line: reader.line("free_thresh"),
             negate: match keys.negate {
                 None => false,
                 Some(Negate::Truth(truth)) => truth,
@@ -140,32 +190,42 @@ impl Reader<'_> {
         Err(self.refusal(key, format!("{key} = {value} is out of range"), remedy))
     }
 
-    fn origin(&self, keys: Option<&[f64]>) -> Result<[f64; 3], Refusal> {
+    fn origin(
+        &self,
+        keys: Option<&[Coordinate]>,
+        remarks: &mut Vec<Warning>,
+    ) -> Result<[f64; 3], Refusal> {
         /// Farther from the origin than this, coordinates in metres are no longer exact, m.
         const FARTHEST: f64 = 1e7;
-        let origin = match keys {
-            None => return Err(self.missing("origin")),
-            Some([x, y]) => [*x, *y, 0.0],
-            Some([x, y, yaw]) => [*x, *y, *yaw],
-            Some(other) => {
-                let wrong = format!("origin has {} numbers", other.len());
-                return Err(self.refusal("origin", wrong, "give [x, y, yaw]"));
-            }
-        };
-        if origin.iter().all(|number| number.abs() <= FARTHEST) {
-            return Ok(origin);
+        let keys = keys.ok_or_else(|| self.missing("origin"))?;
+        if !(2..=3).contains(&keys.len()) {
+            let wrong = format!("origin has {} numbers", keys.len());
+            return Err(self.refusal("origin", wrong, "give [x, y, yaw]"));
         }
-        let wrong = "origin has a number that is no place".to_owned();
-        Err(self.refusal("origin", wrong, "give [x, y, yaw] in metres and radians"))
+        let mut origin = [0.0; 3];
+        for ((name, number), key) in ["x", "y", "yaw"].into_iter().zip(&mut origin).zip(keys) {
+            if name == "yaw" && key.is_nan() {
+                let text = format!("the yaw of the origin is {key}, no number: 0 is taken");
+                let place = Some(line_of(self.file, self.line("origin")));
+                remarks.push(Warning { place, text });
+                continue;
+            }
+            let found = key.number().filter(|number| number.abs() <= FARTHEST);
+            *number = found.ok_or_else(|| {
+                let wrong = format!("the {name} of the origin is {key}, which is no place");
+                self.refusal("origin", wrong, "give [x, y, yaw] in metres and radians")
+            })?;
+        }
+        Ok(origin)
     }
 
     fn mode(&self, key: Option<&str>) -> Result<Mode, Refusal> {
-        match key {
+        match key.map(str::to_ascii_lowercase).as_deref() {
             None | Some("trinary") => Ok(Mode::Trinary),
             Some("scale") => Ok(Mode::Scale),
             Some("raw") => Ok(Mode::Raw),
-            Some(other) => {
-                let wrong = format!("there is no mode \"{other}\"");
+            Some(_) => {
+                let wrong = format!("there is no mode \"{}\"", key.unwrap_or_default());
                 Err(self.refusal("mode", wrong, "give trinary, scale or raw"))
             }
         }

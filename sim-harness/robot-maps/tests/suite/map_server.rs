@@ -1,6 +1,7 @@
 //! Occupancy maps: what pixels mean, what is refused, and that what is written is read back.
 
 use cave_survey::Memory;
+use png::{BitDepth, ColorType, Encoder};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use robot_maps::{Cell, Occupancy, Refusal, map_server};
@@ -48,6 +49,136 @@ fn sixteen_bits_and_other_whites_are_scaled() {
     assert_eq!(read(&yaml(""), b"P5 2 1 15\n\x00\x0f").unwrap().cells(), [O, F]);
 }
 
+/// A PNG image of so many columns.
+fn png(columns: u32, colour: ColorType, depth: BitDepth, data: &[u8]) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let samples = colour.samples() * if depth == BitDepth::Sixteen { 2 } else { 1 };
+    let rows = (data.len() / samples) as u32 / columns;
+    let mut encoder = Encoder::new(&mut bytes, columns, rows);
+    encoder.set_color(colour);
+    encoder.set_depth(depth);
+    encoder.write_header().unwrap().write_image_data(data).unwrap();
+    bytes
+}
+
+#[test]
+fn png_images_of_every_colour_and_depth_are_read() {
+    let grey = [0, 205, 254];
+    let wide: Vec<u8> = grey.iter().flat_map(|&it| [it, it]).collect();
+    let coloured: Vec<u8> = grey.iter().flat_map(|&it| [it; 3]).collect();
+    let wide_coloured: Vec<u8> = grey.iter().flat_map(|&it| [it; 6]).collect();
+    let opaque: Vec<u8> = grey.iter().flat_map(|&it| [it, it, it, 255]).collect();
+    for image in [
+        png(3, ColorType::Grayscale, BitDepth::Eight, &grey),
+        png(3, ColorType::Grayscale, BitDepth::Sixteen, &wide),
+        png(3, ColorType::Rgb, BitDepth::Eight, &coloured),
+        png(3, ColorType::Rgb, BitDepth::Sixteen, &wide_coloured),
+        png(3, ColorType::Rgba, BitDepth::Eight, &opaque),
+    ] {
+        let map = read(&yaml(""), &image).unwrap();
+        assert_eq!((map.cells(), map.warnings.len()), (&[O, U, F][..], 0));
+    }
+    // The first row of the image is the uppermost.
+    let map = read(&yaml(""), &png(1, ColorType::Grayscale, BitDepth::Eight, &[0, 254])).unwrap();
+    assert_eq!(map.cells(), [F, O]);
+    let palette = {
+        let mut bytes = Vec::new();
+        let mut encoder = Encoder::new(&mut bytes, 3, 1);
+        encoder.set_color(ColorType::Indexed);
+        encoder.set_depth(BitDepth::Two);
+        encoder.set_palette([0, 0, 0, 205, 205, 205, 255, 255, 255].to_vec());
+        encoder.write_header().unwrap().write_image_data(&[0b0001_1000]).unwrap();
+        bytes
+    };
+    assert_eq!(read(&yaml(""), &palette).unwrap().cells(), [O, U, F]);
+}
+
+#[test]
+fn transparent_pixels_are_unknown_with_a_remark() {
+    let pixels = [254, 255, 254, 128, 0, 0];
+    let image = png(3, ColorType::GrayscaleAlpha, BitDepth::Eight, &pixels);
+    for mode in ["", "mode: scale\n", "mode: raw\n"] {
+        let map = read(&yaml(mode), &image).unwrap();
+        assert_eq!(&map.cells()[1..], [U, U]);
+        assert_eq!(map.warnings[0].to_string(), "m.pgm: 2 transparent pixels are taken as unknown");
+    }
+}
+
+#[test]
+fn a_png_that_claims_more_than_a_map_may_have_is_refused_by_its_header() {
+    let mut image = png(1, ColorType::Grayscale, BitDepth::Eight, &[0]);
+    // The width and the checksum of the header.
+    image[16..20].copy_from_slice(&0x7fff_ffff_u32.to_be_bytes());
+    let checksum = crc32(&image[12..29]);
+    image[29..33].copy_from_slice(&checksum.to_be_bytes());
+    let error = read(&yaml(""), &image).unwrap_err().to_string();
+    assert!(error.contains("the header says 2147483647 by 1 pixels"), "{error}");
+}
+
+/// The checksum of a chunk of PNG, by its definition.
+fn crc32(bytes: &[u8]) -> u32 {
+    let step = |crc: u32, _| (crc >> 1) ^ (0xedb8_8320 & (crc & 1).wrapping_neg());
+    !bytes.iter().fold(!0, |crc, byte| (0..8).fold(crc ^ u32::from(*byte), step))
+}
+
+/// The files of nav2's map_saver until 2025, of SLAM Toolbox which calls it, and one of Cartographer
+/// with a threshold of one's own.
+#[test]
+fn what_was_never_seen_is_not_free_whatever_the_threshold_says() {
+    let nav2 = |more: &str| yaml(more).replace("0.196", "0.25");
+    let map = read(&nav2("mode: trinary\n"), b"P5 4 1 255\n\x00\xcd\xcd\xfe").unwrap();
+    assert_eq!(map.cells(), [O, U, U, F]);
+    assert_eq!(
+        map.warnings[0].to_string(),
+        "m.yaml:5: free_thresh = 0.25 makes grey 205 free, by which maps mark what was never seen: \
+         its 2 cells are taken as unknown"
+    );
+    // The same grey of 16 bits; the next greys are free by the threshold.
+    let map = read(&nav2(""), b"P5 3 1 65535\n\xcd\xcd\xcc\xcc\xce\xce").unwrap();
+    assert_eq!(map.cells(), [U, F, F]);
+    let own = yaml("").replace("0.196", "0.6").replace("0.65", "0.7");
+    let map = read(&own, b"P5 4 1 255\n\x00\x80\x7f\xfe").unwrap();
+    assert_eq!((map.cells(), map.warnings.len()), (&[O, U, U, F][..], 1));
+    // In the mode `raw`, 205 is unknown by itself.
+    let raw = read(&nav2("mode: raw\n"), b"P5 3 1 255\n\x00\xcd\x64").unwrap();
+    assert_eq!((raw.cells(), raw.warnings.len()), (&[F, U, O][..], 0));
+}
+
+#[test]
+fn a_mode_is_read_whatever_the_case_of_its_letters() {
+    for mode in ["Trinary", "TRINARY", "trinary"] {
+        assert!(read(&yaml(&format!("mode: {mode}\n")), b"P5 1 1 255\n\xfe").is_ok(), "{mode}");
+    }
+    let raw = read(&yaml("mode: Raw\n"), b"P5 1 1 255\n\xfe").unwrap();
+    assert_eq!(raw.cells(), [U]);
+}
+
+/// As map_saver writes it where the SLAM's rotation is none.
+#[test]
+fn a_yaw_that_is_no_number_is_zero_with_a_remark() {
+    for yaw in ["-nan", "nan", ".nan", "-nan(ind)", "NaN", "\"-nan\""] {
+        let map = read(&yaml("").replace("0.0]", &format!("{yaw}]")), b"P5 1 1 255\n\xfe").unwrap();
+        assert_eq!(map.origin, [-1.0, 2.0, 0.0]);
+        let [remark] = &map.warnings[..] else { panic!("{:?}", map.warnings) };
+        assert!(remark.to_string().starts_with("m.yaml:3: the yaw of the origin is "), "{remark}");
+    }
+}
+
+#[test]
+fn numbers_of_the_origin_are_read_in_every_spelling_of_the_map_savers() {
+    for (text, place) in [
+        ("[-51.224998, -51.224998, 0.000000]", [-51.224_998, -51.224_998, 0.0]),
+        ("[-1, 2., 0.]", [-1.0, 2.0, 0.0]),
+        ("[1e-05, -2.5e+01, +0.5]", [1e-5, -25.0, 0.5]),
+        ("[\"-1.0\", '2', 0]", [-1.0, 2.0, 0.0]),
+        ("\n- -1.0\n- 2.0\n- 0", [-1.0, 2.0, 0.0]),
+    ] {
+        let text = yaml("").replace("[-1.0, 2.0, 0.0]", text);
+        let map = read(&text, b"P5 1 1 255\n\xfe").unwrap();
+        assert_eq!((map.origin, map.warnings.len()), (place, 0), "{text}");
+    }
+}
+
 #[test]
 fn the_path_of_another_machine_leads_to_the_file_beside() {
     for path in ["/home/robot/maps/m.pgm", "C:\\\\maps\\\\m.pgm", "../maps/m.pgm"] {
@@ -69,7 +200,16 @@ fn bad_input_is_refused_with_place_and_remedy() {
         (yaml("").replace("[-1.0, 2.0, 0.0]", "[1]"), white, "m.yaml:3: origin has 1 numbers"),
         ("image: m.pgm\n".into(), white, "m.yaml: it has no resolution"),
         ("- 1\n- 2\n".into(), white, "this is no map of map_server"),
-        (yaml(""), b"P6 1 1 255\n\xfe", "m.pgm: the image is no PGM; save it as PGM"),
+        (yaml(""), b"BM\x00\x00", "the image is a BMP; save it as PGM or PNG"),
+        (yaml(""), b"\x89PNG\r\n\x1a\nhalf", "the PNG image cannot be read: "),
+        (yaml("").replace("2.0", "nan"), white, "m.yaml:3: the y of the origin is \"nan\", which"),
+        (yaml("").replace("2.0", "north"), white, "m.yaml:3: the y of the origin is \"north\","),
+        (yaml("").replace(" 0.0]", " left]"), white, "m.yaml:3: the yaw of the origin is \"left\""),
+        (
+            yaml(""),
+            b"P6 1 1 255\n\xfe",
+            "m.pgm: only PGM and PNG are read, and the image is another kind of Netpbm; save",
+        ),
         (yaml(""), b"P5\n9 9\n255\n\xfe", "the header needs 81 bytes of pixels, and 1 are left"),
         (yaml(""), b"P5\n99999 99999\n255\n", "m.pgm:3: the header says 99999 by 99999 pixels"),
         (yaml(""), b"P5\n-4 9\n255\n", "m.pgm:2: the image has no width here"),
@@ -122,5 +262,6 @@ proptest! {
     fn no_bytes_make_a_reader_panic(yaml in "\\PC{0,200}", image: Vec<u8>) {
         let _ = read(&yaml, &image);
         let _ = read(&self::yaml(""), &[b"P5 ", &*image].concat());
+        let _ = read(&self::yaml(""), &[b"\x89PNG\r\n\x1a\n", &*image].concat());
     }
 }

@@ -13,6 +13,7 @@ use virtual_crazyflie::memory::Memory;
 use wire::p2p::{Counter, Epoch};
 
 use crate::input_error::InputError;
+use crate::input_file;
 
 /// How to build it.
 const BUILD: &str = "build it with `cargo fw`, or name another with --elf";
@@ -38,7 +39,7 @@ impl Firmware {
     /// # Errors
     /// When the file cannot be read, is not an ELF that could be flashed, or has no probe.
     pub fn open(path: &Path) -> Result<Self, InputError> {
-        let bytes = std::fs::read(path).map_err(|why| {
+        let bytes = input_file::read(path, input_file::LARGEST_ELF).map_err(|why| {
             InputError::new(format!("cannot be read: {why}"), BUILD).in_file(path)
         })?;
         let image = Image::parse(bytes)

@@ -48,7 +48,8 @@ fn worlds(args: &BenchArgs) -> Result<Vec<World>, Trouble> {
     if args.map.is_empty() {
         return Ok(PLANS.iter().filter_map(|(name, _)| World::plan(name)).collect());
     }
-    Ok(args.map.iter().map(|file| explored(file, None)).collect::<Result<_, _>>()?)
+    let world = |file: &std::path::PathBuf| explored(file, None).map(|(world, _)| world);
+    Ok(args.map.iter().map(world).collect::<Result<_, _>>()?)
 }
 
 fn rules(args: &BenchArgs) -> Result<Vec<Named>, Trouble> {

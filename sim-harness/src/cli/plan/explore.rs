@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 use explorers::{Air, Outcome, PLANS, ROBOTS, Senses, Setup, World};
 use frontier::{RULES, RuleEntry};
+use grid_map::Cell;
 use serde_json::{Value, json};
 use units::Point2;
 
@@ -85,7 +86,10 @@ pub(super) fn plan(args: &ExploreArgs) -> Result<Verdict, Trouble> {
 impl ExploreArgs {
     fn world(&self) -> Result<World, InputError> {
         if let Some(file) = &self.map {
-            return explored(file, self.start()?);
+            let (world, warnings) = explored(file, self.start()?)?;
+            warnings.iter().for_each(complain);
+            complain_of_unreached(&world);
+            return Ok(world);
         }
         World::plan(&self.plan).ok_or_else(|| {
             let wrong = format!("there is no floor plan \"{}\"", self.plan);
@@ -115,7 +119,8 @@ fn json_of(args: &ExploreArgs, world: &World, outcome: &Outcome) -> Value {
         "world": world.name,
         "rule": args.rule,
         "robots": args.robots,
-        "visible_m2": area(world),
+        "free_m2": area(world, |it, cell| !it.is_wall(cell)),
+        "visible_m2": area(world, World::is_visible),
         "explored": f64::from(outcome.explored),
         "t99_s": outcome.t99_s.map(f64::from),
         "stopped_s": outcome.stopped_s.map(f64::from),
@@ -129,10 +134,29 @@ fn json_of(args: &ExploreArgs, world: &World, outcome: &Outcome) -> Value {
     })
 }
 
-/// What can be seen of a place, in square metres.
-fn area(world: &World) -> f64 {
+/// So much of the free space, if no more, may be out of sight without a remark: niches and corners.
+const UNREACHED: f64 = 0.1;
+
+/// Says how much of the free space cannot be explored, where that is much.
+fn complain_of_unreached(world: &World) {
+    let (seen, free) = (area(world, World::is_visible), area(world, |it, cell| !it.is_wall(cell)));
+    let unreached = 1.0 - seen / free.max(f64::EPSILON);
+    if unreached > UNREACHED {
+        complain(format_args!(
+            "{}: {:.0} % of the free space ({:.1} of {free:.1} m²) cannot be seen from where robots \
+             get to, and does not count",
+            world.name,
+            100.0 * unreached,
+            free - seen,
+        ));
+    }
+}
+
+/// The area of the cells of a place for which this is true, in square metres.
+fn area(world: &World, is_counted: impl Fn(&World, Cell) -> bool) -> f64 {
     let side = f64::from(world.frame().resolution().0);
-    world.visible_cells() as f64 * side * side
+    let count = world.frame().cells().filter(|cell| is_counted(world, *cell)).count();
+    count as f64 * side * side
 }
 
 fn table(args: &ExploreArgs, world: &World, outcome: &Outcome) -> String {
@@ -143,7 +167,7 @@ fn table(args: &ExploreArgs, world: &World, outcome: &Outcome) -> String {
          {}\n  way         {:.1} m a robot, until 99 % were known\n  overlap     {:.0} % was seen by two \
          robots or more\n  on the air  {:.1} kB\n",
         world.name,
-        area(world),
+        area(world, World::is_visible),
         args.robots,
         args.rule,
         100.0 * outcome.explored,

@@ -13,6 +13,7 @@ use units::{Duration, Instant};
 
 use super::target::{BUILD, DOWN, Lost, Target, UP};
 use crate::input_error::InputError;
+use crate::input_file;
 
 /// The chip of the Crazyflie 2.1 and 2.1+, by its name in probe-rs.
 const CHIP: &str = "STM32F405RGTx";
@@ -64,7 +65,8 @@ impl ProbeTarget {
 /// The address of the control block that an ELF names.
 fn block_of(elf: &Path) -> Result<ScanRegion, InputError> {
     let wrong = |what: String| InputError::new(what, BUILD).in_file(elf);
-    let bytes = std::fs::read(elf).map_err(|why| wrong(format!("cannot be read: {why}")))?;
+    let bytes = input_file::read(elf, input_file::LARGEST_ELF)
+        .map_err(|why| wrong(format!("cannot be read: {why}")))?;
     let block = find_rtt_control_block_in_raw_file(&bytes)
         .map_err(|why| wrong(format!("is no ELF: {why}")))?;
     block.map(ScanRegion::Exact).ok_or_else(|| wrong("has no RTT control block".into()))

@@ -8,19 +8,15 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use ::mcap::MessageStream;
-use ::mcap::read::Options;
 use prost::Message;
 use units::Instant;
 
 use super::trace::{DroneRow, of_rows};
 use crate::input_error::InputError;
 use crate::output::mcap::{DroneState, Link};
+use crate::replay::mcap_file;
 use crate::replay::recording::{Anomaly, Recorder, Recording};
 use crate::station_log::DroneReport;
-
-/// The first bytes of an MCAP file.
-pub(super) const MAGIC: &[u8] = b"\x89MCAP";
 
 /// What a topic is about.
 #[derive(Clone, Copy)]
@@ -45,24 +41,11 @@ fn about(topic: &str) -> Option<(u8, About)> {
 pub(super) fn parse(bytes: &[u8], file: &Path) -> Result<Recording, InputError> {
     let mut recorder = Recorder::default();
     let mut rows: BTreeMap<(u64, u8), DroneRow> = BTreeMap::new();
-    // The end of a file whose writer was killed is missing, and everything before it is sound.
-    let stream = MessageStream::new_with_options(bytes, Options::IgnoreEndMagic.into());
-    let unreadable = |error: ::mcap::McapError| {
-        InputError::new(format!("is no sound MCAP file: {error}"), "give another copy of it")
-            .in_file(file)
-    };
-    for (index, message) in stream.map_err(unreadable)?.enumerate() {
-        let line = index + 1;
-        let message = match message {
-            Ok(message) => message,
-            Err(_) if !rows.is_empty() => {
-                recorder.note("its end is damaged: what stands before that was read");
-                break;
-            }
-            Err(error) => return Err(unreadable(error)),
-        };
-        let Some((node, about)) = about(&message.channel.topic) else { continue };
-        let micros = message.log_time / 1000;
+    let mut line = 0;
+    let findings = mcap_file::read(bytes, &mut |message| {
+        line += 1;
+        let Some((node, about)) = about(message.topic) else { return };
+        let micros = message.time_ns / 1000;
         let row = rows.entry((micros, node)).or_insert_with(|| DroneRow {
             line,
             time: Instant::from_micros(micros),
@@ -70,15 +53,36 @@ pub(super) fn parse(bytes: &[u8], file: &Path) -> Result<Recording, InputError> 
             position: [f64::NAN; 3],
             heard: Vec::new(),
         });
-        if take(row, about, &message.data).is_none() {
+        if take(row, about, message.data).is_none() {
             recorder.anomaly(Anomaly::NotANumber, line);
         }
+    });
+    if rows.is_empty() {
+        return Err(nothing_read(&findings).in_file(file));
+    }
+    for remark in findings.remarks() {
+        recorder.note(remark);
     }
     for _ in 0..rows.len() {
         recorder.row();
     }
     // Rows without a place belong to a drone that was not simulated: their packets count.
     Ok(of_rows(recorder, &rows.into_values().collect::<Vec<_>>()))
+}
+
+/// The error for a file without any message that is read.
+fn nothing_read(findings: &mcap_file::Findings) -> InputError {
+    match &findings.damage {
+        Some(damage) => {
+            let wrong = format!("{damage}, and nothing before that is of a drone");
+            InputError::new(wrong, "give another copy of it")
+        }
+        None => {
+            let wrong = format!("none of its {} messages is of a drone", findings.messages);
+            let remedy = "give the trace.mcap of a run, or the station.mcap of the ground station";
+            InputError::new(wrong, remedy)
+        }
+    }
 }
 
 fn take(row: &mut DroneRow, about: About, data: &[u8]) -> Option<()> {

@@ -22,28 +22,31 @@ pub(super) fn is_header(row: &str) -> bool {
 pub(super) fn parse(bytes: &[u8], file: &Path) -> Result<Recording, InputError> {
     let mut recorder = Recorder::default();
     let mut clock = Clock::default();
-    for row in Table::open(bytes, file, NAMES, NAMES.len())? {
+    let mut table = Table::open(bytes, file, NAMES, NAMES.len())?;
+    while let Some(row) = table.next() {
         recorder.row();
         let line = row.line;
-        let ([Some(time), Some(source), Some(rssi)], true) = (row.fields, row.whole) else {
-            recorder.anomaly(Anomaly::RowLength, line);
-            continue;
-        };
-        if source.is_empty() {
-            recorder.anomaly(Anomaly::RowLength, line);
+        let [time, source, rssi] =
+            row.fields.each_ref().map(|field| field.as_deref().unwrap_or_default());
+        if !row.is_whole || source.is_empty() {
+            recorder.wrong(Anomaly::RowLength, line, table.incomplete(&row));
             continue;
         }
-        let (Some(time), Some(rssi)) = (number(&time).and_then(instant), number(&rssi)) else {
-            recorder.anomaly(Anomaly::NotANumber, line);
+        let Some(when) = number(time).and_then(instant) else {
+            recorder.wrong(Anomaly::NotANumber, line, table.wrong(0, time, "number of seconds"));
             continue;
         };
-        let Some(rssi) = received(rssi) else {
+        let Some(strength) = number(rssi) else {
+            recorder.wrong(Anomaly::NotANumber, line, table.wrong(2, rssi, "number"));
+            continue;
+        };
+        let Some(rssi) = received(strength) else {
             recorder.anomaly(Anomaly::ImpossibleRssi, line);
             continue;
         };
-        if recorder.clock_is_sound(&mut clock, time, line) {
-            let link = recorder.link(&source);
-            recorder.sample(line, time, link, rssi, Some(MetresPerSecond::ZERO), None);
+        if recorder.clock_is_sound(&mut clock, when, line) {
+            let link = recorder.link(source);
+            recorder.sample(line, when, link, rssi, Some(MetresPerSecond::ZERO), None);
         }
     }
     Ok(recorder.finish())

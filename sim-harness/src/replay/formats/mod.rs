@@ -16,16 +16,17 @@ mod uchain_flight;
 mod usd;
 
 use std::fmt;
-use std::fs::File;
-use std::io::Read;
 use std::path::Path;
 
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 use units::{Dbm, Instant, Metres};
 
-use super::recording::Recording;
+use super::mcap_file;
+use super::recording::{Recording, Wrong};
 use crate::input_error::InputError;
+use crate::input_file;
+use table::Header;
 
 /// A format of logs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
@@ -91,26 +92,29 @@ impl Format {
 
     /// Recognizes the format of a file by its first rows.
     fn told_from(bytes: &[u8]) -> Option<Self> {
-        if bytes.starts_with(mcap::MAGIC) {
+        if bytes.starts_with(mcap_file::MAGIC) {
             return Some(Self::Mcap);
         }
         if bytes.first() == Some(&usd::MAGIC) {
             return Some(Self::Usd);
         }
         let rows = first_rows(bytes);
-        let (_, header) = rows.first()?;
-        if csv::is_header(header) {
-            return Some(Self::Csv);
-        }
-        if trace::is_header(header) {
-            return Some(Self::Trace);
-        }
-        if mitll::is_header(header) {
+        let (_, first) = rows.first()?;
+        if mitll::is_header(first) {
             return Some(Self::Mitll);
         }
-        [Self::Tetam, Self::BleRobot, Self::UchainFlight]
+        let header = Header::of(rows.iter().cloned())?;
+        if csv::is_header(&header) {
+            return Some(Self::Csv);
+        }
+        if trace::is_header(&header) {
+            return Some(Self::Trace);
+        }
+        let without_header = [Self::Tetam, Self::BleRobot, Self::UchainFlight]
             .into_iter()
-            .find(|format| format.first_stranger(&rows).is_none())
+            .find(|format| format.first_stranger(&rows).is_none());
+        // Its parser says which column is missing.
+        without_header.or_else(|| csv::is_incomplete_header(&header).then_some(Self::Csv))
     }
 
     /// The first row that is not of this format, if most of these rows are not.
@@ -149,7 +153,7 @@ fn first_rows(bytes: &[u8]) -> Vec<(usize, String)> {
 }
 
 /// The largest file that is read, so that a wrong path cannot fill the memory: days of flight.
-const LARGEST: u64 = 256 * 1024 * 1024;
+pub(super) const LARGEST: u64 = 256 * 1024 * 1024;
 
 /// Reads and checks a log, in the format given or the one that its content shows.
 pub(super) fn read(file: &Path, format: Option<Format>) -> Result<(Format, Recording), InputError> {
@@ -158,6 +162,10 @@ pub(super) fn read(file: &Path, format: Option<Format>) -> Result<(Format, Recor
         return Err(
             InputError::new("the file is empty", "give a log with at least one row").in_file(file)
         );
+    }
+    if bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff") {
+        let wrong = "this is text in UTF-16";
+        return Err(InputError::new(wrong, "save it as UTF-8").in_file(file));
     }
     let format = format.or_else(|| Format::told_from(&bytes)).ok_or_else(|| {
         InputError::new(
@@ -172,12 +180,20 @@ pub(super) fn read(file: &Path, format: Option<Format>) -> Result<(Format, Recor
         return Err(not_the_format(format, line, file));
     }
     let recording = format.parse(&bytes, file)?;
-    check(format, recording, file).map(|recording| (format, recording))
+    check(format, recording, &bytes, file).map(|recording| (format, recording))
 }
 
-fn check(format: Format, recording: Recording, file: &Path) -> Result<Recording, InputError> {
+fn check(
+    format: Format,
+    recording: Recording,
+    bytes: &[u8],
+    file: &Path,
+) -> Result<Recording, InputError> {
     if let Some(line) = recording.mostly_malformed() {
-        return Err(not_the_format(format, line, file));
+        return Err(match &recording.wrong {
+            Some((line, wrong)) => wrong_row(format, *line, wrong, bytes, file),
+            None => not_the_format(format, line, file),
+        });
     }
     if recording.rows == 0 {
         return Err(InputError::new(
@@ -194,6 +210,19 @@ fn check(format: Format, recording: Recording, file: &Path) -> Result<Recording,
         .in_file(file));
     }
     Ok(recording)
+}
+
+/// The error of a table of which most rows are wrong, by the first of them.
+fn wrong_row(format: Format, line: usize, wrong: &Wrong, bytes: &[u8], file: &Path) -> InputError {
+    let text = format!("{}, and most other rows are wrong, too", wrong.what);
+    let error = InputError::new(text, format!("each row must be {}", format.row()));
+    let row = lines(bytes).find(|(number, _)| *number == line).map(|(_, row)| row);
+    match wrong.field.zip(row) {
+        Some((field, row)) => {
+            error.at_column(file, line, table::column_of(&row, wrong.separator, field))
+        }
+        None => error.at_line(file, line),
+    }
 }
 
 fn not_the_format(format: Format, line: usize, file: &Path) -> InputError {
@@ -213,25 +242,28 @@ fn read_companion(file: &Path, remedy: &str) -> Result<Vec<u8>, InputError> {
     let unreadable = |error: std::io::Error| {
         InputError::new(format!("cannot be read: {error}"), remedy).in_file(file)
     };
-    let mut bytes = Vec::new();
-    let opened = File::open(file).map_err(unreadable)?;
-    opened.take(LARGEST + 1).read_to_end(&mut bytes).map_err(unreadable)?;
-    if bytes.len() as u64 > LARGEST {
-        return Err(
+    input_file::read(file, LARGEST).map_err(|error| match error.kind() {
+        std::io::ErrorKind::FileTooLarge => {
             InputError::new("is larger than 256 MiB", "cut the log into parts").in_file(file)
-        );
-    }
-    Ok(bytes)
+        }
+        _ => unreadable(error),
+    })
 }
 
 /// The lines of a text that are not empty, with their numbers; the first is 1. Bytes that are not
 /// text are replaced, so that a row of them fails as a row and not as a file.
 fn lines(bytes: &[u8]) -> impl Iterator<Item = (usize, String)> {
+    untrimmed_lines(bytes).map(|(number, line)| (number, line.trim_ascii_end().to_owned()))
+}
+
+/// The same lines with the blanks at their ends: a tab there is the end of an empty field.
+fn untrimmed_lines(bytes: &[u8]) -> impl Iterator<Item = (usize, String)> {
     bytes
         .split(|byte| *byte == b'\n')
         .enumerate()
         .map(|(index, line)| {
-            (index + 1, String::from_utf8_lossy(line.trim_ascii_end()).into_owned())
+            let line = line.strip_suffix(b"\r").unwrap_or(line);
+            (index + 1, String::from_utf8_lossy(line).into_owned())
         })
         .filter(|(_, line)| !line.trim().is_empty())
 }

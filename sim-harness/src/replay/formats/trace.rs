@@ -9,10 +9,10 @@ use std::path::Path;
 
 use units::Instant;
 
-use super::table::{Row, Table};
-use super::{Position, distance, instant, number, received};
+use super::table::{Header, Row, Table};
+use super::{Position, distance, instant, received};
 use crate::input_error::InputError;
-use crate::replay::recording::{Anomaly, Clock, Ends, RadialSpeed, Recorder, Recording};
+use crate::replay::recording::{Anomaly, Clock, Ends, RadialSpeed, Recorder, Recording, Wrong};
 
 const NAMES: [&str; 9] = [
     "time_s",
@@ -26,10 +26,13 @@ const NAMES: [&str; 9] = [
     "back_raw_dbm",
 ];
 
-pub(super) fn is_header(row: &str) -> bool {
-    let row = row.trim_start_matches('\u{feff}');
-    NAMES.iter().all(|name| row.split(',').any(|cell| cell.trim() == *name))
+pub(super) fn is_header(header: &Header) -> bool {
+    header.named(&NAMES) == NAMES.len()
 }
+
+/// A row of the table.
+type TraceRow = Row<{ NAMES.len() }>;
+type TraceTable<'a> = Table<'a, { NAMES.len() }>;
 
 /// The contents of a row.
 pub(super) struct DroneRow {
@@ -45,12 +48,13 @@ pub(super) struct DroneRow {
 pub(super) fn parse(bytes: &[u8], file: &Path) -> Result<Recording, InputError> {
     let mut recorder = Recorder::default();
     let mut drones: Vec<DroneRow> = Vec::new();
-    for row in Table::open(bytes, file, NAMES, NAMES.len())? {
+    let mut table = Table::open(bytes, file, NAMES, NAMES.len())?;
+    table.remark(&mut recorder);
+    while let Some(row) = table.next() {
         recorder.row();
-        let line = row.line;
-        match read(row) {
+        match read(&row, &table) {
             Ok(drone) => drones.push(drone),
-            Err(anomaly) => recorder.anomaly(anomaly, line),
+            Err((anomaly, wrong)) => recorder.wrong(anomaly, row.line, wrong),
         }
     }
     Ok(of_rows(recorder, &drones))
@@ -69,37 +73,28 @@ pub(super) fn of_rows(mut recorder: Recorder, drones: &[DroneRow]) -> Recording 
     recorder.finish()
 }
 
-fn read(row: Row<{ NAMES.len() }>) -> Result<DroneRow, Anomaly> {
-    let Row { line, fields: [time, node, x, y, z, front, front_raw, back, back_raw], whole } = row;
-    if !whole {
-        return Err(Anomaly::RowLength);
+fn read(row: &TraceRow, table: &TraceTable<'_>) -> Result<DroneRow, (Anomaly, Wrong)> {
+    if !row.is_whole {
+        return Err((Anomaly::RowLength, table.incomplete(row)));
     }
-    let time = instant(figure(time)?).ok_or(Anomaly::NotANumber)?;
-    let heard = [packet(front, front_raw)?, packet(back, back_raw)?];
+    let text = |field: usize| row.fields[field].as_deref().unwrap_or_default();
+    let wrong = |field, should| (Anomaly::NotANumber, table.wrong(field, text(field), should));
+    let figure = |field| table.number(text(field)).ok_or_else(|| wrong(field, "number"));
+    let node = |field| text(field).parse().map_err(|_| wrong(field, "number of a drone"));
+    // There is no packet where both fields are empty.
+    let packet = |peer: usize| -> Result<Option<(u8, f64)>, (Anomaly, Wrong)> {
+        if text(peer).is_empty() && text(peer + 1).is_empty() {
+            return Ok(None);
+        }
+        Ok(Some((node(peer)?, figure(peer + 1)?)))
+    };
     Ok(DroneRow {
-        line,
-        time,
-        node: node_of(&node.ok_or(Anomaly::RowLength)?)?,
-        position: [figure(x)?, figure(y)?, figure(z)?],
-        heard: heard.into_iter().flatten().collect(),
+        line: row.line,
+        time: instant(figure(0)?).ok_or_else(|| wrong(0, "number of seconds"))?,
+        node: node(1)?,
+        position: [figure(2)?, figure(3)?, figure(4)?],
+        heard: [packet(5)?, packet(7)?].into_iter().flatten().collect(),
     })
-}
-
-fn figure(field: Option<String>) -> Result<f64, Anomaly> {
-    number(&field.ok_or(Anomaly::RowLength)?).ok_or(Anomaly::NotANumber)
-}
-
-fn node_of(field: &str) -> Result<u8, Anomaly> {
-    field.parse().map_err(|_| Anomaly::NotANumber)
-}
-
-/// The packet from a neighbour; none where both fields are empty.
-fn packet(peer: Option<String>, raw: Option<String>) -> Result<Option<(u8, f64)>, Anomaly> {
-    let (peer, raw) = (peer.unwrap_or_default(), raw.unwrap_or_default());
-    if peer.is_empty() && raw.is_empty() {
-        return Ok(None);
-    }
-    Ok(Some((node_of(&peer)?, figure(Some(raw))?)))
 }
 
 fn record(recorder: &mut Recorder, speeds: &mut Vec<RadialSpeed>, frame: &[DroneRow]) {

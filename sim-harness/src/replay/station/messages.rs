@@ -1,9 +1,8 @@
 //! Reads the messages of a `station.mcap`.
 
-use mcap::MessageStream;
-use mcap::read::Options;
 use serde::de::DeserializeOwned;
 
+use crate::replay::mcap_file;
 use crate::station_log::{DroneReport, GivenOrder, Limits, OrderEvent, Plan};
 
 /// A way that is longer is none that a drone has flown, m; a picture of it could not be drawn.
@@ -30,15 +29,11 @@ pub(super) enum Message {
 /// The messages in order of time. Messages of other topics and those that are not of their schema
 /// are passed over; where the end of the file is missing or damaged, what stands before it is read.
 pub(super) fn read(bytes: &[u8]) -> Vec<Heard> {
-    let stream = MessageStream::new_with_options(bytes, Options::IgnoreEndMagic.into());
-    let messages = stream.into_iter().flatten().map_while(Result::ok);
-    let mut heard: Vec<Heard> = messages
-        .filter_map(|message| {
-            let micros = message.log_time / 1000;
-            let message = parse(&message.channel.topic, &message.data)?;
-            Some(Heard { micros, message })
-        })
-        .collect();
+    let mut heard = Vec::new();
+    mcap_file::read(bytes, &mut |message| {
+        let micros = message.time_ns / 1000;
+        heard.extend(parse(message.topic, message.data).map(|message| Heard { micros, message }));
+    });
     heard.sort_by_key(|heard| heard.micros);
     heard
 }

@@ -12,7 +12,7 @@ mod mask;
 mod outline;
 mod thin;
 
-use robot_maps::Occupancy;
+use robot_maps::{Cell, Occupancy};
 use units::Point2;
 
 use super::network::{self, Galleries, Network, Station};
@@ -153,6 +153,21 @@ impl Network for Grid<'_> {
         };
         kept.into_iter().map(station).collect()
     }
+}
+
+/// The map with its specks freed, as a route's tunnel has them.
+pub(super) fn without_specks(map: Occupancy) -> Occupancy {
+    let free = Mask::free(&map);
+    let mut cells = map.cells().to_vec();
+    for (cell, _) in free.cells.iter().enumerate().filter(|(_, is_free)| **is_free) {
+        let (column, row) = free.cell(cell);
+        if let Some(state) = cells.get_mut(row * map.columns() + column) {
+            *state = Cell::Free;
+        }
+    }
+    let mut cleaned = Occupancy::new(map.columns(), cells, map.resolution_m, map.origin);
+    cleaned.warnings = map.warnings;
+    cleaned
 }
 
 /// Finds a route through a map and makes its tunnel. The ends are points; where one is left open, the

@@ -59,7 +59,10 @@ impl Map {
 /// # Errors
 /// [`InputError`] where the map cannot be used.
 pub fn open(file: &Path, within: Option<&Path>) -> Result<Map, InputError> {
-    if file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("pgm")) {
+    let is_image = |ending: &std::ffi::OsStr| {
+        ["bmp", "pgm", "png"].iter().any(|image| ending.eq_ignore_ascii_case(image))
+    };
+    if file.extension().is_some_and(is_image) {
         let remedy = "give the YAML file beside it, which says how large it is";
         return Err(InputError::new("an image alone is no map", remedy).in_file(file));
     }

@@ -1,0 +1,56 @@
+//! The grey image of a map, of any format that is read.
+
+use cave_survey::Refusal;
+
+use super::{pgm, png};
+use crate::occupancy::MOST_CELLS;
+use crate::open::whole;
+
+/// An image.
+pub(super) struct Image {
+    /// The number of pixels in a row.
+    pub(super) columns: usize,
+    /// The value of white; 0 is black.
+    pub(super) most: u16,
+    /// The pixels row by row from the upper left one; `None` where one is transparent.
+    pub(super) pixels: Vec<Option<u16>>,
+}
+
+impl Image {
+    /// Reads an image, with a remark on bytes that it does not need.
+    pub(super) fn read(bytes: &[u8], file: &str) -> Result<(Self, Option<String>), Refusal> {
+        match bytes {
+            [b'P', b'5' | b'2', ..] => pgm::read(bytes, file),
+            [0x89, b'P', b'N', b'G', ..] => png::read(bytes, file).map(|image| (image, None)),
+            _ => {
+                let kind = match bytes {
+                    [b'B', b'M', ..] => "a BMP",
+                    [0xff, 0xd8, ..] => "a JPEG",
+                    [b'G', b'I', b'F', ..] => "a GIF",
+                    [b'I', b'I', ..] | [b'M', b'M', ..] => "a TIFF",
+                    [b'P', b'1' | b'3' | b'4' | b'6' | b'7', ..] => "another kind of Netpbm",
+                    _ => "neither",
+                };
+                let wrong = format!("only PGM and PNG are read, and the image is {kind}");
+                Err(Refusal::new(wrong, "save it as PGM or PNG").at(whole(file)))
+            }
+        }
+    }
+
+    /// The number of pixels of an image of this size, if it is not too large.
+    pub(super) fn count(columns: usize, rows: usize) -> Option<usize> {
+        columns.checked_mul(rows).filter(|count| (1..=MOST_CELLS).contains(count))
+    }
+
+    /// The rows from the lowest one, as brightness from 0 for black to 1 for white.
+    pub(super) fn upwards(&self) -> impl Iterator<Item = Option<f64>> {
+        let rows = self.pixels.chunks_exact(self.columns).rev();
+        rows.flatten().map(|pixel| pixel.map(|pixel| f64::from(pixel) / f64::from(self.most)))
+    }
+}
+
+/// The refusal of an image that is too large.
+pub(super) fn too_large(columns: usize, rows: usize) -> Refusal {
+    let wrong = format!("the header says {columns} by {rows} pixels");
+    Refusal::new(wrong, format!("give an image of at most {MOST_CELLS} pixels"))
+}
