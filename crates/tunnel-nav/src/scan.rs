@@ -214,7 +214,7 @@ fn farther(ranges: &[u8; BINS], number: usize, gallery: f32, centred: f32) -> Op
         }
         let range = (UNIT * f32::from(units)).min(SEEN);
         let back = wrapped(wrapped(direction as f32 * BIN - 2.0 * PI - gallery) - PI).abs();
-        let wall = if back < FRAC_PI_2 { half / libm::sinf(back).max(0.05) } else { half };
+        let wall = if back < FRAC_PI_2 { half / Radians(back).sin_cos().0.max(0.05) } else { half };
         farther += (range - wall.min(SEEN)) / 3.0;
         free = free.min(range);
     }

@@ -22,9 +22,9 @@ use units::Radians;
 
 /// The distance between two crumbs, m.
 const SPACING: f32 = 0.2;
-/// The number of crumbs kept: 102.4 m of path. A relay needs a few metres of it to hover in a bend;
+/// The number of crumbs kept: 51.2 m of path. A relay needs a few metres of it to hover in a bend;
 /// a drone that comes home needs all of the way since then, past junctions and sharp bends.
-const CRUMBS: usize = 512;
+const CRUMBS: usize = 256;
 /// The resolution at which the position of a crumb is kept, m: 16 bits then tell apart places within
 /// 131 m, and the path that is kept is shorter.
 const GRID: f32 = 0.002;
@@ -571,10 +571,10 @@ mod tests {
             trail.advance([0.05, 0.0], Radians(1.5), Flies::NoseFirst);
         }
         assert!(trail.knows(-0.7) && !trail.knows(0.2));
-        for _ in 0..2_400 {
+        for _ in 0..1_200 {
             trail.advance([0.05, 0.0], Radians(1.5), Flies::NoseFirst);
         }
-        assert!(trail.knows(-102.0) && !trail.knows(-103.0));
+        assert!(trail.knows(-51.0) && !trail.knows(-52.0));
     }
 
     #[test]
