@@ -24,7 +24,7 @@ const STANDS: u8 = 15;
 /// The yaw rate of the sweep, rad/s: 9° in an iteration, so that no direction is left out.
 const SWEEP: f32 = 0.8;
 /// The drone faces the way on when its nose is off it by less than this, rad.
-const FACES: f32 = 0.2;
+const FACES: f32 = 0.06;
 /// The gain of the turn to the way on, in 1/s.
 const GAIN: f32 = 1.5;
 /// The way on is free for at least so far, m: the drone slows down for what is nearer than 0.45 m.
