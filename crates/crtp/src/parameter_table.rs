@@ -233,6 +233,12 @@ table! {
     "kalman" {
         "resetEstimation": U8 "" "1 has a drone on the ground forget the position that it knows from outside; in the air it is refused. It reads 0"
             => |_| 0, inert;
+        "initialX": F32 "m" "0, and nothing else: the first position from outside counts"
+            => |_| 0.0, inert;
+        "initialY": F32 "m" "likewise" => |_| 0.0, inert;
+        "initialZ": F32 "m" "likewise" => |_| 0.0, inert;
+        "initialYaw": F32 "rad" "0, and nothing else: a drone is put down with the board's x along the room's"
+            => |_| 0.0, inert;
     }
     "stabilizer" {
         "estimator": U8 "" "2, a Kalman filter, and nothing else" => |_| 2, inert;
