@@ -34,8 +34,8 @@ use crate::{Drone, Fix, mounting};
 /// A hover set-point whose height differs from the drone's by more asks for another height.
 const OTHER_HEIGHT: Metres = Metres(0.1);
 
-/// A head that has not taken off so long after the order to explore stays on the ground: an order
-/// takes a second at most over a chain, and the head's answer as long.
+/// A head that is on the ground by what it says so long after the order to explore stays there. It
+/// is longer than an order and its answer take over a chain; our own number.
 const TAKES_OFF: Duration = Duration::from_secs(3);
 
 /// The variance of the height over ground, m²: that of one reading of the ranger that looks down.
