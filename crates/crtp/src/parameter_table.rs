@@ -102,7 +102,8 @@ impl Parameter {
         self.get.value(of)
     }
 
-    /// Whether the parameter now has the value.
+    /// Whether the parameter now has the value. Not inlined, for the same reason as [`Get::value`].
+    #[inline(never)]
     pub(crate) fn set(&self, of: &mut Parameters, value: Value) -> bool {
         self.set.is_some_and(|set| self.value(of) == value || set(of, value))
     }
