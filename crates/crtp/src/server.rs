@@ -700,7 +700,8 @@ trait Act: FnMut(Event, &mut Parameters) -> Outcome {}
 impl<A: FnMut(Event, &mut Parameters) -> Outcome> Act for A {}
 
 /// Whether a client waits for an answer to a packet. Set-points and stops are followed even when too
-/// many answers wait.
+/// many answers wait. Not inlined: in a larger function its table of jumps is taken for a call.
+#[inline(never)]
 const fn is_answered(request: &Request<'_>) -> bool {
     match request {
         Request::Null
