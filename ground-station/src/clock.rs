@@ -3,7 +3,7 @@
 //! The age of an order is read from this clock. The monotonic clock of the machine stands still
 //! while the machine sleeps (Linux: `CLOCK_MONOTONIC`), so that an order from before the sleep would
 //! look young after it. The wall clock goes on, but a person or a time server may set it. The clock
-//! therefore follows the monotonic one, and where the wall clock has gone on by [`SLEEP`] more, it
+//! therefore follows the monotonic one, and where the wall clock has gone on by `SLEEP` more, it
 //! takes the machine to have slept that long. A wall clock that is set forward makes what waits
 //! look older than it is, and an older order is refused; one that is set back changes nothing.
 

@@ -28,7 +28,7 @@
 //!
 //! # What is refused
 //! Everything that is older than [`LIMIT`] is refused, with two exceptions. **A stop is never
-//! refused**: motors that are off hurt nobody, and a late stop was still meant. A sign of life is
+//! refused**: motors that are off hurt no person, and a late stop was still meant. A sign of life is
 //! not refused, but counts from its stamp, not from its arrival.
 //!
 //! Each request also has a number, which grows from one request of a page to the next. A page that

@@ -47,7 +47,7 @@ pub enum Request {
     Beat,
     /// An order, which only the page that steers may give.
     Order(Order),
-    /// The page's person wants to steer, where nobody does or in place of another page.
+    /// The page's person wants to steer, where no page does or in place of another page.
     Steer,
     /// The emergency stop, which every page may order, and which is never refused.
     Stop,
@@ -109,7 +109,7 @@ pub struct Handle {
 impl Handle {
     /// Tells the station of a new line to a page; `is_new` where a person has opened the page.
     pub async fn open(&self, line: LineId, page: PageId, is_new: bool) {
-        // A station that has ended has nobody to tell.
+        // A station that has ended takes no requests.
         let _ = self.requests.send(FromPage::Opened { line, page, is_new }).await;
     }
 

@@ -6,10 +6,10 @@
 //! - it is the first page that is opened, and none has ever steered this station.
 //!
 //! So a page that looks on never becomes the pilot because another page goes. While the pilot's page
-//! is closed or silent nobody steers, with one page as with ten: the station says nothing to the
+//! is closed or silent no page steers, with one page as with ten: the station says nothing to the
 //! base, and the head hovers. The pilot's page itself may come back, over a new line too, and steers
 //! again; no order is repeated by that. An order from a page that looks on is refused even while
-//! nobody steers: a key that was pressed on the wrong page must not make it the pilot.
+//! no page steers: a key that was pressed on the wrong page must not make it the pilot.
 //!
 //! # Who is there
 //! A page is there from the stamp that it has echoed last ([`Echo::seen`]), not from the moment at

@@ -19,10 +19,15 @@ os.environ["SCAN_ADDRESS"] = HOST
 import cflib.crtp  # noqa: E402
 from cflib.crazyflie import Crazyflie  # noqa: E402
 from cflib.crazyflie.log import LogConfig  # noqa: E402
+from cflib.crazyflie.swarm import Swarm  # noqa: E402
 from cflib.crazyflie.syncCrazyflie import SyncCrazyflie  # noqa: E402
+from cflib.positioning.motion_commander import MotionCommander  # noqa: E402
+from cflib.positioning.position_hl_commander import PositionHlCommander  # noqa: E402
+from cflib.utils.reset_estimator import reset_estimator  # noqa: E402
 
 URIS = [f"udp://{HOST}:{PORT + n}" for n in range(COUNT)]
-IDLE, RELAYING, LANDED, RETIRING = 0, 4, 8, 11
+IDLE, LEADING, RELAYING, LANDED, RETIRING = 0, 3, 4, 8, 11
+WAIT = 0
 
 
 def scan():
@@ -189,10 +194,112 @@ def fly():
         other.close()
 
 
+class Console:
+    """What a drone prints on its console from now on."""
+
+    def __init__(self, cf):
+        self.text, self.changed = "", threading.Condition()
+        cf.console.receivedChar.add_callback(self.take)
+
+    def take(self, text):
+        with self.changed:
+            self.text += text
+            self.changed.notify_all()
+
+    def wait_for(self, text):
+        with self.changed:
+            self.changed.wait_for(lambda: text in self.text)
+
+
+def motion():
+    """A MotionCommander at the base flies the head, and lands it; a second flight needs a wait."""
+    head = Watched(URIS[0])
+    with SyncCrazyflie(URIS[-1], cf=Crazyflie()) as scf:
+        console = Console(scf.cf)
+        scf.cf.supervisor.send_arming_request(True)
+        with MotionCommander(scf, default_height=0.3) as commander:
+            commander.forward(1.5, velocity=0.3)
+            commander.turn_left(90)
+            head.wait_for({LEADING})
+        console.wait_for("only vx is flown")
+        head.wait_for({LANDED})
+        with MotionCommander(scf) as commander:
+            commander.start_forward()
+            console.wait_for("The head stays down")
+        scf.cf.param.set_value("uchain.task", WAIT)
+        head.wait_for({IDLE})
+        with PositionHlCommander(scf) as commander:
+            head.wait_for({LEADING})
+            commander.forward(0.5)
+            commander.go_to(0.0, 0.0, 0.5)
+        console.wait_for("no mission flies to a place")
+        head.wait_for({LANDED})
+        assert console.text.count("no mission flies to a place") == 1, console.text
+    head.close()
+
+
+def estimators():
+    """Every drone says that it knows where it stands; a set-point at a relay is refused once."""
+    with SyncCrazyflie(URIS[-1], cf=Crazyflie()) as scf:
+        reset_estimator(scf)
+    with Swarm(URIS) as swarm:
+        swarm.reset_estimators()
+        for x, y, z in swarm.get_estimated_positions().values():
+            assert all(math.isfinite(value) for value in (x, y, z))
+    with SyncCrazyflie(URIS[1], cf=Crazyflie()) as scf:
+        console = Console(scf.cf)
+        for _ in range(60):
+            scf.cf.commander.send_hover_setpoint(0.2, 0, 0, 0.4)
+            threading.Event().wait(0.05)
+        console.wait_for("give them at the base.")
+        assert console.text.count("Refused") == 1, console.text
+
+
+class Rows:
+    """The rows of one log block."""
+
+    def __init__(self, cf, variable):
+        self.variable, self.count, self.changed = variable, 0, threading.Condition()
+        config = LogConfig("rows", period_in_ms=50)
+        config.add_variable(variable)
+        cf.log.add_config(config)
+        config.data_received_cb.add_callback(self.take)
+        config.start()
+
+    def take(self, _, row, __):
+        assert list(row) == [self.variable], row
+        with self.changed:
+            self.count += 1
+            self.changed.notify_all()
+
+    def wait_for(self, more):
+        with self.changed:
+            wanted = self.count + more
+            self.changed.wait_for(lambda: self.count >= wanted)
+
+
+def two():
+    """Two clients at one port, as cfclient and a script: each reads, logs and sets for itself."""
+    with SyncCrazyflie(URIS[-1], cf=Crazyflie()) as one:
+        first = Rows(one.cf, "uchain.state")
+        first.wait_for(5)
+        with SyncCrazyflie(URIS[-1], cf=Crazyflie()) as other:
+            second = Rows(other.cf, "uchain.odometer")
+            first.wait_for(40)
+            second.wait_for(40)
+            for scf in (one, other):
+                scf.wait_for_params()
+                set_and_read(scf.cf, "uchain.speed", 0.125)
+        first.wait_for(5)
+
+
 faulthandler.dump_traceback_later(LIMIT_S, exit=True)
 cflib.crtp.init_drivers()
 try:
-    {"look": look, "fly": fly, "bridged": bridged}[PART]()
+    {
+        "look": look, "fly": fly, "bridged": bridged,
+        "motion": motion, "estimators": estimators, "two": two,
+    }[PART]()
 except BaseException:
     traceback.print_exc()
     sys.stdout.flush()

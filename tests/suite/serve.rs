@@ -27,7 +27,7 @@ pub(super) fn host(test: u8) -> Ipv4Addr {
         return Ipv4Addr::LOCALHOST;
     }
     let [high, low] = (std::process::id() as u16).to_be_bytes();
-    Ipv4Addr::new(127, 64 | (test << 4) | (high >> 4), high, low.max(1))
+    Ipv4Addr::new(127, 64 + test, high, low.max(1))
 }
 
 /// The interpreter of a virtual environment with cflib, made once.
@@ -91,23 +91,30 @@ pub(super) fn script(
         .output()
 }
 
-/// Serves a scenario while a part of `drive.py` is run against it; what came of the mission.
-fn drive(
-    scenario: &Scenario,
-    speed: f64,
-    host: Ipv4Addr,
-    arguments: &[&str],
-) -> (RunMetrics, Vec<&'static str>) {
+/// What came of a mission that a part of `drive.py` was run against.
+struct Driven {
+    metrics: RunMetrics,
+    states: Vec<&'static str>,
+    events: Vec<serve::Event>,
+}
+
+/// Serves a scenario while a part of `drive.py` is run against it.
+fn drive(scenario: &Scenario, speed: f64, host: Ipv4Addr, arguments: &[&str]) -> Driven {
     let world = World::of(scenario);
     let reference = Reference::of(scenario, &world);
     let ports = Ports::open(host, FIRST_PORT, scenario.drones.relays + 2).unwrap();
     let (python, done) = (python(), AtomicBool::new(false));
-    let (live, output) = thread::scope(|scope| {
+    let ((live, events), output) = thread::scope(|scope| {
         let (world, reference, stop) = (&world, &reference, &done);
         let served = scope.spawn(move || {
             let live = Live::new(scenario, world, reference, 1, false);
-            let tell = |_, event: serve::Event| eprintln!("{event}");
-            serve::serve(live, ports, speed, None, stop, tell).0
+            let mut events = Vec::new();
+            let tell = |_, event: serve::Event| {
+                eprintln!("{event}");
+                events.push(event);
+            };
+            let (live, _) = serve::serve(live, ports, speed, None, stop, tell);
+            (live, events)
         });
         let (part, rest) = arguments.split_first().unwrap();
         let output = script(python, part, host, scenario.drones.members(), rest);
@@ -117,7 +124,7 @@ fn drive(
     println!("{}", said(&output));
     assert!(output.status.success(), "{arguments:?} failed");
     let states = live.states().map(|(_, state)| state.name()).collect();
-    (live.metrics(), states)
+    Driven { metrics: live.metrics(), states, events }
 }
 
 fn demonstration() -> Scenario {
@@ -140,13 +147,40 @@ const FAR_M: f32 = 16.0;
 fn cflib_flies_the_head_down_the_tunnel_and_back_while_relays_follow() {
     let far = FAR_M.to_string();
     let scenario = demonstration().at(Fidelity::Flight);
-    let (metrics, states) = drive(&scenario, 6.0, host(1), &["fly", &far]);
+    let Driven { metrics, states, .. } = drive(&scenario, 6.0, host(1), &["fly", &far]);
     // The head's odometer is off by its flow sensor's scale.
     assert!(metrics.farthest_m >= 0.95 * FAR_M, "only {} m", metrics.farthest_m);
     assert!(metrics.launched >= 2.0, "only {} relays flew", metrics.launched);
     let (base, drones) = states.split_last().unwrap();
     assert!(drones.iter().all(|state| ["idle", "landed"].contains(state)), "{states:?}");
     assert_eq!((drones[0], *base), ("landed", "idle"));
+}
+
+/// The set-points and waits of cflib's commanders are by the clock, so this is at its speed.
+#[test]
+#[ignore = "needs python3 and the Python package index"]
+fn cflibs_motion_commander_flies_the_head_and_a_place_is_refused_in_one_line() {
+    let scenario = demonstration().at(Fidelity::Flight);
+    let Driven { metrics, states, .. } = drive(&scenario, 1.0, host(6), &["motion"]);
+    assert!(metrics.farthest_m > 0.3, "only {} m", metrics.farthest_m);
+    assert_eq!(states[0], "landed");
+}
+
+#[test]
+#[ignore = "needs python3 and the Python package index"]
+fn cflibs_reset_estimator_ends_at_every_drone_and_a_relay_says_why_it_takes_no_set_point() {
+    for fidelity in [Fidelity::Flight, Fidelity::Point] {
+        drive(&demonstration().at(fidelity), 1.0, host(7), &["estimators"]);
+    }
+}
+
+#[test]
+#[ignore = "needs python3 and the Python package index"]
+fn two_cflib_clients_at_one_port_each_get_their_own_and_are_told_in_one_line() {
+    let Driven { events, .. } = drive(&demonstration(), 1.0, host(8), &["two"]);
+    let count = |is: fn(&serve::Event) -> bool| events.iter().filter(|event| is(event)).count();
+    assert_eq!(count(|event| matches!(event, serve::Event::Shared(..))), 1);
+    assert_eq!(count(|event| matches!(event, serve::Event::Connected(..))), 2);
 }
 
 /// The script that the book shows is the one that is run here.

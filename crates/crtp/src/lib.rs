@@ -49,7 +49,7 @@ mod variables;
 pub use parameter_table::{ParameterId, parameters};
 pub use parameters::{About, OperatorTask, Parameters};
 pub use server::{Access, Counters, Event, Notice, Outcome, Server, Setpoint};
-pub use snapshot::{Link, LinkState, Node, Power, Radio, Ranges, Snapshot};
+pub use snapshot::{Link, LinkState, Node, Power, Radio, Ranges, Snapshot, Variance};
 pub use table::Documented;
 pub use variables::variables;
 pub use wire::crtp::Packet;

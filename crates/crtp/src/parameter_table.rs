@@ -1,8 +1,10 @@
 //! Defines the table of parameters: their names, their types, and how each is read and set.
 //!
 //! cfclient reads and sets parameters of its own accord, and prints a traceback for each that is
-//! missing (cfclient 2026.8.1, `ui/tabs`). So the table has a row for each of them, also where
-//! nothing can be set: such a row refuses every value but the one that it has.
+//! missing (cfclient 2026.8.1, `ui/tabs`). cflib raises a `KeyError`, which ends a script
+//! (cflib 0.1.34, `positioning/motion_commander.py`, `utils/reset_estimator.py`, and its examples).
+//! So the table has a row for each of them, also where nothing can be set: such a row refuses every
+//! value but the one that it has.
 
 use agent::AgentConfig;
 use flight::ControlConfig as Control;
@@ -33,6 +35,8 @@ impl ParameterId {
     pub const RETREAT_LIMIT: Self = Self::of("uchain", "retreatLimit");
     /// The parameter `uchain.policy`.
     pub const POLICY: Self = Self::of("uchain", "policy");
+    /// The parameter `kalman.resetEstimation`.
+    pub(crate) const RESET_ESTIMATION: Self = Self::of("kalman", "resetEstimation");
 
     pub(crate) const fn new(row: u16) -> Self {
         Self(row)
@@ -98,7 +102,8 @@ impl Parameter {
         self.get.value(of)
     }
 
-    /// Whether the parameter now has the value.
+    /// Whether the parameter now has the value. Not inlined, for the same reason as [`Get::value`].
+    #[inline(never)]
     pub(crate) fn set(&self, of: &mut Parameters, value: Value) -> bool {
         self.set.is_some_and(|set| self.value(of) == value || set(of, value))
     }
@@ -225,6 +230,28 @@ table! {
             => |p| p.about.selftest_passed.into();
         "taskDump": U8 "" "0, and nothing else: no list of tasks" => |_| 0, inert;
         "storageStats": U8 "" "0, and nothing else: no account of the memory" => |_| 0, inert;
+    }
+    "kalman" {
+        "resetEstimation": U8 "" "1 has a drone on the ground forget the position that it knows from outside; in the air it is refused. It reads 0"
+            => |_| 0, inert;
+        "initialX": F32 "m" "0, and nothing else: the first position from outside counts"
+            => |_| 0.0, inert;
+        "initialY": F32 "m" "likewise" => |_| 0.0, inert;
+        "initialZ": F32 "m" "likewise" => |_| 0.0, inert;
+        "initialYaw": F32 "rad" "0, and nothing else: a drone is put down with the board's x along the room's"
+            => |_| 0.0, inert;
+    }
+    "stabilizer" {
+        "estimator": U8 "" "2, a Kalman filter, and nothing else" => |_| 2, inert;
+        "controller": U8 "" "1, PID, and nothing else" => |_| 1, inert;
+    }
+    "locSrv" {
+        "extPosStdDev": F32 "m" "how well positions from outside are known" => |_| 0.01, inert;
+        "extQuatStdDev": F32 "" "how well headings from outside are known, as a quaternion"
+            => |_| 0.0045, inert;
+    }
+    "led" {
+        "bitmask": U8 "" "0, and nothing else: the drone sets its lights itself" => |_| 0, inert;
     }
     "imu_sensors" {
         "BMP3XX": U8 "" "0: the barometer is not used" => |_| 0;

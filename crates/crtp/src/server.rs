@@ -1,7 +1,7 @@
 //! Answers the requests of clients to the log, parameter, supervisor, … services.
 
 use heapless::Deque;
-use units::{Instant, Metres, MetresPerSecond, RadiansPerSecond};
+use units::{Duration, Instant, Metres, MetresPerSecond, RadiansPerSecond, Role};
 use wire::crtp::{
     self, Errno, HighLevel, LinkRequest, LogRequest, MAX_DATA, MemoryRequest, Packet, ParamRequest,
     ParamType, PlatformRequest, Reply, Request, Rpyt, SupervisorCommand, SupervisorQuestion, Value,
@@ -47,17 +47,23 @@ pub enum Event {
     Land,
     /// The client orders to take off.
     TakeOff,
+    /// The client asks the drone to forget its position.
+    ResetEstimate,
     /// A parameter was set. Where the drone refuses it, the parameter gets back its previous value.
     ParameterSet(ParameterId),
 }
 
 impl Event {
-    /// Whether every client may request it, with any access: that is so for stops.
+    /// Whether every client may request it, with any access: that is so for stops, and for what says
+    /// where a drone is.
     const fn is_open_to_all(&self) -> bool {
         match self {
             // Positions come from a system beside the client that may give orders, and lead nowhere
             // by themselves.
-            Self::EmergencyStop | Self::EmergencyStopWatchdog | Self::Position(_) => true,
+            Self::EmergencyStop
+            | Self::EmergencyStopWatchdog
+            | Self::Position(_)
+            | Self::ResetEstimate => true,
             Self::Setpoint(_) | Self::Land | Self::TakeOff | Self::ParameterSet(_) => false,
         }
     }
@@ -132,13 +138,16 @@ pub struct Counters {
     pub unsaid: u32,
 }
 
-/// A notice on the console, printed once for each client, that a request is not followed, or is
-/// followed in another way than the client may expect.
+/// A notice on the console that a request is not followed, or is followed in another way than the
+/// client may expect. It is printed once for each client; one that says why the drone does not fly
+/// is printed again when the client still asks for it after ten seconds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Notice {
-    /// The client may only read.
-    ReadOnlyAccess,
+    /// The drone is not the base, and takes orders from the base alone.
+    NotTheBase,
+    /// The base was provisioned to take no orders from clients.
+    BaseTakesNone,
     /// The drone follows no set-points of this kind.
     UnknownSetpoint,
     /// The drone knows no high-level commands of this kind.
@@ -161,15 +170,38 @@ pub enum Notice {
     StopStands,
     /// The drone's link cannot transmit, so that no drone has received the order.
     NotHeard,
+    /// The head has received the order to fly, and stays on the ground.
+    HeadStands,
+    /// A drone in the air goes on by its estimate.
+    EstimateFlies,
 }
 
+/// The time after which a notice that the drone does not fly is printed again.
+const REPEATS: Duration = Duration::from_secs(10);
+
 impl Notice {
+    /// The bits of the notices that say why the drone does not fly.
+    const REPEATED: u16 = Self::NotTheBase.bit()
+        | Self::BaseTakesNone.bit()
+        | Self::StopStands.bit()
+        | Self::NotHeard.bit()
+        | Self::HeadStands.bit();
+
+    const fn bit(self) -> u16 {
+        1 << self as u16
+    }
+
     const fn text(self) -> &'static str {
         match self {
-            Self::ReadOnlyAccess => "Refused: at this drone a client may read and stop, not fly.",
+            Self::NotTheBase => {
+                "Refused: this drone takes orders by the chain's radio; give them at the base."
+            }
+            Self::BaseTakesNone => {
+                "Refused: this base was provisioned to take no orders from clients."
+            }
             Self::UnknownSetpoint => "Refused: only hover and stop set-points are flown.",
             Self::UnknownHighLevel => {
-                "Refused: of high-level commands only take-off, land and stop."
+                "Refused: no mission flies to a place; only take-off, land and stop are flown."
             }
             Self::OutOfRange => "Refused: a parameter is read-only, or the value out of its range.",
             Self::NoSuchService => "Refused: this drone does not do that.",
@@ -180,6 +212,10 @@ impl Notice {
             Self::Airborne => "Refused: a drone in the air keeps its policy.",
             Self::StopStands => "Refused: a stop stands until the base is switched off.",
             Self::NotHeard => "Refused: this drone has no open link, no drone hears the order.",
+            Self::HeadStands => {
+                "The head stays down: see node0.state, node0.fault. Landed, it needs uchain.task 0."
+            }
+            Self::EstimateFlies => "Not reset: a drone in the air goes on by its estimate.",
         }
     }
 }
@@ -212,6 +248,10 @@ pub struct Server {
     console: Console,
     /// Bit n says that the notice of that number was given.
     given: u16,
+    /// When the last packet came.
+    heard: Instant,
+    /// When a notice that is printed again was last printed.
+    repeated: Instant,
     counters: Counters,
 }
 
@@ -230,6 +270,8 @@ impl Server {
             waiting: Deque::new(),
             console: Console::new(),
             given: 0,
+            heard: Instant::ZERO,
+            repeated: Instant::ZERO,
             counters: Counters {
                 received: 0,
                 malformed: 0,
@@ -255,6 +297,10 @@ impl Server {
         act: impl FnMut(Event, &mut Parameters) -> Outcome,
     ) {
         count(&mut self.counters.received);
+        self.heard = now;
+        if now.since(self.repeated) >= REPEATS {
+            self.given &= !Notice::REPEATED;
+        }
         let Ok(packet) = Packet::from_bytes(packet) else {
             return count(&mut self.counters.malformed);
         };
@@ -293,7 +339,7 @@ impl Server {
                 }
             }
             Request::Setpoint(setpoint) => self.setpoint(setpoint, &mut asked),
-            Request::Rpyt(setpoint) => self.rpyt(setpoint, access),
+            Request::Rpyt(setpoint) => self.rpyt(setpoint, &asked),
             Request::HighLevel(command) => self.high_level(command, packet, &mut asked),
         }
     }
@@ -385,20 +431,26 @@ impl Server {
         self.wait(Waiting::Ready(reply.packet()));
     }
 
-    fn notice(&mut self, notice: Notice) {
-        let bit = 1 << notice as u16;
-        if self.given & bit == 0 {
-            self.given |= bit;
+    /// Prints a notice on the console, unless that was done already.
+    pub fn notice(&mut self, notice: Notice) {
+        if self.given & notice.bit() == 0 {
+            self.given |= notice.bit();
+            if notice.bit() & Notice::REPEATED != 0 {
+                self.repeated = self.heard;
+            }
             self.say(notice.text());
         }
     }
 
-    fn allow(&mut self, access: Access) -> bool {
-        match access {
+    fn allow<A>(&mut self, asked: &Asked<'_, A>) -> bool {
+        match asked.access {
             Access::Full => true,
             Access::Read => {
                 count(&mut self.counters.refused);
-                self.notice(Notice::ReadOnlyAccess);
+                self.notice(match asked.parameters.about.role {
+                    Role::Base => Notice::BaseTakesNone,
+                    Role::Head | Role::Relay => Notice::NotTheBase,
+                });
                 false
             }
         }
@@ -406,7 +458,7 @@ impl Server {
 
     /// Has the drone follow a request, if the client has the access for it.
     fn act<A: Act>(&mut self, event: Event, asked: &mut Asked<'_, A>) -> Result<(), Errno> {
-        if !event.is_open_to_all() && !self.allow(asked.access) {
+        if !event.is_open_to_all() && !self.allow(asked) {
             return Err(Errno::NotAllowed);
         }
         let outcome = (asked.act)(event, asked.parameters);
@@ -535,8 +587,12 @@ impl Server {
         let before = *asked.parameters;
         let outcome = match value {
             None => Err(Errno::Invalid),
+            Some(Value::U8(0)) if id == ParameterId::RESET_ESTIMATION => return Ok(()),
+            Some(Value::U8(1)) if id == ParameterId::RESET_ESTIMATION => {
+                return self.act(Event::ResetEstimate, asked);
+            }
             Some(_) if row.is_read_only() => Err(Errno::NotAllowed),
-            Some(_) if !self.allow(asked.access) => return Err(Errno::NotAllowed),
+            Some(_) if !self.allow(asked) => return Err(Errno::NotAllowed),
             Some(value) if row.set(asked.parameters, value) => {
                 let done = self.act(Event::ParameterSet(id), asked);
                 if done.is_err() {
@@ -570,7 +626,7 @@ impl Server {
     /// sent.
     fn command<A: Act>(&mut self, command: SupervisorCommand, asked: &mut Asked<'_, A>) -> bool {
         match command {
-            SupervisorCommand::Arm(_) | SupervisorCommand::Recover => self.allow(asked.access),
+            SupervisorCommand::Arm(_) | SupervisorCommand::Recover => self.allow(asked),
             SupervisorCommand::EmergencyStop => self.act(Event::EmergencyStop, asked).is_ok(),
             SupervisorCommand::EmergencyStopWatchdog => {
                 self.act(Event::EmergencyStopWatchdog, asked).is_ok()
@@ -589,7 +645,7 @@ impl Server {
             | crtp::Setpoint::Height { .. }
             | crtp::Setpoint::Position { .. }
             | crtp::Setpoint::Other(_) => {
-                if self.allow(asked.access) {
+                if self.allow(asked) {
                     self.unsupported(Notice::UnknownSetpoint);
                 }
                 return;
@@ -601,8 +657,8 @@ impl Server {
 
     /// A client sends zeros while its gamepad is not touched, and when it disconnects: they end no
     /// flight.
-    fn rpyt(&mut self, setpoint: Rpyt, access: Access) {
-        if !setpoint.is_off() && self.allow(access) {
+    fn rpyt<A>(&mut self, setpoint: Rpyt, asked: &Asked<'_, A>) {
+        if !setpoint.is_off() && self.allow(asked) {
             self.unsupported(Notice::UnknownSetpoint);
         }
     }
@@ -615,7 +671,7 @@ impl Server {
             HighLevel::TakeOff { group: ALL } => self.act(Event::TakeOff, asked),
             HighLevel::Land { group: ALL } => self.act(Event::Land, asked),
             HighLevel::Stop { group: ALL } => self.act(Event::Setpoint(Setpoint::Stop), asked),
-            _ if !self.allow(asked.access) => Err(Errno::NotAllowed),
+            _ if !self.allow(asked) => Err(Errno::NotAllowed),
             HighLevel::TakeOff { .. } | HighLevel::Land { .. } | HighLevel::Stop { .. } => Ok(()),
             HighLevel::Other(_) => {
                 self.unsupported(Notice::UnknownHighLevel);
@@ -644,7 +700,8 @@ trait Act: FnMut(Event, &mut Parameters) -> Outcome {}
 impl<A: FnMut(Event, &mut Parameters) -> Outcome> Act for A {}
 
 /// Whether a client waits for an answer to a packet. Set-points and stops are followed even when too
-/// many answers wait.
+/// many answers wait. Not inlined: in a larger function its table of jumps is taken for a call.
+#[inline(never)]
 const fn is_answered(request: &Request<'_>) -> bool {
     match request {
         Request::Null

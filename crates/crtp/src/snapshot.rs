@@ -23,8 +23,10 @@ pub struct Snapshot {
     pub back: Option<LinkView>,
     /// The distance along the tunnel that the drone has flown since take-off.
     pub odometer: Metres,
-    /// The drone's place in the frame of its take-off.
+    /// The drone's place in the frame of its take-off, or in the room where the drone knows that.
     pub position: Point2,
+    /// How well the drone knows its place and its height.
+    pub variance: Variance,
     /// The drone's velocity along the tunnel, positive towards the head.
     pub along: MetresPerSecond,
     /// Whether a drone of the chain must come home.
@@ -70,6 +72,7 @@ impl Snapshot {
         back: None,
         odometer: Metres::ZERO,
         position: Point2::new(0.0, 0.0),
+        variance: Variance::UNKNOWN,
         along: MetresPerSecond::ZERO,
         recalled: false,
         mode: None,
@@ -126,6 +129,22 @@ impl Default for Snapshot {
     fn default() -> Self {
         Self::DEFAULT
     }
+}
+
+/// The variances of a drone's estimate of where it is, m²; infinite where it has none.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Variance {
+    /// The variance of the place along each of its two axes.
+    pub place: f32,
+    /// The variance of the height over ground.
+    pub height: f32,
+}
+
+impl Variance {
+    /// The variances of a drone that does not know where it is.
+    pub const UNKNOWN: Self = Self { place: f32::INFINITY, height: f32::INFINITY };
+    /// The variances of a node that stands where its coordinates begin.
+    pub const ORIGIN: Self = Self { place: 0.0, height: 0.0 };
 }
 
 /// The readings of the rangers, by their direction from the board; `None` where there is none.

@@ -13,6 +13,8 @@ pub(crate) enum Get<S> {
 }
 
 impl<S> Get<S> {
+    /// Not inlined, so that the table of the stack knows the one place of the calls through a pointer.
+    #[inline(never)]
     pub(crate) fn value(&self, from: &S) -> Value {
         match self {
             Self::U8(get) => Value::U8(get(from)),

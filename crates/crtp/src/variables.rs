@@ -193,9 +193,9 @@ own! {
         "thrust": F32 "1/65535" "mean of the four motors" => |s| thrust(s.duties);
     }
     "stateEstimate" {
-        "x": F32 "m" "place by dead reckoning: along the nose as it pointed at take-off"
+        "x": F32 "m" "place: along the nose as it pointed at take-off, by dead reckoning; along the room's x where the drone is told positions"
             => |s| s.position.x;
-        "y": F32 "m" "place by dead reckoning: to the left of that" => |s| s.position.y;
+        "y": F32 "m" "place: to the left of that" => |s| s.position.y;
         "z": F32 "m" "height over ground" => |s| metres(s.height);
         "vx": F32 "m/s" "velocity over ground along the nose"
             => |s| s.velocity.map_or(0.0, |v| v.forward.0);
@@ -204,6 +204,15 @@ own! {
         "roll": F32 "°" "as stabilizer.roll" => |s| degrees(s.attitude.roll);
         "pitch": F32 "°" "as stabilizer.pitch" => |s| -degrees(s.attitude.pitch);
         "yaw": F32 "°" "as stabilizer.yaw" => |s| degrees(s.attitude.yaw);
+    }
+    "kalman" {
+        "stateX": F32 "m" "as stateEstimate.x" => |s| s.position.x;
+        "stateY": F32 "m" "as stateEstimate.y" => |s| s.position.y;
+        "stateZ": F32 "m" "as stateEstimate.z" => |s| metres(s.height);
+        "varPX": F32 "m²" "variance of stateEstimate.x; infinite while it is not known"
+            => |s| s.variance.place;
+        "varPY": F32 "m²" "the same of stateEstimate.y" => |s| s.variance.place;
+        "varPZ": F32 "m²" "the same of stateEstimate.z" => |s| s.variance.height;
     }
     "gyro" {
         "x": F32 "°/s" "angular velocity about the board's x" => |s| turn(s.gyro.0[0]);

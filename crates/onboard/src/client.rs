@@ -12,16 +12,16 @@
 //! CRTP directly. The base turns a client's requests into orders, which are sealed for the drones.
 //! Every node obeys an emergency stop from any client.
 
-use agent::{Agent, AgentConfig};
+use agent::{Agent, AgentConfig, LandReason, State};
 use airlink::{Identity, Seal};
 use chain::policy::Policy;
 use crtp::{
-    Access, Event, Notice, Outcome, Packet, ParameterId, Parameters, Radio, Server, Setpoint,
-    Snapshot,
+    Access, Event, Node, Notice, Outcome, Packet, ParameterId, Parameters, Radio, Server, Setpoint,
+    Snapshot, Variance,
 };
 use units::{
-    Branch, Course, Dbm, Instant, Metres, MetresPerSecond, MissionKind, Order, Point2, PolicyCode,
-    Role,
+    Branch, Course, Dbm, Duration, Instant, Metres, MetresPerSecond, MissionKind, Order, Point2,
+    PolicyCode, Role,
 };
 use wire::crtp::Port;
 use wire::syslink::Release;
@@ -33,6 +33,13 @@ use crate::{Drone, Fix, mounting};
 
 /// A hover set-point whose height differs from the drone's by more asks for another height.
 const OTHER_HEIGHT: Metres = Metres(0.1);
+
+/// A head that is on the ground by what it says so long after the order to explore stays there. It
+/// is longer than an order and its answer take over a chain; our own number.
+const TAKES_OFF: Duration = Duration::from_secs(3);
+
+/// The variance of the height over ground, m²: that of one reading of the ranger that looks down.
+const OF_HEIGHT: f32 = flight::DownConfig::VL53L1X.noise * flight::DownConfig::VL53L1X.noise;
 
 /// Settings that a client has changed and the drone must store.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,11 +87,19 @@ pub(crate) struct Orders {
     branch: Option<Branch>,
     watchdog: Watchdog,
     unsaved: Unsaved,
+    /// Since when the operator wants the head to fly; `None` where the newest order is another.
+    flies_since: Option<Instant>,
 }
 
 impl Orders {
     pub(crate) const fn new(operator: Operator) -> Self {
-        Self { operator, branch: None, watchdog: Watchdog::UNFED, unsaved: Unsaved::NONE }
+        Self {
+            operator,
+            branch: None,
+            watchdog: Watchdog::UNFED,
+            unsaved: Unsaved::NONE,
+            flies_since: None,
+        }
     }
 
     /// Follows a request of a client.
@@ -129,7 +144,7 @@ impl Orders {
                 Outcome::DoneBut(Notice::NextBoot)
             }
             // A speed is taken up by the next order to explore. Positions are no orders.
-            Event::ParameterSet(_) | Event::Position(_) => Outcome::Done,
+            Event::ParameterSet(_) | Event::Position(_) | Event::ResetEstimate => Outcome::Done,
         };
         if let Some(order) = self.order() {
             parameters.show(order);
@@ -140,6 +155,20 @@ impl Orders {
     /// The order that the base gives; `None` while the operator has not asked for anything.
     pub(crate) fn order(&self) -> Option<Order> {
         with_branch(self.operator, self.branch)
+    }
+
+    /// Whether the head, by its telemetry, stays on the ground although it was ordered to fly.
+    fn head_stands(&mut self, now: Instant, head: Option<Node>) -> bool {
+        if !matches!(self.order(), Some(Order::Explore(_))) {
+            self.flies_since = None;
+            return false;
+        }
+        let since = *self.flies_since.get_or_insert(now);
+        let Some(Node { telemetry, heard }) = head else { return false };
+        let [idle, landed] = [State::Idle, State::Landed { why: LandReason::Ordered }];
+        let is_out = [landed.code(), State::Stopped.code()].contains(&telemetry.state);
+        let is_unfit = telemetry.state == idle.code() && telemetry.fault != 0;
+        (is_out || is_unfit) && heard.since(since) > TAKES_OFF
     }
 
     /// Gives a drone on the ground another movement policy, and notes it for storing.
@@ -223,6 +252,13 @@ impl<S: Seal> Drone<S> {
                 }
                 return Outcome::Done;
             }
+            if event == Event::ResetEstimate {
+                if agent.state().is_airborne() {
+                    return Outcome::Refused(Notice::EstimateFlies);
+                }
+                localisation.forget();
+                return Outcome::Done;
+            }
             if event == Event::ParameterSet(ParameterId::POLICY) {
                 return orders.choose(parameters.policy, agent, &mut config.agent);
             }
@@ -287,6 +323,10 @@ impl<S: Seal> Drone<S> {
             snapshot.along = outputs.report.velocity;
             snapshot.recalled = outputs.report.recall;
         }
+        snapshot.variance = self.variance(snapshot.odometer, snapshot.height);
+        if let Some((place, _)) = self.localisation.place() {
+            snapshot.position = place;
+        }
         if self.takes_orders() {
             // Clients that want to fly ask the base whether it can, and mean its chain.
             snapshot.mode = None;
@@ -299,6 +339,24 @@ impl<S: Seal> Drone<S> {
         snapshot.link = self.link.told(self.heeded.count);
         snapshot.nodes = self.nodes;
         snapshot
+    }
+
+    /// How well the drone knows where it is. A drone of a chain reckons from its take-off, and the
+    /// base does not move.
+    fn variance(&self, odometer: Metres, height: Option<Metres>) -> Variance {
+        if self.identity.role == Role::Base {
+            return Variance::ORIGIN;
+        }
+        let place = match (self.agent.mission(), self.localisation.place()) {
+            (_, Some((_, variance))) => variance,
+            (MissionKind::Chain, None) => {
+                let deviation = agent::odometer_deviation(odometer).0;
+                deviation * deviation
+            }
+            (MissionKind::Swarm | MissionKind::Explore, None) => f32::INFINITY,
+        };
+        let is_known = height.is_some() || !self.agent.state().is_airborne();
+        Variance { place, height: if is_known { OF_HEIGHT } else { f32::INFINITY } }
     }
 
     /// The parameters.
@@ -339,7 +397,7 @@ impl<S: Seal> Drone<S> {
     /// [`Drone::step`] calls it, too.
     pub fn attend(&mut self, now: Instant) {
         let has_client = self.client.is_there(now);
-        let Self { orders, link, identity, client, .. } = self;
+        let Self { orders, link, identity, client, nodes, agent, .. } = self;
         if orders.watchdog.is_starved(now) {
             orders.watchdog = Watchdog::UNFED;
             orders.ask(now, Request::Order(Order::Stop), *identity, link);
@@ -352,7 +410,12 @@ impl<S: Seal> Drone<S> {
                 link.order(now, order);
             }
         }
-        let state = self.agent.state();
+        let is_of_chain = agent.mission() == MissionKind::Chain && identity.role == Role::Base;
+        let head = nodes.first().copied().flatten();
+        if is_of_chain && orders.head_stands(now, head) && has_client {
+            client.server.notice(Notice::HeadStands);
+        }
+        let state = agent.state();
         if has_client && client.told_state != Some(state.code()) {
             client.told_state = Some(state.code());
             client.server.say(state.name());

@@ -135,6 +135,21 @@ impl Localisation {
         }
     }
 
+    /// Forgets the position: the next fix is the first one again.
+    pub(crate) const fn forget(&mut self) {
+        self.estimate = None;
+        self.waiting = None;
+        self.latest = None;
+        self.refused = None;
+    }
+
+    /// The place and the variance of it along each axis, m², however large; `None` before the first
+    /// fix.
+    pub(crate) fn place(&self) -> Option<(Point2, f32)> {
+        let Estimate { at: [x, y], covariance: [[xx, ..], [_, yy, _], _], .. } = self.estimate?;
+        Some((Point2::new(x, y), xx.max(yy)))
+    }
+
     /// Moves the position on to `now` by the drone's own motion, and takes in the latest fix.
     pub(crate) fn step(
         &mut self,
@@ -163,11 +178,10 @@ impl Localisation {
     }
 
     fn located(&self) -> Option<Located> {
-        let Estimate { at: [x, y], offset, covariance: [[xx, ..], [_, yy, _], _] } =
-            self.estimate?;
-        let deviation = Metres(libm::sqrtf(xx.max(yy)));
-        let yaw = Radians(self.heading + offset).wrapped();
-        let pose = Pose2 { at: Point2::new(x, y), yaw };
+        let (at, variance) = self.place()?;
+        let deviation = Metres(libm::sqrtf(variance));
+        let yaw = Radians(self.heading + self.estimate?.offset).wrapped();
+        let pose = Pose2 { at, yaw };
         (deviation.0 <= CONFIG.most).then_some(Located { pose, deviation })
     }
 

@@ -158,7 +158,7 @@ impl BrowserScript {
 }
 
 #[tokio::test]
-#[ignore = "needs chromium"]
+#[ignore = "needs chromium, and five minutes; UCHAIN_LONG=1 .ci/run test runs it"]
 async fn freezes_reloads_and_keys_do_not_take_the_operators_last_word_in_chromium() {
     let mut script = BrowserScript::begin().await;
     for _ in 0..EVENTS {

@@ -266,7 +266,7 @@ async fn lines_stall_at_each_step_with_one_to_three_pages() {
 }
 
 #[tokio::test]
-#[ignore = "needs chromium"]
+#[ignore = "needs chromium, and six minutes; UCHAIN_LONG=1 .ci/run test runs it"]
 async fn lines_stall_at_each_step_with_one_to_three_pages_in_chromium() {
     for pages in 1..=3 {
         for step in STEPS {

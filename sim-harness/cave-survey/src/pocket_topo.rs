@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 
-use crate::draft::{Draft, DraftLeg, Fix};
+use crate::draft::{Draft, Fix};
 use crate::error::Refusal;
 use crate::files::{self, Opened};
 use crate::survex::measure::{self, Readings, Slope};
@@ -232,16 +232,7 @@ impl Reader {
         let measured = measure::normal(&readings, &self.settings, declination, &mut Vec::new())
             .map_err(|(wrong, remedy)| self.wrong(wrong, remedy))?;
         let flags = LegFlags { splay: shot.to.is_none(), ..LegFlags::default() };
-        let leg = DraftLeg {
-            from,
-            to,
-            vector: measured.vector,
-            covariance: measured.covariance,
-            length: measured.length,
-            flags,
-            source: self.source,
-            repeats: 1,
-        };
+        let leg = measured.leg([from, to], flags, self.source);
         self.draft.leg(leg, false)
     }
 }

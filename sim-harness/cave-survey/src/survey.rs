@@ -44,6 +44,16 @@ pub struct LegFlags {
 }
 
 impl LegFlags {
+    /// The flag that Survex and Therion call by this name.
+    pub(crate) fn named(&mut self, name: &str) -> Option<&mut bool> {
+        Some(match name {
+            "duplicate" => &mut self.duplicate,
+            "splay" => &mut self.splay,
+            "surface" => &mut self.surface,
+            _ => return None,
+        })
+    }
+
     /// Whether the leg counts into the cave's length, as Survex counts it.
     #[must_use]
     pub const fn counts(self) -> bool {

@@ -4,7 +4,7 @@
 //! write and read, TopoDroid's and Survex's among them. `Param` says how the shots behind it were
 //! measured; what it says and is not read here is refused.
 
-use crate::draft::{Draft, DraftLeg};
+use crate::draft::Draft;
 use crate::error::Refusal;
 use crate::files::{self, Opened};
 use crate::survex::measure::{self, Readings, Slope};
@@ -221,16 +221,7 @@ impl Reader {
             splay: is_splay,
             ..LegFlags::default()
         };
-        let leg = DraftLeg {
-            from,
-            to,
-            vector: measured.vector,
-            covariance: measured.covariance,
-            length: measured.length,
-            flags,
-            source: self.source,
-            repeats: 1,
-        };
+        let leg = measured.leg([from, to], flags, self.source);
         self.draft.leg(leg, false)
     }
 

@@ -7,6 +7,7 @@ use onboard::State;
 use units::{Instant, Order};
 
 use super::World;
+use super::clients::{Asker, Clients, IS_RESET, Renumbered, Step, Taken, delete, is_of_control};
 use super::polled::{NULL, is_null};
 use crate::measure::trace::Node;
 
@@ -27,14 +28,15 @@ pub(super) type Outbox<'a> = dyn FnMut(usize, SocketAddr, &[u8]) + 'a;
 /// A world, and the clients of its drones.
 pub(super) struct Chain<W: World> {
     world: W,
-    clients: Vec<Option<SocketAddr>>,
+    clients: Vec<Clients>,
     ordered: Option<Order>,
     tally: Tally,
 }
 
 impl<W: World> Chain<W> {
     pub(super) fn new(world: W) -> Self {
-        let clients = vec![None; world.nodes().len()];
+        let members = 0..world.nodes().len();
+        let clients = members.map(|member| Clients::new(world.most_clients(member))).collect();
         Self { world, clients, ordered: None, tally: Tally::default() }
     }
 
@@ -44,11 +46,6 @@ impl<W: World> Chain<W> {
 
     pub(super) fn nodes(&self) -> Vec<Node> {
         self.world.nodes()
-    }
-
-    /// The client that a drone answers.
-    pub(super) fn client(&self, member: usize) -> Option<SocketAddr> {
-        self.clients.get(member).copied().flatten()
     }
 
     /// The order that the base gives; `None` before the first order.
@@ -82,28 +79,80 @@ impl<W: World> Chain<W> {
         from: SocketAddr,
         packet: &[u8],
         out: &mut Outbox<'_>,
-    ) {
-        let Some(client) = self.clients.get_mut(member) else { return };
+    ) -> Taken {
+        let Some(clients) = self.clients.get_mut(member) else { return Taken::NoClient };
         self.tally.received += 1;
-        // A scan does not take the drone from its client.
+        // A scan makes no client.
         if is_null(packet) {
-            out(member, from, &[NULL]);
-            self.tally.sent += 1;
-            return;
+            self.put(member, from, &[NULL], out);
+            return Taken::NoClient;
         }
-        *client = Some(from);
-        self.world.client(member, packet);
-        self.count_order();
-        self.send(member, out);
+        let (taken, orphans) = clients.admit(from, packet);
+        let step = match taken {
+            Taken::Client => clients.step(packet),
+            Taken::NoClient => Step::Give(packet.to_owned(), None),
+            Taken::Displaced { .. } if Clients::is_open_to_all(packet) => {
+                Step::Give(packet.to_owned(), None)
+            }
+            Taken::Displaced { .. } => return taken,
+        };
+        self.delete(member, &orphans, out);
+        match step {
+            Step::Give(bytes, block) => self.give(member, from, &bytes, block, out),
+            Step::DeleteOwn(blocks) => {
+                self.delete(member, &blocks, out);
+                self.put(member, from, &IS_RESET, out);
+            }
+        }
+        taken
+    }
+
+    /// Takes that a client of a drone is gone.
+    pub(super) fn gone(&mut self, member: usize, from: SocketAddr, out: &mut Outbox<'_>) {
+        let Some(clients) = self.clients.get_mut(member) else { return };
+        let orphans = clients.gone(from);
+        self.delete(member, &orphans, out);
     }
 
     /// One step of simulated time.
     pub(super) fn step(&mut self, out: &mut Outbox<'_>) {
         self.world.advance();
         for member in 0..self.clients.len() {
-            self.send(member, out);
+            self.send(member, Asker::Newest, out);
         }
         self.count_order();
+    }
+
+    /// Gives a drone a packet of a client, and sends what it answers.
+    fn give(
+        &mut self,
+        member: usize,
+        from: SocketAddr,
+        packet: &[u8],
+        block: Option<Renumbered>,
+        out: &mut Outbox<'_>,
+    ) {
+        self.world.client(member, packet);
+        self.count_order();
+        let answer = self.send(member, Asker::One(from, block), out);
+        if let (Some(block), Some(answer)) = (block, answer)
+            && self.clients.get_mut(member).is_some_and(|clients| clients.note(&answer, block))
+        {
+            self.delete(member, &[block.at_drone], out);
+        }
+    }
+
+    /// Has a drone delete log blocks that no client has any more.
+    fn delete(&mut self, member: usize, blocks: &[u8], out: &mut Outbox<'_>) {
+        for block in blocks {
+            self.world.client(member, &delete(*block));
+            self.send(member, Asker::Nobody, out);
+        }
+    }
+
+    fn put(&mut self, member: usize, to: SocketAddr, packet: &[u8], out: &mut Outbox<'_>) {
+        out(member, to, packet);
+        self.tally.sent += 1;
     }
 
     fn count_order(&mut self) {
@@ -114,13 +163,21 @@ impl<W: World> Chain<W> {
         }
     }
 
-    /// Sends the packets of a drone to the client that spoke to it last.
-    fn send(&mut self, member: usize, out: &mut Outbox<'_>) {
-        let Some(client) = self.clients.get(member).copied().flatten() else { return };
-        let sent = &mut self.tally.sent;
-        self.world.poll_client(member, &mut |packet| {
-            out(member, client, packet);
-            *sent += 1;
+    /// Sends the packets of a drone to its clients, and answers to the one that asked. Returns the
+    /// answer about a log block, if there is one.
+    fn send(&mut self, member: usize, asker: Asker, out: &mut Outbox<'_>) -> Option<Vec<u8>> {
+        let Self { world, clients, tally, .. } = self;
+        let clients = clients.get(member).filter(|clients| !clients.is_empty())?;
+        let mut answer = None;
+        world.poll_client(member, &mut |packet| {
+            if is_of_control(packet) {
+                answer = Some(packet.to_owned());
+            }
+            clients.route(packet, asker, &mut |to, bytes| {
+                out(member, to, bytes);
+                tally.sent += 1;
+            });
         });
+        answer
     }
 }

@@ -17,6 +17,10 @@ pub enum Event {
     Late,
     /// A client has connected to a drone.
     Connected(Node, SocketAddr),
+    /// Two clients speak to one drone.
+    Shared(Node, SocketAddr, SocketAddr),
+    /// A client speaks to a drone that has newer ones, and is not served.
+    Displaced(Node, SocketAddr),
     /// A drone has received nothing from its client for a while.
     Gone(Node, SocketAddr),
     /// The chain was given another order.
@@ -36,6 +40,16 @@ impl fmt::Display for Event {
         match self {
             Self::Late => f.write_str("this machine cannot keep up with --speed; time goes slower"),
             Self::Connected(drone, client) => write!(f, "{drone}: client {client} connected"),
+            Self::Shared(drone, one, other) => write!(
+                f,
+                "{drone}: two clients are at one port, {one} and {other}; each gets its own answers \
+                 and log rows, and of orders the newest counts"
+            ),
+            Self::Displaced(drone, client) => write!(
+                f,
+                "{drone}: two clients are at one port; the newer one is served, {client} is not until \
+                 the other has gone"
+            ),
             Self::Gone(drone, client) => {
                 write!(f, "{drone}: client {client} gone, silent for {} s", SILENCE.as_secs())
             }
@@ -63,11 +77,21 @@ impl fmt::Display for Event {
 /// second (cflib 0.1.34, link_statistics.py).
 const SILENCE: Duration = Duration::from_secs(3);
 
+/// A client of a drone.
+#[derive(Clone, Copy, Debug)]
+struct Client {
+    address: SocketAddr,
+    /// When the drone last heard it.
+    heard: Instant,
+    /// Whether it was told that the client is beside an older one, or there is no older one.
+    is_told: bool,
+}
+
 /// Compares the chain with what it was before, and makes the events.
 pub(super) struct Journal {
     nodes: Vec<Node>,
-    /// For each drone the client that speaks to it, and when it last did.
-    clients: Vec<Option<(SocketAddr, Instant)>>,
+    /// For each drone the clients that speak to it, in the order in which they came.
+    clients: Vec<Vec<Client>>,
     states: Vec<Option<State>>,
     ordered: Option<Order>,
 }
@@ -75,24 +99,52 @@ pub(super) struct Journal {
 impl Journal {
     pub(super) fn new(nodes: Vec<Node>) -> Self {
         let count = nodes.len();
-        Self { nodes, clients: vec![None; count], states: vec![None; count], ordered: None }
+        Self { nodes, clients: vec![Vec::new(); count], states: vec![None; count], ordered: None }
     }
 
     /// A drone has heard its client.
+    ///
+    /// That two clients are there shows when the older one speaks after the newer one has come: a
+    /// script that is started again comes from another address, and the old one is silent.
     pub(super) fn heard(&mut self, place: usize, from: SocketAddr, now: Instant) -> Option<Event> {
-        let before = self.clients.get_mut(place)?.replace((from, now));
-        let is_new = before.is_none_or(|(client, _)| client != from);
-        Some(Event::Connected(*self.nodes.get(place)?, from)).filter(|_| is_new)
+        let drone = *self.nodes.get(place)?;
+        let clients = self.clients.get_mut(place)?;
+        let Some(known) = clients.iter().position(|client| client.address == from) else {
+            clients.push(Client { address: from, heard: now, is_told: clients.is_empty() });
+            return Some(Event::Connected(drone, from));
+        };
+        let (_, later) = clients.split_at_mut(known);
+        let (client, later) = later.split_first_mut()?;
+        client.heard = now;
+        let newer = later.iter_mut().find(|newer| !newer.is_told)?;
+        newer.is_told = true;
+        Some(Event::Shared(drone, from, newer.address))
     }
 
-    /// A client that has been silent for too long, if there is one.
-    pub(super) fn gone(&mut self, now: Instant) -> Option<Event> {
-        let silent = |client: &Option<(SocketAddr, Instant)>| {
-            client.is_some_and(|(_, heard)| now.saturating_duration_since(heard) > SILENCE)
-        };
-        let place = self.clients.iter().position(silent)?;
-        let (client, _) = self.clients.get_mut(place)?.take()?;
-        Some(Event::Gone(*self.nodes.get(place)?, client))
+    /// A client speaks whose place a newer one has.
+    pub(super) fn displaced(&mut self, place: usize, from: SocketAddr) -> Option<Event> {
+        let clients = self.clients.get_mut(place)?;
+        clients.retain(|client| client.address != from);
+        if let Some(first) = clients.first_mut() {
+            first.is_told = true;
+        }
+        Some(Event::Displaced(*self.nodes.get(place)?, from))
+    }
+
+    /// The place and the drone of a client that has been silent for too long, if there is one.
+    pub(super) fn gone(&mut self, now: Instant) -> Option<(usize, Node, SocketAddr)> {
+        let is_silent = |client: &Client| now.saturating_duration_since(client.heard) > SILENCE;
+        let (place, which) = self
+            .clients
+            .iter()
+            .enumerate()
+            .find_map(|(place, clients)| Some((place, clients.iter().position(is_silent)?)))?;
+        let clients = self.clients.get_mut(place)?;
+        let Client { address, .. } = clients.remove(which);
+        if let Some(first) = clients.first_mut() {
+            first.is_told = true;
+        }
+        Some((place, *self.nodes.get(place)?, address))
     }
 
     /// Takes the order that stands now. A change of speed alone is not an event: a stick moves all
@@ -155,10 +207,41 @@ mod tests {
         assert_eq!(journal.heard(0, client(1), at(0)), connected(1));
         assert_eq!(journal.heard(0, client(1), at(2_000)), None);
         assert_eq!(journal.gone(at(5_000)), None);
-        assert_eq!(journal.gone(at(5_001)), Some(Event::Gone(HEAD, client(1))));
+        assert_eq!(journal.gone(at(5_001)), Some((0, HEAD, client(1))));
         assert_eq!(journal.gone(at(9_000)), None);
         assert_eq!(journal.heard(0, client(2), at(9_000)), connected(2));
         assert_eq!(journal.heard(7, client(2), at(9_000)), None);
+    }
+
+    /// Also when they speak in turn for long, and when a third one comes.
+    #[test]
+    fn two_clients_at_one_port_are_told_once() {
+        let (mut journal, start) = (journal(), Instant::now());
+        let mut told = Vec::new();
+        for n in 0..200 {
+            let at = start + Duration::from_millis(50 * n);
+            for port in [1, 2, 3] {
+                if port < 3 || n > 100 {
+                    told.extend(journal.heard(0, client(port), at));
+                }
+            }
+            assert_eq!(journal.gone(at), None);
+        }
+        let connected = |port| Event::Connected(HEAD, client(port));
+        let shared = |port| Event::Shared(HEAD, client(1), client(port));
+        assert_eq!(told, [connected(1), connected(2), shared(2), connected(3), shared(3)]);
+    }
+
+    #[test]
+    fn a_script_that_is_started_again_at_once_is_not_told_as_two_clients() {
+        let (mut journal, start) = (journal(), Instant::now());
+        let at = |ms| start + Duration::from_millis(ms);
+        journal.heard(0, client(1), at(0));
+        assert_eq!(journal.heard(0, client(2), at(100)), Some(Event::Connected(HEAD, client(2))));
+        assert_eq!(journal.heard(0, client(2), at(3_001)), None);
+        assert_eq!(journal.gone(at(3_001)), Some((0, HEAD, client(1))));
+        assert_eq!(journal.heard(0, client(2), at(3_100)), None);
+        assert_eq!(journal.gone(at(3_100)), None);
     }
 
     #[test]

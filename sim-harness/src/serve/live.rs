@@ -9,7 +9,7 @@ use tunnel_nav::{Diagonals, Range};
 use units::{Acceleration, AngularVelocity, Instant, Metres, NodeId, Order, Radians, Role};
 
 use super::polled::Polled;
-use super::{STEP, World};
+use super::{STEP, World, clients};
 use crate::bodies::craft::Craft;
 use crate::bodies::emulated::Emulated;
 use crate::measure::metrics::{Reference, RunMetrics, Watch};
@@ -209,6 +209,10 @@ impl World for Live<'_> {
         }
         let measured = self.measured(member);
         self.mission.poll_client(member, &measured, take);
+    }
+
+    fn most_clients(&self, member: usize) -> usize {
+        if self.mission.emulated_drone(member).is_none() { clients::MOST } else { 1 }
     }
 
     fn is_halted(&self) -> bool {

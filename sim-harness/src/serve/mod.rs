@@ -16,6 +16,7 @@
 //! as any other run.
 
 mod chain;
+mod clients;
 mod journal;
 mod live;
 mod pace;
@@ -33,11 +34,13 @@ use crate::measure::trace::Node;
 
 use self::chain::Chain;
 pub use self::chain::Tally;
+use self::clients::Taken;
 pub use self::journal::Event;
 use self::journal::Journal;
 pub use self::live::Live;
 use self::pace::Pace;
 pub(crate) use self::polled::{NULL, Polled, is_null};
+use self::ports::Datagram;
 pub use self::ports::{FIRST_PORT, Ports};
 
 /// A step of simulated time: log blocks come at multiples of it, and cflib's periods are.
@@ -57,6 +60,11 @@ pub trait World {
     fn client(&mut self, member: usize, packet: &[u8]);
     /// Gives `take` the packets that a drone now sends to its client.
     fn poll_client(&mut self, member: usize, take: &mut dyn FnMut(&[u8]));
+    /// How many clients a drone serves at most. A drone that is polled answers too late to tell who
+    /// asked, and serves one.
+    fn most_clients(&self, _member: usize) -> usize {
+        1
+    }
     /// The operator's order at the base; `None` before the first.
     fn ordered(&self) -> Option<Order>;
     /// Whether the world cannot go on.
@@ -93,20 +101,27 @@ pub fn serve<W: World>(
         while late < ports::WAITING
             && let Some(datagram) = ports.next(due)
         {
-            chain.receive(datagram.member, datagram.from, datagram.bytes(), &mut out);
+            let Datagram { member, from, .. } = datagram;
+            let taken = chain.receive(member, from, datagram.bytes(), &mut out);
             let clock = std::time::Instant::now();
             late += usize::from(clock >= due);
-            // A scan has no client.
-            if chain.client(datagram.member) == Some(datagram.from)
-                && let Some(event) = journal.heard(datagram.member, datagram.from, clock)
-            {
+            let event = match taken {
+                Taken::Client => journal.heard(member, from, clock),
+                Taken::Displaced { is_first: true } => journal.displaced(member, from),
+                Taken::NoClient | Taken::Displaced { is_first: false } => None,
+            };
+            if let Some(event) = event {
                 tell(chain.now(), event);
             }
         }
         chain.step(&mut out);
         let (now, clock) = (chain.now(), std::time::Instant::now());
         let late = pace.reached(now.as_micros(), clock).then_some(Event::Late);
-        let events = [late, journal.gone(clock), journal.ordered(chain.ordered())];
+        let gone = journal.gone(clock).map(|(member, drone, client)| {
+            chain.gone(member, client, &mut out);
+            Event::Gone(drone, client)
+        });
+        let events = [late, gone, journal.ordered(chain.ordered())];
         events.into_iter().flatten().for_each(|event| tell(now, event));
         for (member, state) in chain.states() {
             if let Some(event) = journal.doing(member, state) {

@@ -14,6 +14,7 @@ use units::{MetresPerSecond, NodeId, Role};
 use wire::p2p::{Epoch, TAG};
 use wire::radio::Datarate;
 
+use super::clients::Clients;
 use super::*;
 use crate::measure::metrics::Reference;
 use crate::scenario::Scenario;
@@ -84,6 +85,10 @@ impl World for Clockwork {
     fn client(&mut self, member: usize, packet: &[u8]) {
         self.drones[member].client(self.now, packet);
         self.note();
+    }
+
+    fn most_clients(&self, _: usize) -> usize {
+        clients::MOST
     }
 
     fn poll_client(&mut self, member: usize, take: &mut dyn FnMut(&[u8])) {
@@ -236,9 +241,118 @@ fn a_scan_is_answered_and_takes_the_drone_from_nobody() {
     chain.receive(1, client(2), &ECHO, &mut out);
     chain.step(&mut out);
     let to: Vec<_> = sent.iter().map(|(_, to, _)| to.port()).collect();
-    assert_eq!(to, [1, 1, 1, 2, 1, 2, 2]);
+    assert_eq!(to, [1, 1, 1, 2, 1, 2, 1]);
     assert_eq!(sent[3], (1, client(2), vec![0xFF]));
     assert_eq!(sent[5].2, ECHO);
+}
+
+/// What the base sends to each of two clients that speak in this order, a step after each packet.
+/// The console is left out.
+fn to_two(packets: &[(u16, &[u8])], steps: usize) -> [Vec<Vec<u8>>; 2] {
+    let mut chain = Chain::new(Clockwork::new(2));
+    let mut sent = [Vec::new(), Vec::new()];
+    let mut out = |_, to: SocketAddr, packet: &[u8]| {
+        if is_answer(packet) {
+            sent[usize::from(to.port()) - 1].push(packet.to_vec());
+        }
+    };
+    for (from, packet) in packets {
+        chain.receive(1, client(*from), packet, &mut out);
+        chain.step(&mut out);
+    }
+    (0..steps).for_each(|_| chain.step(&mut out));
+    sent
+}
+
+/// The rows of log blocks of this number.
+fn rows(sent: &[Vec<u8>], block: u8) -> usize {
+    sent.iter().filter(|packet| packet[0] & 0xF3 == 0x52 && packet[1] == block).count()
+}
+
+/// Both begin by resetting the log, and give their blocks the same numbers.
+#[test]
+fn each_of_two_clients_gets_its_own_log_rows_and_answers() {
+    let three = [&LOG_RESET[..], &LOG_CREATE, &LOG_START];
+    let packets: Vec<_> =
+        [1, 2].into_iter().flat_map(|n| three.map(|packet| (n, packet))).collect();
+    let [first, second] = to_two(&packets, 50);
+    assert_eq!([rows(&first, 7), rows(&second, 7)], [54, 51]);
+    for sent in [&first, &second] {
+        let answers: Vec<_> = sent.iter().filter(|packet| packet[0] & 0xF3 == 0x51).collect();
+        assert_eq!(answers, [&[0x5D, 5, 0, 0], &[0x5D, 6, 7, 0], &[0x5D, 3, 7, 0]]);
+        assert_eq!(sent.len(), 3 + rows(sent, 7), "nothing of the other's");
+    }
+}
+
+#[test]
+fn a_client_cannot_stop_or_delete_the_log_blocks_of_another() {
+    let stop = [0x51, 4, 7];
+    let delete = [0x51, 2, 7];
+    let [first, second] = to_two(
+        &[(1, &LOG_CREATE), (1, &LOG_START), (2, &stop), (2, &delete), (2, &LOG_RESET), (2, &stop)],
+        20,
+    );
+    assert_eq!(rows(&first, 7), 25);
+    let missing = |command| vec![0x5D, command, 7, 2];
+    assert_eq!(second, [missing(4), missing(2), vec![0x5D, 5, 0, 0], missing(4)]);
+}
+
+#[test]
+fn the_log_blocks_of_a_client_that_is_gone_are_deleted_when_the_next_one_comes() {
+    let mut chain = Chain::new(Clockwork::new(2));
+    let mut to = Vec::new();
+    let mut out = |_, client: SocketAddr, packet: &[u8]| {
+        if is_answer(packet) {
+            to.push(client.port());
+        }
+    };
+    chain.receive(1, client(1), &LOG_CREATE, &mut out);
+    chain.receive(1, client(1), &LOG_START, &mut out);
+    chain.gone(1, client(1), &mut out);
+    chain.step(&mut out);
+    chain.receive(1, client(2), &ECHO, &mut out);
+    chain.step(&mut out);
+    assert_eq!(to, [1, 1, 1, 2]);
+}
+
+/// However many blocks they ask for, and whoever comes and goes.
+#[test]
+fn a_client_that_fills_the_log_keeps_no_other_from_resetting_and_logging() {
+    let creates: Vec<_> = (0..=u8::MAX).map(|block| [0x51, 6, block, 7, 0, 0]).collect();
+    let mut packets: Vec<(u16, &[u8])> = creates.iter().map(|packet| (1, &packet[..])).collect();
+    packets.extend([(2, &LOG_RESET[..]), (2, &LOG_CREATE), (1, &LOG_RESET)]);
+    packets.extend([(2, &LOG_CREATE[..]), (2, &LOG_START)]);
+    let [first, second] = to_two(&packets, 20);
+    let errors: Vec<_> = first.iter().map(|packet| packet[3]).collect();
+    assert_eq!(errors.iter().filter(|error| **error == 0).count(), 16 + 1);
+    assert_eq!(
+        second[..4],
+        [vec![0x5D, 5, 0, 0], vec![0x5D, 6, 7, 12], vec![0x5D, 6, 7, 0], vec![0x5D, 3, 7, 0]]
+    );
+    assert_eq!(rows(&second, 7), 21);
+}
+
+#[test]
+fn a_positioning_system_at_a_port_is_no_client() {
+    let position = [&[0x6C][..], &[0; 12]].concat();
+    let mut chain = Chain::new(Clockwork::new(2));
+    let mut out = |_, _, _: &[u8]| {};
+    assert_eq!(chain.receive(1, client(1), &ECHO, &mut out), Taken::Client);
+    assert_eq!(chain.receive(1, client(2), &position, &mut out), Taken::NoClient);
+}
+
+/// A drone that is polled serves the newest client; the older one can stop it.
+#[test]
+fn a_displaced_client_is_not_served_until_the_newer_one_is_gone_but_stops() {
+    let mut clients = Clients::new(1);
+    let first = |is_first| Taken::Displaced { is_first };
+    let mut taken = |from, packet: &[u8]| clients.admit(client(from), packet).0;
+    assert_eq!(taken(1, &ECHO), Taken::Client);
+    assert_eq!(taken(2, &ECHO), Taken::Client);
+    assert_eq!([taken(1, &ECHO), taken(1, &ECHO)], [first(true), first(false)]);
+    assert!(Clients::is_open_to_all(&E_STOP) && !Clients::is_open_to_all(&hover(0.1)));
+    clients.gone(client(2));
+    assert_eq!(clients.admit(client(1), &ECHO).0, Taken::Client);
 }
 
 #[test]

@@ -95,7 +95,7 @@ fn a_damaged_recording_is_read_or_refused_in_one_line() {
 
 /// `DAMAGED_LOGS` says how many files of each recording.
 #[test]
-#[ignore = "takes an hour"]
+#[ignore = "takes an hour; UCHAIN_LONG=1 .ci/run test runs it"]
 fn every_damaged_recording_is_read_or_refused_in_one_line() {
     let count = std::env::var("DAMAGED_LOGS").ok().and_then(|it| it.parse().ok());
     read(count.unwrap_or(20_000), "many");

@@ -331,7 +331,7 @@ fn a_drawn_scenario_is_flown_or_refused_in_one_line() {
 
 /// `RANDOM_SCENARIOS` says how many files; 100,000 take some minutes in a release build.
 #[test]
-#[ignore = "takes minutes"]
+#[ignore = "takes minutes; UCHAIN_LONG=1 .ci/run test runs it"]
 fn every_drawn_scenario_is_flown_or_refused_in_one_line() {
     let count = std::env::var("RANDOM_SCENARIOS").ok().and_then(|it| it.parse().ok());
     let Fates { flown, refused, longest } = fly(0..count.unwrap_or(100_000), &folder("many"));

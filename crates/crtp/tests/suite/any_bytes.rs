@@ -34,7 +34,7 @@ fn packets() -> impl Strategy<Value = Vec<u8>> {
 /// Every client may stop a drone and say where it is, and do no more than that.
 fn stops_or_locates_at_most(event: Option<Event>) -> bool {
     let stops = matches!(event, Some(Event::EmergencyStop | Event::EmergencyStopWatchdog));
-    stops || matches!(event, None | Some(Event::Position(_)))
+    stops || matches!(event, None | Some(Event::Position(_) | Event::ResetEstimate))
 }
 
 fn sessions() -> impl Strategy<Value = Vec<(Vec<u8>, u64, u8)>> {

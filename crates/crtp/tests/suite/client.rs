@@ -3,7 +3,7 @@
 use crate::common::{Line, port};
 use crtp::{Access, Event, Notice, OperatorTask, Outcome, ParameterId, Setpoint};
 use flight::{Mode, StopCause};
-use units::{Dbm, Instant, Metres, MetresPerSecond, NodeId, Volts};
+use units::{Dbm, Duration, Instant, Metres, MetresPerSecond, NodeId, Role, Volts};
 
 /// What cflib does on connect, in its order (`cflib/crazyflie/__init__.py`).
 #[test]
@@ -428,4 +428,67 @@ fn the_base_shows_what_each_node_told() {
         data[4..].chunks(4).map(|b| f32::from_le_bytes(b.try_into().unwrap())).collect();
     assert_eq!(numbers, [4.0, 1.5, 10.0, -61.0, 7.5, -1.0]);
     assert_eq!(line.next(), None, "a period of zero is once");
+}
+
+/// cflib's `MotionCommander` and `reset_estimator` set it to 1 and then to 0; it always reads 0.
+#[test]
+fn a_reset_of_the_estimate_is_asked_of_the_drone_by_every_client_and_reads_0() {
+    let mut line = Line::new();
+    let [a, b] = line.id_of(port::PARAM_TABLE, "kalman.resetEstimation");
+    for access in [Access::Full, Access::Read] {
+        line.access = access;
+        assert_eq!(line.send(port::PARAM_WRITE, &[a, b, 1]), Some(Event::ResetEstimate));
+        assert_eq!(line.next(), Some((port::PARAM_WRITE, vec![a, b, 0])));
+        assert_eq!(line.send(port::PARAM_WRITE, &[a, b, 0]), None);
+        assert_eq!(line.next(), Some((port::PARAM_WRITE, vec![a, b, 0])));
+        assert_eq!(line.console(), "");
+    }
+    line.outcome = Outcome::Refused(Notice::EstimateFlies);
+    let answer = line.ask(port::PARAM_MISC, b"\0kalman\0resetEstimation\0\x08\x01");
+    assert_eq!(answer.last(), Some(&13), "EACCES");
+    line.ask(port::LOG_CONTROL, &[5]);
+    assert_eq!(line.ask(port::PARAM_WRITE, &[a, b, 2]), [a, b, 0], "no such value");
+}
+
+/// cflib's examples set and log these; a name that is missing ends a script with a `KeyError`.
+#[test]
+fn the_names_of_cflibs_examples_are_there() {
+    let mut line = Line::new();
+    for name in [
+        "kalman.resetEstimation",
+        "stabilizer.estimator",
+        "stabilizer.controller",
+        "led.bitmask",
+        "deck.bcFlow2",
+        "deck.bcMultiranger",
+        "pid_attitude.pitch_kd",
+        "commander.enHighLevel",
+    ] {
+        line.id_of(port::PARAM_TABLE, name);
+    }
+    for name in ["kalman.varPX", "kalman.varPY", "kalman.varPZ", "kalman.stateX", "kalman.stateZ"] {
+        line.id_of(port::LOG_TABLE, name);
+    }
+}
+
+#[test]
+fn a_set_point_at_a_drone_that_takes_none_is_refused_by_one_line_in_ten_seconds_that_says_why() {
+    for (role, why) in [
+        (Role::Head, "give them at the base"),
+        (Role::Relay, "give them at the base"),
+        (Role::Base, "provisioned to take no orders"),
+    ] {
+        let mut line = Line::new();
+        line.access = Access::Read;
+        line.parameters.about.role = role;
+        let hover = [&[10][..], &[0; 16]].concat();
+        let mut said = String::new();
+        for _ in 0..125 {
+            assert_eq!(line.send(port::SETPOINT, &hover), None);
+            line.pass(Duration::from_millis(200));
+            said += &line.console();
+        }
+        assert_eq!(said.matches(why).count(), 3, "{said}");
+        assert_eq!(said.lines().count(), 3, "{said}");
+    }
 }

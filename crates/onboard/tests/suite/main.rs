@@ -1,9 +1,10 @@
 //! Tests of whole drones through their public interface: a stop that stands, the policy that a
 //! client chooses, what cfclient's window asks for, a run that begins anew, positions from outside,
-//! and the tables of the book.
+//! how well a drone knows where it is, and the tables of the book.
 
 mod common;
 mod docs;
+mod estimate;
 mod hardware;
 mod policy;
 mod positions;

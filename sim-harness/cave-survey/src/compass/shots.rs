@@ -1,7 +1,6 @@
 //! Reads the shots of a survey of Compass.
 
 use super::Reader;
-use crate::draft::DraftLeg;
 use crate::error::Refusal;
 use crate::matrix;
 use crate::survex::characters::Cursor;
@@ -76,23 +75,16 @@ impl Reader<'_> {
         }
         let mut remarks = Vec::new();
         let readings = readings(&numbers);
-        let measured = measure::normal(&readings, &self.header.settings, declination, &mut remarks)
-            .map_err(|(wrong, remedy)| self.draft.wrong(self.source, wrong, remedy))?;
+        let mut measured =
+            measure::normal(&readings, &self.header.settings, declination, &mut remarks)
+                .map_err(|(wrong, remedy)| self.draft.wrong(self.source, wrong, remedy))?;
         for remark in remarks {
             self.draft.warn(self.source, 0, remark);
         }
-        let unadjusted = matrix::diagonal([UNADJUSTED_M2; 3]);
-        let leg = DraftLeg {
-            from,
-            to,
-            vector: measured.vector,
-            covariance: if flags.is_unadjusted { unadjusted } else { measured.covariance },
-            length: measured.length,
-            flags: flags.leg,
-            source: self.source,
-            repeats: 1,
-        };
-        self.draft.leg(leg, false)
+        if flags.is_unadjusted {
+            measured.covariance = matrix::diagonal([UNADJUSTED_M2; 3]);
+        }
+        self.draft.leg(measured.leg([from, to], flags.leg, self.source), false)
     }
 
     fn name(&self, cursor: &mut Cursor<'_>) -> Result<String, Refusal> {

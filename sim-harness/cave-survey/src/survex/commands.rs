@@ -245,20 +245,15 @@ impl Reader<'_> {
         while !any || !on || !cursor.is_done(&characters) {
             let place = *cursor;
             let word = cursor.keyword(&characters);
-            let flags = &mut self.settings.flags;
-            match &*word {
-                "not" if on => {
-                    on = false;
-                    continue;
-                }
-                "duplicate" => flags.duplicate = on,
-                "splay" => flags.splay = on,
-                "surface" => flags.surface = on,
-                _ => {
-                    let wrong = format!("there is no flag \"{word}\"");
-                    return Err(self.wrong(&place, wrong, "give duplicate, splay or surface"));
-                }
+            if on && word == "not" {
+                on = false;
+                continue;
             }
+            let Some(flag) = self.settings.flags.named(&word) else {
+                let wrong = format!("there is no flag \"{word}\"");
+                return Err(self.wrong(&place, wrong, "give duplicate, splay or surface"));
+            };
+            *flag = on;
             (on, any) = (true, true);
         }
         Ok(())

@@ -9,7 +9,6 @@ use super::characters::Cursor;
 use super::measure::{self, Fault, Readings};
 use super::names::{NameKind, Named};
 use super::settings::{Declination, North, Quantity, Reading, Style};
-use crate::draft::DraftLeg;
 use crate::earth::Day;
 use crate::error::Refusal;
 use crate::survey::{CrossSection, Source};
@@ -282,16 +281,7 @@ impl Reader<'_> {
             measured.map_err(|(wrong, remedy)| self.draft.wrong(self.source, wrong, remedy))?;
         let mut flags = self.settings.flags;
         flags.splay |= [from.kind, to.kind].contains(&NameKind::Splay);
-        let leg = DraftLeg {
-            from: from.id,
-            to: to.id,
-            vector: measured.vector,
-            covariance: measured.covariance,
-            length: measured.length,
-            flags,
-            source: self.source,
-            repeats: 1,
-        };
+        let leg = measured.leg([from.id, to.id], flags, self.source);
         self.draft.leg(leg, to_is_first)
     }
 

@@ -4,7 +4,9 @@
 //! `cavern`, Survex 1.4, in what they leave out too, so that loops close where it closes them.
 
 use super::settings::{Quantity, Settings};
+use crate::draft::DraftLeg;
 use crate::matrix::{self, Matrix, Vector};
+use crate::survey::{LegFlags, Source, StationId};
 
 /// A reading of the clinometer.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -48,6 +50,17 @@ pub(crate) struct Measured {
 }
 
 impl Measured {
+    /// The leg that was measured between these stations, once.
+    pub(crate) const fn leg(
+        self,
+        [from, to]: [StationId; 2],
+        flags: LegFlags,
+        source: Source,
+    ) -> DraftLeg {
+        let Self { vector, covariance, length } = self;
+        DraftLeg { from, to, vector, covariance, length, flags, source, repeats: 1 }
+    }
+
     /// The leg turned clockwise round the vertical by an angle in radians.
     pub(crate) fn turned(self, by: f64) -> Self {
         let (sin, cos) = by.sin_cos();

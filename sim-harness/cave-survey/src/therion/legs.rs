@@ -4,7 +4,6 @@ use super::Reader;
 use super::bearings::Bearing;
 use super::centreline::{DataStyle, North};
 use super::names::End;
-use crate::draft::DraftLeg;
 use crate::error::Refusal;
 use crate::survex::measure::{self, Fault, Measured, Readings};
 use crate::survey::{CrossSection, StationId};
@@ -89,13 +88,7 @@ impl Reader<'_> {
         }
         let measured = measured.map_err(|(wrong, remedy)| self.wrong(wrong, remedy))?;
         let before = self.draft.legs.len();
-        let source = self.source;
-        let Measured { vector, covariance, length } = measured;
-        let (from, to) = (from.id, to.id);
-        self.draft.leg(
-            DraftLeg { from, to, vector, covariance, length, flags, source, repeats: 1 },
-            false,
-        )?;
+        self.draft.leg(measured.leg([from.id, to.id], flags, self.source), false)?;
         if self.draft.legs.len() > before {
             let centreline = self.settings();
             let inherited = || centreline.declinations.on(centreline.date).map(North::True);

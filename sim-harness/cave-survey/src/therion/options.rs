@@ -253,20 +253,15 @@ impl Reader<'_> {
     fn flags(&mut self, arguments: &[String]) -> Result<(), Refusal> {
         let mut on = true;
         for word in arguments {
-            let flags = &mut self.settings().flags;
-            match word.as_str() {
-                "not" if on => {
-                    on = false;
-                    continue;
-                }
-                "duplicate" => flags.duplicate = on,
-                "splay" => flags.splay = on,
-                "surface" => flags.surface = on,
-                "approx" | "approximate" => {}
-                _ => {
-                    let wrong = format!("there is no flag \"{word}\"");
-                    return Err(self.wrong(wrong, "give duplicate, splay, surface or approximate"));
-                }
+            if on && word == "not" {
+                on = false;
+                continue;
+            }
+            if let Some(flag) = self.settings().flags.named(word) {
+                *flag = on;
+            } else if !["approx", "approximate"].contains(&word.as_str()) {
+                let wrong = format!("there is no flag \"{word}\"");
+                return Err(self.wrong(wrong, "give duplicate, splay, surface or approximate"));
             }
             on = true;
         }

@@ -5,7 +5,6 @@ use super::fields::Fields;
 use super::numbers::{self, AngleUnit, is_omitted};
 use super::units::{Item, Taping};
 use super::variances::Deviations;
-use crate::draft::DraftLeg;
 use crate::error::Refusal;
 use crate::matrix;
 use crate::survex::measure::{self, Fault, Measured, Readings, Slope};
@@ -75,16 +74,7 @@ impl Reader {
             return Ok(());
         };
         self.weigh(&mut measured, tail.deviations);
-        let leg = DraftLeg {
-            from,
-            to,
-            vector: measured.vector,
-            covariance: measured.covariance,
-            length: measured.length,
-            flags,
-            source: self.source,
-            repeats: 1,
-        };
+        let leg = measured.leg([from, to], flags, self.source);
         self.draft.leg(leg, false)
     }
 

@@ -94,7 +94,7 @@ fn a_damaged_map_is_read_or_refused_in_one_line() {
 
 /// `DAMAGED_MAPS` says how many maps of each image.
 #[test]
-#[ignore = "takes minutes"]
+#[ignore = "takes minutes; UCHAIN_LONG=1 .ci/run test runs it"]
 fn every_damaged_map_is_read_or_refused_in_one_line() {
     let count = std::env::var("DAMAGED_MAPS").ok().and_then(|it| it.parse().ok());
     read(count.unwrap_or(20_000));
