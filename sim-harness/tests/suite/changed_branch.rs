@@ -50,7 +50,8 @@ const JUNCTIONS: [Junction; 4] = [
 const BACK_S: [u32; 3] = [25, 18, 13];
 
 impl Junction {
-    fn scenario(&self, back_s: u32) -> Scenario {
+    /// The mission at this junction. Each fidelity has a file of its own, since tests run side by side.
+    fn scenario(&self, back_s: u32, fidelity: Fidelity) -> Scenario {
         let Self { name, dead_end, way_on, width } = self;
         let end = |[x, y]: [f32; 2]| format!("[[6.0, 0.0], [{:.1}, {y:.1}]]", 6.0 + x);
         let step = |at_s: u32, speed: f32, branch: &str| {
@@ -70,9 +71,9 @@ impl Junction {
             step(65, -0.2, dead_end.1),
             step(65 + back_s, 0.2, way_on.1),
         );
-        let file = folder().join(format!("{}-{back_s}.toml", name.replace(' ', "-")));
+        let file = folder().join(format!("{}-{back_s}-{fidelity:?}.toml", name.replace(' ', "-")));
         std::fs::write(&file, text).unwrap();
-        Scenario::read(&file).unwrap_or_else(|error| panic!("{error}"))
+        Scenario::read(&file).unwrap_or_else(|error| panic!("{error}")).at(fidelity)
     }
 }
 
@@ -84,7 +85,7 @@ fn folder() -> PathBuf {
 
 /// Flies a mission. At its end no drone is in the dead end, and the head is well into the way on.
 fn heeds(junction: &Junction, back_s: u32, fidelity: Fidelity, seed: u64) {
-    let scenario = junction.scenario(back_s).at(fidelity);
+    let scenario = junction.scenario(back_s, fidelity);
     let world = World::of(&scenario);
     let mut mission = Mission::new(&scenario, &world, seed);
     while !mission.is_over() {
