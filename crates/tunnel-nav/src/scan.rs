@@ -24,7 +24,7 @@ const STANDS: u8 = 15;
 /// The yaw rate of the sweep, rad/s: 9° in an iteration, so that no direction is left out.
 const SWEEP: f32 = 0.8;
 /// The drone faces the way on when its nose is off it by less than this, rad.
-const FACES: f32 = 0.2;
+const FACES: f32 = 0.06;
 /// The gain of the turn to the way on, in 1/s.
 const GAIN: f32 = 1.5;
 /// The way on is free for at least so far, m: the drone slows down for what is nearer than 0.45 m.
@@ -85,6 +85,8 @@ pub(crate) enum Scan {
     Turning {
         /// The heading, rad.
         to: f32,
+        /// Whether it has found a way on.
+        found: bool,
     },
 }
 
@@ -102,6 +104,11 @@ impl Scan {
     /// Whether the drone turns on the spot.
     pub(crate) const fn is_on(&self) -> bool {
         !matches!(self, Self::Off { .. })
+    }
+
+    /// Whether the drone turns to a way on that it has found.
+    pub(crate) const fn has_found(&self) -> bool {
+        matches!(self, Self::Turning { found: true, .. })
     }
 
     /// Ends the scan of a drone that is to hover or to fly back.
@@ -135,11 +142,11 @@ impl Scan {
                 if wrapped(heading - *from).abs() < FRAC_PI_2 {
                     return Some(if *to_left { SWEEP } else { -SWEEP });
                 }
-                let to = way_on(ranges, *gallery, came).unwrap_or(*from);
-                *self = Self::Turning { to };
+                let way = way_on(ranges, *gallery, came);
+                *self = Self::Turning { to: way.unwrap_or(*from), found: way.is_some() };
                 Some(0.0)
             }
-            Self::Turning { to } => {
+            Self::Turning { to, .. } => {
                 let off = wrapped(*to - heading);
                 if off.abs() < FACES {
                     *self = Self::new();

@@ -170,6 +170,9 @@ const NEAR_END: i32 = 8;
 /// A path that has not grown for this many iterations does not grow by itself: 25 s, in which a drone flies
 /// 1.2 m at the least speed.
 const STUCK: u8 = 125;
+/// A drone that has looked round, and still stands there so many iterations later, looks round again: 15 s, in
+/// which it flies out of the bend at the least speed. Our own number.
+const RESTS: u8 = 75;
 /// A drone that has flown so far back beside its own path, m, was turned round by a bend: behind a sharp
 /// bend the galleries part sooner.
 const RETURNED: f32 = 1.0;
@@ -260,8 +263,10 @@ pub struct Navigator {
     /// nose first at its end.
     farthest: i32,
     idle: u8,
-    /// The crumb at the end of the path where it has looked round: it does not do so twice.
+    /// The crumb at the end of the path where it has looked round …
     looked: Option<i32>,
+    /// … and the iterations after which it may do so again there.
+    rests: u8,
     /// The side to which the drone turned in a bend from where it flew back, and the crumb at which its path
     /// ended then.
     led_back: Option<(Side, i32)>,
@@ -299,6 +304,7 @@ impl Navigator {
             farthest: 0,
             idle: 0,
             looked: None,
+            rests: 0,
             led_back: None,
             returns: 0.0,
             unseen: [0.0; 2],
@@ -592,9 +598,9 @@ impl Navigator {
         if end > self.farthest || end < self.farthest - NEAR_END {
             (self.farthest, self.idle) = (end, 0);
         }
-        if speed.0 <= HOVERING || self.company.is_ahead(speed.0) || self.scan.is_on() {
+        if speed.0 < -HOVERING || self.company.is_ahead(speed.0) || self.scan.is_on() {
             self.idle = 0;
-        } else if self.trail.is_near_end(NEAR_END) {
+        } else if speed.0 > HOVERING && self.trail.is_near_end(NEAR_END) {
             self.idle = self.idle.saturating_add(1);
         }
         self.idle > STUCK
@@ -612,16 +618,22 @@ impl Navigator {
         let heading = bearings.heading.filter(|heading| heading.0.is_finite());
         let end = self.trail.last();
         self.looked = self.looked.filter(|looked| (looked - end).abs() < NEAR_END);
-        if self.looked.is_some() {
+        let is_stuck = self.is_stuck(speed);
+        // In a dead end it does not turn again.
+        self.rests -= u8::from((1..u8::MAX).contains(&self.rests));
+        if self.looked.is_some() && self.rests > 0 {
             return None;
         }
-        let is_stuck = self.is_stuck(speed);
+        // A pilot who pauses interrupts no scan.
+        if speed.0.abs() <= HOVERING {
+            return None;
+        }
         let is_at_end = off.is_none() || is_stuck;
         let (Some(heading), true, true) = (heading, is_at_end, speed.0 > HOVERING) else {
             self.scan.stop();
             return None;
         };
-        let was_on = self.scan.is_on();
+        let (was_on, has_found) = (self.scan.is_on(), self.scan.has_found());
         let side = self.fork.side().or(self.led_back.map(|(side, _)| side.opposite()));
         let came = Came { off: self.trail.off(-BEFORE_BEND), centred: self.centred, side };
         let stands = Stands { before_wall: nearness < BLOCKED, is_stuck };
@@ -629,6 +641,8 @@ impl Navigator {
         if was_on && !self.scan.is_on() {
             self.trail.face();
             self.looked = Some(self.trail.last());
+            self.rests = if has_found { RESTS } else { u8::MAX };
+            self.idle = 0;
         }
         yaw_rate
     }

@@ -64,9 +64,11 @@ const DETOUR: i32 = 5;
 /// … and ends where the drone is nearer than this to an earlier part of its path, m: galleries lie
 /// farther apart than this.
 const BACK: f32 = 0.35;
-/// No tunnel turns by more than this within a crumb, rad; a drone that flies back turns by half a
-/// turn.
-const REVERSED: f32 = 2.3;
+/// No tunnel turns by more than this within a crumb, rad, 158°; a drone that flies back turns by half a turn.
+const REVERSED: f32 = 2.75;
+/// A drone that was pushed back from the end of its path has turned into a bend there where its nose is off
+/// the path by more than this, rad.
+const TURNS: f32 = 1.2;
 /// A drone flies back beside its path where the path is no farther to its side than this, m: galleries are up
 /// to 3 m wide, …
 const BESIDE: f32 = 1.7;
@@ -473,6 +475,9 @@ impl Trail {
     pub(crate) fn turn(&mut self, forward: bool) -> bool {
         let number = if forward { self.last } else { self.first };
         if (self.near as f32 + self.part - number as f32).abs() > 1.0 {
+            if forward {
+                self.end_in_bend();
+            }
             return true;
         }
         let Crumb { at, heading } = self.crumb(number);
@@ -484,6 +489,18 @@ impl Trail {
         self.turned_at = Some(number);
         self.put(number, Crumb { at, heading });
         is_bend
+    }
+
+    /// Ends the path of a drone here that was pushed back from the outer wall of a bend while it turned there:
+    /// the path does not lead on to where it was.
+    fn end_in_bend(&mut self) {
+        let off = wrapped(self.heading - self.heading_at(0.0));
+        if off.abs() > TURNS && off.abs() <= REVERSED {
+            self.last = self.near.saturating_add(1);
+            self.put(self.last, self.here());
+            self.part = 1.0;
+            (self.turned_at, self.turned) = (Some(self.last), off);
+        }
     }
 
     /// Ends the path this far ahead of the drone, in metres: what is beyond leads into a wrong branch.
@@ -697,8 +714,8 @@ mod tests {
             trail.advance([0.0, 0.0], Radians(heading), Flies::NoseFirst);
             trail.turn(true)
         };
-        assert!((0..130).all(|degrees| turned(&mut trail, degrees)));
-        assert!(!(130..140).all(|degrees| turned(&mut trail, degrees)));
+        assert!((0..155).all(|degrees| turned(&mut trail, degrees)));
+        assert!(!(155..165).all(|degrees| turned(&mut trail, degrees)));
         assert!((trail.crumb(trail.last).heading - ahead).abs() < 0.2);
     }
 
