@@ -185,7 +185,12 @@ const BEHIND_PATH: f32 = 0.1;
 const UNSURE: i32 = 8;
 /// There the walls steer, as on new ground, unless the nose is farther off all of that part of the path than
 /// this, rad.
-const ALLOWED: f32 = 0.7;
+const ALLOWED: f32 = 0.5;
+/// A drone that has stood tail first before a wall for so many iterations, 8 s, after which its place was moved
+/// on as far as it may be, …
+const STANDS: u8 = 40;
+/// … has turned too early, and flies on by the path for so much of its way, m, before walls decide again.
+const UNDONE: f32 = 0.8;
 /// A corner is passed within this many lengths of the beams in the middle: two and a half widths.
 const CORNER: f32 = 3.5;
 /// A side of which one beam is shorter than this part of its usual length does not open, however
@@ -247,6 +252,10 @@ pub struct Navigator {
     blocked: u8,
     /// How far the trail was moved on since then, m.
     shifted: f32,
+    /// The iterations for which it has stood tail first before a wall, and how much farther it
+    /// flies by the heading of the gallery before, m.
+    stands: u8,
+    turned_early: f32,
     detour: Detour,
     bridge: Bridge,
     company: Company,
@@ -293,6 +302,8 @@ impl Navigator {
             aside: Metres::ZERO,
             blocked: 0,
             shifted: 0.0,
+            stands: 0,
+            turned_early: 0.0,
             detour: Detour::new(),
             bridge: Bridge::new(),
             company: Company::new(),
@@ -370,6 +381,7 @@ impl Navigator {
         let astern = self.one_way(config, &ranges.seen_backwards(), -self.trail.off(-HINT).0);
         let leading = if speed.0 < 0.0 { &astern } else { &ahead };
         self.pass_corner(off.is_some() && leading.nearness < BLOCKED, speed);
+        self.undo_turn(leading.nearness < BLOCKED, speed, moved[0]);
 
         // 1 when flying nose first, 0 when tail first, between the two when hovering.
         let nose_leads = (0.5 + 0.5 * speed.0 / HOVERING).clamp(0.0, 1.0);
@@ -471,10 +483,13 @@ impl Navigator {
         let knows = self.trail.knows(ahead + FRONTIER * speed.0.signum());
         self.faces_back &= self.trail.off(0.0).0.abs() > ASTRAY;
         if flies_on && !knows && !self.faces_back {
-            if self.trail.turn(speed.0 > 0.0) {
+            if self.trail.turn(speed.0 > 0.0, creeps) {
                 return None;
             }
             self.faces_back = true;
+        }
+        if speed.0 < -HOVERING && self.turned_early > 0.0 {
+            return Some(self.trail.off(ahead).0);
         }
         if speed.0 < -HOVERING && self.trail.is_old() {
             let off = self.trail.off_any(UNSURE);
@@ -501,6 +516,21 @@ impl Navigator {
             self.trail.end_at(number);
             self.faces_back = true;
             self.led_back = Some((if aside > 0.0 { Side::Left } else { Side::Right }, number));
+        }
+    }
+
+    /// Notices that a drone that flies tail first stands before a wall: where it knows its place on the path
+    /// only roughly, it may have turned before the bend. It turns back to the gallery by which it came
+    /// there, and flies on along that.
+    fn undo_turn(&mut self, is_blocked: bool, speed: MetresPerSecond, moved: Metres) {
+        self.turned_early = (self.turned_early - moved.0.abs()).max(0.0);
+        let stands = is_blocked && speed.0 < -HOVERING && !self.company.is_ahead(speed.0);
+        self.stands = if stands { self.stands.saturating_add(1) } else { 0 };
+        if self.stands > STANDS {
+            self.stands = 0;
+            if self.trail.go_before_bend() {
+                self.turned_early = UNDONE;
+            }
         }
     }
 

@@ -66,9 +66,16 @@ const DETOUR: i32 = 5;
 const BACK: f32 = 0.35;
 /// No tunnel turns by more than this within a crumb, rad, 158°; a drone that flies back turns by half a turn.
 const REVERSED: f32 = 2.75;
+/// A drone that hovers in a bend drifts, and sees walls that turn it to either side: only a turn of less than
+/// this is taken for the bend's, rad.
+const ASTERN: f32 = 2.3;
 /// A drone that was pushed back from the end of its path has turned into a bend there where its nose is off
 /// the path by more than this, rad.
-const TURNS: f32 = 1.2;
+const TURNS: f32 = 0.8;
+/// The bend at which a drone has turned too early is no farther back on its path than this, in crumbs: 4 m, …
+const FARTHEST_BEND: i32 = 20;
+/// … and the drone still stands so far outside of it: 0.6 m.
+const PAST_BEND: i32 = 3;
 /// A drone flies back beside its path where the path is no farther to its side than this, m: galleries are up
 /// to 3 m wide, …
 const BESIDE: f32 = 1.7;
@@ -472,10 +479,12 @@ impl Trail {
     /// Takes the heading of a drone that turned on the spot at the end towards which it flies.
     /// Returns `false` if no tunnel turns so far there: the drone faces the way by which it came. The
     /// end then has the heading back with which it was reached.
-    pub(crate) fn turn(&mut self, forward: bool) -> bool {
+    ///
+    /// A drone that `flies_on`, and does not only tremble about its place, may be in a hairpin.
+    pub(crate) fn turn(&mut self, forward: bool, flies_on: bool) -> bool {
         let number = if forward { self.last } else { self.first };
         if (self.near as f32 + self.part - number as f32).abs() > 1.0 {
-            if forward {
+            if forward && flies_on {
                 self.end_in_bend();
             }
             return true;
@@ -483,7 +492,7 @@ impl Trail {
         let Crumb { at, heading } = self.crumb(number);
         let turned = if self.turned_at == Some(number) { self.turned } else { 0.0 };
         let total = turned + wrapped(self.heading - heading);
-        let is_bend = total.abs() <= REVERSED;
+        let is_bend = total.abs() <= if flies_on { REVERSED } else { ASTERN };
         let heading = if is_bend { self.heading } else { wrapped(heading - turned) };
         self.turned = if is_bend { total } else { 0.0 };
         self.turned_at = Some(number);
@@ -519,6 +528,19 @@ impl Trail {
             self.put(self.last, self.here());
             self.part = 1.0;
         }
+        true
+    }
+
+    /// Moves the place of a drone that flies back to before the bend behind it, if the path bends there. Returns
+    /// whether it does.
+    pub(crate) fn go_before_bend(&mut self) -> bool {
+        let here = self.heading_at(0.0);
+        let bends = |number: &i32| wrapped(self.crumb(*number).heading - here).abs() > TURNS;
+        let farthest = self.near.saturating_add(FARTHEST_BEND).min(self.last);
+        let Some(bend) = (self.near..farthest).find(bends) else { return false };
+        let number = bend.saturating_add(PAST_BEND).min(self.last.saturating_sub(1));
+        (self.near, self.part) = (number, 0.0);
+        self.at = self.foot();
         true
     }
 
@@ -712,7 +734,7 @@ mod tests {
         let turned = |trail: &mut Trail, degrees: i32| {
             let heading = wrapped(ahead + (degrees as f32).to_radians());
             trail.advance([0.0, 0.0], Radians(heading), Flies::NoseFirst);
-            trail.turn(true)
+            trail.turn(true, true)
         };
         assert!((0..155).all(|degrees| turned(&mut trail, degrees)));
         assert!(!(155..165).all(|degrees| turned(&mut trail, degrees)));
@@ -754,7 +776,7 @@ mod tests {
                 trail.advance([way, -way], Radians(way), flies);
                 trail.correct(Radians(way), way);
                 trail.shift(way);
-                trail.turn(forward);
+                trail.turn(forward, true);
                 let _ = (trail.off(way), trail.knows(way), trail.is_straight(), trail.aside());
             }
         }
