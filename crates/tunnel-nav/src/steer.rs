@@ -491,7 +491,8 @@ impl Navigator {
         if speed.0 < -HOVERING && self.turned_early > 0.0 {
             return Some(self.trail.off(ahead).0);
         }
-        if speed.0 < -HOVERING && self.trail.is_old() {
+        // At a junction the walls would lead into the other branch.
+        if speed.0 < -HOVERING && self.trail.is_old() && !self.fork.is_chosen() {
             let off = self.trail.off_any(UNSURE);
             return (off.0.abs() > ALLOWED).then_some(off.0);
         }
