@@ -1,4 +1,4 @@
-//! Reads and writes the occupancy maps of ROS: a YAML file, and the PGM, PNG or BMP image that it names.
+//! Reads and writes the occupancy maps of ROS: a YAML file, and the PGM, PPM, PNG or BMP image that it names.
 //!
 //! The meaning of the keys is that of map_server (ROS 1) and nav2_map_server (ROS 2): a pixel of
 //! value v has the probability p = (255 − v)/255 of being occupied, or v/255 with `negate`; it is

@@ -6,6 +6,9 @@ use super::{bmp, pgm, png};
 use crate::occupancy::MOST_CELLS;
 use crate::open::whole;
 
+/// How the file begins that stands for one which Git LFS keeps elsewhere (its specification, "The pointer").
+const LFS_POINTER: &[u8] = b"version https://git-lfs";
+
 /// An image.
 pub(super) struct Image {
     /// The number of pixels in a row.
@@ -20,18 +23,26 @@ impl Image {
     /// Reads an image, with a remark on bytes that it does not need.
     pub(super) fn read(bytes: &[u8], file: &str) -> Result<(Self, Option<String>), Refusal> {
         match bytes {
-            [b'P', b'5' | b'2', ..] => pgm::read(bytes, file),
+            [b'P', b'2' | b'3' | b'5' | b'6', ..] => pgm::read(bytes, file),
             [0x89, b'P', b'N', b'G', ..] => png::read(bytes, file).map(|image| (image, None)),
+            [] => {
+                let wrong = "the image is empty";
+                Err(Refusal::new(wrong, "copy or save it again").at(whole(file)))
+            }
+            _ if bytes.starts_with(LFS_POINTER) => {
+                let wrong = "this is no image but the pointer that Git LFS leaves in its place";
+                Err(Refusal::new(wrong, "fetch the image with git lfs pull").at(whole(file)))
+            }
             [b'B', b'M', ..] => bmp::read(bytes, file).map(|image| (image, None)),
             _ => {
                 let kind = match bytes {
                     [0xff, 0xd8, ..] => "a JPEG",
                     [b'G', b'I', b'F', ..] => "a GIF",
                     [b'I', b'I', ..] | [b'M', b'M', ..] => "a TIFF",
-                    [b'P', b'1' | b'3' | b'4' | b'6' | b'7', ..] => "another kind of Netpbm",
-                    _ => "neither",
+                    [b'P', b'1' | b'4' | b'7', ..] => "another kind of Netpbm",
+                    _ => "none of them",
                 };
-                let wrong = format!("only PGM, PNG and BMP are read, and the image is {kind}");
+                let wrong = format!("only PGM, PPM, PNG and BMP are read, and the image is {kind}");
                 Err(Refusal::new(wrong, "save it as PGM, PNG or BMP").at(whole(file)))
             }
         }

@@ -93,6 +93,18 @@ fn png_images_of_every_colour_and_depth_are_read() {
     assert_eq!(read(&yaml(""), &palette).unwrap().cells(), [O, U, F]);
 }
 
+/// GIMP writes colours into a file that is called map.pgm.
+#[test]
+fn coloured_netpbm_images_are_read() {
+    let pixels = [[254, 254, 254], [0, 0, 0], [205, 205, 205], [3, 252, 255]];
+    let binary = [b"P6\n4 1\n255\n".as_slice(), &pixels.concat()].concat();
+    let plain: Vec<String> = pixels.concat().iter().map(u8::to_string).collect();
+    for image in [binary, format!("P3 4 1 255 {}", plain.join("\n")).into_bytes()] {
+        let cells = read(&yaml(""), &image).unwrap();
+        assert_eq!(cells.cells(), [Cell::Free, Cell::Occupied, Cell::Unknown, Cell::Unknown]);
+    }
+}
+
 /// A BMP image of so many bits a pixel, with its palette and its rows from the lowest one, each filled up to
 /// a multiple of four bytes. A negative height says that the uppermost row comes first.
 pub(super) fn bmp([columns, rows]: [i32; 2], bits: u16, palette: &[u8], rows_of: &[u8]) -> Vec<u8> {
@@ -274,9 +286,12 @@ fn bad_input_is_refused_with_place_and_remedy() {
         (yaml("").replace(" 0.0]", " left]"), white, "m.yaml:3: the yaw of the origin is \"left\""),
         (
             yaml(""),
-            b"P6 1 1 255\n\xfe",
-            "m.pgm: only PGM, PNG and BMP are read, and the image is another kind of Netpbm; save",
+            b"P4 1 1\n\xfe",
+            "m.pgm: only PGM, PPM, PNG and BMP are read, and the image is another kind of Netpbm; save",
         ),
+        (yaml(""), b"", "m.pgm: the image is empty; copy or save it again"),
+        (yaml(""), b"version https://git-lfs.github.com/spec/v1\n", "pointer that Git LFS leaves"),
+        (yaml(""), b"P6 1 1 255\n\xfe\xfe", "needs 3 bytes of pixels, and 2 are left"),
         (yaml(""), b"P5\n9 9\n255\n\xfe", "the header needs 81 bytes of pixels, and 1 are left"),
         (yaml(""), b"P5\n99999 99999\n255\n", "m.pgm:3: the header says 99999 by 99999 pixels"),
         (yaml(""), b"P5\n-4 9\n255\n", "m.pgm:2: the image has no width here"),
