@@ -14,6 +14,10 @@ use crate::table::Rows;
 /// second ([`freshness`](crate::freshness)), in which a parameter is set up to ten times.
 const AGAIN: Duration = Duration::from_millis(50);
 
+/// The settings that are remembered, since answers to them may still come: those of all five tasks and
+/// four ways, and of all 17 speeds of a stick (`gamepad.js`).
+const REMEMBERED: usize = 32;
+
 /// The fastest that the base lets a head fly (`crtp`, `Parameters::MAX_SPEED`).
 pub const MAX_SPEED: MetresPerSecond = MetresPerSecond(0.4);
 
@@ -153,40 +157,47 @@ impl Fate {
 
 /// The order that is being given, parameter by parameter.
 #[derive(Clone, Debug, Default)]
-pub enum Giving {
-    /// No order is being given.
-    #[default]
-    Nothing,
-    /// The parameters of an order are being set.
-    Setting {
-        /// The order.
-        order: Order,
-        /// The parameters that are not set yet, by row, with their values.
-        left: VecDeque<(u16, Vec<u8>)>,
-        /// When the first of them was set last.
-        sent: Option<Instant>,
-        /// When the order is too old to be given.
-        until: Instant,
-    },
+pub struct Giving {
+    setting: Option<Setting>,
+    /// The parameters that were set last, by row, with their values, the newest last.
+    set: VecDeque<(u16, Vec<u8>)>,
+}
+
+/// The parameters of an order are being set.
+#[derive(Clone, Debug)]
+struct Setting {
+    order: Order,
+    /// The parameters that are not set yet, by row, with their values.
+    left: VecDeque<(u16, Vec<u8>)>,
+    /// When the first of them was set last.
+    sent: Option<Instant>,
+    /// When the order is too old to be given.
+    until: Instant,
 }
 
 impl Giving {
-    /// Begins to give an order, of which nothing is sent from `until` on; `None` where the base has
-    /// no such parameter.
-    #[must_use]
-    pub fn begin(order: Order, until: Instant, rows: &Rows) -> Option<Self> {
+    /// Begins to give an order, of which nothing is sent from `until` on. Returns whether the base
+    /// has such parameters; where it has not, nothing changes.
+    pub fn begin(&mut self, order: Order, until: Instant, rows: &Rows) -> bool {
         let row = |(name, value): (&str, Vec<u8>)| Some((*rows.get(name)?, value));
-        let left = order.parameters().into_iter().map(row).collect::<Option<_>>()?;
-        Some(Self::Setting { order, left, sent: None, until })
+        let left: Option<_> = order.parameters().into_iter().map(row).collect();
+        let Some(left) = left else { return false };
+        self.setting = Some(Setting { order, left, sent: None, until });
+        true
     }
 
     /// The order that is being given.
     #[must_use]
     pub const fn order(&self) -> Option<Order> {
-        match self {
-            Self::Nothing => None,
-            Self::Setting { order, .. } => Some(*order),
+        match &self.setting {
+            None => None,
+            Some(setting) => Some(setting.order),
         }
+    }
+
+    /// Gives up the order that is being given, and returns it.
+    pub fn take_order(&mut self) -> Option<Order> {
+        self.setting.take().map(|setting| setting.order)
     }
 
     /// Returns the packet to be sent now, if one is due, or the order that was not answered in time.
@@ -194,25 +205,29 @@ impl Giving {
     /// The station may have been suspended since the last call: no part of an order that has become
     /// too old meanwhile is sent.
     pub fn poll(&mut self, now: Instant) -> Result<Option<Packet>, Order> {
-        let Self::Setting { order, left, sent, until } = self else { return Ok(None) };
+        let Some(Setting { order, left, sent, until }) = &mut self.setting else { return Ok(None) };
         if now >= *until {
             let order = *order;
-            *self = Self::Nothing;
+            self.setting = None;
             return Err(order);
         }
         if sent.is_some_and(|at| now.since(at) < AGAIN) {
             return Ok(None);
         }
         *sent = Some(now);
-        let write = |(id, value): &(u16, Vec<u8>)| {
-            Request::Param(ParamRequest::Write { id: *id, value }).packet()
-        };
-        Ok(left.front().map(write))
+        let Some(first) = left.front() else { return Ok(None) };
+        note(&mut self.set, first);
+        let (id, value) = first;
+        Ok(Some(Request::Param(ParamRequest::Write { id: *id, value }).packet()))
     }
 
     /// Takes a packet of the base. Returns the order and what became of it, once that is known.
+    ///
+    /// A parameter is set several times, and the answers of an earlier order may come after the next
+    /// order was begun. A base answers with the value that holds, so an answer with a value that was
+    /// set earlier says nothing about this order; one with any other value refuses it.
     pub fn receive(&mut self, packet: &Packet) -> Option<(Order, Fate)> {
-        let Self::Setting { order, left, sent, .. } = self else { return None };
+        let Setting { order, left, sent, .. } = self.setting.as_mut()?;
         if packet.port() != Ok(Port::Param) || packet.channel() != 2 {
             return None;
         }
@@ -223,7 +238,10 @@ impl Giving {
         }
         let order = *order;
         if holds != value.as_slice() {
-            *self = Self::Nothing;
+            if self.set.iter().any(|(id, value)| id == row && value == holds) {
+                return None;
+            }
+            self.setting = None;
             return Some((order, Fate::Refused));
         }
         left.pop_front();
@@ -231,9 +249,18 @@ impl Giving {
         if !left.is_empty() {
             return None;
         }
-        *self = Self::Nothing;
+        self.setting = None;
         Some((order, Fate::Taken))
     }
+}
+
+/// Notes a parameter that is set as the newest one.
+fn note(set: &mut VecDeque<(u16, Vec<u8>)>, parameter: &(u16, Vec<u8>)) {
+    set.retain(|other| other != parameter);
+    if set.len() == REMEMBERED {
+        set.pop_front();
+    }
+    set.push_back(parameter.clone());
 }
 
 #[cfg(test)]
@@ -249,6 +276,12 @@ mod tests {
 
     const UNTIL: Instant = Instant::from_millis(500);
 
+    fn begun(order: Order) -> Giving {
+        let mut giving = Giving::default();
+        assert!(giving.begin(order, UNTIL, &rows()));
+        giving
+    }
+
     fn answer(row: u16, value: &[u8]) -> Packet {
         Packet::new(Port::Param, 2, &[&row.to_le_bytes()[..], value].concat()).unwrap()
     }
@@ -256,7 +289,7 @@ mod tests {
     #[test]
     fn the_speed_is_set_before_the_task() {
         let order = Order::Explore { speed: 0.25 };
-        let mut giving = Giving::begin(order, UNTIL, &rows()).unwrap();
+        let mut giving = begun(order);
         let speed = giving.poll(Instant::ZERO).unwrap().unwrap();
         assert_eq!(speed.data(), [&[1, 0][..], &0.25_f32.to_le_bytes()].concat());
         assert_eq!(giving.receive(&answer(1, &0.25_f32.to_le_bytes())), None);
@@ -267,14 +300,14 @@ mod tests {
 
     #[test]
     fn an_order_that_is_answered_with_another_value_was_refused() {
-        let mut giving = Giving::begin(Order::Wait, UNTIL, &rows()).unwrap();
+        let mut giving = begun(Order::Wait);
         assert!(giving.poll(Instant::ZERO).unwrap().is_some());
         assert_eq!(giving.receive(&answer(0, &[4])), Some((Order::Wait, Fate::Refused)));
     }
 
     #[test]
     fn an_order_without_an_answer_is_repeated_until_it_is_too_old() {
-        let mut giving = Giving::begin(Order::Land, UNTIL, &rows()).unwrap();
+        let mut giving = begun(Order::Land);
         let at = |ms| Instant::from_millis(ms);
         let sent = (0..=49).filter(|n| giving.poll(at(10 * n)).unwrap().is_some()).count();
         assert_eq!(sent, 10);
@@ -286,7 +319,7 @@ mod tests {
     #[test]
     fn half_an_order_that_has_become_too_old_is_not_finished() {
         let order = Order::Explore { speed: 0.25 };
-        let mut giving = Giving::begin(order, UNTIL, &rows()).unwrap();
+        let mut giving = begun(order);
         assert!(giving.poll(Instant::ZERO).unwrap().is_some());
         assert_eq!(giving.receive(&answer(1, &0.25_f32.to_le_bytes())), None);
         assert_eq!(giving.poll(Instant::from_millis(20_000)), Err(order));

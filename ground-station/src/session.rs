@@ -116,7 +116,7 @@ impl Default for Session {
     fn default() -> Self {
         Self {
             stage: Stage::Parameters(TableReader::new(Service::Param)),
-            giving: Giving::Nothing,
+            giving: Giving::default(),
             stopping: Stopping::NotOrdered,
             asked_task: None,
             heard: None,
@@ -153,15 +153,17 @@ impl Session {
     /// Gives an order, of which nothing is sent from `until` on. Returns whether the session knows
     /// the base well enough to give it.
     pub fn order(&mut self, order: Order, until: Instant) -> bool {
-        let giving = self.known().and_then(|known| Giving::begin(order, until, &known.rows));
-        let Some(giving) = giving else { return false };
-        self.drop_order(Fate::Replaced);
-        self.giving = giving;
+        let (Stage::Blocks { known, .. } | Stage::Ready(known)) = &self.stage else { return false };
+        let replaced = self.giving.order();
+        if !self.giving.begin(order, until, &known.rows) {
+            return false;
+        }
+        self.news.extend(replaced.map(|order| News::Order(order, Fate::Replaced)));
         true
     }
 
     fn drop_order(&mut self, fate: Fate) {
-        if let Some(order) = std::mem::take(&mut self.giving).order() {
+        if let Some(order) = self.giving.take_order() {
             self.news.push(News::Order(order, fate));
         }
     }

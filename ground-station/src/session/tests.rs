@@ -1,5 +1,7 @@
 //! The session with the CRTP server that the drones run.
 
+use std::collections::VecDeque;
+
 use crtp::{Access, Event, Node, Outcome, Parameters, Server, Snapshot};
 use proptest::prelude::*;
 use units::Metres;
@@ -7,6 +9,7 @@ use wire::crtp::{SupervisorCommand, Value};
 use wire::p2p::Telemetry;
 
 use super::*;
+use crate::order::Way;
 
 /// A base of the drones' own CRTP server, which hears one drone.
 struct Base {
@@ -14,13 +17,26 @@ struct Base {
     parameters: Parameters,
     snapshot: Snapshot,
     stops: usize,
+    /// Whether the base gives the stop, whatever it is asked for.
+    is_stopped: bool,
+    /// The time of an answer on its way, ms.
+    delay: u64,
+    on_the_way: VecDeque<(u64, Packet)>,
 }
 
 impl Base {
     fn new() -> Self {
         let mut parameters = Parameters::DEFAULT;
         (parameters.about.node, parameters.about.role) = (NodeId(4), Role::Base);
-        Self { server: Server::new(), parameters, snapshot: Snapshot::DEFAULT, stops: 0 }
+        Self {
+            server: Server::new(),
+            parameters,
+            snapshot: Snapshot::DEFAULT,
+            stops: 0,
+            is_stopped: false,
+            delay: 0,
+            on_the_way: VecDeque::new(),
+        }
     }
 
     fn hears(&mut self, now: Instant, state: u8) {
@@ -51,11 +67,20 @@ impl Base {
             self.snapshot.taken = now;
             while let Some(packet) = session.poll(now, speech) {
                 sent.push(packet);
-                let (bytes, stops) = (packet.bytes(), &mut self.stops);
-                self.server.receive(now, bytes, Access::Full, &mut self.parameters, |event, _| {
-                    *stops += usize::from(event == Event::EmergencyStop);
-                    Outcome::Done
-                });
+                let Self { server, parameters, stops, is_stopped, .. } = self;
+                server.receive(
+                    now,
+                    packet.bytes(),
+                    Access::Full,
+                    parameters,
+                    |event, parameters| {
+                        *stops += usize::from(event == Event::EmergencyStop);
+                        if *is_stopped {
+                            parameters.show(units::Order::Stop);
+                        }
+                        Outcome::Done
+                    },
+                );
                 self.answer(session, now);
             }
             self.answer(session, now);
@@ -64,7 +89,11 @@ impl Base {
     }
 
     fn answer(&mut self, session: &mut Session, now: Instant) {
+        let ms = now.as_micros() / 1_000;
         while let Some(packet) = self.server.poll(now, &self.snapshot, &self.parameters) {
+            self.on_the_way.push_back((ms + self.delay, packet));
+        }
+        while let Some((_, packet)) = self.on_the_way.pop_front_if(|(at, _)| *at <= ms) {
             session.receive(now, &packet);
         }
     }
@@ -130,6 +159,65 @@ fn a_stop_is_sent_before_the_base_is_known_and_ends_with_the_last_answer() {
     base.hears(Instant::from_millis(7_000), 9);
     base.talk(&mut session, 7_000..8_000, Speech::Steered);
     assert!(!session.stopping.is_sending());
+}
+
+const ORDERS: [Order; 7] = [
+    Order::Wait,
+    Order::Hold,
+    Order::Explore { speed: 0.2 },
+    Order::Branch { way: Way::Left },
+    Order::Recall,
+    Order::Land,
+    Order::Perch,
+];
+
+/// Gives two orders, 60 ms apart, to a base whose answers take `delay` ms; returns the base's parameters
+/// and what became of the second order.
+fn in_turn(stops: bool, delay: u64, orders: [Order; 2]) -> (Parameters, Fate) {
+    let (mut base, mut session) = connected();
+    (base.delay, base.is_stopped) = (delay, stops);
+    session.take_news();
+    for (order, at) in orders.into_iter().zip([5_000, 5_060]) {
+        assert!(session.order(order, Instant::from_millis(at + 500)));
+        base.talk(&mut session, at..at + 60, Speech::Steered);
+    }
+    base.talk(&mut session, 5_120..6_000, Speech::Steered);
+    let fates = session.take_news().into_iter().filter_map(|news| match news {
+        News::Order(order, fate) => Some((order, fate)),
+        _ => None,
+    });
+    let (order, fate) = fates.last().unwrap();
+    assert_eq!(order, orders[1]);
+    (base.parameters, fate)
+}
+
+/// The answers to an earlier order, which come while the next one is given, say nothing about it: it used
+/// to be called refused, and its second parameter was never set.
+#[test]
+fn an_order_that_is_followed_is_never_called_refused() {
+    for delay in [0, 70, 110, 200] {
+        for before in ORDERS {
+            for order in ORDERS {
+                let (parameters, fate) = in_turn(false, delay, [before, order]);
+                assert_eq!(fate, Fate::Taken, "{before:?}, then {order:?}, {delay} ms");
+                let (at_once, _) = in_turn(false, 0, [before, order]);
+                match order {
+                    Order::Branch { .. } => assert_eq!(parameters.branch, at_once.branch),
+                    _ => assert_eq!(parameters.order(), at_once.order(), "{before:?}, {order:?}"),
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_base_that_is_stopped_refuses_every_task() {
+    for delay in [0, 70, 200] {
+        for order in ORDERS.into_iter().filter(|order| !matches!(order, Order::Branch { .. })) {
+            let (_, fate) = in_turn(true, delay, [Order::Land, order]);
+            assert_eq!(fate, Fate::Refused, "{order:?}, {delay} ms");
+        }
+    }
 }
 
 #[test]

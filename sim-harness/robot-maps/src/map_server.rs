@@ -1,4 +1,4 @@
-//! Reads and writes the occupancy maps of ROS: a YAML file, and the PGM or PNG image that it names.
+//! Reads and writes the occupancy maps of ROS: a YAML file, and the PGM, PPM, PNG or BMP image that it names.
 //!
 //! The meaning of the keys is that of map_server (ROS 1) and nav2_map_server (ROS 2): a pixel of
 //! value v has the probability p = (255 − v)/255 of being occupied, or v/255 with `negate`; it is
@@ -11,6 +11,7 @@
 //! seen are unknown whatever the thresholds say: map_saver's 205, which the `free_thresh` of 0.25 of
 //! nav2's map_saver makes free, and the middle greys of Cartographer. So is what is not opaque.
 
+mod bmp;
 mod header;
 mod image;
 mod pgm;
@@ -19,10 +20,10 @@ mod write;
 
 use cave_survey::{Files, Refusal, Warning};
 
+use self::image::Image;
 use crate::occupancy::{Cell, Occupancy};
 use crate::open::{line_of, open, text, whole};
 use header::{Header, Mode};
-use image::Image;
 
 pub use write::{IMAGE, write};
 

@@ -152,6 +152,9 @@ pub(super) fn run(args: &RunArgs) -> Result<Verdict, Trouble> {
         return Err(InputError::new(wrong, "give --fidelity virtual, or flight").into());
     }
     let scenario = adapted(args.open()?, args.policy.as_deref(), args.fidelity)?;
+    if let Some(route) = &scenario.route {
+        route.warnings.iter().for_each(complain);
+    }
     let scenario = with_link(scenario, args.link)?;
     let fleet = args.fleet(&scenario)?;
     interrupt::ends();

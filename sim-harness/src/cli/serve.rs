@@ -17,7 +17,7 @@ use super::{
 use crate::input_error::InputError;
 use crate::measure::metrics::{Reference, RunMetrics};
 use crate::mission::World;
-use crate::output::{self, Folder};
+use crate::output::{Folder, TraceFiles};
 use crate::scenario::{Fidelity, Scenario, builtin};
 use crate::serve::{self, Event, FIRST_PORT, Live, Ports, Tally};
 
@@ -87,14 +87,17 @@ pub(super) fn run(args: &ServeArgs) -> Result<Verdict, Trouble> {
     let ports = Ports::open(args.host, args.port, scenario.drones.members())?;
     let world = World::of(&scenario);
     let reference = Reference::of(&scenario, &world);
-    let keep = args.common.out.is_some();
     let seed = args.common.seed;
     let live = match fleet {
-        None => Live::new(&scenario, &world, &reference, seed, keep),
+        None => Live::new(&scenario, &world, &reference, seed, false),
         Some(fleet) => {
             let drones = fleet.drones(&scenario, seed)?;
-            Live::emulated(&scenario, &world, &reference, seed, keep, drones)
+            Live::emulated(&scenario, &world, &reference, seed, false, drones)
         }
+    };
+    let live = match folder {
+        None => live,
+        Some(folder) => live.with_files(folder)?,
     };
     announce(&args.common, &scenario, &ports)?;
     let tell = |now: Instant, event: Event| {
@@ -102,8 +105,9 @@ pub(super) fn run(args: &ServeArgs) -> Result<Verdict, Trouble> {
             complain(format_args!("{:8.2} s  {event}", now.as_micros() as f64 * 1e-6));
         }
     };
-    let (live, tally) = serve::serve(live, ports, speed, duration, asked, tell);
-    finish(args, folder, &scenario, &live, tally)
+    let (mut live, tally) = serve::serve(live, ports, speed, duration, asked, tell);
+    let files = live.take_files()?;
+    finish(args, files, &scenario, &live, tally)
 }
 
 fn within(option: &str, value: f64, least: f64, most: f64) -> Result<f64, InputError> {
@@ -144,7 +148,7 @@ fn announce(common: &Common, scenario: &Scenario, ports: &Ports) -> Result<(), T
 /// Writes and prints the results.
 fn finish(
     args: &ServeArgs,
-    mut folder: Option<Folder>,
+    files: Option<(Folder, TraceFiles)>,
     scenario: &Scenario,
     live: &Live<'_>,
     tally: Tally,
@@ -155,9 +159,11 @@ fn finish(
     if let (Some(summary), false) = (summary.as_object_mut(), aftermath.is_empty()) {
         summary.insert("virtual".into(), aftermath.json());
     }
-    if let Some(folder) = &mut folder {
-        output::write_all(folder, live.trace(), &summary)?;
-        aftermath.write(folder)?;
+    let mut folder = None;
+    if let Some((mut kept, files)) = files {
+        files.finish(&mut kept, live.trace(), &summary)?;
+        aftermath.write(&mut kept)?;
+        folder = Some(kept);
     }
     let table = table(scenario, live, &metrics, tally) + &aftermath.table();
     args.common.finish(folder, &table, &summary)?;

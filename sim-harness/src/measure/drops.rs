@@ -9,6 +9,7 @@ use relay_placement::{
     Belief, Correction, Curve, Demand, Expected, Ground, GroundError, MOST_PLANNED, Network, Place,
     Plan,
 };
+use robot_maps::Warning;
 use units::{Db, Point2};
 
 mod readings;
@@ -25,15 +26,17 @@ use crate::world::import;
 pub const MOST_DROPS: usize = MOST_PLANNED;
 
 /// The world of the map `file`, of any format that `uchain map` reads, with the base at a point of the
-/// map's own coordinates, or, where none is given, on the free cell nearest to (0, 0).
+/// map's own coordinates, or, where none is given, on the free cell nearest to (0, 0); with what was odd
+/// about the map.
 ///
 /// # Errors
 /// [`InputError`] where the map cannot be used, or the base cannot stand there.
-pub fn open(file: &Path, base: Option<[f64; 2]>) -> Result<World, InputError> {
+pub fn open(file: &Path, base: Option<[f64; 2]>) -> Result<(World, Vec<Warning>), InputError> {
     let map = import::cells(file)?;
     let name = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy();
-    World::of(&name, &map, base)
-        .map_err(|error| InputError::new(error.to_string(), error.remedy()).in_file(file))
+    let world = World::of(&name, &map, base)
+        .map_err(|error| InputError::new(error.to_string(), error.remedy()).in_file(file))?;
+    Ok((world, map.warnings))
 }
 
 /// The reason why no relay can be put down.

@@ -14,5 +14,7 @@ pub mod survey;
 pub(crate) mod synthetic;
 mod write;
 
+#[cfg(test)]
+pub(crate) use folder::tests::Scratch;
 pub use folder::{Folder, Staging, Streamed};
 pub use write::{OutputError, TraceFiles, put_picture, write_all, write_report};

@@ -12,9 +12,11 @@ use super::polled::Polled;
 use super::{STEP, World, clients};
 use crate::bodies::craft::Craft;
 use crate::bodies::emulated::Emulated;
+use crate::input_error::InputError;
 use crate::measure::metrics::{Reference, RunMetrics, Watch};
-use crate::measure::trace::{Node, Trace};
+use crate::measure::trace::{Node, Thinning, Trace};
 use crate::mission::{self, Mission, ROUND_US, View};
+use crate::output::{Folder, OutputError, TraceFiles};
 use crate::scenario::Scenario;
 
 /// A mission whose orders come from the clients that connect.
@@ -22,7 +24,11 @@ pub struct Live<'a> {
     mission: Mission<'a>,
     watch: Watch<'a>,
     trace: Trace,
+    thinning: Thinning,
     keep: bool,
+    files: Option<(Folder, TraceFiles)>,
+    /// Why the files take no more.
+    unwritten: Option<InputError>,
     reach: Metres,
     /// For each member the packets of its client; `None` for members on the host, whose server
     /// answers at once, and before the first packet of a client.
@@ -30,7 +36,7 @@ pub struct Live<'a> {
 }
 
 impl<'a> Live<'a> {
-    /// All drones at their places; with `keep` the trace is kept.
+    /// All drones at their places; with `keep` the record is kept, thinned where the mission is long.
     #[must_use]
     pub fn new(
         scenario: &'a Scenario,
@@ -71,8 +77,30 @@ impl<'a> Live<'a> {
             trace: mission.begin_trace(seed),
             polled: (0..mission.count()).map(|_| None).collect(),
             mission,
+            thinning: Thinning::default(),
             keep,
+            files: None,
+            unwritten: None,
         }
+    }
+
+    /// Keeps the record, and writes each frame of it into a folder when it is flown. A mission whose
+    /// files cannot be written goes no further.
+    ///
+    /// # Errors
+    /// If the files cannot be begun.
+    pub fn with_files(mut self, folder: Folder) -> Result<Self, OutputError> {
+        let files = TraceFiles::begin(&folder, &self.trace)?;
+        (self.files, self.keep) = (Some((folder, files)), true);
+        Ok(self)
+    }
+
+    /// Hands over the folder with the files that are to be finished, if there is one.
+    ///
+    /// # Errors
+    /// If a frame could not be written.
+    pub fn take_files(&mut self) -> Result<Option<(Folder, TraceFiles)>, InputError> {
+        self.unwritten.take().map_or_else(|| Ok(self.files.take()), Err)
     }
 
     /// The mission, for the accounts of its emulated drones.
@@ -93,7 +121,7 @@ impl<'a> Live<'a> {
         self.watch.verdict(&self.mission)
     }
 
-    /// The record, round by round; without frames where they are not kept.
+    /// The record, thinned where the mission is long; without frames where they are not kept.
     #[must_use]
     pub const fn trace(&self) -> &Trace {
         &self.trace
@@ -106,6 +134,17 @@ impl<'a> Live<'a> {
 }
 
 impl Live<'_> {
+    /// Takes the present state of the mission into the record.
+    fn note(&mut self) {
+        let frame = self.mission.frame();
+        if let Some((folder, files)) = &mut self.files
+            && let Err(error) = files.frame(folder, &self.trace, &frame)
+        {
+            self.unwritten.get_or_insert(error);
+        }
+        self.thinning.add(&mut self.trace.frames, frame);
+    }
+
     /// Lets the Crazyradios of clients exchange a packet each with their drones.
     fn poll_emulated(&mut self) {
         for (member, polled) in self.polled.iter_mut().enumerate() {
@@ -182,7 +221,7 @@ impl World for Live<'_> {
         if self.time_us().is_multiple_of(ROUND_US) {
             self.watch.look(&self.mission);
             if self.keep {
-                self.trace.frames.push(self.mission.frame());
+                self.note();
             }
         }
     }
@@ -216,7 +255,7 @@ impl World for Live<'_> {
     }
 
     fn is_halted(&self) -> bool {
-        self.mission.halted().is_some()
+        self.mission.halted().is_some() || self.unwritten.is_some()
     }
 
     fn ordered(&self) -> Option<Order> {

@@ -17,6 +17,7 @@ use wire::radio::Datarate;
 use super::clients::Clients;
 use super::*;
 use crate::measure::metrics::Reference;
+use crate::output::{Folder, Scratch};
 use crate::scenario::Scenario;
 
 /// Drones that hear nothing but their clients.
@@ -382,6 +383,28 @@ fn flight(seed: u64) -> Vec<(usize, Vec<u8>)> {
     packets[1].2[4..].copy_from_slice(&(variable as u16).to_le_bytes());
     packets.extend((0..300).map(|n| (10 * n, BASE, hover(0.3))));
     said(live, 3_000, &packets).1
+}
+
+/// Every frame goes to the disk while the mission is flown; memory keeps no more than a report shows.
+#[test]
+fn the_frames_of_a_served_mission_are_written_as_they_are_flown() {
+    let scenario = Scenario::open("demo").unwrap();
+    let world = crate::mission::World::of(&scenario);
+    let reference = Reference::of(&scenario, &world);
+    let scratch = Scratch::new("served");
+    let out = scratch.path().join("out");
+    let live = Live::new(&scenario, &world, &reference, 1, false);
+    let mut live = live.with_files(Folder::open(&out).unwrap()).unwrap();
+    let seconds = 200;
+    for _ in 0..100 * seconds {
+        live.advance();
+    }
+    let (mut folder, files) = live.take_files().unwrap().unwrap();
+    files.finish(&mut folder, live.trace(), &serde_json::json!({})).unwrap();
+    folder.finish().unwrap();
+    let table = std::fs::read_to_string(out.join("trace.csv")).unwrap();
+    assert_eq!(table.lines().count(), 1 + 5 * seconds * live.nodes().len());
+    assert!(live.trace().frames.len() <= crate::measure::trace::MOST_FRAMES);
 }
 
 #[test]

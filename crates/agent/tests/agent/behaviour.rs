@@ -299,6 +299,32 @@ fn relays_take_off_one_by_one() {
     assert_eq!(rig.state().name(), "taking-off");
 }
 
+/// The operator orders to land and to explore again at once: the head, or all that flew, have landed for good,
+/// and a relay that was armed took off towards them.
+#[test]
+fn no_relay_takes_off_towards_a_chain_that_has_landed() {
+    let seen = |one: Phase, head: Phase| {
+        let scene = Scene::quiet().without(0).order(EXPLORE);
+        scene.also(0, head, -52.0).also(1, one, -52.0)
+    };
+    let all = seen(Phase::Out, Phase::Out);
+    // A head that flew when it was heard last calls for no relay beside one that has landed, either.
+    for landed in [all.clone(), all.without(0)] {
+        let mut rig = Rig::new(Role::Relay);
+        rig.during(5.0, &seen(Phase::Linked, Phase::Linked));
+        assert_eq!(rig.state().name(), "armed");
+        rig.during(60.0, &landed);
+        assert_eq!(rig.state().name(), "armed");
+        if landed.heard.iter().any(|heard| heard.0 == 0) {
+            rig.during(60.0, &landed.clone().without(0).without(1));
+            assert_eq!(rig.state().name(), "armed", "landed, and not heard any more");
+        }
+        // A drone that flies again calls for a relay as before.
+        rig.during(10.0, &landed.without(0).also(0, Phase::Linked, -75.0));
+        assert_eq!(rig.state().name(), "taking-off");
+    }
+}
+
 #[test]
 fn a_relay_called_home_lands_at_the_base() {
     let home = air().order(Order::Return).link(BASE, -52.0);

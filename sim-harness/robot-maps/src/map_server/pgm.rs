@@ -1,8 +1,9 @@
-//! Reads grey images of the formats PGM (P5, and P2 as plain text), after Netpbm's manual page pgm(5).
+//! Reads grey images of the formats PGM (P5, and P2 as plain text) and coloured ones of the formats PPM
+//! (P6, and P3 as plain text), after Netpbm's manual pages pgm(5) and ppm(5).
 
 use cave_survey::Refusal;
 
-use super::image::{Image, too_large};
+use super::image::{Image, grey, too_large};
 use crate::occupancy::MOST_CELLS;
 use crate::open::{line_of, whole};
 
@@ -15,12 +16,17 @@ pub(super) fn read(bytes: &[u8], file: &str) -> Result<(Image, Option<String>), 
     let Some(count) = Image::count(columns, rows) else {
         return Err(too_large(columns, rows).at(line_of(file, cursor.line())));
     };
-    let is_plain = bytes.get(1) == Some(&b'2');
-    let pixels = if is_plain { cursor.plain(count, most)? } else { cursor.binary(count, most)? };
+    let is_plain = matches!(bytes.get(1), Some(b'2' | b'3'));
+    let colours = if matches!(bytes.get(1), Some(b'3' | b'6')) { 3 } else { 1 };
+    let count = count * colours;
+    let samples = if is_plain { cursor.plain(count, most)? } else { cursor.binary(count, most)? };
     let rest = cursor.bytes.get(cursor.at..).unwrap_or_default();
     let spare = rest.iter().filter(|byte| !byte.is_ascii_whitespace()).count();
     let remark = (spare > 0).then(|| format!("{spare} bytes behind the image are not read"));
-    Ok((Image { columns, most: most as u16, pixels }, remark))
+    let most = most as u16;
+    let pixel = |samples: &[u16]| grey(samples.iter().copied(), false, most);
+    let pixels = samples.chunks_exact(colours).map(pixel).collect();
+    Ok((Image { columns, most, pixels }, remark))
 }
 
 /// A place in the bytes of an image.
@@ -79,19 +85,19 @@ impl Cursor<'_> {
         }
     }
 
-    fn plain(&mut self, count: usize, most: usize) -> Result<Vec<Option<u16>>, Refusal> {
+    fn plain(&mut self, count: usize, most: usize) -> Result<Vec<u16>, Refusal> {
         // Every pixel takes at least a digit and a space.
         if self.bytes.len().saturating_sub(self.at) < 2 * count - 1 {
             return Err(self.short(count));
         }
         let mut pixels = Vec::with_capacity(count);
         for _ in 0..count {
-            pixels.push(Some(self.number("pixel", 0..=most)? as u16));
+            pixels.push(self.number("pixel", 0..=most)? as u16);
         }
         Ok(pixels)
     }
 
-    fn binary(&mut self, count: usize, most: usize) -> Result<Vec<Option<u16>>, Refusal> {
+    fn binary(&mut self, count: usize, most: usize) -> Result<Vec<u16>, Refusal> {
         // One byte of white space ends the header.
         self.at += 1;
         let width = if most > 255 { 2 } else { 1 };
@@ -100,8 +106,7 @@ impl Cursor<'_> {
             return Err(self.short(count * width));
         };
         let value = |pixel: &[u8]| pixel.iter().fold(0, |sum, byte| sum * 256 + usize::from(*byte));
-        let pixels =
-            pixels.chunks_exact(width).map(|it| Some(value(it).min(most) as u16)).collect();
+        let pixels = pixels.chunks_exact(width).map(|it| value(it).min(most) as u16).collect();
         self.at = end;
         Ok(pixels)
     }

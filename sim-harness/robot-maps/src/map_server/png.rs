@@ -5,7 +5,7 @@ use std::io::Cursor;
 use cave_survey::Refusal;
 use png::{BitDepth, ColorType, Decoder, DecodingError, Limits, Transformations};
 
-use super::image::{Image, too_large};
+use super::image::{Image, grey, one_line, too_large};
 use crate::open::whole;
 
 /// The most that the decoder sets aside beside the pixels, bytes.
@@ -13,8 +13,7 @@ const LARGEST_BUFFER: usize = 64 << 20;
 
 pub(super) fn read(bytes: &[u8], file: &str) -> Result<Image, Refusal> {
     let damaged = |error: DecodingError| {
-        let said = error.to_string().split_whitespace().collect::<Vec<_>>().join(" ");
-        let wrong = format!("the PNG image cannot be read: {said}");
+        let wrong = format!("the PNG image cannot be read: {}", one_line(&error));
         Refusal::new(wrong, "save it again").at(whole(file))
     };
     let limits = Limits { bytes: LARGEST_BUFFER };
@@ -40,19 +39,4 @@ pub(super) fn read(bytes: &[u8], file: &str) -> Result<Image, Refusal> {
         _ => grey(bytes.iter().map(|it| u16::from(*it)), has_alpha, most),
     };
     Ok(Image { columns, most, pixels: buffer.chunks_exact(width).map(pixel).collect() })
-}
-
-/// The mean of the colours of a pixel; `None` where it is not quite opaque.
-fn grey(samples: impl ExactSizeIterator<Item = u16>, has_alpha: bool, most: u16) -> Option<u16> {
-    let colours = samples.len() - usize::from(has_alpha);
-    let (mut sum, mut alpha) = (0, most);
-    for (n, sample) in samples.enumerate() {
-        if n < colours {
-            sum += u32::from(sample);
-        } else {
-            alpha = sample;
-        }
-    }
-    let mean = u16::try_from(sum / (colours.max(1) as u32)).ok();
-    mean.filter(|_| alpha == most)
 }

@@ -4,6 +4,8 @@ use cave_survey::Memory;
 use png::{BitDepth, ColorType, Encoder};
 use robot_maps::map_server;
 
+use super::map_server::{bmp, greys};
+
 const YAML: &str = "image: m\nresolution: 0.05\norigin: [-1.0, 2.0, -nan]\nnegate: 0\n\
                     occupied_thresh: 0.65\nfree_thresh: 0.25\nmode: trinary\n";
 
@@ -22,12 +24,18 @@ fn png(colour: ColorType, depth: BitDepth) -> Vec<u8> {
     bytes
 }
 
+/// The rows from the lowest one, of 30 bytes each, filled up to 32.
+fn rows_of_bmp() -> Vec<u8> {
+    pixels().chunks(30).rev().flat_map(|row| [row, &[0, 0]].concat()).collect()
+}
+
 fn images() -> Vec<(&'static str, Vec<u8>)> {
     let plain: Vec<String> = pixels().iter().map(u8::to_string).collect();
     vec![
         ("binary PGM", [b"P5\n# made\n30 20\n255\n".as_slice(), &pixels()].concat()),
         ("PGM as text", format!("P2 30 20 255\n{}", plain.join(" ")).into_bytes()),
         ("PNG", png(ColorType::Grayscale, BitDepth::Eight)),
+        ("BMP", bmp([30, 20], 8, &greys(), &rows_of_bmp())),
         ("PNG of 16 bits with transparency", png(ColorType::Rgba, BitDepth::Sixteen)),
     ]
 }

@@ -93,6 +93,84 @@ fn png_images_of_every_colour_and_depth_are_read() {
     assert_eq!(read(&yaml(""), &palette).unwrap().cells(), [O, U, F]);
 }
 
+/// GIMP writes colours into a file that is called map.pgm.
+#[test]
+fn coloured_netpbm_images_are_read() {
+    let pixels = [[254, 254, 254], [0, 0, 0], [205, 205, 205], [3, 252, 255]];
+    let binary = [b"P6\n4 1\n255\n".as_slice(), &pixels.concat()].concat();
+    let plain: Vec<String> = pixels.concat().iter().map(u8::to_string).collect();
+    for image in [binary, format!("P3 4 1 255 {}", plain.join("\n")).into_bytes()] {
+        let cells = read(&yaml(""), &image).unwrap();
+        assert_eq!(cells.cells(), [Cell::Free, Cell::Occupied, Cell::Unknown, Cell::Unknown]);
+    }
+}
+
+/// A BMP image of so many bits a pixel, with its palette and its rows from the lowest one, each filled up to
+/// a multiple of four bytes. A negative height says that the uppermost row comes first.
+pub(super) fn bmp([columns, rows]: [i32; 2], bits: u16, palette: &[u8], rows_of: &[u8]) -> Vec<u8> {
+    let offset = 14 + 40 + palette.len();
+    let mut bytes = b"BM".to_vec();
+    bytes.extend(u32::try_from(offset + rows_of.len()).unwrap().to_le_bytes());
+    bytes.extend([0; 4]);
+    bytes.extend(u32::try_from(offset).unwrap().to_le_bytes());
+    bytes.extend(40_u32.to_le_bytes());
+    bytes.extend(columns.to_le_bytes());
+    bytes.extend(rows.to_le_bytes());
+    bytes.extend(1_u16.to_le_bytes());
+    bytes.extend(bits.to_le_bytes());
+    bytes.extend([0; 16]);
+    bytes.extend(u32::try_from(palette.len() / 4).unwrap().to_le_bytes());
+    bytes.extend([0; 4]);
+    bytes.extend_from_slice(palette);
+    bytes.extend_from_slice(rows_of);
+    bytes
+}
+
+/// Every grey, as the palette of a BMP image of eight bits.
+pub(super) fn greys() -> Vec<u8> {
+    (0..=255).flat_map(|grey| [grey, grey, grey, 0]).collect()
+}
+
+/// Occupied, free and never seen, above a row that is free: in the kinds of BMP that GIMP and MATLAB write.
+#[test]
+fn bmp_images_of_every_kind_are_read() {
+    let grey = [254, 254, 254, 0, 0, 254, 205, 0];
+    // Blue, green and red of 3, 252 and 255 are 170 on average: neither free nor occupied.
+    let colours = [[254; 3], [254; 3], [254; 3], [0; 3], [254; 3], [205; 3]];
+    let rows = |row: &[[u8; 3]]| [row.concat(), vec![0; 3]].concat();
+    let coloured = [rows(&colours[..3]), rows(&colours[3..])].concat();
+    let palette = [255, 255, 255, 0, 1, 1, 1, 0, 205, 205, 205, 0];
+    let indexed = [0, 0, 0, 0, 1, 0, 2, 0];
+    let downwards = [rows(&colours[3..]), rows(&colours[..3])].concat();
+    let wide = |row: &[[u8; 3]]| row.iter().flat_map(|bgr| [bgr[0], bgr[1], bgr[2], 0]).collect();
+    let wide: Vec<Vec<u8>> = vec![wide(&colours[..3]), wide(&colours[3..])];
+    for (kind, image) in [
+        ("grey", bmp([3, 2], 8, &greys(), &grey)),
+        ("a palette", bmp([3, 2], 8, &palette, &indexed)),
+        ("24 bits", bmp([3, 2], 24, &[], &coloured)),
+        ("24 bits from above", bmp([3, -2], 24, &[], &downwards)),
+        ("32 bits", bmp([3, 2], 32, &[], &wide.concat())),
+    ] {
+        let map = read(&yaml(""), &image).unwrap_or_else(|error| panic!("{kind}: {error}"));
+        assert_eq!([map.columns(), map.rows()], [3, 2], "{kind}");
+        let row = |row| [0, 1, 2].map(|column| map.cell(column, row));
+        assert_eq!(row(0), [Cell::Free; 3], "{kind}");
+        assert_eq!(row(1), [Cell::Occupied, Cell::Free, Cell::Unknown], "{kind}");
+    }
+}
+
+#[test]
+fn a_bmp_that_claims_more_than_it_has_is_refused_in_one_line() {
+    let whole = bmp([3, 2], 24, &[], &[254; 24]);
+    for kept in [2, 20, 40, 54, 60, whole.len() - 4] {
+        let refusal = read(&yaml(""), &whole[..kept]).unwrap_err().to_string();
+        assert!(refusal.contains("the BMP image cannot be read"), "{kept}: {refusal}");
+        assert!(!refusal.contains('\n'), "{kept}: {refusal}");
+    }
+    let refusal = read(&yaml(""), &bmp([60_000, 60_000], 24, &[], &[254; 24])).unwrap_err();
+    assert!(refusal.to_string().contains("60000 by 60000 pixels"), "{refusal}");
+}
+
 #[test]
 fn transparent_pixels_are_unknown_with_a_remark() {
     let pixels = [254, 255, 254, 128, 0, 0];
@@ -200,16 +278,20 @@ fn bad_input_is_refused_with_place_and_remedy() {
         (yaml("").replace("[-1.0, 2.0, 0.0]", "[1]"), white, "m.yaml:3: origin has 1 numbers"),
         ("image: m.pgm\n".into(), white, "m.yaml: it has no resolution"),
         ("- 1\n- 2\n".into(), white, "this is no map of map_server"),
-        (yaml(""), b"BM\x00\x00", "the image is a BMP; save it as PGM or PNG"),
+        (yaml(""), b"BM\x00\x00", "the BMP image cannot be read: "),
+        (yaml(""), b"GIF89a", "the image is a GIF; save it as PGM, PNG or BMP"),
         (yaml(""), b"\x89PNG\r\n\x1a\nhalf", "the PNG image cannot be read: "),
         (yaml("").replace("2.0", "nan"), white, "m.yaml:3: the y of the origin is \"nan\", which"),
         (yaml("").replace("2.0", "north"), white, "m.yaml:3: the y of the origin is \"north\","),
         (yaml("").replace(" 0.0]", " left]"), white, "m.yaml:3: the yaw of the origin is \"left\""),
         (
             yaml(""),
-            b"P6 1 1 255\n\xfe",
-            "m.pgm: only PGM and PNG are read, and the image is another kind of Netpbm; save",
+            b"P4 1 1\n\xfe",
+            "m.pgm: only PGM, PPM, PNG and BMP are read, and the image is another kind of Netpbm; save",
         ),
+        (yaml(""), b"", "m.pgm: the image is empty; copy or save it again"),
+        (yaml(""), b"version https://git-lfs.github.com/spec/v1\n", "pointer that Git LFS leaves"),
+        (yaml(""), b"P6 1 1 255\n\xfe\xfe", "needs 3 bytes of pixels, and 2 are left"),
         (yaml(""), b"P5\n9 9\n255\n\xfe", "the header needs 81 bytes of pixels, and 1 are left"),
         (yaml(""), b"P5\n99999 99999\n255\n", "m.pgm:3: the header says 99999 by 99999 pixels"),
         (yaml(""), b"P5\n-4 9\n255\n", "m.pgm:2: the image has no width here"),

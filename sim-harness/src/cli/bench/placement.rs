@@ -32,7 +32,7 @@ pub(super) fn bench(
     }
     let mut rows = Vec::new();
     for file in &args.map {
-        let world = drops::open(file, None)?;
+        let (world, _) = drops::open(file, None)?;
         rows.extend(run(&world, 0).ok_or_else(|| unusable().in_file(file))?);
     }
     let progress = Progress::new(caves, args.common.quiet);
@@ -65,7 +65,7 @@ fn gathered(args: &BenchArgs, caves: u64, first: u64) -> Result<(String, Value),
     let mut dropped: Vec<Dropped> = Vec::new();
     let mut together: Vec<DroppedTogether> = Vec::new();
     for file in &args.map {
-        let world = drops::open(file, None)?;
+        let (world, _) = drops::open(file, None)?;
         dropped.extend(gather(&world, 0).ok_or_else(|| unusable().in_file(file))?);
         together.extend(gather_together(&world, 0).unwrap_or_default());
     }

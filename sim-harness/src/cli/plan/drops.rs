@@ -10,7 +10,7 @@ use relay_placement::Curve;
 use serde_json::{Value, json};
 use units::Db;
 
-use crate::cli::{Common, Trouble, Verdict, interrupt};
+use crate::cli::{Common, Trouble, Verdict, complain, interrupt};
 use crate::count::counted;
 use crate::input_error::InputError;
 use crate::measure::drops::{Coverage, Drops, MOST_DROPS, NoDrops, Received, Site, open};
@@ -66,7 +66,8 @@ pub(super) fn run(args: &DropsArgs) -> Result<Verdict, Trouble> {
         let wrong = format!("--noise-dbm {noise} is out of range");
         return Err(InputError::new(wrong, "give a level from -150 to 0 dBm").into());
     }
-    let world = open(&args.map, args.base)?;
+    let (world, warnings) = open(&args.map, args.base)?;
+    warnings.iter().for_each(complain);
     let stand = standing(args, &world)?;
     let no_drops = |why: NoDrops| {
         let remedy = "give another --base, or another map";

@@ -4,7 +4,7 @@
 use chain::launch::LaunchWatch;
 use chain::neighbours::Neighbour;
 use chain::retirement::{Need, with_one_link_less};
-use units::{Instant, Metres, MetresPerSecond, Phase, Role};
+use units::{Duration, Instant, Metres, MetresPerSecond, Phase, Role};
 
 use super::search::{STILL, is_searching};
 use super::{Chain, ChainDuty};
@@ -44,8 +44,25 @@ impl Chain {
         Call {
             arms: head || (!lower_waits && lower_linked),
             stays_armed: head || !lower_waits,
-            takes_off: head || launches && self.is_clear_above(config, round),
+            takes_off: head
+                || launches
+                    && !self.has_chain_landed(config, round)
+                    && self.is_clear_above(config, round),
         }
+    }
+
+    /// Whether every drone in front that this one hears is on the ground and out of the mission, or was when
+    /// it was heard last where none is heard: that there is no link calls for no relay then. A head that
+    /// flies on unheard comes back until it is heard.
+    fn has_chain_landed(&self, config: &AgentConfig, round: &Round) -> bool {
+        let has_landed = |within| {
+            let heard = self.neighbours.heard(round.now, within);
+            let mut ahead = heard.filter(|n| n.report.from < round.id).peekable();
+            ahead.peek()?;
+            Some(ahead.all(|n| n.report.phase == Phase::Out))
+        };
+        let now = has_landed(config.retreat.lost_after);
+        now.or_else(|| has_landed(Duration::MAX)).unwrap_or(false)
     }
 
     /// Whether no drone of the chain may be above this one, which is on the ground.
