@@ -18,9 +18,6 @@ pub(crate) const REACH: Metres = Metres(4.0);
 /// be seen is computed.
 const EVERY: u16 = 2;
 const BEARINGS: u16 = 240;
-/// What is narrower is a crack, in cells: robots' frontiers have at least as many (`Rule::OURS`), and none
-/// looks through it on purpose.
-const LEAST_GAP: i16 = 3;
 /// The longest side of a place, in cells: robots tell each other tiles of three cells.
 const LONGEST: u16 = 3 * Tile::MOST;
 /// The most cells of a place: those of `Atlas1024`.
@@ -65,7 +62,7 @@ pub struct World {
     pub name: String,
     frame: Frame,
     is_wall: Vec<bool>,
-    /// What a robot can see from some place that it can reach, not through a crack.
+    /// What a robot can see from some place that it can reach.
     is_visible: Vec<bool>,
     starts: Vec<Point2>,
 }
@@ -151,7 +148,7 @@ impl World {
         self.frame.contains(cell) && self.is_visible[self.frame.number(cell)]
     }
 
-    /// The free cells that a robot can see from some place that it can reach, not through a crack.
+    /// The free cells that a robot can see from some place that it can reach.
     #[must_use]
     pub fn visible_cells(&self) -> usize {
         self.is_visible.iter().filter(|visible| **visible).count()
@@ -211,25 +208,8 @@ impl World {
         reached
     }
 
-    /// The free cells that belong to a free square of [`LEAST_GAP`] cells: the others are cracks.
-    fn open_cells(&self) -> Vec<bool> {
-        let mut open = vec![false; self.is_wall.len()];
-        let side = |at: Cell| {
-            let square = (0..LEAST_GAP).flat_map(|n| (0..LEAST_GAP).map(move |e| (e, n)));
-            let cells: Option<Vec<Cell>> =
-                square.map(|(east, north)| self.frame.beside(at, east, north)).collect();
-            cells.filter(|cells| cells.iter().all(|&cell| !self.is_wall(cell)))
-        };
-        for cell in self.frame.cells().filter_map(side).flatten() {
-            open[self.frame.number(cell)] = true;
-        }
-        open
-    }
-
-    /// What can be seen from where a robot gets to, but for what a crack alone shows.
     fn visible(&self) -> Vec<bool> {
-        let (reachable, open) = (self.reachable(), self.open_cells());
-        let is_open = |cell: Cell| open[self.frame.number(cell)];
+        let reachable = self.reachable();
         let mut visible = vec![false; self.is_wall.len()];
         let is_sample =
             |cell: &Cell| cell.row.is_multiple_of(EVERY) && cell.column.is_multiple_of(EVERY);
@@ -242,7 +222,7 @@ impl World {
                 let bearing = f32::from(n) / f32::from(BEARINGS) * std::f32::consts::TAU;
                 let (sin, cos) = bearing.sin_cos();
                 let end = Point2::new(from.x + REACH.0 * cos, from.y + REACH.0 * sin);
-                for seen in self.frame.line(from, end).take_while(|&cell| is_open(cell)) {
+                for seen in self.frame.line(from, end).take_while(|&cell| !self.is_wall(cell)) {
                     visible[self.frame.number(seen)] = true;
                 }
             }

@@ -1,7 +1,7 @@
 //! What must hold for `ours` in places that are narrow: gaps through which no robot flies, and corridors in
 //! which none passes another.
 
-use explorers::{Air, Outcome, Senses, Sensor, Setup, World, run};
+use explorers::{Air, Outcome, Senses, Setup, World, run};
 use frontier::RuleEntry;
 use robot_maps::{Cell, Occupancy};
 use units::Point2;
@@ -31,65 +31,24 @@ fn map([columns, rows]: [usize; 2], free: &[Free]) -> Occupancy {
 }
 
 fn explore(world: &World, robots: usize, seed: u64) -> Outcome {
-    explore_with(world, robots, seed, Sensor::Camera).0
-}
-
-fn explore_with(world: &World, robots: usize, seed: u64, sensor: Sensor) -> (Outcome, Occupancy) {
     let rule = RuleEntry::named("ours").expect("the rule").rule;
-    let (air, senses) = (Air::losing(0.1), Senses { sensor, drifts: false });
+    let (air, senses) = (Air::losing(0.1), Senses::default());
     let (death_s, apart_s, longest_s) = (None, None, 900.0);
-    run(&Setup { world, rule, robots, seed, air, senses, death_s, apart_s, longest_s })
+    run(&Setup { world, rule, robots, seed, air, senses, death_s, apart_s, longest_s }).0
 }
 
-/// A slit of 0.2 m through a wall of 0.7 m shows most of the second room; no robot flies through it, and what
-/// it shows need not be known. Robots with a camera look through it all the same. Explorations had stopped
-/// with frontiers beside which no robot came.
+/// A slit of 0.2 m through a wall of 0.7 m shows most of the second room; no robot flies through it.
+/// Explorations had stopped at 91 to 98 %, with frontiers beside which no robot came.
 #[test]
-fn robots_with_a_camera_look_through_a_slit_before_the_end() {
+fn what_is_seen_through_a_gap_is_explored_before_the_end() {
     let rooms = [[0.5, 0.5, 4.5, 4.5], [4.5, 2.3, 5.2, 2.5], [5.2, 1.0, 7.5, 4.0]];
     let world = place([90, 50], &rooms, Some(Point2::new(1.5, 2.0)));
     for robots in [1, 2] {
         for seed in 1..=5 {
-            let (outcome, map) = explore_with(&world, robots, seed, Sensor::Camera);
+            let outcome = explore(&world, robots, seed);
             assert!(outcome.stopped_s.is_some(), "{robots} robots, seed {seed}: no end");
-            let beyond = (52..75).flat_map(|column| (10..40).map(move |row| (column, row)));
-            let known = beyond.filter(|&(column, row)| map.cell(column, row) == Cell::Free).count();
-            assert!(known > 150, "{robots} robots, seed {seed}: {known} of 690 cells");
+            assert!(!outcome.premature_stop, "{robots} robots, seed {seed}: {}", outcome.explored);
         }
-    }
-}
-
-/// Two rows of columns across a hall, this wide and with gaps of so many cells between them; the robots
-/// begin where there is most room.
-fn hall_of_columns(column: usize, gap: usize, deep: usize) -> World {
-    let (columns, rows) = (100, 70);
-    let is_wall = |x: usize, y: usize| {
-        let is_edge = x == 0 || y == 0 || x == columns - 1 || y == rows - 1;
-        let is_row = (36..36 + deep).contains(&x) || (66..66 + deep).contains(&x);
-        is_edge || is_row && y % (column + gap) < column
-    };
-    let number = (0..rows).flat_map(|y| (0..columns).map(move |x| (x, y)));
-    let cells = number.map(|(x, y)| if is_wall(x, y) { Cell::Occupied } else { Cell::Free });
-    let map = Occupancy::new(columns, cells.collect(), RESOLUTION, [0.0; 3]);
-    World::of_map("a hall of columns", &map, None).expect("the robots have room")
-}
-
-/// Four beams meet a gap of 0.1 or 0.2 m by chance alone: with some seeds robots had stopped at 60 to 90 % of
-/// what could be seen through such gaps. What no robot gets to is no frontier. Through gaps of 0.3 m and more
-/// robots fly, and explore the whole hall.
-#[test]
-fn robots_with_four_beams_do_not_stop_early_in_a_hall_of_columns() {
-    for (column, gap, deep) in [(4, 1, 4), (6, 2, 3), (3, 1, 1), (9, 3, 2), (5, 4, 4), (8, 6, 6)] {
-        let world = hall_of_columns(column, gap, deep);
-        for seed in 1..=4 {
-            let (outcome, _) = explore_with(&world, 2, seed, Sensor::Rangers);
-            let at = format!("columns of {column} cells, gaps of {gap}, seed {seed}");
-            assert!(outcome.stopped_s.is_some(), "{at}: no end");
-            assert!(!outcome.premature_stop, "{at}: {}", outcome.explored);
-        }
-        // The part of the hall before the first row is 35 of 98 cells long.
-        let part = world.visible_cells() as f32 / (98.0 * 68.0);
-        assert_eq!(part > 0.5, gap >= 3, "gaps of {gap}: {part}");
     }
 }
 
