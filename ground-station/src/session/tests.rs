@@ -182,11 +182,11 @@ fn in_turn(stops: bool, delay: u64, orders: [Order; 2]) -> (Parameters, Fate) {
         base.talk(&mut session, at..at + 60, Speech::Steered);
     }
     base.talk(&mut session, 5_120..6_000, Speech::Steered);
-    let fates = session.take_news().into_iter().filter_map(|news| match news {
+    let mut fates = session.take_news().into_iter().filter_map(|news| match news {
         News::Order(order, fate) => Some((order, fate)),
         _ => None,
     });
-    let (order, fate) = fates.last().unwrap();
+    let (order, fate) = fates.next_back().unwrap();
     assert_eq!(order, orders[1]);
     (base.parameters, fate)
 }
