@@ -53,7 +53,6 @@ mod fork;
 mod gallery;
 mod margin;
 mod ranges;
-mod scan;
 mod spot;
 mod steer;
 mod trail;
