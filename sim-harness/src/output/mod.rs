@@ -1,6 +1,6 @@
 //! Files and pictures made from a [`crate::measure::trace::Trace`].
 //!
-//! [`write_all`] writes all files of the option `--out`. All output is a pure function of the
+//! [`TraceFiles`] writes all files of the option `--out`. All output is a pure function of the
 //! trace: the same mission gives the same bytes, on any machine and at any time.
 
 pub mod csv;
@@ -17,4 +17,4 @@ mod write;
 #[cfg(test)]
 pub(crate) use folder::tests::Scratch;
 pub use folder::{Folder, Staging, Streamed};
-pub use write::{OutputError, TraceFiles, put_picture, write_all, write_report};
+pub use write::{OutputError, TraceFiles, put_picture, write_report};

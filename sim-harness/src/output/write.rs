@@ -40,23 +40,6 @@ impl From<PictureError> for OutputError {
     }
 }
 
-/// Writes everything that is made of one mission: `summary.json`, `trace.csv`, `trace.mcap`,
-/// `report.html`, and `map`, `links` and `positions` as SVG and PNG.
-///
-/// # Errors
-/// [`OutputError::Input`] if a file cannot be written.
-pub fn write_all(
-    folder: &mut Folder,
-    trace: &Trace,
-    summary: &serde_json::Value,
-) -> Result<(), OutputError> {
-    let mut files = TraceFiles::begin(folder, trace)?;
-    for frame in &trace.frames {
-        files.frame(folder, trace, frame)?;
-    }
-    files.finish(folder, trace, summary)
-}
-
 /// `trace.csv` and `trace.mcap` of a mission that is still flown: each frame goes to the disk, so
 /// that a mission takes no more memory the longer it is.
 pub struct TraceFiles {
@@ -68,7 +51,7 @@ impl TraceFiles {
     /// Begins the files of a mission of which `trace` is the empty record.
     ///
     /// # Errors
-    /// As [`write_all`].
+    /// [`OutputError::Input`] if a file cannot be written.
     pub fn begin(folder: &Folder, trace: &Trace) -> Result<Self, OutputError> {
         let csv = csv::Table::new(folder.stream(CSV)?);
         let mcap = mcap::TraceFile::new(trace, folder.stream(MCAP)?);
@@ -81,7 +64,7 @@ impl TraceFiles {
     /// Writes one frame.
     ///
     /// # Errors
-    /// As [`write_all`].
+    /// As [`TraceFiles::begin`].
     pub fn frame(
         &mut self,
         folder: &Folder,
@@ -97,7 +80,7 @@ impl TraceFiles {
     /// Writes `summary.json`, ends both files, and writes the report and the pictures.
     ///
     /// # Errors
-    /// As [`write_all`].
+    /// As [`TraceFiles::begin`].
     pub fn finish(
         self,
         folder: &mut Folder,
@@ -121,7 +104,7 @@ const MCAP: &str = "trace.mcap";
 /// Writes `report.html`, and `map`, `links` and `positions` as SVG and PNG.
 ///
 /// # Errors
-/// As [`write_all`].
+/// As [`TraceFiles::begin`].
 pub fn write_report(
     folder: &mut Folder,
     trace: &Trace,
@@ -141,7 +124,7 @@ pub fn write_report(
 /// Writes a picture as `name.svg` and `name.png`.
 ///
 /// # Errors
-/// As [`write_all`].
+/// As [`TraceFiles::begin`].
 pub fn put_picture(folder: &mut Folder, name: &str, picture: &Picture) -> Result<(), OutputError> {
     let png = picture.png()?;
     folder.put_text(&format!("{name}.svg"), picture.svg())?;
@@ -168,7 +151,10 @@ mod tests {
 
     fn written(scratch: &Scratch, frames: usize) -> Vec<PathBuf> {
         let mut folder = Folder::open(&scratch.path().join("out")).unwrap();
-        write_all(&mut folder, &mission(frames), &json!({ "success": true })).unwrap();
+        let trace = mission(frames);
+        let mut files = TraceFiles::begin(&folder, &trace).unwrap();
+        trace.frames.iter().for_each(|frame| files.frame(&folder, &trace, frame).unwrap());
+        files.finish(&mut folder, &trace, &json!({ "success": true })).unwrap();
         folder.finish().unwrap()
     }
 

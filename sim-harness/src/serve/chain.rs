@@ -146,7 +146,7 @@ impl<W: World> Chain<W> {
     fn delete(&mut self, member: usize, blocks: &[u8], out: &mut Outbox<'_>) {
         for block in blocks {
             self.world.client(member, &delete(*block));
-            self.send(member, Asker::Nobody, out);
+            self.send(member, Asker::Server, out);
         }
     }
 

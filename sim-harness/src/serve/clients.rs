@@ -8,20 +8,14 @@
 
 use std::net::SocketAddr;
 
+use wire::crtp::Port;
+
 /// The most clients of a drone that answers at once. They share its 16 log blocks.
 pub(super) const MOST: usize = 4;
 
 /// The most addresses that are remembered because a newer client has their place.
 const DISPLACED: usize = 16;
 
-/// The port of the console, in the high half of a header.
-const CONSOLE: u8 = 0;
-/// The port of the log.
-const LOG: u8 = 5;
-/// The port of positions, and of the emergency stop of old clients.
-const LOCALISATION: u8 = 6;
-/// The port of the supervisor, to which an emergency stop is sent.
-const SUPERVISOR: u8 = 9;
 /// The log's channel of requests about blocks.
 const CONTROL: u8 = 1;
 /// The log's channel of rows.
@@ -37,7 +31,7 @@ const RESET: u8 = 5;
 const EXISTS: u8 = 17;
 
 /// A header of the log's requests about blocks, with the two bits that are always set.
-const CONTROL_HEADER: u8 = LOG << 4 | 0x0C | CONTROL;
+const CONTROL_HEADER: u8 = (Port::Log as u8) << 4 | 0x0C | CONTROL;
 
 /// How a datagram was taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,7 +51,7 @@ pub(super) enum Taken {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Asker {
     /// No client: the request was the server's own.
-    Nobody,
+    Server,
     /// The client that spoke last.
     Newest,
     /// The sender of the request.
@@ -121,7 +115,8 @@ impl Clients {
     /// Takes the sender of a packet as a client, and returns the drone's numbers of the log blocks of
     /// clients that are no more.
     pub(super) fn admit(&mut self, from: SocketAddr, packet: &[u8]) -> (Taken, Vec<u8>) {
-        if port(packet) == Some(LOCALISATION) {
+        // Positions, and the emergency stop of old clients.
+        if is_of(packet, Port::Localization) {
             return (Taken::NoClient, Vec::new());
         }
         if let Some((_, told)) = self.displaced.iter_mut().find(|(address, _)| *address == from) {
@@ -144,7 +139,7 @@ impl Clients {
 
     /// Whether a displaced client's packet is taken all the same: it may be an emergency stop.
     pub(super) fn is_open_to_all(packet: &[u8]) -> bool {
-        port(packet) == Some(SUPERVISOR)
+        is_of(packet, Port::Supervisor)
     }
 
     /// Removes the clients that are gone and, where there is no room for one more, the one that has
@@ -249,7 +244,7 @@ impl Clients {
         asker: Asker,
         send: &mut dyn FnMut(SocketAddr, &[u8]),
     ) {
-        if port(packet) == Some(CONSOLE) {
+        if is_of(packet, Port::Console) {
             return self.sessions.iter().for_each(|session| send(session.address, packet));
         }
         if self.are_apart() && is_log(packet, ROWS) {
@@ -259,7 +254,7 @@ impl Clients {
             return;
         }
         match asker {
-            Asker::Nobody => {}
+            Asker::Server => {}
             Asker::Newest => {
                 if let Some(session) = self.sessions.last() {
                     send(session.address, packet);
@@ -289,14 +284,14 @@ pub(super) const fn delete(number: u8) -> [u8; 3] {
 /// The answer to a client that has deleted all its blocks.
 pub(super) const IS_RESET: [u8; 4] = [CONTROL_HEADER, RESET, 0, 0];
 
-/// The port of a packet; `None` for one without a header.
-fn port(packet: &[u8]) -> Option<u8> {
-    packet.first().map(|header| header >> 4)
+/// Whether a packet is of this port, which stands in the high half of its header.
+fn is_of(packet: &[u8], port: Port) -> bool {
+    packet.first().is_some_and(|header| header >> 4 == port as u8)
 }
 
 /// Whether a packet is of this channel of the log.
 fn is_log(packet: &[u8], channel: u8) -> bool {
-    port(packet) == Some(LOG) && packet.first().is_some_and(|header| header & 3 == channel)
+    is_of(packet, Port::Log) && packet.first().is_some_and(|header| header & 3 == channel)
 }
 
 /// Whether a packet answers a request about a log block.

@@ -316,7 +316,7 @@ fn the_log_blocks_of_a_client_that_is_gone_are_deleted_when_the_next_one_comes()
     assert_eq!(to, [1, 1, 1, 2]);
 }
 
-/// However many blocks they ask for, and whoever comes and goes.
+/// It holds however many blocks the clients ask for, and in whichever order they come and go.
 #[test]
 fn a_client_that_fills_the_log_keeps_no_other_from_resetting_and_logging() {
     let creates: Vec<_> = (0..=u8::MAX).map(|block| [0x51, 6, block, 7, 0, 0]).collect();

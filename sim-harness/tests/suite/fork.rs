@@ -9,7 +9,7 @@ use std::path::Path;
 use sim_harness::measure::metrics::{Reference, RunMetrics, Watch};
 use sim_harness::measure::trace::Trace;
 use sim_harness::mission::{Mission, World};
-use sim_harness::output::{Folder, write_all};
+use sim_harness::output::{Folder, TraceFiles};
 use sim_harness::scenario::{Drones, Scenario, Spot, Start};
 use sim_harness::world::{SkeletonPlace, best_chain};
 use units::{NodeId, Point2};
@@ -150,7 +150,9 @@ fn table_map_and_report_show_both_branches() {
     // An older build may have left results without the mark of this one.
     let _ = std::fs::remove_dir_all(&target);
     let mut folder = Folder::open(&target).unwrap();
-    write_all(&mut folder, &trace, &serde_json::json!({})).unwrap();
+    let mut files = TraceFiles::begin(&folder, &trace).unwrap();
+    trace.frames.iter().for_each(|frame| files.frame(&folder, &trace, frame).unwrap());
+    files.finish(&mut folder, &trace, &serde_json::json!({})).unwrap();
     folder.finish().unwrap();
     let read = |name: &str| std::fs::read_to_string(target.join(name)).unwrap();
     let table = read("trace.csv");

@@ -51,7 +51,7 @@ fn console(net: &mut Net, node: usize, packet: &[u8], span: Duration) -> String 
 fn a_drone_on_the_ground_forgets_its_position_when_it_is_asked_to() {
     let mut drone = drone(Role::Head, MissionKind::Swarm);
     let at = |ms| Instant::from_millis(ms);
-    assert_eq!(seen(&drone, at(0)).1, f32::INFINITY, "nobody told where it is");
+    assert_eq!(seen(&drone, at(0)).1, f32::INFINITY, "no position was told yet");
     told(&mut drone, at(200), 3.0);
     let (x, variance) = seen(&drone, at(200));
     assert!(x == 3.0 && variance < 1e-3, "{x} {variance}");
