@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 use units::Dbm;
 
 use super::{Mission, Strengths, World};
-use crate::mission::medium::Medium;
+use crate::mission::medium::{Medium, Repeater};
 use crate::scenario::Scenario;
 use crate::world::SkeletonPlace;
 
@@ -77,11 +77,24 @@ impl<'a> Mission<'a> {
         }
     }
 
-    /// Has the intruder jam every packet of a member at all other members, and receive it nevertheless.
-    pub const fn jam_and_listen(&mut self) {
+    /// Has the intruder jam every packet of a member at all other members, and receive it nevertheless,
+    /// or stop doing so.
+    pub const fn jam_and_listen(&mut self, jams: bool) {
         if let Some(intruders) = &mut self.intruders {
-            intruders.jams = true;
+            intruders.jams = jams;
         }
+    }
+
+    /// Has pairs of the intruder's radios, each an ear, a mouth and the delay between them, µs, repeat
+    /// what they hear, and all others not.
+    pub fn repeat(&mut self, pairs: &[(usize, usize, u64)]) {
+        let first = self.members.len();
+        let repeater = |&(ear, mouth, delay_us): &(usize, usize, u64)| Repeater {
+            ear: first + ear,
+            mouth: first + mouth,
+            delay_us,
+        };
+        self.medium.repeat(&pairs.iter().map(repeater).collect::<Vec<_>>());
     }
 
     /// The strength of one member's signal at another, without noise.
