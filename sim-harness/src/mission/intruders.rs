@@ -85,16 +85,15 @@ impl<'a> Mission<'a> {
         }
     }
 
-    /// Has pairs of the intruder's radios, each an ear, a mouth and the delay between them, µs, repeat
-    /// what they hear, and all others not.
-    pub fn repeat(&mut self, pairs: &[(usize, usize, u64)]) {
+    /// Has these repeaters of the intruder, whose stations are counted from its first radio on, send
+    /// what they hear, and no others.
+    pub fn repeat(&mut self, repeaters: &[Repeater]) {
         let first = self.members.len();
-        let repeater = |&(ear, mouth, delay_us): &(usize, usize, u64)| Repeater {
-            ear: first + ear,
-            mouth: first + mouth,
-            delay_us,
+        let placed = |one: &Repeater| {
+            let (ear, mouth) = (first + one.ear, first + one.mouth);
+            Repeater { ear, mouth, ..*one }
         };
-        self.medium.repeat(&pairs.iter().map(repeater).collect::<Vec<_>>());
+        self.medium.repeat(&repeaters.iter().map(placed).collect::<Vec<_>>());
     }
 
     /// The strength of one member's signal at another, without noise.

@@ -95,15 +95,28 @@ struct Landed {
     receipts: Vec<(u64, Receipt)>,
 }
 
+/// Which originals a repeater jams, of the packets that it hears.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Jams {
+    /// None.
+    Nothing,
+    /// An original at each receiver that hears the copy more strongly.
+    Weaker,
+    /// All, at all receivers.
+    All,
+}
+
 /// A radio that sends what another radio hears.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Repeater {
-    /// The station that hears.
+    /// The station that hears, whatever else is on the air.
     pub ear: usize,
     /// The station that sends.
     pub mouth: usize,
     /// The time from the end of a packet to the beginning of its copy, µs.
     pub delay_us: u64,
+    /// The originals that do not arrive.
+    pub jams: Jams,
 }
 
 /// The air.
@@ -205,17 +218,34 @@ impl Medium {
         self.repeaters = repeaters.to_vec();
     }
 
-    /// Sends a packet that has come off the air once more from the repeaters that have heard it.
-    fn echo(&mut self, packet: &Transmission) {
+    /// Sends a packet that has come off the air once more from the repeaters that are in its reach, and
+    /// takes it from those at whom they jam it. An ear is better than a drone's radio: nothing on the
+    /// air keeps it from hearing, and no packet is lost there by chance.
+    fn echo(&mut self, packet: &Transmission, ether: &mut impl Ether) {
         let Transmission { from, length, data, end_us, .. } = *packet;
         if self.repeaters.iter().any(|repeater| repeater.mouth == from) {
             return;
         }
         for at in 0..self.repeaters.len() {
-            let Repeater { ear, mouth, delay_us } = self.repeaters[at];
-            if self.heard.iter().any(|receipt| receipt.by == ear) {
-                self.inject(mouth, end_us + delay_us.max(timing::RAMP_UP_US), &data[..length]);
+            let Repeater { ear, mouth, delay_us, jams } = self.repeaters[at];
+            let reception = self.config.reception;
+            if !ether.strength(from, ear).is_some_and(|strength| reception.reaches(strength)) {
+                continue;
             }
+            self.inject(mouth, end_us + delay_us.max(timing::RAMP_UP_US), &data[..length]);
+            let is_radio = |station| {
+                self.repeaters.iter().any(|other| [other.ear, other.mouth].contains(&station))
+            };
+            self.heard.retain(|receipt| {
+                is_radio(receipt.by)
+                    || match jams {
+                        Jams::Nothing => true,
+                        Jams::Weaker => {
+                            ether.strength(mouth, receipt.by).is_none_or(|copy| copy < receipt.rssi)
+                        }
+                        Jams::All => false,
+                    }
+            });
         }
     }
 
@@ -315,7 +345,7 @@ impl Medium {
                 Err(loss) => self.tally.lose(loss),
             }
         }
-        self.echo(packet);
+        self.echo(packet, ether);
         self.on_air.forget(end_us);
         if self.config.arrives == Arrives::AtAntenna {
             self.arriving = data;

@@ -7,10 +7,12 @@
 use agent::{ChainDuty, Duty, LandReason, State};
 use rayon::prelude::*;
 use serde_json::{Value, json};
+use units::Metres;
 
 use super::{has_neighbours, link_errors, mean};
 use crate::input_error::InputError;
 use crate::mission::medium::timing::RAMP_UP_US;
+use crate::mission::medium::{Jams, Repeater};
 use crate::mission::{Linked, Mission, ROUND_US, World};
 use crate::scenario::{Changes, Scenario};
 use crate::world::SkeletonPlace;
@@ -20,15 +22,18 @@ pub const SCENARIO: &str = "demo";
 /// The time at which the operator calls the chain home, and the length of the mission, µs.
 const CALLED_US: u64 = 230_000_000;
 const SPAN_US: u64 = 480_000_000;
-/// The chain stretches from the beginning to about this moment, and then stands, µs.
-const STRETCHED_US: u64 = 110_000_000;
+/// The pilot releases the stick, and a while later the chain stands, µs. In `demo` the head flies on
+/// almost to the call home.
+const RELEASED_US: u64 = 110_000_000;
+const STANDS_US: u64 = 130_000_000;
 /// The length of an attack in the middle of a mission, µs.
 const MIDDLE_US: u64 = 50_000_000;
-/// The time for which a packet is on the air, about, µs: a copy is late by no more than it is to be.
-const AIR_US: u64 = 250;
+/// A copy is played so much later after the end of a packet, µs, as not to collide with what the same
+/// drone sends in the same turn of a later frame. It is still in its turn, in both directions together.
+const BESIDE_US: u64 = 450;
 /// A drone that has landed within this of the base is at home, m: the row of four drones at the mouth,
 /// and as much again.
-const HOME_M: f32 = 3.0;
+const HOME_M: f32 = 5.0;
 
 /// When an attack goes on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,7 +47,7 @@ impl When {
     /// While the chain stretches.
     const STRETCHING: Self = Self { from_us: 40_000_000, until_us: 40_000_000 + MIDDLE_US };
     /// While the chain stands.
-    const STANDING: Self = Self { from_us: STRETCHED_US, until_us: STRETCHED_US + MIDDLE_US };
+    const STANDING: Self = Self { from_us: STANDS_US, until_us: STANDS_US + MIDDLE_US };
     /// From the middle on to the end.
     const TO_THE_END: Self = Self { from_us: 40_000_000, until_us: u64::MAX };
 
@@ -77,19 +82,21 @@ enum Means {
 struct Siege {
     means: Means,
     when: When,
+    /// The scenario's `retreat.longest_m`, where it is not the default.
+    longest_m: Option<f32>,
 }
 
 /// A wormhole between these places.
 const fn wormhole(places_m: [f32; 2], jams: bool, when: When) -> Siege {
-    Siege { means: Means::Wormhole { places_m, delay_us: RAMP_UP_US, jams }, when }
+    Siege { means: Means::Wormhole { places_m, delay_us: RAMP_UP_US, jams }, when, longest_m: None }
 }
 
 const fn hold(by_ms: u64, when: When) -> Siege {
-    Siege { means: Means::Hold { by_us: by_ms * 1_000 }, when }
+    Siege { means: Means::Hold { by_us: by_ms * 1_000 }, when, longest_m: None }
 }
 
-const SIEGES: [Siege; 18] = [
-    Siege { means: Means::Nothing { relays: 1 }, when: When::ALWAYS },
+const SIEGES: [Siege; 20] = [
+    Siege { means: Means::Nothing { relays: 1 }, when: When::ALWAYS, longest_m: None },
     hold(1_000, When::STRETCHING),
     hold(1_000, When::STANDING),
     hold(1_000, When::TO_THE_END),
@@ -97,27 +104,32 @@ const SIEGES: [Siege; 18] = [
     hold(500, When::ALWAYS),
     hold(1_000, When::ALWAYS),
     hold(1_800, When::ALWAYS),
-    Siege { means: Means::Nothing { relays: 3 }, when: When::ALWAYS },
+    Siege { means: Means::Nothing { relays: 3 }, when: When::ALWAYS, longest_m: None },
     wormhole([2.0, 10.0], false, When::ALWAYS),
     wormhole([2.0, 10.0], true, When::ALWAYS),
+    wormhole([2.0, 10.0], true, When::ALWAYS).with_longest(9.0),
     wormhole([2.0, 10.0], true, When::STRETCHING),
     wormhole([2.0, 10.0], true, When::STANDING),
+    wormhole([2.0, 20.0], true, When::ALWAYS),
+    wormhole([2.0, 20.0], true, When::ALWAYS).with_longest(9.0),
     wormhole([2.0, 20.0], true, When::STRETCHING),
     wormhole([2.0, 20.0], true, When::STANDING),
     wormhole([10.0, 20.0], true, When::STRETCHING),
     wormhole([10.0, 20.0], true, When::STANDING),
-    Siege {
-        means: Means::Wormhole { places_m: [2.0, 20.0], delay_us: 400, jams: false },
-        when: When::ALWAYS,
-    },
 ];
 
 /// The number of rows.
 pub const COUNT: usize = SIEGES.len();
 
 impl Siege {
+    /// The same against drones that make no link longer than this.
+    const fn with_longest(self, longest_m: f32) -> Self {
+        Self { longest_m: Some(longest_m), ..self }
+    }
+
     fn name(&self) -> String {
-        let when = self.when.name();
+        let limit = self.longest_m.map(|m| format!(", `longest_m = {m}`")).unwrap_or_default();
+        let when = format!("{}{limit}", self.when.name());
         match self.means {
             Means::Nothing { relays: 1 } => "none, one relay".into(),
             Means::Nothing { relays } => format!("none, {relays} relays"),
@@ -144,7 +156,7 @@ impl Siege {
     /// either place.
     fn radios_m(&self) -> Vec<f32> {
         match self.means {
-            Means::Nothing { .. } | Means::Hold { .. } => vec![4.0, 4.0],
+            Means::Nothing { .. } | Means::Hold { .. } => vec![7.0, 7.0],
             Means::Wormhole { places_m: [near, far], .. } => vec![near, near, far, far],
         }
     }
@@ -156,14 +168,15 @@ impl Siege {
         match self.means {
             Means::Nothing { .. } => {}
             Means::Hold { by_us } => {
-                let pairs = [(0, 1, by_us - AIR_US)];
-                mission.repeat(if is_on { &pairs } else { &[] });
-                mission.jam_and_listen(is_on);
+                let delay_us = by_us + BESIDE_US;
+                let all = [Repeater { ear: 0, mouth: 1, delay_us, jams: Jams::All }];
+                mission.repeat(if is_on { &all } else { &[] });
             }
             Means::Wormhole { delay_us, jams, .. } => {
-                let pairs = [(0, 3, delay_us), (2, 1, delay_us)];
-                mission.repeat(if is_on { &pairs } else { &[] });
-                mission.jam_and_listen(is_on && jams);
+                let jams = if jams { Jams::Weaker } else { Jams::Nothing };
+                let both = [(0, 3), (2, 1)];
+                let both = both.map(|(ear, mouth)| Repeater { ear, mouth, delay_us, jams });
+                mission.repeat(if is_on { &both } else { &[] });
             }
         }
     }
@@ -222,15 +235,17 @@ impl Row {
 /// # Errors
 /// [`InputError`] if the built-in scenario cannot be read.
 pub fn run(runs: usize, seed: u64, after_each: impl Fn() + Sync) -> Result<Vec<Row>, InputError> {
-    let scenarios = [1, 3].map(besieged);
-    let [pair, chain] = scenarios;
-    let (pair, chain) = (pair?, chain?);
+    let (pair, chain) = (besieged(1)?, besieged(3)?);
     let worlds = [World::of(&pair), World::of(&chain)];
     let fly_all = |siege: &Siege| -> Vec<End> {
         let is_pair = siege.relays() == 1;
         let (scenario, world) = if is_pair { (&pair, &worlds[0]) } else { (&chain, &worlds[1]) };
+        let mut scenario = scenario.clone();
+        if let Some(longest_m) = siege.longest_m {
+            scenario.agent.retreat.longest = Metres(longest_m);
+        }
         let one = |n| {
-            let end = fly(scenario, world, siege, seed.wrapping_add(n));
+            let end = fly(&scenario, world, siege, seed.wrapping_add(n));
             after_each();
             end
         };
@@ -250,6 +265,9 @@ fn besieged(relays: usize) -> Result<Scenario, InputError> {
     let changes = Changes { relays: Some(relays), ..Changes::default() };
     let mut scenario = Scenario::open_with(SCENARIO, &changes)?;
     scenario.duration_us = SPAN_US;
+    if let Some(hover) = scenario.pilot.get_mut(1) {
+        hover.at_us = RELEASED_US;
+    }
     Ok(scenario)
 }
 
