@@ -50,8 +50,9 @@ pub enum Event {
         counter: Counter,
         /// The report itself.
         report: Report,
-        /// The strength at which the sender's last packet in its turn was received.
-        rssi: Dbm,
+        /// The strength at which this packet was received; `None` where it came later than the
+        /// sender's packets do or out of its turn, so that it may have been held back.
+        rssi: Option<Dbm>,
     },
     /// A node is present.
     Beacon {

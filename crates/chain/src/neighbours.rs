@@ -25,8 +25,9 @@ pub const MAX_NEIGHBOURS: usize = 15;
 pub struct Heard {
     /// The report.
     pub report: Report,
-    /// The strength with which it was received.
-    pub rssi: Dbm,
+    /// The strength with which it was received; `None` where that tells nothing of the link: the packet
+    /// came later than the sender's packets do, so that it may have been held back and sent again.
+    pub rssi: Option<Dbm>,
     /// The strength with which its sender received this drone's last packet, if one came since the
     /// sender's report before.
     pub reverse: Option<Dbm>,
@@ -37,17 +38,22 @@ pub struct Heard {
 pub struct Neighbour {
     /// The last report of the drone.
     pub report: Report,
-    /// The strength of its last packet.
+    /// The strength of its last packet that was measured.
     pub raw: Dbm,
     heard_at: Instant,
     /// What this drone has flown towards it since then.
     approached: Metres,
+    /// How many of its reports have come without a strength since the last one with one.
+    unmeasured: u8,
     filter: LinkFilter,
 }
 
 /// A drone of the chain that has been silent for longer is taken to be gone: of fades that last 3 s on
 /// average, the longest that are drawn, one in 800 lasts longer. Our own number.
 const GONE_AFTER: Duration = Duration::from_secs(20);
+/// Reports without a strength, one after the other, after which the strength of a link is taken to be
+/// reckoned only: a second's. Our own number.
+const RECKONED: u8 = 5;
 /// The part of the distance to a silent drone that this drone may fly towards it: if the silent drone does
 /// the same, two fifths of the distance are left between them, for what the distance is wrong by.
 const APPROACH: f32 = 0.3;
@@ -57,6 +63,13 @@ impl Neighbour {
     #[must_use]
     pub fn rssi(&self) -> Dbm {
         self.filter.rssi().unwrap_or(self.raw)
+    }
+
+    /// Whether the strength of the link is only reckoned by what both drones have flown: so many
+    /// reports in a row have come without one.
+    #[must_use]
+    pub const fn is_reckoned(&self) -> bool {
+        self.unmeasured >= RECKONED
     }
 
     /// Whether this drone has flown so far towards it, since it was last heard, that the two might
@@ -168,9 +181,10 @@ impl Neighbours {
         }
     }
 
-    /// Processes one received report. A drone's own echo, a packet without a strength, and a report
-    /// older than the last one of its sender change nothing; when the table is full, the drone that
-    /// has been silent for longest is removed.
+    /// Processes one received report. A drone's own echo, a packet without a strength of a drone that
+    /// is not known, and a report older than the last one of its sender change nothing;
+    /// when the table is full, the drone that has been silent for longest is removed. The link of a
+    /// report without a strength is moved on by what both drones have flown.
     pub fn hear(
         &mut self,
         me: NodeId,
@@ -180,7 +194,8 @@ impl Neighbours {
         lost_after: Duration,
     ) {
         let Heard { report, rssi, reverse } = *heard;
-        if report.from == me || !rssi.0.is_finite() {
+        let measured = rssi.filter(|rssi| rssi.0.is_finite());
+        if report.from == me || rssi.is_some() && measured.is_none() {
             return;
         }
         if let Some(known) = self.all.iter_mut().find(|n| n.report.from == report.from) {
@@ -190,29 +205,36 @@ impl Neighbours {
             }
             // An antenna on the ground loses some 10 dB, which are no sign of a way.
             let has_risen = known.report.phase.is_low() && !report.phase.is_low();
-            if was_lost || has_risen {
+            if (was_lost || has_risen) && measured.is_some() {
                 known.filter.reset();
             }
             let elapsed = now.since(known.heard_at);
             let peer = way_since(&known.report, &report, elapsed);
             let peer = if report.from < me { peer } else { -peer };
             known.filter.separate(smoothing, Separation { own: Metres::ZERO, peer });
-            known.filter.update(smoothing, rssi);
+            if let Some(rssi) = measured {
+                known.filter.update(smoothing, rssi);
+                known.raw = rssi;
+            }
             if let (Smoothing::Slopes(config), Some(reverse)) = (smoothing, reverse)
                 && config.hears_both_ends
             {
                 known.filter.update(smoothing, reverse);
             }
+            known.unmeasured = match measured.or(reverse) {
+                Some(_) => 0,
+                None => known.unmeasured.saturating_add(1),
+            };
             known.report = report;
-            known.raw = rssi;
             known.heard_at = now;
             known.approached = Metres::ZERO;
             return;
         }
+        let Some(raw) = measured else { return };
         let mut filter = LinkFilter::new();
-        filter.update(smoothing, rssi);
+        filter.update(smoothing, raw);
         let approached = Metres::ZERO;
-        let newcomer = Neighbour { report, raw: rssi, heard_at: now, approached, filter };
+        let newcomer = Neighbour { report, raw, heard_at: now, approached, unmeasured: 0, filter };
         if let Err(newcomer) = self.all.push(newcomer)
             && let Some(oldest) = self.all.iter_mut().min_by_key(|n| n.heard_at)
         {

@@ -31,6 +31,9 @@ pub struct RetreatConfig {
     pub max_time: Duration,
     /// The longest distance of a retreat.
     pub max_distance: Metres,
+    /// The longest link by the odometers of both its ends: a drone does not fly to make one longer,
+    /// however strong it is.
+    pub longest: Metres,
     /// The time for which the drone goes on with its mission after a retreat that did not improve a
     /// weak link, before it retreats again.
     pub rest: Duration,
@@ -39,7 +42,7 @@ pub struct RetreatConfig {
 impl RetreatConfig {
     /// The constants: the limits are from the authors' firmware (`tunnel_config.h`). The bounds are
     /// half a minute and the longest hop that a 2.4 GHz link makes round one corner, about 6 m at
-    /// 0.2 m/s.
+    /// 0.2 m/s. The longest link is the farthest hop of such a link underground, 30 m.
     pub const DEFAULT: Self = Self {
         limit: Dbm(-65.0),
         hysteresis: Db(2.0),
@@ -48,6 +51,7 @@ impl RetreatConfig {
         speed: MetresPerSecond(0.2),
         max_time: Duration::from_secs(30),
         max_distance: Metres(6.0),
+        longest: Metres(30.0),
         rest: Duration::from_secs(10),
     };
 

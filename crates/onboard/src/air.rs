@@ -36,7 +36,7 @@ pub(crate) fn report_from_air(
     from: NodeId,
     counter: p2p::Counter,
     report: &p2p::Report,
-    rssi: Dbm,
+    rssi: Option<Dbm>,
 ) -> Heard {
     let named = report.heard.iter().find(|heard| heard.node == me && heard.is_new);
     let reverse = named.map(|heard| heard.rssi);
@@ -189,9 +189,9 @@ mod tests {
             let heard = p2p::Message::decode(message.kind(), &body[..length]).unwrap();
             let p2p::Message::Report(heard) = heard else { panic!("{heard:?}") };
             let counter = p2p::Counter::new(p2p::Epoch::FIRST, 9).unwrap();
-            let heard = report_from_air(NodeId(1), NodeId(2), counter, &heard, Dbm(-60.0));
+            let heard = report_from_air(NodeId(1), NodeId(2), counter, &heard, Some(Dbm(-60.0)));
             assert_eq!(heard.report, outputs.report);
-            assert_eq!((heard.rssi, heard.reverse), (Dbm(-60.0), None));
+            assert_eq!((heard.rssi, heard.reverse), (Some(Dbm(-60.0)), None));
         }
     }
 
@@ -211,8 +211,8 @@ mod tests {
         report.heard = entries.into_iter().collect();
         let expected = [(1, Some(Dbm(-61.0))), (3, None), (4, None), (5, Some(Dbm(-83.0)))];
         for (me, reverse) in expected {
-            let heard = report_from_air(NodeId(me), NodeId(2), counter, &report, Dbm(-60.0));
-            assert_eq!((heard.rssi, heard.reverse), (Dbm(-60.0), reverse), "by node {me}");
+            let heard = report_from_air(NodeId(me), NodeId(2), counter, &report, Some(Dbm(-60.0)));
+            assert_eq!((heard.rssi, heard.reverse), (Some(Dbm(-60.0)), reverse), "by node {me}");
         }
     }
 

@@ -29,14 +29,14 @@ use crate::words::{Reader, Words, Writer, whole};
 /// The name of the probe's symbol.
 pub const SYMBOL: &str = "UCHAIN_PROBE";
 /// The version of the layout.
-pub const VERSION: u32 = 6;
+pub const VERSION: u32 = 7;
 
 /// Words of the flight code's status at most.
 pub const FLIGHT: usize = 20;
 /// Words of an order's number.
 pub const ORDER: usize = 2;
 /// Words of a round at most.
-pub const ROUND: usize = 92 + REPORTS * 23 + TOLD * 16;
+pub const ROUND: usize = 92 + REPORTS * 24 + TOLD * 16;
 
 /// The probe, as it lies in memory.
 #[repr(C)]
@@ -271,7 +271,7 @@ mod tests {
             calls: true,
             is_uneven: true,
         };
-        let heard = [Heard { report, rssi: Dbm(-61.7), reverse: Some(Dbm(-62.9)) }; REPORTS];
+        let heard = [Heard { report, rssi: Some(Dbm(-61.7)), reverse: Some(Dbm(-62.9)) }; REPORTS];
         let payload = Payload::new(&[7; Payload::MOST]).unwrap();
         let at = Instant::from_micros(1 << 33);
         let told = [Told { from: NodeId(3), at, rssi: Dbm(-70.5), payload }; TOLD];

@@ -20,6 +20,7 @@ use super::{
 };
 use crate::bodies::emulated::Firmware;
 use crate::input_error::InputError;
+use crate::measure::bench::attacks::sieges;
 use crate::measure::bench::{attacks, estimator, faults, junctions, link, throughput};
 use crate::mission::medium::PRESETS;
 use crate::scenario::Fidelity;
@@ -479,10 +480,12 @@ fn junctions_bench(args: &BenchArgs, missed: &mut Vec<String>) -> Result<(String
 /// Packets that a drone should have refused are added to `missed`.
 fn attacks_bench(args: &BenchArgs, missed: &mut Vec<String>) -> Result<(String, Value), Trouble> {
     let count = runs(args.runs.unwrap_or(10))?;
-    let progress = Progress::new((attacks::COUNT * count) as u64, args.common.quiet);
+    let total = (attacks::COUNT + sieges::COUNT) * count;
+    let progress = Progress::new(total as u64, args.common.quiet);
     progress.say("missions");
     let rows = attacks::run(count, args.common.seed, || progress.step())?;
     missed.extend(attacks::missed(&rows));
+    let besieged = sieges::run(count, args.common.seed, || progress.step())?;
     drop(progress);
     let mut table = format!(
         "attacks: {}, flight level, {count} missions a row\n\n  {:40} {:>8} {:>8} {:>5} {:>5}  \
@@ -502,5 +505,33 @@ fn attacks_bench(args: &BenchArgs, missed: &mut Vec<String>) -> Result<(String, 
             row.attack, row.packets, row.accepted, row.link_error_db, row.displaced_m, row.effect
         );
     }
-    Ok((table, rows.iter().map(attacks::Row::json).collect()))
+    let _ = writeln!(
+        table,
+        "\nsieges: {}, point level, {count} missions a row\n\n  {:76} {:>8} {:>5} {:>12} {:>11} {:>13} \
+         {:>6} {:>5} {:>7}",
+        sieges::SCENARIO,
+        "siege",
+        "accepted",
+        "dB",
+        "m",
+        "missed, s",
+        "weakest, dBm",
+        "holds",
+        "home",
+        "touches",
+    );
+    for row in &besieged {
+        let [moved, most] = row.displaced_m;
+        let [deaf, deafest] = row.deaf_s;
+        let [weak, weakest] = row.weakest_dbm;
+        let _ = writeln!(
+            table,
+            "  {:76} {:>8} {:>5.1} {moved:>5.1} {most:>6.1} {deaf:>5.1} {deafest:>5.1} {weak:>6.1} {weakest:>6.1} \
+             {:>6} {:>5} {:>7}",
+            row.siege, row.accepted, row.link_error_db, row.holds, row.home, row.touches,
+        );
+    }
+    let rows: Vec<Value> = rows.iter().map(attacks::Row::json).collect();
+    let besieged: Vec<Value> = besieged.iter().map(sieges::Row::json).collect();
+    Ok((table, json!({ "attacks": rows, "sieges": besieged })))
 }

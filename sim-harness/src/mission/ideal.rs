@@ -231,7 +231,7 @@ impl Mission<'_> {
             let reverse = ideal.unnamed[to * ideal.count + from].take();
             if let (Some(rssi), Onboard::Hosted(hosted)) = (heard, &mut member.onboard) {
                 ideal.unnamed[from * ideal.count + to] = Some(rssi);
-                hosted.hear(now_us, Heard { report, rssi, reverse });
+                hosted.hear(now_us, Heard { report, rssi: Some(rssi), reverse });
             }
         }
     }

@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 use units::Dbm;
 
 use super::{Mission, Strengths, World};
-use crate::mission::medium::Medium;
+use crate::mission::medium::{Medium, Repeater};
 use crate::scenario::Scenario;
 use crate::world::SkeletonPlace;
 
@@ -77,11 +77,23 @@ impl<'a> Mission<'a> {
         }
     }
 
-    /// Has the intruder jam every packet of a member at all other members, and receive it nevertheless.
-    pub const fn jam_and_listen(&mut self) {
+    /// Has the intruder jam every packet of a member at all other members, and receive it nevertheless,
+    /// or stop doing so.
+    pub const fn jam_and_listen(&mut self, jams: bool) {
         if let Some(intruders) = &mut self.intruders {
-            intruders.jams = true;
+            intruders.jams = jams;
         }
+    }
+
+    /// Has these repeaters of the intruder, whose stations are counted from its first radio on, send
+    /// what they hear, and no others.
+    pub fn repeat(&mut self, repeaters: &[Repeater]) {
+        let first = self.members.len();
+        let placed = |one: &Repeater| {
+            let (ear, mouth) = (first + one.ear, first + one.mouth);
+            Repeater { ear, mouth, ..*one }
+        };
+        self.medium.repeat(&repeaters.iter().map(placed).collect::<Vec<_>>());
     }
 
     /// The strength of one member's signal at another, without noise.

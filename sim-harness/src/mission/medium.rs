@@ -17,7 +17,8 @@
 //!
 //! A station that is not on the air is not heard, but any station may be on it: an attacker is a station like
 //! the others, at a place that its `Ether` knows, whose bytes are not checked
-//! ([`Medium::inject`], [`Medium::jam`]).
+//! ([`Medium::inject`], [`Medium::jam`]), and may repeat what it hears at another place
+//! ([`Medium::repeat`]).
 
 mod chip;
 mod config;
@@ -94,6 +95,30 @@ struct Landed {
     receipts: Vec<(u64, Receipt)>,
 }
 
+/// Which originals a repeater jams, of the packets that it hears.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Jams {
+    /// None.
+    Nothing,
+    /// An original at each receiver that hears the copy more strongly.
+    Weaker,
+    /// All, at all receivers.
+    All,
+}
+
+/// A radio that sends what another radio hears.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Repeater {
+    /// The station that hears, whatever else is on the air.
+    pub ear: usize,
+    /// The station that sends.
+    pub mouth: usize,
+    /// The time from the end of a packet to the beginning of its copy, µs.
+    pub delay_us: u64,
+    /// The originals that do not arrive.
+    pub jams: Jams,
+}
+
 /// The air.
 pub struct Medium {
     config: MediumConfig,
@@ -106,6 +131,7 @@ pub struct Medium {
     pending: BinaryHeap<Reverse<Pending>>,
     on_air: OnAir,
     landed: Vec<Landed>,
+    repeaters: Vec<Repeater>,
     /// The number of packets that were handed in.
     handed: u64,
     /// When something happens next.
@@ -134,6 +160,7 @@ impl Medium {
             pending: BinaryHeap::new(),
             on_air: OnAir::default(),
             landed: Vec::new(),
+            repeaters: Vec::new(),
             handed: 0,
             next_us: None,
             arriving: [0; MAX_P2P],
@@ -183,6 +210,43 @@ impl Medium {
     /// stronger.
     pub fn jam(&mut self, from: usize, start_us: u64, until_us: u64) {
         self.on_air.put(Transmission::carrier(from, start_us, until_us));
+    }
+
+    /// Has these repeaters, and no others, send what they hear from now on. No repeater repeats
+    /// another one.
+    pub fn repeat(&mut self, repeaters: &[Repeater]) {
+        self.repeaters = repeaters.to_vec();
+    }
+
+    /// Sends a packet that has come off the air once more from the repeaters that are in its reach, and
+    /// takes it from those at whom they jam it. An ear is better than a drone's radio: nothing on the
+    /// air keeps it from hearing, and no packet is lost there by chance.
+    fn echo(&mut self, packet: &Transmission, ether: &mut impl Ether) {
+        let Transmission { from, length, data, end_us, .. } = *packet;
+        if self.repeaters.iter().any(|repeater| repeater.mouth == from) {
+            return;
+        }
+        for at in 0..self.repeaters.len() {
+            let Repeater { ear, mouth, delay_us, jams } = self.repeaters[at];
+            let reception = self.config.reception;
+            if !ether.strength(from, ear).is_some_and(|strength| reception.reaches(strength)) {
+                continue;
+            }
+            self.inject(mouth, end_us + delay_us.max(timing::RAMP_UP_US), &data[..length]);
+            let is_radio = |station| {
+                self.repeaters.iter().any(|other| [other.ear, other.mouth].contains(&station))
+            };
+            self.heard.retain(|receipt| {
+                is_radio(receipt.by)
+                    || match jams {
+                        Jams::Nothing => true,
+                        Jams::Weaker => {
+                            ether.strength(mouth, receipt.by).is_none_or(|copy| copy < receipt.rssi)
+                        }
+                        Jams::All => false,
+                    }
+            });
+        }
     }
 
     /// When something happens next on the way of a packet; `None` while there is none.
@@ -281,6 +345,7 @@ impl Medium {
                 Err(loss) => self.tally.lose(loss),
             }
         }
+        self.echo(packet, ether);
         self.on_air.forget(end_us);
         if self.config.arrives == Arrives::AtAntenna {
             self.arriving = data;

@@ -79,7 +79,7 @@ fn flight_report(sample: &Sample, relay: usize, last: usize, sequence: u16) -> O
         _ => return None,
     };
     let report = plain_report(number(from), sequence, from == last);
-    Some(Heard { report, rssi: sample.rssi, reverse: None })
+    Some(Heard { report, rssi: Some(sample.rssi), reverse: None })
 }
 
 fn strength(sample: &Sample) -> Option<(u8, Dbm)> {
@@ -180,7 +180,7 @@ impl OtherEnd {
         self.report.sequence = self.report.sequence.wrapping_add(1);
         self.report.velocity = velocity;
         self.report.odometer += velocity * dt;
-        Heard { report: self.report, rssi: sample.rssi, reverse: None }
+        Heard { report: self.report, rssi: Some(sample.rssi), reverse: None }
     }
 }
 

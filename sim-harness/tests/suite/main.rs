@@ -1,5 +1,6 @@
 //! The simulator and its command, each part by itself.
 
+mod attacks;
 mod cave;
 mod changed_branch;
 mod cli;

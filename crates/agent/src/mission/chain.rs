@@ -153,7 +153,8 @@ impl Chain {
         let in_air = heard.iter().map(|heard| {
             let lift = config.perch.lift(round.phase, heard.report.phase);
             let reverse = heard.reverse.map(|rssi| rssi + lift);
-            Heard { rssi: heard.rssi + lift, reverse, ..*heard }
+            let rssi = heard.rssi.map(|rssi| rssi + lift);
+            Heard { rssi, reverse, ..*heard }
         });
         self.neighbours.listen(round.id, round.now, (velocity, dt), in_air, smoothing, lost_after);
         self.ends = self.neighbours.ends(round.id, round.now, lost_after);

@@ -132,7 +132,7 @@ fn packet() -> impl Strategy<Value = Heard> {
                 signpost,
                 recall,
             };
-            Heard { report, rssi: Dbm(rssi), reverse: reverse.map(Dbm) }
+            Heard { report, rssi: Some(Dbm(rssi)), reverse: reverse.map(Dbm) }
         })
 }
 

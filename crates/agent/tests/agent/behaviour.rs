@@ -86,6 +86,35 @@ fn the_head_slows_down_before_its_link_breaks() {
     assert_eq!(speed, -0.2, "home is always free");
 }
 
+/// A radio between head and base that repeats their packets is as strong as a near drone. The head flew
+/// on for as long as it heard it.
+#[test]
+fn a_head_makes_no_link_longer_than_the_longest() {
+    let mut rig = Rig::on_duty(Role::Head);
+    let forward = air().without(0).link(BASE, -50.0).flow(Some(0.4));
+    rig.during(60.0, &forward);
+    assert_eq!(flown(rig.step(&forward).setpoint), Some((0.2, 0.3)), "24 m in");
+    rig.during(20.0, &forward);
+    assert_eq!(flown(rig.step(&forward).setpoint), Some((0.0, 0.3)), "32 m in");
+    let backward = forward.order(Order::explore(MetresPerSecond(-0.2)));
+    assert_eq!(flown(rig.step(&backward).setpoint), Some((-0.2, 0.3)));
+}
+
+/// Packets that were held back tell what they say, but not how strong the link is.
+#[test]
+fn a_head_stands_while_its_link_is_not_measured() {
+    let mut rig = Rig::on_duty(Role::Head);
+    let good = air().without(0).link(BASE, -50.0);
+    let held = good.clone().link(BASE, f32::NAN);
+    rig.during(0.8, &held);
+    assert_eq!(flown(rig.step(&good).setpoint), Some((0.2, 0.3)), "a packet or two may be late");
+    rig.during(1.0, &held);
+    assert_eq!(flown(rig.step(&held).setpoint), Some((0.0, 0.3)));
+    let backward = held.order(Order::explore(MetresPerSecond(-0.2)));
+    assert_eq!(flown(rig.step(&backward).setpoint), Some((-0.2, 0.3)));
+    assert_eq!(flown(rig.step(&good).setpoint), Some((0.2, 0.3)));
+}
+
 /// Whether head or relay does its ordinary part.
 fn is_at_place(state: State) -> bool {
     use ChainDuty::{Leading, Relaying};

@@ -210,10 +210,10 @@ impl Rig {
     }
 }
 
-/// A packet of this number.
+/// A packet of this number; NaN is a strength that was not measured.
 pub(crate) fn heard(from: u8, sequence: u16, phase: Phase, rssi: f32) -> Heard {
     let report = Report::plain(NodeId(from), sequence, phase);
-    Heard { report, rssi: Dbm(rssi), reverse: None }
+    Heard { report, rssi: (!rssi.is_nan()).then_some(Dbm(rssi)), reverse: None }
 }
 
 /// In the middle of a straight gallery.

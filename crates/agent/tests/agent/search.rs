@@ -56,7 +56,11 @@ impl Chain {
                     .filter(|other| *other != me)
                     .filter_map(|other| {
                         let rssi = Dbm(self.strength(me, other).round());
-                        Some(Heard { report: before[other]?, rssi, reverse: Some(rssi) })
+                        Some(Heard {
+                            report: before[other]?,
+                            rssi: Some(rssi),
+                            reverse: Some(rssi),
+                        })
                     })
                     .collect();
                 let forward = MetresPerSecond(self.velocities[me]);

@@ -44,9 +44,10 @@ impl<S: Seal> Airlink<S> {
         let fresh = fresh || self.is_named_in(message);
         if prompt {
             self.synchronise(now, header, *since_frame, fresh);
-            if self.is_in_turn(now, *since_frame) {
-                self.peers.measure(header.from, rssi);
-            }
+        }
+        let measured = (prompt && self.is_in_turn(now, *since_frame)).then_some(rssi);
+        if let Some(rssi) = measured {
+            self.peers.measure(header.from, rssi);
         }
         if !fresh {
             return Err(Reason::Stale);
@@ -54,8 +55,8 @@ impl<S: Seal> Airlink<S> {
         self.peers.mark_fresh(header.from);
         self.watch_for_crowds(now, header.from, message);
         self.counters.taken.count(header.kind);
-        let rssi = self.peers.rssi(header.from).unwrap_or(rssi);
-        self.act_on(now, rssi, header, message)
+        let last = self.peers.rssi(header.from).unwrap_or(rssi);
+        self.act_on(now, (measured, last), header, message)
     }
 
     /// Notes whether nodes that would share turns may be in range of one receiver: where this node
@@ -82,18 +83,19 @@ impl<S: Seal> Airlink<S> {
         u64::from(error.unsigned_abs()) <= self.schedule.half_slot().as_micros()
     }
 
-    /// Acts on a message that has passed the checks of the hop.
+    /// Acts on a message that has passed the checks of the hop, whose packet had the strength
+    /// `measured`, if it came in its turn; `rssi` is that of the last one that did.
     fn act_on(
         &mut self,
         now: Instant,
-        rssi: Dbm,
+        (measured, rssi): (Option<Dbm>, Dbm),
         header: &Header,
         message: &Message,
     ) -> Result<Option<Event>, Reason> {
         let Header { from, counter, .. } = *header;
         match *message {
             Message::Report(ref report) => {
-                Ok(Some(Event::Report { from, counter, report: report.clone(), rssi }))
+                Ok(Some(Event::Report { from, counter, report: report.clone(), rssi: measured }))
             }
             Message::Beacon(beacon) => Ok(Some(Event::Beacon { from, beacon, rssi })),
             Message::Membership(membership) => {

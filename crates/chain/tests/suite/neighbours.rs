@@ -7,7 +7,7 @@ use chain::policy::PolicyConfig;
 use chain::report::Report;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use units::{Dbm, Duration, Instant, MetresPerSecond, NodeId, Phase};
+use units::{Dbm, Duration, Instant, Metres, MetresPerSecond, NodeId, Phase};
 
 const ME: NodeId = NodeId(5);
 const LOST_AFTER: Duration = Duration::from_secs(2);
@@ -15,7 +15,7 @@ const RAW: Smoothing = Smoothing::Raw;
 
 fn heard(from: u8, sequence: u16, phase: Phase, rssi: f32) -> Heard {
     let report = Report::plain(NodeId(from), sequence, phase);
-    Heard { report, rssi: Dbm(rssi), reverse: None }
+    Heard { report, rssi: Some(Dbm(rssi)), reverse: None }
 }
 
 /// A table with a clock beside it.
@@ -104,6 +104,52 @@ fn a_neighbour_that_falls_silent_is_skipped_and_found_again() {
     assert_eq!(table.front(), Some(4));
     table.now = last + LOST_AFTER + Duration::from_micros(1);
     assert_eq!(table.front(), None);
+}
+
+/// A packet that was held back brings the attacker's strength. The link went on with the strength of
+/// the last one that was not, over and over, so that a drone that flew away kept its neighbour as near
+/// as it had been.
+#[test]
+fn a_report_without_a_strength_moves_its_link_by_what_was_flown() {
+    let smoothing = &PolicyConfig::CHAIN.smoothing;
+    let mut neighbours = Neighbours::new();
+    let mut now = Instant::ZERO;
+    let mut hear = |odometer: f32, rssi: Option<f32>| {
+        now = now + Duration::from_millis(200);
+        let mut heard = heard(4, (now.as_micros() / 200_000) as u16, Phase::Linked, 0.0);
+        heard.report.odometer = Metres(odometer);
+        heard.rssi = rssi.map(Dbm);
+        neighbours.hear(ME, now, &heard, smoothing, LOST_AFTER);
+        let front = neighbours.front(neighbours.ends(ME, now, LOST_AFTER)).copied();
+        front.map(|front| (front.rssi().0, front.is_reckoned()))
+    };
+    assert_eq!(hear(0.0, None), None, "a strength is the first that is known of a drone");
+    for _ in 0..20 {
+        let (rssi, is_reckoned) = hear(0.0, Some(-60.0)).unwrap();
+        assert!((rssi + 60.0).abs() < 0.5 && !is_reckoned);
+    }
+    let mut last = (-60.0, false);
+    for round in 1..=20_u8 {
+        let next = hear(0.1 * f32::from(round), None).unwrap();
+        assert!(next.0 < last.0, "{next:?} after {last:?}");
+        assert_eq!(next.1, round >= 5, "after {round} reports");
+        last = next;
+    }
+    assert!(last.0 < -63.0, "{} dBm, 2 m farther away", last.0);
+    assert!(!hear(2.0, Some(-64.0)).unwrap().1);
+}
+
+/// A link that was lost is known by what was flown meanwhile, until a strength is measured.
+#[test]
+fn a_lost_neighbour_is_found_again_without_a_strength() {
+    let smoothing = &PolicyConfig::CHAIN.smoothing;
+    let mut neighbours = Neighbours::new();
+    let packet = |sequence, rssi| Heard { rssi, ..heard(4, sequence, Phase::Linked, 0.0) };
+    neighbours.hear(ME, Instant::ZERO, &packet(0, Some(Dbm(-60.0))), smoothing, LOST_AFTER);
+    let now = Instant::from_millis(3_000);
+    neighbours.hear(ME, now, &packet(15, None), smoothing, LOST_AFTER);
+    let ends = neighbours.ends(ME, now, LOST_AFTER);
+    assert_eq!(neighbours.front(ends).unwrap().rssi(), Dbm(-60.0));
 }
 
 #[test]
@@ -281,7 +327,7 @@ impl Model {
         self.0
             .values()
             .filter(move |(packet, at)| now - at <= 2_000 && packet.report.phase.is_link())
-            .map(|(packet, _)| (packet.report.from.0, packet.rssi.0))
+            .map(|(packet, _)| (packet.report.from.0, packet.rssi.unwrap().0))
     }
 }
 

@@ -2,6 +2,8 @@
 //! vendor's firmware and has recorded every packet from the beginning, but has no key. The mission
 //! is `relay-pair`, flown longer: a head that explores, its relay, and the base.
 
+pub mod sieges;
+
 use agent::{ChainDuty, Duty, State};
 use rayon::prelude::*;
 use serde_json::{Value, json};
@@ -319,17 +321,8 @@ fn attack_for_a_round(mission: &mut Mission<'_>, attack: Attack, random: &mut St
     match attack {
         Attack::None => {}
         Attack::HeldShortly | Attack::HeldLong => {
-            let hold_us = attack.hold_us().unwrap_or_default();
-            if mission.time_us() >= HOLD_FROM_US {
-                mission.jam_and_listen();
-            }
-            let due_us = mission.time_us().saturating_sub(hold_us).max(HOLD_FROM_US);
-            let until_us = (mission.time_us() + ROUND_US).saturating_sub(hold_us);
-            let due = mission.overheard().filter(|heard| (due_us..until_us).contains(&heard.at_us));
-            let due: Vec<_> = due.map(|heard| (heard.at_us, heard.data.clone())).collect();
-            for (at_us, data) in due {
-                mission.intrude(0, at_us + hold_us - mission.time_us(), &data);
-            }
+            mission.jam_and_listen(mission.time_us() >= HOLD_FROM_US);
+            play_later(mission, attack.hold_us().unwrap_or_default(), HOLD_FROM_US);
         }
         Attack::Flood | Attack::FloodFromAfar => {
             let each_us = timing::air_us(Datarate::Mbit2, MAX_P2P);
@@ -348,6 +341,18 @@ fn attack_for_a_round(mission: &mut Mission<'_>, attack: Attack, random: &mut St
                 mission.intrude(0, random.below(ROUND_US as u32).into(), &packet);
             }
         }
+    }
+}
+
+/// Sends what was overheard `hold_us` before the coming round, but not before `from_us`.
+fn play_later(mission: &mut Mission<'_>, hold_us: u64, from_us: u64) {
+    let now_us = mission.time_us();
+    let due_us = now_us.saturating_sub(hold_us).max(from_us);
+    let until_us = (now_us + ROUND_US).saturating_sub(hold_us);
+    let due = mission.overheard().filter(|heard| (due_us..until_us).contains(&heard.at_us));
+    let due: Vec<_> = due.map(|heard| (heard.at_us, heard.data.clone())).collect();
+    for (at_us, data) in due {
+        mission.intrude(0, at_us + hold_us - now_us, &data);
     }
 }
 

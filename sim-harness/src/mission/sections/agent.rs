@@ -57,6 +57,7 @@ pub(crate) struct RetreatTable {
     speed_mps: Option<At<f32>>,
     max_time_s: Option<At<f32>>,
     max_distance_m: Option<At<f32>>,
+    longest_m: Option<At<f32>>,
 }
 
 impl AgentTables<'_> {
@@ -143,6 +144,12 @@ impl AgentTables<'_> {
             "max_distance_m",
             0.0..=100.0,
             retreat.max_distance.0,
+        )?);
+        retreat.longest = Metres(reader.or(
+            table.longest_m.as_ref(),
+            "longest_m",
+            1.0..=1_000.0,
+            retreat.longest.0,
         )?);
         Ok(())
     }

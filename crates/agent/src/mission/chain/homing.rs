@@ -92,7 +92,7 @@ impl Other {
 /// The strengths that a report comes with: that of this packet, and that of this drone's last one where
 /// the sender is.
 const fn both(heard: &Heard) -> [Option<Dbm>; 2] {
-    [Some(heard.rssi), heard.reverse]
+    [heard.rssi, heard.reverse]
 }
 
 /// The others, as a drone knows them that looks for a spot at which to land.
@@ -271,8 +271,11 @@ impl Row {
         let Some((fit, apart)) = self.outermost.zip(apart) else {
             return if is_awaited { Berth::Awaited } else { Berth::Unknown };
         };
-        // The odometers alone are no reason to land, where something can be heard.
-        let is_doubtful = fit.is_measured && fit.packets < ENOUGH && apart <= LANDS_BEFORE;
+        // The odometers alone are no reason to land, where something can be heard: but not for ever, as
+        // packets that are held back bring no strength.
+        let has_waited = self.home_since.is_some_and(|since| round.now.since(since) >= WAITS);
+        let is_doubtful =
+            fit.is_measured && fit.packets < ENOUGH && apart <= LANDS_BEFORE && !has_waited;
         if is_awaited || is_doubtful { Berth::Awaited } else { Berth::Before(apart) }
     }
 }
@@ -346,7 +349,7 @@ impl Fit {
     /// The distance to the other, the mean of all that it may be.
     fn apart(&self, way: Metres) -> Metres {
         let reckoned = (self.begun - self.reckoned).0;
-        if !self.is_measured {
+        if !self.is_measured || self.packets == 0 {
             return way - self.reckoned;
         }
         let most = PLACES as f32 * STEP;

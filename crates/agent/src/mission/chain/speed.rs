@@ -41,7 +41,24 @@ impl Chain {
         if round.role == Role::Head {
             self.note_call(config, round, duty, speed);
         }
-        self.kept_clear(round, duty, speed)
+        self.kept_clear(round, duty, self.kept_short(config, round, duty, speed))
+    }
+
+    /// `speed`, but not so that a link becomes longer than the longest by the odometers of both its
+    /// ends. A strength alone does not tell how far the other drone is: a radio between the two that
+    /// repeats their packets is heard as well.
+    fn kept_short(
+        &self,
+        config: &AgentConfig,
+        round: &Round,
+        duty: ChainDuty,
+        speed: MetresPerSecond,
+    ) -> MetresPerSecond {
+        let way = |n: &Neighbour| (round.way() - n.report.odometer) * speed.0.signum();
+        let relays = matches!(duty, ChainDuty::Relaying { .. });
+        let left = if speed.0 > 0.0 { self.back() } else { self.front().filter(|_| relays) };
+        let is_long = left.is_some_and(|n| way(n) > config.retreat.longest);
+        if is_long { MetresPerSecond::ZERO } else { speed }
     }
 
     /// `speed`, but not into a drone that has fallen silent, and not back over the drones that stand
@@ -78,6 +95,14 @@ impl Chain {
         }
     }
 
+    /// The speed that the pilot asks for. A head whose link is only reckoned does not fly on: what it
+    /// would come to, a corner or a leaking wall, is in no reckoning.
+    fn asked_speed(&self, config: &AgentConfig, round: &Round) -> MetresPerSecond {
+        let asked = pilots_speed(config, round);
+        let is_blind = self.back().is_some_and(Neighbour::is_reckoned);
+        MetresPerSecond(if is_blind { asked.0.min(0.0) } else { asked.0 })
+    }
+
     /// The pilot's stick while it is alive and the link can spare it.
     fn leading_speed(
         &mut self,
@@ -85,7 +110,7 @@ impl Chain {
         round: &Round,
         back: Option<LinkView>,
     ) -> MetresPerSecond {
-        let asked = pilots_speed(config, round);
+        let asked = self.asked_speed(config, round);
         if asked.0 < 0.0 {
             return behind_clear(config, back, asked);
         }
@@ -129,7 +154,7 @@ impl Chain {
     ) {
         let asked = match duty {
             ChainDuty::Rejoining { .. } => MetresPerSecond::ZERO,
-            _ => pilots_speed(config, round),
+            _ => self.asked_speed(config, round),
         };
         let nears_limit = self
             .head_links()

@@ -1,0 +1,38 @@
+//! Missions beside an attacker who holds packets back.
+
+use sim_harness::mission::medium::{Jams, Repeater};
+use sim_harness::mission::{Mission, World};
+use sim_harness::scenario::{Changes, Scenario};
+use sim_harness::world::SkeletonPlace;
+
+/// The strength of a packet that was held back is not the sender's. The last one that was counted on and
+/// on, so that the head flew on with a link of a place that it had left, and hovered at home for a
+/// strength until its battery was empty.
+#[test]
+fn a_chain_whose_packets_are_held_back_stands_and_comes_home() {
+    let changes = Changes { relays: Some(1), ..Changes::default() };
+    let mut scenario = Scenario::open_with("demo", &changes).unwrap();
+    // The pilot releases the stick, and calls the chain home.
+    scenario.pilot[1].at_us = 60_000_000;
+    scenario.pilot[2].at_us = 90_000_000;
+    let world = World::of(&scenario);
+    let hold = Repeater { ear: 0, mouth: 1, delay_us: 1_000_450, jams: Jams::All };
+    for seed in 1..=3 {
+        let beside = [SkeletonPlace::main(7.0); 2];
+        let mut mission = Mission::besieged(&scenario, &world, seed, &beside);
+        let head = |mission: &Mission<'_>| mission.ways().next().unwrap();
+        mission.advance(30_000_000);
+        let begun = head(&mission);
+        assert!(begun > 5.0, "seed {seed}: the head flies out, {begun} m");
+        mission.repeat(&[hold]);
+        mission.advance(4_000_000);
+        let held = head(&mission);
+        mission.advance(26_000_000);
+        let stood = head(&mission);
+        assert!((stood - held).abs() < 0.3, "seed {seed}: {held} m, {stood} m");
+        mission.advance(180_000_000);
+        for (state, way) in mission.states().zip(mission.ways()).take(2) {
+            assert!(!state.is_airborne() && way < 3.0, "seed {seed}: {state:?} at {way} m");
+        }
+    }
+}
