@@ -292,6 +292,8 @@ impl Agent {
         Round { now, id: self.id, role: self.role, phase, task, here, junction }
     }
 
+    // A part of its own in the program, so that no table of the step lies far from its branch.
+    #[inline(never)]
     fn outputs(&mut self, config: &AgentConfig, now: Instant, inputs: &Inputs<'_>) -> Outputs {
         let round = self.round(now);
         let [front, back] = self.mission.views();

@@ -28,6 +28,10 @@ const BACK: Metres = Metres(0.5);
 /// of that side have seen the wall again, and for long enough that it counts. Our own number, for
 /// galleries of 1.2 to 1.6 m, tuned in the simulator.
 pub const BEFORE: Metres = Metres(1.2);
+/// A junction is so long, from where the leading beam sees it to a metre and a half into a branch: half of
+/// a gallery of 1.6 m, a turn of a right angle at 0.5 m, and what the wall of the branch is seen later. Our
+/// own number.
+pub const JUNCTION: Metres = Metres(3.5);
 /// The way by which an odometer trembles from round to round.
 const TREMBLES: Metres = Metres(0.05);
 /// The most openings behind the head that are remembered; of more the oldest is forgotten.
@@ -51,8 +55,8 @@ pub struct Route {
     ahead: Option<Metres>,
     /// The ways at which the tunnel opened behind the head, in order.
     openings: Vec<Metres, OPENINGS>,
-    /// Whether the head has come back past an opening, and has passed none since.
-    has_come_back: bool,
+    /// The nearest opening past which the head has come back, until it passes another.
+    came_back: Option<Metres>,
     /// The junction before the place at which the choice changed last, until the next one is passed.
     before: Option<Metres>,
     /// A list of which some entries have come.
@@ -81,7 +85,7 @@ impl Route {
             told: None,
             ahead: None,
             openings: Vec::new(),
-            has_come_back: false,
+            came_back: None,
             before: None,
             incoming: None,
             next: 0,
@@ -120,7 +124,7 @@ impl Route {
     /// Leaves out choices before the last one that have led past no junction which still lies behind a
     /// head that has come back.
     fn leave_out_idle(&mut self) {
-        while self.has_come_back
+        while self.came_back.is_some()
             && let [.., before, last] = self.choices.as_slice()
             && (before.branch == last.branch
                 || self.openings.last().is_none_or(|opening| *opening <= before.from))
@@ -136,9 +140,10 @@ impl Route {
     /// Notes where the head at `way` saw the tunnel open last. The first opening behind the place at which
     /// the choice changed tells how far that place may be moved.
     fn pass(&mut self, way: Metres, opened: Option<Metres>) {
-        while self.openings.last().is_some_and(|last| way <= *last - BEFORE) {
+        while let Some(passed) = self.openings.last().copied().filter(|last| way <= *last - BEFORE)
+        {
             self.openings.pop();
-            self.has_come_back = true;
+            self.came_back = Some(passed);
         }
         if opened != self.told {
             (self.told, self.ahead) = (opened, opened);
@@ -153,7 +158,7 @@ impl Route {
         let surplus = usize::from(self.openings.is_full());
         self.openings = gathered(self.openings.iter().skip(surplus).copied());
         let _ = self.openings.push(behind);
-        self.has_come_back = false;
+        self.came_back = None;
         if let Some(before) = self.before
             && let Some(last) = self.choices.last_mut()
             && behind > last.from
@@ -165,11 +170,16 @@ impl Route {
     }
 
     /// The way at which the tunnel last opened behind a head at `way`, if the choice that counts there is
-    /// another than `branch`.
+    /// another than `branch`. A head that has come back past a junction is to look into another branch of
+    /// that one, which lies ahead again, and not of one that is farther back.
     #[must_use]
     pub fn passed_otherwise(&self, way: Metres, branch: Branch) -> Option<Metres> {
-        let last = self.openings.last().copied();
-        last.filter(|last| *last - BEFORE < way && self.branch_at(way) != Some(branch))
+        let last = self.openings.last().copied()?;
+        let is_same = |passed: Metres| passed - last <= JUNCTION;
+        let is_behind = last - BEFORE < way && self.came_back.is_none_or(is_same);
+        // A choice counts until the head has flown back from it by more than an odometer trembles.
+        let chosen = self.branch_at(way + BACK);
+        (is_behind && chosen != Some(branch)).then_some(last)
     }
 
     /// Takes the way from which on the list differs from the one before, once.

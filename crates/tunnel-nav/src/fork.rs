@@ -187,6 +187,11 @@ impl Fork {
         Self { guide: Guide::NONE, left: None, right: None, heading: None, crossing: None }
     }
 
+    /// Whether the pilot has chosen a branch here, so that the tunnel has more than one way.
+    pub(crate) const fn is_chosen(&self) -> bool {
+        self.guide.branch.is_some()
+    }
+
     /// Notes how the drone is guided, and returns whether it has come back from a wrong branch.
     pub(crate) const fn follow(&mut self, guide: Guide) -> bool {
         let is_back = self.guide.rejoins && !guide.rejoins;

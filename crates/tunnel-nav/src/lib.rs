@@ -53,6 +53,7 @@ mod fork;
 mod gallery;
 mod margin;
 mod ranges;
+mod scan;
 mod spot;
 mod steer;
 mod trail;

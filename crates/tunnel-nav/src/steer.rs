@@ -5,6 +5,8 @@ mod aside;
 mod detour;
 
 use self::detour::Detour;
+use core::f32::consts::SQRT_2;
+
 use units::{Metres, MetresPerSecond, Radians, RadiansPerSecond};
 
 use crate::company::Company;
@@ -12,6 +14,7 @@ use crate::fork::{Ended, Fork, Guide};
 use crate::gallery::{Expected, Gallery};
 use crate::margin::Margin;
 use crate::ranges::Bridge;
+use crate::scan::{Came, Scan, Stands};
 use crate::trail::{Flies, Trail};
 use crate::wall::{Beams, SAME_GALLERY, Track, Wall};
 use crate::{Diagonals, Range};
@@ -147,13 +150,8 @@ const ASTRAY: f32 = 0.45;
 const TRAIL_GAIN: f32 = 1.5;
 /// A drone with less than this part of its speed left stands before a wall.
 const BLOCKED: f32 = 0.2;
-/// So many iterations it stands before a sharp bend: in other bends it has turned before. 3 s, our own
-/// number.
-const STANDS: u8 = 15;
-/// With this part of its speed it flies on.
-const FREE: f32 = 0.6;
-/// A drone turns no farther off its path than this in a bend, rad: it would fly back where it came from.
-const MOST_TURN: f32 = 2.4;
+/// The path this far behind leads along the gallery by which the drone came to a bend, m.
+const BEFORE_BEND: f32 = 1.5;
 /// The time of one iteration, s: the 5 Hz of section V-B.
 const ROUND: f32 = 0.2;
 /// A wall is the only one where the drone has seen none on the other side for so far, m: the way through a
@@ -167,6 +165,32 @@ const PATIENCE: u8 = 5;
 /// The place has drifted by no more than this, m: 3 % of 25 m of memory, and the corners that were cut.
 /// A drone that stood on would shift its whole trail away.
 const FARTHEST_SHIFT: f32 = 1.0;
+/// The end of the path is near within this many crumbs, 1.6 m.
+const NEAR_END: i32 = 8;
+/// A path that has not grown for this many iterations does not grow by itself: 25 s, in which a drone flies
+/// 1.2 m at the least speed.
+const STUCK: u8 = 125;
+/// A drone that has looked round, and still stands there so many iterations later, looks round again: 15 s, in
+/// which it flies out of the bend at the least speed. Our own number.
+const RESTS: u8 = 75;
+/// A drone that has flown so far back beside its own path, m, was turned round by a bend: behind a sharp
+/// bend the galleries part sooner.
+const RETURNED: f32 = 1.0;
+/// It remembers the side to which it had turned until its path is so much longer, in crumbs of 0.2 m: 5 m.
+const REMEMBERED: i32 = 25;
+/// A beam to the path beside the drone ends so far behind it, m, where no wall is between.
+const BEHIND_PATH: f32 = 0.1;
+/// On the way home the path was flown long ago, and the place on it is known to within this many crumbs of
+/// 0.2 m: 1.6 m, as in 25 m of flight at 3 % and past bends that were cut.
+const UNSURE: i32 = 8;
+/// There the walls steer, as on new ground, unless the nose is farther off all of that part of the path than
+/// this, rad.
+const ALLOWED: f32 = 0.5;
+/// A drone that has stood tail first before a wall for so many iterations, 8 s, after which its place was moved
+/// on as far as it may be, …
+const STANDS: u8 = 40;
+/// … has turned too early, and flies on by the path for so much of its way, m, before walls decide again.
+const UNDONE: f32 = 0.8;
 /// A corner is passed within this many lengths of the beams in the middle: two and a half widths.
 const CORNER: f32 = 3.5;
 /// A side of which one beam is shorter than this part of its usual length does not open, however
@@ -228,6 +252,10 @@ pub struct Navigator {
     blocked: u8,
     /// How far the trail was moved on since then, m.
     shifted: f32,
+    /// The iterations for which it has stood tail first before a wall, and how much farther it
+    /// flies by the heading of the gallery before, m.
+    stands: u8,
+    turned_early: f32,
     detour: Detour,
     bridge: Bridge,
     company: Company,
@@ -239,9 +267,20 @@ pub struct Navigator {
     /// Whether the drone is turning back to its path, which it faced the wrong way.
     faces_back: bool,
     fork: Fork,
-    /// The side to which the drone turns in a sharp bend, and for how many iterations it has stood there.
-    sharp: Option<Side>,
-    stood: u8,
+    scan: Scan,
+    /// The farthest crumb of the path, and the iterations in which it has not grown though the drone flies
+    /// nose first at its end.
+    farthest: i32,
+    idle: u8,
+    /// The crumb at the end of the path where it has looked round …
+    looked: Option<i32>,
+    /// … and the iterations after which it may do so again there.
+    rests: u8,
+    /// The side to which the drone turned in a bend from where it flew back, and the crumb at which its path
+    /// ended then.
+    led_back: Option<(Side, i32)>,
+    /// How far it has flown beside its own path, back to where it came from, m.
+    returns: f32,
     /// The way flown since a wall was last seen on the left and on the right, m, forward positive.
     unseen: [f32; 2],
     /// The way at which the tunnel last opened, to any side.
@@ -263,6 +302,8 @@ impl Navigator {
             aside: Metres::ZERO,
             blocked: 0,
             shifted: 0.0,
+            stands: 0,
+            turned_early: 0.0,
             detour: Detour::new(),
             bridge: Bridge::new(),
             company: Company::new(),
@@ -270,8 +311,13 @@ impl Navigator {
             creep: 0.0,
             faces_back: false,
             fork: Fork::new(),
-            sharp: None,
-            stood: 0,
+            scan: Scan::new(),
+            farthest: 0,
+            idle: 0,
+            looked: None,
+            rests: 0,
+            led_back: None,
+            returns: 0.0,
             unseen: [0.0; 2],
             opened: None,
             margin: Margin::new(),
@@ -329,11 +375,13 @@ impl Navigator {
         self.fork.advance(moved, bearings.heading);
         self.look(config, ranges, moved[0]);
         let gallery = self.find_place(ranges, bearings, moved, speed);
-        let off = self.off_trail(bearings, speed);
+        // A drone that turns on the spot is where its path ends, whichever way its nose points.
+        let off = if self.scan.is_on() { None } else { self.off_trail(ranges, bearings, speed) };
         let ahead = self.one_way(config, ranges, self.trail.off(HINT).0);
         let astern = self.one_way(config, &ranges.seen_backwards(), -self.trail.off(-HINT).0);
         let leading = if speed.0 < 0.0 { &astern } else { &ahead };
         self.pass_corner(off.is_some() && leading.nearness < BLOCKED, speed);
+        self.undo_turn(leading.nearness < BLOCKED, speed, moved[0]);
 
         // 1 when flying nose first, 0 when tail first, between the two when hovering.
         let nose_leads = (0.5 + 0.5 * speed.0 / HOVERING).clamp(0.0, 1.0);
@@ -372,14 +420,11 @@ impl Navigator {
                 Some(detour) => detour,
                 None => (lateral, yaw_rate),
             };
-        let sharp = match speed.0 > HOVERING {
-            true => self.sharp_turn(config, ranges, leading.nearness),
-            false => None,
-        };
-        let (lateral, yaw_rate) = match sharp {
-            Some(yaw_rate) if off.is_none() => (0.0, yaw_rate),
-            _ => (lateral, yaw_rate),
-        };
+        let (lateral, yaw_rate, pace) =
+            match self.look_round(ranges, leading.nearness, off, bearings, speed) {
+                Some(yaw_rate) => (0.0, yaw_rate, 0.0),
+                None => (lateral, yaw_rate, pace),
+            };
         let push = push_away(config, &seen);
         NavCommand {
             forward: MetresPerSecond(speed.0 * pace + push.forward),
@@ -423,21 +468,71 @@ impl Navigator {
     }
 
     /// The angle by which the nose is off the trail, in radians; `None` on new ground.
-    fn off_trail(&mut self, bearings: &Bearings, speed: MetresPerSecond) -> Option<f32> {
+    fn off_trail(
+        &mut self,
+        ranges: &Diagonals,
+        bearings: &Bearings,
+        speed: MetresPerSecond,
+    ) -> Option<f32> {
         bearings.heading.filter(|heading| heading.0.is_finite())?;
         self.creep += CREEP * (speed.0 - self.creep);
         let creeps = self.flies(speed) != Flies::Hovering;
         let ahead = (LOOK_AHEAD * speed.0).clamp(-FARTHEST_LOOK, FARTHEST_LOOK);
         let flies_on = creeps || speed.0.abs() > HOVERING;
+        self.heed_return(ranges, speed);
         let knows = self.trail.knows(ahead + FRONTIER * speed.0.signum());
         self.faces_back &= self.trail.off(0.0).0.abs() > ASTRAY;
         if flies_on && !knows && !self.faces_back {
-            if self.trail.turn(speed.0 > 0.0) {
+            if self.trail.turn(speed.0 > 0.0, creeps) {
                 return None;
             }
             self.faces_back = true;
         }
+        if speed.0 < -HOVERING && self.turned_early > 0.0 {
+            return Some(self.trail.off(ahead).0);
+        }
+        // At a junction the walls would lead into the other branch.
+        if speed.0 < -HOVERING && self.trail.is_old() && !self.fork.is_chosen() {
+            let off = self.trail.off_any(UNSURE);
+            return (off.0.abs() > ALLOWED).then_some(off.0);
+        }
         Some(self.trail.off(ahead).0)
+    }
+
+    /// Turns a drone back that flies nose first beside its own path, with no wall between, to where it came
+    /// from: a bend turned it too far, and the tunnel goes on to the other side there.
+    fn heed_return(&mut self, ranges: &Diagonals, speed: MetresPerSecond) {
+        self.led_back = self.led_back.filter(|(_, end)| self.trail.last() < end + REMEMBERED);
+        let beside = if speed.0 > HOVERING { self.trail.beside() } else { None };
+        let sees = |beam: Range, way: f32| beam != Range::Invalid && nearest(beam) > way;
+        let found = beside.filter(|(_, aside)| {
+            let beams = if *aside > 0.0 { [ranges.nw, ranges.sw] } else { [ranges.ne, ranges.se] };
+            beams.iter().all(|beam| sees(*beam, SQRT_2 * aside.abs() + BEHIND_PATH))
+        });
+        self.returns = if found.is_some() { self.returns + speed.0 * ROUND } else { 0.0 };
+        if let Some((number, aside)) = found
+            && self.returns > RETURNED
+        {
+            self.returns = 0.0;
+            self.trail.end_at(number);
+            self.faces_back = true;
+            self.led_back = Some((if aside > 0.0 { Side::Left } else { Side::Right }, number));
+        }
+    }
+
+    /// Notices that a drone that flies tail first stands before a wall: where it knows its place on the path
+    /// only roughly, it may have turned before the bend. It turns back to the gallery by which it came
+    /// there, and flies on along that.
+    fn undo_turn(&mut self, is_blocked: bool, speed: MetresPerSecond, moved: Metres) {
+        self.turned_early = (self.turned_early - moved.0.abs()).max(0.0);
+        let stands = is_blocked && speed.0 < -HOVERING && !self.company.is_ahead(speed.0);
+        self.stands = if stands { self.stands.saturating_add(1) } else { 0 };
+        if self.stands > STANDS {
+            self.stands = 0;
+            if self.trail.go_before_bend() {
+                self.turned_early = UNDONE;
+            }
+        }
     }
 
     /// Moves a drone that has stood before a wall for a while on along its trail: the place drifts,
@@ -527,31 +622,60 @@ impl Navigator {
         }
     }
 
-    /// The yaw rate of a drone that flies nose first and stands in a bend of more than a right angle. There
-    /// the way on lies behind the drone's shoulder, and the outer wall hides its beginning: the nose points
-    /// along the path, the leading beam of one side sees a wall near, the trailing one sees none, and both
-    /// of the other side see walls. The way from where the drone came lies straight behind it, between both
-    /// trailing beams. The drone turns until it may fly on.
-    fn sharp_turn(&mut self, config: &NavConfig, ranges: &Diagonals, nearness: f32) -> Option<f32> {
-        let off = self.trail.off(0.0).0.abs();
-        let goes_on = nearness < FREE && off < MOST_TURN;
-        self.sharp = self.sharp.filter(|_| goes_on);
-        self.stood = if nearness < BLOCKED { self.stood.saturating_add(1) } else { 0 };
-        if self.sharp.is_none() && self.stood > STANDS && off < ASTRAY {
-            let is_open = |beam: Range| nearest(beam) > SAME_GALLERY * self.centred;
-            let turns = |[lead, trail]: [Range; 2], other: [Range; 2]| {
-                let is_near = nearest(lead) < nearest(other[0]);
-                is_near && is_open(trail) && other.iter().all(|beam| beam.length().is_some())
-            };
-            let (left, right) = ([ranges.nw, ranges.sw], [ranges.ne, ranges.se]);
-            self.sharp = match () {
-                () if turns(left, right) => Some(Side::Left),
-                () if turns(right, left) => Some(Side::Right),
-                () => None,
-            };
+    /// Whether the drone has flown to and fro at the end of its path for so long that it does not find the way
+    /// on by itself.
+    fn is_stuck(&mut self, speed: MetresPerSecond) -> bool {
+        let end = self.trail.last();
+        if end > self.farthest || end < self.farthest - NEAR_END {
+            (self.farthest, self.idle) = (end, 0);
         }
-        let turn = config.max_yaw_rate.0;
-        self.sharp.map(|side| if side == Side::Left { turn } else { -turn })
+        if speed.0 < -HOVERING || self.company.is_ahead(speed.0) || self.scan.is_on() {
+            self.idle = 0;
+        } else if speed.0 > HOVERING && self.trail.is_near_end(NEAR_END) {
+            self.idle = self.idle.saturating_add(1);
+        }
+        self.idle > STUCK
+    }
+
+    /// The yaw rate of a drone that stands before walls on new ground and looks round for the way on.
+    fn look_round(
+        &mut self,
+        ranges: &Diagonals,
+        nearness: f32,
+        off: Option<f32>,
+        bearings: &Bearings,
+        speed: MetresPerSecond,
+    ) -> Option<f32> {
+        let heading = bearings.heading.filter(|heading| heading.0.is_finite());
+        let end = self.trail.last();
+        self.looked = self.looked.filter(|looked| (looked - end).abs() < NEAR_END);
+        let is_stuck = self.is_stuck(speed);
+        // In a dead end it does not turn again.
+        self.rests -= u8::from((1..u8::MAX).contains(&self.rests));
+        if self.looked.is_some() && self.rests > 0 {
+            return None;
+        }
+        // A pilot who pauses interrupts no scan.
+        if speed.0.abs() <= HOVERING {
+            return None;
+        }
+        let is_at_end = off.is_none() || is_stuck;
+        let (Some(heading), true, true) = (heading, is_at_end, speed.0 > HOVERING) else {
+            self.scan.stop();
+            return None;
+        };
+        let (was_on, has_found) = (self.scan.is_on(), self.scan.has_found());
+        let side = self.fork.side().or(self.led_back.map(|(side, _)| side.opposite()));
+        let came = Came { off: self.trail.off(-BEFORE_BEND), centred: self.centred, side };
+        let stands = Stands { before_wall: nearness < BLOCKED, is_stuck };
+        let yaw_rate = self.scan.step(ranges, heading.0, stands, &came);
+        if was_on && !self.scan.is_on() {
+            self.trail.face();
+            self.looked = Some(self.trail.last());
+            self.rests = if has_found { RESTS } else { u8::MAX };
+            self.idle = 0;
+        }
+        yaw_rate
     }
 
     /// Notes where walls have ended, for the branch that the pilot has chosen, and for bends at which the
@@ -689,6 +813,9 @@ impl Navigator {
         }
         let alike = (left - right).abs() < 0.1 * (left + right);
         let to_left = match (is_open(left), is_open(right), self.opening) {
+            _ if self.led_back.is_some() => {
+                self.led_back.is_some_and(|(side, _)| side == Side::Right)
+            }
             (true, false, _) => true,
             (false, true, _) => false,
             // An obstacle that one beam alone sees is beside the drone.

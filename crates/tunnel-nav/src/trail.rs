@@ -16,13 +16,20 @@
 //! the gyro by 5° to 10° a minute. So the trail is used for headings only, and never to hold a
 //! position. Where walls show that the drone is in a straight gallery, both are corrected.
 
+use core::f32::consts::PI;
+
 use units::Radians;
 
 /// The distance between two crumbs, m.
 const SPACING: f32 = 0.2;
-/// The number of crumbs kept: 25.6 m of path. A relay needs a few metres of it to hover in a bend;
-/// a drone that comes home past a junction needs all of the way since then.
-const CRUMBS: usize = 128;
+/// The number of crumbs kept: 51.2 m of path. A relay needs a few metres of it to hover in a bend;
+/// a drone that comes home needs all of the way since then, past junctions and sharp bends.
+const CRUMBS: usize = 256;
+/// The resolution at which the position of a crumb is kept, m: 16 bits then tell apart places within
+/// 131 m, and the path that is kept is shorter.
+const GRID: f32 = 0.002;
+/// The resolution at which the heading of a crumb is kept, rad.
+const TURN: f32 = PI / 32_768.0;
 /// The path is longer than this nowhere, m.
 const FARTHEST_AHEAD: f32 = SPACING * CRUMBS as f32;
 /// The number of crumbs ahead and behind among which the place is looked for in each round.
@@ -57,9 +64,28 @@ const DETOUR: i32 = 5;
 /// … and ends where the drone is nearer than this to an earlier part of its path, m: galleries lie
 /// farther apart than this.
 const BACK: f32 = 0.35;
-/// No tunnel turns by more than this within a crumb, rad; a drone that flies back turns by half a
-/// turn.
-const REVERSED: f32 = 2.3;
+/// No tunnel turns by more than this within a crumb, rad, 158°; a drone that flies back turns by half a turn.
+const REVERSED: f32 = 2.75;
+/// A drone that hovers in a bend drifts, and sees walls that turn it to either side: only a turn of less than
+/// this is taken for the bend's, rad.
+const ASTERN: f32 = 2.3;
+/// A drone that was pushed back from the end of its path has turned into a bend there where its nose is off
+/// the path by more than this, rad.
+const TURNS: f32 = 0.8;
+/// The bend at which a drone has turned too early is no farther back on its path than this, in crumbs: 4 m, …
+const FARTHEST_BEND: i32 = 20;
+/// … and the drone still stands so far outside of it: 0.6 m.
+const PAST_BEND: i32 = 3;
+/// A drone flies back beside its path where the path is no farther to its side than this, m: galleries are up
+/// to 3 m wide, …
+const BESIDE: f32 = 1.7;
+/// … and its nose points against the path's headings to within 17°: no bend turns so far.
+const OPPOSITE: f32 = 2.85;
+/// The drone is farther from the end of its path than this, in crumbs, where what it knows of the path is old:
+/// 1 m.
+const OLD: i32 = 50;
+/// Behind a sharp bend the path comes near its earlier part for so many crumbs, and that is no detour.
+const SURE: i32 = 10;
 /// No drone moves farther than this in a round, m.
 const FARTHEST: f32 = 0.5;
 
@@ -83,15 +109,42 @@ struct Crumb {
     heading: f32,
 }
 
-impl Crumb {
-    const ORIGIN: Self = Self { at: [0.0; 2], heading: 0.0 };
+/// A crumb in six bytes. Its coordinates are kept modulo 131 m, so that a path may lead farther.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Packed {
+    at: [i16; 2],
+    heading: i16,
+}
+
+impl Packed {
+    const ORIGIN: Self = Self { at: [0; 2], heading: 0 };
+
+    fn new(crumb: Crumb) -> Self {
+        Self { at: crumb.at.map(|x| steps(x / GRID)), heading: steps(crumb.heading / TURN) }
+    }
+
+    /// The crumb, whose place is the one nearest to this point of those that it may be.
+    fn near(self, point: Vec2) -> Crumb {
+        let nearest =
+            |at: i16, near: f32| near + GRID * f32::from(at.wrapping_sub(steps(near / GRID)));
+        let [x, y] = self.at;
+        Crumb {
+            at: [nearest(x, point[0]), nearest(y, point[1])],
+            heading: TURN * f32::from(self.heading),
+        }
+    }
+}
+
+/// The whole number nearest to this one, modulo 65,536.
+fn steps(number: f32) -> i16 {
+    libm::roundf(number) as i32 as i16
 }
 
 /// The path, and the place of the drone on it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Trail {
     /// A ring: the crumb with number `n` is at `n` modulo the length.
-    crumbs: [Crumb; CRUMBS],
+    crumbs: [Packed; CRUMBS],
     /// The number of the crumb at the end where the drone came from.
     first: i32,
     /// The number of the crumb at the other end; before `first` while there are no crumbs.
@@ -110,6 +163,8 @@ pub(crate) struct Trail {
     turned_at: Option<i32>,
     /// … and the angle by which it has turned there since the path reached that crumb, rad.
     turned: f32,
+    /// The number of the crumb at which it last turned to the way on after it had looked round.
+    faced: Option<i32>,
 }
 
 impl Default for Trail {
@@ -121,7 +176,7 @@ impl Default for Trail {
 impl Trail {
     pub(crate) const fn new() -> Self {
         Self {
-            crumbs: [Crumb::ORIGIN; CRUMBS],
+            crumbs: [Packed::ORIGIN; CRUMBS],
             first: 0,
             last: -1,
             at: [0.0; 2],
@@ -131,6 +186,7 @@ impl Trail {
             drift: 0.0,
             turned_at: None,
             turned: 0.0,
+            faced: None,
         }
     }
 
@@ -152,12 +208,12 @@ impl Trail {
 
     fn crumb(&self, number: i32) -> Crumb {
         let number = number.clamp(self.first, self.last.max(self.first));
-        self.crumbs.get(slot(number)).copied().unwrap_or(Crumb::ORIGIN)
+        self.crumbs.get(slot(number)).copied().unwrap_or(Packed::ORIGIN).near(self.at)
     }
 
     fn put(&mut self, number: i32, crumb: Crumb) {
         if let Some(slot) = self.crumbs.get_mut(slot(number)) {
-            *slot = crumb;
+            *slot = Packed::new(crumb);
         }
     }
 
@@ -250,7 +306,8 @@ impl Trail {
         let place = self.near as f32 + self.part;
         let beyond = |end: Crumb, sign: f32| {
             let way = minus(self.at, end.at);
-            dot(way, way) >= SPACING * SPACING && sign * dot(way, axes(end.heading)[0]) > 0.0
+            dot(way, way) >= (SPACING - GRID) * (SPACING - GRID)
+                && sign * dot(way, axes(end.heading)[0]) > 0.0
         };
         if place >= self.last as f32 && beyond(self.crumb(self.last), 1.0) {
             self.last = self.last.saturating_add(1);
@@ -270,6 +327,9 @@ impl Trail {
     /// Forgets the detour of a drone that has come back to an earlier part of its path: its place
     /// is there again. `newest` is the number of the crumb where it is.
     fn end_detour(&mut self, newest: i32) {
+        if self.faced.is_some_and(|faced| (newest - faced).abs() < SURE) {
+            return;
+        }
         let mut nearest = (BACK * BACK, None);
         for number in self.first..=self.last {
             let off = minus(self.crumb(number).at, self.at);
@@ -307,6 +367,65 @@ impl Trail {
     /// must turn counter-clockwise.
     pub(crate) fn off(&self, ahead: f32) -> Radians {
         Radians(wrapped(self.heading_at(ahead / SPACING) - self.heading))
+    }
+
+    /// The part of the path beside which the drone flies back, if it does: the number of the crumb there, and
+    /// how far to the left of the nose it lies, m.
+    pub(crate) fn beside(&self) -> Option<(i32, f32)> {
+        let [ahead, left] = axes(self.heading);
+        let against = steps((self.heading + PI) / TURN);
+        let mut nearest: Option<(i32, f32)> = None;
+        for number in self.first..self.last.saturating_sub(DETOUR) {
+            let crumb = self.crumbs.get(slot(number)).copied().unwrap_or(Packed::ORIGIN);
+            // By whole numbers first: most of the path leads elsewhere.
+            if f32::from(crumb.heading.wrapping_sub(against)).abs() > (PI - OPPOSITE) / TURN {
+                continue;
+            }
+            let off = minus(crumb.near(self.at).at, self.at);
+            let aside = dot(off, left);
+            let is_here = dot(off, ahead).abs() < SPACING && aside.abs() < BESIDE;
+            if is_here && nearest.is_none_or(|(_, least)| aside.abs() < least.abs()) {
+                nearest = Some((number, aside));
+            }
+        }
+        nearest
+    }
+
+    /// Ends the path at this crumb, beside which the drone is.
+    pub(crate) fn end_at(&mut self, number: i32) {
+        self.turned_at = None;
+        (self.last, self.near, self.part) = (number.saturating_add(1), number, 0.5);
+        self.at = self.foot();
+    }
+
+    /// Takes the heading of a drone that has turned at the end of its path to where the tunnel goes on.
+    pub(crate) fn face(&mut self) {
+        self.turned_at = None;
+        let Crumb { at, .. } = self.crumb(self.last);
+        self.put(self.last, Crumb { at, heading: self.heading });
+        self.faced = Some(self.last);
+    }
+
+    /// Whether the drone is within so many crumbs of the end of its path.
+    pub(crate) const fn is_near_end(&self, crumbs: i32) -> bool {
+        self.last - self.near < crumbs
+    }
+
+    /// The number of the crumb at the end of the path.
+    pub(crate) const fn last(&self) -> i32 {
+        self.last
+    }
+
+    /// Whether the path here was flown so long ago that the place on it is uncertain.
+    pub(crate) fn is_old(&self) -> bool {
+        self.last - self.near > OLD
+    }
+
+    /// The least of the angles by which the nose is off the headings of the path within so many crumbs.
+    pub(crate) fn off_any(&self, window: i32) -> Radians {
+        let off = |k: i32| wrapped(self.heading_at(k as f32) - self.heading);
+        let offs = (-window..=window).map(off);
+        Radians(offs.fold(off(0), |least, off| if off.abs() < least.abs() { off } else { least }))
     }
 
     /// Whether the path bends here.
@@ -351,27 +470,46 @@ impl Trail {
         if wrong.abs() < SAME {
             self.drift = wrapped(self.drift + FOLLOW * wrong);
         }
-        let along = self.along();
-        self.at = plus(self.at, [-along[1], along[0]], PULL * (offset - self.aside()));
+        // Across the gallery, and not across the leg here: a leg that leads across it would hold the place.
+        let [_, left] = axes(self.heading - skew.0);
+        let aside = dot(minus(self.at, self.foot()), left);
+        self.at = plus(self.at, left, PULL * (offset - aside));
     }
 
     /// Takes the heading of a drone that turned on the spot at the end towards which it flies.
     /// Returns `false` if no tunnel turns so far there: the drone faces the way by which it came. The
     /// end then has the heading back with which it was reached.
-    pub(crate) fn turn(&mut self, forward: bool) -> bool {
+    ///
+    /// A drone that `flies_on`, and does not only tremble about its place, may be in a hairpin.
+    pub(crate) fn turn(&mut self, forward: bool, flies_on: bool) -> bool {
         let number = if forward { self.last } else { self.first };
         if (self.near as f32 + self.part - number as f32).abs() > 1.0 {
+            if forward && flies_on {
+                self.end_in_bend();
+            }
             return true;
         }
         let Crumb { at, heading } = self.crumb(number);
         let turned = if self.turned_at == Some(number) { self.turned } else { 0.0 };
         let total = turned + wrapped(self.heading - heading);
-        let is_bend = total.abs() <= REVERSED;
+        let is_bend = total.abs() <= if flies_on { REVERSED } else { ASTERN };
         let heading = if is_bend { self.heading } else { wrapped(heading - turned) };
         self.turned = if is_bend { total } else { 0.0 };
         self.turned_at = Some(number);
         self.put(number, Crumb { at, heading });
         is_bend
+    }
+
+    /// Ends the path of a drone here that was pushed back from the outer wall of a bend while it turned there:
+    /// the path does not lead on to where it was.
+    fn end_in_bend(&mut self) {
+        let off = wrapped(self.heading - self.heading_at(0.0));
+        if off.abs() > TURNS && off.abs() <= REVERSED {
+            self.last = self.near.saturating_add(1);
+            self.put(self.last, self.here());
+            self.part = 1.0;
+            (self.turned_at, self.turned) = (Some(self.last), off);
+        }
     }
 
     /// Ends the path this far ahead of the drone, in metres: what is beyond leads into a wrong branch.
@@ -390,6 +528,19 @@ impl Trail {
             self.put(self.last, self.here());
             self.part = 1.0;
         }
+        true
+    }
+
+    /// Moves the place of a drone that flies back to before the bend behind it, if the path bends there. Returns
+    /// whether it does.
+    pub(crate) fn go_before_bend(&mut self) -> bool {
+        let here = self.heading_at(0.0);
+        let bends = |number: &i32| wrapped(self.crumb(*number).heading - here).abs() > TURNS;
+        let farthest = self.near.saturating_add(FARTHEST_BEND).min(self.last);
+        let Some(bend) = (self.near..farthest).find(bends) else { return false };
+        let number = bend.saturating_add(PAST_BEND).min(self.last.saturating_sub(1));
+        (self.near, self.part) = (number, 0.0);
+        self.at = self.foot();
         true
     }
 
@@ -459,10 +610,10 @@ mod tests {
             trail.advance([0.05, 0.0], Radians(1.5), Flies::NoseFirst);
         }
         assert!(trail.knows(-0.7) && !trail.knows(0.2));
-        for _ in 0..600 {
+        for _ in 0..1_200 {
             trail.advance([0.05, 0.0], Radians(1.5), Flies::NoseFirst);
         }
-        assert!(trail.knows(-25.0) && !trail.knows(-26.0));
+        assert!(trail.knows(-51.0) && !trail.knows(-52.0));
     }
 
     #[test]
@@ -509,6 +660,25 @@ mod tests {
         }
         assert!(trail.knows(-1.5) && !trail.knows(0.2));
         assert!(dot(minus(trail.crumb(trail.last).at, trail.at), [0.0, 1.0]).abs() < SPACING);
+    }
+
+    /// The last leg of the path lies across the way on, as where a drone was pushed aside in a bend; the walls
+    /// of the gallery then held the place there, and the path did not grow any more.
+    #[test]
+    fn a_path_that_leads_across_at_its_end_grows_on_between_walls() {
+        let mut trail = right_angle(2);
+        let ahead = Radians(core::f32::consts::FRAC_PI_2);
+        let at = trail.crumb(trail.last).at;
+        trail.last += 1;
+        trail.put(trail.last, Crumb { at: plus(at, [-0.21, 0.01], 1.0), heading: ahead.0 });
+        (trail.near, trail.part) = (trail.last - 1, 1.0);
+        trail.at = plus(at, [-0.21, 0.02], 1.0);
+        for _ in 0..100 {
+            trail.advance([0.02, 0.0], ahead, Flies::NoseFirst);
+            trail.correct(Radians(0.0), 0.0);
+        }
+        assert!(trail.knows(-1.5) && !trail.knows(0.3), "{:?}", trail.at);
+        assert!(dot(minus(trail.at, at), [0.0, 1.0]) > 1.8, "{:?}", trail.at);
     }
 
     /// The last leg of the path lies across the way on; a drone that has flown on beside it and comes
@@ -564,10 +734,10 @@ mod tests {
         let turned = |trail: &mut Trail, degrees: i32| {
             let heading = wrapped(ahead + (degrees as f32).to_radians());
             trail.advance([0.0, 0.0], Radians(heading), Flies::NoseFirst);
-            trail.turn(true)
+            trail.turn(true, true)
         };
-        assert!((0..130).all(|degrees| turned(&mut trail, degrees)));
-        assert!(!(130..140).all(|degrees| turned(&mut trail, degrees)));
+        assert!((0..155).all(|degrees| turned(&mut trail, degrees)));
+        assert!(!(155..165).all(|degrees| turned(&mut trail, degrees)));
         assert!((trail.crumb(trail.last).heading - ahead).abs() < 0.2);
     }
 
@@ -606,7 +776,7 @@ mod tests {
                 trail.advance([way, -way], Radians(way), flies);
                 trail.correct(Radians(way), way);
                 trail.shift(way);
-                trail.turn(forward);
+                trail.turn(forward, true);
                 let _ = (trail.off(way), trail.knows(way), trail.is_straight(), trail.aside());
             }
         }

@@ -116,6 +116,27 @@ fn a_head_in_the_junction_came_there_by_another_choice() {
     assert_eq!(route.passed_otherwise(Metres(3.5), Branch::Right), None, "it is before it");
 }
 
+/// Heads flew back into the hall before the junction, and turned there.
+#[test]
+fn a_head_that_came_back_past_a_junction_does_not_fly_back_to_the_one_before_it() {
+    let opened = |way: f32| [5.0, 12.0].into_iter().rfind(|at| *at <= way);
+    let mut route = led(14.0, |way| (LEFT, opened(way)));
+    for step in 0..=60 {
+        route.lead(Metres(14.0 - 0.1 * step as f32), LEFT, Some(Metres(12.0)));
+    }
+    assert_eq!(route.passed_otherwise(Metres(8.0), Branch::Right), None);
+}
+
+/// A head at the place where it was to take the other branch trembled to behind it, and flew back for ever.
+#[test]
+fn a_head_that_trembles_where_the_choice_changed_has_not_flown_back() {
+    let mut route = led(0.3, |way| (LEFT, (way >= 0.2).then_some(0.2)));
+    route.lead(Metres(0.3), RIGHT, Some(Metres(0.2)));
+    for way in [0.25, 0.0] {
+        assert_eq!(route.passed_otherwise(Metres(way), Branch::Right), None, "{way}");
+    }
+}
+
 #[test]
 fn a_relay_notes_from_where_on_a_new_list_differs() {
     let mut relay = Route::new();

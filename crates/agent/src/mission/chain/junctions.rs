@@ -2,7 +2,7 @@
 
 use chain::astray::{AstrayWatch, Front};
 use chain::neighbours::Heard;
-use chain::route::Route;
+use chain::route::{JUNCTION, Route};
 use tunnel_nav::Guide;
 use units::{Branch, Course, Metres, NodeId, Order, Phase, Role};
 
@@ -151,10 +151,6 @@ const ACROSS: Metres = Metres(1.8);
 /// A head that the pilot has flown back by so much looks into another branch next, if it is to take
 /// another one.
 const BACK: Metres = Metres(0.5);
-/// A junction is so long, from where the leading beam sees it to a metre and a half into a branch: half of
-/// a gallery of 1.6 m, a turn of a right angle at 0.5 m, and what the wall of the branch is seen later. Our
-/// own number.
-const JUNCTION: Metres = Metres(3.5);
 
 /// A relay that finds no drone in front flies back to the junction no more often than this: the drone
 /// in front may be gone.
