@@ -135,6 +135,8 @@ impl State {
     }
 
     /// The transition function. An order to stop comes first; then each state has its own arm.
+    // A part of its own in the program, so that no table of the step lies far from its branch.
+    #[inline(never)]
     pub(crate) fn next(
         self,
         config: &AgentConfig,
