@@ -137,14 +137,19 @@ impl Route {
         }
     }
 
-    /// Notes where the head at `way` saw the tunnel open last. The first opening behind the place at which
-    /// the choice changed tells how far that place may be moved.
-    fn pass(&mut self, way: Metres, opened: Option<Metres>) {
+    /// Forgets the openings that lie ahead of the head again, which is at `way`.
+    pub fn come_back(&mut self, way: Metres) {
         while let Some(passed) = self.openings.last().copied().filter(|last| way <= *last - BEFORE)
         {
             self.openings.pop();
             self.came_back = Some(passed);
         }
+    }
+
+    /// Notes where the head at `way` saw the tunnel open last. The first opening behind the place at which
+    /// the choice changed tells how far that place may be moved.
+    fn pass(&mut self, way: Metres, opened: Option<Metres>) {
+        self.come_back(way);
         if opened != self.told {
             (self.told, self.ahead) = (opened, opened);
         }

@@ -127,6 +127,17 @@ fn a_head_that_came_back_past_a_junction_does_not_fly_back_to_the_one_before_it(
     assert_eq!(route.passed_otherwise(Metres(8.0), Branch::Right), None);
 }
 
+/// The tunnel opened at both sides of a junction. A head that had come back past the far one noted its new
+/// choice there, and turned into the dead end again.
+#[test]
+fn a_head_that_has_come_back_past_the_far_side_of_a_junction_flies_on_to_before_it() {
+    let opened = |way: f32| [5.0, 7.0].into_iter().rfind(|at| *at <= way);
+    let mut route = led(9.0, |way| (LEFT, opened(way)));
+    assert_eq!(route.passed_otherwise(Metres(7.4), Branch::Straight), Some(Metres(7.0)));
+    route.come_back(Metres(5.8));
+    assert_eq!(route.passed_otherwise(Metres(5.8), Branch::Straight), Some(Metres(5.0)));
+}
+
 /// A head at the place where it was to take the other branch trembled to behind it, and flew back for ever.
 #[test]
 fn a_head_that_trembles_where_the_choice_changed_has_not_flown_back() {

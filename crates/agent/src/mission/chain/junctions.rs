@@ -129,6 +129,7 @@ impl Chain {
         };
         match (chosen, duty) {
             (Some(branch), ChainDuty::Leading { .. }) if round.id == NodeId::HEAD => {
+                self.route.come_back(round.way());
                 // The choice counts from before the junction on, to where the head flies back first.
                 let flies_back_first = self.chosen_anew(round).is_some();
                 if !flies_back_first {
