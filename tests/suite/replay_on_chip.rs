@@ -173,7 +173,7 @@ fn a_chip_that_refuses_is_silent_or_goes_away_ends_the_replay_in_one_line() {
         _ => Some(answer),
     });
     assert_eq!(reset, Error::Lost("the chip refused request 30: NotBegun".into()));
-    assert_eq!(VERSION, 3);
+    assert_eq!(VERSION, 4);
 }
 
 #[test]
