@@ -33,6 +33,31 @@ pub fn walls(data: &[u8]) {
     }
 }
 
+/// Reads the bytes as Therion's data file, which may include a sound one, and as a configuration file,
+/// which names the data file.
+pub fn therion(data: &[u8]) {
+    let part = "survey part\ncentreline\ndata normal from to tape compass clino\n1 2 10 0 0\n\
+        endcentreline\nendsurvey\n";
+    let files = Memory::default().with("cave.th", data).with("part.th", part);
+    let files = files.with("thconfig", [b"source cave\n", data].concat());
+    for entry in ["cave.th", "thconfig"] {
+        accepted(read(&files, entry));
+    }
+}
+
+/// Reads the bytes as a file of VisualTopo.
+pub fn visual_topo(data: &[u8]) {
+    accepted(read(&Memory::default().with("cave.tro", data), "cave.tro"));
+}
+
+/// Reads the bytes as an export of PocketTopo, which is told by its contents alone.
+pub fn pocket_topo(data: &[u8]) {
+    for line in ["", "Cave (m, 360)\n", "TRIP\nDATA\n"] {
+        let text = [line.as_bytes(), data].concat();
+        accepted(read(&Memory::default().with("cave.txt", text), "cave.txt"));
+    }
+}
+
 fn accepted(survey: Result<Survey, Refusal>) {
     match survey {
         Ok(survey) => {
@@ -43,6 +68,9 @@ fn accepted(survey: Result<Survey, Refusal>) {
                 assert!(leg.from < survey.stations.len() && leg.to < survey.stations.len());
             }
         }
-        Err(refusal) => assert!(!refusal.wrong.is_empty() && !refusal.remedy.is_empty()),
+        Err(refusal) => {
+            assert!(!refusal.wrong.is_empty() && !refusal.remedy.is_empty());
+            assert_eq!(refusal.to_string().lines().count(), 1, "{refusal}");
+        }
     }
 }

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 /// The name of a fuzz target, and its check.
 type Target = (&'static str, fn(&[u8]));
 
-const TARGETS: [Target; 14] = [
+const TARGETS: [Target; 17] = [
     ("airlink", fuzz_checks::airlink::check),
     ("capsule", fuzz_checks::capsule::check),
     ("compass", fuzz_checks::surveys::compass),
@@ -15,12 +15,15 @@ const TARGETS: [Target; 14] = [
     ("frontier", fuzz_checks::frontier::check),
     ("map_server", fuzz_checks::maps::map_server),
     ("p2p", fuzz_checks::p2p::check),
+    ("pocket_topo", fuzz_checks::surveys::pocket_topo),
     ("replay", fuzz_checks::replay::check),
     ("storage", fuzz_checks::storage::check),
     ("subt", fuzz_checks::maps::subt),
     ("survex", fuzz_checks::surveys::survex),
     ("syslink", fuzz_checks::syslink::check),
+    ("therion", fuzz_checks::surveys::therion),
     ("three_d", fuzz_checks::surveys::three_d),
+    ("visual_topo", fuzz_checks::surveys::visual_topo),
     ("walls", fuzz_checks::surveys::walls),
 ];
 
@@ -89,7 +92,8 @@ fn no_packets_on_the_link_give_an_event_that_was_not_sealed() {
 
 #[test]
 fn no_cave_survey_does_harm() {
-    for target in ["compass", "survex", "three_d", "walls"] {
+    for target in ["compass", "pocket_topo", "survex", "therion", "three_d", "visual_topo", "walls"]
+    {
         feed(target);
     }
 }
