@@ -1,12 +1,15 @@
 //! Files of the readers with bytes changed, left out and put in: each goes through the check of its
-//! target, which asks for a survey, a map or one line that refuses it, in little time.
+//! target, which asks for a survey, a map or one line that refuses it.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+/// The check of a target.
+type Check = fn(&[u8]);
+
 /// The folder of a target's sound files in `fuzz/corpus`, and its check.
-const READERS: [(&str, fn(&[u8])); 9] = [
+const READERS: [(&str, Check); 9] = [
     ("compass", fuzz_checks::surveys::compass),
     ("map_server", fuzz_checks::maps::map_server),
     ("pocket_topo", fuzz_checks::surveys::pocket_topo),
@@ -17,9 +20,6 @@ const READERS: [(&str, fn(&[u8])); 9] = [
     ("visual_topo", fuzz_checks::surveys::visual_topo),
     ("walls", fuzz_checks::surveys::walls),
 ];
-
-/// The longest that a file may take.
-const LONGEST: Duration = Duration::from_secs(10);
 
 /// Numbers that look drawn, the same each time (an xorshift generator, by Marsaglia).
 struct Random(u64);
@@ -96,7 +96,6 @@ fn read(count: u64) {
             slowest = slowest.max((began.elapsed(), number));
         }
         println!("{target}: {count} read or refused; number {} took {:?}", slowest.1, slowest.0);
-        assert!(slowest.0 < LONGEST);
     }
 }
 
