@@ -77,12 +77,20 @@ pub struct Guide {
     pub changed_from: Option<Metres>,
     /// Whether another drone is too near, by radio: a beam that has become short at once sees that one.
     pub has_company: bool,
+    /// Whether the drone flies home and no other drone comes after it: it may turn round and try another
+    /// way where it does not come on.
+    pub is_last_home: bool,
 }
 
 impl Guide {
     /// No choice.
-    pub const NONE: Self =
-        Self { branch: None, rejoins: false, changed_from: None, has_company: false };
+    pub const NONE: Self = Self {
+        branch: None,
+        rejoins: false,
+        changed_from: None,
+        has_company: false,
+        is_last_home: false,
+    };
 }
 
 /// The command for a drone that flies around a corner, in its own axes.
@@ -202,6 +210,11 @@ impl Fork {
     /// Whether another drone is too near.
     pub(crate) const fn has_company(&self) -> bool {
         self.guide.has_company
+    }
+
+    /// Whether the drone flies home and no other comes after it.
+    pub(crate) const fn is_last_home(&self) -> bool {
+        self.guide.is_last_home
     }
 
     /// The side of the chosen branch; `None` without a choice, and for straight on.

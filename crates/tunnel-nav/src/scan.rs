@@ -41,6 +41,12 @@ const ALIKE: f32 = 0.3;
 const CHOSEN: f32 = 3.0;
 /// The unit in which ranges are kept, m.
 const UNIT: f32 = 0.02;
+/// A way home is free for at least so far in the mean, m: farther than the walls of a narrow gallery.
+const HOME_FREE: f32 = 1.0;
+/// What the direction in which the path leads home scores above the opposite one, m; our own number.
+const PATH_SCORES: f32 = 0.5;
+/// A way counts as tried within this angle, rad.
+const TRIED_WITHIN: f32 = 0.8;
 
 /// What the drone knows of the gallery by which it came.
 #[derive(Clone, Copy, Debug)]
@@ -51,6 +57,24 @@ pub(crate) struct Came {
     pub(crate) centred: f32,
     /// The side on which the way on is looked for first.
     pub(crate) side: Option<Side>,
+}
+
+/// What the drone knows of the way home.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Home {
+    /// The angle from the nose to where its path says that home is.
+    pub(crate) off: Radians,
+    /// The heading of the way that it has tried here, rad.
+    pub(crate) tried: Option<f32>,
+}
+
+/// What a drone looks for.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Seeks {
+    /// The way on, for its nose, of a drone that came by this gallery.
+    WayOn(Came),
+    /// The way home, for its tail.
+    WayHome(Home),
 }
 
 /// Why a drone would look round.
@@ -74,7 +98,7 @@ pub(crate) enum Scan {
     Sweeping {
         /// The heading at the start, rad.
         from: f32,
-        /// The direction of the old gallery, outward, rad.
+        /// The direction of the old gallery, outward, or that of home by the path, rad.
         gallery: f32,
         /// The range in each direction, in units of 2 cm; 0 where none was measured.
         ranges: [u8; BINS],
@@ -123,13 +147,17 @@ impl Scan {
         beams: &Diagonals,
         heading: f32,
         stands: Stands,
-        came: &Came,
+        seeks: &Seeks,
     ) -> Option<f32> {
         match self {
             Self::Off { stood } => {
                 *stood = if stands.before_wall { stood.saturating_add(1) } else { 0 };
                 if *stood == STANDS || stands.is_stuck {
-                    let gallery = wrapped(heading + came.off.0);
+                    let off = match seeks {
+                        Seeks::WayOn(came) => came.off,
+                        Seeks::WayHome(home) => home.off,
+                    };
+                    let gallery = wrapped(heading + off.0);
                     let length = |beam: Range| beam.length().unwrap_or(f32::INFINITY);
                     let to_left = length(beams.nw) > length(beams.ne);
                     *self = Self::Sweeping { from: heading, gallery, ranges: [0; BINS], to_left };
@@ -142,7 +170,12 @@ impl Scan {
                 if wrapped(heading - *from).abs() < FRAC_PI_2 {
                     return Some(if *to_left { SWEEP } else { -SWEEP });
                 }
-                let way = way_on(ranges, *gallery, came);
+                let way = match seeks {
+                    Seeks::WayOn(came) => way_on(ranges, *gallery, came),
+                    Seeks::WayHome(home) => {
+                        way_home(ranges, *gallery, home.tried).map(|way| wrapped(way + PI))
+                    }
+                };
                 *self = Self::Turning { to: way.unwrap_or(*from), found: way.is_some() };
                 Some(0.0)
             }
@@ -194,6 +227,44 @@ fn way_on(ranges: &[u8; BINS], gallery: f32, came: &Came) -> Option<f32> {
             *score = if is_there { farther + CHOSEN } else { farther };
         }
     }
+    middle_of_best(&scores)
+}
+
+/// The heading of the way home, if the ranges show one: where they reach far, if possible to where `home`
+/// is by the path, and not where the drone has tried.
+fn way_home(ranges: &[u8; BINS], home: f32, tried: Option<f32>) -> Option<f32> {
+    let mut scores = [f32::NEG_INFINITY; BINS];
+    for (number, score) in scores.iter_mut().enumerate() {
+        let angle = wrapped(number as f32 * BIN);
+        let within = |other: f32| wrapped(angle - other).abs();
+        let Some([mean, free]) = sector(ranges, number) else { continue };
+        if free <= FREE || mean <= HOME_FREE {
+            continue;
+        }
+        let by_path = 0.5 * PATH_SCORES * Radians(within(home)).sin_cos().1;
+        let by_trial =
+            if tried.is_some_and(|tried| within(tried) < TRIED_WITHIN) { CHOSEN } else { 0.0 };
+        *score = mean + by_path - by_trial;
+    }
+    middle_of_best(&scores)
+}
+
+/// The range in the sector of 30° around a direction, in the mean and the least, m; `None` where nothing
+/// was measured.
+fn sector(ranges: &[u8; BINS], number: usize) -> Option<[f32; 2]> {
+    let (mut sum, mut count, mut free) = (0.0, 0.0, f32::INFINITY);
+    for direction in [number + BINS - 1, number, number + 1] {
+        let Some(&units) = ranges.get(direction % BINS) else { continue };
+        if units > 0 {
+            let range = (UNIT * f32::from(units)).min(SEEN);
+            (sum, count, free) = (sum + range, count + 1.0, free.min(range));
+        }
+    }
+    (count > 0.0).then(|| [sum / count, free])
+}
+
+/// The middle of the directions around the best one that score alike.
+fn middle_of_best(scores: &[f32; BINS]) -> Option<f32> {
     let at = |number: i32| {
         let slot = number.rem_euclid(BINS as i32) as usize;
         scores.get(slot).copied().unwrap_or(f32::NEG_INFINITY)
@@ -288,7 +359,8 @@ mod tests {
                 Diagonals { nw: beam(45.0), ne: beam(-45.0), sw: beam(135.0), se: beam(-135.0) };
             let came = Came { off: Radians(wrapped(-heading)), ..CAME };
             let was_on = scan.is_on();
-            heading += 0.2 * scan.step(&beams, heading, STANDING, &came).unwrap_or(0.0);
+            heading +=
+                0.2 * scan.step(&beams, heading, STANDING, &Seeks::WayOn(came)).unwrap_or(0.0);
             if was_on && !scan.is_on() {
                 let off = wrapped(wrapped(heading) - 130_f32.to_radians()).to_degrees();
                 assert!(off.abs() < 20.0, "{off}");

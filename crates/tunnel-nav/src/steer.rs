@@ -3,9 +3,11 @@
 
 mod aside;
 mod detour;
+mod lost;
 
 use self::detour::Detour;
-use core::f32::consts::SQRT_2;
+use self::lost::Lost;
+use core::f32::consts::{PI, SQRT_2};
 
 use units::{Metres, MetresPerSecond, Radians, RadiansPerSecond};
 
@@ -14,8 +16,8 @@ use crate::fork::{Ended, Fork, Guide};
 use crate::gallery::{Expected, Gallery};
 use crate::margin::Margin;
 use crate::ranges::Bridge;
-use crate::scan::{Came, Scan, Stands};
-use crate::trail::{Flies, Trail};
+use crate::scan::{Came, Home, Scan, Seeks, Stands};
+use crate::trail::{Flies, Trail, wrapped};
 use crate::wall::{Beams, SAME_GALLERY, Track, Wall};
 use crate::{Diagonals, Range};
 
@@ -276,6 +278,8 @@ pub struct Navigator {
     looked: Option<i32>,
     /// … and the iterations after which it may do so again there.
     rests: u8,
+    /// Whether the drone has lost its way home.
+    lost: Lost,
     /// The side to which the drone turned in a bend from where it flew back, and the crumb at which its path
     /// ended then.
     led_back: Option<(Side, i32)>,
@@ -316,6 +320,7 @@ impl Navigator {
             idle: 0,
             looked: None,
             rests: 0,
+            lost: Lost::new(),
             led_back: None,
             returns: 0.0,
             unseen: [0.0; 2],
@@ -427,6 +432,10 @@ impl Navigator {
                 Some(yaw_rate) => (0.0, yaw_rate, 0.0),
                 None => (lateral, yaw_rate, pace),
             };
+        let (lateral, yaw_rate, pace) = match self.look_for_home(ranges, bearings, speed) {
+            Some(yaw_rate) => (0.0, yaw_rate, 0.0),
+            None => (lateral, yaw_rate, pace),
+        };
         let push = push_away(config, &seen);
         NavCommand {
             forward: MetresPerSecond(speed.0 * pace + push.forward),
@@ -662,7 +671,11 @@ impl Navigator {
             return None;
         }
         let is_at_end = off.is_none() || is_stuck;
-        let (Some(heading), true, true) = (heading, is_at_end, speed.0 > HOVERING) else {
+        // Of a drone that flies tail first the scan is for the way home.
+        if speed.0 < -HOVERING {
+            return None;
+        }
+        let (Some(heading), true) = (heading, is_at_end) else {
             self.scan.stop();
             return None;
         };
@@ -670,12 +683,47 @@ impl Navigator {
         let side = self.fork.side().or(self.led_back.map(|(side, _)| side.opposite()));
         let came = Came { off: self.trail.off(-BEFORE_BEND), centred: self.centred, side };
         let stands = Stands { before_wall: nearness < BLOCKED, is_stuck };
-        let yaw_rate = self.scan.step(ranges, heading.0, stands, &came);
+        let yaw_rate = self.scan.step(ranges, heading.0, stands, &Seeks::WayOn(came));
         if was_on && !self.scan.is_on() {
             self.trail.face();
             self.looked = Some(self.trail.last());
             self.rests = if has_found { RESTS } else { u8::MAX };
             self.idle = 0;
+        }
+        yaw_rate
+    }
+
+    /// The yaw rate of a drone that flies tail first, has not come on for long and looks round for the way
+    /// home. It flies on there by the walls: the path that led it here is forgotten.
+    fn look_for_home(
+        &mut self,
+        ranges: &Diagonals,
+        bearings: &Bearings,
+        speed: MetresPerSecond,
+    ) -> Option<f32> {
+        let heading = bearings.heading.filter(|heading| heading.0.is_finite())?;
+        let flies =
+            self.fork.is_last_home() && speed.0 < -HOVERING && !self.company.is_ahead(speed.0);
+        let is_lost = self.lost.step(self.trail.at(), flies);
+        if !flies {
+            if speed.0 < -HOVERING {
+                self.scan.stop();
+            }
+            return None;
+        }
+        let (was_on, has_found) = (self.scan.is_on(), self.scan.has_found());
+        if !was_on && !is_lost {
+            return None;
+        }
+        let home = Home { off: self.trail.home(), tried: self.lost.tried(self.trail.at()) };
+        let stands = Stands { before_wall: false, is_stuck: is_lost };
+        let yaw_rate = self.scan.step(ranges, heading.0, stands, &Seeks::WayHome(home));
+        if was_on && !self.scan.is_on() {
+            self.lost.take(wrapped(heading.0 + PI));
+            if has_found {
+                self.trail = Trail::new();
+                self.forget_walls();
+            }
         }
         yaw_rate
     }

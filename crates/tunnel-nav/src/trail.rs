@@ -86,6 +86,8 @@ const OPPOSITE: f32 = 2.85;
 const OLD: i32 = 50;
 /// Behind a sharp bend the path comes near its earlier part for so many crumbs, and that is no detour.
 const SURE: i32 = 10;
+/// Where the path leads home is read so many crumbs behind: 3 m.
+const HOMEWARD: i32 = 15;
 /// No drone moves farther than this in a round, m.
 const FARTHEST: f32 = 0.5;
 
@@ -542,6 +544,21 @@ impl Trail {
         (self.near, self.part) = (number, 0.0);
         self.at = self.foot();
         true
+    }
+
+    /// The position of the drone by dead reckoning, m.
+    pub(crate) const fn at(&self) -> Vec2 {
+        self.at
+    }
+
+    /// The angle from the nose to the path [`HOMEWARD`] behind, or to the tail where no path is known.
+    pub(crate) fn home(&self) -> Radians {
+        let there = self.crumb(self.near.saturating_sub(HOMEWARD)).at;
+        let off = minus(there, self.at);
+        if dot(off, off) < LOST * LOST {
+            return Radians(PI);
+        }
+        Radians(wrapped(libm::atan2f(off[1], off[0]) - self.heading))
     }
 
     /// Moves the drone along the path without a measured motion.

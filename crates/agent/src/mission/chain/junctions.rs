@@ -77,7 +77,10 @@ impl Chain {
         let is_stray = rejoins && round.role == Role::Relay;
         let branch = if is_stray { branch.and_then(opposite) } else { branch };
         let has_company = self.has_company(config, round);
-        Guide { branch, rejoins, changed_from: self.route.take_change(), has_company }
+        let is_last = round.role == Role::Head || self.front().is_none();
+        let is_last_home = matches!(duty, ChainDuty::Homing) && is_last;
+        let changed_from = self.route.take_change();
+        Guide { branch, rejoins, changed_from, has_company, is_last_home }
     }
 
     /// Whether any drone in the air is too near.

@@ -1,0 +1,57 @@
+//! Notices that a drone that flies tail first, as on its way home, does not come on, and remembers
+//! where it has tried to.
+//!
+//! The place on the path is known by dead reckoning, and at a throat or in a sharp bend the drone may
+//! stand before a wall of which its path knows nothing. No wait helps then: it looks round, and flies
+//! on by the walls into the way that it finds.
+
+/// A drone that has not come on for so many iterations has lost its way: 25 s, in which it flies 1.2 m
+/// at the least speed, and after which a detour has gone to and fro once. Our own number.
+const LOST: u8 = 125;
+/// It has come on where it is farther than this from where it was, m: a turn to and fro before a wall
+/// takes less.
+const COME_ON: f32 = 0.6;
+/// The way that it tried last counts as tried up to this distance from there, m.
+const NEARBY: f32 = 2.0;
+
+/// How long a drone that flies tail first has not come on, and what it has tried.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Lost {
+    /// Where it was when it had last come on, by dead reckoning, m.
+    from: [f32; 2],
+    /// The iterations since then.
+    idle: u8,
+    /// Where it last looked round, and the heading of the way that it took from there, rad.
+    tried: Option<([f32; 2], f32)>,
+}
+
+impl Lost {
+    /// A drone that has come on.
+    pub(super) const fn new() -> Self {
+        Self { from: [0.0; 2], idle: 0, tried: None }
+    }
+
+    /// Carries out one iteration of a drone at `at` that `flies` tail first, or does not, and returns
+    /// whether it has lost its way.
+    pub(super) fn step(&mut self, at: [f32; 2], flies: bool) -> bool {
+        if distance(at, self.from) > COME_ON {
+            (self.from, self.idle) = (at, 0);
+        }
+        self.idle = if flies { self.idle.saturating_add(1).min(LOST) } else { 0 };
+        self.idle == LOST
+    }
+
+    /// The heading of the way that the drone has tried here, rad.
+    pub(super) fn tried(&self, at: [f32; 2]) -> Option<f32> {
+        self.tried.filter(|(there, _)| distance(at, *there) < NEARBY).map(|(_, heading)| heading)
+    }
+
+    /// Notes that the drone takes the way with this heading, rad; dead reckoning begins anew there.
+    pub(super) const fn take(&mut self, heading: f32) {
+        *self = Self { from: [0.0; 2], idle: 0, tried: Some(([0.0; 2], heading)) };
+    }
+}
+
+fn distance(a: [f32; 2], b: [f32; 2]) -> f32 {
+    libm::hypotf(a[0] - b[0], a[1] - b[1])
+}
