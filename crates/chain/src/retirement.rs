@@ -62,6 +62,10 @@ const TRIED: Db = Db(1.0);
 /// The same for the level at the launch, dB: the standard deviation of a level, twice.
 const MEASURED: Db = Db(0.5);
 
+/// A relay of a chain at rest is surplus, whatever the level at the launch was, where the estimate is so
+/// far above the limit, dB: a corner that the law ignores costs a link about as much. Our own number.
+const SURELY: Db = Db(3.5);
+
 /// Decides in each round whether a relay is still needed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RetirementWatch {
@@ -140,7 +144,8 @@ impl RetirementWatch {
         let has_come_back = self.head_way <= -config.back_by && bears(config.spare);
         let bore =
             self.at_launch.is_some_and(|chain| chain.after(self.head_way) >= need.limit - MEASURED);
-        let is_surplus = !self.has_failed && need.is_at_rest && bore && bears(-TRIED);
+        let is_surplus =
+            !self.has_failed && need.is_at_rest && (bore && bears(-TRIED) || bears(SURELY));
         let is_over = for_long(&mut self.unneeded_since, has_come_back, config.hold);
         let is_rest_over = for_long(&mut self.rest_since, is_surplus, config.rest);
         is_over || is_rest_over
