@@ -347,6 +347,22 @@ mod tests {
     }
 
     #[test]
+    fn the_way_home_is_where_the_path_leads_and_not_where_the_drone_has_tried() {
+        let ranges = seen(&[90, -100]);
+        let to = |home: f32, tried: Option<f32>| {
+            let tried = tried.map(f32::to_radians);
+            way_home(&ranges, home.to_radians(), tried).unwrap().to_degrees()
+        };
+        let is_near = |a: f32, b: f32| (a - b).abs() <= 10.0;
+        assert!(is_near(to(70.0, None), 90.0), "{}", to(70.0, None));
+        assert!(is_near(to(-80.0, None), -100.0), "{}", to(-80.0, None));
+        assert!(!is_near(to(70.0, Some(90.0)), 90.0), "{}", to(70.0, Some(90.0)));
+        let dead_end = way_home(&seen(&[]), 0.0, Some(PI)).unwrap().to_degrees();
+        assert!(is_near(dead_end.abs(), 180.0), "the only way, though tried: {dead_end}");
+        assert_eq!(way_home(&[0; BINS], 0.0, None), None);
+    }
+
+    #[test]
     fn a_sweep_ends_and_the_drone_faces_the_way_on() {
         let (mut scan, mut heading) = (Scan::new(), 0.0_f32);
         let ranges = seen(&[130]);

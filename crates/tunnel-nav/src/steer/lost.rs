@@ -55,3 +55,29 @@ impl Lost {
 fn distance(a: [f32; 2], b: [f32; 2]) -> f32 {
     libm::hypotf(a[0] - b[0], a[1] - b[1])
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_drone_has_lost_its_way_that_trembles_but_not_one_that_creeps_on_or_waits() {
+        let lost = |at: fn(u32) -> [f32; 2], flies: fn(u32) -> bool| {
+            let mut lost = Lost::new();
+            (0..600).find(|round| lost.step(at(*round), flies(*round)))
+        };
+        let trembles = |round: u32| [0.2 * (round % 3) as f32, 0.0];
+        assert_eq!(lost(trembles, |_| true), Some(u32::from(LOST) - 1));
+        assert_eq!(lost(|round| [0.01 * round as f32, 0.0], |_| true), None);
+        assert_eq!(lost(trembles, |round| round % 50 != 0), None);
+    }
+
+    #[test]
+    fn a_way_counts_as_tried_near_the_place_where_the_drone_took_it() {
+        let mut lost = Lost::new();
+        assert_eq!(lost.tried([0.0; 2]), None);
+        lost.take(1.5);
+        assert_eq!(lost.tried([0.5, 0.5]), Some(1.5));
+        assert_eq!(lost.tried([5.0, 0.0]), None);
+    }
+}
