@@ -262,6 +262,14 @@ impl Mission {
         }
     }
 
+    /// Whether the mission no longer calls for a drone that climbs towards it.
+    pub(crate) fn calls_off(&self, config: &AgentConfig, round: &Round) -> bool {
+        match self {
+            Self::Chain(chain) => chain.has_chain_landed(config, round),
+            Self::Swarm(_) | Self::Explore(_) => false,
+        }
+    }
+
     /// Notes where the drone takes off.
     pub(crate) fn note_home(&mut self) {
         match self {
