@@ -341,6 +341,14 @@ impl Mission {
         }
     }
 
+    /// Whether the strength of a link to a neighbour of the chain is only reckoned.
+    pub(crate) fn is_blind(&self) -> bool {
+        match self {
+            Self::Chain(chain) => chain.is_blind(),
+            Self::Swarm(_) | Self::Explore(_) => false,
+        }
+    }
+
     /// What the drone's report passes on along the chain.
     pub(crate) fn passed_on(&mut self, config: &AgentConfig, round: &Round) -> PassedOn {
         match self {
