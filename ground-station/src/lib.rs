@@ -43,6 +43,7 @@ pub mod check;
 pub mod checklist;
 pub mod cli;
 pub mod clock;
+pub mod console;
 pub mod fleet;
 pub mod foxglove;
 pub mod freshness;

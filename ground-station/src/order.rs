@@ -6,17 +6,13 @@ use crtp::OperatorTask;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
 use units::{Branch, Duration, Instant, MetresPerSecond};
-use wire::crtp::{Packet, ParamRequest, Port, Request};
+use wire::crtp::{LinkRequest, Packet, ParamRequest, Port, Request};
 
 use crate::table::Rows;
 
 /// The time after which a parameter whose setting was not answered is set again: an order has half a
 /// second ([`freshness`](crate::freshness)), in which a parameter is set up to ten times.
 const AGAIN: Duration = Duration::from_millis(50);
-
-/// The settings that are remembered, since answers to them may still come: those of all five tasks and
-/// four ways, and of all 17 speeds of a stick (`gamepad.js`).
-const REMEMBERED: usize = 32;
 
 /// The fastest that the base lets a head fly (`crtp`, `Parameters::MAX_SPEED`).
 pub const MAX_SPEED: MetresPerSecond = MetresPerSecond(0.4);
@@ -156,11 +152,19 @@ impl Fate {
 }
 
 /// The order that is being given, parameter by parameter.
+///
+/// # Which order an answer belongs to
+/// The answer to a setting has the parameter's row and the value that holds, and no number. A parameter
+/// is set several times, so answers to an earlier order come while the next one is given; one that has
+/// the same value by chance says nothing about whether the base has heard the new one. So before the
+/// first setting of an order the base is sent a *mark*, a number of the order's own that it echoes. A
+/// base answers in the order in which it was asked, and the line keeps that order, so that what comes
+/// behind the mark answers this order, and what comes before it answers an earlier one.
 #[derive(Clone, Debug, Default)]
 pub struct Giving {
     setting: Option<Setting>,
-    /// The parameters that were set last, by row, with their values, the newest last.
-    set: VecDeque<(u16, Vec<u8>)>,
+    /// The mark of the order that was begun last.
+    mark: u32,
 }
 
 /// The parameters of an order are being set.
@@ -171,8 +175,20 @@ struct Setting {
     left: VecDeque<(u16, Vec<u8>)>,
     /// When the first of them was set last.
     sent: Option<Instant>,
+    marking: Marking,
     /// When the order is too old to be given.
     until: Instant,
+}
+
+/// How far the mark of an order has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Marking {
+    /// The mark is to be sent before the parameter is set next.
+    Due,
+    /// The mark is on its way.
+    Sent,
+    /// The base has echoed the mark.
+    Echoed,
 }
 
 impl Giving {
@@ -182,7 +198,8 @@ impl Giving {
         let row = |(name, value): (&str, Vec<u8>)| Some((*rows.get(name)?, value));
         let left: Option<_> = order.parameters().into_iter().map(row).collect();
         let Some(left) = left else { return false };
-        self.setting = Some(Setting { order, left, sent: None, until });
+        self.mark = self.mark.wrapping_add(1);
+        self.setting = Some(Setting { order, left, sent: None, marking: Marking::Due, until });
         true
     }
 
@@ -205,7 +222,9 @@ impl Giving {
     /// The station may have been suspended since the last call: no part of an order that has become
     /// too old meanwhile is sent.
     pub fn poll(&mut self, now: Instant) -> Result<Option<Packet>, Order> {
-        let Some(Setting { order, left, sent, until }) = &mut self.setting else { return Ok(None) };
+        let Some(Setting { order, left, sent, marking, until }) = &mut self.setting else {
+            return Ok(None);
+        };
         if now >= *until {
             let order = *order;
             self.setting = None;
@@ -214,21 +233,31 @@ impl Giving {
         if sent.is_some_and(|at| now.since(at) < AGAIN) {
             return Ok(None);
         }
+        let Some((id, value)) = left.front() else { return Ok(None) };
+        match marking {
+            Marking::Due => {
+                *marking = Marking::Sent;
+                return Ok(Some(mark(self.mark)));
+            }
+            // The mark may be lost: it is sent again with the setting.
+            Marking::Sent => *marking = Marking::Due,
+            Marking::Echoed => {}
+        }
         *sent = Some(now);
-        let Some(first) = left.front() else { return Ok(None) };
-        note(&mut self.set, first);
-        let (id, value) = first;
         Ok(Some(Request::Param(ParamRequest::Write { id: *id, value }).packet()))
     }
 
     /// Takes a packet of the base. Returns the order and what became of it, once that is known.
     ///
-    /// A parameter is set several times, and the answers of an earlier order may come after the next
-    /// order was begun. A base answers with the value that holds, so an answer with a value that was
-    /// set earlier says nothing about this order; one with any other value refuses it.
+    /// A base answers with the value that holds: one with another value than the order's refuses it.
     pub fn receive(&mut self, packet: &Packet) -> Option<(Order, Fate)> {
-        let Setting { order, left, sent, .. } = self.setting.as_mut()?;
-        if packet.port() != Ok(Port::Param) || packet.channel() != 2 {
+        let Setting { order, left, sent, marking, .. } = self.setting.as_mut()?;
+        let is_echo = packet.port() == Ok(Port::Link) && packet.channel() == 0;
+        if is_echo && packet.data() == self.mark.to_le_bytes() {
+            *marking = Marking::Echoed;
+        }
+        if *marking != Marking::Echoed || packet.port() != Ok(Port::Param) || packet.channel() != 2
+        {
             return None;
         }
         let (row, value) = left.front()?;
@@ -238,9 +267,6 @@ impl Giving {
         }
         let order = *order;
         if holds != value.as_slice() {
-            if self.set.iter().any(|(id, value)| id == row && value == holds) {
-                return None;
-            }
             self.setting = None;
             return Some((order, Fate::Refused));
         }
@@ -254,13 +280,9 @@ impl Giving {
     }
 }
 
-/// Notes a parameter that is set as the newest one.
-fn note(set: &mut VecDeque<(u16, Vec<u8>)>, parameter: &(u16, Vec<u8>)) {
-    set.retain(|other| other != parameter);
-    if set.len() == REMEMBERED {
-        set.pop_front();
-    }
-    set.push_back(parameter.clone());
+/// The packet that the base echoes.
+fn mark(mark: u32) -> Packet {
+    Request::Link(LinkRequest::Echo(&mark.to_le_bytes())).packet()
 }
 
 #[cfg(test)]
@@ -282,6 +304,16 @@ mod tests {
         giving
     }
 
+    /// An order whose mark the base has echoed, while the first setting is on its way.
+    fn marked(order: Order) -> Giving {
+        let mut giving = begun(order);
+        let mark = giving.poll(Instant::ZERO).unwrap().unwrap();
+        assert_eq!(mark.port(), Ok(Port::Link));
+        assert!(giving.poll(Instant::ZERO).unwrap().is_some());
+        assert_eq!(giving.receive(&mark), None);
+        giving
+    }
+
     fn answer(row: u16, value: &[u8]) -> Packet {
         Packet::new(Port::Param, 2, &[&row.to_le_bytes()[..], value].concat()).unwrap()
     }
@@ -290,7 +322,9 @@ mod tests {
     fn the_speed_is_set_before_the_task() {
         let order = Order::Explore { speed: 0.25 };
         let mut giving = begun(order);
+        let mark = giving.poll(Instant::ZERO).unwrap().unwrap();
         let speed = giving.poll(Instant::ZERO).unwrap().unwrap();
+        assert_eq!(giving.receive(&mark), None);
         assert_eq!(speed.data(), [&[1, 0][..], &0.25_f32.to_le_bytes()].concat());
         assert_eq!(giving.receive(&answer(1, &0.25_f32.to_le_bytes())), None);
         let task = giving.poll(Instant::ZERO).unwrap().unwrap();
@@ -300,17 +334,33 @@ mod tests {
 
     #[test]
     fn an_order_that_is_answered_with_another_value_was_refused() {
-        let mut giving = begun(Order::Wait);
-        assert!(giving.poll(Instant::ZERO).unwrap().is_some());
+        let mut giving = marked(Order::Wait);
         assert_eq!(giving.receive(&answer(0, &[4])), Some((Order::Wait, Fate::Refused)));
+    }
+
+    /// What comes before the mark is the answer to an earlier order.
+    #[test]
+    fn an_answer_before_the_mark_says_nothing() {
+        for value in [1, 4] {
+            let mut giving = begun(Order::Land);
+            assert!(giving.poll(Instant::ZERO).unwrap().is_some());
+            assert!(giving.poll(Instant::ZERO).unwrap().is_some());
+            assert_eq!(giving.receive(&answer(0, &[value])), None);
+            assert_eq!(giving.order(), Some(Order::Land));
+        }
     }
 
     #[test]
     fn an_order_without_an_answer_is_repeated_until_it_is_too_old() {
         let mut giving = begun(Order::Land);
         let at = |ms| Instant::from_millis(ms);
-        let sent = (0..=49).filter(|n| giving.poll(at(10 * n)).unwrap().is_some()).count();
-        assert_eq!(sent, 10);
+        let mut sent = [0, 0];
+        for n in 0..=49 {
+            while let Some(packet) = giving.poll(at(10 * n)).unwrap() {
+                sent[usize::from(packet.port() == Ok(Port::Param))] += 1;
+            }
+        }
+        assert_eq!(sent, [10, 10]);
         assert_eq!(giving.poll(at(500)), Err(Order::Land));
         assert_eq!(giving.poll(at(600)), Ok(None));
     }
@@ -319,8 +369,7 @@ mod tests {
     #[test]
     fn half_an_order_that_has_become_too_old_is_not_finished() {
         let order = Order::Explore { speed: 0.25 };
-        let mut giving = begun(order);
-        assert!(giving.poll(Instant::ZERO).unwrap().is_some());
+        let mut giving = marked(order);
         assert_eq!(giving.receive(&answer(1, &0.25_f32.to_le_bytes())), None);
         assert_eq!(giving.poll(Instant::from_millis(20_000)), Err(order));
         assert_eq!(giving.poll(Instant::from_millis(20_010)), Ok(None));

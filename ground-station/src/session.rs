@@ -303,7 +303,8 @@ impl Session {
 
     /// Begins anew with a drone at another address. A stop that was ordered goes on.
     pub fn begin_anew(&mut self) {
-        let stopping = std::mem::take(&mut self.stopping);
+        let mut stopping = std::mem::take(&mut self.stopping);
+        stopping.begin_anew();
         *self = Self { stopping, ..Self::default() };
     }
 }

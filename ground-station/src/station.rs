@@ -16,6 +16,7 @@ use crate::advice::Situation;
 use crate::blocks::{Block, DroneReport};
 use crate::chain_view::ChainView;
 use crate::clock::Clock;
+use crate::console::Console;
 use crate::fleet::Fleet;
 use crate::freshness::Echo;
 use crate::link::Link;
@@ -162,6 +163,7 @@ pub fn start(link: impl Link, setup: Setup) -> Handle {
         pages: Pages::default(),
         refused: None,
         notices: VecDeque::new(),
+        console: Console::default(),
         published: None,
         line: plan.as_ref().and_then(ChainLine::of),
         fleet,
@@ -198,6 +200,8 @@ struct Station<L: Link> {
     /// The last request that was refused.
     refused: Option<Refusal>,
     notices: VecDeque<String>,
+    /// What the base prints, until its line has ended.
+    console: Console,
     published: Option<Instant>,
     /// The line of the plan along which drones are shown.
     line: Option<ChainLine>,
@@ -376,7 +380,12 @@ impl<L: Link> Station<L> {
                         self.record(now, Event::Base(base));
                     }
                 }
-                News::Console(text) => self.record(now, Event::Console(text)),
+                News::Console(text) => {
+                    for sentence in self.console.take(&text) {
+                        self.notice(now, format!("The base says: {sentence}"));
+                    }
+                    self.record(now, Event::Console(text));
+                }
                 News::Task(task) => self.chain.task = Some(task),
                 News::Order(order, fate) => {
                     self.record(now, Event::Fate(order, fate));
@@ -399,6 +408,7 @@ impl<L: Link> Station<L> {
     async fn seek_base(&mut self, now: Instant, node: NodeId) {
         if self.link.go_on().await {
             self.session.begin_anew();
+            self.console = Console::default();
             self.notice(now, format!("Node {node} is not the base: the next port is tried."));
         } else {
             self.notice(now, format!("Node {node} is not the base: give the base's address."));

@@ -94,7 +94,17 @@ impl Stopping {
         Some(Request::Command(SupervisorCommand::EmergencyStop).packet())
     }
 
+    /// Begins anew with a drone at another address, which has neither heard nor answered the stop.
+    pub fn begin_anew(&mut self) {
+        let Self::Ordered(stop) = self else { return };
+        (stop.sent, stop.base) = (None, None);
+        stop.conclude();
+    }
+
     /// Takes a packet of the base: its answer to the stop counts.
+    ///
+    /// The answer has no number. One to an earlier stop counts too once this one was sent, which is right:
+    /// a base keeps a stop until it is restarted.
     pub fn receive(&mut self, now: Instant, packet: &Packet) {
         const ANSWER: u8 = 0x80;
         let wanted = ANSWER | SupervisorCommand::EmergencyStop.code();
@@ -103,6 +113,7 @@ impl Stopping {
             (packet.port(), packet.channel(), packet.data())
             && *code == wanted
             && *done != 0
+            && stop.sent.is_some()
         {
             stop.base.get_or_insert(now.since(stop.since));
             stop.conclude();
@@ -160,6 +171,7 @@ mod tests {
     fn ordered(drones: u8) -> Stopping {
         let mut stopping = Stopping::default();
         stopping.order(at(1_000), (0..drones).map(NodeId));
+        assert!(stopping.poll(at(1_000)).is_some());
         stopping
     }
 
@@ -223,6 +235,26 @@ mod tests {
         assert!(matches!(stopping, Stopping::Ordered(_)));
         stopping.hear_task(0);
         assert_eq!(stopping, Stopping::NotOrdered);
+    }
+
+    /// A drone that is not the base answers the stop as well: the stop used to count as answered by the base,
+    /// which had not heard it.
+    #[test]
+    fn the_answer_of_another_address_is_not_the_bases() {
+        let base = |stopping: &Stopping| match stopping {
+            Stopping::Ordered(stop) => stop.base,
+            Stopping::NotOrdered => None,
+        };
+        let mut stopping = ordered(0);
+        stopping.receive(at(1_010), &base_answer());
+        assert!(!stopping.is_sending());
+        stopping.begin_anew();
+        assert!(stopping.is_sending());
+        stopping.receive(at(1_020), &base_answer());
+        assert_eq!(base(&stopping), None, "what the other drone has still said");
+        assert!(stopping.poll(at(1_030)).is_some(), "at once");
+        stopping.receive(at(1_040), &base_answer());
+        assert_eq!(base(&stopping), Some(Duration::from_millis(40)));
     }
 
     #[test]

@@ -189,6 +189,12 @@ impl Agent {
         self.mission.estimates()
     }
 
+    /// Whether the strength of a link to a neighbour of the chain is only reckoned: reports come, and for a
+    /// second none has brought a strength.
+    pub fn is_blind(&self) -> bool {
+        self.mission.is_blind()
+    }
+
     /// Carries out one round. `now` must not run backwards; a negative time since the last step counts
     /// as none.
     pub fn step(&mut self, config: &AgentConfig, now: Instant, inputs: &Inputs<'_>) -> Outputs {

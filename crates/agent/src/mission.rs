@@ -262,6 +262,14 @@ impl Mission {
         }
     }
 
+    /// Whether the mission no longer calls for a drone that climbs towards it.
+    pub(crate) fn calls_off(&self, config: &AgentConfig, round: &Round) -> bool {
+        match self {
+            Self::Chain(chain) => chain.has_chain_landed(config, round),
+            Self::Swarm(_) | Self::Explore(_) => false,
+        }
+    }
+
     /// Notes where the drone takes off.
     pub(crate) fn note_home(&mut self) {
         match self {
@@ -330,6 +338,14 @@ impl Mission {
         match self {
             Self::Chain(chain) => chain.views(),
             Self::Swarm(_) | Self::Explore(_) => [None; 2],
+        }
+    }
+
+    /// Whether the strength of a link to a neighbour of the chain is only reckoned.
+    pub(crate) fn is_blind(&self) -> bool {
+        match self {
+            Self::Chain(chain) => chain.is_blind(),
+            Self::Swarm(_) | Self::Explore(_) => false,
         }
     }
 

@@ -159,6 +159,13 @@ impl State {
             Self::Armed { since } => {
                 armed(since, &mission.call(config, round, Some(since)), round, at)
             }
+            // The chain has landed meanwhile: above the base the relay would hold no link until its
+            // battery is empty.
+            Self::TakingOff { .. }
+                if order != Some(Order::Land) && mission.calls_off(config, round) =>
+            {
+                Self::Landing { since: round.now, why: LandReason::Retired }
+            }
             Self::TakingOff { since } | Self::Rising { since } => {
                 climbed(since, config, mission, round, at).unwrap_or(self)
             }

@@ -174,18 +174,21 @@ pub enum Notice {
     HeadStands,
     /// A drone in the air goes on by its estimate.
     EstimateFlies,
+    /// Packets of a neighbour come late, so that the strength of the link is only reckoned.
+    Reckoned,
 }
 
 /// The time after which a notice that the drone does not fly is printed again.
 const REPEATS: Duration = Duration::from_secs(10);
 
 impl Notice {
-    /// The bits of the notices that say why the drone does not fly.
+    /// The bits of the notices that say why the drone, or the head, does not fly.
     const REPEATED: u16 = Self::NotTheBase.bit()
         | Self::BaseTakesNone.bit()
         | Self::StopStands.bit()
         | Self::NotHeard.bit()
-        | Self::HeadStands.bit();
+        | Self::HeadStands.bit()
+        | Self::Reckoned.bit();
 
     const fn bit(self) -> u16 {
         1 << self as u16
@@ -216,6 +219,7 @@ impl Notice {
                 "The head stays down: see node0.state, node0.fault. Landed, it needs uchain.task 0."
             }
             Self::EstimateFlies => "Not reset: a drone in the air goes on by its estimate.",
+            Self::Reckoned => "Packets come late: links are reckoned, and the head stands.",
         }
     }
 }

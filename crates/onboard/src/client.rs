@@ -415,6 +415,9 @@ impl<S: Seal> Drone<S> {
         if is_of_chain && orders.head_stands(now, head) && has_client {
             client.server.notice(Notice::HeadStands);
         }
+        if has_client && agent.is_blind() {
+            client.server.notice(Notice::Reckoned);
+        }
         let state = agent.state();
         if has_client && client.told_state != Some(state.code()) {
             client.told_state = Some(state.code());

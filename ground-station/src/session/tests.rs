@@ -19,6 +19,8 @@ struct Base {
     stops: usize,
     /// Whether the base gives the stop, whatever it is asked for.
     is_stopped: bool,
+    /// Whether packets to the base are lost.
+    is_deaf: bool,
     /// The time of an answer on its way, ms.
     delay: u64,
     on_the_way: VecDeque<(u64, Packet)>,
@@ -34,6 +36,7 @@ impl Base {
             snapshot: Snapshot::DEFAULT,
             stops: 0,
             is_stopped: false,
+            is_deaf: false,
             delay: 0,
             on_the_way: VecDeque::new(),
         }
@@ -67,6 +70,9 @@ impl Base {
             self.snapshot.taken = now;
             while let Some(packet) = session.poll(now, speech) {
                 sent.push(packet);
+                if self.is_deaf {
+                    continue;
+                }
                 let Self { server, parameters, stops, is_stopped, .. } = self;
                 server.receive(
                     now,
@@ -206,6 +212,29 @@ fn an_order_that_is_followed_is_never_called_refused() {
                     _ => assert_eq!(parameters.order(), at_once.order(), "{before:?}, {order:?}"),
                 }
             }
+        }
+    }
+}
+
+/// The answer to an earlier order with the same value comes while the base no longer hears the station: it
+/// used to be taken for the answer to the next order, which never arrived.
+#[test]
+fn an_order_that_the_base_has_not_heard_is_never_called_taken() {
+    for delay in [70, 110, 150, 200, 400] {
+        for order in ORDERS {
+            let (mut base, mut session) = connected();
+            base.delay = delay;
+            session.take_news();
+            let other = if order == Order::Wait { Order::Recall } else { Order::Wait };
+            for (order, at) in [(order, 5_000), (other, 5_060), (order, 5_120)] {
+                base.is_deaf = at == 5_120;
+                assert!(session.order(order, Instant::from_millis(at + 500)));
+                base.talk(&mut session, at..at + 60, Speech::Steered);
+            }
+            base.talk(&mut session, 5_180..6_000, Speech::Steered);
+            let news = session.take_news();
+            let last = news.iter().rfind(|news| matches!(news, News::Order(..)));
+            assert_eq!(last, Some(&News::Order(order, Fate::NotAnswered)), "{order:?}, {delay} ms");
         }
     }
 }

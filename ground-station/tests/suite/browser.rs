@@ -48,6 +48,12 @@ impl Browser {
 
     /// Calls a method of the DevTools protocol.
     pub(crate) async fn call(&mut self, method: &str, params: Value) -> Value {
+        let result = self.try_call(method, params).await;
+        result.unwrap_or_else(|error| panic!("{method}: {error}"))
+    }
+
+    /// Calls a method of the DevTools protocol; returns its result or its error.
+    async fn try_call(&mut self, method: &str, params: Value) -> Result<Value, Value> {
         self.calls += 1;
         let id = self.calls;
         let mut call = json!({ "id": id, "method": method, "params": params });
@@ -60,24 +66,30 @@ impl Browser {
             let Message::Text(text) = message else { continue };
             let mut answer: Value = serde_json::from_str(&text).unwrap();
             if answer["id"] == id {
-                assert!(answer["error"].is_null(), "{method}: {answer}");
-                return answer["result"].take();
+                let error = answer["error"].take();
+                return if error.is_null() { Ok(answer["result"].take()) } else { Err(error) };
             }
         }
     }
 
     /// The value of a JavaScript expression in the page.
     pub(crate) async fn evaluate(&mut self, expression: &str) -> Value {
-        let params = json!({ "expression": expression, "returnByValue": true });
-        let mut result = self.call("Runtime.evaluate", params).await;
-        assert!(result["exceptionDetails"].is_null(), "{expression}: {result}");
-        result["result"]["value"].take()
+        let value = self.try_evaluate(expression).await;
+        value.unwrap_or_else(|error| panic!("{expression}: {error}"))
     }
 
-    /// Waits until a JavaScript expression is true.
+    async fn try_evaluate(&mut self, expression: &str) -> Result<Value, Value> {
+        let params = json!({ "expression": expression, "returnByValue": true });
+        let mut result = self.try_call("Runtime.evaluate", params).await?;
+        assert!(result["exceptionDetails"].is_null(), "{expression}: {result}");
+        Ok(result["result"]["value"].take())
+    }
+
+    /// Waits until a JavaScript expression is true. The page may be loaded anew meanwhile: then the browser
+    /// answers a question to the page that is going with an error.
     pub(crate) async fn wait_for(&mut self, expression: &str) {
         for _ in 0..600 {
-            if self.evaluate(expression).await == true {
+            if self.try_evaluate(expression).await.is_ok_and(|value| value == true) {
                 return;
             }
             tokio::time::sleep(Duration::from_millis(100)).await;

@@ -1,9 +1,10 @@
-//! Missions beside an attacker who holds packets back.
+//! Missions beside an attacker who holds packets back, or repeats them elsewhere at once.
 
 use sim_harness::mission::medium::{Jams, Repeater};
 use sim_harness::mission::{Mission, World};
 use sim_harness::scenario::{Changes, Scenario};
 use sim_harness::world::SkeletonPlace;
+use units::Metres;
 
 /// The strength of a packet that was held back is not the sender's. The last one that was counted on and
 /// on, so that the head flew on with a link of a place that it had left, and hovered at home for a
@@ -34,5 +35,28 @@ fn a_chain_whose_packets_are_held_back_stands_and_comes_home() {
         for (state, way) in mission.states().zip(mission.ways()).take(2) {
             assert!(!state.is_airborne() && way < 3.0, "seed {seed}: {state:?} at {way} m");
         }
+    }
+}
+
+/// A repeater makes a head that is far from the base as strong as a near one. What bounds the way is the length
+/// of a link by the odometers of its ends: the default, or what the scenario says.
+#[test]
+fn a_head_beside_a_repeater_makes_no_link_longer_than_the_longest() {
+    let changes = Changes { relays: Some(0), ..Changes::default() };
+    for (longest, seed) in [(30.0, 1), (9.0, 1), (9.0, 2), (9.0, 3)] {
+        let mut scenario = Scenario::open_with("demo", &changes).unwrap();
+        scenario.agent.retreat.longest = Metres(longest);
+        let world = World::of(&scenario);
+        let beside = [2.0, 2.0, 20.0, 20.0].map(SkeletonPlace::main);
+        let mut mission = Mission::besieged(&scenario, &world, seed, &beside);
+        let at_once = |ear, mouth| Repeater { ear, mouth, delay_us: 140, jams: Jams::Weaker };
+        mission.repeat(&[at_once(0, 3), at_once(2, 1)]);
+        // The pilot pushes on all the time.
+        mission.advance(180_000_000);
+        let way = mission.ways().next().unwrap();
+        assert!(way < longest + 1.0, "seed {seed}: {way} m with links of {longest} m");
+        // Without a repeater the head comes to 8.3 to 8.4 m.
+        assert!(way > 9.0, "seed {seed}: {way} m");
+        assert!(longest < 20.0 || way > 25.0, "the repeater is not believed: {way} m");
     }
 }

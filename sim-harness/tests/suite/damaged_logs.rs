@@ -70,7 +70,8 @@ fn read(count: u64, folder: &str) {
     }
 }
 
-fn damage(bytes: &mut Vec<u8>, random: &mut Stream) {
+/// Changes bytes at one place, puts one in, or takes some out.
+pub(crate) fn damage(bytes: &mut Vec<u8>, random: &mut Stream) {
     if bytes.is_empty() {
         return;
     }

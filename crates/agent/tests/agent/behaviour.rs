@@ -354,6 +354,27 @@ fn no_relay_takes_off_towards_a_chain_that_has_landed() {
     }
 }
 
+/// The head lands in the very round in which a relay takes off towards it, or while that one climbs: the relay
+/// used to climb on and to hover at the base.
+#[test]
+fn a_relay_lands_again_where_the_chain_has_landed_while_it_climbed() {
+    let seen =
+        |head: Phase, rssi: f32| Scene::quiet().without(0).order(EXPLORE).also(0, head, rssi);
+    let mut rig = Rig::new(Role::Relay);
+    rig.during(5.0, &seen(Phase::Linked, -52.0));
+    rig.until("taking-off", &seen(Phase::Linked, -75.0));
+    let landed = seen(Phase::Out, -75.0);
+    rig.during(0.4, &landed.clone().at_height(Some(0.1)));
+    let is_retired = |state| matches!(state, State::Landing { why: LandReason::Retired, .. });
+    assert!(is_retired(rig.state()), "{:?}", rig.state());
+    rig.until("idle", &landed);
+    for _ in 0..300 {
+        rig.step(&landed);
+        assert!(!rig.state().is_airborne());
+    }
+    rig.until("taking-off", &seen(Phase::Linked, -75.0));
+}
+
 #[test]
 fn a_relay_called_home_lands_at_the_base() {
     let home = air().order(Order::Return).link(BASE, -52.0);

@@ -88,6 +88,8 @@ pub enum Reboot {
 pub struct Net {
     pub nodes: Vec<Node>,
     pub now: u64,
+    /// How much later every packet comes, µs.
+    pub held: u64,
     loss: u64,
     chance: Chance,
     /// Packets on their way, by the moment of their arrival and a number.
@@ -121,7 +123,7 @@ impl Net {
                 Node { drone, node, role, epoch: 1, offset, next_round, flew, stopped, broke_out }
             })
             .collect();
-        Self { nodes, now: 0, loss, chance, air: BTreeMap::new(), sent: 0 }
+        Self { nodes, now: 0, held: 0, loss, chance, air: BTreeMap::new(), sent: 0 }
     }
 
     pub fn base(&self) -> usize {
@@ -220,7 +222,7 @@ impl Net {
         };
         let schedule = Schedule::new(Datarate::Mbit2, node.node).unwrap();
         let line = 10 * (15 + 2 * length as u64) + 140;
-        let arrives = now + line + schedule.air_time(length).as_micros();
+        let arrives = now + line + schedule.air_time(length).as_micros() + self.held;
         self.sent += 1;
         self.air.insert((arrives, self.sent), (from, out[..length].to_vec()));
     }

@@ -109,3 +109,20 @@ fn the_base_says_why_a_head_stays_down_that_was_told_to_fly() {
     net.run(Duration::from_secs(5));
     assert!(!flies(&mut net).contains("stays down"));
 }
+
+/// The head flies on as little as the operator sees why.
+#[test]
+fn the_base_says_that_links_are_reckoned_while_packets_are_held_back() {
+    let mut net = Net::new(2, 10, 1);
+    let base = net.base();
+    let flies = |net: &mut Net| console(net, base, &hover(0.2), Duration::from_secs(25));
+    let said = flies(&mut net);
+    assert!(!said.contains("reckoned"), "{said}");
+    net.held = 1_000_000;
+    let said = flies(&mut net);
+    assert_eq!(said.matches("links are reckoned, and the head stands").count(), 3, "{said}");
+    net.held = 0;
+    net.run(Duration::from_secs(2));
+    let said = flies(&mut net);
+    assert!(!said.contains("reckoned"), "{said}");
+}

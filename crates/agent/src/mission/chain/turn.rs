@@ -54,7 +54,7 @@ impl Chain {
     /// Whether every drone in front that this one hears is on the ground and out of the mission, or was when
     /// it was heard last where none is heard: that there is no link calls for no relay then. A head that
     /// flies on unheard comes back until it is heard.
-    fn has_chain_landed(&self, config: &AgentConfig, round: &Round) -> bool {
+    pub(crate) fn has_chain_landed(&self, config: &AgentConfig, round: &Round) -> bool {
         let has_landed = |within| {
             let heard = self.neighbours.heard(round.now, within);
             let mut ahead = heard.filter(|n| n.report.from < round.id).peekable();
