@@ -217,6 +217,7 @@ mod tests {
         far.follow_head(Metres(2.0));
         assert_eq!(first(far, -59.0, true), None, "it is needed where the head is now");
         assert_eq!(first(RetirementWatch::new(None), -59.0, true), None, "nothing is known");
+        assert_eq!(first(RetirementWatch::new(None), -56.0, true), Some(150), "by far too strong");
         assert_eq!(first(RetirementWatch::after_failure(), -59.0, true), None);
     }
 }
