@@ -5,9 +5,10 @@
 //! the ground. The strength of the links without that relay is only an estimate by the log-distance
 //! law, which ignores corners; the head's distance at the launch is a measurement. A relay retires
 //! when both say so. It also retires from a chain at rest whose level at the launch, less what the
-//! head's way since then costs, still bears the limit: it was launched a little early. On its way home
-//! the others close the gap behind it, and it comes back where they cannot; after such a trial that
-//! failed, only the head's way counts.
+//! head's way since then costs, still bears the limit, since it was launched a little early; and from
+//! one in which the estimate alone is far above the limit. On its way home the others close the gap
+//! behind it, and it comes back where they cannot; after such a trial that failed, only the head's way
+//! counts.
 
 use units::{Db, Dbm, Duration, Instant, LinkSum, Metres, MetresPerDb};
 
