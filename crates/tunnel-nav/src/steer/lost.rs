@@ -53,7 +53,8 @@ impl Lost {
 }
 
 fn distance(a: [f32; 2], b: [f32; 2]) -> f32 {
-    libm::hypotf(a[0] - b[0], a[1] - b[1])
+    let [x, y] = [a[0] - b[0], a[1] - b[1]];
+    libm::sqrtf(x * x + y * y)
 }
 
 #[cfg(test)]
