@@ -51,6 +51,7 @@
 mod company;
 mod fork;
 mod gallery;
+mod hits;
 mod margin;
 mod ranges;
 mod scan;

@@ -14,6 +14,7 @@ use units::{Metres, MetresPerSecond, Radians, RadiansPerSecond};
 use crate::company::Company;
 use crate::fork::{Ended, Fork, Guide};
 use crate::gallery::{Expected, Gallery};
+use crate::hits::Hits;
 use crate::margin::Margin;
 use crate::ranges::Bridge;
 use crate::scan::{Came, Home, Scan, Seeks, Stands};
@@ -261,6 +262,7 @@ pub struct Navigator {
     detour: Detour,
     bridge: Bridge,
     company: Company,
+    hits: Hits,
     /// The side on which the tunnel last opened while there was a wall on the other, and the way
     /// then: the tunnel may turn there.
     opening: Option<(Side, Metres)>,
@@ -311,6 +313,7 @@ impl Navigator {
             detour: Detour::new(),
             bridge: Bridge::new(),
             company: Company::new(),
+            hits: Hits::new(),
             opening: None,
             creep: 0.0,
             faces_back: false,
@@ -377,6 +380,7 @@ impl Navigator {
         let seen = self.bridge.fill(ranges);
         let moved = [bearings.way - self.way, bearings.aside - self.aside];
         let ranges = &self.company.without(&seen, self.fork.has_company(), moved);
+        self.hits.advance(moved, bearings.heading, ranges);
         let ranges = &self.keep_aside(ranges, moved[0]);
         (self.way, self.aside) = (bearings.way, bearings.aside);
         self.fork.advance(moved, bearings.heading);
@@ -437,9 +441,11 @@ impl Navigator {
             None => (lateral, yaw_rate, pace),
         };
         let push = push_away(config, &seen);
+        let lateral = MetresPerSecond(lateral + push.lateral).limited_to(config.max_lateral);
+        let [forward, lateral] = self.hits.keep_clear([speed.0 * pace + push.forward, lateral.0]);
         NavCommand {
-            forward: MetresPerSecond(speed.0 * pace + push.forward),
-            lateral: MetresPerSecond(lateral + push.lateral).limited_to(config.max_lateral),
+            forward: MetresPerSecond(forward),
+            lateral: MetresPerSecond(lateral),
             yaw_rate: RadiansPerSecond(yaw_rate).limited_to(config.max_yaw_rate),
             walls: leading.walls,
         }

@@ -1,0 +1,220 @@
+//! The places where the beams met walls a moment ago.
+//!
+//! Four beams at 45° do not see what is beside the drone and right before it: a corner that a beam has
+//! passed stands between two of them while the drone flies by, and with it everything that can be
+//! touched. So the last hits near the drone are kept, by dead reckoning over a few metres, and the drone
+//! flies no nearer to them than it may.
+
+use core::f32::consts::{FRAC_1_SQRT_2, FRAC_PI_4};
+
+use units::{Metres, Radians};
+
+use crate::{Diagonals, Range};
+
+/// The hits that are kept; more than a corner shows within [`KEPT`].
+const HITS: usize = 24;
+/// Hits farther away than this are of no use, m: the drone flies that far in a few seconds.
+const KEPT: f32 = 1.2;
+/// A hit is new where it is farther than this from all others, m: the noise of a range, twice.
+const NEW: f32 = 0.08;
+/// A hit is forgotten after so many iterations, 20 s, in which a hovering drone drifts by some
+/// centimetres.
+const FORGOTTEN: u8 = 100;
+/// A beam within this angle of a hit shows whether it is still there, as the sine: 10°, …
+const SEEN_WITHIN: f32 = 0.17;
+/// … where it reaches so much farther, m.
+const FARTHER: f32 = 0.15;
+/// The drone slows down towards a hit that is nearer than this, m, …
+const SLOWS: f32 = 0.32;
+/// … and flies no nearer than this: a Crazyflie with its propellers reaches 0.09 m from its middle, and
+/// the place errs by as much.
+const NEAREST: f32 = 0.18;
+
+type Vec2 = [f32; 2];
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Hit {
+    at: Vec2,
+    age: u8,
+}
+
+/// The hits, and the drone among them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Hits {
+    hits: [Option<Hit>; HITS],
+    /// The position of the drone by dead reckoning, m, and its heading by gyroscope, rad.
+    at: Vec2,
+    heading: Option<Radians>,
+}
+
+impl Default for Hits {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Hits {
+    pub(crate) const fn new() -> Self {
+        Self { hits: [None; HITS], at: [0.0; 2], heading: None }
+    }
+
+    /// Moves the drone by this way, forward and to the left, and keeps what its beams see.
+    pub(crate) fn advance(
+        &mut self,
+        moved: [Metres; 2],
+        heading: Option<Radians>,
+        ranges: &Diagonals,
+    ) {
+        let Some(heading) = heading.filter(|heading| heading.0.is_finite()) else {
+            *self = Self::new();
+            return;
+        };
+        self.heading = Some(heading);
+        let [x, y] = turned(moved.map(|way| way.0), heading);
+        self.at = [self.at[0] + x, self.at[1] + y];
+        for hit in &mut self.hits {
+            *hit = hit.filter(|hit| hit.age < FORGOTTEN && distance(hit.at, self.at) < KEPT);
+            if let Some(hit) = hit {
+                hit.age += 1;
+            }
+        }
+        let beams = [(ranges.nw, 1.0), (ranges.ne, -1.0), (ranges.sw, 3.0), (ranges.se, -3.0)];
+        for (beam, eighths) in beams {
+            let direction = turned([1.0, 0.0], Radians(heading.0 + eighths * FRAC_PI_4));
+            self.look(beam, direction);
+        }
+    }
+
+    /// Forgets the hits through which this beam reaches, and keeps its own.
+    fn look(&mut self, beam: Range, direction: Vec2) {
+        if beam == Range::Invalid {
+            return;
+        }
+        let length = beam.length().unwrap_or(KEPT);
+        for hit in &mut self.hits {
+            *hit = hit.filter(|hit| {
+                let [x, y] = [hit.at[0] - self.at[0], hit.at[1] - self.at[1]];
+                let along = x * direction[0] + y * direction[1];
+                let beside = (x * direction[1] - y * direction[0]).abs();
+                along < 0.0 || beside > SEEN_WITHIN * along || along + FARTHER > length
+            });
+        }
+        if length >= KEPT {
+            return;
+        }
+        let at = [self.at[0] + length * direction[0], self.at[1] + length * direction[1]];
+        if let Some(hit) = self.hits.iter_mut().flatten().find(|hit| distance(hit.at, at) < NEW) {
+            hit.age = 0;
+            return;
+        }
+        let far = |hit: &Option<Hit>| hit.map_or(f32::INFINITY, |hit| distance(hit.at, self.at));
+        let farthest = self.hits.iter_mut().reduce(|a, b| if far(b) > far(a) { b } else { a });
+        if let Some(slot) = farthest {
+            *slot = Some(Hit { at, age: 0 });
+        }
+    }
+
+    /// This velocity, forward and to the left, without what of it leads nearer to a hit than the drone may
+    /// come.
+    pub(crate) fn keep_clear(&self, velocity: Vec2) -> Vec2 {
+        let Some(heading) = self.heading else { return velocity };
+        let mut velocity = velocity;
+        for hit in self.hits.iter().flatten() {
+            let off = distance(hit.at, self.at);
+            if off >= SLOWS || off <= 0.0 {
+                continue;
+            }
+            let to = [(hit.at[0] - self.at[0]) / off, (hit.at[1] - self.at[1]) / off];
+            let to = turned(to, Radians(-heading.0));
+            let nearer = to[0] * velocity[0] + to[1] * velocity[1];
+            let most = ((off - NEAREST) / (SLOWS - NEAREST)).max(0.0) * FASTEST;
+            if nearer > most {
+                velocity = [0, 1].map(|axis| velocity[axis] - (nearer - most) * to[axis]);
+            }
+        }
+        velocity
+    }
+}
+
+/// The speed at which a drone may come nearer to a hit from where it begins to slow down, m/s.
+const FASTEST: f32 = 0.4 * FRAC_1_SQRT_2;
+
+fn distance(a: Vec2, b: Vec2) -> f32 {
+    let [x, y] = [a[0] - b[0], a[1] - b[1]];
+    libm::sqrtf(x * x + y * y)
+}
+
+fn turned([x, y]: Vec2, by: Radians) -> Vec2 {
+    let (sin, cos) = by.sin_cos();
+    [x * cos - y * sin, x * sin + y * cos]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const EAST: Option<Radians> = Some(Radians(0.0));
+    const CLEAR: Diagonals =
+        Diagonals { nw: Range::Clear, ne: Range::Clear, sw: Range::Clear, se: Range::Clear };
+
+    fn at(length: f32) -> Range {
+        Range::At(Metres(length))
+    }
+
+    /// A drone that has flown east for 0.4 m past a corner, which its beam to the right has seen 0.15 m
+    /// beside its path, and now has it abeam.
+    fn beside_a_corner() -> Hits {
+        let mut hits = Hits::new();
+        hits.advance([Metres(0.0); 2], EAST, &Diagonals { ne: at(0.21), ..CLEAR });
+        for _ in 0..3 {
+            hits.advance([Metres(0.05), Metres(0.0)], EAST, &CLEAR);
+        }
+        hits
+    }
+
+    #[test]
+    fn a_drone_keeps_clear_of_a_corner_that_no_beam_sees_any_more() {
+        let [forward, lateral] = beside_a_corner().keep_clear([0.2, -0.1]);
+        assert!((forward - 0.2).abs() < 0.01, "it flies on: {forward}");
+        assert!(lateral.abs() < 0.01, "and no nearer: {lateral}");
+        let away = beside_a_corner().keep_clear([0.2, 0.1]);
+        assert_eq!(away, [0.2, 0.1]);
+    }
+
+    #[test]
+    fn a_hit_through_which_a_beam_reaches_is_forgotten() {
+        let mut hits = Hits::new();
+        hits.advance([Metres(0.0); 2], EAST, &Diagonals { ne: at(0.21), ..CLEAR });
+        hits.advance([Metres(0.0); 2], EAST, &CLEAR);
+        assert_eq!(hits.keep_clear([0.1, -0.1]), [0.1, -0.1]);
+    }
+
+    #[test]
+    fn hits_are_forgotten_in_time_and_without_a_heading() {
+        let mut hits = beside_a_corner();
+        for _ in 0..FORGOTTEN {
+            hits.advance([Metres(0.0); 2], EAST, &CLEAR);
+        }
+        assert_eq!(hits.keep_clear([0.2, -0.1]), [0.2, -0.1]);
+        let mut hits = beside_a_corner();
+        hits.advance([Metres(0.0); 2], None, &CLEAR);
+        assert_eq!(hits.keep_clear([0.2, -0.1]), [0.2, -0.1]);
+    }
+
+    #[test]
+    fn no_hit_makes_a_drone_faster_and_any_number_is_borne() {
+        let mut hits = Hits::new();
+        for round in 0..200 {
+            let length = 0.1 + 0.01 * (round % 90) as f32;
+            let ranges =
+                Diagonals { nw: at(length), ne: at(1.0 - length), sw: at(0.3), se: at(length) };
+            hits.advance([Metres(0.02), Metres(-0.01)], EAST, &ranges);
+            for velocity in [[0.4, 0.0], [-0.2, 0.2], [0.0, -0.2]] {
+                let [x, y] = hits.keep_clear(velocity);
+                assert!(libm::hypotf(x, y) <= libm::hypotf(velocity[0], velocity[1]) + 1e-6);
+            }
+        }
+        hits.advance([Metres(f32::NAN), Metres(0.0)], EAST, &CLEAR);
+        let _ = hits.keep_clear([f32::NAN, 0.1]);
+    }
+}
