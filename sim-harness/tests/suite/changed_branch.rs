@@ -64,12 +64,12 @@ impl Junction {
              [[tunnel.branch]]\nname = \"dead-end\"\nwidth_m = {width}\ncentre_line_m = {}\n\
              [[tunnel.branch]]\nname = \"way-on\"\nwidth_m = {width}\ncentre_line_m = {}\n\
              [drones]\nrelays = 2\n[launch]\nlimit_dbm = -62\n[retreat]\nlimit_dbm = -80\n{}{}{}",
-            145 + back_s,
+            132 + back_s,
             end(dead_end.0),
             end(way_on.0),
             step(2, 0.2, dead_end.1),
-            step(65, -0.2, dead_end.1),
-            step(65 + back_s, 0.2, way_on.1),
+            step(52, -0.2, dead_end.1),
+            step(52 + back_s, 0.2, way_on.1),
         );
         let file = folder().join(format!("{}-{back_s}-{fidelity:?}.toml", name.replace(' ', "-")));
         std::fs::write(&file, text).unwrap();

@@ -63,9 +63,10 @@ fn a_relay_that_is_not_needed_flies_home_and_out_again() {
                 _ => {}
             }
         }
-        // In 3 of 40 missions a third relay is launched on the way out.
+        // Relays are called a minute before they are needed, so that three may fly on the way out, and
+        // come home one after the other.
         let [out, back, out_again] = flying;
-        assert!(out >= 2 && back == 1 && out_again >= 2, "seed {seed}: {flying:?} fly");
+        assert!(out >= 2 && back < out && out_again > back, "seed {seed}: {flying:?} fly");
         let metrics = watch.verdict(&mission);
         assert_eq!((metrics.drone_contacts, metrics.order_lost), (0, 0), "seed {seed}");
         assert_eq!(metrics.violation, 0.0, "seed {seed}: no link became too weak");
