@@ -32,16 +32,22 @@ const NEAREST: f32 = 0.18;
 
 type Vec2 = [f32; 2];
 
+/// A place, or none: an empty one is all zeros, so that a new navigator is cleared and not copied.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Hit {
     at: Vec2,
-    age: u8,
+    /// The iterations for which it is still kept; 0 where there is none.
+    left: u8,
+}
+
+impl Hit {
+    const NONE: Self = Self { at: [0.0; 2], left: 0 };
 }
 
 /// The hits, and the drone among them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Hits {
-    hits: [Option<Hit>; HITS],
+    hits: [Hit; HITS],
     /// The position of the drone by dead reckoning, m, and its heading by gyroscope, rad.
     at: Vec2,
     heading: Option<Radians>,
@@ -55,10 +61,11 @@ impl Default for Hits {
 
 impl Hits {
     pub(crate) const fn new() -> Self {
-        Self { hits: [None; HITS], at: [0.0; 2], heading: None }
+        Self { hits: [Hit::NONE; HITS], at: [0.0; 2], heading: None }
     }
 
     /// Moves the drone by this way, forward and to the left, and keeps what its beams see.
+    #[inline(never)]
     pub(crate) fn advance(
         &mut self,
         moved: [Metres; 2],
@@ -66,17 +73,16 @@ impl Hits {
         ranges: &Diagonals,
     ) {
         let Some(heading) = heading.filter(|heading| heading.0.is_finite()) else {
-            *self = Self::new();
+            self.heading = None;
+            self.hits.fill(Hit::NONE);
             return;
         };
         self.heading = Some(heading);
         let [x, y] = turned(moved.map(|way| way.0), heading);
         self.at = [self.at[0] + x, self.at[1] + y];
         for hit in &mut self.hits {
-            *hit = hit.filter(|hit| hit.age < FORGOTTEN && distance(hit.at, self.at) < KEPT);
-            if let Some(hit) = hit {
-                hit.age += 1;
-            }
+            let is_near = distance(hit.at, self.at) < KEPT;
+            hit.left = if is_near { hit.left.saturating_sub(1) } else { 0 };
         }
         let beams = [(ranges.nw, 1.0), (ranges.ne, -1.0), (ranges.sw, 3.0), (ranges.se, -3.0)];
         for (beam, eighths) in beams {
@@ -92,35 +98,37 @@ impl Hits {
         }
         let length = beam.length().unwrap_or(KEPT);
         for hit in &mut self.hits {
-            *hit = hit.filter(|hit| {
-                let [x, y] = [hit.at[0] - self.at[0], hit.at[1] - self.at[1]];
-                let along = x * direction[0] + y * direction[1];
-                let beside = (x * direction[1] - y * direction[0]).abs();
-                along < 0.0 || beside > SEEN_WITHIN * along || along + FARTHER > length
-            });
+            let [x, y] = [hit.at[0] - self.at[0], hit.at[1] - self.at[1]];
+            let along = x * direction[0] + y * direction[1];
+            let beside = (x * direction[1] - y * direction[0]).abs();
+            if along > 0.0 && beside < SEEN_WITHIN * along && along + FARTHER < length {
+                hit.left = 0;
+            }
         }
         if length >= KEPT {
             return;
         }
         let at = [self.at[0] + length * direction[0], self.at[1] + length * direction[1]];
-        if let Some(hit) = self.hits.iter_mut().flatten().find(|hit| distance(hit.at, at) < NEW) {
-            hit.age = 0;
+        let mut known = self.hits.iter_mut().filter(|hit| hit.left > 0);
+        if let Some(hit) = known.find(|hit| distance(hit.at, at) < NEW) {
+            hit.left = FORGOTTEN;
             return;
         }
-        let far = |hit: &Option<Hit>| hit.map_or(f32::INFINITY, |hit| distance(hit.at, self.at));
+        let far = |hit: &Hit| if hit.left > 0 { distance(hit.at, self.at) } else { f32::INFINITY };
         let farthest = self.hits.iter_mut().reduce(|a, b| if far(b) > far(a) { b } else { a });
         if let Some(slot) = farthest {
-            *slot = Some(Hit { at, age: 0 });
+            *slot = Hit { at, left: FORGOTTEN };
         }
     }
 
     /// This velocity, forward and to the left, without what of it leads nearer to a hit than the drone may
     /// come. Of the hits on either side the one counts that stands most in the way.
+    #[inline(never)]
     pub(crate) fn keep_clear(&self, velocity: Vec2) -> Vec2 {
         let Some(heading) = self.heading else { return velocity };
         let [mut left, mut right] = [[0.0; 2]; 2];
         let (mut most_left, mut most_right) = (0.0, 0.0);
-        for hit in self.hits.iter().flatten() {
+        for hit in self.hits.iter().filter(|hit| hit.left > 0) {
             let off = distance(hit.at, self.at);
             if off >= SLOWS || off <= 0.0 {
                 continue;

@@ -701,6 +701,7 @@ impl Navigator {
 
     /// The yaw rate of a drone that flies tail first, has not come on for long and looks round for the way
     /// home. It flies on there by the walls: the path that led it here is forgotten.
+    #[inline(never)]
     fn look_for_home(
         &mut self,
         ranges: &Diagonals,
@@ -727,7 +728,7 @@ impl Navigator {
         if was_on && !self.scan.is_on() {
             self.lost.take(wrapped(heading.0 + PI));
             if has_found {
-                self.trail = Trail::new();
+                self.trail.forget();
                 self.forget_walls();
             }
         }

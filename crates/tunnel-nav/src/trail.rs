@@ -192,6 +192,14 @@ impl Trail {
         }
     }
 
+    /// Forgets the whole path: it begins anew where the drone is. In place, since a new trail on the stack
+    /// would take 1.6 kB.
+    pub(crate) fn forget(&mut self) {
+        self.at = [0.0; 2];
+        (self.first, self.last, self.near, self.part) = (0, -1, 0, 0.0);
+        (self.turned_at, self.turned, self.faced) = (None, 0.0, None);
+    }
+
     /// Moves the drone by this way, forward and to the left.
     pub(crate) fn advance(&mut self, moved: Vec2, heading: Radians, flies: Flies) {
         self.heading = wrapped(heading.0 - self.drift);
