@@ -25,12 +25,12 @@ pub struct LaunchConfig {
     /// head and the waiting relay would wait for each other without end.
     pub patience: Duration,
     /// With a chain-wide policy, a head that flies on calls for a relay when its motion will have
-    /// brought all links, if they were equal, to the limit within this time: early enough that the
-    /// relay, which flies as fast as the head, has come to its place by then. Where the gallery ends
-    /// before, the relay comes home again ([`RetirementWatch`](crate::retirement::RetirementWatch)).
+    /// brought all links, if they were equal, to the limit within this time: early, since the
+    /// relay flies hardly faster than the head and comes to its place only then. Where the gallery ends
+    /// before, the relay may come home again ([`RetirementWatch`](crate::retirement::RetirementWatch)).
     pub lead: Duration,
     /// However fast it flies, the head calls for no relay while all links, if they were equal, would
-    /// be farther from the limit than this: less than a corner costs a link.
+    /// be farther from the limit than this.
     pub margin: Db,
     /// With a chain-wide policy, the head slows down when all links, if they were equal, would be
     /// this near to the limit.

@@ -24,7 +24,7 @@ use core::f32::consts::{FRAC_1_SQRT_2, FRAC_PI_2, SQRT_2};
 use units::{Branch, Metres, Radians};
 
 use crate::margin::Margin;
-use crate::trail::wrapped;
+use crate::plane::wrapped;
 use crate::{Diagonals, Range, Side};
 
 /// The corner is passed at no more than this distance, m: half of the narrowest gallery into which a

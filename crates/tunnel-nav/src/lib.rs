@@ -53,6 +53,7 @@ mod fork;
 mod gallery;
 mod hits;
 mod margin;
+mod plane;
 mod ranges;
 mod scan;
 mod spot;

@@ -10,8 +10,8 @@ use core::f32::consts::{FRAC_1_SQRT_2, FRAC_PI_2, FRAC_PI_4, PI};
 
 use units::Radians;
 
+use crate::plane::wrapped;
 use crate::steer::Side;
-use crate::trail::wrapped;
 use crate::{Diagonals, Range};
 
 /// The directions that are told apart, 10° each.
@@ -41,10 +41,12 @@ const ALIKE: f32 = 0.3;
 const CHOSEN: f32 = 3.0;
 /// The unit in which ranges are kept, m.
 const UNIT: f32 = 0.02;
-/// A way home is free for at least so far in the mean, m: farther than the walls of a narrow gallery.
+/// A way home is free for at least so far in the mean, m: farther than the walls of a narrow gallery. Our
+/// own number, as the next two.
 const HOME_FREE: f32 = 1.0;
-/// What the direction in which the path leads home scores above the opposite one, m; our own number.
-const PATH_SCORES: f32 = 0.5;
+/// What the direction in which the path leads home scores, m, and the opposite one less than none; our own
+/// number.
+const PATH_SCORES: f32 = 0.25;
 /// A way counts as tried within this angle, rad.
 const TRIED_WITHIN: f32 = 0.8;
 
@@ -237,11 +239,15 @@ fn way_home(ranges: &[u8; BINS], home: f32, tried: Option<f32>) -> Option<f32> {
     for (number, score) in scores.iter_mut().enumerate() {
         let angle = wrapped(number as f32 * BIN);
         let within = |other: f32| wrapped(angle - other).abs();
-        let Some([mean, free]) = sector(ranges, number) else { continue };
-        if free <= FREE || mean <= HOME_FREE {
+        let (mut sum, mut count, mut free) = (0.0, 0.0, f32::INFINITY);
+        for (_, range) in sector(ranges, number) {
+            (sum, count, free) = (sum + range, count + 1.0, free.min(range));
+        }
+        let mean = sum / count;
+        if count == 0.0 || free <= FREE || mean <= HOME_FREE {
             continue;
         }
-        let by_path = 0.5 * PATH_SCORES * Radians(within(home)).sin_cos().1;
+        let by_path = PATH_SCORES * Radians(within(home)).sin_cos().1;
         let by_trial =
             if tried.is_some_and(|tried| within(tried) < TRIED_WITHIN) { CHOSEN } else { 0.0 };
         *score = mean + by_path - by_trial;
@@ -249,18 +255,12 @@ fn way_home(ranges: &[u8; BINS], home: f32, tried: Option<f32>) -> Option<f32> {
     middle_of_best(&scores)
 }
 
-/// The range in the sector of 30° around a direction, in the mean and the least, m; `None` where nothing
-/// was measured.
-fn sector(ranges: &[u8; BINS], number: usize) -> Option<[f32; 2]> {
-    let (mut sum, mut count, mut free) = (0.0, 0.0, f32::INFINITY);
-    for direction in [number + BINS - 1, number, number + 1] {
-        let Some(&units) = ranges.get(direction % BINS) else { continue };
-        if units > 0 {
-            let range = (UNIT * f32::from(units)).min(SEEN);
-            (sum, count, free) = (sum + range, count + 1.0, free.min(range));
-        }
-    }
-    (count > 0.0).then(|| [sum / count, free])
+/// The directions of the sector of 30° around one in which a range was measured, and the ranges, m.
+fn sector(ranges: &[u8; BINS], number: usize) -> impl Iterator<Item = (usize, f32)> + '_ {
+    [number + BINS - 1, number, number + 1].into_iter().filter_map(|direction| {
+        let units = ranges.get(direction % BINS).copied().filter(|units| *units > 0)?;
+        Some((direction, (UNIT * f32::from(units)).min(SEEN)))
+    })
 }
 
 /// The middle of the directions around the best one that score alike.
@@ -285,12 +285,7 @@ fn middle_of_best(scores: &[f32; BINS]) -> Option<f32> {
 fn farther(ranges: &[u8; BINS], number: usize, gallery: f32, centred: f32) -> Option<f32> {
     let half = if centred > 0.0 { FRAC_1_SQRT_2 * centred } else { WIDE };
     let (mut farther, mut free) = (0.0, f32::INFINITY);
-    for direction in [number + BINS - 1, number, number + 1] {
-        let Some(&units) = ranges.get(direction % BINS) else { continue };
-        if units == 0 {
-            continue;
-        }
-        let range = (UNIT * f32::from(units)).min(SEEN);
+    for (direction, range) in sector(ranges, number) {
         let back = wrapped(wrapped(direction as f32 * BIN - 2.0 * PI - gallery) - PI).abs();
         let wall = if back < FRAC_PI_2 { half / Radians(back).sin_cos().0.max(0.05) } else { half };
         farther += (range - wall.min(SEEN)) / 3.0;

@@ -3,12 +3,12 @@
 
 mod aside;
 mod detour;
+mod look;
 mod lost;
+mod place;
 
 use self::detour::Detour;
 use self::lost::Lost;
-use core::f32::consts::{PI, SQRT_2};
-
 use units::{Metres, MetresPerSecond, Radians, RadiansPerSecond};
 
 use crate::company::Company;
@@ -17,8 +17,8 @@ use crate::gallery::{Expected, Gallery};
 use crate::hits::Hits;
 use crate::margin::Margin;
 use crate::ranges::Bridge;
-use crate::scan::{Came, Home, Scan, Seeks, Stands};
-use crate::trail::{Flies, Trail, wrapped};
+use crate::scan::Scan;
+use crate::trail::{Flies, Trail};
 use crate::wall::{Beams, SAME_GALLERY, Track, Wall};
 use crate::{Diagonals, Range};
 
@@ -153,8 +153,6 @@ const ASTRAY: f32 = 0.45;
 const TRAIL_GAIN: f32 = 1.5;
 /// A drone with less than this part of its speed left stands before a wall.
 const BLOCKED: f32 = 0.2;
-/// The path this far behind leads along the gallery by which the drone came to a bend, m.
-const BEFORE_BEND: f32 = 1.5;
 /// The time of one iteration, s: the 5 Hz of section V-B.
 const ROUND: f32 = 0.2;
 /// A wall is the only one where the drone has seen none on the other side for so far, m: the way through a
@@ -163,37 +161,12 @@ const LONE: f32 = 2.5;
 /// On known ground, where the path leads, only an obstacle nearer than this moves the drone aside, m along
 /// the beam: the path leads round the inner corner of a bend at 0.38 m or more.
 const ASIDE: f32 = 0.6;
-/// A wall that is passed within this many iterations was a corner.
-const PATIENCE: u8 = 5;
-/// The place has drifted by no more than this, m: 3 % of 25 m of memory, and the corners that were cut.
-/// A drone that stood on would shift its whole trail away.
-const FARTHEST_SHIFT: f32 = 1.0;
-/// The end of the path is near within this many crumbs, 1.6 m.
-const NEAR_END: i32 = 8;
-/// A path that has not grown for this many iterations does not grow by itself: 25 s, in which a drone flies
-/// 1.2 m at the least speed.
-const STUCK: u8 = 125;
-/// A drone that has looked round, and still stands there so many iterations later, looks round again: 15 s, in
-/// which it flies out of the bend at the least speed. Our own number.
-const RESTS: u8 = 75;
-/// A drone that has flown so far back beside its own path, m, was turned round by a bend: behind a sharp
-/// bend the galleries part sooner.
-const RETURNED: f32 = 1.0;
-/// It remembers the side to which it had turned until its path is so much longer, in crumbs of 0.2 m: 5 m.
-const REMEMBERED: i32 = 25;
-/// A beam to the path beside the drone ends so far behind it, m, where no wall is between.
-const BEHIND_PATH: f32 = 0.1;
 /// On the way home the path was flown long ago, and the place on it is known to within this many crumbs of
 /// 0.2 m: 1.6 m, as in 25 m of flight at 3 % and past bends that were cut.
 const UNSURE: i32 = 8;
 /// There the walls steer, as on new ground, unless the nose is farther off all of that part of the path than
 /// this, rad.
 const ALLOWED: f32 = 0.5;
-/// A drone that has stood tail first before a wall for so many iterations, 8 s, after which its place was moved
-/// on as far as it may be, …
-const STANDS: u8 = 40;
-/// … has turned too early, and flies on by the path for so much of its way, m, before walls decide again.
-const UNDONE: f32 = 0.8;
 /// A corner is passed within this many lengths of the beams in the middle: two and a half widths.
 const CORNER: f32 = 3.5;
 /// A side of which one beam is shorter than this part of its usual length does not open, however
@@ -431,12 +404,9 @@ impl Navigator {
                 Some(detour) => detour,
                 None => (lateral, yaw_rate),
             };
-        let (lateral, yaw_rate, pace) =
-            match self.look_round(ranges, leading.nearness, off, bearings, speed) {
-                Some(yaw_rate) => (0.0, yaw_rate, 0.0),
-                None => (lateral, yaw_rate, pace),
-            };
-        let (lateral, yaw_rate, pace) = match self.look_for_home(ranges, bearings, speed) {
+        let on = self.look_round(ranges, leading.nearness, off, bearings, speed);
+        let home = self.look_for_home(ranges, bearings, speed);
+        let (lateral, yaw_rate, pace) = match home.or(on) {
             Some(yaw_rate) => (0.0, yaw_rate, 0.0),
             None => (lateral, yaw_rate, pace),
         };
@@ -516,56 +486,6 @@ impl Navigator {
         Some(self.trail.off(ahead).0)
     }
 
-    /// Turns a drone back that flies nose first beside its own path, with no wall between, to where it came
-    /// from: a bend turned it too far, and the tunnel goes on to the other side there.
-    fn heed_return(&mut self, ranges: &Diagonals, speed: MetresPerSecond) {
-        self.led_back = self.led_back.filter(|(_, end)| self.trail.last() < end + REMEMBERED);
-        let beside = if speed.0 > HOVERING { self.trail.beside() } else { None };
-        let sees = |beam: Range, way: f32| beam != Range::Invalid && nearest(beam) > way;
-        let found = beside.filter(|(_, aside)| {
-            let beams = if *aside > 0.0 { [ranges.nw, ranges.sw] } else { [ranges.ne, ranges.se] };
-            beams.iter().all(|beam| sees(*beam, SQRT_2 * aside.abs() + BEHIND_PATH))
-        });
-        self.returns = if found.is_some() { self.returns + speed.0 * ROUND } else { 0.0 };
-        if let Some((number, aside)) = found
-            && self.returns > RETURNED
-        {
-            self.returns = 0.0;
-            self.trail.end_at(number);
-            self.faces_back = true;
-            self.led_back = Some((if aside > 0.0 { Side::Left } else { Side::Right }, number));
-        }
-    }
-
-    /// Notices that a drone that flies tail first stands before a wall: where it knows its place on the path
-    /// only roughly, it may have turned before the bend. It turns back to the gallery by which it came
-    /// there, and flies on along that.
-    fn undo_turn(&mut self, is_blocked: bool, speed: MetresPerSecond, moved: Metres) {
-        self.turned_early = (self.turned_early - moved.0.abs()).max(0.0);
-        let stands = is_blocked && speed.0 < -HOVERING && !self.company.is_ahead(speed.0);
-        self.stands = if stands { self.stands.saturating_add(1) } else { 0 };
-        if self.stands > STANDS {
-            self.stands = 0;
-            if self.trail.go_before_bend() {
-                self.turned_early = UNDONE;
-            }
-        }
-    }
-
-    /// Moves a drone that has stood before a wall for a while on along its trail: the place drifts,
-    /// and the drone is already at the bend.
-    fn pass_corner(&mut self, is_blocked: bool, speed: MetresPerSecond) {
-        let is_blocked = is_blocked && speed.0.abs() > HOVERING;
-        self.blocked = if is_blocked { self.blocked.saturating_add(1) } else { 0 };
-        if self.blocked == 0 && speed.0.abs() > HOVERING {
-            self.shifted = (self.shifted - speed.0.abs() * ROUND).max(0.0);
-        }
-        if self.blocked > PATIENCE && self.shifted < FARTHEST_SHIFT {
-            self.shifted += speed.0.abs() * ROUND;
-            self.trail.shift(speed.0 * ROUND);
-        }
-    }
-
     /// The sideways velocity and the yaw rate of a drone that has stood before an obstacle for a while on
     /// ground that it knows, its nose `off` the trail.
     fn go_round(
@@ -637,102 +557,6 @@ impl Navigator {
             let usual = if self.is_lone(side) { config.reach.0 } else { self.centred };
             self.opening = self.opening.filter(|_| (self.way - way).0.abs() <= CORNER * usual);
         }
-    }
-
-    /// Whether the drone has flown to and fro at the end of its path for so long that it does not find the way
-    /// on by itself.
-    fn is_stuck(&mut self, speed: MetresPerSecond) -> bool {
-        let end = self.trail.last();
-        if end > self.farthest || end < self.farthest - NEAR_END {
-            (self.farthest, self.idle) = (end, 0);
-        }
-        if speed.0 < -HOVERING || self.company.is_ahead(speed.0) || self.scan.is_on() {
-            self.idle = 0;
-        } else if speed.0 > HOVERING && self.trail.is_near_end(NEAR_END) {
-            self.idle = self.idle.saturating_add(1);
-        }
-        self.idle > STUCK
-    }
-
-    /// The yaw rate of a drone that stands before walls on new ground and looks round for the way on.
-    fn look_round(
-        &mut self,
-        ranges: &Diagonals,
-        nearness: f32,
-        off: Option<f32>,
-        bearings: &Bearings,
-        speed: MetresPerSecond,
-    ) -> Option<f32> {
-        let heading = bearings.heading.filter(|heading| heading.0.is_finite());
-        let end = self.trail.last();
-        self.looked = self.looked.filter(|looked| (looked - end).abs() < NEAR_END);
-        let is_stuck = self.is_stuck(speed);
-        // In a dead end it does not turn again.
-        self.rests -= u8::from((1..u8::MAX).contains(&self.rests));
-        if self.looked.is_some() && self.rests > 0 {
-            return None;
-        }
-        // A pilot who pauses interrupts no scan.
-        if speed.0.abs() <= HOVERING {
-            return None;
-        }
-        let is_at_end = off.is_none() || is_stuck;
-        // Of a drone that flies tail first the scan is for the way home.
-        if speed.0 < -HOVERING {
-            return None;
-        }
-        let (Some(heading), true) = (heading, is_at_end) else {
-            self.scan.stop();
-            return None;
-        };
-        let (was_on, has_found) = (self.scan.is_on(), self.scan.has_found());
-        let side = self.fork.side().or(self.led_back.map(|(side, _)| side.opposite()));
-        let came = Came { off: self.trail.off(-BEFORE_BEND), centred: self.centred, side };
-        let stands = Stands { before_wall: nearness < BLOCKED, is_stuck };
-        let yaw_rate = self.scan.step(ranges, heading.0, stands, &Seeks::WayOn(came));
-        if was_on && !self.scan.is_on() {
-            self.trail.face();
-            self.looked = Some(self.trail.last());
-            self.rests = if has_found { RESTS } else { u8::MAX };
-            self.idle = 0;
-        }
-        yaw_rate
-    }
-
-    /// The yaw rate of a drone that flies tail first, has not come on for long and looks round for the way
-    /// home. It flies on there by the walls: the path that led it here is forgotten.
-    #[inline(never)]
-    fn look_for_home(
-        &mut self,
-        ranges: &Diagonals,
-        bearings: &Bearings,
-        speed: MetresPerSecond,
-    ) -> Option<f32> {
-        let heading = bearings.heading.filter(|heading| heading.0.is_finite())?;
-        let flies =
-            self.fork.is_last_home() && speed.0 < -HOVERING && !self.company.is_ahead(speed.0);
-        let is_lost = self.lost.step(self.trail.at(), flies);
-        if !flies {
-            if speed.0 < -HOVERING {
-                self.scan.stop();
-            }
-            return None;
-        }
-        let (was_on, has_found) = (self.scan.is_on(), self.scan.has_found());
-        if !was_on && !is_lost {
-            return None;
-        }
-        let home = Home { off: self.trail.home(), tried: self.lost.tried(self.trail.at()) };
-        let stands = Stands { before_wall: false, is_stuck: is_lost };
-        let yaw_rate = self.scan.step(ranges, heading.0, stands, &Seeks::WayHome(home));
-        if was_on && !self.scan.is_on() {
-            self.lost.take(wrapped(heading.0 + PI));
-            if has_found {
-                self.trail.forget();
-                self.forget_walls();
-            }
-        }
-        yaw_rate
     }
 
     /// Notes where walls have ended, for the branch that the pilot has chosen, and for bends at which the

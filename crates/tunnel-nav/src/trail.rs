@@ -20,6 +20,8 @@ use core::f32::consts::PI;
 
 use units::Radians;
 
+use crate::plane::{Vec2, axes, dot, minus, plus, wrapped};
+
 /// The distance between two crumbs, m.
 const SPACING: f32 = 0.2;
 /// The number of crumbs kept: 51.2 m of path. A relay needs a few metres of it to hover in a bend;
@@ -90,8 +92,6 @@ const SURE: i32 = 10;
 const HOMEWARD: i32 = 15;
 /// No drone moves farther than this in a round, m.
 const FARTHEST: f32 = 0.5;
-
-type Vec2 = [f32; 2];
 
 /// Which end of a drone leads over the last seconds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -578,37 +578,6 @@ impl Trail {
 
 fn slot(number: i32) -> usize {
     number.rem_euclid(CRUMBS as i32) as usize
-}
-
-fn minus(a: Vec2, b: Vec2) -> Vec2 {
-    [a[0] - b[0], a[1] - b[1]]
-}
-
-fn plus(a: Vec2, b: Vec2, scale: f32) -> Vec2 {
-    [a[0] + scale * b[0], a[1] + scale * b[1]]
-}
-
-fn dot(a: Vec2, b: Vec2) -> f32 {
-    a[0] * b[0] + a[1] * b[1]
-}
-
-/// The unit vectors forward and to the left of a nose with this heading.
-fn axes(heading: f32) -> [Vec2; 2] {
-    let (sin, cos) = Radians(heading).sin_cos();
-    [[cos, sin], [-sin, cos]]
-}
-
-/// The same angle within half a turn, for angles within one and a half turns of zero, such as the
-/// difference of two headings. By comparison: a remainder would link 2 kB of library code.
-pub(crate) fn wrapped(angle: f32) -> f32 {
-    use core::f32::consts::{PI, TAU};
-    if angle > PI {
-        angle - TAU
-    } else if angle < -PI {
-        angle + TAU
-    } else {
-        angle
-    }
 }
 
 #[cfg(test)]

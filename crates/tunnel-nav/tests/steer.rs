@@ -304,7 +304,9 @@ proptest! {
             let bearings = Bearings { way, heading, ..Bearings::default() };
             let command = navigator.step(&CONFIG, &ranges, MetresPerSecond(speed), &bearings);
             prop_assert_eq!(command.walls, Walls::Both);
-            prop_assert!(command.lateral.0.abs() < 1e-5);
+            // Walls that are nearer than 0.32 m hold it off on both sides, which is equal but for rounding.
+            let rounding = if beam < 0.32 { 1e-5 } else { 0.0 };
+            prop_assert!(command.lateral.0.abs() <= rounding);
             // The trail keeps headings to within 1e-4 rad.
             prop_assert!(command.yaw_rate.0.abs() < 1e-3);
             prop_assert!((command.forward.0 - speed).abs() < 1e-6 || beam < CONFIG.slow_below.0);

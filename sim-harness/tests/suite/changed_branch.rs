@@ -68,6 +68,8 @@ impl Junction {
             end(dead_end.0),
             end(way_on.0),
             step(2, 0.2, dead_end.1),
+            // As soon as the head stands before the wall: one that has looked round there needs 5 s of the way
+            // back to turn, and comes back so little past the junction that the branch it takes is chance.
             step(52, -0.2, dead_end.1),
             step(52 + back_s, 0.2, way_on.1),
         );

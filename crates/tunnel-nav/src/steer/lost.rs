@@ -5,6 +5,8 @@
 //! stand before a wall of which its path knows nothing. No wait helps then: it looks round, and flies
 //! on by the walls into the way that it finds.
 
+use crate::plane::{Vec2, distance};
+
 /// A drone that has not come on for so many iterations has lost its way: 25 s, in which it flies 1.2 m
 /// at the least speed, and after which a detour has gone to and fro once. Our own number.
 const LOST: u8 = 125;
@@ -18,11 +20,11 @@ const NEARBY: f32 = 2.0;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Lost {
     /// Where it was when it had last come on, by dead reckoning, m.
-    from: [f32; 2],
+    from: Vec2,
     /// The iterations since then.
     idle: u8,
     /// Where it last looked round, and the heading of the way that it took from there, rad.
-    tried: Option<([f32; 2], f32)>,
+    tried: Option<(Vec2, f32)>,
 }
 
 impl Lost {
@@ -33,7 +35,7 @@ impl Lost {
 
     /// Carries out one iteration of a drone at `at` that `flies` tail first, or does not, and returns
     /// whether it has lost its way.
-    pub(super) fn step(&mut self, at: [f32; 2], flies: bool) -> bool {
+    pub(super) fn step(&mut self, at: Vec2, flies: bool) -> bool {
         if distance(at, self.from) > COME_ON {
             (self.from, self.idle) = (at, 0);
         }
@@ -42,7 +44,7 @@ impl Lost {
     }
 
     /// The heading of the way that the drone has tried here, rad.
-    pub(super) fn tried(&self, at: [f32; 2]) -> Option<f32> {
+    pub(super) fn tried(&self, at: Vec2) -> Option<f32> {
         self.tried.filter(|(there, _)| distance(at, *there) < NEARBY).map(|(_, heading)| heading)
     }
 
@@ -52,18 +54,13 @@ impl Lost {
     }
 }
 
-fn distance(a: [f32; 2], b: [f32; 2]) -> f32 {
-    let [x, y] = [a[0] - b[0], a[1] - b[1]];
-    libm::sqrtf(x * x + y * y)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn a_drone_has_lost_its_way_that_trembles_but_not_one_that_creeps_on_or_waits() {
-        let lost = |at: fn(u32) -> [f32; 2], flies: fn(u32) -> bool| {
+        let lost = |at: fn(u32) -> Vec2, flies: fn(u32) -> bool| {
             let mut lost = Lost::new();
             (0..600).find(|round| lost.step(at(*round), flies(*round)))
         };

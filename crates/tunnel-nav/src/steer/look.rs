@@ -1,0 +1,119 @@
+//! Looks round for the way on, on new ground, and for the way home.
+
+use core::f32::consts::PI;
+
+use units::MetresPerSecond;
+
+use super::{BLOCKED, Bearings, HOVERING, Navigator};
+use crate::Diagonals;
+use crate::plane::wrapped;
+use crate::scan::{Came, Home, Seeks, Stands};
+
+/// The path this far behind leads along the gallery by which the drone came to a bend, m.
+const BEFORE_BEND: f32 = 1.5;
+/// The end of the path is near within this many crumbs, 1.6 m.
+const NEAR_END: i32 = 8;
+/// A path that has not grown for this many iterations does not grow by itself: 25 s, in which a drone flies
+/// 1.2 m at the least speed.
+const STUCK: u8 = 125;
+/// A drone that has looked round, and still stands there so many iterations later, looks round again: 15 s, in
+/// which it flies out of the bend at the least speed. Our own number.
+const RESTS: u8 = 75;
+
+impl Navigator {
+    /// Whether the drone has flown to and fro at the end of its path for so long that it does not find the way
+    /// on by itself.
+    fn is_stuck(&mut self, speed: MetresPerSecond) -> bool {
+        let end = self.trail.last();
+        if end > self.farthest || end < self.farthest - NEAR_END {
+            (self.farthest, self.idle) = (end, 0);
+        }
+        if speed.0 < -HOVERING || self.company.is_ahead(speed.0) || self.scan.is_on() {
+            self.idle = 0;
+        } else if speed.0 > HOVERING && self.trail.is_near_end(NEAR_END) {
+            self.idle = self.idle.saturating_add(1);
+        }
+        self.idle > STUCK
+    }
+
+    /// The yaw rate of a drone that stands before walls on new ground and looks round for the way on.
+    pub(super) fn look_round(
+        &mut self,
+        ranges: &Diagonals,
+        nearness: f32,
+        off: Option<f32>,
+        bearings: &Bearings,
+        speed: MetresPerSecond,
+    ) -> Option<f32> {
+        let heading = bearings.heading.filter(|heading| heading.0.is_finite());
+        let end = self.trail.last();
+        self.looked = self.looked.filter(|looked| (looked - end).abs() < NEAR_END);
+        let is_stuck = self.is_stuck(speed);
+        // In a dead end it does not turn again.
+        self.rests -= u8::from((1..u8::MAX).contains(&self.rests));
+        if self.looked.is_some() && self.rests > 0 {
+            return None;
+        }
+        // A pilot who pauses interrupts no scan.
+        if speed.0.abs() <= HOVERING {
+            return None;
+        }
+        // The scan of a drone that flies tail first is the other one's, below.
+        if speed.0 < -HOVERING {
+            return None;
+        }
+        let is_at_end = off.is_none() || is_stuck;
+        let (Some(heading), true) = (heading, is_at_end) else {
+            self.scan.stop();
+            return None;
+        };
+        let (was_on, has_found) = (self.scan.is_on(), self.scan.has_found());
+        let side = self.fork.side().or(self.led_back.map(|(side, _)| side.opposite()));
+        let came = Came { off: self.trail.off(-BEFORE_BEND), centred: self.centred, side };
+        let stands = Stands { before_wall: nearness < BLOCKED, is_stuck };
+        let yaw_rate = self.scan.step(ranges, heading.0, stands, &Seeks::WayOn(came));
+        if was_on && !self.scan.is_on() {
+            self.trail.face();
+            self.looked = Some(self.trail.last());
+            self.rests = if has_found { RESTS } else { u8::MAX };
+            self.idle = 0;
+        }
+        yaw_rate
+    }
+
+    /// The yaw rate of a drone that flies tail first, has not come on for long and looks round for the way
+    /// home. It flies on there by the walls: the path that led it here is forgotten.
+    #[inline(never)]
+    pub(super) fn look_for_home(
+        &mut self,
+        ranges: &Diagonals,
+        bearings: &Bearings,
+        speed: MetresPerSecond,
+    ) -> Option<f32> {
+        let heading = bearings.heading.filter(|heading| heading.0.is_finite())?;
+        let flies =
+            self.fork.is_last_home() && speed.0 < -HOVERING && !self.company.is_ahead(speed.0);
+        let is_lost = self.lost.step(self.trail.at(), flies);
+        if !flies {
+            if speed.0 < -HOVERING {
+                self.scan.stop();
+            }
+            return None;
+        }
+        let (was_on, has_found) = (self.scan.is_on(), self.scan.has_found());
+        if !was_on && !is_lost {
+            return None;
+        }
+        let home = Home { off: self.trail.home(), tried: self.lost.tried(self.trail.at()) };
+        let stands = Stands { before_wall: false, is_stuck: is_lost };
+        let yaw_rate = self.scan.step(ranges, heading.0, stands, &Seeks::WayHome(home));
+        if was_on && !self.scan.is_on() {
+            self.lost.take(wrapped(heading.0 + PI));
+            if has_found {
+                self.trail.forget();
+                self.forget_walls();
+            }
+        }
+        yaw_rate
+    }
+}
