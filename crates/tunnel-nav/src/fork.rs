@@ -62,6 +62,20 @@ const AHEAD: core::ops::Range<f32> = 1.05..1.4;
 /// The drone has come this far round the corner, rad, when a new wall may be that of the branch.
 const ABEAM: f32 = 1.75;
 
+/// Whether a drone flies home, and whether others come after it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Homing {
+    /// The drone does not fly home.
+    #[default]
+    No,
+    /// The drone flies home, and other drones come after it.
+    Followed,
+    /// The drone flies home as the last one: it may turn round and try another way where it does not come
+    /// on.
+    Last,
+}
+
 /// How a drone is guided at junctions.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -77,9 +91,8 @@ pub struct Guide {
     pub changed_from: Option<Metres>,
     /// Whether another drone is too near, by radio: a beam that has become short at once sees that one.
     pub has_company: bool,
-    /// Whether the drone flies home and no other drone comes after it: it may turn round and try another
-    /// way where it does not come on.
-    pub is_last_home: bool,
+    /// Whether the drone flies home.
+    pub homing: Homing,
 }
 
 impl Guide {
@@ -89,7 +102,7 @@ impl Guide {
         rejoins: false,
         changed_from: None,
         has_company: false,
-        is_last_home: false,
+        homing: Homing::No,
     };
 }
 
@@ -214,7 +227,12 @@ impl Fork {
 
     /// Whether the drone flies home and no other comes after it.
     pub(crate) const fn is_last_home(&self) -> bool {
-        self.guide.is_last_home
+        matches!(self.guide.homing, Homing::Last)
+    }
+
+    /// Whether the drone flies home.
+    pub(crate) const fn is_homing(&self) -> bool {
+        !matches!(self.guide.homing, Homing::No)
     }
 
     /// The side of the chosen branch; `None` without a choice, and for straight on.

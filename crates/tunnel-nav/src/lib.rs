@@ -61,7 +61,7 @@ mod steer;
 mod trail;
 mod wall;
 
-pub use fork::Guide;
+pub use fork::{Guide, Homing};
 pub use ranges::{Diagonals, Range};
 pub use spot::{SpotConfig, SpotSearch, SpotView};
 pub use steer::{Bearings, NavCommand, NavConfig, Navigator, Side, Walls};

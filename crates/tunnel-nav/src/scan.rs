@@ -106,13 +106,17 @@ pub(crate) enum Scan {
         ranges: [u8; BINS],
         /// Whether it turns counter-clockwise.
         to_left: bool,
+        /// Whether it looks for the way home.
+        is_for_home: bool,
     },
     /// The drone turns to the way on, or back where there is none.
     Turning {
         /// The heading, rad.
         to: f32,
-        /// Whether it has found a way on.
+        /// Whether it has found a way.
         found: bool,
+        /// Whether it has looked for the way home.
+        is_for_home: bool,
     },
 }
 
@@ -135,6 +139,14 @@ impl Scan {
     /// Whether the drone turns to a way on that it has found.
     pub(crate) const fn has_found(&self) -> bool {
         matches!(self, Self::Turning { found: true, .. })
+    }
+
+    /// Whether the drone looks round for the way home.
+    pub(crate) const fn is_for_home(&self) -> bool {
+        matches!(
+            self,
+            Self::Sweeping { is_for_home: true, .. } | Self::Turning { is_for_home: true, .. }
+        )
     }
 
     /// Ends the scan of a drone that is to hover or to fly back.
@@ -162,12 +174,14 @@ impl Scan {
                     let gallery = wrapped(heading + off.0);
                     let length = |beam: Range| beam.length().unwrap_or(f32::INFINITY);
                     let to_left = length(beams.nw) > length(beams.ne);
-                    *self = Self::Sweeping { from: heading, gallery, ranges: [0; BINS], to_left };
+                    let is_for_home = matches!(seeks, Seeks::WayHome(_));
+                    let ranges = [0; BINS];
+                    *self = Self::Sweeping { from: heading, gallery, ranges, to_left, is_for_home };
                     return Some(0.0);
                 }
                 None
             }
-            Self::Sweeping { from, gallery, ranges, to_left } => {
+            Self::Sweeping { from, gallery, ranges, to_left, is_for_home } => {
                 note(ranges, beams, heading);
                 if wrapped(heading - *from).abs() < FRAC_PI_2 {
                     return Some(if *to_left { SWEEP } else { -SWEEP });
@@ -178,7 +192,9 @@ impl Scan {
                         way_home(ranges, *gallery, home.tried).map(|way| wrapped(way + PI))
                     }
                 };
-                *self = Self::Turning { to: way.unwrap_or(*from), found: way.is_some() };
+                let is_for_home = *is_for_home;
+                *self =
+                    Self::Turning { to: way.unwrap_or(*from), found: way.is_some(), is_for_home };
                 Some(0.0)
             }
             Self::Turning { to, .. } => {

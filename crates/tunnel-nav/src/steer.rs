@@ -3,6 +3,7 @@
 
 mod aside;
 mod detour;
+mod home;
 mod look;
 mod lost;
 mod place;
@@ -364,6 +365,7 @@ impl Navigator {
         let ahead = self.one_way(config, ranges, self.trail.off(HINT).0);
         let astern = self.one_way(config, &ranges.seen_backwards(), -self.trail.off(-HINT).0);
         let leading = if speed.0 < 0.0 { &astern } else { &ahead };
+        let off = self.off_home(leading.walls, off, speed).or(off);
         self.pass_corner(off.is_some() && leading.nearness < BLOCKED, speed);
         self.undo_turn(leading.nearness < BLOCKED, speed, moved[0]);
 
@@ -448,6 +450,7 @@ impl Navigator {
     fn flies(&self, speed: MetresPerSecond) -> Flies {
         let goes_on = self.creep * speed.0 > 0.0 && self.creep.abs() > CREEPING;
         match goes_on {
+            _ if speed.0 < 0.0 && self.fork.is_homing() => Flies::Home,
             true if speed.0 > 0.0 => Flies::NoseFirst,
             true => Flies::TailFirst,
             false => Flies::Hovering,

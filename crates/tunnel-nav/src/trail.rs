@@ -58,6 +58,10 @@ const LEFT: f32 = 0.4;
 /// A drone that is farther than this from its path and has neither left it nor flown beyond its end
 /// is not where it reckons to be, m: the path begins anew.
 const LOST: f32 = 1.0;
+/// A drone on its way home keeps its path though it is so far beside it, m: what lies behind on it is all that
+/// the drone knows of the way, in galleries of 2 m it may fly a metre beside it, and the place drifts besides.
+/// Our own number.
+const ASTRAY: f32 = 2.0;
 /// The path leads across the gallery where its direction has less than this part along the nose: 37° or
 /// more between them.
 const ACROSS: f32 = 0.8;
@@ -90,6 +94,8 @@ const OLD: i32 = 50;
 const SURE: i32 = 10;
 /// Where the path leads home is read so many crumbs behind: 3 m.
 const HOMEWARD: i32 = 15;
+/// The tail of a drone that flies back to its path points to the path so many crumbs behind: 1 m.
+const PURSUED: i32 = 5;
 /// No drone moves farther than this in a round, m.
 const FARTHEST: f32 = 0.5;
 
@@ -102,6 +108,8 @@ pub(crate) enum Flies {
     TailFirst,
     /// The drone hovers or trembles, so that its velocity of the moment says nothing.
     Hovering,
+    /// The drone flies home, tail first.
+    Home,
 }
 
 /// One point of the path.
@@ -213,7 +221,7 @@ impl Trail {
         if self.is_between() {
             self.leave(flies);
         }
-        self.extend();
+        self.extend(flies);
     }
 
     fn crumb(&self, number: i32) -> Crumb {
@@ -275,7 +283,6 @@ impl Trail {
         if dot(off, off) < LEFT * LEFT {
             return;
         }
-        self.turned_at = None;
         let here = self.here();
         let is_at = [self.near <= self.first, self.near.saturating_add(1) >= self.last];
         let ends_ahead = match is_at {
@@ -283,10 +290,12 @@ impl Trail {
             [true, false] => false,
             [true, true] | [false, false] => match flies {
                 Flies::NoseFirst => true,
-                Flies::TailFirst => false,
+                Flies::Home if dot(off, off) < ASTRAY * ASTRAY => return,
+                Flies::TailFirst | Flies::Home => false,
                 Flies::Hovering => self.last - self.near <= self.near - self.first,
             },
         };
+        self.turned_at = None;
         if ends_ahead {
             self.last = self.near.saturating_add(1);
             self.put(self.last, here);
@@ -300,7 +309,7 @@ impl Trail {
 
     /// Adds a crumb where the drone flies beyond an end of the path. Where the path is not found at
     /// all it begins anew.
-    fn extend(&mut self) {
+    fn extend(&mut self, flies: Flies) {
         let here = self.here();
         if self.last < self.first {
             self.put(0, here);
@@ -308,7 +317,8 @@ impl Trail {
             return;
         }
         let off = minus(self.at, self.foot());
-        if dot(off, off) > LOST * LOST {
+        let farthest = if flies == Flies::Home { ASTRAY } else { LOST };
+        if dot(off, off) > farthest * farthest {
             (self.first, self.near, self.part) = (self.last, self.last, 0.0);
             self.put(self.last, here);
             return;
@@ -348,6 +358,7 @@ impl Trail {
             }
         }
         let Some(number) = nearest.1 else { return };
+
         self.turned_at = None;
         if newest == self.last {
             self.last = number;
@@ -569,6 +580,18 @@ impl Trail {
         Radians(wrapped(libm::atan2f(off[1], off[0]) - self.heading))
     }
 
+    /// The angle by which the nose is off so that the tail points to the path [`PURSUED`] behind; `None` where
+    /// the path is not known so far, or the drone is there.
+    pub(crate) fn pursues(&self) -> Option<Radians> {
+        if !self.knows(-SPACING * PURSUED as f32) {
+            return None;
+        }
+        let there = self.crumb(self.near.saturating_sub(PURSUED)).at;
+        let way = minus(self.at, there);
+        (dot(way, way) > SPACING * SPACING)
+            .then(|| Radians(wrapped(libm::atan2f(way[1], way[0]) - self.heading)))
+    }
+
     /// Moves the drone along the path without a measured motion.
     pub(crate) fn shift(&mut self, way: f32) {
         self.at = plus(self.at, axes(self.heading_at(0.0))[0], way);
@@ -625,6 +648,32 @@ mod tests {
         let off = trail.off(0.0).0;
         assert!((off + core::f32::consts::FRAC_PI_2).abs() < 0.01, "{off}");
         assert!(trail.knows(-0.8) && !trail.knows(-1.5));
+    }
+
+    #[test]
+    fn a_drone_on_its_way_home_keeps_its_path_a_metre_beside_it_and_points_its_tail_to_it() {
+        let mut trail = right_angle(3);
+        let heading = Radians(core::f32::consts::FRAC_PI_2);
+        for (rounds, moved) in [(20, [-0.05, 0.0]), (20, [0.0, 0.05]), (10, [-0.05, 0.0])] {
+            for _ in 0..rounds {
+                trail.advance(moved, heading, Flies::Home);
+            }
+        }
+        assert!(trail.aside() > 0.5 && trail.knows(-3.0), "{}", trail.aside());
+        let off = trail.pursues().unwrap().0;
+        assert!((0.3..1.2).contains(&off.abs()), "{off}");
+        // One that flies tail first for another reason has left it.
+        trail.advance([-0.05, 0.0], heading, Flies::TailFirst);
+        assert!(!trail.knows(-1.0) && trail.pursues().is_none());
+    }
+
+    #[test]
+    fn a_drone_on_its_way_home_that_is_metres_from_its_path_is_not_where_it_reckons_to_be() {
+        let mut trail = right_angle(3);
+        for moved in [[-0.05, 0.0]; 20].into_iter().chain([[0.0, -0.2]; 20]) {
+            trail.advance(moved, Radians(core::f32::consts::FRAC_PI_2), Flies::Home);
+        }
+        assert!(!trail.knows(-1.0));
     }
 
     #[test]

@@ -100,6 +100,10 @@ impl Navigator {
             }
             return None;
         }
+        if self.scan.is_on() && !self.scan.is_for_home() {
+            // A sweep for the way on has kept where the old gallery leads, and not where home is.
+            self.scan.stop();
+        }
         let (was_on, has_found) = (self.scan.is_on(), self.scan.has_found());
         if !was_on && !is_lost {
             return None;
@@ -115,5 +119,35 @@ impl Navigator {
             }
         }
         yaw_rate
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use units::{Metres, Radians};
+
+    use super::*;
+    use crate::{Guide, Homing, Range};
+
+    /// A drone that has begun to look round for the way on at the end of a gallery.
+    fn looking_for_the_way_on() -> (Navigator, Diagonals, Bearings) {
+        let (wall, open) = (Range::At(Metres(0.5)), Range::Clear);
+        let ranges = Diagonals { nw: wall, ne: wall, sw: open, se: open };
+        let bearings = Bearings { heading: Some(Radians(0.3)), ..Bearings::default() };
+        let mut drone = Navigator::new();
+        let came = Came { off: Radians(0.0), centred: 0.7, side: None };
+        while !drone.scan.is_on() {
+            let stands = Stands { before_wall: true, is_stuck: false };
+            drone.scan.step(&ranges, 0.3, stands, &Seeks::WayOn(came));
+        }
+        (drone, ranges, bearings)
+    }
+
+    #[test]
+    fn a_drone_that_is_called_home_while_it_looks_for_the_way_on_flies_home_by_its_path() {
+        let (mut drone, ranges, bearings) = looking_for_the_way_on();
+        drone.guide(Guide { homing: Homing::Last, ..Guide::NONE });
+        let yaw_rate = drone.look_for_home(&ranges, &bearings, MetresPerSecond(-0.2));
+        assert_eq!((yaw_rate, drone.scan.is_on()), (None, false));
     }
 }

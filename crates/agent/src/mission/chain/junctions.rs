@@ -3,7 +3,7 @@
 use chain::astray::{AstrayWatch, Front};
 use chain::neighbours::Heard;
 use chain::route::{JUNCTION, Route};
-use tunnel_nav::Guide;
+use tunnel_nav::{Guide, Homing};
 use units::{Branch, Course, Metres, NodeId, Order, Phase, Role};
 
 use super::{Chain, ChainDuty};
@@ -78,9 +78,13 @@ impl Chain {
         let branch = if is_stray { branch.and_then(opposite) } else { branch };
         let has_company = self.has_company(config, round);
         let is_last = round.role == Role::Head || self.front().is_none();
-        let is_last_home = matches!(duty, ChainDuty::Homing) && is_last;
+        let homing = match duty {
+            ChainDuty::Homing if is_last => Homing::Last,
+            ChainDuty::Homing | ChainDuty::Retiring => Homing::Followed,
+            _ => Homing::No,
+        };
         let changed_from = self.route.take_change();
-        Guide { branch, rejoins, changed_from, has_company, is_last_home }
+        Guide { branch, rejoins, changed_from, has_company, homing }
     }
 
     /// Whether any drone in the air is too near.
