@@ -62,6 +62,65 @@ fn explorers_and_a_route_have_the_same_specks_taken_out() {
     assert!(seen > 40.0 && (seen - flown).abs() < 5.0, "{seen} m2 seen, {flown} m2 flown");
 }
 
+/// A hall of 10 by 10 m, round or square, with noise in this many of 1000 cells.
+fn hall(is_round: bool, noise: u32) -> Occupancy {
+    const CELLS: usize = 200;
+    let mut state = 1_u32;
+    let cells = (0..CELLS * CELLS).map(|n| {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        let [column, row] = [n % CELLS, n / CELLS];
+        let off = [column, row].map(|it| it as f64 + 0.5 - 100.0);
+        let is_inside = match is_round {
+            true => off[0].hypot(off[1]) < 98.0,
+            false => off.iter().all(|off| off.abs() < 98.0),
+        };
+        if !is_inside || (state >> 16) % 1000 < noise { Cell::Occupied } else { Cell::Free }
+    });
+    Occupancy::new(CELLS, cells.collect(), 0.05, [0.0; 3])
+}
+
+#[test]
+fn a_hall_as_wide_as_it_is_long_has_a_way_between_any_two_of_its_points() {
+    for (is_round, noise) in [(false, 0), (false, 10), (true, 0), (true, 10)] {
+        let hall = hall(is_round, noise);
+        let find = |from: &str, to: &str| {
+            let given = |name: &str| (!name.is_empty()).then(|| name.to_owned());
+            let ends = Ends { from: given(from), to: given(to), around_m: None };
+            Route::find_in_grid(&hall, &ends).map(|(route, tunnel)| {
+                let at = |text: &str| {
+                    let (x, y) = text.split_once(',').unwrap();
+                    [x, y].map(|it| it.parse::<f64>().unwrap())
+                };
+                (at(&route.from), at(&route.to), route.length_m, tunnel)
+            })
+        };
+        let away = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
+        for (from, to) in [([2.0, 2.5], [8.0, 7.5]), ([2.0, 3.0], [8.0, 3.0])] {
+            let text = |[x, y]: [f64; 2]| format!("{x},{y}");
+            let (begin, end, length_m, tunnel) = find(&text(from), &text(to)).unwrap();
+            assert!(away(begin, from) < 0.3 && away(end, to) < 0.3, "{begin:?} {end:?}");
+            let straight = away(from, to);
+            assert!((straight - 0.6..2.0 * straight).contains(&length_m), "{length_m}");
+            // The whole way is free.
+            let main = &tunnel.skeleton().edges()[0];
+            let steps = (0..=100).map(|n| main.line().length() * n as f32 / 100.0);
+            assert!(steps.into_iter().all(|along| tunnel.is_free(main.line().at(along).0)));
+            let (begin, _, length_m, _) = find(&text(from), "").unwrap();
+            assert!(away(begin, from) < 0.3 && length_m >= 5.0, "{begin:?} {length_m}");
+        }
+        let (_, _, length_m, _) = find("", "").unwrap();
+        assert!(length_m >= 5.0, "{length_m}");
+    }
+}
+
+#[test]
+fn a_route_through_a_hall_begins_and_ends_where_it_is_asked_to() {
+    // The axis of a hall of 12 by 4 m ends 2 m before its ends.
+    let ends = Ends { from: Some("0.5,0.5".into()), to: Some("11.5,3.5".into()), around_m: None };
+    let (route, _) = Route::find_in_grid(&speckled(), &ends).unwrap();
+    assert!(route.length_m > 11.0, "{} to {}: {}", route.from, route.to, route.length_m);
+}
+
 #[test]
 fn a_subt_world_is_a_network_with_its_loop() {
     let (tunnel, route) = choice("crossing.dot", "", "8", None).dig().unwrap();

@@ -273,6 +273,16 @@ impl Fates {
         }
         self.longest = self.longest.max((began.elapsed(), number));
     }
+
+    fn print(&self) {
+        let Self { flown, refused, longest } = self;
+        println!("{flown} flown, {refused} refused; number {} took {:?}", longest.1, longest.0);
+    }
+}
+
+/// How many files a test tries: what this variable says, or else so many.
+fn many(variable: &str, usual: u64) -> u64 {
+    std::env::var(variable).ok().and_then(|it| it.parse().ok()).unwrap_or(usual)
 }
 
 /// Draws and flies files of these numbers.
@@ -412,9 +422,7 @@ fn a_drawn_scenario_is_flown_or_refused_in_one_line() {
 #[test]
 #[ignore = "takes minutes; UCHAIN_LONG=1 .ci/run test runs it"]
 fn every_drawn_scenario_is_flown_or_refused_in_one_line() {
-    let count = std::env::var("RANDOM_SCENARIOS").ok().and_then(|it| it.parse().ok());
-    let Fates { flown, refused, longest } = fly(0..count.unwrap_or(100_000), &folder("many"));
-    println!("{flown} flown, {refused} refused; number {} took {:?}", longest.1, longest.0);
+    fly(0..many("RANDOM_SCENARIOS", 100_000), &folder("many")).print();
 }
 
 #[test]
@@ -427,8 +435,5 @@ fn a_damaged_scenario_is_flown_or_refused_in_one_line() {
 #[test]
 #[ignore = "takes minutes; UCHAIN_LONG=1 .ci/run test runs it"]
 fn every_damaged_scenario_is_flown_or_refused_in_one_line() {
-    let count = std::env::var("DAMAGED_SCENARIOS").ok().and_then(|it| it.parse().ok());
-    let fates = fly_damaged(count.unwrap_or(20_000), &folder("damaged-many"));
-    let Fates { flown, refused, longest } = fates;
-    println!("{flown} flown, {refused} refused; number {} took {:?}", longest.1, longest.0);
+    fly_damaged(many("DAMAGED_SCENARIOS", 20_000), &folder("damaged-many")).print();
 }

@@ -2,10 +2,12 @@
 //!
 //! The free space is the free cells that are joined side by side, without specks: what stands in it
 //! and is smaller than a drone is noise of the laser that made the map, and so are the streaks and
-//! notches into which no drone fits: they are walls, as unknown cells are. Its outlines are the edges of its cells, simplified within half a cell. Its network is the medial
-//! axis: the free space thinned to lines of one cell, without the spurs to its corners, with the
-//! distance to the nearest wall as half of the width. What is narrower than the narrowest passage
-//! that a drone flies through is left out of the network.
+//! notches into which no drone fits: they are walls, as unknown cells are. Its outlines are the edges
+//! of its cells, simplified within half a cell. Its network is the medial axis: the free space thinned
+//! to lines of one cell, without the spurs to its corners, with the distance to the nearest wall as
+//! half of the width. Where that leaves no way, as in a square hall, or ends far from a place that was
+//! asked for, lines lead to the ends, too. What is narrower than the narrowest passage that a drone
+//! flies through is left out of the network.
 
 mod distance;
 mod mask;
@@ -32,6 +34,16 @@ const NEAR_M: f64 = 1.0;
 /// A centre-line deviates from the medial axis by no more than this, m, or by a cell.
 const SMOOTH_M: f64 = 0.1;
 
+/// Which lines of the medial axis belong to a network.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Axis {
+    /// Those that are no spurs into corners: of a square or round hall that is hardly more than its
+    /// middle.
+    Pruned,
+    /// Those, and lines to the ends that were asked for, or in their place to cells far away.
+    ToEnds,
+}
+
 /// The free space of a map around one of its points.
 struct Grid<'a> {
     map: &'a Occupancy,
@@ -47,22 +59,32 @@ struct Grid<'a> {
 }
 
 impl<'a> Grid<'a> {
-    /// Makes the network of the free space in which a place lies, or of the largest one; `None` where
-    /// there is none.
-    fn of(map: &'a Occupancy, place: Option<[f64; 2]>) -> Option<Self> {
+    /// Makes the network of the free space in which the first of these places lies, or of the largest
+    /// one; `None` where there is none. The network reaches these places where `axis` says so.
+    fn of(map: &'a Occupancy, places: &[[f64; 2]], axis: Axis) -> Option<Self> {
         let cells = |metres: f32| metres / map.resolution_m as f32;
         let free = Mask::free(map);
         let squares = distance::squares(&free);
         let flown = free.opened(&squares, cells(0.5 * LEAST_WIDTH));
         let free = free.opened(&squares, cells(DRONE_RADIUS_M));
-        let inside = match place {
-            Some(place) => flown.nearest(map.grid(place), NEAR_M / map.resolution_m)?,
+        let near = |mask: &Mask, place| mask.nearest(map.grid(place), NEAR_M / map.resolution_m);
+        let inside = match places.first() {
+            Some(&place) => near(&flown, place)?,
             None => flown.in_largest()?,
         };
         let (flown, free) = (flown.around(inside), free.around(inside));
         let squares = distance::squares(&free);
         let radius = |cell: usize| squares[cell].sqrt();
-        let (nodes, edges) = thin::medial_axis(&flown, radius);
+        let ends = match axis {
+            Axis::Pruned => Vec::new(),
+            Axis::ToEnds => {
+                let given: Vec<_> =
+                    places.iter().filter_map(|&place| near(&flown, place)).collect();
+                let is_roomy = |cell: usize| radius(cell) >= cells(0.5 * LEAST_WIDTH);
+                flown.with_far_ends(given, inside, is_roomy)
+            }
+        };
+        let (nodes, edges) = thin::medial_axis(&flown, radius, &ends);
         let metres = |cell: &usize| (radius(*cell) * map.resolution_m as f32).min(WIDEST_HALF_M);
         let halves = nodes.iter().map(metres).collect();
         let scaled = |edges: Vec<(usize, f64)>| {
@@ -87,6 +109,41 @@ impl<'a> Grid<'a> {
     fn nearest(&self, place: [f64; 2]) -> Option<usize> {
         let away = |node: &usize| network::distance(self.place(*node), place);
         (0..self.nodes.len()).min_by(|a, b| away(a).total_cmp(&away(b)))
+    }
+
+    /// Whether the network comes near a place, or no drone can fly near that.
+    fn reaches(&self, place: [f64; 2]) -> bool {
+        let node = self.nearest(place).map(|node| self.place(node));
+        !self.is_near(place) || node.is_some_and(|at| network::distance(at, place) <= NEAR_M)
+    }
+
+    /// The way between two places, from one of them to the farthest place from it, or the longest
+    /// way; whether it was cut at [`LONGEST_ROUTE`], and its length in metres.
+    fn way(
+        &self,
+        from: Option<[f64; 2]>,
+        to: Option<[f64; 2]>,
+        ends: &Ends,
+    ) -> Result<(Vec<usize>, bool, f64), RouteError> {
+        let node = |place: Option<[f64; 2]>| place.and_then(|place| self.nearest(place));
+        let way = match (node(from), node(to)) {
+            (Some(begin), Some(end)) => {
+                let shown = |text: &Option<String>| text.clone().unwrap_or_default();
+                let apart = || RouteError::NoWay(shown(&ends.from), shown(&ends.to));
+                let way =
+                    network::way(self, begin, end).filter(|_| to.is_none_or(|to| self.is_near(to)));
+                way.ok_or_else(apart)?
+            }
+            (Some(from), None) => network::farthest_from(self, from),
+            (None, Some(to)) => network::farthest_from(self, to).into_iter().rev().collect(),
+            (None, None) => self.begun_at_narrower_end(self.longest()),
+        };
+        let (way, is_cut) = network::cut(self, way, f64::from(LONGEST_ROUTE));
+        let length_m = network::length(self, &way);
+        if length_m < f64::from(SHORTEST_ROUTE) {
+            return Err(RouteError::TooShort(Vec::new()));
+        }
+        Ok((way, is_cut, length_m))
     }
 
     /// The outlines of the free space, from an origin.
@@ -176,30 +233,23 @@ pub(super) fn without_specks(map: Occupancy) -> Occupancy {
 pub(super) fn find(map: &Occupancy, ends: &Ends) -> Result<(Route, Tunnel), RouteError> {
     let place = |text: &Option<String>| text.as_ref().map(|text| point(text)).transpose();
     let (from, to) = (place(&ends.from)?, place(&ends.to)?);
-    let named = || ends.from.as_ref().or(ends.to.as_ref()).cloned().unwrap_or_default();
-    let grid = match (Grid::of(map, from.or(to)), from.or(to)) {
-        (Some(grid), _) => grid,
-        (None, Some(_)) => return Err(RouteError::NoPoint(named())),
-        (None, None) => return Err(RouteError::TooShort(Vec::new())),
+    let places: Vec<[f64; 2]> = from.into_iter().chain(to).collect();
+    let Some(grid) = Grid::of(map, &places, Axis::Pruned) else {
+        let named = ends.from.as_ref().or(ends.to.as_ref());
+        let nowhere = || RouteError::TooShort(Vec::new());
+        return Err(named.cloned().map_or_else(nowhere, RouteError::NoPoint));
     };
-    let node = |place: Option<[f64; 2]>| place.and_then(|place| grid.nearest(place));
-    let way = match (node(from), node(to)) {
-        (Some(begin), Some(end)) => {
-            let shown = |text: &Option<String>| text.clone().unwrap_or_default();
-            let apart = || RouteError::NoWay(shown(&ends.from), shown(&ends.to));
-            let way =
-                network::way(&grid, begin, end).filter(|_| to.is_none_or(|to| grid.is_near(to)));
-            way.ok_or_else(apart)?
+    let reaches_all = places.iter().all(|&place| grid.reaches(place));
+    let (grid, (way, is_cut, length_m)) = match grid.way(from, to, ends) {
+        Ok(found) if reaches_all => (grid, found),
+        Err(error @ RouteError::NoWay(..)) => return Err(error),
+        // In a hall the pruned axis may end far from the places that were asked for, or be too short.
+        Ok(_) | Err(_) => {
+            let grid = Grid::of(map, &places, Axis::ToEnds).unwrap_or(grid);
+            let found = grid.way(from, to, ends)?;
+            (grid, found)
         }
-        (Some(from), None) => network::farthest_from(&grid, from),
-        (None, Some(to)) => network::farthest_from(&grid, to).into_iter().rev().collect(),
-        (None, None) => grid.begun_at_narrower_end(grid.longest()),
     };
-    let (way, is_cut) = network::cut(&grid, way, f64::from(LONGEST_ROUTE));
-    let length_m = network::length(&grid, &way);
-    if length_m < f64::from(SHORTEST_ROUTE) {
-        return Err(RouteError::TooShort(Vec::new()));
-    }
     let found = Galleries::of(&grid, &way, f64::from(ends.around_m.unwrap_or(f32::INFINITY)));
     let outlines = grid.outlines(found.origin).map_err(RouteError::Geometry)?;
     let tunnel = Tunnel::within(outlines, found.skeleton());

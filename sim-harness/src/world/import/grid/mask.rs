@@ -142,6 +142,28 @@ impl Mask {
         best.1
     }
 
+    /// The ends that are given of a way through the set, and for each that is not the roomy cell that is
+    /// farthest from the other; with none given that is the one farthest from `start`.
+    pub(super) fn with_far_ends(
+        &self,
+        given: Vec<usize>,
+        start: usize,
+        is_roomy: impl Fn(usize) -> bool,
+    ) -> Vec<usize> {
+        let away = |one: usize, other: usize| {
+            let ((x, y), (to_x, to_y)) = (self.cell(one), self.cell(other));
+            x.abs_diff(to_x).pow(2) + y.abs_diff(to_y).pow(2)
+        };
+        let members = || (0..self.cells.len()).filter(|cell| self.cells[*cell] && is_roomy(*cell));
+        let mut ends = given;
+        while ends.len() < 2 {
+            let from = ends.first().copied().unwrap_or(start);
+            let Some(farthest) = members().max_by_key(|cell| away(*cell, from)) else { break };
+            ends.push(farthest);
+        }
+        ends
+    }
+
     /// The cell of the set that is nearest to a point of the map, in cells, and no farther than this.
     pub(super) fn nearest(&self, [column, row]: [f64; 2], most: f64) -> Option<usize> {
         let away = |cell: usize| {

@@ -12,12 +12,13 @@ type Graph = (Vec<usize>, Vec<Vec<(usize, f64)>>);
 /// the spurs into the corners of a square end are √2 times as long.
 const SPUR: f64 = 1.5;
 
-/// The medial axis of a set. `radius` is the distance of a cell from the walls, in cells.
-pub(super) fn medial_axis(mask: &Mask, radius: impl Fn(usize) -> f32) -> Graph {
-    let mut axis = thinned(mask);
+/// The medial axis of a set, with lines to these ends. `radius` is the distance of a cell from the
+/// walls, in cells.
+pub(super) fn medial_axis(mask: &Mask, radius: impl Fn(usize) -> f32, ends: &[usize]) -> Graph {
+    let mut axis = thinned(mask, ends);
     // A spur may have spurs, and a node that lost all but two of its lines is none.
     for _ in 0..4 {
-        if !prune(&mut axis, &radius) {
+        if !prune(&mut axis, &radius, ends) {
             break;
         }
     }
@@ -31,7 +32,8 @@ pub(super) fn medial_axis(mask: &Mask, radius: impl Fn(usize) -> f32) -> Graph {
     (nodes, edges)
 }
 
-fn thinned(mask: &Mask) -> Mask {
+/// Thins a set to lines, which lead to these of its cells.
+fn thinned(mask: &Mask, ends: &[usize]) -> Mask {
     let mut axis = mask.clone();
     let members = (0..axis.cells.len()).filter(|cell| axis.cells[*cell]);
     // Only cells at the edge of what is left can go.
@@ -40,8 +42,8 @@ fn thinned(mask: &Mask) -> Mask {
     loop {
         let mut changed = false;
         for pass in [false, true] {
-            let gone: Vec<usize> =
-                edge.iter().copied().filter(|cell| goes(&axis, *cell, pass)).collect();
+            let goes = |cell: &usize| !ends.contains(cell) && goes(&axis, *cell, pass);
+            let gone: Vec<usize> = edge.iter().copied().filter(goes).collect();
             for &cell in &gone {
                 axis.cells[cell] = false;
                 edge.remove(&cell);
@@ -86,11 +88,11 @@ fn neighbours(axis: &Mask, cell: usize) -> impl Iterator<Item = (usize, f64)> {
     })
 }
 
-/// Removes the spurs of an axis, and says whether there were any.
-fn prune(axis: &mut Mask, radius: &impl Fn(usize) -> f32) -> bool {
-    let ends: Vec<usize> = (0..axis.cells.len())
-        .filter(|cell| axis.cells[*cell] && neighbours(axis, *cell).count() == 1)
-        .collect();
+/// Removes the spurs of an axis that lead to none of these cells, and says whether there were any.
+fn prune(axis: &mut Mask, radius: &impl Fn(usize) -> f32, kept: &[usize]) -> bool {
+    let is_end = |cell: &usize| axis.cells[*cell] && neighbours(axis, *cell).count() == 1;
+    let ends: Vec<usize> =
+        (0..axis.cells.len()).filter(|cell| is_end(cell) && !kept.contains(cell)).collect();
     let mut spurs: Vec<(f64, Vec<usize>)> = Vec::new();
     for end in ends {
         let (mut line, mut length) = (vec![end], 0.0);
