@@ -5,23 +5,6 @@
 //! it), and `measure.rs` what is measured (cases, flights, bounds, and rows as JSON). The command
 //! finds it in [`REGISTRY`] and makes a sub-command of it that takes its own arguments and no
 //! others; nothing else lists the benchmarks.
-//!
-//! | module | what it measures |
-//! |---|---|
-//! | [`chain`] | how well the chain holds, grows, heals and comes home under each movement policy |
-//! | [`throughput`] | how fast the simulation is, at both fidelities |
-//! | [`faults`] | how flights end after faults of sensors and motors |
-//! | [`estimator`] | whether the state estimator predicts its own errors |
-//! | [`link`] | how orders and telemetry get through a chain |
-//! | [`junctions`] | whether every relay takes the branch that the pilot chose |
-//! | [`explore`] | how several robots explore a place together |
-//! | [`attacks`] | how many packets a chain accepts from an attacker without a key |
-//! | [`placement`] | how much relays cover that are put down by each rule |
-//! | [`forces`] | whether swarms by virtual forces keep clear and connected, and how fast they are |
-//! | [`firmware`] | load, step times and stack of the firmware, on the emulated core |
-//! | [`emulator`] | how fast the emulator is, and the comparison of its core with another |
-//! | [`mishaps`] | how flights end when the firmware's chip, buses or code fail |
-//! | [`stock`] | how far the vendor's firmware flies the emulated drone |
 
 #[cfg(not(feature = "virtual"))]
 mod absent;
