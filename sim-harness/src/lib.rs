@@ -10,7 +10,7 @@
 //! | [`bodies`] | the bodies of drones: a point, a rigid body, or one whose firmware runs in an emulator |
 //! | [`mission`] | one mission, step by step: on-board code, bodies, and the medium between the radios |
 //! | [`measure`] | the trace of a mission, its metrics, campaigns, and the paper's figure 3 |
-//! | [`bench`] | the benchmarks: one folder each, and their registry |
+//! | [`mod@bench`] | the benchmarks: one folder each, and their registry |
 //! | [`replay`] | the replay of recorded RSSI through the on-board code |
 //! | [`output`] | files and pictures |
 //! | [`station_log`] | the messages of the ground station's recordings |

@@ -1,9 +1,9 @@
 //! The benchmarks of `uchain bench`: one folder each, and the registry of all of them.
 //!
-//! A benchmark is a type that implements [`Benchmark`]. Its folder holds everything about it:
+//! A benchmark is a type that implements `Benchmark`. Its folder holds everything about it:
 //! `mod.rs` has what a user meets (name, arguments, table, and the page of the book that explains
 //! it), and `measure.rs` what is measured (cases, flights, bounds, and rows as JSON). The command
-//! finds it in [`REGISTRY`] and makes a sub-command of it that takes its own arguments and no
+//! finds it in `REGISTRY` and makes a sub-command of it that takes its own arguments and no
 //! others; nothing else lists the benchmarks.
 
 #[cfg(not(feature = "virtual"))]

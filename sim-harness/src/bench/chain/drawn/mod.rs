@@ -9,7 +9,7 @@
 //! | [`drawing`] | all of it as a scenario's text, beside its oracle |
 //! | [`flown`] | one mission, looked at from outside |
 //! | [`measure`] | every policy in every place |
-//! | [`totals`] | many missions, and the bounds beside them |
+//! | [`mod@totals`] | many missions, and the bounds beside them |
 
 pub mod drawing;
 pub mod flown;
