@@ -9,7 +9,8 @@
 //! | [`world`] | the floor plan, its skeleton, range beams, radio, and the best possible chain |
 //! | [`bodies`] | the bodies of drones: a point, a rigid body, or one whose firmware runs in an emulator |
 //! | [`mission`] | one mission, step by step: on-board code, bodies, and the medium between the radios |
-//! | [`measure`] | the trace of a mission, its metrics, campaigns, the paper's figure 3, and the benchmarks |
+//! | [`measure`] | the trace of a mission, its metrics, campaigns, and the paper's figure 3 |
+//! | [`mod@bench`] | the benchmarks: one folder each, and their registry |
 //! | [`replay`] | the replay of recorded RSSI through the on-board code |
 //! | [`output`] | files and pictures |
 //! | [`station_log`] | the messages of the ground station's recordings |
@@ -19,6 +20,8 @@
 //! | [`keys`] | the keys of a fleet, and the pages of flash memory with which drones get them |
 //! | [`cli`] | the command line |
 
+mod args;
+pub mod bench;
 pub mod bodies;
 pub mod bridge;
 pub mod cli;
@@ -29,6 +32,7 @@ pub mod keys;
 pub mod measure;
 pub mod mission;
 pub mod output;
+mod progress;
 pub mod random;
 pub mod replay;
 pub mod scenario;

@@ -3,7 +3,7 @@
 
 use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
-use sim_harness::measure::bench::faults::{Places, cases};
+use sim_harness::bench::faults::measure::{Places, cases};
 use sim_harness::measure::metrics::{Reference, RunMetrics, Watch};
 use sim_harness::mission::{Mission, World};
 use sim_harness::output::csv;

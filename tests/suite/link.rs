@@ -1,6 +1,6 @@
 //! The link as a pilot has it: chains that stand still, through the door of `uchain bench link`.
 
-use sim_harness::measure::bench::link;
+use sim_harness::bench::link::measure as link;
 
 #[test]
 fn the_aims_of_the_link_are_met() {

@@ -6,15 +6,16 @@ use std::sync::atomic::AtomicBool;
 use clap::Args;
 use serde_json::{Value, json};
 
-use super::progress::Progress;
 use super::run::metrics_json;
 use super::{
-    Common, FidelityArg, LinkArg, Trouble, Verdict, builtin_scenarios, complain, host_scenario,
-    interrupt, runs, with_link,
+    Common, LinkArg, Trouble, Verdict, builtin_scenarios, complain, host_scenario, interrupt,
+    with_link,
 };
+use crate::args::{FidelityArg, runs};
 use crate::measure::campaign::{Figure, Run, Verdicts, figures, fly_until, json as figures_json};
 use crate::measure::metrics::Reference;
 use crate::mission::World;
+use crate::progress::Progress;
 use crate::scenario::Scenario;
 
 #[derive(Args)]

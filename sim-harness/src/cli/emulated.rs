@@ -1,6 +1,5 @@
 //! Makes the virtual drones that the command line asks for, and prints what they logged.
 
-pub(super) mod bench;
 pub(super) mod replay;
 pub(super) mod stock;
 

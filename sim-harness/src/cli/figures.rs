@@ -6,12 +6,13 @@ use std::fmt::Write;
 
 use clap::Args;
 
-use super::progress::Progress;
-use super::{Common, Trouble, Verdict, interrupt, runs};
+use super::{Common, Trouble, Verdict, interrupt};
+use crate::args::runs;
 use crate::measure::campaign::Figure;
 use crate::measure::figures::{Figures, make, missions};
 use crate::output;
 use crate::output::pictures::box_plots;
+use crate::progress::Progress;
 
 #[derive(Args)]
 pub(super) struct FiguresArgs {

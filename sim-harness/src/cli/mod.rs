@@ -21,7 +21,6 @@ mod interrupt;
 mod keys;
 mod map;
 mod plan;
-mod progress;
 mod replay;
 mod run;
 mod serve;
@@ -33,8 +32,8 @@ use std::process::ExitCode;
 
 use chain::policy::NAMES;
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use explorers::{Network, Sensor};
 
+use crate::args::FidelityArg;
 use crate::input_error::InputError;
 use crate::output::{Folder, OutputError};
 use crate::scenario::{Fidelity, LinkModel, Scenario, builtin};
@@ -68,7 +67,7 @@ enum Verb {
     Map(map::MapArgs),
     /// Plan a mission on paper: the relays that a way needs
     Plan(plan::PlanArgs),
-    /// Run one of the benchmarks; without a name, all of them
+    /// Run one of the benchmarks, or all of them
     Bench(bench::BenchArgs),
 }
 
@@ -267,73 +266,6 @@ impl Trouble {
     }
 }
 
-/// The sensor by which an explorer maps.
-#[derive(Clone, Copy, ValueEnum)]
-enum SensorArg {
-    /// A camera of 60° that sees 4 m far, with rangers to the other three sides
-    Camera,
-    /// The four beams of the Multi-ranger deck, 4 m at most, on a robot that turns all the time
-    Rangers,
-}
-
-impl SensorArg {
-    const fn sensor(self) -> Sensor {
-        match self {
-            Self::Camera => Sensor::Camera,
-            Self::Rangers => Sensor::Rangers,
-        }
-    }
-}
-
-/// How packets come from explorer to explorer.
-#[derive(Clone, Copy, ValueEnum)]
-enum NetworkArg {
-    /// Robots send each other's packets on
-    Mesh,
-    /// Robots hear each other directly alone
-    AdHoc,
-    /// All packets go through an access point at the start, which leads
-    AccessPoint,
-}
-
-impl NetworkArg {
-    const fn network(self) -> Network {
-        match self {
-            Self::Mesh => Network::Mesh,
-            Self::AdHoc => Network::AdHoc,
-            Self::AccessPoint => Network::AccessPoint,
-        }
-    }
-}
-
-/// How closely a drone is simulated.
-#[derive(Clone, Copy, ValueEnum)]
-enum FidelityArg {
-    /// A point on the floor plan that follows velocity commands with a lag
-    Point,
-    /// A rigid body with motors, battery and sensors, and the flight code in the loop
-    Flight,
-    /// The same body, flown by the firmware's ELF on an emulated Crazyflie
-    Virtual,
-    /// The former name of `point`, refused with a line that says so
-    #[value(hide = true)]
-    Policy,
-}
-
-impl FidelityArg {
-    fn fidelity(self) -> Result<Fidelity, InputError> {
-        match self {
-            Self::Point => Ok(Fidelity::Point),
-            Self::Flight => Ok(Fidelity::Flight),
-            Self::Virtual => Ok(Fidelity::Virtual),
-            Self::Policy => {
-                let wrong = "--fidelity policy is now called point";
-                Err(InputError::new(wrong, "give --fidelity point"))
-            }
-        }
-    }
-}
-
 /// How reports and orders get from drone to drone.
 #[derive(Clone, Copy, ValueEnum)]
 enum LinkArg {
@@ -411,17 +343,4 @@ fn builtin_scenarios() -> String {
     let width = builtin::names().map(str::len).max().unwrap_or(0);
     let lines = builtin::titles().map(|(name, title)| format!("  {name:width$}  {title}\n"));
     format!("Built-in scenarios:\n{}", lines.collect::<String>())
-}
-
-/// A number of runs that makes sense.
-fn runs(count: usize) -> Result<usize, InputError> {
-    counted("--runs", count)
-}
-
-/// A number of missions that makes sense, by the option that gives it.
-fn counted(option: &str, count: usize) -> Result<usize, InputError> {
-    if (1..=1_000_000).contains(&count) {
-        return Ok(count);
-    }
-    Err(InputError::new(format!("{option} {count} is out of range"), "give 1 to 1000000"))
 }

@@ -6,9 +6,9 @@ use chain::policy::{NAMES, Policy};
 use clap::builder::PossibleValuesParser;
 use clap::{Args, ValueEnum};
 
-use super::progress::Progress;
 use super::{Common, Trouble, Verdict, complain, emulated, interrupt};
 use crate::output::{self, Folder};
+use crate::progress::Progress;
 use crate::replay::chip::{self, ChipOptions, ChipSummary, Pace};
 use crate::replay::{Format, ReplayOptions, StationRecord, replay, station_record};
 

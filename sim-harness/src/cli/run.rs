@@ -9,17 +9,18 @@ use agent::State;
 use clap::Args;
 
 use super::emulated::{Aftermath, Base, Fleet};
-use super::progress::Progress;
 use super::{
-    Common, FidelityArg, LinkArg, Trouble, Verdict, VirtualArgs, adapted, builtin_scenarios,
-    complain, interrupt, with_link,
+    Common, LinkArg, Trouble, Verdict, VirtualArgs, adapted, builtin_scenarios, complain,
+    interrupt, with_link,
 };
+use crate::args::FidelityArg;
 use crate::input_error::InputError;
 use crate::measure::metrics::{Reference, RunMetrics, Watch};
 use crate::measure::trace::{Node, Thinning, Trace};
 use crate::measure::verdict::Judgement;
 use crate::mission::{Mission, ROUND_US, World};
 use crate::output::{Folder, TraceFiles};
+use crate::progress::Progress;
 use crate::scenario::{Changes, Fidelity, Scenario, builtin};
 use crate::world::import::{Ends, MapChoice};
 use crate::world::layout::FARTHEST;

@@ -11,9 +11,10 @@ use units::{Duration, Instant};
 use super::emulated::{Aftermath, Base, Fleet, stock};
 use super::run::metrics_json;
 use super::{
-    Common, FidelityArg, Trouble, Verdict, VirtualArgs, builtin_scenarios, complain, interrupt,
-    scenario, with_link,
+    Common, Trouble, Verdict, VirtualArgs, builtin_scenarios, complain, interrupt, scenario,
+    with_link,
 };
+use crate::args::FidelityArg;
 use crate::input_error::InputError;
 use crate::measure::metrics::{Reference, RunMetrics};
 use crate::mission::World;

@@ -41,6 +41,7 @@ fn in_one_line(error: &clap::Error) -> String {
         what = what.replace(ours, plain);
     }
     let verb = verb();
+    what = what.replace("unrecognized subcommand", &format!("there is no {}", kind(&verb)));
     let meant = match meant(error) {
         Some(name) => format!("did you mean {name}? if not, "),
         None => meant_verb(error, &verb),
@@ -50,7 +51,7 @@ fn in_one_line(error: &clap::Error) -> String {
 }
 
 /// Words of the libraries, and plainer ones.
-const PLAIN: [(&str, &str); 8] = [
+const PLAIN: [(&str, &str); 7] = [
     ("invalid digit found in string", "not a whole number of 0 or more"),
     ("number too large to fit in target type", "too large a number"),
     ("number would be too large to fit in target type", "too large a number"),
@@ -58,8 +59,14 @@ const PLAIN: [(&str, &str); 8] = [
     ("invalid IPv4 address syntax", "not an IPv4 address such as 127.0.0.1"),
     (" is not in ", " is out of range, which is "),
     ("..=", " to "),
-    ("unrecognized subcommand", "there is no verb"),
 ];
+
+/// The word for the sub-commands of the last of these verbs: they are verbs, too, unless it names them
+/// otherwise.
+fn kind(verb: &[clap::Command]) -> String {
+    let name = verb.last().and_then(clap::Command::get_subcommand_value_name);
+    name.map_or_else(|| "verb".to_owned(), str::to_lowercase)
+}
 
 /// The name that was probably meant.
 fn meant(error: &clap::Error) -> Option<String> {

@@ -8,9 +8,7 @@
 //! | [`mod@campaign`] | many seeded missions on all cores, with intervals of confidence |
 //! | [`mod@figures`] | the paper's figure 3 |
 //! | [`mod@oracle`] | how far a head can get, for one who knows the world, the radio and the pilot |
-//! | [`mod@bench`] | the named benchmarks |
 
-pub mod bench;
 pub mod campaign;
 pub mod drops;
 pub mod figures;

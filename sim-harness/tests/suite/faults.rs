@@ -7,7 +7,7 @@
 //! | flow lying for good | hover | 183 | judged while it sank through the last millimetres |
 //! | flow lying for good | tunnel | 252 | the same |
 
-use sim_harness::measure::bench::faults::{Place, Places, cases};
+use sim_harness::bench::faults::measure::{Place, Places, cases};
 
 #[test]
 fn no_flight_that_once_ended_uncontrolled_does() {

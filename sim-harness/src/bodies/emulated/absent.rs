@@ -2,6 +2,7 @@
 
 use std::convert::Infallible;
 use std::fmt;
+use std::path::Path;
 
 use agent::{Exploration, Outputs};
 use onboard::Fix;
@@ -9,6 +10,14 @@ use units::{Dbm, Metres, NodeId, Order};
 use wire::p2p::Counter;
 
 use crate::bodies::craft::{Craft, Surroundings};
+use crate::input_error::InputError;
+use crate::scenario::Scenario;
+
+/// What is said when this needs the emulator.
+pub(crate) fn without_emulator(what: &str) -> InputError {
+    let wrong = format!("{what}: this uchain was built without the emulator");
+    InputError::new(wrong, "use `cargo sim-virtual` in place of `cargo sim`")
+}
 
 /// An ELF, which cannot be run in this build.
 pub enum Firmware {}
@@ -16,6 +25,14 @@ pub enum Firmware {}
 impl Firmware {
     /// The file that `cargo fw` makes, seen from the repository.
     pub const DEFAULT: &str = "target/thumbv7em-none-eabihf/firmware/uchain-firmware";
+
+    pub(crate) fn open(_: &Path) -> Result<Self, InputError> {
+        Err(without_emulator("the fidelity \"virtual\""))
+    }
+
+    pub(crate) fn fleet(&self, _: &Scenario, _: u64) -> Result<Vec<Emulated>, InputError> {
+        match *self {}
+    }
 }
 
 /// The reason why a mission with emulated drones cannot go on.

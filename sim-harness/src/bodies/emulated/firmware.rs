@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use flight::Status;
 use onboard::probe::{self, Probe, Round};
+use units::NodeId;
 use virtual_crazyflie::board::Crazyflie;
 use virtual_crazyflie::cpu::Program;
 use virtual_crazyflie::image::Image;
@@ -12,8 +13,10 @@ use virtual_crazyflie::machine::{self, Machine, MachineConfig};
 use virtual_crazyflie::memory::Memory;
 use wire::p2p::{Counter, Epoch};
 
+use super::{Emulated, unfit};
 use crate::input_error::InputError;
 use crate::input_file;
+use crate::scenario::Scenario;
 
 /// How to build it.
 const BUILD: &str = "build it with `cargo fw`, or name another with --elf";
@@ -51,6 +54,23 @@ impl Firmware {
         let program = machine::decode(&image);
         let (path, image) = (path.to_owned(), Arc::new(image));
         Ok(Self(Arc::new(Shared { path, image, program, probe })))
+    }
+
+    /// Makes the virtual drones of a mission: all that fly.
+    ///
+    /// # Errors
+    /// When the scenario has something that the firmware does not fly with.
+    pub(crate) fn fleet(
+        &self,
+        scenario: &Scenario,
+        seed: u64,
+    ) -> Result<Vec<Emulated>, InputError> {
+        if let Some(what) = unfit(scenario) {
+            let wrong = format!("the scenario has what the firmware does not fly with: {what}");
+            return Err(InputError::new(wrong, "fly it with --fidelity flight"));
+        }
+        let flying = 0..=scenario.drones.relays as u8;
+        Ok(flying.map(|node| Emulated::new(scenario, self, NodeId(node), seed)).collect())
     }
 
     /// The path that it was read from.

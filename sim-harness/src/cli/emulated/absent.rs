@@ -6,16 +6,11 @@ use std::convert::Infallible;
 use serde_json::Value;
 
 use super::VirtualArgs;
-use crate::bodies::emulated::Emulated;
+use crate::bodies::emulated::{Emulated, without_emulator};
 use crate::input_error::InputError;
 use crate::mission::Mission;
 use crate::output::Folder;
 use crate::scenario::Scenario;
-
-fn missing(what: &str) -> InputError {
-    let wrong = format!("{what}: this uchain was built without the emulator");
-    InputError::new(wrong, "use `cargo sim-virtual` in place of `cargo sim`")
-}
 
 /// Whether the base may be virtual.
 pub(super) enum Base {
@@ -34,7 +29,7 @@ impl Fleet {
         _: &Scenario,
         _: Base,
     ) -> Result<Self, InputError> {
-        Err(missing("the fidelity \"virtual\""))
+        Err(without_emulator("the fidelity \"virtual\""))
     }
 
     pub(super) fn drones(&self, _: &Scenario, _: u64) -> Result<Vec<Emulated>, InputError> {
@@ -106,7 +101,7 @@ pub(super) mod stock {
 pub(super) mod replay {
     use std::path::{Path, PathBuf};
 
-    use super::missing;
+    use crate::bodies::emulated::without_emulator;
     use crate::replay::chip::{ChipOptions, ChipSummary, Error};
 
     pub(in crate::cli) fn run(
@@ -115,46 +110,6 @@ pub(super) mod replay {
         _: Option<&Path>,
         _: impl FnMut(),
     ) -> Result<ChipSummary, Error> {
-        Err(missing("replay --on virtual").into())
-    }
-}
-
-/// The benchmarks that fly the firmware's ELF.
-pub(super) mod bench {
-    use serde_json::Value;
-
-    use super::missing;
-    use crate::cli::Trouble;
-    use crate::cli::bench::BenchArgs;
-
-    /// Whether this build has them.
-    pub(in crate::cli) const PRESENT: bool = false;
-
-    pub(in crate::cli) fn firmware(
-        _: &BenchArgs,
-        _: &mut Vec<String>,
-    ) -> Result<(String, Value), Trouble> {
-        Err(missing("bench firmware").into())
-    }
-
-    pub(in crate::cli) fn emulator(
-        _: &BenchArgs,
-        _: &mut Vec<String>,
-    ) -> Result<(String, Value), Trouble> {
-        Err(missing("bench emulator").into())
-    }
-
-    pub(in crate::cli) fn stock(
-        _: &BenchArgs,
-        _: &mut Vec<String>,
-    ) -> Result<(String, Value), Trouble> {
-        Err(missing("bench stock").into())
-    }
-
-    pub(in crate::cli) fn mishaps(
-        _: &BenchArgs,
-        _: &mut Vec<String>,
-    ) -> Result<(String, Value), Trouble> {
-        Err(missing("bench mishaps").into())
+        Err(without_emulator("replay --on virtual").into())
     }
 }

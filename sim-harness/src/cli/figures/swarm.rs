@@ -8,11 +8,12 @@ use swarms::bench::{PAPER_MOST, Row};
 use swarms::figures::{Reading, TABLE_2, TABLE_3, cases, readings};
 use swarms::{Phase, Place};
 
-use super::super::progress::Progress;
-use super::super::{Trouble, Verdict, interrupt, runs};
+use super::super::{Trouble, Verdict, interrupt};
 use super::FiguresArgs;
+use crate::args::runs;
+use crate::bench::forces::measure::{fly, json as row_json};
 use crate::input_error::InputError;
-use crate::measure::bench::forces;
+use crate::progress::Progress;
 
 /// The file that holds the rows of all readings.
 const FILE: &str = "swarm.json";
@@ -25,7 +26,7 @@ pub(super) fn run(args: &FiguresArgs) -> Result<Verdict, Trouble> {
     let cases = cases();
     let progress = Progress::new(cases.len() as u64, args.common.quiet);
     progress.say("cases");
-    let rows = forces::fly(&cases, count, seed, || progress.step()).map_err(|error| {
+    let rows = fly(&cases, count, seed, || progress.step()).map_err(|error| {
         InputError::new(error.to_string(), "choose a size of swarm in that range")
     })?;
     drop(progress);
@@ -128,6 +129,6 @@ fn value(name: &str, rows: &[Row]) -> Value {
             })
         })
         .collect();
-    let rows: Vec<Value> = rows.iter().map(|row| forces::json(row, rows)).collect();
+    let rows: Vec<Value> = rows.iter().map(|row| row_json(row, rows)).collect();
     json!({ "reading": name, "claims": claims, "rows": rows })
 }

@@ -10,10 +10,11 @@ use grid_map::Cell;
 use serde_json::{Value, json};
 use units::Point2;
 
+use crate::args::{NetworkArg, SensorArg};
+use crate::bench::explore::measure::setup;
 use crate::cli::map::put_map;
-use crate::cli::{Common, NetworkArg, SensorArg, Trouble, Verdict, complain, interrupt};
+use crate::cli::{Common, Trouble, Verdict, complain, interrupt};
 use crate::input_error::InputError;
-use crate::measure::bench::explore::setup;
 use crate::suggest;
 use crate::world::import::explored;
 

@@ -109,7 +109,7 @@ fn draw(deciles: &Deciles, part: f32) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::measure::bench::link;
+    use crate::bench::link::measure as link;
 
     /// A few seconds' measurement cannot be as exact as the table; what it must find is a table
     /// that is of another link.
