@@ -69,7 +69,7 @@ pub enum Homing {
     /// The drone does not fly home.
     #[default]
     No,
-    /// The drone flies home, and other drones come after it.
+    /// The drone flies home, and other drones may come after it.
     Followed,
     /// The drone flies home as the last one: it may turn round and try another way where it does not come
     /// on.

@@ -136,7 +136,7 @@ impl Scan {
         !matches!(self, Self::Off { .. })
     }
 
-    /// Whether the drone turns to a way on that it has found.
+    /// Whether the drone turns to a way that it has found.
     pub(crate) const fn has_found(&self) -> bool {
         matches!(self, Self::Turning { found: true, .. })
     }
@@ -149,7 +149,7 @@ impl Scan {
         )
     }
 
-    /// Ends the scan of a drone that is to hover or to fly back.
+    /// Ends the scan of a drone that is to fly elsewhere.
     pub(crate) fn stop(&mut self) {
         *self = Self::new();
     }

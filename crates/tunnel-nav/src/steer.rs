@@ -365,7 +365,7 @@ impl Navigator {
         let ahead = self.one_way(config, ranges, self.trail.off(HINT).0);
         let astern = self.one_way(config, &ranges.seen_backwards(), -self.trail.off(-HINT).0);
         let leading = if speed.0 < 0.0 { &astern } else { &ahead };
-        let off = self.off_home(leading.walls, off, speed).or(off);
+        let off = self.off_home(leading.walls, off, bearings, speed).or(off);
         self.pass_corner(off.is_some() && leading.nearness < BLOCKED, speed);
         self.undo_turn(leading.nearness < BLOCKED, speed, moved[0]);
 
@@ -446,11 +446,17 @@ impl Navigator {
         Some(gallery)
     }
 
-    /// Which end of the drone leads, by the speed of the moment if the drone has flown so for a while.
+    /// Whether the drone has flown for a while in the direction of its speed of the moment.
+    fn goes_on(&self, speed: MetresPerSecond) -> bool {
+        self.creep * speed.0 > 0.0 && self.creep.abs() > CREEPING
+    }
+
+    /// Whether the drone flies home, and else which of its ends leads, by the speed of the moment if the drone
+    /// has flown so for a while.
     fn flies(&self, speed: MetresPerSecond) -> Flies {
-        let goes_on = self.creep * speed.0 > 0.0 && self.creep.abs() > CREEPING;
-        match goes_on {
-            _ if speed.0 < 0.0 && self.fork.is_homing() => Flies::Home,
+        match self.goes_on(speed) {
+            // It keeps its path, too, while it waits for another drone.
+            _ if self.fork.is_homing() => Flies::Home,
             true if speed.0 > 0.0 => Flies::NoseFirst,
             true => Flies::TailFirst,
             false => Flies::Hovering,
@@ -466,7 +472,7 @@ impl Navigator {
     ) -> Option<f32> {
         bearings.heading.filter(|heading| heading.0.is_finite())?;
         self.creep += CREEP * (speed.0 - self.creep);
-        let creeps = self.flies(speed) != Flies::Hovering;
+        let creeps = self.goes_on(speed);
         let ahead = (LOOK_AHEAD * speed.0).clamp(-FARTHEST_LOOK, FARTHEST_LOOK);
         let flies_on = creeps || speed.0.abs() > HOVERING;
         self.heed_return(ranges, speed);

@@ -67,6 +67,10 @@ impl Navigator {
             self.scan.stop();
             return None;
         };
+        if self.scan.is_for_home() {
+            // A sweep for the way home has kept where home is, and not where the gallery leads.
+            self.scan.stop();
+        }
         let (was_on, has_found) = (self.scan.is_on(), self.scan.has_found());
         let side = self.fork.side().or(self.led_back.map(|(side, _)| side.opposite()));
         let came = Came { off: self.trail.off(-BEFORE_BEND), centred: self.centred, side };
@@ -112,11 +116,11 @@ impl Navigator {
         let stands = Stands { before_wall: false, is_stuck: is_lost };
         let yaw_rate = self.scan.step(ranges, heading.0, stands, &Seeks::WayHome(home));
         if was_on && !self.scan.is_on() {
-            self.lost.take(wrapped(heading.0 + PI));
             if has_found {
                 self.trail.forget();
                 self.forget_walls();
             }
+            self.lost.take(self.trail.at(), wrapped(heading.0 + PI));
         }
         yaw_rate
     }
@@ -129,25 +133,33 @@ mod tests {
     use super::*;
     use crate::{Guide, Homing, Range};
 
-    /// A drone that has begun to look round for the way on at the end of a gallery.
-    fn looking_for_the_way_on() -> (Navigator, Diagonals, Bearings) {
+    /// A drone that has begun to look round at the end of a gallery.
+    fn looking_for(seeks: &Seeks) -> (Navigator, Diagonals, Bearings) {
         let (wall, open) = (Range::At(Metres(0.5)), Range::Clear);
         let ranges = Diagonals { nw: wall, ne: wall, sw: open, se: open };
         let bearings = Bearings { heading: Some(Radians(0.3)), ..Bearings::default() };
         let mut drone = Navigator::new();
-        let came = Came { off: Radians(0.0), centred: 0.7, side: None };
         while !drone.scan.is_on() {
             let stands = Stands { before_wall: true, is_stuck: false };
-            drone.scan.step(&ranges, 0.3, stands, &Seeks::WayOn(came));
+            drone.scan.step(&ranges, 0.3, stands, seeks);
         }
         (drone, ranges, bearings)
     }
 
     #[test]
     fn a_drone_that_is_called_home_while_it_looks_for_the_way_on_flies_home_by_its_path() {
-        let (mut drone, ranges, bearings) = looking_for_the_way_on();
+        let came = Came { off: Radians(0.0), centred: 0.7, side: None };
+        let (mut drone, ranges, bearings) = looking_for(&Seeks::WayOn(came));
         drone.guide(Guide { homing: Homing::Last, ..Guide::NONE });
         let yaw_rate = drone.look_for_home(&ranges, &bearings, MetresPerSecond(-0.2));
         assert_eq!((yaw_rate, drone.scan.is_on()), (None, false));
+    }
+
+    #[test]
+    fn a_drone_that_is_sent_on_while_it_looks_for_the_way_home_looks_round_anew() {
+        let home = Home { off: Radians(PI), tried: None };
+        let (mut drone, ranges, bearings) = looking_for(&Seeks::WayHome(home));
+        drone.look_round(&ranges, 1.0, None, &bearings, MetresPerSecond(0.2));
+        assert!(!drone.scan.is_on());
     }
 }

@@ -48,9 +48,9 @@ impl Lost {
         self.tried.filter(|(there, _)| distance(at, *there) < NEARBY).map(|(_, heading)| heading)
     }
 
-    /// Notes that the drone takes the way with this heading, rad; dead reckoning begins anew there.
-    pub(super) const fn take(&mut self, heading: f32) {
-        *self = Self { from: [0.0; 2], idle: 0, tried: Some(([0.0; 2], heading)) };
+    /// Notes that a drone at `at` takes the way with this heading, rad.
+    pub(super) const fn take(&mut self, at: Vec2, heading: f32) {
+        *self = Self { from: at, idle: 0, tried: Some((at, heading)) };
     }
 }
 
@@ -74,7 +74,7 @@ mod tests {
     fn a_way_counts_as_tried_near_the_place_where_the_drone_took_it() {
         let mut lost = Lost::new();
         assert_eq!(lost.tried([0.0; 2]), None);
-        lost.take(1.5);
+        lost.take([0.0; 2], 1.5);
         assert_eq!(lost.tried([0.5, 0.5]), Some(1.5));
         assert_eq!(lost.tried([5.0, 0.0]), None);
     }
