@@ -60,6 +60,17 @@ pub(crate) enum FidelityArg {
 }
 
 impl FidelityArg {
+    /// The level, for a command whose drones fly on the host.
+    pub(crate) fn of_the_host(self) -> Result<Fidelity, InputError> {
+        match self.fidelity()? {
+            Fidelity::Virtual => {
+                let wrong = "--fidelity virtual: this benchmark has no virtual drones";
+                Err(InputError::new(wrong, "give --fidelity point or flight"))
+            }
+            level => Ok(level),
+        }
+    }
+
     pub(crate) fn fidelity(self) -> Result<Fidelity, InputError> {
         match self {
             Self::Point => Ok(Fidelity::Point),

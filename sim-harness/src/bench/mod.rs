@@ -152,7 +152,7 @@ impl Entry {
 
     /// The sub-command, with the benchmark's own arguments.
     pub(crate) fn command(&self) -> Command {
-        (self.augment)(Command::new(self.name)).about(self.about).long_about(None)
+        (self.augment)(Command::new(self.name))
     }
 
     /// The benchmark with the arguments that the sub-command was given.

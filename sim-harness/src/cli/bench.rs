@@ -89,7 +89,7 @@ fn sub_command_all() -> Command {
 fn all(given: &ArgMatches) -> Result<Vec<(&'static Entry, Ready)>, clap::Error> {
     let runs = given.get_one::<usize>(RUNS).map(usize::to_string);
     let ready = |entry: &'static Entry| {
-        let command = entry.command();
+        let command = sub_command(entry);
         let takes_runs = command.get_arguments().any(|argument| argument.get_id() == RUNS);
         let runs = runs.iter().filter(|_| takes_runs).map(|runs| format!("--{RUNS}={runs}"));
         let line = std::iter::once(entry.name.to_owned()).chain(runs);
@@ -127,5 +127,31 @@ fn summary(outcomes: &[(&str, Outcome)], is_all: bool) -> Value {
     match outcomes {
         [(_, one)] if !is_all => one.json.clone(),
         many => many.iter().map(|(name, it)| ((*name).to_owned(), it.json.clone())).collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn chosen(line: &[&str]) -> Result<Chosen, clap::Error> {
+        let command = Chosen::augment_subcommands(Command::new("bench"));
+        let matches = command.try_get_matches_from([&["bench"], line].concat())?;
+        Chosen::from_arg_matches(&matches)
+    }
+
+    #[test]
+    fn every_benchmark_has_a_sound_sub_command() {
+        for entry in REGISTRY {
+            sub_command(entry).debug_assert();
+        }
+    }
+
+    #[test]
+    fn all_takes_every_benchmark_but_those_that_need_a_file_of_others() {
+        for line in [&["all"] as &[&str], &["all", "--runs", "2", "--seed", "3"]] {
+            let all = chosen(line).unwrap_or_else(|wrong| panic!("{wrong}"));
+            assert!(all.is_all && all.benchmarks.len() > 9, "{}", all.benchmarks.len());
+        }
     }
 }

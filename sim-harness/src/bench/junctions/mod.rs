@@ -42,7 +42,7 @@ impl Benchmark for JunctionsBench {
 
     fn run(&self, session: &mut Session<'_>) -> Result<Outcome, InputError> {
         let levels = match self.fidelity {
-            Some(fidelity) => vec![fidelity.fidelity()?],
+            Some(fidelity) => vec![fidelity.of_the_host()?],
             None => vec![Fidelity::Point, Fidelity::Flight],
         };
         let cases = measure::cases_of(&self.scenario)?;

@@ -15,7 +15,12 @@ pub(super) fn outcome(
     (elf, only): (&Path, &str),
 ) -> Result<Outcome, InputError> {
     let wanted = |name: &str| name.contains(only);
-    let progress = session.progress(measure::count(wanted), "flights");
+    let total = measure::count(wanted);
+    if total == 0 {
+        let wrong = format!("no mishap has \"{only}\" in its name");
+        return Err(InputError::new(wrong, "leave --only out to see all their names"));
+    }
+    let progress = session.progress(total, "flights");
     let rows = measure::run(elf, session.seed, wanted, || progress.step())?;
     drop(progress);
     let fell = rows.iter().filter(|row| row.ending == Ending::Uncontrolled);
