@@ -186,6 +186,8 @@ const FRONTIER: f32 = 0.4;
 /// A drone that saw the tunnel open last so far ahead has come back from there: no side opens beside it.
 /// Half of the widest gallery that is not wide.
 const OPENED_AHEAD: Metres = Metres(1.4);
+/// The end of the path is near within this many crumbs, 1.6 m.
+const NEAR_END: i32 = 8;
 /// Before a wall, the path this far ahead says to which side the tunnel turns, m, …
 const HINT: f32 = 0.4;
 /// … where its heading there differs by more than this, rad.
@@ -213,6 +215,13 @@ pub struct Bearings {
     /// The heading by gyroscope, from any origin, within half a turn; it drifts slowly, and is
     /// `None` while it is unknown.
     pub heading: Option<Radians>,
+}
+
+impl Bearings {
+    /// The heading, where it is known and finite.
+    pub(crate) fn known_heading(&self) -> Option<Radians> {
+        self.heading.filter(|heading| heading.0.is_finite())
+    }
 }
 
 /// The state of the centring policy: the walls that the drone follows, and the trail.
@@ -432,7 +441,7 @@ impl Navigator {
         moved: [Metres; 2],
         speed: MetresPerSecond,
     ) -> Option<Gallery> {
-        let heading = bearings.heading.filter(|heading| heading.0.is_finite())?;
+        let heading = bearings.known_heading()?;
         self.trail.advance(moved.map(|way| way.0), heading, self.flies(speed));
         let by_two = || {
             let walls = [self.left.is_seen(), self.right.is_seen()];
@@ -454,9 +463,11 @@ impl Navigator {
     /// Whether the drone flies home, and else which of its ends leads, by the speed of the moment if the drone
     /// has flown so for a while.
     fn flies(&self, speed: MetresPerSecond) -> Flies {
-        match self.goes_on(speed) {
+        if self.fork.is_homing() {
             // It keeps its path, too, while it waits for another drone.
-            _ if self.fork.is_homing() => Flies::Home,
+            return Flies::Home;
+        }
+        match self.goes_on(speed) {
             true if speed.0 > 0.0 => Flies::NoseFirst,
             true => Flies::TailFirst,
             false => Flies::Hovering,
@@ -470,7 +481,7 @@ impl Navigator {
         bearings: &Bearings,
         speed: MetresPerSecond,
     ) -> Option<f32> {
-        bearings.heading.filter(|heading| heading.0.is_finite())?;
+        bearings.known_heading()?;
         self.creep += CREEP * (speed.0 - self.creep);
         let creeps = self.goes_on(speed);
         let ahead = (LOOK_AHEAD * speed.0).clamp(-FARTHEST_LOOK, FARTHEST_LOOK);

@@ -13,8 +13,8 @@
 //! has come back along its path is the old one again, whichever way its nose points.
 //!
 //! Position and heading drift: the optic flow of a hovering drone by a few millimetres a second,
-//! the gyro by 5° to 10° a minute. So the trail is used for headings only, and never to hold a
-//! position. Where walls show that the drone is in a straight gallery, both are corrected.
+//! the gyro by 5° to 10° a minute. So the trail holds no drone at a position: it gives headings, and
+//! to a drone that flies home, where walls do not lead, the direction of the way. Where walls show that the drone is in a straight gallery, both are corrected.
 
 use core::f32::consts::PI;
 
@@ -275,8 +275,9 @@ impl Trail {
     }
 
     /// Ends the path here if the drone has left it before its end: what is ahead on it is not where
-    /// the drone flies. A drone on its way home leaves it much farther beside it. A drone beside the last leg at either end has flown on from there, and one
-    /// that hovers has drifted from the shorter part of its path.
+    /// the drone flies. A drone on its way home leaves it only much farther beside it. A drone beside the
+    /// last leg at either end has flown on from there, and one that hovers has drifted from the shorter
+    /// part of its path.
     fn leave(&mut self, flies: Flies) {
         let off = minus(self.at, self.foot());
         if dot(off, off) < LEFT * LEFT {
@@ -357,7 +358,6 @@ impl Trail {
             }
         }
         let Some(number) = nearest.1 else { return };
-
         self.turned_at = None;
         if newest == self.last {
             self.last = number;
@@ -571,24 +571,23 @@ impl Trail {
 
     /// The angle from the nose to the path [`HOMEWARD`] behind, or to the tail where no path is known.
     pub(crate) fn home(&self) -> Radians {
-        let there = self.crumb(self.near.saturating_sub(HOMEWARD)).at;
-        let off = minus(there, self.at);
-        if dot(off, off) < LOST * LOST {
-            return Radians(PI);
-        }
-        Radians(wrapped(libm::atan2f(off[1], off[0]) - self.heading))
+        let way = self.way_to(HOMEWARD, LOST);
+        way.map_or(Radians(PI), |[x, y]| Radians(wrapped(libm::atan2f(y, x) - self.heading)))
     }
 
     /// The angle by which the nose is off so that the tail points to the path [`PURSUED`] behind; `None` where
     /// the path is not known so far, or the drone is there.
     pub(crate) fn pursues(&self) -> Option<Radians> {
-        if !self.knows(-SPACING * PURSUED as f32) {
-            return None;
-        }
-        let there = self.crumb(self.near.saturating_sub(PURSUED)).at;
-        let way = minus(self.at, there);
-        (dot(way, way) > SPACING * SPACING)
-            .then(|| Radians(wrapped(libm::atan2f(way[1], way[0]) - self.heading)))
+        let is_known = self.knows(-SPACING * PURSUED as f32);
+        let [x, y] = self.way_to(PURSUED, SPACING).filter(|_| is_known)?;
+        Some(Radians(wrapped(libm::atan2f(-y, -x) - self.heading)))
+    }
+
+    /// The way from the drone to its path so many crumbs behind, m; `None` where that is no farther than
+    /// `nearest`, m.
+    fn way_to(&self, behind: i32, nearest: f32) -> Option<Vec2> {
+        let way = minus(self.crumb(self.near.saturating_sub(behind)).at, self.at);
+        (dot(way, way) > nearest * nearest).then_some(way)
     }
 
     /// Moves the drone along the path without a measured motion.
@@ -603,224 +602,4 @@ fn slot(number: i32) -> usize {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// A trail of `metres` straight ahead, then of as many to the left.
-    fn right_angle(metres: usize) -> Trail {
-        let mut trail = Trail::new();
-        for heading in [0.0, core::f32::consts::FRAC_PI_2] {
-            for _ in 0..20 * metres {
-                trail.advance([0.05, 0.0], Radians(heading), Flies::NoseFirst);
-            }
-        }
-        trail
-    }
-
-    #[test]
-    fn ground_is_known_once_flown_and_forgotten_far_away() {
-        let mut trail = Trail::new();
-        trail.advance([0.0, 0.0], Radians(1.5), Flies::NoseFirst);
-        assert!(trail.knows(0.0) && !trail.knows(0.1) && !trail.knows(-0.1));
-        for _ in 0..20 {
-            trail.advance([0.05, 0.0], Radians(1.5), Flies::NoseFirst);
-        }
-        assert!(trail.knows(-0.7) && !trail.knows(0.2));
-        for _ in 0..1_200 {
-            trail.advance([0.05, 0.0], Radians(1.5), Flies::NoseFirst);
-        }
-        assert!(trail.knows(-51.0) && !trail.knows(-52.0));
-    }
-
-    #[test]
-    fn a_drone_that_comes_back_by_any_motion_finds_its_headings() {
-        let mut trail = right_angle(3);
-        assert!(!trail.bends());
-        // Tail first, sideways round the corner, and tail first again.
-        for _ in 0..60 {
-            trail.advance([-0.05, 0.0], Radians(core::f32::consts::FRAC_PI_2), Flies::TailFirst);
-        }
-        assert!(trail.bends());
-        for _ in 0..40 {
-            trail.advance([0.0, 0.05], Radians(core::f32::consts::FRAC_PI_2), Flies::TailFirst);
-        }
-        let off = trail.off(0.0).0;
-        assert!((off + core::f32::consts::FRAC_PI_2).abs() < 0.01, "{off}");
-        assert!(trail.knows(-0.8) && !trail.knows(-1.5));
-    }
-
-    #[test]
-    fn a_drone_on_its_way_home_keeps_its_path_beside_it_and_points_its_tail_to_it() {
-        let mut trail = right_angle(3);
-        let heading = Radians(core::f32::consts::FRAC_PI_2);
-        for (rounds, moved) in [(20, [-0.05, 0.0]), (20, [0.0, 0.1]), (10, [-0.05, 0.0])] {
-            for _ in 0..rounds {
-                trail.advance(moved, heading, Flies::Home);
-            }
-        }
-        assert!(trail.aside() > 1.1 && trail.knows(-3.0), "{}", trail.aside());
-        let off = trail.pursues().unwrap().0;
-        assert!((0.3..1.3).contains(&off), "the tail turns to the right: {off}");
-        // One that flies tail first for another reason has left it.
-        trail.advance([-0.05, 0.0], heading, Flies::TailFirst);
-        assert!(!trail.knows(-1.0) && trail.pursues().is_none());
-    }
-
-    #[test]
-    fn a_drone_on_its_way_home_that_is_metres_from_its_path_is_not_where_it_reckons_to_be() {
-        let mut trail = right_angle(3);
-        for moved in [[-0.05, 0.0]; 20].into_iter().chain([[0.0, -0.2]; 20]) {
-            trail.advance(moved, Radians(core::f32::consts::FRAC_PI_2), Flies::Home);
-        }
-        assert!(!trail.knows(-1.0));
-    }
-
-    #[test]
-    fn a_drone_that_turned_round_is_back_on_its_path() {
-        let mut trail = right_angle(3);
-        // A narrow bow to the right, and back.
-        for step in 0..70 {
-            let turned = core::f32::consts::PI * (step as f32 / 10.0).min(1.0);
-            let heading = wrapped(core::f32::consts::FRAC_PI_2 - turned);
-            trail.advance([0.05, 0.0], Radians(heading), Flies::NoseFirst);
-        }
-        let off = trail.off(0.0).0;
-        assert!(off.abs() > 2.9, "the nose points back along the path: {off}");
-    }
-
-    /// The drone backs up by less than a leg and flies on aslant, so that the end of its path lies
-    /// behind the crumb before it; then the next point of the path stayed that crumb for ever.
-    #[test]
-    fn a_path_that_folds_back_at_its_end_grows_on() {
-        let mut trail = right_angle(2);
-        let at = trail.crumb(trail.last).at;
-        trail.last += 1;
-        let folded = plus(at, [0.16, -0.2], 1.0);
-        trail.put(trail.last, Crumb { at: folded, heading: core::f32::consts::FRAC_PI_2 });
-        for _ in 0..40 {
-            trail.advance([0.05, 0.0], Radians(core::f32::consts::FRAC_PI_2), Flies::NoseFirst);
-        }
-        assert!(trail.knows(-1.5) && !trail.knows(0.2));
-        assert!(dot(minus(trail.crumb(trail.last).at, trail.at), [0.0, 1.0]).abs() < SPACING);
-    }
-
-    /// The last leg of the path lies across the way on, as where a drone was pushed aside in a bend; the walls
-    /// of the gallery then held the place there, and the path did not grow any more.
-    #[test]
-    fn a_path_that_leads_across_at_its_end_grows_on_between_walls() {
-        let mut trail = right_angle(2);
-        let ahead = Radians(core::f32::consts::FRAC_PI_2);
-        let at = trail.crumb(trail.last).at;
-        trail.last += 1;
-        trail.put(trail.last, Crumb { at: plus(at, [-0.21, 0.01], 1.0), heading: ahead.0 });
-        (trail.near, trail.part) = (trail.last - 1, 1.0);
-        trail.at = plus(at, [-0.21, 0.02], 1.0);
-        for _ in 0..100 {
-            trail.advance([0.02, 0.0], ahead, Flies::NoseFirst);
-            trail.correct(Radians(0.0), 0.0);
-        }
-        assert!(trail.knows(-1.5) && !trail.knows(0.3), "{:?}", trail.at);
-        assert!(dot(minus(trail.at, at), [0.0, 1.0]) > 1.8, "{:?}", trail.at);
-    }
-
-    /// The last leg of the path lies across the way on; a drone that has flown on beside it and comes
-    /// back then lost all of its path but that leg, and read that leg the wrong way round.
-    #[test]
-    fn a_drone_that_comes_back_beyond_the_end_keeps_its_path() {
-        let mut trail = right_angle(2);
-        let ahead = Radians(core::f32::consts::FRAC_PI_2);
-        let at = trail.crumb(trail.last).at;
-        trail.last += 1;
-        trail.put(trail.last, Crumb { at: plus(at, [-0.21, 0.01], 1.0), heading: ahead.0 });
-        trail.at = plus(at, [-0.18, 0.01], 1.0);
-        for _ in 0..8 {
-            trail.advance([0.045, 0.0], ahead, Flies::NoseFirst);
-        }
-        for _ in 0..4 {
-            trail.advance([0.045, 0.0], ahead, Flies::TailFirst);
-        }
-        assert!(trail.knows(-3.0), "{} to {}, {}", trail.first, trail.last, trail.near);
-        assert!(trail.off(-2.5).0 < -1.0, "the path behind bends to the right");
-    }
-
-    /// A drone that trembles beside its path near the end, as in a corner, keeps the way back.
-    #[test]
-    fn a_drone_that_drifts_off_its_path_keeps_the_longer_part() {
-        let mut trail = right_angle(2);
-        let ahead = Radians(core::f32::consts::FRAC_PI_2);
-        for _ in 0..10 {
-            trail.advance([-0.05, 0.0], ahead, Flies::TailFirst);
-        }
-        for _ in 0..30 {
-            trail.advance([0.0, 0.02], ahead, Flies::Hovering);
-        }
-        assert!(trail.knows(-3.0), "{} to {}, {}", trail.first, trail.last, trail.near);
-    }
-
-    #[test]
-    fn a_drone_far_from_its_path_begins_it_anew() {
-        let mut trail = right_angle(2);
-        let ahead = Radians(core::f32::consts::FRAC_PI_2);
-        // The end's heading says that the drone comes from there.
-        trail.put(trail.last, Crumb { heading: -ahead.0, ..trail.crumb(trail.last) });
-        for _ in 0..60 {
-            trail.advance([0.05, 0.0], ahead, Flies::NoseFirst);
-        }
-        assert!(trail.knows(-1.0) && trail.off(0.0).0.abs() < 0.01);
-    }
-
-    #[test]
-    fn the_end_of_the_path_turns_with_the_nose_but_not_right_round() {
-        let mut trail = right_angle(2);
-        let ahead = core::f32::consts::FRAC_PI_2;
-        let turned = |trail: &mut Trail, degrees: i32| {
-            let heading = wrapped(ahead + (degrees as f32).to_radians());
-            trail.advance([0.0, 0.0], Radians(heading), Flies::NoseFirst);
-            trail.turn(true, true)
-        };
-        assert!((0..155).all(|degrees| turned(&mut trail, degrees)));
-        assert!(!(155..165).all(|degrees| turned(&mut trail, degrees)));
-        assert!((trail.crumb(trail.last).heading - ahead).abs() < 0.2);
-    }
-
-    #[test]
-    fn walls_correct_the_drift_of_the_gyro_but_not_a_turn() {
-        let mut trail = right_angle(4);
-        for _ in 0..20 {
-            trail.advance([-0.05, 0.0], Radians(core::f32::consts::FRAC_PI_2), Flies::TailFirst);
-        }
-        for _ in 0..100 {
-            trail.advance(
-                [0.0, 0.0],
-                Radians(core::f32::consts::FRAC_PI_2 + 0.3),
-                Flies::NoseFirst,
-            );
-            trail.correct(Radians(0.0), 0.0);
-        }
-        assert!(trail.off(0.0).0.abs() < 0.01);
-        for _ in 0..100 {
-            trail.advance(
-                [0.0, 0.0],
-                Radians(core::f32::consts::FRAC_PI_2 + 1.8),
-                Flies::NoseFirst,
-            );
-            trail.correct(Radians(0.0), 0.0);
-        }
-        assert!(trail.off(0.0).0.abs() > 1.0);
-    }
-
-    #[test]
-    fn any_bits_are_borne() {
-        let mut trail = Trail::new();
-        for way in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, -f32::MAX] {
-            for forward in [true, false] {
-                let flies = if forward { Flies::NoseFirst } else { Flies::Hovering };
-                trail.advance([way, -way], Radians(way), flies);
-                trail.correct(Radians(way), way);
-                trail.shift(way);
-                trail.turn(forward, true);
-                let _ = (trail.off(way), trail.knows(way), trail.is_straight(), trail.aside());
-            }
-        }
-    }
-}
+mod tests;

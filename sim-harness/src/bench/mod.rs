@@ -2,9 +2,10 @@
 //!
 //! A benchmark is a type that implements `Benchmark`. Its folder holds everything about it:
 //! `mod.rs` has what a user meets (name, arguments, table, and the page of the book that explains
-//! it), and `measure.rs` what is measured (cases, flights, bounds, and rows as JSON). The command
-//! finds it in `REGISTRY` and makes a sub-command of it that takes its own arguments and no
-//! others; nothing else lists the benchmarks.
+//! it), and `measure.rs` what is measured (cases, flights, bounds, and rows as JSON). One that flies
+//! an ELF has its table in `table.rs`, which a build without the emulator leaves out. The command
+//! finds the benchmark in `REGISTRY` and makes a sub-command of it that takes its own arguments and
+//! those of every verb.
 
 #[cfg(not(feature = "virtual"))]
 mod absent;

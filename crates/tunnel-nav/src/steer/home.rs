@@ -7,14 +7,12 @@
 
 use units::MetresPerSecond;
 
-use super::{Bearings, HOVERING, Navigator, Walls};
+use super::{Bearings, HOVERING, NEAR_END, Navigator, Walls};
 use crate::plane::wrapped;
 
 /// The path leads elsewhere than its headings say where the directions differ by more than this, rad: the drone
 /// turned at the end of its path, and flew on no farther. Our own number.
 const ELSEWHERE: f32 = 1.5;
-/// The end of the path is near within so many crumbs, 1.6 m.
-const NEAR_END: i32 = 8;
 
 impl Navigator {
     /// The angle by which the nose of a drone on its way home is off so that the tail points to its path. It is
@@ -27,7 +25,7 @@ impl Navigator {
         bearings: &Bearings,
         speed: MetresPerSecond,
     ) -> Option<f32> {
-        bearings.heading.filter(|heading| heading.0.is_finite())?;
+        bearings.known_heading()?;
         if speed.0 >= -HOVERING || !self.fork.is_homing() || self.scan.is_on() {
             return None;
         }

@@ -4,15 +4,13 @@ use core::f32::consts::PI;
 
 use units::MetresPerSecond;
 
-use super::{BLOCKED, Bearings, HOVERING, Navigator};
+use super::{BLOCKED, Bearings, HOVERING, NEAR_END, Navigator};
 use crate::Diagonals;
 use crate::plane::wrapped;
 use crate::scan::{Came, Home, Seeks, Stands};
 
 /// The path this far behind leads along the gallery by which the drone came to a bend, m.
 const BEFORE_BEND: f32 = 1.5;
-/// The end of the path is near within this many crumbs, 1.6 m.
-const NEAR_END: i32 = 8;
 /// A path that has not grown for this many iterations does not grow by itself: 25 s, in which a drone flies
 /// 1.2 m at the least speed.
 const STUCK: u8 = 125;
@@ -45,7 +43,7 @@ impl Navigator {
         bearings: &Bearings,
         speed: MetresPerSecond,
     ) -> Option<f32> {
-        let heading = bearings.heading.filter(|heading| heading.0.is_finite());
+        let heading = bearings.known_heading();
         let end = self.trail.last();
         self.looked = self.looked.filter(|looked| (looked - end).abs() < NEAR_END);
         let is_stuck = self.is_stuck(speed);
@@ -94,7 +92,7 @@ impl Navigator {
         bearings: &Bearings,
         speed: MetresPerSecond,
     ) -> Option<f32> {
-        let heading = bearings.heading.filter(|heading| heading.0.is_finite())?;
+        let heading = bearings.known_heading()?;
         let flies =
             self.fork.is_last_home() && speed.0 < -HOVERING && !self.company.is_ahead(speed.0);
         let is_lost = self.lost.step(self.trail.at(), flies);
@@ -139,10 +137,8 @@ mod tests {
         let ranges = Diagonals { nw: wall, ne: wall, sw: open, se: open };
         let bearings = Bearings { heading: Some(Radians(0.3)), ..Bearings::default() };
         let mut drone = Navigator::new();
-        while !drone.scan.is_on() {
-            let stands = Stands { before_wall: true, is_stuck: false };
-            drone.scan.step(&ranges, 0.3, stands, seeks);
-        }
+        drone.scan.step(&ranges, 0.3, Stands { before_wall: true, is_stuck: true }, seeks);
+        assert!(drone.scan.is_on());
         (drone, ranges, bearings)
     }
 

@@ -22,7 +22,7 @@ pub(crate) struct JunctionsBench {
     /// Run only this scenario; may be given more than once
     #[arg(long, value_name = "NAME")]
     scenario: Vec<String>,
-    /// How closely the drones are simulated; where left out, as points and as rigid bodies
+    /// How the drones are simulated, as points or as rigid bodies; where left out, as both
     #[arg(long, value_enum)]
     fidelity: Option<FidelityArg>,
 }

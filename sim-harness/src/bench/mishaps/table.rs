@@ -6,7 +6,7 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 use super::measure::{self, Ending, Row};
-use crate::bench::{Outcome, Session};
+use crate::bench::{Outcome, Session, rounded};
 use crate::input_error::InputError;
 
 /// Flies the mishaps that have `only` in their names.
@@ -52,7 +52,7 @@ fn json(row: &Row) -> Value {
         "mishap": row.name,
         "ending": row.ending.name(),
         "motors_off_ms": row.motors_off_ms,
-        "impact_mps": (f64::from(row.impact_mps) * 100.0).round() / 100.0,
+        "impact_mps": rounded(f64::from(row.impact_mps), 2),
         "resets": row.resets,
         "reset_cause": row.cause.map(|cause| cause.to_string()),
         "state": row.state,

@@ -28,7 +28,6 @@ use self::flown::{Cause, Flown, QUICK};
 use self::measure::{Choice, Row};
 use self::totals::{Total, Totals};
 use super::ChainBench;
-use super::cases::Bound;
 use crate::args::counted;
 use crate::bench::{Outcome, Session};
 use crate::input_error::InputError;
@@ -167,10 +166,7 @@ fn put_totals(text: &mut String, all: &[Totals]) {
             let mark = if total.misses() { '!' } else { ' ' };
             let _ = write!(text, " {:>24}{mark}", told(total));
         }
-        let bound = figure.bound.map_or_else(String::new, |bound| match bound {
-            Bound::Most(most) => format!("<= {most}"),
-            Bound::Least(least) => format!(">= {least}"),
-        });
+        let bound = figure.bound.map_or_else(String::new, super::told);
         let _ = writeln!(text, "  {bound}");
     }
     for totals in all {
