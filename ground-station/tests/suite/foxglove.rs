@@ -136,6 +136,28 @@ fn recorded(file: &std::path::Path) -> BTreeMap<String, Vec<(u64, Value)>> {
     topics
 }
 
+/// Waits until a recording has the last message of each topic: the station sends a message to its
+/// viewers before it is in the file.
+async fn wait_until_recorded(
+    file: &std::path::Path,
+    messages: &BTreeMap<String, Vec<(u64, Value)>>,
+) {
+    let waiting = async {
+        loop {
+            let recorded = recorded(file);
+            let is_recorded = |(topic, of_topic): (&String, &Vec<(u64, Value)>)| {
+                recorded.get(topic).is_some_and(|there| of_topic.iter().all(|m| there.contains(m)))
+            };
+            if messages.iter().all(is_recorded) {
+                return;
+            }
+            tokio::time::sleep(Duration::from_millis(100)).await;
+        }
+    };
+    let in_time = tokio::time::timeout(Duration::from_secs(60), waiting).await.is_ok();
+    assert!(in_time, "within a minute not every message was recorded");
+}
+
 /// A viewer is given the very messages that are recorded, with their times, from the last one of each
 /// topic on that was there before it came.
 #[tokio::test]
@@ -161,10 +183,7 @@ async fn a_viewer_is_given_what_is_recorded() {
     assert_eq!(viewer.status, Vec::<String>::new());
     drop(page);
     let file = recording.join("station.mcap");
-    let last = viewer.messages["/drone/0/report"].last().unwrap().clone();
-    while !recorded(&file)["/drone/0/report"].contains(&last) {
-        tokio::time::sleep(Duration::from_millis(100)).await;
-    }
+    wait_until_recorded(&file, &viewer.messages).await;
     station.kill();
     let recorded = recorded(&file);
     for (topic, messages) in &viewer.messages {
