@@ -1,7 +1,5 @@
 //! How far a robot is from where it began, on its own map: what its battery must carry it.
 
-use core::ops::ControlFlow;
-
 use units::{Duration, Instant, Metres, Point2};
 
 use crate::atlas::{Ground, length};
@@ -64,18 +62,12 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
     /// Goes on with the search of the way back; says whether it is over.
     fn look_homeward(&mut self) -> bool {
         let frame = *self.ground.frame();
-        let end = self.meeting.start.and_then(|start| frame.cell_at(start));
-        let mut found = None;
-        let is_over = self.ground.search(self.config.most_cells(), |_, visit| {
-            if Some(visit.cell) == end {
-                found = Some(visit.cost);
-                return ControlFlow::Break(());
-            }
-            ControlFlow::Continue(())
-        });
+        let Some(end) = self.meeting.start.and_then(|start| frame.cell_at(start)) else {
+            return true;
+        };
+        let (is_over, found) = self.search_to(end);
         if let Some(cost) = found {
-            let way = length(cost, &frame);
-            self.homeward.way = Metres(way.0.min(self.homeward.way.0));
+            self.homeward.way = Metres(length(cost, &frame).0.min(self.homeward.way.0));
         }
         is_over
     }

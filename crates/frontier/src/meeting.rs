@@ -108,11 +108,24 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             Search::Meeting => {}
             Search::Bids | Search::Way | Search::Homeward => return false,
         }
-        let is_over = self.ground.search(self.config.most_cells(), |_, visit| {
-            if visit.cell == end { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-        });
+        let (is_over, _) = self.search_to(end);
         self.search = if is_over { Search::None } else { Search::Meeting };
         is_over
+    }
+
+    /// Goes on with the search of the way to a cell; says whether it is over, and the cost of the way where it
+    /// was found. It is not inlined, since a search takes much of the program.
+    #[inline(never)]
+    pub(crate) fn search_to(&mut self, end: Cell) -> (bool, Option<u32>) {
+        let mut found = None;
+        let is_over = self.ground.search(self.config.most_cells(), |_, visit| {
+            if visit.cell == end {
+                found = Some(visit.cost);
+                return ControlFlow::Break(());
+            }
+            ControlFlow::Continue(())
+        });
+        (is_over, found)
     }
 
     /// Forgets robots that were silent for long, where this one has waited for them in vain; an access
