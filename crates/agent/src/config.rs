@@ -168,8 +168,17 @@ impl FlightConfig {
     /// The endurance in seconds below which a drone turns back whose way home takes `way`
     /// seconds: half as much again, for bends and for standing in a queue.
     pub(crate) fn turns_back_below(&self, way: f32) -> f32 {
-        1.5 * way + self.reserve.as_secs_f32()
+        Self::SPARE * way + self.reserve.as_secs_f32()
     }
+
+    /// The longest way home, in seconds, for which a battery suffices that lasts for `left`
+    /// seconds; negative where it does not suffice for any.
+    pub(crate) fn carried_home(&self, left: f32) -> f32 {
+        (left - self.reserve.as_secs_f32()) / Self::SPARE
+    }
+
+    /// The time that a way home takes at most, as a multiple of that without bends and queues.
+    const SPARE: f32 = 1.5;
 
     /// Below this a drone stands on its legs: the down-looking ranger's smallest reading is 4 cm.
     pub(crate) const GROUND: Metres = Metres(0.05);

@@ -265,10 +265,11 @@ impl Agent {
         }
     }
 
-    /// Whether the battery has little more than the way home takes.
+    /// Whether the battery has little more than the way home takes. Each drone that explores knows by itself.
     fn must_turn_back(&self, config: &AgentConfig, inputs: &Inputs<'_>) -> bool {
         let way = self.odometry.reckoning().odometer.0.max(0.0) / config.flight.return_speed.0;
         config.flight.keeps_way_home
+            && self.mission.kind() != MissionKind::Explore
             && inputs
                 .endurance
                 .is_some_and(|left| left.as_secs_f32() < config.flight.turns_back_below(way))

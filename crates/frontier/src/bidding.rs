@@ -125,7 +125,8 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
     /// again, or the search of ways goes on.
     fn bids(&mut self, now: Instant, pose: Pose2) -> Option<Vec<Bid, MOST_BIDS>> {
         if self.search != Search::Bids {
-            if self.search == Search::Meeting || !is_due(self.bid, now) {
+            let is_held = matches!(self.search, Search::Meeting | Search::Homeward);
+            if is_held || !is_due(self.bid, now) {
                 return None;
             }
             self.bid = Some(now);

@@ -10,6 +10,7 @@ use crate::barred::Bars;
 use crate::bidding::Targets;
 use crate::flight::{Gaze, Limits, Motion};
 use crate::going::Goal;
+use crate::homeward::Homeward;
 use crate::lead::Leader;
 use crate::ledger::Ledger;
 use crate::list::filled;
@@ -146,6 +147,8 @@ pub(crate) enum Search {
     Way,
     /// The way to where it waits for robots that are out of range.
     Meeting,
+    /// How long the way back is.
+    Homeward,
 }
 
 /// A robot of a team of at most `ROBOTS`, which remembers marks on at most `RECORDS` tiles.
@@ -170,6 +173,7 @@ pub struct Explorer<G, const ROBOTS: usize, const RECORDS: usize> {
     /// From where the search of ways to the targets looks at them.
     pub(crate) view: View,
     pub(crate) meeting: Meeting,
+    pub(crate) homeward: Homeward,
     /// Whether it is called back to where it began, and explores no more.
     pub(crate) is_recalled: bool,
     pub(crate) sequence: u8,
@@ -212,6 +216,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             search: Search::None,
             view: View::Beside,
             meeting: Meeting::new(),
+            homeward: Homeward::new(),
             is_recalled: false,
             sequence: 0,
             outbox: Deque::new(),
@@ -244,6 +249,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             last_goal,
             coast,
             meeting,
+            homeward,
             barred,
             blockade,
             distance,
@@ -271,6 +277,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         *last_goal = Tile::FIRST;
         *coast = None;
         *meeting = Meeting::new();
+        *homeward = Homeward::new();
         barred.clear();
         *blockade = None;
         *distance = Metres(0.0);
@@ -360,7 +367,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         if self.is_comparing {
             self.compare(now);
         }
-        if !self.config.stands {
+        if !self.config.stands && self.search != Search::Homeward {
             out.motion = self.go_on(now, inputs.pose);
         }
         self.note_own(now, inputs.pose.at);

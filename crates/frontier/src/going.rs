@@ -29,7 +29,7 @@ pub(crate) struct Goal {
     view: View,
     /// The cell at the end of the way, where one was found.
     end: Option<Cell>,
-    planned: Instant,
+    pub(crate) planned: Instant,
     /// When the robot gives the goal up.
     until: Option<Instant>,
     /// When it came to the end of the way.

@@ -23,6 +23,7 @@ mod cluster;
 mod explorer;
 mod flight;
 mod going;
+mod homeward;
 mod lead;
 mod ledger;
 mod list;

@@ -13,6 +13,10 @@ use crate::going::Standing;
 use crate::team::TRUST;
 use crate::tile::Tile;
 
+/// A recalled robot that comes no farther looks for its way back anew so many times. Our own number: it
+/// stands for 10 s each time at 0.3 rad/s, and a drone keeps charge for 20 s and half of its way.
+const MOST_TRIES: u8 = 3;
+
 /// Where a robot waits, and since when.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Meeting {
@@ -23,11 +27,18 @@ pub(crate) struct Meeting {
     /// Since when the robot waits there, or where its way ended.
     pub(crate) since: Option<Instant>,
     standing: Standing,
+    /// How often a recalled robot has come no farther and has looked for its way anew.
+    tries: u8,
 }
 
 impl Meeting {
     pub(crate) const fn new() -> Self {
-        Self { start: None, planned: None, since: None, standing: Standing::NEW }
+        Self { start: None, planned: None, since: None, standing: Standing::NEW, tries: 0 }
+    }
+
+    /// Looks for the way there anew.
+    pub(crate) const fn look_again(&mut self) {
+        self.planned = None;
     }
 
     /// Forgets that the robot waited there.
@@ -54,9 +65,27 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         let limits = self.config.limits;
         let stands = self.meeting.standing.stands(now, pose.at, limits);
         match fly(&self.ground, pose, way, limits, self.config.rule.facing) {
-            Progress::Flying(motion) if !stands => motion,
-            Progress::Flying(_) | Progress::Arrived | Progress::Blocked => self.end_way_back(now),
+            Progress::Arrived => self.end_way_back(now),
+            Progress::Flying(_) | Progress::Blocked if stands => self.try_again(now),
+            Progress::Flying(motion) => motion,
+            // What lies on the way was seen just now: there may be another one.
+            Progress::Blocked => {
+                self.meeting.look_again();
+                Motion::default()
+            }
         }
+    }
+
+    /// Looks for the way back anew, for a robot that is recalled and has come no farther; after some tries,
+    /// or where the robot only waits for others, its way ends here.
+    fn try_again(&mut self, now: Instant) -> Motion {
+        if !self.is_recalled || self.meeting.tries >= MOST_TRIES {
+            return self.end_way_back(now);
+        }
+        self.meeting.tries += 1;
+        self.meeting.wait_again();
+        self.meeting.look_again();
+        Motion::default()
     }
 
     fn end_way_back(&mut self, now: Instant) -> Motion {
@@ -77,13 +106,26 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             }
             Search::None => return true,
             Search::Meeting => {}
-            Search::Bids | Search::Way => return false,
+            Search::Bids | Search::Way | Search::Homeward => return false,
         }
-        let is_over = self.ground.search(self.config.most_cells(), |_, visit| {
-            if visit.cell == end { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-        });
+        let (is_over, _) = self.search_to(end);
         self.search = if is_over { Search::None } else { Search::Meeting };
         is_over
+    }
+
+    /// Goes on with the search of the way to a cell; says whether it is over, and the cost of the way where it
+    /// was found. It is not inlined, since a search takes much of the program.
+    #[inline(never)]
+    pub(crate) fn search_to(&mut self, end: Cell) -> (bool, Option<u32>) {
+        let mut found = None;
+        let is_over = self.ground.search(self.config.most_cells(), |_, visit| {
+            if visit.cell == end {
+                found = Some(visit.cost);
+                return ControlFlow::Break(());
+            }
+            ControlFlow::Continue(())
+        });
+        (is_over, found)
     }
 
     /// Forgets robots that were silent for long, where this one has waited for them in vain; an access

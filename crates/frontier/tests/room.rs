@@ -124,3 +124,23 @@ fn what_was_told_is_taken_back() {
     }
     flight.ends_with_what_is_left(Point2::new(1.5, 0.6));
 }
+
+/// A robot that has flown to and fro is as far from where it began as its map says, and not as far as it
+/// has flown.
+#[test]
+fn the_way_back_is_that_on_the_map() {
+    let frame = Frame::new(Point2::new(-8.0, -8.0), Metres(0.1), 160, 160).expect("a frame");
+    let mut flight = Flight::new(frame);
+    let within = |flight: &mut Flight, at, most| {
+        flight.robot.is_within(Instant::from_millis(flight.now_ms), at, Metres(most))
+    };
+    let ways = [0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 2.5, 2.0, 1.5, 1.0, 0.5];
+    for x in ways {
+        let at = Point2::new(x, 0.0);
+        flight.second(at, &[]);
+        assert!(within(&mut flight, at, 6.0), "it has flown no more than that");
+    }
+    let here = Point2::new(0.5, 0.0);
+    assert!(within(&mut flight, here, 1.0), "5.5 m were flown, and the start is half a metre away");
+    assert!(!within(&mut flight, here, 0.3), "it is farther away than that");
+}

@@ -62,6 +62,9 @@ pub(crate) struct Robot<G> {
     motion: Motion,
     pub(crate) flown: f32,
     pub(crate) touches: u32,
+    pub(crate) into_walls: u32,
+    /// Whether its body touches a wall now.
+    is_at_wall: bool,
     pub(crate) inbox: Vec<Vec<u8>>,
 }
 
@@ -87,6 +90,8 @@ impl<G: Ground> Robot<G> {
             motion: Motion::default(),
             flown: 0.0,
             touches: 0,
+            into_walls: 0,
+            is_at_wall: false,
             inbox: Vec::new(),
         }
     }
@@ -163,7 +168,14 @@ impl<G: Ground> Robot<G> {
         }
     }
 
-    /// Flies for `dt` seconds. A robot that would fly into a wall stays where it is.
+    /// Counts a touch of a wall that has begun, for a body of this radius.
+    pub(crate) fn note_wall(&mut self, world: &World, radius: Metres) {
+        let is_at_wall = world.is_touched(self.pose.at, radius);
+        self.touches += u32::from(is_at_wall && !self.is_at_wall);
+        self.is_at_wall = is_at_wall;
+    }
+
+    /// Flies for `dt` seconds. A robot whose middle would fly into a wall stays where it is.
     fn fly_on(&mut self, world: &World, dt: f32) {
         let Motion { velocity: [forward, left], yaw_rate } = self.motion;
         let yaw = self.pose.yaw.0 + yaw_rate.clamp(-self.limits.turn, self.limits.turn) * dt;
@@ -179,7 +191,7 @@ impl<G: Ground> Robot<G> {
             self.pose.at.y + by * (forward * sin + left * cos),
         );
         if world.frame().cell_at(to).is_none_or(|cell| world.is_wall(cell)) {
-            self.touches += 1;
+            self.into_walls += 1;
             return;
         }
         self.flown += by * speed;

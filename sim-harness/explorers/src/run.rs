@@ -7,7 +7,7 @@ use grid_map::{CellState, Frame, TooManyCells};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use robot_maps::{Cell as MapCell, Occupancy};
-use units::{Instant, Point2, Pose2, Radians};
+use units::{Instant, Metres, Point2, Pose2, Radians};
 
 use crate::access_point::AccessPoint;
 use crate::air::{Air, Network, uniform};
@@ -44,6 +44,8 @@ pub struct Setup<'a> {
     pub air: Air,
     /// What the robots perceive.
     pub senses: Senses,
+    /// Half the width of a robot with its guards, by which it touches walls and other robots.
+    pub radius: Metres,
     /// When the last robot fails, in seconds.
     pub death_s: Option<f32>,
     /// From when to when robot 0 is out of the others' range, in seconds.
@@ -76,8 +78,12 @@ pub struct Outcome {
     /// The distance at the end between where a robot is and where it takes itself to be, on average,
     /// in metres.
     pub error_m: f32,
-    /// How often a robot would have flown into a wall.
+    /// How often a robot's body began to touch a wall.
     pub touches: u32,
+    /// How often a robot's middle would have flown into a wall, where it stops.
+    pub into_walls: u32,
+    /// How often two robots' bodies began to touch.
+    pub robot_touches: u32,
     /// Each second: the part of the visible cells that each robot knows, and that any does.
     pub curve: Vec<Vec<f32>>,
 }
@@ -115,6 +121,8 @@ struct Run<'a, G> {
     luck: Vec<ChaCha8Rng>,
     bytes: usize,
     steps: u64,
+    /// The pairs of robots that touch now.
+    touching: Vec<(usize, usize)>,
     outcome: Outcome,
 }
 
@@ -152,6 +160,7 @@ impl<'a, G: Ground> Run<'a, G> {
             access_point,
             bytes: 0,
             steps: 0,
+            touching: Vec::new(),
             outcome: Outcome::default(),
             setup,
         })
@@ -194,6 +203,7 @@ impl<'a, G: Ground> Run<'a, G> {
         outcome.premature_stop = outcome.stopped_s.is_some() && outcome.t99_s.is_none();
         outcome.kb_on_air = self.bytes as f32 / 1000.0;
         outcome.touches = self.robots.iter().map(|robot| robot.touches).sum();
+        outcome.into_walls = self.robots.iter().map(|robot| robot.into_walls).sum();
         let errors = self.robots.iter().map(|robot| robot.error()).map(|[x, y]| x.hypot(y));
         self.outcome.error_m = errors.sum::<f32>() / self.robots.len() as f32;
         let map = self.merged();
@@ -221,6 +231,7 @@ impl<'a, G: Ground> Run<'a, G> {
             robot.fly(self.setup.world, 1.0 / STEPS_PER_SECOND as f32);
             sent.extend(outputs.packets.into_iter().map(|packet| (n, packet)));
         }
+        self.note_touches();
         let closest = [self.outcome.closest_m, self.closest_m()].into_iter().flatten();
         self.outcome.closest_m = closest.min_by(f32::total_cmp);
         for (from, packet) in sent {
@@ -232,12 +243,36 @@ impl<'a, G: Ground> Run<'a, G> {
         }
     }
 
+    /// Counts the touches that have begun.
+    fn note_touches(&mut self) {
+        let Setup { world, radius, .. } = self.setup;
+        for n in 0..self.robots.len() {
+            if self.is_alive(n) {
+                self.robots[n].note_wall(world, radius);
+            }
+        }
+        let touching: Vec<_> = self
+            .distances()
+            .filter(|(_, distance)| *distance < 2.0 * radius.0)
+            .map(|(pair, _)| pair)
+            .collect();
+        let begun = touching.iter().filter(|pair| !self.touching.contains(pair)).count();
+        self.outcome.robot_touches += begun as u32;
+        self.touching = touching;
+    }
+
     /// The least distance of two robots that have not failed.
     fn closest_m(&self) -> Option<f32> {
+        self.distances().map(|(_, distance)| distance).min_by(f32::total_cmp)
+    }
+
+    /// The distances of all pairs of robots of which the one with the higher number has not failed: the last
+    /// robot is the one that fails.
+    fn distances(&self) -> impl Iterator<Item = ((usize, usize), f32)> {
         let alive = (0..self.robots.len()).filter(|&n| self.is_alive(n));
         let pairs = alive.flat_map(|n| (0..n).map(move |other| (n, other)));
         let at = |n: usize| self.robots[n].pose.at;
-        pairs.map(|(n, other)| at(n).distance(at(other)).0).min_by(f32::total_cmp)
+        pairs.map(move |(n, other)| ((n, other), at(n).distance(at(other)).0))
     }
 
     fn transmit(&mut self, from: usize, packet: &[u8]) {

@@ -164,6 +164,25 @@ impl World {
         })
     }
 
+    /// Whether a disc of this radius touches a wall.
+    #[must_use]
+    pub fn is_touched(&self, middle: Point2, radius: Metres) -> bool {
+        let half = 0.5 * self.frame.resolution().0;
+        let reach = (radius.0 / self.frame.resolution().0).ceil() as i16;
+        let Some(own) = self.frame.cell_at(middle) else { return true };
+        let off = |from: f32, to: f32| ((from - to).abs() - half).max(0.0);
+        let mut offsets = (-reach..=reach).flat_map(|e| (-reach..=reach).map(move |n| (e, n)));
+        offsets.any(|(east, north)| match self.frame.beside(own, east, north) {
+            Some(cell) if !self.is_wall(cell) => false,
+            Some(cell) => {
+                let centre = self.frame.centre(cell);
+                off(middle.x, centre.x).hypot(off(middle.y, centre.y)) < radius.0
+            }
+            // The cells beyond the plan are wall; a disc that comes as far lies in its outermost ones.
+            None => false,
+        })
+    }
+
     /// Where a ray ends, and whether at a wall: in the wall's cell.
     pub(crate) fn ray(&self, from: Point2, bearing: f32, reach: Metres) -> (Point2, bool) {
         let (sin, cos) = bearing.sin_cos();

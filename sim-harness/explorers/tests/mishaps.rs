@@ -3,6 +3,7 @@
 
 use explorers::{Air, Network, Outcome, PLANS, Senses, Setup, World, run};
 use frontier::RuleEntry;
+use units::Metres;
 
 const SEED: u64 = 1;
 
@@ -15,6 +16,7 @@ fn setup(world: &World) -> Setup<'_> {
         seed: SEED,
         air: Air::losing(0.3),
         senses: Senses::default(),
+        radius: Metres(0.08),
         death_s: None,
         apart_s: None,
         longest_s: 900.0,
@@ -38,7 +40,7 @@ fn all_are_complete_and(
         let world = World::plan(name).expect("a built-in plan");
         let (outcome, _) = run(&change(setup(&world)));
         assert!(is_complete(&outcome), "{name}: {}", summary(&outcome));
-        assert_eq!(outcome.touches, 0, "{name}: a wall is touched");
+        assert_eq!(outcome.into_walls, 0, "{name}: a robot flies against a wall");
         assert!(is_apart(&outcome), "{name}: two robots come within {:?} m", outcome.closest_m);
     }
 }

@@ -14,7 +14,6 @@ pub mod emulated;
 pub mod others;
 pub mod point;
 
-use agent::Fitness;
 use onboard::{Fix, Sensed, mounting};
 use units::{Metres, Point2, Pose2, Radians, Setpoint};
 
@@ -176,15 +175,16 @@ impl Body {
         match self {
             Self::Point(body) => {
                 body.renew_nose();
+                let (battery, endurance, fitness) = body.read_battery();
                 Sensed {
                     fix,
                     ranges: body.read_ranges(around, random),
                     velocity: Some(body.read_flow(elapsed, spec, random)),
                     heading: Some(Radians(body.yaw())),
                     height: Some(Metres(body.height())),
-                    fitness: Fitness::Fit,
-                    battery: None,
-                    endurance: None,
+                    fitness,
+                    battery,
+                    endurance,
                 }
             }
             Self::Craft(flown) => {

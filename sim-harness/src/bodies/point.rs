@@ -1,15 +1,18 @@
 //! A drone's body at point level: a disc on the floor plan that follows velocity commands with a
 //! lag, measures its own motion with an error, and does not go through walls.
 
+mod battery;
 mod section;
 
-use agent::BodyVelocity;
+use agent::{BodyVelocity, Fitness};
 use tunnel_nav::{Diagonals, Range};
-use units::{Metres, MetresPerSecond, Point2, Setpoint};
+use units::{Duration, Metres, MetresPerSecond, Point2, Setpoint, Volts};
 
 use super::craft::Surroundings;
 use crate::random::Stream;
 use crate::world::Tunnel;
+
+use battery::PointBattery;
 
 pub(crate) use section::VehicleTable;
 
@@ -33,7 +36,7 @@ pub struct VehicleSpec {
     /// Standard deviation along each axis of a position by a positioning system, m; `None` without
     /// one.
     pub position_noise: Option<f32>,
-    /// The charge of the batteries of rigid bodies at switch-on, 0 to 1.
+    /// The charge of the batteries at switch-on, 0 to 1: of rigid bodies, and of points that have one.
     pub charge: f32,
     /// The vibration of the propellers of rigid bodies at hover: the root mean square of the
     /// horizontal vector that an accelerometer reads, in multiples of gravity.
@@ -110,6 +113,8 @@ pub struct PointBody {
     contacts: u32,
     /// How far the body can move before it may touch a wall, m.
     clear_way: f32,
+    /// Its battery; `None` for a body that flies for as long as it is told to.
+    battery: Option<PointBattery>,
 }
 
 impl PointBody {
@@ -133,7 +138,23 @@ impl PointBody {
             touching: false,
             contacts: 0,
             clear_way: f32::NEG_INFINITY,
+            battery: None,
         }
+    }
+
+    /// The same body with a battery.
+    pub(crate) fn with_battery(self, spec: &VehicleSpec) -> Self {
+        Self { battery: Some(PointBattery::new(spec)), ..self }
+    }
+
+    /// The voltage of its battery, how long that still carries it, and whether it may fly with it.
+    pub(crate) fn read_battery(&self) -> (Option<Volts>, Option<Duration>, Fitness) {
+        let battery = self.battery.as_ref();
+        (
+            battery.map(PointBattery::volts),
+            battery.map(PointBattery::endurance),
+            battery.map_or(Fitness::Fit, |battery| battery.fitness(self.height)),
+        )
     }
 
     /// The place on the floor plan.
@@ -173,6 +194,9 @@ impl PointBody {
     /// Simulates one physics step. The response to a command is first order and solved exactly; a
     /// command to stop the motors stops the body where it is, as a floor plan has no falling.
     pub(crate) fn advance(&mut self, tunnel: &Tunnel, spec: &VehicleSpec, response: Response) {
+        if let Some(battery) = &mut self.battery {
+            battery.advance(self.setpoint);
+        }
         let (wanted, wanted_yaw, wanted_height) = match self.setpoint {
             Setpoint::Off | Setpoint::Stop => {
                 self.velocity = [0.0; 2];

@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 use clap::Args;
 use serde_json::{Value, json};
 
-use super::run::metrics_json;
+use super::run::{explore_json, metrics_json, swarm_json};
 use super::{
     Common, LinkArg, Trouble, Verdict, builtin_scenarios, complain, host_scenario, interrupt,
     with_link,
@@ -107,6 +107,10 @@ fn row(run: &Run) -> Value {
     let mut row = json!({ "seed": run.seed, "verdict": run.judgement.json() });
     if let (Some(row), Value::Object(metrics)) = (row.as_object_mut(), metrics_json(&run.metrics)) {
         row.extend(metrics);
+        let swarm = run.metrics.swarm.iter().map(|swarm| ("swarm".to_owned(), swarm_json(swarm)));
+        let explore = run.metrics.explore.iter();
+        let explore = explore.map(|explore| ("explore".to_owned(), explore_json(explore)));
+        row.extend(swarm.chain(explore));
     }
     row
 }

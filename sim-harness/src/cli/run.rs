@@ -25,8 +25,8 @@ use crate::scenario::{Changes, Fidelity, Scenario, builtin};
 use crate::world::import::{Ends, MapChoice};
 use crate::world::layout::FARTHEST;
 
-pub(super) use summary::metrics_json;
 use summary::summary;
+pub(super) use summary::{explore_json, metrics_json, swarm_json};
 use table::table;
 
 #[derive(Args)]

@@ -127,7 +127,7 @@ impl<'a> Watch<'a> {
             cruise: scenario.cruise().map(CruiseRecord::new),
             exploration: Exploration::default(),
             swarm: SwarmRecord::of(scenario),
-            explore: ExploreRecord::of(scenario, world),
+            explore: ExploreRecord::of(scenario),
             start: Vec::new(),
             chain: Vec::new(),
             order_lost: 0,
@@ -145,10 +145,10 @@ impl<'a> Watch<'a> {
     pub fn look(&mut self, mission: &Mission<'_>) {
         self.evidence.look(self.scenario, mission);
         if let Some(swarm) = &mut self.swarm {
-            return swarm.look(mission);
+            return swarm.look(self.scenario, self.world, mission);
         }
         if let Some(explore) = &mut self.explore {
-            return explore.look(mission);
+            return explore.look(self.scenario, self.world, mission);
         }
         self.heard.take(mission);
         let mut chain = std::mem::take(&mut self.chain);
@@ -281,7 +281,7 @@ impl<'a> Watch<'a> {
             drone_contacts: mission.drone_contacts(),
             ground_contacts: mission.ground_contacts(),
             swarm: self.swarm.as_ref().map(SwarmRecord::metrics),
-            explore: self.explore.as_ref().map(ExploreRecord::metrics),
+            explore: self.explore.as_ref().map(|explore| explore.metrics(mission)),
             radio: mission.radio(),
             flight: FlightMetrics::of(
                 mission.bodies().filter_map(|body| Some(body.craft()?.record())),

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`trace`] | the record of a mission |
 //! | [`metrics`] | the figures of one mission's chain |
+//! | `truth` | the true plan in the cells of a map: where a drone's body can come to |
 //! | [`verdict`] | whether a mission succeeded, and why it ended |
 //! | [`mod@campaign`] | many seeded missions on all cores, with intervals of confidence |
 //! | [`mod@figures`] | the paper's figure 3 |
@@ -16,4 +17,5 @@ pub mod metrics;
 pub mod oracle;
 pub mod plan;
 pub mod trace;
+mod truth;
 pub mod verdict;

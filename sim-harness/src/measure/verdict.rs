@@ -6,7 +6,8 @@
 //! | [`failure`] | the failures, each with its data |
 //! | [`evidence`] | what is collected round by round, and [`head`] for the head |
 //! | `branch`, `reach` | the way that was ordered, and how far the radio lets a head come on it |
-//! | [`mod@criteria`] | the bounds that the scenario sets |
+//! | [`mod@criteria`] | the bounds that the scenario sets, or that its mission has |
+//! | [`short`] | why explorers have not seen all |
 //!
 //! The verdict is made from the scenario, the world, the best chains, the metrics and the evidence,
 //! and from no trace; so a campaign has it of each of its missions.
@@ -19,6 +20,7 @@ pub mod evidence;
 pub mod failure;
 pub mod head;
 mod reach;
+pub mod short;
 
 use agent::State;
 use serde_json::{Value, json};
@@ -37,6 +39,7 @@ use failure::Down;
 pub use failure::Failure;
 use head::{HeadFlight, Pace};
 use reach::reachable_m;
+pub use short::Short;
 
 /// The head must have come to this part of where it could: our own bound.
 const DEPTH: f32 = 0.95;
@@ -123,7 +126,9 @@ pub fn judge(
     let unfinished = |n: u32| (n > 0).then_some(Failure::Unfinished(n));
     failures.extend(metrics.swarm.as_ref().and_then(|swarm| unfinished(swarm.unfinished)));
     failures.extend(metrics.explore.as_ref().and_then(|explore| unfinished(explore.unfinished)));
-    failures.extend(criteria(scenario, metrics).iter().filter_map(Criterion::failure));
+    failures.extend(
+        criteria(scenario, metrics).iter().filter_map(|criterion| criterion.failure(evidence)),
+    );
     let called = Called::of(scenario, evidence);
     let home_m = drones::home_m(world);
     failures.extend(evidence.drones.iter().filter_map(|drone| called.failure(drone, home_m)));

@@ -3,7 +3,7 @@
 use agent::{Fitness, Outputs, State};
 use flight::Cause;
 use onboard::Sensed;
-use units::{Dbm, Metres, NodeId, Point2, Role, Setpoint};
+use units::{Dbm, Metres, MissionKind, NodeId, Point2, Role, Setpoint};
 use wire::syslink::MAX_P2P;
 
 use super::hosted::{Clocks, Hosted};
@@ -212,6 +212,10 @@ pub(super) fn member(
             let mut body = PointBody::at(spot.at, nose, height.0, &scenario.vehicle, &mut random);
             if flying {
                 body.command(Setpoint::hover(height));
+            }
+            // A chain of points is a study of policies, which a battery would cut short.
+            if scenario.mission != MissionKind::Chain && role != Role::Base {
+                body = body.with_battery(&scenario.vehicle);
             }
             Body::Point(body)
         }

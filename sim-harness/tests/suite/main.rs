@@ -7,6 +7,7 @@ mod cli;
 mod craft;
 mod damaged_logs;
 mod explorations;
+mod explorers_and_swarms;
 mod faults;
 mod fork;
 mod homing;

@@ -23,8 +23,8 @@ use grid_map::{CellState, Frame, RayEnd};
 use heapless::Vec;
 use tunnel_nav::{Diagonals, Range};
 use units::{
-    Instant, Metres, MetresPerSecond, NodeId, Order, Payload, Phase, Point2, Pose2, Radians,
-    RadiansPerSecond,
+    Duration, Instant, Metres, MetresPerSecond, NodeId, Order, Payload, Phase, Point2, Pose2,
+    Radians, RadiansPerSecond,
 };
 
 use super::{Call, Next, Outbox, Round, Wish};
@@ -124,6 +124,10 @@ pub(crate) struct Explore {
     velocity: [f32; 2],
     yaw_rate: f32,
     doing: Doing,
+    /// When the drone first knew how long its battery carries it, and how long that was.
+    battery: Option<(Instant, Duration)>,
+    /// Whether the drone flies home because its battery carries it there and not much farther.
+    is_short: bool,
     messages: Outbox,
 }
 
@@ -139,6 +143,8 @@ impl Explore {
             velocity: [0.0; 2],
             yaw_rate: 0.0,
             doing: Doing { activity: Activity::Waiting, goal: None, is_recalled: false },
+            battery: None,
+            is_short: false,
             messages: Outbox::new(),
         }
     }
@@ -167,6 +173,7 @@ impl Explore {
                 self.begun = None;
                 self.pose = None;
                 self.flown = Metres::ZERO;
+                (self.battery, self.is_short) = (None, false);
                 self.by_fixes = inputs.located.is_some();
             }
             _ => {}
@@ -215,7 +222,11 @@ impl Explore {
         }
         let perceived = Perceived { pose, beams: &beams, packets: &packets };
         let drifts = !self.by_fixes && round.now.since(begun) > explore.longest_reckoning;
-        explorer.recall(round.now, drifts || round.order() == Some(Order::Return));
+        let is_short = self.is_short(config, round.now, inputs, |most| {
+            explorer.is_within(round.now, pose.at, most)
+        });
+        let is_called = round.order() == Some(Order::Return);
+        explorer.recall(round.now, drifts || is_short || is_called);
         let outputs = explorer.step(round.now, &perceived);
         for packet in &outputs.packets {
             // A packet fits a payload, and the outbox has room for those of a step.
@@ -227,6 +238,27 @@ impl Explore {
             is_recalled: explorer.is_recalled(),
         };
         self.fly(explore, round, pose, (outputs.motion, &inputs.ranges), explorer);
+    }
+
+    /// Whether the battery has little more than the way home takes, which is within the length that
+    /// `is_within` is asked for; once it has, the drone stays on its way home. The gauge goes by a voltage
+    /// that hardly falls until shortly before the end, and so the drone counts the seconds, too.
+    fn is_short(
+        &mut self,
+        config: &AgentConfig,
+        now: Instant,
+        inputs: &Inputs<'_>,
+        is_within: impl FnOnce(Metres) -> bool,
+    ) -> bool {
+        if self.is_short || !config.flight.keeps_way_home {
+            return self.is_short;
+        }
+        let Some(left) = inputs.endurance else { return false };
+        let (since, at_first) = *self.battery.get_or_insert((now, left));
+        let counted = at_first.as_secs_f32() - now.since(since).as_secs_f32();
+        let most = config.flight.carried_home(left.as_secs_f32().min(counted));
+        self.is_short = most < 0.0 || !is_within(Metres(most * config.explore.speed.0));
+        self.is_short
     }
 
     /// Takes the motion that the exploration wants, but for what would lead to another drone or a wall.

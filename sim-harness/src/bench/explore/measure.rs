@@ -6,8 +6,9 @@ use explorers::{Air, Outcome, Senses, Setup, World};
 use frontier::{Distance, Facing, Overlap, Pace, RULES, RobotOrder, Rule, RuleEntry, Utility};
 use rayon::prelude::*;
 use serde_json::{Value, json};
-use units::Duration;
+use units::{Duration, Metres};
 
+use crate::bodies::point::VehicleSpec;
 use crate::input_error::InputError;
 
 /// A run ends after so long, s: the flight time of a Crazyflie with two spare batteries.
@@ -116,6 +117,8 @@ impl Row {
             "premature_stop": self.count(|run| run.premature_stop),
             "kB_on_air": self.mean(|run| run.kb_on_air),
             "wall_touches": self.count(|run| run.touches > 0),
+            "into_walls": self.count(|run| run.into_walls > 0),
+            "robot_touches": self.count(|run| run.robot_touches > 0),
             "closest_m": self.closest_m(),
             "error_m": self.mean(|run| run.error_m),
         })
@@ -166,7 +169,9 @@ pub fn setup(world: &World, rule: Rule, robots: usize, seed: u64) -> Setup<'_> {
     let air = Air::losing(LOSS);
     let longest_s = LONGEST_S;
     let senses = Senses::default();
-    Setup { world, rule, robots, seed, air, senses, death_s: None, apart_s: None, longest_s }
+    let radius = Metres(VehicleSpec::DEFAULT.radius);
+    let (death_s, apart_s) = (None, None);
+    Setup { world, rule, robots, seed, air, senses, radius, death_s, apart_s, longest_s }
 }
 
 /// `ours` over `thesis` for a number of robots, over all places: time, way and bytes.

@@ -61,9 +61,23 @@ impl Battery {
 
     /// One millisecond under motors that lift `lift` newtons.
     pub fn advance(&mut self, lift: f32) {
-        let current = IDLE + CURRENT_PER_THRUST * lift;
-        self.charge = (self.charge - f64::from(current * STEP) / CAPACITY).max(0.0);
+        self.advance_for(lift, STEP);
+    }
+
+    /// So many seconds under motors that lift `lift` newtons.
+    pub fn advance_for(&mut self, lift: f32, seconds: f32) {
+        let current = current(lift);
+        self.charge = (self.charge - f64::from(current * seconds) / CAPACITY).max(0.0);
         self.volts = (self.open() - self.resistance * current).max(0.0);
+    }
+
+    /// The time until the voltage under motors that lift `lift` newtons falls to `critical` volts, s.
+    #[must_use]
+    pub fn lasts(&self, lift: f32, critical: f32) -> f32 {
+        let current = current(lift);
+        let least = charge_at(critical + self.resistance * current);
+        let left = (self.charge as f32 - least).max(0.0);
+        left * CAPACITY as f32 / current
     }
 
     /// The voltage without load.
@@ -73,4 +87,21 @@ impl Battery {
         let (low, high) = (OPEN[below], OPEN[below + 1]);
         low + (place - below as f32) * (high - low)
     }
+}
+
+/// The current under motors that lift `lift` newtons, A.
+fn current(lift: f32) -> f32 {
+    IDLE + CURRENT_PER_THRUST * lift
+}
+
+/// The part of the charge that is left where the voltage without load is `open`.
+fn charge_at(open: f32) -> f32 {
+    let parts = (OPEN.len() - 1) as f32;
+    let steps = OPEN.windows(2).zip(0_u8..);
+    let within = steps.filter_map(|(pair, below)| {
+        let (low, high) = (pair[0], pair[1]);
+        let part = (open - low) / (high - low);
+        (open < high).then(|| (f32::from(below) + part.max(0.0)) / parts)
+    });
+    { within }.next().unwrap_or(1.0)
 }

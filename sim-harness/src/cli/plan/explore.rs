@@ -76,12 +76,24 @@ pub(super) fn plan(args: &ExploreArgs) -> Result<Verdict, Trouble> {
         folder.put_json("summary.json", &value)?;
     }
     args.common.finish(folder, &table(args, &world, &outcome), &value)?;
-    if outcome.t99_s.is_some() {
-        return Ok(Verdict::Good);
-    }
+    let failures = failures(&outcome);
+    failures.iter().for_each(|failure| complain(format_args!("{}: {failure}", world.name)));
+    Ok(if failures.is_empty() { Verdict::Good } else { Verdict::Failed })
+}
+
+/// Why the exploration is no success: too little was seen, or a body touched something.
+fn failures(outcome: &Outcome) -> Vec<String> {
     let known = 100.0 * outcome.explored;
-    complain(format_args!("{}: {known:.1} % of what can be seen was seen", world.name));
-    Ok(Verdict::Failed)
+    let little = outcome.t99_s.is_none();
+    let mut failures =
+        Vec::from_iter(little.then(|| format!("{known:.1} % of what can be seen was seen")));
+    if outcome.touches > 0 {
+        failures.push(format!("{} touches of a wall", outcome.touches));
+    }
+    if outcome.robot_touches > 0 {
+        failures.push(format!("{} touches between robots", outcome.robot_touches));
+    }
+    failures
 }
 
 impl ExploreArgs {
@@ -130,6 +142,8 @@ fn json_of(args: &ExploreArgs, world: &World, outcome: &Outcome) -> Value {
         "premature_stop": outcome.premature_stop,
         "kB_on_air": f64::from(outcome.kb_on_air),
         "wall_touches": outcome.touches,
+        "into_walls": outcome.into_walls,
+        "robot_touches": outcome.robot_touches,
         "closest_m": outcome.closest_m.map(f64::from),
         "error_m": f64::from(outcome.error_m),
     })
@@ -166,7 +180,7 @@ fn table(args: &ExploreArgs, world: &World, outcome: &Outcome) -> String {
     format!(
         "{}: {:.0} m², {} robots by the rule {}\n\n  explored    {:.1} %\n  99 % known  {}\n  stopped     \
          {}\n  way         {:.1} m a robot, until 99 % were known\n  overlap     {:.0} % was seen by two \
-         robots or more\n  on the air  {:.1} kB\n",
+         robots or more\n  on the air  {:.1} kB\n  touches     {} of walls, {} between robots\n",
         world.name,
         area(world, World::is_visible),
         args.robots,
@@ -177,6 +191,8 @@ fn table(args: &ExploreArgs, world: &World, outcome: &Outcome) -> String {
         outcome.path_m,
         100.0 * outcome.overlap,
         outcome.kb_on_air,
+        outcome.touches,
+        outcome.robot_touches,
     )
 }
 

@@ -114,8 +114,10 @@ fn radio_json(radio: &RadioMetrics) -> Value {
 }
 
 /// The figures of a swarm.
-fn swarm_json(swarm: &SwarmMetrics) -> Value {
+pub(in crate::cli) fn swarm_json(swarm: &SwarmMetrics) -> Value {
     json!({
+        "covered": number(swarm.covered),
+        "lost": swarm.lost,
         "surveyed_s": number(swarm.surveyed_s),
         "gathered_s": number(swarm.gathered_s),
         "across_s": number(swarm.across_s),
@@ -125,9 +127,12 @@ fn swarm_json(swarm: &SwarmMetrics) -> Value {
 }
 
 /// The figures of an exploration.
-fn explore_json(explore: &ExploreMetrics) -> Value {
+pub(in crate::cli) fn explore_json(explore: &ExploreMetrics) -> Value {
     json!({
         "explored": number(explore.explored),
+        "walls_found": number(explore.walls_found),
+        "false_walls": number(explore.false_walls),
+        "false_free": number(explore.false_free),
         "t50_s": number(explore.t50_s),
         "t99_s": number(explore.t99_s),
         "ended_s": number(explore.ended_s),

@@ -165,16 +165,41 @@ fn when(text: &mut String, what: &str, at: f32) {
 
 /// The lines about an exploration.
 fn explore_lines(text: &mut String, explore: &ExploreMetrics) {
-    let _ = writeln!(text, "  explored              {:.1} %", 100.0 * explore.explored);
+    let percent = |part: f32| format!("{:.1} %", 100.0 * part);
+    let ExploreMetrics { explored, walls_found, false_walls, false_free, .. } = *explore;
+    let _ = writeln!(
+        text,
+        "  explored              {} of what the drones can come to",
+        percent(explored)
+    );
+    if walls_found.is_finite() {
+        let _ = writeln!(text, "  walls found           {}", percent(walls_found));
+    }
+    let _ = writeln!(
+        text,
+        "  wrong in the maps     {} of the walls, {} of what is free",
+        percent(or_zero(false_walls)),
+        percent(or_zero(false_free))
+    );
     when(text, "half of it", explore.t50_s);
     when(text, "99 % of it", explore.t99_s);
     when(text, "nothing left for all", explore.ended_s);
     let _ = writeln!(text, "  closest drones        {:.2} m", explore.closest_drones_m);
 }
 
+/// A part of nothing is none.
+fn or_zero(part: f32) -> f32 {
+    if part.is_nan() { 0.0 } else { part }
+}
+
 /// The lines about a swarm.
 fn swarm_lines(text: &mut String, swarm: &SwarmMetrics) {
-    when(text, "area surveyed", swarm.surveyed_s);
+    let lost = match swarm.lost {
+        0 => String::new(),
+        lost => format!(", drones lost: {lost}"),
+    };
+    let _ = writeln!(text, "  area flown over       {:.1} %{lost}", 100.0 * swarm.covered);
+    when(text, "rows flown", swarm.surveyed_s);
     when(text, "into the passage", swarm.gathered_s);
     when(text, "all across", swarm.across_s);
     let _ = writeln!(text, "  closest drones        {:.2} m", swarm.closest_drones_m);

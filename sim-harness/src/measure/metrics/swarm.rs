@@ -1,15 +1,21 @@
 //! The metrics of a swarm's mission.
 
-use agent::{Duty, LandReason, State, SwarmDuty};
-use units::{Metres, MissionKind};
+use agent::{Duty, LandReason, State, SwarmConfig, SwarmDuty};
+use units::{Metres, MissionKind, Point2};
 
 use crate::bodies::Body;
-use crate::mission::Mission;
+use crate::measure::truth::{Truth, frame_about};
+use crate::mission::{Mission, World};
 use crate::scenario::Scenario;
 
 /// The metrics of a swarm's mission. A time that was never reached is infinite.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SwarmMetrics {
+    /// The part of the area within the sensors' range of which a drone has flown, where a drone's body can
+    /// come to.
+    pub covered: f32,
+    /// The number of drones that the scenario has taken from the swarm.
+    pub lost: u32,
     /// When the last drone had surveyed its rows, s.
     pub surveyed_s: f32,
     /// When the first drone set out into the passage, s.
@@ -25,6 +31,9 @@ pub struct SwarmMetrics {
 /// Collects the metrics of a swarm's mission, round by round.
 pub(super) struct SwarmRecord {
     drones: usize,
+    /// The cells of the area to which a drone can come, each with whether a drone was near; `None` before
+    /// the first sample.
+    area: Option<Vec<(Point2, bool)>>,
     metrics: SwarmMetrics,
 }
 
@@ -33,6 +42,8 @@ impl SwarmRecord {
     pub(super) fn of(scenario: &Scenario) -> Option<Self> {
         let never = f32::INFINITY;
         let metrics = SwarmMetrics {
+            covered: 0.0,
+            lost: 0,
             surveyed_s: never,
             gathered_s: never,
             across_s: never,
@@ -40,11 +51,12 @@ impl SwarmRecord {
             unfinished: 0,
         };
         let drones = scenario.drones.flying();
-        (scenario.mission == MissionKind::Swarm).then_some(Self { drones, metrics })
+        (scenario.mission == MissionKind::Swarm).then_some(Self { drones, area: None, metrics })
     }
 
     /// Takes one sample, at the end of a round.
-    pub(super) fn look(&mut self, mission: &Mission<'_>) {
+    pub(super) fn look(&mut self, scenario: &Scenario, world: &World, mission: &Mission<'_>) {
+        self.cover(scenario, world, mission);
         let now_s = (mission.time_us() as f64 * 1e-6) as f32;
         let states: Vec<_> = mission
             .states()
@@ -75,10 +87,45 @@ impl SwarmRecord {
         metrics.closest_drones_m = metrics.closest_drones_m.min(closest(mission, self.drones));
     }
 
+    /// Notes what of the area the flying drones are near.
+    fn cover(&mut self, scenario: &Scenario, world: &World, mission: &Mission<'_>) {
+        let bodies = || mission.bodies().take(self.drones);
+        let area = self.area.get_or_insert_with(|| {
+            let starts: Vec<_> = bodies().map(Body::position).collect();
+            area_of(scenario, world, &starts)
+        });
+        let near = scenario.agent.swarm.forces.obstacle_range;
+        let flying = bodies().filter(|body| body.height() > 0.0).map(Body::position);
+        for at in flying {
+            for (cell, is_covered) in area.iter_mut() {
+                *is_covered |= cell.distance(at) <= near;
+            }
+        }
+        let covered = area.iter().filter(|(_, is_covered)| *is_covered).count();
+        self.metrics.covered = covered as f32 / area.len().max(1) as f32;
+        let numbers = 0..self.drones;
+        self.metrics.lost = numbers.filter(|drone| mission.is_lost(*drone)).count() as u32;
+    }
+
     /// The metrics of what was sampled.
     pub(super) const fn metrics(&self) -> SwarmMetrics {
         self.metrics
     }
+}
+
+/// The cells of the area that is surveyed to which drones can come that start at these places, none of
+/// them covered.
+fn area_of(scenario: &Scenario, world: &World, starts: &[Point2]) -> Vec<(Point2, bool)> {
+    let SwarmConfig { corner, area, .. } = scenario.agent.swarm;
+    let (east, north) = area;
+    let Some(frame) = frame_about((corner, area), starts) else { return Vec::new() };
+    let truth = Truth::new(frame, world, scenario.vehicle.radius, starts);
+    let is_within = |at: &Point2| {
+        let (x, y) = (at.x - corner.x, at.y - corner.y);
+        (0.0..=east.0).contains(&x) && (0.0..=north.0).contains(&y)
+    };
+    let centres = truth.reached().map(|cell| frame.centre(cell));
+    centres.filter(is_within).map(|at| (at, false)).collect()
 }
 
 /// The least distance of two of the first `drones` members that fly, m; infinite without two.

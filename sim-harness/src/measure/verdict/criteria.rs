@@ -1,8 +1,12 @@
 //! Compares a mission with the criteria that its scenario sets.
 
-use super::Failure;
-use crate::measure::metrics::RunMetrics;
+use super::{Evidence, Failure, Short};
+use crate::measure::metrics::{Criteria, ExploreMetrics, RunMetrics};
 use crate::scenario::Scenario;
+
+/// The names of the parts that explorers and swarms must have seen.
+const EXPLORED: &str = "explored";
+const COVERED: &str = "covered";
 
 /// A bound that the scenario sets, and the value that the mission reached.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,52 +31,119 @@ impl Criterion {
     }
 
     /// The failure that it is where it is not met.
-    pub(super) fn failure(&self) -> Option<Failure> {
+    pub(super) fn failure(&self, evidence: &Evidence) -> Option<Failure> {
         let which = if self.is_most { "most" } else { "least" };
         let [before, after] = self.words;
         let found = match self.value.is_nan() {
             true => format!("{} could not be measured", self.name),
-            false => format!("{before} {}{after}", self.value),
+            false => format!("{before} {}{after}", (1000.0 * self.value).round() / 1000.0),
         };
         let found = format!("{found}; at {which} {} asked", self.bound);
-        (!self.is_met()).then_some(Failure::Criterion { name: self.name, found })
+        let failure = match self.name {
+            EXPLORED => Failure::Unexplored { found, why: Short::of(evidence) },
+            COVERED => Failure::Uncovered { found, lost: evidence.lost() },
+            name => Failure::Criterion { name, found },
+        };
+        (!self.is_met()).then_some(failure)
     }
 }
 
-/// The criteria of the scenario.
+/// The criteria of the scenario, with the bounds that each mission has by itself.
 #[must_use]
 pub fn criteria(scenario: &Scenario, metrics: &RunMetrics) -> Vec<Criterion> {
+    let rows = of_explorers(scenario, metrics).into_iter().chain([of_swarm(scenario, metrics)]);
+    rows.chain(of_chain(scenario, metrics)).filter_map(Row::criterion).collect()
+}
+
+/// A criterion whose bound may not be set.
+struct Row {
+    name: &'static str,
+    words: [&'static str; 2],
+    is_most: bool,
+    bound: Option<f32>,
+    value: f32,
+}
+
+impl Row {
+    fn criterion(self) -> Option<Criterion> {
+        let Self { name, words, is_most, bound, value } = self;
+        Some(Criterion { name, words, is_most, bound: bound?, value })
+    }
+}
+
+fn of_explorers(scenario: &Scenario, metrics: &RunMetrics) -> [Row; 3] {
+    let asked = &scenario.criteria;
+    let explore = metrics.explore.as_ref();
+    let value = |of: fn(&ExploreMetrics) -> f32| explore.map_or(f32::NAN, of);
+    let usual = |bound: f32| explore.map(|_| bound);
+    [
+        Row {
+            name: EXPLORED,
+            words: ["of what the drones can come to, a part of", " was explored"],
+            is_most: false,
+            bound: asked.explored.or(usual(Criteria::EXPLORED)),
+            value: value(|explore| explore.explored),
+        },
+        Row {
+            name: "false_walls",
+            words: ["of the walls in the maps, a part of", " is none"],
+            is_most: true,
+            bound: asked.false_walls.or(usual(Criteria::FALSE)),
+            value: value(|explore| explore.false_walls),
+        },
+        Row {
+            name: "false_free",
+            words: ["of what the maps have as free, a part of", " is rock"],
+            is_most: true,
+            bound: asked.false_free.or(usual(Criteria::FALSE)),
+            value: value(|explore| explore.false_free),
+        },
+    ]
+}
+
+fn of_swarm(scenario: &Scenario, metrics: &RunMetrics) -> Row {
+    let swarm = metrics.swarm.as_ref();
+    Row {
+        name: COVERED,
+        words: ["of the area, a part of", " was flown over"],
+        is_most: false,
+        bound: scenario.criteria.covered.or(swarm.map(|_| Criteria::COVERED)),
+        value: swarm.map_or(f32::NAN, |swarm| swarm.covered),
+    }
+}
+
+fn of_chain(scenario: &Scenario, metrics: &RunMetrics) -> [Row; 4] {
     let asked = &scenario.criteria;
     let tilt = metrics.flight.as_ref().map(|flight| flight.max_tilt_deg);
-    // A point does not tilt.
-    let tilt_asked = asked.tilt_deg.filter(|_| tilt.is_some());
-    let rows = [
-        (
-            "hold_spread_db",
-            ["at the end of the hold the links differed by", " dB"],
-            true,
-            asked.hold_spread_db,
-            metrics.held(|hold| hold.spread_db),
-        ),
-        (
-            "swing_p95_db",
-            ["at the end of the hold the links swung by", " dB"],
-            true,
-            asked.swing_p95_db,
-            metrics.held(|hold| hold.swing_p95_db),
-        ),
-        ("max_tilt_deg", ["a drone tilted to", "°"], true, tilt_asked, tilt.unwrap_or(f32::NAN)),
-        (
-            "launched",
-            ["launched", " relays"],
-            false,
-            asked.launched.map(|n| n as f32),
-            metrics.launched,
-        ),
-    ];
-    rows.into_iter()
-        .filter_map(|(name, words, is_most, bound, value)| {
-            Some(Criterion { name, words, is_most, bound: bound?, value })
-        })
-        .collect()
+    [
+        Row {
+            name: "hold_spread_db",
+            words: ["at the end of the hold the links differed by", " dB"],
+            is_most: true,
+            bound: asked.hold_spread_db,
+            value: metrics.held(|hold| hold.spread_db),
+        },
+        Row {
+            name: "swing_p95_db",
+            words: ["at the end of the hold the links swung by", " dB"],
+            is_most: true,
+            bound: asked.swing_p95_db,
+            value: metrics.held(|hold| hold.swing_p95_db),
+        },
+        Row {
+            name: "max_tilt_deg",
+            words: ["a drone tilted to", "°"],
+            is_most: true,
+            // A point does not tilt.
+            bound: asked.tilt_deg.filter(|_| tilt.is_some()),
+            value: tilt.unwrap_or(f32::NAN),
+        },
+        Row {
+            name: "launched",
+            words: ["launched", " relays"],
+            is_most: false,
+            bound: asked.launched.map(|n| n as f32),
+            value: metrics.launched,
+        },
+    ]
 }

@@ -1,7 +1,7 @@
 //! Judges where each drone is at the end of a mission, and how it came down.
 
 use agent::{ChainDuty, Duty, LandReason, State};
-use units::{Metres, Order, Role};
+use units::{Metres, MissionKind, Order, Role};
 
 use super::evidence::{DroneEnd, Evidence};
 use super::failure::{Down, Failure, Standing};
@@ -36,6 +36,8 @@ pub(super) enum Called {
     Home { by_operator: bool },
     /// To stop where they are.
     Stop,
+    /// They were not, and each flies home when its own battery or place calls for it.
+    EachByItself,
 }
 
 impl Called {
@@ -50,6 +52,7 @@ impl Called {
             (Some(Order::Land), _) => Self::Down,
             (Some(Order::Stop), _) => Self::Stop,
             _ if is_recalled => Self::Home { by_operator: false },
+            _ if scenario.mission == MissionKind::Explore => Self::EachByItself,
             _ => Self::Not,
         }
     }
@@ -64,7 +67,11 @@ impl Called {
         if is_ordered && end.state.is_airborne() {
             return Some(Failure::StillFlying(drone));
         }
-        let down = Down::of_end(end).filter(|_| matches!(self, Self::Home { .. }));
+        let down = Down::of_end(end).filter(|why| match self {
+            Self::Home { .. } => true,
+            Self::EachByItself => end.turned_back.is_some() || *why == Down::Battery,
+            Self::Not | Self::Down | Self::Stop => false,
+        });
         if let (Some(why), Some(apart_m)) = (down, end.distance_from_home())
             && apart_m > home_m
         {
@@ -150,6 +157,7 @@ mod tests {
 
     use super::*;
     use crate::measure::trace::Node;
+    use crate::measure::verdict::evidence::TurnedBack;
 
     /// Relay 1, which took off at 0.7 m and has landed here.
     fn landed(x: f32, why: LandReason) -> DroneEnd {
@@ -161,6 +169,7 @@ mod tests {
             is_up: false,
             has_flown: true,
             is_lost: false,
+            turned_back: None,
         }
     }
 
@@ -205,6 +214,20 @@ mod tests {
             name(Called::Not.failure(&landed(8.0, LandReason::LinkLost), HOME_M)),
             "lost-base"
         );
+    }
+
+    #[test]
+    fn an_explorer_that_turned_back_must_come_home_and_one_that_has_seen_all_need_not() {
+        let judged = |drone| name(Called::EachByItself.failure(&drone, HOME_M));
+        let done = landed(8.0, LandReason::Done);
+        assert_eq!(judged(done), "");
+        let back = DroneEnd { turned_back: Some(TurnedBack::ForBattery), ..done };
+        assert_eq!(
+            judged(DroneEnd { state: landed(8.0, LandReason::Home).state, ..back }),
+            "left-inside-home"
+        );
+        assert_eq!(judged(DroneEnd { at: Point2::new(1.2, 0.0), ..back }), "");
+        assert_eq!(judged(landed(8.0, LandReason::Unfit(Cause::Battery))), "left-inside-battery");
     }
 
     #[test]

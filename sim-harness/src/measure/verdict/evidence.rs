@@ -1,6 +1,6 @@
 //! Collects what a verdict is made from, round by round.
 
-use agent::State;
+use agent::{Duty, ExploreDuty, State};
 use units::{Order, Point2, Role};
 
 use super::branch::passed;
@@ -29,6 +29,17 @@ pub struct DroneEnd {
     pub has_flown: bool,
     /// Whether the scenario has taken it from the chain.
     pub is_lost: bool,
+    /// Why it flew back by itself while it was ordered to explore, if it is an explorer that did.
+    pub turned_back: Option<TurnedBack>,
+}
+
+/// Why an explorer flew back by itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TurnedBack {
+    /// Its battery carried it home and not much farther.
+    ForBattery,
+    /// It had flown without fixes for so long that its place was too uncertain.
+    ForDrift,
 }
 
 /// What a verdict is made from beside the metrics.
@@ -47,10 +58,18 @@ pub struct Evidence {
     pub head: Option<HeadFlight>,
 }
 
+impl Evidence {
+    /// The number of drones that the scenario has taken away.
+    pub(super) fn lost(&self) -> usize {
+        self.drones.iter().filter(|drone| drone.is_lost).count()
+    }
+}
+
 /// Collects the evidence of one mission.
 pub(in crate::measure) struct EvidenceRecord {
     homes: Vec<Option<Point2>>,
     has_flown: Vec<bool>,
+    ways: Vec<ExplorersWay>,
     is_disordered: bool,
     is_recalled: bool,
     hold: Option<Stretch>,
@@ -59,6 +78,30 @@ pub(in crate::measure) struct EvidenceRecord {
     head: Option<HeadRecord>,
     /// Whether the pilot chooses branches.
     has_choices: bool,
+}
+
+/// When a drone began to explore, s, and why it flew back by itself.
+#[derive(Clone, Copy, Debug, Default)]
+struct ExplorersWay {
+    begun_s: Option<f32>,
+    turned_back: Option<TurnedBack>,
+}
+
+impl ExplorersWay {
+    /// Takes in one round of a drone that is ordered to explore, by fixes or without.
+    fn take(&mut self, scenario: &Scenario, now_s: f32, state: State) {
+        let State::OnMission(Duty::Explore(duty)) = state else { return };
+        let begun_s = *self.begun_s.get_or_insert(now_s);
+        if duty != ExploreDuty::Returning {
+            return;
+        }
+        let longest_s = scenario.agent.explore.longest_reckoning.as_secs_f32();
+        // The moment is known to a round or two.
+        let is_uncertain = now_s - begun_s > longest_s - 1.0;
+        let drifts = scenario.vehicle.position_noise.is_none() && is_uncertain;
+        let why = if drifts { TurnedBack::ForDrift } else { TurnedBack::ForBattery };
+        self.turned_back.get_or_insert(why);
+    }
 }
 
 /// The chain in one round.
@@ -78,6 +121,7 @@ impl EvidenceRecord {
         Self {
             homes: Vec::new(),
             has_flown: vec![false; scenario.drones.members()],
+            ways: vec![ExplorersWay::default(); scenario.drones.members()],
             is_disordered: false,
             is_recalled: false,
             hold: scenario.hold().filter(|_| is_chain),
@@ -98,6 +142,12 @@ impl EvidenceRecord {
             *has_flown |= body.height() > 0.0;
         }
         self.is_recalled |= mission.is_recalled();
+        let now_s = (mission.time_us() as f64 * 1e-6) as f32;
+        if matches!(mission.task(), Order::Explore(..)) {
+            for (state, way) in mission.states().zip(&mut self.ways) {
+                way.take(scenario, now_s, state);
+            }
+        }
     }
 
     /// Takes in one round of a chain.
@@ -155,6 +205,7 @@ impl EvidenceRecord {
                 is_up: body.height() > 0.0,
                 has_flown: self.has_flown.get(n).is_some_and(|flown| *flown),
                 is_lost: mission.is_lost(n),
+                turned_back: self.ways.get(n).and_then(|way| way.turned_back),
             }
         };
         let members = mission.bodies().zip(mission.states()).enumerate();

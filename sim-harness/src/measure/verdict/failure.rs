@@ -6,6 +6,7 @@ use agent::LandReason;
 use flight::Cause;
 use units::Branch;
 
+use super::Short;
 use crate::measure::trace::Node;
 
 /// One reason why a mission failed. It displays as a line for the operator.
@@ -80,6 +81,20 @@ pub enum Failure {
     },
     /// So many drones of a swarm or of explorers did not finish.
     Unfinished(u32),
+    /// Explorers have not seen enough of what they can come to.
+    Unexplored {
+        /// What was found and what was asked.
+        found: String,
+        /// Why they saw no more.
+        why: Short,
+    },
+    /// A swarm has not flown over enough of its area.
+    Uncovered {
+        /// What was found and what was asked.
+        found: String,
+        /// The number of drones that the scenario took away.
+        lost: usize,
+    },
     /// A criterion of the scenario is not met.
     Criterion {
         /// The metric.
@@ -153,7 +168,7 @@ impl Down {
 impl Failure {
     /// The name under which a campaign counts it.
     #[must_use]
-    pub const fn name(&self) -> &'static str {
+    pub fn name(&self) -> &'static str {
         match self {
             Self::TouchedWall(_) => "touched-wall",
             Self::TouchedDrone(_) => "touched-drone",
@@ -183,6 +198,10 @@ impl Failure {
             Self::HoldMissed { .. } => "hold-missed",
             Self::Stuck { .. } => "stuck",
             Self::Unfinished(_) => "unfinished",
+            Self::Unexplored { why, .. } => why.name(),
+            Self::Uncovered { .. } => "uncovered",
+            Self::Criterion { name: "false_walls", .. } => "false-walls",
+            Self::Criterion { name: "false_free", .. } => "false-free",
             Self::Criterion { .. } => "criterion",
         }
     }
@@ -241,6 +260,9 @@ impl fmt::Display for Failure {
                  called"
             ),
             Self::Unfinished(n) => write!(f, "{n} drones that did not finish"),
+            Self::Unexplored { found, why } => write!(f, "{found}: {}", why.words()),
+            Self::Uncovered { found, lost: 0 } => f.write_str(found),
+            Self::Uncovered { found, lost } => write!(f, "{found}: drones lost: {lost}"),
             Self::Criterion { found, .. } => f.write_str(found),
         }
     }

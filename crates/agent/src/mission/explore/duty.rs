@@ -26,8 +26,8 @@ pub enum ExploreDuty {
         /// The middle of the tile to which it flies.
         goal: Point2,
     },
-    /// The drone flies back to where it took off, because it was ordered to or its place has become too
-    /// uncertain, and lands there.
+    /// The drone flies back to where it took off, because it was ordered to, its battery has little more
+    /// than the way takes, or its place has become too uncertain, and lands there.
     Returning,
 }
 
@@ -82,6 +82,9 @@ impl ExploreDuty {
         match (doing, self) {
             (Some(Doing { activity: Activity::Stopped, .. }), _) if returns => {
                 Break(LandReason::Ordered)
+            }
+            (Some(Doing { activity: Activity::Stopped, is_recalled: true, .. }), _) => {
+                Break(LandReason::Home)
             }
             (Some(Doing { activity: Activity::Stopped, .. }), _) => Break(LandReason::Done),
             (Some(Doing { is_recalled: true, .. }), _) => Continue(Self::Returning),
