@@ -34,7 +34,11 @@ impl MapArgs {
             Scenario::open(&file.to_string_lossy())?
         } else {
             let ends = Ends { from: self.from.clone(), to: self.to.clone(), around_m: None };
-            Scenario::of_map(MapChoice { file: file.clone(), within: None, ends }, None)?
+            Scenario::of_map(
+                MapChoice { file: file.clone(), within: None, ends },
+                None,
+                Vec::new(),
+            )?
         };
         let base = scenario.drones.base.on;
         let base_m = if base.edge == 0 { base.along } else { 0.0 };

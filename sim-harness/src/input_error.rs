@@ -44,6 +44,12 @@ impl InputError {
         self.at(file, Some(line), Some(column))
     }
 
+    /// Puts a key with its value in the place of the file, for a key that was given by itself.
+    #[must_use]
+    pub(crate) fn at_key(self, key: &str) -> Self {
+        self.at(Path::new(key), None, None)
+    }
+
     fn at(self, file: &Path, line: Option<usize>, column: Option<usize>) -> Self {
         Self { place: Some(Place { file: file.to_owned(), line, column }), ..self }
     }

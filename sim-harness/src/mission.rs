@@ -17,6 +17,7 @@
 //! | [`medium`] | the channel between the radios, packet by packet |
 //! | `air` | the packets between members and medium; `seal`, `intruders`: their seals, and forged ones |
 //! | `ideal` | the link that carries reports and orders without packets |
+//! | `called` | a speed law of the host's in the policy's place |
 //! | `recorded` | a channel that plays the packets of a log back |
 //! | `track` | where the members are on the skeleton |
 //! | `view`, `record` | what may be looked at from outside, and the record of it |
@@ -25,6 +26,7 @@
 
 mod air;
 mod begin;
+mod called;
 mod clients;
 mod contacts;
 mod directed_link;
@@ -58,6 +60,7 @@ use crate::random::Stream;
 use crate::scenario::{Fidelity, Scenario};
 pub use crate::world::World;
 
+pub use called::Law;
 use contacts::Contacts;
 use ideal::IdealLink;
 use intruders::Intruders;
@@ -127,6 +130,8 @@ pub struct Mission<'a> {
     /// The link that carries reports and orders without packets, where the scenario has it.
     ideal: Option<IdealLink>,
     stopwatch: Stopwatch,
+    /// The speed law of the relays, where it is the host's.
+    law: Option<Box<Law>>,
     /// Why the mission cannot go on.
     halted: Option<Halted>,
 }
@@ -264,7 +269,8 @@ impl Mission<'_> {
         }
         let member = &mut self.members[n];
         let Onboard::Hosted(hosted) = &mut member.onboard else { return };
-        let outputs = hosted.step(now_us, &member.senses);
+        let senses = &member.senses;
+        let outputs = called::with(n, &mut self.law, || hosted.step(now_us, senses));
         self.stopwatch.enter(Part::Links);
         match &mut self.ideal {
             None => hosted.look(now_us),

@@ -74,6 +74,22 @@ pub enum SpeedLaw {
     /// The chain-wide rule; where a neighbour reports no sums, the rule of
     /// [`PolicyConfig::K_TUNED`].
     ChainWide(ChainWide),
+    /// A function of the host's.
+    #[cfg(feature = "called")]
+    Called(CalledLaw),
+}
+
+/// A speed law that is a function: it is given the ends of the front link and of the back link, and
+/// returns the forward velocity.
+#[cfg(feature = "called")]
+#[derive(Clone, Copy, Debug)]
+pub struct CalledLaw(pub fn(LinkEnd, LinkEnd) -> MetresPerSecond);
+
+#[cfg(feature = "called")]
+impl PartialEq for CalledLaw {
+    fn eq(&self, other: &Self) -> bool {
+        core::ptr::fn_addr_eq(self.0, other.0)
+    }
 }
 
 /// The rule that keeps a relay at a distance from its neighbours: a tunnel has no room to pass, and
@@ -298,6 +314,8 @@ impl PolicyConfig {
             SpeedLaw::BangBang { .. } if balanced => MetresPerSecond::ZERO,
             SpeedLaw::BangBang { speed } => MetresPerSecond(speed.0.copysign(imbalance.0)),
             SpeedLaw::ChainWide(_) => Self::K_TUNED.towards_weaker(front, back),
+            #[cfg(feature = "called")]
+            SpeedLaw::Called(CalledLaw(law)) => law(front, back),
             SpeedLaw::Proportional { gain, slope, of, follow } => {
                 let (g_f, g_b) = (slope.at(front.rssi.loss()), slope.at(back.rssi.loss()));
                 let carried =

@@ -1,31 +1,49 @@
-//! `uchain campaign`: one scenario, many seeds.
+//! `uchain campaign`: one scenario, many seeds, and a grid of settings.
+//!
+//! Rows are written as the missions end, into a file beside the folder of results, from which a
+//! campaign that was stopped goes on; and all files are made from rows alone, so that the parts of
+//! a campaign, merged, give the bytes of the whole.
 
-use std::fmt::Write;
+mod journal;
+mod merge;
+mod report;
+
+use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
 use clap::Args;
-use serde_json::{Value, json};
+use crc32fast::Hasher;
 
-use super::run::{explore_json, metrics_json, swarm_json};
+use super::run::MapArgs;
 use super::{
-    Common, LinkArg, Trouble, Verdict, builtin_scenarios, complain, host_scenario, interrupt,
-    with_link,
+    Common, LinkArg, SetArgs, Trouble, Verdict, adapted, builtin_scenarios, complain, interrupt,
+    on_the_host, with_link,
 };
 use crate::args::{FidelityArg, runs};
-use crate::measure::campaign::{Figure, Run, Verdicts, figures, fly_until, json as figures_json};
-use crate::measure::metrics::Reference;
-use crate::mission::World;
+use crate::input_error::InputError;
+use crate::measure::campaign::grid::{self, Axis, Shard};
+use crate::measure::campaign::{Row, fly_rows};
+use crate::output::{CampaignOrigin, Folder, Origin};
 use crate::progress::Progress;
-use crate::scenario::Scenario;
+use crate::scenario::{Scenario, Setting};
+
+use journal::Journal;
+use report::Report;
 
 #[derive(Args)]
 #[command(after_help = builtin_scenarios())]
 pub(super) struct CampaignArgs {
     /// Name of a built-in scenario (listed below), or a scenario file
-    scenario: String,
-    /// Number of missions
+    #[arg(required_unless_present_any = ["map", "merge"])]
+    scenario: Option<String>,
+    #[command(flatten)]
+    map: MapArgs,
+    /// Number of missions, for each place of the grid
     #[arg(long, allow_negative_numbers = true, default_value_t = 100, value_name = "N")]
     runs: usize,
+    /// Number of relays, instead of the scenario's
+    #[arg(long, allow_negative_numbers = true, value_name = "N")]
+    relays: Option<usize>,
     /// Movement policy, instead of the scenario's: t0, t5, k, authors, k-tuned or chain
     #[arg(long, value_name = "NAME")]
     policy: Option<String>,
@@ -36,95 +54,181 @@ pub(super) struct CampaignArgs {
     #[arg(long, value_enum)]
     link: Option<LinkArg>,
     #[command(flatten)]
+    set: SetArgs,
+    /// Vary a key of the scenario: KEY=A:B:N for N values from A to B, or KEY=a,b,c; may be
+    /// repeated, and every combination is flown
+    #[arg(long, value_name = "KEY=VALUES")]
+    vary: Vec<String>,
+    /// Fly only the I-th of N parts, which --merge puts together
+    #[arg(long, value_name = "I/N", requires = "out")]
+    shard: Option<String>,
+    /// Go on with a campaign that was stopped, from the rows beside --out
+    #[arg(long, requires = "out")]
+    resume: bool,
+    /// Fly nothing, and put the parts in these folders together
+    #[arg(long, value_name = "FOLDER", num_args = 1..)]
+    #[arg(conflicts_with_all = [
+        "scenario", "map", "runs", "relays", "policy", "fidelity", "link", "set", "vary", "shard",
+        "resume", "seed",
+    ])]
+    merge: Vec<PathBuf>,
+    #[command(flatten)]
     common: Common,
 }
 
+/// A campaign: a scenario for each place of its grid, and the seeds.
+struct Campaign {
+    /// The scenario without the settings of the grid.
+    scenario: Scenario,
+    axes: Vec<Axis>,
+    /// The settings of each place.
+    points: Vec<Vec<Setting>>,
+    runs: usize,
+    seed: u64,
+    shard: Shard,
+    /// The CRC-32 of all that the missions depend on, in hexadecimal.
+    crc32: String,
+}
+
 pub(super) fn run(args: &CampaignArgs) -> Result<Verdict, Trouble> {
-    let scenario = host_scenario(&args.scenario, args.policy.as_deref(), args.fidelity)?;
-    let scenario = with_link(scenario, args.link)?;
-    let asked = runs(args.runs)?;
+    if !args.merge.is_empty() {
+        return merge::run(&args.merge, &args.common);
+    }
+    let (campaign, scenarios) = args.open()?;
     let stop = interrupt::asks(
         "Ctrl-C: the missions that have begun are flown to their ends; a second Ctrl-C drops all",
     );
-    let mut folder = args.common.folder()?;
-    let flown = fly_all(&scenario, args, asked, stop);
-    if flown.is_empty() {
+    let folder = args.common.folder()?;
+    let journal = args.common.out.as_deref();
+    let mut journal = journal.map(|out| Journal::open(out, &campaign, args.resume)).transpose()?;
+    let former = journal.as_mut().map(Journal::take_rows).unwrap_or_default();
+    let progress = Progress::new(campaign.missions().count() as u64, args.common.quiet);
+    progress.say("missions");
+    let mut report = Report::begin(&campaign, folder.as_ref())?;
+    let mut former = former.into_iter().peekable();
+    for (point, scenario) in scenarios.iter().enumerate() {
+        let known = std::iter::from_fn(|| former.next_if(|row| row.point == point));
+        let mut rows: Vec<Row> = known.inspect(|_| progress.step()).collect();
+        rows.extend(fly(&campaign, scenario, point, &rows, stop, journal.as_ref(), &progress));
+        rows.sort_by_key(|row| row.seed.wrapping_sub(campaign.seed));
+        if let Some(journal) = &journal {
+            journal.is_written()?;
+        }
+        report.add(folder.as_ref(), point, &rows)?;
+    }
+    drop(progress);
+    finish(&campaign, report, folder, journal, &args.common)
+}
+
+/// Flies the missions of one place of the grid that no row is of.
+fn fly(
+    campaign: &Campaign,
+    scenario: &Scenario,
+    point: usize,
+    known: &[Row],
+    stop: &AtomicBool,
+    journal: Option<&Journal>,
+    progress: &Progress,
+) -> Vec<Row> {
+    let is_known = |seed: u64| known.binary_search_by_key(&seed, |row| row.seed).is_ok();
+    let seeds = campaign.missions().filter(|(place, seed)| *place == point && !is_known(*seed));
+    let seeds: Vec<u64> = seeds.map(|(_, seed)| seed).collect();
+    if seeds.is_empty() {
+        return Vec::new();
+    }
+    fly_rows(stop, scenario, point, &seeds, |row| {
+        if journal.is_some_and(|journal| !journal.add(row)) {
+            stop_at_once(stop);
+        }
+        progress.step();
+    })
+}
+
+/// Lets no further mission begin: its row could not be kept.
+fn stop_at_once(stop: &AtomicBool) {
+    stop.store(true, std::sync::atomic::Ordering::Relaxed);
+}
+
+/// Writes the summary, and says how it went.
+fn finish(
+    campaign: &Campaign,
+    report: Report,
+    folder: Option<Folder>,
+    journal: Option<Journal>,
+    common: &Common,
+) -> Result<Verdict, Trouble> {
+    let (flown, failed) = (report.flown, report.failed);
+    let asked = campaign.missions().count();
+    if flown == 0 && asked > 0 {
         complain("interrupted before a mission was flown; nothing was written");
+        journal.map_or(Ok(()), Journal::remove)?;
         return Ok(Verdict::Interrupted);
     }
-    let metrics: Vec<_> = flown.iter().map(|run| run.metrics).collect();
-    let figures = figures(&metrics);
-    let verdicts = Verdicts::of(&flown);
-    let summary = json!({
-        "scenario": scenario.name,
-        "policy": scenario.policy,
-        "fidelity": scenario.fidelity.name(),
-        "link": scenario.link.name(),
-        "seed": args.common.seed,
-        "runs": flown.len(),
-        "runs_asked": asked,
-        "version": env!("CARGO_PKG_VERSION"),
-        "verdict": verdicts.json(),
-        "metrics": figures_json(&figures),
-    });
-    if let Some(folder) = &mut folder {
-        let rows: Vec<_> = flown.iter().map(row).collect();
-        folder.put_json("summary.json", &summary)?;
-        folder.put_json("runs.json", &json!(rows))?;
-    }
-    let count = counted(flown.len(), asked);
-    let heading = format!("{}: {count} missions, policy {}", scenario.name, scenario.policy);
-    let table = table(&heading, &verdicts, &figures);
-    args.common.finish(folder, &table, &summary)?;
-    let failed = verdicts.failed();
+    report.finish(campaign, folder, common)?;
+    let name = &campaign.scenario.name;
     if failed > 0 {
-        let count = flown.len();
-        complain(format_args!("{}: {failed} of {count} missions failed", scenario.name));
+        complain(format_args!("{name}: {failed} of {flown} missions failed"));
     }
-    if flown.len() < asked {
+    if flown < asked {
+        let count = report::counted(flown, asked);
         complain(format_args!("interrupted; the figures are of {count} missions"));
         return Ok(Verdict::Interrupted);
     }
+    journal.map_or(Ok(()), Journal::remove)?;
     Ok(if failed == 0 { Verdict::Good } else { Verdict::Failed })
 }
 
-fn fly_all(scenario: &Scenario, args: &CampaignArgs, count: usize, stop: &AtomicBool) -> Vec<Run> {
-    let world = World::of(scenario);
-    let reference = Reference::of(scenario, &world);
-    let progress = Progress::new(count as u64, args.common.quiet);
-    progress.say("missions");
-    let seed = args.common.seed;
-    fly_until(stop, scenario, &world, &reference, seed, count, || progress.step())
-}
-
-/// The number of missions that were flown, and of how many where that is fewer.
-fn counted(flown: usize, asked: usize) -> String {
-    if flown == asked { flown.to_string() } else { format!("{flown} of {asked}") }
-}
-
-/// A run as an entry of `runs.json`.
-fn row(run: &Run) -> Value {
-    let mut row = json!({ "seed": run.seed, "verdict": run.judgement.json() });
-    if let (Some(row), Value::Object(metrics)) = (row.as_object_mut(), metrics_json(&run.metrics)) {
-        row.extend(metrics);
-        let swarm = run.metrics.swarm.iter().map(|swarm| ("swarm".to_owned(), swarm_json(swarm)));
-        let explore = run.metrics.explore.iter();
-        let explore = explore.map(|explore| ("explore".to_owned(), explore_json(explore)));
-        row.extend(swarm.chain(explore));
+impl CampaignArgs {
+    /// The campaign, and the scenario of each place of its grid.
+    fn open(&self) -> Result<(Campaign, Vec<Scenario>), InputError> {
+        let settings = self.set.settings()?;
+        let open = |more: &[Setting]| {
+            let settings = settings.iter().chain(more).cloned().collect();
+            let scenario = self.map.open(self.scenario.as_deref(), self.relays, settings)?;
+            let scenario = adapted(scenario, self.policy.as_deref(), self.fidelity)?;
+            with_link(on_the_host(scenario)?, self.link)
+        };
+        let runs = runs(self.runs)?;
+        let axes = self.vary.iter().map(|text| Axis::parse(text)).collect::<Result<Vec<_>, _>>()?;
+        let points = grid::points(&axes)?;
+        let scenario = open(&[])?;
+        let scenarios = match axes.is_empty() {
+            true => vec![scenario.clone()],
+            false => points.iter().map(|point| open(point)).collect::<Result<_, _>>()?,
+        };
+        let shard = self.shard.as_deref().map_or(Ok(Shard::WHOLE), Shard::parse)?;
+        let seed = self.common.seed;
+        let crc32 = crc32(&scenarios, runs, seed);
+        Ok((Campaign { scenario, axes, points, runs, seed, shard, crc32 }, scenarios))
     }
-    row
 }
 
-fn table(heading: &str, verdicts: &Verdicts, figures: &[Figure]) -> String {
-    let mut text =
-        format!("{heading}\n\n{}\n  {:18} {:>10}   95 % interval\n", verdicts.table(), "", "");
-    for Figure { name, estimate } in figures {
-        // Writing to a string cannot fail.
-        let _ = write!(text, "  {name:18} {:>10.3}", estimate.value);
-        if let Some((low, high)) = estimate.interval {
-            let _ = write!(text, "   {low:.3} to {high:.3}");
-        }
-        text.push('\n');
+/// The CRC-32 of all that the missions of a campaign depend on.
+fn crc32(scenarios: &[Scenario], runs: usize, seed: u64) -> String {
+    let mut hasher = Hasher::new();
+    hasher.update(format!("{} {runs} {seed}\n", env!("CARGO_PKG_VERSION")).as_bytes());
+    for scenario in scenarios {
+        hasher.update(scenario.resolved().as_bytes());
     }
-    text
+    format!("{:08x}", hasher.finalize())
+}
+
+impl Campaign {
+    /// The place in the grid and the seed of each mission of this part, in order.
+    fn missions(&self) -> impl Iterator<Item = (usize, u64)> {
+        let all = (0..self.points.len() * self.runs).filter(|mission| self.shard.has(*mission));
+        all.map(|n| (n / self.runs, self.seed.wrapping_add((n % self.runs) as u64)))
+    }
+
+    /// What the folder of results says of it.
+    fn origin(&self) -> Origin {
+        let campaign = CampaignOrigin {
+            runs: self.runs,
+            vary: self.axes.iter().map(Axis::to_string).collect(),
+            crc32: self.crc32.clone(),
+            shard: self.shard.to_string(),
+        };
+        let origin = Origin::of("campaign", &self.scenario, self.seed);
+        Origin { campaign: Some(campaign), ..origin }
+    }
 }

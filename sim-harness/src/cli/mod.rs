@@ -36,7 +36,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use crate::args::FidelityArg;
 use crate::input_error::InputError;
 use crate::output::{Folder, OutputError};
-use crate::scenario::{Fidelity, LinkModel, Scenario, builtin};
+use crate::scenario::{Fidelity, LinkModel, Scenario, Setting, builtin};
 use crate::suggest;
 
 /// U-Chain: relay drones that keep a team connected underground, in simulation and replay.
@@ -125,6 +125,22 @@ impl Common {
             text += &format!("wrote {}\n", file.display());
         }
         put(&text)
+    }
+}
+
+/// The option that changes single keys of a scenario.
+#[derive(Args)]
+struct SetArgs {
+    /// Give a key of the scenario another value, such as radio.packet_loss=0.3; may be repeated.
+    /// The book's chapter "Scenarios" lists all keys
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+}
+
+impl SetArgs {
+    /// The settings, read but not yet compared with a scenario.
+    fn settings(&self) -> Result<Vec<Setting>, InputError> {
+        self.set.iter().map(|text| Setting::parse(text)).collect()
     }
 }
 
@@ -295,13 +311,8 @@ fn with_link(scenario: Scenario, link: Option<LinkArg>) -> Result<Scenario, Inpu
     Ok(Scenario { link, ..scenario })
 }
 
-/// A scenario for a verb that flies no virtual drones.
-fn host_scenario(
-    name: &str,
-    policy: Option<&str>,
-    fidelity: Option<FidelityArg>,
-) -> Result<Scenario, InputError> {
-    let scenario = scenario(name, policy, fidelity)?;
+/// The scenario, unless it flies virtual drones.
+fn on_the_host(scenario: Scenario) -> Result<Scenario, InputError> {
     if scenario.fidelity == Fidelity::Virtual {
         let wrong = "virtual drones fly with `uchain run` and `uchain serve` only";
         return Err(InputError::new(wrong, "give --fidelity flight"));

@@ -79,7 +79,7 @@ impl RelaysArgs {
 
 fn plan_relays(args: &RelaysArgs) -> Result<Verdict, Trouble> {
     let demand = args.demand()?;
-    let scenario = args.map.open(args.scenario.as_deref(), None)?;
+    let scenario = args.map.open(args.scenario.as_deref(), None, Vec::new())?;
     interrupt::ends();
     let mut folder = args.common.folder()?;
     let planned = relays(&scenario, demand);

@@ -1,32 +1,28 @@
 //! `uchain run`: one mission.
 
-mod summary;
 mod table;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use agent::State;
 use clap::Args;
 
 use super::emulated::{Aftermath, Base, Fleet};
 use super::{
-    Common, LinkArg, Trouble, Verdict, VirtualArgs, adapted, builtin_scenarios, complain,
+    Common, LinkArg, SetArgs, Trouble, Verdict, VirtualArgs, adapted, builtin_scenarios, complain,
     interrupt, with_link,
 };
 use crate::args::FidelityArg;
 use crate::input_error::InputError;
 use crate::measure::metrics::{Reference, RunMetrics, Watch};
-use crate::measure::trace::{Node, Thinning, Trace};
+use crate::measure::trace::{Thinning, Trace};
 use crate::measure::verdict::Judgement;
 use crate::mission::{Mission, ROUND_US, World};
-use crate::output::{Folder, TraceFiles};
+use crate::output::{Folder, Origin, TraceFiles, summary};
 use crate::progress::Progress;
-use crate::scenario::{Changes, Fidelity, Scenario, builtin};
+use crate::scenario::{Changes, Fidelity, Scenario, Setting, builtin};
 use crate::world::import::{Ends, MapChoice};
 use crate::world::layout::FARTHEST;
 
-use summary::summary;
-pub(super) use summary::{explore_json, metrics_json, swarm_json};
 use table::table;
 
 #[derive(Args)]
@@ -49,6 +45,12 @@ pub(super) struct RunArgs {
     /// How reports and orders get from drone to drone
     #[arg(long, value_enum)]
     link: Option<LinkArg>,
+    #[command(flatten)]
+    set: SetArgs,
+    /// Fly the mission again whose results this folder holds, with its scenario and its seed
+    #[arg(long, value_name = "FOLDER")]
+    #[arg(conflicts_with_all = ["scenario", "map", "relays", "policy", "fidelity", "link", "set", "seed"])]
+    again: Option<PathBuf>,
     /// The former option for virtual drones, refused with a line that names the present one
     #[arg(long, hide = true, value_name = "NAME")]
     vehicle: Option<String>,
@@ -102,11 +104,13 @@ pub(super) fn around(text: &str) -> Result<f32, String> {
 }
 
 impl MapArgs {
-    /// The scenario of this name along the map's route, if a map was given, with so many relays.
+    /// The scenario of this name along the map's route, if a map was given, with so many relays and
+    /// these settings.
     pub(super) fn open(
         &self,
         scenario: Option<&str>,
         relays: Option<usize>,
+        settings: Vec<Setting>,
     ) -> Result<Scenario, InputError> {
         let Self { map, from, to, within, around_m } = self;
         let map = map.as_ref().map(|file| MapChoice {
@@ -115,19 +119,25 @@ impl MapArgs {
             ends: Ends { from: from.clone(), to: to.clone(), around_m: *around_m },
         });
         match (scenario, map) {
-            (None, Some(map)) => Scenario::of_map(map, relays),
+            (None, Some(map)) => Scenario::of_map(map, relays, settings),
             (name, map) => {
                 let name = name.unwrap_or(builtin::DEMONSTRATION);
-                Scenario::open_with(name, &Changes { map, relays, suits_width: false })
+                Scenario::open_with(name, &Changes { map, relays, suits_width: false, settings })
             }
         }
     }
 }
 
 impl RunArgs {
-    /// The scenario, with the map and the number of relays that were asked for.
-    fn open(&self) -> Result<Scenario, InputError> {
-        self.map.open(self.scenario.as_deref(), self.relays)
+    /// The scenario and the seed: of the options, or of earlier results.
+    fn open(&self) -> Result<(Scenario, u64), InputError> {
+        if let Some(folder) = &self.again {
+            return again(folder);
+        }
+        let name = self.scenario.as_deref();
+        let scenario = self.map.open(name, self.relays, self.set.settings()?)?;
+        let scenario = adapted(scenario, self.policy.as_deref(), self.fidelity)?;
+        Ok((with_link(scenario, self.link)?, self.common.seed))
     }
 
     /// The virtual drones of the mission, if it has any.
@@ -152,15 +162,13 @@ pub(super) fn run(args: &RunArgs) -> Result<Verdict, Trouble> {
         let wrong = "--vehicle is now a part of --fidelity";
         return Err(InputError::new(wrong, "give --fidelity virtual, or flight").into());
     }
-    let scenario = adapted(args.open()?, args.policy.as_deref(), args.fidelity)?;
+    let (scenario, seed) = args.open()?;
     if let Some(route) = &scenario.route {
         route.warnings.iter().for_each(complain);
     }
-    let scenario = with_link(scenario, args.link)?;
     let fleet = args.fleet(&scenario)?;
     interrupt::ends();
     let mut folder = args.common.folder()?;
-    let seed = args.common.seed;
     let Flown { trace, files, metrics, judgement, aftermath } =
         fly(&scenario, seed, args.common.quiet, fleet.as_ref(), folder.as_ref())?;
     let mut failures: Vec<_> = judgement.failures.iter().map(ToString::to_string).collect();
@@ -171,6 +179,7 @@ pub(super) fn run(args: &RunArgs) -> Result<Verdict, Trouble> {
     }
     if let Some((folder, files)) = folder.as_mut().zip(files) {
         files.finish(folder, &trace, &summary)?;
+        Origin::of("run", &scenario, seed).write(folder, &scenario)?;
         aftermath.write(folder)?;
     }
     let table =
@@ -181,6 +190,23 @@ pub(super) fn run(args: &RunArgs) -> Result<Verdict, Trouble> {
         complain(format_args!("{}, seed {seed}: {failure}", scenario.name));
     }
     Ok(if failures.is_empty() { Verdict::Good } else { Verdict::Failed })
+}
+
+/// The scenario and the seed of the results in a folder.
+fn again(folder: &Path) -> Result<(Scenario, u64), InputError> {
+    let (origin, scenario) = Origin::read(folder)?;
+    if origin.verb != "run" {
+        let wrong = format!("these are the results of uchain {}", origin.verb);
+        return Err(InputError::new(wrong, "give the folder of a uchain run").in_file(folder));
+    }
+    let now = Origin::of("run", &scenario, origin.seed);
+    if (&now.version, &now.revision) != (&origin.version, &origin.revision) {
+        complain(format_args!(
+            "{}: another uchain has flown this mission; its bytes may differ",
+            folder.display()
+        ));
+    }
+    Ok((scenario, origin.seed))
 }
 
 fn show(name: &str) -> Result<Verdict, Trouble> {
@@ -244,9 +270,4 @@ fn fly(
     let metrics = watch.verdict(&mission);
     let judgement = watch.judgement(&mission, &metrics);
     Ok(Flown { trace, files, metrics, judgement, aftermath: Aftermath::of(&mission) })
-}
-
-fn last_states(trace: &Trace) -> impl Iterator<Item = (Node, State)> {
-    let last = trace.frames.last().into_iter().flat_map(|frame| &frame.drones);
-    trace.nodes.iter().zip(last).map(|(node, drone)| (*node, drone.state))
 }

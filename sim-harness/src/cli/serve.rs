@@ -9,7 +9,6 @@ use serde_json::{Value, json};
 use units::{Duration, Instant};
 
 use super::emulated::{Aftermath, Base, Fleet, stock};
-use super::run::metrics_json;
 use super::{
     Common, Trouble, Verdict, VirtualArgs, builtin_scenarios, complain, interrupt, scenario,
     with_link,
@@ -18,7 +17,7 @@ use crate::args::FidelityArg;
 use crate::input_error::InputError;
 use crate::measure::metrics::{Reference, RunMetrics};
 use crate::mission::World;
-use crate::output::{Folder, TraceFiles};
+use crate::output::{Folder, Origin, TraceFiles, metrics_json};
 use crate::scenario::{Fidelity, Scenario, builtin};
 use crate::serve::{self, Event, FIRST_PORT, Live, Ports, Tally};
 
@@ -164,6 +163,7 @@ fn finish(
     if let Some((mut kept, files)) = files {
         files.finish(&mut kept, live.trace(), &summary)?;
         aftermath.write(&mut kept)?;
+        Origin::of("serve", scenario, args.common.seed).write(&mut kept, scenario)?;
         folder = Some(kept);
     }
     let table = table(scenario, live, &metrics, tally) + &aftermath.table();

@@ -3,6 +3,8 @@
 //! Seeds are consecutive from the first one on; results are collected in the order of the seeds,
 //! so a campaign's figures do not depend on the number of threads.
 
+pub mod grid;
+mod rows;
 mod verdicts;
 
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -16,6 +18,7 @@ use crate::measure::verdict::{Judgement, judged};
 use crate::mission::World;
 use crate::scenario::Scenario;
 
+pub use rows::{COLUMNS, Cell, Column, Kind, Outcome, Row};
 pub use verdicts::Verdicts;
 
 /// Flies every run, and returns the figures in the order of the seeds.
@@ -64,6 +67,30 @@ pub fn fly_until(
             let (metrics, judgement) = judged(scenario, world, reference, seed);
             after_each();
             Run { seed, metrics, judgement }
+        })
+        .collect()
+}
+
+/// Flies the missions of these seeds until `stop` is set, with the place of the scenario in a grid.
+/// Returns each that had begun by then, in the order of the seeds.
+#[must_use]
+pub fn fly_rows(
+    stop: &AtomicBool,
+    scenario: &Scenario,
+    point: usize,
+    seeds: &[u64],
+    after_each: impl Fn(&Row) + Sync,
+) -> Vec<Row> {
+    let world = World::of(scenario);
+    let reference = Reference::of(scenario, &world);
+    seeds
+        .par_iter()
+        .filter(|_| !stop.load(Ordering::Relaxed))
+        .map(|&seed| {
+            let (metrics, judgement) = judged(scenario, &world, &reference, seed);
+            let row = Row::of(point, &Run { seed, metrics, judgement });
+            after_each(&row);
+            row
         })
         .collect()
 }

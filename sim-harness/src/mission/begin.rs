@@ -60,6 +60,7 @@ impl<'a> Mission<'a> {
                 LinkModel::Ideal => Some(IdealLink::new(scenario, count, seed)),
             },
             stopwatch: Stopwatch::default(),
+            law: None,
             halted: None,
         }
     }

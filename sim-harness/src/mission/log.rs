@@ -98,6 +98,16 @@ pub struct RadioMetrics {
 }
 
 impl RadioMetrics {
+    /// The figures of a radio of which nothing is known.
+    pub(crate) const NONE: Self = Self {
+        sealed: false,
+        air_time: f32::NAN,
+        packets: Tally::NONE,
+        orders: 0,
+        pilot_delay_p50_s: f32::NAN,
+        pilot_delay_p95_s: f32::NAN,
+    };
+
     pub(super) fn of(sealed: bool, tally: &Tally, elapsed_us: u64, orders: &OrderLog) -> Self {
         Self {
             sealed,

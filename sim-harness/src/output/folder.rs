@@ -71,6 +71,14 @@ impl Folder {
         Ok(Self { target: target.to_owned(), spot, staging, former, ready: Vec::new() })
     }
 
+    /// Makes sure that the results in a directory are as this program wrote them.
+    ///
+    /// # Errors
+    /// If a file was changed, or they are not this program's.
+    pub fn is_as_written(directory: &Path) -> Result<(), InputError> {
+        List::of_results(directory)?.is_as_written(directory)
+    }
+
     /// The temporary directory, for a handler of Ctrl-C to discard.
     #[must_use]
     pub fn staging(&self) -> Staging {

@@ -6,9 +6,11 @@
 pub mod csv;
 mod folder;
 pub mod mcap;
+mod origin;
 pub mod pictures;
 pub mod report;
 pub mod subt;
+mod summary;
 pub mod survey;
 #[cfg(test)]
 pub(crate) mod synthetic;
@@ -17,4 +19,7 @@ mod write;
 #[cfg(test)]
 pub(crate) use folder::tests::Scratch;
 pub use folder::{Folder, Staging, Streamed};
+pub use origin::{CampaignOrigin, Origin};
+pub use summary::summary;
+pub(crate) use summary::{last_states, metrics_json};
 pub use write::{OutputError, TraceFiles, put_picture, write_report};

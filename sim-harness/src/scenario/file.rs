@@ -8,10 +8,11 @@ use std::path::Path;
 use std::sync::Arc;
 
 use serde::Deserialize;
+use toml::{Table, Value};
 use units::MissionKind;
 
 use super::reader::{At, Reader};
-use super::{Changes, Fidelity, LinkModel, Scenario};
+use super::{Changes, Fidelity, LinkModel, Scenario, Setting};
 use crate::bodies::craft::GroundTable;
 use crate::bodies::point::VehicleTable;
 use crate::input_error::InputError;
@@ -68,6 +69,33 @@ pub(super) fn parse_with(
     text: &str,
     changes: &Changes,
 ) -> Result<Scenario, InputError> {
+    if changes.settings.is_empty() {
+        return assemble(path, text, changes);
+    }
+    let set = |settings: &[Setting]| {
+        let reader = Reader::new(path, text);
+        let mut table: Table = toml::from_str(text).map_err(|error| reader.syntax(&error))?;
+        settings.iter().try_for_each(|setting| setting.put(&mut table))?;
+        assemble(path, &table.to_string(), changes)
+    };
+    set(&changes.settings).map_err(|error| {
+        // A mistake of the file is told with its line in the file.
+        if let Err(own) = assemble(path, text, changes) {
+            return own;
+        }
+        let alone = |setting: &Setting| {
+            let error = set(std::slice::from_ref(setting)).err()?;
+            Some(error.at_key(&setting.to_string()))
+        };
+        changes.settings.iter().find_map(alone).unwrap_or_else(|| {
+            let all: Vec<_> = changes.settings.iter().map(Setting::to_string).collect();
+            error.at_key(&all.join(" "))
+        })
+    })
+}
+
+/// Assembles the scenario of a text.
+fn assemble(path: &Path, text: &str, changes: &Changes) -> Result<Scenario, InputError> {
     let reader = Reader::new(path, text);
     let mut file: File = toml::from_str(text).map_err(|error| reader.syntax(&error))?;
     if let Some(relays) = changes.relays {
@@ -113,7 +141,47 @@ pub(super) fn parse_with(
         policy: constants.policy,
         pilot: PilotTable::read(&file.pilot, duration_us, &reader)?,
         criteria: file.criteria.read(&reader)?,
+        source: Arc::new(source(text, changes, &reader)?),
     })
+}
+
+/// The tables and keys of the text, with the map of the changes, and with whole paths.
+fn source(text: &str, changes: &Changes, reader: &Reader<'_>) -> Result<Table, InputError> {
+    let mut source: Table = toml::from_str(text).map_err(|error| reader.syntax(&error))?;
+    let whole = |path: &Path| {
+        let whole = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+        Value::String(whole.to_string_lossy().into_owned())
+    };
+    if let Some(map) = &changes.map {
+        let mut tunnel = Table::new();
+        tunnel.insert("map".into(), whole(&map.file));
+        tunnel.extend(map.within.as_deref().map(|within| ("within".into(), whole(within))));
+        for (key, end) in [("from", &map.ends.from), ("to", &map.ends.to)] {
+            tunnel.extend(end.as_deref().map(|end| (key.to_owned(), end.into())));
+        }
+        let around = map.ends.around_m.map(|around| Value::Float(f64::from(around)));
+        tunnel.extend(around.map(|around| ("around_m".into(), around)));
+        source.insert("tunnel".into(), Value::Table(tunnel));
+        return Ok(source);
+    }
+    if let Some(Value::Table(tunnel)) = source.get_mut("tunnel") {
+        for key in ["map", "within"] {
+            make_whole(tunnel.get_mut(key), whole, reader);
+        }
+    }
+    if let Some(Value::Table(radio)) = source.get_mut("radio")
+        && let Some(Value::Table(trace)) = radio.get_mut("trace")
+    {
+        make_whole(trace.get_mut("log"), whole, reader);
+    }
+    Ok(source)
+}
+
+/// Makes a path that begins at the scenario's folder a whole one.
+fn make_whole(path: Option<&mut Value>, whole: impl Fn(&Path) -> Value, reader: &Reader<'_>) {
+    if let Some(path @ Value::String(_)) = path {
+        *path = whole(&reader.beside(path.as_str().unwrap_or_default()));
+    }
 }
 
 fn link(

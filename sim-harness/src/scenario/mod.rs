@@ -8,6 +8,8 @@
 pub mod builtin;
 mod file;
 pub(crate) mod reader;
+mod resolved;
+mod settings;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -27,6 +29,8 @@ use crate::suggest;
 pub use crate::world::Spot;
 use crate::world::Tunnel;
 use crate::world::import::{MapChoice, Route};
+pub use settings::Setting;
+pub(crate) use settings::value_of;
 
 /// The fidelity of a simulated drone, from the fastest to the most faithful.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -137,6 +141,8 @@ pub struct Scenario {
     pub losses: Vec<Loss>,
     /// The bounds that the mission must keep, beside those of every mission.
     pub criteria: Criteria,
+    /// The tables and keys that it was read from, with the changes that a command line made.
+    pub source: Arc<toml::Table>,
 }
 
 /// A stretch of a mission, in microseconds since its start.
@@ -157,6 +163,14 @@ pub struct Changes {
     pub suits_width: bool,
     /// Another number of relays.
     pub relays: Option<usize>,
+    /// Other values of single keys.
+    pub settings: Vec<Setting>,
+}
+
+impl Changes {
+    fn is_empty(&self) -> bool {
+        self.map.is_none() && self.relays.is_none() && self.settings.is_empty()
+    }
 }
 
 /// The part of a route that the head flies into in the map's own mission: its end is where a
@@ -171,8 +185,13 @@ fn turn_back_before(pilot: &mut [PilotStep], most: f32) {
     let longest_us = (most / course.speed.0 * 1e6) as u64;
     let early_us = (next.at_us - first.at_us).saturating_sub(longest_us);
     for step in rest {
-        step.at_us -= early_us;
+        step.at_us = as_in_a_file(step.at_us - early_us);
     }
+}
+
+/// The time nearest to this one that a number of seconds in a scenario file can be.
+fn as_in_a_file(us: u64) -> u64 {
+    (f64::from((us as f64 * 1e-6) as f32) * 1e6).round() as u64
 }
 
 impl Scenario {
@@ -180,9 +199,13 @@ impl Scenario {
     ///
     /// # Errors
     /// [`InputError`] where the survey cannot be used.
-    pub fn of_map(map: MapChoice, relays: Option<usize>) -> Result<Self, InputError> {
+    pub fn of_map(
+        map: MapChoice,
+        relays: Option<usize>,
+        settings: Vec<Setting>,
+    ) -> Result<Self, InputError> {
         let name = map.file.with_extension("toml");
-        let changes = Changes { map: Some(map), suits_width: true, relays };
+        let changes = Changes { map: Some(map), suits_width: true, relays, settings };
         let mut scenario = file::parse_with(&name, include_str!("map.toml"), &changes)?;
         if let Some(route) = &scenario.route {
             turn_back_before(&mut scenario.pilot, EXPLORED * route.length_m as f32);
@@ -195,7 +218,7 @@ impl Scenario {
     /// # Errors
     /// [`InputError`] where it is neither, or the file or the changes are wrong.
     pub fn open_with(name_or_path: &str, changes: &Changes) -> Result<Self, InputError> {
-        if changes.map.is_none() && changes.relays.is_none() {
+        if changes.is_empty() {
             return Self::open(name_or_path);
         }
         let path = Path::new(name_or_path);
@@ -231,6 +254,22 @@ impl Scenario {
     /// [`InputError`] with file and line, for the first mistake in the text.
     pub(crate) fn of_text(path: &Path, text: &str) -> Result<Self, InputError> {
         file::parse(path, text)
+    }
+
+    /// Checks the text of a scenario of this name, with changes. A file that it names lies beside
+    /// the working directory's.
+    ///
+    /// # Errors
+    /// [`InputError`] with the line, for the first mistake in the text.
+    pub fn of_text_with(name: &str, text: &str, changes: &Changes) -> Result<Self, InputError> {
+        file::parse_with(&Path::new(name).with_extension("toml"), text, changes)
+    }
+
+    /// The scenario as the text of a file that has every key, and reads back to the same mission. Files
+    /// that it names are given by whole paths.
+    #[must_use]
+    pub fn resolved(&self) -> String {
+        resolved::text(self)
     }
 
     /// The built-in scenario of that name, or the file at that path.

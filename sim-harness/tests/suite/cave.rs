@@ -150,7 +150,7 @@ fn a_scenario_names_a_map_beside_itself() {
 #[test]
 fn a_chain_flies_in_the_crooked_cave() {
     let map = MapChoice { file: crooked(), ..MapChoice::default() };
-    let scenario = Scenario::of_map(map, Some(2)).unwrap();
+    let scenario = Scenario::of_map(map, Some(2), Vec::new()).unwrap();
     assert_eq!(scenario.drones.relays, 2);
     assert_eq!(scenario.route.as_ref().unwrap().from, "crooked.1");
 }

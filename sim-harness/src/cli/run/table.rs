@@ -2,10 +2,10 @@
 
 use std::fmt::Write;
 
-use super::last_states;
 use crate::measure::metrics::{ExploreMetrics, RunMetrics, SwarmMetrics};
 use crate::measure::trace::Trace;
 use crate::measure::verdict::Judgement;
+use crate::output::last_states;
 use crate::scenario::Scenario;
 use crate::world::import::Route;
 use units::MissionKind;

@@ -4,8 +4,8 @@ use std::fmt::Write;
 
 use serde_json::{Map, Value, json};
 
-use super::{Estimate, Run, finite, fraction};
-use crate::measure::verdict::{Ended, Failure, Judgement};
+use super::{Estimate, Outcome, Run, finite, fraction};
+use crate::measure::verdict::Ended;
 
 /// The most seeds that are listed for a failure.
 const MOST_SEEDS: usize = 5;
@@ -27,7 +27,7 @@ pub struct Verdicts {
 /// The missions with one failure.
 #[derive(Clone, Debug, PartialEq)]
 struct Share {
-    name: &'static str,
+    name: String,
     estimate: Estimate,
     /// The first seeds.
     seeds: Vec<u64>,
@@ -37,35 +37,44 @@ impl Verdicts {
     /// The verdicts of these missions.
     #[must_use]
     pub fn of(runs: &[Run]) -> Self {
-        let mut names: Vec<&'static str> = Vec::new();
-        for name in runs.iter().flat_map(|run| &run.judgement.failures).map(Failure::name) {
+        let outcomes: Vec<_> =
+            runs.iter().map(|run| (run.seed, Outcome::of(&run.judgement))).collect();
+        Self::of_outcomes(&outcomes)
+    }
+
+    /// The verdicts of missions with these seeds and outcomes.
+    #[must_use]
+    pub fn of_outcomes(runs: &[(u64, Outcome)]) -> Self {
+        let mut names: Vec<&String> = Vec::new();
+        for name in runs.iter().flat_map(|(_, outcome)| &outcome.failures) {
             if !names.contains(&name) {
                 names.push(name);
             }
         }
-        let has = |run: &Run, name| run.judgement.failures.iter().any(|f| f.name() == name);
-        let share = |name: &'static str| {
-            let seeds = runs.iter().filter(|run| has(run, name)).map(|run| run.seed);
-            let estimate = fraction(runs, |run| has(run, name));
-            Share { name, estimate, seeds: seeds.take(MOST_SEEDS).collect() }
+        let has = |outcome: &Outcome, name: &String| outcome.failures.contains(name);
+        let share = |name: &String| {
+            let seeds = runs.iter().filter(|(_, outcome)| has(outcome, name));
+            let seeds = seeds.map(|(seed, _)| *seed).take(MOST_SEEDS).collect();
+            let estimate = fraction(runs, |(_, outcome)| has(outcome, name));
+            Share { name: name.clone(), estimate, seeds }
         };
         let mut failures: Vec<_> = names.into_iter().map(share).collect();
         failures.sort_by(|a, b| b.estimate.value.total_cmp(&a.estimate.value));
         let ended = Ended::ALL.into_iter().map(|why| {
-            let is = |run: &Run| run.judgement.ended == Some(why);
+            let is = |(_, outcome): &(u64, Outcome)| outcome.ended == Some(why);
             (why, fraction(runs, is).value)
         });
-        let mean = |of: &dyn Fn(&Run) -> f32| {
-            let values = runs.iter().map(|run| f64::from(of(run)));
+        let mean = |of: &dyn Fn(&Outcome) -> f32| {
+            let values = runs.iter().map(|(_, outcome)| f64::from(of(outcome)));
             values.sum::<f64>() / runs.len().max(1) as f64
         };
         Self {
             missions: runs.len(),
-            success: fraction(runs, |run| run.judgement.is_success()),
+            success: fraction(runs, |(_, outcome)| outcome.failures.is_empty()),
             failures,
             ended: ended.filter(|(_, share)| *share > 0.0).collect(),
-            depth: mean(&|run| depth(&run.judgement)),
-            stood_s: mean(&|run| run.judgement.stood_s),
+            depth: mean(&depth),
+            stood_s: mean(&|outcome| outcome.stood_s),
         }
     }
 
@@ -83,7 +92,7 @@ impl Verdicts {
             if let Some(entry) = entry.as_object_mut() {
                 entry.insert("seeds".into(), json!(share.seeds));
             }
-            (share.name.to_owned(), entry)
+            (share.name.clone(), entry)
         };
         let ended = self.ended.iter().map(|(why, share)| (why.name().to_owned(), json!(share)));
         json!({
@@ -125,8 +134,8 @@ impl Verdicts {
 }
 
 /// The part of its reach to which a head came; NaN without a head.
-fn depth(judgement: &Judgement) -> f32 {
-    let part = judgement.came_m / judgement.could_m;
+fn depth(outcome: &Outcome) -> f32 {
+    let part = outcome.came_m / outcome.could_m;
     // NaN stays so.
     if part > 1.0 { 1.0 } else { part }
 }

@@ -31,6 +31,26 @@ pub enum NoHold {
     NoChain,
 }
 
+impl NoHold {
+    const ALL: [Self; 3] = [Self::NeverStill, Self::Live, Self::NoChain];
+
+    /// The name in tables.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::NeverStill => "never-still",
+            Self::Live => "live",
+            Self::NoChain => "no-chain",
+        }
+    }
+
+    /// The reason of that name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|it| it.name() == name)
+    }
+}
+
 impl fmt::Display for NoHold {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {

@@ -43,6 +43,19 @@ pub struct Tally {
 }
 
 impl Tally {
+    /// No packet.
+    pub(crate) const NONE: Self = Self {
+        sent: 0,
+        bytes: 0,
+        air_us: 0,
+        heard: 0,
+        weak: 0,
+        chance: 0,
+        collisions: 0,
+        deaf: 0,
+        cut: 0,
+    };
+
     pub(crate) fn lose(&mut self, loss: Loss) {
         let count = match loss {
             Loss::Weak => &mut self.weak,

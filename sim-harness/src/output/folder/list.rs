@@ -79,6 +79,17 @@ impl List {
         }
     }
 
+    /// The list of a directory that has to hold results.
+    pub(super) fn of_results(directory: &Path) -> Result<Self, InputError> {
+        match Kind::of(directory) {
+            Kind::Written(list) => Ok(list),
+            _ => {
+                let remedy = "give a folder that uchain has written";
+                Err(InputError::new("this folder holds no results", remedy).in_file(directory))
+            }
+        }
+    }
+
     fn add(&mut self, name: &str, content: Content) {
         let known = self.contents.entry(name.to_owned()).or_default();
         if known.is_empty() {

@@ -1,18 +1,19 @@
 //! The summary of a mission as JSON.
 
+use agent::State;
 use serde_json::{Value, json};
 
-use super::last_states;
 use crate::bodies::craft::record::FlightMetrics;
 use crate::measure::metrics::{ExploreMetrics, HoldMetrics, RunMetrics, SwarmMetrics};
-use crate::measure::trace::Trace;
+use crate::measure::trace::{Node, Trace};
 use crate::measure::verdict::{Criterion, Judgement, criteria};
 use crate::mission::RadioMetrics;
 use crate::scenario::Scenario;
 use crate::world::import::Route;
 
-/// The summary of one mission.
-pub(super) fn summary(
+/// The summary of one mission, with the failures in words.
+#[must_use]
+pub fn summary(
     scenario: &Scenario,
     seed: u64,
     trace: &Trace,
@@ -61,6 +62,12 @@ pub(super) fn summary(
         }
     }
     summary
+}
+
+/// The members and their last states.
+pub(crate) fn last_states(trace: &Trace) -> impl Iterator<Item = (Node, State)> {
+    let last = trace.frames.last().into_iter().flat_map(|frame| &frame.drones);
+    trace.nodes.iter().zip(last).map(|(node, drone)| (*node, drone.state))
 }
 
 /// A criterion of the scenario, and what was reached.
@@ -158,7 +165,7 @@ fn flight_json(flight: &FlightMetrics) -> Value {
 
 /// Converts through text, so that 0.1 stays 0.1 and does not become the double nearest to a float;
 /// a value that is not finite is `null`.
-pub(super) fn number(value: f32) -> Value {
+fn number(value: f32) -> Value {
     if !value.is_finite() {
         return Value::Null;
     }
@@ -166,7 +173,7 @@ pub(super) fn number(value: f32) -> Value {
 }
 
 /// Every metric by name; `null` for one that was never reached or does not apply.
-pub(in crate::cli) fn metrics_json(m: &RunMetrics) -> Value {
+pub(crate) fn metrics_json(m: &RunMetrics) -> Value {
     let held = |of: fn(&HoldMetrics) -> f32| number(m.held(of));
     json!({
         "hold_from_s": held(|hold| hold.from_s),

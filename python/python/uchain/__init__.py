@@ -1,0 +1,181 @@
+"""The simulator of U-Chain: relay drones that keep a team connected underground.
+
+Quantities are in SI units and carry the unit in their names: ``_m`` metres, ``_s`` seconds, ``_mps``
+metres per second, ``_dbm`` dBm, ``_db`` decibels.
+
+>>> import uchain
+>>> mission = uchain.run("straight", seed=1)
+>>> table = uchain.campaign("straight", seeds=100, vary={"radio.packet_loss": [0.0, 0.2, 0.4]})
+
+Tables have the Arrow PyCapsule interface, so that ``polars.DataFrame(table)``,
+``pyarrow.table(table)`` and ``pandas.DataFrame.from_arrow(table)`` read them without copying.
+"""
+
+from __future__ import annotations
+
+import json as _json
+import os as _os
+from typing import Any, Callable, Iterable, Mapping, Optional, Sequence, Union
+
+from ._uchain import Policy, Simulation as _Simulation, Table, __version__
+from ._uchain import fly as _fly
+from ._uchain import fly_campaign as _fly_campaign
+from ._uchain import scenarios as _scenarios
+
+__all__ = [
+    "Mission",
+    "Policy",
+    "Simulation",
+    "Table",
+    "__version__",
+    "campaign",
+    "run",
+    "scenarios",
+]
+
+Speed = Callable[[int, float, float, float, float], float]
+
+
+class Mission:
+    """A mission that was flown: what :func:`run` returns."""
+
+    def __init__(self, flown: Any, seed: int) -> None:
+        self._flown = flown
+        self.seed = seed
+        #: Everything that ``summary.json`` of ``uchain run`` has, as a dict.
+        self.summary: dict = _json.loads(flown.summary_json)
+
+    @property
+    def success(self) -> bool:
+        """Whether the mission succeeded."""
+        return self._flown.success
+
+    @property
+    def failures(self) -> list:
+        """Why it failed, in words; empty for one that succeeded."""
+        return self._flown.failures
+
+    @property
+    def metrics(self) -> dict:
+        """The metrics by name, with their units in the names; ``None`` for one without a value."""
+        return self.summary["metrics"]
+
+    @property
+    def scenario_toml(self) -> str:
+        """The whole scenario as a TOML file with every key, which :func:`run` takes."""
+        return self._flown.scenario_toml
+
+    @property
+    def trace(self) -> Table:
+        """The record: one row for each drone and 0.2 s, in order of time, the head first.
+
+        The columns are those of ``trace.csv``, and ``battery_v``.
+        """
+        return self._flown.trace()
+
+    def report_html(self) -> str:
+        """The page that plays the mission, with all of its data."""
+        return self._flown.report_html()
+
+    def _repr_svg_(self) -> str:
+        return self._flown.map_svg()
+
+    def __repr__(self) -> str:
+        end = "success" if self.success else "; ".join(self.failures)
+        return f"<uchain.Mission {self.summary['scenario']}, seed {self.seed}: {end}>"
+
+
+class Simulation(_Simulation):
+    """A mission that is stepped, looked at and steered.
+
+    Parameters are those of :func:`run`. With ``live=True`` the scenario's pilot gives no orders, and
+    :meth:`order` does.
+    """
+
+    def __new__(
+        cls,
+        scenario: Union[str, "_os.PathLike[str]"] = "demo",
+        seed: int = 1,
+        *,
+        policy: Union[None, str, Speed] = None,
+        live: bool = False,
+        **keys: Any,
+    ) -> "Simulation":
+        callback, keys = _with_policy(policy, keys)
+        return super().__new__(cls, _os.fspath(scenario), seed, policy=callback, live=live, **keys)
+
+
+def scenarios() -> dict:
+    """The built-in scenarios: their titles by their names."""
+    return dict(_scenarios())
+
+
+def run(
+    scenario: Union[str, "_os.PathLike[str]"] = "demo",
+    seed: int = 1,
+    *,
+    policy: Union[None, str, Speed] = None,
+    **keys: Any,
+) -> Mission:
+    """Fly one mission.
+
+    :param scenario: the name of a built-in scenario, the path of a scenario file, or its text.
+    :param seed: the seed of all random numbers, 0 or more.
+    :param policy: the movement policy instead of the scenario's: a name, or a callable
+        ``policy(drone, front_dbm, front_mps, back_dbm, back_mps) -> float``. It is called in each
+        round of 0.2 s for each relay that hears both of its neighbours, with the relay's number, the
+        filtered strength of its link to the neighbour in front, dBm, that neighbour's velocity along
+        the tunnel, m/s, positive towards the head, and both of the neighbour behind. It returns the
+        relay's forward velocity, m/s. The filter, the clearance from neighbours and the largest speed
+        remain those of the scenario's policy (the key ``policy.name``).
+    :param keys: other values of keys of the scenario: ``radio={"packet_loss": 0.3}`` or
+        ``**{"radio.packet_loss": 0.3}``.
+    :raises ValueError: where the input cannot be used, with the line that the command prints.
+    """
+    callback, keys = _with_policy(policy, keys)
+    return Mission(_fly(_os.fspath(scenario), seed, callback, keys), seed)
+
+
+def campaign(
+    scenario: Union[str, "_os.PathLike[str]"],
+    seeds: Union[int, Iterable[int]] = 100,
+    vary: Optional[Mapping[str, Sequence[Any]]] = None,
+    *,
+    threads: Optional[int] = None,
+    policy: Optional[str] = None,
+    **keys: Any,
+) -> Table:
+    """Fly a scenario with many seeds, and with every combination of the values of ``vary``.
+
+    :param scenario: as for :func:`run`.
+    :param seeds: the seeds, or how many of them, from 1 on.
+    :param vary: the values of keys of the scenario: ``{"radio.packet_loss": [0.0, 0.2]}``.
+    :param threads: how many threads fly; where left out, as many as the machine has cores. The
+        result does not depend on it.
+    :param policy: the name of a movement policy instead of the scenario's.
+    :param keys: as for :func:`run`.
+    :returns: a table with a row for each mission, in the order of the grid (the first key varies
+        slowest) and the seeds. The columns are the keys of ``vary``, ``seed``, ``success``, and those
+        of ``runs.csv`` of ``uchain campaign``. A value that there is none of is null; a time at which
+        nothing happened is infinite.
+    :raises ValueError: where the input cannot be used, with the line that the command prints.
+    :raises KeyboardInterrupt: after Ctrl-C, when the missions that had begun have ended.
+    """
+    if callable(policy):
+        raise ValueError(
+            "a campaign takes the name of a policy; fly a policy of your own with uchain.run"
+        )
+    _, keys = _with_policy(policy, keys)
+    seeds = range(1, seeds + 1) if isinstance(seeds, int) else list(seeds)
+    if threads is not None and threads < 1:
+        raise ValueError(f"threads={threads} is out of range; give 1 or more")
+    return _fly_campaign(_os.fspath(scenario), list(seeds), dict(vary or {}), threads or 0, keys)
+
+
+def _with_policy(policy: Union[None, str, Speed], keys: dict) -> tuple:
+    """The callable, if the policy is one, and the keys with its name or its table, if it has one."""
+    if policy is None or callable(policy):
+        return policy, keys
+    if isinstance(policy, Mapping):
+        return None, {**keys, "policy": dict(policy)}
+    return None, {**keys, "policy.name": policy}

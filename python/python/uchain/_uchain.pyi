@@ -1,0 +1,68 @@
+"""The compiled side of the package."""
+
+from typing import Any, Callable, List, Optional, Tuple
+
+__version__: str
+
+class Table:
+    """A table with named columns, which Arrow libraries read without copying."""
+
+    column_names: List[str]
+    def __arrow_c_stream__(self, requested_schema: Optional[object] = None) -> object: ...
+    def __len__(self) -> int: ...
+    def __getitem__(self, name: str) -> List[Any]:
+        """The values of a column; ``None`` stands where there is no value."""
+    def to_dict(self) -> dict:
+        """The columns as lists by name: ``pandas.DataFrame(table.to_dict())``."""
+
+class Policy:
+    """A built-in movement policy as a function of the strengths of a relay's links."""
+
+    def __new__(cls, name: str, loss_at_1m_db: float = 40.0) -> "Policy": ...
+    def __call__(
+        self, drone: int, front_dbm: float, front_mps: float, back_dbm: float, back_mps: float
+    ) -> float:
+        """The forward velocity of a relay, m/s; ``drone`` has no effect."""
+
+class Simulation:
+    """A mission that is stepped, looked at and steered."""
+
+    time_s: float
+    """Seconds since the start."""
+    is_over: bool
+    """Whether the mission is over."""
+    order_now: str
+    """The operator's order, in words."""
+    def __new__(
+        cls,
+        scenario: str,
+        seed: int = 1,
+        *,
+        policy: Optional[Callable[[int, float, float, float, float], float]] = None,
+        live: bool = False,
+        **keys: Any,
+    ) -> "Simulation": ...
+    def step(self, rounds: int = 1) -> bool:
+        """Flies so many rounds of 0.2 s, or to the end; returns whether the mission goes on."""
+    def look(self) -> List[dict]:
+        """The drones as they are now, the head first and the base last.
+
+        Each is a dict with ``node``, ``role``, ``state``, the true place ``x_m``, ``y_m``, ``z_m``,
+        ``yaw_rad`` and ``way_m`` (from the base, along the tunnel), the velocity of the set-point
+        ``forward_m_s``, ``left_m_s``, ``yaw_rate_rad_s``, ``battery_v``, the four beams ``ranges_m``
+        (NW, NE, SW, SE), and the links ``front`` and ``back``, each ``None`` or a dict with ``peer``,
+        ``raw_dbm``, ``filtered_dbm`` and ``true_dbm``.
+        """
+    def order(
+        self, order: str, *, speed_mps: Optional[float] = None, branch: Optional[str] = None
+    ) -> None:
+        """Gives the operator's order in a live mission: wait, explore (which takes ``speed_mps``, and
+        ``branch`` for the next junction), return, land, perch or stop."""
+
+class Flown: ...
+
+def fly(scenario: str, seed: int, policy: Optional[Callable[..., float]], keys: dict) -> Flown: ...
+def fly_campaign(
+    scenario: str, seeds: List[int], vary: dict, threads: int, keys: dict
+) -> Table: ...
+def scenarios() -> List[Tuple[str, str]]: ...

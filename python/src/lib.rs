@@ -1,0 +1,47 @@
+//! The simulator as a Python extension: the thin side of the package `uchain`, whose other side is in
+//! `python/uchain`.
+
+mod campaign;
+mod keys;
+mod mission;
+mod policy;
+mod simulation;
+mod table;
+
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use sim_harness::input_error::InputError;
+use sim_harness::scenario::{Changes, Scenario, Setting, builtin};
+
+/// The error of Python for input that cannot be used: the line that the command prints.
+fn value_error(error: InputError) -> PyErr {
+    PyValueError::new_err(error.to_string())
+}
+
+/// The scenario of a built-in name, a path, or a text.
+fn open(scenario: &str, settings: Vec<Setting>) -> Result<Scenario, InputError> {
+    let changes = Changes { settings, ..Changes::default() };
+    match scenario.contains('\n') {
+        true => Scenario::of_text_with("scenario", scenario, &changes),
+        false => Scenario::open_with(scenario, &changes),
+    }
+}
+
+/// The names and the titles of the built-in scenarios.
+#[pyfunction]
+fn scenarios() -> Vec<(&'static str, String)> {
+    builtin::titles().collect()
+}
+
+#[pymodule]
+fn _uchain(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add_function(wrap_pyfunction!(scenarios, module)?)?;
+    module.add_function(wrap_pyfunction!(mission::fly, module)?)?;
+    module.add_function(wrap_pyfunction!(campaign::fly_campaign, module)?)?;
+    module.add_class::<mission::Flown>()?;
+    module.add_class::<policy::Policy>()?;
+    module.add_class::<simulation::Simulation>()?;
+    module.add_class::<table::Table>()?;
+    Ok(())
+}

@@ -1,0 +1,214 @@
+//! A mission that Python steps, looks at and steers.
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+use self_cell::self_cell;
+use sim_harness::measure::trace::{DroneFrame, LinkFrame, order_words};
+use sim_harness::mission::{Mission, World};
+use sim_harness::scenario::Scenario;
+use units::{Branch, Course, MetresPerSecond, Order};
+
+use crate::mission::on_the_host;
+use crate::policy::{Raised, law};
+use crate::{keys, open, value_error};
+
+type Held<'a> = Mission<'a>;
+
+self_cell!(
+    struct Flight {
+        owner: (Scenario, World),
+        #[not_covariant]
+        dependent: Held,
+    }
+);
+
+/// A mission under way.
+#[pyclass(frozen, subclass, module = "uchain")]
+pub(crate) struct Simulation {
+    flight: Mutex<Flight>,
+    raised: Option<Raised>,
+}
+
+#[pymethods]
+impl Simulation {
+    #[new]
+    #[pyo3(signature = (scenario, seed = 1, *, policy = None, live = false, **keys))]
+    fn new(
+        py: Python<'_>,
+        scenario: &str,
+        seed: u64,
+        policy: Option<Py<PyAny>>,
+        live: bool,
+        keys: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        let settings = keys.map_or(Ok(Vec::new()), keys::settings)?;
+        let called = policy.map(law);
+        let scenario = py.detach(|| open(scenario, settings)).map_err(value_error)?;
+        on_the_host(&scenario)?;
+        let scenario = if called.is_some() { scenario.with_called_law() } else { scenario };
+        let world = py.detach(|| World::of(&scenario));
+        let (law, raised) = called.unzip();
+        let flight = Flight::new((scenario, world), |(scenario, world)| {
+            let mission = match live {
+                true => Mission::live(scenario, world, seed),
+                false => Mission::new(scenario, world, seed),
+            };
+            match law {
+                Some(law) => mission.by_law(law),
+                None => mission,
+            }
+        });
+        Ok(Self { flight: Mutex::new(flight), raised })
+    }
+
+    /// Flies so many rounds of 0.2 s, or to the end; returns whether the mission goes on.
+    #[pyo3(signature = (rounds = 1))]
+    fn step(&self, py: Python<'_>, rounds: u32) -> PyResult<bool> {
+        let mut goes_on = true;
+        for _ in 0..rounds {
+            let round = || {
+                self.held().with_dependent_mut(|_, mission| {
+                    if !mission.is_over() {
+                        mission.round();
+                    }
+                    !mission.is_over()
+                })
+            };
+            goes_on = if self.raised.is_some() { round() } else { py.detach(round) };
+            self.raised.as_ref().map_or(Ok(()), Raised::take)?;
+            py.check_signals()?;
+            if !goes_on {
+                break;
+            }
+        }
+        Ok(goes_on)
+    }
+
+    /// Seconds since the start.
+    #[getter]
+    fn time_s(&self) -> f64 {
+        self.held().with_dependent(|_, mission| mission.time_us() as f64 / 1e6)
+    }
+
+    /// Whether the mission is over.
+    #[getter]
+    fn is_over(&self) -> bool {
+        self.held().with_dependent(|_, mission| mission.is_over())
+    }
+
+    /// The operator's order, in words.
+    #[getter]
+    fn order_now(&self) -> String {
+        self.held().with_dependent(|_, mission| order_words(mission.task()))
+    }
+
+    /// The drones as they are now, the head first and the base last.
+    fn look<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
+        let (members, frame) = self.held().with_dependent(|_, mission| {
+            let members = (0..mission.count()).filter_map(|n| mission.view(n));
+            (members.map(|member| (member.id, member.role)).collect::<Vec<_>>(), mission.frame())
+        });
+        let drones = members.iter().zip(&frame.drones).map(|((id, role), drone)| {
+            let dict = drone_dict(py, drone)?;
+            dict.set_item("node", id.0)?;
+            dict.set_item("role", format!("{role:?}").to_lowercase())?;
+            Ok(dict)
+        });
+        PyList::new(py, drones.collect::<PyResult<Vec<_>>>()?)
+    }
+
+    /// Gives the operator's order in a live mission.
+    #[pyo3(signature = (order, *, speed_mps = None, branch = None))]
+    fn order(&self, order: &str, speed_mps: Option<f32>, branch: Option<&str>) -> PyResult<()> {
+        let order = order_of(order, speed_mps, branch)?;
+        self.held().with_dependent_mut(|_, mission| match mission.is_live() {
+            true => {
+                mission.order(order);
+                Ok(())
+            }
+            false => Err(PyValueError::new_err(
+                "the scenario's pilot gives the orders; make the simulation with live=True",
+            )),
+        })
+    }
+}
+
+impl Simulation {
+    fn held(&self) -> MutexGuard<'_, Flight> {
+        self.flight.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+fn order_of(name: &str, speed_mps: Option<f32>, branch: Option<&str>) -> PyResult<Order> {
+    let wrong = |text: String| Err(PyValueError::new_err(text));
+    let branch = match branch {
+        None => None,
+        Some("left") => Some(Branch::Left),
+        Some("right") => Some(Branch::Right),
+        Some("straight") => Some(Branch::Straight),
+        Some(other) => {
+            return wrong(format!("there is no branch \"{other}\"; give left, right or straight"));
+        }
+    };
+    let order = match (name, speed_mps) {
+        ("explore", Some(speed)) if (-1.0..=1.0).contains(&speed) => {
+            return Ok(Order::Explore(Course { speed: MetresPerSecond(speed), branch }));
+        }
+        ("explore", _) => {
+            return wrong("explore needs speed_mps; give a number from -1 to 1".into());
+        }
+        ("wait", None) => Order::Wait,
+        ("return", None) => Order::Return,
+        ("land", None) => Order::Land,
+        ("perch", None) => Order::Perch,
+        ("stop", None) => Order::Stop,
+        ("wait" | "return" | "land" | "perch" | "stop", Some(_)) => {
+            return wrong(format!("{name} takes no speed_mps; give it with explore alone"));
+        }
+        _ => {
+            let names = ["wait", "explore", "return", "land", "perch", "stop"];
+            let remedy = sim_harness::suggest::one_of(name, &names);
+            return wrong(format!("there is no order \"{name}\"; {remedy}"));
+        }
+    };
+    match branch {
+        None => Ok(order),
+        Some(_) => wrong(format!("{name} takes no branch; give it with explore alone")),
+    }
+}
+
+fn drone_dict<'py>(py: Python<'py>, drone: &DroneFrame) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    dict.set_item("state", drone.state.name())?;
+    for (key, value) in [
+        ("x_m", drone.pose.at.x),
+        ("y_m", drone.pose.at.y),
+        ("z_m", drone.height),
+        ("yaw_rad", drone.pose.yaw.0),
+        ("way_m", drone.way),
+        ("forward_m_s", drone.commanded[0]),
+        ("left_m_s", drone.commanded[1]),
+        ("yaw_rate_rad_s", drone.yaw_rate),
+        ("battery_v", drone.battery_v),
+    ] {
+        dict.set_item(key, Some(value).filter(|value| !value.is_nan()))?;
+    }
+    let ranges = drone.ranges.map(|range| Some(range).filter(|range| !range.is_nan()));
+    dict.set_item("ranges_m", ranges.to_vec())?;
+    for (key, side) in [("front", &drone.front), ("back", &drone.back)] {
+        dict.set_item(key, side.as_ref().map(|link| link_dict(py, link)).transpose()?)?;
+    }
+    Ok(dict)
+}
+
+fn link_dict<'py>(py: Python<'py>, link: &LinkFrame) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    dict.set_item("peer", link.peer.0)?;
+    dict.set_item("raw_dbm", link.raw.0)?;
+    dict.set_item("filtered_dbm", link.filtered.0)?;
+    dict.set_item("true_dbm", link.truth.0)?;
+    Ok(dict)
+}

@@ -1,0 +1,177 @@
+//! The files and the table of a campaign, made from its rows.
+
+use std::fmt::Write;
+
+use serde_json::{Map, Value, json};
+
+use super::Campaign;
+use crate::cli::{Common, Trouble};
+use crate::input_error::InputError;
+use crate::measure::campaign::{COLUMNS, Figure, Row, Verdicts, figures, json as figures_json};
+use crate::output::{Folder, Streamed};
+use crate::scenario::Setting;
+
+/// The table with a row for each mission.
+const RUNS: &str = "runs.csv";
+
+/// The report of a campaign, place by place of its grid.
+pub(super) struct Report {
+    runs: Option<csv::Writer<Streamed>>,
+    places: Vec<Place>,
+    /// How many missions were flown.
+    pub(super) flown: usize,
+    /// How many of them failed.
+    pub(super) failed: usize,
+    /// The values of the varied keys at each place, as they are written.
+    keys: Vec<Vec<String>>,
+}
+
+/// The figures of one place of the grid.
+struct Place {
+    point: usize,
+    runs: usize,
+    verdicts: Verdicts,
+    figures: Vec<Figure>,
+}
+
+impl Place {
+    fn json(&self) -> [(String, Value); 2] {
+        [("verdict", self.verdicts.json()), ("metrics", figures_json(&self.figures))]
+            .map(|(name, value)| (name.to_owned(), value))
+    }
+}
+
+impl Report {
+    /// Begins the files.
+    pub(super) fn begin(campaign: &Campaign, folder: Option<&Folder>) -> Result<Self, InputError> {
+        let value = |setting: &Setting| match setting.value() {
+            toml::Value::String(text) => text.clone(),
+            value => value.to_string(),
+        };
+        let keys = campaign.points.iter().map(|point| point.iter().map(value).collect()).collect();
+        let runs = folder.map(|folder| Self::table(campaign, folder)).transpose()?;
+        Ok(Self { runs, places: Vec::new(), flown: 0, failed: 0, keys })
+    }
+
+    fn table(campaign: &Campaign, folder: &Folder) -> Result<csv::Writer<Streamed>, InputError> {
+        let mut runs = csv::Writer::from_writer(folder.stream(RUNS)?);
+        let names = campaign.axes.iter().map(|axis| axis.key()).chain(["seed"]);
+        let written = runs.write_record(names.chain(COLUMNS.iter().map(|column| column.name)));
+        written.map_err(|error| folder.unwritten(RUNS, &error.into()))?;
+        Ok(runs)
+    }
+
+    /// Adds the rows of a place, in the order of the seeds.
+    pub(super) fn add(
+        &mut self,
+        folder: Option<&Folder>,
+        point: usize,
+        rows: &[Row],
+    ) -> Result<(), InputError> {
+        if let Some((folder, runs)) = folder.zip(self.runs.as_mut()) {
+            for row in rows {
+                let keys = self.keys[point].iter().cloned().chain([row.seed.to_string()]);
+                let written = runs.write_record(keys.chain(row.texts()));
+                written.map_err(|error| folder.unwritten(RUNS, &error.into()))?;
+            }
+        }
+        if rows.is_empty() {
+            return Ok(());
+        }
+        let outcomes: Vec<_> = rows.iter().map(|row| (row.seed, row.outcome.clone())).collect();
+        let metrics: Vec<_> = rows.iter().map(|row| row.metrics).collect();
+        let verdicts = Verdicts::of_outcomes(&outcomes);
+        self.flown += rows.len();
+        self.failed += verdicts.failed();
+        self.places.push(Place { point, runs: rows.len(), verdicts, figures: figures(&metrics) });
+        Ok(())
+    }
+
+    /// Writes the summary and the origin, and prints the result the way it was asked for.
+    pub(super) fn finish(
+        mut self,
+        campaign: &Campaign,
+        mut folder: Option<Folder>,
+        common: &Common,
+    ) -> Result<(), Trouble> {
+        let summary = self.summary(campaign);
+        if let Some(folder) = &mut folder {
+            folder.put_json("summary.json", &summary)?;
+            if let Some(runs) = self.runs.take() {
+                let runs = runs.into_inner().map_err(csv::IntoInnerError::into_error);
+                folder.keep(runs.map_err(|error| folder.unwritten(RUNS, &error))?)?;
+            }
+            campaign.origin().write(folder, &campaign.scenario)?;
+        }
+        common.finish(folder, &self.text(campaign), &summary)
+    }
+
+    fn summary(&self, campaign: &Campaign) -> Value {
+        let scenario = &campaign.scenario;
+        let mut summary = json!({
+            "scenario": scenario.name,
+            "policy": scenario.policy,
+            "fidelity": scenario.fidelity.name(),
+            "link": scenario.link.name(),
+            "seed": campaign.seed,
+            "runs": self.flown,
+            "runs_asked": campaign.missions().count(),
+            "version": env!("CARGO_PKG_VERSION"),
+        });
+        let Some(entries) = summary.as_object_mut() else { return summary };
+        match (campaign.axes.as_slice(), self.places.as_slice()) {
+            ([], [place]) => entries.extend(place.json()),
+            _ => {
+                let entry = |place: &Place| {
+                    let names = campaign.axes.iter().map(|axis| axis.key().to_owned());
+                    let keys = names.zip(self.keys[place.point].iter().map(|value| json!(value)));
+                    let mut entry = Map::new();
+                    entry.insert("set".into(), Value::Object(keys.collect()));
+                    entry.insert("runs".into(), json!(place.runs));
+                    entry.extend(place.json());
+                    Value::Object(entry)
+                };
+                entries.insert("grid".into(), self.places.iter().map(entry).collect());
+            }
+        }
+        summary
+    }
+
+    fn text(&self, campaign: &Campaign) -> String {
+        let scenario = &campaign.scenario;
+        let count = counted(self.flown, campaign.missions().count());
+        let heading = format!("{}: {count} missions, policy {}", scenario.name, scenario.policy);
+        match (campaign.axes.as_slice(), self.places.as_slice()) {
+            ([], [place]) => table(&heading, place),
+            _ => {
+                let mut text = format!("{heading}\n");
+                for place in &self.places {
+                    let settings = campaign.points[place.point].iter().map(Setting::to_string);
+                    let settings = settings.collect::<Vec<_>>().join(" ");
+                    let heading = format!("\n{settings}: {} missions", place.runs);
+                    text += &table(&heading, place);
+                }
+                text
+            }
+        }
+    }
+}
+
+/// The number of missions that were flown, and of how many where that is fewer.
+pub(super) fn counted(flown: usize, asked: usize) -> String {
+    if flown == asked { flown.to_string() } else { format!("{flown} of {asked}") }
+}
+
+fn table(heading: &str, place: &Place) -> String {
+    let verdicts = place.verdicts.table();
+    let mut text = format!("{heading}\n\n{verdicts}\n  {:18} {:>10}   95 % interval\n", "", "");
+    for Figure { name, estimate } in &place.figures {
+        // Writing to a string cannot fail.
+        let _ = write!(text, "  {name:18} {:>10.3}", estimate.value);
+        if let Some((low, high)) = estimate.interval {
+            let _ = write!(text, "   {low:.3} to {high:.3}");
+        }
+        text.push('\n');
+    }
+    text
+}

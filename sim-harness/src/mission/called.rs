@@ -1,0 +1,87 @@
+//! A speed law of the host's in place of the movement policy's: for policies that are written in
+//! another language than this one.
+//!
+//! The agents know a plain function, which is the same for all drones of all missions. While a drone
+//! has its turn, the law of its mission is where that function finds it.
+
+use std::cell::RefCell;
+
+use chain::policy::{CalledLaw, LinkEnd, SpeedLaw};
+use units::MetresPerSecond;
+
+use super::Mission;
+use crate::scenario::Scenario;
+
+/// A speed law: it is given the number of the relay and the ends of its front link and of its back
+/// link, and returns the relay's forward velocity.
+pub type Law = dyn FnMut(usize, LinkEnd, LinkEnd) -> MetresPerSecond + Send;
+
+thread_local! {
+    /// The law of the drone that has its turn, and the drone's number.
+    static LAW: RefCell<Option<(usize, Box<Law>)>> = const { RefCell::new(None) };
+}
+
+fn call(front: LinkEnd, back: LinkEnd) -> MetresPerSecond {
+    // The law may fly a mission of its own.
+    let Some((drone, mut law)) = LAW.take() else { return MetresPerSecond::ZERO };
+    let speed = law(drone, front, back);
+    LAW.set(Some((drone, law)));
+    speed
+}
+
+/// Carries out a drone's turn with this law.
+pub(super) fn with<T>(drone: usize, law: &mut Option<Box<Law>>, turn: impl FnOnce() -> T) -> T {
+    let Some(own) = law.take() else { return turn() };
+    let before = LAW.replace(Some((drone, own)));
+    let done = turn();
+    *law = LAW.replace(before).map(|(_, law)| law);
+    done
+}
+
+impl Scenario {
+    /// The same scenario with the speed law that [`Mission::by_law`] is given. The filter, the
+    /// clearance and the largest speed are those of its movement policy.
+    #[must_use]
+    pub fn with_called_law(&self) -> Self {
+        let mut scenario = self.clone();
+        scenario.agent.policy.law = SpeedLaw::Called(CalledLaw(call));
+        scenario
+    }
+}
+
+impl Mission<'_> {
+    /// This mission with a speed law of the host's, of a scenario
+    /// [with a called law](Scenario::with_called_law).
+    #[must_use]
+    pub fn by_law(self, law: Box<Law>) -> Self {
+        Self { law: Some(law), ..self }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use chain::policy::PolicyConfig;
+
+    use super::*;
+    use crate::measure::metrics::{Reference, watched};
+    use crate::mission::World;
+
+    #[test]
+    fn a_law_that_copies_a_policy_flies_its_missions() {
+        let scenario = Scenario::open("straight").unwrap().with_policy("k-tuned").unwrap();
+        let scenario = Scenario { duration_us: 60_000_000, ..scenario };
+        let (world, policy) = (World::of(&scenario), scenario.agent.policy);
+        let reference = Reference::of(&scenario, &world);
+        let metrics = |scenario: &Scenario, mission: &mut Mission<'_>| {
+            format!("{:?}", watched(scenario, &world, &reference, mission))
+        };
+        let own = metrics(&scenario, &mut Mission::new(&scenario, &world, 5));
+        let called = scenario.with_called_law();
+        let fly = |policy: PolicyConfig| {
+            let law = move |_: usize, front, back| policy.velocity(front, back);
+            metrics(&called, &mut Mission::new(&called, &world, 5).by_law(Box::new(law)))
+        };
+        assert_eq!(fly(policy), own);
+        assert_ne!(fly(PolicyConfig { max_speed: MetresPerSecond(0.01), ..policy }), own);
+    }
+}
