@@ -41,6 +41,16 @@ pub struct LegFlags {
     pub duplicate: bool,
     /// The leg goes from a station to the wall.
     pub splay: bool,
+    /// The leg was measured with a depth gauge, which is to say by a diver: it lies under water.
+    pub dived: bool,
+    /// The comment of the leg calls something at it a squeeze.
+    pub squeeze: bool,
+}
+
+/// Whether a comment has the word *squeeze* in it.
+pub(crate) fn names_squeeze(comment: &str) -> bool {
+    let mut words = comment.split(|letter: char| !letter.is_alphabetic());
+    words.any(|word| word.eq_ignore_ascii_case("squeeze"))
 }
 
 impl LegFlags {
