@@ -179,6 +179,8 @@ impl Survey {
         let counted = || self.legs.iter().filter(|leg| leg.flags.counts());
         let measured = || counted().filter(|leg| leg.length.is_some());
         let adjusted = measured().map(|leg| crate::matrix::norm(self.vector(leg)));
+        let dived = measured().filter(|leg| leg.flags.dived);
+        let dived = dived.map(|leg| crate::matrix::norm(self.vector(leg)));
         let dimensioned = self.passages.iter().flatten().filter(|it| it.is_measured());
         Summary {
             legs: counted().count(),
@@ -190,6 +192,7 @@ impl Survey {
             with_dimensions: dimensioned.count(),
             loops: self.loops,
             misclosure_m: self.misclosure.as_ref().map_or(0.0, |it| it.error),
+            dived_m: dived.sum::<f64>() + 0.0,
         }
     }
 }
@@ -214,4 +217,6 @@ pub struct Summary {
     pub loops: usize,
     /// The largest closing error of a loop, m.
     pub misclosure_m: f64,
+    /// The length of the legs that were dived, m.
+    pub dived_m: f64,
 }

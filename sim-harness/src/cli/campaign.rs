@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 use clap::Args;
 use serde_json::{Value, json};
 
-use super::run::metrics_json;
+use super::run::{MapArgs, metrics_json};
 use super::{
     Common, LinkArg, Trouble, Verdict, builtin_scenarios, complain, host_scenario, interrupt,
     with_link,
@@ -21,8 +21,14 @@ use crate::scenario::Scenario;
 #[derive(Args)]
 #[command(after_help = builtin_scenarios())]
 pub(super) struct CampaignArgs {
-    /// Name of a built-in scenario (listed below), or a scenario file
-    scenario: String,
+    /// Name of a built-in scenario (listed below), or a scenario file; with --map it may be left out
+    #[arg(required_unless_present = "map")]
+    scenario: Option<String>,
+    #[command(flatten)]
+    map: MapArgs,
+    /// Number of relays, instead of the scenario's
+    #[arg(long, allow_negative_numbers = true, value_name = "N")]
+    relays: Option<usize>,
     /// Number of missions
     #[arg(long, allow_negative_numbers = true, default_value_t = 100, value_name = "N")]
     runs: usize,
@@ -40,7 +46,11 @@ pub(super) struct CampaignArgs {
 }
 
 pub(super) fn run(args: &CampaignArgs) -> Result<Verdict, Trouble> {
-    let scenario = host_scenario(&args.scenario, args.policy.as_deref(), args.fidelity)?;
+    let scenario = args.map.mission(args.scenario.as_deref(), args.relays)?;
+    let scenario = host_scenario(scenario, args.policy.as_deref(), args.fidelity)?;
+    if let Some(route) = &scenario.route {
+        route.warnings.iter().for_each(complain);
+    }
     let scenario = with_link(scenario, args.link)?;
     let asked = runs(args.runs)?;
     let stop = interrupt::asks(

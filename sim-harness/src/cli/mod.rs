@@ -297,11 +297,11 @@ fn with_link(scenario: Scenario, link: Option<LinkArg>) -> Result<Scenario, Inpu
 
 /// A scenario for a verb that flies no virtual drones.
 fn host_scenario(
-    name: &str,
+    scenario: Scenario,
     policy: Option<&str>,
     fidelity: Option<FidelityArg>,
 ) -> Result<Scenario, InputError> {
-    let scenario = scenario(name, policy, fidelity)?;
+    let scenario = adapted(scenario, policy, fidelity)?;
     if scenario.fidelity == Fidelity::Virtual {
         let wrong = "virtual drones fly with `uchain run` and `uchain serve` only";
         return Err(InputError::new(wrong, "give --fidelity flight"));

@@ -22,11 +22,11 @@ use crate::mission::{Mission, ROUND_US, World};
 use crate::output::{Folder, TraceFiles};
 use crate::progress::Progress;
 use crate::scenario::{Changes, Fidelity, Scenario, builtin};
-use crate::world::import::{Ends, MapChoice};
+use crate::world::import::{Ends, LONGEST_ROUTE, MapChoice};
 use crate::world::layout::FARTHEST;
 
-pub(super) use summary::metrics_json;
 use summary::summary;
+pub(super) use summary::{metrics_json, route_json};
 use table::table;
 
 #[derive(Args)]
@@ -92,6 +92,17 @@ pub(super) struct MapArgs {
     /// from the map's own folder
     #[arg(long, value_name = "DIR", requires = "map")]
     within: Option<PathBuf>,
+    /// How far from the base the head is to come, in metres of way: the pilot stops it there, with as
+    /// much time for the way as it needs
+    #[arg(long, allow_negative_numbers = true, value_name = "METRES", value_parser = depth)]
+    pub(super) depth: Option<f32>,
+}
+
+/// A depth, m.
+fn depth(text: &str) -> Result<f32, String> {
+    let metres: f32 = text.parse().map_err(|_| "this is no number".to_owned())?;
+    let is_sound = (1.0..=LONGEST_ROUTE).contains(&metres);
+    is_sound.then_some(metres).ok_or_else(|| format!("give a number from 1 to {LONGEST_ROUTE}"))
 }
 
 /// A distance from a route, m.
@@ -108,7 +119,7 @@ impl MapArgs {
         scenario: Option<&str>,
         relays: Option<usize>,
     ) -> Result<Scenario, InputError> {
-        let Self { map, from, to, within, around_m } = self;
+        let Self { map, from, to, within, around_m, depth: _ } = self;
         let map = map.as_ref().map(|file| MapChoice {
             file: file.clone(),
             within: within.clone(),
@@ -124,10 +135,25 @@ impl MapArgs {
     }
 }
 
+impl MapArgs {
+    /// The same, whose pilot flies the head as deep as was asked for.
+    pub(super) fn mission(
+        &self,
+        scenario: Option<&str>,
+        relays: Option<usize>,
+    ) -> Result<Scenario, InputError> {
+        let mut scenario = self.open(scenario, relays)?;
+        if let Some(depth_m) = self.depth {
+            scenario.explore_to(depth_m)?;
+        }
+        Ok(scenario)
+    }
+}
+
 impl RunArgs {
     /// The scenario, with the map and the number of relays that were asked for.
     fn open(&self) -> Result<Scenario, InputError> {
-        self.map.open(self.scenario.as_deref(), self.relays)
+        self.map.mission(self.scenario.as_deref(), self.relays)
     }
 
     /// The virtual drones of the mission, if it has any.

@@ -106,6 +106,7 @@ pub(super) fn parse_with(
         radio,
         vehicle,
         ground: file.ground.read(&reader)?,
+        depth_m: None,
         losses: LossTable::read(&file.loss, &drones, duration_us, &reader)?,
         drones,
         agent: constants.agent,

@@ -267,6 +267,21 @@ fn example(survey: &Survey) -> &str {
 }
 
 impl Route {
+    /// A place along the plan of the route as a caver finds it: so far past a station with a name.
+    #[must_use]
+    pub fn by_station(&self, along_m: f32) -> Option<String> {
+        /// A place so near to a station is at it, m.
+        const AT: f32 = 0.5;
+        let named = self.marks.iter().filter(|mark| mark.station != UNNAMED);
+        let behind = named.take_while(|mark| mark.along_m <= along_m + AT).last()?;
+        let station = &behind.station;
+        let past = along_m - behind.along_m;
+        Some(match past.abs() < AT {
+            true => format!("at {station}"),
+            false => format!("{past:.0} m past {station}"),
+        })
+    }
+
     /// The hindrances but for the one that ends the route.
     pub fn hindrances_aside(&self) -> impl Iterator<Item = &Hindrance> {
         let is_end = |it: &&Hindrance| matches!(&self.ended, RouteEnd::Hindered(end) if end == *it);
@@ -378,8 +393,11 @@ fn piece(graph: &Graph<'_>, from: Option<usize>, to: Option<usize>) -> Result<Pi
     }
 }
 
+/// What a station without a name is called.
+const UNNAMED: &str = "(unnamed)";
+
 /// A name for a point: that of its first named station.
 fn named(survey: &Survey, stations: &[StationId]) -> String {
     let names = stations.iter().map(|&station| &survey.stations[station].name);
-    names.clone().find(|name| !name.is_empty()).cloned().unwrap_or_else(|| "(unnamed)".into())
+    names.clone().find(|name| !name.is_empty()).cloned().unwrap_or_else(|| UNNAMED.into())
 }

@@ -74,9 +74,9 @@ fn a_route_does_not_pass_above_or_below_itself() {
     assert_eq!(crossing.leg, ["4", "5"]);
     // Where both ends are open, the longest piece is taken.
     let (route, _) = find(SPIRAL, "", "").unwrap();
-    assert_eq!((&*route.from, &*route.to), ("2", "7"), "{:?}", route.warnings);
+    assert_eq!((&*route.from, &*route.to), ("3", "7"), "{:?}", route.warnings);
     let (route, _) = find(SPIRAL, "", "7").unwrap();
-    assert_eq!((&*route.from, &*route.to), ("2", "7"));
+    assert_eq!((&*route.from, &*route.to), ("3", "7"));
     let (route, _) = find(HAIRPIN, "1", "").unwrap();
     assert_eq!((&*route.to, route.crossing.is_some()), ("4", true), "{:?}", route.ended);
     // A bend on a slope is no other level.
@@ -177,16 +177,20 @@ fn assert_one_level(route: &Route, tunnel: &Tunnel, what: &str) {
 fn assert_true_length(tunnel: &Tunnel, what: &str) {
     let line = tunnel.skeleton().edge(0).line();
     for part in [-0.7_f32, -0.35, 0.0, 0.35, 0.7] {
-        let mut last = SkeletonPlace::main(0.0);
+        let (mut last, mut shift) = (SkeletonPlace::main(0.0), 0.0);
         for n in 0..=(line.length() / 0.1) as usize {
             let (middle, [x, y]) = line.at(0.1 * n as f32);
             let side = [-y * part.signum(), x * part.signum()];
-            let shift = part.abs() * tunnel.range(middle, side, 8.0).min(8.0);
+            shift = part.abs() * tunnel.range(middle, side, 8.0).min(8.0);
             let at = Point2::new(middle.x + side[0] * shift, middle.y + side[1] * shift);
             last = tunnel.place(at, Some(last));
         }
         let missing = (line.length() - last.along).abs();
-        assert!(last.edge == 0 && missing < 1.5, "{what}: {missing} m at {part} of the width");
+        // The end of the line is the middle of the last wall, and a gallery may be 1.5 m wide there.
+        assert!(
+            last.edge == 0 && missing < 1.5 + 0.5 * shift,
+            "{what}: {missing} m at {part} of the width"
+        );
     }
 }
 

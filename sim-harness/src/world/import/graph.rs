@@ -183,18 +183,20 @@ impl<'a> Graph<'a> {
     /// of the whole cave where there is no route.
     pub(super) fn hindrances_beside(&self, route: &[usize]) -> Vec<Hindrance> {
         let all: Vec<usize> = (0..self.nodes.len()).collect();
-        let (nodes, reached) = match route.first() {
+        let (nodes, mut reached) = match route.first() {
             Some(&first) => (route, self.reached(first)),
             None => (&*all, vec![false; self.nodes.len()]),
         };
         let mut met = HashSet::new();
         let mut found = Vec::new();
         for &node in nodes {
+            let was_reached = std::mem::replace(&mut reached[node], true);
             for to in self.edges[node].iter().map(|edge| edge.to) {
                 if !route.contains(&to) && met.insert([node.min(to), node.max(to)]) {
                     found.extend(self.hindered(node, to, &reached));
                 }
             }
+            reached[node] = was_reached;
         }
         found.sort_by(|a, b| b.beyond_m.total_cmp(&a.beyond_m));
         found

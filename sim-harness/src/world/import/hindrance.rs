@@ -21,8 +21,8 @@ pub(super) const FLOWN_STEP: f64 = 0.3;
 pub const HIGHEST_STEP: f64 = 2.5;
 
 /// What is higher than a step and steeper than this is called a shaft, degrees; the rest is a slope.
-/// Ours.
-const SHAFT_DEG: f64 = 60.0;
+/// Ours: it leads farther down than along.
+const SHAFT_DEG: f64 = 45.0;
 
 /// What keeps a drone from flying along a leg.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,7 +54,7 @@ pub enum HindranceKind {
         /// The difference in height, m.
         height_m: f64,
     },
-    /// It is nearly vertical, and higher than a step.
+    /// It leads farther up or down than along, and is higher than a step.
     Shaft {
         /// The angle from the horizontal, degrees.
         slope_deg: f64,
