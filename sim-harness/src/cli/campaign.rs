@@ -12,6 +12,7 @@ use super::{
     with_link,
 };
 use crate::args::{FidelityArg, runs};
+use crate::input_error::InputError;
 use crate::measure::campaign::{Figure, Run, Verdicts, figures, fly_until, json as figures_json};
 use crate::measure::metrics::Reference;
 use crate::mission::World;
@@ -45,13 +46,20 @@ pub(super) struct CampaignArgs {
     common: Common,
 }
 
-pub(super) fn run(args: &CampaignArgs) -> Result<Verdict, Trouble> {
-    let scenario = args.map.mission(args.scenario.as_deref(), args.relays)?;
-    let scenario = host_scenario(scenario, args.policy.as_deref(), args.fidelity)?;
-    if let Some(route) = &scenario.route {
-        route.warnings.iter().for_each(complain);
+impl CampaignArgs {
+    /// The scenario, along a map's route where one was given; says the map's remarks.
+    fn open(&self) -> Result<Scenario, InputError> {
+        let scenario = self.map.mission(self.scenario.as_deref(), self.relays)?;
+        let scenario = host_scenario(scenario, self.policy.as_deref(), self.fidelity)?;
+        if let Some(route) = &scenario.route {
+            route.warnings.iter().for_each(complain);
+        }
+        with_link(scenario, self.link)
     }
-    let scenario = with_link(scenario, args.link)?;
+}
+
+pub(super) fn run(args: &CampaignArgs) -> Result<Verdict, Trouble> {
+    let scenario = args.open()?;
     let asked = runs(args.runs)?;
     let stop = interrupt::asks(
         "Ctrl-C: the missions that have begun are flown to their ends; a second Ctrl-C drops all",

@@ -322,15 +322,13 @@ impl Route {
         let found = Galleries::of(&graph, &nodes, around_m);
         let tunnel =
             Tunnel::surveyed(found.skeleton(), &found.passages).map_err(RouteError::Geometry)?;
-        let heights = nodes.iter().map(|&node| graph.position(node)[2]);
-        let highest = heights.clone().fold(f64::NEG_INFINITY, f64::max);
         let route = Self {
             from,
             to,
             stations: nodes.len(),
             assumed_widths,
             length_m,
-            height_range_m: highest - heights.fold(f64::INFINITY, f64::min),
+            height_range_m: range(nodes.iter().map(|&node| graph.position(node)[2])),
             is_cut,
             ended,
             hindrances,
@@ -353,6 +351,11 @@ impl Route {
     pub fn find_in_grid(map: &Occupancy, ends: &Ends) -> Result<(Self, Tunnel), RouteError> {
         grid::find(map, ends)
     }
+}
+
+/// The difference between the highest and the lowest of these heights.
+fn range(heights: impl Iterator<Item = f64> + Clone) -> f64 {
+    heights.clone().fold(f64::NEG_INFINITY, f64::max) - heights.fold(f64::INFINITY, f64::min)
 }
 
 /// The marks of a route, of the names and heights of its nodes.

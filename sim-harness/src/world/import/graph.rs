@@ -198,7 +198,10 @@ impl<'a> Graph<'a> {
             }
             reached[node] = was_reached;
         }
-        found.sort_by(|a, b| b.beyond_m.total_cmp(&a.beyond_m));
+        // Of a cave that cannot be flown at all, the first legs of the survey tell the most.
+        if !route.is_empty() {
+            found.sort_by(|a, b| b.beyond_m.total_cmp(&a.beyond_m));
+        }
         found
     }
 

@@ -180,8 +180,6 @@ pub(super) fn find(world: &World, ends: &Ends) -> Result<(Route, Tunnel), RouteE
     let tunnel =
         Tunnel::surveyed(found.skeleton(), &found.passages).map_err(RouteError::Geometry)?;
     let passed: Vec<_> = way.iter().filter_map(|node| world.tiles.get(*node)).collect();
-    let heights = way.iter().map(|&node| tiles.at(node)[2]);
-    let highest = heights.clone().fold(f64::NEG_INFINITY, f64::max);
     let median_width_m = found.galleries.first().map_or(0.0, |main| main.width);
     let route = Route {
         from: tiles.name(start),
@@ -189,7 +187,7 @@ pub(super) fn find(world: &World, ends: &Ends) -> Result<(Route, Tunnel), RouteE
         stations: passed.len(),
         assumed_widths: passed.iter().filter(|tile| tile.passage().is_assumed).count(),
         length_m,
-        height_range_m: highest - heights.fold(f64::INFINITY, f64::min),
+        height_range_m: super::range(way.iter().map(|&node| tiles.at(node)[2])),
         is_cut,
         ended,
         hindrances,
