@@ -94,7 +94,7 @@ pub(super) fn table(scenario: &Scenario, plan: &RelayPlan) -> String {
                 );
             }
             // So that stations stand below each other.
-            None if scenario.route.is_some() => text.push_str(&" ".repeat(49)),
+            None if by_station(scenario, stand).is_some() => text.push_str(&" ".repeat(49)),
             None => {}
         }
         if let Some(station) = by_station(scenario, stand) {
