@@ -170,9 +170,9 @@ pub enum RouteError {
     /// The way between two stations cannot be flown; these are its hindrances.
     Hindered(String, String, Vec<Hindrance>),
     /// The way between two stations passes above or below itself.
-    Crosses(String, String, Crossing),
+    Crosses(String, String, Box<Crossing>),
     /// No way of [`SHORTEST_ROUTE`] can be flown.
-    TooShort(Short),
+    TooShort(Box<Short>),
     /// The plan has no walls that could be built.
     Geometry(GeometryError),
 }
@@ -310,8 +310,9 @@ impl Route {
         let length_m = network::length(&graph, &nodes);
         let hindrances = graph.hindrances_beside(&nodes);
         if length_m < f64::from(SHORTEST_ROUTE) {
-            let longest = (nodes.len() > 1).then(|| ([from, to], length_m));
-            return Err(RouteError::TooShort(Short { longest, hindrances, crossing }));
+            let longest = (nodes.len() > 1).then_some(([from, to], length_m));
+            let short = Short { longest, hindrances, crossing };
+            return Err(RouteError::TooShort(Box::new(short)));
         }
         // A route without a beginning of its own is cut there.
         let is_cut_at_end = is_cut && (ends.from.is_some() || ends.to.is_none());
@@ -385,7 +386,9 @@ fn piece(graph: &Graph<'_>, from: Option<usize>, to: Option<usize>) -> Result<Pi
         (Some(from), Some(to)) => {
             let piece = beginning(graph.way(from, to)?);
             match piece.crossing {
-                Some(crossing) => Err(RouteError::Crosses(name(from), name(to), crossing)),
+                Some(crossing) => {
+                    Err(RouteError::Crosses(name(from), name(to), Box::new(crossing)))
+                }
                 None => Ok(piece),
             }
         }

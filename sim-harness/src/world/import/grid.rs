@@ -18,7 +18,7 @@ use robot_maps::{Cell, Occupancy};
 use units::Point2;
 
 use super::network::{self, Galleries, Network, Station};
-use super::{Ends, LONGEST_ROUTE, Route, RouteEnd, RouteError, SHORTEST_ROUTE, Short};
+use super::{Ends, LONGEST_ROUTE, Route, RouteEnd, RouteError, SHORTEST_ROUTE};
 use crate::world::layout::{FARTHEST, LEAST_WIDTH};
 use crate::world::{GeometryError, Tunnel};
 use mask::Mask;
@@ -141,7 +141,7 @@ impl<'a> Grid<'a> {
         let (way, is_cut) = network::cut(self, way, f64::from(LONGEST_ROUTE));
         let length_m = network::length(self, &way);
         if length_m < f64::from(SHORTEST_ROUTE) {
-            return Err(RouteError::TooShort(Short::default()));
+            return Err(RouteError::TooShort(Box::default()));
         }
         Ok((way, is_cut, length_m))
     }
@@ -240,7 +240,7 @@ pub(super) fn find(map: &Occupancy, ends: &Ends) -> Result<(Route, Tunnel), Rout
     let places: Vec<[f64; 2]> = from.into_iter().chain(to).collect();
     let Some(grid) = Grid::of(map, &places, Axis::Pruned) else {
         let named = ends.from.as_ref().or(ends.to.as_ref());
-        let nowhere = || RouteError::TooShort(Short::default());
+        let nowhere = || RouteError::TooShort(Box::default());
         return Err(named.cloned().map_or_else(nowhere, RouteError::NoPoint));
     };
     let reaches_all = places.iter().all(|&place| grid.reaches(place));

@@ -164,7 +164,8 @@ pub(super) fn find(world: &World, ends: &Ends) -> Result<(Route, Tunnel), RouteE
     };
     let piece = Piece::of(&tiles, way, Wanted::Beginning, |node| tiles.name(node));
     if let (Some(_), Some(to), Some(crossing)) = (from, to, &piece.crossing) {
-        return Err(RouteError::Crosses(tiles.name(start), tiles.name(to), crossing.clone()));
+        let crossing = Box::new(crossing.clone());
+        return Err(RouteError::Crosses(tiles.name(start), tiles.name(to), crossing));
     }
     let Piece { nodes: way, is_cut, crossing } = piece;
     let length_m = network::length(&tiles, &way);
@@ -172,7 +173,8 @@ pub(super) fn find(world: &World, ends: &Ends) -> Result<(Route, Tunnel), RouteE
     let end_name = way.last().map_or_else(String::new, |&node| tiles.name(node));
     if length_m < f64::from(SHORTEST_ROUTE) {
         let longest = Some(([tiles.name(start), end_name], length_m));
-        return Err(RouteError::TooShort(Short { longest, hindrances, crossing }));
+        let short = Short { longest, hindrances, crossing };
+        return Err(RouteError::TooShort(Box::new(short)));
     }
     let ended = RouteEnd::of(is_cut, to.is_some(), crossing.clone(), &hindrances, &end_name);
     let around_m = f64::from(ends.around_m.unwrap_or(SUBT_AROUND_M));
