@@ -165,20 +165,32 @@ impl FlightConfig {
         least_endurance: Duration::from_secs(90),
     };
 
+    /// The time for the way home beside the time that it takes: half as much again, for bends and for
+    /// standing in a queue.
+    const WAY_HOME: f32 = 1.5;
+
     /// The endurance in seconds below which a drone turns back whose way home takes `way`
-    /// seconds: half as much again, for bends and for standing in a queue.
-    pub(crate) fn turns_back_below(&self, way: f32) -> f32 {
-        Self::SPARE * way + self.reserve.as_secs_f32()
+    /// seconds.
+    #[must_use]
+    pub fn turns_back_below(&self, way: f32) -> f32 {
+        Self::WAY_HOME * way + self.reserve.as_secs_f32()
+    }
+
+    /// How far from home a drone turns back for its battery that takes off with an `endurance` in
+    /// seconds, and flies away at `speed` without waiting.
+    #[must_use]
+    pub fn turns_back_at(&self, endurance: f32, speed: MetresPerSecond) -> Metres {
+        let rise = self.height.0 / self.climb.0 + self.settle.as_secs_f32();
+        let spare = endurance - rise - self.turns_back_below(0.0);
+        let a_metre = 1.0 / speed.0 + Self::WAY_HOME / self.return_speed.0;
+        Metres((spare / a_metre).max(0.0))
     }
 
     /// The longest way home, in seconds, for which a battery suffices that lasts for `left`
     /// seconds; negative where it does not suffice for any.
     pub(crate) fn carried_home(&self, left: f32) -> f32 {
-        (left - self.reserve.as_secs_f32()) / Self::SPARE
+        (left - self.reserve.as_secs_f32()) / Self::WAY_HOME
     }
-
-    /// The time that a way home takes at most, as a multiple of that without bends and queues.
-    const SPARE: f32 = 1.5;
 
     /// Below this a drone stands on its legs: the down-looking ranger's smallest reading is 4 cm.
     pub(crate) const GROUND: Metres = Metres(0.05);

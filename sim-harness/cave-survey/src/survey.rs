@@ -41,6 +41,16 @@ pub struct LegFlags {
     pub duplicate: bool,
     /// The leg goes from a station to the wall.
     pub splay: bool,
+    /// The leg was measured with a depth gauge, which is to say by a diver: it lies under water.
+    pub dived: bool,
+    /// The comment of the leg calls something at it a squeeze.
+    pub squeeze: bool,
+}
+
+/// Whether a comment has the word *squeeze* in it.
+pub(crate) fn names_squeeze(comment: &str) -> bool {
+    let mut words = comment.split(|letter: char| !letter.is_alphabetic());
+    words.any(|word| word.eq_ignore_ascii_case("squeeze"))
 }
 
 impl LegFlags {
@@ -169,6 +179,8 @@ impl Survey {
         let counted = || self.legs.iter().filter(|leg| leg.flags.counts());
         let measured = || counted().filter(|leg| leg.length.is_some());
         let adjusted = measured().map(|leg| crate::matrix::norm(self.vector(leg)));
+        let dived = measured().filter(|leg| leg.flags.dived);
+        let dived = dived.map(|leg| crate::matrix::norm(self.vector(leg)));
         let dimensioned = self.passages.iter().flatten().filter(|it| it.is_measured());
         Summary {
             legs: counted().count(),
@@ -180,6 +192,7 @@ impl Survey {
             with_dimensions: dimensioned.count(),
             loops: self.loops,
             misclosure_m: self.misclosure.as_ref().map_or(0.0, |it| it.error),
+            dived_m: dived.sum::<f64>() + 0.0,
         }
     }
 }
@@ -204,4 +217,6 @@ pub struct Summary {
     pub loops: usize,
     /// The largest closing error of a loop, m.
     pub misclosure_m: f64,
+    /// The length of the legs that were dived, m.
+    pub dived_m: f64,
 }

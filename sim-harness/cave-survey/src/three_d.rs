@@ -156,6 +156,7 @@ struct Line {
     ends: [[i32; 3]; 2],
     flags: u8,
     is_measured: bool,
+    is_dived: bool,
 }
 
 /// Reads a `.3d` file.
@@ -192,6 +193,8 @@ pub(crate) fn read(opened: Opened) -> Result<Survey, Refusal> {
                     ends: [here, there],
                     flags: code & 7,
                     is_measured: style != Some(4),
+                    // Both styles with a depth gauge, diving and cylpolar.
+                    is_dived: matches!(style, Some(1 | 3)),
                 });
                 here = there;
             }
@@ -276,6 +279,8 @@ fn finish(mut image: Image, lines: &[Line]) -> Survey {
             surface: line.flags & 1 != 0,
             duplicate: line.flags & 2 != 0,
             splay: line.flags & 4 != 0,
+            dived: line.is_dived,
+            squeeze: false,
         };
         let [a, b] = line.ends.map(metres);
         let length = crate::matrix::norm(crate::matrix::sub(b, a));

@@ -33,7 +33,7 @@ use report::Report;
 #[derive(Args)]
 #[command(after_help = builtin_scenarios())]
 pub(super) struct CampaignArgs {
-    /// Name of a built-in scenario (listed below), or a scenario file
+    /// Name of a built-in scenario (listed below), or a scenario file; with --map it may be left out
     #[arg(required_unless_present_any = ["map", "merge"])]
     scenario: Option<String>,
     #[command(flatten)]
@@ -184,7 +184,7 @@ impl CampaignArgs {
         let settings = self.set.settings()?;
         let open = |more: &[Setting]| {
             let settings = settings.iter().chain(more).cloned().collect();
-            let scenario = self.map.open(self.scenario.as_deref(), self.relays, settings)?;
+            let scenario = self.map.mission(self.scenario.as_deref(), self.relays, settings)?;
             let scenario = adapted(scenario, self.policy.as_deref(), self.fidelity)?;
             with_link(on_the_host(scenario)?, self.link)
         };
@@ -192,6 +192,9 @@ impl CampaignArgs {
         let axes = self.vary.iter().map(|text| Axis::parse(text)).collect::<Result<Vec<_>, _>>()?;
         let points = grid::points(&axes)?;
         let scenario = open(&[])?;
+        if let Some(route) = &scenario.route {
+            route.warnings.iter().for_each(complain);
+        }
         let scenarios = match axes.is_empty() {
             true => vec![scenario.clone()],
             false => points.iter().map(|point| open(point)).collect::<Result<_, _>>()?,

@@ -19,7 +19,7 @@ use crate::measure::verdict::Judgement;
 use crate::mission::{Mission, ROUND_US, World};
 use crate::output::{Folder, Origin, TraceFiles, summary};
 use crate::progress::Progress;
-use crate::scenario::{Changes, Fidelity, Scenario, Setting, builtin};
+use crate::scenario::{Changes, DEPTHS, Fidelity, Scenario, Setting, builtin};
 use crate::world::import::{Ends, MapChoice};
 use crate::world::layout::FARTHEST;
 
@@ -94,6 +94,18 @@ pub(super) struct MapArgs {
     /// from the map's own folder
     #[arg(long, value_name = "DIR", requires = "map")]
     within: Option<PathBuf>,
+    /// How far from the base the head is to come, in metres of way: the pilot stops it there, with as
+    /// much time for the way as it needs
+    #[arg(long, allow_negative_numbers = true, value_name = "METRES", value_parser = depth)]
+    pub(super) depth: Option<f32>,
+}
+
+/// A depth, m.
+fn depth(text: &str) -> Result<f32, String> {
+    let metres: f32 = text.parse().map_err(|_| "this is no number".to_owned())?;
+    let (least, most) = (DEPTHS.start(), DEPTHS.end());
+    let is_sound = DEPTHS.contains(&metres);
+    is_sound.then_some(metres).ok_or_else(|| format!("give a number from {least} to {most}"))
 }
 
 /// A distance from a route, m.
@@ -112,7 +124,7 @@ impl MapArgs {
         relays: Option<usize>,
         settings: Vec<Setting>,
     ) -> Result<Scenario, InputError> {
-        let Self { map, from, to, within, around_m } = self;
+        let Self { map, from, to, within, around_m, depth: _ } = self;
         let map = map.as_ref().map(|file| MapChoice {
             file: file.clone(),
             within: within.clone(),
@@ -128,6 +140,22 @@ impl MapArgs {
     }
 }
 
+impl MapArgs {
+    /// The same, whose pilot flies the head as deep as was asked for.
+    pub(super) fn mission(
+        &self,
+        scenario: Option<&str>,
+        relays: Option<usize>,
+        settings: Vec<Setting>,
+    ) -> Result<Scenario, InputError> {
+        let mut scenario = self.open(scenario, relays, settings)?;
+        if let Some(depth_m) = self.depth {
+            scenario.explore_to(depth_m)?;
+        }
+        Ok(scenario)
+    }
+}
+
 impl RunArgs {
     /// The scenario and the seed: of the options, or of earlier results.
     fn open(&self) -> Result<(Scenario, u64), InputError> {
@@ -135,7 +163,7 @@ impl RunArgs {
             return again(folder);
         }
         let name = self.scenario.as_deref();
-        let scenario = self.map.open(name, self.relays, self.set.settings()?)?;
+        let scenario = self.map.mission(name, self.relays, self.set.settings()?)?;
         let scenario = adapted(scenario, self.policy.as_deref(), self.fidelity)?;
         Ok((with_link(scenario, self.link)?, self.common.seed))
     }

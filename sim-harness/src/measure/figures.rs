@@ -133,6 +133,7 @@ fn at_rest(exploring: &Scenario) -> Scenario {
             start: Start::Random { head: Spot::on(exploring.tunnel.skeleton(), head) },
             ..exploring.drones.clone()
         },
+        depth_m: None,
         pilot: vec![PilotStep { at_us: 0, task: hold }],
         duration_us: 180_000_000,
         ..exploring.clone()

@@ -1,10 +1,9 @@
 //! The orders of a mission's operator: the scenario's pilot, or the caller.
 
-use units::Order;
+use units::{Course, MetresPerSecond, Order};
 
 use super::Mission;
 use super::member::{Member, Onboard};
-use crate::scenario::Scenario;
 
 /// Where a mission's orders come from.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,7 +36,7 @@ impl Mission<'_> {
     /// The operator's order at this time.
     #[must_use]
     pub fn task(&self) -> Order {
-        let order = operators_order(self.scenario, self.source, self.now_us);
+        let order = self.operators_order(self.now_us);
         order.or_else(|| self.clients_order()).unwrap_or(Order::Wait)
     }
 
@@ -53,21 +52,38 @@ impl Mission<'_> {
     /// Gives the base the operator's present order.
     pub(super) fn give_order(&mut self, now_us: u64) {
         self.orders.given(now_us);
-        let Some(order) = operators_order(self.scenario, self.source, now_us) else { return };
+        let Some(order) = self.operators_order(now_us) else { return };
         if let Some(Member { onboard: Onboard::Hosted(base), .. }) = self.members.last_mut() {
             base.order(now_us, order);
         }
     }
-}
 
-/// The operator's order at this time; `None` where clients give orders.
-fn operators_order(scenario: &Scenario, source: Source, now_us: u64) -> Option<Order> {
-    match source {
-        Source::Clients => None,
-        Source::Live(task) => Some(task),
-        Source::Script => {
-            let step = scenario.pilot.iter().take_while(|step| step.at_us <= now_us).last();
-            Some(step.map_or(Order::Wait, |step| step.task))
+    /// The operator's order at this time; `None` where clients give orders.
+    fn operators_order(&self, now_us: u64) -> Option<Order> {
+        match self.source {
+            Source::Clients => None,
+            Source::Live(task) => Some(task),
+            Source::Script => {
+                let steps = self.scenario.pilot.iter();
+                let step = steps.take_while(|step| step.at_us <= now_us).last();
+                Some(self.no_deeper(step.map_or(Order::Wait, |step| step.task)))
+            }
+        }
+    }
+
+    /// The order that stops the head where its odometer says that it is as deep as the scenario lets
+    /// it fly.
+    fn no_deeper(&self, task: Order) -> Order {
+        let head = self.members.first().and_then(|head| head.outputs.as_ref());
+        let way = head.map(|outputs| outputs.status.here.odometer.0);
+        match task {
+            Order::Explore(course)
+                if course.speed > MetresPerSecond::ZERO
+                    && way.zip(self.scenario.depth_m).is_some_and(|(way, deep)| way >= deep) =>
+            {
+                Order::Explore(Course { speed: MetresPerSecond::ZERO, ..course })
+            }
+            other => other,
         }
     }
 }

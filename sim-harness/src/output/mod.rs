@@ -21,5 +21,5 @@ pub(crate) use folder::tests::Scratch;
 pub use folder::{Folder, Staging, Streamed};
 pub use origin::{CampaignOrigin, Origin};
 pub use summary::summary;
-pub(crate) use summary::{last_states, metrics_json};
+pub(crate) use summary::{last_states, metrics_json, route_json};
 pub use write::{OutputError, TraceFiles, put_picture, write_report};

@@ -81,7 +81,7 @@ fn criterion_json(criterion: &Criterion) -> Value {
 }
 
 /// The route of the map that was flown.
-fn route_json(route: &Route) -> Value {
+pub(crate) fn route_json(route: &Route) -> Value {
     let millimetres = |metres: f64| (metres * 1000.0).round() / 1000.0;
     let hindrances: Vec<_> = route.hindrances.iter().map(ToString::to_string).collect();
     json!({
@@ -92,6 +92,7 @@ fn route_json(route: &Route) -> Value {
         "stations": route.stations,
         "assumed_widths": route.assumed_widths,
         "is_cut": route.is_cut,
+        "ended": { "why": route.ended.name(), "words": route.ended.to_string() },
         "side_galleries": route.side_galleries,
         "above_or_below": route.above_or_below,
         "median_width_m": number(route.median_width_m),

@@ -51,6 +51,8 @@ fn legs(survey: &Survey, out: impl io::Write) -> io::Result<()> {
             (leg.flags.surface, "surface"),
             (leg.flags.duplicate, "duplicate"),
             (leg.flags.splay, "splay"),
+            (leg.flags.dived, "dived"),
+            (leg.flags.squeeze, "squeeze"),
         ];
         let flags: Vec<_> = flags.iter().filter(|(is, _)| *is).map(|(_, flag)| *flag).collect();
         csv.write_record([

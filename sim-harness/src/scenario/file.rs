@@ -23,12 +23,17 @@ use crate::mission::{
     RetreatTable, SwarmTable,
 };
 use crate::world::TunnelTable;
+use crate::world::import::LONGEST_ROUTE;
+
+/// How far from the base a pilot may be told to fly the head at most, m.
+pub(crate) const DEPTHS: std::ops::RangeInclusive<f32> = 1.0..=LONGEST_ROUTE;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
     title: At<String>,
     duration_s: At<f32>,
+    depth_m: Option<At<f32>>,
     #[serde(default)]
     swarm: SwarmTable,
     #[serde(default)]
@@ -122,6 +127,7 @@ fn assemble(path: &Path, text: &str, changes: &Changes) -> Result<Scenario, Inpu
     let duration_us = reader.micros(&file.duration_s, "duration_s", 0.2..=86_400.0)?;
     let fidelity = fidelity(file.fidelity.as_ref(), &reader)?;
     let link = link(file.link.as_ref(), fidelity, &reader)?;
+    let depth_m = file.depth_m.as_ref().map(|key| reader.number(key, "depth_m", DEPTHS));
     Ok(Scenario {
         name,
         title: file.title.as_ref().clone(),
@@ -134,6 +140,7 @@ fn assemble(path: &Path, text: &str, changes: &Changes) -> Result<Scenario, Inpu
         radio,
         vehicle,
         ground: file.ground.read(&reader)?,
+        depth_m: depth_m.transpose()?,
         losses: LossTable::read(&file.loss, &drones, duration_us, &reader)?,
         drones,
         agent: constants.agent,

@@ -14,6 +14,9 @@ use crate::mission::medium::RadioSpec;
 pub(super) fn text(scenario: &Scenario) -> String {
     let mut file = Table::clone(&scenario.source);
     file.insert("duration_s".into(), seconds(scenario.duration_us));
+    if let Some(depth_m) = scenario.depth_m {
+        file.insert("depth_m".into(), number(depth_m));
+    }
     for (key, name) in [
         ("fidelity", scenario.fidelity.name()),
         ("link", scenario.link.name()),

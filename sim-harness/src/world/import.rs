@@ -8,9 +8,11 @@
 //! assumed, and the route says at how many stations.
 
 mod corners;
+mod ended;
 mod explored;
 mod graph;
 mod grid;
+mod hindrance;
 mod levels;
 mod network;
 mod open;
@@ -27,11 +29,13 @@ use robot_maps::Occupancy;
 use super::{GeometryError, Tunnel};
 use crate::input_error::InputError;
 use crate::suggest;
+pub use ended::{Crossing, RouteEnd};
 pub use explored::{cells, explored};
-pub use graph::{Hindrance, HindranceKind, STEEPEST_DEG};
+pub use hindrance::{HIGHEST_STEP, Hindrance, HindranceKind, STEEPEST_DEG};
 pub use open::{Map, open};
 pub use widths::ASSUMED_WIDTH;
 
+use ended::{Piece, Wanted};
 use graph::Graph;
 use network::Galleries;
 
@@ -101,6 +105,17 @@ impl MapChoice {
     }
 }
 
+/// A station of a route.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mark {
+    /// The name.
+    pub station: String,
+    /// How far it is along the floor plan of the route, m.
+    pub along_m: f32,
+    /// Its height above the first station of the route, m.
+    pub height_m: f32,
+}
+
 /// A route through a map.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Route {
@@ -118,7 +133,11 @@ pub struct Route {
     pub height_range_m: f64,
     /// Whether it was cut at [`LONGEST_ROUTE`].
     pub is_cut: bool,
-    /// What ends the flight at the stations of the route, and where.
+    /// Why it leads no farther.
+    pub ended: RouteEnd,
+    /// Where the way of which it is a piece passes above or below itself.
+    pub crossing: Option<Crossing>,
+    /// What ends the flight at the stations of the route, and where; that with the most beyond first.
     pub hindrances: Vec<Hindrance>,
     /// How many galleries lead away from the route.
     pub side_galleries: usize,
@@ -129,7 +148,9 @@ pub struct Route {
     /// The reach that side rangers need to see both walls of that passage, m, where it is more than
     /// a map's own mission is flown with; the mission then takes it.
     pub long_reach_m: Option<f32>,
-    /// The remarks of the reader.
+    /// The stations or tiles that it passes, the first one's included.
+    pub marks: Vec<Mark>,
+    /// The remarks of the reader, and that about a way which passes above or below itself.
     pub warnings: Vec<Warning>,
 }
 
@@ -148,10 +169,36 @@ pub enum RouteError {
     Apart(String, String),
     /// The way between two stations cannot be flown; these are its hindrances.
     Hindered(String, String, Vec<Hindrance>),
-    /// No way of [`SHORTEST_ROUTE`] can be flown; these hindrances are beside what can be.
-    TooShort(Vec<Hindrance>),
+    /// The way between two stations passes above or below itself.
+    Crosses(String, String, Box<Crossing>),
+    /// No way of [`SHORTEST_ROUTE`] can be flown.
+    TooShort(Box<Short>),
     /// The plan has no walls that could be built.
     Geometry(GeometryError),
+}
+
+/// What there is where no way of [`SHORTEST_ROUTE`] can be flown.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Short {
+    /// The ends of the longest way that can be flown, and its length, m; `None` where there is none.
+    pub longest: Option<([String; 2], f64)>,
+    /// What is beside it, or all hindrances of the cave where there is none.
+    pub hindrances: Vec<Hindrance>,
+    /// Where a longer way would pass above or below itself.
+    pub crossing: Option<Crossing>,
+}
+
+impl std::fmt::Display for Short {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "there is no way of {SHORTEST_ROUTE} m that can be flown")?;
+        if let Some(([from, to], length_m)) = self.longest.as_ref().filter(|it| it.1 > 0.0) {
+            write!(f, ", but {length_m:.1} m from {from} to {to}")?;
+        }
+        match &self.crossing {
+            Some(crossing) => write!(f, ": {crossing}"),
+            None => first_three(&self.hindrances, f),
+        }
+    }
 }
 
 impl std::fmt::Display for RouteError {
@@ -168,10 +215,10 @@ impl std::fmt::Display for RouteError {
                 write!(f, "the way from \"{from}\" to \"{to}\" cannot be flown")?;
                 first_three(hindrances, f)
             }
-            Self::TooShort(hindrances) => {
-                write!(f, "there is no way of {SHORTEST_ROUTE} m that can be flown")?;
-                first_three(hindrances, f)
+            Self::Crosses(from, to, crossing) => {
+                write!(f, "the way from \"{from}\" to \"{to}\" cannot be flown: {crossing}")
             }
+            Self::TooShort(short) => write!(f, "{short}"),
             Self::Geometry(error) => write!(f, "the route has no floor plan: {error}"),
         }
     }
@@ -202,6 +249,9 @@ impl RouteError {
                 let last = hindrances.first().map_or("", |first| &*first.from);
                 format!("end the route before it, at \"{last}\", or leave out one end")
             }
+            Self::Crosses(_, _, crossing) => {
+                format!("end the route before it, at \"{}\", or leave out one end", crossing.leg[0])
+            }
             Self::TooShort(_) => "give another station, or another survey".into(),
             Self::Geometry(_) | Self::NoPoint(_) | Self::NoTile(_) | Self::NoWay(..) => {
                 "give other stations".into()
@@ -217,6 +267,27 @@ fn example(survey: &Survey) -> &str {
 }
 
 impl Route {
+    /// A place along the plan of the route as a caver finds it: so far past a station with a name.
+    #[must_use]
+    pub fn by_station(&self, along_m: f32) -> Option<String> {
+        /// A place so near to a station is at it, m.
+        const AT: f32 = 0.5;
+        let named = self.marks.iter().filter(|mark| mark.station != UNNAMED);
+        let behind = named.take_while(|mark| mark.along_m <= along_m + AT).last()?;
+        let station = &behind.station;
+        let past = along_m - behind.along_m;
+        Some(match past.abs() < AT {
+            true => format!("at {station}"),
+            false => format!("{past:.0} m past {station}"),
+        })
+    }
+
+    /// The hindrances but for the one that ends the route.
+    pub fn hindrances_aside(&self) -> impl Iterator<Item = &Hindrance> {
+        let is_end = |it: &&Hindrance| matches!(&self.ended, RouteEnd::Hindered(end) if end == *it);
+        self.hindrances.iter().filter(move |it| !is_end(it))
+    }
+
     /// Finds a route and makes its tunnel. Where an end is left open, the route is the longest that
     /// can be flown from the other; where both are, the longest of the cave, beginning at the end
     /// that is nearer to an entrance, or else at the higher one.
@@ -232,45 +303,47 @@ impl Route {
                 None => Err(RouteError::Unknown(name.clone())),
             },
         };
-        let nodes = match (node(&ends.from)?, node(&ends.to)?) {
-            (Some(from), Some(to)) => graph.way(from, to)?,
-            (Some(from), None) => network::farthest_from(&graph, from),
-            (None, Some(to)) => network::farthest_from(&graph, to).into_iter().rev().collect(),
-            (None, None) => graph.longest(),
-        };
-        let (nodes, is_cut) = network::cut(&graph, nodes, f64::from(LONGEST_ROUTE));
+        let piece = piece(&graph, node(&ends.from)?, node(&ends.to)?)?;
+        let name = |node: Option<&usize>| node.map_or_else(String::new, |&node| graph.name(node));
+        let Piece { nodes, is_cut, crossing } = piece;
+        let [from, to] = [name(nodes.first()), name(nodes.last())];
         let length_m = network::length(&graph, &nodes);
+        let hindrances = graph.hindrances_beside(&nodes);
         if length_m < f64::from(SHORTEST_ROUTE) {
-            return Err(RouteError::TooShort(graph.hindrances_beside(&nodes)));
+            let longest = (nodes.len() > 1).then_some(([from, to], length_m));
+            let short = Short { longest, hindrances, crossing };
+            return Err(RouteError::TooShort(Box::new(short)));
         }
+        // A route without a beginning of its own is cut there.
+        let is_cut_at_end = is_cut && (ends.from.is_some() || ends.to.is_none());
+        let is_asked = ends.to.is_some();
+        let ended = RouteEnd::of(is_cut_at_end, is_asked, crossing.clone(), &hindrances, &to);
         let (_, assumed_widths) = plan::plan(&graph, &nodes);
         let around_m = f64::from(ends.around_m.unwrap_or(0.0));
         let found = Galleries::of(&graph, &nodes, around_m);
         let tunnel =
             Tunnel::surveyed(found.skeleton(), &found.passages).map_err(RouteError::Geometry)?;
-        let name = |node: Option<&usize>| node.map_or_else(String::new, |&node| graph.name(node));
-        let heights = nodes.iter().map(|&node| graph.position(node)[2]);
-        let highest = heights.clone().fold(f64::NEG_INFINITY, f64::max);
         let route = Self {
-            from: name(nodes.first()),
-            to: name(nodes.last()),
+            from,
+            to,
             stations: nodes.len(),
             assumed_widths,
             length_m,
-            height_range_m: highest - heights.fold(f64::INFINITY, f64::min),
+            height_range_m: range(nodes.iter().map(|&node| graph.position(node)[2])),
             is_cut,
-            hindrances: graph.hindrances_beside(&nodes),
+            ended,
+            hindrances,
             side_galleries: found.galleries.len().saturating_sub(1),
             above_or_below: found.above_or_below,
             median_width_m: found.galleries.first().map_or(0.0, |main| main.width),
             long_reach_m: None,
-            warnings: survey.warnings.clone(),
+            marks: marks(&found, &nodes, |node| (graph.name(node), graph.position(node)[2])),
+            warnings: with_remark(&survey.warnings, crossing.as_ref()),
+            crossing,
         };
         Ok((route, tunnel))
     }
-}
 
-impl Route {
     /// Finds a route through an occupancy map and makes its tunnel. The ends are points such as
     /// `1.5,-2`, in metres; where they are left open, the route is the longest.
     ///
@@ -281,8 +354,56 @@ impl Route {
     }
 }
 
+/// The difference between the highest and the lowest of these heights.
+fn range(heights: impl Iterator<Item = f64> + Clone) -> f64 {
+    heights.clone().fold(f64::NEG_INFINITY, f64::max) - heights.fold(f64::INFINITY, f64::min)
+}
+
+/// The marks of a route, of the names and heights of its nodes.
+fn marks(found: &Galleries, nodes: &[usize], of: impl Fn(usize) -> (String, f64)) -> Vec<Mark> {
+    let first = nodes.first().map_or(0.0, |&node| of(node).1);
+    let mark = |(&node, &along_m): (&usize, &f32)| {
+        let (station, height) = of(node);
+        Mark { station, along_m, height_m: (height - first) as f32 }
+    };
+    nodes.iter().zip(&found.along).map(mark).collect()
+}
+
+/// The remarks of a map, with one about a way that passes above or below itself.
+fn with_remark(warnings: &[Warning], crossing: Option<&Crossing>) -> Vec<Warning> {
+    let remark = crossing.map(|crossing| Warning {
+        place: None,
+        text: format!("{crossing}: the route is the piece beside it"),
+    });
+    warnings.iter().cloned().chain(remark).collect()
+}
+
+/// The piece of a survey that becomes the route between two ends, either of which may be open.
+fn piece(graph: &Graph<'_>, from: Option<usize>, to: Option<usize>) -> Result<Piece, RouteError> {
+    let name = |node: usize| graph.name(node);
+    let beginning = |way| Piece::of(graph, way, Wanted::Beginning, name);
+    match (from, to) {
+        (Some(from), Some(to)) => {
+            let piece = beginning(graph.way(from, to)?);
+            match piece.crossing {
+                Some(crossing) => {
+                    Err(RouteError::Crosses(name(from), name(to), Box::new(crossing)))
+                }
+                None => Ok(piece),
+            }
+        }
+        (Some(from), None) => Ok(beginning(network::farthest_from(graph, from))),
+        // The end that was asked for is kept, and the base stands where that lets it.
+        (None, Some(to)) => Ok(beginning(network::farthest_from(graph, to)).reversed()),
+        (None, None) => Ok(Piece::of(graph, graph.longest(), Wanted::Longest, name)),
+    }
+}
+
+/// What a station without a name is called.
+const UNNAMED: &str = "(unnamed)";
+
 /// A name for a point: that of its first named station.
 fn named(survey: &Survey, stations: &[StationId]) -> String {
     let names = stations.iter().map(|&station| &survey.stations[station].name);
-    names.clone().find(|name| !name.is_empty()).cloned().unwrap_or_else(|| "(unnamed)".into())
+    names.clone().find(|name| !name.is_empty()).cloned().unwrap_or_else(|| UNNAMED.into())
 }

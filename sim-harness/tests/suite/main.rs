@@ -30,4 +30,5 @@ mod radio;
 mod radios;
 mod random_scenarios;
 mod retirement;
+mod survey_routes;
 mod verdict;

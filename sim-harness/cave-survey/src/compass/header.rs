@@ -14,13 +14,22 @@ pub(super) struct Header {
     pub(super) has_backsights: bool,
     /// Whether dimensions are those at the second station.
     pub(super) is_at_second: bool,
+    /// Whether slopes are those of a depth gauge.
+    pub(super) is_dived: bool,
 }
 
 impl Default for Header {
     fn default() -> Self {
         let infer = Infer { plumbs: true, equates: true, exports: false };
         let settings = Settings { infer, ..Settings::default() };
-        Self { settings, declination: 0.0, date: None, has_backsights: false, is_at_second: false }
+        Self {
+            settings,
+            declination: 0.0,
+            date: None,
+            has_backsights: false,
+            is_at_second: false,
+            is_dived: false,
+        }
     }
 }
 
@@ -91,6 +100,8 @@ impl Header {
         let at = if is_long { 13 } else { 11 };
         self.has_backsights = matches!(letters.get(at), Some(b'B' | b'C'));
         self.is_at_second = letters.get(at + 1) == Some(&b'T');
+        // The fourth letter is the unit of slopes: W is a depth gauge.
+        self.is_dived = letters.get(3) == Some(&b'W');
     }
 }
 

@@ -6,7 +6,7 @@ use crate::matrix;
 use crate::survex::characters::Cursor;
 use crate::survex::measure::{self, Readings, Slope};
 use crate::survex::settings::FOOT;
-use crate::survey::{CrossSection, LegFlags, StationId};
+use crate::survey::{CrossSection, LegFlags, StationId, names_squeeze};
 
 /// The size of an angle that is none, degrees: Compass writes −999 where a reading was left out,
 /// programs of old 999, and a correction may be added to either.
@@ -38,13 +38,16 @@ impl Flags {
         let inside = text.strip_prefix("#|").and_then(|rest| rest.split_once('#'));
         let letters = inside.map_or("", |(letters, _)| letters);
         if !letters.bytes().all(|letter| letter.is_ascii_uppercase()) {
-            return Self::default();
+            let leg = LegFlags { squeeze: names_squeeze(text), ..LegFlags::default() };
+            return Self { leg, ..Self::default() };
         }
         let leg = LegFlags {
             // Such a shot is not to be plotted: Compass's help advises it for shots over ground.
             surface: letters.contains('P'),
             duplicate: letters.contains('L'),
             splay: letters.contains('S'),
+            dived: false,
+            squeeze: names_squeeze(text),
         };
         Self { leg, is_excluded: letters.contains('X'), is_unadjusted: letters.contains('C') }
     }
@@ -81,6 +84,7 @@ impl Reader<'_> {
         for remark in remarks {
             self.draft.warn(self.source, 0, remark);
         }
+        measured.by_depth = self.header.is_dived;
         if flags.is_unadjusted {
             measured.covariance = matrix::diagonal([UNADJUSTED_M2; 3]);
         }

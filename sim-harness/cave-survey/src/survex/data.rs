@@ -11,7 +11,7 @@ use super::names::{NameKind, Named};
 use super::settings::{Declination, North, Quantity, Reading, Style};
 use crate::earth::Day;
 use crate::error::Refusal;
-use crate::survey::{CrossSection, Source};
+use crate::survey::{CrossSection, Source, names_squeeze};
 
 /// What the lines before have left: in interleaved data a leg is on several lines.
 #[derive(Debug, Default)]
@@ -281,6 +281,7 @@ impl Reader<'_> {
             measured.map_err(|(wrong, remedy)| self.draft.wrong(self.source, wrong, remedy))?;
         let mut flags = self.settings.flags;
         flags.splay |= [from.kind, to.kind].contains(&NameKind::Splay);
+        flags.squeeze |= names_squeeze(&String::from_utf8_lossy(cursor.rest()));
         let leg = measured.leg([from.id, to.id], flags, self.source);
         self.draft.leg(leg, to_is_first)
     }

@@ -47,6 +47,8 @@ pub(crate) struct Measured {
     pub(crate) covariance: Matrix,
     /// The calibrated reading of the tape, m.
     pub(crate) length: f64,
+    /// Whether a depth gauge measured its height.
+    pub(crate) by_depth: bool,
 }
 
 impl Measured {
@@ -57,7 +59,8 @@ impl Measured {
         flags: LegFlags,
         source: Source,
     ) -> DraftLeg {
-        let Self { vector, covariance, length } = self;
+        let Self { vector, covariance, length, by_depth } = self;
+        let flags = LegFlags { dived: by_depth, ..flags };
         DraftLeg { from, to, vector, covariance, length, flags, source, repeats: 1 }
     }
 
@@ -194,14 +197,14 @@ pub(crate) fn normal(
         let dz = if up { tape } else { -tape };
         let sideways = here + dz * dz * settings.of(Quantity::Plumb).variance;
         let covariance = matrix::diagonal([sideways, sideways, here + tape_variance]);
-        return Ok(Measured { vector: [0.0, 0.0, dz], covariance, length: tape });
+        return Ok(Measured { vector: [0.0, 0.0, dz], covariance, length: tape, by_depth: false });
     }
     let Some((bearing, bearing_variance)) = readings.bearing(settings, declination, remarks) else {
         return Err(("a leg that is not plumbed has no compass reading", "give it, or UP or DOWN"));
     };
     if tape == 0.0 {
         let covariance = matrix::diagonal([here; 3]);
-        return Ok(Measured { vector: [0.0; 3], covariance, length: 0.0 });
+        return Ok(Measured { vector: [0.0; 3], covariance, length: 0.0, by_depth: false });
     }
     let (slope, slope_variance) = slope(clino, back, settings, remarks);
     let (sin_b, cos_b) = bearing.sin_cos();
@@ -221,7 +224,7 @@ pub(crate) fn normal(
     let xz = tape_variance * sin_b * sin_g * cos_g - slope_variance * dx * dz;
     let yz = tape_variance * cos_b * sin_g * cos_g - slope_variance * dy * dz;
     let covariance = [[xx, xy, xz], [xy, yy, yz], [xz, yz, here + height]];
-    Ok(Measured { vector: [dx, dy, dz], covariance, length: tape })
+    Ok(Measured { vector: [dx, dy, dz], covariance, length: tape, by_depth: false })
 }
 
 /// The slope with its variance.
@@ -273,7 +276,7 @@ pub(crate) fn diving(
     }
     if tape == 0.0 && dz == 0.0 {
         let covariance = matrix::diagonal([here; 3]);
-        return Ok(Measured { vector: [0.0; 3], covariance, length: 0.0 });
+        return Ok(Measured { vector: [0.0; 3], covariance, length: 0.0, by_depth: true });
     }
     let bearing = readings.bearing(settings, declination, remarks);
     let flat = tape * tape - dz * dz;
@@ -285,7 +288,12 @@ pub(crate) fn diving(
         let sideways = here + height * height * settings.of(Quantity::Plumb).variance;
         let up = here + tape_variance * depth_variance / both;
         let covariance = matrix::diagonal([sideways, sideways, up]);
-        return Ok(Measured { vector: [0.0, 0.0, height], covariance, length: tape });
+        return Ok(Measured {
+            vector: [0.0, 0.0, height],
+            covariance,
+            length: tape,
+            by_depth: true,
+        });
     };
     let (sin_b, cos_b) = bearing.sin_cos();
     let along = (tape_variance * tape * tape + depth_variance * dz * dz) / flat;
@@ -295,7 +303,7 @@ pub(crate) fn diving(
     let xy = sin_b * cos_b * along - bearing_variance * dx * dy;
     let (xz, yz) = (-depth_variance * dz * dx / flat, -depth_variance * dz * dy / flat);
     let covariance = [[xx, xy, xz], [xy, yy, yz], [xz, yz, here + depth_variance]];
-    Ok(Measured { vector: [dx, dy, dz], covariance, length: tape })
+    Ok(Measured { vector: [dx, dy, dz], covariance, length: tape, by_depth: true })
 }
 
 /// A leg whose tape is level, with compass and depth gauge.
@@ -312,7 +320,12 @@ pub(crate) fn cylpolar(
     let Some((bearing, variance)) = readings.bearing(settings, declination, remarks) else {
         let sideways = here + dz * dz * settings.of(Quantity::Plumb).variance;
         let covariance = matrix::diagonal([sideways, sideways, up]);
-        return Ok(Measured { vector: [0.0, 0.0, dz], covariance, length: dz.abs() });
+        return Ok(Measured {
+            vector: [0.0, 0.0, dz],
+            covariance,
+            length: dz.abs(),
+            by_depth: true,
+        });
     };
     let (sin_b, cos_b) = bearing.sin_cos();
     let [dx, dy] = [tape * sin_b, tape * cos_b];
@@ -320,7 +333,7 @@ pub(crate) fn cylpolar(
     let yy = here + tape_variance * cos_b * cos_b + variance * dx * dx;
     let xy = (tape_variance - variance * tape * tape) * sin_b * cos_b;
     let covariance = [[xx, xy, 0.0], [xy, yy, 0.0], [0.0, 0.0, up]];
-    Ok(Measured { vector: [dx, dy, dz], covariance, length: tape.hypot(dz) })
+    Ok(Measured { vector: [dx, dy, dz], covariance, length: tape.hypot(dz), by_depth: true })
 }
 
 /// A leg by its coordinates.
@@ -335,5 +348,5 @@ pub(crate) fn cartesian(readings: &Readings, settings: &Settings) -> Result<Meas
     };
     let vector = axes.map(calibrated);
     let covariance = matrix::diagonal(axes.map(|(quantity, _)| settings.of(quantity).variance));
-    Ok(Measured { vector, covariance, length: matrix::norm(vector) })
+    Ok(Measured { vector, covariance, length: matrix::norm(vector), by_depth: false })
 }

@@ -91,8 +91,12 @@ impl Reader<'_> {
             let Some(leg) = self.draft.legs.get_mut(bearing.leg).filter(|_| angle != 0.0) else {
                 continue;
             };
-            let measured =
-                Measured { vector: leg.vector, covariance: leg.covariance, length: leg.length };
+            let measured = Measured {
+                vector: leg.vector,
+                covariance: leg.covariance,
+                length: leg.length,
+                by_depth: leg.flags.dived,
+            };
             let turned = measured.turned(angle);
             (leg.vector, leg.covariance) = (turned.vector, turned.covariance);
         }

@@ -258,5 +258,6 @@ fn compass_flags(text: &str) -> LegFlags {
         surface: letters.contains('P'),
         duplicate: letters.contains(['L', 'X']),
         splay: letters.contains('S'),
+        ..LegFlags::default()
     }
 }

@@ -9,7 +9,7 @@ use crate::error::Refusal;
 use crate::matrix;
 use crate::survex::measure::{self, Fault, Measured, Readings, Slope};
 use crate::survex::settings::Settings;
-use crate::survey::{CrossSection, LegFlags, StationId};
+use crate::survey::{CrossSection, LegFlags, StationId, names_squeeze};
 
 /// The variance of the rise of a leg by coordinates that leaves it out, m², as `cavern` has it.
 const UNMEASURED_RISE_M2: f64 = 10.0;
@@ -57,6 +57,7 @@ impl Reader {
         }
         flags = tail.flags.unwrap_or(flags);
         flags.splay |= ends_at_wall;
+        flags.squeeze |= line.split_once(';').is_some_and(|(_, comment)| names_squeeze(comment));
         if let Some(text) = tail.dimensions {
             let [here, before] = if self.units.is_at_second { [to, from] } else { [from, from] };
             let goes_on = self.last == Some(before);
@@ -219,6 +220,8 @@ impl Reader {
             self.remark(remark);
         }
         let mut measured = measured.map_err(|(wrong, remedy)| self.wrong(wrong, remedy))?;
+        // Without slopes and depths the leg is level, and nothing says that it was dived.
+        measured.by_depth &= has_heights;
         if lift != 0.0 {
             measured.vector[2] += lift;
             measured.length = matrix::norm(measured.vector);

@@ -176,3 +176,41 @@ fn both_exports_of_pocket_topo_as_text_are_read() {
             .starts_with("cave.txt:3: the row has too few columns")
     );
 }
+
+/// For each leg by the names of its ends, whether it was dived and whether it is called a squeeze.
+fn marks(name: &str, text: &str) -> Vec<(String, bool, bool)> {
+    let survey = read_as(name, text);
+    let end = |station: usize| survey.stations[station].name.clone();
+    let mark = |leg: &cave_survey::Leg| {
+        (format!("{} {}", end(leg.from), end(leg.to)), leg.flags.dived, leg.flags.squeeze)
+    };
+    survey.legs.iter().map(mark).collect()
+}
+
+#[test]
+fn legs_that_were_dived_and_squeezes_that_are_named_are_known_in_every_format() {
+    let expected = |names: [&str; 3]| {
+        names.map(str::to_owned).into_iter().zip([false, true, false]).zip([false, false, true])
+    };
+    let expected = |names: [&str; 3]| -> Vec<(String, bool, bool)> {
+        expected(names).map(|((name, dived), squeeze)| (name, dived, squeeze)).collect()
+    };
+    let survex = "1 2 10 90 0\n*data diving from to tape compass fromdepth todepth\n2 3 10 90 0 -4\n\
+                  *data normal from to tape compass clino\n3 4 5 90 0 ; up the Squeeze, and on\n";
+    assert_eq!(marks("cave.svx", survex), expected(["1 2", "2 3", "3 4"]));
+    let level = survex.replace("diving", "cylpolar").replace("Squeeze", "squeezed bend");
+    let told = marks("cave.svx", &level);
+    assert!(told[1].1 && !told[2].2, "{told:?}");
+    let walls = "#units meters\nA B 10 90 0\n#units ORDER=DA\nB C 10 90 0 4 <0,0,0,0> ; deep\n\
+                 #units ORDER=DAV\nC D 5 90 0 ; squeeze\n";
+    assert_eq!(marks("cave.srv", walls), expected(["A B", "B C", "C D"]));
+    let therion = "survey a\ncentreline\ndata normal from to length compass clino\n1 2 10 90 0\n\
+                   data diving from to length compass fromdepth todepth\n2 3 10 90 0 -4\n\
+                   endcentreline\nendsurvey\n";
+    assert_eq!(marks("cave.th", therion), expected(["a.1 a.2", "a.2 a.3", ""])[..2]);
+    let head = |format: &str| COMPASS.replace("DDDDUDLRLADN", format);
+    let compass = format!("{}b c 9 0 0 1 1 1 1 #|L# after the squeeze\r\n", head("DDDWUDLRLADN"));
+    let told = marks("cave.dat", &compass);
+    assert_eq!(told, [("a b".into(), true, false), ("b c".into(), true, true)]);
+    assert!(!marks("cave.dat", COMPASS)[0].1);
+}

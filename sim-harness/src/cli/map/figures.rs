@@ -5,7 +5,8 @@ use robot_maps::subt::World;
 use robot_maps::{Cell, Occupancy, Warning};
 use serde_json::{Value, json};
 
-use crate::world::import::Map;
+use crate::output::route_json;
+use crate::world::import::{Ends, Map, Route};
 
 /// The figures as JSON.
 pub(super) fn figures(map: &Map) -> Value {
@@ -57,8 +58,51 @@ fn survey_figures(survey: &Survey) -> Value {
         "loops": it.loops,
         "misclosure_m": millimetres(misclosure),
         "worst_loop": worst,
+        "dived_m": millimetres(it.dived_m),
+        "entrances": entrances(survey),
+        "route": default_route(survey),
         "warnings": texts(&survey.warnings),
     })
+}
+
+/// The names of the stations that the survey marks as entrances.
+fn entrances(survey: &Survey) -> Vec<&str> {
+    let entrances = survey.stations.iter().filter(|station| station.is_entrance);
+    let mut names: Vec<_> = entrances.map(|station| &*station.name).collect();
+    names.dedup();
+    names
+}
+
+/// The route that is flown where neither end is named.
+fn default_route(survey: &Survey) -> Value {
+    match Route::find(survey, &Ends::default()) {
+        Ok((route, _)) => route_json(&route),
+        Err(error) => json!({ "none": error.to_string() }),
+    }
+}
+
+/// The rows about the entrances, the water and the route.
+fn route_rows(survey: &Survey, rows: &mut Rows) {
+    /// The most entrances that are listed.
+    const MOST: usize = 5;
+    let names = entrances(survey);
+    if !names.is_empty() {
+        let more = names.len().saturating_sub(MOST);
+        let more = if more == 0 { String::new() } else { format!(" and {more} more") };
+        rows.push(("entrances", names[..names.len().min(MOST)].join(", ") + &more));
+    }
+    let dived_m = survey.summary().dived_m;
+    if dived_m > 0.0 {
+        rows.push(("under water", format!("{dived_m:.2} m")));
+    }
+    match Route::find(survey, &Ends::default()) {
+        Ok((route, _)) => {
+            let Route { from, to, length_m, ended, .. } = route;
+            rows.push(("longest route", format!("{from} to {to}, {length_m:.1} m")));
+            rows.push(("route ends", ended.to_string()));
+        }
+        Err(error) => rows.push(("longest route", error.to_string())),
+    }
 }
 
 fn survey_rows(survey: &Survey) -> Rows {
@@ -83,6 +127,7 @@ fn survey_rows(survey: &Survey) -> Rows {
         format!("; the worst misses by {:.2} m in {:.0} m{at}", worst.error, worst.length)
     });
     rows.push(("loops", format!("{}{closes}", it.loops)));
+    route_rows(survey, &mut rows);
     rows
 }
 

@@ -43,10 +43,12 @@ fn route_lines(text: &mut String, route: &Route, reach_m: f32) {
         };
         let _ = writeln!(text, "  side galleries        {sides}{hidden}");
     }
-    for hindrance in route.hindrances.iter().take(MOST_LISTED) {
+    let _ = writeln!(text, "  route ends            {}", route.ended);
+    let aside: Vec<_> = route.hindrances_aside().collect();
+    for hindrance in aside.iter().take(MOST_LISTED) {
         let _ = writeln!(text, "  not flown             {hindrance}");
     }
-    match route.hindrances.len().saturating_sub(MOST_LISTED) {
+    match aside.len().saturating_sub(MOST_LISTED) {
         0 => {}
         more => {
             let _ = writeln!(text, "  not flown             {more} legs more");

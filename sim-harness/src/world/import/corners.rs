@@ -42,6 +42,11 @@ impl<'a, N: Network> Corners<'a, N> {
         Self { network, along, main, origin, united, mentioned }
     }
 
+    /// How far each node of the route is along its line, m.
+    pub(super) fn along_route(&self, route: &[usize]) -> Vec<f32> {
+        route.iter().map(|node| self.along.get(node).copied().unwrap_or(0.0)).collect()
+    }
+
     pub(super) fn root(&self, node: usize) -> usize {
         let mut root = node;
         while let Some(&other) = self.united.get(&root) {

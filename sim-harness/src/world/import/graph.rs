@@ -1,82 +1,19 @@
 //! The graph of a survey: which legs can be flown, and ways along them.
 
-use std::collections::HashMap;
-use std::fmt;
+use std::collections::{HashMap, HashSet};
 
 use cave_survey::{StationId, Survey, Vector};
 
+use super::hindrance::{Hindrance, HindranceKind};
 use super::network::{Network, Station};
-use super::plan::plan;
+use super::plan::{middles, plan};
 use super::spread::Spread;
 use super::widths::{Sides, Widths};
 use super::{RouteError, named};
 use crate::world::layout::LEAST_WIDTH;
 
-/// The steepest leg that is flown, degrees from the horizontal.
-///
-/// A drone flies 0.3 m above the floor (`AgentConfig::DEFAULT`), and takes for a wall what its
-/// beams, at 45° to its course, meet within 0.45 m (`Steering`'s `slow_below`): a floor that rises
-/// by more than 0.3 m on 0.45 m · cos 45°.
-pub const STEEPEST_DEG: f64 = 43.3;
-
-/// The height of a step that is climbed at any slope, m: that at which drones fly.
-const STEP: f64 = 0.3;
-
 /// The lowest passage, m: the flying height, and the distance to a wall that counts as dangerous.
 const LOWEST: f64 = 0.5;
-
-/// What keeps a drone from flying along a leg.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Hindrance {
-    /// The name of the leg's first station.
-    pub from: String,
-    /// The name of the leg's second station.
-    pub to: String,
-    /// The reason.
-    pub kind: HindranceKind,
-}
-
-/// The reason why a leg cannot be flown.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum HindranceKind {
-    /// It is too steep.
-    Shaft {
-        /// The angle from the horizontal, degrees.
-        slope_deg: f64,
-        /// The difference in height, m.
-        height_m: f64,
-    },
-    /// The passage is too narrow.
-    Squeeze {
-        /// The width, m.
-        width_m: f64,
-    },
-    /// The passage is too low.
-    Low {
-        /// The height from floor to ceiling, m.
-        height_m: f64,
-    },
-    /// Nothing was measured along it.
-    Unmeasured,
-}
-
-impl fmt::Display for Hindrance {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { from, to, kind } = self;
-        match kind {
-            HindranceKind::Shaft { slope_deg, height_m } => {
-                write!(f, "{from} to {to} is a shaft of {height_m:.1} m at {slope_deg:.0}°")
-            }
-            HindranceKind::Squeeze { width_m } => {
-                write!(f, "{from} to {to} is a squeeze of {width_m:.2} m")
-            }
-            HindranceKind::Low { height_m } => {
-                write!(f, "{from} to {to} is only {height_m:.2} m high")
-            }
-            HindranceKind::Unmeasured => write!(f, "{from} to {to} was never measured"),
-        }
-    }
-}
 
 /// A leg as seen from one of its nodes.
 #[derive(Clone, Copy, Debug)]
@@ -116,7 +53,8 @@ impl<'a> Graph<'a> {
             let length = cave_survey::norm(vector);
             let hindrance = match leg.length {
                 None => Some(HindranceKind::Unmeasured),
-                Some(_) => hindrance(vector, &widths, [from, to]),
+                Some(_) if leg.flags.dived => Some(HindranceKind::Water),
+                Some(_) => hindrance(vector, &widths, [from, to], leg.flags.squeeze),
             };
             edges[from].push(Edge { to, length, hindrance });
             edges[to].push(Edge { to: from, length, hindrance });
@@ -154,18 +92,48 @@ impl<'a> Graph<'a> {
         let Some(way) = self.spread(from, |_| true).way(to) else {
             return Err(RouteError::Apart(begin, end));
         };
-        let hindered = way.windows(2).filter_map(|pair| self.hindered(pair[0], pair[1]));
+        let reached = self.reached(from);
+        let hindered = way.windows(2).filter_map(|pair| self.hindered(pair[0], pair[1], &reached));
         Err(RouteError::Hindered(begin, end, hindered.collect()))
     }
 
-    /// What hinders the easiest leg from one node to another.
-    fn hindered(&self, from: usize, to: usize) -> Option<Hindrance> {
+    /// What hinders the easiest leg from one node to another, where drones come to `reached`.
+    fn hindered(&self, from: usize, to: usize, reached: &[bool]) -> Option<Hindrance> {
         let mut kinds = self.edges[from].iter().filter(|it| it.to == to).map(|it| it.hindrance);
         let first = kinds.next()?;
         if kinds.any(|kind| kind.is_none()) {
             return None;
         }
-        first.map(|kind| Hindrance { from: self.name(from), to: self.name(to), kind })
+        let beyond_m = self.beyond(to, reached);
+        first.map(|kind| Hindrance { from: self.name(from), to: self.name(to), kind, beyond_m })
+    }
+
+    /// Which nodes can be flown to from one.
+    fn reached(&self, from: usize) -> Vec<bool> {
+        let mut reached = vec![false; self.nodes.len()];
+        for node in self.spread(from, |edge| edge.hindrance.is_none()).order {
+            reached[node] = true;
+        }
+        reached
+    }
+
+    /// The length of the legs that lead on from a node that is not `reached`, m.
+    fn beyond(&self, node: usize, reached: &[bool]) -> f64 {
+        let mut seen = reached.to_vec();
+        let (mut open, mut doubled) = (vec![node], 0.0);
+        if std::mem::replace(&mut seen[node], true) {
+            return 0.0;
+        }
+        while let Some(node) = open.pop() {
+            for edge in self.edges[node].iter().filter(|edge| !reached[edge.to]) {
+                doubled += edge.length;
+                if !std::mem::replace(&mut seen[edge.to], true) {
+                    open.push(edge.to);
+                }
+            }
+        }
+        // Each leg was met from both of its ends.
+        0.5 * doubled
     }
 
     /// The longest way of the cave that can be flown without detours: exactly in passages without
@@ -211,16 +179,30 @@ impl<'a> Graph<'a> {
         entrances.map(|station| away(station.position)).fold(f64::INFINITY, f64::min)
     }
 
-    /// The hindrances of legs that begin at stations of the route.
+    /// The hindrances of legs that begin at stations of the route, those with the most beyond first; those
+    /// of the whole cave where there is no route.
     pub(super) fn hindrances_beside(&self, route: &[usize]) -> Vec<Hindrance> {
-        let at = |&node: &usize| {
-            let edges = self.edges[node].iter().filter(|edge| !route.contains(&edge.to));
-            edges.filter_map(move |edge| {
-                let (from, to) = (self.name(node), self.name(edge.to));
-                edge.hindrance.map(|kind| Hindrance { from, to, kind })
-            })
+        let all: Vec<usize> = (0..self.nodes.len()).collect();
+        let (nodes, mut reached) = match route.first() {
+            Some(&first) => (route, self.reached(first)),
+            None => (&*all, vec![false; self.nodes.len()]),
         };
-        route.iter().flat_map(at).collect()
+        let mut met = HashSet::new();
+        let mut found = Vec::new();
+        for &node in nodes {
+            let was_reached = std::mem::replace(&mut reached[node], true);
+            for to in self.edges[node].iter().map(|edge| edge.to) {
+                if !route.contains(&to) && met.insert([node.min(to), node.max(to)]) {
+                    found.extend(self.hindered(node, to, &reached));
+                }
+            }
+            reached[node] = was_reached;
+        }
+        // Of a cave that cannot be flown at all, the first legs of the survey tell the most.
+        if !route.is_empty() {
+            found.sort_by(|a, b| b.beyond_m.total_cmp(&a.beyond_m));
+        }
+        found
     }
 
     /// The shortest ways from a node along the edges that are `allowed`.
@@ -243,23 +225,35 @@ impl Network for Graph<'_> {
         self.position(node)
     }
 
+    fn halves(&self, way: &[usize]) -> Vec<f64> {
+        middles(self, way).iter().map(|(station, _)| f64::from(station.half_m)).collect()
+    }
+
     fn plan(&self, way: &[usize]) -> Vec<Station> {
         plan(self, way).0
     }
 }
 
 /// What keeps a drone from flying along a vector, whose ends are these nodes.
-fn hindrance(vector: Vector, widths: &Widths, ends: [usize; 2]) -> Option<HindranceKind> {
+fn hindrance(
+    vector: Vector,
+    widths: &Widths,
+    ends: [usize; 2],
+    is_squeeze: bool,
+) -> Option<HindranceKind> {
     let flat = vector[0].hypot(vector[1]);
     let slope_deg = vector[2].abs().atan2(flat).to_degrees();
-    if slope_deg > STEEPEST_DEG && vector[2].abs() > STEP {
-        return Some(HindranceKind::Shaft { slope_deg, height_m: vector[2].abs() });
+    if let Some(kind) = HindranceKind::of_rise(slope_deg, vector[2].abs()) {
+        return Some(kind);
     }
     let direction = if flat > 0.0 { [vector[0] / flat, vector[1] / flat] } else { [0.0, 1.0] };
     let sides = ends.map(|end| widths.at(end, direction));
     let narrowest = sides.iter().map(|it| it.left + it.right).fold(f64::INFINITY, f64::min);
     if narrowest < f64::from(LEAST_WIDTH) {
         return Some(HindranceKind::Squeeze { width_m: narrowest });
+    }
+    if is_squeeze && sides.iter().any(|it| it.is_assumed) {
+        return Some(HindranceKind::NamedSqueeze);
     }
     let lowest = sides.iter().filter_map(|it| it.height).fold(f64::INFINITY, f64::min);
     (lowest < LOWEST).then_some(HindranceKind::Low { height_m: lowest })

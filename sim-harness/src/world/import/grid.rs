@@ -18,7 +18,7 @@ use robot_maps::{Cell, Occupancy};
 use units::Point2;
 
 use super::network::{self, Galleries, Network, Station};
-use super::{Ends, LONGEST_ROUTE, Route, RouteError, SHORTEST_ROUTE};
+use super::{Ends, LONGEST_ROUTE, Route, RouteEnd, RouteError, SHORTEST_ROUTE};
 use crate::world::layout::{FARTHEST, LEAST_WIDTH};
 use crate::world::{GeometryError, Tunnel};
 use mask::Mask;
@@ -141,7 +141,7 @@ impl<'a> Grid<'a> {
         let (way, is_cut) = network::cut(self, way, f64::from(LONGEST_ROUTE));
         let length_m = network::length(self, &way);
         if length_m < f64::from(SHORTEST_ROUTE) {
-            return Err(RouteError::TooShort(Vec::new()));
+            return Err(RouteError::TooShort(Box::default()));
         }
         Ok((way, is_cut, length_m))
     }
@@ -201,6 +201,10 @@ impl Network for Grid<'_> {
         [x, y, 0.0]
     }
 
+    fn halves(&self, way: &[usize]) -> Vec<f64> {
+        way.iter().map(|&node| f64::from(self.halves[node])).collect()
+    }
+
     fn plan(&self, way: &[usize]) -> Vec<Station> {
         let points: Vec<[f64; 2]> = way.iter().map(|&node| self.place(node)).collect();
         let kept = outline::simplified(&points, SMOOTH_M.max(self.map.resolution_m));
@@ -236,7 +240,7 @@ pub(super) fn find(map: &Occupancy, ends: &Ends) -> Result<(Route, Tunnel), Rout
     let places: Vec<[f64; 2]> = from.into_iter().chain(to).collect();
     let Some(grid) = Grid::of(map, &places, Axis::Pruned) else {
         let named = ends.from.as_ref().or(ends.to.as_ref());
-        let nowhere = || RouteError::TooShort(Vec::new());
+        let nowhere = || RouteError::TooShort(Box::default());
         return Err(named.cloned().map_or_else(nowhere, RouteError::NoPoint));
     };
     let reaches_all = places.iter().all(|&place| grid.reaches(place));
@@ -266,6 +270,7 @@ pub(super) fn find(map: &Occupancy, ends: &Ends) -> Result<(Route, Tunnel), Rout
         stations: found.galleries.first().map_or(0, |main| main.centre_line.len()),
         length_m,
         is_cut,
+        ended: RouteEnd::of(is_cut, ends.to.is_some(), None, &[], ""),
         side_galleries: found.galleries.len().saturating_sub(1),
         median_width_m,
         long_reach_m: super::long_reach(median_width_m),

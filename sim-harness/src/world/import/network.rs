@@ -11,7 +11,7 @@ use std::collections::BTreeSet;
 use units::Point2;
 
 use super::corners::Corners;
-use super::levels::Levels;
+use super::levels::{self, Levels, Place};
 use super::spread::Spread;
 use crate::world::layout::{LEAST_WIDTH, Passage};
 use crate::world::{Gallery, Knot, Polyline, Skeleton};
@@ -38,6 +38,8 @@ pub(super) trait Network {
     fn neighbours(&self, node: usize) -> Vec<(usize, f64)>;
     /// The place of a node, m.
     fn at(&self, node: usize) -> [f64; 3];
+    /// Half of the width at each node of a way, m.
+    fn halves(&self, way: &[usize]) -> Vec<f64>;
     /// The stations along a way; none are in the same place.
     fn plan(&self, way: &[usize]) -> Vec<Station>;
 }
@@ -94,6 +96,8 @@ pub(super) struct Galleries {
     pub(super) knots: Vec<Vec<Knot>>,
     /// The place of the map that is the origin of the floor plan: the beginning of the route.
     pub(super) origin: [f64; 2],
+    /// How far each node of the route is along the line of the main gallery, m.
+    pub(super) along: Vec<f32>,
     /// How many side galleries were left out because they pass above or below others.
     pub(super) above_or_below: usize,
 }
@@ -109,6 +113,7 @@ impl Galleries {
         }
         let main = Polyline::new(line.clone());
         let mut corners = Corners::new(network, route, &main, found.origin);
+        found.along = corners.along_route(route);
         let mut levels = Levels::new();
         let heights: Vec<_> = route.iter().map(|&node| network.at(node)).collect();
         levels.add(&heights, &found.halves(&stations, heights.len()));
@@ -127,7 +132,7 @@ impl Galleries {
             let heights: Vec<_> = side.iter().map(|&node| network.at(node)).collect();
             let planned = network.plan(&side);
             let halves = found.halves(&planned, heights.len());
-            if levels.clash(&heights, &halves) {
+            if levels.clash(&heights, &halves) || is_above_itself(network, &side) {
                 found.above_or_below += 1;
                 continue;
             }
@@ -219,6 +224,13 @@ impl Galleries {
         let widest = stations.iter().map(|it| f64::from(it.half_m)).fold(0.0, f64::max);
         vec![widest; count]
     }
+}
+
+/// Whether a way passes above or below itself.
+fn is_above_itself(network: &impl Network, way: &[usize]) -> bool {
+    let halves = network.halves(way);
+    let places = way.iter().zip(halves).map(|(&node, half)| Place { at: network.at(node), half });
+    levels::beginning(&places.collect::<Vec<_>>()).overlap.is_some()
 }
 
 /// The name of the main gallery.

@@ -10,27 +10,34 @@ const NEAREST: f64 = 0.3;
 /// The plan of a way: the middle of the passage at its stations, in the axes of the survey, and at
 /// how many of its nodes the width is assumed.
 pub(super) fn plan(graph: &Graph<'_>, way: &[usize]) -> (Vec<Station>, usize) {
-    let flat: Vec<[f64; 2]> =
-        way.iter().map(|&node| graph.position(node)).map(|[x, y, _]| [x, y]).collect();
     let mut assumed = 0;
     let mut stations: Vec<Station> = Vec::new();
-    for (n, (&node, at)) in way.iter().zip(&flat).enumerate() {
+    for (station, is_assumed) in middles(graph, way) {
+        assumed += usize::from(is_assumed);
+        match stations.last_mut() {
+            Some(last) if distance(last.at, station.at) < NEAREST => {
+                last.half_m = last.half_m.max(station.half_m);
+            }
+            _ => stations.push(station),
+        }
+    }
+    (stations, assumed)
+}
+
+/// The middle of the passage at each node of a way, and whether its width is assumed.
+pub(super) fn middles(graph: &Graph<'_>, way: &[usize]) -> Vec<(Station, bool)> {
+    let flat: Vec<[f64; 2]> =
+        way.iter().map(|&node| graph.position(node)).map(|[x, y, _]| [x, y]).collect();
+    let middle = |(n, (&node, at)): (usize, (&usize, &[f64; 2]))| {
         let [x, y] = direction(&flat, n);
         let sides = graph.sides(node, [x, y]);
-        assumed += usize::from(sides.is_assumed);
         let half = (0.5 * (sides.left + sides.right)) as f32;
         let shift = 0.5 * (sides.left - sides.right);
         // Left of the direction is (−y, x).
         let middle = [at[0] - y * shift, at[1] + x * shift];
-        let half_m = half.max(0.5 * LEAST_WIDTH);
-        match stations.last_mut() {
-            Some(last) if distance(last.at, middle) < NEAREST => {
-                last.half_m = last.half_m.max(half_m);
-            }
-            _ => stations.push(Station { at: middle, half_m }),
-        }
-    }
-    (stations, assumed)
+        (Station { at: middle, half_m: half.max(0.5 * LEAST_WIDTH) }, sides.is_assumed)
+    };
+    way.iter().zip(&flat).enumerate().map(middle).collect()
 }
 
 /// The horizontal direction of a way at one of its points: the mean of the legs before and behind.

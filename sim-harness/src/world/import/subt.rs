@@ -2,11 +2,12 @@
 
 use robot_maps::subt::World;
 
-use super::graph::STEEPEST_DEG;
+use super::ended::{Piece, Wanted};
 use super::network::{self, Galleries, Network, Station};
 use super::spread::Spread;
 use super::{
-    Ends, Hindrance, HindranceKind, LONGEST_ROUTE, Route, RouteError, SHORTEST_ROUTE, SUBT_AROUND_M,
+    Ends, Hindrance, HindranceKind, Route, RouteEnd, RouteError, SHORTEST_ROUTE, SUBT_AROUND_M,
+    Short,
 };
 use crate::suggest;
 use crate::world::Tunnel;
@@ -69,7 +70,7 @@ impl<'a> Tiles<'a> {
             let hindered = self.edges[node].iter().filter_map(move |(to, _, kind)| {
                 let kind = (*kind)?;
                 let (from, to) = (self.name(node), self.beyond(node, *to));
-                Some(Hindrance { from, to, kind })
+                Some(Hindrance { from, to, kind, beyond_m: 0.0 })
             });
             hindered.collect::<Vec<_>>()
         };
@@ -91,7 +92,7 @@ impl<'a> Tiles<'a> {
             if pair[0] >= tiles {
                 (from, to) = (to, from);
             }
-            kind.map(|kind| Hindrance { from, to, kind })
+            kind.map(|kind| Hindrance { from, to, kind, beyond_m: 0.0 })
         });
         let mut hindered: Vec<_> = hindered.collect();
         hindered.dedup_by(|a, b| (&a.from, &a.to) == (&b.from, &b.to));
@@ -124,6 +125,10 @@ impl Network for Tiles<'_> {
         }
     }
 
+    fn halves(&self, way: &[usize]) -> Vec<f64> {
+        way.iter().map(|&node| f64::from(self.half_m(node))).collect()
+    }
+
     fn plan(&self, way: &[usize]) -> Vec<Station> {
         let station = |&node: &usize| {
             let [x, y, _] = self.at(node);
@@ -139,8 +144,8 @@ impl Network for Tiles<'_> {
 fn hindrance(way: [f64; 3], is_shaft: bool) -> Option<HindranceKind> {
     let height_m = way[2].abs();
     let slope_deg = height_m.atan2(way[0].hypot(way[1])).to_degrees();
-    let is_steep = slope_deg > STEEPEST_DEG && height_m > 0.3;
-    (is_steep || is_shaft).then_some(HindranceKind::Shaft { slope_deg, height_m })
+    let shaft = is_shaft.then_some(HindranceKind::Shaft { slope_deg, height_m });
+    shaft.or_else(|| HindranceKind::of_rise(slope_deg, height_m))
 }
 
 /// Finds a route between tiles and makes its tunnel. Where an end is left open, it begins at the
@@ -157,33 +162,44 @@ pub(super) fn find(world: &World, ends: &Ends) -> Result<(Route, Tunnel), RouteE
             None => return Err(tiles.hindered(start, to)),
         },
     };
-    let (way, is_cut) = network::cut(&tiles, way, f64::from(LONGEST_ROUTE));
-    let length_m = network::length(&tiles, &way);
-    if length_m < f64::from(SHORTEST_ROUTE) {
-        return Err(RouteError::TooShort(tiles.hindrances(&way)));
+    let piece = Piece::of(&tiles, way, Wanted::Beginning, |node| tiles.name(node));
+    if let (Some(_), Some(to), Some(crossing)) = (from, to, &piece.crossing) {
+        let crossing = Box::new(crossing.clone());
+        return Err(RouteError::Crosses(tiles.name(start), tiles.name(to), crossing));
     }
+    let Piece { nodes: way, is_cut, crossing } = piece;
+    let length_m = network::length(&tiles, &way);
+    let hindrances = tiles.hindrances(&way);
+    let end_name = way.last().map_or_else(String::new, |&node| tiles.name(node));
+    if length_m < f64::from(SHORTEST_ROUTE) {
+        let longest = Some(([tiles.name(start), end_name], length_m));
+        let short = Short { longest, hindrances, crossing };
+        return Err(RouteError::TooShort(Box::new(short)));
+    }
+    let ended = RouteEnd::of(is_cut, to.is_some(), crossing.clone(), &hindrances, &end_name);
     let around_m = f64::from(ends.around_m.unwrap_or(SUBT_AROUND_M));
     let found = Galleries::of(&tiles, &way, around_m);
     let tunnel =
         Tunnel::surveyed(found.skeleton(), &found.passages).map_err(RouteError::Geometry)?;
     let passed: Vec<_> = way.iter().filter_map(|node| world.tiles.get(*node)).collect();
-    let heights = way.iter().map(|&node| tiles.at(node)[2]);
-    let highest = heights.clone().fold(f64::NEG_INFINITY, f64::max);
     let median_width_m = found.galleries.first().map_or(0.0, |main| main.width);
     let route = Route {
         from: tiles.name(start),
-        to: way.last().map_or_else(String::new, |&node| tiles.name(node)),
+        to: end_name,
         stations: passed.len(),
         assumed_widths: passed.iter().filter(|tile| tile.passage().is_assumed).count(),
         length_m,
-        height_range_m: highest - heights.fold(f64::INFINITY, f64::min),
+        height_range_m: super::range(way.iter().map(|&node| tiles.at(node)[2])),
         is_cut,
-        hindrances: tiles.hindrances(&way),
+        ended,
+        hindrances,
         side_galleries: found.galleries.len().saturating_sub(1),
         above_or_below: found.above_or_below,
         median_width_m,
         long_reach_m: super::long_reach(median_width_m),
-        warnings: world.warnings.clone(),
+        marks: super::marks(&found, &way, |node| (tiles.name(node), tiles.at(node)[2])),
+        warnings: super::with_remark(&world.warnings, crossing.as_ref()),
+        crossing,
     };
     Ok((route, tunnel))
 }

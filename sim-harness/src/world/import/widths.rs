@@ -61,7 +61,13 @@ impl Widths {
         // Zeros on both sides stand for a passage that was not measured: it had a surveyor in it.
         let measured = measured.filter(|(left, right)| left + right > 0.0);
         let sides = measured.or_else(|| self.splayed(node, direction));
-        let (left, right) = sides.unwrap_or((ASSUMED_WIDTH / 2.0, ASSUMED_WIDTH / 2.0));
+        // Where one side alone was measured, the other is assumed.
+        let one = |side: fn(&CrossSection) -> Option<f64>| {
+            section.as_ref().and_then(side).unwrap_or(ASSUMED_WIDTH / 2.0)
+        };
+        let (left, right) = sides.unwrap_or_else(|| (one(|it| it.left), one(|it| it.right)));
+        let is_zero = left + right <= 0.0;
+        let [left, right] = if is_zero { [ASSUMED_WIDTH / 2.0; 2] } else { [left, right] };
         let [left, right] = [left, right].map(|side| side.min(WIDEST_SIDE));
         Sides { left, right, height, is_assumed: sides.is_none() }
     }
