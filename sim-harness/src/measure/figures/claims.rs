@@ -14,9 +14,10 @@ const ALL: f64 = 0.95;
 /// The largest share of runs with a needless launch that counts as none.
 const NONE: f64 = 0.05;
 
-/// Why K does not settle: the evidence is K tuned, and the table of its ingredients in the book.
-const SWINGS: &str = "Why: with the gain of eq. 11, a third per round, relays fly to and fro at full \
-speed about the place of equal links; K tuned, the same filter with a small gain, settles.";
+/// Why K does not settle: the table of the ingredients of K tuned is in the book.
+const SWINGS: &str = "Why: with the gain of eq. 11, a third per round, half a decibel asks for full \
+                      speed, and relays swing about the place of equal links; K tuned, whose gain \
+                      is a small part of that, settles.";
 
 impl Figures {
     /// The paper's claims about figure 3, of those whose policies were flown. Where a claim is about
@@ -71,7 +72,7 @@ impl Figures {
         let claim = Claim::new(
             ("D", words),
             (quantity, Needs::MoreThan(0.0)),
-            "Why: the limit is far enough from these links that single packets seldom pass it.",
+            "Why: in that corridor the links under T0 seldom pass the limit either.",
         );
         self.in_corridors(claim, ["t0", policy], |[raw, other]| {
             let pairs = || raw.exploration.iter().zip(&other.exploration);
@@ -87,7 +88,8 @@ impl Figures {
 
     fn launches_none(&self, policy: &str, words: &'static str) -> Claim {
         let needs = ("share of runs with a needless relay", Needs::AtMost(NONE));
-        let why = "Why: the filter trembles by more than the limit is away from the best chain.";
+        let why =
+            "Why: the limit lies 1 dB beyond the best chain, and the links of K swing by more.";
         self.in_corridors(Claim::new(("D", words), needs, why), [policy], |[cell]| {
             let (hits, runs) = (needless(cell), cell.exploration.len());
             (counted(policy, hits, runs), share(hits, runs))
@@ -107,8 +109,8 @@ impl Figures {
 
     fn is_calmer(&self, policy: &str, words: &'static str) -> Claim {
         let quantity = "median of T0's variance of the relays' places less the other's, m²";
-        let why = "Why: with the gain of eq. 11 the filter's delay makes the swings slower and \
-                   wider where the raw signal's noise breaks them up; K tuned is calm.";
+        let why = "Why: the filter takes the noise out of the links, but with the gain of eq. 11 \
+                   relays swing without noise, too; K tuned, whose gain is small, is calm.";
         let claim = Claim::new(("F", words), (quantity, Needs::MoreThan(0.0)), why);
         self.in_corridors(claim, ["t0", policy], |[raw, other]| {
             let differences = paired(raw, other, |run| run.variance_m2);
@@ -121,9 +123,9 @@ impl Figures {
     }
 }
 
-/// Why K tuned settles later than T5 in some corridor, though it settles in more runs.
-const SLOWER: &str = "Why: a small gain takes longer over the last decibels where T5 is already \
-within its tolerance.";
+/// Why K tuned settles later than T5 in some corridor.
+const SLOWER: &str = "Why: T5 flies at full speed until its links are within its tolerance, K tuned \
+                      by a small gain.";
 
 fn needless(cell: &Cell) -> usize {
     cell.exploration.iter().filter(|run| excess(&run.metrics) > 0.0).count()

@@ -12,7 +12,9 @@ use units::{NodeId, Role};
 use super::PictureError;
 use super::map::{View, bounds, farthest, floor, height_of, scale_bar};
 use super::series::{launch_limit, thinned};
-use super::sheet::{Area, Fault, Look, Picture, escaped, headed, part, px, size_of, write};
+use super::sheet::{
+    Area, Fault, Look, Picture, escaped, headed, part, px, size_of, text_width, write,
+};
 use super::style::{AXIS, FAIR, INK, LIMIT, PAPER, QUIET, STRONG};
 use crate::measure::trace::{DroneFrame, Frame, Node, Trace, order_words};
 
@@ -23,6 +25,8 @@ const TIMELINE: f64 = 40.0;
 const MOST_MOMENTS: usize = 240;
 /// The last moment is shown for so many moments more, before the mission begins anew.
 const REST: usize = 16;
+/// The picture ends so long after the last event, µs: then all have landed, or the mission is over.
+const AFTER_US: u64 = 10_000_000;
 /// Seconds of the mission to one of the picture, and bounds of the picture's length, s.
 const SPEED: f64 = 12.0;
 const LENGTH_S: (f64, f64) = (8.0, 30.0);
@@ -50,7 +54,10 @@ pub(super) fn picture(trace: &Trace) -> Result<String, PictureError> {
     })?;
     let Some(stage) = stage else { return Ok(still.svg().to_owned()) };
     let mut svg = still.svg().trim_end().trim_end_matches("</svg>").to_owned();
-    let moments: Vec<&Frame> = thinned(&trace.frames, MOST_MOMENTS).collect();
+    let until_us = events(trace).last().map_or(u64::MAX, |(at_us, _)| at_us + AFTER_US);
+    let told = trace.frames.partition_point(|frame| frame.time_us <= until_us);
+    let moments: Vec<&Frame> =
+        thinned(trace.frames.get(..told).unwrap_or_default(), MOST_MOMENTS).collect();
     if let (Some(first), Some(last)) = (moments.first(), moments.last()) {
         let film = Film::new(trace, &moments, (first.time_us, last.time_us));
         film.links(&mut svg, &stage);
@@ -319,16 +326,18 @@ fn key(map: &Area<'_>, limit: Option<f64>) -> Result<(), Fault> {
     let words = [
         (STRONG, format!("link of {high} dBm or more")),
         (FAIR, format!("{low} to {high} dBm")),
-        (LIMIT, format!("below {low} dBm: too weak")),
+        (LIMIT, format!("below {low} dBm, the limit")),
     ];
-    let (step, y) = (170.0, height - 12.0);
-    for (index, (colour, words)) in words.iter().enumerate() {
-        let x = width - step * (3 - index) as f64;
+    let breadth = |words: &str| 24.0 + text_width(words, Look::LABEL) + 16.0;
+    let mut x = width - words.iter().map(|(_, words)| breadth(words)).sum::<f64>();
+    let y = height - 12.0;
+    for (colour, words) in &words {
         map.draw(&PathElement::new(
             vec![(px(x), px(y)), (px(x + 18.0), px(y))],
             stroke(colour, 3.4),
         ))?;
         write(map, words, (x + 24.0, y), Look::LABEL)?;
+        x += breadth(words);
     }
     Ok(())
 }
