@@ -69,6 +69,9 @@ pub(super) fn picture(trace: &Trace) -> Result<String, PictureError> {
     Ok(svg)
 }
 
+/// The places of a node at all moments, in units of the sheet.
+type Way = [(i32, i32)];
+
 /// The map's place on the sheet.
 struct Stage {
     view: View,
@@ -200,12 +203,7 @@ impl<'t> Film<'t> {
         }
     }
 
-    fn link(
-        &self,
-        out: &mut String,
-        (own, peers): (&[(i32, i32)], &[(i32, i32)]),
-        colours: &[(f64, String)],
-    ) {
+    fn link(&self, out: &mut String, (own, peers): (&Way, &Way), colours: &[(f64, String)]) {
         let (from, to) = (own.get(self.still), peers.get(self.still));
         let ((x1, y1), (x2, y2)) = from.zip(to).map_or_else(Default::default, |(a, b)| (*a, *b));
         let colour = colours.get(self.still).map_or("none", |(_, colour)| colour);
