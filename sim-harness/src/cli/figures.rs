@@ -1,50 +1,68 @@
-//! `uchain figures`: the paper's figure 3, or the tables of the paper on swarms.
+//! `uchain figures`: the paper's figure 3, or the tables of the paper on swarms, with what the papers
+//! claim.
 
 mod swarm;
 
 use std::fmt::Write;
 
-use clap::Args;
+use chain::policy::{NAMES, Policy};
+use clap::{Args, ValueEnum};
 
 use super::{Common, Trouble, Verdict, interrupt};
 use crate::args::runs;
+use crate::input_error::InputError;
 use crate::measure::campaign::Figure;
-use crate::measure::figures::{Figures, make, missions};
+use crate::measure::figures::{Cell, Figures, VARIANTS, make, missions};
+use crate::measure::intervals::CONFIDENCE;
 use crate::output;
-use crate::output::pictures::box_plots;
+use crate::output::pictures::{box_plots, survival};
 use crate::progress::Progress;
+use crate::suggest;
 
 #[derive(Args)]
 pub(super) struct FiguresArgs {
-    /// Number of missions behind each box plot; the paper has 30
+    /// The paper whose figures and claims are made
+    #[arg(long, value_enum, default_value_t = Paper::UChain)]
+    paper: Paper,
+    /// Number of missions behind each box plot; the papers have 30, and tables of swarms up to 150
     #[arg(long, allow_negative_numbers = true, default_value_t = 30, value_name = "N")]
     runs: usize,
-    /// Make tables 2 and 3 of the paper on swarms by virtual forces (Falomir 2017) for several
-    /// readings of it, and say which of its claims hold; the paper has 30 to 150 missions
-    #[arg(long)]
-    swarm: bool,
+    /// Fly this policy only; may be given more than once. Claims about others are left out
+    #[arg(long, value_name = "NAME")]
+    policy: Vec<String>,
     #[command(flatten)]
     common: Common,
 }
 
+/// A paper that is followed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Paper {
+    /// Laclau 2020, on chains of relays: figure 3, panels A to F
+    UChain,
+    /// Falomir 2017, on swarms by virtual forces: tables 2 and 3 for several readings of it
+    Forces,
+}
+
 pub(super) fn run(args: &FiguresArgs) -> Result<Verdict, Trouble> {
-    if args.swarm {
+    let policies = policies(args)?;
+    if args.paper == Paper::Forces {
         return swarm::run(args);
     }
     let count = runs(args.runs)?;
     let seed = args.common.seed;
     interrupt::ends();
     let mut folder = args.common.folder()?;
-    let progress = Progress::new(missions(count) as u64, args.common.quiet);
+    let progress = Progress::new(missions(policies.len(), count) as u64, args.common.quiet);
     progress.say("missions");
-    let figures = make(count, seed, || progress.step())?;
+    let figures = make(&policies, count, seed, || progress.step())?;
     drop(progress);
     let summary = figures.json(count, seed);
     if let Some(folder) = &mut folder {
         folder.put_json("summary.json", &summary)?;
         let pictures = [
             ("figure-3", figures.picture(count)?),
-            ("figure-3e", box_plots(&figures.convergence_chart())?),
+            ("figure-3abc", survival(&figures.resting_chart())?),
+            ("figure-3e", survival(&figures.convergence_chart())?),
             ("figure-3f", box_plots(&figures.variance_chart())?),
         ];
         for (name, picture) in &pictures {
@@ -55,9 +73,29 @@ pub(super) fn run(args: &FiguresArgs) -> Result<Verdict, Trouble> {
     Ok(Verdict::Good)
 }
 
+/// The policies that were asked for, each once, in the order of the registry.
+fn policies(args: &FiguresArgs) -> Result<Vec<&'static str>, InputError> {
+    if args.policy.is_empty() {
+        return Ok(VARIANTS.to_vec());
+    }
+    if args.paper != Paper::UChain {
+        let wrong = "--policy chooses policies of chains, and this paper has none";
+        return Err(InputError::new(wrong, "leave it out, or give --paper u-chain"));
+    }
+    if let Some(unknown) = args.policy.iter().find(|name| Policy::named(name).is_none()) {
+        let wrong = format!("there is no policy \"{unknown}\"");
+        return Err(InputError::new(wrong, suggest::one_of(unknown, &NAMES)));
+    }
+    let is_asked = |name: &&str| args.policy.iter().any(|asked| asked == name);
+    Ok(NAMES.into_iter().filter(is_asked).collect())
+}
+
 fn table(figures: &Figures, count: usize) -> String {
-    let mut text = format!("The paper's figure 3, {count} missions for each row\n");
-    let mut part = |heading: &str, of: fn(&crate::measure::figures::Cell) -> Vec<Figure>| {
+    let mut text = format!(
+        "The paper's figure 3, {count} missions for each row. A name ends with its unit; one without \
+         a unit is a number of relays, or else a share of the missions or of their time\n"
+    );
+    let mut part = |heading: &str, of: fn(&Cell) -> Vec<Figure>| {
         let mut names = None;
         for cell in &figures.cells {
             let row = of(cell);
@@ -82,19 +120,16 @@ fn table(figures: &Figures, count: usize) -> String {
             text.push('\n');
         }
     };
-    part(
-        "A to C: relays anywhere, the head at rest",
-        crate::measure::figures::Cell::convergence_figures,
+    part("A to C: relays anywhere, the head at rest", Cell::convergence_figures);
+    part("D to F: exploration, the head at 0.2 m/s for 50 s", Cell::exploration_figures);
+    let percent = 100.0 * CONFIDENCE;
+    // Writing to a string cannot fail.
+    let _ = writeln!(
+        text,
+        "\nThe paper's claims, with intervals of {percent:.0} % for each corridor\n"
     );
-    part(
-        "D to F: exploration, the head at 0.2 m/s for 50 s",
-        crate::measure::figures::Cell::exploration_figures,
-    );
-    text.push_str("\nThe paper's claims\n\n");
     for claim in figures.claims() {
-        let verdict = if claim.holds { "holds" } else { "does not hold" };
-        let _ =
-            writeln!(text, "  {}: {}\n    {verdict}: {}", claim.panel, claim.claim, claim.found);
+        let _ = write!(text, "{claim}");
     }
     text
 }

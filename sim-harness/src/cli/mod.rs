@@ -53,7 +53,7 @@ enum Verb {
     Run(run::RunArgs),
     /// Fly a scenario many times, each time with another seed, on all cores
     Campaign(campaign::CampaignArgs),
-    /// Make the paper's figure 3, panels A to F, as tables and pictures
+    /// Make a paper's figures as tables and pictures, and say which of its claims hold
     Figures(figures::FiguresArgs),
     /// Run recorded signal strengths (RSSI) through the on-board code
     Replay(replay::ReplayArgs),

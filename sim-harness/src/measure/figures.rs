@@ -1,38 +1,59 @@
 //! Reproduces the paper's figure 3, A to F, and tests the paper's claims about it.
 //!
 //! * **A to C**: three corridors, the head at rest, relays anywhere: do the links become equal?
-//! * **D**: an exploration, all drones at the mouth, the head at 0.2 m/s for 50 s, with T0, T5 and K.
+//! * **D**: an exploration, all drones at the mouth, the head at 0.2 m/s for 50 s.
 //! * **E, F**: over many seeds of D: when were the links equal after the head had stopped, and how
 //!   much do the relays still move? As in the paper both look at the first three links only.
+//!
+//! The head stops at the same place under every policy, so that all policies hold the same chain. A
+//! policy that holds its head back until relays have come takes longer to get there.
+
+mod claims;
+mod exploration;
+mod page;
 
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use crate::input_error::InputError;
-use crate::measure::campaign::{Estimate, Figure, figures, fly, fraction, mean, quantile_of};
-use crate::measure::metrics::{Reference, RunMetrics, Watch, converged_at};
+use crate::measure::campaign::{Figure, figures, fly, fraction, mean, quantile_of};
+use crate::measure::metrics::{Reference, RunMetrics};
 use crate::measure::trace::Trace;
-use crate::mission::{Linked, Mission, World};
-use crate::output::pictures::{
-    BoxChart, BoxGroup, BoxPlotData, Corridor, Figure3, Picture, PictureError, Variant, figure3,
-};
+use crate::mission::{Mission, World};
 use crate::scenario::{Drones, PilotStep, Scenario, Spot, Start};
 use crate::world::SkeletonPlace;
 
-/// The three corridors.
-pub const CORRIDORS: [(&str, &str); 3] =
-    [("paper-z10", "Z"), ("paper-u10", "U"), ("paper-wave10", "winding")];
-/// The paper's variants, and the default policy of the firmware.
-pub const VARIANTS: [&str; 4] = ["t0", "t5", "k", "chain"];
+pub use exploration::Explored;
+use exploration::explore;
 
-/// Seconds into the mission at which the head stops in the exploration scenarios.
-const HEAD_STOPS_S: f32 = 57.0;
-/// The place of the head in A to C: that at which it ends in D to F, in metres.
-const HEAD_RESTS_M: f32 = 11.75;
+/// One of the three corridors.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// The name of its scenario.
+    pub scenario: &'static str,
+    /// Its own name.
+    pub name: &'static str,
+    /// Where the head rests in A to C and ends in D to F, m: there a head ends in the scenario that
+    /// its policy does not hold back, to 2 cm.
+    pub head_m: f32,
+}
+
+/// The three corridors.
+pub const CORRIDORS: [Place; 3] = [
+    Place { scenario: "paper-z10", name: "Z", head_m: 11.1 },
+    Place { scenario: "paper-u10", name: "U", head_m: 11.09 },
+    Place { scenario: "paper-wave10", name: "winding", head_m: 12.02 },
+];
+/// The policies that are flown unless others are asked for: the paper's variants, its K with a small
+/// gain, and the default of the firmware.
+pub const VARIANTS: [&str; 5] = ["t0", "t5", "k", "k-tuned", "chain"];
+/// The paper's variants, whose exploration of the first corridor is drawn as panel D.
+const PAPERS: [&str; 3] = ["t0", "t5", "k"];
+
 /// Relays in the air in A to C: those that three links need.
 const RESTING_RELAYS: usize = 2;
 
-/// One variant in one corridor.
+/// One policy in one corridor.
 pub struct Cell {
     /// The corridor's scenario.
     pub scenario: &'static str,
@@ -44,53 +65,40 @@ pub struct Cell {
     pub exploration: Vec<Explored>,
 }
 
-/// One exploration.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Explored {
-    /// The whole mission's figures.
-    pub metrics: RunMetrics,
-    /// The time from the head's stop until the first three links converged to 3 dB, s.
-    pub settled_s: f32,
-    /// The variance of the positions of the first two relays over the second half of the time after
-    /// the head's stop, m².
-    pub variance_m2: f32,
-}
-
 /// All of figure 3.
 pub struct Figures {
-    /// The cells, corridor by corridor, in the order of [`CORRIDORS`] and [`VARIANTS`].
+    /// The cells, corridor by corridor, in the order of [`CORRIDORS`] and of the policies.
     pub cells: Vec<Cell>,
-    /// Panels A to C: one run of `k` in each corridor.
+    /// Panels A to C: the first policy that was recorded at rest, `k` where it was flown, with one
+    /// run in each corridor.
     resting: Vec<Trace>,
-    /// Panel D: one run of each of the paper's variants in the first corridor.
-    exploring: Vec<Trace>,
+    /// Panel D: one run of each of [`PAPERS`], or of the first policy where none of them was flown,
+    /// in the first corridor.
+    exploring: Vec<(&'static str, Trace)>,
 }
 
-/// A claim of the paper, and what was found.
-pub struct Claim {
-    /// The claim, in our words.
-    pub claim: &'static str,
-    /// The panel that it is made from.
-    pub panel: &'static str,
-    /// Whether the simulation confirms the claim.
-    pub holds: bool,
-    /// The figures that decide this.
-    pub found: String,
-}
-
-/// Flies all missions of the figure.
+/// Flies all missions of the figure with these policies.
 ///
 /// # Errors
 /// None, as long as the built-in scenarios are sound.
-pub fn make(runs: usize, seed: u64, after_each: impl Fn() + Sync) -> Result<Figures, InputError> {
+pub fn make(
+    policies: &[&'static str],
+    runs: usize,
+    seed: u64,
+    after_each: impl Fn() + Sync,
+) -> Result<Figures, InputError> {
     let mut made = Figures { cells: Vec::new(), resting: Vec::new(), exploring: Vec::new() };
-    for (n, (name, _)) in CORRIDORS.into_iter().enumerate() {
-        let exploring = Scenario::open(name)?;
-        let resting = at_rest(&exploring);
+    let first = policies.first().copied();
+    let rests = policies.iter().copied().find(|policy| *policy == "k").or(first);
+    let is_drawn = |policy| PAPERS.contains(&policy) || first == Some(policy);
+    for (n, place) in CORRIDORS.into_iter().enumerate() {
+        let Place { scenario, head_m, .. } = place;
+        let exploring = Scenario::open(scenario)?;
+        let resting = at_rest(&exploring, head_m);
         let world = World::of(&exploring);
         let (known, known_resting) =
             (Reference::of(&exploring, &world), Reference::of(&resting, &world));
-        for policy in VARIANTS {
+        for &policy in policies {
             let (Some(explorer), Some(rester)) =
                 (exploring.with_policy(policy), resting.with_policy(policy))
             else {
@@ -100,33 +108,34 @@ pub fn make(runs: usize, seed: u64, after_each: impl Fn() + Sync) -> Result<Figu
             let exploration = (0..runs as u64)
                 .into_par_iter()
                 .map(|n| {
-                    let explored = explore(&explorer, &world, &known, seed.wrapping_add(n));
+                    let seed = seed.wrapping_add(n);
+                    let explored = explore(&explorer, (&world, head_m), &known, seed);
                     after_each();
                     explored
                 })
                 .collect();
-            if policy == "k" {
+            if rests == Some(policy) {
                 made.resting.push(Mission::record(&rester, &world, seed));
             }
-            if n == 0 && policy != "chain" {
-                made.exploring.push(Mission::record(&explorer, &world, seed));
+            if n == 0 && is_drawn(policy) {
+                made.exploring.push((policy, Mission::record(&explorer, &world, seed)));
             }
-            made.cells.push(Cell { scenario: name, policy, convergence, exploration });
+            made.cells.push(Cell { scenario, policy, convergence, exploration });
         }
     }
     Ok(made)
 }
 
-/// The number of missions that [`make`] flies.
+/// The number of missions that [`make`] flies with so many policies.
 #[must_use]
-pub const fn missions(runs: usize) -> usize {
-    2 * runs * CORRIDORS.len() * VARIANTS.len()
+pub const fn missions(policies: usize, runs: usize) -> usize {
+    2 * runs * CORRIDORS.len() * policies
 }
 
 /// The same corridor with all drones in the air and the head at rest.
-fn at_rest(exploring: &Scenario) -> Scenario {
+fn at_rest(exploring: &Scenario, head_m: f32) -> Scenario {
     let hold = units::Order::explore(units::MetresPerSecond::ZERO);
-    let head = SkeletonPlace::main(HEAD_RESTS_M);
+    let head = SkeletonPlace::main(head_m);
     Scenario {
         drones: Drones {
             relays: RESTING_RELAYS,
@@ -135,54 +144,13 @@ fn at_rest(exploring: &Scenario) -> Scenario {
         },
         depth_m: None,
         pilot: vec![PilotStep { at_us: 0, task: hold }],
-        duration_us: 180_000_000,
+        duration_us: RESTING_US,
         ..exploring.clone()
     }
 }
 
-fn explore(scenario: &Scenario, world: &World, reference: &Reference, seed: u64) -> Explored {
-    let mut mission = Mission::new(scenario, world, seed);
-    let mut watch = Watch::new(scenario, world, reference);
-    let mut chain = Vec::new();
-    let mut differences = Vec::new();
-    let mut positions: Vec<[f32; 2]> = Vec::new();
-    while !mission.is_over() {
-        mission.round();
-        watch.look(&mission);
-        if mission.time_us() as f32 * 1e-6 >= HEAD_STOPS_S {
-            mission.chain(&mut chain);
-            let since_stop = (mission.time_us() as f64 * 1e-6) as f32 - HEAD_STOPS_S;
-            differences.push((since_stop, first_three(&chain, world)));
-            let relay = |n| mission.ways().nth(n).unwrap_or(f32::NAN);
-            positions.push([relay(1), relay(2)]);
-        }
-    }
-    let settled_s = converged_at(differences.iter().copied(), 3.0);
-    let half = &positions[positions.len() / 2..];
-    Explored { metrics: watch.verdict(&mission), settled_s, variance_m2: variance(half) }
-}
-
-/// The largest difference between adjacent ones of the three links next to the head.
-fn first_three(chain: &[Linked], world: &World) -> f32 {
-    let from = chain.len().saturating_sub(4);
-    let nodes = &chain[from..];
-    if nodes.len() < 4 {
-        return f32::INFINITY;
-    }
-    let loss = |pair: &[Linked]| world.radio.strength(pair[0].place, pair[1].place).loss().0;
-    let losses: Vec<f32> = nodes.windows(2).map(loss).collect();
-    losses.windows(2).map(|pair| (pair[0] - pair[1]).abs()).fold(0.0, f32::max)
-}
-
-/// Mean over the two relays of the variance of their positions.
-fn variance(positions: &[[f32; 2]]) -> f32 {
-    let count = positions.len().max(1) as f32;
-    let of = |relay: usize| {
-        let middle = positions.iter().map(|p| p[relay]).sum::<f32>() / count;
-        positions.iter().map(|p| (p[relay] - middle).powi(2)).sum::<f32>() / count
-    };
-    0.5 * (of(0) + of(1))
-}
+/// The duration of the missions of A to C, µs.
+const RESTING_US: u64 = 180_000_000;
 
 impl Cell {
     fn metrics(&self) -> Vec<RunMetrics> {
@@ -213,8 +181,9 @@ impl Cell {
     #[must_use]
     pub fn exploration_figures(&self) -> Vec<Figure> {
         let runs = self.metrics();
-        let settled: Vec<f32> = self.exploration.iter().map(|e| e.settled_s).collect();
-        let variance: Vec<f32> = self.exploration.iter().map(|e| e.variance_m2).collect();
+        let of = |value: fn(&Explored) -> f32| self.exploration.iter().map(value).collect();
+        let [settled, variance, stopped]: [Vec<f32>; 3] =
+            [of(|run| run.settled_s), of(|run| run.variance_m2), of(|run| run.stopped_s)];
         let wanted = [
             "launched",
             "needed",
@@ -232,6 +201,7 @@ impl Cell {
             Figure { name: "settled_median_s", estimate: quantile_of(&settled, 0.5, |s| *s) },
             Figure { name: "settled_p95_s", estimate: quantile_of(&settled, 0.95, |s| *s) },
             Figure { name: "position_variance_m2", estimate: mean(&variance, |v| *v) },
+            Figure { name: "head_there_median_s", estimate: quantile_of(&stopped, 0.5, |s| *s) },
         ];
         all.extend(figures(&runs).into_iter().filter(|f| wanted.contains(&f.name)));
         all
@@ -241,87 +211,6 @@ impl Cell {
 impl Figures {
     fn cell(&self, scenario: &str, policy: &str) -> Option<&Cell> {
         self.cells.iter().find(|cell| cell.scenario == scenario && cell.policy == policy)
-    }
-
-    /// One figure of two variants in every corridor, and whether `holds` for all pairs.
-    fn compare(
-        &self,
-        (one, other): (&str, &str),
-        figure: impl Fn(&Cell) -> Estimate,
-        holds: impl Fn(f64, f64) -> bool,
-        unit: &str,
-    ) -> (bool, String) {
-        let mut all = true;
-        let mut found = Vec::new();
-        for (scenario, _) in CORRIDORS {
-            let (Some(a), Some(b)) = (self.cell(scenario, one), self.cell(scenario, other)) else {
-                continue;
-            };
-            let (a, b) = (figure(a).value, figure(b).value);
-            all &= holds(a, b);
-            found.push(format!("{scenario} {one} {a:.3} {other} {b:.3}{unit}"));
-        }
-        (all, found.join("; "))
-    }
-
-    /// The paper's claims about figure 3.
-    #[must_use]
-    pub fn claims(&self) -> Vec<Claim> {
-        let claim =
-            |panel, claim, (holds, found): (bool, String)| Claim { claim, panel, holds, found };
-        let named = |cell: &Cell, name: &str, exploration: bool| {
-            let all =
-                if exploration { cell.exploration_figures() } else { cell.convergence_figures() };
-            let found = all.into_iter().find(|figure| figure.name == name);
-            found.map_or(Estimate { value: f64::NAN, interval: None }, |figure| figure.estimate)
-        };
-        vec![
-            claim(
-                "A to C",
-                "all runs converge to equal links (3 dB) in all three corridors",
-                self.compare(("k", "chain"), |c| named(c, "c3", false), |k, _| k >= 0.99, ""),
-            ),
-            claim(
-                "D",
-                "raw signal (T0) launches relays that are not needed, the filter (K) does not",
-                self.compare(
-                    ("t0", "k"),
-                    |c| named(c, "false_launch", true),
-                    |t0, k| t0 > k && k < 0.05,
-                    "",
-                ),
-            ),
-            claim(
-                "E",
-                "K converges faster than T5 (median after the head's stop)",
-                self.compare(
-                    ("k", "t5"),
-                    |c| named(c, "settled_median_s", true),
-                    |k, t5| k < t5,
-                    " s",
-                ),
-            ),
-            claim(
-                "F",
-                "K oscillates less than T0 (position variance)",
-                self.compare(
-                    ("k", "t0"),
-                    |c| named(c, "position_variance_m2", true),
-                    |k, t0| k < t0,
-                    " m2",
-                ),
-            ),
-            claim(
-                "F",
-                "T5 oscillates less than T0 (position variance)",
-                self.compare(
-                    ("t5", "t0"),
-                    |c| named(c, "position_variance_m2", true),
-                    |t5, t0| t5 < t0,
-                    " m2",
-                ),
-            ),
-        ]
     }
 
     /// Returns all cells and claims as JSON.
@@ -339,13 +228,7 @@ impl Figures {
                 })
             })
             .collect();
-        let claims: Vec<_> = self
-            .claims()
-            .iter()
-            .map(|c| {
-                json!({ "panel": c.panel, "claim": c.claim, "holds": c.holds, "found": c.found })
-            })
-            .collect();
+        let claims: Vec<_> = self.claims().iter().map(super::claim::Claim::json).collect();
         json!({
             "figure": "3",
             "runs": runs,
@@ -355,71 +238,37 @@ impl Figures {
             "claims": claims,
         })
     }
-
-    /// The whole figure on one page.
-    ///
-    /// # Errors
-    /// [`PictureError`] where a picture cannot be drawn.
-    pub fn picture(&self, runs: usize) -> Result<Picture, PictureError> {
-        let subtitle = format!(
-            "A to C: relays anywhere, head at rest, K. D: exploration of the Z. E, F: {runs} explorations each."
-        );
-        let corridors = CORRIDORS.iter().zip(&self.resting);
-        let variants = ["T0", "T5", "K"].into_iter().zip(&self.exploring);
-        figure3(&Figure3 {
-            title: "U-Chain, figure 3 again",
-            subtitle: &subtitle,
-            corridors: corridors.map(|((_, name), trace)| Corridor { name, trace }).collect(),
-            exploration: variants.map(|(name, trace)| Variant { name, trace }).collect(),
-            convergence: self.convergence_chart(),
-            variance: self.variance_chart(),
-        })
-    }
-
-    /// Draws panel E, the times of convergence.
-    #[must_use]
-    pub fn convergence_chart(&self) -> BoxChart {
-        BoxChart {
-            title: "Links equal after the head's stop".into(),
-            value_name: "Time to 3 dB, s".into(),
-            infinite_name: "never".into(),
-            groups: self.groups(|explored| explored.settled_s),
-        }
-    }
-
-    /// Draws panel F, the variances of the positions.
-    #[must_use]
-    pub fn variance_chart(&self) -> BoxChart {
-        BoxChart {
-            title: "How much the relays still move".into(),
-            value_name: "Position variance, m\u{b2}".into(),
-            infinite_name: "never".into(),
-            groups: self.groups(|explored| explored.variance_m2),
-        }
-    }
-
-    fn groups(&self, of: fn(&Explored) -> f32) -> Vec<BoxGroup> {
-        let series = |scenario: &str| {
-            let cells = self.cells.iter().filter(|cell| cell.scenario == scenario);
-            cells
-                .map(|cell| BoxPlotData {
-                    name: label(cell.policy).into(),
-                    values: cell.exploration.iter().map(of).collect(),
-                })
-                .collect()
-        };
-        CORRIDORS
-            .iter()
-            .map(|(scenario, name)| BoxGroup { label: (*name).into(), series: series(scenario) })
-            .collect()
-    }
 }
 
+/// The name of a policy as the paper writes it.
 fn label(policy: &str) -> &str {
     match policy {
         "t0" => "T0",
         "t5" => "T5",
         "k" => "K",
+        "k-tuned" => "K tuned",
         other => other,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Under `chain` the head waits for relays on its way; the figure compares chains of one length.
+    #[test]
+    fn the_head_ends_at_the_same_place_under_every_policy() {
+        for Place { scenario, head_m, .. } in CORRIDORS {
+            let scenario = Scenario::open(scenario).unwrap();
+            let world = World::of(&scenario);
+            let reference = Reference::of(&scenario, &world);
+            for policy in ["k-tuned", "chain"] {
+                let scenario = scenario.with_policy(policy).unwrap();
+                let explored = explore(&scenario, (&world, head_m), &reference, 1);
+                let off = (explored.metrics.farthest_m - head_m).abs();
+                assert!(off < 0.15, "{}, {policy}: {off} m", scenario.name);
+                assert!(explored.stopped_s.is_finite() && explored.variance_m2.is_finite());
+            }
+        }
     }
 }

@@ -101,7 +101,7 @@ impl TraceFiles {
 const CSV: &str = "trace.csv";
 const MCAP: &str = "trace.mcap";
 
-/// Writes `report.html`, and `map`, `links` and `positions` as SVG and PNG.
+/// Writes `report.html`, `map-moving.svg`, and `map`, `links` and `positions` as SVG and PNG.
 ///
 /// # Errors
 /// As [`TraceFiles::begin`].
@@ -111,6 +111,7 @@ pub fn write_report(
     summary: &serde_json::Value,
 ) -> Result<(), OutputError> {
     folder.put_text("report.html", &report::html(trace, summary)?)?;
+    folder.put_text("map-moving.svg", &pictures::moving(trace)?)?;
     for (name, picture) in [
         ("map", pictures::map(trace)?),
         ("links", pictures::links(trace)?),
@@ -168,7 +169,7 @@ mod tests {
         written.sort();
         found.sort();
         assert_eq!(written, found);
-        assert_eq!(written.len(), 11);
+        assert_eq!(written.len(), 12);
         assert!(fs::read(out.join("map.png")).unwrap().starts_with(b"\x89PNG"));
         let read: serde_json::Value =
             serde_json::from_slice(&fs::read(out.join("summary.json")).unwrap()).unwrap();

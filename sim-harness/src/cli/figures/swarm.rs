@@ -1,4 +1,4 @@
-//! `uchain figures --swarm`: the readings of the paper on swarms beside its tables 2 and 3 and what
+//! `uchain figures --paper forces`: the readings of the paper on swarms beside its tables 2 and 3 and what
 //! it says of its figures 12 and 14.
 
 use std::fmt::Write;

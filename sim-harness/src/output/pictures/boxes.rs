@@ -26,25 +26,27 @@ pub struct BoxChart {
     pub value_name: String,
     /// The meaning of an infinite value, printed after a count of them: `never`.
     pub infinite_name: String,
+    /// Whether equal heights are equal factors, for values of which a few are many times the others.
+    pub is_logarithmic: bool,
     /// The groups, from left to right.
-    pub groups: Vec<BoxGroup>,
+    pub groups: Vec<RunGroup>,
 }
 
-/// A group of box plots, such as the variants in one corridor.
+/// The runs of all variants in one corridor.
 #[derive(Clone, Debug, PartialEq)]
-pub struct BoxGroup {
-    /// The text below the group.
+pub struct RunGroup {
+    /// The corridor's name.
     pub label: String,
-    /// The boxes, from left to right; the same names in the same order in every group.
-    pub series: Vec<BoxPlotData>,
+    /// The variants, in the order in which they are drawn; the same in every group.
+    pub series: Vec<RunValues>,
 }
 
-/// The values behind one box.
+/// What was measured in the runs of one variant.
 #[derive(Clone, Debug, PartialEq)]
-pub struct BoxPlotData {
-    /// The name of the box: `T0`.
+pub struct RunValues {
+    /// The variant's name: `T0`.
     pub name: String,
-    /// One for each run, in the unit of [`BoxChart::value_name`]; infinite for a run that never
+    /// One value for each run, in the unit that the chart names; infinite for a run that never
     /// reached the event.
     pub values: Vec<f32>,
 }
@@ -67,7 +69,11 @@ pub(super) fn panel(area: &Area<'_>, chart: &BoxChart, title: &str) -> Drawn {
     write(area, &chart.value_name, (after, 10.0), Look::LABEL)?;
     let (width, height) = size_of(area);
     let plot = part(area, (LEFT, TOP), (width - LEFT, height - TOP - FOOT));
-    let axis = Axis::from_zero(finite(chart), 5);
+    let axis = if chart.is_logarithmic {
+        Axis::logarithmic(finite(chart))
+    } else {
+        Axis::from_zero(finite(chart), 5)
+    };
     grid(area, &plot, &axis)?;
     let breadth = (width - LEFT) / chart.groups.len().max(1) as f64;
     for (index, group) in chart.groups.iter().enumerate() {
@@ -79,7 +85,7 @@ pub(super) fn panel(area: &Area<'_>, chart: &BoxChart, title: &str) -> Drawn {
 }
 
 /// Room for the axis' numbers; for title and counts above; for names below.
-const LEFT: f64 = 40.0;
+const LEFT: f64 = 56.0;
 const TOP: f64 = 44.0;
 const FOOT: f64 = 40.0;
 
@@ -107,12 +113,12 @@ fn grid(area: &Area<'_>, plot: &Area<'_>, axis: &Axis) -> Result<(), Fault> {
 
 /// Height of a value from the top of a plot of this height, in pixels.
 fn at(axis: &Axis, value: f64, height: f64) -> f64 {
-    height * (axis.to - value) / (axis.to - axis.from)
+    height * (1.0 - axis.share(value))
 }
 
 fn draw_group(
     column: &Area<'_>,
-    group: &BoxGroup,
+    group: &RunGroup,
     axis: &Axis,
     infinite_name: &str,
 ) -> Result<(), Fault> {
@@ -137,7 +143,7 @@ fn draw_group(
 /// Prints the number of infinite values, above the plot.
 fn never(
     column: &Area<'_>,
-    series: &BoxPlotData,
+    series: &RunValues,
     (x, slot): (f64, f64),
     infinite_name: &str,
 ) -> Result<(), Fault> {

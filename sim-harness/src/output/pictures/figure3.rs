@@ -1,10 +1,12 @@
-//! Draws the paper's figure 3 on one page: A to C three corridors, D an exploration with three
-//! variants side by side, E and F box plots over many runs.
+//! Draws the paper's figure 3 on one page: A to C three corridors, each with one run and the survival
+//! curves of many, D an exploration with several variants side by side, E survival curves and F box
+//! plots over many explorations.
 
 use super::PictureError;
 use super::boxes::{self, BoxChart};
 use super::series::launch_limit;
 use super::sheet::{Area, Drawn, Fault, Look, Picture, headed, part, size_of, write};
+use super::survival::{self, SurvivalChart};
 use super::{links, map, positions};
 use crate::measure::trace::Trace;
 
@@ -17,10 +19,12 @@ pub struct Figure3<'a> {
     pub subtitle: &'a str,
     /// Panels A to C, from left to right: one run in each corridor.
     pub corridors: Vec<Corridor<'a>>,
+    /// Below them, the convergence of many such runs: a group for each corridor.
+    pub resting: SurvivalChart,
     /// Panel D: the same exploration flown with each variant, from left to right.
     pub exploration: Vec<Variant<'a>>,
-    /// Panel E, the times of convergence.
-    pub convergence: BoxChart,
+    /// Panel E, the convergence of many explorations.
+    pub convergence: SurvivalChart,
     /// Panel F, the variances of the positions.
     pub variance: BoxChart,
 }
@@ -47,6 +51,7 @@ const WIDTH: f64 = 1440.0;
 const MAP: f64 = 190.0;
 const POSITIONS: f64 = 210.0;
 const LINK: f64 = 92.0;
+const CURVES: f64 = 260.0;
 const BOXES: f64 = 340.0;
 const GUTTER: f64 = 28.0;
 
@@ -54,20 +59,24 @@ const GUTTER: f64 = 28.0;
 pub(super) fn picture(figure: &Figure3<'_>) -> Result<Picture, PictureError> {
     let corridors: Vec<&Trace> = figure.corridors.iter().map(|c| c.trace).collect();
     let variants: Vec<&Trace> = figure.exploration.iter().map(|v| v.trace).collect();
-    let top = MAP + POSITIONS + links_height(&corridors);
+    let top = MAP + POSITIONS + links_height(&corridors) + CURVES;
     let middle = POSITIONS + 24.0 + links_height(&variants);
-    let height = 78.0 + KEY + top + middle + BOXES + 2.0 * GUTTER + 8.0;
+    let height = 78.0 + KEY + top + middle + CURVES + BOXES + 3.0 * GUTTER + 8.0;
     Picture::draw((WIDTH, height), figure.title, |sheet| {
         let body = headed(sheet, figure.title, figure.subtitle)?;
         let limited = corridors.iter().chain(&variants).any(|t| launch_limit(t).is_some());
         links::key(&body, limited)?;
         let (width, _) = size_of(&body);
         let mut from = KEY;
-        corridor_row(&part(&body, (0.0, from), (width, top)), &figure.corridors)?;
+        corridor_row(&part(&body, (0.0, from), (width, top)), figure)?;
         from += top + GUTTER;
         exploration_row(&part(&body, (0.0, from), (width, middle)), &figure.exploration)?;
         from += middle + GUTTER;
-        box_row(&part(&body, (0.0, from), (width, BOXES)), figure)?;
+        let curves = part(&body, (0.0, from), (width, CURVES));
+        survival::row(&curves, &figure.convergence, "E\u{2003}")?;
+        from += CURVES + GUTTER;
+        let boxes = part(&body, (0.0, from), (width, BOXES));
+        boxes::panel(&boxes, &figure.variance, &format!("F\u{2003}{}", figure.variance.title))?;
         Ok(Vec::new())
     })
 }
@@ -91,8 +100,9 @@ fn columns<'a>(row: &Area<'a>, count: usize) -> Vec<Area<'a>> {
         .collect()
 }
 
-fn corridor_row(row: &Area<'_>, corridors: &[Corridor<'_>]) -> Result<(), Fault> {
+fn corridor_row(row: &Area<'_>, figure: &Figure3<'_>) -> Result<(), Fault> {
     let letters = ["A", "B", "C"];
+    let (corridors, curves) = (&figure.corridors, &figure.resting);
     for (index, (column, corridor)) in
         columns(row, corridors.len()).iter().zip(corridors).enumerate()
     {
@@ -100,8 +110,10 @@ fn corridor_row(row: &Area<'_>, corridors: &[Corridor<'_>]) -> Result<(), Fault>
         let (width, height) = size_of(column);
         let title = format!("{letter}\u{2003}{}", corridor.name);
         map::panel(&part(column, (0.0, 0.0), (width, MAP)), corridor.trace, &title)?;
-        let below = part(column, (0.0, MAP), (width, height - MAP));
+        let below = part(column, (0.0, MAP), (width, height - MAP - CURVES));
         positions_and_links(&below, corridor.trace)?;
+        let Some(group) = curves.groups.get(index) else { continue };
+        survival::panel(&part(column, (0.0, height - CURVES), (width, CURVES)), curves, group, "")?;
     }
     Ok(())
 }
@@ -129,12 +141,4 @@ fn positions_and_links(area: &Area<'_>, trace: &Trace) -> Drawn {
         trace,
         positions::LABELS,
     )
-}
-
-fn box_row(row: &Area<'_>, figure: &Figure3<'_>) -> Result<(), Fault> {
-    let charts = [("E", &figure.convergence), ("F", &figure.variance)];
-    for (column, (letter, chart)) in columns(row, charts.len()).iter().zip(charts) {
-        boxes::panel(column, chart, &format!("{letter}\u{2003}{}", chart.title))?;
-    }
-    Ok(())
 }

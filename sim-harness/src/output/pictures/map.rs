@@ -56,7 +56,7 @@ pub(super) fn panel(area: &Area<'_>, trace: &Trace, title: &str) -> Drawn {
 }
 
 /// The scale from metres to pixels, the same both ways, north up.
-struct View {
+pub(super) struct View {
     /// Pixels to a metre.
     scale: f64,
     /// Pixel of the point (0, 0).
@@ -68,7 +68,11 @@ const MARGIN: f64 = 14.0;
 const FOOT: f64 = 30.0;
 
 impl View {
-    fn fitting((low, high): (Point2, Point2), (width, height): (f64, f64), top: f64) -> Self {
+    pub(super) fn fitting(
+        (low, high): (Point2, Point2),
+        (width, height): (f64, f64),
+        top: f64,
+    ) -> Self {
         let (low, high) = ([low.x, low.y], [high.x, high.y]);
         let span = |i: usize| f64::from(high[i] - low[i]).max(1e-3);
         let (room_x, room_y) = (width - 2.0 * MARGIN, height - top - FOOT - MARGIN);
@@ -86,7 +90,7 @@ impl View {
     }
 
     /// The place of a drone, if it is finite.
-    fn of(&self, drone: &DroneFrame) -> Option<(f64, f64)> {
+    pub(super) fn of(&self, drone: &DroneFrame) -> Option<(f64, f64)> {
         drone.pose.at.is_finite().then(|| self.pixel(drone.pose.at))
     }
 
@@ -97,7 +101,7 @@ impl View {
 }
 
 /// The smallest rectangle around everything.
-fn bounds(trace: &Trace) -> (Point2, Point2) {
+pub(super) fn bounds(trace: &Trace) -> (Point2, Point2) {
     let plan = &trace.floor_plan;
     let fixed = plan.outlines.iter().flatten().copied();
     let lines = plan.centre_lines.iter().flat_map(|line| &line.points).copied();
@@ -114,7 +118,7 @@ fn bounds(trace: &Trace) -> (Point2, Point2) {
         .unwrap_or((Point2::default(), Point2::new(1.0, 1.0)))
 }
 
-fn floor(area: &Area<'_>, view: &View, plan: &FloorPlan) -> Result<(), Fault> {
+pub(super) fn floor(area: &Area<'_>, view: &View, plan: &FloorPlan) -> Result<(), Fault> {
     for (outline, is_free) in nested(&plan.outlines) {
         let corners: Vec<_> = outline.iter().map(|p| view.unit(*p)).collect();
         let fill = if is_free { FLOOR } else { PAPER };
@@ -211,7 +215,7 @@ fn between(from: (f64, f64), to: (f64, f64)) -> Vec<(f64, f64)> {
 
 /// The moment when the head was farthest in, if it came back from there by a metre or more: then
 /// the end of the mission shows less of the chain than that moment.
-fn farthest(trace: &Trace) -> Option<&Frame> {
+pub(super) fn farthest(trace: &Trace) -> Option<&Frame> {
     let way = |frame: &Frame| frame.drones.first().map_or(f32::NAN, |drone| drone.way);
     let reached = |frame: &&Frame| way(frame).is_finite();
     let far = trace.frames.iter().filter(reached).max_by(|a, b| way(a).total_cmp(&way(b)))?;
@@ -288,7 +292,7 @@ fn label(
     write(area, name, best, look)
 }
 
-fn scale_bar(area: &Area<'_>, view: &View) -> Result<(), Fault> {
+pub(super) fn scale_bar(area: &Area<'_>, view: &View) -> Result<(), Fault> {
     let (width, height) = size_of(area);
     let (metres, decimals) = round_step((width / 9.0).min(90.0) / view.scale);
     let (left, y) = (MARGIN, height - 10.0);

@@ -17,17 +17,19 @@ mod drops;
 mod figure3;
 mod links;
 mod map;
+mod moving;
 mod plan;
 mod positions;
 mod raster;
 mod series;
 mod sheet;
 mod style;
+mod survival;
 mod ticks;
 
 use std::fmt;
 
-pub use boxes::{BoxChart, BoxGroup, BoxPlotData};
+pub use boxes::{BoxChart, RunGroup, RunValues};
 pub use figure3::{Corridor, Figure3, Variant};
 pub(super) use map::nested;
 pub use plan::PlanPicture;
@@ -35,6 +37,7 @@ pub(super) use series::launch_limit;
 pub(super) use sheet::escaped;
 pub use sheet::{Picture, PlotFrame};
 pub(super) use style::node_rgb;
+pub use survival::SurvivalChart;
 
 use cave_worlds::World;
 
@@ -66,6 +69,14 @@ impl std::error::Error for PictureError {}
 /// See [`PictureError`].
 pub fn map(trace: &Trace) -> Result<Picture, PictureError> {
     map::picture(trace)
+}
+
+/// The mission as a moving picture, an SVG document without a script.
+///
+/// # Errors
+/// See [`PictureError`].
+pub fn moving(trace: &Trace) -> Result<String, PictureError> {
+    moving::picture(trace)
 }
 
 /// The floor plan with the places of a planned chain.
@@ -108,6 +119,14 @@ pub fn box_plots(chart: &BoxChart) -> Result<Picture, PictureError> {
     boxes::picture(chart)
 }
 
+/// Survival curves: the share of runs that have not settled yet, against time.
+///
+/// # Errors
+/// See [`PictureError`].
+pub fn survival(chart: &SurvivalChart) -> Result<Picture, PictureError> {
+    survival::picture(chart)
+}
+
 /// The paper's figure 3 on one page, panels A to F.
 ///
 /// # Errors
@@ -122,12 +141,12 @@ mod tests {
     use crate::output::synthetic;
 
     fn charts() -> BoxChart {
-        let series = |name: &str, values: &[f32]| BoxPlotData {
+        let series = |name: &str, values: &[f32]| RunValues {
             name: name.to_owned(),
             values: values.to_vec(),
         };
         let never = [f32::INFINITY; 3];
-        let group = BoxGroup {
+        let group = RunGroup {
             label: "S-turns".to_owned(),
             series: vec![series("T0", &never), series("K", &[1.0, 2.0, f32::INFINITY, f32::NAN])],
         };
@@ -135,7 +154,17 @@ mod tests {
             title: "Convergence".to_owned(),
             value_name: "Time, s".to_owned(),
             infinite_name: "never".to_owned(),
+            is_logarithmic: false,
             groups: vec![group],
+        }
+    }
+
+    fn curves() -> SurvivalChart {
+        SurvivalChart {
+            title: "Convergence".to_owned(),
+            time_name: "Time, s".to_owned(),
+            until: 10.0,
+            groups: charts().groups,
         }
     }
 
@@ -152,12 +181,15 @@ mod tests {
             title: "Figure 3",
             subtitle: "",
             corridors: vec![Corridor { name: "one", trace: &trace }; 3],
+            resting: curves(),
             exploration: vec![Variant { name: "T0", trace: &trace }; 3],
-            convergence: charts(),
+            convergence: curves(),
             variance: charts(),
         };
         let picture = figure3(&figure).unwrap();
-        for panel in ["A\u{2003}one", "C\u{2003}one", "D\u{2003}Exploration, T0", "F\u{2003}"] {
+        for panel in
+            ["A\u{2003}one", "C\u{2003}one", "D\u{2003}Exploration, T0", "E\u{2003}", "F\u{2003}"]
+        {
             assert!(picture.svg().contains(panel), "{panel}");
         }
     }

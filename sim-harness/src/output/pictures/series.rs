@@ -145,7 +145,7 @@ fn seconds(micros: u64) -> f64 {
 }
 
 /// Evenly fewer, so that about `most` are left; the last one always.
-fn thinned<T>(all: &[T], most: usize) -> impl Iterator<Item = &T> {
+pub(super) fn thinned<T>(all: &[T], most: usize) -> impl Iterator<Item = &T> {
     let step = all.len().div_ceil(most.max(1)).max(1);
     let last = all.last().filter(|_| !(all.len().saturating_sub(1)).is_multiple_of(step));
     all.iter().step_by(step).chain(last)

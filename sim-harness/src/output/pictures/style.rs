@@ -25,7 +25,11 @@ pub(super) const RAW: RGBColor = RGBColor(154, 165, 177);
 pub(super) const FILTERED: RGBColor = SKY;
 /// The colour of true strengths.
 pub(super) const TRUTH: RGBColor = INK;
-/// Limits.
+/// A link that is well above the limit.
+pub(super) const STRONG: RGBColor = GREEN;
+/// A link that is little above the limit.
+pub(super) const FAIR: RGBColor = ORANGE;
+/// Limits, and links that are below it.
 pub(super) const LIMIT: RGBColor = VERMILION;
 
 // Okabe & Ito, "Color Universal Design", 2008.
@@ -38,7 +42,7 @@ const ORANGE: RGBColor = RGBColor(230, 159, 0);
 
 const RELAYS: [RGBColor; 5] = [BLUE, GREEN, PURPLE, SKY, ORANGE];
 
-/// The series of box plots and other categories, in order.
+/// The variants of a chart, in order.
 pub(super) fn category(index: usize) -> RGBColor {
     const ALL: [RGBColor; 6] = [AXIS, ORANGE, BLUE, GREEN, PURPLE, VERMILION];
     ALL.get(index % ALL.len()).copied().unwrap_or(BLUE)

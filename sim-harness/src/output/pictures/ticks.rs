@@ -1,4 +1,4 @@
-//! Axes with round numbers.
+//! Axes with round numbers, linear or logarithmic.
 
 use std::ops::Range;
 
@@ -14,7 +14,13 @@ pub(super) struct Axis {
     pub(super) to: f64,
     pub(super) ticks: Vec<f64>,
     decimals: usize,
+    /// Whether equal lengths are equal factors.
+    is_logarithmic: bool,
 }
+
+/// The decades that a logarithmic axis has at most, so that a value near zero does not squash all
+/// others.
+const MOST_DECADES: i32 = 7;
 
 impl Axis {
     /// Spans exactly `from` to `to`, with about `wanted` ticks.
@@ -24,7 +30,7 @@ impl Axis {
         let first = (from / step - 1e-6).ceil() as i64;
         let last = (to / step + 1e-6).floor() as i64;
         let ticks = (first..=last.min(first + 100)).map(|n| n as f64 * step).collect();
-        Self { from, to, ticks, decimals }
+        Self { from, to, ticks, decimals, is_logarithmic: false }
     }
 
     /// Spans all of `values` and a little more; NaN and infinities do not count.
@@ -41,9 +47,33 @@ impl Axis {
         Self::exact(0.0, high * (1.0 + MARGIN), wanted)
     }
 
+    /// Spans the decades of all positive values, with a tick at each; values that are smaller than
+    /// the first lie at its beginning.
+    pub(super) fn logarithmic(values: impl IntoIterator<Item = f64>) -> Self {
+        let (low, high) = extent(values.into_iter().filter(|v| *v > 0.0)).unwrap_or((0.1, 1.0));
+        let last = decade(high).ceil() as i32;
+        let first = (decade(low).floor() as i32).clamp(last - MOST_DECADES, last - 1);
+        let power = |n: i32| libm::exp10(f64::from(n));
+        let ticks: Vec<f64> = (first..=last).map(power).collect();
+        Self { from: power(first), to: power(last), ticks, decimals: 0, is_logarithmic: true }
+    }
+
+    /// How far along the axis a value lies: 0 at its beginning, 1 at its end.
+    pub(super) fn share(&self, value: f64) -> f64 {
+        if self.is_logarithmic {
+            let (from, to) = (decade(self.from), decade(self.to));
+            return (decade(value.max(self.from)) - from) / (to - from);
+        }
+        (value - self.from) / (self.to - self.from)
+    }
+
     /// A tick's label, with a real minus sign.
     pub(super) fn label(&self, value: f64) -> String {
-        let decimals = self.decimals;
+        let decimals = if self.is_logarithmic {
+            (-decade(value)).ceil().max(0.0) as usize
+        } else {
+            self.decimals
+        };
         let text = format!("{value:.decimals$}");
         match text.strip_prefix('-') {
             Some(zero) if zero.bytes().all(|c| c == b'0' || c == b'.') => zero.to_owned(),
@@ -59,8 +89,7 @@ impl Ranged for Axis {
     type ValueType = f64;
 
     fn map(&self, value: &f64, (first, last): (i32, i32)) -> i32 {
-        let share = (value - self.from) / (self.to - self.from);
-        (f64::from(first) + share * f64::from(last - first)).round() as i32
+        (f64::from(first) + self.share(*value) * f64::from(last - first)).round() as i32
     }
 
     fn key_points<Hint: KeyPointHint>(&self, _: Hint) -> Vec<f64> {
@@ -80,6 +109,12 @@ impl ValueFormatter<f64> for Axis {
     fn format_ext(&self, value: &f64) -> String {
         self.label(*value)
     }
+}
+
+/// The logarithm to base 10, to the nearest whole number where that is meant.
+fn decade(value: f64) -> f64 {
+    let decade = libm::log10(value);
+    if (decade - decade.round()).abs() < 1e-9 { decade.round() } else { decade }
 }
 
 /// Least and greatest of the finite values; `None` where there are none.
@@ -137,6 +172,18 @@ mod tests {
         assert!(axis.from < -71.3 && axis.to > -48.2 && axis.to - axis.from < 26.0);
         assert_eq!(axis.ticks, [-70.0, -65.0, -60.0, -55.0, -50.0]);
         assert_eq!(axis.label(-70.0), "\u{2212}70");
+    }
+
+    #[test]
+    fn a_logarithmic_axis_has_whole_decades() {
+        let axis = Axis::logarithmic([0.03, 4.0, 0.0, f64::INFINITY]);
+        assert_eq!(axis.ticks.len(), 4);
+        let labels: Vec<_> = axis.ticks.iter().map(|tick| axis.label(*tick)).collect();
+        assert_eq!(labels, ["0.01", "0.1", "1", "10"]);
+        assert!((axis.share(1.0) - 2.0 / 3.0).abs() < 1e-9);
+        assert_eq!(axis.share(0.0), 0.0, "what is smaller lies at the beginning");
+        assert_eq!(Axis::logarithmic([1.0, 1e-30]).ticks.len(), 8);
+        assert_eq!(Axis::logarithmic([]).ticks.len(), 2);
     }
 
     #[test]
