@@ -28,4 +28,5 @@ mod radio;
 mod radios;
 mod random_scenarios;
 mod retirement;
+mod twist;
 mod verdict;
