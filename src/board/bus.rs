@@ -79,7 +79,23 @@ impl Bus {
     /// are free. A start that is requested while a stop is pending may be lost (RM0090, note on
     /// I2C_CR1).
     async fn ready(&mut self) -> Result<(), Error> {
-        if self.comes_free() || self.mend().await { Ok(()) } else { Err(Error::Hung) }
+        if !(self.comes_free() || self.mend().await) {
+            return Err(Error::Hung);
+        }
+        self.empty();
+        Ok(())
+    }
+
+    /// Throws away what the last read has left. embassy's driver starts the receiving DMA after it has
+    /// let the device send, and acknowledges meanwhile (`i2c/v1.rs`): a control step in between lets
+    /// one byte too many come in, which the next read would take for its first. There is room for
+    /// two, in the data register and in the shift register.
+    fn empty(&self) {
+        for _ in 0..2 {
+            if self.registers.sr1().read().rxne() {
+                let _ = self.registers.dr().read();
+            }
+        }
     }
 
     fn comes_free(&self) -> bool {

@@ -4,8 +4,8 @@
 //! The chip sends nothing until it has received a good frame, and receives no packets until it is
 //! told that its radio is set up. So [`transmit`] sends it all settings at boot, and again when its
 //! answers say otherwise, when it hears nothing, and when the line has been silent for a while, since
-//! then the chip was reset (`onboard::hardware`). No packet goes on the air before the chip has
-//! answered.
+//! then the chip was reset. In Bluetooth mode, in which it starts, it is told as few settings as
+//! possible (`onboard::hardware`). No packet goes on the air before the chip has answered.
 //!
 //! The chip's program drops what it has no room for, 127 bytes, and does not tell. It takes one frame
 //! in each round of its loop, of a millisecond at most: so the settings are sent one in two
@@ -150,9 +150,7 @@ pub(crate) async fn receive(mut line: RingBufferedUartRx<'static>, shared: &'sta
 fn take(frame: &Frame<'_>, shared: &Shared) {
     let packet = Incoming::parse(frame);
     if let Ok(packet) = &packet {
-        let mut chip = CHIP.get();
-        chip.take(clock::now(), packet);
-        CHIP.set(chip);
+        change_chip(|chip| chip.take(clock::now(), packet));
     }
     match packet {
         Ok(Incoming::P2pBroadcast { port, rssi, data } | Incoming::P2p { port, rssi, data })
@@ -256,7 +254,7 @@ pub(crate) async fn transmit(
         if CHIP.get().is_to_be_told(clock::now())
             && let Some(settings) = store::settings()
         {
-            note_told(settings.radio);
+            change_chip(|chip| chip.note_told(clock::now(), settings.radio));
             out.introduce(&settings.radio).await;
         }
         let due = if CHIP.get().answers() { shared.due().map(at) } else { None };
@@ -285,9 +283,9 @@ fn at(moment: units::Instant) -> Instant {
     Instant::from_micros(moment.as_micros())
 }
 
-fn note_told(radio: Radio) {
+fn change_chip(change: impl FnOnce(&mut RadioChip)) {
     let mut chip = CHIP.get();
-    chip.note_told(clock::now(), radio);
+    change(&mut chip);
     CHIP.set(chip);
 }
 
@@ -322,7 +320,7 @@ impl Out<'_> {
             Outgoing::RadioReady,
             Outgoing::BatteryAutoupdate,
         ];
-        for frame in &frames {
+        for frame in frames.iter().filter(|frame| CHIP.get().is_told(frame)) {
             self.send(frame).await;
             Timer::after(SETTINGS_APART).await;
         }
@@ -341,7 +339,10 @@ impl Out<'_> {
         let mut packet = [0; MAX_P2P];
         let length = shared.with(|drone| drone.transmit(clock::now(), &mut packet)).flatten();
         match length.and_then(|length| packet.get(..length)) {
-            Some(data) => self.send(&Outgoing::P2pBroadcast { port, data }).await,
+            Some(data) => {
+                self.send(&Outgoing::P2pBroadcast { port, data }).await;
+                change_chip(RadioChip::note_sent);
+            }
             None => Timer::after(PAUSE).await,
         }
     }

@@ -286,7 +286,7 @@ impl Flight {
     fn take_off(&mut self, now: Instant) {
         self.measured = [now; 2];
         self.drift = Drift::new();
-        self.control = Control::new();
+        self.control = self.control.again();
         self.rates = LowPassState::new();
     }
 

@@ -46,6 +46,11 @@ impl Pid {
         Self { integral: 0.0, last: None }
     }
 
+    /// This controller before its first step, with the integral that it has now.
+    pub(crate) const fn resumed(&self) -> Self {
+        Self { integral: self.integral, last: None }
+    }
+
     /// Advances by `dt` seconds and returns the output.
     pub(crate) fn step(
         &mut self,
@@ -73,6 +78,11 @@ impl Pid {
             let left = self.integral + by;
             self.integral = if left * self.integral > 0.0 { left } else { 0.0 };
         }
+    }
+
+    /// The integral part of the output.
+    pub(crate) const fn integral(&self) -> f32 {
+        self.integral
     }
 
     /// The used fraction of the integral's limit, 0 to 1.

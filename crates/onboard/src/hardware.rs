@@ -1,9 +1,17 @@
 //! The drone's hardware: the faults of it that keep a drone on the ground, and the radio chip's
 //! firmware and settings, by the chip's own answers.
+//!
+//! The chip starts in Bluetooth mode, in which Nordic's SoftDevice owns the radio. The chip's
+//! program carries out every setting of the radio by taking the radio's power away, also then
+//! (crazyflie2-nrf-firmware, `esb.c`, `esbReset`), and a SoftDevice that finds its radio changed may
+//! fault, which switches the drone off (crazyflie2-nrf-firmware #62, crazyflie-firmware #670). The
+//! vendor's firmware sets channel, data rate and address once at each boot (crazyflie-firmware,
+//! `radiolink.c`, `radiolinkInit`), and so does this one: in Bluetooth mode the chip is told only
+//! these three, and again only those that it does not confirm.
 
 use storage::settings::Radio;
 use units::{Duration, Instant};
-use wire::syslink::{Incoming, Release};
+use wire::syslink::{Incoming, Outgoing, Release};
 
 /// A fault of the hardware that keeps the drone on the ground.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,7 +42,7 @@ impl HardwareFault {
 const SILENCE: Duration = Duration::from_secs(1);
 /// A chip that has heard no packet for this long may listen on another channel: any Crazyradio can
 /// set it from the air (crazyflie2-nrf-firmware, `main.c`, `handleRadioCmd`). Drones of a chain
-/// report five times a second.
+/// report five times a second. In Bluetooth mode no time is too long.
 const QUIET: Duration = Duration::from_secs(5);
 /// The chip answers within milliseconds; settings that it has not confirmed after this time, or has
 /// confirmed wrongly, are told again.
@@ -47,10 +55,6 @@ struct Confirmed {
     datarate: bool,
     address: bool,
     power: bool,
-}
-
-impl Confirmed {
-    const ALL: Self = Self { channel: true, datarate: true, address: true, power: true };
 }
 
 /// The version of the chip's firmware, by its answer.
@@ -71,6 +75,9 @@ pub struct RadioChip {
     told: Option<(Radio, Instant)>,
     confirmed: Confirmed,
     firmware: Firmware,
+    /// It is known to have left Bluetooth mode since it was last silent: it has received or sent a
+    /// packet of its own protocol.
+    left_bluetooth: bool,
     /// When the last frame of any kind came from it, and the last packet off the air.
     spoke: Instant,
     heard: Instant,
@@ -89,6 +96,7 @@ impl RadioChip {
             told: None,
             confirmed: Confirmed { channel: false, datarate: false, address: false, power: false },
             firmware: Firmware::Unknown,
+            left_bluetooth: false,
             spoke: Instant::ZERO,
             heard: Instant::ZERO,
             answers: false,
@@ -123,22 +131,51 @@ impl RadioChip {
                     None => Firmware::Own,
                 };
             }
-            Incoming::Raw(_) | Incoming::P2p { .. } | Incoming::P2pBroadcast { .. } => {
+            // A packet of a Bluetooth client's comes as one of CRTP, and without a signal.
+            Incoming::Raw(_) => self.heard = now,
+            Incoming::P2p { .. } | Incoming::P2pBroadcast { .. } => {
                 self.heard = now;
+                self.left_bluetooth = true;
             }
+            Incoming::Rssi(Some(_)) => self.left_bluetooth = true,
             _ => {}
         }
     }
 
+    /// Notes that the chip was given a packet for other drones, which ends its Bluetooth mode.
+    pub const fn note_sent(&mut self) {
+        self.left_bluetooth = true;
+    }
+
     /// Whether the chip is to be told its settings: it never was, it does not confirm them, it was
-    /// reset, or it hears nothing.
+    /// reset, or it hears nothing although it is not in Bluetooth mode.
     #[must_use]
     pub fn is_to_be_told(&self, now: Instant) -> bool {
         let Some((_, told)) = self.told else { return true };
-        let unconfirmed = self.confirmed != Confirmed::ALL || self.firmware == Firmware::Unknown;
+        let unconfirmed = !self.is_confirmed() || self.firmware == Firmware::Unknown;
         unconfirmed && now.since(told) >= CONFIRMS_WITHIN
             || now.since(self.spoke) >= SILENCE
-            || now.since(self.heard) >= QUIET
+            || self.left_bluetooth && now.since(self.heard) >= QUIET
+    }
+
+    /// Whether this frame belongs to what the chip is told: all of them do, but in Bluetooth mode
+    /// those settings that it has confirmed, and the power.
+    #[must_use]
+    pub const fn is_told(&self, frame: &Outgoing<'_>) -> bool {
+        self.left_bluetooth
+            || match frame {
+                Outgoing::Channel(_) => !self.confirmed.channel,
+                Outgoing::Datarate(_) => !self.confirmed.datarate,
+                Outgoing::Address(_) => !self.confirmed.address,
+                Outgoing::Power(_) => false,
+                _ => true,
+            }
+    }
+
+    /// Whether the chip has confirmed every setting that it was told.
+    const fn is_confirmed(&self) -> bool {
+        let Confirmed { channel, datarate, address, power } = self.confirmed;
+        channel && datarate && address && (power || !self.left_bluetooth)
     }
 
     /// Whether the chip has sent a frame since it was told its settings.
@@ -154,7 +191,7 @@ impl RadioChip {
             Firmware::Release(release) if release < Self::OLDEST => {
                 Some(HardwareFault::RadioFirmware)
             }
-            _ if self.confirmed != Confirmed::ALL => Some(HardwareFault::RadioSettings),
+            _ if !self.is_confirmed() => Some(HardwareFault::RadioSettings),
             Firmware::Unknown => Some(HardwareFault::RadioFirmware),
             Firmware::Release(_) | Firmware::Own => None,
         }

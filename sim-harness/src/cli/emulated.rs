@@ -10,6 +10,7 @@ use std::sync::Arc;
 
 use serde_json::{Value, json};
 use units::NodeId;
+use virtual_crazyflie::board::nrf51::Power;
 use virtual_crazyflie::log::{LogLine, Messages};
 use virtual_crazyflie::profile::{Durations, Report};
 
@@ -173,6 +174,10 @@ impl Aftermath {
             }
             for report in machine.fault_reports() {
                 failures.push(format!("virtual drone {member}: {report}"));
+            }
+            if let Power::Off { since, cause } = machine.board().power() {
+                let at = since as f64 * 1e-9;
+                failures.push(format!("virtual drone {member} went off at {at:.3} s: {cause}"));
             }
             let node = NodeId(member as u8);
             drones.push(DroneEnd {

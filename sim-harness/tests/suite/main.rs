@@ -31,4 +31,5 @@ mod radios;
 mod random_scenarios;
 mod retirement;
 mod survey_routes;
+mod twist;
 mod verdict;

@@ -195,6 +195,8 @@ pub struct DownConfig {
     pub nearest: f32,
     /// The noise of a reading below `nearest`, one standard deviation, m.
     pub near_noise: f32,
+    /// The noise of a reading whose own σ is above the sensor's limit, one standard deviation, m.
+    pub doubted_noise: f32,
     /// The distance from which on a reading is out of range, m.
     pub farthest: f32,
     /// The cosine of the largest tilt at which a reading is used.
@@ -214,6 +216,7 @@ impl DownConfig {
     ///   2.5))) with k = ln(0.2/0.0025)/1.5 (`zranger2.c` of crazyflie-firmware).
     /// * Nearest: 40 mm, the data sheet's shortest distance; a shorter reading may stand for
     ///   any distance below it.
+    /// * Doubted: twice the sensor's limit of 90 mm (`sensors::vl53l1x`, register 0x64). Twice is ours.
     /// * Farthest: 5 m (`zranger2.c`).
     /// * Tilt up to 45°: the supervisor stops a flight before that.
     /// * Reset after 0.3 s, which is 12 readings. At 0.5 m/s a drone has passed over a boulder by
@@ -226,6 +229,7 @@ impl DownConfig {
         relief: 0.0,
         nearest: 0.04,
         near_noise: 0.02,
+        doubted_noise: 0.18,
         farthest: 5.0,
         least_tilt_cosine: core::f32::consts::FRAC_1_SQRT_2,
         gate: 5.0,

@@ -1,6 +1,6 @@
 //! The measurement model of the ranger that looks down: d = z/R₂₂.
 
-use sensors::vl53l1x::Reading;
+use sensors::vl53l1x::{RangeStatus, Reading};
 
 use super::config::DownConfig;
 use super::covariance::MeasurementRow;
@@ -44,14 +44,18 @@ fn variance(config: &DownConfig, reading: &Reading) -> f32 {
     let beyond = (distance - config.doubled_at) / config.noise_grows_over;
     let usual = config.noise * (1.0 + libm::expf(beyond));
     let near = if distance < config.nearest { config.near_noise } else { 0.0 };
-    let own = usual.max(reading.sigma.0).max(near);
+    let doubted = if reading.status.is_valid() { 0.0 } else { config.doubted_noise };
+    let own = usual.max(reading.sigma.0).max(near).max(doubted);
     own * own + config.relief * config.relief
 }
 
-/// Why this reading cannot be used; `None` if it can.
+/// Why this reading cannot be used; `None` if it can. A σ above the sensor's limit is a warning, and
+/// no error like the others (ST's UM2931, table 7, for the VL53L1X's sibling VL53L4CD): the distance
+/// is measured, if not well. The vendor's firmware takes every reading below 5 m (`zranger2.c`), those
+/// that have wrapped too.
 pub(super) fn fault(config: &DownConfig, reading: &Reading, cosine: f32) -> Option<Unusable> {
     let distance = reading.distance.0;
-    if !reading.status.is_valid() {
+    if !(reading.status.is_valid() || reading.status == RangeStatus::SigmaFail) {
         Some(Unusable::Invalid)
     } else if !(0.0..config.farthest).contains(&distance) {
         Some(Unusable::OutOfRange)

@@ -7,7 +7,7 @@ use onboard::{Drone, Sensed, Snapshot};
 use storage::settings::{Radio, Settings};
 use units::{Dbm, Instant};
 use wire::radio::Channel;
-use wire::syslink::{Incoming, Port, Release};
+use wire::syslink::{Incoming, Outgoing, Port, Release};
 
 use crate::common::packets::ECHO;
 use crate::common::{Clear, relay};
@@ -19,8 +19,8 @@ fn at(millis: u64) -> Instant {
     Instant::from_millis(millis)
 }
 
-/// A chip that was told its settings at time zero and has answered with these.
-fn answered(version: &[u8], radio: Radio) -> RadioChip {
+/// A chip in Bluetooth mode that was told its settings at time zero and has answered with these.
+fn in_bluetooth(version: &[u8], radio: Radio) -> RadioChip {
     let mut chip = RadioChip::new();
     assert!(chip.is_to_be_told(at(0)), "it begins with nothing");
     chip.note_told(at(0), RADIO);
@@ -29,12 +29,69 @@ fn answered(version: &[u8], radio: Radio) -> RadioChip {
         Incoming::Channel(radio.channel),
         Incoming::Datarate(radio.datarate),
         Incoming::Address(radio.address),
-        Incoming::Power(radio.power),
     ] {
         assert!(chip.fault().is_some(), "not all is confirmed before {packet:?}");
         chip.take(at(1), &packet);
     }
     chip
+}
+
+/// Such a chip that has then sent a packet, and has answered with this power.
+fn answered(version: &[u8], radio: Radio) -> RadioChip {
+    let mut chip = in_bluetooth(version, radio);
+    chip.note_sent();
+    assert!(chip.fault().is_some(), "its power is not confirmed");
+    chip.take(at(1), &Incoming::Power(radio.power));
+    chip
+}
+
+/// The settings of the radio.
+const SETTINGS: [Outgoing<'_>; 4] = [
+    Outgoing::Channel(RADIO.channel),
+    Outgoing::Datarate(RADIO.datarate),
+    Outgoing::Address(RADIO.address),
+    Outgoing::Power(RADIO.power),
+];
+
+#[test]
+fn in_bluetooth_mode_a_chip_is_told_only_what_the_vendors_firmware_tells_it_and_once() {
+    let mut chip = RadioChip::new();
+    chip.note_told(at(0), RADIO);
+    assert_eq!(SETTINGS.map(|setting| chip.is_told(&setting)), [true, true, true, false]);
+    // An answer was lost.
+    for packet in [Incoming::Channel(RADIO.channel), Incoming::Address(RADIO.address)] {
+        chip.take(at(1), &packet);
+    }
+    assert!(chip.is_to_be_told(at(200)));
+    assert_eq!(SETTINGS.map(|setting| chip.is_told(&setting)), [false, true, false, false]);
+    let mut chip = in_bluetooth(NEW, RADIO);
+    assert_eq!(chip.fault(), None, "a client at its USB can let it fly");
+    for ms in (5..600_000).step_by(5) {
+        chip.take(at(ms), &Incoming::Rssi(None));
+        // A phone's packets come by Bluetooth, for a while.
+        if ms > 300_000 && ms < 350_000 {
+            chip.take(at(ms), &Incoming::Raw(&[0xFF]));
+        }
+        assert!(!chip.is_to_be_told(at(ms)), "{ms} ms");
+    }
+}
+
+#[test]
+fn a_chip_that_has_left_bluetooth_mode_is_told_its_power() {
+    let port = Port::new(11).unwrap();
+    let heard = Incoming::P2pBroadcast { port, rssi: Dbm(-50.0), data: &[1] };
+    for packet in [Some(heard), Some(Incoming::Rssi(Some(Dbm(-50.0)))), None] {
+        let mut chip = in_bluetooth(NEW, RADIO);
+        match packet {
+            Some(packet) => chip.take(at(900), &packet),
+            None => chip.note_sent(),
+        }
+        assert_eq!(chip.fault(), Some(HardwareFault::RadioSettings));
+        assert!(chip.is_to_be_told(at(900)), "{packet:?}");
+        assert!(chip.is_told(&Outgoing::Power(RADIO.power)));
+        chip.take(at(901), &Incoming::Power(RADIO.power));
+        assert_eq!((chip.fault(), chip.is_to_be_told(at(901))), (None, false));
+    }
 }
 
 #[test]

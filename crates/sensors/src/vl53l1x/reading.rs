@@ -13,7 +13,8 @@ pub enum RangeStatus {
     /// The measurement is the first after a start, for which a target beyond reach cannot yet be
     /// distinguished from a near one.
     Unchecked,
-    /// σ is above the limit, because too little light came back.
+    /// σ is above the limit, because too little light came back: there is a target, and its distance
+    /// is not well measured.
     SigmaFail,
     /// Hardly any light came back: there is no target within reach.
     SignalFail,

@@ -115,6 +115,7 @@ struct Machine {
     vibration: f32,
     thrust: f32,
     motor_error: f32,
+    yaw_torque: [f32; 2],
     battery_ohm: f32,
     charge: f32,
     flow_scale_error: f32,
@@ -126,6 +127,7 @@ impl Machine {
         vibration: VehicleSpec::DEFAULT.vibration,
         thrust: VehicleSpec::DEFAULT.thrust,
         motor_error: VehicleSpec::DEFAULT.motor_error,
+        yaw_torque: VehicleSpec::DEFAULT.yaw_torque,
         battery_ohm: VehicleSpec::DEFAULT.battery_ohm,
         charge: VehicleSpec::DEFAULT.charge,
         flow_scale_error: VehicleSpec::DEFAULT.flow_scale_error,
@@ -134,15 +136,14 @@ impl Machine {
 
     /// This machine with another vehicle's other constants.
     const fn vehicle(&self, rest: VehicleSpec) -> VehicleSpec {
-        let Self { vibration, thrust, motor_error, battery_ohm, charge, flow_scale_error, .. } =
-            *self;
         VehicleSpec {
-            vibration,
-            thrust,
-            motor_error,
-            battery_ohm,
-            charge,
-            flow_scale_error,
+            vibration: self.vibration,
+            thrust: self.thrust,
+            motor_error: self.motor_error,
+            yaw_torque: self.yaw_torque,
+            battery_ohm: self.battery_ohm,
+            charge: self.charge,
+            flow_scale_error: self.flow_scale_error,
             ..rest
         }
     }
@@ -160,6 +161,13 @@ fn machines() -> Vec<(String, Trouble)> {
         all.push((format!("thrust {percent:+} %"), Machine { thrust, ..usual }));
     }
     all.push(("each motor ±15 %".into(), Machine { motor_error: 0.15, ..usual }));
+    let torques = [
+        ("measured yaw torque", VehicleSpec::MEASURED_YAW_TORQUE),
+        ("largest yaw torque", [VehicleSpec::LARGEST_YAW_TORQUE; 2]),
+    ];
+    for (name, yaw_torque) in torques {
+        all.push((name.into(), Machine { yaw_torque, ..usual }));
+    }
     let poor = Machine { vibration: 0.3, motor_error: 0.1, ..usual };
     for (percent, thrust) in [(-25, 0.75), (25, 1.25)] {
         let name = format!("thrust {percent:+} %, each motor ±10 %, 0.3 g");

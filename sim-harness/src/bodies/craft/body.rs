@@ -23,6 +23,8 @@ pub struct BodySpec {
     inverse_inertia: Vector,
     arm: f32,
     torque_per_thrust: f32,
+    /// The yaw torque with all motors alike, per thrust of all together, m.
+    twist: f32,
 }
 
 /// Drag per speed of the air and per rotor speed, along x and y, and along z, N / (m/s · rad/s):
@@ -74,7 +76,15 @@ impl BodySpec {
             inverse_inertia: airframe.inertia.map(|moment| 1.0 / moment),
             arm: airframe.arm,
             torque_per_thrust: airframe.torque_per_thrust,
+            twist: 0.0,
         }
+    }
+
+    /// These constants for a machine whose propellers twist it to the left by `torque` N m at hover,
+    /// as unequal ones do.
+    #[must_use]
+    pub fn twisted_by(self, torque: f32) -> Self {
+        Self { twist: torque * self.inverse_mass / GRAVITY, ..self }
     }
 }
 
@@ -274,7 +284,7 @@ impl RigidBody {
         let torque = [
             spec.arm * (t3 + t4 - t1 - t2) - tip * p,
             spec.arm * (t2 + t3 - t1 - t4) - tip * q,
-            spec.torque_per_thrust * (t2 + t4 - t1 - t3) - round * r,
+            spec.torque_per_thrust * (t2 + t4 - t1 - t3) + spec.twist * lift - round * r,
         ];
         (force, torque)
     }

@@ -145,12 +145,13 @@ impl Craft {
         let sides = std::array::from_fn(|_| Ranger::new(&mut random));
         let vibration = Vibration::new(&airframe, vehicle.vibration, &mut random);
         motors.err(vehicle.thrust, vehicle.motor_error, &mut random);
+        let spec = BodySpec::of(&airframe).twisted_by(vehicle.draw_yaw_torque(&mut random));
         let mut flight = Flight::new();
         let outputs = flight.step(&config, Instant::ZERO, &Sensed::default(), &Command::default());
         Self {
             config,
             airframe,
-            spec: BodySpec::of(&airframe),
+            spec,
             body: RigidBody::standing([at.x, at.y], front),
             motors,
             battery: Battery::aged(vehicle.charge, vehicle.battery_ohm),

@@ -4,7 +4,7 @@ use serde::Deserialize;
 
 use super::VehicleSpec;
 use crate::input_error::InputError;
-use crate::scenario::reader::{At, Reader};
+use crate::scenario::reader::{At, Pair, Reader};
 
 /// The table `[vehicle]`.
 #[derive(Default, Deserialize)]
@@ -22,6 +22,7 @@ pub(crate) struct VehicleTable {
     vibration_g: Option<At<f32>>,
     thrust: Option<At<f32>>,
     motor_error: Option<At<f32>>,
+    yaw_torque_nm: Option<At<Pair>>,
     battery_ohm: Option<At<f32>>,
 }
 
@@ -64,7 +65,22 @@ impl VehicleTable {
             vibration: number(&self.vibration_g, "vibration_g", 0.0..=2.0, usual.vibration)?,
             thrust: number(&self.thrust, "thrust", 0.5..=1.5, usual.thrust)?,
             motor_error: number(&self.motor_error, "motor_error", 0.0..=0.3, usual.motor_error)?,
+            yaw_torque: match &self.yaw_torque_nm {
+                Some(range) => yaw_torque(reader, range)?,
+                None => usual.yaw_torque,
+            },
             battery_ohm: number(&self.battery_ohm, "battery_ohm", 0.05..=1.0, usual.battery_ohm)?,
         })
     }
+}
+
+/// The least and the largest yaw torque, N m. A Crazyflie's motors hold about twice the limit.
+fn yaw_torque(reader: &Reader<'_>, range: &At<Pair>) -> Result<[f32; 2], InputError> {
+    const LIMIT: f32 = 0.001;
+    let Pair([least, most]) = *range.as_ref();
+    if least >= -LIMIT && least <= most && most <= LIMIT {
+        return Ok([least, most]);
+    }
+    let remedy = format!("give two numbers from -{LIMIT} to {LIMIT}, the smaller first");
+    Err(reader.wrong(range, format!("yaw_torque_nm = [{least}, {most}] is out of range"), remedy))
 }

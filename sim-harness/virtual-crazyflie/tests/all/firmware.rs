@@ -14,6 +14,8 @@
 use std::sync::Arc;
 
 use crate::core::rig::Rig;
+use units::Dbm;
+use virtual_crazyflie::board::nrf51::Power;
 use virtual_crazyflie::board::{Config, Crazyflie, InertialNoise};
 use virtual_crazyflie::cpu::{Fault, Program, Stop};
 use virtual_crazyflie::image::{Image, built_elf};
@@ -53,6 +55,27 @@ fn the_firmware_runs_for_seconds_at_168_mhz_without_a_reset_or_a_fault() {
     assert_eq!(causes, [ResetCause::PowerOn]);
     assert!(machine.fault_reports().is_empty());
     assert!(machine.cpu().slept() > machine.cpu().cycles() / 20, "it never sleeps");
+}
+
+/// A drone without keys sends no packet, and with no Crazyradio near it hears none: its radio chip
+/// stays in Bluetooth mode, in which settings that come again and again switch it off. The firmware
+/// takes five seconds of silence for another channel only when that mode is over.
+#[test]
+#[ignore = "needs the firmware's ELF: cargo fw"]
+fn a_drone_without_keys_that_hears_nothing_is_told_its_settings_once_and_stays_on() {
+    let image = image();
+    let mut machine = machine(&image, MachineConfig::default());
+    let frames = |machine: &mut Machine<Crazyflie>, until| {
+        run(machine, until);
+        let board = machine.board();
+        assert_eq!(board.power(), Power::On);
+        (board.radio().is_in_bluetooth(), board.radio().counters().good)
+    };
+    let booted = frames(&mut machine, 1_000 * MILLISECOND);
+    assert_eq!(frames(&mut machine, 5_600 * MILLISECOND), booted);
+    machine.board_mut().hear_crtp(5_601 * MILLISECOND, &[0xFF], Dbm(-50.0));
+    let (in_bluetooth, good) = frames(&mut machine, 6_000 * MILLISECOND);
+    assert!(booted.0 && !in_bluetooth && good > booted.1, "it is told its power");
 }
 
 #[test]

@@ -128,6 +128,7 @@ fn a_ranger_that_sees_nothing_changes_nothing() {
     let good = reading(0.3);
     for (reading, why) in [
         (sensors::vl53l1x::Reading { status: RangeStatus::SignalFail, ..good }, Unusable::Invalid),
+        (sensors::vl53l1x::Reading { status: RangeStatus::OutOfBounds, ..good }, Unusable::Invalid),
         (sensors::vl53l1x::Reading { status: RangeStatus::WrapTarget, ..good }, Unusable::Invalid),
         (sensors::vl53l1x::Reading { distance: Metres(5.0), ..good }, Unusable::OutOfRange),
         (sensors::vl53l1x::Reading { distance: Metres(f32::NAN), ..good }, Unusable::OutOfRange),
@@ -139,6 +140,20 @@ fn a_ranger_that_sees_nothing_changes_nothing() {
         assert_eq!(verdict, Verdict::Unusable(why));
         assert_eq!((drone.estimator.height(), drone.estimator.covariance()), before);
     }
+}
+
+/// Dark, wet or slanting floors: the sensor measures, and says that it does not measure well.
+#[test]
+fn a_range_of_which_the_sensor_is_not_sure_counts_but_little() {
+    let moved_by = |status| {
+        let mut drone = hovering();
+        let reading = sensors::vl53l1x::Reading { status, ..reading(0.305) };
+        let before = drone.estimator.height();
+        assert!(drone.estimator.down(&CONFIG, &reading).is_used(), "{status:?}");
+        drone.estimator.height() - before
+    };
+    let (sure, unsure) = (moved_by(RangeStatus::Valid), moved_by(RangeStatus::SigmaFail));
+    assert!(unsure > 0.0 && unsure < 0.1 * sure, "{sure} {unsure}");
 }
 
 /// Boulders and pits: the height is reset after 0.3 s, and velocity and climb rate stay right.

@@ -28,7 +28,7 @@ mod radio;
 
 use std::collections::VecDeque;
 
-pub use power::Power;
+pub use power::{OffCause, Power};
 pub use radio::{Answer, Datarate, Tuning};
 
 use super::deck_memory::DeckMemory;
@@ -134,8 +134,8 @@ struct State {
     rssi: u8,
     bluetooth: bool,
     shutdown: Shutdown,
-    /// The flight processor has set a channel, a data rate and an address.
-    configured: [bool; 3],
+    /// How often the flight processor has set the channel, the data rate and the address.
+    configured: [u8; 3],
     counters: Counters,
     /// The chip sends, or boots, until then.
     busy_until: Nanos,
@@ -155,7 +155,7 @@ impl State {
             rssi: 0,
             bluetooth: true,
             shutdown: Shutdown::Idle,
-            configured: [false; 3],
+            configured: [0; 3],
             counters: Counters::default(),
             busy_until: since,
             next_step: 0,
@@ -230,8 +230,9 @@ impl Nrf51 {
         self.power == Power::On && self.state.radio.listens(self.clock)
     }
 
-    /// Whether it is still in Bluetooth mode, in which it hears other drones only now and then. The
-    /// first packet that it passes on or sends ends that. This model hears as well as otherwise.
+    /// Whether it is still in Bluetooth mode, in which it hears other drones only now and then, and
+    /// stands only the settings that the vendor's firmware sends. The first packet that it passes on
+    /// or sends ends that. This model hears as well as otherwise.
     #[must_use]
     pub const fn is_in_bluetooth(&self) -> bool {
         self.state.bluetooth
@@ -437,7 +438,7 @@ impl Nrf51 {
                     self.say(kind::SHUTDOWN_REQUEST, &[]);
                     self.state.shutdown = Shutdown::asked(now);
                 }
-                Shutdown::Asked { .. } => self.switch_off(false),
+                Shutdown::Asked { .. } => self.switch_off(OffCause::Unanswered),
             },
         }
     }
@@ -508,8 +509,8 @@ impl Nrf51 {
         }
     }
 
-    fn switch_off(&mut self, agreed: bool) {
+    fn switch_off(&mut self, cause: OffCause) {
         self.line.fall_silent(self.clock);
-        self.power = Power::Off { since: self.clock, agreed };
+        self.power = Power::Off { since: self.clock, cause };
     }
 }

@@ -1,6 +1,8 @@
 //! Switching off: the button, the request to the flight processor, and the shutdown
 //! (crazyflie2-nrf-firmware, `shutdown.c`, `pm.c`).
 
+use std::fmt;
+
 use crate::soc::Nanos;
 
 /// The chip's tick.
@@ -18,9 +20,33 @@ pub enum Power {
     Off {
         /// Since when.
         since: Nanos,
-        /// The flight processor let it go; otherwise it did not answer in time.
-        agreed: bool,
+        /// Why.
+        cause: OffCause,
     },
+}
+
+/// Why the flight processor has no power.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OffCause {
+    /// It let its power go.
+    Agreed,
+    /// It did not answer the power button in time.
+    Unanswered,
+    /// The ground ordered it over the air.
+    Ordered,
+    /// The chip faulted, since a setting of the radio came in Bluetooth mode.
+    Bluetooth,
+}
+
+impl fmt::Display for OffCause {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Agreed => "the flight processor let its power go",
+            Self::Unanswered => "the flight processor did not answer the power button",
+            Self::Ordered => "the ground switched it off",
+            Self::Bluetooth => "the radio chip faulted: a setting came in Bluetooth mode",
+        })
+    }
 }
 
 /// The state of affairs.

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::{Bench, MS, US, frame};
 use units::{Dbm, Volts};
-use virtual_crazyflie::board::nrf51::{Datarate, Power, Tuning};
+use virtual_crazyflie::board::nrf51::{Datarate, OffCause, Power, Tuning};
 use virtual_crazyflie::board::{Fault, Led};
 use virtual_crazyflie::soc::{Board, Level, Nanos, Pin, UartBus};
 
@@ -46,13 +46,14 @@ fn this_is_how_a_flight_processor_and_the_chip_get_to_know_each_other() {
     bench.send(0x01, &[60]);
     bench.send(0x02, &[1]);
     bench.send(0x05, &[1, 2, 3, 4, 5]);
-    bench.send(0x07, &[0xF4]);
     bench.send(READY, &[]);
     bench.send(AUTOUPDATE, &[]);
     bench.run_to(12 * MS);
     bench.board.hear(12_100 * US, 11, &[0xAA, 0xBB], Dbm(-61.4));
     bench.board.hear_alone(12_100 * US, 3, &[0xCC], Dbm(-55.0));
     bench.board.hear_crtp(12_100 * US, &[0xFF], Dbm(-40.0));
+    bench.run_to(15 * MS);
+    bench.send(0x07, &[0xF4]);
     bench.run_to(21 * MS);
     // Each frame follows the last byte of what it answers, or of what was said before it.
     let expected = "\
@@ -60,15 +61,15 @@ fn this_is_how_a_flight_processor_and_the_chip_get_to_know_each_other() {
 270 01: 3c
 340 02: 01
 410 05: 01 02 03 04 05
-520 07: f4
-590 0b:
-650 13: 07 00 00 70 40 00 00 00 3f
-800 04: 00
+520 0b:
+580 13: 07 00 00 70 40 00 00 00 3f
+730 04: 00
 10000 13: 07 00 00 70 40 00 00 00 3f
 10150 04: 00
 12100 0a: 0b 3d aa bb
 12200 08: 03 37 cc
 12290 00: ff
+15070 07: f4
 20000 13: 07 00 00 70 40 00 00 00 3f
 20150 04: 28
 ";
@@ -92,9 +93,9 @@ fn it_says_nothing_before_it_has_received_a_good_frame() {
     bench.run_to(4_100 * MS);
     assert_eq!(transcript(&mut bench), "");
     assert_eq!(bench.board.radio().counters().bad_first_sums, 1);
-    bench.send(0x07, &[4]);
+    bench.send(0x01, &[80]);
     bench.wait(MS);
-    assert_eq!(kinds(&mut bench), [0x07]);
+    assert_eq!(kinds(&mut bench), [0x01]);
 }
 
 #[test]
@@ -215,13 +216,13 @@ fn what_is_no_frame_is_counted_and_costs_no_other() {
     line.extend(&second);
     line.extend([0xBC, 0xCF, 0x30, 65]);
     bench.send_bytes(&line);
-    bench.send(0x07, &[0]);
-    for byte in frame(0x07, &[0]) {
+    bench.send(0x01, &[80]);
+    for byte in frame(0x01, &[80]) {
         bench.wait(87 * US);
         bench.board.uart_take(UartBus::Usart6, byte, 8_681);
     }
     bench.wait(MS);
-    assert_eq!(kinds(&mut bench), [0x07]);
+    assert_eq!(kinds(&mut bench), [0x01]);
     let counters = bench.board.radio().counters();
     assert_eq!((counters.too_long, counters.broken_bytes), (1, 7));
 }
@@ -252,7 +253,7 @@ fn power_goes_when_the_processor_lets_it_and_else_after_a_second() {
     assert!(kinds(&mut bench).is_empty(), "it asks once");
     assert_eq!(bench.board.power(), Power::On);
     bench.send(0x16, &[]);
-    assert_eq!(bench.board.power(), Power::Off { since: bench.now, agreed: true });
+    assert_eq!(bench.board.power(), Power::Off { since: bench.now, cause: OffCause::Agreed });
 
     let mut bench = ready();
     let pressed = bench.now;
@@ -260,7 +261,9 @@ fn power_goes_when_the_processor_lets_it_and_else_after_a_second() {
     bench.wait(1_000 * MS);
     assert_eq!(bench.board.power(), Power::On);
     bench.wait(2 * MS);
-    let Power::Off { since, agreed: false } = bench.board.power() else { panic!("it is on") };
+    let Power::Off { since, cause: OffCause::Unanswered } = bench.board.power() else {
+        panic!("it is on")
+    };
     assert!((1_000 * MS..=1_001 * MS).contains(&(since - pressed)));
     // Nothing moves any more.
     bench.frames();
@@ -277,7 +280,7 @@ fn an_answer_to_a_question_that_was_not_asked_switches_nothing_off() {
     bench.wait(10 * MS);
     assert_eq!(bench.board.power(), Power::On);
     bench.send(0x11, &[]);
-    assert!(matches!(bench.board.power(), Power::Off { agreed: true, .. }));
+    assert_eq!(bench.board.power(), Power::Off { since: bench.now, cause: OffCause::Agreed });
 }
 
 #[test]
@@ -314,7 +317,7 @@ fn a_busy_chip_says_wait_in_the_middle_of_a_frame_and_takes_four_bytes_more() {
     let good = bench.board.radio().counters().good;
     let fault = Fault::RadioBusy { every: MS, busy: 300 * US };
     bench.board.inject(fault, bench.now, bench.now + 3 * MS);
-    let bytes = frame(0x07, &[4]);
+    let bytes = frame(0x01, &[80]);
     bench.send_bytes(&bytes[..1]);
     assert_eq!(bench.board.level(WAIT), Level::Low);
     bench.send_bytes(&bytes[1..2]);
@@ -332,7 +335,7 @@ fn a_busy_chip_says_wait_in_the_middle_of_a_frame_and_takes_four_bytes_more() {
     bench.wait(MS);
     let counters = bench.board.radio().counters();
     assert_eq!((counters.good - good, counters.dropped_bytes), (1, 0));
-    assert_eq!(kinds(&mut bench), [0x07]);
+    assert_eq!(kinds(&mut bench), [0x01]);
 }
 
 #[test]
@@ -340,7 +343,7 @@ fn bytes_that_come_though_a_busy_chip_says_wait_are_lost() {
     let mut bench = ready();
     let fault = Fault::RadioBusy { every: MS, busy: 300 * US };
     bench.board.inject(fault, bench.now, bench.now + MS);
-    bench.send(0x07, &[4]);
+    bench.send(0x01, &[80]);
     bench.wait(2 * MS);
     let counters = bench.board.radio().counters();
     assert_eq!((counters.good, counters.dropped_bytes), (1, 1), "one of seven, beyond six");
@@ -369,5 +372,27 @@ fn orders_from_the_air_are_obeyed() {
     assert_eq!(transcript(&mut bench), "", "they are not the processor's");
     bench.board.hear_crtp(bench.now, &[0xFF, 0xFE, 0x01], Dbm(-50.0));
     bench.wait(MS);
-    assert!(matches!(bench.board.power(), Power::Off { agreed: false, .. }));
+    assert!(matches!(bench.board.power(), Power::Off { cause: OffCause::Ordered, .. }));
+}
+
+#[test]
+fn in_bluetooth_mode_it_stands_the_vendors_settings_twice_and_faults_at_any_other() {
+    let vendors: [(u8, &[u8]); 3] = [(0x01, &[80]), (0x02, &[2]), (0x05, &[0xE7; 5])];
+    let others: [(u8, &[u8]); 2] = [(0x03, &[0]), (0x07, &[4])];
+    for (kind, data) in vendors.into_iter().chain(others) {
+        let mut bench = ready();
+        for _ in 0..2 {
+            vendors.iter().for_each(|(kind, data)| bench.send(*kind, data));
+        }
+        bench.wait(MS);
+        assert_eq!(bench.board.power(), Power::On);
+        bench.send(kind, data);
+        let off = Power::Off { since: bench.now, cause: OffCause::Bluetooth };
+        assert_eq!(bench.board.power(), off, "{kind:#04x}");
+
+        let mut bench = ready();
+        bench.send(0x0A, &[11, 1]);
+        (0..9).for_each(|_| bench.send(kind, data));
+        assert_eq!(bench.board.power(), Power::On, "{kind:#04x}: the radio is the chip's own");
+    }
 }
