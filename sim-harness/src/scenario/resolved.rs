@@ -115,6 +115,7 @@ fn vehicle(vehicle: &VehicleSpec) -> Keys {
         ("thrust", number(vehicle.thrust)),
         ("motor_error", number(vehicle.motor_error)),
         ("battery_ohm", number(vehicle.battery_ohm)),
+        ("yaw_torque_nm", Value::Array(vehicle.yaw_torque.map(number).to_vec())),
     ];
     // Without the key there is no positioning system.
     keys.extend(vehicle.position_noise.map(|noise| ("position_noise_m", number(noise))));
