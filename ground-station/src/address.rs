@@ -4,7 +4,7 @@ use std::fmt;
 use std::net::{SocketAddr, ToSocketAddrs};
 use std::str::FromStr;
 
-use sim_harness::input_error::InputError;
+use input::InputError;
 
 /// The address of a drone.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -18,8 +18,8 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use input::InputError;
 use serde::Deserialize;
-use sim_harness::input_error::InputError;
 use units::{Dbm, Metres, NODES, NodeId, Role, Volts};
 
 use crate::address::Address;

@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use sim_harness::input_error::InputError;
+use input::InputError;
+use maps::{Ends, MapChoice};
 use sim_harness::scenario::Scenario;
 use sim_harness::station_log::Plan;
-use sim_harness::world::import::{Ends, MapChoice};
 
 /// The map that was asked for, as for `uchain run --map`.
 #[derive(Clone, Debug, clap::Args)]

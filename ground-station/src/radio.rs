@@ -9,9 +9,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 
-use sim_harness::bridge::{self, Crazyradio, RadioAddress, Rate};
-use sim_harness::input_error::InputError;
-use sim_harness::serve::Ports;
+use bridge::Ports;
+use bridge::{self, Crazyradio, RadioAddress, Rate};
+use input::InputError;
 
 /// A bridge between a UDP port and a drone, which ends when it is dropped.
 #[derive(Debug)]

@@ -8,9 +8,9 @@ mod policy;
 mod simulation;
 mod table;
 
+use input::InputError;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use sim_harness::input_error::InputError;
 use sim_harness::scenario::{Changes, Scenario, Setting, builtin};
 
 /// The error of Python for input that cannot be used: the line that the command prints.

@@ -9,7 +9,7 @@ use pyo3::types::PyDict;
 use sim_harness::measure::metrics::{Reference, Watch};
 use sim_harness::measure::trace::{DroneFrame, LinkFrame, Trace};
 use sim_harness::measure::verdict::Judgement;
-use sim_harness::mission::{Mission, World};
+use sim_harness::mission::Mission;
 use sim_harness::output::{pictures, report, summary};
 use sim_harness::scenario::{Fidelity, Scenario};
 
@@ -54,7 +54,7 @@ pub(crate) fn fly(
     let is_called = policy.is_some();
     let scenario = if is_called { scenario.with_called_law() } else { scenario };
     let (world, reference) = py.detach(|| {
-        let world = World::of(&scenario);
+        let world = scenario.world();
         let reference = Reference::of(&scenario, &world);
         (world, reference)
     });

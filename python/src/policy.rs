@@ -4,10 +4,10 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use chain::policy::{LinkEnd, NAMES, Policy as BuiltIn, PolicyConfig};
+use input::suggest;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use sim_harness::mission::Law;
-use sim_harness::suggest;
 use units::{Db, Dbm, MetresPerSecond};
 
 /// A built-in movement policy as a function.

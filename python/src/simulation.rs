@@ -1,13 +1,14 @@
 //! A mission that Python steps, looks at and steers.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use world::World;
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use self_cell::self_cell;
 use sim_harness::measure::trace::{DroneFrame, LinkFrame, order_words};
-use sim_harness::mission::{Mission, World};
+use sim_harness::mission::Mission;
 use sim_harness::scenario::Scenario;
 use units::{Branch, Course, MetresPerSecond, Order};
 
@@ -49,7 +50,7 @@ impl Simulation {
         let scenario = py.detach(|| open(scenario, settings)).map_err(value_error)?;
         on_the_host(&scenario)?;
         let scenario = if called.is_some() { scenario.with_called_law() } else { scenario };
-        let world = py.detach(|| World::of(&scenario));
+        let world = py.detach(|| scenario.world());
         let (law, raised) = called.unzip();
         let flight = Flight::new((scenario, world), |(scenario, world)| {
             let mission = match live {
@@ -170,7 +171,7 @@ fn order_of(name: &str, speed_mps: Option<f32>, branch: Option<&str>) -> PyResul
         }
         _ => {
             let names = ["wait", "explore", "return", "land", "perch", "stop"];
-            let remedy = sim_harness::suggest::one_of(name, &names);
+            let remedy = input::suggest::one_of(name, &names);
             return wrong(format!("there is no order \"{name}\"; {remedy}"));
         }
     };

@@ -2,8 +2,8 @@
 
 use clap::ValueEnum;
 use explorers::{Network, Sensor};
+use input::InputError;
 
-use crate::input_error::InputError;
 use crate::scenario::Fidelity;
 
 /// The sensor by which an explorer maps.

@@ -6,7 +6,6 @@
 //! | module | what it holds |
 //! |---|---|
 //! | [`scenario`] | scenarios: the TOML files that describe missions, read and checked |
-//! | [`world`] | the floor plan, its skeleton, range beams, radio, and the best possible chain |
 //! | [`bodies`] | the bodies of drones: a point, a rigid body, or one whose firmware runs in an emulator |
 //! | [`mission`] | one mission, step by step: on-board code, bodies, and the medium between the radios |
 //! | [`measure`] | the trace of a mission, its metrics, campaigns, and the paper's figure 3 |
@@ -15,30 +14,20 @@
 //! | [`output`] | files and pictures |
 //! | [`station_log`] | the messages of the ground station's recordings |
 //! | [`serve`] | simulated drones for cflib and cfclient |
-//! | [`bridge`] | a UDP port behind which a real drone is, through a Crazyradio |
 //! | `stock` | a drone that runs the vendor's firmware, with the feature `virtual` |
-//! | [`keys`] | the keys of a fleet, and the pages of flash memory with which drones get them |
 //! | [`cli`] | the command line |
 
 mod args;
 pub mod bench;
 pub mod bodies;
-pub mod bridge;
 pub mod cli;
-mod count;
-pub mod input_error;
-mod input_file;
-pub mod keys;
 pub mod measure;
 pub mod mission;
 pub mod output;
 mod progress;
-pub mod random;
 pub mod replay;
 pub mod scenario;
 pub mod serve;
 pub mod station_log;
 #[cfg(feature = "virtual")]
 pub mod stock;
-pub mod suggest;
-pub mod world;

@@ -47,18 +47,18 @@ mod track;
 mod view;
 
 use onboard::Sensed;
+use random::Stream;
 use units::{Metres, Radians, Role};
 use wire::p2p;
 use wire::radio::Datarate;
+use world::World;
 
 use crate::bodies::craft::Surroundings;
 use crate::bodies::craft::faults::Failing;
 use crate::bodies::emulated::Halted;
 use crate::bodies::others::{Obstacle, Others};
 use crate::bodies::point::{Response, STEP_US};
-use crate::random::Stream;
 use crate::scenario::{Fidelity, Scenario};
-pub use crate::world::World;
 
 pub use called::Law;
 use contacts::Contacts;

@@ -15,8 +15,8 @@ mod chain_line;
 use serde::{Deserialize, Serialize};
 use units::Point2;
 
-use crate::measure::trace::{CentreLine, FloorPlan};
 pub use chain_line::ChainLine;
+use world::{CentreLine, FloorPlan};
 
 /// The name of a schema and its text, a JSON Schema.
 pub type Schema = (&'static str, &'static str);

@@ -5,11 +5,11 @@ use std::net::{SocketAddr, UdpSocket};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
-use sim_harness::bridge::{self, Radio, RadioLost, Rate};
+use bridge::{self, Radio, RadioLost, Rate};
+use bridge::{FIRST_PORT, Ports};
 use sim_harness::measure::metrics::Reference;
-use sim_harness::mission::World;
 use sim_harness::scenario::Scenario;
-use sim_harness::serve::{self, FIRST_PORT, Live, Ports};
+use sim_harness::serve::{self, Live};
 
 /// A radio without losses, behind which a served drone is: it acknowledges each packet at once, with
 /// the next of the drone's packets that has come.
@@ -43,7 +43,7 @@ impl Radio for Near {
 #[ignore = "needs python3 and the Python package index"]
 fn cflib_finds_the_bridge_and_reads_and_sets_the_drone_behind_it() {
     let scenario = Scenario::open("demo").unwrap_or_else(|error| panic!("{error}"));
-    let world = World::of(&scenario);
+    let world = scenario.world();
     let reference = Reference::of(&scenario, &world);
     let drones = Ports::open(crate::serve::host(4), FIRST_PORT, scenario.drones.members()).unwrap();
     let mut radio = Near::of(*drones.addresses().last().unwrap()).unwrap();

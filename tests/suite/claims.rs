@@ -7,17 +7,18 @@
 //! fly the built-in scenarios.
 
 use std::path::Path;
+use world::World;
 
 use chain::filter::{Kalman, LinkFilter, Slope, Smoothing};
 use chain::policy::{LinkEnd, PolicyConfig, SlopeOf, SpeedLaw};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
+use random::{Purpose, Stream};
 use rayon::prelude::*;
-use sim_harness::mission::{Mission, World};
-use sim_harness::random::{Purpose, Stream};
+use sim_harness::mission::Mission;
 use sim_harness::scenario::{Scenario, builtin};
-use sim_harness::world::{Optimum, Path as Way, SkeletonPlace, best_chain};
 use units::{Db, DbPerMetre, Dbm, Duration, MetresPerSecond, MissionKind};
+use world::{Optimum, Path as Way, SkeletonPlace, best_chain};
 
 const ROUND: Duration = Duration::from_millis(200);
 
@@ -215,7 +216,7 @@ fn loss(world: &World, a: f32, b: f32) -> f32 {
 #[test]
 fn equal_links_are_the_exact_optimum_in_the_simulators_radio() {
     let scenario = Scenario::open("straight").unwrap();
-    let world = World::of(&scenario);
+    let world = scenario.world();
     for links in 1..=5_u8 {
         let best = best(&world, links.into(), 20.0);
         let hop = 20.0 / f32::from(links);
@@ -226,7 +227,7 @@ fn equal_links_are_the_exact_optimum_in_the_simulators_radio() {
     }
     for name in ["s-turns-5", "zigzag-5", "winding-5"] {
         let scenario = Scenario::open(name).unwrap();
-        let world = World::of(&scenario);
+        let world = scenario.world();
         let head = if name == "zigzag-5" { 30.0 } else { 23.0 };
         let best = best(&world, 5, head);
         let start = |n: u8| head * f32::from(n) / 5.0;
@@ -246,7 +247,7 @@ fn equal_links_are_the_exact_optimum_in_the_simulators_radio() {
 fn no_random_chain_beats_the_best_chain() {
     let mut random = Stream::new(1, Purpose::Start);
     for name in ["zigzag-5", "zigzag-5-step", "winding-5-step"] {
-        let world = World::of(&Scenario::open(name).unwrap());
+        let world = Scenario::open(name).unwrap().world();
         let loss = |a, b| loss(&world, a, b);
         let best = best(&world, 4, 20.0);
         assert_eq!(best.worst.0, worst(&losses(&best.positions, loss)));
@@ -435,7 +436,7 @@ fn scenario(file: &str) -> Scenario {
 /// How far a relay still flies to and fro over the last 30 s, the busiest of them, in metres: its
 /// way less what it got on by, so that slow creeping into place does not count.
 fn swing(scenario: &Scenario) -> f32 {
-    let world = World::of(scenario);
+    let world = scenario.world();
     let mut mission = Mission::new(scenario, &world, 1);
     let mut tracks: Vec<Vec<f32>> = vec![Vec::new(); scenario.drones.relays];
     while !mission.is_over() {
@@ -524,7 +525,7 @@ fn fly_all(
         .map(|name| (*name, Scenario::open(name).unwrap()))
         .filter(|(_, scenario)| is_short(scenario))
         .map(|(name, scenario)| {
-            let world = World::of(&scenario);
+            let world = scenario.world();
             (name, scenario, world)
         })
         .collect();
@@ -611,7 +612,7 @@ fn decibels_of_the_first_metre_change_no_decision() {
         std::fs::write(&file, text(shift)).unwrap();
         let scenario = Scenario::read(&file).unwrap_or_else(|error| panic!("{error}"));
         let scenario = scenario.with_policy(policy).unwrap();
-        let world = World::of(&scenario);
+        let world = scenario.world();
         let mut mission = Mission::new(&scenario, &world, 1);
         let mut frames = Vec::new();
         while !mission.is_over() {

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use sim_harness::measure::campaign::fly;
 use sim_harness::measure::metrics::Reference;
 use sim_harness::measure::trace::Trace;
-use sim_harness::mission::{Mission, World};
+use sim_harness::mission::Mission;
 use sim_harness::output::{csv, mcap};
 use sim_harness::scenario::Scenario;
 
@@ -35,18 +35,18 @@ fn bytes(trace: &Trace) -> (Vec<u8>, Vec<u8>) {
 #[test]
 fn a_mission_flown_twice_leaves_the_same_bytes() {
     let scenario = short();
-    let once = bytes(&Mission::record(&scenario, &World::of(&scenario), 7));
-    let again = bytes(&Mission::record(&scenario, &World::of(&scenario), 7));
+    let once = bytes(&Mission::record(&scenario, &scenario.world(), 7));
+    let again = bytes(&Mission::record(&scenario, &scenario.world(), 7));
     assert!(once.0 == again.0, "trace.csv differs");
     assert!(once.1 == again.1, "trace.mcap differs");
-    let other = bytes(&Mission::record(&scenario, &World::of(&scenario), 8));
+    let other = bytes(&Mission::record(&scenario, &scenario.world(), 8));
     assert!(once.0 != other.0, "the seed does nothing");
 }
 
 #[test]
 fn the_number_of_threads_changes_no_byte() {
     let scenario = short();
-    let world = World::of(&scenario);
+    let world = scenario.world();
     let reference = Reference::of(&scenario, &world);
     let with_threads = |threads| {
         let pool = ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -72,6 +72,6 @@ fn the_number_of_threads_changes_no_byte() {
 #[test]
 fn the_trace_is_the_committed_one() {
     let scenario = short();
-    let (table, _) = bytes(&Mission::record(&scenario, &World::of(&scenario), 1));
+    let (table, _) = bytes(&Mission::record(&scenario, &scenario.world(), 1));
     golden::compare("short.csv", &golden::rows_every(1, &table));
 }

@@ -5,7 +5,7 @@ use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
 use sim_harness::bench::faults::measure::{Places, cases};
 use sim_harness::measure::metrics::{Reference, RunMetrics, Watch};
-use sim_harness::mission::{Mission, World};
+use sim_harness::mission::Mission;
 use sim_harness::output::csv;
 use sim_harness::scenario::{Fidelity, Scenario, builtin};
 
@@ -16,7 +16,7 @@ fn open(name: &str) -> Scenario {
 }
 
 fn fly(scenario: &Scenario, seed: u64) -> (RunMetrics, Vec<&'static str>) {
-    let world = World::of(scenario);
+    let world = scenario.world();
     let reference = Reference::of(scenario, &world);
     let mut mission = Mission::new(scenario, &world, seed);
     let mut watch = Watch::new(scenario, &world, &reference);
@@ -33,7 +33,7 @@ fn trace(seed: u64) -> Vec<u8> {
     let scenario = open("relay-pair");
     let scenario = Scenario { duration_us: 3_000_000, ..scenario };
     let mut table = Vec::new();
-    csv::write(&Mission::record(&scenario, &World::of(&scenario), seed), &mut table).unwrap();
+    csv::write(&Mission::record(&scenario, &scenario.world(), seed), &mut table).unwrap();
     table
 }
 
@@ -61,7 +61,7 @@ fn every_built_in_scenario_flies_at_both_fidelities() {
             if fidelity == Fidelity::Flight && scenario.drones.flying() > 6 {
                 continue;
             }
-            let world = World::of(&scenario);
+            let world = scenario.world();
             let mut mission = Mission::new(&scenario, &world, 1);
             while !mission.is_over() {
                 mission.round();

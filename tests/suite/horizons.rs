@@ -4,7 +4,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use sim_harness::mission::{Mission, World};
+use sim_harness::mission::Mission;
 use sim_harness::replay::{Horizon, Horizons, ReplayOptions, replay};
 use sim_harness::scenario::Scenario;
 
@@ -147,7 +147,7 @@ fn recorded_logs_drive_missions() {
         let log = fs::canonicalize(log).unwrap();
         let text = format!("{plain}\n[radio.trace]\nlog = {:?}\n", log.display().to_string());
         let scenario = Scenario::read(&write(&format!("drives-{n}.toml"), &text)).unwrap();
-        let world = World::of(&scenario);
+        let world = scenario.world();
         let trace = Mission::record(&scenario, &world, 1);
         let links = trace.frames.iter().flat_map(|frame| &frame.drones).filter_map(|one| one.back);
         let off = links.map(|link| (link.raw.0 - link.truth.0).abs()).fold(0.0, f32::max);

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use airlink::keys::{FleetSecret, Key, Keys, Own, node};
 use airlink::{Airlink, Event, Identity, LinkConfig, Schedule, Sealed};
-use sim_harness::keys::{self, Request};
+use fleet_keys::Request;
 use storage::epoch;
 use storage::keys::KeysRecord;
 use storage::ledger::Ledger;
@@ -28,7 +28,7 @@ impl Desk {
         let _ = fs::remove_dir_all(&folder);
         fs::create_dir_all(&folder).unwrap();
         let desk = Self { folder, pages: 0 };
-        keys::create(&desk.file(), 1).unwrap();
+        fleet_keys::create(&desk.file(), 1).unwrap();
         desk
     }
 
@@ -48,7 +48,7 @@ impl Desk {
             limits: None,
             mission: None,
         };
-        keys::provision(&self.file(), &request, &out).unwrap();
+        fleet_keys::provision(&self.file(), &request, &out).unwrap();
         let bytes = fs::read(out).unwrap();
         assert_eq!(bytes.len(), storage::keys::LENGTH);
         let (keys, sequence) = KeysRecord::decode(&bytes).unwrap();
@@ -87,7 +87,7 @@ fn a_page_holds_the_keys_that_follow_from_the_fleets_secret() {
             let role = [Role::Head, Role::Relay, Role::Base][usize::from(number.div_ceil(8))];
             assert_eq!(page.role, role);
         }
-        assert_eq!(keys::rekey(&desk.file(), &[]).unwrap().stale(), [0, 3, 15]);
+        assert_eq!(fleet_keys::rekey(&desk.file(), &[]).unwrap().stale(), [0, 3, 15]);
     }
 }
 
@@ -202,7 +202,7 @@ fn a_drone_that_a_rekeying_left_out_is_not_heard_and_hears_nobody() {
     let mut desk = Desk::new("rekey");
     let stolen = desk.page(3);
     let _ = (desk.page(0), desk.page(15));
-    keys::rekey(&desk.file(), &[NodeId(3)]).unwrap();
+    fleet_keys::rekey(&desk.file(), &[NodeId(3)]).unwrap();
     let mut links = [switched_on(&desk.page(0)), switched_on(&desk.page(15)), switched_on(&stolen)];
     let events = together(&mut links);
     assert!(orders(&events[0]) > 0 && telemetry_from(&events[1], 0) > 0, "the others go on");

@@ -1,5 +1,6 @@
-//! The whole system: missions, links, keys, replays, clients and the window of one, through the library of the simulator.
+//! The whole system: its packages, missions, links, keys, replays, clients and the window of one, through the library of the simulator.
 
+mod arrows;
 mod bridge;
 mod claims;
 mod determinism;

@@ -12,7 +12,7 @@ use onboard::replay::{
     Answer, Begin, NoStopwatch, Receiver, Refusal, Request, Session, Step, VERSION,
 };
 use sim_harness::bodies::emulated::Emulated;
-use sim_harness::mission::{Mission, World};
+use sim_harness::mission::Mission;
 use sim_harness::replay::chip::emulated::EmulatedTarget;
 use sim_harness::replay::chip::{
     ChipOptions, ChipSummary, Error, Link, Lost, Pace, Target, replay,
@@ -299,7 +299,7 @@ fn a_drone_that_replays_is_silent_and_its_motors_stand_until_the_next_reset() {
 fn a_motor_of_the_head_turns(replays: bool) -> bool {
     const STEP_US: u64 = 5_000;
     let scenario = Scenario::open("short-hop").unwrap();
-    let world = World::of(&scenario);
+    let world = scenario.world();
     let drones = [0, 1].map(|node| Emulated::new(&scenario, firmware(), NodeId(node), 1));
     let mut mission = Mission::emulated(&scenario, &world, 1, drones.into());
     mission.advance(3_000_000);

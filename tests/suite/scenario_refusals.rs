@@ -5,9 +5,9 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use input::InputError;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use sim_harness::input_error::InputError;
 use sim_harness::scenario::{Scenario, builtin};
 
 fn cases(cases: u32) -> ProptestConfig {

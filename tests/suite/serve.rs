@@ -13,10 +13,10 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
+use bridge::{FIRST_PORT, Ports};
 use sim_harness::measure::metrics::{Reference, RunMetrics};
-use sim_harness::mission::World;
 use sim_harness::scenario::{Fidelity, Scenario};
-use sim_harness::serve::{self, FIRST_PORT, Live, Ports};
+use sim_harness::serve::{self, Live};
 
 const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/serve");
 
@@ -100,7 +100,7 @@ struct Driven {
 
 /// Serves a scenario while a part of `drive.py` is run against it.
 fn drive(scenario: &Scenario, speed: f64, host: Ipv4Addr, arguments: &[&str]) -> Driven {
-    let world = World::of(scenario);
+    let world = scenario.world();
     let reference = Reference::of(scenario, &world);
     let ports = Ports::open(host, FIRST_PORT, scenario.drones.relays + 2).unwrap();
     let (python, done) = (python(), AtomicBool::new(false));

@@ -12,11 +12,11 @@ use onboard::probe::Round;
 use rayon::ThreadPoolBuilder;
 use sim_harness::bodies::emulated::{Emulated, Firmware, unfit};
 use sim_harness::measure::metrics::{Reference, RunMetrics, Watch};
-use sim_harness::mission::{Mission, World};
+use sim_harness::mission::Mission;
 use sim_harness::scenario::{Fidelity, Scenario, Spot};
 use sim_harness::serve::{Live, World as _};
-use sim_harness::world::SkeletonPlace;
 use units::{Metres, MissionKind, NodeId, Payload, Point2, Role};
+use world::SkeletonPlace;
 
 /// The ELF, read once.
 pub(crate) fn firmware() -> &'static Firmware {
@@ -45,7 +45,7 @@ struct Flown {
 fn fly(scenario: &Scenario, firmware: Option<&Firmware>, threads: usize) -> Flown {
     const SEED: u64 = 1;
     let pool = ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-    let world = World::of(scenario);
+    let world = scenario.world();
     let reference = Reference::of(scenario, &world);
     let nodes = (0..=scenario.drones.relays as u8).map(NodeId);
     let mut drones = Vec::new();
@@ -182,7 +182,7 @@ fn no_emulated_drone_that_is_owed_a_stop_flies() {
     /// For the watchdog, and for the order's way.
     const WITHIN_US: u64 = 2_500_000;
     let scenario = scenario();
-    let world = World::of(&scenario);
+    let world = scenario.world();
     let emulated = |node| Emulated::new(&scenario, firmware(), NodeId(node), 1);
     for (at, packet, owed) in STOPS {
         let drones = vec![emulated(0), emulated(1)];
@@ -216,7 +216,7 @@ fn no_emulated_drone_that_is_owed_a_stop_flies() {
 #[ignore = "needs the firmware's ELF: `cargo fw` makes it"]
 fn a_client_of_an_emulated_drone_is_answered() {
     let scenario = scenario();
-    let world = World::of(&scenario);
+    let world = scenario.world();
     let drone = Emulated::new(&scenario, firmware(), NodeId(1), 1);
     let mut mission = Mission::emulated(&scenario, &world, 1, vec![drone]);
     mission.advance(3_000_000);
@@ -238,7 +238,7 @@ fn served_virtual_drones_answer_their_clients_and_fly_by_their_orders() {
     /// Asks for the kind of device; on the air the bits 2 and 3 of the header count packets.
     const DEVICE: [u8; 2] = [0xFD, 0];
     let scenario = scenario();
-    let world = World::of(&scenario);
+    let world = scenario.world();
     let reference = Reference::of(&scenario, &world);
     let drones = [0, 1].map(|node| Emulated::new(&scenario, firmware(), NodeId(node), 1));
     let mut live = Live::emulated(&scenario, &world, &reference, 1, false, drones.into());
@@ -264,7 +264,7 @@ fn served_virtual_drones_answer_their_clients_and_fly_by_their_orders() {
 /// A scenario of three drones, one row each, and passage b; everything is near the entrance.
 fn small_swarm() -> Scenario {
     let mut scenario = Scenario::open("swarm-b").unwrap_or_else(|why| panic!("{why}"));
-    let world = World::of(&scenario);
+    let world = scenario.world();
     let base = SkeletonPlace { along: 6.0, ..scenario.drones.base.on };
     scenario.drones.base = Spot::on(world.skeleton(), base);
     scenario.agent.swarm.corner = Point2::new(-3.0, -1.5);
@@ -283,7 +283,7 @@ fn a_virtual_drone_of_a_swarm_takes_off_by_fixes_alone() {
     let states = |fixes: bool| {
         let mut scenario = small_swarm();
         scenario.vehicle.position_noise = scenario.vehicle.position_noise.filter(|_| fixes);
-        let world = World::of(&scenario);
+        let world = scenario.world();
         let drones = (0..3).map(|node| Emulated::new(&scenario, firmware(), NodeId(node), 1));
         let mut mission = Mission::emulated(&scenario, &world, 1, drones.collect());
         mission.advance(6_000_000);

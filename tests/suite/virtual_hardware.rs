@@ -7,7 +7,7 @@
 use std::sync::Arc;
 
 use sim_harness::bodies::emulated::Emulated;
-use sim_harness::mission::{Mission, World};
+use sim_harness::mission::Mission;
 use units::NodeId;
 use virtual_crazyflie::board::nrf51::{Counters, Tuning};
 use virtual_crazyflie::board::{Config, Fault};
@@ -38,7 +38,7 @@ impl Went {
 /// Runs the head for 12 s, with a fault from its switching-on plus a time.
 fn head(board_name: &'static str, version: &str, fault: Option<(Fault, u64)>) -> Went {
     let scenario = scenario();
-    let world = World::of(&scenario);
+    let world = scenario.world();
     let soc = SocConfig { board_name, ..SocConfig::default() };
     let machine = MachineConfig { soc, ..MachineConfig::default() };
     let board = Config { version: version.into(), ..Config::default() };

@@ -15,10 +15,10 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
+use bridge::{FIRST_PORT, Ports};
 use sim_harness::measure::metrics::{Reference, RunMetrics};
-use sim_harness::mission::World;
 use sim_harness::scenario::Scenario;
-use sim_harness::serve::{self, FIRST_PORT, Live, Ports};
+use sim_harness::serve::{self, Live};
 
 const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/serve/window.py");
 
@@ -68,7 +68,7 @@ fn folder() -> PathBuf {
 fn window(part: &str, host: Ipv4Addr) -> RunMetrics {
     let _alone = WINDOW.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
     let scenario = Scenario::open("demo").unwrap_or_else(|error| panic!("{error}"));
-    let world = World::of(&scenario);
+    let world = scenario.world();
     let reference = Reference::of(&scenario, &world);
     let count = scenario.drones.relays + 2;
     let ports = Ports::open(host, FIRST_PORT, count).unwrap();

@@ -6,12 +6,12 @@ use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
+use bridge::Ports;
 use sim_harness::bodies::emulated::{Emulated, Firmware};
 use sim_harness::measure::metrics::Reference;
 use sim_harness::measure::trace::Trace;
-use sim_harness::mission::World;
 use sim_harness::scenario::Scenario;
-use sim_harness::serve::{self, Event, Live, Ports};
+use sim_harness::serve::{self, Event, Live};
 use storage::keys;
 use units::{Dbm, NodeId};
 
@@ -70,7 +70,7 @@ impl SimulatedChain {
         let addresses = ports.addresses().to_vec();
         let (stop, journal) = (Arc::clone(&ending), Arc::clone(&events));
         let thread = thread::spawn(move || {
-            let world = World::of(&scenario);
+            let world = scenario.world();
             let reference = Reference::of(&scenario, &world);
             let live = match firmware {
                 None => Live::new(&scenario, &world, &reference, 1, true),

@@ -6,9 +6,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread;
 
+use bridge::Ports;
+use bridge::{self, Radio, RadioLost, Rate};
 use crtp::{Access, Event, Node, OperatorTask, Outcome, Parameters, Server, Snapshot};
-use sim_harness::bridge::{self, Radio, RadioLost, Rate};
-use sim_harness::serve::Ports;
 use units::{Dbm, Instant, Metres, MetresPerSecond, NodeId, Role};
 use wire::crtp::Packet;
 use wire::p2p::Telemetry;

@@ -26,9 +26,9 @@ pub mod stock;
 pub mod throughput;
 
 use clap::{ArgMatches, Args, Command};
+use input::InputError;
 use serde_json::Value;
 
-use crate::input_error::InputError;
 use crate::output::Folder;
 use crate::progress::Progress;
 

@@ -3,13 +3,13 @@
 
 use airlink::keys::{FleetSecret, Keys, Own, node};
 use airlink::{Airlink, Event, Identity, LinkConfig, Schedule, Sealed};
+use random::{Purpose, Stream};
 use units::{Dbm, Instant, NodeId, Role};
 use wire::p2p::Epoch;
 use wire::radio::Datarate;
 use wire::syslink::MAX_P2P;
 
 use crate::mission::medium::{Ether, Medium};
-use crate::random::{Purpose, Stream};
 
 const NEVER: u64 = u64::MAX;
 /// The ends were switched on at different times, up to this long apart.

@@ -17,10 +17,9 @@ pub mod point;
 use onboard::{Fix, Sensed, mounting};
 use units::{Metres, Point2, Pose2, Radians, Setpoint};
 
-use crate::random::Stream;
-
 use craft::{Craft, Surroundings};
 use point::{PointBody, Response, VehicleSpec};
+use random::Stream;
 
 /// One drone's body.
 pub enum Body {

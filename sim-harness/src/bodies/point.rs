@@ -9,10 +9,10 @@ use tunnel_nav::{Diagonals, Range};
 use units::{Duration, Metres, MetresPerSecond, Point2, Setpoint, Volts};
 
 use super::craft::Surroundings;
-use crate::random::Stream;
-use crate::world::Tunnel;
 
 use battery::PointBattery;
+use random::Stream;
+use world::Tunnel;
 
 pub(crate) use section::VehicleTable;
 

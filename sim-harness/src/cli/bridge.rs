@@ -3,14 +3,14 @@
 use std::fmt::Write as _;
 use std::net::Ipv4Addr;
 
+use bridge::{self, Event, RadioAddress, Rate, Tally};
+use bridge::{FIRST_PORT, Ports};
 use clap::Args;
+use input::InputError;
 use serde_json::json;
 use units::Instant;
 
 use super::{Trouble, Verdict, complain, interrupt, put};
-use crate::bridge::{self, Event, RadioAddress, Rate, Tally};
-use crate::input_error::InputError;
-use crate::serve::{FIRST_PORT, Ports};
 
 /// The address that a Crazyflie has until it is given another.
 const DEFAULT_ADDRESS: &str = "radio://0/80/2M/E7E7E7E7E7";

@@ -20,13 +20,13 @@ use super::{
     on_the_host, with_link,
 };
 use crate::args::{FidelityArg, runs};
-use crate::input_error::InputError;
 use crate::measure::campaign::grid::{self, Axis, Shard};
 use crate::measure::campaign::{Row, fly_rows};
 use crate::output::{CampaignOrigin, Folder, Origin};
 use crate::progress::Progress;
 use crate::scenario::{Scenario, Setting};
 
+use input::InputError;
 use journal::Journal;
 use report::Report;
 

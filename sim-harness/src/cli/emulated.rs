@@ -8,6 +8,7 @@ use std::net::TcpListener;
 use std::path::Path;
 use std::sync::Arc;
 
+use input::InputError;
 use serde_json::{Value, json};
 use units::NodeId;
 use virtual_crazyflie::board::nrf51::Power;
@@ -16,7 +17,6 @@ use virtual_crazyflie::profile::{Durations, Report};
 
 use super::{VirtualArgs, complain};
 use crate::bodies::emulated::{self, Emulated, Firmware};
-use crate::input_error::InputError;
 use crate::mission::Mission;
 use crate::output::Folder;
 use crate::scenario::Scenario;

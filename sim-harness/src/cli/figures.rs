@@ -7,17 +7,17 @@ use std::fmt::Write;
 
 use chain::policy::{NAMES, Policy};
 use clap::{Args, ValueEnum};
+use input::InputError;
+use input::suggest;
 
 use super::{Common, Trouble, Verdict, interrupt};
 use crate::args::runs;
-use crate::input_error::InputError;
 use crate::measure::campaign::Figure;
 use crate::measure::figures::{Cell, Figures, VARIANTS, make, missions};
 use crate::measure::intervals::CONFIDENCE;
 use crate::output;
 use crate::output::pictures::{box_plots, survival};
 use crate::progress::Progress;
-use crate::suggest;
 
 #[derive(Args)]
 pub(super) struct FiguresArgs {

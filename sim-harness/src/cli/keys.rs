@@ -6,14 +6,14 @@ use std::path::PathBuf;
 use chain::policy::{NAMES, Policy};
 use clap::builder::PossibleValuesParser;
 use clap::{Args, Subcommand, ValueEnum};
+use fleet_keys::{Fleet, FleetEntry, Provisioned, Request, role_name};
+use input::InputError;
 use serde_json::{Value, json};
 use storage::keys::PageMission;
 use storage::settings::SwarmPlan;
 use units::{Dbm, MissionKind, NodeId, Role};
 
 use super::{Trouble, Verdict, put};
-use crate::input_error::InputError;
-use crate::keys::{self, Fleet, FleetEntry, Provisioned, Request, role_name};
 use crate::scenario::Scenario;
 
 /// The names of the missions.
@@ -168,7 +168,7 @@ pub(super) fn run(args: &KeysArgs) -> Result<Verdict, Trouble> {
 }
 
 fn new(args: &NewArgs) -> Result<Verdict, Trouble> {
-    let fleet = keys::create(&args.file, args.generation)?;
+    let fleet = fleet_keys::create(&args.file, args.generation)?;
     let text = format!(
         "fleet {}: generation {}, no drone yet\nwrote {}; keep it secret: with it anyone can fly the fleet\n",
         fleet.name(),
@@ -187,7 +187,7 @@ fn provision(args: &ProvisionArgs) -> Result<Verdict, Trouble> {
         limits: args.limits,
         mission: mission(args.mission.as_deref(), args.plan.as_deref(), args.fetched)?,
     };
-    let made = keys::provision(&args.file, &request, &args.out)?;
+    let made = fleet_keys::provision(&args.file, &request, &args.out)?;
     args.print.print(&provisioned_text(&made, args.limits), &provisioned_json(&made))
 }
 
@@ -234,7 +234,7 @@ fn swarm_plan(scenario: &str) -> Result<SwarmPlan, InputError> {
             "give a scenario with mission = \"swarm\"",
         );
     }
-    keys::stored_plan(&agent.swarm).map_or_else(
+    fleet_keys::stored_plan(&agent.swarm).map_or_else(
         || {
             refused(
                 "no drone can store this plan".to_owned(),
@@ -314,7 +314,7 @@ fn provisioned_json(made: &Provisioned) -> Value {
 }
 
 fn show(args: &ShowArgs) -> Result<Verdict, Trouble> {
-    let fleet = keys::open(&args.file)?;
+    let fleet = fleet_keys::open(&args.file)?;
     args.print.print(&fleet_text(&fleet), &fleet_json(&fleet))
 }
 
@@ -324,7 +324,7 @@ fn fleet_text(fleet: &Fleet) -> String {
         fleet.name(),
         fleet.generation(),
         fleet.issued(),
-        keys::issues()
+        fleet_keys::issues()
     );
     if fleet.drones().is_empty() {
         return text + "  no drone yet\n";
@@ -353,7 +353,7 @@ fn fleet_json(fleet: &Fleet) -> Value {
         "fleet": fleet.name(),
         "generation": fleet.generation(),
         "issued": fleet.issued(),
-        "issues": keys::issues(),
+        "issues": fleet_keys::issues(),
         "drones": drones,
     })
 }
@@ -372,7 +372,7 @@ fn drone_json(fleet: &Fleet, node: u8, drone: &FleetEntry) -> Value {
 
 fn rekey(args: &RekeyArgs) -> Result<Verdict, Trouble> {
     let without: Vec<_> = args.without.iter().copied().map(NodeId).collect();
-    let fleet = keys::rekey(&args.file, &without)?;
+    let fleet = fleet_keys::rekey(&args.file, &without)?;
     let stale: Vec<_> = fleet.stale().iter().map(u8::to_string).collect();
     let anew = if stale.is_empty() {
         "no drone has keys yet\n".to_owned()

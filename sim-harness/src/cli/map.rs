@@ -6,14 +6,14 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
+use input::InputError;
+use maps::{Ends, Map, MapChoice, open};
 use robot_maps::{Occupancy, map_server};
+use world::{MOST_CELLS, Tunnel};
 
 use super::{Trouble, Verdict, complain, interrupt, put, run};
-use crate::input_error::InputError;
 use crate::output::{self, Folder};
 use crate::scenario::Scenario;
-use crate::world::import::{Ends, Map, MapChoice, open};
-use crate::world::{MOST_CELLS, Tunnel};
 use figures::{figures, table};
 
 /// Look at cave surveys, SubT worlds and maps of robots, and convert them.

@@ -32,12 +32,12 @@ use std::process::ExitCode;
 
 use chain::policy::NAMES;
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use input::InputError;
+use input::suggest;
 
 use crate::args::FidelityArg;
-use crate::input_error::InputError;
 use crate::output::{Folder, OutputError};
 use crate::scenario::{Fidelity, LinkModel, Scenario, Setting, builtin};
-use crate::suggest;
 
 /// U-Chain: relay drones that keep a team connected underground, in simulation and replay.
 #[derive(Parser)]

@@ -5,11 +5,11 @@ mod drops;
 mod explore;
 
 use clap::{Args, Subcommand};
+use input::InputError;
 use units::{Db, MetresPerSecond};
 
 use super::run::MapArgs;
 use super::{Common, Trouble, Verdict, complain, interrupt};
-use crate::input_error::InputError;
 use crate::measure::plan::{Demand, Limit, MOST_RELAYS, RelayPlan, relays};
 use crate::output::pictures::{self, PlanPicture};
 use crate::output::put_picture;

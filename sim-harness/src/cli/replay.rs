@@ -158,5 +158,5 @@ fn on_probe(
 ) -> Result<ChipSummary, chip::Error> {
     let wrong = "replay --on probe: this uchain was built without probe-rs";
     let remedy = "use `cargo sim-probe` in place of `cargo sim`";
-    Err(crate::input_error::InputError::new(wrong, remedy).into())
+    Err(input::InputError::new(wrong, remedy).into())
 }

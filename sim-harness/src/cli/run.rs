@@ -12,18 +12,18 @@ use super::{
     interrupt, with_link,
 };
 use crate::args::FidelityArg;
-use crate::input_error::InputError;
 use crate::measure::metrics::{Reference, RunMetrics, Watch};
 use crate::measure::trace::{Thinning, Trace};
 use crate::measure::verdict::Judgement;
-use crate::mission::{Mission, ROUND_US, World};
+use crate::mission::{Mission, ROUND_US};
 use crate::output::{Folder, Origin, TraceFiles, summary};
 use crate::progress::Progress;
 use crate::scenario::{Changes, DEPTHS, Fidelity, Scenario, Setting, builtin};
-use crate::world::import::{Ends, MapChoice};
-use crate::world::layout::FARTHEST;
 
+use input::InputError;
+use maps::{Ends, MapChoice};
 use table::table;
+use world::layout::FARTHEST;
 
 #[derive(Args)]
 #[command(after_help = builtin_scenarios())]
@@ -270,7 +270,7 @@ fn fly(
     fleet: Option<&Fleet>,
     folder: Option<&Folder>,
 ) -> Result<Flown, Trouble> {
-    let world = World::of(scenario);
+    let world = scenario.world();
     let reference = Reference::of(scenario, &world);
     let progress = Progress::new(scenario.duration_us / ROUND_US, quiet);
     progress.say("rounds");

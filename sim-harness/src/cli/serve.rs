@@ -4,7 +4,9 @@ use std::fmt::Write as _;
 use std::io::Write as _;
 use std::net::Ipv4Addr;
 
+use bridge::{FIRST_PORT, Ports};
 use clap::Args;
+use input::InputError;
 use serde_json::{Value, json};
 use units::{Duration, Instant};
 
@@ -14,12 +16,10 @@ use super::{
     with_link,
 };
 use crate::args::FidelityArg;
-use crate::input_error::InputError;
 use crate::measure::metrics::{Reference, RunMetrics};
-use crate::mission::World;
 use crate::output::{Folder, Origin, TraceFiles, metrics_json};
 use crate::scenario::{Fidelity, Scenario, builtin};
-use crate::serve::{self, Event, FIRST_PORT, Live, Ports, Tally};
+use crate::serve::{self, Event, Live, Tally};
 
 #[derive(Args)]
 #[command(after_help = builtin_scenarios())]
@@ -85,7 +85,7 @@ pub(super) fn run(args: &ServeArgs) -> Result<Verdict, Trouble> {
     }
     let folder = args.common.folder()?;
     let ports = Ports::open(args.host, args.port, scenario.drones.members())?;
-    let world = World::of(&scenario);
+    let world = scenario.world();
     let reference = Reference::of(&scenario, &world);
     let seed = args.common.seed;
     let live = match fleet {

@@ -5,9 +5,9 @@ use std::process::ExitCode;
 
 use clap::CommandFactory;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
+use input::suggest;
 
 use super::{Command, Trouble, complain};
-use crate::suggest;
 
 /// Prints help and version, which were asked for, or else complains; returns the exit status.
 pub(super) fn told(error: &clap::Error) -> ExitCode {

@@ -8,6 +8,7 @@ mod rows;
 mod verdicts;
 
 use std::sync::atomic::{AtomicBool, Ordering};
+use world::World;
 
 use rayon::prelude::*;
 use serde_json::{Map, Value, json};
@@ -15,7 +16,6 @@ use serde_json::{Map, Value, json};
 use crate::bodies::craft::record::FlightMetrics;
 use crate::measure::metrics::{ExploreMetrics, HoldMetrics, Reference, RunMetrics, SwarmMetrics};
 use crate::measure::verdict::{Judgement, judged};
-use crate::mission::World;
 use crate::scenario::Scenario;
 
 pub use rows::{COLUMNS, Cell, Column, Kind, Outcome, Row};
@@ -81,7 +81,7 @@ pub fn fly_rows(
     seeds: &[u64],
     after_each: impl Fn(&Row) + Sync,
 ) -> Vec<Row> {
-    let world = World::of(scenario);
+    let world = scenario.world();
     let reference = Reference::of(scenario, &world);
     seeds
         .par_iter()
@@ -314,7 +314,7 @@ mod tests {
     fn a_campaign_that_is_stopped_keeps_the_runs_that_had_begun() {
         let scenario =
             Scenario { duration_us: 200_000, ..Scenario::open(builtin::DEMONSTRATION).unwrap() };
-        let world = World::of(&scenario);
+        let world = scenario.world();
         let reference = Reference::of(&scenario, &world);
         let stop = AtomicBool::new(false);
         let fly = || {

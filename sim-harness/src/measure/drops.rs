@@ -15,12 +15,11 @@ use units::{Db, Point2};
 mod readings;
 mod ways;
 
+use input::InputError;
+use input::counted;
+
 pub use readings::Received;
 use ways::Ways;
-
-use crate::count::counted;
-use crate::input_error::InputError;
-use crate::world::import;
 
 /// The most relays that are planned together.
 pub const MOST_DROPS: usize = MOST_PLANNED;
@@ -32,7 +31,7 @@ pub const MOST_DROPS: usize = MOST_PLANNED;
 /// # Errors
 /// [`InputError`] where the map cannot be used, or the base cannot stand there.
 pub fn open(file: &Path, base: Option<[f64; 2]>) -> Result<(World, Vec<Warning>), InputError> {
-    let map = import::cells(file)?;
+    let map = maps::cells(file)?;
     let name = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy();
     let world = World::of(&name, &map, base)
         .map_err(|error| InputError::new(error.to_string(), error.remedy()).in_file(file))?;

@@ -12,16 +12,16 @@ mod claims;
 mod exploration;
 mod page;
 
+use input::InputError;
 use rayon::prelude::*;
 use serde_json::{Value, json};
+use world::SkeletonPlace;
 
-use crate::input_error::InputError;
 use crate::measure::campaign::{Figure, figures, fly, fraction, mean, quantile_of};
 use crate::measure::metrics::{Reference, RunMetrics};
 use crate::measure::trace::Trace;
-use crate::mission::{Mission, World};
+use crate::mission::Mission;
 use crate::scenario::{Drones, PilotStep, Scenario, Spot, Start};
-use crate::world::SkeletonPlace;
 
 pub use exploration::Explored;
 use exploration::explore;
@@ -95,7 +95,7 @@ pub fn make(
         let Place { scenario, head_m, .. } = place;
         let exploring = Scenario::open(scenario)?;
         let resting = at_rest(&exploring, head_m);
-        let world = World::of(&exploring);
+        let world = exploring.world();
         let (known, known_resting) =
             (Reference::of(&exploring, &world), Reference::of(&resting, &world));
         for &policy in policies {
@@ -260,7 +260,7 @@ mod tests {
     fn the_head_ends_at_the_same_place_under_every_policy() {
         for Place { scenario, head_m, .. } in CORRIDORS {
             let scenario = Scenario::open(scenario).unwrap();
-            let world = World::of(&scenario);
+            let world = scenario.world();
             let reference = Reference::of(&scenario, &world);
             for policy in ["k-tuned", "chain"] {
                 let scenario = scenario.with_policy(policy).unwrap();

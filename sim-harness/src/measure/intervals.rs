@@ -109,7 +109,7 @@ fn crossing((mut low, mut high): (f64, f64), holds: impl Fn(f64) -> bool) -> f64
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::random::{Purpose, Stream};
+    use random::{Purpose, Stream};
 
     fn is_near(found: Interval, (low, high): (f64, f64)) {
         let off = (found.low - low).abs().max((found.high - high).abs());

@@ -13,13 +13,14 @@ mod reference;
 mod swarm;
 
 use units::{MissionKind, NodeId, Order, Role};
+use world::SkeletonPlace;
+use world::World;
 
 use super::verdict::evidence::{EvidenceRecord, Seen};
 use super::verdict::{Judgement, judge};
 use crate::bodies::craft::record::FlightMetrics;
-use crate::mission::{Linked, Mission, ROUND_US, RadioMetrics, World};
+use crate::mission::{Linked, Mission, ROUND_US, RadioMetrics};
 use crate::scenario::{Scenario, Start};
-use crate::world::SkeletonPlace;
 
 use chain::Chain;
 pub use criteria::Criteria;

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`trace`] | the record of a mission |
 //! | [`metrics`] | the figures of one mission's chain |
+//! | [`mod@explored`] | a place for explorers, made of a map |
 //! | `truth` | the true plan in the cells of a map: where a drone's body can come to |
 //! | [`verdict`] | whether a mission succeeded, and why it ended |
 //! | [`intervals`] | exact intervals of shares, and of differences between two policies |
@@ -15,6 +16,7 @@
 pub mod campaign;
 pub mod claim;
 pub mod drops;
+pub mod explored;
 pub mod figures;
 pub mod intervals;
 pub mod metrics;

@@ -17,14 +17,15 @@
 mod links;
 
 use units::Order;
+use world::World;
 
-use crate::mission::{ROUND_US, World};
+use crate::mission::ROUND_US;
 use crate::scenario::{Scenario, Start};
-use crate::world::{Path, SkeletonPlace};
 
 use links::Links;
+use world::{Path, SkeletonPlace};
 
-/// The distance between the places that are tried, m, as of the [best chains](crate::world::BestChains).
+/// The distance between the places that are tried, m, as of the [best chains](world::BestChains).
 const STEP_M: f32 = 0.1;
 /// Two drones come no nearer to each other, m: the wake and the guards of both.
 const APART_M: f32 = 0.4;

@@ -6,10 +6,10 @@
 
 use flight::BatteryConfig;
 use units::{Db, Dbm, MetresPerSecond, NODES, Point2};
+use world::World;
+use world::{BestChains, Path, SkeletonPlace, best_chain};
 
-use crate::mission::World;
 use crate::scenario::Scenario;
-use crate::world::{BestChains, Path, SkeletonPlace, best_chain};
 
 /// The most relays of a chain: all nodes but the head and the base.
 pub const MOST_RELAYS: usize = NODES - 2;
@@ -142,7 +142,7 @@ pub struct Reach {
 /// to the depth that is asked for or as far as [`MOST_RELAYS`] reach.
 #[must_use]
 pub fn relays(scenario: &Scenario, demand: Demand) -> RelayPlan {
-    let world = World::of(scenario);
+    let world = scenario.world();
     let whole = world.skeleton().edge(0).line().length();
     let way_m = demand.depth_m.map_or(whole, |depth| depth.min(whole));
     let way_to = |along: f32| world.path_to(SkeletonPlace { edge: 0, along });

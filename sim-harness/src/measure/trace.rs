@@ -3,9 +3,8 @@
 use std::fmt;
 
 use agent::State;
-use units::{Branch, Course, Dbm, NodeId, Order, Point2, Pose2, Role};
-
-use crate::world::SkeletonPlace;
+use units::{Branch, Course, Dbm, NodeId, Order, Pose2, Role};
+use world::{FloorPlan, SkeletonPlace};
 
 /// A whole mission.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,33 +21,6 @@ pub struct Trace {
     pub launch_limit: Dbm,
     /// The frames, in order of time, one per 0.2 s.
     pub frames: Vec<Frame>,
-}
-
-/// The tunnel seen from above.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct FloorPlan {
-    /// The outlines of the free space, each closed (the last point is not the first again): outer
-    /// boundaries and the pillars within them.
-    pub outlines: Vec<Vec<Point2>>,
-    /// The edges of the skeleton, the main gallery first.
-    pub centre_lines: Vec<CentreLine>,
-}
-
-impl FloorPlan {
-    /// The name of the gallery in which a place lies; empty where there is none of that number.
-    #[must_use]
-    pub fn edge_name(&self, place: SkeletonPlace) -> &str {
-        self.centre_lines.get(usize::from(place.edge)).map_or("", |line| &line.name)
-    }
-}
-
-/// One edge of the skeleton.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct CentreLine {
-    /// The name of the gallery.
-    pub name: String,
-    /// The centre-line, from its beginning to its end.
-    pub points: Vec<Point2>,
 }
 
 /// One member of the chain. It displays as `head`, `explorer 1`, `relay 2` or `base`.

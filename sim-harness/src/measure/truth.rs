@@ -2,8 +2,7 @@
 
 use grid_map::{Cell, Frame};
 use units::{Metres, Point2};
-
-use crate::mission::World;
+use world::World;
 
 /// What a map draws within so many cells of where it is counts as right: a cell, and half of the one in
 /// which the wall lies.

@@ -25,9 +25,10 @@ pub mod short;
 use agent::State;
 use serde_json::{Value, json};
 use units::{Course, MetresPerSecond, Order};
+use world::World;
 
 use super::metrics::{Reference, RunMetrics, Watch};
-use crate::mission::{Mission, World};
+use crate::mission::Mission;
 use crate::scenario::Scenario;
 
 use branch::ordered_way;

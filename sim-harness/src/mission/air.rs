@@ -8,6 +8,7 @@ use airlink::Opened;
 use rayon::prelude::*;
 use units::{Dbm, Role};
 use wire::syslink::MAX_P2P;
+use world::Radio;
 
 use super::hosted::Hosted;
 use super::intruders::Intruders;
@@ -16,7 +17,6 @@ use super::member::{Member, OnLine, Onboard};
 use super::strengths::Strengths;
 use super::{CRAFT_STEP_US, Mission, Part};
 use crate::mission::medium::{Arrives, Ether, timing};
-use crate::world::Radio;
 
 /// The next event on the air.
 enum Next {

@@ -1,5 +1,6 @@
 //! How missions begin: with the scenario's pilot or with clients, on the host or in an emulator.
 
+use random::{Purpose, Stream};
 use units::Order;
 
 use super::contacts::Contacts;
@@ -15,7 +16,6 @@ use super::track::Track;
 use super::{Mission, World};
 use crate::bodies::emulated::Emulated;
 use crate::bodies::point::Response;
-use crate::random::{Purpose, Stream};
 use crate::scenario::{LinkModel, Scenario};
 
 impl<'a> Mission<'a> {

@@ -64,13 +64,12 @@ mod tests {
 
     use super::*;
     use crate::measure::metrics::{Reference, watched};
-    use crate::mission::World;
 
     #[test]
     fn a_law_that_copies_a_policy_flies_its_missions() {
         let scenario = Scenario::open("straight").unwrap().with_policy("k-tuned").unwrap();
         let scenario = Scenario { duration_us: 60_000_000, ..scenario };
-        let (world, policy) = (World::of(&scenario), scenario.agent.policy);
+        let (world, policy) = (scenario.world(), scenario.agent.policy);
         let reference = Reference::of(&scenario, &world);
         let metrics = |scenario: &Scenario, mission: &mut Mission<'_>| {
             format!("{:?}", watched(scenario, &world, &reference, mission))

@@ -1,9 +1,8 @@
 //! The random numbers of directed links, and the fades of links.
 
 use radio_model::Fades;
+use random::{Purpose, Stream};
 use units::Duration;
-
-use crate::random::{Purpose, Stream};
 
 /// The random numbers of all directed links between so many stations, sender-major.
 pub(super) fn streams(stations: usize, seed: u64) -> Vec<Stream> {

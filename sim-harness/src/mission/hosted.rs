@@ -4,13 +4,13 @@
 use airlink::{LinkConfig, Opened, Schedule};
 use chain::neighbours::Heard;
 use onboard::{Config, Drone, Exploration, Keys, Outputs, Sensed, Setup, Start};
+use random::{Purpose, Stream};
 use units::{Dbm, Duration, Instant, MissionKind, NodeId, Order, Role};
 use wire::p2p::{Counter, Epoch, Kind};
 use wire::syslink::MAX_P2P;
 
 use super::member::OnLine;
 use super::seal::Cipher;
-use crate::random::{Purpose, Stream};
 use crate::scenario::Scenario;
 
 /// The due time of a drone that never sends.

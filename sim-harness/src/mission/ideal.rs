@@ -13,7 +13,9 @@ use std::collections::VecDeque;
 use chain::neighbours::Heard;
 use chain::report::Report;
 use radio_model::{Draws, Reception};
+use random::{Purpose, Stream};
 use units::{Dbm, NodeId, Order, Role};
+use world::Radio;
 
 use super::Mission;
 use super::directed_link::{LinkFades, streams};
@@ -21,9 +23,7 @@ use super::member::{Member, Onboard};
 use super::recorded::PacketDeviations;
 use super::strengths::Strengths;
 use crate::mission::medium::{Loss, Tally, timing};
-use crate::random::{Purpose, Stream};
 use crate::scenario::Scenario;
-use crate::world::Radio;
 use delays::Delays;
 
 /// Bits on the air of a report that names four nodes.

@@ -4,11 +4,11 @@
 use std::collections::VecDeque;
 
 use units::Dbm;
+use world::SkeletonPlace;
 
 use super::{Mission, Strengths, World};
 use crate::mission::medium::{Medium, Repeater};
 use crate::scenario::Scenario;
-use crate::world::SkeletonPlace;
 
 /// A packet that the intruder has received.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -32,6 +32,8 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::sync::Arc;
 
+use random::{Purpose, Stream};
+
 use radio_model::Draws;
 use units::Dbm;
 pub use wire::radio::timing;
@@ -39,7 +41,6 @@ use wire::syslink::MAX_P2P;
 
 use super::directed_link::{LinkFades, streams};
 use super::recorded::{PacketDeviations, RecordedChannel};
-use crate::random::{Purpose, Stream};
 
 use chip::Chip;
 pub use config::{Arrives, Ether, MediumConfig};

@@ -3,8 +3,10 @@
 use agent::{Fitness, Outputs, State};
 use flight::Cause;
 use onboard::Sensed;
+use random::{Purpose, Stream};
 use units::{Dbm, Metres, MissionKind, NodeId, Point2, Role, Setpoint};
 use wire::syslink::MAX_P2P;
+use world::SkeletonPlace;
 
 use super::hosted::{Clocks, Hosted};
 use super::{LossKind, STEPS_PER_ROUND, World, surroundings};
@@ -13,9 +15,7 @@ use crate::bodies::emulated::Emulated;
 use crate::bodies::others::{Obstacle, Others};
 use crate::bodies::point::PointBody;
 use crate::bodies::{Body, Flown};
-use crate::random::{Purpose, Stream};
 use crate::scenario::{Fidelity, Scenario, Spot, Start};
-use crate::world::SkeletonPlace;
 
 /// One member of the chain.
 pub(super) struct Member {

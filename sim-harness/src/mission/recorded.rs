@@ -13,9 +13,8 @@
 
 use std::sync::Arc;
 
+use random::{Purpose, Stream};
 use units::{Db, Metres};
-
-use crate::random::{Purpose, Stream};
 
 /// The lengths over which residuals are averaged for the level, m: eight wavelengths at 2.4 GHz, so
 /// that the fades within them belong to the deviations.

@@ -3,10 +3,10 @@
 
 use airlink::keys::{FleetSecret, Keys, Own, node};
 use airlink::{Scope, Seal, Sealed};
+use random::{Purpose, Stream};
 use units::NodeId;
 use wire::p2p::TAG;
 
-use crate::random::{Purpose, Stream};
 use crate::scenario::Fidelity;
 
 /// The cipher of a member's packets.

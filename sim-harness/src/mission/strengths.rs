@@ -2,12 +2,12 @@
 //! moves or turns.
 
 use radio_model::Antenna;
+use random::{Purpose, Stream};
 use units::{Db, Dbm, Metres, Point2, Radians};
+use world::{Radio, SkeletonPlace, Spot, SurveyedPlace};
 
 use super::medium::RadioSpec;
 use super::recorded::LinkLevels;
-use crate::random::{Purpose, Stream};
-use crate::world::{Radio, SkeletonPlace, Spot, SurveyedPlace};
 
 /// The strengths of all links.
 pub(super) struct Strengths {

@@ -4,8 +4,7 @@
 //! from its point and its last place; chain, radio and record ask here.
 
 use units::{NodeId, Point2};
-
-use crate::world::{SkeletonPlace, Tunnel, World};
+use world::{SkeletonPlace, Tunnel, World};
 
 /// The members' places on the skeleton.
 pub(super) struct Track {

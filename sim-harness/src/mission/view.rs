@@ -4,6 +4,7 @@ use agent::{Exploration, Outputs, State};
 use onboard::{Operator, Sensed};
 use units::{Dbm, NodeId, Role};
 use wire::p2p::Telemetry;
+use world::SkeletonPlace;
 
 use super::Mission;
 use super::ideal::IdealLink;
@@ -14,7 +15,6 @@ use super::seal::Cipher;
 use super::track::Linked;
 use crate::bodies::Body;
 use crate::bodies::emulated::Emulated;
-use crate::world::SkeletonPlace;
 
 /// The last telemetry that the base has received from a node.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -140,7 +140,7 @@ mod tests {
 
     use super::*;
     use crate::output::synthetic;
-    use crate::world::SkeletonPlace;
+    use world::SkeletonPlace;
 
     fn written(trace: &Trace) -> String {
         let mut bytes = Vec::new();

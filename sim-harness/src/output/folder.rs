@@ -16,7 +16,7 @@ use std::fs::{self, File};
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-use crate::input_error::InputError;
+use input::InputError;
 use list::List;
 use spot::Spot;
 pub use staging::Staging;

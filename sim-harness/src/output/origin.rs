@@ -4,11 +4,10 @@
 use std::path::Path;
 
 use crc32fast::Hasher;
+use input::InputError;
 use serde::{Deserialize, Serialize};
 
 use super::Folder;
-use crate::input_error::InputError;
-use crate::input_file;
 use crate::scenario::Scenario;
 
 /// The names of both files.
@@ -81,7 +80,7 @@ impl Origin {
         let wrong = |what: String| {
             InputError::new(what, "give a folder that uchain has written with --out").in_file(&path)
         };
-        let text = input_file::read_text(&path, input_file::LARGEST_TEXT)
+        let text = input::file::read_text(&path, input::file::LARGEST_TEXT)
             .map_err(|error| wrong(format!("cannot be read: {error}")))?;
         let origin: Self = serde_json::from_str(&text).map_err(|error| wrong(error.to_string()))?;
         let mut scenario = Scenario::read(&folder.join(SCENARIO))?;

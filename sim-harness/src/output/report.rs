@@ -6,10 +6,10 @@
 mod data;
 mod metrics;
 
+use input::counted;
 use serde_json::Value;
 
 use super::pictures::{self, PictureError, escaped};
-use crate::count::counted;
 use crate::measure::trace::Trace;
 
 const PAGE: &str = include_str!("../../assets/report/report.html");

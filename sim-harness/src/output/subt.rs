@@ -2,10 +2,10 @@
 
 use std::io;
 
+use input::InputError;
 use robot_maps::subt::World;
 
 use super::Folder;
-use crate::input_error::InputError;
 
 /// Writes the tables into the folder.
 ///

@@ -1,6 +1,7 @@
 //! The summary of a mission as JSON.
 
 use agent::State;
+use maps::Route;
 use serde_json::{Value, json};
 
 use crate::bodies::craft::record::FlightMetrics;
@@ -9,7 +10,6 @@ use crate::measure::trace::{Node, Trace};
 use crate::measure::verdict::{Criterion, Judgement, criteria};
 use crate::mission::RadioMetrics;
 use crate::scenario::Scenario;
-use crate::world::import::Route;
 
 /// The summary of one mission, with the failures in words.
 #[must_use]
@@ -122,7 +122,7 @@ fn radio_json(radio: &RadioMetrics) -> Value {
 }
 
 /// The figures of a swarm.
-pub(in crate::cli) fn swarm_json(swarm: &SwarmMetrics) -> Value {
+fn swarm_json(swarm: &SwarmMetrics) -> Value {
     json!({
         "covered": number(swarm.covered),
         "lost": swarm.lost,
@@ -135,7 +135,7 @@ pub(in crate::cli) fn swarm_json(swarm: &SwarmMetrics) -> Value {
 }
 
 /// The figures of an exploration.
-pub(in crate::cli) fn explore_json(explore: &ExploreMetrics) -> Value {
+fn explore_json(explore: &ExploreMetrics) -> Value {
     json!({
         "explored": number(explore.explored),
         "walls_found": number(explore.walls_found),

@@ -6,9 +6,9 @@
 use std::io;
 
 use cave_survey::{StationId, Survey};
+use input::InputError;
 
 use super::Folder;
-use crate::input_error::InputError;
 
 /// Writes the tables into the folder.
 ///

@@ -3,9 +3,10 @@
 
 use agent::{ChainDuty, Duty, State};
 use units::{Dbm, Instant, Metres, MetresPerSecond, NodeId, Order, Point2, Pose2, Radians, Role};
+use world::SkeletonPlace;
+use world::{CentreLine, FloorPlan};
 
-use crate::measure::trace::{CentreLine, DroneFrame, FloorPlan, Frame, LinkFrame, Node, Trace};
-use crate::world::SkeletonPlace;
+use crate::measure::trace::{DroneFrame, Frame, LinkFrame, Node, Trace};
 
 const CORNERS: [Point2; 4] =
     [Point2::new(0.0, 0.0), Point2::new(12.0, 0.0), Point2::new(12.0, 9.0), Point2::new(27.0, 9.0)];

@@ -2,10 +2,11 @@
 
 use std::fmt;
 
+use input::InputError;
+
 use super::folder::{Folder, Streamed};
 use super::pictures::{self, Picture, PictureError};
 use super::{csv, mcap, report};
-use crate::input_error::InputError;
 use crate::measure::trace::{Frame, Trace};
 
 /// A run's files could not be written.

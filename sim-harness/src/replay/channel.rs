@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
+use input::InputError;
 use units::{Db, Duration, Instant};
 
 use super::fit::Law;
 use super::formats::{self, Format};
 use super::recording::{Recording, Sample};
-use crate::input_error::InputError;
 use crate::mission::{RecordedChannel, Residual};
 
 /// The time that counts for a silence in which the log or its clock began anew: a round of the

@@ -22,12 +22,12 @@ mod target;
 use std::path::{Path, PathBuf};
 
 use chain::policy::Policy;
+use input::InputError;
 use onboard::replay::Answer;
 use units::Duration;
 
 use super::formats::{self, Format};
 use super::plan::{self, Run};
-use crate::input_error::InputError;
 
 pub(super) use host::Host;
 pub use link::{Error, Link};

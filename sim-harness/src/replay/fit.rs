@@ -22,15 +22,15 @@ use std::fmt::{self, Write};
 use std::ops::RangeInclusive;
 use std::path::Path;
 
+use input::InputError;
 use radio_model::{Geometry, LogDistance, PathLoss};
+use random::{Purpose, Stream};
 use serde::Serialize;
 use units::{Dbm, Metres};
 
 pub(super) use self::law::Law;
 use self::variogram::Variogram;
 use super::recording::{Recording, Sample};
-use crate::input_error::InputError;
-use crate::random::{Purpose, Stream};
 
 /// A number and its standard error.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

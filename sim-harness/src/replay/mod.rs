@@ -54,7 +54,7 @@ pub use recording::{Anomalies, Anomaly};
 pub use station::{StationRecord, station_record};
 pub use summary::{FileReport, LinkReport, ReplaySummary};
 
-use crate::input_error::InputError;
+use input::InputError;
 use recording::Recording;
 
 /// The options of a replay.

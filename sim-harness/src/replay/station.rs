@@ -13,16 +13,15 @@ mod state;
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use input::InputError;
 use serde_json::{Value, json};
 use units::{Branch, Course, Dbm, MetresPerSecond, NodeId, Order, Pose2, Role};
+use world::SkeletonPlace;
+use world::{CentreLine, FloorPlan};
 
 use super::formats;
-use crate::input_error::InputError;
-use crate::measure::trace::{
-    CentreLine, DroneFrame, FloorPlan, Frame, LinkFrame, Node, Thinning, Trace,
-};
+use crate::measure::trace::{DroneFrame, Frame, LinkFrame, Node, Thinning, Trace};
 use crate::station_log::{ChainLine, DroneReport, GivenOrder, Limits};
-use crate::world::SkeletonPlace;
 use messages::{Heard, Message};
 
 /// The time between two frames, that of a simulated mission's record.

@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
+use input::InputError;
+
 use super::{Scenario, file};
-use crate::input_error::InputError;
 
 macro_rules! files {
     ($($name:literal),* $(,)?) => {

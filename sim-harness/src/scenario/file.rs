@@ -7,23 +7,23 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use input::InputError;
+use input::reader::{At, Reader};
+use maps::LONGEST_ROUTE;
 use serde::Deserialize;
 use toml::{Table, Value};
 use units::MissionKind;
 
-use super::reader::{At, Reader};
+use super::tunnel::TunnelTable;
 use super::{Changes, Fidelity, LinkModel, Scenario, Setting};
 use crate::bodies::craft::GroundTable;
 use crate::bodies::point::VehicleTable;
-use crate::input_error::InputError;
 use crate::measure::metrics::CriteriaTable;
 use crate::mission::medium::RadioTable;
 use crate::mission::{
     AgentTables, DronesTable, ExploreTable, LaunchTable, LossTable, PilotTable, PolicyTable,
     RetreatTable, SwarmTable,
 };
-use crate::world::TunnelTable;
-use crate::world::import::LONGEST_ROUTE;
 
 /// How far from the base a pilot may be told to fly the head at most, m.
 pub(crate) const DEPTHS: std::ops::RangeInclusive<f32> = 1.0..=LONGEST_ROUTE;

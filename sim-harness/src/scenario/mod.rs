@@ -7,31 +7,31 @@
 
 pub mod builtin;
 mod file;
-pub(crate) mod reader;
 mod resolved;
 mod settings;
+mod tunnel;
 
 use std::path::Path;
 use std::sync::Arc;
 
 use agent::AgentConfig;
 use chain::policy::Policy;
+use input::InputError;
+use input::suggest;
+use maps::{MapChoice, Route};
 use units::{Course, MetresPerSecond, Order};
+use world::{Tunnel, World};
 
+pub(crate) use self::file::DEPTHS;
+pub(crate) use self::tunnel::PlaceKey;
 use crate::bodies::craft::flow::Ground;
 use crate::bodies::point::VehicleSpec;
-use crate::input_error::InputError;
-use crate::input_file;
-pub(crate) use self::file::DEPTHS;
 pub use crate::measure::metrics::Criteria;
 use crate::mission::medium::{MediumConfig, Polling, RadioSpec};
 pub use crate::mission::{Drones, Loss, LossKind, PilotStep, Start};
-use crate::suggest;
-pub use crate::world::Spot;
-use crate::world::Tunnel;
-use crate::world::import::{MapChoice, Route};
 pub use settings::Setting;
 pub(crate) use settings::value_of;
+pub use world::Spot;
 
 /// The fidelity of a simulated drone, from the fastest to the most faithful.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -276,13 +276,15 @@ impl Scenario {
     }
 
     fn text(path: &Path) -> Result<String, InputError> {
-        input_file::read_text(path, input_file::LARGEST_TEXT).map_err(|error| match error.kind() {
-            std::io::ErrorKind::InvalidData => {
-                InputError::new("this is not text in UTF-8", "give a TOML file, saved as UTF-8")
-                    .in_file(path)
+        input::file::read_text(path, input::file::LARGEST_TEXT).map_err(|error| {
+            match error.kind() {
+                std::io::ErrorKind::InvalidData => {
+                    InputError::new("this is not text in UTF-8", "give a TOML file, saved as UTF-8")
+                        .in_file(path)
+                }
+                _ => InputError::new(format!("cannot be read: {error}"), "give a TOML file")
+                    .in_file(path),
             }
-            _ => InputError::new(format!("cannot be read: {error}"), "give a TOML file")
-                .in_file(path),
         })
     }
 
@@ -329,6 +331,12 @@ impl Scenario {
             format!("there is no scenario and no file called \"{name_or_path}\""),
             format!("{meant}give a TOML file or one of {}", names.join(", ")),
         ))
+    }
+
+    /// The world in which the mission is flown.
+    #[must_use]
+    pub fn world(&self) -> World {
+        World::new(Arc::clone(&self.tunnel), &self.radio.place, self.drones.base)
     }
 
     /// The medium between the radios.

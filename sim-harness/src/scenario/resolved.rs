@@ -207,7 +207,7 @@ fn pilot(file: &mut Table, scenario: &Scenario) {
 #[cfg(test)]
 mod tests {
     use super::super::{Changes, Scenario, builtin};
-    use crate::world::import::MapChoice;
+    use maps::MapChoice;
 
     /// Everything but where it was read from.
     fn same(one: &Scenario, other: &Scenario) {

@@ -6,9 +6,8 @@
 
 use std::fmt;
 
+use input::InputError;
 use toml::{Table, Value};
-
-use crate::input_error::InputError;
 
 /// A key of a scenario with another value. It displays as `key=value`.
 #[derive(Clone, Debug, PartialEq)]

@@ -3,12 +3,12 @@
 
 use std::net::SocketAddr;
 
+use bridge::{NULL, is_null};
 use onboard::State;
 use units::{Instant, Order};
 
 use super::World;
 use super::clients::{Asker, Clients, IS_RESET, Renumbered, Step, Taken, delete, is_of_control};
-use super::polled::{NULL, is_null};
 use crate::measure::trace::Node;
 
 /// The counts of packets and orders of a served chain.

@@ -3,19 +3,19 @@
 
 use core::f32::consts::FRAC_PI_4;
 
+use bridge::Polled;
 use crtp::{Ranges, Snapshot};
+use input::InputError;
 use onboard::State;
 use tunnel_nav::{Diagonals, Range};
 use units::{Acceleration, AngularVelocity, Instant, Metres, NodeId, Order, Radians, Role};
 
-use super::polled::Polled;
 use super::{STEP, World, clients};
 use crate::bodies::craft::Craft;
 use crate::bodies::emulated::Emulated;
-use crate::input_error::InputError;
 use crate::measure::metrics::{Reference, RunMetrics, Watch};
 use crate::measure::trace::{Node, Thinning, Trace};
-use crate::mission::{self, Mission, ROUND_US, View};
+use crate::mission::{Mission, ROUND_US, View};
 use crate::output::{Folder, OutputError, TraceFiles};
 use crate::scenario::Scenario;
 
@@ -40,7 +40,7 @@ impl<'a> Live<'a> {
     #[must_use]
     pub fn new(
         scenario: &'a Scenario,
-        world: &'a mission::World,
+        world: &'a world::World,
         reference: &'a Reference,
         seed: u64,
         keep: bool,
@@ -53,7 +53,7 @@ impl<'a> Live<'a> {
     #[must_use]
     pub fn emulated(
         scenario: &'a Scenario,
-        world: &'a mission::World,
+        world: &'a world::World,
         reference: &'a Reference,
         seed: u64,
         keep: bool,
@@ -66,7 +66,7 @@ impl<'a> Live<'a> {
     fn of(
         mission: Mission<'a>,
         scenario: &'a Scenario,
-        world: &'a mission::World,
+        world: &'a world::World,
         reference: &'a Reference,
         seed: u64,
         keep: bool,

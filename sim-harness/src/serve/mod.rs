@@ -20,13 +20,12 @@ mod clients;
 mod journal;
 mod live;
 mod pace;
-mod polled;
-mod ports;
 #[cfg(test)]
 mod tests;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use bridge::{Datagram, Ports};
 use onboard::State;
 use units::{Duration, Instant, Order};
 
@@ -39,9 +38,6 @@ pub use self::journal::Event;
 use self::journal::Journal;
 pub use self::live::Live;
 use self::pace::Pace;
-pub(crate) use self::polled::{NULL, Polled, is_null};
-use self::ports::Datagram;
-pub use self::ports::{FIRST_PORT, Ports};
 
 /// A step of simulated time: log blocks come at multiples of it, and cflib's periods are.
 pub const STEP: Duration = Duration::from_millis(10);
@@ -98,7 +94,7 @@ pub fn serve<W: World>(
         let due = pace.due((chain.now() + STEP).as_micros());
         let mut late = 0;
         // Once it is time, what has come already; a client that never pauses does not stop time.
-        while late < ports::WAITING
+        while late < bridge::WAITING
             && let Some(datagram) = ports.next(due)
         {
             let Datagram { member, from, .. } = datagram;

@@ -369,7 +369,7 @@ fn what_is_no_packet_or_at_no_drone_does_nothing() {
 /// A mission at point level, half a minute of it flown by hover set-points.
 fn flight(seed: u64) -> Vec<(usize, Vec<u8>)> {
     let scenario = Scenario::open("demo").unwrap();
-    let world = crate::mission::World::of(&scenario);
+    let world = scenario.world();
     let reference = Reference::of(&scenario, &world);
     let live = Live::new(&scenario, &world, &reference, seed, false);
     let mut packets: Vec<_> = [LOG_RESET.to_vec(), LOG_CREATE.to_vec(), LOG_START.to_vec()]
@@ -389,7 +389,7 @@ fn flight(seed: u64) -> Vec<(usize, Vec<u8>)> {
 #[test]
 fn the_frames_of_a_served_mission_are_written_as_they_are_flown() {
     let scenario = Scenario::open("demo").unwrap();
-    let world = crate::mission::World::of(&scenario);
+    let world = scenario.world();
     let reference = Reference::of(&scenario, &world);
     let scratch = Scratch::new("served");
     let out = scratch.path().join("out");

@@ -2,10 +2,10 @@
 //! has flown, and not where it is.
 
 use units::{Point2, Pose2, Radians};
+use world::Polyline;
 
 use super::Plan;
 use crate::mission::Start;
-use crate::world::Polyline;
 
 /// The shortest straight line that is drawn, m.
 const SHORTEST_M: f32 = 10.0;

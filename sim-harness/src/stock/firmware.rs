@@ -3,13 +3,11 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use input::InputError;
 use virtual_crazyflie::board::Crazyflie;
 use virtual_crazyflie::cpu::Program;
 use virtual_crazyflie::image::Image;
 use virtual_crazyflie::machine::{self, Machine, MachineConfig};
-
-use crate::input_error::InputError;
-use crate::input_file;
 
 /// Where it comes from.
 const REMEDY: &str = "give crazyflie-firmware's cf2.elf with --elf: its own `make` builds it";
@@ -30,7 +28,7 @@ impl StockFirmware {
     /// When the file cannot be read, could not be flashed, or is another firmware.
     pub fn open(path: &Path) -> Result<Self, InputError> {
         let refused = |why: String| InputError::new(why, REMEDY).in_file(path);
-        let bytes = input_file::read(path, input_file::LARGEST_ELF)
+        let bytes = input::file::read(path, input::file::LARGEST_ELF)
             .map_err(|why| refused(format!("cannot be read: {why}")))?;
         let image = Image::parse(bytes).map_err(|why| refused(why.to_string()))?;
         if !Self::is_in(&image) {
@@ -43,7 +41,7 @@ impl StockFirmware {
     /// Whether a file is an ELF of crazyflie-firmware.
     #[must_use]
     pub fn is_at(path: &Path) -> bool {
-        input_file::read(path, input_file::LARGEST_ELF)
+        input::file::read(path, input::file::LARGEST_ELF)
             .ok()
             .and_then(|bytes| Image::parse(bytes).ok())
             .as_ref()

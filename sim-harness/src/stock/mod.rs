@@ -19,18 +19,18 @@ pub mod served;
 pub mod transcript;
 
 use flight::FlightConfig;
+use random::{Purpose, Stream};
 use units::{Dbm, Point2};
 use virtual_crazyflie::board::{Config, Crazyflie};
 use virtual_crazyflie::machine::{Halt, Machine, MachineConfig};
+use world::Tunnel;
+use world::layout::Layout;
 
 use crate::bodies::craft::flow::Ground;
 use crate::bodies::craft::{Craft, Surroundings};
 use crate::bodies::emulated::coupling;
 use crate::bodies::others::Others;
 use crate::bodies::point::VehicleSpec;
-use crate::random::{Purpose, Stream};
-use crate::world::Tunnel;
-use crate::world::layout::Layout;
 
 pub use firmware::StockFirmware;
 

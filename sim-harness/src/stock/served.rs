@@ -1,11 +1,12 @@
 //! Serves the drone with Bitcraze's firmware to clients over UDP: cflib and cfclient connect to it.
 
+use bridge::Polled;
 use onboard::State;
 use units::{Instant, NodeId, Order, Role};
 
 use super::StockDrone;
 use crate::measure::trace::Node;
-use crate::serve::{Polled, STEP, World};
+use crate::serve::{STEP, World};
 
 /// Milliseconds between two packets of the client's Crazyradio: half of its rate.
 const POLL_MS: u64 = 2;

@@ -1,10 +1,10 @@
 //! Missions beside an attacker who holds packets back, or repeats them elsewhere at once.
 
+use sim_harness::mission::Mission;
 use sim_harness::mission::medium::{Jams, Repeater};
-use sim_harness::mission::{Mission, World};
 use sim_harness::scenario::{Changes, Scenario};
-use sim_harness::world::SkeletonPlace;
 use units::Metres;
+use world::SkeletonPlace;
 
 /// The strength of a packet that was held back is not the sender's. The last one that was counted on and
 /// on, so that the head flew on with a link of a place that it had left, and hovered at home for a
@@ -16,7 +16,7 @@ fn a_chain_whose_packets_are_held_back_stands_and_comes_home() {
     // The pilot releases the stick, and calls the chain home.
     scenario.pilot[1].at_us = 60_000_000;
     scenario.pilot[2].at_us = 90_000_000;
-    let world = World::of(&scenario);
+    let world = scenario.world();
     let hold = Repeater { ear: 0, mouth: 1, delay_us: 1_000_450, jams: Jams::All };
     for seed in 1..=3 {
         let beside = [SkeletonPlace::main(7.0); 2];
@@ -46,7 +46,7 @@ fn a_head_beside_a_repeater_makes_no_link_longer_than_the_longest() {
     for (longest, seed) in [(30.0, 1), (9.0, 1), (9.0, 2), (9.0, 3)] {
         let mut scenario = Scenario::open_with("demo", &changes).unwrap();
         scenario.agent.retreat.longest = Metres(longest);
-        let world = World::of(&scenario);
+        let world = scenario.world();
         let beside = [2.0, 2.0, 20.0, 20.0].map(SkeletonPlace::main);
         let mut mission = Mission::besieged(&scenario, &world, seed, &beside);
         let at_once = |ear, mouth| Repeater { ear, mouth, delay_us: 140, jams: Jams::Weaker };

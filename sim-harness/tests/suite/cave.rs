@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use cave_survey::{Memory, read};
+use maps::{Ends, HindranceKind, MapChoice, Route, RouteError};
 use sim_harness::scenario::Scenario;
-use sim_harness::world::Tunnel;
-use sim_harness::world::import::{Ends, HindranceKind, MapChoice, Route, RouteError};
 use units::Point2;
+use world::Tunnel;
 
 fn crooked() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/caves/crooked.svx")

@@ -5,7 +5,7 @@
 
 use std::path::PathBuf;
 
-use sim_harness::mission::{Mission, World};
+use sim_harness::mission::Mission;
 use sim_harness::scenario::{Fidelity, Scenario};
 
 /// A junction 6 m from the mouth.
@@ -88,7 +88,7 @@ fn folder() -> PathBuf {
 /// Flies a mission. At its end no drone is in the dead end, and the head is well into the way on.
 fn heeds(junction: &Junction, back_s: u32, fidelity: Fidelity, seed: u64) {
     let scenario = junction.scenario(back_s, fidelity);
-    let world = World::of(&scenario);
+    let world = scenario.world();
     let mut mission = Mission::new(&scenario, &world, seed);
     while !mission.is_over() {
         mission.round();

@@ -2,6 +2,7 @@
 
 use flight::{Airframe, Duties, GRAVITY};
 use proptest::prelude::*;
+use random::{Purpose, Stream};
 use sensors::vl53l1x::RangeStatus;
 use sim_harness::bodies::craft::Surroundings;
 use sim_harness::bodies::craft::battery::Battery;
@@ -14,10 +15,9 @@ use sim_harness::bodies::craft::motors::{LAG, Motors};
 use sim_harness::bodies::craft::rangers::{Ranger, deviation};
 use sim_harness::bodies::others::{Obstacle, Others};
 use sim_harness::bodies::point::VehicleSpec;
-use sim_harness::random::{Purpose, Stream};
-use sim_harness::world::Tunnel;
-use sim_harness::world::layout::Layout;
 use units::Point2;
+use world::Tunnel;
+use world::layout::Layout;
 
 const AIRFRAME: Airframe = Airframe::CRAZYFLIE_2_1;
 

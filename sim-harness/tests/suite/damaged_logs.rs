@@ -3,9 +3,9 @@
 use std::fs;
 use std::path::Path;
 
-use sim_harness::mission::{Mission, World};
+use random::{Purpose, Stream};
+use sim_harness::mission::Mission;
 use sim_harness::output::{csv, mcap};
-use sim_harness::random::{Purpose, Stream};
 use sim_harness::replay::{ReplayOptions, replay, station_record};
 use sim_harness::scenario::Scenario;
 
@@ -13,7 +13,7 @@ use sim_harness::scenario::Scenario;
 fn recordings() -> Vec<(&'static str, Vec<u8>)> {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/scenarios/short.toml");
     let scenario = Scenario::read(&file).unwrap();
-    let trace = Mission::record(&scenario, &World::of(&scenario), 1);
+    let trace = Mission::record(&scenario, &scenario.world(), 1);
     let (mut table, mut file) = (Vec::new(), std::io::Cursor::new(Vec::new()));
     csv::write(&trace, &mut table).unwrap();
     mcap::write(&trace, &mut file).unwrap();

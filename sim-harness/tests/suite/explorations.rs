@@ -5,12 +5,11 @@
 
 use sim_harness::measure::campaign;
 use sim_harness::measure::metrics::Reference;
-use sim_harness::mission::World;
 use sim_harness::scenario::{Fidelity, Scenario};
 
 fn all_end(name: &str) {
     let scenario = Scenario::open(name).unwrap().at(Fidelity::Flight);
-    let world = World::of(&scenario);
+    let world = scenario.world();
     let reference = Reference::of(&scenario, &world);
     for (seed, run) in (1..).zip(campaign::fly(&scenario, &world, &reference, 1, 8, || ())) {
         let explore = run.explore.as_ref().unwrap();

@@ -11,7 +11,7 @@ use std::sync::atomic::AtomicBool;
 use sim_harness::measure::campaign::{Run, Verdicts, fly_until};
 use sim_harness::measure::metrics::Reference;
 use sim_harness::measure::verdict::Failure;
-use sim_harness::mission::{Loss, LossKind, World};
+use sim_harness::mission::{Loss, LossKind};
 use sim_harness::scenario::Scenario;
 
 /// Four rooms with doors of 1 m at a corridor, which two drones explore in 300 s, with batteries that carry
@@ -85,7 +85,7 @@ fn office() -> Scenario {
 }
 
 fn fly(scenario: &Scenario, seed: u64) -> Run {
-    let world = World::of(scenario);
+    let world = scenario.world();
     let reference = Reference::of(scenario, &world);
     let never = AtomicBool::new(false);
     fly_until(&never, scenario, &world, &reference, seed, 1, || ()).remove(0)

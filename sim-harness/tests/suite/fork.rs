@@ -5,18 +5,19 @@
 //! gallery.
 
 use std::path::Path;
+use world::World;
 
 use sim_harness::measure::metrics::{Reference, RunMetrics, Watch};
 use sim_harness::measure::trace::Trace;
-use sim_harness::mission::{Mission, World};
+use sim_harness::mission::Mission;
 use sim_harness::output::{Folder, TraceFiles};
 use sim_harness::scenario::{Drones, Scenario, Spot, Start};
-use sim_harness::world::{SkeletonPlace, best_chain};
 use units::{NodeId, Point2};
+use world::{SkeletonPlace, best_chain};
 
 fn open() -> (Scenario, World) {
     let scenario = Scenario::open("fork").unwrap();
-    let world = World::of(&scenario);
+    let world = scenario.world();
     (scenario, world)
 }
 

@@ -1,8 +1,9 @@
 //! The way home: every drone comes back from a gallery whose links fade, and none lands on another.
 
 use std::path::Path;
+use world::World;
 
-use sim_harness::mission::{Mission, World};
+use sim_harness::mission::Mission;
 use sim_harness::scenario::Scenario;
 use units::{Metres, Point2};
 
@@ -65,7 +66,7 @@ fn every_drone_comes_home_through_fades() {
     let file = folder.join("fades.toml");
     std::fs::write(&file, FADES).unwrap();
     let scenario = Scenario::read(&file).unwrap_or_else(|error| panic!("{error}"));
-    let world = World::of(&scenario);
+    let world = scenario.world();
     for seed in 1..=4 {
         let places = ends_at(&scenario, &world, seed);
         // The row is 1.4 m long.
@@ -78,7 +79,7 @@ fn every_drone_comes_home_through_fades() {
 #[test]
 fn no_drone_lands_on_another_in_the_demonstration() {
     let scenario = sim_harness::scenario::builtin::find("demo").unwrap().unwrap();
-    let world = World::of(&scenario);
+    let world = scenario.world();
     for seed in 1..=6 {
         let places = ends_at(&scenario, &world, seed);
         assert!(!overlap(&places), "seed {seed}: {places:?}");

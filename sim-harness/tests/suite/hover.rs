@@ -4,11 +4,11 @@
 //! positions had seen nearly all of it.
 
 use flight::FlightConfig;
+use random::{Purpose, Stream};
 use sim_harness::bodies::craft::flow::Ground;
 use sim_harness::bodies::craft::{Craft, Surroundings};
 use sim_harness::bodies::others::Others;
 use sim_harness::bodies::point::VehicleSpec;
-use sim_harness::random::{Purpose, Stream};
 use sim_harness::scenario::Scenario;
 use units::{Metres, Point2, Setpoint};
 

@@ -2,7 +2,7 @@
 
 use sim_harness::measure::campaign::{figures, fly};
 use sim_harness::measure::metrics::Reference;
-use sim_harness::mission::{Mission, World};
+use sim_harness::mission::Mission;
 use sim_harness::scenario::{LinkModel, Scenario};
 use units::Order;
 
@@ -14,7 +14,7 @@ fn open(name: &str, link: LinkModel) -> Scenario {
 /// The figures of that many missions, by name.
 fn flown(name: &str, link: LinkModel, runs: usize) -> impl Fn(&str) -> f64 {
     let scenario = open(name, link);
-    let world = World::of(&scenario);
+    let world = scenario.world();
     let reference = Reference::of(&scenario, &world);
     let figures = figures(&fly(&scenario, &world, &reference, 1, runs, || {}));
     move |wanted| {
@@ -42,7 +42,7 @@ fn chains_fly_as_with_the_exact_link() {
 #[test]
 fn the_same_seed_gives_the_same_mission_in_however_small_steps() {
     let scenario = Scenario { duration_us: 30_000_000, ..open("demo", LinkModel::Ideal) };
-    let world = World::of(&scenario);
+    let world = scenario.world();
     let flown = |seed, step_us: u64| {
         let mut mission = Mission::new(&scenario, &world, seed);
         while !mission.is_over() {
@@ -60,7 +60,7 @@ fn the_same_seed_gives_the_same_mission_in_however_small_steps() {
 #[test]
 fn orders_reach_head_and_relays() {
     let scenario = open("demo", LinkModel::Ideal);
-    let world = World::of(&scenario);
+    let world = scenario.world();
     let mut mission = Mission::new(&scenario, &world, 1);
     while !mission.is_over() {
         mission.round();

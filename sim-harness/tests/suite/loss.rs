@@ -7,7 +7,7 @@ use std::path::Path;
 
 use agent::State;
 use sim_harness::measure::metrics::{Reference, RunMetrics, Watch};
-use sim_harness::mission::{Mission, World};
+use sim_harness::mission::Mission;
 use sim_harness::scenario::{LossKind, Scenario};
 use units::{NodeId, Point2};
 
@@ -61,7 +61,7 @@ struct Seen {
 /// Flies the mission and returns what is seen at each whole second, and its figures.
 fn fly(how: LossKind, link: &str) -> (Vec<Seen>, RunMetrics) {
     let scenario = losing(how, link);
-    let world = World::of(&scenario);
+    let world = scenario.world();
     let reference = Reference::of(&scenario, &world);
     let mut mission = Mission::new(&scenario, &world, 7);
     let mut watch = Watch::new(&scenario, &world, &reference);

@@ -2,15 +2,15 @@
 //! off, hovers and lands like any other, and its motors are never cut in the air.
 
 use flight::{FlightConfig, Mode};
+use random::{Purpose, Stream};
 use sim_harness::bodies::craft::flow::Ground;
 use sim_harness::bodies::craft::vibration::Vibration;
 use sim_harness::bodies::craft::{Craft, Surroundings};
 use sim_harness::bodies::others::Others;
 use sim_harness::bodies::point::VehicleSpec;
-use sim_harness::random::{Purpose, Stream};
-use sim_harness::world::Tunnel;
-use sim_harness::world::layout::Layout;
 use units::{Metres, Point2, Setpoint};
+use world::Tunnel;
+use world::layout::Layout;
 
 const HEIGHT: Metres = Metres(0.3);
 

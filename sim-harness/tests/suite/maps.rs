@@ -4,12 +4,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use cave_survey::{Memory, read};
+use maps::{Ends, MapChoice, Route};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use robot_maps::{Cell, Occupancy, map_server};
-use sim_harness::world::import::{Ends, MapChoice, Route, explored};
-use sim_harness::world::{NodeKind, Radio, SkeletonPlace, Tunnel};
+use sim_harness::measure::explored::explored;
 use units::{Db, Point2};
+use world::{NodeKind, Radio, SkeletonPlace, Tunnel};
 
 fn map(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/maps").join(name)

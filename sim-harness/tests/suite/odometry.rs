@@ -1,6 +1,6 @@
 //! A drone's own reckoning of where it is, held against where it is.
 
-use sim_harness::mission::{Mission, World};
+use sim_harness::mission::Mission;
 use sim_harness::scenario::builtin;
 use units::{Point2, Pose2};
 
@@ -20,7 +20,7 @@ fn seen_from(origin: Pose2, pose: Pose2) -> Pose2 {
 #[test]
 fn a_drone_knows_where_it_is_as_seen_from_its_take_off() {
     let scenario = builtin::find("turns").unwrap().unwrap();
-    let world = World::of(&scenario);
+    let world = scenario.world();
     let vehicle = &scenario.vehicle;
     for seed in 1..=5 {
         let mut mission = Mission::new(&scenario, &world, seed);

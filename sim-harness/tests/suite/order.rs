@@ -5,14 +5,14 @@
 //! and on, and came back nose first: towards the base, through its neighbours. Every seed here did.
 
 use sim_harness::measure::metrics::{Reference, Watch};
-use sim_harness::mission::{Mission, World};
+use sim_harness::mission::Mission;
 use sim_harness::scenario::Scenario;
 
 /// Flies the first minute of a mission, in which each of these seeds had a touch or lost its order.
 fn keeps_its_order(name: &str, seed: u64) {
     let mut scenario = Scenario::open(name).unwrap();
     scenario.duration_us = 65_000_000;
-    let world = World::of(&scenario);
+    let world = scenario.world();
     let reference = Reference::of(&scenario, &world);
     let mut mission = Mission::new(&scenario, &world, seed);
     let mut watch = Watch::new(&scenario, &world, &reference);

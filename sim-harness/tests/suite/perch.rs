@@ -2,7 +2,7 @@
 //! relays from there (the built-in scenario `perch`, with points for bodies).
 
 use agent::State;
-use sim_harness::mission::{Mission, World};
+use sim_harness::mission::Mission;
 use sim_harness::scenario::{Fidelity, Scenario};
 use units::Order;
 
@@ -22,7 +22,7 @@ fn seconds(scenario: &Scenario, until_s: u64) -> Vec<(Vec<State>, f32)> {
 
 /// The same with this seed.
 fn seconds_of(scenario: &Scenario, until_s: u64, seed: u64) -> Vec<(Vec<State>, f32)> {
-    let world = World::of(scenario);
+    let world = scenario.world();
     let mut mission = Mission::new(scenario, &world, seed);
     let second = |_| {
         (0..5).for_each(|_| mission.round());

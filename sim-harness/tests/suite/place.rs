@@ -1,7 +1,7 @@
 //! Where the operator is told that the drones are, and how far they may be from there.
 
 use agent::odometer_deviation;
-use sim_harness::mission::{Mission, World};
+use sim_harness::mission::Mission;
 use sim_harness::scenario::Scenario;
 use units::Metres;
 
@@ -9,7 +9,7 @@ use units::Metres;
 /// missions of the scenario `demo`.
 fn errors(seeds: std::ops::RangeInclusive<u64>) -> Vec<f32> {
     let scenario = Scenario::open("demo").unwrap();
-    let world = World::of(&scenario);
+    let world = scenario.world();
     let mut errors = Vec::new();
     for seed in seeds {
         let mut mission = Mission::new(&scenario, &world, seed);

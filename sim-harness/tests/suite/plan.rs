@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
+use maps::MapChoice;
 use sim_harness::measure::plan::{Demand, Limit, MOST_RELAYS, Reach, relays};
 use sim_harness::scenario::Scenario;
-use sim_harness::world::import::MapChoice;
 use units::{Db, MetresPerSecond};
 
 fn demand(margin: f32) -> Demand {
@@ -91,7 +91,7 @@ fn the_battery_ends_a_plan_where_the_agents_rule_does() {
 fn a_plan_says_where_relays_stand_by_station_and_what_ends_the_route() {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/caves/crooked.svx");
     let map = MapChoice { file, ..MapChoice::default() };
-    let scenario = Scenario::of_map(map, None).unwrap();
+    let scenario = Scenario::of_map(map, None, Vec::new()).unwrap();
     let route = scenario.route.as_ref().unwrap();
     assert_eq!(route.by_station(0.0).unwrap(), "at crooked.1");
     assert_eq!(route.by_station(10.2).unwrap(), "2 m past crooked.2");

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use radio_model::Reception;
 use sim_harness::mission::medium::{Arrives, Medium, MediumConfig};
-use sim_harness::mission::{Mission, RecordedChannel, Residual, World};
+use sim_harness::mission::{Mission, RecordedChannel, Residual};
 use sim_harness::scenario::Scenario;
 use units::{Db, Dbm, Metres};
 
@@ -163,7 +163,7 @@ fn a_mission_hears_the_scatter_of_its_log() {
     let deviations = |link: &str| -> Vec<f32> {
         let file = scenario(&format!("hears-{link}"), &walk(), link);
         let scenario = Scenario::read(&file).unwrap();
-        let world = World::of(&scenario);
+        let world = scenario.world();
         let trace = Mission::record(&scenario, &world, 1);
         let fronts = trace.frames.iter().filter_map(|frame| frame.drones.get(1)?.front);
         fronts.map(|front| front.raw.0 - front.truth.0).collect()
@@ -187,7 +187,7 @@ fn a_log_without_distances_drives_a_mission_by_its_time() {
         rows.map(|(n, residual)| format!("{:.1},a,{:.1}\n", 0.2 * n as f32, residual - 70.0));
     let log = format!("time_s,link,rssi_dbm\n{}", rows.collect::<String>());
     let scenario = Scenario::read(&scenario("times", &log, "ideal")).unwrap();
-    let world = World::of(&scenario);
+    let world = scenario.world();
     let trace = Mission::record(&scenario, &world, 1);
     let fronts = trace.frames.iter().filter_map(|frame| frame.drones.get(1)?.front);
     let played: Vec<f32> = fronts.map(|front| front.raw.0 - front.truth.0).collect();
@@ -202,7 +202,7 @@ fn a_log_without_distances_drives_a_mission_by_its_time() {
 fn a_mission_through_a_log_repeats_itself() {
     let file = scenario("repeats", &walk(), "exact");
     let scenario = Scenario::read(&file).unwrap();
-    let world = World::of(&scenario);
+    let world = scenario.world();
     let flown = |seed| {
         let trace = Mission::record(&scenario, &world, seed);
         trace.frames.iter().map(|frame| format!("{frame:?}")).collect::<Vec<_>>()

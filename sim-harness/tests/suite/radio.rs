@@ -2,12 +2,13 @@
 //! mission is the same in however small steps it is flown.
 
 use std::path::Path;
+use world::World;
 
 use agent::State;
+use random::{Purpose, Stream};
 use sim_harness::bodies::craft::faults::{Failing, Fault};
 use sim_harness::measure::trace::Frame;
-use sim_harness::mission::{Mission, World};
-use sim_harness::random::{Purpose, Stream};
+use sim_harness::mission::Mission;
 use sim_harness::scenario::{Fidelity, Scenario};
 use units::{MetresPerSecond, Order};
 
@@ -39,7 +40,7 @@ fn in_steps(scenario: &Scenario, world: &World, step_us: u64) -> Vec<Frame> {
 fn a_mission_is_the_same_in_however_small_steps() {
     for (fidelity, seconds) in [(Fidelity::Point, 20), (Fidelity::Flight, 6)] {
         let scenario = first(seconds, &short().at(fidelity));
-        let world = World::of(&scenario);
+        let world = scenario.world();
         let mut rounds = Mission::new(&scenario, &world, 5);
         let mut frames = Vec::new();
         while !rounds.is_over() {
@@ -62,7 +63,7 @@ fn the_pilots_word_reaches_the_head_in_time() {
     for (name, fidelity) in [("demo", Fidelity::Point), ("relay-pair", Fidelity::Flight)] {
         let scenario = Scenario::open(name).unwrap().at(fidelity);
         let scenario = first(if fidelity == Fidelity::Point { 240 } else { 10 }, &scenario);
-        let world = World::of(&scenario);
+        let world = scenario.world();
         let mut mission = Mission::new(&scenario, &world, 1);
         while !mission.is_over() {
             mission.round();
@@ -82,7 +83,7 @@ fn the_pilots_word_reaches_the_head_in_time() {
 #[test]
 fn the_base_hears_how_everybody_is() {
     let scenario = short();
-    let world = World::of(&scenario);
+    let world = scenario.world();
     let mut mission = Mission::new(&scenario, &world, 2);
     (0..25).for_each(|_| mission.round());
     let base = mission.count() - 1;
@@ -99,7 +100,7 @@ fn the_base_hears_how_everybody_is() {
 #[test]
 fn a_live_mission_flies_as_it_is_told() {
     let scenario = Scenario::open("demo").unwrap();
-    let world = World::of(&scenario);
+    let world = scenario.world();
     let mut mission = Mission::live(&scenario, &world, 1);
     let during = |mission: &mut Mission<'_>, seconds: u64, task| {
         for _ in 0..100 * seconds {
@@ -123,7 +124,7 @@ fn a_live_mission_flies_as_it_is_told() {
 fn a_silenced_drone_neither_hears_nor_is_heard() {
     let scenario = Scenario::open("relay-pair").unwrap();
     let scenario = first(9, &scenario.at(Fidelity::Flight));
-    let world = World::of(&scenario);
+    let world = scenario.world();
     let mut mission = Mission::new(&scenario, &world, 1);
     let silence = Failing { fault: Fault::RadioSilence, from_ms: 3_000, until_ms: u64::MAX };
     mission.sabotage(1, silence, &mut Stream::new(1, Purpose::Fault(1)));

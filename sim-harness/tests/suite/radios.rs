@@ -1,17 +1,17 @@
 //! The radios that a scenario and `bench chain` can choose.
 
 use std::path::Path;
+use world::World;
 
-use sim_harness::mission::World;
 use sim_harness::mission::medium::{PRESETS, RadioPreset};
 use sim_harness::scenario::Scenario;
-use sim_harness::world::SkeletonPlace;
+use world::SkeletonPlace;
 
 fn world_of(preset: &RadioPreset, place_seed: u64) -> World {
     let mut scenario = Scenario::open("right-angles").unwrap();
     scenario.radio = preset.applied(&scenario.radio);
     scenario.radio.place.seed = place_seed;
-    World::of(&scenario)
+    scenario.world()
 }
 
 fn at(along: f32) -> SkeletonPlace {

@@ -5,8 +5,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use sim_harness::mission::{Mission, World};
-use sim_harness::random::{Purpose, Stream};
+use random::{Purpose, Stream};
+use sim_harness::mission::Mission;
 use sim_harness::scenario::{Fidelity, Scenario, builtin};
 
 use super::damaged_logs::damage;
@@ -308,7 +308,7 @@ fn look(scenario: &Scenario, number: u64) {
     }
     let mut short = scenario.clone();
     short.duration_us = short.duration_us.min(1_000_000);
-    let world = World::of(&short);
+    let world = short.world();
     let trace = Mission::record(&short, &world, number);
     let places = trace.frames.iter().flat_map(|frame| &frame.drones).map(|drone| drone.pose.at);
     assert!(places.into_iter().all(|at| at.is_finite()), "{number}: a drone is nowhere");

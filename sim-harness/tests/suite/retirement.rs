@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use sim_harness::measure::metrics::{Reference, Watch};
-use sim_harness::mission::{Mission, World};
+use sim_harness::mission::Mission;
 use sim_harness::scenario::Scenario;
 
 /// 300 s in a straight gallery: 23 m out, 15 m back, and from 240 s on out again.
@@ -45,7 +45,7 @@ fn a_relay_that_is_not_needed_flies_home_and_out_again() {
     let file = folder.join("out-and-back.toml");
     std::fs::write(&file, OUT_AND_BACK).unwrap();
     let scenario = Scenario::read(&file).unwrap_or_else(|error| panic!("{error}"));
-    let world = World::of(&scenario);
+    let world = scenario.world();
     let reference = Reference::of(&scenario, &world);
     for seed in 1..=5 {
         let mut mission = Mission::new(&scenario, &world, seed);

@@ -4,11 +4,9 @@
 use std::path::{Path, PathBuf};
 
 use cave_survey::{Memory, Survey, read};
-use sim_harness::world::import::{
-    Ends, Hindrance, HindranceKind, Map, Route, RouteEnd, RouteError, STEEPEST_DEG, open,
-};
-use sim_harness::world::{SkeletonPlace, Tunnel};
+use maps::{Ends, Hindrance, HindranceKind, Map, Route, RouteEnd, RouteError, STEEPEST_DEG, open};
 use units::Point2;
+use world::{SkeletonPlace, Tunnel};
 
 /// A gallery, a sump of 12 m, and 30 m behind it.
 const SUMP: &str = "1 2 20 90 0\n2 3 20 90 0\n*data diving from to tape compass fromdepth todepth\n\

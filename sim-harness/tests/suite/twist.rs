@@ -1,14 +1,14 @@
 //! Drones whose propellers are not alike, so that they twist the body to one side.
 
 use flight::{FlightConfig, Mode};
+use random::{Purpose, Stream};
 use sim_harness::bodies::craft::flow::Ground;
 use sim_harness::bodies::craft::{Craft, Surroundings};
 use sim_harness::bodies::others::Others;
 use sim_harness::bodies::point::VehicleSpec;
-use sim_harness::random::{Purpose, Stream};
-use sim_harness::world::Tunnel;
-use sim_harness::world::layout::Layout;
 use units::{Metres, Point2, Setpoint};
+use world::Tunnel;
+use world::layout::Layout;
 
 const HOVER: Setpoint = Setpoint::hover(Metres(0.3));
 

@@ -8,7 +8,7 @@ use std::path::Path;
 use sim_harness::measure::campaign::{Run, Verdicts, fly_until};
 use sim_harness::measure::metrics::Reference;
 use sim_harness::measure::verdict::{Ended, Failure};
-use sim_harness::mission::{Mission, World};
+use sim_harness::mission::Mission;
 use sim_harness::scenario::Scenario;
 
 /// A scenario of two relays with this tunnel, these further sections and these orders, each with its
@@ -34,7 +34,7 @@ fn scenario(
 }
 
 fn fly(scenario: &Scenario) -> Vec<Run> {
-    let world = World::of(scenario);
+    let world = scenario.world();
     let reference = Reference::of(scenario, &world);
     let never = std::sync::atomic::AtomicBool::new(false);
     fly_until(&never, scenario, &world, &reference, 1, 2, || ())
@@ -118,7 +118,7 @@ fn drones_that_land_where_others_stand_are_told_of() {
 fn the_true_strength_is_what_a_receiver_gets() {
     let sections = format!("{RELAYS}\n[radio]\nground_loss_db = 10.0");
     let scenario = scenario("ground", STRAIGHT, &sections, &[]);
-    let world = World::of(&scenario);
+    let world = scenario.world();
     let mut mission = Mission::new(&scenario, &world, 1);
     mission.round();
     let loss = |one, other| {

@@ -3,18 +3,19 @@
 //! is `relay-pair`, flown longer: a head that explores, its relay, and the base.
 
 use agent::{ChainDuty, Duty, State};
+use input::InputError;
+use random::{Purpose, Stream};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use wire::p2p::{HEADER, MAX_BODY, TAG, VERSION};
 use wire::radio::Datarate;
 use wire::syslink::MAX_P2P;
+use world::SkeletonPlace;
+use world::World;
 
-use crate::input_error::InputError;
 use crate::mission::medium::timing;
-use crate::mission::{Mission, ROUND_US, World};
-use crate::random::{Purpose, Stream};
+use crate::mission::{Mission, ROUND_US};
 use crate::scenario::{Fidelity, Scenario};
-use crate::world::SkeletonPlace;
 
 /// The scenario's name.
 pub const SCENARIO: &str = "relay-pair";
@@ -172,7 +173,7 @@ impl Row {
 pub fn run(runs: usize, seed: u64, after_each: impl Fn() + Sync) -> Result<Vec<Row>, InputError> {
     let mut scenario = Scenario::open(SCENARIO)?.at(Fidelity::Flight);
     scenario.duration_us = SPAN_US;
-    let world = World::of(&scenario);
+    let world = scenario.world();
     let fly_all = |attack| -> Vec<End> {
         (0..runs as u64)
             .map(|n| {

@@ -6,11 +6,11 @@ pub mod sieges;
 use std::fmt::Write;
 
 use clap::Args;
+use input::InputError;
 use serde_json::{Value, json};
 
 use super::{Benchmark, Outcome, Session};
 use crate::args::runs;
-use crate::input_error::InputError;
 
 /// The arguments of the benchmark.
 #[derive(Args)]

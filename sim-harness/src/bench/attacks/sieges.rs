@@ -5,17 +5,18 @@
 //! attacker reaches all of it.
 
 use agent::{ChainDuty, Duty, LandReason, State};
+use input::InputError;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use units::Metres;
+use world::SkeletonPlace;
+use world::World;
 
 use super::measure::{has_neighbours, link_errors, mean};
-use crate::input_error::InputError;
 use crate::mission::medium::timing::RAMP_UP_US;
 use crate::mission::medium::{Jams, Repeater};
-use crate::mission::{Linked, Mission, ROUND_US, World};
+use crate::mission::{Linked, Mission, ROUND_US};
 use crate::scenario::{Changes, Scenario};
-use crate::world::SkeletonPlace;
 
 /// The scenario's name.
 pub const SCENARIO: &str = "demo";
@@ -236,7 +237,7 @@ impl Row {
 /// [`InputError`] if the built-in scenario cannot be read.
 pub fn run(runs: usize, seed: u64, after_each: impl Fn() + Sync) -> Result<Vec<Row>, InputError> {
     let (pair, chain) = (besieged(1)?, besieged(3)?);
-    let worlds = [World::of(&pair), World::of(&chain)];
+    let worlds = [pair.world(), chain.world()];
     let fly_all = |siege: &Siege| -> Vec<End> {
         let is_pair = siege.relays() == 1;
         let (scenario, world) = if is_pair { (&pair, &worlds[0]) } else { (&chain, &worlds[1]) };

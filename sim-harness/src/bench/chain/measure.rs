@@ -4,18 +4,19 @@
 
 use agent::AgentConfig;
 use chain::policy::{NAMES, PolicyConfig};
+use input::InputError;
+use input::suggest;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use units::{MetresPerSecond, Order};
+use world::World;
 
 use crate::bodies::emulated::Emulated;
-use crate::input_error::InputError;
 use crate::measure::campaign::{figures, fraction};
 use crate::measure::metrics::{Reference, RunMetrics, measure, watched};
+use crate::mission::Mission;
 use crate::mission::medium::RadioPreset;
-use crate::mission::{Mission, World};
 use crate::scenario::{Fidelity, PilotStep, Scenario};
-use crate::suggest;
 
 use super::ablation;
 use super::cases::{self, Bound, COMPARED, Case, Target};
@@ -241,7 +242,7 @@ impl Ground {
         if let Some(preset) = radio {
             plain.radio = preset.applied(&plain.radio);
         }
-        let world = World::of(&plain);
+        let world = plain.world();
         let reference = Reference::of(&plain, &world);
         Ok(Self { plain, world, reference })
     }

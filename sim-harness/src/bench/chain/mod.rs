@@ -11,13 +11,13 @@ use std::path::PathBuf;
 
 use clap::Args;
 use clap::builder::PossibleValuesParser;
+use input::InputError;
 
 use self::cases::Bound;
 use self::measure::{Choice, MakeDrones, Row};
 use super::{Benchmark, Outcome, Session};
 use crate::args::{FidelityArg, runs};
 use crate::bodies::emulated::Firmware;
-use crate::input_error::InputError;
 use crate::mission::medium::{PRESETS, RadioPreset};
 use crate::scenario::{Fidelity, Scenario};
 

@@ -9,11 +9,11 @@
 //! sensors has them, and the mean of the weakest link's loss over such places counts.
 
 use radio_model::WAVELENGTH;
+use random::{Purpose, Stream};
+use world::World;
+use world::{Known, best_chain_known};
 
 use crate::measure::metrics::Reference;
-use crate::mission::World;
-use crate::random::{Purpose, Stream};
-use crate::world::{Known, best_chain_known};
 
 /// The places about those of a chain at which it is looked at: the mean of their weakest links' losses,
 /// which scatter by some 5 dB, is known to 0.25 dB.

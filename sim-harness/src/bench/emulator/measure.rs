@@ -4,14 +4,14 @@ use std::path::Path;
 use std::time::Instant;
 
 use core_vectors::summary;
+use input::InputError;
 use rayon::ThreadPoolBuilder;
 use units::NodeId;
 use virtual_crazyflie::cpu::FlashTiming;
 use virtual_crazyflie::speed;
 
 use crate::bodies::emulated::{Emulated, Firmware};
-use crate::input_error::InputError;
-use crate::mission::{Mission, World};
+use crate::mission::Mission;
 use crate::scenario::Scenario;
 
 /// The scenario that is flown.
@@ -95,7 +95,7 @@ impl Flight {
 fn fly(firmware: &Firmware, seed: u64, threads: usize, count: u8) -> Result<Flight, InputError> {
     let mut scenario = Scenario::open(SCENARIO)?;
     scenario.drones.relays = usize::from(count).max(2) - 1;
-    let world = World::of(&scenario);
+    let world = scenario.world();
     let pool = ThreadPoolBuilder::new().num_threads(threads).build().map_err(|error| {
         InputError::new(format!("cannot start {threads} threads ({error})"), "free some")
     })?;

@@ -9,12 +9,12 @@ mod table;
 use std::path::PathBuf;
 
 use clap::Args;
+use input::InputError;
 
 #[cfg(not(feature = "virtual"))]
 use super::absent as table;
 use super::{Benchmark, Needs, Outcome, Session};
 use crate::bodies::emulated::Firmware;
-use crate::input_error::InputError;
 
 /// The arguments of the benchmark.
 #[derive(Args)]

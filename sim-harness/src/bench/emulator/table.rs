@@ -3,11 +3,11 @@
 use std::fmt::Write;
 use std::path::Path;
 
+use input::InputError;
 use serde_json::{Value, json};
 
 use super::measure::{self, FOUR_AIM, MIPS_AIM, Measured, ONE_AIM};
 use crate::bench::{Outcome, Session, rounded};
-use crate::input_error::InputError;
 
 /// A speed by its name, beside its aim.
 type Speed = (&'static str, f64, f64);

@@ -8,17 +8,17 @@
 //! of all instants the mean over the flights lies within the χ² interval for that many flights.
 
 use flight::{FlightConfig, Verdict};
+use random::{Purpose, Stream};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use units::{Metres, MetresPerSecond, Point2, RadiansPerSecond, Setpoint};
+use world::Tunnel;
+use world::layout::Layout;
 
 use crate::bodies::craft::flow::Ground;
 use crate::bodies::craft::{Craft, Surroundings};
 use crate::bodies::others::Others;
 use crate::bodies::point::VehicleSpec;
-use crate::random::{Purpose, Stream};
-use crate::world::Tunnel;
-use crate::world::layout::Layout;
 
 /// Length of a flight after it has taken off, ms.
 const FLIGHT_MS: u64 = 10_000;

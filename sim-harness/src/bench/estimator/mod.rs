@@ -5,11 +5,11 @@ pub mod measure;
 use std::fmt::Write;
 
 use clap::Args;
+use input::InputError;
 
 use self::measure::Report;
 use super::{Benchmark, Outcome, Session};
 use crate::args::runs;
-use crate::input_error::InputError;
 
 /// The arguments of the benchmark.
 #[derive(Args)]

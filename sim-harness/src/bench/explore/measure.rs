@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 
 use explorers::{Air, Outcome, Senses, Setup, World};
 use frontier::{Distance, Facing, Overlap, Pace, RULES, RobotOrder, Rule, RuleEntry, Utility};
+use input::InputError;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use units::{Duration, Metres};
 
 use crate::bodies::point::VehicleSpec;
-use crate::input_error::InputError;
 
 /// A run ends after so long, s: the flight time of a Crazyflie with two spare batteries.
 pub const LONGEST_S: f32 = 900.0;

@@ -8,12 +8,12 @@ use std::path::PathBuf;
 
 use clap::Args;
 use explorers::{Air, PLANS, ROBOTS, Scale, Senses, Sensor, World};
+use input::InputError;
 
 use self::measure::{Comparison, LONGEST_S, LOSS, Named, Row};
 use super::{Benchmark, Outcome, Session};
 use crate::args::{NetworkArg, SensorArg, runs};
-use crate::input_error::InputError;
-use crate::world::import::explored;
+use crate::measure::explored::explored;
 
 /// The numbers of robots where none is named.
 const MOST_BY_DEFAULT: usize = 6;

@@ -2,10 +2,10 @@
 
 use explorers::{SCALE_ROBOTS, SCALE_TILES, Scale, scale};
 use frontier::RuleEntry;
+use input::InputError;
 use serde_json::{Value, json};
 
 use super::measure::{OURS, STACK, THESIS, no_threads};
-use crate::input_error::InputError;
 
 /// The most processor time of a round of `ours` with [`BOUND_ROBOTS`] robots or fewer, ms; with more of
 /// them it may take longer in proportion.

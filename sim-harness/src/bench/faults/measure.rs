@@ -21,21 +21,22 @@
 
 use agent::State;
 use flight::Mode;
+use input::InputError;
+use random::{Purpose, Stream};
 use rayon::prelude::*;
 use serde_json::{Map, Value, json};
 use units::{Metres, MetresPerSecond, Point2, RadiansPerSecond, Setpoint};
+use world::Tunnel;
+use world::World;
+use world::layout::Layout;
 
 use crate::bodies::craft::faults::{Failing, Fault, Manner, Sensor};
 use crate::bodies::craft::flow::Ground;
 use crate::bodies::craft::{Craft, Surroundings};
 use crate::bodies::others::Others;
 use crate::bodies::point::VehicleSpec;
-use crate::input_error::InputError;
-use crate::mission::{Mission, World};
-use crate::random::{Purpose, Stream};
+use crate::mission::Mission;
 use crate::scenario::Scenario;
-use crate::world::Tunnel;
-use crate::world::layout::Layout;
 
 /// Faster than this on the floor is a crash, m/s: a fall from 11 cm, 37 mJ of 33 g. A number of
 /// ours: less than the third of a metre from which drones of this size are dropped by hand without
@@ -315,7 +316,7 @@ impl Places {
     /// None, as long as the built-in scenario is sound.
     pub fn new() -> Result<Self, InputError> {
         let scenario = Scenario::open(SCENARIO)?;
-        let world = World::of(&scenario);
+        let world = scenario.world();
         Ok(Self { room: room(), vehicle: VehicleSpec::DEFAULT, scenario, world })
     }
 

@@ -6,15 +6,16 @@
 //! the accelerator's model could have got wrong.
 
 use std::path::Path;
+use world::World;
 
+use input::InputError;
 use units::NodeId;
 use virtual_crazyflie::cpu::FlashTiming;
 use virtual_crazyflie::machine::{FlashModel, MachineConfig};
 use virtual_crazyflie::profile::{Report, WatchedTime};
 
 use crate::bodies::emulated::{AGENT_STEP, CONTROL_STEP, Emulated, Firmware};
-use crate::input_error::InputError;
-use crate::mission::{Mission, World};
+use crate::mission::Mission;
 use crate::scenario::Scenario;
 
 /// The scenario that is flown.
@@ -71,7 +72,7 @@ pub struct Measured {
 pub fn run(elf: &Path, seed: u64) -> Result<Measured, InputError> {
     let firmware = Firmware::open(elf)?;
     let scenario = Scenario::open(SCENARIO)?;
-    let world = World::of(&scenario);
+    let world = scenario.world();
     let sizes = firmware.image().sizes();
     let fly = |flash| measure(&firmware, &scenario, &world, seed, flash);
     Ok(Measured {

@@ -3,11 +3,11 @@
 use std::fmt::Write;
 use std::path::Path;
 
+use input::InputError;
 use serde_json::{Value, json};
 
 use super::measure::{self, AGENT_AIM_US, CONTROL_AIM_US, Figures, LOAD_AIM, Measured};
 use crate::bench::{Outcome, Session, rounded};
-use crate::input_error::InputError;
 
 pub(super) fn outcome(session: &Session<'_>, elf: &Path) -> Result<Outcome, InputError> {
     let progress = session.busy();

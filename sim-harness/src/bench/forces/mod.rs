@@ -5,6 +5,7 @@ pub mod measure;
 use std::fmt::Write;
 
 use clap::Args;
+use input::InputError;
 use serde_json::Value;
 use swarms::bench::{CLEAR, CONNECTED_IN_E, CROSSING, Row, SURVEY, cases, missed};
 use swarms::{Phase, TooMany};
@@ -12,7 +13,6 @@ use swarms::{Phase, TooMany};
 use self::measure::Speed;
 use super::{Benchmark, Outcome, Session};
 use crate::args::runs;
-use crate::input_error::InputError;
 
 /// The arguments of the benchmark.
 #[derive(Args)]

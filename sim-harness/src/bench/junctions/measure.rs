@@ -5,14 +5,15 @@
 //! the pilot's choices lead. This is asked for at the end of the hold, when the chain has settled.
 
 use agent::{ChainDuty, Duty, State};
+use input::InputError;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use units::NodeId;
+use world::SkeletonPlace;
+use world::World;
 
-use crate::input_error::InputError;
-use crate::mission::{Linked, Mission, World};
+use crate::mission::{Linked, Mission};
 use crate::scenario::{Fidelity, Scenario};
-use crate::world::SkeletonPlace;
 
 /// A scenario, and the gallery to which the pilot's choices lead.
 #[derive(Clone, Copy, Debug)]
@@ -36,7 +37,7 @@ pub const BOUND: f64 = 0.99;
 
 /// A drone this far beside the way is in another branch, m. Our own number: half of a width of 1.6 m,
 /// by which the skeletons of two branches part late, and the hysteresis of 0.3 m with which a place
-/// changes to another gallery ([`Skeleton::LOYALTY_M`](crate::world::Skeleton::LOYALTY_M)).
+/// changes to another gallery ([`Skeleton::LOYALTY_M`](world::Skeleton::LOYALTY_M)).
 const BESIDE: f32 = 1.2;
 
 /// All missions of one case at one fidelity.
@@ -142,7 +143,7 @@ fn row(
     after_each: &(impl Fn() + Sync),
 ) -> Result<Row, InputError> {
     let scenario = Scenario::open(case.scenario)?.at(fidelity);
-    let world = World::of(&scenario);
+    let world = scenario.world();
     let fly = |n: u64| {
         let seed = first.wrapping_add(n);
         let flown = fly(case, &scenario, &world, seed);

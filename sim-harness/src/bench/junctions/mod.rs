@@ -6,11 +6,11 @@ pub mod measure;
 use std::fmt::Write;
 
 use clap::Args;
+use input::InputError;
 
 use self::measure::{BOUND, Row};
 use super::{Benchmark, Outcome, Session};
 use crate::args::{FidelityArg, runs};
-use crate::input_error::InputError;
 use crate::scenario::Fidelity;
 
 /// The arguments of the benchmark.

@@ -10,6 +10,7 @@
 use airlink::{Event, LinkConfig};
 use heapless::Vec as Few;
 use radio_model::{Fades, Reception};
+use random::{Purpose, Stream};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use units::{Course, Duration, LinkSum, Metres, MetresPerSecond, NodeId, Order, Phase};
@@ -17,7 +18,6 @@ use wire::p2p::{Report, Telemetry};
 
 use crate::bench::net::{End, Fleet, Net, next_only};
 use crate::mission::medium::{Medium, MediumConfig, Polling};
-use crate::random::{Purpose, Stream};
 
 /// The numbers of drones in the chains.
 pub const DRONES: std::ops::RangeInclusive<u8> = 2..=15;

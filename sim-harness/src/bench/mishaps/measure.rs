@@ -9,8 +9,10 @@
 //! code controls them.
 
 use std::path::Path;
+use world::World;
 
 use flight::Mode;
+use input::InputError;
 use rayon::prelude::*;
 use sensors::multi_ranger::Beam;
 use units::NodeId;
@@ -22,8 +24,7 @@ use virtual_crazyflie::soc::{I2cBus, ResetCause};
 
 use crate::bodies::craft::Craft;
 use crate::bodies::emulated::{CONTROL_STEP, Emulated, Firmware};
-use crate::input_error::InputError;
-use crate::mission::{Mission, World};
+use crate::mission::Mission;
 use crate::scenario::Scenario;
 
 /// The scenario that is flown.
@@ -198,7 +199,7 @@ pub fn run(
 ) -> Result<Vec<Row>, InputError> {
     let firmware = Firmware::open(elf)?;
     let scenario = Scenario::open(SCENARIO)?;
-    let world = World::of(&scenario);
+    let world = scenario.world();
     let chosen: Vec<_> = cases().into_iter().filter(|(name, _)| wanted(name)).collect();
     chosen
         .into_par_iter()

@@ -3,11 +3,11 @@
 use std::fmt::Write;
 use std::path::Path;
 
+use input::InputError;
 use serde_json::{Value, json};
 
 use super::measure::{self, Ending, Row};
 use crate::bench::{Outcome, Session, rounded};
-use crate::input_error::InputError;
 
 /// Flies the mishaps that have `only` in their names.
 pub(super) fn outcome(

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use cave_worlds::{Dropped, DroppedTogether, Row, World};
 use clap::Args;
+use input::InputError;
 use serde_json::json;
 
 use self::measure::{
@@ -15,7 +16,6 @@ use self::measure::{
 };
 use super::{Benchmark, Outcome, Session};
 use crate::args::runs;
-use crate::input_error::InputError;
 use crate::measure::drops;
 
 /// The first seed of the caves, unless `--seed` is given: others than those on which the rule was

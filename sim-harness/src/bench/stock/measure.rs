@@ -6,8 +6,10 @@ use std::process::Command;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
-use crate::input_error::InputError;
-use crate::serve::{self, Ports};
+use bridge::Ports;
+use input::InputError;
+
+use crate::serve;
 use crate::stock::client::{Client, Failure};
 use crate::stock::served::Served;
 use crate::stock::transcript::{Device, Summary};

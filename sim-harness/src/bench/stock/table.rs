@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::Path;
 
+use input::InputError;
 use serde_json::{Value, json};
 
 use super::measure::{self, Measured};
 use crate::bench::{Outcome, Session, rounded};
-use crate::input_error::InputError;
 
 /// Flies this ELF, with `python` a second time by cflib.
 pub(super) fn outcome(

@@ -9,13 +9,14 @@
 //! also measured alone.
 
 use std::time::Instant;
+use world::World;
 
+use input::InputError;
 use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
 
 use crate::bodies::craft::body::{BodySpec, Drive, RigidBody};
-use crate::input_error::InputError;
-use crate::mission::{Mission, Part, ROUND_US, World};
+use crate::mission::{Mission, Part, ROUND_US};
 use crate::scenario::{Fidelity, LinkModel, Scenario};
 
 /// What is flown.
@@ -51,7 +52,7 @@ pub fn steps() -> Result<Steps, InputError> {
     let pool = pool(1)?;
     let scenario = Scenario::open(SCENARIO)?.at(Fidelity::Flight);
     let scenario = Scenario { duration_us: FLIGHT_US, ..scenario };
-    let world = World::of(&scenario);
+    let world = scenario.world();
     let best = |measure: &dyn Fn() -> f64| (0..TRIES).map(|_| measure()).fold(0.0, f64::max);
     Ok(Steps { rigid: best(&rigid), flight: pool.install(|| best(&|| flown(&scenario, &world))) })
 }
@@ -121,7 +122,7 @@ pub fn run(runs_per_thread: usize) -> Result<Vec<Throughput>, InputError> {
     let mut measured: Vec<Throughput> = Vec::new();
     for (link, aim) in LINKS {
         let scenario = with_link(link)?;
-        let world = World::of(&scenario);
+        let world = scenario.world();
         let mut alone = None;
         for threads in if cores > 1 { vec![1, cores] } else { vec![1] } {
             let pool = pool(threads)?;
@@ -146,7 +147,7 @@ fn with_link(link: LinkModel) -> Result<Scenario, InputError> {
 /// None, as long as the built-in scenario is sound.
 pub fn profile(link: LinkModel, runs: usize) -> Result<Vec<(Part, f64)>, InputError> {
     let scenario = with_link(link)?;
-    let world = World::of(&scenario);
+    let world = scenario.world();
     let mut spent = Part::ALL.map(|part| (part, 0.0));
     for seed in 0..runs as u64 {
         let mut mission = Mission::new(&scenario, &world, seed).timed();

@@ -5,12 +5,12 @@ pub mod measure;
 use std::fmt::Write;
 
 use clap::Args;
+use input::InputError;
 use serde_json::{Map, Value, json};
 
 use self::measure::{FLIGHT_AIM, LINKS, RIGID_AIM, SCENARIO, Steps, Throughput};
 use super::{Benchmark, Outcome, Session};
 use crate::args::runs;
-use crate::input_error::InputError;
 use crate::mission::Part;
 use crate::scenario::LinkModel;
 

@@ -13,12 +13,12 @@
 //!
 //! The seed decides the axis, the motor, and which of two wrong readings is given.
 
+use random::Stream;
 use sensors::pmw3901::Motion;
 use sensors::vl53l1x::Reading;
 use units::{Acceleration, AngularVelocity, Metres, Volts};
 
 use super::body::Vector;
-use crate::random::Stream;
 
 /// A sensor, or one half of the IMU.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -5,10 +5,10 @@
 //! the sensor's own, noise that grows with the exposure, whole counts, and nonsense where it is
 //! dark, where there is no texture, and where the ground is too near to be in focus.
 
+use random::Stream;
 use sensors::pmw3901::Motion;
 
 use super::body::Vector;
-use crate::random::Stream;
 
 /// Light and texture of the ground.
 #[derive(Clone, Copy, Debug, PartialEq)]

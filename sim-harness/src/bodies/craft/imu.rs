@@ -4,8 +4,9 @@
 //! and stopped at the end of the range. The noise is the data sheet's, white, and with the motors
 //! on vibration on top, which has no part at zero frequency: a body that shakes goes nowhere.
 
+use random::Stream;
+
 use super::body::Vector;
-use crate::random::Stream;
 
 /// Samples of one sensor in a second.
 const RATE: f32 = 1000.0;

@@ -29,16 +29,16 @@ pub mod vibration;
 
 use flight::{Airframe, Command, Flight, FlightConfig, Mode, Outputs, Sensed};
 use onboard::mounting::Sides;
+use random::Stream;
 use sensors::pmw3901::Motion;
 use sensors::vl53l1x::Reading;
 use units::{
     Acceleration, AngularVelocity, Instant, Metres, MetresPerSecond, Point2, Setpoint, Volts,
 };
+use world::Tunnel;
 
 use crate::bodies::others::Others;
 use crate::bodies::point::VehicleSpec;
-use crate::random::Stream;
-use crate::world::Tunnel;
 
 use battery::Battery;
 use body::{BodySpec, Drive, RigidBody, STEP};

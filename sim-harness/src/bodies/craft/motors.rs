@@ -1,9 +1,9 @@
 //! Motors with their propellers: from a voltage to a thrust, with a lag.
 
 use flight::{Airframe, Duties};
+use random::Stream;
 
 use super::body::STEP;
-use crate::random::Stream;
 
 /// Time constant of the thrust behind its set-point, s: the pole at 0.9695404 for steps of 2 ms
 /// that Förster identified ("System Identification of the Crazyflie 2.0", ETH Zürich 2015).

@@ -4,13 +4,13 @@
 //! reflected light falls with the square of the distance and with the slant of the surface, and
 //! below a limit there is no reading. Beams are fixed to the body: a tilted one can see the floor.
 
+use random::Stream;
 use sensors::vl53l1x::{CountRate, RangeStatus, Reading};
 use units::{Metres, Point2};
+use world::Tunnel;
 
 use super::Surroundings;
 use super::body::{Rotation, Vector, turned};
-use crate::random::Stream;
-use crate::world::Tunnel;
 
 /// The rays beside the middle one: cosine and sine of their angle to it, and their sensitivity in
 /// parts of its own. The whole array sees 27° (UM2555), where half of the sensitivity is assumed to be

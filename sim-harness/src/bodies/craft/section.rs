@@ -1,10 +1,10 @@
 //! The section `[ground]` of a scenario file.
 
+use input::InputError;
+use input::reader::{At, Reader};
 use serde::Deserialize;
 
 use super::flow::Ground;
-use crate::input_error::InputError;
-use crate::scenario::reader::{At, Reader};
 
 /// The table `[ground]`.
 #[derive(Default, Deserialize)]

@@ -12,10 +12,10 @@
 //! (crazyflie-clients-python, issue 744), which is 0.26 g and 0.52 g.
 
 use flight::{Airframe, GRAVITY};
+use random::Stream;
 
 use super::body::{PROPELLER_ABOVE, STEP, Vector};
 use super::motors::THRUST_PER_SPEED2;
-use crate::random::Stream;
 
 /// The vibration along z as a part of that in the plane. No source: the propeller test prints it
 /// and does not judge it.

@@ -5,12 +5,12 @@ use std::fmt;
 use std::path::Path;
 
 use agent::{Exploration, Outputs};
+use input::InputError;
 use onboard::Fix;
 use units::{Dbm, Metres, NodeId, Order};
 use wire::p2p::Counter;
 
 use crate::bodies::craft::{Craft, Surroundings};
-use crate::input_error::InputError;
 use crate::scenario::Scenario;
 
 /// What is said when this needs the emulator.

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use flight::Status;
+use input::InputError;
 use onboard::probe::{self, Probe, Round};
 use units::NodeId;
 use virtual_crazyflie::board::Crazyflie;
@@ -14,8 +15,6 @@ use virtual_crazyflie::memory::Memory;
 use wire::p2p::{Counter, Epoch};
 
 use super::{Emulated, unfit};
-use crate::input_error::InputError;
-use crate::input_file;
 use crate::scenario::Scenario;
 
 /// How to build it.
@@ -42,7 +41,7 @@ impl Firmware {
     /// # Errors
     /// When the file cannot be read, is not an ELF that could be flashed, or has no probe.
     pub fn open(path: &Path) -> Result<Self, InputError> {
-        let bytes = input_file::read(path, input_file::LARGEST_ELF).map_err(|why| {
+        let bytes = input::file::read(path, input::file::LARGEST_ELF).map_err(|why| {
             InputError::new(format!("cannot be read: {why}"), BUILD).in_file(path)
         })?;
         let image = Image::parse(bytes)

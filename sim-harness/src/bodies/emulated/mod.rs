@@ -40,7 +40,6 @@ use wire::p2p::{self, Counter};
 use wire::radio::timing::RAMP_UP_US;
 
 use crate::bodies::craft::{Craft, Surroundings};
-use crate::random::{Purpose, Stream};
 use crate::scenario::Scenario;
 
 pub use firmware::Firmware;
@@ -50,6 +49,7 @@ pub use watch::{AGENT_STEP, CONTROL_STEP};
 use decisions::Decisions;
 use onboard::probe::Round;
 use provision::provision;
+use random::{Purpose, Stream};
 use shadow::Shadow;
 use watch::Watch;
 

@@ -4,14 +4,14 @@
 use agent::AgentConfig;
 use airlink::keys::{FleetSecret, node as node_key};
 use chain::policy::{Policy, REGISTRY};
+use fleet_keys::{self, stored_plan};
+use random::{Purpose, Stream};
 use storage::epoch::Issue;
 use storage::keys::{KeysRecord, PageMission, Secret};
 use storage::settings::{Limits, Radio, Settings};
 use storage::{Record, Slot};
 use units::{Dbm, MissionKind, NodeId, Role};
 
-use crate::keys::{self, stored_plan};
-use crate::random::{Purpose, Stream};
 use crate::scenario::Scenario;
 
 /// The memories of a drone that is switched on for the first time.
@@ -40,7 +40,7 @@ pub(super) fn provision(scenario: &Scenario, node: NodeId, seed: u64) -> Provisi
         own: Secret::new(*own.expose()),
     };
     let page = record.encode(0).expect("only a base's record lets clients fly the head");
-    let page = keys::page(&page, None, None, mission(scenario).as_ref());
+    let page = fleet_keys::page(&page, None, None, mission(scenario).as_ref());
     let page = page.expect("the scenario was looked at before");
     let record = settings(scenario, node, role).encode(1);
     let record = record.expect("the scenario was looked at before");

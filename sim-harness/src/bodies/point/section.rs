@@ -1,10 +1,10 @@
 //! The section `[vehicle]` of a scenario file.
 
+use input::InputError;
+use input::reader::{At, Pair, Reader};
 use serde::Deserialize;
 
 use super::VehicleSpec;
-use crate::input_error::InputError;
-use crate::scenario::reader::{At, Pair, Reader};
 
 /// The table `[vehicle]`.
 #[derive(Default, Deserialize)]

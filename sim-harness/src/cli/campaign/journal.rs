@@ -9,8 +9,9 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
+use input::InputError;
+
 use super::Campaign;
-use crate::input_error::InputError;
 use crate::measure::campaign::Row;
 
 /// What comes behind the name of the folder.

@@ -3,10 +3,11 @@
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
+use input::InputError;
+
 use super::report::Report;
 use super::{Campaign, finish};
 use crate::cli::{Common, Trouble, Verdict, interrupt};
-use crate::input_error::InputError;
 use crate::measure::campaign::Row;
 use crate::measure::campaign::grid::{self, Axis, Shard};
 use crate::output::{CampaignOrigin, Folder, Origin};

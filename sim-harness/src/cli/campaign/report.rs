@@ -2,11 +2,11 @@
 
 use std::fmt::Write;
 
+use input::InputError;
 use serde_json::{Map, Value, json};
 
 use super::Campaign;
 use crate::cli::{Common, Trouble};
-use crate::input_error::InputError;
 use crate::measure::campaign::{COLUMNS, Figure, Row, Verdicts, figures, json as figures_json};
 use crate::output::{Folder, Streamed};
 use crate::scenario::Setting;

@@ -3,11 +3,11 @@
 
 use std::convert::Infallible;
 
+use input::InputError;
 use serde_json::Value;
 
 use super::VirtualArgs;
 use crate::bodies::emulated::{Emulated, without_emulator};
-use crate::input_error::InputError;
 use crate::mission::Mission;
 use crate::output::Folder;
 use crate::scenario::Scenario;
@@ -79,8 +79,8 @@ pub(super) mod stock {
     use units::Duration;
 
     use crate::cli::{Common, Trouble, Verdict};
-    use crate::input_error::InputError;
-    use crate::serve::Ports;
+    use bridge::Ports;
+    use input::InputError;
 
     pub(in crate::cli) fn firmware(_: Option<&Path>) -> Result<Option<Infallible>, InputError> {
         Ok(None)

@@ -4,12 +4,13 @@ use std::fmt::Write as _;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
+use bridge::Ports;
+use input::InputError;
 use serde_json::json;
 use units::{Duration, Instant};
 
 use crate::cli::{Common, Trouble, Verdict, complain};
-use crate::input_error::InputError;
-use crate::serve::{self, Event, Ports};
+use crate::serve::{self, Event};
 use crate::stock::served::Served;
 use crate::stock::{StockDrone, StockFirmware};
 

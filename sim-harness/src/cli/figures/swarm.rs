@@ -3,6 +3,7 @@
 
 use std::fmt::Write;
 
+use input::InputError;
 use serde_json::{Value, json};
 use swarms::bench::{PAPER_MOST, Row};
 use swarms::figures::{Reading, TABLE_2, TABLE_3, cases, readings};
@@ -12,7 +13,6 @@ use super::super::{Trouble, Verdict, interrupt};
 use super::FiguresArgs;
 use crate::args::runs;
 use crate::bench::forces::measure::{fly, json as row_json};
-use crate::input_error::InputError;
 use crate::progress::Progress;
 
 /// The file that holds the rows of all readings.

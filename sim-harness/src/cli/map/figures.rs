@@ -1,12 +1,12 @@
 //! The figures of a map, as JSON and as a table.
 
 use cave_survey::Survey;
+use maps::{Ends, Map, Route};
 use robot_maps::subt::World;
 use robot_maps::{Cell, Occupancy, Warning};
 use serde_json::{Value, json};
 
 use crate::output::route_json;
-use crate::world::import::{Ends, Map, Route};
 
 /// The figures as JSON.
 pub(super) fn figures(map: &Map) -> Value {

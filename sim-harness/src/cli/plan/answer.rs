@@ -3,9 +3,9 @@
 
 use std::fmt::Write;
 
+use input::counted;
 use serde_json::{Value, json};
 
-use crate::count::counted;
 use crate::measure::plan::{Limit, MOST_RELAYS, RelayPlan, Stand};
 use crate::scenario::Scenario;
 

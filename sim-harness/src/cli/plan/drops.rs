@@ -6,13 +6,13 @@ use std::path::PathBuf;
 use cave_worlds::World;
 use clap::Args;
 use grid_map::{Cell, CellState};
+use input::InputError;
+use input::counted;
 use relay_placement::Curve;
 use serde_json::{Value, json};
 use units::Db;
 
 use crate::cli::{Common, Trouble, Verdict, complain, interrupt};
-use crate::count::counted;
-use crate::input_error::InputError;
 use crate::measure::drops::{Coverage, Drops, MOST_DROPS, NoDrops, Received, Site, open};
 use crate::output::pictures;
 use crate::output::put_picture;

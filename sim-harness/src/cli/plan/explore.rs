@@ -7,6 +7,8 @@ use clap::Args;
 use explorers::{Air, Outcome, PLANS, ROBOTS, Senses, Setup, World};
 use frontier::{RULES, RuleEntry};
 use grid_map::Cell;
+use input::InputError;
+use input::suggest;
 use serde_json::{Value, json};
 use units::Point2;
 
@@ -14,9 +16,7 @@ use crate::args::{NetworkArg, SensorArg};
 use crate::bench::explore::measure::setup;
 use crate::cli::map::put_map;
 use crate::cli::{Common, Trouble, Verdict, complain, interrupt};
-use crate::input_error::InputError;
-use crate::suggest;
-use crate::world::import::explored;
+use crate::measure::explored::explored;
 
 #[derive(Args)]
 pub(in crate::cli) struct ExploreArgs {

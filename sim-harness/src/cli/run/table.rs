@@ -2,12 +2,13 @@
 
 use std::fmt::Write;
 
+use maps::Route;
+
 use crate::measure::metrics::{ExploreMetrics, RunMetrics, SwarmMetrics};
 use crate::measure::trace::Trace;
 use crate::measure::verdict::Judgement;
 use crate::output::last_states;
 use crate::scenario::Scenario;
-use crate::world::import::Route;
 use units::MissionKind;
 
 /// The most hindrances that are listed.

@@ -3,9 +3,9 @@
 
 use std::fmt;
 
+use input::InputError;
 use toml::Value;
 
-use crate::input_error::InputError;
 use crate::scenario::{Setting, value_of};
 
 /// A key and the values that it takes. It displays as the option `--vary` has it, with all values.

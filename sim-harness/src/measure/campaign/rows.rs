@@ -246,7 +246,6 @@ mod tests {
     use super::*;
     use crate::measure::metrics::Reference;
     use crate::measure::verdict::judged;
-    use crate::mission::World;
     use crate::scenario::Scenario;
 
     /// A mission with a hold, one without, a swarm, an exploration, and rigid bodies.
@@ -261,7 +260,7 @@ mod tests {
         ] {
             let whole = Scenario::open(name).unwrap();
             let scenario = Scenario { duration_us: seconds * 1_000_000, ..whole };
-            let world = World::of(&scenario);
+            let world = scenario.world();
             let reference = Reference::of(&scenario, &world);
             let (metrics, judgement) = judged(&scenario, &world, &reference, 3);
             let row = Row::of(2, &Run { seed: 3, metrics, judgement });

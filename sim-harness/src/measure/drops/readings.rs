@@ -7,12 +7,11 @@
 use std::path::Path;
 
 use cave_worlds::World;
+use input::InputError;
 use relay_placement::{Correction, Curve, Readings, RefineConfig};
 use units::{Db, Point2};
 
 use super::Site;
-use crate::input_error::InputError;
-use crate::input_file;
 
 /// The places at which the readings of a reference are kept apart.
 const SPOTS: usize = 64;
@@ -39,7 +38,7 @@ impl Received {
         noise_dbm: Option<f64>,
     ) -> Result<Self, InputError> {
         let references = site.ways();
-        let text = input_file::read_text(file, input_file::LARGEST_TEXT).map_err(|why| {
+        let text = input::file::read_text(file, input::file::LARGEST_TEXT).map_err(|why| {
             let remedy = "give a CSV file, saved as UTF-8";
             InputError::new(format!("cannot be read: {why}"), remedy).in_file(file)
         })?;

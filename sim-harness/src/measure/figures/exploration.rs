@@ -1,7 +1,9 @@
 //! One exploration of panels D to F: the head flies to its place and stops, and the chain settles.
 
+use world::World;
+
 use crate::measure::metrics::{Reference, RunMetrics, Watch, converged_at};
-use crate::mission::{Linked, Mission, World};
+use crate::mission::{Linked, Mission};
 use crate::scenario::{PilotStep, Scenario};
 
 /// One exploration.

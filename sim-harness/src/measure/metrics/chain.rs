@@ -1,8 +1,9 @@
 //! Computes the chain of one explorer at one moment, with the losses of its links.
 
 use units::NodeId;
+use world::World;
 
-use crate::mission::{Linked, Mission, World};
+use crate::mission::{Linked, Mission};
 
 /// The chain of one explorer at one moment: the base, every relay that flies, and the explorer.
 pub(super) struct Chain {

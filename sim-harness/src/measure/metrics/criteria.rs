@@ -1,10 +1,10 @@
 //! Reads the section `[criteria]` of a scenario file.
 
+use input::InputError;
+use input::reader::{At, Reader};
 use serde::Deserialize;
 
-use crate::input_error::InputError;
 use crate::mission::MOST_DRONES;
-use crate::scenario::reader::{At, Reader};
 
 /// The bounds that a scenario sets; a bound that is `None` is not checked.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

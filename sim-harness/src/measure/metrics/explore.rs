@@ -3,10 +3,11 @@
 use agent::{Exploration, LandReason, State};
 use grid_map::{Cell, CellState};
 use units::MissionKind;
+use world::World;
 
 use super::swarm::closest;
 use crate::measure::truth::{Truth, near};
-use crate::mission::{Mission, World};
+use crate::mission::Mission;
 use crate::scenario::Scenario;
 
 /// The part of the cells that counts as explored.

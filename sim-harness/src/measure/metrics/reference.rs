@@ -1,9 +1,11 @@
 //! Computes the best chains that a scenario allows, once for all its runs, and those on the way to an
 //! end of the skeleton when a head first comes near that end.
 
-use crate::mission::{Linked, World};
+use world::World;
+use world::{BestChains, Leg, Optimum, Path, SkeletonPlace, best_chain};
+
+use crate::mission::Linked;
 use crate::scenario::{Scenario, Start};
-use crate::world::{BestChains, Leg, Optimum, Path, SkeletonPlace, best_chain};
 
 /// The best chains of a scenario, solved once for all its runs.
 pub struct Reference {

@@ -2,10 +2,11 @@
 
 use agent::{Duty, LandReason, State, SwarmConfig, SwarmDuty};
 use units::{Metres, MissionKind, Point2};
+use world::World;
 
 use crate::bodies::Body;
 use crate::measure::truth::{Truth, frame_about};
-use crate::mission::{Mission, World};
+use crate::mission::Mission;
 use crate::scenario::Scenario;
 
 /// The metrics of a swarm's mission. A time that was never reached is infinite.

@@ -2,11 +2,11 @@
 
 use radio_model::{Geometry, Obstruction, PathLoss};
 use units::{Db, Dbm};
+use world::{Known, Path, World};
 
 use super::{APART_M, STEP_M};
 use crate::mission::Gains;
 use crate::scenario::Scenario;
-use crate::world::{Known, Path, World};
 
 /// Shadows are taken to be no larger than so many standard deviations where a link is left out
 /// because of its law alone.
@@ -88,7 +88,7 @@ struct Field<'a> {
     in_sight: f32,
     /// The most by which shadows make a link stronger, dB.
     shadows: Db,
-    places: Vec<crate::world::SkeletonPlace>,
+    places: Vec<world::SkeletonPlace>,
     points: Vec<units::Point2>,
 }
 

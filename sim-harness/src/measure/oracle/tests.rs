@@ -31,7 +31,7 @@ impl Case<'_> {
              [[pilot]]\nat_s = {until_s}\norder = \"return\"\n"
         );
         let scenario = Scenario::of_text(File::new("case.toml"), &text).unwrap();
-        let world = World::of(&scenario);
+        let world = scenario.world();
         Oracle::of(&scenario, &world, &Commanded::along_main(&world), 1)
     }
 }

@@ -4,8 +4,7 @@
 //! right, as the operator means it (the book's chapter "Navigation").
 
 use units::Branch;
-
-use crate::world::{Joint, Leg, Path, Skeleton, SkeletonPlace};
+use world::{Joint, Leg, Path, Skeleton, SkeletonPlace};
 
 /// A head has passed a junction when it is so far behind it, m: a place changes to another gallery
 /// late by as much ([`Skeleton::LOYALTY_M`]).
@@ -207,7 +206,7 @@ mod tests {
     use units::Point2;
 
     use super::*;
-    use crate::world::Gallery;
+    use world::Gallery;
 
     fn gallery(name: &str, points: &[(f32, f32)]) -> Gallery {
         let centre_line = points.iter().map(|&(x, y)| Point2::new(x, y)).collect();

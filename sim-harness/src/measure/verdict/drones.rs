@@ -2,10 +2,10 @@
 
 use agent::{ChainDuty, Duty, LandReason, State};
 use units::{Metres, MissionKind, Order, Role};
+use world::World;
 
 use super::evidence::{DroneEnd, Evidence};
 use super::failure::{Down, Failure, Standing};
-use crate::mission::World;
 use crate::scenario::Scenario;
 
 /// A drone that was called home is at home within this distance of where it took off, m: an arm's

@@ -2,15 +2,16 @@
 
 use agent::{Duty, ExploreDuty, State};
 use units::{Order, Point2, Role};
+use world::World;
+use world::{NodeKind, SkeletonPlace};
 
 use super::branch::passed;
 use super::head::{HeadFlight, HeadRecord, Moment, Pace};
 use super::reach::END_M;
 use crate::measure::metrics::ROUND_S;
 use crate::measure::trace::Node;
-use crate::mission::{Linked, Mission, World};
+use crate::mission::{Linked, Mission};
 use crate::scenario::{Scenario, Start, Stretch};
-use crate::world::{NodeKind, SkeletonPlace};
 
 /// One drone at the end of a mission, or the base.
 #[derive(Clone, Copy, Debug, PartialEq)]

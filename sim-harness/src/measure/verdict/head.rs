@@ -341,7 +341,7 @@ mod tests {
     use units::{MetresPerSecond, NodeId};
 
     use super::*;
-    use crate::world::SkeletonPlace;
+    use world::SkeletonPlace;
 
     const PACE: Pace = Pace { relay_mps: 0.2, rise_s: 2.5, call_s: 7.5, head_mps: 0.4 };
 

@@ -1,10 +1,11 @@
 //! Computes where a head could have come.
 
 use units::NodeId;
+use world::World;
+use world::{Leg, SkeletonPlace};
 
 use crate::measure::metrics::Reference;
-use crate::mission::{Linked, World};
-use crate::world::{Leg, SkeletonPlace};
+use crate::mission::Linked;
 
 /// A head ends its way in a dead end so far before the rock, m: it slows down at 0.45 m
 /// ([`NavConfig::slow_below`](tunnel_nav::NavConfig)), and a centre-line may end half a metre off.

@@ -3,16 +3,16 @@
 use std::sync::Arc;
 
 use airlink::Schedule;
+use input::InputError;
+use input::reader::{At, Reader};
 use radio_model::{Antenna, Attenuation, Fades, PathLoss, Reception, UChain, Walls};
 use serde::Deserialize;
 use units::{Db, Dbm, Duration};
 use wire::radio::Datarate;
+use world::{AntennaTable, FadingTable, ModelTable, RadioPlace, ShadowingTable};
 
-use crate::input_error::InputError;
 use crate::mission::RecordedChannel;
 use crate::replay::{Format, recorded_channel};
-use crate::scenario::reader::{At, Reader};
-use crate::world::{AntennaTable, FadingTable, ModelTable, RadioPlace, ShadowingTable};
 
 /// The radio of a scenario.
 #[derive(Clone, Debug)]

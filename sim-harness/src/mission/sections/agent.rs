@@ -5,13 +5,13 @@ use agent::{AgentConfig, ConfigError};
 use chain::launch::LaunchConfig;
 use chain::policy::{NAMES, Policy};
 use chain::retreat::RetreatConfig;
+use input::InputError;
+use input::reader::{At, Reader};
+use input::suggest;
 use serde::Deserialize;
 use units::{Db, Dbm, Metres, MetresPerSecond};
 
 use crate::bodies::point::VehicleSpec;
-use crate::input_error::InputError;
-use crate::scenario::reader::{At, Reader};
-use crate::suggest;
 
 /// The tables that configure the on-board code.
 pub(crate) struct AgentTables<'a> {

@@ -1,11 +1,12 @@
 //! The section `[drones]` of a scenario file: the drones that fly, and where they start.
 
+use input::InputError;
+use input::reader::{At, Reader};
+use world::{SkeletonPlace, Spot, Tunnel};
+
+use crate::scenario::PlaceKey;
 use serde::Deserialize;
 use units::Role;
-
-use crate::input_error::InputError;
-use crate::scenario::reader::{At, Reader};
-use crate::world::{PlaceKey, SkeletonPlace, Spot, Tunnel};
 
 /// The drones of a mission. Explorers have the lowest numbers, then come the relays; the base has
 /// the largest.

@@ -1,11 +1,10 @@
 //! The section `[explore]` of a scenario file: the area that drones explore together.
 
 use agent::ExploreConfig;
+use input::InputError;
+use input::reader::{At, Pair, Reader};
 use serde::Deserialize;
 use units::{Metres, MetresPerSecond, Point2, Pose2, Radians, RadiansPerSecond};
-
-use crate::input_error::InputError;
-use crate::scenario::reader::{At, Pair, Reader};
 
 /// The table `[explore]`.
 #[derive(Default, Deserialize)]

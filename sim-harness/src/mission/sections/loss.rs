@@ -1,10 +1,10 @@
 //! The section `[[loss]]` of a scenario file: the drones that the chain loses, and how.
 
+use input::InputError;
+use input::reader::{At, Reader};
 use serde::Deserialize;
 
 use super::Drones;
-use crate::input_error::InputError;
-use crate::scenario::reader::{At, Reader};
 
 /// The loss of one drone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,10 +1,9 @@
 //! The section `[[pilot]]` of a scenario file: the operator's orders.
 
+use input::InputError;
+use input::reader::{At, Reader};
 use serde::Deserialize;
 use units::{Branch, Course, MetresPerSecond, Order};
-
-use crate::input_error::InputError;
-use crate::scenario::reader::{At, Reader};
 
 /// One entry of the operator's script.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,12 +1,11 @@
 //! The section `[swarm]` of a scenario file: the plan of a swarm's mission.
 
 use agent::SwarmConfig;
+use input::InputError;
+use input::reader::{At, Pair, Reader};
 use serde::Deserialize;
 use units::{Metres, MetresPerSecond, Point2, Radians};
 use virtual_forces::Passage;
-
-use crate::input_error::InputError;
-use crate::scenario::reader::{At, Pair, Reader};
 
 /// The table `[swarm]`.
 #[derive(Default, Deserialize)]

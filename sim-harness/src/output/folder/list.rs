@@ -7,9 +7,7 @@ use std::io::{self, Read, Write};
 use std::path::Path;
 
 use crc32fast::Hasher;
-
-use crate::input_error::InputError;
-use crate::input_file;
+use input::InputError;
 
 /// The name of the list.
 pub(super) const NAME: &str = "files.txt";
@@ -179,7 +177,7 @@ impl Kind {
         if !fs::symlink_metadata(&list).is_ok_and(|found| found.is_file()) {
             return Self::Foreign;
         }
-        let Ok(text) = input_file::read_text(&list, input_file::LARGEST_TEXT) else {
+        let Ok(text) = input::file::read_text(&list, input::file::LARGEST_TEXT) else {
             return Self::Foreign;
         };
         if let Some(list) = List::parse(&text) {

@@ -4,9 +4,10 @@ use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use input::InputError;
+
 use super::lock::Lock;
 use super::unusable;
-use crate::input_error::InputError;
 
 /// The end of the name of a temporary directory.
 const UNFINISHED: &str = ".unfinished-results";

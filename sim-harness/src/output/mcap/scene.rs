@@ -10,11 +10,12 @@ use foxglove::messages::{
     SpherePrimitive, TextPrimitive, Vector3, line_primitive,
 };
 use units::Role;
+use world::FloorPlan;
 
 use super::{MAP_FRAME, Moment};
 use units::Point2;
 
-use crate::measure::trace::{DroneFrame, FloorPlan, Frame, Node, Trace};
+use crate::measure::trace::{DroneFrame, Frame, Node, Trace};
 use crate::output::pictures::{launch_limit, node_rgb};
 
 const WALL: Color = Color { r: 0.5, g: 0.56, b: 0.62, a: 1.0 };

@@ -2,6 +2,7 @@
 
 use cave_worlds::World;
 use grid_map::{Cell, Frame};
+use input::counted;
 use plotters::element::{Circle, Rectangle};
 use plotters::style::RGBColor;
 use units::Point2;
@@ -10,7 +11,6 @@ use super::PictureError;
 use super::axes::filled;
 use super::sheet::{Area, Fault, Look, Picture, headed, px, size_of, upx, write};
 use super::style::{FLOOR, INK, PAPER, WALL, category};
-use crate::count::counted;
 use crate::measure::drops::{Drops, Shown};
 
 /// The size of the picture, in pixels: two panels side by side.

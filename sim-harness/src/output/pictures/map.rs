@@ -3,6 +3,7 @@
 use plotters::element::{Circle, PathElement, Polygon};
 use plotters::style::{Color, RGBColor};
 use units::Point2;
+use world::FloorPlan;
 
 use super::PictureError;
 use super::axes::{filled, stroke};
@@ -10,7 +11,7 @@ use super::dashes;
 use super::sheet::{Area, Drawn, Fault, Look, Picture, headed, px, size_of, text_width, write};
 use super::style::{AXIS, FLOOR, INK, PAPER, QUIET, WALL, node_colour};
 use super::ticks::round_step;
-use crate::measure::trace::{DroneFrame, FloorPlan, Frame, Trace};
+use crate::measure::trace::{DroneFrame, Frame, Trace};
 
 /// The picture of a run.
 pub(super) fn picture(trace: &Trace) -> Result<Picture, PictureError> {

@@ -208,7 +208,7 @@ mod tests {
             let mut empty = trace.clone();
             empty.frames.clear();
             empty.nodes.clear();
-            empty.floor_plan = crate::measure::trace::FloorPlan::default();
+            empty.floor_plan = world::FloorPlan::default();
             draw(&empty).unwrap();
         }
     }

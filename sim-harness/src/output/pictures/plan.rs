@@ -1,13 +1,14 @@
 //! Draws the floor plan with the places of a planned chain.
 
 use agent::State;
+use input::counted;
 use units::{Dbm, NodeId, Order, Point2, Pose2, Radians, Role};
+use world::FloorPlan;
+use world::SkeletonPlace;
 
 use super::sheet::{Picture, headed};
 use super::{PictureError, map};
-use crate::count::counted;
-use crate::measure::trace::{DroneFrame, FloorPlan, Frame, Node, Trace};
-use crate::world::SkeletonPlace;
+use crate::measure::trace::{DroneFrame, Frame, Node, Trace};
 
 /// A planned chain, for its picture.
 pub struct PlanPicture<'a> {

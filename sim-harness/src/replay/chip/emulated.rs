@@ -1,5 +1,6 @@
 //! The target of an emulated Crazyflie, which runs the firmware's ELF on the ground.
 
+use input::InputError;
 use units::{Duration, Instant};
 use virtual_crazyflie::board::{Config, Crazyflie, InertialNoise};
 use virtual_crazyflie::machine::{Halt, Machine, MachineConfig};
@@ -7,7 +8,6 @@ use virtual_crazyflie::rtt::ControlBlock;
 
 use super::target::{BUILD, DOWN, Lost, Target, UP};
 use crate::bodies::emulated::Firmware;
-use crate::input_error::InputError;
 
 /// The time until the firmware has written its control block, which it does before `main`.
 const BOOT_NS: u64 = 20_000_000;

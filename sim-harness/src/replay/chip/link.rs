@@ -2,11 +2,11 @@
 
 use std::fmt;
 
+use input::InputError;
 use onboard::replay::{Answer, Begin, FrameError, Receiver, Refusal, Request, Step, VERSION};
 use units::{Duration, Instant};
 
 use super::target::{BUILD, Lost, Target};
-use crate::input_error::InputError;
 
 /// The chip runs for so long between two looks at its channels.
 const SLICE: Duration = Duration::from_micros(250);

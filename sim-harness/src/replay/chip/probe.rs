@@ -6,14 +6,13 @@ use std::fmt;
 use std::path::Path;
 use std::time::{Duration as WallDuration, Instant as WallInstant};
 
+use input::InputError;
 use probe_rs::probe::list::Lister;
 use probe_rs::rtt::{Rtt, ScanRegion, find_rtt_control_block_in_raw_file, try_attach_to_rtt};
 use probe_rs::{Permissions, Session};
 use units::{Duration, Instant};
 
 use super::target::{BUILD, DOWN, Lost, Target, UP};
-use crate::input_error::InputError;
-use crate::input_file;
 
 /// The chip of the Crazyflie 2.1 and 2.1+, by its name in probe-rs.
 const CHIP: &str = "STM32F405RGTx";
@@ -65,7 +64,7 @@ impl ProbeTarget {
 /// The address of the control block that an ELF names.
 fn block_of(elf: &Path) -> Result<ScanRegion, InputError> {
     let wrong = |what: String| InputError::new(what, BUILD).in_file(elf);
-    let bytes = input_file::read(elf, input_file::LARGEST_ELF)
+    let bytes = input::file::read(elf, input::file::LARGEST_ELF)
         .map_err(|why| wrong(format!("cannot be read: {why}")))?;
     let block = find_rtt_control_block_in_raw_file(&bytes)
         .map_err(|why| wrong(format!("is no ELF: {why}")))?;

@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use random::Stream;
 use units::{Dbm, Metres};
 
 use super::{Point, log_distance, points};
-use crate::random::Stream;
 use crate::replay::recording::Recording;
 
 /// A log-distance law with a gain for each link.

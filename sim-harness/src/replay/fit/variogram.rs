@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use random::Stream;
+
 use super::Point;
-use crate::random::Stream;
 
 /// The upper ends of the bins of displacement, m.
 const BINS: [f64; 14] = [0.05, 0.1, 0.2, 0.3, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0];

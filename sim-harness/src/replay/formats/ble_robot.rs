@@ -12,11 +12,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
+use input::InputError;
 use units::{Dbm, Duration, Instant, MetresPerSecond};
 
 use super::table::Table;
 use super::{Position, distance, instant, lines, number, read_companion, received};
-use crate::input_error::InputError;
 use crate::replay::recording::{Anomaly, Clock, Ends, RadialSpeed, Recorder, Recording};
 
 const PER_BLE: usize = 8;

@@ -8,11 +8,11 @@ mod times;
 
 use std::path::Path;
 
+use input::InputError;
 use units::{Metres, MetresPerSecond};
 
 use super::received;
 use super::table::{Header, Row, Table};
-use crate::input_error::InputError;
 use crate::replay::recording::{Anomaly, Clock, Ends, Recorder, Recording};
 use times::Times;
 

@@ -8,11 +8,11 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use input::InputError;
 use prost::Message;
 use units::Instant;
 
 use super::trace::{DroneRow, of_rows};
-use crate::input_error::InputError;
 use crate::output::mcap::{DroneState, Link};
 use crate::replay::mcap_file;
 use crate::replay::recording::{Anomaly, Recorder, Recording};

@@ -6,11 +6,11 @@
 
 use std::path::Path;
 
+use input::InputError;
 use units::MetresPerSecond;
 
 use super::table::Table;
 use super::{instant, number, received};
-use crate::input_error::InputError;
 use crate::replay::recording::{Anomaly, Clock, Recorder, Recording};
 
 const NAMES: [&str; 3] = ["Time", "Source", "RSSI"];

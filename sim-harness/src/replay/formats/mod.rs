@@ -19,13 +19,12 @@ use std::fmt;
 use std::path::Path;
 
 use clap::ValueEnum;
+use input::InputError;
 use serde::{Deserialize, Serialize};
 use units::{Dbm, Instant, Metres};
 
 use super::mcap_file;
 use super::recording::{Recording, Wrong};
-use crate::input_error::InputError;
-use crate::input_file;
 use table::Header;
 
 /// A format of logs.
@@ -242,7 +241,7 @@ fn read_companion(file: &Path, remedy: &str) -> Result<Vec<u8>, InputError> {
     let unreadable = |error: std::io::Error| {
         InputError::new(format!("cannot be read: {error}"), remedy).in_file(file)
     };
-    input_file::read(file, LARGEST).map_err(|error| match error.kind() {
+    input::file::read(file, LARGEST).map_err(|error| match error.kind() {
         std::io::ErrorKind::FileTooLarge => {
             InputError::new("is larger than 256 MiB", "cut the log into parts").in_file(file)
         }

@@ -8,9 +8,9 @@
 use std::path::Path;
 
 use csv::{ByteRecord, ReaderBuilder, Trim};
+use input::InputError;
 
 use super::{number, untrimmed_lines};
-use crate::input_error::InputError;
 use crate::replay::recording::{Recorder, Wrong};
 
 /// The separators of fields.

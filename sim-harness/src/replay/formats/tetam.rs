@@ -7,10 +7,10 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use input::InputError;
 use units::{Instant, MetresPerSecond};
 
 use super::{Position, distance, instant, lines, number, read_companion, received};
-use crate::input_error::InputError;
 use crate::replay::recording::{Anomaly, Clock, Ends, RadialSpeed, Recorder, Recording};
 
 const FIELDS: usize = 16;

@@ -7,11 +7,11 @@
 
 use std::path::Path;
 
+use input::InputError;
 use units::Instant;
 
 use super::table::{Header, Row, Table};
 use super::{Position, distance, instant, received};
-use crate::input_error::InputError;
 use crate::replay::recording::{Anomaly, Clock, Ends, RadialSpeed, Recorder, Recording, Wrong};
 
 const NAMES: [&str; 9] = [

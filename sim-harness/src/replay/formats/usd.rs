@@ -17,10 +17,10 @@
 
 use std::path::Path;
 
+use input::InputError;
 use units::{Instant, MetresPerSecond};
 
 use super::{instant, received};
-use crate::input_error::InputError;
 use crate::replay::recording::{Anomaly, Clock, Recorder, Recording};
 
 /// The first byte of a file.

@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use random::{Purpose, Stream};
+
 use super::{Gain, Interval, N, PAIRS, Predicted, STILL};
-use crate::random::{Purpose, Stream};
 
 /// The number of samples of the bootstrap: 25 lie beyond each bound of 95 %.
 const RESAMPLED: usize = 1_000;

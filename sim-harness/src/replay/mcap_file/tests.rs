@@ -3,9 +3,9 @@ use std::io::{Cursor, Write};
 
 use mcap::records::MessageHeader;
 use mcap::write::WriteOptions;
+use random::{Purpose, Stream};
 
 use super::*;
-use crate::random::{Purpose, Stream};
 
 /// The number of messages of [`written`].
 const MESSAGES: usize = 300;

@@ -2,17 +2,17 @@
 
 use std::fmt::Write;
 use std::path::Path;
+use world::World;
 
+use input::InputError;
+use random::{Purpose, Stream};
 use units::Dbm;
 
 use super::pilot::{self, Pilot, Stick};
 use super::place::{Choice, Place, Wanted};
 use super::plane::{dot, minus};
 use super::radio::{DrawnRadio, Limits};
-use crate::input_error::InputError;
 use crate::measure::oracle::{Commanded, Detour, Oracle};
-use crate::mission::World;
-use crate::random::{Purpose, Stream};
 use crate::scenario::{Fidelity, PilotStep, Scenario, Start};
 use units::{Course, MetresPerSecond, Order};
 
@@ -133,7 +133,7 @@ impl Drawn {
             return Ok(None);
         };
         let Ok(mut scenario) = drawing.read() else { return Ok(None) };
-        let world = World::of(&scenario);
+        let world = scenario.world();
         let mut commanded = Commanded::along_main(&world);
         drawing.commands(&mut commanded);
         let corners = drawing.corners();

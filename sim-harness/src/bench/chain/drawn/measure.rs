@@ -1,11 +1,11 @@
 //! Flies the chain in places drawn at random: each seed draws a place, a radio, limits and a
 //! pilot, and an [oracle](crate::measure::oracle) says what can be reached there.
 
+use input::InputError;
 use rayon::prelude::*;
 
 use super::drawing::Drawn;
 use super::flown::{self, Flown};
-use crate::input_error::InputError;
 use crate::scenario::Fidelity;
 
 /// What to fly.

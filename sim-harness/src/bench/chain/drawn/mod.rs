@@ -22,6 +22,7 @@ pub mod totals;
 
 use std::fmt::Write;
 
+use input::InputError;
 use serde_json::{Value, json};
 
 use self::flown::{Cause, Flown, QUICK};
@@ -30,7 +31,6 @@ use self::totals::{Total, Totals};
 use super::ChainBench;
 use crate::args::counted;
 use crate::bench::{Outcome, Session};
-use crate::input_error::InputError;
 use crate::output::Folder;
 use crate::scenario::Fidelity;
 

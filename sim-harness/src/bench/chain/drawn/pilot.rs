@@ -2,10 +2,10 @@
 
 use std::fmt::Write;
 
+use random::Stream;
 use units::Branch;
 
 use super::place::{Choice, Place, between};
-use crate::random::Stream;
 
 /// How a pilot moves the stick.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -9,8 +9,9 @@
 mod features;
 mod legs;
 
+use random::Stream;
+
 use super::plane::{Point, Rectangle, Segment, apart, distance};
-use crate::random::Stream;
 use units::Branch;
 
 pub(super) use legs::Legs;

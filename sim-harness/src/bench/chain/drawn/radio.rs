@@ -4,14 +4,14 @@
 use std::fmt::Write;
 
 use radio_model::{Geometry, Obstruction};
+use random::Stream;
 use units::{Db, Dbm, Metres};
+use world::{Known, World};
 
 use super::place::between;
 use crate::measure::oracle::Commanded;
 use crate::mission::Gains;
-use crate::random::Stream;
 use crate::scenario::{Scenario, Start};
-use crate::world::{Known, World};
 
 /// A radio that was drawn.
 #[derive(Clone, Debug)]

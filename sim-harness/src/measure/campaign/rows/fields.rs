@@ -107,8 +107,6 @@ fn hold(metrics: &mut RunMetrics) -> &mut HoldMetrics {
 }
 
 fn swarm(metrics: &mut RunMetrics) -> &mut SwarmMetrics {
-        covered: f32::NAN,
-        lost: 0,
     metrics.swarm.get_or_insert(SwarmMetrics {
         covered: f32::NAN,
         lost: 0,

@@ -1,9 +1,9 @@
 //! What must be true of every place that is drawn.
 
 use units::{Branch, Metres};
+use world::SkeletonPlace;
 
 use super::*;
-use crate::world::SkeletonPlace;
 
 /// Seeds that no tuning uses, and few: each takes an oracle or two.
 const SEEDS: std::ops::Range<u64> = 900_000..900_040;

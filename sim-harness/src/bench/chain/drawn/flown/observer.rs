@@ -2,18 +2,19 @@
 
 use agent::{LandReason, State};
 use chain::policy::NAMES;
+use input::InputError;
+use input::suggest;
 use units::{Db, Metres, MissionKind, Order, Role};
+use world::World;
+use world::{Known, SkeletonPlace};
 
 use super::push::Push;
 use super::rest::Rest;
 use super::{APART_M, Cause, DEEP, Flown, Left, QUICK, WEAK};
 use crate::bench::chain::drawn::drawing::Drawn;
-use crate::input_error::InputError;
 use crate::measure::oracle::Oracle;
-use crate::mission::{Gains, Linked, Mission, ROUND_US, World};
+use crate::mission::{Gains, Linked, Mission, ROUND_US};
 use crate::scenario::{Scenario, Start};
-use crate::suggest;
-use crate::world::{Known, SkeletonPlace};
 
 /// A link is weaker than the limit when it is so by more than this, dB.
 const VIOLATION: f32 = 0.5;

@@ -1,8 +1,9 @@
 //! Draws what a place has beside its legs: dead ends, forks and halls.
 
+use random::Stream;
+
 use super::super::plane::{Rectangle, Segment, along, dot, minus, turned};
 use super::{Choice, DeadEnd, Legs, Wanted, between};
-use crate::random::Stream;
 use units::Branch;
 
 /// How often a feature is drawn again that does not fit.

@@ -1,8 +1,9 @@
 //! Draws the main gallery of a place: its legs, its bends, and its widths.
 
+use random::Stream;
+
 use super::super::plane::{Point, along, apart, distance, dot, minus, turned};
 use super::{Choice, Piece, Wanted, between};
-use crate::random::Stream;
 use units::Branch;
 
 /// How the bends of a gallery follow each other.
