@@ -237,7 +237,8 @@ fn assert_all_routes(survey: &Survey, every: usize, name: &str) -> Vec<(String, 
     };
     check(&Ends::default(), name.to_owned());
     let joined = |station: usize| {
-        survey.legs.iter().any(|leg| !leg.flags.splay && [leg.from, leg.to].contains(&station))
+        let mut legs = survey.legs.iter().filter(|leg| !leg.flags.splay && !leg.flags.surface);
+        legs.any(|leg| [leg.from, leg.to].contains(&station))
     };
     for (n, station) in survey.stations.iter().enumerate().step_by(every) {
         if station.name.is_empty() || station.is_wall || !joined(n) {
