@@ -115,6 +115,7 @@ fn out_writes_exactly_the_files_that_it_lists() {
             "files.txt",
             "links.png",
             "links.svg",
+            "map-moving.svg",
             "map.png",
             "map.svg",
             "origin.json",
