@@ -50,7 +50,7 @@ impl Polled {
     }
 
     /// The packet to send in this step.
-    pub fn next(&mut self) -> &[u8] {
+    pub fn next_packet(&mut self) -> &[u8] {
         let Self { waiting, unacknowledged, .. } = self;
         unacknowledged.get_or_insert_with(|| waiting.pop_front().unwrap_or_else(|| vec![NULL]))
     }
@@ -70,16 +70,16 @@ mod tests {
         let mut polled = Polled::default();
         polled.give(&[0x3C, 1]);
         polled.give(&[0x3C, 2]);
-        assert_eq!(polled.next(), [0x3C, 1]);
-        assert_eq!(polled.next(), [0x3C, 1]);
+        assert_eq!(polled.next_packet(), [0x3C, 1]);
+        assert_eq!(polled.next_packet(), [0x3C, 1]);
         polled.acknowledged(&[0xF3]);
-        assert_eq!(polled.next(), [0x3C, 2]);
+        assert_eq!(polled.next_packet(), [0x3C, 2]);
     }
 
     #[test]
     fn a_drone_is_polled_with_null_packets_and_its_empty_answers_are_dropped() {
         let mut polled = Polled::default();
-        assert_eq!(polled.next(), [NULL]);
+        assert_eq!(polled.next_packet(), [NULL]);
         polled.acknowledged(&[0xF7]);
         polled.acknowledged(&[0x2D, 7]);
         assert_eq!(polled.take_received(), [[0x2D, 7]]);
@@ -93,7 +93,7 @@ mod tests {
             polled.give(&[0x3C, n]);
         }
         let mut sent = 0;
-        while polled.next() != [NULL] {
+        while polled.next_packet() != [NULL] {
             polled.acknowledged(&[0xF3]);
             sent += 1;
         }

@@ -181,7 +181,7 @@ impl Poller {
         self.next = now + self.rate.interval();
         self.tally.polls += 1;
         let question = self.safelink.question().map(Vec::from);
-        Some(question.unwrap_or_else(|| self.safelink.numbered(self.packets.next())))
+        Some(question.unwrap_or_else(|| self.safelink.numbered(self.packets.next_packet())))
     }
 
     /// Takes the drone's acknowledgement of the packet that was polled with; `None` when none came.

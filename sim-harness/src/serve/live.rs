@@ -151,7 +151,7 @@ impl Live<'_> {
             let Some(polled) = polled else { continue };
             let take = |answer: &[u8]| polled.acknowledged(answer);
             self.mission.poll_client(member, &Snapshot::DEFAULT, take);
-            self.mission.client(member, polled.next());
+            self.mission.client(member, polled.next_packet());
         }
     }
 

@@ -46,7 +46,7 @@ impl Served {
             self.packets.acknowledged(&answer);
         }
         if self.drone.now_ms().is_multiple_of(POLL_MS) {
-            self.drone.hear(self.packets.next());
+            self.drone.hear(self.packets.next_packet());
         }
     }
 }
