@@ -17,7 +17,7 @@
 //! | [`medium`] | the channel between the radios, packet by packet |
 //! | `air` | the packets between members and medium; `seal`, `intruders`: their seals, and forged ones |
 //! | `ideal` | the link that carries reports and orders without packets |
-//! | `called` | a speed law of the host's in the policy's place |
+//! | `called` | a speed law of the simulator's caller in the policy's place |
 //! | `recorded` | a channel that plays the packets of a log back |
 //! | `track` | where the members are on the skeleton |
 //! | `view`, `record` | what may be looked at from outside, and the record of it |

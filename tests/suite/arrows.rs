@@ -1,4 +1,5 @@
-//! The arrows between the packages of the house: each package uses only packages that stand above it.
+//! The dependencies between the packages of the workspace: each package uses only packages that stand
+//! above it in one order.
 
 use std::process::Command;
 
@@ -25,11 +26,11 @@ const ORDER: [&str; 33] = [
     "onboard",
     // The firmware.
     "uchain-firmware",
-    // What people give, and what serves real drones.
+    // The input of users, and what is for real drones.
     "input",
     "fleet-keys",
     "bridge",
-    // The world in which drones fly where there are none.
+    // The simulator, the station, and what both are made of.
     "random",
     "cave-survey",
     "robot-maps",
@@ -45,7 +46,7 @@ const ORDER: [&str; 33] = [
     "fuzz-checks",
 ];
 
-/// The algorithms of the four papers, none of which knows another.
+/// The crates that each follow a paper; none of them uses another.
 const PAPERS: [&str; 4] = ["chain", "frontier", "virtual-forces", "relay-placement"];
 
 /// The packages of the workspace, each with the packages of the workspace that it is built with.
@@ -72,7 +73,7 @@ fn packages() -> Vec<(String, Vec<String>)> {
 fn each_package_uses_only_packages_above_it() {
     let place = |name: &str| ORDER.iter().position(|it| *it == name);
     for (package, uses) in packages() {
-        // It stands beside the house: no package uses it.
+        // No package uses it, and it may use all.
         if package == "xtask" {
             continue;
         }

@@ -265,7 +265,8 @@ impl Agent {
         }
     }
 
-    /// Whether the battery has little more than the way home takes. Each drone that explores knows by itself.
+    /// Whether the battery has little more than the way home takes, for which this drone recalls the
+    /// chain. The mission of drones that explore decides that for each of them alone.
     fn must_turn_back(&self, config: &AgentConfig, inputs: &Inputs<'_>) -> bool {
         let way = self.odometry.reckoning().odometer.0.max(0.0) / config.flight.return_speed.0;
         config.flight.keeps_way_home

@@ -74,7 +74,7 @@ pub enum SpeedLaw {
     /// The chain-wide rule; where a neighbour reports no sums, the rule of
     /// [`PolicyConfig::K_TUNED`].
     ChainWide(ChainWide),
-    /// A function of the host's.
+    /// A function that the program in which a simulated drone flies has given.
     #[cfg(feature = "called")]
     Called(CalledLaw),
 }

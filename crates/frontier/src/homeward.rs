@@ -1,12 +1,13 @@
-//! How far a robot is from where it began, on its own map: what its battery must carry it.
+//! Tells a robot how long the way back to where it began is on its own map, so that it can turn back while
+//! its battery suffices for that way.
 
 use units::{Duration, Instant, Metres, Point2};
 
 use crate::atlas::{Ground, length};
 use crate::explorer::{Explorer, PERIOD, Search, State};
 
-/// A robot that has looked for its way back for so long without an end of the search takes what it flew
-/// for the way: a search of the largest map is over within a second. Our own number.
+/// The longest time for a search of the way back; after it the robot takes the way that it flew for the
+/// way back. A search of the largest map is over within a second. Our own number.
 const LONGEST_LOOK: Duration = Duration::from_millis(5_000);
 
 /// What a robot knows of its way back.

@@ -1,4 +1,4 @@
-//! Reads the input of people, and says in one line what is wrong with it, where, and how to correct it.
+//! Reads what users write, and says in one line what is wrong with it, where, and how to correct it.
 //!
 //! | module | what it holds |
 //! |---|---|

@@ -9,12 +9,12 @@ use super::{Hindrance, LONGEST_ROUTE};
 /// Why a route leads no farther.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum RouteEnd {
-    /// Its end was asked for.
+    /// The user asked for this end.
     #[default]
     Asked,
-    /// It is as long as a route may be.
+    /// The route is as long as a route may be.
     Longest,
-    /// It would pass above or below itself.
+    /// The route would pass above or below itself.
     Level(Crossing),
     /// The next leg cannot be flown.
     Hindered(Hindrance),
@@ -93,7 +93,7 @@ pub(super) struct Piece {
     pub(super) nodes: Vec<usize>,
     /// Whether it was cut at [`LONGEST_ROUTE`].
     pub(super) is_cut: bool,
-    /// What the way would have passed above or below.
+    /// The two legs that lie above one another where the piece ends, if that is why it ends.
     pub(super) crossing: Option<Crossing>,
 }
 

@@ -133,11 +133,11 @@ pub struct Route {
     pub height_range_m: f64,
     /// Whether it was cut at [`LONGEST_ROUTE`].
     pub is_cut: bool,
-    /// Why it leads no farther.
+    /// Why the route leads no farther.
     pub ended: RouteEnd,
     /// Where the way of which it is a piece passes above or below itself.
     pub crossing: Option<Crossing>,
-    /// What ends the flight at the stations of the route, and where; that with the most beyond first.
+    /// The legs at the stations of the route that cannot be flown, those with the most beyond them first.
     pub hindrances: Vec<Hindrance>,
     /// How many galleries lead away from the route.
     pub side_galleries: usize,
@@ -177,12 +177,12 @@ pub enum RouteError {
     Geometry(GeometryError),
 }
 
-/// What there is where no way of [`SHORTEST_ROUTE`] can be flown.
+/// The reasons why no way of [`SHORTEST_ROUTE`] can be flown.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Short {
     /// The ends of the longest way that can be flown, and its length, m; `None` where there is none.
     pub longest: Option<([String; 2], f64)>,
-    /// What is beside it, or all hindrances of the cave where there is none.
+    /// The hindrances beside that way, or all hindrances of the cave where there is no such way.
     pub hindrances: Vec<Hindrance>,
     /// Where a longer way would pass above or below itself.
     pub crossing: Option<Crossing>,

@@ -120,7 +120,7 @@ pub(super) fn run(args: &CampaignArgs) -> Result<Verdict, Trouble> {
     finish(&campaign, report, folder, journal, &args.common)
 }
 
-/// Flies the missions of one place of the grid that no row is of.
+/// Flies those missions of one place of the grid of which there is no row yet.
 fn fly(
     campaign: &Campaign,
     scenario: &Scenario,
@@ -144,7 +144,7 @@ fn fly(
     })
 }
 
-/// Lets no further mission begin: its row could not be kept.
+/// Lets no further mission begin, because its row could not be kept.
 fn stop_at_once(stop: &AtomicBool) {
     stop.store(true, std::sync::atomic::Ordering::Relaxed);
 }
@@ -223,7 +223,7 @@ impl Campaign {
         all.map(|n| (n / self.runs, self.seed.wrapping_add((n % self.runs) as u64)))
     }
 
-    /// What the folder of results says of it.
+    /// The origin that the folder of results records.
     fn origin(&self) -> Origin {
         let campaign = CampaignOrigin {
             runs: self.runs,

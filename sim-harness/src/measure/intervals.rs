@@ -1,7 +1,7 @@
 //! Intervals for the difference between two policies that flew the same seeds.
 //!
-//! None of them assumes a distribution of what is measured, and all of them bear runs that never
-//! came to the measured event, whose time is infinite. Their limits are functions of the runs alone,
+//! None of them assumes a distribution of what is measured, and all of them allow for runs that
+//! never came to the measured event, whose time is infinite. Their limits are functions of the runs alone,
 //! so that the same runs give the same interval on every machine.
 
 /// The confidence of each interval. A claim is looked at in three places and with many seeds; at

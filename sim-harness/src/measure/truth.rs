@@ -1,11 +1,12 @@
-//! The true plan of a place in the cells of a map: where a drone's body can come to, and where walls are.
+//! Divides the true plan of a place into the cells of a map: where a drone's body can come to, and where
+//! walls are.
 
 use grid_map::{Cell, Frame};
 use units::{Metres, Point2};
 use world::World;
 
-/// What a map draws within so many cells of where it is counts as right: a cell, and half of the one in
-/// which the wall lies.
+/// The largest distance, in cells, between a wall and its drawing in a map that counts as right: a cell,
+/// and half of the one in which the wall lies.
 const RIGHT_CELLS: f32 = 1.5;
 
 /// The cells of a frame by the true plan.

@@ -1,8 +1,8 @@
-//! A speed law of the host's in place of the movement policy's: for policies that are written in
-//! another language than this one.
+//! Puts a speed law that the caller of the simulator gives in place of the movement policy's, for
+//! policies that are written in another language, such as Python.
 //!
 //! The agents know a plain function, which is the same for all drones of all missions. While a drone
-//! has its turn, the law of its mission is where that function finds it.
+//! has its turn, that function finds the law of the drone's mission in a variable of the thread.
 
 use std::cell::RefCell;
 
@@ -50,7 +50,7 @@ impl Scenario {
 }
 
 impl Mission<'_> {
-    /// This mission with a speed law of the host's, of a scenario
+    /// This mission with a speed law that the caller gives, of a scenario
     /// [with a called law](Scenario::with_called_law).
     #[must_use]
     pub fn by_law(self, law: Box<Law>) -> Self {

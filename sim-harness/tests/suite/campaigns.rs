@@ -44,7 +44,7 @@ fn same(one: &Path, other: &Path) {
     }
 }
 
-/// Refused with status 2 and one line that has all of these.
+/// Asserts that the command is refused, with status 2 and one line that has all of these parts.
 fn refused(args: &[&str], parts: &[&str]) {
     let output = uchain(args);
     let complaint = String::from_utf8(output.stderr).unwrap();
@@ -55,7 +55,7 @@ fn refused(args: &[&str], parts: &[&str]) {
     }
 }
 
-/// Flies it, whether missions fail or not.
+/// Runs a command that flies missions, which may fail.
 fn flown(args: &[&str]) {
     let output = uchain(args);
     let complaint = String::from_utf8_lossy(&output.stderr);

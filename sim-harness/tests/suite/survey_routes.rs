@@ -169,7 +169,8 @@ fn assert_one_level(route: &Route, tunnel: &Tunnel, what: &str) {
     }
 }
 
-/// Who flies along the route at any place across the passage comes to its end with its length.
+/// Asserts that a drone which flies along the route, at any place across the passage, comes to the end
+/// with the route's length.
 fn assert_true_length(tunnel: &Tunnel, what: &str) {
     let line = tunnel.skeleton().edge(0).line();
     for part in [-0.7_f32, -0.35, 0.0, 0.35, 0.7] {

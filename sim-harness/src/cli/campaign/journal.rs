@@ -14,13 +14,13 @@ use input::InputError;
 use super::Campaign;
 use crate::measure::campaign::Row;
 
-/// What comes behind the name of the folder.
+/// The ending that makes the name of the file out of the folder's.
 const ENDING: &str = ".rows";
 
 pub(super) struct Journal {
     path: PathBuf,
     out: Mutex<Out>,
-    /// The rows of before, in the order of the missions.
+    /// The rows that an earlier command has written, in the order of the missions.
     rows: Vec<Row>,
 }
 
@@ -53,7 +53,7 @@ impl Journal {
         Ok(Self { path, out: Mutex::new(Out { file: begun, failed: None }), rows })
     }
 
-    /// The rows of before, in the order of the missions.
+    /// The rows that an earlier command has written, in the order of the missions.
     pub(super) fn take_rows(&mut self) -> Vec<Row> {
         std::mem::take(&mut self.rows)
     }

@@ -190,7 +190,7 @@ fn explore_lines(text: &mut String, explore: &ExploreMetrics) {
     let _ = writeln!(text, "  closest drones        {:.2} m", explore.closest_drones_m);
 }
 
-/// A part of nothing is none.
+/// The part, or 0 where there is nothing of which it could be a part.
 fn or_zero(part: f32) -> f32 {
     if part.is_nan() { 0.0 } else { part }
 }

@@ -25,7 +25,8 @@ pub struct Explored {
 const RUN_OUT_M: f32 = 0.06;
 /// A head that is no farther from its place than this at the order to stop has come there, m.
 const THERE_M: f32 = 0.15;
-/// For so long a head that is held back may fly after the others have stopped, µs: twice their time.
+/// The time for which a head that is held back may fly on after the other policies' heads have
+/// stopped, µs: twice the time for which those fly.
 const LATEST_US: u64 = 106_000_000;
 
 /// Flies the scenario's exploration; where the head is not at its place `head_m` when the pilot stops

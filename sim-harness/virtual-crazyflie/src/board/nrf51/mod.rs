@@ -231,8 +231,8 @@ impl Nrf51 {
     }
 
     /// Whether it is still in Bluetooth mode, in which it hears other drones only now and then, and
-    /// stands only the settings that the vendor's firmware sends. The first packet that it passes on
-    /// or sends ends that. This model hears as well as otherwise.
+    /// survives only the settings that the vendor's firmware sends. The first packet that it passes on
+    /// or sends ends this mode. This model hears in it as well as otherwise.
     #[must_use]
     pub const fn is_in_bluetooth(&self) -> bool {
         self.state.bluetooth
