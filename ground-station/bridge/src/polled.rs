@@ -2,10 +2,9 @@
 //! the drone acknowledges it, and the packets that come back in acknowledgements.
 //!
 //! A Crazyradio polls a drone, because the drone's radio chip sends nothing but acknowledgements.
-//! Between a client and an emulated drone this queue is the Crazyradio. It sends one packet each
-//! every 10 ms: the rate that leaves room for the chain's packets on
-//! the same channel. Between a client and a real drone it is what the [`bridge`](crate)
-//! sends through a Crazyradio.
+//! Between a client and an emulated drone this queue is the Crazyradio. It sends one packet every
+//! 10 ms, a hundred a second: the rate that leaves room for the chain's packets on the same channel.
+//! Between a client and a real drone it is what the [`bridge`](crate) sends through a Crazyradio.
 
 use std::collections::VecDeque;
 use std::mem;
