@@ -49,8 +49,10 @@ pub(crate) fn value(key: &str, value: &Bound<'_, PyAny>) -> PyResult<Value> {
             .map(|(name, entry)| Ok((name.extract::<String>()?, self::value(key, &entry)?)));
         return Ok(Value::Table(each.collect::<PyResult<_>>()?));
     }
-    // The numbers of numpy, which are neither.
-    if let Ok(number) = value.call_method0("item") {
+    // The numbers of numpy, which are neither. Others have a method of that name that gives no number.
+    if let Ok(number) = value.call_method0("item")
+        && (number.is_instance_of::<PyInt>() || number.is_instance_of::<PyFloat>())
+    {
         return self::value(key, &number);
     }
     let kind = value.get_type().name()?;

@@ -1,9 +1,9 @@
 //! A mission that Python steps, looks at and steers.
 
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
 use world::World;
 
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use self_cell::self_cell;
@@ -70,15 +70,15 @@ impl Simulation {
     fn step(&self, py: Python<'_>, rounds: u32) -> PyResult<bool> {
         let mut goes_on = true;
         for _ in 0..rounds {
-            let round = || {
-                self.held().with_dependent_mut(|_, mission| {
+            let round = || -> PyResult<bool> {
+                Ok(self.held()?.with_dependent_mut(|_, mission| {
                     if !mission.is_over() {
                         mission.round();
                     }
                     !mission.is_over()
-                })
+                }))
             };
-            goes_on = if self.raised.is_some() { round() } else { py.detach(round) };
+            goes_on = if self.raised.is_some() { round()? } else { py.detach(round)? };
             self.raised.as_ref().map_or(Ok(()), Raised::take)?;
             py.check_signals()?;
             if !goes_on {
@@ -90,25 +90,25 @@ impl Simulation {
 
     /// Seconds since the start.
     #[getter]
-    fn time_s(&self) -> f64 {
-        self.held().with_dependent(|_, mission| mission.time_us() as f64 / 1e6)
+    fn time_s(&self) -> PyResult<f64> {
+        Ok(self.held()?.with_dependent(|_, mission| mission.time_us() as f64 / 1e6))
     }
 
     /// Whether the mission is over.
     #[getter]
-    fn is_over(&self) -> bool {
-        self.held().with_dependent(|_, mission| mission.is_over())
+    fn is_over(&self) -> PyResult<bool> {
+        Ok(self.held()?.with_dependent(|_, mission| mission.is_over()))
     }
 
     /// The operator's order, in words.
     #[getter]
-    fn order_now(&self) -> String {
-        self.held().with_dependent(|_, mission| order_words(mission.task()))
+    fn order_now(&self) -> PyResult<String> {
+        Ok(self.held()?.with_dependent(|_, mission| order_words(mission.task())))
     }
 
     /// The drones as they are now, the head first and the base last.
     fn look<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
-        let (members, frame) = self.held().with_dependent(|_, mission| {
+        let (members, frame) = self.held()?.with_dependent(|_, mission| {
             let members = (0..mission.count()).filter_map(|n| mission.view(n));
             (members.map(|member| (member.id, member.role)).collect::<Vec<_>>(), mission.frame())
         });
@@ -125,7 +125,7 @@ impl Simulation {
     #[pyo3(signature = (order, *, speed_mps = None, branch = None))]
     fn order(&self, order: &str, speed_mps: Option<f32>, branch: Option<&str>) -> PyResult<()> {
         let order = order_of(order, speed_mps, branch)?;
-        self.held().with_dependent_mut(|_, mission| match mission.is_live() {
+        self.held()?.with_dependent_mut(|_, mission| match mission.is_live() {
             true => {
                 mission.order(order);
                 Ok(())
@@ -138,8 +138,19 @@ impl Simulation {
 }
 
 impl Simulation {
-    fn held(&self) -> MutexGuard<'_, Flight> {
-        self.flight.lock().unwrap_or_else(PoisonError::into_inner)
+    /// The flight. A step holds it while it calls a policy of Python: a wait for it by that policy, or by a
+    /// thread that has the interpreter meanwhile, would never end.
+    fn held(&self) -> PyResult<MutexGuard<'_, Flight>> {
+        if self.raised.is_none() {
+            return Ok(self.flight.lock().unwrap_or_else(PoisonError::into_inner));
+        }
+        match self.flight.try_lock() {
+            Ok(flight) => Ok(flight),
+            Err(TryLockError::Poisoned(poisoned)) => Ok(poisoned.into_inner()),
+            Err(TryLockError::WouldBlock) => Err(PyRuntimeError::new_err(
+                "the simulation is in the middle of a step; use it between two steps",
+            )),
+        }
     }
 }
 

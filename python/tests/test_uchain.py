@@ -190,6 +190,14 @@ def test_a_simulation_is_stepped_looked_at_and_steered():
         uchain.Simulation(SHORT).order("return")
 
 
+def test_a_policy_cannot_use_the_simulation_that_calls_it():
+    simulation = uchain.Simulation("straight", policy=lambda *_: simulation.look() and 0.0)
+    with pytest.raises(RuntimeError, match="between two steps"):
+        while simulation.step(100):
+            pass
+    assert simulation.look()
+
+
 def test_the_steps_are_those_of_a_run():
     simulation = uchain.Simulation(SHORT, seed=3, policy="t5")
     while simulation.step(7):

@@ -30,7 +30,8 @@ impl Homeward {
 impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, RECORDS> {
     /// Whether the way from `here` back to where the robot began is no longer than `most`, by what it has
     /// flown or by its map, in which it looks for a shorter way where it must. While it does that, over
-    /// several steps, it hovers, and the answer is yes. It is to be called before each step.
+    /// several steps, it hovers, and the answer is yes. No way is within a negative length. It is to be
+    /// called before each step.
     pub fn is_within(&mut self, now: Instant, here: Point2, most: Metres) -> bool {
         let flown = self.homeward.at.replace(here).map_or(0.0, |last| last.distance(here).0);
         self.homeward.way.0 += flown;
@@ -41,7 +42,11 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             return true;
         }
         let since = *self.homeward.since.get_or_insert(now);
-        if now.since(since) > LONGEST_LOOK {
+        if most < Metres(0.0) || now.since(since) > LONGEST_LOOK {
+            // A search that is not gone on with would keep the robot where it hovers.
+            if self.search == Search::Homeward {
+                self.end_look_homeward(now);
+            }
             return false;
         }
         match self.search {

@@ -68,8 +68,8 @@ pub(super) struct CampaignArgs {
     /// Fly nothing, and put the parts in these folders together
     #[arg(long, value_name = "FOLDER", num_args = 1..)]
     #[arg(conflicts_with_all = [
-        "scenario", "map", "runs", "relays", "policy", "fidelity", "link", "set", "vary", "shard",
-        "resume", "seed",
+        "scenario", "map", "depth", "runs", "relays", "policy", "fidelity", "link", "set", "vary",
+        "shard", "resume", "seed",
     ])]
     merge: Vec<PathBuf>,
     #[command(flatten)]

@@ -42,7 +42,7 @@ struct RelaysArgs {
     /// How much stronger than the launch limit every link is to be, dB
     #[arg(long, value_name = "DB", default_value_t = 3.0, allow_negative_numbers = true)]
     margin: f32,
-    /// Speed of the head out and home, m/s
+    /// Speed of the head on its way out, m/s
     #[arg(long, value_name = "MPS", default_value_t = 0.2)]
     speed: f32,
     #[command(flatten)]

@@ -49,7 +49,9 @@ pub(super) struct RunArgs {
     set: SetArgs,
     /// Fly the mission again whose results this folder holds, with its scenario and its seed
     #[arg(long, value_name = "FOLDER")]
-    #[arg(conflicts_with_all = ["scenario", "map", "relays", "policy", "fidelity", "link", "set", "seed"])]
+    #[arg(conflicts_with_all = [
+        "scenario", "map", "depth", "relays", "policy", "fidelity", "link", "set", "seed",
+    ])]
     again: Option<PathBuf>,
     /// The former option for virtual drones, refused with a line that names the present one
     #[arg(long, hide = true, value_name = "NAME")]

@@ -1,8 +1,11 @@
-//! Intervals for the difference between two policies that flew the same seeds.
+//! Intervals of a share, of a median, and for the difference between two policies that flew the same
+//! seeds.
 //!
-//! None of them assumes a distribution of what is measured, and all of them allow for runs that
-//! never came to the measured event, whose time is infinite. Their limits are functions of the runs alone,
-//! so that the same runs give the same interval on every machine.
+//! None of them assumes a distribution of what is measured, and all of them bear runs that never
+//! came to the measured event, whose time is infinite. Their limits are functions of the runs alone,
+//! so that the same runs give the same interval on every machine. Those of a share and of a median are
+//! exact: they hold the true value at least as often as they say. That of a difference of shares is
+//! Tango's, which does so nearly.
 
 /// The confidence of each interval. A claim is looked at in three places and with many seeds; at
 /// 95 %, one place in twenty would be judged wrongly.

@@ -7,7 +7,7 @@
 //! | [`mod@explored`] | a place for explorers, made of a map |
 //! | `truth` | the true plan in the cells of a map: where a drone's body can come to |
 //! | [`verdict`] | whether a mission succeeded, and why it ended |
-//! | [`intervals`] | exact intervals of shares, and of differences between two policies |
+//! | [`intervals`] | intervals of shares, of medians, and of differences between two policies |
 //! | [`claim`] | what such an interval says of a paper's claim |
 //! | [`mod@campaign`] | many seeded missions on all cores, with intervals of confidence |
 //! | [`mod@figures`] | the paper's figure 3 |

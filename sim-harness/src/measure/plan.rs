@@ -22,7 +22,7 @@ const EVERY_M: f32 = 10.0;
 pub struct Demand {
     /// How much stronger than the launch limit every link is to be.
     pub margin: Db,
-    /// The speed at which the head flies out and comes home.
+    /// The speed at which the head flies out; home it comes at the speed of its mission's agent.
     pub speed: MetresPerSecond,
     /// How far from the base the head is to come, m; where left out, to the end of the way.
     pub depth_m: Option<f32>,
@@ -143,12 +143,15 @@ pub struct Reach {
 #[must_use]
 pub fn relays(scenario: &Scenario, demand: Demand) -> RelayPlan {
     let world = scenario.world();
-    let whole = world.skeleton().edge(0).line().length();
-    let way_m = demand.depth_m.map_or(whole, |depth| depth.min(whole));
-    let way_to = |along: f32| world.path_to(SkeletonPlace { edge: 0, along });
+    let along = world.skeleton().edge(0).line().length();
+    // The base may stand anywhere, and a loop may be shorter than the main gallery.
+    let whole = world.path_to(SkeletonPlace { edge: 0, along });
+    let way_to = |distance: f32| world.path_to(whole.at(distance));
+    let wanted = way_to(demand.depth_m.unwrap_or(f32::INFINITY));
+    let way_m = wanted.length();
     let launch = scenario.agent.launch.limit;
     let least = launch + demand.margin;
-    let radio = Covered::of(&world, way_to(way_m), least);
+    let radio = Covered::of(&world, wanted, least);
     let reached_m = radio.reached_m();
     let way = way_to(reached_m);
     let best = best_chain(&world.radio, &way, radio.relays_to(reached_m) + 1);

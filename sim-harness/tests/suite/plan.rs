@@ -4,8 +4,9 @@ use std::path::Path;
 
 use maps::MapChoice;
 use sim_harness::measure::plan::{Demand, Limit, MOST_RELAYS, Reach, relays};
-use sim_harness::scenario::Scenario;
+use sim_harness::scenario::{Scenario, Spot};
 use units::{Db, MetresPerSecond};
+use world::SkeletonPlace;
 
 fn demand(margin: f32) -> Demand {
     Demand { margin: Db(margin), speed: MetresPerSecond(0.2), depth_m: None }
@@ -84,6 +85,24 @@ fn the_battery_ends_a_plan_where_the_agents_rule_does() {
         assert!((first - farthest_m).abs() < 0.02, "{first} {farthest_m}");
         let plan = relays(&scenario, demand(0.0));
         assert_eq!(stay_s < 0.0, turns(plan.reached_m), "{stay_s}");
+    }
+}
+
+/// A base that stands within the gallery is nearer to its end than the gallery is long.
+#[test]
+fn a_plan_begins_at_the_base_wherever_that_stands() {
+    let mut scenario = Scenario::open("straight-n8").unwrap();
+    scenario.agent.launch.limit = units::Dbm(-60.0);
+    scenario.drones.base = Spot::on(scenario.tunnel.skeleton(), SkeletonPlace::main(12.0));
+    let ends = |plan: &sim_harness::measure::plan::RelayPlan| {
+        [plan.stands[0].at.x, plan.stands[plan.stands.len() - 1].at.x]
+    };
+    for (depth_m, way_m) in [(None, 28.0), (Some(6.0), 6.0)] {
+        let plan = relays(&scenario, Demand { depth_m, ..demand(0.0) });
+        assert_eq!(plan.limit_fetched(), Limit::Way, "{plan:?}");
+        assert!((plan.way_m - way_m).abs() < 1e-3, "{plan:?}");
+        let off = ends(&plan).into_iter().zip([12.0, 12.0 + way_m]).map(|(x, is)| (x - is).abs());
+        assert!(off.fold(0.0, f32::max) < 0.01, "{plan:?}");
     }
 }
 

@@ -257,7 +257,7 @@ impl Explore {
         let (since, at_first) = *self.battery.get_or_insert((now, left));
         let counted = at_first.as_secs_f32() - now.since(since).as_secs_f32();
         let most = config.flight.carried_home(left.as_secs_f32().min(counted));
-        self.is_short = most < 0.0 || !is_within(Metres(most * config.explore.speed.0));
+        self.is_short = !is_within(Metres(most * config.explore.speed.0));
         self.is_short
     }
 

@@ -1,4 +1,4 @@
-//! The paper's claims about figure 3, each with the exact interval of the quantity that decides it.
+//! The paper's claims about figure 3, each with the interval of the quantity that decides it.
 //!
 //! Runs of two policies with the same seed begin alike, so that the quantity is their difference in
 //! each pair. A run that never settles counts as one that takes for ever, and is in every interval.

@@ -241,7 +241,7 @@ impl<'t> Film<'t> {
 
     /// What happens, each as a line that stands until the next.
     fn captions(&self, out: &mut String) {
-        let events = events(self.trace);
+        let events: Vec<_> = events(self.trace).into_iter().take(MOST_CAPTIONS).collect();
         let ends = events.iter().skip(1).map(|(at_us, _)| self.part(*at_us)).chain([1.0]);
         let still_us = self.moments.get(self.still).map_or(0, |moment| moment.time_us);
         let shown = events.iter().rposition(|(at_us, _)| *at_us <= still_us);
@@ -401,7 +401,6 @@ fn events(trace: &Trace) -> Vec<(u64, String)> {
             }
         }
     }
-    events.truncate(MOST_CAPTIONS);
     events
 }
 
