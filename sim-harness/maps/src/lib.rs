@@ -112,6 +112,8 @@ pub struct Mark {
     pub station: String,
     /// How far it is along the floor plan of the route, m.
     pub along_m: f32,
+    /// Its height above the first station of the route, m.
+    pub height_m: f32,
 }
 
 /// A route through a map.
@@ -335,7 +337,7 @@ impl Route {
             above_or_below: found.above_or_below,
             median_width_m: found.galleries.first().map_or(0.0, |main| main.width),
             long_reach_m: None,
-            marks: marks(&found, &nodes, |node| graph.name(node)),
+            marks: marks(&found, &nodes, |node| (graph.name(node), graph.position(node)[2])),
             warnings: with_remark(&survey.warnings, crossing.as_ref()),
             crossing,
         };
@@ -357,9 +359,13 @@ fn range(heights: impl Iterator<Item = f64> + Clone) -> f64 {
     heights.clone().fold(f64::NEG_INFINITY, f64::max) - heights.fold(f64::INFINITY, f64::min)
 }
 
-/// The marks of a route, of the names of its nodes.
-fn marks(found: &Galleries, nodes: &[usize], name: impl Fn(usize) -> String) -> Vec<Mark> {
-    let mark = |(&node, &along_m): (&usize, &f32)| Mark { station: name(node), along_m };
+/// The marks of a route, of the names and heights of its nodes.
+fn marks(found: &Galleries, nodes: &[usize], of: impl Fn(usize) -> (String, f64)) -> Vec<Mark> {
+    let first = nodes.first().map_or(0.0, |&node| of(node).1);
+    let mark = |(&node, &along_m): (&usize, &f32)| {
+        let (station, height) = of(node);
+        Mark { station, along_m, height_m: (height - first) as f32 }
+    };
     nodes.iter().zip(&found.along).map(mark).collect()
 }
 

@@ -197,7 +197,7 @@ pub(super) fn find(world: &World, ends: &Ends) -> Result<(Route, Tunnel), RouteE
         above_or_below: found.above_or_below,
         median_width_m,
         long_reach_m: super::long_reach(median_width_m),
-        marks: super::marks(&found, &way, |node| tiles.name(node)),
+        marks: super::marks(&found, &way, |node| (tiles.name(node), tiles.at(node)[2])),
         warnings: super::with_remark(&world.warnings, crossing.as_ref()),
         crossing,
     };
