@@ -9,8 +9,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 
-use bridge::Ports;
-use bridge::{self, Crazyradio, RadioAddress, Rate};
+use bridge::{self, Crazyradio, Ports, RadioAddress, Rate};
 use input::InputError;
 
 /// A bridge between a UDP port and a drone, which ends when it is dropped.

@@ -145,7 +145,7 @@ impl Flown {
     }
 }
 
-/// The columns of the trace, as `trace.csv` has them.
+/// The columns of the trace: those of `trace.csv`, and the voltage of the batteries.
 fn table(trace: &Trace) -> PyResult<Table> {
     let rows = || {
         let each = |frame| {
@@ -162,7 +162,7 @@ fn table(trace: &Trace) -> PyResult<Table> {
         "node",
         Arc::new(UInt32Array::from_iter_values(rows().map(|(_, node, _)| node.id.0.into()))),
     );
-    let roles = rows().map(|(_, node, _)| Some(format!("{:?}", node.role).to_lowercase()));
+    let roles = rows().map(|(_, node, _)| Some(node.role.name()));
     put("role", Arc::new(StringArray::from_iter(roles)));
     let states = rows().map(|(_, _, drone)| Some(drone.state.name()));
     put("state", Arc::new(StringArray::from_iter(states)));

@@ -5,8 +5,7 @@ use std::net::{SocketAddr, UdpSocket};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
-use bridge::{self, Radio, RadioLost, Rate};
-use bridge::{FIRST_PORT, Ports};
+use bridge::{self, FIRST_PORT, Ports, Radio, RadioLost, Rate};
 use sim_harness::measure::metrics::Reference;
 use sim_harness::scenario::Scenario;
 use sim_harness::serve::{self, Live};

@@ -5,6 +5,7 @@
 
 use std::path::PathBuf;
 use std::sync::OnceLock;
+use world::Spot;
 
 use agent::{Agent, AgentConfig, Duty, Exploration, ExploreDuty, State};
 use onboard::Snapshot;
@@ -13,7 +14,7 @@ use rayon::ThreadPoolBuilder;
 use sim_harness::bodies::emulated::{Emulated, Firmware, unfit};
 use sim_harness::measure::metrics::{Reference, RunMetrics, Watch};
 use sim_harness::mission::Mission;
-use sim_harness::scenario::{Fidelity, Scenario, Spot};
+use sim_harness::scenario::{Fidelity, Scenario};
 use sim_harness::serve::{Live, World as _};
 use units::{Metres, MissionKind, NodeId, Payload, Point2, Role};
 use world::SkeletonPlace;

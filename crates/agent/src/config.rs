@@ -176,12 +176,17 @@ impl FlightConfig {
         Self::WAY_HOME * way + self.reserve.as_secs_f32()
     }
 
+    /// The time of a take-off, s: that of the climb, and that for which a drone settles after it.
+    #[must_use]
+    pub fn rise_s(&self) -> f32 {
+        self.height.0 / self.climb.0 + self.settle.as_secs_f32()
+    }
+
     /// How far from home a drone turns back for its battery that takes off with an `endurance` in
     /// seconds, and flies away at `speed` without waiting.
     #[must_use]
     pub fn turns_back_at(&self, endurance: f32, speed: MetresPerSecond) -> Metres {
-        let rise = self.height.0 / self.climb.0 + self.settle.as_secs_f32();
-        let spare = endurance - rise - self.turns_back_below(0.0);
+        let spare = endurance - self.rise_s() - self.turns_back_below(0.0);
         let a_metre = 1.0 / speed.0 + Self::WAY_HOME / self.return_speed.0;
         Metres((spare / a_metre).max(0.0))
     }

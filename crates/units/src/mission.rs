@@ -32,6 +32,16 @@ impl Role {
             _ => Self::Base,
         }
     }
+
+    /// The name in files and in messages.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Head => "head",
+            Self::Relay => "relay",
+            Self::Base => "base",
+        }
+    }
 }
 
 /// The mission that a drone flies. All drones of a fleet should fly the same.

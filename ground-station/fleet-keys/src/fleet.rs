@@ -31,8 +31,7 @@ use std::path::Path;
 
 use airlink::keys::{FleetSecret, node as node_key};
 use chain::policy::{NAMES, Policy};
-use input::InputError;
-use input::suggest;
+use input::{InputError, suggest};
 use serde::Deserialize;
 use storage::Record;
 use storage::epoch::Issue;
@@ -168,7 +167,7 @@ impl Fleet {
         match other {
             None => Ok(()),
             Some((number, _)) => Err(InputError::new(
-                format!("node {number} is the {} of this fleet already", role_name(role)),
+                format!("node {number} is the {} of this fleet already", role.name()),
                 format!(
                     "give that number, or begin anew with uchain keys rekey --without {number}"
                 ),
@@ -225,7 +224,7 @@ impl Fleet {
                 text,
                 "[[drone]]\nnode = {node}\nrole = \"{}\"\ncfclient = {may_fly}\ngeneration = \
                  {generation}\nissue = {issue}",
-                role_name(*role)
+                role.name()
             );
             if let Some(policy) = policy {
                 let _ = writeln!(text, "policy = \"{}\"", policy.name);
@@ -313,16 +312,6 @@ fn hex(bytes: &[u8]) -> String {
         let _ = write!(text, "{byte:02x}");
         text
     })
-}
-
-/// A role as it is written.
-#[must_use]
-pub const fn role_name(role: Role) -> &'static str {
-    match role {
-        Role::Head => "head",
-        Role::Relay => "relay",
-        Role::Base => "base",
-    }
 }
 
 #[derive(Deserialize)]

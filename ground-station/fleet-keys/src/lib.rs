@@ -27,7 +27,6 @@ use units::{Dbm, NodeId, Role};
 
 use self::disk::{Disk, Draft, Lock, Real};
 pub use self::fleet::page;
-pub use self::fleet::role_name;
 pub use self::fleet::{Fleet, FleetEntry};
 pub use self::plan::stored_plan;
 

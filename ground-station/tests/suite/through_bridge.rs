@@ -6,8 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread;
 
-use bridge::Ports;
-use bridge::{self, Radio, RadioLost, Rate};
+use bridge::{self, Ports, Radio, RadioLost, Rate};
 use crtp::{Access, Event, Node, OperatorTask, Outcome, Parameters, Server, Snapshot};
 use units::{Dbm, Instant, Metres, MetresPerSecond, NodeId, Role};
 use wire::crtp::Packet;

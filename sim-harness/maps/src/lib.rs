@@ -35,8 +35,7 @@ pub use widths::ASSUMED_WIDTH;
 
 use ended::{Piece, Wanted};
 use graph::Graph;
-use input::InputError;
-use input::suggest;
+use input::{InputError, suggest};
 use network::Galleries;
 
 /// The longest route, m: the radio survey of a tunnel grows with the square of its length. A longer

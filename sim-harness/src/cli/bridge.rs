@@ -3,8 +3,7 @@
 use std::fmt::Write as _;
 use std::net::Ipv4Addr;
 
-use bridge::{self, Event, RadioAddress, Rate, Tally};
-use bridge::{FIRST_PORT, Ports};
+use bridge::{self, Event, FIRST_PORT, Ports, RadioAddress, Rate, Tally};
 use clap::Args;
 use input::InputError;
 use serde_json::json;

@@ -7,8 +7,7 @@ use std::fmt::Write;
 
 use chain::policy::{NAMES, Policy};
 use clap::{Args, ValueEnum};
-use input::InputError;
-use input::suggest;
+use input::{InputError, suggest};
 
 use super::{Common, Trouble, Verdict, interrupt};
 use crate::args::runs;

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use chain::policy::{NAMES, Policy};
 use clap::builder::PossibleValuesParser;
 use clap::{Args, Subcommand, ValueEnum};
-use fleet_keys::{Fleet, FleetEntry, Provisioned, Request, role_name};
+use fleet_keys::{Fleet, FleetEntry, Provisioned, Request};
 use input::InputError;
 use serde_json::{Value, json};
 use storage::keys::PageMission;
@@ -292,7 +292,7 @@ fn provisioned_text(made: &Provisioned, limits: Option<[Dbm; 2]>) -> String {
          Then switch it off and on, with its battery in: it stores its keys and wipes the page.\n{replaces}",
         made.fleet.name(),
         made.node.0,
-        role_name(role),
+        role.name(),
         made.page.display(),
     )
 }
@@ -339,7 +339,7 @@ fn fleet_text(fleet: &Fleet) -> String {
         let _ = writeln!(
             text,
             "  {node:>4}  {:5}  {may_fly:8}  {generation:>10}  {:>5}{policy}{stale}",
-            role_name(*role),
+            role.name(),
             issue.get()
         );
     }
@@ -361,7 +361,7 @@ fn fleet_json(fleet: &Fleet) -> Value {
 fn drone_json(fleet: &Fleet, node: u8, drone: &FleetEntry) -> Value {
     json!({
         "node": node,
-        "role": role_name(drone.role),
+        "role": drone.role.name(),
         "cfclient": drone.may_fly,
         "generation": drone.generation,
         "issue": drone.issue.get(),

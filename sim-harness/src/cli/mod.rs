@@ -32,8 +32,7 @@ use std::process::ExitCode;
 
 use chain::policy::NAMES;
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use input::InputError;
-use input::suggest;
+use input::{InputError, suggest};
 
 use crate::args::FidelityArg;
 use crate::output::{Folder, OutputError};

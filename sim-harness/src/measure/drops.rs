@@ -15,8 +15,7 @@ use units::{Db, Point2};
 mod readings;
 mod ways;
 
-use input::InputError;
-use input::counted;
+use input::{InputError, counted};
 
 pub use readings::Received;
 use ways::Ways;

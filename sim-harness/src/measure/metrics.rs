@@ -13,8 +13,7 @@ mod reference;
 mod swarm;
 
 use units::{MissionKind, NodeId, Order, Role};
-use world::SkeletonPlace;
-use world::World;
+use world::{SkeletonPlace, World};
 
 use super::verdict::evidence::{EvidenceRecord, Seen};
 use super::verdict::{Judgement, judge};

@@ -6,8 +6,7 @@
 
 use flight::BatteryConfig;
 use units::{Db, Dbm, MetresPerSecond, NODES, Point2};
-use world::World;
-use world::{BestChains, Path, SkeletonPlace, best_chain};
+use world::{BestChains, Path, SkeletonPlace, World, best_chain};
 
 use crate::scenario::Scenario;
 
@@ -216,11 +215,10 @@ impl Covered {
 fn reach(scenario: &Scenario, way_m: f32, speed: MetresPerSecond) -> Reach {
     let (battery, flight) = (&BatteryConfig::DEFAULT, &scenario.agent.flight);
     let endurance_s = (1.0 - battery.reserve) * battery.capacity / battery.hover_current;
-    let rise_s = flight.height.0 / flight.climb.0 + flight.settle.as_secs_f32();
     let home_s = flight.turns_back_below(way_m / flight.return_speed.0);
     Reach {
         endurance_s,
-        stay_s: endurance_s - rise_s - way_m / speed.0 - home_s,
+        stay_s: endurance_s - flight.rise_s() - way_m / speed.0 - home_s,
         farthest_m: flight.turns_back_at(endurance_s, speed).0,
     }
 }

@@ -6,7 +6,7 @@ use onboard::Sensed;
 use random::{Purpose, Stream};
 use units::{Dbm, Metres, MissionKind, NodeId, Point2, Role, Setpoint};
 use wire::syslink::MAX_P2P;
-use world::SkeletonPlace;
+use world::{SkeletonPlace, Spot};
 
 use super::hosted::{Clocks, Hosted};
 use super::{LossKind, STEPS_PER_ROUND, World, surroundings};
@@ -15,7 +15,7 @@ use crate::bodies::emulated::Emulated;
 use crate::bodies::others::{Obstacle, Others};
 use crate::bodies::point::PointBody;
 use crate::bodies::{Body, Flown};
-use crate::scenario::{Fidelity, Scenario, Spot, Start};
+use crate::scenario::{Fidelity, Scenario, Start};
 
 /// One member of the chain.
 pub(super) struct Member {

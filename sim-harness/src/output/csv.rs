@@ -5,7 +5,6 @@
 //! finer than any sensor, so that files compare byte for byte.
 
 use std::io::{self, Write};
-use units::Role;
 
 use crate::measure::trace::{DroneFrame, Frame, LinkFrame, Node, Trace};
 
@@ -80,7 +79,7 @@ fn row(time: &str, node: &Node, drone: &DroneFrame, trace: &Trace) -> Vec<String
     let mut row = vec![
         time.to_owned(),
         node.id.to_string(),
-        role_name(node.role).to_owned(),
+        node.role.name().to_owned(),
         drone.state.name().to_owned(),
     ];
     let at = drone.pose.at;
@@ -105,15 +104,6 @@ fn link(link: Option<&LinkFrame>) -> [String; 4] {
             number(link.truth.0, 2),
         ]
     })
-}
-
-/// The spelling of a role in every output file.
-pub(super) const fn role_name(role: Role) -> &'static str {
-    match role {
-        Role::Head => "head",
-        Role::Relay => "relay",
-        Role::Base => "base",
-    }
 }
 
 /// Seconds with all six decimals: exact, where a float would not be.

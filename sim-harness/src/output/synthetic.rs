@@ -3,8 +3,7 @@
 
 use agent::{ChainDuty, Duty, State};
 use units::{Dbm, Instant, Metres, MetresPerSecond, NodeId, Order, Point2, Pose2, Radians, Role};
-use world::SkeletonPlace;
-use world::{CentreLine, FloorPlan};
+use world::{CentreLine, FloorPlan, SkeletonPlace};
 
 use crate::measure::trace::{DroneFrame, Frame, LinkFrame, Node, Trace};
 

@@ -16,8 +16,7 @@ use std::path::Path;
 use input::InputError;
 use serde_json::{Value, json};
 use units::{Branch, Course, Dbm, MetresPerSecond, NodeId, Order, Pose2, Role};
-use world::SkeletonPlace;
-use world::{CentreLine, FloorPlan};
+use world::{CentreLine, FloorPlan, SkeletonPlace};
 
 use super::formats;
 use crate::measure::trace::{DroneFrame, Frame, LinkFrame, Node, Thinning, Trace};

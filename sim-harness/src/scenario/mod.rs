@@ -6,6 +6,7 @@
 //! kind, compiled in ([`builtin`]).
 
 pub mod builtin;
+mod depth;
 mod file;
 mod resolved;
 mod settings;
@@ -16,12 +17,12 @@ use std::sync::Arc;
 
 use agent::AgentConfig;
 use chain::policy::Policy;
-use input::InputError;
-use input::suggest;
+use input::{InputError, suggest};
 use maps::{MapChoice, Route};
 use units::{Course, MetresPerSecond, Order};
 use world::{Tunnel, World};
 
+pub(crate) use self::depth::SLOWER;
 pub(crate) use self::file::DEPTHS;
 pub(crate) use self::tunnel::PlaceKey;
 use crate::bodies::craft::flow::Ground;
@@ -31,7 +32,6 @@ use crate::mission::medium::{MediumConfig, Polling, RadioSpec};
 pub use crate::mission::{Drones, Loss, LossKind, PilotStep, Start};
 pub use settings::Setting;
 pub(crate) use settings::value_of;
-pub use world::Spot;
 
 /// The fidelity of a simulated drone, from the fastest to the most faithful.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -196,43 +196,8 @@ fn turn_back_before(pilot: &mut [PilotStep], most: f32) {
 fn as_in_a_file(us: u64) -> u64 {
     (f64::from((us as f64 * 1e-6) as f32) * 1e6).round() as u64
 }
-/// The time that a drone needs for a way may be so much longer than its speed says, as a part of it:
-/// what the verdict allows a head (`HeadFlight::due_m`).
-const SLOWER: f32 = 1.5;
-/// The time that a head waits for each relay, s: `Pace::call_s` of the verdict.
-const A_RELAY_S: f32 = 7.5;
-/// The time after the last drone's way home, s.
-const AFTER_S: f32 = 60.0;
 
 impl Scenario {
-    /// Lets the pilot fly the head this far from the base, by its odometer, with as much time as it
-    /// needs for that, and so much longer for the way home.
-    ///
-    /// # Errors
-    /// [`InputError`] where no order sends the head forward and another one ends that.
-    pub fn explore_to(&mut self, depth_m: f32) -> Result<(), InputError> {
-        let speed = |step: &PilotStep| match step.task {
-            Order::Explore(course) => course.speed.0,
-            _ => 0.0,
-        };
-        let push = self.pilot.iter().position(|step| speed(step) > 0.0);
-        let Some((n, next)) = push.and_then(|n| Some((n, *self.pilot.get(n + 1)?))) else {
-            let wrong = "--depth is for a mission whose pilot sends the head forward, and stops it";
-            return Err(InputError::new(wrong, "leave it out, or name another scenario"));
-        };
-        let out_s =
-            SLOWER * depth_m / speed(&self.pilot[n]) + A_RELAY_S * self.drones.relays as f32;
-        let stops_us = self.pilot[n].at_us + (1e6 * out_s) as u64;
-        for step in self.pilot.iter_mut().skip(n + 1) {
-            step.at_us = as_in_a_file(stops_us + (step.at_us - next.at_us));
-        }
-        let home_s = SLOWER * depth_m / self.agent.flight.return_speed.0 + AFTER_S;
-        let last_us = self.pilot.last().map_or(0, |step| step.at_us);
-        self.duration_us = self.duration_us.max(as_in_a_file(last_us + (1e6 * home_s) as u64));
-        self.depth_m = Some(depth_m);
-        Ok(())
-    }
-
     /// The scenario for a map where none is named.
     ///
     /// # Errors

@@ -1,10 +1,11 @@
 //! Plans of relays: as few as the radio needs, and no link weaker than was asked for.
 
 use std::path::Path;
+use world::Spot;
 
 use maps::MapChoice;
 use sim_harness::measure::plan::{Demand, Limit, MOST_RELAYS, Reach, relays};
-use sim_harness::scenario::{Scenario, Spot};
+use sim_harness::scenario::Scenario;
 use units::{Db, MetresPerSecond};
 use world::SkeletonPlace;
 

@@ -253,10 +253,12 @@ impl Explore {
         if self.is_short || !config.flight.keeps_way_home {
             return self.is_short;
         }
-        let Some(left) = inputs.endurance else { return false };
-        let (since, at_first) = *self.battery.get_or_insert((now, left));
+        self.battery = self.battery.or_else(|| inputs.endurance.map(|left| (now, left)));
+        let Some((since, at_first)) = self.battery else { return false };
         let counted = at_first.as_secs_f32() - now.since(since).as_secs_f32();
-        let most = config.flight.carried_home(left.as_secs_f32().min(counted));
+        // Where the gauge falls silent the seconds go on.
+        let left = inputs.endurance.map_or(counted, |left| left.as_secs_f32().min(counted));
+        let most = config.flight.carried_home(left);
         self.is_short = !is_within(Metres(most * config.explore.speed.0));
         self.is_short
     }

@@ -10,8 +10,7 @@ use serde_json::{Value, json};
 use wire::p2p::{HEADER, MAX_BODY, TAG, VERSION};
 use wire::radio::Datarate;
 use wire::syslink::MAX_P2P;
-use world::SkeletonPlace;
-use world::World;
+use world::{SkeletonPlace, World};
 
 use crate::mission::medium::timing;
 use crate::mission::{Mission, ROUND_US};

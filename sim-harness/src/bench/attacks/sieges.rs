@@ -9,8 +9,7 @@ use input::InputError;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use units::Metres;
-use world::SkeletonPlace;
-use world::World;
+use world::{SkeletonPlace, World};
 
 use super::measure::{has_neighbours, link_errors, mean};
 use crate::mission::medium::timing::RAMP_UP_US;

@@ -4,8 +4,7 @@
 
 use agent::AgentConfig;
 use chain::policy::{NAMES, PolicyConfig};
-use input::InputError;
-use input::suggest;
+use input::{InputError, suggest};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use units::{MetresPerSecond, Order};

@@ -10,8 +10,7 @@
 
 use radio_model::WAVELENGTH;
 use random::{Purpose, Stream};
-use world::World;
-use world::{Known, best_chain_known};
+use world::{Known, World, best_chain_known};
 
 use crate::measure::metrics::Reference;
 

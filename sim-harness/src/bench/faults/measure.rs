@@ -26,9 +26,8 @@ use random::{Purpose, Stream};
 use rayon::prelude::*;
 use serde_json::{Map, Value, json};
 use units::{Metres, MetresPerSecond, Point2, RadiansPerSecond, Setpoint};
-use world::Tunnel;
-use world::World;
 use world::layout::Layout;
+use world::{Tunnel, World};
 
 use crate::bodies::craft::faults::{Failing, Fault, Manner, Sensor};
 use crate::bodies::craft::flow::Ground;

@@ -9,8 +9,7 @@ use input::InputError;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use units::NodeId;
-use world::SkeletonPlace;
-use world::World;
+use world::{SkeletonPlace, World};
 
 use crate::mission::{Linked, Mission};
 use crate::scenario::{Fidelity, Scenario};

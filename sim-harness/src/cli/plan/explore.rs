@@ -7,8 +7,7 @@ use clap::Args;
 use explorers::{Air, Outcome, PLANS, ROBOTS, Senses, Setup, World};
 use frontier::{RULES, RuleEntry};
 use grid_map::Cell;
-use input::InputError;
-use input::suggest;
+use input::{InputError, suggest};
 use serde_json::{Value, json};
 use units::Point2;
 

@@ -24,7 +24,7 @@ pub struct Explored {
 /// How far the head flies on after the order to stop, m.
 const RUN_OUT_M: f32 = 0.06;
 /// A head that is no farther from its place than this at the order to stop has come there, m.
-const THERE_M: f32 = 0.15;
+pub(super) const THERE_M: f32 = 0.15;
 /// The time for which a head that is held back may fly on after the other policies' heads have
 /// stopped, µs: twice the time for which those fly.
 const LATEST_US: u64 = 106_000_000;
@@ -53,9 +53,14 @@ fn stop_us(scenario: &Scenario) -> u64 {
     scenario.pilot.last().map_or(0, |step| step.at_us)
 }
 
+/// How long an exploration goes on after the head's stop.
+pub(super) fn rest_us(scenario: &Scenario) -> u64 {
+    scenario.duration_us - stop_us(scenario)
+}
+
 /// The same exploration with the head stopped at another time, and as long a rest after it.
 fn stopping_at(scenario: &Scenario, at_us: u64) -> Scenario {
-    let rest_us = scenario.duration_us - stop_us(scenario);
+    let rest_us = rest_us(scenario);
     let mut pilot = scenario.pilot.clone();
     if let Some(last) = pilot.last_mut() {
         *last = PilotStep { at_us, ..*last };

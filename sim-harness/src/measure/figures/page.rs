@@ -6,9 +6,6 @@ use crate::output::pictures::{
     Variant, figure3,
 };
 
-/// Seconds after the head's stop until an exploration ends.
-const REST_S: f64 = 63.0;
-
 impl Figures {
     /// The whole figure on one page.
     ///
@@ -59,7 +56,7 @@ impl Figures {
         SurvivalChart {
             title: "After the head's stop".into(),
             time_name: "Time since the head's stop, s".into(),
-            until: REST_S,
+            until: self.rest_us as f64 * 1e-6,
             groups: self.explorations(|explored| explored.settled_s),
         }
     }

@@ -1,8 +1,7 @@
 //! Computes the best chains that a scenario allows, once for all its runs, and those on the way to an
 //! end of the skeleton when a head first comes near that end.
 
-use world::World;
-use world::{BestChains, Leg, Optimum, Path, SkeletonPlace, best_chain};
+use world::{BestChains, Leg, Optimum, Path, SkeletonPlace, World, best_chain};
 
 use crate::mission::Linked;
 use crate::scenario::{Scenario, Start};

@@ -32,9 +32,8 @@ pub struct SwarmMetrics {
 /// Collects the metrics of a swarm's mission, round by round.
 pub(super) struct SwarmRecord {
     drones: usize,
-    /// The cells of the area to which a drone can come, each with whether a drone was near; `None` before
-    /// the first sample.
-    area: Option<Vec<(Point2, bool)>>,
+    /// What drones have not been near of the area; `None` before the first sample.
+    area: Option<Uncovered>,
     metrics: SwarmMetrics,
 }
 
@@ -96,14 +95,12 @@ impl SwarmRecord {
             area_of(scenario, world, &starts)
         });
         let near = scenario.agent.swarm.forces.obstacle_range;
-        let flying = bodies().filter(|body| body.height() > 0.0).map(Body::position);
-        for at in flying {
-            for (cell, is_covered) in area.iter_mut() {
-                *is_covered |= cell.distance(at) <= near;
-            }
+        for body in bodies().filter(|body| body.height() > 0.0) {
+            let at = body.position();
+            area.left.retain(|cell| cell.distance(at) > near);
         }
-        let covered = area.iter().filter(|(_, is_covered)| *is_covered).count();
-        self.metrics.covered = covered as f32 / area.len().max(1) as f32;
+        let covered = area.cells - area.left.len();
+        self.metrics.covered = covered as f32 / area.cells.max(1) as f32;
         let numbers = 0..self.drones;
         self.metrics.lost = numbers.filter(|drone| mission.is_lost(*drone)).count() as u32;
     }
@@ -114,19 +111,29 @@ impl SwarmRecord {
     }
 }
 
-/// The cells of the area that is surveyed to which drones can come that start at these places, none of
-/// them covered.
-fn area_of(scenario: &Scenario, world: &World, starts: &[Point2]) -> Vec<(Point2, bool)> {
+/// The cells of an area that no drone has been near.
+struct Uncovered {
+    left: Vec<Point2>,
+    /// The number of all cells of the area.
+    cells: usize,
+}
+
+/// The area that is surveyed, in cells to which drones can come that start at these places, none of them
+/// covered.
+fn area_of(scenario: &Scenario, world: &World, starts: &[Point2]) -> Uncovered {
     let SwarmConfig { corner, area, .. } = scenario.agent.swarm;
     let (east, north) = area;
-    let Some(frame) = frame_about((corner, area), starts) else { return Vec::new() };
+    let Some(frame) = frame_about((corner, area), starts) else {
+        return Uncovered { left: Vec::new(), cells: 0 };
+    };
     let truth = Truth::new(frame, world, scenario.vehicle.radius, starts);
     let is_within = |at: &Point2| {
         let (x, y) = (at.x - corner.x, at.y - corner.y);
         (0.0..=east.0).contains(&x) && (0.0..=north.0).contains(&y)
     };
     let centres = truth.reached().map(|cell| frame.centre(cell));
-    centres.filter(is_within).map(|at| (at, false)).collect()
+    let left: Vec<_> = centres.filter(is_within).collect();
+    Uncovered { cells: left.len(), left }
 }
 
 /// The least distance of two of the first `drones` members that fly, m; infinite without two.

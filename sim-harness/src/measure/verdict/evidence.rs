@@ -2,8 +2,7 @@
 
 use agent::{Duty, ExploreDuty, State};
 use units::{Order, Point2, Role};
-use world::World;
-use world::{NodeKind, SkeletonPlace};
+use world::{NodeKind, SkeletonPlace, World};
 
 use super::branch::passed;
 use super::head::{HeadFlight, HeadRecord, Moment, Pace};

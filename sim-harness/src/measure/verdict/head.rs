@@ -9,7 +9,7 @@ use super::Ended;
 use super::branch::Passing;
 use crate::measure::metrics::ROUND_S;
 use crate::mission::Linked;
-use crate::scenario::Scenario;
+use crate::scenario::{SLOWER, Scenario};
 
 /// A head that has come so much farther has advanced, m: more than it is moved by the noise of its
 /// sensors at a place that it holds. Ours.
@@ -20,9 +20,6 @@ const STANDS: f32 = 0.1;
 /// `patience` of [`LaunchConfig::WHEN_SETTLED`](chain::launch::LaunchConfig), and that of the policy
 /// `chain`.
 const PATIENCE_S: f32 = 10.0;
-/// The time until a relay that is needed takes off, s: it is armed for 3 s, and links must have been
-/// too weak for 2 s ([`LaunchConfig::WHEN_SETTLED`](chain::launch::LaunchConfig)).
-const HELD_S: f32 = 5.0;
 /// The chain rests when the head has stayed within [`RESTS_WITHIN`] for so long, s.
 const REST_S: f32 = 10.0;
 /// The way that a head at rest flies at most, m.
@@ -47,11 +44,10 @@ pub(super) struct Pace {
 impl Pace {
     pub(super) fn of(scenario: &Scenario) -> Self {
         let flight = &scenario.agent.flight;
-        let rise_s = flight.height.0 / flight.climb.0 + flight.settle.as_secs_f32();
         Self {
             relay_mps: flight.return_speed.0,
-            rise_s,
-            call_s: HELD_S + rise_s,
+            rise_s: flight.rise_s(),
+            call_s: scenario.call_s(),
             head_mps: scenario.agent.policy.max_speed.0,
         }
     }
@@ -175,8 +171,6 @@ impl HeadFlight {
     /// Where the head should have come by the pilot's stick, if it had to wait for so many relays,
     /// m from the base.
     pub(super) fn due_m(&self, relays: f32, pace: &Pace) -> f32 {
-        /// An exploration may take this much longer than the pilot's speed allows: our own bound.
-        const SLOWER: f32 = 1.5;
         let waited = relays * pace.call_s * self.fastest_mps;
         self.began_m + ((self.wished_m - self.began_m) / SLOWER - waited).max(0.0)
     }

@@ -1,8 +1,7 @@
 //! Computes where a head could have come.
 
 use units::NodeId;
-use world::World;
-use world::{Leg, SkeletonPlace};
+use world::{Leg, SkeletonPlace, World};
 
 use crate::measure::metrics::Reference;
 use crate::mission::Linked;

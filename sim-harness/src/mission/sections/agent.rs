@@ -5,9 +5,8 @@ use agent::{AgentConfig, ConfigError};
 use chain::launch::LaunchConfig;
 use chain::policy::{NAMES, Policy};
 use chain::retreat::RetreatConfig;
-use input::InputError;
 use input::reader::{At, Reader};
-use input::suggest;
+use input::{InputError, suggest};
 use serde::Deserialize;
 use units::{Db, Dbm, Metres, MetresPerSecond};
 

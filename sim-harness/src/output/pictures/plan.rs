@@ -3,8 +3,7 @@
 use agent::State;
 use input::counted;
 use units::{Dbm, NodeId, Order, Point2, Pose2, Radians, Role};
-use world::FloorPlan;
-use world::SkeletonPlace;
+use world::{FloorPlan, SkeletonPlace};
 
 use super::sheet::{Picture, headed};
 use super::{PictureError, map};

@@ -8,7 +8,6 @@ use serde_json::{Value, json};
 use units::Point2;
 
 use crate::measure::trace::{DroneFrame, LinkFrame, Node, Trace, order_words};
-use crate::output::csv::role_name;
 use crate::output::pictures::{PlotFrame, launch_limit, nested, node_rgb};
 
 /// The JSON text, safe within a `<script>` element. A node's columns are text before those of the
@@ -61,7 +60,7 @@ fn node(trace: &Trace, index: usize, states: &mut Vec<&'static str>) -> Value {
     let [r, g, b] = trace.nodes.get(index).map(node_rgb).unwrap_or_default();
     json!({
         "name": trace.nodes.get(index).map(Node::to_string),
-        "role": trace.nodes.get(index).map(|node| role_name(node.role)),
+        "role": trace.nodes.get(index).map(|node| node.role.name()),
         "colour": format!("#{r:02x}{g:02x}{b:02x}"),
         "x": metres(&|drone| drone.pose.at.x),
         "y": metres(&|drone| drone.pose.at.y),

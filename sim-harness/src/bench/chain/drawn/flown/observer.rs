@@ -2,11 +2,9 @@
 
 use agent::{LandReason, State};
 use chain::policy::NAMES;
-use input::InputError;
-use input::suggest;
+use input::{InputError, suggest};
 use units::{Db, Metres, MissionKind, Order, Role};
-use world::World;
-use world::{Known, SkeletonPlace};
+use world::{Known, SkeletonPlace, World};
 
 use super::push::Push;
 use super::rest::Rest;
