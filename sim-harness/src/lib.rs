@@ -12,7 +12,6 @@
 //! | [`mod@bench`] | the benchmarks: one folder each, and their registry |
 //! | [`replay`] | the replay of recorded RSSI through the on-board code |
 //! | [`output`] | files and pictures |
-//! | [`station_log`] | the messages of the ground station's recordings |
 //! | [`serve`] | simulated drones for cflib and cfclient |
 //! | `stock` | a drone that runs the vendor's firmware, with the feature `virtual` |
 //! | [`cli`] | the command line |
@@ -28,6 +27,5 @@ mod progress;
 pub mod replay;
 pub mod scenario;
 pub mod serve;
-pub mod station_log;
 #[cfg(feature = "virtual")]
 pub mod stock;

@@ -6,7 +6,7 @@ use std::process::Command;
 use serde_json::Value;
 
 /// The packages in order: each may use those before it.
-const ORDER: [&str; 33] = [
+const ORDER: [&str; 34] = [
     // What a drone does, without its chip.
     "units",
     "wire",
@@ -36,6 +36,7 @@ const ORDER: [&str; 33] = [
     "robot-maps",
     "world",
     "maps",
+    "station-log",
     "explorers",
     "swarms",
     "cave-worlds",

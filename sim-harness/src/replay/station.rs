@@ -20,8 +20,8 @@ use world::{CentreLine, FloorPlan, SkeletonPlace};
 
 use super::formats;
 use crate::measure::trace::{DroneFrame, Frame, LinkFrame, Node, Thinning, Trace};
-use crate::station_log::{ChainLine, DroneReport, GivenOrder, Limits};
 use messages::{Heard, Message};
+use station_log::{ChainLine, DroneReport, GivenOrder, Limits};
 
 /// The time between two frames, that of a simulated mission's record.
 const FRAME_US: u64 = 200_000;

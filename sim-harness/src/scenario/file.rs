@@ -10,11 +10,11 @@ use std::sync::Arc;
 use input::InputError;
 use input::reader::{At, Reader};
 use maps::LONGEST_ROUTE;
+use maps::tunnel::TunnelTable;
 use serde::Deserialize;
 use toml::{Table, Value};
 use units::MissionKind;
 
-use super::tunnel::TunnelTable;
 use super::{Changes, Fidelity, LinkModel, Scenario, Setting};
 use crate::bodies::craft::GroundTable;
 use crate::bodies::point::VehicleTable;

@@ -10,21 +10,19 @@ mod depth;
 mod file;
 mod resolved;
 mod settings;
-mod tunnel;
 
 use std::path::Path;
 use std::sync::Arc;
 
 use agent::AgentConfig;
 use chain::policy::Policy;
-use input::{InputError, suggest};
-use maps::{MapChoice, Route};
+use input::InputError;
+use maps::{MapChoice, Route, sites};
 use units::{Course, MetresPerSecond, Order};
 use world::{Tunnel, World};
 
 pub(crate) use self::depth::SLOWER;
 pub(crate) use self::file::DEPTHS;
-pub(crate) use self::tunnel::PlaceKey;
 use crate::bodies::craft::flow::Ground;
 use crate::bodies::point::VehicleSpec;
 pub use crate::measure::metrics::Criteria;
@@ -224,12 +222,8 @@ impl Scenario {
         if changes.is_empty() {
             return Self::open(name_or_path);
         }
-        let path = Path::new(name_or_path);
-        match builtin::text(name_or_path) {
-            Some(text) => file::parse_with(&path.with_extension("toml"), text, changes),
-            None if path.exists() => file::parse_with(path, &Self::text(path)?, changes),
-            None => Self::open(name_or_path),
-        }
+        let (path, text) = sites::open_text(name_or_path)?;
+        file::parse_with(&path, &text, changes)
     }
 
     /// Reads and checks a scenario file.
@@ -237,20 +231,7 @@ impl Scenario {
     /// # Errors
     /// [`InputError`] with file and line, for the first mistake in the file.
     pub fn read(path: &Path) -> Result<Self, InputError> {
-        Self::of_text(path, &Self::text(path)?)
-    }
-
-    fn text(path: &Path) -> Result<String, InputError> {
-        input::file::read_text(path, input::file::LARGEST_TEXT).map_err(|error| {
-            match error.kind() {
-                std::io::ErrorKind::InvalidData => {
-                    InputError::new("this is not text in UTF-8", "give a TOML file, saved as UTF-8")
-                        .in_file(path)
-                }
-                _ => InputError::new(format!("cannot be read: {error}"), "give a TOML file")
-                    .in_file(path),
-            }
-        })
+        Self::of_text(path, &sites::read_text(path)?)
     }
 
     /// Checks the text of a scenario whose errors name this path.
@@ -282,20 +263,8 @@ impl Scenario {
     /// # Errors
     /// [`InputError`] where it is neither, or the file is wrong.
     pub fn open(name_or_path: &str) -> Result<Self, InputError> {
-        if let Some(scenario) = builtin::find(name_or_path) {
-            return scenario;
-        }
-        let path = Path::new(name_or_path);
-        if path.exists() {
-            return Self::read(path);
-        }
-        let names: Vec<_> = builtin::names().collect();
-        let stem = path.file_stem().map_or_else(Default::default, |stem| stem.to_string_lossy());
-        let meant = suggest::question(&stem, builtin::names());
-        Err(InputError::new(
-            format!("there is no scenario and no file called \"{name_or_path}\""),
-            format!("{meant}give a TOML file or one of {}", names.join(", ")),
-        ))
+        let (path, text) = sites::open_text(name_or_path)?;
+        file::parse(&path, &text)
     }
 
     /// The world in which the mission is flown.

@@ -2,11 +2,11 @@
 
 use input::InputError;
 use input::reader::{At, Reader};
-use world::{SkeletonPlace, Spot, Tunnel};
-
-use crate::scenario::PlaceKey;
+use maps::sites::usual_base;
+use maps::tunnel::PlaceKey;
 use serde::Deserialize;
 use units::Role;
+use world::{ROW_SPACING_M, Spot, Tunnel};
 
 /// The drones of a mission. Explorers have the lowest numbers, then come the relays; the base has
 /// the largest.
@@ -65,9 +65,8 @@ pub enum Start {
 }
 
 impl Start {
-    /// Distance between drones that stand in a row at the mouth, in metres: twice what their
-    /// guards need.
-    pub const SPACING: f32 = 0.35;
+    /// Distance between drones that stand in a row at the mouth, in metres.
+    pub const SPACING: f32 = ROW_SPACING_M;
     /// The least distance between drones at random places, in metres.
     pub const APART: f32 = 0.5;
 }
@@ -136,7 +135,7 @@ impl DronesTable {
             ));
         }
         let base = match &table.base {
-            None => Spot::on(tunnel.skeleton(), SkeletonPlace::main(0.0)),
+            None => usual_base(tunnel),
             Some(key) => key.as_ref().spot(key, "base", 0.0, tunnel, reader)?,
         };
         let crew = Crew { explorers, relays, base };

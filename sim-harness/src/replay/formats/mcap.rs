@@ -16,7 +16,7 @@ use super::trace::{DroneRow, of_rows};
 use crate::output::mcap::{DroneState, Link};
 use crate::replay::mcap_file;
 use crate::replay::recording::{Anomaly, Recorder, Recording};
-use crate::station_log::DroneReport;
+use station_log::DroneReport;
 
 /// What a topic is about.
 #[derive(Clone, Copy)]

@@ -3,7 +3,7 @@
 use serde::de::DeserializeOwned;
 
 use crate::replay::mcap_file;
-use crate::station_log::{DroneReport, GivenOrder, Limits, OrderEvent, Plan};
+use station_log::{DroneReport, GivenOrder, Limits, OrderEvent, Plan};
 
 /// A way that is longer is none that a drone has flown, m; a picture of it could not be drawn.
 const FARTHEST_M: f32 = 10_000.0;

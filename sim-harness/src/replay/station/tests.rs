@@ -1,7 +1,7 @@
 use units::Point2;
 
 use super::*;
-use crate::station_log::{Plan, PlanLine};
+use station_log::{Plan, PlanLine};
 
 fn report(node: u8, state_code: u8, odometer_m: f32) -> Message {
     Message::Report(DroneReport {

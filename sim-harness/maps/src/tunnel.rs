@@ -4,7 +4,6 @@ use std::fmt;
 
 use input::InputError;
 use input::reader::{At, Pair, Reader};
-use maps::{Ends, MapChoice, Route};
 use serde::Deserialize;
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{MapAccess, SeqAccess, Visitor};
@@ -12,10 +11,12 @@ use units::Point2;
 use world::layout::{FARTHEST, GeometryError, LEAST_WIDTH, Layout, Room};
 use world::{Gallery, Polyline, SkeletonPlace, Spot, Tunnel};
 
+use crate::{Ends, MapChoice, Route};
+
 /// The table `[tunnel]`.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct TunnelTable {
+pub struct TunnelTable {
     map: Option<At<String>>,
     within: Option<String>,
     from: Option<String>,
@@ -61,13 +62,18 @@ fn points(pairs: &[Pair]) -> Vec<Point2> {
 
 /// A place of the tunnel, as a file may give it.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum PlaceKey {
+pub enum PlaceKey {
     /// Metres along the main gallery.
     Main(f32),
     /// A point of the floor plan.
     Point(Point2),
     /// Metres along the gallery of that name.
-    Edge { name: String, along: f32 },
+    Edge {
+        /// The gallery's name.
+        name: String,
+        /// How far along it, m.
+        along: f32,
+    },
 }
 
 impl<'de> Deserialize<'de> for PlaceKey {
@@ -117,7 +123,7 @@ impl<'de> Visitor<'de> for PlaceVisitor {
 
 impl TunnelTable {
     /// Checks the section and makes the tunnel; with it comes the route, where it is a surveyed one.
-    pub(crate) fn dig(
+    pub fn dig(
         tunnel: &At<Self>,
         reader: &Reader<'_>,
     ) -> Result<(Tunnel, Option<Route>), InputError> {
@@ -289,7 +295,7 @@ fn winding(table: &WindingTable, reader: &Reader<'_>) -> Result<Vec<Point2>, Inp
 impl PlaceKey {
     /// The point and the place on the skeleton that a key names, at least `least` metres along
     /// its gallery.
-    pub(crate) fn spot<T>(
+    pub fn spot<T>(
         &self,
         span: &At<T>,
         name: &str,

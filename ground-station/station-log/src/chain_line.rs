@@ -2,17 +2,16 @@
 //! has flown, and not where it is.
 
 use units::{Point2, Pose2, Radians};
-use world::Polyline;
+use world::{Polyline, ROW_SPACING_M};
 
 use super::Plan;
-use crate::mission::Start;
 
 /// The shortest straight line that is drawn, m.
 const SHORTEST_M: f32 = 10.0;
 
 /// The line that a chain flies along, and the base's place on it. At the start the drones stand in a
 /// row before the base, the head the farthest from it, as in a simulated mission
-/// ([`Start::Mouth`]).
+/// that begins at the mouth.
 #[derive(Clone, Debug)]
 pub struct ChainLine {
     line: Polyline,
@@ -68,13 +67,13 @@ impl ChainLine {
 
 /// How far from the base the drone of this rank stands in the row, m.
 fn row(rank: usize, drones: usize) -> f32 {
-    Start::SPACING * drones.saturating_sub(rank) as f32
+    ROW_SPACING_M * drones.saturating_sub(rank) as f32
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::station_log::PlanLine;
+    use crate::PlanLine;
 
     #[test]
     fn the_head_stands_farthest_from_the_base_and_flies_on_from_there() {
