@@ -18,7 +18,6 @@
 //! | `air` | the packets between members and medium; `seal`, `intruders`: their seals, and forged ones |
 //! | `ideal` | the link that carries reports and orders without packets |
 //! | `called` | a speed law of the simulator's caller in the policy's place |
-//! | `recorded` | a channel that plays the packets of a log back |
 //! | `track` | where the members are on the skeleton |
 //! | `view`, `record` | what may be looked at from outside, and the record of it |
 //! | `contacts`, `log`, `parts` | contacts between drones, figures of the radio, time by parts |
@@ -39,7 +38,6 @@ mod member;
 mod operator;
 mod parts;
 mod record;
-mod recorded;
 mod seal;
 mod sections;
 mod strengths;
@@ -73,7 +71,7 @@ use member::{Member, Onboard};
 use operator::Source;
 pub use parts::Part;
 use parts::Stopwatch;
-pub use recorded::{RecordedChannel, Residual};
+pub use recordings::{RecordedChannel, Residual};
 pub(crate) use sections::{
     AgentTables, DronesTable, ExploreTable, LaunchTable, LossTable, MOST_DRONES, PilotTable,
     PolicyTable, RetreatTable, SwarmTable,

@@ -20,11 +20,11 @@ use world::Radio;
 use super::Mission;
 use super::directed_link::{LinkFades, streams};
 use super::member::{Member, Onboard};
-use super::recorded::PacketDeviations;
 use super::strengths::Strengths;
 use crate::mission::medium::{Loss, Tally, timing};
 use crate::scenario::Scenario;
 use delays::Delays;
+use recordings::recorded::PacketDeviations;
 
 /// Bits on the air of a report that names four nodes.
 const REPORT_BITS: u64 = timing::air_bits(56);

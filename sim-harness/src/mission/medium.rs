@@ -40,7 +40,7 @@ pub use wire::radio::timing;
 use wire::syslink::MAX_P2P;
 
 use super::directed_link::{LinkFades, streams};
-use super::recorded::{PacketDeviations, RecordedChannel};
+use recordings::recorded::{PacketDeviations, RecordedChannel};
 
 use chip::Chip;
 pub use config::{Arrives, Ether, MediumConfig};

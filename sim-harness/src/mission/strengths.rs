@@ -7,7 +7,7 @@ use units::{Db, Dbm, Metres, Point2, Radians};
 use world::{Radio, SkeletonPlace, Spot, SurveyedPlace};
 
 use super::medium::RadioSpec;
-use super::recorded::LinkLevels;
+use recordings::recorded::LinkLevels;
 
 /// The strengths of all links.
 pub(super) struct Strengths {

@@ -21,9 +21,10 @@ use ::mcap::write::{WriteOptions, Writer};
 use foxglove::Encode;
 use foxglove::messages::Timestamp;
 use prost::Message;
+use recordings::messages::{self, DroneState, Link};
 
 use crate::measure::trace::{Frame, Trace};
-pub(crate) use schema::{DroneState, Link};
+use schema::{drone_state, link};
 
 /// The frame of reference of the floor plan.
 const MAP_FRAME: &str = "map";
@@ -128,10 +129,10 @@ fn write_frame<W: Write + Seek>(
         recording.put(shared.log, now, &change)?;
     }
     for (topics, drone) in drones.iter().zip(&frame.drones) {
-        recording.put(topics.state, now, &DroneState::from(drone))?;
-        for (topic, link) in [(topics.front, &drone.front), (topics.back, &drone.back)] {
-            if let Some(link) = link {
-                recording.put(topic, now, &Link::from(link))?;
+        recording.put(topics.state, now, &drone_state(drone))?;
+        for (topic, frame) in [(topics.front, &drone.front), (topics.back, &drone.back)] {
+            if let Some(known) = frame {
+                recording.put(topic, now, &link(known))?;
             }
         }
     }
@@ -202,9 +203,9 @@ impl DroneTopics {
     ) -> Result<Self, WriteError> {
         let id = trace.nodes.get(index).map_or_else(String::new, |node| node.id.to_string());
         Ok(Self {
-            state: recording.topic::<DroneState>(&format!("/drone/{id}/state"))?,
-            front: recording.topic::<Link>(&format!("/drone/{id}/link/front"))?,
-            back: recording.topic::<Link>(&format!("/drone/{id}/link/back"))?,
+            state: recording.own_topic(DroneState::schema(), &format!("/drone/{id}/state"))?,
+            front: recording.own_topic(Link::schema(), &format!("/drone/{id}/link/front"))?,
+            back: recording.own_topic(Link::schema(), &format!("/drone/{id}/link/back"))?,
         })
     }
 }
@@ -242,9 +243,18 @@ impl<W: Write + Seek> Recording<W> {
             Some(schema) => self.writer.add_schema(&schema.name, &schema.encoding, &schema.data)?,
             None => 0,
         };
-        let encoding = M::get_message_encoding();
-        let channel = self.writer.add_channel(schema, name, &encoding, &BTreeMap::new())?;
-        Ok(Topic(channel))
+        self.channel(schema, name, &M::get_message_encoding())
+    }
+
+    /// A topic with messages of our own.
+    fn own_topic(&mut self, schema: messages::Schema, name: &str) -> Result<Topic, WriteError> {
+        let (message, text) = schema;
+        let schema = self.writer.add_schema(&message, "protobuf", &text)?;
+        self.channel(schema, name, "protobuf")
+    }
+
+    fn channel(&mut self, schema: u16, name: &str, encoding: &str) -> Result<Topic, WriteError> {
+        Ok(Topic(self.writer.add_channel(schema, name, encoding, &BTreeMap::new())?))
     }
 
     fn put(&mut self, topic: Topic, at: Moment, message: &impl Message) -> Result<(), WriteError> {
@@ -319,12 +329,51 @@ mod tests {
             .unwrap();
         // Field 1 is a varint, 2 to 4 are floats: all four are on the wire.
         assert_eq!(message.data.len(), 2 + 3 * 5);
-        assert_eq!(Link::decode(&*message.data).unwrap(), Link::from(&link));
+        assert_eq!(Link::decode(&*message.data).unwrap(), super::link(&link));
     }
 
     #[test]
     fn one_trace_makes_one_file() {
         let trace = synthetic::mission();
         assert!(written(&trace) == written(&trace));
+    }
+
+    #[test]
+    fn a_trace_holds_the_packets_of_both_neighbours() {
+        let recording = recordings::formats::mcap::parse(
+            &written(&synthetic::mission()),
+            std::path::Path::new("trace.mcap"),
+        )
+        .unwrap();
+        let trace = synthetic::mission();
+        let links = trace.frames.iter().flat_map(|frame| &frame.drones);
+        let packets: usize =
+            links.map(|d| usize::from(d.front.is_some()) + usize::from(d.back.is_some())).sum();
+        assert_eq!(recording.samples.len(), packets);
+        assert!(recording.links.contains(&"1 from 0".to_owned()), "{:?}", recording.links);
+        assert!(recording.samples.iter().all(|sample| sample.ends.is_some()));
+    }
+
+    /// A recorder that is killed leaves a file without its end.
+    #[test]
+    fn a_file_that_was_cut_gives_what_stands_before_the_cut() {
+        let whole = written(&synthetic::mission());
+        let all = recordings::formats::mcap::parse(&whole, std::path::Path::new("trace.mcap"))
+            .unwrap()
+            .samples
+            .len();
+        for cut in [whole.len() / 2, whole.len() - 9, whole.len() - 1] {
+            let recording =
+                recordings::formats::mcap::parse(&whole[..cut], std::path::Path::new("trace.mcap"));
+            let samples = recording.map_or(0, |recording| recording.samples.len());
+            assert!(samples <= all);
+        }
+        assert!(
+            recordings::formats::mcap::parse(
+                b"\x89MCAP0\r\nnothing",
+                std::path::Path::new("trace.mcap")
+            )
+            .is_err()
+        );
     }
 }

@@ -8,7 +8,7 @@ use units::Instant;
 
 use super::chip::Host;
 use super::plan::{self, Run};
-use super::recording::Recording;
+use recordings::recording::Recording;
 
 /// The states of one relay's agent, as parts of the rows, 0 to 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]

@@ -26,8 +26,8 @@ use input::InputError;
 use onboard::replay::Answer;
 use units::Duration;
 
-use super::formats::{self, Format};
 use super::plan::{self, Run};
+use recordings::formats::{self, Format};
 
 pub(super) use host::Host;
 pub use link::{Error, Link};

@@ -10,7 +10,7 @@ use onboard::replay::LaunchRule;
 use serde::Serialize;
 use units::{Db, Dbm, MetresPerSecond};
 
-use super::recording::{LOST_AFTER, Recording, Sample};
+use recordings::recording::{LOST_AFTER, Recording, Sample};
 
 /// The commands of one policy to one relay.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -22,7 +22,7 @@ use units::{Duration, Instant, MetresPerSecond};
 
 use self::bootstrap::Block;
 use super::prediction::{REAL_LINK, Residuals, log_density, move_on};
-use super::recording::{Recording, Sample};
+use recordings::recording::{Recording, Sample};
 
 /// The least ages of the packets from which a packet is predicted. With zero it is the packet before.
 const HORIZONS: [Duration; 3] = [Duration::ZERO, Duration::from_secs(1), Duration::from_secs(2)];

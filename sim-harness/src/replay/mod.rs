@@ -8,33 +8,23 @@
 //!
 //! | file | holds |
 //! |---|---|
-//! | `formats/` | one parser per kind of log, from any bytes to checked samples |
-//! | `mcap_file` | the messages of an MCAP file, as far as it is sound |
-//! | `recording` | the samples, and the anomalies of the other rows |
 //! | `prediction` | the six predictors and their scores |
 //! | `flight` | the policies over a recorded flight |
 //! | `plan` | what a whole drone is told in the replay of a log |
 //! | `agents` | the whole drone of each relay over a recorded flight |
 //! | [`chip`] | the same on a chip, compared with the host |
 //! | `horizons` | filters with and without the motion, from packets of any age |
-//! | `channel` | a log as the channel of a simulated mission |
 //! | `station` | a recording of the ground station as the record of a mission |
-//! | `fit` | a radio model, fitted to the packets |
 //! | `summary` | the results as a table, as JSON and as a CSV of every sample |
 //!
 //! The book's chapter "Replay" defines every number.
 
 mod agents;
-mod channel;
 pub mod chip;
-mod fit;
 mod flight;
-mod formats;
 mod horizons;
-mod mcap_file;
 mod plan;
 mod prediction;
-mod recording;
 mod station;
 mod summary;
 
@@ -44,18 +34,18 @@ use chain::filter::Kalman;
 use chain::policy::{Policy, REGISTRY};
 
 pub use agents::AgentReport;
-pub(crate) use channel::recorded_channel;
-pub use fit::{Estimate, HeldOut, RadioFit};
 pub use flight::{Commands, Equality};
-pub use formats::Format;
 pub use horizons::{Gain, Horizon, Horizons, Interval, LinkHorizons, LogHorizons, PredictorScore};
 pub use prediction::{Prediction, REAL_LINK, Score};
-pub use recording::{Anomalies, Anomaly};
+pub use recordings::Format;
+pub use recordings::fit::{Estimate, HeldOut, RadioFit};
+pub use recordings::recording::{Anomalies, Anomaly};
 pub use station::{StationRecord, station_record};
 pub use summary::{FileReport, LinkReport, ReplaySummary};
 
 use input::InputError;
-use recording::Recording;
+use recordings::recording::Recording;
+use recordings::{fit, formats};
 
 /// The options of a replay.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -22,7 +22,7 @@ use onboard::replay::{Begin, HEARD, Step};
 use tunnel_nav::{Diagonals, Range};
 use units::{Dbm, Duration, Instant, Metres, MetresPerSecond, NODES, NodeId, Order, Phase, Role};
 
-use super::recording::{LOST_AFTER, Recording, Sample};
+use recordings::recording::{LOST_AFTER, Recording, Sample};
 
 /// One run of a drone: its beginning, and its rounds.
 #[derive(Clone, Debug)]

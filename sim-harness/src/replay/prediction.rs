@@ -10,7 +10,7 @@ use chain::policy::PolicyConfig;
 use serde::Serialize;
 use units::{Db, Dbm, Duration, Instant, MetresPerSecond};
 
-use super::recording::{Recording, Sample};
+use recordings::recording::{Recording, Sample};
 
 /// The filter for a real 2.4 GHz link.
 ///

@@ -18,9 +18,9 @@ use serde_json::{Value, json};
 use units::{Branch, Course, Dbm, MetresPerSecond, NodeId, Order, Pose2, Role};
 use world::{CentreLine, FloorPlan, SkeletonPlace};
 
-use super::formats;
 use crate::measure::trace::{DroneFrame, Frame, LinkFrame, Node, Thinning, Trace};
 use messages::{Heard, Message};
+use recordings::formats;
 use station_log::{ChainLine, DroneReport, GivenOrder, Limits};
 
 /// The time between two frames, that of a simulated mission's record.

@@ -8,12 +8,12 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::agents::AgentReport;
-use super::fit::RadioFit;
 use super::flight::{Commands, Equality, Flight};
-use super::formats::Format;
 use super::horizons::Horizons;
 use super::prediction::{Foresights, Prediction, Tally};
-use super::recording::{Anomalies, Recording, Sample};
+use recordings::Format;
+use recordings::fit::RadioFit;
+use recordings::recording::{Anomalies, Recording, Sample};
 
 /// The results of a replay for all of its files.
 #[derive(Clone, Debug, Default, Serialize)]

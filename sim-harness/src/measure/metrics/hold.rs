@@ -67,7 +67,7 @@ impl fmt::Display for NoHold {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sample {
     /// The time since the hold began, s.
-    pub(super) time: f32,
+    pub time: f32,
     /// D: the largest difference between adjacent links, dB.
     pub(super) difference: f32,
     /// The weakest link over the best chain's, dB.

@@ -6,13 +6,11 @@ use airlink::Schedule;
 use input::InputError;
 use input::reader::{At, Reader};
 use radio_model::{Antenna, Attenuation, Fades, PathLoss, Reception, UChain, Walls};
+use recordings::{Format, RecordedChannel, recorded_channel};
 use serde::Deserialize;
 use units::{Db, Dbm, Duration};
 use wire::radio::Datarate;
 use world::{AntennaTable, FadingTable, ModelTable, RadioPlace, ShadowingTable};
-
-use crate::mission::RecordedChannel;
-use crate::replay::{Format, recorded_channel};
 
 /// The radio of a scenario.
 #[derive(Clone, Debug)]

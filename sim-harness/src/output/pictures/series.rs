@@ -23,7 +23,7 @@ pub(super) struct LinkSeries {
 /// A link at one moment.
 #[derive(Clone, Copy)]
 pub(super) struct Sample {
-    pub(super) time: f64,
+    pub time: f64,
     pub(super) raw: f64,
     pub(super) filtered: f64,
     pub(super) truth: f64,

@@ -2,7 +2,7 @@
 
 use serde::de::DeserializeOwned;
 
-use crate::replay::mcap_file;
+use recordings::mcap_file;
 use station_log::{DroneReport, GivenOrder, Limits, OrderEvent, Plan};
 
 /// A way that is longer is none that a drone has flown, m; a picture of it could not be drawn.

@@ -21,7 +21,7 @@ use input::InputError;
 use units::{Instant, MetresPerSecond};
 
 use super::{instant, received};
-use crate::replay::recording::{Anomaly, Clock, Recorder, Recording};
+use crate::recording::{Anomaly, Clock, Recorder, Recording};
 
 /// The first byte of a file.
 pub(super) const MAGIC: u8 = 0xBC;

@@ -20,23 +20,23 @@ use chunk::Chunk;
 use record::{Fields, Record, Records, opcode};
 
 /// The first bytes of an MCAP file.
-pub(super) const MAGIC: &[u8] = b"\x89MCAP0\r\n";
+pub const MAGIC: &[u8] = b"\x89MCAP0\r\n";
 
 /// The most bytes that the chunks of a file may hold when unpacked, so that a small file cannot fill
 /// the memory: as many as a file may have.
 const MOST_UNPACKED: usize = super::formats::LARGEST as usize;
 
 /// One message of a file.
-pub(super) struct Message<'a> {
-    pub(super) topic: &'a str,
+pub struct Message<'a> {
+    pub topic: &'a str,
     /// The time at which it was recorded, ns.
-    pub(super) time_ns: u64,
-    pub(super) data: &'a [u8],
+    pub time_ns: u64,
+    pub data: &'a [u8],
 }
 
 /// The place at which a file is damaged.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Damage {
+pub struct Damage {
     /// The number of bytes before it.
     at: usize,
     why: String,
@@ -56,11 +56,11 @@ impl fmt::Display for Damage {
 
 /// What was found in a file beside its messages.
 #[derive(Debug, Default)]
-pub(super) struct Findings {
+pub struct Findings {
     /// The number of messages that were read.
-    pub(super) messages: usize,
+    pub messages: usize,
     /// The place at which reading ended, unless that is the end of the data.
-    pub(super) damage: Option<Damage>,
+    pub damage: Option<Damage>,
     /// The parts of the file that do not match their checksums.
     mismatches: Mismatches,
     /// The number of records of kinds that are not known.
@@ -81,7 +81,7 @@ struct Mismatches {
 
 impl Findings {
     /// The lines that tell of damage, for a file of which something was read.
-    pub(super) fn remarks(&self) -> Vec<String> {
+    pub fn remarks(&self) -> Vec<String> {
         let Mismatches { chunks, first_at, messages, is_whole } = self.mismatches;
         let mut remarks = Vec::new();
         if chunks > 0 {
@@ -106,7 +106,7 @@ impl Findings {
 
 /// Gives every message of a file to `visit`, in the order in which they stand, until the end of the
 /// data or to where the file is damaged.
-pub(super) fn read(bytes: &[u8], visit: &mut dyn FnMut(&Message<'_>)) -> Findings {
+pub fn read(bytes: &[u8], visit: &mut dyn FnMut(&Message<'_>)) -> Findings {
     let mut reader =
         Reader { topics: BTreeMap::new(), span_ns: None, findings: Findings::default(), visit };
     reader.findings.damage = reader.file(bytes).err();

@@ -7,7 +7,7 @@
 use units::Instant;
 
 use super::{instant, lines, number, received};
-use crate::replay::recording::{Anomaly, Clock, Recorder, Recording};
+use crate::recording::{Anomaly, Clock, Recorder, Recording};
 
 /// The most links: those of a chain of the authors' 16 identities.
 const MOST_LINKS: usize = 15;

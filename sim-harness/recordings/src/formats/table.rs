@@ -11,7 +11,7 @@ use csv::{ByteRecord, ReaderBuilder, Trim};
 use input::InputError;
 
 use super::{number, untrimmed_lines};
-use crate::replay::recording::{Recorder, Wrong};
+use crate::recording::{Recorder, Wrong};
 
 /// The separators of fields.
 const SEPARATORS: [u8; 3] = [b',', b';', b'\t'];

@@ -17,7 +17,7 @@ use units::{Dbm, Duration, Instant, MetresPerSecond};
 
 use super::table::Table;
 use super::{Position, distance, instant, lines, number, read_companion, received};
-use crate::replay::recording::{Anomaly, Clock, Ends, RadialSpeed, Recorder, Recording};
+use crate::recording::{Anomaly, Clock, Ends, RadialSpeed, Recorder, Recording};
 
 const PER_BLE: usize = 8;
 const PER_UWB: usize = 4;

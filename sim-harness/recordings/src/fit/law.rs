@@ -6,11 +6,11 @@ use random::Stream;
 use units::{Dbm, Metres};
 
 use super::{Point, log_distance, points};
-use crate::replay::recording::Recording;
+use crate::recording::Recording;
 
 /// A log-distance law with a gain for each link.
 #[derive(Clone, Debug)]
-pub(in crate::replay) struct Law {
+pub(crate) struct Law {
     pub(super) loss_at_1m: f64,
     pub(super) exponent: f64,
     /// The gain of each link, dB, with the number of its packets.
@@ -70,12 +70,12 @@ impl Law {
 
     /// The law that fits one recording best; `None` where it knows no distances, or where they do not
     /// change.
-    pub(in crate::replay) fn of_recording(recording: &Recording) -> Option<Self> {
+    pub(crate) fn of_recording(recording: &Recording) -> Option<Self> {
         Self::of(points([recording].into_iter()).iter())
     }
 
     /// By how much a packet of a link is stronger than the law with the link's gain, dB.
-    pub(in crate::replay) fn residual(&self, link: usize, distance: Metres, rssi: Dbm) -> f32 {
+    pub(crate) fn residual(&self, link: usize, distance: Metres, rssi: Dbm) -> f32 {
         let gain = self.gains.get(&link).map_or(0.0, |(gain, _)| *gain);
         let expected = self.expected(log_distance(distance)) + gain;
         (f64::from(rssi.0) - expected) as f32

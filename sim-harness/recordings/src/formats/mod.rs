@@ -7,7 +7,7 @@
 
 mod ble_robot;
 mod csv;
-mod mcap;
+pub mod mcap;
 mod mitll;
 mod table;
 mod tetam;
@@ -155,7 +155,7 @@ fn first_rows(bytes: &[u8]) -> Vec<(usize, String)> {
 pub(super) const LARGEST: u64 = 256 * 1024 * 1024;
 
 /// Reads and checks a log, in the format given or the one that its content shows.
-pub(super) fn read(file: &Path, format: Option<Format>) -> Result<(Format, Recording), InputError> {
+pub fn read(file: &Path, format: Option<Format>) -> Result<(Format, Recording), InputError> {
     let bytes = read_bytes(file)?;
     if bytes.iter().all(u8::is_ascii_whitespace) {
         return Err(
@@ -232,7 +232,7 @@ fn not_the_format(format: Format, line: usize, file: &Path) -> InputError {
     .at_line(file, line)
 }
 
-pub(super) fn read_bytes(file: &Path) -> Result<Vec<u8>, InputError> {
+pub fn read_bytes(file: &Path) -> Result<Vec<u8>, InputError> {
     read_companion(file, "check the path and its permissions")
 }
 

@@ -4,8 +4,7 @@ use radio_model::{Reception, Shadowing};
 use units::{Db, Instant, Point2};
 
 use super::*;
-use crate::replay::recording::{Ends, Recorder};
-use crate::scenario::Scenario;
+use crate::recording::{Ends, Recorder};
 
 /// A walk past six receivers, with the packets of a known model.
 fn walk(seed: u64) -> Recording {
@@ -56,21 +55,6 @@ fn a_model_is_found_again_in_its_own_packets() {
         noise += found.noise_variance_db2.value / WALKS as f64;
     }
     assert!((noise - 3.0).abs() < 3.0 * 0.65 / (WALKS as f64).sqrt(), "{noise} dB² in the mean");
-}
-
-#[test]
-fn the_fitted_sections_are_a_scenarios() {
-    let found = fit([walk(1)].iter()).unwrap();
-    let rest = "title = \"t\"\nduration_s = 10\n[tunnel]\nwidth_m = 1.2\n\
-                centre_line_m = [[0, 0], [12, 0]]\n[drones]\nrelays = 2\n";
-    let scenario =
-        Scenario::of_text("fitted.toml".as_ref(), &format!("{rest}{}", found.scenario()));
-    let radio = scenario.unwrap().radio;
-    let PathLoss::LogDistance(law) = radio.place.path_loss else { panic!("another law") };
-    assert!((f64::from(law.exponent) - found.exponent.value).abs() < 0.006);
-    // The gains of a link's two drones scatter together as the links of the recording do.
-    let of_a_link = f64::from(radio.gain_error.0) * SQRT_2;
-    assert!((of_a_link - found.gain_error_db.value).abs() < 0.01, "{of_a_link}");
 }
 
 #[test]

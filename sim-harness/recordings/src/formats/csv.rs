@@ -13,7 +13,7 @@ use units::{Metres, MetresPerSecond};
 
 use super::received;
 use super::table::{Header, Row, Table};
-use crate::replay::recording::{Anomaly, Clock, Ends, Recorder, Recording};
+use crate::recording::{Anomaly, Clock, Ends, Recorder, Recording};
 use times::Times;
 
 const NAMES: [&str; 5] = ["time_s", "link", "rssi_dbm", "velocity_mps", "distance_m"];

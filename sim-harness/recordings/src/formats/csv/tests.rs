@@ -11,8 +11,7 @@ fn times(texts: &[&str]) -> (Vec<u64>, Option<String>) {
     let rows: String = texts.iter().map(|time| format!("{time},a,-50\n")).collect();
     let recording = parsed(&format!("time_s,link,rssi_dbm\n{rows}"));
     let first = recording.samples.first().map_or(Instant::ZERO, |sample| sample.time);
-    let since =
-        |sample: &crate::replay::recording::Sample| sample.time.since(first).as_micros() / 1000;
+    let since = |sample: &crate::recording::Sample| sample.time.since(first).as_micros() / 1000;
     (recording.samples.iter().map(since).collect(), recording.note)
 }
 

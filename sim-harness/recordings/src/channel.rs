@@ -8,7 +8,7 @@ use units::{Db, Duration, Instant};
 use super::fit::Law;
 use super::formats::{self, Format};
 use super::recording::{Recording, Sample};
-use crate::mission::{RecordedChannel, Residual};
+use crate::recorded::{RecordedChannel, Residual};
 
 /// The time that counts for a silence in which the log or its clock began anew: a round of the
 /// chain's loop.
@@ -20,7 +20,7 @@ const ANEW: Duration = Duration::from_millis(200);
 ///
 /// # Errors
 /// A file that cannot be read or is not a log, or in which no link has enough packets.
-pub(crate) fn recorded_channel(
+pub fn recorded_channel(
     file: &Path,
     format: Option<Format>,
 ) -> Result<RecordedChannel, InputError> {

@@ -28,7 +28,7 @@ use random::{Purpose, Stream};
 use serde::Serialize;
 use units::{Dbm, Metres};
 
-pub(super) use self::law::Law;
+pub(crate) use self::law::Law;
 use self::variogram::Variogram;
 use super::recording::{Recording, Sample};
 
@@ -103,9 +103,7 @@ const LEAST: usize = 50;
 ///
 /// # Errors
 /// Where too few packets have a known distance, or all the same one.
-pub(super) fn fit<'a>(
-    recordings: impl Iterator<Item = &'a Recording>,
-) -> Result<RadioFit, InputError> {
+pub fn fit<'a>(recordings: impl Iterator<Item = &'a Recording>) -> Result<RadioFit, InputError> {
     let points = points(recordings);
     let unfit = |wrong: &str| {
         let remedy = "give logs with distances: a TETAM track, a robot's, the trace of a run (CSV or MCAP), or \

@@ -11,7 +11,7 @@ use units::MetresPerSecond;
 
 use super::table::Table;
 use super::{instant, number, received};
-use crate::replay::recording::{Anomaly, Clock, Recorder, Recording};
+use crate::recording::{Anomaly, Clock, Recorder, Recording};
 
 const NAMES: [&str; 3] = ["Time", "Source", "RSSI"];
 

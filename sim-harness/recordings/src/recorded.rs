@@ -152,7 +152,7 @@ fn mirrored(place: f64) -> f64 {
 
 /// The levels of the links of a mission, each the same in both directions.
 #[derive(Clone, Debug)]
-pub(super) struct LinkLevels {
+pub struct LinkLevels {
     channel: Arc<RecordedChannel>,
     stations: usize,
     /// By the smaller and the larger number of both stations: the recorded link, and where it
@@ -162,7 +162,7 @@ pub(super) struct LinkLevels {
 
 impl LinkLevels {
     /// The levels between so many stations.
-    pub(super) fn new(channel: &Arc<RecordedChannel>, stations: usize, seed: u64) -> Self {
+    pub fn new(channel: &Arc<RecordedChannel>, stations: usize, seed: u64) -> Self {
         let between = |n: usize| Purpose::Level((n / stations) as u8, (n % stations) as u8);
         let link = |n| channel.draw(Stream::new(seed, between(n)));
         let links = (0..stations * stations).map(link).collect();
@@ -170,7 +170,7 @@ impl LinkLevels {
     }
 
     /// By how much the link of this length between two stations is stronger than the law.
-    pub(super) fn at(&self, one: usize, other: usize, length: Metres) -> Db {
+    pub fn at(&self, one: usize, other: usize, length: Metres) -> Db {
         let (link, offset) = self.links[one.min(other) * self.stations + one.max(other)];
         let levels = self.channel.links[link].levels.as_ref();
         let Some(levels) = levels.filter(|levels| levels.span() > 0.0) else { return Db(0.0) };
@@ -181,7 +181,7 @@ impl LinkLevels {
 
 /// The deviations of the packets of a mission, separately in each direction.
 #[derive(Clone, Debug)]
-pub(super) struct PacketDeviations {
+pub struct PacketDeviations {
     channel: Arc<RecordedChannel>,
     stations: usize,
     /// By sender and receiver.
@@ -200,7 +200,7 @@ struct Playback {
 
 impl PacketDeviations {
     /// The deviations between so many stations.
-    pub(super) fn new(channel: &Arc<RecordedChannel>, stations: usize, seed: u64) -> Self {
+    pub fn new(channel: &Arc<RecordedChannel>, stations: usize, seed: u64) -> Self {
         let between = |n: usize| Purpose::Deviation((n / stations) as u8, (n % stations) as u8);
         let playback = |n| {
             let (link, offset) = channel.draw(Stream::new(seed, between(n)));
@@ -211,7 +211,7 @@ impl PacketDeviations {
     }
 
     /// The deviation of a packet that comes to a receiver now.
-    pub(super) fn next(&mut self, from: usize, to: usize, now_us: u64) -> Db {
+    pub fn next(&mut self, from: usize, to: usize, now_us: u64) -> Db {
         let Playback { link, offset, packets } = &mut self.links[from * self.stations + to];
         let link = &self.channel.links[*link];
         let at = match link.times_us.last() {

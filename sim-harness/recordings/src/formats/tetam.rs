@@ -11,7 +11,7 @@ use input::InputError;
 use units::{Instant, MetresPerSecond};
 
 use super::{Position, distance, instant, lines, number, read_companion, received};
-use crate::replay::recording::{Anomaly, Clock, Ends, RadialSpeed, Recorder, Recording};
+use crate::recording::{Anomaly, Clock, Ends, RadialSpeed, Recorder, Recording};
 
 const FIELDS: usize = 16;
 

@@ -104,77 +104,77 @@ impl Serialize for Anomalies {
 
 /// One packet as it was received.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Sample {
-    pub(super) line: usize,
-    pub(super) time: Instant,
+pub struct Sample {
+    pub line: usize,
+    pub time: Instant,
     /// Index into [`Recording::links`].
-    pub(super) link: usize,
-    pub(super) rssi: Dbm,
+    pub link: usize,
+    pub rssi: Dbm,
     /// The rate at which the two ends separated since the link's previous packet; `None` where the
     /// log has none.
-    pub(super) separating: Option<MetresPerSecond>,
+    pub separating: Option<MetresPerSecond>,
     /// Where the ends were; `None` where the log does not say.
-    pub(super) ends: Option<Ends>,
+    pub ends: Option<Ends>,
     /// Nothing that was known of the link before holds: it is the link's first packet, the clock
     /// restarted, or the link was silent for longer than on-board code waits.
-    pub(super) restarts: bool,
+    pub restarts: bool,
 }
 
 /// Where the ends of a link were when a packet was received.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Ends {
+pub struct Ends {
     /// The distance between them.
-    pub(super) distance: Metres,
+    pub distance: Metres,
     /// The point of the end that moves, m. Where only the distance is known, a point at that
     /// distance from the origin.
-    pub(super) moving: [f64; 3],
+    pub moving: [f64; 3],
 }
 
 impl Ends {
     /// Ends of which only the distance is known.
-    pub(super) fn apart(distance: Metres) -> Self {
+    pub fn apart(distance: Metres) -> Self {
         Self { distance, moving: [f64::from(distance.0), 0.0, 0.0] }
     }
 }
 
 /// What is wrong with a row of a table, for the error of a file that is refused for such rows.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Wrong {
+pub struct Wrong {
     /// The number of the field, the first being 0; `None` where the whole row is wrong.
-    pub(super) field: Option<usize>,
+    pub field: Option<usize>,
     /// The character that separates the fields.
-    pub(super) separator: u8,
-    pub(super) what: String,
+    pub separator: u8,
+    pub what: String,
 }
 
 /// A checked file of samples.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Recording {
+pub struct Recording {
     /// Rows that were not empty, header excluded.
-    pub(super) rows: usize,
-    pub(super) links: Vec<String>,
-    pub(super) samples: Vec<Sample>,
-    pub(super) anomalies: Anomalies,
+    pub rows: usize,
+    pub links: Vec<String>,
+    pub samples: Vec<Sample>,
+    pub anomalies: Anomalies,
     /// How the file was interpreted, where that needs to be said.
-    pub(super) note: Option<String>,
+    pub note: Option<String>,
     /// The first row that was not of the format, with its line, where its parser says more of it.
-    pub(super) wrong: Option<(usize, Wrong)>,
+    pub wrong: Option<(usize, Wrong)>,
 }
 
 impl Recording {
     /// The first row that is not of the format, where most rows are not.
-    pub(super) fn mostly_malformed(&self) -> Option<usize> {
+    pub fn mostly_malformed(&self) -> Option<usize> {
         let (malformed, first) = self.anomalies.malformed();
         first.filter(|_| malformed * 2 > self.rows)
     }
 }
 
 /// A neighbour that was silent for longer counts as lost on board, and its filter is reset.
-pub(super) const LOST_AFTER: Duration = AgentConfig::DEFAULT.retreat.lost_after;
+pub const LOST_AFTER: Duration = AgentConfig::DEFAULT.retreat.lost_after;
 
 /// Builds a [`Recording`]: what every parser writes into, and where clocks and gaps are judged.
 #[derive(Debug, Default)]
-pub(super) struct Recorder {
+pub struct Recorder {
     recording: Recording,
     index: BTreeMap<String, usize>,
     /// When each link was last heard, since the clock last restarted.
@@ -182,12 +182,12 @@ pub(super) struct Recorder {
 }
 
 impl Recorder {
-    pub(super) fn row(&mut self) {
+    pub fn row(&mut self) {
         self.recording.rows += 1;
     }
 
     /// Says something about the file as a whole, behind what was said before.
-    pub(super) fn note(&mut self, note: impl Into<String>) {
+    pub fn note(&mut self, note: impl Into<String>) {
         let note = note.into();
         self.recording.note = Some(match self.recording.note.take() {
             Some(before) => format!("{before}; {note}"),
@@ -195,18 +195,18 @@ impl Recorder {
         });
     }
 
-    pub(super) fn anomaly(&mut self, kind: Anomaly, line: usize) {
+    pub fn anomaly(&mut self, kind: Anomaly, line: usize) {
         self.recording.anomalies.add(kind, line);
     }
 
     /// Counts a row that is not of the format, and keeps what is wrong with the first.
-    pub(super) fn wrong(&mut self, kind: Anomaly, line: usize, wrong: Wrong) {
+    pub fn wrong(&mut self, kind: Anomaly, line: usize, wrong: Wrong) {
         self.recording.wrong.get_or_insert((line, wrong));
         self.anomaly(kind, line);
     }
 
     /// Judges a row's time by the clock that it was taken with. Whether the row counts.
-    pub(super) fn clock_is_sound(&mut self, clock: &mut Clock, now: Instant, line: usize) -> bool {
+    pub fn clock_is_sound(&mut self, clock: &mut Clock, now: Instant, line: usize) -> bool {
         match clock.read(now) {
             Reading::Onward => true,
             Reading::Behind => {
@@ -222,7 +222,7 @@ impl Recorder {
     }
 
     /// The link of this name, so that a sample need not look it up.
-    pub(super) fn link(&mut self, name: &str) -> usize {
+    pub fn link(&mut self, name: &str) -> usize {
         if let Some(&known) = self.index.get(name) {
             return known;
         }
@@ -233,7 +233,7 @@ impl Recorder {
         link
     }
 
-    pub(super) fn sample(
+    pub fn sample(
         &mut self,
         line: usize,
         time: Instant,
@@ -258,14 +258,14 @@ impl Recorder {
         self.recording.samples.push(sample);
     }
 
-    pub(super) fn finish(self) -> Recording {
+    pub fn finish(self) -> Recording {
         self.recording
     }
 }
 
 /// One clock of a log. Its rows are in order of time, or something is wrong with them.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Clock {
+pub struct Clock {
     latest: Option<Instant>,
 }
 
@@ -293,7 +293,7 @@ impl Clock {
 /// The rate at which two ends separate, from their distances at this packet and at the one before.
 /// Later packets are not used.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct RadialSpeed {
+pub struct RadialSpeed {
     since: Option<(Instant, Metres)>,
     speed: MetresPerSecond,
 }
@@ -304,7 +304,7 @@ impl RadialSpeed {
     const SHORTEST: Duration = Duration::from_millis(100);
 
     /// The distance is `distance` now. The mean speed since the packet before this one.
-    pub(super) fn at(&mut self, now: Instant, distance: Metres) -> MetresPerSecond {
+    pub fn at(&mut self, now: Instant, distance: Metres) -> MetresPerSecond {
         let Some((then, before)) = self.since else {
             self.since = Some((now, distance));
             return self.speed;

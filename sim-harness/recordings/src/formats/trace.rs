@@ -12,7 +12,7 @@ use units::Instant;
 
 use super::table::{Header, Row, Table};
 use super::{Position, distance, instant, received};
-use crate::replay::recording::{Anomaly, Clock, Ends, RadialSpeed, Recorder, Recording, Wrong};
+use crate::recording::{Anomaly, Clock, Ends, RadialSpeed, Recorder, Recording, Wrong};
 
 const NAMES: [&str; 9] = [
     "time_s",

@@ -13,9 +13,9 @@ use prost::Message;
 use units::Instant;
 
 use super::trace::{DroneRow, of_rows};
-use crate::output::mcap::{DroneState, Link};
-use crate::replay::mcap_file;
-use crate::replay::recording::{Anomaly, Recorder, Recording};
+use crate::mcap_file;
+use crate::messages::{DroneState, Link};
+use crate::recording::{Anomaly, Recorder, Recording};
 use station_log::DroneReport;
 
 /// What a topic is about.
@@ -38,7 +38,7 @@ fn about(topic: &str) -> Option<(u8, About)> {
     Some((node.parse().ok()?, about))
 }
 
-pub(super) fn parse(bytes: &[u8], file: &Path) -> Result<Recording, InputError> {
+pub fn parse(bytes: &[u8], file: &Path) -> Result<Recording, InputError> {
     let mut recorder = Recorder::default();
     let mut rows: BTreeMap<(u64, u8), DroneRow> = BTreeMap::new();
     let mut line = 0;
@@ -102,43 +102,4 @@ fn take(row: &mut DroneRow, about: About, data: &[u8]) -> Option<()> {
         }
     }
     Some(())
-}
-
-#[cfg(test)]
-mod tests {
-    use std::io::Cursor;
-
-    use super::*;
-    use crate::output::{mcap, synthetic};
-
-    fn written() -> Vec<u8> {
-        let mut out = Cursor::new(Vec::new());
-        mcap::write(&synthetic::mission(), &mut out).unwrap();
-        out.into_inner()
-    }
-
-    #[test]
-    fn a_trace_holds_the_packets_of_both_neighbours() {
-        let recording = parse(&written(), Path::new("trace.mcap")).unwrap();
-        let trace = synthetic::mission();
-        let links = trace.frames.iter().flat_map(|frame| &frame.drones);
-        let packets: usize =
-            links.map(|d| usize::from(d.front.is_some()) + usize::from(d.back.is_some())).sum();
-        assert_eq!(recording.samples.len(), packets);
-        assert!(recording.links.contains(&"1 from 0".to_owned()), "{:?}", recording.links);
-        assert!(recording.samples.iter().all(|sample| sample.ends.is_some()));
-    }
-
-    /// A recorder that is killed leaves a file without its end.
-    #[test]
-    fn a_file_that_was_cut_gives_what_stands_before_the_cut() {
-        let whole = written();
-        let all = parse(&whole, Path::new("trace.mcap")).unwrap().samples.len();
-        for cut in [whole.len() / 2, whole.len() - 9, whole.len() - 1] {
-            let recording = parse(&whole[..cut], Path::new("trace.mcap"));
-            let samples = recording.map_or(0, |recording| recording.samples.len());
-            assert!(samples <= all);
-        }
-        assert!(parse(b"\x89MCAP0\r\nnothing", Path::new("trace.mcap")).is_err());
-    }
 }
