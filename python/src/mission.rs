@@ -9,7 +9,7 @@ use pyo3::types::PyDict;
 use sim_harness::measure::metrics::{Reference, Watch};
 use sim_harness::measure::trace::{DroneFrame, LinkFrame, Trace};
 use sim_harness::measure::verdict::Judgement;
-use sim_harness::mission::Mission;
+use sim_harness::mission::{Mission, with_called_law};
 use sim_harness::output::{pictures, report, summary};
 use sim_harness::scenario::{Fidelity, Scenario};
 
@@ -52,7 +52,7 @@ pub(crate) fn fly(
     let scenario = py.detach(|| open(scenario, settings)).map_err(value_error)?;
     on_the_host(&scenario)?;
     let is_called = policy.is_some();
-    let scenario = if is_called { scenario.with_called_law() } else { scenario };
+    let scenario = if is_called { with_called_law(&scenario) } else { scenario };
     let (world, reference) = py.detach(|| {
         let world = scenario.world();
         let reference = Reference::of(&scenario, &world);

@@ -18,14 +18,12 @@
 
 mod args;
 pub mod bench;
-pub mod bodies;
 pub mod cli;
 pub mod measure;
-pub mod mission;
 pub mod output;
 mod progress;
 pub mod replay;
-pub mod scenario;
+pub use {bodies, medium, mission, scenario};
 pub mod serve;
 #[cfg(feature = "virtual")]
 pub mod stock;

@@ -9,7 +9,7 @@ use wire::p2p::Epoch;
 use wire::radio::Datarate;
 use wire::syslink::MAX_P2P;
 
-use crate::mission::medium::{Ether, Medium};
+use crate::medium::{Ether, Medium};
 
 const NEVER: u64 = u64::MAX;
 /// The ends were switched on at different times, up to this long apart.

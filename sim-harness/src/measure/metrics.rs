@@ -5,7 +5,6 @@
 //! is the large-scale loss; what is compared with a limit is what a receiver gets.
 
 mod chain;
-mod criteria;
 mod cruise;
 mod explore;
 mod hold;
@@ -22,8 +21,6 @@ use crate::mission::{Linked, Mission, ROUND_US, RadioMetrics};
 use crate::scenario::{Scenario, Start};
 
 use chain::Chain;
-pub use criteria::Criteria;
-pub(crate) use criteria::CriteriaTable;
 use cruise::CruiseRecord;
 pub use explore::ExploreMetrics;
 use explore::ExploreRecord;

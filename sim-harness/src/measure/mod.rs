@@ -22,6 +22,6 @@ pub mod intervals;
 pub mod metrics;
 pub mod oracle;
 pub mod plan;
-pub mod trace;
+pub use mission::trace;
 mod truth;
 pub mod verdict;

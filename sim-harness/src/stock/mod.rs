@@ -26,11 +26,11 @@ use virtual_crazyflie::machine::{Halt, Machine, MachineConfig};
 use world::Tunnel;
 use world::layout::Layout;
 
-use crate::bodies::craft::flow::Ground;
 use crate::bodies::craft::{Craft, Surroundings};
 use crate::bodies::emulated::coupling;
 use crate::bodies::others::Others;
-use crate::bodies::point::VehicleSpec;
+use crate::scenario::Ground;
+use crate::scenario::VehicleSpec;
 
 pub use firmware::StockFirmware;
 

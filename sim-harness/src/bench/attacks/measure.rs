@@ -12,7 +12,7 @@ use wire::radio::Datarate;
 use wire::syslink::MAX_P2P;
 use world::{SkeletonPlace, World};
 
-use crate::mission::medium::timing;
+use crate::medium::timing;
 use crate::mission::{Mission, ROUND_US};
 use crate::scenario::{Fidelity, Scenario};
 

@@ -12,8 +12,8 @@ use units::Metres;
 use world::{SkeletonPlace, World};
 
 use super::measure::{has_neighbours, link_errors, mean};
-use crate::mission::medium::timing::RAMP_UP_US;
-use crate::mission::medium::{Jams, Repeater};
+use crate::medium::timing::RAMP_UP_US;
+use crate::medium::{Jams, Repeater};
 use crate::mission::{Linked, Mission, ROUND_US};
 use crate::scenario::{Changes, Scenario};
 

@@ -14,7 +14,7 @@ use crate::bodies::emulated::Emulated;
 use crate::measure::campaign::{figures, fraction};
 use crate::measure::metrics::{Reference, RunMetrics, measure, watched};
 use crate::mission::Mission;
-use crate::mission::medium::RadioPreset;
+use crate::scenario::RadioPreset;
 use crate::scenario::{Fidelity, PilotStep, Scenario};
 
 use super::ablation;

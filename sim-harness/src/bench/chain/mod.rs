@@ -18,8 +18,8 @@ use self::measure::{Choice, MakeDrones, Row};
 use super::{Benchmark, Outcome, Session};
 use crate::args::{FidelityArg, runs};
 use crate::bodies::emulated::Firmware;
-use crate::mission::medium::{PRESETS, RadioPreset};
 use crate::scenario::{Fidelity, Scenario};
+use crate::scenario::{PRESETS, RadioPreset};
 
 /// Missions of a row where the command line does not say.
 const fn default_runs(fidelity: Fidelity) -> usize {

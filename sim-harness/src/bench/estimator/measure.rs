@@ -15,10 +15,10 @@ use units::{Metres, MetresPerSecond, Point2, RadiansPerSecond, Setpoint};
 use world::Tunnel;
 use world::layout::Layout;
 
-use crate::bodies::craft::flow::Ground;
 use crate::bodies::craft::{Craft, Surroundings};
 use crate::bodies::others::Others;
-use crate::bodies::point::VehicleSpec;
+use crate::scenario::Ground;
+use crate::scenario::VehicleSpec;
 
 /// Length of a flight after it has taken off, ms.
 const FLIGHT_MS: u64 = 10_000;

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use serde_json::{Value, json};
 use units::{Duration, Metres};
 
-use crate::bodies::point::VehicleSpec;
+use crate::scenario::VehicleSpec;
 
 /// A run ends after so long, s: the flight time of a Crazyflie with two spare batteries.
 pub const LONGEST_S: f32 = 900.0;

@@ -30,12 +30,12 @@ use world::layout::Layout;
 use world::{Tunnel, World};
 
 use crate::bodies::craft::faults::{Failing, Fault, Manner, Sensor};
-use crate::bodies::craft::flow::Ground;
 use crate::bodies::craft::{Craft, Surroundings};
 use crate::bodies::others::Others;
-use crate::bodies::point::VehicleSpec;
 use crate::mission::Mission;
+use crate::scenario::Ground;
 use crate::scenario::Scenario;
+use crate::scenario::VehicleSpec;
 
 /// Faster than this on the floor is a crash, m/s: a fall from 11 cm, 37 mJ of 33 g. A number of
 /// ours: less than the third of a metre from which drones of this size are dropped by hand without

@@ -17,7 +17,7 @@ use units::{Course, Duration, LinkSum, Metres, MetresPerSecond, NodeId, Order, P
 use wire::p2p::{Report, Telemetry};
 
 use crate::bench::net::{End, Fleet, Net, next_only};
-use crate::mission::medium::{Medium, MediumConfig, Polling};
+use crate::medium::{Medium, MediumConfig, Polling};
 
 /// The numbers of drones in the chains.
 pub const DRONES: std::ops::RangeInclusive<u8> = 2..=15;

@@ -1,8 +1,8 @@
 //! Compares a mission with the criteria that its scenario sets.
 
 use super::{Evidence, Failure, Short};
-use crate::measure::metrics::{Criteria, ExploreMetrics, RunMetrics};
-use crate::scenario::Scenario;
+use crate::measure::metrics::{ExploreMetrics, RunMetrics};
+use crate::scenario::{Criteria, Scenario};
 
 /// The names of the parts that explorers and swarms must have seen.
 const EXPLORED: &str = "explored";
