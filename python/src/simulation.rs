@@ -7,7 +7,7 @@ use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use self_cell::self_cell;
-use sim_harness::measure::trace::{DroneFrame, LinkFrame, order_words};
+use sim_harness::mission::trace::{DroneFrame, LinkFrame, order_words};
 use sim_harness::mission::{Mission, with_called_law};
 use sim_harness::scenario::Scenario;
 use units::{Branch, Course, MetresPerSecond, Order};

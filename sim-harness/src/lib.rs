@@ -16,14 +16,11 @@
 //! | `stock` | a drone that runs the vendor's firmware, with the feature `virtual` |
 //! | [`cli`] | the command line |
 
-mod args;
-pub mod bench;
 pub mod cli;
-pub mod measure;
-pub mod output;
-mod progress;
-pub mod replay;
-pub use {bodies, medium, mission, scenario};
-pub mod serve;
+
 #[cfg(feature = "virtual")]
-pub mod stock;
+pub use stock;
+pub use {
+    benchmarks as bench, bodies, measure, medium, mission, planning, replay, report, scenario,
+    serve,
+};
