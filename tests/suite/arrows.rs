@@ -6,7 +6,7 @@ use std::process::Command;
 use serde_json::Value;
 
 /// The packages in order: each may use those before it.
-const ORDER: [&str; 46] = [
+const ORDER: [&str; 47] = [
     // What a drone does, without its chip.
     "units",
     "wire",

@@ -126,10 +126,14 @@ pub type Ready = Box<dyn Fn(&mut Session<'_>) -> Result<Outcome, InputError>>;
 
 /// A benchmark as the command sees it.
 pub struct Entry {
+    /// Its name on the command line.
     pub name: &'static str,
+    /// One line that says what it measures.
     pub about: &'static str,
+    /// The page of the book that explains it.
     pub page: &'static str,
     pub(crate) needs: Needs,
+    /// Whether its random numbers depend on `--seed`.
     pub is_seeded: bool,
     augment: fn(Command) -> Command,
     parse: fn(&ArgMatches) -> Result<Ready, clap::Error>,

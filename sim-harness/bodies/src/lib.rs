@@ -114,6 +114,7 @@ impl Body {
         }
     }
 
+    /// The craft, at flight level, to change it.
     pub fn craft_mut(&mut self) -> Option<&mut Craft> {
         match self {
             Self::Point(_) => None,
@@ -121,6 +122,7 @@ impl Body {
         }
     }
 
+    /// Gives it a set-point in the axes of the nose.
     pub fn command(&mut self, setpoint: Setpoint) {
         match self {
             Self::Point(body) => body.command(setpoint),

@@ -33,6 +33,7 @@ pub struct Response {
 }
 
 impl Response {
+    /// The response of a vehicle.
     pub fn new(spec: &VehicleSpec) -> Self {
         let part = |lag: f32| if lag > 0.0 { -libm::expm1f(-STEP_S / lag) } else { 1.0 };
         Self { velocity: part(spec.lag), yaw: part(YAW_LAG) }
@@ -131,6 +132,7 @@ impl PointBody {
         self.setpoint
     }
 
+    /// Gives it a set-point in the axes of the nose.
     pub fn command(&mut self, setpoint: Setpoint) {
         self.setpoint = setpoint;
     }

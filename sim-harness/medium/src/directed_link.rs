@@ -26,6 +26,7 @@ struct LinkFade {
 }
 
 impl LinkFades {
+    /// The fades of all links, as a mission begins.
     pub fn new(fades: Fades, stations: usize, seed: u64) -> Self {
         let between = |n: usize| Purpose::Fade((n / stations) as u8, (n % stations) as u8);
         let link = |n| LinkFade { stream: Stream::new(seed, between(n)), last: None };

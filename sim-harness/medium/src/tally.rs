@@ -56,6 +56,7 @@ impl Tally {
         cut: 0,
     };
 
+    /// Counts a packet that was lost.
     pub fn lose(&mut self, loss: Loss) {
         let count = match loss {
             Loss::Weak => &mut self.weak,

@@ -28,9 +28,11 @@ const MOST_UNPACKED: usize = super::formats::LARGEST as usize;
 
 /// One message of a file.
 pub struct Message<'a> {
+    /// The topic.
     pub topic: &'a str,
     /// The time at which it was recorded, ns.
     pub time_ns: u64,
+    /// The bytes.
     pub data: &'a [u8],
 }
 

@@ -105,10 +105,13 @@ impl Serialize for Anomalies {
 /// One packet as it was received.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
+    /// The line of the file.
     pub line: usize,
+    /// When it was received.
     pub time: Instant,
     /// Index into [`Recording::links`].
     pub link: usize,
+    /// Its strength.
     pub rssi: Dbm,
     /// The rate at which the two ends separated since the link's previous packet; `None` where the
     /// log has none.
@@ -144,6 +147,7 @@ pub struct Wrong {
     pub field: Option<usize>,
     /// The character that separates the fields.
     pub separator: u8,
+    /// What is wrong, in words.
     pub what: String,
 }
 
@@ -152,8 +156,11 @@ pub struct Wrong {
 pub struct Recording {
     /// Rows that were not empty, header excluded.
     pub rows: usize,
+    /// The names of the links.
     pub links: Vec<String>,
+    /// The samples, in order of time.
     pub samples: Vec<Sample>,
+    /// The rows that were wrong.
     pub anomalies: Anomalies,
     /// How the file was interpreted, where that needs to be said.
     pub note: Option<String>,
@@ -182,6 +189,7 @@ pub struct Recorder {
 }
 
 impl Recorder {
+    /// Counts a row.
     pub fn row(&mut self) {
         self.recording.rows += 1;
     }
@@ -195,6 +203,7 @@ impl Recorder {
         });
     }
 
+    /// Notes a wrong row.
     pub fn anomaly(&mut self, kind: Anomaly, line: usize) {
         self.recording.anomalies.add(kind, line);
     }
@@ -233,6 +242,7 @@ impl Recorder {
         link
     }
 
+    /// Adds a sample, or notes why its row is wrong.
     pub fn sample(
         &mut self,
         line: usize,
@@ -258,6 +268,7 @@ impl Recorder {
         self.recording.samples.push(sample);
     }
 
+    /// The recording.
     pub fn finish(self) -> Recording {
         self.recording
     }

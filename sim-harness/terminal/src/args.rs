@@ -16,6 +16,7 @@ pub enum SensorArg {
 }
 
 impl SensorArg {
+    /// The sensor.
     pub const fn sensor(self) -> Sensor {
         match self {
             Self::Camera => Sensor::Camera,
@@ -36,6 +37,7 @@ pub enum NetworkArg {
 }
 
 impl NetworkArg {
+    /// The network.
     pub const fn network(self) -> Network {
         match self {
             Self::Mesh => Network::Mesh,
@@ -71,6 +73,10 @@ impl FidelityArg {
         }
     }
 
+    /// The level.
+    ///
+    /// # Errors
+    /// [`InputError`] for a level's former name.
     pub fn fidelity(self) -> Result<Fidelity, InputError> {
         match self {
             Self::Point => Ok(Fidelity::Point),

@@ -18,6 +18,7 @@ pub struct Progress {
 }
 
 impl Progress {
+    /// Makes a bar of so many steps, hidden where it is not wanted.
     pub fn new(total: u64, quiet: bool) -> Self {
         let bar = ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::hidden());
         let style = ProgressStyle::with_template("{wide_bar} {pos}/{len} {msg} {eta} left");

@@ -155,16 +155,20 @@ pub fn run(runs: usize, seed: u64, after_each: impl Fn() + Sync) -> Vec<Row> {
 
 /// The chain of a row, and its air.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Case {
-    pub(crate) drones: u8,
-    pub(crate) loss: f32,
-    pub(crate) polls_per_s: u32,
-    pub(crate) fades: bool,
+pub struct Case {
+    /// The number of drones that fly.
+    pub drones: u8,
+    /// The part of all packets that each link loses.
+    pub loss: f32,
+    /// How often a second the operator's dongle polls the base; zero for no dongle.
+    pub polls_per_s: u32,
+    /// Whether links fade.
+    pub fades: bool,
 }
 
 impl Case {
     /// A chain as most rows have it.
-    pub(crate) const fn of(drones: u8, loss: f32) -> Self {
+    pub const fn of(drones: u8, loss: f32) -> Self {
         Self { drones, loss, polls_per_s: POLLS_PER_S, fades: false }
     }
 }
@@ -184,7 +188,7 @@ pub fn count() -> usize {
 }
 
 /// One chain at one loss, with `runs` seeds from `seed` on.
-pub(crate) fn row(case: Case, runs: usize, seed: u64, after_each: impl Fn()) -> Row {
+pub fn row(case: Case, runs: usize, seed: u64, after_each: impl Fn()) -> Row {
     let mut sum = Seen::default();
     for n in 0..runs as u64 {
         sum.add(chain(case, seed.wrapping_add(n)));

@@ -118,7 +118,7 @@ pub struct Craft {
 
 impl Craft {
     /// Takes the flight code out of the craft: the firmware flies it from now on.
-    pub(crate) fn fly_from_outside(&mut self) {
+    pub fn fly_from_outside(&mut self) {
         self.flight = None;
     }
 

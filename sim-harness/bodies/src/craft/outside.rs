@@ -13,7 +13,7 @@ use super::{Craft, Surroundings};
 
 /// The rangers that are about to finish a measurement: rays are cast for those only.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Wants {
+pub struct Wants {
     pub(crate) down: bool,
     /// The side rangers: front, right, back, left.
     pub(crate) sides: [bool; 4],
@@ -21,7 +21,7 @@ pub(crate) struct Wants {
 
 /// The true values for the sensors.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Observed {
+pub struct Observed {
     pub(crate) gyro: Option<AngularVelocity>,
     pub(crate) accel: Option<Acceleration>,
     /// The motion of the ground in this millisecond.
@@ -33,7 +33,7 @@ pub(crate) struct Observed {
 
 impl Craft {
     /// The first half of a millisecond: gives the true values.
-    pub(crate) fn observe(&mut self, around: Surroundings<'_>, wants: Wants) -> Observed {
+    pub fn observe(&mut self, around: Surroundings<'_>, wants: Wants) -> Observed {
         self.now_ms += 1;
         let fault = self.fault();
         let (gyro, accel) = self.sense_inertia();
@@ -55,12 +55,7 @@ impl Craft {
     }
 
     /// The second half: the motors run at these duties; `status` is the firmware's own estimate.
-    pub(crate) fn obey(
-        &mut self,
-        around: Surroundings<'_>,
-        duties: Duties,
-        status: Option<Status>,
-    ) {
+    pub fn obey(&mut self, around: Surroundings<'_>, duties: Duties, status: Option<Status>) {
         let status = status.unwrap_or(self.outputs.status);
         self.outputs = Outputs { duties, status };
         self.move_on(around, self.fault());

@@ -20,13 +20,13 @@ const MOTORS: [Pin; 4] = [Pin::new('A', 1), Pin::new('B', 11), Pin::new('A', 15)
 const SIDES: [Beam; 4] = [Beam::Front, Beam::Right, Beam::Back, Beam::Left];
 
 /// Which rangers end a measurement within the next millisecond.
-pub(crate) fn wants(board: &mut Crazyflie) -> Wants {
+pub fn wants(board: &mut Crazyflie) -> Wants {
     let mut wants = |beam| board.wants_range(beam, MS + MS / 4);
     Wants { down: wants(Beam::Down), sides: SIDES.map(&mut wants) }
 }
 
 /// Sets the values that the board's sensors measure from now on.
-pub(crate) fn show(board: &mut Crazyflie, observed: &Observed) {
+pub fn show(board: &mut Crazyflie, observed: &Observed) {
     if let (Some(gyro), Some(accel)) = (observed.gyro, observed.accel) {
         board.set_inertia(gyro, accel);
     }
@@ -45,7 +45,7 @@ pub(crate) fn show(board: &mut Crazyflie, observed: &Observed) {
 }
 
 /// The duties of the motors.
-pub(crate) fn duties(machine: &Machine<Crazyflie>) -> Duties {
+pub fn duties(machine: &Machine<Crazyflie>) -> Duties {
     Duties(MOTORS.map(|pin| match machine.output(pin) {
         PinOutput::Pwm { duty, .. } => duty,
         PinOutput::High => 1.0,

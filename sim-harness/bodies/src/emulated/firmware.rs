@@ -59,11 +59,7 @@ impl Firmware {
     ///
     /// # Errors
     /// When the scenario has something that the firmware does not fly with.
-    pub(crate) fn fleet(
-        &self,
-        scenario: &Scenario,
-        seed: u64,
-    ) -> Result<Vec<Emulated>, InputError> {
+    pub fn fleet(&self, scenario: &Scenario, seed: u64) -> Result<Vec<Emulated>, InputError> {
         if let Some(what) = unfit(scenario) {
             let wrong = format!("the scenario has what the firmware does not fly with: {what}");
             return Err(InputError::new(wrong, "fly it with --fidelity flight"));
@@ -85,7 +81,7 @@ impl Firmware {
     }
 
     /// A machine that runs it.
-    pub(crate) fn machine(&self, board: Crazyflie, config: MachineConfig) -> Machine<Crazyflie> {
+    pub fn machine(&self, board: Crazyflie, config: MachineConfig) -> Machine<Crazyflie> {
         Machine::with_program(Arc::clone(&self.0.image), self.0.program.clone(), board, config)
     }
 

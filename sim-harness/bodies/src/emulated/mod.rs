@@ -14,7 +14,7 @@
 //! | `shadow` | the agent of the host that follows the one of a drone that explores |
 //! | `watch` | the log of a drone, and the account of its processor's time |
 
-pub(crate) mod coupling;
+pub mod coupling;
 mod decisions;
 mod firmware;
 mod provision;
@@ -225,7 +225,7 @@ impl Emulated {
     }
 
     /// The map of a drone that explores, by the same agent on the host.
-    pub(crate) fn exploration(&self) -> Option<&Exploration> {
+    pub fn exploration(&self) -> Option<&Exploration> {
         self.shadow.as_ref().map(Shadow::exploration)
     }
 
@@ -281,7 +281,7 @@ impl Emulated {
     }
 
     /// Runs up to this moment of the mission.
-    pub(crate) fn run_until(&mut self, mission_us: u64) -> Result<(), Halted> {
+    pub fn run_until(&mut self, mission_us: u64) -> Result<(), Halted> {
         let until = self.nanos(mission_us);
         let ran = match &mut self.core {
             Core::Free(machine) => machine.run_until(until),
@@ -299,7 +299,7 @@ impl Emulated {
 
     /// The packets that its radio has sent since the last call, with the moment at which each goes
     /// on the air.
-    pub(crate) fn take_sent(&mut self, mut take: impl FnMut(u64, Vec<u8>)) {
+    pub fn take_sent(&mut self, mut take: impl FnMut(u64, Vec<u8>)) {
         for sent in self.core.machine_mut().board_mut().take_packets() {
             let on_air_us = self.on_us + (sent.at + RAMP_UP_US * US).div_ceil(US);
             if sent.port == p2p::PORT {
@@ -309,20 +309,20 @@ impl Emulated {
     }
 
     /// Delivers a packet of the chain.
-    pub(crate) fn hear(&mut self, mission_us: u64, rssi: Dbm, data: &[u8]) {
+    pub fn hear(&mut self, mission_us: u64, rssi: Dbm, data: &[u8]) {
         let at = self.nanos(mission_us);
         self.core.machine_mut().board_mut().hear(at, p2p::PORT, data, rssi);
     }
 
     /// Delivers a packet of a client, with the strength of a sender across the room.
-    pub(crate) fn client(&mut self, mission_us: u64, packet: &[u8]) {
+    pub fn client(&mut self, mission_us: u64, packet: &[u8]) {
         const ACROSS_A_ROOM: Dbm = Dbm(-50.0);
         let at = self.nanos(mission_us);
         self.core.machine_mut().board_mut().hear_crtp(at, packet, ACROSS_A_ROOM);
     }
 
     /// Delivers a fix of a positioning system, as cflib's `send_extpose` sends it.
-    pub(crate) fn locate(&mut self, mission_us: u64, fix: &Fix, height: Metres) {
+    pub fn locate(&mut self, mission_us: u64, fix: &Fix, height: Metres) {
         let at = [Metres(fix.at.x), Metres(fix.at.y), height];
         let yaw = fix.yaw.map(mounting::board_heading);
         let position = Positions::Own(wire::crtp::Fix { at, yaw });
@@ -330,14 +330,14 @@ impl Emulated {
     }
 
     /// The packets with which its radio chip has acknowledged those of clients.
-    pub(crate) fn take_answers(&mut self, mut take: impl FnMut(&[u8])) {
+    pub fn take_answers(&mut self, mut take: impl FnMut(&[u8])) {
         for answer in self.core.machine_mut().board_mut().take_crtp() {
             take(&answer.data);
         }
     }
 
     /// Returns the number of the last order received, if it has changed since the last call.
-    pub(crate) fn newly_heeded(&mut self) -> Option<Counter> {
+    pub fn newly_heeded(&mut self) -> Option<Counter> {
         let last = self.firmware.last_order(self.core.machine().memory());
         if last == self.last_order {
             return None;
@@ -347,17 +347,17 @@ impl Emulated {
     }
 
     /// The outputs of its agent's last step.
-    pub(crate) fn outputs(&self) -> Option<Outputs> {
+    pub fn outputs(&self) -> Option<Outputs> {
         Some(self.firmware.round(self.core.machine().memory())?.1.outputs)
     }
 
     /// The operator's order, as its agent had it in its last round.
-    pub(crate) fn order(&self) -> Option<Order> {
+    pub fn order(&self) -> Option<Order> {
         self.firmware.round(self.core.machine().memory())?.1.inputs.order
     }
 
     /// Moves its body by a millisecond: reads the motors' duties, and gives the sensors new values.
-    pub(crate) fn fly(&mut self, craft: &mut Craft, around: Surroundings<'_>) {
+    pub fn fly(&mut self, craft: &mut Craft, around: Surroundings<'_>) {
         let board = self.core.machine_mut().board_mut();
         let observed = craft.observe(around, coupling::wants(board));
         coupling::show(board, &observed);

@@ -38,6 +38,10 @@ fn about(topic: &str) -> Option<(u8, About)> {
     Some((node.parse().ok()?, about))
 }
 
+/// Reads the packets of a `trace.mcap` or a `station.mcap`.
+///
+/// # Errors
+/// [`InputError`] where no message of it is of a drone.
 pub fn parse(bytes: &[u8], file: &Path) -> Result<Recording, InputError> {
     let mut recorder = Recorder::default();
     let mut rows: BTreeMap<(u64, u8), DroneRow> = BTreeMap::new();
