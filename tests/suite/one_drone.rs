@@ -26,15 +26,13 @@ const COMPARE_AGENTS: [&str; 2] =
 fn code() -> Vec<(String, String)> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut files = Vec::new();
-    ["src", "tests"].iter().for_each(|at| sources(&root.join(at), &mut files));
-    let rooms = fs::read_dir(root.join("sim-harness")).unwrap().map(|room| room.unwrap().path());
     // The emulator knows the firmware as a file; a test of its own says so.
+    let rooms = fs::read_dir(root.join("sim-harness")).unwrap().map(|room| room.unwrap().path());
     let rooms = rooms.filter(|room| room.file_name().unwrap() != "virtual-crazyflie");
-    rooms
-        .map(|room| room.join("src"))
-        .filter(|src| src.is_dir())
-        .for_each(|src| sources(&src, &mut files));
-    sources(&root.join("sim-harness/src"), &mut files);
+    let rooms = rooms.map(|room| if room.ends_with("src") { room } else { room.join("src") });
+    sources(&root.join("src"), &mut files);
+    rooms.filter(|room| room.is_dir()).for_each(|room| sources(&room, &mut files));
+    sources(&root.join("tests"), &mut files);
     assert!(files.len() > 100, "{} files", files.len());
     let name = |file: &Path| file.strip_prefix(root).unwrap().to_str().unwrap().replace('\\', "/");
     files.iter().map(|file| (name(file), without_comments(file))).collect()
