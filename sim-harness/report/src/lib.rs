@@ -17,8 +17,6 @@ pub mod survey;
 pub(crate) mod synthetic;
 mod write;
 
-#[cfg(test)]
-pub(crate) use folder::tests::Scratch;
 pub use folder::{Folder, Staging, Streamed};
 pub use origin::{CampaignOrigin, Origin};
 pub use summary::summary;
