@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use sim_harness::station_log::{BaseReport, Limits, Line, OrderEvent, Plan, Schema};
+use station_log::{BaseReport, Limits, Line, OrderEvent, Plan, Schema};
 use tokio::sync::broadcast;
 
 use crate::message::{Message, Record};

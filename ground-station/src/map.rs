@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use input::InputError;
+use maps::sites::{Site, usual_base};
 use maps::{Ends, MapChoice};
-use sim_harness::scenario::Scenario;
-use sim_harness::station_log::Plan;
+use station_log::Plan;
 
 /// The map that was asked for, as for `uchain run --map`.
 #[derive(Clone, Debug, clap::Args)]
@@ -30,19 +30,16 @@ impl MapArgs {
     /// A map that cannot be used, or has no such route.
     pub fn open(&self) -> Result<Option<Plan>, InputError> {
         let Some(file) = &self.map else { return Ok(None) };
-        let scenario = if is_scenario(file) {
-            Scenario::open(&file.to_string_lossy())?
+        let Site { tunnel, base } = if is_scenario(file) {
+            Site::open(&file.to_string_lossy())?
         } else {
             let ends = Ends { from: self.from.clone(), to: self.to.clone(), around_m: None };
-            Scenario::of_map(
-                MapChoice { file: file.clone(), within: None, ends },
-                None,
-                Vec::new(),
-            )?
+            let choice = MapChoice { file: file.clone(), within: None, ends };
+            let (tunnel, _) = choice.dig()?;
+            Site { base: usual_base(&tunnel), tunnel }
         };
-        let base = scenario.drones.base.on;
-        let base_m = if base.edge == 0 { base.along } else { 0.0 };
-        Ok(Some(Plan::of(&scenario.tunnel.floor_plan(), base_m)))
+        let base_m = if base.on.edge == 0 { base.on.along } else { 0.0 };
+        Ok(Some(Plan::of(&tunnel.floor_plan(), base_m)))
     }
 }
 

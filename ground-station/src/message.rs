@@ -4,9 +4,7 @@
 use std::time::Duration;
 
 use serde::Serialize;
-use sim_harness::station_log::{
-    BaseReport, DroneReport, GivenOrder, Limits, Line, OrderEvent, Plan, Schema,
-};
+use station_log::{BaseReport, DroneReport, GivenOrder, Limits, Line, OrderEvent, Plan, Schema};
 use units::NodeId;
 
 use crate::blocks;

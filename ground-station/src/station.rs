@@ -7,7 +7,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use radio_model::Reception;
 use serde::{Deserialize, Serialize};
-use sim_harness::station_log::{ChainLine, Plan};
+use station_log::{ChainLine, Plan};
 use tokio::sync::{mpsc, watch};
 use tokio::time::MissedTickBehavior;
 use units::{Dbm, Instant, NodeId};

@@ -1,7 +1,7 @@
 //! Writes the state of the station as the JSON object that the pages show.
 
 use serde::Serialize;
-use sim_harness::station_log::ChainLine;
+use station_log::ChainLine;
 use units::{Dbm, Instant, NodeId, Pose2};
 
 use crate::advice::{self, SILENT, Situation, Urgency};

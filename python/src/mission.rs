@@ -7,10 +7,10 @@ use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use sim_harness::measure::metrics::{Reference, Watch};
-use sim_harness::measure::trace::{DroneFrame, LinkFrame, Trace};
+use sim_harness::mission::trace::{DroneFrame, LinkFrame, Trace};
 use sim_harness::measure::verdict::Judgement;
-use sim_harness::mission::Mission;
-use sim_harness::output::{pictures, report, summary};
+use sim_harness::mission::{Mission, with_called_law};
+use sim_harness::report::{pictures, report, summary};
 use sim_harness::scenario::{Fidelity, Scenario};
 
 use crate::policy::law;
@@ -52,7 +52,7 @@ pub(crate) fn fly(
     let scenario = py.detach(|| open(scenario, settings)).map_err(value_error)?;
     on_the_host(&scenario)?;
     let is_called = policy.is_some();
-    let scenario = if is_called { scenario.with_called_law() } else { scenario };
+    let scenario = if is_called { with_called_law(&scenario) } else { scenario };
     let (world, reference) = py.detach(|| {
         let world = scenario.world();
         let reference = Reference::of(&scenario, &world);
@@ -149,7 +149,7 @@ impl Flown {
 fn table(trace: &Trace) -> PyResult<Table> {
     let rows = || {
         let each = |frame| {
-            let frame: &sim_harness::measure::trace::Frame = frame;
+            let frame: &sim_harness::mission::trace::Frame = frame;
             trace.nodes.iter().zip(&frame.drones).map(move |(node, drone)| (frame, node, drone))
         };
         trace.frames.iter().flat_map(each)

@@ -7,8 +7,8 @@ use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use self_cell::self_cell;
-use sim_harness::measure::trace::{DroneFrame, LinkFrame, order_words};
-use sim_harness::mission::Mission;
+use sim_harness::mission::trace::{DroneFrame, LinkFrame, order_words};
+use sim_harness::mission::{Mission, with_called_law};
 use sim_harness::scenario::Scenario;
 use units::{Branch, Course, MetresPerSecond, Order};
 
@@ -49,7 +49,7 @@ impl Simulation {
         let called = policy.map(law);
         let scenario = py.detach(|| open(scenario, settings)).map_err(value_error)?;
         on_the_host(&scenario)?;
-        let scenario = if called.is_some() { scenario.with_called_law() } else { scenario };
+        let scenario = if called.is_some() { with_called_law(&scenario) } else { scenario };
         let world = py.detach(|| scenario.world());
         let (law, raised) = called.unzip();
         let flight = Flight::new((scenario, world), |(scenario, world)| {

@@ -6,7 +6,7 @@ use std::process::Command;
 use serde_json::Value;
 
 /// The packages in order: each may use those before it.
-const ORDER: [&str; 33] = [
+const ORDER: [&str; 47] = [
     // What a drone does, without its chip.
     "units",
     "wire",
@@ -30,24 +30,43 @@ const ORDER: [&str; 33] = [
     "input",
     "fleet-keys",
     "bridge",
-    // The simulator, the station, and what both are made of.
+    // The maps and the messages that the station and the simulator read.
     "random",
     "cave-survey",
     "robot-maps",
     "world",
     "maps",
+    "station-log",
+    // The station.
+    "ground-station",
+    // The simulator.
+    "recordings",
+    "scenario",
     "explorers",
     "swarms",
     "cave-worlds",
     "virtual-crazyflie",
     "core-vectors",
+    "bodies",
+    "medium",
+    "mission",
+    "measure",
+    "planning",
+    "report",
+    "replay",
+    "serve",
+    "stock",
+    "terminal",
+    "benchmarks",
     "sim-harness",
-    "ground-station",
     "fuzz-checks",
 ];
 
 /// The crates that each follow a paper; none of them uses another.
 const PAPERS: [&str; 4] = ["chain", "frontier", "virtual-forces", "relay-placement"];
+
+/// The first and the last of the packages that are the simulator's alone, in the order.
+const SIMULATOR: [&str; 2] = ["recordings", "sim-harness"];
 
 /// The packages of the workspace, each with the packages of the workspace that it is built with.
 fn packages() -> Vec<(String, Vec<String>)> {
@@ -91,5 +110,23 @@ fn no_paper_knows_another() {
         let other = uses.iter().find(|other| PAPERS.contains(&other.as_str()));
         let is_paper = PAPERS.contains(&package.as_str());
         assert!(!is_paper || other.is_none(), "{package} uses {other:?}");
+    }
+}
+
+/// It is for real drones: it reads maps and its own recordings, also by way of other packages.
+#[test]
+fn the_station_is_built_with_nothing_of_the_simulator() {
+    let packages = packages();
+    let [first, last] = SIMULATOR.map(|name| ORDER.iter().position(|it| *it == name).unwrap());
+    let (mut reached, mut next) = (vec!["ground-station".to_owned()], 0);
+    while let Some(package) = reached.get(next).cloned() {
+        next += 1;
+        let (_, uses) = packages.iter().find(|(name, _)| *name == package).unwrap();
+        let new: Vec<_> = uses.iter().filter(|name| !reached.contains(name)).cloned().collect();
+        reached.extend(new);
+    }
+    for package in reached {
+        let place = ORDER.iter().position(|it| *it == package).unwrap();
+        assert!(!(first..=last).contains(&place), "ground-station is built with {package}");
     }
 }

@@ -12,9 +12,9 @@ use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
 use sim_harness::measure::campaign::fly;
 use sim_harness::measure::metrics::Reference;
-use sim_harness::measure::trace::Trace;
 use sim_harness::mission::Mission;
-use sim_harness::output::{csv, mcap};
+use sim_harness::mission::trace::Trace;
+use sim_harness::report::{csv, mcap};
 use sim_harness::scenario::Scenario;
 
 use crate::golden;

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use sim_harness::bench::faults::measure::{Places, cases};
 use sim_harness::measure::metrics::{Reference, RunMetrics, Watch};
 use sim_harness::mission::Mission;
-use sim_harness::output::csv;
+use sim_harness::report::csv;
 use sim_harness::scenario::{Fidelity, Scenario, builtin};
 
 use crate::golden;

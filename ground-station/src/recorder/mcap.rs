@@ -6,7 +6,7 @@ use std::io::{self, Seek, Write};
 use ::mcap::McapError;
 use ::mcap::records::MessageHeader;
 use ::mcap::write::{WriteOptions, Writer};
-use sim_harness::station_log::Schema;
+use station_log::Schema;
 
 use crate::message::{Message, Record};
 
@@ -81,7 +81,7 @@ mod tests {
     use ::mcap::MessageStream;
     use ::mcap::read::Options;
     use serde_json::{Value, json};
-    use sim_harness::station_log::{Plan, PlanLine};
+    use station_log::{Plan, PlanLine};
 
     use super::*;
     use crate::message::Event;

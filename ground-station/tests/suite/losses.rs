@@ -1,8 +1,8 @@
 //! What the page shows and the drones do where the connection is cut and mended, the station is killed
 //! or a relay is lost; the module `steps` looks at each step of a mission.
 
-use sim_harness::mission::{Loss, LossKind};
 use sim_harness::scenario::Scenario;
+use sim_harness::scenario::{Loss, LossKind};
 use sim_harness::serve::Event;
 use units::{Dbm, MetresPerSecond, NodeId, Order};
 

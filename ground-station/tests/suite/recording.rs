@@ -6,9 +6,9 @@ use std::time::Duration;
 
 use mcap::MessageStream;
 use mcap::read::Options;
-use sim_harness::measure::trace::order_words;
-use sim_harness::output::report;
+use sim_harness::mission::trace::order_words;
 use sim_harness::replay::{ReplayOptions, replay, station_record};
+use sim_harness::report::report;
 
 use crate::page_client::PageClient;
 use crate::simulated_chain::SimulatedChain;

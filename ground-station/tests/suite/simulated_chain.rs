@@ -9,7 +9,7 @@ use std::time::Duration;
 use bridge::Ports;
 use sim_harness::bodies::emulated::{Emulated, Firmware};
 use sim_harness::measure::metrics::Reference;
-use sim_harness::measure::trace::Trace;
+use sim_harness::mission::trace::Trace;
 use sim_harness::scenario::Scenario;
 use sim_harness::serve::{self, Event, Live};
 use storage::keys;

@@ -6,8 +6,8 @@ use std::path::PathBuf;
 
 use futures_util::future::join_all;
 use serde_json::Value;
-use sim_harness::mission::{Loss, LossKind};
 use sim_harness::scenario::Scenario;
+use sim_harness::scenario::{Loss, LossKind};
 use sim_harness::serve::Event;
 use units::{Course, Dbm, NodeId, Order};
 

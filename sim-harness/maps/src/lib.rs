@@ -17,8 +17,10 @@ mod levels;
 mod network;
 mod open;
 mod plan;
+pub mod sites;
 mod spread;
 mod subt;
+pub mod tunnel;
 mod widths;
 
 use std::path::PathBuf;

@@ -6,7 +6,7 @@ use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, Subcommand, value_par
 use serde_json::Value;
 
 use super::{Common, Trouble, Verdict, complain, interrupt};
-use crate::bench::{Entry, Outcome, REGISTRY, Ready, Session};
+use benchmarks::{Entry, Outcome, REGISTRY, Ready, Session};
 
 /// The sub-command that runs every benchmark.
 const ALL: &str = "all";

@@ -19,12 +19,12 @@ use super::{
     Common, LinkArg, SetArgs, Trouble, Verdict, adapted, builtin_scenarios, complain, interrupt,
     on_the_host, with_link,
 };
-use crate::args::{FidelityArg, runs};
-use crate::measure::campaign::grid::{self, Axis, Shard};
-use crate::measure::campaign::{Row, fly_rows};
-use crate::output::{CampaignOrigin, Folder, Origin};
-use crate::progress::Progress;
-use crate::scenario::{Scenario, Setting};
+use ::report::{CampaignOrigin, Folder, Origin};
+use measure::campaign::grid::{self, Axis, Shard};
+use measure::campaign::{Row, fly_rows};
+use scenario::{Scenario, Setting};
+use terminal::Progress;
+use terminal::{FidelityArg, runs};
 
 use input::InputError;
 use journal::Journal;

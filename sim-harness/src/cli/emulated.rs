@@ -16,10 +16,10 @@ use virtual_crazyflie::log::{LogLine, Messages};
 use virtual_crazyflie::profile::{Durations, Report};
 
 use super::{VirtualArgs, complain};
-use crate::bodies::emulated::{self, Emulated, Firmware};
-use crate::mission::Mission;
-use crate::output::Folder;
-use crate::scenario::Scenario;
+use bodies::emulated::{self, Emulated, Firmware};
+use mission::Mission;
+use report::Folder;
+use scenario::Scenario;
 
 /// Whether the base may be virtual.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -10,13 +10,13 @@ use clap::{Args, ValueEnum};
 use input::{InputError, suggest};
 
 use super::{Common, Trouble, Verdict, interrupt};
-use crate::args::runs;
-use crate::measure::campaign::Figure;
-use crate::measure::figures::{Cell, Figures, VARIANTS, make, missions};
-use crate::measure::intervals::CONFIDENCE;
-use crate::output;
-use crate::output::pictures::{box_plots, survival};
-use crate::progress::Progress;
+use measure::campaign::Figure;
+use measure::figures::{Cell, Figures, VARIANTS, make, missions};
+use measure::intervals::CONFIDENCE;
+use report::figure_page;
+use report::pictures::{box_plots, survival};
+use terminal::Progress;
+use terminal::runs;
 
 #[derive(Args)]
 pub(super) struct FiguresArgs {
@@ -59,13 +59,13 @@ pub(super) fn run(args: &FiguresArgs) -> Result<Verdict, Trouble> {
     if let Some(folder) = &mut folder {
         folder.put_json("summary.json", &summary)?;
         let pictures = [
-            ("figure-3", figures.picture(count)?),
-            ("figure-3abc", survival(&figures.resting_chart())?),
-            ("figure-3e", survival(&figures.convergence_chart())?),
-            ("figure-3f", box_plots(&figures.variance_chart())?),
+            ("figure-3", figure_page::picture(&figures, count)?),
+            ("figure-3abc", survival(&figure_page::resting_chart(&figures))?),
+            ("figure-3e", survival(&figure_page::convergence_chart(&figures))?),
+            ("figure-3f", box_plots(&figure_page::variance_chart(&figures))?),
         ];
         for (name, picture) in &pictures {
-            output::put_picture(folder, name, picture)?;
+            report::put_picture(folder, name, picture)?;
         }
     }
     args.common.finish(folder, &table(&figures, count), &summary)?;

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use super::complain;
-use crate::output::Staging;
+use report::Staging;
 
 /// The exit status after Ctrl-C, as shells have it: 128 and the signal's number.
 pub(super) const STATUS: u8 = 130;

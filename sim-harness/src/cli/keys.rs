@@ -14,7 +14,7 @@ use storage::settings::SwarmPlan;
 use units::{Dbm, MissionKind, NodeId, Role};
 
 use super::{Trouble, Verdict, put};
-use crate::scenario::Scenario;
+use scenario::Scenario;
 
 /// The names of the missions.
 const MISSIONS: [&str; 3] = ["chain", "swarm", "explore"];

@@ -12,9 +12,9 @@ use robot_maps::{Occupancy, map_server};
 use world::{MOST_CELLS, Tunnel};
 
 use super::{Trouble, Verdict, complain, interrupt, put, run};
-use crate::output::{self, Folder};
-use crate::scenario::Scenario;
 use figures::{figures, table};
+use report::Folder;
+use scenario::Scenario;
 
 /// Look at cave surveys, SubT worlds and maps of robots, and convert them.
 #[derive(Args)]
@@ -118,8 +118,8 @@ fn convert(args: &ConvertArgs) -> Result<Verdict, Trouble> {
     let mut folder = Folder::open(&args.out)?;
     interrupt::discards(folder.staging());
     match &map {
-        Some(Map::Survey(survey)) => output::survey::write(&mut folder, survey)?,
-        Some(Map::Subt(world)) => output::subt::write(&mut folder, world)?,
+        Some(Map::Survey(survey)) => report::survey::write(&mut folder, survey)?,
+        Some(Map::Subt(world)) => report::subt::write(&mut folder, world)?,
         Some(Map::Grid(_)) | None => {}
     }
     if let Some(drawn) = &drawn {

@@ -34,9 +34,9 @@ use chain::policy::NAMES;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use input::{InputError, suggest};
 
-use crate::args::FidelityArg;
-use crate::output::{Folder, OutputError};
-use crate::scenario::{Fidelity, LinkModel, Scenario, Setting, builtin};
+use report::{Folder, OutputError};
+use scenario::{Fidelity, LinkModel, Scenario, Setting, builtin};
+use terminal::FidelityArg;
 
 /// U-Chain: relay drones that keep a team connected underground, in simulation and replay.
 #[derive(Parser)]
@@ -201,11 +201,11 @@ impl From<InputError> for Trouble {
     }
 }
 
-impl From<crate::replay::chip::Error> for Trouble {
-    fn from(error: crate::replay::chip::Error) -> Self {
+impl From<::replay::chip::Error> for Trouble {
+    fn from(error: ::replay::chip::Error) -> Self {
         match error {
-            crate::replay::chip::Error::Input(error) => Self::Input(error),
-            crate::replay::chip::Error::Lost(what) => Self::Chip(what),
+            ::replay::chip::Error::Input(error) => Self::Input(error),
+            ::replay::chip::Error::Lost(what) => Self::Chip(what),
         }
     }
 }
@@ -219,8 +219,8 @@ impl From<OutputError> for Trouble {
     }
 }
 
-impl From<crate::output::pictures::PictureError> for Trouble {
-    fn from(error: crate::output::pictures::PictureError) -> Self {
+impl From<report::pictures::PictureError> for Trouble {
+    fn from(error: report::pictures::PictureError) -> Self {
         Self::Internal(error.to_string())
     }
 }

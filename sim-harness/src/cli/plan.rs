@@ -10,9 +10,9 @@ use units::{Db, MetresPerSecond};
 
 use super::run::MapArgs;
 use super::{Common, Trouble, Verdict, complain, interrupt};
-use crate::measure::plan::{Demand, Limit, MOST_RELAYS, RelayPlan, relays};
-use crate::output::pictures::{self, PlanPicture};
-use crate::output::put_picture;
+use planning::plan::{Demand, Limit, MOST_RELAYS, RelayPlan, relays};
+use report::pictures::{self, PlanPicture};
+use report::put_picture;
 
 /// Plan a mission on paper.
 #[derive(Args)]

@@ -7,10 +7,10 @@ use clap::builder::PossibleValuesParser;
 use clap::{Args, ValueEnum};
 
 use super::{Common, Trouble, Verdict, complain, emulated, interrupt};
-use crate::output::{self, Folder};
-use crate::progress::Progress;
-use crate::replay::chip::{self, ChipOptions, ChipSummary, Pace};
-use crate::replay::{Format, ReplayOptions, StationRecord, replay, station_record};
+use replay::chip::{self, ChipOptions, ChipSummary, Pace};
+use replay::{Format, ReplayOptions, StationRecord, replay, station_record};
+use report::Folder;
+use terminal::Progress;
 
 #[derive(Args)]
 pub(super) struct ReplayArgs {
@@ -104,7 +104,7 @@ fn on_host(args: &ReplayArgs) -> Result<Verdict, Trouble> {
 fn put_station_report(folder: &mut Folder, logs: &[PathBuf]) -> Result<(), Trouble> {
     let [log] = logs else { return Ok(()) };
     if let Some(StationRecord { trace, summary }) = station_record(log)? {
-        output::write_report(folder, &trace, &summary)?;
+        report::write_report(folder, &trace, &summary)?;
     }
     Ok(())
 }

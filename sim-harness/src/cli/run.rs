@@ -11,14 +11,14 @@ use super::{
     Common, LinkArg, SetArgs, Trouble, Verdict, VirtualArgs, adapted, builtin_scenarios, complain,
     interrupt, with_link,
 };
-use crate::args::FidelityArg;
-use crate::measure::metrics::{Reference, RunMetrics, Watch};
-use crate::measure::trace::{Thinning, Trace};
-use crate::measure::verdict::Judgement;
-use crate::mission::{Mission, ROUND_US};
-use crate::output::{Folder, Origin, TraceFiles, summary};
-use crate::progress::Progress;
-use crate::scenario::{Changes, DEPTHS, Fidelity, Scenario, Setting, builtin};
+use measure::metrics::{Reference, RunMetrics, Watch};
+use measure::verdict::Judgement;
+use mission::trace::{Thinning, Trace};
+use mission::{Mission, ROUND_US};
+use report::{Folder, Origin, TraceFiles, summary};
+use scenario::{Changes, DEPTHS, Fidelity, Scenario, Setting, builtin};
+use terminal::FidelityArg;
+use terminal::Progress;
 
 use input::InputError;
 use maps::{Ends, MapChoice};

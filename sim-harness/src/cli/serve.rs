@@ -15,11 +15,11 @@ use super::{
     Common, Trouble, Verdict, VirtualArgs, builtin_scenarios, complain, interrupt, scenario,
     with_link,
 };
-use crate::args::FidelityArg;
-use crate::measure::metrics::{Reference, RunMetrics};
-use crate::output::{Folder, Origin, TraceFiles, metrics_json};
-use crate::scenario::{Fidelity, Scenario, builtin};
-use crate::serve::{self, Event, Live, Tally};
+use measure::metrics::{Reference, RunMetrics};
+use report::{Folder, Origin, TraceFiles, metrics_json};
+use scenario::{Fidelity, Scenario, builtin};
+use serve::{self, Event, Live, Tally};
+use terminal::FidelityArg;
 
 #[derive(Args)]
 #[command(after_help = builtin_scenarios())]

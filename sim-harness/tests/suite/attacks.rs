@@ -1,7 +1,7 @@
 //! Missions beside an attacker who holds packets back, or repeats them elsewhere at once.
 
+use sim_harness::medium::{Jams, Repeater};
 use sim_harness::mission::Mission;
-use sim_harness::mission::medium::{Jams, Repeater};
 use sim_harness::scenario::{Changes, Scenario};
 use units::Metres;
 use world::SkeletonPlace;

@@ -9,12 +9,13 @@ use sim_harness::bodies::craft::battery::Battery;
 use sim_harness::bodies::craft::body::{
     BodySpec, Drive, PROPELLER_RADIUS, RigidBody, STANDING, turned, turned_back,
 };
-use sim_harness::bodies::craft::flow::{Flow, Ground};
+use sim_harness::bodies::craft::flow::Flow;
 use sim_harness::bodies::craft::imu::Imu;
 use sim_harness::bodies::craft::motors::{LAG, Motors};
 use sim_harness::bodies::craft::rangers::{Ranger, deviation};
 use sim_harness::bodies::others::{Obstacle, Others};
-use sim_harness::bodies::point::VehicleSpec;
+use sim_harness::scenario::Ground;
+use sim_harness::scenario::VehicleSpec;
 use units::Point2;
 use world::Tunnel;
 use world::layout::Layout;

@@ -5,8 +5,8 @@ use std::path::Path;
 
 use random::{Purpose, Stream};
 use sim_harness::mission::Mission;
-use sim_harness::output::{csv, mcap};
 use sim_harness::replay::{ReplayOptions, replay, station_record};
+use sim_harness::report::{csv, mcap};
 use sim_harness::scenario::Scenario;
 
 /// Recordings of each kind that no other file belongs to.

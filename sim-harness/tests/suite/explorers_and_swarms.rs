@@ -11,8 +11,8 @@ use std::sync::atomic::AtomicBool;
 use sim_harness::measure::campaign::{Run, Verdicts, fly_until};
 use sim_harness::measure::metrics::Reference;
 use sim_harness::measure::verdict::Failure;
-use sim_harness::mission::{Loss, LossKind};
 use sim_harness::scenario::Scenario;
+use sim_harness::scenario::{Loss, LossKind};
 
 /// Four rooms with doors of 1 m at a corridor, which two drones explore in 300 s, with batteries that carry
 /// them for half of that.

@@ -8,9 +8,9 @@ use std::path::Path;
 use world::{Spot, World};
 
 use sim_harness::measure::metrics::{Reference, RunMetrics, Watch};
-use sim_harness::measure::trace::Trace;
 use sim_harness::mission::Mission;
-use sim_harness::output::{Folder, TraceFiles};
+use sim_harness::mission::trace::Trace;
+use sim_harness::report::{Folder, TraceFiles};
 use sim_harness::scenario::{Drones, Scenario, Start};
 use units::{NodeId, Point2};
 use world::{SkeletonPlace, best_chain};

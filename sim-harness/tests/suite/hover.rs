@@ -5,11 +5,11 @@
 
 use flight::FlightConfig;
 use random::{Purpose, Stream};
-use sim_harness::bodies::craft::flow::Ground;
 use sim_harness::bodies::craft::{Craft, Surroundings};
 use sim_harness::bodies::others::Others;
-use sim_harness::bodies::point::VehicleSpec;
+use sim_harness::scenario::Ground;
 use sim_harness::scenario::Scenario;
+use sim_harness::scenario::VehicleSpec;
 use units::{Metres, Point2, Setpoint};
 
 /// The way of a drone that is to hover for a minute: the true one and the one that its estimator

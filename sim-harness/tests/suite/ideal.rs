@@ -1,8 +1,10 @@
 //! The ideal link: it flies chains as the exact link does, and the same seed gives the same bytes.
 
+use sim_harness::bench::link::measure as link;
 use sim_harness::measure::campaign::{figures, fly};
 use sim_harness::measure::metrics::Reference;
 use sim_harness::mission::Mission;
+use sim_harness::mission::delays::{REPORTS, order_deciles};
 use sim_harness::scenario::{LinkModel, Scenario};
 use units::Order;
 
@@ -78,4 +80,23 @@ fn orders_reach_head_and_relays() {
     let lost = packets.chance as f64 / offered as f64;
     assert!((lost - 0.2).abs() < 0.01, "{packets:?}");
     assert_eq!((packets.collisions, packets.deaf, packets.cut, packets.air_us), (0, 0, 0, 0));
+}
+
+/// A few seconds' measurement cannot be as exact as the table; what it must find is a table
+/// that is of another link.
+#[test]
+fn the_table_is_of_the_present_link() {
+    for (drones, loss) in [(4, 0.2), (8, 0.5)] {
+        let polls_per_s = link::POLLS_PER_S_LIMITED;
+        let case = link::Case { polls_per_s, ..link::Case::of(drones, loss) };
+        let row = link::row(case, 8, 100, || {});
+        for part in [2, 5, 8] {
+            let order = order_deciles(loss, f32::from(drones))[part];
+            let found = row.order_delay_s[part] * 1e3;
+            assert!((found - order).abs() < 15.0 + 0.25 * order, "{drones} {part}: {found}");
+            let (report, found) = (REPORTS[part], row.report_delay_s[part] * 1e3);
+            assert!((found - report).abs() < 20.0, "{drones} {part}: {found}");
+        }
+        assert!((row.reports_delivered - f64::from(1.0 - loss)).abs() < 0.05);
+    }
 }

@@ -3,11 +3,11 @@
 
 use flight::{FlightConfig, Mode};
 use random::{Purpose, Stream};
-use sim_harness::bodies::craft::flow::Ground;
 use sim_harness::bodies::craft::vibration::Vibration;
 use sim_harness::bodies::craft::{Craft, Surroundings};
 use sim_harness::bodies::others::Others;
-use sim_harness::bodies::point::VehicleSpec;
+use sim_harness::scenario::Ground;
+use sim_harness::scenario::VehicleSpec;
 use units::{Metres, Point2, Setpoint};
 use world::Tunnel;
 use world::layout::Layout;

@@ -8,7 +8,7 @@ use maps::{Ends, MapChoice, Route};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use robot_maps::{Cell, Occupancy, map_server};
-use sim_harness::measure::explored::explored;
+use sim_harness::planning::explored::explored;
 use units::{Db, Point2};
 use world::{NodeKind, Radio, SkeletonPlace, Tunnel};
 

@@ -1,10 +1,8 @@
 //! The air, packet by packet: what two, three and four stations hear of each other.
 
 use radio_model::{Fades, Reception};
-use sim_harness::mission::medium::timing::{
-    RAMP_UP_US, air_us, flight_us, line_in_us, line_out_us,
-};
-use sim_harness::mission::medium::{Arrives, Medium, MediumConfig, Polling, Receipt};
+use sim_harness::medium::timing::{RAMP_UP_US, air_us, flight_us, line_in_us, line_out_us};
+use sim_harness::medium::{Arrives, Medium, MediumConfig, Polling, Receipt};
 use units::{Db, Dbm, Duration};
 use wire::radio::Datarate;
 

@@ -4,7 +4,7 @@ use std::path::Path;
 use world::Spot;
 
 use maps::MapChoice;
-use sim_harness::measure::plan::{Demand, Limit, MOST_RELAYS, Reach, relays};
+use sim_harness::planning::plan::{Demand, Limit, MOST_RELAYS, Reach, relays};
 use sim_harness::scenario::Scenario;
 use units::{Db, MetresPerSecond};
 use world::SkeletonPlace;
@@ -95,7 +95,7 @@ fn a_plan_begins_at_the_base_wherever_that_stands() {
     let mut scenario = Scenario::open("straight-n8").unwrap();
     scenario.agent.launch.limit = units::Dbm(-60.0);
     scenario.drones.base = Spot::on(scenario.tunnel.skeleton(), SkeletonPlace::main(12.0));
-    let ends = |plan: &sim_harness::measure::plan::RelayPlan| {
+    let ends = |plan: &sim_harness::planning::plan::RelayPlan| {
         [plan.stands[0].at.x, plan.stands[plan.stands.len() - 1].at.x]
     };
     for (depth_m, way_m) in [(None, 28.0), (Some(6.0), 6.0)] {

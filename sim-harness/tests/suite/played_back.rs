@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use radio_model::Reception;
-use sim_harness::mission::medium::{Arrives, Medium, MediumConfig};
+use sim_harness::medium::{Arrives, Medium, MediumConfig};
 use sim_harness::mission::{Mission, RecordedChannel, Residual};
 use sim_harness::scenario::Scenario;
 use units::{Db, Dbm, Metres};

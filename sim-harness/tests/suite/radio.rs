@@ -7,8 +7,8 @@ use world::World;
 use agent::State;
 use random::{Purpose, Stream};
 use sim_harness::bodies::craft::faults::{Failing, Fault};
-use sim_harness::measure::trace::Frame;
 use sim_harness::mission::Mission;
+use sim_harness::mission::trace::Frame;
 use sim_harness::scenario::{Fidelity, Scenario};
 use units::{MetresPerSecond, Order};
 

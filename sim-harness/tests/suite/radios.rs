@@ -3,8 +3,8 @@
 use std::path::Path;
 use world::World;
 
-use sim_harness::mission::medium::{PRESETS, RadioPreset};
 use sim_harness::scenario::Scenario;
+use sim_harness::scenario::{PRESETS, RadioPreset};
 use world::SkeletonPlace;
 
 fn world_of(preset: &RadioPreset, place_seed: u64) -> World {

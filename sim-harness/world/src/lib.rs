@@ -31,6 +31,10 @@ pub use skeleton::{
 };
 pub use tunnel::Tunnel;
 
+/// The distance between drones that stand in a row at the mouth before a mission, m: twice what their
+/// guards need.
+pub const ROW_SPACING_M: f32 = 0.35;
+
 /// A point of the floor plan with its place on the skeleton.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spot {

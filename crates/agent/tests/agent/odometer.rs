@@ -7,7 +7,7 @@ use super::rig::{BASE, EXPLORE, Rig, Scene};
 
 /// The length of a round, s.
 const DT: f32 = 0.2;
-/// The standard deviation of one velocity by optic flow (`sim-harness/src/bodies/point.rs`), m/s.
+/// The standard deviation of one velocity by optic flow (`sim-harness/bodies/src/point.rs`), m/s.
 const FLOW_NOISE: f32 = 0.02;
 /// The lag of the velocity loop, s.
 const LAG: f32 = 0.3;

@@ -31,7 +31,7 @@ struct Entry<'a> {
     title: &'a str,
     /// The line of its name, or else its first.
     line: u32,
-    name: &'a str,
+    pub name: &'a str,
     path: &'a str,
     status: u32,
     /// The lines of its options.

@@ -12,7 +12,7 @@ use std::sync::{Mutex, PoisonError};
 use input::InputError;
 
 use super::Campaign;
-use crate::measure::campaign::Row;
+use measure::campaign::Row;
 
 /// The ending that makes the name of the file out of the folder's.
 const ENDING: &str = ".rows";

@@ -8,10 +8,10 @@ use input::InputError;
 use super::report::Report;
 use super::{Campaign, finish};
 use crate::cli::{Common, Trouble, Verdict, interrupt};
-use crate::measure::campaign::Row;
-use crate::measure::campaign::grid::{self, Axis, Shard};
-use crate::output::{CampaignOrigin, Folder, Origin};
-use crate::scenario::Scenario;
+use measure::campaign::Row;
+use measure::campaign::grid::{self, Axis, Shard};
+use report::{CampaignOrigin, Folder, Origin};
+use scenario::Scenario;
 
 /// The rows of one part, read one by one.
 struct Part {

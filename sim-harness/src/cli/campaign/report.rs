@@ -7,9 +7,9 @@ use serde_json::{Map, Value, json};
 
 use super::Campaign;
 use crate::cli::{Common, Trouble};
-use crate::measure::campaign::{COLUMNS, Figure, Row, Verdicts, figures, json as figures_json};
-use crate::output::{Folder, Streamed};
-use crate::scenario::Setting;
+use measure::campaign::{COLUMNS, Figure, Row, Verdicts, figures, json as figures_json};
+use report::{Folder, Streamed};
+use scenario::Setting;
 
 /// The table with a row for each mission.
 const RUNS: &str = "runs.csv";

@@ -7,10 +7,10 @@ use input::InputError;
 use serde_json::Value;
 
 use super::VirtualArgs;
-use crate::bodies::emulated::{Emulated, without_emulator};
-use crate::mission::Mission;
-use crate::output::Folder;
-use crate::scenario::Scenario;
+use bodies::emulated::{Emulated, without_emulator};
+use mission::Mission;
+use report::Folder;
+use scenario::Scenario;
 
 /// Whether the base may be virtual.
 pub(super) enum Base {
@@ -101,8 +101,8 @@ pub(super) mod stock {
 pub(super) mod replay {
     use std::path::{Path, PathBuf};
 
-    use crate::bodies::emulated::without_emulator;
-    use crate::replay::chip::{ChipOptions, ChipSummary, Error};
+    use bodies::emulated::without_emulator;
+    use replay::chip::{ChipOptions, ChipSummary, Error};
 
     pub(in crate::cli) fn run(
         _: &[PathBuf],

@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::bodies::emulated::Firmware;
-use crate::replay::chip::emulated::EmulatedTarget;
-use crate::replay::chip::{self, ChipOptions, ChipSummary};
+use bodies::emulated::Firmware;
+use replay::chip::emulated::EmulatedTarget;
+use replay::chip::{self, ChipOptions, ChipSummary};
 
 /// Replays all logs.
 pub(in crate::cli) fn run(

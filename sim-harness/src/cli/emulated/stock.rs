@@ -10,9 +10,9 @@ use serde_json::json;
 use units::{Duration, Instant};
 
 use crate::cli::{Common, Trouble, Verdict, complain};
-use crate::serve::{self, Event};
-use crate::stock::served::Served;
-use crate::stock::{StockDrone, StockFirmware};
+use serve::{self, Event};
+use stock::served::Served;
+use stock::{StockDrone, StockFirmware};
 
 /// The vendor's firmware, if it is in this file.
 pub(in crate::cli) fn firmware(elf: Option<&Path>) -> Result<Option<StockFirmware>, InputError> {

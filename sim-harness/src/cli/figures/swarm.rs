@@ -11,9 +11,9 @@ use swarms::{Phase, Place};
 
 use super::super::{Trouble, Verdict, interrupt};
 use super::FiguresArgs;
-use crate::args::runs;
-use crate::bench::forces::measure::{fly, json as row_json};
-use crate::progress::Progress;
+use benchmarks::forces::measure::{fly, json as row_json};
+use terminal::Progress;
+use terminal::runs;
 
 /// The file that holds the rows of all readings.
 const FILE: &str = "swarm.json";

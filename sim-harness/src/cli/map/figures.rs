@@ -6,7 +6,7 @@ use robot_maps::subt::World;
 use robot_maps::{Cell, Occupancy, Warning};
 use serde_json::{Value, json};
 
-use crate::output::route_json;
+use report::route_json;
 
 /// The figures as JSON.
 pub(super) fn figures(map: &Map) -> Value {

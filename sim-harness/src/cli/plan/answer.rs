@@ -6,8 +6,8 @@ use std::fmt::Write;
 use input::counted;
 use serde_json::{Value, json};
 
-use crate::measure::plan::{Limit, MOST_RELAYS, RelayPlan, Stand};
-use crate::scenario::Scenario;
+use planning::plan::{Limit, MOST_RELAYS, RelayPlan, Stand};
+use scenario::Scenario;
 
 /// A place of the way by station, where the way is a route of a survey.
 fn by_station(scenario: &Scenario, stand: &Stand) -> Option<String> {

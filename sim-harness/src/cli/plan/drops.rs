@@ -12,9 +12,9 @@ use serde_json::{Value, json};
 use units::Db;
 
 use crate::cli::{Common, Trouble, Verdict, complain, interrupt};
-use crate::measure::drops::{Coverage, Drops, MOST_DROPS, NoDrops, Received, Site, open};
-use crate::output::pictures;
-use crate::output::put_picture;
+use planning::drops::{Coverage, Drops, MOST_DROPS, NoDrops, Received, Site, open};
+use report::pictures;
+use report::put_picture;
 
 #[derive(Args)]
 pub(super) struct DropsArgs {

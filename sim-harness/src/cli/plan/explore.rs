@@ -11,11 +11,11 @@ use input::{InputError, suggest};
 use serde_json::{Value, json};
 use units::Point2;
 
-use crate::args::{NetworkArg, SensorArg};
-use crate::bench::explore::measure::setup;
 use crate::cli::map::put_map;
 use crate::cli::{Common, Trouble, Verdict, complain, interrupt};
-use crate::measure::explored::explored;
+use benchmarks::explore::measure::setup;
+use planning::explored::explored;
+use terminal::{NetworkArg, SensorArg};
 
 #[derive(Args)]
 pub(in crate::cli) struct ExploreArgs {

@@ -4,11 +4,11 @@ use std::fmt::Write;
 
 use maps::Route;
 
-use crate::measure::metrics::{ExploreMetrics, RunMetrics, SwarmMetrics};
-use crate::measure::trace::Trace;
-use crate::measure::verdict::Judgement;
-use crate::output::last_states;
-use crate::scenario::Scenario;
+use measure::metrics::{ExploreMetrics, RunMetrics, SwarmMetrics};
+use measure::verdict::Judgement;
+use mission::trace::Trace;
+use report::last_states;
+use scenario::Scenario;
 use units::MissionKind;
 
 /// The most hindrances that are listed.

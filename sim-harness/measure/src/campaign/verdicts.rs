@@ -1,0 +1,151 @@
+//! Counts the verdicts of a campaign: the share of successes, and why the other missions failed.
+
+use std::fmt::Write;
+
+use serde_json::{Map, Value, json};
+
+use super::{Estimate, Outcome, Run, finite, fraction};
+use crate::verdict::Ended;
+
+/// The most seeds that are listed for a failure.
+const MOST_SEEDS: usize = 5;
+
+/// The verdicts of all missions of a campaign.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Verdicts {
+    missions: usize,
+    success: Estimate,
+    /// The part of the missions with each failure, the most frequent first.
+    failures: Vec<Share>,
+    /// Why explorations ended, with the part of the missions; those that did not occur are left out.
+    ended: Vec<(Ended, f64)>,
+    /// The part of its reach to which the head came, mean over the missions; NaN without a head.
+    depth: f64,
+    stood_s: f64,
+}
+
+/// The missions with one failure.
+#[derive(Clone, Debug, PartialEq)]
+struct Share {
+    name: String,
+    estimate: Estimate,
+    /// The first seeds.
+    seeds: Vec<u64>,
+}
+
+impl Verdicts {
+    /// The verdicts of these missions.
+    #[must_use]
+    pub fn of(runs: &[Run]) -> Self {
+        let outcomes: Vec<_> =
+            runs.iter().map(|run| (run.seed, Outcome::of(&run.judgement))).collect();
+        Self::of_outcomes(&outcomes)
+    }
+
+    /// The verdicts of missions with these seeds and outcomes.
+    #[must_use]
+    pub fn of_outcomes(runs: &[(u64, Outcome)]) -> Self {
+        let mut names: Vec<&String> = Vec::new();
+        for name in runs.iter().flat_map(|(_, outcome)| &outcome.failures) {
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        }
+        let has = |outcome: &Outcome, name: &String| outcome.failures.contains(name);
+        let share = |name: &String| {
+            let seeds = runs.iter().filter(|(_, outcome)| has(outcome, name));
+            let seeds = seeds.map(|(seed, _)| *seed).take(MOST_SEEDS).collect();
+            let estimate = fraction(runs, |(_, outcome)| has(outcome, name));
+            Share { name: name.clone(), estimate, seeds }
+        };
+        let mut failures: Vec<_> = names.into_iter().map(share).collect();
+        failures.sort_by(|a, b| b.estimate.value.total_cmp(&a.estimate.value));
+        let ended = Ended::ALL.into_iter().map(|why| {
+            let is = |(_, outcome): &(u64, Outcome)| outcome.ended == Some(why);
+            (why, fraction(runs, is).value)
+        });
+        let mean = |of: &dyn Fn(&Outcome) -> f32| {
+            let values = runs.iter().map(|(_, outcome)| f64::from(of(outcome)));
+            values.sum::<f64>() / runs.len().max(1) as f64
+        };
+        Self {
+            missions: runs.len(),
+            success: fraction(runs, |(_, outcome)| outcome.failures.is_empty()),
+            failures,
+            ended: ended.filter(|(_, share)| *share > 0.0).collect(),
+            depth: mean(&depth),
+            stood_s: mean(&|outcome| outcome.stood_s),
+        }
+    }
+
+    /// The number of missions that failed.
+    #[must_use]
+    pub fn failed(&self) -> usize {
+        self.missions - (self.success.value * self.missions as f64).round() as usize
+    }
+
+    /// The verdicts as a JSON object.
+    #[must_use]
+    pub fn json(&self) -> Value {
+        let entry = |share: &Share| {
+            let mut entry = share.estimate.json();
+            if let Some(entry) = entry.as_object_mut() {
+                entry.insert("seeds".into(), json!(share.seeds));
+            }
+            (share.name.clone(), entry)
+        };
+        let ended = self.ended.iter().map(|(why, share)| (why.name().to_owned(), json!(share)));
+        json!({
+            "success": self.success.json(),
+            "failures": self.failures.iter().map(entry).collect::<Map<_, _>>(),
+            "ended": ended.collect::<Map<_, _>>(),
+            "depth": finite(self.depth),
+            "stood_s": finite(self.stood_s),
+        })
+    }
+
+    /// The verdicts as lines of a table.
+    #[must_use]
+    pub fn table(&self) -> String {
+        let mut text = String::new();
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "  success                     {}", percent(&self.success));
+        for Share { name, estimate, seeds } in &self.failures {
+            let seeds: Vec<_> = seeds.iter().map(u64::to_string).collect();
+            let seeds = seeds.join(", ");
+            let _ = writeln!(text, "  {name:27} {}, seeds {seeds}", percent(estimate));
+        }
+        let ended =
+            self.ended.iter().map(|(why, share)| format!("{} {:.1} %", why.name(), 100.0 * share));
+        let ended: Vec<_> = ended.collect();
+        if !ended.is_empty() {
+            let _ = writeln!(text, "  explorations ended by       {}", ended.join(", "));
+        }
+        if self.depth.is_finite() {
+            let _ = writeln!(
+                text,
+                "  heads came to               {:.1} % of where they could, and stood for {:.1} s",
+                100.0 * self.depth,
+                self.stood_s
+            );
+        }
+        text
+    }
+}
+
+/// The part of its reach to which a head came; NaN without a head.
+fn depth(outcome: &Outcome) -> f32 {
+    let part = outcome.came_m / outcome.could_m;
+    // NaN stays so.
+    if part > 1.0 { 1.0 } else { part }
+}
+
+fn percent(estimate: &Estimate) -> String {
+    let value = 100.0 * estimate.value;
+    match estimate.interval {
+        Some((low, high)) => {
+            format!("{value:5.1} %   {:.1} to {:.1} %", 100.0 * low, 100.0 * high)
+        }
+        None => format!("{value:5.1} %"),
+    }
+}

@@ -1,0 +1,133 @@
+//! Draws the coverage of a map before and after relays are put down.
+
+use cave_worlds::World;
+use grid_map::{Cell, Frame};
+use input::counted;
+use plotters::element::{Circle, Rectangle};
+use plotters::style::RGBColor;
+use units::Point2;
+
+use super::PictureError;
+use super::axes::filled;
+use super::sheet::{Area, Fault, Look, Picture, headed, px, size_of, upx, write};
+use super::style::{FLOOR, INK, PAPER, WALL, category};
+use planning::drops::{Drops, Shown};
+
+/// The size of the picture, in pixels: two panels side by side.
+const SIZE: (f64, f64) = (1200.0, 700.0);
+/// The gap between the panels, and the height of their headings, in pixels.
+const GAP: f64 = 24.0;
+const HEADING: f64 = 24.0;
+/// The radius of the mark of a relay, in pixels.
+const MARK: f64 = 8.0;
+
+/// The picture of a plan of drops.
+pub(super) fn picture(world: &World, drops: &Drops) -> Result<Picture, PictureError> {
+    let title = format!("Drops: {}", world.name);
+    let relays = counted(drops.places.len(), "relay");
+    Picture::draw(SIZE, &title, |sheet| {
+        let subtitle = format!("Coverage of the base, and with {relays} on the ground");
+        let body = headed(sheet, &title, &subtitle)?;
+        for (left, is_after) in [(true, false), (false, true)] {
+            panel(&body, left, world, drops, is_after)?;
+        }
+        Ok(Vec::new())
+    })
+}
+
+/// One map, in the left or the right half.
+fn panel(
+    area: &Area<'_>,
+    is_left: bool,
+    world: &World,
+    drops: &Drops,
+    is_after: bool,
+) -> Result<(), Fault> {
+    let (width, height) = size_of(area);
+    let half = (width - GAP) / 2.0;
+    let left = if is_left { 0.0 } else { half + GAP };
+    let network = if is_after { &drops.after } else { &drops.before };
+    let covered = drops.square_metres(network.covered(&drops.ground));
+    let when = if is_after { "After" } else { "Before" };
+    write(area, &format!("{when}: {covered:.0} m² covered"), (left, 10.0), Look::HEADING)?;
+    let view = View::fitting(world.map.frame(), left, (half, height - HEADING));
+    for row in 0..world.map.frame().rows() {
+        cells_of_row(area, &view, world, drops, is_after, row)?;
+    }
+    let frame = world.map.frame();
+    let (x, y) = view.pixel(frame, frame.centre(world.base));
+    let corner = |off: f64| (px(x + off), px(y + off));
+    area.draw(&Rectangle::new([corner(-MARK / 2.0), corner(MARK / 2.0)], filled(&INK)))?;
+    if !is_after {
+        return Ok(());
+    }
+    for (n, place) in drops.places.iter().enumerate() {
+        let (x, y) = view.pixel(frame, place.at);
+        area.draw(&Circle::new((px(x), px(y)), upx(MARK), filled(&INK)))?;
+        let look = Look::LABEL.centred().coloured(PAPER);
+        write(area, &(n + 1).to_string(), (x, y), look)?;
+    }
+    Ok(())
+}
+
+/// The cells of a row, those of one colour beside each other as one rectangle.
+fn cells_of_row(
+    area: &Area<'_>,
+    view: &View,
+    world: &World,
+    drops: &Drops,
+    is_after: bool,
+    row: u16,
+) -> Result<(), Fault> {
+    let columns = world.map.frame().columns();
+    let colour = |column| colour(drops.shown(world, Cell::new(column, row)), is_after);
+    let mut first = 0;
+    for column in 1..=columns {
+        if column < columns && colour(column) == colour(first) {
+            continue;
+        }
+        let corners = view.corners(world.map.frame(), row, first, column);
+        area.draw(&Rectangle::new(corners, filled(&colour(first))))?;
+        first = column;
+    }
+    Ok(())
+}
+
+fn colour(shown: Shown, is_after: bool) -> RGBColor {
+    match shown {
+        Shown::Wall => WALL,
+        Shown::OutOfReach => PAPER,
+        Shown::CoveredByBase => category(2),
+        Shown::CoveredByRelays if is_after => category(3),
+        Shown::CoveredByRelays | Shown::Uncovered => FLOOR,
+    }
+}
+
+/// The scale from cells to pixels, the same both ways, north up.
+struct View {
+    left: f64,
+    top: f64,
+    /// Pixels to a cell.
+    scale: f64,
+}
+
+impl View {
+    fn fitting(frame: &Frame, left: f64, (width, height): (f64, f64)) -> Self {
+        let scale = (width / f64::from(frame.columns())).min(height / f64::from(frame.rows()));
+        Self { left, top: HEADING, scale }
+    }
+
+    fn pixel(&self, frame: &Frame, at: Point2) -> (f64, f64) {
+        let cells = |metres: f32| f64::from(metres / frame.resolution().0);
+        let north = f64::from(frame.rows()) - cells(at.y - frame.origin().y);
+        let east = cells(at.x - frame.origin().x);
+        (self.left + self.scale * east, self.top + self.scale * north)
+    }
+
+    /// The corners of the cells of a row from the column `first` to before `end`.
+    fn corners(&self, frame: &Frame, row: u16, first: u16, end: u16) -> [(i32, i32); 2] {
+        let x = |column: u16| px(self.left + self.scale * f64::from(column));
+        let y = |row: u16| px(self.top + self.scale * f64::from(frame.rows() - row));
+        [(x(first), y(row + 1)), (x(end), y(row))]
+    }
+}

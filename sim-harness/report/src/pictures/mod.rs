@@ -1,0 +1,215 @@
+//! Pictures of missions, as SVG and PNG.
+//!
+//! Every picture is made of *panels*: functions that draw one thing (a map, links over time, box
+//! plots) into any rectangle, so that the same code makes the three pictures of a run and the
+//! composite pages. `plotters` does the plotting and writes the SVG, `tiny-skia` draws the PNG, and
+//! the font is part of the program, so that a picture has the same bytes on every machine.
+//!
+//! The palette is Okabe and Ito's, which people with any colour vision can tell apart; lines are
+//! labelled where they end rather than in a legend; the background is always painted, so that a
+//! picture reads the same on light and dark pages.
+
+mod axes;
+mod boxes;
+mod canvas;
+mod dashes;
+mod drops;
+mod figure3;
+mod links;
+mod map;
+mod moving;
+mod plan;
+mod positions;
+mod raster;
+mod series;
+mod sheet;
+mod style;
+mod survival;
+mod ticks;
+
+use std::fmt;
+
+pub use boxes::{BoxChart, RunGroup, RunValues};
+pub use figure3::{Corridor, Figure3, Variant};
+pub(super) use map::nested;
+pub use plan::PlanPicture;
+pub(super) use series::launch_limit;
+pub(super) use sheet::escaped;
+pub use sheet::{Picture, PlotFrame};
+pub(super) use style::node_rgb;
+pub use survival::SurvivalChart;
+
+use cave_worlds::World;
+
+use mission::trace::Trace;
+use planning::drops::Drops;
+
+/// The error when a picture cannot be made. No input of a user causes it, since pictures are drawn
+/// in memory and the font is built in.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PictureError(String);
+
+impl PictureError {
+    fn new(what: impl fmt::Display) -> Self {
+        Self(what.to_string())
+    }
+}
+
+impl fmt::Display for PictureError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "drawing a picture: {}", self.0)
+    }
+}
+
+impl std::error::Error for PictureError {}
+
+/// The floor plan with every drone's way through it and its last place.
+///
+/// # Errors
+/// See [`PictureError`].
+pub fn map(trace: &Trace) -> Result<Picture, PictureError> {
+    map::picture(trace)
+}
+
+/// The mission as a moving picture, an SVG document without a script.
+///
+/// # Errors
+/// See [`PictureError`].
+pub fn moving(trace: &Trace) -> Result<String, PictureError> {
+    moving::picture(trace)
+}
+
+/// The floor plan with the places of a planned chain.
+///
+/// # Errors
+/// See [`PictureError`].
+pub fn plan(plan: &PlanPicture<'_>) -> Result<Picture, PictureError> {
+    plan::picture(plan)
+}
+
+/// The coverage of a map before and after relays are put down.
+///
+/// # Errors
+/// See [`PictureError`].
+pub fn drops(world: &World, drops: &Drops) -> Result<Picture, PictureError> {
+    drops::picture(world, drops)
+}
+
+/// Each link's strength over time: as received, filtered, and true.
+///
+/// # Errors
+/// See [`PictureError`].
+pub fn links(trace: &Trace) -> Result<Picture, PictureError> {
+    links::picture(trace)
+}
+
+/// Draws every node's way along the tunnel, over time.
+///
+/// # Errors
+/// See [`PictureError`].
+pub fn positions(trace: &Trace) -> Result<Picture, PictureError> {
+    positions::picture(trace)
+}
+
+/// One chart of box plots.
+///
+/// # Errors
+/// See [`PictureError`].
+pub fn box_plots(chart: &BoxChart) -> Result<Picture, PictureError> {
+    boxes::picture(chart)
+}
+
+/// Survival curves: the share of runs that have not settled yet, against time.
+///
+/// # Errors
+/// See [`PictureError`].
+pub fn survival(chart: &SurvivalChart) -> Result<Picture, PictureError> {
+    survival::picture(chart)
+}
+
+/// The paper's figure 3 on one page, panels A to F.
+///
+/// # Errors
+/// See [`PictureError`].
+pub fn figure3(figure: &Figure3<'_>) -> Result<Picture, PictureError> {
+    figure3::picture(figure)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::synthetic;
+
+    fn charts() -> BoxChart {
+        let series = |name: &str, values: &[f32]| RunValues {
+            name: name.to_owned(),
+            values: values.to_vec(),
+        };
+        let never = [f32::INFINITY; 3];
+        let group = RunGroup {
+            label: "S-turns".to_owned(),
+            series: vec![series("T0", &never), series("K", &[1.0, 2.0, f32::INFINITY, f32::NAN])],
+        };
+        BoxChart {
+            title: "Convergence".to_owned(),
+            value_name: "Time, s".to_owned(),
+            infinite_name: "never".to_owned(),
+            is_logarithmic: false,
+            groups: vec![group],
+        }
+    }
+
+    fn curves() -> SurvivalChart {
+        SurvivalChart {
+            title: "Convergence".to_owned(),
+            time_name: "Time, s".to_owned(),
+            until: 10.0,
+            groups: charts().groups,
+        }
+    }
+
+    #[test]
+    fn runs_that_never_finished_are_counted() {
+        let picture = box_plots(&charts()).unwrap();
+        assert!(picture.svg().contains("3 of 3") && picture.svg().contains("1 of 3"));
+    }
+
+    #[test]
+    fn the_page_of_figure_3_names_its_panels() {
+        let trace = synthetic::mission();
+        let figure = Figure3 {
+            title: "Figure 3",
+            subtitle: "",
+            corridors: vec![Corridor { name: "one", trace: &trace }; 3],
+            resting: curves(),
+            exploration: vec![Variant { name: "T0", trace: &trace }; 3],
+            convergence: curves(),
+            variance: charts(),
+        };
+        let picture = figure3(&figure).unwrap();
+        for panel in
+            ["A\u{2003}one", "C\u{2003}one", "D\u{2003}Exploration, T0", "E\u{2003}", "F\u{2003}"]
+        {
+            assert!(picture.svg().contains(panel), "{panel}");
+        }
+    }
+
+    #[test]
+    fn a_mission_of_nothing_still_makes_pictures() {
+        let mut trace = synthetic::mission();
+        trace.frames.truncate(1);
+        for drone in &mut trace.frames[0].drones {
+            drone.pose.at = units::Point2::new(f32::NAN, f32::NAN);
+            drone.way = f32::NAN;
+            (drone.front, drone.back) = (None, None);
+        }
+        for draw in [map, links, positions] {
+            draw(&trace).unwrap();
+            let mut empty = trace.clone();
+            empty.frames.clear();
+            empty.nodes.clear();
+            empty.floor_plan = world::FloorPlan::default();
+            draw(&empty).unwrap();
+        }
+    }
+}

@@ -1,0 +1,188 @@
+//! Writes the files of a run.
+
+use std::fmt;
+
+use input::InputError;
+
+use super::folder::{Folder, Streamed};
+use super::pictures::{self, Picture, PictureError};
+use super::{csv, mcap, report};
+use mission::trace::{Frame, Trace};
+
+/// A run's files could not be written.
+#[derive(Debug)]
+pub enum OutputError {
+    /// The directory cannot be used, which the user can correct.
+    Input(InputError),
+    /// A step that cannot fail has failed, which is a defect of the program.
+    Picture(PictureError),
+}
+
+impl fmt::Display for OutputError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Input(error) => error.fmt(f),
+            Self::Picture(error) => error.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for OutputError {}
+
+impl From<InputError> for OutputError {
+    fn from(error: InputError) -> Self {
+        Self::Input(error)
+    }
+}
+
+impl From<PictureError> for OutputError {
+    fn from(error: PictureError) -> Self {
+        Self::Picture(error)
+    }
+}
+
+/// `trace.csv` and `trace.mcap` of a mission that is still flown: each frame goes to the disk, so
+/// that a mission takes no more memory the longer it is.
+pub struct TraceFiles {
+    csv: csv::Table<Streamed>,
+    mcap: mcap::TraceFile<Streamed>,
+}
+
+impl TraceFiles {
+    /// Begins the files of a mission of which `trace` is the empty record.
+    ///
+    /// # Errors
+    /// [`OutputError::Input`] if a file cannot be written.
+    pub fn begin(folder: &Folder, trace: &Trace) -> Result<Self, OutputError> {
+        let csv = csv::Table::new(folder.stream(CSV)?);
+        let mcap = mcap::TraceFile::new(trace, folder.stream(MCAP)?);
+        Ok(Self {
+            csv: csv.map_err(|error| folder.unwritten(CSV, &error))?,
+            mcap: mcap.map_err(|error| folder.unwritten(MCAP, &error.into()))?,
+        })
+    }
+
+    /// Writes one frame.
+    ///
+    /// # Errors
+    /// As [`TraceFiles::begin`].
+    pub fn frame(
+        &mut self,
+        folder: &Folder,
+        trace: &Trace,
+        frame: &Frame,
+    ) -> Result<(), InputError> {
+        let written = self.csv.frame(trace, frame);
+        written.map_err(|error| folder.unwritten(CSV, &error))?;
+        let written = self.mcap.frame(trace, frame);
+        written.map_err(|error| folder.unwritten(MCAP, &error.into()))
+    }
+
+    /// Writes `summary.json`, ends both files, and writes the report and the pictures.
+    ///
+    /// # Errors
+    /// As [`TraceFiles::begin`].
+    pub fn finish(
+        self,
+        folder: &mut Folder,
+        trace: &Trace,
+        summary: &serde_json::Value,
+    ) -> Result<(), OutputError> {
+        folder.put_json("summary.json", summary)?;
+        let csv = self.csv.finish().map_err(|error| folder.unwritten(CSV, &error))?;
+        folder.keep(csv)?;
+        let mcap = self.mcap.finish(trace);
+        let mcap = mcap.map_err(|error| folder.unwritten(MCAP, &error.into()))?;
+        folder.keep(mcap)?;
+        write_report(folder, trace, summary)
+    }
+}
+
+/// The names of the files with every frame.
+const CSV: &str = "trace.csv";
+const MCAP: &str = "trace.mcap";
+
+/// Writes `report.html`, `map-moving.svg`, and `map`, `links` and `positions` as SVG and PNG.
+///
+/// # Errors
+/// As [`TraceFiles::begin`].
+pub fn write_report(
+    folder: &mut Folder,
+    trace: &Trace,
+    summary: &serde_json::Value,
+) -> Result<(), OutputError> {
+    folder.put_text("report.html", &report::html(trace, summary)?)?;
+    folder.put_text("map-moving.svg", &pictures::moving(trace)?)?;
+    for (name, picture) in [
+        ("map", pictures::map(trace)?),
+        ("links", pictures::links(trace)?),
+        ("positions", pictures::positions(trace)?),
+    ] {
+        put_picture(folder, name, &picture)?;
+    }
+    Ok(())
+}
+
+/// Writes a picture as `name.svg` and `name.png`.
+///
+/// # Errors
+/// As [`TraceFiles::begin`].
+pub fn put_picture(folder: &mut Folder, name: &str, picture: &Picture) -> Result<(), OutputError> {
+    let png = picture.png()?;
+    folder.put_text(&format!("{name}.svg"), picture.svg())?;
+    folder.put(&format!("{name}.png"), |out| std::io::Write::write_all(out, &png))?;
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+    use std::path::PathBuf;
+
+    use serde_json::json;
+
+    use super::*;
+    use crate::folder::tests::Scratch;
+    use crate::synthetic;
+
+    fn mission(frames: usize) -> Trace {
+        let mut trace = synthetic::mission();
+        trace.frames.truncate(frames);
+        trace
+    }
+
+    fn written(scratch: &Scratch, frames: usize) -> Vec<PathBuf> {
+        let mut folder = Folder::open(&scratch.path().join("out")).unwrap();
+        let trace = mission(frames);
+        let mut files = TraceFiles::begin(&folder, &trace).unwrap();
+        trace.frames.iter().for_each(|frame| files.frame(&folder, &trace, frame).unwrap());
+        files.finish(&mut folder, &trace, &json!({ "success": true })).unwrap();
+        folder.finish().unwrap()
+    }
+
+    #[test]
+    fn everything_is_written_and_nothing_else_is_left() {
+        let scratch = Scratch::new("all");
+        let mut written = written(&scratch, 400);
+        let out = scratch.path().join("out");
+        let mut found: Vec<_> =
+            fs::read_dir(&out).unwrap().map(|entry| entry.unwrap().path()).collect();
+        written.sort();
+        found.sort();
+        assert_eq!(written, found);
+        assert_eq!(written.len(), 12);
+        assert!(fs::read(out.join("map.png")).unwrap().starts_with(b"\x89PNG"));
+        let read: serde_json::Value =
+            serde_json::from_slice(&fs::read(out.join("summary.json")).unwrap()).unwrap();
+        assert_eq!(read, json!({ "success": true }));
+    }
+
+    #[test]
+    fn one_mission_makes_the_same_bytes_every_time() {
+        let scratches = [Scratch::new("once"), Scratch::new("twice")];
+        let all = scratches.each_ref().map(|scratch| written(scratch, 50));
+        for (one, other) in all[0].iter().zip(&all[1]) {
+            assert!(fs::read(one).unwrap() == fs::read(other).unwrap(), "{}", one.display());
+        }
+    }
+}
