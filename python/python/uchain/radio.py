@@ -40,8 +40,17 @@ class RadioLaw:
             raise ValueError("a radio law is a callable law(distance_m, walls) -> loss_db")
         #: The distances of the table, m.
         self.distances_m: List[float] = list(distances_m) or _evenly()
+        if not all(near < far for near, far in zip(self.distances_m, self.distances_m[1:])):
+            raise ValueError("distances_m do not rise; give each greater than the one before it")
         #: The losses in dB: a row for each number of walls, from none on.
         self.losses_db: List[List[float]] = _tabulate(law, self.distances_m, walls + 1, timeout_s)
+        for count, row in enumerate(self.losses_db):
+            for distance, loss in zip(self.distances_m, row):
+                if not 0.0 <= loss <= 400.0:
+                    raise ValueError(
+                        f"the radio law returned {loss} for {distance} m and {count} walls; give a "
+                        "loss from 0 to 400 dB"
+                    )
 
     @property
     def model(self) -> dict:
