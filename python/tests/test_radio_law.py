@@ -28,6 +28,7 @@ def test_walls_and_distances_count(short):
     assert far.metrics["farthest_m"] < near.metrics["farthest_m"]
     law = uchain.RadioLaw(free_space, distances_m=[1, 10], walls=1)
     assert law.losses_db == [[40.0, 60.0], [60.0, 80.0]]
+    assert uchain.RadioLaw(lambda d, w: 1000.0).losses_db[0][0] == 400.0
     table = uchain.campaign(short, 2, radio_law=law, duration_s=5)
     assert len(table) == 2
 
@@ -39,7 +40,7 @@ def test_what_a_law_does_wrong_is_told(short):
         uchain.RadioLaw(lambda *_: 1 / 0)
     with pytest.raises(TypeError):
         uchain.RadioLaw(lambda *_: "weak")
-    with pytest.raises(ValueError, match="0 to 400"):
+    with pytest.raises(ValueError, match="returned -3 for"):
         uchain.RadioLaw(lambda *_: -3.0)
     with pytest.raises(ValueError, match="each greater than the one before"):
         uchain.RadioLaw(free_space, distances_m=[2, 1])

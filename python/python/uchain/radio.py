@@ -9,6 +9,10 @@ from ._uchain import tabulate as _tabulate
 __all__ = ["RadioLaw"]
 
 
+#: The largest loss of a table of a scenario, dB.
+_SILENT_DB = 400.0
+
+
 class RadioLaw:
     """A law of the path loss: a callable ``law(distance_m, walls) -> loss_db``.
 
@@ -17,7 +21,8 @@ class RadioLaw:
     distances the loss is interpolated over the logarithm of the distance. Beyond the last one it goes
     on as before it, and more walls than the table has count as its most.
 
-    :param law: the callable. It returns the loss in dB, from 0 to 400.
+    :param law: the callable. It returns the loss in dB, 0 or more; no radio
+        hears over more than 400 dB, which is what a greater loss counts as.
     :param distances_m: the distances, rising; where left out, 40 for each power of ten from 0.3 m to
         1,000 m.
     :param walls: the largest number of walls.
@@ -43,14 +48,15 @@ class RadioLaw:
         if not all(near < far for near, far in zip(self.distances_m, self.distances_m[1:])):
             raise ValueError("distances_m do not rise; give each greater than the one before it")
         #: The losses in dB: a row for each number of walls, from none on.
-        self.losses_db: List[List[float]] = _tabulate(law, self.distances_m, walls + 1, timeout_s)
-        for count, row in enumerate(self.losses_db):
+        self.losses_db: List[List[float]] = []
+        for count, row in enumerate(_tabulate(law, self.distances_m, walls + 1, timeout_s)):
             for distance, loss in zip(self.distances_m, row):
-                if not 0.0 <= loss <= 400.0:
+                if loss < 0.0:
                     raise ValueError(
-                        f"the radio law returned {loss} for {distance} m and {count} walls; give a "
-                        "loss from 0 to 400 dB"
+                        f"the radio law returned {loss:g} for {distance} m and {count} walls; give a "
+                        "loss in dB, 0 or more"
                     )
+            self.losses_db.append([min(loss, _SILENT_DB) for loss in row])
 
     @property
     def model(self) -> dict:
