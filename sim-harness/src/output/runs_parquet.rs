@@ -184,7 +184,8 @@ fn write(writer: &mut ColumnWriter<'_>, values: &[Value]) -> Result<(), ParquetE
     let has: Vec<i16> = values.iter().map(|it| i16::from(!matches!(it, Value::None))).collect();
     macro_rules! write {
         ($writer:expr, $of:pat => $value:expr) => {{
-            let values = values.iter().filter_map(|it| if let $of = it { Some($value) } else { None });
+            let values =
+                values.iter().filter_map(|it| if let $of = it { Some($value) } else { None });
             $writer.write_batch(&values.collect::<Vec<_>>(), Some(&has), None)
         }};
     }

@@ -49,9 +49,8 @@ fn a_law_can_be_a_table_of_losses() {
     let text = std::fs::read_to_string(folder.join("measured-radio.toml")).unwrap();
     let read = |text: &str| Scenario::of_text_with("table", text, &Changes::default());
     let scenario = read(&text).unwrap();
-    let strength = |scenario: &Scenario, to: f32| {
-        scenario.world().radio.strength(at(0.0), at(to)).loss().0
-    };
+    let strength =
+        |scenario: &Scenario, to: f32| scenario.world().radio.strength(at(0.0), at(to)).loss().0;
     assert_eq!([1.0, 10.0, 20.0].map(|to| strength(&scenario, to)), [40.0, 60.0, 68.0]);
     let again = read(&scenario.resolved()).unwrap();
     assert_eq!(strength(&again, 7.0), strength(&scenario, 7.0));
