@@ -46,7 +46,7 @@ pub(crate) fn fly_campaign(
     py.detach(|| table(&axes, &points, &rows))
 }
 
-fn axes(vary: &Bound<'_, PyDict>) -> PyResult<Vec<Axis>> {
+pub(crate) fn axes(vary: &Bound<'_, PyDict>) -> PyResult<Vec<Axis>> {
     let axis = |(key, values): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
         let key: String = key.extract()?;
         let values = values.try_iter().map_err(|_| {
@@ -88,7 +88,7 @@ fn fly(
 }
 
 /// The rows with a column for each key of the grid.
-fn table(axes: &[Axis], points: &[Vec<Setting>], rows: &[Row]) -> PyResult<Table> {
+pub(crate) fn table(axes: &[Axis], points: &[Vec<Setting>], rows: &[Row]) -> PyResult<Table> {
     let mut columns = Vec::new();
     for (n, axis) in axes.iter().enumerate() {
         let values: Vec<&Value> = rows.iter().map(|row| points[row.point][n].value()).collect();

@@ -1,11 +1,15 @@
 //! The simulator as a Python extension: the thin side of the package `uchain`, whose other side is in
 //! `python/uchain`.
 
+mod called;
 mod campaign;
+mod command;
 mod keys;
 mod mission;
 mod policy;
+mod radio_law;
 mod simulation;
+mod steered;
 mod table;
 
 use input::InputError;
@@ -39,9 +43,14 @@ fn _uchain(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(scenarios, module)?)?;
     module.add_function(wrap_pyfunction!(mission::fly, module)?)?;
     module.add_function(wrap_pyfunction!(campaign::fly_campaign, module)?)?;
+    module.add_function(wrap_pyfunction!(command::command, module)?)?;
+    module.add_function(wrap_pyfunction!(command::options, module)?)?;
+    module.add_function(wrap_pyfunction!(command::read_runs, module)?)?;
+    module.add_function(wrap_pyfunction!(radio_law::tabulate, module)?)?;
     module.add_class::<mission::Flown>()?;
     module.add_class::<policy::Policy>()?;
     module.add_class::<simulation::Simulation>()?;
+    module.add_class::<steered::Steered>()?;
     module.add_class::<table::Table>()?;
     Ok(())
 }

@@ -46,6 +46,7 @@ pub(crate) fn fly(
     scenario: &str,
     seed: u64,
     policy: Option<Py<PyAny>>,
+    timeout_s: f64,
     keys: &Bound<'_, PyDict>,
 ) -> PyResult<Flown> {
     let settings = keys::settings(keys)?;
@@ -61,7 +62,7 @@ pub(crate) fn fly(
     let mut mission = Mission::new(&scenario, &world, seed);
     let mut raised = None;
     if let Some(policy) = policy {
-        let (law, told) = law(policy);
+        let (law, told) = law(py, policy, timeout_s)?;
         mission = mission.by_law(law);
         raised = Some(told);
     }

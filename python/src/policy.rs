@@ -10,6 +10,8 @@ use pyo3::prelude::*;
 use sim_harness::mission::Law;
 use units::{Db, Dbm, MetresPerSecond};
 
+use crate::called::Called;
+
 /// A built-in movement policy as a function.
 #[pyclass(frozen, module = "uchain")]
 pub(crate) struct Policy {
@@ -65,8 +67,14 @@ impl Raised {
     }
 }
 
-/// The speed law of a callable of Python. After an error it is not called again.
-pub(crate) fn law(policy: Py<PyAny>) -> (Box<Law>, Raised) {
+/// The speed law of a callable of Python, each call of which may take so many seconds. After an error it
+/// is not called again.
+pub(crate) fn law(
+    py: Python<'_>,
+    policy: Py<PyAny>,
+    timeout_s: f64,
+) -> PyResult<(Box<Law>, Raised)> {
+    let called = Called::new(py, "policy", policy, timeout_s)?;
     let raised = Raised::default();
     let told = raised.clone();
     let law = move |drone: usize, front: LinkEnd, back: LinkEnd| {
@@ -75,18 +83,15 @@ pub(crate) fn law(policy: Py<PyAny>) -> (Box<Law>, Raised) {
         }
         let asked = Python::attach(|py| {
             let ends = (drone, front.rssi.0, front.velocity.0, back.rssi.0, back.velocity.0);
-            let speed: f32 = policy.call1(py, ends)?.extract(py)?;
-            if speed.is_finite() {
-                return Ok(MetresPerSecond(speed));
-            }
-            let text =
-                format!("the policy returned {speed} for drone {drone}; give a velocity in m/s");
-            Err(PyValueError::new_err(text))
+            called.call(py, ends, || format!("drone {drone}"))
         });
-        asked.unwrap_or_else(|error| {
-            told.set(error);
-            MetresPerSecond::ZERO
-        })
+        asked.map_or_else(
+            |error| {
+                told.set(error);
+                MetresPerSecond::ZERO
+            },
+            MetresPerSecond,
+        )
     };
-    (Box::new(law), raised)
+    Ok((Box::new(law), raised))
 }

@@ -36,17 +36,18 @@ pub(crate) struct Simulation {
 #[pymethods]
 impl Simulation {
     #[new]
-    #[pyo3(signature = (scenario, seed = 1, *, policy = None, live = false, **keys))]
+    #[pyo3(signature = (scenario, seed = 1, *, policy = None, live = false, timeout_s = 10.0, **keys))]
     fn new(
         py: Python<'_>,
         scenario: &str,
         seed: u64,
         policy: Option<Py<PyAny>>,
         live: bool,
+        timeout_s: f64,
         keys: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let settings = keys.map_or(Ok(Vec::new()), keys::settings)?;
-        let called = policy.map(law);
+        let called = policy.map(|policy| law(py, policy, timeout_s)).transpose()?;
         let scenario = py.detach(|| open(scenario, settings)).map_err(value_error)?;
         on_the_host(&scenario)?;
         let scenario = if called.is_some() { with_called_law(&scenario) } else { scenario };

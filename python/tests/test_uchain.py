@@ -8,24 +8,7 @@ import threading
 import pytest
 
 import uchain
-
-SHORT = """
-title = "Two relays in a straight gallery"
-duration_s = 40
-[tunnel]
-width_m = 1.2
-centre_line_m = [[0, 0], [12, 0]]
-[drones]
-relays = 2
-[launch]
-limit_dbm = -56
-[retreat]
-limit_dbm = -63
-[[pilot]]
-at_s = 1
-order = "explore"
-speed_mps = 0.2
-"""
+from conftest import SHORT
 
 
 def test_a_mission_is_flown_and_told():

@@ -3,7 +3,8 @@
 //!
 //! The large-scale loss follows one of four laws ([`PathLoss`]), each with its source: equation
 //! (19) of the U-Chain paper ([`UChain`]), log-distance with losses by material ([`LogDistance`]),
-//! the DARPA Subterranean Challenge's ([`Subt`]), and a waveguide ([`Waveguide`]). The place of both
+//! the DARPA Subterranean Challenge's ([`Subt`]), and a waveguide ([`Waveguide`]); or a table that the
+//! user gives ([`Tabulated`]). The place of both
 //! ends adds correlated [`Shadowing`] and small-scale [`Fading`], a drone's heading the pattern of its
 //! [`Antenna`]. On top of it a packet suffers Gaussian noise, rounding to whole decibels and loss,
 //! which grows with its length and weakness ([`Reception`]), and a link may be in a fade, in which it
@@ -34,6 +35,7 @@ mod log_distance;
 mod material;
 mod path_loss;
 mod reception;
+mod tabulated;
 mod u_chain;
 mod waveguide;
 
@@ -44,5 +46,6 @@ pub use log_distance::{Corner, LogDistance, Subt};
 pub use material::Material;
 pub use path_loss::{Geometry, Obstruction, PathLoss};
 pub use reception::{Draws, Reception};
+pub use tabulated::Tabulated;
 pub use u_chain::{Attenuation, UChain, Walls};
 pub use waveguide::{WAVELENGTH, Waveguide};

@@ -6,6 +6,7 @@
 
 use units::{Db, Metres};
 
+use crate::tabulated::Tabulated;
 use crate::u_chain::{Attenuation, UChain, Walls};
 use crate::waveguide::Waveguide;
 use crate::{LogDistance, Subt};
@@ -52,6 +53,8 @@ pub enum PathLoss {
     Subt(Subt),
     /// A tunnel as a waveguide: free space near by, modes that decay farther on.
     Waveguide(Waveguide),
+    /// A table of losses.
+    Tabulated(Tabulated),
 }
 
 impl PathLoss {
@@ -63,6 +66,7 @@ impl PathLoss {
             Self::LogDistance(law) => law.term(between),
             Self::Subt(law) => law.term(between),
             Self::Waveguide(law) => law.corner.term(between),
+            Self::Tabulated(law) => law.term(between),
         }
     }
 
@@ -74,6 +78,7 @@ impl PathLoss {
             Self::LogDistance(law) => law.loss(link, term),
             Self::Subt(law) => law.loss(link, term),
             Self::Waveguide(law) => law.loss(link, term),
+            Self::Tabulated(law) => law.loss(link, term),
         }
     }
 
@@ -90,7 +95,7 @@ impl PathLoss {
             Self::UChain(law) => {
                 law.walls == Walls::Rock && law.attenuation == Attenuation::WallCount
             }
-            Self::Subt(_) => true,
+            Self::Subt(_) | Self::Tabulated(_) => true,
             Self::LogDistance(_) | Self::Waveguide(_) => false,
         }
     }
@@ -103,6 +108,7 @@ impl PathLoss {
             Self::LogDistance(law) => law.loss_at_1m,
             Self::Subt(law) => law.loss_at_1m,
             Self::Waveguide(law) => law.loss_at_1m,
+            Self::Tabulated(law) => law.loss_at_1m(),
         }
     }
 }

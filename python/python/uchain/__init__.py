@@ -15,20 +15,27 @@ from __future__ import annotations
 
 import json as _json
 import os as _os
+from pathlib import Path as _Path
 from typing import Any, Callable, Iterable, Mapping, Optional, Sequence, Union
 
+from . import cluster as _cluster
 from ._uchain import Policy, Simulation as _Simulation, Table, __version__
 from ._uchain import fly as _fly
 from ._uchain import fly_campaign as _fly_campaign
+from ._uchain import options as _options
 from ._uchain import scenarios as _scenarios
+from .cluster import read
+from .radio import RadioLaw
 
 __all__ = [
     "Mission",
     "Policy",
+    "RadioLaw",
     "Simulation",
     "Table",
     "__version__",
     "campaign",
+    "read",
     "run",
     "scenarios",
 ]
@@ -99,10 +106,19 @@ class Simulation(_Simulation):
         *,
         policy: Union[None, str, Speed] = None,
         live: bool = False,
+        timeout_s: float = 10.0,
         **keys: Any,
     ) -> "Simulation":
-        callback, keys = _with_policy(policy, keys)
-        return super().__new__(cls, _os.fspath(scenario), seed, policy=callback, live=live, **keys)
+        callback, keys = _with_policy(policy, _with_law(keys))
+        return super().__new__(
+            cls,
+            _os.fspath(scenario),
+            seed,
+            policy=callback,
+            live=live,
+            timeout_s=timeout_s,
+            **keys,
+        )
 
 
 def scenarios() -> dict:
@@ -115,6 +131,7 @@ def run(
     seed: int = 1,
     *,
     policy: Union[None, str, Speed] = None,
+    timeout_s: float = 10.0,
     **keys: Any,
 ) -> Mission:
     """Fly one mission.
@@ -128,12 +145,15 @@ def run(
         the tunnel, m/s, positive towards the head, and both of the neighbour behind. It returns the
         relay's forward velocity, m/s. The filter, the clearance from neighbours and the largest speed
         remain those of the scenario's policy (the key ``policy.name``).
+    :param timeout_s: the longest time of a call of the policy, in seconds.
     :param keys: other values of keys of the scenario: ``radio={"packet_loss": 0.3}`` or
-        ``**{"radio.packet_loss": 0.3}``.
+        ``**{"radio.packet_loss": 0.3}``; and ``radio_law``, a :class:`RadioLaw` in place of the
+        scenario's.
     :raises ValueError: where the input cannot be used, with the line that the command prints.
+    :raises TimeoutError: where a call of the policy takes longer than ``timeout_s``.
     """
-    callback, keys = _with_policy(policy, keys)
-    return Mission(_fly(_os.fspath(scenario), seed, callback, keys), seed)
+    callback, keys = _with_policy(policy, _with_law(keys))
+    return Mission(_fly(_os.fspath(scenario), seed, callback, timeout_s, keys), seed)
 
 
 def campaign(
@@ -143,6 +163,9 @@ def campaign(
     *,
     threads: Optional[int] = None,
     policy: Optional[str] = None,
+    on: str = "threads",
+    out: Union[None, str, "_os.PathLike[str]"] = None,
+    parts: int = 64,
     **keys: Any,
 ) -> Table:
     """Fly a scenario with many seeds, and with every combination of the values of ``vary``.
@@ -153,6 +176,11 @@ def campaign(
     :param threads: how many threads fly; where left out, as many as the machine has cores. The
         result does not depend on it.
     :param policy: the name of a movement policy instead of the scenario's.
+    :param on: where it is flown: ``"threads"`` of this machine, or ``"ray"``, a cluster of Ray, to
+        which each part is a task. A part whose worker dies is flown again.
+    :param out: the folder for the results, with the files of ``uchain campaign --out``; ``on="ray"``
+        needs it. A campaign of Ray that was stopped goes on from the parts beside this folder.
+    :param parts: the number of parts for ``on="ray"``. The result does not depend on it.
     :param keys: as for :func:`run`.
     :returns: a table with a row for each mission, in the order of the grid (the first key varies
         slowest) and the seeds. The columns are the keys of ``vary``, ``seed``, ``success``, and those
@@ -165,10 +193,22 @@ def campaign(
         raise ValueError(
             "a campaign takes the name of a policy; fly a policy of your own with uchain.run"
         )
-    _, keys = _with_policy(policy, keys)
+    _, keys = _with_policy(policy, _with_law(keys))
     seeds = range(1, seeds + 1) if isinstance(seeds, int) else list(seeds)
     if threads is not None and threads < 1:
         raise ValueError(f"threads={threads} is out of range; give 1 or more")
+    if on not in ("threads", "ray"):
+        raise ValueError(f'on="{on}" is no place to fly on; give "threads" or "ray"')
+    if on == "ray" and out is None:
+        raise ValueError('on="ray" needs a folder for its parts; give out="FOLDER"')
+    if out is not None:
+        words = _words(scenario, list(seeds), vary, keys)
+        folder = _Path(out).absolute()
+        if on == "threads":
+            return _cluster.here(words, folder, threads)
+        if parts < 1:
+            raise ValueError(f"parts={parts} is out of range; give 1 or more")
+        return _cluster.on_ray(words, folder, min(parts, _missions(seeds, vary)))
     return _fly_campaign(_os.fspath(scenario), list(seeds), dict(vary or {}), threads or 0, keys)
 
 
@@ -179,3 +219,33 @@ def _with_policy(policy: Union[None, str, Speed], keys: dict) -> tuple:
     if isinstance(policy, Mapping):
         return None, {**keys, "policy": dict(policy)}
     return None, {**keys, "policy.name": policy}
+
+
+def _with_law(keys: dict) -> dict:
+    """The keys with the table of a radio law in place of ``radio_law``."""
+    if "radio_law" not in keys:
+        return keys
+    law = keys["radio_law"]
+    if not isinstance(law, RadioLaw):
+        raise ValueError("radio_law takes a RadioLaw; give uchain.RadioLaw(law)")
+    others = {key: value for key, value in keys.items() if key != "radio_law"}
+    return {**others, "radio.model": law.model}
+
+
+def _words(scenario: Any, seeds: list, vary: Any, keys: dict) -> list:
+    """The words of the command line of a campaign."""
+    if not seeds or seeds != list(range(seeds[0], seeds[0] + len(seeds))):
+        raise ValueError("a campaign with out= flies consecutive seeds; give a number, or a range")
+    scenario = _os.fspath(scenario)
+    if _os.path.exists(scenario):
+        scenario = _os.path.abspath(scenario)
+    first = ["--runs", str(len(seeds)), "--seed", str(seeds[0])]
+    return ["campaign", scenario, *first, *_options(dict(vary or {}), keys)]
+
+
+def _missions(seeds: Any, vary: Any) -> int:
+    """The number of missions of a campaign."""
+    count = len(seeds)
+    for values in (vary or {}).values():
+        count *= len(values)
+    return count

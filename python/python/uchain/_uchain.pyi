@@ -40,6 +40,7 @@ class Simulation:
         *,
         policy: Optional[Callable[[int, float, float, float, float], float]] = None,
         live: bool = False,
+        timeout_s: float = 10.0,
         **keys: Any,
     ) -> "Simulation": ...
     def step(self, rounds: int = 1) -> bool:
@@ -61,7 +62,43 @@ class Simulation:
 
 class Flown: ...
 
-def fly(scenario: str, seed: int, policy: Optional[Callable[..., float]], keys: dict) -> Flown: ...
+class Steered:
+    """A mission whose relays fly with the velocities that each step is given."""
+
+    max_speed_mps: float
+    """The largest speed of a relay, m/s."""
+    drones: List[int]
+    """The numbers of the relays."""
+    time_s: float
+    """Seconds since the start."""
+    def __new__(cls, scenario: str, keys: dict) -> "Steered": ...
+    def restart(self, seed: int) -> bytes:
+        """Begins the mission of this seed; returns what the relays observe, as 32-bit numbers."""
+    def step(self, speeds: List[float], rounds: int) -> Tuple[bytes, float, bool]:
+        """Flies rounds of 0.2 s with these velocities, m/s; returns what the relays observe, the strength
+        of the chain's weakest link, dBm, and whether the mission goes on."""
+
+def fly(
+    scenario: str,
+    seed: int,
+    policy: Optional[Callable[..., float]],
+    timeout_s: float,
+    keys: dict,
+) -> Flown: ...
+def command(arguments: List[str]) -> int:
+    """Carries out a command line, whose first argument is the program's name; returns the status."""
+
+def options(vary: dict, keys: dict) -> List[str]:
+    """The options of the command for the keys and for the values that they take."""
+
+def read_runs(folder: str) -> Table:
+    """The runs of a campaign that the command has written into a folder."""
+
+def tabulate(
+    law: Callable[[float, int], float], distances: List[float], rows: int, timeout_s: float
+) -> List[List[float]]:
+    """The losses by a callable at these distances, with a row for each number of walls from none on."""
+
 def fly_campaign(
     scenario: str, seeds: List[int], vary: dict, threads: int, keys: dict
 ) -> Table: ...

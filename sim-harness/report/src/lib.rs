@@ -10,6 +10,7 @@ pub mod mcap;
 mod origin;
 pub mod pictures;
 pub mod report;
+mod runs_parquet;
 pub mod subt;
 mod summary;
 pub mod survey;
@@ -19,6 +20,7 @@ mod write;
 
 pub use folder::{Folder, Staging, Streamed};
 pub use origin::{CampaignOrigin, Origin};
+pub use runs_parquet::RunsParquet;
 pub use summary::summary;
 pub use summary::{last_states, metrics_json, route_json};
 pub use write::{OutputError, TraceFiles, put_picture, write_report};

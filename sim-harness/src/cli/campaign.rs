@@ -114,7 +114,7 @@ pub(super) fn run(args: &CampaignArgs) -> Result<Verdict, Trouble> {
         if let Some(journal) = &journal {
             journal.is_written()?;
         }
-        report.add(folder.as_ref(), point, &rows)?;
+        report.add(&campaign, folder.as_ref(), point, &rows)?;
     }
     drop(progress);
     finish(&campaign, report, folder, journal, &args.common)

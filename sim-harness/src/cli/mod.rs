@@ -26,6 +26,7 @@ mod run;
 mod serve;
 mod usage;
 
+use std::ffi::OsString;
 use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -228,7 +229,12 @@ impl From<report::pictures::PictureError> for Trouble {
 /// The whole program.
 #[must_use]
 pub fn main() -> ExitCode {
-    let command = match Command::try_parse() {
+    ExitCode::from(main_with(std::env::args_os()))
+}
+
+/// Carries out a command line, whose first argument is the program's name; returns the exit status.
+pub fn main_with(arguments: impl IntoIterator<Item = OsString>) -> u8 {
+    let command = match Command::try_parse_from(arguments) {
         Ok(command) => command,
         Err(error) => return usage::told(&error),
     };
@@ -245,37 +251,37 @@ pub fn main() -> ExitCode {
         Verb::Bench(args) => bench::run(&args),
     };
     match done {
-        Ok(Verdict::Good) => ExitCode::SUCCESS,
-        Ok(Verdict::Failed) => ExitCode::from(1),
-        Ok(Verdict::Interrupted) => ExitCode::from(interrupt::STATUS),
+        Ok(Verdict::Good) => 0,
+        Ok(Verdict::Failed) => 1,
+        Ok(Verdict::Interrupted) => interrupt::STATUS,
         Err(trouble) => trouble.told(),
     }
 }
 
 impl Trouble {
     /// Tells of it, and returns the exit status.
-    fn told(&self) -> ExitCode {
+    fn told(&self) -> u8 {
         match self {
             Self::Input(error) => {
                 complain(error);
-                ExitCode::from(2)
+                2
             }
             // As shells say it of a program that a closed pipe has ended: 128 and the signal's
             // number. The reader knows that it went away.
-            Self::Output(error) if error.kind() == io::ErrorKind::BrokenPipe => ExitCode::from(141),
+            Self::Output(error) if error.kind() == io::ErrorKind::BrokenPipe => 141,
             Self::Output(error) => {
                 complain(format_args!(
                     "standard output cannot be written: {error}; send it where there is room"
                 ));
-                ExitCode::from(2)
+                2
             }
             Self::Chip(what) => {
                 complain(what);
-                ExitCode::from(1)
+                1
             }
             Self::Internal(what) => {
                 complain(format_args!("{what}; this is a defect of uchain, please report it"));
-                ExitCode::from(101)
+                101
             }
         }
     }

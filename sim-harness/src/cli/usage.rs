@@ -1,7 +1,6 @@
 //! Turns the errors of `clap` about a command line into one line.
 
 use std::io::{self, Write};
-use std::process::ExitCode;
 
 use clap::CommandFactory;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
@@ -10,19 +9,19 @@ use input::suggest;
 use super::{Command, Trouble, complain};
 
 /// Prints help and version, which were asked for, or else complains; returns the exit status.
-pub(super) fn told(error: &clap::Error) -> ExitCode {
+pub(super) fn told(error: &clap::Error) -> u8 {
     match error.kind() {
         ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
             let printed = error.print().and_then(|()| io::stdout().flush());
-            printed.map_or_else(|error| Trouble::Output(error).told(), |()| ExitCode::SUCCESS)
+            printed.map_or_else(|error| Trouble::Output(error).told(), |()| 0)
         }
         ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
             let _ = error.print();
-            ExitCode::from(2)
+            2
         }
         _ => {
             complain(in_one_line(error));
-            ExitCode::from(2)
+            2
         }
     }
 }

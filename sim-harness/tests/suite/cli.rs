@@ -170,8 +170,8 @@ fn the_same_command_leaves_the_same_bytes() {
 }
 
 /// The files of a campaign.
-const CAMPAIGN: [&str; 5] =
-    ["files.txt", "origin.json", "runs.csv", "scenario.toml", "summary.json"];
+const CAMPAIGN: [&str; 6] =
+    ["files.txt", "origin.json", "runs.csv", "runs.parquet", "scenario.toml", "summary.json"];
 
 /// The number of rows of a campaign.
 fn rows(folder: &Path) -> usize {

@@ -3,8 +3,7 @@
 use std::path::Path;
 use world::World;
 
-use sim_harness::scenario::Scenario;
-use sim_harness::scenario::{PRESETS, RadioPreset};
+use sim_harness::scenario::{Changes, PRESETS, RadioPreset, Scenario};
 use world::SkeletonPlace;
 
 fn world_of(preset: &RadioPreset, place_seed: u64) -> World {
@@ -39,6 +38,31 @@ fn a_place_keeps_its_shadows_and_another_place_has_others() {
         };
         assert_eq!(strengths(1), strengths(1), "{name}");
         assert_ne!(strengths(1), strengths(2), "{name}");
+    }
+}
+
+/// A table of losses is the law between its distances, and the whole scenario keeps it.
+#[test]
+fn a_law_can_be_a_table_of_losses() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/scenarios");
+    let text = std::fs::read_to_string(folder.join("measured-radio.toml")).unwrap();
+    let read = |text: &str| Scenario::of_text_with("table", text, &Changes::default());
+    let scenario = read(&text).unwrap();
+    let strength =
+        |scenario: &Scenario, to: f32| scenario.world().radio.strength(at(0.0), at(to)).loss().0;
+    assert_eq!([1.0, 10.0, 20.0].map(|to| strength(&scenario, to)), [40.0, 60.0, 68.0]);
+    let again = read(&scenario.resolved()).unwrap();
+    assert_eq!(strength(&again, 7.0), strength(&scenario, 7.0));
+    for (from, to, part) in [
+        ("loss_db = [[40, 60, 68],", "loss_db = [[40, 60],", "as many as distance_m has"),
+        ("55, 75", "-5, 75", "give losses from 0 to 400"),
+        ("[1, 10, 20]", "[1, 10, 9]", "each greater than the one before"),
+        ("[1, 10, 20]", "[1]", "give 2 to 2000"),
+        ("distance_m = [1, 10, 20]", "", "give distance_m, and loss_db"),
+        ("law = \"table\"", "law = \"table\"\nexponent = 2", "this law has no exponent"),
+    ] {
+        let error = read(&text.replace(from, to)).unwrap_err().to_string();
+        assert!(error.contains(part) && !error.contains('\n'), "{error}");
     }
 }
 

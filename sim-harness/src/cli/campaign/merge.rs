@@ -40,7 +40,7 @@ pub(super) fn run(folders: &[PathBuf], common: &Common) -> Result<Verdict, Troub
             let count = readers.len();
             rows.push(readers[n % count].row(&campaign, point, seed)?);
         }
-        report.add(folder.as_ref(), point, &rows)?;
+        report.add(&campaign, folder.as_ref(), point, &rows)?;
     }
     finish(&campaign, report, folder, None, common)
 }

@@ -8,15 +8,17 @@ use serde_json::{Map, Value, json};
 use super::Campaign;
 use crate::cli::{Common, Trouble};
 use measure::campaign::{COLUMNS, Figure, Row, Verdicts, figures, json as figures_json};
-use report::{Folder, Streamed};
+use report::{Folder, RunsParquet, Streamed};
 use scenario::Setting;
 
 /// The table with a row for each mission.
 const RUNS: &str = "runs.csv";
+/// The same table for programs.
+const RUNS_PARQUET: &str = "runs.parquet";
 
 /// The report of a campaign, place by place of its grid.
 pub(super) struct Report {
-    runs: Option<csv::Writer<Streamed>>,
+    tables: Option<Tables>,
     places: Vec<Place>,
     /// How many missions were flown.
     pub(super) flown: usize,
@@ -41,6 +43,45 @@ impl Place {
     }
 }
 
+/// The tables with a row for each mission.
+struct Tables {
+    csv: csv::Writer<Streamed>,
+    parquet: RunsParquet<Streamed>,
+}
+
+impl Tables {
+    fn begin(campaign: &Campaign, folder: &Folder) -> Result<Self, InputError> {
+        let mut csv = csv::Writer::from_writer(folder.stream(RUNS)?);
+        let names = campaign.axes.iter().map(|axis| axis.key()).chain(["seed"]);
+        let written = csv.write_record(names.chain(COLUMNS.iter().map(|column| column.name)));
+        written.map_err(|error| folder.unwritten(RUNS, &error.into()))?;
+        let parquet = RunsParquet::begin(folder.stream(RUNS_PARQUET)?, &campaign.axes);
+        let parquet = parquet.map_err(|error| folder.unwritten(RUNS_PARQUET, &error))?;
+        Ok(Self { csv, parquet })
+    }
+
+    fn add(
+        &mut self,
+        folder: &Folder,
+        keys: &[String],
+        settings: &[Setting],
+        row: &Row,
+    ) -> Result<(), InputError> {
+        let keys = keys.iter().cloned().chain([row.seed.to_string()]);
+        let written = self.csv.write_record(keys.chain(row.texts()));
+        written.map_err(|error| folder.unwritten(RUNS, &error.into()))?;
+        let written = self.parquet.add(settings, row);
+        written.map_err(|error| folder.unwritten(RUNS_PARQUET, &error))
+    }
+
+    fn finish(self, folder: &mut Folder) -> Result<(), InputError> {
+        let csv = self.csv.into_inner().map_err(csv::IntoInnerError::into_error);
+        folder.keep(csv.map_err(|error| folder.unwritten(RUNS, &error))?)?;
+        let parquet = self.parquet.finish();
+        folder.keep(parquet.map_err(|error| folder.unwritten(RUNS_PARQUET, &error))?)
+    }
+}
+
 impl Report {
     /// Begins the files.
     pub(super) fn begin(campaign: &Campaign, folder: Option<&Folder>) -> Result<Self, InputError> {
@@ -49,30 +90,21 @@ impl Report {
             value => value.to_string(),
         };
         let keys = campaign.points.iter().map(|point| point.iter().map(value).collect()).collect();
-        let runs = folder.map(|folder| Self::table(campaign, folder)).transpose()?;
-        Ok(Self { runs, places: Vec::new(), flown: 0, failed: 0, keys })
-    }
-
-    fn table(campaign: &Campaign, folder: &Folder) -> Result<csv::Writer<Streamed>, InputError> {
-        let mut runs = csv::Writer::from_writer(folder.stream(RUNS)?);
-        let names = campaign.axes.iter().map(|axis| axis.key()).chain(["seed"]);
-        let written = runs.write_record(names.chain(COLUMNS.iter().map(|column| column.name)));
-        written.map_err(|error| folder.unwritten(RUNS, &error.into()))?;
-        Ok(runs)
+        let tables = folder.map(|folder| Tables::begin(campaign, folder)).transpose()?;
+        Ok(Self { tables, places: Vec::new(), flown: 0, failed: 0, keys })
     }
 
     /// Adds the rows of a place, in the order of the seeds.
     pub(super) fn add(
         &mut self,
+        campaign: &Campaign,
         folder: Option<&Folder>,
         point: usize,
         rows: &[Row],
     ) -> Result<(), InputError> {
-        if let Some((folder, runs)) = folder.zip(self.runs.as_mut()) {
+        if let Some((folder, tables)) = folder.zip(self.tables.as_mut()) {
             for row in rows {
-                let keys = self.keys[point].iter().cloned().chain([row.seed.to_string()]);
-                let written = runs.write_record(keys.chain(row.texts()));
-                written.map_err(|error| folder.unwritten(RUNS, &error.into()))?;
+                tables.add(folder, &self.keys[point], &campaign.points[point], row)?;
             }
         }
         if rows.is_empty() {
@@ -97,9 +129,8 @@ impl Report {
         let summary = self.summary(campaign);
         if let Some(folder) = &mut folder {
             folder.put_json("summary.json", &summary)?;
-            if let Some(runs) = self.runs.take() {
-                let runs = runs.into_inner().map_err(csv::IntoInnerError::into_error);
-                folder.keep(runs.map_err(|error| folder.unwritten(RUNS, &error))?)?;
+            if let Some(tables) = self.tables.take() {
+                tables.finish(folder)?;
             }
             campaign.origin().write(folder, &campaign.scenario)?;
         }

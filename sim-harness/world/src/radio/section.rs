@@ -1,5 +1,7 @@
 //! Reads the tables `[radio.model]`, `[radio.shadowing]`, `[radio.fading]` and `[radio.antenna]` of a scenario file.
 
+mod tabulated;
+
 use input::InputError;
 use input::reader::{At, Reader};
 use radio_model::{Antenna, Corner, LogDistance, Material, PathLoss, Subt, Waveguide};
@@ -20,6 +22,8 @@ pub struct ModelTable {
     height_m: Option<At<f32>>,
     permittivity: Option<At<f32>>,
     second_mode: Option<At<f32>>,
+    distance_m: Option<At<Vec<f32>>>,
+    loss_db: Option<At<Vec<Vec<f32>>>>,
 }
 
 #[derive(Clone, Copy, Deserialize, PartialEq)]
@@ -28,6 +32,7 @@ enum LawKey {
     LogDistance,
     Subt,
     Waveguide,
+    Table,
 }
 
 #[derive(Clone, Copy, Deserialize)]
@@ -68,6 +73,10 @@ impl ModelTable {
             LawKey::LogDistance => model.log_distance(loss_at_1m, reader),
             LawKey::Subt => model.subt(loss_at_1m, reader),
             LawKey::Waveguide => model.waveguide(loss_at_1m, reader),
+            LawKey::Table => {
+                let keys = (model.distance_m.as_ref(), model.loss_db.as_ref());
+                tabulated::read(table, keys, reader).map(PathLoss::Tabulated)
+            }
         }
     }
 
@@ -78,8 +87,8 @@ impl ModelTable {
 
     /// Refuses keys that the law does not have, which would be read and do nothing.
     fn refuse_foreign_keys(&self, at: &At<Self>, reader: &Reader<'_>) -> Result<(), InputError> {
-        use LawKey::{LogDistance, Subt, Waveguide};
-        let keys: [(&str, bool, &[LawKey]); 9] = [
+        use LawKey::{LogDistance, Subt, Table, Waveguide};
+        let keys: [(&str, bool, &[LawKey]); 11] = [
             ("exponent", self.exponent.is_some(), &[LogDistance, Subt]),
             ("exponent_per_wall", self.exponent_per_wall.is_some(), &[Subt]),
             ("material", self.material.is_some(), &[LogDistance, Waveguide]),
@@ -89,6 +98,8 @@ impl ModelTable {
             ("height_m", self.height_m.is_some(), &[Waveguide]),
             ("permittivity", self.permittivity.is_some(), &[Waveguide]),
             ("second_mode", self.second_mode.is_some(), &[Waveguide]),
+            ("distance_m", self.distance_m.is_some(), &[Table]),
+            ("loss_db", self.loss_db.is_some(), &[Table]),
         ];
         match keys.iter().find(|(_, given, laws)| *given && !laws.contains(&self.law)) {
             None => Ok(()),
