@@ -7,9 +7,11 @@ mod home;
 mod look;
 mod lost;
 mod place;
+mod slide;
 
 use self::detour::Detour;
 use self::lost::Lost;
+use self::slide::Slide;
 use units::{Metres, MetresPerSecond, Radians, RadiansPerSecond};
 
 use crate::company::Company;
@@ -272,6 +274,7 @@ pub struct Navigator {
     returns: f32,
     /// The way flown since a wall was last seen on the left and on the right, m, forward positive.
     unseen: [f32; 2],
+    slide: Slide,
     /// The way at which the tunnel last opened, to any side.
     opened: Option<Metres>,
     /// How the drone keeps to the chosen side of a wide gallery.
@@ -310,6 +313,7 @@ impl Navigator {
             led_back: None,
             returns: 0.0,
             unseen: [0.0; 2],
+            slide: Slide::new(),
             opened: None,
             margin: Margin::new(),
         }
@@ -410,6 +414,9 @@ impl Navigator {
             }
         };
         let pace = if self.company.is_ahead(speed.0) { 0.0 } else { pace };
+        let turn = self.slide.step(moved, speed);
+        let slides = leading.walls == Walls::Neither && leading.nearness > BLOCKED;
+        let yaw_rate = if slides && self.fork.is_homing() { yaw_rate + turn } else { yaw_rate };
         let (lateral, yaw_rate) =
             match off.and_then(|off| self.go_round(ranges, leading, speed, off)) {
                 Some(detour) => detour,

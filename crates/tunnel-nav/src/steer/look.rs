@@ -93,8 +93,10 @@ impl Navigator {
         speed: MetresPerSecond,
     ) -> Option<f32> {
         let heading = bearings.known_heading()?;
-        let flies =
-            self.fork.is_last_home() && speed.0 < -HOVERING && !self.company.is_ahead(speed.0);
+        // The next drone homeward, where it is so near, makes this one wait at zero speed: one that its
+        // tail beams see while it may fly is the drone in front, to which it has turned its tail.
+        let has_turned = self.fork.is_homing() && self.company.is_ahead(speed.0);
+        let flies = (self.fork.is_last_home() || has_turned) && speed.0 < -HOVERING;
         let is_lost = self.lost.step(self.trail.at(), flies);
         if !flies {
             if speed.0 < -HOVERING {

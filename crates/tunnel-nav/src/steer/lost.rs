@@ -11,16 +11,21 @@ use crate::plane::{Vec2, distance};
 /// at the least speed, and after which a detour has gone to and fro once. Our own number.
 const LOST: u8 = 125;
 /// It has come on where it is farther than this from where it was, m: a turn to and fro before a wall
-/// takes less.
+/// takes less, …
 const COME_ON: f32 = 0.6;
+/// … and a drone that slides to and fro along the end of a dead end comes no farther than this, m: half of
+/// the widest gallery, and as much again.
+const SLIDES: f32 = 2.5;
 /// The way that it tried last counts as tried up to this distance from there, m.
 const NEARBY: f32 = 2.0;
 
 /// How long a drone that flies tail first has not come on, and what it has tried.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Lost {
-    /// Where it was when it had last come on, by dead reckoning, m.
+    /// Where it was when it had last come on by [`SLIDES`], by dead reckoning, m.
     from: Vec2,
+    /// The farthest from there that counted as having come on, m.
+    farthest: f32,
     /// The iterations since then.
     idle: u8,
     /// Where it last looked round, and the heading of the way that it took from there, rad.
@@ -30,14 +35,17 @@ pub(super) struct Lost {
 impl Lost {
     /// A drone that has come on.
     pub(super) const fn new() -> Self {
-        Self { from: [0.0; 2], idle: 0, tried: None }
+        Self { from: [0.0; 2], farthest: 0.0, idle: 0, tried: None }
     }
 
     /// Carries out one iteration of a drone at `at` that `flies` tail first, or does not, and returns
     /// whether it has lost its way.
     pub(super) fn step(&mut self, at: Vec2, flies: bool) -> bool {
-        if distance(at, self.from) > COME_ON {
-            (self.from, self.idle) = (at, 0);
+        let gone = distance(at, self.from);
+        if gone > SLIDES || !flies {
+            (self.from, self.farthest, self.idle) = (at, 0.0, 0);
+        } else if gone > self.farthest + COME_ON {
+            (self.farthest, self.idle) = (gone, 0);
         }
         self.idle = if flies { self.idle.saturating_add(1).min(LOST) } else { 0 };
         self.idle == LOST
@@ -50,7 +58,7 @@ impl Lost {
 
     /// Notes that a drone at `at` takes the way with this heading, rad.
     pub(super) const fn take(&mut self, at: Vec2, heading: f32) {
-        *self = Self { from: at, idle: 0, tried: Some((at, heading)) };
+        *self = Self { from: at, farthest: 0.0, idle: 0, tried: Some((at, heading)) };
     }
 }
 

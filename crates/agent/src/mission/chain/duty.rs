@@ -289,9 +289,13 @@ fn rejoining(since: Instant, to: Metres, passed: Option<Metres>, at: &Standing<'
         Some(opened) => (opened - BEFORE_FAR_SIDE, None),
         None => (to, passed),
     };
-    let is_released = at.round.role == Role::Head && !is_pushed(at);
+    let is_head = at.round.role == Role::Head;
+    let is_released = is_head && !is_pushed(at);
     let is_spent = now.since(since) > LONGEST_BACK;
-    let is_back = way <= to || way <= Metres::ZERO;
+    // Before the junction a relay behind the head, which stands at home, may leave it no room to fly
+    // farther back.
+    let is_held = is_head && at.links.is_back_near && way <= to + BEFORE;
+    let is_back = way <= to || way <= Metres::ZERO || is_held;
     if is_back || is_spent || is_released || !at.round.explores() {
         ChainDuty::at_place(at.round.role, now + at.config.retreat.rest)
     } else {

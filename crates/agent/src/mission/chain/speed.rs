@@ -9,9 +9,14 @@ use units::{Course, Dbm, Duration, Metres, MetresPerSecond, Order, Role};
 
 use super::relayed::{AHEAD, BEHIND, side};
 use super::search::is_searching;
+use super::turn::CLEAR;
 use super::{Chain, ChainDuty};
 use crate::mission::{Round, Task};
 use crate::{AgentConfig, LinkView};
+
+/// A head that links hold before it is this far from where it took off would be above the relay that is
+/// to come to it, which then does not take off: [`CLEAR`], and what odometers are off by.
+const CLEARS: Metres = Metres(CLEAR.0 + 0.2);
 
 impl Chain {
     /// How fast the drone is to fly along the tunnel at a duty of the chain.
@@ -121,7 +126,11 @@ impl Chain {
             return behind_clear(config, back, eased);
         }
         let freedom = config.retreat.freedom(back.map(|link| link.rssi));
-        let asked = self.edge.speed(round.way(), asked * freedom);
+        let asked = asked * freedom;
+        if round.way() < CLEARS && self.waiting(config, round) > 0 {
+            return asked;
+        }
+        let asked = self.edge.speed(round.way(), asked);
         self.speed_at_limit(&config.launch, asked)
     }
 

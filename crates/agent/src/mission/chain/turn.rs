@@ -13,7 +13,7 @@ use crate::mission::{Call, Round};
 
 /// A drone of the chain that has flown no farther than this from where it took off may be above
 /// another one of the row: what its odometer may be off by after some minutes. Our own number.
-const CLEAR: Metres = Metres(0.3);
+pub(super) const CLEAR: Metres = Metres(0.3);
 
 impl Chain {
     /// Whether the chain calls for this drone, which is on the ground and was armed at `armed`, if it
