@@ -268,8 +268,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
     /// in part past that one, and could look at from beside later.
     pub(crate) fn farther(&self, now: Instant, view: View) -> Option<View> {
         let Config { rule, limits, .. } = self.config;
-        let sees_far =
-            rule.looks_from_afar && limits.gaze == Gaze::Ahead && self.avoided(now).is_none();
+        let sees_far = rule.looks_from_afar && self.avoided(now).is_none();
         let reach = limits.reach * FRAC_1_SQRT_2 / self.ground.frame().resolution().0;
         // The corners of the square lie within the reach. The conversion clamps.
         (sees_far && view == View::Beside).then_some(View::Afar(reach as u16))

@@ -104,8 +104,8 @@ pub struct Rule {
     /// Whether the leader stops only when each robot has said that it can reach none of all
     /// candidates.
     pub confirmed_stop: bool,
-    /// Whether a robot with a camera looks at candidates from afar where no way leads beside any of those
-    /// that it has looked for ways to.
+    /// Whether a robot looks at candidates from afar where no way leads beside any of those that it has
+    /// looked for ways to.
     pub looks_from_afar: bool,
     /// How long a candidate that could not be reached is not tried again; zero for not at all.
     pub blacklist: Duration,

@@ -1,7 +1,7 @@
 //! What must hold for `ours` in places that are narrow: gaps through which no robot flies, and corridors in
 //! which none passes another.
 
-use explorers::{Air, Outcome, Senses, Setup, World, run};
+use explorers::{Air, Outcome, Senses, Sensor, Setup, World, run};
 use frontier::RuleEntry;
 use robot_maps::{Cell, Occupancy};
 use units::{Metres, Point2};
@@ -31,8 +31,12 @@ fn map([columns, rows]: [usize; 2], free: &[Free]) -> Occupancy {
 }
 
 fn explore(world: &World, robots: usize, seed: u64) -> Outcome {
+    explore_by(Sensor::Camera, world, robots, seed)
+}
+
+fn explore_by(sensor: Sensor, world: &World, robots: usize, seed: u64) -> Outcome {
     let rule = RuleEntry::named("ours").expect("the rule").rule;
-    let (air, senses) = (Air::losing(0.1), Senses::default());
+    let (air, senses) = (Air::losing(0.1), Senses { sensor, drifts: false });
     let (death_s, apart_s, longest_s) = (None, None, 900.0);
     let radius = Metres(0.08);
     run(&Setup { world, rule, robots, seed, air, senses, radius, death_s, apart_s, longest_s }).0
@@ -49,6 +53,24 @@ fn what_is_seen_through_a_gap_is_explored_before_the_end() {
             let outcome = explore(&world, robots, seed);
             assert!(outcome.stopped_s.is_some(), "{robots} robots, seed {seed}: no end");
             assert!(!outcome.premature_stop, "{robots} robots, seed {seed}: {}", outcome.explored);
+        }
+    }
+}
+
+/// Columns of 0.4 m with gaps of 0.1 to 0.3 m between them, through which four beams see a second aisle and
+/// no robot flies. Nine of these sixteen explorations had stopped at 64 to 78 %, without a look through the gaps.
+#[test]
+fn what_four_beams_see_between_columns_is_explored_before_the_end() {
+    for (gap, pitch) in [(0.1, 0.5), (0.2, 0.6), (0.2, 1.1), (0.3, 0.9)] {
+        let mut free = vec![[0.1, 0.1, 3.4, 7.9], [3.8, 0.1, 6.4, 7.9]];
+        let gaps = (1..).map(|n| f64::from(n) * pitch).take_while(|&south| south + gap < 7.9);
+        free.extend(gaps.map(|south| [3.4, south, 3.8, south + gap]));
+        let world = place([66, 80], &free, Some(Point2::new(1.5, 4.0)));
+        for (robots, seed) in [(1, 1), (2, 1), (2, 4), (2, 7)] {
+            let outcome = explore_by(Sensor::Rangers, &world, robots, seed);
+            let what = format!("gaps of {gap} m each {pitch} m, {robots} robots, seed {seed}");
+            assert!(outcome.stopped_s.is_some(), "{what}: no end");
+            assert!(!outcome.premature_stop, "{what}: {}", outcome.explored);
         }
     }
 }

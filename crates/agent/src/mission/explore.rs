@@ -93,11 +93,13 @@ impl Exploration {
     }
 }
 
-/// The robot that the drone is for `frontier`, under our rule.
+/// The robot that the drone is for `frontier`, under our rule without its looks from afar: a search of
+/// them tests a line of sight in each cell, for which the chip has no time, and a mission asks for what
+/// a drone's body can come to.
 const fn config_of(id: NodeId, config: &ExploreConfig) -> Config {
     Config {
         number: id.0,
-        rule: Rule::OURS,
+        rule: Rule { looks_from_afar: false, ..Rule::OURS },
         limits: config.limits(),
         least_gain: LEAST_GAIN,
         compared_tiles: COMPARED_TILES,

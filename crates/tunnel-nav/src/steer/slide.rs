@@ -38,7 +38,7 @@ impl Slide {
             *mean += WEIGHT * (moved.0 / ROUND - *mean);
         }
         let [forward, left] = self.0;
-        let moves = forward * speed.0 > 0.0 && libm::hypotf(forward, left) > SLOW;
+        let moves = forward * speed.0 > 0.0 && libm::sqrtf(forward * forward + left * left) > SLOW;
         let angle = libm::atan2f(left * forward.signum(), forward.abs());
         if speed.0.abs() > HOVERING && moves && angle.abs() > AT { GAIN * angle } else { 0.0 }
     }
