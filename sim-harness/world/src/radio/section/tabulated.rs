@@ -13,10 +13,13 @@ use super::ModelTable;
 const MOST_DISTANCES: usize = 2_000;
 const MOST_ROWS: usize = 8;
 
+/// The keys of the table: `distance_m`, and `loss_db` with a row for each number of walls.
+pub(super) type Keys<'a> = (Option<&'a At<Vec<f32>>>, Option<&'a At<Vec<Vec<f32>>>>);
+
 /// Reads `distance_m` and `loss_db`.
 pub(super) fn read(
     table: &At<ModelTable>,
-    keys: (Option<&At<Vec<f32>>>, Option<&At<Vec<Vec<f32>>>>),
+    keys: Keys<'_>,
     reader: &Reader<'_>,
 ) -> Result<Tabulated, InputError> {
     let (Some(distances), Some(losses)) = keys else {
