@@ -34,7 +34,7 @@ impl MapArgs {
             Site::open(&file.to_string_lossy())?
         } else {
             let ends = Ends { from: self.from.clone(), to: self.to.clone(), around_m: None };
-            let choice = MapChoice { file: file.clone(), within: None, ends };
+            let choice = MapChoice { file: file.clone(), within: None, ends, memory: None };
             let (tunnel, _) = choice.dig()?;
             Site { base: usual_base(&tunnel), tunnel }
         };

@@ -100,9 +100,19 @@ impl Browser {
 
     /// Presses a key and lets it go.
     pub(crate) async fn press(&mut self, key: &str) {
+        self.key_down(key).await;
+        self.key_up(key).await;
+    }
+
+    /// Presses a key and holds it.
+    pub(crate) async fn key_down(&mut self, key: &str) {
         let text = if key.len() == 1 { key } else { "" };
         let down = json!({ "type": "keyDown", "key": key, "text": text });
         self.call("Input.dispatchKeyEvent", down).await;
+    }
+
+    /// Lets a key go.
+    pub(crate) async fn key_up(&mut self, key: &str) {
         self.call("Input.dispatchKeyEvent", json!({ "type": "keyUp", "key": key })).await;
     }
 
@@ -135,3 +145,26 @@ impl Drop for Browser {
         let _ = self.process.wait();
     }
 }
+
+/// The least contrast of all texts of the page, by WCAG 2.2.
+pub(crate) const LEAST_CONTRAST: &str = r#"(() => {
+    const rgb = (text) => text.match(/[\d.]+/g).map(Number);
+    const light = (c) => c.slice(0, 3).map((v) => v / 255)
+        .map((v) => v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4)
+        .reduce((sum, v, i) => sum + v * [0.2126, 0.7152, 0.0722][i], 0);
+    const behind = (element) => {
+        for (let at = element; at; at = at.parentElement) {
+            const colour = rgb(getComputedStyle(at).backgroundColor);
+            if (colour.length === 3 || colour[3] === 1) return colour;
+        }
+        return [255, 255, 255];
+    };
+    let least = 21;
+    for (const element of document.body.querySelectorAll("*")) {
+        const own = [...element.childNodes].some((n) => n.nodeType === 3 && n.data.trim());
+        if (!own || !element.checkVisibility() || element.disabled) continue;
+        const pair = [light(rgb(getComputedStyle(element).color)), light(behind(element))];
+        least = Math.min(least, (Math.max(...pair) + 0.05) / (Math.min(...pair) + 0.05));
+    }
+    return least;
+})()"#;

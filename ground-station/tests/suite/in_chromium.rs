@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use sim_harness::serve::Event;
 use units::{MetresPerSecond, NodeId, Order};
 
-use crate::browser::Browser;
+use crate::browser::{Browser, LEAST_CONTRAST};
 use crate::severed_line::Line;
 use crate::simulated_chain::SimulatedChain;
 use crate::stalling_proxy::StallingProxy;
@@ -208,29 +208,6 @@ async fn the_map_shows_the_chain_in_chromium() {
 
 /// The least contrast of a text with its background that WCAG 2.2 asks for at level AA.
 const CONTRAST: f64 = 4.5;
-
-/// The least contrast of all texts of the page, by WCAG 2.2.
-const LEAST_CONTRAST: &str = r#"(() => {
-    const rgb = (text) => text.match(/[\d.]+/g).map(Number);
-    const light = (c) => c.slice(0, 3).map((v) => v / 255)
-        .map((v) => v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4)
-        .reduce((sum, v, i) => sum + v * [0.2126, 0.7152, 0.0722][i], 0);
-    const behind = (element) => {
-        for (let at = element; at; at = at.parentElement) {
-            const colour = rgb(getComputedStyle(at).backgroundColor);
-            if (colour.length === 3 || colour[3] === 1) return colour;
-        }
-        return [255, 255, 255];
-    };
-    let least = 21;
-    for (const element of document.body.querySelectorAll("*")) {
-        const own = [...element.childNodes].some((n) => n.nodeType === 3 && n.data.trim());
-        if (!own || !element.checkVisibility() || element.disabled) continue;
-        const pair = [light(rgb(getComputedStyle(element).color)), light(behind(element))];
-        least = Math.min(least, (Math.max(...pair) + 0.05) / (Math.min(...pair) + 0.05));
-    }
-    return least;
-})()"#;
 
 #[tokio::test]
 #[ignore = "needs chromium"]

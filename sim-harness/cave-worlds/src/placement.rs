@@ -1,11 +1,16 @@
 //! Lets each rule put down relays, and measures what they cover.
 
+#[cfg(any(unix, windows))]
 use cpu_time::ThreadTime;
 use grid_map::Cell;
 use relay_placement::{Curve, Demand, Ground, GroundError, Network, Place, Plan, Rule};
 use units::Point2;
 
 use crate::world::{CELLS, World, WorldPlanner};
+
+// A browser has no clock of the processor time.
+#[cfg(not(any(unix, windows)))]
+use std::time::Instant as ThreadTime;
 
 /// What one rule did in one world.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,5 +1,6 @@
 //! Measures how long a leader's round takes with many robots and frontiers in a large map.
 
+#[cfg(any(unix, windows))]
 use cpu_time::ThreadTime;
 use frontier::{
     Activity, Atlas1024, Beam, Bid, Body, Config, Explorer, Gain, Ground, Inputs, Known, MOST_BIDS,
@@ -9,6 +10,10 @@ use grid_map::{Cell, CellState, Frame, RayEnd};
 use units::{Instant, Metres, Point2, Pose2, Radians};
 
 use crate::run::{LIMITS, RECORDS, STEPS_PER_SECOND};
+
+// A browser has no clock of the processor time.
+#[cfg(not(any(unix, windows)))]
+use std::time::Instant as ThreadTime;
 
 /// The numbers of robots that are measured.
 pub const SCALE_ROBOTS: [usize; 7] = [1, 2, 4, 8, 16, 32, MOST_ROBOTS];

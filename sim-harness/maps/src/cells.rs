@@ -24,7 +24,7 @@ pub fn cells(file: &Path) -> Result<Occupancy, InputError> {
         Map::Grid(map) => Ok(grid::without_specks(map)),
         Map::Survey(_) | Map::Subt(_) => {
             let ends = Ends { from: None, to: None, around_m: Some(AROUND_M) };
-            let choice = MapChoice { file: file.to_owned(), within: None, ends };
+            let choice = MapChoice { file: file.to_owned(), within: None, ends, memory: None };
             let (tunnel, _) = choice.dig()?;
             tunnel.occupancy(RESOLUTION_M).ok_or_else(|| {
                 let wrong = "its floor plan has too many cells";

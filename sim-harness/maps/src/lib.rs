@@ -24,15 +24,16 @@ pub mod tunnel;
 mod widths;
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
-use cave_survey::{StationId, Survey, Warning};
+use cave_survey::{Memory, StationId, Survey, Warning};
 use robot_maps::Occupancy;
 use world::{GeometryError, Tunnel};
 
 pub use cells::cells;
 pub use ended::{Crossing, RouteEnd};
 pub use hindrance::{HIGHEST_STEP, Hindrance, HindranceKind, STEEPEST_DEG};
-pub use open::{Map, open};
+pub use open::{Map, open, open_in};
 pub use widths::ASSUMED_WIDTH;
 
 use ended::{Piece, Wanted};
@@ -83,6 +84,9 @@ pub struct MapChoice {
     pub within: Option<PathBuf>,
     /// The ends of the route.
     pub ends: Ends,
+    /// The files of the map where they are in memory, as in a page of the browser; `file` is the name
+    /// of one of them. Where left out, they are on disk.
+    pub memory: Option<Arc<Memory>>,
 }
 
 impl MapChoice {
@@ -91,7 +95,10 @@ impl MapChoice {
     /// # Errors
     /// [`InputError`] where the map cannot be used, or has no such route.
     pub fn dig(&self) -> Result<(Tunnel, Route), InputError> {
-        let map = open(&self.file, self.within.as_deref())?;
+        let map = match &self.memory {
+            Some(files) => open_in(&**files, &self.file)?,
+            None => open(&self.file, self.within.as_deref())?,
+        };
         let found = match &map {
             Map::Survey(survey) => Route::find(survey, &self.ends)
                 .map_err(|error| (error.to_string(), error.remedy(survey))),

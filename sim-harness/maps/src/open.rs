@@ -58,18 +58,8 @@ impl Map {
 /// # Errors
 /// [`InputError`] where the map cannot be used.
 pub fn open(file: &Path, within: Option<&Path>) -> Result<Map, InputError> {
-    let is_image = |ending: &std::ffi::OsStr| {
-        ["bmp", "pgm", "png"].iter().any(|image| ending.eq_ignore_ascii_case(image))
-    };
-    if file.extension().is_some_and(is_image) {
-        let remedy = "give the YAML file beside it, which says how large it is";
-        return Err(InputError::new("an image alone is no map", remedy).in_file(file));
-    }
-    let read = |files: &dyn Files, entry: &str| match MapKind::of(file) {
-        MapKind::Survey => cave_survey::read(files, entry).map(Map::Survey),
-        MapKind::Subt => subt::read(files, entry).map(Map::Subt),
-        MapKind::Grid => map_server::read(files, entry).map(Map::Grid),
-    };
+    refuse_image(file)?;
+    let read = |files: &dyn Files, entry: &str| read(files, entry, file);
     let lost = |error: std::io::Error| {
         InputError::new(format!("cannot be read: {error}"), "give a survey file").in_file(file)
     };
@@ -83,7 +73,7 @@ pub fn open(file: &Path, within: Option<&Path>) -> Result<Map, InputError> {
     let folder = Folder::new(root).map_err(unusable)?;
     let whole = root.canonicalize().map_err(unusable)?;
     if let Some(entry) = real.strip_prefix(&whole).ok().and_then(Path::to_str) {
-        return read(&folder, &entry.replace('\\', "/")).map_err(refused);
+        return read(&folder, &entry.replace('\\', "/"));
     }
     if within.is_some() {
         let wrong = format!("it does not lie within {}", root.display());
@@ -93,7 +83,38 @@ pub fn open(file: &Path, within: Option<&Path>) -> Result<Map, InputError> {
     // A file that the user names is read wherever a link leads.
     let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let named = Named { folder, name, path: file.to_owned(), real };
-    read(&named, &named.name).map_err(refused)
+    read(&named, &named.name)
+}
+
+/// Reads the map `file` of these files, and what belongs to it.
+///
+/// # Errors
+/// [`InputError`] where the map cannot be used.
+pub fn open_in(files: &dyn Files, file: &Path) -> Result<Map, InputError> {
+    refuse_image(file)?;
+    read(files, &file.to_string_lossy(), file)
+}
+
+/// Refuses an image, which is but a part of a map.
+fn refuse_image(file: &Path) -> Result<(), InputError> {
+    let is_image = |ending: &std::ffi::OsStr| {
+        ["bmp", "pgm", "png"].iter().any(|image| ending.eq_ignore_ascii_case(image))
+    };
+    if file.extension().is_some_and(is_image) {
+        let remedy = "give the YAML file beside it, which says how large it is";
+        return Err(InputError::new("an image alone is no map", remedy).in_file(file));
+    }
+    Ok(())
+}
+
+/// Reads the map `entry` of these files, of the kind that the name of `file` tells.
+fn read(files: &dyn Files, entry: &str, file: &Path) -> Result<Map, InputError> {
+    let map = match MapKind::of(file) {
+        MapKind::Survey => cave_survey::read(files, entry).map(Map::Survey),
+        MapKind::Subt => subt::read(files, entry).map(Map::Subt),
+        MapKind::Grid => map_server::read(files, entry).map(Map::Grid),
+    };
+    map.map_err(refused)
 }
 
 /// A file that the user names, and the folder of what it includes.

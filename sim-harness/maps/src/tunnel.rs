@@ -157,6 +157,7 @@ impl TunnelTable {
             file: reader.beside(map.as_ref()),
             within: table.within.as_deref().map(|within| reader.beside(within)),
             ends: Ends { from: table.from.clone(), to: table.to.clone(), around_m },
+            memory: None,
         };
         choice.dig().map(|(tunnel, route)| (tunnel, Some(route)))
     }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use maps::{Ends, MapChoice};
+use maps::MapChoice;
 use random::{Purpose, Stream};
 use units::Point2;
 use world::layout::{Layout, Passage, Room};
@@ -289,7 +289,7 @@ fn recorded_caves_keep_the_way_within_a_width_of_the_straight_line() {
     // The survey of Suhadolca was dived: it has no route.
     for name in surveys {
         let choice =
-            MapChoice { file: caves().join(name), within: Some(caves()), ends: Ends::default() };
+            MapChoice { file: caves().join(name), within: Some(caves()), ..MapChoice::default() };
         let (tunnel, route) = choice.dig().unwrap();
         let [shorter, longer] = differences(&tunnel, &free_points(&tunnel, 0.7, 0.1));
         let (slope, at) = steepest(&tunnel, 0.3);

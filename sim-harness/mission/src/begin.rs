@@ -1,5 +1,7 @@
 //! How missions begin: with the scenario's pilot or with clients, on the host or in an emulator.
 
+use std::borrow::Cow;
+
 use random::{Purpose, Stream};
 use units::Order;
 
@@ -60,6 +62,8 @@ impl<'a> Mission<'a> {
             members,
             response: Response::new(&scenario.vehicle),
             source: Source::Script,
+            pilot: Cow::Borrowed(&scenario.pilot),
+            losses: Cow::Borrowed(&scenario.losses),
             now_us: 0,
             contacts: Contacts::default(),
             obstacles: Vec::with_capacity(count),

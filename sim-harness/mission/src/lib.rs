@@ -42,6 +42,8 @@ pub mod trace;
 mod track;
 mod view;
 
+use std::borrow::Cow;
+
 use onboard::Sensed;
 use random::Stream;
 use units::{Metres, Radians, Role};
@@ -54,7 +56,7 @@ use bodies::craft::faults::Failing;
 use bodies::emulated::Halted;
 use bodies::others::{Obstacle, Others};
 use bodies::point::{Response, STEP_US};
-use scenario::{Fidelity, LossKind, Scenario};
+use scenario::{Fidelity, Loss, LossKind, PilotStep, Scenario};
 
 pub use called::{Law, with_called_law};
 use contacts::Contacts;
@@ -113,6 +115,10 @@ pub struct Mission<'a> {
     due_us: Vec<u64>,
     response: Response,
     source: Source,
+    /// The orders of the pilot, in order of time: the scenario's, or [steered](Self::steer) ones.
+    pilot: Cow<'a, [PilotStep]>,
+    /// The drones that are lost, in order of time: the scenario's, and those that the caller loses.
+    losses: Cow<'a, [Loss]>,
     now_us: u64,
     contacts: Contacts,
     /// Where the members are, as obstacles; empty where no ranger sees drones.
@@ -194,9 +200,9 @@ impl Mission<'_> {
         }
     }
 
-    /// Takes from the chain the drones that the scenario loses by now.
+    /// Takes from the chain the drones that are lost by now.
     fn lose_drones(&mut self) {
-        for loss in self.scenario.losses.iter().take_while(|loss| loss.at_us <= self.now_us) {
+        for loss in self.losses.iter().take_while(|loss| loss.at_us <= self.now_us) {
             if let Some(member) = self.members.get_mut(loss.drone) {
                 member.lose(loss.how);
             }

@@ -1,5 +1,6 @@
 //! The orders of a mission's operator: the scenario's pilot, or the caller.
 
+use scenario::{Loss, LossKind, PilotStep, as_in_a_file};
 use units::{Course, MetresPerSecond, Order};
 
 use super::Mission;
@@ -8,7 +9,7 @@ use super::member::{Member, Onboard};
 /// Where a mission's orders come from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Source {
-    /// The scenario's pilot.
+    /// The pilot: the scenario's, or the caller of [`Mission::steer`].
     Script,
     /// The caller of [`Mission::order`], whose last order this is.
     Live(Order),
@@ -25,6 +26,43 @@ impl Mission<'_> {
         }
         self.source = word;
         self.give_order(self.now_us);
+    }
+
+    /// Gives an order in the place of the scenario's pilot, who gives none from now on. A scenario
+    /// with the orders of [`pilot`](Self::pilot) flies the same mission, bit for bit, where the
+    /// caller steers between rounds.
+    pub fn steer(&mut self, order: Order) {
+        let at_us = as_in_a_file(self.now_us);
+        let pilot = self.pilot.to_mut();
+        pilot.retain(|step| step.at_us < at_us);
+        if pilot.last().map_or(Order::Wait, |step| step.task) != order {
+            pilot.push(PilotStep { at_us, task: order });
+        }
+    }
+
+    /// The orders of the pilot, in order of time.
+    #[must_use]
+    pub fn pilot(&self) -> &[PilotStep] {
+        &self.pilot
+    }
+
+    /// Takes a drone from the chain. A scenario with the [`losses`](Self::losses) flies the same
+    /// mission, bit for bit, where the caller loses drones between rounds.
+    pub fn lose(&mut self, drone: usize, how: LossKind) {
+        let at_us = as_in_a_file(self.now_us);
+        if drone >= self.scenario.drones.flying() || self.is_lost(drone) {
+            return;
+        }
+        let losses = self.losses.to_mut();
+        losses.retain(|loss| loss.drone != drone);
+        losses.push(Loss { at_us, drone, how });
+        losses.sort_by_key(|loss| loss.at_us);
+    }
+
+    /// The drones that are lost in this mission, in order of time.
+    #[must_use]
+    pub fn losses(&self) -> &[Loss] {
+        &self.losses
     }
 
     /// Whether the operator is a client, and not the scenario's script.
@@ -64,7 +102,7 @@ impl Mission<'_> {
             Source::Clients => None,
             Source::Live(task) => Some(task),
             Source::Script => {
-                let steps = self.scenario.pilot.iter();
+                let steps = self.pilot.iter();
                 let step = steps.take_while(|step| step.at_us <= now_us).last();
                 Some(self.no_deeper(step.map_or(Order::Wait, |step| step.task)))
             }

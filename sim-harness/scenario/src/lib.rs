@@ -191,7 +191,8 @@ fn turn_back_before(pilot: &mut [PilotStep], most: f32) {
 }
 
 /// The time nearest to this one that a number of seconds in a scenario file can be.
-fn as_in_a_file(us: u64) -> u64 {
+#[must_use]
+pub fn as_in_a_file(us: u64) -> u64 {
     (f64::from((us as f64 * 1e-6) as f32) * 1e6).round() as u64
 }
 

@@ -38,7 +38,10 @@ pub(super) fn discards(staging: Staging) {
 
 fn handle(act: impl FnMut() + 'static + Send) {
     // Where the system knows no such signals, Ctrl-C ends the program by itself.
+    #[cfg(any(unix, windows))]
     let _ = ctrlc::set_handler(act);
+    #[cfg(not(any(unix, windows)))]
+    drop(act);
 }
 
 fn end() {

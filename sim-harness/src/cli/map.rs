@@ -139,7 +139,7 @@ fn convert(args: &ConvertArgs) -> Result<Verdict, Trouble> {
 fn route(args: &ConvertArgs) -> Result<Option<Occupancy>, InputError> {
     let ConvertArgs { file, within, from, to, around_m, .. } = args;
     let ends = Ends { from: from.clone(), to: to.clone(), around_m: *around_m };
-    let choice = MapChoice { file: file.clone(), within: within.clone(), ends };
+    let choice = MapChoice { file: file.clone(), within: within.clone(), ends, memory: None };
     match choice.dig() {
         Ok((tunnel, _)) => draw(&tunnel, args).map(Some),
         Err(error) if from.is_some() || to.is_some() => Err(error),

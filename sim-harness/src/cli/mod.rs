@@ -20,7 +20,7 @@ mod figures;
 mod interrupt;
 mod keys;
 mod map;
-mod plan;
+pub mod plan;
 mod replay;
 mod run;
 mod serve;

@@ -1,6 +1,6 @@
 //! `uchain plan`: how many relays a place needs, before the drones are packed.
 
-mod answer;
+pub mod answer;
 mod drops;
 mod explore;
 

@@ -131,6 +131,7 @@ impl MapArgs {
             file: file.clone(),
             within: within.clone(),
             ends: Ends { from: from.clone(), to: to.clone(), around_m: *around_m },
+            memory: None,
         });
         match (scenario, map) {
             (None, Some(map)) => Scenario::of_map(map, relays, settings),

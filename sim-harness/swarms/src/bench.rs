@@ -1,9 +1,14 @@
 //! Measures the paper's rule and ours side by side, and holds ours against its bounds.
 
+#[cfg(any(unix, windows))]
 use cpu_time::ThreadTime;
 use virtual_forces::Config;
 
 use crate::{Flight, Leg, Mission, Phase, Place, TooMany, Trouble, fly};
+
+// A browser has no clock of the processor time.
+#[cfg(not(any(unix, windows)))]
+use std::time::Instant as ThreadTime;
 
 /// The sizes of the swarms: the paper's, and three larger ones.
 pub const SIZES: [u16; 9] = [1, 2, 3, 4, 5, 6, 12, 24, 50];

@@ -22,7 +22,8 @@ fn end_of_route(scenario: &Scenario, plan: &RelayPlan) -> Option<String> {
 }
 
 /// The answer as JSON.
-pub(super) fn json(scenario: &Scenario, plan: &RelayPlan) -> Value {
+#[must_use]
+pub fn json(scenario: &Scenario, plan: &RelayPlan) -> Value {
     let stands = plan.stands.iter().map(|stand| {
         let station = by_station(scenario, stand);
         json!({ "along_m": stand.along_m, "x_m": stand.at.x, "y_m": stand.at.y, "station": station })
@@ -58,7 +59,8 @@ pub(super) fn json(scenario: &Scenario, plan: &RelayPlan) -> Value {
 }
 
 /// The answer for people.
-pub(super) fn table(scenario: &Scenario, plan: &RelayPlan) -> String {
+#[must_use]
+pub fn table(scenario: &Scenario, plan: &RelayPlan) -> String {
     let relays = plan.links.len() - 1;
     let mut text = format!(
         "{}: {} for {:.1} m, no link weaker than {:.1}\n\n\

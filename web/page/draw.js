@@ -1,0 +1,300 @@
+// Draws the place and the drones on the canvas.
+const MARGIN = 34; // Pixels round the place.
+const MARK = 10; // The radius of a drone's mark, pixels.
+const MOST_ZOOM = 40;
+const LEAST_HEIGHT = 260; // Pixels of the canvas.
+
+const colours = {};
+
+// The colours of the style sheet, which are those of a light or of a dark page.
+export function takeColours() {
+  const style = getComputedStyle(document.documentElement);
+  for (const name of ["rock", "floor", "wall", "centre", "ink", "paper", "head", "relay", "explorer", "base", "down", "good", "weak", "bad", "plan"]) {
+    colours[name] = style.getPropertyValue(`--${name}`).trim();
+  }
+}
+
+export class View {
+  constructor(canvas) {
+    this.canvas = canvas;
+    this.context = canvas.getContext("2d");
+    [this.zoom, this.panned, this.follows] = [1, [0, 0], false];
+    this.pointers = new Map();
+    this.listen();
+  }
+
+  show(setting) {
+    this.setting = setting;
+    const { outlines, centre_lines } = setting.place;
+    const points = (outlines.length ? outlines : centre_lines).flat();
+    const reach = (axis) => points.reduce(([a, b], at) => [Math.min(a, at[axis]), Math.max(b, at[axis])], [Infinity, -Infinity]);
+    [this.xs, this.ys] = [reach(0), reach(1)];
+    this.floor = path(outlines, true);
+    this.lines = path(centre_lines, false);
+    this.trail = [];
+    this.whole();
+    this.shape();
+  }
+
+  // Makes the canvas as high as the place needs at this width, but for what the rest of the page needs.
+  shape() {
+    if (!this.setting) return;
+    const span = ([a, b]) => Math.max(b - a, 1);
+    const wanted = this.canvas.clientWidth * span(this.ys) / span(this.xs) + 2 * MARGIN;
+    const most = Math.max(0.6 * window.innerHeight, LEAST_HEIGHT);
+    this.canvas.style.height = `${Math.round(Math.min(Math.max(wanted, LEAST_HEIGHT), most))}px`;
+  }
+
+  whole() {
+    [this.zoom, this.panned, this.follows] = [1, [0, 0], false];
+  }
+
+  // The metres-to-pixels transform: the whole place fits at zoom 1.
+  fit() {
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    const ratio = window.devicePixelRatio || 1;
+    if (this.canvas.width !== Math.round(width * ratio) || this.canvas.height !== Math.round(height * ratio)) {
+      [this.canvas.width, this.canvas.height] = [Math.round(width * ratio), Math.round(height * ratio)];
+    }
+    const span = ([a, b]) => Math.max(b - a, 1);
+    const room = Math.min((width - 2 * MARGIN) / span(this.xs), (height - 2 * MARGIN - 14) / span(this.ys));
+    this.scale = Math.min(room, 90) * this.zoom;
+    const middle = [this.xs, this.ys].map(([a, b]) => (a + b) / 2);
+    const head = this.follows && this.frame ? this.frame.drones[0] : null;
+    this.centre = head ? [head.x, head.y] : [middle[0] - this.panned[0], middle[1] - this.panned[1]];
+    this.size = [width, height];
+    this.ratio = ratio;
+  }
+
+  pixel([x, y]) {
+    return [this.size[0] / 2 + (x - this.centre[0]) * this.scale, this.size[1] / 2 - (y - this.centre[1]) * this.scale];
+  }
+
+  draw(frame, plan) {
+    if (!this.setting || this.canvas.clientWidth === 0) return;
+    this.frame = frame;
+    this.fit();
+    const g = this.context;
+    g.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
+    g.fillStyle = colours.rock;
+    g.fillRect(0, 0, ...this.size);
+    this.place(g);
+    if (frame) {
+      this.follow(frame.drones[0]);
+      this.way(g);
+    }
+    if (plan) this.planned(g, plan);
+    if (frame) {
+      this.links(g, frame);
+      this.drones(g, frame);
+    }
+    this.scaleBar(g);
+  }
+
+  place(g) {
+    g.save();
+    const [x, y] = this.pixel([0, 0]);
+    g.transform(this.scale, 0, 0, -this.scale, x, y);
+    g.fillStyle = colours.floor;
+    g.fill(this.floor, "evenodd");
+    g.lineJoin = "round";
+    g.lineWidth = 2 / this.scale;
+    g.strokeStyle = colours.wall;
+    g.stroke(this.floor);
+    g.lineWidth = 1 / this.scale;
+    g.setLineDash([4 / this.scale, 5 / this.scale]);
+    g.strokeStyle = colours.centre;
+    g.stroke(this.lines);
+    g.restore();
+  }
+
+  follow(head) {
+    const last = this.trail[this.trail.length - 1];
+    if (!last || Math.hypot(last[0] - head.x, last[1] - head.y) > 0.15) this.trail.push([head.x, head.y]);
+    if (this.trail.length > 4000) this.trail = this.trail.filter((_, n) => n % 2 === 0);
+  }
+
+  way(g) {
+    g.beginPath();
+    this.trail.forEach((at) => g.lineTo(...this.pixel(at)));
+    g.globalAlpha = 0.35;
+    g.strokeStyle = colours.head;
+    g.lineWidth = 2;
+    g.stroke();
+    g.globalAlpha = 1;
+  }
+
+  // Each link once, with the strength that the on-board filter of its weaker end says.
+  links(g, frame) {
+    for (const { from, to, dbm } of linksOf(frame)) {
+      const [a, b] = [from, to].map((n) => this.pixel([frame.drones[n].x, frame.drones[n].y]));
+      const grade = gradeOf(dbm, this.setting);
+      g.strokeStyle = colours[grade];
+      g.lineWidth = grade === "good" ? 3 : 4;
+      g.setLineDash(grade === "good" ? [] : grade === "weak" ? [9, 5] : [2, 5]);
+      g.beginPath();
+      g.moveTo(...a);
+      g.lineTo(...b);
+      g.stroke();
+      g.setLineDash([]);
+      if (Math.hypot(a[0] - b[0], a[1] - b[1]) > 78) label(g, `${Math.round(dbm)} dBm`.replace("-", "−"), (a[0] + b[0]) / 2, (a[1] + b[1]) / 2);
+    }
+  }
+
+  // Marks that would cover another are drawn below it, with a line to their place. The head comes first.
+  drones(g, frame) {
+    const placed = [];
+    frame.drones.forEach((drone, n) => {
+      const at = this.pixel([drone.x, drone.y]);
+      const mark = [...at];
+      for (let tries = 0; tries < 40 && placed.some(([x, y]) => Math.hypot(x - mark[0], y - mark[1]) < 2 * MARK + 1); tries++) mark[1] += MARK;
+      placed.push(mark);
+      if (mark[1] !== at[1]) stroke(g, at, mark, colours.ink, 1);
+      this.mark(g, mark, drone, n);
+    });
+  }
+
+  mark(g, [x, y], drone, n) {
+    const { role } = this.setting.nodes[n];
+    const flies = drone.z > 0.05;
+    const colour = drone.lost ? colours.down : colours[kindOf(n, role)];
+    g.lineWidth = 2;
+    g.strokeStyle = colour;
+    g.fillStyle = flies || role === "base" ? colour : colours.paper;
+    if (role !== "base" && !drone.lost) {
+      const nose = [x + Math.cos(drone.yaw) * (MARK + 6), y - Math.sin(drone.yaw) * (MARK + 6)];
+      stroke(g, [x, y], nose, colour, 3);
+    }
+    g.beginPath();
+    if (role === "base") g.rect(x - MARK, y - MARK, 2 * MARK, 2 * MARK);
+    else g.arc(x, y, MARK, 0, 2 * Math.PI);
+    g.fill();
+    g.strokeStyle = flies || role === "base" ? colours.paper : colour;
+    g.stroke();
+    g.fillStyle = flies || role === "base" ? colours.paper : colour;
+    text(g, drone.lost ? "×" : letter(n, role), x, y);
+  }
+
+  planned(g, plan) {
+    const stands = plan.stands.map((stand) => this.pixel([stand.x_m, stand.y_m]));
+    g.setLineDash([3, 4]);
+    stands.slice(1).forEach((at, n) => stroke(g, stands[n], at, colours.plan, 2));
+    g.setLineDash([]);
+    stands.forEach(([x, y], n) => {
+      g.fillStyle = colours.paper;
+      g.strokeStyle = colours.plan;
+      g.lineWidth = 2;
+      g.beginPath();
+      g.moveTo(x, y - MARK);
+      g.lineTo(x + MARK, y);
+      g.lineTo(x, y + MARK);
+      g.lineTo(x - MARK, y);
+      g.closePath();
+      g.fill();
+      g.stroke();
+      g.fillStyle = colours.plan;
+      text(g, n === 0 ? "B" : n === stands.length - 1 ? "H" : String(stands.length - 1 - n), x, y);
+    });
+  }
+
+  scaleBar(g) {
+    const metres = [0.5, 1, 2, 5, 10, 20, 50, 100, 200].find((each) => each * this.scale >= 60) ?? 500;
+    const [x, y] = [14, this.size[1] - 12];
+    stroke(g, [x, y], [x + metres * this.scale, y], colours.ink, 2);
+    g.fillStyle = colours.ink;
+    g.textAlign = "left";
+    g.font = "12px system-ui, sans-serif";
+    g.textBaseline = "alphabetic";
+    g.fillText(`${metres} m`, x, y - 6);
+  }
+
+  // Drag moves the picture, the wheel and two fingers zoom, a double click shows the whole place.
+  listen() {
+    const { canvas, pointers } = this;
+    const metres = (event, other) => [(event.clientX - other.clientX) / this.scale, (other.clientY - event.clientY) / this.scale];
+    canvas.addEventListener("pointerdown", (event) => {
+      canvas.setPointerCapture(event.pointerId);
+      pointers.set(event.pointerId, event);
+    });
+    const gone = (event) => pointers.delete(event.pointerId);
+    canvas.addEventListener("pointerup", gone);
+    canvas.addEventListener("pointercancel", gone);
+    canvas.addEventListener("pointermove", (event) => {
+      const before = pointers.get(event.pointerId);
+      if (!before || !this.scale) return;
+      const apart = () => { const [a, b] = [...pointers.values()]; return Math.hypot(a.clientX - b.clientX, a.clientY - b.clientY); };
+      const distance = pointers.size === 2 ? apart() : 0;
+      pointers.set(event.pointerId, event);
+      if (distance > 0) this.zoomBy(apart() / distance);
+      else this.panned = this.panned.map((value, axis) => value + metres(event, before)[axis]);
+    });
+    canvas.addEventListener("wheel", (event) => {
+      event.preventDefault();
+      this.zoomBy(Math.exp(-event.deltaY / 400));
+    }, { passive: false });
+    canvas.addEventListener("dblclick", () => this.whole());
+    window.addEventListener("resize", () => this.shape());
+  }
+
+  zoomBy(factor) {
+    this.zoom = Math.min(Math.max(this.zoom * factor, 1), MOST_ZOOM);
+  }
+}
+
+function path(lines, isClosed) {
+  const found = new Path2D();
+  for (const line of lines) {
+    line.forEach((at, n) => (n ? found.lineTo(...at) : found.moveTo(...at)));
+    if (isClosed) found.closePath();
+  }
+  return found;
+}
+
+function stroke(g, from, to, colour, width) {
+  g.strokeStyle = colour;
+  g.lineWidth = width;
+  g.beginPath();
+  g.moveTo(...from);
+  g.lineTo(...to);
+  g.stroke();
+}
+
+function text(g, words, x, y) {
+  g.font = "bold 12px system-ui, sans-serif";
+  g.textAlign = "center";
+  g.textBaseline = "middle";
+  g.fillText(words, x, y + 0.5);
+}
+
+function label(g, words, x, y) {
+  g.font = "12px system-ui, sans-serif";
+  g.textAlign = "center";
+  g.textBaseline = "middle";
+  const width = g.measureText(words).width + 8;
+  g.fillStyle = colours.paper;
+  g.globalAlpha = 0.85;
+  g.fillRect(x - width / 2, y - 9, width, 18);
+  g.globalAlpha = 1;
+  g.fillStyle = colours.ink;
+  g.fillText(words, x, y + 0.5);
+}
+
+export const letter = (n, role) => (role === "base" ? "B" : n === 0 ? "H" : String(n));
+export const kindOf = (n, role) => (role === "head" && n > 0 ? "explorer" : role);
+
+// Where a strength stands between the limits: good above the launch limit, bad below the retreat limit.
+export const gradeOf = (dbm, { launch_dbm, retreat_dbm }) =>
+  dbm >= launch_dbm ? "good" : dbm >= retreat_dbm ? "weak" : "bad";
+
+export function linksOf({ drones }) {
+  const found = new Map();
+  drones.forEach((drone, n) => {
+    for (const link of [drone.front, drone.back]) {
+      if (!link || link.dbm === null || drone.lost || !drones[link.peer]) continue;
+      const [from, to] = [Math.min(n, link.peer), Math.max(n, link.peer)];
+      const known = found.get(`${from} ${to}`);
+      if (!known || known.dbm > link.dbm) found.set(`${from} ${to}`, { from, to, dbm: link.dbm });
+    }
+  });
+  return [...found.values()];
+}

@@ -1,0 +1,437 @@
+// The page: what the user does goes to the simulator in the worker, and what it shows comes from there.
+import { View, gradeOf, kindOf, letter, linksOf, takeColours } from "./draw.js";
+import { entries, isScenario, ofDrop, ofInput } from "./files.js";
+import { read, write } from "./link.js";
+
+const at = (id) => document.getElementById(id);
+const SPEED = { forward: 0.3, back: -0.3 }; // m/s of the head.
+const WORDS_MS = 200; // Words are read more slowly than pictures.
+
+// The states of the on-board code, in words.
+const STATES = {
+  idle: "waits on the ground", armed: "is called, and takes off next", "taking-off": "takes off",
+  leading: "leads: flies as the pilot orders", relaying: "relays: flies to the weaker of its links",
+  reconnecting: "reconnects: flies back to where its link was", searching: "searches for a better place",
+  retiring: "retires: is needed no more", homing: "flies home", rejoining: "rejoins the chain",
+  siting: "looks for a spot to land on", "backing-up": "backs up to keep its link", perched: "relays from the ground",
+  rising: "rises again", landing: "lands", landed: "has landed", stopped: "is stopped",
+  hovering: "hovers", surveying: "surveys its part", gathering: "gathers at the entrance", crossing: "crosses the passage",
+  lost: "has lost its place", waiting: "waits", exploring: "explores", returning: "returns",
+};
+
+const worker = new Worker("worker.js", { type: "module" });
+const waiting = new Map();
+const view = new View(at("map"));
+const page = { recipe: {}, dropped: [], setting: null, frame: null, plan: null, paused: false, branch: "", held: null, states: [], told: 0 };
+
+worker.onmessage = ({ data: { id, is, value, wrong } }) => {
+  if (id === undefined) return said[is](value);
+  const { resolve, reject } = waiting.get(id);
+  waiting.delete(id);
+  return wrong === undefined ? resolve(value) : reject(new Error(wrong));
+};
+worker.onerror = ({ message }) => complain(`The simulator has ended: ${message ?? "reload the page"}`);
+
+function ask(act, value) {
+  const id = ask.next++;
+  return new Promise((resolve, reject) => {
+    waiting.set(id, { resolve, reject });
+    worker.postMessage({ id, act, value });
+  });
+}
+ask.next = 1;
+
+const said = {
+  async ready(scenarios) {
+    const option = ({ name, title }) => new Option(`${name}: ${title}`, name);
+    at("scenario").append(...scenarios.map(option));
+    try {
+      const { recipe, dropped } = await read(location.hash);
+      await open(recipe, dropped);
+    } catch (error) {
+      complain(error.message);
+      await open({}, []).catch((again) => complain(again.message));
+    }
+  },
+  frame(frame) {
+    // Of the mission before, between the worker's answer and what the page makes of it.
+    if (frame.drones.length !== page.setting?.nodes.length) return;
+    page.frame = frame;
+    const now = performance.now();
+    if (frame.over || now - page.told > WORDS_MS) {
+      page.told = now;
+      tellFrame(frame);
+    }
+  },
+  figures: tellFigures,
+};
+
+function complain(words) {
+  at("wrong").textContent = words;
+  at("wrong").hidden = !words;
+}
+
+// Does what the user wants, and says why it cannot be done.
+const doing = (action) => async (event) => {
+  try {
+    complain("");
+    await action(event);
+  } catch (error) {
+    complain(error.message);
+  }
+};
+
+// ---- A mission begins ----------------------------------------------------------------------
+
+async function open(recipe, dropped = page.dropped) {
+  const { setting, frame } = await ask("open", { recipe, dropped: dropped === page.dropped ? undefined : dropped });
+  Object.assign(page, { recipe, dropped, setting, frame, plan: null, states: [], branch: "", held: null });
+  at("events").replaceChildren();
+  at("answer").replaceChildren();
+  at("hide-plan").hidden = true;
+  view.show(setting);
+  rows();
+  controls();
+  branches();
+  tellFigures({});
+  tellFrame(frame);
+  await setPace();
+  await keepLink(recipe);
+}
+
+function controls() {
+  const { setting, recipe } = page;
+  at("seed").value = setting.seed;
+  at("scenario").value = recipe.map || recipe.text ? "" : setting.name;
+  at("loss").value = Math.round(setting.packet_loss * 100);
+  at("launch").value = Math.round(setting.launch_dbm);
+  at("relays").value = setting.relays;
+  sliders();
+  const isChain = setting.mission === "chain";
+  for (const id of ["launch", "relays"]) at(id).disabled = !isChain;
+  const { route } = setting.place;
+  at("route").hidden = page.dropped.length === 0;
+  at("stations").replaceChildren(...(route?.stations ?? []).map((name) => new Option(name)));
+  at("route-words").textContent = route
+    ? `${route.length_m} m from ${route.from} to ${route.to}: ${route.ended}. ${route.warnings.slice(0, 4).join(" ")}` : "";
+}
+
+function sliders() {
+  at("loss-now").value = `${at("loss").value} %`;
+  at("launch-now").value = `${at("launch").value.replace("-", "−")} dBm`;
+  at("relays-now").value = at("relays").value;
+}
+
+const without = (recipe, ...keys) => Object.fromEntries(Object.entries(recipe).filter(([key]) => !keys.includes(key)));
+
+// The mission of the sliders; only what was moved is changed.
+function changed() {
+  const { setting } = page;
+  const recipe = without(page.recipe, "pilot", "loss");
+  const set = new Map((recipe.set ?? []).map((text) => text.split("=")));
+  if (Number(at("loss").value) !== Math.round(setting.packet_loss * 100)) set.set("radio.packet_loss", at("loss").value / 100);
+  if (Number(at("launch").value) !== Math.round(setting.launch_dbm)) {
+    set.set("launch.limit_dbm", at("launch").value);
+    set.set("retreat.limit_dbm", at("launch").value - (setting.launch_dbm - setting.retreat_dbm));
+  }
+  recipe.set = [...set].map(([key, value]) => `${key}=${value}`);
+  if (Number(at("relays").value) !== setting.relays) recipe.relays = Number(at("relays").value);
+  return recipe;
+}
+
+const setPace = () => {
+  at("pause").firstChild.data = page.paused ? "Go on " : "Pause ";
+  return ask("pace", page.paused ? 0 : Number(at("pace").value));
+};
+
+// ---- What is shown -------------------------------------------------------------------------
+
+const clock = (seconds) => `${Math.floor(seconds / 60)}:${String(Math.floor(seconds % 60)).padStart(2, "0")}`;
+const dbm = (value) => `${value.toFixed(0).replace("-", "−")} dBm`;
+const element = (name, properties = {}, ...children) => {
+  const made = Object.assign(document.createElement(name), properties);
+  made.append(...children);
+  return made;
+};
+
+function rows() {
+  const row = ({ name, role }, n) => {
+    const chip = element("span", { className: `chip ${kindOf(n, role)}`, textContent: letter(n, role) });
+    const state = element("span");
+    const links = element("p", { className: "links" });
+    const item = element("li", {}, element("p", {}, chip, " ", element("b", { textContent: name }), " ", state), links);
+    if (role !== "base") {
+      const kill = element("button", { type: "button", textContent: "Kill it", ariaLabel: `Kill ${name}` });
+      kill.addEventListener("click", doing(async () => flown(await ask("lose", n))));
+      item.append(kill);
+    }
+    item.style.borderColor = `var(--${kindOf(n, role)})`;
+    return Object.assign(item, { parts: { chip, state, links } });
+  };
+  at("drones").replaceChildren(...page.setting.nodes.map(row));
+}
+
+function tellFrame(frame) {
+  const { setting } = page;
+  if (!setting || frame.drones.length !== setting.nodes.length) return;
+  const whose = page.recipe.pilot ? "The pilot of the link" : page.steers ? "You" : "The scenario's pilot";
+  const end = frame.over ? ", the end" : "";
+  at("now").textContent = `${clock(frame.t)} of ${clock(setting.duration_s)}${end}. ${whose}: ${frame.order}${frame.recalled ? "; a drone calls all home" : ""}`;
+  frame.drones.forEach((drone, n) => tellDrone(drone, n));
+  events(frame);
+  at("map").ariaLabel = `The cave and the drones from above: the head is ${Math.round(frame.drones[0].way)} m from the base.`;
+}
+
+function tellDrone(drone, n) {
+  const { setting } = page;
+  const { role } = setting.nodes[n];
+  const { parts } = at("drones").children[n];
+  parts.state.textContent = role === "base" ? "hears the pilot" : drone.lost ? "is dead" : STATES[drone.state] ?? drone.state;
+  parts.chip.className = `chip ${drone.lost ? "down" : kindOf(n, role)}`;
+  const link = (to, words) => to && to.dbm !== null && !drone.lost
+    ? [element("span", { className: gradeOf(to.dbm, setting), textContent: `${words} ${setting.nodes[to.peer]?.name ?? ""} ${dbm(to.dbm)}` }), "  "] : [];
+  const motion = drone.forward ? `${drone.forward > 0 ? "forward" : "back"} at ${Math.abs(drone.forward).toFixed(2)} m/s` : "";
+  parts.links.replaceChildren(...link(drone.back, "hears"), ...link(drone.front, "hears"), motion);
+  const kill = at("drones").children[n].querySelector("button");
+  if (kill) kill.disabled = drone.lost;
+}
+
+// Each change of a state is an event of the mission.
+function events(frame) {
+  frame.drones.forEach(({ state, lost }, n) => {
+    const { name, role } = page.setting.nodes[n];
+    const now = lost ? "dead" : state;
+    const before = page.states[n];
+    page.states[n] = now;
+    if (before === undefined || before === now || role === "base") return;
+    const words = lost ? "is dead" : STATES[state] ?? state;
+    at("events").prepend(element("li", {}, element("time", { textContent: clock(frame.t) }), ` ${name} ${words}`));
+  });
+}
+
+// The five numbers that matter, of the mission's kind.
+function tellFigures(figures) {
+  const { frame, setting } = page;
+  if (!setting) return;
+  const drones = frame?.drones ?? [];
+  const flying = drones.filter(({ z }, n) => z > 0.05 && setting.nodes[n].role !== "base").length;
+  const links = frame && drones.length === setting.nodes.length ? linksOf(frame).map((link) => link.dbm) : [];
+  const weakest = Math.min(...links);
+  const percent = (share) => (share === null || share === undefined ? "–" : `${Math.round(share * 100)} %`);
+  const touches = (figures.wall_contacts ?? 0) + (figures.drone_contacts ?? 0);
+  const metres = figures.farthest_m;
+  const common = [
+    [String(flying), `of ${setting.nodes.length - 1} drones in the air`],
+    [String(touches), "touches of walls and of other drones"],
+  ];
+  const own = {
+    chain: [
+      [metres === undefined || metres === null ? "–" : `${metres.toFixed(1)} m`, "from the base at the farthest"],
+      [links.length ? dbm(weakest) : "–", `the weakest link; a relay takes off below ${dbm(setting.launch_dbm)}`],
+      [percent(figures.weak_share), "of the time some link was weaker than that"],
+    ],
+    explore: [[percent(figures.explored), "of the place is known"], [figures.packets_sent ?? "–", "packets on the air"], [clock(frame?.t ?? 0), "of mission time"]],
+    swarm: [[percent(figures.covered), "of the area was flown over"], [figures.packets_sent ?? "–", "packets on the air"], [clock(frame?.t ?? 0), "of mission time"]],
+  }[setting.mission] ?? [];
+  at("figures").replaceChildren(...[...own, ...common].flatMap(([value, words]) =>
+    [element("dt", { textContent: value }), element("dd", { textContent: words })]));
+}
+
+function draw() {
+  requestAnimationFrame(draw);
+  view.draw(page.frame, page.plan);
+}
+
+// ---- The pilot -----------------------------------------------------------------------------
+
+async function steer(order, speed = 0) {
+  page.steers = true;
+  const recipe = await ask("steer", { order, speed, branch: order === "explore" ? page.branch : "" });
+  await flown(recipe);
+}
+
+async function flown(recipe) {
+  page.recipe = { ...page.recipe, ...without(recipe, "pilot", "loss") };
+  page.flown = recipe;
+  await keepLink(recipe);
+}
+
+const hold = doing(async (way) => {
+  if (page.held === way) return;
+  page.held = way;
+  marks();
+  await steer("explore", way ? SPEED[way] : 0);
+});
+
+function choose(branch) {
+  page.branch = page.branch === branch ? "" : branch;
+  branches();
+  return steer("explore", page.held ? SPEED[page.held] : 0);
+}
+
+function branches() {
+  for (const button of document.querySelectorAll("[data-branch]")) button.ariaPressed = String(button.dataset.branch === page.branch);
+  marks();
+}
+
+const marks = () => document.querySelectorAll("[data-hold]").forEach((button) => button.classList.toggle("held", button.dataset.hold === page.held));
+
+const HELD = { ArrowUp: "forward", w: "forward", ArrowDown: "back", s: "back" };
+const PRESSED = {
+  ArrowLeft: () => choose("left"), ArrowRight: () => choose("right"), r: () => steer("return"), l: () => steer("land"),
+  Escape: () => steer("stop"), p: pause,
+};
+
+function pause() {
+  page.paused = !page.paused;
+  return setPace();
+}
+
+const isTyping = ({ target }) => target.matches?.("input, select, textarea");
+
+addEventListener("keydown", (event) => {
+  if (event.ctrlKey || event.altKey || event.metaKey || (isTyping(event) && event.key !== "Escape")) return;
+  const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
+  if (!HELD[key] && !PRESSED[key]) return;
+  event.preventDefault();
+  if (event.repeat) return;
+  if (HELD[key]) hold(HELD[key]);
+  else doing(PRESSED[key])();
+});
+addEventListener("keyup", (event) => {
+  const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
+  if (HELD[key] && HELD[key] === page.held) hold(null);
+});
+addEventListener("blur", () => page.held && hold(null));
+
+for (const button of document.querySelectorAll("[data-hold]")) {
+  button.addEventListener("pointerdown", (event) => {
+    button.setPointerCapture(event.pointerId);
+    hold(button.dataset.hold);
+  });
+  for (const end of ["pointerup", "pointercancel"]) button.addEventListener(end, () => page.held && hold(null));
+  button.addEventListener("contextmenu", (event) => event.preventDefault());
+}
+for (const button of document.querySelectorAll("[data-branch]")) button.addEventListener("click", doing(() => choose(button.dataset.branch)));
+for (const button of document.querySelectorAll("[data-order]")) button.addEventListener("click", doing(() => steer(button.dataset.order)));
+
+// ---- The choice of a mission ---------------------------------------------------------------
+
+const begin = (recipe, dropped) => {
+  Object.assign(page, { steers: false, flown: null });
+  return open(recipe, dropped);
+};
+
+at("scenario").addEventListener("change", doing(() => begin({ scenario: at("scenario").value }, [])));
+at("seed").addEventListener("change", doing(() => begin({ ...without(page.recipe, "pilot", "loss"), seed: Math.max(0, Math.floor(Number(at("seed").value))) })));
+at("pace").addEventListener("change", doing(setPace));
+at("pause").addEventListener("click", doing(pause));
+at("again").addEventListener("click", doing(() => begin(page.recipe)));
+at("finish").addEventListener("click", doing(() => ask("finish")));
+at("whole").addEventListener("click", () => view.whole());
+at("near").addEventListener("click", () => {
+  view.whole();
+  [view.follows, view.zoom] = [true, 2.5];
+});
+for (const id of ["loss", "launch", "relays"]) {
+  at(id).addEventListener("input", sliders);
+  at(id).addEventListener("change", doing(() => begin(changed()).catch((error) => {
+    controls();
+    throw error;
+  })));
+}
+
+// ---- Files ---------------------------------------------------------------------------------
+
+async function take(dropped) {
+  const found = entries(dropped);
+  if (found.length === 0) throw new Error("none of these files is a survey, a map, a world or a scenario that this page reads");
+  await useEntry(found[0], dropped);
+  at("entry").replaceChildren(...found.map((path) => new Option(path)));
+  at("entry").value = found[0];
+}
+
+function useEntry(path, dropped, ends = {}) {
+  if (isScenario(path)) {
+    const { bytes } = dropped.find((file) => file.path === path);
+    return begin({ text: new TextDecoder().decode(bytes) }, dropped);
+  }
+  return begin({ map: path, ...ends }, dropped);
+}
+
+const ends = () => Object.fromEntries(["from", "to"].filter((id) => at(id).value.trim()).map((id) => [id, at(id).value.trim()]));
+
+at("files").addEventListener("change", doing(async () => take(await ofInput(at("files").files))));
+at("folder").addEventListener("change", doing(async () => take(await ofInput(at("folder").files))));
+at("dig").addEventListener("click", doing(() => useEntry(at("entry").value, page.dropped, ends())));
+at("entry").addEventListener("change", doing(() => useEntry(at("entry").value, page.dropped)));
+addEventListener("dragover", (event) => {
+  event.preventDefault();
+  at("drop").hidden = false;
+});
+addEventListener("dragleave", (event) => {
+  if (!event.relatedTarget) at("drop").hidden = true;
+});
+addEventListener("drop", (event) => {
+  event.preventDefault();
+  at("drop").hidden = true;
+  doing(async () => take(await ofDrop(event.dataTransfer)))();
+});
+
+// ---- The plan ------------------------------------------------------------------------------
+
+async function plan() {
+  const { plan: planned, text } = await ask("plan", { recipe: without(page.recipe, "pilot", "loss"), margin: Number(at("margin").value) });
+  page.plan = planned;
+  const [lead, , ...rest] = text.split("\n\n").flatMap((block, n) => (n === 1 ? [block] : block.split("\n"))).filter(Boolean);
+  const { stands, links } = planned;
+  const name = (n) => (n === 0 ? "base" : n === stands.length - 1 ? "head" : `relay ${stands.length - 1 - n}`);
+  const cell = (words) => element("td", { textContent: words });
+  const line = (stand, n) => element("tr", {}, cell(name(n)), cell(stand.along_m.toFixed(1)), cell(n ? links[n - 1].length_m.toFixed(1) : ""),
+    cell(n ? links[n - 1].strength_dbm.toFixed(1).replace("-", "−") : ""), cell(stand.station ?? ""));
+  const heads = ["", "way, m", "link, m", "dBm", "place"].map((textContent) => element("th", { textContent }));
+  const table = element("table", {}, element("thead", {}, element("tr", {}, ...heads)), element("tbody", {}, ...stands.map(line)));
+  at("answer").replaceChildren(
+    element("p", { className: "lead", textContent: `${lead}.` }), element("div", { className: "table" }, table),
+    ...rest.map((textContent) => element("p", { textContent: `${textContent}.` })));
+  at("hide-plan").hidden = false;
+}
+
+at("ask").addEventListener("click", doing(plan));
+at("hide-plan").addEventListener("click", () => {
+  page.plan = null;
+  at("answer").replaceChildren();
+  at("hide-plan").hidden = true;
+});
+
+// ---- The link and the files ----------------------------------------------------------------
+
+async function keepLink(recipe) {
+  const link = await write(recipe, page.dropped);
+  history.replaceState(null, "", link ?? location.pathname);
+  at("copy").disabled = link === null;
+  at("link-words").textContent = link === null ? "The files of this map are too large for a link; save the scenario instead." : "";
+}
+
+function save(name, text) {
+  const link = element("a", { href: URL.createObjectURL(new Blob([text])), download: name });
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+}
+
+at("copy").addEventListener("click", doing(async () => {
+  await navigator.clipboard.writeText(location.href);
+  at("link-words").textContent = "The link is in the clipboard.";
+}));
+at("save-scenario").addEventListener("click", doing(async () => save("scenario.toml", (await ask("record")).toml)));
+at("save-trace").addEventListener("click", doing(async () => save("trace.csv", (await ask("record")).csv)));
+addEventListener("hashchange", doing(async () => {
+  const { recipe, dropped } = await read(location.hash);
+  await begin(recipe, dropped);
+}));
+
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", takeColours);
+takeColours();
+draw();
+// For tests, and for those who look into the page with the browser's tools.
+window.uchain = { ask, page, view };

@@ -1,0 +1,100 @@
+// Flies the mission beside the page, so that the page answers while the simulator computes.
+import init, { Dropped, Flight, plan_relays, scenarios } from "./uchain_web.js";
+
+const STEP_US = 20_000; // The physics step at point level: the finest motion that there is to see.
+const ROUND_US = 200_000;
+const BUDGET_MS = 24; // The longest that the loop computes before it shows what it has.
+const FIGURES_MS = 500;
+
+let flight = null;
+let files = null;
+let pace = 0; // Seconds of the mission in a second; Infinity is as fast as it goes.
+let owedUs = 0;
+let last = 0;
+let toldFigures = 0;
+let isOver = false;
+
+const tell = (is, value) => self.postMessage({ is, value });
+
+const actions = {
+  open({ recipe, dropped }) {
+    if (dropped) {
+      files?.free();
+      files = new Dropped();
+      for (const { path, bytes } of dropped) files.add(path, bytes);
+    }
+    const next = new Flight(JSON.stringify(recipe), files);
+    flight?.free();
+    [flight, owedUs, isOver] = [next, 0, false];
+    // With the first frame, so that the page never has the setting of one mission and the frame of another.
+    return { setting: JSON.parse(flight.setting()), frame: JSON.parse(flight.frame()) };
+  },
+  pace(value) {
+    [pace, owedUs, last] = [value, 0, performance.now()];
+  },
+  steer({ order, speed, branch }) {
+    flight.steer(order, speed, branch);
+    return JSON.parse(flight.flown());
+  },
+  lose(drone) {
+    flight.lose(drone);
+    return JSON.parse(flight.flown());
+  },
+  plan({ recipe, margin }) {
+    return JSON.parse(plan_relays(JSON.stringify(recipe), files, margin));
+  },
+  finish() {
+    const begun = performance.now();
+    while (flight.advance(10 * ROUND_US));
+    const seconds = (performance.now() - begun) / 1000;
+    look();
+    return seconds;
+  },
+  record() {
+    const record = { csv: flight.trace_csv(), flown: JSON.parse(flight.flown()), toml: flight.scenario_toml(files) };
+    return isOver ? { ...record, summary: flight.summary() } : record;
+  },
+};
+
+// Shows the mission as it is.
+function look() {
+  const frame = JSON.parse(flight.frame());
+  isOver = frame.over;
+  tell("frame", frame);
+  const now = performance.now();
+  if (isOver || now - toldFigures > FIGURES_MS) {
+    tell("figures", JSON.parse(flight.figures()));
+    toldFigures = now;
+  }
+}
+
+function fly() {
+  const now = performance.now();
+  owedUs += Math.min(now - last, 100) * 1000 * pace;
+  last = now;
+  if (flight && !isOver && owedUs >= STEP_US) {
+    const step = pace > 4 ? ROUND_US : STEP_US;
+    while (owedUs >= STEP_US && performance.now() - now < BUDGET_MS) {
+      const us = Math.min(step, Math.floor(owedUs / STEP_US) * STEP_US);
+      owedUs -= us;
+      if (!flight.advance(us)) break;
+    }
+    // A machine that cannot keep the pace flies as fast as it can.
+    owedUs = Math.min(owedUs, ROUND_US);
+    look();
+  }
+  setTimeout(fly, 12);
+}
+
+self.onmessage = ({ data: { id, act, value } }) => {
+  try {
+    self.postMessage({ id, value: actions[act](value) });
+  } catch (error) {
+    self.postMessage({ id, wrong: String(error.message ?? error) });
+  }
+};
+
+await init({ module_or_path: new URL("uchain_web_bg.wasm", import.meta.url) });
+files = new Dropped();
+tell("ready", JSON.parse(scenarios()));
+fly();

@@ -1,0 +1,192 @@
+//! The same mission in the browser and on this machine gives the same bytes.
+
+use serde_json::{Value, json};
+use sim_harness::mission::Mission;
+use sim_harness::report::csv;
+use uchain_web::recipe::Recipe;
+use uchain_web::{Dropped, Flight};
+
+use crate::opened::{ask, flown, open};
+
+/// Missions of each kind, at both fidelities.
+fn recipes() -> Vec<Value> {
+    vec![
+        json!({ "scenario": "demo", "seed": 7 }),
+        json!({ "scenario": "random-n15", "seed": 3, "set": ["duration_s=60"] }),
+        json!({ "scenario": "three-forks", "seed": 11 }),
+        json!({ "scenario": "leaky-u", "seed": 5, "set": ["radio.packet_loss=0.4"] }),
+        json!({ "scenario": "swarm-b", "seed": 2, "set": ["duration_s=120"] }),
+        json!({ "scenario": "explore-room", "seed": 4, "set": ["duration_s=120"] }),
+        json!({ "scenario": "s-turns-5", "seed": 9, "set": ["duration_s=30", "fidelity=flight"] }),
+    ]
+}
+
+/// The text of `trace.csv` that this machine makes of a mission.
+fn trace_here(recipe: &Value, files: &Dropped) -> String {
+    let recipe = Recipe::read(&recipe.to_string()).unwrap();
+    let scenario = recipe.scenario(files.memory()).unwrap();
+    let trace = Mission::record(&scenario, &scenario.world(), recipe.seed());
+    let mut bytes = Vec::new();
+    csv::write(&trace, &mut bytes).unwrap();
+    String::from_utf8(bytes).unwrap()
+}
+
+/// The summary that this machine makes of a mission.
+fn summary_here(recipe: &Value, files: &Dropped) -> String {
+    let mut flight = Flight::new(&recipe.to_string(), files).unwrap();
+    while flight.advance(1_000_000) {}
+    flight.summary()
+}
+
+/// Fails with the first line that differs, since both texts have thousands.
+fn same(name: &Value, page: &str, here: &str) {
+    assert!(here.len() > 500, "{name}: {here}");
+    let differ = page.lines().zip(here.lines()).enumerate().find(|(_, (page, here))| page != here);
+    assert!(page == here, "{name}, line, page and here: {differ:?}");
+}
+
+#[tokio::test]
+async fn the_page_and_this_machine_write_the_same_bytes_in_chromium() {
+    let mut browser = open("bytes", "").await;
+    let files = Dropped::default();
+    for recipe in recipes() {
+        let record = flown(&mut browser, &recipe).await;
+        same(&recipe, record["csv"].as_str().unwrap(), &trace_here(&recipe, &files));
+        same(&recipe, record["summary"].as_str().unwrap(), &summary_here(&recipe, &files));
+    }
+}
+
+/// Orders by the keyboard and a relay that is killed make a link, from which this machine flies the
+/// same mission.
+#[tokio::test]
+async fn a_flight_by_hand_is_flown_again_from_its_link_in_chromium() {
+    let mut browser = open("by-hand", "scenario=demo&seed=3").await;
+    ask(&mut browser, "pace", json!(20)).await;
+    browser.key_down("ArrowUp").await;
+    browser.wait_for("uchain.page.frame.drones[2].z > 0.1").await;
+    browser.key_up("ArrowUp").await;
+    browser.evaluate("document.querySelectorAll('#drones button')[1].click()").await;
+    browser.wait_for("uchain.page.frame.drones[1].lost").await;
+    browser.press("r").await;
+    browser.wait_for("uchain.page.flown?.pilot?.at(-1).order === 'return'").await;
+    ask(&mut browser, "finish", Value::Null).await;
+    let record = ask(&mut browser, "record", Value::Null).await;
+    let recipe = &record["flown"];
+    let steps = recipe["pilot"].as_array().unwrap();
+    assert!(steps.len() >= 3 && recipe["loss"][0]["drone"] == 1, "{recipe}");
+    same(recipe, record["csv"].as_str().unwrap(), &trace_here(recipe, &Dropped::default()));
+    // The file for the command is the same mission, too.
+    let text = json!({ "text": record["toml"], "seed": 3 });
+    same(&text, record["csv"].as_str().unwrap(), &trace_here(&text, &Dropped::default()));
+    // Another page flies it from the link.
+    browser.wait_for("location.hash.includes('packed')").await;
+    let link = browser.evaluate("location.hash.slice(1)").await;
+    let mut other = open("from-link", link.as_str().unwrap()).await;
+    ask(&mut other, "finish", Value::Null).await;
+    let again = ask(&mut other, "record", Value::Null).await;
+    same(recipe, again["csv"].as_str().unwrap(), record["csv"].as_str().unwrap());
+}
+
+/// A survey that is dropped on the page.
+#[tokio::test]
+async fn a_dropped_survey_is_flown_and_planned_in_chromium() {
+    const CAVE: &str = include_str!("../../../tests/caves/crooked.svx");
+    let mut browser = open("survey", "").await;
+    let dropped = format!(
+        "{{ const given = new DataTransfer(); given.items.add(new File([{CAVE:?}], 'crooked.svx')); \
+         const input = document.getElementById('files'); input.files = given.files; \
+         input.dispatchEvent(new Event('change')); 0 }}"
+    );
+    browser.evaluate(&dropped).await;
+    browser.wait_for("uchain.page.setting?.name === 'crooked'").await;
+    browser.evaluate("document.getElementById('ask').click()").await;
+    browser
+        .wait_for("document.getElementById('answer').innerText.includes('no link weaker than')")
+        .await;
+    let mut files = Dropped::new();
+    files.add("crooked.svx", CAVE.as_bytes().to_vec());
+    ask(&mut browser, "finish", Value::Null).await;
+    let record = ask(&mut browser, "record", Value::Null).await;
+    let recipe = json!({ "map": "crooked.svx" });
+    same(&recipe, record["csv"].as_str().unwrap(), &trace_here(&recipe, &files));
+    let here = uchain_web::plan_relays(&recipe.to_string(), &files, 3.0).unwrap();
+    let page = ask(&mut browser, "plan", json!({ "recipe": recipe, "margin": 3 })).await;
+    assert_eq!(page["text"], here.parse::<Value>().unwrap()["text"]);
+    // The link holds the survey.
+    browser.wait_for("location.hash.includes('packed')").await;
+}
+
+/// A mistake is said in the command's own line, and the mission before it flies on.
+#[tokio::test]
+async fn what_cannot_be_flown_is_refused_with_a_line_in_chromium() {
+    let mut browser = open("refused", "scenario=dem").await;
+    let words = "document.getElementById('wrong').innerText";
+    browser.wait_for(&format!("{words}.includes('there is no scenario')")).await;
+    browser.wait_for("uchain.page.setting.name === 'demo'").await;
+    let dropped = "{ const given = new DataTransfer(); given.items.add(new File(['1 2 x'], 'bad.svx')); \
+                   const input = document.getElementById('files'); input.files = given.files; \
+                   input.dispatchEvent(new Event('change')); 0 }";
+    browser.evaluate(dropped).await;
+    browser.wait_for(&format!("{words}.includes('bad.svx:1')")).await;
+    browser.wait_for("uchain.page.setting.name === 'demo' && uchain.page.frame.t > 0").await;
+}
+
+/// Orders and losses from a caller count between rounds, and a scenario holds them.
+#[test]
+fn a_steered_flight_is_flown_again_from_its_recipe() {
+    let mut flight =
+        Flight::new(r#"{ "scenario": "t-junction", "seed": 5 }"#, &Dropped::new()).unwrap();
+    let orders = [
+        (3_140_000, "explore", 0.35, "left"),
+        (41_000_000, "explore", -0.1, ""),
+        (1_000, "explore", 0.25, "right"),
+        (20_020_000, "return", 0.0, ""),
+        (30_000_000, "explore", 0.2, ""),
+    ];
+    for (n, (us, order, speed_mps, branch)) in orders.into_iter().enumerate() {
+        flight.advance(us);
+        flight.steer(order, speed_mps, branch).unwrap();
+        if n == 3 {
+            flight.lose(1);
+        }
+    }
+    while flight.advance(1_000_000) {}
+    let recipe: Value = flight.flown().parse().unwrap();
+    // The scenario's own pilot gives the first.
+    assert_eq!(recipe["pilot"].as_array().map(Vec::len), Some(1 + orders.len()), "{recipe}");
+    same(&recipe, &flight.trace_csv(), &trace_here(&recipe, &Dropped::new()));
+}
+
+/// What is steered in a map is steered in its whole mission, whose pilot would have turned back.
+#[test]
+fn a_steered_flight_in_a_survey_is_flown_again_from_its_recipe() {
+    let mut files = Dropped::new();
+    files.add("crooked.svx", include_bytes!("../../../tests/caves/crooked.svx").to_vec());
+    let mut flight = Flight::new(r#"{ "map": "crooked.svx", "relays": 2 }"#, &files).unwrap();
+    flight.steer("explore", 0.3, "").unwrap();
+    flight.advance(100_000_000);
+    flight.steer("land", 0.0, "").unwrap();
+    while flight.advance(10_000_000) {}
+    let recipe: Value = flight.flown().parse().unwrap();
+    same(&recipe, &flight.trace_csv(), &trace_here(&recipe, &files));
+}
+
+#[test]
+fn an_order_or_a_recipe_that_is_none_is_refused() {
+    let files = Dropped::new();
+    let mut flight = Flight::new("{}", &files).unwrap();
+    assert!(flight.steer("explore", 7.0, "").is_err());
+    assert!(flight.steer("explore", 0.2, "up").is_err());
+    assert!(flight.steer("fly", 0.2, "").is_err());
+    for (recipe, part) in [
+        ("7", "the link is not one of this page"),
+        (r#"{ "scenario": "dem" }"#, "did you mean demo?"),
+        (r#"{ "set": ["radio.packet_loss=2"] }"#, "radio.packet_loss=2: "),
+        (r#"{ "map": "none.svx" }"#, "none.svx"),
+        (r#"{ "scenario": "short-hop", "set": ["fidelity=virtual"] }"#, "virtual"),
+    ] {
+        let error = Flight::new(recipe, &files).err().unwrap_or_default();
+        assert!(error.contains(part), "{recipe}: {error}");
+        assert_eq!(error.lines().count(), 1, "{error}");
+    }
+}

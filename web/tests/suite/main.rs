@@ -1,0 +1,10 @@
+//! The page in a real browser. `cargo run --package pack` builds it into `web/dist` before.
+
+// The station's tests use more of it.
+#[allow(dead_code)]
+#[path = "../../../ground-station/tests/suite/browser.rs"]
+mod browser;
+mod bytes;
+mod looks;
+mod opened;
+mod served;
