@@ -4,7 +4,7 @@
 use input::InputError;
 
 use super::{Outcome, Session};
-use bodies::emulated::without_emulator;
+use bodies::without_emulator;
 
 pub(super) fn outcome<A>(session: &Session<'_>, _: A) -> Result<Outcome, InputError> {
     Err(without_emulator(&format!("bench {}", session.name)))

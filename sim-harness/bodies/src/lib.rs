@@ -14,6 +14,7 @@ pub mod emulated;
 pub mod others;
 pub mod point;
 
+use input::InputError;
 use onboard::{Fix, Sensed, mounting};
 use units::{Metres, Point2, Pose2, Radians, Setpoint};
 
@@ -191,4 +192,11 @@ impl Body {
             }
         }
     }
+}
+
+/// The error of a build without the feature `virtual` that is asked for `what`, which needs the emulator.
+#[must_use]
+pub fn without_emulator(what: &str) -> InputError {
+    let wrong = format!("{what}: this uchain was built without the emulator");
+    InputError::new(wrong, "use `cargo sim-virtual` in place of `cargo sim`")
 }

@@ -71,7 +71,7 @@ pub struct Figures {
     /// Panels A to C: the first policy that was recorded at rest, `k` where it was flown, with one
     /// run in each corridor.
     pub resting: Vec<Trace>,
-    /// Panel D: one run of each of [`PAPERS`], or of the first policy where none of them was flown,
+    /// Panel D: one run of each of `PAPERS`, or of the first policy where none of them was flown,
     /// in the first corridor.
     pub exploring: Vec<(&'static str, Trace)>,
     /// How long explorations go on after the head's stop; the longest of the corridors.

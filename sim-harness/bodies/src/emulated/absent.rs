@@ -12,13 +12,8 @@ use units::{Dbm, Metres, NodeId, Order};
 use wire::p2p::Counter;
 
 use crate::craft::{Craft, Surroundings};
+use crate::without_emulator;
 use scenario::Scenario;
-
-/// What is said when this needs the emulator.
-pub fn without_emulator(what: &str) -> InputError {
-    let wrong = format!("{what}: this uchain was built without the emulator");
-    InputError::new(wrong, "use `cargo sim-virtual` in place of `cargo sim`")
-}
 
 /// An ELF, which cannot be run in this build.
 pub enum Firmware {}

@@ -7,7 +7,7 @@ use crate::metrics::Reference;
 use mission::Linked;
 
 /// A head ends its way in a dead end so far before the rock, m: it slows down at 0.45 m
-/// ([`NavConfig::slow_below`](tunnel_nav::NavConfig)), and a centre-line may end half a metre off.
+/// (`NavConfig::slow_below` of `tunnel-nav`), and a centre-line may end half a metre off.
 pub(super) const END_M: f32 = 1.0;
 
 /// The farthest distance from the base along a way, but no more than `most_m`, such that at every

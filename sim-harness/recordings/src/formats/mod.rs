@@ -235,7 +235,7 @@ fn not_the_format(format: Format, line: usize, file: &Path) -> InputError {
 /// The bytes of a log.
 ///
 /// # Errors
-/// [`InputError`] where the file cannot be read, or is larger than [`LARGEST`].
+/// [`InputError`] where the file cannot be read, or is larger than `LARGEST`.
 pub fn read_bytes(file: &Path) -> Result<Vec<u8>, InputError> {
     read_companion(file, "check the path and its permissions")
 }

@@ -7,7 +7,8 @@ use input::InputError;
 use serde_json::Value;
 
 use super::VirtualArgs;
-use bodies::emulated::{Emulated, without_emulator};
+use bodies::emulated::Emulated;
+use bodies::without_emulator;
 use mission::Mission;
 use report::Folder;
 use scenario::Scenario;
@@ -101,7 +102,7 @@ pub(super) mod stock {
 pub(super) mod replay {
     use std::path::{Path, PathBuf};
 
-    use bodies::emulated::without_emulator;
+    use bodies::without_emulator;
     use replay::chip::{ChipOptions, ChipSummary, Error};
 
     pub(in crate::cli) fn run(
