@@ -113,7 +113,8 @@ fn no_paper_knows_another() {
     }
 }
 
-/// It is for real drones: it reads maps and its own recordings, also by way of other packages.
+/// The station is for real drones: neither it nor a package that it is built with is of the simulator
+/// alone.
 #[test]
 fn the_station_is_built_with_nothing_of_the_simulator() {
     let packages = packages();

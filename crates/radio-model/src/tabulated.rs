@@ -8,8 +8,8 @@ use crate::path_loss::{Geometry, Obstruction};
 ///
 /// Between two distances the loss is interpolated over the logarithm of the distance, in which the
 /// loss of free space is a straight line. Nearer than the first distance it is the loss there;
-/// beyond the last one it goes on as between the last two. More walls than the table has count as
-/// its most.
+/// beyond the last one it rises as between the last two, and never falls. A link behind more walls than
+/// there are rows has the loss of the last row.
 ///
 /// The table is borrowed for the program's whole life, so that a law stays a plain value.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,12 +39,13 @@ impl Tabulated {
             return Db(0.0);
         };
         let part = libm::log10f(along.max(near) / near) / libm::log10f(far / near);
-        Db(low + part * (high - low))
+        let beyond = (part - 1.0).max(0.0);
+        Db(low + (part - beyond) * (high - low) + beyond * (high - low).max(0.0))
     }
 
-    /// The loss over the first metre in sight.
+    /// The loss over the first metre in sight, at most the 100 dB that a scenario file can say.
     pub(crate) fn loss_at_1m(&self) -> Db {
-        self.loss(Geometry::in_sight(Metres(1.0)), 0.0)
+        Db(self.loss(Geometry::in_sight(Metres(1.0)), 0.0).0.min(100.0))
     }
 }
 
@@ -72,5 +73,13 @@ mod tests {
         assert!((loss(40.0, 0.0) - 72.0).abs() < 1e-4);
         assert_eq!(loss(10.0, 7.0), loss(10.0, 1.0));
         assert_eq!(LAW.loss_at_1m(), Db(40.0));
+    }
+
+    #[test]
+    fn a_table_that_ends_in_a_fade_gets_no_stronger_beyond_it() {
+        let law = Tabulated { distances: &[1.0, 10.0, 20.0], losses: &[140.0, 160.0, 150.0] };
+        let loss = |distance: f32| law.loss(Geometry::in_sight(Metres(distance)), 0.0).0;
+        assert!((loss(20.0) - 150.0).abs() < 1e-4 && (loss(2_000.0) - 150.0).abs() < 1e-4);
+        assert_eq!(law.loss_at_1m(), Db(100.0), "more could not be written into a scenario");
     }
 }

@@ -414,9 +414,7 @@ impl Navigator {
             }
         };
         let pace = if self.company.is_ahead(speed.0) { 0.0 } else { pace };
-        let turn = self.slide.step(moved, speed);
-        let slides = leading.walls == Walls::Neither && leading.nearness > BLOCKED;
-        let yaw_rate = if slides && self.fork.is_homing() { yaw_rate + turn } else { yaw_rate };
+        let yaw_rate = yaw_rate + self.slide_turn(moved, speed, leading);
         let (lateral, yaw_rate) =
             match off.and_then(|off| self.go_round(ranges, leading, speed, off)) {
                 Some(detour) => detour,
@@ -437,6 +435,14 @@ impl Navigator {
             yaw_rate: RadiansPerSecond(yaw_rate).limited_to(config.max_yaw_rate),
             walls: leading.walls,
         }
+    }
+
+    /// The yaw rate that turns a drone on its way home to where it slides along walls that it does not see
+    /// at its sides.
+    fn slide_turn(&mut self, moved: [Metres; 2], speed: MetresPerSecond, leading: &OneWay) -> f32 {
+        let turn = self.slide.step(moved, speed);
+        let slides = leading.walls == Walls::Neither && leading.nearness > BLOCKED;
+        if slides && self.fork.is_homing() { turn } else { 0.0 }
     }
 
     /// Updates the place on the trail, and returns the straight gallery that the beams see, if they

@@ -6,8 +6,8 @@
 //! radio link sends its report in its slot. The same scenario and seed give the same mission, bit
 //! for bit, in however small steps it is flown.
 //!
-//! The operator is the scenario's pilot, or, in a live mission, the caller of [`Mission::order`].
-
+//! The operator is the scenario's pilot, the caller of [`Mission::steer`], or, in a live mission, the
+//! caller of [`Mission::order`].
 //!
 //! | module | holds |
 //! |---|---|
@@ -21,7 +21,6 @@
 //! | [`trace`] | the record of a mission |
 //! | `view`, `record` | what may be looked at from outside, and the record of it |
 //! | `contacts`, `log`, `parts` | contacts between drones, figures of the radio, time by parts |
-//! | `sections` | the sections of a scenario that say how a mission goes |
 
 mod air;
 mod begin;

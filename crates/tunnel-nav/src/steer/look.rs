@@ -93,8 +93,8 @@ impl Navigator {
         speed: MetresPerSecond,
     ) -> Option<f32> {
         let heading = bearings.known_heading()?;
-        // The next drone homeward, where it is so near, makes this one wait at zero speed: one that its
-        // tail beams see while it may fly is the drone in front, to which it has turned its tail.
+        // A drone waits at zero speed while the next drone homeward is so near. One that may fly, and sees
+        // a drone by its tail beams all the same, sees the drone in front: its tail points away from home.
         let has_turned = self.fork.is_homing() && self.company.is_ahead(speed.0);
         let flies = (self.fork.is_last_home() || has_turned) && speed.0 < -HOVERING;
         let is_lost = self.lost.step(self.trail.at(), flies);

@@ -10,11 +10,11 @@ use crate::plane::{Vec2, distance};
 /// A drone that has not come on for so many iterations has lost its way: 25 s, in which it flies 1.2 m
 /// at the least speed, and after which a detour has gone to and fro once. Our own number.
 const LOST: u8 = 125;
-/// It has come on where it is farther than this from where it was, m: a turn to and fro before a wall
-/// takes less, …
+/// A drone has come on where it is so much farther from where it was, m: a turn to and fro before a wall
+/// takes less.
 const COME_ON: f32 = 0.6;
-/// … and a drone that slides to and fro along the end of a dead end comes no farther than this, m: half of
-/// the widest gallery, and as much again.
+/// A drone that slides to and fro along the end of a dead end comes no farther than this, m: half of the
+/// widest gallery, and as much again.
 const SLIDES: f32 = 2.5;
 /// The way that it tried last counts as tried up to this distance from there, m.
 const NEARBY: f32 = 2.0;

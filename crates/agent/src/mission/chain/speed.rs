@@ -14,9 +14,9 @@ use super::{Chain, ChainDuty};
 use crate::mission::{Round, Task};
 use crate::{AgentConfig, LinkView};
 
-/// A head that links hold before it is this far from where it took off would be above the relay that is
-/// to come to it, which then does not take off: [`CLEAR`], and what odometers are off by.
-const CLEARS: Metres = Metres(CLEAR.0 + 0.2);
+/// The links of a head do not hold it nearer than this to where it took off, m: there it would be above
+/// the relay that is called next, which then does not take off. [`CLEAR`], and what odometers are off by.
+const PAST_ROW: Metres = Metres(CLEAR.0 + 0.2);
 
 impl Chain {
     /// How fast the drone is to fly along the tunnel at a duty of the chain.
@@ -127,7 +127,7 @@ impl Chain {
         }
         let freedom = config.retreat.freedom(back.map(|link| link.rssi));
         let asked = asked * freedom;
-        if round.way() < CLEARS && self.waiting(config, round) > 0 {
+        if round.way() < PAST_ROW && self.waiting(config, round) > 0 {
             return asked;
         }
         let asked = self.edge.speed(round.way(), asked);

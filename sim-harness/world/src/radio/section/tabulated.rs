@@ -9,8 +9,9 @@ use radio_model::Tabulated;
 
 use super::ModelTable;
 
-/// The most distances of a table, and the most rows: links with 7 walls and more are all silent.
+/// The most distances of a table.
 const MOST_DISTANCES: usize = 2_000;
+/// The most rows of a table: no link behind seven walls or more is heard.
 const MOST_ROWS: usize = 8;
 
 /// The keys of the table: `distance_m`, and `loss_db` with a row for each number of walls.
