@@ -21,7 +21,8 @@ pub(crate) struct Called {
 /// When the call under way began.
 struct Clock {
     origin: Instant,
-    /// Milliseconds from the origin, and one; zero while no call is under way.
+    /// The milliseconds from the origin to the beginning of the call, plus one; zero while no call is
+    /// under way.
     began_ms: AtomicU64,
     /// The thread that calls, and its number in Python.
     caller: Mutex<Option<(ThreadId, u64)>>,
@@ -76,7 +77,7 @@ impl Called {
         let clock = Arc::new(Clock { origin: Instant::now(), began_ms, caller });
         clock.note_caller(py)?;
         let watched = Arc::downgrade(&clock);
-        thread::spawn(move || watch(&watched, limit));
+        thread::Builder::new().spawn(move || watch(&watched, limit))?;
         Ok(Self { kind, function, limit, clock })
     }
 
@@ -136,7 +137,8 @@ fn watch(clock: &Weak<Clock>, limit: Duration) {
     }
 }
 
-/// Has Python raise `TimeoutError` in a thread at its next step, or, without one, no longer in this one.
+/// Has Python raise `TimeoutError` in the thread of this number at its next step; `None` takes back an
+/// error that is still to be raised in the calling thread.
 fn interrupt(py: Python<'_>, thread: Option<u64>) -> PyResult<()> {
     let ctypes = py.import("ctypes")?;
     let raise = ctypes.getattr("pythonapi")?.getattr("PyThreadState_SetAsyncExc")?;

@@ -9,7 +9,7 @@ use pyo3::types::PyDict;
 use sim_harness::cli;
 use sim_harness::measure::campaign::Row;
 use sim_harness::measure::campaign::grid::{self, Axis};
-use sim_harness::output::{Folder, Origin};
+use sim_harness::report::{Folder, Origin};
 use sim_harness::scenario::Setting;
 
 use crate::campaign::{axes, table};

@@ -7,8 +7,8 @@ use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use sim_harness::measure::metrics::{Reference, Watch};
-use sim_harness::mission::trace::{DroneFrame, LinkFrame, Trace};
 use sim_harness::measure::verdict::Judgement;
+use sim_harness::mission::trace::{DroneFrame, LinkFrame, Trace};
 use sim_harness::mission::{Mission, with_called_law};
 use sim_harness::report::{pictures, report, summary};
 use sim_harness::scenario::{Fidelity, Scenario};
@@ -68,17 +68,7 @@ pub(crate) fn fly(
     }
     let mut watch = Watch::new(&scenario, &world, &reference);
     let mut trace = mission.begin_trace(seed);
-    let mut rounds = || {
-        for _ in 0..ROUNDS {
-            if mission.is_over() {
-                return false;
-            }
-            mission.round();
-            watch.look(&mission);
-            trace.frames.push(mission.frame());
-        }
-        true
-    };
+    let mut rounds = || rounds(&mut mission, &mut watch, &mut trace);
     loop {
         // A policy of Python is called by this thread, which then keeps the interpreter.
         let goes_on = if is_called { rounds() } else { py.detach(&mut rounds) };
@@ -96,6 +86,19 @@ pub(crate) fn fly(
     let summary = summary(&scenario, seed, &trace, &metrics, &judgement, &failures).to_string();
     drop(world);
     Ok(Flown { scenario, trace, judgement, failures, summary })
+}
+
+/// Flies some rounds; returns whether the mission goes on.
+fn rounds(mission: &mut Mission<'_>, watch: &mut Watch<'_>, trace: &mut Trace) -> bool {
+    for _ in 0..ROUNDS {
+        if mission.is_over() {
+            return false;
+        }
+        mission.round();
+        watch.look(mission);
+        trace.frames.push(mission.frame());
+    }
+    true
 }
 
 fn failed(error: &pictures::PictureError) -> PyErr {

@@ -7,7 +7,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use self_cell::self_cell;
-use sim_harness::mission::{Linked, Mission, ROUND_US};
+use sim_harness::mission::{Linked, Mission, ROUND_US, with_called_law};
 use sim_harness::scenario::Scenario;
 use units::MetresPerSecond;
 use world::World;
@@ -68,7 +68,7 @@ impl Steered {
             return Err(PyValueError::new_err(text));
         }
         let relays: Relays = Arc::new(Mutex::new(vec![Relay::default(); count]));
-        let scenario = scenario.with_called_law();
+        let scenario = with_called_law(&scenario);
         let world = py.detach(|| scenario.world());
         let ground = Arc::new((scenario, world));
         let flight = Mutex::new(begin(&ground, &relays, 1));

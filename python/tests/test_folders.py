@@ -2,9 +2,11 @@
 
 import errno
 import os
+import signal
 import subprocess
 import sys
 import threading
+import time
 from pathlib import Path
 
 import pytest
@@ -89,6 +91,10 @@ def test_what_is_no_campaign_is_one_line(folder, tmp_path, short):
         uchain.campaign(short, 1, on="cloud", out=tmp_path / "wrong")
     with pytest.raises(ValueError, match="out="):
         uchain.campaign(short, 1, on="ray")
+    with pytest.raises(ValueError, match="threads= counts on this machine"):
+        uchain.campaign(short, 1, on="ray", threads=2, out=tmp_path / "wrong")
+    with pytest.raises(ValueError, match="parts= counts on a cluster"):
+        uchain.campaign(short, 1, parts=2, out=tmp_path / "wrong")
     assert not (tmp_path / "wrong").exists()
 
 
@@ -110,6 +116,64 @@ def test_the_parts_of_another_campaign_are_refused(tmp_path, short):
     for other, parts in ((options, 3), (uchain._words(short, [1, 2, 3], None, {}), 2)):
         with pytest.raises(ValueError, match="another campaign"):
             cluster._begin(tmp_path, other, parts)
+    title = tmp_path / "campaign.json"
+    title.write_bytes(title.read_bytes()[:9])
+    with pytest.raises(ValueError, match=r"campaign\.json: this file is damaged; remove"):
+        cluster._begin(tmp_path, options, 2)
+
+
+def test_a_built_in_scenario_comes_before_a_path_of_its_name(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "straight").mkdir()
+    options = uchain._words("straight", [1], None, {})
+    assert options[1] == "straight"
+    cluster._begin(tmp_path, options, 1)
+    (tmp_path / "own.toml").write_text("title = 'own'\n")
+    assert uchain._words("own.toml", [1], None, {})[1] == str(tmp_path / "own.toml")
+
+
+PARENT = """
+import signal
+import sys
+import uchain
+# A process that a shell has put into the background ignores the signal, and so would Python.
+signal.signal(signal.SIGINT, signal.default_int_handler)
+try:
+    uchain.campaign(sys.argv[1], 20_000, out=sys.argv[2], threads=2)
+except KeyboardInterrupt:
+    sys.exit(5)
+"""
+
+
+def until(is_so):
+    for _ in range(6000):
+        if is_so():
+            return
+        time.sleep(0.02)
+    pytest.fail("it has not come to that in two minutes")
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals")
+@pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGKILL])
+def test_a_campaign_that_is_stopped_keeps_its_missions_and_goes_on(tmp_path, short, end):
+    """By Ctrl-C, or because the process is killed that has called it."""
+    out, rows = tmp_path / "out", tmp_path / "out.rows"
+    parent = subprocess.Popen(
+        [sys.executable, "-c", PARENT, short, str(out)],
+        env={**os.environ, "TMPDIR": str(tmp_path)},
+        start_new_session=True,
+    )
+    until(lambda: rows.exists() and rows.read_bytes().count(b"\n") > 2)
+    os.killpg(parent.pid, end)
+    assert parent.wait() == (5 if end == signal.SIGINT else -signal.SIGKILL)
+    until(out.exists)
+    flown = uchain.read(out)["seed"]
+    assert 2 <= len(flown) < 20_000 and flown == sorted(flown)
+    until(lambda: not (tmp_path / ".out.uchain-lock").exists())
+    with pytest.raises(ValueError, match="rows of another campaign"):
+        uchain.campaign(short, 3, out=out)
+    assert rows.exists()
+
 
 
 def test_a_full_disk_is_one_line_and_leaves_no_half_part(tmp_path, monkeypatch):

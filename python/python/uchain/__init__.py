@@ -165,7 +165,7 @@ def campaign(
     policy: Optional[str] = None,
     on: str = "threads",
     out: Union[None, str, "_os.PathLike[str]"] = None,
-    parts: int = 64,
+    parts: Optional[int] = None,
     **keys: Any,
 ) -> Table:
     """Fly a scenario with many seeds, and with every combination of the values of ``vary``.
@@ -173,21 +173,23 @@ def campaign(
     :param scenario: as for :func:`run`.
     :param seeds: the seeds, or how many of them, from 1 on.
     :param vary: the values of keys of the scenario: ``{"radio.packet_loss": [0.0, 0.2]}``.
-    :param threads: how many threads fly; where left out, as many as the machine has cores. The
+    :param threads: how many threads of this machine fly; where left out, as many as it has cores. The
         result does not depend on it.
     :param policy: the name of a movement policy instead of the scenario's.
-    :param on: where it is flown: ``"threads"`` of this machine, or ``"ray"``, a cluster of Ray, to
-        which each part is a task. A part whose worker dies is flown again.
+    :param on: where it is flown: on the ``"threads"`` of this machine, or ``"ray"``: as tasks of a
+        cluster of Ray, one for each part. A part whose worker dies is flown again.
     :param out: the folder for the results, with the files of ``uchain campaign --out``; ``on="ray"``
-        needs it. A campaign of Ray that was stopped goes on from the parts beside this folder.
-    :param parts: the number of parts for ``on="ray"``. The result does not depend on it.
+        needs it. Where the campaign was stopped, the same call goes on with it.
+    :param parts: the number of parts for ``on="ray"``; where left out, 64. The result does not depend
+        on it.
     :param keys: as for :func:`run`.
     :returns: a table with a row for each mission, in the order of the grid (the first key varies
         slowest) and the seeds. The columns are the keys of ``vary``, ``seed``, ``success``, and those
         of ``runs.csv`` of ``uchain campaign``. A value that there is none of is null; a time at which
         nothing happened is infinite.
     :raises ValueError: where the input cannot be used, with the line that the command prints.
-    :raises KeyboardInterrupt: after Ctrl-C, when the missions that had begun have ended.
+    :raises KeyboardInterrupt: after Ctrl-C, when the missions that had begun have ended; a cluster does
+        not wait for those.
     """
     if callable(policy):
         raise ValueError(
@@ -201,13 +203,18 @@ def campaign(
         raise ValueError(f'on="{on}" is no place to fly on; give "threads" or "ray"')
     if on == "ray" and out is None:
         raise ValueError('on="ray" needs a folder for its parts; give out="FOLDER"')
+    if on == "ray" and threads is not None:
+        raise ValueError('threads= counts on this machine only; leave it out with on="ray"')
+    if on == "threads" and parts is not None:
+        raise ValueError('parts= counts on a cluster only; leave it out, or give on="ray"')
+    parts = 64 if parts is None else parts
+    if parts < 1:
+        raise ValueError(f"parts={parts} is out of range; give 1 or more")
     if out is not None:
         words = _words(scenario, list(seeds), vary, keys)
         folder = _Path(out).absolute()
         if on == "threads":
             return _cluster.here(words, folder, threads)
-        if parts < 1:
-            raise ValueError(f"parts={parts} is out of range; give 1 or more")
         return _cluster.on_ray(words, folder, min(parts, _missions(seeds, vary)))
     return _fly_campaign(_os.fspath(scenario), list(seeds), dict(vary or {}), threads or 0, keys)
 
@@ -237,7 +244,7 @@ def _words(scenario: Any, seeds: list, vary: Any, keys: dict) -> list:
     if not seeds or seeds != list(range(seeds[0], seeds[0] + len(seeds))):
         raise ValueError("a campaign with out= flies consecutive seeds; give a number, or a range")
     scenario = _os.fspath(scenario)
-    if _os.path.exists(scenario):
+    if scenario not in scenarios() and _os.path.exists(scenario):
         scenario = _os.path.abspath(scenario)
     first = ["--runs", str(len(seeds)), "--seed", str(seeds[0])]
     return ["campaign", scenario, *first, *_options(dict(vary or {}), keys)]

@@ -19,6 +19,9 @@ __all__ = ["read"]
 #: How often the part of a worker that died is flown again.
 RETRIES = 5
 
+#: The time between two looks whether a wait was interrupted, in seconds.
+NAP_S = 0.2
+
 
 def read(folder: Any) -> Any:
     """The runs of a campaign that ``uchain campaign --out`` or :func:`uchain.campaign` has written."""
@@ -26,9 +29,12 @@ def read(folder: Any) -> Any:
 
 
 def here(options: List[str], out: _Path, threads: Optional[int]) -> Any:
-    """Fly a campaign on this machine's threads into a folder; return its runs."""
+    """Fly a campaign on this machine's threads into a folder; return its runs.
+
+    A campaign that was stopped goes on from its rows beside the folder.
+    """
     with _scenario_file(options) as options:
-        _fly([*options, "--out", str(out)], threads)
+        _fly([*options, "--out", str(out), "--resume"], threads)
     return read(out)
 
 
@@ -47,10 +53,15 @@ def on_ray(options: List[str], out: _Path, parts: int) -> Any:
         missing = [n for n in range(1, parts + 1) if not (parts_folder / str(n)).exists()]
         fly = ray.remote(num_cpus=1, max_retries=RETRIES)(_part)
         waiting = {fly.remote(options, n, parts): n for n in missing}
-        while waiting:
-            [done], _ = ray.wait(list(waiting), num_returns=1)
-            number = waiting.pop(done)
-            _keep(parts_folder / str(number), _files_of(ray, done, number, parts))
+        try:
+            while waiting:
+                [done], _ = ray.wait(list(waiting), num_returns=1)
+                number = waiting.pop(done)
+                _keep(parts_folder / str(number), _files_of(ray, done, number, parts))
+        except BaseException:
+            for task in waiting:
+                ray.cancel(task)
+            raise
         folders = [str(parts_folder / str(n)) for n in range(1, parts + 1)]
         _command(["campaign", "--quiet", "--merge", *folders, "--out", str(out)])
         _shutil.rmtree(parts_folder)
@@ -92,21 +103,49 @@ def _fly(arguments: List[str], threads: Optional[int]) -> None:
 
 
 def _command(arguments: List[str], environment: Optional[Dict[str, str]] = None) -> None:
-    """Carry out a command line in a process of its own, which a failed mission does not concern."""
-    done = _subprocess.run(
-        [_sys.executable, "-m", "uchain", *arguments],
-        env=environment,
-        stdout=_subprocess.DEVNULL,
-        stderr=_subprocess.PIPE,
-        text=True,
-    )
-    lines = done.stderr.strip().splitlines() or [""]
-    if done.returncode == 130:
+    """Carry out a command line in a process of its own; missions that failed are no error."""
+    with _tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as told:
+        with _subprocess.Popen(
+            [_sys.executable, "-m", "uchain._child", *arguments],
+            env=environment,
+            stdin=_subprocess.PIPE,
+            stdout=_subprocess.DEVNULL,
+            stderr=told,
+            # In the session of the terminal it would get each Ctrl-C twice: from there, and from here.
+            start_new_session=True,
+        ) as process:
+            status = _status(process)
+        told.seek(0)
+        lines = told.read().strip().splitlines() or [""]
+    if status == 130:
         raise KeyboardInterrupt
-    if done.returncode == 2:
+    if status == 2:
         raise ValueError(lines[-1].removeprefix("uchain: "))
-    if done.returncode not in (0, 1):
-        raise RuntimeError(f"uchain ended with status {done.returncode}: {lines[-1]}")
+    if status not in (0, 1):
+        raise RuntimeError(f"uchain ended with status {status}: {lines[-1]}")
+
+
+def _status(process: _subprocess.Popen) -> int:
+    """Wait for a command; return its exit status. Ctrl-C is passed on to it.
+
+    The missions of a campaign that have begun end after the first Ctrl-C; a second one drops them.
+    """
+    interrupted = False
+    while True:
+        try:
+            # A wait without a limit does not notice an interrupt by ray.cancel, which is no signal.
+            status = process.wait(NAP_S)
+            break
+        except _subprocess.TimeoutExpired:
+            continue
+        except KeyboardInterrupt:
+            interrupted = True
+            # On Windows the command has the terminal's Ctrl-C.
+            if _os.name == "posix":
+                process.terminate()
+    if interrupted:
+        raise KeyboardInterrupt
+    return status
 
 
 class _scenario_file:
@@ -165,7 +204,11 @@ def _begin(folder: _Path, options: List[str], parts: int) -> None:
     title = folder / "campaign.json"
     if not title.exists():
         return _keep_file(title, _json.dumps(told).encode())
-    if _json.loads(title.read_text(encoding="utf-8")) != told:
+    try:
+        known = _json.loads(title.read_text(encoding="utf-8"))
+    except ValueError:
+        raise ValueError(f"{title}: this file is damaged; remove {folder}") from None
+    if known != told:
         raise ValueError(
             f"{folder}: these are the parts of another campaign; give its options and number of "
             "parts, or remove the folder"
@@ -174,7 +217,8 @@ def _begin(folder: _Path, options: List[str], parts: int) -> None:
 
 def _digest(options: List[str]) -> str:
     digest = _hashlib.sha256("\0".join(options).encode())
-    if "\n" not in options[1] and _os.path.exists(options[1]):
+    # A built-in scenario has its name there, another one its text or its whole path.
+    if _os.path.isabs(options[1]) and _os.path.isfile(options[1]):
         digest.update(_Path(options[1]).read_bytes())
     return digest.hexdigest()
 
@@ -194,9 +238,13 @@ def _keep(folder: _Path, files: Dict[str, bytes]) -> None:
 
 
 def _keep_file(path: _Path, content: bytes) -> None:
+    """Put a file where it belongs, whole or not at all."""
+    staging = path.with_name(f".{path.name}.part")
     try:
-        path.write_bytes(content)
+        staging.write_bytes(content)
+        staging.replace(path)
     except OSError as error:
+        staging.unlink(missing_ok=True)
         raise _unwritable(path, error) from None
 
 

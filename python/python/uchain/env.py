@@ -2,7 +2,7 @@
 
 :func:`parallel_env` is a parallel environment of PettingZoo with a relay as each agent, and
 :class:`RelayEnv` one of Gymnasium for the only relay of a scenario. They need ``numpy``, ``gymnasium``
-and, for the first, ``pettingzoo``: ``pip install 'uchain[env]'``.
+and, for the first, ``pettingzoo``: ``pip install './python[env]'`` in the root of the repository.
 
 The drones fly their whole mission; launch, navigation, retreat and the clearance from neighbours that
 are too near remain those of the on-board code. The agents choose what the movement policy would: the
@@ -107,7 +107,7 @@ class RelayEnv(_gymnasium.Env):
         self.observation_space = self._steering.observation_space
 
     def reset(self, *, seed: Optional[int] = None, options: Optional[dict] = None) -> tuple:
-        """Begin the mission of a seed, or of the next one."""
+        """Begin the mission of a seed; without one, of a seed that the environment draws."""
         super().reset(seed=seed)
         return self._steering.restart(_seed_of(seed, self.np_random))[0], {}
 
@@ -150,7 +150,7 @@ class ParallelRelays(_ParallelEnv):
         return self.action_spaces[agent]
 
     def reset(self, seed: Optional[int] = None, options: Optional[dict] = None) -> tuple:
-        """Begin the mission of a seed, or of the next one."""
+        """Begin the mission of a seed; without one, of a seed that the environment draws."""
         if seed is not None or self._random is None:
             self._random = _numpy.random.default_rng(seed)
         self.agents = list(self.possible_agents)

@@ -19,7 +19,7 @@ class RadioLaw:
     It is called once for each distance along the tunnel and each number of walls on the straight line,
     when it is made; the missions use the table of its losses, and call no Python. Between two
     distances the loss is interpolated over the logarithm of the distance. Beyond the last one it goes
-    on as before it, and more walls than the table has count as its most.
+    on rising as before it, and does not fall; more walls than the table has count as its most.
 
     :param law: the callable. It returns the loss in dB, 0 or more; no radio
         hears over more than 400 dB, which is what a greater loss counts as.
