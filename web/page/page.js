@@ -2,27 +2,17 @@
 import { View, gradeOf, kindOf, letter, linksOf, takeColours } from "./draw.js";
 import { entries, isScenario, ofDrop, ofInput } from "./files.js";
 import { read, write } from "./link.js";
+import { STATES } from "./states.js";
 
 const at = (id) => document.getElementById(id);
 const SPEED = { forward: 0.3, back: -0.3 }; // m/s of the head.
 const WORDS_MS = 200; // Words are read more slowly than pictures.
-
-// The states of the on-board code, in words.
-const STATES = {
-  idle: "waits on the ground", armed: "is called, and takes off next", "taking-off": "takes off",
-  leading: "leads: flies as the pilot orders", relaying: "relays: flies to the weaker of its links",
-  reconnecting: "reconnects: flies back to where its link was", searching: "searches for a better place",
-  retiring: "retires: is needed no more", homing: "flies home", rejoining: "rejoins the chain",
-  siting: "looks for a spot to land on", "backing-up": "backs up to keep its link", perched: "relays from the ground",
-  rising: "rises again", landing: "lands", landed: "has landed", stopped: "is stopped",
-  hovering: "hovers", surveying: "surveys its part", gathering: "gathers at the entrance", crossing: "crosses the passage",
-  lost: "has lost its place", waiting: "waits", exploring: "explores", returning: "returns",
-};
+const LEAST_DBM = -300; // The lowest limit that a scenario may have.
 
 const worker = new Worker("worker.js", { type: "module" });
 const waiting = new Map();
 const view = new View(at("map"));
-const page = { recipe: {}, dropped: [], setting: null, frame: null, plan: null, paused: false, branch: "", held: null, states: [], told: 0 };
+const page = { recipe: {}, dropped: [], offered: [], setting: null, frame: null, plan: null, paused: false, branch: "", held: null, states: [], told: 0 };
 
 worker.onmessage = ({ data: { id, is, value, wrong } }) => {
   if (id === undefined) return said[is](value);
@@ -54,7 +44,7 @@ const said = {
     }
   },
   frame(frame) {
-    // Of the mission before, between the worker's answer and what the page makes of it.
+    // A frame of the mission before may come while the page opens the next one.
     if (frame.drones.length !== page.setting?.nodes.length) return;
     page.frame = frame;
     const now = performance.now();
@@ -85,6 +75,7 @@ const doing = (action) => async (event) => {
 
 async function open(recipe, dropped = page.dropped) {
   const { setting, frame } = await ask("open", { recipe, dropped: dropped === page.dropped ? undefined : dropped });
+  if (dropped !== page.dropped && dropped !== page.offered) offer(dropped);
   Object.assign(page, { recipe, dropped, setting, frame, plan: null, states: [], branch: "", held: null });
   at("events").replaceChildren();
   at("answer").replaceChildren();
@@ -103,40 +94,44 @@ function controls() {
   const { setting, recipe } = page;
   at("seed").value = setting.seed;
   at("scenario").value = recipe.map || recipe.text ? "" : setting.name;
-  at("loss").value = Math.round(setting.packet_loss * 100);
-  at("launch").value = Math.round(setting.launch_dbm);
-  at("relays").value = setting.relays;
-  sliders();
+  const values = { loss: setting.packet_loss * 100, launch: setting.launch_dbm, relays: setting.relays };
+  for (const [id, value] of Object.entries(values)) {
+    at(id).value = value;
+    slid(id, value);
+  }
   const isChain = setting.mission === "chain";
   for (const id of ["launch", "relays"]) at(id).disabled = !isChain;
   const { route } = setting.place;
-  at("route").hidden = page.dropped.length === 0;
+  if (recipe.map && page.offered === page.dropped) at("entry").value = recipe.map;
   at("stations").replaceChildren(...(route?.stations ?? []).map((name) => new Option(name)));
   at("route-words").textContent = route
     ? `${route.length_m} m from ${route.from} to ${route.to}: ${route.ended}. ${route.warnings.slice(0, 4).join(" ")}` : "";
 }
 
-function sliders() {
-  at("loss-now").value = `${at("loss").value} %`;
-  at("launch-now").value = `${at("launch").value.replace("-", "−")} dBm`;
-  at("relays-now").value = at("relays").value;
+const SLIDERS = { loss: (value) => `${Math.round(value)} %`, launch: (value) => dbm(value), relays: String };
+
+// Says the value, which may lie outside of what the slider reaches.
+function slid(id, value) {
+  at(`${id}-now`).value = SLIDERS[id](value);
 }
 
 const without = (recipe, ...keys) => Object.fromEntries(Object.entries(recipe).filter(([key]) => !keys.includes(key)));
 
-// The mission of the sliders; only what was moved is changed.
-function changed() {
+const keyed = (text) => [text.slice(0, text.indexOf("=")), text.slice(text.indexOf("=") + 1)];
+
+// The mission with the value of the slider that was moved; the others cannot show every value exactly.
+function changed(id) {
   const { setting } = page;
   const recipe = without(page.recipe, "pilot", "loss");
-  const set = new Map((recipe.set ?? []).map((text) => text.split("=")));
-  if (Number(at("loss").value) !== Math.round(setting.packet_loss * 100)) set.set("radio.packet_loss", at("loss").value / 100);
-  if (Number(at("launch").value) !== Math.round(setting.launch_dbm)) {
-    set.set("launch.limit_dbm", at("launch").value);
-    set.set("retreat.limit_dbm", at("launch").value - (setting.launch_dbm - setting.retreat_dbm));
+  const value = Number(at(id).value);
+  if (id === "relays") return { ...recipe, relays: value };
+  const set = new Map((recipe.set ?? []).map(keyed));
+  if (id === "loss") set.set("radio.packet_loss", value / 100);
+  if (id === "launch") {
+    set.set("launch.limit_dbm", value);
+    set.set("retreat.limit_dbm", Math.max(value - (setting.launch_dbm - setting.retreat_dbm), LEAST_DBM));
   }
-  recipe.set = [...set].map(([key, value]) => `${key}=${value}`);
-  if (Number(at("relays").value) !== setting.relays) recipe.relays = Number(at("relays").value);
-  return recipe;
+  return { ...recipe, set: [...set].map(([key, value]) => `${key}=${value}`) };
 }
 
 const setPace = () => {
@@ -174,7 +169,7 @@ function rows() {
 function tellFrame(frame) {
   const { setting } = page;
   if (!setting || frame.drones.length !== setting.nodes.length) return;
-  const whose = page.recipe.pilot ? "The pilot of the link" : page.steers ? "You" : "The scenario's pilot";
+  const whose = page.steers ? "You" : page.recipe.pilot ? "The pilot of the link" : "The scenario's pilot";
   const end = frame.over ? ", the end" : "";
   at("now").textContent = `${clock(frame.t)} of ${clock(setting.duration_s)}${end}. ${whose}: ${frame.order}${frame.recalled ? "; a drone calls all home" : ""}`;
   frame.drones.forEach((drone, n) => tellDrone(drone, n));
@@ -333,9 +328,9 @@ at("near").addEventListener("click", () => {
   view.whole();
   [view.follows, view.zoom] = [true, 2.5];
 });
-for (const id of ["loss", "launch", "relays"]) {
-  at(id).addEventListener("input", sliders);
-  at(id).addEventListener("change", doing(() => begin(changed()).catch((error) => {
+for (const id of Object.keys(SLIDERS)) {
+  at(id).addEventListener("input", () => slid(id, Number(at(id).value)));
+  at(id).addEventListener("change", doing(() => begin(changed(id)).catch((error) => {
     controls();
     throw error;
   })));
@@ -346,9 +341,15 @@ for (const id of ["loss", "launch", "relays"]) {
 async function take(dropped) {
   const found = entries(dropped);
   if (found.length === 0) throw new Error("none of these files is a survey, a map, a world or a scenario that this page reads");
+  offer(dropped);
   await useEntry(found[0], dropped);
-  at("entry").replaceChildren(...found.map((path) => new Option(path)));
-  at("entry").value = found[0];
+}
+
+// Lists the files that a mission may begin with.
+function offer(dropped) {
+  page.offered = dropped;
+  at("entry").replaceChildren(...entries(dropped).map((path) => new Option(path)));
+  at("route").hidden = dropped.length === 0;
 }
 
 function useEntry(path, dropped, ends = {}) {
@@ -363,8 +364,8 @@ const ends = () => Object.fromEntries(["from", "to"].filter((id) => at(id).value
 
 at("files").addEventListener("change", doing(async () => take(await ofInput(at("files").files))));
 at("folder").addEventListener("change", doing(async () => take(await ofInput(at("folder").files))));
-at("dig").addEventListener("click", doing(() => useEntry(at("entry").value, page.dropped, ends())));
-at("entry").addEventListener("change", doing(() => useEntry(at("entry").value, page.dropped)));
+at("dig").addEventListener("click", doing(() => useEntry(at("entry").value, page.offered, ends())));
+at("entry").addEventListener("change", doing(() => useEntry(at("entry").value, page.offered)));
 addEventListener("dragover", (event) => {
   event.preventDefault();
   at("drop").hidden = false;
@@ -407,11 +408,15 @@ at("hide-plan").addEventListener("click", () => {
 // ---- The link and the files ----------------------------------------------------------------
 
 async function keepLink(recipe) {
+  // Packing takes time, in which the next order may have come.
+  const turn = ++keepLink.turn;
   const link = await write(recipe, page.dropped);
+  if (turn !== keepLink.turn) return;
   history.replaceState(null, "", link ?? location.pathname);
   at("copy").disabled = link === null;
   at("link-words").textContent = link === null ? "The files of this map are too large for a link; save the scenario instead." : "";
 }
+keepLink.turn = 0;
 
 function save(name, text) {
   const link = element("a", { href: URL.createObjectURL(new Blob([text])), download: name });

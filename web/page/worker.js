@@ -18,12 +18,18 @@ const tell = (is, value) => self.postMessage({ is, value });
 
 const actions = {
   open({ recipe, dropped }) {
-    if (dropped) {
-      files?.free();
-      files = new Dropped();
-      for (const { path, bytes } of dropped) files.add(path, bytes);
+    // Where the new mission is refused, the one before goes on with its own files.
+    const given = dropped ? new Dropped() : files;
+    let next;
+    try {
+      for (const { path, bytes } of dropped ?? []) given.add(path, bytes);
+      next = new Flight(JSON.stringify(recipe), given);
+    } catch (error) {
+      if (dropped) given.free();
+      throw error;
     }
-    const next = new Flight(JSON.stringify(recipe), files);
+    if (dropped) files.free();
+    files = given;
     flight?.free();
     [flight, owedUs, isOver] = [next, 0, false];
     // With the first frame, so that the page never has the setting of one mission and the frame of another.
@@ -88,6 +94,8 @@ function fly() {
 
 self.onmessage = ({ data: { id, act, value } }) => {
   try {
+    const isReady = act === "pace" || (act === "open" ? files : flight);
+    if (!isReady) throw new Error("the simulator is still loading");
     self.postMessage({ id, value: actions[act](value) });
   } catch (error) {
     self.postMessage({ id, wrong: String(error.message ?? error) });

@@ -14,7 +14,7 @@ use world::World;
 use crate::recipe::{self, Recipe};
 use crate::{Dropped, look};
 
-/// The place and the yardsticks of a mission.
+/// The scenario of a mission, its world, and the best chains with which it is compared.
 struct Ground {
     scenario: Scenario,
     world: World,
@@ -78,6 +78,9 @@ impl Flight {
     pub fn advance(&mut self, us: u32) -> bool {
         let Self { held, trace, .. } = self;
         held.with_dependent_mut(|_, Flying { mission, watch }| {
+            if has_ended(mission) {
+                return false;
+            }
             let until_us = mission.time_us() + u64::from(us);
             while mission.time_us() < until_us {
                 // The mission is judged between rounds alone, as the command does.
@@ -98,7 +101,9 @@ impl Flight {
     /// The mission at this moment, as JSON.
     #[must_use]
     pub fn frame(&self) -> String {
-        self.held.with_dependent(|_, flying| look::frame(&flying.mission).to_string())
+        self.held.with_dependent(|_, flying| {
+            look::frame(&flying.mission, has_ended(&flying.mission)).to_string()
+        })
     }
 
     /// The figures of the mission so far, as JSON.
@@ -112,23 +117,29 @@ impl Flight {
 
     /// Gives the operator's order in place of the scenario's pilot: `wait`, `return`, `land`, `perch`,
     /// `stop`, or `explore` at this speed, m/s, with `left`, `right` or `straight` at junctions, or
-    /// with no word for no choice. The order counts from the end of the round on.
+    /// with no word for no choice. The order counts from the end of the round on; a mission that has
+    /// ended takes none.
     ///
     /// # Errors
     /// One line for an order that is none.
     pub fn steer(&mut self, order: &str, speed_mps: f32, branch: &str) -> Result<(), String> {
         let order = order_of(order, speed_mps, branch)?;
         self.end_round();
-        self.is_steered = true;
-        self.held.with_dependent_mut(|_, flying| flying.mission.steer(order));
+        if !self.has_ended() {
+            self.is_steered = true;
+            self.held.with_dependent_mut(|_, flying| flying.mission.steer(order));
+        }
         Ok(())
     }
 
-    /// Takes a drone from the mission: its motors and its radio stop.
+    /// Takes a drone from the mission: its motors and its radio stop. A mission that has ended stays as
+    /// it is.
     pub fn lose(&mut self, drone: usize) {
         self.end_round();
-        self.is_steered = true;
-        self.held.with_dependent_mut(|_, flying| flying.mission.lose(drone, LossKind::Gone));
+        if !self.has_ended() {
+            self.is_steered = true;
+            self.held.with_dependent_mut(|_, flying| flying.mission.lose(drone, LossKind::Gone));
+        }
     }
 
     /// The recipe of this very flight, as JSON: with the orders and the losses that came from the page.
@@ -184,6 +195,15 @@ impl Flight {
             self.advance((ROUND_US - past_us) as u32);
         }
     }
+
+    fn has_ended(&self) -> bool {
+        self.held.with_dependent(|_, flying| has_ended(&flying.mission))
+    }
+}
+
+/// Whether the mission is over, and the round in which its time was up has been flown and recorded whole.
+fn has_ended(mission: &Mission<'_>) -> bool {
+    mission.is_over() && mission.time_us().is_multiple_of(ROUND_US)
 }
 
 fn order_of(name: &str, speed_mps: f32, branch: &str) -> Result<Order, String> {

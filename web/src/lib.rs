@@ -57,8 +57,8 @@ impl Dropped {
 
     /// Adds a file.
     pub fn add(&mut self, path: &str, bytes: Vec<u8>) {
-        let files = Memory::clone(&self.files).with(path, bytes);
-        self.files = Arc::new(files);
+        let files = Arc::unwrap_or_clone(std::mem::take(&mut self.files));
+        self.files = Arc::new(files.with(path, bytes));
     }
 }
 

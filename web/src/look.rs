@@ -1,5 +1,5 @@
 //! What the page draws: the place, the drones and the figures, as JSON. Lengths are in metres, angles in
-//! radians, strengths in dBm; a value that there is not is `null`.
+//! radians, strengths in dBm; a value that does not exist is `null`.
 
 use serde_json::{Value, json};
 use sim_harness::measure::metrics::RunMetrics;
@@ -8,12 +8,12 @@ use sim_harness::mission::trace::{DroneFrame, LinkFrame, Trace, order_words};
 use sim_harness::scenario::Scenario;
 use units::Point2;
 
-/// Centimetres are finer than a pixel.
+/// A number, rounded to hundredths: of metres, these are finer than a pixel.
 fn cm(value: f32) -> Value {
     rounded(value, 100.0)
 }
 
-/// A number with so many steps to one; `null` where it is not finite.
+/// A number, rounded to a multiple of 1/`steps`; `null` where it is not finite.
 fn rounded(value: f32, steps: f64) -> Value {
     if value.is_finite() { json!((f64::from(value) * steps).round() / steps) } else { Value::Null }
 }
@@ -93,9 +93,9 @@ fn drone(mission: &Mission<'_>, number: usize, drone: &DroneFrame) -> Value {
     })
 }
 
-/// A mission at this moment.
+/// A mission at this moment, and whether it has ended.
 #[must_use]
-pub fn frame(mission: &Mission<'_>) -> Value {
+pub fn frame(mission: &Mission<'_>, has_ended: bool) -> Value {
     let frame = mission.frame();
     let drones: Value =
         frame.drones.iter().enumerate().map(|(n, it)| drone(mission, n, it)).collect();
@@ -103,7 +103,7 @@ pub fn frame(mission: &Mission<'_>) -> Value {
         "t": frame.time_us as f64 * 1e-6,
         "order": order_words(frame.order),
         "recalled": mission.is_recalled(),
-        "over": mission.is_over(),
+        "over": has_ended,
         "drones": drones,
     })
 }

@@ -29,7 +29,7 @@ pub struct Recipe {
     /// The station, tile or point at which the base stands.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub from: Option<String>,
-    /// The one at which the route ends.
+    /// The station, tile or point at which the route ends.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub to: Option<String>,
     /// The number of relays, where it is not the scenario's.

@@ -113,7 +113,7 @@ impl Files for Folder {
     }
 }
 
-/// Files in memory, for tests.
+/// Files in memory, such as those that were dropped on a page in the browser.
 #[derive(Clone, Debug, Default)]
 pub struct Memory(BTreeMap<String, Vec<u8>>);
 

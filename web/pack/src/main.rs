@@ -1,5 +1,5 @@
 //! Builds the page into a folder that any web server hosts: `cargo run --package pack [FOLDER]`, in
-//! `web/`; where no folder is given, `web/dist`.
+//! `web/`; where no folder is given, `web/dist`. A folder with files that are not the page's is refused.
 //!
 //! The crate `wasm-bindgen-cli-support` is the library of the tool `wasm-bindgen`. As a dependency, its
 //! version is that of the lock file, which must be the same as that of `wasm-bindgen`.
@@ -18,9 +18,16 @@ const WEB: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 /// The most that all files may take, compressed: a phone loads so much in some seconds.
 const MOST_BYTES: usize = 4 << 20;
 
+/// The files that are built, beside those of `page/`.
+const BUILT: [&str; 2] = ["uchain_web.js", "uchain_web_bg.wasm"];
+
 fn main() -> Result<(), Box<dyn Error>> {
     let web = Path::new(WEB).canonicalize()?;
     let folder = std::env::args_os().nth(1).map_or_else(|| web.join("dist"), PathBuf::from);
+    let page = web.join("page");
+    if folder.exists() {
+        check(&folder, &page)?;
+    }
     let wasm = compiled(&web)?;
     if folder.exists() {
         fs::remove_dir_all(&folder)?;
@@ -29,11 +36,29 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut bindgen = Bindgen::new();
     bindgen.input_path(&wasm).web(true)?.typescript(false).remove_producers_section(true);
     bindgen.generate(&folder)?;
-    for file in fs::read_dir(web.join("page"))? {
+    for file in fs::read_dir(&page)? {
         let file = file?;
         fs::copy(file.path(), folder.join(file.file_name()))?;
     }
     sizes(&folder)
+}
+
+/// Refuses a folder that holds anything but an earlier page: all of its files are removed.
+fn check(folder: &Path, page: &Path) -> Result<(), Box<dyn Error>> {
+    let told = |error: std::io::Error| format!("{}: {error}", folder.display());
+    let entries =
+        fs::read_dir(folder).map_err(told)?.collect::<Result<Vec<_>, _>>().map_err(told)?;
+    let is_built = |name: &OsStr| BUILT.iter().any(|built| name == *built);
+    let names: Vec<_> = entries.iter().map(fs::DirEntry::file_name).collect();
+    // A site of other making may have an `index.html` as well, but nothing that is built here.
+    let is_page = names.iter().any(|name| is_built(name));
+    let is_ours = |name: &OsStr| is_page && (is_built(name) || page.join(name).exists());
+    let foreign = names.iter().find(|name| !is_ours(name));
+    foreign.map_or(Ok(()), |name| {
+        let name = name.display();
+        let remedy = "give an empty folder, or remove what is not of the page";
+        Err(format!("{}: {name} is not of an earlier page; {remedy}", folder.display()).into())
+    })
 }
 
 /// Compiles the library, and returns the file.

@@ -22,7 +22,7 @@ fn recipes() -> Vec<Value> {
 }
 
 /// The text of `trace.csv` that this machine makes of a mission.
-fn trace_here(recipe: &Value, files: &Dropped) -> String {
+pub(crate) fn trace_here(recipe: &Value, files: &Dropped) -> String {
     let recipe = Recipe::read(&recipe.to_string()).unwrap();
     let scenario = recipe.scenario(files.memory()).unwrap();
     let trace = Mission::record(&scenario, &scenario.world(), recipe.seed());
@@ -39,7 +39,7 @@ fn summary_here(recipe: &Value, files: &Dropped) -> String {
 }
 
 /// Fails with the first line that differs, since both texts have thousands.
-fn same(name: &Value, page: &str, here: &str) {
+pub(crate) fn same(name: &Value, page: &str, here: &str) {
     assert!(here.len() > 500, "{name}: {here}");
     let differ = page.lines().zip(here.lines()).enumerate().find(|(_, (page, here))| page != here);
     assert!(page == here, "{name}, line, page and here: {differ:?}");
@@ -71,6 +71,11 @@ async fn a_flight_by_hand_is_flown_again_from_its_link_in_chromium() {
     browser.wait_for("uchain.page.flown?.pilot?.at(-1).order === 'return'").await;
     ask(&mut browser, "finish", Value::Null).await;
     let record = ask(&mut browser, "record", Value::Null).await;
+    // After the end, there is nothing to order and nothing to fly.
+    browser.press("l").await;
+    ask(&mut browser, "finish", Value::Null).await;
+    let after = ask(&mut browser, "record", Value::Null).await;
+    assert!(after == record, "the mission went on after its end");
     let recipe = &record["flown"];
     let steps = recipe["pilot"].as_array().unwrap();
     assert!(steps.len() >= 3 && recipe["loss"][0]["drone"] == 1, "{recipe}");
@@ -92,12 +97,7 @@ async fn a_flight_by_hand_is_flown_again_from_its_link_in_chromium() {
 async fn a_dropped_survey_is_flown_and_planned_in_chromium() {
     const CAVE: &str = include_str!("../../../tests/caves/crooked.svx");
     let mut browser = open("survey", "").await;
-    let dropped = format!(
-        "{{ const given = new DataTransfer(); given.items.add(new File([{CAVE:?}], 'crooked.svx')); \
-         const input = document.getElementById('files'); input.files = given.files; \
-         input.dispatchEvent(new Event('change')); 0 }}"
-    );
-    browser.evaluate(&dropped).await;
+    browser.evaluate(&dropped_on_page(CAVE, "crooked.svx")).await;
     browser.wait_for("uchain.page.setting?.name === 'crooked'").await;
     browser.evaluate("document.getElementById('ask').click()").await;
     browser
@@ -114,6 +114,22 @@ async fn a_dropped_survey_is_flown_and_planned_in_chromium() {
     assert_eq!(page["text"], here.parse::<Value>().unwrap()["text"]);
     // The link holds the survey.
     browser.wait_for("location.hash.includes('packed')").await;
+    // A file that is refused leaves the survey where it was, and another file can be chosen.
+    let words = "document.getElementById('wrong').innerText";
+    browser.evaluate(&dropped_on_page("1 2 x", "bad.svx")).await;
+    browser.wait_for(&format!("{words}.includes('bad.svx:1')")).await;
+    assert_eq!(browser.evaluate("document.getElementById('entry').value").await, "bad.svx");
+    let opened = ask(&mut browser, "open", json!({ "recipe": recipe })).await;
+    assert_eq!(opened["setting"]["name"], "crooked");
+}
+
+/// The JavaScript that drops a file on the page.
+fn dropped_on_page(text: &str, name: &str) -> String {
+    format!(
+        "{{ const given = new DataTransfer(); given.items.add(new File([{text:?}], {name:?})); \
+         const input = document.getElementById('files'); input.files = given.files; \
+         input.dispatchEvent(new Event('change')); 0 }}"
+    )
 }
 
 /// A mistake is said in the command's own line, and the mission before it flies on.
@@ -123,12 +139,17 @@ async fn what_cannot_be_flown_is_refused_with_a_line_in_chromium() {
     let words = "document.getElementById('wrong').innerText";
     browser.wait_for(&format!("{words}.includes('there is no scenario')")).await;
     browser.wait_for("uchain.page.setting.name === 'demo'").await;
-    let dropped = "{ const given = new DataTransfer(); given.items.add(new File(['1 2 x'], 'bad.svx')); \
-                   const input = document.getElementById('files'); input.files = given.files; \
-                   input.dispatchEvent(new Event('change')); 0 }";
-    browser.evaluate(dropped).await;
+    browser.evaluate(&dropped_on_page("1 2 x", "bad.svx")).await;
     browser.wait_for(&format!("{words}.includes('bad.svx:1')")).await;
     browser.wait_for("uchain.page.setting.name === 'demo' && uchain.page.frame.t > 0").await;
+    for (link, part) in [
+        ("relay=4", "the link has \"relay\""),
+        ("relays=abc", "relays=abc: give a whole number"),
+        ("scenario=demo&packed=AAAA", "the link is damaged"),
+    ] {
+        browser.evaluate(&format!("location.hash = '{link}'; 0")).await;
+        browser.wait_for(&format!("{words}.includes('{part}')")).await;
+    }
 }
 
 /// Orders and losses from a caller count between rounds, and a scenario holds them.

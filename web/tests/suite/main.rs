@@ -5,6 +5,8 @@
 #[path = "../../../ground-station/tests/suite/browser.rs"]
 mod browser;
 mod bytes;
+mod ended;
 mod looks;
 mod opened;
 mod served;
+mod sliders;
