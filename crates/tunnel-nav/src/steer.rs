@@ -437,14 +437,6 @@ impl Navigator {
         }
     }
 
-    /// The yaw rate that turns a drone on its way home to where it slides along walls that it does not see
-    /// at its sides.
-    fn slide_turn(&mut self, moved: [Metres; 2], speed: MetresPerSecond, leading: &OneWay) -> f32 {
-        let turn = self.slide.step(moved, speed);
-        let slides = leading.walls == Walls::Neither && leading.nearness > BLOCKED;
-        if slides && self.fork.is_homing() { turn } else { 0.0 }
-    }
-
     /// Updates the place on the trail, and returns the straight gallery that the beams see, if they
     /// do.
     fn find_place(

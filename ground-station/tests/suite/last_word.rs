@@ -252,6 +252,6 @@ async fn of_1000_freezes_closings_and_keys_none_takes_the_operators_last_word() 
         stops += ended.no_stop_was_lost();
         ended.no_page_was_a_pilot_by_accident();
     }
-    // The scripts would show nothing if nothing arrived; on a busy machine few orders arrive in time.
-    assert!(orders > 0 && stops > 20, "{orders} orders and {stops} stops have arrived");
+    // The scripts would show nothing if nothing arrived.
+    assert!(orders > 20 && stops > 20, "{orders} orders and {stops} stops have arrived");
 }

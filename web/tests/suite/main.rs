@@ -1,7 +1,6 @@
 //! The page in a real browser. `cargo run --package pack` builds it into `web/dist` before.
 
-// The station's tests use more of it.
-#[allow(dead_code)]
+#[allow(dead_code, reason = "the station's tests use more of it")]
 #[path = "../../../ground-station/tests/suite/browser.rs"]
 mod browser;
 mod bytes;

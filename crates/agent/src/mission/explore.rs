@@ -93,9 +93,9 @@ impl Exploration {
     }
 }
 
-/// The robot that the drone is for `frontier`, under our rule without its looks from afar: a search of
-/// them tests a line of sight in each cell, for which the chip has no time, and a mission asks for what
-/// a drone's body can come to.
+/// The robot that the drone is for `frontier`, under our rule without its looks from afar: a mission asks
+/// for what a drone's body can come to, and a search of them tests a line of sight in each cell, which
+/// was not timed on the chip.
 const fn config_of(id: NodeId, config: &ExploreConfig) -> Config {
     Config {
         number: id.0,

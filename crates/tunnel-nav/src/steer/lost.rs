@@ -73,6 +73,8 @@ mod tests {
             (0..600).find(|round| lost.step(at(*round), flies(*round)))
         };
         let trembles = |round: u32| [0.2 * (round % 3) as f32, 0.0];
+        let slides = |round: u32| [0.0, 0.05 * (round % 80).min(80 - round % 80) as f32];
+        assert!(lost(slides, |_| true).is_some(), "to and fro over 2 m along a dead end");
         assert_eq!(lost(trembles, |_| true), Some(u32::from(LOST) - 1));
         assert_eq!(lost(|round| [0.01 * round as f32, 0.0], |_| true), None);
         assert_eq!(lost(trembles, |round| round % 50 != 0), None);

@@ -7,16 +7,15 @@
 
 use units::{Metres, MetresPerSecond};
 
-use super::HOVERING;
+use super::{BLOCKED, HOVERING, Navigator, OneWay, ROUND, Walls};
+use crate::plane::distance;
 
 /// The part of a new velocity in the mean: the mean of 2 s.
 const WEIGHT: f32 = 0.1;
-/// The time of one iteration, s.
-const ROUND: f32 = 0.2;
 /// A drone that is slower in the mean has no direction, m/s.
 const SLOW: f32 = 0.04;
-/// It slides where it moves at more than this angle to the end that leads, rad. This and the gain are our
-/// own numbers, chosen by drawn places.
+/// It slides where it moves at more than this angle to the end that leads, rad. These four are our own
+/// numbers; of drawn places only whether the drone turns at all was tried.
 const AT: f32 = 0.35;
 /// The gain of the turn, 1/s.
 const GAIN: f32 = 0.5;
@@ -38,9 +37,24 @@ impl Slide {
             *mean += WEIGHT * (moved.0 / ROUND - *mean);
         }
         let [forward, left] = self.0;
-        let moves = forward * speed.0 > 0.0 && libm::sqrtf(forward * forward + left * left) > SLOW;
+        let moves = forward * speed.0 > 0.0 && distance(self.0, [0.0; 2]) > SLOW;
         let angle = libm::atan2f(left * forward.signum(), forward.abs());
         if speed.0.abs() > HOVERING && moves && angle.abs() > AT { GAIN * angle } else { 0.0 }
+    }
+}
+
+impl Navigator {
+    /// The yaw rate that turns a drone on its way home to where it slides along walls that it does not see
+    /// at its sides.
+    pub(super) fn slide_turn(
+        &mut self,
+        moved: [Metres; 2],
+        speed: MetresPerSecond,
+        leading: &OneWay,
+    ) -> f32 {
+        let turn = self.slide.step(moved, speed);
+        let slides = leading.walls == Walls::Neither && leading.nearness > BLOCKED;
+        if slides && self.fork.is_homing() { turn } else { 0.0 }
     }
 }
 

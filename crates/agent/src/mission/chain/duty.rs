@@ -460,6 +460,34 @@ mod tests {
         })
     }
 
+    #[test]
+    fn a_head_that_a_relay_behind_it_holds_before_the_junction_flies_out_again() {
+        let duty = ChainDuty::Rejoining { since: NOW, to: Metres(1.0), passed: None };
+        let name_after = |role: Role, way: f32, is_back_near: bool| {
+            let here = Reckoning { odometer: Metres(way), ..Reckoning::default() };
+            let task = Some(Task { order: EXPLORE, given: NOW });
+            let (id, phase) = (NodeId(0), Phase::Linked);
+            let round = Round { now: NOW, id, role, phase, task, here, junction: None };
+            let next = duty.next(&Standing {
+                config: &CONFIG,
+                round: &round,
+                links: Links { is_back_near, ..GOOD },
+                berth: Berth::Unknown,
+                home_since: None,
+                searches: false,
+                retires: false,
+                is_astray: false,
+                chosen_anew: None,
+                is_sited: false,
+            });
+            next.continue_value().map(|duty| duty.name())
+        };
+        assert_eq!(name_after(Role::Head, 2.0, true), Some("leading"));
+        assert_eq!(name_after(Role::Head, 2.0, false), Some("rejoining"));
+        assert_eq!(name_after(Role::Head, 1.0 + BEFORE.0 + 0.1, true), Some("rejoining"));
+        assert_eq!(name_after(Role::Relay, 2.0, true), Some("rejoining"), "relays wait");
+    }
+
     const RELAYING: Next<ChainDuty> = Continue(ChainDuty::Relaying { patient_until: NOW });
 
     #[test]
