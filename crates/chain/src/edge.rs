@@ -1,4 +1,5 @@
-//! Remembers the place behind which the head's own link fell below the limit, and takes the chain over it.
+//! Remembers the place behind which a drone's link to the drone behind it fell below the limit, and takes
+//! the chain over it.
 //!
 //! Round a corner a link falls by 10 to 40 dB within a few decimetres, faster than its filter follows. A
 //! head that knows only its present strength flies over such an *edge*, falls back, has a strong link
@@ -6,6 +7,9 @@
 //! by how much it is too short ([`EdgeWatch::lacks`]): the relays come nearer, as if the head already
 //! had the link that it will have behind the edge, until that link can be borne or no relay is left. A
 //! fade looks like an edge, so the head tries again after a while as well.
+//!
+//! A relay that its law sends over an edge does the same with its link to the drone behind: without the
+//! watch it crosses, comes back and crosses again while the drone behind follows it to and fro.
 
 use units::{Db, DbPerMetre, Dbm, Duration, Metres, MetresPerSecond};
 
@@ -24,6 +28,8 @@ const LAG_S: f32 = 1.0;
 /// A link that is weaker than the limit by so much has fallen, dB: five standard deviations of a filtered
 /// link at rest.
 const FALL: f32 = 1.5;
+/// A relay comes back over an edge at this speed, m/s: that of a retreat.
+const COMES_BACK: f32 = 0.2;
 /// A head that fell back tries again after so long, s, and after twice as long each time. Our own number,
 /// longer than nearly all fades.
 const AGAIN_S: f32 = 8.0;
@@ -32,13 +38,13 @@ const AGAIN_S: f32 = 8.0;
 /// drawn places.
 const GAINED: f32 = 0.5;
 
-/// The watch of one head.
+/// The watch of one drone.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EdgeWatch {
     /// The last place at which the link was no weaker than the limit, and its strength there.
     sound: Option<(Metres, Dbm)>,
     edge: Option<Edge>,
-    /// Whether the pilot asks for forward speed.
+    /// Whether the pilot, or a relay's law, asks for forward speed.
     is_pushed: bool,
 }
 
@@ -69,15 +75,15 @@ impl Edge {
 }
 
 impl EdgeWatch {
-    /// The watch of a head whose link has never fallen.
+    /// The watch of a drone whose link has never fallen.
     #[must_use]
     pub const fn new() -> Self {
         Self { sound: None, edge: None, is_pushed: false }
     }
 
-    /// Notes that the head's own link has the strength `own` at `way`, to which the head has flown for
-    /// `dt` at `velocity`, and whether the pilot pushes the stick forward. A link that falls while the
-    /// head stands has fallen because of the relay behind it.
+    /// Notes that the link to the drone behind has the strength `own` at `way`, to which this drone has flown
+    /// for `dt` at `velocity`, and whether its pilot or its law sends it forward. A link that falls while
+    /// the drone stands has fallen because of the drone behind it.
     pub fn note(
         &mut self,
         config: &LaunchConfig,
@@ -123,9 +129,25 @@ impl EdgeWatch {
         MetresPerSecond(asked.0.min(room.0.max(0.0)))
     }
 
-    /// The way by which a chain of this `level` is too short for the head to go on: its own link must be
-    /// so strong before the edge that it is no weaker than the level once it has fallen. Only the relay
-    /// behind the head can give it that, so that its slope counts.
+    /// The speed `asked` by the law of a relay at `way`, but not over an edge before it is time, and back
+    /// from where it has passed one. A head comes back by its [`Governor`](crate::governor::Governor), and
+    /// only until its links bear it: flying back all the way costs it one metre in twenty of its depth.
+    #[must_use]
+    pub fn relay_speed(&self, way: Metres, asked: MetresPerSecond) -> MetresPerSecond {
+        let Some(edge) = self.edge.filter(Edge::is_closed) else { return asked };
+        let room = edge.way - MARGIN - way;
+        MetresPerSecond(asked.0.min(room.0.max(-COMES_BACK)))
+    }
+
+    /// How far behind `way` the link was last strong enough; `None` where it never was.
+    #[must_use]
+    pub fn behind(&self, way: Metres) -> Option<Metres> {
+        self.sound.map(|(sound, _)| way - sound)
+    }
+
+    /// The way by which a chain of this `level` is too short for the drone to go on: its link must be so
+    /// strong before the edge that it is no weaker than the level once it has fallen. Only the drone
+    /// behind can give it that, so that its slope counts.
     #[must_use]
     pub fn lacks(&self, config: &LaunchConfig, level: Dbm, own: &LinkState) -> Metres {
         let Some(edge) = self.edge.filter(|edge| edge.is_closed() && self.is_pushed) else {

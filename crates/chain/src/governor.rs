@@ -8,7 +8,7 @@
 //! calls. The call counts the time for which the head was held and not the time since it last flew
 //! freely, because near a corner a link may change by 10 dB within the tremble of a hovering drone.
 
-use units::{Db, Dbm, Duration, MetresPerDb, MetresPerSecond};
+use units::{Db, Dbm, Duration, Metres, MetresPerDb, MetresPerSecond};
 
 use crate::filter::LinkState;
 use crate::launch::LaunchConfig;
@@ -61,8 +61,14 @@ const RESERVE: f32 = 0.3;
 /// for the same depth.
 const OWN_BEARS: f32 = 0.5;
 /// A head without an order to fly that is at most so much below the limit has flown too far, dB, and
-/// comes back; where its links are weaker still it stays, since the pilot has led it there.
+/// comes back; where its links are weaker still it stays, since the pilot has led it there, unless its own
+/// was strong enough at most [`RETURNS`] behind it.
 const OVERSHOT: f32 = 3.0;
+/// How far a head without an order flies back to where its own link was strong enough, m: the length of a
+/// corner, and of the way that it flies before the filter knows. Our own number.
+const RETURNS: Metres = Metres(1.0);
+/// Nearer than this it is there, m: what a drone that hovers trembles by.
+const TREMBLE: Metres = Metres(0.05);
 /// The speed at which it comes back, m/s: it is a matter of decimetres.
 const EASES_AT: f32 = 0.1;
 
@@ -112,11 +118,17 @@ impl Governor {
     }
 
     /// The speed of a head whose pilot asks for none, while no relay waits: back to where its links
-    /// bear it, if it has flown a little too far.
+    /// bear it, if it has flown a little too far. Its own link was strong enough `sound` behind it, where
+    /// that is known.
     #[must_use]
-    pub fn eased(config: &LaunchConfig, links: &HeadLinks) -> MetresPerSecond {
+    pub fn eased(
+        config: &LaunchConfig,
+        links: &HeadLinks,
+        sound: Option<Metres>,
+    ) -> MetresPerSecond {
         let spare = links.spare(config) + RESERVE;
-        if (-OVERSHOT..0.0).contains(&spare) {
+        let is_near = sound.is_some_and(|way| (TREMBLE..=RETURNS).contains(&way));
+        if spare < 0.0 && (spare >= -OVERSHOT || is_near) {
             MetresPerSecond(EASES_AT * spare / config.slows_from.0)
                 .limited_to(MetresPerSecond(EASES_AT))
         } else {

@@ -51,7 +51,7 @@ pub(crate) struct Chain {
     launch: LaunchWatch,
     /// The head's speed by its links, and its call for a relay.
     governor: Governor,
-    /// The edge before which the head is held.
+    /// The edge before which the head, or a relay, is held.
     edge: EdgeWatch,
     search: SearchWatch,
     retirement: RetirementWatch,

@@ -75,3 +75,34 @@ fn a_head_flies_on_once_its_link_has_gained_enough_or_was_only_faded() {
     assert!(head.way > Metres(10.5), "it has gained, {:?}", head.way);
     assert_eq!(head.lacks(), 0.0, "the edge is behind it");
 }
+
+/// A relay that its law sends over an edge flies back by itself, and crosses no more often than a head.
+#[test]
+fn a_relay_comes_back_over_an_edge_and_stays_before_it() {
+    let mut relay = Head::new();
+    let mut farthest = Metres::ZERO;
+    for round in 0..5 * 60 {
+        let is_weak = relay.own(0.0) < CONFIG.limit;
+        relay.falls += u32::from(is_weak && !relay.was_weak);
+        relay.was_weak = is_weak;
+        let speed = relay.watch.relay_speed(relay.way, ASKED);
+        relay.way += speed * ROUND;
+        relay.watch.note(&CONFIG, ROUND, (relay.way, speed), relay.own(0.0), true);
+        farthest = Metres(farthest.0.max(relay.way.0));
+        assert!(
+            !is_weak || speed < MetresPerSecond::ZERO || round < 50,
+            "{speed:?} beyond the edge"
+        );
+    }
+    assert!((2..=4).contains(&relay.falls), "{} falls in a minute", relay.falls);
+    assert!(farthest < Metres(10.3), "{farthest:?}");
+}
+
+#[test]
+fn a_watch_knows_how_far_behind_the_link_was_strong_enough() {
+    let mut head = Head::new();
+    assert_eq!(head.watch.behind(head.way), None);
+    head.push(2, 0.0);
+    assert_eq!(head.watch.behind(head.way), Some(Metres::ZERO));
+    assert!((head.watch.behind(head.way + Metres(0.4)).unwrap().0 - 0.4).abs() < 1e-4);
+}

@@ -3,6 +3,7 @@
 mod chain_wide;
 mod edge;
 mod filter;
+mod governor;
 mod launch;
 mod neighbours;
 mod noise;

@@ -13,7 +13,7 @@ use super::search::is_searching;
 use crate::AgentConfig;
 use crate::mission::{PassedOn, Round};
 
-/// The level of a chain that is too short for its head counts as no more than this below the limit.
+/// The level of a chain that is too short for a drone at an edge counts as no more than this below the limit.
 /// Chosen of 0 and 10 dB by drawn places (seeds from 500,000): with 0 dB fewer heads pass an edge, and
 /// without a bound the level was up to 100 dB below all links.
 const MOST_LACK: Db = Db(10.0);
@@ -37,14 +37,18 @@ impl Chain {
         let ahead = match round.role {
             // An explorer is an end of the chain, also where it hears another one.
             Role::Head => LinkSum { surplus: self.lacks(config, behind), ..LinkSum::NONE },
-            Role::Relay | Role::Base => sum(self.front(), AHEAD),
+            Role::Relay => {
+                let front = sum(self.front(), AHEAD);
+                LinkSum { surplus: front.surplus + self.lacks(config, behind), ..front }
+            }
+            Role::Base => sum(self.front(), AHEAD),
         };
         [ahead, behind]
     }
 
-    /// The way by which the chain `behind` this head is too short for it, as far as the links can be
+    /// The way by which the chain `behind` this head or relay is too short for it to pass an edge, as far as the links can be
     /// longer before their level is [`MOST_LACK`] below the limit. Where one of them falls steeply, the
-    /// way that the head needs would else stand for a level far below all links.
+    /// way that the drone needs would else stand for a level far below all links.
     fn lacks(&self, config: &AgentConfig, behind: LinkSum) -> Metres {
         let known = self.chain_wide.level().map(Dbm::after_loss);
         let known = known.zip(self.back().and_then(Neighbour::state)).zip(behind.level());

@@ -122,7 +122,8 @@ impl Chain {
         if asked == MetresPerSecond::ZERO {
             let may_ease = round.explores() && self.waiting(config, round) == 0;
             let links = self.head_links().filter(|_| may_ease);
-            let eased = links.map_or(asked, |links| Governor::eased(&config.launch, &links));
+            let sound = self.edge.behind(round.way());
+            let eased = links.map_or(asked, |links| Governor::eased(&config.launch, &links, sound));
             return behind_clear(config, back, eased);
         }
         let freedom = config.retreat.freedom(back.map(|link| link.rssi));
@@ -187,7 +188,7 @@ impl Chain {
         match (front, back) {
             (Some(front), Some(back)) => self
                 .staying_speed(config, round)
-                .or_else(|| self.chain_wide_speed(config))
+                .or_else(|| self.chain_wide_speed(config, round))
                 .unwrap_or_else(|| config.policy.velocity(front.end(), back.end())),
             _ => MetresPerSecond::ZERO,
         }
@@ -195,7 +196,7 @@ impl Chain {
 
     /// The speed by the chain-wide policy; `None` where another one flies, and where a neighbour is
     /// too near.
-    fn chain_wide_speed(&mut self, config: &AgentConfig) -> Option<MetresPerSecond> {
+    fn chain_wide_speed(&mut self, config: &AgentConfig, round: &Round) -> Option<MetresPerSecond> {
         let SpeedLaw::ChainWide(law) = &config.policy.law else { return None };
         let (front, back) = (self.front()?, self.back()?);
         if [front, back].into_iter().any(is_searching) {
@@ -208,7 +209,11 @@ impl Chain {
         // another policy, between which and the base the chain is equal at least.
         let (ahead, behind) = (side(front, AHEAD)?, side(back, BEHIND)?);
         let speed = self.chain_wide.step(law, self.dt, [&ahead, &behind], self.head_velocity);
-        Some(speed.limited_to(config.policy.max_speed))
+        let speed = speed.limited_to(config.policy.max_speed);
+        let (flown, own) = ((round.way(), self.velocity), Dbm::after_loss(behind.link.loss));
+        let is_sent = speed > MetresPerSecond::ZERO;
+        self.edge.note(&config.launch, self.dt, flown, own, is_sent);
+        Some(self.edge.relay_speed(round.way(), speed))
     }
 }
 
