@@ -145,8 +145,6 @@ def test_what_a_policy_does_wrong_is_told():
         uchain.run("straight", policy=raises)
     with pytest.raises(TypeError):
         uchain.run("straight", policy=lambda *_: "fast")
-    with pytest.raises(ValueError, match="uchain.run"):
-        uchain.campaign("straight", 1, policy=lambda *_: 0.0)
     with pytest.raises(ValueError, match="did you mean k-tuned?"):
         uchain.Policy("k-tund")
 
