@@ -7,6 +7,7 @@ use chain::policy::{LinkEnd, NAMES, Policy as BuiltIn, PolicyConfig};
 use input::suggest;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use pyo3::types::PyType;
 use sim_harness::mission::Law;
 use units::{Db, Dbm, MetresPerSecond};
 
@@ -67,10 +68,11 @@ impl Raised {
     }
 }
 
-/// The speed laws of a callable of Python, for missions that fly one after the other or at the same time.
-/// After an error the callable is not called again.
+/// The speed laws of a callable of Python, for missions that fly one after the other or at the same time;
+/// of a class, an object is made for each mission. After an error the callable is not called again.
 pub(crate) struct Laws {
     policy: Py<PyAny>,
+    is_class: bool,
     timeout_s: f64,
     /// The callables with their clocks that no mission uses now: each thread needs one of its own.
     idle: Idle,
@@ -105,9 +107,11 @@ impl Laws {
         timeout_s: f64,
         raised: Raised,
     ) -> PyResult<Self> {
+        let is_class = policy.bind(py).is_instance_of::<PyType>();
+        // Says at once where the limit is none.
         let first = Called::new(py, "policy", policy.clone_ref(py), timeout_s)?;
-        let idle = Arc::new(Mutex::new(vec![first]));
-        Ok(Self { policy, timeout_s, idle, raised })
+        let idle = Arc::new(Mutex::new(if is_class { Vec::new() } else { vec![first] }));
+        Ok(Self { policy, is_class, timeout_s, idle, raised })
     }
 
     /// What the callable has raised.
@@ -143,11 +147,15 @@ impl Laws {
         let idle = self.idle.lock().unwrap_or_else(PoisonError::into_inner).pop();
         let called = idle.or_else(|| {
             let made = Python::attach(|py| {
-                Called::new(py, "policy", self.policy.clone_ref(py), self.timeout_s)
+                let policy = self.policy.clone_ref(py);
+                let policy = if self.is_class { policy.call0(py)? } else { policy };
+                Called::new(py, "policy", policy, self.timeout_s)
             });
             made.map_err(|error| self.raised.set(error)).ok()
         });
-        Borrowed { called, idle: Arc::clone(&self.idle) }
+        // An object of a class is of one mission.
+        let idle = if self.is_class { Idle::default() } else { Arc::clone(&self.idle) };
+        Borrowed { called, idle }
     }
 }
 

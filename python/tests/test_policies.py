@@ -22,6 +22,37 @@ def test_a_campaign_of_a_copy_of_k_tuned_is_its_campaign_whatever_the_threads():
     assert still["path_m"] != own["path_m"] or still["gap_db"] != own["gap_db"]
 
 
+class Damped:
+    """A policy with a memory."""
+
+    def __init__(self):
+        self.before = {}
+
+    def __call__(self, drone, front_dbm, front_mps, back_dbm, back_mps):
+        difference = back_dbm - front_dbm
+        change = difference - self.before.get(drone, difference)
+        self.before[drone] = difference
+        return 0.03 * difference + 0.1 * change
+
+
+def test_of_a_class_each_mission_has_an_object_of_its_own():
+    tables = [
+        uchain.campaign("straight-n4", 6, policy=Damped, threads=threads).to_dict()
+        for threads in (1, 2)
+    ]
+    assert repr(tables[0]) == repr(tables[1])
+    single = uchain.run("straight-n4", 6, policy=Damped())
+    assert tables[0]["path_m"][5] == pytest.approx(single.metrics["path_m"], abs=1e-5)
+    assert uchain.run("straight-n4", 6, policy=Damped).metrics == single.metrics
+
+    class Broken:
+        def __init__(self):
+            raise RuntimeError("no memory")
+
+    with pytest.raises(RuntimeError, match="no memory"):
+        uchain.campaign("relay-pair", 2, policy=Broken, duration_s=20)
+
+
 def test_a_grid_is_flown_by_a_policy():
     table = uchain.campaign(
         "straight", 2, {"radio.packet_loss": [0.0, 0.5]}, policy=lambda *_: 0.05, duration_s=120

@@ -145,7 +145,7 @@ def run(
         round of 0.2 s for each relay that hears both of its neighbours, with the relay's number, the
         filtered strength of its link to the neighbour in front, dBm, that neighbour's velocity along
         the tunnel, m/s, positive towards the head, and both of the neighbour behind. It returns the
-        relay's forward velocity, m/s. The filter, the clearance from neighbours and the largest speed
+        relay's forward velocity, m/s. Of a class, an object is made. The filter, the clearance from neighbours and the largest speed
         remain those of the scenario's policy (the key ``policy.name``).
     :param timeout_s: the longest time of a call of the policy, in seconds.
     :param keys: other values of keys of the scenario: ``radio={"packet_loss": 0.3}`` or
@@ -179,8 +179,8 @@ def campaign(
     :param threads: how many threads of this machine fly; where left out, as many as it has cores. The
         result does not depend on it.
     :param policy: as for :func:`run`. A callable is called for the missions of all threads, of which one
-        at a time runs Python, and must not keep anything from one mission to another; with it, ``out``
-        and ``on`` are left out. When a call fails, no further mission begins, and the error comes out
+        at a time runs Python. A policy that remembers something is given as its class, of which an
+        object is made for each mission. With a callable, ``out`` and ``on`` are left out. When a call fails, no further mission begins, and the error comes out
         with a note of the seed.
     :param timeout_s: the longest time of a call of the policy, in seconds.
     :param on: where it is flown: on the ``"threads"`` of this machine, or ``"ray"``: as tasks of a
