@@ -175,7 +175,8 @@ def campaign(
 
     :param scenario: as for :func:`run`.
     :param seeds: the seeds, or how many of them, from 1 on.
-    :param vary: the values of keys of the scenario: ``{"radio.packet_loss": [0.0, 0.2]}``.
+    :param vary: the values of keys of the scenario: ``{"radio.packet_loss": [0.0, 0.2]}``; ``"policy"``
+        stands for ``"policy.name"``.
     :param threads: how many threads of this machine fly; where left out, as many as it has cores. The
         result does not depend on it.
     :param policy: as for :func:`run`. A callable is called for the missions of all threads, of which one
@@ -204,6 +205,7 @@ def campaign(
             "name of a policy"
         )
     callback, keys = _with_policy(policy, _with_law(keys))
+    vary = {"policy.name" if key == "policy" else key: values for key, values in (vary or {}).items()}
     seeds = range(1, seeds + 1) if isinstance(seeds, int) else list(seeds)
     if threads is not None and threads < 1:
         raise ValueError(f"threads={threads} is out of range; give 1 or more")
@@ -304,6 +306,9 @@ def _with_policy(policy: Union[None, str, Speed], keys: dict) -> tuple:
 
 def _with_law(keys: dict) -> dict:
     """The keys with the table of a radio law in place of ``radio_law``."""
+    for wrong, right in (("seed", "seeds"), ("seeds", "seed")):
+        if wrong in keys:
+            raise ValueError(f"{wrong}={keys[wrong]}: this is no key of a scenario; give {right}=")
     if "radio_law" not in keys:
         return keys
     law = keys["radio_law"]
